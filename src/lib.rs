@@ -1,0 +1,14 @@
+//! Durometer: mesh-convergence studies, hyperelastic calibration and paper figures for soft-robot simulation.
+//!
+//! A module may use only modules to its left (a test enforces it):
+//!
+//! ```text
+//! math → mesh → material → system → effect → solve → scene → calibrate → study → report → main
+//! ```
+//!
+//! SI units everywhere inside the code; quantities carry their unit in files (`"18 kPa"`).
+
+pub mod material;
+pub mod math;
+pub mod mesh;
+pub mod study;

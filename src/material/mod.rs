@@ -1,0 +1,66 @@
+//! Constitutive laws: ψ(F) [J/m³], P = ∂ψ/∂F [Pa], A = ∂P/∂F [Pa].
+
+use crate::math::tensor::{Mat3, Mat9};
+use crate::math::units::Dimension;
+
+/// How much of a response is needed; each includes the ones before it.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub enum Want {
+    Energy,
+    Residual,
+    Tangent,
+}
+
+/// Response of a law at one deformation gradient. What was not wanted is zero.
+#[derive(Clone, Debug)]
+pub struct Response {
+    /// ψ [J/m³]
+    pub psi: f64,
+    /// P [Pa], P[(i, J)] = ∂ψ/∂F_iJ
+    pub p: Mat3,
+    /// A [Pa], A[3i+J][3k+L] = ∂P_iJ/∂F_kL
+    pub a: Mat9,
+}
+
+/// A law that is not defined at this deformation.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum LawError {
+    /// det F ≤ 0 [–] in a law that needs J > 0
+    Inverted { j: f64 },
+}
+
+/// A parameter, declared once: parsing, messages, fit bounds and docs derive from it.
+#[derive(Clone, Copy, Debug)]
+pub struct Parameter {
+    /// Key in files, e.g. `mu`
+    pub name: &'static str,
+    /// Symbol in formulae, e.g. `μ`
+    pub symbol: &'static str,
+    pub dimension: Dimension,
+    /// Open interval in SI: lower < value < upper
+    pub bounds: (f64, f64),
+    pub meaning: &'static str,
+}
+
+/// What a law says of itself.
+#[derive(Debug)]
+pub struct LawInfo {
+    /// Name in files, e.g. `neo_hookean`
+    pub name: &'static str,
+    /// ψ as text, in the letters of the code
+    pub formula: &'static str,
+    /// Author, year, equation
+    pub source: &'static str,
+    pub parameters: &'static [Parameter],
+    /// Defined for J ≤ 0 (recovers from inverted cells)
+    pub survives_inversion: bool,
+}
+
+/// A constitutive law with its constants.
+pub trait Law: Send + Sync + std::fmt::Debug {
+    fn info(&self) -> &'static LawInfo;
+    /// Values of the parameters in the order of `info().parameters` [SI]
+    fn values(&self) -> Vec<f64>;
+    /// ψ, P and A at F
+    fn eval(&self, f: &Mat3, want: Want) -> Result<Response, LawError>;
+}

@@ -1,0 +1,37 @@
+//! 3×3 tensors and their 9×9 derivatives.
+//!
+//! Index convention: F[(i, J)] = ∂x_i/∂X_J; a fourth-order tensor A_iJkL = ∂P_iJ/∂F_kL is a [`Mat9`] with row 3i + J and
+//! column 3k + L.
+
+/// Vector in space, 3 components [SI].
+pub type Vec3 = nalgebra::Vector3<f64>;
+/// 3×3 tensor.
+pub type Mat3 = nalgebra::Matrix3<f64>;
+
+/// Fourth-order tensor as a 9×9 array, `a[3 * i + J][3 * k + L]`.
+pub type Mat9 = [[f64; 9]; 9];
+
+/// The zero fourth-order tensor.
+pub const ZERO9: Mat9 = [[0.0; 9]; 9];
+
+/// cof F = J F⁻ᵀ, defined for singular F too.
+pub fn cofactor(f: &Mat3) -> Mat3 {
+    let c = |i: usize, j: usize| {
+        let (i1, i2, j1, j2) = ((i + 1) % 3, (i + 2) % 3, (j + 1) % 3, (j + 2) % 3);
+        f[(i1, j1)] * f[(i2, j2)] - f[(i1, j2)] * f[(i2, j1)]
+    };
+    Mat3::from_fn(c)
+}
+
+/// J − 1 for F = I + H without cancellation: tr H + ½(tr²H − tr H²) + det H.
+pub fn det_minus_one(h: &Mat3) -> f64 {
+    let second = h[(0, 0)] * h[(1, 1)] - h[(0, 1)] * h[(1, 0)] + h[(1, 1)] * h[(2, 2)] - h[(1, 2)] * h[(2, 1)]
+        + h[(0, 0)] * h[(2, 2)]
+        - h[(0, 2)] * h[(2, 0)];
+    h.trace() + second + h.determinant()
+}
+
+/// ln J for J > 0, accurate near J = 1: ln(1 + x) with x = J − 1 of F = I + H.
+pub fn ln_det(f: &Mat3) -> f64 {
+    det_minus_one(&(f - Mat3::identity())).ln_1p()
+}

@@ -1,0 +1,183 @@
+//! Quantities with units, as they stand in files: `"18 kPa"`, `"7.5 mm"`, `"1.07 g/cm^3"`. Inside the code all is SI.
+
+use std::fmt;
+
+/// Physical dimension of a quantity, as exponents of m, kg, s and rad.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Dimension {
+    m: i8,
+    kg: i8,
+    s: i8,
+    rad: i8,
+}
+
+const fn dim(m: i8, kg: i8, s: i8, rad: i8) -> Dimension {
+    Dimension { m, kg, s, rad }
+}
+
+impl Dimension {
+    pub const NONE: Self = dim(0, 0, 0, 0);
+    pub const LENGTH: Self = dim(1, 0, 0, 0);
+    pub const TIME: Self = dim(0, 0, 1, 0);
+    pub const FREQUENCY: Self = dim(0, 0, -1, 0);
+    pub const ANGLE: Self = dim(0, 0, 0, 1);
+    pub const FORCE: Self = dim(1, 1, -2, 0);
+    pub const PRESSURE: Self = dim(-1, 1, -2, 0);
+    pub const VISCOSITY: Self = dim(-1, 1, -1, 0);
+    pub const DENSITY: Self = dim(-3, 1, 0, 0);
+    pub const ACCELERATION: Self = dim(1, 0, -2, 0);
+    pub const VELOCITY: Self = dim(1, 0, -1, 0);
+
+    /// A unit of this dimension that the reader will recognise, for messages.
+    pub fn example(self) -> &'static str {
+        match self {
+            Self::NONE => "a plain number",
+            Self::LENGTH => "mm",
+            Self::TIME => "s",
+            Self::FREQUENCY => "Hz",
+            Self::ANGLE => "deg",
+            Self::FORCE => "N",
+            Self::PRESSURE => "kPa",
+            Self::VISCOSITY => "Pa s",
+            Self::DENSITY => "kg/m^3",
+            Self::ACCELERATION => "m/s^2",
+            Self::VELOCITY => "mm/s",
+            _ => "SI units",
+        }
+    }
+
+    fn times(self, o: Self, n: i8) -> Self {
+        dim(self.m + n * o.m, self.kg + n * o.kg, self.s + n * o.s, self.rad + n * o.rad)
+    }
+}
+
+/// Why a quantity could not be read.
+#[derive(Clone, PartialEq, Debug)]
+pub enum UnitError {
+    NotANumber { text: String },
+    Missing { text: String, wanted: Dimension },
+    Unknown { text: String, unit: String },
+    Wrong { text: String, wanted: Dimension },
+}
+
+impl fmt::Display for UnitError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotANumber { text } => {
+                write!(f, "\"{text}\" does not begin with a finite number")
+            }
+            Self::Missing { text, wanted } => {
+                write!(f, "{text} has no unit; write for example \"{text} {}\"", wanted.example())
+            }
+            Self::Unknown { text, unit } => write!(f, "\"{text}\": unknown unit \"{unit}\""),
+            Self::Wrong { text, wanted } => {
+                write!(f, "\"{text}\" has the wrong dimension; a unit such as {} is needed", wanted.example())
+            }
+        }
+    }
+}
+
+impl std::error::Error for UnitError {}
+
+/// (symbol, factor to SI, dimension)
+const UNITS: &[(&str, f64, Dimension)] = &[
+    ("m", 1.0, Dimension::LENGTH),
+    ("cm", 1e-2, Dimension::LENGTH),
+    ("mm", 1e-3, Dimension::LENGTH),
+    ("um", 1e-6, Dimension::LENGTH),
+    ("µm", 1e-6, Dimension::LENGTH),
+    ("in", 0.0254, Dimension::LENGTH),
+    ("s", 1.0, Dimension::TIME),
+    ("ms", 1e-3, Dimension::TIME),
+    ("min", 60.0, Dimension::TIME),
+    ("Hz", 1.0, Dimension::FREQUENCY),
+    ("kg", 1.0, dim(0, 1, 0, 0)),
+    ("g", 1e-3, dim(0, 1, 0, 0)),
+    ("N", 1.0, Dimension::FORCE),
+    ("mN", 1e-3, Dimension::FORCE),
+    ("kN", 1e3, Dimension::FORCE),
+    ("Pa", 1.0, Dimension::PRESSURE),
+    ("hPa", 1e2, Dimension::PRESSURE),
+    ("kPa", 1e3, Dimension::PRESSURE),
+    ("MPa", 1e6, Dimension::PRESSURE),
+    ("GPa", 1e9, Dimension::PRESSURE),
+    ("bar", 1e5, Dimension::PRESSURE),
+    ("psi", 6894.757293168361, Dimension::PRESSURE),
+    ("rad", 1.0, Dimension::ANGLE),
+    ("deg", std::f64::consts::PI / 180.0, Dimension::ANGLE),
+    ("°", std::f64::consts::PI / 180.0, Dimension::ANGLE),
+    ("%", 0.01, Dimension::NONE),
+];
+
+/// Parses `"18 kPa"`, `"1.07 g/cm^3"`, `"0.1 Pa s"` into SI [unit of `wanted`].
+pub fn parse(text: &str, wanted: Dimension) -> Result<f64, UnitError> {
+    let trimmed = text.trim();
+    let owned = || trimmed.to_string();
+    // The longest prefix that is a number: "5 m" must not read the "m", "1e3 Pa" must read the exponent.
+    let end = (1..=trimmed.len())
+        .rev()
+        .find(|&n| trimmed.is_char_boundary(n) && trimmed[..n].parse::<f64>().is_ok_and(f64::is_finite))
+        .ok_or_else(|| UnitError::NotANumber { text: owned() })?;
+    let value: f64 = trimmed[..end].parse().expect("the prefix was just parsed");
+    let unit = trimmed[end..].trim();
+    if unit.is_empty() {
+        return if wanted == Dimension::NONE { Ok(value) } else { Err(UnitError::Missing { text: owned(), wanted }) };
+    }
+    let (factor, dimension) = parse_unit(unit).map_err(|unit| UnitError::Unknown { text: owned(), unit })?;
+    if dimension == wanted { Ok(value * factor) } else { Err(UnitError::Wrong { text: owned(), wanted }) }
+}
+
+/// Product of powers: `g/cm^3`, `Pa s`, `Pa·s`, `m/s^2`. After a slash a factor divides.
+fn parse_unit(unit: &str) -> Result<(f64, Dimension), String> {
+    let (mut factor, mut dimension) = (1.0, Dimension::NONE);
+    for (k, part) in unit.split('/').enumerate() {
+        let sign: i8 = if k == 0 { 1 } else { -1 };
+        for token in part.split([' ', '*', '·']).filter(|t| !t.is_empty() && *t != "1") {
+            let (name, power) = match token.split_once('^') {
+                Some((name, p)) => (name, p.parse::<i8>().map_err(|_| token.to_string())?),
+                None => match token.strip_suffix('²').map(|n| (n, 2)).or(token.strip_suffix('³').map(|n| (n, 3))) {
+                    Some(pair) => pair,
+                    None => (token, 1),
+                },
+            };
+            let (_, f, d) = UNITS.iter().find(|(n, _, _)| *n == name).ok_or_else(|| name.to_string())?;
+            factor *= f.powi((sign * power).into());
+            dimension = dimension.times(*d, sign * power);
+        }
+    }
+    Ok((factor, dimension))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reads_compound_units() {
+        for (text, wanted, si) in [
+            ("18 kPa", Dimension::PRESSURE, 18e3),
+            ("7.5mm", Dimension::LENGTH, 7.5e-3),
+            ("1.07 g/cm^3", Dimension::DENSITY, 1070.0),
+            ("9.81 m/s²", Dimension::ACCELERATION, 9.81),
+            ("2 Pa s", Dimension::VISCOSITY, 2.0),
+            ("0.5 N/mm^2", Dimension::PRESSURE, 0.5e6),
+            ("0.5", Dimension::NONE, 0.5),
+            ("1e3 Pa", Dimension::PRESSURE, 1e3),
+            ("2 1/s", Dimension::FREQUENCY, 2.0),
+            ("2 %", Dimension::NONE, 0.02),
+        ] {
+            let got = parse(text, wanted).unwrap_or_else(|e| panic!("{text}: {e}"));
+            assert!((got / si - 1.0).abs() < 1e-14, "{text} gave {got}, not {si}");
+        }
+    }
+
+    #[test]
+    fn refuses_with_a_remedy() {
+        let message = |t, d| parse(t, d).expect_err("must be refused").to_string();
+        assert_eq!(message("18", Dimension::PRESSURE), "18 has no unit; write for example \"18 kPa\"");
+        assert!(message("18 mm", Dimension::PRESSURE).contains("wrong dimension"));
+        assert!(message("18 kpa", Dimension::PRESSURE).contains("unknown unit \"kpa\""));
+        assert!(message("soft", Dimension::PRESSURE).contains("finite number"));
+        assert!(message("inf Pa", Dimension::PRESSURE).contains("finite number"));
+    }
+}

@@ -1,0 +1,3 @@
+//! Studies: cases, their stored results, and the analysis over them.
+
+pub mod record;
