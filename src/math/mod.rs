@@ -1,4 +1,7 @@
-//! Mathematics without physics: small tensors, quantities with units, sparse matrices, linear solvers.
+//! Mathematics without physics: small tensors, quantities with units, signals, sparse matrices, linear solvers.
 
+pub mod linear;
+pub mod signal;
+pub mod sparse;
 pub mod tensor;
 pub mod units;

@@ -1,0 +1,94 @@
+//! Prescribed functions of time s(t), and their rates.
+
+use std::f64::consts::TAU;
+
+/// A function of time. The unit of the value is the one of what it drives.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Signal {
+    /// s(t) = value
+    Constant(f64),
+    /// ½A(1 − cos 2πft): from 0 to A and back, never negative; the paper's sinusoidal cable protocol
+    RaisedCosine {
+        amplitude: f64,
+        frequency: f64,
+    },
+    /// A sin(2πft + φ), φ in radians
+    Sine {
+        amplitude: f64,
+        frequency: f64,
+        phase: f64,
+    },
+    /// Linear from `from` (t ≤ start) to `to` (t ≥ end)
+    Ramp {
+        from: f64,
+        to: f64,
+        start: f64,
+        end: f64,
+    },
+    /// The signal until `at`, its value there afterwards
+    Hold {
+        signal: Box<Signal>,
+        at: f64,
+    },
+    /// s(t − by) after `by`, s(0) before
+    Delay {
+        signal: Box<Signal>,
+        by: f64,
+    },
+    /// Piecewise linear through (t, s), constant outside; t strictly ascending
+    Table(Vec<(f64, f64)>),
+    Product(Vec<Signal>),
+    Sum(Vec<Signal>),
+}
+
+impl Signal {
+    /// s(t)
+    pub fn at(&self, t: f64) -> f64 {
+        match self {
+            Self::Constant(value) => *value,
+            // ½(1 − cos 2x) = sin²x keeps all digits near the minimum
+            Self::RaisedCosine { amplitude, frequency } => amplitude * (0.5 * TAU * frequency * t).sin().powi(2),
+            Self::Sine { amplitude, frequency, phase } => amplitude * (TAU * frequency * t + phase).sin(),
+            Self::Ramp { from, to, start, end } => {
+                let s = ((t - start) / (end - start)).clamp(0.0, 1.0);
+                from + s * (to - from)
+            }
+            Self::Hold { signal, at } => signal.at(t.min(*at)),
+            Self::Delay { signal, by } => signal.at((t - by).max(0.0)),
+            Self::Table(rows) => interpolate(rows, t),
+            Self::Product(factors) => factors.iter().map(|s| s.at(t)).product(),
+            Self::Sum(terms) => terms.iter().map(|s| s.at(t)).sum(),
+        }
+    }
+}
+
+fn interpolate(rows: &[(f64, f64)], t: f64) -> f64 {
+    let above = rows.partition_point(|row| row.0 <= t);
+    match (above.checked_sub(1).and_then(|k| rows.get(k)), rows.get(above)) {
+        (Some(a), Some(b)) => a.1 + (t - a.0) / (b.0 - a.0) * (b.1 - a.1),
+        (Some(end), None) | (None, Some(end)) => end.1,
+        (None, None) => 0.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_at_marked_times() {
+        let cosine = Signal::RaisedCosine { amplitude: 2.0, frequency: 0.5 };
+        assert_eq!(cosine.at(0.0), 0.0);
+        assert!((cosine.at(1.0) - 2.0).abs() < 1e-15 && (cosine.at(0.5) - 1.0).abs() < 1e-15);
+        let ramp = Signal::Ramp { from: 1.0, to: 3.0, start: 1.0, end: 2.0 };
+        assert_eq!([ramp.at(0.0), ramp.at(1.5), ramp.at(9.0)], [1.0, 2.0, 3.0]);
+        let hold = Signal::Hold { signal: Box::new(ramp.clone()), at: 1.5 };
+        assert_eq!([hold.at(1.25), hold.at(9.0)], [1.5, 2.0]);
+        let delay = Signal::Delay { signal: Box::new(ramp.clone()), by: 1.0 };
+        assert_eq!([delay.at(0.5), delay.at(2.5), delay.at(9.0)], [1.0, 2.0, 3.0]);
+        let table = Signal::Table(vec![(0.0, 1.0), (2.0, 5.0)]);
+        assert_eq!([table.at(-1.0), table.at(0.5), table.at(2.0), table.at(3.0)], [1.0, 2.0, 5.0, 5.0]);
+        let both = Signal::Sum(vec![Signal::Constant(1.0), Signal::Product(vec![ramp, table])]);
+        assert_eq!(both.at(2.0), 16.0);
+    }
+}

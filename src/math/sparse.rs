@@ -1,0 +1,98 @@
+//! Symmetric sparse matrices: the pattern is made once, the values change.
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::sparse::SymbolicSparseColMatRef;
+use faer::sparse::linalg::amd;
+
+/// Lower triangle of a symmetric n × n pattern, compressed columns, rows ascending, diagonal always present.
+#[derive(Clone, Debug)]
+pub struct SymPattern {
+    pub n: usize,
+    /// [n + 1]
+    pub col_ptr: Vec<u32>,
+    /// [nnz]
+    pub row_idx: Vec<u32>,
+}
+
+impl SymPattern {
+    /// From (row, column) pairs in any order and with repeats; the diagonal is added.
+    pub fn from_pairs(n: usize, pairs: impl Iterator<Item = (u32, u32)>) -> Self {
+        let mut keys: Vec<u64> = (0..n as u64).map(|i| i << 32 | i).collect();
+        keys.extend(pairs.map(|(i, j)| (u64::from(i.min(j)) << 32) | u64::from(i.max(j))));
+        keys.sort_unstable();
+        keys.dedup();
+        let mut col_ptr = vec![0u32; n + 1];
+        for key in &keys {
+            col_ptr[(key >> 32) as usize + 1] += 1;
+        }
+        for j in 0..n {
+            col_ptr[j + 1] += col_ptr[j];
+        }
+        Self { n, col_ptr, row_idx: keys.iter().map(|&key| key as u32).collect() }
+    }
+
+    /// Stored entries (lower triangle with diagonal).
+    pub fn nnz(&self) -> usize {
+        self.row_idx.len()
+    }
+
+    /// The upper triangle in compressed columns: column pointers and rows.
+    pub fn upper(&self) -> (Vec<u32>, Vec<u32>) {
+        let mut col_ptr = vec![0u32; self.n + 1];
+        for &i in &self.row_idx {
+            col_ptr[i as usize + 1] += 1;
+        }
+        for j in 0..self.n {
+            col_ptr[j + 1] += col_ptr[j];
+        }
+        let (mut next, mut rows) = (col_ptr.clone(), vec![0u32; self.nnz()]);
+        for j in 0..self.n {
+            for &i in &self.row_idx[self.col_ptr[j] as usize..self.col_ptr[j + 1] as usize] {
+                rows[next[i as usize] as usize] = j as u32;
+                next[i as usize] += 1;
+            }
+        }
+        (col_ptr, rows)
+    }
+
+    /// Index of entry (i, j) or (j, i) in the values.
+    pub fn slot(&self, i: u32, j: u32) -> Option<u32> {
+        let (column, row) = (i.min(j) as usize, i.max(j));
+        let (start, end) = (self.col_ptr[column], self.col_ptr[column + 1]);
+        let rows = &self.row_idx[start as usize..end as usize];
+        rows.binary_search(&row).ok().map(|k| start + k as u32)
+    }
+
+    /// y ← A x
+    pub fn multiply(&self, values: &[f64], x: &[f64], y: &mut [f64]) {
+        y.fill(0.0);
+        for j in 0..self.n {
+            let mut sum = 0.0;
+            for k in self.col_ptr[j] as usize..self.col_ptr[j + 1] as usize {
+                let i = self.row_idx[k] as usize;
+                y[i] += values[k] * x[j];
+                if i != j {
+                    sum += values[k] * x[i];
+                }
+            }
+            y[j] += sum;
+        }
+    }
+
+    /// Diagonal of A.
+    pub fn diagonal(&self, values: &[f64]) -> Vec<f64> {
+        (0..self.n).map(|j| values[self.col_ptr[j] as usize]).collect()
+    }
+}
+
+/// Fill-reducing order of a graph (approximate minimum degree, Amestoy, Davis & Duff 1996): `order[k]` is the vertex
+/// eliminated at step k. Postordered.
+pub fn minimum_degree(graph: &SymPattern) -> Vec<u32> {
+    let n = graph.n;
+    let (mut order, mut inverse) = (vec![0u32; n], vec![0u32; n]);
+    let matrix = SymbolicSparseColMatRef::new_checked(n, n, &graph.col_ptr, None, &graph.row_idx);
+    let mut memory = MemBuffer::new(amd::order_maybe_unsorted_scratch::<u32>(n, graph.nnz()));
+    amd::order_maybe_unsorted(&mut order, &mut inverse, matrix, amd::Control::default(), MemStack::new(&mut memory))
+        .expect("a graph of fewer than 2^31 edges can be ordered");
+    order
+}
