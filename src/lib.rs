@@ -11,4 +11,6 @@
 pub mod material;
 pub mod math;
 pub mod mesh;
+pub mod solve;
 pub mod study;
+pub mod system;

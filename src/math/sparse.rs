@@ -68,11 +68,12 @@ impl SymPattern {
         y.fill(0.0);
         for j in 0..self.n {
             let mut sum = 0.0;
-            for k in self.col_ptr[j] as usize..self.col_ptr[j + 1] as usize {
-                let i = self.row_idx[k] as usize;
-                y[i] += values[k] * x[j];
+            let column = self.col_ptr[j] as usize..self.col_ptr[j + 1] as usize;
+            for (&i, value) in self.row_idx[column.clone()].iter().zip(&values[column]) {
+                let i = i as usize;
+                y[i] += value * x[j];
                 if i != j {
-                    sum += values[k] * x[i];
+                    sum += value * x[i];
                 }
             }
             y[j] += sum;

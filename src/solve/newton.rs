@@ -1,0 +1,352 @@
+//! One nonlinear solve: Newton with a line search on the directional derivative, multipliers by the Schur complement.
+
+use super::Integrator;
+use super::multipliers::complementarity;
+use crate::math::linear::{Factor, LinearError, dot, norm};
+use crate::system::{Assembled, At, EvalError, State, System, Want};
+use std::fmt;
+use std::time::{Duration, Instant};
+
+/// Tolerances of the nonlinear solve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NewtonSettings {
+    /// ‖r‖ ≤ tolerance · (largest effect's Σ‖r_e‖), |g| ≤ tolerance · (length or volume of the row)
+    pub tolerance: f64,
+    pub max_iterations: usize,
+    pub line_search: bool,
+    /// Keep a factorisation while the residual falls at least fivefold an iteration
+    pub reuse_factor: bool,
+}
+
+impl Default for NewtonSettings {
+    fn default() -> Self {
+        Self { tolerance: 1e-8, max_iterations: 30, line_search: true, reuse_factor: true }
+    }
+}
+
+/// Why a nonlinear solve did not converge.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Failure {
+    /// The effect is not defined at the state reached
+    Eval(EvalError),
+    Linear(LinearError),
+    /// Too many iterations or no decrease: the residual relative to its yardstick, and the node where it is largest
+    NotConverged {
+        residual: f64,
+        node: u32,
+    },
+    /// No multiplier satisfies the one-sided rows
+    Complementarity,
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Eval(e) => e.fmt(f),
+            Self::Linear(e) => e.fmt(f),
+            Self::NotConverged { residual, node } => {
+                write!(f, "the residual stays at {residual:.1e} of the internal forces, largest at node {node}")
+            }
+            Self::Complementarity => write!(f, "the one-sided constraints contradict each other"),
+        }
+    }
+}
+
+/// A converged solve.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Solved {
+    pub iterations: usize,
+    /// Negative eigenvalues of the constrained tangent at the last factorisation; 0 at a stable equilibrium
+    pub unstable_modes: usize,
+    /// The tangent was shifted towards positive definiteness on the way
+    pub regularised: bool,
+}
+
+/// The step to be solved: from `past` over `dt`.
+#[derive(Clone, Copy)]
+pub struct Step<'a> {
+    pub system: &'a System,
+    pub integrator: Integrator,
+    pub past: &'a State,
+    pub dt: f64,
+}
+
+/// Nonlinear solver with its factorisation and sums, reused from step to step.
+pub struct Newton {
+    pub settings: NewtonSettings,
+    pub factor: Factor,
+    pub sums: Assembled,
+    pub assembly_time: Duration,
+    /// Length of the body [m], for the rounding floor of the residual
+    length: f64,
+}
+
+/// Direction of one iteration.
+struct Direction {
+    /// [3 × nodes]
+    x: Vec<f64>,
+    /// [constraints] multipliers after the step
+    lambda: Vec<f64>,
+}
+
+const LINE_SEARCH_RATIO: f64 = 0.8;
+const CHORD_CONTRACTION: f64 = 0.2;
+const HALVINGS: usize = 12;
+
+impl Newton {
+    pub fn new(system: &System, settings: NewtonSettings, length: f64) -> Self {
+        Self {
+            settings,
+            factor: Factor::new(system.pattern.clone()),
+            sums: system.workspace(),
+            assembly_time: Duration::ZERO,
+            length,
+        }
+    }
+
+    /// Iterates from `next.x`, `next.lambda` (the guess) to equilibrium at `next.t`; fills x, v, a and λ of `next`.
+    /// On failure `next` is garbage.
+    pub fn solve(&mut self, step: &Step, next: &mut State) -> Result<Solved, Failure> {
+        let system = step.system;
+        let targets: Vec<(usize, f64)> =
+            system.prescribed.iter().map(|p| (p.dof as usize, p.signal.at(next.t))).collect();
+        let mut solved = Solved { iterations: 0, unstable_modes: 0, regularised: false };
+        let mut fresh = false;
+        let mut last = f64::INFINITY;
+        let mut schur = Schur::default();
+        self.evaluate(step, next, Want::Residual, None)?;
+        loop {
+            let increment = remaining(&targets, next);
+            let error = self.error(system, next);
+            if !error.is_finite() {
+                return Err(Failure::NotConverged { residual: error, node: 0 });
+            }
+            let done = increment.is_none() && error <= self.settings.tolerance;
+            if done || solved.iterations > 0 && step.integrator.is_linearised() {
+                return Ok(solved);
+            }
+            if solved.iterations == self.settings.max_iterations {
+                return Err(Failure::NotConverged { residual: error, node: self.worst_node(system) });
+            }
+            let reuse = self.settings.reuse_factor && fresh && increment.is_none() && error < CHORD_CONTRACTION * last;
+            if !reuse {
+                self.evaluate(step, next, Want::Tangent, increment.as_deref())?;
+                schur = self.factorise(system, &mut solved)?;
+                fresh = true;
+            }
+            last = error;
+            let direction = self.direction(system, next, increment.as_deref(), &schur)?;
+            if !self.advance(step, next, &targets, direction)? {
+                // A damped step: the next tangent must be fresh.
+                last = 0.0;
+            }
+            solved.iterations += 1;
+        }
+    }
+
+    fn evaluate(
+        &mut self,
+        step: &Step,
+        next: &mut State,
+        want: Want,
+        increment: Option<&[f64]>,
+    ) -> Result<(), Failure> {
+        let Step { system, integrator, past, dt } = *step;
+        let start = Instant::now();
+        let State { t, x, v, a, lambda, .. } = next;
+        integrator.kinematics(past, dt, x, v, a);
+        let at = At { t: *t, dt, x, v, a, old: &past.x, rates: integrator.rates(past, dt) };
+        let result = system.assemble(&at, lambda, want, increment, &mut self.sums);
+        self.assembly_time += start.elapsed();
+        result.map_err(Failure::Eval)
+    }
+
+    /// Largest of the scaled errors: ≤ tolerance means converged. Forces are compared with the largest effect's Σ‖r_e‖,
+    /// with a floor at the rounding of F: ε ‖diag K‖ L.
+    fn error(&self, system: &System, state: &State) -> f64 {
+        let floor = 4.0 * f64::EPSILON * norm(&system.pattern.diagonal(&self.sums.k)) * self.length;
+        let residual = norm(&system.restrict(&self.sums.r));
+        let scale = self.sums.scale.max(floor / self.settings.tolerance);
+        let mut error = if residual == 0.0 { 0.0 } else { residual / scale };
+        for (c, (&g, &lambda)) in self.sums.g.iter().zip(&state.lambda).enumerate() {
+            let g = g / system.constraints[c].scale();
+            let one_sided = system.is_one_sided(c);
+            // An open one-sided row is satisfied; a negative multiplier never is.
+            let row = if one_sided && lambda == 0.0 { f64::max(0.0, -g) } else { g.abs() };
+            error = error.max(row);
+            if one_sided && lambda < 0.0 {
+                error = f64::INFINITY;
+            }
+        }
+        error
+    }
+
+    fn worst_node(&self, system: &System) -> u32 {
+        let largest = |a: &&u32, b: &&u32| self.sums.r[**a as usize].abs().total_cmp(&self.sums.r[**b as usize].abs());
+        system.dofs.free.iter().max_by(largest).map_or(0, |dof| dof / 3)
+    }
+
+    /// Factorises K, shifts it where the constrained tangent has negative eigenvalues, and forms S = H K⁻¹ Hᵀ.
+    fn factorise(&mut self, system: &System, solved: &mut Solved) -> Result<Schur, Failure> {
+        let mut shift = 0.0;
+        loop {
+            let factorised = self.factor.factorise(&self.sums.k).map_err(Failure::Linear);
+            let attempt = factorised.and_then(|()| Schur::new(&mut self.factor, &self.sums).map_err(Failure::Linear));
+            match attempt {
+                Ok(schur) => {
+                    let unstable = self.factor.negative_pivots.saturating_sub(schur.negative);
+                    if shift == 0.0 {
+                        solved.unstable_modes = unstable;
+                    }
+                    if unstable == 0 || shift > 1e3 {
+                        return Ok(schur);
+                    }
+                }
+                Err(failure) if shift > 1e3 => return Err(failure),
+                Err(_) => {}
+            }
+            // Shift by a growing fraction of the diagonal: a step between Newton's and steepest descent.
+            let larger = if shift == 0.0 { 1e-3 } else { 10.0 * shift };
+            for j in 0..system.pattern.n {
+                let k = system.pattern.col_ptr[j] as usize;
+                let diagonal = self.sums.k[k] / (1.0 + shift);
+                self.sums.k[k] = diagonal + larger * diagonal.abs();
+            }
+            shift = larger;
+            solved.regularised = true;
+        }
+    }
+
+    /// du = K⁻¹(−r − lift) + Z (λ' − λ)·(−1), with λ' from the complementarity of the linearised rows.
+    fn direction(
+        &mut self,
+        system: &System,
+        state: &State,
+        increment: Option<&[f64]>,
+        schur: &Schur,
+    ) -> Result<Direction, Failure> {
+        let m = state.lambda.len();
+        let mut y = system.restrict(&self.sums.r);
+        y.iter_mut()
+            .zip(&self.sums.lift)
+            .for_each(|(y, lift)| *y = -*y - if increment.is_some() { *lift } else { 0.0 });
+        self.factor.solve(&self.sums.k, &mut y).map_err(Failure::Linear)?;
+        // r contains λ h with h = ∂c/∂x, so du = y − Σ z (λ' − λ); g' = g − h·du − (prescribed part).
+        let mut lambda = vec![0.0; m];
+        if m > 0 {
+            let q: Vec<f64> = (0..m)
+                .map(|i| {
+                    let s = &schur.s[i * m..(i + 1) * m];
+                    self.sums.g[i] - dot(&self.sums.gradient[i], &y) - dot(s, &state.lambda)
+                })
+                .collect();
+            let one_sided: Vec<bool> = (0..m).map(|c| system.is_one_sided(c)).collect();
+            lambda = complementarity(&schur.s, &q, &one_sided).ok_or(Failure::Complementarity)?;
+            for (z, (new, old)) in schur.z.chunks_exact(y.len()).zip(lambda.iter().zip(&state.lambda)) {
+                let change = new - old;
+                y.iter_mut().zip(z).for_each(|(y, z)| *y -= z * change);
+            }
+        }
+        let mut x = increment.map_or_else(|| vec![0.0; state.x.len()], <[f64]>::to_vec);
+        for (&dof, du) in system.dofs.free.iter().zip(&y) {
+            x[dof as usize] = *du;
+        }
+        Ok(Direction { x, lambda })
+    }
+
+    /// Goes along the direction as far as the directional derivative of the energy allows. True for a full step.
+    fn advance(
+        &mut self,
+        step: &Step,
+        next: &mut State,
+        targets: &[(usize, f64)],
+        direction: Direction,
+    ) -> Result<bool, Failure> {
+        let system = step.system;
+        let start = next.x.clone();
+        let free = system.restrict(&direction.x);
+        // G(0) with the new multipliers: r changes by (λ' − λ) h.
+        let mut slope = dot(&system.restrict(&self.sums.r), &free);
+        for (c, h) in self.sums.gradient.iter().enumerate() {
+            slope += (direction.lambda[c] - next.lambda[c]) * dot(h, &free);
+        }
+        next.lambda.copy_from_slice(&direction.lambda);
+        let mut length = 1.0;
+        let mut best = None;
+        for _ in 0..HALVINGS {
+            next.x.iter_mut().zip(&start).zip(&direction.x).for_each(|((x, x0), d)| *x = x0 + length * d);
+            if length == 1.0 {
+                targets.iter().for_each(|&(dof, value)| next.x[dof] = value);
+            }
+            match self.evaluate(step, next, Want::Residual, None) {
+                Ok(()) => {
+                    let g = dot(&system.restrict(&self.sums.r), &free);
+                    if !self.settings.line_search || g.abs() <= LINE_SEARCH_RATIO * slope.abs() || slope >= 0.0 {
+                        return Ok(length == 1.0);
+                    }
+                    if g <= 0.0 && length < 1.0 {
+                        // Still descending beyond a shortened step: good enough.
+                        return Ok(false);
+                    }
+                    if g < 0.0 {
+                        return Ok(true);
+                    }
+                    best = Some(length);
+                    // Secant for G = 0, kept away from the ends.
+                    length *= (slope / (slope - g)).clamp(0.1, 0.6);
+                }
+                Err(failure @ Failure::Eval(_)) => {
+                    best = None;
+                    length *= 0.5;
+                    if length < 0.5f64.powi(HALVINGS as i32) {
+                        return Err(failure);
+                    }
+                }
+                Err(other) => return Err(other),
+            }
+        }
+        // The last evaluation stands: accepted if it was defined, for lack of a better one.
+        if best.is_some() {
+            return Ok(false);
+        }
+        self.evaluate(step, next, Want::Residual, None).map(|()| false)
+    }
+}
+
+/// What is left of the prescribed motion, [3 × nodes], or nothing.
+fn remaining(targets: &[(usize, f64)], state: &State) -> Option<Vec<f64>> {
+    if targets.iter().all(|&(dof, value)| state.x[dof] == value) {
+        return None;
+    }
+    let mut increment = vec![0.0; state.x.len()];
+    targets.iter().for_each(|&(dof, value)| increment[dof] = value - state.x[dof]);
+    Some(increment)
+}
+
+/// Z = K⁻¹ Hᵀ and S = H Z of the current factorisation.
+#[derive(Default)]
+struct Schur {
+    /// [constraints × equations]
+    z: Vec<f64>,
+    /// [constraints × constraints]
+    s: Vec<f64>,
+    /// Negative eigenvalues of S
+    negative: usize,
+}
+
+impl Schur {
+    fn new(factor: &mut Factor, sums: &Assembled) -> Result<Self, LinearError> {
+        let m = sums.gradient.len();
+        let mut z = sums.gradient.concat();
+        if m == 0 {
+            return Ok(Self::default());
+        }
+        factor.solve(&sums.k, &mut z)?;
+        let n = z.len() / m;
+        let s: Vec<f64> =
+            (0..m * m).map(|ij| dot(&sums.gradient[ij / m], &z[(ij % m) * n..(ij % m + 1) * n])).collect();
+        let symmetric = nalgebra::DMatrix::from_fn(m, m, |i, j| 0.5 * (s[i * m + j] + s[j * m + i]));
+        let negative = symmetric.symmetric_eigenvalues().iter().filter(|&&e| e < 0.0).count();
+        Ok(Self { z, s, negative })
+    }
+}

@@ -1,0 +1,26 @@
+//! Consistent initial acceleration.
+
+use super::Failure;
+use crate::math::linear::Factor;
+use crate::system::{At, Rates, State, System, Want};
+
+/// Solves M a = −r(x, v, 0, λ) on the free dofs: r is linear in a, so M = K(ca = 1) − K(ca = 0).
+pub fn initial_acceleration(system: &System, state: &State) -> Result<Vec<f64>, Failure> {
+    let zero = vec![0.0; state.x.len()];
+    let mut sums = system.workspace();
+    let mut tangent = |ca: f64| {
+        let rates = Rates { cv: 0.0, ca };
+        let at = At { t: state.t, dt: 1.0, x: &state.x, v: &state.v, a: &zero, old: &state.x, rates };
+        system.assemble(&at, &state.lambda, Want::Tangent, None, &mut sums).map_err(Failure::Eval)?;
+        Ok((sums.k.clone(), system.restrict(&sums.r)))
+    };
+    let (without, mut force) = tangent(0.0)?;
+    let (mut mass, _) = tangent(1.0)?;
+    mass.iter_mut().zip(&without).for_each(|(m, k)| *m -= k);
+    force.iter_mut().for_each(|f| *f = -*f);
+    let mut factor = Factor::new(system.pattern.clone());
+    factor.factorise(&mass).and_then(|()| factor.solve(&mass, &mut force)).map_err(Failure::Linear)?;
+    let mut a = zero;
+    system.dofs.free.iter().zip(force).for_each(|(&dof, value)| a[dof as usize] = value);
+    Ok(a)
+}

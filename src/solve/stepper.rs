@@ -1,0 +1,241 @@
+//! From step to step: predict, solve, then accept, cut or stop. A step that did not converge is never accepted.
+
+use super::newton::Step;
+use super::{Failure, Integrator, Newton, Solved};
+use crate::system::{State, System};
+use std::fmt;
+
+/// How a run ended.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Status {
+    Converged,
+    /// The step fell below the smallest one
+    StepTooSmall {
+        t: f64,
+        why: Failure,
+    },
+    /// A cell would invert and the law is not defined there
+    Inverted {
+        t: f64,
+        why: Failure,
+    },
+    /// The tangent is singular: a rigid motion or a mechanism is free
+    Singular {
+        t: f64,
+    },
+    /// Stopped by the caller
+    Interrupted {
+        t: f64,
+    },
+}
+
+impl Status {
+    /// Name as in `summary.json`.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Converged => "Converged",
+            Self::StepTooSmall { .. } => "StepTooSmall",
+            Self::Inverted { .. } => "Inverted",
+            Self::Singular { .. } => "Singular",
+            Self::Interrupted { .. } => "Interrupted",
+        }
+    }
+}
+
+impl fmt::Display for Status {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Converged => write!(f, "converged"),
+            Self::StepTooSmall { t, why } => write!(
+                f,
+                "after t = {t:.6} s no step however small converges: {why}; the load may exceed what the body can carry \
+                 (drive by length instead of tension), or the mesh is too coarse there"
+            ),
+            Self::Inverted { t, why } => write!(
+                f,
+                "after t = {t:.6} s no step however small avoids inversion: {why}; refine the mesh there, reduce the \
+                 load, or take a law that survives inversion (stable_neo_hookean)"
+            ),
+            Self::Singular { t } => write!(
+                f,
+                "after t = {t:.6} s the tangent is singular: the body can move freely; fix a region (a facet region \
+                 with three nodes not on a line holds a body)"
+            ),
+            Self::Interrupted { t } => write!(f, "stopped at t = {t:.6} s"),
+        }
+    }
+}
+
+/// Step control.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StepSettings {
+    /// A step is halved at most this often before the run stops
+    pub cuts: u32,
+    /// Start each step from the extrapolation of the last ones
+    pub extrapolate: bool,
+}
+
+impl Default for StepSettings {
+    fn default() -> Self {
+        Self { cuts: 10, extrapolate: true }
+    }
+}
+
+/// Counts over a run.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct Totals {
+    pub steps: usize,
+    pub iterations: usize,
+    pub cuts: usize,
+    /// Steps whose tangent had to be shifted towards positive definiteness
+    pub regularised: usize,
+    /// Accepted states whose tangent had negative eigenvalues: beyond a bifurcation or a limit point
+    pub unstable: usize,
+}
+
+/// A stretch of time with one integrator and one nominal step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Span {
+    pub integrator: Integrator,
+    pub start: f64,
+    pub end: f64,
+    /// Nominal step [s]; the grid start + k·dt is hit whatever was cut
+    pub dt: f64,
+}
+
+/// Drives [`Newton`] over a [`Span`].
+pub struct Stepper<'a> {
+    pub system: &'a System,
+    pub newton: Newton,
+    pub settings: StepSettings,
+    pub totals: Totals,
+    /// The last accepted states, newest first, for extrapolation
+    recent: Vec<(f64, Vec<f64>, Vec<f64>)>,
+}
+
+impl<'a> Stepper<'a> {
+    pub fn new(system: &'a System, newton: Newton, settings: StepSettings) -> Self {
+        Self { system, newton, settings, totals: Totals::default(), recent: Vec::new() }
+    }
+
+    /// Runs from `state` to the end of the span. `accepted(past, state, newton, on_grid)` is called after every accepted
+    /// step; it returns false to stop.
+    pub fn run(
+        &mut self,
+        span: Span,
+        state: &mut State,
+        mut accepted: impl FnMut(&State, &State, &Newton, bool) -> bool,
+    ) -> Status {
+        span.integrator.begin(state);
+        self.recent.clear();
+        self.remember(state);
+        let grid = ((span.end - span.start) / span.dt - 1e-9).ceil().max(1.0) as usize;
+        for k in 1..=grid {
+            let goal = if k == grid { span.end } else { span.start + k as f64 * span.dt };
+            let (mut level, mut done) = (0u32, 0u64);
+            let origin = state.t;
+            // done / 2^level of the nominal step lies behind.
+            while done < 1u64 << level {
+                let whole = 1u64 << level;
+                let t =
+                    if done + 1 == whole { goal } else { origin + (goal - origin) * (done + 1) as f64 / whole as f64 };
+                match self.step(span.integrator, state, t) {
+                    Ok((next, solved)) => {
+                        let past = std::mem::replace(state, next);
+                        self.count(&solved);
+                        self.remember(state);
+                        done += 1;
+                        if !accepted(&past, state, &self.newton, done == whole) {
+                            return Status::Interrupted { t: state.t };
+                        }
+                        // Grow again after two steps in a row.
+                        while level > 0 && done % 2 == 0 {
+                            level -= 1;
+                            done /= 2;
+                        }
+                    }
+                    Err(why) => {
+                        if level == self.settings.cuts {
+                            return stopped(state.t, why);
+                        }
+                        self.totals.cuts += 1;
+                        level += 1;
+                        done *= 2;
+                    }
+                }
+            }
+        }
+        Status::Converged
+    }
+
+    /// One step to time `t`: from the extrapolation, and if that fails, from the last state.
+    fn step(&mut self, integrator: Integrator, state: &State, t: f64) -> Result<(State, Solved), Failure> {
+        let dt = t - state.t;
+        let mut next = State { t, ..state.clone() };
+        let extrapolated = self.settings.extrapolate && self.extrapolate(integrator, state, &mut next);
+        let step = Step { system: self.system, integrator, past: state, dt };
+        let mut result = self.newton.solve(&step, &mut next);
+        if result.is_err() && extrapolated {
+            next = State { t, ..state.clone() };
+            result = self.newton.solve(&step, &mut next);
+        }
+        let solved = result?;
+        integrator.finish(state, dt, &mut next);
+        Ok((next, solved))
+    }
+
+    /// Statics: quadratic through the last three states. Dynamics: x + Δt v + ½Δt² a, multipliers linear.
+    fn extrapolate(&self, integrator: Integrator, state: &State, next: &mut State) -> bool {
+        let weights = lagrange(&self.recent.iter().map(|r| r.0).collect::<Vec<_>>(), next.t);
+        if weights.len() < 2 {
+            return false;
+        }
+        if integrator.is_static() {
+            next.x.fill(0.0);
+        } else {
+            let dt = next.t - state.t;
+            for (i, x) in next.x.iter_mut().enumerate() {
+                *x = state.x[i] + dt * (state.v[i] + 0.5 * dt * state.a[i]);
+            }
+        }
+        next.lambda.fill(0.0);
+        for (w, (_, x, lambda)) in weights.iter().zip(&self.recent) {
+            if integrator.is_static() {
+                next.x.iter_mut().zip(x).for_each(|(n, x)| *n += w * x);
+            }
+            next.lambda.iter_mut().zip(lambda).for_each(|(n, l)| *n += w * l);
+        }
+        for (c, lambda) in next.lambda.iter_mut().enumerate() {
+            if self.system.is_one_sided(c) {
+                *lambda = lambda.max(0.0);
+            }
+        }
+        true
+    }
+
+    fn remember(&mut self, state: &State) {
+        self.recent.insert(0, (state.t, state.x.clone(), state.lambda.clone()));
+        self.recent.truncate(3);
+    }
+
+    fn count(&mut self, solved: &Solved) {
+        self.totals.steps += 1;
+        self.totals.iterations += solved.iterations;
+        self.totals.regularised += usize::from(solved.regularised);
+        self.totals.unstable += usize::from(solved.unstable_modes > 0);
+    }
+}
+
+fn stopped(t: f64, why: Failure) -> Status {
+    match why {
+        Failure::Eval(_) => Status::Inverted { t, why },
+        Failure::Linear(crate::math::linear::LinearError::Singular) => Status::Singular { t },
+        _ => Status::StepTooSmall { t, why },
+    }
+}
+
+/// Weights of the polynomial through `times` at `t`.
+fn lagrange(times: &[f64], t: f64) -> Vec<f64> {
+    let factor = |i: usize, j: usize| (t - times[j]) / (times[i] - times[j]);
+    (0..times.len()).map(|i| (0..times.len()).filter(|&j| j != i).map(|j| factor(i, j)).product()).collect()
+}

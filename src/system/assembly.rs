@@ -1,0 +1,271 @@
+//! Residual and tangent: one loop over the declared effects and constraints.
+//!
+//! Blocks are evaluated and summed in their order, so the result does not depend on how many cases run beside it.
+
+use super::{At, Blocks, Cone, Constraint, Dofs, Effect, EvalError, Local, Prescribed, Want};
+use crate::math::linear::norm;
+use crate::math::sparse::SymPattern;
+use std::time::{Duration, Instant};
+
+/// Why a system cannot be built.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SystemError {
+    #[error("degree of freedom {component} of node {node} is prescribed twice; remove one of the two constraints")]
+    PrescribedTwice { node: u32, component: u32 },
+    #[error("the scene has no effect: add at least an [[effect]] of kind \"elastic\"")]
+    NoEffect,
+    #[error("every node is prescribed: there is nothing to solve")]
+    NothingFree,
+}
+
+/// Time spent in the evaluations of one effect or constraint.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cost {
+    pub name: String,
+    pub time: Duration,
+    pub evaluations: usize,
+}
+
+/// Effects, constraints and the sparsity that follows from them.
+pub struct System {
+    pub effects: Vec<Box<dyn Effect>>,
+    pub constraints: Vec<Box<dyn Constraint>>,
+    pub prescribed: Vec<Prescribed>,
+    pub dofs: Dofs,
+    pub pattern: SymPattern,
+    /// Per effect, then per constraint: slot of each local entry with column ≤ row, block after block
+    slots: Vec<Vec<u32>>,
+    largest: usize,
+}
+
+/// Sums at one state.
+#[derive(Clone, Debug)]
+pub struct Assembled {
+    /// [3 × nodes] r(x) + λ ∂c/∂x [N]; at a prescribed dof it is the reaction
+    pub r: Vec<f64>,
+    /// Values of K in the pattern of the system [N/m]
+    pub k: Vec<f64>,
+    /// [equations] Σ K_e d of the prescribed increment d, if one was given [N]
+    pub lift: Vec<f64>,
+    /// Per constraint: g = target − c
+    pub g: Vec<f64>,
+    /// Per constraint: [equations] ∂c/∂x on the free dofs
+    pub gradient: Vec<Vec<f64>>,
+    /// Largest effect's Σ_e ‖r_e‖ [N]: the yardstick of convergence
+    pub scale: f64,
+    /// Per effect: its energy [J]
+    pub energy: Vec<f64>,
+    /// Per effect, then per constraint
+    pub costs: Vec<Cost>,
+}
+
+impl System {
+    pub fn new(
+        nodes: usize,
+        effects: Vec<Box<dyn Effect>>,
+        constraints: Vec<Box<dyn Constraint>>,
+        prescribed: Vec<Prescribed>,
+    ) -> Result<Self, SystemError> {
+        if effects.is_empty() {
+            return Err(SystemError::NoEffect);
+        }
+        let mut seen = vec![false; 3 * nodes];
+        for p in &prescribed {
+            if std::mem::replace(&mut seen[p.dof as usize], true) {
+                return Err(SystemError::PrescribedTwice { node: p.dof / 3, component: p.dof % 3 });
+            }
+        }
+        let blocks = || effects.iter().map(|e| e.blocks()).chain(constraints.iter().map(|c| c.blocks()));
+        let dofs = Dofs::new(nodes, &prescribed, blocks());
+        if dofs.free.is_empty() {
+            return Err(SystemError::NothingFree);
+        }
+        let pattern = {
+            let dofs = &dofs;
+            let pairs = blocks().flat_map(move |list| {
+                (0..list.len()).flat_map(move |b| {
+                    let equations = equations(dofs, list.nodes(b));
+                    (0..equations.len()).flat_map(move |i| {
+                        let equations = equations.clone();
+                        (0..i).map(move |j| (equations[i], equations[j]))
+                    })
+                })
+            });
+            SymPattern::from_pairs(dofs.free.len(), pairs.filter(|p| p.0 != Dofs::FIXED && p.1 != Dofs::FIXED))
+        };
+        let slots = blocks().map(|list| slots(&dofs, &pattern, list)).collect();
+        let largest = blocks().map(Blocks::largest).max().unwrap_or(0);
+        Ok(Self { effects, constraints, prescribed, dofs, pattern, slots, largest })
+    }
+
+    /// Room for the sums.
+    pub fn workspace(&self) -> Assembled {
+        let n = self.dofs.free.len();
+        let names = self.effects.iter().map(|e| e.name()).chain(self.constraints.iter().map(|c| c.name()));
+        Assembled {
+            r: vec![0.0; self.dofs.equation.len()],
+            k: vec![0.0; self.pattern.nnz()],
+            lift: vec![0.0; n],
+            g: vec![0.0; self.constraints.len()],
+            gradient: vec![vec![0.0; n]; self.constraints.len()],
+            scale: 0.0,
+            energy: vec![0.0; self.effects.len()],
+            costs: names.map(|n| Cost { name: n.into(), time: Duration::ZERO, evaluations: 0 }).collect(),
+        }
+    }
+
+    /// Sums residual and, if wanted, tangent. `increment` [3 × nodes] is a prescribed change whose forces go into `lift`.
+    pub fn assemble(
+        &self,
+        at: &At,
+        lambda: &[f64],
+        want: Want,
+        increment: Option<&[f64]>,
+        out: &mut Assembled,
+    ) -> Result<(), EvalError> {
+        out.r.fill(0.0);
+        out.lift.fill(0.0);
+        out.scale = 0.0;
+        if want == Want::Tangent {
+            out.k.fill(0.0);
+        }
+        let mut local = Local::new(self.largest);
+        for (e, effect) in self.effects.iter().enumerate() {
+            let start = Instant::now();
+            let mut sum = 0.0;
+            let mut scatter = Scatter { system: self, list: effect.blocks(), slots: &self.slots[e], next: 0 };
+            out.energy[e] = 0.0;
+            for b in 0..effect.blocks().len() {
+                let n = 3 * effect.blocks().nodes(b).len();
+                local.reset(n, want);
+                effect.eval(at, b, want, &mut local)?;
+                out.energy[e] += local.energy;
+                sum += norm(&local.r[..n]);
+                scatter.add(b, &local, 1.0, want, increment, out);
+            }
+            out.scale = f64::max(out.scale, sum);
+            out.costs[e].time += start.elapsed();
+            out.costs[e].evaluations += 1;
+        }
+        for (c, constraint) in self.constraints.iter().enumerate() {
+            let start = Instant::now();
+            let i = self.effects.len() + c;
+            let mut scatter = Scatter { system: self, list: constraint.blocks(), slots: &self.slots[i], next: 0 };
+            let mut sum = 0.0;
+            out.g[c] = constraint.target(at.t);
+            out.gradient[c].fill(0.0);
+            for b in 0..constraint.blocks().len() {
+                let nodes = constraint.blocks().nodes(b);
+                let n = 3 * nodes.len();
+                local.reset(n, want);
+                constraint.eval(at.x, b, want, &mut local)?;
+                out.g[c] -= local.energy;
+                sum += lambda[c].abs() * norm(&local.r[..n]);
+                for (k, r) in local.r[..n].iter().enumerate() {
+                    let equation = self.dofs.equation[3 * nodes[k / 3] as usize + k % 3];
+                    if equation != Dofs::FIXED {
+                        out.gradient[c][equation as usize] += r;
+                    }
+                }
+                scatter.add(b, &local, lambda[c], want, increment, out);
+            }
+            out.scale = f64::max(out.scale, sum);
+            out.costs[i].time += start.elapsed();
+            out.costs[i].evaluations += 1;
+        }
+        Ok(())
+    }
+
+    /// Residual on the free dofs, [equations].
+    pub fn restrict(&self, full: &[f64]) -> Vec<f64> {
+        self.dofs.free.iter().map(|&dof| full[dof as usize]).collect()
+    }
+
+    /// Is row `c` an inequality?
+    pub fn is_one_sided(&self, c: usize) -> bool {
+        self.constraints[c].cone() == Cone::NonNegative
+    }
+}
+
+fn equations(dofs: &Dofs, nodes: &[u32]) -> std::rc::Rc<[u32]> {
+    nodes.iter().flat_map(|&n| (0..3).map(move |c| dofs.equation[3 * n as usize + c])).collect()
+}
+
+fn slots(dofs: &Dofs, pattern: &SymPattern, list: &Blocks) -> Vec<u32> {
+    let mut out = Vec::new();
+    for b in 0..list.len() {
+        let equations = equations(dofs, list.nodes(b));
+        for (i, &row) in equations.iter().enumerate() {
+            for &column in &equations[..=i] {
+                out.push(if row == Dofs::FIXED || column == Dofs::FIXED {
+                    Dofs::FIXED
+                } else {
+                    pattern.slot(row, column).expect("the pattern holds every pair of a block")
+                });
+            }
+        }
+    }
+    out
+}
+
+/// Adds local blocks to the sums, in block order.
+struct Scatter<'a> {
+    system: &'a System,
+    list: &'a Blocks,
+    slots: &'a [u32],
+    next: usize,
+}
+
+impl Scatter<'_> {
+    fn add(
+        &mut self,
+        b: usize,
+        local: &Local,
+        factor: f64,
+        want: Want,
+        increment: Option<&[f64]>,
+        out: &mut Assembled,
+    ) {
+        let nodes = self.list.nodes(b);
+        let n = 3 * nodes.len();
+        for (a, &node) in nodes.iter().enumerate() {
+            for c in 0..3 {
+                out.r[3 * node as usize + c] += factor * local.r[3 * a + c];
+            }
+        }
+        if want < Want::Tangent {
+            return;
+        }
+        let slots = &self.slots[self.next..self.next + n * (n + 1) / 2];
+        self.next += slots.len();
+        let mut s = slots.iter();
+        for i in 0..n {
+            for (value, &slot) in local.k[i * n..i * n + i + 1].iter().zip(&mut s) {
+                if slot != Dofs::FIXED {
+                    out.k[slot as usize] += factor * value;
+                }
+            }
+        }
+        if let Some(d) = increment {
+            self.lift(nodes, local, factor, d, out);
+        }
+    }
+
+    /// lift += K_e d_e, where d is zero on free dofs.
+    fn lift(&self, nodes: &[u32], local: &Local, factor: f64, d: &[f64], out: &mut Assembled) {
+        let n = 3 * nodes.len();
+        let dof = |k: usize| 3 * nodes[k / 3] as usize + k % 3;
+        for j in 0..n {
+            let dj = factor * d[dof(j)];
+            if dj == 0.0 {
+                continue;
+            }
+            for i in 0..n {
+                let equation = self.system.dofs.equation[dof(i)];
+                if equation != Dofs::FIXED {
+                    out.lift[equation as usize] += local.k[i.max(j) * n + i.min(j)] * dj;
+                }
+            }
+        }
+    }
+}

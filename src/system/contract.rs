@@ -1,0 +1,185 @@
+//! What an effect or a constraint is, and what it sees.
+
+pub use crate::material::Want;
+use std::fmt;
+
+/// All that changes during a run. Cloning it is a checkpoint, dropping it a cut step. SI units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct State {
+    pub t: f64,
+    /// [3 × nodes] displacement [m]
+    pub x: Vec<f64>,
+    /// [3 × nodes] velocity [m/s]
+    pub v: Vec<f64>,
+    /// [3 × nodes] acceleration [m/s²]
+    pub a: Vec<f64>,
+    /// [constraints] multipliers, in the unit that pairs with g (cable: tension [N])
+    pub lambda: Vec<f64>,
+    /// What the integrator remembers besides (BDF2: last x and v; generalised-α: algorithmic acceleration)
+    pub memory: Vec<f64>,
+    /// Last accepted step [s], 0 at the start
+    pub dt: f64,
+}
+
+impl State {
+    /// At rest in the reference configuration.
+    pub fn rest(nodes: usize, constraints: usize) -> Self {
+        let zero = vec![0.0; 3 * nodes];
+        Self {
+            t: 0.0,
+            x: zero.clone(),
+            v: zero.clone(),
+            a: zero,
+            lambda: vec![0.0; constraints],
+            memory: Vec::new(),
+            dt: 0.0,
+        }
+    }
+}
+
+/// Slopes of the integrator: ∂v/∂x = cv·I [1/s], ∂a/∂x = ca·I [1/s²]; both 0 in statics.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct Rates {
+    pub cv: f64,
+    pub ca: f64,
+}
+
+/// What an evaluation sees.
+#[derive(Clone, Copy)]
+pub struct At<'a> {
+    pub t: f64,
+    pub dt: f64,
+    pub x: &'a [f64],
+    pub v: &'a [f64],
+    pub a: &'a [f64],
+    /// x at the start of the step
+    pub old: &'a [f64],
+    pub rates: Rates,
+}
+
+/// Which fields an effect reads, beyond x; a static integrator has neither.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub struct Needs {
+    pub velocity: bool,
+    pub acceleration: bool,
+}
+
+/// Node lists of the contributions (cell, node, cable segment) of an effect.
+#[derive(Clone, Debug, Default)]
+pub struct Blocks {
+    offsets: Vec<u32>,
+    nodes: Vec<u32>,
+}
+
+impl Blocks {
+    pub fn new<'a>(lists: impl Iterator<Item = &'a [u32]>) -> Self {
+        let (mut offsets, mut nodes) = (vec![0], Vec::new());
+        for list in lists {
+            nodes.extend_from_slice(list);
+            offsets.push(nodes.len() as u32);
+        }
+        Self { offsets, nodes }
+    }
+
+    pub fn len(&self) -> usize {
+        self.offsets.len().saturating_sub(1)
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Nodes of block `b`; its dofs are 3·node + component in this order.
+    pub fn nodes(&self, b: usize) -> &[u32] {
+        &self.nodes[self.offsets[b] as usize..self.offsets[b + 1] as usize]
+    }
+
+    /// Dofs of the largest block.
+    pub fn largest(&self) -> usize {
+        3 * self.offsets.windows(2).map(|w| (w[1] - w[0]) as usize).max().unwrap_or(0)
+    }
+}
+
+/// Buffers of one block, zeroed before each evaluation.
+pub struct Local {
+    /// Π_e [J], or the share of g
+    pub energy: f64,
+    /// [n] r_e = ∂Π_e/∂x_e [N]
+    pub r: Vec<f64>,
+    /// [n × n] row by row; only entries with column ≤ row are read. K_e = ∂r/∂x + cv ∂r/∂v + ca ∂r/∂a [N/m]
+    pub k: Vec<f64>,
+}
+
+impl Local {
+    pub fn new(n: usize) -> Self {
+        Self { energy: 0.0, r: vec![0.0; n], k: vec![0.0; n * n] }
+    }
+
+    pub(super) fn reset(&mut self, n: usize, want: Want) {
+        self.energy = 0.0;
+        self.r[..n].fill(0.0);
+        if want == Want::Tangent {
+            self.k[..n * n].fill(0.0);
+        }
+    }
+}
+
+/// An effect that is not defined at this state: the step must be shortened.
+#[derive(Clone, Debug, PartialEq)]
+pub enum EvalError {
+    /// det F ≤ 0 at a quadrature point of a law that needs J > 0
+    Inverted { effect: String, cell: usize, j: f64 },
+    /// Two consecutive guides coincide: the direction of the cable is undefined
+    Degenerate { effect: String, segment: usize },
+}
+
+impl fmt::Display for EvalError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Inverted { effect, cell, j } => write!(f, "{effect}: cell {cell} is inverted (J = {j:.3e})"),
+            Self::Degenerate { effect, segment } => {
+                write!(f, "{effect}: the ends of segment {segment} coincide")
+            }
+        }
+    }
+}
+
+impl std::error::Error for EvalError {}
+
+/// One physical contribution to the residual.
+pub trait Effect: Send + Sync {
+    fn name(&self) -> &str;
+    fn needs(&self) -> Needs {
+        Needs::default()
+    }
+    fn blocks(&self) -> &Blocks;
+    /// Energy (where a potential exists), r_e and K_e of block `b`.
+    fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError>;
+    /// Its energy is stored and can be given back: elastic, kinetic, potential of a dead load.
+    fn conservative(&self) -> bool {
+        true
+    }
+}
+
+/// Which multipliers an exact row admits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cone {
+    /// g = 0, λ free
+    Zero,
+    /// g ≥ 0 ⟂ λ ≥ 0
+    NonNegative,
+}
+
+/// One exact row g(x, t) = target(t) − Σ_b c_b(x), with a multiplier λ that is the answer (cable: tension).
+///
+/// The residual gets λ ∂c/∂x, the tangent λ ∂²c/∂x²: with `Π + λ (c − target)` as the Lagrangian.
+pub trait Constraint: Send + Sync {
+    fn name(&self) -> &str;
+    fn cone(&self) -> Cone;
+    /// Unit of g: a length or volume to which |g| is compared
+    fn scale(&self) -> f64;
+    fn target(&self, t: f64) -> f64;
+    fn blocks(&self) -> &Blocks;
+    /// c_b, ∂c_b/∂x, ∂²c_b/∂x² of block `b` in `energy`, `r`, `k`.
+    fn eval(&self, x: &[f64], b: usize, want: Want, out: &mut Local) -> Result<(), EvalError>;
+}

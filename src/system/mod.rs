@@ -1,0 +1,11 @@
+//! The waist of the program: effects and constraints give local contributions, [`System`] sums them.
+//!
+//! Nothing is in the sum unless it is in the list: there is no gravity, damping or dt field and no flag here.
+
+mod assembly;
+mod contract;
+mod dofs;
+
+pub use assembly::{Assembled, Cost, System, SystemError};
+pub use contract::{At, Blocks, Cone, Constraint, Effect, EvalError, Local, Needs, Rates, State, Want};
+pub use dofs::{Dofs, Prescribed};
