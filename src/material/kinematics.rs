@@ -1,46 +1,64 @@
 //! Invariants of F = I + H without cancellation near F = I, where ψ = O(‖H‖²) is the difference of terms of order one.
 
-use crate::math::tensor::{Mat3, det_minus_one, ln_det};
+use crate::math::tensor::{Mat3, cofactor, det_minus_one};
 
 use super::LawError;
 
-/// J [–], refused where it is not positive (or not a number).
-#[inline]
-pub fn positive_j(f: &Mat3) -> Result<f64, LawError> {
-    let j = f.determinant();
-    if j > 0.0 { Ok(j) } else { Err(LawError::Inverted { j }) }
+/// Invariants of one F, each without cancellation.
+#[derive(Clone, Copy, Debug)]
+pub struct Invariants {
+    /// ‖H‖² < 0.1: the differences are taken in H, elsewhere in F, where they do not cancel
+    near: bool,
+    /// cof F = J F⁻ᵀ [–]
+    pub cof: Mat3,
+    /// J = det F [–]
+    pub j: f64,
+    /// x = J − 1 [–]
+    pub x: f64,
+    /// I₁ − 3 [–] = 2 tr H + H:H
+    pub i: f64,
+    /// I₁ − 3 − 2x [–]; the terms linear in H cancel by hand: 2 ε:ε − tr²H − 2 det H, ε = sym H
+    pub i_2x: f64,
 }
 
-/// ln J [–] of a positive J = det F: [`ln_det`] near 1; far from it J itself is the accurate number.
-#[inline]
-pub fn ln_j(f: &Mat3, j: f64) -> f64 {
-    if (j - 1.0).abs() < 0.5 { ln_det(f) } else { j.ln() }
-}
+impl Invariants {
+    /// Of any F, singular and inverted ones included.
+    #[inline(always)]
+    pub fn of(f: &Mat3) -> Self {
+        let cof = cofactor(f);
+        let j = f[(0, 0)] * cof[(0, 0)] + f[(0, 1)] * cof[(0, 1)] + f[(0, 2)] * cof[(0, 2)];
+        let h = f - Mat3::identity();
+        let squares = h.norm_squared();
+        let i = 2.0 * h.trace() + squares;
+        let near = squares < 0.1;
+        if near {
+            let shear =
+                (h[(0, 1)] + h[(1, 0)]).powi(2) + (h[(1, 2)] + h[(2, 1)]).powi(2) + (h[(0, 2)] + h[(2, 0)]).powi(2);
+            let normal = h[(0, 0)].powi(2) + h[(1, 1)].powi(2) + h[(2, 2)].powi(2);
+            let i_2x = shear + 2.0 * normal - h.trace().powi(2) - 2.0 * h.determinant();
+            Self { near, cof, j, x: det_minus_one(&h), i, i_2x }
+        } else {
+            Self { near, cof, j, x: j - 1.0, i, i_2x: i - 2.0 * (j - 1.0) }
+        }
+    }
 
-/// I₁ − 3 = 2 tr H + H : H [–].
-#[inline]
-pub fn i1_minus_three(f: &Mat3) -> f64 {
-    let h = f - Mat3::identity();
-    2.0 * h.trace() + h.norm_squared()
-}
+    /// Of an F with J > 0, refused otherwise (and where J is not a number).
+    #[inline(always)]
+    pub fn of_positive(f: &Mat3) -> Result<Self, LawError> {
+        let k = Self::of(f);
+        if k.j > 0.0 { Ok(k) } else { Err(LawError::Inverted { j: k.j }) }
+    }
 
-/// I₁ − 3 − 2(J − 1) [–]: the terms linear in H cancel by hand, leaving 2 ε:ε − tr²H − 2 det H with ε = sym H.
-#[inline]
-pub fn i1_minus_three_minus_two_x(f: &Mat3) -> f64 {
-    let h = f - Mat3::identity();
-    let shear = (h[(0, 1)] + h[(1, 0)]).powi(2) + (h[(1, 2)] + h[(2, 1)]).powi(2) + (h[(0, 2)] + h[(2, 0)]).powi(2);
-    let normal = h[(0, 0)].powi(2) + h[(1, 1)].powi(2) + h[(2, 2)].powi(2);
-    shear + 2.0 * normal - h.trace().powi(2) - 2.0 * h.determinant()
-}
+    /// ln J [–], for J > 0.
+    #[inline(always)]
+    pub fn ln_j(&self) -> f64 {
+        if self.near { self.x.ln_1p() } else { self.j.ln() }
+    }
 
-/// I₁ − 3 − 2 ln J [–] ≥ 0, with ln J at hand: [I₁ − 3 − 2x] + 2[x − ln(1 + x)], x = J − 1, near F = I.
-#[inline]
-pub fn i1_minus_three_minus_two_ln_j(f: &Mat3, ln_j: f64) -> f64 {
-    let h = f - Mat3::identity();
-    if h.norm_squared() < 0.1 {
-        i1_minus_three_minus_two_x(f) + 2.0 * x_minus_ln_1p(det_minus_one(&h))
-    } else {
-        i1_minus_three(f) - 2.0 * ln_j
+    /// I₁ − 3 − 2 ln J [–] ≥ 0, for J > 0 and with ln J at hand: [I₁ − 3 − 2x] + 2[x − ln(1 + x)] near F = I.
+    #[inline(always)]
+    pub fn i_2ln(&self, ln_j: f64) -> f64 {
+        if self.near { self.i_2x + 2.0 * x_minus_ln_1p(self.x) } else { self.i - 2.0 * ln_j }
     }
 }
 

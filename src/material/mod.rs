@@ -6,12 +6,19 @@ use crate::math::tensor::{Mat3, Mat9, ZERO9};
 use crate::math::units::Dimension;
 
 mod assemble;
+pub mod corotational;
 pub mod kinematics;
 pub mod linear;
+pub mod load_case;
 pub mod moduli;
 pub mod neo_hookean;
+pub mod neo_hookean_split;
+pub mod polar;
 pub mod registry;
+pub mod st_venant_kirchhoff;
+pub mod stable_neo_hookean;
 
+pub use load_case::{Homogeneous, LoadCase, LoadCaseError};
 pub use moduli::Moduli;
 pub use registry::{LAWS, LawEntry, LawSpecError, law_from_table};
 

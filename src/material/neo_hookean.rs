@@ -7,9 +7,9 @@
 //! Limits: J > 0 only. Not polyconvex: (ln J)² is concave in J beyond J = e, so strong dilatation softens.
 
 use super::assemble::{isotropic, rows};
-use super::kinematics::{i1_minus_three_minus_two_ln_j, ln_j, positive_j};
+use super::kinematics::Invariants;
 use super::{Law, LawError, LawInfo, Moduli, Response, Want, moduli};
-use crate::math::tensor::{Mat3, cofactor};
+use crate::math::tensor::Mat3;
 
 pub static INFO: LawInfo = LawInfo {
     name: "neo_hookean",
@@ -41,11 +41,11 @@ impl Law for NeoHookean {
     /// With G = F⁻ᵀ: P = μ(F − G) + λ ln J G; A_iJkL = μ δ_ik δ_JL + λ G_iJ G_kL + (μ − λ ln J) G_iL G_kJ.
     fn eval(&self, f: &Mat3, want: Want) -> Result<Response, LawError> {
         let Moduli { mu, lambda, .. } = self.0;
-        let j = positive_j(f)?;
-        let ln = ln_j(f, j);
-        let mut r = Response::energy(0.5 * mu * i1_minus_three_minus_two_ln_j(f, ln) + 0.5 * lambda * ln * ln);
+        let k = Invariants::of_positive(f)?;
+        let ln = k.ln_j();
+        let mut r = Response::energy(0.5 * mu * k.i_2ln(ln) + 0.5 * lambda * ln * ln);
         if want >= Want::Residual {
-            let g = cofactor(f) / j;
+            let g = k.cof / k.j;
             r.p = (f - g) * mu + g * (lambda * ln);
             if want >= Want::Tangent {
                 r.a = isotropic(mu, lambda, mu - lambda * ln, &rows(&g));

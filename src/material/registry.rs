@@ -2,8 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use super::corotational::{self, Corotational};
 use super::linear::{self, Linear};
 use super::neo_hookean::{self, NeoHookean};
+use super::neo_hookean_split::{self, NeoHookeanSplit};
+use super::st_venant_kirchhoff::{self, StVenantKirchhoff};
+use super::stable_neo_hookean::{self, StableNeoHookean};
 use super::{Law, LawInfo, Moduli, Parameter, moduli};
 use crate::math::units::{self, Dimension, UnitError};
 
@@ -27,7 +31,11 @@ const fn elastic(info: &'static LawInfo, build: fn(&Values) -> Result<Box<dyn La
 /// Every law. A new law is one file and one line here.
 pub static LAWS: &[LawEntry] = &[
     elastic(&linear::INFO, |v| Ok(Box::new(Linear(Moduli::from_map(v)?)))),
+    elastic(&corotational::INFO, |v| Ok(Box::new(Corotational(Moduli::from_map(v)?)))),
+    elastic(&st_venant_kirchhoff::INFO, |v| Ok(Box::new(StVenantKirchhoff(Moduli::from_map(v)?)))),
     elastic(&neo_hookean::INFO, |v| Ok(Box::new(NeoHookean(Moduli::from_map(v)?)))),
+    elastic(&neo_hookean_split::INFO, |v| Ok(Box::new(NeoHookeanSplit(Moduli::from_map(v)?)))),
+    elastic(&stable_neo_hookean::INFO, |v| Ok(Box::new(StableNeoHookean::new(Moduli::from_map(v)?)))),
 ];
 
 /// Keys of a law table that are not parameters of the law: its name, and where its numbers come from.
