@@ -1,7 +1,26 @@
 //! Constitutive laws: ψ(F) [J/m³], P = ∂ψ/∂F [Pa], A = ∂P/∂F [Pa].
+//!
+//! One file per law; [`registry::LAWS`] lists them, and the generic tests run over that list.
 
-use crate::math::tensor::{Mat3, Mat9};
+use crate::math::tensor::{Mat3, Mat9, ZERO9};
 use crate::math::units::Dimension;
+
+mod assemble;
+pub mod corotational;
+pub mod kinematics;
+pub mod linear;
+pub mod load_case;
+pub mod moduli;
+pub mod neo_hookean;
+pub mod neo_hookean_split;
+pub mod polar;
+pub mod registry;
+pub mod st_venant_kirchhoff;
+pub mod stable_neo_hookean;
+
+pub use load_case::{Homogeneous, LoadCase, LoadCaseError};
+pub use moduli::Moduli;
+pub use registry::{LAWS, LawEntry, LawSpecError, law_from_table};
 
 /// How much of a response is needed; each includes the ones before it.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -22,10 +41,20 @@ pub struct Response {
     pub a: Mat9,
 }
 
+impl Response {
+    /// ψ [J/m³] alone; P and A are filled in where they are wanted.
+    fn energy(psi: f64) -> Self {
+        Self { psi, p: Mat3::zeros(), a: ZERO9 }
+    }
+}
+
 /// A law that is not defined at this deformation.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
 pub enum LawError {
     /// det F ≤ 0 [–] in a law that needs J > 0
+    #[error(
+        "det F = {j:e} is not positive, where ln J and J^(-2/3) do not exist; take a smaller step or `stable_neo_hookean`"
+    )]
     Inverted { j: f64 },
 }
 
@@ -51,9 +80,14 @@ pub struct LawInfo {
     pub formula: &'static str,
     /// Author, year, equation
     pub source: &'static str,
+    /// Where it is not to be used
+    pub limits: &'static str,
+    /// Independent parameters; their bounds form a box, so a fit may move each alone
     pub parameters: &'static [Parameter],
-    /// Defined for J ≤ 0 (recovers from inverted cells)
+    /// Defined (finite ψ, P, A) for J ≤ 0; `limits` says whether it also drives inverted cells back
     pub survives_inversion: bool,
+    /// ψ(QF) = ψ(F) for every rotation Q
+    pub objective: bool,
 }
 
 /// A constitutive law with its constants.
@@ -61,6 +95,8 @@ pub trait Law: Send + Sync + std::fmt::Debug {
     fn info(&self) -> &'static LawInfo;
     /// Values of the parameters in the order of `info().parameters` [SI]
     fn values(&self) -> Vec<f64>;
+    /// Hooke's constants of the tangent at F = I
+    fn small_strain(&self) -> Moduli;
     /// ψ, P and A at F
     fn eval(&self, f: &Mat3, want: Want) -> Result<Response, LawError>;
 }

@@ -1,0 +1,41 @@
+//! Closed forms of fourth-order tensors, A[3i+J][3k+L].
+
+use crate::math::tensor::{Mat3, Mat9};
+
+/// A second-order tensor by rows, m[3i+J]: the order of the rows and columns of [`Mat9`].
+pub(crate) type Row9 = [f64; 9];
+
+pub(crate) fn rows(m: &Mat3) -> Row9 {
+    [m[(0, 0)], m[(0, 1)], m[(0, 2)], m[(1, 0)], m[(1, 1)], m[(1, 2)], m[(2, 0)], m[(2, 1)], m[(2, 2)]]
+}
+
+/// c δ_ik δ_JL + w G_iJ G_kL + x G_iL G_kJ, the shape shared by laws in F and G = F⁻ᵀ.
+#[inline(always)]
+pub(crate) fn isotropic(c: f64, w: f64, x: f64, g: &Row9) -> Mat9 {
+    let mut a = [[0.0; 9]; 9];
+    for i in 0..3 {
+        for j in 0..3 {
+            let row = &mut a[3 * i + j];
+            let wg = w * g[3 * i + j];
+            for k in 0..3 {
+                let xg = x * g[3 * k + j];
+                for l in 0..3 {
+                    row[3 * k + l] = wg * g[3 * k + l] + xg * g[3 * i + l];
+                }
+            }
+            row[3 * i + j] += c;
+        }
+    }
+    a
+}
+
+/// a += w u ⊗ v.
+#[inline(always)]
+pub(crate) fn add_dyad(a: &mut Mat9, w: f64, u: &Row9, v: &Row9) {
+    for (row, &ui) in a.iter_mut().zip(u) {
+        let wu = w * ui;
+        for (x, &vk) in row.iter_mut().zip(v) {
+            *x += wu * vk;
+        }
+    }
+}

@@ -1,0 +1,82 @@
+//! Corotational linear elasticity: Hooke's law in the frame of the rotation nearest to F.
+//!
+//! ψ = μ‖F − R‖² + ½λ tr²(RᵀF − I), F = RS
+//!
+//! Source: Sifakis & Barbič, *FEM Simulation of 3D Deformable Solids*, SIGGRAPH 2012 course notes, part I, §3.4. Twist modes: Smith,
+//! de Goes & Kim, *Analytic eigensystems for isotropic distortion energies*, ACM TOG 2019.
+//!
+//! Limits: large rotation, small strain. With R a proper rotation ψ is defined for every F and grows with inversion, but it stays
+//! finite at J = 0. R jumps where s₂ + s₃ = 0 (strongly inverted or collapsed to a line): ψ is continuous there with a concave kink.
+
+use super::assemble::{Row9, add_dyad, isotropic, rows};
+use super::polar::SignedSvd;
+use super::{Law, LawError, LawInfo, Moduli, Response, Want, moduli};
+use crate::math::tensor::Mat3;
+
+pub static INFO: LawInfo = LawInfo {
+    name: "corotational",
+    formula: "ψ = μ‖F − R‖² + ½λ tr²(RᵀF − I)",
+    source: "Sifakis & Barbič 2012, §3.4",
+    limits: "small strain, any rotation; finite energy at J = 0, so cells may invert under load; they are driven back",
+    parameters: moduli::PAIR,
+    survives_inversion: true,
+    objective: true,
+};
+
+/// Smallest s_i + s_j [–] by which the derivative of R is divided. Below it ∂R/∂F, infinite at the kink, is cut off at
+/// 2/(s_i + s_j) = 2e6; above it A is exact.
+const NEAR_KINK: f64 = 1e-6;
+
+/// Corotational law.
+#[derive(Clone, Copy, Debug)]
+pub struct Corotational(pub Moduli);
+
+impl Law for Corotational {
+    fn info(&self) -> &'static LawInfo {
+        &INFO
+    }
+
+    fn values(&self) -> Vec<f64> {
+        vec![self.0.e, self.0.nu]
+    }
+
+    fn small_strain(&self) -> Moduli {
+        self.0
+    }
+
+    /// P = 2μ(F − R) + λ tr(S − I) R. From δR = Σ_{i<j} 2/(s_i + s_j) (T_ij : δF) T_ij with the twists
+    /// T_ij = U (e_i e_jᵀ − e_j e_iᵀ)/√2 Vᵀ: A = 2μ 𝕀 + λ R ⊗ R + (λ tr(S − I) − 2μ) Σ_{i<j} 2/(s_i + s_j) T_ij ⊗ T_ij.
+    fn eval(&self, f: &Mat3, want: Want) -> Result<Response, LawError> {
+        let Moduli { mu, lambda, .. } = self.0;
+        let svd = SignedSvd::of(f);
+        let s = svd.s;
+        let r = svd.rotation();
+        let tr = (s[0] - 1.0) + (s[1] - 1.0) + (s[2] - 1.0);
+        let squares: f64 = s.iter().map(|s| (s - 1.0).powi(2)).sum();
+        let mut out = Response::energy(mu * squares + 0.5 * lambda * tr * tr);
+        if want >= Want::Residual {
+            out.p = (f - r) * (2.0 * mu) + r * (lambda * tr);
+        }
+        if want >= Want::Tangent {
+            out.a = isotropic(2.0 * mu, lambda, 0.0, &rows(&r));
+            for (i, j) in [(0, 1), (0, 2), (1, 2)] {
+                let t = twist(&svd, i, j);
+                // T = √2 T_ij, so its dyad counts half of the 2/(s_i + s_j).
+                add_dyad(&mut out.a, (lambda * tr - 2.0 * mu) / (s[i] + s[j]).max(NEAR_KINK), &t, &t);
+            }
+        }
+        Ok(out)
+    }
+}
+
+/// u_i v_jᵀ − u_j v_iᵀ = √2 T_ij.
+#[inline(always)]
+fn twist(d: &SignedSvd, i: usize, j: usize) -> Row9 {
+    let mut t = [0.0; 9];
+    for a in 0..3 {
+        for b in 0..3 {
+            t[3 * a + b] = d.u[(a, i)] * d.v[(b, j)] - d.u[(a, j)] * d.v[(b, i)];
+        }
+    }
+    t
+}

@@ -1,0 +1,214 @@
+//! The five constants of isotropic linear elasticity; any two of them determine the others.
+
+use std::collections::BTreeMap;
+
+use super::Parameter;
+use super::registry::LawSpecError;
+use crate::math::units::Dimension;
+
+/// Consistent elastic constants: a pair that was given is kept to the last bit, the others follow.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Moduli {
+    /// Young's modulus E [Pa]
+    pub e: f64,
+    /// Poisson's ratio ν [–]
+    pub nu: f64,
+    /// Shear modulus μ [Pa]
+    pub mu: f64,
+    /// Lamé's first constant λ [Pa]
+    pub lambda: f64,
+    /// Bulk modulus κ [Pa]
+    pub kappa: f64,
+}
+
+const E: Parameter = Parameter {
+    name: "E",
+    symbol: "E",
+    dimension: Dimension::PRESSURE,
+    bounds: (0.0, f64::INFINITY),
+    meaning: "Young's modulus",
+};
+const NU: Parameter =
+    Parameter { name: "nu", symbol: "ν", dimension: Dimension::NONE, bounds: (-1.0, 0.5), meaning: "Poisson's ratio" };
+const MU: Parameter = Parameter {
+    name: "mu",
+    symbol: "μ",
+    dimension: Dimension::PRESSURE,
+    bounds: (0.0, f64::INFINITY),
+    meaning: "shear modulus",
+};
+const LAMBDA: Parameter = Parameter {
+    name: "lambda",
+    symbol: "λ",
+    dimension: Dimension::PRESSURE,
+    bounds: (f64::NEG_INFINITY, f64::INFINITY),
+    meaning: "Lamé's first constant",
+};
+const KAPPA: Parameter = Parameter {
+    name: "kappa",
+    symbol: "κ",
+    dimension: Dimension::PRESSURE,
+    bounds: (0.0, f64::INFINITY),
+    meaning: "bulk modulus",
+};
+
+/// The independent pair of a law with two elastic constants: its bounds are a box, unlike those of (μ, λ).
+pub const PAIR: &[Parameter] = &[E, NU];
+
+/// Every constant that may stand in a file; exactly two are taken.
+pub const KEYS: &[Parameter] = &[E, NU, MU, LAMBDA, KAPPA];
+
+impl Moduli {
+    /// From E [Pa] and ν [–].
+    pub fn from_e_nu(e: f64, nu: f64) -> Result<Self, LawSpecError> {
+        Self::from_pair(("E", e), ("nu", nu))
+    }
+
+    /// From exactly two of the constants in [`KEYS`] [SI].
+    pub fn from_map(given: &BTreeMap<String, f64>) -> Result<Self, LawSpecError> {
+        let of: Vec<(&str, f64)> = KEYS.iter().filter_map(|p| given.get(p.name).map(|v| (p.name, *v))).collect();
+        match of[..] {
+            [a, b] => Self::from_pair(a, b),
+            _ => Err(LawSpecError::NotTwo { given: of.iter().map(|(name, _)| (*name).to_string()).collect() }),
+        }
+    }
+
+    /// From two named constants in either order [SI]; names as in [`KEYS`].
+    pub fn from_pair(a: (&str, f64), b: (&str, f64)) -> Result<Self, LawSpecError> {
+        let order = |name: &str| KEYS.iter().position(|p| p.name == name).unwrap_or(KEYS.len());
+        let ((first, p), (second, q)) = if order(a.0) <= order(b.0) { (a, b) } else { (b, a) };
+        for (name, value) in [(first, p), (second, q)] {
+            super::registry::check_bounds(KEYS, name, value)?;
+        }
+        let m = match (first, second) {
+            ("E", "nu") => {
+                let (mu, third) = (p / (2.0 * (1.0 + q)), p / (1.0 - 2.0 * q));
+                Self { e: p, nu: q, mu, lambda: third * q / (1.0 + q), kappa: third / 3.0 }
+            }
+            ("E", "mu") => {
+                let d = 3.0 * q - p; // μ(1 − 2ν) > 0
+                Self {
+                    e: p,
+                    nu: (p - 2.0 * q) / (2.0 * q),
+                    mu: q,
+                    lambda: q * (p - 2.0 * q) / d,
+                    kappa: p * q / (3.0 * d),
+                }
+            }
+            ("E", "lambda") => {
+                let r = (p * p + 9.0 * q * q + 2.0 * p * q).sqrt();
+                // (E − 3λ + R)/4, with the difference taken by hand where λ is large.
+                let mu = if 3.0 * q > p { 2.0 * p * q / (r + 3.0 * q - p) } else { (p - 3.0 * q + r) / 4.0 };
+                Self { e: p, nu: 2.0 * q / (p + q + r), mu, lambda: q, kappa: q + 2.0 / 3.0 * mu }
+            }
+            ("E", "kappa") => {
+                let d = 9.0 * q - p;
+                let mu = 3.0 * q * p / d;
+                Self { e: p, nu: (3.0 * q - p) / (6.0 * q), mu, lambda: 3.0 * q * (3.0 * q - p) / d, kappa: q }
+            }
+            ("nu", "mu") => {
+                let d = 1.0 - 2.0 * p;
+                let e = 2.0 * q * (1.0 + p);
+                Self { e, nu: p, mu: q, lambda: 2.0 * q * p / d, kappa: e / (3.0 * d) }
+            }
+            ("nu", "lambda") => {
+                if p == 0.0 {
+                    return Err(LawSpecError::Undetermined);
+                }
+                let d = 1.0 - 2.0 * p;
+                Self {
+                    e: q * (1.0 + p) * d / p,
+                    nu: p,
+                    mu: q * d / (2.0 * p),
+                    lambda: q,
+                    kappa: q * (1.0 + p) / (3.0 * p),
+                }
+            }
+            ("nu", "kappa") => {
+                let e = 3.0 * q * (1.0 - 2.0 * p);
+                Self { e, nu: p, mu: e / (2.0 * (1.0 + p)), lambda: 3.0 * q * p / (1.0 + p), kappa: q }
+            }
+            ("mu", "lambda") => Self {
+                e: p * (3.0 * q + 2.0 * p) / (q + p),
+                nu: q / (2.0 * (q + p)),
+                mu: p,
+                lambda: q,
+                kappa: q + 2.0 / 3.0 * p,
+            },
+            ("mu", "kappa") => Self {
+                e: 9.0 * q * p / (3.0 * q + p),
+                nu: (3.0 * q - 2.0 * p) / (2.0 * (3.0 * q + p)),
+                mu: p,
+                lambda: q - 2.0 / 3.0 * p,
+                kappa: q,
+            },
+            ("lambda", "kappa") => Self {
+                e: 9.0 * q * (q - p) / (3.0 * q - p),
+                nu: p / (3.0 * q - p),
+                mu: 1.5 * (q - p),
+                lambda: p,
+                kappa: q,
+            },
+            _ => return Err(LawSpecError::NotTwo { given: vec![first.to_string()] }),
+        };
+        m.check(first, second)
+    }
+
+    /// Refuses a pair whose other constants leave their bounds: the stored energy would not be positive.
+    fn check(self, first: &str, second: &str) -> Result<Self, LawSpecError> {
+        // μ and κ first: they name the cause, the others follow from them.
+        for (p, value) in [(MU, self.mu), (KAPPA, self.kappa), (NU, self.nu), (E, self.e), (LAMBDA, self.lambda)] {
+            if !(value.is_finite() && p.bounds.0 < value && value < p.bounds.1) {
+                return Err(LawSpecError::Contradiction {
+                    first: first.to_string(),
+                    second: second.to_string(),
+                    derived: p.name,
+                    value,
+                    lower: p.bounds.0,
+                    upper: p.bounds.1,
+                });
+            }
+        }
+        Ok(self)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn named(m: &Moduli) -> [(&'static str, f64); 5] {
+        [("E", m.e), ("nu", m.nu), ("mu", m.mu), ("lambda", m.lambda), ("kappa", m.kappa)]
+    }
+
+    /// Each of the ten pairs gives the same five constants. The condition of (1 − 2ν) is 1/(1 − 2ν), so is the tolerance.
+    #[test]
+    fn every_pair_gives_the_same_constants() {
+        for nu in [-0.7, -0.2, 0.1, 0.3, 0.45, 0.499, 0.4999] {
+            let truth = Moduli::from_e_nu(1e5, nu).expect("within bounds");
+            let tolerance = 40.0 * f64::EPSILON / ((1.0 - 2.0 * nu).min(1.0 + nu) * nu.abs().min(0.5));
+            for a in 0..5 {
+                for b in (0..5).filter(|b| *b != a) {
+                    let got = Moduli::from_pair(named(&truth)[a], named(&truth)[b]).expect("a consistent pair");
+                    for ((name, x), (_, y)) in named(&got).into_iter().zip(named(&truth)) {
+                        assert!((x / y - 1.0).abs() < tolerance, "{a}{b}: {name} = {x}, not {y} at ν = {nu}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn refuses_what_is_not_elastic() {
+        let message = |a, b| Moduli::from_pair(a, b).expect_err("must be refused").to_string();
+        assert!(message(("E", 1e5), ("nu", 0.5)).contains("mixed formulation"));
+        assert!(message(("E", 1e5), ("nu", -1.0)).contains("nu"));
+        assert!(message(("E", -1.0), ("nu", 0.3)).contains("E"));
+        assert!(message(("E", 3e5), ("mu", 1e5)).contains("kappa"));
+        assert!(message(("mu", 1e5), ("lambda", -1e5)).contains("kappa"));
+        assert!(message(("lambda", 2e5), ("kappa", 1e5)).contains("mu"));
+        assert!(message(("nu", 0.0), ("lambda", 0.0)).contains("nu = 0"));
+        assert!(message(("E", f64::NAN), ("nu", 0.3)).contains("E"));
+        assert!(message(("E", 1e5), ("E", 1e5)).contains("exactly two"));
+    }
+}
