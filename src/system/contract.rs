@@ -153,12 +153,26 @@ pub trait Effect: Send + Sync {
         Needs::default()
     }
     fn blocks(&self) -> &Blocks;
-    /// Energy (where a potential exists), r_e and K_e of block `b`.
+    /// Energy, r_e and K_e of block `b`. What the energy is depends on [`Effect::role`].
     fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError>;
-    /// Its energy is stored and can be given back: elastic, kinetic, potential of a dead load.
-    fn conservative(&self) -> bool {
-        true
+    fn role(&self) -> Role;
+    /// s(t) of a [`Role::Load`]
+    fn intensity(&self, _t: f64) -> f64 {
+        1.0
     }
+}
+
+/// Place of an effect in the energy balance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// Energy ψ with r = ∂ψ/∂x
+    Stored,
+    /// Energy ½ v·Mv with r = M a
+    Kinetic,
+    /// Energy: what the step dissipates, r·(x − old)
+    Dissipative,
+    /// Energy φ per unit intensity, r = s(t) ∂φ/∂x: the load does the work −∫ s dφ
+    Load,
 }
 
 /// Which multipliers an exact row admits.

@@ -7,5 +7,5 @@ mod contract;
 mod dofs;
 
 pub use assembly::{Assembled, Cost, System, SystemError};
-pub use contract::{At, Blocks, Cone, Constraint, Effect, EvalError, Local, Needs, Rates, State, Want};
+pub use contract::{At, Blocks, Cone, Constraint, Effect, EvalError, Local, Needs, Rates, Role, State, Want};
 pub use dofs::{Dofs, Prescribed};

@@ -1,0 +1,164 @@
+//! Cable (tendon): a polyline from a fixed pull point through guides to its end, of length
+//! L(x) = Σ_s ‖p_{s+1} − p_s‖ with p_k = X_k + Σ_i w_ki u_i.
+//!
+//! A guide is a patch: the weighted mean of the body's motion over a ball, because a point force in 3-D has infinite
+//! compliance. Driven by tension it is a load T(t) with the potential T·L; driven by length it is the exact row
+//! g = L₀ − d(t) − L(x) ≥ 0 ⟂ T ≥ 0, and the multiplier is the tension. Without friction T is the same everywhere.
+
+use crate::math::signal::Signal;
+use crate::math::tensor::{Mat3, Vec3};
+use crate::system::{At, Blocks, Cone, Constraint, Effect, EvalError, Local, Role, Want};
+use std::collections::BTreeMap;
+
+/// A place where the cable touches the body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Guide {
+    /// X_k [m]
+    pub point: Vec3,
+    /// (node, weight), Σ w = 1, Σ w X_i = X_k
+    pub weights: Vec<(u32, f64)>,
+}
+
+/// Geometry of a cable; its blocks are the segments.
+pub struct Cable {
+    name: String,
+    pull_point: Vec3,
+    guides: Vec<Guide>,
+    blocks: Blocks,
+    /// Segment after segment: weight of the end minus weight of the start, per node of the block
+    signed: Vec<Vec<f64>>,
+}
+
+impl Cable {
+    pub fn new(name: String, pull_point: Vec3, guides: Vec<Guide>) -> Self {
+        let mut signed = Vec::new();
+        let mut lists: Vec<Vec<u32>> = Vec::new();
+        for s in 0..guides.len() {
+            let mut weights = BTreeMap::new();
+            for &(node, w) in &guides[s].weights {
+                *weights.entry(node).or_insert(0.0) += w;
+            }
+            for &(node, w) in s.checked_sub(1).map_or(&[][..], |k| &guides[k].weights) {
+                *weights.entry(node).or_insert(0.0) -= w;
+            }
+            lists.push(weights.keys().copied().collect());
+            signed.push(weights.into_values().collect());
+        }
+        let blocks = Blocks::new(lists.iter().map(Vec::as_slice));
+        Self { name, pull_point, guides, blocks, signed }
+    }
+
+    /// The polyline at displacement x: pull point, then the guides [m].
+    pub fn polyline(&self, x: &[f64]) -> Vec<Vec3> {
+        let guides = (0..self.guides.len()).map(|k| self.guide(x, k));
+        std::iter::once(self.pull_point).chain(guides).collect()
+    }
+
+    /// L(x) [m]
+    pub fn length(&self, x: &[f64]) -> f64 {
+        self.polyline(x).windows(2).map(|w| (w[1] - w[0]).norm()).sum()
+    }
+
+    fn guide(&self, x: &[f64], k: usize) -> Vec3 {
+        let guide = &self.guides[k];
+        guide
+            .weights
+            .iter()
+            .fold(guide.point, |p, &(node, w)| p + w * Vec3::from_column_slice(&x[3 * node as usize..][..3]))
+    }
+
+    /// Length of segment `s`, its gradient s_i τ and its Hessian s_i s_j (I − ττᵀ)/l, all times `factor` but the length.
+    fn segment(&self, x: &[f64], s: usize, factor: f64, want: Want, out: &mut Local) -> Result<(), EvalError> {
+        let start = s.checked_sub(1).map_or(self.pull_point, |k| self.guide(x, k));
+        let d = self.guide(x, s) - start;
+        let l = d.norm();
+        out.energy = l;
+        if want == Want::Energy {
+            return Ok(());
+        }
+        if l == 0.0 {
+            return Err(EvalError::Degenerate { effect: self.name.clone(), segment: s });
+        }
+        let tau = d / l;
+        let signed = &self.signed[s];
+        let n = 3 * signed.len();
+        let hessian = (Mat3::identity() - tau * tau.transpose()) * (factor / l);
+        for (a, wa) in signed.iter().enumerate() {
+            for i in 0..3 {
+                out.r[3 * a + i] = factor * wa * tau[i];
+            }
+            if want == Want::Tangent {
+                for (b, wb) in signed[..=a].iter().enumerate() {
+                    for i in 0..3 {
+                        for j in 0..3 {
+                            out.k[(3 * a + i) * n + 3 * b + j] = wa * wb * hessian[(i, j)];
+                        }
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Cable under a prescribed tension T(t) ≥ 0 [N].
+pub struct CableTension {
+    pub cable: Cable,
+    pub tension: Signal,
+}
+
+impl Effect for CableTension {
+    fn name(&self) -> &str {
+        &self.cable.name
+    }
+
+    fn role(&self) -> Role {
+        Role::Load
+    }
+
+    fn intensity(&self, t: f64) -> f64 {
+        self.tension.at(t).max(0.0)
+    }
+
+    fn blocks(&self) -> &Blocks {
+        &self.cable.blocks
+    }
+
+    fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+        self.cable.segment(at.x, b, self.intensity(at.t), want, out)
+    }
+}
+
+/// Cable whose free length is shortened by d(t) [m] at the pull point; it cannot push.
+pub struct CableLength {
+    pub cable: Cable,
+    pub shortening: Signal,
+    /// L₀ [m]
+    pub rest: f64,
+}
+
+impl Constraint for CableLength {
+    fn name(&self) -> &str {
+        &self.cable.name
+    }
+
+    fn cone(&self) -> Cone {
+        Cone::NonNegative
+    }
+
+    fn scale(&self) -> f64 {
+        self.rest
+    }
+
+    fn target(&self, t: f64) -> f64 {
+        self.rest - self.shortening.at(t)
+    }
+
+    fn blocks(&self) -> &Blocks {
+        &self.cable.blocks
+    }
+
+    fn eval(&self, x: &[f64], b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+        self.cable.segment(x, b, 1.0, want, out)
+    }
+}

@@ -1,0 +1,16 @@
+//! Physical contributions: one file per effect or constraint.
+
+pub mod cable;
+mod cell;
+pub mod damping;
+pub mod elastic;
+pub mod gravity;
+pub mod inertia;
+pub mod mass;
+
+pub use cable::{Cable, CableLength, CableTension, Guide};
+pub use damping::{MassDamping, ViscousDamping};
+pub use elastic::Elastic;
+pub use gravity::Gravity;
+pub use inertia::Inertia;
+pub use mass::{Lumping, Mass};

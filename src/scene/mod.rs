@@ -1,0 +1,16 @@
+//! Scenes: what stands in a TOML file becomes a system, runs, and is recorded.
+
+mod build;
+mod error;
+pub mod overrides;
+pub mod probe;
+mod quantity;
+mod run;
+mod signal;
+pub mod spec;
+
+pub use build::{Body, Scene, read_scene};
+pub use error::SceneError;
+pub use quantity::{Length, Time};
+pub use run::{Progress, Run, Snapshot};
+pub use spec::SceneSpec;

@@ -1,0 +1,72 @@
+//! Changes to a scene by path: `mesh.cells=9300`, `constraint.cable.drive={tension="8 N"}`.
+
+use toml::{Table, Value};
+
+/// A path that leads nowhere.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum OverrideError {
+    #[error("\"{text}\" is not of the form key=value; write for example --set mesh.cells=9300")]
+    Form { text: String },
+    #[error("\"{path}\": there is no \"{step}\" here; known are: {known}")]
+    NoSuchKey { path: String, step: String, known: String },
+}
+
+/// Splits `key=value`; the value is TOML, or else a plain string.
+pub fn parse(text: &str) -> Result<(String, Value), OverrideError> {
+    let (path, value) = text.split_once('=').ok_or_else(|| OverrideError::Form { text: text.into() })?;
+    let parsed = format!("v = {value}").parse::<Table>().ok().and_then(|mut t| t.remove("v"));
+    Ok((path.trim().into(), parsed.unwrap_or_else(|| Value::String(value.trim().into()))))
+}
+
+/// Sets the value at a dotted path. In an array of tables a step is an index, or the `name` or `kind` of an entry. Only the
+/// last key may be new.
+pub fn apply(table: &mut Table, path: &str, value: Value) -> Result<(), OverrideError> {
+    let steps: Vec<&str> = path.split('.').collect();
+    let (last, before) = steps.split_last().expect("split yields at least one part");
+    let mut current = table;
+    let mut steps = before.iter();
+    while let Some(step) = steps.next() {
+        let missing = |known: String| OverrideError::NoSuchKey { path: path.into(), step: (*step).into(), known };
+        let keys = current.keys().cloned().collect::<Vec<_>>().join(", ");
+        current = match current.get_mut(*step).ok_or_else(|| missing(keys.clone()))? {
+            Value::Table(inner) => inner,
+            Value::Array(entries) => {
+                let which = steps.next().ok_or_else(|| missing(keys.clone()))?;
+                let names = entries.iter().filter_map(label).collect::<Vec<_>>().join(", ");
+                let index = which.parse().ok().or_else(|| entries.iter().position(|e| label(e) == Some(*which)));
+                let missing = || OverrideError::NoSuchKey { path: path.into(), step: (*which).into(), known: names };
+                index.and_then(|k: usize| entries.get_mut(k)).and_then(Value::as_table_mut).ok_or_else(missing)?
+            }
+            _ => return Err(missing(keys)),
+        };
+    }
+    current.insert((*last).into(), value);
+    Ok(())
+}
+
+fn label(entry: &Value) -> Option<&str> {
+    let get = |key: &str| entry.get(key).and_then(Value::as_str);
+    get("name").or(get("kind"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sets_by_path_and_names_what_is_known() {
+        let mut table: Table = "[mesh]\ncells = 1\n[[constraint]]\nkind = \"fixed\"\n[[constraint]]\nkind = \"cable\"\n"
+            .parse()
+            .expect("valid TOML");
+        for text in ["mesh.cells=9300", "constraint.cable.drive={tension=\"8 N\"}", "constraint.0.region=root"] {
+            let (path, value) = parse(text).expect("key=value");
+            apply(&mut table, &path, value).expect("the path exists");
+        }
+        assert_eq!(table["mesh"]["cells"].as_integer(), Some(9300));
+        assert_eq!(table["constraint"][1]["drive"]["tension"].as_str(), Some("8 N"));
+        assert_eq!(table["constraint"][0]["region"].as_str(), Some("root"));
+        let error = apply(&mut table, "constraint.tendon.drive", Value::Integer(1)).expect_err("no such constraint");
+        assert_eq!(error.to_string(), "\"constraint.tendon.drive\": there is no \"tendon\" here; known are: fixed, cable");
+        assert!(parse("mesh.cells").is_err());
+    }
+}

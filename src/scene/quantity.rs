@@ -1,0 +1,49 @@
+//! Quantities in files as typed values: each refuses a missing or wrong unit where it stands.
+
+use crate::math::units::{self, Dimension};
+use serde::de::{Deserializer, Error, Visitor};
+use std::fmt;
+
+/// A value in SI whose dimension is part of its type.
+macro_rules! quantity {
+    ($($name:ident = $dimension:ident),* $(,)?) => {$(
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub struct $name(pub f64);
+
+        impl<'de> serde::Deserialize<'de> for $name {
+            fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                deserializer.deserialize_any(Text(Dimension::$dimension)).map(Self)
+            }
+        }
+    )*};
+}
+
+quantity! {
+    Length = LENGTH,
+    Time = TIME,
+    Density = DENSITY,
+    Viscosity = VISCOSITY,
+    PerSecond = FREQUENCY,
+}
+
+struct Text(Dimension);
+
+impl Visitor<'_> for Text {
+    type Value = f64;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "a quantity such as \"1 {}\"", self.0.example())
+    }
+
+    fn visit_str<E: Error>(self, text: &str) -> Result<f64, E> {
+        units::parse(text, self.0).map_err(E::custom)
+    }
+
+    fn visit_f64<E: Error>(self, value: f64) -> Result<f64, E> {
+        self.visit_str(&value.to_string())
+    }
+
+    fn visit_i64<E: Error>(self, value: i64) -> Result<f64, E> {
+        self.visit_str(&value.to_string())
+    }
+}

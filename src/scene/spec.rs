@@ -1,0 +1,250 @@
+//! A scene as it stands in a TOML file. Unknown keys are refused; there is no default physics.
+
+use super::quantity::{Density, Length, PerSecond, Time, Viscosity};
+use super::signal::SignalSpec;
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+/// Body, mesh, laws, effects, constraints, protocol, probes and numerics of one simulation.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SceneSpec {
+    /// What the scene shows, for the report
+    #[serde(default)]
+    pub title: String,
+    pub mesh: MeshSpec,
+    /// Laws by name: `law` and its constants, or `include` of a law file with keys added or replaced
+    #[serde(default)]
+    pub laws: BTreeMap<String, toml::Table>,
+    #[serde(rename = "effect", default)]
+    pub effects: Vec<EffectSpec>,
+    #[serde(rename = "constraint", default)]
+    pub constraints: Vec<ConstraintSpec>,
+    #[serde(rename = "stage")]
+    pub stages: Vec<StageSpec>,
+    #[serde(rename = "probe", default)]
+    pub probes: Vec<ProbeSpec>,
+    #[serde(default)]
+    pub numerics: NumericsSpec,
+}
+
+/// `body` with its sizing (a mesh made by our mesher), or `file` with its unit.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MeshSpec {
+    pub body: Option<String>,
+    /// Dimensions of the body that differ from its defaults, by name
+    #[serde(default)]
+    pub parameters: BTreeMap<String, String>,
+    /// Number of cells, met within 2 %
+    pub cells: Option<usize>,
+    /// Edge length
+    pub size: Option<Length>,
+    /// Each cell into eight, this often
+    #[serde(default)]
+    pub levels: u32,
+    #[serde(default)]
+    pub grading: Vec<GradingSpec>,
+    #[serde(default)]
+    pub generator: GeneratorSpec,
+    #[serde(default = "one")]
+    pub seed: u32,
+    /// CGAL's criteria by its names
+    #[serde(default)]
+    pub cgal: BTreeMap<String, toml::Value>,
+    pub file: Option<PathBuf>,
+    /// Unit of length of the file
+    pub unit: Option<String>,
+    #[serde(default)]
+    pub element: ElementSpec,
+    /// Regions by selectors, where the file has no groups
+    #[serde(default)]
+    pub regions: BTreeMap<String, SelectorSpec>,
+}
+
+fn one() -> u32 {
+    1
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GradingSpec {
+    /// Named feature of the body: `notches`, `guides`, `tip`
+    pub feature: String,
+    pub length: Length,
+    pub distance: Length,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Default)]
+#[serde(rename_all = "lowercase")]
+pub enum GeneratorSpec {
+    #[default]
+    Gmsh,
+    Cgal,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Default)]
+#[serde(rename_all = "lowercase")]
+pub enum ElementSpec {
+    #[default]
+    Tet4,
+    Tet10,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "snake_case")]
+pub enum SelectorSpec {
+    Box { min: [Length; 3], max: [Length; 3] },
+    Sphere { center: [Length; 3], radius: Length },
+    Plane { point: [Length; 3], normal: [f64; 3], tolerance: Length },
+}
+
+/// One effect; the kinds are the registry.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+pub enum EffectSpec {
+    Elastic { region: String, law: String },
+    Inertia { region: String, density: Density, mass: LumpingSpec },
+    Gravity { region: String, density: Density, direction: [f64; 3], acceleration: SignalSpec },
+    MassDamping { region: String, density: Density, mass: LumpingSpec, alpha: PerSecond },
+    ViscousDamping { region: String, eta: Viscosity },
+}
+
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub enum LumpingSpec {
+    Consistent,
+    Lumped,
+    Uniform,
+}
+
+/// One constraint or cable; the kinds are the registry.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+pub enum ConstraintSpec {
+    Fixed {
+        region: String,
+        /// Components held, all if absent: "x", "yz", …
+        #[serde(default = "all_components")]
+        components: String,
+    },
+    Prescribed {
+        region: String,
+        components: String,
+        displacement: SignalSpec,
+    },
+    Cable {
+        #[serde(default = "cable")]
+        name: String,
+        /// Path of the body, or `guides` with `pull_point`
+        path: Option<String>,
+        guides: Option<Vec<[Length; 3]>>,
+        pull_point: Option<[Length; 3]>,
+        guide_radius: GuideRadius,
+        drive: DriveSpec,
+    },
+}
+
+fn all_components() -> String {
+    "xyz".into()
+}
+
+fn cable() -> String {
+    "cable".into()
+}
+
+/// Radius of the guide patches, or `"point"`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum GuideRadius {
+    Point,
+    Ball(f64),
+}
+
+impl<'de> Deserialize<'de> for GuideRadius {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let text = String::deserialize(deserializer)?;
+        if text == "point" {
+            return Ok(Self::Point);
+        }
+        crate::math::units::parse(&text, crate::math::units::Dimension::LENGTH)
+            .map(Self::Ball)
+            .map_err(serde::de::Error::custom)
+    }
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum DriveSpec {
+    /// Shortening of the cable at the pull point
+    Length(SignalSpec),
+    Tension(SignalSpec),
+}
+
+/// A stretch of time with one integrator.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StageSpec {
+    pub integrator: IntegratorSpec,
+    pub duration: Time,
+    pub dt: Time,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum IntegratorSpec {
+    Static,
+    ImplicitEuler,
+    ImplicitEulerLinearised,
+    Bdf2,
+    GeneralisedAlpha { rho: f64 },
+    /// `force = true` allows the undamped rule beside constraints
+    Newmark {
+        beta: f64,
+        gamma: f64,
+        #[serde(default)]
+        force: bool,
+    },
+}
+
+/// One recorded quantity; the kinds are the registry. Cables record tension and length by themselves.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+pub enum ProbeSpec {
+    /// `bending_angle_deg`: angle between the area-mean normals of `tip` now and at the start;
+    /// `chord_angle_deg`: angle of the line from the mean position of `root` to the one of `tip`
+    BendingAngle { root: String, tip: String },
+    /// `<region>_{x,y,z}_m`: area-mean position
+    Position { region: String },
+    /// `<region>_reaction_{x,y,z}_N`: sum of the reactions
+    Reaction { region: String },
+    /// `elastic_J`, `kinetic_J`, `dissipated_J`, `work_J`
+    Energy,
+    /// `stretch_median`, `stretch_p95`, `stretch_max` of the largest principal stretch by volume, `min_j`
+    Stretch,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct NumericsSpec {
+    pub tolerance: f64,
+    pub max_iterations: usize,
+    pub line_search: bool,
+    pub reuse_factor: bool,
+    pub extrapolate: bool,
+    pub cuts: u32,
+}
+
+impl Default for NumericsSpec {
+    fn default() -> Self {
+        let (newton, step) = (crate::solve::NewtonSettings::default(), crate::solve::StepSettings::default());
+        Self {
+            tolerance: newton.tolerance,
+            max_iterations: newton.max_iterations,
+            line_search: newton.line_search,
+            reuse_factor: newton.reuse_factor,
+            extrapolate: step.extrapolate,
+            cuts: step.cuts,
+        }
+    }
+}
