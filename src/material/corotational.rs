@@ -2,7 +2,7 @@
 //!
 //! ψ = μ‖F − R‖² + ½λ tr²(RᵀF − I), F = RS
 //!
-//! Source: Sifakis & Barbič, *FEM Simulation of 3D Deformable Solids*, SIGGRAPH 2012 course notes, part I, §3.4. Twist modes: Smith,
+//! Source: Sifakis & Barbič, *FEM Simulation of 3D Deformable Solids*, SIGGRAPH 2012 course notes, part I, ch. 3. Twist modes: Smith,
 //! de Goes & Kim, *Analytic eigensystems for isotropic distortion energies*, ACM TOG 2019.
 //!
 //! Limits: large rotation, small strain. With R a proper rotation ψ is defined for every F and grows with inversion, but it stays
@@ -16,7 +16,7 @@ use crate::math::tensor::Mat3;
 pub static INFO: LawInfo = LawInfo {
     name: "corotational",
     formula: "ψ = μ‖F − R‖² + ½λ tr²(RᵀF − I)",
-    source: "Sifakis & Barbič 2012, §3.4",
+    source: "Sifakis & Barbič 2012, part I, ch. 3",
     limits: "small strain, any rotation; finite energy at J = 0, so cells may invert under load; they are driven back",
     parameters: moduli::PAIR,
     survives_inversion: true,
