@@ -8,6 +8,9 @@
 //! the condition of invariants for stretches in [0.3, 3] and κ/μ ≤ 500 (ln J costs κ/μ ulp of μ, part of M). M is taken as the
 //! largest |g| on the stencil plus ρ|g′|.
 
+// A[3i+J][3k+L] is read by its indices, as in the formulae.
+#![allow(clippy::needless_range_loop)]
+
 use durometer::material::{LAWS, Law, LawEntry, LawError, Moduli, Response, Want, registry};
 use durometer::math::tensor::{Mat3, Vec3};
 use durometer::math::units::Dimension;

@@ -2,7 +2,7 @@
 //!
 //! ψ = μ ε:ε + ½λ tr²ε, ε = sym(F − I)
 //!
-//! Source: Bonet & Wood, *Nonlinear Continuum Mechanics for Finite Element Analysis*, 2nd ed. 2008, §6.4 (Hooke's law as the
+//! Source: Bonet & Wood, *Nonlinear Continuum Mechanics for Finite Element Analysis*, 2nd ed. 2008, ch. 6 (Hooke's law as the
 //! limit F → I).
 //!
 //! Limits: not objective; a rotation by θ gives the strain cos θ − 1, so only for rotations of less than a few degrees.
@@ -14,7 +14,7 @@ use crate::math::tensor::Mat3;
 pub static INFO: LawInfo = LawInfo {
     name: "linear",
     formula: "ψ = μ ε:ε + ½λ tr²ε, ε = sym(F − I)",
-    source: "Bonet & Wood 2008, §6.4",
+    source: "Bonet & Wood 2008, ch. 6",
     limits: "small strain and small rotation; not objective",
     parameters: moduli::PAIR,
     survives_inversion: true,

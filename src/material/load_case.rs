@@ -156,3 +156,118 @@ impl LoadCase {
         Ok(a)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::{LAWS, Moduli, neo_hookean::NeoHookean, stable_neo_hookean::StableNeoHookean};
+
+    fn neo_hookean(nu: f64) -> (NeoHookean, Moduli) {
+        let m = Moduli::from_e_nu(100e3, nu).expect("within bounds");
+        (NeoHookean(m), m)
+    }
+
+    /// Uniaxial Neo-Hookean by scalar bisection in ln a, without the law: P₂₂ = 0 ⇔ μ(a² − 1) + λ_L ln(λ a²) = 0, which grows with a;
+    /// then P₁₁/μ = λ − 1/λ + (λ_L/μ) ln(λ a²)/λ.
+    fn independent(m: &Moduli, stretch: f64) -> (f64, f64) {
+        let ratio = m.lambda / m.mu;
+        let (mut lo, mut hi) = (-5.0_f64, 5.0_f64);
+        for _ in 0..200 {
+            let mid = 0.5 * (lo + hi);
+            let side = (2.0 * mid).exp_m1() + ratio * (stretch.ln() + 2.0 * mid);
+            if side < 0.0 { lo = mid } else { hi = mid }
+        }
+        let ln_a = 0.5 * (lo + hi);
+        (stretch - 1.0 / stretch + ratio * (stretch.ln() + 2.0 * ln_a) / stretch, ln_a.exp())
+    }
+
+    /// Case 1 of the reference values: (ν, λ, P/μ, a), printed to seven digits.
+    #[test]
+    fn uniaxial_neo_hookean_block() {
+        for (nu, stretch, stress, lateral) in [
+            (0.45, 2.0, 1.736509, 0.725935),
+            (0.45, 0.5, -3.149698, 1.35087),
+            (0.499, 2.0, 1.749750, 0.707461),
+            (0.499, 0.5, -3.492024, 1.412803),
+        ] {
+            let (law, m) = neo_hookean(nu);
+            let got = LoadCase::Uniaxial.state(&law, stretch).expect("ln J laws have a lateral equilibrium");
+            let (p, a) = independent(&m, stretch);
+            assert!((p - stress).abs() < 0.6e-6 && (a - lateral).abs() < 0.6e-5, "printed digits: {p}, {a}");
+            // ln J to one ulp, times λ_L/μ ≤ 500: 1e-13 of P
+            assert!((got.stress / m.mu / p - 1.0).abs() < 1e-12, "P/μ = {}, not {p}", got.stress / m.mu);
+            assert!((got.lateral / a - 1.0).abs() < 1e-14, "a = {}, not {a}", got.lateral);
+        }
+    }
+
+    /// As ν → ½ the compressible stress tends to the closed form with an error of first order in 1 − 2ν.
+    #[test]
+    fn incompressible_limit() {
+        for case in LoadCase::ALL {
+            for amount in [0.4, 0.8, 1.5, 3.0] {
+                let limit = case.incompressible_neo_hookean(1.0, amount);
+                let error = |nu: f64| {
+                    let (law, m) = neo_hookean(nu);
+                    (case.state(&law, amount).expect("in range").stress / m.mu - limit).abs()
+                };
+                let (coarse, fine) = (error(0.49999), error(0.499_999));
+                let order = coarse / fine;
+                assert!(fine < 1e-12 || (order - 10.0).abs() < 0.1, "{case:?} {amount}: {coarse} → {fine}");
+                assert!(fine < 1e-3 * limit.abs().max(1.0), "{case:?} {amount}: off by {fine}");
+            }
+        }
+    }
+
+    /// Every law, every case: the free face is free, the slope is the derivative of the stress (central difference, h = 1e-4:
+    /// h² P‴/6 and ε P/h both below 1e-7 of the stiffness here), and the state at 1 is undeformed.
+    #[test]
+    fn every_law_and_case() {
+        for entry in LAWS {
+            let law = entry.build_from(&[100e3, 0.4]).expect("E and ν");
+            let stiffness = law.small_strain().kappa;
+            for case in LoadCase::ALL {
+                let label = format!("{} {case:?}", entry.info.name);
+                for amount in [0.8, 0.95, 1.0, 1.1, 1.3] {
+                    let at = |x: f64| case.state(law.as_ref(), x).unwrap_or_else(|e| panic!("{label}: {e}"));
+                    let s = at(amount);
+                    let p = law.eval(&s.f, Want::Residual).expect("just evaluated").p;
+                    if case != LoadCase::SimpleShear {
+                        assert!(p[(2, 2)].abs() < 1e-13 * stiffness, "{label} {amount}: P₃₃ = {}", p[(2, 2)]);
+                        if amount == 1.0 {
+                            assert!((s.lateral - 1.0).abs() < 1e-14 && s.stress.abs() < 1e-13 * stiffness, "{label}");
+                        }
+                    }
+                    let h = 1e-4;
+                    let slope = (at(amount + h).stress - at(amount - h).stress) / (2.0 * h);
+                    assert!((s.slope - slope).abs() < 1e-6 * stiffness, "{label} {amount}: {} not {slope}", s.slope);
+                }
+            }
+        }
+    }
+
+    /// Smith et al.'s law at ν → ½: J = 1 and P₁₁ = μ(1 − 1/(I₁ + 1))(λ − λ⁻²) with μ = 4/3 μ_L.
+    #[test]
+    fn stable_neo_hookean_limit() {
+        let m = Moduli::from_e_nu(100e3, 0.499_999).expect("within bounds");
+        let law = StableNeoHookean::new(m);
+        for stretch in [0.5_f64, 2.0, 3.0] {
+            let i1 = stretch * stretch + 2.0 / stretch;
+            let limit = 4.0 / 3.0 * m.mu * (1.0 - 1.0 / (i1 + 1.0)) * (stretch - stretch.powi(-2));
+            let got = LoadCase::Uniaxial.state(&law, stretch).expect("in range").stress;
+            // error of order 1 − 2ν = 2e-6
+            assert!((got / limit - 1.0).abs() < 2e-5, "λ = {stretch}: {got}, limit {limit}");
+        }
+    }
+
+    #[test]
+    fn refuses_with_a_reason() {
+        let (law, m) = neo_hookean(0.45);
+        let message = |e: Result<Homogeneous, LoadCaseError>| e.expect_err("must be refused").to_string();
+        assert!(message(LoadCase::Uniaxial.state(&law, 0.0)).contains("positive"));
+        assert!(message(LoadCase::Planar.state(&law, f64::NAN)).contains("positive"));
+        let stvk = crate::material::st_venant_kirchhoff::StVenantKirchhoff(m);
+        // a² = 1 − ν(λ² − 1) < 0
+        let beyond = message(LoadCase::Uniaxial.state(&stvk, 2.0));
+        assert!(beyond.contains("st_venant_kirchhoff") && beyond.contains("range"), "{beyond}");
+    }
+}

@@ -2,8 +2,8 @@
 //!
 //! ψ = ½μ(J^{−2/3} I₁ − 3) + ½κ(J − 1)², I₁ = F:F
 //!
-//! Source: Simo & Hughes, *Computational Inelasticity*, 1998, §9.2.3 for the split; U(J) = ½κ(J − 1)² as in Bonet & Wood, 2nd ed.
-//! 2008, eq. 6.59.
+//! Source: Simo & Hughes, *Computational Inelasticity*, 1998, ch. 9 for the split; U(J) = ½κ(J − 1)² as in Bonet & Wood, 2nd ed.
+//! 2008, ch. 6.
 //!
 //! Limits: J > 0 only. U stays finite at J = 0: the barrier there comes from J^{−2/3} alone, and a purely volumetric collapse has
 //! none. Near incompressibility (κ ≫ μ) use a mixed formulation.
@@ -16,7 +16,7 @@ use crate::math::tensor::Mat3;
 pub static INFO: LawInfo = LawInfo {
     name: "neo_hookean_split",
     formula: "ψ = ½μ(J^{−2/3} I₁ − 3) + ½κ(J − 1)²",
-    source: "Simo & Hughes 1998, §9.2.3; U(J) of Bonet & Wood 2008, eq. 6.59",
+    source: "Simo & Hughes 1998, ch. 9; U(J) of Bonet & Wood 2008, ch. 6",
     limits: "J > 0; no barrier against uniform collapse",
     parameters: moduli::PAIR,
     survives_inversion: false,

@@ -1,9 +1,9 @@
 //! Rotation-variant singular value decomposition and polar decomposition of any F, inverted and singular ones included.
 //!
 //! F = U diag(s) Vᵀ with det U = det V = 1 and s₁ ≥ s₂ ≥ |s₃|; the sign of det F is the sign of s₃ (Irving, Teran & Fedkiw
-//! 2004, §3). R = U Vᵀ is the rotation nearest to F. One-sided Jacobi rotations keep every singular value to nearly
+//! 2004). R = U Vᵀ is the rotation nearest to F. One-sided Jacobi rotations keep every singular value to nearly
 //! full precision, where an eigendecomposition of FᵀF would lose half the digits of the small ones (Golub & Van Loan, 4th ed.,
-//! §8.6.3). Where s₂ + s₃ = 0 the nearest rotation is not unique and one of them is returned.
+//! ch. 8). Where s₂ + s₃ = 0 the nearest rotation is not unique and one of them is returned.
 
 use crate::math::tensor::{Mat3, Vec3};
 

@@ -146,7 +146,11 @@ pub enum LawSpecError {
     Incompressible { nu: f64 },
     #[error(
         "the law needs exactly two of E, nu, mu, lambda, kappa, and {} given; {}",
-        if given.is_empty() { "none is".to_string() } else { format!("{} are", given.join(", ")) },
+match &given[..] {
+            [] => "none is".to_string(),
+            [one] => format!("only {one} is"),
+            many => format!("{} are", many.join(", ")),
+        },
         if given.len() < 2 { "add one, e.g. `nu = 0.45`" } else { "remove all but two" }
     )]
     NotTwo { given: Vec<String> },
@@ -156,4 +160,64 @@ pub enum LawSpecError {
     Contradiction { first: String, second: String, derived: &'static str, value: f64, lower: f64, upper: f64 },
     #[error("nu = 0 means lambda = 0 whatever the stiffness; give E or mu instead of lambda")]
     Undetermined,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<Box<dyn Law>, LawSpecError> {
+        law_from_table(&text.parse().expect("the test writes valid TOML"))
+    }
+
+    #[test]
+    fn reads_every_law() {
+        for entry in LAWS {
+            let name = entry.info.name;
+            let law = read(&format!(
+                "law = \"{name}\"\nE = \"100 kPa\"\nnu = 0.45\nprovenance = \"a test\"\nsource.doi = \"x\""
+            ))
+            .unwrap_or_else(|e| panic!("{name}: {e}"));
+            assert_eq!((law.info().name, law.values()), (name, vec![100e3, 0.45]));
+        }
+    }
+
+    #[test]
+    fn any_two_constants() {
+        let law = read("law = \"neo_hookean\"\nmu = \"0.1 MPa\"\nkappa = \"1 bar\"").expect("a consistent pair");
+        let m = law.small_strain();
+        assert_eq!((m.mu, m.kappa), (1e5, 1e5));
+        assert!((m.nu / 0.125 - 1.0).abs() < 1e-15, "(3κ − 2μ)/(6κ + 2μ) = 1/8");
+    }
+
+    /// (table, what its message must say)
+    #[test]
+    fn refuses_with_fact_and_remedy() {
+        let nh = "law = \"neo_hookean\"\n";
+        for (table, says) in [
+            ("E = \"1 kPa\"", "names no law; add `law = \"…\"` with one of linear"),
+            ("law = 3", "`law = 3` is not a name"),
+            ("law = \"neohookean\"", "no law `neohookean`; did you mean `neo_hookean`?"),
+            ("law = \"xyz\"", "no law `xyz`; known: linear, corotational"),
+            (&format!("{nh}young = \"1 kPa\""), "no parameter `young`; known: E, nu, mu, lambda, kappa"),
+            (&format!("{nh}kapa = \"1 kPa\""), "no parameter `kapa`; did you mean `kappa`?"),
+            (&format!("{nh}E = 100e3\nnu = 0.45"), "`E`: 100000.0 has no unit; write for example \"100000.0 kPa\""),
+            (&format!("{nh}E = \"100 mm\"\nnu = 0.45"), "`E`: \"100 mm\" has the wrong dimension"),
+            (&format!("{nh}E = true\nnu = 0.45"), "`E = true` is not a quantity"),
+            (&format!("{nh}E = \"100 kPa\""), "exactly two of E, nu, mu, lambda, kappa, and only E is given; add one"),
+            (nh, "and none is given; add one"),
+            (&format!("{nh}E = \"1 kPa\"\nnu = 0.3\nmu = \"1 kPa\""), "E, nu, mu are given; remove all but two"),
+            (
+                &format!("{nh}E = \"1 kPa\"\nnu = 0.5"),
+                "nu = 0.5 >= 0.5: incompressible needs a mixed formulation; use e.g. 0.49",
+            ),
+            (&format!("{nh}E = \"1 kPa\"\nnu = -1.0"), "nu (Poisson's ratio) = -1 [SI] is not inside (-1, 0.5)"),
+            (&format!("{nh}E = \"-1 kPa\"\nnu = 0.3"), "E (Young's modulus) = -1000 [SI] is not inside (0, inf)"),
+            (&format!("{nh}nu = nan\nE = \"1 kPa\""), "nu (Poisson's ratio) = NaN"),
+            (&format!("{nh}E = \"9 kPa\"\nmu = \"1 kPa\""), "E and mu contradict each other: they give kappa"),
+        ] {
+            let message = read(table).expect_err(table).to_string();
+            assert!(message.contains(says), "{table}\ngave: {message}\nnot: {says}");
+        }
+    }
 }

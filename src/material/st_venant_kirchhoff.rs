@@ -2,7 +2,7 @@
 //!
 //! ψ = μ E:E + ½λ tr²E, E = ½(FᵀF − I)
 //!
-//! Source: Bonet & Wood, *Nonlinear Continuum Mechanics for Finite Element Analysis*, 2nd ed. 2008, eq. 6.28.
+//! Source: Bonet & Wood, *Nonlinear Continuum Mechanics for Finite Element Analysis*, 2nd ed. 2008, ch. 6.
 //!
 //! Limits: large rotation, small strain. In compression it softens, the uniaxial stress E λ(λ² − 1)/2 from λ = 1/√3 on, and
 //! vanishes at λ = 0; it does not see the sign of J, so a reflected cell is stress-free and stays reflected.
@@ -14,7 +14,7 @@ use crate::math::tensor::Mat3;
 pub static INFO: LawInfo = LawInfo {
     name: "st_venant_kirchhoff",
     formula: "ψ = μ E:E + ½λ tr²E, E = ½(FᵀF − I)",
-    source: "Bonet & Wood 2008, eq. 6.28",
+    source: "Bonet & Wood 2008, ch. 6",
     limits: "small strain, any rotation; loses stiffness in compression below λ = 1/√3 and leaves inverted cells inverted",
     parameters: moduli::PAIR,
     survives_inversion: true,

@@ -2,9 +2,9 @@
 //!
 //! ψ = ½μ(I₁ − 3) + ½λ(J − α)² − ½μ ln(I₁ + 1) − ψ₀, α = 1 + μ/λ − μ/(4λ), I₁ = F:F, ψ₀ so that ψ(I) = 0
 //!
-//! Source: Smith, de Goes & Kim, *Stable Neo-Hookean flesh simulation*, ACM TOG 37(2), 2018: energy eq. 14, Lamé conversion §3.4.
+//! Source: Smith, de Goes & Kim, *Stable Neo-Hookean flesh simulation*, ACM TOG 37(2), 2018: energy eq. 14 and the Lamé conversion after it.
 //!
-//! The version with ln(I₁ + 1): without it (their eq. 13) ∂²ψ/∂F² = μ𝕀 at F = 0, and a cell collapsed to a point sits in
+//! The version with ln(I₁ + 1): without it ∂²ψ/∂F² = μ𝕀 at F = 0, and a cell collapsed to a point sits in
 //! a local minimum. With it the Hessian vanishes there, F = 0 is a saddle of the cubic −λαJ, and ψ remains smooth for every F.
 //!
 //! The law's μ, λ are not Lamé's: μ = 4/3 μ_L and λ = λ_L + 5/6 μ_L make the tangent at F = I equal Hooke's. λ > 0 for every ν > −1.
