@@ -1,5 +1,20 @@
 //! Tetrahedral meshes with named regions.
 
+mod assemble;
+mod cursor;
+pub mod element;
+pub mod embed;
+mod geometry;
+mod msh;
+pub mod quadrature;
+mod read;
+pub mod select;
+pub mod structured;
+pub mod validate;
+
+pub use read::read;
+pub use validate::MeshError;
+
 use crate::math::tensor::Vec3;
 use std::collections::BTreeMap;
 
@@ -87,5 +102,13 @@ impl TetMesh {
         nodes.sort_unstable();
         nodes.dedup();
         nodes
+    }
+
+    /// The region `name`, or an error with the nearest name there is.
+    pub fn region(&self, name: &str) -> Result<&Region, MeshError> {
+        let distance = |other: &&String| strsim::damerau_levenshtein(name, other);
+        let near =
+            || self.regions.keys().min_by_key(distance).filter(|n| distance(n) <= 2.max(name.len() / 3)).cloned();
+        self.regions.get(name).ok_or_else(|| MeshError::NoRegion { name: name.into(), near: near() })
     }
 }

@@ -1,0 +1,268 @@
+//! Material points inside a mesh: single points by shape functions, balls by a smooth weight.
+//!
+//! A ball of radius R around c moves with the weights w_i = ∫ b(|X − c|) (α + β·(X − c)) N_i dV over the part of the
+//! ball inside the body, b(r) = (1 − r²/R²)². α and β make Σ w_i = 1 and Σ w_i X_i = c, so that the mean Σ w_i x_i
+//! follows every affine motion of the body exactly as the material point c does; as h → 0 the weights tend to a fixed
+//! density, and with it a force on the ball has a finite work-conjugate displacement (a point force has none).
+
+use super::element::{CELL_NODES, cell_shape};
+use super::validate::{point, split};
+use super::{Order, TetMesh, geometry, quadrature};
+use crate::math::tensor::Vec3;
+use std::collections::BTreeMap;
+
+/// A point of the body as a weighted mean of nodes.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Embedded {
+    pub cell: u32,
+    /// Reference coordinates in the cell
+    pub xi: [f64; 3],
+    /// (node, N_i(ξ)) of the cell's nodes
+    pub weights: Vec<(u32, f64)>,
+}
+
+/// A point or ball that the body does not hold.
+#[derive(Clone, PartialEq, Debug, thiserror::Error)]
+pub enum EmbedError {
+    #[error("the point {} is outside the body, {:.4} mm from its surface; move it inside", point(at), distance * 1e3)]
+    Outside { at: Vec3, distance: f64 },
+    #[error("the ball of radius {:.4} mm at {} holds nothing of the body, whose surface is {:.4} mm away; move it or make it larger", radius * 1e3, point(at), distance * 1e3)]
+    EmptyBall { at: Vec3, radius: f64, distance: f64 },
+}
+
+/// Reference coordinates may leave the cell by this much: points on faces belong to both cells.
+const INSIDE: f64 = 1e-9;
+
+/// The cell that holds `at` [m] and the shape functions there. On a face, the cell in which it lies deepest.
+pub fn embed(mesh: &TetMesh, at: Vec3) -> Result<Embedded, EmbedError> {
+    let mut best: Option<(f64, u32, [f64; 3])> = None;
+    for c in 0..mesh.cell_count() {
+        let (low, high) = cell_bounds(mesh, c);
+        let margin = INSIDE * (high - low).norm();
+        if (0..3).any(|d| at[d] < low[d] - margin || at[d] > high[d] + margin) {
+            continue;
+        }
+        let Some(xi) = invert(mesh, c, at) else { continue };
+        let depth = xi.iter().copied().fold(1.0 - xi.iter().sum::<f64>(), f64::min);
+        if depth >= -INSIDE && best.is_none_or(|b| depth > b.0) {
+            best = Some((depth, c as u32, xi));
+        }
+    }
+    let Some((_, cell, xi)) = best else {
+        return Err(EmbedError::Outside { at, distance: distance_to_surface(mesh, at) });
+    };
+    let n = cell_shape(mesh.order, xi);
+    Ok(Embedded { cell, xi, weights: mesh.cell(cell as usize).iter().copied().zip(n).collect() })
+}
+
+/// Bounding box of a cell; of a curved one by its Bézier points (mid-edge 2m − ½(a + b)).
+fn cell_bounds(mesh: &TetMesh, c: usize) -> (Vec3, Vec3) {
+    let p = |k: usize| mesh.points[mesh.cell(c)[k] as usize];
+    let edges = if mesh.order == Order::Quadratic { &super::element::CELL_EDGES[..] } else { &[] };
+    let middle = |(e, [a, b]): (usize, &[usize; 2])| p(4 + e) * 2.0 - (p(*a) + p(*b)) * 0.5;
+    geometry::bounds((0..4).map(p).chain(edges.iter().enumerate().map(middle)))
+}
+
+/// ξ with X(ξ) = at, by Newton's method; one step on tet4. None if it does not converge near the cell.
+fn invert(mesh: &TetMesh, c: usize, at: Vec3) -> Option<[f64; 3]> {
+    let mut xi = Vec3::repeat(0.25);
+    for _ in 0..20 {
+        let jacobian = mesh.jacobian(c, xi.into());
+        let step = jacobian.try_inverse()? * (at - mesh.position(c, xi.into()));
+        xi += step;
+        if mesh.order == Order::Linear || step.norm() < 1e-14 {
+            return Some(xi.into());
+        }
+        if xi.norm() > 10.0 {
+            return None;
+        }
+    }
+    // Rounding may keep the last step above the bound above.
+    ((mesh.position(c, xi.into()) - at).norm() <= 1e-12 * mesh.diagonal()).then(|| xi.into())
+}
+
+/// Distance [m] from a point to the nearest boundary facet, curved ones taken as four flat triangles.
+pub fn distance_to_surface(mesh: &TetMesh, at: Vec3) -> f64 {
+    let pieces: &[[usize; 3]] = match mesh.order {
+        Order::Linear => &[[0, 1, 2]],
+        Order::Quadratic => &[[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]],
+    };
+    let mut least = f64::INFINITY;
+    for f in mesh.boundary_facets() {
+        let nodes = mesh.facet(f as usize);
+        for piece in pieces {
+            let [a, b, c] = piece.map(|k| mesh.points[nodes[k] as usize]);
+            least = least.min((closest_on_triangle(at, a, b, c) - at).norm());
+        }
+    }
+    least
+}
+
+/// The point of triangle abc nearest to p (Ericson, *Real-Time Collision Detection*, 2005, §5.1.5).
+pub fn closest_on_triangle(p: Vec3, a: Vec3, b: Vec3, c: Vec3) -> Vec3 {
+    let (ab, ac) = (b - a, c - a);
+    let (d1, d2) = (ab.dot(&(p - a)), ac.dot(&(p - a)));
+    if d1 <= 0.0 && d2 <= 0.0 {
+        return a;
+    }
+    let (d3, d4) = (ab.dot(&(p - b)), ac.dot(&(p - b)));
+    if d3 >= 0.0 && d4 <= d3 {
+        return b;
+    }
+    let vc = d1 * d4 - d3 * d2;
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        return a + ab * (d1 / (d1 - d3));
+    }
+    let (d5, d6) = (ab.dot(&(p - c)), ac.dot(&(p - c)));
+    if d6 >= 0.0 && d5 <= d6 {
+        return c;
+    }
+    let vb = d5 * d2 - d1 * d6;
+    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        return a + ac * (d2 / (d2 - d6));
+    }
+    let va = d3 * d6 - d5 * d4;
+    if va <= 0.0 && d4 >= d3 && d5 >= d6 {
+        return b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)));
+    }
+    a + (ab * vb + ac * vc) / (va + vb + vc)
+}
+
+/// Weights (node, w_i) of the ball of `radius` [m] around `center` [m], ascending by node; see the head of this file.
+/// The centre may lie outside the body as long as the ball meets it: check it with [`embed`] where it must be inside.
+pub fn ball_weights(mesh: &TetMesh, center: Vec3, radius: f64) -> Result<Vec<(u32, f64)>, EmbedError> {
+    let mut ball =
+        Ball { mesh, center, radius, rule: quadrature::tet(5), moments: Default::default(), nodes: BTreeMap::new() };
+    for c in 0..mesh.cell_count() {
+        let (low, high) = cell_bounds(mesh, c);
+        if (center.sup(&low).inf(&high) - center).norm() < radius {
+            ball.add(c, &CELL_NODES[..4].try_into().expect("four corners"));
+        }
+    }
+    ball.weights().ok_or_else(|| EmbedError::EmptyBall {
+        at: center,
+        radius,
+        distance: distance_to_surface(mesh, center),
+    })
+}
+
+/// The integrals behind the weights, lengths in units of the radius; y = (X − c)/R.
+struct Ball<'a> {
+    mesh: &'a TetMesh,
+    center: Vec3,
+    radius: f64,
+    rule: quadrature::Rule<3>,
+    /// ∫ b (1, y) ⊗ (1, y) dV
+    moments: nalgebra::Matrix4<f64>,
+    /// ∫ b (1, y) N_i dV by node
+    nodes: BTreeMap<u32, nalgebra::Vector4<f64>>,
+}
+
+impl Ball<'_> {
+    /// Adds the part `xi` (corners in reference coordinates) of cell `c`, split until it is small against the ball.
+    fn add(&mut self, c: usize, xi: &[[f64; 3]; 4]) {
+        let corners = xi.map(|x| self.mesh.position(c, x) - self.center);
+        let size =
+            super::element::CELL_EDGES.iter().map(|&[a, b]| (corners[a] - corners[b]).norm()).fold(0.0, f64::max);
+        // All of the part is within `size` of a corner, more generously where edges are curved.
+        let reach = if self.mesh.order == Order::Linear { size } else { 1.5 * size };
+        if corners[0].norm() - reach >= self.radius {
+            return;
+        }
+        if size > self.radius / 6.0 {
+            for part in split(xi, |a, b| std::array::from_fn(|d| (a[d] + b[d]) / 2.0)) {
+                self.add(c, &part);
+            }
+            return;
+        }
+        let edge = |k: usize| Vec3::from(xi[k]) - Vec3::from(xi[0]);
+        let part = nalgebra::Matrix3::from_columns(&[edge(1), edge(2), edge(3)]);
+        for k in 0..self.rule.points.len() {
+            let at: [f64; 3] = (Vec3::from(xi[0]) + part * Vec3::from(self.rule.points[k])).into();
+            let y = (self.mesh.position(c, at) - self.center) / self.radius;
+            let gap = 1.0 - y.norm_squared();
+            if gap <= 0.0 {
+                continue;
+            }
+            let volume = self.rule.weights[k] * part.determinant() * self.mesh.jacobian(c, at).determinant();
+            let basis = nalgebra::Vector4::new(1.0, y.x, y.y, y.z);
+            let density = basis * (gap * gap * volume);
+            self.moments += density * basis.transpose();
+            for (&node, n) in self.mesh.cell(c).iter().zip(cell_shape(self.mesh.order, at)) {
+                *self.nodes.entry(node).or_default() += density * n;
+            }
+        }
+    }
+
+    /// (α, β) from Σ w_i = 1 and Σ w_i (X_i − c) = 0: since Σ N_i X_i = X these are rows of the moments.
+    fn weights(&self) -> Option<Vec<(u32, f64)>> {
+        // ∫ b dV over the whole ball is 32π/105 R³; less than a millionth of it is numerically nothing.
+        let whole = 32.0 * std::f64::consts::PI / 105.0 * self.radius.powi(3);
+        if self.moments[(0, 0)] < 1e-6 * whole {
+            return None;
+        }
+        let moments = self.moments / self.moments[(0, 0)];
+        let solution = moments.lu().solve(&nalgebra::Vector4::new(1.0, 0.0, 0.0, 0.0))?;
+        Some(self.nodes.iter().map(|(&node, n)| (node, n.dot(&solution) / self.moments[(0, 0)])).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::structured::block;
+
+    fn mean(mesh: &TetMesh, weights: &[(u32, f64)], f: impl Fn(&Vec3) -> f64) -> f64 {
+        weights.iter().map(|&(i, w)| w * f(&mesh.points[i as usize])).sum()
+    }
+
+    #[test]
+    fn points_and_balls_follow_affine_motions() {
+        for order in [Order::Linear, Order::Quadratic] {
+            let mut mesh = block(5, 4, 3, 0.05, 0.04, 0.03, order);
+            mesh.distort(3, 0.15);
+            let at = Vec3::new(0.0221, 0.0173, 0.0042);
+            let point = embed(&mesh, at).expect("inside").weights;
+            // The second ball is cut by the surface z = 0.
+            for weights in [point, ball_weights(&mesh, at, 0.004).unwrap(), ball_weights(&mesh, at, 0.006).unwrap()] {
+                assert!((mean(&mesh, &weights, |_| 1.0) - 1.0).abs() < 1e-12);
+                for d in 0..3 {
+                    assert!((mean(&mesh, &weights, |x| x[d]) - at[d]).abs() < 1e-12 * 0.05);
+                }
+                assert!(weights.windows(2).all(|w| w[0].0 < w[1].0 || weights.len() <= 10));
+            }
+        }
+    }
+
+    #[test]
+    fn the_ball_mean_of_a_quadratic_tends_to_its_closed_form() {
+        // Whole ball: E[y_i²] = ∫ r⁴(1−r²)² / (3 ∫ r²(1−r²)²) = (8/315)/(3·8/105) = 1/9, in units of R².
+        let (center, radius) = (Vec3::new(0.021, 0.019, 0.0205), 0.008);
+        let exact = radius * radius / 9.0;
+        let error = |n: usize, order: Order| {
+            let mesh = block(n, n, n, 0.04, 0.04, 0.04, order);
+            let weights = ball_weights(&mesh, center, radius).expect("inside");
+            (mean(&mesh, &weights, |x| (x.x - center.x).powi(2)) / exact - 1.0).abs()
+        };
+        // Quadratic cells interpolate x² exactly: what is left is the quadrature of the ball.
+        assert!(error(4, Order::Quadratic) < 2e-4, "{}", error(4, Order::Quadratic));
+        // Linear cells overshoot by O(h²).
+        let (coarse, fine) = (error(8, Order::Linear), error(16, Order::Linear));
+        assert!(fine < 0.26 * coarse && fine < 0.15, "{coarse} {fine}");
+    }
+
+    #[test]
+    fn outside_is_an_error_with_the_distance() {
+        let mesh = block(2, 2, 2, 0.02, 0.02, 0.02, Order::Quadratic);
+        let at = Vec3::new(0.023, 0.024, 0.01);
+        let message = embed(&mesh, at).expect_err("outside").to_string();
+        assert_eq!(
+            message,
+            "the point (23, 24, 10) mm is outside the body, 5.0000 mm from its surface; move it inside"
+        );
+        assert!(ball_weights(&mesh, at, 0.0055).is_ok());
+        let error = ball_weights(&mesh, at, 0.0045).expect_err("outside").to_string();
+        assert!(error.contains("holds nothing of the body, whose surface is 5.0000 mm away"), "{error}");
+        assert!(embed(&mesh, Vec3::new(0.02, 0.02, 0.02)).is_ok(), "a corner belongs to the body");
+    }
+}

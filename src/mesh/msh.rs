@@ -1,0 +1,285 @@
+//! Gmsh MSH 4.1, text and binary, plain or gzipped.
+//!
+//! Regions are the physical groups; an unnamed group is called `volume_3` or `surface_3` after its tag, and an entity may
+//! belong to several. Elements read: 3- and 6-node triangles, 4- and 10-node tetrahedra (gmsh's last two mid-nodes are
+//! VTK's swapped); points, lines and other surface elements are passed over. A node that belongs to no tetrahedron is
+//! dropped when gmsh keeps it on a point, curve or surface of the geometry (centres of arcs), otherwise it is an error.
+
+use super::TetMesh;
+use super::assemble::RawMesh;
+use super::cursor::Cursor;
+use super::validate::MeshError;
+use crate::math::tensor::Vec3;
+use std::collections::{BTreeMap, HashMap};
+use std::path::Path;
+
+/// Kinds of elements by gmsh's number: (number, nodes, dimension, name).
+const KINDS: &[(i64, usize, usize, &str)] = &[
+    (15, 1, 0, "points"),
+    (1, 2, 1, "lines"),
+    (8, 3, 1, "lines"),
+    (26, 4, 1, "lines"),
+    (2, 3, 2, "triangles"),
+    (9, 6, 2, "triangles"),
+    (21, 10, 2, "10-node triangles"),
+    (3, 4, 2, "quadrangles"),
+    (10, 9, 2, "quadrangles"),
+    (16, 8, 2, "quadrangles"),
+    (4, 4, 3, "4-node tetrahedra"),
+    (11, 10, 3, "10-node tetrahedra"),
+    (29, 20, 3, "20-node tetrahedra"),
+    (5, 8, 3, "8-node hexahedra"),
+    (12, 27, 3, "27-node hexahedra"),
+    (17, 20, 3, "20-node hexahedra"),
+    (6, 6, 3, "6-node prisms"),
+    (13, 18, 3, "18-node prisms"),
+    (18, 15, 3, "15-node prisms"),
+    (7, 5, 3, "5-node pyramids"),
+    (14, 14, 3, "14-node pyramids"),
+    (19, 13, 3, "13-node pyramids"),
+];
+
+/// Physical groups: names by (dimension, tag) and the tags of every entity (dimension, tag).
+#[derive(Default)]
+struct Groups {
+    names: BTreeMap<(usize, i64), String>,
+    of_entity: HashMap<(usize, i64), Vec<i64>>,
+}
+
+impl Groups {
+    /// Names of the groups an entity belongs to.
+    fn regions(&self, dim: usize, entity: i64) -> Vec<String> {
+        let name = |tag: &i64| {
+            let plain = || format!("{}_{tag}", if dim == 3 { "volume" } else { "surface" });
+            self.names.get(&(dim, *tag)).cloned().unwrap_or_else(plain)
+        };
+        self.of_entity.get(&(dim, entity)).into_iter().flatten().map(name).collect()
+    }
+}
+
+/// Parses the bytes of an MSH file (`file` is for messages); `unit_m` metres per unit of the file.
+pub fn parse(file: &Path, data: &[u8], unit_m: f64) -> Result<TetMesh, MeshError> {
+    let mut at = Cursor::new(file, data);
+    let mut raw = RawMesh { file: file.to_path_buf(), ..RawMesh::default() };
+    let (mut groups, mut index) = (Groups::default(), HashMap::new());
+    let (mut format, mut nodes, mut elements) = (None, false, false);
+    loop {
+        at.binary = false;
+        let Some(section) = at.word() else { break };
+        if !section.starts_with('$') {
+            return Err(at.syntax("a section such as $Nodes", section));
+        }
+        if format.is_none() && section != "$MeshFormat" {
+            return Err(at.syntax("$MeshFormat", section));
+        }
+        match section {
+            "$MeshFormat" => format = Some(read_format(&mut at, file)?),
+            "$PhysicalNames" => read_names(&mut at, &mut groups)?,
+            "$Entities" => {
+                at.binary = format == Some(true);
+                read_entities(&mut at, &mut groups)?;
+            }
+            "$Nodes" => {
+                at.binary = format == Some(true);
+                nodes = true;
+                read_nodes(&mut at, &mut raw, &mut index)?;
+            }
+            "$Elements" if !nodes => return Err(at.syntax("$Nodes before $Elements", section)),
+            "$Elements" => {
+                at.binary = format == Some(true);
+                elements = true;
+                read_elements(&mut at, &groups, &index, &mut raw)?;
+            }
+            other => {
+                if !at.skip_past(&format!("$End{}", &other[1..])) {
+                    return Err(at.truncated(&format!("$End{}", &other[1..])));
+                }
+                continue;
+            }
+        }
+        at.binary = false;
+        let end = format!("$End{}", &section[1..]);
+        match at.word() {
+            Some(word) if word == end => {}
+            Some(word) => return Err(at.syntax(&end, word)),
+            None => return Err(at.truncated(&end)),
+        }
+    }
+    match (format.is_some(), nodes, elements) {
+        (true, true, true) => raw.finish(unit_m),
+        (false, ..) => Err(at.truncated("$MeshFormat")),
+        (_, false, _) => Err(at.truncated("$Nodes")),
+        _ => Err(at.truncated("$Elements")),
+    }
+}
+
+/// Returns whether the file is binary and sets the byte order.
+fn read_format(at: &mut Cursor, file: &Path) -> Result<bool, MeshError> {
+    let version = at.word().ok_or_else(|| at.truncated("the version"))?.to_string();
+    if version != "4.1" {
+        let (fact, remedy) = (format!("MSH version {version} is not read"), "write it with gmsh -format msh41".into());
+        return Err(MeshError::Format { file: file.to_path_buf(), fact, remedy });
+    }
+    let binary = at.parse::<u8>("0 (text) or 1 (binary)")? == 1;
+    let size: usize = at.parse("the data size")?;
+    if binary {
+        if size != 8 {
+            let fact = format!("binary MSH with {size}-byte numbers");
+            let remedy = "write it on a 64-bit system, or as text".to_string();
+            return Err(MeshError::Format { file: file.to_path_buf(), fact, remedy });
+        }
+        at.line();
+        at.binary = true;
+        match at.int("the number one")? {
+            1 => {}
+            0x0100_0000 => at.big_endian = true,
+            other => return Err(at.syntax("the number one", &other.to_string())),
+        }
+    }
+    Ok(binary)
+}
+
+fn read_names(at: &mut Cursor, groups: &mut Groups) -> Result<(), MeshError> {
+    let count: usize = at.parse("the number of physical names")?;
+    for _ in 0..count {
+        let dim: usize = at.parse("the dimension of a physical name")?;
+        let tag: i64 = at.parse("the tag of a physical name")?;
+        let line = at.line().ok_or_else(|| at.truncated("a physical name"))?.trim();
+        let name = line.strip_prefix('"').and_then(|s| s.strip_suffix('"'));
+        let name = name.ok_or_else(|| at.syntax("a name in quotes", line))?;
+        groups.names.insert((dim, tag), name.to_string());
+    }
+    Ok(())
+}
+
+fn read_entities(at: &mut Cursor, groups: &mut Groups) -> Result<(), MeshError> {
+    let mut counts = [0; 4];
+    for count in &mut counts {
+        let value = at.long("the number of entities")?;
+        *count = at.count(value, 5, "the number of entities")?;
+    }
+    for (dim, count) in counts.into_iter().enumerate() {
+        for _ in 0..count {
+            let tag = at.int("the tag of an entity")?;
+            for _ in 0..if dim == 0 { 3 } else { 6 } {
+                at.double("the box of an entity")?;
+            }
+            let physical = list(at, "the physical tags of an entity")?;
+            groups.of_entity.insert((dim, tag), physical.into_iter().map(i64::abs).collect());
+            if dim > 0 {
+                list(at, "the boundary of an entity")?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// A count and so many 4-byte integers.
+fn list(at: &mut Cursor, wanted: &str) -> Result<Vec<i64>, MeshError> {
+    let value = at.long(wanted)?;
+    let count = at.count(value, 1, wanted)?;
+    (0..count).map(|_| at.int(wanted)).collect()
+}
+
+/// Nodes; `index` becomes the map from tags to positions.
+fn read_nodes(at: &mut Cursor, raw: &mut RawMesh, index: &mut HashMap<u64, u32>) -> Result<(), MeshError> {
+    let value = at.long("the number of node blocks")?;
+    let blocks = at.count(value, 7, "the number of node blocks")?;
+    for wanted in ["the number of nodes", "the smallest node tag", "the largest node tag"] {
+        at.long(wanted)?;
+    }
+    for _ in 0..blocks {
+        let dim = at.int("the dimension of a node block")?;
+        at.int("the entity of a node block")?;
+        let parametric = at.int("the parametric flag of a node block")? != 0;
+        let value = at.long("the number of nodes of a block")?;
+        let count = at.count(value, 8, "the nodes of a block")?;
+        for _ in 0..count {
+            let tag = at.long("a node tag")? as u64;
+            if index.insert(tag, raw.node_tags.len() as u32).is_some() {
+                return Err(MeshError::NodeTwice { file: raw.file.clone(), node: tag });
+            }
+            raw.node_tags.push(tag);
+            raw.may_be_free.push(dim < 3);
+        }
+        for _ in 0..count {
+            let mut x = [0.0; 3];
+            for x in &mut x {
+                *x = at.double("a coordinate")?;
+            }
+            raw.points.push(Vec3::from(x));
+            for _ in 0..if parametric { dim } else { 0 } {
+                at.double("a parametric coordinate")?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn read_elements(
+    at: &mut Cursor,
+    groups: &Groups,
+    index: &HashMap<u64, u32>,
+    raw: &mut RawMesh,
+) -> Result<(), MeshError> {
+    let value = at.long("the number of element blocks")?;
+    let blocks = at.count(value, 7, "the number of element blocks")?;
+    for wanted in ["the number of elements", "the smallest element tag", "the largest element tag"] {
+        at.long(wanted)?;
+    }
+    let mut tags = [Vec::new(), Vec::new()]; // of tet4 and tet10
+    for _ in 0..blocks {
+        at.int("the dimension of an element block")?;
+        let entity = at.int("the entity of an element block")?;
+        let number = at.int("the type of an element block")?;
+        let &(_, nodes, dim, name) = (KINDS.iter().find(|k| k.0 == number))
+            .ok_or_else(|| at.syntax("a known element type", &format!("type {number}")))?;
+        let value = at.long("the number of elements of a block")?;
+        let count = at.count(value, 2 * (nodes + 1), "the elements of a block")?;
+        let regions = groups.regions(dim, entity);
+        for _ in 0..count {
+            let tag = at.long("an element tag")? as u64;
+            let mut found = [0u32; 27];
+            for i in &mut found[..nodes] {
+                let node = at.long("a node of an element")? as u64;
+                let unknown =
+                    || MeshError::UnknownNode { file: raw.file.clone(), owner: format!("element {tag}"), node };
+                *i = *index.get(&node).ok_or_else(unknown)?;
+            }
+            let cell = match number {
+                2 | 9 => {
+                    raw.triangles.push(([found[0], found[1], found[2]], tag, regions.clone()));
+                    continue;
+                }
+                4 => {
+                    raw.tet4.extend(&found[..4]);
+                    tags[0].push(tag);
+                    tags[0].len() - 1
+                }
+                11 => {
+                    found.swap(8, 9);
+                    raw.tet10.extend(&found[..10]);
+                    tags[1].push(tag);
+                    tags[1].len() - 1
+                }
+                _ => {
+                    let kinds = if dim == 3 { &mut raw.other_volumes } else { &mut raw.other };
+                    *kinds.entry(name).or_default() += 1;
+                    continue;
+                }
+            };
+            for name in &regions {
+                match raw.cell_regions.get_mut(name) {
+                    Some(cells) => cells.push(cell as u32),
+                    None => {
+                        raw.cell_regions.insert(name.clone(), vec![cell as u32]);
+                    }
+                }
+            }
+        }
+    }
+    // Both kinds together are refused as mixed; otherwise one of the lists is empty.
+    let [linear, quadratic] = tags;
+    raw.cell_tags = if linear.is_empty() { quadratic } else { linear };
+    Ok(())
+}

@@ -1,0 +1,211 @@
+//! What can be wrong with a mesh, as typed errors: the place, the fact, the remedy.
+
+use super::element::CELL_NODES;
+use super::{Order, TetMesh, geometry};
+use crate::math::tensor::{Mat3, Vec3};
+use std::collections::HashMap;
+use std::fmt;
+use std::path::PathBuf;
+
+/// Where in a file: text files count lines, binary ones bytes.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Place {
+    pub file: PathBuf,
+    pub at: Option<Spot>,
+}
+
+/// A line (from 1) or a byte offset (from 0).
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Spot {
+    Line(usize),
+    Byte(usize),
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.file.display())?;
+        match self.at {
+            Some(Spot::Line(line)) => write!(f, ", line {line}"),
+            Some(Spot::Byte(byte)) => write!(f, ", byte {byte}"),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Why a mesh was refused. Cells and nodes carry the numbers of the file they come from.
+#[derive(Clone, PartialEq, Debug, thiserror::Error)]
+pub enum MeshError {
+    #[error("{}: cannot be read: {reason}; check the path and its permissions", file.display())]
+    Unreadable { file: PathBuf, reason: String },
+    #[error("{}: cannot be written: {reason}; check the folder, its permissions and the free space", file.display())]
+    Unwritable { file: PathBuf, reason: String },
+    #[error("{}: {fact}; {remedy}", file.display())]
+    Format { file: PathBuf, fact: String, remedy: String },
+    #[error("{place}: expected {wanted}, found \"{found}\"; the file is damaged, write it again")]
+    Syntax { place: Place, wanted: String, found: String },
+    #[error("{place}: the file ends where {wanted} should stand; it is truncated, write or copy it again")]
+    Truncated { place: Place, wanted: String },
+    #[error("{}: mixed-cell mesh: {kinds}; only tetrahedra of one order are read: remesh the body with tetrahedra", file.display())]
+    MixedCells { file: PathBuf, kinds: String },
+    #[error("{}: no tetrahedra ({found}); mesh the volume, or save its elements too (gmsh: Mesh.SaveAll = 1 or a physical volume)", file.display())]
+    NoCells { file: PathBuf, found: String },
+    #[error("{}: {owner} refers to node {node}, which the file does not define; write the file again", file.display())]
+    UnknownNode { file: PathBuf, owner: String, node: u64 },
+    #[error("{}: node {node} is defined twice; write the file again", file.display())]
+    NodeTwice { file: PathBuf, node: u64 },
+    #[error("{}: node {node} has a coordinate that is not finite", file.display())]
+    NotFinite { file: PathBuf, node: u64 },
+    #[error("{}: orphan node {node} at {} belongs to no cell ({count} such nodes); delete it, its motion is undefined", file.display(), point(at))]
+    OrphanNode { file: PathBuf, node: u64, at: Vec3, count: usize },
+    #[error("{}: nodes {first} and {second} are both at {}: a duplicate node is a crack; merge them (gmsh: Coherence Mesh)", file.display(), point(at))]
+    DuplicateNode { file: PathBuf, first: u64, second: u64, at: Vec3 },
+    #[error("{}: cell {cell} has zero volume ({volume:.3e} m^3); remove or remesh it", file.display())]
+    ZeroVolume { file: PathBuf, cell: u64, volume: f64 },
+    #[error("{}: cell {cell} is inverted (volume {volume:.3e} m^3; {count} of {cells} cells); renumber its nodes or remesh", file.display())]
+    InvertedCell { file: PathBuf, cell: u64, volume: f64, count: usize, cells: usize },
+    #[error("{}: curved cell {cell} folds over: its det J reaches {min_det:.3e} m^3; use a smaller size there, or order 1", file.display())]
+    FoldedCell { file: PathBuf, cell: u64, min_det: f64 },
+    #[error("{}: facet {facet} of region {region} is no face of any cell; save the volume next to it", file.display())]
+    LooseFacet { file: PathBuf, facet: u64, region: String },
+    #[error("{}: a face of cell {cell} is shared by three or more cells; remove the duplicated cells", file.display())]
+    SharedFace { file: PathBuf, cell: u64 },
+    #[error("{}: region \"body\" holds {count} of {cells} cells; the name is kept for the whole body, rename the group", file.display())]
+    PartialBody { file: PathBuf, count: usize, cells: usize },
+    #[error("the mesh has no region {name}{}", suggestion(near))]
+    NoRegion { name: String, near: Option<String> },
+    #[error("{selector} selects nothing; the mesh fills {} to {}", point(low), point(high))]
+    EmptySelection { selector: String, low: Vec3, high: Vec3 },
+}
+
+/// A position for messages, in millimetres.
+pub(super) fn point(p: &Vec3) -> String {
+    let mm = |x: f64| (x * 1e9).round() / 1e6 + 0.0;
+    format!("({}, {}, {}) mm", mm(p.x), mm(p.y), mm(p.z))
+}
+
+fn suggestion(near: &Option<String>) -> String {
+    near.as_ref().map_or_else(String::new, |n| format!("; did you mean {n}?"))
+}
+
+/// Two different nodes closer than this fraction of the bounding box's diagonal are duplicates.
+const DUPLICATE: f64 = 1e-9;
+
+/// First pair of nodes at the same place, if any. [pairs in ascending order of the second]
+pub(super) fn duplicate(points: &[Vec3]) -> Option<(usize, usize)> {
+    let (low, high) = geometry::bounds(points.iter().copied());
+    let tolerance = DUPLICATE * (high - low).norm();
+    if tolerance == 0.0 {
+        return (points.len() > 1).then_some((0, 1));
+    }
+    // Grid of 4 tolerances: a neighbour is in this box or the one next to it on the nearer side.
+    let size = 4.0 * tolerance;
+    let mut grid: HashMap<[i64; 3], Vec<usize>> = HashMap::with_capacity(points.len());
+    for (i, p) in points.iter().enumerate() {
+        let s = (p - low) / size;
+        let near =
+            |x: f64| [x.floor() as i64, if x.fract() < 0.5 { x.floor() as i64 - 1 } else { x.floor() as i64 + 1 }];
+        let (x, y, z) = (near(s.x), near(s.y), near(s.z));
+        for k in 0..8 {
+            let found = grid.get(&[x[k & 1], y[k >> 1 & 1], z[k >> 2]]).into_iter().flatten();
+            if let Some(&j) = found.into_iter().find(|&&j| (points[j] - p).norm() <= tolerance) {
+                return Some((j, i));
+            }
+        }
+        grid.entry([x[0], y[0], z[0]]).or_default().push(i);
+    }
+    None
+}
+
+/// Lower bound of det ∂X/∂ξ over cell `c` [m³]: exact on tet4; on tet10 bounded by Bernstein coefficients, which are
+/// tightened by subdivision until the sign is certain (Johnen, Remacle & Geuzaine, J. Comput. Phys. 233, 2013).
+pub fn min_det(mesh: &TetMesh, c: usize) -> f64 {
+    match mesh.order {
+        Order::Linear => mesh.jacobian(c, [0.0; 3]).determinant(),
+        Order::Quadratic => min_det_in(&std::array::from_fn(|i| mesh.jacobian(c, CELL_NODES[i])), 5),
+    }
+}
+
+/// Bound over a sub-tetrahedron with the Jacobians `j` at its corners; ∂X/∂ξ is linear on tet10.
+fn min_det_in(j: &[Mat3; 4], depth: usize) -> f64 {
+    let corners = j.iter().map(Mat3::determinant).fold(f64::INFINITY, f64::min);
+    let bound = min_bernstein(j);
+    if corners <= 0.0 || bound > 0.0 || depth == 0 {
+        return bound.min(corners);
+    }
+    split(j, |a, b| (a + b) * 0.5).iter().map(|sub| min_det_in(sub, depth - 1)).fold(f64::INFINITY, f64::min)
+}
+
+/// Smallest of the 20 Bernstein coefficients of the cubic det(Σ λ_i J_i).
+fn min_bernstein(j: &[Mat3; 4]) -> f64 {
+    let mixed = |a: usize, b: usize, c: usize| j[a].column(0).cross(&j[b].column(1)).dot(&j[c].column(2));
+    let mut least = f64::INFINITY;
+    for a in 0..4 {
+        for b in a..4 {
+            for c in b..4 {
+                let sum =
+                    mixed(a, b, c) + mixed(a, c, b) + mixed(b, a, c) + mixed(b, c, a) + mixed(c, a, b) + mixed(c, b, a);
+                least = least.min(sum / 6.0);
+            }
+        }
+    }
+    least
+}
+
+/// Splits a tetrahedron given by what stands at its corners into 8 of equal volume.
+pub(super) fn split<T: Clone>(corner: &[T; 4], middle: impl Fn(&T, &T) -> T) -> [[T; 4]; 8] {
+    let c = corner;
+    let [m01, m12, m02, m03, m13, m23] = super::element::CELL_EDGES.map(|[a, b]| middle(&c[a], &c[b]));
+    let tet = |a: &T, b: &T, c: &T, d: &T| [a.clone(), b.clone(), c.clone(), d.clone()];
+    [
+        tet(&c[0], &m01, &m02, &m03),
+        tet(&m01, &c[1], &m12, &m13),
+        tet(&m02, &m12, &c[2], &m23),
+        tet(&m03, &m13, &m23, &c[3]),
+        tet(&m01, &m12, &m02, &m13),
+        tet(&m01, &m02, &m03, &m13),
+        tet(&m02, &m13, &m23, &m03),
+        tet(&m02, &m12, &m23, &m13),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn splits_into_eight_of_equal_positive_volume() {
+        let corner: [Vec3; 4] = std::array::from_fn(|i| Vec3::from(CELL_NODES[i]));
+        for [a, b, c, d] in split(&corner, |a, b| (a + b) / 2.0) {
+            let volume = (b - a).cross(&(c - a)).dot(&(d - a));
+            assert!((volume - 0.125).abs() < 1e-15, "{volume}");
+        }
+    }
+
+    #[test]
+    fn bounds_the_jacobian_of_a_curved_cell() {
+        let mut points: Vec<Vec3> = CELL_NODES.map(Vec3::from).to_vec();
+        let mesh = |points: &[Vec3]| TetMesh {
+            order: Order::Quadratic,
+            points: points.to_vec(),
+            cells: (0..10).collect(),
+            facets: vec![],
+            regions: Default::default(),
+        };
+        assert!((min_det(&mesh(&points), 0) - 1.0).abs() < 1e-14);
+        // The mid-node of edge (0,1) at x: dX/dξ at corner 0 is 4x − 1, which vanishes at x = 1/4.
+        points[4].x = 0.251;
+        assert!(min_det(&mesh(&points), 0) > 0.0);
+        points[4].x = 0.249;
+        assert!(min_det(&mesh(&points), 0) < 0.0);
+    }
+
+    #[test]
+    fn finds_a_duplicate_across_a_grid_line() {
+        let mut points: Vec<Vec3> = (0..1000).map(|i| Vec3::new(f64::from(i), 0.0, 0.0)).collect();
+        assert_eq!(duplicate(&points), None);
+        points.push(Vec3::new(500.0, 2e-7, -3e-7));
+        assert_eq!(duplicate(&points), Some((500, 1000)));
+        points[1000].y = 2e-6;
+        assert_eq!(duplicate(&points), None);
+    }
+}
