@@ -1,8 +1,8 @@
 //! Calibration of the incompressible Neo-Hookean law: recovery, refusals, Treloar's table, silicone tables.
 
 use durometer::calibrate::{
-    AuditKind, ColumnChoice, Experiment, FitError, FitOptions, FitRequest, FitResult, FitWarning, Mode, Partner,
-    PredictionKind, Sample, StretchRange, fit, fit_experiment, read_law_file, read_law_table,
+    AuditKind, ColumnChoice, Experiment, FITS, FitCurves, FitError, FitOptions, FitRequest, FitResult, FitWarning,
+    Mode, Partner, PredictionKind, Sample, StretchRange, fit, fit_experiment, read_law_file, read_law_table,
 };
 use std::path::{Path, PathBuf};
 
@@ -59,6 +59,31 @@ fn clean_data_give_the_constant_back_in_every_mode() {
         assert_eq!(r.warnings, [FitWarning::NoPartner], "{mode}");
         assert!((r.validity.tension_to.expect("tension") - 2.25).abs() < 1e-12);
         assert!((r.validity.compression_to.expect("compression") - 0.8).abs() < 1e-12);
+    }
+}
+
+/// Every law of the registry: no stress at λ = 1, its own stresses give its constants back, `fit` agrees with itself
+/// under a change of the stress scale.
+#[test]
+fn every_law_of_the_registry_recovers_itself() {
+    for law in FITS {
+        let truth: Vec<f64> = (1..=law.parameters.len()).map(|k| 0.3e6 / k as f64).collect();
+        let samples: Vec<Sample> = Mode::ALL
+            .into_iter()
+            .flat_map(|mode| (0..20).map(move |k| (mode, 0.7 + 0.1 * f64::from(k))))
+            .map(|(mode, stretch)| Sample { mode, stretch, stress: (law.stress)(&truth, mode, stretch), line: 0 })
+            .collect();
+        for scale in [1e-6, 1.0, 1e3] {
+            let scaled: Vec<_> = samples.iter().map(|s| Sample { stress: s.stress * scale, ..*s }).collect();
+            let answer = (law.fit)(&scaled).unwrap_or_else(|e| panic!("{}: {e}", law.name));
+            for ((e, t), p) in answer.estimates.iter().zip(&truth).zip(law.parameters) {
+                assert_eq!((e.name, e.symbol), (p.name, p.symbol), "{}", law.name);
+                assert!((e.value / (t * scale) - 1.0).abs() < 1e-10, "{}: {e:?}", law.name);
+            }
+        }
+        for mode in Mode::ALL {
+            assert_eq!((law.stress)(&truth, mode, 1.0), 0.0, "{} {mode}", law.name);
+        }
     }
 }
 
@@ -140,6 +165,7 @@ fn every_dialect_of_a_table_reads_alike() {
         "stretch,nominal stress (MPa)\n1.1,0.1\n1.25,0.2\n1.5,0.3\n",
         "\u{feff}stretch;stress (MPa)\r\n1,1;0,1\r\n1,25;0,2\r\n1,5;0,3\r\n",
         "Specimen\tA\nTime (s)\tEngineering Strain (%)\tTrue Stress (MPa)\tEngineering Stress (MPa)\n0\t10\t9\t0.1\n1\t25\t9\t0.2\n2\t50\t9\t0.3\n",
+        "stretch,stress (MPa)\n\"1,1\",\"0,1\"\n\"1,25\",\"0,2\"\n\"1,5\",\"0,3\"\n",
         "strain,true strain,stress/kPa\n0.1,7,100\n0.25,7,200\n0.5,7,300\n",
     ] {
         let e = parsed(text);
@@ -302,6 +328,9 @@ fn treloar_at_moderate_stretch() {
     assert!((mu.value / (top / bottom) - 1.0).abs() < 1e-10);
     assert!((0.3e6..0.4e6).contains(&mu.value));
     assert_eq!(r.rows, 5);
+    // The law that ends at stretch 1.125 lies outside the 95 % interval: the range matters more than the scatter.
+    let [low, high] = r.range_spread[0];
+    assert!(low == mu.value && high > mu.interval[1], "{:?} {:?}", r.range_spread, mu.interval);
     // The table softens with stretch as every unfilled rubber does: the secant stiffness P/g falls row by row.
     let secant: Vec<f64> = r.residuals.iter().map(|x| x.measured / g(x.stretch)).collect();
     assert!(secant.windows(2).all(|w| w[1] < w[0]), "{secant:?}");
@@ -390,6 +419,9 @@ fn a_law_file_reads_back_to_the_last_digit() {
     request.options.partner = Some(Partner::Nu(0.45));
     let r = fit(&request).expect("fits");
     assert!(!r.warnings.contains(&FitWarning::NoPartner));
+    // 2(1 + 0.45)/3 − 1 = −1/30
+    let slope = |w: &FitWarning| matches!(w, FitWarning::Compressible { slope_relative: s, .. } if (s + 1.0 / 30.0).abs() < 1e-12);
+    assert!(r.warnings.iter().any(slope), "{:?}", r.warnings);
     r.write_law(&path).expect("writable");
     let (law, provenance) = read_law_file(&path).expect("just written");
     assert_eq!(law["nu"].as_float(), Some(0.45));
@@ -402,6 +434,9 @@ fn a_law_file_reads_back_to_the_last_digit() {
     let text = std::fs::read_to_string(&json).expect("readable");
     let value: serde_json::Value = serde_json::from_str(&text).expect("valid JSON");
     assert_eq!(value["parameters"][0]["value"].as_f64(), Some(r.parameters[0].value));
+    let curves: FitCurves = serde_json::from_value(value["curves"].clone()).expect("a figure is drawn from the file");
+    assert_eq!(curves, r.curves);
+    assert_eq!(value["messages"].as_array().map(Vec::len), Some(r.warnings.len()));
     let missing = folder.path().join("absent").join("law.toml");
     assert!(r.write_law(&missing).expect_err("no folder").to_string().contains("cannot be written"));
     std::fs::write(&path, "mu = \"1 Pa\"\n").expect("writable");

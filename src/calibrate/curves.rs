@@ -1,10 +1,10 @@
 //! What a figure of a fit needs; drawing is done elsewhere.
 
 use super::{Fittable, Mode, Residual, Sample};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Points and curves of one mode: `[λ, P]` with λ [–], P [Pa].
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct ModeCurves {
     pub mode: Mode,
     /// Name for the legend
@@ -20,13 +20,13 @@ pub struct ModeCurves {
 }
 
 /// Labels, units and one entry per mode of the table.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct FitCurves {
     pub title: String,
-    pub x_label: &'static str,
-    pub y_label: &'static str,
+    pub x_label: String,
+    pub y_label: String,
     /// Unit of every stress
-    pub y_unit: &'static str,
+    pub y_unit: String,
     /// Smallest and largest fitted λ, for shading
     pub fitted_stretch: [f64; 2],
     pub modes: Vec<ModeCurves>,
@@ -63,9 +63,9 @@ impl FitCurves {
         });
         Self {
             title,
-            x_label: "stretch λ [–]",
-            y_label: "nominal stress P",
-            y_unit: "Pa",
+            x_label: "stretch λ [–]".into(),
+            y_label: "nominal stress P".into(),
+            y_unit: "Pa".into(),
             fitted_stretch,
             modes: modes.collect(),
         }

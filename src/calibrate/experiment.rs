@@ -20,6 +20,13 @@ pub struct Sample {
     pub line: u64,
 }
 
+impl Sample {
+    /// False at λ = 1 with P = 0: every law goes through this point, and the test was zeroed there.
+    pub fn is_informative(&self) -> bool {
+        self.stretch != 1.0 || self.stress != 0.0
+    }
+}
+
 /// A test as read.
 #[derive(Clone, Debug)]
 pub struct Experiment {
@@ -65,7 +72,7 @@ impl Experiment {
         let header: Vec<_> = lines[..at].iter().map(|l| pair(&l.cells)).collect();
         let body = &lines[at + 1..];
         let cells = body.iter().flat_map(|l| [columns.strain, columns.stress].map(|i| l.cells.get(i)));
-        let decimal_comma = delimiter != ',' && table::has_decimal_comma(cells.flatten().map(String::as_str));
+        let decimal_comma = table::has_decimal_comma(cells.flatten().map(String::as_str));
         log_intake(&mut audit, &lines[at], delimiter, decimal_comma, &columns);
         let mode = whole_file_mode(&columns, mode, card.as_ref(), &header, &mut audit);
         let samples = read_rows(file, body, &columns, decimal_comma, mode, &mut audit)?;
@@ -95,8 +102,7 @@ fn find_header(file: &str, text: &str, choice: &ColumnChoice) -> Result<(char, V
             return Ok((delimiter, lines, at));
         }
         // For the message: the line above the first one with two numbers has the names.
-        let decimal_comma = delimiter != ',';
-        let numbers = |l: &Line| l.cells.iter().filter(|c| table::number(c, decimal_comma).is_ok()).count();
+        let numbers = |l: &Line| l.cells.iter().filter(|c| table::number(c, true).is_ok()).count();
         let first = lines.iter().position(|l| numbers(l) >= 2);
         let names = first.and_then(|i| i.checked_sub(1)).or((!lines.is_empty()).then_some(0));
         let names = names.map(|i| columns::quoted(&lines[i].cells)).unwrap_or_default();

@@ -5,7 +5,8 @@ use super::neo_hookean::ROUNDING;
 use super::result::INTERVAL_ASSUMPTION;
 use super::{
     AuditKind, Experiment, FitCurves, FitError, FitOptions, FitRequest, FitResult, FitWarning, Fittable, LawFit,
-    Misfit, Mode, Prediction, PredictionKind, RangeRow, Residual, Sample, StretchRange, Validity, fittable, statistics,
+    Misfit, Mode, Partner, Prediction, PredictionKind, RangeRow, Residual, Sample, StretchRange, Validity, fittable,
+    statistics,
 };
 
 /// Reads a table and fits a law to it.
@@ -26,8 +27,7 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
     let partner = options.partner.map(|p| p.check()).transpose()?;
     let modes = choose_modes(experiment, &options.modes)?;
     let range = options.range.unwrap_or(StretchRange::ALL);
-    let informative = |s: &Sample| !(s.stretch == 1.0 && s.stress == 0.0);
-    let is_fitted = |s: &Sample| modes.contains(&s.mode) && range.contains(s.stretch) && informative(s);
+    let is_fitted = |s: &Sample| modes.contains(&s.mode) && range.contains(s.stretch) && s.is_informative();
     let fitted: Vec<Sample> = experiment.samples.iter().copied().filter(is_fitted).collect();
     check_rows(experiment, &modes, range, &fitted, law)?;
     let answer = (law.fit)(&fitted)?;
@@ -35,9 +35,11 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
     let stress = |mode, stretch| (law.stress)(&values, mode, stretch);
     let own = residuals(&fitted, stress);
     let misfit = Misfit::of(&own).expect("the rows were counted");
-    let all = residuals(&experiment.samples, stress);
+    let samples: Vec<Sample> = experiment.samples.iter().copied().filter(Sample::is_informative).collect();
+    let all = residuals(&samples, stress);
     let stretch = extent(own.iter().map(|r| r.stretch));
     let predictions = predictions(&all, &modes, range);
+    let range_dependence = range_dependence(experiment, &modes, range.from, law);
     let mut result = FitResult {
         law: law.name,
         formula: law.formula,
@@ -53,7 +55,8 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
         partner,
         misfit,
         validity: validity(&all, &modes, options.tolerance),
-        range_dependence: range_dependence(experiment, &modes, range.from, law),
+        range_spread: range_spread(&range_dependence, &answer, stretch[1]),
+        range_dependence,
         solver_check: answer.check,
         warnings: vec![],
         curves: FitCurves::new(
@@ -130,7 +133,7 @@ fn predictions(all: &[Residual], modes: &[Mode], range: StretchRange) -> Vec<Pre
             all.iter().filter(|r| r.mode == mode && keep(r)).copied().collect::<Vec<_>>()
         };
         if modes.contains(&mode) {
-            add(PredictionKind::OutsideRange, mode, pick(&|r| !range.contains(r.stretch) && r.stretch != 1.0));
+            add(PredictionKind::OutsideRange, mode, pick(&|r| !range.contains(r.stretch)));
         } else {
             add(PredictionKind::OtherModeInRange, mode, pick(&|r| range.contains(r.stretch)));
             if range != StretchRange::ALL {
@@ -146,7 +149,7 @@ const RANGE_ROWS: usize = 24;
 
 /// The fit repeated with every end of the range that the data offer (about 24 of them where there are more).
 fn range_dependence(experiment: &Experiment, modes: &[Mode], from: f64, law: &Fittable) -> Vec<RangeRow> {
-    let own = |s: &&Sample| modes.contains(&s.mode) && s.stretch >= from && s.stretch != 1.0;
+    let own = |s: &&Sample| modes.contains(&s.mode) && s.stretch >= from && s.is_informative();
     let mut samples: Vec<Sample> = experiment.samples.iter().filter(own).copied().collect();
     samples.sort_by(|a, b| a.stretch.total_cmp(&b.stretch));
     let needed = law.parameters.len() + 1;
@@ -169,6 +172,15 @@ fn range_dependence(experiment: &Experiment, modes: &[Mode], from: f64, law: &Fi
             })
         })
         .collect()
+}
+
+/// Smallest and largest value of each parameter over the ranges that end within the fitted one.
+fn range_spread(rows: &[RangeRow], answer: &LawFit, to: f64) -> Vec<[f64; 2]> {
+    let spread = |(k, e): (usize, &super::Estimate)| {
+        let inside = rows.iter().filter(|r| r.to <= to).map(|r| r.parameters[k].value);
+        extent(inside.chain([e.value]))
+    };
+    answer.estimates.iter().enumerate().map(spread).collect()
 }
 
 fn validity(all: &[Residual], modes: &[Mode], tolerance: f64) -> Validity {
@@ -217,10 +229,24 @@ fn warnings(result: &FitResult, answer: &LawFit, experiment: &Experiment, tolera
     found.extend(stiffness(result, &experiment.stress_unit));
     let doubts = experiment.audit.of(AuditKind::Doubt);
     found.extend(doubts.map(|e| FitWarning::Data { message: e.message.clone() }));
-    if result.partner.is_none() {
-        found.push(FitWarning::NoPartner);
-    }
+    found.extend(compressible(result));
     found
+}
+
+/// Lateral stress of a compressible law that changes the slope of tension by less than this is not worth a word [–]
+const SLOPE: f64 = 0.01;
+
+/// A compressible law with the fitted μ has E = 2(1 + ν)μ in tension where the data, taken as incompressible, had 3μ.
+fn compressible(result: &FitResult) -> Option<FitWarning> {
+    let mu = result.parameters.iter().find(|p| p.name == "mu").map(|p| p.value);
+    let nu = match (result.partner, mu) {
+        (None, _) => return Some(FitWarning::NoPartner),
+        (Some(Partner::Nu(nu)), _) => nu,
+        (Some(Partner::Kappa(kappa)), Some(mu)) => (3.0 * kappa - 2.0 * mu) / (2.0 * (3.0 * kappa + mu)),
+        (Some(Partner::Kappa(_)), None) => return None,
+    };
+    let slope_relative = 2.0 * (1.0 + nu) / 3.0 - 1.0;
+    (slope_relative.abs() > SLOPE).then_some(FitWarning::Compressible { nu, slope_relative })
 }
 
 /// Shear moduli of rubbers [Pa], from the softest silicones to nearly hard compounds

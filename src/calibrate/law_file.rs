@@ -43,6 +43,10 @@ impl FitResult {
             let ends = e.interval.iter().map(|x| format!("{x} {}", e.unit)).collect();
             p.insert(format!("{}_interval", e.name), texts(ends));
         }
+        for (e, [low, high]) in self.parameters.iter().zip(&self.range_spread) {
+            let ends = vec![format!("{low} {}", e.unit), format!("{high} {}", e.unit)];
+            p.insert(format!("{}_over_shorter_ranges", e.name), texts(ends));
+        }
         p.insert("interval".into(), self.interval_assumption.into());
         p.insert("rms".into(), quantity(self.misfit.rms_pa, "Pa"));
         p.insert("rms_relative".into(), self.misfit.rms_relative.into());

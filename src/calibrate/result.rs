@@ -77,6 +77,8 @@ pub enum FitWarning {
     Stiffness { mu_pa: f64, unit: String, instead: Option<&'static str> },
     /// From the audit log
     Data { message: String },
+    /// The compressible law is softer (or stiffer) in small tension than the data
+    Compressible { nu: f64, slope_relative: f64 },
     /// The law file lacks a constant
     NoPartner,
 }
@@ -122,6 +124,12 @@ impl fmt::Display for FitWarning {
                 }
             }
             Self::Data { message } => f.write_str(message),
+            Self::Compressible { nu, slope_relative } => write!(
+                f,
+                "with nu = {nu:.4} a compressible law has the slope 2(1 + nu)mu in small tension, {:.1} % off the 3 mu of \
+                 the data, which were taken as incompressible",
+                100.0 * slope_relative
+            ),
             Self::NoPartner => f.write_str(
                 "tests of an incompressible material do not give nu or kappa: the law file has neither, pass --nu or \
                  add one in the scene",
@@ -156,6 +164,9 @@ pub struct FitResult {
     pub validity: Validity,
     pub predictions: Vec<Prediction>,
     pub range_dependence: Vec<RangeRow>,
+    /// Smallest and largest value of each parameter over ranges that end within the fitted one: what the choice of the
+    /// range does to the answer
+    pub range_spread: Vec<[f64; 2]>,
     pub solver_check: SolverCheck,
     pub warnings: Vec<FitWarning>,
     pub residuals: Vec<Residual>,
@@ -164,9 +175,11 @@ pub struct FitResult {
 }
 
 impl FitResult {
-    /// `fit.json`: all of this value
+    /// `fit.json`: all of this value, and `messages`, the warnings as text
     pub fn write_json(&self, path: &Path) -> Result<(), FitError> {
-        let text = serde_json::to_string_pretty(self).expect("the result has string keys and serialisable values");
+        let mut value = serde_json::to_value(self).expect("the result has string keys and serialisable values");
+        value["messages"] = self.warnings.iter().map(ToString::to_string).collect();
+        let text = serde_json::to_string_pretty(&value).expect("a JSON value can be written");
         std::fs::write(path, text + "\n").map_err(|source| FitError::Write { path: path.into(), source })
     }
 
@@ -197,6 +210,14 @@ impl fmt::Display for FitResult {
         )?;
         writeln!(f, "{}", self.answer())?;
         writeln!(f, "misfit {:.2} % rms, {:.4e} Pa", 100.0 * self.misfit.rms_relative, self.misfit.rms_pa)?;
+        for (e, [low, high]) in self.parameters.iter().zip(&self.range_spread) {
+            writeln!(f, "ranges that end earlier give {} from {low:.5e} to {high:.5e} {}", e.symbol, e.unit)?;
+        }
+        let percent = 100.0 * self.validity.tolerance;
+        match self.validity.tension_to {
+            Some(to) => writeln!(f, "within {percent:.0} % rms of the data from stretch 1 to {to}")?,
+            None => writeln!(f, "nowhere in tension within {percent:.0} % rms of the data")?,
+        }
         for p in &self.predictions {
             let what = match p.kind {
                 PredictionKind::OutsideRange => "outside the range",
