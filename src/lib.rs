@@ -8,6 +8,7 @@
 //!
 //! SI units everywhere inside the code; quantities carry their unit in files (`"18 kPa"`).
 
+pub mod calibrate;
 pub mod effect;
 pub mod material;
 pub mod math;

@@ -1,0 +1,70 @@
+//! The log of everything that was found in a table and of what was done about it.
+
+use serde::Serialize;
+use std::fmt;
+
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum AuditKind {
+    /// How the file was understood
+    Intake,
+    /// Rows that do not take part
+    LeftOut,
+    /// Unusual rows that do take part, unchanged
+    Kept,
+    /// A reason to doubt the answer
+    Doubt,
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub struct AuditEntry {
+    pub kind: AuditKind,
+    pub message: String,
+    /// Lines of the file, counted from 1; empty where the whole file is meant
+    pub lines: Vec<u64>,
+}
+
+impl fmt::Display for AuditEntry {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        const SHOWN: usize = 8;
+        let kind = match self.kind {
+            AuditKind::Intake => "read",
+            AuditKind::LeftOut => "left out",
+            AuditKind::Kept => "kept",
+            AuditKind::Doubt => "doubt",
+        };
+        write!(f, "{kind}: {}", self.message)?;
+        if !self.lines.is_empty() {
+            let shown: Vec<_> = self.lines.iter().take(SHOWN).map(u64::to_string).collect();
+            let plural = if self.lines.len() == 1 { "line" } else { "lines" };
+            write!(f, " ({plural} {}", shown.join(", "))?;
+            if self.lines.len() > SHOWN {
+                write!(f, " and {} more", self.lines.len() - SHOWN)?;
+            }
+            write!(f, ")")?;
+        }
+        Ok(())
+    }
+}
+
+/// Entries in the order in which things were found.
+#[derive(Clone, Debug, Default, Serialize)]
+#[serde(transparent)]
+pub struct Audit(pub Vec<AuditEntry>);
+
+impl Audit {
+    pub fn add(&mut self, kind: AuditKind, message: impl Into<String>, lines: Vec<u64>) {
+        self.0.push(AuditEntry { kind, message: message.into(), lines });
+    }
+
+    /// Logs rows of one kind, if there are any.
+    pub fn add_rows(&mut self, kind: AuditKind, message: &str, lines: Vec<u64>) {
+        if !lines.is_empty() {
+            self.add(kind, message, lines);
+        }
+    }
+
+    pub fn of(&self, kind: AuditKind) -> impl Iterator<Item = &AuditEntry> {
+        self.0.iter().filter(move |e| e.kind == kind)
+    }
+}

@@ -1,0 +1,65 @@
+//! `card.toml`: what a table does not say of itself. It lies beside the table and names it.
+
+use super::{ColumnChoice, FitError, Mode};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// Where the numbers come from.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Source {
+    pub authors: String,
+    pub title: String,
+    pub journal: String,
+    pub volume: String,
+    pub pages: String,
+    pub year: Option<u32>,
+    pub url: String,
+}
+
+/// Facts about one table. `[columns]` overrides what is detected.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Card {
+    pub name: String,
+    /// File name of the table in the same folder
+    pub file: String,
+    /// Licence, or why none is needed
+    pub status: String,
+    /// How the numbers came into the file
+    #[serde(default)]
+    pub digitised: String,
+    /// The mode of every row, where no column gives it
+    pub mode: Option<Mode>,
+    /// `crosshead` or what else the strain was measured with
+    pub strain_measurement: Option<String>,
+    pub temperature: Option<String>,
+    #[serde(default)]
+    pub notes: Vec<String>,
+    #[serde(default)]
+    pub source: Source,
+    #[serde(default)]
+    pub columns: ColumnChoice,
+    #[serde(default)]
+    pub specimen: toml::Table,
+}
+
+impl Card {
+    pub fn read(path: &Path) -> Result<Self, FitError> {
+        let text = std::fs::read_to_string(path).map_err(|source| FitError::Read { path: path.into(), source })?;
+        toml::from_str(&text).map_err(|e| FitError::Card { path: path.into(), message: e.to_string() })
+    }
+
+    /// The given card; else the `card.toml` beside the table, if it names this table.
+    pub fn find(given: Option<&Path>, data: &Path) -> Result<Option<Self>, FitError> {
+        if let Some(path) = given {
+            return Self::read(path).map(Some);
+        }
+        let beside = data.with_file_name("card.toml");
+        if !beside.is_file() {
+            return Ok(None);
+        }
+        let card = Self::read(&beside)?;
+        Ok(data.file_name().is_some_and(|name| name == card.file.as_str()).then_some(card))
+    }
+}

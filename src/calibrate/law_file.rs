@@ -1,0 +1,83 @@
+//! `law.toml`: a law block that a scene includes, with its provenance.
+//!
+//! ```toml
+//! law = "neo_hookean"
+//! mu = "362000.5 Pa"
+//! nu = 0.45              # only if it was given: the fit does not determine it
+//! [provenance]
+//! data = "…"
+//! ```
+
+use super::{FitError, FitResult, Partner};
+use std::path::Path;
+use toml::{Table, Value};
+
+impl FitResult {
+    /// Text of the law file. Numbers have all their digits; there is no date, so that the same fit gives the same file.
+    pub fn law_text(&self) -> String {
+        let mut root = Table::new();
+        let quantity = |value: f64, unit: &str| Value::from(format!("{value} {unit}"));
+        root.insert("law".into(), self.law.into());
+        for e in &self.parameters {
+            root.insert(e.name.into(), quantity(e.value, e.unit));
+        }
+        match self.partner {
+            Some(Partner::Nu(nu)) => drop(root.insert("nu".into(), nu.into())),
+            Some(Partner::Kappa(kappa)) => drop(root.insert("kappa".into(), quantity(kappa, "Pa"))),
+            None => {}
+        }
+        let texts = |items: Vec<String>| Value::from(items);
+        let mut p = Table::new();
+        p.insert("data".into(), self.data.clone().into());
+        p.insert("sha256".into(), self.data_sha256.clone().into());
+        if let Some(source) = &self.data_source {
+            p.insert("source".into(), source.clone().into());
+        }
+        p.insert("mode".into(), texts(self.modes.iter().map(|m| m.name().to_string()).collect()));
+        if let Some(range) = self.asked_range {
+            p.insert("asked_stretch".into(), Value::from(vec![range.from, range.to]));
+        }
+        p.insert("fitted_stretch".into(), Value::from(self.stretch.to_vec()));
+        p.insert("rows".into(), i64::try_from(self.rows).expect("a table has fewer rows").into());
+        for e in &self.parameters {
+            let ends = e.interval.iter().map(|x| format!("{x} {}", e.unit)).collect();
+            p.insert(format!("{}_interval", e.name), texts(ends));
+        }
+        for (e, [low, high]) in self.parameters.iter().zip(&self.range_spread) {
+            let ends = vec![format!("{low} {}", e.unit), format!("{high} {}", e.unit)];
+            p.insert(format!("{}_over_shorter_ranges", e.name), texts(ends));
+        }
+        p.insert("interval".into(), self.interval_assumption.into());
+        p.insert("rms".into(), quantity(self.misfit.rms_pa, "Pa"));
+        p.insert("rms_relative".into(), self.misfit.rms_relative.into());
+        p.insert("warnings".into(), texts(self.warnings.iter().map(ToString::to_string).collect()));
+        p.insert("durometer".into(), self.version.into());
+        root.insert("provenance".into(), p.into());
+        toml::to_string(&root).expect("a table of strings, numbers and arrays can be written")
+    }
+
+    pub fn write_law(&self, path: &Path) -> Result<(), FitError> {
+        std::fs::write(path, self.law_text()).map_err(|source| FitError::Write { path: path.into(), source })
+    }
+}
+
+/// The law block and the provenance (empty where there is none).
+pub fn read_law_file(path: &Path) -> Result<(Table, Table), FitError> {
+    let refuse = |message: String| FitError::LawFile { path: path.into(), message };
+    let text = std::fs::read_to_string(path).map_err(|source| FitError::Read { path: path.into(), source })?;
+    let mut law: Table = toml::from_str(&text).map_err(|e| refuse(e.to_string()))?;
+    let provenance = match law.remove("provenance") {
+        None => Table::new(),
+        Some(Value::Table(t)) => t,
+        Some(_) => return Err(refuse("provenance must be a table, [provenance]".into())),
+    };
+    match law.get("law") {
+        Some(Value::String(_)) => Ok((law, provenance)),
+        _ => Err(refuse("has no law; write for example law = \"neo_hookean\"".into())),
+    }
+}
+
+/// The law block alone, as a scene includes it: `law` and the constants.
+pub fn read_law_table(path: &Path) -> Result<Table, FitError> {
+    read_law_file(path).map(|(law, _)| law)
+}

@@ -1,0 +1,77 @@
+//! How far a law is from samples.
+
+use super::{Mode, Sample};
+use serde::Serialize;
+
+/// One sample beside the law.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+pub struct Residual {
+    pub mode: Mode,
+    /// λ [–]
+    pub stretch: f64,
+    /// Measured P [Pa]
+    pub measured: f64,
+    /// P of the law [Pa]
+    pub law: f64,
+    /// measured − law [Pa]
+    pub residual: f64,
+    /// Line of the file
+    pub line: u64,
+}
+
+/// Residuals in the order of mode and stretch; equal stretches stay in the order of the file.
+pub fn residuals(samples: &[Sample], law: impl Fn(Mode, f64) -> f64) -> Vec<Residual> {
+    let mut rows: Vec<_> = samples
+        .iter()
+        .map(|s| {
+            let p = law(s.mode, s.stretch);
+            Residual {
+                mode: s.mode,
+                stretch: s.stretch,
+                measured: s.stress,
+                law: p,
+                residual: s.stress - p,
+                line: s.line,
+            }
+        })
+        .collect();
+    rows.sort_by(|a, b| a.mode.cmp(&b.mode).then(a.stretch.total_cmp(&b.stretch)));
+    rows
+}
+
+/// Misfit over some rows. With residuals rᵢ = Pᵢ − P(λᵢ):
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+pub struct Misfit {
+    pub rows: usize,
+    /// √(Σrᵢ²/n) [Pa]
+    pub rms_pa: f64,
+    /// √(Σrᵢ²/ΣPᵢ²) [–]; 0 where both sums are zero
+    pub rms_relative: f64,
+    /// max |rᵢ| [Pa]
+    pub max_pa: f64,
+    /// max |rᵢ/Pᵢ| over rows with Pᵢ ≠ 0 [–]
+    pub max_relative: f64,
+    /// −Σrᵢ/Σ|Pᵢ| [–]: negative where the law is too soft
+    pub bias_relative: f64,
+}
+
+impl Misfit {
+    /// `None` without rows
+    pub fn of(rows: &[Residual]) -> Option<Self> {
+        if rows.is_empty() {
+            return None;
+        }
+        let sum = |f: fn(&Residual) -> f64| rows.iter().map(f).sum::<f64>();
+        let largest = |f: fn(&Residual) -> f64| rows.iter().map(f).fold(0.0, f64::max);
+        let (r2, p2) = (sum(|r| r.residual.powi(2)), sum(|r| r.measured.powi(2)));
+        let ratio = |a: f64, b: f64| if a == 0.0 { 0.0 } else { a / b };
+        Some(Self {
+            rows: rows.len(),
+            rms_pa: (r2 / rows.len() as f64).sqrt(),
+            rms_relative: ratio(r2, p2).sqrt(),
+            max_pa: largest(|r| r.residual.abs()),
+            max_relative: largest(|r| if r.measured == 0.0 { 0.0 } else { (r.residual / r.measured).abs() }),
+            bias_relative: ratio(-sum(|r| r.residual), sum(|r| r.measured.abs())),
+        })
+    }
+}

@@ -1,0 +1,139 @@
+//! What is asked of a fit.
+
+use super::{ColumnChoice, FitError, Mode};
+use serde::Serialize;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+/// A closed range of stretch λ [–], written `1..1.6`.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+pub struct StretchRange {
+    pub from: f64,
+    pub to: f64,
+}
+
+impl StretchRange {
+    /// Every stretch
+    pub const ALL: Self = Self { from: 0.0, to: f64::INFINITY };
+
+    pub fn contains(self, stretch: f64) -> bool {
+        self.from <= stretch && stretch <= self.to
+    }
+}
+
+impl FromStr for StretchRange {
+    type Err = FitError;
+
+    fn from_str(text: &str) -> Result<Self, FitError> {
+        let refuse = |reason| FitError::Range { text: text.into(), reason };
+        let (from, to) = text.split_once("..").ok_or_else(|| refuse("has no \"..\""))?;
+        let number = |t: &str| t.trim().parse::<f64>().ok().filter(|x| x.is_finite());
+        let (Some(from), Some(to)) = (number(from), number(to)) else {
+            return Err(refuse("needs a number on both sides"));
+        };
+        if from <= 0.0 {
+            Err(refuse("a stretch is positive (1 is undeformed)"))
+        } else if from >= to {
+            Err(refuse("the first stretch must be the smaller one"))
+        } else {
+            Ok(Self { from, to })
+        }
+    }
+}
+
+/// The constant that goes with μ in a compressible law. Tests of an incompressible material do not determine it.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Partner {
+    /// Poisson's ratio ν [–]
+    Nu(f64),
+    /// Bulk modulus κ [Pa]
+    Kappa(f64),
+}
+
+impl Partner {
+    /// Refuses what no stable compressible law can take.
+    pub fn check(self) -> Result<Self, FitError> {
+        match self {
+            Self::Nu(nu) if !(nu > -1.0 && nu < 0.5) => Err(FitError::Partner {
+                name: "nu",
+                value: nu,
+                allowed: "above -1 and below 0.5",
+                remedy: "0.5 is exactly incompressible, which a displacement law cannot take",
+            }),
+            Self::Kappa(kappa) if !(kappa > 0.0 && kappa.is_finite()) => Err(FitError::Partner {
+                name: "kappa",
+                value: kappa,
+                allowed: "above 0 Pa",
+                remedy: "give a finite bulk modulus",
+            }),
+            ok => Ok(ok),
+        }
+    }
+}
+
+/// What of an experiment is fitted, and to what.
+#[derive(Clone, Debug)]
+pub struct FitOptions {
+    /// A name of [`super::FITS`]
+    pub law: String,
+    /// Modes fitted together; empty: the only mode of the table (several are refused)
+    pub modes: Vec<Mode>,
+    /// `None`: every row. No other default is defensible without knowing the use of the law; how the answer depends on
+    /// the range is part of the result.
+    pub range: Option<StretchRange>,
+    /// `None`: the law file lacks the constant and the scene has to add it
+    pub partner: Option<Partner>,
+    /// Relative misfit up to which the law is said to describe the data [–]
+    pub tolerance: f64,
+}
+
+impl FitOptions {
+    pub fn new(law: &str) -> Self {
+        Self { law: law.into(), modes: vec![], range: None, partner: None, tolerance: 0.1 }
+    }
+}
+
+/// A fit as asked for on the command line.
+#[derive(Clone, Debug)]
+pub struct FitRequest {
+    pub data: PathBuf,
+    /// `None`: the `card.toml` beside the table, if it names the table
+    pub card: Option<PathBuf>,
+    pub columns: ColumnChoice,
+    pub options: FitOptions,
+}
+
+impl FitRequest {
+    pub fn new(data: impl Into<PathBuf>, law: &str) -> Self {
+        Self { data: data.into(), card: None, columns: ColumnChoice::default(), options: FitOptions::new(law) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_are_two_ascending_positive_stretches() {
+        assert_eq!("1..1.6".parse::<StretchRange>().expect("valid"), StretchRange { from: 1.0, to: 1.6 });
+        for (text, reason) in [
+            ("1", "no \"..\""),
+            ("1..", "both sides"),
+            ("0..2", "positive"),
+            ("2..1", "smaller"),
+            ("a..b", "both sides"),
+        ] {
+            let message = text.parse::<StretchRange>().expect_err(text).to_string();
+            assert!(message.contains(reason), "{text}: {message}");
+        }
+    }
+
+    #[test]
+    fn an_incompressible_partner_is_refused() {
+        assert!(Partner::Nu(0.49).check().is_ok());
+        assert!(Partner::Nu(0.5).check().expect_err("0.5").to_string().contains("below 0.5"));
+        assert!(Partner::Kappa(-1.0).check().is_err());
+        assert!(Partner::Nu(f64::NAN).check().is_err());
+    }
+}
