@@ -13,9 +13,16 @@ pub fn body(file: &Path, spec: &MeshSpec) -> Result<Body, SceneError> {
     if let Some(f) = std::env::var_os("TMPMESH") {
         let path = std::path::PathBuf::from(f);
         let mesh = crate::mesh::read(&path, 1.0).map_err(|e| part(file, "mesh", e))?;
-        let manifest: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(path.to_str().unwrap().replace(".msh.gz",".json")).unwrap()).unwrap();
+        let manifest: serde_json::Value =
+            serde_json::from_str(&std::fs::read_to_string(path.to_str().unwrap().replace(".msh.gz", ".json")).unwrap())
+                .unwrap();
         let p: crate::mesh::CablePath = serde_json::from_value(manifest["paths"]["cable"].clone()).unwrap();
-        return Ok(Body { mesh, paths: BTreeMap::from([("cable".into(), p)]), source: String::new(), sha256: String::new() });
+        return Ok(Body {
+            mesh,
+            paths: BTreeMap::from([("cable".into(), p)]),
+            source: String::new(),
+            sha256: String::new(),
+        });
     }
     let _ = (base, units::parse("1 mm", Dimension::LENGTH));
     let _ = spec;

@@ -15,8 +15,8 @@ use crate::material::{self, Law};
 use crate::math::signal::Signal;
 use crate::math::tensor::Vec3;
 use crate::math::units::{self, Dimension};
+use crate::mesh::CablePath;
 use crate::mesh::embed::{ball_weights, embed};
-use crate::mesh::generate::CablePath;
 use crate::mesh::select::{Pick, Selector};
 use crate::mesh::{Order, Region, TetMesh};
 use crate::solve::{Integrator, Span};
@@ -92,7 +92,7 @@ pub fn read_scene(file: &Path, changes: &[(String, toml::Value)]) -> Result<(Sce
     Ok((spec, text))
 }
 
-fn part(
+pub(super) fn part(
     file: &Path,
     place: impl Into<String>,
     source: impl Into<Box<dyn std::error::Error + Send + Sync>>,
@@ -336,7 +336,8 @@ impl<'a> Builder<'a> {
             .enumerate()
             .map(|(k, point)| {
                 // A guide point must lie inside the body, also where a ball would still find some of it.
-                let embedded = embed(mesh, point).map_err(|e| part(self.file, format!("{place}: guide {}", k + 1), e))?;
+                let embedded =
+                    embed(mesh, point).map_err(|e| part(self.file, format!("{place}: guide {}", k + 1), e))?;
                 let weights = match guide_radius {
                     GuideRadius::Point => embedded.weights,
                     GuideRadius::Ball(radius) => ball_weights(mesh, point, *radius)
@@ -375,7 +376,11 @@ impl<'a> Builder<'a> {
             start = end;
         }
         if spans.is_empty() {
-            return Err(self.content("stage", "the scene has no stage", "add a [[stage]] with integrator, duration, dt"));
+            return Err(self.content(
+                "stage",
+                "the scene has no stage",
+                "add a [[stage]] with integrator, duration, dt",
+            ));
         }
         Ok(spans)
     }
@@ -395,10 +400,8 @@ impl<'a> Builder<'a> {
             }
         }
         let inertia = spec.effects.iter().any(|e| matches!(e, EffectSpec::Inertia { .. }));
-        let length_driven = spec
-            .constraints
-            .iter()
-            .any(|c| matches!(c, ConstraintSpec::Cable { drive: DriveSpec::Length(_), .. }));
+        let length_driven =
+            spec.constraints.iter().any(|c| matches!(c, ConstraintSpec::Cable { drive: DriveSpec::Length(_), .. }));
         for (k, (span, stage)) in spans.iter().zip(&spec.stages).enumerate() {
             let place = format!("stage {}", k + 1);
             let name = span.integrator.name();

@@ -1,5 +1,6 @@
 //! Scenes: what stands in a TOML file becomes a system, runs, and is recorded.
 
+mod body;
 mod build;
 mod error;
 pub mod overrides;
@@ -9,6 +10,7 @@ mod run;
 mod signal;
 pub mod spec;
 
+pub use body::body;
 pub use build::{Body, Scene, read_scene};
 pub use error::SceneError;
 pub use quantity::{Length, Time};

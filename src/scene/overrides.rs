@@ -55,9 +55,10 @@ mod tests {
 
     #[test]
     fn sets_by_path_and_names_what_is_known() {
-        let mut table: Table = "[mesh]\ncells = 1\n[[constraint]]\nkind = \"fixed\"\n[[constraint]]\nkind = \"cable\"\n"
-            .parse()
-            .expect("valid TOML");
+        let mut table: Table =
+            "[mesh]\ncells = 1\n[[constraint]]\nkind = \"fixed\"\n[[constraint]]\nkind = \"cable\"\n"
+                .parse()
+                .expect("valid TOML");
         for text in ["mesh.cells=9300", "constraint.cable.drive={tension=\"8 N\"}", "constraint.0.region=root"] {
             let (path, value) = parse(text).expect("key=value");
             apply(&mut table, &path, value).expect("the path exists");
@@ -66,7 +67,10 @@ mod tests {
         assert_eq!(table["constraint"][1]["drive"]["tension"].as_str(), Some("8 N"));
         assert_eq!(table["constraint"][0]["region"].as_str(), Some("root"));
         let error = apply(&mut table, "constraint.tendon.drive", Value::Integer(1)).expect_err("no such constraint");
-        assert_eq!(error.to_string(), "\"constraint.tendon.drive\": there is no \"tendon\" here; known are: fixed, cable");
+        assert_eq!(
+            error.to_string(),
+            "\"constraint.tendon.drive\": there is no \"tendon\" here; known are: fixed, cable"
+        );
         assert!(parse("mesh.cells").is_err());
     }
 }

@@ -3,9 +3,7 @@
 use super::build::Scene;
 use super::probe::{Energies, Moment, cable_columns, largest_stretch, record_cable};
 use crate::math::tensor::Vec3;
-use crate::solve::{
-    Newton, NewtonSettings, Status, StepSettings, Stepper, Totals, initial_acceleration,
-};
+use crate::solve::{Newton, NewtonSettings, Status, StepSettings, Stepper, Totals, initial_acceleration};
 use crate::system::{At, Role, State, System, Want};
 use std::time::Duration;
 

@@ -197,7 +197,9 @@ pub enum IntegratorSpec {
     ImplicitEuler,
     ImplicitEulerLinearised,
     Bdf2,
-    GeneralisedAlpha { rho: f64 },
+    GeneralisedAlpha {
+        rho: f64,
+    },
     /// `force = true` allows the undamped rule beside constraints
     Newmark {
         beta: f64,

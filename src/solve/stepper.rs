@@ -103,19 +103,26 @@ pub struct Span {
     pub dt: f64,
 }
 
+type Past = (f64, Vec<f64>, Vec<f64>);
+
+/// Highest degree of the extrapolation.
+const MAX_DEGREE: usize = 6;
+
 /// Drives [`Newton`] over a [`Span`].
 pub struct Stepper<'a> {
     pub system: &'a System,
     pub newton: Newton,
     pub settings: StepSettings,
     pub totals: Totals,
-    /// The last accepted states, newest first, for extrapolation
-    recent: Vec<(f64, Vec<f64>, Vec<f64>)>,
+    /// Time, x and λ of the last accepted states, newest first, for extrapolation
+    recent: Vec<Past>,
+    /// Degree of the polynomial that predicts best
+    degree: usize,
 }
 
 impl<'a> Stepper<'a> {
     pub fn new(system: &'a System, newton: Newton, settings: StepSettings) -> Self {
-        Self { system, newton, settings, totals: Totals::default(), recent: Vec::new() }
+        Self { system, newton, settings, totals: Totals::default(), recent: Vec::new(), degree: 1 }
     }
 
     /// Runs from `state` to the end of the span. `accepted(past, state, newton, on_grid)` is called after every accepted
@@ -184,26 +191,24 @@ impl<'a> Stepper<'a> {
         Ok((next, solved))
     }
 
-    /// Statics: quadratic through the last three states. Dynamics: x + Δt v + ½Δt² a, multipliers linear.
+    /// Statics: the polynomial through the last states, of the degree that would have predicted the last one best.
+    /// Dynamics: x + Δt v + ½Δt² a, multipliers linear.
     fn extrapolate(&self, integrator: Integrator, state: &State, next: &mut State) -> bool {
-        let weights = lagrange(&self.recent.iter().map(|r| r.0).collect::<Vec<_>>(), next.t);
-        if weights.len() < 2 {
+        if self.recent.len() < 2 {
             return false;
         }
-        if integrator.is_static() {
-            next.x.fill(0.0);
-        } else {
+        let degree = if integrator.is_static() { self.degree } else { 1 };
+        next.x.fill(0.0);
+        next.lambda.fill(0.0);
+        for (w, (_, x, lambda)) in lagrange(&self.recent[..=degree], next.t).into_iter().zip(&self.recent) {
+            next.x.iter_mut().zip(x).for_each(|(n, x)| *n += w * x);
+            next.lambda.iter_mut().zip(lambda).for_each(|(n, l)| *n += w * l);
+        }
+        if !integrator.is_static() {
             let dt = next.t - state.t;
             for (i, x) in next.x.iter_mut().enumerate() {
                 *x = state.x[i] + dt * (state.v[i] + 0.5 * dt * state.a[i]);
             }
-        }
-        next.lambda.fill(0.0);
-        for (w, (_, x, lambda)) in weights.iter().zip(&self.recent) {
-            if integrator.is_static() {
-                next.x.iter_mut().zip(x).for_each(|(n, x)| *n += w * x);
-            }
-            next.lambda.iter_mut().zip(lambda).for_each(|(n, l)| *n += w * l);
         }
         for (c, lambda) in next.lambda.iter_mut().enumerate() {
             if self.system.is_one_sided(c) {
@@ -214,8 +219,19 @@ impl<'a> Stepper<'a> {
     }
 
     fn remember(&mut self, state: &State) {
+        self.degree = (1..=MAX_DEGREE.min(self.recent.len().saturating_sub(1)))
+            .map(|degree| (self.misprediction(degree, state), degree))
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+            .map_or(1, |best| best.1);
         self.recent.insert(0, (state.t, state.x.clone(), state.lambda.clone()));
-        self.recent.truncate(3);
+        self.recent.truncate(MAX_DEGREE + 1);
+    }
+
+    /// ‖x − its prediction of this degree from the states before‖².
+    fn misprediction(&self, degree: usize, state: &State) -> f64 {
+        let weights = lagrange(&self.recent[..=degree], state.t);
+        let error = |i: usize| weights.iter().zip(&self.recent).map(|(w, r)| w * r.1[i]).sum::<f64>() - state.x[i];
+        (0..state.x.len()).map(|i| error(i).powi(2)).sum()
     }
 
     fn count(&mut self, solved: &Solved) {
@@ -234,8 +250,8 @@ fn stopped(t: f64, why: Failure) -> Status {
     }
 }
 
-/// Weights of the polynomial through `times` at `t`.
-fn lagrange(times: &[f64], t: f64) -> Vec<f64> {
-    let factor = |i: usize, j: usize| (t - times[j]) / (times[i] - times[j]);
-    (0..times.len()).map(|i| (0..times.len()).filter(|&j| j != i).map(|j| factor(i, j)).product()).collect()
+/// Weights at `t` of the polynomial through these states (Lagrange).
+fn lagrange(states: &[Past], t: f64) -> Vec<f64> {
+    let factor = |i: usize, j: usize| (t - states[j].0) / (states[i].0 - states[j].0);
+    (0..states.len()).map(|i| (0..states.len()).filter(|&j| j != i).map(|j| factor(i, j)).product()).collect()
 }
