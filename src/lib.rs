@@ -11,4 +11,5 @@
 pub mod material;
 pub mod math;
 pub mod mesh;
+pub mod report;
 pub mod study;
