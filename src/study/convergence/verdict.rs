@@ -248,7 +248,7 @@ pub fn conclude(
     let case = s.cases.iter().find(headline).unwrap_or(&s.cases[0]).clone();
     let mut words = format!(
         "{} can be trusted within {}: error bar {} in the worst quantity ({}), {} per case.",
-        capital(&s.label),
+        s.label,
         percent(tolerance),
         percent(s.worst),
         s.limited_by,
