@@ -13,6 +13,7 @@ pub mod effect;
 pub mod material;
 pub mod math;
 pub mod mesh;
+pub mod report;
 pub mod scene;
 pub mod solve;
 pub mod study;

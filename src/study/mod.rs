@@ -1,3 +1,4 @@
 //! Studies: cases, their stored results, and the analysis over them.
 
+pub mod convergence;
 pub mod record;

@@ -119,3 +119,81 @@ pub struct Skin {
     /// Polyline of each cable at that time [m], pull point first
     pub cables: Vec<Vec<[f64; 3]>>,
 }
+
+/// What a study is and which cases belong to it: `study.json`, beside the folder `cases/`.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct StudyRecord {
+    /// Name of the study, as its folder is called
+    pub study: String,
+    /// `convergence`
+    pub kind: String,
+    pub question: String,
+    /// What was expected before the run
+    pub expectation: String,
+    /// Largest error bar that is accepted, as a fraction of the value [–]
+    pub tolerance: f64,
+    /// Variant → the quantities judged there; an imposed quantity is not listed
+    pub quantities: BTreeMap<String, Vec<Quantity>>,
+    /// Variants in the order of the report: `length`, `tension`
+    pub variants: Vec<String>,
+    pub families: Vec<FamilyRecord>,
+    pub version: String,
+}
+
+/// A recorded quantity of interest: a column of `cases/<id>.csv`.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct Quantity {
+    /// Column, with its unit as the suffix: `bending_angle_deg`
+    pub name: String,
+    /// In words: `bending angle`
+    pub label: String,
+    /// Letter in formulae and on axes: `θ`
+    pub symbol: String,
+    /// Unit as printed: `°`
+    pub unit: String,
+}
+
+/// Cases that differ in one thing only.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct FamilyRecord {
+    pub name: String,
+    pub role: Role,
+    /// `tet4`, `tet10`
+    pub formulation: String,
+    /// Ids of the cases, of every variant, also those that have no result yet
+    pub cases: Vec<String>,
+}
+
+/// What a family of cases is there to show.
+#[derive(Serialize, Deserialize, Clone, Copy, Debug, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub enum Role {
+    /// The mesh sizes the study is about, meshed one by one
+    Sizes,
+    /// Each cell split into eight: one size ratio, no mesh noise
+    Nested,
+    /// Meshed one by one with one size ratio
+    Remeshed,
+    /// One size, several seeds of the mesher: the scatter
+    Seeds,
+    /// Another element at a few sizes
+    Element,
+    /// One mesh, several time steps
+    TimeStep,
+}
+
+/// A case as it was read back: its record and its time series.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StoredCase {
+    pub record: CaseRecord,
+    pub series: Series,
+}
+
+/// `cases/<id>.csv`: the columns over `t_s`.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct Series {
+    /// [samples] time [s]
+    pub t_s: Vec<f64>,
+    /// Column name → [samples], unit in the name
+    pub columns: BTreeMap<String, Vec<f64>>,
+}

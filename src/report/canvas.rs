@@ -1,0 +1,203 @@
+//! The sheet a figure is drawn on: sizes, type, colours and the few marks that all figures share.
+//!
+//! One unit is a tenth of a typographic point, so that the integer coordinates of plotters are fine enough for print.
+
+use plotters::coord::Shift;
+use plotters::prelude::*;
+pub use plotters::style::RGBColor as RGB;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+/// Units per millimetre.
+const PER_MM: f64 = 720.0 / 25.4;
+/// Width of one column and of two [mm].
+pub const SINGLE: f64 = 88.0;
+pub const DOUBLE: f64 = 180.0;
+/// Type sizes: labels and annotations [units].
+pub const LABEL: i32 = 80;
+pub const SMALL: i32 = 70;
+
+pub const FAMILY: &str = "Liberation Sans, Arial, Helvetica, sans-serif";
+pub const INK: RGBColor = RGBColor(0x22, 0x22, 0x22);
+pub const GREY: RGBColor = RGBColor(0x80, 0x80, 0x80);
+pub const PALE: RGBColor = RGBColor(0xe4, 0xe4, 0xe4);
+/// Okabe & Ito 2008: blue, vermilion, bluish green, reddish purple, orange, sky blue, black.
+pub const PALETTE: [RGBColor; 7] = [
+    RGBColor(0x00, 0x72, 0xb2),
+    RGBColor(0xd5, 0x5e, 0x00),
+    RGBColor(0x00, 0x9e, 0x73),
+    RGBColor(0xcc, 0x79, 0xa7),
+    RGBColor(0xe6, 0x9f, 0x00),
+    RGBColor(0x56, 0xb4, 0xe9),
+    RGBColor(0x00, 0x00, 0x00),
+];
+
+pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+pub type Point = (i32, i32);
+
+/// Millimetres to units.
+pub fn mm(v: f64) -> i32 {
+    (v * PER_MM).round() as i32
+}
+
+/// Text between these marks is set in italics.
+const ITALIC: (char, char) = ('\u{e000}', '\u{e001}');
+
+/// A symbol, in italics.
+pub fn italic(symbol: &str) -> String {
+    format!("{}{symbol}{}", ITALIC.0, ITALIC.1)
+}
+
+/// A figure of `width` × `height` [mm]; `under` is raw SVG in units that goes below what `paint` draws.
+pub fn figure(width: f64, height: f64, under: &str, paint: impl FnOnce(&Area)) -> String {
+    let (w, h) = (mm(width) as u32, mm(height) as u32);
+    let mut svg = String::new();
+    {
+        let area = SVGBackend::with_string(&mut svg, (w, h)).into_drawing_area();
+        paint(&area);
+        area.present().expect("a string accepts every write");
+    }
+    let head = format!("<svg width=\"{w}\" height=\"{h}\"");
+    let sized = format!("<svg width=\"{width}mm\" height=\"{height}mm\"");
+    let svg = svg.replacen(&head, &sized, 1).replacen(">\n", &format!(">\n{under}"), 1);
+    svg.replace("dy=\"0.5ex\"", "dy=\"0.35em\"")
+        .replace("dy=\"-0.5ex\"", "dy=\"-0.25em\"")
+        .replace(ITALIC.0, "<tspan font-style=\"italic\">")
+        .replace(ITALIC.1, "</tspan>")
+}
+
+/// Anchor of a text: which point of it stands at the position.
+#[derive(Clone, Copy)]
+pub enum At {
+    Left,
+    Right,
+    Middle,
+    /// Centred above the point
+    Above,
+    /// Centred below the point
+    Below,
+    /// Left aligned, below the point
+    TopLeft,
+    /// Turned by 90°, centred, left of the point
+    Turned,
+}
+
+/// Draws on a string cannot fail.
+fn put<'a, E>(area: &Area<'a>, element: E)
+where
+    for<'b> &'b E: plotters::element::PointCollection<'b, (i32, i32)>,
+    E: plotters::element::Drawable<SVGBackend<'a>>,
+{
+    area.draw(&element).expect("a string accepts every write");
+}
+
+pub fn text(area: &Area, s: &str, at: Point, anchor: At, size: i32, color: RGBColor) {
+    let (h, v, turn) = match anchor {
+        At::Left => (HPos::Left, VPos::Center, false),
+        At::Right => (HPos::Right, VPos::Center, false),
+        At::Middle => (HPos::Center, VPos::Center, false),
+        At::Above => (HPos::Center, VPos::Bottom, false),
+        At::Below => (HPos::Center, VPos::Top, false),
+        At::TopLeft => (HPos::Left, VPos::Top, false),
+        At::Turned => (HPos::Center, VPos::Bottom, true),
+    };
+    // plotters writes size/1.24
+    let mut style = TextStyle::from((FAMILY, f64::from(size) * 1.24).into_font()).color(&color).pos(Pos::new(h, v));
+    if turn {
+        style = style.transform(FontTransform::Rotate270);
+    }
+    put(area, Text::new(s.to_string(), at, style));
+}
+
+/// Rough width of a text [units]; Liberation Sans runs to about half an em per character.
+pub fn width(s: &str, size: i32) -> i32 {
+    let ems: f64 = (s.chars())
+        .map(|c| match c {
+            '\u{e000}' | '\u{e001}' => 0.0,
+            'i' | 'j' | 'l' | '.' | ',' | ':' | '\'' | ' ' | 'I' | 't' | 'f' | '(' | ')' => 0.3,
+            'm' | 'M' | 'w' | 'W' | '%' => 0.86,
+            c if c.is_uppercase() => 0.7,
+            _ => 0.55,
+        })
+        .sum();
+    (ems * f64::from(size)).round() as i32
+}
+
+pub fn line(area: &Area, points: &[Point], color: RGBColor, width: u32) {
+    if points.len() > 1 {
+        put(area, PathElement::new(points.to_vec(), color.stroke_width(width)));
+    }
+}
+
+/// Dashes of equal ink and gap [units].
+pub fn dashed(area: &Area, points: &[Point], color: RGBColor, width: u32, dash: f64) {
+    let (mut piece, mut left, mut ink): (Vec<Point>, f64, bool) = (vec![], dash, true);
+    for w in points.windows(2) {
+        let (a, b) = ((f64::from(w[0].0), f64::from(w[0].1)), (f64::from(w[1].0), f64::from(w[1].1)));
+        let length = (b.0 - a.0).hypot(b.1 - a.1);
+        let mut s = 0.0;
+        if piece.is_empty() {
+            piece.push(w[0]);
+        }
+        while length - s > left {
+            s += left;
+            let k = s / length;
+            let p = ((a.0 + k * (b.0 - a.0)).round() as i32, (a.1 + k * (b.1 - a.1)).round() as i32);
+            piece.push(p);
+            if ink {
+                line(area, &piece, color, width);
+            }
+            (piece, left, ink) = (vec![p], dash, !ink);
+        }
+        left -= length - s;
+        piece.push(w[1]);
+    }
+    if ink {
+        line(area, &piece, color, width);
+    }
+}
+
+pub fn fill(area: &Area, points: &[Point], color: RGBAColor) {
+    put(area, Polygon::new(points.to_vec(), color.filled()));
+}
+
+/// Filled rectangle between two corners.
+pub fn block(area: &Area, a: Point, b: Point, color: RGBColor) {
+    put(area, Rectangle::new([a, b], color.filled()));
+}
+
+/// Shapes that stay apart without colour.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Mark {
+    Circle,
+    Square,
+    Triangle,
+    Diamond,
+    Ring,
+    Cross,
+    Down,
+}
+
+pub const MARKS: [Mark; 7] =
+    [Mark::Circle, Mark::Square, Mark::Triangle, Mark::Diamond, Mark::Ring, Mark::Down, Mark::Cross];
+
+pub fn mark(area: &Area, shape: Mark, (x, y): Point, r: i32, color: RGBColor) {
+    let poly = |p: &[Point]| {
+        let q: Vec<Point> = p.iter().map(|(a, b)| (x + a, y + b)).collect();
+        fill(area, &q, color.to_rgba());
+    };
+    match shape {
+        Mark::Circle => put(area, Circle::new((x, y), r, color.filled())),
+        Mark::Ring => {
+            put(area, Circle::new((x, y), r, WHITE.filled()));
+            put(area, Circle::new((x, y), r - 3, color.stroke_width(10)));
+        }
+        Mark::Square => poly(&[(-r, -r), (r, -r), (r, r), (-r, r)].map(|(a, b)| (a * 9 / 10, b * 9 / 10))),
+        Mark::Triangle => poly(&[(-r, r * 8 / 10), (r, r * 8 / 10), (0, -r)]),
+        Mark::Down => poly(&[(-r, -r * 8 / 10), (r, -r * 8 / 10), (0, r)]),
+        Mark::Diamond => poly(&[(-r, 0), (0, -r * 12 / 10), (r, 0), (0, r * 12 / 10)]),
+        Mark::Cross => {
+            line(area, &[(x - r, y - r), (x + r, y + r)], color, 10);
+            line(area, &[(x - r, y + r), (x + r, y - r)], color, 10);
+        }
+    }
+}

@@ -1,0 +1,90 @@
+//! Why a report could not be made, with the file and the remedy.
+
+use std::fmt;
+use std::io;
+use std::path::{Path, PathBuf};
+
+#[derive(Debug)]
+pub enum ReportError {
+    /// No `study.json` here
+    NotAStudy { path: PathBuf },
+    /// The file is there but cannot be opened
+    Unreadable { path: PathBuf, source: io::Error },
+    /// JSON that is not what it should be, with line and column
+    Malformed { path: PathBuf, source: serde_json::Error },
+    /// A time series that is no table of numbers
+    BadSeries { path: PathBuf, line: usize, what: String },
+    /// `kind` of another study
+    Kind { path: PathBuf, kind: String },
+    /// Not one case has a result
+    NoCases { path: PathBuf },
+    /// Folder or file that cannot be written, a full disk included
+    Unwritable { path: PathBuf, source: io::Error },
+    /// A drawing that the PNG or PDF writer refused
+    Figure { name: String, what: String },
+}
+
+impl fmt::Display for ReportError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotAStudy { path } => {
+                write!(f, "{} does not exist; give the folder that `durometer run STUDY` has written", path.display())
+            }
+            Self::Unreadable { path, source } => write!(f, "cannot read {}: {source}", path.display()),
+            Self::Malformed { path, source } => write!(
+                f,
+                "{} is not a valid record: {source}; delete it and run the study again, the other cases are kept",
+                path.display()
+            ),
+            Self::BadSeries { path, line, what } => write!(
+                f,
+                "{}, line {line}: {what}; delete the file and its .json and run the study again",
+                path.display()
+            ),
+            Self::Kind { path, kind } => {
+                write!(f, "{}: kind \"{kind}\" has no report; known is \"convergence\"", path.display())
+            }
+            Self::NoCases { path } => {
+                write!(f, "{} holds no finished case; run the study first", path.display())
+            }
+            Self::Unwritable { path, source } if source.kind() == io::ErrorKind::StorageFull => {
+                write!(
+                    f,
+                    "cannot write {}: the disk is full; free some space and redraw with `durometer report`",
+                    path.display()
+                )
+            }
+            Self::Unwritable { path, source } => {
+                write!(f, "cannot write {}: {source}; check that the folder exists and is writable", path.display())
+            }
+            Self::Figure { name, what } => write!(f, "figure {name} could not be converted: {what}"),
+        }
+    }
+}
+
+impl std::error::Error for ReportError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            Self::Unreadable { source, .. } | Self::Unwritable { source, .. } => Some(source),
+            Self::Malformed { source, .. } => Some(source),
+            _ => None,
+        }
+    }
+}
+
+/// Writes a file, through a temporary one beside it: a full disk never leaves half a report.
+pub fn write(path: &Path, bytes: &[u8]) -> Result<(), ReportError> {
+    let error = |source| ReportError::Unwritable { path: path.to_path_buf(), source };
+    let mut name = path.file_name().unwrap_or_default().to_os_string();
+    name.push(".part");
+    let part = path.with_file_name(name);
+    std::fs::write(&part, bytes).and_then(|()| std::fs::rename(&part, path)).map_err(|e| {
+        let _ = std::fs::remove_file(&part);
+        error(e)
+    })
+}
+
+/// Makes a folder with its parents.
+pub fn folder(path: &Path) -> Result<(), ReportError> {
+    std::fs::create_dir_all(path).map_err(|source| ReportError::Unwritable { path: path.to_path_buf(), source })
+}

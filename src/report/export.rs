@@ -1,0 +1,61 @@
+//! SVG is the source of every figure; PNG and PDF are made from it with the embedded font only.
+
+use super::error::{ReportError, write};
+use resvg::{tiny_skia, usvg};
+use std::path::Path;
+use std::sync::{Arc, OnceLock};
+
+/// Dots per inch of the PNG.
+const DPI: f32 = 300.0;
+/// CSS pixels per inch, the unit of a parsed SVG.
+const CSS_DPI: f32 = 96.0;
+
+static REGULAR: &[u8] = include_bytes!("fonts/LiberationSans-Regular.ttf");
+static ITALIC: &[u8] = include_bytes!("fonts/LiberationSans-Italic.ttf");
+
+fn fonts() -> Arc<usvg::fontdb::Database> {
+    static FONTS: OnceLock<Arc<usvg::fontdb::Database>> = OnceLock::new();
+    let load = || {
+        let mut db = usvg::fontdb::Database::new();
+        db.load_font_data(REGULAR.to_vec());
+        db.load_font_data(ITALIC.to_vec());
+        db.set_sans_serif_family("Liberation Sans");
+        Arc::new(db)
+    };
+    FONTS.get_or_init(load).clone()
+}
+
+fn parse(name: &str, svg: &str) -> Result<usvg::Tree, ReportError> {
+    let options =
+        usvg::Options { dpi: CSS_DPI, font_family: "Liberation Sans".into(), fontdb: fonts(), ..Default::default() };
+    usvg::Tree::from_str(svg, &options).map_err(|e| ReportError::Figure { name: name.into(), what: e.to_string() })
+}
+
+/// PNG at 300 dpi on white.
+pub fn png(name: &str, svg: &str) -> Result<Vec<u8>, ReportError> {
+    let refuse = |what: &str| ReportError::Figure { name: name.into(), what: what.into() };
+    let tree = parse(name, svg)?;
+    let scale = DPI / CSS_DPI;
+    let size = tree.size().to_int_size().scale_by(scale).ok_or_else(|| refuse("it has no size"))?;
+    let mut map =
+        tiny_skia::Pixmap::new(size.width(), size.height()).ok_or_else(|| refuse("it is too large to rasterise"))?;
+    map.fill(tiny_skia::Color::WHITE);
+    resvg::render(&tree, tiny_skia::Transform::from_scale(scale, scale), &mut map.as_mut());
+    map.encode_png().map_err(|e| refuse(&e.to_string()))
+}
+
+/// PDF of the size that the SVG states, with the glyphs that it uses embedded.
+pub fn pdf(name: &str, svg: &str) -> Result<Vec<u8>, ReportError> {
+    // svg2pdf brings the same usvg; its tree type is the one parsed here
+    let tree = parse(name, svg)?;
+    let page = svg2pdf::PageOptions { dpi: CSS_DPI };
+    svg2pdf::to_pdf(&tree, svg2pdf::ConversionOptions::default(), page)
+        .map_err(|e| ReportError::Figure { name: name.into(), what: e.to_string() })
+}
+
+/// `<name>.svg`, `.png` and `.pdf` in `dir`.
+pub fn save(dir: &Path, name: &str, svg: &str) -> Result<(), ReportError> {
+    write(&dir.join(format!("{name}.svg")), svg.as_bytes())?;
+    write(&dir.join(format!("{name}.png")), &png(name, svg)?)?;
+    write(&dir.join(format!("{name}.pdf")), &pdf(name, svg)?)
+}

@@ -1,0 +1,138 @@
+//! Bending angle and tension against time for the sizes, with the Richardson curve and its GCI band; below each, the
+//! difference to the Richardson curve, where the meshes come apart.
+
+use super::super::canvas::{DOUBLE, INK, PALETTE, RGB, dashed, figure, fill, italic, line, mm};
+use super::super::plot::{Axis, Plot};
+use super::super::store::Store;
+use super::{Figure, Sample, axis_label, legend};
+use crate::study::convergence::curve::{Curve, CurveStudy};
+use crate::study::convergence::{Analysis, CONVERGED, DECIDING};
+use crate::study::record::{Quantity, Role, StoredCase};
+use plotters::style::Color;
+
+/// The band of the GCI, pale enough for lines on top.
+const BAND: RGB = RGB(0xc9, 0xc9, 0xc9);
+
+/// `None` if no case of the sizes has a series in this variant.
+pub fn draw(store: &Store, analysis: &Analysis, variant: &str) -> Option<Figure> {
+    let family = store.study.families.iter().find(|f| f.role == Role::Sizes)?;
+    let mut cases: Vec<&StoredCase> = (store.cases.iter())
+        .filter(|c| family.cases.contains(&c.record.id) && c.record.variant == variant && c.record.status == CONVERGED)
+        .collect();
+    cases.sort_by(|a, b| a.record.mesh.h_m.total_cmp(&b.record.mesh.h_m));
+    let panels: Vec<(Quantity, Option<&CurveStudy>)> = (DECIDING.iter())
+        .filter_map(|name| {
+            let listed = store.study.quantities.values().flatten().find(|q| q.name == *name)?;
+            cases.iter().any(|c| Curve::of(&c.series, name).is_some()).then_some(())?;
+            let study = analysis.find(variant, name);
+            let curves = study.and_then(|q| q.curves.iter().find(|(f, _)| *f == family.name)).map(|(_, c)| c);
+            Some((listed.clone(), curves))
+        })
+        .collect();
+    if panels.is_empty() {
+        return None;
+    }
+    let (left, gap, legend_width) = (14.0, 17.0, 34.0);
+    let each = (DOUBLE - left - legend_width - gap * (panels.len() as f64 - 1.0)) / panels.len() as f64;
+    let (top, tall, low, between) = (6.0, 42.0, 24.0, 5.0);
+    let height = top + tall + between + low + 10.0;
+    let svg = figure(DOUBLE, height, "", |area| {
+        for (k, (quantity, study)) in panels.iter().enumerate() {
+            let x = left + k as f64 * (each + gap);
+            let upper = [mm(x), mm(top), mm(x + each), mm(top + tall)];
+            let lower = [mm(x), mm(top + tall + between), mm(x + each), mm(top + tall + between + low)];
+            panel(area, &cases, quantity, *study, (upper, lower), ['a', 'b', 'c'][k.min(2)]);
+        }
+        let mut entries: Vec<(Sample, String)> = (cases.iter().zip(PALETTE))
+            .map(|(c, color)| (Sample::Line(color), format!("{} cells", thousands(c.record.mesh.cells))))
+            .collect();
+        if panels.iter().any(|(_, s)| s.is_some_and(|s| !s.star.is_empty())) {
+            entries.push((Sample::Dashed(INK), "Richardson".into()));
+            entries.push((Sample::Block(BAND), "± GCI of the finest".into()));
+        }
+        legend(area, (mm(DOUBLE - legend_width + 4.0), mm(top + 2.0)), &entries);
+    });
+    let words: Vec<String> = panels
+        .iter()
+        .filter_map(|(q, s)| {
+            let p = s.as_ref()?.observed_order?;
+            Some(format!("{}: global order p = {p:.2}", q.label))
+        })
+        .collect();
+    let orders =
+        if words.is_empty() { String::new() } else { format!(" {}.", super::super::page::sentence(&words.join("; "))) };
+    let caption = format!(
+        "Cable {variant} control, family {}: the sizes over time (top) and their difference to the Richardson curve (bottom).{orders}",
+        family.name
+    );
+    Some(Figure { name: format!("curves-{variant}"), svg, caption })
+}
+
+fn panel(
+    area: &super::super::canvas::Area,
+    cases: &[&StoredCase],
+    q: &Quantity,
+    study: Option<&CurveStudy>,
+    (upper, lower): ([i32; 4], [i32; 4]),
+    letter: char,
+) {
+    let curves: Vec<Option<Curve>> = cases.iter().map(|c| Curve::of(&c.series, &q.name)).collect();
+    let all = || curves.iter().flatten();
+    let times = all().flat_map(|c| c.t.iter().copied());
+    let (lo, hi) = times.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(t), b.max(t)));
+    let time = Axis::exact(lo, hi, &format!("time {} [s]", italic("t")));
+    let study = study.filter(|s| !s.star.is_empty());
+    let band = |sign: f64| {
+        study.iter().flat_map(|s| s.star.iter().zip(&s.gci).map(move |(f, g)| f + sign * g)).collect::<Vec<f64>>()
+    };
+    let values = all().flat_map(|c| c.f.iter().copied()).chain(band(1.0)).chain(band(-1.0));
+    let plot = Plot { area, frame: upper, x: time.clone(), y: Axis::linear(values, &axis_label(q, "")) };
+    plot.grid();
+    if let Some(s) = study {
+        // Around f*, of the finest mesh's uncertainty
+        let mut ring = plot.path(&s.t, &band(1.0));
+        ring.extend(plot.path(&s.t, &band(-1.0)).into_iter().rev());
+        fill(area, &ring, BAND.to_rgba());
+    }
+    for (c, color) in curves.iter().zip(PALETTE).rev() {
+        if let Some(c) = c {
+            line(area, &plot.path(&c.t, &c.f), color, 9);
+        }
+    }
+    if let Some(s) = study {
+        dashed(area, &plot.path(&s.t, &s.star), INK, 8, 30.0);
+    }
+    plot.axes(false);
+    plot.title(letter, &super::super::page::sentence(&q.label));
+
+    let Some(s) = study else {
+        let plot = Plot { area, frame: lower, x: time, y: Axis::exact(-1.0, 1.0, "") };
+        plot.axes(true);
+        plot.empty(if curves.len() < 2 { "needs two meshes" } else { "imposed, or no order observed" });
+        return;
+    };
+    let star = Curve { t: s.t.clone(), f: s.star.clone() };
+    let off: Vec<Option<Vec<f64>>> =
+        (curves.iter()).map(|c| c.as_ref().map(|c| s.t.iter().map(|t| c.at(*t) - star.at(*t)).collect())).collect();
+    let minus: Vec<f64> = s.gci.iter().map(|g| -g).collect();
+    let values = off.iter().flatten().flatten().chain(&s.gci).chain(&minus).copied();
+    let label = format!("{} − {} [{}]", italic(&q.symbol), italic(&format!("{}*", q.symbol)), q.unit);
+    let plot = Plot { area, frame: lower, x: time, y: Axis::linear(values, &label) };
+    plot.grid();
+    let mut ring = plot.path(&s.t, &s.gci);
+    ring.extend(plot.path(&s.t, &minus).into_iter().rev());
+    fill(area, &ring, BAND.to_rgba());
+    for (d, color) in off.iter().zip(PALETTE).rev() {
+        if let Some(d) = d {
+            line(area, &plot.path(&s.t, d), color, 9);
+        }
+    }
+    dashed(area, &[plot.at(plot.x.lo, 0.0), plot.at(plot.x.hi, 0.0)], INK, 8, 30.0);
+    plot.axes(true);
+}
+
+/// `36 600`, with a thin space.
+pub fn thousands(n: usize) -> String {
+    let s = n.to_string();
+    if s.len() < 5 { s } else { format!("{}\u{2009}{}", &s[..s.len() - 3], &s[s.len() - 3..]) }
+}

@@ -1,0 +1,51 @@
+//! The figures, one file each: stored results in, SVG out.
+
+pub mod curves;
+
+use super::canvas::{Area, At, INK, Mark, Point, RGB, SMALL, line, mark, mm, text};
+use super::store::Store;
+use crate::study::convergence::Analysis;
+use crate::study::record::Quantity;
+
+/// A drawn figure: file name, SVG, and what it shows.
+pub struct Figure {
+    pub name: String,
+    pub svg: String,
+    pub caption: String,
+}
+
+/// Every figure that the stored data allow.
+pub fn all(store: &Store, analysis: &Analysis) -> Vec<Figure> {
+    let mut out = vec![];
+    out.extend(store.study.variants.iter().filter_map(|v| curves::draw(store, analysis, v)));
+    out
+}
+
+/// What the sample of a legend looks like.
+pub enum Sample {
+    Line(RGB),
+    Dashed(RGB),
+    Mark(Mark, RGB),
+    Block(RGB),
+}
+
+/// A legend downwards from a point, outside of the data.
+pub fn legend(area: &Area, (x, mut y): Point, entries: &[(Sample, String)]) {
+    for (sample, words) in entries {
+        let (a, b) = ((x, y), (x + mm(5.0), y));
+        match sample {
+            Sample::Line(c) => line(area, &[a, b], *c, 12),
+            Sample::Dashed(c) => super::canvas::dashed(area, &[a, b], *c, 12, 28.0),
+            Sample::Mark(m, c) => mark(area, *m, (x + mm(2.5), y), 26, *c),
+            Sample::Block(c) => super::canvas::block(area, (x, y - mm(1.1)), (x + mm(5.0), y + mm(1.1)), *c),
+        }
+        text(area, words, (x + mm(6.5), y), At::Left, SMALL, INK);
+        y += mm(4.2);
+    }
+}
+
+/// `bending angle θ [°]`, for an axis.
+pub fn axis_label(q: &Quantity, prefix: &str) -> String {
+    let unit = if q.unit.is_empty() { String::new() } else { format!(" [{}]", q.unit) };
+    format!("{prefix}{} {}{unit}", q.label, super::canvas::italic(&q.symbol))
+}

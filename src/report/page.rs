@@ -1,0 +1,93 @@
+//! `index.html`: one file that opens from disk, with nothing outside of it.
+
+use super::figures::Figure;
+use super::store::Store;
+use super::tables::Table;
+use crate::study::convergence::Analysis;
+
+const STYLE: &str = "
+body{font:17px/1.5 Georgia,'Times New Roman',serif;color:#222;max-width:52rem;margin:3rem auto;padding:0 1.2rem}
+h1{font-size:1.9rem;line-height:1.2;margin:0 0 .3rem}h2{font-size:1.25rem;margin:2.6rem 0 .6rem}
+.verdict{border-left:4px solid #0072b2;padding:.2rem 0 .2rem 1rem;font-size:1.1rem}.verdict.refused{border-color:#d55e00}
+.lead{color:#555}dt{font-style:italic;color:#555;margin-top:.6rem}dd{margin:0}
+figure{margin:2rem 0}figure svg{width:100%;height:auto;display:block}figcaption{font-size:.88rem;color:#444;margin-top:.5rem}
+.scroll{overflow-x:auto}table{border-collapse:collapse;font:13px/1.45 'Liberation Sans',Arial,Helvetica,sans-serif;margin:.6rem 0;border-top:2px solid #222;border-bottom:2px solid #222}
+th{font-weight:normal;border-bottom:1px solid #222;text-align:left;vertical-align:bottom}th,td{padding:.22rem .7rem .22rem 0;white-space:nowrap}
+td.n,th.n{text-align:right;font-variant-numeric:tabular-nums}caption{caption-side:top;text-align:left;font:italic .9rem Georgia,serif;padding-bottom:.3rem}
+details pre{font-size:12px;line-height:1.35;overflow-x:auto;background:#f5f5f5;padding:.8rem}code{font-size:.9em}";
+
+pub fn html(store: &Store, analysis: &Analysis, figures: &[Figure], tables: &[Table]) -> String {
+    let s = &store.study;
+    let mut h = String::with_capacity(1 << 20);
+    let class = if analysis.recommended.is_some() { "verdict" } else { "verdict refused" };
+    h += &format!(
+        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width\">\n<title>{} – Durometer</title>\n<style>{STYLE}</style></head><body>\n",
+        escape(&s.study)
+    );
+    h += &format!("<h1>{}</h1>\n<p class=\"lead\">{}</p>\n", escape(&s.study), escape(&s.question));
+    h += &format!("<p class=\"{class}\">{}</p>\n", escape(&analysis.verdict));
+    h += &format!("<dl><dt>Expectation before the run</dt><dd>{}</dd></dl>\n", escape(&s.expectation));
+    h += "<h2>Per quantity</h2>\n<ul>\n";
+    for q in &analysis.quantities {
+        h += &format!("<li>{}</li>\n", escape(&q.sentence));
+    }
+    h += "</ul>\n";
+    if !analysis.warnings.is_empty() {
+        h += "<h2>Read this before using the numbers</h2>\n<ul>\n";
+        for w in &analysis.warnings {
+            h += &format!("<li>{}</li>\n", escape(w));
+        }
+        h += "</ul>\n";
+    }
+    h += "<h2>Figures</h2>\n";
+    for (k, f) in figures.iter().enumerate() {
+        h += &format!(
+            "<figure id=\"{}\">\n{}<figcaption>Figure {}. {} <a href=\"figures/{}.pdf\">PDF</a></figcaption></figure>\n",
+            f.name,
+            f.svg,
+            k + 1,
+            escape(&f.caption),
+            f.name
+        );
+    }
+    h += "<h2>Tables</h2>\n";
+    for t in tables {
+        h += &t.html();
+    }
+    h += &provenance(store);
+    h += "</body></html>\n";
+    h
+}
+
+fn provenance(store: &Store) -> String {
+    let mut h = String::from("<h2>Provenance</h2>\n");
+    h += &format!("<p>Durometer {}. ", escape(&store.study.version));
+    h += "Every number of this page is in <code>summary.json</code>, every curve in <code>cases/</code>; <code>durometer report</code> draws it again without running a solver.</p>\n";
+    if let Some(c) = store.cases.first().map(|c| &c.record) {
+        let constants: Vec<String> = c.law.parameters.iter().map(|(k, v)| format!("{k} = {v}")).collect();
+        h += &format!(
+            "<p>Law {} ({}, SI units), integrator {}. Effects assembled: {}.</p>\n",
+            escape(&c.law.name),
+            escape(&constants.join(", ")),
+            escape(&c.integrator),
+            escape(&c.effects.iter().map(|e| e.name.as_str()).collect::<Vec<_>>().join(", "))
+        );
+        h += &format!(
+            "<details><summary>Scene of case {}, as resolved</summary><pre>{}</pre></details>\n",
+            escape(&c.id),
+            escape(&c.provenance.scene)
+        );
+    }
+    h += "<details><summary>Inputs (SHA-256)</summary><pre>";
+    for c in &store.cases {
+        h += &format!("{}  {}\n", escape(&c.record.provenance.input_sha256), escape(&c.record.id));
+    }
+    h + "</pre></details>\n"
+}
+
+pub fn escape(s: &str) -> String {
+    s.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+/// First letter in upper case.
+pub use crate::study::convergence::verdict::capital as sentence;

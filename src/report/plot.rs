@@ -1,0 +1,197 @@
+//! Axes: a frame on the sheet, linear or logarithmic, with ticks and labels.
+
+use super::canvas::{Area, At, GREY, INK, LABEL, PALE, Point, SMALL, line, mm, text};
+
+/// One axis: range, scale and label.
+#[derive(Clone, Debug)]
+pub struct Axis {
+    pub lo: f64,
+    pub hi: f64,
+    pub log: bool,
+    pub label: String,
+}
+
+impl Axis {
+    /// Widened to whole ticks.
+    pub fn linear(values: impl Iterator<Item = f64>, label: &str) -> Self {
+        let (mut lo, mut hi) = bounds(values).unwrap_or((0.0, 1.0));
+        if hi - lo <= 1e-12 * hi.abs().max(lo.abs()) {
+            let half = if hi == 0.0 { 1.0 } else { 0.1 * hi.abs() };
+            (lo, hi) = (lo - half, hi + half);
+        }
+        let step = step(hi - lo, 5.0);
+        Self {
+            lo: (lo / step + 1e-6).floor() * step,
+            hi: (hi / step - 1e-6).ceil() * step,
+            log: false,
+            label: label.into(),
+        }
+    }
+
+    /// Exactly from `lo` to `hi`.
+    pub fn exact(lo: f64, hi: f64, label: &str) -> Self {
+        Self { lo, hi, log: false, label: label.into() }
+    }
+
+    /// Positive values only, with a margin of a twelfth of the length on both sides and at least one decade.
+    pub fn log(values: impl Iterator<Item = f64>, label: &str) -> Self {
+        let (lo, hi) = bounds(values.filter(|v| *v > 0.0)).unwrap_or((0.1, 1.0));
+        let (mut a, mut b) = (lo.log10(), hi.log10());
+        let margin = 0.08 * (b - a).max(0.3);
+        (a, b) = (a - margin, b + margin);
+        // A tick with a number must lie inside
+        if !labelled().any(|(m, e)| (a..=b).contains(&(m.log10() + e))) {
+            (a, b) = (a.floor(), b.ceil());
+        }
+        Self { lo: 10f64.powf(a), hi: 10f64.powf(b), log: true, label: label.into() }
+    }
+
+    /// Position in [0, 1].
+    pub fn place(&self, v: f64) -> f64 {
+        if self.log { (v / self.lo).ln() / (self.hi / self.lo).ln() } else { (v - self.lo) / (self.hi - self.lo) }
+    }
+
+    /// (value, label); an empty label is a minor tick.
+    fn ticks(&self, count: f64) -> Vec<(f64, String)> {
+        if !self.log {
+            let step = step(self.hi - self.lo, count);
+            let decimals = (-step.log10().floor()).max(0.0) as usize;
+            let first = (self.lo / step - 1e-6).ceil() as i64;
+            let last = (self.hi / step + 1e-6).floor() as i64;
+            return (first..=last).map(|k| (k as f64 * step, number(k as f64 * step, decimals))).collect();
+        }
+        let decades = (self.hi / self.lo).log10();
+        let named: &[f64] = if decades > 2.5 {
+            &[1.0]
+        } else if decades > 1.0 {
+            &[1.0, 3.0]
+        } else {
+            &[1.0, 2.0, 3.0, 5.0]
+        };
+        let mut out = vec![];
+        for e in self.lo.log10().floor() as i32..=self.hi.log10().ceil() as i32 {
+            for m in 1..10 {
+                let v = f64::from(m) * 10f64.powi(e);
+                if v >= self.lo * 0.9999 && v <= self.hi * 1.0001 {
+                    let name = named.contains(&f64::from(m)).then(|| number(v, (-e).max(0) as usize));
+                    out.push((v, name.unwrap_or_default()));
+                }
+            }
+        }
+        out
+    }
+}
+
+fn labelled() -> impl Iterator<Item = (f64, f64)> {
+    (-12..12).flat_map(|e| [1.0, 2.0, 3.0, 5.0].map(|m| (m, f64::from(e))))
+}
+
+fn bounds(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
+    let b = values.filter(|v| v.is_finite()).fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
+    (b.0 <= b.1).then_some(b)
+}
+
+/// 1, 2 or 5 times a power of ten, for about `count` intervals.
+fn step(span: f64, count: f64) -> f64 {
+    let raw = span / count;
+    let base = 10f64.powf(raw.log10().floor());
+    base * [1.0, 2.0, 5.0, 10.0].into_iter().find(|m| m * base >= raw * 0.999).unwrap_or(10.0)
+}
+
+fn number(v: f64, decimals: usize) -> String {
+    if v != 0.0 && (v.abs() >= 1e5 || v.abs() < 0.9999e-4) {
+        let e = v.abs().log10().floor() as i32;
+        let m = v / 10f64.powi(e);
+        let mantissa = if (m - 1.0).abs() < 1e-9 { String::new() } else { format!("{m:.0}·") };
+        return format!("{mantissa}10{}", superscript(e)).replace('-', "−");
+    }
+    format!("{:.decimals$}", if v == 0.0 { 0.0 } else { v }).replace('-', "−")
+}
+
+pub fn superscript(n: i32) -> String {
+    let digit = |c: char| match c {
+        '-' => '⁻',
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        c => char::from_u32(0x2070 + c as u32 - '0' as u32).unwrap_or(c),
+    };
+    n.to_string().chars().map(digit).collect()
+}
+
+/// A frame between two corners of the sheet, with its axes.
+pub struct Plot<'a, 'b> {
+    pub area: &'a Area<'b>,
+    /// Left, top, right, bottom [units]
+    pub frame: [i32; 4],
+    pub x: Axis,
+    pub y: Axis,
+}
+
+impl Plot<'_, '_> {
+    pub fn at(&self, x: f64, y: f64) -> Point {
+        let [l, t, r, b] = self.frame.map(f64::from);
+        ((l + self.x.place(x) * (r - l)).round() as i32, (b - self.y.place(y) * (b - t)).round() as i32)
+    }
+
+    pub fn path(&self, x: &[f64], y: &[f64]) -> Vec<Point> {
+        x.iter().zip(y).filter(|(a, b)| a.is_finite() && b.is_finite()).map(|(a, b)| self.at(*a, *b)).collect()
+    }
+
+    /// Grid, to be drawn before the data.
+    pub fn grid(&self) {
+        let [l, t, r, b] = self.frame;
+        for (v, name) in self.y.ticks(5.0) {
+            if !name.is_empty() {
+                let y = self.at(self.x.lo, v).1;
+                line(self.area, &[(l, y), (r, y)], PALE, 4);
+            }
+        }
+        for (v, name) in self.x.ticks(5.0) {
+            if !name.is_empty() {
+                let x = self.at(v, self.y.lo).0;
+                line(self.area, &[(x, t), (x, b)], PALE, 4);
+            }
+        }
+    }
+
+    /// Frame, ticks and labels, to be drawn after the data. `names`: with numbers along x.
+    pub fn axes(&self, names: bool) {
+        let [l, t, r, b] = self.frame;
+        line(self.area, &[(l, t), (l, b), (r, b)], INK, 6);
+        for (v, name) in self.x.ticks(5.0) {
+            let x = self.at(v, self.y.lo).0;
+            let long = if name.is_empty() { 12 } else { 25 };
+            line(self.area, &[(x, b), (x, b + long)], INK, 5);
+            if names && !name.is_empty() {
+                text(self.area, &name, (x, b + 38), At::Below, SMALL, INK);
+            }
+        }
+        let mut widest = 0;
+        for (v, name) in self.y.ticks(5.0) {
+            let y = self.at(self.x.lo, v).1;
+            let long = if name.is_empty() { 12 } else { 25 };
+            line(self.area, &[(l - long, y), (l, y)], INK, 5);
+            if !name.is_empty() {
+                widest = widest.max(super::canvas::width(&name, SMALL));
+                text(self.area, &name, (l - 38, y), At::Right, SMALL, INK);
+            }
+        }
+        if names {
+            text(self.area, &self.x.label, ((l + r) / 2, b + 125), At::Below, LABEL, INK);
+        }
+        text(self.area, &self.y.label, (l - 60 - widest, (t + b) / 2), At::Turned, LABEL, INK);
+    }
+
+    /// `(a)` and a title, above the frame.
+    pub fn title(&self, letter: char, words: &str) {
+        let [l, t, ..] = self.frame;
+        text(self.area, &format!("({letter})  {words}"), (l, t - mm(2.4)), At::Left, LABEL, INK);
+    }
+
+    /// Says in the middle that there is nothing to show.
+    pub fn empty(&self, why: &str) {
+        let [l, t, r, b] = self.frame;
+        text(self.area, why, ((l + r) / 2, (t + b) / 2), At::Middle, SMALL, GREY);
+    }
+}

@@ -1,0 +1,84 @@
+//! Reads what a study run has left: `study.json`, `cases/<id>.json`, `.csv` and `.skin.json`.
+
+use super::error::ReportError;
+use crate::study::record::{CaseRecord, Series, Skin, StoredCase, StudyRecord};
+use serde::de::DeserializeOwned;
+use std::collections::BTreeMap;
+use std::io::ErrorKind;
+use std::path::Path;
+
+/// A study and the cases that have a result, in the order of its families.
+pub struct Store {
+    pub study: StudyRecord,
+    pub cases: Vec<StoredCase>,
+    /// Case id → surface, where one was stored
+    pub skins: BTreeMap<String, Skin>,
+}
+
+/// Cases of the study that have no files yet are left out; a file that is there must be sound.
+pub fn read(dir: &Path) -> Result<Store, ReportError> {
+    let path = dir.join("study.json");
+    let study: StudyRecord = json(&path)?.ok_or_else(|| ReportError::NotAStudy { path: path.clone() })?;
+    if study.kind != "convergence" {
+        return Err(ReportError::Kind { path, kind: study.kind });
+    }
+    let (mut cases, mut skins): (Vec<StoredCase>, _) = (vec![], BTreeMap::new());
+    for id in study.families.iter().flat_map(|f| &f.cases) {
+        if cases.iter().any(|c| c.record.id == *id) {
+            continue;
+        }
+        let file = |extension: &str| dir.join("cases").join(format!("{id}.{extension}"));
+        let Some(record) = json::<CaseRecord>(&file("json"))? else { continue };
+        let series = series(&file("csv"))?.unwrap_or_default();
+        cases.push(StoredCase { record, series });
+        if let Some(skin) = json::<Skin>(&file("skin.json"))?.filter(sound) {
+            skins.insert(id.clone(), skin);
+        }
+    }
+    if cases.is_empty() {
+        return Err(ReportError::NoCases { path: dir.join("cases") });
+    }
+    Ok(Store { study, cases, skins })
+}
+
+/// A surface whose arrays fit together; another one is not drawn.
+fn sound(s: &Skin) -> bool {
+    let n = s.points.len();
+    s.displacement.len() == n && s.stretch.len() == n && s.triangles.iter().flatten().all(|k| (*k as usize) < n)
+}
+
+/// `None` if the file does not exist.
+fn json<T: DeserializeOwned>(path: &Path) -> Result<Option<T>, ReportError> {
+    match std::fs::read(path) {
+        Ok(bytes) => serde_json::from_slice(&bytes)
+            .map(Some)
+            .map_err(|source| ReportError::Malformed { path: path.to_path_buf(), source }),
+        Err(e) if e.kind() == ErrorKind::NotFound => Ok(None),
+        Err(source) => Err(ReportError::Unreadable { path: path.to_path_buf(), source }),
+    }
+}
+
+/// Columns of numbers under a header; the first one is `t_s`. An empty cell is not a number and reads as NaN.
+fn series(path: &Path) -> Result<Option<Series>, ReportError> {
+    let file = match std::fs::File::open(path) {
+        Ok(file) => file,
+        Err(e) if e.kind() == ErrorKind::NotFound => return Ok(None),
+        Err(source) => return Err(ReportError::Unreadable { path: path.to_path_buf(), source }),
+    };
+    let bad = |line: usize, what: String| ReportError::BadSeries { path: path.to_path_buf(), line, what };
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(std::io::BufReader::new(file));
+    let names: Vec<String> = reader.headers().map_err(|e| bad(1, e.to_string()))?.iter().map(str::to_string).collect();
+    if names.first().map(String::as_str) != Some("t_s") {
+        return Err(bad(1, "the first column is not t_s".into()));
+    }
+    let mut columns: Vec<Vec<f64>> = vec![vec![]; names.len()];
+    for (k, row) in reader.records().enumerate() {
+        let row = row.map_err(|e| bad(k + 2, e.to_string()))?;
+        for (column, (cell, name)) in columns.iter_mut().zip(row.iter().zip(&names)) {
+            let value = if cell.is_empty() { Ok(f64::NAN) } else { cell.parse::<f64>() };
+            column.push(value.map_err(|_| bad(k + 2, format!("{name} is \"{cell}\", not a number")))?);
+        }
+    }
+    let t_s = columns.remove(0);
+    Ok(Some(Series { t_s, columns: names.into_iter().skip(1).zip(columns).collect() }))
+}

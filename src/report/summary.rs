@@ -1,0 +1,149 @@
+//! `summary.json`: what other programs read. Keys and units are a contract; see `docs/theory/convergence.md`.
+
+use super::store::Store;
+use crate::study::convergence::{Analysis, QuantityAnalysis};
+use crate::study::record::{MeshRecord, ProbeRecord, Role, StoredCase};
+use serde::Serialize;
+use serde_json::{Map, Value, json};
+use std::collections::BTreeMap;
+
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct Summary {
+    pub study: String,
+    pub kind: String,
+    pub question: String,
+    pub tolerance: f64,
+    pub cases: Vec<CaseSummary>,
+    /// Keys of the headline (peak bending angle), then the quantities under their names
+    pub analysis: Map<String, Value>,
+    pub warnings: Vec<String>,
+    pub verdict: String,
+    pub version: String,
+}
+
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct CaseSummary {
+    pub id: String,
+    pub family: String,
+    pub variant: String,
+    pub mesh: MeshRecord,
+    pub formulation: String,
+    pub law: String,
+    pub dt_s: f64,
+    pub status: String,
+    pub wall_s: f64,
+    pub cpu_s: f64,
+    pub shared: bool,
+    pub steps: usize,
+    pub newton_iterations: usize,
+    pub dofs: usize,
+    pub factor_nnz: usize,
+    pub effects: Vec<String>,
+    pub probes: BTreeMap<String, ProbeRecord>,
+}
+
+impl CaseSummary {
+    fn new(c: &StoredCase) -> Self {
+        let r = c.record.clone();
+        Self {
+            id: r.id,
+            family: r.family,
+            variant: r.variant,
+            mesh: r.mesh,
+            formulation: r.formulation,
+            law: r.law.name,
+            dt_s: r.dt_s,
+            status: r.status,
+            wall_s: r.wall_s,
+            cpu_s: r.cpu_s,
+            shared: r.shared,
+            steps: r.steps,
+            newton_iterations: r.newton_iterations,
+            dofs: r.dofs,
+            factor_nnz: r.factor_nnz,
+            effects: r.effects.into_iter().map(|e| e.name).collect(),
+            probes: r.probes,
+        }
+    }
+}
+
+pub fn summarise(store: &Store, analysis: &Analysis) -> Summary {
+    let study = &store.study;
+    Summary {
+        study: study.study.clone(),
+        kind: study.kind.clone(),
+        question: study.question.clone(),
+        tolerance: study.tolerance,
+        cases: store.cases.iter().map(CaseSummary::new).collect(),
+        analysis: headline(analysis),
+        warnings: analysis.warnings.clone(),
+        verdict: analysis.verdict.clone(),
+        version: study.version.clone(),
+    }
+}
+
+/// Observed order, Richardson value, GCI and ratio of the headline's `sizes` family; the rest beside it.
+fn headline(analysis: &Analysis) -> Map<String, Value> {
+    let mut out = Map::new();
+    let q = analysis.headline();
+    let e = q.and_then(|q| q.sizes().or(q.estimates.first()));
+    let r = analysis.recommended.as_ref();
+    let mut put = |key: &str, value: Value| out.insert(key.to_string(), value);
+    put("quantity", json!(q.map(|q| &q.quantity.name)));
+    put("variant", json!(q.map(|q| &q.variant)));
+    put("family", json!(e.map(|e| &e.family)));
+    put("observed_order", json!(e.and_then(|e| e.observed_order)));
+    put("richardson_peak_deg", json!(e.and_then(|e| e.richardson)));
+    put("gci_percent", json!(e.and_then(|e| e.gci_percent)));
+    put("convergence_ratio", json!(e.and_then(|e| e.convergence_ratio)));
+    put("convergence", json!(e.map(|e| e.class)));
+    put("reference_peak_deg", json!(q.and_then(|q| q.reference.as_ref()).map(|r| r.value)));
+    put("reference_uncertainty_deg", json!(q.and_then(|q| q.reference.as_ref()).map(|r| r.uncertainty)));
+    put("recommended_case", json!(r.map(|r| &r.case)));
+    put("recommended", json!(r));
+    put("cost", json!(analysis.cost));
+    put("settings", json!(analysis.settings));
+    put("incomplete", json!(analysis.incomplete));
+    for q in &analysis.quantities {
+        let entry = out.entry(q.quantity.name.clone()).or_insert_with(|| json!({}));
+        entry[&q.variant] = quantity(q);
+    }
+    out
+}
+
+fn quantity(q: &QuantityAnalysis) -> Value {
+    let sizes = q.sizes();
+    let curves: Map<String, Value> = q.curves.iter().map(|(f, c)| (f.clone(), json!(c))).collect();
+    let families: Map<String, Value> = q.estimates.iter().map(|e| (e.family.clone(), json!(e))).collect();
+    json!({
+        "label": q.quantity.label,
+        "symbol": q.quantity.symbol,
+        "unit": q.quantity.unit,
+        "deciding": q.deciding,
+        "supported": q.supported,
+        "observed_order": sizes.and_then(|e| e.observed_order),
+        "richardson_peak": sizes.and_then(|e| e.richardson),
+        "gci_percent": sizes.and_then(|e| e.gci_percent),
+        "convergence_ratio": sizes.and_then(|e| e.convergence_ratio),
+        "reference": q.reference,
+        "noise": q.noise,
+        "time_step": q.time_step,
+        "families": families,
+        "curves": curves,
+        "errors": q.errors,
+        "reasons": q.reasons,
+        "sentence": q.sentence,
+    })
+}
+
+/// Role of a family in words.
+pub fn role(role: Role) -> &'static str {
+    match role {
+        Role::Sizes => "sizes",
+        Role::Nested => "nested",
+        Role::Remeshed => "remeshed",
+        Role::Seeds => "seeds",
+        Role::Element => "element",
+        Role::TimeStep => "time step",
+    }
+}

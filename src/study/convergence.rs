@@ -1,0 +1,240 @@
+//! Convergence analysis of stored cases: which mesh can be trusted, with what error bar, at what price.
+//!
+//! Pure: records and curves in, [`Analysis`] out; nothing is solved, read or written. The formulae stand in
+//! [`order`], [`fit`], [`family`] and [`curve`], the choice of the reference in [`reference`], the sentences in
+//! [`verdict`].
+
+pub mod curve;
+pub mod family;
+pub mod fit;
+pub mod order;
+pub mod reference;
+pub mod verdict;
+
+use super::record::{CaseRecord, FamilyRecord, Quantity, Role, StoredCase, StudyRecord};
+use curve::{Curve, CurveStudy};
+use family::{Estimate, Level};
+use reference::{CaseError, Noise, Reference, TimeStep};
+use serde::Serialize;
+use verdict::{Recommendation, Setting};
+
+/// Status of a case whose results count.
+pub const CONVERGED: &str = "Converged";
+/// Quantities that decide which case is recommended, where a variant lists them; else all it lists.
+pub const DECIDING: [&str; 2] = ["bending_angle_deg", "cable_tension_N"];
+
+/// Everything that is said about a study.
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct Analysis {
+    pub tolerance: f64,
+    /// [variants × quantities]
+    pub quantities: Vec<QuantityAnalysis>,
+    /// Mesh + formulation, cheapest first
+    pub settings: Vec<Setting>,
+    pub recommended: Option<Recommendation>,
+    /// Cases without a usable result: (id, what is wrong)
+    pub incomplete: Vec<(String, String)>,
+    /// `wall_s`, or `cpu_s` if any case ran beside another
+    pub cost: &'static str,
+    pub warnings: Vec<String>,
+    /// In words, refusals included
+    pub verdict: String,
+}
+
+/// One quantity in one variant.
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct QuantityAnalysis {
+    pub variant: String,
+    pub quantity: Quantity,
+    pub deciding: bool,
+    /// One per family of meshes with two or more results
+    pub estimates: Vec<Estimate>,
+    /// (family, curves)
+    pub curves: Vec<(String, CurveStudy)>,
+    pub noise: Option<Noise>,
+    pub time_step: Option<TimeStep>,
+    pub reference: Option<Reference>,
+    pub errors: Vec<CaseError>,
+    /// A reference within the tolerance exists
+    pub supported: bool,
+    /// Why not, or what limits it
+    pub reasons: Vec<String>,
+    pub sentence: String,
+}
+
+impl QuantityAnalysis {
+    pub fn estimate(&self, family: &str) -> Option<&Estimate> {
+        self.estimates.iter().find(|e| e.family == family)
+    }
+
+    /// The family the study is about.
+    pub fn sizes(&self) -> Option<&Estimate> {
+        self.estimates.iter().find(|e| e.role == Role::Sizes)
+    }
+
+    /// `peak bending angle, tension control`
+    pub fn title(&self) -> String {
+        format!("peak {}, {} control", self.quantity.label, self.variant)
+    }
+}
+
+impl Analysis {
+    pub fn find(&self, variant: &str, quantity: &str) -> Option<&QuantityAnalysis> {
+        self.quantities.iter().find(|q| q.variant == variant && q.quantity.name == quantity)
+    }
+
+    /// The peak bending angle where it is not kinematic: under tension control if that was run.
+    pub fn headline(&self) -> Option<&QuantityAnalysis> {
+        self.find("tension", DECIDING[0])
+            .filter(|q| !q.estimates.is_empty())
+            .or_else(|| self.quantities.iter().find(|q| q.quantity.name == DECIDING[0] && !q.estimates.is_empty()))
+            .or(self.quantities.first())
+    }
+}
+
+/// The stored cases by family and variant.
+pub struct Cases<'a> {
+    pub study: &'a StudyRecord,
+    pub stored: &'a [StoredCase],
+    /// Time step of the mesh studies [s]
+    pub dt_s: f64,
+    pub shared: bool,
+}
+
+impl<'a> Cases<'a> {
+    fn new(study: &'a StudyRecord, stored: &'a [StoredCase]) -> Self {
+        let sizes = study.families.iter().find(|f| f.role == Role::Sizes).or(study.families.first());
+        let of = |id: &String| stored.iter().find(|c| c.record.id == *id);
+        let dt_s = sizes.and_then(|f| f.cases.iter().find_map(of)).map_or(f64::NAN, |c| c.record.dt_s);
+        Self { study, stored, dt_s, shared: stored.iter().any(|c| c.record.shared) }
+    }
+
+    /// Converged cases of a family in a variant.
+    pub fn of(&self, family: &FamilyRecord, variant: &str) -> Vec<&'a StoredCase> {
+        (self.stored.iter())
+            .filter(|c| {
+                c.record.status == CONVERGED && c.record.variant == variant && family.cases.contains(&c.record.id)
+            })
+            .collect()
+    }
+
+    /// Runs with the time step of the mesh studies.
+    pub fn at_study_step(&self, c: &CaseRecord) -> bool {
+        (c.dt_s / self.dt_s - 1.0).abs() < 1e-6
+    }
+
+    /// Price of a case [s].
+    pub fn cost(&self, c: &CaseRecord) -> f64 {
+        if self.shared { c.cpu_s } else { c.wall_s }
+    }
+}
+
+/// Peak of a quantity: the value of largest magnitude.
+pub fn peak(case: &StoredCase, quantity: &str) -> Option<f64> {
+    let stored = case.record.probes.get(quantity).map(|p| p.peak);
+    stored.or_else(|| Curve::of(&case.series, quantity).map(|c| c.peak())).filter(|v| v.is_finite())
+}
+
+/// Analyses what is there; cases that are missing or did not converge are named, not guessed.
+pub fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis {
+    let cases = Cases::new(study, stored);
+    let mut quantities = vec![];
+    for variant in &study.variants {
+        let listed = study.quantities.get(variant).map_or(&[][..], |q| q);
+        let any = listed.iter().any(|q| DECIDING.contains(&q.name.as_str()));
+        for quantity in listed {
+            let deciding = !any || DECIDING.contains(&quantity.name.as_str());
+            quantities.push(analyse_quantity(&cases, variant, quantity, deciding));
+        }
+    }
+    let incomplete = incomplete(&cases);
+    let settings = verdict::settings(&cases, &quantities);
+    for q in &mut quantities {
+        q.sentence = verdict::sentence(&settings, q, study.tolerance);
+    }
+    let warnings = verdict::warnings(&cases, &quantities, &incomplete);
+    let (recommended, verdict) = verdict::conclude(&cases, &quantities, &settings, &incomplete);
+    let cost = if cases.shared { "cpu_s" } else { "wall_s" };
+    Analysis { tolerance: study.tolerance, quantities, settings, recommended, incomplete, cost, warnings, verdict }
+}
+
+fn analyse_quantity(cases: &Cases, variant: &str, quantity: &Quantity, deciding: bool) -> QuantityAnalysis {
+    let study = cases.study;
+    let noise = reference::noise(cases, variant, &quantity.name);
+    let (mut estimates, mut curves) = (vec![], vec![]);
+    for f in &study.families {
+        if matches!(f.role, Role::Seeds | Role::TimeStep) {
+            continue;
+        }
+        let members = cases.of(f, variant);
+        let level = |c: &&StoredCase| {
+            Some(Level { id: c.record.id.clone(), h: c.record.mesh.h_m, f: peak(c, &quantity.name)? })
+        };
+        let scatter = noise.as_ref().filter(|n| n.formulation == f.formulation).map(|n| n.scatter);
+        let levels = members.iter().filter_map(level).collect();
+        estimates.extend(family::estimate((&f.name, f.role, &f.formulation), levels, scatter, study.tolerance));
+        let mut series: Vec<_> = (members.iter())
+            .filter_map(|c| Some((c.record.id.clone(), c.record.mesh.h_m, Curve::of(&c.series, &quantity.name)?)))
+            .collect();
+        series.sort_by(|a, b| a.1.total_cmp(&b.1));
+        if series.len() >= 2 {
+            let formal = family::formal_order(&f.formulation);
+            curves.extend(curve::compare(&series, formal).map(|c| (f.name.clone(), c)));
+        }
+    }
+    let reference = reference::choose(&estimates);
+    let errors = reference::errors(cases, variant, &quantity.name, reference.as_ref());
+    let time_step = reference::time_step(cases, variant, &quantity.name, &estimates);
+    let supported = reference.as_ref().is_some_and(|r| r.uncertainty <= study.tolerance * r.value.abs());
+    let mut reasons = vec![];
+    match &reference {
+        None => reasons.push("no family of meshes has two converged cases".to_string()),
+        Some(r) if !supported => {
+            for e in &estimates {
+                reasons.extend(e.reasons.iter().map(|reason| format!("{}: {reason}", e.family)));
+            }
+            if r.disagreement > study.tolerance * r.value.abs() {
+                reasons.push("the families disagree by more than the tolerance".into());
+            }
+        }
+        Some(r) => reasons.extend(
+            r.others
+                .iter()
+                .filter(|o| !o.overlaps)
+                .map(|o| format!("the interval of family {} does not overlap the one of {}", o.family, r.family)),
+        ),
+    }
+    let quantity = quantity.clone();
+    QuantityAnalysis {
+        variant: variant.to_string(),
+        quantity,
+        deciding,
+        estimates,
+        curves,
+        noise,
+        time_step,
+        reference,
+        errors,
+        supported,
+        reasons,
+        sentence: String::new(),
+    }
+}
+
+fn incomplete(cases: &Cases) -> Vec<(String, String)> {
+    let mut out: Vec<(String, String)> = vec![];
+    for id in cases.study.families.iter().flat_map(|f| &f.cases) {
+        if out.iter().any(|(known, _)| known == id) {
+            continue;
+        }
+        match cases.stored.iter().find(|c| c.record.id == *id).map(|c| &c.record) {
+            None => out.push((id.clone(), "has no result".into())),
+            Some(r) if r.status != CONVERGED => {
+                let detail = r.status_detail.as_ref().map(|d| format!(": {d}")).unwrap_or_default();
+                out.push((id.clone(), format!("{}{detail}", r.status)));
+            }
+            Some(_) => {}
+        }
+    }
+    out
+}

@@ -1,0 +1,199 @@
+//! Curves f(t) of one family: norms of differences, phase lag, cycle defect, and a pointwise Richardson curve.
+//!
+//! ```text
+//! ‖d‖₂ = √(1/T ∫ d² dt),  ‖d‖∞ = max |d|        on the common time grid, d between neighbouring meshes
+//! p from ‖f₃ − f₂‖₂/‖f₂ − f₁‖₂ (the fixed point of [`super::order`], one p for the whole curve)
+//! f*(t) = f₁ + (f₁ − f₂)/(r₂₁^p − 1),   GCI(t) = Fs·|f₁ − f₂|/(r₂₁^p − 1)
+//! lag τ = −∫ (f − f₁) ḟ₁ dt / ∫ ḟ₁² dt          first order in τ; a change of amplitude is orthogonal to ḟ₁
+//! ```
+//!
+//! The common grid is the one of the finest mesh, over the time that all curves cover. The others are interpolated
+//! linearly; the error of that, from leaving out every second sample, is a quarter of the defect and is reported.
+
+use super::order::{Triple, correction};
+use crate::study::record::Series;
+use serde::Serialize;
+
+/// One column over time.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct Curve {
+    /// [samples] time [s]
+    pub t: Vec<f64>,
+    /// [samples] value
+    pub f: Vec<f64>,
+}
+
+impl Curve {
+    /// The column of a stored series; `None` if it is absent, shorter than two samples or not finite.
+    pub fn of(series: &Series, column: &str) -> Option<Self> {
+        let f = series.columns.get(column)?;
+        let n = f.len().min(series.t_s.len());
+        let ok = n >= 2
+            && f[..n].iter().chain(&series.t_s[..n]).all(|v| v.is_finite())
+            && series.t_s[..n].windows(2).all(|w| w[1] > w[0]);
+        ok.then(|| Self { t: series.t_s[..n].to_vec(), f: f[..n].to_vec() })
+    }
+
+    /// Linear interpolation, constant outside.
+    pub fn at(&self, t: f64) -> f64 {
+        let k = self.t.partition_point(|v| *v < t).clamp(1, self.t.len() - 1);
+        let (a, b) = (self.t[k - 1], self.t[k]);
+        let s = ((t - a) / (b - a)).clamp(0.0, 1.0);
+        self.f[k - 1] * (1.0 - s) + self.f[k] * s
+    }
+
+    /// Value of largest magnitude.
+    pub fn peak(&self) -> f64 {
+        self.f.iter().copied().fold(0.0, |m: f64, v| if v.abs() > m.abs() { v } else { m })
+    }
+
+    /// Error of linear interpolation between the samples: a quarter of the defect with every second one left out.
+    pub fn interpolation_error(&self) -> f64 {
+        (1..self.t.len().saturating_sub(1))
+            .map(|k| {
+                let s = (self.t[k] - self.t[k - 1]) / (self.t[k + 1] - self.t[k - 1]);
+                (self.f[k] - (1.0 - s) * self.f[k - 1] - s * self.f[k + 1]).abs() / 4.0
+            })
+            .fold(0.0, f64::max)
+    }
+
+    /// Largest |f(t + T) − f(t)| over the last two cycles, relative to the range of f. The period T is the distance of
+    /// the last two highest points of separate cycles; `None` with fewer than two cycles.
+    pub fn cycle_defect(&self) -> Option<f64> {
+        let (lo, hi) = self.f.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
+        let (low, high) = (lo + 0.3 * (hi - lo), lo + 0.7 * (hi - lo));
+        // One peak per passage above `high`, armed again below `low`
+        let (mut peaks, mut armed): (Vec<usize>, bool) = (vec![], true);
+        for (k, f) in self.f.iter().enumerate() {
+            match (*f > high, armed) {
+                (true, true) => {
+                    peaks.push(k);
+                    armed = false;
+                }
+                (true, false) if *f > self.f[*peaks.last()?] => *peaks.last_mut()? = k,
+                _ if *f < low => armed = true,
+                _ => {}
+            }
+        }
+        let [.., a, b] = peaks[..] else { return None };
+        let period = self.t[b] - self.t[a];
+        let end = *self.t.last()?;
+        let defect = (self.t.iter())
+            .filter(|t| **t >= end - 2.0 * period - 1e-9 * period && **t <= end - period + 1e-9 * period)
+            .map(|t| (self.at(t + period) - self.at(*t)).abs())
+            .fold(0.0, f64::max);
+        (hi > lo && end - self.t[0] >= 2.0 * period * (1.0 - 1e-6)).then_some(defect / (hi - lo))
+    }
+}
+
+/// Norms of one curve against the next finer one of its family.
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct CurveNorms {
+    pub id: String,
+    pub peak: f64,
+    /// ‖f − f_finer‖₂ [unit of f], 0 for the finest
+    pub l2_to_finer: f64,
+    /// ‖f − f_finer‖∞ [unit of f]
+    pub linf_to_finer: f64,
+    /// ‖f − f*‖₂/‖f*‖₂ [–], where there is an f*
+    pub l2_error: Option<f64>,
+    /// Against the finest, positive if later [s]
+    pub lag_s: f64,
+    /// Where the curve holds two cycles or more [–]
+    pub cycle_defect: Option<f64>,
+}
+
+/// The curves of a family on one time grid.
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct CurveStudy {
+    pub norms: Vec<CurveNorms>,
+    /// Order from the ratio of the L2 norms
+    pub observed_order: Option<f64>,
+    pub convergence_ratio: Option<f64>,
+    pub fs: f64,
+    /// Largest GCI(t) over largest |f*| [%]
+    pub gci_percent: Option<f64>,
+    /// Largest error of the interpolation onto the common grid [unit of f]; 0 if all grids agree
+    pub interpolation_error: f64,
+    /// [samples] common grid [s]
+    #[serde(skip)]
+    pub t: Vec<f64>,
+    /// [samples] f*(t), empty where no order could be used
+    #[serde(skip)]
+    pub star: Vec<f64>,
+    /// [samples] GCI(t) [unit of f]
+    #[serde(skip)]
+    pub gci: Vec<f64>,
+}
+
+/// `members`: (id, h, curve), finest first. `formal`: order used, with Fs = 3, where none can be observed.
+pub fn compare(members: &[(String, f64, Curve)], formal: f64) -> Option<CurveStudy> {
+    let (_, h1, finest) = members.first()?;
+    let end = members.iter().filter_map(|m| m.2.t.last()).copied().fold(f64::INFINITY, f64::min);
+    let t: Vec<f64> = finest.t.iter().copied().filter(|t| *t <= end * (1.0 + 1e-12)).collect();
+    if t.len() < 2 {
+        return None;
+    }
+    let same = |c: &Curve| c.t.len() >= t.len() && c.t.iter().zip(&t).all(|(a, b)| (a - b).abs() <= 1e-9 * end.abs());
+    let interpolation_error =
+        members.iter().filter(|m| !same(&m.2)).map(|m| m.2.interpolation_error()).fold(0.0, f64::max);
+    let on: Vec<Vec<f64>> = members.iter().map(|m| t.iter().map(|t| m.2.at(*t)).collect()).collect();
+    let difference = |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a - b).collect() };
+    let norm: Vec<f64> = on.windows(2).map(|w| l2(&t, &difference(&w[1], &w[0]))).collect();
+
+    let (mut observed_order, mut convergence_ratio, mut fs, mut used) = (None, None, 3.0, None);
+    if let ([a, b, ..], true) = (&norm[..], members.len() >= 3) {
+        // A scalar with the same differences: f₂ − f₁ = ‖f₂ − f₁‖, f₃ − f₂ = ‖f₃ − f₂‖
+        let triple = Triple::new([*h1, members[1].1, members[2].1], [0.0, *a, a + b]);
+        (observed_order, convergence_ratio) = (triple.p, Some(triple.ratio));
+        if triple.is_sane(formal) {
+            (fs, used) = (1.25, triple.p);
+        } else if let Some(p) = triple.p {
+            used = Some(p.clamp(super::order::LEAST_ORDER, formal));
+        }
+    } else if members.len() == 2 {
+        used = Some(formal.min(2.0));
+    }
+    let (mut star, mut gci) = (vec![], vec![]);
+    if let Some(p) = used {
+        let r = members[1].1 / h1;
+        star = on[0].iter().zip(&on[1]).map(|(f1, f2)| f1 + correction(f1 - f2, r, p)).collect();
+        gci = on[0].iter().zip(&on[1]).map(|(f1, f2)| fs * correction((f1 - f2).abs(), r, p)).collect();
+    }
+    let largest = |v: &[f64]| v.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    let norms = (0..members.len())
+        .map(|k| {
+            let d = if k == 0 { vec![0.0; t.len()] } else { difference(&on[k], &on[k - 1]) };
+            CurveNorms {
+                id: members[k].0.clone(),
+                peak: members[k].2.peak(),
+                l2_to_finer: l2(&t, &d),
+                linf_to_finer: largest(&d),
+                l2_error: (!star.is_empty() && l2(&t, &star) > 0.0)
+                    .then(|| l2(&t, &difference(&on[k], &star)) / l2(&t, &star)),
+                lag_s: lag(&t, &on[k], &on[0]),
+                cycle_defect: members[k].2.cycle_defect(),
+            }
+        })
+        .collect();
+    let gci_percent = (!gci.is_empty() && largest(&star) > 0.0).then(|| 100.0 * largest(&gci) / largest(&star));
+    Some(CurveStudy { norms, observed_order, convergence_ratio, fs, gci_percent, interpolation_error, t, star, gci })
+}
+
+/// √(1/T ∫ d² dt) by the trapezoidal rule.
+pub fn l2(t: &[f64], d: &[f64]) -> f64 {
+    let sum: f64 = (1..t.len()).map(|k| 0.5 * (t[k] - t[k - 1]) * (d[k].powi(2) + d[k - 1].powi(2))).sum();
+    (sum / (t[t.len() - 1] - t[0])).sqrt()
+}
+
+/// Lag of `f` behind `g` [s], first order.
+fn lag(t: &[f64], f: &[f64], g: &[f64]) -> f64 {
+    let (mut above, mut below) = (0.0, 0.0);
+    for k in 1..t.len() {
+        let dt = t[k] - t[k - 1];
+        let slope = (g[k] - g[k - 1]) / dt;
+        above -= 0.5 * (f[k] - g[k] + f[k - 1] - g[k - 1]) * slope * dt;
+        below += slope * slope * dt;
+    }
+    if below > 0.0 { above / below } else { 0.0 }
+}

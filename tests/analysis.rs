@@ -1,0 +1,427 @@
+//! Convergence analysis against manufactured sequences, and the report from synthetic cases.
+
+use durometer::report;
+use durometer::study::convergence::curve::{Curve, compare};
+use durometer::study::convergence::family::{Estimate, Level, estimate};
+use durometer::study::convergence::fit::least_squares;
+use durometer::study::convergence::order::{Convergence, Triple};
+use durometer::study::convergence::{Analysis, analyse};
+use durometer::study::record::*;
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+use std::path::Path;
+
+/// Volume of the synthetic body [m³] and the h of N cells.
+const VOLUME: f64 = 3.4e-5;
+fn size(cells: usize) -> f64 {
+    (VOLUME / cells as f64).cbrt()
+}
+/// The paper's four sizes, finest first.
+const SIZES: [usize; 4] = [36_600, 16_200, 9_300, 4_500];
+
+#[test]
+fn a_power_law_is_recovered_with_unequal_ratios() {
+    for (f0, alpha, p) in [(61.3, -4.0e5, 2.0), (5.2, 900.0, 1.37), (-7.0, 3.0, 0.62), (1.0, 2.0e9, 3.9)] {
+        let h = [36_600, 16_200, 9_300].map(size);
+        let f = h.map(|h: f64| f0 + alpha * h.powf(p));
+        let t = Triple::new(h, f);
+        let found = t.p.expect("monotone");
+        // Rounding of f, eps·|f|, enters p through ln(ε₃₂/ε₂₁) over ln r ≈ 0.2, and two differences
+        let noise = 40.0 * f64::EPSILON * f[0].abs().max(f[2].abs()) / (f[1] - f[0]).abs();
+        assert!((found / p - 1.0).abs() < noise.max(1e-12), "p = {found}, not {p} (allowed {noise:e})");
+        let star = f[0] + t.correction(found);
+        // f* − f₁ = (f₁ − f₂)/(r^p − 1) inherits it, amplified by at most 1/(p ln r)
+        let allowed = (noise * 20.0 / p * (f[1] - f[0]).abs()).max(1e-12 * f0.abs());
+        assert!((star - f0).abs() < allowed, "f* = {star}, not {f0}");
+    }
+}
+
+#[test]
+fn the_limit_of_a_monotone_ratio_is_the_one_of_unequal_sizes() {
+    let h = [36_600, 16_200, 9_300].map(size);
+    let limit = Triple::new(h, [0.0, 1.0, 2.0]).ratio_limit;
+    assert!((limit - 1.47).abs() < 5e-3, "ln r21/ln r32 = {limit}, design says 1.47");
+    let class = |ratio: f64| Triple::new(h, [0.0, ratio, ratio + 1.0]).class;
+    // R = 1.4 > 1 is still monotone here; just above the limit no p > 0 exists
+    assert_eq!(class(1.4), Convergence::Monotone);
+    assert_eq!(class(limit * (1.0 + 1e-9)), Convergence::Diverging);
+    assert_eq!(class(-0.5), Convergence::Oscillatory);
+    assert_eq!(class(-1.0), Convergence::Diverging);
+    assert_eq!(Triple::new(h, [3.0; 3]).class, Convergence::Exact);
+    let p = Triple::new(h, [0.0, 1.4, 2.4]).p.expect("monotone");
+    assert!(p > 0.0 && p < 0.5, "R near the limit means p near 0, not {p}");
+}
+
+#[test]
+fn least_squares_recovers_exact_data_and_falls_back_on_insane_orders() {
+    let h = SIZES.map(size);
+    let fit =
+        |p: f64| least_squares(&h, &h.map(|h: f64| 61.0 + 20.0 * (h / size(4500)).powf(p)), 2.0).expect("4 meshes");
+    let f = fit(1.6);
+    assert_eq!(f.model, "αh^p");
+    assert!(f.good && f.fs == 1.25);
+    // The golden section stops at Δp ≈ 1e-9, f₀ follows with ∂f₀/∂p ≈ 20
+    assert!((f.p - 1.6).abs() < 1e-7 && (f.f0 - 61.0).abs() < 1e-5, "p = {}, f0 = {}", f.p, f.f0);
+    let above = fit(3.5);
+    assert!(above.model == "αh²" && !above.good && above.fs == 3.0, "{above:?}");
+    let below = fit(0.2);
+    assert!(["αh", "αh²", "αh+βh²"].contains(&below.model.as_str()) && !below.good, "{below:?}");
+    let scatter = least_squares(&h, &[61.0, 62.0, 60.9, 62.1], 2.0).expect("4 meshes");
+    assert!(!scatter.good && scatter.uncertainty[0] > 1.0, "{scatter:?}");
+}
+
+fn of_family(role: Role, f: &[f64], scatter: Option<f64>) -> Estimate {
+    let levels = f.iter().zip(SIZES).map(|(f, n)| Level { id: n.to_string(), h: size(n), f: *f }).collect();
+    estimate(("family", role, "tet4"), levels, scatter, 0.05).expect("two or more meshes")
+}
+
+#[test]
+fn uncertainty_covers_the_truth_and_poor_data_are_not_defensible() {
+    let power = |h: f64| 60.0 + 6.0 * (h / size(4500)).powf(1.8) + 0.3 * (h / size(4500)).powi(3);
+    let e = of_family(Role::Sizes, &SIZES.map(|n| power(size(n))), None);
+    assert!(e.defensible && (e.extrapolated - 60.0).abs() <= e.uncertainty, "{e:?}");
+    assert!(e.reasons[0].contains("Roache"), "ratios below 1.3 are said: {:?}", e.reasons);
+    for (name, f) in [("oscillating", [60.0, 63.0, 58.0, 64.0]), ("diverging", [60.0, 66.0, 68.0, 69.0])] {
+        let e = of_family(Role::Sizes, &f, None);
+        assert!(!e.defensible && e.reasons.len() > 1, "{name}: {e:?}");
+    }
+    // The same clean sequence under a scatter larger than its differences, which a nested family does not have
+    let f = SIZES.map(|n| 60.0 + 6.0 * (size(n) / size(4500)).powf(1.8));
+    let noisy = of_family(Role::Sizes, &f, Some(3.0));
+    assert!(!noisy.defensible && noisy.reasons.iter().any(|r| r.contains("mesh noise")), "{noisy:?}");
+    assert!(of_family(Role::Nested, &f, Some(3.0)).defensible);
+    // Two meshes: Fs = 3
+    let two = of_family(Role::Element, &f[..2], None);
+    assert!(two.fs == 3.0 && (two.extrapolated - 60.0).abs() < two.uncertainty, "{two:?}");
+}
+
+#[test]
+fn curves_give_one_order_their_limit_and_their_lag() {
+    let t: Vec<f64> = (0..=80).map(|k| f64::from(k) * 0.05).collect();
+    let theta = |t: f64, late: f64| 30.0 * (1.0 - (PI * (t - late)).cos());
+    let member = |n: usize, amplitude: f64, late: f64| {
+        let f = t.iter().map(|t| amplitude * theta(*t, late)).collect();
+        (n.to_string(), size(n), Curve { t: t.clone(), f })
+    };
+    let a = |n: usize| 1.0 + 0.1 * (size(n) / size(4500)).powf(1.5);
+    let c = compare(&SIZES.map(|n| member(n, a(n), 0.0)), 2.0).expect("curves");
+    // Same shape, so the norms follow the amplitude exactly
+    assert!((c.observed_order.expect("monotone") - 1.5).abs() < 1e-9);
+    assert!(c.t.iter().zip(&c.star).all(|(t, f)| (f - theta(*t, 0.0)).abs() < 1e-9));
+    assert_eq!(c.interpolation_error, 0.0);
+    // Two full cycles of 2 s
+    assert!(c.norms[0].cycle_defect.expect("two cycles") < 1e-12);
+    // Lag of 10 ms: first order in ωτ = 0.03 and finite differences over ωΔt = 0.16, both squared: 1 %
+    let lagging = compare(&[member(36_600, 1.0, 0.0), member(16_200, 1.0, 0.01)], 2.0).expect("curves");
+    assert!((lagging.norms[1].lag_s / 0.01 - 1.0).abs() < 0.01, "{}", lagging.norms[1].lag_s);
+    // Another grid: linear interpolation, whose error Δt²·|θ̈|/8 = 0.05²·30π²/8 is reported
+    let mut other = member(16_200, 1.0, 0.0);
+    let fine: Vec<f64> = (0..=80).map(|k| f64::from(k) * 0.05 + if k == 0 || k == 80 { 0.0 } else { 0.02 }).collect();
+    other.2 = Curve { f: fine.iter().map(|t| theta(*t, 0.0)).collect(), t: fine };
+    let c = compare(&[member(36_600, 1.0, 0.0), other], 2.0).expect("curves");
+    let bound = 0.05_f64.powi(2) * 30.0 * PI * PI / 8.0;
+    assert!(c.interpolation_error > 0.5 * bound && c.interpolation_error < 2.0 * bound);
+    assert!(c.norms[1].linf_to_finer < 2.0 * bound);
+}
+
+// --- a synthetic study -------------------------------------------------------------------------------------------
+
+struct Member {
+    family: &'static str,
+    name: String,
+    formulation: &'static str,
+    cells: usize,
+    dt: f64,
+    /// Relative disturbance of the mesh
+    noise: f64,
+}
+
+fn members() -> Vec<Member> {
+    let m =
+        |family, name: String, formulation, cells, dt, noise| Member { family, name, formulation, cells, dt, noise };
+    let mut out: Vec<Member> = SIZES.iter().map(|n| m("sizes", n.to_string(), "tet4", *n, 0.05, 0.0)).collect();
+    out.extend([600, 4_800, 38_400].map(|n| m("nested", n.to_string(), "tet4", n, 0.05, 0.0)));
+    out.extend([2_000, 6_750, 22_800].map(|n| m("remeshed", n.to_string(), "tet4", n, 0.05, 2e-4)));
+    out.extend(
+        [(1, 4e-4), (2, -3e-4), (3, 1e-4)].map(|(k, e)| m("seeds", format!("9300-{k}"), "tet4", 9_300, 0.05, e)),
+    );
+    out.extend([1_100, 4_500].map(|n| m("element", n.to_string(), "tet10", n, 0.05, 0.0)));
+    out.extend([0.025, 0.1].map(|dt| m("time_step", format!("dt{dt}"), "tet4", 4_500, dt, 0.0)));
+    out
+}
+
+fn case(m: &Member, variant: &str) -> StoredCase {
+    let h = size(m.cells) / size(4_500);
+    let quadratic = m.formulation == "tet10";
+    let error = if quadratic { 0.013 * h.powf(2.6) } else { 0.19 * h.powf(1.8) };
+    let (angle, tension) = match variant {
+        "length" => (74.0 * (1.0 + 0.05 * error + 0.1 * m.noise), 6.4 * (1.0 + error + m.noise)),
+        _ => (71.0 * (1.0 - 0.8 * error - m.noise), 6.4),
+    };
+    let steps = (4.0 / m.dt) as usize;
+    let t_s: Vec<f64> = (0..=steps).map(|k| k as f64 * m.dt).collect();
+    let wave: Vec<f64> = t_s.iter().map(|t| 0.5 * (1.0 - (PI * t).cos())).collect();
+    let scaled = |a: f64, k: f64| wave.iter().map(|w| a * w.powf(k)).collect::<Vec<f64>>();
+    let columns = BTreeMap::from([
+        ("bending_angle_deg".to_string(), scaled(angle, 1.1)),
+        ("cable_tension_N".to_string(), scaled(tension, 1.3)),
+    ]);
+    let probes = (columns.iter())
+        .map(|(k, f)| {
+            (k.clone(), ProbeRecord { peak: f.iter().copied().fold(0.0, f64::max), peak_t_s: 1.0, last: f[steps] })
+        })
+        .collect();
+    let wall = 0.4e-3 * (m.cells as f64).powf(1.15) * if quadratic { 9.0 } else { 1.0 } * 0.05 / m.dt;
+    let record = CaseRecord {
+        id: format!("{}-{variant}-{}", m.family, m.name),
+        family: m.family.into(),
+        variant: variant.into(),
+        mesh: MeshRecord {
+            cells: m.cells,
+            nodes: m.cells / 4,
+            h_m: size(m.cells),
+            min_quality: 0.31,
+            mean_quality: 0.75,
+            volume_m3: VOLUME,
+            source: format!("block-{}-{}-{}", m.cells, m.formulation, m.noise),
+        },
+        formulation: m.formulation.into(),
+        law: LawRecord { name: "neo_hookean".into(), parameters: BTreeMap::from([("mu".into(), 6.2e4)]) },
+        integrator: "quasi_static".into(),
+        dt_s: m.dt,
+        status: "Converged".into(),
+        status_detail: None,
+        wall_s: wall,
+        cpu_s: 0.98 * wall,
+        shared: false,
+        steps,
+        newton_iterations: 4 * steps,
+        cuts: 0,
+        dofs: m.cells * 3 / 4,
+        factor_nnz: m.cells * 90,
+        effects: vec![
+            EffectRecord { name: "elastic".into(), wall_s: 0.22 * wall },
+            EffectRecord { name: "cable".into(), wall_s: 0.01 * wall },
+        ],
+        phases: PhaseRecord {
+            assembly_s: 0.25 * wall,
+            factorisation_s: 0.58 * wall,
+            solve_s: 0.12 * wall,
+            output_s: 0.02 * wall,
+        },
+        probes,
+        provenance: Provenance {
+            input_sha256: "0".repeat(64),
+            version: "0.1.0".into(),
+            scene: "[body]\nmesh = \"block\"\n[[cable]]\nguide_radius = \"4 mm\"\n".into(),
+        },
+    };
+    StoredCase { record, series: Series { t_s, columns } }
+}
+
+fn study() -> (StudyRecord, Vec<StoredCase>) {
+    let q = |name: &str, label: &str, symbol: &str, unit: &str| Quantity {
+        name: name.into(),
+        label: label.into(),
+        symbol: symbol.into(),
+        unit: unit.into(),
+    };
+    let angle = || q("bending_angle_deg", "bending angle", "θ", "°");
+    let roles = [
+        ("sizes", Role::Sizes, "tet4"),
+        ("nested", Role::Nested, "tet4"),
+        ("remeshed", Role::Remeshed, "tet4"),
+        ("seeds", Role::Seeds, "tet4"),
+        ("element", Role::Element, "tet10"),
+        ("time_step", Role::TimeStep, "tet4"),
+    ];
+    let cases: Vec<StoredCase> = members().iter().flat_map(|m| ["length", "tension"].map(|v| case(m, v))).collect();
+    let families = roles.map(|(name, role, formulation)| FamilyRecord {
+        name: name.into(),
+        role,
+        formulation: formulation.into(),
+        cases: cases.iter().map(|c| &c.record).filter(|r| r.family == name).map(|r| r.id.clone()).collect(),
+    });
+    let study = StudyRecord {
+        study: "synthetic".into(),
+        kind: "convergence".into(),
+        question: "Which mesh of the finger can be trusted?".into(),
+        expectation: "Linear tetrahedra lock; the tension shows it, the angle under length control does not.".into(),
+        tolerance: 0.05,
+        quantities: BTreeMap::from([
+            ("length".to_string(), vec![angle(), q("cable_tension_N", "cable tension", "T", "N")]),
+            ("tension".to_string(), vec![angle()]),
+        ]),
+        variants: vec!["length".into(), "tension".into()],
+        families: families.into(),
+        version: "0.1.0".into(),
+    };
+    (study, cases)
+}
+
+fn refused(a: &Analysis, why: &str) {
+    assert!(a.recommended.is_none() && a.verdict.starts_with("No verdict") && a.verdict.contains(why), "{}", a.verdict);
+}
+
+#[test]
+fn the_synthetic_study_gets_the_verdict_that_was_put_into_it() {
+    let (study, cases) = study();
+    let a = analyse(&study, &cases);
+    let r = a.recommended.as_ref().unwrap_or_else(|| panic!("{}", a.verdict));
+    // tet10 at 1100 cells is off by 0.013·(4500/1100)^(2.6/3) = 4.4 % to which U(f*) ≈ 1 % adds, at 4500 by 1.3 %
+    assert_eq!(r.label, "tet10, 4500 cells", "{}", a.verdict);
+    assert_eq!(r.case, "element-tension-4500");
+    assert!(a.verdict.contains("nearly kinematic") && a.verdict.contains("tension limits"));
+    let tension = a.find("length", "cable_tension_N").expect("listed");
+    let reference = tension.reference.as_ref().expect("families");
+    assert!((reference.value - 6.4).abs() <= reference.uncertainty, "{reference:?}");
+    assert!(tension.time_step.as_ref().expect("family").negligible);
+    assert!(a.warnings.iter().any(|w| w.contains("family sizes") || w.contains("Family sizes")));
+    assert_eq!(a.headline().expect("one").variant, "tension");
+}
+
+#[test]
+fn verdicts_are_refused_with_the_reason() {
+    let (study, cases) = study();
+    let without = |drop: &dyn Fn(&CaseRecord) -> bool| -> Vec<StoredCase> {
+        cases.iter().filter(|c| !drop(&c.record)).cloned().collect()
+    };
+    let few = without(&|r| r.family != "sizes" || r.mesh.cells != 4_500);
+    refused(&analyse(&study, &few), "no family of meshes has two converged cases");
+    let mut stopped = cases.clone();
+    for c in stopped.iter_mut().filter(|c| c.record.family != "sizes") {
+        c.record.status = "StepTooSmall".into();
+        c.record.status_detail = Some("at t = 0.6 s".into());
+    }
+    let a = analyse(&study, &stopped);
+    assert!(a.incomplete.iter().any(|(id, what)| id == "element-length-1100" && what.contains("at t = 0.6 s")));
+    let mut point = cases.clone();
+    point[0].record.provenance.scene = "guide_radius = \"point\"  # as SOFA does".into();
+    refused(&analyse(&study, &point), "through points");
+    let mut strict = study.clone();
+    strict.tolerance = 1e-5;
+    refused(&analyse(&strict, &cases), "above the tolerance");
+    let mut noisy = without(&|r| r.family == "nested" || r.family == "element");
+    for (k, c) in noisy.iter_mut().filter(|c| c.record.family == "seeds" && c.record.variant == "length").enumerate() {
+        c.record.probes.get_mut("cable_tension_N").expect("probe").peak = 6.4 + 0.5 * k as f64;
+    }
+    refused(&analyse(&study, &noisy), "mesh noise");
+}
+
+// --- the report --------------------------------------------------------------------------------------------------
+
+/// Surface of a bar 100 × 20 × 20 mm, bent to a circle about y, with the stretch of its axial fibres.
+fn skin(cells: usize, angle_deg: f64) -> Skin {
+    let n = ((cells as f64 / 6.0).cbrt() * 0.6).round().max(2.0) as usize;
+    let (nx, dims, kappa) = (5 * n, [0.1, 0.02, 0.02], angle_deg.to_radians() / 0.1);
+    let (mut points, mut triangles): (Vec<[f64; 3]>, Vec<[u32; 3]>) = (vec![], vec![]);
+    for (axis, side) in [(0, 0), (0, 1), (1, 0), (1, 1), (2, 0), (2, 1)] {
+        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+        let count = |k: usize| if k == 0 { nx } else { n };
+        let base = points.len() as u32;
+        for i in 0..=count(u) {
+            for j in 0..=count(v) {
+                let mut x = [0.0; 3];
+                x[axis] = dims[axis] * f64::from(side);
+                x[u] = dims[u] * i as f64 / count(u) as f64;
+                x[v] = dims[v] * j as f64 / count(v) as f64;
+                points.push(x);
+            }
+        }
+        let at = |i: usize, j: usize| base + (i * (count(v) + 1) + j) as u32;
+        for (i, j) in (0..count(u)).flat_map(|i| (0..count(v)).map(move |j| (i, j))) {
+            let quad = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+            let flip = |t: [u32; 3]| if side == 1 { t } else { [t[0], t[2], t[1]] };
+            triangles.extend([flip([quad[0], quad[1], quad[2]]), flip([quad[0], quad[2], quad[3]])]);
+        }
+    }
+    let bend = |x: &[f64; 3]| {
+        let (s, r) = (x[0] * kappa, 1.0 / kappa - (x[2] - 0.01));
+        [r * s.sin(), x[1], 1.0 / kappa + 0.01 - r * s.cos()]
+    };
+    let displacement = points.iter().map(|x| std::array::from_fn(|k| bend(x)[k] - x[k])).collect();
+    let stretch = points.iter().map(|x| 1.0 + (kappa * (x[2] - 0.01)).abs()).collect();
+    let cable = (0..=20).map(|k| bend(&[0.005 * f64::from(k) - 0.005, 0.01, 0.016])).collect();
+    Skin { points, triangles, t_s: 1.0, displacement, stretch, cables: vec![cable] }
+}
+
+fn store(dir: &Path) {
+    let (study, cases) = study();
+    std::fs::create_dir_all(dir.join("cases")).expect("temporary folder");
+    let put = |name: String, text: String| std::fs::write(dir.join(name), text).expect("temporary folder");
+    put("study.json".into(), serde_json::to_string_pretty(&study).expect("record"));
+    for c in &cases {
+        let id = &c.record.id;
+        put(format!("cases/{id}.json"), serde_json::to_string(&c.record).expect("record"));
+        let mut csv = format!("t_s,{}\n", c.series.columns.keys().cloned().collect::<Vec<_>>().join(","));
+        for (k, t) in c.series.t_s.iter().enumerate() {
+            let row: Vec<String> = c.series.columns.values().map(|f| f[k].to_string()).collect();
+            csv += &format!("{t},{}\n", row.join(","));
+        }
+        put(format!("cases/{id}.csv"), csv);
+        let s = skin(c.record.mesh.cells, c.record.probes["bending_angle_deg"].peak);
+        put(format!("cases/{id}.skin.json"), serde_json::to_string(&s).expect("skin"));
+    }
+}
+
+#[test]
+fn a_report_is_complete_and_can_be_redrawn() {
+    let dir = tempfile::tempdir().expect("temporary folder");
+    store(dir.path());
+    // REPORT_EXAMPLE=DIR leaves the stored study there, to look at its pictures
+    if let Ok(keep) = std::env::var("REPORT_EXAMPLE") {
+        store(Path::new(&keep));
+    }
+    let first = report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    let read = |name: &str| std::fs::read_to_string(dir.path().join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
+    let (page, summary) = (read("index.html"), read("summary.json"));
+    assert!(page.contains(&first.verdict) && page.contains("<svg"));
+    assert!(!page.contains("src=") && !page.contains("http-equiv"), "nothing outside of the page");
+    let json: serde_json::Value = serde_json::from_str(&summary).expect("JSON");
+    let analysis = &json["analysis"];
+    assert_eq!(analysis["variant"], "tension");
+    assert_eq!(analysis["recommended_case"], "element-tension-4500");
+    for key in ["observed_order", "richardson_peak_deg", "gci_percent", "convergence_ratio"] {
+        assert!(analysis[key].is_f64(), "{key}: {}", analysis[key]);
+    }
+    assert!(analysis["cable_tension_N"]["length"]["reference"]["value"].is_f64());
+    let case = &json["cases"][0];
+    for key in ["id", "formulation", "law", "dt_s", "status", "wall_s", "steps", "newton_iterations", "effects"] {
+        assert!(!case[key].is_null(), "{key}");
+    }
+    assert!(case["mesh"]["h_m"].is_f64() && case["probes"]["bending_angle_deg"]["final"].is_f64());
+    assert!(read("tables/cases.csv").lines().count() > 30 && read("tables/quantities.tex").contains("\\toprule"));
+    let svg = read("figures/curves-length.svg");
+    assert!(svg.contains("Liberation Sans, Arial") && !svg.contains('\u{e000}'));
+    for e in std::fs::read_dir(dir.path().join("figures")).expect("folder").flatten() {
+        assert!(e.metadata().expect("file").len() > 1000, "{:?} is empty", e.path());
+    }
+    report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(summary, read("summary.json"), "redrawing changes nothing");
+    assert_eq!(page, read("index.html"), "redrawing changes nothing");
+}
+
+#[test]
+fn missing_and_failed_cases_still_get_a_report_and_broken_files_a_remedy() {
+    let dir = tempfile::tempdir().expect("temporary folder");
+    let message = || report::write(dir.path()).expect_err("must be refused").to_string();
+    assert!(message().contains("study.json does not exist") && message().contains("durometer run"));
+    store(dir.path());
+    let path = |name: &str| dir.path().join(name);
+    for e in std::fs::read_dir(path("cases")).expect("folder").flatten() {
+        if !e.file_name().to_string_lossy().starts_with("sizes-length") {
+            std::fs::remove_file(e.path()).expect("file");
+        }
+    }
+    let summary = report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    assert!(summary.verdict.starts_with("No verdict"), "{}", summary.verdict);
+    assert!(summary.warnings.iter().any(|w| w.contains("nested-length-600: has no result")));
+    std::fs::write(path("cases/sizes-length-4500.csv"), "t_s,bending_angle_deg\n0,0\n0.1,fast\n").expect("file");
+    assert!(message().contains("line 3: bending_angle_deg is \"fast\""), "{}", message());
+    std::fs::write(path("cases/sizes-length-9300.json"), "{\"id\": 3").expect("file");
+    assert!(message().contains("sizes-length-9300.json is not a valid record"), "{}", message());
+    store(dir.path());
+    std::fs::remove_dir_all(path("figures")).expect("folder");
+    std::fs::write(path("figures"), "in the way").expect("file");
+    assert!(message().contains("cannot write") && message().contains("figures"), "{}", message());
+}
