@@ -9,6 +9,7 @@ use crate::math::signal::Signal;
 use crate::math::tensor::{Mat3, Vec3};
 use crate::system::{At, Blocks, Cone, Constraint, Effect, EvalError, Local, Role, Want};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// A place where the cable touches the body.
 #[derive(Clone, Debug, PartialEq)]
@@ -103,7 +104,7 @@ impl Cable {
 
 /// Cable under a prescribed tension T(t) ≥ 0 [N].
 pub struct CableTension {
-    pub cable: Cable,
+    pub cable: Arc<Cable>,
     pub tension: Signal,
 }
 
@@ -131,7 +132,7 @@ impl Effect for CableTension {
 
 /// Cable whose free length is shortened by d(t) [m] at the pull point; it cannot push.
 pub struct CableLength {
-    pub cable: Cable,
+    pub cable: Arc<Cable>,
     pub shortening: Signal,
     /// L₀ [m]
     pub rest: f64,

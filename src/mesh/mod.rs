@@ -112,10 +112,3 @@ impl TetMesh {
         self.regions.get(name).ok_or_else(|| MeshError::NoRegion { name: name.into(), near: near() })
     }
 }
-
-/// A cable path of a parametric body [m].
-#[derive(Clone, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
-pub struct CablePath {
-    pub guides: Vec<[f64; 3]>,
-    pub pull_point: [f64; 3],
-}

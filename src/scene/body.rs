@@ -1,30 +1,129 @@
-//! The mesh of a scene, from a file or from the mesher.
+//! The mesh of a scene: read from a volume mesh file, or found or made by the mesher.
 
 use super::build::{Body, part};
 use super::error::SceneError;
-use super::spec::MeshSpec;
+use super::spec::{ElementSpec, GeneratorSpec, MeshSpec};
 use crate::math::units::{self, Dimension};
+use crate::mesh::generate::body::Body as Declared;
+use crate::mesh::generate::{Generator, Grading, MeshRequest, Size, Source, Workshop};
+use crate::mesh::{self, Order, TetMesh};
+use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Reads or makes the mesh. `file` is the scene file, for messages and relative paths.
-pub fn body(file: &Path, spec: &MeshSpec) -> Result<Body, SceneError> {
-    let base = file.parent().unwrap_or(Path::new(""));
-    if let Some(f) = std::env::var_os("TMPMESH") {
-        let path = std::path::PathBuf::from(f);
-        let mesh = crate::mesh::read(&path, 1.0).map_err(|e| part(file, "mesh", e))?;
-        let manifest: serde_json::Value =
-            serde_json::from_str(&std::fs::read_to_string(path.to_str().unwrap().replace(".msh.gz", ".json")).unwrap())
-                .unwrap();
-        let p: crate::mesh::CablePath = serde_json::from_value(manifest["paths"]["cable"].clone()).unwrap();
-        return Ok(Body {
-            mesh,
-            paths: BTreeMap::from([("cable".into(), p)]),
-            source: String::new(),
-            sha256: String::new(),
-        });
+/// Share of the target number of cells by which a mesh may miss it.
+const CELL_TOLERANCE: f64 = 0.02;
+/// Files that hold tetrahedra and are read as they are; others go through the mesher.
+const VOLUME_MESHES: [&str; 4] = [".msh", ".msh.gz", ".vtk", ".vtk.gz"];
+
+impl Body {
+    /// Reads, finds or makes the mesh of a scene. `file` is the scene file, for messages and relative paths; `progress`
+    /// gets the lines of the mesher.
+    pub fn load(file: &Path, spec: &MeshSpec, progress: &mut dyn FnMut(&str)) -> Result<Self, SceneError> {
+        let fail = |e: Box<dyn std::error::Error + Send + Sync>| part(file, "mesh", e);
+        if let Some(path) = volume_mesh(file, spec) {
+            let unit = unit_m(file, spec)?;
+            let mesh = mesh::read(&path, unit).map_err(|e| fail(e.into()))?;
+            check_element(file, spec, &mesh)?;
+            return Self::new(file, mesh, BTreeMap::new(), &path);
+        }
+        let request = request(file, spec)?;
+        let workshop = Workshop::find().map_err(|e| fail(e.into()))?;
+        let made = workshop.mesh(&request, progress).map_err(|e| fail(e.into()))?;
+        Self::new(file, made.mesh, made.manifest.paths, &made.path)
     }
-    let _ = (base, units::parse("1 mm", Dimension::LENGTH));
-    let _ = spec;
-    unimplemented!()
+
+    fn new(
+        file: &Path,
+        mesh: TetMesh,
+        paths: BTreeMap<String, mesh::generate::CablePath>,
+        source: &Path,
+    ) -> Result<Self, SceneError> {
+        let bytes = std::fs::read(source).map_err(|e| part(file, "mesh", e))?;
+        let sha256 = Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect();
+        let source = source.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+        Ok(Self { mesh, paths, source, sha256 })
+    }
+}
+
+fn volume_mesh(file: &Path, spec: &MeshSpec) -> Option<std::path::PathBuf> {
+    let name = spec.file.as_ref()?;
+    let text = name.to_string_lossy().to_lowercase();
+    let is_volume = VOLUME_MESHES.iter().any(|ending| text.ends_with(ending));
+    (is_volume && spec.cells.is_none() && spec.size.is_none()).then(|| file.parent().unwrap_or(Path::new("")).join(name))
+}
+
+fn content(file: &Path, fact: impl Into<String>, remedy: &str) -> SceneError {
+    SceneError::Content { file: file.into(), place: "mesh".into(), fact: fact.into(), remedy: remedy.into() }
+}
+
+fn unit_m(file: &Path, spec: &MeshSpec) -> Result<f64, SceneError> {
+    let Some(unit) = &spec.unit else {
+        return Err(content(file, "the file has no unit of length", "add for example unit = \"mm\""));
+    };
+    units::parse(&format!("1 {unit}"), Dimension::LENGTH).map_err(|e| part(file, "mesh.unit", e))
+}
+
+fn check_element(file: &Path, spec: &MeshSpec, mesh: &TetMesh) -> Result<(), SceneError> {
+    let (wanted, found) = (spec.element.order(), mesh.order);
+    if wanted == found {
+        return Ok(());
+    }
+    let name = |o| if o == Order::Linear { "tet4" } else { "tet10" };
+    let fact = format!("element = \"{}\", but the file holds {} cells", name(wanted), name(found));
+    Err(content(file, fact, "change one of the two"))
+}
+
+/// The request that a `[mesh]` table stands for.
+pub fn request(file: &Path, spec: &MeshSpec) -> Result<MeshRequest, SceneError> {
+    let base = file.parent().unwrap_or(Path::new(""));
+    let source = match (&spec.body, &spec.file) {
+        (Some(name), None) => Source::Body { name: name.clone(), parameters: parameters(file, name, spec)? },
+        (None, Some(path)) => Source::File { path: base.join(path), unit_m: unit_m(file, spec)? },
+        _ => return Err(content(file, "a mesh comes from one source", "give either `body` or `file`")),
+    };
+    let size = match (spec.cells, spec.size) {
+        (Some(count), None) => Some(Size::Cells { count: count as u64, tolerance: CELL_TOLERANCE }),
+        (None, Some(length)) if length.0 > 0.0 => Some(Size::Length(length.0)),
+        (None, Some(length)) => return Err(content(file, format!("size = {} m", length.0), "it must be positive")),
+        (None, None) if !spec.cgal.is_empty() => None,
+        _ => return Err(content(file, "how fine is the mesh?", "give either `cells` or `size`")),
+    };
+    let grading = spec
+        .grading
+        .iter()
+        .map(|g| Grading { feature: g.feature.clone(), length: g.length.0, distance: g.distance.0 })
+        .collect();
+    let json = |v: &toml::Value| serde_json::to_value(v).expect("TOML values are JSON values");
+    Ok(MeshRequest {
+        source,
+        generator: match spec.generator {
+            GeneratorSpec::Gmsh => Generator::Gmsh,
+            GeneratorSpec::Cgal => Generator::Cgal,
+        },
+        size,
+        levels: spec.levels,
+        grading,
+        order: if spec.element == ElementSpec::Tet4 { 1 } else { 2 },
+        seed: spec.seed,
+        optimise: true,
+        cgal: spec.cgal.iter().map(|(k, v)| (k.clone(), json(v))).collect(),
+    })
+}
+
+fn parameters(file: &Path, name: &str, spec: &MeshSpec) -> Result<BTreeMap<String, f64>, SceneError> {
+    let fail = |e| part(file, "mesh.parameters", e);
+    let workshop = Workshop::find().map_err(fail)?;
+    let declared = Declared::load(&workshop.home, name).map_err(|e| part(file, "mesh.body", e))?;
+    let value = |(key, text): (&String, &String)| Ok((key.clone(), declared.parse(key, text).map_err(fail)?));
+    spec.parameters.iter().map(value).collect()
+}
+
+impl ElementSpec {
+    pub fn order(self) -> Order {
+        match self {
+            Self::Tet4 => Order::Linear,
+            Self::Tet10 => Order::Quadratic,
+        }
+    }
 }

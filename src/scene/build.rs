@@ -5,8 +5,7 @@ use super::overrides;
 use super::probe::Probe;
 use super::quantity::Length;
 use super::spec::{
-    ConstraintSpec, DriveSpec, EffectSpec, ElementSpec, GuideRadius, IntegratorSpec, LumpingSpec, MeshSpec, SceneSpec,
-    SelectorSpec, StageSpec,
+    ConstraintSpec, DriveSpec, EffectSpec, GuideRadius, IntegratorSpec, LumpingSpec, SceneSpec, SelectorSpec, StageSpec,
 };
 use crate::effect::{
     Cable, CableLength, CableTension, Elastic, Gravity, Guide, Inertia, Lumping, Mass, MassDamping, ViscousDamping,
@@ -14,11 +13,11 @@ use crate::effect::{
 use crate::material::{self, Law};
 use crate::math::signal::Signal;
 use crate::math::tensor::Vec3;
-use crate::math::units::{self, Dimension};
-use crate::mesh::CablePath;
+use crate::math::units::Dimension;
+use crate::mesh::generate::CablePath;
 use crate::mesh::embed::{ball_weights, embed};
 use crate::mesh::select::{Pick, Selector};
-use crate::mesh::{Order, Region, TetMesh};
+use crate::mesh::{Region, TetMesh};
 use crate::solve::{Integrator, Span};
 use crate::system::{Constraint, Effect, Prescribed, System};
 use serde::Deserialize;
@@ -46,7 +45,7 @@ pub struct Scene {
     /// For the record: law name and constants of the first elastic effect
     pub law: Box<dyn Law>,
     /// The same elastic effect and cables as in the system, for probes
-    pub elastic: Vec<Elastic>,
+    pub elastic: Vec<Arc<Elastic>>,
     pub cables: Vec<NamedCable>,
     pub probes: Vec<Probe>,
     pub spans: Vec<Span>,
@@ -60,7 +59,7 @@ pub struct Scene {
 /// A cable with its drive, for probes.
 pub struct NamedCable {
     pub name: String,
-    pub cable: Cable,
+    pub cable: Arc<Cable>,
     pub drive: CableDrive,
 }
 
@@ -71,18 +70,28 @@ pub enum CableDrive {
     Tension(Signal),
 }
 
-/// Reads a scene file and applies `key=value` changes. Errors carry file, line and remedy.
+/// Reads a scene file, applies `key=value` changes and puts included laws in their place, so that the text that comes
+/// back says it all. Errors carry file, line and remedy.
 pub fn read_scene(file: &Path, changes: &[(String, toml::Value)]) -> Result<(SceneSpec, String), SceneError> {
-    let unreadable = |e: std::io::Error| SceneError::Unreadable { file: file.into(), reason: e.to_string() };
-    let text = std::fs::read_to_string(file).map_err(unreadable)?;
+    let (text, mut table) = read_table(file)?;
     let syntax = |e: toml::de::Error| SceneError::Syntax { file: file.into(), message: explain(&e) };
-    let spec: SceneSpec = toml::from_str(&text).map_err(syntax)?;
-    if changes.is_empty() {
-        return Ok((spec, text));
-    }
-    let mut table: toml::Table = text.parse().map_err(syntax)?;
+    // Errors of the file itself are reported with their line.
+    toml::from_str::<SceneSpec>(&text).map_err(syntax)?;
     for (path, value) in changes {
         overrides::apply(&mut table, path, value.clone()).map_err(|e| part(file, "change", e))?;
+    }
+    let base = file.parent().unwrap_or(Path::new(""));
+    for (name, law) in table.get_mut("laws").and_then(toml::Value::as_table_mut).into_iter().flatten() {
+        let Some(law) = law.as_table_mut() else { continue };
+        let Some(include) = law.remove("include") else { continue };
+        let Some(include) = include.as_str() else {
+            let place = format!("laws.{name}");
+            let (fact, remedy) = ("`include` is not a file name".into(), "write include = \"law.toml\"".into());
+            return Err(SceneError::Content { file: file.into(), place, fact, remedy });
+        };
+        let (_, mut included) = read_table(&base.join(include))?;
+        included.extend(std::mem::take(law));
+        *law = included;
     }
     let text = toml::to_string(&table).expect("a table that was read can be written");
     let spec = SceneSpec::deserialize(table).map_err(|e| SceneError::Syntax {
@@ -90,6 +99,15 @@ pub fn read_scene(file: &Path, changes: &[(String, toml::Value)]) -> Result<(Sce
         message: format!("after the changes of this case: {}", explain(&e)),
     })?;
     Ok((spec, text))
+}
+
+/// Text and table of a TOML file.
+pub fn read_table(file: &Path) -> Result<(String, toml::Table), SceneError> {
+    let unreadable = |e: std::io::Error| SceneError::Unreadable { file: file.into(), reason: e.to_string() };
+    let text = std::fs::read_to_string(file).map_err(unreadable)?;
+    let syntax = |e: toml::de::Error| SceneError::Syntax { file: file.into(), message: explain(&e) };
+    let table = text.parse().map_err(syntax)?;
+    Ok((text, table))
 }
 
 pub(super) fn part(
@@ -123,22 +141,21 @@ impl Scene {
                     builder.prescribe(&place, region, components, &signal, &mut prescribed)?;
                 }
                 ConstraintSpec::Cable { name, drive, .. } => {
-                    let cable = || builder.cable(&place, constraint);
+                    let cable = Arc::new(builder.cable(&place, constraint)?);
                     let drive = match drive {
                         DriveSpec::Length(signal) => {
                             let shortening = builder.signal(&place, signal, Dimension::LENGTH)?;
-                            let (cable, at_rest) = (cable()?, vec![0.0; 3 * body.mesh.points.len()]);
-                            let rest = cable.length(&at_rest);
-                            constraints.push(Box::new(CableLength { cable, shortening, rest }));
+                            let rest = cable.length(&vec![0.0; 3 * body.mesh.points.len()]);
+                            constraints.push(Box::new(CableLength { cable: cable.clone(), shortening, rest }));
                             CableDrive::Multiplier(constraints.len() - 1)
                         }
                         DriveSpec::Tension(signal) => {
                             let tension = builder.signal(&place, signal, Dimension::FORCE)?;
-                            effects.push(Box::new(CableTension { cable: cable()?, tension: tension.clone() }));
+                            effects.push(Box::new(CableTension { cable: cable.clone(), tension: tension.clone() }));
                             CableDrive::Tension(tension)
                         }
                     };
-                    cables.push(NamedCable { name: name.clone(), cable: cable()?, drive });
+                    cables.push(NamedCable { name: name.clone(), cable, drive });
                 }
             }
         }
@@ -147,7 +164,6 @@ impl Scene {
         };
         let nodes = body.mesh.points.len();
         let system = System::new(nodes, effects, constraints, prescribed).map_err(|e| part(file, "scene", e))?;
-        let regions: Vec<Region> = builder.regions.values().cloned().collect();
         let mut remarks: Vec<String> = builder
             .regions
             .iter()
@@ -163,7 +179,6 @@ impl Scene {
                 Probe::new(probe, &body.mesh, &|name| builder.region(&format!("probe {}", k + 1), name).cloned())
             })
             .collect::<Result<_, _>>()?;
-        drop(regions);
         Ok(Self { title: spec.title.clone(), body, system, law, elastic, cables, probes, spans, spec, text, remarks })
     }
 }
@@ -219,27 +234,14 @@ impl<'a> Builder<'a> {
             return Err(self.content(place, fact, format!("add a table [laws.{name}], or take one of: {known}")));
         };
         let place = format!("laws.{name}");
-        let mut table = table.clone();
-        if let Some(include) = table.remove("include") {
-            let Some(include) = include.as_str() else {
-                return Err(self.content(&place, "`include` is not a file name", "write include = \"law.toml\""));
-            };
-            let path = self.base.join(include);
-            let text = std::fs::read_to_string(&path)
-                .map_err(|e| SceneError::Unreadable { file: path.clone(), reason: e.to_string() })?;
-            let mut included: toml::Table =
-                text.parse().map_err(|e| SceneError::Syntax { file: path, message: explain(&e) })?;
-            included.extend(table);
-            table = included;
-        }
-        material::law_from_table(&table).map_err(|e| part(self.file, place, e))
+        material::law_from_table(table).map_err(|e| part(self.file, place, e))
     }
 
     fn effect(
         &self,
         place: &str,
         spec: &EffectSpec,
-        elastic: &mut Vec<Elastic>,
+        elastic: &mut Vec<Arc<Elastic>>,
         laws: &mut Vec<Box<dyn Law>>,
     ) -> Result<Box<dyn Effect>, SceneError> {
         let mesh = &self.body.mesh;
@@ -252,10 +254,10 @@ impl<'a> Builder<'a> {
         Ok(match spec {
             EffectSpec::Elastic { region, law } => {
                 let cells = self.cells(place, region)?;
-                let make = || Ok(Elastic::new("elastic".into(), mesh, cells, self.law(place, law)?));
+                let effect = Arc::new(Elastic::new("elastic".into(), mesh, cells, self.law(place, law)?));
                 laws.push(self.law(place, law)?);
-                elastic.push(make()?);
-                Box::new(make()?)
+                elastic.push(effect.clone());
+                Box::new(effect)
             }
             EffectSpec::Inertia { region, density, mass: lumping } => {
                 Box::new(Inertia { mass: mass(region, density.0, *lumping)? })

@@ -10,7 +10,7 @@ mod run;
 mod signal;
 pub mod spec;
 
-pub use body::body;
+pub use body::request;
 pub use build::{Body, Scene, read_scene};
 pub use error::SceneError;
 pub use quantity::{Length, Time};

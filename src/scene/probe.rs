@@ -9,6 +9,7 @@ use crate::effect::Elastic;
 use crate::math::tensor::Vec3;
 use crate::mesh::{Region, TetMesh, element, quadrature};
 use crate::system::State;
+use std::sync::Arc;
 
 /// Energies since the start [J]: stored and kinetic at the state, dissipated and put in along the path.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
@@ -178,7 +179,7 @@ fn angle(a: Vec3, b: Vec3) -> f64 {
 }
 
 /// Median, 95th percentile and maximum of the largest principal stretch, by volume, and the smallest J.
-fn stretches(elastic: &[Elastic], x: &[f64]) -> Vec<f64> {
+fn stretches(elastic: &[Arc<Elastic>], x: &[f64]) -> Vec<f64> {
     let mut values: Vec<(f64, f64)> = Vec::new();
     let mut min_j = f64::INFINITY;
     for (_, points) in elastic.iter().flat_map(|e| e.deformation(x)) {

@@ -48,8 +48,9 @@ pub struct MeshSpec {
     pub grading: Vec<GradingSpec>,
     #[serde(default)]
     pub generator: GeneratorSpec,
-    #[serde(default = "one")]
-    pub seed: u32,
+    /// Another mesh of the same size (gmsh)
+    #[serde(default)]
+    pub seed: u64,
     /// CGAL's criteria by its names
     #[serde(default)]
     pub cgal: BTreeMap<String, toml::Value>,
@@ -61,10 +62,6 @@ pub struct MeshSpec {
     /// Regions by selectors, where the file has no groups
     #[serde(default)]
     pub regions: BTreeMap<String, SelectorSpec>,
-}
-
-fn one() -> u32 {
-    1
 }
 
 #[derive(Clone, Debug, Deserialize)]

@@ -162,6 +162,28 @@ pub trait Effect: Send + Sync {
     }
 }
 
+/// A shared effect, which probes look at too.
+impl<E: Effect> Effect for std::sync::Arc<E> {
+    fn name(&self) -> &str {
+        (**self).name()
+    }
+    fn needs(&self) -> Needs {
+        (**self).needs()
+    }
+    fn blocks(&self) -> &Blocks {
+        (**self).blocks()
+    }
+    fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+        (**self).eval(at, b, want, out)
+    }
+    fn role(&self) -> Role {
+        (**self).role()
+    }
+    fn intensity(&self, t: f64) -> f64 {
+        (**self).intensity(t)
+    }
+}
+
 /// Place of an effect in the energy balance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
