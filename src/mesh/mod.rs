@@ -11,6 +11,7 @@ mod read;
 pub mod select;
 pub mod structured;
 pub mod validate;
+mod vtk;
 
 pub use read::read;
 pub use validate::MeshError;
