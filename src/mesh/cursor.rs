@@ -73,6 +73,16 @@ impl<'a> Cursor<'a> {
         Ok(bytes)
     }
 
+    /// A byte of a binary file.
+    pub fn byte(&mut self, wanted: &str) -> Result<i8, MeshError> {
+        Ok(i8::from_ne_bytes(self.bytes(wanted)?))
+    }
+
+    /// A 2-byte integer of a binary file.
+    pub fn short(&mut self, wanted: &str) -> Result<i16, MeshError> {
+        Ok(i16::from_ne_bytes(self.bytes(wanted)?))
+    }
+
     /// A 4-byte integer, or a word of a text file.
     pub fn int(&mut self, wanted: &str) -> Result<i64, MeshError> {
         if self.binary { Ok(i32::from_ne_bytes(self.bytes(wanted)?).into()) } else { self.parse(wanted) }
@@ -108,12 +118,11 @@ impl<'a> Cursor<'a> {
         found.is_some()
     }
 
-    /// Skips `count` bytes.
-    pub fn skip(&mut self, count: usize, wanted: &str) -> Result<(), MeshError> {
-        if count > self.data.len() - self.pos {
-            return Err(self.truncated(wanted));
-        }
-        self.pos += count;
-        Ok(())
+    /// The next word, without moving.
+    pub fn peek(&mut self) -> Option<&'a str> {
+        let pos = self.pos;
+        let word = self.word();
+        self.pos = pos;
+        word
     }
 }

@@ -4,13 +4,17 @@ mod assemble;
 mod cursor;
 pub mod element;
 pub mod embed;
+pub mod generate;
 mod geometry;
 mod msh;
 pub mod quadrature;
+pub mod quality;
 mod read;
 pub mod select;
 pub mod structured;
 pub mod validate;
+mod vtk;
+pub mod vtu;
 
 pub use read::read;
 pub use validate::MeshError;

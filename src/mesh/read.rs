@@ -1,7 +1,7 @@
 //! Reads a mesh file by its name: `.msh`, `.msh.gz`, `.vtk`, `.vtk.gz`.
 
 use super::validate::MeshError;
-use super::{TetMesh, msh};
+use super::{TetMesh, msh, vtk};
 use std::io::Read;
 use std::path::Path;
 
@@ -16,6 +16,7 @@ pub fn read(path: &Path, unit_m: f64) -> Result<TetMesh, MeshError> {
         data = plain;
     }
     match name.strip_suffix(".gz").unwrap_or(&name).rsplit('.').next() {
+        Some("vtk") => vtk::parse(path, &data, unit_m),
         Some("msh") => msh::parse(path, &data, unit_m),
         _ => Err(MeshError::Format {
             file: path.to_path_buf(),

@@ -1,0 +1,55 @@
+//! What the mesher says about a mesh it made. Lengths in metres.
+
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// The manifest that stands beside every generated mesh.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+pub struct Manifest {
+    /// The request as the mesher read it
+    pub request: serde_json::Value,
+    pub cells: usize,
+    pub nodes: usize,
+    pub facets: usize,
+    pub order: u8,
+    /// (V/N)^{1/3} [m]
+    pub h_m: f64,
+    pub regions: BTreeMap<String, RegionCount>,
+    /// `sicn_min`, `radius_ratio_min`, `dihedral_min_deg`, …
+    #[serde(default)]
+    pub quality: BTreeMap<String, Option<f64>>,
+    pub volume_m3: f64,
+    /// None when the input was a mesh already
+    pub volume_cad_m3: Option<f64>,
+    /// volume / CAD volume − 1
+    pub volume_error: Option<f64>,
+    /// Largest distance of the CAD's sharp edges from the mesh [m]
+    #[serde(default)]
+    pub edge_error_m: Option<f64>,
+    /// `cable`, …
+    #[serde(default)]
+    pub paths: BTreeMap<String, CablePath>,
+    /// Versions of the packages that made it
+    #[serde(default)]
+    pub versions: BTreeMap<String, Option<String>>,
+    #[serde(default)]
+    pub wall_s: Option<f64>,
+    /// Whatever else the mesher had to say
+    #[serde(flatten)]
+    pub notes: BTreeMap<String, serde_json::Value>,
+}
+
+/// Dimension (2, 3) and number of elements of a region.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+pub struct RegionCount {
+    pub dim: u8,
+    pub count: usize,
+}
+
+/// A cable as part of the geometry [m]: guide points from the fixed end on, and the point outside it is pulled from.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+pub struct CablePath {
+    pub guides: Vec<[f64; 3]>,
+    pub pull_point: [f64; 3],
+    pub guide_radius: f64,
+}

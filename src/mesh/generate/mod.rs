@@ -1,0 +1,196 @@
+//! Meshes on demand: found by the hash of their request, or made by the mesher and kept.
+//!
+//! The mesher is a Python package, `meshes/meshgen`; it is never linked: one JSON request goes in on stdin, one JSON
+//! manifest comes out on stdout, progress lines on stderr. Committed meshes `meshes/<body>/<hash>.msh.gz` need no Python.
+
+pub mod body;
+pub mod manifest;
+mod python;
+pub mod request;
+
+pub use body::Body;
+pub use manifest::{CablePath, Manifest};
+pub use python::Check;
+pub use request::{Generator, Grading, MeshRequest, Size, Source};
+
+use super::{MeshError, TetMesh, read};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU32, Ordering};
+
+/// Why there is no mesh.
+#[derive(Clone, PartialEq, Debug, thiserror::Error)]
+pub enum GenerateError {
+    #[error("no folder meshes/meshgen here or above; run inside the project, or set DUROMETER_HOME to its folder")]
+    NoHome,
+    #[error("unknown {what} {name}; {hint}")]
+    Unknown { what: String, name: String, hint: String },
+    #[error("{body}: parameter {name}: {fact}")]
+    Parameter { body: String, name: String, fact: String },
+    #[error("{}: {fact}; correct the declaration", file.display())]
+    Declaration { file: PathBuf, fact: String },
+    #[error("mesh request: {fact}; {remedy}")]
+    Request { fact: String, remedy: String },
+    #[error("{}: {reason}; check the path, its permissions and the free space", file.display())]
+    Io { file: PathBuf, reason: String },
+    #[error("no mesh {name} is stored and the mesher is not installed ({reason}); run: durometer doctor --setup")]
+    NotInstalled { name: String, reason: String },
+    #[error("the mesher refused the request: {fact}{}", hint(remedy))]
+    Refused { fact: String, remedy: String },
+    #[error("the mesher failed: {fact}{}{}", hint(remedy), tail(lines))]
+    Failed { fact: String, remedy: String, lines: Vec<String> },
+    #[error("the mesher died ({status}) before it wrote a mesh; try another size or seed{}", tail(lines))]
+    Died { status: String, lines: Vec<String> },
+    #[error("{}: {fact}; delete the mesh and its manifest, they are made again", file.display())]
+    Manifest { file: PathBuf, fact: String },
+    #[error("setting up the mesher failed at: {command}{}; {remedy}", tail(lines))]
+    Setup { command: String, remedy: String, lines: Vec<String> },
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+}
+
+impl GenerateError {
+    fn io(file: &Path, error: &std::io::Error) -> Self {
+        Self::Io { file: file.to_path_buf(), reason: error.to_string() }
+    }
+}
+
+fn hint(remedy: &str) -> String {
+    if remedy.is_empty() { String::new() } else { format!("; {remedy}") }
+}
+
+fn tail(lines: &[String]) -> String {
+    if lines.is_empty() { String::new() } else { format!("; it last said:\n  {}", lines.join("\n  ")) }
+}
+
+/// A mesh with what is known about it.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Generated {
+    pub mesh: TetMesh,
+    pub manifest: Manifest,
+    /// The first 16 hex digits of the hash of the request
+    pub name: String,
+    pub path: PathBuf,
+    /// The mesher was called for it
+    pub made: bool,
+}
+
+/// The project's folder, where meshes are kept, and the Python that makes new ones.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Workshop {
+    pub home: PathBuf,
+    pub python: PathBuf,
+}
+
+impl Workshop {
+    /// Finds the project: DUROMETER_HOME, else upward from the current folder, else where the program was built. Python:
+    /// DUROMETER_PYTHON, else the project's `.venv`, else `python3`.
+    pub fn find() -> Result<Self, GenerateError> {
+        let is_home = |p: &Path| p.join("meshes/meshgen").is_dir();
+        let home = match std::env::var_os("DUROMETER_HOME") {
+            Some(home) => Some(PathBuf::from(home)).filter(|p| is_home(p)),
+            None => {
+                let here = std::env::current_dir().unwrap_or_default();
+                let above = here.ancestors().find(|p| is_home(p)).map(Path::to_path_buf);
+                above.or_else(|| Some(PathBuf::from(env!("CARGO_MANIFEST_DIR"))).filter(|p| is_home(p)))
+            }
+        };
+        let home = home.ok_or(GenerateError::NoHome)?;
+        let python = std::env::var_os("DUROMETER_PYTHON").map(PathBuf::from);
+        Ok(Self { python: python.unwrap_or_else(|| Self::default_python(&home)), home })
+    }
+
+    /// The project's own Python if it is set up, else the system's.
+    pub fn default_python(home: &Path) -> PathBuf {
+        let own = home.join(".venv/bin/python");
+        if own.exists() { own } else { "python3".into() }
+    }
+
+    /// Where the answer to a request is stored: committed with its body, else in the cache. None: nowhere yet.
+    pub fn stored(&self, request: &MeshRequest) -> Result<Option<PathBuf>, GenerateError> {
+        let (_, name) = request.resolve(&self.home)?;
+        Ok(self.lookup(request, &name))
+    }
+
+    fn lookup(&self, request: &MeshRequest, name: &str) -> Option<PathBuf> {
+        let file = |folder: &str| self.home.join("meshes").join(folder).join(format!("{name}.msh.gz"));
+        [file(request.folder()), file("cache")].into_iter().find(|p| p.is_file())
+    }
+
+    /// The mesh of a request: a stored one, else made now and kept in `meshes/cache`. `progress` gets the mesher's lines.
+    pub fn mesh(&self, request: &MeshRequest, progress: &mut dyn FnMut(&str)) -> Result<Generated, GenerateError> {
+        let (json, name) = request.resolve(&self.home)?;
+        let stored = self.lookup(request, &name);
+        let made = stored.is_none();
+        let path = match stored {
+            Some(path) => path,
+            None => self.make(json, &name, progress)?,
+        };
+        let manifest = read_manifest(&manifest_path(&path))?;
+        Ok(Generated { mesh: read(&path, 1.0)?, manifest, name, path, made })
+    }
+
+    /// Makes a mesh for keeps: written into `folder` under its name instead of the cache. Returns the mesh file.
+    pub fn commit(&self, request: &MeshRequest, progress: &mut dyn FnMut(&str)) -> Result<PathBuf, GenerateError> {
+        let generated = self.mesh(request, progress)?;
+        let folder = self.home.join("meshes").join(request.folder());
+        std::fs::create_dir_all(&folder).map_err(|e| GenerateError::io(&folder, &e))?;
+        let target = folder.join(format!("{}.msh.gz", generated.name));
+        if target != generated.path {
+            for (from, to) in
+                [(manifest_path(&generated.path), manifest_path(&target)), (generated.path, target.clone())]
+            {
+                std::fs::rename(&from, &to).map_err(|e| GenerateError::io(&to, &e))?;
+            }
+        }
+        Ok(target)
+    }
+
+    /// Calls the mesher. It writes under a temporary name; the manifest is renamed first, so a mesh has always one.
+    fn make(
+        &self,
+        mut json: serde_json::Value,
+        name: &str,
+        progress: &mut dyn FnMut(&str),
+    ) -> Result<PathBuf, GenerateError> {
+        static CALLS: AtomicU32 = AtomicU32::new(0);
+        let cache = self.home.join("meshes/cache");
+        std::fs::create_dir_all(&cache).map_err(|e| GenerateError::io(&cache, &e))?;
+        let call = CALLS.fetch_add(1, Ordering::Relaxed);
+        let part = cache.join(format!(".{name}-{}-{call}.msh.gz", std::process::id()));
+        let target = cache.join(format!("{name}.msh.gz"));
+        json["output"] = serde_json::json!(part);
+        let answer = python::call(self, &json, name, progress).and_then(|answer| {
+            let manifest = manifest_path(&part);
+            let bad = |e: serde_json::Error| GenerateError::Manifest { file: manifest.clone(), fact: e.to_string() };
+            let mut value: serde_json::Value = serde_json::from_str(&answer).map_err(bad)?;
+            if let Some(request) = value.get_mut("request").and_then(|r| r.as_object_mut()) {
+                request.shift_remove("output");
+            }
+            let text = serde_json::to_string_pretty(&value).map_err(bad)? + "\n";
+            std::fs::write(&manifest, text).map_err(|e| GenerateError::io(&manifest, &e))?;
+            for (from, to) in [(manifest, manifest_path(&target)), (part.clone(), target.clone())] {
+                std::fs::rename(&from, &to).map_err(|e| GenerateError::io(&to, &e))?;
+            }
+            Ok(target)
+        });
+        if answer.is_err() {
+            std::fs::remove_file(&part).ok();
+            std::fs::remove_file(manifest_path(&part)).ok();
+        }
+        answer
+    }
+}
+
+/// The manifest beside a mesh file.
+pub fn manifest_path(mesh: &Path) -> PathBuf {
+    let text = mesh.to_string_lossy();
+    let stem = text.strip_suffix(".gz").unwrap_or(&text);
+    PathBuf::from(format!("{}.json", stem.strip_suffix(".msh").unwrap_or(stem)))
+}
+
+/// Reads a manifest.
+pub fn read_manifest(path: &Path) -> Result<Manifest, GenerateError> {
+    let bad = |fact: String| GenerateError::Manifest { file: path.to_path_buf(), fact };
+    let text = std::fs::read_to_string(path).map_err(|e| bad(e.to_string()))?;
+    serde_json::from_str(&text).map_err(|e| bad(e.to_string()))
+}

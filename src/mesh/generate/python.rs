@@ -1,0 +1,225 @@
+//! The process behind the mesher: calling it, setting up its environment, saying what it lacks.
+
+use super::{GenerateError, Workshop};
+use serde::Deserialize;
+use std::collections::{BTreeMap, VecDeque};
+use std::io::{BufRead, BufReader, Read, Write};
+use std::path::Path;
+use std::process::{Command, ExitStatus, Stdio};
+
+/// Lines of stderr that an error keeps.
+const KEPT: usize = 12;
+
+/// One line of the doctor's report.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Check {
+    pub what: String,
+    pub ok: bool,
+    pub detail: String,
+    /// The exact command that helps
+    pub remedy: Option<String>,
+    /// Not needed for meshes by gmsh (CGAL)
+    pub optional: bool,
+}
+
+/// `{"error", "hint"}` of the mesher.
+#[derive(Deserialize)]
+struct Refusal {
+    error: String,
+    #[serde(default)]
+    hint: String,
+}
+
+/// Output of a finished process.
+struct Output {
+    status: ExitStatus,
+    stdout: String,
+    /// The last lines of stderr
+    lines: Vec<String>,
+}
+
+/// Runs a command to its end; every line of stderr goes to `progress` as it comes.
+fn run(command: &mut Command, input: &str, progress: &mut dyn FnMut(&str)) -> std::io::Result<Output> {
+    command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = command.spawn()?;
+    let (mut stdin, mut stdout) = (child.stdin.take().expect("piped"), child.stdout.take().expect("piped"));
+    let stderr = child.stderr.take().expect("piped");
+    let input = input.to_string();
+    // A process that dies early closes its end: its exit code says more than the broken pipe.
+    let writer = std::thread::spawn(move || stdin.write_all(input.as_bytes()).ok());
+    let reader = std::thread::spawn(move || {
+        let mut bytes = Vec::new();
+        stdout.read_to_end(&mut bytes).ok();
+        String::from_utf8_lossy(&bytes).into_owned()
+    });
+    let mut lines = VecDeque::new();
+    for line in BufReader::new(stderr).split(b'\n').map_while(Result::ok) {
+        let line = String::from_utf8_lossy(&line).trim_end().to_string();
+        progress(&line);
+        if lines.len() == KEPT {
+            lines.pop_front();
+        }
+        lines.push_back(line);
+    }
+    let stdout = reader.join().expect("reading does not panic");
+    writer.join().expect("writing does not panic");
+    Ok(Output { status: child.wait()?, stdout, lines: lines.into() })
+}
+
+impl Workshop {
+    /// `python -m meshgen` with the project's meshes on its path.
+    fn meshgen(&self) -> Command {
+        let mut command = Command::new(&self.python);
+        command.args(["-m", "meshgen"]).current_dir(&self.home);
+        command
+            .env("PYTHONPATH", self.home.join("meshes"))
+            .env("PYTHONUNBUFFERED", "1")
+            .env("PYTHONDONTWRITEBYTECODE", "1");
+        command
+    }
+
+    /// Creates `.venv` in the project and installs the pinned packages of the mesher. `progress` gets pip's lines.
+    pub fn setup_environment(&self, progress: &mut dyn FnMut(&str)) -> Result<(), GenerateError> {
+        let own = self.home.join(".venv/bin/python");
+        let system = if self.python == own { Path::new("python3") } else { &self.python };
+        let mut steps = Vec::new();
+        if !own.exists() {
+            let mut venv = Command::new(system);
+            venv.args(["-m", "venv", ".venv"]);
+            steps.push((venv, "install Python 3.11 or newer with venv: apt-get install -y python3-venv"));
+        }
+        let mut pip = Command::new(&own);
+        pip.args(["-m", "pip", "install", "--disable-pip-version-check", "-r", "meshes/meshgen/requirements.txt"]);
+        steps.push((pip, "check the network, then run it again"));
+        for (mut command, remedy) in steps {
+            let text = describe(&command);
+            progress(&text);
+            let failed = |lines| GenerateError::Setup { command: text.clone(), remedy: remedy.into(), lines };
+            let output = run(command.current_dir(&self.home), "", progress).map_err(|e| failed(vec![e.to_string()]))?;
+            let said = output.stdout.lines().map(str::to_string);
+            said.clone().for_each(|line| progress(&line));
+            if !output.status.success() {
+                let lines: Vec<String> = said.chain(output.lines).collect();
+                return Err(failed(lines[lines.len().saturating_sub(KEPT)..].to_vec()));
+            }
+        }
+        Ok(())
+    }
+
+    /// What the mesher needs and whether it is there, with the command for what is not.
+    pub fn diagnose(&self) -> Vec<Check> {
+        let setup = || Some("durometer doctor --setup".to_string());
+        let check = |what: &str, ok: bool, detail: String, remedy: Option<String>| Check {
+            what: what.into(),
+            ok,
+            detail,
+            remedy: remedy.filter(|_| !ok),
+            optional: false,
+        };
+        let home = self.home.join("meshes/meshgen");
+        let mut checks = vec![check("meshes/meshgen", home.is_dir(), home.display().to_string(), None)];
+        let version =
+            Command::new(&self.python).args(["-c", "import sys; print('%d.%d.%d' % sys.version_info[:3])"]).output();
+        let install = || Some("apt-get install -y python3 python3-venv".to_string());
+        let version = match version {
+            Ok(out) if out.status.success() => String::from_utf8_lossy(&out.stdout).trim().to_string(),
+            Ok(out) => {
+                checks.push(check(
+                    "python",
+                    false,
+                    format!("{} ends with {}", self.python.display(), out.status),
+                    install(),
+                ));
+                return checks;
+            }
+            Err(e) => {
+                checks.push(check("python", false, format!("{}: {e}", self.python.display()), install()));
+                return checks;
+            }
+        };
+        let numbers: Vec<u32> = version.split('.').filter_map(|n| n.parse().ok()).collect();
+        let new = numbers.as_slice() >= [3, 11].as_slice();
+        let detail = format!("{version} ({})", self.python.display());
+        checks.push(check("python", new, detail, Some("install Python 3.11 or newer".into())));
+        let venv = self.home.join(".venv/bin/python");
+        let own = venv.exists() || std::env::var_os("DUROMETER_PYTHON").is_some();
+        checks.push(check("environment", own, venv.display().to_string(), setup()));
+        match run(self.meshgen().arg("--doctor"), "", &mut |_| {}) {
+            Ok(output) => match serde_json::from_str::<Examination>(&output.stdout) {
+                Ok(found) => checks.extend(found.checks()),
+                Err(e) => checks.push(check("mesher", false, format!("{}: {e}", output.status), setup())),
+            },
+            Err(e) => checks.push(check("mesher", false, e.to_string(), setup())),
+        }
+        checks
+    }
+}
+
+/// The mesher's own account of its packages.
+#[derive(Deserialize)]
+struct Examination {
+    versions: BTreeMap<String, Option<String>>,
+    #[serde(default)]
+    errors: BTreeMap<String, PackageError>,
+}
+
+#[derive(Deserialize)]
+struct PackageError {
+    error: String,
+    #[serde(default)]
+    missing_library: Option<String>,
+    #[serde(default)]
+    debian_package: Option<String>,
+}
+
+impl Examination {
+    fn checks(self) -> Vec<Check> {
+        let one = |(what, version): (String, Option<String>)| {
+            let optional = what == "cgal";
+            let Some(error) = self.errors.get(&what) else {
+                let detail = version.unwrap_or_else(|| "installed".into());
+                return Check { what, ok: true, detail, remedy: None, optional };
+            };
+            let package =
+                error.debian_package.as_ref().map(|p| format!("apt-get install -y --no-install-recommends {p}"));
+            let search = error.missing_library.as_ref().map(|l| format!("install the package that holds {l}"));
+            let remedy = package.or(search).or(Some("durometer doctor --setup".into()));
+            Check { what, ok: false, detail: error.error.clone(), remedy, optional }
+        };
+        self.versions.clone().into_iter().map(one).collect()
+    }
+}
+
+fn describe(command: &Command) -> String {
+    let words = std::iter::once(command.get_program()).chain(command.get_args());
+    words.map(|w| w.to_string_lossy()).collect::<Vec<_>>().join(" ")
+}
+
+/// One request to the mesher; returns the manifest as JSON.
+pub(super) fn call(
+    workshop: &Workshop,
+    request: &serde_json::Value,
+    name: &str,
+    progress: &mut dyn FnMut(&str),
+) -> Result<String, GenerateError> {
+    let missing = |reason: String| GenerateError::NotInstalled { name: name.into(), reason };
+    let output = run(&mut workshop.meshgen(), &request.to_string(), progress)
+        .map_err(|e| missing(format!("{}: {e}", workshop.python.display())))?;
+    if output.status.success() {
+        return Ok(output.stdout);
+    }
+    let said = serde_json::from_str::<Refusal>(&output.stdout);
+    let lines = output.lines;
+    match (output.status.code(), said) {
+        (_, Ok(Refusal { error, .. })) if error.starts_with("the mesher is not installed") => {
+            Err(missing(error.trim_start_matches("the mesher is not installed: ").to_string()))
+        }
+        (Some(2), Ok(Refusal { error, hint })) => Err(GenerateError::Refused { fact: error, remedy: hint }),
+        (_, Ok(Refusal { error, hint })) => Err(GenerateError::Failed { fact: error, remedy: hint, lines }),
+        // Python itself refuses before the mesher runs: too old, or no such module.
+        (Some(1), Err(_)) if lines.iter().any(|l| l.contains("No module named")) => {
+            Err(missing(lines.last().cloned().unwrap_or_default()))
+        }
+        (_, Err(_)) => Err(GenerateError::Died { status: output.status.to_string(), lines }),
+    }
+}

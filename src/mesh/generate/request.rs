@@ -1,0 +1,164 @@
+//! What to mesh and how finely: the request to the mesher and the name of its answer.
+
+use super::GenerateError;
+use super::body::Body;
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// A mesh to be made. Lengths in metres.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MeshRequest {
+    pub source: Source,
+    #[serde(default)]
+    pub generator: Generator,
+    /// None only for files that are volume meshes already, or where CGAL's criteria say it all
+    pub size: Option<Size>,
+    /// Each into 8, so often (gmsh)
+    #[serde(default)]
+    pub levels: u32,
+    #[serde(default)]
+    pub grading: Vec<Grading>,
+    /// 1 or 2
+    pub order: u8,
+    /// Another mesh of the same size (gmsh)
+    #[serde(default)]
+    pub seed: u64,
+    pub optimise: bool,
+    /// CGAL's criteria and optimisers by their names; numbers and switches
+    #[serde(default)]
+    pub cgal: BTreeMap<String, Value>,
+}
+
+/// The geometry.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Source {
+    /// A parametric body; what is not given has its default [SI]
+    Body { name: String, parameters: BTreeMap<String, f64> },
+    /// STEP, BREP, STL, OBJ or a mesh; `unit_m` is the length of its unit
+    File { path: PathBuf, unit_m: f64 },
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Generator {
+    #[default]
+    Gmsh,
+    Cgal,
+}
+
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Size {
+    /// Edge length [m]
+    Length(f64),
+    /// Number of cells, met to a relative tolerance
+    Cells { count: u64, tolerance: f64 },
+}
+
+/// Within `distance` [m] of a feature of the body the edge length is `length` [m].
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Grading {
+    pub feature: String,
+    pub length: f64,
+    pub distance: f64,
+}
+
+impl MeshRequest {
+    /// A body by gmsh, order 1, seed 0, optimised.
+    pub fn body(name: &str, size: Size) -> Self {
+        let source = Source::Body { name: name.into(), parameters: BTreeMap::new() };
+        let (generator, cgal) = (Generator::Gmsh, BTreeMap::new());
+        Self {
+            source,
+            generator,
+            size: Some(size),
+            levels: 0,
+            grading: vec![],
+            order: 1,
+            seed: 0,
+            optimise: true,
+            cgal,
+        }
+    }
+
+    /// The folder of the body's committed meshes under `meshes/`.
+    pub(super) fn folder(&self) -> &str {
+        match &self.source {
+            Source::Body { name, .. } => name,
+            Source::File { .. } => "file",
+        }
+    }
+
+    /// The request as the mesher reads it, with every default filled in, and its name: the first 16 digits of the SHA-256
+    /// of its canonical JSON. A file counts by its content, not by its path.
+    pub fn resolve(&self, home: &Path) -> Result<(Value, String), GenerateError> {
+        if !matches!(self.order, 1 | 2) {
+            return Err(GenerateError::Request {
+                fact: format!("order = {}", self.order),
+                remedy: "use 1 or 2".into(),
+            });
+        }
+        let mut request = json!({
+            "generator": self.generator, "order": self.order, "seed": self.seed, "optimise": self.optimise,
+            "grading": self.grading,
+        });
+        let mut content = Value::Null;
+        match &self.source {
+            Source::Body { name, parameters } => {
+                let body = Body::load(home, name)?;
+                self.grading.iter().try_for_each(|g| body.check_feature(&g.feature))?;
+                request["body"] = json!(name);
+                request["version"] = json!(body.version);
+                request["parameters"] = json!(body.resolve(parameters)?);
+            }
+            Source::File { path, unit_m } => {
+                let path = std::path::absolute(path).map_err(|e| GenerateError::io(path, &e))?;
+                let bytes = std::fs::read(&path).map_err(|e| GenerateError::io(&path, &e))?;
+                request["body"] = json!("file");
+                request["parameters"] = json!({ "path": path, "unit_m": unit_m });
+                content = json!({ "sha256": hex(&Sha256::digest(bytes)), "unit_m": unit_m });
+            }
+        }
+        let size = match self.size {
+            Some(Size::Length(length)) => json!({ "length": length, "levels": self.levels }),
+            Some(Size::Cells { count, tolerance }) => {
+                json!({ "cells": count, "tolerance": tolerance, "levels": self.levels })
+            }
+            None => json!({ "levels": self.levels }),
+        };
+        request["size"] = size;
+        if !self.cgal.is_empty() {
+            request["cgal"] = json!(self.cgal);
+        }
+        let mut named = request.clone();
+        if !content.is_null() {
+            named["parameters"] = content;
+        }
+        let name = hex(&Sha256::digest(canonical(&named)))[..16].to_string();
+        Ok((request, name))
+    }
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|b| format!("{b:02x}")).collect()
+}
+
+/// JSON with sorted keys and without spaces. Numbers as `serde_json` writes them: the shortest that reads back the same.
+fn canonical(value: &Value) -> String {
+    match value {
+        Value::Object(map) => {
+            let sorted: BTreeMap<&String, &Value> = map.iter().collect();
+            let entries: Vec<String> =
+                sorted.into_iter().map(|(k, v)| format!("{}:{}", json!(k), canonical(v))).collect();
+            format!("{{{}}}", entries.join(","))
+        }
+        Value::Array(list) => format!("[{}]", list.iter().map(canonical).collect::<Vec<_>>().join(",")),
+        other => other.to_string(),
+    }
+}

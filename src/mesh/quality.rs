@@ -1,0 +1,71 @@
+//! Quality of the corner tetrahedra of a mesh.
+
+use super::TetMesh;
+use crate::math::tensor::Vec3;
+
+/// Radius ratio 3 r_in/r_circ (1 regular, 0 flat) and dihedral angles [deg] over all cells.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Quality {
+    pub radius_ratio_min: f64,
+    pub radius_ratio_mean: f64,
+    pub dihedral_min_deg: f64,
+    pub dihedral_max_deg: f64,
+}
+
+impl TetMesh {
+    /// The quality of the cells; curved edges count as straight.
+    pub fn quality(&self) -> Quality {
+        let count = self.cell_count();
+        let (mut least, mut sum, mut low, mut high) = (f64::INFINITY, 0.0, f64::INFINITY, 0.0_f64);
+        for c in 0..count {
+            let corners: [Vec3; 4] = std::array::from_fn(|k| self.points[self.cell(c)[k] as usize]);
+            let ratio = radius_ratio(&corners);
+            least = least.min(ratio);
+            sum += ratio;
+            for angle in dihedral_angles(&corners) {
+                low = low.min(angle);
+                high = high.max(angle);
+            }
+        }
+        let mean = sum / count as f64;
+        let (dihedral_min_deg, dihedral_max_deg) = (low.to_degrees(), high.to_degrees());
+        Quality { radius_ratio_min: least, radius_ratio_mean: mean, dihedral_min_deg, dihedral_max_deg }
+    }
+}
+
+/// 3 r_in/r_circ with r_in = 3V/A and r_circ = |a²(b×c) + b²(c×a) + c²(a×b)|/12V, edges a, b, c from one corner.
+pub fn radius_ratio(x: &[Vec3; 4]) -> f64 {
+    let (a, b, c) = (x[1] - x[0], x[2] - x[0], x[3] - x[0]);
+    let volume = a.dot(&b.cross(&c)) / 6.0;
+    let area = 0.5 * (a.cross(&b).norm() + b.cross(&c).norm() + c.cross(&a).norm() + (b - a).cross(&(c - a)).norm());
+    let center = b.cross(&c) * a.norm_squared() + c.cross(&a) * b.norm_squared() + a.cross(&b) * c.norm_squared();
+    // 3 · (3V/A) · 12V / |…|
+    108.0 * volume * volume / (area * center.norm())
+}
+
+/// The six dihedral angles [rad].
+pub fn dihedral_angles(x: &[Vec3; 4]) -> [f64; 6] {
+    super::element::CELL_EDGES.map(|[i, j]| {
+        let rest: Vec<usize> = (0..4).filter(|k| *k != i && *k != j).collect();
+        let edge = (x[j] - x[i]).normalize();
+        let away = |k: usize| (x[k] - x[i]) - edge * edge.dot(&(x[k] - x[i]));
+        away(rest[0]).angle(&away(rest[1]))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_regular_and_the_corner_tetrahedron() {
+        let regular = [[1.0, 1.0, 1.0], [-1.0, -1.0, 1.0], [-1.0, 1.0, -1.0], [1.0, -1.0, -1.0]].map(Vec3::from);
+        assert!((radius_ratio(&regular) - 1.0).abs() < 1e-14);
+        let third = (1.0_f64 / 3.0).acos();
+        assert!(dihedral_angles(&regular).iter().all(|a| (a - third).abs() < 1e-14));
+        // Corner of a cube: r_in = 1/(3 + √3), r_circ = √3/2.
+        let corner = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(Vec3::from);
+        let ratio = 3.0 / (3.0 + 3.0_f64.sqrt()) / (3.0_f64.sqrt() / 2.0);
+        assert!((radius_ratio(&corner) - ratio).abs() < 1e-14);
+    }
+}
