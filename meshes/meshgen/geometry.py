@@ -63,3 +63,9 @@ def sort_faces(volumes: list, rules: list, rest: str) -> dict:
 def plane_rules(planes: dict) -> list:
     """Rules for `sort_faces` from name -> (axis, value in mm)."""
     return [(name, lambda face, at=at: lies_in_plane(face, *at)) for name, at in planes.items()]
+
+
+def point_on(face: int) -> tuple:
+    """A point of a face [mm]: the middle of its parameters, which lies on a face without holes."""
+    low, high = gmsh.model.getParametrizationBounds(2, face)
+    return tuple(gmsh.model.getValue(2, face, [(low[0] + high[0]) / 2, (low[1] + high[1]) / 2]))

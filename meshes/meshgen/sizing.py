@@ -10,7 +10,8 @@ from .geometry import MM
 
 CELLS_PER_CUBE = 5.5  # cells per cube of edge length in a fine gmsh mesh, for the first guess
 NOISE = 0.05  # relative variation of the length in meshes with a seed
-ATTEMPTS = 24
+ATTEMPTS = 60  # for a target count
+BLIND = 12  # attempts within which the target must have been bracketed
 
 
 def apply(length: float, wave: int, request, geometry) -> None:
@@ -85,13 +86,15 @@ def find_length(generate, volume: float, target: int, tolerance: float, log) -> 
         if abs(count - target) <= tolerance * target:
             return math.exp(x), jitter
         tried.append((x, math.log(count) - goal))
+        if attempt >= BLIND and not (fine(tried) and coarse(tried)):
+            break
         x = next_guess(tried)
         if jitter or is_stuck(tried):
             jitter += 1
-            x = (max(fine(tried))[0] + min(coarse(tried))[0]) / 2 + scatter.uniform(-0.02, 0.02)
+            x = (max(fine(tried))[0] + min(coarse(tried))[0]) / 2 + scatter.uniform(-0.04, 0.04)
     nearest = min(tried, key=lambda pair: abs(pair[1]))
     raise MesherFailed(
-        f"{target} cells within {100 * tolerance:g} % not reached in {ATTEMPTS} attempts; "
+        f"{target} cells within {100 * tolerance:g} % not reached in {len(tried)} attempts; "
         f"the nearest was {round(math.exp(goal + nearest[1]))} cells at length {math.exp(nearest[0]):.5g} m",
         "allow a larger tolerance, another count, or another seed; graded lengths bound the count from below",
     )
