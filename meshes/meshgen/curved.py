@@ -4,41 +4,62 @@ import gmsh
 import numpy as np
 
 from .errors import MesherFailed
+from .geometry import MM
 from .mesh import EDGES
 from .quality import relative_jacobian
 
 SMALLEST = 0.1  # smallest accepted det J over that of the straight cell
+ROUNDS = 12
 
 
-def untangle(collect_cells, log) -> dict:
-    """Repair cells whose Jacobian is not safely positive; returns what the manifest should say about it.
+def untangle(collect_cells, log) -> int:
+    """Repair cells whose Jacobian is not safely positive; returns how many edges had to leave the CAD.
 
-    First gmsh's high-order optimiser, then, for edges of cells that are still bad, half the way back to
-    straight until they are good: such a mid-node leaves the CAD and is counted in the manifest."""
-    if len(bad_cells(collect_cells)):
-        log(f"{len(bad_cells(collect_cells))} curved cells are folded: optimising")
-        gmsh.option.setNumber("Mesh.HighOrderThresholdMin", SMALLEST)
-        gmsh.model.mesh.optimize("HighOrder")
-    moved = set()
-    for _ in range(8):
-        bad = bad_cells(collect_cells)
-        if not len(bad):
-            return {"straightened_edges": len(moved)}
-        moved |= halve(bad)
-    raise MesherFailed("curved cells stay folded even with straight edges", "use a smaller length")
-
-
-def bad_cells(collect_cells) -> np.ndarray:
-    """Node tags of the cells whose Jacobian falls below the smallest accepted one."""
+    Mid-nodes inside the body may follow those on the boundary: a few rounds of averaging their bulge
+    (distance from the middle of the edge) over the bad cells and their neighbours. What is still bad
+    then has its edges straightened by half, again and again, boundary or not."""
     points, cells = collect_cells()
-    tags = np.sort(gmsh.model.mesh.getNodes()[0].astype(int))
-    return tags[cells[relative_jacobian(points, cells) < SMALLEST]]
+    bad = relative_jacobian(points, cells) < SMALLEST
+    if not bad.any():
+        return 0
+    before = points.copy()
+    ends = np.zeros((len(points), 2), int)
+    ends[cells[:, 4:]] = cells[:, EDGES]
+    mids = np.unique(cells[:, 4:])
+    straight = points[ends[mids]].mean(axis=1)
+    free = np.isin(mids, inner_nodes())
+    neighbours = np.searchsorted(mids, cells[:, 4:])
+    total = int(bad.sum())
+    for attempt in range(2 * ROUNDS):
+        bad = relative_jacobian(points, cells) < SMALLEST
+        if not bad.any():
+            break
+        bulge = points[mids] - straight
+        rows = np.unique(neighbours[bad])
+        if attempt < ROUNDS:
+            around = neighbours[np.isin(neighbours, rows).any(axis=1)]
+            mean, weight = np.zeros_like(bulge), np.zeros(len(mids))
+            np.add.at(mean, around, bulge[around].mean(axis=1, keepdims=True))
+            np.add.at(weight, around, 1)
+            rows = np.unique(around)
+            rows = rows[free[rows]]
+            bulge[rows] = mean[rows] / weight[rows, None]
+        else:
+            bulge[rows] /= 2
+        points[mids[rows]] = straight[rows] + bulge[rows]
+    else:
+        raise MesherFailed("curved cells stay folded even with straight edges", "use a smaller length")
+    moved = np.flatnonzero(np.any(points != before, axis=1))
+    tags = np.sort(gmsh.model.mesh.getNodes()[0])
+    for row in moved:
+        gmsh.model.mesh.setNode(int(tags[row]), points[row] / MM, [])
+    straightened = len(np.setdiff1d(moved, mids[free]))
+    log(f"repaired {total} folded curved cells; {straightened} edges left the CAD")
+    return straightened
 
 
-def halve(cells: np.ndarray) -> set:
-    """Move the mid-nodes of some cells half the way to the middle of their edge; returns their tags."""
-    ends = {int(cell[4 + i]): cell[EDGES[i]] for cell in cells for i in range(6)}
-    for node, (a, b) in ends.items():
-        xyz, a, b = (gmsh.model.mesh.getNode(int(tag))[0] for tag in (node, a, b))
-        gmsh.model.mesh.setNode(node, (xyz + (a + b) / 2) / 2, [])
-    return set(ends)
+def inner_nodes() -> np.ndarray:
+    """Rows of the nodes inside the volumes, in the order of `collect_cells`."""
+    tags = np.sort(gmsh.model.mesh.getNodes()[0])
+    inside = np.concatenate([gmsh.model.mesh.getNodes(3, tag)[0] for _, tag in gmsh.model.getEntities(3)])
+    return np.searchsorted(tags, inside)

@@ -6,7 +6,7 @@ import sys
 import gmsh
 import numpy as np
 
-from . import curved, sizing
+from . import curved, nested, sizing
 from .errors import BadRequest, MesherFailed, MeshgenError
 from .geometry import MM, Geometry
 from .mesh import TetMesh, assemble
@@ -74,14 +74,14 @@ def mesh(request: Request, geometry: Geometry, volume: float) -> tuple:
     else:
         length, jitter = request.length, 0
         log(f"{generate(length, jitter)} cells at length {length:.4g} m")
+    straightened = 0
     for level in range(request.levels):
-        gmsh.model.mesh.refine()
+        straightened += nested.refine(collect_cells, log)
         log(f"level {level + 1}: {count_cells()} cells")
-    notes = {"length_m": length, "jitter": jitter}
     if request.order == 2:
         gmsh.model.mesh.setOrder(2)
-        notes |= curved.untangle(collect_cells, log)
-    return collect(geometry), notes
+        straightened += curved.untangle(collect_cells, log)
+    return collect(geometry), {"length_m": length, "jitter": jitter, "straightened_edges": straightened}
 
 
 def count_cells() -> int:
