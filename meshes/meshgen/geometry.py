@@ -19,12 +19,14 @@ class Geometry:
     regions   name -> (dim, entity tags); facet regions share no face
     paths     name -> {"guides": [[x, y, z]], "pull_point": [x, y, z], "guide_radius": r}, in mm
     features  grading feature -> list of face tags, or of points [x, y, z] in mm
+    volume    enclosed volume in mm³, where the kernel cannot tell it (surfaces without CAD)
     """
 
     volumes: list
     regions: dict
     paths: dict = field(default_factory=dict)
     features: dict = field(default_factory=dict)
+    volume: float | None = None
 
 
 def boundary_faces(volumes: list) -> list:

@@ -49,7 +49,7 @@ def session(seed: int = 0):
 
 def cad_volume(geometry: Geometry) -> float:
     """Volume of the CAD [m³]."""
-    return sum(gmsh.model.occ.getMass(3, tag) for tag in geometry.volumes) * MM**3
+    return (geometry.volume or sum(gmsh.model.occ.getMass(3, tag) for tag in geometry.volumes)) * MM**3
 
 
 def mesh(request: Request, geometry: Geometry, volume: float) -> tuple:

@@ -26,13 +26,13 @@ class TetMesh:
         return 1 if self.cells.shape[1] == 4 else 2
 
 
-def assemble(points, cells, cell_labels: dict, facet_labels: dict) -> TetMesh:
+def assemble(points, cells, cell_labels: dict, facet_labels: dict, exclusive: bool = True) -> TetMesh:
     """Make a clean mesh of raw mesher output.
 
     cell_labels   region -> boolean mask over cells
     facet_labels  region -> (k, 3) corner nodes of its triangles, in any orientation
     Drops unused nodes, makes cells positive and facets outward, rounds coordinates to 12 digits of the
-    body's size, and makes sure that the facet regions together are the boundary, each facet once.
+    body's size, and makes sure that the facet regions together are the boundary, each facet once (if exclusive).
     """
     used, inverse = np.unique(cells, return_inverse=True)
     cells = inverse.reshape(np.shape(cells))
@@ -51,7 +51,7 @@ def assemble(points, cells, cell_labels: dict, facet_labels: dict) -> TetMesh:
             raise MesherFailed(f"region {name} has {np.sum(found < 0)} triangles that are no boundary of the cells")
         seen[found] += 1
         regions[name] = (2, found)
-    if facet_labels and not np.all(seen == 1):
+    if exclusive and not np.all(seen == 1):
         raise MesherFailed(f"{np.sum(seen != 1)} of {len(seen)} boundary facets are not in exactly one facet region")
     return TetMesh(points, cells, facets, regions)
 
