@@ -1,0 +1,49 @@
+"""`python -m meshgen < request.json`: one JSON manifest on stdout, progress on stderr.
+
+Exit codes: 0 done, 2 bad request, 3 the mesher failed. `--doctor` says what is installed and what is missing."""
+
+import json
+import os
+import sys
+
+
+def main() -> int:
+    stdout = private_stdout()
+    if sys.argv[1:] == ["--doctor"]:
+        from .doctor import examine
+
+        answer = examine()
+        code = 0 if answer["ok"] else 3
+    else:
+        answer, code = serve(sys.stdin.read())
+    with stdout:
+        stdout.write(json.dumps(answer) + "\n")
+    return code
+
+
+def private_stdout():
+    """Keep stdout for the answer alone: whatever libraries print goes to stderr."""
+    ours = os.fdopen(os.dup(1), "w")
+    os.dup2(2, 1)
+    return ours
+
+
+def serve(text: str) -> tuple:
+    """Answer one request: (manifest or error, exit code)."""
+    from .errors import MesherFailed, MeshgenError
+
+    try:
+        try:
+            from . import request, run
+        except (ImportError, OSError) as error:
+            raise MesherFailed(f"the mesher is not installed: {error}", "python -m meshgen --doctor says what is missing") from error
+        return run.run(request.read(text)), 0
+    except MeshgenError as error:
+        return error.as_json(), error.exit_code
+    except OSError as error:
+        failure = MesherFailed(f"cannot write the mesh: {error}", "check the output folder and the free space")
+        return failure.as_json(), failure.exit_code
+
+
+if __name__ == "__main__":
+    sys.exit(main())

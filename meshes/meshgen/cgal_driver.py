@@ -1,0 +1,161 @@
+"""CGAL's Mesh_3 on a polyhedral domain: Delaunay refinement of the volume inside a triangle surface.
+
+It knows neither sharp edges nor labels: edges come out rounded, regions are recovered afterwards."""
+
+import ctypes
+import os
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from . import recover, sizing
+from .errors import BadRequest, MesherFailed
+from .geometry import MM, Geometry
+from .gmsh_driver import log
+from .mesh import assemble, boundary
+from .request import CGAL_LENGTHS, Request
+
+# Criteria where the request is silent; the lengths as fractions of the edge length.
+DEFAULTS = {"facet_angle": 25.0, "cell_ratio": 3.0, "facet_size": 1.0, "facet_approximation": 0.1, "cell_size": 1.0}
+OPTIMISERS = {"odt": False, "lloyd": False, "perturb": True, "exude": True}
+CONVERGENCE, FREEZE = 0.02, 0.01  # of odt and lloyd, CGAL's defaults
+
+
+def mesh(request: Request, geometry: Geometry, volume: float) -> tuple:
+    """Mesh the volume of the current gmsh model with CGAL. Returns the mesh and notes for the manifest.
+
+    volume: that of the CAD [m³], for the first guess of the length."""
+    cgal = load()
+    guess = request.length or (volume * sizing.CELLS_PER_CUBE / (request.cells or 5000)) ** (1 / 3)
+    criteria = criteria_for(request, guess, 1.0)
+    skin = recover.skin(geometry, min(criteria["facet_size"], criteria["cell_size"]) / MM / 2)
+    polyhedron = make_polyhedron(skin.points, skin.triangles)
+    found = {}
+
+    def generate(length: float, jitter: int) -> int:
+        found["criteria"] = criteria_for(request, guess, length / guess)
+        found["mesh"] = make_mesh(cgal, polyhedron, found["criteria"], switches(request), request.seed + 7919 * jitter)
+        return len(found["mesh"][1])
+
+    if request.cells:
+        length, jitter = sizing.find_length(generate, volume, request.cells, request.tolerance, log)
+    else:
+        length, jitter = guess, 0
+        log(f"{generate(length, jitter)} cells")
+    points, cells = found["mesh"]
+    facets = boundary(cells)
+    names = recover.facet_regions(points, facets, skin, geometry)
+    labels = {name: facets[rows] for name, rows in names.items()}
+    cell_labels = recover.cell_regions(points[cells].mean(axis=1), geometry)
+    result = assemble(points * MM, cells, cell_labels, labels)
+    notes = {
+        "length_m": length if request.length or request.cells else None,
+        "jitter": jitter,
+        "cgal": found["criteria"] | switches(request),
+        "edge_error_m": recover.edge_error(points, facets, skin) * MM,
+    }
+    return result, notes
+
+
+def criteria_for(request: Request, length: float, scale: float) -> dict:
+    """The criteria [degrees, 1, m]: those of the request, else defaults for the length; lengths times `scale`."""
+    values = {name: value * (length if name in CGAL_LENGTHS else 1) for name, value in DEFAULTS.items()}
+    values |= {name: value for name, value in request.cgal.items() if name in DEFAULTS}
+    return {name: value * (scale if name in CGAL_LENGTHS else 1) for name, value in values.items()}
+
+
+def switches(request: Request) -> dict:
+    """Which optimisers run: as requested, else perturbation and exudation if the request wants optimising."""
+    return {name: request.cgal.get(name, default and request.optimise) for name, default in OPTIMISERS.items()}
+
+
+def load():
+    """CGAL's module, on one core: its parallel refinement is not reproducible, alone it also is faster."""
+    cores = sorted(os.sched_getaffinity(0))
+    os.sched_setaffinity(0, {cores[os.getpid() % len(cores)]})
+    try:
+        from CGAL import CGAL_Mesh_3
+    except ImportError as error:
+        raise MesherFailed(f"cgal is not installed: {error}", "python -m meshgen --doctor says what is missing") from error
+    return CGAL_Mesh_3
+
+
+def set_seed(seed: int) -> None:
+    """Set CGAL's default random generator, which otherwise starts from the time of day.
+
+    The Python package has no call for it; its shared library exports the object itself:
+    two unsigned ints (counter, seed) and a boost::rand48, whose state after seeding is seed · 2^16 + 0x330e."""
+    from CGAL import _CGAL_Mesh_3
+
+    library = ctypes.CDLL(_CGAL_Mesh_3.__file__)
+    symbol = "N4CGAL18get_default_randomEvE14default_random"
+    try:
+        ctypes.c_uint8.in_dll(library, "_ZGVZ" + symbol).value = 1
+        state = (ctypes.c_uint64 * 2).in_dll(library, "_ZZ" + symbol)
+    except ValueError as error:
+        raise MesherFailed(f"cannot seed this build of cgal: {error}", "install the pinned versions") from error
+    state[0] = seed << 32
+    state[1] = (seed << 16) | 0x330E
+
+
+def make_polyhedron(points: np.ndarray, triangles: np.ndarray):
+    """A CGAL polyhedron from outward triangles."""
+    from CGAL.CGAL_Kernel import Point_3
+    from CGAL.CGAL_Polyhedron_3 import Polyhedron_3, Polyhedron_modifier
+
+    modifier = Polyhedron_modifier()
+    modifier.begin_surface(len(points), len(triangles))
+    for point in points.tolist():
+        modifier.add_vertex(Point_3(*point))
+    for triangle in triangles.tolist():
+        modifier.begin_facet()
+        for node in triangle:
+            modifier.add_vertex_to_facet(node)
+        modifier.end_facet()
+    modifier.end_surface()
+    polyhedron = Polyhedron_3()
+    polyhedron.delegate(modifier)
+    if not polyhedron.is_closed():
+        raise BadRequest("CGAL finds the surface open", "give a closed surface")
+    return polyhedron
+
+
+def make_mesh(cgal, polyhedron, criteria: dict, optimisers: dict, seed: int) -> tuple:
+    """Points [mm] and cells of one run of CGAL. Optimisers run without time limit, so the result is reproducible."""
+    set_seed(seed % 2**31)
+    wanted = cgal.Default_mesh_criteria()
+    wanted.facet_angle(criteria["facet_angle"])
+    wanted.cell_radius_edge_ratio(criteria["cell_ratio"])
+    wanted.facet_size(criteria["facet_size"] / MM)
+    wanted.facet_distance(criteria["facet_approximation"] / MM)
+    wanted.cell_size(criteria["cell_size"] / MM)
+    parameters = cgal.Mesh_3_parameters()
+    parameters.no_perturb()
+    parameters.no_exude()
+    if optimisers["odt"]:
+        parameters.set_odt(0, 0, CONVERGENCE, FREEZE)
+    if optimisers["lloyd"]:
+        parameters.set_lloyd(0, 0, CONVERGENCE, FREEZE)
+    if optimisers["perturb"]:
+        parameters.set_perturb(0, 0)
+    if optimisers["exude"]:
+        parameters.set_exude(0, 0)
+    domain = cgal.Polyhedral_mesh_domain_3(polyhedron)
+    complex_ = cgal.make_mesh_3(domain, wanted, parameters)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "cgal.mesh"
+        complex_.output_to_medit(str(path))
+        return read_medit(path.read_text())
+
+
+def read_medit(text: str) -> tuple:
+    """Points and tetrahedra of the medit file that CGAL writes."""
+    head, rest = text.split("\nVertices\n", 1)
+    vertices, rest = rest.split("\nTriangles\n", 1)
+    _, rest = rest.split("\nTetrahedra\n", 1)
+    points = np.array(vertices.split()[1:], float).reshape(-1, 4)[:, :3]
+    cells = np.array(rest.split("End")[0].split()[1:], int).reshape(-1, 5)[:, :4] - 1
+    if not len(cells):
+        raise MesherFailed("CGAL made no cells", "use smaller facet_size and cell_size")
+    return points, cells

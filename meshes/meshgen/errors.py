@@ -1,0 +1,27 @@
+"""The two ways in which a request can end without a mesh."""
+
+
+class MeshgenError(Exception):
+    """An error with a remedy: `error` says what and where, `hint` what to do about it."""
+
+    exit_code = 3
+
+    def __init__(self, error: str, hint: str = ""):
+        super().__init__(error)
+        self.error = error
+        self.hint = hint
+
+    def as_json(self) -> dict:
+        return {"error": self.error, "hint": self.hint}
+
+
+class BadRequest(MeshgenError):
+    """The request cannot be meant: unknown key, impossible parameter, unreadable file."""
+
+    exit_code = 2
+
+
+class MesherFailed(MeshgenError):
+    """The request is fine, but the mesher gave up on it."""
+
+    exit_code = 3

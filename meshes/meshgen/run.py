@@ -1,0 +1,37 @@
+"""From a request to a mesh file and its manifest."""
+
+import time
+
+from . import bodies, gmsh_driver, importer, manifest, write
+from .request import Request
+
+
+def run(request: Request) -> dict:
+    """Make the requested mesh, write it and its manifest; returns the manifest."""
+    start = time.monotonic()
+    if request.body == "file" and importer.is_mesh(request):
+        mesh, notes = importer.read_mesh(request)
+        volume, paths = None, {}
+    else:
+        mesh, volume, paths, notes = generate(request)
+    result = manifest.build(request, mesh, volume, paths, notes)
+    write.write(mesh, request.output)
+    result["wall_s"] = round(time.monotonic() - start, 3)
+    manifest.save(result, request.output)
+    return result
+
+
+def generate(request: Request) -> tuple:
+    """Mesh a CAD or surface: (mesh, its volume [m³], paths [mm], notes)."""
+    with gmsh_driver.session(request.seed):
+        if request.body == "file":
+            geometry = importer.read_geometry(request)
+        else:
+            geometry = bodies.build(request.body, request.parameters)
+        volume = gmsh_driver.cad_volume(geometry)
+        if request.generator == "cgal":
+            from . import cgal_driver as driver
+        else:
+            driver = gmsh_driver
+        mesh, notes = driver.mesh(request, geometry, volume)
+        return mesh, volume, geometry.paths, notes

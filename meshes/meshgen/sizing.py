@@ -1,0 +1,129 @@
+"""Where the mesh is fine: edge length, graded features, target cell counts."""
+
+import math
+import random
+
+import gmsh
+
+from .errors import MesherFailed
+from .geometry import MM
+
+CELLS_PER_CUBE = 5.5  # cells per cube of edge length in a fine gmsh mesh, for the first guess
+NOISE = 0.05  # relative variation of the length in meshes with a seed
+ATTEMPTS = 60  # for a target count
+BLIND = 12  # attempts within which the target must have been bracketed
+
+
+def apply(length: float, wave: int, request, geometry) -> None:
+    """Set gmsh's size fields: `length` [m] everywhere, less near graded features.
+
+    A feature's length holds up to `distance` from it and grows to the base length over another `distance`.
+    A wave other than 0 varies the base length smoothly in space by 5 %: see `noise`."""
+    for tag in gmsh.model.mesh.field.list():
+        gmsh.model.mesh.field.remove(tag)
+    h = length / MM
+    gmsh.option.setNumber("Mesh.MeshSizeMin", 0)
+    gmsh.option.setNumber("Mesh.MeshSizeMax", h * (1 + NOISE))
+    fields = [add_field("MathEval", {}, F=noise(h, wave))]
+    for entry in request.grading:
+        fields += feature_fields(entry, geometry.features[entry["feature"]], h)
+    if len(fields) > 1 or wave:
+        gmsh.model.mesh.field.setAsBackgroundMesh(add_field("Min", {"FieldsList": fields}))
+    else:
+        gmsh.option.setNumber("Mesh.MeshSizeMin", h)
+        gmsh.option.setNumber("Mesh.MeshSizeMax", h)
+
+
+def noise(h: float, wave: int) -> str:
+    """A formula for the base length [mm]: constant for wave 0, else a plane wave of random direction and phase.
+
+    The seed of a request chooses the wave, so that meshes of different seeds are different samples of the
+    same size; gmsh's own random seed moves hardly a node."""
+    if wave == 0:
+        return f"{h:.17g}"
+    draw = random.Random(wave)
+    axis = [draw.gauss(0, 1) for _ in range(3)]
+    number = 2 * math.pi / (8 * h * math.hypot(*axis))
+    kx, ky, kz = (number * a for a in axis)
+    return f"{h:.17g}*(1+{NOISE}*sin(({kx:.12g})*x+({ky:.12g})*y+({kz:.12g})*z+{draw.uniform(0, 2 * math.pi):.12g}))"
+
+
+def feature_fields(entry: dict, feature: list, h: float) -> list:
+    """Fields for one grading entry: a ball around each point, or the distance from faces."""
+    small, near = entry["length"] / MM, entry["distance"] / MM
+    if isinstance(feature[0], (list, tuple)):
+        return [
+            add_field("Ball", {}, VIn=small, VOut=h, Radius=near, Thickness=near, XCenter=x, YCenter=y, ZCenter=z)
+            for x, y, z in feature
+        ]
+    distance = add_field("Distance", {"SurfacesList": feature}, Sampling=40)
+    return [add_field("Threshold", {}, InField=distance, SizeMin=small, SizeMax=h, DistMin=near, DistMax=2 * near)]
+
+
+def add_field(kind: str, lists: dict, **values) -> int:
+    """A gmsh size field with its options."""
+    tag = gmsh.model.mesh.field.add(kind)
+    for name, value in lists.items():
+        gmsh.model.mesh.field.setNumbers(tag, name, value)
+    for name, value in values.items():
+        setter = gmsh.model.mesh.field.setString if isinstance(value, str) else gmsh.model.mesh.field.setNumber
+        setter(tag, name, value)
+    return tag
+
+
+def find_length(generate, volume: float, target: int, tolerance: float, log) -> tuple:
+    """The edge length [m] and jitter for which generate(length, jitter) makes `target` cells within the tolerance.
+
+    Secant in log length against log count, kept inside the bracket of what was tried. The count jumps where
+    an edge of the CAD gets another division; once the bracket is that narrow, other waves of the size
+    field (jitter 1, 2, …) are tried around it. The last call of generate() is the accepted one."""
+    goal, tried = math.log(target), []
+    scatter = random.Random(0)
+    x, jitter = math.log((volume * CELLS_PER_CUBE / target) ** (1 / 3)), 0
+    for attempt in range(ATTEMPTS):
+        count = generate(math.exp(x), jitter)
+        log(f"length {math.exp(x):.5g} m: {count} cells, wanted {target}")
+        if abs(count - target) <= tolerance * target:
+            return math.exp(x), jitter
+        tried.append((x, math.log(count) - goal))
+        if attempt >= BLIND and not (fine(tried) and coarse(tried)):
+            break
+        x = next_guess(tried)
+        if jitter or is_stuck(tried):
+            jitter += 1
+            x = (max(fine(tried))[0] + min(coarse(tried))[0]) / 2 + scatter.uniform(-0.04, 0.04)
+    nearest = min(tried, key=lambda pair: abs(pair[1]))
+    raise MesherFailed(
+        f"{target} cells within {100 * tolerance:g} % not reached in {len(tried)} attempts; "
+        f"the nearest was {round(math.exp(goal + nearest[1]))} cells at length {math.exp(nearest[0]):.5g} m",
+        "allow a larger tolerance, another count, or another seed; graded lengths bound the count from below",
+    )
+
+
+def fine(tried: list) -> list:
+    """The attempts with too many cells."""
+    return [pair for pair in tried if pair[1] > 0]
+
+
+def coarse(tried: list) -> list:
+    """The attempts with too few cells."""
+    return [pair for pair in tried if pair[1] <= 0]
+
+
+def is_stuck(tried: list) -> bool:
+    """Whether the lengths with too many and with too few cells have met without a hit."""
+    return bool(fine(tried) and coarse(tried)) and min(coarse(tried))[0] - max(fine(tried))[0] < 2e-3
+
+
+def next_guess(tried: list) -> float:
+    """Next log length from (log length, log(count / target)) pairs."""
+    if not fine(tried) or not coarse(tried):
+        x, excess = tried[-1]
+        slope = 3.0
+        if len(tried) > 1 and x != tried[-2][0]:
+            slope = min(max((tried[-2][1] - excess) / (x - tried[-2][0]), 0.5), 6.0)
+        return x + min(max(excess / slope, -0.7), 0.7)
+    (a, too_many), (b, too_few) = max(fine(tried)), min(coarse(tried))
+    x = a + (b - a) * too_many / (too_many - too_few)
+    margin = 0.1 * (b - a)
+    return min(max(x, a + margin), b - margin)
