@@ -50,7 +50,8 @@ fn volume_mesh(file: &Path, spec: &MeshSpec) -> Option<std::path::PathBuf> {
     let name = spec.file.as_ref()?;
     let text = name.to_string_lossy().to_lowercase();
     let is_volume = VOLUME_MESHES.iter().any(|ending| text.ends_with(ending));
-    (is_volume && spec.cells.is_none() && spec.size.is_none()).then(|| file.parent().unwrap_or(Path::new("")).join(name))
+    (is_volume && spec.cells.is_none() && spec.size.is_none())
+        .then(|| file.parent().unwrap_or(Path::new("")).join(name))
 }
 
 fn content(file: &Path, fact: impl Into<String>, remedy: &str) -> SceneError {
@@ -120,6 +121,14 @@ fn parameters(file: &Path, name: &str, spec: &MeshSpec) -> Result<BTreeMap<Strin
 }
 
 impl ElementSpec {
+    /// Name as in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Tet4 => "tet4",
+            Self::Tet10 => "tet10",
+        }
+    }
+
     pub fn order(self) -> Order {
         match self {
             Self::Tet4 => Order::Linear,

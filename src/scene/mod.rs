@@ -11,8 +11,8 @@ mod signal;
 pub mod spec;
 
 pub use body::request;
-pub use build::{Body, Scene, read_scene};
-pub use error::SceneError;
+pub use build::{Body, Scene, read_scene, read_table};
+pub use error::{SceneError, explain};
 pub use quantity::{Length, Time};
 pub use run::{Progress, Run, Snapshot};
 pub use spec::SceneSpec;

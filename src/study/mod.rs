@@ -2,3 +2,6 @@
 
 pub mod convergence;
 pub mod record;
+pub mod runner;
+pub mod spec;
+pub mod store;

@@ -1,0 +1,35 @@
+//! `durometer doctor`
+
+use super::Outcome;
+use durometer::mesh::generate::Workshop;
+use std::process::ExitCode;
+
+/// Checks what the mesher needs. Committed meshes and all solving work without it.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Set the mesher's environment up: .venv with the pinned versions of gmsh, CGAL and meshio
+    #[arg(long)]
+    setup: bool,
+}
+
+pub fn main(args: Args) -> Outcome {
+    let mut workshop = Workshop::find()?;
+    if args.setup {
+        workshop.setup_environment(&mut |line| eprintln!("{line}"))?;
+        workshop = Workshop::find()?;
+    }
+    let mut sound = true;
+    for check in workshop.diagnose() {
+        let mark = match (check.ok, check.optional) {
+            (true, _) => "ok     ",
+            (false, true) => "absent ",
+            (false, false) => "MISSING",
+        };
+        println!("{mark} {:24} {}", check.what, check.detail);
+        if let Some(remedy) = check.remedy.filter(|_| !check.ok) {
+            println!("        run: {remedy}");
+        }
+        sound &= check.ok || check.optional;
+    }
+    Ok(if sound { ExitCode::SUCCESS } else { ExitCode::from(super::BAD_INPUT) })
+}

@@ -1,0 +1,57 @@
+//! `durometer mesh FILE`
+
+use super::Outcome;
+use durometer::mesh::generate::Workshop;
+use durometer::scene::{Body, read_scene, request};
+use durometer::study::spec::Study;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Makes the mesh of a scene, or all meshes of a study, unless they are there; prints size and quality.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Scene or study file (TOML), or the name of a study
+    file: PathBuf,
+    /// Change a key, e.g. --set mesh.cells=9300
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Keep the meshes beside their body (meshes/<body>/), to be committed, instead of in meshes/cache
+    #[arg(long)]
+    keep: bool,
+}
+
+pub fn main(args: Args) -> Outcome {
+    let file = super::find(&args.file, "study.toml");
+    let changes = super::changes(&args.set)?;
+    let is_study = file.file_name().is_some_and(|n| n == "study.toml");
+    let scenes = if is_study {
+        let cases = Study::read(&file, &changes)?.cases;
+        cases.into_iter().map(|c| (c.scene_file, c.spec.mesh)).collect()
+    } else {
+        vec![(file.clone(), read_scene(&file, &changes)?.0.mesh)]
+    };
+    let mut seen = Vec::new();
+    for (file, spec) in scenes {
+        if args.keep {
+            let path = Workshop::find()?.commit(&request(&file, &spec)?, &mut |line| eprintln!("{line}"))?;
+            if seen.contains(&path) {
+                continue;
+            }
+            seen.push(path);
+        }
+        let body = Body::load(&file, &spec, &mut |line| eprintln!("{line}"))?;
+        let (mesh, quality) = (&body.mesh, body.mesh.quality());
+        println!(
+            "{:28} {:>7} cells {:>6} nodes  h {:.3} mm  radius ratio min {:.3} mean {:.3}  dihedral {:.1}–{:.1}°",
+            body.source,
+            mesh.cell_count(),
+            mesh.points.len(),
+            mesh.h() * 1e3,
+            quality.radius_ratio_min,
+            quality.radius_ratio_mean,
+            quality.dihedral_min_deg,
+            quality.dihedral_max_deg
+        );
+    }
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,102 @@
+//! Commands of `durometer`. Exit codes: 0 done, 2 bad input, 3 a case did not complete.
+
+mod bars;
+mod check;
+mod doctor;
+mod fit;
+mod mesh;
+mod report;
+mod run;
+mod simulate;
+
+use clap::{Parser, Subcommand};
+use durometer::scene::overrides;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Mesh-convergence studies, hyperelastic calibration and paper figures for soft-robot simulation.
+///
+/// The usual way: `durometer run finger-convergence` simulates a finger on several meshes and writes a report that says
+/// which mesh can be trusted, with what error bar and at what price. `durometer check FILE` says what a file would do.
+#[derive(Parser)]
+#[command(name = "durometer", version, max_term_width = 110)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Run a study: all its cases, then its report
+    Run(run::Args),
+    /// Run one scene and write its time series
+    Simulate(simulate::Args),
+    /// Make (or find) the mesh of a scene and say how good it is
+    Mesh(mesh::Args),
+    /// Fit a law to tensile data (CSV) and write a law file that a scene can include
+    Fit(fit::Args),
+    /// Validate a scene or study and say what would be simulated, without running it
+    Check(check::Args),
+    /// Draw the report of a study again from its stored results
+    Report(report::Args),
+    /// Say what is missing on this machine, with the exact commands
+    Doctor(doctor::Args),
+}
+
+/// What a command came to.
+type Outcome = Result<ExitCode, Box<dyn std::error::Error>>;
+
+/// Exit code when some case did not complete.
+const INCOMPLETE: u8 = 3;
+const BAD_INPUT: u8 = 2;
+
+pub fn main() -> ExitCode {
+    let outcome = match Cli::parse().command {
+        Command::Run(args) => run::main(args),
+        Command::Simulate(args) => simulate::main(args),
+        Command::Mesh(args) => mesh::main(args),
+        Command::Fit(args) => fit::main(args),
+        Command::Check(args) => check::main(args),
+        Command::Report(args) => report::main(args),
+        Command::Doctor(args) => doctor::main(args),
+    };
+    outcome.unwrap_or_else(|error| {
+        eprintln!("error: {error}");
+        ExitCode::from(BAD_INPUT)
+    })
+}
+
+/// `--set key=value`, several times.
+fn changes(set: &[String]) -> Result<Vec<(String, toml::Value)>, overrides::OverrideError> {
+    set.iter().map(|text| overrides::parse(text)).collect()
+}
+
+/// The file that a name stands for: a path, or `studies/<name>/<file>` here or in the project.
+fn find(name: &Path, file: &str) -> PathBuf {
+    if name.is_file() {
+        return name.into();
+    }
+    if name.join(file).is_file() {
+        return name.join(file);
+    }
+    let home = durometer::mesh::generate::Workshop::find().map(|w| w.home).unwrap_or_default();
+    let known = home.join("studies").join(name).join(file);
+    if known.is_file() { known } else { name.into() }
+}
+
+/// Set by Ctrl-C: what is finished is kept, what runs is dropped. A second Ctrl-C ends the program at once.
+fn stop_flag() -> &'static AtomicBool {
+    static STOP: AtomicBool = AtomicBool::new(false);
+    static ONCE: std::sync::Once = std::sync::Once::new();
+    ONCE.call_once(|| {
+        let handler = || {
+            if STOP.swap(true, Ordering::SeqCst) {
+                std::process::exit(130);
+            }
+        };
+        // Without a handler Ctrl-C still ends the program; finished cases are on disk in any case.
+        ctrlc::set_handler(handler).ok();
+    });
+    &STOP
+}

@@ -1,0 +1,25 @@
+//! `durometer report DIR`
+
+use super::Outcome;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Analyses and draws the stored results of a study again, without running anything.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Folder of the results, e.g. reports/finger-convergence
+    dir: PathBuf,
+    /// Print summary.json
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn main(args: Args) -> Outcome {
+    let summary = durometer::report::write(&args.dir)?;
+    if args.json {
+        println!("{}", serde_json::to_string_pretty(&summary)?);
+    } else {
+        println!("{}\n\nreport: {}", summary.verdict, args.dir.join("index.html").display());
+    }
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,239 @@
+//! Runs the cases of a study side by side, skips what is done, keeps what is finished.
+
+use super::record::{CaseRecord, EffectRecord, LawRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance, Skin};
+use super::spec::{Case, Study};
+use super::store::{Store, StoreError};
+use crate::scene::{Body, Progress, Run, Scene, SceneError};
+use crate::solve::Status;
+use cpu_time::ThreadTime;
+use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::time::Instant;
+
+/// What a run may tell while it goes on.
+pub trait Watch: Sync {
+    /// The mesher says something about the mesh of a case.
+    fn meshing(&self, case: &str, line: &str);
+    fn started(&self, case: &str);
+    fn progress(&self, case: &str, progress: Progress);
+    fn finished(&self, record: &CaseRecord, skipped: bool);
+}
+
+/// Why a study stopped; results that were finished before stay.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    #[error(transparent)]
+    Store(#[from] StoreError),
+}
+
+/// How to run.
+pub struct Options<'a> {
+    pub jobs: usize,
+    /// Run also what is done
+    pub redo: bool,
+    /// Only cases whose id contains this
+    pub only: Option<String>,
+    /// Set to stop: running cases are dropped, finished ones kept
+    pub stop: &'a AtomicBool,
+}
+
+/// Runs a study into `dir`. Returns the records of all wanted cases that have one; an interrupted case has none.
+pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> Result<Vec<CaseRecord>, RunError> {
+    let store = Store::create(dir, &study.record)?;
+    let wanted = |c: &&Case| options.only.as_ref().is_none_or(|only| c.id.contains(only.as_str()));
+    let mut cases: Vec<&Case> = study.cases.iter().filter(wanted).collect();
+    // Meshes first, one after the other: the mesher takes its own time, and two cases may want the same mesh.
+    let mut sizes = BTreeMap::new();
+    for case in &cases {
+        if options.stop.load(Ordering::Relaxed) {
+            return Ok(Vec::new());
+        }
+        let body = Body::load(&case.scene_file, &case.spec.mesh, &mut |line| watch.meshing(&case.id, line))?;
+        sizes.insert(case.id.clone(), body.mesh.points.len());
+    }
+    // The largest first, so that the last ones to end are short.
+    cases.sort_by_key(|c| std::cmp::Reverse(sizes[&c.id]));
+    let (next, running) = (AtomicUsize::new(0), AtomicUsize::new(0));
+    let (records, failure) = (Mutex::new(Vec::new()), Mutex::new(None));
+    std::thread::scope(|scope| {
+        for _ in 0..options.jobs.max(1) {
+            scope.spawn(|| {
+                while let Some(case) = cases.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    if options.stop.load(Ordering::Relaxed) || lock(&failure).is_some() {
+                        break;
+                    }
+                    match one(case, &store, options, &running, watch) {
+                        Ok(Some(record)) => lock(&records).push(record),
+                        Ok(None) => {}
+                        Err(error) => {
+                            lock(&failure).get_or_insert(error);
+                        }
+                    }
+                }
+            });
+        }
+    });
+    if let Some(error) = lock(&failure).take() {
+        return Err(error);
+    }
+    let mut records = std::mem::take(&mut *lock(&records));
+    records.sort_by_key(|r: &CaseRecord| study.cases.iter().position(|c| c.id == r.id));
+    Ok(records)
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+}
+
+fn one(
+    case: &Case,
+    store: &Store,
+    options: &Options,
+    running: &AtomicUsize,
+    watch: &dyn Watch,
+) -> Result<Option<CaseRecord>, RunError> {
+    let body = Body::load(&case.scene_file, &case.spec.mesh, &mut |line| watch.meshing(&case.id, line))?;
+    let input_sha256 = input_hash(&case.text, &body.sha256);
+    if let Some(record) = store.finished(&case.id, &input_sha256).filter(|_| !options.redo) {
+        watch.finished(&record, true);
+        return Ok(Some(record));
+    }
+    watch.started(&case.id);
+    let mut shared = running.fetch_add(1, Ordering::SeqCst) > 0;
+    let scene = Scene::build(&case.scene_file, case.spec.clone(), case.text.clone(), body.into());
+    let outcome = scene.map_err(RunError::from).map(|scene| {
+        let (wall, cpu) = (Instant::now(), ThreadTime::now());
+        let run = scene.run(
+            &mut |progress| {
+                shared |= running.load(Ordering::Relaxed) > 1;
+                watch.progress(&case.id, progress);
+                !options.stop.load(Ordering::Relaxed)
+            },
+            &mut |_| {},
+        );
+        let times = (wall.elapsed().as_secs_f64(), cpu.elapsed().as_secs_f64());
+        (scene, run, times)
+    });
+    running.fetch_sub(1, Ordering::SeqCst);
+    let (scene, run, times) = outcome?;
+    if matches!(run.status, Status::Interrupted { .. }) {
+        return Ok(None);
+    }
+    let writing = Instant::now();
+    let skin = skin(&scene, &run);
+    let mut record = record(&scene, &run, times);
+    record.id.clone_from(&case.id);
+    record.family.clone_from(&case.family);
+    record.variant.clone_from(&case.variant);
+    record.shared = shared;
+    record.provenance.input_sha256 = input_sha256;
+    record.phases.output_s = writing.elapsed().as_secs_f64();
+    store.save(&record, &run, &skin)?;
+    watch.finished(&record, false);
+    Ok(Some(record))
+}
+
+/// SHA-256 of everything that decides the result: scene, mesh, version.
+pub fn input_hash(scene: &str, mesh_sha256: &str) -> String {
+    let mut hash = Sha256::new();
+    for part in [scene, mesh_sha256, env!("CARGO_PKG_VERSION")] {
+        hash.update(part.len().to_le_bytes());
+        hash.update(part);
+    }
+    hash.finalize().iter().map(|b| format!("{b:02x}")).collect()
+}
+
+/// The record of a run; `times` are wall and CPU seconds.
+pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
+    let mesh = &scene.body.mesh;
+    let quality = mesh.quality();
+    let law = scene.law.info();
+    let names = law.parameters.iter().map(|p| p.name.to_string());
+    let converged = run.status == Status::Converged;
+    CaseRecord {
+        id: String::new(),
+        family: String::new(),
+        variant: String::new(),
+        mesh: MeshRecord {
+            cells: mesh.cell_count(),
+            nodes: mesh.points.len(),
+            h_m: mesh.h(),
+            min_quality: quality.radius_ratio_min,
+            mean_quality: quality.radius_ratio_mean,
+            volume_m3: mesh.volume(),
+            source: scene.body.source.clone(),
+        },
+        formulation: scene.spec.mesh.element.name().into(),
+        law: LawRecord { name: law.name.into(), parameters: names.zip(scene.law.values()).collect() },
+        integrator: scene.spans.last().map_or("static", |s| s.integrator.name()).into(),
+        dt_s: scene.spans.iter().map(|s| s.dt).fold(0.0, f64::max),
+        status: run.status.name().into(),
+        status_detail: (!converged).then(|| run.status.to_string()),
+        wall_s: times.0,
+        cpu_s: times.1,
+        shared: false,
+        steps: run.totals.steps,
+        newton_iterations: run.totals.iterations,
+        cuts: run.totals.cuts,
+        dofs: run.dofs,
+        factor_nnz: run.factor_nnz,
+        effects: run
+            .costs
+            .iter()
+            .map(|(name, time)| EffectRecord { name: name.clone(), wall_s: time.as_secs_f64() })
+            .collect(),
+        phases: PhaseRecord {
+            assembly_s: run.assembly.as_secs_f64(),
+            factorisation_s: run.factorisation.as_secs_f64(),
+            solve_s: run.solve.as_secs_f64(),
+            output_s: 0.0,
+        },
+        probes: run.columns.iter().enumerate().skip(1).map(|(k, name)| (name.clone(), probe(run, k))).collect(),
+        provenance: Provenance {
+            input_sha256: input_hash(&scene.text, &scene.body.sha256),
+            version: env!("CARGO_PKG_VERSION").into(),
+            scene: scene.text.clone(),
+        },
+    }
+}
+
+fn probe(run: &Run, column: usize) -> ProbeRecord {
+    let peak = run.rows.iter().max_by(|a, b| a[column].abs().total_cmp(&b[column].abs()));
+    let (peak_t_s, peak) = peak.map_or((0.0, 0.0), |row| (row[0], row[column]));
+    ProbeRecord { peak, peak_t_s, last: run.rows.last().map_or(0.0, |row| row[column]) }
+}
+
+/// The boundary at the state farthest from rest, corner nodes only.
+pub fn skin(scene: &Scene, run: &Run) -> Skin {
+    let mesh = &scene.body.mesh;
+    let stretch = scene.nodal_stretch(&run.peak.x);
+    let mut local = BTreeMap::new();
+    let mut nodes = Vec::new();
+    let triangles = mesh
+        .boundary_facets()
+        .iter()
+        .map(|&f| {
+            let corners = &mesh.facet(f as usize)[..3];
+            std::array::from_fn(|k| {
+                *local.entry(corners[k]).or_insert_with(|| {
+                    nodes.push(corners[k] as usize);
+                    nodes.len() as u32 - 1
+                })
+            })
+        })
+        .collect();
+    let x = &run.peak.x;
+    Skin {
+        points: nodes.iter().map(|&k| mesh.points[k].into()).collect(),
+        triangles,
+        t_s: run.peak.t,
+        displacement: nodes.iter().map(|&k| [x[3 * k], x[3 * k + 1], x[3 * k + 2]]).collect(),
+        stretch: nodes.iter().map(|&k| stretch[k]).collect(),
+        cables: scene.cables.iter().map(|c| c.cable.polyline(x).into_iter().map(Into::into).collect()).collect(),
+    }
+}

@@ -1,0 +1,76 @@
+//! What a case leaves on disk. The record is written last: with it the case counts as done.
+
+use super::record::{CaseRecord, Skin, StudyRecord};
+use crate::scene::Run;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+/// The folder of results cannot be written.
+#[derive(Debug, thiserror::Error)]
+#[error("{}: cannot be written: {reason}; choose another folder with --out, or make room", path.display())]
+pub struct StoreError {
+    pub path: PathBuf,
+    pub reason: String,
+}
+
+/// The folder of a study's results.
+#[derive(Clone, Debug)]
+pub struct Store {
+    pub dir: PathBuf,
+}
+
+impl Store {
+    /// Makes the folder and writes `study.json`.
+    pub fn create(dir: &Path, study: &StudyRecord) -> Result<Self, StoreError> {
+        let store = Self { dir: dir.into() };
+        let cases = dir.join("cases");
+        std::fs::create_dir_all(&cases).map_err(|e| StoreError { path: cases, reason: e.to_string() })?;
+        write(&dir.join("study.json"), &json(study))?;
+        Ok(store)
+    }
+
+    /// The record of a finished case with this input, if it is there.
+    pub fn finished(&self, id: &str, input_sha256: &str) -> Option<CaseRecord> {
+        let text = std::fs::read_to_string(self.path(id, "json")).ok()?;
+        let record: CaseRecord = serde_json::from_str(&text).ok()?;
+        (record.provenance.input_sha256 == input_sha256).then_some(record)
+    }
+
+    /// Time series, surface, then record.
+    pub fn save(&self, record: &CaseRecord, run: &Run, skin: &Skin) -> Result<(), StoreError> {
+        write(&self.path(&record.id, "csv"), &csv(run))?;
+        let skin = serde_json::to_string(skin).expect("numbers and string keys only");
+        write(&self.path(&record.id, "skin.json"), &skin)?;
+        write(&self.path(&record.id, "json"), &json(record))
+    }
+
+    fn path(&self, id: &str, extension: &str) -> PathBuf {
+        self.dir.join("cases").join(format!("{id}.{extension}"))
+    }
+}
+
+/// The recorded rows; numbers in the shortest form that reads back the same.
+pub fn csv(run: &Run) -> String {
+    let mut text = run.columns.join(",") + "\n";
+    for row in &run.rows {
+        for (k, value) in row.iter().enumerate() {
+            write!(text, "{}{value}", if k > 0 { "," } else { "" }).expect("writing to a string cannot fail");
+        }
+        text.push('\n');
+    }
+    text
+}
+
+fn json<T: serde::Serialize>(value: &T) -> String {
+    serde_json::to_string_pretty(value).expect("numbers and string keys only") + "\n"
+}
+
+/// The file appears whole or not at all.
+pub fn write(path: &Path, text: &str) -> Result<(), StoreError> {
+    let part = path.with_extension("part");
+    let result = std::fs::write(&part, text).and_then(|()| std::fs::rename(&part, path));
+    result.map_err(|e| {
+        std::fs::remove_file(&part).ok();
+        StoreError { path: path.into(), reason: e.to_string() }
+    })
+}
