@@ -13,10 +13,12 @@ PACKAGES = ("gmsh", "cgal", "meshio", "numpy")
 
 
 def build(request, mesh: TetMesh, volume_cad: float | None, paths: dict, notes: dict) -> dict:
-    """The manifest of a mesh. Lengths in metres; volume_cad is null when the input was a mesh already."""
+    """The manifest of a mesh. Lengths in metres; volume_cad is null when the input was a mesh already.
+
+    The request is kept as it came, but for the folder of its output: the files may move."""
     volume = quality.volume(mesh)
     return {
-        "request": request.raw,
+        "request": request.raw | {"output": Path(request.output).name},
         "cells": len(mesh.cells),
         "nodes": len(mesh.points),
         "facets": len(mesh.facets),
