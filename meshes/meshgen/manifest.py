@@ -2,14 +2,12 @@
 
 import json
 import re
-from importlib import metadata
 from pathlib import Path
 
 from . import quality
 from .geometry import MM
 from .mesh import TetMesh
-
-PACKAGES = ("gmsh", "cgal", "meshio", "numpy")
+from .versions import versions
 
 
 def build(request, mesh: TetMesh, volume_cad: float | None, paths: dict, notes: dict) -> dict:
@@ -42,17 +40,6 @@ def in_metres(path: dict) -> dict:
         "pull_point": [x * MM for x in path["pull_point"]],
         "guide_radius": path["guide_radius"] * MM,
     }
-
-
-def versions() -> dict:
-    """Versions of the packages a mesh depends on."""
-    found = {}
-    for name in PACKAGES:
-        try:
-            found[name] = metadata.version(name)
-        except metadata.PackageNotFoundError:
-            found[name] = None
-    return found
 
 
 def path_for(output: str) -> Path:
