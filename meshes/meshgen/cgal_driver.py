@@ -2,8 +2,8 @@
 
 It knows neither sharp edges nor labels: edges come out rounded, regions are recovered afterwards."""
 
-import ctypes
 import os
+import random
 import tempfile
 from pathlib import Path
 
@@ -29,20 +29,23 @@ def mesh(request: Request, geometry: Geometry, volume: float) -> tuple:
     cgal = load()
     guess = request.length or (volume * sizing.CELLS_PER_CUBE / (request.cells or 5000)) ** (1 / 3)
     criteria = criteria_for(request, guess, 1.0)
-    skin = recover.skin(geometry, min(criteria["facet_size"], criteria["cell_size"]) / MM / 2)
+    size = min(criteria["facet_size"], criteria["cell_size"]) / MM / 2
+    if request.seed:  # CGAL draws its first points from the triangles of the surface: another surface, another sample
+        size *= random.Random(request.seed).uniform(0.6, 1.0)
+    skin = recover.skin(geometry, size)
     polyhedron = make_polyhedron(skin.points, skin.triangles)
     found = {}
 
-    def generate(length: float, jitter: int) -> int:
+    def generate(length: float, _jitter: int) -> int:
         found["criteria"] = criteria_for(request, guess, length / guess)
-        found["mesh"] = make_mesh(cgal, polyhedron, found["criteria"], switches(request), request.seed + 7919 * jitter)
+        found["mesh"] = make_mesh(cgal, polyhedron, found["criteria"], switches(request))
         return len(found["mesh"][1])
 
     if request.cells:
-        length, jitter = sizing.find_length(generate, volume, request.cells, request.tolerance, log)
+        length, _ = sizing.find_length(generate, volume, request.cells, request.tolerance, log)
     else:
-        length, jitter = guess, 0
-        log(f"{generate(length, jitter)} cells")
+        length = guess
+        log(f"{generate(length, 0)} cells")
     points, cells = found["mesh"]
     facets = boundary(cells)
     names = recover.facet_regions(points, facets, skin, geometry)
@@ -51,7 +54,6 @@ def mesh(request: Request, geometry: Geometry, volume: float) -> tuple:
     result = assemble(points * MM, cells, cell_labels, labels)
     notes = {
         "length_m": length if request.length or request.cells else None,
-        "jitter": jitter,
         "cgal": found["criteria"] | switches(request),
         "edge_error_m": recover.edge_error(points, facets, skin) * MM,
     }
@@ -71,7 +73,7 @@ def switches(request: Request) -> dict:
 
 
 def load():
-    """CGAL's module, on one core: its parallel refinement is not reproducible, alone it also is faster."""
+    """CGAL's module, held on one core: on several, its refinement is parallel and not reproducible (nor faster)."""
     cores = sorted(os.sched_getaffinity(0))
     os.sched_setaffinity(0, {cores[os.getpid() % len(cores)]})
     try:
@@ -79,24 +81,6 @@ def load():
     except ImportError as error:
         raise MesherFailed(f"cgal is not installed: {error}", "python -m meshgen --doctor says what is missing") from error
     return CGAL_Mesh_3
-
-
-def set_seed(seed: int) -> None:
-    """Set CGAL's default random generator, which otherwise starts from the time of day.
-
-    The Python package has no call for it; its shared library exports the object itself:
-    two unsigned ints (counter, seed) and a boost::rand48, whose state after seeding is seed · 2^16 + 0x330e."""
-    from CGAL import _CGAL_Mesh_3
-
-    library = ctypes.CDLL(_CGAL_Mesh_3.__file__)
-    symbol = "N4CGAL18get_default_randomEvE14default_random"
-    try:
-        ctypes.c_uint8.in_dll(library, "_ZGVZ" + symbol).value = 1
-        state = (ctypes.c_uint64 * 2).in_dll(library, "_ZZ" + symbol)
-    except ValueError as error:
-        raise MesherFailed(f"cannot seed this build of cgal: {error}", "install the pinned versions") from error
-    state[0] = seed << 32
-    state[1] = (seed << 16) | 0x330E
 
 
 def make_polyhedron(points: np.ndarray, triangles: np.ndarray):
@@ -121,9 +105,8 @@ def make_polyhedron(points: np.ndarray, triangles: np.ndarray):
     return polyhedron
 
 
-def make_mesh(cgal, polyhedron, criteria: dict, optimisers: dict, seed: int) -> tuple:
+def make_mesh(cgal, polyhedron, criteria: dict, optimisers: dict) -> tuple:
     """Points [mm] and cells of one run of CGAL. Optimisers run without time limit, so the result is reproducible."""
-    set_seed(seed % 2**31)
     wanted = cgal.Default_mesh_criteria()
     wanted.facet_angle(criteria["facet_angle"])
     wanted.cell_radius_edge_ratio(criteria["cell_ratio"])

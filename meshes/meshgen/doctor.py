@@ -3,7 +3,7 @@
 import importlib
 import re
 
-from . import manifest
+from .versions import versions
 
 MODULES = {"gmsh": "gmsh", "meshio": "meshio", "numpy": "numpy", "cgal": "CGAL.CGAL_Mesh_3"}
 # Debian packages of the shared libraries that the gmsh wheel needs and a bare system lacks.
@@ -38,7 +38,7 @@ def examine() -> dict:
                 errors[name]["debian_package"] = LIBRARIES.get(library.group(1))
     return {
         "ok": not errors.keys() & {"gmsh", "numpy", "meshio"},
-        "versions": manifest.versions(),
+        "versions": versions(),
         "errors": errors,
         "fix": sorted(fix),
     }

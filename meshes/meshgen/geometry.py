@@ -3,6 +3,7 @@
 The CAD is built in millimetres, because OpenCASCADE's tolerances are absolute (1e-7).
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import gmsh
@@ -20,6 +21,7 @@ class Geometry:
     paths     name -> {"guides": [[x, y, z]], "pull_point": [x, y, z], "guide_radius": r}, in mm
     features  grading feature -> list of face tags, or of points [x, y, z] in mm
     volume    enclosed volume in mm³, where the kernel cannot tell it (surfaces without CAD)
+    rebuild   builds the same model again, where clearing the mesh would destroy it (surfaces without CAD)
     """
 
     volumes: list
@@ -27,6 +29,14 @@ class Geometry:
     paths: dict = field(default_factory=dict)
     features: dict = field(default_factory=dict)
     volume: float | None = None
+    rebuild: Callable | None = None
+
+    def clear_mesh(self) -> None:
+        """Back to the bare geometry."""
+        if self.rebuild:
+            self.rebuild()
+        else:
+            gmsh.model.mesh.clear()
 
 
 def boundary_faces(volumes: list) -> list:

@@ -64,7 +64,7 @@ def mesh(request: Request, geometry: Geometry, volume: float) -> tuple:
     gmsh.option.setNumber("Mesh.OptimizeNetgen", 1 if request.optimise else 0)
 
     def generate(length: float, jitter: int) -> int:
-        gmsh.model.mesh.clear()
+        geometry.clear_mesh()
         sizing.apply(length, request.seed + 7919 * jitter, request, geometry)
         gmsh.model.mesh.generate(3)
         return count_cells()

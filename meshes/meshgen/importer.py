@@ -7,9 +7,9 @@ import gmsh
 import numpy as np
 
 from . import surface
-from .errors import BadRequest
+from .errors import BadRequest, MesherFailed
 from .geometry import MM, Geometry, boundary_faces
-from .mesh import TetMesh, assemble, boundary
+from .mesh import assemble, boundary
 from .request import Request
 
 CAD = (".step", ".stp", ".iges", ".igs", ".brep")
@@ -59,6 +59,7 @@ def read_cad(path: Path, scale: float) -> Geometry:
         if abs(scale - 1) > 1e-9:
             raise BadRequest(f"{path.name} states its own unit and is converted to mm", "give unit_m = 0.001")
         gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
+    gmsh.option.setNumber("Geometry.OCCScaling", scale)
     try:
         gmsh.model.occ.importShapes(str(path))
     except Exception as error:
@@ -67,8 +68,6 @@ def read_cad(path: Path, scale: float) -> Geometry:
     volumes = occ.getEntities(3)
     if not volumes:
         raise BadRequest(f"{path.name} holds no solid, only faces or curves", "export a solid")
-    if abs(scale - 1) > 1e-9:
-        occ.dilate(occ.getEntities(3), 0, 0, 0, scale, scale, scale)
     if len(volumes) > 1:
         occ.fragment(volumes, [])
     occ.synchronize()
@@ -84,15 +83,20 @@ def read_surface(path: Path, scale: float) -> Geometry:
     triangles = np.concatenate([block.data for block in raw.cells if block.type == "triangle"])
     points, triangles = surface.merged(np.asarray(raw.points, float) * scale, triangles)
     triangles = surface.oriented(points, triangles)
-    part = gmsh.model.addDiscreteEntity(2)
-    gmsh.model.mesh.addNodes(2, part, range(1, len(points) + 1), points.ravel())
-    gmsh.model.mesh.addElementsByType(part, 2, [], triangles.ravel() + 1)
-    gmsh.model.mesh.classifySurfaces(CREASE, True, True, math.pi)
-    gmsh.model.mesh.createGeometry()
-    loop = gmsh.model.geo.addSurfaceLoop([tag for _, tag in gmsh.model.getEntities(2)])
-    volume = gmsh.model.geo.addVolume([loop])
-    gmsh.model.geo.synchronize()
-    return Geometry([volume], {}, volume=surface.volume(points, triangles))
+
+    def rebuild() -> int:
+        gmsh.clear()
+        part = gmsh.model.addDiscreteEntity(2)
+        gmsh.model.mesh.addNodes(2, part, range(1, len(points) + 1), points.ravel())
+        gmsh.model.mesh.addElementsByType(part, 2, [], triangles.ravel() + 1)
+        gmsh.model.mesh.classifySurfaces(CREASE, True, True, math.pi)
+        gmsh.model.mesh.createGeometry()
+        loop = gmsh.model.geo.addSurfaceLoop([tag for _, tag in gmsh.model.getEntities(2)])
+        volume = gmsh.model.geo.addVolume([loop])
+        gmsh.model.geo.synchronize()
+        return volume
+
+    return Geometry([rebuild()], {}, volume=surface.volume(points, triangles), rebuild=rebuild)
 
 
 def load(path: Path):
@@ -138,7 +142,10 @@ def read_mesh(request: Request) -> tuple:
     rest = np.array(sorted(outer - named_faces), int).reshape(-1, 3)
     if len(rest):
         facet_labels["boundary"] = rest
-    mesh = assemble(points, cells, volumes | {"body": np.ones(len(cells), bool)}, facet_labels, exclusive=False)
+    try:
+        mesh = assemble(points, cells, volumes | {"body": np.ones(len(cells), bool)}, facet_labels, exclusive=False)
+    except MesherFailed as error:
+        raise BadRequest(f"{path.name}: {error.error}", "repair the file") from None
     return mesh, {"unused_nodes": len(points) - len(mesh.points), "inner_triangles": int(np.sum(~on_boundary))}
 
 

@@ -2,21 +2,21 @@
 
 import json
 import re
-from importlib import metadata
 from pathlib import Path
 
 from . import quality
 from .geometry import MM
 from .mesh import TetMesh
-
-PACKAGES = ("gmsh", "cgal", "meshio", "numpy")
+from .versions import versions
 
 
 def build(request, mesh: TetMesh, volume_cad: float | None, paths: dict, notes: dict) -> dict:
-    """The manifest of a mesh. Lengths in metres; volume_cad is null when the input was a mesh already."""
+    """The manifest of a mesh. Lengths in metres; volume_cad is null when the input was a mesh already.
+
+    The request is kept as it came, but for the folder of its output: the files may move."""
     volume = quality.volume(mesh)
     return {
-        "request": request.raw,
+        "request": request.raw | {"output": Path(request.output).name},
         "cells": len(mesh.cells),
         "nodes": len(mesh.points),
         "facets": len(mesh.facets),
@@ -40,17 +40,6 @@ def in_metres(path: dict) -> dict:
         "pull_point": [x * MM for x in path["pull_point"]],
         "guide_radius": path["guide_radius"] * MM,
     }
-
-
-def versions() -> dict:
-    """Versions of the packages a mesh depends on."""
-    found = {}
-    for name in PACKAGES:
-        try:
-            found[name] = metadata.version(name)
-        except metadata.PackageNotFoundError:
-            found[name] = None
-    return found
 
 
 def path_for(output: str) -> Path:

@@ -25,7 +25,7 @@ class Skin:
 
 def skin(geometry: Geometry, size: float) -> Skin:
     """Triangulate the outer faces of the CAD with edges of at most `size` [mm]."""
-    gmsh.model.mesh.clear()
+    geometry.clear_mesh()
     gmsh.option.setNumber("Mesh.MeshSizeMin", 0)
     gmsh.option.setNumber("Mesh.MeshSizeMax", size)
     gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", PER_CIRCLE)

@@ -1,4 +1,4 @@
-"""Closed triangle surfaces: consistent orientation, volume, distances."""
+"""Closed triangle surfaces: consistent orientation, enclosed volume."""
 
 from collections import deque
 
@@ -22,13 +22,10 @@ def oriented(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
         neighbours[a].append((b, turn))
         neighbours[b].append((a, turn))
     part, turned = walk(neighbours)
-    result = np.where(turned[:, None], triangles[:, [0, 2, 1]], triangles)
-    for number in range(part.max() + 1):  # outer parts outward; cavities are turned below
-        if volume(points, result[part == number]) < 0:
-            result[part == number] = result[part == number][:, [0, 2, 1]]
     if part.max() > 0:
         raise BadRequest(f"the surface has {part.max() + 1} separate parts", "give one closed surface")
-    return result
+    result = np.where(turned[:, None], triangles[:, [0, 2, 1]], triangles)
+    return result if volume(points, result) > 0 else result[:, [0, 2, 1]]
 
 
 def walk(neighbours: list) -> tuple:

@@ -1,0 +1,94 @@
+"""Requests for the tests, and a reader of what they wrote."""
+
+import contextlib
+import gzip
+import io
+import json
+import re
+import tempfile
+import unittest
+from pathlib import Path
+
+import numpy as np
+
+from meshgen import bodies
+from meshgen.__main__ import serve
+
+UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
+
+
+def defaults(body: str, **changes) -> dict:
+    """The parameters of a body in SI units."""
+    values = {}
+    for name, entry in bodies.declaration(body)["parameters"].items():
+        number, _, unit = entry["default"].partition(" ")
+        values[name] = float(number) * UNITS[unit] if unit else float(number)
+    return values | changes
+
+
+class Case(unittest.TestCase):
+    """A test with a folder of its own."""
+
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+
+    def path(self, name: str) -> str:
+        return str(Path(self.folder.name) / name)
+
+    def ask(self, body: str, parameters: dict | None = None, name: str = "mesh.msh.gz", **request) -> tuple:
+        """Send a request; returns (exit code, answer)."""
+        parameters = defaults(body) if parameters is None else parameters
+        text = json.dumps({"body": body, "version": 1, "parameters": parameters, "output": self.path(name)} | request)
+        return self.send(text)
+
+    def send(self, text: str) -> tuple:
+        """Answer a request in this process; see `test_process` for one of its own."""
+        with contextlib.redirect_stderr(io.StringIO()):
+            answer, code = serve(text)
+        return code, json.loads(json.dumps(answer))
+
+    def made(self, *args, **kwargs) -> dict:
+        """The manifest of a request that must succeed."""
+        code, answer = self.ask(*args, **kwargs)
+        self.assertEqual(code, 0, answer)
+        beside = self.path(re.sub(r"\.msh(\.gz)?$", ".json", answer["request"]["output"]))
+        self.assertEqual(json.loads(Path(beside).read_text()), answer)
+        return answer
+
+    def refused(self, code: int, words: str, *args, **kwargs) -> dict:
+        """The error of a request that must fail, whose text must contain some words."""
+        got, answer = self.ask(*args, **kwargs)
+        self.assertEqual(got, code, answer)
+        self.assertIn(words, answer["error"] + " " + answer["hint"])
+        return answer
+
+    def covers_boundary(self, manifest: dict) -> None:
+        """The facet regions together are the boundary, each facet once."""
+        counts = [region["count"] for region in manifest["regions"].values() if region["dim"] == 2]
+        self.assertEqual(sum(counts), manifest["facets"])
+        self.assertEqual(manifest["regions"]["body"], {"dim": 3, "count": manifest["cells"]})
+
+
+def read_msh(path: str) -> dict:
+    """A strict little reader: names, nodes, elements by (dim, entity), physical tags of entities."""
+    data = Path(path).read_bytes()
+    text = (gzip.decompress(data) if path.endswith(".gz") else data).decode()
+    section = {name: body.strip().split("\n") for name, body in re.findall(r"\$(\w+)\n(.*?)\$End\1\n", text, re.S)}
+    names = {}
+    for line in section["PhysicalNames"][1:]:
+        dim, tag, name = line.split(maxsplit=2)
+        names[name.strip('"')] = (int(dim), int(tag))
+    _, _, surfaces, volumes = map(int, section["Entities"][0].split())
+    groups = {}
+    for i, line in enumerate(section["Entities"][1:]):
+        fields = line.split()
+        groups[2 if i < surfaces else 3, int(fields[0])] = [int(tag) for tag in fields[8 : 8 + int(fields[7])]]
+    assert len(groups) == surfaces + volumes
+    count = int(section["Nodes"][0].split()[1])
+    nodes = np.array([line.split() for line in section["Nodes"][2 + count :]], float)
+    elements, lines = {}, iter(section["Elements"][1:])
+    for line in lines:
+        dim, entity, _, number = map(int, line.split())
+        elements[dim, entity] = np.array([next(lines).split()[1:] for _ in range(number)], int) - 1
+    return {"names": names, "groups": groups, "nodes": nodes, "elements": elements}

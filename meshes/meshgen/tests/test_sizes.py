@@ -1,0 +1,70 @@
+"""Target counts, grading, nested families, seeds, reproducibility, both generators."""
+
+from pathlib import Path
+
+import numpy as np
+
+from .common import Case, read_msh
+
+
+class Sizes(Case):
+    def test_target_counts(self):
+        for cells in (1100, 4500):
+            manifest = self.made("finger", size={"cells": cells})
+            self.assertAlmostEqual(manifest["cells"], cells, delta=0.02 * cells)
+
+    def test_same_request_same_bytes(self):
+        for generator in ("gmsh", "cgal"):
+            for name in ("a.msh.gz", "b.msh.gz"):
+                self.made("finger", name=name, generator=generator, size={"length": 0.006}, seed=3)
+            self.assertEqual(Path(self.path("a.msh.gz")).read_bytes(), Path(self.path("b.msh.gz")).read_bytes())
+
+    def test_seeds_are_samples_of_one_size(self):
+        for generator in ("gmsh", "cgal"):
+            counts = [self.made("finger", generator=generator, size={"length": 0.005}, seed=seed)["cells"] for seed in (0, 1, 2)]
+            self.assertEqual(len(set(counts)), 3)
+            self.assertLess(max(counts) / min(counts), 1.25)
+
+    def test_nested(self):
+        base = self.made("cylinder", size={"length": 0.006})
+        nested = self.made("cylinder", size={"length": 0.006, "levels": 2})
+        self.assertEqual(nested["cells"], 64 * base["cells"])
+        for name, region in base["regions"].items():
+            factor = 64 if region["dim"] == 3 else 16
+            self.assertEqual(nested["regions"][name]["count"], factor * region["count"])
+        self.assertAlmostEqual(base["volume_error"] / nested["volume_error"], 16, delta=3)  # nodes are on the CAD
+        self.assertGreater(self.made("thick_sphere", size={"length": 0.006, "levels": 1}, order=2)["quality"]["jacobian_min"], 0)
+
+    def test_curved_cells_of_a_coarse_finger_are_valid(self):
+        manifest = self.made("finger", size={"length": 0.005, "levels": 1}, order=2)
+        self.assertGreaterEqual(manifest["quality"]["jacobian_min"], 0.0999)
+        self.assertGreater(manifest["straightened_edges"], 0)
+
+    def test_grading(self):
+        plain = self.made("finger", size={"length": 0.006})
+        fine = [{"feature": name, "length": 0.002, "distance": 0.003} for name in ("notches", "guides")]
+        graded = self.made("finger", size={"length": 0.006}, grading=fine)
+        self.assertGreater(graded["regions"]["notches"]["count"], 3 * plain["regions"]["notches"]["count"])
+        self.assertLess(graded["regions"]["root"]["count"], 3 * plain["regions"]["root"]["count"])
+        self.refused(2, "no grading feature", "finger", size={"length": 0.006}, grading=[fine[0] | {"feature": "nose"}])
+
+    def test_cgal(self):
+        manifest = self.made("finger", generator="cgal", size={"cells": 3000})
+        self.covers_boundary(manifest)
+        self.assertAlmostEqual(manifest["cells"], 3000, delta=60)
+        self.assertLess(abs(manifest["volume_error"]), 0.03)
+        self.assertTrue(0 < manifest["edge_error_m"] < 0.003)
+        mesh = read_msh(self.path("mesh.msh.gz"))
+        dim, tag = mesh["names"]["root"]
+        root = np.concatenate([e for key, e in mesh["elements"].items() if key[0] == dim and tag in mesh["groups"][key]])
+        self.assertLess(mesh["nodes"][root][:, :, 0].mean(), 5e-4)
+        x = mesh["nodes"][root]
+        area = np.linalg.norm(np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]), axis=1).sum() / 2
+        self.assertAlmostEqual(area / 4e-4, 1, delta=0.1)
+
+    def test_cgal_criteria(self):
+        sizes = {"facet_size": 0.004, "facet_approximation": 0.0005, "cell_size": 0.004}
+        manifest = self.made("dumbbell", generator="cgal", cgal=sizes | {"facet_angle": 30, "odt": True, "perturb": False})
+        self.assertEqual(manifest["cgal"]["facet_size"], 0.004)
+        self.assertEqual((manifest["cgal"]["odt"], manifest["cgal"]["perturb"], manifest["cgal"]["lloyd"]), (True, False, False))
+        self.assertAlmostEqual(manifest["regions"]["gauge"]["count"] / manifest["cells"], 0.12, delta=0.08)
