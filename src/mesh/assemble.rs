@@ -59,7 +59,7 @@ impl RawMesh {
                 kinds.insert(name, count);
             }
         }
-        let list = |kinds: &Kinds| kinds.iter().map(|(k, n)| format!("{n} {k}")).collect::<Vec<_>>().join(", ");
+        let list = |kinds: &Kinds| kinds.iter().map(|(k, n)| format!("{n} × {k}")).collect::<Vec<_>>().join(", ");
         let file = self.file.clone();
         match (linear, quadratic) {
             _ if kinds.len() > 1 || !self.other_volumes.is_empty() => {

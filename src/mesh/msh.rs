@@ -76,17 +76,17 @@ pub fn parse(file: &Path, data: &[u8], unit_m: f64) -> Result<TetMesh, MeshError
             "$MeshFormat" => format = Some(read_format(&mut at, file)?),
             "$PhysicalNames" => read_names(&mut at, &mut groups)?,
             "$Entities" => {
-                at.binary = format == Some(true);
+                begin(&mut at, format);
                 read_entities(&mut at, &mut groups)?;
             }
             "$Nodes" => {
-                at.binary = format == Some(true);
+                begin(&mut at, format);
                 nodes = true;
                 read_nodes(&mut at, &mut raw, &mut index)?;
             }
             "$Elements" if !nodes => return Err(at.syntax("$Nodes before $Elements", section)),
             "$Elements" => {
-                at.binary = format == Some(true);
+                begin(&mut at, format);
                 elements = true;
                 read_elements(&mut at, &groups, &index, &mut raw)?;
             }
@@ -110,6 +110,14 @@ pub fn parse(file: &Path, data: &[u8], unit_m: f64) -> Result<TetMesh, MeshError
         (false, ..) => Err(at.truncated("$MeshFormat")),
         (_, false, _) => Err(at.truncated("$Nodes")),
         _ => Err(at.truncated("$Elements")),
+    }
+}
+
+/// Begins the data of a section, in a binary file right after the end of the line.
+fn begin(at: &mut Cursor, binary: Option<bool>) {
+    if binary == Some(true) {
+        at.line();
+        at.binary = true;
     }
 }
 
@@ -232,8 +240,12 @@ fn read_elements(
         at.int("the dimension of an element block")?;
         let entity = at.int("the entity of an element block")?;
         let number = at.int("the type of an element block")?;
-        let &(_, nodes, dim, name) = (KINDS.iter().find(|k| k.0 == number))
-            .ok_or_else(|| at.syntax("a known element type", &format!("type {number}")))?;
+        let unknown = || MeshError::Format {
+            file: raw.file.clone(),
+            fact: format!("element type {number} is not known"),
+            remedy: "save tetrahedra of order 1 or 2 only".into(),
+        };
+        let &(_, nodes, dim, name) = KINDS.iter().find(|k| k.0 == number).ok_or_else(unknown)?;
         let value = at.long("the number of elements of a block")?;
         let count = at.count(value, 2 * (nodes + 1), "the elements of a block")?;
         let regions = groups.regions(dim, entity);

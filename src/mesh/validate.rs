@@ -53,7 +53,7 @@ pub enum MeshError {
     UnknownNode { file: PathBuf, owner: String, node: u64 },
     #[error("{}: node {node} is defined twice; write the file again", file.display())]
     NodeTwice { file: PathBuf, node: u64 },
-    #[error("{}: node {node} has a coordinate that is not finite", file.display())]
+    #[error("{}: node {node} has a coordinate that is not finite; the file is damaged, write it again", file.display())]
     NotFinite { file: PathBuf, node: u64 },
     #[error("{}: orphan node {node} at {} belongs to no cell ({count} such nodes); delete it, its motion is undefined", file.display(), point(at))]
     OrphanNode { file: PathBuf, node: u64, at: Vec3, count: usize },

@@ -1,7 +1,7 @@
 //! Legacy VTK unstructured grids, text and binary (big endian), versions 2.0 to 5.1.
 //!
 //! Cells read: VTK_TETRA (10) and VTK_QUADRATIC_TETRA (24); vertices, lines and surface cells are passed over, but their
-//! nodes need no tetrahedron. Every integer of CELL_DATA that takes at most 64 different values on the cells (gmsh's
+//! nodes need no tetrahedron. Every integer of CELL_DATA that takes 2 to 64 different values on the cells (gmsh's
 //! `CellEntityIds`, `gmsh:physical`) becomes regions `<name>_<value>`.
 
 use super::TetMesh;
@@ -156,14 +156,14 @@ impl Grid {
         if at.peek() == Some("OFFSETS") {
             at.word();
             let kind = at.word().unwrap_or_default();
-            let offsets = self.values(at, vtk5(kind), count, "the cell offsets")?;
+            let offsets = self.values(at, kind, count, "the cell offsets")?;
             self.offsets = offsets.into_iter().map(|v| v as usize).collect();
             match at.word() {
                 Some("CONNECTIVITY") => {}
                 other => return Err(at.syntax("CONNECTIVITY", other.unwrap_or_default())),
             }
             let kind = at.word().unwrap_or_default();
-            let nodes = self.values(at, vtk5(kind), size, "the nodes of the cells")?;
+            let nodes = self.values(at, kind, size, "the nodes of the cells")?;
             self.nodes = nodes.into_iter().map(|v| v as i64).collect();
             let rising = self.offsets.windows(2).all(|w| w[0] <= w[1]);
             if !rising || self.offsets.last().is_some_and(|&end| end > size) {
@@ -275,7 +275,7 @@ impl Grid {
         for (name, values) in self.tags.iter().filter(|(_, values)| values.len() == cells) {
             let mut regions: BTreeMap<i64, Vec<u32>> = BTreeMap::new();
             origin.iter().enumerate().for_each(|(i, &c)| regions.entry(values[c]).or_default().push(i as u32));
-            if regions.len() <= MOST_VALUES {
+            if (2..=MOST_VALUES).contains(&regions.len()) {
                 raw.cell_regions.extend(regions.into_iter().map(|(value, cells)| (format!("{name}_{value}"), cells)));
             }
         }
@@ -289,22 +289,13 @@ fn skip_metadata(at: &mut Cursor) {
     while at.line().is_some_and(|line| !line.trim().is_empty()) {}
 }
 
-/// Bytes of a value of VTK's data types.
+/// Bytes of a value of VTK's data types (`vtktypeint64`: version 5).
 fn width(kind: &str) -> Option<usize> {
     match kind {
         "char" | "unsigned_char" => Some(1),
         "short" | "unsigned_short" => Some(2),
-        "int" | "unsigned_int" | "float" => Some(4),
-        "long" | "unsigned_long" | "double" => Some(8),
+        "int" | "unsigned_int" | "vtktypeint32" | "vtktypeuint32" | "float" => Some(4),
+        "long" | "unsigned_long" | "vtktypeint64" | "vtktypeuint64" | "vtkIdType" | "double" => Some(8),
         _ => None,
-    }
-}
-
-/// The plain name of the types that VTK 5 files use for cells.
-fn vtk5(kind: &str) -> &str {
-    match kind {
-        "vtktypeint64" => "long",
-        "vtktypeint32" => "int",
-        other => other,
     }
 }

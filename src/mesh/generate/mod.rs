@@ -7,6 +7,8 @@ pub mod body;
 pub mod manifest;
 mod python;
 pub mod request;
+#[cfg(all(test, unix))]
+mod tests;
 
 pub use body::Body;
 pub use manifest::{CablePath, Manifest};
@@ -40,7 +42,7 @@ pub enum GenerateError {
     Failed { fact: String, remedy: String, lines: Vec<String> },
     #[error("the mesher died ({status}) before it wrote a mesh; try another size or seed{}", tail(lines))]
     Died { status: String, lines: Vec<String> },
-    #[error("{}: {fact}; delete the mesh and its manifest, they are made again", file.display())]
+    #[error("{}: {fact}; delete the mesh and its manifest: they are made again", file.display())]
     Manifest { file: PathBuf, fact: String },
     #[error("setting up the mesher failed at: {command}{}; {remedy}", tail(lines))]
     Setup { command: String, remedy: String, lines: Vec<String> },
@@ -129,7 +131,7 @@ impl Workshop {
         Ok(Generated { mesh: read(&path, 1.0)?, manifest, name, path, made })
     }
 
-    /// Makes a mesh for keeps: written into `folder` under its name instead of the cache. Returns the mesh file.
+    /// Keeps a mesh: as [`Workshop::mesh`], then moved from the cache to `meshes/<body>`. Returns the mesh file.
     pub fn commit(&self, request: &MeshRequest, progress: &mut dyn FnMut(&str)) -> Result<PathBuf, GenerateError> {
         let generated = self.mesh(request, progress)?;
         let folder = self.home.join("meshes").join(request.folder());
@@ -166,6 +168,9 @@ impl Workshop {
             if let Some(request) = value.get_mut("request").and_then(|r| r.as_object_mut()) {
                 request.shift_remove("output");
             }
+            // Nothing that cannot be read back is kept.
+            serde_json::from_value::<Manifest>(value.clone()).map_err(bad)?;
+            read(&part, 1.0)?;
             let text = serde_json::to_string_pretty(&value).map_err(bad)? + "\n";
             std::fs::write(&manifest, text).map_err(|e| GenerateError::io(&manifest, &e))?;
             for (from, to) in [(manifest, manifest_path(&target)), (part.clone(), target.clone())] {
