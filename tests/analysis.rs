@@ -368,9 +368,13 @@ fn store(dir: &Path) {
 fn a_report_is_complete_and_can_be_redrawn() {
     let dir = tempfile::tempdir().expect("temporary folder");
     store(dir.path());
-    // REPORT_EXAMPLE=DIR leaves the stored study there, to look at its pictures
+    // REPORT_EXAMPLE=DIR leaves the stored study and its report there, to look at the pictures
     if let Ok(keep) = std::env::var("REPORT_EXAMPLE") {
-        store(Path::new(&keep));
+        let keep = Path::new(&keep);
+        if !keep.join("study.json").exists() {
+            store(keep);
+        }
+        report::write(keep).unwrap_or_else(|e| panic!("{e}"));
     }
     let first = report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
     let read = |name: &str| std::fs::read_to_string(dir.path().join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));

@@ -140,13 +140,19 @@ impl Plot<'_, '_> {
 
     /// Grid, to be drawn before the data.
     pub fn grid(&self) {
-        let [l, t, r, b] = self.frame;
+        let [l, _, r, _] = self.frame;
         for (v, name) in self.y.ticks(5.0) {
             if !name.is_empty() {
                 let y = self.at(self.x.lo, v).1;
                 line(self.area, &[(l, y), (r, y)], PALE, 4);
             }
         }
+        self.grid_x();
+    }
+
+    /// Vertical lines only.
+    pub fn grid_x(&self) {
+        let [_, t, _, b] = self.frame;
         for (v, name) in self.x.ticks(5.0) {
             if !name.is_empty() {
                 let x = self.at(v, self.y.lo).0;
@@ -155,18 +161,11 @@ impl Plot<'_, '_> {
         }
     }
 
-    /// Frame, ticks and labels, to be drawn after the data. `names`: with numbers along x.
+    /// Both axes, to be drawn after the data. `names`: with numbers and label along x.
     pub fn axes(&self, names: bool) {
         let [l, t, r, b] = self.frame;
         line(self.area, &[(l, t), (l, b), (r, b)], INK, 6);
-        for (v, name) in self.x.ticks(5.0) {
-            let x = self.at(v, self.y.lo).0;
-            let long = if name.is_empty() { 12 } else { 25 };
-            line(self.area, &[(x, b), (x, b + long)], INK, 5);
-            if names && !name.is_empty() {
-                text(self.area, &name, (x, b + 38), At::Below, SMALL, INK);
-            }
-        }
+        self.ticks_x(names);
         let mut widest = 0;
         for (v, name) in self.y.ticks(5.0) {
             let y = self.at(self.x.lo, v).1;
@@ -177,10 +176,29 @@ impl Plot<'_, '_> {
                 text(self.area, &name, (l - 38, y), At::Right, SMALL, INK);
             }
         }
+        text(self.area, &self.y.label, (l - 60 - widest, (t + b) / 2), At::Turned, LABEL, INK);
+    }
+
+    /// The axis along x only.
+    pub fn axis_x(&self) {
+        let [l, _, r, b] = self.frame;
+        line(self.area, &[(l, b), (r, b)], INK, 6);
+        self.ticks_x(true);
+    }
+
+    fn ticks_x(&self, names: bool) {
+        let [l, _, r, b] = self.frame;
+        for (v, name) in self.x.ticks(5.0) {
+            let x = self.at(v, self.y.lo).0;
+            let long = if name.is_empty() { 12 } else { 25 };
+            line(self.area, &[(x, b), (x, b + long)], INK, 5);
+            if names && !name.is_empty() {
+                text(self.area, &name, (x, b + 38), At::Below, SMALL, INK);
+            }
+        }
         if names {
             text(self.area, &self.x.label, ((l + r) / 2, b + 125), At::Below, LABEL, INK);
         }
-        text(self.area, &self.y.label, (l - 60 - widest, (t + b) / 2), At::Turned, LABEL, INK);
     }
 
     /// `(a)` and a title, above the frame.
