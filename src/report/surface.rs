@@ -77,8 +77,10 @@ impl Fit {
 pub struct Look<'a> {
     /// Colour of triangle k before shading
     pub color: &'a dyn Fn(usize) -> RGB,
-    /// Colour and width of the edges [units]; `None`: edges take the colour of their triangle
+    /// Colour and width of all edges [units]; `None`: edges take the colour of their triangle
     pub edge: Option<(RGB, f64)>,
+    /// Colour and width of silhouette and sharp edges only [units]
+    pub outline: Option<(RGB, f64)>,
     /// 0 flat colour … 1 full shading
     pub shade: f64,
 }
@@ -90,9 +92,9 @@ fn hex(c: RGB) -> String {
 /// The surface as SVG paths, neighbours of one colour in one path.
 pub fn surface(points: &[V], triangles: &[[u32; 3]], view: &View, fit: &Fit, look: &Look) -> String {
     let light = unit([
-        0.45 * view.eye[0] - 0.35 * view.right[0] + 0.8 * view.up[0],
-        0.45 * view.eye[1] - 0.35 * view.right[1] + 0.8 * view.up[1],
-        0.45 * view.eye[2] - 0.35 * view.right[2] + 0.8 * view.up[2],
+        0.75 * view.eye[0] - 0.4 * view.right[0] + 0.6 * view.up[0],
+        0.75 * view.eye[1] - 0.4 * view.right[1] + 0.6 * view.up[1],
+        0.75 * view.eye[2] - 0.4 * view.right[2] + 0.6 * view.up[2],
     ]);
     let mut seen: Vec<(f64, usize, f64)> = (triangles.iter().enumerate())
         .filter_map(|(k, t)| {
@@ -102,6 +104,7 @@ pub fn surface(points: &[V], triangles: &[[u32; 3]], view: &View, fit: &Fit, loo
         })
         .collect();
     seen.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let sides = if look.outline.is_some() { feature_sides(points, triangles, view) } else { vec![] };
     let edge = look.edge.map(|(c, w)| format!(" stroke=\"{}\" stroke-width=\"{w}\"", hex(c)));
     let mut svg = format!("<g stroke-linejoin=\"round\"{}>\n", edge.clone().unwrap_or_default());
     let (mut path, mut last) = (String::new(), String::new());
@@ -122,8 +125,21 @@ pub fn surface(points: &[V], triangles: &[[u32; 3]], view: &View, fit: &Fit, loo
             flush(&mut svg, &mut path, &last);
             last = c;
         }
-        let [a, b, c] = triangles[k].map(|i| fit.at(view.project(points[i as usize])));
+        let p = triangles[k].map(|i| fit.at(view.project(points[i as usize])));
+        let [a, b, c] = p;
         let _ = write!(path, "M{} {}l{} {}l{} {}z", a.0, a.1, b.0 - a.0, b.1 - a.1, c.0 - b.0, c.1 - b.1);
+        if let Some((color, width)) = look.outline.filter(|_| sides[k] != 0) {
+            // Drawn with its triangle, so that nearer ones cover it
+            flush(&mut svg, &mut path, &last);
+            let mut d = String::new();
+            for side in (0..3).filter(|side| sides[k] & (1 << side) != 0) {
+                let (a, b) = (p[side], p[(side + 1) % 3]);
+                let _ = write!(d, "M{} {}L{} {}", a.0, a.1, b.0, b.1);
+            }
+            let color = hex(color);
+            let _ =
+                writeln!(svg, "<path stroke=\"{color}\" stroke-width=\"{width}\" stroke-linecap=\"round\" d=\"{d}\"/>");
+        }
     }
     flush(&mut svg, &mut path, &last);
     svg + "</g>\n"
@@ -133,30 +149,25 @@ fn scale(v: u8, factor: f64) -> u8 {
     (f64::from(v) * factor).round().clamp(0.0, 255.0) as u8
 }
 
-/// Silhouette and sharp edges (above 35°) that face the eye, as one path without fill.
-pub fn outline(points: &[V], triangles: &[[u32; 3]], view: &View, fit: &Fit, color: RGB, width: f64) -> String {
-    let mut edges: BTreeMap<(u32, u32), Vec<V>> = BTreeMap::new();
-    for t in triangles {
+/// Per triangle the sides (bit k: from corner k) that are silhouette or sharp (above 35°).
+fn feature_sides(points: &[V], triangles: &[[u32; 3]], view: &View) -> Vec<u8> {
+    let mut edges: BTreeMap<(u32, u32), Vec<(V, usize, u8)>> = BTreeMap::new();
+    for (k, t) in triangles.iter().enumerate() {
         let [a, b, c] = t.map(|i| points[i as usize]);
         let n = unit(cross(sub(b, a), sub(c, a)));
-        for (i, j) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])] {
-            edges.entry((i.min(j), i.max(j))).or_default().push(n);
+        for (side, (i, j)) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])].into_iter().enumerate() {
+            edges.entry((i.min(j), i.max(j))).or_default().push((n, k, 1 << side));
         }
     }
-    let mut d = String::new();
-    for ((i, j), normals) in edges {
-        let facing: Vec<bool> = normals.iter().map(|n| dot(*n, view.eye) > 0.0).collect();
-        let sharp = normals.len() != 2 || dot(normals[0], normals[1]) < 35.0_f64.to_radians().cos();
-        let silhouette = facing.iter().any(|f| *f) && facing.iter().any(|f| !*f);
-        if silhouette || (sharp && facing.contains(&true)) {
-            let (a, b) = (fit.at(view.project(points[i as usize])), fit.at(view.project(points[j as usize])));
-            let _ = write!(d, "M{} {}L{} {}", a.0, a.1, b.0, b.1);
+    let mut sides = vec![0; triangles.len()];
+    for users in edges.values() {
+        let sharp = users.len() != 2 || dot(users[0].0, users[1].0) < 35.0_f64.to_radians().cos();
+        let front = users.iter().filter(|u| dot(u.0, view.eye) > 0.0).count();
+        if sharp || front != users.len() {
+            users.iter().for_each(|(_, k, side)| sides[*k] |= side);
         }
     }
-    format!(
-        "<path fill=\"none\" stroke=\"{}\" stroke-width=\"{width}\" stroke-linecap=\"round\" d=\"{d}\"/>\n",
-        hex(color)
-    )
+    sides
 }
 
 /// viridis (van der Walt & Smith 2015), nine stops; s in [0, 1].

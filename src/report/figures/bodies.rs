@@ -1,8 +1,9 @@
 //! The meshes side by side, and the body at the peak of the protocol.
 
-use super::super::canvas::{At, DOUBLE, INK, LABEL, PALETTE, RGB, SMALL, figure, italic, line, mm, text};
+use super::super::canvas::{Area, At, DOUBLE, INK, LABEL, PALETTE, RGB, SMALL, figure, italic, line, mm, text};
+use super::super::plot::Axis;
 use super::super::store::Store;
-use super::super::surface::{Fit, Look, View, extent, outline, surface, viridis};
+use super::super::surface::{Fit, Look, View, extent, surface, viridis};
 use super::Figure;
 use super::curves::thousands;
 use crate::study::convergence::Analysis;
@@ -44,7 +45,7 @@ pub fn meshes(store: &Store) -> Option<Figure> {
     for (k, (_, skin)) in shown.iter().enumerate() {
         let (x, y) = corner(k);
         let fit = Fit::new(from, [mm(x), mm(y + head), mm(x + wide), mm(y + head + tall)]);
-        let look = Look { color: &|_| BODY, edge: Some((EDGE, 2.0)), shade: 0.9 };
+        let look = Look { color: &|_| BODY, edge: Some((EDGE, 2.0)), outline: None, shade: 0.8 };
         under += &surface(&skin.points, &skin.triangles, &view, &fit, &look);
     }
     let svg = figure(DOUBLE, height, &under, |area| {
@@ -88,19 +89,21 @@ pub fn bent(store: &Store, analysis: &Analysis) -> Option<Figure> {
     let top = sorted.get(sorted.len() * 98 / 100).copied().unwrap_or(2.0).max(1.001);
     let value = |k: usize| skin.triangles[k].iter().map(|i| skin.stretch[*i as usize]).sum::<f64>() / 3.0;
     let color = |k: usize| viridis((value(k) - 1.0) / (top - 1.0));
-    let ghost = RGB(0xb4, 0xb4, 0xb4);
-    let mut under = outline(&skin.points, &skin.triangles, &view, &fit, ghost, 5.0);
-    let look = Look { color: &color, edge: None, shade: 0.45 };
+    let (ghost, pale, dark) = (RGB(0xb4, 0xb4, 0xb4), RGB(0xf6, 0xf6, 0xf6), RGB(0x30, 0x30, 0x30));
+    let look = Look { color: &|_| pale, edge: None, outline: Some((ghost, 5.0)), shade: 0.1 };
+    let mut under = surface(&skin.points, &skin.triangles, &view, &fit, &look);
+    let look = Look { color: &color, edge: None, outline: Some((dark, 4.0)), shade: 0.45 };
     under += &surface(&moved, &skin.triangles, &view, &fit, &look);
-    under += &outline(&moved, &skin.triangles, &view, &fit, RGB(0x30, 0x30, 0x30), 4.0);
     let total = tall.max(40.0) + 4.0;
+    let bar_at = (wide + 5.0, total, top);
+    under += &gradient(bar_at);
     let svg = figure(wide + bar + 6.0, total, &under, |area| {
         for polyline in &skin.cables {
             let path: Vec<_> = polyline.iter().map(|x| fit.at(view.project(*x))).collect();
             line(area, &path, RGB(255, 255, 255), 22);
             line(area, &path, PALETTE[1], 12);
         }
-        color_bar(area, wide + 5.0, total, top);
+        color_bar(area, bar_at);
     });
     let clipped = if sorted.last().is_some_and(|m| *m > top * 1.01) {
         format!(" (2 % of the surface is above {top:.2}, up to {:.2})", sorted[sorted.len() - 1])
@@ -114,22 +117,33 @@ pub fn bent(store: &Store, analysis: &Analysis) -> Option<Figure> {
     Some(Figure { name: "bent".into(), svg, caption })
 }
 
-fn color_bar(area: &super::super::canvas::Area, x: f64, height: f64, top: f64) {
+/// Top and bottom of the colour bar [mm].
+fn bar_span(height: f64) -> (f64, f64) {
     let tall = (height - 16.0).min(50.0);
-    let (a, b) = (0.5 * (height - tall) + 2.0, 0.5 * (height + tall) + 2.0);
-    let n = 100;
-    for k in 0..n {
-        let y = |k: usize| mm(b - (b - a) * k as f64 / f64::from(n as u32));
-        // A unit of overlap: no seams between the steps
-        let c = viridis((k as f64 + 0.5) / f64::from(n as u32));
-        super::super::canvas::block(area, (mm(x), y(k + 1)), (mm(x + 3.5), y(k) + 4), c);
+    (0.5 * (height - tall) + 2.0, 0.5 * (height + tall) + 2.0)
+}
+
+/// The colours of the bar, as SVG.
+fn gradient((x, height, _): (f64, f64, f64)) -> String {
+    let (a, b) = bar_span(height);
+    let mut svg = String::from("<defs><linearGradient id=\"stretch\" x1=\"0\" y1=\"1\" x2=\"0\" y2=\"0\">");
+    for k in 0..=16 {
+        let c = viridis(f64::from(k) / 16.0);
+        svg += &format!("<stop offset=\"{}\" stop-color=\"rgb({},{},{})\"/>", f64::from(k) / 16.0, c.0, c.1, c.2);
     }
+    let (x, y, w, h) = (mm(x), mm(a), mm(3.5), mm(b) - mm(a));
+    svg + &format!(
+        "</linearGradient></defs>\n<rect x=\"{x}\" y=\"{y}\" width=\"{w}\" height=\"{h}\" fill=\"url(#stretch)\"/>\n"
+    )
+}
+
+fn color_bar(area: &Area, (x, height, top): (f64, f64, f64)) {
+    let (a, b) = bar_span(height);
     text(area, &format!("{}₁ [–]", italic("λ")), (mm(x), mm(a - 3.5)), At::Left, LABEL, INK);
-    for k in 0..=4 {
-        let s = f64::from(k) / 4.0;
-        let y = mm(b - (b - a) * s);
+    let axis = Axis::exact(1.0, top, "");
+    for (value, name) in axis.ticks() {
+        let y = mm(b - (b - a) * axis.place(value));
         line(area, &[(mm(x + 3.5), y), (mm(x + 4.4), y)], INK, 5);
-        let decimals = if top - 1.0 < 0.1 { 3 } else { 2 };
-        text(area, &format!("{:.decimals$}", 1.0 + s * (top - 1.0)), (mm(x + 5.2), y), At::Left, SMALL, INK);
+        text(area, &name, (mm(x + 5.2), y), At::Left, SMALL, INK);
     }
 }

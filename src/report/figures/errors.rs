@@ -56,7 +56,7 @@ fn sheet(
         return None;
     }
     let n = shown.len() as f64;
-    let each = ((DOUBLE - LEFT - 2.0 - GAP * (n - 1.0)) / n).min(70.0);
+    let each = ((DOUBLE - LEFT - 5.0 - GAP * (n - 1.0)) / n).min(70.0);
     let mut used: Vec<usize> = shown.iter().flat_map(|(_, d)| d.iter().map(|d| d.family)).collect();
     used.sort_unstable();
     used.dedup();
@@ -69,7 +69,7 @@ fn sheet(
         .collect();
     entries.extend(extra);
     let rows = entries.len().div_ceil(4);
-    let height = TOP + TALL + 14.0 + 4.2 * rows as f64;
+    let height = TOP + TALL + 12.5 + 4.2 * rows as f64;
     Some(figure(DOUBLE, height, "", |area| {
         for (k, (q, dots)) in shown.iter().enumerate() {
             let x = LEFT + k as f64 * (each + GAP);
@@ -77,7 +77,7 @@ fn sheet(
             panel(area, frame, ['a', 'b', 'c'][k], q, dots);
         }
         for (k, entry) in entries.into_iter().enumerate() {
-            let at = (mm(LEFT + 41.0 * (k % 4) as f64), mm(TOP + TALL + 14.5 + 4.2 * (k / 4) as f64));
+            let at = (mm(LEFT + 41.0 * (k % 4) as f64), mm(TOP + TALL + 13.5 + 4.2 * (k / 4) as f64));
             legend(area, at, &[entry]);
         }
     }))
@@ -149,18 +149,20 @@ pub fn against_h(store: &Store, analysis: &Analysis) -> Option<Figure> {
                 .collect();
             line(area, &path, style(family).1, 7);
             if let Some((_, p)) = y[0] {
-                orders.push((format!("{} {p:.2}", e.family), style(family).1));
+                orders.push((format!("{p:.2} ({})", e.family), style(family).1));
             }
         }
         marks(&plot, dots, h);
         plot.axes(true);
         plot.title(letter, &super::super::page::sentence(&title(q)));
-        // Lower right: large h has large errors, so nothing else stands there
-        let [_, _, r, b] = frame;
-        let n = orders.len() as i32;
+        // Upper left: small h has small errors, so only the tolerance can stand there
+        let [l, t, ..] = frame;
+        let taken = 40 + 85 * orders.len() as i32;
+        let tolerance = plot.at(plot.x.lo, tolerance).1 - t;
+        let from = if (0..taken + 40).contains(&tolerance) { tolerance + 70 } else { 60 };
         for (k, (words, color)) in orders.iter().enumerate() {
-            let words = format!("{} {words}", if k == 0 { italic("p") + ":" } else { String::new() });
-            text(area, words.trim(), (r - 30, b - 60 - 85 * (n - 1 - k as i32)), At::Right, SMALL, *color);
+            let words = format!("{} = {}", italic("p"), words);
+            text(area, &words, (l + 40, t + from + 85 * k as i32), At::Left, SMALL, *color);
         }
     })?;
     let caption = "Error of the peak against the reference value over the mean cell size h = (V/N)^⅓, with the fitted \
@@ -181,11 +183,6 @@ pub fn against_cost(store: &Store, analysis: &Analysis) -> Option<Figure> {
         let x = Axis::log(dots.iter().map(|d| d.cost), &format!("{words} [s]"));
         let plot = Plot { area, frame, x, y: percent_axis(dots, tolerance, true) };
         levels(&plot, q, tolerance);
-        for d in dots {
-            let (a, b) = (plot.at(d.cost, d.error.max(plot.y.lo)), plot.at(d.cost, d.bar));
-            line(area, &[a, b], style(d.family).1, 4);
-            line(area, &[(b.0 - 14, b.1), (b.0 + 14, b.1)], style(d.family).1, 4);
-        }
         // Seeds show the scatter; a lucky one is no setting to choose
         let mut order: Vec<&Dot> = dots.iter().filter(|d| store.study.families[d.family].role != Role::Seeds).collect();
         order.sort_by(|a, b| a.cost.total_cmp(&b.cost));
@@ -201,6 +198,11 @@ pub fn against_cost(store: &Store, analysis: &Analysis) -> Option<Figure> {
         }
         front.extend(front.last().map(|last| (frame[2], last.1)));
         line(area, &front, GREY, 8);
+        for d in dots {
+            let (a, b) = (plot.at(d.cost, d.error.max(plot.y.lo)), plot.at(d.cost, d.bar));
+            line(area, &[a, b], style(d.family).1, 4);
+            line(area, &[(b.0 - 14, b.1), (b.0 + 14, b.1)], style(d.family).1, 4);
+        }
         marks(&plot, dots, |d| d.cost);
         plot.axes(true);
         plot.title(letter, &super::super::page::sentence(&title(q)));

@@ -19,19 +19,22 @@ pub fn draw(store: &Store, analysis: &Analysis) -> Option<Figure> {
         .filter(|r| r.variant == *variant && r.status == CONVERGED && r.wall_s > 0.0)
         .filter(|r| matches!(role(r), Some(Role::Sizes | Role::Nested | Role::Remeshed | Role::Element)))
         .collect();
-    rows.sort_by(|a, b| (&a.formulation, a.mesh.cells).cmp(&(&b.formulation, b.mesh.cells)));
+    rows.sort_by(|a, b| (b.formulation.as_str(), a.mesh.cells).cmp(&(a.formulation.as_str(), b.mesh.cells)));
     if rows.is_empty() {
         return None;
     }
     let mut effects: Vec<&str> = rows.iter().flat_map(|r| r.effects.iter().map(|e| e.name.as_str())).collect();
     effects.sort_unstable();
     effects.dedup();
+    let total =
+        |name: &str| -> f64 { rows.iter().flat_map(|r| &r.effects).filter(|e| e.name == name).map(|e| e.wall_s).sum() };
+    effects.sort_by(|a, b| total(b).total_cmp(&total(a)));
     effects.truncate(PALETTE.len());
     let phases = ["assembly", "factorisation", "solve", "output", "rest"];
     let (left, each, gap, top) = (41.0, 61.0, 14.0, 6.0);
     let tall = ROW * rows.len() as f64;
     let lines = phases.len().max(effects.len());
-    let height = top + tall + 14.5 + 4.2 * lines.div_ceil(3) as f64;
+    let height = top + tall + 12.5 + 4.2 * lines.div_ceil(3) as f64;
     let svg = figure(DOUBLE, height, "", |area| {
         let phase = |r: &CaseRecord| {
             let p = &r.phases;
@@ -45,8 +48,8 @@ pub fn draw(store: &Store, analysis: &Analysis) -> Option<Figure> {
             effects.iter().map(of).zip(PALETTE).collect()
         };
         let frame = |x: f64| [mm(x), mm(top), mm(x + each), mm(top + tall)];
-        bars(area, frame(left), 'a', "phases", &rows, &phase);
-        bars(area, frame(left + each + gap), 'b', "evaluation of the effects", &rows, &effect);
+        bars(area, frame(left), 'a', "Phases", &rows, &phase);
+        bars(area, frame(left + each + gap), 'b', "Evaluation of the effects", &rows, &effect);
         for (k, r) in rows.iter().enumerate() {
             let y = mm(top + ROW * (k as f64 + 0.5));
             let words = format!("{}, {} {}", r.formulation, r.family.replace('_', " "), thousands(r.mesh.cells));
@@ -63,7 +66,7 @@ pub fn draw(store: &Store, analysis: &Analysis) -> Option<Figure> {
         let put = |x: f64, wide: f64, names: &[&str]| {
             for (k, name) in names.iter().enumerate() {
                 let color = if *name == "rest" { REST } else { PALETTE[k] };
-                let at = (mm(x + wide * (k % 3) as f64), mm(top + tall + 15.0 + 4.2 * (k / 3) as f64));
+                let at = (mm(x + wide * (k % 3) as f64), mm(top + tall + 13.5 + 4.2 * (k / 3) as f64));
                 legend(area, at, &[(Sample::Block(color), name.to_string())]);
             }
         };
