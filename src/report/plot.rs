@@ -1,6 +1,6 @@
 //! Axes: a frame on the sheet, linear or logarithmic, with ticks and labels.
 
-use super::canvas::{Area, At, GREY, INK, LABEL, PALE, Point, SMALL, line, mm, text};
+use super::canvas::{Area, At, INK, LABEL, PALE, Point, SMALL, line, mm, text};
 
 /// One axis: range, scale and label.
 #[derive(Clone, Debug)]
@@ -204,11 +204,5 @@ impl Plot<'_, '_> {
     pub fn title(&self, letter: char, words: &str) {
         let [l, t, ..] = self.frame;
         text(self.area, &format!("({letter})  {words}"), (l, t - mm(2.4)), At::Left, LABEL, INK);
-    }
-
-    /// Says in the middle that there is nothing to show.
-    pub fn empty(&self, why: &str) {
-        let [l, t, r, b] = self.frame;
-        text(self.area, why, ((l + r) / 2, (t + b) / 2), At::Middle, SMALL, GREY);
     }
 }

@@ -110,7 +110,7 @@ pub fn surface(points: &[V], triangles: &[[u32; 3]], view: &View, fit: &Fit, loo
     let (mut path, mut last) = (String::new(), String::new());
     let flush = |svg: &mut String, path: &mut String, color: &str| {
         if !path.is_empty() {
-            let own = if edge.is_none() { format!(" stroke=\"{color}\" stroke-width=\"3\"") } else { String::new() };
+            let own = if edge.is_none() { format!(" stroke=\"{color}\" stroke-width=\"2\"") } else { String::new() };
             let _ = writeln!(svg, "<path fill=\"{color}\"{own} d=\"{path}\"/>");
             path.clear();
         }
@@ -151,7 +151,9 @@ fn scale(v: u8, factor: f64) -> u8 {
 
 /// Per triangle the sides (bit k: from corner k) that are silhouette or sharp (above 35°).
 fn feature_sides(points: &[V], triangles: &[[u32; 3]], view: &View) -> Vec<u8> {
-    let mut edges: BTreeMap<(u32, u32), Vec<(V, usize, u8)>> = BTreeMap::new();
+    // Edge → its triangles: normal, number, side
+    type Users = Vec<(V, usize, u8)>;
+    let mut edges: BTreeMap<(u32, u32), Users> = BTreeMap::new();
     for (k, t) in triangles.iter().enumerate() {
         let [a, b, c] = t.map(|i| points[i as usize]);
         let n = unit(cross(sub(b, a), sub(c, a)));

@@ -90,9 +90,9 @@ pub fn bent(store: &Store, analysis: &Analysis) -> Option<Figure> {
     let value = |k: usize| skin.triangles[k].iter().map(|i| skin.stretch[*i as usize]).sum::<f64>() / 3.0;
     let color = |k: usize| viridis((value(k) - 1.0) / (top - 1.0));
     let (ghost, pale, dark) = (RGB(0xb4, 0xb4, 0xb4), RGB(0xf6, 0xf6, 0xf6), RGB(0x30, 0x30, 0x30));
-    let look = Look { color: &|_| pale, edge: None, outline: Some((ghost, 5.0)), shade: 0.1 };
+    let look = Look { color: &|_| pale, edge: None, outline: Some((ghost, 8.0)), shade: 0.1 };
     let mut under = surface(&skin.points, &skin.triangles, &view, &fit, &look);
-    let look = Look { color: &color, edge: None, outline: Some((dark, 4.0)), shade: 0.45 };
+    let look = Look { color: &color, edge: None, outline: Some((dark, 6.0)), shade: 0.45 };
     under += &surface(&moved, &skin.triangles, &view, &fit, &look);
     let total = tall.max(40.0) + 4.0;
     let bar_at = (wide + 5.0, total, top);
