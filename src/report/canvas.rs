@@ -9,8 +9,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 /// Units per millimetre.
 const PER_MM: f64 = 720.0 / 25.4;
-/// Width of one column and of two [mm].
-pub const SINGLE: f64 = 88.0;
+/// Width of two columns [mm].
 pub const DOUBLE: f64 = 180.0;
 /// Type sizes: labels and annotations [units].
 pub const LABEL: i32 = 80;
@@ -70,13 +69,8 @@ pub fn figure(width: f64, height: f64, under: &str, paint: impl FnOnce(&Area)) -
 pub enum At {
     Left,
     Right,
-    Middle,
-    /// Centred above the point
-    Above,
     /// Centred below the point
     Below,
-    /// Left aligned, below the point
-    TopLeft,
     /// Turned by 90°, centred, left of the point
     Turned,
 }
@@ -94,10 +88,7 @@ pub fn text(area: &Area, s: &str, at: Point, anchor: At, size: i32, color: RGBCo
     let (h, v, turn) = match anchor {
         At::Left => (HPos::Left, VPos::Center, false),
         At::Right => (HPos::Right, VPos::Center, false),
-        At::Middle => (HPos::Center, VPos::Center, false),
-        At::Above => (HPos::Center, VPos::Bottom, false),
         At::Below => (HPos::Center, VPos::Top, false),
-        At::TopLeft => (HPos::Left, VPos::Top, false),
         At::Turned => (HPos::Center, VPos::Bottom, true),
     };
     // plotters writes size/1.24

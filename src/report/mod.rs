@@ -10,6 +10,7 @@ mod page;
 mod plot;
 pub mod store;
 pub mod summary;
+mod surface;
 mod tables;
 
 pub use error::ReportError;

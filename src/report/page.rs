@@ -1,5 +1,6 @@
 //! `index.html`: one file that opens from disk, with nothing outside of it.
 
+use super::canvas::DOUBLE;
 use super::figures::Figure;
 use super::store::Store;
 use super::tables::Table;
@@ -44,7 +45,7 @@ pub fn html(store: &Store, analysis: &Analysis, figures: &[Figure], tables: &[Ta
         h += &format!(
             "<figure id=\"{}\">\n{}<figcaption>Figure {}. {} <a href=\"figures/{}.pdf\">PDF</a></figcaption></figure>\n",
             f.name,
-            f.svg,
+            sized(&f.svg),
             k + 1,
             escape(&f.caption),
             f.name
@@ -83,6 +84,12 @@ fn provenance(store: &Store) -> String {
         h += &format!("{}  {}\n", escape(&c.record.provenance.input_sha256), escape(&c.record.id));
     }
     h + "</pre></details>\n"
+}
+
+/// On the page a figure takes the part of the width that it takes of two columns in print.
+fn sized(svg: &str) -> String {
+    let mm: f64 = svg.split('"').nth(1).and_then(|w| w.strip_suffix("mm")?.parse().ok()).unwrap_or(DOUBLE);
+    svg.replacen("<svg ", &format!("<svg style=\"width:{:.0}%\" ", 100.0 * mm / DOUBLE), 1)
 }
 
 pub fn escape(s: &str) -> String {

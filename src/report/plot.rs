@@ -1,6 +1,6 @@
 //! Axes: a frame on the sheet, linear or logarithmic, with ticks and labels.
 
-use super::canvas::{Area, At, GREY, INK, LABEL, PALE, Point, SMALL, line, mm, text};
+use super::canvas::{Area, At, INK, LABEL, PALE, Point, SMALL, line, mm, text};
 
 /// One axis: range, scale and label.
 #[derive(Clone, Debug)]
@@ -8,6 +8,8 @@ pub struct Axis {
     pub lo: f64,
     pub hi: f64,
     pub log: bool,
+    /// Distance of ticks on a linear axis
+    pub step: f64,
     pub label: String,
 }
 
@@ -20,17 +22,13 @@ impl Axis {
             (lo, hi) = (lo - half, hi + half);
         }
         let step = step(hi - lo, 5.0);
-        Self {
-            lo: (lo / step + 1e-6).floor() * step,
-            hi: (hi / step - 1e-6).ceil() * step,
-            log: false,
-            label: label.into(),
-        }
+        let (lo, hi) = ((lo / step + 1e-6).floor() * step, (hi / step - 1e-6).ceil() * step);
+        Self { lo, hi, log: false, step, label: label.into() }
     }
 
     /// Exactly from `lo` to `hi`.
     pub fn exact(lo: f64, hi: f64, label: &str) -> Self {
-        Self { lo, hi, log: false, label: label.into() }
+        Self { lo, hi, log: false, step: step((hi - lo).abs(), 5.0), label: label.into() }
     }
 
     /// Positive values only, with a margin of a twelfth of the length on both sides and at least one decade.
@@ -43,7 +41,7 @@ impl Axis {
         if !labelled().any(|(m, e)| (a..=b).contains(&(m.log10() + e))) {
             (a, b) = (a.floor(), b.ceil());
         }
-        Self { lo: 10f64.powf(a), hi: 10f64.powf(b), log: true, label: label.into() }
+        Self { lo: 10f64.powf(a), hi: 10f64.powf(b), log: true, step: 0.0, label: label.into() }
     }
 
     /// Position in [0, 1].
@@ -52,12 +50,13 @@ impl Axis {
     }
 
     /// (value, label); an empty label is a minor tick.
-    fn ticks(&self, count: f64) -> Vec<(f64, String)> {
+    pub fn ticks(&self) -> Vec<(f64, String)> {
         if !self.log {
-            let step = step(self.hi - self.lo, count);
+            let step = self.step;
             let decimals = (-step.log10().floor()).max(0.0) as usize;
-            let first = (self.lo / step - 1e-6).ceil() as i64;
-            let last = (self.hi / step + 1e-6).floor() as i64;
+            let (a, b) = (self.lo.min(self.hi), self.lo.max(self.hi));
+            let first = (a / step - 1e-6).ceil() as i64;
+            let last = (b / step + 1e-6).floor() as i64;
             return (first..=last).map(|k| (k as f64 * step, number(k as f64 * step, decimals))).collect();
         }
         let decades = (self.hi / self.lo).log10();
@@ -140,14 +139,20 @@ impl Plot<'_, '_> {
 
     /// Grid, to be drawn before the data.
     pub fn grid(&self) {
-        let [l, t, r, b] = self.frame;
-        for (v, name) in self.y.ticks(5.0) {
+        let [l, _, r, _] = self.frame;
+        for (v, name) in self.y.ticks() {
             if !name.is_empty() {
                 let y = self.at(self.x.lo, v).1;
                 line(self.area, &[(l, y), (r, y)], PALE, 4);
             }
         }
-        for (v, name) in self.x.ticks(5.0) {
+        self.grid_x();
+    }
+
+    /// Vertical lines only.
+    pub fn grid_x(&self) {
+        let [_, t, _, b] = self.frame;
+        for (v, name) in self.x.ticks() {
             if !name.is_empty() {
                 let x = self.at(v, self.y.lo).0;
                 line(self.area, &[(x, t), (x, b)], PALE, 4);
@@ -155,20 +160,13 @@ impl Plot<'_, '_> {
         }
     }
 
-    /// Frame, ticks and labels, to be drawn after the data. `names`: with numbers along x.
+    /// Both axes, to be drawn after the data. `names`: with numbers and label along x.
     pub fn axes(&self, names: bool) {
         let [l, t, r, b] = self.frame;
         line(self.area, &[(l, t), (l, b), (r, b)], INK, 6);
-        for (v, name) in self.x.ticks(5.0) {
-            let x = self.at(v, self.y.lo).0;
-            let long = if name.is_empty() { 12 } else { 25 };
-            line(self.area, &[(x, b), (x, b + long)], INK, 5);
-            if names && !name.is_empty() {
-                text(self.area, &name, (x, b + 38), At::Below, SMALL, INK);
-            }
-        }
-        let mut widest = 0;
-        for (v, name) in self.y.ticks(5.0) {
+        self.ticks_x(names);
+        let mut widest = super::canvas::width("0.00", SMALL);
+        for (v, name) in self.y.ticks() {
             let y = self.at(self.x.lo, v).1;
             let long = if name.is_empty() { 12 } else { 25 };
             line(self.area, &[(l - long, y), (l, y)], INK, 5);
@@ -177,21 +175,34 @@ impl Plot<'_, '_> {
                 text(self.area, &name, (l - 38, y), At::Right, SMALL, INK);
             }
         }
+        text(self.area, &self.y.label, (l - 60 - widest, (t + b) / 2), At::Turned, LABEL, INK);
+    }
+
+    /// The axis along x only.
+    pub fn axis_x(&self) {
+        let [l, _, r, b] = self.frame;
+        line(self.area, &[(l, b), (r, b)], INK, 6);
+        self.ticks_x(true);
+    }
+
+    fn ticks_x(&self, names: bool) {
+        let [l, _, r, b] = self.frame;
+        for (v, name) in self.x.ticks() {
+            let x = self.at(v, self.y.lo).0;
+            let long = if name.is_empty() { 12 } else { 25 };
+            line(self.area, &[(x, b), (x, b + long)], INK, 5);
+            if names && !name.is_empty() {
+                text(self.area, &name, (x, b + 38), At::Below, SMALL, INK);
+            }
+        }
         if names {
             text(self.area, &self.x.label, ((l + r) / 2, b + 125), At::Below, LABEL, INK);
         }
-        text(self.area, &self.y.label, (l - 60 - widest, (t + b) / 2), At::Turned, LABEL, INK);
     }
 
     /// `(a)` and a title, above the frame.
     pub fn title(&self, letter: char, words: &str) {
         let [l, t, ..] = self.frame;
         text(self.area, &format!("({letter})  {words}"), (l, t - mm(2.4)), At::Left, LABEL, INK);
-    }
-
-    /// Says in the middle that there is nothing to show.
-    pub fn empty(&self, why: &str) {
-        let [l, t, r, b] = self.frame;
-        text(self.area, why, ((l + r) / 2, (t + b) / 2), At::Middle, SMALL, GREY);
     }
 }

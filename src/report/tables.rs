@@ -160,7 +160,7 @@ fn curves(analysis: &Analysis) -> Table {
                     relative(n.l2_to_finer),
                     relative(n.linf_to_finer),
                     n.l2_error.map_or("–".into(), |v| format!("{:.2}", 100.0 * v)),
-                    format!("{:.1}", 1e3 * n.lag_s),
+                    format!("{:.1}", (1e4 * n.lag_s).round() / 10.0 + 0.0),
                     n.cycle_defect.map_or("–".into(), |v| format!("{:.1e}", v)),
                     c.observed_order.map_or("–".into(), |p| format!("{p:.2}")),
                 ]);

@@ -2,7 +2,7 @@
 //!
 //! Pure: records and curves in, [`Analysis`] out; nothing is solved, read or written. The formulae stand in
 //! [`order`], [`fit`], [`family`] and [`curve`], the choice of the reference in [`reference`], the sentences in
-//! [`verdict`].
+//! [`verdict`] and [`warnings`].
 
 pub mod curve;
 pub mod family;
@@ -10,6 +10,7 @@ pub mod fit;
 pub mod order;
 pub mod reference;
 pub mod verdict;
+pub mod warnings;
 
 use super::record::{CaseRecord, FamilyRecord, Quantity, Role, StoredCase, StudyRecord};
 use curve::{Curve, CurveStudy};
@@ -152,7 +153,7 @@ pub fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis {
     for q in &mut quantities {
         q.sentence = verdict::sentence(&settings, q, study.tolerance);
     }
-    let warnings = verdict::warnings(&cases, &quantities, &incomplete);
+    let warnings = warnings::warnings(&cases, &quantities, &incomplete);
     let (recommended, verdict) = verdict::conclude(&cases, &quantities, &settings, &incomplete);
     let cost = if cases.shared { "cpu_s" } else { "wall_s" };
     Analysis { tolerance: study.tolerance, quantities, settings, recommended, incomplete, cost, warnings, verdict }

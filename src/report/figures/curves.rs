@@ -102,15 +102,10 @@ fn panel(
     if let Some(s) = study {
         dashed(area, &plot.path(&s.t, &s.star), INK, 8, 30.0);
     }
-    plot.axes(false);
-    plot.title(letter, &super::super::page::sentence(&q.label));
-
-    let Some(s) = study else {
-        let plot = Plot { area, frame: lower, x: time, y: Axis::exact(-1.0, 1.0, "") };
-        plot.axes(true);
-        plot.empty(if curves.len() < 2 { "needs two meshes" } else { "imposed, or no order observed" });
-        return;
-    };
+    let imposed = if study.is_none() && same(&curves) { ", imposed" } else { "" };
+    plot.axes(study.is_none());
+    plot.title(letter, &format!("{}{imposed}", super::super::page::sentence(&q.label)));
+    let Some(s) = study else { return };
     let star = Curve { t: s.t.clone(), f: s.star.clone() };
     let off: Vec<Option<Vec<f64>>> =
         (curves.iter()).map(|c| c.as_ref().map(|c| s.t.iter().map(|t| c.at(*t) - star.at(*t)).collect())).collect();
@@ -129,6 +124,12 @@ fn panel(
     }
     dashed(area, &[plot.at(plot.x.lo, 0.0), plot.at(plot.x.hi, 0.0)], INK, 8, 30.0);
     plot.axes(true);
+}
+
+/// All meshes have one curve, as an imposed quantity has.
+fn same(curves: &[Option<Curve>]) -> bool {
+    let peaks: Vec<f64> = curves.iter().flatten().map(Curve::peak).collect();
+    peaks.len() > 1 && peaks.iter().all(|p| (p - peaks[0]).abs() <= 1e-6 * peaks[0].abs())
 }
 
 /// `36 600`, with a thin space.

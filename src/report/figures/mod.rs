@@ -1,6 +1,9 @@
 //! The figures, one file each: stored results in, SVG out.
 
+pub mod bodies;
 pub mod curves;
+pub mod errors;
+pub mod time;
 
 use super::canvas::{Area, At, INK, Mark, Point, RGB, SMALL, line, mark, mm, text};
 use super::store::Store;
@@ -17,7 +20,12 @@ pub struct Figure {
 /// Every figure that the stored data allow.
 pub fn all(store: &Store, analysis: &Analysis) -> Vec<Figure> {
     let mut out = vec![];
+    out.extend(bodies::meshes(store));
+    out.extend(bodies::bent(store, analysis));
     out.extend(store.study.variants.iter().filter_map(|v| curves::draw(store, analysis, v)));
+    out.extend(errors::against_h(store, analysis));
+    out.extend(errors::against_cost(store, analysis));
+    out.extend(time::draw(store, analysis));
     out
 }
 

@@ -195,5 +195,6 @@ fn lag(t: &[f64], f: &[f64], g: &[f64]) -> f64 {
         above -= 0.5 * (f[k] - g[k] + f[k - 1] - g[k - 1]) * slope * dt;
         below += slope * slope * dt;
     }
-    if below > 0.0 { above / below } else { 0.0 }
+    // + 0: no negative zero
+    if below > 0.0 { above / below + 0.0 } else { 0.0 }
 }

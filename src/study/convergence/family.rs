@@ -203,10 +203,10 @@ pub fn estimate(
         let side = if p > q { "above the formal" } else { "below the least" };
         reasons.push(format!("observed order {p:.2} is {side} order {}", if p > q { q } else { LEAST_ORDER }));
     }
-    if let (Some(false), Some(a), Some(b)) = (asymptotic, p, e.observed_order_coarser) {
-        if (a - b).abs() > 0.25 * a.max(b) {
-            reasons.push(format!("orders {a:.2} and {b:.2} of the two triples differ by more than 25 %"));
-        }
+    if let (Some(a), Some(b)) = (p, e.observed_order_coarser)
+        && (a - b).abs() > 0.25 * a.max(b)
+    {
+        reasons.push(format!("orders {a:.2} and {b:.2} of the two triples differ by more than 25 %"));
     }
     if e.fit.as_ref().is_some_and(|f| f.sigma >= f.range) {
         reasons.push("the values scatter about the fit by more than they change from mesh to mesh".into());

@@ -1,5 +1,6 @@
 //! What the numbers mean for the choice of a mesh: settings with price and error bar, the sentences, the verdict.
 
+use super::warnings::point_cable;
 use super::{Cases, QuantityAnalysis};
 use crate::study::record::Role;
 use serde::Serialize;
@@ -48,11 +49,12 @@ pub struct Recommendation {
     pub next: Option<(String, f64, f64)>,
 }
 
-/// All settings run with the study's time step, cheapest first.
+/// All settings run with the study's time step, cheapest first. Seeds show the scatter; a lucky one is no choice.
 pub fn settings(cases: &Cases, quantities: &[QuantityAnalysis]) -> Vec<Setting> {
     let mut out: Vec<(String, Setting)> = vec![];
     for c in cases.stored.iter().map(|c| &c.record) {
-        if c.status != super::CONVERGED || !cases.at_study_step(c) {
+        let role = cases.study.families.iter().find(|f| f.name == c.family).map(|f| f.role);
+        if c.status != super::CONVERGED || !cases.at_study_step(c) || role == Some(Role::Seeds) {
             continue;
         }
         let key = format!("{}|{}", c.mesh.source, c.formulation);
@@ -151,64 +153,6 @@ pub fn sentence(settings: &[Setting], q: &QuantityAnalysis, tolerance: f64) -> S
         percent(b.bar),
         seconds(b.cost_s)
     )
-}
-
-/// What a reader should know before believing the numbers.
-pub fn warnings(cases: &Cases, quantities: &[QuantityAnalysis], incomplete: &[(String, String)]) -> Vec<String> {
-    let mut out = vec![];
-    for (id, what) in incomplete {
-        out.push(format!("Case {id}: {what}."));
-    }
-    let mut seen = vec![];
-    for e in quantities.iter().flat_map(|q| &q.estimates) {
-        let low: Vec<String> =
-            e.ratios.iter().filter(|r| **r < super::order::LEAST_RATIO).map(|r| format!("{r:.2}")).collect();
-        if !low.is_empty() && !seen.contains(&&e.family) {
-            seen.push(&e.family);
-            let (n, all) = (low.len(), e.ratios.len());
-            out.push(format!(
-                "Family {}: {n} of {all} size ratios ({}) are below the 1.3 that Roache recommends.",
-                e.family,
-                low.join(", ")
-            ));
-        }
-    }
-    if cases.shared {
-        out.push("Cases ran side by side: prices are CPU seconds of the solving thread, not wall seconds.".into());
-    }
-    for q in quantities {
-        if let Some(t) = q.time_step.as_ref().filter(|t| !t.negligible) {
-            out.push(format!(
-                "{}: the time-step error {:.2e} is above a tenth of the mesh error {:.2e}.",
-                capital(&q.title()),
-                t.error,
-                t.mesh_error
-            ));
-        }
-        for r in q.reference.iter().flat_map(|r| r.others.iter().filter(|o| !o.overlaps).map(move |o| (r, o))) {
-            let (a, b) = (&r.0.family, &r.1.family);
-            out.push(format!("{}: the intervals of families {a} and {b} do not overlap.", capital(&q.title())));
-        }
-        if let Some(c) = q.curves.iter().find(|(_, c)| c.interpolation_error > 0.01 * c.norms[0].peak.abs()) {
-            out.push(format!(
-                "{}: time grids differ; interpolating them costs {:.1e}.",
-                capital(&q.title()),
-                c.1.interpolation_error
-            ));
-        }
-    }
-    if point_cable(cases) {
-        out.push("The cable acts through points: its bending per millimetre has no limit as h → 0.".into());
-    }
-    out
-}
-
-/// A scene with `guide_radius = "point"` has no converged answer.
-fn point_cable(cases: &Cases) -> bool {
-    cases.stored.iter().any(|c| {
-        let scene = c.record.provenance.scene.lines().map(|l| l.split('#').next().unwrap_or("").replace(' ', ""));
-        scene.into_iter().any(|l| l.contains("guide_radius=\"point\""))
-    })
 }
 
 /// The recommendation, or why there is none.

@@ -1,0 +1,193 @@
+//! Draws a triangulated surface: orthographic, back faces removed, far triangles first, flat shading, thin edges.
+//!
+//! The order is by depth of the centroid. That is enough for slim bodies of triangles that are small beside the
+//! features of the body; long triangles beside small ones may be put in the wrong order.
+
+use super::canvas::RGB;
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+type V = [f64; 3];
+
+fn sub(a: V, b: V) -> V {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+fn dot(a: V, b: V) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+fn cross(a: V, b: V) -> V {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+fn unit(a: V) -> V {
+    let n = dot(a, a).sqrt().max(f64::MIN_POSITIVE);
+    a.map(|v| v / n)
+}
+
+/// Camera: to the right, up, and towards the eye.
+#[derive(Clone, Copy)]
+pub struct View {
+    right: V,
+    up: V,
+    eye: V,
+}
+
+impl View {
+    /// Seen from the direction `eye`, z upwards.
+    pub fn from(eye: V) -> Self {
+        let eye = unit(eye);
+        let right = unit(cross([0.0, 0.0, 1.0], eye));
+        Self { right, up: cross(eye, right), eye }
+    }
+
+    /// Position on the picture, y downwards [unit of x].
+    pub fn project(&self, x: V) -> (f64, f64) {
+        (dot(x, self.right), -dot(x, self.up))
+    }
+}
+
+/// Maps projected positions into a box of the sheet.
+#[derive(Clone, Copy)]
+pub struct Fit {
+    scale: f64,
+    offset: (f64, f64),
+}
+
+/// Extent of projected points: left, top, right, bottom.
+pub fn extent(points: impl Iterator<Item = (f64, f64)>) -> [f64; 4] {
+    points.fold([f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY], |b, (x, y)| {
+        [b[0].min(x), b[1].min(y), b[2].max(x), b[3].max(y)]
+    })
+}
+
+impl Fit {
+    /// `from` centred in `to`, both left, top, right, bottom.
+    pub fn new(from: [f64; 4], to: [i32; 4]) -> Self {
+        let to = to.map(f64::from);
+        let scale = ((to[2] - to[0]) / (from[2] - from[0])).min((to[3] - to[1]) / (from[3] - from[1]));
+        let middle = |k: usize| 0.5 * (to[k] + to[k + 2]) - scale * 0.5 * (from[k] + from[k + 2]);
+        Self { scale, offset: (middle(0), middle(1)) }
+    }
+
+    pub fn at(&self, p: (f64, f64)) -> (i32, i32) {
+        ((self.scale * p.0 + self.offset.0).round() as i32, (self.scale * p.1 + self.offset.1).round() as i32)
+    }
+}
+
+/// Look of a surface.
+pub struct Look<'a> {
+    /// Colour of triangle k before shading
+    pub color: &'a dyn Fn(usize) -> RGB,
+    /// Colour and width of all edges [units]; `None`: edges take the colour of their triangle
+    pub edge: Option<(RGB, f64)>,
+    /// Colour and width of silhouette and sharp edges only [units]
+    pub outline: Option<(RGB, f64)>,
+    /// 0 flat colour … 1 full shading
+    pub shade: f64,
+}
+
+fn hex(c: RGB) -> String {
+    format!("#{:02x}{:02x}{:02x}", c.0, c.1, c.2)
+}
+
+/// The surface as SVG paths, neighbours of one colour in one path.
+pub fn surface(points: &[V], triangles: &[[u32; 3]], view: &View, fit: &Fit, look: &Look) -> String {
+    let light = unit([
+        0.75 * view.eye[0] - 0.4 * view.right[0] + 0.6 * view.up[0],
+        0.75 * view.eye[1] - 0.4 * view.right[1] + 0.6 * view.up[1],
+        0.75 * view.eye[2] - 0.4 * view.right[2] + 0.6 * view.up[2],
+    ]);
+    let mut seen: Vec<(f64, usize, f64)> = (triangles.iter().enumerate())
+        .filter_map(|(k, t)| {
+            let [a, b, c] = t.map(|i| points[i as usize]);
+            let n = unit(cross(sub(b, a), sub(c, a)));
+            (dot(n, view.eye) > 0.0).then(|| (dot(a, view.eye) + dot(b, view.eye) + dot(c, view.eye), k, dot(n, light)))
+        })
+        .collect();
+    seen.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let sides = if look.outline.is_some() { feature_sides(points, triangles, view) } else { vec![] };
+    let edge = look.edge.map(|(c, w)| format!(" stroke=\"{}\" stroke-width=\"{w}\"", hex(c)));
+    let mut svg = format!("<g stroke-linejoin=\"round\"{}>\n", edge.clone().unwrap_or_default());
+    let (mut path, mut last) = (String::new(), String::new());
+    let flush = |svg: &mut String, path: &mut String, color: &str| {
+        if !path.is_empty() {
+            let own = if edge.is_none() { format!(" stroke=\"{color}\" stroke-width=\"2\"") } else { String::new() };
+            let _ = writeln!(svg, "<path fill=\"{color}\"{own} d=\"{path}\"/>");
+            path.clear();
+        }
+    };
+    for (_, k, lit) in seen {
+        // Sixteen grades of light keep the file small
+        let grade = (lit.max(0.0) * 16.0).round() / 16.0;
+        let factor = 1.0 - look.shade * 0.5 * (1.0 - grade);
+        let base = (look.color)(k);
+        let c = hex(RGB(scale(base.0, factor), scale(base.1, factor), scale(base.2, factor)));
+        if c != last {
+            flush(&mut svg, &mut path, &last);
+            last = c;
+        }
+        let p = triangles[k].map(|i| fit.at(view.project(points[i as usize])));
+        let [a, b, c] = p;
+        let _ = write!(path, "M{} {}l{} {}l{} {}z", a.0, a.1, b.0 - a.0, b.1 - a.1, c.0 - b.0, c.1 - b.1);
+        if let Some((color, width)) = look.outline.filter(|_| sides[k] != 0) {
+            // Drawn with its triangle, so that nearer ones cover it
+            flush(&mut svg, &mut path, &last);
+            let mut d = String::new();
+            for side in (0..3).filter(|side| sides[k] & (1 << side) != 0) {
+                let (a, b) = (p[side], p[(side + 1) % 3]);
+                let _ = write!(d, "M{} {}L{} {}", a.0, a.1, b.0, b.1);
+            }
+            let color = hex(color);
+            let _ =
+                writeln!(svg, "<path stroke=\"{color}\" stroke-width=\"{width}\" stroke-linecap=\"round\" d=\"{d}\"/>");
+        }
+    }
+    flush(&mut svg, &mut path, &last);
+    svg + "</g>\n"
+}
+
+fn scale(v: u8, factor: f64) -> u8 {
+    (f64::from(v) * factor).round().clamp(0.0, 255.0) as u8
+}
+
+/// Per triangle the sides (bit k: from corner k) that are silhouette or sharp (above 35°).
+fn feature_sides(points: &[V], triangles: &[[u32; 3]], view: &View) -> Vec<u8> {
+    // Edge → its triangles: normal, number, side
+    type Users = Vec<(V, usize, u8)>;
+    let mut edges: BTreeMap<(u32, u32), Users> = BTreeMap::new();
+    for (k, t) in triangles.iter().enumerate() {
+        let [a, b, c] = t.map(|i| points[i as usize]);
+        let n = unit(cross(sub(b, a), sub(c, a)));
+        for (side, (i, j)) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])].into_iter().enumerate() {
+            edges.entry((i.min(j), i.max(j))).or_default().push((n, k, 1 << side));
+        }
+    }
+    let mut sides = vec![0; triangles.len()];
+    for users in edges.values() {
+        let sharp = users.len() != 2 || dot(users[0].0, users[1].0) < 35.0_f64.to_radians().cos();
+        let front = users.iter().filter(|u| dot(u.0, view.eye) > 0.0).count();
+        if sharp || front != users.len() {
+            users.iter().for_each(|(_, k, side)| sides[*k] |= side);
+        }
+    }
+    sides
+}
+
+/// viridis (van der Walt & Smith 2015), nine stops; s in [0, 1].
+pub fn viridis(s: f64) -> RGB {
+    const STOPS: [[f64; 3]; 9] = [
+        [68.0, 1.0, 84.0],
+        [71.0, 44.0, 122.0],
+        [59.0, 81.0, 139.0],
+        [44.0, 113.0, 142.0],
+        [33.0, 144.0, 141.0],
+        [39.0, 173.0, 129.0],
+        [92.0, 200.0, 99.0],
+        [170.0, 220.0, 50.0],
+        [253.0, 231.0, 37.0],
+    ];
+    let x = if s.is_finite() { s.clamp(0.0, 1.0) * 8.0 } else { 0.0 };
+    let k = (x.floor() as usize).min(7);
+    let t = x - k as f64;
+    let mix = |c: usize| (STOPS[k][c] * (1.0 - t) + STOPS[k + 1][c] * t).round() as u8;
+    RGB(mix(0), mix(1), mix(2))
+}

@@ -1,0 +1,62 @@
+//! What a reader should know before believing the numbers.
+
+use super::order::LEAST_RATIO;
+use super::verdict::capital;
+use super::{Cases, QuantityAnalysis};
+
+/// One sentence each.
+pub fn warnings(cases: &Cases, quantities: &[QuantityAnalysis], incomplete: &[(String, String)]) -> Vec<String> {
+    let mut out = vec![];
+    for (id, what) in incomplete {
+        out.push(format!("Case {id}: {what}."));
+    }
+    let mut seen = vec![];
+    for e in quantities.iter().flat_map(|q| &q.estimates) {
+        let low: Vec<String> = e.ratios.iter().filter(|r| **r < LEAST_RATIO).map(|r| format!("{r:.2}")).collect();
+        if !low.is_empty() && !seen.contains(&&e.family) {
+            seen.push(&e.family);
+            let (n, all) = (low.len(), e.ratios.len());
+            out.push(format!(
+                "Family {}: {n} of {all} size ratios ({}) are below the 1.3 that Roache recommends.",
+                e.family,
+                low.join(", ")
+            ));
+        }
+    }
+    if cases.shared {
+        out.push("Cases ran side by side: prices are CPU seconds of the solving thread, not wall seconds.".into());
+    }
+    for q in quantities {
+        if let Some(t) = q.time_step.as_ref().filter(|t| !t.negligible) {
+            out.push(format!(
+                "{}: the time-step error {:.2e} is above a tenth of the mesh error {:.2e}.",
+                capital(&q.title()),
+                t.error,
+                t.mesh_error
+            ));
+        }
+        for r in q.reference.iter().flat_map(|r| r.others.iter().filter(|o| !o.overlaps).map(move |o| (r, o))) {
+            let (a, b) = (&r.0.family, &r.1.family);
+            out.push(format!("{}: the intervals of families {a} and {b} do not overlap.", capital(&q.title())));
+        }
+        if let Some(c) = q.curves.iter().find(|(_, c)| c.interpolation_error > 0.01 * c.norms[0].peak.abs()) {
+            out.push(format!(
+                "{}: time grids differ; interpolating them costs {:.1e}.",
+                capital(&q.title()),
+                c.1.interpolation_error
+            ));
+        }
+    }
+    if point_cable(cases) {
+        out.push("The cable acts through points: its bending per millimetre has no limit as h → 0.".into());
+    }
+    out
+}
+
+/// A scene with `guide_radius = "point"` has no converged answer.
+pub fn point_cable(cases: &Cases) -> bool {
+    cases.stored.iter().any(|c| {
+        let scene = c.record.provenance.scene.lines().map(|l| l.split('#').next().unwrap_or("").replace(' ', ""));
+        scene.into_iter().any(|l| l.contains("guide_radius=\"point\""))
+    })
+}
