@@ -11,7 +11,7 @@ use crate::study::record::{Quantity, Role, StoredCase};
 use plotters::style::Color;
 
 /// The band of the GCI, pale enough for lines on top.
-const BAND: RGB = RGB(0xc9, 0xc9, 0xc9);
+const BAND: RGB = RGB(0xd8, 0xd8, 0xd8);
 
 /// `None` if no case of the sizes has a series in this variant.
 pub fn draw(store: &Store, analysis: &Analysis, variant: &str) -> Option<Figure> {
