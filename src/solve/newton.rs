@@ -155,7 +155,15 @@ impl Newton {
         let start = Instant::now();
         let State { t, x, v, a, lambda, .. } = next;
         integrator.kinematics(past, dt, x, v, a);
-        let at = At { t: *t, dt, x, v, a, old: &past.x, rates: integrator.rates(past, dt) };
+        let at = At {
+            t: *t,
+            dt: if integrator.is_static() { f64::INFINITY } else { dt },
+            x,
+            v,
+            a,
+            old: &past.x,
+            rates: integrator.rates(past, dt),
+        };
         let result = system.assemble(&at, lambda, want, increment, &mut self.sums);
         self.assembly_time += start.elapsed();
         result.map_err(Failure::Eval)
