@@ -17,10 +17,12 @@ pub mod polar;
 pub mod registry;
 pub mod st_venant_kirchhoff;
 pub mod stable_neo_hookean;
+pub mod volumetric;
 
 pub use load_case::{Homogeneous, LoadCase, LoadCaseError};
 pub use moduli::Moduli;
 pub use registry::{LAWS, LawEntry, LawSpecError, law_from_table};
+pub use volumetric::{Volumetric, VolumetricKind};
 
 /// How much of a response is needed; each includes the ones before it.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -99,4 +101,16 @@ pub trait Law: Send + Sync + std::fmt::Debug {
     fn small_strain(&self) -> Moduli;
     /// ψ, P and A at F
     fn eval(&self, f: &Mat3, want: Want) -> Result<Response, LawError>;
+    /// ψ = ψ_iso(F) + U(J) by its parts, for mixed formulations; None for a law without the split.
+    fn split(&self) -> Option<&dyn SplitLaw> {
+        None
+    }
+}
+
+/// A law with an isochoric and a volumetric part: ψ = ψ_iso(F) + U(J), ψ_iso(cF) = ψ_iso(F) for c > 0. [`Law::eval`] is the sum.
+pub trait SplitLaw {
+    /// ψ_iso, P_iso = ∂ψ_iso/∂F and A_iso at F with J > 0; P_iso:F = 0. Volumetric: P = U′ C, C = cof F.
+    fn isochoric(&self, f: &Mat3, want: Want) -> Result<Response, LawError>;
+    /// U(J)
+    fn volumetric(&self) -> Volumetric;
 }

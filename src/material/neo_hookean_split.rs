@@ -10,7 +10,8 @@
 
 use super::assemble::{add_dyad, isotropic, rows};
 use super::kinematics::{Invariants, exp_m1_minus_y};
-use super::{Law, LawError, LawInfo, Moduli, Response, Want, moduli};
+use super::volumetric::{Volumetric, VolumetricKind};
+use super::{Law, LawError, LawInfo, Moduli, Response, SplitLaw, Want, moduli};
 use crate::math::tensor::Mat3;
 
 pub static INFO: LawInfo = LawInfo {
@@ -44,7 +45,29 @@ impl Law for NeoHookeanSplit {
     /// A_iJkL = m[δ_ik δ_JL − ⅔(F_iJ G_kL + G_iJ F_kL) + (2/9) I₁ G_iJ G_kL + ⅓I₁ G_iL G_kJ]
     ///        + κ[(2J − 1)J G_iJ G_kL − (J − 1)J G_iL G_kJ].
     fn eval(&self, f: &Mat3, want: Want) -> Result<Response, LawError> {
-        let Moduli { mu, kappa, .. } = self.0;
+        self.response(f, want, true)
+    }
+
+    fn split(&self) -> Option<&dyn SplitLaw> {
+        Some(self)
+    }
+}
+
+impl SplitLaw for NeoHookeanSplit {
+    fn isochoric(&self, f: &Mat3, want: Want) -> Result<Response, LawError> {
+        self.response(f, want, false)
+    }
+
+    fn volumetric(&self) -> Volumetric {
+        Volumetric { kind: VolumetricKind::Quadratic, kappa: self.0.kappa }
+    }
+}
+
+impl NeoHookeanSplit {
+    #[inline(always)]
+    fn response(&self, f: &Mat3, want: Want, volumetric: bool) -> Result<Response, LawError> {
+        let mu = self.0.mu;
+        let kappa = if volumetric { self.0.kappa } else { 0.0 };
         let k = Invariants::of_positive(f)?;
         let (j, x) = (k.j, k.x);
         let ln = k.ln_j();
