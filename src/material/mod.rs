@@ -90,6 +90,8 @@ pub struct LawInfo {
     pub survives_inversion: bool,
     /// ψ(QF) = ψ(F) for every rotation Q
     pub objective: bool,
+    /// ψ without U(J) sees no change of volume, so that the mean stress is U′(J) alone
+    pub isochoric: bool,
 }
 
 /// A constitutive law with its constants.
@@ -101,16 +103,9 @@ pub trait Law: Send + Sync + std::fmt::Debug {
     fn small_strain(&self) -> Moduli;
     /// ψ, P and A at F
     fn eval(&self, f: &Mat3, want: Want) -> Result<Response, LawError>;
-    /// ψ = ψ_iso(F) + U(J) by its parts, for mixed formulations; None for a law without the split.
-    fn split(&self) -> Option<&dyn SplitLaw> {
+    /// ψ = ψ_rest(F) + U(J): the law without its volumetric part, and that part, for mixed formulations; None for laws without
+    /// such a split. Where [`LawInfo::isochoric`] holds, ψ_rest(cF) = ψ_rest(F).
+    fn split(&self) -> Option<(Box<dyn Law>, Volumetric)> {
         None
     }
-}
-
-/// A law with an isochoric and a volumetric part: ψ = ψ_iso(F) + U(J), ψ_iso(cF) = ψ_iso(F) for c > 0. [`Law::eval`] is the sum.
-pub trait SplitLaw {
-    /// ψ_iso, P_iso = ∂ψ_iso/∂F and A_iso at F with J > 0; P_iso:F = 0. Volumetric: P = U′ C, C = cof F.
-    fn isochoric(&self, f: &Mat3, want: Want) -> Result<Response, LawError>;
-    /// U(J)
-    fn volumetric(&self) -> Volumetric;
 }

@@ -11,7 +11,7 @@
 use super::assemble::{add_dyad, isotropic, rows};
 use super::kinematics::{Invariants, exp_m1_minus_y};
 use super::volumetric::{Volumetric, VolumetricKind};
-use super::{Law, LawError, LawInfo, Moduli, Response, SplitLaw, Want, moduli};
+use super::{Law, LawError, LawInfo, Moduli, Response, Want, moduli};
 use crate::math::tensor::Mat3;
 
 pub static INFO: LawInfo = LawInfo {
@@ -22,6 +22,7 @@ pub static INFO: LawInfo = LawInfo {
     parameters: moduli::PAIR,
     survives_inversion: false,
     objective: true,
+    isochoric: true,
 };
 
 /// Neo-Hookean law with an isochoric and a volumetric part.
@@ -41,33 +42,16 @@ impl Law for NeoHookeanSplit {
         self.0
     }
 
+    fn split(&self) -> Option<(Box<dyn Law>, Volumetric)> {
+        let volumetric = Volumetric { kind: VolumetricKind::Quadratic, kappa: self.0.kappa };
+        Some((Box::new(Self(Moduli { kappa: 0.0, ..self.0 })), volumetric))
+    }
+
     /// With G = F⁻ᵀ and m = μ J^{−2/3}: P = m(F − ⅓I₁ G) + κ(J − 1)J G;
     /// A_iJkL = m[δ_ik δ_JL − ⅔(F_iJ G_kL + G_iJ F_kL) + (2/9) I₁ G_iJ G_kL + ⅓I₁ G_iL G_kJ]
     ///        + κ[(2J − 1)J G_iJ G_kL − (J − 1)J G_iL G_kJ].
     fn eval(&self, f: &Mat3, want: Want) -> Result<Response, LawError> {
-        self.response(f, want, true)
-    }
-
-    fn split(&self) -> Option<&dyn SplitLaw> {
-        Some(self)
-    }
-}
-
-impl SplitLaw for NeoHookeanSplit {
-    fn isochoric(&self, f: &Mat3, want: Want) -> Result<Response, LawError> {
-        self.response(f, want, false)
-    }
-
-    fn volumetric(&self) -> Volumetric {
-        Volumetric { kind: VolumetricKind::Quadratic, kappa: self.0.kappa }
-    }
-}
-
-impl NeoHookeanSplit {
-    #[inline(always)]
-    fn response(&self, f: &Mat3, want: Want, volumetric: bool) -> Result<Response, LawError> {
-        let mu = self.0.mu;
-        let kappa = if volumetric { self.0.kappa } else { 0.0 };
+        let Moduli { mu, kappa, .. } = self.0;
         let k = Invariants::of_positive(f)?;
         let (j, x) = (k.j, k.x);
         let ln = k.ln_j();
