@@ -11,7 +11,7 @@
 // A[3i+J][3k+L] is read by its indices, as in the formulae.
 #![allow(clippy::needless_range_loop)]
 
-use durometer::material::{LAWS, Law, LawEntry, LawError, Moduli, Response, Want, registry};
+use durometer::material::{Choice, LAWS, Law, LawEntry, LawError, LawSpecError, Moduli, Response, Want, registry};
 use durometer::math::tensor::{Mat3, Vec3};
 use durometer::math::units::Dimension;
 
@@ -42,24 +42,44 @@ impl Random {
         nalgebra::UnitQuaternion::from_quaternion(q).to_rotation_matrix().into_inner()
     }
 
-    /// Parameters inside their bounds, moduli over three decades.
+    /// Parameters inside their bounds, moduli over three decades and of either sign where it is free, any number of the optional ones, any
+    /// option; drawn again until the shear modulus at F = I is positive.
     fn law(&mut self, entry: &LawEntry) -> Box<dyn Law> {
-        let mut values = Vec::new();
-        for p in entry.info.parameters {
-            let (lower, upper) = p.bounds;
-            values.push(if p.dimension == Dimension::PRESSURE {
-                1e3_f64.max(lower) * 1e3_f64.powf(self.unit())
-            } else {
-                let (a, b) = (lower.max(-10.0), upper.min(10.0));
-                self.between(a + 0.002 * (b - a), b - 0.0015 * (b - a))
-            });
+        let info = entry.info;
+        for _ in 0..1000 {
+            let absent = (self.unit() * (info.optional as f64 + 1.0)) as usize;
+            let mut values = Vec::new();
+            for p in &info.parameters[..info.parameters.len() - absent] {
+                let (lower, upper) = p.bounds;
+                values.push(if p.dimension == Dimension::PRESSURE {
+                    let sign = if lower < 0.0 && self.unit() < 0.4 { -1.0 } else { 1.0 };
+                    sign * 1e3 * 1e3_f64.powf(self.unit())
+                } else {
+                    let (a, b) = (lower.max(-10.0), upper.min(10.0));
+                    self.between(a + 0.002 * (b - a), b - 0.0015 * (b - a))
+                });
+            }
+            let option = |c: &Choice, r: f64| c.options[(r * c.options.len() as f64) as usize];
+            let options: Vec<_> = info.choices.iter().map(|c| option(c, self.unit())).collect();
+            match entry.build_with(&values, &options) {
+                Ok(law) => return law,
+                Err(LawSpecError::NotStable { .. }) => {}
+                // Half of a pair (μ, α) is left
+                Err(LawSpecError::Missing { .. }) if absent > 0 => {}
+                Err(e) => panic!("{}: {e} from {values:?}", info.name),
+            }
         }
-        entry.build_from(&values).unwrap_or_else(|e| panic!("{}: {e} from {values:?}", entry.info.name))
+        panic!("{}: no draw has a positive shear modulus", info.name)
     }
 
     /// F with principal stretches in [0.3, 3], inverted on request, and its distance ρ to the nearest singularity of any law.
     fn gradient(&mut self, inverted: bool) -> (Mat3, f64) {
-        let mut s = [0, 1, 2].map(|_| 0.3 * 10_f64.powf(self.unit()));
+        self.gradient_within(inverted, 1.0)
+    }
+
+    /// The same with the logarithms of the stretches times `range`.
+    fn gradient_within(&mut self, inverted: bool, range: f64) -> (Mat3, f64) {
+        let mut s = [0, 1, 2].map(|_| (0.3 * 10_f64.powf(self.unit())).powf(range));
         s.sort_by(f64::total_cmp);
         if inverted {
             s[1] = s[1].max(s[0] + 0.3);
@@ -78,7 +98,13 @@ fn over_laws(seed: u64, check: impl Fn(&str, &dyn Law, &Mat3, f64, &mut Random))
         let mut random = Random(seed);
         for n in 0..60 {
             let law = random.law(entry);
-            let (f, rho) = random.gradient(entry.info.survives_inversion && n % 3 == 0);
+            let (mut f, mut rho) = random.gradient(entry.info.survives_inversion && n % 3 == 0);
+            let mut range = 1.0;
+            while let Err(e) = law.eval(&f, Want::Energy) {
+                assert!(matches!(e, LawError::Locked { .. }), "{e}");
+                range *= 0.8;
+                (f, rho) = random.gradient_within(false, range);
+            }
             let label = format!("{} {:?} at F = {:?}", entry.info.name, law.values(), f.as_slice());
             check(&label, law.as_ref(), &f, rho, &mut random);
         }
@@ -87,6 +113,15 @@ fn over_laws(seed: u64, check: impl Fn(&str, &dyn Law, &Mat3, f64, &mut Random))
 
 fn eval(law: &dyn Law, f: &Mat3) -> Response {
     law.eval(f, Want::Tangent).expect("the state is inside the domain of the law")
+}
+
+/// The radius for the differences: a quarter of the distance to the singularity, so that a pole of a high power (λ⁻¹⁰) has not grown out of
+/// scale there, or half of the length over which P changes by itself where that is shorter (exponentials, locking). The lower end is for
+/// P near zero, where that length means nothing.
+fn smooth(law: &dyn Law, f: &Mat3, rho: f64) -> f64 {
+    let r = eval(law, f);
+    let a = r.a.as_flattened().iter().map(|x| x * x).sum::<f64>().sqrt();
+    (0.25 * rho).min(0.5 * r.p.norm() / a).max(0.02 * rho)
 }
 
 fn unit(k: usize) -> Mat3 {
@@ -112,6 +147,7 @@ fn difference(rho: f64, g: impl Fn(f64) -> f64) -> (f64, f64) {
 fn stress_is_the_derivative_of_energy() {
     over_laws(1, |label, law, f, rho, _| {
         let p = eval(law, f).p;
+        let rho = smooth(law, f, rho);
         for k in 0..9 {
             let (d, size) = difference(rho, |h| eval(law, &(f + unit(k) * h)).psi);
             let got = p[(k / 3, k % 3)];
@@ -123,15 +159,186 @@ fn stress_is_the_derivative_of_energy() {
 #[test]
 fn tangent_is_the_derivative_of_stress() {
     over_laws(2, |label, law, f, rho, _| {
-        let a = eval(law, f).a;
+        let Response { a, p, .. } = eval(law, f);
+        let rho = smooth(law, f, rho);
         for column in 0..9 {
             for row in 0..9 {
                 let (d, size) = difference(rho, |h| eval(law, &(f + unit(column) * h)).p[(row / 3, row % 3)]);
+                // Each entry carries the rounding of the whole of P.
+                let size = size + p.norm();
                 let got = a[row][column];
                 assert!((got - d).abs() <= 1e-10 * size / rho, "{label}: A[{row}][{column}] = {got}, stress says {d}");
             }
         }
     });
+}
+
+/// The same where principal stretches coincide, or nearly: double (either pair), triple, and 1e-3 … 1e-12 apart.
+#[test]
+fn tangent_at_repeated_stretches() {
+    let mut random = Random(12);
+    for entry in LAWS {
+        for gap in [0.0, 1e-12, 1e-10, 1e-8, 1e-6, 1e-4, 1e-3] {
+            for s in
+                [[0.9, 0.9 + gap, 1.2], [0.8, 1.1, 1.1 - gap], [1.1, 1.1 + gap, 1.1 - 2.0 * gap], [1.0, 1.0 + gap, 1.0]]
+            {
+                let f = random.rotation() * Mat3::from_diagonal(&Vec3::from(s)) * random.rotation();
+                let law = loop {
+                    let law = random.law(entry);
+                    if law.eval(&f, Want::Energy).is_ok() {
+                        break law;
+                    }
+                };
+                let r = eval(law.as_ref(), &f);
+                // Undeformed the lengths of `smooth` mean nothing; a power of 10 or a rate of 10 is smooth over 1/20.
+                let rho = 0.05 * if law.info().name == "gent" { law.values()[2].min(1.0) } else { 1.0 };
+                for column in 0..9 {
+                    for row in 0..9 {
+                        let (d, size) =
+                            difference(rho, |h| eval(law.as_ref(), &(f + unit(column) * h)).p[(row / 3, row % 3)]);
+                        let label = format!("{} {:?} at {s:?}", entry.info.name, law.values());
+                        let error = (r.a[row][column] - d).abs();
+                        let a = r.a.as_flattened().iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+                        assert!(error <= 1e-10 * (size / rho + a), "{label}: A[{row}][{column}] off by {error}, A {a}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn build(name: &str, values: &[f64]) -> Box<dyn Law> {
+    registry::find(name).and_then(|e| e.build_with(values, &["quadratic"])).unwrap_or_else(|e| panic!("{name}: {e}"))
+}
+
+/// Both laws give the same ψ, P and A: rounding is a few hundred ulp of A‖F‖² (condition of the invariants) plus `model` of it.
+fn assert_same(a: &dyn Law, b: &dyn Law, f: &Mat3, model: f64) {
+    let (ra, rb) = (eval(a, f), eval(b, f));
+    let norm = |r: &Response| r.a.as_flattened().iter().map(|x| x * x).sum::<f64>().sqrt();
+    let size = (1e-13 + model) * norm(&rb) * f.norm_squared();
+    let label = format!("{} {:?} and {} at {f}", a.info().name, a.values(), b.info().name);
+    assert!((ra.psi - rb.psi).abs() <= size, "{label}: ψ {} {}", ra.psi, rb.psi);
+    assert!((ra.p - rb.p).norm() <= size, "{label}: P {} {}", ra.p, rb.p);
+    for (x, y) in ra.a.as_flattened().iter().zip(rb.a.as_flattened()) {
+        assert!((x - y).abs() <= size, "{label}: A {x} {y}");
+    }
+}
+
+/// Powers 2, −2 and 4 are polynomials of the invariants: Σλ̄² = Ī₁, Σλ̄⁻² = Ī₂, Σλ̄⁴ = Ī₁² − 2Ī₂. So principal stretches and invariants, which
+/// share no code but U(J), must agree, at random F and where stretches coincide or nearly do.
+#[test]
+fn even_powers_of_ogden_are_mooney_rivlin() {
+    let mut random = Random(13);
+    let kappa = 500e3;
+    let (a, b, c) = (40e3, 15e3, 8e3);
+    let one = [build("ogden", &[kappa, a, 2.0]), build("mooney_rivlin", &[kappa, 0.5 * a, 0.0])];
+    let two = [build("ogden", &[kappa, a, 2.0, -b, -2.0]), build("mooney_rivlin", &[kappa, 0.5 * a, 0.5 * b])];
+    // (c/4)(Ī₁² − 2Ī₂ − 3) = (c/4)(6i + i² − 2k)
+    let mixed = [kappa, 0.5 * a + 1.5 * c, 0.5 * b - 0.5 * c, 0.0, 0.25 * c];
+    let three = [build("ogden", &[kappa, a, 2.0, -b, -2.0, c, 4.0]), build("mooney_rivlin", &mixed)];
+    let neo = registry::find("neo_hookean_split").expect("registered");
+    let moduli = Moduli::from_pair(("mu", a), ("kappa", kappa)).expect("consistent");
+    let neo = neo.build_from(&[moduli.e, moduli.nu]).expect("in bounds");
+    let mut check = |s: [f64; 3]| {
+        let f = random.rotation() * Mat3::from_diagonal(&Vec3::from(s)) * random.rotation();
+        let straight = Mat3::from_diagonal(&Vec3::from(s));
+        for f in [f, straight] {
+            for [x, y] in [&one, &two, &three] {
+                assert_same(x.as_ref(), y.as_ref(), &f, 0.0);
+            }
+            assert_same(one[0].as_ref(), neo.as_ref(), &f, 0.0);
+        }
+    };
+    for gap in [0.0, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3] {
+        check([0.6, 1.7, 1.7 + gap]);
+        check([0.6, 0.6 + gap, 1.7]);
+        check([1.3, 1.3 + gap, 1.3 - gap]);
+        check([1.0, 1.0 + gap, 1.0 - 2.0 * gap]);
+    }
+    let mut draw = Random(14);
+    for _ in 0..50 {
+        check([0, 1, 2].map(|_| 0.3 * 10_f64.powf(draw.unit())));
+    }
+}
+
+/// At a small strain of the size 1e-7 the energies of the two ways still agree to their last digits, far below ‖H‖³.
+#[test]
+fn small_energies_of_both_ways_agree() {
+    let mut random = Random(15);
+    let ogden = build("ogden", &[500e3, 40e3, 2.0, -15e3, -2.0]);
+    let invariants = build("mooney_rivlin", &[500e3, 20e3, 7.5e3]);
+    for _ in 0..50 {
+        let f = Mat3::identity() + Mat3::from_fn(|_, _| random.between(-1e-7, 1e-7));
+        let (x, y) = (eval(ogden.as_ref(), &f).psi, eval(invariants.as_ref(), &f).psi);
+        assert!((x / y - 1.0).abs() < 1e-13, "{x} {y}");
+    }
+}
+
+/// Special and limiting cases. Gent: ln(1 − t) differs from −t by ½t², t = (Ī₁ − 3)/J_m ≤ 2e-8 here. Arruda–Boyce: the second term is
+/// (3/5)/λ_m² of the first, times Ī₁²/Ī₁ ≤ 25/3.
+#[test]
+fn limits_are_neo_hookean() {
+    let (mu, kappa) = (40e3, 300e3);
+    let neo = build("yeoh", &[kappa, 0.5 * mu]);
+    let mut random = Random(16);
+    for _ in 0..50 {
+        let f = random.gradient(false).0;
+        assert_same(build("yeoh", &[kappa, 0.5 * mu, 0.0, 0.0]).as_ref(), neo.as_ref(), &f, 0.0);
+        assert_same(build("mooney_rivlin", &[kappa, 0.5 * mu, 0.0]).as_ref(), neo.as_ref(), &f, 0.0);
+        assert_same(build("ogden", &[kappa, mu, 2.0]).as_ref(), neo.as_ref(), &f, 0.0);
+        assert_same(build("gent", &[kappa, mu, 1e9]).as_ref(), neo.as_ref(), &f, 1e-7);
+        assert_same(build("arruda_boyce", &[kappa, mu, 1e4]).as_ref(), neo.as_ref(), &f, 1e-7);
+        let far = |law: &str, limit: f64| {
+            (eval(build(law, &[kappa, mu, limit]).as_ref(), &f).psi / eval(neo.as_ref(), &f).psi - 1.0).abs()
+        };
+        // and of first order in 1/J_m, 1/λ_m²
+        assert!((far("gent", 1e5) / far("gent", 1e6) - 10.0).abs() < 0.1);
+        assert!((far("arruda_boyce", 1e2) / far("arruda_boyce", 1e3) - 100.0).abs() < 1.0);
+    }
+}
+
+/// The three conventions of Ogden's factors describe the same law when their factors are converted.
+#[test]
+fn conventions_of_ogden() {
+    let entry = registry::find("ogden").expect("registered");
+    let with = |convention, factor: fn(f64, f64) -> f64| {
+        let terms = [(30e3, 1.3), (-2e3, -4.0)].iter().flat_map(|(mu, alpha)| [factor(*mu, *alpha), *alpha]);
+        let values: Vec<f64> = std::iter::once(400e3).chain(terms).collect();
+        entry.build_with(&values, &["quadratic", convention]).expect("in bounds")
+    };
+    let own = with("ogden", |mu, _| mu);
+    let (abaqus, febio) = (with("abaqus", |mu, alpha| 0.5 * mu * alpha), with("febio", |mu, alpha| mu * alpha));
+    let mut random = Random(17);
+    for _ in 0..20 {
+        let f = random.gradient(false).0;
+        assert_same(abaqus.as_ref(), own.as_ref(), &f, 0.0);
+        assert_same(febio.as_ref(), own.as_ref(), &f, 0.0);
+    }
+}
+
+/// Published shear moduli: Ogden's constants for Treloar's rubber, μ = 6.3, 0.012, −0.1 · 10⁵ Pa and α = 1.3, 5, −2, give 4.225 · 10⁵ Pa (Ogden 1972;
+/// Holzapfel 2000, ch. 6.5); the series of Arruda and Boyce as in the manual of Abaqus.
+#[test]
+fn published_shear_moduli() {
+    let ogden = build("ogden", &[1e9, 6.3e5, 1.3, 0.012e5, 5.0, -0.1e5, -2.0]);
+    assert!((ogden.small_strain().mu / 4.225e5 - 1.0).abs() < 1e-14);
+    let z = 2.5_f64.powi(-2);
+    let factor = 1.0 + z * (3.0 / 5.0 + z * (99.0 / 175.0 + z * (513.0 / 875.0 + z * (42039.0 / 67375.0))));
+    let arruda = build("arruda_boyce", &[1e9, 1e5, 2.5]);
+    assert!((arruda.small_strain().mu / (1e5 * factor) - 1.0).abs() < 1e-14);
+}
+
+/// A locking law is refused at its limit, with the value that reached it, and defined up to it.
+#[test]
+fn locking_is_refused() {
+    let law = build("gent", &[1e6, 30e3, 2.0]);
+    let uniaxial = |l: f64| Mat3::from_diagonal(&Vec3::new(l, l.powf(-0.5), l.powf(-0.5)));
+    // λ² + 2/λ = 5 at λ = 2
+    assert!(law.eval(&uniaxial(1.99999), Want::Tangent).is_ok_and(|r| r.p[(0, 0)].is_finite()));
+    match law.eval(&uniaxial(2.00001), Want::Energy) {
+        Err(LawError::Locked { i, limit }) => assert!(limit == 2.0 && i > 2.0 && i < 2.001),
+        other => panic!("{other:?}"),
+    }
 }
 
 /// Symmetric to the rounding of a sum of a handful of terms of the size of A.
@@ -280,6 +487,7 @@ fn inversion_is_refused_or_survived() {
                         assert!(!entry.info.survives_inversion, "{name} declares to survive and refuses {f}");
                         assert!(j <= 1e-14, "{name} refuses J = {j}");
                     }
+                    Err(e) => panic!("{name} at J ≤ 0: {e}"),
                 }
             }
         }
@@ -293,8 +501,8 @@ fn inversion_is_refused_or_survived() {
 fn values_rebuild_the_law() {
     over_laws(10, |label, law, f, _, _| {
         let entry = registry::find(law.info().name).expect("it came from the registry");
-        let again = entry.build_from(&law.values()).expect("the values are inside their bounds");
-        assert_eq!(again.values(), law.values(), "{label}");
+        let again = entry.build_with(&law.values(), &law.choices()).expect("the values are inside their bounds");
+        assert_eq!((again.values(), again.choices()), (law.values(), law.choices()), "{label}");
         assert_eq!(eval(law, f).p, eval(again.as_ref(), f).p, "{label}");
     });
 }

@@ -3,7 +3,7 @@
 //! Displacement formulation: tet4 with one point, tet10 with four. tet4 locks as ν → ½.
 
 use super::cell::CellPoints;
-use crate::material::{Law, LawError};
+use crate::material::Law;
 use crate::math::tensor::Mat3;
 use crate::mesh::TetMesh;
 use crate::system::{At, Blocks, Effect, EvalError, Local, Role, Want};
@@ -45,11 +45,8 @@ impl Effect for Elastic {
     fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
         for q in 0..self.points.points() {
             let f = self.points.deformation_gradient(at.x, b, q);
-            let response = self.law.eval(&f, want).map_err(|LawError::Inverted { j }| EvalError::Inverted {
-                effect: self.name.clone(),
-                cell: self.points.cells[b] as usize,
-                j,
-            })?;
+            let fail = |e| EvalError::of_law(&self.name, self.points.cells[b] as usize, e);
+            let response = self.law.eval(&f, want).map_err(fail)?;
             out.energy += self.points.weight(b, q) * response.psi;
             if want > Want::Energy {
                 self.points.scatter(b, q, &response.p, &response.a, want, out);

@@ -19,6 +19,8 @@ pub static INFO: LawInfo = LawInfo {
     source: "Sifakis & Barbič 2012, part I, ch. 3",
     limits: "small strain, any rotation; finite energy at J = 0, so cells may invert under load; they are driven back",
     parameters: moduli::PAIR,
+    optional: 0,
+    choices: &[],
     survives_inversion: true,
     objective: true,
     isochoric: false,

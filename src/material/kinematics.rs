@@ -60,6 +60,20 @@ impl Invariants {
     pub fn i_2ln(&self, ln_j: f64) -> f64 {
         if self.near { self.i_2x + 2.0 * x_minus_ln_1p(self.x) } else { self.i - 2.0 * ln_j }
     }
+
+    /// I₁(K) − 3 − 2 ln det K [–] of K = cof F, det K = J², with ln J at hand: I₂ − 3 − 4 ln J since I₂ = K:K. Near F = I from
+    /// K − I = tr H I − Hᵀ + cof H.
+    #[inline(always)]
+    pub fn second_2ln(&self, f: &Mat3, ln_j: f64) -> f64 {
+        if !self.near {
+            return self.cof.norm_squared() - 3.0 - 4.0 * ln_j;
+        }
+        let h = f - Mat3::identity();
+        let d = Mat3::identity() * h.trace() - h.transpose() + cofactor(&h);
+        let eps = (d + d.transpose()) * 0.5;
+        let i_2x = 2.0 * eps.norm_squared() - d.trace().powi(2) - 2.0 * d.determinant();
+        i_2x + 2.0 * x_minus_ln_1p(self.x * (2.0 + self.x))
+    }
 }
 
 /// x − ln(1 + x) [–] to full relative accuracy: with y = x/(2 + x), ln(1 + x) = 2 artanh y, so it is xy − 2(y³/3 + y⁵/5 + …).

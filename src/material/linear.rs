@@ -17,6 +17,8 @@ pub static INFO: LawInfo = LawInfo {
     source: "Bonet & Wood 2008, ch. 6",
     limits: "small strain and small rotation; not objective",
     parameters: moduli::PAIR,
+    optional: 0,
+    choices: &[],
     survives_inversion: true,
     objective: false,
     isochoric: false,

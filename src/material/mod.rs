@@ -5,23 +5,34 @@
 use crate::math::tensor::{Mat3, Mat9, ZERO9};
 use crate::math::units::Dimension;
 
+pub mod arruda_boyce;
 mod assemble;
 pub mod corotational;
+pub mod gent;
+pub mod isochoric;
 pub mod kinematics;
 pub mod linear;
 pub mod load_case;
 pub mod moduli;
+pub mod mooney_rivlin;
 pub mod neo_hookean;
 pub mod neo_hookean_split;
+pub mod ogden;
 pub mod polar;
 pub mod registry;
+pub mod spectral;
+pub mod split;
 pub mod st_venant_kirchhoff;
+pub mod stability;
 pub mod stable_neo_hookean;
+pub mod veronda_westmann;
 pub mod volumetric;
+pub mod yeoh;
 
 pub use load_case::{Homogeneous, LoadCase, LoadCaseError};
 pub use moduli::Moduli;
 pub use registry::{LAWS, LawEntry, LawSpecError, law_from_table};
+pub use stability::{Instability, Limit, Stability, stability};
 pub use volumetric::{Volumetric, VolumetricKind};
 
 /// How much of a response is needed; each includes the ones before it.
@@ -58,6 +69,11 @@ pub enum LawError {
         "det F = {j:e} is not positive, where ln J and J^(-2/3) do not exist; take a smaller step or `stable_neo_hookean`"
     )]
     Inverted { j: f64 },
+    /// Ī₁ − 3 [–] at or beyond the largest one of the law
+    #[error(
+        "Ī₁ − 3 = {i:e} reaches {limit:e}, beyond which the law is not defined: its chains are fully stretched; take a smaller step or load"
+    )]
+    Locked { i: f64, limit: f64 },
 }
 
 /// A parameter, declared once: parsing, messages, fit bounds and docs derive from it.
@@ -70,6 +86,29 @@ pub struct Parameter {
     pub dimension: Dimension,
     /// Open interval in SI: lower < value < upper
     pub bounds: (f64, f64),
+    pub meaning: &'static str,
+}
+
+impl Parameter {
+    /// A stiffness [Pa] above `lower`.
+    const fn modulus(name: &'static str, symbol: &'static str, lower: f64, meaning: &'static str) -> Self {
+        Self { name, symbol, dimension: Dimension::PRESSURE, bounds: (lower, f64::INFINITY), meaning }
+    }
+
+    /// A number [–] above `lower`.
+    const fn number(name: &'static str, symbol: &'static str, lower: f64, meaning: &'static str) -> Self {
+        Self { name, symbol, dimension: Dimension::NONE, bounds: (lower, f64::INFINITY), meaning }
+    }
+}
+
+/// A form of the law to choose by name, e.g. `volumetric = "quadratic"`.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Choice {
+    /// Key in files
+    pub name: &'static str,
+    pub options: &'static [&'static str],
+    /// What is taken where the key is absent; without one the key is required
+    pub default: Option<&'static str>,
     pub meaning: &'static str,
 }
 
@@ -86,6 +125,9 @@ pub struct LawInfo {
     pub limits: &'static str,
     /// Independent parameters; their bounds form a box, so a fit may move each alone
     pub parameters: &'static [Parameter],
+    /// How many of the last parameters may be absent: terms that are zero then
+    pub optional: usize,
+    pub choices: &'static [Choice],
     /// Defined (finite ψ, P, A) for J ≤ 0; `limits` says whether it also drives inverted cells back
     pub survives_inversion: bool,
     /// ψ(QF) = ψ(F) for every rotation Q
@@ -97,8 +139,12 @@ pub struct LawInfo {
 /// A constitutive law with its constants.
 pub trait Law: Send + Sync + std::fmt::Debug {
     fn info(&self) -> &'static LawInfo;
-    /// Values of the parameters in the order of `info().parameters` [SI]
+    /// Values of the parameters in the order of `info().parameters` [SI]; optional ones that are absent are left away at the end
     fn values(&self) -> Vec<f64>;
+    /// What was chosen, in the order of `info().choices`
+    fn choices(&self) -> Vec<&'static str> {
+        Vec::new()
+    }
     /// Hooke's constants of the tangent at F = I
     fn small_strain(&self) -> Moduli;
     /// ψ, P and A at F
@@ -108,4 +154,20 @@ pub trait Law: Send + Sync + std::fmt::Debug {
     fn split(&self) -> Option<(Box<dyn Law>, Volumetric)> {
         None
     }
+}
+
+/// A law of each kind for tests: E = 100 kPa, ν = 0.4; of the split ones κ = 200 kPa and the quadratic U.
+#[cfg(test)]
+pub(crate) fn example(entry: &LawEntry) -> Box<dyn Law> {
+    let values: &[f64] = match entry.info.name {
+        "mooney_rivlin" => &[200e3, 12e3, 5e3, 1e3, 0.5e3, 0.2e3],
+        "yeoh" => &[200e3, 18e3, -1e3, 0.3e3],
+        "ogden" => &[200e3, 10e3, 3.0, -8e3, -4.0, 2e3, 1.0],
+        "gent" => &[200e3, 35e3, 20.0],
+        "arruda_boyce" => &[200e3, 30e3, 2.5],
+        "veronda_westmann" => &[200e3, 60e3, 0.6],
+        _ => &[100e3, 0.4],
+    };
+    let options = if entry.info.choices.is_empty() { &[][..] } else { &["quadratic"] };
+    entry.build_with(values, options).unwrap_or_else(|e| panic!("{}: {e}", entry.info.name))
 }

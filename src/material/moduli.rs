@@ -28,7 +28,7 @@ const E: Parameter = Parameter {
     bounds: (0.0, f64::INFINITY),
     meaning: "Young's modulus",
 };
-const NU: Parameter =
+pub(crate) const NU: Parameter =
     Parameter { name: "nu", symbol: "ν", dimension: Dimension::NONE, bounds: (-1.0, 0.5), meaning: "Poisson's ratio" };
 const MU: Parameter = Parameter {
     name: "mu",
@@ -44,7 +44,7 @@ const LAMBDA: Parameter = Parameter {
     bounds: (f64::NEG_INFINITY, f64::INFINITY),
     meaning: "Lamé's first constant",
 };
-const KAPPA: Parameter = Parameter {
+pub(crate) const KAPPA: Parameter = Parameter {
     name: "kappa",
     symbol: "κ",
     dimension: Dimension::PRESSURE,

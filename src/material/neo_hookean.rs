@@ -18,6 +18,8 @@ pub static INFO: LawInfo = LawInfo {
     source: "Bonet & Wood 2008, eq. 6.27",
     limits: "J > 0; (ln J)² softens in strong dilatation, J > e",
     parameters: moduli::PAIR,
+    optional: 0,
+    choices: &[],
     survives_inversion: false,
     objective: true,
     isochoric: false,

@@ -1,25 +1,28 @@
 //! Neo-Hookean law split into an isochoric and a volumetric part.
 //!
-//! ψ = ½μ(J^{−2/3} I₁ − 3) + ½κ(J − 1)², I₁ = F:F
+//! ψ = ½μ(J^{−2/3} I₁ − 3) + U(J), I₁ = F:F
+//!
+//! U(J) = ½κ(J − 1)² where no other is chosen: this pair is what the name stands for.
 //!
 //! Source: Simo & Hughes, *Computational Inelasticity*, 1998, ch. 9 for the split; U(J) = ½κ(J − 1)² as in Bonet & Wood, 2nd ed.
 //! 2008, ch. 6.
 //!
-//! Limits: J > 0 only. U stays finite at J = 0: the barrier there comes from J^{−2/3} alone, and a purely volumetric collapse has
+//! Limits: J > 0 only. U = ½κ(J − 1)² stays finite at J = 0: the barrier there comes from J^{−2/3} alone, and a purely volumetric collapse has
 //! none. Near incompressibility (κ ≫ μ) use a mixed formulation.
 
-use super::assemble::{add_dyad, isotropic, rows};
-use super::kinematics::{Invariants, exp_m1_minus_y};
-use super::volumetric::{Volumetric, VolumetricKind};
-use super::{Law, LawError, LawInfo, Moduli, Response, Want, moduli};
+use super::isochoric::{self, Partials, Strain};
+use super::volumetric::{CHOICE, Volumetric, VolumetricKind};
+use super::{Choice, Law, LawError, LawInfo, Moduli, Response, Want, moduli};
 use crate::math::tensor::Mat3;
 
 pub static INFO: LawInfo = LawInfo {
     name: "neo_hookean_split",
-    formula: "ψ = ½μ(J^{−2/3} I₁ − 3) + ½κ(J − 1)²",
+    formula: "ψ = ½μ(J^{−2/3} I₁ − 3) + U(J), U = ½κ(J − 1)² unless chosen",
     source: "Simo & Hughes 1998, ch. 9; U(J) of Bonet & Wood 2008, ch. 6",
-    limits: "J > 0; no barrier against uniform collapse",
+    limits: "J > 0; no barrier against uniform collapse with the quadratic U",
     parameters: moduli::PAIR,
+    optional: 0,
+    choices: &[Choice { default: Some("quadratic"), ..CHOICE }],
     survives_inversion: false,
     objective: true,
     isochoric: true,
@@ -27,7 +30,16 @@ pub static INFO: LawInfo = LawInfo {
 
 /// Neo-Hookean law with an isochoric and a volumetric part.
 #[derive(Clone, Copy, Debug)]
-pub struct NeoHookeanSplit(pub Moduli);
+pub struct NeoHookeanSplit {
+    pub hooke: Moduli,
+    pub volumetric: VolumetricKind,
+}
+
+impl NeoHookeanSplit {
+    fn u(&self) -> Volumetric {
+        Volumetric { kind: self.volumetric, kappa: self.hooke.kappa }
+    }
+}
 
 impl Law for NeoHookeanSplit {
     fn info(&self) -> &'static LawInfo {
@@ -35,43 +47,36 @@ impl Law for NeoHookeanSplit {
     }
 
     fn values(&self) -> Vec<f64> {
-        vec![self.0.e, self.0.nu]
+        vec![self.hooke.e, self.hooke.nu]
+    }
+
+    fn choices(&self) -> Vec<&'static str> {
+        vec![self.volumetric.name()]
     }
 
     fn small_strain(&self) -> Moduli {
-        self.0
+        self.hooke
     }
 
     fn split(&self) -> Option<(Box<dyn Law>, Volumetric)> {
-        let volumetric = Volumetric { kind: VolumetricKind::Quadratic, kappa: self.0.kappa };
-        Some((Box::new(Self(Moduli { kappa: 0.0, ..self.0 })), volumetric))
+        Some((Box::new(Self { hooke: Moduli { kappa: 0.0, ..self.hooke }, ..*self }), self.u()))
     }
 
-    /// With G = F⁻ᵀ and m = μ J^{−2/3}: P = m(F − ⅓I₁ G) + κ(J − 1)J G;
-    /// A_iJkL = m[δ_ik δ_JL − ⅔(F_iJ G_kL + G_iJ F_kL) + (2/9) I₁ G_iJ G_kL + ⅓I₁ G_iL G_kJ]
-    ///        + κ[(2J − 1)J G_iJ G_kL − (J − 1)J G_iL G_kJ].
     fn eval(&self, f: &Mat3, want: Want) -> Result<Response, LawError> {
-        let Moduli { mu, kappa, .. } = self.0;
-        let k = Invariants::of_positive(f)?;
-        let (j, x) = (k.j, k.x);
-        let ln = k.ln_j();
-        // J^{2/3} = eʸ; J^{−2/3} I₁ − 3 = e⁻ʸ{[I₁ − 3 − 2 ln J] − 3[eʸ − 1 − y]} since 3y = 2 ln J
-        let y = 2.0 / 3.0 * ln;
-        let m = mu * (-y).exp();
-        let mut r = Response::energy(0.5 * m * (k.i_2ln(ln) - 3.0 * exp_m1_minus_y(y)) + 0.5 * kappa * x * x);
-        if want >= Want::Residual {
-            let g = k.cof / j;
-            let third = (k.i + 3.0) / 3.0;
-            r.p = (f - g * third) * m + g * (kappa * x * j);
-            if want >= Want::Tangent {
-                // The two mixed dyads as one: (F − ⅓I₁G) = D gives −⅔(D⊗G + G⊗D) − (2/9) I₁ G⊗G.
-                let (g, d) = (rows(&g), rows(&(f - g * third)));
-                let w = kappa * (j + x) * j - 2.0 / 3.0 * m * third;
-                r.a = isotropic(m, w, m * third - kappa * x * j, &g);
-                add_dyad(&mut r.a, -2.0 / 3.0 * m, &d, &g);
-                add_dyad(&mut r.a, -2.0 / 3.0 * m, &g, &d);
-            }
-        }
-        Ok(r)
+        isochoric::response(&NeoHooke { mu: self.hooke.mu }, &self.u(), f, want)
+    }
+}
+
+/// W = ½μ(Ī₁ − 3).
+struct NeoHooke {
+    mu: f64,
+}
+
+impl Strain for NeoHooke {
+    const SECOND: bool = false;
+
+    #[inline(always)]
+    fn partials(&self, i: f64, _: f64) -> Result<Partials, LawError> {
+        Ok(Partials { w: 0.5 * self.mu * i, w1: 0.5 * self.mu, ..Partials::default() })
     }
 }

@@ -2,17 +2,30 @@
 
 use std::collections::BTreeMap;
 
+use super::arruda_boyce::{self, ArrudaBoyce};
 use super::corotational::{self, Corotational};
+use super::gent::{self, Gent};
 use super::linear::{self, Linear};
+use super::mooney_rivlin::{self, MooneyRivlin};
 use super::neo_hookean::{self, NeoHookean};
 use super::neo_hookean_split::{self, NeoHookeanSplit};
+use super::ogden::{self, Ogden};
+use super::split::{Part, Split};
 use super::st_venant_kirchhoff::{self, StVenantKirchhoff};
 use super::stable_neo_hookean::{self, StableNeoHookean};
-use super::{Law, LawInfo, Moduli, Parameter, moduli};
+use super::veronda_westmann::{self, VerondaWestmann};
+use super::volumetric::VolumetricKind;
+use super::yeoh::{self, Yeoh};
+use super::{Choice, Law, LawInfo, Moduli, Parameter, moduli};
 use crate::math::units::{self, Dimension, UnitError};
 
 /// Values by key [SI].
 pub type Values = BTreeMap<String, f64>;
+
+/// Options by key, each choice of the law once.
+pub type Chosen = BTreeMap<&'static str, &'static str>;
+
+type Build = fn(&Values, &Chosen) -> Result<Box<dyn Law>, LawSpecError>;
 
 /// One line of the registry.
 #[derive(Debug)]
@@ -20,49 +33,94 @@ pub struct LawEntry {
     pub info: &'static LawInfo,
     /// Keys taken from a file: the parameters or what they can be computed from
     pub keys: &'static [Parameter],
-    build: fn(&Values) -> Result<Box<dyn Law>, LawSpecError>,
+    build: Build,
 }
 
 /// A law of two elastic constants, any two of E, ν, μ, λ, κ.
-const fn elastic(info: &'static LawInfo, build: fn(&Values) -> Result<Box<dyn Law>, LawSpecError>) -> LawEntry {
+const fn elastic(info: &'static LawInfo, build: Build) -> LawEntry {
     LawEntry { info, keys: moduli::KEYS, build }
+}
+
+/// A law W + U(J); `keys` are its parameters and `nu`.
+const fn split<W: Part>(keys: &'static [Parameter]) -> LawEntry {
+    LawEntry { info: W::INFO, keys, build: Split::<W>::read }
 }
 
 /// Every law. A new law is one file and one line here.
 pub static LAWS: &[LawEntry] = &[
-    elastic(&linear::INFO, |v| Ok(Box::new(Linear(Moduli::from_map(v)?)))),
-    elastic(&corotational::INFO, |v| Ok(Box::new(Corotational(Moduli::from_map(v)?)))),
-    elastic(&st_venant_kirchhoff::INFO, |v| Ok(Box::new(StVenantKirchhoff(Moduli::from_map(v)?)))),
-    elastic(&neo_hookean::INFO, |v| Ok(Box::new(NeoHookean(Moduli::from_map(v)?)))),
-    elastic(&neo_hookean_split::INFO, |v| Ok(Box::new(NeoHookeanSplit(Moduli::from_map(v)?)))),
-    elastic(&stable_neo_hookean::INFO, |v| Ok(Box::new(StableNeoHookean::new(Moduli::from_map(v)?)))),
+    elastic(&linear::INFO, |v, _| Ok(Box::new(Linear(Moduli::from_map(v)?)))),
+    elastic(&corotational::INFO, |v, _| Ok(Box::new(Corotational(Moduli::from_map(v)?)))),
+    elastic(&st_venant_kirchhoff::INFO, |v, _| Ok(Box::new(StVenantKirchhoff(Moduli::from_map(v)?)))),
+    elastic(&neo_hookean::INFO, |v, _| Ok(Box::new(NeoHookean(Moduli::from_map(v)?)))),
+    elastic(&neo_hookean_split::INFO, |v, c| {
+        Ok(Box::new(NeoHookeanSplit { hooke: Moduli::from_map(v)?, volumetric: VolumetricKind::chosen(c) }))
+    }),
+    elastic(&stable_neo_hookean::INFO, |v, _| Ok(Box::new(StableNeoHookean::new(Moduli::from_map(v)?)))),
+    split::<MooneyRivlin>(mooney_rivlin::KEYS),
+    split::<Yeoh>(yeoh::KEYS),
+    split::<Ogden>(ogden::KEYS),
+    split::<Gent>(gent::KEYS),
+    split::<ArrudaBoyce>(arruda_boyce::KEYS),
+    split::<VerondaWestmann>(veronda_westmann::KEYS),
 ];
 
 /// Keys of a law table that are not parameters of the law: its name, and where its numbers come from.
 const OTHER_KEYS: [&str; 3] = ["law", "provenance", "source"];
 
 impl LawEntry {
-    /// The law with these values [SI] by key.
-    pub fn build(&self, values: &Values) -> Result<Box<dyn Law>, LawSpecError> {
+    /// The law with these values [SI] and options by key.
+    pub fn build(&self, values: &Values, options: &BTreeMap<String, String>) -> Result<Box<dyn Law>, LawSpecError> {
         for (key, value) in values {
-            self.key(key)?;
-            check_bounds(self.keys, key, *value)?;
+            check_bounds(std::slice::from_ref(self.key(key)?), key, *value)?;
         }
-        (self.build)(values)
+        if let Some(key) = options.keys().find(|key| self.choice(key).is_none()) {
+            return Err(self.unknown(key));
+        }
+        let choose = |c: &'static Choice| self.choose(c, options.get(c.name).map(String::as_str));
+        (self.build)(values, &self.info.choices.iter().map(choose).collect::<Result<_, _>>()?)
     }
 
-    /// The law with the values of `info.parameters` in their order [SI]: the inverse of [`Law::values`].
+    /// The law with the values of `info.parameters` in their order [SI], and what it takes where nothing is chosen.
     pub fn build_from(&self, values: &[f64]) -> Result<Box<dyn Law>, LawSpecError> {
+        self.build_with(values, &[])
+    }
+
+    /// The law with the values of `info.parameters` and the options of `info.choices` in their order: the inverse of [`Law::values`] and
+    /// [`Law::choices`].
+    pub fn build_with(&self, values: &[f64], options: &[&str]) -> Result<Box<dyn Law>, LawSpecError> {
         let keys = self.info.parameters.iter().map(|p| p.name.to_string());
-        self.build(&keys.zip(values.iter().copied()).collect())
+        let names = self.info.choices.iter().map(|c| c.name.to_string());
+        let options = names.zip(options.iter().map(ToString::to_string)).collect();
+        self.build(&keys.zip(values.iter().copied()).collect(), &options)
+    }
+
+    fn choice(&self, key: &str) -> Option<&'static Choice> {
+        self.info.choices.iter().find(|c| c.name == key)
+    }
+
+    fn choose(
+        &self,
+        choice: &'static Choice,
+        option: Option<&str>,
+    ) -> Result<(&'static str, &'static str), LawSpecError> {
+        let Some(option) = option.or(choice.default) else {
+            return Err(LawSpecError::NotChosen { law: self.info.name, choice });
+        };
+        let known = choice.options.iter().find(|o| **o == option);
+        known.map(|o| (choice.name, *o)).ok_or_else(|| LawSpecError::UnknownOption {
+            key: choice.name,
+            option: option.to_string(),
+            hint: hint(option, choice.options.iter().copied()),
+        })
     }
 
     fn key(&self, key: &str) -> Result<&'static Parameter, LawSpecError> {
-        self.keys.iter().find(|p| p.name == key).ok_or_else(|| LawSpecError::UnknownKey {
-            law: self.info.name,
-            key: key.to_string(),
-            hint: hint(key, self.keys.iter().map(|p| p.name)),
-        })
+        self.keys.iter().find(|p| p.name == key).ok_or_else(|| self.unknown(key))
+    }
+
+    fn unknown(&self, key: &str) -> LawSpecError {
+        let known = self.keys.iter().map(|p| p.name).chain(self.info.choices.iter().map(|c| c.name));
+        LawSpecError::UnknownKey { law: self.info.name, key: key.to_string(), hint: hint(key, known) }
     }
 }
 
@@ -82,11 +140,18 @@ pub fn law_from_table(table: &toml::Table) -> Result<Box<dyn Law>, LawSpecError>
         None => return Err(LawSpecError::NoName { known: LAWS.iter().map(|e| e.info.name).collect() }),
     };
     let entry = find(name)?;
-    let mut values = Values::new();
+    let (mut values, mut options) = (Values::new(), BTreeMap::new());
     for (key, value) in table.iter().filter(|(key, _)| !OTHER_KEYS.contains(&key.as_str())) {
-        values.insert(key.clone(), quantity(entry.key(key)?, value)?);
+        if let Some(choice) = entry.choice(key) {
+            let Some(option) = value.as_str() else {
+                return Err(LawSpecError::OptionNotText { choice, found: value.to_string() });
+            };
+            options.insert(key.clone(), option.to_string());
+        } else {
+            values.insert(key.clone(), quantity(entry.key(key)?, value)?);
+        }
     }
-    entry.build(&values)
+    entry.build(&values, &options)
 }
 
 /// A quantity as it stands in a file [SI].
@@ -160,6 +225,29 @@ match &given[..] {
     Contradiction { first: String, second: String, derived: &'static str, value: f64, lower: f64, upper: f64 },
     #[error("nu = 0 means lambda = 0 whatever the stiffness; give E or mu instead of lambda")]
     Undetermined,
+    #[error("law `{law}` needs `{key}` ({meaning})")]
+    Missing { law: &'static str, key: &'static str, meaning: &'static str },
+    #[error(
+        "law `{law}` needs `{}`, one of {} ({})",
+        choice.name, choice.options.join(", "), choice.meaning
+    )]
+    NotChosen { law: &'static str, choice: &'static Choice },
+    #[error("`{} = {found}` is not a name; write one of {} in quotes", choice.name, choice.options.join(", "))]
+    OptionNotText { choice: &'static Choice, found: String },
+    #[error("`{key} = \"{option}\"` does not exist; {hint}")]
+    UnknownOption { key: &'static str, option: String, hint: String },
+    #[error("law `{law}` has no volumetric constant; add exactly one of kappa and nu, e.g. `nu = 0.49`")]
+    NoVolumetric { law: &'static str },
+    #[error(
+        "kappa = {kappa} Pa and nu = {nu} are both given, and nu means kappa = {implied} Pa with the shear modulus of the law; remove one"
+    )]
+    TwoVolumetric { kappa: f64, nu: f64, implied: f64 },
+    #[error(
+        "law `{law}` has the shear modulus {mu} Pa at F = I with these constants; it must be positive, check their signs"
+    )]
+    NotStable { law: &'static str, mu: f64 },
+    #[error("`{key} = 0`: the term vanishes; remove it")]
+    ZeroExponent { key: &'static str },
 }
 
 #[cfg(test)]
@@ -172,7 +260,7 @@ mod tests {
 
     #[test]
     fn reads_every_law() {
-        for entry in LAWS {
+        for entry in LAWS.iter().filter(|e| e.keys.iter().any(|k| k.name == "E")) {
             let name = entry.info.name;
             let law = read(&format!(
                 "law = \"{name}\"\nE = \"100 kPa\"\nnu = 0.45\nprovenance = \"a test\"\nsource.doi = \"x\""
@@ -180,6 +268,63 @@ mod tests {
             .unwrap_or_else(|e| panic!("{name}: {e}"));
             assert_eq!((law.info().name, law.values()), (name, vec![100e3, 0.45]));
         }
+        for (table, mu, values, choices) in [
+            (
+                "law = \"mooney_rivlin\"\nC10 = \"40 kPa\"\nC01 = \"10 kPa\"\nkappa = \"1 MPa\"\nvolumetric = \"quadratic\"",
+                100e3,
+                &[1e6, 40e3, 10e3][..],
+                &["quadratic"][..],
+            ),
+            (
+                "law = \"mooney_rivlin\"\nC10 = \"40 kPa\"\nC01 = \"10 kPa\"\nC20 = \"-1 kPa\"\nkappa = \"1 MPa\"\nvolumetric = \"quadratic\"",
+                100e3,
+                &[1e6, 40e3, 10e3, 0.0, -1e3],
+                &["quadratic"],
+            ),
+            (
+                "law = \"yeoh\"\nC10 = \"50 kPa\"\nkappa = \"1 MPa\"\nvolumetric = \"logarithmic\"",
+                100e3,
+                &[1e6, 50e3],
+                &["logarithmic"],
+            ),
+            (
+                "law = \"ogden\"\nmu1 = \"50 kPa\"\nalpha1 = 4\nkappa = \"1 MPa\"\nvolumetric = \"simo_taylor\"",
+                100e3,
+                &[1e6, 50e3, 4.0],
+                &["simo_taylor", "ogden"],
+            ),
+            (
+                "law = \"ogden\"\nmu1 = \"50 kPa\"\nalpha1 = 4\nmu2 = \"30 kPa\"\nalpha2 = -2\nkappa = \"1 MPa\"\nvolumetric = \"quadratic\"\nconvention = \"abaqus\"",
+                80e3,
+                &[1e6, 50e3, 4.0, 30e3, -2.0],
+                &["quadratic", "abaqus"],
+            ),
+            (
+                "law = \"gent\"\nmu = \"50 kPa\"\nJ_m = 30\nkappa = \"1 MPa\"\nvolumetric = \"quadratic\"",
+                50e3,
+                &[1e6, 50e3, 30.0],
+                &["quadratic"],
+            ),
+            (
+                "law = \"veronda_westmann\"\nC1 = \"50 kPa\"\nbeta = 0.5\nkappa = \"1 MPa\"\nvolumetric = \"quadratic\"",
+                25e3,
+                &[1e6, 50e3, 0.5],
+                &["quadratic"],
+            ),
+        ] {
+            let law = read(table).unwrap_or_else(|e| panic!("{table}: {e}"));
+            assert_eq!((law.values(), law.choices()), (values.to_vec(), choices.to_vec()), "{table}");
+            assert!((law.small_strain().mu / mu - 1.0).abs() < 1e-15, "{table}: μ₀ = {}", law.small_strain().mu);
+        }
+    }
+
+    /// ν and κ = 2μ₀(1 + ν)/(3(1 − 2ν)) are the same law.
+    #[test]
+    fn nu_or_kappa() {
+        let gent = "law = \"gent\"\nmu = \"30 kPa\"\nJ_m = 30\nvolumetric = \"quadratic\"\n";
+        let law = read(&format!("{gent}nu = 0.49")).expect("nu alone");
+        assert!((law.values()[0] / (2.0 * 30e3 * 1.49 / 0.06) - 1.0).abs() < 1e-14);
+        assert_eq!(law.small_strain().kappa, law.values()[0]);
     }
 
     #[test]
@@ -194,6 +339,7 @@ mod tests {
     #[test]
     fn refuses_with_fact_and_remedy() {
         let nh = "law = \"neo_hookean\"\n";
+        let gent = "law = \"gent\"\nmu = \"3 kPa\"\nJ_m = 30\nvolumetric = \"quadratic\"\n";
         for (table, says) in [
             ("E = \"1 kPa\"", "names no law; add `law = \"…\"` with one of linear"),
             ("law = 3", "`law = 3` is not a name"),
@@ -214,6 +360,37 @@ mod tests {
             (&format!("{nh}E = \"1 kPa\"\nnu = -1.0"), "nu (Poisson's ratio) = -1 [SI] is not inside (-1, 0.5)"),
             (&format!("{nh}E = \"-1 kPa\"\nnu = 0.3"), "E (Young's modulus) = -1000 [SI] is not inside (0, inf)"),
             (&format!("{nh}nu = nan\nE = \"1 kPa\""), "nu (Poisson's ratio) = NaN"),
+            (&format!("{gent}nu = 0.5"), "incompressible needs a mixed formulation"),
+            (gent, "law `gent` has no volumetric constant; add exactly one of kappa and nu"),
+            (&format!("{gent}nu = 0.4\nkappa = \"1 MPa\""), "are both given, and nu means kappa = 14000"),
+            ("law = \"gent\"\nmu = \"3 kPa\"\nJ_m = 30\nnu = 0.4", "needs `volumetric`, one of quadratic, logarithmic"),
+            (&gent.replace("quadratic", "log"), "`volumetric = \"log\"` does not exist; did you mean `logarithmic`?"),
+            (&gent.replace("\"quadratic\"", "1"), "`volumetric = 1` is not a name"),
+            (&gent.replace("J_m = 30", "nu = 0.3"), "law `gent` needs `J_m` (Ī₁ − 3 at which"),
+            (
+                &gent.replace("J_m = 30", "J_m = 0"),
+                "J_m (Ī₁ − 3 at which the chains are fully stretched) = 0 [SI] is not inside",
+            ),
+            (&format!("{gent}volumetrc = \"quadratic\""), "no parameter `volumetrc`; did you mean `volumetric`?"),
+            (&format!("{nh}E = \"1 kPa\"\nnu = 0.3\nvolumetric = \"quadratic\""), "no parameter `volumetric`"),
+            (
+                &gent
+                    .replace("gent", "mooney_rivlin")
+                    .replace("mu = \"3 kPa\"\nJ_m = 30", "C10 = \"1 kPa\"\nC01 = \"-2 kPa\"\nnu = 0.4"),
+                "has the shear modulus -2000 Pa at F = I",
+            ),
+            (
+                &gent.replace("gent", "ogden").replace("mu = \"3 kPa\"\nJ_m = 30", "mu1 = \"1 kPa\"\nalpha1 = 0"),
+                "`alpha1 = 0`",
+            ),
+            (
+                &gent.replace("gent", "ogden").replace("mu = \"3 kPa\"\nJ_m = 30", "mu1 = \"1 kPa\"\nalpha2 = 2"),
+                "needs `alpha1`",
+            ),
+            (
+                &gent.replace("gent", "ogden").replace("mu = \"3 kPa\"\nJ_m = 30", "mu1 = \"1 kPa\"\nalpha1 = -2"),
+                "shear modulus -1000 Pa",
+            ),
             (&format!("{nh}E = \"9 kPa\"\nmu = \"1 kPa\""), "E and mu contradict each other: they give kappa"),
         ] {
             let message = read(table).expect_err(table).to_string();

@@ -17,6 +17,8 @@ pub static INFO: LawInfo = LawInfo {
     source: "Bonet & Wood 2008, ch. 6",
     limits: "small strain, any rotation; loses stiffness in compression below λ = 1/√3 and leaves inverted cells inverted",
     parameters: moduli::PAIR,
+    optional: 0,
+    choices: &[],
     survives_inversion: true,
     objective: true,
     isochoric: false,

@@ -23,6 +23,8 @@ pub static INFO: LawInfo = LawInfo {
     source: "Smith, de Goes & Kim 2018, eq. 14",
     limits: "no barrier at J = 0; stiffens from μ_L towards 4/3 μ_L with stretch",
     parameters: moduli::PAIR,
+    optional: 0,
+    choices: &[],
     survives_inversion: true,
     objective: true,
     isochoric: false,

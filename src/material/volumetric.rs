@@ -4,8 +4,9 @@
 //! ½κ(ln J)² and ¼κ(J² − 1 − 2 ln J): Simo & Taylor, *Quasi-incompressible finite elasticity in principal stretches*, CMAME 85, 1991;
 //! Holzapfel, *Nonlinear Solid Mechanics*, 2000, ch. 6.
 
-use super::LawError;
 use super::kinematics::x_minus_ln_1p;
+use super::registry::Chosen;
+use super::{Choice, LawError};
 
 /// The form of U(J).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -21,6 +22,12 @@ pub enum VolumetricKind {
 impl VolumetricKind {
     pub const ALL: [Self; 3] = [Self::Quadratic, Self::Logarithmic, Self::SimoTaylor];
 
+    /// The one that was chosen.
+    pub(crate) fn chosen(chosen: &Chosen) -> Self {
+        let name = chosen[CHOICE.name];
+        Self::ALL.into_iter().find(|k| k.name() == name).expect("the options of the choice are the names of the kinds")
+    }
+
     /// Name in files.
     pub fn name(self) -> &'static str {
         match self {
@@ -30,6 +37,17 @@ impl VolumetricKind {
         }
     }
 }
+
+/// `volumetric = "…"` in files; which one is a choice of physics, so there is none where it is not said.
+pub const CHOICE: Choice = Choice {
+    name: "volumetric",
+    options: &["quadratic", "logarithmic", "simo_taylor"],
+    default: None,
+    meaning: "U(J): ½κ(J − 1)², ½κ(ln J)² or ¼κ(J² − 1 − 2 ln J)",
+};
+
+/// Of a law that has no other choice.
+pub const CHOICES: &[Choice] = &[CHOICE];
 
 /// U(J) with its bulk modulus.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -80,7 +98,7 @@ impl Volumetric {
         let j = 1.0 + x;
         match self.kind {
             VolumetricKind::Quadratic => Ok((x, 1.0, 0.0)),
-            _ if !(j > 0.0) => Err(LawError::Inverted { j }),
+            _ if j.is_nan() || j <= 0.0 => Err(LawError::Inverted { j }),
             VolumetricKind::Logarithmic => Ok((x.ln_1p(), 1.0 / j, -1.0 / (j * j))),
             // With r = [x − ln(1 + x) − ½x²]/x³ and g² = 1 + xr: G = xg; G G′ = U′/κ and (G G′)′ = U″/κ, divided by hand.
             VolumetricKind::SimoTaylor => {

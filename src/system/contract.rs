@@ -1,5 +1,6 @@
 //! What an effect or a constraint is, and what it sees.
 
+use crate::material::LawError;
 pub use crate::material::Want;
 use std::fmt;
 
@@ -130,6 +131,8 @@ impl Local {
 pub enum EvalError {
     /// det F ≤ 0 at a quadrature point of a law that needs J > 0
     Inverted { effect: String, cell: usize, j: f64 },
+    /// Stretched to where the law ends (fully stretched chains): Ī₁ − 3 = i ≥ limit [–]
+    Locked { effect: String, cell: usize, i: f64, limit: f64 },
     /// Two consecutive guides coincide: the direction of the cable is undefined
     Degenerate { effect: String, segment: usize },
 }
@@ -138,6 +141,12 @@ impl fmt::Display for EvalError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Inverted { effect, cell, j } => write!(f, "{effect}: cell {cell} is inverted (J = {j:.3e})"),
+            Self::Locked { effect, cell, i, limit } => {
+                write!(
+                    f,
+                    "{effect}: cell {cell} is stretched beyond the range of its law (Ī₁ − 3 = {i:.3e}, limit {limit:.3e})"
+                )
+            }
             Self::Degenerate { effect, segment } => {
                 write!(f, "{effect}: the ends of segment {segment} coincide")
             }
@@ -146,6 +155,17 @@ impl fmt::Display for EvalError {
 }
 
 impl std::error::Error for EvalError {}
+
+impl EvalError {
+    /// Of a law at a quadrature point of a cell.
+    pub fn of_law(effect: &str, cell: usize, error: LawError) -> Self {
+        let effect = effect.to_string();
+        match error {
+            LawError::Inverted { j } => Self::Inverted { effect, cell, j },
+            LawError::Locked { i, limit } => Self::Locked { effect, cell, i, limit },
+        }
+    }
+}
 
 /// One physical contribution to the residual.
 pub trait Effect: Send + Sync {

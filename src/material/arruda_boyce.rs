@@ -1,0 +1,104 @@
+//! Arruda–Boyce eight-chain law, the series of five terms of the inverse Langevin function.
+//!
+//! ψ = μ Σ_{n=1..5} c_n λ_m^{2−2n} (Ī₁ⁿ − 3ⁿ) + U(J), c = 1/2, 1/20, 11/1050, 19/7000, 519/673750
+//!
+//! μ is the constant of the chain statistics; the shear modulus at F = I is larger:
+//! μ₀ = μ(1 + 3/(5λ_m²) + 99/(175λ_m⁴) + 513/(875λ_m⁶) + 42039/(67375λ_m⁸)).
+//!
+//! Source: Arruda & Boyce, *A three-dimensional constitutive model for the large stretch behavior of rubber elastic materials*, J. Mech.
+//! Phys. Solids 41, 1993.
+//!
+//! Limits: J > 0. The series does not lock: at Ī₁ → 3λ_m², where the chains of the inverse Langevin function are fully stretched, it stays finite
+//! and too soft.
+
+use super::isochoric::{self, Partials, Strain};
+use super::registry::{Chosen, LawSpecError, Values};
+use super::split::{Part, required};
+use super::volumetric::{CHOICES, Volumetric};
+use super::{LawError, LawInfo, Parameter, Response, Want, moduli};
+use crate::math::tensor::Mat3;
+
+/// c_n of the series of the inverse Langevin function.
+const SERIES: [f64; 5] = [1.0 / 2.0, 1.0 / 20.0, 11.0 / 1050.0, 19.0 / 7000.0, 519.0 / 673_750.0];
+
+/// Keys in files; κ and ν stand for each other.
+pub const KEYS: &[Parameter] = &[
+    moduli::NU,
+    moduli::KAPPA,
+    Parameter::modulus("mu", "μ", 0.0, "constant of the chain statistics, below the shear modulus at F = I"),
+    Parameter::number("lambda_m", "λ_m", 1.0, "stretch at which the chains are fully stretched"),
+];
+
+pub static INFO: LawInfo = LawInfo {
+    name: "arruda_boyce",
+    formula: "ψ = μ Σ c_n λ_m^{2−2n} (Ī₁ⁿ − 3ⁿ) + U(J), n = 1 … 5, c = 1/2, 1/20, 11/1050, 19/7000, 519/673750",
+    source: "Arruda & Boyce 1993; modified invariant: Holzapfel 2000, ch. 6",
+    limits: "J > 0; the series is too soft near Ī₁ = 3λ_m², where the chains lock",
+    parameters: KEYS.split_at(1).1,
+    optional: 0,
+    choices: CHOICES,
+    survives_inversion: false,
+    objective: true,
+    isochoric: true,
+};
+
+/// Constants of W.
+#[derive(Clone, Copy, Debug)]
+pub struct ArrudaBoyce {
+    /// μ [Pa]
+    pub mu: f64,
+    /// λ_m [–]
+    pub limit: f64,
+}
+
+impl Part for ArrudaBoyce {
+    const INFO: &'static LawInfo = &INFO;
+
+    fn read(values: &Values, _: &Chosen) -> Result<Self, LawSpecError> {
+        Ok(Self { mu: required(&INFO, values, "mu")?, limit: required(&INFO, values, "lambda_m")? })
+    }
+
+    fn values(&self) -> Vec<f64> {
+        vec![self.mu, self.limit]
+    }
+
+    fn shear(&self) -> f64 {
+        2.0 * self.sums(0.0).1
+    }
+
+    fn response(&self, u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError> {
+        isochoric::response(self, u, f, want)
+    }
+}
+
+impl Strain for ArrudaBoyce {
+    const SECOND: bool = false;
+
+    #[inline(always)]
+    fn partials(&self, i: f64, _: f64) -> Result<Partials, LawError> {
+        let (w, w1, w11) = self.sums(i);
+        Ok(Partials { w, w1, w11, ..Partials::default() })
+    }
+}
+
+impl ArrudaBoyce {
+    /// W and its first two derivatives by Ī₁ at Ī₁ = 3 + i. Ī₁ⁿ − 3ⁿ = i q_n, q_n = Ī₁ q_{n−1} + 3^{n−1}, keeps the digits of small i.
+    #[inline(always)]
+    fn sums(&self, i: f64) -> (f64, f64, f64) {
+        let (i1, z) = (3.0 + i, 1.0 / (self.limit * self.limit));
+        let (mut w, mut w1, mut w11) = (0.0, 0.0, 0.0);
+        // μ λ_m^{2−2n}, q_n, 3^{n−1}, Ī₁^{n−1} and Ī₁^{n−2}
+        let (mut scale, mut q, mut three, mut power, mut lower) = (self.mu, 1.0, 1.0, 1.0, 0.0);
+        for (n, c) in (1..).zip(SERIES) {
+            let n = f64::from(n);
+            w += scale * c * i * q;
+            w1 += scale * c * n * power;
+            w11 += scale * c * n * (n - 1.0) * lower;
+            three *= 3.0;
+            q = i1 * q + three;
+            scale *= z;
+            (lower, power) = (power, power * i1);
+        }
+        (w, w1, w11)
+    }
+}

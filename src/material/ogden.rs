@@ -1,0 +1,155 @@
+//! Ogden law with up to four terms.
+//!
+//! ψ = Σ (μ_n/α_n)(λ̄₁^{α_n} + λ̄₂^{α_n} + λ̄₃^{α_n} − 3) + U(J), λ̄ᵢ = J^{−1/3} λᵢ
+//!
+//! The shear modulus at F = I is ½ Σ μ_n α_n. Two other conventions are read, by `convention`, with their own μ_n:
+//!
+//! | `convention` | W | μ of this page | shear modulus |
+//! |---|---|---|---|
+//! | `"ogden"`, where none is given | Σ (μ_n/α_n)(Σλ̄^{α_n} − 3) | μ_n | ½ Σ μ_n α_n |
+//! | `"abaqus"` (also CalculiX) | Σ (2μ_n/α_n²)(Σλ̄^{α_n} − 3) | 2μ_n/α_n | Σ μ_n |
+//! | `"febio"` | Σ (c_n/α_n²)(Σλ̄^{α_n} − 3), c_n = μ_n | c_n/α_n | ½ Σ c_n |
+//!
+//! Source: Ogden, *Large deformation isotropic elasticity – on the correlation of theory and experiment for incompressible rubberlike solids*,
+//! Proc. R. Soc. A 326, 1972; the conventions after the manuals of the programs.
+//!
+//! Limits: J > 0. Terms of opposite signs of μ_n α_n may lose stability at some stretch; see [`super::stability()`].
+
+use super::kinematics::exp_m1_minus_y;
+use super::registry::{Chosen, LawSpecError, Values};
+use super::spectral::{self, Sums, ValanisLandel, power_quotient};
+use super::split::{Part, required};
+use super::volumetric::{CHOICE, Volumetric};
+use super::{Choice, LawError, LawInfo, Parameter, Response, Want, moduli};
+use crate::math::tensor::Mat3;
+
+/// Largest number of terms.
+pub const TERMS: usize = 4;
+
+const fn mu(name: &'static str, symbol: &'static str) -> Parameter {
+    Parameter::modulus(name, symbol, f64::NEG_INFINITY, "factor of the term, in the chosen convention")
+}
+
+const fn alpha(name: &'static str, symbol: &'static str) -> Parameter {
+    Parameter::number(name, symbol, f64::NEG_INFINITY, "exponent of the term, not zero")
+}
+
+/// Keys in files; κ and ν stand for each other.
+pub const KEYS: &[Parameter] = &[
+    moduli::NU,
+    moduli::KAPPA,
+    mu("mu1", "μ₁"),
+    alpha("alpha1", "α₁"),
+    mu("mu2", "μ₂"),
+    alpha("alpha2", "α₂"),
+    mu("mu3", "μ₃"),
+    alpha("alpha3", "α₃"),
+    mu("mu4", "μ₄"),
+    alpha("alpha4", "α₄"),
+];
+
+const PAIRS: [(&str, &str); TERMS] = [("mu1", "alpha1"), ("mu2", "alpha2"), ("mu3", "alpha3"), ("mu4", "alpha4")];
+
+pub static INFO: LawInfo = LawInfo {
+    name: "ogden",
+    formula: "ψ = Σ (μ_n/α_n)(λ̄₁^{α_n} + λ̄₂^{α_n} + λ̄₃^{α_n} − 3) + U(J), λ̄ᵢ = J^{−1/3} λᵢ",
+    source: "Ogden 1972; modified stretches: Holzapfel 2000, ch. 6",
+    limits: "J > 0; terms of opposite signs may lose stability at some stretch",
+    parameters: KEYS.split_at(1).1,
+    optional: 2 * (TERMS - 1),
+    choices: &[
+        CHOICE,
+        Choice {
+            name: "convention",
+            options: &["ogden", "abaqus", "febio"],
+            default: Some("ogden"),
+            meaning: "whose factor μ_n is: μ_n/α_n, 2μ_n/α_n² or μ_n/α_n²",
+        },
+    ],
+    survives_inversion: false,
+    objective: true,
+    isochoric: true,
+};
+
+/// Constants of W.
+#[derive(Clone, Copy, Debug)]
+pub struct Ogden {
+    /// μ_n as given, in `convention` [Pa]
+    given: [f64; TERMS],
+    /// μ_n of μ_n/α_n [Pa]
+    mu: [f64; TERMS],
+    /// α_n [–]
+    alpha: [f64; TERMS],
+    terms: usize,
+    convention: &'static str,
+}
+
+impl Ogden {
+    fn terms(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
+        self.mu.iter().copied().zip(self.alpha.iter().copied()).take(self.terms)
+    }
+}
+
+impl Part for Ogden {
+    const INFO: &'static LawInfo = &INFO;
+
+    fn read(values: &Values, chosen: &Chosen) -> Result<Self, LawSpecError> {
+        let terms =
+            PAIRS.iter().rposition(|(m, a)| values.contains_key(*m) || values.contains_key(*a)).map_or(1, |n| n + 1);
+        let convention = chosen["convention"];
+        let mut law = Self { given: [0.0; TERMS], mu: [0.0; TERMS], alpha: [1.0; TERMS], terms, convention };
+        for (n, (m, a)) in PAIRS.into_iter().enumerate().take(terms) {
+            let (mu, alpha) = (required(&INFO, values, m)?, required(&INFO, values, a)?);
+            if alpha == 0.0 {
+                return Err(LawSpecError::ZeroExponent { key: a });
+            }
+            law.given[n] = mu;
+            law.alpha[n] = alpha;
+            law.mu[n] = match convention {
+                "abaqus" => 2.0 * mu / alpha,
+                "febio" => mu / alpha,
+                _ => mu,
+            };
+        }
+        Ok(law)
+    }
+
+    fn values(&self) -> Vec<f64> {
+        (0..self.terms).flat_map(|n| [self.given[n], self.alpha[n]]).collect()
+    }
+
+    fn choices(&self) -> Vec<&'static str> {
+        vec![self.convention]
+    }
+
+    fn shear(&self) -> f64 {
+        0.5 * self.terms().map(|(mu, alpha)| mu * alpha).sum::<f64>()
+    }
+
+    fn response(&self, u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError> {
+        spectral::response(self, u, f, want)
+    }
+}
+
+impl ValanisLandel for Ogden {
+    /// w = (μ/α)(e^{αē} − 1 − αē) and w′ = μ(e^{αē} − 1): what is added to (μ/α) e^{αē} cancels in the sum since Σē = 0.
+    #[inline(always)]
+    fn sums(&self, e: &[f64; 3]) -> Sums {
+        let mut s = Sums { w: 0.0, dw: [0.0; 3], d2w: [0.0; 3] };
+        for (mu, alpha) in self.terms() {
+            for (i, e) in e.iter().enumerate() {
+                let y = alpha * e;
+                let exp = y.exp_m1();
+                s.w += mu / alpha * if y.abs() < 0.5 { exp_m1_minus_y(y) } else { exp - y };
+                s.dw[i] += mu * exp;
+                s.d2w[i] += mu * alpha * (exp + 1.0);
+            }
+        }
+        s
+    }
+
+    #[inline(always)]
+    fn quotient(&self, a: f64, b: f64) -> f64 {
+        self.terms().map(|(mu, alpha)| mu * (alpha * b).exp() * power_quotient(alpha, a - b)).sum()
+    }
+}

@@ -1,0 +1,106 @@
+//! Laws with an isochoric and a volumetric part: ψ = W(F̄) + U(J), F̄ = J^{−1/3} F.
+//!
+//! A law brings W ([`Part`]); U(J), its constant from `kappa` or `nu`, and the trait [`Law`] come from here.
+
+use super::registry::{Chosen, LawSpecError, Values};
+use super::volumetric::{Volumetric, VolumetricKind};
+use super::{Law, LawError, LawInfo, Moduli, Response, Want};
+use crate::math::tensor::Mat3;
+
+/// An isochoric part W with its constants.
+pub trait Part: Copy + Send + Sync + std::fmt::Debug + 'static {
+    /// Of the whole law; its parameters begin with κ
+    const INFO: &'static LawInfo;
+
+    /// From the values by key [SI]
+    fn read(values: &Values, chosen: &Chosen) -> Result<Self, LawSpecError>;
+    /// Values of the parameters after κ, in their order [SI]
+    fn values(&self) -> Vec<f64>;
+    /// Options chosen after the volumetric part
+    fn choices(&self) -> Vec<&'static str> {
+        Vec::new()
+    }
+    /// Shear modulus at F = I [Pa]
+    fn shear(&self) -> f64;
+    /// ψ = W + U, P and A at F
+    fn response(&self, u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError>;
+}
+
+/// The law ψ = W + U.
+#[derive(Clone, Copy, Debug)]
+pub struct Split<W> {
+    part: W,
+    volumetric: Volumetric,
+    hooke: Moduli,
+}
+
+impl<W: Part> Split<W> {
+    /// Refuses a shear modulus at F = I that is not positive.
+    pub fn new(part: W, volumetric: Volumetric) -> Result<Self, LawSpecError> {
+        let hooke = Moduli::from_pair(("mu", shear(&part)?), ("kappa", volumetric.kappa))?;
+        Ok(Self { part, volumetric, hooke })
+    }
+
+    /// From a table: the constants of W, `volumetric`, and exactly one of `kappa` and `nu`.
+    pub(crate) fn read(values: &Values, chosen: &Chosen) -> Result<Box<dyn Law>, LawSpecError> {
+        let part = W::read(values, chosen)?;
+        let mu = shear(&part)?;
+        let of_nu = |nu: f64| Moduli::from_pair(("nu", nu), ("mu", mu));
+        let hooke = match (values.get("kappa"), values.get("nu")) {
+            (Some(&kappa), None) => Moduli::from_pair(("mu", mu), ("kappa", kappa))?,
+            (None, Some(&nu)) => of_nu(nu)?,
+            (Some(&kappa), Some(&nu)) => {
+                return Err(LawSpecError::TwoVolumetric { kappa, nu, implied: of_nu(nu)?.kappa });
+            }
+            (None, None) => return Err(LawSpecError::NoVolumetric { law: W::INFO.name }),
+        };
+        let volumetric = Volumetric { kind: VolumetricKind::chosen(chosen), kappa: hooke.kappa };
+        Ok(Box::new(Self { part, volumetric, hooke }))
+    }
+}
+
+fn shear<W: Part>(part: &W) -> Result<f64, LawSpecError> {
+    let mu = part.shear();
+    if mu > 0.0 && mu.is_finite() { Ok(mu) } else { Err(LawSpecError::NotStable { law: W::INFO.name, mu }) }
+}
+
+impl<W: Part> Law for Split<W> {
+    fn info(&self) -> &'static LawInfo {
+        W::INFO
+    }
+
+    fn values(&self) -> Vec<f64> {
+        [vec![self.volumetric.kappa], self.part.values()].concat()
+    }
+
+    fn choices(&self) -> Vec<&'static str> {
+        [vec![self.volumetric.kind.name()], self.part.choices()].concat()
+    }
+
+    fn small_strain(&self) -> Moduli {
+        self.hooke
+    }
+
+    fn eval(&self, f: &Mat3, want: Want) -> Result<Response, LawError> {
+        self.part.response(&self.volumetric, f, want)
+    }
+
+    fn split(&self) -> Option<(Box<dyn Law>, Volumetric)> {
+        let rest = Self { volumetric: Volumetric { kappa: 0.0, ..self.volumetric }, ..*self };
+        Some((Box::new(rest), self.volumetric))
+    }
+}
+
+/// The value of a key that must be there [SI].
+pub(crate) fn required(law: &'static LawInfo, values: &Values, key: &'static str) -> Result<f64, LawSpecError> {
+    values.get(key).copied().ok_or_else(|| {
+        let meaning = law.parameters.iter().find(|p| p.name == key).map_or("", |p| p.meaning);
+        LawSpecError::Missing { law: law.name, key, meaning }
+    })
+}
+
+/// The values of terms that may be absent: what is not given is zero, and the tail of zeros that nobody gave is left away.
+pub(crate) fn terms<const N: usize>(values: &Values, keys: [&str; N]) -> ([f64; N], usize) {
+    let given = keys.iter().rposition(|k| values.contains_key(*k)).map_or(0, |n| n + 1);
+    (keys.map(|k| values.get(k).copied().unwrap_or(0.0)), given)
+}

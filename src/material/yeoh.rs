@@ -1,0 +1,84 @@
+//! Yeoh law.
+//!
+//! ψ = C10 i + C20 i² + C30 i³ + U(J), i = Ī₁ − 3
+//!
+//! C20 and C30 are zero where they are not given. The shear modulus at F = I is 2 C10.
+//!
+//! Source: Yeoh, *Some forms of the strain energy function for rubber*, Rubber Chem. Technol. 66, 1993.
+//!
+//! Limits: J > 0. C20 < 0 (the usual S shape) may lose stability before C30 > 0 restores it; see [`super::stability()`].
+
+use super::isochoric::{self, Partials, Strain};
+use super::registry::{Chosen, LawSpecError, Values};
+use super::split::{self, Part, required};
+use super::volumetric::{CHOICES, Volumetric};
+use super::{LawError, LawInfo, Parameter, Response, Want, moduli};
+use crate::math::tensor::Mat3;
+
+/// Keys in files; κ and ν stand for each other.
+pub const KEYS: &[Parameter] = &[
+    moduli::NU,
+    moduli::KAPPA,
+    Parameter::modulus("C10", "C10", 0.0, "half of the shear modulus at F = I"),
+    Parameter::modulus("C20", "C20", f64::NEG_INFINITY, "factor of (Ī₁ − 3)²"),
+    Parameter::modulus("C30", "C30", f64::NEG_INFINITY, "factor of (Ī₁ − 3)³"),
+];
+
+pub static INFO: LawInfo = LawInfo {
+    name: "yeoh",
+    formula: "ψ = C10 i + C20 i² + C30 i³ + U(J), i = Ī₁ − 3",
+    source: "Yeoh 1993; modified invariant: Holzapfel 2000, ch. 6",
+    limits: "J > 0; C20 < 0 may lose stability at some stretch",
+    parameters: KEYS.split_at(1).1,
+    optional: 2,
+    choices: CHOICES,
+    survives_inversion: false,
+    objective: true,
+    isochoric: true,
+};
+
+/// Constants of W [Pa].
+#[derive(Clone, Copy, Debug)]
+pub struct Yeoh {
+    /// C10, C20, C30 [Pa]
+    pub c: [f64; 3],
+    /// How many of them the file gives, trailing zeros left away
+    pub terms: usize,
+}
+
+impl Part for Yeoh {
+    const INFO: &'static LawInfo = &INFO;
+
+    fn read(values: &Values, _: &Chosen) -> Result<Self, LawSpecError> {
+        required(&INFO, values, "C10")?;
+        let (c, terms) = split::terms(values, ["C10", "C20", "C30"]);
+        Ok(Self { c, terms })
+    }
+
+    fn values(&self) -> Vec<f64> {
+        self.c[..self.terms].to_vec()
+    }
+
+    fn shear(&self) -> f64 {
+        2.0 * self.c[0]
+    }
+
+    fn response(&self, u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError> {
+        isochoric::response(self, u, f, want)
+    }
+}
+
+impl Strain for Yeoh {
+    const SECOND: bool = false;
+
+    #[inline(always)]
+    fn partials(&self, i: f64, _: f64) -> Result<Partials, LawError> {
+        let [c10, c20, c30] = self.c;
+        Ok(Partials {
+            w: i * (c10 + i * (c20 + i * c30)),
+            w1: c10 + i * (2.0 * c20 + i * 3.0 * c30),
+            w11: 2.0 * c20 + 6.0 * c30 * i,
+            ..Partials::default()
+        })
+    }
+}
