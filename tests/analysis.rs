@@ -5,7 +5,7 @@ use durometer::study::convergence::curve::{Curve, compare};
 use durometer::study::convergence::family::{Estimate, Level, estimate};
 use durometer::study::convergence::fit::least_squares;
 use durometer::study::convergence::order::{Convergence, Triple};
-use durometer::study::convergence::{Analysis, analyse};
+use durometer::study::convergence::{Analysis, analyse, peak};
 use durometer::study::record::*;
 use std::f64::consts::PI;
 use std::path::Path;
@@ -106,6 +106,12 @@ fn curves_give_one_order_their_limit_and_their_lag() {
     assert_eq!(c.interpolation_error, 0.0);
     // Two full cycles of 2 s
     assert!(c.norms[0].cycle_defect.expect("two cycles") < 1e-12);
+    // Differences that do not shrink: p = 2 is assumed with Fs = 3; imposed curves have nothing to extrapolate
+    let wild: Vec<_> = SIZES.iter().zip([1.0, 1.3, 1.4, 1.42]).map(|(n, a)| member(*n, a, 0.0)).collect();
+    let w = compare(&wild, 2.0).expect("curves");
+    assert!(w.observed_order.is_none() && w.order_used == Some(2.0) && w.fs == 3.0 && !w.star.is_empty());
+    let imposed = compare(&SIZES.map(|n| member(n, 1.0, 0.0)), 2.0).expect("curves");
+    assert!(imposed.star.is_empty() && imposed.order_used.is_none());
     // Lag of 10 ms: first order in ωτ = 0.03 and finite differences over ωΔt = 0.16, both squared: 1 %
     let lagging = compare(&[member(36_600, 1.0, 0.0), member(16_200, 1.0, 0.01)], 2.0).expect("curves");
     assert!((lagging.norms[1].lag_s / 0.01 - 1.0).abs() < 0.01, "{}", lagging.norms[1].lag_s);
@@ -117,6 +123,18 @@ fn curves_give_one_order_their_limit_and_their_lag() {
     let bound = 0.05_f64.powi(2) * 30.0 * PI * PI / 8.0;
     assert!(c.interpolation_error > 0.5 * bound && c.interpolation_error < 2.0 * bound);
     assert!(c.norms[1].linf_to_finer < 2.0 * bound);
+}
+
+#[test]
+fn what_does_not_start_at_zero_is_judged_by_its_change() {
+    let (_, mut cases) = study();
+    let wave = cases[0].series.columns["bending_angle_deg"].clone();
+    let top = wave.iter().copied().fold(0.0, f64::max);
+    let length = wave.iter().map(|w| 0.1 - 0.016 * w / top).collect();
+    cases[0].series.columns.insert("cable_length_m".into(), length);
+    let change = peak(&cases[0], "cable_length_m").expect("column");
+    assert!((change + 0.016).abs() < 1e-15, "{change}");
+    assert_eq!(peak(&cases[0], "bending_angle_deg"), Some(top));
 }
 
 fn refused(a: &Analysis, why: &str) {
@@ -156,7 +174,7 @@ fn verdicts_are_refused_with_the_reason() {
     let a = analyse(&study, &stopped);
     assert!(a.incomplete.iter().any(|(id, what)| id == "element-length-1100" && what.contains("at t = 0.6 s")));
     let mut point = cases.clone();
-    point[0].record.provenance.scene = "guide_radius = \"point\"  # as SOFA does".into();
+    point[0].record.no_limit = Some("the cable acts through points".into());
     refused(&analyse(&study, &point), "through points");
     let mut strict = study.clone();
     strict.tolerance = 1e-5;

@@ -82,11 +82,16 @@ pub fn summarise(store: &Store, analysis: &Analysis) -> Summary {
     }
 }
 
-/// Observed order, Richardson value, GCI and ratio of the headline's `sizes` family; the rest beside it.
+/// Observed order, Richardson value, GCI and ratio of the headline's family, `sizes` if it has them; the rest beside it.
 fn headline(analysis: &Analysis) -> Map<String, Value> {
     let mut out = Map::new();
     let q = analysis.headline();
-    let e = q.and_then(|q| q.sizes().or(q.estimates.first()));
+    let sizes = q.and_then(QuantityAnalysis::sizes);
+    // Where the sizes show no order, the family of the reference speaks; `family` says which one it is
+    let e = sizes.filter(|e| e.observed_order.is_some()).or_else(|| {
+        let q = q?;
+        q.reference.as_ref().and_then(|r| q.estimate(&r.family)).or(q.estimates.first())
+    });
     let r = analysis.recommended.as_ref();
     let mut put = |key: &str, value: Value| out.insert(key.to_string(), value);
     put("quantity", json!(q.map(|q| &q.quantity.name)));
@@ -97,6 +102,8 @@ fn headline(analysis: &Analysis) -> Map<String, Value> {
     put("gci_percent", json!(e.and_then(|e| e.gci_percent)));
     put("convergence_ratio", json!(e.and_then(|e| e.convergence_ratio)));
     put("convergence", json!(e.map(|e| e.class)));
+    put("sizes_convergence", json!(sizes.map(|e| e.class)));
+    put("sizes_convergence_ratio", json!(sizes.and_then(|e| e.convergence_ratio)));
     put("reference_peak_deg", json!(q.and_then(|q| q.reference.as_ref()).map(|r| r.value)));
     put("reference_uncertainty_deg", json!(q.and_then(|q| q.reference.as_ref()).map(|r| r.uncertainty)));
     put("recommended_case", json!(r.map(|r| &r.case)));

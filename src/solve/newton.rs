@@ -77,6 +77,8 @@ pub struct Newton {
     pub factor: Factor,
     pub sums: Assembled,
     pub assembly_time: Duration,
+    /// Of the last solve that converged
+    pub iterations: usize,
     /// Length of the body [m], for the rounding floor of the residual
     length: f64,
 }
@@ -100,6 +102,7 @@ impl Newton {
             factor: Factor::new(system.pattern.clone()),
             sums: system.workspace(),
             assembly_time: Duration::ZERO,
+            iterations: 0,
             length,
         }
     }
@@ -123,6 +126,7 @@ impl Newton {
             }
             let done = increment.is_none() && error <= self.settings.tolerance;
             if done || solved.iterations > 0 && step.integrator.is_linearised() {
+                self.iterations = solved.iterations;
                 return Ok(solved);
             }
             if solved.iterations == self.settings.max_iterations {
@@ -155,7 +159,15 @@ impl Newton {
         let start = Instant::now();
         let State { t, x, v, a, lambda, .. } = next;
         integrator.kinematics(past, dt, x, v, a);
-        let at = At { t: *t, dt, x, v, a, old: &past.x, rates: integrator.rates(past, dt) };
+        let at = At {
+            t: *t,
+            dt: if integrator.is_static() { f64::INFINITY } else { dt },
+            x,
+            v,
+            a,
+            old: &past.x,
+            rates: integrator.rates(past, dt),
+        };
         let result = system.assemble(&at, lambda, want, increment, &mut self.sums);
         self.assembly_time += start.elapsed();
         result.map_err(Failure::Eval)

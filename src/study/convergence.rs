@@ -48,6 +48,8 @@ pub struct QuantityAnalysis {
     pub variant: String,
     pub quantity: Quantity,
     pub deciding: bool,
+    /// Judged by its largest change, since it does not start at zero
+    pub change: bool,
     /// One per family of meshes with two or more results
     pub estimates: Vec<Estimate>,
     /// (family, curves)
@@ -75,7 +77,8 @@ impl QuantityAnalysis {
 
     /// `peak bending angle, tension control`
     pub fn title(&self) -> String {
-        format!("peak {}, {} control", self.quantity.label, self.variant)
+        let what = if self.change { "largest change of" } else { "peak" };
+        format!("{what} {}, {} control", self.quantity.label, self.variant)
     }
 }
 
@@ -130,10 +133,21 @@ impl<'a> Cases<'a> {
     }
 }
 
-/// Peak of a quantity: the value of largest magnitude.
+/// Peak of a quantity: the value of largest magnitude. What does not start at zero, like the length of a cable, is
+/// judged by its largest change.
 pub fn peak(case: &StoredCase, quantity: &str) -> Option<f64> {
     let stored = case.record.probes.get(quantity).map(|p| p.peak);
+    if let Some(mut c) = Curve::of(&case.series, quantity).filter(starts_elsewhere) {
+        let first = c.f[0];
+        c.f.iter_mut().for_each(|f| *f -= first);
+        return Some(c.peak());
+    }
     stored.or_else(|| Curve::of(&case.series, quantity).map(|c| c.peak())).filter(|v| v.is_finite())
+}
+
+/// Does not start at zero.
+fn starts_elsewhere(c: &Curve) -> bool {
+    c.f[0].abs() > 1e-3 * c.peak().abs()
 }
 
 /// Analyses what is there; cases that are missing or did not converge are named, not guessed.
@@ -183,6 +197,8 @@ fn analyse_quantity(cases: &Cases, variant: &str, quantity: &Quantity, deciding:
             curves.extend(curve::compare(&series, formal).map(|c| (f.name.clone(), c)));
         }
     }
+    let of_variant = cases.stored.iter().filter(|c| c.record.variant == variant);
+    let change = of_variant.filter_map(|c| Curve::of(&c.series, &quantity.name)).any(|c| starts_elsewhere(&c));
     let reference = reference::choose(&estimates);
     let errors = reference::errors(cases, variant, &quantity.name, reference.as_ref());
     let time_step = reference::time_step(cases, variant, &quantity.name, &estimates);
@@ -210,6 +226,7 @@ fn analyse_quantity(cases: &Cases, variant: &str, quantity: &Quantity, deciding:
         variant: variant.to_string(),
         quantity,
         deciding,
+        change,
         estimates,
         curves,
         noise,

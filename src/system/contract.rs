@@ -48,6 +48,7 @@ pub struct Rates {
 #[derive(Clone, Copy)]
 pub struct At<'a> {
     pub t: f64,
+    /// Length of the step [s], infinite in statics: rates vanish
     pub dt: f64,
     pub x: &'a [f64],
     pub v: &'a [f64],

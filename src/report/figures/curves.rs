@@ -11,7 +11,7 @@ use crate::study::record::{Quantity, Role, StoredCase};
 use plotters::style::Color;
 
 /// The band of the GCI, pale enough for lines on top.
-const BAND: RGB = RGB(0xc9, 0xc9, 0xc9);
+const BAND: RGB = RGB(0xd8, 0xd8, 0xd8);
 
 /// `None` if no case of the sizes has a series in this variant.
 pub fn draw(store: &Store, analysis: &Analysis, variant: &str) -> Option<Figure> {
@@ -20,6 +20,13 @@ pub fn draw(store: &Store, analysis: &Analysis, variant: &str) -> Option<Figure>
         .filter(|c| family.cases.contains(&c.record.id) && c.record.variant == variant && c.record.status == CONVERGED)
         .collect();
     cases.sort_by(|a, b| a.record.mesh.h_m.total_cmp(&b.record.mesh.h_m));
+    cases.truncate(PALETTE.len() - 1);
+    // The recommended case, where it is not one of the sizes, last
+    let sizes = cases.len();
+    if let Some(r) = &analysis.recommended {
+        let here = |c: &&StoredCase| c.record.variant == variant && r.cases.contains(&c.record.id);
+        cases.extend(store.cases.iter().find(here).filter(|c| !family.cases.contains(&c.record.id)));
+    }
     let panels: Vec<(Quantity, Option<&CurveStudy>)> = (DECIDING.iter())
         .filter_map(|name| {
             let listed = store.study.quantities.values().flatten().find(|q| q.name == *name)?;
@@ -44,8 +51,13 @@ pub fn draw(store: &Store, analysis: &Analysis, variant: &str) -> Option<Figure>
             panel(area, &cases, quantity, *study, (upper, lower), ['a', 'b', 'c'][k.min(2)]);
         }
         let mut entries: Vec<(Sample, String)> = (cases.iter().zip(PALETTE))
-            .map(|(c, color)| (Sample::Line(color), format!("{} cells", thousands(c.record.mesh.cells))))
+            .map(|(c, color)| {
+                (Sample::Line(color), format!("{} {}", c.record.formulation, thousands(c.record.mesh.cells)))
+            })
             .collect();
+        if let Some(e) = entries.get_mut(sizes) {
+            e.1 += ", advised";
+        }
         if panels.iter().any(|(_, s)| s.is_some_and(|s| !s.star.is_empty())) {
             entries.push((Sample::Dashed(INK), "Richardson".into()));
             entries.push((Sample::Block(BAND), "± GCI of the finest".into()));
@@ -55,14 +67,19 @@ pub fn draw(store: &Store, analysis: &Analysis, variant: &str) -> Option<Figure>
     let words: Vec<String> = panels
         .iter()
         .filter_map(|(q, s)| {
-            let p = s.as_ref()?.observed_order?;
-            Some(format!("{}: global order p = {p:.2}", q.label))
+            let s = s.as_ref()?;
+            let p = s.order_used?;
+            Some(match s.observed_order {
+                Some(_) if s.fs < 3.0 => format!("{}: global order p = {p:.2}", q.label),
+                Some(seen) => format!("{}: order {seen:.2} observed, p = {p:.2} used, Fs = 3", q.label),
+                None => format!("{}: no order observed, p = {p:.0} assumed, Fs = 3", q.label),
+            })
         })
         .collect();
     let orders =
         if words.is_empty() { String::new() } else { format!(" {}.", super::super::page::sentence(&words.join("; "))) };
     let caption = format!(
-        "Cable {variant} control, family {}: the sizes over time (top) and their difference to the Richardson curve (bottom).{orders}",
+        "Cable {variant} control, family {}: the meshes (element and cells) over time (top) and their difference to the Richardson curve of the family (bottom).{orders}",
         family.name
     );
     Some(Figure { name: format!("curves-{variant}"), svg, caption })

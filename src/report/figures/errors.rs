@@ -64,7 +64,7 @@ fn sheet(
         .map(|k| {
             let f = &store.study.families[*k];
             let (m, c) = style(*k);
-            (Sample::Mark(m, c), format!("{} ({})", f.name.replace('_', " "), f.formulation))
+            (Sample::Mark(m, c), super::family_label(&f.name, &f.formulation))
         })
         .collect();
     entries.extend(extra);

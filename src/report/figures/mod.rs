@@ -52,6 +52,11 @@ pub fn legend(area: &Area, (x, mut y): Point, entries: &[(Sample, String)]) {
     }
 }
 
+/// `sizes (tet4)`, but `tet10` for a family named after its element.
+pub fn family_label(family: &str, formulation: &str) -> String {
+    if family == formulation { family.into() } else { format!("{} ({formulation})", family.replace('_', " ")) }
+}
+
 /// `bending angle θ [°]`, for an axis.
 pub fn axis_label(q: &Quantity, prefix: &str) -> String {
     let unit = if q.unit.is_empty() { String::new() } else { format!(" [{}]", q.unit) };

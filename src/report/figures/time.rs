@@ -52,7 +52,7 @@ pub fn draw(store: &Store, analysis: &Analysis) -> Option<Figure> {
         bars(area, frame(left + each + gap), 'b', "Evaluation of the effects", &rows, &effect);
         for (k, r) in rows.iter().enumerate() {
             let y = mm(top + ROW * (k as f64 + 0.5));
-            let words = format!("{}, {} {}", r.formulation, r.family.replace('_', " "), thousands(r.mesh.cells));
+            let words = format!("{} {}", super::family_label(&r.family, &r.formulation), thousands(r.mesh.cells));
             text(area, &words, (mm(left - 2.0), y), At::Right, SMALL, INK);
             text(
                 area,

@@ -10,7 +10,7 @@
 //! The common grid is the one of the finest mesh, over the time that all curves cover. The others are interpolated
 //! linearly; the error of that, from leaving out every second sample, is a quarter of the defect and is reported.
 
-use super::order::{Triple, correction};
+use super::order::{Convergence, ROUNDING, Triple, correction};
 use crate::study::record::Series;
 use serde::Serialize;
 
@@ -109,6 +109,8 @@ pub struct CurveStudy {
     pub norms: Vec<CurveNorms>,
     /// Order from the ratio of the L2 norms
     pub observed_order: Option<f64>,
+    /// Order that f*(t) was extrapolated with; assumed where `fs` is 3
+    pub order_used: Option<f64>,
     pub convergence_ratio: Option<f64>,
     pub fs: f64,
     /// Largest GCI(t) over largest |f*| [%]
@@ -148,10 +150,10 @@ pub fn compare(members: &[(String, f64, Curve)], formal: f64) -> Option<CurveStu
         (observed_order, convergence_ratio) = (triple.p, Some(triple.ratio));
         if triple.is_sane(formal) {
             (fs, used) = (1.25, triple.p);
-        } else if let Some(p) = triple.p {
-            used = Some(p.clamp(super::order::LEAST_ORDER, formal));
+        } else if triple.class != Convergence::Exact && norm[0] > ROUNDING * finest.peak().abs() {
+            used = Some(triple.p.map_or(formal.min(2.0), |p| p.clamp(super::order::LEAST_ORDER, formal)));
         }
-    } else if members.len() == 2 {
+    } else if members.len() == 2 && norm[0] > ROUNDING * finest.peak().abs() {
         used = Some(formal.min(2.0));
     }
     let (mut star, mut gci) = (vec![], vec![]);
@@ -177,7 +179,19 @@ pub fn compare(members: &[(String, f64, Curve)], formal: f64) -> Option<CurveStu
         })
         .collect();
     let gci_percent = (!gci.is_empty() && largest(&star) > 0.0).then(|| 100.0 * largest(&gci) / largest(&star));
-    Some(CurveStudy { norms, observed_order, convergence_ratio, fs, gci_percent, interpolation_error, t, star, gci })
+    let order_used = used;
+    Some(CurveStudy {
+        norms,
+        observed_order,
+        order_used,
+        convergence_ratio,
+        fs,
+        gci_percent,
+        interpolation_error,
+        t,
+        star,
+        gci,
+    })
 }
 
 /// √(1/T ∫ d² dt) by the trapezoidal rule.

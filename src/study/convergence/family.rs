@@ -3,7 +3,7 @@
 //! | data | f* | U₁ of the finest | U(f*) |
 //! |---|---|---|---|
 //! | 4 or more meshes | φ₀ of the least squares | Eça–Hoekstra U | (Fs − 1)ε₁ + σ + \|φ₁ − fit\| if good, else U₁ |
-//! | 3, monotone, ½ ≤ p ≤ formal | Richardson | GCI, Fs = 1.25 | max of (Fs − 1)δ and \|f\*(p) − f\*(formal)\| |
+//! | 3, monotone, ½ ≤ p ≤ formal | Richardson | GCI, Fs = 1.25 | max of (Fs − 1)δ, \|f\*(p) − f\*(formal)\| and \|f\*(p) − f\*(2)\| |
 //! | 3, monotone, other p | Richardson, p cut to [½, formal] | GCI, Fs = 3 | U₁ |
 //! | 2 | Richardson with p = min(formal, 2) | GCI, Fs = 3 | U₁ |
 //! | not monotone, or noise above the differences | f₁ | 3·max(ΔM, scatter) | U₁ |
@@ -179,9 +179,14 @@ pub fn estimate(
         e.uncertainty_finest = e.fs * delta;
         let k = 1.0 / (p * r21.ln()).exp_m1();
         let noise = scatter.unwrap_or(0.0) * 0.5 * ((1.0 + k).powi(2) + k * k).sqrt();
-        let other = f1 + correction(f1 - e.values[1], r21, q);
-        e.uncertainty =
-            noise + if e.fs < 3.0 { ((e.fs - 1.0) * delta).max((star - other).abs()) } else { e.uncertainty_finest };
+        // One triple does not show that its p is the asymptotic one: 2 at corners, the formal order elsewhere
+        let other = |p: f64| (star - f1 - correction(f1 - e.values[1], r21, p)).abs();
+        e.uncertainty = noise
+            + if e.fs < 3.0 {
+                ((e.fs - 1.0) * delta).max(other(q)).max(other(q.min(2.0)))
+            } else {
+                e.uncertainty_finest
+            };
         e.method = match (first.is_some(), e.fs < 3.0) {
             (true, true) => "Richardson and GCI".into(),
             (true, false) => format!("Richardson with p cut to {p:.2}, GCI with Fs = 3"),

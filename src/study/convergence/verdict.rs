@@ -1,6 +1,6 @@
 //! What the numbers mean for the choice of a mesh: settings with price and error bar, the sentences, the verdict.
 
-use super::warnings::point_cable;
+use super::warnings::no_limit;
 use super::{Cases, QuantityAnalysis};
 use crate::study::record::Role;
 use serde::Serialize;
@@ -164,8 +164,10 @@ pub fn conclude(
 ) -> (Option<Recommendation>, String) {
     let tolerance = cases.study.tolerance;
     let refuse = |why: String| (None, format!("No verdict within {}: {why}", percent(tolerance)));
-    if point_cable(cases) {
-        return refuse("the cable acts through points, so the answer has no limit as h → 0. Give the guides a radius of at least the largest h.".into());
+    if let Some(why) = no_limit(cases) {
+        return refuse(format!(
+            "{why}, so the answer has no limit as h → 0. Give the guides a radius of at least the largest h."
+        ));
     }
     let deciding: Vec<&QuantityAnalysis> = quantities.iter().filter(|q| q.deciding).collect();
     if deciding.is_empty() {
@@ -202,6 +204,7 @@ pub fn conclude(
         let (bar, cost) = (percent(n.worst), seconds(n.cost_s));
         words += &format!(" The next better one, {}, reaches {bar} for {cost}.", n.label);
     }
+    words += &about_sizes(cases, settings, tolerance);
     words += &kinematic(quantities);
     let recommendation = Recommendation {
         case,
@@ -213,6 +216,23 @@ pub fn conclude(
         next: next.map(|n| (n.label.clone(), n.worst, n.cost_s)),
     };
     (Some(recommendation), words)
+}
+
+/// The study asks about the sizes: say so if none of them will do.
+fn about_sizes(cases: &Cases, settings: &[Setting], tolerance: f64) -> String {
+    let Some(family) = cases.study.families.iter().find(|f| f.role == Role::Sizes) else { return String::new() };
+    let of: Vec<&Setting> = settings.iter().filter(|s| s.cases.iter().any(|c| family.cases.contains(c))).collect();
+    let best = of.iter().filter(|s| s.worst.is_finite()).min_by(|a, b| a.worst.total_cmp(&b.worst));
+    best.filter(|s| s.worst > tolerance).map_or(String::new(), |s| {
+        let bar = percent(s.worst);
+        format!(
+            " None of the {} meshes of family {} does: the best, {}, has an error bar of {bar} ({}).",
+            of.len(),
+            family.name,
+            s.label,
+            s.limited_by
+        )
+    })
 }
 
 /// Under length control the angle hides the stiffness error that the tension shows.
@@ -237,10 +257,16 @@ fn list(incomplete: &[(String, String)]) -> String {
     incomplete.iter().map(|(id, _)| id.as_str()).collect::<Vec<_>>().join(", ")
 }
 
-/// Two significant digits: `3.4 %`, `12 %`.
+/// `3.42 %`, `12 %`, and whole numbers as such: `5 %`.
 pub fn percent(x: f64) -> String {
     let v = 100.0 * x;
-    if v != 0.0 && v.abs() < 0.01 { format!("{v:.1e} %") } else { format!("{v:.*} %", digits(v).min(2)) }
+    if v != 0.0 && v.abs() < 0.01 {
+        format!("{v:.1e} %")
+    } else if (v - v.round()).abs() < 1e-9 || v.abs() >= 10.0 {
+        format!("{v:.0} %")
+    } else {
+        format!("{v:.2} %")
+    }
 }
 
 pub fn seconds(s: f64) -> String {
