@@ -7,7 +7,8 @@ use durometer::effect::{Elastic, Gravity};
 use durometer::math::tensor::Vec3;
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh};
-use durometer::system::{Prescribed, System};
+use durometer::solve::{Integrator, Span, Status, StepSettings, Stepper};
+use durometer::system::{Prescribed, State, System};
 
 /// Nominal stress over μ and lateral stretch of ψ = ½μ(I₁ − 3) − μ ln J + ½λ(ln J)² at axial stretch s with free sides:
 /// μ(l − 1/l) + λ ln(s l²)/l = 0 by bisection, then P = μ(s − 1/s) + λ ln(s l²)/s.
@@ -193,6 +194,29 @@ fn stiffness_ratio_leaves_the_series_bar_exact() {
             println!("stiffness ratio {ratio:.0e} {order:?}, stiff half at the clamp {stiff_first}: {worst:.1e}");
             let bound = if stiff_first { 1e-6 } else { f64::max(1e-6, 150.0 * f64::EPSILON * ratio) };
             assert!(worst <= bound, "ratio {ratio:e}, {order:?}, stiff half at the clamp {stiff_first}: {worst:e}");
+        }
+    }
+}
+
+/// A body that nothing holds has no equilibrium under its weight: the status says that it can move, and does not blame the
+/// size of the load.
+#[test]
+fn a_free_body_is_reported_as_such() {
+    for (held, free) in [(vec![], "everything"), (vec![0], "y and z and rotations")] {
+        for order in ORDERS {
+            let mesh = block(3, 1, 1, 0.03, 0.01, 0.01, order);
+            let weight = Gravity::new(&mesh, &common::body(&mesh), 1000.0, Vec3::new(0.0, 0.0, -1.0), ramp(9.81));
+            let effects = vec![elastic(&mesh, law("neo_hookean", 1e5, 0.45)), Box::new(weight) as _];
+            let prescribed = hold(&nodes(&mesh, "xmin"), &held);
+            let system = System::new(mesh.points.len(), effects, vec![], prescribed).unwrap();
+            let mut stepper =
+                Stepper::new(&system, common::newton(&system, 1e-8, mesh.diagonal()), StepSettings::default());
+            let mut state = State::rest(mesh.points.len(), 0);
+            let span = Span { integrator: Integrator::Static, start: 0.0, end: 1.0, dt: 0.5 };
+            let status = stepper.run(span, &mut state, |_, _, _, _| true);
+            println!("free: {free}, {order:?}: {status:?}");
+            assert!(matches!(status, Status::Singular { .. }), "free: {free}, {order:?}: {status:?}");
+            assert!(state.x.iter().all(|x| x.is_finite()));
         }
     }
 }

@@ -9,7 +9,7 @@ use durometer::math::tensor::{Mat3, Vec3};
 use durometer::mesh::embed::{ball_weights, embed};
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh};
-use durometer::solve::{Integrator, Span, Status, StepSettings, Stepper};
+use durometer::solve::{Integrator, Newton, NewtonSettings, Span, Status, Step, StepSettings, Stepper};
 use durometer::system::{Constraint, Effect, State, System};
 use std::sync::Arc;
 
@@ -255,4 +255,26 @@ fn the_patch_converges_and_the_point_drifts() {
     assert!(a.iter().all(|c| *c < 0.001), "the patch moves by less than 0.1 %: {a:?}");
     assert!((point[2] / point[0] - 1.0).abs() > 5.0 * (patch[2] / patch[0] - 1.0).abs(), "{point:?} against {patch:?}");
     assert!(b[1] > 10.0 * a[1], "the point still drifts on the finest pair: {b:?} against {a:?}");
+}
+
+/// A clamp that moves carries the guides next to it: the first Newton iteration from rest already meets the length to
+/// second order, δ²/l ≈ (1e-5)²/0.02 = 5e-4 δ.
+#[test]
+fn a_moving_clamp_carries_its_guides() {
+    let mesh = beam(10, 2, Order::Linear);
+    let delta = 1e-5;
+    let weights = |x| ball_weights(&mesh, Vec3::new(x, 0.0075, 0.004), RADIUS).expect("inside");
+    let guide = |x| Guide { point: Vec3::new(x, 0.0075, 0.004), weights: weights(x) };
+    let cable = Arc::new(Cable::new("cable".into(), Vec3::new(-0.02, 0.0075, 0.004), [0.002, 0.09].map(guide).into()));
+    let clamp = common::move_to(&mesh, &nodes(&mesh, "xmin"), |_| Vec3::new(delta, 0.0, 0.5 * delta));
+    let effects = vec![elastic(&mesh, law("neo_hookean", 1e5, 0.45))];
+    let system = System::new(mesh.points.len(), effects, vec![by_length(&mesh, &cable, ramp(delta))], clamp).unwrap();
+    let settings = NewtonSettings { tolerance: 1e-14, max_iterations: 1, line_search: false, reuse_factor: false };
+    let mut once = Newton::new(&system, settings, mesh.diagonal());
+    let past = State::rest(mesh.points.len(), 1);
+    let mut next = State { t: 1.0, ..past.clone() };
+    let step = Step { system: &system, integrator: Integrator::Static, past: &past, dt: 1.0 };
+    assert!(once.solve(&step, &mut next).is_err(), "one iteration is not enough for 1e-14");
+    println!("gap after one iteration: {:e} m, T = {} N", once.sums.g[0], next.lambda[0]);
+    assert!(next.lambda[0] > 0.0 && once.sums.g[0].abs() <= 2e-3 * delta, "gap {:e} m", once.sums.g[0]);
 }

@@ -277,7 +277,7 @@ fn energy_belongs_to_the_residual() {
 }
 
 /// Σ r = 0 for forces inside the body, and Σ x × r = 0 where the law is objective; Σ r = m a, α m v and −m g for the
-/// others under a uniform field. Rounding of a sum of ten to a hundred terms: 1e-13 of the sum of sizes.
+/// others under a uniform field. Rounding of sums of a thousand terms (ε times that at worst): 1e-12 of the sum of sizes.
 #[test]
 fn momentum_balances() {
     over_scenes(|name, scene| {

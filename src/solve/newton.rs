@@ -173,6 +173,36 @@ impl Newton {
         result.map_err(Failure::Eval)
     }
 
+    /// Is there a motion without stiffness at this state? Inverse iteration on K + s diag K with s at the rounding of K: the
+    /// Rayleigh quotient of a rigid motion is of the size of s or less, that of a slender body still a thousand times it.
+    pub fn moves_freely(&mut self, step: &Step, state: &State) -> bool {
+        const ROUNDING: f64 = 1e-12;
+        if self.evaluate(step, &mut state.clone(), Want::Tangent, None).is_err() {
+            return false;
+        }
+        let (pattern, k) = (&step.system.pattern, &self.sums.k);
+        let diagonal = pattern.diagonal(k);
+        let mut shifted = k.clone();
+        for j in 0..pattern.n {
+            shifted[pattern.col_ptr[j] as usize] += ROUNDING * diagonal[j].abs();
+        }
+        if self.factor.factorise(&shifted).is_err() {
+            return true;
+        }
+        let mut mode: Vec<f64> = (1..=pattern.n).map(|i| (i as f64 * 0.618_033_988_75).fract()).collect();
+        for _ in 0..3 {
+            let size = norm(&mode);
+            mode.iter_mut().zip(&diagonal).for_each(|(x, d)| *x *= d / size);
+            if self.factor.solve(&shifted, &mut mode).is_err() {
+                return true;
+            }
+        }
+        let mut force = vec![0.0; pattern.n];
+        pattern.multiply(k, &mode, &mut force);
+        let yardstick: f64 = mode.iter().zip(&diagonal).map(|(x, d)| d.abs() * x * x).sum();
+        dot(&mode, &force).abs() <= ROUNDING * yardstick
+    }
+
     /// Largest of the scaled errors: ≤ tolerance means converged. Forces are compared with the largest effect's Σ‖r_e‖,
     /// with a floor at the rounding of F: ε ‖diag K‖ L.
     fn error(&self, system: &System, state: &State) -> f64 {

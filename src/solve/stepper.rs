@@ -163,7 +163,14 @@ impl<'a> Stepper<'a> {
                     }
                     Err(why) => {
                         if level == self.settings.cuts {
-                            return stopped(state.t, why);
+                            let step = Step {
+                                system: self.system,
+                                integrator: span.integrator,
+                                past: state,
+                                dt: goal - state.t,
+                            };
+                            let free = span.integrator.is_static() && self.newton.moves_freely(&step, state);
+                            return if free { Status::Singular { t: state.t } } else { stopped(state.t, why) };
                         }
                         self.totals.cuts += 1;
                         level += 1;
