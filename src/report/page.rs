@@ -21,10 +21,6 @@ pub fn html(store: &Store, analysis: &Analysis, figures: &[Figure], tables: &[Ta
     let s = &store.study;
     let mut h = String::with_capacity(1 << 20);
     let class = if analysis.recommended.is_some() { "verdict" } else { "verdict refused" };
-    h += &format!(
-        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width\">\n<title>{} – Durometer</title>\n<style>{STYLE}</style></head><body>\n",
-        escape(&s.study)
-    );
     h += &format!("<h1>{}</h1>\n<p class=\"lead\">{}</p>\n", escape(&s.study), escape(&s.question));
     h += &format!("<p class=\"{class}\">{}</p>\n", escape(&analysis.verdict));
     h += &format!("<dl><dt>Expectation before the run</dt><dd>{}</dd></dl>\n", escape(&s.expectation));
@@ -42,22 +38,37 @@ pub fn html(store: &Store, analysis: &Analysis, figures: &[Figure], tables: &[Ta
     }
     h += "<h2>Figures</h2>\n";
     for (k, f) in figures.iter().enumerate() {
-        h += &format!(
-            "<figure id=\"{}\">\n{}<figcaption>Figure {}. {} <a href=\"figures/{}.pdf\">PDF</a></figcaption></figure>\n",
-            f.name,
-            sized(&f.svg),
-            k + 1,
-            escape(&f.caption),
-            f.name
-        );
+        h += &drawing(f, k + 1);
     }
     h += "<h2>Tables</h2>\n";
     for t in tables {
         h += &t.html();
     }
     h += &provenance(store);
-    h += "</body></html>\n";
-    h
+    document(&s.study, &h)
+}
+
+/// A whole page around a body.
+pub fn document(title: &str, body: &str) -> String {
+    format!(
+        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width\">\n<title>{} – Durometer</title>\n<style>{STYLE}</style></head><body>\n{body}</body></html>\n",
+        escape(title)
+    )
+}
+
+/// A numbered figure with its caption.
+pub fn drawing(f: &Figure, number: usize) -> String {
+    format!(
+        "<figure id=\"{0}\">\n{1}<figcaption>Figure {number}. {2} <a href=\"figures/{0}.pdf\">PDF</a></figcaption></figure>\n",
+        f.name,
+        sized(&f.svg),
+        escape(&f.caption)
+    )
+}
+
+/// A bulleted list of plain texts.
+pub fn list(items: impl Iterator<Item = String>) -> String {
+    items.fold(String::from("<ul>\n"), |h, item| h + &format!("<li>{}</li>\n", escape(&item))) + "</ul>\n"
 }
 
 fn provenance(store: &Store) -> String {

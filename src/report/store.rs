@@ -48,7 +48,7 @@ fn sound(s: &Skin) -> bool {
 }
 
 /// `None` if the file does not exist.
-fn json<T: DeserializeOwned>(path: &Path) -> Result<Option<T>, ReportError> {
+pub(super) fn json<T: DeserializeOwned>(path: &Path) -> Result<Option<T>, ReportError> {
     match std::fs::read(path) {
         Ok(bytes) => serde_json::from_slice(&bytes)
             .map(Some)
