@@ -1,7 +1,7 @@
 //! A law beside the data it was fitted to: stress against stretch, residuals below; left the fitted range, right all data.
 
 use super::super::canvas::{
-    Area, At, DOUBLE, GREY, INK, LABEL, Mark, PALETTE, RGB, dashed, figure, fill, hollow, italic, line, mark, mm, text,
+    Area, At, DOUBLE, GREY, INK, LABEL, Mark, PALETTE, Point, RGB, dashed, figure, fill, hollow, italic, line, mark, mm, text,
 };
 use super::super::fit::{Parameter, StoredFit, stress_unit};
 use super::super::plot::{Axis, Plot};
@@ -44,10 +44,11 @@ pub fn draw(fit: &StoredFit) -> Option<Figure> {
     };
     let each = if windows.len() == 2 { (DOUBLE - LEFT - GAP - 3.0) / 2.0 } else { 110.0 };
     let entries = entries(&modes);
-    let rows = entries.len().div_ceil(3);
+    let columns = if windows.len() == 2 { 4 } else { 3 };
+    let rows = entries.len().div_ceil(columns);
     let height = TOP + TALL + BETWEEN + LOW + 13.0 + 4.2 * rows as f64;
     let width = if windows.len() == 2 { DOUBLE } else { LEFT + each + 5.0 };
-    let step = (width - LEFT) / 3.0;
+    let step = (width - LEFT) / columns as f64;
     let svg = figure(width, height, "", |area| {
         for (k, w) in windows.iter().enumerate() {
             let x = LEFT + k as f64 * (each + GAP);
@@ -61,13 +62,16 @@ pub fn draw(fit: &StoredFit) -> Option<Figure> {
             text(area, &words, (mm(LEFT + 3.0), mm(TOP + 4.0 + 4.5 * k as f64)), At::Left, LABEL, INK);
         }
         for (k, entry) in entries.into_iter().enumerate() {
-            let at = (mm(LEFT + step * (k % 3) as f64), mm(TOP + TALL + BETWEEN + LOW + 13.5 + 4.2 * (k / 3) as f64));
+            let at = (
+                mm(LEFT + step * (k % columns) as f64),
+                mm(TOP + TALL + BETWEEN + LOW + 13.5 + 4.2 * (k / columns) as f64),
+            );
             legend(area, at, &[entry]);
         }
     });
     let caption = format!(
-        "{} against the data of {}: nominal stress over stretch (top), measured minus law (bottom). Filled marks were fitted, open ones were not; the line is dashed where the law predicts. The grey range is the fitted one.",
-        super::super::page::sentence(&fit.law),
+        "Law {} against the data of {}: nominal stress over stretch (top), measured minus law (bottom). Filled marks were fitted, open ones were not; the line is dashed where the law predicts. The grey range is the fitted one. Of points that cover each other one is shown.",
+        fit.law,
         fit.data
     );
     Some(Figure { name: "fit".into(), svg, caption })
@@ -123,7 +127,7 @@ fn column(area: &Area, fit: &StoredFit, modes: &[&ModeCurves], w: &Window, (uppe
     for m in modes {
         law(&plot, m, fit, factor);
     }
-    let r = if points().count() > 60 { 14 } else { 24 };
+    let r = if points().count() > 25 { 18 } else { 24 };
     for m in modes {
         dots(&plot, m, &m.held_out, &m.fitted, (factor, r), &w.span);
     }
@@ -184,10 +188,16 @@ fn law(plot: &Plot, m: &ModeCurves, fit: &StoredFit, factor: f64) {
 fn dots(plot: &Plot, m: &ModeCurves, held: &[[f64; 2]], fitted: &[[f64; 2]], (factor, r): (f64, i32), span: &[f64; 2]) {
     let (shape, color) = style(m.mode);
     let shown = |p: &&[f64; 2]| p[0] >= span[0] - 1e-9 && p[0] <= span[1] + 1e-9;
-    for p in held.iter().filter(shown) {
-        hollow(plot.area, shape, plot.at(p[0], factor * p[1]), r, color);
-    }
-    for p in fitted.iter().filter(shown) {
-        mark(plot.area, shape, plot.at(p[0], factor * p[1]), r, color);
-    }
+    let apart = |points: &[[f64; 2]]| {
+        let mut out: Vec<Point> = vec![];
+        for p in points.iter().filter(shown).map(|p| plot.at(p[0], factor * p[1])) {
+            let near = |q: &Point| (p.0 - q.0).pow(2) + (p.1 - q.1).pow(2) < (r * r * 3) / 2;
+            if !out.last().is_some_and(near) {
+                out.push(p);
+            }
+        }
+        out
+    };
+    apart(held).into_iter().for_each(|p| hollow(plot.area, shape, p, r, color));
+    apart(fitted).into_iter().for_each(|p| mark(plot.area, shape, p, r, color));
 }

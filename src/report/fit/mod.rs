@@ -125,13 +125,12 @@ pub fn stress_unit(size: f64) -> (f64, &'static str) {
 }
 
 impl Parameter {
-    /// Factor, printed unit and decimals that show two digits of the standard error, at least three of the value.
+    /// Factor, printed unit and decimals: two digits of the half-width of the interval, four of the value at most.
     pub fn scale(&self) -> (f64, &str, usize) {
         let (factor, unit) = if self.unit == "Pa" { stress_unit(self.value) } else { (1.0, self.unit.as_str()) };
-        let size = (factor * self.value).abs().max(1e-300);
-        let three = (2 - size.log10().floor() as i32).clamp(0, 6) as usize;
-        let two = crate::study::convergence::verdict::digits((factor * self.std_error).max(1e-4 * size));
-        (factor, unit, two.min(three + 1).max(three.min(two)))
+        let half = 0.5 * (self.interval[1] - self.interval[0]).abs();
+        let decimals = crate::study::convergence::verdict::digits(factor * half.max(1e-2 * self.value.abs()));
+        (factor, unit, decimals)
     }
 
     /// `357 kPa (95 % interval 334 to 380 kPa)`
