@@ -28,7 +28,11 @@ impl fmt::Display for ReportError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NotAStudy { path } => {
-                write!(f, "{} does not exist; give the folder that `durometer run STUDY` or `durometer fit CSV` has written", path.display())
+                write!(
+                    f,
+                    "{} does not exist; give the folder that `durometer run STUDY` or `durometer fit CSV` has written",
+                    path.display()
+                )
             }
             Self::Unreadable { path, source } => write!(f, "cannot read {}: {source}", path.display()),
             Self::Malformed { path, source } => write!(

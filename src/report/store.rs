@@ -57,10 +57,7 @@ pub(super) fn json<T: DeserializeOwned>(path: &Path) -> Result<Option<T>, Report
     read_with(path, |bytes| serde_json::from_slice(bytes))
 }
 
-fn read_with<T>(
-    path: &Path,
-    parse: impl Fn(&[u8]) -> Result<T, serde_json::Error>,
-) -> Result<Option<T>, ReportError> {
+fn read_with<T>(path: &Path, parse: impl Fn(&[u8]) -> Result<T, serde_json::Error>) -> Result<Option<T>, ReportError> {
     match std::fs::read(path) {
         Ok(bytes) => {
             parse(&bytes).map(Some).map_err(|source| ReportError::Malformed { path: path.to_path_buf(), source })

@@ -158,7 +158,9 @@ pub fn ghost(points: &[V], triangles: &[[u32; 3]], view: &View, fit: &Fit, color
     // All edges wide in the colour of the line, then all triangles on top: what is left of the line is the outline
     let used = |c: RGB, width: u32| {
         let c = hex(c);
-        format!("<use href=\"#{name}\" fill=\"{c}\" stroke=\"{c}\" stroke-width=\"{width}\" stroke-linejoin=\"round\"/>\n")
+        format!(
+            "<use href=\"#{name}\" fill=\"{c}\" stroke=\"{c}\" stroke-width=\"{width}\" stroke-linejoin=\"round\"/>\n"
+        )
     };
     format!("<defs><path id=\"{name}\" d=\"{path}\"/></defs>\n{}{}", used(colors.0, 18), used(colors.1, 3))
 }

@@ -111,7 +111,7 @@ pub struct Provenance {
 }
 
 /// Boundary of the body in the reference state and at the peak of the protocol, for pictures: `cases/<id>.skin.json.gz`.
-/// Numbers are kept to a millionth of the largest one, far below the resolution of print.
+/// Numbers are kept to five digits of the largest one, far below the resolution of print.
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
 pub struct Skin {
     /// [nodes] reference positions [m]
@@ -133,7 +133,7 @@ impl Skin {
     pub fn packed(&self) -> Vec<u8> {
         let grid = |values: &[Vec<f64>]| {
             let largest = values.iter().flatten().filter(|v| v.is_finite()).fold(0.0f64, |m, v| m.max(v.abs()));
-            if largest > 0.0 { (6.0 - largest.log10().ceil()).clamp(0.0, 15.0) as usize } else { 0 }
+            if largest > 0.0 { (5.0 - largest.log10().ceil()).clamp(0.0, 15.0) as usize } else { 0 }
         };
         let rows = |v: &[[f64; 3]]| v.iter().map(|x| x.to_vec()).collect::<Vec<_>>();
         // Lengths have one grid, so that the shapes fit together
@@ -145,7 +145,7 @@ impl Skin {
             triangles: self.triangles.clone(),
             t_s: self.t_s,
             displacement: points(&self.displacement),
-            stretch: self.stretch.iter().map(|s| round(*s, 6)).collect(),
+            stretch: self.stretch.iter().map(|s| round(*s, 5)).collect(),
             cables: self.cables.iter().map(|c| points(c)).collect(),
         };
         let json = serde_json::to_vec(&skin).expect("numbers and string keys only");

@@ -1,7 +1,8 @@
 //! A law beside the data it was fitted to: stress against stretch, residuals below; left the fitted range, right all data.
 
 use super::super::canvas::{
-    Area, At, DOUBLE, GREY, INK, LABEL, Mark, PALETTE, Point, RGB, dashed, figure, fill, hollow, italic, line, mark, mm, text,
+    Area, At, DOUBLE, GREY, INK, LABEL, Mark, PALETTE, Point, RGB, dashed, figure, fill, hollow, italic, line, mark,
+    mm, text,
 };
 use super::super::fit::{Parameter, StoredFit, stress_unit};
 use super::super::plot::{Axis, Plot};
@@ -27,7 +28,8 @@ struct Window {
 
 /// `None` without a single sample.
 pub fn draw(fit: &StoredFit) -> Option<Figure> {
-    let modes: Vec<&ModeCurves> = fit.curves.modes.iter().filter(|m| !m.fitted.is_empty() || !m.held_out.is_empty()).collect();
+    let modes: Vec<&ModeCurves> =
+        fit.curves.modes.iter().filter(|m| !m.fitted.is_empty() || !m.held_out.is_empty()).collect();
     let all = || modes.iter().flat_map(|m| m.fitted.iter().chain(&m.held_out)).map(|p| p[0]);
     let [low, high] = [all().fold(1.0, f64::min), all().fold(1.0, f64::max)];
     if !(low < high) {
@@ -71,8 +73,7 @@ pub fn draw(fit: &StoredFit) -> Option<Figure> {
     });
     let caption = format!(
         "Law {} against the data of {}: nominal stress over stretch (top), measured minus law (bottom). Filled marks were fitted, open ones were not; the line is dashed where the law predicts. The grey range is the fitted one. Of points that cover each other one is shown.",
-        fit.law,
-        fit.data
+        fit.law, fit.data
     );
     Some(Figure { name: "fit".into(), svg, caption })
 }
@@ -104,12 +105,21 @@ fn entries(modes: &[&ModeCurves]) -> Vec<(Sample, String)> {
         }
     }
     out.push((Sample::Line(GREY), "law, fitted".into()));
-    out.push((Sample::Dashed(GREY), "law, predicted".into()));
+    if modes.iter().any(|m| !m.held_out.is_empty()) {
+        out.push((Sample::Dashed(GREY), "law, predicted".into()));
+    }
     out.push((Sample::Block(RANGE), "fitted range".into()));
     out
 }
 
-fn column(area: &Area, fit: &StoredFit, modes: &[&ModeCurves], w: &Window, (upper, lower): ([i32; 4], [i32; 4]), letter: char) {
+fn column(
+    area: &Area,
+    fit: &StoredFit,
+    modes: &[&ModeCurves],
+    w: &Window,
+    (upper, lower): ([i32; 4], [i32; 4]),
+    letter: char,
+) {
     let [a, b] = w.span;
     let inside = |p: &&[f64; 2]| p[0] >= a - 1e-9 && p[0] <= b + 1e-9;
     let points = || modes.iter().flat_map(|m| m.fitted.iter().chain(&m.held_out)).filter(inside);
@@ -162,7 +172,8 @@ fn shade(plot: &Plot, [from, to]: [f64; 2]) {
 fn law(plot: &Plot, m: &ModeCurves, fit: &StoredFit, factor: f64) {
     let color = style(m.mode).1;
     let fitted = |l: f64| !m.fitted.is_empty() && l >= fit.stretch[0].min(1.0) - 1e-9 && l <= fit.stretch[1] + 1e-9;
-    let mut points: Vec<[f64; 2]> = m.curve.iter().copied().filter(|p| p[0] >= plot.x.lo && p[0] <= plot.x.hi).collect();
+    let mut points: Vec<[f64; 2]> =
+        m.curve.iter().copied().filter(|p| p[0] >= plot.x.lo && p[0] <= plot.x.hi).collect();
     // The end of the fitted range as a point of its own, on the chord
     for edge in fit.stretch {
         if let Some(k) = points.windows(2).position(|w| w[0][0] < edge && edge < w[1][0]) {

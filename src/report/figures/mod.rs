@@ -1,6 +1,7 @@
 //! The figures, one file each: stored results in, SVG out.
 
 pub mod bodies;
+pub mod cost;
 pub mod curves;
 pub mod errors;
 pub mod fit;
@@ -26,6 +27,7 @@ pub fn all(store: &Store, analysis: &Analysis) -> Vec<Figure> {
     out.extend(store.study.variants.iter().filter_map(|v| curves::draw(store, analysis, v)));
     out.extend(errors::against_h(store, analysis));
     out.extend(errors::against_cost(store, analysis));
+    out.extend(cost::draw(store, analysis));
     out.extend(time::draw(store, analysis));
     out
 }

@@ -19,8 +19,12 @@ pub fn answer(fit: &StoredFit) -> String {
     );
     let tolerance = 100.0 * fit.validity.tolerance;
     out += &match (fit.validity.tension_to, fit.validity.compression_to) {
-        (Some(to), None) => format!(" It stays within {tolerance:.0} % rms of these tests up to stretch {}.", stretch(to)),
-        (None, Some(to)) => format!(" It stays within {tolerance:.0} % rms of these tests down to stretch {}.", stretch(to)),
+        (Some(to), None) => {
+            format!(" It stays within {tolerance:.0} % rms of these tests up to stretch {}.", stretch(to))
+        }
+        (None, Some(to)) => {
+            format!(" It stays within {tolerance:.0} % rms of these tests down to stretch {}.", stretch(to))
+        }
         (Some(to), Some(from)) => format!(
             " It stays within {tolerance:.0} % rms of these tests from stretch {} to {}.",
             stretch(from),
@@ -45,7 +49,8 @@ pub fn answer(fit: &StoredFit) -> String {
 }
 
 pub fn html(fit: &StoredFit, figure: Option<&Figure>, tables: &[Table], law_file: Option<&str>) -> String {
-    let doubtful = fit.warnings.iter().any(|w| matches!(w.kind.as_str(), "systematic" | "misfit" | "stiffness" | "data"));
+    let doubtful =
+        fit.warnings.iter().any(|w| matches!(w.kind.as_str(), "systematic" | "misfit" | "stiffness" | "data"));
     let mut h = format!("<h1>{} from {}</h1>\n", escape(&fit.law), escape(&fit.data));
     h += &format!("<p class=\"verdict{}\">{}</p>\n", if doubtful { " refused" } else { "" }, escape(&answer(fit)));
     if !fit.messages.is_empty() {

@@ -56,6 +56,7 @@ fn parameters(fit: &StoredFit) -> Table {
             ("Over shorter ranges", "", true),
         ],
         rows,
+        pick: None,
     }
 }
 
@@ -86,6 +87,7 @@ fn misfits(fit: &StoredFit) -> Table {
             ("Largest", "%", true),
         ],
         rows,
+        pick: None,
     }
 }
 
@@ -125,7 +127,8 @@ fn ranges(fit: &StoredFit) -> Table {
             cells
         })
         .collect();
-    let all = if picked.len() < n { format!(" {} of {n} ranges; all are in fit.json.", picked.len()) } else { String::new() };
+    let all =
+        if picked.len() < n { format!(" {} of {n} ranges; all are in fit.json.", picked.len()) } else { String::new() };
     Table {
         name: "ranges",
         caption: format!("The same fit over a range that ends earlier or later.{all}"),
@@ -137,5 +140,6 @@ fn ranges(fit: &StoredFit) -> Table {
             ("Rms", "%", true),
         ],
         rows,
+        pick: Some(format!("{} (fitted)", stretch(fit.stretch[1]))),
     }
 }
