@@ -72,11 +72,12 @@ pub fn main(args: Args) -> Outcome {
     std::fs::create_dir_all(&out).map_err(|e| format!("{}: cannot be made: {e}", out.display()))?;
     result.write_law(&out.join("law.toml"))?;
     result.write_json(&out.join("fit.json"))?;
+    durometer::report::fit::write(&out)?;
     if args.json {
         println!("{}", std::fs::read_to_string(out.join("fit.json"))?);
     } else {
         println!("{result}");
-        println!("results: {}", out.join("law.toml").display());
+        println!("results: {}, report: {}", out.join("law.toml").display(), out.join("index.html").display());
     }
     Ok(ExitCode::SUCCESS)
 }
