@@ -54,6 +54,8 @@ pub struct Scene {
     pub text: String,
     /// Regions that depend on the mesh, effects that rest in static stages, …
     pub remarks: Vec<String>,
+    /// Why the answer has no limit as h → 0
+    pub no_limit: Option<String>,
 }
 
 /// A cable with its drive, for probes.
@@ -171,6 +173,8 @@ impl Scene {
             .map(|(name, _)| format!("region {name} is picked by a selector: its extent changes with the mesh (O(h))"))
             .collect();
         remarks.extend(builder.static_remarks(&spec, &spans));
+        let (small, no_limit) = patches(&spec, body.mesh.h());
+        remarks.extend(small);
         let probes = spec
             .probes
             .iter()
@@ -179,8 +183,27 @@ impl Scene {
                 Probe::new(probe, &body.mesh, &|name| builder.region(&format!("probe {}", k + 1), name).cloned())
             })
             .collect::<Result<_, _>>()?;
-        Ok(Self { title: spec.title.clone(), body, system, law, elastic, cables, probes, spans, spec, text, remarks })
+        Ok(Self { title: spec.title.clone(), body, system, law, elastic, cables, probes, spans, spec, text, remarks, no_limit })
     }
+}
+
+/// Remark on patches smaller than h [m], and the reason why a cable through points has no limit.
+fn patches(spec: &SceneSpec, h: f64) -> (Option<String>, Option<String>) {
+    let radii = spec.constraints.iter().filter_map(|c| match c {
+        ConstraintSpec::Cable { guide_radius, .. } => Some(*guide_radius),
+        _ => None,
+    });
+    let (mut small, mut point) = (None, None);
+    for radius in radii {
+        match radius {
+            GuideRadius::Point => point = Some("the cable acts through points".to_string()),
+            GuideRadius::Ball(r) if r < h => {
+                small = Some(format!("the guide radius {:.3} mm is below h = {:.3} mm", r * 1e3, h * 1e3));
+            }
+            GuideRadius::Ball(_) => {}
+        }
+    }
+    (small, point)
 }
 
 struct Builder<'a> {

@@ -77,6 +77,8 @@ pub struct Newton {
     pub factor: Factor,
     pub sums: Assembled,
     pub assembly_time: Duration,
+    /// Of the last solve that converged
+    pub iterations: usize,
     /// Length of the body [m], for the rounding floor of the residual
     length: f64,
 }
@@ -100,6 +102,7 @@ impl Newton {
             factor: Factor::new(system.pattern.clone()),
             sums: system.workspace(),
             assembly_time: Duration::ZERO,
+            iterations: 0,
             length,
         }
     }
@@ -123,6 +126,7 @@ impl Newton {
             }
             let done = increment.is_none() && error <= self.settings.tolerance;
             if done || solved.iterations > 0 && step.integrator.is_linearised() {
+                self.iterations = solved.iterations;
                 return Ok(solved);
             }
             if solved.iterations == self.settings.max_iterations {
@@ -239,13 +243,13 @@ impl Newton {
             .zip(&self.sums.lift)
             .for_each(|(y, lift)| *y = -*y - if increment.is_some() { *lift } else { 0.0 });
         self.factor.solve(&self.sums.k, &mut y).map_err(Failure::Linear)?;
-        // r contains λ h with h = ∂c/∂x, so du = y − Σ z (λ' − λ); g' = g − h·du − (prescribed part).
+        // r contains λ h with h = ∂c/∂x, so du = y − Σ z (λ' − λ); g' = g − h·du − (what the prescribed motion carries along).
         let mut lambda = vec![0.0; m];
         if m > 0 {
             let q: Vec<f64> = (0..m)
                 .map(|i| {
                     let s = &schur.s[i * m..(i + 1) * m];
-                    self.sums.g[i] - dot(&self.sums.gradient[i], &y) - dot(s, &state.lambda)
+                    self.sums.g[i] - self.sums.carried[i] - dot(&self.sums.gradient[i], &y) - dot(s, &state.lambda)
                 })
                 .collect();
             let one_sided: Vec<bool> = (0..m).map(|c| system.is_one_sided(c)).collect();
@@ -279,6 +283,7 @@ impl Newton {
             slope += (direction.lambda[c] - next.lambda[c]) * dot(h, &free);
         }
         next.lambda.copy_from_slice(&direction.lambda);
+        let line_search = self.settings.line_search && !step.integrator.is_linearised();
         let mut length = 1.0;
         let mut best = None;
         for _ in 0..HALVINGS {
@@ -289,7 +294,7 @@ impl Newton {
             match self.evaluate(step, next, Want::Residual, None) {
                 Ok(()) => {
                     let g = dot(&system.restrict(&self.sums.r), &free);
-                    if !self.settings.line_search || g.abs() <= LINE_SEARCH_RATIO * slope.abs() || slope >= 0.0 {
+                    if !line_search || g.abs() <= LINE_SEARCH_RATIO * slope.abs() || slope >= 0.0 {
                         return Ok(length == 1.0);
                     }
                     if g <= 0.0 && length < 1.0 {

@@ -179,7 +179,9 @@ impl<'a> Stepper<'a> {
     fn step(&mut self, integrator: Integrator, state: &State, t: f64) -> Result<(State, Solved), Failure> {
         let dt = t - state.t;
         let mut next = State { t, ..state.clone() };
-        let extrapolated = self.settings.extrapolate && self.extrapolate(integrator, state, &mut next);
+        // The linearised step is linearised at the last state: K(xₙ).
+        let extrapolate = self.settings.extrapolate && !integrator.is_linearised();
+        let extrapolated = extrapolate && self.extrapolate(integrator, state, &mut next);
         let step = Step { system: self.system, integrator, past: state, dt };
         let mut result = self.newton.solve(&step, &mut next);
         if result.is_err() && extrapolated {

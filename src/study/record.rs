@@ -44,6 +44,12 @@ pub struct CaseRecord {
     pub phases: PhaseRecord,
     /// Per recorded column of the CSV
     pub probes: BTreeMap<String, ProbeRecord>,
+    /// What a reader should know: regions that depend on the mesh, patches smaller than the cells, …
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub remarks: Vec<String>,
+    /// Why the answer has no limit as h → 0; a convergence study then refuses its verdict
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub no_limit: Option<String>,
     pub provenance: Provenance,
 }
 

@@ -194,6 +194,8 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
             output_s: 0.0,
         },
         probes: run.columns.iter().enumerate().skip(1).map(|(k, name)| (name.clone(), probe(run, k))).collect(),
+        remarks: scene.remarks.clone(),
+        no_limit: scene.no_limit.clone(),
         provenance: Provenance {
             input_sha256: input_hash(&scene.text, &scene.body.sha256),
             version: env!("CARGO_PKG_VERSION").into(),

@@ -49,6 +49,8 @@ pub struct Assembled {
     pub lift: Vec<f64>,
     /// Per constraint: g = target − c
     pub g: Vec<f64>,
+    /// Per constraint: ∂c/∂x · d of the prescribed increment d, if one was given
+    pub carried: Vec<f64>,
     /// Per constraint: [equations] ∂c/∂x on the free dofs
     pub gradient: Vec<Vec<f64>>,
     /// Largest effect's Σ_e ‖r_e‖ [N]: the yardstick of convergence
@@ -107,6 +109,7 @@ impl System {
             k: vec![0.0; self.pattern.nnz()],
             lift: vec![0.0; n],
             g: vec![0.0; self.constraints.len()],
+            carried: vec![0.0; self.constraints.len()],
             gradient: vec![vec![0.0; n]; self.constraints.len()],
             scale: 0.0,
             energy: vec![0.0; self.effects.len()],
@@ -154,6 +157,7 @@ impl System {
             let mut sum = 0.0;
             out.g[c] = constraint.target(at.t);
             out.gradient[c].fill(0.0);
+            out.carried[c] = 0.0;
             for b in 0..constraint.blocks().len() {
                 let nodes = constraint.blocks().nodes(b);
                 let n = 3 * nodes.len();
@@ -162,9 +166,10 @@ impl System {
                 out.g[c] -= local.energy;
                 sum += lambda[c].abs() * norm(&local.r[..n]);
                 for (k, r) in local.r[..n].iter().enumerate() {
-                    let equation = self.dofs.equation[3 * nodes[k / 3] as usize + k % 3];
-                    if equation != Dofs::FIXED {
-                        out.gradient[c][equation as usize] += r;
+                    let dof = 3 * nodes[k / 3] as usize + k % 3;
+                    match self.dofs.equation[dof] {
+                        Dofs::FIXED => out.carried[c] += increment.map_or(0.0, |d| r * d[dof]),
+                        equation => out.gradient[c][equation as usize] += r,
                     }
                 }
                 scatter.add(b, &local, lambda[c], want, increment, out);

@@ -97,6 +97,8 @@ fn case(m: &Member, variant: &str) -> StoredCase {
             output_s: 0.02 * wall,
         },
         probes,
+        remarks: vec![],
+        no_limit: None,
         provenance: Provenance {
             input_sha256: "0".repeat(64),
             version: "0.1.0".into(),
