@@ -2,7 +2,7 @@
 
 use super::record::{FamilyRecord, Quantity, Role, StudyRecord};
 use crate::math::units::{self, Dimension};
-use crate::scene::{SceneError, SceneSpec, explain, read_scene, read_table};
+use crate::scene::{SceneError, SceneSpec, from_text, read_scene, read_table};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -84,8 +84,7 @@ impl Study {
     /// Reads `study.toml` and expands it. `changes` are made to every case, last.
     pub fn read(file: &Path, changes: &[(String, toml::Value)]) -> Result<Self, SceneError> {
         let (text, _) = read_table(file)?;
-        let spec: StudySpec =
-            toml::from_str(&text).map_err(|e| SceneError::Syntax { file: file.into(), message: explain(&e) })?;
+        let spec: StudySpec = from_text(file, &text, "")?;
         let base = file.parent().unwrap_or(Path::new(""));
         let name = std::path::absolute(base)
             .ok()
