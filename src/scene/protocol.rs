@@ -26,11 +26,10 @@ pub fn extremes(signal: &Signal, spans: &[Span]) -> ((f64, f64), (f64, f64)) {
         for k in 0..=steps {
             let t = span.start + (span.end - span.start) * k as f64 / steps as f64;
             let s = signal.at(t);
-            // The first comparison is with NaN and false.
-            if !(s >= found.0.1) {
+            if found.0.1.is_nan() || s < found.0.1 {
                 found.0 = (t, s);
             }
-            if !(s <= found.1.1) {
+            if found.1.1.is_nan() || s > found.1.1 {
                 found.1 = (t, s);
             }
         }
