@@ -49,6 +49,8 @@ pub fn png(name: &str, svg: &str) -> Result<Vec<u8>, ReportError> {
     let mut encoder = png::Encoder::new(&mut out, map.width(), map.height());
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_compression(png::Compression::Best);
+    // Large areas of one colour are best left as they are
+    encoder.set_filter(png::FilterType::NoFilter);
     encoder.set_pixel_dims(Some(png::PixelDimensions { xppu: PER_METRE, yppu: PER_METRE, unit: png::Unit::Meter }));
     let mut writer = encoder.write_header().map_err(|e| refuse(&e.to_string()))?;
     writer.write_image_data(&rgb).and_then(|()| writer.finish()).map_err(|e| refuse(&e.to_string()))?;

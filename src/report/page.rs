@@ -13,7 +13,7 @@ h1{font-size:1.9rem;line-height:1.2;margin:0 0 .3rem}h2{font-size:1.25rem;margin
 .verdict{border-left:4px solid #0072b2;padding:.2rem 0 .2rem 1rem;font-size:1.1rem}.verdict.refused{border-color:#d55e00}
 .lead{color:#555}dt{font-style:italic;color:#555;margin-top:.6rem}dd{margin:0}
 figure{margin:2rem 0}figure svg{width:100%;height:auto;display:block}figcaption{font-size:.88rem;color:#444;margin-top:.5rem}
-.scroll{overflow-x:auto}.wide{width:min(94vw,78rem);margin-left:50%;transform:translateX(-50%)}.caption{font:italic .9rem Georgia,serif;margin:1.6rem 0 0}
+.scroll{overflow-x:auto}.wide{width:min(94vw,78rem);margin-left:50%;transform:translateX(-50%)}.wide table{margin-left:auto;margin-right:auto}.caption{font:italic .9rem Georgia,serif;margin:1.6rem 0 0}
 .facts{display:flex;flex-wrap:wrap;gap:.6rem 2.4rem;margin:1.2rem 0;font-size:.85rem;color:#555}.facts b{display:block;font:600 1.25rem 'Liberation Sans',Arial,Helvetica,sans-serif;color:#222}
 tr.pick td{font-weight:bold;background:#e6f0f7}summary{cursor:pointer;margin:.6rem 0}
 table{border-collapse:collapse;font:13px/1.45 'Liberation Sans',Arial,Helvetica,sans-serif;margin:.6rem 0;border-top:2px solid #222;border-bottom:2px solid #222}
@@ -60,12 +60,12 @@ fn facts(analysis: &Analysis) -> String {
     let mut h = String::from("<div class=\"facts\">\n");
     h += &fact(&r.label, "cheapest setting to trust");
     h += &fact(
-        &format!("{:.1} %", 100.0 * r.error_bar),
+        &format!("{:.2} %", 100.0 * r.error_bar),
         &format!("error bar, tolerance {:.0} %", 100.0 * analysis.tolerance),
     );
     h += &fact(&seconds(r.cost_s), if analysis.cost == "cpu_s" { "of one core per case" } else { "per case" });
     if let Some((label, bar, cost)) = &r.next {
-        h += &fact(&format!("{:.1} %, {}", 100.0 * bar, seconds(*cost)), &format!("next better: {label}"));
+        h += &fact(&format!("{:.2} %, {}", 100.0 * bar, seconds(*cost)), &format!("next better: {label}"));
     }
     h + "</div>\n"
 }
@@ -126,7 +126,7 @@ fn sized(svg: &str) -> String {
 }
 
 pub fn escape(s: &str) -> String {
-    s.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;").replace(" %", "\u{a0}%")
+    s.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 /// First letter in upper case.

@@ -22,6 +22,9 @@ struct Dot {
     seconds: [f64; 3],
 }
 
+/// A measure of size.
+type Size = fn(&Dot) -> f64;
+
 /// Straight line through log-log points.
 pub struct Growth {
     /// t = c·n^q
@@ -72,7 +75,7 @@ pub fn draw(store: &Store, analysis: &Analysis) -> Option<Figure> {
             Dot { formulation, dofs: dofs as f64, nnz: nnz as f64, seconds: [lo, mean, hi] }
         })
         .collect();
-    let fits = |k: usize, x: fn(&Dot) -> f64| {
+    let fits = |k: usize, x: Size| {
         growth(&dots.iter().filter(|d| d.formulation == k).map(|d| (x(d), d.seconds[1])).collect::<Vec<_>>())
     };
     if !(0..formulations.len()).any(|k| fits(k, |d| d.dofs).is_some()) {
@@ -81,8 +84,7 @@ pub fn draw(store: &Store, analysis: &Analysis) -> Option<Figure> {
     let words = if analysis.cost == "cpu_s" { "CPU time" } else { "wall time" };
     let each = (DOUBLE - LEFT - GAP - 3.0) / 2.0;
     let svg = figure(DOUBLE, TOP + TALL + 17.0, "", |area| {
-        let size: [(&str, fn(&Dot) -> f64); 2] =
-            [("free degrees of freedom", |d| d.dofs), ("entries of the factor", |d| d.nnz)];
+        let size: [(&str, Size); 2] = [("free degrees of freedom", |d| d.dofs), ("entries of the factor", |d| d.nnz)];
         for (k, (name, x)) in size.into_iter().enumerate() {
             let left = LEFT + k as f64 * (each + GAP);
             let frame = [mm(left), mm(TOP), mm(left + each), mm(TOP + TALL)];
@@ -116,7 +118,7 @@ fn style(k: usize) -> (Mark, RGB) {
     ([Mark::Circle, Mark::Ring, Mark::Square][k % 3], [PALETTE[0], PALETTE[4], PALETTE[2]][k % 3])
 }
 
-fn panel(plot: &Plot, dots: &[Dot], x: fn(&Dot) -> f64, lines: &[Option<Growth>], names: &[&str], symbol: &str) {
+fn panel(plot: &Plot, dots: &[Dot], x: Size, lines: &[Option<Growth>], names: &[&str], symbol: &str) {
     plot.grid();
     let area: &Area = plot.area;
     let mut written = 0;
@@ -127,7 +129,7 @@ fn panel(plot: &Plot, dots: &[Dot], x: fn(&Dot) -> f64, lines: &[Option<Growth>]
         let at = |n: f64| plot.at(n, (g.log_c + g.q * n.ln()).exp());
         line(area, &[at(a), at(b)], style(k).1, 7);
         let error = g.error.map_or(String::new(), |e| format!(" ± {e:.2}"));
-        let words = format!("{}: {} ∝ {symbol}^{:.2}{error}", names[k], italic("t"), g.q);
+        let words = format!("{}: exponent of {symbol} {:.2}{error}", names[k], g.q);
         let [l, t, ..] = plot.frame;
         text(area, &words, (l + 40, t + 60 + 85 * written), At::Left, SMALL, style(k).1);
         written += 1;

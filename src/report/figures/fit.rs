@@ -32,7 +32,7 @@ pub fn draw(fit: &StoredFit) -> Option<Figure> {
         fit.curves.modes.iter().filter(|m| !m.fitted.is_empty() || !m.held_out.is_empty()).collect();
     let all = || modes.iter().flat_map(|m| m.fitted.iter().chain(&m.held_out)).map(|p| p[0]);
     let [low, high] = [all().fold(1.0, f64::min), all().fold(1.0, f64::max)];
-    if !(low < high) {
+    if modes.is_empty() || low == high {
         return None;
     }
     let [from, to] = fit.stretch;
