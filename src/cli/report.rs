@@ -6,6 +6,9 @@ use std::process::ExitCode;
 
 /// Analyses and draws the stored results of a study or a fit again, without running anything.
 #[derive(clap::Args)]
+#[command(
+    after_help = "Example:\n  durometer report reports/finger-convergence\n\nNeither the solver nor the mesher is needed."
+)]
 pub struct Args {
     /// Folder of the results, e.g. reports/finger-convergence or reports/fit-treloar-1944
     dir: PathBuf,

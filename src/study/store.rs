@@ -1,7 +1,7 @@
 //! What a case leaves on disk. The record is written last: with it the case counts as done.
 
 use super::record::{CaseRecord, Skin, StudyRecord};
-use crate::scene::Run;
+use crate::scene::{Run, Scene};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -56,6 +56,19 @@ impl Store {
     fn path(&self, id: &str, extension: &str) -> PathBuf {
         self.dir.join("cases").join(format!("{id}.{extension}"))
     }
+}
+
+/// The prescribed signals on the time grid of the run.
+pub fn signals_csv(scene: &Scene, run: &Run) -> String {
+    let mut text = "t_s".to_string();
+    scene.signals.iter().for_each(|s| text += &format!(",{}", s.name));
+    text.push('\n');
+    for t in run.rows.iter().map(|row| row[0]) {
+        let values = scene.signals.iter().map(|s| s.signal.at(t).to_string());
+        text += &std::iter::once(t.to_string()).chain(values).collect::<Vec<_>>().join(",");
+        text.push('\n');
+    }
+    text
 }
 
 /// The recorded rows; numbers in the shortest form that reads back the same.
