@@ -55,7 +55,11 @@ pub fn main(args: Args) -> Outcome {
                 let frame = format!("{name}-{:04}.vtu", frames.len());
                 let stretch = scene.nodal_stretch(&state.x);
                 let data = [
-                    Data { name: "displacement_m", components: 3, values: &state.x },
+                    Data {
+                        name: "displacement_m",
+                        components: 3,
+                        values: &state.x[..3 * scene.body.mesh.points.len()],
+                    },
                     Data { name: "stretch", components: 1, values: &stretch },
                 ];
                 failure = write_vtu(&args.out.join(&frame), &scene.body.mesh, &data, &[]).err();

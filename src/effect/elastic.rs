@@ -52,7 +52,7 @@ impl Effect for Elastic {
             })?;
             out.energy += self.points.weight(b, q) * response.psi;
             if want > Want::Energy {
-                self.points.scatter(b, q, &response.p, &response.a, want, out);
+                self.points.scatter(b, q, self.points.blocks.size(b), &response.p, &response.a, want, out);
             }
         }
         Ok(())

@@ -7,6 +7,8 @@ pub mod elastic;
 pub mod gravity;
 pub mod inertia;
 pub mod mass;
+pub mod mean_dilatation;
+pub mod mixed;
 
 pub use cable::{Cable, CableLength, CableTension, Guide};
 pub use damping::{MassDamping, ViscousDamping};
@@ -14,3 +16,5 @@ pub use elastic::Elastic;
 pub use gravity::Gravity;
 pub use inertia::Inertia;
 pub use mass::{Lumping, Mass};
+pub use mean_dilatation::MeanDilatation;
+pub use mixed::{MixedElastic, pressure_hosts};

@@ -2,6 +2,8 @@
 //!
 //! One file per law; [`registry::LAWS`] lists them, and the generic tests run over that list.
 
+pub use volumetric::{Volumetric, VolumetricKind};
+
 use crate::math::tensor::{Mat3, Mat9, ZERO9};
 use crate::math::units::Dimension;
 
@@ -17,6 +19,7 @@ pub mod polar;
 pub mod registry;
 pub mod st_venant_kirchhoff;
 pub mod stable_neo_hookean;
+mod volumetric;
 
 pub use load_case::{Homogeneous, LoadCase, LoadCaseError};
 pub use moduli::Moduli;
@@ -99,4 +102,8 @@ pub trait Law: Send + Sync + std::fmt::Debug {
     fn small_strain(&self) -> Moduli;
     /// ψ, P and A at F
     fn eval(&self, f: &Mat3, want: Want) -> Result<Response, LawError>;
+    /// ψ = ψ̃(F) + U(J): the law without its volumetric part, and that part, for mixed formulations. None: no such split.
+    fn split(&self) -> Option<(Box<dyn Law>, Volumetric)> {
+        None
+    }
 }

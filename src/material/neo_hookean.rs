@@ -8,7 +8,7 @@
 
 use super::assemble::{isotropic, rows};
 use super::kinematics::Invariants;
-use super::{Law, LawError, LawInfo, Moduli, Response, Want, moduli};
+use super::{Law, LawError, LawInfo, Moduli, Response, Volumetric, VolumetricKind, Want, moduli};
 use crate::math::tensor::Mat3;
 
 pub static INFO: LawInfo = LawInfo {
@@ -36,6 +36,12 @@ impl Law for NeoHookean {
 
     fn small_strain(&self) -> Moduli {
         self.0
+    }
+
+    /// The rest ½μ(I₁ − 3) − μ ln J is not isochoric, which the mixed formulations do not ask for.
+    fn split(&self) -> Option<(Box<dyn Law>, Volumetric)> {
+        let volumetric = Volumetric { kind: VolumetricKind::Logarithmic, kappa: self.0.lambda };
+        Some((Box::new(Self(Moduli { lambda: 0.0, ..self.0 })), volumetric))
     }
 
     /// With G = F⁻ᵀ: P = μ(F − G) + λ ln J G; A_iJkL = μ δ_ik δ_JL + λ G_iJ G_kL + (μ − λ ln J) G_iL G_kJ.

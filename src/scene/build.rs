@@ -183,7 +183,20 @@ impl Scene {
                 Probe::new(probe, &body.mesh, &|name| builder.region(&format!("probe {}", k + 1), name).cloned())
             })
             .collect::<Result<_, _>>()?;
-        Ok(Self { title: spec.title.clone(), body, system, law, elastic, cables, probes, spans, spec, text, remarks, no_limit })
+        Ok(Self {
+            title: spec.title.clone(),
+            body,
+            system,
+            law,
+            elastic,
+            cables,
+            probes,
+            spans,
+            spec,
+            text,
+            remarks,
+            no_limit,
+        })
     }
 }
 
