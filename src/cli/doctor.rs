@@ -6,6 +6,12 @@ use std::process::ExitCode;
 
 /// Checks what the mesher needs. Committed meshes and all solving work without it.
 #[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  durometer doctor             what is there, and the command for what is not
+  durometer doctor --setup     make .venv in the project and install the mesher into it
+
+Exit codes: 0 new meshes can be made, 2 something is missing.")]
 pub struct Args {
     /// Set the mesher's environment up: .venv with the pinned versions of gmsh, CGAL and meshio
     #[arg(long)]
@@ -30,6 +36,9 @@ pub fn main(args: Args) -> Outcome {
             println!("        run: {remedy}");
         }
         sound &= check.ok || check.optional;
+    }
+    if !sound {
+        println!("\nOnly new meshes need what is missing: studies on stored meshes run without it.");
     }
     Ok(if sound { ExitCode::SUCCESS } else { ExitCode::from(super::BAD_INPUT) })
 }

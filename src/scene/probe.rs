@@ -94,8 +94,8 @@ impl Probe {
             ProbeSpec::Reaction { region: name } => {
                 Self::Reaction { name: name.clone(), nodes: mesh.nodes_of(&region(name)?) }
             }
-            ProbeSpec::Energy => Self::Energy,
-            ProbeSpec::Stretch => Self::Stretch,
+            ProbeSpec::Energy {} => Self::Energy,
+            ProbeSpec::Stretch {} => Self::Stretch,
         })
     }
 

@@ -1,6 +1,6 @@
 //! A scene as it stands in a TOML file. Unknown keys are refused; there is no default physics.
 
-use super::quantity::{Density, Length, PerSecond, Time, Viscosity};
+use super::quantity::{Density, Length, PerSecond, QuantityText, Time, Viscosity};
 use super::signal::SignalSpec;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -99,7 +99,7 @@ pub enum SelectorSpec {
 
 /// One effect; the kinds are the registry.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum EffectSpec {
     Elastic { region: String, law: String },
     Inertia { region: String, density: Density, mass: LumpingSpec },
@@ -118,7 +118,7 @@ pub enum LumpingSpec {
 
 /// One constraint or cable; the kinds are the registry.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum ConstraintSpec {
     Fixed {
         region: String,
@@ -160,7 +160,7 @@ pub enum GuideRadius {
 
 impl<'de> Deserialize<'de> for GuideRadius {
     fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let text = String::deserialize(deserializer)?;
+        let QuantityText(text) = QuantityText::deserialize(deserializer)?;
         if text == "point" {
             return Ok(Self::Point);
         }
@@ -208,7 +208,7 @@ pub enum IntegratorSpec {
 
 /// One recorded quantity; the kinds are the registry. Cables record tension and length by themselves.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum ProbeSpec {
     /// `bending_angle_deg`: angle between the area-mean normals of `tip` now and at the start;
     /// `chord_angle_deg`: angle of the line from the mean position of `root` to the one of `tip`
@@ -218,9 +218,9 @@ pub enum ProbeSpec {
     /// `<region>_reaction_{x,y,z}_N`: sum of the reactions
     Reaction { region: String },
     /// `elastic_J`, `kinetic_J`, `dissipated_J`, `work_J`
-    Energy,
+    Energy {},
     /// `stretch_median`, `stretch_p95`, `stretch_max` of the largest principal stretch by volume, `min_j`
-    Stretch,
+    Stretch {},
 }
 
 #[derive(Clone, Debug, Deserialize)]
