@@ -2,8 +2,6 @@
 //!
 //! One file per law; [`registry::LAWS`] lists them, and the generic tests run over that list.
 
-pub use volumetric::{Volumetric, VolumetricKind};
-
 use crate::math::tensor::{Mat3, Mat9, ZERO9};
 use crate::math::units::Dimension;
 
@@ -19,11 +17,12 @@ pub mod polar;
 pub mod registry;
 pub mod st_venant_kirchhoff;
 pub mod stable_neo_hookean;
-mod volumetric;
+pub mod volumetric;
 
 pub use load_case::{Homogeneous, LoadCase, LoadCaseError};
 pub use moduli::Moduli;
 pub use registry::{LAWS, LawEntry, LawSpecError, law_from_table};
+pub use volumetric::{Volumetric, VolumetricKind};
 
 /// How much of a response is needed; each includes the ones before it.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -91,6 +90,8 @@ pub struct LawInfo {
     pub survives_inversion: bool,
     /// ψ(QF) = ψ(F) for every rotation Q
     pub objective: bool,
+    /// ψ without U(J) sees no change of volume, so that the mean stress is U′(J) alone
+    pub isochoric: bool,
 }
 
 /// A constitutive law with its constants.
@@ -102,7 +103,8 @@ pub trait Law: Send + Sync + std::fmt::Debug {
     fn small_strain(&self) -> Moduli;
     /// ψ, P and A at F
     fn eval(&self, f: &Mat3, want: Want) -> Result<Response, LawError>;
-    /// ψ = ψ̃(F) + U(J): the law without its volumetric part, and that part, for mixed formulations. None: no such split.
+    /// ψ = ψ_rest(F) + U(J): the law without its volumetric part, and that part, for mixed formulations; None for laws without
+    /// such a split. Where [`LawInfo::isochoric`] holds, ψ_rest(cF) = ψ_rest(F).
     fn split(&self) -> Option<(Box<dyn Law>, Volumetric)> {
         None
     }

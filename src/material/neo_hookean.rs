@@ -8,7 +8,8 @@
 
 use super::assemble::{isotropic, rows};
 use super::kinematics::Invariants;
-use super::{Law, LawError, LawInfo, Moduli, Response, Volumetric, VolumetricKind, Want, moduli};
+use super::volumetric::{Volumetric, VolumetricKind};
+use super::{Law, LawError, LawInfo, Moduli, Response, Want, moduli};
 use crate::math::tensor::Mat3;
 
 pub static INFO: LawInfo = LawInfo {
@@ -19,6 +20,7 @@ pub static INFO: LawInfo = LawInfo {
     parameters: moduli::PAIR,
     survives_inversion: false,
     objective: true,
+    isochoric: false,
 };
 
 /// Neo-Hookean law in ln J.
@@ -38,7 +40,7 @@ impl Law for NeoHookean {
         self.0
     }
 
-    /// The rest ½μ(I₁ − 3) − μ ln J is not isochoric, which the mixed formulations do not ask for.
+    /// The rest, ½μ(I₁ − 3) − μ ln J, is not isochoric.
     fn split(&self) -> Option<(Box<dyn Law>, Volumetric)> {
         let volumetric = Volumetric { kind: VolumetricKind::Logarithmic, kappa: self.0.lambda };
         Some((Box::new(Self(Moduli { lambda: 0.0, ..self.0 })), volumetric))

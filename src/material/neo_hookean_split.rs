@@ -10,7 +10,8 @@
 
 use super::assemble::{add_dyad, isotropic, rows};
 use super::kinematics::{Invariants, exp_m1_minus_y};
-use super::{Law, LawError, LawInfo, Moduli, Response, Volumetric, VolumetricKind, Want, moduli};
+use super::volumetric::{Volumetric, VolumetricKind};
+use super::{Law, LawError, LawInfo, Moduli, Response, Want, moduli};
 use crate::math::tensor::Mat3;
 
 pub static INFO: LawInfo = LawInfo {
@@ -21,6 +22,7 @@ pub static INFO: LawInfo = LawInfo {
     parameters: moduli::PAIR,
     survives_inversion: false,
     objective: true,
+    isochoric: true,
 };
 
 /// Neo-Hookean law with an isochoric and a volumetric part.
