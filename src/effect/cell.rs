@@ -53,6 +53,14 @@ impl CellPoints {
         self.points
     }
 
+    /// For each cell of the region: index in the mesh, and at each of its points the weight [m³] and F.
+    pub fn deformation<'a>(&'a self, x: &'a [f64]) -> impl Iterator<Item = (u32, Vec<(f64, Mat3)>)> + 'a {
+        self.cells.iter().enumerate().map(move |(b, &c)| {
+            let at = |q| (self.weight(b, q), self.deformation_gradient(x, b, q));
+            (c, (0..self.points).map(at).collect())
+        })
+    }
+
     /// [points] reference coordinates of the points.
     pub fn reference(&self) -> &[[f64; 3]] {
         &self.reference

@@ -10,6 +10,7 @@ use crate::material::{Law, LawError, Volumetric};
 use crate::math::tensor::{Mat3, cofactor, det_minus_one};
 use crate::mesh::{Order, TetMesh};
 use crate::system::{At, Blocks, Effect, EvalError, Local, Role, Want};
+use std::sync::Arc;
 
 /// A law with a split on the tet10 cells of a region.
 pub struct MeanDilatation {
@@ -17,18 +18,24 @@ pub struct MeanDilatation {
     /// The law without its volumetric part
     rest: Box<dyn Law>,
     volumetric: Volumetric,
-    points: CellPoints,
+    points: Arc<CellPoints>,
 }
 
 impl MeanDilatation {
     /// None for laws without a split, and on tet4.
     pub fn new(name: String, mesh: &TetMesh, cells: &[u32], law: &dyn Law) -> Option<Self> {
         let (rest, volumetric) = law.split()?;
-        (mesh.order == Order::Quadratic).then(|| Self { name, rest, volumetric, points: CellPoints::new(mesh, cells) })
+        (mesh.order == Order::Quadratic).then(|| Self {
+            name,
+            rest,
+            volumetric,
+            points: Arc::new(CellPoints::new(mesh, cells)),
+        })
     }
 
-    pub fn points(&self) -> &CellPoints {
-        &self.points
+    /// The quadrature points, for probes.
+    pub fn points(&self) -> Arc<CellPoints> {
+        self.points.clone()
     }
 }
 

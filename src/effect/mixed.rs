@@ -16,6 +16,7 @@ use crate::material::{Law, LawError, Volumetric};
 use crate::math::tensor::{Mat3, Mat9, ZERO9, cofactor, det_minus_one};
 use crate::mesh::{Order, TetMesh, element, quadrature};
 use crate::system::{At, Blocks, Effect, EvalError, Local, Role, Want};
+use std::sync::Arc;
 
 /// α of the stabilisation on tet4.
 pub const STABILISATION: f64 = 1.0;
@@ -26,7 +27,7 @@ pub struct MixedElastic {
     /// The law without its volumetric part
     rest: Box<dyn Law>,
     volumetric: Volumetric,
-    points: CellPoints,
+    points: Arc<CellPoints>,
     blocks: Blocks,
     /// [points × 4] N_c at the points
     shape: Vec<[f64; 4]>,
@@ -59,14 +60,14 @@ impl MixedElastic {
         let alpha = if mesh.order == Order::Linear { STABILISATION } else { 0.0 };
         let compliance = cells.iter().map(|&c| compliance(mesh, c as usize, 1.0 / kappa, alpha / mu, s)).collect();
         let blocks = Blocks::with_scalars(lists);
-        let points = CellPoints::new(mesh, cells);
+        let points = Arc::new(CellPoints::new(mesh, cells));
         let shape = points.reference().iter().map(|&xi| corner_shape(xi)).collect();
         Some(Self { name, rest, volumetric, points, blocks, shape, compliance, s })
     }
 
-    /// See [`super::Elastic::deformation`].
-    pub fn points(&self) -> &CellPoints {
-        &self.points
+    /// The quadrature points, for probes.
+    pub fn points(&self) -> Arc<CellPoints> {
+        self.points.clone()
     }
 
     /// Corner pressures p [Pa] of block `b`.

@@ -11,6 +11,7 @@ pub mod mean_dilatation;
 pub mod mixed;
 
 pub use cable::{Cable, CableLength, CableTension, Guide};
+pub use cell::CellPoints;
 pub use damping::{MassDamping, ViscousDamping};
 pub use elastic::Elastic;
 pub use gravity::Gravity;
