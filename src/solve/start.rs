@@ -21,6 +21,11 @@ pub fn initial_acceleration(system: &System, state: &State) -> Result<Vec<f64>, 
     let (mut mass, _) = tangent(STEEP)?;
     mass.iter_mut().zip(&without).for_each(|(m, k)| *m = (*m - k) / STEEP);
     force.iter_mut().for_each(|f| *f = -*f);
+    // A second field has no mass and starts at rest.
+    for e in (0..force.len()).filter(|&e| system.dofs.is_scalar(e)) {
+        mass[system.pattern.col_ptr[e] as usize] = 1.0;
+        force[e] = 0.0;
+    }
     let mut factor = Factor::new(system.pattern.clone());
     factor.factorise(&mass).and_then(|()| factor.solve(&mass, &mut force)).map_err(Failure::Linear)?;
     let mut a = zero;

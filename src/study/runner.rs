@@ -208,7 +208,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
             volume_m3: mesh.volume(),
             source: scene.body.source.clone(),
         },
-        formulation: scene.spec.mesh.element.name().into(),
+        formulation: scene.spec.formulation(),
         law: LawRecord { name: law.name.into(), parameters: names.zip(scene.law.values()).collect() },
         integrator: scene.spans.last().map_or("static", |s| s.integrator.name()).into(),
         dt_s: scene.spans.iter().map(|s| s.dt).fold(0.0, f64::max),

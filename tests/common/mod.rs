@@ -201,7 +201,7 @@ pub fn newton(system: &System, tolerance: f64, length: f64) -> Newton {
 /// run does not converge.
 pub fn statics(mesh: &TetMesh, system: &System, tolerance: f64, steps: usize) -> (State, durometer::system::Assembled) {
     let mut stepper = Stepper::new(system, newton(system, tolerance, mesh.diagonal()), StepSettings::default());
-    let mut state = State::rest(mesh.points.len(), system.constraints.len());
+    let mut state = system.rest();
     let span = Span { integrator: Integrator::Static, start: 0.0, end: 1.0, dt: 1.0 / steps as f64 };
     let status = stepper.run(span, &mut state, |_, _, _, _| true);
     assert_eq!(status, Status::Converged);
