@@ -99,7 +99,10 @@ impl Newton {
     pub fn new(system: &System, settings: NewtonSettings, length: f64) -> Self {
         Self {
             settings,
-            factor: Factor::new(system.pattern.clone()),
+            factor: match system.scalar_equations() {
+                0 => Factor::new(system.pattern.clone()),
+                _ => Factor::indefinite(system.pattern.clone()),
+            },
             sums: system.workspace(),
             assembly_time: Duration::ZERO,
             iterations: 0,
