@@ -121,7 +121,7 @@ impl<'a> Builder<'a> {
         let body = self.body.clone();
         let mesh = &body.mesh;
         let positive = |rho: f64| {
-            let fact = || format!("the density is {rho} kg/m^3");
+            let fact = || format!("the density is {rho:.4} kg/m^3");
             if rho > 0.0 { Ok(rho) } else { Err(self.content(place, fact(), "give a positive one")) }
         };
         let mass = |region: &str, rho: f64, lumping: LumpingSpec| {

@@ -86,8 +86,10 @@ fn mistake(file: &Path, text: &str, origin: &str, error: &toml::de::Error, place
 fn entries(table: &DeTable) -> Vec<(usize, Option<String>)> {
     let mut starts = Vec::new();
     for (key, value) in table {
-        starts.push((key.span().start, None));
-        let DeValue::Array(list) = value.get_ref() else { continue };
+        let DeValue::Array(list) = value.get_ref() else {
+            starts.push((key.span().start, None));
+            continue;
+        };
         for (k, entry) in list.iter().enumerate() {
             let label = ["name", "kind"].iter().find_map(|key| entry.get_ref().get(*key)?.get_ref().as_str());
             let label = label.map_or_else(String::new, |l| format!(" ({l})"));

@@ -55,6 +55,9 @@ pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> R
         return Err(RunError::NoSuchCase { only: options.only.clone().unwrap_or_default(), known });
     }
     let store = Store::create(dir, &study.record)?;
+    for case in &study.cases {
+        store.forget_stale(&case.id, &case.text)?;
+    }
     // Meshes first, one after the other: the mesher takes its own time, and two cases may want the same mesh.
     let mut sizes = BTreeMap::new();
     for case in &cases {
