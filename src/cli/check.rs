@@ -11,9 +11,9 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 
-/// Validates a scene or a study and says what would be simulated: mesh, effects, unknowns, steps, recorded columns.
+/// Validate a scene or study and say what would be simulated, without running it
 ///
-/// Nothing is solved. A mesh that is not stored yet is made, because the number of unknowns depends on it.
+/// It names mesh, effects, unknowns, steps, signals and recorded columns. Nothing is solved. A mesh that is not stored yet is made, because the number of unknowns depends on it.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:

@@ -4,7 +4,9 @@ use super::Outcome;
 use durometer::mesh::generate::Workshop;
 use std::process::ExitCode;
 
-/// Checks what the mesher needs. Committed meshes and all solving work without it.
+/// Say what is missing on this machine, with the exact commands
+///
+/// Only new meshes need it: committed meshes and all solving work without.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:

@@ -6,7 +6,7 @@ use durometer::math::units::{self, Dimension};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Fits a law to tensile data and writes law.toml (for `include` in a scene), fit.json and a figure.
+/// Fit a law to tensile data (CSV) and write law.toml, which a scene can include
 ///
 /// The table is a CSV with a strain or stretch and a nominal stress column, units in the header, in card.toml beside it, or
 /// by the flags. Nothing is changed silently: the audit log says which rows were unusual.

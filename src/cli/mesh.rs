@@ -7,7 +7,7 @@ use durometer::study::spec::Study;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Makes the mesh of a scene, or all meshes of a study, unless they are there; prints size and quality.
+/// Make (or find) the meshes of a scene or study and say how good they are
 ///
 /// A mesh is found by the hash of its body, size and options; only one that is not stored calls the mesher.
 #[derive(clap::Args)]

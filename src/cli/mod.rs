@@ -40,19 +40,12 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Run a study: all its cases, then its report
     Run(run::Args),
-    /// Run one scene and write its time series
     Simulate(simulate::Args),
-    /// Make (or find) the mesh of a scene and say how good it is
     Mesh(mesh::Args),
-    /// Fit a law to tensile data (CSV) and write a law file that a scene can include
     Fit(fit::Args),
-    /// Validate a scene or study and say what would be simulated, without running it
     Check(check::Args),
-    /// Draw the report of a study again from its stored results
     Report(report::Args),
-    /// Say what is missing on this machine, with the exact commands
     Doctor(doctor::Args),
 }
 

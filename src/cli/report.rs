@@ -4,7 +4,7 @@ use super::Outcome;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Analyses and draws the stored results of a study or a fit again, without running anything.
+/// Draw the report of a study or a fit again from its stored results
 #[derive(clap::Args)]
 #[command(
     after_help = "Example:\n  durometer report reports/finger-convergence\n\nNeither the solver nor the mesher is needed."

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 
-/// Runs every case of a study that has no result yet, then writes the report.
+/// Run a study: every case that has no result yet, then the report
 ///
 /// Ctrl-C keeps what is finished; the next run goes on from there. A case is run again when its scene, its mesh or the
 /// program's version has changed.
@@ -56,7 +56,7 @@ pub fn main(args: Args) -> Outcome {
     let jobs = args.jobs.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, Into::into));
     let stop = super::stop_flag();
     let options = Options { jobs, redo: args.redo, only: args.only, vtu: args.vtu, stop };
-    let bars = Bars::new(args.json);
+    let bars = Bars::of(study.cases.iter().filter(|c| options.wants(&c.id)).count(), args.json);
     let records = runner::run(&study, &dir, &options, &bars)?;
     if stop.load(Ordering::Relaxed) {
         let (kept, all) = (records.len(), study.cases.len());

@@ -11,7 +11,9 @@ use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-/// Runs one scene. Writes <name>.csv (what the probes record), <name>.signals.csv (what is prescribed), <name>.json (the
+/// Run one scene and write its time series
+///
+/// Writes <name>.csv (what the probes record), <name>.signals.csv (what is prescribed), <name>.json (the
 /// record, with the time each effect took), and fields for ParaView on request.
 ///
 /// A run that does not complete keeps everything up to its last good state.

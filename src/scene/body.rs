@@ -65,7 +65,7 @@ fn check_source(file: &Path, spec: &MeshSpec) -> Result<(), SceneError> {
         }
         (None, None) => {
             let remedy = "give `body` with `cells` or `size`, or `file` with `unit`";
-            Err(content(file, "where does the mesh come from?", remedy))
+            Err(content(file, "neither `body` nor `file` is given", remedy))
         }
         (Some(_), None) => match idle(&[("unit", spec.unit.is_some())]) {
             Some(key) => Err(content(file, format!("`{key}` belongs to `file`, not to `body`"), "remove it")),
@@ -125,7 +125,7 @@ pub fn request(file: &Path, spec: &MeshSpec) -> Result<MeshRequest, SceneError> 
         (None, Some(length)) if length.0 > 0.0 => Some(Size::Length(length.0)),
         (None, Some(length)) => return Err(content(file, format!("size = {} m", length.0), "it must be positive")),
         (None, None) if !spec.cgal.is_empty() => None,
-        _ => return Err(content(file, "how fine is the mesh?", "give either `cells` or `size`")),
+        _ => return Err(content(file, "neither `cells` nor `size` is given, or both are", "give one of them")),
     };
     let grading = spec
         .grading

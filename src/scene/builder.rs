@@ -5,7 +5,9 @@ use super::error::{SceneError, hint};
 use super::protocol::NamedSignal;
 use super::quantity::Length;
 use super::signal::SignalSpec;
-use super::spec::{ConstraintSpec, EffectSpec, FormulationSpec, GuideRadius, LumpingSpec, PickSpec, SceneSpec, SelectorSpec};
+use super::spec::{
+    ConstraintSpec, EffectSpec, FormulationSpec, GuideRadius, LumpingSpec, PickSpec, SceneSpec, SelectorSpec,
+};
 use crate::effect::{
     Cable, CellPoints, Elastic, Gravity, Guide, Inertia, Lumping, Mass, MassDamping, MeanDilatation, MixedElastic,
     ViscousDamping, pressure_hosts,
@@ -125,7 +127,7 @@ impl<'a> Builder<'a> {
         let body = self.body.clone();
         let mesh = &body.mesh;
         let positive = |rho: f64| {
-            let fact = || format!("the density is {rho} kg/m^3");
+            let fact = || format!("the density is {rho:.4} kg/m^3");
             if rho > 0.0 { Ok(rho) } else { Err(self.content(place, fact(), "give a positive one")) }
         };
         let mass = |region: &str, rho: f64, lumping: LumpingSpec| {
@@ -308,9 +310,7 @@ impl SelectorSpec {
             Self::Plane { point, normal, tolerance, .. } => {
                 Selector::Plane { point: vector(point), normal: Vec3::from(*normal), tolerance: tolerance.0 }
             }
-            Self::Normal { direction, angle } => {
-                Selector::Normal { direction: Vec3::from(*direction), angle: angle.0 }
-            }
+            Self::Normal { direction, angle } => Selector::Normal { direction: Vec3::from(*direction), angle: angle.0 },
         }
     }
 

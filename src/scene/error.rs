@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 /// A scene or study file with a mistake in it.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
-    #[error("{}: cannot be read: {reason}", file.display())]
+    #[error("{}: cannot be read: {reason}; check the path and its permissions", file.display())]
     Unreadable { file: PathBuf, reason: String },
     #[error("{}{mistake}", file.display())]
-    Syntax { file: PathBuf, mistake: Mistake },
+    Syntax { file: PathBuf, mistake: Box<Mistake> },
     #[error("{}: {place}: {fact}; {remedy}", file.display())]
     Content { file: PathBuf, place: String, fact: String, remedy: String },
     #[error("{}: {place}: {source}", file.display())]
@@ -85,6 +85,13 @@ impl Line {
 pub fn explain(message: &str) -> String {
     let message = message.trim_end().replace('\n', ", ");
     let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
+    if let Some((unknown, known)) =
+        message.strip_prefix("unexpected keys in table: ").and_then(|m| m.split_once(", available keys:"))
+    {
+        let known: Vec<&str> = known.split(',').map(str::trim).filter(|k| !k.is_empty()).collect();
+        let hint = if known.is_empty() { "it takes no key but `kind`".into() } else { hint(unknown, &known) };
+        return format!("unknown key `{unknown}`; {hint}");
+    }
     match quoted.split_first() {
         Some((&"", kinds)) if message.starts_with("unknown variant") => {
             format!("it has no `kind`; add kind = \"…\" with one of {}", kinds.join(", "))
@@ -114,7 +121,7 @@ pub fn hint<T: AsRef<str>>(word: &str, known: &[T]) -> String {
     match near {
         Some(near) if likeness(near) > 0.7 => format!("did you mean `{near}`? (known: {list})"),
         Some(_) => format!("known: {list}"),
-        None => "there is none to choose from".into(),
+        None => "none is known".into(),
     }
 }
 
@@ -143,6 +150,10 @@ mod tests {
             "unknown key `cell`; did you mean `cells`? (known: cells, size)"
         );
         assert_eq!(explain(&format!("unknown field `xyz`, {known}")), "unknown key `xyz`; known: cells, size");
+        assert_eq!(
+            explain("unexpected keys in table: densty, available keys: region, density"),
+            "unknown key `densty`; did you mean `density`? (known: region, density)"
+        );
         assert_eq!(explain("missing field `dt`"), "the key `dt` is missing; add it");
         assert_eq!(
             explain("unknown variant ``, expected `box` or `ball`"),

@@ -19,13 +19,15 @@ pub fn parse(text: &str) -> Result<(String, Value), OverrideError> {
     Ok((path.trim().into(), parsed.unwrap_or_else(|| Value::String(value.trim().into()))))
 }
 
-/// Sets the value at a dotted path. In an array of tables a step is an index, or the `name` or `kind` of an entry. A key
-/// that is new must be one that a scene knows, which its reader checks; among the laws, whose names are free, only the last
-/// one may be new.
+/// Tables of a scene that may be absent from it: a change may make them.
+const OPTIONAL: [&str; 2] = ["mesh", "numerics"];
+
+/// Sets the value at a dotted path. In an array of tables a step is an index, or the `name` or `kind` of an entry. Only the
+/// last key may be new; below `mesh` and at `numerics` also the tables on the way, whose keys the reader checks.
 pub fn apply(table: &mut Table, path: &str, value: Value) -> Result<(), OverrideError> {
     let steps: Vec<&str> = path.split('.').collect();
     let (last, before) = steps.split_last().expect("split yields at least one part");
-    let free_names = steps[0] == "laws";
+    let may_be_new = OPTIONAL.contains(&steps[0]);
     let mut current = table;
     let mut steps = before.iter();
     while let Some(step) = steps.next() {
@@ -36,7 +38,7 @@ pub fn apply(table: &mut Table, path: &str, value: Value) -> Result<(), Override
         };
         let known: Vec<String> = current.keys().cloned().collect();
         let known: Vec<&str> = known.iter().map(String::as_str).collect();
-        if !current.contains_key(*step) && !free_names {
+        if !current.contains_key(*step) && may_be_new {
             current.insert((*step).into(), Value::Table(Table::new()));
         }
         current = match current.get_mut(*step) {

@@ -79,15 +79,17 @@ pub fn from_text<T: DeserializeOwned>(file: &Path, text: &str, origin: &str) -> 
 fn mistake(file: &Path, text: &str, origin: &str, error: &toml::de::Error, place: Option<String>) -> SceneError {
     let line = error.span().map(|span: Range<usize>| Line::of(text, span));
     let mistake = Mistake { origin: origin.into(), line, place, what: explain(error.message()) };
-    SceneError::Syntax { file: file.into(), mistake }
+    SceneError::Syntax { file: file.into(), mistake: Box::new(mistake) }
 }
 
 /// Where each top-level key and each entry of an array of tables starts, and how an entry is called.
 fn entries(table: &DeTable) -> Vec<(usize, Option<String>)> {
     let mut starts = Vec::new();
     for (key, value) in table {
-        starts.push((key.span().start, None));
-        let DeValue::Array(list) = value.get_ref() else { continue };
+        let DeValue::Array(list) = value.get_ref() else {
+            starts.push((key.span().start, None));
+            continue;
+        };
         for (k, entry) in list.iter().enumerate() {
             let label = ["name", "kind"].iter().find_map(|key| entry.get_ref().get(*key)?.get_ref().as_str());
             let label = label.map_or_else(String::new, |l| format!(" ({l})"));

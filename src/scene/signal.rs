@@ -163,11 +163,13 @@ fn build_all(
 fn read_table(path: &Path, unit: &str, dimension: Dimension) -> Result<Vec<(f64, f64)>, SignalError> {
     let error = |why: String| SignalError::Table { file: path.display().to_string(), why };
     let factor = units::parse(&format!("1 {unit}"), dimension)?;
-    let mut reader = csv::Reader::from_path(path).map_err(|e| error(e.to_string()))?;
+    let mut reader =
+        csv::Reader::from_path(path).map_err(|e| error(format!("{e}; the path is relative to the scene")))?;
     let mut rows: Vec<(f64, f64)> = Vec::new();
     for (k, record) in reader.deserialize::<(f64, f64)>().enumerate() {
-        let (t, value) = record
-            .map_err(|e| error(format!("line {}: two numbers are needed (time in s, value in {unit}): {e}", k + 2)))?;
+        let (t, value) = record.map_err(|_| {
+            error(format!("line {}: two numbers are needed (time in s, value in {unit}), separated by a comma", k + 2))
+        })?;
         if rows.last().is_some_and(|last| last.0 >= t) {
             return Err(error(format!("line {}: time must increase from row to row", k + 2)));
         }

@@ -21,7 +21,7 @@ impl Builder<'_> {
                 return Err(self.content(&place, fact, "both must be positive"));
             }
             if stage.duration.0 / stage.dt.0 > MOST_STEPS {
-                let fact = format!("{:.3e} steps of {} s", stage.duration.0 / stage.dt.0, stage.dt.0);
+                let fact = format!("{:.1e} steps of {:e} s", stage.duration.0 / stage.dt.0, stage.dt.0);
                 return Err(self.content(&place, fact, "take a larger dt or a shorter duration (check their units)"));
             }
             let integrator = match stage.integrator {

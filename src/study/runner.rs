@@ -51,15 +51,24 @@ pub struct Options<'a> {
     pub stop: &'a AtomicBool,
 }
 
+impl Options<'_> {
+    /// Is this case to be run (or kept)?
+    pub fn wants(&self, id: &str) -> bool {
+        self.only.as_ref().is_none_or(|only| id.contains(only.as_str()))
+    }
+}
+
 /// Runs a study into `dir`. Returns the records of all wanted cases that have one; an interrupted case has none.
 pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> Result<Vec<CaseRecord>, RunError> {
-    let wanted = |c: &&Case| options.only.as_ref().is_none_or(|only| c.id.contains(only.as_str()));
-    let mut cases: Vec<&Case> = study.cases.iter().filter(wanted).collect();
+    let mut cases: Vec<&Case> = study.cases.iter().filter(|c| options.wants(&c.id)).collect();
     if cases.is_empty() {
         let known = study.cases.iter().map(|c| c.id.as_str()).collect::<Vec<_>>().join(", ");
         return Err(RunError::NoSuchCase { only: options.only.clone().unwrap_or_default(), known });
     }
     let store = Store::create(dir, &study.record)?;
+    for case in &study.cases {
+        store.forget_stale(&case.id, &case.text)?;
+    }
     // Meshes first, one after the other: the mesher takes its own time, and two cases may want the same mesh.
     let mut sizes = BTreeMap::new();
     for case in &cases {

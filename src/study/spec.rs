@@ -112,11 +112,17 @@ impl Study {
         for (what, names) in [("variant", &known), ("family", &labels)] {
             check_names(names).map_err(|(k, fact, remedy)| content(format!("{what} {}", k + 1), fact, remedy))?;
         }
-        for variant in spec.variants.iter().filter(|v| v.quantities.is_empty()) {
+        if let Some(variant) = spec.variants.iter().find(|v| v.quantities.is_empty()) {
             let place = format!("variant {}", variant.name);
             let remedy = "add quantity = [{ name = …, label = …, symbol = …, unit = … }] with a recorded column";
             return Err(content(place, "it judges no quantity".into(), remedy));
         }
+        let scene_file = base.join(&spec.scene);
+        read_table(&scene_file).map_err(|e| SceneError::Part {
+            file: file.into(),
+            place: "scene".into(),
+            source: e.into(),
+        })?;
         let mut cases: Vec<Case> = Vec::new();
         let mut families = Vec::new();
         for family in &spec.families {
@@ -143,7 +149,6 @@ impl Study {
                         .map(|(k, v)| (k.clone(), v.clone()))
                         .collect();
                     let all: Vec<_> = own.iter().chain(changes).cloned().collect();
-                    let scene_file = base.join(&spec.scene);
                     let (scene, text) = read_scene(&scene_file, &all).map_err(|e| {
                         // Whose fault is it: the scene's, the member's, or the command line's?
                         let sound = |changes: &[_]| read_scene(&scene_file, changes).is_ok();
@@ -162,7 +167,7 @@ impl Study {
                     }
                     ids.push(id.clone());
                     let (family, variant) = (family.name.clone(), variant.name.clone());
-                    cases.push(Case { id, family, variant, scene_file, spec: scene, text });
+                    cases.push(Case { id, family, variant, scene_file: scene_file.clone(), spec: scene, text });
                 }
             }
             families.push(FamilyRecord { name: family.name.clone(), role: family.role, formulation, cases: ids });

@@ -36,6 +36,19 @@ impl Store {
         (record.provenance.input_sha256 == input_sha256).then_some(record)
     }
 
+    /// A stored record of this case made from another scene or by another version no longer counts: a report must not mix
+    /// them. The time series stays.
+    pub fn forget_stale(&self, id: &str, scene: &str) -> Result<(), StoreError> {
+        let path = self.path(id, "json");
+        let Ok(text) = std::fs::read_to_string(&path) else { return Ok(()) };
+        let fresh = serde_json::from_str::<CaseRecord>(&text)
+            .is_ok_and(|r| r.provenance.scene == scene && r.provenance.version == env!("CARGO_PKG_VERSION"));
+        if fresh {
+            return Ok(());
+        }
+        std::fs::remove_file(&path).map_err(|e| StoreError { path, reason: e.to_string() })
+    }
+
     /// Time series, surface, then record.
     pub fn save(&self, record: &CaseRecord, run: &Run, skin: &Skin) -> Result<(), StoreError> {
         write(&self.path(&record.id, "csv"), &csv(run))?;
