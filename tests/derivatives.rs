@@ -116,12 +116,12 @@ fn eval(law: &dyn Law, f: &Mat3) -> Response {
 }
 
 /// The radius for the differences: a quarter of the distance to the singularity, so that a pole of a high power (λ⁻¹⁰) has not grown out of
-/// scale there, or half of the length over which P changes by itself where that is shorter (exponentials, locking). The lower end is for
-/// P near zero, where that length means nothing.
+/// scale there, or half of the length over which P changes by itself where that is shorter (exponentials, locking). The lower end is for P near
+/// zero, where that length means nothing.
 fn smooth(law: &dyn Law, f: &Mat3, rho: f64) -> f64 {
     let r = eval(law, f);
     let a = r.a.as_flattened().iter().map(|x| x * x).sum::<f64>().sqrt();
-    (0.25 * rho).min(0.5 * r.p.norm() / a).max(0.02 * rho)
+    (0.25 * rho).min(0.5 * r.p.norm() / a).max(1e-4 * rho)
 }
 
 fn unit(k: usize) -> Mat3 {

@@ -13,12 +13,26 @@ const TICKS: u64 = 1000;
 pub struct Bars {
     multi: MultiProgress,
     bars: Mutex<HashMap<String, ProgressBar>>,
+    /// Finished cases of a study, below the running ones
+    total: Option<ProgressBar>,
     silent: bool,
 }
 
 impl Bars {
     pub fn new(silent: bool) -> Self {
-        Self { multi: MultiProgress::new(), bars: Mutex::new(HashMap::new()), silent }
+        Self { multi: MultiProgress::new(), bars: Mutex::new(HashMap::new()), total: None, silent }
+    }
+
+    /// Bars with a line for all cases.
+    pub fn of(cases: usize, silent: bool) -> Self {
+        let mut bars = Self::new(silent);
+        if !silent {
+            let style = ProgressStyle::with_template("{prefix:32} {bar:30} {pos}/{len} cases  {elapsed} so far");
+            let total = bars.multi.add(ProgressBar::new(cases as u64)).with_prefix("all");
+            total.set_style(style.expect("the template is valid"));
+            bars.total = Some(total);
+        }
+        bars
     }
 
     fn line(&self, text: &str) {
@@ -47,7 +61,7 @@ impl Watch for Bars {
             return;
         }
         let style = ProgressStyle::with_template("{prefix:32} {bar:30} {percent:>3} %  {eta:>4} left  {msg}");
-        let bar = self.multi.add(ProgressBar::new(TICKS)).with_prefix(case.to_string());
+        let bar = self.multi.insert(0, ProgressBar::new(TICKS)).with_prefix(case.to_string());
         bar.set_style(style.expect("the template is valid"));
         self.bars().insert(case.into(), bar);
     }
@@ -62,6 +76,12 @@ impl Watch for Bars {
     fn finished(&self, record: &CaseRecord, skipped: bool) {
         if let Some(bar) = self.bars().remove(&record.id) {
             bar.finish_and_clear();
+        }
+        if let Some(total) = &self.total {
+            total.inc(1);
+            if total.length() == Some(total.position()) {
+                total.finish_and_clear();
+            }
         }
         let how = if skipped { "kept" } else { "done" };
         self.line(&format!(

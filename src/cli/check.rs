@@ -1,13 +1,27 @@
 //! `durometer check FILE`
 
-use super::Outcome;
-use durometer::scene::{Body, Scene, read_scene};
+use super::{Outcome, files};
+use durometer::mesh::generate::Workshop;
+use durometer::scene::protocol::extremes;
+use durometer::scene::{Body, Scene, SceneSpec, read_scene};
+use durometer::study::runner::check_quantities;
 use durometer::study::spec::Study;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
 
-/// Validates a scene or study and says what would be simulated: mesh, effects, unknowns, steps. Runs nothing.
+/// Validate a scene or study and say what would be simulated, without running it
+///
+/// It names mesh, effects, unknowns, steps, signals and recorded columns. Nothing is solved. A mesh that is not stored yet is made, because the number of unknowns depends on it.
 #[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  durometer check finger-convergence            every case of the study, the first one in detail
+  durometer check studies/finger-dynamics/scene.toml
+  durometer check my-scene.toml --set mesh.cells=9300 --set 'stage.0.dt=\"10 ms\"'
+
+Exit codes: 0 the file can be run, 2 it cannot (the message says where and why).")]
 pub struct Args {
     /// Scene or study file (TOML), or the name of a study
     file: PathBuf,
@@ -17,33 +31,85 @@ pub struct Args {
 }
 
 pub fn main(args: Args) -> Outcome {
-    let file = super::find(&args.file, "study.toml");
+    let file = files::find_any(&args.file)?;
     let changes = super::changes(&args.set)?;
-    if file.file_name().is_some_and(|n| n == "study.toml") {
-        let study = Study::read(&file, &changes)?;
-        println!("study {}: {} cases", study.name, study.cases.len());
-        for case in &study.cases {
-            let mesh = &case.spec.mesh;
-            let size = mesh.cells.map_or_else(|| "by length".into(), |n| format!("{n} cells"));
-            println!("  {:36} {:6} {size}", case.id, mesh.element.name());
-        }
-        let Some(first) = study.cases.first() else { return Ok(ExitCode::SUCCESS) };
-        println!("\nthe first case:");
-        return describe(&first.scene_file, first.spec.clone(), first.text.clone());
+    if files::is_study(&file) {
+        return study(&Study::read(&file, &changes)?);
     }
     let (spec, text) = read_scene(&file, &changes)?;
-    describe(&file, spec, text)
+    describe(&build(&file, spec, text, &mut BTreeMap::new())?);
+    Ok(ExitCode::SUCCESS)
 }
 
-fn describe(file: &Path, spec: durometer::scene::SceneSpec, text: String) -> Outcome {
-    let body = Body::load(file, &spec.mesh, &mut |line| eprintln!("{line}"))?;
-    let scene = Scene::build(file, spec, text, body.into())?;
+fn study(study: &Study) -> Outcome {
+    println!("study {} ({}): {}", study.name, study.record.kind, study.record.question);
+    println!("{} cases; an error bar above {} % is refused", study.cases.len(), study.record.tolerance * 100.0);
+    println!("\n  {:32} {:6} {:>8} {:>9} {:>6}", "case", "", "cells", "unknowns", "steps");
+    let (mut bodies, mut first) = (BTreeMap::new(), None);
+    for case in &study.cases {
+        let scene = build(&case.scene_file, case.spec.clone(), case.text.clone(), &mut bodies)?;
+        check_quantities(study, case, &scene)?;
+        println!(
+            "  {:32} {:6} {:>8} {:>9} {:>6}",
+            case.id,
+            case.spec.formulation(),
+            scene.body.mesh.cell_count(),
+            scene.system.dofs.free.len(),
+            steps(&scene)
+        );
+        first.get_or_insert((&case.id, scene));
+    }
+    for (variant, quantities) in &study.record.quantities {
+        let names: Vec<&str> = quantities.iter().map(|q| q.name.as_str()).collect();
+        println!("\nvariant {variant} judges {}", names.join(", "));
+    }
+    if let Some((id, scene)) = first {
+        println!("\n{id} in detail:");
+        describe(&scene);
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The scene on its mesh; meshes are kept by what they are made of.
+fn build(
+    file: &Path,
+    spec: SceneSpec,
+    text: String,
+    bodies: &mut BTreeMap<String, Arc<Body>>,
+) -> Result<Scene, Box<dyn std::error::Error>> {
+    let key = format!("{:?}", spec.mesh);
+    let body = match bodies.get(&key) {
+        Some(body) => body.clone(),
+        None => Arc::new(Body::load(file, &spec.mesh, &mut |line| eprintln!("{line}"))?),
+    };
+    bodies.insert(key, body.clone());
+    Ok(Scene::build(file, spec, text, body)?)
+}
+
+fn steps(scene: &Scene) -> usize {
+    scene.spans.iter().map(|s| ((s.end - s.start) / s.dt - 1e-9).ceil() as usize).sum()
+}
+
+fn describe(scene: &Scene) {
     let mesh = &scene.body.mesh;
+    let (low, high) = mesh.bounding_box();
+    let size = (high - low) * 1e3;
+    if !scene.title.is_empty() {
+        println!("title        {}", scene.title);
+    }
     println!("mesh         {} ({} cells, {} nodes)", scene.body.source, mesh.cell_count(), mesh.points.len());
+    println!("size         {:.4} × {:.4} × {:.4} mm, mean cell h = {:.4} mm", size.x, size.y, size.z, mesh.h() * 1e3);
     let regions: Vec<&str> = mesh.regions.keys().map(String::as_str).collect();
     println!("regions      {}", regions.join(", "));
+    let own: Vec<&str> = scene.spec.mesh.regions.keys().map(String::as_str).collect();
+    if !own.is_empty() {
+        println!("selected     {}", own.join(", "));
+    }
     let law = scene.law.info();
-    let values = law.parameters.iter().zip(scene.law.values()).map(|(p, v)| format!("{} = {v}", p.name));
+    let values = law.parameters.iter().zip(scene.law.values()).map(|(p, v)| {
+        let unit = if p.dimension == durometer::math::units::Dimension::PRESSURE { " Pa" } else { "" };
+        format!("{} = {v}{unit}", p.name)
+    });
     println!("law          {} ({})", law.name, values.collect::<Vec<_>>().join(", "));
     for effect in &scene.system.effects {
         println!("effect       {} ({} blocks)", effect.name(), effect.blocks().len());
@@ -52,13 +118,20 @@ fn describe(file: &Path, spec: durometer::scene::SceneSpec, text: String) -> Out
         println!("constraint   {} (exact row with multiplier)", constraint.name());
     }
     println!("prescribed   {} degrees of freedom", scene.system.prescribed.len());
-    println!("unknowns     {}, {} entries in the tangent", scene.system.dofs.free.len(), scene.system.pattern.nnz());
-    for span in &scene.spans {
-        let steps = ((span.end - span.start) / span.dt).ceil();
-        println!("stage        {} from {} s to {} s: {steps} steps", span.integrator.name(), span.start, span.end);
-    }
-    println!("records      {}", scene.columns().join(", "));
     println!("nothing else is assembled");
+    println!("unknowns     {}, {} entries in the tangent", scene.system.dofs.free.len(), scene.system.pattern.nnz());
+    for s in &scene.signals {
+        let ((_, low), (t, high)) = extremes(&s.signal, &scene.spans);
+        println!("signal       {} between {low} and {high} (at {t:.4} s)", s.name);
+    }
+    for span in &scene.spans {
+        let steps = ((span.end - span.start) / span.dt - 1e-9).ceil();
+        let name = span.integrator.name();
+        println!("stage        {name} from {} s to {} s: {steps} steps of {} s", span.start, span.end, span.dt);
+    }
+    println!("records      {}", scene.columns().join("\n             "));
     scene.remarks.iter().for_each(|remark| println!("note         {remark}"));
-    Ok(ExitCode::SUCCESS)
+    if Workshop::find().is_err() {
+        println!("note         no project folder is found: only scenes with a mesh file can be run from here");
+    }
 }

@@ -4,8 +4,16 @@ use super::Outcome;
 use durometer::mesh::generate::Workshop;
 use std::process::ExitCode;
 
-/// Checks what the mesher needs. Committed meshes and all solving work without it.
+/// Say what is missing on this machine, with the exact commands
+///
+/// Only new meshes need it: committed meshes and all solving work without.
 #[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  durometer doctor             what is there, and the command for what is not
+  durometer doctor --setup     make .venv in the project and install the mesher into it
+
+Exit codes: 0 new meshes can be made, 2 something is missing.")]
 pub struct Args {
     /// Set the mesher's environment up: .venv with the pinned versions of gmsh, CGAL and meshio
     #[arg(long)]
@@ -30,6 +38,9 @@ pub fn main(args: Args) -> Outcome {
             println!("        run: {remedy}");
         }
         sound &= check.ok || check.optional;
+    }
+    if !sound {
+        println!("\nOnly new meshes need what is missing: studies on stored meshes run without it.");
     }
     Ok(if sound { ExitCode::SUCCESS } else { ExitCode::from(super::BAD_INPUT) })
 }

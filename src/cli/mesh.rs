@@ -1,14 +1,21 @@
 //! `durometer mesh FILE`
 
-use super::Outcome;
+use super::{Outcome, files};
 use durometer::mesh::generate::Workshop;
 use durometer::scene::{Body, read_scene, request};
 use durometer::study::spec::Study;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Makes the mesh of a scene, or all meshes of a study, unless they are there; prints size and quality.
+/// Make (or find) the meshes of a scene or study and say how good they are
+///
+/// A mesh is found by the hash of its body, size and options; only one that is not stored calls the mesher.
 #[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  durometer mesh finger-convergence                     every mesh of the study
+  durometer mesh studies/finger-dynamics/scene.toml --set mesh.cells=9300
+  durometer mesh my-scene.toml --set 'mesh.parameters.length=\"80 mm\"' --keep")]
 pub struct Args {
     /// Scene or study file (TOML), or the name of a study
     file: PathBuf,
@@ -21,10 +28,9 @@ pub struct Args {
 }
 
 pub fn main(args: Args) -> Outcome {
-    let file = super::find(&args.file, "study.toml");
+    let file = files::find_any(&args.file)?;
     let changes = super::changes(&args.set)?;
-    let is_study = file.file_name().is_some_and(|n| n == "study.toml");
-    let scenes = if is_study {
+    let scenes = if files::is_study(&file) {
         let cases = Study::read(&file, &changes)?.cases;
         cases.into_iter().map(|c| (c.scene_file, c.spec.mesh)).collect()
     } else {
@@ -32,12 +38,13 @@ pub fn main(args: Args) -> Outcome {
     };
     let mut seen = Vec::new();
     for (file, spec) in scenes {
+        let key = format!("{spec:?}");
+        if seen.contains(&key) {
+            continue;
+        }
+        seen.push(key);
         if args.keep {
-            let path = Workshop::find()?.commit(&request(&file, &spec)?, &mut |line| eprintln!("{line}"))?;
-            if seen.contains(&path) {
-                continue;
-            }
-            seen.push(path);
+            Workshop::find()?.commit(&request(&file, &spec)?, &mut |line| eprintln!("{line}"))?;
         }
         let body = Body::load(&file, &spec, &mut |line| eprintln!("{line}"))?;
         let (mesh, quality) = (&body.mesh, body.mesh.quality());

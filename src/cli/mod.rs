@@ -3,6 +3,7 @@
 mod bars;
 mod check;
 mod doctor;
+mod files;
 mod fit;
 mod mesh;
 mod report;
@@ -11,7 +12,6 @@ mod simulate;
 
 use clap::{Parser, Subcommand};
 use durometer::scene::overrides;
-use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -20,7 +20,19 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// The usual way: `durometer run finger-convergence` simulates a finger on several meshes and writes a report that says
 /// which mesh can be trusted, with what error bar and at what price. `durometer check FILE` says what a file would do.
 #[derive(Parser)]
-#[command(name = "durometer", version, max_term_width = 110)]
+#[command(
+    name = "durometer",
+    version,
+    max_term_width = 110,
+    after_help = "\
+Start with:
+  durometer check finger-convergence      what would be simulated
+  durometer run finger-convergence        simulate it; the report is reports/finger-convergence/index.html
+  durometer simulate studies/finger-dynamics/scene.toml --vtu
+
+Files are TOML; quantities carry their unit (\"18 kPa\", \"7.5 mm\"). `durometer COMMAND --help` has examples.
+Exit codes: 0 done, 2 bad input, 3 some case did not complete."
+)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -28,19 +40,12 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Run a study: all its cases, then its report
     Run(run::Args),
-    /// Run one scene and write its time series
     Simulate(simulate::Args),
-    /// Make (or find) the mesh of a scene and say how good it is
     Mesh(mesh::Args),
-    /// Fit a law to tensile data (CSV) and write a law file that a scene can include
     Fit(fit::Args),
-    /// Validate a scene or study and say what would be simulated, without running it
     Check(check::Args),
-    /// Draw the report of a study again from its stored results
     Report(report::Args),
-    /// Say what is missing on this machine, with the exact commands
     Doctor(doctor::Args),
 }
 
@@ -67,22 +72,13 @@ pub fn main() -> ExitCode {
     })
 }
 
-/// `--set key=value`, several times.
+/// `--set key=value`, several times. A step into a list is its index from 0, or the `name` or `kind` of an entry.
 fn changes(set: &[String]) -> Result<Vec<(String, toml::Value)>, overrides::OverrideError> {
     set.iter().map(|text| overrides::parse(text)).collect()
 }
 
-/// The file that a name stands for: a path, or `studies/<name>/<file>` here or in the project.
-fn find(name: &Path, file: &str) -> PathBuf {
-    if name.is_file() {
-        return name.into();
-    }
-    if name.join(file).is_file() {
-        return name.join(file);
-    }
-    let home = durometer::mesh::generate::Workshop::find().map(|w| w.home).unwrap_or_default();
-    let known = home.join("studies").join(name).join(file);
-    if known.is_file() { known } else { name.into() }
+fn at_least_one(text: &str) -> Result<usize, String> {
+    text.parse().ok().filter(|n| *n > 0).ok_or_else(|| "at least one case runs at a time; give 1 or more".into())
 }
 
 /// Set by Ctrl-C: what is finished is kept, what runs is dropped. A second Ctrl-C ends the program at once.

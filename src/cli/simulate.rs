@@ -1,9 +1,9 @@
 //! `durometer simulate SCENE`
 
-use super::{INCOMPLETE, Outcome, bars::Bars};
-use durometer::mesh::vtu::{Data, write_pvd, write_vtu};
+use super::{INCOMPLETE, Outcome, bars::Bars, files};
 use durometer::scene::{Body, Scene, read_scene};
 use durometer::solve::Status;
+use durometer::study::fields::Fields;
 use durometer::study::runner::{self, Watch};
 use durometer::study::store;
 use std::path::PathBuf;
@@ -11,8 +11,21 @@ use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-/// Runs one scene; writes <name>.csv (time series) and <name>.json (record), and fields for ParaView on request.
+/// Run one scene and write its time series
+///
+/// Writes <name>.csv (what the probes record), <name>.signals.csv (what is prescribed), <name>.json (the
+/// record, with the time each effect took), and fields for ParaView on request.
+///
+/// A run that does not complete keeps everything up to its last good state.
 #[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  durometer simulate studies/finger-dynamics/scene.toml
+  durometer simulate my-scene.toml --set mesh.cells=9300 --out out
+  durometer simulate my-scene.toml --set 'constraint.cable.drive={ tension = \"2 N\" }' --vtu
+
+In --set a step into a list is its index from 0, or the name or kind of an entry.
+Exit codes: 0 converged, 2 bad input, 3 the run did not complete.")]
 pub struct Args {
     /// Scene file (TOML)
     scene: PathBuf,
@@ -31,19 +44,19 @@ pub struct Args {
 }
 
 pub fn main(args: Args) -> Outcome {
-    let file = super::find(&args.scene, "scene.toml");
+    let file = files::find(&args.scene, "scene.toml")?;
     let (spec, text) = read_scene(&file, &super::changes(&args.set)?)?;
     let name = file.file_stem().map_or_else(|| "scene".into(), |n| n.to_string_lossy().into_owned());
     let bars = Bars::new(args.json);
     let body = Body::load(&file, &spec.mesh, &mut |line| bars.meshing(&name, line))?;
     let scene = Scene::build(&file, spec, text, body.into())?;
-    std::fs::create_dir_all(&args.out).map_err(|e| format!("{}: cannot be made: {e}", args.out.display()))?;
+    files::make_folder(&args.out)?;
     if !args.json {
         scene.remarks.iter().for_each(|remark| eprintln!("note: {remark}"));
     }
     bars.started(&name);
     let stop = super::stop_flag();
-    let (mut frames, mut failure) = (Vec::new(), None);
+    let mut fields = args.vtu.then(|| Fields::new(&args.out, &name));
     let (wall, cpu) = (Instant::now(), cpu_time::ThreadTime::now());
     let run = scene.run(
         &mut |progress| {
@@ -51,28 +64,20 @@ pub fn main(args: Args) -> Outcome {
             !stop.load(Ordering::Relaxed)
         },
         &mut |state| {
-            if args.vtu && failure.is_none() {
-                let frame = format!("{name}-{:04}.vtu", frames.len());
-                let stretch = scene.nodal_stretch(&state.x);
-                let data = [
-                    Data { name: "displacement_m", components: 3, values: &state.x },
-                    Data { name: "stretch", components: 1, values: &stretch },
-                ];
-                failure = write_vtu(&args.out.join(&frame), &scene.body.mesh, &data, &[]).err();
-                frames.push((state.t, frame));
+            if let Some(fields) = &mut fields {
+                fields.add(&scene, state);
             }
         },
     );
-    let times = (wall.elapsed().as_secs_f64(), cpu.elapsed().as_secs_f64());
-    if let Some(error) = failure {
-        return Err(error.into());
-    }
-    if args.vtu {
-        write_pvd(&args.out.join(format!("{name}.pvd")), &frames)?;
+    let mut times = (wall.elapsed().as_secs_f64(), cpu.elapsed().as_secs_f64());
+    if let Some(fields) = fields {
+        let (wall, cpu) = fields.finish()?;
+        times = (times.0 - wall, times.1 - cpu);
     }
     let mut record = runner::record(&scene, &run, times);
     record.id.clone_from(&name);
     store::write(&args.out.join(format!("{name}.csv")), &store::csv(&run))?;
+    store::write(&args.out.join(format!("{name}.signals.csv")), &store::signals_csv(&scene, &run))?;
     let json = serde_json::to_string_pretty(&record)?;
     store::write(&args.out.join(format!("{name}.json")), &json)?;
     bars.finished(&record, false);
@@ -80,9 +85,19 @@ pub fn main(args: Args) -> Outcome {
         println!("{json}");
     } else {
         for (probe, value) in &record.probes {
-            println!("{probe:28} peak {:>14.6} at {:.3} s   final {:>14.6}", value.peak, value.peak_t_s, value.last);
+            let (peak, last) = (plain(value.peak), plain(value.last));
+            println!("{probe:28} peak {peak:>12} at {:.3} s   final {last:>12}", value.peak_t_s);
         }
         println!("results: {}", args.out.join(format!("{name}.csv")).display());
+        if args.vtu {
+            println!("fields:  {} (open it in ParaView)", args.out.join(format!("{name}.pvd")).display());
+        }
     }
     Ok(if run.status == Status::Converged { ExitCode::SUCCESS } else { ExitCode::from(INCOMPLETE) })
+}
+
+/// Five digits, whatever the size.
+fn plain(value: f64) -> String {
+    let size = value.abs();
+    if size == 0.0 || (1e-3..1e6).contains(&size) { format!("{value:.5}") } else { format!("{value:.4e}") }
 }

@@ -93,7 +93,7 @@ impl Effect for ViscousDamping {
                     }
                 }
             }
-            self.points.scatter(b, q, &(f * s), &a, want, out);
+            self.points.scatter(b, q, self.points.blocks.size(b), &(f * s), &a, want, out);
         }
         out.energy = work(&self.points.blocks, at, b, out);
         Ok(())

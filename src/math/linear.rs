@@ -31,7 +31,7 @@ enum Kind {
 pub enum LinearError {
     /// Zero or non-finite pivot: the matrix is singular to working precision.
     Singular,
-    /// ‖Ax − b‖/‖b‖ stayed above the bound after refinement.
+    /// ‖Ax − b‖/‖b‖ stayed above the bound, and above rounding, after refinement.
     Inaccurate { residual: f64 },
 }
 
@@ -55,6 +55,8 @@ pub struct Factor {
     l: Vec<f64>,
     memory: MemBuffer,
     kind: Kind,
+    /// Try LLᵀ first; off where negative eigenvalues are in the nature of the matrix
+    try_llt: bool,
     /// Negative pivots of the last factorisation: the number of negative eigenvalues (Sylvester's law of inertia).
     pub negative_pivots: usize,
     /// Numeric factorisations so far.
@@ -65,9 +67,22 @@ pub struct Factor {
 
 /// Largest accepted ‖Ax − b‖/‖b‖ of a solve, after refinement.
 const SOLVE_TOLERANCE: f64 = 1e-9;
+/// A residual of this share of ‖|A||x|‖ is rounding: slender bodies and stiffness ratios have no smaller one, and x is the
+/// exact solution of a matrix that differs from A in its last digits (Oettli & Prager 1964).
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 impl Factor {
+    /// For matrices that are expected to be positive definite.
     pub fn new(pattern: SymPattern) -> Self {
+        Self::with(pattern, true)
+    }
+
+    /// For matrices of saddle points: LDLᵀ at once.
+    pub fn indefinite(pattern: SymPattern) -> Self {
+        Self::with(pattern, false)
+    }
+
+    fn with(pattern: SymPattern, try_llt: bool) -> Self {
         let n = pattern.n;
         // Without a permutation the symbolic phase reads the upper triangle, the numeric one the lower.
         let (col_ptr, row_idx) = pattern.upper();
@@ -89,6 +104,7 @@ impl Factor {
             l,
             memory,
             kind: Kind::None,
+            try_llt,
             negative_pivots: 0,
             count: 0,
             factor_time: Duration::ZERO,
@@ -123,19 +139,20 @@ impl Factor {
         }
         let symbolic = SymbolicSparseColMatRef::new_checked(n, n, &self.pattern.col_ptr, None, &self.pattern.row_idx);
         let matrix = SparseColMatRef::new(symbolic, values);
-        let stack = MemStack::new(&mut self.memory);
-        let llt = self.symbolic.factorize_numeric_llt(
-            &mut self.l,
-            matrix,
-            Side::Lower,
-            Default::default(),
-            Par::Seq,
-            stack,
-            Default::default(),
-        );
-        if llt.is_ok() {
-            self.kind = Kind::Llt;
-            return Ok(());
+        if self.try_llt {
+            let llt = self.symbolic.factorize_numeric_llt(
+                &mut self.l,
+                matrix,
+                Side::Lower,
+                Default::default(),
+                Par::Seq,
+                MemStack::new(&mut self.memory),
+                Default::default(),
+            );
+            if llt.is_ok() {
+                self.kind = Kind::Llt;
+                return Ok(());
+            }
         }
         self.symbolic
             .factorize_numeric_ldlt(
@@ -186,7 +203,9 @@ impl Factor {
                 self.pattern.multiply(values, x, &mut residual);
                 residual.iter_mut().zip(b).for_each(|(r, b)| *r = b - *r);
                 let relative = if norm > 0.0 { self::norm(&residual) / norm } else { 0.0 };
-                if relative <= SOLVE_TOLERANCE {
+                if relative <= SOLVE_TOLERANCE
+                    || self::norm(&residual) <= ROUNDING * self::norm(&self.pattern.multiply_abs(values, x))
+                {
                     break;
                 }
                 if !relative.is_finite() || refinement == 2 {

@@ -78,7 +78,7 @@ pub enum MeshError {
 }
 
 /// A position for messages, in millimetres.
-pub(super) fn point(p: &Vec3) -> String {
+pub(crate) fn point(p: &Vec3) -> String {
     let mm = |x: f64| (x * 1e9).round() / 1e6 + 0.0;
     format!("({}, {}, {}) mm", mm(p.x), mm(p.y), mm(p.z))
 }

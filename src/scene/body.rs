@@ -21,6 +21,7 @@ impl Body {
     /// gets the lines of the mesher.
     pub fn load(file: &Path, spec: &MeshSpec, progress: &mut dyn FnMut(&str)) -> Result<Self, SceneError> {
         let fail = |e: Box<dyn std::error::Error + Send + Sync>| part(file, "mesh", e);
+        check_source(file, spec)?;
         if let Some(path) = volume_mesh(file, spec) {
             let unit = unit_m(file, spec)?;
             let mesh = mesh::read(&path, unit).map_err(|e| fail(e.into()))?;
@@ -54,6 +55,40 @@ fn volume_mesh(file: &Path, spec: &MeshSpec) -> Option<std::path::PathBuf> {
         .then(|| file.parent().unwrap_or(Path::new("")).join(name))
 }
 
+/// Keys that the source of the mesh leaves without effect are refused: nothing is ignored silently.
+fn check_source(file: &Path, spec: &MeshSpec) -> Result<(), SceneError> {
+    let idle = |keys: &[(&str, bool)]| keys.iter().find(|(_, given)| *given).map(|(key, _)| key.to_string());
+    match (&spec.body, &spec.file) {
+        (Some(body), Some(path)) => {
+            let fact = format!("both body = \"{body}\" and file = \"{}\" are given", path.display());
+            Err(content(file, fact, "remove one of the two"))
+        }
+        (None, None) => {
+            let remedy = "give `body` with `cells` or `size`, or `file` with `unit`";
+            Err(content(file, "neither `body` nor `file` is given", remedy))
+        }
+        (Some(_), None) => match idle(&[("unit", spec.unit.is_some())]) {
+            Some(key) => Err(content(file, format!("`{key}` belongs to `file`, not to `body`"), "remove it")),
+            None => Ok(()),
+        },
+        (None, Some(_)) => {
+            let made = [
+                ("levels", spec.levels > 0),
+                ("grading", !spec.grading.is_empty()),
+                ("seed", spec.seed > 0),
+                ("cgal", !spec.cgal.is_empty()),
+                ("generator", spec.generator != GeneratorSpec::default()),
+            ];
+            let as_it_is = volume_mesh(file, spec).is_some();
+            let parameters = [("parameters", !spec.parameters.is_empty())];
+            match idle(&parameters).or(idle(if as_it_is { &made } else { &[] })) {
+                Some(key) => Err(content(file, format!("`{key}` has no effect on this `file`"), "remove it")),
+                None => Ok(()),
+            }
+        }
+    }
+}
+
 fn content(file: &Path, fact: impl Into<String>, remedy: &str) -> SceneError {
     SceneError::Content { file: file.into(), place: "mesh".into(), fact: fact.into(), remedy: remedy.into() }
 }
@@ -77,18 +112,20 @@ fn check_element(file: &Path, spec: &MeshSpec, mesh: &TetMesh) -> Result<(), Sce
 
 /// The request that a `[mesh]` table stands for.
 pub fn request(file: &Path, spec: &MeshSpec) -> Result<MeshRequest, SceneError> {
+    check_source(file, spec)?;
     let base = file.parent().unwrap_or(Path::new(""));
     let source = match (&spec.body, &spec.file) {
         (Some(name), None) => Source::Body { name: name.clone(), parameters: parameters(file, name, spec)? },
         (None, Some(path)) => Source::File { path: base.join(path), unit_m: unit_m(file, spec)? },
-        _ => return Err(content(file, "a mesh comes from one source", "give either `body` or `file`")),
+        _ => unreachable!("check_source has seen to it"),
     };
     let size = match (spec.cells, spec.size) {
+        (Some(0), None) => return Err(content(file, "cells = 0", "ask for at least one cell")),
         (Some(count), None) => Some(Size::Cells { count: count as u64, tolerance: CELL_TOLERANCE }),
         (None, Some(length)) if length.0 > 0.0 => Some(Size::Length(length.0)),
         (None, Some(length)) => return Err(content(file, format!("size = {} m", length.0), "it must be positive")),
         (None, None) if !spec.cgal.is_empty() => None,
-        _ => return Err(content(file, "how fine is the mesh?", "give either `cells` or `size`")),
+        _ => return Err(content(file, "neither `cells` nor `size` is given, or both are", "give one of them")),
     };
     let grading = spec
         .grading

@@ -1,14 +1,15 @@
-//! Why a scene cannot be simulated: always the place, the fact and the remedy.
+//! Why a scene or study cannot be used: always the place, the fact and the remedy.
 
-use std::path::PathBuf;
+use std::fmt;
+use std::path::{Path, PathBuf};
 
-/// A scene file with a mistake in it.
+/// A scene or study file with a mistake in it.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
-    #[error("{}: cannot be read: {reason}", file.display())]
+    #[error("{}: cannot be read: {reason}; check the path and its permissions", file.display())]
     Unreadable { file: PathBuf, reason: String },
-    #[error("{}: {message}", file.display())]
-    Syntax { file: PathBuf, message: String },
+    #[error("{}{mistake}", file.display())]
+    Syntax { file: PathBuf, mistake: Box<Mistake> },
     #[error("{}: {place}: {fact}; {remedy}", file.display())]
     Content { file: PathBuf, place: String, fact: String, remedy: String },
     #[error("{}: {place}: {source}", file.display())]
@@ -20,16 +21,143 @@ pub enum SceneError {
     },
 }
 
-/// Message of the TOML reader, with the nearest known key added where a key is unknown.
-pub fn explain(error: &toml::de::Error) -> String {
-    let text = error.to_string();
-    let quoted: Vec<&str> = error.message().split('`').skip(1).step_by(2).collect();
-    let unknown = error.message().starts_with("unknown field") || error.message().starts_with("unknown variant");
-    match quoted.split_first() {
-        Some((word, known)) if unknown => {
-            let near = known.iter().max_by(|a, b| strsim::jaro(word, a).total_cmp(&strsim::jaro(word, b)));
-            near.map_or(text.clone(), |near| format!("{}\nDid you mean `{near}`?", text.trim_end()))
+impl SceneError {
+    /// The same error, blamed on the file and place that changed the scene.
+    pub fn caused_by(self, file: &Path, place: &str) -> Self {
+        let place = format!("{place} makes a scene that is refused");
+        Self::Part { file: file.into(), place, source: self.into() }
+    }
+}
+
+/// What the reader stumbled over, with the line it stands in.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mistake {
+    /// Where the text comes from, if it is not the file as it stands: `with the change mesh.cells`
+    pub origin: String,
+    pub line: Option<Line>,
+    /// `effect 3 (gravity)`
+    pub place: Option<String>,
+    /// Fact and remedy
+    pub what: String,
+}
+
+/// A line of a file, counted from 1, and the columns that are meant, from 0.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Line {
+    pub number: usize,
+    pub text: String,
+    pub columns: std::ops::Range<usize>,
+}
+
+impl fmt::Display for Mistake {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if !self.origin.is_empty() {
+            write!(f, " {}", self.origin)?;
         }
-        _ => text.trim_end().into(),
+        if let Some(line) = &self.line {
+            write!(f, ", line {}", line.number)?;
+        }
+        write!(f, ": ")?;
+        if let Some(place) = &self.place {
+            write!(f, "{place}: ")?;
+        }
+        write!(f, "{}", self.what)?;
+        let Some(Line { number, text, columns }) = &self.line else { return Ok(()) };
+        let gutter = number.to_string();
+        let marks = "^".repeat(columns.len().max(1));
+        write!(f, "\n  {gutter} | {text}\n  {:w$} | {:c$}{marks}", "", "", w = gutter.len(), c = columns.start)
+    }
+}
+
+impl Line {
+    /// The line of `text` in which byte `span` starts.
+    pub fn of(text: &str, span: std::ops::Range<usize>) -> Self {
+        let start = span.start.min(text.len());
+        let begin = text[..start].rfind('\n').map_or(0, |k| k + 1);
+        let line = text[begin..].lines().next().unwrap_or("");
+        let column = text[begin..start].chars().count();
+        let meant = text.get(start..span.end.min(begin + line.len())).map_or(0, |s| s.chars().count());
+        Self { number: text[..begin].matches('\n').count() + 1, text: line.into(), columns: column..column + meant }
+    }
+}
+
+/// The message of the TOML reader in the words of this program, with the nearest known key where a key is unknown.
+pub fn explain(message: &str) -> String {
+    let message = message.trim_end().replace('\n', ", ");
+    let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
+    if let Some((unknown, known)) =
+        message.strip_prefix("unexpected keys in table: ").and_then(|m| m.split_once(", available keys:"))
+    {
+        let known: Vec<&str> = known.split(',').map(str::trim).filter(|k| !k.is_empty()).collect();
+        let hint = if known.is_empty() { "it takes no key but `kind`".into() } else { hint(unknown, &known) };
+        return format!("unknown key `{unknown}`; {hint}");
+    }
+    match quoted.split_first() {
+        Some((&"", kinds)) if message.starts_with("unknown variant") => {
+            format!("it has no `kind`; add kind = \"…\" with one of {}", kinds.join(", "))
+        }
+        Some((word, known)) if message.starts_with("unknown field") => {
+            format!("unknown key `{word}`; {}", hint(word, known))
+        }
+        Some((word, known)) if message.starts_with("unknown variant") => {
+            format!("unknown name `{word}`; {}", hint(word, known))
+        }
+        Some((word, _)) if message.starts_with("missing field") => format!("the key `{word}` is missing; add it"),
+        Some((word, _)) if message.starts_with("duplicate field") => format!("`{word}` stands twice; remove one"),
+        _ if message.starts_with("invalid type") => {
+            let message = message.replace(", expected ", "; this must be ").replace("invalid type: ", "");
+            message.replace("this must be struct variant ", "this must be a table of the keys of ")
+        }
+        _ => message,
+    }
+}
+
+/// `did you mean …?` with the list of what is known.
+pub fn hint<T: AsRef<str>>(word: &str, known: &[T]) -> String {
+    let lower = word.to_lowercase();
+    let likeness = |k: &str| strsim::jaro_winkler(&lower, &k.to_lowercase());
+    let near = known.iter().map(AsRef::as_ref).max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
+    let list = known.iter().map(AsRef::as_ref).collect::<Vec<_>>().join(", ");
+    match near {
+        Some(near) if likeness(near) > 0.7 => format!("did you mean `{near}`? (known: {list})"),
+        Some(_) => format!("known: {list}"),
+        None => "none is known".into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_is_found_by_its_bytes() {
+        let text = "a = 1\nµ = \"x\"\n\nend";
+        let at = |needle: &str| {
+            let start = text.find(needle).expect("there");
+            Line::of(text, start..start + needle.len())
+        };
+        assert_eq!(at("\"x\""), Line { number: 2, text: "µ = \"x\"".into(), columns: 4..7 });
+        assert_eq!(at("end").number, 4);
+        assert_eq!(Line::of(text, text.len()..text.len()).number, 4);
+        assert_eq!(Line::of("", 0..0), Line { number: 1, text: String::new(), columns: 0..0 });
+    }
+
+    #[test]
+    fn messages_name_the_nearest_known_word() {
+        let known = "expected one of `cells`, `size`";
+        assert_eq!(
+            explain(&format!("unknown field `cell`, {known}")),
+            "unknown key `cell`; did you mean `cells`? (known: cells, size)"
+        );
+        assert_eq!(explain(&format!("unknown field `xyz`, {known}")), "unknown key `xyz`; known: cells, size");
+        assert_eq!(
+            explain("unexpected keys in table: densty, available keys: region, density"),
+            "unknown key `densty`; did you mean `density`? (known: region, density)"
+        );
+        assert_eq!(explain("missing field `dt`"), "the key `dt` is missing; add it");
+        assert_eq!(
+            explain("unknown variant ``, expected `box` or `ball`"),
+            "it has no `kind`; add kind = \"…\" with one of box, ball"
+        );
     }
 }

@@ -2,17 +2,22 @@
 
 mod body;
 mod build;
+mod builder;
 mod error;
 pub mod overrides;
 pub mod probe;
+pub mod protocol;
 mod quantity;
+mod read;
 mod run;
 mod signal;
 pub mod spec;
+mod stages;
 
 pub use body::request;
-pub use build::{Body, Scene, read_scene, read_table};
-pub use error::{SceneError, explain};
+pub use build::{Body, Scene};
+pub use error::{Mistake, SceneError, hint};
 pub use quantity::{Length, Time};
+pub use read::{from_text, read_scene, read_table};
 pub use run::{Progress, Run, Snapshot};
 pub use spec::SceneSpec;

@@ -1,5 +1,6 @@
 //! Changes to a scene by path: `mesh.cells=9300`, `constraint.cable.drive={tension="8 N"}`.
 
+use super::error::hint;
 use toml::{Table, Value};
 
 /// A path that leads nowhere.
@@ -7,8 +8,8 @@ use toml::{Table, Value};
 pub enum OverrideError {
     #[error("\"{text}\" is not of the form key=value; write for example --set mesh.cells=9300")]
     Form { text: String },
-    #[error("\"{path}\": there is no \"{step}\" here; known are: {known}")]
-    NoSuchKey { path: String, step: String, known: String },
+    #[error("\"{path}\" changes nothing: there is no \"{step}\"; {hint}")]
+    NoSuchKey { path: String, step: String, hint: String },
 }
 
 /// Splits `key=value`; the value is TOML, or else a plain string.
@@ -18,26 +19,39 @@ pub fn parse(text: &str) -> Result<(String, Value), OverrideError> {
     Ok((path.trim().into(), parsed.unwrap_or_else(|| Value::String(value.trim().into()))))
 }
 
+/// Tables of a scene that may be absent from it: a change may make them.
+const OPTIONAL: [&str; 2] = ["mesh", "numerics"];
+
 /// Sets the value at a dotted path. In an array of tables a step is an index, or the `name` or `kind` of an entry. Only the
-/// last key may be new.
+/// last key may be new; below `mesh` and at `numerics` also the tables on the way, whose keys the reader checks.
 pub fn apply(table: &mut Table, path: &str, value: Value) -> Result<(), OverrideError> {
     let steps: Vec<&str> = path.split('.').collect();
     let (last, before) = steps.split_last().expect("split yields at least one part");
+    let may_be_new = OPTIONAL.contains(&steps[0]);
     let mut current = table;
     let mut steps = before.iter();
     while let Some(step) = steps.next() {
-        let missing = |known: String| OverrideError::NoSuchKey { path: path.into(), step: (*step).into(), known };
-        let keys = current.keys().cloned().collect::<Vec<_>>().join(", ");
-        current = match current.get_mut(*step).ok_or_else(|| missing(keys.clone()))? {
-            Value::Table(inner) => inner,
-            Value::Array(entries) => {
-                let which = steps.next().ok_or_else(|| missing(keys.clone()))?;
-                let names = entries.iter().filter_map(label).collect::<Vec<_>>().join(", ");
+        let missing = |step: &str, known: &[&str]| OverrideError::NoSuchKey {
+            path: path.into(),
+            step: step.into(),
+            hint: hint(step, known),
+        };
+        let known: Vec<String> = current.keys().cloned().collect();
+        let known: Vec<&str> = known.iter().map(String::as_str).collect();
+        if !current.contains_key(*step) && may_be_new {
+            current.insert((*step).into(), Value::Table(Table::new()));
+        }
+        current = match current.get_mut(*step) {
+            Some(Value::Table(inner)) => inner,
+            Some(Value::Array(entries)) => {
+                let names: Vec<String> = entries.iter().filter_map(label).map(String::from).collect();
+                let names: Vec<&str> = names.iter().map(String::as_str).collect();
+                let which = steps.next().ok_or_else(|| missing(&format!("{step}.?"), &names))?;
                 let index = which.parse().ok().or_else(|| entries.iter().position(|e| label(e) == Some(*which)));
-                let missing = || OverrideError::NoSuchKey { path: path.into(), step: (*which).into(), known: names };
-                index.and_then(|k: usize| entries.get_mut(k)).and_then(Value::as_table_mut).ok_or_else(missing)?
+                let entry = index.and_then(|k: usize| entries.get_mut(k)).and_then(Value::as_table_mut);
+                entry.ok_or_else(|| missing(which, &names))?
             }
-            _ => return Err(missing(keys)),
+            Some(_) | None => return Err(missing(step, &known)),
         };
     }
     current.insert((*last).into(), value);
@@ -69,8 +83,16 @@ mod tests {
         let error = apply(&mut table, "constraint.tendon.drive", Value::Integer(1)).expect_err("no such constraint");
         assert_eq!(
             error.to_string(),
-            "\"constraint.tendon.drive\": there is no \"tendon\" here; known are: fixed, cable"
+            "\"constraint.tendon.drive\" changes nothing: there is no \"tendon\"; known: fixed, cable"
         );
         assert!(parse("mesh.cells").is_err());
+        apply(&mut table, "numerics.cuts", Value::Integer(3)).expect("a table of the scene may be new");
+        assert_eq!(table["numerics"]["cuts"].as_integer(), Some(3));
+        table.insert("laws".into(), "rubber = {}".parse::<Table>().expect("valid TOML").into());
+        let error = apply(&mut table, "laws.ruber.nu", Value::Float(0.4)).expect_err("no such law");
+        assert!(
+            error.to_string().ends_with("there is no \"ruber\"; did you mean `rubber`? (known: rubber)"),
+            "{error}"
+        );
     }
 }

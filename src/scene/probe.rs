@@ -5,7 +5,7 @@
 use super::build::{CableDrive, NamedCable, Scene};
 use super::error::SceneError;
 use super::spec::ProbeSpec;
-use crate::effect::Elastic;
+use crate::effect::CellPoints;
 use crate::math::tensor::Vec3;
 use crate::mesh::{Region, TetMesh, element, quadrature};
 use crate::system::State;
@@ -94,8 +94,8 @@ impl Probe {
             ProbeSpec::Reaction { region: name } => {
                 Self::Reaction { name: name.clone(), nodes: mesh.nodes_of(&region(name)?) }
             }
-            ProbeSpec::Energy => Self::Energy,
-            ProbeSpec::Stretch => Self::Stretch,
+            ProbeSpec::Energy {} => Self::Energy,
+            ProbeSpec::Stretch {} => Self::Stretch,
         })
     }
 
@@ -179,7 +179,7 @@ fn angle(a: Vec3, b: Vec3) -> f64 {
 }
 
 /// Median, 95th percentile and maximum of the largest principal stretch, by volume, and the smallest J.
-fn stretches(elastic: &[Arc<Elastic>], x: &[f64]) -> Vec<f64> {
+fn stretches(elastic: &[Arc<CellPoints>], x: &[f64]) -> Vec<f64> {
     let mut values: Vec<(f64, f64)> = Vec::new();
     let mut min_j = f64::INFINITY;
     for (_, points) in elastic.iter().flat_map(|e| e.deformation(x)) {

@@ -21,9 +21,42 @@ macro_rules! quantity {
 quantity! {
     Length = LENGTH,
     Time = TIME,
+    Angle = ANGLE,
     Density = DENSITY,
     Viscosity = VISCOSITY,
     PerSecond = FREQUENCY,
+}
+
+/// A quantity whose dimension is known later only; a bare number stands for itself and is refused where a unit is due.
+#[derive(Clone, Debug, PartialEq)]
+pub struct QuantityText(pub String);
+
+impl<'de> serde::Deserialize<'de> for QuantityText {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(Bare).map(Self)
+    }
+}
+
+struct Bare;
+
+impl Visitor<'_> for Bare {
+    type Value = String;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "a quantity in quotes with its unit, such as \"4 mm\"")
+    }
+
+    fn visit_str<E: Error>(self, text: &str) -> Result<String, E> {
+        Ok(text.into())
+    }
+
+    fn visit_f64<E: Error>(self, value: f64) -> Result<String, E> {
+        Ok(value.to_string())
+    }
+
+    fn visit_i64<E: Error>(self, value: i64) -> Result<String, E> {
+        Ok(value.to_string())
+    }
 }
 
 struct Text(Dimension);

@@ -64,7 +64,7 @@ impl Scene {
         let newton = Newton::new(&self.system, newton, self.body.mesh.diagonal());
         let steps = StepSettings { cuts: n.cuts, extrapolate: n.extrapolate };
         let mut stepper = Stepper::new(&self.system, newton, steps);
-        let mut state = State::rest(self.body.mesh.points.len(), self.system.constraints.len());
+        let mut state = self.system.rest();
         let end = self.spans.last().map_or(0.0, |s| s.end);
         let mut ledger = Ledger::new(&self.system, &state);
         let mut rows = vec![self.record(&state, &ledger.residual, ledger.energies, 0)];
@@ -89,7 +89,7 @@ impl Scene {
                     let since_last = std::mem::take(&mut iterations);
                     rows.push(self.record(now, &newton.sums.r, ledger.energies, since_last));
                     states(now);
-                    let size = largest(&now.x);
+                    let size = largest(&now.x[..3 * self.body.mesh.points.len()]);
                     if size > peak.0 {
                         peak = (size, Snapshot { t: now.t, x: now.x.clone() });
                     }

@@ -1,45 +1,82 @@
 //! Signals as they stand in files: a constant `"15 mm"`, or a table with a `kind`.
 
+use super::quantity::QuantityText;
 use crate::math::signal::Signal;
 use crate::math::units::{self, Dimension, UnitError};
 use serde::Deserialize;
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Deserializer, Error, MapAccess, Visitor};
+use std::fmt;
 use std::path::{Path, PathBuf};
 
-/// A signal before its dimension is known; quantities are text.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(untagged)]
+/// A signal before its dimension is known; quantities are text. In files a function is a table with a `kind`.
+#[derive(Clone, Debug)]
 pub enum SignalSpec {
-    Constant(String),
+    Constant(QuantityText),
     Function(Box<FunctionSpec>),
 }
 
+impl<'de> Deserialize<'de> for SignalSpec {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(TextOrTable)
+    }
+}
+
+/// Decides by what stands there, so that errors inside a table keep their place.
+struct TextOrTable;
+
+impl<'de> Visitor<'de> for TextOrTable {
+    type Value = SignalSpec;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "a signal: a quantity in quotes such as \"15 mm\", or a table with a `kind`")
+    }
+
+    fn visit_str<E: Error>(self, text: &str) -> Result<SignalSpec, E> {
+        Ok(SignalSpec::Constant(QuantityText(text.into())))
+    }
+
+    fn visit_f64<E: Error>(self, value: f64) -> Result<SignalSpec, E> {
+        self.visit_str(&value.to_string())
+    }
+
+    fn visit_i64<E: Error>(self, value: i64) -> Result<SignalSpec, E> {
+        self.visit_str(&value.to_string())
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<SignalSpec, A::Error> {
+        let function = FunctionSpec::deserialize(MapAccessDeserializer::new(map))?;
+        Ok(SignalSpec::Function(Box::new(function)))
+    }
+}
+
 #[derive(Clone, Debug, Deserialize)]
-#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum FunctionSpec {
     RaisedCosine {
-        amplitude: String,
-        frequency: String,
+        amplitude: QuantityText,
+        frequency: QuantityText,
     },
     Sine {
-        amplitude: String,
-        frequency: String,
+        amplitude: QuantityText,
+        frequency: QuantityText,
         #[serde(default)]
-        phase: Option<String>,
+        phase: Option<QuantityText>,
     },
     Ramp {
-        from: String,
-        to: String,
+        from: QuantityText,
+        to: QuantityText,
         #[serde(default)]
-        start: Option<String>,
-        end: String,
+        start: Option<QuantityText>,
+        end: QuantityText,
     },
     Hold {
         signal: SignalSpec,
-        at: String,
+        at: QuantityText,
     },
     Delay {
         signal: SignalSpec,
-        by: String,
+        by: QuantityText,
     },
     /// Two columns with a header line: time [s], then the value in `unit`
     Table {
@@ -71,28 +108,29 @@ pub enum SignalError {
 impl SignalSpec {
     /// The signal of this dimension; files are relative to `base`.
     pub fn build(&self, dimension: Dimension, base: &Path) -> Result<Signal, SignalError> {
-        let time = |text: &str| units::parse(text, Dimension::TIME);
+        let parse = |q: &QuantityText, d| units::parse(&q.0, d);
+        let time = |q: &QuantityText| parse(q, Dimension::TIME);
         let function = match self {
-            Self::Constant(text) => return Ok(Signal::Constant(units::parse(text, dimension)?)),
+            Self::Constant(text) => return Ok(Signal::Constant(parse(text, dimension)?)),
             Self::Function(function) => function.as_ref(),
         };
         Ok(match function {
             FunctionSpec::RaisedCosine { amplitude, frequency } => Signal::RaisedCosine {
-                amplitude: units::parse(amplitude, dimension)?,
-                frequency: units::parse(frequency, Dimension::FREQUENCY)?,
+                amplitude: parse(amplitude, dimension)?,
+                frequency: parse(frequency, Dimension::FREQUENCY)?,
             },
             FunctionSpec::Sine { amplitude, frequency, phase } => Signal::Sine {
-                amplitude: units::parse(amplitude, dimension)?,
-                frequency: units::parse(frequency, Dimension::FREQUENCY)?,
-                phase: phase.as_deref().map_or(Ok(0.0), |p| units::parse(p, Dimension::ANGLE))?,
+                amplitude: parse(amplitude, dimension)?,
+                frequency: parse(frequency, Dimension::FREQUENCY)?,
+                phase: phase.as_ref().map_or(Ok(0.0), |p| parse(p, Dimension::ANGLE))?,
             },
             FunctionSpec::Ramp { from, to, start, end } => {
-                let start = start.as_deref().map_or(Ok(0.0), time)?;
+                let start = start.as_ref().map_or(Ok(0.0), time)?;
                 let end = time(end)?;
                 if end <= start {
                     return Err(SignalError::EmptyRamp);
                 }
-                Signal::Ramp { from: units::parse(from, dimension)?, to: units::parse(to, dimension)?, start, end }
+                Signal::Ramp { from: parse(from, dimension)?, to: parse(to, dimension)?, start, end }
             }
             FunctionSpec::Hold { signal, at } => {
                 Signal::Hold { signal: Box::new(signal.build(dimension, base)?), at: time(at)? }
@@ -125,11 +163,13 @@ fn build_all(
 fn read_table(path: &Path, unit: &str, dimension: Dimension) -> Result<Vec<(f64, f64)>, SignalError> {
     let error = |why: String| SignalError::Table { file: path.display().to_string(), why };
     let factor = units::parse(&format!("1 {unit}"), dimension)?;
-    let mut reader = csv::Reader::from_path(path).map_err(|e| error(e.to_string()))?;
+    let mut reader =
+        csv::Reader::from_path(path).map_err(|e| error(format!("{e}; the path is relative to the scene")))?;
     let mut rows: Vec<(f64, f64)> = Vec::new();
     for (k, record) in reader.deserialize::<(f64, f64)>().enumerate() {
-        let (t, value) = record
-            .map_err(|e| error(format!("line {}: two numbers are needed (time in s, value in {unit}): {e}", k + 2)))?;
+        let (t, value) = record.map_err(|_| {
+            error(format!("line {}: two numbers are needed (time in s, value in {unit}), separated by a comma", k + 2))
+        })?;
         if rows.last().is_some_and(|last| last.0 >= t) {
             return Err(error(format!("line {}: time must increase from row to row", k + 2)));
         }

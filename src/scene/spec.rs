@@ -1,6 +1,6 @@
 //! A scene as it stands in a TOML file. Unknown keys are refused; there is no default physics.
 
-use super::quantity::{Density, Length, PerSecond, Time, Viscosity};
+use super::quantity::{Angle, Density, Length, PerSecond, QuantityText, Time, Viscosity};
 use super::signal::SignalSpec;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -92,20 +92,99 @@ pub enum ElementSpec {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "snake_case")]
 pub enum SelectorSpec {
-    Box { min: [Length; 3], max: [Length; 3] },
-    Sphere { center: [Length; 3], radius: Length },
-    Plane { point: [Length; 3], normal: [f64; 3], tolerance: Length },
+    Box {
+        min: [Length; 3],
+        max: [Length; 3],
+        #[serde(default)]
+        pick: PickSpec,
+    },
+    Sphere {
+        center: [Length; 3],
+        radius: Length,
+        #[serde(default)]
+        pick: PickSpec,
+    },
+    Plane {
+        point: [Length; 3],
+        normal: [f64; 3],
+        tolerance: Length,
+        #[serde(default)]
+        pick: PickSpec,
+    },
+    /// Boundary facets whose outward normal is within `angle` of `direction`
+    Normal { direction: [f64; 3], angle: Angle },
+}
+
+/// What a selector picks; a facet or cell is picked when all its corners are.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Default)]
+#[serde(rename_all = "snake_case")]
+pub enum PickSpec {
+    #[default]
+    Nodes,
+    Facets,
+    Cells,
 }
 
 /// One effect; the kinds are the registry.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum EffectSpec {
-    Elastic { region: String, law: String },
-    Inertia { region: String, density: Density, mass: LumpingSpec },
-    Gravity { region: String, density: Density, direction: [f64; 3], acceleration: SignalSpec },
-    MassDamping { region: String, density: Density, mass: LumpingSpec, alpha: PerSecond },
-    ViscousDamping { region: String, eta: Viscosity },
+    Elastic {
+        region: String,
+        law: String,
+        #[serde(default)]
+        formulation: FormulationSpec,
+    },
+    Inertia {
+        region: String,
+        density: Density,
+        mass: LumpingSpec,
+    },
+    Gravity {
+        region: String,
+        density: Density,
+        direction: [f64; 3],
+        acceleration: SignalSpec,
+    },
+    MassDamping {
+        region: String,
+        density: Density,
+        mass: LumpingSpec,
+        alpha: PerSecond,
+    },
+    ViscousDamping {
+        region: String,
+        eta: Viscosity,
+    },
+}
+
+/// How a law meets the element.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Default)]
+#[serde(rename_all = "snake_case")]
+pub enum FormulationSpec {
+    /// Displacements only; locks as ν → ½, on tet4 first
+    #[default]
+    Displacement,
+    /// Displacement and continuous pressure: stabilised on tet4, Taylor–Hood on tet10
+    Mixed,
+    /// tet10 with one pressure a cell, condensed
+    MeanDilatation,
+}
+
+impl SceneSpec {
+    /// Element and formulation in one word: `tet4`, `tet10`, `tet4_up`, `tet10_up`, `tet10_p0`.
+    pub fn formulation(&self) -> String {
+        let of = |e: &EffectSpec| match e {
+            EffectSpec::Elastic { formulation, .. } => Some(*formulation),
+            _ => None,
+        };
+        let suffix = match self.effects.iter().find_map(of) {
+            Some(FormulationSpec::Mixed) => "_up",
+            Some(FormulationSpec::MeanDilatation) => "_p0",
+            _ => "",
+        };
+        format!("{}{suffix}", self.mesh.element.name())
+    }
 }
 
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
@@ -118,7 +197,7 @@ pub enum LumpingSpec {
 
 /// One constraint or cable; the kinds are the registry.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum ConstraintSpec {
     Fixed {
         region: String,
@@ -160,7 +239,7 @@ pub enum GuideRadius {
 
 impl<'de> Deserialize<'de> for GuideRadius {
     fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let text = String::deserialize(deserializer)?;
+        let QuantityText(text) = QuantityText::deserialize(deserializer)?;
         if text == "point" {
             return Ok(Self::Point);
         }
@@ -208,7 +287,7 @@ pub enum IntegratorSpec {
 
 /// One recorded quantity; the kinds are the registry. Cables record tension and length by themselves.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum ProbeSpec {
     /// `bending_angle_deg`: angle between the area-mean normals of `tip` now and at the start;
     /// `chord_angle_deg`: angle of the line from the mean position of `root` to the one of `tip`
@@ -218,9 +297,9 @@ pub enum ProbeSpec {
     /// `<region>_reaction_{x,y,z}_N`: sum of the reactions
     Reaction { region: String },
     /// `elastic_J`, `kinetic_J`, `dissipated_J`, `work_J`
-    Energy,
+    Energy {},
     /// `stretch_median`, `stretch_p95`, `stretch_max` of the largest principal stretch by volume, `min_j`
-    Stretch,
+    Stretch {},
 }
 
 #[derive(Clone, Debug, Deserialize)]

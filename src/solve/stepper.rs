@@ -163,7 +163,14 @@ impl<'a> Stepper<'a> {
                     }
                     Err(why) => {
                         if level == self.settings.cuts {
-                            return stopped(state.t, why);
+                            let step = Step {
+                                system: self.system,
+                                integrator: span.integrator,
+                                past: state,
+                                dt: goal - state.t,
+                            };
+                            let free = span.integrator.is_static() && self.newton.moves_freely(&step, state);
+                            return if free { Status::Singular { t: state.t } } else { stopped(state.t, why) };
                         }
                         self.totals.cuts += 1;
                         level += 1;
@@ -246,8 +253,7 @@ impl<'a> Stepper<'a> {
 
 fn stopped(t: f64, why: Failure) -> Status {
     match why {
-        Failure::Eval(EvalError::Locked { .. }) => Status::StepTooSmall { t, why },
-        Failure::Eval(_) => Status::Inverted { t, why },
+        Failure::Eval(EvalError::Inverted { .. }) => Status::Inverted { t, why },
         Failure::Linear(crate::math::linear::LinearError::Singular) => Status::Singular { t },
         _ => Status::StepTooSmall { t, why },
     }

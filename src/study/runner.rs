@@ -1,5 +1,6 @@
 //! Runs the cases of a study side by side, skips what is done, keeps what is finished.
 
+use super::fields::Fields;
 use super::record::{CaseRecord, EffectRecord, LawRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance, Skin};
 use super::spec::{Case, Study};
 use super::store::{Store, StoreError};
@@ -8,7 +9,7 @@ use crate::solve::Status;
 use cpu_time::ThreadTime;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Instant;
@@ -29,6 +30,12 @@ pub enum RunError {
     Scene(#[from] SceneError),
     #[error(transparent)]
     Store(#[from] StoreError),
+    #[error(transparent)]
+    Fields(#[from] crate::mesh::validate::MeshError),
+    #[error("no case is called like \"{only}\"; the cases are: {known}")]
+    NoSuchCase { only: String, known: String },
+    #[error("{}: variant {variant}: {fact}", file.display())]
+    Quantity { file: PathBuf, variant: String, fact: String },
 }
 
 /// How to run.
@@ -38,22 +45,41 @@ pub struct Options<'a> {
     pub redo: bool,
     /// Only cases whose id contains this
     pub only: Option<String>,
+    /// Write the fields of every case into `cases/<id>/`; a finished case without them is run again
+    pub vtu: bool,
     /// Set to stop: running cases are dropped, finished ones kept
     pub stop: &'a AtomicBool,
 }
 
+impl Options<'_> {
+    /// Is this case to be run (or kept)?
+    pub fn wants(&self, id: &str) -> bool {
+        self.only.as_ref().is_none_or(|only| id.contains(only.as_str()))
+    }
+}
+
 /// Runs a study into `dir`. Returns the records of all wanted cases that have one; an interrupted case has none.
 pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> Result<Vec<CaseRecord>, RunError> {
+    let mut cases: Vec<&Case> = study.cases.iter().filter(|c| options.wants(&c.id)).collect();
+    if cases.is_empty() {
+        let known = study.cases.iter().map(|c| c.id.as_str()).collect::<Vec<_>>().join(", ");
+        return Err(RunError::NoSuchCase { only: options.only.clone().unwrap_or_default(), known });
+    }
     let store = Store::create(dir, &study.record)?;
-    let wanted = |c: &&Case| options.only.as_ref().is_none_or(|only| c.id.contains(only.as_str()));
-    let mut cases: Vec<&Case> = study.cases.iter().filter(wanted).collect();
+    for case in &study.cases {
+        store.forget_stale(&case.id, &case.text)?;
+    }
     // Meshes first, one after the other: the mesher takes its own time, and two cases may want the same mesh.
     let mut sizes = BTreeMap::new();
     for case in &cases {
         if options.stop.load(Ordering::Relaxed) {
             return Ok(Vec::new());
         }
-        let body = Body::load(&case.scene_file, &case.spec.mesh, &mut |line| watch.meshing(&case.id, line))?;
+        let body = match Body::load(&case.scene_file, &case.spec.mesh, &mut |line| watch.meshing(&case.id, line)) {
+            // Ctrl-C reaches the mesher too: that is no fault of the study.
+            Err(_) if options.stop.load(Ordering::Relaxed) => return Ok(Vec::new()),
+            body => body?,
+        };
         sizes.insert(case.id.clone(), body.mesh.points.len());
     }
     // The largest first, so that the last ones to end are short.
@@ -67,7 +93,7 @@ pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> R
                     if options.stop.load(Ordering::Relaxed) || lock(&failure).is_some() {
                         break;
                     }
-                    match one(case, &store, options, &running, watch) {
+                    match one(study, case, &store, options, &running, watch) {
                         Ok(Some(record)) => lock(&records).push(record),
                         Ok(None) => {}
                         Err(error) => {
@@ -91,6 +117,7 @@ fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
 }
 
 fn one(
+    study: &Study,
     case: &Case,
     store: &Store,
     options: &Options,
@@ -99,14 +126,20 @@ fn one(
 ) -> Result<Option<CaseRecord>, RunError> {
     let body = Body::load(&case.scene_file, &case.spec.mesh, &mut |line| watch.meshing(&case.id, line))?;
     let input_sha256 = input_hash(&case.text, &body.sha256);
-    if let Some(record) = store.finished(&case.id, &input_sha256).filter(|_| !options.redo) {
+    let mut fields = match options.vtu {
+        true => Some(Fields::new(store.folder(&case.id)?, &case.id)),
+        false => None,
+    };
+    let drawn = fields.as_ref().is_none_or(|f| f.collection().is_file());
+    if let Some(record) = store.finished(&case.id, &input_sha256).filter(|_| drawn && !options.redo) {
         watch.finished(&record, true);
         return Ok(Some(record));
     }
     watch.started(&case.id);
     let mut shared = running.fetch_add(1, Ordering::SeqCst) > 0;
     let scene = Scene::build(&case.scene_file, case.spec.clone(), case.text.clone(), body.into());
-    let outcome = scene.map_err(RunError::from).map(|scene| {
+    let checked = scene.map_err(RunError::from).and_then(|scene| check_quantities(study, case, &scene).map(|()| scene));
+    let outcome = checked.map(|scene| {
         let (wall, cpu) = (Instant::now(), ThreadTime::now());
         let run = scene.run(
             &mut |progress| {
@@ -114,15 +147,23 @@ fn one(
                 watch.progress(&case.id, progress);
                 !options.stop.load(Ordering::Relaxed)
             },
-            &mut |_| {},
+            &mut |state| {
+                if let Some(fields) = &mut fields {
+                    fields.add(&scene, state);
+                }
+            },
         );
         let times = (wall.elapsed().as_secs_f64(), cpu.elapsed().as_secs_f64());
         (scene, run, times)
     });
     running.fetch_sub(1, Ordering::SeqCst);
-    let (scene, run, times) = outcome?;
+    let (scene, run, mut times) = outcome?;
     if matches!(run.status, Status::Interrupted { .. }) {
         return Ok(None);
+    }
+    if let Some(fields) = fields {
+        let (wall, cpu) = fields.finish()?;
+        times = (times.0 - wall, times.1 - cpu);
     }
     let writing = Instant::now();
     let skin = skin(&scene, &run);
@@ -136,6 +177,14 @@ fn one(
     store.save(&record, &run, &skin)?;
     watch.finished(&record, false);
     Ok(Some(record))
+}
+
+/// Every quantity that a variant judges must be recorded.
+pub fn check_quantities(study: &Study, case: &Case, scene: &Scene) -> Result<(), RunError> {
+    let quantities = study.record.quantities.get(&case.variant).into_iter().flatten();
+    let unknown = quantities.map(|q| scene.check_column(&q.name)).find_map(Result::err);
+    let refuse = |fact| RunError::Quantity { file: study.file.clone(), variant: case.variant.clone(), fact };
+    unknown.map_or(Ok(()), |fact| Err(refuse(fact)))
 }
 
 /// SHA-256 of everything that decides the result: scene, mesh, version.
@@ -168,7 +217,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
             volume_m3: mesh.volume(),
             source: scene.body.source.clone(),
         },
-        formulation: scene.spec.mesh.element.name().into(),
+        formulation: scene.spec.formulation(),
         law: LawRecord { name: law.name.into(), parameters: names.zip(scene.law.values()).collect() },
         integrator: scene.spans.last().map_or("static", |s| s.integrator.name()).into(),
         dt_s: scene.spans.iter().map(|s| s.dt).fold(0.0, f64::max),
@@ -205,7 +254,9 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
 }
 
 fn probe(run: &Run, column: usize) -> ProbeRecord {
-    let peak = run.rows.iter().max_by(|a, b| a[column].abs().total_cmp(&b[column].abs()));
+    let first = run.rows.first().map_or(0.0, |row| row[column]);
+    let departure = |row: &Vec<f64>| (row[column] - first).abs();
+    let peak = run.rows.iter().max_by(|a, b| departure(a).total_cmp(&departure(b)));
     let (peak_t_s, peak) = peak.map_or((0.0, 0.0), |row| (row[0], row[column]));
     ProbeRecord { peak, peak_t_s, last: run.rows.last().map_or(0.0, |row| row[column]) }
 }

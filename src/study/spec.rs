@@ -2,7 +2,7 @@
 
 use super::record::{FamilyRecord, Quantity, Role, StudyRecord};
 use crate::math::units::{self, Dimension};
-use crate::scene::{SceneError, SceneSpec, explain, read_scene, read_table};
+use crate::scene::{SceneError, SceneSpec, from_text, hint, read_scene, read_table};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -19,9 +19,9 @@ pub struct StudySpec {
     pub scene: PathBuf,
     /// Largest error bar that is accepted, as a fraction or in %
     pub tolerance: String,
-    #[serde(rename = "variant")]
+    #[serde(rename = "variant", default)]
     pub variants: Vec<VariantSpec>,
-    #[serde(rename = "family")]
+    #[serde(rename = "family", default)]
     pub families: Vec<FamilySpec>,
 }
 
@@ -83,9 +83,13 @@ pub struct Study {
 impl Study {
     /// Reads `study.toml` and expands it. `changes` are made to every case, last.
     pub fn read(file: &Path, changes: &[(String, toml::Value)]) -> Result<Self, SceneError> {
-        let (text, _) = read_table(file)?;
-        let spec: StudySpec =
-            toml::from_str(&text).map_err(|e| SceneError::Syntax { file: file.into(), message: explain(&e) })?;
+        let (text, table) = read_table(file)?;
+        if table.contains_key("mesh") && !table.contains_key("family") {
+            let (place, fact) = ("file".into(), "this is a scene, not a study".into());
+            let remedy = "run it with: durometer simulate".into();
+            return Err(SceneError::Content { file: file.into(), place, fact, remedy });
+        }
+        let spec: StudySpec = from_text(file, &text, "")?;
         let base = file.parent().unwrap_or(Path::new(""));
         let name = std::path::absolute(base)
             .ok()
@@ -99,48 +103,79 @@ impl Study {
         };
         let tolerance = units::parse(&spec.tolerance, Dimension::NONE)
             .map_err(|e| content("tolerance".into(), e.to_string(), "write for example \"2 %\""))?;
+        if !(tolerance > 0.0 && tolerance < 1.0) {
+            let fact = format!("it is {tolerance}");
+            return Err(content("tolerance".into(), fact, "it lies between 0 and 1; write for example \"2 %\""));
+        }
+        let known: Vec<String> = spec.variants.iter().map(|v| v.name.clone()).collect();
+        let labels: Vec<String> = spec.families.iter().map(|f| f.name.clone()).collect();
+        for (what, names) in [("variant", &known), ("family", &labels)] {
+            check_names(names).map_err(|(k, fact, remedy)| content(format!("{what} {}", k + 1), fact, remedy))?;
+        }
+        if let Some(variant) = spec.variants.iter().find(|v| v.quantities.is_empty()) {
+            let place = format!("variant {}", variant.name);
+            let remedy = "add quantity = [{ name = …, label = …, symbol = …, unit = … }] with a recorded column";
+            return Err(content(place, "it judges no quantity".into(), remedy));
+        }
+        let scene_file = base.join(&spec.scene);
+        read_table(&scene_file).map_err(|e| SceneError::Part {
+            file: file.into(),
+            place: "scene".into(),
+            source: e.into(),
+        })?;
         let mut cases: Vec<Case> = Vec::new();
         let mut families = Vec::new();
-        let known: Vec<String> = spec.variants.iter().map(|v| v.name.clone()).collect();
         for family in &spec.families {
             let wanted = family.variants.as_ref().unwrap_or(&known);
             if let Some(unknown) = wanted.iter().find(|w| !known.contains(w)) {
                 let place = format!("family {}", family.name);
-                return Err(content(
-                    place,
-                    format!("there is no variant \"{unknown}\""),
-                    "take one of the [[variant]]s",
-                ));
+                let fact = format!("there is no variant \"{unknown}\"");
+                return Err(content(place, fact, &hint(unknown, &known)));
             }
+            let members: Vec<String> = family.members.keys().cloned().collect();
+            let place = format!("family {}: members", family.name);
+            check_names(&members).map_err(|(_, fact, remedy)| content(place, fact, remedy))?;
             let mut ids: Vec<String> = Vec::new();
             let mut formulation = String::new();
             for variant in spec.variants.iter().filter(|v| wanted.contains(&v.name)) {
                 for (label, member) in &family.members {
+                    let place = format!("family {}, member {label}, variant {}", family.name, variant.name);
                     let Some(member) = member.as_table() else {
-                        let place = format!("family {}: members.{label}", family.name);
                         return Err(content(place, "it is not a table".into(), "write { \"mesh.cells\" = 4500 }"));
                     };
-                    let all: Vec<(String, toml::Value)> = [&variant.set, &family.set, member]
+                    let own: Vec<(String, toml::Value)> = [&variant.set, &family.set, member]
                         .into_iter()
                         .flatten()
                         .map(|(k, v)| (k.clone(), v.clone()))
-                        .chain(changes.iter().cloned())
                         .collect();
-                    let scene_file = base.join(&spec.scene);
-                    let (scene, text) = read_scene(&scene_file, &all)?;
-                    formulation = scene.mesh.element.name().into();
+                    let all: Vec<_> = own.iter().chain(changes).cloned().collect();
+                    let (scene, text) = read_scene(&scene_file, &all).map_err(|e| {
+                        // Whose fault is it: the scene's, the member's, or the command line's?
+                        let sound = |changes: &[_]| read_scene(&scene_file, changes).is_ok();
+                        if sound(&[]) && !sound(&own) { e.caused_by(file, &place) } else { e }
+                    })?;
+                    formulation = scene.formulation();
                     // The same scene in two families is run once.
                     if let Some(same) = cases.iter().find(|c| c.text == text) {
                         ids.push(same.id.clone());
                         continue;
                     }
                     let id = format!("{}-{}-{label}", family.name, variant.name);
+                    if cases.iter().any(|c| c.id == id) {
+                        let fact = format!("another case is called {id} too");
+                        return Err(content(place, fact, "rename the family, the variant or the member"));
+                    }
                     ids.push(id.clone());
                     let (family, variant) = (family.name.clone(), variant.name.clone());
-                    cases.push(Case { id, family, variant, scene_file, spec: scene, text });
+                    cases.push(Case { id, family, variant, scene_file: scene_file.clone(), spec: scene, text });
                 }
             }
             families.push(FamilyRecord { name: family.name.clone(), role: family.role, formulation, cases: ids });
+        }
+        if cases.is_empty() {
+            let fact = "it has no case".to_string();
+            let remedy = "a study needs a [[variant]] and a [[family]] with at least one member";
+            return Err(content("study".into(), fact, remedy));
         }
         let quantities: BTreeMap<String, Vec<Quantity>> =
             spec.variants.iter().map(|v| (v.name.clone(), v.quantities.clone())).collect();
@@ -157,4 +192,19 @@ impl Study {
         };
         Ok(Self { name, file: file.into(), record, cases })
     }
+}
+
+/// Names become parts of file names and are told apart: index, fact and remedy of the first that cannot be used.
+fn check_names(names: &[String]) -> Result<(), (usize, String, &'static str)> {
+    for (k, name) in names.iter().enumerate() {
+        if names[..k].contains(name) {
+            return Err((k, format!("another one is called \"{name}\" too"), "give it a name of its own"));
+        }
+        let fits = |c: char| c.is_alphanumeric() || "._-".contains(c);
+        if name.is_empty() || name.starts_with('.') || !name.chars().all(fits) {
+            let fact = format!("\"{name}\" cannot be part of a file name");
+            return Err((k, fact, "use letters, digits, \"-\", \"_\" and \".\""));
+        }
+    }
+    Ok(())
 }

@@ -1,7 +1,7 @@
 //! What a case leaves on disk. The record is written last: with it the case counts as done.
 
 use super::record::{CaseRecord, Skin, StudyRecord};
-use crate::scene::Run;
+use crate::scene::{Run, Scene};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -36,17 +36,52 @@ impl Store {
         (record.provenance.input_sha256 == input_sha256).then_some(record)
     }
 
+    /// A stored record of this case made from another scene or by another version no longer counts: a report must not mix
+    /// them. The time series stays.
+    pub fn forget_stale(&self, id: &str, scene: &str) -> Result<(), StoreError> {
+        let path = self.path(id, "json");
+        let Ok(text) = std::fs::read_to_string(&path) else { return Ok(()) };
+        let fresh = serde_json::from_str::<CaseRecord>(&text)
+            .is_ok_and(|r| r.provenance.scene == scene && r.provenance.version == env!("CARGO_PKG_VERSION"));
+        if fresh {
+            return Ok(());
+        }
+        std::fs::remove_file(&path).map_err(|e| StoreError { path, reason: e.to_string() })
+    }
+
     /// Time series, surface, then record.
     pub fn save(&self, record: &CaseRecord, run: &Run, skin: &Skin) -> Result<(), StoreError> {
         write(&self.path(&record.id, "csv"), &csv(run))?;
-        let skin = serde_json::to_string(skin).expect("numbers and string keys only");
-        write(&self.path(&record.id, "skin.json"), &skin)?;
+        let path = self.path(&record.id, "skin.json.gz");
+        replace(&path, &skin.packed())?;
         write(&self.path(&record.id, "json"), &json(record))
+    }
+
+    /// Folder of a case's own files, made if need be.
+    pub fn folder(&self, id: &str) -> Result<PathBuf, StoreError> {
+        let path = self.dir.join("cases").join(id);
+        match std::fs::create_dir_all(&path) {
+            Ok(()) => Ok(path),
+            Err(e) => Err(StoreError { path, reason: e.to_string() }),
+        }
     }
 
     fn path(&self, id: &str, extension: &str) -> PathBuf {
         self.dir.join("cases").join(format!("{id}.{extension}"))
     }
+}
+
+/// The prescribed signals on the time grid of the run.
+pub fn signals_csv(scene: &Scene, run: &Run) -> String {
+    let mut text = "t_s".to_string();
+    scene.signals.iter().for_each(|s| text += &format!(",{}", s.name));
+    text.push('\n');
+    for t in run.rows.iter().map(|row| row[0]) {
+        let values = scene.signals.iter().map(|s| s.signal.at(t).to_string());
+        text += &std::iter::once(t.to_string()).chain(values).collect::<Vec<_>>().join(",");
+        text.push('\n');
+    }
+    text
 }
 
 /// The recorded rows; numbers in the shortest form that reads back the same.
@@ -67,8 +102,12 @@ fn json<T: serde::Serialize>(value: &T) -> String {
 
 /// The file appears whole or not at all.
 pub fn write(path: &Path, text: &str) -> Result<(), StoreError> {
+    replace(path, text.as_bytes())
+}
+
+fn replace(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
     let part = path.with_extension("part");
-    let result = std::fs::write(&part, text).and_then(|()| std::fs::rename(&part, path));
+    let result = std::fs::write(&part, bytes).and_then(|()| std::fs::rename(&part, path));
     result.map_err(|e| {
         std::fs::remove_file(&part).ok();
         StoreError { path: path.into(), reason: e.to_string() }

@@ -1,0 +1,346 @@
+//! Regions, laws, effects, cables and prescribed motions of a scene on its mesh.
+
+use super::build::{Body, part};
+use super::error::{SceneError, hint};
+use super::protocol::NamedSignal;
+use super::quantity::Length;
+use super::signal::SignalSpec;
+use super::spec::{
+    ConstraintSpec, EffectSpec, FormulationSpec, GuideRadius, LumpingSpec, PickSpec, SceneSpec, SelectorSpec,
+};
+use crate::effect::{
+    Cable, CellPoints, Elastic, Gravity, Guide, Inertia, Lumping, Mass, MassDamping, MeanDilatation, MixedElastic,
+    ViscousDamping, pressure_hosts,
+};
+use crate::material::{self, Law};
+use crate::math::signal::Signal;
+use crate::math::tensor::Vec3;
+use crate::math::units::Dimension;
+use crate::mesh::embed::{ball_weights, embed};
+use crate::mesh::select::{Pick, Selector};
+use crate::mesh::validate::point;
+use crate::mesh::{Order, Region};
+use crate::system::{Effect, Prescribed};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Reads the parts of a scene against its mesh.
+pub(super) struct Builder<'a> {
+    pub(super) file: &'a Path,
+    base: PathBuf,
+    pub(super) body: Arc<Body>,
+    regions: BTreeMap<String, Region>,
+    laws: &'a BTreeMap<String, toml::Table>,
+    /// Dof → its motion and who prescribed it
+    prescribed: BTreeMap<u32, (Signal, String)>,
+    signals: Vec<NamedSignal>,
+    pub(super) remarks: Vec<String>,
+}
+
+impl<'a> Builder<'a> {
+    pub(super) fn new(file: &'a Path, spec: &'a SceneSpec, body: Arc<Body>) -> Result<Self, SceneError> {
+        let base = file.parent().unwrap_or(Path::new("")).to_path_buf();
+        let mut regions = body.mesh.regions.clone();
+        let mut remarks = Vec::new();
+        for (name, selector) in &spec.mesh.regions {
+            let place = format!("mesh.regions.{name}");
+            if regions.contains_key(name) {
+                let (fact, remedy) = ("the mesh has a region of this name".into(), "choose another name".into());
+                return Err(SceneError::Content { file: file.into(), place, fact, remedy });
+            }
+            selector.check().map_err(|(fact, remedy)| SceneError::Content {
+                file: file.into(),
+                place: place.clone(),
+                fact,
+                remedy: remedy.into(),
+            })?;
+            let region = selector.selector().select(&body.mesh, selector.pick()).map_err(|e| part(file, &place, e))?;
+            regions.insert(name.clone(), region);
+            remarks.push(format!("region {name} is picked by a selector: its extent changes with the mesh (O(h))"));
+        }
+        let (prescribed, signals) = (BTreeMap::new(), Vec::new());
+        Ok(Self { file, base, body, regions, laws: &spec.laws, prescribed, signals, remarks })
+    }
+
+    /// Records a signal under a name.
+    pub(super) fn keep(&mut self, name: String, signal: Signal) {
+        // The same motion of one region by two entries is one signal.
+        if !self.signals.iter().any(|s| s.name == name) {
+            self.signals.push(NamedSignal { name, signal });
+        }
+    }
+
+    /// What was gathered: prescribed dofs, signals, remarks.
+    pub(super) fn finish(self) -> (Vec<Prescribed>, Vec<NamedSignal>, Vec<String>) {
+        let mut remarks = self.remarks;
+        if self.prescribed.is_empty() {
+            remarks
+                .push("nothing is held: in a static stage the body can move freely (add a `fixed` constraint)".into());
+        }
+        let prescribed = self.prescribed.into_iter().map(|(dof, (signal, _))| Prescribed { dof, signal }).collect();
+        (prescribed, self.signals, remarks)
+    }
+
+    pub(super) fn content(&self, place: &str, fact: impl Into<String>, remedy: impl Into<String>) -> SceneError {
+        SceneError::Content { file: self.file.into(), place: place.into(), fact: fact.into(), remedy: remedy.into() }
+    }
+
+    pub(super) fn region(&self, place: &str, name: &str) -> Result<&Region, SceneError> {
+        self.regions.get(name).ok_or_else(|| {
+            let known: Vec<&String> = self.regions.keys().collect();
+            self.content(place, format!("there is no region \"{name}\""), hint(name, &known))
+        })
+    }
+
+    pub(super) fn cells(&self, place: &str, name: &str) -> Result<&[u32], SceneError> {
+        let cells = &self.region(place, name)?.cells;
+        if cells.is_empty() {
+            let fact = format!("region \"{name}\" holds no cells");
+            return Err(self.content(place, fact, "take a volume region such as \"body\""));
+        }
+        Ok(cells)
+    }
+
+    pub(super) fn signal(&self, place: &str, spec: &SignalSpec, d: Dimension) -> Result<Signal, SceneError> {
+        spec.build(d, &self.base).map_err(|e| part(self.file, place, e))
+    }
+
+    pub(super) fn law(&self, place: &str, name: &str) -> Result<Box<dyn Law>, SceneError> {
+        let Some(table) = self.laws.get(name) else {
+            let known: Vec<&String> = self.laws.keys().collect();
+            let fact = format!("there is no table [laws.{name}]");
+            return Err(self.content(place, fact, hint(name, &known)));
+        };
+        let place = format!("laws.{name}");
+        material::law_from_table(table).map_err(|e| part(self.file, place, e))
+    }
+
+    pub(super) fn effect(
+        &mut self,
+        place: &str,
+        spec: &EffectSpec,
+        elastic: &mut Vec<Arc<CellPoints>>,
+        hosts: &mut Vec<u32>,
+        laws: &mut Vec<Box<dyn Law>>,
+    ) -> Result<Box<dyn Effect>, SceneError> {
+        let body = self.body.clone();
+        let mesh = &body.mesh;
+        let positive = |rho: f64| {
+            let fact = || format!("the density is {rho:.4} kg/m^3");
+            if rho > 0.0 { Ok(rho) } else { Err(self.content(place, fact(), "give a positive one")) }
+        };
+        let mass = |region: &str, rho: f64, lumping: LumpingSpec| {
+            Ok::<_, SceneError>(Mass::new(mesh, self.cells(place, region)?, positive(rho)?, lumping.into()))
+        };
+        Ok(match spec {
+            EffectSpec::Elastic { region, law, formulation } => {
+                let cells = self.cells(place, region)?;
+                let (name, built) = ("elastic".to_string(), self.law(place, law)?);
+                let info = built.info().name;
+                laws.push(self.law(place, law)?);
+                let (points, effect): (_, Box<dyn Effect>) = match formulation {
+                    FormulationSpec::Displacement => {
+                        let effect = Elastic::new(name, mesh, cells, built);
+                        (effect.points(), Box::new(effect))
+                    }
+                    FormulationSpec::Mixed => {
+                        let first = (3 * mesh.points.len() + hosts.len()) as u32;
+                        let effect = MixedElastic::new(name, mesh, cells, &*built, first)
+                            .ok_or_else(|| self.no_split(place, info))?;
+                        hosts.extend(pressure_hosts(mesh, cells));
+                        (effect.points(), Box::new(effect))
+                    }
+                    FormulationSpec::MeanDilatation if mesh.order == Order::Linear => {
+                        let fact = "mean_dilatation on tet4 is the displacement formulation";
+                        return Err(self.content(
+                            place,
+                            fact,
+                            "take formulation = \"mixed\", or mesh.element = \"tet10\"",
+                        ));
+                    }
+                    FormulationSpec::MeanDilatation => {
+                        let effect = MeanDilatation::new(name, mesh, cells, &*built)
+                            .ok_or_else(|| self.no_split(place, info))?;
+                        (effect.points(), Box::new(effect))
+                    }
+                };
+                elastic.push(points);
+                effect
+            }
+            EffectSpec::Inertia { region, density, mass: lumping } => {
+                Box::new(Inertia { mass: mass(region, density.0, *lumping)? })
+            }
+            EffectSpec::MassDamping { region, density, mass: lumping, alpha } => {
+                if alpha.0 < 0.0 {
+                    return Err(self.content(place, format!("alpha is {} 1/s", alpha.0), "damping is not negative"));
+                }
+                Box::new(MassDamping { alpha: alpha.0, mass: mass(region, density.0, *lumping)? })
+            }
+            EffectSpec::ViscousDamping { region, eta } => {
+                if eta.0 < 0.0 {
+                    return Err(self.content(place, format!("eta is {} Pa s", eta.0), "a viscosity is not negative"));
+                }
+                Box::new(ViscousDamping::new(mesh, self.cells(place, region)?, eta.0))
+            }
+            EffectSpec::Gravity { region, density, direction, acceleration } => {
+                let direction = Vec3::from(*direction);
+                if direction.norm() == 0.0 || !direction.norm().is_finite() {
+                    return Err(self.content(place, "the direction has no length", "write for example [0, 0, -1]"));
+                }
+                let density = positive(density.0)?;
+                let acceleration = self.signal(place, acceleration, Dimension::ACCELERATION)?;
+                self.keep(format!("{region}_acceleration_m_s2"), acceleration.clone());
+                let cells = self.cells(place, region)?;
+                Box::new(Gravity::new(mesh, cells, density, direction.normalize(), acceleration))
+            }
+        })
+    }
+
+    fn no_split(&self, place: &str, law: &str) -> SceneError {
+        let fact = format!("the law {law} has no volumetric part of its own");
+        self.content(place, fact, "take a law with a split such as neo_hookean, or formulation = \"displacement\"")
+    }
+
+    pub(super) fn prescribe(
+        &mut self,
+        place: &str,
+        region: &str,
+        components: &str,
+        signal: &Signal,
+    ) -> Result<(), SceneError> {
+        let valid = !components.is_empty() && components.chars().all(|c| "xyz".contains(c));
+        if !valid {
+            let fact = format!("components = \"{components}\"");
+            return Err(self.content(place, fact, "write some of the letters x, y, z, for example \"yz\""));
+        }
+        for node in self.body.mesh.nodes_of(self.region(place, region)?) {
+            for c in components.chars() {
+                let dof = 3 * node + (c as u32 - 'x' as u32);
+                // Two fixed regions may share an edge; two different motions contradict each other.
+                let fresh = || (signal.clone(), place.to_string());
+                let (known, by) = self.prescribed.entry(dof).or_insert_with(fresh);
+                if known != signal {
+                    let at = point(&self.body.mesh.points[node as usize]);
+                    let fact = format!("the {c} motion of the node at {at} is prescribed by {by} already");
+                    let remedy = "take `components` or regions that do not overlap";
+                    return Err(self.content(place, fact, remedy));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn cable(&self, place: &str, spec: &ConstraintSpec) -> Result<Cable, SceneError> {
+        let ConstraintSpec::Cable { name, path, guides, pull_point, guide_radius, .. } = spec else {
+            unreachable!("called for cables only");
+        };
+        let vector = |p: &[Length; 3]| Vec3::new(p[0].0, p[1].0, p[2].0);
+        let (points, pull) = match (path, guides, pull_point) {
+            (Some(path), None, None) => {
+                let Some(known) = self.body.paths.get(path) else {
+                    let names: Vec<&String> = self.body.paths.keys().collect();
+                    let remedy = format!("{}; or give `guides` and `pull_point`", hint(path, &names));
+                    return Err(self.content(place, format!("the mesh has no path \"{path}\""), remedy));
+                };
+                (known.guides.iter().map(|p| Vec3::from(*p)).collect::<Vec<_>>(), Vec3::from(known.pull_point))
+            }
+            (None, Some(guides), Some(pull)) => (guides.iter().map(vector).collect(), vector(pull)),
+            _ => {
+                let fact = "a cable runs along a path";
+                return Err(self.content(place, fact, "give either `path`, or both `guides` and `pull_point`"));
+            }
+        };
+        if points.is_empty() {
+            return Err(self.content(place, "the cable has no guide", "give at least one point inside the body"));
+        }
+        if let GuideRadius::Ball(radius) = guide_radius
+            && *radius <= 0.0
+        {
+            let fact = format!("guide_radius is {} mm", radius * 1e3);
+            return Err(self.content(place, fact, "give a positive length, at least the size of a cell"));
+        }
+        let mesh = &self.body.mesh;
+        let guides = points
+            .into_iter()
+            .enumerate()
+            .map(|(k, point)| {
+                // A guide point must lie inside the body, also where a ball would still find some of it.
+                let embedded =
+                    embed(mesh, point).map_err(|e| part(self.file, format!("{place}: guide {}", k + 1), e))?;
+                let weights = match guide_radius {
+                    GuideRadius::Point => embedded.weights,
+                    GuideRadius::Ball(radius) => ball_weights(mesh, point, *radius)
+                        .map_err(|e| part(self.file, format!("{place}: guide {}", k + 1), e))?,
+                };
+                Ok(Guide { point, weights })
+            })
+            .collect::<Result<_, SceneError>>()?;
+        Ok(Cable::new(name.clone(), pull, guides))
+    }
+}
+
+impl From<LumpingSpec> for Lumping {
+    fn from(spec: LumpingSpec) -> Self {
+        match spec {
+            LumpingSpec::Consistent => Self::Consistent,
+            LumpingSpec::Lumped => Self::Lumped,
+            LumpingSpec::Uniform => Self::Uniform,
+        }
+    }
+}
+
+impl ConstraintSpec {
+    /// Name as in files.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Fixed { .. } => "fixed",
+            Self::Prescribed { .. } => "prescribed",
+            Self::Cable { .. } => "cable",
+        }
+    }
+}
+
+impl SelectorSpec {
+    pub(super) fn selector(&self) -> Selector {
+        let vector = |p: &[Length; 3]| Vec3::new(p[0].0, p[1].0, p[2].0);
+        match self {
+            Self::Box { min, max, .. } => Selector::Box { min: vector(min), max: vector(max) },
+            Self::Sphere { center, radius, .. } => Selector::Sphere { center: vector(center), radius: radius.0 },
+            Self::Plane { point, normal, tolerance, .. } => {
+                Selector::Plane { point: vector(point), normal: Vec3::from(*normal), tolerance: tolerance.0 }
+            }
+            Self::Normal { direction, angle } => Selector::Normal { direction: Vec3::from(*direction), angle: angle.0 },
+        }
+    }
+
+    fn pick(&self) -> Pick {
+        match self {
+            Self::Box { pick, .. } | Self::Sphere { pick, .. } | Self::Plane { pick, .. } => match pick {
+                PickSpec::Nodes => Pick::Nodes,
+                PickSpec::Facets => Pick::Facets,
+                PickSpec::Cells => Pick::Cells,
+            },
+            Self::Normal { .. } => Pick::Facets,
+        }
+    }
+
+    /// Fact and remedy of a selector that cannot select.
+    fn check(&self) -> Result<(), (String, &'static str)> {
+        match self {
+            Self::Box { min, max, .. } if min.iter().zip(max).any(|(a, b)| a.0 > b.0) => {
+                Err(("`min` is beyond `max`".into(), "give the lower corner as `min`"))
+            }
+            Self::Sphere { radius, .. } if radius.0 <= 0.0 => {
+                Err((format!("the radius is {} mm", radius.0 * 1e3), "it must be positive"))
+            }
+            Self::Plane { normal, .. } if Vec3::from(*normal).norm() == 0.0 => {
+                Err(("the normal has no length".into(), "write for example [1, 0, 0]"))
+            }
+            Self::Plane { tolerance, .. } if tolerance.0 < 0.0 => {
+                Err((format!("the tolerance is {} mm", tolerance.0 * 1e3), "it must not be negative"))
+            }
+            _ => Ok(()),
+        }
+    }
+}

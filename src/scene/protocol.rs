@@ -1,0 +1,65 @@
+//! What is prescribed over time, by name, and what of it a cable can follow.
+
+use super::builder::Builder;
+use super::error::SceneError;
+use crate::math::signal::Signal;
+use crate::solve::Span;
+
+/// A prescribed function of time; the unit is at the end of the name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamedSignal {
+    pub name: String,
+    pub signal: Signal,
+}
+
+/// Samples per step, for extremes between the points of the time grid.
+const SAMPLES: usize = 4;
+/// Rounding of a sum of signals, as a share of the largest value.
+const ROUNDING: f64 = 1e-12;
+
+/// Smallest and largest value over the stages, each with its time: ((t, s), (t, s)).
+pub fn extremes(signal: &Signal, spans: &[Span]) -> ((f64, f64), (f64, f64)) {
+    let first = (spans.first().map_or(0.0, |s| s.start), f64::NAN);
+    let mut found = (first, first);
+    for span in spans {
+        let steps = ((span.end - span.start) / span.dt).ceil().min(1e5) as usize * SAMPLES;
+        for k in 0..=steps {
+            let t = span.start + (span.end - span.start) * k as f64 / steps as f64;
+            let s = signal.at(t);
+            if found.0.1.is_nan() || s < found.0.1 {
+                found.0 = (t, s);
+            }
+            if found.1.1.is_nan() || s > found.1.1 {
+                found.1 = (t, s);
+            }
+        }
+    }
+    found
+}
+
+impl Builder<'_> {
+    /// A cable cannot push: T(t) ≥ 0.
+    pub(super) fn check_tension(&self, place: &str, tension: &Signal, spans: &[Span]) -> Result<(), SceneError> {
+        let ((t, least), (_, most)) = extremes(tension, spans);
+        if least >= -ROUNDING * most.abs() {
+            return Ok(());
+        }
+        let fact = format!("the tension is {least:.4} N at t = {t:.4} s, and a cable cannot push");
+        Err(self.content(place, fact, "take a signal that is never negative, such as raised_cosine"))
+    }
+
+    /// What a cable cannot follow, or where it is slack.
+    pub(super) fn remark_shortening(&mut self, name: &str, shortening: &Signal, rest: f64, spans: &[Span]) {
+        let ((t, least), (t_most, most)) = extremes(shortening, spans);
+        if most >= rest {
+            let (mm, rest) = (most * 1e3, rest * 1e3);
+            self.remarks.push(format!(
+                "{name} is shortened by {mm:.4} mm at t = {t_most:.4} s, but is only {rest:.4} mm long: that cannot be reached"
+            ));
+        }
+        if least < -ROUNDING * most.abs() {
+            let mm = -least * 1e3;
+            self.remarks.push(format!("{name} is let out by up to {mm:.4} mm (t = {t:.4} s): it may be slack there"));
+        }
+    }
+}

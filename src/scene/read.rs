@@ -1,0 +1,179 @@
+//! From text to a [`SceneSpec`]: every mistake is reported with its line, its table and the nearest known key.
+
+use super::build::part;
+use super::error::{Line, Mistake, SceneError, explain};
+use super::overrides;
+use super::spec::SceneSpec;
+use serde::de::DeserializeOwned;
+use std::ops::Range;
+use std::path::Path;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// Arrays of tables that choose by `kind`, as do the signals in them.
+const TAGGED: [&str; 3] = ["effect", "constraint", "probe"];
+/// Keys in them whose table has no `kind`: it chooses by its only key.
+const PLAIN: [&str; 1] = ["drive"];
+
+/// Reads a scene file, applies `key=value` changes and puts included laws in their place, so that the text that comes
+/// back says it all. Errors carry file, line and remedy.
+pub fn read_scene(file: &Path, changes: &[(String, toml::Value)]) -> Result<(SceneSpec, String), SceneError> {
+    let (text, mut table) = read_table(file)?;
+    if table.contains_key("family") && table.contains_key("scene") {
+        return Err(content(file, "file", "this is a study, not a scene", "run it with: durometer run"));
+    }
+    // Errors of the file itself are reported with their line.
+    from_text::<SceneSpec>(file, &text, "")?;
+    for (path, value) in changes {
+        overrides::apply(&mut table, path, value.clone()).map_err(|e| part(file, "change", e))?;
+    }
+    let base = file.parent().unwrap_or(Path::new(""));
+    for (name, law) in table.get_mut("laws").and_then(toml::Value::as_table_mut).into_iter().flatten() {
+        let Some(law) = law.as_table_mut() else { continue };
+        let Some(include) = law.remove("include") else { continue };
+        let Some(include) = include.as_str() else {
+            let place = format!("laws.{name}");
+            return Err(content(file, &place, "`include` is not a file name", "write include = \"law.toml\""));
+        };
+        let (_, mut included) = read_table(&base.join(include)).map_err(|e| part(file, format!("laws.{name}"), e))?;
+        included.extend(std::mem::take(law));
+        *law = included;
+    }
+    let text = toml::to_string(&table).expect("a table that was read can be written");
+    let names: Vec<&str> = changes.iter().map(|c| c.0.as_str()).collect();
+    let spec = from_text(file, &text, &format!("with the changes {}", names.join(", ")))?;
+    Ok((spec, text))
+}
+
+fn content(file: &Path, place: &str, fact: &str, remedy: &str) -> SceneError {
+    SceneError::Content { file: file.into(), place: place.into(), fact: fact.into(), remedy: remedy.into() }
+}
+
+/// Text and table of a TOML file.
+pub fn read_table(file: &Path) -> Result<(String, toml::Table), SceneError> {
+    let unreadable = |e: std::io::Error| SceneError::Unreadable { file: file.into(), reason: e.to_string() };
+    let text = std::fs::read_to_string(file).map_err(unreadable)?;
+    let table = text.parse().map_err(|e: toml::de::Error| mistake(file, &text, "", &e, None))?;
+    Ok((text, table))
+}
+
+/// A typed value from TOML. `origin` says what was done to the text of the file, if anything.
+pub fn from_text<T: DeserializeOwned>(file: &Path, text: &str, origin: &str) -> Result<T, SceneError> {
+    let mut table = DeTable::parse(text).map_err(|e| mistake(file, text, origin, &e, None))?;
+    let entries = entries(table.get_ref());
+    for (key, value) in table.get_mut().iter_mut() {
+        if let DeValue::Array(list) = value.get_mut()
+            && TAGGED.contains(&key.get_ref().as_ref())
+        {
+            list.iter_mut().for_each(nest_kind);
+        }
+    }
+    let read = T::deserialize(toml::Deserializer::from(table));
+    read.map_err(|e| {
+        let at = e.span().map_or(0, |s| s.start);
+        let place = entries.iter().filter(|(start, _)| *start <= at).max_by_key(|e| e.0);
+        mistake(file, text, origin, &e, place.and_then(|p| p.1.clone()))
+    })
+}
+
+fn mistake(file: &Path, text: &str, origin: &str, error: &toml::de::Error, place: Option<String>) -> SceneError {
+    let line = error.span().map(|span: Range<usize>| Line::of(text, span));
+    let mistake = Mistake { origin: origin.into(), line, place, what: explain(error.message()) };
+    SceneError::Syntax { file: file.into(), mistake: Box::new(mistake) }
+}
+
+/// Where each top-level key and each entry of an array of tables starts, and how an entry is called.
+fn entries(table: &DeTable) -> Vec<(usize, Option<String>)> {
+    let mut starts = Vec::new();
+    for (key, value) in table {
+        let DeValue::Array(list) = value.get_ref() else {
+            starts.push((key.span().start, None));
+            continue;
+        };
+        for (k, entry) in list.iter().enumerate() {
+            let label = ["name", "kind"].iter().find_map(|key| entry.get_ref().get(*key)?.get_ref().as_str());
+            let label = label.map_or_else(String::new, |l| format!(" ({l})"));
+            starts.push((entry.span().start, Some(format!("{} {}{label}", key.get_ref(), k + 1))));
+        }
+    }
+    starts
+}
+
+/// `{ kind = "k", a = 1 }` → `{ k = { a = 1 } }`, inside out; all spans stay. Serde buffers what it finds in a table with
+/// a `kind` and forgets where it stood, and it accepts unknown keys beside a kind without keys; a table with one key has
+/// neither fault. A table without `kind` goes under the empty name, which no kind has.
+fn nest_kind(value: &mut Spanned<DeValue>) {
+    let span = value.span();
+    match value.get_mut() {
+        DeValue::Array(list) => list.iter_mut().for_each(nest_kind),
+        DeValue::Table(table) => {
+            for (key, inner) in table.iter_mut() {
+                match inner.get_mut() {
+                    DeValue::Table(plain) if PLAIN.contains(&key.get_ref().as_ref()) => {
+                        plain.iter_mut().for_each(|(_, v)| nest_kind(v));
+                    }
+                    _ => nest_kind(inner),
+                }
+            }
+            let kind = match table.remove("kind").map(|k| (k.span(), k.into_inner())) {
+                Some((at, DeValue::String(kind))) => Spanned::new(at, kind),
+                _ => Spanned::new(span.clone(), "".into()),
+            };
+            let rest = Spanned::new(span, DeValue::Table(std::mem::take(table)));
+            table.insert(kind, rest);
+        }
+        _ => {}
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::SceneSpec;
+
+    const SCENE: &str =
+        "[mesh]\nbody = \"finger\"\n\n[[stage]]\nintegrator = \"static\"\nduration = \"1 s\"\ndt = \"1 s\"\n\n";
+
+    fn refusal(entries: &str) -> String {
+        let text = format!("{SCENE}{entries}");
+        from_text::<SceneSpec>(Path::new("s.toml"), &text, "").expect_err(entries).to_string()
+    }
+
+    #[test]
+    fn a_mistake_is_found_in_its_table_and_line() {
+        for (entries, says) in [
+            (
+                "[[probe]]\nkind = \"energy\"\n[[probe]]\nkind = \"energy\"\nregion = \"tip\"",
+                "s.toml, line 13: probe 2 (energy): unknown key `region`",
+            ),
+            (
+                "[[probe]]\nregion = \"tip\"",
+                "s.toml, line 9: probe 1: it has no `kind`; add kind = \"…\" with one of bending_angle",
+            ),
+            ("[[probe]]\nkind = 3\nregion = \"tip\"", "s.toml, line 9: probe 1: it has no `kind`"),
+            (
+                "[[effect]]\nkind = \"elastic\"\nregion = \"body\"",
+                "s.toml, line 9: effect 1 (elastic): the key `law` is missing; add it",
+            ),
+            (
+                "[[constraint]]\nkind = \"prescribed\"\nregion = \"tip\"\ncomponents = \"x\"\n\
+                 displacement = { kind = \"ramp\", from = \"0 mm\", too = \"1 mm\", end = \"1 s\" }",
+                "s.toml, line 13: constraint 1 (prescribed): unknown key `too`; did you mean `to`?",
+            ),
+            (
+                "[[constraint]]\nkind = \"prescribed\"\nregion = \"tip\"\ncomponents = \"x\"\n\
+                 displacement = { amplitude = \"1 mm\", frequency = \"1 Hz\" }",
+                "line 13: constraint 1 (prescribed): it has no `kind`; add kind = \"…\" with one of raised_cosine, sine",
+            ),
+            (
+                "[[constraint]]\nkind = \"cable\"\npath = \"cable\"\nguide_radius = \"4 mm\"\ndrive = { lenth = \"1 mm\" }",
+                "line 13: constraint 1 (cable): unknown name `lenth`; did you mean `length`?",
+            ),
+            ("[[stages]]\ndt = 1", "s.toml, line 9: unknown key `stages`; did you mean `stage`?"),
+            ("[mesh]\n", "s.toml, line 9: "),
+        ] {
+            let message = refusal(entries);
+            assert!(message.contains(says), "{entries}\ngave: {message}\nnot: {says}");
+        }
+    }
+}

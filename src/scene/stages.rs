@@ -1,0 +1,149 @@
+//! The stages of a scene, and what may stand in which.
+
+use super::builder::Builder;
+use super::error::SceneError;
+use super::spec::{
+    ConstraintSpec, DriveSpec, EffectSpec, GuideRadius, IntegratorSpec, NumericsSpec, SceneSpec, StageSpec,
+};
+use crate::solve::{Integrator, Span};
+
+/// More steps than this in one stage are a slip of a unit.
+const MOST_STEPS: f64 = 1e7;
+
+impl Builder<'_> {
+    pub(super) fn spans(&self, stages: &[StageSpec]) -> Result<Vec<Span>, SceneError> {
+        let mut start = 0.0;
+        let mut spans = Vec::new();
+        for (k, stage) in stages.iter().enumerate() {
+            let place = format!("stage {}", k + 1);
+            if stage.dt.0 <= 0.0 || stage.duration.0 <= 0.0 {
+                let fact = format!("dt = {} s, duration = {} s", stage.dt.0, stage.duration.0);
+                return Err(self.content(&place, fact, "both must be positive"));
+            }
+            if stage.duration.0 / stage.dt.0 > MOST_STEPS {
+                let fact = format!("{:.1e} steps of {:e} s", stage.duration.0 / stage.dt.0, stage.dt.0);
+                return Err(self.content(&place, fact, "take a larger dt or a shorter duration (check their units)"));
+            }
+            let integrator = match stage.integrator {
+                IntegratorSpec::Static => Integrator::Static,
+                IntegratorSpec::ImplicitEuler => Integrator::ImplicitEuler { linearised: false },
+                IntegratorSpec::ImplicitEulerLinearised => Integrator::ImplicitEuler { linearised: true },
+                IntegratorSpec::Bdf2 => Integrator::Bdf2,
+                IntegratorSpec::GeneralisedAlpha { rho } if (0.0..=1.0).contains(&rho) => {
+                    Integrator::GeneralisedAlpha { rho }
+                }
+                IntegratorSpec::GeneralisedAlpha { rho } => {
+                    return Err(self.content(&place, format!("rho = {rho}"), "it lies between 0 and 1"));
+                }
+                IntegratorSpec::Newmark { beta, gamma, .. } if beta > 0.0 && gamma > 0.0 => {
+                    Integrator::Newmark { beta, gamma }
+                }
+                IntegratorSpec::Newmark { beta, gamma, .. } => {
+                    let fact = format!("beta = {beta}, gamma = {gamma}");
+                    return Err(self.content(&place, fact, "both must be positive; the usual ones are 0.25 and 0.5"));
+                }
+            };
+            let end = start + stage.duration.0;
+            spans.push(Span { integrator, start, end, dt: stage.dt.0.min(stage.duration.0) });
+            start = end;
+        }
+        if spans.is_empty() {
+            return Err(self.content(
+                "stage",
+                "the scene has no stage",
+                "add a [[stage]] with integrator, duration, dt",
+            ));
+        }
+        Ok(spans)
+    }
+
+    /// Rate effects need a dynamic stage, dynamic stages need inertia or damping, undamped rules and rows do not go together.
+    pub(super) fn check_rates(&self, spec: &SceneSpec, spans: &[Span]) -> Result<(), SceneError> {
+        let dynamic = spans.iter().any(|s| !s.integrator.is_static());
+        for (k, effect) in spec.effects.iter().enumerate().filter(|(_, e)| e.needs_rates()) {
+            if !dynamic {
+                let place = format!("effect {} ({})", k + 1, effect.kind());
+                let fact = format!("{} under the static integrator", effect.kind());
+                return Err(self.content(
+                    &place,
+                    fact,
+                    "remove the effect, or give a stage a dynamic integrator such as \"bdf2\"",
+                ));
+            }
+        }
+        let inertia = spec.effects.iter().any(|e| matches!(e, EffectSpec::Inertia { .. }));
+        let length_driven =
+            spec.constraints.iter().any(|c| matches!(c, ConstraintSpec::Cable { drive: DriveSpec::Length(_), .. }));
+        for (k, (span, stage)) in spans.iter().zip(&spec.stages).enumerate() {
+            let place = format!("stage {}", k + 1);
+            let name = span.integrator.name();
+            if span.integrator.needs_initial_acceleration() && !inertia {
+                let fact = format!("{name} without inertia");
+                return Err(self.content(&place, fact, "add an [[effect]] of kind \"inertia\", or take \"static\""));
+            }
+            let forced = matches!(stage.integrator, IntegratorSpec::Newmark { force: true, .. });
+            if length_driven && span.integrator.rings_with_constraints() && !forced {
+                return Err(self.content(
+                    &place,
+                    format!("{name} is undamped, and rings with a cable driven by length (Cardona & Géradin 1989)"),
+                    "take \"bdf2\" or generalised_alpha with rho < 1, or set force = true in newmark",
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn remark_static(&mut self, spec: &SceneSpec, spans: &[Span]) {
+        let stages = spans.iter().filter(|s| s.integrator.is_static()).count();
+        let rates: Vec<&str> = spec.effects.iter().filter(|e| e.needs_rates()).map(EffectSpec::kind).collect();
+        if stages > 0 && !rates.is_empty() {
+            self.remarks.push(format!("{} rest in the {stages} static stage(s)", rates.join(", ")));
+        }
+    }
+
+    /// Remarks on patches smaller than h; returns the reason why a cable through points has no limit as h → 0.
+    pub(super) fn remark_patches(&mut self, spec: &SceneSpec) -> Option<String> {
+        let h = self.body.mesh.h();
+        let mut no_limit = None;
+        for constraint in &spec.constraints {
+            match constraint {
+                ConstraintSpec::Cable { name, guide_radius: GuideRadius::Point, .. } => {
+                    no_limit = Some(format!("the {name} acts through points"));
+                }
+                ConstraintSpec::Cable { name, guide_radius: GuideRadius::Ball(r), .. } if *r < h => self
+                    .remarks
+                    .push(format!("{name}: the guide radius {:.3} mm is below h = {:.3} mm", r * 1e3, h * 1e3)),
+                _ => {}
+            }
+        }
+        no_limit
+    }
+
+    pub(super) fn check_numerics(&self, n: &NumericsSpec) -> Result<(), SceneError> {
+        if !(n.tolerance > 0.0 && n.tolerance < 1.0) {
+            let fact = format!("tolerance = {}", n.tolerance);
+            return Err(self.content("numerics", fact, "it lies between 0 and 1, for example 1e-8"));
+        }
+        if n.max_iterations == 0 {
+            return Err(self.content("numerics", "max_iterations = 0", "allow at least one iteration"));
+        }
+        Ok(())
+    }
+}
+
+impl EffectSpec {
+    /// Name as in files.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Elastic { .. } => "elastic",
+            Self::Inertia { .. } => "inertia",
+            Self::Gravity { .. } => "gravity",
+            Self::MassDamping { .. } => "mass_damping",
+            Self::ViscousDamping { .. } => "viscous_damping",
+        }
+    }
+
+    pub(super) fn needs_rates(&self) -> bool {
+        matches!(self, Self::Inertia { .. } | Self::MassDamping { .. } | Self::ViscousDamping { .. })
+    }
+}
