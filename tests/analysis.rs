@@ -174,7 +174,7 @@ fn verdicts_are_refused_with_the_reason() {
     let a = analyse(&study, &stopped);
     assert!(a.incomplete.iter().any(|(id, what)| id == "element-length-1100" && what.contains("at t = 0.6 s")));
     let mut point = cases.clone();
-    point[0].record.provenance.scene = "guide_radius = \"point\"  # as SOFA does".into();
+    point[0].record.no_limit = Some("the cable acts through points".into());
     refused(&analyse(&study, &point), "through points");
     let mut strict = study.clone();
     strict.tolerance = 1e-5;

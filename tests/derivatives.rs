@@ -213,6 +213,40 @@ fn small_strain_energy_keeps_its_digits() {
     });
 }
 
+/// A split law is the sum of its parts, P = P_rest + U′C; an isochoric rest sees no change of volume: ψ_rest(cF) = ψ_rest(F), P_rest:F = 0.
+/// Rounding: a handful of terms of the size of A‖F‖.
+#[test]
+fn split_laws_are_the_sum_of_their_parts() {
+    over_laws(11, |label, law, f, _, random| {
+        let Some((rest, u)) = law.split() else {
+            assert!(!law.info().isochoric, "{label} declares an isochoric part and gives none");
+            return;
+        };
+        let [whole, part] = [eval(law, f), eval(rest.as_ref(), f)];
+        let scaled = eval(rest.as_ref(), &(f * random.between(0.5, 2.0)));
+        let j = f.determinant();
+        let norm = |r: &Response| r.a.as_flattened().iter().map(|x| x * x).sum::<f64>().sqrt();
+        let size = 1e-13 * (norm(&whole) + norm(&part) + whole.p.norm() + part.p.norm()) * f.norm() * f.norm();
+        let cof = f.try_inverse().expect("J > 0").transpose() * j;
+        assert!((whole.psi - part.psi - u.u(j)).abs() <= size, "{label}: ψ");
+        assert!((whole.p - part.p - cof * u.du(j)).norm() <= size, "{label}: P");
+        if law.info().isochoric {
+            assert!((u.d2u(1.0) / law.small_strain().kappa - 1.0).abs() < 1e-12, "{label}: κ");
+            assert!((scaled.psi - part.psi).abs() <= size, "{label}: ψ_rest(cF)");
+            assert!(part.p.dot(f).abs() <= size, "{label}: P_rest:F = {}", part.p.dot(f));
+        }
+        for row in 0..9 {
+            for column in 0..9 {
+                let g = |n: usize| cof[(n / 3, n % 3)] / j;
+                let cross = cof[(row / 3, column % 3)] * cof[(column / 3, row % 3)] / j;
+                let volumetric = u.d2u(j) * j * j * g(row) * g(column) + u.du(j) * (j * g(row) * g(column) - cross);
+                let error = whole.a[row][column] - part.a[row][column] - volumetric;
+                assert!(error.abs() <= size, "{label}: A[{row}][{column}] off by {error}");
+            }
+        }
+    });
+}
+
 /// What is not wanted is zero, and what is wanted does not depend on what else is.
 #[test]
 fn want_only_adds() {

@@ -52,7 +52,7 @@ fn study(study: &Study) -> Outcome {
         println!(
             "  {:32} {:6} {:>8} {:>9} {:>6}",
             case.id,
-            case.spec.mesh.element.name(),
+            case.spec.formulation(),
             scene.body.mesh.cell_count(),
             scene.system.dofs.free.len(),
             steps(&scene)

@@ -82,11 +82,12 @@ pub fn main(args: Args) -> Outcome {
     files::make_folder(&out)?;
     result.write_law(&out.join("law.toml"))?;
     result.write_json(&out.join("fit.json"))?;
+    durometer::report::fit::write(&out)?;
     if args.json {
         println!("{}", std::fs::read_to_string(out.join("fit.json"))?);
     } else {
         println!("{result}");
-        println!("results: {}", out.join("law.toml").display());
+        println!("results: {}, report: {}", out.join("law.toml").display(), out.join("index.html").display());
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -4,20 +4,29 @@ use super::Outcome;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Draw the report of a study again from its stored results
+/// Draw the report of a study or a fit again from its stored results
 #[derive(clap::Args)]
 #[command(
     after_help = "Example:\n  durometer report reports/finger-convergence\n\nNeither the solver nor the mesher is needed."
 )]
 pub struct Args {
-    /// Folder of the results, e.g. reports/finger-convergence
+    /// Folder of the results, e.g. reports/finger-convergence or reports/fit-treloar-1944
     dir: PathBuf,
-    /// Print summary.json
+    /// Print summary.json (of a fit: fit.json)
     #[arg(long)]
     json: bool,
 }
 
 pub fn main(args: Args) -> Outcome {
+    if durometer::report::is_fit(&args.dir) {
+        let answer = durometer::report::fit::write(&args.dir)?;
+        if args.json {
+            println!("{}", std::fs::read_to_string(args.dir.join("fit.json"))?);
+        } else {
+            println!("{answer}\n\nreport: {}", args.dir.join("index.html").display());
+        }
+        return Ok(ExitCode::SUCCESS);
+    }
     let summary = durometer::report::write(&args.dir)?;
     if args.json {
         println!("{}", serde_json::to_string_pretty(&summary)?);

@@ -42,6 +42,9 @@ pub struct Args {
     /// Change a key of every scene, e.g. --set laws.rubber.nu=0.49
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
+    /// Write fields of every case for ParaView (VTU, PVD) into cases/<id>/; runs also what is done without them
+    #[arg(long)]
+    vtu: bool,
     /// Print summary.json instead of progress
     #[arg(long)]
     json: bool,
@@ -52,7 +55,7 @@ pub fn main(args: Args) -> Outcome {
     let dir = args.out.unwrap_or_else(|| PathBuf::from("reports").join(&study.name));
     let jobs = args.jobs.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, Into::into));
     let stop = super::stop_flag();
-    let options = Options { jobs, redo: args.redo, only: args.only, stop };
+    let options = Options { jobs, redo: args.redo, only: args.only, vtu: args.vtu, stop };
     let bars = Bars::of(study.cases.iter().filter(|c| options.wants(&c.id)).count(), args.json);
     let records = runner::run(&study, &dir, &options, &bars)?;
     if stop.load(Ordering::Relaxed) {

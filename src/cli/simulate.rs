@@ -1,9 +1,9 @@
 //! `durometer simulate SCENE`
 
 use super::{INCOMPLETE, Outcome, bars::Bars, files};
-use durometer::mesh::vtu::{Data, write_pvd, write_vtu};
 use durometer::scene::{Body, Scene, read_scene};
 use durometer::solve::Status;
+use durometer::study::fields::Fields;
 use durometer::study::runner::{self, Watch};
 use durometer::study::store;
 use std::path::PathBuf;
@@ -56,7 +56,7 @@ pub fn main(args: Args) -> Outcome {
     }
     bars.started(&name);
     let stop = super::stop_flag();
-    let (mut frames, mut failure) = (Vec::new(), None);
+    let mut fields = args.vtu.then(|| Fields::new(&args.out, &name));
     let (wall, cpu) = (Instant::now(), cpu_time::ThreadTime::now());
     let run = scene.run(
         &mut |progress| {
@@ -64,24 +64,15 @@ pub fn main(args: Args) -> Outcome {
             !stop.load(Ordering::Relaxed)
         },
         &mut |state| {
-            if args.vtu && failure.is_none() {
-                let frame = format!("{name}-{:04}.vtu", frames.len());
-                let stretch = scene.nodal_stretch(&state.x);
-                let data = [
-                    Data { name: "displacement_m", components: 3, values: &state.x },
-                    Data { name: "stretch", components: 1, values: &stretch },
-                ];
-                failure = write_vtu(&args.out.join(&frame), &scene.body.mesh, &data, &[]).err();
-                frames.push((state.t, frame));
+            if let Some(fields) = &mut fields {
+                fields.add(&scene, state);
             }
         },
     );
-    let times = (wall.elapsed().as_secs_f64(), cpu.elapsed().as_secs_f64());
-    if let Some(error) = failure {
-        return Err(error.into());
-    }
-    if args.vtu {
-        write_pvd(&args.out.join(format!("{name}.pvd")), &frames)?;
+    let mut times = (wall.elapsed().as_secs_f64(), cpu.elapsed().as_secs_f64());
+    if let Some(fields) = fields {
+        let (wall, cpu) = fields.finish()?;
+        times = (times.0 - wall, times.1 - cpu);
     }
     let mut record = runner::record(&scene, &run, times);
     record.id.clone_from(&name);

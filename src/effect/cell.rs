@@ -5,12 +5,14 @@ use crate::mesh::{Order, TetMesh, element, quadrature};
 use crate::system::{Blocks, Local, Want};
 
 /// Gradients and weights at the quadrature points of some cells.
-pub(super) struct CellPoints {
+pub struct CellPoints {
     pub blocks: Blocks,
     /// [cells] index in the mesh, for messages
     pub cells: Vec<u32>,
     nodes: usize,
     points: usize,
+    /// [points] reference coordinates
+    reference: Vec<[f64; 3]>,
     /// [cells × points × nodes] ∂N_a/∂X [1/m]
     gradients: Vec<[f64; 3]>,
     /// [cells × points] w det ∂X/∂ξ [m³]
@@ -36,11 +38,38 @@ impl CellPoints {
             }
         }
         let blocks = Blocks::new(cells.iter().map(|&c| mesh.cell(c as usize)));
-        Self { blocks, cells: cells.to_vec(), nodes, points: rule.points.len(), gradients, weights }
+        Self {
+            blocks,
+            cells: cells.to_vec(),
+            nodes,
+            points: rule.points.len(),
+            reference: rule.points,
+            gradients,
+            weights,
+        }
     }
 
     pub fn points(&self) -> usize {
         self.points
+    }
+
+    /// For each cell of the region: index in the mesh, and at each of its points the weight [m³] and F.
+    pub fn deformation<'a>(&'a self, x: &'a [f64]) -> impl Iterator<Item = (u32, Vec<(f64, Mat3)>)> + 'a {
+        self.cells.iter().enumerate().map(move |(b, &c)| {
+            let at = |q| (self.weight(b, q), self.deformation_gradient(x, b, q));
+            (c, (0..self.points).map(at).collect())
+        })
+    }
+
+    /// [points] reference coordinates of the points.
+    pub fn reference(&self) -> &[[f64; 3]] {
+        &self.reference
+    }
+
+    /// T ∂N_a/∂X of each node at point `q` of block `b`.
+    pub fn contract<'a>(&'a self, b: usize, q: usize, t: &'a Mat3) -> impl Iterator<Item = [f64; 3]> + 'a {
+        let times = |g: &[f64; 3]| std::array::from_fn(|i| t[(i, 0)] * g[0] + t[(i, 1)] * g[1] + t[(i, 2)] * g[2]);
+        self.gradients(b, q).iter().map(times)
     }
 
     /// w det ∂X/∂ξ of point `q` of block `b` [m³].
@@ -67,17 +96,18 @@ impl CellPoints {
         Mat3::from_fn(|i, j| f[i][j])
     }
 
-    /// r_e += w P ∂N/∂X, K_e += w ∂N/∂X A ∂N/∂X (column ≤ row).
-    pub fn scatter(&self, b: usize, q: usize, p: &Mat3, a: &Mat9, want: Want, out: &mut Local) {
+    /// r_e += w P ∂N/∂X, K_e += w ∂N/∂X A ∂N/∂X (column ≤ row), where a row of K_e has `stride` entries.
+    #[expect(clippy::too_many_arguments, reason = "place, two tensors, and where they go")]
+    pub fn scatter(&self, b: usize, q: usize, stride: usize, p: &Mat3, a: &Mat9, want: Want, out: &mut Local) {
         let (gradients, w) = (self.gradients(b, q), self.weight(b, q));
         match <&[[f64; 3]; 4]>::try_from(gradients) {
-            Ok(g) => scatter(g, w, p, a, want, out),
-            Err(_) => scatter(gradients.try_into().unwrap_or(&[[0.0; 3]; 10]), w, p, a, want, out),
+            Ok(g) => scatter(g, w, stride, p, a, want, out),
+            Err(_) => scatter(gradients.try_into().unwrap_or(&[[0.0; 3]; 10]), w, stride, p, a, want, out),
         }
     }
 }
 
-fn scatter<const N: usize>(g: &[[f64; 3]; N], w: f64, p: &Mat3, a: &Mat9, want: Want, out: &mut Local) {
+fn scatter<const N: usize>(g: &[[f64; 3]; N], w: f64, stride: usize, p: &Mat3, a: &Mat9, want: Want, out: &mut Local) {
     for (n, g) in g.iter().enumerate() {
         for i in 0..3 {
             out.r[3 * n + i] += w * (p[(i, 0)] * g[0] + p[(i, 1)] * g[1] + p[(i, 2)] * g[2]);
@@ -86,7 +116,6 @@ fn scatter<const N: usize>(g: &[[f64; 3]; N], w: f64, p: &Mat3, a: &Mat9, want: 
     if want < Want::Tangent {
         return;
     }
-    let stride = 3 * N;
     for (column, gb) in g.iter().enumerate() {
         // T_iJk = w Σ_L A_iJkL ∂N_b/∂X_L
         let h = [w * gb[0], w * gb[1], w * gb[2]];

@@ -70,6 +70,10 @@ impl Effect for ViscousDamping {
     }
 
     fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+        if at.rates.cv == 0.0 {
+            // Statics: t only orders the loads, nothing has a rate.
+            return Ok(());
+        }
         let c = self.eta / at.dt;
         for q in 0..self.points.points() {
             let f = self.points.deformation_gradient(at.x, b, q);
@@ -89,7 +93,7 @@ impl Effect for ViscousDamping {
                     }
                 }
             }
-            self.points.scatter(b, q, &(f * s), &a, want, out);
+            self.points.scatter(b, q, self.points.blocks.size(b), &(f * s), &a, want, out);
         }
         out.energy = work(&self.points.blocks, at, b, out);
         Ok(())

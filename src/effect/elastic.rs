@@ -4,28 +4,25 @@
 
 use super::cell::CellPoints;
 use crate::material::{Law, LawError};
-use crate::math::tensor::Mat3;
 use crate::mesh::TetMesh;
 use crate::system::{At, Blocks, Effect, EvalError, Local, Role, Want};
+use std::sync::Arc;
 
 /// A law on the cells of a region.
 pub struct Elastic {
     name: String,
     law: Box<dyn Law>,
-    points: CellPoints,
+    points: Arc<CellPoints>,
 }
 
 impl Elastic {
     pub fn new(name: String, mesh: &TetMesh, cells: &[u32], law: Box<dyn Law>) -> Self {
-        Self { name, law, points: CellPoints::new(mesh, cells) }
+        Self { name, law, points: Arc::new(CellPoints::new(mesh, cells)) }
     }
 
-    /// For each cell of the region: index in the mesh, volume [m³] and F at each of its points with its weight [m³].
-    pub fn deformation<'a>(&'a self, x: &'a [f64]) -> impl Iterator<Item = (u32, Vec<(f64, Mat3)>)> + 'a {
-        self.points.cells.iter().enumerate().map(move |(b, &c)| {
-            let at = |q| (self.points.weight(b, q), self.points.deformation_gradient(x, b, q));
-            (c, (0..self.points.points()).map(at).collect())
-        })
+    /// The quadrature points, for probes.
+    pub fn points(&self) -> Arc<CellPoints> {
+        self.points.clone()
     }
 }
 
@@ -52,7 +49,7 @@ impl Effect for Elastic {
             })?;
             out.energy += self.points.weight(b, q) * response.psi;
             if want > Want::Energy {
-                self.points.scatter(b, q, &response.p, &response.a, want, out);
+                self.points.scatter(b, q, self.points.blocks.size(b), &response.p, &response.a, want, out);
             }
         }
         Ok(())

@@ -21,6 +21,7 @@ pub static INFO: LawInfo = LawInfo {
     parameters: moduli::PAIR,
     survives_inversion: true,
     objective: true,
+    isochoric: false,
 };
 
 /// Smallest s_i + s_j [–] by which the derivative of R is divided. Below it ∂R/∂F, infinite at the kink, is cut off at

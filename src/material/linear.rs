@@ -19,6 +19,7 @@ pub static INFO: LawInfo = LawInfo {
     parameters: moduli::PAIR,
     survives_inversion: true,
     objective: false,
+    isochoric: false,
 };
 
 /// Hooke's law in the symmetric part of F − I.

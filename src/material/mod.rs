@@ -17,10 +17,12 @@ pub mod polar;
 pub mod registry;
 pub mod st_venant_kirchhoff;
 pub mod stable_neo_hookean;
+pub mod volumetric;
 
 pub use load_case::{Homogeneous, LoadCase, LoadCaseError};
 pub use moduli::Moduli;
 pub use registry::{LAWS, LawEntry, LawSpecError, law_from_table};
+pub use volumetric::{Volumetric, VolumetricKind};
 
 /// How much of a response is needed; each includes the ones before it.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -88,6 +90,8 @@ pub struct LawInfo {
     pub survives_inversion: bool,
     /// ψ(QF) = ψ(F) for every rotation Q
     pub objective: bool,
+    /// ψ without U(J) sees no change of volume, so that the mean stress is U′(J) alone
+    pub isochoric: bool,
 }
 
 /// A constitutive law with its constants.
@@ -99,4 +103,9 @@ pub trait Law: Send + Sync + std::fmt::Debug {
     fn small_strain(&self) -> Moduli;
     /// ψ, P and A at F
     fn eval(&self, f: &Mat3, want: Want) -> Result<Response, LawError>;
+    /// ψ = ψ_rest(F) + U(J): the law without its volumetric part, and that part, for mixed formulations; None for laws without
+    /// such a split. Where [`LawInfo::isochoric`] holds, ψ_rest(cF) = ψ_rest(F).
+    fn split(&self) -> Option<(Box<dyn Law>, Volumetric)> {
+        None
+    }
 }

@@ -8,6 +8,7 @@
 
 use super::assemble::{isotropic, rows};
 use super::kinematics::Invariants;
+use super::volumetric::{Volumetric, VolumetricKind};
 use super::{Law, LawError, LawInfo, Moduli, Response, Want, moduli};
 use crate::math::tensor::Mat3;
 
@@ -19,6 +20,7 @@ pub static INFO: LawInfo = LawInfo {
     parameters: moduli::PAIR,
     survives_inversion: false,
     objective: true,
+    isochoric: false,
 };
 
 /// Neo-Hookean law in ln J.
@@ -36,6 +38,12 @@ impl Law for NeoHookean {
 
     fn small_strain(&self) -> Moduli {
         self.0
+    }
+
+    /// The rest, ½μ(I₁ − 3) − μ ln J, is not isochoric.
+    fn split(&self) -> Option<(Box<dyn Law>, Volumetric)> {
+        let volumetric = Volumetric { kind: VolumetricKind::Logarithmic, kappa: self.0.lambda };
+        Some((Box::new(Self(Moduli { lambda: 0.0, ..self.0 })), volumetric))
     }
 
     /// With G = F⁻ᵀ: P = μ(F − G) + λ ln J G; A_iJkL = μ δ_ik δ_JL + λ G_iJ G_kL + (μ − λ ln J) G_iL G_kJ.

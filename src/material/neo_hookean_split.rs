@@ -10,6 +10,7 @@
 
 use super::assemble::{add_dyad, isotropic, rows};
 use super::kinematics::{Invariants, exp_m1_minus_y};
+use super::volumetric::{Volumetric, VolumetricKind};
 use super::{Law, LawError, LawInfo, Moduli, Response, Want, moduli};
 use crate::math::tensor::Mat3;
 
@@ -21,6 +22,7 @@ pub static INFO: LawInfo = LawInfo {
     parameters: moduli::PAIR,
     survives_inversion: false,
     objective: true,
+    isochoric: true,
 };
 
 /// Neo-Hookean law with an isochoric and a volumetric part.
@@ -38,6 +40,11 @@ impl Law for NeoHookeanSplit {
 
     fn small_strain(&self) -> Moduli {
         self.0
+    }
+
+    fn split(&self) -> Option<(Box<dyn Law>, Volumetric)> {
+        let volumetric = Volumetric { kind: VolumetricKind::Quadratic, kappa: self.0.kappa };
+        Some((Box::new(Self(Moduli { kappa: 0.0, ..self.0 })), volumetric))
     }
 
     /// With G = F⁻ᵀ and m = μ J^{−2/3}: P = m(F − ⅓I₁ G) + κ(J − 1)J G;

@@ -19,6 +19,7 @@ pub static INFO: LawInfo = LawInfo {
     parameters: moduli::PAIR,
     survives_inversion: true,
     objective: true,
+    isochoric: false,
 };
 
 /// St Venant–Kirchhoff law.

@@ -25,6 +25,7 @@ pub static INFO: LawInfo = LawInfo {
     parameters: moduli::PAIR,
     survives_inversion: true,
     objective: true,
+    isochoric: false,
 };
 
 /// Stable Neo-Hookean law, made from Hooke's constants.

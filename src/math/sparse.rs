@@ -80,6 +80,15 @@ impl SymPattern {
         }
     }
 
+    /// |A| |x|, entry by entry: what the rounding of A x is measured by.
+    pub fn multiply_abs(&self, values: &[f64], x: &[f64]) -> Vec<f64> {
+        let values: Vec<f64> = values.iter().map(|v| v.abs()).collect();
+        let x: Vec<f64> = x.iter().map(|v| v.abs()).collect();
+        let mut y = vec![0.0; self.n];
+        self.multiply(&values, &x, &mut y);
+        y
+    }
+
     /// Diagonal of A.
     pub fn diagonal(&self, values: &[f64]) -> Vec<f64> {
         (0..self.n).map(|j| values[self.col_ptr[j] as usize]).collect()

@@ -171,6 +171,23 @@ pub enum Mark {
 pub const MARKS: [Mark; 7] =
     [Mark::Circle, Mark::Square, Mark::Triangle, Mark::Diamond, Mark::Ring, Mark::Down, Mark::Cross];
 
+/// The outline of a mark, white inside.
+pub fn hollow(area: &Area, shape: Mark, at: Point, r: i32, color: RGBColor) {
+    match shape {
+        Mark::Ring | Mark::Cross => mark(area, shape, at, r, color),
+        _ => {
+            mark(area, shape, at, r, color);
+            // A triangle's centre is below the middle of its box
+            let down = match shape {
+                Mark::Triangle => 1,
+                Mark::Down => -1,
+                _ => 0,
+            };
+            mark(area, shape, (at.0, at.1 + down), r - if down == 0 { 7 } else { 11 }, WHITE);
+        }
+    }
+}
+
 pub fn mark(area: &Area, shape: Mark, (x, y): Point, r: i32, color: RGBColor) {
     let poly = |p: &[Point]| {
         let q: Vec<Point> = p.iter().map(|(a, b)| (x + a, y + b)).collect();

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug)]
 pub enum ReportError {
-    /// No `study.json` here
+    /// Neither `study.json` nor `fit.json` here
     NotAStudy { path: PathBuf },
     /// The file is there but cannot be opened
     Unreadable { path: PathBuf, source: io::Error },
@@ -28,7 +28,11 @@ impl fmt::Display for ReportError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NotAStudy { path } => {
-                write!(f, "{} does not exist; give the folder that `durometer run STUDY` has written", path.display())
+                write!(
+                    f,
+                    "{} does not exist; give the folder that `durometer run STUDY` or `durometer fit CSV` has written",
+                    path.display()
+                )
             }
             Self::Unreadable { path, source } => write!(f, "cannot read {}: {source}", path.display()),
             Self::Malformed { path, source } => write!(

@@ -7,6 +7,8 @@ use std::sync::{Arc, OnceLock};
 
 /// Dots per inch of the PNG.
 const DPI: f32 = 300.0;
+/// The same per metre, for programs that place the picture.
+const PER_METRE: u32 = 11_811;
 /// CSS pixels per inch, the unit of a parsed SVG.
 const CSS_DPI: f32 = 96.0;
 
@@ -41,7 +43,18 @@ pub fn png(name: &str, svg: &str) -> Result<Vec<u8>, ReportError> {
         tiny_skia::Pixmap::new(size.width(), size.height()).ok_or_else(|| refuse("it is too large to rasterise"))?;
     map.fill(tiny_skia::Color::WHITE);
     resvg::render(&tree, tiny_skia::Transform::from_scale(scale, scale), &mut map.as_mut());
-    map.encode_png().map_err(|e| refuse(&e.to_string()))
+    // Opaque, so a quarter of the bytes carries nothing
+    let rgb: Vec<u8> = map.data().chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect();
+    let mut out = vec![];
+    let mut encoder = png::Encoder::new(&mut out, map.width(), map.height());
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_compression(png::Compression::Best);
+    // Large areas of one colour are best left as they are
+    encoder.set_filter(png::FilterType::NoFilter);
+    encoder.set_pixel_dims(Some(png::PixelDimensions { xppu: PER_METRE, yppu: PER_METRE, unit: png::Unit::Meter }));
+    let mut writer = encoder.write_header().map_err(|e| refuse(&e.to_string()))?;
+    writer.write_image_data(&rgb).and_then(|()| writer.finish()).map_err(|e| refuse(&e.to_string()))?;
+    Ok(out)
 }
 
 /// PDF of the size that the SVG states, with the glyphs that it uses embedded.

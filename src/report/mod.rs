@@ -6,6 +6,7 @@ mod canvas;
 pub mod error;
 mod export;
 mod figures;
+pub mod fit;
 mod page;
 mod plot;
 pub mod store;
@@ -18,6 +19,11 @@ pub use summary::Summary;
 
 use crate::study::convergence;
 use std::path::Path;
+
+/// Does the folder hold a fit (`fit.json`) and no study?
+pub fn is_fit(dir: &Path) -> bool {
+    dir.join("fit.json").is_file() && !dir.join("study.json").is_file()
+}
 
 /// Writes the report of the study in `dir` beside its cases.
 ///

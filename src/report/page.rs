@@ -5,6 +5,7 @@ use super::figures::Figure;
 use super::store::Store;
 use super::tables::Table;
 use crate::study::convergence::Analysis;
+use crate::study::convergence::verdict::seconds;
 
 const STYLE: &str = "
 body{font:17px/1.5 Georgia,'Times New Roman',serif;color:#222;max-width:52rem;margin:3rem auto;padding:0 1.2rem}
@@ -12,52 +13,84 @@ h1{font-size:1.9rem;line-height:1.2;margin:0 0 .3rem}h2{font-size:1.25rem;margin
 .verdict{border-left:4px solid #0072b2;padding:.2rem 0 .2rem 1rem;font-size:1.1rem}.verdict.refused{border-color:#d55e00}
 .lead{color:#555}dt{font-style:italic;color:#555;margin-top:.6rem}dd{margin:0}
 figure{margin:2rem 0}figure svg{width:100%;height:auto;display:block}figcaption{font-size:.88rem;color:#444;margin-top:.5rem}
-.scroll{overflow-x:auto}table{border-collapse:collapse;font:13px/1.45 'Liberation Sans',Arial,Helvetica,sans-serif;margin:.6rem 0;border-top:2px solid #222;border-bottom:2px solid #222}
+.scroll{overflow-x:auto}.wide{width:min(94vw,78rem);margin-left:50%;transform:translateX(-50%)}.wide table{margin-left:auto;margin-right:auto}.caption{font:italic .9rem Georgia,serif;margin:1.6rem 0 0}
+.facts{display:flex;flex-wrap:wrap;gap:.6rem 2.4rem;margin:1.2rem 0;font-size:.85rem;color:#555}.facts b{display:block;font:600 1.25rem 'Liberation Sans',Arial,Helvetica,sans-serif;color:#222}
+tr.pick td{font-weight:bold;background:#e6f0f7}summary{cursor:pointer;margin:.6rem 0}
+table{border-collapse:collapse;font:13px/1.45 'Liberation Sans',Arial,Helvetica,sans-serif;margin:.6rem 0;border-top:2px solid #222;border-bottom:2px solid #222}
 th{font-weight:normal;border-bottom:1px solid #222;text-align:left;vertical-align:bottom}th,td{padding:.22rem .7rem .22rem 0;white-space:nowrap}
-td.n,th.n{text-align:right;font-variant-numeric:tabular-nums}caption{caption-side:top;text-align:left;font:italic .9rem Georgia,serif;padding-bottom:.3rem}
+td.n,th.n{text-align:right;font-variant-numeric:tabular-nums}@media print{details:not([open])>*{display:block}}
 details pre{font-size:12px;line-height:1.35;overflow-x:auto;background:#f5f5f5;padding:.8rem}code{font-size:.9em}";
 
 pub fn html(store: &Store, analysis: &Analysis, figures: &[Figure], tables: &[Table]) -> String {
     let s = &store.study;
     let mut h = String::with_capacity(1 << 20);
     let class = if analysis.recommended.is_some() { "verdict" } else { "verdict refused" };
-    h += &format!(
-        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width\">\n<title>{} – Durometer</title>\n<style>{STYLE}</style></head><body>\n",
-        escape(&s.study)
-    );
     h += &format!("<h1>{}</h1>\n<p class=\"lead\">{}</p>\n", escape(&s.study), escape(&s.question));
     h += &format!("<p class=\"{class}\">{}</p>\n", escape(&analysis.verdict));
-    h += &format!("<dl><dt>Expectation before the run</dt><dd>{}</dd></dl>\n", escape(&s.expectation));
-    h += "<h2>Per quantity</h2>\n<ul>\n";
-    for q in &analysis.quantities {
-        h += &format!("<li>{}</li>\n", escape(&q.sentence));
-    }
-    h += "</ul>\n";
+    h += &facts(analysis);
+    h += "<h2>Per quantity</h2>\n";
+    h += &list(analysis.quantities.iter().map(|q| q.sentence.clone()));
     if !analysis.warnings.is_empty() {
-        h += "<h2>Read this before using the numbers</h2>\n<ul>\n";
-        for w in &analysis.warnings {
-            h += &format!("<li>{}</li>\n", escape(w));
-        }
-        h += "</ul>\n";
+        h += "<h2>Read this before using the numbers</h2>\n";
+        h += &list(analysis.warnings.iter().cloned());
     }
+    h += &format!("<dl><dt>Expectation before the run</dt><dd>{}</dd></dl>\n", escape(&s.expectation));
+    let of = |name: &'static str| tables.iter().filter(move |t| t.name == name);
+    h += "<h2>Which mesh, at what price</h2>\n";
+    h += &of("settings").map(Table::html).collect::<String>();
     h += "<h2>Figures</h2>\n";
     for (k, f) in figures.iter().enumerate() {
-        h += &format!(
-            "<figure id=\"{}\">\n{}<figcaption>Figure {}. {} <a href=\"figures/{}.pdf\">PDF</a></figcaption></figure>\n",
-            f.name,
-            sized(&f.svg),
-            k + 1,
-            escape(&f.caption),
-            f.name
-        );
+        h += &drawing(f, k + 1);
     }
     h += "<h2>Tables</h2>\n";
-    for t in tables {
-        h += &t.html();
+    h += &of("quantities").map(Table::html).collect::<String>();
+    for (name, words) in [("cases", "Every case"), ("curves", "Curves, case by case")] {
+        for t in of(name) {
+            h += &format!("<details><summary>{words} ({} rows)</summary>{}</details>\n", t.rows.len(), t.html());
+        }
     }
     h += &provenance(store);
-    h += "</body></html>\n";
-    h
+    document(&s.study, &h)
+}
+
+/// The verdict in numbers, for those who read nothing else.
+fn facts(analysis: &Analysis) -> String {
+    let Some(r) = &analysis.recommended else { return String::new() };
+    let fact = |value: &str, name: &str| format!("<div><b>{}</b>{}</div>\n", escape(value), escape(name));
+    let mut h = String::from("<div class=\"facts\">\n");
+    h += &fact(&r.label, "cheapest setting to trust");
+    h += &fact(
+        &format!("{:.2} %", 100.0 * r.error_bar),
+        &format!("error bar, tolerance {:.0} %", 100.0 * analysis.tolerance),
+    );
+    h += &fact(&seconds(r.cost_s), if analysis.cost == "cpu_s" { "of one core per case" } else { "per case" });
+    if let Some((label, bar, cost)) = &r.next {
+        h += &fact(&format!("{:.2} %, {}", 100.0 * bar, seconds(*cost)), &format!("next better: {label}"));
+    }
+    h + "</div>\n"
+}
+
+/// A whole page around a body.
+pub fn document(title: &str, body: &str) -> String {
+    format!(
+        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width\">\n<title>{} – Durometer</title>\n<style>{STYLE}</style></head><body>\n{body}</body></html>\n",
+        escape(title)
+    )
+}
+
+/// A numbered figure with its caption.
+pub fn drawing(f: &Figure, number: usize) -> String {
+    format!(
+        "<figure id=\"{0}\">\n{1}<figcaption>Figure {number}. {2} <a href=\"figures/{0}.pdf\">PDF</a></figcaption></figure>\n",
+        f.name,
+        sized(&f.svg),
+        escape(&f.caption)
+    )
+}
+
+/// A bulleted list of plain texts.
+pub fn list(items: impl Iterator<Item = String>) -> String {
+    items.fold(String::from("<ul>\n"), |h, item| h + &format!("<li>{}</li>\n", escape(&item))) + "</ul>\n"
 }
 
 fn provenance(store: &Store) -> String {

@@ -1,4 +1,4 @@
-//! Reads what a study run has left: `study.json`, `cases/<id>.json`, `.csv` and `.skin.json`.
+//! Reads what a study run has left: `study.json`, `cases/<id>.json`, `.csv` and `.skin.json.gz`.
 
 use super::error::ReportError;
 use crate::study::record::{CaseRecord, Series, Skin, StoredCase, StudyRecord};
@@ -31,7 +31,12 @@ pub fn read(dir: &Path) -> Result<Store, ReportError> {
         let Some(record) = json::<CaseRecord>(&file("json"))? else { continue };
         let series = series(&file("csv"))?.unwrap_or_default();
         cases.push(StoredCase { record, series });
-        if let Some(skin) = json::<Skin>(&file("skin.json"))?.filter(sound) {
+        // Unpacked by hand it is read too
+        let skin = match read_with(&file("skin.json.gz"), Skin::unpacked)? {
+            Some(skin) => Some(skin),
+            None => read_with(&file("skin.json"), Skin::unpacked)?,
+        };
+        if let Some(skin) = skin.filter(sound) {
             skins.insert(id.clone(), skin);
         }
     }
@@ -48,11 +53,15 @@ fn sound(s: &Skin) -> bool {
 }
 
 /// `None` if the file does not exist.
-fn json<T: DeserializeOwned>(path: &Path) -> Result<Option<T>, ReportError> {
+pub(super) fn json<T: DeserializeOwned>(path: &Path) -> Result<Option<T>, ReportError> {
+    read_with(path, |bytes| serde_json::from_slice(bytes))
+}
+
+fn read_with<T>(path: &Path, parse: impl Fn(&[u8]) -> Result<T, serde_json::Error>) -> Result<Option<T>, ReportError> {
     match std::fs::read(path) {
-        Ok(bytes) => serde_json::from_slice(&bytes)
-            .map(Some)
-            .map_err(|source| ReportError::Malformed { path: path.to_path_buf(), source }),
+        Ok(bytes) => {
+            parse(&bytes).map(Some).map_err(|source| ReportError::Malformed { path: path.to_path_buf(), source })
+        }
         Err(e) if e.kind() == ErrorKind::NotFound => Ok(None),
         Err(source) => Err(ReportError::Unreadable { path: path.to_path_buf(), source }),
     }

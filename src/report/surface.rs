@@ -145,6 +145,26 @@ pub fn surface(points: &[V], triangles: &[[u32; 3]], view: &View, fit: &Fit, loo
     svg + "</g>\n"
 }
 
+/// The outline of the whole surface, filled with one pale colour; `name` is an id of the page.
+pub fn ghost(points: &[V], triangles: &[[u32; 3]], view: &View, fit: &Fit, colors: (RGB, RGB), name: &str) -> String {
+    let mut path = String::new();
+    for t in triangles {
+        let x = t.map(|i| points[i as usize]);
+        if dot(cross(sub(x[1], x[0]), sub(x[2], x[0])), view.eye) > 0.0 {
+            let [a, b, c] = x.map(|x| fit.at(view.project(x)));
+            let _ = write!(path, "M{} {}l{} {}l{} {}z", a.0, a.1, b.0 - a.0, b.1 - a.1, c.0 - b.0, c.1 - b.1);
+        }
+    }
+    // All edges wide in the colour of the line, then all triangles on top: what is left of the line is the outline
+    let used = |c: RGB, width: u32| {
+        let c = hex(c);
+        format!(
+            "<use href=\"#{name}\" fill=\"{c}\" stroke=\"{c}\" stroke-width=\"{width}\" stroke-linejoin=\"round\"/>\n"
+        )
+    };
+    format!("<defs><path id=\"{name}\" d=\"{path}\"/></defs>\n{}{}", used(colors.0, 18), used(colors.1, 3))
+}
+
 fn scale(v: u8, factor: f64) -> u8 {
     (f64::from(v) * factor).round().clamp(0.0, 255.0) as u8
 }

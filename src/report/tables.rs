@@ -15,6 +15,16 @@ pub struct Table {
     /// (heading, unit, numbers?)
     pub columns: Vec<(&'static str, &'static str, bool)>,
     pub rows: Vec<Vec<String>>,
+    /// First cell of the row that is the answer
+    pub pick: Option<String>,
+}
+
+/// On the page a negative number has a minus sign, not a hyphen.
+fn minus(cell: &str) -> String {
+    match cell.strip_prefix('-') {
+        Some(rest) if rest.starts_with(|c: char| c.is_ascii_digit()) => format!("−{rest}"),
+        _ => cell.into(),
+    }
 }
 
 pub fn all(store: &Store, analysis: &Analysis) -> Vec<Table> {
@@ -59,6 +69,7 @@ fn quantities(analysis: &Analysis) -> Table {
             ("Method", "", false), ("Cross-check", "", false),
         ],
         rows,
+        pick: None,
     }
 }
 
@@ -98,6 +109,7 @@ fn settings(analysis: &Analysis) -> Table {
             ("Meets the tolerance", "", false),
         ],
         rows,
+        pick: analysis.recommended.as_ref().map(|r| r.label.clone()),
     }
 }
 
@@ -143,6 +155,7 @@ fn cases(store: &Store) -> Table {
             ("CPU", "s", true),
         ],
         rows,
+        pick: None,
     }
 }
 
@@ -175,6 +188,7 @@ fn curves(analysis: &Analysis) -> Table {
             ("L2 error", "%", true), ("Lag", "ms", true), ("Cycle defect", "", true), ("p", "", true),
         ],
         rows,
+        pick: None,
     }
 }
 
@@ -186,14 +200,18 @@ impl Table {
 
     pub fn html(&self) -> String {
         let class = |k: usize| if self.columns[k].2 { " class=\"n\"" } else { "" };
-        let mut h = format!("<div class=\"scroll\"><table><caption>{}</caption>\n<tr>", escape(&self.caption));
+        // Many columns may be wider than the text
+        let wide = if self.columns.len() > 8 { " wide" } else { "" };
+        let caption = escape(&self.caption);
+        let mut h = format!("<p class=\"caption\">{caption}</p>\n<div class=\"scroll{wide}\"><table>\n<tr>");
         for k in 0..self.columns.len() {
             h += &format!("<th{}>{}</th>", class(k), escape(&self.heading(k)));
         }
         for row in &self.rows {
-            h += "</tr>\n<tr>";
+            let pick = if self.pick.as_ref().is_some_and(|p| row.first() == Some(p)) { " class=\"pick\"" } else { "" };
+            h += &format!("</tr>\n<tr{pick}>");
             for (k, cell) in row.iter().enumerate() {
-                h += &format!("<td{}>{}</td>", class(k), escape(cell));
+                h += &format!("<td{}>{}</td>", class(k), escape(&minus(cell)));
             }
         }
         h + "</tr>\n</table></div>\n"

@@ -5,7 +5,7 @@ use super::error::{SceneError, hint};
 use super::probe::Probe;
 use super::protocol::NamedSignal;
 use super::spec::{ConstraintSpec, DriveSpec, SceneSpec};
-use crate::effect::{Cable, CableLength, CableTension, Elastic};
+use crate::effect::{Cable, CableLength, CableTension, CellPoints};
 use crate::material::Law;
 use crate::math::signal::Signal;
 use crate::math::units::Dimension;
@@ -37,7 +37,7 @@ pub struct Scene {
     /// For the record: law name and constants of the first elastic effect
     pub law: Box<dyn Law>,
     /// The same elastic effect and cables as in the system, for probes
-    pub elastic: Vec<Arc<Elastic>>,
+    pub elastic: Vec<Arc<CellPoints>>,
     pub cables: Vec<NamedCable>,
     pub probes: Vec<Probe>,
     pub spans: Vec<Span>,
@@ -48,6 +48,8 @@ pub struct Scene {
     pub text: String,
     /// Regions that depend on the mesh, effects that rest in static stages, …
     pub remarks: Vec<String>,
+    /// Why the answer has no limit as h → 0
+    pub no_limit: Option<String>,
 }
 
 /// A cable with its drive, for probes.
@@ -80,9 +82,10 @@ impl Scene {
         let spans = builder.spans(&spec.stages)?;
         builder.check_rates(&spec, &spans)?;
         let (mut effects, mut elastic, mut laws) = (Vec::<Box<dyn Effect>>::new(), Vec::new(), Vec::new());
+        let mut hosts = Vec::new();
         for (k, effect) in spec.effects.iter().enumerate() {
             let place = format!("effect {} ({})", k + 1, effect.kind());
-            effects.push(builder.effect(&place, effect, &mut elastic, &mut laws)?);
+            effects.push(builder.effect(&place, effect, &mut elastic, &mut hosts, &mut laws)?);
         }
         let (mut constraints, mut cables) = (Vec::<Box<dyn Constraint>>::new(), Vec::<NamedCable>::new());
         for (k, constraint) in spec.constraints.iter().enumerate() {
@@ -131,11 +134,14 @@ impl Scene {
         };
         let probes = spec.probes.iter().enumerate().map(probe).collect::<Result<_, _>>()?;
         builder.remark_static(&spec, &spans);
+        let no_limit = builder.remark_patches(&spec);
         let nodes = body.mesh.points.len();
         let (prescribed, signals, remarks) = builder.finish();
-        let system = System::new(nodes, effects, constraints, prescribed).map_err(|e| part(file, "scene", e))?;
+        let system = System::with_scalars(nodes, &hosts, effects, constraints, prescribed)
+            .map_err(|e| part(file, "scene", e))?;
         let title = spec.title.clone();
-        let scene = Self { title, body, system, law, elastic, cables, probes, spans, signals, spec, text, remarks };
+        let scene =
+            Self { title, body, system, law, elastic, cables, probes, spans, signals, spec, text, remarks, no_limit };
         let columns = scene.columns();
         match columns.iter().enumerate().find(|(k, c)| columns[..*k].contains(c)) {
             None => Ok(scene),

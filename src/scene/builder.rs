@@ -5,16 +5,19 @@ use super::error::{SceneError, hint};
 use super::protocol::NamedSignal;
 use super::quantity::Length;
 use super::signal::SignalSpec;
-use super::spec::{ConstraintSpec, EffectSpec, GuideRadius, LumpingSpec, SceneSpec, SelectorSpec};
-use crate::effect::{Cable, Elastic, Gravity, Guide, Inertia, Lumping, Mass, MassDamping, ViscousDamping};
+use super::spec::{ConstraintSpec, EffectSpec, FormulationSpec, GuideRadius, LumpingSpec, SceneSpec, SelectorSpec};
+use crate::effect::{
+    Cable, CellPoints, Elastic, Gravity, Guide, Inertia, Lumping, Mass, MassDamping, MeanDilatation, MixedElastic,
+    ViscousDamping, pressure_hosts,
+};
 use crate::material::{self, Law};
 use crate::math::signal::Signal;
 use crate::math::tensor::Vec3;
 use crate::math::units::Dimension;
-use crate::mesh::Region;
 use crate::mesh::embed::{ball_weights, embed};
 use crate::mesh::select::{Pick, Selector};
 use crate::mesh::validate::point;
+use crate::mesh::{Order, Region};
 use crate::system::{Effect, Prescribed};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -24,7 +27,7 @@ use std::sync::Arc;
 pub(super) struct Builder<'a> {
     pub(super) file: &'a Path,
     base: PathBuf,
-    body: Arc<Body>,
+    pub(super) body: Arc<Body>,
     regions: BTreeMap<String, Region>,
     laws: &'a BTreeMap<String, toml::Table>,
     /// Dof → its motion and who prescribed it
@@ -115,7 +118,8 @@ impl<'a> Builder<'a> {
         &mut self,
         place: &str,
         spec: &EffectSpec,
-        elastic: &mut Vec<Arc<Elastic>>,
+        elastic: &mut Vec<Arc<CellPoints>>,
+        hosts: &mut Vec<u32>,
         laws: &mut Vec<Box<dyn Law>>,
     ) -> Result<Box<dyn Effect>, SceneError> {
         let body = self.body.clone();
@@ -128,12 +132,39 @@ impl<'a> Builder<'a> {
             Ok::<_, SceneError>(Mass::new(mesh, self.cells(place, region)?, positive(rho)?, lumping.into()))
         };
         Ok(match spec {
-            EffectSpec::Elastic { region, law } => {
+            EffectSpec::Elastic { region, law, formulation } => {
                 let cells = self.cells(place, region)?;
-                let effect = Arc::new(Elastic::new("elastic".into(), mesh, cells, self.law(place, law)?));
+                let (name, built) = ("elastic".to_string(), self.law(place, law)?);
+                let info = built.info().name;
                 laws.push(self.law(place, law)?);
-                elastic.push(effect.clone());
-                Box::new(effect)
+                let (points, effect): (_, Box<dyn Effect>) = match formulation {
+                    FormulationSpec::Displacement => {
+                        let effect = Elastic::new(name, mesh, cells, built);
+                        (effect.points(), Box::new(effect))
+                    }
+                    FormulationSpec::Mixed => {
+                        let first = (3 * mesh.points.len() + hosts.len()) as u32;
+                        let effect = MixedElastic::new(name, mesh, cells, &*built, first)
+                            .ok_or_else(|| self.no_split(place, info))?;
+                        hosts.extend(pressure_hosts(mesh, cells));
+                        (effect.points(), Box::new(effect))
+                    }
+                    FormulationSpec::MeanDilatation if mesh.order == Order::Linear => {
+                        let fact = "mean_dilatation on tet4 is the displacement formulation";
+                        return Err(self.content(
+                            place,
+                            fact,
+                            "take formulation = \"mixed\", or mesh.element = \"tet10\"",
+                        ));
+                    }
+                    FormulationSpec::MeanDilatation => {
+                        let effect = MeanDilatation::new(name, mesh, cells, &*built)
+                            .ok_or_else(|| self.no_split(place, info))?;
+                        (effect.points(), Box::new(effect))
+                    }
+                };
+                elastic.push(points);
+                effect
             }
             EffectSpec::Inertia { region, density, mass: lumping } => {
                 Box::new(Inertia { mass: mass(region, density.0, *lumping)? })
@@ -162,6 +193,11 @@ impl<'a> Builder<'a> {
                 Box::new(Gravity::new(mesh, cells, density, direction.normalize(), acceleration))
             }
         })
+    }
+
+    fn no_split(&self, place: &str, law: &str) -> SceneError {
+        let fact = format!("the law {law} has no volumetric part of its own");
+        self.content(place, fact, "take a law with a split such as neo_hookean, or formulation = \"displacement\"")
     }
 
     pub(super) fn prescribe(

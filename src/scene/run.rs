@@ -64,10 +64,11 @@ impl Scene {
         let newton = Newton::new(&self.system, newton, self.body.mesh.diagonal());
         let steps = StepSettings { cuts: n.cuts, extrapolate: n.extrapolate };
         let mut stepper = Stepper::new(&self.system, newton, steps);
-        let mut state = State::rest(self.body.mesh.points.len(), self.system.constraints.len());
+        let mut state = self.system.rest();
         let end = self.spans.last().map_or(0.0, |s| s.end);
         let mut ledger = Ledger::new(&self.system, &state);
-        let mut rows = vec![self.record(&state, &ledger.residual, ledger.energies)];
+        let mut rows = vec![self.record(&state, &ledger.residual, ledger.energies, 0)];
+        let mut iterations = 0;
         let mut peak = (0.0, Snapshot { t: 0.0, x: state.x.clone() });
         states(&state);
         let mut status = Status::Converged;
@@ -83,10 +84,12 @@ impl Scene {
             }
             status = stepper.run(*span, &mut state, |past, now, newton, on_grid| {
                 ledger.book(&self.system, past, now, newton);
+                iterations += newton.iterations;
                 if on_grid {
-                    rows.push(self.record(now, &newton.sums.r, ledger.energies));
+                    let since_last = std::mem::take(&mut iterations);
+                    rows.push(self.record(now, &newton.sums.r, ledger.energies, since_last));
                     states(now);
-                    let size = largest(&now.x);
+                    let size = largest(&now.x[..3 * self.body.mesh.points.len()]);
                     if size > peak.0 {
                         peak = (size, Snapshot { t: now.t, x: now.x.clone() });
                     }
@@ -119,14 +122,15 @@ impl Scene {
     pub fn columns(&self) -> Vec<String> {
         let probes = self.probes.iter().flat_map(|p| p.columns());
         let cables = self.cables.iter().flat_map(cable_columns);
-        std::iter::once("t_s".to_string()).chain(probes).chain(cables).collect()
+        let last = std::iter::once("newton_iterations".to_string());
+        std::iter::once("t_s".to_string()).chain(probes).chain(cables).chain(last).collect()
     }
 
-    fn record(&self, state: &State, residual: &[f64], energies: Energies) -> Vec<f64> {
+    fn record(&self, state: &State, residual: &[f64], energies: Energies, iterations: usize) -> Vec<f64> {
         let moment = Moment { state, residual, energies, scene: self };
         let probes = self.probes.iter().flat_map(|p| p.record(&moment));
         let cables = self.cables.iter().flat_map(|c| record_cable(c, state));
-        std::iter::once(state.t).chain(probes).chain(cables).collect()
+        std::iter::once(state.t).chain(probes).chain(cables).chain(std::iter::once(iterations as f64)).collect()
     }
 
     /// Largest principal stretch at each node: mean over the cells there, weighted with their volume.

@@ -101,11 +101,62 @@ pub enum SelectorSpec {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum EffectSpec {
-    Elastic { region: String, law: String },
-    Inertia { region: String, density: Density, mass: LumpingSpec },
-    Gravity { region: String, density: Density, direction: [f64; 3], acceleration: SignalSpec },
-    MassDamping { region: String, density: Density, mass: LumpingSpec, alpha: PerSecond },
-    ViscousDamping { region: String, eta: Viscosity },
+    Elastic {
+        region: String,
+        law: String,
+        #[serde(default)]
+        formulation: FormulationSpec,
+    },
+    Inertia {
+        region: String,
+        density: Density,
+        mass: LumpingSpec,
+    },
+    Gravity {
+        region: String,
+        density: Density,
+        direction: [f64; 3],
+        acceleration: SignalSpec,
+    },
+    MassDamping {
+        region: String,
+        density: Density,
+        mass: LumpingSpec,
+        alpha: PerSecond,
+    },
+    ViscousDamping {
+        region: String,
+        eta: Viscosity,
+    },
+}
+
+/// How a law meets the element.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Default)]
+#[serde(rename_all = "snake_case")]
+pub enum FormulationSpec {
+    /// Displacements only; locks as ν → ½, on tet4 first
+    #[default]
+    Displacement,
+    /// Displacement and continuous pressure: stabilised on tet4, Taylor–Hood on tet10
+    Mixed,
+    /// tet10 with one pressure a cell, condensed
+    MeanDilatation,
+}
+
+impl SceneSpec {
+    /// Element and formulation in one word: `tet4`, `tet10`, `tet4_up`, `tet10_up`, `tet10_p0`.
+    pub fn formulation(&self) -> String {
+        let of = |e: &EffectSpec| match e {
+            EffectSpec::Elastic { formulation, .. } => Some(*formulation),
+            _ => None,
+        };
+        let suffix = match self.effects.iter().find_map(of) {
+            Some(FormulationSpec::Mixed) => "_up",
+            Some(FormulationSpec::MeanDilatation) => "_p0",
+            _ => "",
+        };
+        format!("{}{suffix}", self.mesh.element.name())
+    }
 }
 
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]

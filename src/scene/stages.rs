@@ -2,7 +2,9 @@
 
 use super::builder::Builder;
 use super::error::SceneError;
-use super::spec::{ConstraintSpec, DriveSpec, EffectSpec, IntegratorSpec, NumericsSpec, SceneSpec, StageSpec};
+use super::spec::{
+    ConstraintSpec, DriveSpec, EffectSpec, GuideRadius, IntegratorSpec, NumericsSpec, SceneSpec, StageSpec,
+};
 use crate::solve::{Integrator, Span};
 
 /// More steps than this in one stage are a slip of a unit.
@@ -97,6 +99,24 @@ impl Builder<'_> {
         if stages > 0 && !rates.is_empty() {
             self.remarks.push(format!("{} rest in the {stages} static stage(s)", rates.join(", ")));
         }
+    }
+
+    /// Remarks on patches smaller than h; returns the reason why a cable through points has no limit as h → 0.
+    pub(super) fn remark_patches(&mut self, spec: &SceneSpec) -> Option<String> {
+        let h = self.body.mesh.h();
+        let mut no_limit = None;
+        for constraint in &spec.constraints {
+            match constraint {
+                ConstraintSpec::Cable { name, guide_radius: GuideRadius::Point, .. } => {
+                    no_limit = Some(format!("the {name} acts through points"));
+                }
+                ConstraintSpec::Cable { name, guide_radius: GuideRadius::Ball(r), .. } if *r < h => self
+                    .remarks
+                    .push(format!("{name}: the guide radius {:.3} mm is below h = {:.3} mm", r * 1e3, h * 1e3)),
+                _ => {}
+            }
+        }
+        no_limit
     }
 
     pub(super) fn check_numerics(&self, n: &NumericsSpec) -> Result<(), SceneError> {

@@ -77,6 +77,8 @@ pub struct Newton {
     pub factor: Factor,
     pub sums: Assembled,
     pub assembly_time: Duration,
+    /// Of the last solve that converged
+    pub iterations: usize,
     /// Length of the body [m], for the rounding floor of the residual
     length: f64,
 }
@@ -100,6 +102,7 @@ impl Newton {
             factor: Factor::new(system.pattern.clone()),
             sums: system.workspace(),
             assembly_time: Duration::ZERO,
+            iterations: 0,
             length,
         }
     }
@@ -123,6 +126,7 @@ impl Newton {
             }
             let done = increment.is_none() && error <= self.settings.tolerance;
             if done || solved.iterations > 0 && step.integrator.is_linearised() {
+                self.iterations = solved.iterations;
                 return Ok(solved);
             }
             if solved.iterations == self.settings.max_iterations {
@@ -169,6 +173,36 @@ impl Newton {
         result.map_err(Failure::Eval)
     }
 
+    /// Is there a motion without stiffness at this state? Inverse iteration on K + s diag K with s at the rounding of K: the
+    /// Rayleigh quotient of a rigid motion is of the size of s or less, that of a slender body still a thousand times it.
+    pub fn moves_freely(&mut self, step: &Step, state: &State) -> bool {
+        const ROUNDING: f64 = 1e-12;
+        if self.evaluate(step, &mut state.clone(), Want::Tangent, None).is_err() {
+            return false;
+        }
+        let (pattern, k) = (&step.system.pattern, &self.sums.k);
+        let diagonal = pattern.diagonal(k);
+        let mut shifted = k.clone();
+        for j in 0..pattern.n {
+            shifted[pattern.col_ptr[j] as usize] += ROUNDING * diagonal[j].abs();
+        }
+        if self.factor.factorise(&shifted).is_err() {
+            return true;
+        }
+        let mut mode: Vec<f64> = (1..=pattern.n).map(|i| (i as f64 * 0.618_033_988_75).fract()).collect();
+        for _ in 0..3 {
+            let size = norm(&mode);
+            mode.iter_mut().zip(&diagonal).for_each(|(x, d)| *x *= d / size);
+            if self.factor.solve(&shifted, &mut mode).is_err() {
+                return true;
+            }
+        }
+        let mut force = vec![0.0; pattern.n];
+        pattern.multiply(k, &mode, &mut force);
+        let yardstick: f64 = mode.iter().zip(&diagonal).map(|(x, d)| d.abs() * x * x).sum();
+        dot(&mode, &force).abs() <= ROUNDING * yardstick
+    }
+
     /// Largest of the scaled errors: ≤ tolerance means converged. Forces are compared with the largest effect's Σ‖r_e‖,
     /// with a floor at the rounding of F: ε ‖diag K‖ L.
     fn error(&self, system: &System, state: &State) -> f64 {
@@ -202,7 +236,9 @@ impl Newton {
             let attempt = factorised.and_then(|()| Schur::new(&mut self.factor, &self.sums).map_err(Failure::Linear));
             match attempt {
                 Ok(schur) => {
-                    let unstable = self.factor.negative_pivots.saturating_sub(schur.negative);
+                    // A second field brings one negative eigenvalue an unknown, a multiplier one of S.
+                    let expected = system.scalar_equations() + schur.negative;
+                    let unstable = self.factor.negative_pivots.saturating_sub(expected);
                     if shift == 0.0 {
                         solved.unstable_modes = unstable;
                     }
@@ -218,7 +254,8 @@ impl Newton {
             for j in 0..system.pattern.n {
                 let k = system.pattern.col_ptr[j] as usize;
                 let diagonal = self.sums.k[k] / (1.0 + shift);
-                self.sums.k[k] = diagonal + larger * diagonal.abs();
+                let away = if system.dofs.is_scalar(j) { -larger } else { larger };
+                self.sums.k[k] = diagonal + away * diagonal.abs();
             }
             shift = larger;
             solved.regularised = true;
@@ -239,13 +276,13 @@ impl Newton {
             .zip(&self.sums.lift)
             .for_each(|(y, lift)| *y = -*y - if increment.is_some() { *lift } else { 0.0 });
         self.factor.solve(&self.sums.k, &mut y).map_err(Failure::Linear)?;
-        // r contains λ h with h = ∂c/∂x, so du = y − Σ z (λ' − λ); g' = g − h·du − (prescribed part).
+        // r contains λ h with h = ∂c/∂x, so du = y − Σ z (λ' − λ); g' = g − h·du − (what the prescribed motion carries along).
         let mut lambda = vec![0.0; m];
         if m > 0 {
             let q: Vec<f64> = (0..m)
                 .map(|i| {
                     let s = &schur.s[i * m..(i + 1) * m];
-                    self.sums.g[i] - dot(&self.sums.gradient[i], &y) - dot(s, &state.lambda)
+                    self.sums.g[i] - self.sums.carried[i] - dot(&self.sums.gradient[i], &y) - dot(s, &state.lambda)
                 })
                 .collect();
             let one_sided: Vec<bool> = (0..m).map(|c| system.is_one_sided(c)).collect();
@@ -271,25 +308,44 @@ impl Newton {
         direction: Direction,
     ) -> Result<bool, Failure> {
         let system = step.system;
-        let start = next.x.clone();
         let free = system.restrict(&direction.x);
-        // G(0) with the new multipliers: r changes by (λ' − λ) h.
-        let mut slope = dot(&system.restrict(&self.sums.r), &free);
-        for (c, h) in self.sums.gradient.iter().enumerate() {
-            slope += (direction.lambda[c] - next.lambda[c]) * dot(h, &free);
+        // Multipliers and the second field go all the way: what is left is a minimum in the displacements, and
+        // G(s) = r(x + s du, λ', p')·du its derivative along the step.
+        let displacements = system.dofs.displacements as usize;
+        let along = |r: &[f64]| {
+            let moving = system.dofs.free.iter().filter(|dof| **dof < system.dofs.displacements);
+            moving.map(|&dof| r[dof as usize] * direction.x[dof as usize]).sum::<f64>()
+        };
+        let mut start = next.x.clone();
+        for (x0, dp) in start[displacements..].iter_mut().zip(&direction.x[displacements..]) {
+            *x0 += dp;
         }
+        let slope = if displacements < start.len() {
+            next.x.copy_from_slice(&start);
+            next.lambda.copy_from_slice(&direction.lambda);
+            self.evaluate(step, next, Want::Residual, None)?;
+            along(&self.sums.r)
+        } else {
+            // r changes by (λ' − λ) h.
+            let change = |c: usize| direction.lambda[c] - next.lambda[c];
+            let rows = self.sums.gradient.iter().enumerate();
+            along(&self.sums.r) + rows.map(|(c, h)| change(c) * dot(h, &free)).sum::<f64>()
+        };
         next.lambda.copy_from_slice(&direction.lambda);
+        let line_search = self.settings.line_search && !step.integrator.is_linearised();
         let mut length = 1.0;
         let mut best = None;
         for _ in 0..HALVINGS {
-            next.x.iter_mut().zip(&start).zip(&direction.x).for_each(|((x, x0), d)| *x = x0 + length * d);
+            next.x.copy_from_slice(&start);
+            let moving = next.x[..displacements].iter_mut().zip(&direction.x);
+            moving.for_each(|(x, d)| *x += length * d);
             if length == 1.0 {
                 targets.iter().for_each(|&(dof, value)| next.x[dof] = value);
             }
             match self.evaluate(step, next, Want::Residual, None) {
                 Ok(()) => {
-                    let g = dot(&system.restrict(&self.sums.r), &free);
-                    if !self.settings.line_search || g.abs() <= LINE_SEARCH_RATIO * slope.abs() || slope >= 0.0 {
+                    let g = along(&self.sums.r);
+                    if !line_search || g.abs() <= LINE_SEARCH_RATIO * slope.abs() || slope >= 0.0 {
                         return Ok(length == 1.0);
                     }
                     if g <= 0.0 && length < 1.0 {

@@ -163,7 +163,14 @@ impl<'a> Stepper<'a> {
                     }
                     Err(why) => {
                         if level == self.settings.cuts {
-                            return stopped(state.t, why);
+                            let step = Step {
+                                system: self.system,
+                                integrator: span.integrator,
+                                past: state,
+                                dt: goal - state.t,
+                            };
+                            let free = span.integrator.is_static() && self.newton.moves_freely(&step, state);
+                            return if free { Status::Singular { t: state.t } } else { stopped(state.t, why) };
                         }
                         self.totals.cuts += 1;
                         level += 1;
@@ -179,7 +186,9 @@ impl<'a> Stepper<'a> {
     fn step(&mut self, integrator: Integrator, state: &State, t: f64) -> Result<(State, Solved), Failure> {
         let dt = t - state.t;
         let mut next = State { t, ..state.clone() };
-        let extrapolated = self.settings.extrapolate && self.extrapolate(integrator, state, &mut next);
+        // The linearised step is linearised at the last state: K(xₙ).
+        let extrapolate = self.settings.extrapolate && !integrator.is_linearised();
+        let extrapolated = extrapolate && self.extrapolate(integrator, state, &mut next);
         let step = Step { system: self.system, integrator, past: state, dt };
         let mut result = self.newton.solve(&step, &mut next);
         if result.is_err() && extrapolated {

@@ -1,5 +1,6 @@
 //! Runs the cases of a study side by side, skips what is done, keeps what is finished.
 
+use super::fields::Fields;
 use super::record::{CaseRecord, EffectRecord, LawRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance, Skin};
 use super::spec::{Case, Study};
 use super::store::{Store, StoreError};
@@ -29,6 +30,8 @@ pub enum RunError {
     Scene(#[from] SceneError),
     #[error(transparent)]
     Store(#[from] StoreError),
+    #[error(transparent)]
+    Fields(#[from] crate::mesh::validate::MeshError),
     #[error("no case is called like \"{only}\"; the cases are: {known}")]
     NoSuchCase { only: String, known: String },
     #[error("{}: variant {variant}: {fact}", file.display())]
@@ -42,6 +45,8 @@ pub struct Options<'a> {
     pub redo: bool,
     /// Only cases whose id contains this
     pub only: Option<String>,
+    /// Write the fields of every case into `cases/<id>/`; a finished case without them is run again
+    pub vtu: bool,
     /// Set to stop: running cases are dropped, finished ones kept
     pub stop: &'a AtomicBool,
 }
@@ -121,7 +126,12 @@ fn one(
 ) -> Result<Option<CaseRecord>, RunError> {
     let body = Body::load(&case.scene_file, &case.spec.mesh, &mut |line| watch.meshing(&case.id, line))?;
     let input_sha256 = input_hash(&case.text, &body.sha256);
-    if let Some(record) = store.finished(&case.id, &input_sha256).filter(|_| !options.redo) {
+    let mut fields = match options.vtu {
+        true => Some(Fields::new(store.folder(&case.id)?, &case.id)),
+        false => None,
+    };
+    let drawn = fields.as_ref().is_none_or(|f| f.collection().is_file());
+    if let Some(record) = store.finished(&case.id, &input_sha256).filter(|_| drawn && !options.redo) {
         watch.finished(&record, true);
         return Ok(Some(record));
     }
@@ -137,15 +147,23 @@ fn one(
                 watch.progress(&case.id, progress);
                 !options.stop.load(Ordering::Relaxed)
             },
-            &mut |_| {},
+            &mut |state| {
+                if let Some(fields) = &mut fields {
+                    fields.add(&scene, state);
+                }
+            },
         );
         let times = (wall.elapsed().as_secs_f64(), cpu.elapsed().as_secs_f64());
         (scene, run, times)
     });
     running.fetch_sub(1, Ordering::SeqCst);
-    let (scene, run, times) = outcome?;
+    let (scene, run, mut times) = outcome?;
     if matches!(run.status, Status::Interrupted { .. }) {
         return Ok(None);
+    }
+    if let Some(fields) = fields {
+        let (wall, cpu) = fields.finish()?;
+        times = (times.0 - wall, times.1 - cpu);
     }
     let writing = Instant::now();
     let skin = skin(&scene, &run);
@@ -199,7 +217,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
             volume_m3: mesh.volume(),
             source: scene.body.source.clone(),
         },
-        formulation: scene.spec.mesh.element.name().into(),
+        formulation: scene.spec.formulation(),
         law: LawRecord { name: law.name.into(), parameters: names.zip(scene.law.values()).collect() },
         integrator: scene.spans.last().map_or("static", |s| s.integrator.name()).into(),
         dt_s: scene.spans.iter().map(|s| s.dt).fold(0.0, f64::max),
@@ -225,6 +243,8 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
             output_s: 0.0,
         },
         probes: run.columns.iter().enumerate().skip(1).map(|(k, name)| (name.clone(), probe(run, k))).collect(),
+        remarks: scene.remarks.clone(),
+        no_limit: scene.no_limit.clone(),
         provenance: Provenance {
             input_sha256: input_hash(&scene.text, &scene.body.sha256),
             version: env!("CARGO_PKG_VERSION").into(),

@@ -154,7 +154,7 @@ impl Study {
                         let sound = |changes: &[_]| read_scene(&scene_file, changes).is_ok();
                         if sound(&[]) && !sound(&own) { e.caused_by(file, &place) } else { e }
                     })?;
-                    formulation = scene.mesh.element.name().into();
+                    formulation = scene.formulation();
                     // The same scene in two families is run once.
                     if let Some(same) = cases.iter().find(|c| c.text == text) {
                         ids.push(same.id.clone());

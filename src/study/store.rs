@@ -52,9 +52,18 @@ impl Store {
     /// Time series, surface, then record.
     pub fn save(&self, record: &CaseRecord, run: &Run, skin: &Skin) -> Result<(), StoreError> {
         write(&self.path(&record.id, "csv"), &csv(run))?;
-        let skin = serde_json::to_string(skin).expect("numbers and string keys only");
-        write(&self.path(&record.id, "skin.json"), &skin)?;
+        let path = self.path(&record.id, "skin.json.gz");
+        replace(&path, &skin.packed())?;
         write(&self.path(&record.id, "json"), &json(record))
+    }
+
+    /// Folder of a case's own files, made if need be.
+    pub fn folder(&self, id: &str) -> Result<PathBuf, StoreError> {
+        let path = self.dir.join("cases").join(id);
+        match std::fs::create_dir_all(&path) {
+            Ok(()) => Ok(path),
+            Err(e) => Err(StoreError { path, reason: e.to_string() }),
+        }
     }
 
     fn path(&self, id: &str, extension: &str) -> PathBuf {
@@ -93,8 +102,12 @@ fn json<T: serde::Serialize>(value: &T) -> String {
 
 /// The file appears whole or not at all.
 pub fn write(path: &Path, text: &str) -> Result<(), StoreError> {
+    replace(path, text.as_bytes())
+}
+
+fn replace(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
     let part = path.with_extension("part");
-    let result = std::fs::write(&part, text).and_then(|()| std::fs::rename(&part, path));
+    let result = std::fs::write(&part, bytes).and_then(|()| std::fs::rename(&part, path));
     result.map_err(|e| {
         std::fs::remove_file(&part).ok();
         StoreError { path: path.into(), reason: e.to_string() }

@@ -2,7 +2,7 @@
 //!
 //! Blocks are evaluated and summed in their order, so the result does not depend on how many cases run beside it.
 
-use super::{At, Blocks, Cone, Constraint, Dofs, Effect, EvalError, Local, Prescribed, Want};
+use super::{At, Blocks, Cone, Constraint, Dofs, Effect, EvalError, Local, Prescribed, State, Want};
 use crate::math::linear::norm;
 use crate::math::sparse::SymPattern;
 use std::time::{Duration, Instant};
@@ -41,7 +41,7 @@ pub struct System {
 /// Sums at one state.
 #[derive(Clone, Debug)]
 pub struct Assembled {
-    /// [3 × nodes] r(x) + λ ∂c/∂x [N]; at a prescribed dof it is the reaction
+    /// [unknowns] r(x) + λ ∂c/∂x [N]; at a prescribed dof it is the reaction
     pub r: Vec<f64>,
     /// Values of K in the pattern of the system [N/m]
     pub k: Vec<f64>,
@@ -49,6 +49,8 @@ pub struct Assembled {
     pub lift: Vec<f64>,
     /// Per constraint: g = target − c
     pub g: Vec<f64>,
+    /// Per constraint: ∂c/∂x · d of the prescribed increment d, if one was given
+    pub carried: Vec<f64>,
     /// Per constraint: [equations] ∂c/∂x on the free dofs
     pub gradient: Vec<Vec<f64>>,
     /// Largest effect's Σ_e ‖r_e‖ [N]: the yardstick of convergence
@@ -66,6 +68,18 @@ impl System {
         constraints: Vec<Box<dyn Constraint>>,
         prescribed: Vec<Prescribed>,
     ) -> Result<Self, SystemError> {
+        Self::with_scalars(nodes, &[], effects, constraints, prescribed)
+    }
+
+    /// With a second field: unknown 3·nodes + k is a scalar, hosted for the numbering by node `hosts[k]`, one of the nodes
+    /// of every block it is in.
+    pub fn with_scalars(
+        nodes: usize,
+        hosts: &[u32],
+        effects: Vec<Box<dyn Effect>>,
+        constraints: Vec<Box<dyn Constraint>>,
+        prescribed: Vec<Prescribed>,
+    ) -> Result<Self, SystemError> {
         if effects.is_empty() {
             return Err(SystemError::NoEffect);
         }
@@ -76,7 +90,7 @@ impl System {
             }
         }
         let blocks = || effects.iter().map(|e| e.blocks()).chain(constraints.iter().map(|c| c.blocks()));
-        let dofs = Dofs::new(nodes, &prescribed, blocks());
+        let dofs = Dofs::new(nodes, hosts, &prescribed, blocks());
         if dofs.free.is_empty() {
             return Err(SystemError::NothingFree);
         }
@@ -84,7 +98,7 @@ impl System {
             let dofs = &dofs;
             let pairs = blocks().flat_map(move |list| {
                 (0..list.len()).flat_map(move |b| {
-                    let equations = equations(dofs, list.nodes(b));
+                    let equations = equations(dofs, list, b);
                     (0..equations.len()).flat_map(move |i| {
                         let equations = equations.clone();
                         (0..i).map(move |j| (equations[i], equations[j]))
@@ -107,6 +121,7 @@ impl System {
             k: vec![0.0; self.pattern.nnz()],
             lift: vec![0.0; n],
             g: vec![0.0; self.constraints.len()],
+            carried: vec![0.0; self.constraints.len()],
             gradient: vec![vec![0.0; n]; self.constraints.len()],
             scale: 0.0,
             energy: vec![0.0; self.effects.len()],
@@ -114,7 +129,7 @@ impl System {
         }
     }
 
-    /// Sums residual and, if wanted, tangent. `increment` [3 × nodes] is a prescribed change whose forces go into `lift`.
+    /// Sums residual and, if wanted, tangent. `increment` [unknowns] is a prescribed change whose forces go into `lift`.
     pub fn assemble(
         &self,
         at: &At,
@@ -136,7 +151,7 @@ impl System {
             let mut scatter = Scatter { system: self, list: effect.blocks(), slots: &self.slots[e], next: 0 };
             out.energy[e] = 0.0;
             for b in 0..effect.blocks().len() {
-                let n = 3 * effect.blocks().nodes(b).len();
+                let n = effect.blocks().size(b);
                 local.reset(n, want);
                 effect.eval(at, b, want, &mut local)?;
                 out.energy[e] += local.energy;
@@ -154,17 +169,17 @@ impl System {
             let mut sum = 0.0;
             out.g[c] = constraint.target(at.t);
             out.gradient[c].fill(0.0);
+            out.carried[c] = 0.0;
             for b in 0..constraint.blocks().len() {
-                let nodes = constraint.blocks().nodes(b);
-                let n = 3 * nodes.len();
+                let n = constraint.blocks().size(b);
                 local.reset(n, want);
                 constraint.eval(at.x, b, want, &mut local)?;
                 out.g[c] -= local.energy;
                 sum += lambda[c].abs() * norm(&local.r[..n]);
-                for (k, r) in local.r[..n].iter().enumerate() {
-                    let equation = self.dofs.equation[3 * nodes[k / 3] as usize + k % 3];
-                    if equation != Dofs::FIXED {
-                        out.gradient[c][equation as usize] += r;
+                for (dof, r) in constraint.blocks().dofs(b).zip(&local.r[..n]) {
+                    match self.dofs.equation[dof as usize] {
+                        Dofs::FIXED => out.carried[c] += increment.map_or(0.0, |d| r * d[dof as usize]),
+                        equation => out.gradient[c][equation as usize] += r,
                     }
                 }
                 scatter.add(b, &local, lambda[c], want, increment, out);
@@ -181,20 +196,32 @@ impl System {
         self.dofs.free.iter().map(|&dof| full[dof as usize]).collect()
     }
 
+    /// A state at rest in the reference configuration.
+    pub fn rest(&self) -> State {
+        let zero = vec![0.0; self.dofs.equation.len()];
+        let lambda = vec![0.0; self.constraints.len()];
+        State { t: 0.0, x: zero.clone(), v: zero.clone(), a: zero, lambda, memory: Vec::new(), dt: 0.0 }
+    }
+
+    /// Equations of the second field: so many negative pivots belong to a stable equilibrium.
+    pub fn scalar_equations(&self) -> usize {
+        (0..self.dofs.free.len()).filter(|&e| self.dofs.is_scalar(e)).count()
+    }
+
     /// Is row `c` an inequality?
     pub fn is_one_sided(&self, c: usize) -> bool {
         self.constraints[c].cone() == Cone::NonNegative
     }
 }
 
-fn equations(dofs: &Dofs, nodes: &[u32]) -> std::rc::Rc<[u32]> {
-    nodes.iter().flat_map(|&n| (0..3).map(move |c| dofs.equation[3 * n as usize + c])).collect()
+fn equations(dofs: &Dofs, list: &Blocks, b: usize) -> std::rc::Rc<[u32]> {
+    list.dofs(b).map(|dof| dofs.equation[dof as usize]).collect()
 }
 
 fn slots(dofs: &Dofs, pattern: &SymPattern, list: &Blocks) -> Vec<u32> {
     let mut out = Vec::new();
     for b in 0..list.len() {
-        let equations = equations(dofs, list.nodes(b));
+        let equations = equations(dofs, list, b);
         for (i, &row) in equations.iter().enumerate() {
             for &column in &equations[..=i] {
                 out.push(if row == Dofs::FIXED || column == Dofs::FIXED {
@@ -226,12 +253,9 @@ impl Scatter<'_> {
         increment: Option<&[f64]>,
         out: &mut Assembled,
     ) {
-        let nodes = self.list.nodes(b);
-        let n = 3 * nodes.len();
-        for (a, &node) in nodes.iter().enumerate() {
-            for c in 0..3 {
-                out.r[3 * node as usize + c] += factor * local.r[3 * a + c];
-            }
+        let n = self.list.size(b);
+        for (dof, r) in self.list.dofs(b).zip(&local.r) {
+            out.r[dof as usize] += factor * r;
         }
         if want < Want::Tangent {
             return;
@@ -247,21 +271,20 @@ impl Scatter<'_> {
             }
         }
         if let Some(d) = increment {
-            self.lift(nodes, local, factor, d, out);
+            self.lift(b, local, factor, d, out);
         }
     }
 
     /// lift += K_e d_e, where d is zero on free dofs.
-    fn lift(&self, nodes: &[u32], local: &Local, factor: f64, d: &[f64], out: &mut Assembled) {
-        let n = 3 * nodes.len();
-        let dof = |k: usize| 3 * nodes[k / 3] as usize + k % 3;
-        for j in 0..n {
-            let dj = factor * d[dof(j)];
+    fn lift(&self, b: usize, local: &Local, factor: f64, d: &[f64], out: &mut Assembled) {
+        let n = self.list.size(b);
+        for (j, from) in self.list.dofs(b).enumerate() {
+            let dj = factor * d[from as usize];
             if dj == 0.0 {
                 continue;
             }
-            for i in 0..n {
-                let equation = self.system.dofs.equation[dof(i)];
+            for (i, to) in self.list.dofs(b).enumerate() {
+                let equation = self.system.dofs.equation[to as usize];
                 if equation != Dofs::FIXED {
                     out.lift[equation as usize] += local.k[i.max(j) * n + i.min(j)] * dj;
                 }

@@ -7,7 +7,7 @@ use std::fmt;
 #[derive(Clone, Debug, PartialEq)]
 pub struct State {
     pub t: f64,
-    /// [3 × nodes] displacement [m]
+    /// [3 × nodes + scalars] displacement [m], then the second field (pressures, in units that make them lengths)
     pub x: Vec<f64>,
     /// [3 × nodes] velocity [m/s]
     pub v: Vec<f64>,
@@ -65,21 +65,35 @@ pub struct Needs {
     pub acceleration: bool,
 }
 
-/// Node lists of the contributions (cell, node, cable segment) of an effect.
+/// Unknowns of the contributions (cell, node, cable segment) of an effect: the displacement of some nodes, then scalars
+/// of a second field (pressure).
 #[derive(Clone, Debug, Default)]
 pub struct Blocks {
     offsets: Vec<u32>,
     nodes: Vec<u32>,
+    scalar_offsets: Vec<u32>,
+    scalars: Vec<u32>,
 }
 
 impl Blocks {
     pub fn new<'a>(lists: impl Iterator<Item = &'a [u32]>) -> Self {
-        let (mut offsets, mut nodes) = (vec![0], Vec::new());
-        for list in lists {
-            nodes.extend_from_slice(list);
-            offsets.push(nodes.len() as u32);
+        Self::with_scalars(lists.map(|nodes| (nodes, &[][..])))
+    }
+
+    /// Node list and unknowns of the second field (their places in `State::x`) of each block.
+    pub fn with_scalars<'a>(lists: impl Iterator<Item = (&'a [u32], &'a [u32])>) -> Self {
+        let (mut out, mut count) = (Self::default(), 0);
+        out.offsets.push(0);
+        out.scalar_offsets.push(0);
+        for (nodes, scalars) in lists {
+            out.nodes.extend_from_slice(nodes);
+            out.scalars.extend_from_slice(scalars);
+            out.offsets.push(out.nodes.len() as u32);
+            out.scalar_offsets.push(out.scalars.len() as u32);
+            count += 1;
         }
-        Self { offsets, nodes }
+        debug_assert_eq!(out.len(), count);
+        out
     }
 
     pub fn len(&self) -> usize {
@@ -90,14 +104,30 @@ impl Blocks {
         self.len() == 0
     }
 
-    /// Nodes of block `b`; its dofs are 3·node + component in this order.
+    /// Nodes of block `b`.
     pub fn nodes(&self, b: usize) -> &[u32] {
         &self.nodes[self.offsets[b] as usize..self.offsets[b + 1] as usize]
     }
 
-    /// Dofs of the largest block.
+    /// Unknowns of the second field of block `b`.
+    pub fn scalars(&self, b: usize) -> &[u32] {
+        &self.scalars[self.scalar_offsets[b] as usize..self.scalar_offsets[b + 1] as usize]
+    }
+
+    /// Places in `State::x` of the unknowns of block `b`: 3·node + component node by node, then the scalars.
+    pub fn dofs(&self, b: usize) -> impl Iterator<Item = u32> + '_ {
+        let displacements = self.nodes(b).iter().flat_map(|&n| 3 * n..3 * n + 3);
+        displacements.chain(self.scalars(b).iter().copied())
+    }
+
+    /// Number of unknowns of block `b`.
+    pub fn size(&self, b: usize) -> usize {
+        3 * self.nodes(b).len() + self.scalars(b).len()
+    }
+
+    /// Unknowns of the largest block.
     pub fn largest(&self) -> usize {
-        3 * self.offsets.windows(2).map(|w| (w[1] - w[0]) as usize).max().unwrap_or(0)
+        (0..self.len()).map(|b| self.size(b)).max().unwrap_or(0)
     }
 }
 

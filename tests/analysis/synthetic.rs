@@ -97,6 +97,8 @@ fn case(m: &Member, variant: &str) -> StoredCase {
             output_s: 0.02 * wall,
         },
         probes,
+        remarks: vec![],
+        no_limit: None,
         provenance: Provenance {
             input_sha256: "0".repeat(64),
             version: "0.1.0".into(),
@@ -196,6 +198,6 @@ pub fn store(dir: &Path) {
         }
         put(format!("cases/{id}.csv"), csv);
         let s = skin(c.record.mesh.cells, c.record.probes["bending_angle_deg"].peak);
-        put(format!("cases/{id}.skin.json"), serde_json::to_string(&s).expect("skin"));
+        std::fs::write(dir.join(format!("cases/{id}.skin.json.gz")), s.packed()).expect("skin");
     }
 }

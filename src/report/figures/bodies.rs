@@ -3,7 +3,7 @@
 use super::super::canvas::{Area, At, DOUBLE, INK, LABEL, PALETTE, RGB, SMALL, figure, italic, line, mm, text};
 use super::super::plot::Axis;
 use super::super::store::Store;
-use super::super::surface::{Fit, Look, View, extent, surface, viridis};
+use super::super::surface::{Fit, Look, View, extent, ghost, surface, viridis};
 use super::Figure;
 use super::curves::thousands;
 use crate::study::convergence::Analysis;
@@ -89,9 +89,8 @@ pub fn bent(store: &Store, analysis: &Analysis) -> Option<Figure> {
     let top = sorted.get(sorted.len() * 98 / 100).copied().unwrap_or(2.0).max(1.001);
     let value = |k: usize| skin.triangles[k].iter().map(|i| skin.stretch[*i as usize]).sum::<f64>() / 3.0;
     let color = |k: usize| viridis((value(k) - 1.0) / (top - 1.0));
-    let (ghost, pale, dark) = (RGB(0xb4, 0xb4, 0xb4), RGB(0xf6, 0xf6, 0xf6), RGB(0x30, 0x30, 0x30));
-    let look = Look { color: &|_| pale, edge: None, outline: Some((ghost, 8.0)), shade: 0.1 };
-    let mut under = surface(&skin.points, &skin.triangles, &view, &fit, &look);
+    let (grey, pale, dark) = (RGB(0xb4, 0xb4, 0xb4), RGB(0xf6, 0xf6, 0xf6), RGB(0x30, 0x30, 0x30));
+    let mut under = ghost(&skin.points, &skin.triangles, &view, &fit, (grey, pale), "rest");
     let look = Look { color: &color, edge: None, outline: Some((dark, 6.0)), shade: 0.45 };
     under += &surface(&moved, &skin.triangles, &view, &fit, &look);
     let total = tall.max(40.0) + 4.0;

@@ -152,6 +152,18 @@ pub fn against_h(store: &Store, analysis: &Analysis) -> Option<Figure> {
                 orders.push((format!("{p:.2} ({})", e.family), style(family).1));
             }
         }
+        // The scatter of the seeds about their mean, as it moves the error
+        if let (Some(n), Some(r)) = (&q.noise, &q.reference) {
+            let family = store.study.families.iter().position(|f| f.name == n.family).unwrap_or(0);
+            let color = style(family).1;
+            let off = (n.mean - r.value).abs();
+            let end = |sign: f64| (100.0 * (off + sign * 0.5 * n.scatter) / r.value.abs()).clamp(plot.y.lo, plot.y.hi);
+            let (a, b) = (plot.at(1e3 * n.h_m, end(-1.0)), plot.at(1e3 * n.h_m, end(1.0)));
+            line(area, &[a, b], color, 8);
+            for p in [a, b] {
+                line(area, &[(p.0 - 30, p.1), (p.0 + 30, p.1)], color, 8);
+            }
+        }
         marks(&plot, dots, h);
         plot.axes(true);
         plot.title(letter, &super::super::page::sentence(&title(q)));
@@ -165,8 +177,8 @@ pub fn against_h(store: &Store, analysis: &Analysis) -> Option<Figure> {
             text(area, &words, (l + 40, t + from + 85 * k as i32), At::Left, SMALL, *color);
         }
     })?;
-    let caption = "Error of the peak against the reference value over the mean cell size h = (V/N)^⅓, with the fitted \
-                   order of each family. Errors in the grey zone are smaller than the uncertainty of the reference."
+    let caption = "Error of the peak against the reference value over the mean cell size h, the cube root of volume by cells, with \
+                   the fitted order of each family; the bar is the scatter of the seeds. Errors in the grey zone are smaller than the uncertainty of the reference."
         .into();
     Some(Figure { name: "error-h".into(), svg, caption })
 }

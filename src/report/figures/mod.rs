@@ -1,8 +1,10 @@
 //! The figures, one file each: stored results in, SVG out.
 
 pub mod bodies;
+pub mod cost;
 pub mod curves;
 pub mod errors;
+pub mod fit;
 pub mod time;
 
 use super::canvas::{Area, At, INK, Mark, Point, RGB, SMALL, line, mark, mm, text};
@@ -25,6 +27,7 @@ pub fn all(store: &Store, analysis: &Analysis) -> Vec<Figure> {
     out.extend(store.study.variants.iter().filter_map(|v| curves::draw(store, analysis, v)));
     out.extend(errors::against_h(store, analysis));
     out.extend(errors::against_cost(store, analysis));
+    out.extend(cost::draw(store, analysis));
     out.extend(time::draw(store, analysis));
     out
 }
@@ -34,6 +37,7 @@ pub enum Sample {
     Line(RGB),
     Dashed(RGB),
     Mark(Mark, RGB),
+    Hollow(Mark, RGB),
     Block(RGB),
 }
 
@@ -45,6 +49,7 @@ pub fn legend(area: &Area, (x, mut y): Point, entries: &[(Sample, String)]) {
             Sample::Line(c) => line(area, &[a, b], *c, 12),
             Sample::Dashed(c) => super::canvas::dashed(area, &[a, b], *c, 12, 28.0),
             Sample::Mark(m, c) => mark(area, *m, (x + mm(2.5), y), 26, *c),
+            Sample::Hollow(m, c) => super::canvas::hollow(area, *m, (x + mm(2.5), y), 24, *c),
             Sample::Block(c) => super::canvas::block(area, (x, y - mm(1.1)), (x + mm(5.0), y + mm(1.1)), *c),
         }
         text(area, words, (x + mm(6.5), y), At::Left, SMALL, INK);

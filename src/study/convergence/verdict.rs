@@ -1,6 +1,6 @@
 //! What the numbers mean for the choice of a mesh: settings with price and error bar, the sentences, the verdict.
 
-use super::warnings::point_cable;
+use super::warnings::no_limit;
 use super::{Cases, QuantityAnalysis};
 use crate::study::record::Role;
 use serde::Serialize;
@@ -164,8 +164,10 @@ pub fn conclude(
 ) -> (Option<Recommendation>, String) {
     let tolerance = cases.study.tolerance;
     let refuse = |why: String| (None, format!("No verdict within {}: {why}", percent(tolerance)));
-    if point_cable(cases) {
-        return refuse("the cable acts through points, so the answer has no limit as h → 0. Give the guides a radius of at least the largest h.".into());
+    if let Some(why) = no_limit(cases) {
+        return refuse(format!(
+            "{why}, so the answer has no limit as h → 0. Give the guides a radius of at least the largest h."
+        ));
     }
     let deciding: Vec<&QuantityAnalysis> = quantities.iter().filter(|q| q.deciding).collect();
     if deciding.is_empty() {

@@ -47,16 +47,17 @@ pub fn warnings(cases: &Cases, quantities: &[QuantityAnalysis], incomplete: &[(S
             ));
         }
     }
-    if point_cable(cases) {
-        out.push("The cable acts through points: its bending per millimetre has no limit as h → 0.".into());
+    if let Some(why) = no_limit(cases) {
+        out.push(format!("{}: the answer has no limit as h → 0.", capital(why)));
     }
+    let mut remarks: Vec<&String> = cases.stored.iter().flat_map(|c| &c.record.remarks).collect();
+    remarks.sort();
+    remarks.dedup();
+    out.extend(remarks.into_iter().map(|r| format!("{}.", capital(r))));
     out
 }
 
-/// A scene with `guide_radius = "point"` has no converged answer.
-pub fn point_cable(cases: &Cases) -> bool {
-    cases.stored.iter().any(|c| {
-        let scene = c.record.provenance.scene.lines().map(|l| l.split('#').next().unwrap_or("").replace(' ', ""));
-        scene.into_iter().any(|l| l.contains("guide_radius=\"point\""))
-    })
+/// Why the answer has no limit, if a case says so.
+pub fn no_limit<'a>(cases: &Cases<'a>) -> Option<&'a str> {
+    cases.stored.iter().find_map(|c| c.record.no_limit.as_deref())
 }

@@ -1,0 +1,107 @@
+//! Mean dilatation on tet10 (P2 displacement, P0 pressure, condensed): Π = Σ_cells ∫ ψ̃(F) dV + ½κ V Ḡ² with the cell mean
+//! Ḡ = (1/V) ∫ G(J) dV (Nagtegaal, Parks & Rice 1974; Simo, Taylor & Pister 1985).
+//!
+//! Positive definite wherever the law is, so the Cholesky path stays; one order less accurate in the pressure than
+//! Taylor–Hood. On tet4 it is the displacement formulation itself, and is refused there.
+
+use super::cell::CellPoints;
+use super::mixed::add_pressure_tangent;
+use crate::material::{Law, LawError, Volumetric};
+use crate::math::tensor::{Mat3, cofactor, det_minus_one};
+use crate::mesh::{Order, TetMesh};
+use crate::system::{At, Blocks, Effect, EvalError, Local, Role, Want};
+use std::sync::Arc;
+
+/// A law with a split on the tet10 cells of a region.
+pub struct MeanDilatation {
+    name: String,
+    /// The law without its volumetric part
+    rest: Box<dyn Law>,
+    volumetric: Volumetric,
+    points: Arc<CellPoints>,
+}
+
+impl MeanDilatation {
+    /// None for laws without a split, and on tet4.
+    pub fn new(name: String, mesh: &TetMesh, cells: &[u32], law: &dyn Law) -> Option<Self> {
+        let (rest, volumetric) = law.split()?;
+        (mesh.order == Order::Quadratic).then(|| Self {
+            name,
+            rest,
+            volumetric,
+            points: Arc::new(CellPoints::new(mesh, cells)),
+        })
+    }
+
+    /// The quadrature points, for probes.
+    pub fn points(&self) -> Arc<CellPoints> {
+        self.points.clone()
+    }
+}
+
+impl Effect for MeanDilatation {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn role(&self) -> Role {
+        Role::Stored
+    }
+
+    fn blocks(&self) -> &Blocks {
+        &self.points.blocks
+    }
+
+    fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+        let dilatation = |f: &Mat3| det_minus_one(&(f - Mat3::identity()));
+        let inverted = |LawError::Inverted { j }| EvalError::Inverted {
+            effect: self.name.clone(),
+            cell: self.points.cells[b] as usize,
+            j,
+        };
+        let points = self.points.points();
+        let (mut volume, mut mean) = (0.0, 0.0);
+        for q in 0..points {
+            let (g, ..) =
+                self.volumetric.gap(dilatation(&self.points.deformation_gradient(at.x, b, q))).map_err(inverted)?;
+            volume += self.points.weight(b, q);
+            mean += self.points.weight(b, q) * g;
+        }
+        mean /= volume;
+        // The pressure of the cell
+        let p = self.volumetric.kappa * mean;
+        out.energy = 0.5 * volume * p * mean;
+        let n = self.points.blocks.size(b);
+        let mut gradient = vec![0.0; n];
+        for q in 0..points {
+            let f = self.points.deformation_gradient(at.x, b, q);
+            let response = self.rest.eval(&f, want).map_err(inverted)?;
+            let (_, dg, d2g) = self.volumetric.gap(dilatation(&f)).map_err(inverted)?;
+            let w = self.points.weight(b, q);
+            out.energy += w * response.psi;
+            if want < Want::Residual {
+                continue;
+            }
+            let cof = cofactor(&f);
+            let mut a = response.a;
+            if want == Want::Tangent {
+                add_pressure_tangent(&mut a, &f, &cof, p * dg, p * d2g);
+                for (node, coupling) in self.points.contract(b, q, &cof).enumerate() {
+                    for i in 0..3 {
+                        gradient[3 * node + i] += w * dg * coupling[i];
+                    }
+                }
+            }
+            self.points.scatter(b, q, n, &(response.p + p * dg * cof), &a, want, out);
+        }
+        if want == Want::Tangent {
+            // ∂(V Ḡ)/∂u ⊗ ∂(V Ḡ)/∂u κ/V
+            for row in 0..n {
+                for column in 0..=row {
+                    out.k[row * n + column] += self.volumetric.kappa / volume * gradient[row] * gradient[column];
+                }
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,187 @@
+//! Mixed displacement–pressure formulations, free of volumetric locking.
+//!
+//! A law with the split ψ = ψ̃(F) + ½κ G(J)² enters by the perturbed Lagrangian (de Borst, Simo, Taylor & Pister 1985)
+//!
+//! Π(u, p) = ∫ ψ̃(F) + p G(J) − p²/2κ dV − ½ Σ_cells (α/μ) ∫ (p − Πp)² dV,
+//!
+//! with p continuous and linear between the corners. On tet10 this is the Taylor–Hood element, stable without the last
+//! term (α = 0). On tet4 the pair is not, and the last term, the polynomial pressure projection of Dohrmann & Bochev
+//! (2004) with the cell mean Πp, stabilises it.
+//!
+//! The unknown is π = p ℓ/μ [m], with ℓ the mean cell size, so that the whole system is of one dimension. The tangent is
+//! symmetric and indefinite with one negative eigenvalue a pressure.
+
+use super::cell::CellPoints;
+use crate::material::{Law, LawError, Volumetric};
+use crate::math::tensor::{Mat3, Mat9, ZERO9, cofactor, det_minus_one};
+use crate::mesh::{Order, TetMesh, element, quadrature};
+use crate::system::{At, Blocks, Effect, EvalError, Local, Role, Want};
+use std::sync::Arc;
+
+/// α of the stabilisation on tet4.
+pub const STABILISATION: f64 = 1.0;
+
+/// A law with a split on the cells of a region, with a pressure field of its own.
+pub struct MixedElastic {
+    name: String,
+    /// The law without its volumetric part
+    rest: Box<dyn Law>,
+    volumetric: Volumetric,
+    points: Arc<CellPoints>,
+    blocks: Blocks,
+    /// [points × 4] N_c at the points
+    shape: Vec<[f64; 4]>,
+    /// [cells] ∫ N_c N_d /κ + (α/μ)(N_c − ΠN_c)(N_d − ΠN_d) dV [m³/Pa], times s²
+    compliance: Vec<[[f64; 4]; 4]>,
+    /// p = s π, s = μ/ℓ [Pa/m]
+    s: f64,
+}
+
+/// Corner nodes that carry a pressure in the cells of a region, ascending.
+pub fn pressure_hosts(mesh: &TetMesh, cells: &[u32]) -> Vec<u32> {
+    let mut hosts: Vec<u32> = cells.iter().flat_map(|&c| &mesh.cell(c as usize)[..4]).copied().collect();
+    hosts.sort_unstable();
+    hosts.dedup();
+    hosts
+}
+
+impl MixedElastic {
+    /// `first` is the place in `State::x` of the pressure of the first of [`pressure_hosts`]. None for laws without a split.
+    pub fn new(name: String, mesh: &TetMesh, cells: &[u32], law: &dyn Law, first: u32) -> Option<Self> {
+        let (rest, volumetric) = law.split()?;
+        let kappa = volumetric.kappa;
+        let mu = law.small_strain().mu;
+        let s = mu / mesh.h();
+        let hosts = pressure_hosts(mesh, cells);
+        let scalar = |node: &u32| first + hosts.binary_search(node).expect("hosts are the corners") as u32;
+        let scalars: Vec<[u32; 4]> =
+            cells.iter().map(|&c| std::array::from_fn(|k| scalar(&mesh.cell(c as usize)[k]))).collect();
+        let lists = cells.iter().zip(&scalars).map(|(&c, p)| (mesh.cell(c as usize), &p[..]));
+        let alpha = if mesh.order == Order::Linear { STABILISATION } else { 0.0 };
+        let compliance = cells.iter().map(|&c| compliance(mesh, c as usize, 1.0 / kappa, alpha / mu, s)).collect();
+        let blocks = Blocks::with_scalars(lists);
+        let points = Arc::new(CellPoints::new(mesh, cells));
+        let shape = points.reference().iter().map(|&xi| corner_shape(xi)).collect();
+        Some(Self { name, rest, volumetric, points, blocks, shape, compliance, s })
+    }
+
+    /// The quadrature points, for probes.
+    pub fn points(&self) -> Arc<CellPoints> {
+        self.points.clone()
+    }
+
+    /// Corner pressures p [Pa] of block `b`.
+    fn pressures(&self, x: &[f64], b: usize) -> [f64; 4] {
+        std::array::from_fn(|k| self.s * x[self.blocks.scalars(b)[k] as usize])
+    }
+}
+
+fn corner_shape(xi: [f64; 3]) -> [f64; 4] {
+    let n = element::cell_shape(Order::Linear, xi);
+    [n[0], n[1], n[2], n[3]]
+}
+
+fn compliance(mesh: &TetMesh, c: usize, bulk: f64, shear: f64, s: f64) -> [[f64; 4]; 4] {
+    let rule = quadrature::tet(if mesh.order == Order::Linear { 2 } else { 5 });
+    let (mut mass, mut mean, mut volume) = ([[0.0; 4]; 4], [0.0; 4], 0.0);
+    for (&xi, w) in rule.points.iter().zip(&rule.weights) {
+        let dv = w * mesh.jacobian(c, xi).determinant();
+        let n = corner_shape(xi);
+        volume += dv;
+        for a in 0..4 {
+            mean[a] += dv * n[a];
+            for b in 0..4 {
+                mass[a][b] += dv * n[a] * n[b];
+            }
+        }
+    }
+    let entry = |a: usize, b: usize| bulk * mass[a][b] + shear * (mass[a][b] - mean[a] * mean[b] / volume);
+    std::array::from_fn(|a| std::array::from_fn(|b| s * s * entry(a, b)))
+}
+
+impl Effect for MixedElastic {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn role(&self) -> Role {
+        Role::Stored
+    }
+
+    fn blocks(&self) -> &Blocks {
+        &self.blocks
+    }
+
+    fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+        let pressures = self.pressures(at.x, b);
+        let n = self.blocks.size(b);
+        let first = n - 4;
+        for q in 0..self.points.points() {
+            let f = self.points.deformation_gradient(at.x, b, q);
+            let inverted = |LawError::Inverted { j }| EvalError::Inverted {
+                effect: self.name.clone(),
+                cell: self.points.cells[b] as usize,
+                j,
+            };
+            let response = self.rest.eval(&f, want).map_err(inverted)?;
+            let x = det_minus_one(&(f - Mat3::identity()));
+            let (g, dg, d2g) = self.volumetric.gap(x).map_err(inverted)?;
+            let (w, shape) = (self.points.weight(b, q), &self.shape[q]);
+            let p: f64 = shape.iter().zip(&pressures).map(|(n, p)| n * p).sum();
+            out.energy += w * (response.psi + p * g);
+            if want < Want::Residual {
+                continue;
+            }
+            let cof = cofactor(&f);
+            let mut a = response.a;
+            if want == Want::Tangent {
+                add_pressure_tangent(&mut a, &f, &cof, p * dg, p * d2g);
+            }
+            self.points.scatter(b, q, n, &(response.p + p * dg * cof), &a, want, out);
+            for c in 0..4 {
+                out.r[first + c] += w * self.s * shape[c] * g;
+            }
+            if want == Want::Tangent {
+                // ∂r_π/∂u = w s N_c G' cof F ∂N/∂X
+                for (node, coupling) in self.points.contract(b, q, &cof).enumerate() {
+                    for c in 0..4 {
+                        for i in 0..3 {
+                            out.k[(first + c) * n + 3 * node + i] += w * self.s * shape[c] * dg * coupling[i];
+                        }
+                    }
+                }
+            }
+        }
+        let compliance = &self.compliance[b];
+        for c in 0..4 {
+            let row: f64 = (0..4).map(|d| compliance[c][d] * pressures[d] / self.s).sum();
+            out.energy -= 0.5 * row * pressures[c] / self.s;
+            out.r[first + c] -= row;
+            if want == Want::Tangent {
+                for d in 0..=c {
+                    out.k[(first + c) * n + first + d] -= compliance[c][d];
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A += a ∂cof F/∂F + b cof F ⊗ cof F, with ∂cof F_iJ/∂F_kL = ε_ikm ε_JLN F_mN.
+pub(super) fn add_pressure_tangent(out: &mut Mat9, f: &Mat3, cof: &Mat3, a: f64, b: f64) {
+    let mut derivative = ZERO9;
+    for (row, out) in derivative.iter_mut().enumerate() {
+        let (i, j) = (row / 3, row % 3);
+        for (k, m, sign) in [((i + 1) % 3, (i + 2) % 3, 1.0), ((i + 2) % 3, (i + 1) % 3, -1.0)] {
+            for (l, n, other) in [((j + 1) % 3, (j + 2) % 3, 1.0), ((j + 2) % 3, (j + 1) % 3, -1.0)] {
+                out[3 * k + l] = sign * other * f[(m, n)];
+            }
+        }
+    }
+    for row in 0..9 {
+        for column in 0..9 {
+            let outer = cof[(row / 3, row % 3)] * cof[(column / 3, column % 3)];
+            out[row][column] += a * derivative[row][column] + b * outer;
+        }
+    }
+}

@@ -1,0 +1,148 @@
+//! Report of a fit: `fit.json` in, `figures/`, `tables/` and `index.html` out. Nothing is fitted here.
+
+mod page;
+mod tables;
+
+use super::error::{self, ReportError};
+use super::{export, figures, store};
+use crate::calibrate::FitCurves;
+use serde::Deserialize;
+use std::path::Path;
+
+/// The part of `fit.json` that a reader is told. Stresses and stiffnesses in Pa, stretches [–].
+#[derive(Clone, Debug, Deserialize)]
+pub struct StoredFit {
+    pub law: String,
+    pub formula: String,
+    pub law_source: String,
+    pub data: String,
+    pub data_sha256: String,
+    pub data_source: Option<String>,
+    pub version: String,
+    pub modes: Vec<String>,
+    /// Smallest and largest fitted λ
+    pub stretch: [f64; 2],
+    pub rows: usize,
+    pub parameters: Vec<Parameter>,
+    pub interval_assumption: String,
+    /// `nu` or `kappa` [Pa], as given
+    pub partner: Option<std::collections::BTreeMap<String, f64>>,
+    pub misfit: Misfit,
+    pub validity: Validity,
+    pub predictions: Vec<Prediction>,
+    pub range_dependence: Vec<Range>,
+    /// Per parameter, over ranges that end earlier
+    pub range_spread: Vec<[f64; 2]>,
+    pub warnings: Vec<Warning>,
+    /// The warnings in words
+    pub messages: Vec<String>,
+    pub curves: FitCurves,
+    pub audit: Vec<Entry>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+pub struct Parameter {
+    pub name: String,
+    pub symbol: String,
+    pub unit: String,
+    pub value: f64,
+    pub std_error: f64,
+    pub interval: [f64; 2],
+}
+
+#[derive(Clone, Debug, Deserialize)]
+pub struct Misfit {
+    pub rows: usize,
+    pub rms_pa: f64,
+    pub rms_relative: f64,
+    pub max_relative: f64,
+    pub bias_relative: f64,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+pub struct Validity {
+    pub tolerance: f64,
+    pub compression_to: Option<f64>,
+    pub tension_to: Option<f64>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+pub struct Prediction {
+    pub kind: String,
+    pub mode: String,
+    pub stretch: [f64; 2],
+    pub misfit: Misfit,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+pub struct Range {
+    pub to: f64,
+    pub rows: usize,
+    pub parameters: Vec<Parameter>,
+    pub rms_pa: f64,
+    pub rms_relative: f64,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+pub struct Warning {
+    pub kind: String,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+pub struct Entry {
+    pub kind: String,
+    pub message: String,
+    pub lines: Vec<u64>,
+}
+
+/// Writes the report of the fit in `dir` beside its `fit.json` and answers with the result in words.
+pub fn write(dir: &Path) -> Result<String, ReportError> {
+    let path = dir.join("fit.json");
+    let fit: StoredFit = store::json(&path)?.ok_or_else(|| ReportError::NotAStudy { path: dir.join("study.json") })?;
+    let tables = tables::all(&fit);
+    error::folder(&dir.join("tables"))?;
+    for table in &tables {
+        table.save(&dir.join("tables"))?;
+    }
+    let figure = figures::fit::draw(&fit);
+    let law_file = std::fs::read_to_string(dir.join("law.toml")).ok();
+    let page = page::html(&fit, figure.as_ref(), &tables, law_file.as_deref());
+    error::write(&dir.join("index.html"), page.as_bytes())?;
+    error::folder(&dir.join("figures"))?;
+    if let Some(figure) = &figure {
+        export::save(&dir.join("figures"), &figure.name, &figure.svg)?;
+    }
+    Ok(page::answer(&fit))
+}
+
+/// Factor and unit in which a stress of this size [Pa] is printed.
+pub fn stress_unit(size: f64) -> (f64, &'static str) {
+    match size.abs() {
+        s if s >= 2e6 => (1e-6, "MPa"),
+        s if s >= 2e3 => (1e-3, "kPa"),
+        _ => (1.0, "Pa"),
+    }
+}
+
+impl Parameter {
+    /// Factor, printed unit and decimals: two digits of the half-width of the interval, four of the value at most.
+    pub fn scale(&self) -> (f64, &str, usize) {
+        let (factor, unit) = if self.unit == "Pa" { stress_unit(self.value) } else { (1.0, self.unit.as_str()) };
+        let half = 0.5 * (self.interval[1] - self.interval[0]).abs();
+        let decimals = crate::study::convergence::verdict::digits(factor * half.max(1e-2 * self.value.abs()));
+        (factor, unit, decimals)
+    }
+
+    /// `357 kPa (95 % interval 334 to 380 kPa)`
+    pub fn words(&self) -> String {
+        let (f, unit, n) = self.scale();
+        let [a, b] = self.interval.map(|v| f * v);
+        format!("{:.n$} {unit} (95 % interval {a:.n$} to {b:.n$} {unit})", f * self.value)
+    }
+}
+
+/// A stretch without the noise of a unit conversion: 1.97727, not 1.9772699999999999.
+pub fn stretch(v: f64) -> String {
+    let s = format!("{v:.4}");
+    s.trim_end_matches('0').trim_end_matches('.').into()
+}

@@ -1,0 +1,98 @@
+//! `index.html` of a fit.
+
+use super::super::figures::Figure;
+use super::super::page::{document, drawing, escape, list, sentence};
+use super::super::tables::Table;
+use super::{Entry, StoredFit, stretch};
+
+/// The result in words.
+pub fn answer(fit: &StoredFit) -> String {
+    let constants: Vec<String> = fit.parameters.iter().map(|p| format!("{} = {}", p.symbol, p.words())).collect();
+    let [a, b] = fit.stretch.map(stretch);
+    let percent = 100.0 * fit.misfit.rms_relative;
+    let mut out = format!(
+        "{}: {} fitted to {} rows ({}, stretch {a} to {b}), misfit {percent:.1} % rms.",
+        constants.join("; "),
+        fit.law,
+        fit.rows,
+        fit.modes.join(" + "),
+    );
+    let tolerance = 100.0 * fit.validity.tolerance;
+    out += &match (fit.validity.tension_to, fit.validity.compression_to) {
+        (Some(to), None) => {
+            format!(" It stays within {tolerance:.0} % rms of these tests up to stretch {}.", stretch(to))
+        }
+        (None, Some(to)) => {
+            format!(" It stays within {tolerance:.0} % rms of these tests down to stretch {}.", stretch(to))
+        }
+        (Some(to), Some(from)) => format!(
+            " It stays within {tolerance:.0} % rms of these tests from stretch {} to {}.",
+            stretch(from),
+            stretch(to)
+        ),
+        (None, None) => format!(" It is nowhere within {tolerance:.0} % rms of these tests."),
+    };
+    for (p, [low, high]) in fit.parameters.iter().zip(&fit.range_spread) {
+        let (f, unit, n) = p.scale();
+        let inside = *low >= p.interval[0] && *high <= p.interval[1];
+        if low < high {
+            let more = if inside { "" } else { ", more than the interval says" };
+            out += &format!(
+                " A range that ends earlier gives {} from {:.n$} to {:.n$} {unit}{more}.",
+                p.symbol,
+                f * low,
+                f * high
+            );
+        }
+    }
+    out
+}
+
+pub fn html(fit: &StoredFit, figure: Option<&Figure>, tables: &[Table], law_file: Option<&str>) -> String {
+    let doubtful =
+        fit.warnings.iter().any(|w| matches!(w.kind.as_str(), "systematic" | "misfit" | "stiffness" | "data"));
+    let mut h = format!("<h1>{} from {}</h1>\n", escape(&fit.law), escape(&fit.data));
+    h += &format!("<p class=\"verdict{}\">{}</p>\n", if doubtful { " refused" } else { "" }, escape(&answer(fit)));
+    if !fit.messages.is_empty() {
+        h += "<h2>Read this before using the numbers</h2>\n";
+        h += &list(fit.messages.iter().map(|m| format!("{}.", sentence(m))));
+    }
+    h += "<h2>Data and law</h2>\n";
+    h += &figure.map_or(String::new(), |f| drawing(f, 1));
+    h += "<h2>Numbers</h2>\n";
+    h += &tables.iter().map(Table::html).collect::<String>();
+    h += "<h2>What was done to the data</h2>\n";
+    h += "<p>Nothing is changed silently; rows that are not listed took part as they are.</p>\n";
+    h += &list(fit.audit.iter().map(line));
+    h += "<h2>Provenance</h2>\n<dl>";
+    let mut put = |name: &str, value: &str| h += &format!("<dt>{name}</dt><dd>{}</dd>\n", escape(value));
+    put("Law", &format!("{}. {}", fit.formula, fit.law_source));
+    put("Data", fit.data_source.as_deref().unwrap_or("no source is stated (a card.toml beside the table would)"));
+    put("SHA-256 of the table", &fit.data_sha256);
+    put("Program", &format!("Durometer {}", fit.version));
+    h += "</dl>\n<p>Every number and curve of this page is in <code>fit.json</code>; <code>durometer report</code> draws it again without fitting.</p>\n";
+    if let Some(text) = law_file {
+        h += &format!(
+            "<details open><summary><code>law.toml</code>, as a scene includes it</summary><pre>{}</pre></details>\n",
+            escape(text)
+        );
+    }
+    document(&format!("{} from {}", fit.law, fit.data), &h)
+}
+
+/// An entry of the audit log.
+fn line(e: &Entry) -> String {
+    const SHOWN: usize = 12;
+    let kind = match e.kind.as_str() {
+        "intake" => "Read",
+        "left_out" => "Left out",
+        "kept" => "Kept",
+        "doubt" => "Doubt",
+        other => other,
+    };
+    let shown: Vec<String> = e.lines.iter().take(SHOWN).map(u64::to_string).collect();
+    let more = if e.lines.len() > SHOWN { format!(" and {} more", e.lines.len() - SHOWN) } else { String::new() };
+    let plural = if e.lines.len() == 1 { "line" } else { "lines" };
+    let lines = if shown.is_empty() { String::new() } else { format!(" ({plural} {}{more})", shown.join(", ")) };
+    format!("{kind}: {}{lines}.", e.message)
+}

@@ -1,0 +1,145 @@
+//! Tables of a fit.
+
+use super::super::tables::Table;
+use super::{Misfit, Parameter, StoredFit, stretch};
+
+/// Rows of the table of ranges at most
+const RANGES: usize = 14;
+
+pub fn all(fit: &StoredFit) -> Vec<Table> {
+    let mut out = vec![parameters(fit)];
+    out.push(misfits(fit));
+    if fit.range_dependence.len() > 1 {
+        out.push(ranges(fit));
+    }
+    out
+}
+
+fn parameters(fit: &StoredFit) -> Table {
+    let mut rows: Vec<Vec<String>> = (fit.parameters.iter().enumerate())
+        .map(|(k, p)| {
+            let (f, unit, n) = p.scale();
+            let number = |v: f64| format!("{:.n$}", f * v);
+            let [low, high] = fit.range_spread.get(k).copied().unwrap_or([p.value; 2]);
+            vec![
+                p.symbol.clone(),
+                p.name.clone(),
+                unit.into(),
+                number(p.value),
+                number(p.std_error),
+                number(p.interval[0]),
+                number(p.interval[1]),
+                format!("{} to {}", number(low), number(high)),
+            ]
+        })
+        .collect();
+    for (name, value) in fit.partner.iter().flatten() {
+        let (symbol, unit) = if name == "nu" { ("ν", "–") } else { ("κ", "Pa") };
+        let dash = || String::from("–");
+        let given = "given, not fitted".to_string();
+        rows.push(vec![symbol.into(), name.clone(), unit.into(), value.to_string(), dash(), dash(), dash(), given]);
+    }
+    Table {
+        name: "parameters",
+        caption: format!(
+            "Constants of {}. The interval is {}. The last column is what a fitted range that ends earlier would have given.",
+            fit.law, fit.interval_assumption
+        ),
+        columns: vec![
+            ("Symbol", "", false),
+            ("Name", "", false),
+            ("Unit", "", false),
+            ("Value", "", true),
+            ("Std error", "", true),
+            ("95 % from", "", true),
+            ("95 % to", "", true),
+            ("Over shorter ranges", "", true),
+        ],
+        rows,
+        pick: None,
+    }
+}
+
+fn misfits(fit: &StoredFit) -> Table {
+    let row = |what: &str, mode: String, [a, b]: [f64; 2], m: &Misfit| {
+        vec![
+            mode,
+            what.into(),
+            m.rows.to_string(),
+            format!("{} to {}", stretch(a), stretch(b)),
+            format!("{:.1}", 100.0 * m.rms_relative),
+            format!("{:+.1}", 100.0 * m.bias_relative).replace('-', "−"),
+            format!("{:.1}", 100.0 * m.max_relative),
+        ]
+    };
+    let mut rows = vec![row("fitted", fit.modes.join(" + "), fit.stretch, &fit.misfit)];
+    rows.extend(fit.predictions.iter().map(|p| row(kind(&p.kind), p.mode.clone(), p.stretch, &p.misfit)));
+    Table {
+        name: "predictions",
+        caption: "The law against the rows that were fitted, and as a prediction of those that were not. Bias below zero: the law is too soft.".into(),
+        columns: vec![
+            ("Mode", "", false),
+            ("Rows", "", false),
+            ("Count", "", true),
+            ("Stretch", "", true),
+            ("Rms", "%", true),
+            ("Bias", "%", true),
+            ("Largest", "%", true),
+        ],
+        rows,
+        pick: None,
+    }
+}
+
+/// A kind of prediction in words.
+fn kind(name: &str) -> &str {
+    match name {
+        "outside_range" => "predicted, outside the range",
+        "other_mode_in_range" => "predicted, same range",
+        "other_mode" => "predicted, every row",
+        other => other,
+    }
+}
+
+fn ranges(fit: &StoredFit) -> Table {
+    let n = fit.range_dependence.len();
+    let count = n.min(RANGES);
+    // Evenly spread, first and last included
+    let mut picked: Vec<usize> = (0..count).map(|k| k * (n - 1) / (count - 1)).collect();
+    let own = |k: &usize| (fit.range_dependence[*k].to - fit.stretch[1]).abs() < 1e-9;
+    picked.extend((0..n).find(own));
+    picked.sort_unstable();
+    picked.dedup();
+    let head: Option<&Parameter> = fit.parameters.first();
+    let rows = (picked.iter())
+        .map(|k| {
+            let r = &fit.range_dependence[*k];
+            let mark = if own(k) { " (fitted)" } else { "" };
+            let mut cells = vec![format!("{}{mark}", stretch(r.to)), r.rows.to_string()];
+            match (r.parameters.first(), head.map(Parameter::scale)) {
+                (Some(p), Some((f, unit, n))) => {
+                    cells.push(format!("{:.n$} {unit}", f * p.value));
+                    cells.push(format!("{:.n$} to {:.n$}", f * p.interval[0], f * p.interval[1]));
+                }
+                _ => cells.extend(["–".into(), "–".into()]),
+            }
+            cells.push(format!("{:.1}", 100.0 * r.rms_relative));
+            cells
+        })
+        .collect();
+    let all =
+        if picked.len() < n { format!(" {} of {n} ranges; all are in fit.json.", picked.len()) } else { String::new() };
+    Table {
+        name: "ranges",
+        caption: format!("The same fit over a range that ends earlier or later.{all}"),
+        columns: vec![
+            ("Largest stretch", "", true),
+            ("Rows", "", true),
+            ("Value", "", true),
+            ("95 % interval", "", true),
+            ("Rms", "%", true),
+        ],
+        rows,
+        pick: Some(format!("{} (fitted)", stretch(fit.stretch[1]))),
+    }
+}

@@ -1,0 +1,280 @@
+//! Cables: duality of tension and length, slack, overpull, two at once, objectivity, work, and the mesh.
+
+mod common;
+
+use common::{column, elastic, hold, law, newton, nodes, ramp, run, scene};
+use durometer::effect::{Cable, CableLength, CableTension, Guide};
+use durometer::math::signal::Signal;
+use durometer::math::tensor::{Mat3, Vec3};
+use durometer::mesh::embed::{ball_weights, embed};
+use durometer::mesh::structured::block;
+use durometer::mesh::{Order, TetMesh};
+use durometer::solve::{Integrator, Newton, NewtonSettings, Span, Status, Step, StepSettings, Stepper};
+use durometer::system::{Constraint, Effect, State, System};
+use std::sync::Arc;
+
+/// 100 × 15 × 15 mm, clamped at x = 0.
+fn beam(nx: usize, n: usize, order: Order) -> TetMesh {
+    block(nx, n, n, 0.1, 0.015, 0.015, order)
+}
+
+/// A straight cable at height z through guides every 20 mm, `radius` None for points. Its pull point lies 10 mm behind the clamp.
+fn cable(mesh: &TetMesh, z: f64, radius: Option<f64>) -> Arc<Cable> {
+    let guide = |x: f64| {
+        let point = Vec3::new(x, 0.0075, z);
+        let weights = match radius {
+            Some(r) => ball_weights(mesh, point, r).expect("inside"),
+            None => embed(mesh, point).expect("inside").weights,
+        };
+        Guide { point, weights }
+    };
+    let guides = [0.015, 0.035, 0.055, 0.075, 0.095].map(guide);
+    Arc::new(Cable::new("cable".into(), Vec3::new(-0.01, 0.0075, z), guides.into()))
+}
+
+fn by_length(mesh: &TetMesh, cable: &Arc<Cable>, shortening: Signal) -> Box<dyn Constraint> {
+    let rest = cable.length(&vec![0.0; 3 * mesh.points.len()]);
+    Box::new(CableLength { cable: cable.clone(), shortening, rest })
+}
+
+fn by_tension(cable: &Arc<Cable>, tension: Signal) -> Box<dyn Effect> {
+    Box::new(CableTension { cable: cable.clone(), tension })
+}
+
+fn system(mesh: &TetMesh, loads: Vec<Box<dyn Effect>>, rows: Vec<Box<dyn Constraint>>) -> System {
+    let mut effects = vec![elastic(mesh, law("neo_hookean", 1e5, 0.45))];
+    effects.extend(loads);
+    System::new(mesh.points.len(), effects, rows, hold(&nodes(mesh, "xmin"), &[0, 1, 2])).expect("a clamped beam")
+}
+
+/// Every accepted state of a quasi-static run over [0, 1].
+fn states(mesh: &TetMesh, system: &System, tolerance: f64, steps: usize) -> (Vec<State>, Status) {
+    let mut stepper = Stepper::new(system, newton(system, tolerance, mesh.diagonal()), StepSettings::default());
+    let mut state = State::rest(mesh.points.len(), system.constraints.len());
+    let span = Span { integrator: Integrator::Static, start: 0.0, end: 1.0, dt: 1.0 / steps as f64 };
+    let mut all = Vec::new();
+    let status = stepper.run(span, &mut state, |_, now, _, _| {
+        all.push(now.clone());
+        true
+    });
+    (all, status)
+}
+
+fn last(mesh: &TetMesh, system: &System, tolerance: f64, steps: usize) -> State {
+    let (mut all, status) = states(mesh, system, tolerance, steps);
+    assert_eq!(status, Status::Converged);
+    all.pop().expect("at least one step")
+}
+
+const RADIUS: f64 = 0.005;
+
+/// Impose lengths of two cables, take the tensions, impose those, and get the lengths back; with one cable and with two.
+/// Both runs solve to 1e-12 of the internal forces, and a beam bent by millimetres turns that into at most 1e-9 L.
+#[test]
+fn length_and_tension_are_dual() {
+    for order in common::ORDERS {
+        let mesh = beam(12, 2, order);
+        for pulls in [&[0.006][..], &[0.006, 0.005]] {
+            let cables: Vec<_> =
+                [0.003, 0.012].iter().zip(pulls).map(|(z, _)| cable(&mesh, *z, Some(RADIUS))).collect();
+            let rows = cables.iter().zip(pulls).map(|(c, d)| by_length(&mesh, c, ramp(*d))).collect();
+            let first = last(&mesh, &system(&mesh, vec![], rows), 1e-12, 4);
+            assert!(first.lambda.iter().all(|t| *t > 0.01), "both cables are taut: {:?}", first.lambda);
+            let loads = cables.iter().zip(&first.lambda).map(|(c, t)| by_tension(c, ramp(*t))).collect();
+            let second = last(&mesh, &system(&mesh, loads, vec![]), 1e-12, 4);
+            for (c, pull) in cables.iter().zip(pulls) {
+                let rest = c.length(&vec![0.0; first.x.len()]);
+                let (a, b) = (c.length(&first.x), c.length(&second.x));
+                println!("duality {order:?}: T = {:?} N, lengths differ by {:.1e}", first.lambda, (a - b) / rest);
+                assert!((a - (rest - pull)).abs() <= 1e-8 * rest, "the length is imposed");
+                assert!((a - b).abs() <= 1e-8 * rest, "{order:?}: {a} by length, {b} by tension");
+            }
+            // And back: the length that the tension gave needs that tension.
+            let rows = cables
+                .iter()
+                .map(|c| by_length(&mesh, c, ramp(c.length(&vec![0.0; first.x.len()]) - c.length(&second.x))))
+                .collect();
+            let third = last(&mesh, &system(&mesh, vec![], rows), 1e-12, 4);
+            for (a, b) in first.lambda.iter().zip(&third.lambda) {
+                assert!((a / b - 1.0).abs() <= 1e-8, "{order:?}: tension {a} N came back as {b} N");
+            }
+        }
+    }
+}
+
+/// Reference 13: pulled, released beyond the free length, pulled again. T ≥ 0 always, T · gap ≤ 1e-8 of T L, and the body
+/// is at rest while the cable is slack.
+#[test]
+fn a_released_cable_is_slack_and_never_pushes() {
+    let mesh = beam(12, 2, Order::Quadratic);
+    let cable = cable(&mesh, 0.003, Some(RADIUS));
+    let shortening = Signal::Sine { amplitude: 0.005, frequency: 1.5, phase: 0.0 };
+    let system = system(&mesh, vec![], vec![by_length(&mesh, &cable, shortening.clone())]);
+    let (all, status) = states(&mesh, &system, 1e-8, 30);
+    assert_eq!(status, Status::Converged);
+    let rest = cable.length(&vec![0.0; 3 * mesh.points.len()]);
+    let strongest = all.iter().map(|s| s.lambda[0]).fold(0.0, f64::max);
+    let (mut slack, mut taut) = (0, 0);
+    for state in &all {
+        let (tension, pull) = (state.lambda[0], shortening.at(state.t));
+        let gap = rest - pull - cable.length(&state.x);
+        assert!(tension >= 0.0, "T = {tension} N at {} s", state.t);
+        assert!(gap >= -1e-8 * rest, "the cable is {gap} m too long at {} s", state.t);
+        assert!(tension * gap.abs() <= 1e-8 * strongest * rest, "T = {tension} N, gap {gap} m at {} s", state.t);
+        if pull < -1e-6 {
+            slack += 1;
+            assert_eq!(tension, 0.0, "slack at {} s", state.t);
+            assert!(common::largest(&state.x) <= 1e-8 * rest, "at rest while slack: {:e}", common::largest(&state.x));
+        } else if pull > 1e-6 {
+            taut += 1;
+            assert!(tension > 0.0, "taut at {} s", state.t);
+        }
+    }
+    println!("slack: {slack} states slack, {taut} taut, T up to {strongest} N");
+    assert!(slack >= 8 && taut >= 16);
+}
+
+/// Reference 14: shortened by more than its whole length. A status and the last good state, no NaN.
+#[test]
+fn overpull_ends_with_a_status_and_the_last_good_state() {
+    for name in ["neo_hookean", "stable_neo_hookean"] {
+        let mesh = beam(8, 1, Order::Linear);
+        let cable = cable(&mesh, 0.003, Some(RADIUS));
+        let rest = cable.length(&vec![0.0; 3 * mesh.points.len()]);
+        let effects = vec![elastic(&mesh, law(name, 1e5, 0.45))];
+        let rows = vec![by_length(&mesh, &cable, ramp(1.2 * rest))];
+        let system = System::new(mesh.points.len(), effects, rows, hold(&nodes(&mesh, "xmin"), &[0, 1, 2])).unwrap();
+        let (all, status) = states(&mesh, &system, 1e-8, 24);
+        let good = all.last().expect("the first pulls are possible");
+        println!("overpull {name}: {} after {:.1} mm", status.name(), 1e3 * 1.2 * rest * good.t);
+        assert!(matches!(status, Status::StepTooSmall { .. } | Status::Inverted { .. }), "{name}: {status:?}");
+        assert!(good.x.iter().chain(&good.lambda).all(|v| v.is_finite()), "{name}");
+        let gap = rest * (1.0 - 1.2 * good.t) - cable.length(&good.x);
+        assert!(gap.abs() <= 1e-8 * rest, "{name}: the last state keeps the length: {gap:e} m");
+        assert!(good.t > 0.2 && good.lambda[0] > 0.0, "{name}: ended at {}", good.t);
+    }
+}
+
+/// Σ w = 1 and Σ w X = X_k: a rigid motion of the body with its pull point leaves the length as it is.
+#[test]
+fn rigid_motion_leaves_the_length() {
+    let q = nalgebra::Rotation3::from_euler_angles(0.4, -1.1, 2.0).into_inner();
+    let shift = Vec3::new(0.3, -0.2, 0.1);
+    for radius in [None, Some(RADIUS)] {
+        let mut mesh = beam(10, 3, Order::Quadratic);
+        mesh.distort(2, 0.1);
+        let weights = |p: Vec3| match radius {
+            Some(r) => ball_weights(&mesh, p, r).expect("inside"),
+            None => embed(&mesh, p).expect("inside").weights,
+        };
+        let points = [Vec3::new(0.02, 0.004, 0.003), Vec3::new(0.06, 0.009, 0.012), Vec3::new(0.098, 0.001, 0.014)];
+        let guides: Vec<_> = points.iter().map(|&point| Guide { point, weights: weights(point) }).collect();
+        let pull = Vec3::new(-0.02, 0.01, 0.02);
+        let before = Cable::new("at rest".into(), pull, guides.clone());
+        let after = Cable::new("moved".into(), q * pull + shift, guides);
+        let moved: Vec<f64> = mesh.points.iter().flat_map(|p| Vec::from((q * p + shift - p).as_slice())).collect();
+        let (a, b) = (before.length(&vec![0.0; moved.len()]), after.length(&moved));
+        // Coordinates of 0.5 m carry a rounding of 1e-16 m each, sums of a hundred of them.
+        assert!((a - b).abs() <= 1e-13, "{radius:?}: {a} before, {b} after");
+        // An affine motion is followed by the guides as by material points.
+        let h = Mat3::new(0.1, 0.2, -0.1, 0.0, -0.2, 0.1, 0.3, 0.1, 0.1);
+        let x: Vec<f64> = mesh.points.iter().flat_map(|p| Vec::from((h * p).as_slice())).collect();
+        for (at, point) in before.polyline(&x)[1..].iter().zip(points) {
+            assert!((at - (point + h * point)).norm() <= 1e-13, "{radius:?}");
+        }
+    }
+}
+
+/// A slow cycle with nothing that dissipates: the work of the cable is the elastic energy, and all of it comes back. The
+/// work is summed by the trapezoidal rule over 2 × 40 steps: its error is T″ d²/12n² ≈ 1/(12·40²) of the work (half-sine:
+/// at most π² times that), 1e-3 of the peak; halving the step must quarter it.
+#[test]
+fn work_of_the_cable_is_the_elastic_energy() {
+    let mismatch = |dt: &str| {
+        let text = format!(
+            r#"
+[mesh]
+body = "block"
+[laws.rubber]
+law = "neo_hookean"
+E = "100 kPa"
+nu = 0.45
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+[[constraint]]
+kind = "fixed"
+region = "xmin"
+[[constraint]]
+kind = "cable"
+guides = [["35 mm", "7.5 mm", "3 mm"], ["65 mm", "7.5 mm", "3 mm"], ["95 mm", "7.5 mm", "3 mm"]]
+pull_point = ["-10 mm", "7.5 mm", "3 mm"]
+guide_radius = "5 mm"
+drive = {{ length = {{ kind = "raised_cosine", amplitude = "8 mm", frequency = "1 Hz" }} }}
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "{dt}"
+[[probe]]
+kind = "energy"
+"#
+        );
+        let scene = scene(beam(10, 2, Order::Quadratic), &text);
+        let result = run(&scene);
+        assert_eq!(result.status, Status::Converged);
+        let (elastic, work) = (column(&result, "elastic_J"), column(&result, "work_J"));
+        let peak = elastic.iter().copied().fold(0.0, f64::max);
+        let tension = column(&result, "cable_tension_N");
+        assert!(elastic.last().unwrap().abs() <= 1e-8 * peak && tension.last().unwrap().abs() < 1e-6, "back at rest");
+        let worst = elastic.iter().zip(&work).map(|(e, w)| (e - w).abs()).fold(0.0, f64::max) / peak;
+        println!("cable work, dt = {dt}: peak {peak:.4e} J, mismatch {worst:.1e}");
+        worst
+    };
+    let (coarse, fine) = (mismatch("0.025 s"), mismatch("0.0125 s"));
+    assert!(coarse <= 1e-3, "work and energy differ by {coarse:e} of the peak");
+    assert!((coarse / fine - 4.0).abs() < 1.0, "second order in dt: {coarse:e}, {fine:e}");
+}
+
+/// Design §4: a point force in three dimensions has infinite compliance, so the bend per pull of a cable through points
+/// keeps falling with h, while a patch has a limit. 2 mm of pull, tet10, h = 7.5, 5 and 3.75 mm.
+#[test]
+fn the_patch_converges_and_the_point_drifts() {
+    let bend = |n: usize, radius| {
+        let mesh = beam(20 * n / 3, n, Order::Quadratic);
+        let rows = vec![by_length(&mesh, &cable(&mesh, 0.003, radius), ramp(0.002))];
+        let state = last(&mesh, &system(&mesh, vec![], rows), 1e-8, 1);
+        let end = nodes(&mesh, "xmax");
+        end.iter().map(|&k| state.x[3 * k as usize + 2]).sum::<f64>() / end.len() as f64
+    };
+    let patch = [2, 3, 4].map(|n| bend(n, Some(RADIUS)));
+    let point = [2, 3, 4].map(|n| bend(n, None));
+    let changes = |v: [f64; 3]| [0, 1].map(|k| (v[k + 1] / v[k] - 1.0).abs());
+    let (a, b) = (changes(patch), changes(point));
+    println!("tip deflection [m]: patch {patch:?}, changes {a:?}; point {point:?}, changes {b:?}");
+    assert!(a.iter().all(|c| *c < 0.001), "the patch moves by less than 0.1 %: {a:?}");
+    assert!((point[2] / point[0] - 1.0).abs() > 5.0 * (patch[2] / patch[0] - 1.0).abs(), "{point:?} against {patch:?}");
+    assert!(b[1] > 10.0 * a[1], "the point still drifts on the finest pair: {b:?} against {a:?}");
+}
+
+/// A clamp that moves carries the guides next to it: the first Newton iteration from rest already meets the length to
+/// second order, δ²/l ≈ (1e-5)²/0.02 = 5e-4 δ.
+#[test]
+fn a_moving_clamp_carries_its_guides() {
+    let mesh = beam(10, 2, Order::Linear);
+    let delta = 1e-5;
+    let weights = |x| ball_weights(&mesh, Vec3::new(x, 0.0075, 0.004), RADIUS).expect("inside");
+    let guide = |x| Guide { point: Vec3::new(x, 0.0075, 0.004), weights: weights(x) };
+    let cable = Arc::new(Cable::new("cable".into(), Vec3::new(-0.02, 0.0075, 0.004), [0.002, 0.09].map(guide).into()));
+    let clamp = common::move_to(&mesh, &nodes(&mesh, "xmin"), |_| Vec3::new(delta, 0.0, 0.5 * delta));
+    let effects = vec![elastic(&mesh, law("neo_hookean", 1e5, 0.45))];
+    let system = System::new(mesh.points.len(), effects, vec![by_length(&mesh, &cable, ramp(delta))], clamp).unwrap();
+    let settings = NewtonSettings { tolerance: 1e-14, max_iterations: 1, line_search: false, reuse_factor: false };
+    let mut once = Newton::new(&system, settings, mesh.diagonal());
+    let past = State::rest(mesh.points.len(), 1);
+    let mut next = State { t: 1.0, ..past.clone() };
+    let step = Step { system: &system, integrator: Integrator::Static, past: &past, dt: 1.0 };
+    assert!(once.solve(&step, &mut next).is_err(), "one iteration is not enough for 1e-14");
+    println!("gap after one iteration: {:e} m, T = {} N", once.sums.g[0], next.lambda[0]);
+    assert!(next.lambda[0] > 0.0 && once.sums.g[0].abs() <= 2e-3 * delta, "gap {:e} m", once.sums.g[0]);
+}

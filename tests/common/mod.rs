@@ -1,0 +1,237 @@
+//! What the physics tests share: seeded numbers, distorted blocks, a dead load, one-call solves.
+
+// Each test binary uses a part of it.
+#![allow(dead_code)]
+
+use durometer::effect::Elastic;
+use durometer::material::{Law, registry};
+use durometer::math::signal::Signal;
+use durometer::math::tensor::Vec3;
+use durometer::mesh::element::{CELL_EDGES, cell_shape, facet_shape};
+use durometer::mesh::structured::block;
+use durometer::mesh::{Order, TetMesh, quadrature};
+use durometer::scene::{Body, Run, Scene, SceneSpec};
+use durometer::solve::{Integrator, Newton, NewtonSettings, Span, Status, StepSettings, Stepper};
+use durometer::system::{At, Blocks, Effect, EvalError, Local, Prescribed, Role, State, System, Want};
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+/// SplitMix64 (Steele, Lea & Flood 2014).
+pub struct Random(pub u64);
+
+impl Random {
+    pub fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// Uniform in [−size, size].
+    pub fn around(&mut self, size: f64) -> f64 {
+        size * (2.0 * self.unit() - 1.0)
+    }
+
+    pub fn vector(&mut self, n: usize, size: f64) -> Vec<f64> {
+        (0..n).map(|_| self.around(size)).collect()
+    }
+}
+
+pub const ORDERS: [Order; 2] = [Order::Linear, Order::Quadratic];
+
+/// The law of this name with E [Pa] and ν.
+pub fn law(name: &str, e: f64, nu: f64) -> Box<dyn Law> {
+    registry::find(name).and_then(|entry| entry.build_from(&[e, nu])).expect("a law of the registry")
+}
+
+/// A unit cube of n³ boxes, every corner node moved by up to `amount` h in each direction, also on the surface; edges
+/// stay straight.
+pub fn distorted_cube(n: usize, order: Order, amount: f64, seed: u64) -> TetMesh {
+    let mut mesh = block(n, n, n, 1.0, 1.0, 1.0, order);
+    let mut random = Random(seed);
+    let corners = (n + 1).pow(3);
+    for point in &mut mesh.points[..corners] {
+        *point += Vec3::from_fn(|_, _| random.around(amount / n as f64));
+    }
+    straighten(&mut mesh);
+    mesh
+}
+
+/// Puts the mid-nodes of quadratic cells halfway between their corners.
+pub fn straighten(mesh: &mut TetMesh) {
+    if mesh.order == Order::Linear {
+        return;
+    }
+    for c in 0..mesh.cell_count() {
+        let nodes = mesh.cell(c).to_vec();
+        for (e, [a, b]) in CELL_EDGES.into_iter().enumerate() {
+            mesh.points[nodes[4 + e] as usize] =
+                (mesh.points[nodes[a] as usize] + mesh.points[nodes[b] as usize]) / 2.0;
+        }
+    }
+}
+
+/// All cells.
+pub fn body(mesh: &TetMesh) -> Vec<u32> {
+    mesh.regions["body"].cells.clone()
+}
+
+/// Nodes of a region.
+pub fn nodes(mesh: &TetMesh, region: &str) -> Vec<u32> {
+    mesh.nodes_of(&mesh.regions[region])
+}
+
+/// Nodes on the surface.
+pub fn surface(mesh: &TetMesh) -> Vec<u32> {
+    let mut nodes = mesh.facets.clone();
+    nodes.sort_unstable();
+    nodes.dedup();
+    nodes
+}
+
+/// The elastic effect of a law on the whole body.
+pub fn elastic(mesh: &TetMesh, law: Box<dyn Law>) -> Box<dyn Effect> {
+    Box::new(Elastic::new("elastic".into(), mesh, &body(mesh), law))
+}
+
+/// Holds components of nodes at zero.
+pub fn hold(nodes: &[u32], components: &[u32]) -> Vec<Prescribed> {
+    let one = |&n: &u32| components.iter().map(move |c| Prescribed { dof: 3 * n + c, signal: Signal::Constant(0.0) });
+    nodes.iter().flat_map(one).collect()
+}
+
+/// Linear from 0 at t = 0 to `to` at t = 1.
+pub fn ramp(to: f64) -> Signal {
+    Signal::Ramp { from: 0.0, to, start: 0.0, end: 1.0 }
+}
+
+/// Moves nodes to u(X) by t = 1.
+pub fn move_to(mesh: &TetMesh, nodes: &[u32], u: impl Fn(Vec3) -> Vec3) -> Vec<Prescribed> {
+    let mut out = Vec::new();
+    for &n in nodes {
+        let value = u(mesh.points[n as usize]);
+        out.extend((0..3).map(|c| Prescribed { dof: 3 * n + c, signal: ramp(value[c as usize]) }));
+    }
+    out
+}
+
+/// Dead load of fixed nodal forces, r = −s(t) f: body forces and tractions of known solutions.
+pub struct DeadLoad {
+    blocks: Blocks,
+    /// [3 × blocks] f [N]
+    force: Vec<f64>,
+    intensity: Signal,
+}
+
+impl DeadLoad {
+    fn new(nodal: &[Vec3], intensity: Signal) -> Self {
+        let loaded: Vec<u32> = (0..nodal.len() as u32).filter(|&k| nodal[k as usize] != Vec3::zeros()).collect();
+        let force = loaded.iter().flat_map(|&k| nodal[k as usize].iter().copied().collect::<Vec<_>>()).collect();
+        Self { blocks: Blocks::new(loaded.chunks(1)), force, intensity }
+    }
+
+    /// ∫ N_a b(X) dV with the degree-5 rule.
+    pub fn body(mesh: &TetMesh, intensity: Signal, b: impl Fn(Vec3) -> Vec3) -> Self {
+        let rule = quadrature::tet(5);
+        let mut nodal = vec![Vec3::zeros(); mesh.points.len()];
+        for c in 0..mesh.cell_count() {
+            for (&xi, w) in rule.points.iter().zip(&rule.weights) {
+                let value = b(mesh.position(c, xi)) * (w * mesh.jacobian(c, xi).determinant());
+                for (&k, n) in mesh.cell(c).iter().zip(cell_shape(mesh.order, xi)) {
+                    nodal[k as usize] += value * n;
+                }
+            }
+        }
+        Self::new(&nodal, intensity)
+    }
+
+    /// ∫ N_a t dA over a facet region, with total force `force`.
+    pub fn traction(mesh: &TetMesh, region: &str, intensity: Signal, force: Vec3) -> Self {
+        let facets = &mesh.regions[region].facets;
+        let traction = force / mesh.region_area(facets);
+        let rule = quadrature::tri(4);
+        let mut nodal = vec![Vec3::zeros(); mesh.points.len()];
+        for &f in facets {
+            for (&xi, w) in rule.points.iter().zip(&rule.weights) {
+                let area = w * mesh.facet_normal(f as usize, xi).norm();
+                for (&k, n) in mesh.facet(f as usize).iter().zip(facet_shape(mesh.order, xi)) {
+                    nodal[k as usize] += traction * (area * n);
+                }
+            }
+        }
+        Self::new(&nodal, intensity)
+    }
+}
+
+impl Effect for DeadLoad {
+    fn name(&self) -> &str {
+        "dead_load"
+    }
+
+    fn role(&self) -> Role {
+        Role::Load
+    }
+
+    fn intensity(&self, t: f64) -> f64 {
+        self.intensity.at(t)
+    }
+
+    fn blocks(&self) -> &Blocks {
+        &self.blocks
+    }
+
+    fn eval(&self, at: &At, b: usize, _: Want, out: &mut Local) -> Result<(), EvalError> {
+        let (dof, s) = (3 * self.blocks.nodes(b)[0] as usize, self.intensity.at(at.t));
+        for i in 0..3 {
+            out.energy -= self.force[3 * b + i] * at.x[dof + i];
+            out.r[i] = -s * self.force[3 * b + i];
+        }
+        Ok(())
+    }
+}
+
+/// Newton at this tolerance, on a body of this length [m].
+pub fn newton(system: &System, tolerance: f64, length: f64) -> Newton {
+    Newton::new(system, NewtonSettings { tolerance, ..NewtonSettings::default() }, length)
+}
+
+/// Quasi-static loading from rest to t = 1 in equal steps; the state and the sums there. Panics with the status if the
+/// run does not converge.
+pub fn statics(mesh: &TetMesh, system: &System, tolerance: f64, steps: usize) -> (State, durometer::system::Assembled) {
+    let mut stepper = Stepper::new(system, newton(system, tolerance, mesh.diagonal()), StepSettings::default());
+    let mut state = system.rest();
+    let span = Span { integrator: Integrator::Static, start: 0.0, end: 1.0, dt: 1.0 / steps as f64 };
+    let status = stepper.run(span, &mut state, |_, _, _, _| true);
+    assert_eq!(status, Status::Converged);
+    (state, stepper.newton.sums)
+}
+
+/// Sum of the reactions at nodes [N].
+pub fn reaction(sums: &durometer::system::Assembled, nodes: &[u32]) -> Vec3 {
+    nodes.iter().map(|&k| Vec3::from_column_slice(&sums.r[3 * k as usize..][..3])).sum()
+}
+
+/// A scene from its text on a mesh that is not in a file.
+pub fn scene(mesh: TetMesh, text: &str) -> Scene {
+    let spec: SceneSpec = toml::from_str(text).unwrap_or_else(|e| panic!("{e}\n{text}"));
+    let body = Body { mesh, paths: BTreeMap::new(), source: "block".into(), sha256: String::new() };
+    Scene::build(Path::new("test.toml"), spec, text.into(), Arc::new(body)).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Runs a scene to its end.
+pub fn run(scene: &Scene) -> Run {
+    scene.run(&mut |_| true, &mut |_| {})
+}
+
+/// A column of a run by its name.
+pub fn column(run: &Run, name: &str) -> Vec<f64> {
+    let k = run.columns.iter().position(|c| c == name).unwrap_or_else(|| panic!("no {name} in {:?}", run.columns));
+    run.rows.iter().map(|row| row[k]).collect()
+}
+
+/// Largest absolute value.
+pub fn largest(v: &[f64]) -> f64 {
+    v.iter().fold(0.0, |m, x| x.abs().max(m))
+}

@@ -1,0 +1,342 @@
+//! The documentation is true of the code: every key of the files is in the guide, links lead somewhere, command lines
+//! parse, example scenes are read.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn text(path: impl AsRef<Path>) -> String {
+    let path = root().join(path);
+    std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+}
+
+fn guide() -> String {
+    text("docs/guide.md")
+}
+
+/// `BendingAngle` → `bending_angle`
+fn snake(name: &str) -> String {
+    let mut out = String::new();
+    for (k, c) in name.chars().enumerate() {
+        if c.is_uppercase() && k > 0 {
+            out.push('_');
+        }
+        out.extend(c.to_lowercase());
+    }
+    out
+}
+
+/// Names that files may hold, from the source of types that are read from files: fields of structs, variants and their
+/// fields of enums, under their serde names.
+fn keys_of(source: &str, types: &[&str]) -> BTreeSet<String> {
+    let mut keys = BTreeSet::new();
+    let mut inside = None;
+    let mut renamed = None;
+    for line in source.lines() {
+        let declared = ["pub struct ", "pub enum "].iter().find_map(|head| line.strip_prefix(head));
+        if let Some(rest) = declared {
+            let name = rest.split([' ', '<', '(', ';']).next().unwrap_or_default();
+            inside = types.contains(&name).then_some(line.starts_with("pub enum"));
+            continue;
+        }
+        if line.starts_with('}') {
+            inside = None;
+        }
+        let Some(is_enum) = inside else { continue };
+        let code = line.split("//").next().unwrap_or_default().trim();
+        if let Some(at) = code.find("rename = \"") {
+            renamed = code[at + 10..].split('"').next().map(str::to_string);
+        }
+        if code.starts_with('#') || code.is_empty() {
+            continue;
+        }
+        let code = code.strip_prefix("pub ").unwrap_or(code);
+        if is_enum && code.starts_with(char::is_uppercase) {
+            let name: String = code.chars().take_while(|c| c.is_alphanumeric()).collect();
+            keys.insert(renamed.take().unwrap_or_else(|| snake(&name)));
+        }
+        // Fields: `name: Type`, several on one line within braces.
+        let fields = match (is_enum, code.split_once('{')) {
+            (true, Some((_, fields))) => fields,
+            _ => code,
+        };
+        for field in fields.split(',') {
+            let Some((name, _)) = field.split_once(':') else { continue };
+            let name = name.trim();
+            if !name.is_empty() && name.chars().all(|c| c.is_ascii_lowercase() || c == '_') {
+                keys.insert(renamed.take().unwrap_or_else(|| name.to_string()));
+            }
+        }
+    }
+    keys
+}
+
+/// Words in code style: between backticks or in fenced blocks.
+fn code_words(markdown: &str) -> BTreeSet<String> {
+    let mut words = BTreeSet::new();
+    let mut fenced = false;
+    for line in markdown.lines() {
+        if line.trim_start().starts_with("```") {
+            fenced = !fenced;
+            continue;
+        }
+        for (k, part) in line.split('`').enumerate() {
+            if fenced || k % 2 == 1 {
+                let split = part.split(|c: char| !c.is_alphanumeric() && c != '_');
+                words.extend(split.filter(|w| !w.is_empty()).map(str::to_string));
+            }
+        }
+    }
+    words
+}
+
+fn missing(keys: BTreeSet<String>) -> Vec<String> {
+    let words = code_words(&guide());
+    keys.into_iter().filter(|key| !words.contains(key)).collect()
+}
+
+#[test]
+fn the_guide_names_every_key_of_a_scene_and_a_study() {
+    let types = [
+        "SceneSpec",
+        "MeshSpec",
+        "GradingSpec",
+        "GeneratorSpec",
+        "ElementSpec",
+        "SelectorSpec",
+        "EffectSpec",
+        "LumpingSpec",
+        "ConstraintSpec",
+        "DriveSpec",
+        "StageSpec",
+        "IntegratorSpec",
+        "ProbeSpec",
+        "NumericsSpec",
+    ];
+    let scene = keys_of(&text("src/scene/spec.rs"), &types);
+    for sure in ["viscous_damping", "guide_radius", "tet10", "generalised_alpha", "max_iterations", "probe", "sphere"] {
+        assert!(scene.contains(sure), "the reader of the source missed {sure}: {scene:?}");
+    }
+    assert_eq!(missing(scene), Vec::<String>::new(), "not in docs/guide.md");
+    let signals = keys_of(&text("src/scene/signal.rs"), &["FunctionSpec"]);
+    assert!(signals.contains("raised_cosine") && signals.contains("amplitude"), "{signals:?}");
+    assert_eq!(missing(signals), Vec::<String>::new(), "signals not in docs/guide.md");
+    let study = keys_of(&text("src/study/spec.rs"), &["StudySpec", "Kind", "VariantSpec", "FamilySpec"]);
+    assert!(study.contains("expectation") && study.contains("members"), "{study:?}");
+    assert_eq!(missing(study), Vec::<String>::new(), "not in docs/guide.md");
+    let roles = keys_of(&text("src/study/record.rs"), &["Role", "Quantity"]);
+    assert!(roles.contains("time_step") && roles.contains("symbol"), "{roles:?}");
+    assert_eq!(missing(roles), Vec::<String>::new(), "not in docs/guide.md");
+}
+
+#[test]
+fn the_guide_names_every_law_constant_and_body() {
+    let laws = durometer::material::LAWS;
+    let keys = laws.iter().flat_map(|l| l.keys.iter().map(|k| k.name)).chain(laws.iter().map(|l| l.info.name));
+    assert_eq!(missing(keys.map(str::to_string).collect()), Vec::<String>::new(), "not in docs/guide.md");
+    let bodies: BTreeSet<String> = durometer::mesh::generate::body::names(root()).into_iter().collect();
+    assert!(bodies.contains("finger"));
+    let (described, guide) = (code_words(&text("meshes/README.md")), code_words(&guide()));
+    for body in bodies {
+        assert!(guide.contains(&body) && described.contains(&body), "{body} is not in the guide or meshes/README.md");
+    }
+}
+
+#[test]
+fn the_theory_has_a_section_for_every_effect_probe_law_and_integrator() {
+    let spec = text("src/scene/spec.rs");
+    let sections = [("EffectSpec", "effects"), ("ConstraintSpec", "effects"), ("ProbeSpec", "probes")];
+    for (registry, page) in sections.into_iter().chain([("IntegratorSpec", "integrators")]) {
+        let words = code_words(&text(format!("docs/theory/{page}.md")));
+        let variants = keys_of(&spec, &[registry]);
+        assert!(variants.len() > 2);
+        for line in spec.lines().skip_while(|l| !l.contains(&format!("enum {registry} "))).take_while(|l| *l != "}") {
+            let name: String = line.trim().chars().take_while(|c| c.is_alphanumeric()).collect();
+            if line.starts_with("    ") && !line.starts_with("     ") && name.starts_with(char::is_uppercase) {
+                assert!(words.contains(&snake(&name)), "{} is not in docs/theory/{page}.md", snake(&name));
+            }
+        }
+    }
+    let words = code_words(&text("docs/theory/laws.md"));
+    for law in durometer::material::LAWS {
+        assert!(words.contains(law.info.name), "{} is not in docs/theory/laws.md", law.info.name);
+    }
+}
+
+fn pages(folder: &Path, out: &mut Vec<PathBuf>) {
+    let skipped = ["target", ".git", ".venv", "reports", "node_modules"];
+    for entry in std::fs::read_dir(folder).expect("a folder of the project").flatten() {
+        let (path, name) = (entry.path(), entry.file_name().to_string_lossy().into_owned());
+        if path.is_dir() && !skipped.contains(&name.as_str()) {
+            pages(&path, out);
+        } else if name.ends_with(".md") {
+            out.push(path);
+        }
+    }
+}
+
+/// Anchor of a heading, as the usual hosts make it.
+fn anchor(heading: &str) -> String {
+    let kept = heading.trim_start_matches('#').trim().to_lowercase();
+    kept.chars().filter(|c| c.is_alphanumeric() || " -_".contains(*c)).map(|c| if c == ' ' { '-' } else { c }).collect()
+}
+
+#[test]
+fn every_relative_link_leads_somewhere() {
+    let mut all = Vec::new();
+    pages(root(), &mut all);
+    assert!(all.len() > 10);
+    let mut broken = Vec::new();
+    for page in &all {
+        let text = std::fs::read_to_string(page).expect("a page");
+        for target in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
+            if target.contains("://") || target.contains(' ') {
+                continue;
+            }
+            let (path, fragment) = target.split_once('#').unwrap_or((target, ""));
+            let folder = page.parent().expect("a file has a folder");
+            let goal = if path.is_empty() { page.clone() } else { folder.join(path) };
+            let found = if fragment.is_empty() || goal.extension().is_none_or(|e| e != "md") {
+                goal.exists()
+            } else {
+                std::fs::read_to_string(&goal)
+                    .is_ok_and(|t| t.lines().filter(|l| l.starts_with('#')).any(|heading| anchor(heading) == fragment))
+            };
+            if !found {
+                broken.push(format!("{}: {target}", page.display()));
+            }
+        }
+    }
+    assert_eq!(broken, Vec::<String>::new());
+}
+
+/// Fenced blocks of a language.
+fn blocks(markdown: &str, language: &str) -> Vec<String> {
+    let mut out = Vec::new();
+    let mut lines = markdown.lines();
+    while let Some(line) = lines.next() {
+        if line.trim_start().starts_with("```") {
+            let block: Vec<&str> = lines.by_ref().take_while(|l| !l.trim_start().starts_with("```")).collect();
+            if line.trim_start().trim_start_matches('`') == language {
+                out.push(block.join("\n") + "\n");
+            }
+        }
+    }
+    out
+}
+
+/// Words of a command line; quotes hold words together.
+fn words(line: &str) -> Vec<String> {
+    let (mut out, mut word, mut quote) = (Vec::new(), String::new(), None);
+    for c in line.chars() {
+        match (quote, c) {
+            (Some(q), c) if c == q => quote = None,
+            (None, '\'' | '"') => quote = Some(c),
+            (None, ' ') => out.push(std::mem::take(&mut word)),
+            _ => word.push(c),
+        }
+    }
+    out.push(word);
+    out.into_iter().filter(|w| !w.is_empty()).collect()
+}
+
+/// The arguments of every line that calls the program.
+fn calls(page: &str) -> Vec<Vec<String>> {
+    let lines: Vec<String> =
+        blocks(&text(page), "sh").iter().flat_map(|b| b.lines().map(str::to_string).collect::<Vec<_>>()).collect();
+    let heads = ["durometer ", "cargo run --release -- "];
+    lines.iter().filter_map(|l| heads.iter().find_map(|h| l.strip_prefix(h))).map(words).collect()
+}
+
+#[test]
+fn command_lines_parse() {
+    let mut pages_with_calls = 0;
+    let pages = [
+        "README.md",
+        "docs/guide.md",
+        "docs/decisions/0001-cable-through-patches.md",
+        "docs/decisions/0004-dense-patch-coupling.md",
+        "meshes/README.md",
+        "data/README.md",
+        "studies/finger-convergence/README.md",
+        "studies/finger-dynamics/README.md",
+    ];
+    for page in pages {
+        let calls = calls(page);
+        pages_with_calls += usize::from(!calls.is_empty());
+        for mut call in calls {
+            // What must exist exists.
+            for file in call.iter().filter(|w| w.starts_with("studies/") || w.starts_with("data/")) {
+                assert!(root().join(file).exists(), "{page}: {file} does not exist");
+            }
+            // Everything before it is parsed first: an unknown flag or command is an error, --help ends well.
+            call.push("--help".into());
+            let output = Command::new(env!("CARGO_BIN_EXE_durometer")).args(&call).output().expect("the program runs");
+            assert!(output.status.success(), "{page}: {call:?}: {}", String::from_utf8_lossy(&output.stderr));
+            let flags = String::from_utf8_lossy(&output.stdout).into_owned();
+            for flag in call.iter().filter(|w| w.starts_with("--")) {
+                assert!(flags.contains(flag.as_str()), "{page}: {call:?}: there is no flag {flag}");
+            }
+        }
+    }
+    assert!(pages_with_calls > 3);
+}
+
+#[test]
+fn every_flag_is_in_the_guide() {
+    let guide = guide();
+    for command in ["run", "simulate", "mesh", "fit", "check", "report", "doctor"] {
+        let output = Command::new(env!("CARGO_BIN_EXE_durometer")).args([command, "--help"]).output().expect("it runs");
+        let help = String::from_utf8_lossy(&output.stdout).into_owned();
+        let section: String = guide
+            .split("\n### ")
+            .find(|s| s.starts_with(&format!("`durometer {command}")))
+            .unwrap_or_else(|| panic!("the guide has no section on {command}"))
+            .into();
+        for flag in help.split_whitespace().filter(|w| w.starts_with("--") && w.len() > 3) {
+            let flag = flag.trim_end_matches([',', '.', ':', '=']);
+            assert!(flag == "--help" || section.contains(flag), "{command}: {flag} is not in its section of the guide");
+        }
+    }
+}
+
+#[test]
+fn example_scenes_and_studies_are_read() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let (mut scenes, mut studies) = (0, 0);
+    for page in ["docs/guide.md", "README.md", "meshes/README.md"] {
+        for block in blocks(&text(page), "toml").iter().filter(|b| b.contains("[[stage]]") || b.contains("[[family]]"))
+        {
+            if block.contains("[[family]]") {
+                let _: durometer::study::spec::StudySpec =
+                    toml::from_str(block).unwrap_or_else(|e| panic!("{page}: {e}"));
+                studies += 1;
+                continue;
+            }
+            let file = folder.path().join("scene.toml");
+            std::fs::write(&file, block).expect("a file is written");
+            durometer::scene::read_scene(&file, &[]).unwrap_or_else(|e| panic!("{page}: {e}"));
+            scenes += 1;
+        }
+    }
+    assert!(scenes >= 3 && studies >= 1, "{scenes} scenes, {studies} studies");
+}
+
+#[test]
+fn the_first_example_is_built_from_a_committed_mesh() {
+    use durometer::scene::{Body, Scene, read_scene};
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for page in ["docs/guide.md", "README.md"] {
+        let block =
+            blocks(&text(page), "toml").into_iter().find(|b| b.contains("body = \"finger\"")).expect("an example");
+        let file = folder.path().join("scene.toml");
+        std::fs::write(&file, &block).expect("a file is written");
+        let (spec, resolved) = read_scene(&file, &[]).unwrap_or_else(|e| panic!("{page}: {e}"));
+        let body = Body::load(&file, &spec.mesh, &mut |_| {}).unwrap_or_else(|e| panic!("{page}: {e}"));
+        Scene::build(&file, spec, resolved, body.into()).unwrap_or_else(|e| panic!("{page}: {e}"));
+    }
+}

@@ -1,0 +1,407 @@
+//! One test over every effect and constraint: residual, tangent, energy, balance of momentum. A kind that a scene can
+//! declare and that has no sample here does not compile.
+//!
+//! Finite differences as in `derivatives.rs`: Richardson's D₆ of steps s, s/2, s/4 along a random direction d. The cells
+//! have edges of about ½ and the states move nodes by up to 0.05, so F and J stay regular within |s| ≈ ρ = 0.05 of
+//! directions of size 1. With s = 1e-3 the truncation is at most (s/ρ)⁶/64 · M/ρ ≈ 2e-11 M, the rounding 6.6 k ε M/s ≈
+//! 1.5e-12 k M with k up to 100 for the sums behind an entry: the bound is 1e-9 M, M the largest value on the stencil plus
+//! the derivative itself.
+
+mod common;
+
+use common::{Random, distorted_cube, scene};
+use durometer::material::{LAWS, Want};
+use durometer::math::tensor::Vec3;
+use durometer::mesh::Order;
+use durometer::scene::Scene;
+use durometer::scene::spec::{ConstraintSpec, EffectSpec};
+use durometer::solve::Integrator;
+use durometer::system::{At, Effect, Local, Role, State, System};
+
+const INTEGRATORS: [Integrator; 7] = [
+    Integrator::Static,
+    Integrator::ImplicitEuler { linearised: false },
+    Integrator::ImplicitEuler { linearised: true },
+    Integrator::Bdf2,
+    Integrator::GeneralisedAlpha { rho: 0.6 },
+    Integrator::GeneralisedAlpha { rho: 0.0 },
+    Integrator::Newmark { beta: 0.25, gamma: 0.5 },
+];
+
+const DT: f64 = 0.02;
+const TIME: f64 = 0.3;
+const BOUND: f64 = 1e-9;
+
+/// Number of the kind: a new kind has no arm, and this file says where its sample belongs.
+fn effect_kind(spec: &EffectSpec) -> usize {
+    match spec {
+        EffectSpec::Elastic { .. } => 0,
+        EffectSpec::Inertia { .. } => 1,
+        EffectSpec::Gravity { .. } => 2,
+        EffectSpec::MassDamping { .. } => 3,
+        EffectSpec::ViscousDamping { .. } => 4,
+    }
+}
+
+fn constraint_kind(spec: &ConstraintSpec) -> usize {
+    match spec {
+        ConstraintSpec::Fixed { .. } => 0,
+        ConstraintSpec::Prescribed { .. } => 1,
+        ConstraintSpec::Cable { .. } => 2,
+    }
+}
+
+/// Every kind once, inertia with each lumping, the law given; moduli, densities and viscosities make forces of one size.
+fn sample(law: &str, order: Order) -> Scene {
+    let masses = ["consistent", "lumped", "uniform"].map(|m| {
+        format!("[[effect]]\nkind = \"inertia\"\nregion = \"body\"\ndensity = \"900 kg/m^3\"\nmass = \"{m}\"\n")
+    });
+    let text = format!(
+        r#"
+[mesh]
+body = "block"
+[laws.rubber]
+law = "{law}"
+E = "100 kPa"
+nu = 0.4
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+{}
+[[effect]]
+kind = "gravity"
+region = "body"
+density = "1000 kg/m^3"
+direction = [1, -2, 3]
+acceleration = {{ kind = "ramp", from = "0 m/s^2", to = "30 m/s^2", end = "1 s" }}
+[[effect]]
+kind = "mass_damping"
+region = "body"
+density = "900 kg/m^3"
+mass = "consistent"
+alpha = "3 /s"
+[[effect]]
+kind = "viscous_damping"
+region = "body"
+eta = "2 kPa s"
+[[constraint]]
+kind = "fixed"
+region = "xmin"
+[[constraint]]
+kind = "prescribed"
+region = "xmax"
+components = "xz"
+displacement = {{ kind = "ramp", from = "0 mm", to = "80 mm", end = "1 s" }}
+[[constraint]]
+kind = "cable"
+name = "by_length"
+guides = [["0.05 m", "0.8 m", "0.3 m"], ["0.5 m", "0.7 m", "0.5 m"], ["0.9 m", "0.8 m", "0.6 m"]]
+pull_point = ["-0.3 m", "0.9 m", "0.2 m"]
+guide_radius = "0.2 m"
+drive = {{ length = "10 mm" }}
+[[constraint]]
+kind = "cable"
+name = "by_tension"
+guides = [["0.3 m", "0.2 m", "0.3 m"], ["0.9 m", "0.3 m", "0.6 m"]]
+pull_point = ["-0.3 m", "0.1 m", "0.2 m"]
+guide_radius = "point"
+drive = {{ tension = {{ kind = "ramp", from = "0 N", to = "5 kN", end = "1 s" }} }}
+[[stage]]
+integrator = "bdf2"
+duration = "1 s"
+dt = "0.1 s"
+"#,
+        masses.concat()
+    );
+    scene(distorted_cube(2, order, 0.1, 17), &text)
+}
+
+/// Each law with tet10, one with tet4 besides.
+fn over_scenes(check: impl Fn(&str, &Scene)) {
+    for entry in LAWS {
+        check(&format!("{} tet10", entry.info.name), &sample(entry.info.name, Order::Quadratic));
+    }
+    check("neo_hookean tet4", &sample("neo_hookean", Order::Linear));
+}
+
+/// The state before a step of an integrator, at random rates, and a displacement after it.
+fn states(integrator: Integrator, n: usize, first: bool, random: &mut Random) -> (State, Vec<f64>) {
+    let mut past = State::rest(n / 3, 0);
+    past.x = random.vector(n, 0.03);
+    past.v = random.vector(n, 1.0);
+    past.a = random.vector(n, 10.0);
+    integrator.begin(&mut past);
+    if !first {
+        past.memory = random.vector(if integrator == Integrator::Bdf2 { 2 * n } else { past.memory.len() }, 0.05);
+        past.dt = 0.7 * DT;
+    }
+    let x = past.x.iter().map(|x| x + random.around(0.02)).collect();
+    (past, x)
+}
+
+/// What a step of an integrator sees at displacement x.
+fn with_at<T>(integrator: Integrator, past: &State, x: &[f64], use_it: impl FnOnce(&At) -> T) -> T {
+    let (mut v, mut a) = (vec![0.0; x.len()], vec![0.0; x.len()]);
+    integrator.kinematics(past, DT, x, &mut v, &mut a);
+    use_it(&At { t: TIME, dt: DT, x, v: &v, a: &a, old: &past.x, rates: integrator.rates(past, DT) })
+}
+
+fn eval(effect: &(dyn Effect + 'static), at: &At, b: usize, want: Want) -> Local {
+    let mut out = Local::new(3 * effect.blocks().nodes(b).len());
+    effect.eval(at, b, want, &mut out).expect("the state is regular");
+    out
+}
+
+/// The dofs of a block out of a vector over all.
+fn gather(nodes: &[u32], all: &[f64]) -> Vec<f64> {
+    nodes.iter().flat_map(|&k| all[3 * k as usize..3 * k as usize + 3].to_vec()).collect()
+}
+
+/// K d with the lower triangle read as a symmetric matrix.
+fn times(k: &[f64], d: &[f64]) -> Vec<f64> {
+    let n = d.len();
+    (0..n).map(|i| (0..n).map(|j| k[i.max(j) * n + i.min(j)] * d[j]).sum()).collect()
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// D₆ of g at 0, component by component, and the size of g on the stencil.
+fn difference(g: impl Fn(f64) -> Vec<f64>) -> (Vec<f64>, f64) {
+    let (s, mut size) = (1e-3, 0.0_f64);
+    let [d1, d2, d4] = [s, s / 2.0, s / 4.0].map(|s| {
+        let (plus, minus) = (g(s), g(-s));
+        size = size.max(common::largest(&plus)).max(common::largest(&minus));
+        plus.iter().zip(&minus).map(|(p, m)| (p - m) / (2.0 * s)).collect::<Vec<_>>()
+    });
+    let d: Vec<f64> = (0..d1.len()).map(|i| (64.0 * d4[i] - 20.0 * d2[i] + d1[i]) / 45.0).collect();
+    let total = size + common::largest(&d);
+    (d, total)
+}
+
+fn assert_close(label: &str, got: &[f64], (d, size): &(Vec<f64>, f64)) {
+    for (i, (got, want)) in got.iter().zip(d).enumerate() {
+        assert!((got - want).abs() <= BOUND * size, "{label}[{i}] = {got:e}, differences say {want:e} (size {size:e})");
+    }
+}
+
+fn along(x: &[f64], d: &[f64], s: f64) -> Vec<f64> {
+    x.iter().zip(d).map(|(x, d)| x + s * d).collect()
+}
+
+#[test]
+fn the_samples_cover_every_kind() {
+    let scene = sample("neo_hookean", Order::Linear);
+    let mut seen = [false; 5];
+    scene.spec.effects.iter().for_each(|e| seen[effect_kind(e)] = true);
+    assert_eq!(seen, [true; 5]);
+    let mut seen = [false; 3];
+    scene.spec.constraints.iter().for_each(|c| seen[constraint_kind(c)] = true);
+    assert_eq!(seen, [true; 3]);
+}
+
+/// K_e = ∂r/∂x + cv ∂r/∂v + ca ∂r/∂a, symmetric (only one triangle is stored: a wrong symmetry fails here), under every
+/// integrator, in its first step and in the later ones.
+#[test]
+fn tangent_is_the_derivative_of_the_residual_under_every_integrator() {
+    over_scenes(|name, scene| {
+        let mut random = Random(1);
+        for integrator in INTEGRATORS {
+            for first in [true, false] {
+                let n = scene.system.dofs.equation.len();
+                let (past, x) = states(integrator, n, first, &mut random);
+                let d = random.vector(n, 1.0);
+                for (e, effect) in scene.system.effects.iter().map(AsRef::as_ref).enumerate() {
+                    for b in (0..effect.blocks().len()).step_by(5) {
+                        let nodes = effect.blocks().nodes(b);
+                        let k = with_at(integrator, &past, &x, |at| eval(effect, at, b, Want::Tangent).k);
+                        let differences = difference(|s| {
+                            with_at(integrator, &past, &along(&x, &d, s), |at| eval(effect, at, b, Want::Residual).r)
+                        });
+                        let label = format!("{name}: effect {e} {}, block {b}, {integrator:?}: (K d)", effect.name());
+                        assert_close(&label, &times(&k, &gather(nodes, &d)), &differences);
+                    }
+                }
+            }
+        }
+    });
+}
+
+/// Stored: r = ∂E/∂x. Load: r = s(t) ∂φ/∂x. Kinetic: E = ½v·Mv with the M of r = M a. Dissipative: E = r·(x − old).
+#[test]
+fn energy_belongs_to_the_residual() {
+    over_scenes(|name, scene| {
+        let mut random = Random(2);
+        let n = scene.system.dofs.equation.len();
+        let integrator = Integrator::ImplicitEuler { linearised: false };
+        let (past, x) = states(integrator, n, true, &mut random);
+        let d = random.vector(n, 1.0);
+        for (e, effect) in scene.system.effects.iter().map(AsRef::as_ref).enumerate() {
+            for b in 0..effect.blocks().len() {
+                let local = gather(effect.blocks().nodes(b), &d);
+                let label = format!("{name}: effect {e} {}, block {b}", effect.name());
+                let now = with_at(integrator, &past, &x, |at| eval(effect, at, b, Want::Residual));
+                match effect.role() {
+                    Role::Stored | Role::Load => {
+                        let s = if effect.role() == Role::Load { effect.intensity(TIME) } else { 1.0 };
+                        assert!(s > 0.0, "{label}: a load of no intensity tests nothing");
+                        let energy = difference(|h| {
+                            let x = along(&x, &d, h);
+                            vec![s * with_at(integrator, &past, &x, |at| eval(effect, at, b, Want::Energy).energy)]
+                        });
+                        assert_close(&label, &[dot(&now.r, &local)], &energy);
+                    }
+                    Role::Kinetic => {
+                        with_at(integrator, &past, &x, |at| {
+                            let force = eval(effect, &At { a: at.v, ..*at }, b, Want::Residual).r;
+                            let energy = difference(|h| {
+                                let v = along(at.v, &d, h);
+                                vec![eval(effect, &At { v: &v, ..*at }, b, Want::Energy).energy]
+                            });
+                            assert_close(&label, &[dot(&force, &local)], &energy);
+                            let half = 0.5 * dot(&force, &gather(effect.blocks().nodes(b), at.v));
+                            assert!(half > 0.0 && (half - now.energy).abs() <= 1e-13 * half, "{label}: ½v·Mv");
+                        });
+                    }
+                    Role::Dissipative => {
+                        let step: Vec<f64> = x.iter().zip(&past.x).map(|(x, old)| x - old).collect();
+                        let work = dot(&now.r, &gather(effect.blocks().nodes(b), &step));
+                        assert!(work > 0.0 && (work - now.energy).abs() <= 1e-13 * work, "{label}: {work}");
+                    }
+                }
+            }
+        }
+    });
+}
+
+/// Σ r = 0 for forces inside the body, and Σ x × r = 0 where the law is objective; Σ r = m a, α m v and −m g for the
+/// others under a uniform field. Rounding of sums of a thousand terms (ε times that at worst): 1e-12 of the sum of sizes.
+#[test]
+fn momentum_balances() {
+    over_scenes(|name, scene| {
+        let mut random = Random(3);
+        let system = &scene.system;
+        let mesh = &scene.body.mesh;
+        let n = system.dofs.equation.len();
+        let integrator = Integrator::ImplicitEuler { linearised: false };
+        let (past, x) = states(integrator, n, true, &mut random);
+        let uniform = Vec3::new(0.3, -0.7, 0.2);
+        let field: Vec<f64> = (0..n).map(|i| uniform[i % 3]).collect();
+        let volume = mesh.volume();
+        for (e, effect) in system.effects.iter().map(AsRef::as_ref).enumerate() {
+            let (mut force, mut moment, mut size, mut arm) = (Vec3::zeros(), Vec3::zeros(), 0.0, 0.0);
+            with_at(integrator, &past, &x, |at| {
+                let at = At { v: &field, a: &field, ..*at };
+                for b in 0..effect.blocks().len() {
+                    let r = eval(effect, &at, b, Want::Residual).r;
+                    for (k, &node) in effect.blocks().nodes(b).iter().enumerate() {
+                        let f = Vec3::from_column_slice(&r[3 * k..3 * k + 3]);
+                        let p = mesh.points[node as usize] + Vec3::from_column_slice(&x[3 * node as usize..][..3]);
+                        force += f;
+                        moment += p.cross(&f);
+                        size += f.norm();
+                        arm += p.norm() * f.norm();
+                    }
+                }
+            });
+            let label = format!("{name}: effect {e} {}: Σr = {force}, Σx×r = {moment}", effect.name());
+            let (expected, twistless) = match effect.name() {
+                "elastic" => (Vec3::zeros(), scene.law.info().objective),
+                "viscous_damping" => (Vec3::zeros(), true),
+                "inertia" => (uniform * 900.0 * volume, false),
+                "mass_damping" => (uniform * 3.0 * 900.0 * volume, false),
+                "gravity" => (Vec3::new(1.0, -2.0, 3.0).normalize() * (-1000.0 * 9.0 * volume), false),
+                // The pull point holds the other end: T times the direction of the first segment.
+                "by_tension" => {
+                    let line = scene.cables[1].cable.polyline(&x);
+                    ((line[1] - line[0]).normalize() * effect.intensity(TIME), false)
+                }
+                other => panic!("say what the forces of {other} sum up to"),
+            };
+            assert!((force - expected).norm() <= 1e-12 * size, "{label}, expected {expected}");
+            assert!(!twistless || moment.norm() <= 1e-12 * arm, "{label}");
+        }
+    });
+}
+
+/// What has a rate rests in statics, whatever the step did: the result of statics must not depend on dt.
+#[test]
+fn rate_effects_rest_in_statics() {
+    let scene = sample("neo_hookean", Order::Quadratic);
+    let mut random = Random(4);
+    let (past, x) = states(Integrator::Static, scene.system.dofs.equation.len(), true, &mut random);
+    for effect in
+        scene.system.effects.iter().map(AsRef::as_ref).filter(|e| e.needs().velocity || e.needs().acceleration)
+    {
+        for b in 0..effect.blocks().len() {
+            let local = with_at(Integrator::Static, &past, &x, |at| eval(effect, at, b, Want::Tangent));
+            assert!(local.r.iter().chain(&local.k).all(|v| *v == 0.0), "{} in statics", effect.name());
+            assert_eq!(local.energy, 0.0, "{} in statics", effect.name());
+        }
+    }
+    let rates: Vec<_> = scene.system.effects.iter().filter(|e| e.needs().velocity).map(|e| e.name()).collect();
+    assert_eq!(rates, ["inertia", "inertia", "inertia", "mass_damping", "viscous_damping"]);
+}
+
+/// c ↔ ∂c/∂x ↔ ∂²c/∂x² of every exact row.
+#[test]
+fn rows_are_consistent() {
+    over_scenes(|name, scene| {
+        let mut random = Random(5);
+        let n = scene.system.dofs.equation.len();
+        assert!(!scene.system.constraints.is_empty());
+        for constraint in &scene.system.constraints {
+            let (x, d) = (random.vector(n, 0.03), random.vector(n, 1.0));
+            for b in 0..constraint.blocks().len() {
+                let nodes = constraint.blocks().nodes(b);
+                let at = |x: &[f64]| {
+                    let mut out = Local::new(3 * nodes.len());
+                    constraint.eval(x, b, Want::Tangent, &mut out).expect("the guides are apart");
+                    out
+                };
+                let (now, local) = (at(&x), gather(nodes, &d));
+                let label = format!("{name}: {}, segment {b}", constraint.name());
+                assert_close(&label, &[dot(&now.r, &local)], &difference(|s| vec![at(&along(&x, &d, s)).energy]));
+                assert_close(&label, &times(&now.k, &local), &difference(|s| at(&along(&x, &d, s)).r));
+            }
+        }
+    });
+}
+
+/// The sums: K on the free dofs, `lift` and `carried` along the prescribed ones, the gradient of the rows.
+#[test]
+fn assembled_tangent_is_the_derivative_of_the_assembled_residual() {
+    over_scenes(|name, scene| {
+        let system: &System = &scene.system;
+        let mut random = Random(6);
+        for integrator in INTEGRATORS {
+            let n = system.dofs.equation.len();
+            let (past, x) = states(integrator, n, false, &mut random);
+            let lambda = [700.0];
+            let (mut free, mut held) = (random.vector(n, 1.0), random.vector(n, 1.0));
+            for p in &system.prescribed {
+                free[p.dof as usize] = 0.0;
+            }
+            system.dofs.free.iter().for_each(|&dof| held[dof as usize] = 0.0);
+            let sums = |x: &[f64], want: Want, increment: Option<&[f64]>| {
+                let mut out = system.workspace();
+                with_at(integrator, &past, x, |at| system.assemble(at, &lambda, want, increment, &mut out))
+                    .expect("the state is regular");
+                out
+            };
+            let now = sums(&x, Want::Tangent, Some(&held));
+            let residual = |d: &[f64]| difference(|s| system.restrict(&sums(&along(&x, d, s), Want::Residual, None).r));
+            let mut product = vec![0.0; system.dofs.free.len()];
+            system.pattern.multiply(&now.k, &system.restrict(&free), &mut product);
+            assert_close(&format!("{name}, {integrator:?}: K d"), &product, &residual(&free));
+            assert_close(&format!("{name}, {integrator:?}: lift"), &now.lift, &residual(&held));
+            let row = |d: &[f64]| difference(|s| vec![-sums(&along(&x, d, s), Want::Residual, None).g[0]]);
+            let slope = dot(&now.gradient[0], &system.restrict(&free));
+            assert_close(&format!("{name}, {integrator:?}: h·d"), &[slope], &row(&free));
+            assert!(now.carried[0] != 0.0, "a guide next to the fixed face is carried by it");
+            assert_close(&format!("{name}, {integrator:?}: carried"), &now.carried, &row(&held));
+        }
+    });
+}
