@@ -9,7 +9,7 @@ pub enum SceneError {
     #[error("{}: cannot be read: {reason}; check the path and its permissions", file.display())]
     Unreadable { file: PathBuf, reason: String },
     #[error("{}{mistake}", file.display())]
-    Syntax { file: PathBuf, mistake: Mistake },
+    Syntax { file: PathBuf, mistake: Box<Mistake> },
     #[error("{}: {place}: {fact}; {remedy}", file.display())]
     Content { file: PathBuf, place: String, fact: String, remedy: String },
     #[error("{}: {place}: {source}", file.display())]

@@ -112,7 +112,7 @@ impl Study {
         for (what, names) in [("variant", &known), ("family", &labels)] {
             check_names(names).map_err(|(k, fact, remedy)| content(format!("{what} {}", k + 1), fact, remedy))?;
         }
-        for variant in spec.variants.iter().filter(|v| v.quantities.is_empty()) {
+        if let Some(variant) = spec.variants.iter().find(|v| v.quantities.is_empty()) {
             let place = format!("variant {}", variant.name);
             let remedy = "add quantity = [{ name = …, label = …, symbol = …, unit = … }] with a recorded column";
             return Err(content(place, "it judges no quantity".into(), remedy));
