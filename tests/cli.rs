@@ -217,11 +217,13 @@ fn the_number_of_jobs_does_not_change_a_bit() {
     let mut compared = 0;
     for entry in std::fs::read_dir(Path::new(&first).join("cases")).expect("cases").flatten() {
         let name = entry.file_name().into_string().expect("ASCII");
-        let (a, b) = (read(&entry.path()), read(&Path::new(&second).join("cases").join(&name)));
-        if name.ends_with(".csv") || name.ends_with(".skin.json") {
-            assert_eq!(a, b, "{name}");
+        let other = Path::new(&second).join("cases").join(&name);
+        let bytes = |path: &Path| std::fs::read(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+        // Series and surfaces are compared byte by byte, records without their times.
+        if name.ends_with(".csv") || name.contains(".skin.") {
+            assert!(bytes(&entry.path()) == bytes(&other), "{name}");
         } else {
-            let (mut a, mut b) = (json(&a), json(&b));
+            let (mut a, mut b) = (json(&read(&entry.path())), json(&read(&other)));
             timeless(&mut a);
             timeless(&mut b);
             assert_eq!(a, b, "{name}");

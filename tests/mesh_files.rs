@@ -129,7 +129,7 @@ fn every_bad_file_is_refused_with_its_message() {
         ("huge-count.msh", format!(", line 6: the file ends where the nodes of a block (500000000000 announced) should stand; {CUT}")),
         ("inverted.msh", ": cell 2 is inverted (volume -3.333e-1 m^3; 1 of 3 cells); renumber its nodes or remesh".into()),
         ("loose-facet.msh", ": facet 2 of region root is no face of any cell; save the volume next to it".into()),
-        ("mesh.inp", ": this file type is not read directly; convert it first: durometer mesh --file takes STEP, BREP, STL, OBJ and what meshio reads".into()),
+        ("mesh.inp", ": this file type is not read directly; in a scene give it as [mesh] file with a size: STEP, BREP, STL, OBJ and what meshio reads go through the mesher".into()),
         ("mixed-order.msh", format!(": mixed-cell mesh: 1 × 10-node tetrahedra, 2 × 4-node tetrahedra; {ONLY}")),
         ("mixed.msh", format!(": mixed-cell mesh: 2 × 4-node tetrahedra, 1 × 5-node pyramids; {ONLY}")),
         ("no-format.msh", format!(", line 1: expected $MeshFormat, found \"$Nodes\"; {DAMAGED}")),

@@ -87,9 +87,8 @@ impl Effect for MeanDilatation {
             if want == Want::Tangent {
                 add_pressure_tangent(&mut a, &f, &cof, p * dg, p * d2g);
                 for (node, coupling) in self.points.contract(b, q, &cof).enumerate() {
-                    for i in 0..3 {
-                        gradient[3 * node + i] += w * dg * coupling[i];
-                    }
+                    let entries = &mut gradient[3 * node..][..3];
+                    entries.iter_mut().zip(coupling).for_each(|(g, b)| *g += w * dg * b);
                 }
             }
             self.points.scatter(b, q, n, &(response.p + p * dg * cof), &a, want, out);

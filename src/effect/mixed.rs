@@ -138,29 +138,26 @@ impl Effect for MixedElastic {
                 add_pressure_tangent(&mut a, &f, &cof, p * dg, p * d2g);
             }
             self.points.scatter(b, q, n, &(response.p + p * dg * cof), &a, want, out);
-            for c in 0..4 {
-                out.r[first + c] += w * self.s * shape[c] * g;
+            for (r, n) in out.r[first..].iter_mut().zip(shape) {
+                *r += w * self.s * n * g;
             }
             if want == Want::Tangent {
                 // ∂r_π/∂u = w s N_c G' cof F ∂N/∂X
                 for (node, coupling) in self.points.contract(b, q, &cof).enumerate() {
-                    for c in 0..4 {
-                        for i in 0..3 {
-                            out.k[(first + c) * n + 3 * node + i] += w * self.s * shape[c] * dg * coupling[i];
-                        }
+                    for (c, shape) in shape.iter().enumerate() {
+                        let row = &mut out.k[(first + c) * n + 3 * node..][..3];
+                        row.iter_mut().zip(coupling).for_each(|(k, b)| *k += w * self.s * shape * dg * b);
                     }
                 }
             }
         }
-        let compliance = &self.compliance[b];
-        for c in 0..4 {
-            let row: f64 = (0..4).map(|d| compliance[c][d] * pressures[d] / self.s).sum();
+        for (c, compliance) in self.compliance[b].iter().enumerate() {
+            let row: f64 = compliance.iter().zip(&pressures).map(|(k, p)| k * p / self.s).sum();
             out.energy -= 0.5 * row * pressures[c] / self.s;
             out.r[first + c] -= row;
             if want == Want::Tangent {
-                for d in 0..=c {
-                    out.k[(first + c) * n + first + d] -= compliance[c][d];
-                }
+                let entries = &mut out.k[(first + c) * n + first..][..4];
+                entries.iter_mut().zip(compliance).for_each(|(k, c)| *k -= c);
             }
         }
         Ok(())

@@ -80,7 +80,7 @@ impl Volumetric {
         let j = 1.0 + x;
         match self.kind {
             VolumetricKind::Quadratic => Ok((x, 1.0, 0.0)),
-            _ if !(j > 0.0) => Err(LawError::Inverted { j }),
+            _ if j.is_nan() || j <= 0.0 => Err(LawError::Inverted { j }),
             VolumetricKind::Logarithmic => Ok((x.ln_1p(), 1.0 / j, -1.0 / (j * j))),
             // With r = [x − ln(1 + x) − ½x²]/x³ and g² = 1 + xr: G = xg; G G′ = U′/κ and (G G′)′ = U″/κ, divided by hand.
             VolumetricKind::SimoTaylor => {

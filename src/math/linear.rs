@@ -55,6 +55,8 @@ pub struct Factor {
     l: Vec<f64>,
     memory: MemBuffer,
     kind: Kind,
+    /// Try LLᵀ first; off where negative eigenvalues are in the nature of the matrix
+    try_llt: bool,
     /// Negative pivots of the last factorisation: the number of negative eigenvalues (Sylvester's law of inertia).
     pub negative_pivots: usize,
     /// Numeric factorisations so far.
@@ -70,7 +72,17 @@ const SOLVE_TOLERANCE: f64 = 1e-9;
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 impl Factor {
+    /// For matrices that are expected to be positive definite.
     pub fn new(pattern: SymPattern) -> Self {
+        Self::with(pattern, true)
+    }
+
+    /// For matrices of saddle points: LDLᵀ at once.
+    pub fn indefinite(pattern: SymPattern) -> Self {
+        Self::with(pattern, false)
+    }
+
+    fn with(pattern: SymPattern, try_llt: bool) -> Self {
         let n = pattern.n;
         // Without a permutation the symbolic phase reads the upper triangle, the numeric one the lower.
         let (col_ptr, row_idx) = pattern.upper();
@@ -92,6 +104,7 @@ impl Factor {
             l,
             memory,
             kind: Kind::None,
+            try_llt,
             negative_pivots: 0,
             count: 0,
             factor_time: Duration::ZERO,
@@ -126,19 +139,20 @@ impl Factor {
         }
         let symbolic = SymbolicSparseColMatRef::new_checked(n, n, &self.pattern.col_ptr, None, &self.pattern.row_idx);
         let matrix = SparseColMatRef::new(symbolic, values);
-        let stack = MemStack::new(&mut self.memory);
-        let llt = self.symbolic.factorize_numeric_llt(
-            &mut self.l,
-            matrix,
-            Side::Lower,
-            Default::default(),
-            Par::Seq,
-            stack,
-            Default::default(),
-        );
-        if llt.is_ok() {
-            self.kind = Kind::Llt;
-            return Ok(());
+        if self.try_llt {
+            let llt = self.symbolic.factorize_numeric_llt(
+                &mut self.l,
+                matrix,
+                Side::Lower,
+                Default::default(),
+                Par::Seq,
+                MemStack::new(&mut self.memory),
+                Default::default(),
+            );
+            if llt.is_ok() {
+                self.kind = Kind::Llt;
+                return Ok(());
+            }
         }
         self.symbolic
             .factorize_numeric_ldlt(

@@ -21,7 +21,7 @@ pub fn read(path: &Path, unit_m: f64) -> Result<TetMesh, MeshError> {
         _ => Err(MeshError::Format {
             file: path.to_path_buf(),
             fact: "this file type is not read directly".into(),
-            remedy: "convert it first: durometer mesh --file takes STEP, BREP, STL, OBJ and what meshio reads".into(),
+            remedy: "in a scene give it as [mesh] file with a size: STEP, BREP, STL, OBJ and what meshio reads go through the mesher".into(),
         }),
     }
 }

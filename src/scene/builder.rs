@@ -5,7 +5,9 @@ use super::error::{SceneError, hint};
 use super::protocol::NamedSignal;
 use super::quantity::Length;
 use super::signal::SignalSpec;
-use super::spec::{ConstraintSpec, EffectSpec, FormulationSpec, GuideRadius, LumpingSpec, SceneSpec, SelectorSpec};
+use super::spec::{
+    ConstraintSpec, EffectSpec, FormulationSpec, GuideRadius, LumpingSpec, PickSpec, SceneSpec, SelectorSpec,
+};
 use crate::effect::{
     Cable, CellPoints, Elastic, Gravity, Guide, Inertia, Lumping, Mass, MassDamping, MeanDilatation, MixedElastic,
     ViscousDamping, pressure_hosts,
@@ -53,7 +55,7 @@ impl<'a> Builder<'a> {
                 fact,
                 remedy: remedy.into(),
             })?;
-            let region = selector.selector().select(&body.mesh, Pick::Nodes).map_err(|e| part(file, &place, e))?;
+            let region = selector.selector().select(&body.mesh, selector.pick()).map_err(|e| part(file, &place, e))?;
             regions.insert(name.clone(), region);
             remarks.push(format!("region {name} is picked by a selector: its extent changes with the mesh (O(h))"));
         }
@@ -303,18 +305,30 @@ impl SelectorSpec {
     pub(super) fn selector(&self) -> Selector {
         let vector = |p: &[Length; 3]| Vec3::new(p[0].0, p[1].0, p[2].0);
         match self {
-            Self::Box { min, max } => Selector::Box { min: vector(min), max: vector(max) },
-            Self::Sphere { center, radius } => Selector::Sphere { center: vector(center), radius: radius.0 },
-            Self::Plane { point, normal, tolerance } => {
+            Self::Box { min, max, .. } => Selector::Box { min: vector(min), max: vector(max) },
+            Self::Sphere { center, radius, .. } => Selector::Sphere { center: vector(center), radius: radius.0 },
+            Self::Plane { point, normal, tolerance, .. } => {
                 Selector::Plane { point: vector(point), normal: Vec3::from(*normal), tolerance: tolerance.0 }
             }
+            Self::Normal { direction, angle } => Selector::Normal { direction: Vec3::from(*direction), angle: angle.0 },
+        }
+    }
+
+    fn pick(&self) -> Pick {
+        match self {
+            Self::Box { pick, .. } | Self::Sphere { pick, .. } | Self::Plane { pick, .. } => match pick {
+                PickSpec::Nodes => Pick::Nodes,
+                PickSpec::Facets => Pick::Facets,
+                PickSpec::Cells => Pick::Cells,
+            },
+            Self::Normal { .. } => Pick::Facets,
         }
     }
 
     /// Fact and remedy of a selector that cannot select.
     fn check(&self) -> Result<(), (String, &'static str)> {
         match self {
-            Self::Box { min, max } if min.iter().zip(max).any(|(a, b)| a.0 > b.0) => {
+            Self::Box { min, max, .. } if min.iter().zip(max).any(|(a, b)| a.0 > b.0) => {
                 Err(("`min` is beyond `max`".into(), "give the lower corner as `min`"))
             }
             Self::Sphere { radius, .. } if radius.0 <= 0.0 => {

@@ -21,6 +21,7 @@ macro_rules! quantity {
 quantity! {
     Length = LENGTH,
     Time = TIME,
+    Angle = ANGLE,
     Density = DENSITY,
     Viscosity = VISCOSITY,
     PerSecond = FREQUENCY,

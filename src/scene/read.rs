@@ -79,7 +79,7 @@ pub fn from_text<T: DeserializeOwned>(file: &Path, text: &str, origin: &str) -> 
 fn mistake(file: &Path, text: &str, origin: &str, error: &toml::de::Error, place: Option<String>) -> SceneError {
     let line = error.span().map(|span: Range<usize>| Line::of(text, span));
     let mistake = Mistake { origin: origin.into(), line, place, what: explain(error.message()) };
-    SceneError::Syntax { file: file.into(), mistake: mistake.into() }
+    SceneError::Syntax { file: file.into(), mistake: Box::new(mistake) }
 }
 
 /// Where each top-level key and each entry of an array of tables starts, and how an entry is called.

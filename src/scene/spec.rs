@@ -1,6 +1,6 @@
 //! A scene as it stands in a TOML file. Unknown keys are refused; there is no default physics.
 
-use super::quantity::{Density, Length, PerSecond, QuantityText, Time, Viscosity};
+use super::quantity::{Angle, Density, Length, PerSecond, QuantityText, Time, Viscosity};
 use super::signal::SignalSpec;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -92,9 +92,37 @@ pub enum ElementSpec {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "snake_case")]
 pub enum SelectorSpec {
-    Box { min: [Length; 3], max: [Length; 3] },
-    Sphere { center: [Length; 3], radius: Length },
-    Plane { point: [Length; 3], normal: [f64; 3], tolerance: Length },
+    Box {
+        min: [Length; 3],
+        max: [Length; 3],
+        #[serde(default)]
+        pick: PickSpec,
+    },
+    Sphere {
+        center: [Length; 3],
+        radius: Length,
+        #[serde(default)]
+        pick: PickSpec,
+    },
+    Plane {
+        point: [Length; 3],
+        normal: [f64; 3],
+        tolerance: Length,
+        #[serde(default)]
+        pick: PickSpec,
+    },
+    /// Boundary facets whose outward normal is within `angle` of `direction`
+    Normal { direction: [f64; 3], angle: Angle },
+}
+
+/// What a selector picks; a facet or cell is picked when all its corners are.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Default)]
+#[serde(rename_all = "snake_case")]
+pub enum PickSpec {
+    #[default]
+    Nodes,
+    Facets,
+    Cells,
 }
 
 /// One effect; the kinds are the registry.

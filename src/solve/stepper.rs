@@ -2,7 +2,7 @@
 
 use super::newton::Step;
 use super::{Failure, Integrator, Newton, Solved};
-use crate::system::{State, System};
+use crate::system::{EvalError, State, System};
 use std::fmt;
 
 /// How a run ended.
@@ -253,7 +253,7 @@ impl<'a> Stepper<'a> {
 
 fn stopped(t: f64, why: Failure) -> Status {
     match why {
-        Failure::Eval(_) => Status::Inverted { t, why },
+        Failure::Eval(EvalError::Inverted { .. }) => Status::Inverted { t, why },
         Failure::Linear(crate::math::linear::LinearError::Singular) => Status::Singular { t },
         _ => Status::StepTooSmall { t, why },
     }

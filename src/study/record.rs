@@ -91,7 +91,7 @@ pub struct PhaseRecord {
     pub output_s: f64,
 }
 
-/// Peak is the value of largest magnitude; the unit is in the name of the probe (`bending_angle_deg`).
+/// Peak is the value farthest from the first one; the unit is in the name of the probe (`bending_angle_deg`).
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
 pub struct ProbeRecord {
     pub peak: f64,

@@ -254,7 +254,9 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
 }
 
 fn probe(run: &Run, column: usize) -> ProbeRecord {
-    let peak = run.rows.iter().max_by(|a, b| a[column].abs().total_cmp(&b[column].abs()));
+    let first = run.rows.first().map_or(0.0, |row| row[column]);
+    let departure = |row: &Vec<f64>| (row[column] - first).abs();
+    let peak = run.rows.iter().max_by(|a, b| departure(a).total_cmp(&departure(b)));
     let (peak_t_s, peak) = peak.map_or((0.0, 0.0), |row| (row[0], row[column]));
     ProbeRecord { peak, peak_t_s, last: run.rows.last().map_or(0.0, |row| row[column]) }
 }

@@ -10,11 +10,10 @@ use durometer::math::tensor::Vec3;
 use durometer::mesh::element::{CELL_EDGES, cell_shape, facet_shape};
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh, quadrature};
-use durometer::scene::{Body, Run, Scene, SceneSpec};
+use durometer::scene::{Body, Run, Scene, read_scene};
 use durometer::solve::{Integrator, Newton, NewtonSettings, Span, Status, StepSettings, Stepper};
 use durometer::system::{At, Blocks, Effect, EvalError, Local, Prescribed, Role, State, System, Want};
 use std::collections::BTreeMap;
-use std::path::Path;
 use std::sync::Arc;
 
 /// SplitMix64 (Steele, Lea & Flood 2014).
@@ -215,9 +214,12 @@ pub fn reaction(sums: &durometer::system::Assembled, nodes: &[u32]) -> Vec3 {
 
 /// A scene from its text on a mesh that is not in a file.
 pub fn scene(mesh: TetMesh, text: &str) -> Scene {
-    let spec: SceneSpec = toml::from_str(text).unwrap_or_else(|e| panic!("{e}\n{text}"));
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = folder.path().join("scene.toml");
+    std::fs::write(&file, text).expect("a temporary file");
+    let (spec, text) = read_scene(&file, &[]).unwrap_or_else(|e| panic!("{e}\n{text}"));
     let body = Body { mesh, paths: BTreeMap::new(), source: "block".into(), sha256: String::new() };
-    Scene::build(Path::new("test.toml"), spec, text.into(), Arc::new(body)).unwrap_or_else(|e| panic!("{e}"))
+    Scene::build(&file, spec, text, Arc::new(body)).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// Runs a scene to its end.
