@@ -122,8 +122,10 @@ fn simulate_writes_series_signals_record_and_fields() {
     assert!(series["bending_angle_deg"][2] > 5.0 && series["cable_tension_N"][2] > 0.0);
     assert!(series["cable_tension_N"].iter().all(|t| *t >= 0.0), "a cable cannot push");
     for (name, probe) in record["probes"].as_object().expect("probes") {
-        let peak = series[name].iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-        assert_eq!(probe["peak"].as_f64().map(f64::abs), Some(peak), "{name}");
+        // The peak is the sample farthest from the start.
+        let (first, peak) = (series[name][0], probe["peak"].as_f64().expect("a number"));
+        assert!(series[name].contains(&peak), "{name}");
+        assert!(series[name].iter().all(|v| (v - first).abs() <= (peak - first).abs()), "{name}");
     }
     // The signal is ½A(1 − cos 2πft), and the length follows it while the cable is taut.
     let signals = table(&out.join("scene.signals.csv"));
