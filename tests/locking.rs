@@ -87,7 +87,7 @@ fn tip(n: usize, order: Order, formulation: Formulation, mirrored: bool) -> f64 
     prescribed.extend(hold(&nodes(&mesh, "xmin"), &[0, 1]));
     let effects: Vec<Box<dyn Effect>> = vec![effect, Box::new(load)];
     let system = System::with_scalars(mesh.points.len(), &hosts, effects, vec![], prescribed).expect("a system");
-    let (state, _) = statics(&mesh, &system, 1e-8, 4);
+    let (state, _) = statics(&mesh, &system, 1e-8, 2);
     let corner = (0..mesh.points.len())
         .find(|&k| (mesh.points[k] - Vec3::new(48.0, 60.0, 0.0)).norm() < 1e-9)
         .expect("the corner is a node");
@@ -104,12 +104,10 @@ fn cooks_membrane() {
             (Order::Quadratic, Formulation::Mixed, 0.005),
             (Order::Quadratic, Formulation::MeanDilatation, 0.01),
         ] {
-            let u: Vec<f64> = [8, 16, 32].map(|n| tip(n, order, formulation, mirrored)).into();
-            println!("{order:?} {formulation:?} {mirrored} {u:?}");
-            assert!((u[2] / 6.93 - 1.0).abs() < accept, "{order:?} {formulation:?} mirrored {mirrored}: {u:?}");
+            let u = tip(32, order, formulation, mirrored);
+            assert!((u / 6.93 - 1.0).abs() < accept, "{order:?} {formulation:?} mirrored {mirrored}: {u}");
         }
         let locked = tip(32, Order::Linear, Formulation::Displacement, mirrored);
-        println!("displacement {locked}");
         assert!(locked < 0.75 * 6.93, "tet4 displacement gives {locked}: no lock?");
     }
 }

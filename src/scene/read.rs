@@ -169,7 +169,7 @@ mod tests {
                 "[[constraint]]\nkind = \"cable\"\npath = \"cable\"\nguide_radius = \"4 mm\"\ndrive = { lenth = \"1 mm\" }",
                 "line 13: constraint 1 (cable): unknown name `lenth`; did you mean `length`?",
             ),
-            ("[[stages]]\ndt = 1", "s.toml, line 9: unknown key `stages`; did you mean `stage`?"),
+            ("[[stages]]\ndt = 1", "s.toml, line 9: stages 1: unknown key `stages`; did you mean `stage`?"),
             ("[mesh]\n", "s.toml, line 9: "),
         ] {
             let message = refusal(entries);

@@ -1,6 +1,7 @@
 //! The few dense rows beside K: step of the multipliers from the Schur complement, with complementarity.
 
-use crate::math::linear::dot;
+use crate::math::linear::{Factor, LinearError, dot};
+use crate::system::Assembled;
 
 /// Solves 0 ≤ w = q + S μ ⟂ μ ≥ 0 on the one-sided rows and w = 0 on the others, for symmetric positive definite S
 /// (m × m, row by row), by principal pivoting with the least index (Murty 1974). m is a handful.
@@ -28,6 +29,34 @@ pub fn complementarity(s: &[f64], q: &[f64], one_sided: &[bool]) -> Option<Vec<f
         }
     }
     None
+}
+
+/// Z = K⁻¹ Hᵀ and S = H Z of the current factorisation.
+#[derive(Default)]
+pub(super) struct Schur {
+    /// [constraints × equations]
+    pub z: Vec<f64>,
+    /// [constraints × constraints]
+    pub s: Vec<f64>,
+    /// Negative eigenvalues of S
+    pub negative: usize,
+}
+
+impl Schur {
+    pub fn new(factor: &mut Factor, sums: &Assembled) -> Result<Self, LinearError> {
+        let m = sums.gradient.len();
+        let mut z = sums.gradient.concat();
+        if m == 0 {
+            return Ok(Self::default());
+        }
+        factor.solve(&sums.k, &mut z)?;
+        let n = z.len() / m;
+        let s: Vec<f64> =
+            (0..m * m).map(|ij| dot(&sums.gradient[ij / m], &z[(ij % m) * n..(ij % m + 1) * n])).collect();
+        let symmetric = nalgebra::DMatrix::from_fn(m, m, |i, j| 0.5 * (s[i * m + j] + s[j * m + i]));
+        let negative = symmetric.symmetric_eigenvalues().iter().filter(|&&e| e < 0.0).count();
+        Ok(Self { z, s, negative })
+    }
 }
 
 #[cfg(test)]

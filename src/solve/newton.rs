@@ -1,7 +1,7 @@
 //! One nonlinear solve: Newton with a line search on the directional derivative, multipliers by the Schur complement.
 
 use super::Integrator;
-use super::multipliers::complementarity;
+use super::multipliers::{Schur, complementarity};
 use crate::math::linear::{Factor, LinearError, dot, norm};
 use crate::system::{Assembled, At, EvalError, State, System, Want};
 use std::fmt;
@@ -388,32 +388,4 @@ fn remaining(targets: &[(usize, f64)], state: &State) -> Option<Vec<f64>> {
     let mut increment = vec![0.0; state.x.len()];
     targets.iter().for_each(|&(dof, value)| increment[dof] = value - state.x[dof]);
     Some(increment)
-}
-
-/// Z = K⁻¹ Hᵀ and S = H Z of the current factorisation.
-#[derive(Default)]
-struct Schur {
-    /// [constraints × equations]
-    z: Vec<f64>,
-    /// [constraints × constraints]
-    s: Vec<f64>,
-    /// Negative eigenvalues of S
-    negative: usize,
-}
-
-impl Schur {
-    fn new(factor: &mut Factor, sums: &Assembled) -> Result<Self, LinearError> {
-        let m = sums.gradient.len();
-        let mut z = sums.gradient.concat();
-        if m == 0 {
-            return Ok(Self::default());
-        }
-        factor.solve(&sums.k, &mut z)?;
-        let n = z.len() / m;
-        let s: Vec<f64> =
-            (0..m * m).map(|ij| dot(&sums.gradient[ij / m], &z[(ij % m) * n..(ij % m + 1) * n])).collect();
-        let symmetric = nalgebra::DMatrix::from_fn(m, m, |i, j| 0.5 * (s[i * m + j] + s[j * m + i]));
-        let negative = symmetric.symmetric_eigenvalues().iter().filter(|&&e| e < 0.0).count();
-        Ok(Self { z, s, negative })
-    }
 }
