@@ -57,6 +57,8 @@ const INCOMPLETE: u8 = 3;
 const BAD_INPUT: u8 = 2;
 
 pub fn main() -> ExitCode {
+    // A reader that closes the pipe (`| head`) ends the program quietly.
+    sigpipe::reset();
     let outcome = match Cli::parse().command {
         Command::Run(args) => run::main(args),
         Command::Simulate(args) => simulate::main(args),
