@@ -131,6 +131,9 @@ fn describe(scene: &Scene) {
     }
     println!("records      {}", scene.columns().join("\n             "));
     scene.remarks.iter().for_each(|remark| println!("note         {remark}"));
+    if let Some(why) = &scene.no_limit {
+        println!("note         {why}: the answer has no limit as h → 0, a convergence study refuses its verdict");
+    }
     if Workshop::find().is_err() {
         println!("note         no project folder is found: only scenes with a mesh file can be run from here");
     }

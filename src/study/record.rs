@@ -73,6 +73,9 @@ pub struct LawRecord {
     pub name: String,
     /// Parameter name → value [SI]
     pub parameters: BTreeMap<String, f64>,
+    /// What was chosen besides: volumetric part, convention
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub choices: BTreeMap<String, String>,
 }
 
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]

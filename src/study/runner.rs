@@ -203,6 +203,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
     let quality = mesh.quality();
     let law = scene.law.info();
     let names = law.parameters.iter().map(|p| p.name.to_string());
+    let choices = law.choices.iter().zip(scene.law.choices()).map(|(c, chosen)| (c.name.to_string(), chosen.to_string()));
     let converged = run.status == Status::Converged;
     CaseRecord {
         id: String::new(),
@@ -218,7 +219,11 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
             source: scene.body.source.clone(),
         },
         formulation: scene.spec.formulation(),
-        law: LawRecord { name: law.name.into(), parameters: names.zip(scene.law.values()).collect() },
+        law: LawRecord {
+            name: law.name.into(),
+            parameters: names.zip(scene.law.values()).collect(),
+            choices: choices.collect(),
+        },
         integrator: scene.spans.last().map_or("static", |s| s.integrator.name()).into(),
         dt_s: scene.spans.iter().map(|s| s.dt).fold(0.0, f64::max),
         status: run.status.name().into(),
