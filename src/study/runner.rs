@@ -203,7 +203,8 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
     let quality = mesh.quality();
     let law = scene.law.info();
     let names = law.parameters.iter().map(|p| p.name.to_string());
-    let choices = law.choices.iter().zip(scene.law.choices()).map(|(c, chosen)| (c.name.to_string(), chosen.to_string()));
+    let choices =
+        law.choices.iter().zip(scene.law.choices()).map(|(c, chosen)| (c.name.to_string(), chosen.to_string()));
     let converged = run.status == Status::Converged;
     CaseRecord {
         id: String::new(),

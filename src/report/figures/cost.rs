@@ -115,7 +115,8 @@ pub fn draw(store: &Store, analysis: &Analysis) -> Option<Figure> {
 
 fn style(k: usize) -> (Mark, RGB) {
     // The colours that the families of these elements have elsewhere
-    ([Mark::Circle, Mark::Ring, Mark::Square][k % 3], [PALETTE[0], PALETTE[4], PALETTE[2]][k % 3])
+    let marks = [Mark::Circle, Mark::Ring, Mark::Down, Mark::Cross, Mark::Square];
+    (marks[k % 5], [PALETTE[0], PALETTE[4], PALETTE[5], PALETTE[6], PALETTE[2]][k % 5])
 }
 
 fn panel(plot: &Plot, dots: &[Dot], x: Size, lines: &[Option<Growth>], names: &[&str], symbol: &str) {

@@ -56,7 +56,7 @@ pub fn draw(store: &Store, analysis: &Analysis, variant: &str) -> Option<Figure>
             })
             .collect();
         if let Some(e) = entries.get_mut(sizes) {
-            e.1 += ", advised";
+            e.1 += " *";
         }
         if panels.iter().any(|(_, s)| s.is_some_and(|s| !s.star.is_empty())) {
             entries.push((Sample::Dashed(INK), "Richardson".into()));
@@ -78,8 +78,9 @@ pub fn draw(store: &Store, analysis: &Analysis, variant: &str) -> Option<Figure>
         .collect();
     let orders =
         if words.is_empty() { String::new() } else { format!(" {}.", super::super::page::sentence(&words.join("; "))) };
+    let star = if sizes < cases.len() { " The curve with a star is the advised setting." } else { "" };
     let caption = format!(
-        "Cable {variant} control, family {}: the meshes (element and cells) over time (top) and their difference to the Richardson curve of the family (bottom).{orders}",
+        "Cable {variant} control, family {}: the meshes (element and cells) over time (top) and their difference to the Richardson curve of the family (bottom).{star}{orders}",
         family.name
     );
     Some(Figure { name: format!("curves-{variant}"), svg, caption })

@@ -83,11 +83,14 @@ fn sheet(
     }))
 }
 
-/// Percent axis over what is resolved: four decades at most.
-fn percent_axis(dots: &[Dot], tolerance: f64, bars: bool) -> Axis {
+/// Percent axis over what is resolved, four decades at most, with room at the top for `lines` of text.
+fn percent_axis(q: &QuantityAnalysis, dots: &[Dot], tolerance: f64, bars: bool, lines: usize) -> Axis {
     let top = dots.iter().map(|d| if bars { d.bar } else { d.error }).fold(tolerance, f64::max);
-    let values = dots.iter().map(|d| d.error.max(1e-4 * top)).chain([tolerance, top]);
-    Axis::log(values, "error [%]")
+    let unresolved = q.reference.as_ref().map_or(0.0, |r| 100.0 * r.uncertainty / r.value.abs());
+    let least = (1e-4 * top).max(0.2 * unresolved).min(tolerance);
+    let lowest = dots.iter().map(|d| d.error.max(least)).fold(tolerance, f64::min);
+    let room = (top / lowest).powf(0.04 * lines as f64);
+    Axis::log([lowest, tolerance, top, room * top].into_iter(), "error [%]")
 }
 
 /// What is below U(f*) is not resolved, what is below the tolerance is good enough.
@@ -133,7 +136,8 @@ pub fn against_h(store: &Store, analysis: &Analysis) -> Option<Figure> {
     let svg = sheet(store, analysis, extra, |area, frame, letter, q, dots| {
         let h = |d: &Dot| 1e3 * d.record.mesh.h_m;
         let x = Axis::log(dots.iter().map(h), &format!("{} [mm]", italic("h")));
-        let plot = Plot { area, frame, x, y: percent_axis(dots, tolerance, false) };
+        let lines = q.estimates.iter().filter(|e| model(e, e.h_m[0]).is_some()).count();
+        let plot = Plot { area, frame, x, y: percent_axis(q, dots, tolerance, false, lines) };
         levels(&plot, q, tolerance);
         let mut orders = vec![];
         for e in &q.estimates {
@@ -193,7 +197,7 @@ pub fn against_cost(store: &Store, analysis: &Analysis) -> Option<Figure> {
     ];
     let svg = sheet(store, analysis, extra, |area, frame, letter, q, dots| {
         let x = Axis::log(dots.iter().map(|d| d.cost), &format!("{words} [s]"));
-        let plot = Plot { area, frame, x, y: percent_axis(dots, tolerance, true) };
+        let plot = Plot { area, frame, x, y: percent_axis(q, dots, tolerance, true, 0) };
         levels(&plot, q, tolerance);
         // Seeds show the scatter; a lucky one is no setting to choose
         let mut order: Vec<&Dot> = dots.iter().filter(|d| store.study.families[d.family].role != Role::Seeds).collect();
