@@ -61,9 +61,7 @@ fn sample(law: &str, order: Order) -> Scene {
 [mesh]
 body = "block"
 [laws.rubber]
-law = "{law}"
-E = "100 kPa"
-nu = 0.4
+{}
 [[effect]]
 kind = "elastic"
 region = "body"
@@ -112,6 +110,7 @@ integrator = "bdf2"
 duration = "1 s"
 dt = "0.1 s"
 "#,
+        common::example_table(law),
         masses.concat()
     );
     scene(distorted_cube(2, order, 0.1, 17), &text)

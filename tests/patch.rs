@@ -5,7 +5,7 @@
 
 mod common;
 
-use common::{DeadLoad, ORDERS, body, distorted_cube, law, move_to, ramp, statics, surface};
+use common::{DeadLoad, ORDERS, body, distorted_cube, example, law, move_to, ramp, statics, surface};
 use durometer::effect::Elastic;
 use durometer::material::{LAWS, Want};
 use durometer::math::tensor::{Mat3, Vec3};
@@ -32,7 +32,7 @@ fn affine_fields_are_exact() {
         for order in ORDERS {
             let label = format!("{} {order:?}", entry.info.name);
             let mesh = distorted_cube(3, order, 0.15, 23);
-            let effect = Arc::new(Elastic::new("elastic".into(), &mesh, &body(&mesh), law(entry.info.name, 1e5, 0.45)));
+            let effect = Arc::new(Elastic::new("elastic".into(), &mesh, &body(&mesh), example(entry.info.name)));
             let prescribed = move_to(&mesh, &surface(&mesh), |p| h * p);
             let system = System::new(mesh.points.len(), vec![Box::new(effect.clone())], vec![], prescribed).unwrap();
             let (state, sums) = statics(&mesh, &system, 1e-13, 1);
@@ -46,7 +46,7 @@ fn affine_fields_are_exact() {
                     assert!((got - f).norm() <= 1e-11, "{label}: F = {got} in cell {cell}");
                 }
             }
-            let p = law(entry.info.name, 1e5, 0.45).eval(&f, Want::Residual).unwrap().p;
+            let p = example(entry.info.name).eval(&f, Want::Residual).unwrap().p;
             let moment: Mat3 = (mesh.points.iter().zip(sums.r.chunks_exact(3)))
                 .map(|(x, r)| Vec3::from_column_slice(r) * x.transpose())
                 .sum();

@@ -156,18 +156,14 @@ pub trait Law: Send + Sync + std::fmt::Debug {
     }
 }
 
-/// A law of each kind for tests: E = 100 kPa, ν = 0.4; of the split ones κ = 200 kPa and the quadratic U.
+/// The law of each kind that the tests share.
 #[cfg(test)]
 pub(crate) fn example(entry: &LawEntry) -> Box<dyn Law> {
-    let values: &[f64] = match entry.info.name {
-        "mooney_rivlin" => &[200e3, 12e3, 5e3, 1e3, 0.5e3, 0.2e3],
-        "yeoh" => &[200e3, 18e3, -1e3, 0.3e3],
-        "ogden" => &[200e3, 10e3, 3.0, -8e3, -4.0, 2e3, 1.0],
-        "gent" => &[200e3, 35e3, 20.0],
-        "arruda_boyce" => &[200e3, 30e3, 2.5],
-        "veronda_westmann" => &[200e3, 60e3, 0.6],
-        _ => &[100e3, 0.4],
+    let name = entry.info.name;
+    let mut all: toml::Table = include_str!("../../tests/common/laws.toml").parse().expect("TOML");
+    let toml::Value::Table(mut table) = all.remove(name).unwrap_or_else(|| panic!("no {name} in laws.toml")) else {
+        panic!("{name} in laws.toml is not a table")
     };
-    let options = if entry.info.choices.is_empty() { &[][..] } else { &["quadratic"] };
-    entry.build_with(values, options).unwrap_or_else(|e| panic!("{}: {e}", entry.info.name))
+    table.insert("law".into(), name.into());
+    law_from_table(&table).unwrap_or_else(|e| panic!("{name}: {e}"))
 }

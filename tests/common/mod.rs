@@ -45,6 +45,21 @@ pub fn law(name: &str, e: f64, nu: f64) -> Box<dyn Law> {
     registry::find(name).and_then(|entry| entry.build_from(&[e, nu])).expect("a law of the registry")
 }
 
+/// The table of the law that `laws.toml` has for this name.
+pub fn example_table(name: &str) -> toml::Table {
+    let mut all: toml::Table = include_str!("laws.toml").parse().expect("TOML");
+    let toml::Value::Table(mut table) = all.remove(name).unwrap_or_else(|| panic!("no {name} in laws.toml")) else {
+        panic!("{name} in laws.toml is not a table")
+    };
+    table.insert("law".into(), name.into());
+    table
+}
+
+/// The law of this table.
+pub fn example(name: &str) -> Box<dyn Law> {
+    registry::law_from_table(&example_table(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
+}
+
 /// A unit cube of n³ boxes, every corner node moved by up to `amount` h in each direction, also on the surface; edges
 /// stay straight.
 pub fn distorted_cube(n: usize, order: Order, amount: f64, seed: u64) -> TetMesh {
