@@ -3,6 +3,11 @@
 // Each test binary uses a part of it.
 #![allow(dead_code)]
 
+pub mod cook;
+pub mod field;
+pub mod formulation;
+pub mod mapped;
+
 use durometer::effect::Elastic;
 use durometer::material::{Law, registry};
 use durometer::math::signal::Signal;
@@ -176,6 +181,13 @@ impl DeadLoad {
             }
         }
         Self::new(&nodal, intensity)
+    }
+}
+
+impl DeadLoad {
+    /// The nodes and their forces at intensity 1 [N].
+    pub fn forces(&self) -> impl Iterator<Item = (u32, Vec3)> {
+        (0..self.blocks.len()).map(|b| (self.blocks.nodes(b)[0], Vec3::from_column_slice(&self.force[3 * b..][..3])))
     }
 }
 

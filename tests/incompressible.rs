@@ -1,0 +1,166 @@
+//! Closed forms of incompressible Neo-Hookean bodies at large strain, on curved meshes: thick sphere, torsion, bending.
+//!
+//! ν = 0.49999 stands for ½: κ/μ = 5·10⁴, so stresses of the size of μ change J by 2·10⁻⁵, and the forces by as much times
+//! some units.
+
+mod common;
+
+use common::formulation::{Formulation, LOCKING_FREE, label, solid};
+use common::mapped::{cylinder, mapped_block, octant, surface_nodes};
+use common::{hold, law, move_to, newton, nodes};
+use durometer::math::tensor::Vec3;
+use durometer::mesh::{Order, TetMesh};
+use durometer::solve::{Integrator, Span, Status, StepSettings, Stepper};
+use durometer::system::{Prescribed, State, System};
+use std::f64::consts::PI;
+
+const NU: f64 = 0.49999;
+
+/// The law with μ = 1.
+fn rubber() -> Box<dyn durometer::material::Law> {
+    law("neo_hookean_split", 2.0 * (1.0 + NU), NU)
+}
+
+/// The state at t = 1 and the residual, whose entries at prescribed dofs are the reactions.
+fn solve(mesh: &TetMesh, system: &System, steps: usize) -> (State, Vec<Vec3>) {
+    let mut stepper = Stepper::new(system, newton(system, 1e-9, mesh.diagonal()), StepSettings::default());
+    let mut state = system.rest();
+    let span = Span { integrator: Integrator::Static, start: 0.0, end: 1.0, dt: 1.0 / steps as f64 };
+    let status = stepper.run(span, &mut state, |_, _, _, _| true);
+    assert_eq!(status, Status::Converged);
+    let forces = stepper.newton.sums.r.chunks_exact(3).take(mesh.points.len());
+    let forces = forces.map(Vec3::from_column_slice).collect();
+    (state, forces)
+}
+
+fn place(mesh: &TetMesh, x: &[f64], k: u32) -> Vec3 {
+    mesh.points[k as usize] + Vec3::from_column_slice(&x[3 * k as usize..][..3])
+}
+
+/// Reference 3, by the motion r³ = R³ + (λ³ − 1)A³: P/μ = 2[1/b + 1/4b⁴ − 1/a − 1/4a⁴] with a = λ_a, b = λ_b, b³ = 1 + (a³ − 1)(A/B)³.
+fn sphere_pressure(stretch: f64, ratio: f64) -> f64 {
+    let outer = (1.0 + (stretch.powi(3) - 1.0) / ratio.powi(3)).cbrt();
+    let g = |l: f64| 1.0 / l + 0.25 * l.powi(-4);
+    2.0 * (g(outer) - g(stretch))
+}
+
+/// P/μ of the octant of B/A = 2 whose inner wall is moved to λ_a = 2, from the work of its reactions on a radial motion of
+/// one: Σ f·X/A = P · ½π(λ_a A)².
+fn sphere(n: usize, order: Order, formulation: Formulation) -> f64 {
+    let (a, b, stretch) = (1.0, 2.0, 2.0);
+    let mesh = octant(a, b, n, n, order);
+    // Mid-nodes lie on the sphere too.
+    let inner = surface_nodes(&mesh, |p| (p.norm() - a).abs() < 1e-9);
+    let mut prescribed = move_to(&mesh, &inner, |p| (stretch - 1.0) * p);
+    for axis in 0..3 {
+        let plane = surface_nodes(&mesh, |p| p[axis].abs() < 1e-9 && (p.norm() - a).abs() > 1e-9);
+        prescribed.extend(hold(&plane, &[axis as u32]));
+    }
+    let system = solid(&mesh, rubber(), formulation, vec![], prescribed);
+    let (_, forces) = solve(&mesh, &system, 4);
+    let work: f64 = inner.iter().map(|&k| forces[k as usize].dot(&mesh.points[k as usize]) / a).sum();
+    work / (0.5 * PI * (stretch * a).powi(2))
+}
+
+#[test]
+fn thick_sphere() {
+    let exact = sphere_pressure(2.0, 2.0);
+    assert!((exact - 0.806927).abs() < 1e-6, "the table says .806927, the formula {exact}");
+    for (order, formulation) in LOCKING_FREE {
+        for n in [2, 3, 4, 6, 8, 12] {
+            if order == Order::Quadratic && n > 6 { continue; }
+            let t = std::time::Instant::now();
+            let p = sphere(n, order, formulation);
+            println!("sphere {} n {n}: {p} {:.2e} {:?}", label(order, formulation), p / exact - 1.0, t.elapsed());
+        }
+    }
+}
+
+/// Reference 4 on a slice of the cylinder between two cross-sections that turn against each other without warping: the
+/// exact motion is the pure torsion, with M = ½πμψA⁴ and N = −¼πμψ²A⁴ (Rivlin 1948). Relative errors of M and N.
+fn torsion(n: usize, order: Order, formulation: Formulation) -> [f64; 2] {
+    let (radius, length, twist) = (1.0, 1.0, PI / 10.0);
+    let mesh = cylinder(radius, length, n, n, order);
+    let end = |z: f64| surface_nodes(&mesh, move |p| (p.z - z).abs() < 1e-9);
+    let (bottom, top) = (end(0.0), end(length));
+    let mut prescribed = hold(&bottom, &[0, 1, 2]);
+    let turned = |p: Vec3| {
+        let (s, c) = (twist * length).sin_cos();
+        Vec3::new(c * p.x - s * p.y, s * p.x + c * p.y, p.z)
+    };
+    // Along the arc: a ramp of the displacement would squeeze the section half-way, by 1 − cos(ψL/2) = 1 % here.
+    prescribed.extend(move_to(&mesh, &top, |p| turned(p) - p));
+    let system = solid(&mesh, rubber(), formulation, vec![], prescribed);
+    let (state, forces) = solve(&mesh, &system, 1);
+    let moment: f64 = top.iter().map(|&k| place(&mesh, &state.x, k).cross(&forces[k as usize]).z).sum();
+    let normal: f64 = top.iter().map(|&k| forces[k as usize].z).sum();
+    [moment / (0.5 * PI * twist) - 1.0, normal / (-0.25 * PI * twist.powi(2)) - 1.0]
+}
+
+#[test]
+fn rivlin_torsion() {
+    for (order, formulation) in LOCKING_FREE {
+        for n in [1, 2, 3, 4, 6] {
+            if order == Order::Quadratic && n > 4 { continue; }
+            let t = std::time::Instant::now();
+            let e = torsion(n, order, formulation);
+            println!("torsion {} n {n}: {:.2e} {:.2e} {:?}", label(order, formulation), e[0], e[1], t.elapsed());
+        }
+    }
+}
+
+/// Plane flexure of a block of thickness H (|X| ≤ H/2) into a sector: r² = r₁² + (2/k)(X + H/2), θ = kY (Rivlin 1949; Ogden
+/// 1984, §5.2). Free faces need r₁r₂ = 1/k²; then σ_r = ½μ(k²r² + 1/k²r² − C), C = k²(r₁² + r₂²), and M = ∫σ_θ r dr = −∫ r σ_r dr
+/// a unit of width. Returns (r₁, r₂, M/μ).
+fn flexure(h: f64, k: f64) -> (f64, f64, f64) {
+    // r₂² − r₁² = 2H/k with r₁²r₂² = 1/k⁴
+    let half = h / k;
+    let middle = (half * half + k.powi(-4)).sqrt();
+    let (inner, outer) = (middle - half, middle + half);
+    let c = k * k * (inner + outer);
+    let integral =
+        0.25 * k * k * (outer * outer - inner * inner) + 0.5 * (outer / inner).ln() / (k * k) - 0.5 * c * (outer - inner);
+    (inner.sqrt(), outer.sqrt(), -0.5 * integral)
+}
+
+/// A block of thickness 1 and length 2 bent by k = ½ per length to an angle of 1, its ends moved as the exact solution
+/// says, plane strain. Relative errors of the moment at the end and of the radii of the free faces half-way.
+fn bending(n: usize, order: Order, formulation: Formulation) -> [f64; 2] {
+    let (h, length, k) = (1.0, 2.0, 0.5);
+    let (inner, outer, moment) = flexure(h, k);
+    let mesh = mapped_block([n, 2 * n, 1], order, |p| Vec3::new(h * (p.x - 0.5), length * p.y, p.z * h / n as f64));
+    let width = h / n as f64;
+    let bent = |p: Vec3| {
+        let r = (inner * inner + 2.0 / k * (p.x + 0.5 * h)).sqrt();
+        // Shifted so that the middle of the block stays near the origin
+        Vec3::new(r * (k * p.y).cos(), r * (k * p.y).sin(), p.z)
+    };
+    let ends: Vec<u32> = surface_nodes(&mesh, |p| p.y.abs() < 1e-9 || (p.y - length).abs() < 1e-9);
+    let all: Vec<u32> = (0..mesh.points.len() as u32).filter(|k| ends.binary_search(k).is_err()).collect();
+    let mut prescribed: Vec<Prescribed> = move_to(&mesh, &ends, |p| bent(p) - p);
+    prescribed.extend(hold(&all, &[2]));
+    let system = solid(&mesh, rubber(), formulation, vec![], prescribed);
+    let (state, forces) = solve(&mesh, &system, 4);
+    let far = nodes(&mesh, "ymax");
+    let got: f64 = far.iter().map(|&k| place(&mesh, &state.x, k).cross(&forces[k as usize]).z).sum();
+    let mut radii = 0.0f64;
+    for (x, wanted) in [(-0.5 * h, inner), (0.5 * h, outer)] {
+        for k in surface_nodes(&mesh, |p| (p.x - x).abs() < 1e-9 && (p.y - 0.5 * length).abs() < 1e-9) {
+            let at = place(&mesh, &state.x, k);
+            radii = radii.max((at.x.hypot(at.y) / wanted - 1.0).abs());
+        }
+    }
+    [got / (moment * width) - 1.0, radii]
+}
+
+#[test]
+fn rivlin_bending() {
+    for (order, formulation) in LOCKING_FREE {
+        for n in [2, 4, 8, 16] {
+            if order == Order::Quadratic && n > 8 { continue; }
+            let t = std::time::Instant::now();
+            let e = bending(n, order, formulation);
+            println!("bending {} n {n}: {:.2e} {:.2e} {:?}", label(order, formulation), e[0], e[1], t.elapsed());
+        }
+    }
+}
