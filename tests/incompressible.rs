@@ -27,6 +27,7 @@ fn solve(mesh: &TetMesh, system: &System, steps: usize) -> (State, Vec<Vec3>) {
     let mut state = system.rest();
     let span = Span { integrator: Integrator::Static, start: 0.0, end: 1.0, dt: 1.0 / steps as f64 };
     let status = stepper.run(span, &mut state, |_, _, _, _| true);
+    println!("{:?}", stepper.totals);
     assert_eq!(status, Status::Converged);
     let forces = stepper.newton.sums.r.chunks_exact(3).take(mesh.points.len());
     let forces = forces.map(Vec3::from_column_slice).collect();
@@ -100,7 +101,7 @@ fn torsion(n: usize, order: Order, formulation: Formulation) -> [f64; 2] {
 #[test]
 fn rivlin_torsion() {
     for (order, formulation) in LOCKING_FREE {
-        for n in [1, 2, 3, 4, 6] {
+        for n in [2, 3] {
             if order == Order::Quadratic && n > 4 { continue; }
             let t = std::time::Instant::now();
             let e = torsion(n, order, formulation);
