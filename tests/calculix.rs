@@ -43,7 +43,8 @@ fn input(mesh: &TetMesh, held: &[u32], load: &DeadLoad) -> String {
     for (k, f) in load.forces() {
         (0..3).filter(|&i| f[i] != 0.0).for_each(|i| writeln!(text, "{}, {}, {:.11e}", k + 1, i + 1, f[i]).unwrap());
     }
-    writeln!(text, "*NODE PRINT, NSET=ALL, FREQUENCY=100\nU\n*NODE PRINT, NSET=HELD, FREQUENCY=100\nRF\n*END STEP").unwrap();
+    writeln!(text, "*NODE PRINT, NSET=ALL, FREQUENCY=100\nU\n*NODE PRINT, NSET=HELD, FREQUENCY=100\nRF\n*END STEP")
+        .unwrap();
     text
 }
 
@@ -99,7 +100,10 @@ fn calculix_gives_the_same_displacements_and_forces() {
         let all: Vec<u32> = (0..mesh.points.len() as u32).collect();
         let (displacement, reaction) = (worst(&state.x, &u, &all), worst(&sums.r, &rf, &held));
         let largest = u.iter().map(|u| u.norm()).fold(0.0, f64::max);
-        println!("calculix {order:?}: tip moves {:.3} mm, displacements {displacement:.1e}, reactions {reaction:.1e}", 1e3 * largest);
+        println!(
+            "calculix {order:?}: tip moves {:.3} mm, displacements {displacement:.1e}, reactions {reaction:.1e}",
+            1e3 * largest
+        );
         assert!(largest > 0.015, "the load bends the beam far: {largest} m");
         assert!(displacement <= 1e-5 && reaction <= 1e-5, "{order:?}: {displacement:e}, {reaction:e}");
     }

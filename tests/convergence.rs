@@ -11,8 +11,8 @@ use common::field::errors;
 use common::{DeadLoad, elastic, law, move_to, ramp, statics, surface};
 use durometer::material::{Law, Want};
 use durometer::math::tensor::{Mat3, Vec3};
-use durometer::mesh::structured::block;
 use durometer::mesh::Order;
+use durometer::mesh::structured::block;
 use durometer::system::System;
 
 /// u, its gradient and second derivatives.

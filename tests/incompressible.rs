@@ -14,11 +14,12 @@ use durometer::solve::{Integrator, Span, Status, StepSettings, Stepper};
 use durometer::system::{Prescribed, State, System};
 use std::f64::consts::PI;
 
-const NU: f64 = 0.49999;
+fn nu() -> f64 { std::env::var("NU").map_or(0.49999, |v| v.parse().unwrap()) }
+fn st() -> usize { std::env::var("ST").map_or(4, |v| v.parse().unwrap()) }
 
 /// The law with μ = 1.
 fn rubber() -> Box<dyn durometer::material::Law> {
-    law("neo_hookean_split", 2.0 * (1.0 + NU), NU)
+    law("neo_hookean_split", 2.0 * (1.0 + nu()), nu())
 }
 
 /// The state at t = 1 and the residual, whose entries at prescribed dofs are the reactions.
@@ -58,7 +59,7 @@ fn sphere(n: usize, order: Order, formulation: Formulation) -> f64 {
         prescribed.extend(hold(&plane, &[axis as u32]));
     }
     let system = solid(&mesh, rubber(), formulation, vec![], prescribed);
-    let (_, forces) = solve(&mesh, &system, 4);
+    let (_, forces) = solve(&mesh, &system, st());
     let work: f64 = inner.iter().map(|&k| forces[k as usize].dot(&mesh.points[k as usize]) / a).sum();
     work / (0.5 * PI * (stretch * a).powi(2))
 }
@@ -67,9 +68,11 @@ fn sphere(n: usize, order: Order, formulation: Formulation) -> f64 {
 fn thick_sphere() {
     let exact = sphere_pressure(2.0, 2.0);
     assert!((exact - 0.806927).abs() < 1e-6, "the table says .806927, the formula {exact}");
-    for (order, formulation) in LOCKING_FREE {
-        for n in [2, 3, 4, 6, 8, 12] {
-            if order == Order::Quadratic && n > 6 { continue; }
+    for (order, formulation) in [LOCKING_FREE[2]] {
+        for n in [3,4] {
+            if order == Order::Quadratic && n > 6 {
+                continue;
+            }
             let t = std::time::Instant::now();
             let p = sphere(n, order, formulation);
             println!("sphere {} n {n}: {p} {:.2e} {:?}", label(order, formulation), p / exact - 1.0, t.elapsed());
@@ -92,7 +95,7 @@ fn torsion(n: usize, order: Order, formulation: Formulation) -> [f64; 2] {
     // Along the arc: a ramp of the displacement would squeeze the section half-way, by 1 − cos(ψL/2) = 1 % here.
     prescribed.extend(move_to(&mesh, &top, |p| turned(p) - p));
     let system = solid(&mesh, rubber(), formulation, vec![], prescribed);
-    let (state, forces) = solve(&mesh, &system, 1);
+    let (state, forces) = solve(&mesh, &system, st());
     let moment: f64 = top.iter().map(|&k| place(&mesh, &state.x, k).cross(&forces[k as usize]).z).sum();
     let normal: f64 = top.iter().map(|&k| forces[k as usize].z).sum();
     [moment / (0.5 * PI * twist) - 1.0, normal / (-0.25 * PI * twist.powi(2)) - 1.0]
@@ -100,9 +103,11 @@ fn torsion(n: usize, order: Order, formulation: Formulation) -> [f64; 2] {
 
 #[test]
 fn rivlin_torsion() {
-    for (order, formulation) in LOCKING_FREE {
+    for (order, formulation) in [LOCKING_FREE[2]] {
         for n in [2, 3] {
-            if order == Order::Quadratic && n > 4 { continue; }
+            if order == Order::Quadratic && n > 4 {
+                continue;
+            }
             let t = std::time::Instant::now();
             let e = torsion(n, order, formulation);
             println!("torsion {} n {n}: {:.2e} {:.2e} {:?}", label(order, formulation), e[0], e[1], t.elapsed());
@@ -119,8 +124,8 @@ fn flexure(h: f64, k: f64) -> (f64, f64, f64) {
     let middle = (half * half + k.powi(-4)).sqrt();
     let (inner, outer) = (middle - half, middle + half);
     let c = k * k * (inner + outer);
-    let integral =
-        0.25 * k * k * (outer * outer - inner * inner) + 0.5 * (outer / inner).ln() / (k * k) - 0.5 * c * (outer - inner);
+    let integral = 0.25 * k * k * (outer * outer - inner * inner) + 0.5 * (outer / inner).ln() / (k * k)
+        - 0.5 * c * (outer - inner);
     (inner.sqrt(), outer.sqrt(), -0.5 * integral)
 }
 
@@ -141,7 +146,7 @@ fn bending(n: usize, order: Order, formulation: Formulation) -> [f64; 2] {
     let mut prescribed: Vec<Prescribed> = move_to(&mesh, &ends, |p| bent(p) - p);
     prescribed.extend(hold(&all, &[2]));
     let system = solid(&mesh, rubber(), formulation, vec![], prescribed);
-    let (state, forces) = solve(&mesh, &system, 4);
+    let (state, forces) = solve(&mesh, &system, st());
     let far = nodes(&mesh, "ymax");
     let got: f64 = far.iter().map(|&k| place(&mesh, &state.x, k).cross(&forces[k as usize]).z).sum();
     let mut radii = 0.0f64;
@@ -156,9 +161,11 @@ fn bending(n: usize, order: Order, formulation: Formulation) -> [f64; 2] {
 
 #[test]
 fn rivlin_bending() {
-    for (order, formulation) in LOCKING_FREE {
-        for n in [2, 4, 8, 16] {
-            if order == Order::Quadratic && n > 8 { continue; }
+    for (order, formulation) in [LOCKING_FREE[2]] {
+        for n in [2,4] {
+            if order == Order::Quadratic && n > 8 {
+                continue;
+            }
             let t = std::time::Instant::now();
             let e = bending(n, order, formulation);
             println!("bending {} n {n}: {:.2e} {:.2e} {:?}", label(order, formulation), e[0], e[1], t.elapsed());

@@ -72,7 +72,8 @@ fn orders(order: Order, formulation: Formulation, nu: f64, n: usize) -> [f64; 2]
         let load = DeadLoad::body(&mesh, ramp(1.0), |x| motion.force(law.as_ref(), x));
         let held = &mesh.regions["xmin"];
         let prescribed = move_to(&mesh, &mesh.nodes_of(held), |x| motion.at(x).0);
-        let loaded: Vec<u32> = (0..mesh.facet_count() as u32).filter(|f| held.facets.binary_search(f).is_err()).collect();
+        let loaded: Vec<u32> =
+            (0..mesh.facet_count() as u32).filter(|f| held.facets.binary_search(f).is_err()).collect();
         let traction = DeadLoad::surface(&mesh, &loaded, ramp(1.0), |x, n| motion.stress(law.as_ref(), x) * n);
         let system = solid(&mesh, law, formulation, vec![Box::new(load), Box::new(traction)], prescribed);
         // 1e-10 of the internal forces: the smallest error of the fields is 1e-5.
@@ -94,9 +95,13 @@ fn orders(order: Order, formulation: Formulation, nu: f64, n: usize) -> [f64; 2]
 
 #[test]
 fn x() {
-    for (o, f) in common::formulation::FORMULATIONS { for nu in [0.3, 0.4999] {
-        let t = std::time::Instant::now();
-        for n in if o == Order::Linear { [3,6] } else { [2, 3] } { orders(o, f, nu, n); }
-        println!("{:?}", t.elapsed());
-    }}
+    for (o, f) in common::formulation::FORMULATIONS {
+        for nu in [0.3, 0.4999] {
+            let t = std::time::Instant::now();
+            for n in if o == Order::Linear { [3, 6] } else { [2, 3] } {
+                orders(o, f, nu, n);
+            }
+            println!("{:?}", t.elapsed());
+        }
+    }
 }

@@ -1,9 +1,9 @@
 //! Curved meshes without a mesher: prisms of Kuhn cells under a smooth map, mid-nodes on the map.
 
+use durometer::math::tensor::Vec3;
 use durometer::mesh::element::CELL_FACES;
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, Region, TetMesh};
-use durometer::math::tensor::Vec3;
 use std::collections::{BTreeMap, HashMap};
 
 /// A block of nx × ny × nz boxes under a map of the unit cube that keeps its sides apart.
