@@ -161,7 +161,7 @@ fn equal_order_is_stable_by_its_stabilisation_only() {
         [beta(&a, &b, None, m.clone()), beta(&a, &b, Some(&c), m)]
     });
     let (bare, stabilised) = (betas.map(|b| b[0]), betas.map(|b| b[1]));
-    println!("inf-sup tet4 without stabilisation: {bare:.1e?}, tet4_up: {stabilised:.3?} at n = 2, 3, 6");
+    println!("inf-sup tet4 without stabilisation: {bare:?}, tet4_up: {stabilised:.3?} at n = 2, 3, 6");
     assert!(bare.iter().all(|b| *b < 1e-6), "{bare:?}");
     assert_bounded("tet4_up", &stabilised);
 }
