@@ -28,6 +28,7 @@ fn solve(mesh: &TetMesh, system: &System, steps: usize) -> (State, Vec<Vec3>) {
     let span = Span { integrator: Integrator::Static, start: 0.0, end: 1.0, dt: 1.0 / steps as f64 };
     let status = stepper.run(span, &mut state, |_, _, _, _| true);
     assert_eq!(status, Status::Converged);
+    println!("  {} unknowns, {} iterations", system.dofs.free.len(), stepper.totals.iterations);
     let forces = stepper.newton.sums.r.chunks_exact(3).take(mesh.points.len());
     let forces = forces.map(Vec3::from_column_slice).collect();
     (state, forces)
