@@ -109,6 +109,7 @@ fn the_guide_names_every_key_of_a_scene_and_a_study() {
         "ElementSpec",
         "SelectorSpec",
         "EffectSpec",
+        "StiffnessSpec",
         "LumpingSpec",
         "ConstraintSpec",
         "DriveSpec",

@@ -92,7 +92,10 @@ fn modal_damping_ratio_of_a_bar() {
         let q = decay(&bar(alpha, beta, stiffness), &mut pure.clone(), 60, dt);
         let (found, at) = ratio(&q, 10, dt);
         let theory = alpha / (2.0 * at) + beta * at / 2.0;
-        println!("α = {alpha:.3} 1/s, β = {beta:.2e} s, {stiffness:?}: ζ = {found:.6}, theory {theory:.6}, ω/ω₁ = {:.5}", at / omega);
+        println!(
+            "α = {alpha:.3} 1/s, β = {beta:.2e} s, {stiffness:?}: ζ = {found:.6}, theory {theory:.6}, ω/ω₁ = {:.5}",
+            at / omega
+        );
         assert!((at / omega - 1.0).abs() <= 0.005, "ω = {at}");
         assert!((found / theory - 1.0).abs() <= 1e-7, "ζ = {found}, theory {theory}");
     }
