@@ -27,9 +27,10 @@ impl Builder<'_> {
         let springs = match (stiffness, modulus) {
             (Some(k), None) => EdgeSprings::uniform(mesh, cells, positive("stiffness", k.0, "N/m")?),
             (None, Some(e)) => EdgeSprings::of_modulus(mesh, cells, positive("E", e.0, "Pa")?),
-            _ => {
-                let remedy = "give either `stiffness` (N/m, the same on every edge) or `E` (Young's modulus)";
-                return Err(self.content(place, "springs have one source of their stiffness", remedy));
+            (both, _) => {
+                let fact = if both.is_some() { "both `stiffness` and `E`" } else { "neither `stiffness` nor `E`" };
+                let remedy = "give `stiffness` (\"20 N/m\", the same on every edge) or `E` (\"100 kPa\", Young's modulus)";
+                return Err(self.content(place, fact, remedy));
             }
         };
         gathered.points.push(Arc::new(CellPoints::new(mesh, cells)));
