@@ -265,6 +265,7 @@ fn command_lines_parse() {
         "data/README.md",
         "studies/finger-convergence/README.md",
         "studies/finger-dynamics/README.md",
+        "studies/finger-mass-spring/README.md",
     ];
     for page in pages {
         let calls = calls(page);

@@ -29,7 +29,8 @@ impl Builder<'_> {
             (None, Some(e)) => EdgeSprings::of_modulus(mesh, cells, positive("E", e.0, "Pa")?),
             (both, _) => {
                 let fact = if both.is_some() { "both `stiffness` and `E`" } else { "neither `stiffness` nor `E`" };
-                let remedy = "give `stiffness` (\"20 N/m\", the same on every edge) or `E` (\"100 kPa\", Young's modulus)";
+                let remedy =
+                    "give `stiffness` (\"20 N/m\", the same on every edge) or `E` (\"100 kPa\", Young's modulus)";
                 return Err(self.content(place, fact, remedy));
             }
         };
