@@ -1,6 +1,7 @@
 //! From a [`SceneSpec`] to a [`System`]: meshes, regions, laws, effects, constraints.
 
 use super::builder::{Builder, Gathered};
+use super::comparison::limit_of_springs;
 use super::error::{SceneError, hint};
 use super::probe::Probe;
 use super::protocol::NamedSignal;
@@ -142,7 +143,7 @@ impl Scene {
         };
         let probes = spec.probes.iter().enumerate().map(probe).collect::<Result<_, _>>()?;
         builder.remark_static(&spec, &spans);
-        let causes = [builder.remark_patches(&spec), builder.remark_springs(&spec)];
+        let causes = [builder.remark_patches(&spec), limit_of_springs(&spec)];
         let causes: Vec<String> = causes.into_iter().flatten().collect();
         let no_limit = (!causes.is_empty()).then(|| causes.join(", and "));
         let nodes = body.mesh.points.len();

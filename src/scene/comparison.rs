@@ -82,21 +82,18 @@ impl Builder<'_> {
         }
         self.cells(place, region)
     }
+}
 
-    /// Remarks on springs; returns the reason why equal ones have no limit as h → 0.
-    pub(super) fn remark_springs(&mut self, spec: &SceneSpec) -> Option<String> {
-        let mut no_limit = None;
-        for effect in &spec.effects {
-            match effect {
-                EffectSpec::EdgeSprings { stiffness: Some(_), .. } => {
-                    no_limit = Some("springs of one stiffness on every edge stiffen the body as 1/h".into());
-                }
-                EffectSpec::EdgeSprings { .. } => self.remarks.push(
-                    "springs on edges imitate a material of ν = 1/4, and their stiffness depends on the mesh".into(),
-                ),
-                _ => {}
-            }
+/// Why the answer of a body of springs has no limit as h → 0.
+pub(super) fn limit_of_springs(spec: &SceneSpec) -> Option<String> {
+    let why = |effect: &EffectSpec| match effect {
+        EffectSpec::EdgeSprings { stiffness: Some(_), .. } => {
+            Some("springs of one stiffness on every edge stiffen the body as 1/h")
         }
-        no_limit
-    }
+        EffectSpec::EdgeSprings { .. } => {
+            Some("springs on edges have ν = 1/4 and a stiffness that depends on the directions of the edges")
+        }
+        _ => None,
+    };
+    spec.effects.iter().find_map(why).map(String::from)
 }
