@@ -3,6 +3,7 @@
 use super::body;
 use durometer::effect::{Elastic, MeanDilatation, MixedElastic, pressure_hosts};
 use durometer::material::Law;
+use durometer::math::tensor::Mat3;
 use durometer::mesh::{Order, TetMesh};
 use durometer::system::{Effect, Prescribed, System};
 
@@ -80,9 +81,9 @@ pub fn cell_pressures(mesh: &TetMesh, law: &dyn Law, formulation: Formulation, x
         return cells.iter().map(|&c| mesh.cell(c as usize)[..4].iter().map(at).sum::<f64>() / 4.0).collect();
     }
     let points = Elastic::new("points".into(), mesh, &cells, law.split().expect("a split law").0).points();
-    let mean = |(_, points): (u32, Vec<(f64, durometer::math::tensor::Mat3)>)| {
+    let mean = |(_, points): (u32, Vec<(f64, Mat3)>)| {
         let volume: f64 = points.iter().map(|p| p.0).sum();
-        let gap = |f: &durometer::math::tensor::Mat3| volumetric.gap(f.determinant() - 1.0).expect("J > 0").0;
+        let gap = |f: &Mat3| volumetric.gap(f.determinant() - 1.0).expect("J > 0").0;
         volumetric.kappa * points.iter().map(|(w, f)| w * gap(f)).sum::<f64>() / volume
     };
     points.deformation(x).map(mean).collect()

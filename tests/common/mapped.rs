@@ -45,17 +45,17 @@ pub fn prisms(
         }
     }
     let mut faces: HashMap<[u32; 3], Option<Vec<u32>>> = HashMap::new();
-    let mut order_found = Vec::new();
+    let mut keys = Vec::new();
     for c in 0..mesh.cell_count() {
         for face in CELL_FACES {
             let nodes: Vec<u32> = face[..order.facet_nodes()].iter().map(|&k| mesh.cell(c)[k]).collect();
             let mut key = [nodes[0], nodes[1], nodes[2]];
             key.sort_unstable();
-            order_found.push(key);
+            keys.push(key);
             faces.entry(key).and_modify(|f| *f = None).or_insert(Some(nodes));
         }
     }
-    for nodes in order_found.iter().filter_map(|key| faces[key].as_ref()) {
+    for nodes in keys.iter().filter_map(|key| faces[key].as_ref()) {
         mesh.facets.extend(nodes);
     }
     let cells = (0..mesh.cell_count() as u32).collect();
