@@ -152,7 +152,7 @@ fn rivlin_torsion() {
 }
 
 /// Plane flexure of a block of thickness H (|X| ≤ H/2) into a sector: r² = r₁² + (2/k)(X + H/2), θ = kY (Rivlin 1949; Ogden
-/// 1984, §5.2). Free faces need r₁r₂ = 1/k²; then σ_r = ½μ(k²r² + 1/k²r² − C), C = k²(r₁² + r₂²), and M = ∫σ_θ r dr = −∫ r σ_r dr
+/// 1984, ch. 5). Free faces need r₁r₂ = 1/k²; then σ_r = ½μ(k²r² + 1/k²r² − C), C = k²(r₁² + r₂²), and M = ∫σ_θ r dr = −∫ r σ_r dr
 /// a unit of width. Returns (r₁, r₂, M/μ).
 fn flexure(h: f64, k: f64) -> (f64, f64, f64) {
     // r₂² − r₁² = 2H/k with r₁²r₂² = 1/k⁴

@@ -7,7 +7,7 @@
 //! stress, and ε κ/μ /d = 1e-10 of rounding.
 //!
 //! Theory (h → 0, independent of ν for a stable pair): displacement Pp and Taylor–Hood p + 1 in L2 and p in H1 (Ciarlet
-//! 1978, th. 3.2.5; Boffi, Brezzi & Fortin, *Mixed Finite Element Methods and Applications*, 2013, th. 8.8.1), the stabilised
+//! 1978, th. 3.2.5; Boffi, Brezzi & Fortin, *Mixed Finite Element Methods and Applications*, 2013, ch. 8), the stabilised
 //! pair of tet4 2 and 1 (Bochev, Dohrmann & Gunzburger 2006), P2/P0 at least 2 and 1, because its pressure has order 1.
 
 mod common;

@@ -1,6 +1,6 @@
 //! Numerical inf–sup test (Chapelle & Bathe 1993; Bathe 2001): the smallest eigenvalue of (B A⁻¹Bᵀ + C) q = β² (M/μ) q on a
 //! sequence of meshes. A is the stiffness of the law without its volumetric part, B the coupling of J and p, M the mass of
-//! the pressures, C the stabilisation (Elman, Silvester & Wathen, *Finite Elements and Fast Iterative Solvers*, 2014, §3.3.2).
+//! the pressures, C the stabilisation (Elman, Silvester & Wathen, *Finite Elements and Fast Iterative Solvers*, 2014, ch. 3).
 //!
 //! A and B are what the code assembles at rest, on the unit cube with one face clamped and the others free: no constant
 //! pressure has to be taken out. Bounded below: stable.
