@@ -2,8 +2,8 @@
 //!
 //! The motion is three shears in turn, X ↦ x₁ = X + s(X) + a sin(q·(Y, Z)), y = Y + a sin(q·(x₁, Z)), z = Z + a sin(q·(x₁, y)),
 //! with ∂s/∂X = (μ/κ) π(X). Its J is exactly 1 + (μ/κ) π, so with U = ½κ(J − 1)² the pressure is μ π for every ν: the same
-//! displacement up to s, and no force that grows with κ. It is given on the surface of the unit cube and held by
-//! b = −Div P inside, by central differences of fourth order with d = 0.01: d⁴/30 of the fifth derivative, 1e-10 of the
+//! displacement up to s, and no force that grows with κ. It is held by tractions P N and
+//! b = −Div P, by central differences of fourth order with d = 0.01: d⁴/30 of the fifth derivative, 1e-10 of the
 //! stress, and ε κ/μ /d = 1e-10 of rounding.
 //!
 //! Theory (h → 0, independent of ν for a stable pair): displacement Pp and Taylor–Hood p + 1 in L2 and p in H1 (Ciarlet
