@@ -59,7 +59,9 @@ pub fn draw(fit: &StoredFit) -> Option<Figure> {
             let lower = [mm(x), mm(base), mm(x + each), mm(base + LOW)];
             column(area, fit, &modes, w, (upper, lower), ['a', 'b'][k]);
         }
-        let words = fit.parameters.iter().map(label);
+        // More constants than three would lie on the curves; they stand in the table
+        let shown = if fit.parameters.len() > 3 { &[] } else { &fit.parameters[..] };
+        let words = shown.iter().map(label);
         for (k, words) in words.enumerate() {
             text(area, &words, (mm(LEFT + 3.0), mm(TOP + 4.0 + 4.5 * k as f64)), At::Left, LABEL, INK);
         }
@@ -72,8 +74,8 @@ pub fn draw(fit: &StoredFit) -> Option<Figure> {
         }
     });
     let caption = format!(
-        "Law {} against the data of {}: nominal stress over stretch (top), measured minus law (bottom). Filled marks were fitted, open ones were not; the line is dashed where the law predicts. The grey range is the fitted one. Of points that cover each other one is shown.",
-        fit.law, fit.data
+        "{} against the data of {}: nominal stress over stretch (top), measured minus law (bottom). Filled marks were fitted, open ones were not; the line is dashed where the law predicts. The grey range is the fitted one. Of points that cover each other one is shown.",
+        fit.label, fit.data
     );
     Some(Figure { name: "fit".into(), svg, caption })
 }
@@ -81,8 +83,9 @@ pub fn draw(fit: &StoredFit) -> Option<Figure> {
 /// `μ = 357 kPa [334, 380]`
 fn label(p: &Parameter) -> String {
     let (f, unit, n) = p.scale();
-    let [a, b] = p.interval.map(|v| f * v);
-    format!("{} = {:.n$} {unit}  [{a:.n$}, {b:.n$}]", italic(&p.symbol), f * p.value)
+    let unit = if unit == "–" { String::new() } else { format!(" {unit}") };
+    let interval = p.ends().map_or(String::new(), |[a, b]| format!("  [{:.n$}, {:.n$}]", f * a, f * b));
+    format!("{} = {:.n$}{unit}{interval}", italic(&p.symbol), f * p.value)
 }
 
 fn style(mode: Mode) -> (Mark, RGB) {
