@@ -2,7 +2,6 @@
 
 use super::certificate::certificate;
 use super::judgement::{predictions, validity, warnings};
-use super::law::fittable;
 use super::misfit::residuals;
 use super::result::interval_assumption;
 use super::solve::{LawFit, Setting, solve};
@@ -15,8 +14,8 @@ use crate::material::registry;
 
 /// Reads a table and fits a law to it.
 pub fn fit(request: &FitRequest) -> Result<FitResult, FitError> {
-    // A misspelt law is refused before a file is read.
-    fittable(&request.options.law)?;
+    // A law that does not exist is refused before a file is read.
+    Model::new(&request.options.law, request.options.terms)?;
     let stated = match request.options.modes[..] {
         [one] => Some(one),
         _ => None,
@@ -30,20 +29,10 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
     let model = Model::new(&options.law, options.terms)?;
     let partner = options.partner.map(|p| p.check()).transpose()?;
     let volumetric = options.volumetric.as_ref().map(|v| check_volumetric(model, v)).transpose()?;
-    let modes = choose_modes(experiment, &options.modes)?;
-    let range = options.range.unwrap_or(StretchRange::ALL);
+    let choice = choose(experiment, options)?;
+    let setting = choice.setting(experiment, options, model);
+    let Choice { modes, range, fitted, stretch } = choice;
     let is_fitted = |s: &Sample| modes.contains(&s.mode) && range.contains(s.stretch) && s.is_informative();
-    let fitted: Vec<Sample> = experiment.samples.iter().copied().filter(is_fitted).collect();
-    check_rows(experiment, &modes, range, &fitted)?;
-    let stretch = extent(fitted.iter().map(|s| s.stretch));
-    let invariant = |s: &Sample| invariants(s.mode.stretches(s.stretch)).0;
-    let setting = Setting {
-        model,
-        weighting: options.weighting,
-        loss: options.loss,
-        reach: experiment.samples.iter().map(invariant).fold(0.0, f64::max),
-        stable: stable_points(options.stable, &modes, stretch),
-    };
     let answer = solve(&setting, &fitted, None)?;
     let stress = |mode, stretch| model.stress(&answer.values, mode, stretch);
     let own = residuals(&fitted, stress);
@@ -98,6 +87,39 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
     Ok(result)
 }
 
+/// The rows of a fit.
+pub(super) struct Choice {
+    pub modes: Vec<Mode>,
+    pub range: StretchRange,
+    pub fitted: Vec<Sample>,
+    /// Smallest and largest fitted λ
+    pub stretch: [f64; 2],
+}
+
+/// Chooses modes and rows as asked; refuses too few of them.
+pub(super) fn choose(experiment: &Experiment, options: &FitOptions) -> Result<Choice, FitError> {
+    let modes = choose_modes(experiment, &options.modes)?;
+    let range = options.range.unwrap_or(StretchRange::ALL);
+    let is_fitted = |s: &Sample| modes.contains(&s.mode) && range.contains(s.stretch) && s.is_informative();
+    let fitted: Vec<Sample> = experiment.samples.iter().copied().filter(is_fitted).collect();
+    check_rows(experiment, &modes, range, &fitted)?;
+    let stretch = extent(fitted.iter().map(|s| s.stretch));
+    Ok(Choice { modes, range, fitted, stretch })
+}
+
+impl Choice {
+    pub(super) fn setting(&self, experiment: &Experiment, options: &FitOptions, model: Model) -> Setting {
+        let invariant = |s: &Sample| invariants(s.mode.stretches(s.stretch)).0;
+        Setting {
+            model,
+            weighting: options.weighting,
+            loss: options.loss,
+            reach: experiment.samples.iter().map(invariant).fold(0.0, f64::max),
+            stable: stable_points(options.stable, &self.modes, self.stretch),
+        }
+    }
+}
+
 fn choose_modes(experiment: &Experiment, asked: &[Mode]) -> Result<Vec<Mode>, FitError> {
     let present = experiment.modes();
     if asked.is_empty() {
@@ -141,7 +163,7 @@ fn check_volumetric(model: Model, option: &str) -> Result<String, FitError> {
 }
 
 /// Stretches per mode at which a linear law is kept stable
-const STABLE: u32 = 41;
+const STABLE: u32 = 201;
 
 /// As asked in every mode; else the fitted modes from rest over the fitted range.
 fn stable_points(asked: Option<StretchRange>, modes: &[Mode], fitted: [f64; 2]) -> Vec<(Mode, f64)> {

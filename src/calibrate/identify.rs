@@ -91,7 +91,7 @@ fn combination(parts: &[f64], names: &[&str]) -> String {
     text
 }
 
-/// `C10 by +1 %, C01 by −0.97 %`: parts below a hundredth of the largest are left away.
+/// `changing C10 by +1 %, C01 by −0.97 % together`, or the name of one: parts below a hundredth of the largest are left away.
 fn changes(v: &[f64], names: &[&str], values: &[f64]) -> String {
     let largest = v.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs())).unwrap_or(1.0);
     // z = |value|: a relative change of a negative constant has the other sign
@@ -102,7 +102,10 @@ fn changes(v: &[f64], names: &[&str], values: &[f64]) -> String {
             if *value == 0.0 { (*name).to_string() } else { format!("{name} by {percent:+.2} %").replace('-', "−") }
         })
         .collect();
-    words.join(", ")
+    match &words[..] {
+        [one] => one.split(" by ").next().unwrap_or(one).to_string(),
+        _ => format!("changing {} together", words.join(", ")),
+    }
 }
 
 /// The part of a column outside the span of the sensitivities, of which those below rounding do not count.

@@ -1,13 +1,14 @@
 //! What is said about a fit: predictions, range of validity, warnings.
 
-use super::certificate::CASES;
+use super::certificate::{self, CASES};
 use super::fit::extent;
+use super::law::Form;
 use super::solve::{LawFit, ROUNDING, median};
 use super::{
     AuditKind, Experiment, FitResult, FitWarning, Loss, Misfit, Mode, Model, Partner, Prediction, PredictionKind,
-    Residual, SolverCheck, StretchRange, Validity, statistics,
+    Residual, SolverCheck, StableRange, StretchRange, Validity, statistics,
 };
-use crate::material::{LawEntry, LoadCase, registry};
+use crate::material::{LawEntry, registry};
 
 pub fn predictions(all: &[Residual], modes: &[Mode], range: StretchRange) -> Vec<Prediction> {
     let mut found = Vec::new();
@@ -66,7 +67,7 @@ pub fn warnings(
         found.push(FitWarning::Unidentifiable { directions: result.unidentified.clone() });
     }
     found.extend(held(answer));
-    found.extend(unstable(result));
+    found.extend(unstable(result, model));
     let rms_relative = result.misfit.rms_relative;
     if rms_relative > ROUNDING {
         let signs: Vec<bool> =
@@ -113,25 +114,24 @@ fn held(answer: &LawFit) -> Vec<FitWarning> {
     Mode::ALL.into_iter().filter_map(of).collect()
 }
 
-/// Modes in which stability is lost within the principal stretches that the fitted rows reach along their direction.
-fn unstable(result: &FitResult) -> Vec<FitWarning> {
-    let [low, high] = result.stretch;
-    let [low, high] = [low.min(1.0 / high), high.max(1.0 / low)];
-    let of = |r: &super::StableRange| {
-        let is_shear = CASES.iter().any(|(case, name)| *name == r.mode && *case == LoadCase::SimpleShear);
-        let range = if is_shear { [1.0 / high - high, high - 1.0 / high] } else { [low, high] };
-        if r.covers(range) {
-            return None;
-        }
-        let lost = [r.above.filter(|a| *a <= range[1]), r.below.filter(|b| *b >= range[0])];
-        lost.into_iter().flatten().next().map(|at| FitWarning::Unstable { mode: r.mode, at, range })
+/// Modes in which stability ends within the principal stretches that the fitted rows reach along their direction.
+fn unstable(result: &FitResult, model: Model) -> Option<FitWarning> {
+    let reach = result.stretch[1].max(1.0 / result.stretch[0]);
+    let of = |r: &StableRange| {
+        let (case, _) = CASES.into_iter().find(|(_, name)| *name == r.mode)?;
+        let [low, high] = certificate::range(case, reach);
+        let above = r.above.filter(|a| *a <= high);
+        above.or(r.below.filter(|b| *b >= low)).map(|at| (r.mode, at))
     };
-    result.stability.iter().filter_map(of).collect()
+    let lost: Vec<_> = result.stability.iter().filter_map(of).collect();
+    let linear = matches!(model.law.form, Form::Linear(_));
+    (!lost.is_empty()).then_some(FitWarning::Unstable { lost, reach, linear })
 }
 
-/// Robust standard deviations off the neighbours, and part of the own stress, from which on a row is an outlier [–]
+/// Robust standard deviations off the neighbours, part of the own stress and of the largest one from which on a row is an outlier [–]
 const OFF: f64 = 8.0;
 const PART: f64 = 0.5;
+const SMALL: f64 = 0.05;
 /// Fewer rows have no neighbourhood
 const FEW: usize = 10;
 
@@ -146,7 +146,8 @@ fn outliers(rows: &[Residual]) -> Option<FitWarning> {
     if rows.len() < FEW {
         return None;
     }
-    let limit = OFF * 1.4826 * median(&all);
+    let largest = rows.iter().map(|r| r.measured.abs()).fold(0.0, f64::max);
+    let limit = (OFF * 1.4826 * median(&all)).max(SMALL * largest);
     let is_off = |(r, off): (&Residual, &f64)| *off > limit && *off > PART * r.measured.abs();
     let mut lines: Vec<u64> = rows.iter().zip(&all).filter(|p| is_off(*p)).map(|(r, _)| r.line).collect();
     lines.sort_unstable();

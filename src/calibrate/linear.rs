@@ -26,6 +26,9 @@ const AGREEMENT: f64 = 1e-7;
 /// A cone with less slack than this, of the stiffness of the Neo-Hookean law, holds the answer back [–]
 const ACTIVE: f64 = 1e-5;
 
+/// The QP begins with every fifth point
+const SPARSE: usize = 5;
+
 /// Where the law has to be stable.
 pub type Points = Vec<(Mode, f64)>;
 
@@ -94,8 +97,19 @@ pub fn solve(
     // x = length⁻¹ V T⁻¹ y with T = Σ, but not below 1e-8 of its largest
     let t = sigma.map(|s| s.max(1e-8 * largest));
     let back = DMatrix::from_fn(terms, terms, |k, j| vt[(j, k)] / (t[j] * length[k]));
-    let y = quadratic(&sigma.component_div(&t), &d, &back, &cones)?;
-    let held = &back * y;
+    let g = sigma.component_div(&t);
+    // Every few points first; those that the answer violates join until none is left
+    let mut used: Vec<usize> = (0..cones.len()).step_by(SPARSE).collect();
+    let mut held = &back * quadratic(&g, &d, &back, &cones, &used)?;
+    loop {
+        let missed = |k: &usize| !used.contains(k) && cones[*k].slack(&held) < 0.0;
+        let missed: Vec<usize> = (0..cones.len()).filter(missed).collect();
+        if inside || missed.is_empty() {
+            break;
+        }
+        used.extend(missed);
+        held = &back * quadratic(&g, &d, &back, &cones, &used)?;
+    }
     let stress = |x: &DVector<f64>| columns.iter().zip(x).fold(DVector::zeros(rows.len()), |s, (c, x)| s + c * *x);
     if inside {
         let relative_difference = (stress(&held) - stress(&free)).norm();
@@ -110,8 +124,14 @@ pub fn solve(
     Ok(Linear { values: pascal(&held), check: Some(SolverCheck::Constrained), active })
 }
 
-/// min ½Σ(gₖyₖ)² − gₖdₖyₖ with the cones in x = `back` y.
-fn quadratic(g: &DVector<f64>, d: &DVector<f64>, back: &DMatrix<f64>, cones: &[Cone]) -> Result<DVector<f64>, FitError> {
+/// min ½Σ(gₖyₖ)² − gₖdₖyₖ with the used cones in x = `back` y.
+fn quadratic(
+    g: &DVector<f64>,
+    d: &DVector<f64>,
+    back: &DMatrix<f64>,
+    cones: &[Cone],
+    used: &[usize],
+) -> Result<DVector<f64>, FitError> {
     let n = g.len();
     // 1e-12: directions that no row sees stay where the cones leave them, near zero
     let diagonal: Vec<Vec<f64>> =
@@ -119,14 +139,14 @@ fn quadratic(g: &DVector<f64>, d: &DVector<f64>, back: &DMatrix<f64>, cones: &[C
     let q: Vec<f64> = (0..n).map(|k| -g[k] * d[k]).collect();
     // s = (a + d, a − d, 2b)(x) − δ(…)₀ in the cone: −C y + s = −δ(…)₀, each cone scaled by its reference
     let (mut rows, mut b) = (Vec::<Vec<f64>>::new(), Vec::new());
-    for cone in cones {
+    for cone in used.iter().map(|k| &cones[*k]) {
         for i in 0..3 {
             let x = DVector::from_iterator(n, cone.terms.iter().map(|t| t[i] / cone.reference[0]));
             rows.push((back.transpose() * x).iter().map(|v| -v).collect());
             b.push(-MARGIN * cone.reference[i] / cone.reference[0]);
         }
     }
-    let kinds: Vec<SupportedConeT<f64>> = cones.iter().map(|_| SecondOrderConeT(3)).collect();
+    let kinds: Vec<SupportedConeT<f64>> = used.iter().map(|_| SecondOrderConeT(3)).collect();
     let settings = DefaultSettings {
         verbose: false,
         tol_gap_abs: 1e-12,

@@ -24,7 +24,7 @@ pub struct Estimate {
 /// A change of the constants that the data do not see, or hardly.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Direction {
-    /// `C10 by +1 %, C01 by −0.97 %`
+    /// `changing C10 by +1 %, C01 by −0.97 % together`, or the name of one
     pub changes: String,
     /// The combination that the data do see, where it is a single one
     pub known: Option<String>,

@@ -57,7 +57,7 @@ pub const ROUNDING: f64 = 1e-9;
 const HUBER: f64 = 1.345;
 /// Reweighted fits at most, and the change of a weight that ends them
 const REWEIGHTED: usize = 60;
-const SETTLED: f64 = 1e-7;
+const SETTLED: f64 = 1e-6;
 
 /// `near`: the answer to much the same samples; then one solver and one start are enough.
 pub fn solve(setting: &Setting, samples: &[Sample], near: Option<&LawFit>) -> Result<LawFit, FitError> {
@@ -120,7 +120,8 @@ fn weighted(
         Form::Separable(family) => {
             let warm = near.map(|n| n.at.as_slice());
             let found = separable::solve(family, setting.model.terms, &rows, setting.reach, warm)?;
-            let factor = |(c, theta): (&f64, &f64)| [c * (family.factor)(*theta).0, *theta];
+            // + 0: a factor that vanished has no sign
+            let factor = |(c, theta): (&f64, &f64)| [c * (family.factor)(*theta).0 + 0.0, *theta];
             let values = found.factors.iter().zip(&found.shapes).flat_map(factor).collect();
             Ok(bare(values, near.is_none().then_some(found.check), vec![], found.at))
         }
@@ -158,5 +159,5 @@ fn departure(jacobian: &DMatrix<f64>, second: &DVector<f64>, residual: &DVector<
     let explained = across.dot(residual).powi(2) / across2;
     let left = (r2 - explained).max(f64::EPSILON * r2);
     let t = (explained / (left / free as f64)).sqrt();
-    Some(1.0 - statistics::t_probability(t, free))
+    Some((1.0 - statistics::t_probability(t, free)).max(0.0))
 }

@@ -24,8 +24,8 @@ pub enum FitWarning {
     NoPartner { volumetric: bool },
     /// Directions that the data say nothing about, or hardly anything
     Unidentifiable { directions: Vec<Direction> },
-    /// Stability is lost within the principal stretches of the fitted rows
-    Unstable { mode: &'static str, at: f64, range: [f64; 2] },
+    /// Modes and amounts at which stability ends, within the largest principal stretch of the fitted rows
+    Unstable { lost: Vec<(&'static str, f64)>, reach: f64, linear: bool },
     /// Least squares alone would give a law that is unstable at these stretches of a mode
     Held { mode: Mode, range: [f64; 2] },
     /// A law of several constants and tests of one mode only
@@ -97,19 +97,23 @@ impl fmt::Display for FitWarning {
                         None => write!(f, "unidentifiable: the data say nothing about ")?,
                         Some(s) => write!(f, "hardly identifiable (standard deviation {:.0} %): ", 100.0 * s)?,
                     }
-                    write!(f, "changing {} together", d.changes)?;
+                    f.write_str(&d.changes)?;
                     if let Some(known) = &d.known {
                         write!(f, "; they determine {known}")?;
                     }
                 }
                 f.write_str(". Widen the range, add modes, or take a law with fewer constants")
             }
-            Self::Unstable { mode, at, range: [low, high] } => write!(
-                f,
-                "the law loses stability in {mode} at {} {at:.4}, within the stretches {low:.4} to {high:.4} of the data: \
-                 do not use it there; fit that mode too, or pass --stable {low:.3}..{high:.3}",
-                if *mode == "simple_shear" { "shear" } else { "stretch" }
-            ),
+            Self::Unstable { lost, reach, linear } => {
+                let words: Vec<_> = lost.iter().map(|(mode, at)| format!("{} beyond {at:.4}", mode.replace('_', " "))).collect();
+                write!(
+                    f,
+                    "the law is not stable in {}, though principal stretches up to {reach:.4} were fitted: do not use it there, fit \
+                     these modes too",
+                    words.join(", ")
+                )?;
+                if *linear { write!(f, ", or pass --stable {:.3}..{reach:.3}", 1.0 / reach) } else { Ok(()) }
+            }
             Self::Held { mode, range: [low, high] } => write!(
                 f,
                 "least squares alone give a law that is unstable in {mode} (stretch {low:.4} to {high:.4}); the condition of \

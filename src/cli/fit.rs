@@ -1,7 +1,7 @@
 //! `durometer fit CSV --law LAW`
 
 use super::{INCOMPLETE, Outcome, files};
-use durometer::calibrate::{FitRequest, Loss, Mode, Partner, StrainKind, StretchRange, Weighting, fit};
+use durometer::calibrate::{FitRequest, Loss, Mode, Partner, StrainKind, StretchRange, Weighting, compare, fit};
 use durometer::math::units::{self, Dimension};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -15,6 +15,7 @@ use std::process::ExitCode;
 Examples:
   durometer fit data/treloar-1944/treloar-1944.csv --law neo_hookean --mode uniaxial --range 1..1.6 --nu 0.49
   durometer fit data/treloar-1944/treloar-1944.csv --law ogden --terms 3 --modes uniaxial,equibiaxial,planar
+  durometer fit data/treloar-1944/treloar-1944.csv --law all --mode uniaxial
   durometer fit pull.csv --law yeoh --weight relative --stable 0.6..1.6
   durometer fit pull.csv --law neo_hookean --strain-column strain --stress-column 'stress [MPa]' --stress-unit MPa
 
@@ -25,7 +26,7 @@ Exit codes: 0 done, 2 bad input, 3 the data do not determine every constant (whi
 pub struct Args {
     /// Tensile data (CSV)
     csv: PathBuf,
-    /// Name of the law, e.g. neo_hookean
+    /// Name of the law, e.g. neo_hookean; `all` compares every law by what it predicts, and writes compare.json only
     #[arg(long)]
     law: String,
     /// Terms of mooney_rivlin (2, 3, 5), yeoh (1 to 3), ogden (1 to 4) [default: 2, 3, 3]
@@ -101,9 +102,16 @@ pub fn main(args: Args) -> Outcome {
         (None, Some(text)) => Some(Partner::Kappa(units::parse(&text, Dimension::PRESSURE)?)),
         (None, None) => None,
     };
-    let result = fit(&request)?;
     let stem = args.csv.file_stem().map_or_else(|| "data".into(), |n| n.to_string_lossy().into_owned());
     let out = args.out.unwrap_or_else(|| PathBuf::from("reports").join(format!("fit-{stem}")));
+    if args.law == "all" {
+        let table = compare(&request)?;
+        files::make_folder(&out)?;
+        table.write_json(&out.join("compare.json"))?;
+        println!("{}", if args.json { serde_json::to_string_pretty(&table)? } else { table.to_string() });
+        return Ok(ExitCode::SUCCESS);
+    }
+    let result = fit(&request)?;
     files::make_folder(&out)?;
     result.write_law(&out.join("law.toml"))?;
     result.write_json(&out.join("fit.json"))?;

@@ -126,6 +126,7 @@ impl Scene {
                 }
             }
         }
+        builder.remark_stability(&spec, &laws);
         let Some(law) = laws.into_iter().next() else {
             return Err(builder.content("effect", "no effect is elastic", "add an [[effect]] with kind = \"elastic\""));
         };
