@@ -62,8 +62,8 @@ pub fn compare_experiment(experiment: &Experiment, options: &FitOptions) -> Resu
             laws.push(one(experiment, options, &choice, model)?);
         }
     }
-    // Laws without a prediction last; equal scores by the number of constants
-    let key = |c: &Compared| c.score.unwrap_or(f64::INFINITY);
+    // Laws without a prediction last; scores that are equal to a tenth of a per cent by the number of constants
+    let key = |c: &Compared| c.score.map_or(f64::INFINITY, |s| (1e3 * s).round());
     laws.sort_by(|a, b| key(a).total_cmp(&key(b)).then(a.constants.cmp(&b.constants)));
     let (modes, stretch, rows) = (choice.modes, choice.stretch, choice.fitted.len());
     Ok(Comparison { data: experiment.file.clone(), modes, stretch, rows, laws })
@@ -135,7 +135,11 @@ impl fmt::Display for Comparison {
         writeln!(f, "{} ({}), stretch {low} to {high}, {} rows", self.data, modes.join(" + "), self.rows)?;
         writeln!(f, "relative misfit [%] of rows that were not fitted, the best prediction first\n")?;
         writeln!(f, "{:30} {:>9} {:>8} {:>9} {:>11}", "law", "constants", "fitted", "hold-out", "cross-mode")?;
-        let percent = |v: Option<f64>| v.map_or("–".into(), |v| format!("{:.1}", 100.0 * v));
+        let percent = |v: Option<f64>| match v {
+            None => "–".into(),
+            Some(v) if v > 10.0 => "> 1000".into(),
+            Some(v) => format!("{:.1}", 100.0 * v),
+        };
         for c in &self.laws {
             let mark = if c.determined { "" } else { "  some constants not determined" };
             writeln!(

@@ -19,7 +19,7 @@ use nalgebra::{DMatrix, DVector};
 const STARTS: usize = 5;
 /// Iterations of the trust region between two looks at the gradient, and looks at most
 const LEG: u64 = 8;
-const LEGS: usize = 12;
+const LEGS: usize = 60;
 /// Gradient below this part of the misfit is enough: Gauss–Newton does the rest [–]
 const GRADIENT: f64 = 1e-6;
 /// Two starts arrived at the same minimum where their misfits ‖r‖ differ by less than this part [–]
