@@ -161,7 +161,8 @@ fn a_change_on_the_command_line_changes_the_result() {
 /// C10 + C01λ² falls below zero at λ = 1.58, and in equibiaxial tension stability ends before, within the stretches that are looked at.
 #[test]
 fn a_law_that_loses_stability_is_remarked() {
-    let law = r#"laws.rubber={ law = "mooney_rivlin", C10 = "20 kPa", C01 = "-8 kPa", nu = 0.49, volumetric = "quadratic" }"#;
+    let law =
+        r#"laws.rubber={ law = "mooney_rivlin", C10 = "20 kPa", C01 = "-8 kPa", nu = 0.49, volumetric = "quadratic" }"#;
     let said = call(&["check", SCENE, "--set", law], 0);
     assert!(said.contains("note         laws.rubber (mooney_rivlin) is not stable"), "{said}");
     assert!(said.contains("equibiaxial at 1.2") || said.contains("equibiaxial at 1.3"), "{said}");
@@ -180,7 +181,8 @@ fn an_undetermined_fit_ends_with_code_3() {
     assert!(said.contains("not determined by the data") && said.contains("unidentifiable"), "{said}");
     let page = read(&PathBuf::from(&out).join("index.html"));
     assert!(page.contains("not determined"));
-    let all = call(&["fit", "data/treloar-1944/treloar-1944.csv", "--law", "all", "--mode", "planar", "--out", &out], 0);
+    let all =
+        call(&["fit", "data/treloar-1944/treloar-1944.csv", "--law", "all", "--mode", "planar", "--out", &out], 0);
     assert!(all.contains("cross-mode") && PathBuf::from(&out).join("compare.json").is_file(), "{all}");
 }
 

@@ -41,7 +41,8 @@ fn case(mode: Mode) -> LoadCase {
 /// A table that holds these samples.
 fn table(samples: Vec<Sample>) -> Experiment {
     let text = b"stretch,nominal stress (Pa)\n1.1,1\n1.2,1\n";
-    let mut e = Experiment::parse("made.csv", text, None, &ColumnChoice::default(), Some(Mode::Uniaxial)).expect("valid");
+    let mut e =
+        Experiment::parse("made.csv", text, None, &ColumnChoice::default(), Some(Mode::Uniaxial)).expect("valid");
     e.samples = samples;
     e
 }
@@ -116,7 +117,11 @@ fn clean_data_give_every_law_back() {
             let clean = samples(model, &values, &Mode::ALL, range, 25, |p| p * scale);
             let r = fitted(model, &Mode::ALL, clean);
             let label = format!("{} × {scale}", model.label());
-            assert!(r.misfit.rms_relative < if model.terms == 4 { 1e-6 } else { 1e-9 }, "{label}: {}", r.misfit.rms_relative);
+            assert!(
+                r.misfit.rms_relative < if model.terms == 4 { 1e-6 } else { 1e-9 },
+                "{label}: {}",
+                r.misfit.rms_relative
+            );
             if model.terms == 4 {
                 continue;
             }
@@ -145,10 +150,15 @@ fn noisy_data_give_intervals_that_hold_the_truth() {
         let clean = samples(model, &values, &Mode::ALL, range, 60, |p| p);
         let top = 0.01 * clean.iter().map(|s| s.stress.abs()).fold(0.0, f64::max) * 0.2;
         let mut noise = Random(seed as u64 + 77);
-        let noisy: Vec<Sample> = clean.iter().map(|s| Sample { stress: s.stress + top * noise.normal(), ..*s }).collect();
+        let noisy: Vec<Sample> =
+            clean.iter().map(|s| Sample { stress: s.stress + top * noise.normal(), ..*s }).collect();
         let r = fitted(model, &Mode::ALL, noisy);
         for (e, t) in r.parameters.iter().zip(&values) {
-            assert!(((e.value - t) / e.std_error).abs() < 4.0 && e.std_error > 0.0, "{}: {e:?}, not {t}", model.label());
+            assert!(
+                ((e.value - t) / e.std_error).abs() < 4.0 && e.std_error > 0.0,
+                "{}: {e:?}, not {t}",
+                model.label()
+            );
         }
     }
 }
@@ -165,7 +175,8 @@ fn intervals_of_yeoh_cover_the_truth() {
         let mut noise = Random(0xc0ffee + seed);
         let noisy = clean.iter().map(|s| Sample { stress: s.stress + 0.01 * top * noise.normal(), ..*s }).collect();
         let r = fitted(model, &[Mode::Uniaxial], noisy);
-        let hit = |k: usize| u32::from((r.parameters[k].interval[0]..=r.parameters[k].interval[1]).contains(&values[k]));
+        let hit =
+            |k: usize| u32::from((r.parameters[k].interval[0]..=r.parameters[k].interval[1]).contains(&values[k]));
         [0, 1, 2].map(hit)
     };
     let add = |a: [u32; 3], b: [u32; 3]| [0, 1, 2].map(|k| a[k] + b[k]);
@@ -217,7 +228,8 @@ fn outliers_pull_at_squares_and_not_at_huber() {
     assert!(squares.warnings.contains(&FitWarning::Outliers { lines }), "{:?}", squares.warnings);
     o.loss = Loss::Huber;
     let huber = fit_experiment(&e, &o).expect("fits");
-    let off = |r: &FitResult| r.parameters.iter().zip(values).map(|(e, t)| (e.value / t - 1.0).abs()).fold(0.0, f64::max);
+    let off =
+        |r: &FitResult| r.parameters.iter().zip(values).map(|(e, t)| (e.value / t - 1.0).abs()).fold(0.0, f64::max);
     assert!(off(&huber) < 0.02 && off(&squares) > 0.1, "{} and {}", off(&huber), off(&squares));
 }
 
@@ -271,7 +283,8 @@ fn relative_weights_listen_to_small_stresses() {
     let (mut absolute, mut relative) = (0.0, 0.0);
     for seed in 0..40 {
         let mut noise = Random(900 + seed);
-        let e = table(samples(model, &values, &[Mode::Uniaxial], [1.05, 5.0], 30, |p| p * (1.0 + 0.02 * noise.normal())));
+        let e =
+            table(samples(model, &values, &[Mode::Uniaxial], [1.05, 5.0], 30, |p| p * (1.0 + 0.02 * noise.normal())));
         let mut o = options(model, &[Mode::Uniaxial]);
         absolute += (fit_experiment(&e, &o).expect("fits").parameters[0].value / values[0] - 1.0).powi(2);
         o.weighting = Weighting::Relative;

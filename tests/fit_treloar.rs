@@ -1,8 +1,8 @@
 //! The laws on measured rubber: Treloar's table with published constants, the committed law files, the silicone tables.
 
 use durometer::calibrate::{
-    FITS, FitRequest, FitResult, FitWarning, Misfit, Mode, Model, PredictionKind, Residual, SolverCheck, StretchRange, compare,
-    fit, read_law_file, read_law_table,
+    FITS, FitRequest, FitResult, FitWarning, Misfit, Mode, Model, PredictionKind, Residual, SolverCheck, StretchRange,
+    compare, fit, read_law_file, read_law_table,
 };
 use std::path::{Path, PathBuf};
 
@@ -104,7 +104,10 @@ fn laws_are_ranked_by_what_they_predict() {
     }
     // The closest fit to uniaxial tension says the least on the other modes
     let closest = table.laws.iter().min_by(|a, b| a.misfit.total_cmp(&b.misfit)).expect("laws");
-    assert!(closest.law == "ogden" && closest.score > Some(10.0 * table.laws[0].score.expect("a score")), "{closest:?}");
+    assert!(
+        closest.law == "ogden" && closest.score > Some(10.0 * table.laws[0].score.expect("a score")),
+        "{closest:?}"
+    );
 }
 
 /// The law files beside the uniaxial Neo-Hookean one, all of three modes: file, law, terms, largest stretch.
@@ -179,9 +182,16 @@ fn silicone_tables_take_every_law() {
     for name in tables.into_iter().chain(["mold-star-16-fast", "rtv615"]) {
         for law in FITS {
             let start = std::time::Instant::now();
-            let r = fit(&FitRequest::new(folder.join(format!("{name}.csv")), law.name)).unwrap_or_else(|e| panic!("{name}, {}: {e}", law.name));
+            let r = fit(&FitRequest::new(folder.join(format!("{name}.csv")), law.name))
+                .unwrap_or_else(|e| panic!("{name}, {}: {e}", law.name));
             let seconds = start.elapsed().as_secs_f64();
-            println!("{name}: {} {:.2} % rms, {} rows, {seconds:.2} s, {:?}", r.label, 100.0 * r.misfit.rms_relative, r.rows, r.solver_check);
+            println!(
+                "{name}: {} {:.2} % rms, {} rows, {seconds:.2} s, {:?}",
+                r.label,
+                100.0 * r.misfit.rms_relative,
+                r.rows,
+                r.solver_check
+            );
             assert!(r.misfit.rms_relative.is_finite() && !r.stability.is_empty(), "{name}, {}", law.name);
             let reached = matches!(r.solver_check, Some(SolverCheck::Starts { agree: 0, .. }));
             assert!(!reached, "{name}, {}", law.name);

@@ -40,7 +40,13 @@ pub fn identify(
     let scale: Vec<f64> = (0..p)
         .map(|k| {
             let length = jacobian.column(k).norm();
-            if values[k] != 0.0 { values[k].abs() } else if length > 0.0 { size / length } else { 1.0 }
+            if values[k] != 0.0 {
+                values[k].abs()
+            } else if length > 0.0 {
+                size / length
+            } else {
+                1.0
+            }
         })
         .collect();
     let s = DMatrix::from_fn(n, p, |i, k| jacobian[(i, k)] * scale[k] / size);

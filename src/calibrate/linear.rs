@@ -156,8 +156,8 @@ fn quadratic(
     };
     let fail = |status: String| FitError::Solver { solver: "clarabel", status };
     let (quadratic, linear) = (CscMatrix::from(&diagonal), CscMatrix::from(&rows));
-    let mut solver = DefaultSolver::new(&quadratic, &q, &linear, &b, &kinds, settings)
-        .map_err(|e| fail(format!("{e:?}")))?;
+    let mut solver =
+        DefaultSolver::new(&quadratic, &q, &linear, &b, &kinds, settings).map_err(|e| fail(format!("{e:?}")))?;
     solver.solve();
     match solver.solution.status {
         SolverStatus::Solved | SolverStatus::AlmostSolved => Ok(DVector::from_vec(solver.solution.x.clone())),

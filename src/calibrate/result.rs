@@ -38,7 +38,8 @@ pub fn interval_assumption(weighting: Weighting, loss: Loss) -> String {
         Weighting::Absolute => "of one size",
         Weighting::Relative => "in proportion to the stress",
     };
-    let outliers = if loss == Loss::Huber { "; approximate, with the weights of Huber's loss taken as given" } else { "" };
+    let outliers =
+        if loss == Loss::Huber { "; approximate, with the weights of Huber's loss taken as given" } else { "" };
     format!(
         "95 %, Student's t: exact stretches, independent normal stress errors {size}, and a law that describes the range; \
          it does not cover misfit of the law{outliers}"

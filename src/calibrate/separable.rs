@@ -2,10 +2,10 @@
 //!
 //! The factors are eliminated (variable projection: Golub & Pereyra, SIAM J. Numer. Anal. 10, 1973; gradient and Gauss–Newton matrix
 //! after Kaufman, BIT 15, 1975): f(θ) = min_{c ≥ 0} ½‖Φ(θ)c − p̂‖², and argmin's trust region (Steihaug's conjugate gradients) searches θ
-//! alone, from several starts that differ pairwise in more than one constant where there are three or more. Gauss–Newton steps in all
-//! constants then finish to rounding.
+//! alone, from several starts. Gauss–Newton steps in all constants then finish to rounding.
 //!
-//! The starts come from all choices of N points of a grid of θ: columns of the grid are reduced by one QR, so that a choice costs N × N.
+//! The starts are the best of all choices of N different points of a grid of θ: five that differ in more than one point (where N is three or
+//! more), then the next best. Columns of the grid are reduced by one QR, so that a choice costs N × N.
 
 use super::law::Family;
 use super::linear::padded;
@@ -15,8 +15,9 @@ use argmin::core::{CostFunction, Error, Executor, Gradient, Hessian, State};
 use argmin::solver::trustregion::{Steihaug, TrustRegion};
 use nalgebra::{DMatrix, DVector};
 
-/// Starts at most
-const STARTS: usize = 5;
+/// Starts at most, of which so many are far apart
+const STARTS: usize = 12;
+const APART: usize = 5;
 /// Iterations of the trust region between two looks at the gradient, and looks at most
 const LEG: u64 = 8;
 const LEGS: usize = 60;
@@ -200,7 +201,7 @@ pub fn solve(
     })
 }
 
-/// The best choices of grid points that differ from each other in more than one, where there are enough.
+/// The best choices of grid points, the first ones far apart.
 fn starts(problem: &Projected<'_>, terms: usize) -> Vec<Vec<f64>> {
     let defined = problem.family.grid.iter().filter_map(|x| Some((*x, problem.columns(&[*x])?.remove(0))));
     let (grid, columns): (Vec<f64>, Vec<_>) = defined.unzip();
@@ -225,15 +226,14 @@ fn starts(problem: &Projected<'_>, terms: usize) -> Vec<Vec<f64>> {
     rated.sort_by(|((n, a), _), ((m, b), _)| n.cmp(m).then(a.total_cmp(b)));
     let shared = terms.saturating_sub(2).max(usize::from(terms == 2));
     let mut chosen: Vec<&Vec<usize>> = Vec::new();
-    for (_, c) in rated {
+    for (_, c) in &rated {
         let apart = |o: &&Vec<usize>| o.iter().filter(|k| c.contains(k)).count() <= shared;
-        if chosen.iter().all(apart) {
+        if chosen.len() < APART && chosen.iter().all(apart) {
             chosen.push(c);
         }
-        if chosen.len() == STARTS {
-            break;
-        }
     }
+    let others: Vec<_> = rated.iter().map(|(_, c)| *c).filter(|c| !chosen.contains(c)).collect();
+    chosen.extend(others.into_iter().take(STARTS - chosen.len()));
     chosen.into_iter().map(|c| c.iter().map(|k| grid[*k]).collect()).collect()
 }
 

@@ -96,12 +96,7 @@ pub fn median(values: &[f64]) -> f64 {
 }
 
 /// The constants alone.
-fn weighted(
-    setting: &Setting,
-    samples: &[Sample],
-    weight: &[f64],
-    near: Option<&LawFit>,
-) -> Result<LawFit, FitError> {
+fn weighted(setting: &Setting, samples: &[Sample], weight: &[f64], near: Option<&LawFit>) -> Result<LawFit, FitError> {
     let rows = Rows::new(samples, weight)?;
     let bare = |values, check, active, at| LawFit {
         values,

@@ -105,7 +105,8 @@ impl fmt::Display for FitWarning {
                 f.write_str(". Widen the range, add modes, or take a law with fewer constants")
             }
             Self::Unstable { lost, reach, linear } => {
-                let words: Vec<_> = lost.iter().map(|(mode, at)| format!("{} beyond {at:.4}", mode.replace('_', " "))).collect();
+                let words: Vec<_> =
+                    lost.iter().map(|(mode, at)| format!("{} beyond {at:.4}", mode.replace('_', " "))).collect();
                 write!(
                     f,
                     "the law is not stable in {}, though principal stretches up to {reach:.4} were fitted: do not use it there, fit \

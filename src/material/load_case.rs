@@ -262,7 +262,10 @@ mod tests {
                     let (coarse, fine) = (off(near.as_ref()), off(nearer.as_ref()));
                     // κ/μ = 3e4: rounding of the pressure is 1e-11 of the stress
                     assert!(fine < 2e-4 * limit.abs(), "{name} {case:?} {amount}: off by {fine}");
-                    assert!(fine < 1e-9 * limit.abs() || (coarse / fine - 10.0).abs() < 0.1, "{name} {case:?}: {coarse} {fine}");
+                    assert!(
+                        fine < 1e-9 * limit.abs() || (coarse / fine - 10.0).abs() < 0.1,
+                        "{name} {case:?}: {coarse} {fine}"
+                    );
                     if name == "neo_hookean" {
                         let closed = case.incompressible_neo_hookean(law.small_strain().mu, amount);
                         assert!((limit / closed - 1.0).abs() < 1e-12, "{case:?} {amount}: {limit} not {closed}");

@@ -23,7 +23,8 @@ pub const ARRUDA_BOYCE: Fittable = Fittable {
         tau: |limit, s| of_invariants(&ArrudaBoyce { mu: 1.0, limit }, s).tau,
         tau_by_shape: |limit, s| {
             let ratio = (3.0 + invariants(s).0) / (limit * limit);
-            let powers = (0..).zip(SERIES).map(|(n, c)| f64::from(n + 1) * c * f64::from(-2 * n) * ratio.powi(n) / limit);
+            let powers =
+                (0..).zip(SERIES).map(|(n, c)| f64::from(n + 1) * c * f64::from(-2 * n) * ratio.powi(n) / limit);
             tau(powers.sum(), 0.0, s)
         },
         shape: |x, _| (1.0 + x.exp(), x.exp()),

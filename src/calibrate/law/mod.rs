@@ -138,9 +138,7 @@ impl Model {
     pub fn sensitivities(&self, values: &[f64], mode: Mode, stretch: f64) -> Vec<f64> {
         let s = mode.stretches(stretch);
         match &self.law.form {
-            Form::Linear(slopes) => {
-                (0..values.len()).map(|k| term::nominal(slopes(k, s).tau, stretch)).collect()
-            }
+            Form::Linear(slopes) => (0..values.len()).map(|k| term::nominal(slopes(k, s).tau, stretch)).collect(),
             Form::Separable(f) => {
                 let one = |v: &[f64]| {
                     // P = m φ/s: with c = m/s, ∂P/∂θ = c(φ′ − φ s′/s)

@@ -105,7 +105,9 @@ fn stability(fit: &StoredFit) -> Table {
     });
     Table {
         name: "stability",
-        caption: "Where the law stops being stable (Drucker), nearly incompressible: stretches, in simple shear the shear.".into(),
+        caption:
+            "Where the law stops being stable (Drucker), nearly incompressible: stretches, in simple shear the shear."
+                .into(),
         columns: vec![("Mode", "", false), ("Lost below", "", true), ("Lost above", "", true)],
         rows: rows.collect(),
         pick: None,
