@@ -20,6 +20,7 @@ mod law_file;
 mod linear;
 mod misfit;
 mod mode;
+mod nonnegative;
 mod request;
 mod result;
 mod rows;

@@ -9,6 +9,7 @@
 
 use super::law::Family;
 use super::linear::padded;
+use super::nonnegative::{nonnegative, reduce};
 use super::rows::{Rows, beside};
 use super::{FitError, SolverCheck};
 use argmin::core::{CostFunction, Error, Executor, Gradient, Hessian, State};
@@ -100,45 +101,6 @@ impl Projected<'_> {
         }
         Some((beside(&slopes), p.residual))
     }
-}
-
-/// R and Qᵀp of the QR of a matrix: all that least squares in its columns need.
-fn reduce(a: &DMatrix<f64>, p: &DVector<f64>) -> (DMatrix<f64>, DVector<f64>) {
-    let n = a.ncols();
-    let qr = padded(a, n).qr();
-    let mut d = p.clone().resize_vertically(a.nrows().max(n), 0.0);
-    qr.q_tr_mul(&mut d);
-    (qr.r(), d.resize_vertically(n, 0.0))
-}
-
-/// min ‖Rc − d‖ over c ≥ 0 in the picked columns: the best of the least squares over every subset whose factors are positive, which is
-/// the minimum of this convex problem. With the part of ‖d‖² that is explained.
-fn nonnegative(r: &DMatrix<f64>, d: &DVector<f64>, picked: &[usize]) -> (Vec<f64>, f64) {
-    let n = picked.len();
-    let mut best = (vec![0.0; n], 0.0);
-    // The whole set first: if it is feasible it is the answer
-    for mask in (1..1_usize << n).rev() {
-        let own: Vec<usize> = (0..n).filter(|k| mask >> k & 1 == 1).collect();
-        let a = r.select_columns(&own.iter().map(|k| picked[*k]).collect::<Vec<_>>());
-        let qr = a.qr();
-        let mut q = d.clone();
-        qr.q_tr_mul(&mut q);
-        let head = q.rows(0, own.len()).into_owned();
-        let Some(c) = qr.r().solve_upper_triangular(&head) else { continue };
-        if c.iter().any(|c| *c <= 0.0 || !c.is_finite()) {
-            continue;
-        }
-        let explained = head.norm_squared();
-        if explained > best.1 {
-            let mut full = vec![0.0; n];
-            own.iter().zip(&c).for_each(|(k, c)| full[*k] = *c);
-            best = (full, explained);
-        }
-        if own.len() == n {
-            break;
-        }
-    }
-    best
 }
 
 impl CostFunction for Projected<'_> {
