@@ -95,6 +95,7 @@ impl fmt::Display for FitWarning {
                     f.write_str(if k > 0 { "; " } else { "" })?;
                     match d.deviation {
                         None => write!(f, "unidentifiable: the data say nothing about ")?,
+                        Some(s) if s > 10.0 => write!(f, "hardly identifiable (standard deviation above 1000 %): ")?,
                         Some(s) => write!(f, "hardly identifiable (standard deviation {:.0} %): ", 100.0 * s)?,
                     }
                     f.write_str(&d.changes)?;
