@@ -300,7 +300,7 @@ fn every_flag_is_in_the_guide() {
             .unwrap_or_else(|| panic!("the guide has no section on {command}"))
             .into();
         for flag in help.split_whitespace().filter(|w| w.starts_with("--") && w.len() > 3) {
-            let flag = flag.trim_end_matches([',', '.', ':', '=']);
+            let flag = flag.trim_end_matches([',', '.', ':', '=', ']']);
             assert!(flag == "--help" || section.contains(flag), "{command}: {flag} is not in its section of the guide");
         }
     }

@@ -137,6 +137,7 @@ impl Scene {
             let remedy = "add an [[effect]] with kind = \"elastic\", or \"edge_springs\"";
             return Err(builder.content("effect", "no effect is elastic", remedy));
         }
+        builder.remark_stability(&spec, &laws);
         let law = laws.into_iter().next();
         let probe = |(k, probe)| {
             Probe::new(probe, &body.mesh, &|name| builder.region(&format!("probe {}", k + 1), name).cloned())

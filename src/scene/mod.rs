@@ -13,6 +13,7 @@ mod read;
 mod run;
 mod signal;
 pub mod spec;
+mod stable;
 mod stages;
 
 pub use body::request;

@@ -38,6 +38,12 @@ impl Random {
         size * (2.0 * self.unit() - 1.0)
     }
 
+    /// Standard normal, by Box & Muller.
+    pub fn normal(&mut self) -> f64 {
+        let (u, v) = (1.0 - self.unit(), self.unit());
+        (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
+    }
+
     pub fn vector(&mut self, n: usize, size: f64) -> Vec<f64> {
         (0..n).map(|_| self.around(size)).collect()
     }
