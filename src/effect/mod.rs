@@ -9,6 +9,7 @@ pub mod inertia;
 pub mod mass;
 pub mod mean_dilatation;
 pub mod mixed;
+pub mod viscoelastic;
 
 pub use cable::{Cable, CableLength, CableTension, Guide};
 pub use cell::CellPoints;
@@ -19,3 +20,4 @@ pub use inertia::Inertia;
 pub use mass::{Lumping, Mass};
 pub use mean_dilatation::MeanDilatation;
 pub use mixed::{MixedElastic, pressure_hosts};
+pub use viscoelastic::Viscoelastic;

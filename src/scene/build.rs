@@ -81,6 +81,7 @@ impl Scene {
         builder.check_numerics(&spec.numerics)?;
         let spans = builder.spans(&spec.stages)?;
         builder.check_rates(&spec, &spans)?;
+        builder.check_viscoelastic(&spec)?;
         let (mut effects, mut elastic, mut laws) = (Vec::<Box<dyn Effect>>::new(), Vec::new(), Vec::new());
         let mut hosts = Vec::new();
         for (k, effect) in spec.effects.iter().enumerate() {
@@ -134,6 +135,7 @@ impl Scene {
         };
         let probes = spec.probes.iter().enumerate().map(probe).collect::<Result<_, _>>()?;
         builder.remark_static(&spec, &spans);
+        builder.remark_viscoelastic(&spec, &spans);
         let no_limit = builder.remark_patches(&spec);
         let nodes = body.mesh.points.len();
         let (prescribed, signals, remarks) = builder.finish();

@@ -183,6 +183,9 @@ impl<'a> Builder<'a> {
                 }
                 Box::new(ViscousDamping::new(mesh, self.cells(place, region)?, eta.0))
             }
+            EffectSpec::Viscoelastic { region, law, moduli, prony } => {
+                Box::new(self.viscoelastic(place, region, law, *moduli, prony)?)
+            }
             EffectSpec::Gravity { region, density, direction, acceleration } => {
                 let direction = Vec3::from(*direction);
                 if direction.norm() == 0.0 || !direction.norm().is_finite() {

@@ -13,6 +13,7 @@ mod run;
 mod signal;
 pub mod spec;
 mod stages;
+mod viscoelastic;
 
 pub use body::request;
 pub use build::{Body, Scene};

@@ -140,6 +140,7 @@ impl EffectSpec {
             Self::Gravity { .. } => "gravity",
             Self::MassDamping { .. } => "mass_damping",
             Self::ViscousDamping { .. } => "viscous_damping",
+            Self::Viscoelastic { .. } => "viscoelastic",
         }
     }
 
