@@ -110,6 +110,8 @@ fn the_guide_names_every_key_of_a_scene_and_a_study() {
         "SelectorSpec",
         "EffectSpec",
         "LumpingSpec",
+        "ModuliSpec",
+        "ArmSpec",
         "ConstraintSpec",
         "DriveSpec",
         "StageSpec",
