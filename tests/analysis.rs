@@ -1,11 +1,12 @@
 //! Convergence analysis against manufactured sequences, and the report from synthetic cases.
 
 use durometer::report;
-use durometer::study::convergence::curve::{Curve, compare};
+use durometer::study::convergence::curve::compare;
 use durometer::study::convergence::family::{Estimate, Level, estimate};
 use durometer::study::convergence::fit::least_squares;
 use durometer::study::convergence::order::{Convergence, Triple};
 use durometer::study::convergence::{Analysis, analyse, peak};
+use durometer::study::curve::Curve;
 use durometer::study::record::*;
 use std::f64::consts::PI;
 use std::path::Path;
@@ -191,12 +192,12 @@ fn verdicts_are_refused_with_the_reason() {
 #[test]
 fn a_report_is_complete_and_can_be_redrawn() {
     let dir = tempfile::tempdir().expect("temporary folder");
-    store(dir.path());
+    store(dir.path(), &study());
     // REPORT_EXAMPLE=DIR leaves the stored study and its report there, to look at the pictures
     if let Ok(keep) = std::env::var("REPORT_EXAMPLE") {
         let keep = Path::new(&keep);
         if !keep.join("study.json").exists() {
-            store(keep);
+            store(keep, &study());
         }
         report::write(keep).unwrap_or_else(|e| panic!("{e}"));
     }
@@ -234,7 +235,7 @@ fn missing_and_failed_cases_still_get_a_report_and_broken_files_a_remedy() {
     let dir = tempfile::tempdir().expect("temporary folder");
     let message = || report::write(dir.path()).expect_err("must be refused").to_string();
     assert!(message().contains("study.json does not exist") && message().contains("durometer run"));
-    store(dir.path());
+    store(dir.path(), &study());
     let path = |name: &str| dir.path().join(name);
     for e in std::fs::read_dir(path("cases")).expect("folder").flatten() {
         if !e.file_name().to_string_lossy().starts_with("sizes-length") {
@@ -248,7 +249,7 @@ fn missing_and_failed_cases_still_get_a_report_and_broken_files_a_remedy() {
     assert!(message().contains("line 3: bending_angle_deg is \"fast\""), "{}", message());
     std::fs::write(path("cases/sizes-length-9300.json"), "{\"id\": 3").expect("file");
     assert!(message().contains("sizes-length-9300.json is not a valid record"), "{}", message());
-    store(dir.path());
+    store(dir.path(), &study());
     std::fs::remove_dir_all(path("figures")).expect("folder");
     std::fs::write(path("figures"), "in the way").expect("file");
     assert!(message().contains("cannot write") && message().contains("figures"), "{}", message());

@@ -12,15 +12,14 @@ pub mod reference;
 pub mod verdict;
 pub mod warnings;
 
+use super::curve::Curve;
 use super::record::{CaseRecord, FamilyRecord, Quantity, Role, StoredCase, StudyRecord};
-use curve::{Curve, CurveStudy};
+use curve::CurveStudy;
 use family::{Estimate, Level};
 use reference::{CaseError, Noise, Reference, TimeStep};
 use serde::Serialize;
 use verdict::{Recommendation, Setting};
 
-/// Status of a case whose results count.
-pub const CONVERGED: &str = "Converged";
 /// Quantities that decide which case is recommended, where a variant lists them; else all it lists.
 pub const DECIDING: [&str; 2] = ["bending_angle_deg", "cable_tension_N"];
 
@@ -116,9 +115,7 @@ impl<'a> Cases<'a> {
     /// Converged cases of a family in a variant.
     pub fn of(&self, family: &FamilyRecord, variant: &str) -> Vec<&'a StoredCase> {
         (self.stored.iter())
-            .filter(|c| {
-                c.record.status == CONVERGED && c.record.variant == variant && family.cases.contains(&c.record.id)
-            })
+            .filter(|c| c.record.converged() && c.record.variant == variant && family.cases.contains(&c.record.id))
             .collect()
     }
 
@@ -162,7 +159,7 @@ pub fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis {
             quantities.push(analyse_quantity(&cases, variant, quantity, deciding));
         }
     }
-    let incomplete = incomplete(&cases);
+    let incomplete = study.incomplete(stored);
     let settings = verdict::settings(&cases, &quantities);
     for q in &mut quantities {
         q.sentence = verdict::sentence(&settings, q, study.tolerance);
@@ -237,22 +234,4 @@ fn analyse_quantity(cases: &Cases, variant: &str, quantity: &Quantity, deciding:
         reasons,
         sentence: String::new(),
     }
-}
-
-fn incomplete(cases: &Cases) -> Vec<(String, String)> {
-    let mut out: Vec<(String, String)> = vec![];
-    for id in cases.study.families.iter().flat_map(|f| &f.cases) {
-        if out.iter().any(|(known, _)| known == id) {
-            continue;
-        }
-        match cases.stored.iter().find(|c| c.record.id == *id).map(|c| &c.record) {
-            None => out.push((id.clone(), "has no result".into())),
-            Some(r) if r.status != CONVERGED => {
-                let detail = r.status_detail.as_ref().map(|d| format!(": {d}")).unwrap_or_default();
-                out.push((id.clone(), format!("{}{detail}", r.status)));
-            }
-            Some(_) => {}
-        }
-    }
-    out
 }

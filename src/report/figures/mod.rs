@@ -5,6 +5,7 @@ pub mod cost;
 pub mod curves;
 pub mod errors;
 pub mod fit;
+pub mod laws;
 pub mod time;
 
 use super::canvas::{Area, At, INK, Mark, Point, RGB, SMALL, line, mark, mm, text};
@@ -19,8 +20,8 @@ pub struct Figure {
     pub caption: String,
 }
 
-/// Every figure that the stored data allow.
-pub fn all(store: &Store, analysis: &Analysis) -> Vec<Figure> {
+/// Every figure of a convergence study that the stored data allow.
+pub fn convergence(store: &Store, analysis: &Analysis) -> Vec<Figure> {
     let mut out = vec![];
     out.extend(bodies::meshes(store));
     out.extend(bodies::bent(store, analysis));

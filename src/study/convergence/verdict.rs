@@ -3,6 +3,7 @@
 use super::warnings::no_limit;
 use super::{Cases, QuantityAnalysis};
 use crate::study::record::Role;
+use crate::study::words::{capital, digits, percent, seconds, space};
 use serde::Serialize;
 
 /// A mesh with a formulation, in every variant it was run in.
@@ -54,7 +55,7 @@ pub fn settings(cases: &Cases, quantities: &[QuantityAnalysis]) -> Vec<Setting> 
     let mut out: Vec<(String, Setting)> = vec![];
     for c in cases.stored.iter().map(|c| &c.record) {
         let role = cases.study.families.iter().find(|f| f.name == c.family).map(|f| f.role);
-        if c.status != super::CONVERGED || !cases.at_study_step(c) || role == Some(Role::Seeds) {
+        if !c.converged() || !cases.at_study_step(c) || role == Some(Role::Seeds) {
             continue;
         }
         let key = format!("{}|{}", c.mesh.source, c.formulation);
@@ -255,35 +256,4 @@ fn kinematic(quantities: &[QuantityAnalysis]) -> String {
 
 fn list(incomplete: &[(String, String)]) -> String {
     incomplete.iter().map(|(id, _)| id.as_str()).collect::<Vec<_>>().join(", ")
-}
-
-/// `3.42 %`, `12 %`, and whole numbers as such: `5 %`.
-pub fn percent(x: f64) -> String {
-    let v = 100.0 * x;
-    if v != 0.0 && v.abs() < 0.01 {
-        format!("{v:.1e} %")
-    } else if (v - v.round()).abs() < 1e-9 || v.abs() >= 10.0 {
-        format!("{v:.0} %")
-    } else {
-        format!("{v:.2} %")
-    }
-}
-
-pub fn seconds(s: f64) -> String {
-    if s >= 600.0 { format!("{:.0} min", s / 60.0) } else { format!("{s:.*} s", digits(s)) }
-}
-
-/// Decimals that leave two significant digits.
-pub fn digits(x: f64) -> usize {
-    if x == 0.0 || !x.is_finite() { 1 } else { (1 - x.abs().log10().floor() as i32).clamp(0, 6) as usize }
-}
-
-/// Units but the degree sign stand after a space.
-pub fn space(unit: &str) -> String {
-    if unit == "°" || unit.is_empty() { unit.to_string() } else { format!(" {unit}") }
-}
-
-pub fn capital(s: &str) -> String {
-    let mut c = s.chars();
-    c.next().map_or(String::new(), |f| f.to_uppercase().chain(c).collect())
 }
