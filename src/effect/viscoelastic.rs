@@ -19,7 +19,7 @@
 //! m[δ_ik H_LJ − ⅔((FH)_iJ G_kL + G_iJ (FH)_kL) + (2/9) q G_iJ G_kL + ⅓q G_iL G_kJ].
 //!
 //! Sources: Simo, CMAME 60, 1987; Simo & Hughes, *Computational Inelasticity*, 1998, ch. 10. Holzapfel, *Nonlinear Solid
-//! Mechanics*, 2000, ch. 6, has Q_α = J^{−2/3} h_α without DEV; its history acts on the volume once the strain has changed.
+//! Mechanics*, 2000, ch. 6, adds his Q_α without DEV: they act on the volume once the strain has changed.
 //!
 //! Limits: linear in the overstress, so all arms relax alike at every strain. W alone relaxes, never U(J). In statics Δt is
 //! infinite: h = 0, the long-term response.

@@ -81,13 +81,13 @@ impl Scene {
         builder.check_numerics(&spec.numerics)?;
         let spans = builder.spans(&spec.stages)?;
         builder.check_rates(&spec, &spans)?;
-        builder.check_viscoelastic(&spec)?;
         let (mut effects, mut elastic, mut laws) = (Vec::<Box<dyn Effect>>::new(), Vec::new(), Vec::new());
         let mut hosts = Vec::new();
         for (k, effect) in spec.effects.iter().enumerate() {
             let place = format!("effect {} ({})", k + 1, effect.kind());
             effects.push(builder.effect(&place, effect, &mut elastic, &mut hosts, &mut laws)?);
         }
+        builder.check_viscoelastic(&spec)?;
         let (mut constraints, mut cables) = (Vec::<Box<dyn Constraint>>::new(), Vec::<NamedCable>::new());
         for (k, constraint) in spec.constraints.iter().enumerate() {
             let place = format!("constraint {} ({})", k + 1, constraint.kind());
