@@ -26,7 +26,7 @@
 
 use super::cell::CellPoints;
 use crate::material::{LAWS, Law, LawError, Prony, Want};
-use crate::math::tensor::{Mat3, Mat9, ZERO9};
+use crate::math::tensor::{Mat3, Mat9, ZERO9, cofactor};
 use crate::mesh::TetMesh;
 use crate::system::{At, Blocks, Effect, EvalError, Local, Role};
 
@@ -155,8 +155,8 @@ impl Effect for Viscoelastic {
         for (q, new) in new.chunks_exact_mut(n).enumerate() {
             let f = self.points.deformation_gradient(at.x, b, q);
             let p = self.part.eval(&f, Want::Residual).map_err(self.undefined(b))?.p;
-            let inverse = f.try_inverse().expect("laws with an isochoric part refuse J ≤ 0");
-            let stress = f.determinant().powf(2.0 / 3.0) * inverse * p;
+            // J^{2/3} F⁻¹ P; the law has refused J ≤ 0.
+            let stress = f.determinant().powf(-1.0 / 3.0) * cofactor(&f).tr_mul(&p);
             let memory = self.memory(history, q);
             let change = stress - memory.stress();
             let (first, arms) = new.split_at_mut(6);
@@ -188,9 +188,8 @@ struct Remembered {
 impl Remembered {
     /// At J > 0.
     fn new(f: &Mat3, h: &Mat3) -> Self {
-        let g = f.try_inverse().expect("laws with an isochoric part refuse J ≤ 0").transpose();
-        let fh = f * h;
-        Self { h: *h, fh, g, m: f.determinant().powf(-2.0 / 3.0), q: f.dot(&fh) }
+        let (j, fh) = (f.determinant(), f * h);
+        Self { h: *h, fh, g: cofactor(f) / j, m: j.powf(-2.0 / 3.0), q: f.dot(&fh) }
     }
 
     fn p(&self) -> Mat3 {
@@ -199,15 +198,23 @@ impl Remembered {
 
     fn a(&self) -> Mat9 {
         let Self { h, fh, g, m, q } = self;
+        let rows = |t: &Mat3| -> [f64; 9] { std::array::from_fn(|n| t[(n / 3, n % 3)]) };
+        let (gr, fhr) = (rows(g), rows(fh));
+        // The dyads as G ⊗ u + FH ⊗ v.
+        let u = rows(&(m * (2.0 / 9.0 * q * g - 2.0 / 3.0 * fh)));
+        let v = rows(&(-2.0 / 3.0 * m * g));
+        let third = m * q / 3.0;
         let mut out = ZERO9;
         for (row, out) in out.iter_mut().enumerate() {
+            for (out, (u, v)) in out.iter_mut().zip(u.iter().zip(&v)) {
+                *out = gr[row] * u + fhr[row] * v;
+            }
             let (i, j) = (row / 3, row % 3);
-            for (column, out) in out.iter_mut().enumerate() {
-                let (k, l) = (column / 3, column % 3);
-                let geometric = if i == k { h[(l, j)] } else { 0.0 };
-                let mixed = fh[(i, j)] * g[(k, l)] + g[(i, j)] * fh[(k, l)];
-                let volume = 2.0 / 9.0 * g[(i, j)] * g[(k, l)] + g[(i, l)] * g[(k, j)] / 3.0;
-                *out = m * (geometric - 2.0 / 3.0 * mixed + q * volume);
+            for k in 0..3 {
+                for l in 0..3 {
+                    out[3 * k + l] += third * gr[3 * i + l] * gr[3 * k + j];
+                }
+                out[3 * i + k] += m * h[(k, j)];
             }
         }
         out
