@@ -197,9 +197,9 @@ impl Remembered {
     }
 
     fn a(&self) -> Mat9 {
-        let Self { h, fh, g, m, q } = self;
+        let Self { h, fh, g, m, q } = *self;
         let rows = |t: &Mat3| -> [f64; 9] { std::array::from_fn(|n| t[(n / 3, n % 3)]) };
-        let (gr, fhr) = (rows(g), rows(fh));
+        let (gr, fhr) = (rows(&g), rows(&fh));
         // The dyads as G ⊗ u + FH ⊗ v.
         let u = rows(&(m * (2.0 / 9.0 * q * g - 2.0 / 3.0 * fh)));
         let v = rows(&(-2.0 / 3.0 * m * g));

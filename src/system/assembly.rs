@@ -114,13 +114,11 @@ impl System {
         };
         let slots = blocks().map(|list| slots(&dofs, &pattern, list)).collect();
         let largest = blocks().map(Blocks::largest).max().unwrap_or(0);
-        let mut end = 0;
-        let mut next = |e: &Box<dyn Effect>| {
-            let start = end;
-            end += e.blocks().len() * e.history();
-            start..end
-        };
-        let histories = effects.iter().map(&mut next).collect();
+        let mut histories: Vec<Range<usize>> = Vec::new();
+        for e in &effects {
+            let start = histories.last().map_or(0, |h| h.end);
+            histories.push(start..start + e.blocks().len() * e.history());
+        }
         Ok(Self { effects, constraints, prescribed, dofs, pattern, slots, largest, histories })
     }
 
