@@ -3,21 +3,28 @@
 pub mod cable;
 mod cell;
 pub mod damping;
+pub mod edge_dampers;
+pub mod edge_springs;
+mod edges;
 pub mod elastic;
 pub mod gravity;
 pub mod inertia;
 pub mod mass;
 pub mod mean_dilatation;
 pub mod mixed;
+pub mod stiffness_damping;
 pub mod viscoelastic;
 
 pub use cable::{Cable, CableLength, CableTension, Guide};
 pub use cell::CellPoints;
 pub use damping::{MassDamping, ViscousDamping};
+pub use edge_dampers::EdgeDampers;
+pub use edge_springs::EdgeSprings;
 pub use elastic::Elastic;
 pub use gravity::Gravity;
 pub use inertia::Inertia;
 pub use mass::{Lumping, Mass};
 pub use mean_dilatation::MeanDilatation;
 pub use mixed::{MixedElastic, pressure_hosts};
+pub use stiffness_damping::{Stiffness, StiffnessDamping};
 pub use viscoelastic::Viscoelastic;

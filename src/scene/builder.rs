@@ -25,6 +25,27 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+/// What effects leave for later ones, for the system, for probes and for the record.
+#[derive(Default)]
+pub(super) struct Gathered {
+    /// Effects that store energy, by their region
+    pub(super) stored: Vec<(String, Arc<dyn Effect>)>,
+    /// Quadrature points of their cells
+    pub(super) points: Vec<Arc<CellPoints>>,
+    /// Nodes that host the second field
+    pub(super) hosts: Vec<u32>,
+    pub(super) laws: Vec<Box<dyn Law>>,
+}
+
+impl Gathered {
+    /// Shares an effect that stores energy.
+    pub(super) fn store(&mut self, region: &str, effect: impl Effect + 'static) -> Box<dyn Effect> {
+        let shared: Arc<dyn Effect> = Arc::new(effect);
+        self.stored.push((region.into(), shared.clone()));
+        Box::new(shared)
+    }
+}
+
 /// Reads the parts of a scene against its mesh.
 pub(super) struct Builder<'a> {
     pub(super) file: &'a Path,
@@ -120,9 +141,7 @@ impl<'a> Builder<'a> {
         &mut self,
         place: &str,
         spec: &EffectSpec,
-        elastic: &mut Vec<Arc<CellPoints>>,
-        hosts: &mut Vec<u32>,
-        laws: &mut Vec<Box<dyn Law>>,
+        gathered: &mut Gathered,
     ) -> Result<Box<dyn Effect>, SceneError> {
         let body = self.body.clone();
         let mesh = &body.mesh;
@@ -138,18 +157,18 @@ impl<'a> Builder<'a> {
                 let cells = self.cells(place, region)?;
                 let (name, built) = ("elastic".to_string(), self.law(place, law)?);
                 let info = built.info().name;
-                laws.push(self.law(place, law)?);
-                let (points, effect): (_, Box<dyn Effect>) = match formulation {
+                gathered.laws.push(self.law(place, law)?);
+                let (points, effect) = match formulation {
                     FormulationSpec::Displacement => {
                         let effect = Elastic::new(name, mesh, cells, built);
-                        (effect.points(), Box::new(effect))
+                        (effect.points(), gathered.store(region, effect))
                     }
                     FormulationSpec::Mixed => {
-                        let first = (3 * mesh.points.len() + hosts.len()) as u32;
+                        let first = (3 * mesh.points.len() + gathered.hosts.len()) as u32;
                         let effect = MixedElastic::new(name, mesh, cells, &*built, first)
                             .ok_or_else(|| self.no_split(place, info))?;
-                        hosts.extend(pressure_hosts(mesh, cells));
-                        (effect.points(), Box::new(effect))
+                        gathered.hosts.extend(pressure_hosts(mesh, cells));
+                        (effect.points(), gathered.store(region, effect))
                     }
                     FormulationSpec::MeanDilatation if mesh.order == Order::Linear => {
                         let fact = "mean_dilatation on tet4 is the displacement formulation";
@@ -162,10 +181,10 @@ impl<'a> Builder<'a> {
                     FormulationSpec::MeanDilatation => {
                         let effect = MeanDilatation::new(name, mesh, cells, &*built)
                             .ok_or_else(|| self.no_split(place, info))?;
-                        (effect.points(), Box::new(effect))
+                        (effect.points(), gathered.store(region, effect))
                     }
                 };
-                elastic.push(points);
+                gathered.points.push(points);
                 effect
             }
             EffectSpec::Inertia { region, density, mass: lumping } => {
@@ -186,6 +205,13 @@ impl<'a> Builder<'a> {
             EffectSpec::Viscoelastic { region, law, moduli, prony } => {
                 Box::new(self.viscoelastic(place, region, law, *moduli, prony)?)
             }
+            EffectSpec::StiffnessDamping { region, beta, stiffness } => {
+                self.stiffness_damping(place, region, beta.0, *stiffness, gathered)?
+            }
+            EffectSpec::EdgeSprings { region, stiffness, modulus } => {
+                self.edge_springs(place, region, *stiffness, *modulus, gathered)?
+            }
+            EffectSpec::EdgeDampers { region, damping } => self.edge_dampers(place, region, damping.0)?,
             EffectSpec::Gravity { region, density, direction, acceleration } => {
                 let direction = Vec3::from(*direction);
                 if direction.norm() == 0.0 || !direction.norm().is_finite() {
