@@ -1,9 +1,9 @@
 //! One nonlinear solve: Newton with a line search on the directional derivative, multipliers by the Schur complement.
 
-use super::Integrator;
+use super::Step;
 use super::multipliers::{Schur, complementarity};
 use crate::math::linear::{Factor, LinearError, dot, norm};
-use crate::system::{Assembled, At, EvalError, State, System, Want};
+use crate::system::{Assembled, EvalError, State, System, Want};
 use std::fmt;
 use std::time::{Duration, Instant};
 
@@ -62,15 +62,6 @@ pub struct Solved {
     pub regularised: bool,
 }
 
-/// The step to be solved: from `past` over `dt`.
-#[derive(Clone, Copy)]
-pub struct Step<'a> {
-    pub system: &'a System,
-    pub integrator: Integrator,
-    pub past: &'a State,
-    pub dt: f64,
-}
-
 /// Nonlinear solver with its factorisation and sums, reused from step to step.
 pub struct Newton {
     pub settings: NewtonSettings,
@@ -110,8 +101,8 @@ impl Newton {
         }
     }
 
-    /// Iterates from `next.x`, `next.lambda` (the guess) to equilibrium at `next.t`; fills x, v, a and λ of `next`.
-    /// On failure `next` is garbage.
+    /// Iterates from `next.x`, `next.lambda` (the guess) to equilibrium at `next.t`; fills x, v, a and λ of `next` and brings
+    /// its history, that of the last state, to the end of the step. On failure `next` is garbage.
     pub fn solve(&mut self, step: &Step, next: &mut State) -> Result<Solved, Failure> {
         let system = step.system;
         let targets: Vec<(usize, f64)> =
@@ -135,6 +126,7 @@ impl Newton {
             below = small;
             if done || solved.iterations > 0 && step.integrator.is_linearised() {
                 self.iterations = solved.iterations;
+                self.advance_history(step, next)?;
                 return Ok(solved);
             }
             if last_chance {
@@ -163,20 +155,20 @@ impl Newton {
         want: Want,
         increment: Option<&[f64]>,
     ) -> Result<(), Failure> {
-        let Step { system, integrator, past, dt } = *step;
         let start = Instant::now();
-        let State { t, x, v, a, lambda, .. } = next;
-        integrator.kinematics(past, dt, x, v, a);
-        let at = At {
-            t: *t,
-            dt: if integrator.is_static() { f64::INFINITY } else { dt },
-            x,
-            v,
-            a,
-            old: &past.x,
-            rates: integrator.rates(past, dt),
-        };
-        let result = system.assemble(&at, lambda, want, increment, &mut self.sums);
+        let State { x, v, a, .. } = next;
+        step.integrator.kinematics(step.past, step.dt, x, v, a);
+        let result = step.system.assemble(&step.at(next), &next.lambda, want, increment, &mut self.sums);
+        self.assembly_time += start.elapsed();
+        result.map_err(Failure::Eval)
+    }
+
+    /// Takes the histories over into `next`, the solution of the step.
+    fn advance_history(&mut self, step: &Step, next: &mut State) -> Result<(), Failure> {
+        let start = Instant::now();
+        let mut history = std::mem::take(&mut next.history);
+        let result = step.system.advance(&step.at(next), &mut history, &mut self.sums.costs);
+        next.history = history;
         self.assembly_time += start.elapsed();
         result.map_err(Failure::Eval)
     }
