@@ -27,6 +27,9 @@ pub fn html(store: &Store, analysis: &Analysis, figures: &[Figure], tables: &[Ta
     let class = if analysis.recommended.is_some() { "verdict" } else { "verdict refused" };
     h += &format!("<h1>{}</h1>\n<p class=\"lead\">{}</p>\n", escape(&s.study), escape(&s.question));
     h += &format!("<p class=\"{class}\">{}</p>\n", escape(&analysis.verdict));
+    if let Some(alarm) = &analysis.locking {
+        h += &format!("<p class=\"verdict refused\">{}</p>\n", escape(alarm));
+    }
     h += &facts(analysis);
     h += "<h2>Per quantity</h2>\n";
     h += &list(analysis.quantities.iter().map(|q| q.sentence.clone()));
@@ -44,7 +47,7 @@ pub fn html(store: &Store, analysis: &Analysis, figures: &[Figure], tables: &[Ta
     }
     h += "<h2>Tables</h2>\n";
     h += &of("quantities").map(Table::html).collect::<String>();
-    for (name, words) in [("cases", "Every case"), ("curves", "Curves, case by case")] {
+    for (name, words) in [("cases", "Every case"), ("costs", "What a digit costs"), ("curves", "Curves, case by case")] {
         for t in of(name) {
             h += &format!("<details><summary>{words} ({} rows)</summary>{}</details>\n", t.rows.len(), t.html());
         }

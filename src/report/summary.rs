@@ -2,7 +2,7 @@
 
 use super::store::Store;
 use crate::study::convergence::{Analysis, QuantityAnalysis};
-use crate::study::record::{MeshRecord, ProbeRecord, Role, StoredCase};
+use crate::study::record::{LockingRecord, MeshRecord, ProbeRecord, Role, StoredCase};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
@@ -39,6 +39,7 @@ pub struct CaseSummary {
     pub dofs: usize,
     pub factor_nnz: usize,
     pub effects: Vec<String>,
+    pub locking: Option<LockingRecord>,
     pub probes: BTreeMap<String, ProbeRecord>,
 }
 
@@ -62,6 +63,7 @@ impl CaseSummary {
             dofs: r.dofs,
             factor_nnz: r.factor_nnz,
             effects: r.effects.into_iter().map(|e| e.name).collect(),
+            locking: r.locking,
             probes: r.probes,
         }
     }
@@ -110,6 +112,7 @@ fn headline(analysis: &Analysis) -> Map<String, Value> {
     put("recommended", json!(r));
     put("cost", json!(analysis.cost));
     put("settings", json!(analysis.settings));
+    put("locked", json!(analysis.locked));
     put("incomplete", json!(analysis.incomplete));
     for q in &analysis.quantities {
         let entry = out.entry(q.quantity.name.clone()).or_insert_with(|| json!({}));

@@ -1,5 +1,7 @@
 //! Tables, once as data: written as CSV, as LaTeX with booktabs, and set into the page.
 
+mod costs;
+
 use super::error::{ReportError, write};
 use super::page::escape;
 use super::store::Store;
@@ -28,7 +30,7 @@ fn minus(cell: &str) -> String {
 }
 
 pub fn all(store: &Store, analysis: &Analysis) -> Vec<Table> {
-    vec![quantities(analysis), settings(analysis), cases(store), curves(analysis)]
+    vec![quantities(analysis), settings(analysis), cases(store), costs::table(store, analysis), curves(analysis)]
 }
 
 /// One row per quantity × family.
@@ -124,8 +126,13 @@ fn cases(store: &Store) -> Table {
                 format!("{:.3}", 1e3 * r.mesh.h_m),
                 format!("{:.2}", r.mesh.min_quality),
                 r.dofs.to_string(),
+                r.factor_nnz.to_string(),
+                format!("{:.1}", costs::factor_mb(r)),
                 format!("{}", r.dt_s),
                 if r.status == CONVERGED { r.status.clone() } else { format!("{} !", r.status) },
+                r.locking.map_or("–".into(), |l| {
+                    format!("{:.2}{}", l.pressure_scatter, if l.alarm { " alarm" } else { "" })
+                }),
                 probe("bending_angle_deg", 3),
                 probe("cable_tension_N", 4),
                 r.steps.to_string(),
@@ -145,8 +152,11 @@ fn cases(store: &Store) -> Table {
             ("h", "mm", true),
             ("Min quality", "", true),
             ("DOFs", "", true),
+            ("nnz(L)", "", true),
+            ("Factor", "MB", true),
             ("Δt", "s", true),
             ("Status", "", false),
+            ("Pressure scatter", "", true),
             ("Peak angle", "°", true),
             ("Peak tension", "N", true),
             ("Steps", "", true),

@@ -5,7 +5,7 @@ use super::error::{SceneError, hint};
 use super::probe::Probe;
 use super::protocol::NamedSignal;
 use super::spec::{ConstraintSpec, DriveSpec, SceneSpec};
-use crate::effect::{Cable, CableLength, CableTension, CellPoints};
+use crate::effect::{Cable, CableLength, CableTension, Stressed};
 use crate::material::Law;
 use crate::math::signal::Signal;
 use crate::math::units::Dimension;
@@ -36,8 +36,8 @@ pub struct Scene {
     pub system: System,
     /// For the record: law name and constants of the first elastic effect
     pub law: Box<dyn Law>,
-    /// The same elastic effect and cables as in the system, for probes
-    pub elastic: Vec<Arc<CellPoints>>,
+    /// The same elastic effects and cables as in the system, for probes
+    pub elastic: Vec<Arc<dyn Stressed>>,
     pub cables: Vec<NamedCable>,
     pub probes: Vec<Probe>,
     pub spans: Vec<Span>,

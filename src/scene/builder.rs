@@ -9,8 +9,8 @@ use super::spec::{
     ConstraintSpec, EffectSpec, FormulationSpec, GuideRadius, LumpingSpec, PickSpec, SceneSpec, SelectorSpec,
 };
 use crate::effect::{
-    Cable, CellPoints, Elastic, Gravity, Guide, Inertia, Lumping, Mass, MassDamping, MeanDilatation, MixedElastic,
-    ViscousDamping, pressure_hosts,
+    Cable, Elastic, Gravity, Guide, Inertia, Lumping, Mass, MassDamping, MeanDilatation, MixedElastic,
+    Stressed, ViscousDamping, pressure_hosts,
 };
 use crate::material::{self, Law};
 use crate::math::signal::Signal;
@@ -120,7 +120,7 @@ impl<'a> Builder<'a> {
         &mut self,
         place: &str,
         spec: &EffectSpec,
-        elastic: &mut Vec<Arc<CellPoints>>,
+        elastic: &mut Vec<Arc<dyn Stressed>>,
         hosts: &mut Vec<u32>,
         laws: &mut Vec<Box<dyn Law>>,
     ) -> Result<Box<dyn Effect>, SceneError> {
@@ -139,17 +139,14 @@ impl<'a> Builder<'a> {
                 let (name, built) = ("elastic".to_string(), self.law(place, law)?);
                 let info = built.info().name;
                 laws.push(self.law(place, law)?);
-                let (points, effect): (_, Box<dyn Effect>) = match formulation {
-                    FormulationSpec::Displacement => {
-                        let effect = Elastic::new(name, mesh, cells, built);
-                        (effect.points(), Box::new(effect))
-                    }
+                match formulation {
+                    FormulationSpec::Displacement => shared(Elastic::new(name, mesh, cells, built), elastic),
                     FormulationSpec::Mixed => {
                         let first = (3 * mesh.points.len() + hosts.len()) as u32;
                         let effect = MixedElastic::new(name, mesh, cells, &*built, first)
                             .ok_or_else(|| self.no_split(place, info))?;
                         hosts.extend(pressure_hosts(mesh, cells));
-                        (effect.points(), Box::new(effect))
+                        shared(effect, elastic)
                     }
                     FormulationSpec::MeanDilatation if mesh.order == Order::Linear => {
                         let fact = "mean_dilatation on tet4 is the displacement formulation";
@@ -162,11 +159,9 @@ impl<'a> Builder<'a> {
                     FormulationSpec::MeanDilatation => {
                         let effect = MeanDilatation::new(name, mesh, cells, &*built)
                             .ok_or_else(|| self.no_split(place, info))?;
-                        (effect.points(), Box::new(effect))
+                        shared(effect, elastic)
                     }
-                };
-                elastic.push(points);
-                effect
+                }
             }
             EffectSpec::Inertia { region, density, mass: lumping } => {
                 Box::new(Inertia { mass: mass(region, density.0, *lumping)? })
@@ -278,6 +273,13 @@ impl<'a> Builder<'a> {
             .collect::<Result<_, SceneError>>()?;
         Ok(Cable::new(name.clone(), pull, guides))
     }
+}
+
+/// An effect that is looked at too.
+fn shared<E: Effect + Stressed + 'static>(effect: E, elastic: &mut Vec<Arc<dyn Stressed>>) -> Box<dyn Effect> {
+    let effect = Arc::new(effect);
+    elastic.push(effect.clone());
+    Box::new(effect)
 }
 
 impl From<LumpingSpec> for Lumping {

@@ -7,6 +7,7 @@
 pub mod curve;
 pub mod family;
 pub mod fit;
+pub mod locking;
 pub mod order;
 pub mod reference;
 pub mod verdict;
@@ -35,6 +36,10 @@ pub struct Analysis {
     pub recommended: Option<Recommendation>,
     /// Cases without a usable result: (id, what is wrong)
     pub incomplete: Vec<(String, String)>,
+    /// Ids of the cases that raise the locking alarm
+    pub locked: Vec<String>,
+    /// What they have in common, in a sentence
+    pub locking: Option<String>,
     /// `wall_s`, or `cpu_s` if any case ran beside another
     pub cost: &'static str,
     pub warnings: Vec<String>,
@@ -46,6 +51,8 @@ pub struct Analysis {
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct QuantityAnalysis {
     pub variant: String,
+    /// The variant in words
+    pub variant_label: String,
     pub quantity: Quantity,
     pub deciding: bool,
     /// Judged by its largest change, since it does not start at zero
@@ -78,7 +85,7 @@ impl QuantityAnalysis {
     /// `peak bending angle, tension control`
     pub fn title(&self) -> String {
         let what = if self.change { "largest change of" } else { "peak" };
-        format!("{what} {}, {} control", self.quantity.label, self.variant)
+        format!("{what} {}, {}", self.quantity.label, self.variant_label)
     }
 }
 
@@ -169,8 +176,20 @@ pub fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis {
     }
     let warnings = warnings::warnings(&cases, &quantities, &incomplete);
     let (recommended, verdict) = verdict::conclude(&cases, &quantities, &settings, &incomplete);
+    let (locked, locking) = locking::alarms(&cases);
     let cost = if cases.shared { "cpu_s" } else { "wall_s" };
-    Analysis { tolerance: study.tolerance, quantities, settings, recommended, incomplete, cost, warnings, verdict }
+    Analysis {
+        tolerance: study.tolerance,
+        quantities,
+        settings,
+        recommended,
+        incomplete,
+        locked,
+        locking,
+        cost,
+        warnings,
+        verdict,
+    }
 }
 
 fn analyse_quantity(cases: &Cases, variant: &str, quantity: &Quantity, deciding: bool) -> QuantityAnalysis {
@@ -224,6 +243,7 @@ fn analyse_quantity(cases: &Cases, variant: &str, quantity: &Quantity, deciding:
     let quantity = quantity.clone();
     QuantityAnalysis {
         variant: variant.to_string(),
+        variant_label: study.label(variant),
         quantity,
         deciding,
         change,

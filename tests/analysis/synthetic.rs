@@ -100,6 +100,7 @@ fn case(m: &Member, variant: &str) -> StoredCase {
             solve_s: 0.12 * wall,
             output_s: 0.02 * wall,
         },
+        locking: None,
         probes,
         remarks: vec![],
         no_limit: None,
@@ -146,6 +147,7 @@ pub fn study() -> (StudyRecord, Vec<StoredCase>) {
             ("tension".to_string(), vec![angle()]),
         ]),
         variants: vec!["length".into(), "tension".into()],
+        labels: BTreeMap::new(),
         families: families.into(),
         version: "0.1.0".into(),
     };

@@ -80,7 +80,8 @@ pub fn draw(store: &Store, analysis: &Analysis, variant: &str) -> Option<Figure>
         if words.is_empty() { String::new() } else { format!(" {}.", super::super::page::sentence(&words.join("; "))) };
     let star = if sizes < cases.len() { " The curve with a star is the advised setting." } else { "" };
     let caption = format!(
-        "Cable {variant} control, family {}: the meshes (element and cells) over time (top) and their difference to the Richardson curve of the family (bottom).{star}{orders}",
+        "{}, family {}: the meshes (element and cells) over time (top) and their difference to the Richardson curve of the family (bottom).{star}{orders}",
+        super::super::page::sentence(&store.study.label(variant)),
         family.name
     );
     Some(Figure { name: format!("curves-{variant}"), svg, caption })

@@ -204,6 +204,7 @@ pub fn conclude(
         let (bar, cost) = (percent(n.worst), seconds(n.cost_s));
         words += &format!(" The next better one, {}, reaches {bar} for {cost}.", n.label);
     }
+    words += &super::locking::of_recommended(cases, s);
     words += &about_sizes(cases, settings, tolerance);
     words += &kinematic(quantities);
     let recommendation = Recommendation {
