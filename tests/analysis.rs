@@ -159,6 +159,23 @@ fn the_synthetic_study_gets_the_verdict_that_was_put_into_it() {
 }
 
 #[test]
+fn locked_cases_are_named_and_the_verdict_says_when_it_recommends_one() {
+    let (study, mut cases) = study();
+    assert!(analyse(&study, &cases).locking.is_none());
+    let raise = |c: &mut StoredCase| {
+        c.record.locking = Some(LockingRecord { pressure_scatter: 0.81, volumetric_share: 0.2, alarm: true });
+    };
+    cases.iter_mut().filter(|c| c.record.formulation == "tet4").for_each(raise);
+    let a = analyse(&study, &cases);
+    let sentence = a.locking.as_ref().expect("flagged cases");
+    assert!(sentence.contains("tet4") && !sentence.contains("tet10") && sentence.contains("mixed"), "{sentence}");
+    assert!(a.locked.contains(&"sizes-length-4500".to_string()) && !a.verdict.contains("alarm"), "{}", a.verdict);
+    cases.iter_mut().filter(|c| c.record.formulation == "tet10").for_each(raise);
+    let a = analyse(&study, &cases);
+    assert!(a.verdict.contains("raises the locking alarm (pressure scatter 0.81)"), "{}", a.verdict);
+}
+
+#[test]
 fn verdicts_are_refused_with_the_reason() {
     let (study, cases) = study();
     let without = |drop: &dyn Fn(&CaseRecord) -> bool| -> Vec<StoredCase> {
