@@ -1,11 +1,13 @@
 //! Convergence analysis against manufactured sequences, and the report from synthetic cases.
 
 use durometer::report;
-use durometer::study::convergence::curve::{Curve, compare};
+use durometer::study::convergence::curve::compare;
 use durometer::study::convergence::family::{Estimate, Level, estimate};
 use durometer::study::convergence::fit::least_squares;
 use durometer::study::convergence::order::{Convergence, Triple};
 use durometer::study::convergence::{Analysis, analyse, peak};
+use durometer::study::curve::Curve;
+use durometer::study::locking;
 use durometer::study::record::*;
 use std::f64::consts::PI;
 use std::path::Path;
@@ -161,15 +163,15 @@ fn the_synthetic_study_gets_the_verdict_that_was_put_into_it() {
 #[test]
 fn locked_cases_are_named_and_the_verdict_says_when_it_recommends_one() {
     let (study, mut cases) = study();
-    assert!(analyse(&study, &cases).locking.is_none());
+    assert!(locking::sentence(&cases).is_none());
     let raise = |c: &mut StoredCase| {
         c.record.locking = Some(LockingRecord { pressure_scatter: 0.81, volumetric_share: 0.2, alarm: true });
     };
     cases.iter_mut().filter(|c| c.record.formulation == "tet4").for_each(raise);
     let a = analyse(&study, &cases);
-    let sentence = a.locking.as_ref().expect("flagged cases");
+    let sentence = locking::sentence(&cases).expect("flagged cases");
     assert!(sentence.contains("tet4") && !sentence.contains("tet10") && sentence.contains("mixed"), "{sentence}");
-    assert!(a.locked.contains(&"sizes-length-4500".to_string()) && !a.verdict.contains("alarm"), "{}", a.verdict);
+    assert!(!a.verdict.contains("alarm"), "{}", a.verdict);
     cases.iter_mut().filter(|c| c.record.formulation == "tet10").for_each(raise);
     let a = analyse(&study, &cases);
     assert!(a.verdict.contains("raises the locking alarm (pressure scatter 0.81)"), "{}", a.verdict);
@@ -208,12 +210,12 @@ fn verdicts_are_refused_with_the_reason() {
 #[test]
 fn a_report_is_complete_and_can_be_redrawn() {
     let dir = tempfile::tempdir().expect("temporary folder");
-    store(dir.path());
+    store(dir.path(), &study());
     // REPORT_EXAMPLE=DIR leaves the stored study and its report there, to look at the pictures
     if let Ok(keep) = std::env::var("REPORT_EXAMPLE") {
         let keep = Path::new(&keep);
         if !keep.join("study.json").exists() {
-            store(keep);
+            store(keep, &study());
         }
         report::write(keep).unwrap_or_else(|e| panic!("{e}"));
     }
@@ -251,7 +253,7 @@ fn missing_and_failed_cases_still_get_a_report_and_broken_files_a_remedy() {
     let dir = tempfile::tempdir().expect("temporary folder");
     let message = || report::write(dir.path()).expect_err("must be refused").to_string();
     assert!(message().contains("study.json does not exist") && message().contains("durometer run"));
-    store(dir.path());
+    store(dir.path(), &study());
     let path = |name: &str| dir.path().join(name);
     for e in std::fs::read_dir(path("cases")).expect("folder").flatten() {
         if !e.file_name().to_string_lossy().starts_with("sizes-length") {
@@ -265,7 +267,7 @@ fn missing_and_failed_cases_still_get_a_report_and_broken_files_a_remedy() {
     assert!(message().contains("line 3: bending_angle_deg is \"fast\""), "{}", message());
     std::fs::write(path("cases/sizes-length-9300.json"), "{\"id\": 3").expect("file");
     assert!(message().contains("sizes-length-9300.json is not a valid record"), "{}", message());
-    store(dir.path());
+    store(dir.path(), &study());
     std::fs::remove_dir_all(path("figures")).expect("folder");
     std::fs::write(path("figures"), "in the way").expect("file");
     assert!(message().contains("cannot write") && message().contains("figures"), "{}", message());

@@ -2,7 +2,6 @@
 
 use super::{INCOMPLETE, Outcome, bars::Bars, files};
 use durometer::report;
-use durometer::study::convergence::CONVERGED;
 use durometer::study::record::CaseRecord;
 use durometer::study::runner::{self, Options};
 use durometer::study::spec::Study;
@@ -64,7 +63,7 @@ pub fn main(args: Args) -> Outcome {
         return Ok(ExitCode::from(INCOMPLETE));
     }
     let summary = report::write(&dir)?;
-    let failed: Vec<&CaseRecord> = records.iter().filter(|r| r.status != CONVERGED).collect();
+    let failed: Vec<&CaseRecord> = records.iter().filter(|r| !r.converged()).collect();
     if args.json {
         println!("{}", serde_json::to_string_pretty(&summary)?);
     } else {

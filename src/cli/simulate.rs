@@ -3,8 +3,8 @@
 use super::{INCOMPLETE, Outcome, bars::Bars, files};
 use durometer::scene::{Body, Scene, read_scene};
 use durometer::solve::Status;
-use durometer::study::convergence::locking::REMEDY;
 use durometer::study::fields::Fields;
+use durometer::study::locking::REMEDY;
 use durometer::study::runner::{self, Watch};
 use durometer::study::store;
 use std::path::PathBuf;

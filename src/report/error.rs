@@ -15,7 +15,7 @@ pub enum ReportError {
     /// A time series that is no table of numbers
     BadSeries { path: PathBuf, line: usize, what: String },
     /// `kind` of another study
-    Kind { path: PathBuf, kind: String },
+    Kind { path: PathBuf, kind: String, known: String },
     /// Not one case has a result
     NoCases { path: PathBuf },
     /// Folder or file that cannot be written, a full disk included
@@ -45,8 +45,8 @@ impl fmt::Display for ReportError {
                 "{}, line {line}: {what}; delete the file and its .json and run the study again",
                 path.display()
             ),
-            Self::Kind { path, kind } => {
-                write!(f, "{}: kind \"{kind}\" has no report; known is \"convergence\"", path.display())
+            Self::Kind { path, kind, known } => {
+                write!(f, "{}: kind \"{kind}\" has no report; known: {known}", path.display())
             }
             Self::NoCases { path } => {
                 write!(f, "{} holds no finished case; run the study first", path.display())

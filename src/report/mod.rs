@@ -3,21 +3,23 @@
 //! Nothing is solved here; [`write`] may be called again on a folder to redraw it.
 
 mod canvas;
+mod content;
+mod convergence;
 pub mod error;
 mod export;
 mod figures;
 pub mod fit;
+mod materials;
 mod page;
 mod plot;
 pub mod store;
 pub mod summary;
 mod surface;
-mod tables;
+mod table;
 
 pub use error::ReportError;
 pub use summary::Summary;
 
-use crate::study::convergence;
 use std::path::Path;
 
 /// Does the folder hold a fit (`fit.json`) and no study?
@@ -30,21 +32,23 @@ pub fn is_fit(dir: &Path) -> bool {
 /// `summary.json` comes first: a figure that cannot be drawn does not cost the numbers.
 pub fn write(dir: &Path) -> Result<Summary, ReportError> {
     let store = store::read(dir)?;
-    let analysis = convergence::analyse(&store.study, &store.cases);
-    let summary = summary::summarise(&store, &analysis);
+    let kind = content::KINDS.iter().find(|(kind, _)| *kind == store.study.kind);
+    let (_, analyse) = kind.ok_or_else(|| ReportError::Kind {
+        path: dir.join("study.json"),
+        kind: store.study.kind.clone(),
+        known: content::KINDS.map(|(kind, _)| kind).join(", "),
+    })?;
+    let content = analyse(&store);
+    let summary = summary::summarise(&store, &content);
     let text = serde_json::to_string_pretty(&summary).expect("numbers, strings and string keys only");
     error::write(&dir.join("summary.json"), text.as_bytes())?;
-
-    let tables = tables::all(&store, &analysis);
     error::folder(&dir.join("tables"))?;
-    for table in &tables {
+    for table in content.all_tables() {
         table.save(&dir.join("tables"))?;
     }
-    let figures = figures::all(&store, &analysis);
     error::folder(&dir.join("figures"))?;
-    let page = page::html(&store, &analysis, &figures, &tables);
-    error::write(&dir.join("index.html"), page.as_bytes())?;
-    for figure in &figures {
+    error::write(&dir.join("index.html"), page::html(&store, &content).as_bytes())?;
+    for figure in &content.figures {
         export::save(&dir.join("figures"), &figure.name, &figure.svg)?;
     }
     Ok(summary)

@@ -1,11 +1,11 @@
 //! `index.html`: one file that opens from disk, with nothing outside of it.
 
 use super::canvas::DOUBLE;
+use super::content::Content;
 use super::figures::Figure;
 use super::store::Store;
-use super::tables::Table;
-use crate::study::convergence::Analysis;
-use crate::study::convergence::verdict::seconds;
+use super::table::Table;
+use crate::study::locking;
 
 const STYLE: &str = "
 body{font:17px/1.5 Georgia,'Times New Roman',serif;color:#222;max-width:52rem;margin:3rem auto;padding:0 1.2rem}
@@ -21,56 +21,44 @@ th{font-weight:normal;border-bottom:1px solid #222;text-align:left;vertical-alig
 td.n,th.n{text-align:right;font-variant-numeric:tabular-nums}@media print{details:not([open])>*{display:block}}
 details pre{font-size:12px;line-height:1.35;overflow-x:auto;background:#f5f5f5;padding:.8rem}code{font-size:.9em}";
 
-pub fn html(store: &Store, analysis: &Analysis, figures: &[Figure], tables: &[Table]) -> String {
+pub fn html(store: &Store, content: &Content) -> String {
     let s = &store.study;
     let mut h = String::with_capacity(1 << 20);
-    let class = if analysis.recommended.is_some() { "verdict" } else { "verdict refused" };
+    let class = if content.supported { "verdict" } else { "verdict refused" };
     h += &format!("<h1>{}</h1>\n<p class=\"lead\">{}</p>\n", escape(&s.study), escape(&s.question));
-    h += &format!("<p class=\"{class}\">{}</p>\n", escape(&analysis.verdict));
-    if let Some(alarm) = &analysis.locking {
-        h += &format!("<p class=\"verdict refused\">{}</p>\n", escape(alarm));
+    h += &format!("<p class=\"{class}\">{}</p>\n", escape(&content.verdict));
+    if let Some(alarm) = locking::sentence(&store.cases) {
+        h += &format!("<p class=\"verdict refused\">{}</p>\n", escape(&alarm));
     }
-    h += &facts(analysis);
+    h += &facts(&content.facts);
     h += "<h2>Per quantity</h2>\n";
-    h += &list(analysis.quantities.iter().map(|q| q.sentence.clone()));
-    if !analysis.warnings.is_empty() {
+    h += &list(content.sentences.iter().cloned());
+    if !content.warnings.is_empty() {
         h += "<h2>Read this before using the numbers</h2>\n";
-        h += &list(analysis.warnings.iter().cloned());
+        h += &list(content.warnings.iter().cloned());
     }
     h += &format!("<dl><dt>Expectation before the run</dt><dd>{}</dd></dl>\n", escape(&s.expectation));
-    let of = |name: &'static str| tables.iter().filter(move |t| t.name == name);
-    h += "<h2>Which mesh, at what price</h2>\n";
-    h += &of("settings").map(Table::html).collect::<String>();
-    h += "<h2>Figures</h2>\n";
-    for (k, f) in figures.iter().enumerate() {
+    let (heading, answer) = &content.answer;
+    h += &format!("<h2>{heading}</h2>\n{}<h2>Figures</h2>\n", answer.html());
+    for (k, f) in content.figures.iter().enumerate() {
         h += &drawing(f, k + 1);
     }
     h += "<h2>Tables</h2>\n";
-    h += &of("quantities").map(Table::html).collect::<String>();
-    for (name, words) in [("cases", "Every case"), ("costs", "What a digit costs"), ("curves", "Curves, case by case")] {
-        for t in of(name) {
-            h += &format!("<details><summary>{words} ({} rows)</summary>{}</details>\n", t.rows.len(), t.html());
-        }
+    h += &content.tables.iter().map(Table::html).collect::<String>();
+    for (words, t) in &content.folded {
+        h += &format!("<details><summary>{words} ({} rows)</summary>{}</details>\n", t.rows.len(), t.html());
     }
     h += &provenance(store);
     document(&s.study, &h)
 }
 
-/// The verdict in numbers, for those who read nothing else.
-fn facts(analysis: &Analysis) -> String {
-    let Some(r) = &analysis.recommended else { return String::new() };
-    let fact = |value: &str, name: &str| format!("<div><b>{}</b>{}</div>\n", escape(value), escape(name));
-    let mut h = String::from("<div class=\"facts\">\n");
-    h += &fact(&r.label, "cheapest setting to trust");
-    h += &fact(
-        &format!("{:.2} %", 100.0 * r.error_bar),
-        &format!("error bar, tolerance {:.0} %", 100.0 * analysis.tolerance),
-    );
-    h += &fact(&seconds(r.cost_s), if analysis.cost == "cpu_s" { "of one core per case" } else { "per case" });
-    if let Some((label, bar, cost)) = &r.next {
-        h += &fact(&format!("{:.2} %, {}", 100.0 * bar, seconds(*cost)), &format!("next better: {label}"));
+/// The verdict in numbers.
+fn facts(facts: &[(String, String)]) -> String {
+    if facts.is_empty() {
+        return String::new();
     }
-    h + "</div>\n"
+    let fact = |(value, name): &(String, String)| format!("<div><b>{}</b>{}</div>\n", escape(value), escape(name));
+    format!("<div class=\"facts\">\n{}</div>\n", facts.iter().map(fact).collect::<String>())
 }
 
 /// A whole page around a body.
@@ -131,6 +119,3 @@ fn sized(svg: &str) -> String {
 pub fn escape(s: &str) -> String {
     s.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
-
-/// First letter in upper case.
-pub use crate::study::convergence::verdict::capital as sentence;

@@ -19,9 +19,6 @@ pub struct Store {
 pub fn read(dir: &Path) -> Result<Store, ReportError> {
     let path = dir.join("study.json");
     let study: StudyRecord = json(&path)?.ok_or_else(|| ReportError::NotAStudy { path: path.clone() })?;
-    if study.kind != "convergence" {
-        return Err(ReportError::Kind { path, kind: study.kind });
-    }
     let (mut cases, mut skins): (Vec<StoredCase>, _) = (vec![], BTreeMap::new());
     for id in study.families.iter().flat_map(|f| &f.cases) {
         if cases.iter().any(|c| c.record.id == *id) {

@@ -9,8 +9,8 @@ use super::spec::{
     ConstraintSpec, EffectSpec, FormulationSpec, GuideRadius, LumpingSpec, PickSpec, SceneSpec, SelectorSpec,
 };
 use crate::effect::{
-    Cable, Elastic, Gravity, Guide, Inertia, Lumping, Mass, MassDamping, MeanDilatation, MixedElastic,
-    Stressed, ViscousDamping, pressure_hosts,
+    Cable, Elastic, Gravity, Guide, Inertia, Lumping, Mass, MassDamping, MeanDilatation, MixedElastic, Stressed,
+    ViscousDamping, pressure_hosts,
 };
 use crate::material::{self, Law};
 use crate::math::signal::Signal;

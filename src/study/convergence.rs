@@ -7,21 +7,19 @@
 pub mod curve;
 pub mod family;
 pub mod fit;
-pub mod locking;
 pub mod order;
 pub mod reference;
 pub mod verdict;
 pub mod warnings;
 
+use super::curve::Curve;
 use super::record::{CaseRecord, FamilyRecord, Quantity, Role, StoredCase, StudyRecord};
-use curve::{Curve, CurveStudy};
+use curve::CurveStudy;
 use family::{Estimate, Level};
 use reference::{CaseError, Noise, Reference, TimeStep};
 use serde::Serialize;
 use verdict::{Recommendation, Setting};
 
-/// Status of a case whose results count.
-pub const CONVERGED: &str = "Converged";
 /// Quantities that decide which case is recommended, where a variant lists them; else all it lists.
 pub const DECIDING: [&str; 2] = ["bending_angle_deg", "cable_tension_N"];
 
@@ -36,10 +34,6 @@ pub struct Analysis {
     pub recommended: Option<Recommendation>,
     /// Cases without a usable result: (id, what is wrong)
     pub incomplete: Vec<(String, String)>,
-    /// Ids of the cases that raise the locking alarm
-    pub locked: Vec<String>,
-    /// What they have in common, in a sentence
-    pub locking: Option<String>,
     /// `wall_s`, or `cpu_s` if any case ran beside another
     pub cost: &'static str,
     pub warnings: Vec<String>,
@@ -123,9 +117,7 @@ impl<'a> Cases<'a> {
     /// Converged cases of a family in a variant.
     pub fn of(&self, family: &FamilyRecord, variant: &str) -> Vec<&'a StoredCase> {
         (self.stored.iter())
-            .filter(|c| {
-                c.record.status == CONVERGED && c.record.variant == variant && family.cases.contains(&c.record.id)
-            })
+            .filter(|c| c.record.converged() && c.record.variant == variant && family.cases.contains(&c.record.id))
             .collect()
     }
 
@@ -169,27 +161,15 @@ pub fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis {
             quantities.push(analyse_quantity(&cases, variant, quantity, deciding));
         }
     }
-    let incomplete = incomplete(&cases);
+    let incomplete = study.incomplete(stored);
     let settings = verdict::settings(&cases, &quantities);
     for q in &mut quantities {
         q.sentence = verdict::sentence(&settings, q, study.tolerance);
     }
     let warnings = warnings::warnings(&cases, &quantities, &incomplete);
     let (recommended, verdict) = verdict::conclude(&cases, &quantities, &settings, &incomplete);
-    let (locked, locking) = locking::alarms(&cases);
     let cost = if cases.shared { "cpu_s" } else { "wall_s" };
-    Analysis {
-        tolerance: study.tolerance,
-        quantities,
-        settings,
-        recommended,
-        incomplete,
-        locked,
-        locking,
-        cost,
-        warnings,
-        verdict,
-    }
+    Analysis { tolerance: study.tolerance, quantities, settings, recommended, incomplete, cost, warnings, verdict }
 }
 
 fn analyse_quantity(cases: &Cases, variant: &str, quantity: &Quantity, deciding: bool) -> QuantityAnalysis {
@@ -257,22 +237,4 @@ fn analyse_quantity(cases: &Cases, variant: &str, quantity: &Quantity, deciding:
         reasons,
         sentence: String::new(),
     }
-}
-
-fn incomplete(cases: &Cases) -> Vec<(String, String)> {
-    let mut out: Vec<(String, String)> = vec![];
-    for id in cases.study.families.iter().flat_map(|f| &f.cases) {
-        if out.iter().any(|(known, _)| known == id) {
-            continue;
-        }
-        match cases.stored.iter().find(|c| c.record.id == *id).map(|c| &c.record) {
-            None => out.push((id.clone(), "has no result".into())),
-            Some(r) if r.status != CONVERGED => {
-                let detail = r.status_detail.as_ref().map(|d| format!(": {d}")).unwrap_or_default();
-                out.push((id.clone(), format!("{}{detail}", r.status)));
-            }
-            Some(_) => {}
-        }
-    }
-    out
 }

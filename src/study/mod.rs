@@ -1,8 +1,12 @@
 //! Studies: cases, their stored results, and the analysis over them.
 
 pub mod convergence;
+pub mod curve;
 pub mod fields;
+pub mod locking;
+pub mod materials;
 pub mod record;
 pub mod runner;
 pub mod spec;
 pub mod store;
+pub mod words;

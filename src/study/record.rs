@@ -1,5 +1,6 @@
 //! What a finished case leaves on disk, and what every report reads: `cases/<id>.json` beside `cases/<id>.csv`.
 
+use crate::solve::Status;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -13,6 +14,9 @@ pub struct CaseRecord {
     pub family: String,
     /// Variant of the scene: `length` or `tension`
     pub variant: String,
+    /// What tells it from the rest of its family: a size, a law
+    #[serde(default)]
+    pub member: String,
     pub mesh: MeshRecord,
     /// `tet4`, `tet10`
     pub formulation: String,
@@ -55,6 +59,13 @@ pub struct CaseRecord {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub no_limit: Option<String>,
     pub provenance: Provenance,
+}
+
+impl CaseRecord {
+    /// Only then its results count.
+    pub fn converged(&self) -> bool {
+        self.status == Status::Converged.name()
+    }
 }
 
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
@@ -186,7 +197,7 @@ impl Skin {
 pub struct StudyRecord {
     /// Name of the study, as its folder is called
     pub study: String,
-    /// `convergence`
+    /// `convergence`, `materials`
     pub kind: String,
     pub question: String,
     /// What was expected before the run
@@ -201,6 +212,9 @@ pub struct StudyRecord {
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub labels: BTreeMap<String, String>,
     pub families: Vec<FamilyRecord>,
+    /// The member that the others are compared with
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reference: Option<String>,
     pub version: String,
 }
 
@@ -208,6 +222,25 @@ impl StudyRecord {
     /// A variant in words: `ν = 0.49`, or `length control`.
     pub fn label(&self, variant: &str) -> String {
         self.labels.get(variant).cloned().unwrap_or_else(|| format!("{variant} control"))
+    }
+
+    /// Cases without a usable result: (id, what is wrong).
+    pub fn incomplete(&self, stored: &[StoredCase]) -> Vec<(String, String)> {
+        let mut out: Vec<(String, String)> = vec![];
+        for id in self.families.iter().flat_map(|f| &f.cases) {
+            if out.iter().any(|(known, _)| known == id) {
+                continue;
+            }
+            match stored.iter().find(|c| c.record.id == *id).map(|c| &c.record) {
+                None => out.push((id.clone(), "has no result".into())),
+                Some(r) if !r.converged() => {
+                    let detail = r.status_detail.as_ref().map(|d| format!(": {d}")).unwrap_or_default();
+                    out.push((id.clone(), format!("{}{detail}", r.status)));
+                }
+                Some(_) => {}
+            }
+        }
+        out
     }
 }
 
@@ -222,6 +255,9 @@ pub struct Quantity {
     pub symbol: String,
     /// Unit as printed: `°`
     pub unit: String,
+    /// What it is drawn against besides time, where the loop between the two means something: `cable_length_m`
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub against: Option<Box<Quantity>>,
 }
 
 /// Cases that differ in one thing only.
@@ -251,6 +287,26 @@ pub enum Role {
     Element,
     /// One mesh, several time steps
     TimeStep,
+    /// One mesh, several laws
+    Laws,
+    /// The same laws on a finer mesh
+    Finer,
+}
+
+impl Role {
+    /// As a report prints it.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Sizes => "sizes",
+            Self::Nested => "nested",
+            Self::Remeshed => "remeshed",
+            Self::Seeds => "seeds",
+            Self::Element => "element",
+            Self::TimeStep => "time step",
+            Self::Laws => "laws",
+            Self::Finer => "finer",
+        }
+    }
 }
 
 /// A case as it was read back: its record and its time series.

@@ -1,7 +1,9 @@
 //! Runs the cases of a study side by side, skips what is done, keeps what is finished.
 
 use super::fields::Fields;
-use super::record::{CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance, Skin};
+use super::record::{
+    CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance, Skin,
+};
 use super::spec::{Case, Study};
 use super::store::{Store, StoreError};
 use crate::effect::locking::signs;
@@ -172,6 +174,7 @@ fn one(
     record.id.clone_from(&case.id);
     record.family.clone_from(&case.family);
     record.variant.clone_from(&case.variant);
+    record.member.clone_from(&case.member);
     record.shared = shared;
     record.provenance.input_sha256 = input_sha256;
     record.phases.output_s = writing.elapsed().as_secs_f64();
@@ -211,6 +214,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         id: String::new(),
         family: String::new(),
         variant: String::new(),
+        member: String::new(),
         mesh: MeshRecord {
             cells: mesh.cell_count(),
             nodes: mesh.points.len(),

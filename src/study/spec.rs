@@ -23,6 +23,8 @@ pub struct StudySpec {
     pub variants: Vec<VariantSpec>,
     #[serde(rename = "family", default)]
     pub families: Vec<FamilySpec>,
+    /// `materials`: the member that the others are compared with
+    pub reference: Option<String>,
 }
 
 /// The analyses; one of a kind, one line.
@@ -30,6 +32,27 @@ pub struct StudySpec {
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
     Convergence,
+    Materials,
+}
+
+impl Kind {
+    /// As it stands in `study.json`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Convergence => "convergence",
+            Self::Materials => "materials",
+        }
+    }
+
+    /// What a family can be there for.
+    fn roles(self) -> &'static [Role] {
+        match self {
+            Self::Convergence => {
+                &[Role::Sizes, Role::Nested, Role::Remeshed, Role::Seeds, Role::Element, Role::TimeStep]
+            }
+            Self::Materials => &[Role::Laws, Role::Finer],
+        }
+    }
 }
 
 /// The scene driven in one way, and the quantities judged there.
@@ -67,6 +90,7 @@ pub struct Case {
     pub id: String,
     pub family: String,
     pub variant: String,
+    pub member: String,
     pub scene_file: PathBuf,
     pub spec: SceneSpec,
     /// The scene with all its changes
@@ -119,6 +143,7 @@ impl Study {
             let remedy = "add quantity = [{ name = …, label = …, symbol = …, unit = … }] with a recorded column";
             return Err(content(place, "it judges no quantity".into(), remedy));
         }
+        check_roles(&spec).map_err(|(place, fact, remedy)| content(place, fact, &remedy))?;
         let scene_file = base.join(&spec.scene);
         read_table(&scene_file).map_err(|e| SceneError::Part {
             file: file.into(),
@@ -169,7 +194,8 @@ impl Study {
                     }
                     ids.push(id.clone());
                     let (family, variant) = (family.name.clone(), variant.name.clone());
-                    cases.push(Case { id, family, variant, scene_file: scene_file.clone(), spec: scene, text });
+                    let (member, scene_file) = (label.clone(), scene_file.clone());
+                    cases.push(Case { id, family, variant, member, scene_file, spec: scene, text });
                 }
             }
             families.push(FamilyRecord { name: family.name.clone(), role: family.role, formulation, cases: ids });
@@ -184,7 +210,7 @@ impl Study {
         let named = |v: &VariantSpec| Some((v.name.clone(), v.label.clone()?));
         let record = StudyRecord {
             study: name.clone(),
-            kind: "convergence".into(),
+            kind: spec.kind.name().into(),
             question: spec.question,
             expectation: spec.expectation,
             tolerance,
@@ -192,9 +218,43 @@ impl Study {
             variants: known,
             labels: spec.variants.iter().filter_map(named).collect(),
             families,
+            reference: spec.reference,
             version: env!("CARGO_PKG_VERSION").into(),
         };
         Ok(Self { name, file: file.into(), record, cases })
+    }
+}
+
+/// Roles and reference that the kind knows: place, fact and remedy of the first mistake.
+fn check_roles(spec: &StudySpec) -> Result<(), (String, String, String)> {
+    let kind = spec.kind.name();
+    let known = spec.kind.roles();
+    if let Some(family) = spec.families.iter().find(|f| !known.contains(&f.role)) {
+        let fact = format!("a study of kind \"{kind}\" has no role \"{}\"", family.role.words());
+        let words = known.iter().map(|r| r.words().replace(' ', "_")).collect::<Vec<_>>().join(", ");
+        return Err((format!("family {}", family.name), fact, format!("the roles are {words}")));
+    }
+    match (&spec.reference, spec.kind) {
+        (None, Kind::Convergence) => Ok(()),
+        (Some(_), Kind::Convergence) => {
+            Err(("reference".into(), "a convergence study finds its reference itself".into(), "remove the key".into()))
+        }
+        (reference, Kind::Materials) => {
+            let laws: Vec<&FamilySpec> = spec.families.iter().filter(|f| f.role == Role::Laws).collect();
+            let [laws] = laws[..] else {
+                let fact = format!("{} families have the role \"laws\"", laws.len());
+                return Err(("family".into(), fact, "give it to one; a finer mesh has the role \"finer\"".into()));
+            };
+            let members: Vec<String> = laws.members.keys().cloned().collect();
+            match reference {
+                Some(r) if members.contains(r) => Ok(()),
+                Some(r) => Err(("reference".into(), format!("no law is called \"{r}\""), hint(r, &members))),
+                None => {
+                    let remedy = format!("name the law that the others are compared with: {}", members.join(", "));
+                    Err(("reference".into(), "it is missing".into(), remedy))
+                }
+            }
+        }
     }
 }
 

@@ -63,6 +63,7 @@ fn case(m: &Member, variant: &str) -> StoredCase {
         id: format!("{}-{variant}-{}", m.family, m.name),
         family: m.family.into(),
         variant: variant.into(),
+        member: m.name.clone(),
         mesh: MeshRecord {
             cells: m.cells,
             nodes: m.cells / 4,
@@ -119,6 +120,7 @@ pub fn study() -> (StudyRecord, Vec<StoredCase>) {
         label: label.into(),
         symbol: symbol.into(),
         unit: unit.into(),
+        against: None,
     };
     let angle = || q("bending_angle_deg", "bending angle", "θ", "°");
     let roles = [
@@ -149,6 +151,7 @@ pub fn study() -> (StudyRecord, Vec<StoredCase>) {
         variants: vec!["length".into(), "tension".into()],
         labels: BTreeMap::new(),
         families: families.into(),
+        reference: None,
         version: "0.1.0".into(),
     };
     (study, cases)
@@ -189,12 +192,11 @@ fn skin(cells: usize, angle_deg: f64) -> Skin {
     Skin { points, triangles, t_s: 1.0, displacement, stretch, cables: vec![cable] }
 }
 
-pub fn store(dir: &Path) {
-    let (study, cases) = study();
+pub fn store(dir: &Path, (study, cases): &(StudyRecord, Vec<StoredCase>)) {
     std::fs::create_dir_all(dir.join("cases")).expect("temporary folder");
     let put = |name: String, text: String| std::fs::write(dir.join(name), text).expect("temporary folder");
-    put("study.json".into(), serde_json::to_string_pretty(&study).expect("record"));
-    for c in &cases {
+    put("study.json".into(), serde_json::to_string_pretty(study).expect("record"));
+    for c in cases {
         let id = &c.record.id;
         put(format!("cases/{id}.json"), serde_json::to_string(&c.record).expect("record"));
         let mut csv = format!("t_s,{}\n", c.series.columns.keys().cloned().collect::<Vec<_>>().join(","));

@@ -4,8 +4,9 @@ use super::super::canvas::{Area, At, DOUBLE, Mark, PALETTE, RGB, SMALL, figure, 
 use super::super::plot::{Axis, Plot};
 use super::super::store::Store;
 use super::{Figure, Sample, legend};
-use crate::study::convergence::{Analysis, CONVERGED};
+use crate::study::convergence::Analysis;
 use crate::study::record::{CaseRecord, Role};
+use crate::study::words::capital;
 use std::collections::BTreeMap;
 
 const LEFT: f64 = 15.0;
@@ -58,7 +59,7 @@ pub fn draw(store: &Store, analysis: &Analysis) -> Option<Figure> {
     // One mesh in several variants is one mark
     let mut meshes: BTreeMap<(usize, usize, usize, &str), Vec<&CaseRecord>> = BTreeMap::new();
     for r in store.cases.iter().map(|c| &c.record) {
-        if r.status != CONVERGED || cost(r) <= 0.0 || r.factor_nnz == 0 || role(r) == Some(Role::TimeStep) {
+        if !r.converged() || cost(r) <= 0.0 || r.factor_nnz == 0 || role(r) == Some(Role::TimeStep) {
             continue;
         }
         let k = formulations.iter().position(|f| *f == r.formulation).unwrap_or_else(|| {
@@ -108,7 +109,7 @@ pub fn draw(store: &Store, analysis: &Analysis) -> Option<Figure> {
     });
     let caption = format!(
         "{} of a case over its size, per formulation, with the fitted exponent of growth and its standard error. A mark is the mean over the variants of one mesh, its bar the range.",
-        super::super::page::sentence(words)
+        capital(words)
     );
     Some(Figure { name: "cost-size".into(), svg, caption })
 }

@@ -5,9 +5,11 @@ use super::super::canvas::{DOUBLE, INK, PALETTE, RGB, dashed, figure, fill, ital
 use super::super::plot::{Axis, Plot};
 use super::super::store::Store;
 use super::{Figure, Sample, axis_label, legend};
-use crate::study::convergence::curve::{Curve, CurveStudy};
-use crate::study::convergence::{Analysis, CONVERGED, DECIDING};
+use crate::study::convergence::curve::CurveStudy;
+use crate::study::convergence::{Analysis, DECIDING};
+use crate::study::curve::Curve;
 use crate::study::record::{Quantity, Role, StoredCase};
+use crate::study::words::capital;
 use plotters::style::Color;
 
 /// The band of the GCI, pale enough for lines on top.
@@ -17,7 +19,7 @@ const BAND: RGB = RGB(0xd8, 0xd8, 0xd8);
 pub fn draw(store: &Store, analysis: &Analysis, variant: &str) -> Option<Figure> {
     let family = store.study.families.iter().find(|f| f.role == Role::Sizes)?;
     let mut cases: Vec<&StoredCase> = (store.cases.iter())
-        .filter(|c| family.cases.contains(&c.record.id) && c.record.variant == variant && c.record.status == CONVERGED)
+        .filter(|c| family.cases.contains(&c.record.id) && c.record.variant == variant && c.record.converged())
         .collect();
     cases.sort_by(|a, b| a.record.mesh.h_m.total_cmp(&b.record.mesh.h_m));
     cases.truncate(PALETTE.len() - 1);
@@ -76,12 +78,11 @@ pub fn draw(store: &Store, analysis: &Analysis, variant: &str) -> Option<Figure>
             })
         })
         .collect();
-    let orders =
-        if words.is_empty() { String::new() } else { format!(" {}.", super::super::page::sentence(&words.join("; "))) };
+    let orders = if words.is_empty() { String::new() } else { format!(" {}.", capital(&words.join("; "))) };
     let star = if sizes < cases.len() { " The curve with a star is the advised setting." } else { "" };
     let caption = format!(
         "{}, family {}: the meshes (element and cells) over time (top) and their difference to the Richardson curve of the family (bottom).{star}{orders}",
-        super::super::page::sentence(&store.study.label(variant)),
+        capital(&store.study.label(variant)),
         family.name
     );
     Some(Figure { name: format!("curves-{variant}"), svg, caption })
@@ -123,7 +124,7 @@ fn panel(
     }
     let imposed = if study.is_none() && same(&curves) { ", imposed" } else { "" };
     plot.axes(study.is_none());
-    plot.title(letter, &format!("{}{imposed}", super::super::page::sentence(&q.label)));
+    plot.title(letter, &format!("{}{imposed}", capital(&q.label)));
     let Some(s) = study else { return };
     let star = Curve { t: s.t.clone(), f: s.star.clone() };
     let off: Vec<Option<Vec<f64>>> =

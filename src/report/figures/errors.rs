@@ -9,6 +9,7 @@ use super::{Figure, Sample, legend};
 use crate::study::convergence::family::Estimate;
 use crate::study::convergence::{Analysis, QuantityAnalysis};
 use crate::study::record::{CaseRecord, Role};
+use crate::study::words::capital;
 use plotters::style::Color;
 
 pub(super) const UNRESOLVED: RGB = RGB(0xee, 0xee, 0xee);
@@ -170,7 +171,7 @@ pub fn against_h(store: &Store, analysis: &Analysis) -> Option<Figure> {
         }
         marks(&plot, dots, h);
         plot.axes(true);
-        plot.title(letter, &super::super::page::sentence(&title(q)));
+        plot.title(letter, &capital(&title(q)));
         // Upper left: small h has small errors, so only the tolerance can stand there
         let [l, t, ..] = frame;
         let taken = 40 + 85 * orders.len() as i32;
@@ -221,7 +222,7 @@ pub fn against_cost(store: &Store, analysis: &Analysis) -> Option<Figure> {
         }
         marks(&plot, dots, |d| d.cost);
         plot.axes(true);
-        plot.title(letter, &super::super::page::sentence(&title(q)));
+        plot.title(letter, &capital(&title(q)));
     })?;
     let caption = format!(
         "Work and precision: error of the peak (mark) and its error bar with U(f*) (whisker) over {words} of the case."

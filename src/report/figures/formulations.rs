@@ -7,6 +7,7 @@ use super::errors::{UNRESOLVED, levels, style, title};
 use super::{Figure, Sample, family_label, legend};
 use crate::study::convergence::{Analysis, QuantityAnalysis};
 use crate::study::record::Role;
+use crate::study::words::capital;
 
 const LEFT: f64 = 14.0;
 const GAP: f64 = 16.0;
@@ -73,9 +74,8 @@ pub fn draw(store: &Store, analysis: &Analysis) -> Option<Figure> {
     entries.push((Sample::Dashed(INK), "tolerance".into()));
     entries.push((Sample::Block(UNRESOLVED), format!("below U({})", italic("f*"))));
     let tolerance = 100.0 * analysis.tolerance;
-    let unresolved = |q: &QuantityAnalysis| {
-        q.reference.as_ref().map_or(f64::INFINITY, |r| 100.0 * r.uncertainty / r.value.abs())
-    };
+    let unresolved =
+        |q: &QuantityAnalysis| q.reference.as_ref().map_or(f64::INFINITY, |r| 100.0 * r.uncertainty / r.value.abs());
     // What is far below U(f*) is luck: it would stretch the axis
     let least = shown.iter().map(|(q, _)| 0.5 * unresolved(q)).fold(tolerance, f64::min);
     let y = Axis::log(dots().map(|d| d.error.max(least)).chain([tolerance]), "error [%]");
@@ -92,7 +92,7 @@ pub fn draw(store: &Store, analysis: &Analysis) -> Option<Figure> {
                 levels(&plot, q, tolerance);
                 lines.iter().for_each(|l| curve(&plot, l, x));
                 plot.axes(true);
-                plot.title(['a', 'b', 'c', 'd'][2 * row + column], &super::super::page::sentence(&title(q)));
+                plot.title(['a', 'b', 'c', 'd'][2 * row + column], &capital(&title(q)));
             }
         }
         for (k, entry) in entries.into_iter().enumerate() {

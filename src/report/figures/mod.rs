@@ -6,6 +6,7 @@ pub mod curves;
 pub mod errors;
 pub mod fit;
 pub mod formulations;
+pub mod laws;
 pub mod time;
 
 use super::canvas::{Area, At, INK, Mark, Point, RGB, SMALL, line, mark, mm, text};
@@ -20,8 +21,8 @@ pub struct Figure {
     pub caption: String,
 }
 
-/// Every figure that the stored data allow.
-pub fn all(store: &Store, analysis: &Analysis) -> Vec<Figure> {
+/// Every figure of a convergence study that the stored data allow.
+pub fn convergence(store: &Store, analysis: &Analysis) -> Vec<Figure> {
     let mut out = vec![];
     out.extend(bodies::meshes(store));
     out.extend(bodies::bent(store, analysis));

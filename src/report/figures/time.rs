@@ -5,9 +5,9 @@ use super::super::plot::{Axis, Plot};
 use super::super::store::Store;
 use super::curves::thousands;
 use super::{Figure, Sample, legend};
-use crate::study::convergence::verdict::digits;
-use crate::study::convergence::{Analysis, CONVERGED};
+use crate::study::convergence::Analysis;
 use crate::study::record::{CaseRecord, Role};
+use crate::study::words::digits;
 
 const REST: RGB = RGB(0xd0, 0xd0, 0xd0);
 const ROW: f64 = 4.6;
@@ -16,7 +16,7 @@ pub fn draw(store: &Store, analysis: &Analysis) -> Option<Figure> {
     let variant = &analysis.headline()?.variant;
     let role = |r: &CaseRecord| store.study.families.iter().find(|f| f.name == r.family).map(|f| f.role);
     let mut rows: Vec<&CaseRecord> = (store.cases.iter().map(|c| &c.record))
-        .filter(|r| r.variant == *variant && r.status == CONVERGED && r.wall_s > 0.0)
+        .filter(|r| r.variant == *variant && r.converged() && r.wall_s > 0.0)
         .filter(|r| matches!(role(r), Some(Role::Sizes | Role::Nested | Role::Remeshed | Role::Element)))
         .collect();
     rows.sort_by(|a, b| (b.formulation.as_str(), a.mesh.cells).cmp(&(a.formulation.as_str(), b.mesh.cells)));

@@ -129,7 +129,7 @@ impl Parameter {
     pub fn scale(&self) -> (f64, &str, usize) {
         let (factor, unit) = if self.unit == "Pa" { stress_unit(self.value) } else { (1.0, self.unit.as_str()) };
         let half = 0.5 * (self.interval[1] - self.interval[0]).abs();
-        let decimals = crate::study::convergence::verdict::digits(factor * half.max(1e-2 * self.value.abs()));
+        let decimals = crate::study::words::digits(factor * half.max(1e-2 * self.value.abs()));
         (factor, unit, decimals)
     }
 

@@ -1,9 +1,10 @@
 //! `index.html` of a fit.
 
 use super::super::figures::Figure;
-use super::super::page::{document, drawing, escape, list, sentence};
-use super::super::tables::Table;
+use super::super::page::{document, drawing, escape, list};
+use super::super::table::Table;
 use super::{Entry, StoredFit, stretch};
+use crate::study::words::capital;
 
 /// The result in words.
 pub fn answer(fit: &StoredFit) -> String {
@@ -55,7 +56,7 @@ pub fn html(fit: &StoredFit, figure: Option<&Figure>, tables: &[Table], law_file
     h += &format!("<p class=\"verdict{}\">{}</p>\n", if doubtful { " refused" } else { "" }, escape(&answer(fit)));
     if !fit.messages.is_empty() {
         h += "<h2>Read this before using the numbers</h2>\n";
-        h += &list(fit.messages.iter().map(|m| format!("{}.", sentence(m))));
+        h += &list(fit.messages.iter().map(|m| format!("{}.", capital(m))));
     }
     h += "<h2>Data and law</h2>\n";
     h += &figure.map_or(String::new(), |f| drawing(f, 1));

@@ -1,6 +1,6 @@
 //! Tables of a fit.
 
-use super::super::tables::Table;
+use super::super::table::Table;
 use super::{Misfit, Parameter, StoredFit, stretch};
 
 /// Rows of the table of ranges at most

@@ -4,87 +4,14 @@
 //! ‖d‖₂ = √(1/T ∫ d² dt),  ‖d‖∞ = max |d|        on the common time grid, d between neighbouring meshes
 //! p from ‖f₃ − f₂‖₂/‖f₂ − f₁‖₂ (the fixed point of [`super::order`], one p for the whole curve)
 //! f*(t) = f₁ + (f₁ − f₂)/(r₂₁^p − 1),   GCI(t) = Fs·|f₁ − f₂|/(r₂₁^p − 1)
-//! lag τ = −∫ (f − f₁) ḟ₁ dt / ∫ ḟ₁² dt          first order in τ; a change of amplitude is orthogonal to ḟ₁
 //! ```
 //!
 //! The common grid is the one of the finest mesh, over the time that all curves cover. The others are interpolated
 //! linearly; the error of that, from leaving out every second sample, is a quarter of the defect and is reported.
 
 use super::order::{Convergence, ROUNDING, Triple, correction};
-use crate::study::record::Series;
+use crate::study::curve::{Curve, l2, lag};
 use serde::Serialize;
-
-/// One column over time.
-#[derive(Clone, Debug, PartialEq, Default)]
-pub struct Curve {
-    /// [samples] time [s]
-    pub t: Vec<f64>,
-    /// [samples] value
-    pub f: Vec<f64>,
-}
-
-impl Curve {
-    /// The column of a stored series; `None` if it is absent, shorter than two samples or not finite.
-    pub fn of(series: &Series, column: &str) -> Option<Self> {
-        let f = series.columns.get(column)?;
-        let n = f.len().min(series.t_s.len());
-        let ok = n >= 2
-            && f[..n].iter().chain(&series.t_s[..n]).all(|v| v.is_finite())
-            && series.t_s[..n].windows(2).all(|w| w[1] > w[0]);
-        ok.then(|| Self { t: series.t_s[..n].to_vec(), f: f[..n].to_vec() })
-    }
-
-    /// Linear interpolation, constant outside.
-    pub fn at(&self, t: f64) -> f64 {
-        let k = self.t.partition_point(|v| *v < t).clamp(1, self.t.len() - 1);
-        let (a, b) = (self.t[k - 1], self.t[k]);
-        let s = ((t - a) / (b - a)).clamp(0.0, 1.0);
-        self.f[k - 1] * (1.0 - s) + self.f[k] * s
-    }
-
-    /// Value of largest magnitude.
-    pub fn peak(&self) -> f64 {
-        self.f.iter().copied().fold(0.0, |m: f64, v| if v.abs() > m.abs() { v } else { m })
-    }
-
-    /// Error of linear interpolation between the samples: a quarter of the defect with every second one left out.
-    pub fn interpolation_error(&self) -> f64 {
-        (1..self.t.len().saturating_sub(1))
-            .map(|k| {
-                let s = (self.t[k] - self.t[k - 1]) / (self.t[k + 1] - self.t[k - 1]);
-                (self.f[k] - (1.0 - s) * self.f[k - 1] - s * self.f[k + 1]).abs() / 4.0
-            })
-            .fold(0.0, f64::max)
-    }
-
-    /// Largest |f(t + T) − f(t)| over the last two cycles, relative to the range of f. The period T is the distance of
-    /// the last two highest points of separate cycles; `None` with fewer than two cycles.
-    pub fn cycle_defect(&self) -> Option<f64> {
-        let (lo, hi) = self.f.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
-        let (low, high) = (lo + 0.3 * (hi - lo), lo + 0.7 * (hi - lo));
-        // One peak per passage above `high`, armed again below `low`
-        let (mut peaks, mut armed): (Vec<usize>, bool) = (vec![], true);
-        for (k, f) in self.f.iter().enumerate() {
-            match (*f > high, armed) {
-                (true, true) => {
-                    peaks.push(k);
-                    armed = false;
-                }
-                (true, false) if *f > self.f[*peaks.last()?] => *peaks.last_mut()? = k,
-                _ if *f < low => armed = true,
-                _ => {}
-            }
-        }
-        let [.., a, b] = peaks[..] else { return None };
-        let period = self.t[b] - self.t[a];
-        let end = *self.t.last()?;
-        let defect = (self.t.iter())
-            .filter(|t| **t >= end - 2.0 * period - 1e-9 * period && **t <= end - period + 1e-9 * period)
-            .map(|t| (self.at(t + period) - self.at(*t)).abs())
-            .fold(0.0, f64::max);
-        (hi > lo && end - self.t[0] >= 2.0 * period * (1.0 - 1e-6)).then_some(defect / (hi - lo))
-    }
-}
 
 /// Norms of one curve against the next finer one of its family.
 #[derive(Serialize, Clone, Debug, PartialEq)]
@@ -192,23 +119,4 @@ pub fn compare(members: &[(String, f64, Curve)], formal: f64) -> Option<CurveStu
         star,
         gci,
     })
-}
-
-/// √(1/T ∫ d² dt) by the trapezoidal rule.
-pub fn l2(t: &[f64], d: &[f64]) -> f64 {
-    let sum: f64 = (1..t.len()).map(|k| 0.5 * (t[k] - t[k - 1]) * (d[k].powi(2) + d[k - 1].powi(2))).sum();
-    (sum / (t[t.len() - 1] - t[0])).sqrt()
-}
-
-/// Lag of `f` behind `g` [s], first order.
-fn lag(t: &[f64], f: &[f64], g: &[f64]) -> f64 {
-    let (mut above, mut below) = (0.0, 0.0);
-    for k in 1..t.len() {
-        let dt = t[k] - t[k - 1];
-        let slope = (g[k] - g[k - 1]) / dt;
-        above -= 0.5 * (f[k] - g[k] + f[k - 1] - g[k - 1]) * slope * dt;
-        below += slope * slope * dt;
-    }
-    // + 0: no negative zero
-    if below > 0.0 { above / below + 0.0 } else { 0.0 }
 }

@@ -103,7 +103,7 @@ pub fn choose(estimates: &[Estimate]) -> Option<Reference> {
 pub fn errors(cases: &Cases, variant: &str, quantity: &str, reference: Option<&Reference>) -> Vec<CaseError> {
     let Some(r) = reference.filter(|r| r.value != 0.0) else { return vec![] };
     (cases.stored.iter())
-        .filter(|c| c.record.variant == variant && c.record.status == super::CONVERGED)
+        .filter(|c| c.record.variant == variant && c.record.converged())
         .filter(|c| cases.at_study_step(&c.record))
         .filter_map(|c| {
             let value = peak(c, quantity)?;
@@ -143,7 +143,7 @@ pub fn time_step(cases: &Cases, variant: &str, quantity: &str, estimates: &[Esti
     if !members.iter().any(|c| cases.at_study_step(&c.record)) {
         members.extend(cases.stored.iter().find(|c| {
             let r = &c.record;
-            let here = r.variant == variant && r.status == super::CONVERGED && r.formulation == family.formulation;
+            let here = r.variant == variant && r.converged() && r.formulation == family.formulation;
             here && r.mesh.source == source && cases.at_study_step(r)
         }));
     }

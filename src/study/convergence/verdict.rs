@@ -2,7 +2,9 @@
 
 use super::warnings::no_limit;
 use super::{Cases, QuantityAnalysis};
+use crate::study::locking;
 use crate::study::record::Role;
+use crate::study::words::{capital, digits, percent, seconds, space};
 use serde::Serialize;
 
 /// A mesh with a formulation, in every variant it was run in.
@@ -54,7 +56,7 @@ pub fn settings(cases: &Cases, quantities: &[QuantityAnalysis]) -> Vec<Setting> 
     let mut out: Vec<(String, Setting)> = vec![];
     for c in cases.stored.iter().map(|c| &c.record) {
         let role = cases.study.families.iter().find(|f| f.name == c.family).map(|f| f.role);
-        if c.status != super::CONVERGED || !cases.at_study_step(c) || role == Some(Role::Seeds) {
+        if !c.converged() || !cases.at_study_step(c) || role == Some(Role::Seeds) {
             continue;
         }
         let key = format!("{}|{}", c.mesh.source, c.formulation);
@@ -204,7 +206,7 @@ pub fn conclude(
         let (bar, cost) = (percent(n.worst), seconds(n.cost_s));
         words += &format!(" The next better one, {}, reaches {bar} for {cost}.", n.label);
     }
-    words += &super::locking::of_recommended(cases, s);
+    words += &locked(cases, s);
     words += &about_sizes(cases, settings, tolerance);
     words += &kinematic(quantities);
     let recommendation = Recommendation {
@@ -217,6 +219,20 @@ pub fn conclude(
         next: next.map(|n| (n.label.clone(), n.worst, n.cost_s)),
     };
     (Some(recommendation), words)
+}
+
+/// A recommended setting that raises the locking alarm.
+fn locked(cases: &Cases, setting: &Setting) -> String {
+    let of = cases.stored.iter().map(|c| &c.record).filter(|c| setting.cases.contains(&c.id));
+    let worst = of.filter_map(locking::alarm).fold(0.0, f64::max);
+    if worst == 0.0 {
+        return String::new();
+    }
+    format!(
+        " But it raises the locking alarm (pressure scatter {worst:.2}): within the tolerance in the judged quantities, its \
+         pressures are of no use; {}.",
+        locking::REMEDY
+    )
 }
 
 /// The study asks about the sizes: say so if none of them will do.
@@ -256,35 +272,4 @@ fn kinematic(quantities: &[QuantityAnalysis]) -> String {
 
 fn list(incomplete: &[(String, String)]) -> String {
     incomplete.iter().map(|(id, _)| id.as_str()).collect::<Vec<_>>().join(", ")
-}
-
-/// `3.42 %`, `12 %`, and whole numbers as such: `5 %`.
-pub fn percent(x: f64) -> String {
-    let v = 100.0 * x;
-    if v != 0.0 && v.abs() < 0.01 {
-        format!("{v:.1e} %")
-    } else if (v - v.round()).abs() < 1e-9 || v.abs() >= 10.0 {
-        format!("{v:.0} %")
-    } else {
-        format!("{v:.2} %")
-    }
-}
-
-pub fn seconds(s: f64) -> String {
-    if s >= 600.0 { format!("{:.0} min", s / 60.0) } else { format!("{s:.*} s", digits(s)) }
-}
-
-/// Decimals that leave two significant digits.
-pub fn digits(x: f64) -> usize {
-    if x == 0.0 || !x.is_finite() { 1 } else { (1 - x.abs().log10().floor() as i32).clamp(0, 6) as usize }
-}
-
-/// Units but the degree sign stand after a space.
-pub fn space(unit: &str) -> String {
-    if unit == "°" || unit.is_empty() { unit.to_string() } else { format!(" {unit}") }
-}
-
-pub fn capital(s: &str) -> String {
-    let mut c = s.chars();
-    c.next().map_or(String::new(), |f| f.to_uppercase().chain(c).collect())
 }

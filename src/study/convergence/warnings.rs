@@ -1,8 +1,8 @@
 //! What a reader should know before believing the numbers.
 
 use super::order::LEAST_RATIO;
-use super::verdict::capital;
 use super::{Cases, QuantityAnalysis};
+use crate::study::words::capital;
 
 /// One sentence each.
 pub fn warnings(cases: &Cases, quantities: &[QuantityAnalysis], incomplete: &[(String, String)]) -> Vec<String> {

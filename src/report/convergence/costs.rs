@@ -3,16 +3,11 @@
 //! Digits are −log₁₀ e with e = max(|f − f*|, U(f*))/|f*| of the worst deciding quantity: no more than the reference can
 //! confirm. The bytes are those of the values of L, 8 an entry; indices, K and work space come on top.
 
-use super::Table;
-use crate::report::store::Store;
+use super::super::store::Store;
+use super::super::table::{Table, factor_mb};
 use crate::study::convergence::Analysis;
-use crate::study::convergence::verdict::digits;
 use crate::study::record::{CaseRecord, Role};
-
-/// Megabytes (10⁶ bytes) of the values of the factor.
-pub fn factor_mb(r: &CaseRecord) -> f64 {
-    8e-6 * r.factor_nnz as f64
-}
+use crate::study::words::digits;
 
 /// One row per case that has an error.
 pub fn table(store: &Store, analysis: &Analysis) -> Table {

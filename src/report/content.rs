@@ -1,0 +1,38 @@
+//! What a kind of study puts into its report. A new kind is one module and one line in [`KINDS`].
+
+use super::figures::Figure;
+use super::store::Store;
+use super::table::Table;
+use super::{convergence, materials};
+use serde_json::{Map, Value};
+
+/// The part of a report that depends on the kind of the study.
+pub struct Content {
+    pub verdict: String,
+    /// The data support a verdict
+    pub supported: bool,
+    /// The verdict in numbers, for those who read nothing else: (value, what it is)
+    pub facts: Vec<(String, String)>,
+    /// One sentence per quantity
+    pub sentences: Vec<String>,
+    pub warnings: Vec<String>,
+    /// `analysis` of `summary.json`
+    pub analysis: Map<String, Value>,
+    /// The table that answers the question, under a heading of its own
+    pub answer: (&'static str, Table),
+    /// Tables that are shown
+    pub tables: Vec<Table>,
+    /// Tables to unfold, with what they hold
+    pub folded: Vec<(&'static str, Table)>,
+    pub figures: Vec<Figure>,
+}
+
+impl Content {
+    pub fn all_tables(&self) -> impl Iterator<Item = &Table> {
+        std::iter::once(&self.answer.1).chain(&self.tables).chain(self.folded.iter().map(|(_, t)| t))
+    }
+}
+
+/// `kind` of a study → its analysis.
+pub const KINDS: [(&str, fn(&Store) -> Content); 2] =
+    [("convergence", convergence::content), ("materials", materials::content)];

@@ -1,0 +1,34 @@
+//! Numbers as they are printed in sentences and tables.
+
+/// `3.42 %`, `12 %`, and whole numbers as such: `5 %`.
+pub fn percent(x: f64) -> String {
+    let v = 100.0 * x;
+    if v != 0.0 && v.abs() < 0.01 {
+        format!("{v:.1e} %")
+    } else if (v - v.round()).abs() < 1e-9 || v.abs() >= 10.0 {
+        format!("{v:.0} %")
+    } else {
+        format!("{v:.2} %")
+    }
+}
+
+/// `3.4 s`, `12 min`
+pub fn seconds(s: f64) -> String {
+    if s >= 600.0 { format!("{:.0} min", s / 60.0) } else { format!("{s:.*} s", digits(s)) }
+}
+
+/// Decimals that leave two significant digits.
+pub fn digits(x: f64) -> usize {
+    if x == 0.0 || !x.is_finite() { 1 } else { (1 - x.abs().log10().floor() as i32).clamp(0, 6) as usize }
+}
+
+/// Units but the degree sign stand after a space.
+pub fn space(unit: &str) -> String {
+    if unit == "°" || unit.is_empty() { unit.to_string() } else { format!(" {unit}") }
+}
+
+/// First letter in upper case
+pub fn capital(s: &str) -> String {
+    let mut c = s.chars();
+    c.next().map_or(String::new(), |f| f.to_uppercase().chain(c).collect())
+}
