@@ -109,6 +109,7 @@ fn the_guide_names_every_key_of_a_scene_and_a_study() {
         "ElementSpec",
         "SelectorSpec",
         "EffectSpec",
+        "StiffnessSpec",
         "LumpingSpec",
         "ConstraintSpec",
         "DriveSpec",
@@ -264,6 +265,7 @@ fn command_lines_parse() {
         "data/README.md",
         "studies/finger-convergence/README.md",
         "studies/finger-dynamics/README.md",
+        "studies/finger-mass-spring/README.md",
     ];
     for page in pages {
         let calls = calls(page);

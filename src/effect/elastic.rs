@@ -8,17 +8,18 @@ use crate::material::{Law, LawError, Moduli};
 use crate::math::tensor::Mat3;
 use crate::mesh::TetMesh;
 use crate::system::{At, Blocks, Effect, EvalError, Local, Role, Want};
+use std::sync::Arc;
 
 /// A law on the cells of a region.
 pub struct Elastic {
     name: String,
     law: Box<dyn Law>,
-    points: CellPoints,
+    points: Arc<CellPoints>,
 }
 
 impl Elastic {
     pub fn new(name: String, mesh: &TetMesh, cells: &[u32], law: Box<dyn Law>) -> Self {
-        Self { name, law, points: CellPoints::new(mesh, cells) }
+        Self { name, law, points: Arc::new(CellPoints::new(mesh, cells)) }
     }
 }
 
@@ -50,7 +51,7 @@ impl Effect for Elastic {
 }
 
 impl Stressed for Elastic {
-    fn points(&self) -> &CellPoints {
+    fn points(&self) -> &Arc<CellPoints> {
         &self.points
     }
 

@@ -12,6 +12,7 @@ use super::cell::CellPoints;
 use crate::material::{LawError, Moduli};
 use crate::math::tensor::Mat3;
 use crate::mesh::{Order, element};
+use std::sync::Arc;
 
 /// Scatter above which a displacement-only element is taken for locked. A bending stress that the mesh does not resolve at all
 /// scatters by the |p|/|dev τ| of uniaxial tension, (1/3)/√(2/3) = 0.41.
@@ -19,7 +20,7 @@ pub const ALARM: f64 = 0.5;
 
 /// An elastic effect whose stress can be looked at.
 pub trait Stressed: Send + Sync {
-    fn points(&self) -> &CellPoints;
+    fn points(&self) -> &Arc<CellPoints>;
     /// Is the volume change penalised point by point, with no pressure in between? Only then there is locking to look for.
     fn displacement_only(&self) -> bool;
     /// Hooke's constants at F = I

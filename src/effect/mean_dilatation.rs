@@ -11,6 +11,7 @@ use crate::material::{Law, LawError, Moduli, Volumetric};
 use crate::math::tensor::{Mat3, cofactor, det_minus_one};
 use crate::mesh::{Order, TetMesh};
 use crate::system::{At, Blocks, Effect, EvalError, Local, Role, Want};
+use std::sync::Arc;
 
 /// A law with a split on the tet10 cells of a region.
 pub struct MeanDilatation {
@@ -20,7 +21,7 @@ pub struct MeanDilatation {
     volumetric: Volumetric,
     /// Hooke's constants of the whole law at F = I
     hooke: Moduli,
-    points: CellPoints,
+    points: Arc<CellPoints>,
 }
 
 impl MeanDilatation {
@@ -32,7 +33,7 @@ impl MeanDilatation {
             rest,
             volumetric,
             hooke: law.small_strain(),
-            points: CellPoints::new(mesh, cells),
+            points: Arc::new(CellPoints::new(mesh, cells)),
         })
     }
 
@@ -108,7 +109,7 @@ impl Effect for MeanDilatation {
 }
 
 impl Stressed for MeanDilatation {
-    fn points(&self) -> &CellPoints {
+    fn points(&self) -> &Arc<CellPoints> {
         &self.points
     }
 

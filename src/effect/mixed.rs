@@ -17,6 +17,7 @@ use crate::material::{Law, LawError, Moduli, Volumetric};
 use crate::math::tensor::{Mat3, Mat9, ZERO9, cofactor, det_minus_one};
 use crate::mesh::{Order, TetMesh, element, quadrature};
 use crate::system::{At, Blocks, Effect, EvalError, Local, Role, Want};
+use std::sync::Arc;
 
 /// α of the stabilisation on tet4.
 pub const STABILISATION: f64 = 1.0;
@@ -29,7 +30,7 @@ pub struct MixedElastic {
     volumetric: Volumetric,
     /// Hooke's constants of the whole law at F = I
     hooke: Moduli,
-    points: CellPoints,
+    points: Arc<CellPoints>,
     blocks: Blocks,
     /// [points × 4] N_c at the points
     shape: Vec<[f64; 4]>,
@@ -63,7 +64,7 @@ impl MixedElastic {
         let alpha = if mesh.order == Order::Linear { STABILISATION } else { 0.0 };
         let compliance = cells.iter().map(|&c| compliance(mesh, c as usize, 1.0 / kappa, alpha / mu, s)).collect();
         let blocks = Blocks::with_scalars(lists);
-        let points = CellPoints::new(mesh, cells);
+        let points = Arc::new(CellPoints::new(mesh, cells));
         let shape = points.reference().iter().map(|&xi| corner_shape(xi)).collect();
         Some(Self { name, rest, volumetric, hooke, points, blocks, shape, compliance, s })
     }
@@ -159,7 +160,7 @@ impl Effect for MixedElastic {
 }
 
 impl Stressed for MixedElastic {
-    fn points(&self) -> &CellPoints {
+    fn points(&self) -> &Arc<CellPoints> {
         &self.points
     }
 

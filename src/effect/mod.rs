@@ -3,6 +3,9 @@
 pub mod cable;
 mod cell;
 pub mod damping;
+pub mod edge_dampers;
+pub mod edge_springs;
+mod edges;
 pub mod elastic;
 pub mod gravity;
 pub mod inertia;
@@ -10,10 +13,13 @@ pub mod locking;
 pub mod mass;
 pub mod mean_dilatation;
 pub mod mixed;
+pub mod stiffness_damping;
 
 pub use cable::{Cable, CableLength, CableTension, Guide};
 pub use cell::CellPoints;
 pub use damping::{MassDamping, ViscousDamping};
+pub use edge_dampers::EdgeDampers;
+pub use edge_springs::EdgeSprings;
 pub use elastic::Elastic;
 pub use gravity::Gravity;
 pub use inertia::Inertia;
@@ -21,3 +27,4 @@ pub use locking::Stressed;
 pub use mass::{Lumping, Mass};
 pub use mean_dilatation::MeanDilatation;
 pub use mixed::{MixedElastic, pressure_hosts};
+pub use stiffness_damping::{Stiffness, StiffnessDamping};

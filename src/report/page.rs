@@ -89,11 +89,13 @@ fn provenance(store: &Store) -> String {
     h += &format!("<p>Durometer {}. ", escape(&store.study.version));
     h += "Every number of this page is in <code>summary.json</code>, every curve in <code>cases/</code>; <code>durometer report</code> draws it again without running a solver.</p>\n";
     if let Some(c) = store.cases.first().map(|c| &c.record) {
-        let constants: Vec<String> = c.law.parameters.iter().map(|(k, v)| format!("{k} = {v}")).collect();
+        let law = c.law.as_ref().map_or("No law: springs".into(), |law| {
+            let constants: Vec<String> = law.parameters.iter().map(|(k, v)| format!("{k} = {v}")).collect();
+            format!("Law {} ({}, SI units)", law.name, constants.join(", "))
+        });
         h += &format!(
-            "<p>Law {} ({}, SI units), integrator {}. Effects assembled: {}.</p>\n",
-            escape(&c.law.name),
-            escape(&constants.join(", ")),
+            "<p>{}, integrator {}. Effects assembled: {}.</p>\n",
+            escape(&law),
             escape(&c.integrator),
             escape(&c.effects.iter().map(|e| e.name.as_str()).collect::<Vec<_>>().join(", "))
         );

@@ -28,7 +28,8 @@ pub struct CaseSummary {
     pub variant: String,
     pub mesh: MeshRecord,
     pub formulation: String,
-    pub law: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub law: Option<String>,
     pub dt_s: f64,
     pub status: String,
     pub wall_s: f64,
@@ -52,7 +53,7 @@ impl CaseSummary {
             variant: r.variant,
             mesh: r.mesh,
             formulation: r.formulation,
-            law: r.law.name,
+            law: r.law.map(|l| l.name),
             dt_s: r.dt_s,
             status: r.status,
             wall_s: r.wall_s,

@@ -3,6 +3,7 @@
 mod body;
 mod build;
 mod builder;
+mod comparison;
 mod error;
 pub mod overrides;
 pub mod probe;

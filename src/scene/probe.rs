@@ -5,7 +5,7 @@
 use super::build::{CableDrive, NamedCable, Scene};
 use super::error::SceneError;
 use super::spec::ProbeSpec;
-use crate::effect::Stressed;
+use crate::effect::CellPoints;
 use crate::math::tensor::Vec3;
 use crate::mesh::{Region, TetMesh, element, quadrature};
 use crate::system::State;
@@ -179,10 +179,10 @@ fn angle(a: Vec3, b: Vec3) -> f64 {
 }
 
 /// Median, 95th percentile and maximum of the largest principal stretch, by volume, and the smallest J.
-fn stretches(elastic: &[Arc<dyn Stressed>], x: &[f64]) -> Vec<f64> {
+fn stretches(elastic: &[Arc<CellPoints>], x: &[f64]) -> Vec<f64> {
     let mut values: Vec<(f64, f64)> = Vec::new();
     let mut min_j = f64::INFINITY;
-    for (_, points) in elastic.iter().flat_map(|e| e.points().deformation(x)) {
+    for (_, points) in elastic.iter().flat_map(|e| e.deformation(x)) {
         for (weight, f) in points {
             values.push((largest_stretch(&f), weight));
             min_j = min_j.min(f.determinant());

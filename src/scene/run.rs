@@ -137,7 +137,7 @@ impl Scene {
     pub fn nodal_stretch(&self, x: &[f64]) -> Vec<f64> {
         let mesh = &self.body.mesh;
         let mut sums = vec![(0.0, 0.0); mesh.points.len()];
-        for (cell, points) in self.elastic.iter().flat_map(|e| e.points().deformation(x)) {
+        for (cell, points) in self.elastic.iter().flat_map(|e| e.deformation(x)) {
             for (weight, f) in points {
                 let stretch = largest_stretch(&f);
                 for &node in mesh.cell(cell as usize) {

@@ -18,10 +18,11 @@ pub struct CaseRecord {
     #[serde(default)]
     pub member: String,
     pub mesh: MeshRecord,
-    /// `tet4`, `tet10`
+    /// `tet4`, `tet10`, `mass_spring`
     pub formulation: String,
-    /// Name of the law, with its constants in SI
-    pub law: LawRecord,
+    /// Name of the law, with its constants in SI; absent where springs are all that is elastic
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub law: Option<LawRecord>,
     pub integrator: String,
     /// Largest time step [s]
     pub dt_s: f64,

@@ -7,6 +7,7 @@ use super::record::{
 use super::spec::{Case, Study};
 use super::store::{Store, StoreError};
 use crate::effect::locking::signs;
+use crate::material::Law;
 use crate::scene::{Body, Progress, Run, Scene, SceneError};
 use crate::solve::Status;
 use cpu_time::ThreadTime;
@@ -201,14 +202,17 @@ pub fn input_hash(scene: &str, mesh_sha256: &str) -> String {
     hash.finalize().iter().map(|b| format!("{b:02x}")).collect()
 }
 
+fn law_record(law: &dyn Law) -> LawRecord {
+    let info = law.info();
+    let names = info.parameters.iter().map(|p| p.name.to_string());
+    let choices = info.choices.iter().zip(law.choices()).map(|(c, chosen)| (c.name.to_string(), chosen.to_string()));
+    LawRecord { name: info.name.into(), parameters: names.zip(law.values()).collect(), choices: choices.collect() }
+}
+
 /// The record of a run; `times` are wall and CPU seconds.
 pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
     let mesh = &scene.body.mesh;
     let quality = mesh.quality();
-    let law = scene.law.info();
-    let names = law.parameters.iter().map(|p| p.name.to_string());
-    let choices =
-        law.choices.iter().zip(scene.law.choices()).map(|(c, chosen)| (c.name.to_string(), chosen.to_string()));
     let converged = run.status == Status::Converged;
     CaseRecord {
         id: String::new(),
@@ -225,11 +229,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
             source: scene.body.source.clone(),
         },
         formulation: scene.spec.formulation(),
-        law: LawRecord {
-            name: law.name.into(),
-            parameters: names.zip(scene.law.values()).collect(),
-            choices: choices.collect(),
-        },
+        law: scene.law.as_deref().map(law_record),
         integrator: scene.spans.last().map_or("static", |s| s.integrator.name()).into(),
         dt_s: scene.spans.iter().map(|s| s.dt).fold(0.0, f64::max),
         status: run.status.name().into(),
@@ -266,7 +266,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
 }
 
 fn locking(scene: &Scene, run: &Run) -> Option<LockingRecord> {
-    let signs = scene.elastic.iter().filter_map(|e| signs(&**e, &run.peak.x));
+    let signs = scene.stressed.iter().filter_map(|e| signs(&**e, &run.peak.x));
     let worst = signs.max_by(|a, b| a.alarm.cmp(&b.alarm).then(a.scatter.total_cmp(&b.scatter)))?;
     Some(LockingRecord { pressure_scatter: worst.scatter, volumetric_share: worst.share, alarm: worst.alarm })
 }

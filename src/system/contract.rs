@@ -165,6 +165,8 @@ pub enum EvalError {
     Locked { effect: String, cell: usize, i: f64, limit: f64 },
     /// Two consecutive guides coincide: the direction of the cable is undefined
     Degenerate { effect: String, segment: usize },
+    /// The two nodes of an edge coincide: its direction is undefined
+    Coincident { effect: String, nodes: [u32; 2] },
 }
 
 impl fmt::Display for EvalError {
@@ -180,6 +182,7 @@ impl fmt::Display for EvalError {
             Self::Degenerate { effect, segment } => {
                 write!(f, "{effect}: the ends of segment {segment} coincide")
             }
+            Self::Coincident { effect, nodes: [i, j] } => write!(f, "{effect}: nodes {i} and {j} coincide"),
         }
     }
 }
@@ -213,8 +216,8 @@ pub trait Effect: Send + Sync {
     }
 }
 
-/// A shared effect, which probes look at too.
-impl<E: Effect> Effect for std::sync::Arc<E> {
+/// A shared effect, which probes or other effects look at too.
+impl<E: Effect + ?Sized> Effect for std::sync::Arc<E> {
     fn name(&self) -> &str {
         (**self).name()
     }

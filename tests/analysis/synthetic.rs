@@ -74,11 +74,11 @@ fn case(m: &Member, variant: &str) -> StoredCase {
             source: format!("block-{}-{}-{}", m.cells, m.formulation, m.noise),
         },
         formulation: m.formulation.into(),
-        law: LawRecord {
+        law: Some(LawRecord {
             name: "neo_hookean".into(),
             parameters: BTreeMap::from([("mu".into(), 6.2e4)]),
             choices: BTreeMap::new(),
-        },
+        }),
         integrator: "quasi_static".into(),
         dt_s: m.dt,
         status: "Converged".into(),
