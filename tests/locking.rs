@@ -147,18 +147,21 @@ fn uniaxial_tension_has_no_scatter() {
     }
 }
 
-/// A compressible cantilever of tet4, two cells high: its bending stress is not resolved, but that is no locking.
+/// A compressible cantilever of tet4, two cells high, is silent: its bending is not resolved and its pressures scatter by 0.56,
+/// but no volume locks. The same bar of nearly incompressible rubber rings.
 #[test]
 fn compressible_bending_is_silent() {
     let mesh = block(16, 2, 2, 8.0, 1.0, 1.0, Order::Linear);
-    let Built { effect, stressed, hosts } = elastic(&mesh, law("neo_hookean", 1.0, 0.3), Formulation::Displacement);
-    let load = DeadLoad::traction(&mesh, "xmax", ramp(1.0), Vec3::new(0.0, 1e-4, 0.0));
-    let held = hold(&nodes(&mesh, "xmin"), &[0, 1, 2]);
-    let effects: Vec<Box<dyn Effect>> = vec![effect, Box::new(load)];
-    let system = System::with_scalars(mesh.points.len(), &hosts, effects, vec![], held).expect("a system");
-    let (state, _) = statics(&mesh, &system, 1e-8, 1);
-    let signs = signs(&*stressed, &state.x).expect("a sheared body");
-    assert!(!signs.alarm, "{signs:?}");
+    for (nu, alarm) in [(0.3, false), (0.49, true)] {
+        let Built { effect, stressed, hosts } = elastic(&mesh, law("neo_hookean", 1.0, nu), Formulation::Displacement);
+        let load = DeadLoad::traction(&mesh, "xmax", ramp(1.0), Vec3::new(0.0, 1e-4, 0.0));
+        let held = hold(&nodes(&mesh, "xmin"), &[0, 1, 2]);
+        let effects: Vec<Box<dyn Effect>> = vec![effect, Box::new(load)];
+        let system = System::with_scalars(mesh.points.len(), &hosts, effects, vec![], held).expect("a system");
+        let (state, _) = statics(&mesh, &system, 1e-8, 1);
+        let found = signs(&*stressed, &state.x).expect("a sheared body");
+        assert_eq!(found.alarm, alarm, "ν = {nu}: {found:?}");
+    }
 }
 
 /// Every formulation with every split law on both elements: energy ↔ r and r ↔ K by central differences at a random state

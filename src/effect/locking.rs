@@ -14,9 +14,12 @@ use crate::math::tensor::Mat3;
 use crate::mesh::{Order, element};
 use std::sync::Arc;
 
-/// Scatter above which a displacement-only element is taken for locked. A bending stress that the mesh does not resolve at all
-/// scatters by the |p|/|dev τ| of uniaxial tension, (1/3)/√(2/3) = 0.41.
+/// Scatter above which a displacement-only element is taken for locked [–]; calibrated in `docs/theory/elements.md`.
 pub const ALARM: f64 = 0.5;
+
+/// Poisson's ratio below which no volume change can lock: there κ < 4.7 μ, and what scatters is bending that linear cells do
+/// not follow.
+pub const COMPRESSIBLE: f64 = 0.4;
 
 /// An elastic effect whose stress can be looked at.
 pub trait Stressed: Send + Sync {
@@ -64,8 +67,9 @@ pub fn signs(effect: &dyn Stressed, x: &[f64]) -> Option<Signs> {
     let smooth = |b: usize, q: usize| corners(b).zip(shape[q]).map(|(k, n)| n * nodes[k].0 / nodes[k].1).sum::<f64>();
     let places = (0..points.blocks.len()).flat_map(|b| (0..shape.len()).map(move |q| (b, q)));
     let scatter: f64 = places.zip(&pressures).map(|((b, q), (w, p))| w * (p - smooth(b, q)).powi(2)).sum();
-    let Moduli { mu, kappa, .. } = effect.moduli();
+    let Moduli { mu, kappa, nu, .. } = effect.moduli();
     let (volumetric, shear) = (size / (2.0 * kappa), deviator / (4.0 * mu));
     let (scatter, share) = ((scatter / deviator).sqrt(), volumetric / (volumetric + shear));
-    (deviator > 0.0).then(|| Signs { scatter, share, alarm: effect.displacement_only() && scatter > ALARM })
+    let alarm = effect.displacement_only() && nu >= COMPRESSIBLE && scatter > ALARM;
+    (deviator > 0.0).then_some(Signs { scatter, share, alarm })
 }

@@ -116,7 +116,7 @@ pub struct LockingRecord {
     pub pressure_scatter: f64,
     /// Volumetric share of the energy [–]
     pub volumetric_share: f64,
-    /// The formulation is in displacements alone and the scatter above its threshold
+    /// The formulation is in displacements alone, the law nearly incompressible, and the scatter above its threshold
     pub alarm: bool,
 }
 

@@ -1,10 +1,10 @@
 //! What an element saves: error of one line a formulation, over the number of cells (top) and over CPU seconds (bottom).
 
-use super::super::canvas::{DOUBLE, INK, figure, hollow, italic, line, mark, mm};
+use super::super::canvas::{DOUBLE, INK, Mark, RGB, figure, hollow, italic, line, mark, mm};
 use super::super::plot::{Axis, Plot};
 use super::super::store::Store;
 use super::errors::{UNRESOLVED, levels, style, title};
-use super::{Figure, Sample, family_label, legend};
+use super::{Figure, Sample, legend};
 use crate::study::convergence::{Analysis, QuantityAnalysis};
 use crate::study::record::Role;
 use crate::study::words::capital;
@@ -47,6 +47,23 @@ fn lines(store: &Store, q: &QuantityAnalysis) -> Vec<Line> {
     lines.filter(|l| l.dots.len() > 1).collect()
 }
 
+/// Full marks only: an open one is an alarm. The colours are those of the families elsewhere.
+fn look(family: usize) -> (Mark, RGB) {
+    let marks = [Mark::Circle, Mark::Square, Mark::Triangle, Mark::Diamond, Mark::Down];
+    (marks[family % marks.len()], style(family).1)
+}
+
+/// Names that need no table beside the figure.
+fn words(family: &str, formulation: &str) -> String {
+    let name = match formulation {
+        "tet4_up" => "tet4 mixed",
+        "tet10_up" => "tet10 mixed",
+        "tet10_p0" => "tet10 mean dilatation",
+        other => other,
+    };
+    if family == formulation { name.into() } else { format!("{} ({name})", family.replace('_', " ")) }
+}
+
 /// `None` unless two formulations ran on two meshes each.
 pub fn draw(store: &Store, analysis: &Analysis) -> Option<Figure> {
     let shown: Vec<(&QuantityAnalysis, Vec<Line>)> =
@@ -63,13 +80,12 @@ pub fn draw(store: &Store, analysis: &Analysis) -> Option<Figure> {
     let mut entries: Vec<(Sample, String)> = (used.iter())
         .map(|k| {
             let f = &store.study.families[*k];
-            let (m, c) = style(*k);
-            (Sample::Mark(m, c), family_label(&f.name, &f.formulation))
+            let (m, c) = look(*k);
+            (Sample::Mark(m, c), words(&f.name, &f.formulation))
         })
         .collect();
     if dots().any(|d| d.flagged) {
-        let (m, _) = style(0);
-        entries.push((Sample::Hollow(m, INK), "locking alarm".into()));
+        entries.push((Sample::Hollow(Mark::Circle, INK), "open: locking alarm".into()));
     }
     entries.push((Sample::Dashed(INK), "tolerance".into()));
     entries.push((Sample::Block(UNRESOLVED), format!("below U({})", italic("f*"))));
@@ -108,7 +124,7 @@ pub fn draw(store: &Store, analysis: &Analysis) -> Option<Figure> {
 }
 
 fn curve(plot: &Plot, l: &Line, x: &fn(&Dot) -> f64) {
-    let (shape, color) = style(l.family);
+    let (shape, color) = look(l.family);
     let at = |d: &Dot| plot.at(x(d), d.error.max(plot.y.lo));
     line(plot.area, &l.dots.iter().map(at).collect::<Vec<_>>(), color, 8);
     for d in &l.dots {
