@@ -5,6 +5,7 @@ use super::content::Content;
 use super::figures::Figure;
 use super::store::Store;
 use super::table::Table;
+use crate::study::locking;
 
 const STYLE: &str = "
 body{font:17px/1.5 Georgia,'Times New Roman',serif;color:#222;max-width:52rem;margin:3rem auto;padding:0 1.2rem}
@@ -26,6 +27,9 @@ pub fn html(store: &Store, content: &Content) -> String {
     let class = if content.supported { "verdict" } else { "verdict refused" };
     h += &format!("<h1>{}</h1>\n<p class=\"lead\">{}</p>\n", escape(&s.study), escape(&s.question));
     h += &format!("<p class=\"{class}\">{}</p>\n", escape(&content.verdict));
+    if let Some(alarm) = locking::sentence(&store.cases) {
+        h += &format!("<p class=\"verdict refused\">{}</p>\n", escape(&alarm));
+    }
     h += &facts(&content.facts);
     h += "<h2>Per quantity</h2>\n";
     h += &list(content.sentences.iter().cloned());

@@ -2,7 +2,7 @@
 
 use super::content::Content;
 use super::store::Store;
-use crate::study::record::{MeshRecord, ProbeRecord, StoredCase};
+use crate::study::record::{LockingRecord, MeshRecord, ProbeRecord, StoredCase};
 use serde::Serialize;
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
@@ -40,6 +40,7 @@ pub struct CaseSummary {
     pub dofs: usize,
     pub factor_nnz: usize,
     pub effects: Vec<String>,
+    pub locking: Option<LockingRecord>,
     pub probes: BTreeMap<String, ProbeRecord>,
 }
 
@@ -63,6 +64,7 @@ impl CaseSummary {
             dofs: r.dofs,
             factor_nnz: r.factor_nnz,
             effects: r.effects.into_iter().map(|e| e.name).collect(),
+            locking: r.locking,
             probes: r.probes,
         }
     }

@@ -6,7 +6,7 @@ use super::error::{SceneError, hint};
 use super::probe::Probe;
 use super::protocol::NamedSignal;
 use super::spec::{ConstraintSpec, DriveSpec, EffectSpec, SceneSpec};
-use crate::effect::{Cable, CableLength, CableTension, CellPoints};
+use crate::effect::{Cable, CableLength, CableTension, CellPoints, Stressed};
 use crate::material::Law;
 use crate::math::signal::Signal;
 use crate::math::units::Dimension;
@@ -39,6 +39,8 @@ pub struct Scene {
     pub law: Option<Box<dyn Law>>,
     /// Points of the cells that elastic effects and springs act on, and the cables of the system, for probes
     pub elastic: Vec<Arc<CellPoints>>,
+    /// The elastic effects, for their stresses
+    pub stressed: Vec<Arc<dyn Stressed>>,
     pub cables: Vec<NamedCable>,
     pub probes: Vec<Probe>,
     pub spans: Vec<Span>,
@@ -133,7 +135,7 @@ impl Scene {
                 }
             }
         }
-        let Gathered { stored, points: elastic, hosts, laws } = gathered;
+        let Gathered { stored, points: elastic, stressed, hosts, laws } = gathered;
         if stored.is_empty() {
             let remedy = "add an [[effect]] with kind = \"elastic\", or \"edge_springs\"";
             return Err(builder.content("effect", "no effect is elastic", remedy));
@@ -154,8 +156,22 @@ impl Scene {
         let system = System::with_scalars(nodes, &hosts, effects, constraints, prescribed)
             .map_err(|e| part(file, "scene", e))?;
         let title = spec.title.clone();
-        let scene =
-            Self { title, body, system, law, elastic, cables, probes, spans, signals, spec, text, remarks, no_limit };
+        let scene = Self {
+            title,
+            body,
+            system,
+            law,
+            elastic,
+            stressed,
+            cables,
+            probes,
+            spans,
+            signals,
+            spec,
+            text,
+            remarks,
+            no_limit,
+        };
         let columns = scene.columns();
         match columns.iter().enumerate().find(|(k, c)| columns[..*k].contains(c)) {
             None => Ok(scene),

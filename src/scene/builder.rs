@@ -10,7 +10,7 @@ use super::spec::{
 };
 use crate::effect::{
     Cable, CellPoints, Elastic, Gravity, Guide, Inertia, Lumping, Mass, MassDamping, MeanDilatation, MixedElastic,
-    ViscousDamping, pressure_hosts,
+    Stressed, ViscousDamping, pressure_hosts,
 };
 use crate::material::{self, Law};
 use crate::math::signal::Signal;
@@ -32,6 +32,8 @@ pub(super) struct Gathered {
     pub(super) stored: Vec<(String, Arc<dyn Effect>)>,
     /// Quadrature points of their cells
     pub(super) points: Vec<Arc<CellPoints>>,
+    /// Elastic effects, for their stresses
+    pub(super) stressed: Vec<Arc<dyn Stressed>>,
     /// Nodes that host the second field
     pub(super) hosts: Vec<u32>,
     pub(super) laws: Vec<Box<dyn Law>>,
@@ -41,6 +43,15 @@ impl Gathered {
     /// Shares an effect that stores energy.
     pub(super) fn store(&mut self, region: &str, effect: impl Effect + 'static) -> Box<dyn Effect> {
         let shared: Arc<dyn Effect> = Arc::new(effect);
+        self.stored.push((region.into(), shared.clone()));
+        Box::new(shared)
+    }
+
+    /// Shares an effect of a law with its points and stresses.
+    fn solid(&mut self, region: &str, effect: impl Effect + Stressed + 'static) -> Box<dyn Effect> {
+        let shared = Arc::new(effect);
+        self.points.push(shared.points().clone());
+        self.stressed.push(shared.clone());
         self.stored.push((region.into(), shared.clone()));
         Box::new(shared)
     }
@@ -158,17 +169,14 @@ impl<'a> Builder<'a> {
                 let (name, built) = ("elastic".to_string(), self.law(place, law)?);
                 let info = built.info().name;
                 gathered.laws.push(self.law(place, law)?);
-                let (points, effect) = match formulation {
-                    FormulationSpec::Displacement => {
-                        let effect = Elastic::new(name, mesh, cells, built);
-                        (effect.points(), gathered.store(region, effect))
-                    }
+                match formulation {
+                    FormulationSpec::Displacement => gathered.solid(region, Elastic::new(name, mesh, cells, built)),
                     FormulationSpec::Mixed => {
                         let first = (3 * mesh.points.len() + gathered.hosts.len()) as u32;
                         let effect = MixedElastic::new(name, mesh, cells, &*built, first)
                             .ok_or_else(|| self.no_split(place, info))?;
                         gathered.hosts.extend(pressure_hosts(mesh, cells));
-                        (effect.points(), gathered.store(region, effect))
+                        gathered.solid(region, effect)
                     }
                     FormulationSpec::MeanDilatation if mesh.order == Order::Linear => {
                         let fact = "mean_dilatation on tet4 is the displacement formulation";
@@ -181,11 +189,9 @@ impl<'a> Builder<'a> {
                     FormulationSpec::MeanDilatation => {
                         let effect = MeanDilatation::new(name, mesh, cells, &*built)
                             .ok_or_else(|| self.no_split(place, info))?;
-                        (effect.points(), gathered.store(region, effect))
+                        gathered.solid(region, effect)
                     }
-                };
-                gathered.points.push(points);
-                effect
+                }
             }
             EffectSpec::Inertia { region, density, mass: lumping } => {
                 Box::new(Inertia { mass: mass(region, density.0, *lumping)? })

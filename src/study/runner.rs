@@ -1,9 +1,12 @@
 //! Runs the cases of a study side by side, skips what is done, keeps what is finished.
 
 use super::fields::Fields;
-use super::record::{CaseRecord, EffectRecord, LawRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance, Skin};
+use super::record::{
+    CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance, Skin,
+};
 use super::spec::{Case, Study};
 use super::store::{Store, StoreError};
+use crate::effect::locking::signs;
 use crate::material::Law;
 use crate::scene::{Body, Progress, Run, Scene, SceneError};
 use crate::solve::Status;
@@ -250,6 +253,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
             solve_s: run.solve.as_secs_f64(),
             output_s: 0.0,
         },
+        locking: locking(scene, run),
         probes: run.columns.iter().enumerate().skip(1).map(|(k, name)| (name.clone(), probe(run, k))).collect(),
         remarks: scene.remarks.clone(),
         no_limit: scene.no_limit.clone(),
@@ -259,6 +263,12 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
             scene: scene.text.clone(),
         },
     }
+}
+
+fn locking(scene: &Scene, run: &Run) -> Option<LockingRecord> {
+    let signs = scene.stressed.iter().filter_map(|e| signs(&**e, &run.peak.x));
+    let worst = signs.max_by(|a, b| a.alarm.cmp(&b.alarm).then(a.scatter.total_cmp(&b.scatter)))?;
+    Some(LockingRecord { pressure_scatter: worst.scatter, volumetric_share: worst.share, alarm: worst.alarm })
 }
 
 fn probe(run: &Run, column: usize) -> ProbeRecord {

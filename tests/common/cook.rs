@@ -68,8 +68,7 @@ pub fn bent(n: usize, order: Order, formulation: Formulation, mirrored: bool) ->
 }
 
 /// u_y at (48, 60).
-pub fn tip(n: usize, order: Order, formulation: Formulation, mirrored: bool) -> f64 {
-    let (mesh, x) = bent(n, order, formulation, mirrored);
+pub fn tip(mesh: &TetMesh, x: &[f64]) -> f64 {
     let corner = (0..mesh.points.len())
         .find(|&k| (mesh.points[k] - Vec3::new(48.0, 60.0, 0.0)).norm() < 1e-9)
         .expect("the corner is a node");

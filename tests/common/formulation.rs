@@ -1,11 +1,12 @@
 //! The ways a law can meet an element.
 
 use super::body;
-use durometer::effect::{Elastic, MeanDilatation, MixedElastic, pressure_hosts};
+use durometer::effect::{Elastic, MeanDilatation, MixedElastic, Stressed, pressure_hosts};
 use durometer::material::Law;
 use durometer::math::tensor::Mat3;
 use durometer::mesh::{Order, TetMesh};
 use durometer::system::{Effect, Prescribed, System};
+use std::sync::Arc;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Formulation {
@@ -43,16 +44,27 @@ pub fn formulated(mesh: &TetMesh, law: Box<dyn Law>, formulation: Formulation) -
     let cells = body(mesh);
     match formulation {
         Displacement => (Box::new(Elastic::new("elastic".into(), mesh, &cells, law)), vec![]),
-        Mean => {
-            let effect = MeanDilatation::new("elastic".into(), mesh, &cells, &*law).expect("tet10 and a split law");
-            (Box::new(effect), vec![])
-        }
-        Mixed => {
-            let first = 3 * mesh.points.len() as u32;
-            let effect = MixedElastic::new("elastic".into(), mesh, &cells, &*law, first).expect("a split law");
-            (Box::new(effect), pressure_hosts(mesh, &cells))
-        }
+        Mean => (Box::new(mean(mesh, &cells, &*law)), vec![]),
+        Mixed => (Box::new(mixed(mesh, &cells, &*law)), pressure_hosts(mesh, &cells)),
     }
+}
+
+/// The same effect, to look at its pressures.
+pub fn stressed(mesh: &TetMesh, law: Box<dyn Law>, formulation: Formulation) -> Arc<dyn Stressed> {
+    let cells = body(mesh);
+    match formulation {
+        Displacement => Arc::new(Elastic::new("elastic".into(), mesh, &cells, law)),
+        Mean => Arc::new(mean(mesh, &cells, &*law)),
+        Mixed => Arc::new(mixed(mesh, &cells, &*law)),
+    }
+}
+
+fn mean(mesh: &TetMesh, cells: &[u32], law: &dyn Law) -> MeanDilatation {
+    MeanDilatation::new("elastic".into(), mesh, cells, law).expect("tet10 and a split law")
+}
+
+fn mixed(mesh: &TetMesh, cells: &[u32], law: &dyn Law) -> MixedElastic {
+    MixedElastic::new("elastic".into(), mesh, cells, law, 3 * mesh.points.len() as u32).expect("a split law")
 }
 
 /// A body of one law in this formulation, with its loads and supports.
@@ -80,11 +92,11 @@ pub fn cell_pressures(mesh: &TetMesh, law: &dyn Law, formulation: Formulation, x
         let at = |n: &u32| scale * x[3 * mesh.points.len() + hosts.binary_search(n).expect("a corner")];
         return cells.iter().map(|&c| mesh.cell(c as usize)[..4].iter().map(at).sum::<f64>() / 4.0).collect();
     }
-    let points = Elastic::new("points".into(), mesh, &cells, law.split().expect("a split law").0).points();
+    let elastic = Elastic::new("points".into(), mesh, &cells, law.split().expect("a split law").0);
     let mean = |(_, points): (u32, Vec<(f64, Mat3)>)| {
         let volume: f64 = points.iter().map(|p| p.0).sum();
         let gap = |f: &Mat3| volumetric.gap(f.determinant() - 1.0).expect("J > 0").0;
         volumetric.kappa * points.iter().map(|(w, f)| w * gap(f)).sum::<f64>() / volume
     };
-    points.deformation(x).map(mean).collect()
+    elastic.points().deformation(x).map(mean).collect()
 }
