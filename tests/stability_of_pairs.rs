@@ -26,8 +26,16 @@ fn rubber() -> Box<dyn Law> {
 /// Tangent at rest, in the equations of the system.
 fn tangent(system: &System) -> Vec<f64> {
     let (rest, mut sums) = (system.rest(), system.workspace());
-    let at =
-        At { t: 0.0, dt: f64::INFINITY, x: &rest.x, v: &rest.v, a: &rest.a, old: &rest.x, rates: Rates::default() };
+    let at = At {
+        t: 0.0,
+        dt: f64::INFINITY,
+        x: &rest.x,
+        v: &rest.v,
+        a: &rest.a,
+        old: &rest.x,
+        history: &rest.history,
+        rates: Rates::default(),
+    };
     system.assemble(&at, &[], Want::Tangent, None, &mut sums).expect("at rest");
     sums.k
 }
@@ -81,7 +89,7 @@ fn continuous(mesh: &TetMesh, shear: &System) -> (Vec<Vec<f64>>, DMatrix<f64>, D
 fn per_cell(mesh: &TetMesh, shear: &System) -> (Vec<Vec<f64>>, DMatrix<f64>) {
     let (mean, _) = formulated(mesh, rubber(), Formulation::MeanDilatation);
     let x = vec![0.0; 3 * mesh.points.len()];
-    let at = At { t: 0.0, dt: f64::INFINITY, x: &x, v: &x, a: &x, old: &x, rates: Rates::default() };
+    let at = At { t: 0.0, dt: f64::INFINITY, x: &x, v: &x, a: &x, old: &x, history: &[], rates: Rates::default() };
     let element = |effect: &dyn Effect, c: usize| {
         let mut local = Local::new(30);
         effect.eval(&at, c, Want::Tangent, &mut local).expect("at rest");
