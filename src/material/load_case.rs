@@ -260,10 +260,11 @@ mod tests {
                     let limit = case.incompressible(nearer.as_ref(), amount).expect("a split law");
                     let off = |law: &dyn Law| (case.state(law, amount).expect("in range").stress - limit).abs();
                     let (coarse, fine) = (off(near.as_ref()), off(nearer.as_ref()));
-                    // κ/μ = 3e4, and pressures of some μ change the volume by some μ/κ; their rounding is 1e-11 of the stress
+                    // κ/μ = 3e4, and pressures of some μ change the volume by some μ/κ; their rounding is 1e-11 of the stress. At
+                    // κ/μ = 3e3 the second order is 1 % of the first: 0.1 of the ratio, with pressures of some μ up to 0.5
                     assert!(fine < 1e-3 * limit.abs(), "{name} {case:?} {amount}: off by {fine}");
                     assert!(
-                        fine < 1e-9 * limit.abs() || (coarse / fine - 10.0).abs() < 0.1,
+                        fine < 1e-9 * limit.abs() || (coarse / fine - 10.0).abs() < 0.5,
                         "{name} {case:?}: {coarse} {fine}"
                     );
                     if name == "neo_hookean" {
