@@ -111,6 +111,8 @@ fn the_guide_names_every_key_of_a_scene_and_a_study() {
         "EffectSpec",
         "StiffnessSpec",
         "LumpingSpec",
+        "ModuliSpec",
+        "ArmSpec",
         "ConstraintSpec",
         "DriveSpec",
         "StageSpec",

@@ -43,6 +43,7 @@ fn effect_kind(spec: &EffectSpec) -> usize {
         EffectSpec::StiffnessDamping { .. } => 5,
         EffectSpec::EdgeSprings { .. } => 6,
         EffectSpec::EdgeDampers { .. } => 7,
+        EffectSpec::Viscoelastic { .. } => 8,
     }
 }
 
@@ -54,12 +55,21 @@ fn constraint_kind(spec: &ConstraintSpec) -> usize {
     }
 }
 
-/// Every kind once, inertia with each lumping, springs with each stiffness, the law given; what acts on edges on tet4 only.
-/// Moduli, densities and viscosities make forces of one size.
+/// Every kind once (the viscoelastic one where the law has an isochoric part), inertia with each lumping, springs with each
+/// stiffness, the law given; what acts on edges on tet4 only. Moduli, densities and viscosities make forces of one size.
 fn sample(law: &str, order: Order) -> Scene {
     let masses = ["consistent", "lumped", "uniform"].map(|m| {
         format!("[[effect]]\nkind = \"inertia\"\nregion = \"body\"\ndensity = \"900 kg/m^3\"\nmass = \"{m}\"\n")
     });
+    let relaxing = r#"
+[[effect]]
+kind = "viscoelastic"
+region = "body"
+law = "rubber"
+moduli = "instantaneous"
+prony = [{ g = 0.3, tau = "10 ms" }, { g = 0.2, tau = "0.1 s" }]
+"#;
+    let isochoric = LAWS.iter().any(|entry| entry.info.name == law && entry.info.isochoric);
     let edges = match order {
         Order::Linear => {
             r#"
@@ -99,7 +109,7 @@ stiffness = "last"
 kind = "elastic"
 region = "body"
 law = "rubber"
-{}
+{}{}
 {edges}
 [[effect]]
 kind = "gravity"
@@ -145,7 +155,8 @@ duration = "1 s"
 dt = "0.1 s"
 "#,
         common::example_table(law),
-        masses.concat()
+        masses.concat(),
+        if isochoric { relaxing } else { "" },
     );
     scene(distorted_cube(2, order, 0.1, 17), &text)
 }
@@ -155,12 +166,15 @@ fn over_scenes(check: impl Fn(&str, &Scene)) {
     for entry in LAWS {
         check(&format!("{} tet10", entry.info.name), &sample(entry.info.name, Order::Quadratic));
     }
-    check("neo_hookean tet4", &sample("neo_hookean", Order::Linear));
+    check("neo_hookean_split tet4", &sample("neo_hookean_split", Order::Linear));
 }
 
-/// The state before a step of an integrator, at random rates, and a displacement after it.
-fn states(integrator: Integrator, n: usize, first: bool, random: &mut Random) -> (State, Vec<f64>) {
-    let mut past = State::rest(n / 3, 0);
+/// The state before a step of an integrator, at random rates and with a random history (stresses of the size that these
+/// displacements give), and a displacement after it.
+fn states(integrator: Integrator, system: &System, first: bool, random: &mut Random) -> (State, Vec<f64>) {
+    let mut past = system.rest();
+    let n = past.x.len();
+    past.history = random.vector(past.history.len(), 5e3);
     past.x = random.vector(n, 0.03);
     past.v = random.vector(n, 1.0);
     past.a = random.vector(n, 10.0);
@@ -173,11 +187,20 @@ fn states(integrator: Integrator, n: usize, first: bool, random: &mut Random) ->
     (past, x)
 }
 
-/// What a step of an integrator sees at displacement x.
+/// What a step of an integrator sees at displacement x. One effect at most has a history: it is that of the state.
 fn with_at<T>(integrator: Integrator, past: &State, x: &[f64], use_it: impl FnOnce(&At) -> T) -> T {
     let (mut v, mut a) = (vec![0.0; x.len()], vec![0.0; x.len()]);
     integrator.kinematics(past, DT, x, &mut v, &mut a);
-    use_it(&At { t: TIME, dt: DT, x, v: &v, a: &a, old: &past.x, rates: integrator.rates(past, DT) })
+    use_it(&At {
+        t: TIME,
+        dt: DT,
+        x,
+        v: &v,
+        a: &a,
+        old: &past.x,
+        history: &past.history,
+        rates: integrator.rates(past, DT),
+    })
 }
 
 fn eval(effect: &(dyn Effect + 'static), at: &At, b: usize, want: Want) -> Local {
@@ -230,10 +253,10 @@ fn along(x: &[f64], d: &[f64], s: f64) -> Vec<f64> {
 
 #[test]
 fn the_samples_cover_every_kind() {
-    let scene = sample("neo_hookean", Order::Linear);
-    let mut seen = [false; 8];
+    let scene = sample("neo_hookean_split", Order::Linear);
+    let mut seen = [false; 9];
     scene.spec.effects.iter().for_each(|e| seen[effect_kind(e)] = true);
-    assert_eq!(seen, [true; 8]);
+    assert_eq!(seen, [true; 9]);
     let mut seen = [false; 3];
     scene.spec.constraints.iter().for_each(|c| seen[constraint_kind(c)] = true);
     assert_eq!(seen, [true; 3]);
@@ -248,7 +271,7 @@ fn tangent_is_the_derivative_of_the_residual_under_every_integrator() {
         for integrator in INTEGRATORS {
             for first in [true, false] {
                 let n = scene.system.dofs.equation.len();
-                let (past, x) = states(integrator, n, first, &mut random);
+                let (past, x) = states(integrator, &scene.system, first, &mut random);
                 let d = random.vector(n, 1.0);
                 for (e, effect) in scene.system.effects.iter().map(AsRef::as_ref).enumerate() {
                     for b in (0..effect.blocks().len()).step_by(5) {
@@ -274,7 +297,7 @@ fn energy_belongs_to_the_residual() {
         let mut random = Random(2);
         let n = scene.system.dofs.equation.len();
         let integrator = Integrator::ImplicitEuler { linearised: false };
-        let (past, x) = states(integrator, n, true, &mut random);
+        let (past, x) = states(integrator, &scene.system, true, &mut random);
         let d = random.vector(n, 1.0);
         for (e, effect) in scene.system.effects.iter().map(AsRef::as_ref).enumerate() {
             let mut dissipated = 0.0;
@@ -311,6 +334,24 @@ fn energy_belongs_to_the_residual() {
                         assert!((work - now.energy).abs() <= 1e-13 * size, "{label}: {work}, booked {}", now.energy);
                         dissipated += work;
                     }
+                    Role::Relaxing => {
+                        // With f = r − ∂E/∂x the step dissipates ½(fₙ + f)·s(x − old) at old + s(x − old): what is left
+                        // without the half of f is linear in s.
+                        let step: Vec<f64> = x.iter().zip(&past.x).map(|(x, old)| x - old).collect();
+                        let local = gather(effect.blocks().nodes(b), &step);
+                        let mut size = 0.0_f64;
+                        let mut of_the_start = |s: f64| {
+                            let at = |s: f64, want| {
+                                with_at(integrator, &past, &along(&past.x, &step, s), |at| eval(effect, at, b, want))
+                            };
+                            let (slope, error) = difference(|h| vec![at(s + h, Want::Energy).energy]);
+                            let now = at(s, Want::Residual);
+                            size = size.max(error).max(now.dissipated.abs());
+                            now.dissipated - 0.5 * s * (dot(&now.r, &local) - slope[0])
+                        };
+                        let (half, whole) = (of_the_start(0.5), of_the_start(1.0));
+                        assert!(whole != 0.0 && (whole - 2.0 * half).abs() <= BOUND * size, "{label}: {whole}, {half}");
+                    }
                 }
             }
             let name = effect.name();
@@ -329,7 +370,7 @@ fn momentum_balances() {
         let mesh = &scene.body.mesh;
         let n = system.dofs.equation.len();
         let integrator = Integrator::ImplicitEuler { linearised: false };
-        let (past, x) = states(integrator, n, true, &mut random);
+        let (past, x) = states(integrator, &scene.system, true, &mut random);
         let uniform = Vec3::new(0.3, -0.7, 0.2);
         let field: Vec<f64> = (0..n).map(|i| uniform[i % 3]).collect();
         let volume = mesh.volume();
@@ -354,7 +395,7 @@ fn momentum_balances() {
             let label = format!("{name}: effect {e} {}: Σr = {force}, Σx×r = {moment}", effect.name());
             let (expected, twistless) = match effect.name() {
                 "elastic" => (Vec3::zeros(), scene.law.as_ref().expect("an elastic effect").info().objective),
-                "viscous_damping" | "edge_springs" | "edge_dampers" => (Vec3::zeros(), true),
+                "viscous_damping" | "viscoelastic" | "edge_springs" | "edge_dampers" => (Vec3::zeros(), true),
                 "stiffness_damping" => (Vec3::zeros(), false),
                 "inertia" => (uniform * 900.0 * volume, false),
                 "mass_damping" => (uniform * 3.0 * 900.0 * volume, false),
@@ -377,7 +418,7 @@ fn momentum_balances() {
 fn rate_effects_rest_in_statics() {
     let scene = sample("neo_hookean", Order::Quadratic);
     let mut random = Random(4);
-    let (past, x) = states(Integrator::Static, scene.system.dofs.equation.len(), true, &mut random);
+    let (past, x) = states(Integrator::Static, &scene.system, true, &mut random);
     for effect in
         scene.system.effects.iter().map(AsRef::as_ref).filter(|e| e.needs().velocity || e.needs().acceleration)
     {
@@ -425,7 +466,7 @@ fn assembled_tangent_is_the_derivative_of_the_assembled_residual() {
         let mut random = Random(6);
         for integrator in INTEGRATORS {
             let n = system.dofs.equation.len();
-            let (past, x) = states(integrator, n, false, &mut random);
+            let (past, x) = states(integrator, &scene.system, false, &mut random);
             let lambda = [700.0];
             let (mut free, mut held) = (random.vector(n, 1.0), random.vector(n, 1.0));
             for p in &system.prescribed {

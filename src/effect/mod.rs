@@ -13,6 +13,7 @@ pub mod mass;
 pub mod mean_dilatation;
 pub mod mixed;
 pub mod stiffness_damping;
+pub mod viscoelastic;
 
 pub use cable::{Cable, CableLength, CableTension, Guide};
 pub use cell::CellPoints;
@@ -26,3 +27,4 @@ pub use mass::{Lumping, Mass};
 pub use mean_dilatation::MeanDilatation;
 pub use mixed::{MixedElastic, pressure_hosts};
 pub use stiffness_damping::{Stiffness, StiffnessDamping};
+pub use viscoelastic::Viscoelastic;

@@ -93,6 +93,7 @@ impl Scene {
             built.insert(k, builder.effect(&place, effect, &mut gathered)?);
         }
         let mut effects: Vec<Box<dyn Effect>> = built.into_values().collect();
+        builder.check_viscoelastic(&spec)?;
         let (mut constraints, mut cables) = (Vec::<Box<dyn Constraint>>::new(), Vec::<NamedCable>::new());
         for (k, constraint) in spec.constraints.iter().enumerate() {
             let place = format!("constraint {} ({})", k + 1, constraint.kind());
@@ -144,6 +145,7 @@ impl Scene {
         };
         let probes = spec.probes.iter().enumerate().map(probe).collect::<Result<_, _>>()?;
         builder.remark_static(&spec, &spans);
+        builder.remark_viscoelastic(&spec, &spans);
         let causes = [builder.remark_patches(&spec), limit_of_springs(&spec)];
         let causes: Vec<String> = causes.into_iter().flatten().collect();
         let no_limit = (!causes.is_empty()).then(|| causes.join(", and "));

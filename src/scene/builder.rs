@@ -202,6 +202,9 @@ impl<'a> Builder<'a> {
                 }
                 Box::new(ViscousDamping::new(mesh, self.cells(place, region)?, eta.0))
             }
+            EffectSpec::Viscoelastic { region, law, moduli, prony } => {
+                Box::new(self.viscoelastic(place, region, law, *moduli, prony)?)
+            }
             EffectSpec::StiffnessDamping { region, beta, stiffness } => {
                 self.stiffness_damping(place, region, beta.0, *stiffness, gathered)?
             }

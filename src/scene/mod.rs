@@ -15,6 +15,7 @@ mod signal;
 pub mod spec;
 mod stable;
 mod stages;
+mod viscoelastic;
 
 pub use body::request;
 pub use build::{Body, Scene};

@@ -158,6 +158,13 @@ pub enum EffectSpec {
         region: String,
         eta: Viscosity,
     },
+    Viscoelastic {
+        region: String,
+        /// The law of the elastic effect there
+        law: String,
+        moduli: ModuliSpec,
+        prony: Vec<ArmSpec>,
+    },
     /// Damping of the elastic effects and springs of the region of this name
     StiffnessDamping {
         region: String,
@@ -177,6 +184,24 @@ pub enum EffectSpec {
         region: String,
         damping: Damping,
     },
+}
+
+/// Which modulus the constants of a law give.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub enum ModuliSpec {
+    LongTerm,
+    Instantaneous,
+}
+
+/// One term of a Prony series.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ArmSpec {
+    /// Share of the instantaneous modulus
+    pub g: f64,
+    /// Relaxation time
+    pub tau: Time,
 }
 
 /// Tangent that a stiffness-proportional damping takes.

@@ -140,6 +140,7 @@ impl EffectSpec {
             Self::Gravity { .. } => "gravity",
             Self::MassDamping { .. } => "mass_damping",
             Self::ViscousDamping { .. } => "viscous_damping",
+            Self::Viscoelastic { .. } => "viscoelastic",
             Self::StiffnessDamping { .. } => "stiffness_damping",
             Self::EdgeSprings { .. } => "edge_springs",
             Self::EdgeDampers { .. } => "edge_dampers",
@@ -153,7 +154,7 @@ impl EffectSpec {
             | Self::ViscousDamping { .. }
             | Self::StiffnessDamping { .. }
             | Self::EdgeDampers { .. } => true,
-            Self::Elastic { .. } | Self::Gravity { .. } | Self::EdgeSprings { .. } => false,
+            Self::Elastic { .. } | Self::Gravity { .. } | Self::Viscoelastic { .. } | Self::EdgeSprings { .. } => false,
         }
     }
 }
