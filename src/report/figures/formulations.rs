@@ -25,6 +25,9 @@ struct Dot {
     flagged: bool,
 }
 
+/// What stands along x.
+type Size = fn(&Dot) -> f64;
+
 /// Cases of one family, by cells.
 struct Line {
     family: usize,
@@ -95,7 +98,7 @@ pub fn draw(store: &Store, analysis: &Analysis) -> Option<Figure> {
     // What is far below U(f*) is luck: it would stretch the axis
     let least = shown.iter().map(|(q, _)| 0.5 * unresolved(q)).fold(tolerance, f64::min);
     let y = Axis::log(dots().map(|d| d.error.max(least)).chain([tolerance]), "error [%]");
-    let sizes: [(fn(&Dot) -> f64, &str); 2] = [(|d| d.cells, "cells"), (|d| d.seconds, "CPU time of the case [s]")];
+    let sizes: [(Size, &str); 2] = [(|d| d.cells, "cells"), (|d| d.seconds, "CPU time of the case [s]")];
     let each = (DOUBLE - LEFT - 5.0 - GAP) / 2.0;
     let below = TOP + 2.0 * TALL + BETWEEN;
     let height = below + 12.5 + 4.2 * entries.len().div_ceil(4) as f64;
@@ -123,7 +126,7 @@ pub fn draw(store: &Store, analysis: &Analysis) -> Option<Figure> {
     Some(Figure { name: "formulations".into(), svg, caption })
 }
 
-fn curve(plot: &Plot, l: &Line, x: &fn(&Dot) -> f64) {
+fn curve(plot: &Plot, l: &Line, x: &Size) {
     let (shape, color) = look(l.family);
     let at = |d: &Dot| plot.at(x(d), d.error.max(plot.y.lo));
     line(plot.area, &l.dots.iter().map(at).collect::<Vec<_>>(), color, 8);
