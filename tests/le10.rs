@@ -4,7 +4,7 @@ mod common;
 
 use common::mapped::mapped_block;
 use common::{DeadLoad, elastic, hold, law, nodes, ramp, statics};
-use durometer::effect::Elastic;
+use durometer::effect::{Elastic, Stressed};
 use durometer::material::Want;
 use durometer::math::tensor::Vec3;
 use durometer::mesh::Order;
@@ -37,7 +37,8 @@ fn stress(n: usize, layers: usize) -> f64 {
     let effects = vec![elastic(&mesh, law()), Box::new(load) as _];
     let system = System::new(mesh.points.len(), effects, vec![], prescribed).expect("a system");
     let (state, _) = statics(&mesh, &system, 1e-8, 1);
-    let points = Elastic::new("points".into(), &mesh, &common::body(&mesh), law()).points();
+    let elastic = Elastic::new("points".into(), &mesh, &common::body(&mesh), law());
+    let points = elastic.points();
     let d = Vec3::new(2.0, 0.0, 0.3);
     let near: Vec<u32> = (0..mesh.cell_count())
         .filter(|&c| mesh.cell(c)[..4].iter().any(|&k| (mesh.points[k as usize] - d).norm() < 1e-9))
