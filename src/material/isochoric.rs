@@ -35,6 +35,28 @@ pub trait Strain {
     const SECOND: bool;
     /// At i = Ī₁ − 3 ≥ 0 and k = Ī₂ − 3 ≥ 0 [–] (k = 0 where it does not depend on it)
     fn partials(&self, i: f64, k: f64) -> Result<Partials, LawError>;
+    /// ∂/∂θ of them, where the values of the part change by `rates` per unit of θ
+    fn partials_along(&self, rates: &[f64], i: f64, k: f64) -> Result<Partials, LawError>;
+}
+
+/// ∂W/∂θ of a part: of the same form, with the derivatives of its derivatives.
+pub struct Along<'a, W> {
+    pub part: &'a W,
+    /// ∂/∂θ of its values
+    pub rates: &'a [f64],
+}
+
+impl<W: Strain> Strain for Along<'_, W> {
+    const SECOND: bool = W::SECOND;
+
+    fn partials(&self, i: f64, k: f64) -> Result<Partials, LawError> {
+        self.part.partials_along(self.rates, i, k)
+    }
+
+    /// W is differentiated once.
+    fn partials_along(&self, rates: &[f64], i: f64, k: f64) -> Result<Partials, LawError> {
+        self.part.partials_along(rates, i, k)
+    }
 }
 
 /// ψ = W + U, P and A at F.

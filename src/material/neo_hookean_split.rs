@@ -58,6 +58,11 @@ impl Law for NeoHookeanSplit {
         self.hooke
     }
 
+    /// ψ is linear in μ and κ.
+    fn along(&self, rates: &[f64]) -> Box<dyn Law> {
+        Box::new(Self { hooke: self.hooke.along(rates), ..*self })
+    }
+
     fn split(&self) -> Option<(Box<dyn Law>, Volumetric)> {
         Some((Box::new(Self { hooke: Moduli { kappa: 0.0, ..self.hooke }, ..*self }), self.u()))
     }
@@ -78,5 +83,9 @@ impl Strain for NeoHooke {
     #[inline(always)]
     fn partials(&self, i: f64, _: f64) -> Result<Partials, LawError> {
         Ok(Partials { w: 0.5 * self.mu * i, w1: 0.5 * self.mu, ..Partials::default() })
+    }
+
+    fn partials_along(&self, rates: &[f64], i: f64, k: f64) -> Result<Partials, LawError> {
+        Self { mu: rates[0] }.partials(i, k)
     }
 }
