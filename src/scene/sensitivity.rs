@@ -10,13 +10,13 @@ use super::build::{CableDrive, Scene};
 use super::error::hint;
 use super::probe::{Probe, area_vector, cable_columns};
 use super::spec::EffectSpec;
-use super::{Progress, Run};
 use crate::material::{self, LawSpecError};
 use crate::math::tensor::Vec3;
 use crate::mesh::{TetMesh, element, quadrature};
 use crate::solve::{Change, Differentiator, Failure};
 use crate::system::{Effect, State};
 use std::fmt;
+use std::str::FromStr;
 
 /// A constant of a law, as it stands in the scene file: `laws.rubber.mu`.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -32,9 +32,21 @@ impl fmt::Display for Constant {
     }
 }
 
+impl FromStr for Constant {
+    type Err = SensitivityError;
+
+    fn from_str(text: &str) -> Result<Self, SensitivityError> {
+        let parts = text.strip_prefix("laws.").and_then(|rest| rest.split_once('.'));
+        let (law, key) = parts.ok_or_else(|| SensitivityError::Form { text: text.into() })?;
+        Ok(Self { law: law.into(), key: key.into() })
+    }
+}
+
 /// What exact derivatives do not cover.
 #[derive(Debug, thiserror::Error)]
 pub enum SensitivityError {
+    #[error("\"{text}\" names no constant; write for example laws.rubber.mu")]
+    Form { text: String },
     #[error("{constant}: the scene has no such law; {hint}")]
     NoLaw { constant: String, hint: String },
     #[error("{constant}: {source}")]
@@ -45,17 +57,6 @@ pub enum SensitivityError {
     NotStatic { stage: usize, integrator: &'static str },
     #[error("the effect {effect} remembers its past, which the derivatives do not follow; remove it")]
     History { effect: String },
-    #[error("the column {column} has no derivative here; take a position, an angle, a reaction or a cable")]
-    Column { column: String },
-}
-
-/// A run with its derivatives.
-pub struct Differentiated {
-    pub run: Run,
-    /// [rows × columns × constants] in the order of the columns asked for [unit of the column per SI unit of the constant]
-    pub slopes: Vec<Vec<Vec<f64>>>,
-    /// The state at which the tangent could not be inverted, and why; the rows end before it
-    pub failure: Option<(f64, Failure)>,
 }
 
 /// What differentiates the states of a scene.
@@ -79,46 +80,22 @@ impl<'a> Sensitivity<'a> {
         Ok(Self { scene, by, solver: Differentiator::new(&scene.system) })
     }
 
-    /// Refuses a column that has no derivative here.
-    pub fn check(&self, column: &str) -> Result<(), SensitivityError> {
-        let rest = self.scene.system.rest();
-        let (x, lambda) = (rest.x.clone(), rest.lambda.clone());
-        let none = Change { reaction: x.clone(), x, lambda };
-        let known = changes(self.scene, &rest, &none).into_iter().any(|(name, _)| name == column);
-        if known { Ok(()) } else { Err(SensitivityError::Column { column: column.into() }) }
+    /// Recorded columns that have a derivative, in their order.
+    pub fn columns(&self) -> Vec<String> {
+        let probes = self.scene.probes.iter().filter(|p| !matches!(p, Probe::Energy | Probe::Stretch));
+        let cables = self.scene.cables.iter().flat_map(cable_columns);
+        probes.flat_map(Probe::columns).chain(cables).collect()
     }
 
-    /// Derivatives of `columns` at a converged state, [columns × constants].
-    pub fn at(&mut self, state: &State, columns: &[String]) -> Result<Vec<Vec<f64>>, Failure> {
+    /// Derivatives at a converged state, [columns × constants], in the unit of the column per SI unit of the constant.
+    pub fn at(&mut self, state: &State) -> Result<Vec<Vec<f64>>, Failure> {
+        // ∂P/∂θ = 0 at F = I: at rest nothing changes, and the body need not be held by what comes later.
+        if state.x.iter().all(|x| *x == 0.0) {
+            return Ok(vec![vec![0.0; self.by.len()]; self.columns().len()]);
+        }
         let all = self.solver.at(state, &self.by)?;
-        let all: Vec<_> = all.iter().map(|change| changes(self.scene, state, change)).collect();
-        let of = |column: &String, known: &[(String, f64)]| known.iter().find(|k| k.0 == *column).map_or(0.0, |k| k.1);
-        Ok(columns.iter().map(|column| all.iter().map(|known| of(column, known)).collect()).collect())
-    }
-
-    /// Runs the scene, with the derivatives of `columns` at each state of the time grid. At rest they are zero.
-    pub fn run(
-        &mut self,
-        columns: &[String],
-        watch: &mut dyn FnMut(Progress) -> bool,
-    ) -> Result<Differentiated, SensitivityError> {
-        columns.iter().try_for_each(|column| self.check(column))?;
-        let (mut slopes, mut failure) = (Vec::new(), None);
-        let scene = self.scene;
-        let run = scene.run(watch, &mut |state| {
-            if failure.is_some() {
-                return;
-            }
-            if slopes.is_empty() {
-                slopes.push(vec![vec![0.0; self.by.len()]; columns.len()]);
-                return;
-            }
-            match self.at(state, columns) {
-                Ok(found) => slopes.push(found),
-                Err(why) => failure = Some((state.t, why)),
-            }
-        });
-        Ok(Differentiated { run, slopes, failure })
+        let all: Vec<Vec<f64>> = all.iter().map(|change| changes(self.scene, state, change)).collect();
+        Ok((0..self.columns().len()).map(|k| all.iter().map(|values| values[k]).collect()).collect())
     }
 }
 
@@ -143,21 +120,16 @@ fn derivatives(scene: &Scene, constant: &Constant) -> Result<Vec<Box<dyn Effect>
     if found.is_empty() { Err(SensitivityError::Unused { constant: name }) } else { Ok(found) }
 }
 
-/// Columns with their change.
-fn changes(scene: &Scene, state: &State, change: &Change) -> Vec<(String, f64)> {
-    let mut out = Vec::new();
-    for probe in &scene.probes {
-        if let Some(values) = through(probe, &scene.body.mesh, &state.x, change) {
-            out.extend(probe.columns().into_iter().zip(values));
-        }
-    }
+/// Change of each of [`Sensitivity::columns`].
+fn changes(scene: &Scene, state: &State, change: &Change) -> Vec<f64> {
+    let probes = scene.probes.iter().filter_map(|probe| through(probe, &scene.body.mesh, &state.x, change));
+    let mut out: Vec<f64> = probes.flatten().collect();
     for cable in &scene.cables {
         let tension = match &cable.drive {
             CableDrive::Multiplier(c) => change.lambda[*c],
             CableDrive::Tension(_) => 0.0,
         };
-        let length = cable.cable.lengthening(&state.x, &change.x);
-        out.extend(cable_columns(cable).into_iter().zip([tension, length]));
+        out.extend([tension, cable.cable.lengthening(&state.x, &change.x)]);
     }
     out
 }
