@@ -11,7 +11,7 @@
 //! Limits: J > 0. The series does not lock: at Ī₁ → 3λ_m², where the chains of the inverse Langevin function are fully stretched, it stays finite
 //! and too soft.
 
-use super::isochoric::{self, Along, Partials, Strain};
+use super::isochoric::{self, Along, Parametric, Partials, Strain};
 use super::registry::{Chosen, LawSpecError, Values};
 use super::split::{Part, required};
 use super::volumetric::{CHOICES, Volumetric};
@@ -83,7 +83,9 @@ impl Strain for ArrudaBoyce {
         let (w, w1, w11) = self.sums(i, |_| 1.0);
         Ok(Partials { w, w1, w11, ..Partials::default() })
     }
+}
 
+impl Parametric for ArrudaBoyce {
     /// μ λ_m^{2−2n} changes by dμ/μ + (2 − 2n) dλ_m/λ_m of itself.
     fn partials_along(&self, rates: &[f64], i: f64, _: f64) -> Result<Partials, LawError> {
         let (w, w1, w11) = self.sums(i, |n| rates[0] / self.mu + (2.0 - 2.0 * n) * rates[1] / self.limit);

@@ -6,7 +6,7 @@
 //!
 //! Limits: J > 0 and Ī₁ − 3 < J_m, refused beyond: there the chains are fully stretched and ψ is infinite.
 
-use super::isochoric::{self, Along, Partials, Strain};
+use super::isochoric::{self, Along, Parametric, Partials, Strain};
 use super::registry::{Chosen, LawSpecError, Values};
 use super::split::{Part, required};
 use super::volumetric::{CHOICES, Volumetric};
@@ -85,7 +85,9 @@ impl Strain for Gent {
             ..Partials::default()
         })
     }
+}
 
+impl Parametric for Gent {
     /// ∂W/∂J_m = −½μ[ln(1 − t) + t/(1 − t)], t = i/J_m; the series of the bracket starts with ½t².
     fn partials_along(&self, rates: &[f64], i: f64, k: f64) -> Result<Partials, LawError> {
         let (Self { mu, limit }, [dmu, dlimit]) = (*self, [rates[0], rates[1]]);

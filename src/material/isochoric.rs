@@ -35,7 +35,11 @@ pub trait Strain {
     const SECOND: bool;
     /// At i = Ī₁ − 3 ≥ 0 and k = Ī₂ − 3 ≥ 0 [–] (k = 0 where it does not depend on it)
     fn partials(&self, i: f64, k: f64) -> Result<Partials, LawError>;
-    /// ∂/∂θ of them, where the values of the part change by `rates` per unit of θ
+}
+
+/// A part with constants of its own.
+pub trait Parametric: Strain {
+    /// ∂/∂θ of [`Strain::partials`], where the values of the part change by `rates` per unit of θ
     fn partials_along(&self, rates: &[f64], i: f64, k: f64) -> Result<Partials, LawError>;
 }
 
@@ -46,16 +50,11 @@ pub struct Along<'a, W> {
     pub rates: &'a [f64],
 }
 
-impl<W: Strain> Strain for Along<'_, W> {
+impl<W: Parametric> Strain for Along<'_, W> {
     const SECOND: bool = W::SECOND;
 
     fn partials(&self, i: f64, k: f64) -> Result<Partials, LawError> {
         self.part.partials_along(self.rates, i, k)
-    }
-
-    /// W is differentiated once.
-    fn partials_along(&self, rates: &[f64], i: f64, k: f64) -> Result<Partials, LawError> {
-        self.part.partials_along(rates, i, k)
     }
 }
 

@@ -160,7 +160,7 @@ pub trait Law: Send + Sync + std::fmt::Debug {
         None
     }
     /// ∂/∂θ, where [`Law::values`] change by `rates` per unit of θ: a function of F with a ψ, P, A and split of its own, and
-    /// rates where a law has constants. It is no material: its moduli may have any sign.
+    /// rates where a law has constants. It is no material (its moduli may have any sign) and is not differentiated again.
     fn along(&self, rates: &[f64]) -> Box<dyn Law>;
 }
 

@@ -8,7 +8,7 @@
 //!
 //! Limits: J > 0. C01 < 0, and negative terms of higher order, lose stability at some stretch; see [`super::stability()`].
 
-use super::isochoric::{self, Along, Partials, Strain};
+use super::isochoric::{self, Along, Parametric, Partials, Strain};
 use super::registry::{Chosen, LawSpecError, Values};
 use super::split::{self, Part, required};
 use super::volumetric::{CHOICES, Volumetric};
@@ -90,7 +90,9 @@ impl Strain for MooneyRivlin {
             w22: 2.0 * c02,
         })
     }
+}
 
+impl Parametric for MooneyRivlin {
     /// W is linear in its constants.
     fn partials_along(&self, rates: &[f64], i: f64, k: f64) -> Result<Partials, LawError> {
         let mut c = [0.0; 5];

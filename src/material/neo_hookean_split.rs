@@ -84,8 +84,4 @@ impl Strain for NeoHooke {
     fn partials(&self, i: f64, _: f64) -> Result<Partials, LawError> {
         Ok(Partials { w: 0.5 * self.mu * i, w1: 0.5 * self.mu, ..Partials::default() })
     }
-
-    fn partials_along(&self, rates: &[f64], i: f64, k: f64) -> Result<Partials, LawError> {
-        Self { mu: rates[0] }.partials(i, k)
-    }
 }

@@ -145,7 +145,7 @@ impl<W: Part> Law for Along<W> {
         Some((Box::new(rest), self.volumetric))
     }
 
-    /// W is differentiated once.
+    /// By the same law: see [`Law::along`].
     fn along(&self, rates: &[f64]) -> Box<dyn Law> {
         self.law.along(rates)
     }

@@ -10,7 +10,7 @@
 //! Limits: J > 0. The second term is negative: stability is lost in compression for small β, see [`super::stability()`]. Refused
 //! where the exponential leaves the range of numbers.
 
-use super::isochoric::{self, Along, Partials, Strain};
+use super::isochoric::{self, Along, Parametric, Partials, Strain};
 use super::registry::{Chosen, LawSpecError, Values};
 use super::split::{Part, required};
 use super::volumetric::{CHOICES, Volumetric};
@@ -88,7 +88,9 @@ impl Strain for VerondaWestmann {
         let slope = beta * (exp + c1);
         Ok(Partials { w: exp - half * k, w1: slope, w2: -half, w11: beta * slope, ..Partials::default() })
     }
+}
 
+impl Parametric for VerondaWestmann {
     fn partials_along(&self, rates: &[f64], i: f64, k: f64) -> Result<Partials, LawError> {
         let (Self { c1, beta }, [dc1, dbeta]) = (*self, [rates[0], rates[1]]);
         let p = self.partials(i, k)?;

@@ -8,7 +8,7 @@
 //!
 //! Limits: J > 0. C20 < 0 (the usual S shape) may lose stability before C30 > 0 restores it; see [`super::stability()`].
 
-use super::isochoric::{self, Along, Partials, Strain};
+use super::isochoric::{self, Along, Parametric, Partials, Strain};
 use super::registry::{Chosen, LawSpecError, Values};
 use super::split::{self, Part, required};
 use super::volumetric::{CHOICES, Volumetric};
@@ -85,7 +85,9 @@ impl Strain for Yeoh {
             ..Partials::default()
         })
     }
+}
 
+impl Parametric for Yeoh {
     /// W is linear in its constants.
     fn partials_along(&self, rates: &[f64], i: f64, k: f64) -> Result<Partials, LawError> {
         let mut c = [0.0; 3];

@@ -5,7 +5,7 @@
 //! K and h = ∂c/∂x at the converged state: with Z = K⁻¹H and S = HᵀZ of the taut rows, y = −K⁻¹ ∂r/∂θ, S λ′ = Hᵀy and
 //! x′ = y − Z λ′. The same for every path of loading where nothing remembers it, so no step needs the one before.
 //!
-//! Source: Tsay & Arora, *Comput. Methods Appl. Mech. Eng.* 81, 1990 (direct differentiation of path-independent problems).
+//! Source: Choi & Kim, *Structural Sensitivity Analysis and Optimization 2: Nonlinear Systems and Applications*, 2005.
 //! Limits: statics without history, prescribed motions and targets that do not depend on θ; at a row that is just taut
 //! (λ = 0 and g = 0) the answer has two derivatives, and the one of the slack side is given.
 
