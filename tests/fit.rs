@@ -81,7 +81,7 @@ fn the_interval_covers_the_truth_in_95_of_100_tables() {
         let sample = |k: u32| {
             let stretch = 1.05 + 0.05 * f64::from(k);
             let stress = stress(Mode::Uniaxial, stretch) + 3e3 * noise.normal();
-            Sample { mode: Mode::Uniaxial, stretch, stress, line: u64::from(k) + 2 }
+            Sample { mode: Mode::Uniaxial, stretch, stress, line: u64::from(k) + 2, specimen: 0 }
         };
         e.samples = (0..12).map(sample).collect();
         let r = fit_experiment(&e, &FitOptions::new("neo_hookean")).expect("well posed");

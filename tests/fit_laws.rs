@@ -61,7 +61,7 @@ fn samples(
     let points = modes.iter().flat_map(of).enumerate();
     let sample = |(k, (mode, stretch)): (usize, (Mode, f64))| {
         let stress = error(model.stress(values, mode, stretch));
-        Sample { mode, stretch, stress, line: k as u64 + 2 }
+        Sample { mode, stretch, stress, line: k as u64 + 2, specimen: 0 }
     };
     points.map(sample).collect()
 }

@@ -18,6 +18,8 @@ pub struct Sample {
     pub stress: f64,
     /// Line of the file, counted from 1
     pub line: u64,
+    /// Which of several files, counted from 0
+    pub specimen: usize,
 }
 
 impl Sample {
@@ -194,7 +196,7 @@ fn read_rows(
                 .ok_or_else(|| FitError::ModeWord { line: Some(line.number), word: cell(i).into() })?,
             None => whole_file.ok_or_else(|| FitError::NoMode { file: file.into() })?,
         };
-        samples.push(Sample { mode, stretch, stress, line: line.number });
+        samples.push(Sample { mode, stretch, stress, line: line.number, specimen: 0 });
     }
     if samples.is_empty() {
         let reason = left_out.first().map_or("there are no rows below the column names".into(), |(_, r)| r.clone());

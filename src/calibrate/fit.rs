@@ -1,5 +1,6 @@
 //! From a request to a result: choose rows, fit, judge.
 
+use super::bootstrap::bootstrap;
 use super::certificate::certificate;
 use super::judgement::{predictions, validity, warnings};
 use super::misfit::residuals;
@@ -8,7 +9,7 @@ use super::solve::{LawFit, Setting, solve};
 use super::term::invariants;
 use super::{
     Experiment, FitCurves, FitError, FitOptions, FitRequest, FitResult, Misfit, Mode, Model, RangeRow, Sample,
-    StretchRange,
+    StretchRange, profile,
 };
 use crate::material::registry;
 
@@ -67,6 +68,8 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
         loss: options.loss,
         parameters: answer.identified.estimates.clone(),
         interval_assumption: interval_assumption(options.weighting, options.loss),
+        profile: profile::intervals(model, &fitted, &answer),
+        bootstrap: bootstrap(&setting, &by_specimen(&fitted), &answer, options.bootstrap),
         unidentified: answer.identified.directions.clone(),
         stability: certificate(model, &answer.values, answer.modulus, largest),
         partner,
@@ -85,6 +88,12 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
     };
     result.warnings = warnings(&result, &answer, model, experiment, options.tolerance);
     Ok(result)
+}
+
+/// Rows of each specimen.
+fn by_specimen(rows: &[Sample]) -> Vec<Vec<Sample>> {
+    let last = rows.iter().map(|s| s.specimen).max().unwrap_or(0);
+    (0..=last).map(|k| rows.iter().filter(|s| s.specimen == k).copied().collect()).collect()
 }
 
 /// The rows of a fit.

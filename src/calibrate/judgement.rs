@@ -5,7 +5,7 @@ use super::fit::extent;
 use super::law::Form;
 use super::solve::{LawFit, ROUNDING, median};
 use super::{
-    AuditKind, Experiment, FitResult, FitWarning, Loss, Misfit, Mode, Model, Partner, Prediction, PredictionKind,
+    AuditKind, Estimate, Experiment, FitResult, FitWarning, Loss, Misfit, Mode, Model, Partner, Prediction, PredictionKind,
     Residual, SolverCheck, StableRange, StretchRange, Validity, statistics,
 };
 use crate::material::{LawEntry, registry};
@@ -92,6 +92,7 @@ pub fn warnings(
     if result.loss == Loss::Squares {
         found.extend(outliers(&result.residuals));
     }
+    found.extend(narrow(result));
     if let Some(SolverCheck::Starts { starts, agree: 1 }) = result.solver_check
         && starts > 2
     {
@@ -103,6 +104,19 @@ pub fn warnings(
     found.extend(doubts.map(|e| FitWarning::Data { message: e.message.clone() }));
     found.extend(compressible(result, model, shear));
     found
+}
+
+/// Ratio of the widths from which on the interval of the covariance is called too narrow [–]
+const WIDER: f64 = 1.5;
+
+/// The constant whose bootstrap interval is widest against the one of the covariance.
+fn narrow(result: &FitResult) -> Option<FitWarning> {
+    let b = result.bootstrap.as_ref()?;
+    let width = |i: &[f64; 2]| i[1] - i[0];
+    let of = |(e, i): (&Estimate, &[f64; 2])| (e.symbol, width(i) / width(&e.interval));
+    let all = result.parameters.iter().zip(&b.intervals).filter(|(e, _)| width(&e.interval) > 0.0).map(of);
+    let (symbol, ratio) = all.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    (ratio > WIDER).then(|| FitWarning::Narrow { symbol, ratio, drawn: b.drawn.clone() })
 }
 
 /// One warning per mode in which a cone holds the answer back.

@@ -5,6 +5,7 @@
 //! [`FitResult::write_law`] store the answer.
 
 mod audit;
+mod bootstrap;
 mod card;
 mod certificate;
 mod columns;
@@ -21,6 +22,7 @@ mod linear;
 mod misfit;
 mod mode;
 mod nonnegative;
+mod profile;
 mod request;
 mod result;
 mod rows;
@@ -32,6 +34,7 @@ mod term;
 mod warning;
 
 pub use audit::{Audit, AuditEntry, AuditKind};
+pub use bootstrap::{Bootstrap, Drawn};
 pub use card::{Card, Source};
 pub use certificate::StableRange;
 pub use columns::{ColumnChoice, StrainKind};

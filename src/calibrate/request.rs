@@ -134,6 +134,8 @@ pub struct FitOptions {
     pub partner: Option<Partner>,
     /// Volumetric part of the law file; `None`: the scene has to add it
     pub volumetric: Option<String>,
+    /// Fits to rows that are drawn again, for intervals that know of correlated rows; 0: none
+    pub bootstrap: usize,
     /// Relative misfit up to which the law is said to describe the data [–]
     pub tolerance: f64,
 }
@@ -150,6 +152,7 @@ impl FitOptions {
             stable: None,
             partner: None,
             volumetric: None,
+            bootstrap: 0,
             tolerance: 0.1,
         }
     }

@@ -1,7 +1,7 @@
 //! The answer of a fit.
 
 use super::{
-    Audit, FitCurves, FitError, FitWarning, Loss, Misfit, Mode, Partner, Residual, SolverCheck, StableRange,
+    Audit, Bootstrap, FitCurves, FitError, FitWarning, Loss, Misfit, Mode, Partner, Residual, SolverCheck, StableRange,
     StretchRange, Weighting,
 };
 use serde::Serialize;
@@ -114,6 +114,10 @@ pub struct FitResult {
     pub loss: Loss,
     pub parameters: Vec<Estimate>,
     pub interval_assumption: String,
+    /// 95 % by profile likelihood, infinite where open; `None` where stability holds the answer back or no row is left to judge by
+    pub profile: Option<Vec<[f64; 2]>>,
+    /// 95 % from rows or specimens drawn again, where it was asked for
+    pub bootstrap: Option<Bootstrap>,
     /// What the data say nothing about, or hardly anything
     pub unidentified: Vec<Direction>,
     /// Where the law is stable, by mode
@@ -179,6 +183,14 @@ impl fmt::Display for FitResult {
         )?;
         writeln!(f, "{}", self.answer())?;
         writeln!(f, "misfit {:.2} % rms, {:.4e} Pa", 100.0 * self.misfit.rms_relative, self.misfit.rms_pa)?;
+        for (e, [low, high]) in self.parameters.iter().zip(self.profile.iter().flatten()) {
+            writeln!(f, "profile likelihood: {} from {low:.5e} to {high:.5e} {}", e.symbol, e.unit)?;
+        }
+        if let Some(b) = &self.bootstrap {
+            for (e, [low, high]) in self.parameters.iter().zip(&b.intervals) {
+                writeln!(f, "bootstrap of {}: {} from {low:.5e} to {high:.5e} {}", b.drawn, e.symbol, e.unit)?;
+            }
+        }
         for (e, [low, high]) in self.parameters.iter().zip(&self.range_spread) {
             writeln!(f, "ranges that end earlier give {} from {low:.5e} to {high:.5e} {}", e.symbol, e.unit)?;
         }

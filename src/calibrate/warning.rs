@@ -1,6 +1,6 @@
 //! Reasons not to take the answer of a fit at its word.
 
-use super::{Direction, Mode};
+use super::{Direction, Drawn, Mode};
 use serde::Serialize;
 use std::fmt;
 
@@ -32,6 +32,8 @@ pub enum FitWarning {
     OneMode { mode: Mode },
     /// Rows far off their neighbours
     Outliers { lines: Vec<u64> },
+    /// The bootstrap interval is wider than the one of the covariance, in which constant and how many times
+    Narrow { symbol: &'static str, ratio: f64, drawn: Drawn },
     /// A single start found the reported minimum
     Starts { starts: usize },
 }
@@ -135,6 +137,11 @@ impl fmt::Display for FitWarning {
                     shown.join(", ")
                 )
             }
+            Self::Narrow { symbol, ratio, drawn } => write!(
+                f,
+                "the interval of {symbol} is {ratio:.1} times as wide in the bootstrap of {drawn}: what is drawn is not independent, \
+                 believe the wider one"
+            ),
             Self::Starts { starts } => write!(
                 f,
                 "only one of {starts} starts of the search ended in the reported minimum; a better one may exist"

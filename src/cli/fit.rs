@@ -59,6 +59,9 @@ pub struct Args {
     /// Volumetric part of the law file: quadratic, logarithmic, simo_taylor; without it the scene names one
     #[arg(long)]
     volumetric: Option<String>,
+    /// Fits to rows (of three or more tables: specimens) drawn again, for intervals that know of correlated rows; 0: none
+    #[arg(long, default_value_t = 200, value_name = "N")]
+    bootstrap: usize,
     /// Data card [default: card.toml beside the table]
     #[arg(long)]
     card: Option<PathBuf>,
@@ -97,6 +100,7 @@ pub fn main(args: Args) -> Outcome {
     request.options.loss = args.loss;
     request.options.stable = args.stable;
     request.options.volumetric = args.volumetric;
+    request.options.bootstrap = args.bootstrap;
     request.options.partner = match (args.nu, args.kappa) {
         (Some(nu), _) => Some(Partner::Nu(nu)),
         (None, Some(text)) => Some(Partner::Kappa(units::parse(&text, Dimension::PRESSURE)?)),

@@ -8,6 +8,7 @@ const RANGES: usize = 14;
 
 pub fn all(fit: &StoredFit) -> Vec<Table> {
     let mut out = vec![parameters(fit)];
+    out.extend(intervals(fit));
     out.push(misfits(fit));
     if !fit.stability.is_empty() {
         out.push(stability(fit));
@@ -62,6 +63,51 @@ fn parameters(fit: &StoredFit) -> Table {
         rows,
         pick: None,
     }
+}
+
+/// The 95 % intervals of three methods side by side.
+fn intervals(fit: &StoredFit) -> Option<Table> {
+    if fit.profile.is_none() && fit.bootstrap.is_none() {
+        return None;
+    }
+    let row = |(k, p): (usize, &Parameter)| {
+        let (f, unit, n) = p.scale();
+        let number = |v: f64| format!("{:.n$}", f * v);
+        let span = |ends: [Option<f64>; 2]| {
+            let [low, high] = ends.map(|v| v.map_or("open".into(), number));
+            format!("{low} to {high}")
+        };
+        let dash = || String::from("–");
+        vec![
+            p.symbol.clone(),
+            unit.into(),
+            p.ends().map_or("not determined".into(), |e| span(e.map(Some))),
+            fit.profile.as_ref().map_or_else(dash, |all| span(all[k])),
+            fit.bootstrap.as_ref().map_or_else(dash, |b| span(b.intervals[k].map(Some))),
+        ]
+    };
+    let drawn = match &fit.bootstrap {
+        Some(b) => {
+            let failed = if b.failed > 0 { format!(", {} of them without an answer", b.failed) } else { String::new() };
+            format!(" Bootstrap: {} samples of {}{failed}.", b.samples, b.drawn)
+        }
+        None => String::new(),
+    };
+    Some(Table {
+        name: "intervals",
+        caption: format!(
+            "95 % intervals by three methods. Covariance and profile take the errors for independent; the bootstrap does not.{drawn}"
+        ),
+        columns: vec![
+            ("Symbol", "", false),
+            ("Unit", "", false),
+            ("Covariance", "", true),
+            ("Profile likelihood", "", true),
+            ("Bootstrap", "", true),
+        ],
+        rows: fit.parameters.iter().enumerate().map(row).collect(),
+        pick: None,
+    })
 }
 
 fn misfits(fit: &StoredFit) -> Table {
