@@ -36,8 +36,12 @@ pub struct Bootstrap {
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Drawn {
     /// Blocks of so many neighbours, of the mode with the longest ones
-    Rows { block: usize },
-    Specimens { specimens: usize },
+    Rows {
+        block: usize,
+    },
+    Specimens {
+        specimens: usize,
+    },
 }
 
 impl fmt::Display for Drawn {
@@ -72,7 +76,8 @@ pub fn bootstrap(setting: &Setting, groups: &[Vec<Sample>], answer: &LawFit, sam
         different.dedup();
         (different.len() >= p).then(|| constants(setting, &rows, Some(answer)).ok()).flatten().map(|f| f.values)
     };
-    let found: Vec<Vec<f64>> = (0..samples).into_par_iter().map(one).collect::<Vec<_>>().into_iter().flatten().collect();
+    let found: Vec<Vec<f64>> =
+        (0..samples).into_par_iter().map(one).collect::<Vec<_>>().into_iter().flatten().collect();
     if found.len() < LEAST {
         return None;
     }

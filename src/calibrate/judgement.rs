@@ -5,8 +5,8 @@ use super::fit::extent;
 use super::law::Form;
 use super::solve::{LawFit, ROUNDING, median};
 use super::{
-    AuditKind, Estimate, Experiment, FitResult, FitWarning, Loss, Misfit, Mode, Model, Partner, Prediction, PredictionKind,
-    Residual, SolverCheck, StableRange, StretchRange, Validity, statistics,
+    AuditKind, Estimate, Experiment, FitResult, FitWarning, Loss, Misfit, Mode, Model, Partner, Prediction,
+    PredictionKind, Residual, SolverCheck, StableRange, StretchRange, Validity, statistics,
 };
 use crate::material::{LawEntry, registry};
 
@@ -89,9 +89,14 @@ pub fn warnings(
     if let ([mode], true) = (&result.modes[..], result.parameters.len() > 1 && experiment.modes().len() == 1) {
         found.push(FitWarning::OneMode { mode: *mode });
     }
-    if result.loss == Loss::Squares {
+    // Neighbours of several specimens differ by the scatter between them, and lines would not say of which file
+    if result.loss == Loss::Squares && experiment.specimens.len() == 1 {
         found.extend(outliers(&result.residuals));
     }
+    found.extend(result.scatter.as_ref().and_then(|s| {
+        let one = s.specimens.iter().find(|one| Some(&one.file) == s.outlier.as_ref())?;
+        Some(FitWarning::Specimen { file: one.file.clone(), level: one.level })
+    }));
     found.extend(narrow(result));
     if let Some(SolverCheck::Starts { starts, agree: 1 }) = result.solver_check
         && starts > 2

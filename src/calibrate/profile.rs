@@ -6,7 +6,7 @@
 //! covariance; of the others it is skewed as the data are, and open where a constant may grow without end. The minimum is followed
 //! from the answer outwards by Levenberg–Marquardt; √(S − Ŝ) is almost straight in θⱼ, so that a secant finds the end.
 //!
-//! Limits: assumes independent errors of one size, as the covariance does; a lower minimum elsewhere is not looked for; the cones of
+//! Terms whose factor vanished stay away, and both of their constants are open. Limits: assumes independent errors of one size, as the covariance does; a lower minimum elsewhere is not looked for; the cones of
 //! stability are not followed, so there is none where they hold the answer back.
 
 use super::law::{Form, Model};
@@ -44,13 +44,18 @@ pub fn intervals(model: Model, samples: &[Sample], answer: &LawFit) -> Option<Ve
     let t = statistics::t_quantile(0.95, free);
     let limit = (profile.least * t * t / free as f64).sqrt();
     let one = |(j, e): (usize, &super::Estimate)| match e.std_error.is_finite() {
-        true => [-1.0, 1.0].map(|side| profile.end(j, side * t * e.std_error, limit)),
-        false => [f64::NEG_INFINITY, f64::INFINITY],
+        true if !profile.vanished(j) => [-1.0, 1.0].map(|side| profile.end(j, side * t * e.std_error, limit)),
+        _ => [f64::NEG_INFINITY, f64::INFINITY],
     };
     Some(answer.identified.estimates.par_iter().enumerate().map(one).collect())
 }
 
 impl Profile<'_> {
+    /// Constants of a term with a factor of zero
+    fn vanished(&self, k: usize) -> bool {
+        matches!(self.model.law.form, Form::Separable(_)) && self.answer[k / 2 * 2] == 0.0
+    }
+
     /// `None` where the law is not defined or a factor is negative.
     fn square(&self, values: &[f64]) -> Option<f64> {
         let of = |(s, w): (&Sample, &f64)| (w * (s.stress - self.model.stress(values, s.mode, s.stretch))).powi(2);
@@ -67,14 +72,14 @@ impl Profile<'_> {
         let value = self.answer[j];
         // Offset, √(S − Ŝ) and the constants there
         let mut inside = (0.0, 0.0, self.answer.to_vec());
-        let mut step = 0.25;
+        let mut step = 0.5;
         let mut outside = loop {
             match self.at(j, step * width, &inside.2) {
                 Some((tau, x)) if tau <= limit => inside = (step, tau, x),
                 Some((tau, _)) => break (step, Some(tau)),
                 None => break (step, None),
             }
-            step = if step < 1.0 { step + 0.25 } else { 1.3 * step };
+            step = if step < 1.0 { 1.0 } else { 1.4 * step };
             if step > FAR {
                 return f64::INFINITY.copysign(width);
             }
@@ -104,14 +109,14 @@ impl Profile<'_> {
         let mut x = start.to_vec();
         x[j] = self.answer[j] + offset;
         let mut square = self.square(&x)?;
-        let others: Vec<usize> = (0..x.len()).filter(|k| *k != j).collect();
+        let others: Vec<usize> = (0..x.len()).filter(|k| *k != j && !self.vanished(*k)).collect();
         let mut damping = 1e-9;
         for _ in 0..60 {
             if others.is_empty() {
                 break;
             }
             let Some((next, lower)) = self.step(&x, &others, square, &mut damping) else { break };
-            let still = lower > square * (1.0 - 1e-10);
+            let still = lower > square * (1.0 - 1e-9);
             (x, square) = (next, lower);
             if still {
                 break;

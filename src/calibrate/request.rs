@@ -162,6 +162,8 @@ impl FitOptions {
 #[derive(Clone, Debug)]
 pub struct FitRequest {
     pub data: PathBuf,
+    /// Tables of further specimens of the same test
+    pub more: Vec<PathBuf>,
     /// `None`: the `card.toml` beside the table, if it names the table
     pub card: Option<PathBuf>,
     pub columns: ColumnChoice,
@@ -170,7 +172,13 @@ pub struct FitRequest {
 
 impl FitRequest {
     pub fn new(data: impl Into<PathBuf>, law: &str) -> Self {
-        Self { data: data.into(), card: None, columns: ColumnChoice::default(), options: FitOptions::new(law) }
+        Self {
+            data: data.into(),
+            more: vec![],
+            card: None,
+            columns: ColumnChoice::default(),
+            options: FitOptions::new(law),
+        }
     }
 }
 

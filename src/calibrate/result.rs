@@ -1,8 +1,8 @@
 //! The answer of a fit.
 
 use super::{
-    Audit, Bootstrap, FitCurves, FitError, FitWarning, Loss, Misfit, Mode, Partner, Residual, SolverCheck, StableRange,
-    StretchRange, Weighting,
+    Audit, Bootstrap, FitCurves, FitError, FitWarning, Loss, Misfit, Mode, Partner, Residual, Scatter, SolverCheck,
+    StableRange, StretchRange, Weighting,
 };
 use serde::Serialize;
 use std::fmt;
@@ -118,6 +118,8 @@ pub struct FitResult {
     pub profile: Option<Vec<[f64; 2]>>,
     /// 95 % from rows or specimens drawn again, where it was asked for
     pub bootstrap: Option<Bootstrap>,
+    /// Between specimens, where there are several
+    pub scatter: Option<Scatter>,
     /// What the data say nothing about, or hardly anything
     pub unidentified: Vec<Direction>,
     /// Where the law is stable, by mode
@@ -189,6 +191,19 @@ impl fmt::Display for FitResult {
         if let Some(b) = &self.bootstrap {
             for (e, [low, high]) in self.parameters.iter().zip(&b.intervals) {
                 writeln!(f, "bootstrap of {}: {} from {low:.5e} to {high:.5e} {}", b.drawn, e.symbol, e.unit)?;
+            }
+        }
+        if let Some(s) = &self.scatter {
+            for ((e, (mean, sd)), [low, high]) in
+                self.parameters.iter().zip(s.means.iter().zip(&s.deviations)).zip(&s.intervals)
+            {
+                writeln!(
+                    f,
+                    "{} specimens: {} = {mean:.5e} {}, scatter {sd:.2e}, 95 % interval of the mean {low:.5e} to {high:.5e}",
+                    s.specimens.len(),
+                    e.symbol,
+                    e.unit
+                )?;
             }
         }
         for (e, [low, high]) in self.parameters.iter().zip(&self.range_spread) {

@@ -16,6 +16,7 @@ Examples:
   durometer fit data/treloar-1944/treloar-1944.csv --law neo_hookean --mode uniaxial --range 1..1.6 --nu 0.49
   durometer fit data/treloar-1944/treloar-1944.csv --law ogden --terms 3 --modes uniaxial,equibiaxial,planar
   durometer fit data/treloar-1944/treloar-1944.csv --law all --mode uniaxial
+  durometer fit one.csv two.csv three.csv --law yeoh --terms 2
   durometer fit pull.csv --law yeoh --weight relative --stable 0.6..1.6
   durometer fit pull.csv --law neo_hookean --strain-column strain --stress-column 'stress [MPa]' --stress-unit MPa
 
@@ -24,8 +25,9 @@ Laws: neo_hookean, mooney_rivlin (--terms 2, 3, 5), yeoh (1 to 3), ogden (1 to 4
 
 Exit codes: 0 done, 2 bad input, 3 the data do not determine every constant (which, is said).")]
 pub struct Args {
-    /// Tensile data (CSV)
-    csv: PathBuf,
+    /// Tensile data (CSV); several files are specimens of the same test
+    #[arg(required = true)]
+    csv: Vec<PathBuf>,
     /// Name of the law, e.g. neo_hookean; `all` compares every law by what it predicts, and writes compare.json only
     #[arg(long)]
     law: String,
@@ -86,7 +88,8 @@ pub struct Args {
 }
 
 pub fn main(args: Args) -> Outcome {
-    let mut request = FitRequest::new(&args.csv, &args.law);
+    let mut request = FitRequest::new(&args.csv[0], &args.law);
+    request.more = args.csv[1..].to_vec();
     request.card = args.card;
     request.columns.strain = args.strain_column;
     request.columns.stress = args.stress_column;
@@ -106,7 +109,7 @@ pub fn main(args: Args) -> Outcome {
         (None, Some(text)) => Some(Partner::Kappa(units::parse(&text, Dimension::PRESSURE)?)),
         (None, None) => None,
     };
-    let stem = args.csv.file_stem().map_or_else(|| "data".into(), |n| n.to_string_lossy().into_owned());
+    let stem = args.csv[0].file_stem().map_or_else(|| "data".into(), |n| n.to_string_lossy().into_owned());
     let out = args.out.unwrap_or_else(|| PathBuf::from("reports").join(format!("fit-{stem}")));
     if args.law == "all" {
         let table = compare(&request)?;

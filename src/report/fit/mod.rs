@@ -30,6 +30,7 @@ pub struct StoredFit {
     /// JSON has no infinity: `None` where an end is open
     pub profile: Option<Vec<[Option<f64>; 2]>>,
     pub bootstrap: Option<Bootstrap>,
+    pub scatter: Option<Scatter>,
     /// `nu` or `kappa` [Pa], as given
     pub partner: Option<std::collections::BTreeMap<String, f64>>,
     pub stability: Vec<Stable>,
@@ -63,6 +64,22 @@ pub struct Bootstrap {
     pub failed: usize,
     pub drawn: Drawn,
     pub intervals: Vec<[f64; 2]>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+pub struct Scatter {
+    pub specimens: Vec<Specimen>,
+    pub means: Vec<f64>,
+    pub deviations: Vec<f64>,
+    pub intervals: Vec<[f64; 2]>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+pub struct Specimen {
+    pub file: String,
+    pub rows: usize,
+    pub parameters: Vec<Parameter>,
+    pub level: f64,
 }
 
 /// Range in which the law is stable; amounts are λ, in simple shear γ [–].

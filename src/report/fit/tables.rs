@@ -1,7 +1,7 @@
 //! Tables of a fit.
 
 use super::super::table::Table;
-use super::{Misfit, Parameter, StoredFit, stretch};
+use super::{Misfit, Parameter, Scatter, Specimen, StoredFit, stretch};
 
 /// Rows of the table of ranges at most
 const RANGES: usize = 14;
@@ -9,6 +9,7 @@ const RANGES: usize = 14;
 pub fn all(fit: &StoredFit) -> Vec<Table> {
     let mut out = vec![parameters(fit)];
     out.extend(intervals(fit));
+    out.extend(fit.scatter.as_ref().map(|s| specimens(fit, s)));
     out.push(misfits(fit));
     if !fit.stability.is_empty() {
         out.push(stability(fit));
@@ -108,6 +109,37 @@ fn intervals(fit: &StoredFit) -> Option<Table> {
         rows: fit.parameters.iter().enumerate().map(row).collect(),
         pick: None,
     })
+}
+
+/// Each specimen alone, then their mean.
+fn specimens(fit: &StoredFit, s: &Scatter) -> Table {
+    let constants = |value: &dyn Fn(usize) -> String| {
+        let one = |(k, p): (usize, &Parameter)| format!("{} = {}", p.symbol, value(k));
+        fit.parameters.iter().enumerate().map(one).collect::<Vec<_>>().join(", ")
+    };
+    let number = |k: usize, v: f64| {
+        let (f, unit, n) = fit.parameters[k].scale();
+        format!("{:.n$}{}", f * v, if unit == "–" { String::new() } else { format!(" {unit}") })
+    };
+    let row = |one: &Specimen| {
+        let level = format!("{:.3}", one.level);
+        vec![one.file.clone(), one.rows.to_string(), level, constants(&|k| number(k, one.parameters[k].value))]
+    };
+    let mut rows: Vec<Vec<String>> = s.specimens.iter().map(row).collect();
+    let dash = || String::from("–");
+    let summary = |name: &str, value: &dyn Fn(usize) -> String| vec![name.into(), dash(), dash(), constants(value)];
+    rows.push(summary("mean", &|k| number(k, s.means[k])));
+    rows.push(summary("standard deviation", &|k| number(k, s.deviations[k])));
+    rows.push(summary("95 % of the mean", &|k| {
+        format!("{} to {}", number(k, s.intervals[k][0]), number(k, s.intervals[k][1]))
+    }));
+    Table {
+        name: "specimens",
+        caption: "Each specimen fitted alone. The level is its stresses over those of the fit to all rows.".into(),
+        columns: vec![("Specimen", "", false), ("Rows", "", true), ("Level", "", true), ("Constants", "", true)],
+        rows,
+        pick: None,
+    }
 }
 
 fn misfits(fit: &StoredFit) -> Table {
