@@ -1,4 +1,4 @@
-//! `durometer fit CSV --law LAW`
+//! `durometer fit CSV… --law LAW`
 
 use super::{INCOMPLETE, Outcome, files};
 use durometer::calibrate::{FitRequest, Loss, Mode, Partner, StrainKind, StretchRange, Weighting, compare, fit};
@@ -28,7 +28,7 @@ pub struct Args {
     /// Tensile data (CSV); several files are specimens of the same test
     #[arg(required = true)]
     csv: Vec<PathBuf>,
-    /// Name of the law, e.g. neo_hookean; `all` compares every law by what it predicts, and writes compare.json only
+    /// Name of the law, e.g. neo_hookean; `all` compares every law by what it predicts, and writes compare.json and a page only
     #[arg(long)]
     law: String,
     /// Terms of mooney_rivlin (2, 3, 5), yeoh (1 to 3), ogden (1 to 4) [default: 2, 3, 3]
@@ -115,6 +115,7 @@ pub fn main(args: Args) -> Outcome {
         let table = compare(&request)?;
         files::make_folder(&out)?;
         table.write_json(&out.join("compare.json"))?;
+        durometer::report::comparison::write(&out)?;
         println!("{}", if args.json { serde_json::to_string_pretty(&table)? } else { table.to_string() });
         return Ok(ExitCode::SUCCESS);
     }
