@@ -13,6 +13,7 @@ pub mod locking;
 pub mod mass;
 pub mod mean_dilatation;
 pub mod mixed;
+mod mixed_along;
 pub mod stiffness_damping;
 pub mod viscoelastic;
 

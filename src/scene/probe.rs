@@ -33,7 +33,7 @@ pub struct Moment<'a> {
 #[derive(Clone, Debug)]
 pub struct Mean {
     weights: Vec<(u32, f64)>,
-    origin: Vec3,
+    pub(super) origin: Vec3,
 }
 
 impl Mean {
@@ -58,8 +58,13 @@ impl Mean {
         Self { weights, origin }
     }
 
+    /// Change of the mean position with the motion dx [m].
+    pub(super) fn moved(&self, dx: &[f64]) -> Vec3 {
+        self.weights.iter().map(|&(k, w)| w * Vec3::from_column_slice(&dx[3 * k as usize..][..3])).sum()
+    }
+
     /// Mean position at displacement x [m].
-    fn at(&self, x: &[f64]) -> Vec3 {
+    pub(super) fn at(&self, x: &[f64]) -> Vec3 {
         self.weights.iter().fold(self.origin, |p, &(k, w)| p + w * Vec3::from_column_slice(&x[3 * k as usize..][..3]))
     }
 }
@@ -154,7 +159,7 @@ pub fn record_cable(cable: &NamedCable, state: &State) -> [f64; 2] {
 }
 
 /// ∫ n dA over deformed facets [m²].
-fn area_vector(mesh: &TetMesh, facets: &[u32], x: &[f64]) -> Vec3 {
+pub(super) fn area_vector(mesh: &TetMesh, facets: &[u32], x: &[f64]) -> Vec3 {
     let rule = quadrature::tri(2);
     let mut sum = Vec3::zeros();
     for &f in facets {
