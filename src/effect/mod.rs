@@ -1,6 +1,7 @@
 //! Physical contributions: one file per effect or constraint.
 
 pub mod cable;
+pub mod cavity;
 mod cell;
 pub mod damping;
 pub mod elastic;
@@ -11,6 +12,7 @@ pub mod mean_dilatation;
 pub mod mixed;
 
 pub use cable::{Cable, CableLength, CableTension, Guide};
+pub use cavity::{Cavity, CavityPressure, CavityVolume};
 pub use cell::CellPoints;
 pub use damping::{MassDamping, ViscousDamping};
 pub use elastic::Elastic;

@@ -5,7 +5,7 @@ use super::error::{SceneError, hint};
 use super::probe::Probe;
 use super::protocol::NamedSignal;
 use super::spec::{ConstraintSpec, DriveSpec, SceneSpec};
-use crate::effect::{Cable, CableLength, CableTension, CellPoints};
+use crate::effect::{Cable, CableLength, CableTension, Cavity, CellPoints};
 use crate::material::Law;
 use crate::math::signal::Signal;
 use crate::math::units::Dimension;
@@ -39,6 +39,7 @@ pub struct Scene {
     /// The same elastic effect and cables as in the system, for probes
     pub elastic: Vec<Arc<CellPoints>>,
     pub cables: Vec<NamedCable>,
+    pub cavities: Vec<NamedCavity>,
     pub probes: Vec<Probe>,
     pub spans: Vec<Span>,
     /// What is prescribed over time: shortenings, tensions, displacements, accelerations
@@ -56,14 +57,21 @@ pub struct Scene {
 pub struct NamedCable {
     pub name: String,
     pub cable: Arc<Cable>,
-    pub drive: CableDrive,
+    pub drive: Drive,
 }
 
-/// Where the tension of a cable comes from.
-pub enum CableDrive {
+/// A cavity with its drive, for probes.
+pub struct NamedCavity {
+    pub name: String,
+    pub cavity: Arc<Cavity>,
+    pub drive: Drive,
+}
+
+/// Where the tension of a cable or the pressure of a cavity comes from.
+pub enum Drive {
     /// Index of the constraint whose multiplier it is
     Multiplier(usize),
-    Tension(Signal),
+    Prescribed(Signal),
 }
 
 pub(super) fn part(
@@ -112,18 +120,31 @@ impl Scene {
                             builder.remark_shortening(name, &shortening, rest, &spans);
                             builder.keep(format!("{name}_shortening_m"), shortening.clone());
                             constraints.push(Box::new(CableLength { cable: cable.clone(), shortening, rest }));
-                            CableDrive::Multiplier(constraints.len() - 1)
+                            Drive::Multiplier(constraints.len() - 1)
                         }
                         DriveSpec::Tension(signal) => {
                             let tension = builder.signal(&place, signal, Dimension::FORCE)?;
                             builder.check_tension(&place, &tension, &spans)?;
                             builder.keep(format!("{name}_imposed_tension_N"), tension.clone());
                             effects.push(Box::new(CableTension { cable: cable.clone(), tension: tension.clone() }));
-                            CableDrive::Tension(tension)
+                            Drive::Prescribed(tension)
                         }
                     };
                     cables.push(NamedCable { name: name.clone(), cable, drive });
                 }
+                // What is held decides whether a cavity may be open
+                ConstraintSpec::Cavity { .. } => {}
+            }
+        }
+        let mut cavities = Vec::<NamedCavity>::new();
+        for (k, constraint) in spec.constraints.iter().enumerate() {
+            if let ConstraintSpec::Cavity { name, .. } = constraint {
+                let place = format!("constraint {} (cavity)", k + 1);
+                if cavities.iter().any(|c| c.name == *name) || cables.iter().any(|c| c.name == *name) {
+                    let fact = format!("another cable or cavity is called \"{name}\" too");
+                    return Err(builder.content(&place, fact, "give each a `name` of its own"));
+                }
+                cavities.push(builder.cavity(&place, constraint, &mut effects, &mut constraints)?);
             }
         }
         let Some(law) = laws.into_iter().next() else {
@@ -140,8 +161,22 @@ impl Scene {
         let system = System::with_scalars(nodes, &hosts, effects, constraints, prescribed)
             .map_err(|e| part(file, "scene", e))?;
         let title = spec.title.clone();
-        let scene =
-            Self { title, body, system, law, elastic, cables, probes, spans, signals, spec, text, remarks, no_limit };
+        let scene = Self {
+            title,
+            body,
+            system,
+            law,
+            elastic,
+            cables,
+            cavities,
+            probes,
+            spans,
+            signals,
+            spec,
+            text,
+            remarks,
+            no_limit,
+        };
         let columns = scene.columns();
         match columns.iter().enumerate().find(|(k, c)| columns[..*k].contains(c)) {
             None => Ok(scene),

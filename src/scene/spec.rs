@@ -220,6 +220,13 @@ pub enum ConstraintSpec {
         guide_radius: GuideRadius,
         drive: DriveSpec,
     },
+    /// Air or liquid behind the facets of a region
+    Cavity {
+        #[serde(default = "cavity")]
+        name: String,
+        region: String,
+        drive: CavityDriveSpec,
+    },
 }
 
 fn all_components() -> String {
@@ -228,6 +235,10 @@ fn all_components() -> String {
 
 fn cable() -> String {
     "cable".into()
+}
+
+fn cavity() -> String {
+    "cavity".into()
 }
 
 /// Radius of the guide patches, or `"point"`.
@@ -255,6 +266,14 @@ pub enum DriveSpec {
     /// Shortening of the cable at the pull point
     Length(SignalSpec),
     Tension(SignalSpec),
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum CavityDriveSpec {
+    Pressure(SignalSpec),
+    /// Growth of the volume
+    Volume(SignalSpec),
 }
 
 /// A stretch of time with one integrator.
@@ -285,7 +304,8 @@ pub enum IntegratorSpec {
     },
 }
 
-/// One recorded quantity; the kinds are the registry. Cables record tension and length by themselves.
+/// One recorded quantity; the kinds are the registry. Cables record tension and length by
+/// themselves, cavities pressure and volume.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum ProbeSpec {
