@@ -46,7 +46,16 @@ fn assembly(c: &mut Criterion) {
             group.bench_function(BenchmarkId::new(what, name), |b| {
                 b.iter(|| {
                     let rates = Rates::default();
-                    let at = At { t: 0.5, dt: 0.1, x: &state.x, v: &state.v, a: &state.a, old: &state.x, rates };
+                    let at = At {
+                        t: 0.5,
+                        dt: 0.1,
+                        x: &state.x,
+                        v: &state.v,
+                        a: &state.a,
+                        old: &state.x,
+                        history: &state.history,
+                        rates,
+                    };
                     scene.system.assemble(&at, &state.lambda, want, None, black_box(&mut sums)).expect("not inverted");
                 });
             });
@@ -64,7 +73,7 @@ fn linear(c: &mut Criterion) {
         let mut sums = scene.system.workspace();
         let rates = Rates::default();
         let rest = vec![0.0; state.x.len()];
-        let at = At { t: 0.0, dt: 0.1, x: &rest, v: &rest, a: &rest, old: &rest, rates };
+        let at = At { t: 0.0, dt: 0.1, x: &rest, v: &rest, a: &rest, old: &rest, history: &[], rates };
         scene.system.assemble(&at, &[0.0], Want::Tangent, None, &mut sums).expect("the rest state is not inverted");
         let mut factor = Factor::new(scene.system.pattern.clone());
         println!("{name}: {} unknowns, {} entries in L", scene.system.dofs.free.len(), factor.nnz());

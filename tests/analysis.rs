@@ -7,6 +7,7 @@ use durometer::study::convergence::fit::least_squares;
 use durometer::study::convergence::order::{Convergence, Triple};
 use durometer::study::convergence::{Analysis, analyse, peak};
 use durometer::study::curve::Curve;
+use durometer::study::locking;
 use durometer::study::record::*;
 use std::f64::consts::PI;
 use std::path::Path;
@@ -157,6 +158,23 @@ fn the_synthetic_study_gets_the_verdict_that_was_put_into_it() {
     assert!(tension.time_step.as_ref().expect("family").negligible);
     assert!(a.warnings.iter().any(|w| w.contains("family sizes") || w.contains("Family sizes")));
     assert_eq!(a.headline().expect("one").variant, "tension");
+}
+
+#[test]
+fn locked_cases_are_named_and_the_verdict_says_when_it_recommends_one() {
+    let (study, mut cases) = study();
+    assert!(locking::sentence(&cases).is_none());
+    let raise = |c: &mut StoredCase| {
+        c.record.locking = Some(LockingRecord { pressure_scatter: 0.81, volumetric_share: 0.2, alarm: true });
+    };
+    cases.iter_mut().filter(|c| c.record.formulation == "tet4").for_each(raise);
+    let a = analyse(&study, &cases);
+    let sentence = locking::sentence(&cases).expect("flagged cases");
+    assert!(sentence.contains("tet4") && !sentence.contains("tet10") && sentence.contains("mixed"), "{sentence}");
+    assert!(!a.verdict.contains("alarm"), "{}", a.verdict);
+    cases.iter_mut().filter(|c| c.record.formulation == "tet10").for_each(raise);
+    let a = analyse(&study, &cases);
+    assert!(a.verdict.contains("raises the locking alarm (pressure scatter 0.81)"), "{}", a.verdict);
 }
 
 #[test]

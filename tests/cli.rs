@@ -158,6 +158,34 @@ fn a_change_on_the_command_line_changes_the_result() {
     assert_eq!(imposed, 0.05);
 }
 
+/// C10 + C01λ² falls below zero at λ = 1.58, and in equibiaxial tension stability ends before, within the stretches that are looked at.
+#[test]
+fn a_law_that_loses_stability_is_remarked() {
+    let law =
+        r#"laws.rubber={ law = "mooney_rivlin", C10 = "20 kPa", C01 = "-8 kPa", nu = 0.49, volumetric = "quadratic" }"#;
+    let said = call(&["check", SCENE, "--set", law], 0);
+    assert!(said.contains("note         laws.rubber (mooney_rivlin) is not stable"), "{said}");
+    assert!(said.contains("equibiaxial at 1.2") || said.contains("equibiaxial at 1.3"), "{said}");
+    assert!(!call(&["check", SCENE], 0).contains("is not stable"));
+}
+
+/// Two rows and six constants: a law is written, with the warning, and the exit code says that it is not determined.
+#[test]
+fn an_undetermined_fit_ends_with_code_3() {
+    let (_keep, out) = folder();
+    let csv = PathBuf::from(&out).join("two.csv");
+    std::fs::create_dir_all(&out).expect("a folder");
+    std::fs::write(&csv, "stretch,nominal stress (MPa)\n1.2,0.1\n1.5,0.2\n").expect("writable");
+    let csv = csv.display().to_string();
+    let said = call(&["fit", &csv, "--law", "ogden", "--terms", "3", "--mode", "uniaxial", "--out", &out], 3);
+    assert!(said.contains("not determined by the data") && said.contains("unidentifiable"), "{said}");
+    let page = read(&PathBuf::from(&out).join("index.html"));
+    assert!(page.contains("not determined"));
+    let all =
+        call(&["fit", "data/treloar-1944/treloar-1944.csv", "--law", "all", "--mode", "planar", "--out", &out], 0);
+    assert!(all.contains("cross-mode") && PathBuf::from(&out).join("compare.json").is_file(), "{all}");
+}
+
 #[test]
 fn finished_cases_are_kept_and_done_again_only_when_asked() {
     let (_keep, out) = folder();

@@ -7,12 +7,12 @@
 
 mod common;
 
+use common::field::errors;
 use common::{DeadLoad, elastic, law, move_to, ramp, statics, surface};
 use durometer::material::{Law, Want};
 use durometer::math::tensor::{Mat3, Vec3};
-use durometer::mesh::element::{cell_gradients, cell_shape};
+use durometer::mesh::Order;
 use durometer::mesh::structured::block;
-use durometer::mesh::{Order, TetMesh, quadrature};
 use durometer::system::System;
 
 /// u, its gradient and second derivatives.
@@ -53,34 +53,11 @@ impl Wave {
         }
         b
     }
-
-    /// ‖u_h − u‖ and ‖∇u_h − ∇u‖ in L2.
-    fn errors(&self, mesh: &TetMesh, x: &[f64]) -> [f64; 2] {
-        let rule = quadrature::tet(5);
-        let mut sums = [0.0; 2];
-        for c in 0..mesh.cell_count() {
-            for (&xi, w) in rule.points.iter().zip(&rule.weights) {
-                let (jacobian, at) = (mesh.jacobian(c, xi), mesh.position(c, xi));
-                let inverse = jacobian.try_inverse().unwrap();
-                let (mut u, mut g) = (-self.u(at), -self.gradient(at));
-                let shapes = cell_shape(mesh.order, xi).into_iter().zip(cell_gradients(mesh.order, xi));
-                for (&k, (n, dn)) in mesh.cell(c).iter().zip(shapes) {
-                    let nodal = Vec3::from_column_slice(&x[3 * k as usize..][..3]);
-                    u += nodal * n;
-                    g += nodal * inverse.tr_mul(&Vec3::from(dn)).transpose();
-                }
-                let dv = w * jacobian.determinant();
-                sums[0] += dv * u.norm_squared();
-                sums[1] += dv * g.norm_squared();
-            }
-        }
-        sums.map(f64::sqrt)
-    }
 }
 
 /// Observed orders in L2 and H1 between meshes of n³ and (2n)³ boxes with inner nodes moved.
 fn orders(name: &str, amplitude: f64, order: Order, n: usize) -> [f64; 2] {
-    let errors = |n: usize| {
+    let run = |n: usize| {
         let mut mesh = block(n, n, n, 1.0, 1.0, 1.0, order);
         mesh.distort(5, 0.1);
         let (wave, law) = (Wave::new(amplitude), law(name, 1.0, 0.3));
@@ -89,9 +66,9 @@ fn orders(name: &str, amplitude: f64, order: Order, n: usize) -> [f64; 2] {
         let effects = vec![elastic(&mesh, law), Box::new(load) as _];
         let system = System::new(mesh.points.len(), effects, vec![], prescribed).unwrap();
         // 1e-10 of the internal forces: the smallest error of the fields is 1e-6.
-        wave.errors(&mesh, &statics(&mesh, &system, 1e-10, 1).0.x)
+        errors(&mesh, &statics(&mesh, &system, 1e-10, 1).0.x, |x| (wave.u(x), wave.gradient(x)))
     };
-    let (coarse, fine) = (errors(n), errors(2 * n));
+    let (coarse, fine) = (run(n), run(2 * n));
     let found = [0, 1].map(|k| f64::log2(coarse[k] / fine[k]));
     println!("{name} {order:?}: errors {fine:?} at n = {}, orders {found:?}", 2 * n);
     found

@@ -109,7 +109,10 @@ fn the_guide_names_every_key_of_a_scene_and_a_study() {
         "ElementSpec",
         "SelectorSpec",
         "EffectSpec",
+        "StiffnessSpec",
         "LumpingSpec",
+        "ModuliSpec",
+        "ArmSpec",
         "ConstraintSpec",
         "DriveSpec",
         "StageSpec",
@@ -264,6 +267,7 @@ fn command_lines_parse() {
         "data/README.md",
         "studies/finger-convergence/README.md",
         "studies/finger-dynamics/README.md",
+        "studies/finger-mass-spring/README.md",
     ];
     for page in pages {
         let calls = calls(page);
@@ -298,7 +302,7 @@ fn every_flag_is_in_the_guide() {
             .unwrap_or_else(|| panic!("the guide has no section on {command}"))
             .into();
         for flag in help.split_whitespace().filter(|w| w.starts_with("--") && w.len() > 3) {
-            let flag = flag.trim_end_matches([',', '.', ':', '=']);
+            let flag = flag.trim_end_matches([',', '.', ':', '=', ']']);
             assert!(flag == "--help" || section.contains(flag), "{command}: {flag} is not in its section of the guide");
         }
     }

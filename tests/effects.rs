@@ -10,6 +10,7 @@
 mod common;
 
 use common::{Random, distorted_cube, scene};
+use durometer::effect::Cavity;
 use durometer::material::{LAWS, Want};
 use durometer::math::tensor::Vec3;
 use durometer::mesh::Order;
@@ -40,6 +41,10 @@ fn effect_kind(spec: &EffectSpec) -> usize {
         EffectSpec::Gravity { .. } => 2,
         EffectSpec::MassDamping { .. } => 3,
         EffectSpec::ViscousDamping { .. } => 4,
+        EffectSpec::StiffnessDamping { .. } => 5,
+        EffectSpec::EdgeSprings { .. } => 6,
+        EffectSpec::EdgeDampers { .. } => 7,
+        EffectSpec::Viscoelastic { .. } => 8,
     }
 }
 
@@ -48,25 +53,66 @@ fn constraint_kind(spec: &ConstraintSpec) -> usize {
         ConstraintSpec::Fixed { .. } => 0,
         ConstraintSpec::Prescribed { .. } => 1,
         ConstraintSpec::Cable { .. } => 2,
+        ConstraintSpec::Cavity { .. } => 3,
     }
 }
 
-/// Every kind once, inertia with each lumping, the law given; moduli, densities and viscosities make forces of one size.
+/// Every kind once (the viscoelastic one where the law has an isochoric part), inertia with each lumping, springs with each
+/// stiffness, the law given; what acts on edges on tet4 only. Moduli, densities and viscosities make forces of one size.
 fn sample(law: &str, order: Order) -> Scene {
     let masses = ["consistent", "lumped", "uniform"].map(|m| {
         format!("[[effect]]\nkind = \"inertia\"\nregion = \"body\"\ndensity = \"900 kg/m^3\"\nmass = \"{m}\"\n")
     });
+    let relaxing = r#"
+[[effect]]
+kind = "viscoelastic"
+region = "body"
+law = "rubber"
+moduli = "instantaneous"
+prony = [{ g = 0.3, tau = "10 ms" }, { g = 0.2, tau = "0.1 s" }]
+"#;
+    let isochoric = LAWS.iter().any(|entry| entry.info.name == law && entry.info.isochoric);
+    let edges = match order {
+        Order::Linear => {
+            r#"
+[[effect]]
+kind = "edge_springs"
+region = "body"
+stiffness = "30 kN/m"
+[[effect]]
+kind = "edge_springs"
+region = "body"
+E = "100 kPa"
+[[effect]]
+kind = "edge_dampers"
+region = "body"
+damping = "500 N s/m"
+"#
+        }
+        Order::Quadratic => "",
+    };
     let text = format!(
         r#"
 [mesh]
 body = "block"
+[[effect]]
+kind = "stiffness_damping"
+region = "body"
+beta = "20 ms"
+stiffness = "initial"
+[[effect]]
+kind = "stiffness_damping"
+region = "body"
+beta = "20 ms"
+stiffness = "last"
 [laws.rubber]
 {}
 [[effect]]
 kind = "elastic"
 region = "body"
 law = "rubber"
-{}
+{}{}
+{edges}
 [[effect]]
 kind = "gravity"
 region = "body"
@@ -105,13 +151,24 @@ guides = [["0.3 m", "0.2 m", "0.3 m"], ["0.9 m", "0.3 m", "0.6 m"]]
 pull_point = ["-0.3 m", "0.1 m", "0.2 m"]
 guide_radius = "point"
 drive = {{ tension = {{ kind = "ramp", from = "0 N", to = "5 kN", end = "1 s" }} }}
+[[constraint]]
+kind = "cavity"
+name = "by_pressure"
+region = "xmin"
+drive = {{ pressure = {{ kind = "ramp", from = "0 kPa", to = "20 kPa", end = "1 s" }} }}
+[[constraint]]
+kind = "cavity"
+name = "by_volume"
+region = "xmin"
+drive = {{ volume = "10 ml" }}
 [[stage]]
 integrator = "bdf2"
 duration = "1 s"
 dt = "0.1 s"
 "#,
         common::example_table(law),
-        masses.concat()
+        masses.concat(),
+        if isochoric { relaxing } else { "" },
     );
     scene(distorted_cube(2, order, 0.1, 17), &text)
 }
@@ -121,12 +178,15 @@ fn over_scenes(check: impl Fn(&str, &Scene)) {
     for entry in LAWS {
         check(&format!("{} tet10", entry.info.name), &sample(entry.info.name, Order::Quadratic));
     }
-    check("neo_hookean tet4", &sample("neo_hookean", Order::Linear));
+    check("neo_hookean_split tet4", &sample("neo_hookean_split", Order::Linear));
 }
 
-/// The state before a step of an integrator, at random rates, and a displacement after it.
-fn states(integrator: Integrator, n: usize, first: bool, random: &mut Random) -> (State, Vec<f64>) {
-    let mut past = State::rest(n / 3, 0);
+/// The state before a step of an integrator, at random rates and with a random history (stresses of the size that these
+/// displacements give), and a displacement after it.
+fn states(integrator: Integrator, system: &System, first: bool, random: &mut Random) -> (State, Vec<f64>) {
+    let mut past = system.rest();
+    let n = past.x.len();
+    past.history = random.vector(past.history.len(), 5e3);
     past.x = random.vector(n, 0.03);
     past.v = random.vector(n, 1.0);
     past.a = random.vector(n, 10.0);
@@ -139,11 +199,20 @@ fn states(integrator: Integrator, n: usize, first: bool, random: &mut Random) ->
     (past, x)
 }
 
-/// What a step of an integrator sees at displacement x.
+/// What a step of an integrator sees at displacement x. One effect at most has a history: it is that of the state.
 fn with_at<T>(integrator: Integrator, past: &State, x: &[f64], use_it: impl FnOnce(&At) -> T) -> T {
     let (mut v, mut a) = (vec![0.0; x.len()], vec![0.0; x.len()]);
     integrator.kinematics(past, DT, x, &mut v, &mut a);
-    use_it(&At { t: TIME, dt: DT, x, v: &v, a: &a, old: &past.x, rates: integrator.rates(past, DT) })
+    use_it(&At {
+        t: TIME,
+        dt: DT,
+        x,
+        v: &v,
+        a: &a,
+        old: &past.x,
+        history: &past.history,
+        rates: integrator.rates(past, DT),
+    })
 }
 
 fn eval(effect: &(dyn Effect + 'static), at: &At, b: usize, want: Want) -> Local {
@@ -165,6 +234,10 @@ fn times(k: &[f64], d: &[f64]) -> Vec<f64> {
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn absolute(a: &[f64]) -> Vec<f64> {
+    a.iter().map(|a| a.abs()).collect()
 }
 
 /// D₆ of g at 0, component by component, and the size of g on the stencil.
@@ -192,13 +265,13 @@ fn along(x: &[f64], d: &[f64], s: f64) -> Vec<f64> {
 
 #[test]
 fn the_samples_cover_every_kind() {
-    let scene = sample("neo_hookean", Order::Linear);
-    let mut seen = [false; 5];
+    let scene = sample("neo_hookean_split", Order::Linear);
+    let mut seen = [false; 9];
     scene.spec.effects.iter().for_each(|e| seen[effect_kind(e)] = true);
-    assert_eq!(seen, [true; 5]);
-    let mut seen = [false; 3];
+    assert_eq!(seen, [true; 9]);
+    let mut seen = [false; 4];
     scene.spec.constraints.iter().for_each(|c| seen[constraint_kind(c)] = true);
-    assert_eq!(seen, [true; 3]);
+    assert_eq!(seen, [true; 4]);
 }
 
 /// K_e = ∂r/∂x + cv ∂r/∂v + ca ∂r/∂a, symmetric (only one triangle is stored: a wrong symmetry fails here), under every
@@ -210,7 +283,7 @@ fn tangent_is_the_derivative_of_the_residual_under_every_integrator() {
         for integrator in INTEGRATORS {
             for first in [true, false] {
                 let n = scene.system.dofs.equation.len();
-                let (past, x) = states(integrator, n, first, &mut random);
+                let (past, x) = states(integrator, &scene.system, first, &mut random);
                 let d = random.vector(n, 1.0);
                 for (e, effect) in scene.system.effects.iter().map(AsRef::as_ref).enumerate() {
                     for b in (0..effect.blocks().len()).step_by(5) {
@@ -228,16 +301,18 @@ fn tangent_is_the_derivative_of_the_residual_under_every_integrator() {
     });
 }
 
-/// Stored: r = ∂E/∂x. Load: r = s(t) ∂φ/∂x. Kinetic: E = ½v·Mv with the M of r = M a. Dissipative: E = r·(x − old).
+/// Stored: r = ∂E/∂x. Load: r = s(t) ∂φ/∂x. Kinetic: E = ½v·Mv with the M of r = M a. Dissipative: E = r·(x − old),
+/// positive over the body (a damper that turns more than it stretches may take a little of it back).
 #[test]
 fn energy_belongs_to_the_residual() {
     over_scenes(|name, scene| {
         let mut random = Random(2);
         let n = scene.system.dofs.equation.len();
         let integrator = Integrator::ImplicitEuler { linearised: false };
-        let (past, x) = states(integrator, n, true, &mut random);
+        let (past, x) = states(integrator, &scene.system, true, &mut random);
         let d = random.vector(n, 1.0);
         for (e, effect) in scene.system.effects.iter().map(AsRef::as_ref).enumerate() {
+            let mut dissipated = 0.0;
             for b in 0..effect.blocks().len() {
                 let local = gather(effect.blocks().nodes(b), &d);
                 let label = format!("{name}: effect {e} {}, block {b}", effect.name());
@@ -266,11 +341,33 @@ fn energy_belongs_to_the_residual() {
                     }
                     Role::Dissipative => {
                         let step: Vec<f64> = x.iter().zip(&past.x).map(|(x, old)| x - old).collect();
-                        let work = dot(&now.r, &gather(effect.blocks().nodes(b), &step));
-                        assert!(work > 0.0 && (work - now.energy).abs() <= 1e-13 * work, "{label}: {work}");
+                        let step = gather(effect.blocks().nodes(b), &step);
+                        let (work, size) = (dot(&now.r, &step), dot(&absolute(&now.r), &absolute(&step)));
+                        assert!((work - now.energy).abs() <= 1e-13 * size, "{label}: {work}, booked {}", now.energy);
+                        dissipated += work;
+                    }
+                    Role::Relaxing => {
+                        // With f = r − ∂E/∂x the step dissipates ½(fₙ + f)·s(x − old) at old + s(x − old): what is left
+                        // without the half of f is linear in s.
+                        let step: Vec<f64> = x.iter().zip(&past.x).map(|(x, old)| x - old).collect();
+                        let local = gather(effect.blocks().nodes(b), &step);
+                        let mut size = 0.0_f64;
+                        let mut of_the_start = |s: f64| {
+                            let at = |s: f64, want| {
+                                with_at(integrator, &past, &along(&past.x, &step, s), |at| eval(effect, at, b, want))
+                            };
+                            let (slope, error) = difference(|h| vec![at(s + h, Want::Energy).energy]);
+                            let now = at(s, Want::Residual);
+                            size = size.max(error).max(now.dissipated.abs());
+                            now.dissipated - 0.5 * s * (dot(&now.r, &local) - slope[0])
+                        };
+                        let (half, whole) = (of_the_start(0.5), of_the_start(1.0));
+                        assert!(whole != 0.0 && (whole - 2.0 * half).abs() <= BOUND * size, "{label}: {whole}, {half}");
                     }
                 }
             }
+            let name = effect.name();
+            assert!(effect.role() != Role::Dissipative || dissipated > 0.0, "{name} dissipates {dissipated} J");
         }
     });
 }
@@ -285,14 +382,16 @@ fn momentum_balances() {
         let mesh = &scene.body.mesh;
         let n = system.dofs.equation.len();
         let integrator = Integrator::ImplicitEuler { linearised: false };
-        let (past, x) = states(integrator, n, true, &mut random);
+        let (past, x) = states(integrator, &scene.system, true, &mut random);
         let uniform = Vec3::new(0.3, -0.7, 0.2);
         let field: Vec<f64> = (0..n).map(|i| uniform[i % 3]).collect();
         let volume = mesh.volume();
         for (e, effect) in system.effects.iter().map(AsRef::as_ref).enumerate() {
             let (mut force, mut moment, mut size, mut arm) = (Vec3::zeros(), Vec3::zeros(), 0.0, 0.0);
             with_at(integrator, &past, &x, |at| {
-                let at = At { v: &field, a: &field, ..*at };
+                // The uniform velocity costs a stiffness nothing: it is tested with the one of the step.
+                let v = if effect.name() == "stiffness_damping" { at.v } else { &field };
+                let at = At { v, a: &field, ..*at };
                 for b in 0..effect.blocks().len() {
                     let r = eval(effect, &at, b, Want::Residual).r;
                     for (k, &node) in effect.blocks().nodes(b).iter().enumerate() {
@@ -307,8 +406,9 @@ fn momentum_balances() {
             });
             let label = format!("{name}: effect {e} {}: Σr = {force}, Σx×r = {moment}", effect.name());
             let (expected, twistless) = match effect.name() {
-                "elastic" => (Vec3::zeros(), scene.law.info().objective),
-                "viscous_damping" => (Vec3::zeros(), true),
+                "elastic" => (Vec3::zeros(), scene.law.as_ref().expect("an elastic effect").info().objective),
+                "viscous_damping" | "viscoelastic" | "edge_springs" | "edge_dampers" => (Vec3::zeros(), true),
+                "stiffness_damping" => (Vec3::zeros(), false),
                 "inertia" => (uniform * 900.0 * volume, false),
                 "mass_damping" => (uniform * 3.0 * 900.0 * volume, false),
                 "gravity" => (Vec3::new(1.0, -2.0, 3.0).normalize() * (-1000.0 * 9.0 * volume), false),
@@ -316,6 +416,12 @@ fn momentum_balances() {
                 "by_tension" => {
                     let line = scene.cables[1].cable.polyline(&x);
                     ((line[1] - line[0]).normalize() * effect.intensity(TIME), false)
+                }
+                // A translation t changes the cones over an open surface by −⅓ t·∫n dA; so does −t of their origin.
+                "by_pressure" => {
+                    let volume = |o: Vec3| Cavity::new("c".into(), mesh, &mesh.regions["xmin"].facets, o).volume(&x);
+                    let area = Vec3::from_fn(|k, _| 3.0 * (volume(Vec3::ith(k, 1.0)) - volume(Vec3::zeros())));
+                    (area / 3.0 * effect.intensity(TIME), false)
                 }
                 other => panic!("say what the forces of {other} sum up to"),
             };
@@ -330,7 +436,7 @@ fn momentum_balances() {
 fn rate_effects_rest_in_statics() {
     let scene = sample("neo_hookean", Order::Quadratic);
     let mut random = Random(4);
-    let (past, x) = states(Integrator::Static, scene.system.dofs.equation.len(), true, &mut random);
+    let (past, x) = states(Integrator::Static, &scene.system, true, &mut random);
     for effect in
         scene.system.effects.iter().map(AsRef::as_ref).filter(|e| e.needs().velocity || e.needs().acceleration)
     {
@@ -341,7 +447,8 @@ fn rate_effects_rest_in_statics() {
         }
     }
     let rates: Vec<_> = scene.system.effects.iter().filter(|e| e.needs().velocity).map(|e| e.name()).collect();
-    assert_eq!(rates, ["inertia", "inertia", "inertia", "mass_damping", "viscous_damping"]);
+    let named = ["stiffness_damping", "stiffness_damping", "inertia", "inertia", "inertia", "mass_damping"];
+    assert_eq!(rates, [&named[..], &["viscous_damping"]].concat());
 }
 
 /// c ↔ ∂c/∂x ↔ ∂²c/∂x² of every exact row.
@@ -377,8 +484,8 @@ fn assembled_tangent_is_the_derivative_of_the_assembled_residual() {
         let mut random = Random(6);
         for integrator in INTEGRATORS {
             let n = system.dofs.equation.len();
-            let (past, x) = states(integrator, n, false, &mut random);
-            let lambda = [700.0];
+            let (past, x) = states(integrator, &scene.system, false, &mut random);
+            let lambda = [700.0, 9e3];
             let (mut free, mut held) = (random.vector(n, 1.0), random.vector(n, 1.0));
             for p in &system.prescribed {
                 free[p.dof as usize] = 0.0;

@@ -132,6 +132,7 @@ const COMMANDS: &[(&str, &[&str])] = &[
     ("command-jobs", &["run", "finger-convergence", "--jobs", "0"]),
     ("command-fit-absent", &["fit", "no-such.csv", "--law", "neo_hookean"]),
     ("command-fit-law", &["fit", "no-such.csv", "--law", "neo_hokean"]),
+    ("command-fit-terms", &["fit", "data/treloar-1944/treloar-1944.csv", "--law", "mooney_rivlin", "--terms", "4"]),
 ];
 
 #[test]

@@ -1,6 +1,6 @@
 //! What a figure of a fit needs; drawing is done elsewhere.
 
-use super::{Fittable, Mode, Residual, Sample};
+use super::{Mode, Model, Residual, Sample};
 use serde::{Deserialize, Serialize};
 
 /// Points and curves of one mode: `[λ, P]` with λ [–], P [Pa].
@@ -38,7 +38,7 @@ const POINTS: usize = 201;
 impl FitCurves {
     pub(super) fn new(
         title: String,
-        law: &Fittable,
+        model: Model,
         values: &[f64],
         samples: &[Sample],
         all: &[Residual],
@@ -57,7 +57,7 @@ impl FitCurves {
                 label: mode.name().into(),
                 fitted: own().filter(|s| is_fitted(s)).map(point).collect(),
                 held_out: own().filter(|s| !is_fitted(s)).map(point).collect(),
-                curve: (0..POINTS).map(|k| [at(k), (law.stress)(values, mode, at(k))]).collect(),
+                curve: (0..POINTS).map(|k| [at(k), model.stress(values, mode, at(k))]).collect(),
                 residuals: all.iter().filter(|r| r.mode == mode).map(|r| [r.stretch, r.residual]).collect(),
             }
         });

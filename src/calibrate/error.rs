@@ -74,10 +74,14 @@ pub enum FitError {
     #[error("{solver} did not finish ({status}) on a problem with one minimum; please report the data file")]
     Solver { solver: &'static str, status: String },
     #[error(
-        "clarabel and argmin disagree: {clarabel} and {argmin} [scaled], relative difference {difference:e} above \
-         {tolerance:e}; please report the data file"
+        "clarabel and least squares disagree: their stresses differ by {difference:e} of the data, above {tolerance:e}; please report \
+         the data file"
     )]
-    Disagree { clarabel: f64, argmin: f64, difference: f64, tolerance: f64 },
+    Disagree { difference: f64, tolerance: f64 },
+    #[error("law {law} cannot be fitted with {terms} terms; pass --terms with one of {}", list(known))]
+    Terms { law: &'static str, terms: usize, known: &'static [usize] },
+    #[error("volumetric = \"{option}\": {remedy}")]
+    Volumetric { option: String, remedy: String },
     #[error("{name} = {value}: must lie {allowed}; {remedy}")]
     Partner { name: &'static str, value: f64, allowed: &'static str, remedy: &'static str },
     #[error("{}: {message}", path.display())]

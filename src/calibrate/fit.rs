@@ -1,18 +1,21 @@
 //! From a request to a result: choose rows, fit, judge.
 
+use super::certificate::certificate;
+use super::judgement::{predictions, validity, warnings};
 use super::misfit::residuals;
-use super::neo_hookean::ROUNDING;
-use super::result::INTERVAL_ASSUMPTION;
+use super::result::interval_assumption;
+use super::solve::{LawFit, Setting, solve};
+use super::term::invariants;
 use super::{
-    AuditKind, Experiment, FitCurves, FitError, FitOptions, FitRequest, FitResult, FitWarning, Fittable, LawFit,
-    Misfit, Mode, Partner, Prediction, PredictionKind, RangeRow, Residual, Sample, StretchRange, Validity, fittable,
-    statistics,
+    Experiment, FitCurves, FitError, FitOptions, FitRequest, FitResult, Misfit, Mode, Model, RangeRow, Sample,
+    StretchRange,
 };
+use crate::material::registry;
 
 /// Reads a table and fits a law to it.
 pub fn fit(request: &FitRequest) -> Result<FitResult, FitError> {
-    // A misspelt law is refused before a file is read.
-    fittable(&request.options.law)?;
+    // A law that does not exist is refused before a file is read.
+    Model::new(&request.options.law, request.options.terms)?;
     let stated = match request.options.modes[..] {
         [one] => Some(one),
         _ => None,
@@ -23,27 +26,36 @@ pub fn fit(request: &FitRequest) -> Result<FitResult, FitError> {
 
 /// Fits a law to a table that was read already.
 pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<FitResult, FitError> {
-    let law = fittable(&options.law)?;
+    let model = Model::new(&options.law, options.terms)?;
     let partner = options.partner.map(|p| p.check()).transpose()?;
-    let modes = choose_modes(experiment, &options.modes)?;
-    let range = options.range.unwrap_or(StretchRange::ALL);
+    let volumetric = options.volumetric.as_ref().map(|v| check_volumetric(model, v)).transpose()?;
+    let choice = choose(experiment, options)?;
+    let setting = choice.setting(experiment, options, model);
+    let Choice { modes, range, fitted, stretch } = choice;
     let is_fitted = |s: &Sample| modes.contains(&s.mode) && range.contains(s.stretch) && s.is_informative();
-    let fitted: Vec<Sample> = experiment.samples.iter().copied().filter(is_fitted).collect();
-    check_rows(experiment, &modes, range, &fitted, law)?;
-    let answer = (law.fit)(&fitted)?;
-    let values: Vec<f64> = answer.estimates.iter().map(|e| e.value).collect();
-    let stress = |mode, stretch| (law.stress)(&values, mode, stretch);
+    let answer = solve(&setting, &fitted, None)?;
+    let stress = |mode, stretch| model.stress(&answer.values, mode, stretch);
     let own = residuals(&fitted, stress);
     let misfit = Misfit::of(&own).expect("the rows were counted");
     let samples: Vec<Sample> = experiment.samples.iter().copied().filter(Sample::is_informative).collect();
     let all = residuals(&samples, stress);
-    let stretch = extent(own.iter().map(|r| r.stretch));
-    let predictions = predictions(&all, &modes, range);
-    let range_dependence = range_dependence(experiment, &modes, range.from, law);
+    let range_dependence = range_dependence(experiment, &modes, range.from, &setting, &answer);
+    let largest = experiment.samples.iter().map(|s| s.stretch.max(1.0 / s.stretch)).fold(1.0, f64::max);
+    let curves = FitCurves::new(
+        format!("{} fitted to {}", model.label(), experiment.file),
+        model,
+        &answer.values,
+        &experiment.samples,
+        &all,
+        is_fitted,
+        stretch,
+    );
     let mut result = FitResult {
-        law: law.name,
-        formula: law.formula,
-        law_source: law.source,
+        law: model.law.name,
+        label: model.label(),
+        terms: model.terms,
+        formula: model.law.formula,
+        law_source: model.law.source,
         data: experiment.file.clone(),
         data_sha256: experiment.sha256.clone(),
         data_source: experiment.card.as_ref().map(|c| citation(&c.source)).filter(|c| !c.is_empty()),
@@ -51,31 +63,61 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
         asked_range: options.range,
         stretch,
         rows: fitted.len(),
-        interval_assumption: INTERVAL_ASSUMPTION,
+        weighting: options.weighting,
+        loss: options.loss,
+        parameters: answer.identified.estimates.clone(),
+        interval_assumption: interval_assumption(options.weighting, options.loss),
+        unidentified: answer.identified.directions.clone(),
+        stability: certificate(model, &answer.values, answer.modulus, largest),
         partner,
+        volumetric,
         misfit,
         validity: validity(&all, &modes, options.tolerance),
+        predictions: predictions(&all, &modes, range),
         range_spread: range_spread(&range_dependence, &answer, stretch[1]),
         range_dependence,
         solver_check: answer.check,
         warnings: vec![],
-        curves: FitCurves::new(
-            format!("{} fitted to {}", law.name, experiment.file),
-            law,
-            &values,
-            &experiment.samples,
-            &all,
-            is_fitted,
-            stretch,
-        ),
-        audit: experiment.audit.clone(),
-        parameters: answer.estimates.clone(),
-        predictions,
         residuals: own,
+        curves,
+        audit: experiment.audit.clone(),
         modes,
     };
-    result.warnings = warnings(&result, &answer, experiment, options.tolerance);
+    result.warnings = warnings(&result, &answer, model, experiment, options.tolerance);
     Ok(result)
+}
+
+/// The rows of a fit.
+pub(super) struct Choice {
+    pub modes: Vec<Mode>,
+    pub range: StretchRange,
+    pub fitted: Vec<Sample>,
+    /// Smallest and largest fitted λ
+    pub stretch: [f64; 2],
+}
+
+/// Chooses modes and rows as asked; refuses too few of them.
+pub(super) fn choose(experiment: &Experiment, options: &FitOptions) -> Result<Choice, FitError> {
+    let modes = choose_modes(experiment, &options.modes)?;
+    let range = options.range.unwrap_or(StretchRange::ALL);
+    let is_fitted = |s: &Sample| modes.contains(&s.mode) && range.contains(s.stretch) && s.is_informative();
+    let fitted: Vec<Sample> = experiment.samples.iter().copied().filter(is_fitted).collect();
+    check_rows(experiment, &modes, range, &fitted)?;
+    let stretch = extent(fitted.iter().map(|s| s.stretch));
+    Ok(Choice { modes, range, fitted, stretch })
+}
+
+impl Choice {
+    pub(super) fn setting(&self, experiment: &Experiment, options: &FitOptions, model: Model) -> Setting {
+        let invariant = |s: &Sample| invariants(s.mode.stretches(s.stretch)).0;
+        Setting {
+            model,
+            weighting: options.weighting,
+            loss: options.loss,
+            reach: experiment.samples.iter().map(invariant).fold(0.0, f64::max),
+            stable: stable_points(options.stable, &self.modes, self.stretch),
+        }
+    }
 }
 
 fn choose_modes(experiment: &Experiment, asked: &[Mode]) -> Result<Vec<Mode>, FitError> {
@@ -92,27 +134,45 @@ fn choose_modes(experiment: &Experiment, asked: &[Mode]) -> Result<Vec<Mode>, Fi
     Ok(Mode::ALL.into_iter().filter(|m| asked.contains(m)).collect())
 }
 
-fn extent(stretches: impl Iterator<Item = f64>) -> [f64; 2] {
+pub(super) fn extent(stretches: impl Iterator<Item = f64>) -> [f64; 2] {
     stretches.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], s| [a.min(s), b.max(s)])
 }
 
-/// One row more than parameters, and stretches other than 1.
-fn check_rows(
-    experiment: &Experiment,
-    modes: &[Mode],
-    range: StretchRange,
-    fitted: &[Sample],
-    law: &Fittable,
-) -> Result<(), FitError> {
-    let needed = law.parameters.len() + 1;
+/// Rows at stretches other than 1 that a fit needs, whatever the law; with fewer rows than constants the result says what they leave open.
+const ROWS: usize = 2;
+
+fn check_rows(experiment: &Experiment, modes: &[Mode], range: StretchRange, fitted: &[Sample]) -> Result<(), FitError> {
     let rows = fitted.iter().filter(|s| s.stretch != 1.0).count();
-    if rows >= needed {
+    if rows >= ROWS {
         return Ok(());
     }
     let own = experiment.samples.iter().filter(|s| modes.contains(&s.mode)).map(|s| s.stretch);
     let [data_from, data_to] = extent(own);
     let (from, to) = if range == StretchRange::ALL { (data_from, data_to) } else { (range.from, range.to) };
-    Err(FitError::TooFewRows { from, to, rows, needed, data_from, data_to })
+    Err(FitError::TooFewRows { from, to, rows, needed: ROWS, data_from, data_to })
+}
+
+fn check_volumetric(model: Model, option: &str) -> Result<String, FitError> {
+    let entry = registry::find(model.law.name).expect("laws that are fitted are laws of scenes");
+    let refuse = |remedy| Err(FitError::Volumetric { option: option.into(), remedy });
+    match entry.info.choices.iter().find(|c| c.name == "volumetric") {
+        None => refuse(format!("law {} has no choice of a volumetric part; leave it away", model.law.name)),
+        Some(c) if !c.options.contains(&option) => refuse(format!("take one of {}", c.options.join(", "))),
+        Some(_) => Ok(option.into()),
+    }
+}
+
+/// Stretches per mode at which a linear law is kept stable
+const STABLE: u32 = 201;
+
+/// As asked in every mode; else the fitted modes from rest over the fitted range.
+fn stable_points(asked: Option<StretchRange>, modes: &[Mode], fitted: [f64; 2]) -> Vec<(Mode, f64)> {
+    let (modes, [low, high]) = match asked {
+        Some(r) => (&Mode::ALL[..], [r.from.min(1.0), r.to.max(1.0)]),
+        None => (modes, [fitted[0].min(1.0), fitted[1].max(1.0)]),
+    };
+    let at = |k: u32| low * (high / low).powf(f64::from(k) / f64::from(STABLE - 1));
+    modes.iter().flat_map(|m| (0..STABLE).map(move |k| (*m, at(k)))).collect()
 }
 
 fn citation(source: &super::Source) -> String {
@@ -121,38 +181,21 @@ fn citation(source: &super::Source) -> String {
     parts.into_iter().filter(|p| !p.is_empty()).cloned().collect::<Vec<_>>().join(", ")
 }
 
-fn predictions(all: &[Residual], modes: &[Mode], range: StretchRange) -> Vec<Prediction> {
-    let mut found = Vec::new();
-    let mut add = |kind, mode, rows: Vec<Residual>| {
-        if let Some(misfit) = Misfit::of(&rows) {
-            found.push(Prediction { kind, mode, stretch: extent(rows.iter().map(|r| r.stretch)), misfit });
-        }
-    };
-    for mode in Mode::ALL {
-        let pick = |keep: &dyn Fn(&Residual) -> bool| {
-            all.iter().filter(|r| r.mode == mode && keep(r)).copied().collect::<Vec<_>>()
-        };
-        if modes.contains(&mode) {
-            add(PredictionKind::OutsideRange, mode, pick(&|r| !range.contains(r.stretch)));
-        } else {
-            add(PredictionKind::OtherModeInRange, mode, pick(&|r| range.contains(r.stretch)));
-            if range != StretchRange::ALL {
-                add(PredictionKind::OtherMode, mode, pick(&|_| true));
-            }
-        }
-    }
-    found
-}
-
 /// Rows of the range table at most
 const RANGE_ROWS: usize = 24;
 
 /// The fit repeated with every end of the range that the data offer (about 24 of them where there are more).
-fn range_dependence(experiment: &Experiment, modes: &[Mode], from: f64, law: &Fittable) -> Vec<RangeRow> {
+fn range_dependence(
+    experiment: &Experiment,
+    modes: &[Mode],
+    from: f64,
+    setting: &Setting,
+    answer: &LawFit,
+) -> Vec<RangeRow> {
     let own = |s: &&Sample| modes.contains(&s.mode) && s.stretch >= from && s.is_informative();
     let mut samples: Vec<Sample> = experiment.samples.iter().filter(own).copied().collect();
     samples.sort_by(|a, b| a.stretch.total_cmp(&b.stretch));
-    let needed = law.parameters.len() + 1;
+    let needed = setting.model.parameters().len() + 1;
     let last_of_stretch = |&n: &usize| n == samples.len() || samples[n].stretch > samples[n - 1].stretch;
     let ends: Vec<usize> = (needed..=samples.len()).filter(last_of_stretch).collect();
     let step = ends.len().div_ceil(RANGE_ROWS).max(1);
@@ -160,13 +203,13 @@ fn range_dependence(experiment: &Experiment, modes: &[Mode], from: f64, law: &Fi
     chosen
         .filter_map(|&n| {
             let part = &samples[..n];
-            let answer = (law.fit)(part).ok()?;
-            let values: Vec<f64> = answer.estimates.iter().map(|e| e.value).collect();
-            let misfit = Misfit::of(&residuals(part, |mode, stretch| (law.stress)(&values, mode, stretch)))?;
+            let found = solve(setting, part, Some(answer)).ok()?;
+            let stress = |mode, stretch| setting.model.stress(&found.values, mode, stretch);
+            let misfit = Misfit::of(&residuals(part, stress))?;
             Some(RangeRow {
                 to: part[n - 1].stretch,
                 rows: n,
-                parameters: answer.estimates,
+                parameters: found.identified.estimates,
                 rms_pa: misfit.rms_pa,
                 rms_relative: misfit.rms_relative,
             })
@@ -180,88 +223,5 @@ fn range_spread(rows: &[RangeRow], answer: &LawFit, to: f64) -> Vec<[f64; 2]> {
         let inside = rows.iter().filter(|r| r.to <= to).map(|r| r.parameters[k].value);
         extent(inside.chain([e.value]))
     };
-    answer.estimates.iter().enumerate().map(spread).collect()
-}
-
-fn validity(all: &[Residual], modes: &[Mode], tolerance: f64) -> Validity {
-    let side = |tension: bool| {
-        let on_side =
-            |r: &&Residual| modes.contains(&r.mode) && if tension { r.stretch > 1.0 } else { r.stretch < 1.0 };
-        let mut rows: Vec<_> = all.iter().filter(on_side).collect();
-        rows.sort_by(|a, b| (a.stretch - 1.0).abs().total_cmp(&(b.stretch - 1.0).abs()));
-        let (mut r2, mut p2, mut reached) = (0.0, 0.0, None);
-        for row in rows {
-            r2 += row.residual.powi(2);
-            p2 += row.measured.powi(2);
-            if r2 <= tolerance * tolerance * p2 {
-                reached = Some(row.stretch);
-            }
-        }
-        reached
-    };
-    Validity { tolerance, compression_to: side(false), tension_to: side(true) }
-}
-
-/// Each of two tests at this level: together at most 5 % false alarms [–]
-const LEVEL: f64 = 0.025;
-
-fn warnings(result: &FitResult, answer: &LawFit, experiment: &Experiment, tolerance: f64) -> Vec<FitWarning> {
-    let mut found = Vec::new();
-    let rms_relative = result.misfit.rms_relative;
-    if rms_relative > ROUNDING {
-        let signs: Vec<bool> =
-            result.residuals.iter().filter(|r| r.residual != 0.0).map(|r| r.residual > 0.0).collect();
-        let (runs, runs_p) = statistics::few_runs(&signs).unzip();
-        let departure_p = answer.departure_p;
-        if [runs_p, departure_p].into_iter().flatten().any(|p| p < LEVEL) {
-            found.push(FitWarning::Systematic { runs, runs_p, departure_p, rms_relative });
-        }
-    }
-    if rms_relative > tolerance {
-        found.push(FitWarning::Misfit { rms_relative, tolerance });
-    }
-    for p in result.predictions.iter().filter(|p| p.kind == PredictionKind::OtherModeInRange) {
-        if p.misfit.rms_relative > tolerance {
-            let Misfit { bias_relative, rms_relative, .. } = p.misfit;
-            found.push(FitWarning::CrossMode { mode: p.mode, bias_relative, rms_relative });
-        }
-    }
-    found.extend(stiffness(result, &experiment.stress_unit));
-    let doubts = experiment.audit.of(AuditKind::Doubt);
-    found.extend(doubts.map(|e| FitWarning::Data { message: e.message.clone() }));
-    found.extend(compressible(result));
-    found
-}
-
-/// Lateral stress of a compressible law that changes the slope of tension by less than this is not worth a word [–]
-const SLOPE: f64 = 0.01;
-
-/// A compressible law with the fitted μ has E = 2(1 + ν)μ in tension where the data, taken as incompressible, had 3μ.
-fn compressible(result: &FitResult) -> Option<FitWarning> {
-    let mu = result.parameters.iter().find(|p| p.name == "mu").map(|p| p.value);
-    let nu = match (result.partner, mu) {
-        (None, _) => return Some(FitWarning::NoPartner),
-        (Some(Partner::Nu(nu)), _) => nu,
-        (Some(Partner::Kappa(kappa)), Some(mu)) => (3.0 * kappa - 2.0 * mu) / (2.0 * (3.0 * kappa + mu)),
-        (Some(Partner::Kappa(_)), None) => return None,
-    };
-    let slope_relative = 2.0 * (1.0 + nu) / 3.0 - 1.0;
-    (slope_relative.abs() > SLOPE).then_some(FitWarning::Compressible { nu, slope_relative })
-}
-
-/// Shear moduli of rubbers [Pa], from the softest silicones to nearly hard compounds
-const RUBBER: std::ops::RangeInclusive<f64> = 1e3..=1e7;
-
-/// A stiffness that is none of a rubber: usually a unit that was misread.
-fn stiffness(result: &FitResult, unit: &str) -> Option<FitWarning> {
-    use crate::math::units::{Dimension, parse};
-    let mu = result.parameters.iter().find(|p| p.name == "mu")?.value;
-    if RUBBER.contains(&mu) {
-        return None;
-    }
-    let pascal = |unit: &str| parse(&format!("1 {unit}"), Dimension::PRESSURE);
-    let read_as = pascal(unit).expect("the unit was parsed when the table was read");
-    let fits = |other: &&str| pascal(other).is_ok_and(|factor| RUBBER.contains(&(mu / read_as * factor)));
-    let instead = ["MPa", "kPa", "Pa"].into_iter().find(fits);
-    Some(FitWarning::Stiffness { mu_pa: mu, unit: unit.into(), instead })
+    answer.identified.estimates.iter().enumerate().map(spread).collect()
 }

@@ -8,7 +8,7 @@
 //! data = "…"
 //! ```
 
-use super::{FitError, FitResult, Partner};
+use super::{FitError, FitResult, Loss, Partner, Weighting};
 use std::path::Path;
 use toml::{Table, Value};
 
@@ -16,7 +16,9 @@ impl FitResult {
     /// Text of the law file. Numbers have all their digits; there is no date, so that the same fit gives the same file.
     pub fn law_text(&self) -> String {
         let mut root = Table::new();
-        let quantity = |value: f64, unit: &str| Value::from(format!("{value} {unit}"));
+        // A number without a unit is written as one
+        let quantity =
+            |value: f64, unit: &str| if unit == "Pa" { Value::from(format!("{value} Pa")) } else { value.into() };
         root.insert("law".into(), self.law.into());
         for e in &self.parameters {
             root.insert(e.name.into(), quantity(e.value, e.unit));
@@ -25,6 +27,9 @@ impl FitResult {
             Some(Partner::Nu(nu)) => drop(root.insert("nu".into(), nu.into())),
             Some(Partner::Kappa(kappa)) => drop(root.insert("kappa".into(), quantity(kappa, "Pa"))),
             None => {}
+        }
+        if let Some(volumetric) = &self.volumetric {
+            root.insert("volumetric".into(), volumetric.clone().into());
         }
         let texts = |items: Vec<String>| Value::from(items);
         let mut p = Table::new();
@@ -37,17 +42,23 @@ impl FitResult {
         if let Some(range) = self.asked_range {
             p.insert("asked_stretch".into(), Value::from(vec![range.from, range.to]));
         }
+        if self.weighting == Weighting::Relative {
+            p.insert("weighting".into(), "relative".into());
+        }
+        if self.loss == Loss::Huber {
+            p.insert("loss".into(), "huber".into());
+        }
         p.insert("fitted_stretch".into(), Value::from(self.stretch.to_vec()));
         p.insert("rows".into(), i64::try_from(self.rows).expect("a table has fewer rows").into());
         for e in &self.parameters {
-            let ends = e.interval.iter().map(|x| format!("{x} {}", e.unit)).collect();
-            p.insert(format!("{}_interval", e.name), texts(ends));
+            let ends: Vec<Value> = e.interval.iter().map(|x| quantity(*x, e.unit)).collect();
+            p.insert(format!("{}_interval", e.name), ends.into());
         }
         for (e, [low, high]) in self.parameters.iter().zip(&self.range_spread) {
-            let ends = vec![format!("{low} {}", e.unit), format!("{high} {}", e.unit)];
-            p.insert(format!("{}_over_shorter_ranges", e.name), texts(ends));
+            let ends = vec![quantity(*low, e.unit), quantity(*high, e.unit)];
+            p.insert(format!("{}_over_shorter_ranges", e.name), ends.into());
         }
-        p.insert("interval".into(), self.interval_assumption.into());
+        p.insert("interval".into(), self.interval_assumption.clone().into());
         p.insert("rms".into(), quantity(self.misfit.rms_pa, "Pa"));
         p.insert("rms_relative".into(), self.misfit.rms_relative.into());
         p.insert("warnings".into(), texts(self.warnings.iter().map(ToString::to_string).collect()));

@@ -72,25 +72,86 @@ impl Partner {
     }
 }
 
+/// What counts as an error of one row.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Weighting {
+    /// Every pascal counts alike
+    Absolute,
+    /// Every per cent counts alike; below 5 % of the largest stress of the mode, every pascal
+    Relative,
+}
+
+/// How much a row far off counts.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Loss {
+    /// Its square
+    Squares,
+    /// Huber's loss: its square up to 1.345 robust standard deviations, linear beyond
+    Huber,
+}
+
+impl FromStr for Weighting {
+    type Err = String;
+    fn from_str(word: &str) -> Result<Self, String> {
+        match word {
+            "absolute" => Ok(Self::Absolute),
+            "relative" => Ok(Self::Relative),
+            _ => Err(format!("\"{word}\" is not a weighting; known: absolute, relative")),
+        }
+    }
+}
+
+impl FromStr for Loss {
+    type Err = String;
+    fn from_str(word: &str) -> Result<Self, String> {
+        match word {
+            "squares" => Ok(Self::Squares),
+            "huber" => Ok(Self::Huber),
+            _ => Err(format!("\"{word}\" is not a loss; known: squares, huber")),
+        }
+    }
+}
+
 /// What of an experiment is fitted, and to what.
 #[derive(Clone, Debug)]
 pub struct FitOptions {
     /// A name of [`super::FITS`]
     pub law: String,
+    /// `None`: the usual number of terms of the law
+    pub terms: Option<usize>,
     /// Modes fitted together; empty: the only mode of the table (several are refused)
     pub modes: Vec<Mode>,
     /// `None`: every row. No other default is defensible without knowing the use of the law; how the answer depends on
     /// the range is part of the result.
     pub range: Option<StretchRange>,
+    pub weighting: Weighting,
+    pub loss: Loss,
+    /// Stretches over which a linear law is kept stable in every mode; `None`: the fitted modes over the fitted range
+    pub stable: Option<StretchRange>,
     /// `None`: the law file lacks the constant and the scene has to add it
     pub partner: Option<Partner>,
+    /// Volumetric part of the law file; `None`: the scene has to add it
+    pub volumetric: Option<String>,
     /// Relative misfit up to which the law is said to describe the data [–]
     pub tolerance: f64,
 }
 
 impl FitOptions {
     pub fn new(law: &str) -> Self {
-        Self { law: law.into(), modes: vec![], range: None, partner: None, tolerance: 0.1 }
+        Self {
+            law: law.into(),
+            terms: None,
+            modes: vec![],
+            range: None,
+            weighting: Weighting::Absolute,
+            loss: Loss::Squares,
+            stable: None,
+            partner: None,
+            volumetric: None,
+            tolerance: 0.1,
+        }
     }
 }
 

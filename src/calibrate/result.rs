@@ -1,6 +1,9 @@
-//! The answer of a fit and what is said about it.
+//! The answer of a fit.
 
-use super::{Audit, FitCurves, FitError, Misfit, Mode, Partner, Residual, SolverCheck, StretchRange};
+use super::{
+    Audit, FitCurves, FitError, FitWarning, Loss, Misfit, Mode, Partner, Residual, SolverCheck, StableRange,
+    StretchRange, Weighting,
+};
 use serde::Serialize;
 use std::fmt;
 use std::path::Path;
@@ -13,13 +16,35 @@ pub struct Estimate {
     /// SI unit
     pub unit: &'static str,
     pub value: f64,
+    /// Infinite where the data do not determine the constant
     pub std_error: f64,
     pub interval: [f64; 2],
 }
 
+/// A change of the constants that the data do not see, or hardly.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct Direction {
+    /// `changing C10 by +1 %, C01 by −0.97 % together`, or the name of one
+    pub changes: String,
+    /// The combination that the data do see, where it is a single one
+    pub known: Option<String>,
+    /// Standard deviation along the direction, relative to the constants [–]; `None`: the rows do not see it at all
+    pub deviation: Option<f64>,
+}
+
 /// What the interval takes for granted.
-pub const INTERVAL_ASSUMPTION: &str = "95 %, Student's t: exact stretches, independent normal stress errors of one size, \
-                                       and a law that describes the range; it does not cover misfit of the law";
+pub fn interval_assumption(weighting: Weighting, loss: Loss) -> String {
+    let size = match weighting {
+        Weighting::Absolute => "of one size",
+        Weighting::Relative => "in proportion to the stress",
+    };
+    let outliers =
+        if loss == Loss::Huber { "; approximate, with the weights of Huber's loss taken as given" } else { "" };
+    format!(
+        "95 %, Student's t: exact stretches, independent normal stress errors {size}, and a law that describes the range; \
+         it does not cover misfit of the law{outliers}"
+    )
+}
 
 /// Rows that were not fitted.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
@@ -63,85 +88,13 @@ pub struct Validity {
     pub tension_to: Option<f64>,
 }
 
-/// Reasons not to take the answer at its word.
-#[derive(Clone, PartialEq, Debug, Serialize)]
-#[serde(tag = "kind", rename_all = "snake_case")]
-pub enum FitWarning {
-    /// Residuals have a pattern. p-values [–] of the two tests; one of them is below 2.5 %.
-    Systematic { runs: Option<usize>, runs_p: Option<f64>, departure_p: Option<f64>, rms_relative: f64 },
-    /// Rms misfit in the fitted range above the tolerance
-    Misfit { rms_relative: f64, tolerance: f64 },
-    /// Another mode is predicted with more than the tolerance
-    CrossMode { mode: Mode, bias_relative: f64, rms_relative: f64 },
-    /// Stiffness outside 1 kPa to 10 MPa; `instead`: the unit that would make it a rubber
-    Stiffness { mu_pa: f64, unit: String, instead: Option<&'static str> },
-    /// From the audit log
-    Data { message: String },
-    /// The compressible law is softer (or stiffer) in small tension than the data
-    Compressible { nu: f64, slope_relative: f64 },
-    /// The law file lacks a constant
-    NoPartner,
-}
-
-impl fmt::Display for FitWarning {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Systematic { runs, runs_p, departure_p, rms_relative } => {
-                write!(f, "the law does not describe this range: its residuals have a pattern (")?;
-                if let (Some(runs), Some(p)) = (runs, runs_p) {
-                    write!(f, "{runs} runs of sign, p = {p:.2e}; ")?;
-                }
-                if let Some(p) = departure_p {
-                    write!(f, "stiffness changes with stretch, p = {p:.2e}; ")?;
-                }
-                write!(
-                    f,
-                    "rms {:.2} %): the interval is too narrow and the constant depends on the range",
-                    100.0 * rms_relative
-                )
-            }
-            Self::Misfit { rms_relative, tolerance } => write!(
-                f,
-                "misfit {:.1} % rms in the fitted range is above {:.1} %: narrow --range to the stretches of the use, \
-                 or take a richer law",
-                100.0 * rms_relative,
-                100.0 * tolerance
-            ),
-            Self::CrossMode { mode, bias_relative, rms_relative } => {
-                let side = if *bias_relative < 0.0 { "low" } else { "high" };
-                write!(
-                    f,
-                    "{mode} rows in the same range are predicted {:.1} % too {side} (rms {:.1} %)",
-                    100.0 * bias_relative.abs(),
-                    100.0 * rms_relative
-                )
-            }
-            Self::Stiffness { mu_pa, unit, instead } => {
-                write!(f, "μ = {mu_pa:.4e} Pa is outside 1 kPa to 10 MPa, the range of rubbers")?;
-                match instead {
-                    Some(other) => write!(f, "; are the stresses in {other} rather than {unit}? Pass --stress-unit"),
-                    None => write!(f, "; check the stress column and its unit ({unit})"),
-                }
-            }
-            Self::Data { message } => f.write_str(message),
-            Self::Compressible { nu, slope_relative } => write!(
-                f,
-                "with nu = {nu:.4} a compressible law has the slope 2(1 + nu)mu in small tension, {:.1} % off the 3 mu of \
-                 the data, which were taken as incompressible",
-                100.0 * slope_relative
-            ),
-            Self::NoPartner => f.write_str(
-                "tests of an incompressible material do not give nu or kappa: the law file has neither, pass --nu or \
-                 add one in the scene",
-            ),
-        }
-    }
-}
-
 /// Everything about one fit. Stresses and stiffnesses in Pa, stretches [–].
 #[derive(Clone, Debug, Serialize)]
 pub struct FitResult {
     pub law: &'static str,
+    /// Name with the number of terms
+    pub label: String,
+    pub terms: usize,
     pub formula: &'static str,
     pub law_source: &'static str,
     /// File name of the table
@@ -157,9 +110,17 @@ pub struct FitResult {
     pub stretch: [f64; 2],
     /// Rows that take part; rows at λ = 1 with zero stress say nothing and are not counted
     pub rows: usize,
+    pub weighting: Weighting,
+    pub loss: Loss,
     pub parameters: Vec<Estimate>,
-    pub interval_assumption: &'static str,
+    pub interval_assumption: String,
+    /// What the data say nothing about, or hardly anything
+    pub unidentified: Vec<Direction>,
+    /// Where the law is stable, by mode
+    pub stability: Vec<StableRange>,
     pub partner: Option<Partner>,
+    /// Volumetric part of the law file, as given
+    pub volumetric: Option<String>,
     pub misfit: Misfit,
     pub validity: Validity,
     pub predictions: Vec<Prediction>,
@@ -167,7 +128,7 @@ pub struct FitResult {
     /// Smallest and largest value of each parameter over ranges that end within the fitted one: what the choice of the
     /// range does to the answer
     pub range_spread: Vec<[f64; 2]>,
-    pub solver_check: SolverCheck,
+    pub solver_check: Option<SolverCheck>,
     pub warnings: Vec<FitWarning>,
     pub residuals: Vec<Residual>,
     pub curves: FitCurves,
@@ -183,13 +144,21 @@ impl FitResult {
         std::fs::write(path, text + "\n").map_err(|source| FitError::Write { path: path.into(), source })
     }
 
+    /// False where some constant has no finite interval
+    pub fn is_determined(&self) -> bool {
+        self.parameters.iter().all(|e| e.std_error.is_finite())
+    }
+
     /// `μ = … Pa [… , …]`, one per parameter
     pub fn answer(&self) -> String {
         let one = |e: &Estimate| {
-            format!(
-                "{} = {:.5e} {} (95 % interval {:.5e} to {:.5e})",
-                e.symbol, e.value, e.unit, e.interval[0], e.interval[1]
-            )
+            let (low, high) = (e.interval[0], e.interval[1]);
+            let head = format!("{} = {:.5e} {}", e.symbol, e.value, e.unit);
+            if e.std_error.is_finite() {
+                format!("{head} (95 % interval {low:.5e} to {high:.5e})")
+            } else {
+                format!("{head} (not determined by the data)")
+            }
         };
         self.parameters.iter().map(one).collect::<Vec<_>>().join("\n")
     }
@@ -201,7 +170,7 @@ impl fmt::Display for FitResult {
         writeln!(
             f,
             "{} on {} ({}), stretch {} to {}, {} rows",
-            self.law,
+            self.label,
             self.data,
             modes.join(" + "),
             self.stretch[0],
@@ -233,6 +202,11 @@ impl fmt::Display for FitResult {
                 p.stretch[1],
                 100.0 * p.misfit.rms_relative
             )?;
+        }
+        for r in self.stability.iter().filter(|r| r.below.is_some() || r.above.is_some()) {
+            let from = r.below.map_or(format!("{:.3}", r.looked[0]), |b| format!("{b:.3} (lost)"));
+            let to = r.above.map_or(format!("{:.3}", r.looked[1]), |a| format!("{a:.3} (lost)"));
+            writeln!(f, "stable in {} from {from} to {to}", r.mode)?;
         }
         for warning in &self.warnings {
             writeln!(f, "warning: {warning}")?;

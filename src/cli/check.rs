@@ -105,12 +105,14 @@ fn describe(scene: &Scene) {
     if !own.is_empty() {
         println!("selected     {}", own.join(", "));
     }
-    let law = scene.law.info();
-    let values = law.parameters.iter().zip(scene.law.values()).map(|(p, v)| {
-        let unit = if p.dimension == durometer::math::units::Dimension::PRESSURE { " Pa" } else { "" };
-        format!("{} = {v}{unit}", p.name)
-    });
-    println!("law          {} ({})", law.name, values.collect::<Vec<_>>().join(", "));
+    if let Some(law) = &scene.law {
+        let info = law.info();
+        let values = info.parameters.iter().zip(law.values()).map(|(p, v)| {
+            let unit = if p.dimension == durometer::math::units::Dimension::PRESSURE { " Pa" } else { "" };
+            format!("{} = {v}{unit}", p.name)
+        });
+        println!("law          {} ({})", info.name, values.collect::<Vec<_>>().join(", "));
+    }
     for effect in &scene.system.effects {
         println!("effect       {} ({} blocks)", effect.name(), effect.blocks().len());
     }

@@ -1,7 +1,7 @@
 //! `durometer fit CSV --law LAW`
 
-use super::{Outcome, files};
-use durometer::calibrate::{FitRequest, Mode, Partner, StrainKind, StretchRange, fit};
+use super::{INCOMPLETE, Outcome, files};
+use durometer::calibrate::{FitRequest, Loss, Mode, Partner, StrainKind, StretchRange, Weighting, compare, fit};
 use durometer::math::units::{self, Dimension};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -14,30 +14,51 @@ use std::process::ExitCode;
 #[command(after_help = "\
 Examples:
   durometer fit data/treloar-1944/treloar-1944.csv --law neo_hookean --mode uniaxial --range 1..1.6 --nu 0.49
+  durometer fit data/treloar-1944/treloar-1944.csv --law ogden --terms 3 --modes uniaxial,equibiaxial,planar
+  durometer fit data/treloar-1944/treloar-1944.csv --law all --mode uniaxial
+  durometer fit pull.csv --law yeoh --weight relative --stable 0.6..1.6
   durometer fit pull.csv --law neo_hookean --strain-column strain --stress-column 'stress [MPa]' --stress-unit MPa
 
-A scene includes the result with:  [laws.rubber]  include = \"law.toml\"")]
+A scene includes the result with:  [laws.rubber]  include = \"law.toml\"
+Laws: neo_hookean, mooney_rivlin (--terms 2, 3, 5), yeoh (1 to 3), ogden (1 to 4), gent, arruda_boyce, veronda_westmann.
+
+Exit codes: 0 done, 2 bad input, 3 the data do not determine every constant (which, is said).")]
 pub struct Args {
     /// Tensile data (CSV)
     csv: PathBuf,
-    /// Name of the law, e.g. neo_hookean
+    /// Name of the law, e.g. neo_hookean; `all` compares every law by what it predicts, and writes compare.json only
     #[arg(long)]
     law: String,
+    /// Terms of mooney_rivlin (2, 3, 5), yeoh (1 to 3), ogden (1 to 4) [default: 2, 3, 3]
+    #[arg(long)]
+    terms: Option<usize>,
     /// Folder of the results [default: reports/fit-<name of the table>]
     #[arg(long)]
     out: Option<PathBuf>,
     /// Stretches that are fitted, e.g. 1..1.6 [default: every row]
     #[arg(long)]
     range: Option<StretchRange>,
-    /// Mode to fit: uniaxial, equibiaxial, planar; several times to fit several
-    #[arg(long)]
+    /// Mode to fit: uniaxial, equibiaxial, planar; several times, or with commas, to fit several together
+    #[arg(long, visible_alias = "modes", value_delimiter = ',')]
     mode: Vec<Mode>,
+    /// What counts alike in every row: a pascal (absolute) or a per cent (relative)
+    #[arg(long, default_value = "absolute")]
+    weight: Weighting,
+    /// squares, or huber: rows far off pull less
+    #[arg(long, default_value = "squares")]
+    loss: Loss,
+    /// Stretches over which mooney_rivlin and yeoh are kept stable in every mode [default: fitted modes, fitted range]
+    #[arg(long)]
+    stable: Option<StretchRange>,
     /// Poisson's ratio of the law file: tensile data of an incompressible fit do not give it
     #[arg(long, conflicts_with = "kappa")]
     nu: Option<f64>,
     /// Bulk modulus of the law file instead of --nu, e.g. "2 GPa"
     #[arg(long)]
     kappa: Option<String>,
+    /// Volumetric part of the law file: quadratic, logarithmic, simo_taylor; without it the scene names one
+    #[arg(long)]
+    volumetric: Option<String>,
     /// Data card [default: card.toml beside the table]
     #[arg(long)]
     card: Option<PathBuf>,
@@ -71,14 +92,26 @@ pub fn main(args: Args) -> Outcome {
     request.columns.stress_unit = args.stress_unit;
     request.options.modes = args.mode;
     request.options.range = args.range;
+    request.options.terms = args.terms;
+    request.options.weighting = args.weight;
+    request.options.loss = args.loss;
+    request.options.stable = args.stable;
+    request.options.volumetric = args.volumetric;
     request.options.partner = match (args.nu, args.kappa) {
         (Some(nu), _) => Some(Partner::Nu(nu)),
         (None, Some(text)) => Some(Partner::Kappa(units::parse(&text, Dimension::PRESSURE)?)),
         (None, None) => None,
     };
-    let result = fit(&request)?;
     let stem = args.csv.file_stem().map_or_else(|| "data".into(), |n| n.to_string_lossy().into_owned());
     let out = args.out.unwrap_or_else(|| PathBuf::from("reports").join(format!("fit-{stem}")));
+    if args.law == "all" {
+        let table = compare(&request)?;
+        files::make_folder(&out)?;
+        table.write_json(&out.join("compare.json"))?;
+        println!("{}", if args.json { serde_json::to_string_pretty(&table)? } else { table.to_string() });
+        return Ok(ExitCode::SUCCESS);
+    }
+    let result = fit(&request)?;
     files::make_folder(&out)?;
     result.write_law(&out.join("law.toml"))?;
     result.write_json(&out.join("fit.json"))?;
@@ -89,5 +122,5 @@ pub fn main(args: Args) -> Outcome {
         println!("{result}");
         println!("results: {}, report: {}", out.join("law.toml").display(), out.join("index.html").display());
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(if result.is_determined() { ExitCode::SUCCESS } else { ExitCode::from(INCOMPLETE) })
 }

@@ -4,6 +4,7 @@ use super::{INCOMPLETE, Outcome, bars::Bars, files};
 use durometer::scene::{Body, Scene, read_scene};
 use durometer::solve::Status;
 use durometer::study::fields::Fields;
+use durometer::study::locking::REMEDY;
 use durometer::study::runner::{self, Watch};
 use durometer::study::store;
 use std::path::PathBuf;
@@ -81,6 +82,10 @@ pub fn main(args: Args) -> Outcome {
     let json = serde_json::to_string_pretty(&record)?;
     store::write(&args.out.join(format!("{name}.json")), &json)?;
     bars.finished(&record, false);
+    if let Some(l) = record.locking.filter(|l| l.alarm && !args.json) {
+        let scatter = l.pressure_scatter;
+        eprintln!("locking alarm: the pressures scatter by {scatter:.2} of the deviatoric stress; {REMEDY}");
+    }
     if args.json {
         println!("{json}");
     } else {

@@ -101,7 +101,7 @@ impl Effect for ViscousDamping {
 }
 
 /// r_e·(x − old) of block `b` [J].
-fn work(blocks: &Blocks, at: &At, b: usize, out: &Local) -> f64 {
+pub(super) fn work(blocks: &Blocks, at: &At, b: usize, out: &Local) -> f64 {
     let dofs = blocks.nodes(b).iter().flat_map(|&n| 3 * n as usize..3 * n as usize + 3);
     dofs.zip(&out.r).map(|(dof, r)| r * (at.x[dof] - at.old[dof])).sum()
 }

@@ -3,7 +3,9 @@
 //! Displacement formulation: tet4 with one point, tet10 with four. tet4 locks as ν → ½.
 
 use super::cell::CellPoints;
-use crate::material::Law;
+use super::locking::Stressed;
+use crate::material::{Law, LawError, Moduli};
+use crate::math::tensor::Mat3;
 use crate::mesh::TetMesh;
 use crate::system::{At, Blocks, Effect, EvalError, Local, Role, Want};
 use std::sync::Arc;
@@ -18,11 +20,6 @@ pub struct Elastic {
 impl Elastic {
     pub fn new(name: String, mesh: &TetMesh, cells: &[u32], law: Box<dyn Law>) -> Self {
         Self { name, law, points: Arc::new(CellPoints::new(mesh, cells)) }
-    }
-
-    /// The quadrature points, for probes.
-    pub fn points(&self) -> Arc<CellPoints> {
-        self.points.clone()
     }
 }
 
@@ -50,5 +47,24 @@ impl Effect for Elastic {
             }
         }
         Ok(())
+    }
+}
+
+impl Stressed for Elastic {
+    fn points(&self) -> &Arc<CellPoints> {
+        &self.points
+    }
+
+    fn displacement_only(&self) -> bool {
+        true
+    }
+
+    fn moduli(&self) -> Moduli {
+        self.law.small_strain()
+    }
+
+    fn stress(&self, x: &[f64], b: usize) -> Result<Vec<Mat3>, LawError> {
+        let at = |q| Ok(self.law.eval(&self.points.deformation_gradient(x, b, q), Want::Residual)?.p);
+        (0..self.points.points()).map(at).collect()
     }
 }

@@ -5,8 +5,9 @@
 //! Taylor–Hood. On tet4 it is the displacement formulation itself, and is refused there.
 
 use super::cell::CellPoints;
+use super::locking::Stressed;
 use super::mixed::add_pressure_tangent;
-use crate::material::{Law, Volumetric};
+use crate::material::{Law, LawError, Moduli, Volumetric};
 use crate::math::tensor::{Mat3, cofactor, det_minus_one};
 use crate::mesh::{Order, TetMesh};
 use crate::system::{At, Blocks, Effect, EvalError, Local, Role, Want};
@@ -18,6 +19,8 @@ pub struct MeanDilatation {
     /// The law without its volumetric part
     rest: Box<dyn Law>,
     volumetric: Volumetric,
+    /// Hooke's constants of the whole law at F = I
+    hooke: Moduli,
     points: Arc<CellPoints>,
 }
 
@@ -29,14 +32,26 @@ impl MeanDilatation {
             name,
             rest,
             volumetric,
+            hooke: law.small_strain(),
             points: Arc::new(CellPoints::new(mesh, cells)),
         })
     }
 
-    /// The quadrature points, for probes.
-    pub fn points(&self) -> Arc<CellPoints> {
-        self.points.clone()
+    /// V [m³] and Ḡ [–] of block `b`.
+    fn mean_gap(&self, x: &[f64], b: usize) -> Result<(f64, f64), LawError> {
+        let (mut volume, mut sum) = (0.0, 0.0);
+        for q in 0..self.points.points() {
+            let (g, ..) = self.volumetric.gap(dilatation(&self.points.deformation_gradient(x, b, q)))?;
+            volume += self.points.weight(b, q);
+            sum += self.points.weight(b, q) * g;
+        }
+        Ok((volume, sum / volume))
     }
+}
+
+/// J − 1
+fn dilatation(f: &Mat3) -> f64 {
+    det_minus_one(&(f - Mat3::identity()))
 }
 
 impl Effect for MeanDilatation {
@@ -53,17 +68,9 @@ impl Effect for MeanDilatation {
     }
 
     fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
-        let dilatation = |f: &Mat3| det_minus_one(&(f - Mat3::identity()));
         let undefined = |e| EvalError::of_law(&self.name, self.points.cells[b] as usize, e);
         let points = self.points.points();
-        let (mut volume, mut mean) = (0.0, 0.0);
-        for q in 0..points {
-            let (g, ..) =
-                self.volumetric.gap(dilatation(&self.points.deformation_gradient(at.x, b, q))).map_err(undefined)?;
-            volume += self.points.weight(b, q);
-            mean += self.points.weight(b, q) * g;
-        }
-        mean /= volume;
+        let (volume, mean) = self.mean_gap(at.x, b).map_err(undefined)?;
         // The pressure of the cell
         let p = self.volumetric.kappa * mean;
         out.energy = 0.5 * volume * p * mean;
@@ -98,5 +105,29 @@ impl Effect for MeanDilatation {
             }
         }
         Ok(())
+    }
+}
+
+impl Stressed for MeanDilatation {
+    fn points(&self) -> &Arc<CellPoints> {
+        &self.points
+    }
+
+    fn displacement_only(&self) -> bool {
+        false
+    }
+
+    fn moduli(&self) -> Moduli {
+        self.hooke
+    }
+
+    fn stress(&self, x: &[f64], b: usize) -> Result<Vec<Mat3>, LawError> {
+        let (_, mean) = self.mean_gap(x, b)?;
+        let at = |q| {
+            let f = self.points.deformation_gradient(x, b, q);
+            let (_, dg, _) = self.volumetric.gap(dilatation(&f))?;
+            Ok(self.rest.eval(&f, Want::Residual)?.p + self.volumetric.kappa * mean * dg * cofactor(&f))
+        };
+        (0..self.points.points()).map(at).collect()
     }
 }

@@ -12,7 +12,8 @@
 //! symmetric and indefinite with one negative eigenvalue a pressure.
 
 use super::cell::CellPoints;
-use crate::material::{Law, Volumetric};
+use super::locking::Stressed;
+use crate::material::{Law, LawError, Moduli, Volumetric};
 use crate::math::tensor::{Mat3, Mat9, ZERO9, cofactor, det_minus_one};
 use crate::mesh::{Order, TetMesh, element, quadrature};
 use crate::system::{At, Blocks, Effect, EvalError, Local, Role, Want};
@@ -27,6 +28,8 @@ pub struct MixedElastic {
     /// The law without its volumetric part
     rest: Box<dyn Law>,
     volumetric: Volumetric,
+    /// Hooke's constants of the whole law at F = I
+    hooke: Moduli,
     points: Arc<CellPoints>,
     blocks: Blocks,
     /// [points × 4] N_c at the points
@@ -50,7 +53,8 @@ impl MixedElastic {
     pub fn new(name: String, mesh: &TetMesh, cells: &[u32], law: &dyn Law, first: u32) -> Option<Self> {
         let (rest, volumetric) = law.split()?;
         let kappa = volumetric.kappa;
-        let mu = law.small_strain().mu;
+        let hooke = law.small_strain();
+        let mu = hooke.mu;
         let s = mu / mesh.h();
         let hosts = pressure_hosts(mesh, cells);
         let scalar = |node: &u32| first + hosts.binary_search(node).expect("hosts are the corners") as u32;
@@ -62,12 +66,7 @@ impl MixedElastic {
         let blocks = Blocks::with_scalars(lists);
         let points = Arc::new(CellPoints::new(mesh, cells));
         let shape = points.reference().iter().map(|&xi| corner_shape(xi)).collect();
-        Some(Self { name, rest, volumetric, points, blocks, shape, compliance, s })
-    }
-
-    /// The quadrature points, for probes.
-    pub fn points(&self) -> Arc<CellPoints> {
-        self.points.clone()
+        Some(Self { name, rest, volumetric, hooke, points, blocks, shape, compliance, s })
     }
 
     /// Corner pressures p [Pa] of block `b`.
@@ -157,6 +156,31 @@ impl Effect for MixedElastic {
             }
         }
         Ok(())
+    }
+}
+
+impl Stressed for MixedElastic {
+    fn points(&self) -> &Arc<CellPoints> {
+        &self.points
+    }
+
+    fn displacement_only(&self) -> bool {
+        false
+    }
+
+    fn moduli(&self) -> Moduli {
+        self.hooke
+    }
+
+    fn stress(&self, x: &[f64], b: usize) -> Result<Vec<Mat3>, LawError> {
+        let pressures = self.pressures(x, b);
+        let at = |(q, shape): (usize, &[f64; 4])| {
+            let f = self.points.deformation_gradient(x, b, q);
+            let (_, dg, _) = self.volumetric.gap(det_minus_one(&(f - Mat3::identity())))?;
+            let p: f64 = shape.iter().zip(&pressures).map(|(n, p)| n * p).sum();
+            Ok(self.rest.eval(&f, Want::Residual)?.p + p * dg * cofactor(&f))
+        };
+        self.shape.iter().enumerate().map(at).collect()
     }
 }
 

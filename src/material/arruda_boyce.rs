@@ -19,7 +19,7 @@ use super::{LawError, LawInfo, Parameter, Response, Want, moduli};
 use crate::math::tensor::Mat3;
 
 /// c_n of the series of the inverse Langevin function.
-const SERIES: [f64; 5] = [1.0 / 2.0, 1.0 / 20.0, 11.0 / 1050.0, 19.0 / 7000.0, 519.0 / 673_750.0];
+pub const SERIES: [f64; 5] = [1.0 / 2.0, 1.0 / 20.0, 11.0 / 1050.0, 19.0 / 7000.0, 519.0 / 673_750.0];
 
 /// Keys in files; κ and ν stand for each other.
 pub const KEYS: &[Parameter] = &[

@@ -19,6 +19,7 @@ pub mod neo_hookean;
 pub mod neo_hookean_split;
 pub mod ogden;
 pub mod polar;
+pub mod prony;
 pub mod registry;
 pub mod spectral;
 pub mod split;
@@ -31,6 +32,7 @@ pub mod yeoh;
 
 pub use load_case::{Homogeneous, LoadCase, LoadCaseError};
 pub use moduli::Moduli;
+pub use prony::{Arm, Constants, Prony, PronyError};
 pub use registry::{LAWS, LawEntry, LawSpecError, law_from_table};
 pub use stability::{Instability, Limit, Stability, stability};
 pub use volumetric::{Volumetric, VolumetricKind};

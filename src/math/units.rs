@@ -24,6 +24,8 @@ impl Dimension {
     pub const ANGLE: Self = dim(0, 0, 0, 1);
     pub const FORCE: Self = dim(1, 1, -2, 0);
     pub const PRESSURE: Self = dim(-1, 1, -2, 0);
+    pub const STIFFNESS: Self = dim(0, 1, -2, 0);
+    pub const DAMPING: Self = dim(0, 1, -1, 0);
     pub const VISCOSITY: Self = dim(-1, 1, -1, 0);
     pub const DENSITY: Self = dim(-3, 1, 0, 0);
     pub const ACCELERATION: Self = dim(1, 0, -2, 0);
@@ -40,6 +42,8 @@ impl Dimension {
             Self::ANGLE => "deg",
             Self::FORCE => "N",
             Self::PRESSURE => "kPa",
+            Self::STIFFNESS => "N/m",
+            Self::DAMPING => "N s/m",
             Self::VISCOSITY => "Pa s",
             Self::DENSITY => "kg/m^3",
             Self::ACCELERATION => "m/s^2",

@@ -33,6 +33,8 @@ impl Content {
     }
 }
 
+/// What analyses the stored cases of a kind.
+pub type Analyse = fn(&Store) -> Content;
+
 /// `kind` of a study → its analysis.
-pub const KINDS: [(&str, fn(&Store) -> Content); 2] =
-    [("convergence", convergence::content), ("materials", materials::content)];
+pub const KINDS: [(&str, Analyse); 2] = [("convergence", convergence::content), ("materials", materials::content)];

@@ -5,6 +5,7 @@ use super::content::Content;
 use super::figures::Figure;
 use super::store::Store;
 use super::table::Table;
+use crate::study::locking;
 
 const STYLE: &str = "
 body{font:17px/1.5 Georgia,'Times New Roman',serif;color:#222;max-width:52rem;margin:3rem auto;padding:0 1.2rem}
@@ -26,6 +27,9 @@ pub fn html(store: &Store, content: &Content) -> String {
     let class = if content.supported { "verdict" } else { "verdict refused" };
     h += &format!("<h1>{}</h1>\n<p class=\"lead\">{}</p>\n", escape(&s.study), escape(&s.question));
     h += &format!("<p class=\"{class}\">{}</p>\n", escape(&content.verdict));
+    if let Some(alarm) = locking::sentence(&store.cases) {
+        h += &format!("<p class=\"verdict refused\">{}</p>\n", escape(&alarm));
+    }
     h += &facts(&content.facts);
     h += "<h2>Per quantity</h2>\n";
     h += &list(content.sentences.iter().cloned());
@@ -85,11 +89,13 @@ fn provenance(store: &Store) -> String {
     h += &format!("<p>Durometer {}. ", escape(&store.study.version));
     h += "Every number of this page is in <code>summary.json</code>, every curve in <code>cases/</code>; <code>durometer report</code> draws it again without running a solver.</p>\n";
     if let Some(c) = store.cases.first().map(|c| &c.record) {
-        let constants: Vec<String> = c.law.parameters.iter().map(|(k, v)| format!("{k} = {v}")).collect();
+        let law = c.law.as_ref().map_or("No law: springs".into(), |law| {
+            let constants: Vec<String> = law.parameters.iter().map(|(k, v)| format!("{k} = {v}")).collect();
+            format!("Law {} ({}, SI units)", law.name, constants.join(", "))
+        });
         h += &format!(
-            "<p>Law {} ({}, SI units), integrator {}. Effects assembled: {}.</p>\n",
-            escape(&c.law.name),
-            escape(&constants.join(", ")),
+            "<p>{}, integrator {}. Effects assembled: {}.</p>\n",
+            escape(&law),
             escape(&c.integrator),
             escape(&c.effects.iter().map(|e| e.name.as_str()).collect::<Vec<_>>().join(", "))
         );

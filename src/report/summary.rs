@@ -2,7 +2,7 @@
 
 use super::content::Content;
 use super::store::Store;
-use crate::study::record::{MeshRecord, ProbeRecord, StoredCase};
+use crate::study::record::{LockingRecord, MeshRecord, ProbeRecord, StoredCase};
 use serde::Serialize;
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
@@ -28,7 +28,8 @@ pub struct CaseSummary {
     pub variant: String,
     pub mesh: MeshRecord,
     pub formulation: String,
-    pub law: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub law: Option<String>,
     pub dt_s: f64,
     pub status: String,
     pub wall_s: f64,
@@ -39,6 +40,7 @@ pub struct CaseSummary {
     pub dofs: usize,
     pub factor_nnz: usize,
     pub effects: Vec<String>,
+    pub locking: Option<LockingRecord>,
     pub probes: BTreeMap<String, ProbeRecord>,
 }
 
@@ -51,7 +53,7 @@ impl CaseSummary {
             variant: r.variant,
             mesh: r.mesh,
             formulation: r.formulation,
-            law: r.law.name,
+            law: r.law.map(|l| l.name),
             dt_s: r.dt_s,
             status: r.status,
             wall_s: r.wall_s,
@@ -62,6 +64,7 @@ impl CaseSummary {
             dofs: r.dofs,
             factor_nnz: r.factor_nnz,
             effects: r.effects.into_iter().map(|e| e.name).collect(),
+            locking: r.locking,
             probes: r.probes,
         }
     }

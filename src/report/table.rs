@@ -3,6 +3,7 @@
 use super::error::{ReportError, write};
 use super::page::escape;
 use super::store::Store;
+use crate::study::record::CaseRecord;
 use std::path::Path;
 
 /// Columns with a heading and a unit; cells are text, ready to print.
@@ -79,6 +80,11 @@ impl Table {
     }
 }
 
+/// Megabytes (10⁶ bytes) of the values of the factor, 8 bytes an entry.
+pub fn factor_mb(r: &CaseRecord) -> f64 {
+    8e-6 * r.factor_nnz as f64
+}
+
 /// Every case of a study: mesh, outcome, peaks, cost.
 pub fn cases(store: &Store) -> Table {
     let rows = (store.cases.iter().map(|c| &c.record))
@@ -91,8 +97,13 @@ pub fn cases(store: &Store) -> Table {
                 format!("{:.3}", 1e3 * r.mesh.h_m),
                 format!("{:.2}", r.mesh.min_quality),
                 r.dofs.to_string(),
+                r.factor_nnz.to_string(),
+                format!("{:.1}", factor_mb(r)),
                 format!("{}", r.dt_s),
                 if r.converged() { r.status.clone() } else { format!("{} !", r.status) },
+                r.locking.map_or("–".into(), |l| {
+                    format!("{:.2}{}", l.pressure_scatter, if l.alarm { " alarm" } else { "" })
+                }),
                 probe("bending_angle_deg", 3),
                 probe("cable_tension_N", 4),
                 r.steps.to_string(),
@@ -112,8 +123,11 @@ pub fn cases(store: &Store) -> Table {
             ("h", "mm", true),
             ("Min quality", "", true),
             ("DOFs", "", true),
+            ("nnz(L)", "", true),
+            ("Factor", "MB", true),
             ("Δt", "s", true),
             ("Status", "", false),
+            ("Pressure scatter", "", true),
             ("Peak angle", "°", true),
             ("Peak tension", "N", true),
             ("Steps", "", true),

@@ -1,11 +1,12 @@
 //! From a [`SceneSpec`] to a [`System`]: meshes, regions, laws, effects, constraints.
 
-use super::builder::Builder;
+use super::builder::{Builder, Gathered};
+use super::comparison::limit_of_springs;
 use super::error::{SceneError, hint};
 use super::probe::Probe;
 use super::protocol::NamedSignal;
-use super::spec::{ConstraintSpec, DriveSpec, SceneSpec};
-use crate::effect::{Cable, CableLength, CableTension, Cavity, CellPoints};
+use super::spec::{ConstraintSpec, DriveSpec, EffectSpec, SceneSpec};
+use crate::effect::{Cable, CableLength, CableTension, Cavity, CellPoints, Stressed};
 use crate::material::Law;
 use crate::math::signal::Signal;
 use crate::math::units::Dimension;
@@ -34,10 +35,12 @@ pub struct Scene {
     pub title: String,
     pub body: Arc<Body>,
     pub system: System,
-    /// For the record: law name and constants of the first elastic effect
-    pub law: Box<dyn Law>,
-    /// The same elastic effect and cables as in the system, for probes
+    /// For the record: law name and constants of the first elastic effect; None where springs are all that is elastic
+    pub law: Option<Box<dyn Law>>,
+    /// Points of the cells that elastic effects and springs act on, and the cables of the system, for probes
     pub elastic: Vec<Arc<CellPoints>>,
+    /// The elastic effects, for their stresses
+    pub stressed: Vec<Arc<dyn Stressed>>,
     pub cables: Vec<NamedCable>,
     pub cavities: Vec<NamedCavity>,
     pub probes: Vec<Probe>,
@@ -89,12 +92,18 @@ impl Scene {
         builder.check_numerics(&spec.numerics)?;
         let spans = builder.spans(&spec.stages)?;
         builder.check_rates(&spec, &spans)?;
-        let (mut effects, mut elastic, mut laws) = (Vec::<Box<dyn Effect>>::new(), Vec::new(), Vec::new());
-        let mut hosts = Vec::new();
-        for (k, effect) in spec.effects.iter().enumerate() {
+        let mut gathered = Gathered::default();
+        // What damps the stiffness of other effects is built after them, and keeps its place.
+        let mut order: Vec<usize> = (0..spec.effects.len()).collect();
+        order.sort_by_key(|&k| matches!(spec.effects[k], EffectSpec::StiffnessDamping { .. }));
+        let mut built = BTreeMap::new();
+        for k in order {
+            let effect = &spec.effects[k];
             let place = format!("effect {} ({})", k + 1, effect.kind());
-            effects.push(builder.effect(&place, effect, &mut elastic, &mut hosts, &mut laws)?);
+            built.insert(k, builder.effect(&place, effect, &mut gathered)?);
         }
+        let mut effects: Vec<Box<dyn Effect>> = built.into_values().collect();
+        builder.check_viscoelastic(&spec)?;
         let (mut constraints, mut cables) = (Vec::<Box<dyn Constraint>>::new(), Vec::<NamedCable>::new());
         for (k, constraint) in spec.constraints.iter().enumerate() {
             let place = format!("constraint {} ({})", k + 1, constraint.kind());
@@ -147,15 +156,22 @@ impl Scene {
                 cavities.push(builder.cavity(&place, constraint, &mut effects, &mut constraints)?);
             }
         }
-        let Some(law) = laws.into_iter().next() else {
-            return Err(builder.content("effect", "no effect is elastic", "add an [[effect]] with kind = \"elastic\""));
-        };
+        let Gathered { stored, points: elastic, stressed, hosts, laws } = gathered;
+        if stored.is_empty() {
+            let remedy = "add an [[effect]] with kind = \"elastic\", or \"edge_springs\"";
+            return Err(builder.content("effect", "no effect is elastic", remedy));
+        }
+        builder.remark_stability(&spec, &laws);
+        let law = laws.into_iter().next();
         let probe = |(k, probe)| {
             Probe::new(probe, &body.mesh, &|name| builder.region(&format!("probe {}", k + 1), name).cloned())
         };
         let probes = spec.probes.iter().enumerate().map(probe).collect::<Result<_, _>>()?;
         builder.remark_static(&spec, &spans);
-        let no_limit = builder.remark_patches(&spec);
+        builder.remark_viscoelastic(&spec, &spans);
+        let causes = [builder.remark_patches(&spec), limit_of_springs(&spec)];
+        let causes: Vec<String> = causes.into_iter().flatten().collect();
+        let no_limit = (!causes.is_empty()).then(|| causes.join(", and "));
         let nodes = body.mesh.points.len();
         let (prescribed, signals, remarks) = builder.finish();
         let system = System::with_scalars(nodes, &hosts, effects, constraints, prescribed)
@@ -167,6 +183,7 @@ impl Scene {
             system,
             law,
             elastic,
+            stressed,
             cables,
             cavities,
             probes,

@@ -10,7 +10,7 @@ use super::spec::{
 };
 use crate::effect::{
     Cable, CellPoints, Elastic, Gravity, Guide, Inertia, Lumping, Mass, MassDamping, MeanDilatation, MixedElastic,
-    ViscousDamping, pressure_hosts,
+    Stressed, ViscousDamping, pressure_hosts,
 };
 use crate::material::{self, Law};
 use crate::math::signal::Signal;
@@ -24,6 +24,38 @@ use crate::system::{Effect, Prescribed};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+
+/// What effects leave for later ones, for the system, for probes and for the record.
+#[derive(Default)]
+pub(super) struct Gathered {
+    /// Effects that store energy, by their region
+    pub(super) stored: Vec<(String, Arc<dyn Effect>)>,
+    /// Quadrature points of their cells
+    pub(super) points: Vec<Arc<CellPoints>>,
+    /// Elastic effects, for their stresses
+    pub(super) stressed: Vec<Arc<dyn Stressed>>,
+    /// Nodes that host the second field
+    pub(super) hosts: Vec<u32>,
+    pub(super) laws: Vec<Box<dyn Law>>,
+}
+
+impl Gathered {
+    /// Shares an effect that stores energy.
+    pub(super) fn store(&mut self, region: &str, effect: impl Effect + 'static) -> Box<dyn Effect> {
+        let shared: Arc<dyn Effect> = Arc::new(effect);
+        self.stored.push((region.into(), shared.clone()));
+        Box::new(shared)
+    }
+
+    /// Shares an effect of a law with its points and stresses.
+    fn solid(&mut self, region: &str, effect: impl Effect + Stressed + 'static) -> Box<dyn Effect> {
+        let shared = Arc::new(effect);
+        self.points.push(shared.points().clone());
+        self.stressed.push(shared.clone());
+        self.stored.push((region.into(), shared.clone()));
+        Box::new(shared)
+    }
+}
 
 /// Reads the parts of a scene against its mesh.
 pub(super) struct Builder<'a> {
@@ -120,9 +152,7 @@ impl<'a> Builder<'a> {
         &mut self,
         place: &str,
         spec: &EffectSpec,
-        elastic: &mut Vec<Arc<CellPoints>>,
-        hosts: &mut Vec<u32>,
-        laws: &mut Vec<Box<dyn Law>>,
+        gathered: &mut Gathered,
     ) -> Result<Box<dyn Effect>, SceneError> {
         let body = self.body.clone();
         let mesh = &body.mesh;
@@ -138,18 +168,15 @@ impl<'a> Builder<'a> {
                 let cells = self.cells(place, region)?;
                 let (name, built) = ("elastic".to_string(), self.law(place, law)?);
                 let info = built.info().name;
-                laws.push(self.law(place, law)?);
-                let (points, effect): (_, Box<dyn Effect>) = match formulation {
-                    FormulationSpec::Displacement => {
-                        let effect = Elastic::new(name, mesh, cells, built);
-                        (effect.points(), Box::new(effect))
-                    }
+                gathered.laws.push(self.law(place, law)?);
+                match formulation {
+                    FormulationSpec::Displacement => gathered.solid(region, Elastic::new(name, mesh, cells, built)),
                     FormulationSpec::Mixed => {
-                        let first = (3 * mesh.points.len() + hosts.len()) as u32;
+                        let first = (3 * mesh.points.len() + gathered.hosts.len()) as u32;
                         let effect = MixedElastic::new(name, mesh, cells, &*built, first)
                             .ok_or_else(|| self.no_split(place, info))?;
-                        hosts.extend(pressure_hosts(mesh, cells));
-                        (effect.points(), Box::new(effect))
+                        gathered.hosts.extend(pressure_hosts(mesh, cells));
+                        gathered.solid(region, effect)
                     }
                     FormulationSpec::MeanDilatation if mesh.order == Order::Linear => {
                         let fact = "mean_dilatation on tet4 is the displacement formulation";
@@ -162,11 +189,9 @@ impl<'a> Builder<'a> {
                     FormulationSpec::MeanDilatation => {
                         let effect = MeanDilatation::new(name, mesh, cells, &*built)
                             .ok_or_else(|| self.no_split(place, info))?;
-                        (effect.points(), Box::new(effect))
+                        gathered.solid(region, effect)
                     }
-                };
-                elastic.push(points);
-                effect
+                }
             }
             EffectSpec::Inertia { region, density, mass: lumping } => {
                 Box::new(Inertia { mass: mass(region, density.0, *lumping)? })
@@ -183,6 +208,16 @@ impl<'a> Builder<'a> {
                 }
                 Box::new(ViscousDamping::new(mesh, self.cells(place, region)?, eta.0))
             }
+            EffectSpec::Viscoelastic { region, law, moduli, prony } => {
+                Box::new(self.viscoelastic(place, region, law, *moduli, prony)?)
+            }
+            EffectSpec::StiffnessDamping { region, beta, stiffness } => {
+                self.stiffness_damping(place, region, beta.0, *stiffness, gathered)?
+            }
+            EffectSpec::EdgeSprings { region, stiffness, modulus } => {
+                self.edge_springs(place, region, *stiffness, *modulus, gathered)?
+            }
+            EffectSpec::EdgeDampers { region, damping } => self.edge_dampers(place, region, damping.0)?,
             EffectSpec::Gravity { region, density, direction, acceleration } => {
                 let direction = Vec3::from(*direction);
                 if direction.norm() == 0.0 || !direction.norm().is_finite() {

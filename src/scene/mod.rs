@@ -4,6 +4,7 @@ mod body;
 mod build;
 mod builder;
 mod cavity;
+mod comparison;
 mod error;
 pub mod overrides;
 pub mod probe;
@@ -13,7 +14,9 @@ mod read;
 mod run;
 mod signal;
 pub mod spec;
+mod stable;
 mod stages;
+mod viscoelastic;
 
 pub use body::request;
 pub use build::{Body, Scene};

@@ -23,6 +23,9 @@ quantity! {
     Time = TIME,
     Angle = ANGLE,
     Density = DENSITY,
+    Modulus = PRESSURE,
+    SpringStiffness = STIFFNESS,
+    Damping = DAMPING,
     Viscosity = VISCOSITY,
     PerSecond = FREQUENCY,
 }

@@ -12,8 +12,8 @@ use toml::de::{DeTable, DeValue};
 
 /// Arrays of tables that choose by `kind`, as do the signals in them.
 const TAGGED: [&str; 3] = ["effect", "constraint", "probe"];
-/// Keys in them whose table has no `kind`: it chooses by its only key.
-const PLAIN: [&str; 1] = ["drive"];
+/// Keys in them whose tables have no `kind`: they choose by their only key, or have nothing to choose.
+const PLAIN: [&str; 2] = ["drive", "prony"];
 
 /// Reads a scene file, applies `key=value` changes and puts included laws in their place, so that the text that comes
 /// back says it all. Errors carry file, line and remedy.
@@ -108,11 +108,10 @@ fn nest_kind(value: &mut Spanned<DeValue>) {
         DeValue::Array(list) => list.iter_mut().for_each(nest_kind),
         DeValue::Table(table) => {
             for (key, inner) in table.iter_mut() {
-                match inner.get_mut() {
-                    DeValue::Table(plain) if PLAIN.contains(&key.get_ref().as_ref()) => {
-                        plain.iter_mut().for_each(|(_, v)| nest_kind(v));
-                    }
-                    _ => nest_kind(inner),
+                if PLAIN.contains(&key.get_ref().as_ref()) {
+                    nest_below(inner);
+                } else {
+                    nest_kind(inner);
                 }
             }
             let kind = match table.remove("kind").map(|k| (k.span(), k.into_inner())) {
@@ -122,6 +121,15 @@ fn nest_kind(value: &mut Spanned<DeValue>) {
             let rest = Spanned::new(span, DeValue::Table(std::mem::take(table)));
             table.insert(kind, rest);
         }
+        _ => {}
+    }
+}
+
+/// [`nest_kind`] for what stands in a table, or in a list of tables, without `kind`.
+fn nest_below(plain: &mut Spanned<DeValue>) {
+    match plain.get_mut() {
+        DeValue::Array(list) => list.iter_mut().for_each(nest_below),
+        DeValue::Table(table) => table.iter_mut().for_each(|(_, v)| nest_kind(v)),
         _ => {}
     }
 }

@@ -163,7 +163,8 @@ impl Ledger {
     fn new(system: &System, rest: &State) -> Self {
         let mut sums = system.workspace();
         let rates = Default::default();
-        let at = At { t: rest.t, dt: 1.0, x: &rest.x, v: &rest.v, a: &rest.a, old: &rest.x, rates };
+        let State { t, x, v, a, history, .. } = rest;
+        let at = At { t: *t, dt: 0.0, x, v, a, old: x, history, rates };
         // An effect that is not defined at rest stops the first step; its energy is then of no use.
         let defined = system.assemble(&at, &rest.lambda, Want::Energy, None, &mut sums).is_ok();
         let effect = if defined { sums.energy } else { vec![0.0; system.effects.len()] };
@@ -177,8 +178,9 @@ impl Ledger {
         self.energies.kinetic = 0.0;
         for (e, effect) in system.effects.iter().enumerate() {
             let energy = sums.energy[e];
+            self.energies.dissipated += sums.dissipated[e];
             match effect.role() {
-                Role::Stored => self.energies.elastic += energy,
+                Role::Stored | Role::Relaxing => self.energies.elastic += energy,
                 Role::Kinetic => self.energies.kinetic += energy,
                 Role::Dissipative => self.energies.dissipated += energy,
                 Role::Load => {

@@ -1,6 +1,8 @@
 //! A scene as it stands in a TOML file. Unknown keys are refused; there is no default physics.
 
-use super::quantity::{Angle, Density, Length, PerSecond, QuantityText, Time, Viscosity};
+use super::quantity::{
+    Angle, Damping, Density, Length, Modulus, PerSecond, QuantityText, SpringStiffness, Time, Viscosity,
+};
 use super::signal::SignalSpec;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -156,6 +158,60 @@ pub enum EffectSpec {
         region: String,
         eta: Viscosity,
     },
+    Viscoelastic {
+        region: String,
+        /// The law of the elastic effect there
+        law: String,
+        moduli: ModuliSpec,
+        prony: Vec<ArmSpec>,
+    },
+    /// Damping of the elastic effects and springs of the region of this name
+    StiffnessDamping {
+        region: String,
+        beta: Time,
+        stiffness: StiffnessSpec,
+    },
+    /// Exactly one of `stiffness` and `E`
+    EdgeSprings {
+        region: String,
+        /// The same on every edge
+        stiffness: Option<SpringStiffness>,
+        /// Young's modulus that the springs are to imitate
+        #[serde(rename = "E")]
+        modulus: Option<Modulus>,
+    },
+    EdgeDampers {
+        region: String,
+        damping: Damping,
+    },
+}
+
+/// Which modulus the constants of a law give.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub enum ModuliSpec {
+    LongTerm,
+    Instantaneous,
+}
+
+/// One term of a Prony series.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ArmSpec {
+    /// Share of the instantaneous modulus
+    pub g: f64,
+    /// Relaxation time
+    pub tau: Time,
+}
+
+/// Tangent that a stiffness-proportional damping takes.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub enum StiffnessSpec {
+    /// At rest
+    Initial,
+    /// At the start of the step
+    Last,
 }
 
 /// How a law meets the element.
@@ -172,13 +228,18 @@ pub enum FormulationSpec {
 }
 
 impl SceneSpec {
-    /// Element and formulation in one word: `tet4`, `tet10`, `tet4_up`, `tet10_up`, `tet10_p0`.
+    /// Element and formulation in one word: `tet4`, `tet10`, `tet4_up`, `tet10_up`, `tet10_p0`; `mass_spring` where springs
+    /// are all that is elastic.
     pub fn formulation(&self) -> String {
         let of = |e: &EffectSpec| match e {
             EffectSpec::Elastic { formulation, .. } => Some(*formulation),
             _ => None,
         };
-        let suffix = match self.effects.iter().find_map(of) {
+        let elastic = self.effects.iter().find_map(of);
+        if elastic.is_none() && self.effects.iter().any(|e| matches!(e, EffectSpec::EdgeSprings { .. })) {
+            return "mass_spring".into();
+        }
+        let suffix = match elastic {
             Some(FormulationSpec::Mixed) => "_up",
             Some(FormulationSpec::MeanDilatation) => "_p0",
             _ => "",

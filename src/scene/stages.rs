@@ -146,10 +146,21 @@ impl EffectSpec {
             Self::Gravity { .. } => "gravity",
             Self::MassDamping { .. } => "mass_damping",
             Self::ViscousDamping { .. } => "viscous_damping",
+            Self::Viscoelastic { .. } => "viscoelastic",
+            Self::StiffnessDamping { .. } => "stiffness_damping",
+            Self::EdgeSprings { .. } => "edge_springs",
+            Self::EdgeDampers { .. } => "edge_dampers",
         }
     }
 
     pub(super) fn needs_rates(&self) -> bool {
-        matches!(self, Self::Inertia { .. } | Self::MassDamping { .. } | Self::ViscousDamping { .. })
+        match self {
+            Self::Inertia { .. }
+            | Self::MassDamping { .. }
+            | Self::ViscousDamping { .. }
+            | Self::StiffnessDamping { .. }
+            | Self::EdgeDampers { .. } => true,
+            Self::Elastic { .. } | Self::Gravity { .. } | Self::Viscoelastic { .. } | Self::EdgeSprings { .. } => false,
+        }
     }
 }

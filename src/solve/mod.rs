@@ -4,9 +4,11 @@ mod integrator;
 mod multipliers;
 mod newton;
 mod start;
+mod step;
 mod stepper;
 
 pub use integrator::Integrator;
-pub use newton::{Failure, Newton, NewtonSettings, Solved, Step};
+pub use newton::{Failure, Newton, NewtonSettings, Solved};
 pub use start::initial_acceleration;
+pub use step::Step;
 pub use stepper::{Span, Status, StepSettings, Stepper, Totals};

@@ -1,7 +1,6 @@
 //! From step to step: predict, solve, then accept, cut or stop. A step that did not converge is never accepted.
 
-use super::newton::Step;
-use super::{Failure, Integrator, Newton, Solved};
+use super::{Failure, Integrator, Newton, Solved, Step};
 use crate::system::{EvalError, State, System};
 use std::fmt;
 

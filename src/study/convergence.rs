@@ -45,6 +45,8 @@ pub struct Analysis {
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct QuantityAnalysis {
     pub variant: String,
+    /// The variant in words
+    pub variant_label: String,
     pub quantity: Quantity,
     pub deciding: bool,
     /// Judged by its largest change, since it does not start at zero
@@ -77,7 +79,7 @@ impl QuantityAnalysis {
     /// `peak bending angle, tension control`
     pub fn title(&self) -> String {
         let what = if self.change { "largest change of" } else { "peak" };
-        format!("{what} {}, {} control", self.quantity.label, self.variant)
+        format!("{what} {}, {}", self.quantity.label, self.variant_label)
     }
 }
 
@@ -221,6 +223,7 @@ fn analyse_quantity(cases: &Cases, variant: &str, quantity: &Quantity, deciding:
     let quantity = quantity.clone();
     QuantityAnalysis {
         variant: variant.to_string(),
+        variant_label: study.label(variant),
         quantity,
         deciding,
         change,

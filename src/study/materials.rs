@@ -36,6 +36,8 @@ pub struct Analysis {
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct QuantityAnalysis {
     pub variant: String,
+    /// The variant in words
+    pub variant_label: String,
     pub quantity: Quantity,
     /// Peak under the reference law
     pub peak: f64,
@@ -83,7 +85,7 @@ pub struct Price {
 impl QuantityAnalysis {
     /// `peak cable tension, length control`
     pub fn title(&self) -> String {
-        format!("peak {}, {} control", self.quantity.label, self.variant)
+        format!("peak {}, {}", self.quantity.label, self.variant_label)
     }
 }
 
@@ -168,7 +170,14 @@ fn compare(
         })
         .collect();
     let (variant, quantity) = (variant.to_string(), quantity.clone());
-    Some(QuantityAnalysis { variant, quantity, peak: g_peak, laws, sentence: String::new() })
+    Some(QuantityAnalysis {
+        variant_label: study.label(&variant),
+        variant,
+        quantity,
+        peak: g_peak,
+        laws,
+        sentence: String::new(),
+    })
 }
 
 fn prices(study: &StudyRecord, stored: &[StoredCase], reference: &str) -> Vec<Price> {
@@ -266,7 +275,7 @@ fn verdict(a: &Analysis) -> String {
         } else {
             apart.push((
                 c.largest,
-                format!("{member} by {} in the {}, {} control", percent(c.largest), q.quantity.label, q.variant),
+                format!("{member} by {} in the {}, {}", percent(c.largest), q.quantity.label, q.variant_label),
             ));
         }
     }

@@ -3,6 +3,7 @@
 pub mod convergence;
 pub mod curve;
 pub mod fields;
+pub mod locking;
 pub mod materials;
 pub mod record;
 pub mod runner;

@@ -18,10 +18,11 @@ pub struct CaseRecord {
     #[serde(default)]
     pub member: String,
     pub mesh: MeshRecord,
-    /// `tet4`, `tet10`
+    /// `tet4`, `tet10`, `mass_spring`
     pub formulation: String,
-    /// Name of the law, with its constants in SI
-    pub law: LawRecord,
+    /// Name of the law, with its constants in SI; absent where springs are all that is elastic
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub law: Option<LawRecord>,
     pub integrator: String,
     /// Largest time step [s]
     pub dt_s: f64,
@@ -47,6 +48,9 @@ pub struct CaseRecord {
     /// Name and cost of every effect and constraint that was assembled
     pub effects: Vec<EffectRecord>,
     pub phases: PhaseRecord,
+    /// Signs of volumetric locking at the state farthest from rest; none for a body that nothing moved
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub locking: Option<LockingRecord>,
     /// Per recorded column of the CSV
     pub probes: BTreeMap<String, ProbeRecord>,
     /// What a reader should know: regions that depend on the mesh, patches smaller than the cells, …
@@ -103,6 +107,17 @@ pub struct PhaseRecord {
     pub factorisation_s: f64,
     pub solve_s: f64,
     pub output_s: f64,
+}
+
+/// Of the elastic effect whose pressures scatter most, one with an alarm first; definitions in `docs/theory/elements.md`.
+#[derive(Serialize, Deserialize, Clone, Copy, Debug, PartialEq)]
+pub struct LockingRecord {
+    /// ‖p − p*‖/‖dev τ‖ [–]
+    pub pressure_scatter: f64,
+    /// Volumetric share of the energy [–]
+    pub volumetric_share: f64,
+    /// The formulation is in displacements alone, the law nearly incompressible, and the scatter above its threshold
+    pub alarm: bool,
 }
 
 /// Peak is the value farthest from the first one; the unit is in the name of the probe (`bending_angle_deg`).
@@ -194,6 +209,9 @@ pub struct StudyRecord {
     pub quantities: BTreeMap<String, Vec<Quantity>>,
     /// Variants in the order of the report: `length`, `tension`
     pub variants: Vec<String>,
+    /// Variant → what it is in words, where it was said
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub labels: BTreeMap<String, String>,
     pub families: Vec<FamilyRecord>,
     /// The member that the others are compared with
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -202,6 +220,11 @@ pub struct StudyRecord {
 }
 
 impl StudyRecord {
+    /// A variant in words: `ν = 0.49`, or `length control`.
+    pub fn label(&self, variant: &str) -> String {
+        self.labels.get(variant).cloned().unwrap_or_else(|| format!("{variant} control"))
+    }
+
     /// Cases without a usable result: (id, what is wrong).
     pub fn incomplete(&self, stored: &[StoredCase]) -> Vec<(String, String)> {
         let mut out: Vec<(String, String)> = vec![];

@@ -1,9 +1,13 @@
 //! Runs the cases of a study side by side, skips what is done, keeps what is finished.
 
 use super::fields::Fields;
-use super::record::{CaseRecord, EffectRecord, LawRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance, Skin};
+use super::record::{
+    CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance, Skin,
+};
 use super::spec::{Case, Study};
 use super::store::{Store, StoreError};
+use crate::effect::locking::signs;
+use crate::material::Law;
 use crate::scene::{Body, Progress, Run, Scene, SceneError};
 use crate::solve::Status;
 use cpu_time::ThreadTime;
@@ -198,14 +202,17 @@ pub fn input_hash(scene: &str, mesh_sha256: &str) -> String {
     hash.finalize().iter().map(|b| format!("{b:02x}")).collect()
 }
 
+fn law_record(law: &dyn Law) -> LawRecord {
+    let info = law.info();
+    let names = info.parameters.iter().map(|p| p.name.to_string());
+    let choices = info.choices.iter().zip(law.choices()).map(|(c, chosen)| (c.name.to_string(), chosen.to_string()));
+    LawRecord { name: info.name.into(), parameters: names.zip(law.values()).collect(), choices: choices.collect() }
+}
+
 /// The record of a run; `times` are wall and CPU seconds.
 pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
     let mesh = &scene.body.mesh;
     let quality = mesh.quality();
-    let law = scene.law.info();
-    let names = law.parameters.iter().map(|p| p.name.to_string());
-    let choices =
-        law.choices.iter().zip(scene.law.choices()).map(|(c, chosen)| (c.name.to_string(), chosen.to_string()));
     let converged = run.status == Status::Converged;
     CaseRecord {
         id: String::new(),
@@ -222,11 +229,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
             source: scene.body.source.clone(),
         },
         formulation: scene.spec.formulation(),
-        law: LawRecord {
-            name: law.name.into(),
-            parameters: names.zip(scene.law.values()).collect(),
-            choices: choices.collect(),
-        },
+        law: scene.law.as_deref().map(law_record),
         integrator: scene.spans.last().map_or("static", |s| s.integrator.name()).into(),
         dt_s: scene.spans.iter().map(|s| s.dt).fold(0.0, f64::max),
         status: run.status.name().into(),
@@ -250,6 +253,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
             solve_s: run.solve.as_secs_f64(),
             output_s: 0.0,
         },
+        locking: locking(scene, run),
         probes: run.columns.iter().enumerate().skip(1).map(|(k, name)| (name.clone(), probe(run, k))).collect(),
         remarks: scene.remarks.clone(),
         no_limit: scene.no_limit.clone(),
@@ -259,6 +263,12 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
             scene: scene.text.clone(),
         },
     }
+}
+
+fn locking(scene: &Scene, run: &Run) -> Option<LockingRecord> {
+    let signs = scene.stressed.iter().filter_map(|e| signs(&**e, &run.peak.x));
+    let worst = signs.max_by(|a, b| a.alarm.cmp(&b.alarm).then(a.scatter.total_cmp(&b.scatter)))?;
+    Some(LockingRecord { pressure_scatter: worst.scatter, volumetric_share: worst.share, alarm: worst.alarm })
 }
 
 fn probe(run: &Run, column: usize) -> ProbeRecord {

@@ -60,6 +60,8 @@ impl Kind {
 #[serde(deny_unknown_fields)]
 pub struct VariantSpec {
     pub name: String,
+    /// In words, for sentences and figures; `<name> control` if absent
+    pub label: Option<String>,
     /// Changes by path
     #[serde(default)]
     pub set: toml::Table,
@@ -205,6 +207,7 @@ impl Study {
         }
         let quantities: BTreeMap<String, Vec<Quantity>> =
             spec.variants.iter().map(|v| (v.name.clone(), v.quantities.clone())).collect();
+        let named = |v: &VariantSpec| Some((v.name.clone(), v.label.clone()?));
         let record = StudyRecord {
             study: name.clone(),
             kind: spec.kind.name().into(),
@@ -213,6 +216,7 @@ impl Study {
             tolerance,
             quantities,
             variants: known,
+            labels: spec.variants.iter().filter_map(named).collect(),
             families,
             reference: spec.reference,
             version: env!("CARGO_PKG_VERSION").into(),

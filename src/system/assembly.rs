@@ -5,6 +5,7 @@
 use super::{At, Blocks, Cone, Constraint, Dofs, Effect, EvalError, Local, Prescribed, State, Want};
 use crate::math::linear::norm;
 use crate::math::sparse::SymPattern;
+use std::ops::Range;
 use std::time::{Duration, Instant};
 
 /// Why a system cannot be built.
@@ -36,6 +37,8 @@ pub struct System {
     /// Per effect, then per constraint: slot of each local entry with column ≤ row, block after block
     slots: Vec<Vec<u32>>,
     largest: usize,
+    /// Per effect: where its history lies in that of the state
+    histories: Vec<Range<usize>>,
 }
 
 /// Sums at one state.
@@ -57,6 +60,8 @@ pub struct Assembled {
     pub scale: f64,
     /// Per effect: its energy [J]
     pub energy: Vec<f64>,
+    /// Per effect: what the step dissipates [J], beside the energy of a dissipative one
+    pub dissipated: Vec<f64>,
     /// Per effect, then per constraint
     pub costs: Vec<Cost>,
 }
@@ -109,7 +114,12 @@ impl System {
         };
         let slots = blocks().map(|list| slots(&dofs, &pattern, list)).collect();
         let largest = blocks().map(Blocks::largest).max().unwrap_or(0);
-        Ok(Self { effects, constraints, prescribed, dofs, pattern, slots, largest })
+        let mut histories: Vec<Range<usize>> = Vec::new();
+        for e in &effects {
+            let start = histories.last().map_or(0, |h| h.end);
+            histories.push(start..start + e.blocks().len() * e.history());
+        }
+        Ok(Self { effects, constraints, prescribed, dofs, pattern, slots, largest, histories })
     }
 
     /// Room for the sums.
@@ -125,6 +135,7 @@ impl System {
             gradient: vec![vec![0.0; n]; self.constraints.len()],
             scale: 0.0,
             energy: vec![0.0; self.effects.len()],
+            dissipated: vec![0.0; self.effects.len()],
             costs: names.map(|n| Cost { name: n.into(), time: Duration::ZERO, evaluations: 0 }).collect(),
         }
     }
@@ -150,11 +161,14 @@ impl System {
             let mut sum = 0.0;
             let mut scatter = Scatter { system: self, list: effect.blocks(), slots: &self.slots[e], next: 0 };
             out.energy[e] = 0.0;
+            out.dissipated[e] = 0.0;
+            let at = &At { history: &at.history[self.histories[e].clone()], ..*at };
             for b in 0..effect.blocks().len() {
                 let n = effect.blocks().size(b);
                 local.reset(n, want);
                 effect.eval(at, b, want, &mut local)?;
                 out.energy[e] += local.energy;
+                out.dissipated[e] += local.dissipated;
                 sum += norm(&local.r[..n]);
                 scatter.add(b, &local, 1.0, want, increment, out);
             }
@@ -191,6 +205,19 @@ impl System {
         Ok(())
     }
 
+    /// The histories at the end of the accepted step `at` into `new`, which comes with those at its start.
+    pub fn advance(&self, at: &At, new: &mut [f64], costs: &mut [Cost]) -> Result<(), EvalError> {
+        for (e, effect) in self.effects.iter().enumerate().filter(|(_, e)| e.history() > 0) {
+            let start = Instant::now();
+            let at = At { history: &at.history[self.histories[e].clone()], ..*at };
+            for (b, new) in new[self.histories[e].clone()].chunks_exact_mut(effect.history()).enumerate() {
+                effect.advance(&at, b, new)?;
+            }
+            costs[e].time += start.elapsed();
+        }
+        Ok(())
+    }
+
     /// Residual on the free dofs, [equations].
     pub fn restrict(&self, full: &[f64]) -> Vec<f64> {
         self.dofs.free.iter().map(|&dof| full[dof as usize]).collect()
@@ -200,7 +227,8 @@ impl System {
     pub fn rest(&self) -> State {
         let zero = vec![0.0; self.dofs.equation.len()];
         let lambda = vec![0.0; self.constraints.len()];
-        State { t: 0.0, x: zero.clone(), v: zero.clone(), a: zero, lambda, memory: Vec::new(), dt: 0.0 }
+        let history = vec![0.0; self.histories.last().map_or(0, |h| h.end)];
+        State { t: 0.0, x: zero.clone(), v: zero.clone(), a: zero, lambda, memory: Vec::new(), dt: 0.0, history }
     }
 
     /// Equations of the second field: so many negative pivots belong to a stable equilibrium.

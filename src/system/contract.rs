@@ -20,6 +20,8 @@ pub struct State {
     pub memory: Vec<f64>,
     /// Last accepted step [s], 0 at the start
     pub dt: f64,
+    /// What the effects remember, effect by effect and block by block; zero at rest, empty if none remembers
+    pub history: Vec<f64>,
 }
 
 impl State {
@@ -34,6 +36,7 @@ impl State {
             lambda: vec![0.0; constraints],
             memory: Vec::new(),
             dt: 0.0,
+            history: Vec::new(),
         }
     }
 }
@@ -56,6 +59,8 @@ pub struct At<'a> {
     pub a: &'a [f64],
     /// x at the start of the step
     pub old: &'a [f64],
+    /// History at the start of the step: of the whole state for a system, [blocks × [`Effect::history`]] for an effect
+    pub history: &'a [f64],
     pub rates: Rates,
 }
 
@@ -136,6 +141,8 @@ impl Blocks {
 pub struct Local {
     /// Π_e [J], or the share of g
     pub energy: f64,
+    /// What the step dissipates [J], of a [`Role::Relaxing`]
+    pub dissipated: f64,
     /// [n] r_e = ∂Π_e/∂x_e [N]
     pub r: Vec<f64>,
     /// [n × n] row by row; only entries with column ≤ row are read. K_e = ∂r/∂x + cv ∂r/∂v + ca ∂r/∂a [N/m]
@@ -144,11 +151,12 @@ pub struct Local {
 
 impl Local {
     pub fn new(n: usize) -> Self {
-        Self { energy: 0.0, r: vec![0.0; n], k: vec![0.0; n * n] }
+        Self { energy: 0.0, dissipated: 0.0, r: vec![0.0; n], k: vec![0.0; n * n] }
     }
 
     pub(super) fn reset(&mut self, n: usize, want: Want) {
         self.energy = 0.0;
+        self.dissipated = 0.0;
         self.r[..n].fill(0.0);
         if want == Want::Tangent {
             self.k[..n * n].fill(0.0);
@@ -165,6 +173,8 @@ pub enum EvalError {
     Locked { effect: String, cell: usize, i: f64, limit: f64 },
     /// Two consecutive guides coincide: the direction of the cable is undefined
     Degenerate { effect: String, segment: usize },
+    /// The two nodes of an edge coincide: its direction is undefined
+    Coincident { effect: String, nodes: [u32; 2] },
 }
 
 impl fmt::Display for EvalError {
@@ -180,6 +190,7 @@ impl fmt::Display for EvalError {
             Self::Degenerate { effect, segment } => {
                 write!(f, "{effect}: the ends of segment {segment} coincide")
             }
+            Self::Coincident { effect, nodes: [i, j] } => write!(f, "{effect}: nodes {i} and {j} coincide"),
         }
     }
 }
@@ -211,10 +222,18 @@ pub trait Effect: Send + Sync {
     fn intensity(&self, _t: f64) -> f64 {
         1.0
     }
+    /// Numbers that each block carries from step to step, zero at rest
+    fn history(&self) -> usize {
+        0
+    }
+    /// The history of block `b` at the end of the accepted step `at`. `new` [history] comes with the one at its start.
+    fn advance(&self, _at: &At, _b: usize, _new: &mut [f64]) -> Result<(), EvalError> {
+        Ok(())
+    }
 }
 
-/// A shared effect, which probes look at too.
-impl<E: Effect> Effect for std::sync::Arc<E> {
+/// A shared effect, which probes or other effects look at too.
+impl<E: Effect + ?Sized> Effect for std::sync::Arc<E> {
     fn name(&self) -> &str {
         (**self).name()
     }
@@ -233,6 +252,12 @@ impl<E: Effect> Effect for std::sync::Arc<E> {
     fn intensity(&self, t: f64) -> f64 {
         (**self).intensity(t)
     }
+    fn history(&self) -> usize {
+        (**self).history()
+    }
+    fn advance(&self, at: &At, b: usize, new: &mut [f64]) -> Result<(), EvalError> {
+        (**self).advance(at, b, new)
+    }
 }
 
 /// Place of an effect in the energy balance.
@@ -244,6 +269,8 @@ pub enum Role {
     Kinetic,
     /// Energy: what the step dissipates, r·(x − old)
     Dissipative,
+    /// Energy ψ, stored; what r has beyond ∂ψ/∂x fades, and its work over the step is `Local::dissipated`
+    Relaxing,
     /// Energy φ per unit intensity, r = s(t) ∂φ/∂x: the load does the work −∫ s dφ
     Load,
 }

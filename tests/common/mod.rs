@@ -3,6 +3,11 @@
 // Each test binary uses a part of it.
 #![allow(dead_code)]
 
+pub mod cook;
+pub mod field;
+pub mod formulation;
+pub mod mapped;
+
 use durometer::effect::Elastic;
 use durometer::material::{Law, registry};
 use durometer::math::signal::Signal;
@@ -31,6 +36,12 @@ impl Random {
     /// Uniform in [−size, size].
     pub fn around(&mut self, size: f64) -> f64 {
         size * (2.0 * self.unit() - 1.0)
+    }
+
+    /// Standard normal, by Box & Muller.
+    pub fn normal(&mut self) -> f64 {
+        let (u, v) = (1.0 - self.unit(), self.unit());
+        (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
     }
 
     pub fn vector(&mut self, n: usize, size: f64) -> Vec<f64> {
@@ -165,17 +176,30 @@ impl DeadLoad {
     pub fn traction(mesh: &TetMesh, region: &str, intensity: Signal, force: Vec3) -> Self {
         let facets = &mesh.regions[region].facets;
         let traction = force / mesh.region_area(facets);
+        Self::surface(mesh, facets, intensity, |_, _| traction)
+    }
+
+    /// ∫ N_a t(X, N) dA over facets with the degree-4 rule, N the outward unit normal.
+    pub fn surface(mesh: &TetMesh, facets: &[u32], intensity: Signal, t: impl Fn(Vec3, Vec3) -> Vec3) -> Self {
         let rule = quadrature::tri(4);
         let mut nodal = vec![Vec3::zeros(); mesh.points.len()];
         for &f in facets {
             for (&xi, w) in rule.points.iter().zip(&rule.weights) {
-                let area = w * mesh.facet_normal(f as usize, xi).norm();
-                for (&k, n) in mesh.facet(f as usize).iter().zip(facet_shape(mesh.order, xi)) {
-                    nodal[k as usize] += traction * (area * n);
+                let (normal, shape) = (mesh.facet_normal(f as usize, xi), facet_shape(mesh.order, xi));
+                let area = normal.norm();
+                let at = mesh.facet(f as usize).iter().zip(shape).map(|(&k, n)| mesh.points[k as usize] * n).sum();
+                let force = t(at, normal / area) * (w * area);
+                for (&k, n) in mesh.facet(f as usize).iter().zip(shape) {
+                    nodal[k as usize] += force * n;
                 }
             }
         }
         Self::new(&nodal, intensity)
+    }
+
+    /// The nodes and their forces at intensity 1 [N].
+    pub fn forces(&self) -> impl Iterator<Item = (u32, Vec3)> {
+        (0..self.blocks.len()).map(|b| (self.blocks.nodes(b)[0], Vec3::from_column_slice(&self.force[3 * b..][..3])))
     }
 }
 

@@ -3,7 +3,7 @@
 use super::{GenerateError, Workshop};
 use serde::Deserialize;
 use std::collections::{BTreeMap, VecDeque};
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{BufRead, BufReader, Read, Seek, Write};
 use std::path::Path;
 use std::process::{Command, ExitStatus, Stdio};
 
@@ -40,13 +40,14 @@ struct Output {
 
 /// Runs a command to its end; every line of stderr goes to `progress` as it comes.
 fn run(command: &mut Command, input: &str, progress: &mut dyn FnMut(&str)) -> std::io::Result<Output> {
-    command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    // From a file: a process that dies before it has read all must not take this one with it (SIGPIPE).
+    let mut stdin = tempfile::tempfile()?;
+    stdin.write_all(input.as_bytes())?;
+    stdin.rewind()?;
+    command.stdin(stdin).stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut child = command.spawn()?;
-    let (mut stdin, mut stdout) = (child.stdin.take().expect("piped"), child.stdout.take().expect("piped"));
+    let mut stdout = child.stdout.take().expect("piped");
     let stderr = child.stderr.take().expect("piped");
-    let input = input.to_string();
-    // A process that dies early closes its end: its exit code says more than the broken pipe.
-    let writer = std::thread::spawn(move || stdin.write_all(input.as_bytes()).ok());
     let reader = std::thread::spawn(move || {
         let mut bytes = Vec::new();
         stdout.read_to_end(&mut bytes).ok();
@@ -62,7 +63,6 @@ fn run(command: &mut Command, input: &str, progress: &mut dyn FnMut(&str)) -> st
         lines.push_back(line);
     }
     let stdout = reader.join().expect("reading does not panic");
-    writer.join().expect("writing does not panic");
     Ok(Output { status: child.wait()?, stdout, lines: lines.into() })
 }
 

@@ -1,5 +1,6 @@
 //! Report of a convergence study.
 
+mod costs;
 mod summary;
 mod tables;
 
@@ -21,7 +22,11 @@ pub fn content(store: &Store) -> Content {
         analysis: summary::headline(&analysis),
         answer: ("Which mesh, at what price", tables::settings(&analysis)),
         tables: vec![tables::quantities(&analysis)],
-        folded: vec![("Every case", table::cases(store)), ("Curves, case by case", tables::curves(&analysis))],
+        folded: vec![
+            ("Every case", table::cases(store)),
+            ("What a digit costs", costs::table(store, &analysis)),
+            ("Curves, case by case", tables::curves(&analysis)),
+        ],
         figures: figures::convergence(store, &analysis),
     }
 }

@@ -81,7 +81,8 @@ pub fn draw(store: &Store, analysis: &Analysis, variant: &str) -> Option<Figure>
     let orders = if words.is_empty() { String::new() } else { format!(" {}.", capital(&words.join("; "))) };
     let star = if sizes < cases.len() { " The curve with a star is the advised setting." } else { "" };
     let caption = format!(
-        "Cable {variant} control, family {}: the meshes (element and cells) over time (top) and their difference to the Richardson curve of the family (bottom).{star}{orders}",
+        "{}, family {}: the meshes (element and cells) over time (top) and their difference to the Richardson curve of the family (bottom).{star}{orders}",
+        capital(&store.study.label(variant)),
         family.name
     );
     Some(Figure { name: format!("curves-{variant}"), svg, caption })

@@ -12,7 +12,7 @@ use crate::study::record::{CaseRecord, Role};
 use crate::study::words::capital;
 use plotters::style::Color;
 
-const UNRESOLVED: RGB = RGB(0xee, 0xee, 0xee);
+pub(super) const UNRESOLVED: RGB = RGB(0xee, 0xee, 0xee);
 const LEFT: f64 = 14.0;
 const GAP: f64 = 16.0;
 const TOP: f64 = 6.0;
@@ -38,7 +38,7 @@ fn dots<'a>(store: &'a Store, analysis: &Analysis, q: &QuantityAnalysis) -> Vec<
         .collect()
 }
 
-fn style(family: usize) -> (Mark, RGB) {
+pub(super) fn style(family: usize) -> (Mark, RGB) {
     (MARKS[family % MARKS.len()], PALETTE[family % PALETTE.len()])
 }
 
@@ -95,7 +95,7 @@ fn percent_axis(q: &QuantityAnalysis, dots: &[Dot], tolerance: f64, bars: bool, 
 }
 
 /// What is below U(f*) is not resolved, what is below the tolerance is good enough.
-fn levels(plot: &Plot, q: &QuantityAnalysis, tolerance: f64) {
+pub(super) fn levels(plot: &Plot, q: &QuantityAnalysis, tolerance: f64) {
     if let Some(r) = &q.reference {
         let u = 100.0 * r.uncertainty / r.value.abs();
         if u > plot.y.lo {
@@ -107,8 +107,8 @@ fn levels(plot: &Plot, q: &QuantityAnalysis, tolerance: f64) {
     dashed(plot.area, &[plot.at(plot.x.lo, tolerance), plot.at(plot.x.hi, tolerance)], INK, 7, 25.0);
 }
 
-fn title(q: &QuantityAnalysis) -> String {
-    format!("{}, {} control", q.quantity.label, q.variant)
+pub(super) fn title(q: &QuantityAnalysis) -> String {
+    format!("{}, {}", q.quantity.label, q.variant_label)
 }
 
 fn marks(plot: &Plot, dots: &[Dot], x: impl Fn(&Dot) -> f64) {

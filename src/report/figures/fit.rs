@@ -18,6 +18,8 @@ const TOP: f64 = 6.0;
 const TALL: f64 = 50.0;
 const BETWEEN: f64 = 4.0;
 const LOW: f64 = 22.0;
+/// A law is drawn up to this multiple of the largest stress of the data
+const ROOM: f64 = 1.5;
 
 /// Part of the stretches that one column shows.
 struct Window {
@@ -59,7 +61,9 @@ pub fn draw(fit: &StoredFit) -> Option<Figure> {
             let lower = [mm(x), mm(base), mm(x + each), mm(base + LOW)];
             column(area, fit, &modes, w, (upper, lower), ['a', 'b'][k]);
         }
-        let words = fit.parameters.iter().map(label);
+        // More constants than three would lie on the curves; they stand in the table
+        let shown = if fit.parameters.len() > 3 { &[] } else { &fit.parameters[..] };
+        let words = shown.iter().map(label);
         for (k, words) in words.enumerate() {
             text(area, &words, (mm(LEFT + 3.0), mm(TOP + 4.0 + 4.5 * k as f64)), At::Left, LABEL, INK);
         }
@@ -72,8 +76,8 @@ pub fn draw(fit: &StoredFit) -> Option<Figure> {
         }
     });
     let caption = format!(
-        "Law {} against the data of {}: nominal stress over stretch (top), measured minus law (bottom). Filled marks were fitted, open ones were not; the line is dashed where the law predicts. The grey range is the fitted one. Of points that cover each other one is shown.",
-        fit.law, fit.data
+        "{} against the data of {}: nominal stress over stretch (top), measured minus law (bottom). Filled marks were fitted, open ones were not; the line is dashed where the law predicts. The grey range is the fitted one. Of points that cover each other one is shown; what leaves 1.5 times the largest stress is not.",
+        fit.label, fit.data
     );
     Some(Figure { name: "fit".into(), svg, caption })
 }
@@ -81,8 +85,9 @@ pub fn draw(fit: &StoredFit) -> Option<Figure> {
 /// `μ = 357 kPa [334, 380]`
 fn label(p: &Parameter) -> String {
     let (f, unit, n) = p.scale();
-    let [a, b] = p.interval.map(|v| f * v);
-    format!("{} = {:.n$} {unit}  [{a:.n$}, {b:.n$}]", italic(&p.symbol), f * p.value)
+    let unit = if unit == "–" { String::new() } else { format!(" {unit}") };
+    let interval = p.ends().map_or(String::new(), |[a, b]| format!("  [{:.n$}, {:.n$}]", f * a, f * b));
+    format!("{} = {:.n$}{unit}{interval}", italic(&p.symbol), f * p.value)
 }
 
 fn style(mode: Mode) -> (Mark, RGB) {
@@ -123,8 +128,10 @@ fn column(
     let [a, b] = w.span;
     let inside = |p: &&[f64; 2]| p[0] >= a - 1e-9 && p[0] <= b + 1e-9;
     let points = || modes.iter().flat_map(|m| m.fitted.iter().chain(&m.held_out)).filter(inside);
-    let curves = || modes.iter().flat_map(|m| &m.curve).filter(inside);
     let size = points().map(|p| p[1].abs()).fold(0.0, f64::max);
+    // A law that runs away beyond its range would leave no room for the data
+    let near = |p: &&[f64; 2]| p[1].abs() <= ROOM * size;
+    let curves = || modes.iter().flat_map(|m| &m.curve).filter(inside).filter(near);
     let (factor, unit) = stress_unit(size);
     // Margins, so that no mark touches the frame
     let margin = 0.03 * (b - a);
@@ -144,8 +151,8 @@ fn column(
     plot.axes(false);
     plot.title(letter, w.title);
 
-    let near = |m: &ModeCurves| m.residuals.iter().filter(inside).map(|p| factor * p[1]).collect::<Vec<f64>>();
-    let values = modes.iter().flat_map(|m| near(m)).chain([0.0]);
+    let shown = |m: &ModeCurves| m.residuals.iter().filter(inside).filter(near).copied().collect::<Vec<[f64; 2]>>();
+    let values = modes.iter().flat_map(|m| shown(m)).map(|p| factor * p[1]).chain([0.0]);
     let y = Axis::linear(values, &format!("{} − law [{unit}]", italic("P")));
     // Three intervals are enough for a low panel
     let y = Axis { step: if (y.hi - y.lo) / y.step > 4.5 { 2.0 * y.step } else { y.step }, ..y };
@@ -156,7 +163,7 @@ fn column(
     for m in modes {
         // A residual belongs to a fitted sample if their stretches are the same
         let (fitted, held): (Vec<[f64; 2]>, Vec<[f64; 2]>) =
-            m.residuals.iter().partition(|r| m.fitted.iter().any(|p| p[0] == r[0]));
+            shown(m).into_iter().partition(|r| m.fitted.iter().any(|p| p[0] == r[0]));
         dots(&plot, m, &held, &fitted, (factor, r - 4), &w.span);
     }
     plot.axes(true);
@@ -172,8 +179,9 @@ fn shade(plot: &Plot, [from, to]: [f64; 2]) {
 fn law(plot: &Plot, m: &ModeCurves, fit: &StoredFit, factor: f64) {
     let color = style(m.mode).1;
     let fitted = |l: f64| !m.fitted.is_empty() && l >= fit.stretch[0].min(1.0) - 1e-9 && l <= fit.stretch[1] + 1e-9;
+    let inside = |v: f64, axis: &Axis| axis.lo <= v && v <= axis.hi;
     let mut points: Vec<[f64; 2]> =
-        m.curve.iter().copied().filter(|p| p[0] >= plot.x.lo && p[0] <= plot.x.hi).collect();
+        m.curve.iter().copied().filter(|p| inside(p[0], &plot.x) && inside(factor * p[1], &plot.y)).collect();
     // The end of the fitted range as a point of its own, on the chord
     for edge in fit.stretch {
         if let Some(k) = points.windows(2).position(|w| w[0][0] < edge && edge < w[1][0]) {

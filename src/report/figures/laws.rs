@@ -76,7 +76,8 @@ pub fn over_time(store: &Store, a: &Analysis, variant: &str) -> Option<Figure> {
         key(&looks, a, area);
     });
     let caption = format!(
-        "The laws under the same protocol, {variant} control: each quantity over time (top) and its difference to {} (bottom). The constants of the laws stand in the scenes; what a finer mesh changes stands in the table.",
+        "The laws under the same protocol, {}: each quantity over time (top) and its difference to {} (bottom). The constants of the laws stand in the scenes; what a finer mesh changes stands in the table.",
+        store.study.label(variant),
         a.reference
     );
     Some(Figure { name: format!("laws-{variant}"), svg, caption })
@@ -160,6 +161,7 @@ pub fn loops(store: &Store, a: &Analysis, variant: &str) -> Option<Figure> {
         }
         key(&looks, a, area);
     });
-    let caption = format!("Loading and unloading under {variant} control: the area of a loop is lost in every cycle.");
+    let caption =
+        format!("Loading and unloading, {}: the area of a loop is lost in every cycle.", store.study.label(variant));
     Some(Figure { name: format!("loops-{variant}"), svg, caption })
 }

@@ -5,6 +5,7 @@ pub mod cost;
 pub mod curves;
 pub mod errors;
 pub mod fit;
+pub mod formulations;
 pub mod laws;
 pub mod time;
 
@@ -26,6 +27,7 @@ pub fn convergence(store: &Store, analysis: &Analysis) -> Vec<Figure> {
     out.extend(bodies::meshes(store));
     out.extend(bodies::bent(store, analysis));
     out.extend(store.study.variants.iter().filter_map(|v| curves::draw(store, analysis, v)));
+    out.extend(formulations::draw(store, analysis));
     out.extend(errors::against_h(store, analysis));
     out.extend(errors::against_cost(store, analysis));
     out.extend(cost::draw(store, analysis));

@@ -75,7 +75,8 @@ pub fn draw(store: &Store, analysis: &Analysis) -> Option<Figure> {
     });
     let shared = if rows.iter().any(|r| r.shared) { " Cases ran side by side." } else { "" };
     let caption = format!(
-        "Share of the wall time per case under {variant} control, total beside the bar: (a) by phase, (b) by effect, the rest being linear algebra and output.{shared}"
+        "Share of the wall time per case ({}), total beside the bar: (a) by phase, (b) by effect, the rest being linear algebra and output.{shared}",
+        store.study.label(variant)
     );
     Some(Figure { name: "time".into(), svg, caption })
 }

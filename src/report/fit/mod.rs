@@ -13,6 +13,8 @@ use std::path::Path;
 #[derive(Clone, Debug, Deserialize)]
 pub struct StoredFit {
     pub law: String,
+    /// Name with the number of terms
+    pub label: String,
     pub formula: String,
     pub law_source: String,
     pub data: String,
@@ -27,6 +29,7 @@ pub struct StoredFit {
     pub interval_assumption: String,
     /// `nu` or `kappa` [Pa], as given
     pub partner: Option<std::collections::BTreeMap<String, f64>>,
+    pub stability: Vec<Stable>,
     pub misfit: Misfit,
     pub validity: Validity,
     pub predictions: Vec<Prediction>,
@@ -46,8 +49,18 @@ pub struct Parameter {
     pub symbol: String,
     pub unit: String,
     pub value: f64,
-    pub std_error: f64,
-    pub interval: [f64; 2],
+    /// JSON has no infinity: `None` where the data do not determine the constant
+    pub std_error: Option<f64>,
+    pub interval: [Option<f64>; 2],
+}
+
+/// Range in which the law is stable; amounts are λ, in simple shear γ [–].
+#[derive(Clone, Debug, Deserialize)]
+pub struct Stable {
+    pub mode: String,
+    pub looked: [f64; 2],
+    pub below: Option<f64>,
+    pub above: Option<f64>,
 }
 
 #[derive(Clone, Debug, Deserialize)]
@@ -125,10 +138,15 @@ pub fn stress_unit(size: f64) -> (f64, &'static str) {
 }
 
 impl Parameter {
+    /// Both ends of the interval, where the data determine the constant.
+    pub fn ends(&self) -> Option<[f64; 2]> {
+        Some([self.interval[0]?, self.interval[1]?])
+    }
+
     /// Factor, printed unit and decimals: two digits of the half-width of the interval, four of the value at most.
     pub fn scale(&self) -> (f64, &str, usize) {
         let (factor, unit) = if self.unit == "Pa" { stress_unit(self.value) } else { (1.0, self.unit.as_str()) };
-        let half = 0.5 * (self.interval[1] - self.interval[0]).abs();
+        let half = self.ends().map_or(0.0, |[a, b]| 0.5 * (b - a).abs());
         let decimals = crate::study::words::digits(factor * half.max(1e-2 * self.value.abs()));
         (factor, unit, decimals)
     }
@@ -136,8 +154,13 @@ impl Parameter {
     /// `357 kPa (95 % interval 334 to 380 kPa)`
     pub fn words(&self) -> String {
         let (f, unit, n) = self.scale();
-        let [a, b] = self.interval.map(|v| f * v);
-        format!("{:.n$} {unit} (95 % interval {a:.n$} to {b:.n$} {unit})", f * self.value)
+        let unit = if unit == "–" { String::new() } else { format!(" {unit}") };
+        match self.ends() {
+            Some([a, b]) => {
+                format!("{:.n$}{unit} (95 % interval {:.n$} to {:.n$}{unit})", f * self.value, f * a, f * b)
+            }
+            None => format!("{:.n$}{unit} (not determined by the data)", f * self.value),
+        }
     }
 }
 

@@ -14,7 +14,7 @@ pub fn answer(fit: &StoredFit) -> String {
     let mut out = format!(
         "{}: {} fitted to {} rows ({}, stretch {a} to {b}), misfit {percent:.1} % rms.",
         constants.join("; "),
-        fit.law,
+        fit.label,
         fit.rows,
         fit.modes.join(" + "),
     );
@@ -35,7 +35,7 @@ pub fn answer(fit: &StoredFit) -> String {
     };
     for (p, [low, high]) in fit.parameters.iter().zip(&fit.range_spread) {
         let (f, unit, n) = p.scale();
-        let inside = *low >= p.interval[0] && *high <= p.interval[1];
+        let inside = p.ends().is_none_or(|[a, b]| *low >= a && *high <= b);
         if low < high {
             let more = if inside { "" } else { ", more than the interval says" };
             out += &format!(
@@ -50,9 +50,9 @@ pub fn answer(fit: &StoredFit) -> String {
 }
 
 pub fn html(fit: &StoredFit, figure: Option<&Figure>, tables: &[Table], law_file: Option<&str>) -> String {
-    let doubtful =
-        fit.warnings.iter().any(|w| matches!(w.kind.as_str(), "systematic" | "misfit" | "stiffness" | "data"));
-    let mut h = format!("<h1>{} from {}</h1>\n", escape(&fit.law), escape(&fit.data));
+    let grave = ["systematic", "misfit", "stiffness", "data", "unidentifiable", "unstable", "held", "outliers"];
+    let doubtful = fit.warnings.iter().any(|w| grave.contains(&w.kind.as_str()));
+    let mut h = format!("<h1>{} from {}</h1>\n", escape(&fit.label), escape(&fit.data));
     h += &format!("<p class=\"verdict{}\">{}</p>\n", if doubtful { " refused" } else { "" }, escape(&answer(fit)));
     if !fit.messages.is_empty() {
         h += "<h2>Read this before using the numbers</h2>\n";
@@ -78,7 +78,7 @@ pub fn html(fit: &StoredFit, figure: Option<&Figure>, tables: &[Table], law_file
             escape(text)
         );
     }
-    document(&format!("{} from {}", fit.law, fit.data), &h)
+    document(&format!("{} from {}", fit.label, fit.data), &h)
 }
 
 /// An entry of the audit log.

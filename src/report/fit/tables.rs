@@ -9,6 +9,9 @@ const RANGES: usize = 14;
 pub fn all(fit: &StoredFit) -> Vec<Table> {
     let mut out = vec![parameters(fit)];
     out.push(misfits(fit));
+    if !fit.stability.is_empty() {
+        out.push(stability(fit));
+    }
     if fit.range_dependence.len() > 1 {
         out.push(ranges(fit));
     }
@@ -20,15 +23,16 @@ fn parameters(fit: &StoredFit) -> Table {
         .map(|(k, p)| {
             let (f, unit, n) = p.scale();
             let number = |v: f64| format!("{:.n$}", f * v);
+            let known = |v: Option<f64>| v.map_or("not determined".into(), number);
             let [low, high] = fit.range_spread.get(k).copied().unwrap_or([p.value; 2]);
             vec![
                 p.symbol.clone(),
                 p.name.clone(),
                 unit.into(),
                 number(p.value),
-                number(p.std_error),
-                number(p.interval[0]),
-                number(p.interval[1]),
+                known(p.std_error),
+                known(p.interval[0]),
+                known(p.interval[1]),
                 format!("{} to {}", number(low), number(high)),
             ]
         })
@@ -43,7 +47,7 @@ fn parameters(fit: &StoredFit) -> Table {
         name: "parameters",
         caption: format!(
             "Constants of {}. The interval is {}. The last column is what a fitted range that ends earlier would have given.",
-            fit.law, fit.interval_assumption
+            fit.label, fit.interval_assumption
         ),
         columns: vec![
             ("Symbol", "", false),
@@ -91,6 +95,25 @@ fn misfits(fit: &StoredFit) -> Table {
     }
 }
 
+fn stability(fit: &StoredFit) -> Table {
+    let rows = fit.stability.iter().map(|r| {
+        let end = |lost: Option<f64>, looked: f64| match lost {
+            Some(at) => format!("{at:.4}"),
+            None => format!("not lost down or up to {}", stretch(looked)),
+        };
+        vec![r.mode.replace('_', " "), end(r.below, r.looked[0]), end(r.above, r.looked[1])]
+    });
+    Table {
+        name: "stability",
+        caption:
+            "Where the law stops being stable (Drucker), nearly incompressible: stretches, in simple shear the shear."
+                .into(),
+        columns: vec![("Mode", "", false), ("Lost below", "", true), ("Lost above", "", true)],
+        rows: rows.collect(),
+        pick: None,
+    }
+}
+
 /// A kind of prediction in words.
 fn kind(name: &str) -> &str {
     match name {
@@ -110,18 +133,20 @@ fn ranges(fit: &StoredFit) -> Table {
     picked.extend((0..n).find(own));
     picked.sort_unstable();
     picked.dedup();
-    let head: Option<&Parameter> = fit.parameters.first();
+    let head: Vec<_> = fit.parameters.iter().map(Parameter::scale).collect();
     let rows = (picked.iter())
         .map(|k| {
             let r = &fit.range_dependence[*k];
             let mark = if own(k) { " (fitted)" } else { "" };
             let mut cells = vec![format!("{}{mark}", stretch(r.to)), r.rows.to_string()];
-            match (r.parameters.first(), head.map(Parameter::scale)) {
-                (Some(p), Some((f, unit, n))) => {
-                    cells.push(format!("{:.n$} {unit}", f * p.value));
-                    cells.push(format!("{:.n$} to {:.n$}", f * p.interval[0], f * p.interval[1]));
-                }
-                _ => cells.extend(["–".into(), "–".into()]),
+            let value = |(p, (f, unit, n)): (&Parameter, &(f64, &str, usize))| {
+                let unit = if *unit == "–" { String::new() } else { format!(" {unit}") };
+                format!("{} = {:.n$}{unit}", p.symbol, f * p.value, n = *n)
+            };
+            cells.push(r.parameters.iter().zip(&head).map(value).collect::<Vec<_>>().join(", "));
+            // Intervals of several constants would hide the values
+            if let ([p], [(f, _, n)]) = (&r.parameters[..], &head[..]) {
+                cells.push(p.ends().map_or("–".into(), |[a, b]| format!("{:.n$} to {:.n$}", f * a, f * b)));
             }
             cells.push(format!("{:.1}", 100.0 * r.rms_relative));
             cells
@@ -129,16 +154,15 @@ fn ranges(fit: &StoredFit) -> Table {
         .collect();
     let all =
         if picked.len() < n { format!(" {} of {n} ranges; all are in fit.json.", picked.len()) } else { String::new() };
+    let mut columns = vec![("Largest stretch", "", true), ("Rows", "", true), ("Value", "", true)];
+    if head.len() == 1 {
+        columns.push(("95 % interval", "", true));
+    }
+    columns.push(("Rms", "%", true));
     Table {
         name: "ranges",
         caption: format!("The same fit over a range that ends earlier or later.{all}"),
-        columns: vec![
-            ("Largest stretch", "", true),
-            ("Rows", "", true),
-            ("Value", "", true),
-            ("95 % interval", "", true),
-            ("Rms", "%", true),
-        ],
+        columns,
         rows,
         pick: Some(format!("{} (fitted)", stretch(fit.stretch[1]))),
     }

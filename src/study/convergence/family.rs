@@ -66,7 +66,7 @@ pub struct Estimate {
     pub reasons: Vec<String>,
 }
 
-/// Formal order of a functional by formulation: twice the degree of the displacement.
+/// Formal order of a functional by formulation: twice the degree of the displacement (springs are on linear cells).
 pub fn formal_order(formulation: &str) -> f64 {
     if formulation.starts_with("tet10") { 4.0 } else { 2.0 }
 }

@@ -2,6 +2,7 @@
 
 use super::warnings::no_limit;
 use super::{Cases, QuantityAnalysis};
+use crate::study::locking;
 use crate::study::record::Role;
 use crate::study::words::{capital, digits, percent, seconds, space};
 use serde::Serialize;
@@ -205,6 +206,7 @@ pub fn conclude(
         let (bar, cost) = (percent(n.worst), seconds(n.cost_s));
         words += &format!(" The next better one, {}, reaches {bar} for {cost}.", n.label);
     }
+    words += &locked(cases, s);
     words += &about_sizes(cases, settings, tolerance);
     words += &kinematic(quantities);
     let recommendation = Recommendation {
@@ -217,6 +219,20 @@ pub fn conclude(
         next: next.map(|n| (n.label.clone(), n.worst, n.cost_s)),
     };
     (Some(recommendation), words)
+}
+
+/// A recommended setting that raises the locking alarm.
+fn locked(cases: &Cases, setting: &Setting) -> String {
+    let of = cases.stored.iter().map(|c| &c.record).filter(|c| setting.cases.contains(&c.id));
+    let worst = of.filter_map(locking::alarm).fold(0.0, f64::max);
+    if worst == 0.0 {
+        return String::new();
+    }
+    format!(
+        " But it raises the locking alarm (pressure scatter {worst:.2}): within the tolerance in the judged quantities, its \
+         pressures are of no use; {}.",
+        locking::REMEDY
+    )
 }
 
 /// The study asks about the sizes: say so if none of them will do.

@@ -1,0 +1,59 @@
+//! Where a fitted law stops being stable, mode by mode: [`crate::material::stability()`] on the law of scenes.
+//!
+//! The law is made nearly incompressible, κ = 1e5 of the Neo-Hookean modulus of the data, which moves the loss of stability by about
+//! 1e-5. Looked at: tension up to L = 1.5 times the largest stretch of the table and at least 3, compression until a principal stretch
+//! reaches L or 1/L, simple shear with principal stretches L and 1/L.
+
+use super::law::Model;
+use crate::material::{LoadCase, stability};
+use serde::Serialize;
+
+/// Range of one mode of deformation in which the law is stable (Drucker).
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+pub struct StableRange {
+    /// uniaxial, equibiaxial, planar, simple_shear
+    pub mode: &'static str,
+    /// Range that was looked at: λ [–], in simple shear γ [–]
+    pub looked: [f64; 2],
+    /// First amount below rest at which stability is lost; `None`: none in the range
+    pub below: Option<f64>,
+    /// The same above rest
+    pub above: Option<f64>,
+}
+
+impl StableRange {
+    /// Whether the law is stable in all of this range.
+    pub fn covers(&self, [low, high]: [f64; 2]) -> bool {
+        self.below.is_none_or(|b| b < low) && self.above.is_none_or(|a| a > high)
+    }
+}
+
+/// Names of the load cases in files.
+pub const CASES: [(LoadCase, &str); 4] = [
+    (LoadCase::Uniaxial, "uniaxial"),
+    (LoadCase::Equibiaxial, "equibiaxial"),
+    (LoadCase::Planar, "planar"),
+    (LoadCase::SimpleShear, "simple_shear"),
+];
+
+/// Amounts of a load case at which the principal stretches stay below L in tension, and between 1/L and L in compression.
+pub fn range(case: LoadCase, l: f64) -> [f64; 2] {
+    match case {
+        LoadCase::Uniaxial | LoadCase::Planar => [1.0 / l, l],
+        LoadCase::Equibiaxial => [l.sqrt().recip(), l],
+        LoadCase::SimpleShear => [1.0 / l - l, l - 1.0 / l],
+    }
+}
+
+/// `modulus`: the Neo-Hookean modulus of the data [Pa]. Empty where the constants make no law (a shear modulus that is not positive).
+pub fn certificate(model: Model, values: &[f64], modulus: f64, largest: f64) -> Vec<StableRange> {
+    let Ok(law) = model.law(values, 1e5 * modulus) else { return vec![] };
+    let top = (1.5 * largest).max(3.0);
+    let one = |(case, mode): (LoadCase, &'static str)| {
+        let looked = range(case, top);
+        let found = stability(law.as_ref(), case, looked).ok()?;
+        let amount = |limit: Option<crate::material::Limit>| limit.map(|l| l.amount);
+        Some(StableRange { mode, looked, below: amount(found.below), above: amount(found.above) })
+    };
+    CASES.into_iter().filter_map(one).collect()
+}

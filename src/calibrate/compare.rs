@@ -1,0 +1,157 @@
+//! Every law on the same rows, ranked by what it predicts of rows that it did not see.
+//!
+//! Two predictions, each as √(Σr²/ΣP²) over the rows left out: *hold-out*, the last third of ln λ of every fitted mode from the rest of
+//! them; *cross-mode*, each fitted mode from the other ones (with one fitted mode: the other modes of the table from it). The score is the worse
+//! of the two. The misfit of the fit itself falls with every constant and ranks nothing.
+
+use super::fit::{Choice, choose};
+use super::misfit::residuals;
+use super::solve::{Setting, solve};
+use super::{Experiment, FITS, FitError, FitOptions, FitRequest, Misfit, Mode, Model, Sample};
+use serde::Serialize;
+use std::fmt;
+use std::path::Path;
+
+/// Part of ln λ from rest that is fitted where the rest is held out [–]
+const KEPT: f64 = 2.0 / 3.0;
+
+/// One law. Misfits are relative [–]; `None`: there are too few rows for it, or no other mode.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct Compared {
+    pub law: &'static str,
+    pub terms: usize,
+    /// Name with the number of terms
+    pub label: String,
+    pub constants: usize,
+    pub misfit: f64,
+    pub hold_out: Option<f64>,
+    pub cross_mode: Option<f64>,
+    /// The worse of the two
+    pub score: Option<f64>,
+    /// Whether every constant has a finite interval
+    pub determined: bool,
+}
+
+/// Laws, the best prediction first.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct Comparison {
+    pub data: String,
+    pub modes: Vec<Mode>,
+    pub stretch: [f64; 2],
+    pub rows: usize,
+    pub laws: Vec<Compared>,
+}
+
+/// Reads a table and compares all laws with all their numbers of terms; the law and terms of the options do not count.
+pub fn compare(request: &FitRequest) -> Result<Comparison, FitError> {
+    let stated = match request.options.modes[..] {
+        [one] => Some(one),
+        _ => None,
+    };
+    let experiment = Experiment::read(&request.data, request.card.as_deref(), &request.columns, stated)?;
+    compare_experiment(&experiment, &request.options)
+}
+
+/// The same of a table that was read already.
+pub fn compare_experiment(experiment: &Experiment, options: &FitOptions) -> Result<Comparison, FitError> {
+    let choice = choose(experiment, options)?;
+    let mut laws = Vec::new();
+    for law in FITS {
+        for terms in law.terms {
+            let model = Model::new(law.name, Some(*terms)).expect("a number of the list");
+            laws.push(one(experiment, options, &choice, model)?);
+        }
+    }
+    // Laws without a prediction last; scores that are equal to a tenth of a per cent by the number of constants
+    let key = |c: &Compared| c.score.map_or(f64::INFINITY, |s| (1e3 * s).round());
+    laws.sort_by(|a, b| key(a).total_cmp(&key(b)).then(a.constants.cmp(&b.constants)));
+    let (modes, stretch, rows) = (choice.modes, choice.stretch, choice.fitted.len());
+    Ok(Comparison { data: experiment.file.clone(), modes, stretch, rows, laws })
+}
+
+fn one(experiment: &Experiment, options: &FitOptions, choice: &Choice, model: Model) -> Result<Compared, FitError> {
+    let setting = choice.setting(experiment, options, model);
+    let whole = solve(&setting, &choice.fitted, None)?;
+    let misfit = misfit(&setting, &whole.values, &choice.fitted);
+    let ends = Mode::ALL.map(|m| {
+        let own = choice.fitted.iter().filter(|s| s.mode == m).map(|s| s.stretch.ln());
+        own.fold([0.0_f64, 0.0], |[a, b], e| [a.min(e), b.max(e)])
+    });
+    let held = |s: &Sample| {
+        let [low, high] = ends[s.mode as usize];
+        s.stretch.ln() > KEPT * high || s.stretch.ln() < KEPT * low
+    };
+    let hold_out = predict(&setting, &choice.fitted, &choice.fitted, &held);
+    let cross_mode = if choice.modes.len() > 1 {
+        let one = |m: &Mode| predict(&setting, &choice.fitted, &choice.fitted, &|s| s.mode == *m);
+        choice.modes.iter().map(one).collect::<Option<Vec<f64>>>().map(|all| all.into_iter().fold(0.0, f64::max))
+    } else {
+        let inside = |s: &&Sample| options.range.is_none_or(|r| r.contains(s.stretch)) && s.is_informative();
+        let all: Vec<Sample> = experiment.samples.iter().filter(inside).copied().collect();
+        predict(&setting, &choice.fitted, &all, &|s| !choice.modes.contains(&s.mode))
+    };
+    let score = [hold_out, cross_mode].into_iter().flatten().reduce(f64::max);
+    Ok(Compared {
+        law: model.law.name,
+        terms: model.terms,
+        label: model.label(),
+        constants: model.parameters().len(),
+        misfit,
+        hold_out,
+        cross_mode,
+        score,
+        determined: whole.identified.estimates.iter().all(|e| e.std_error.is_finite()),
+    })
+}
+
+fn misfit(setting: &Setting, values: &[f64], samples: &[Sample]) -> f64 {
+    let stress = |mode, stretch| setting.model.stress(values, mode, stretch);
+    Misfit::of(&residuals(samples, stress)).map_or(f64::NAN, |m| m.rms_relative)
+}
+
+/// Misfit on the picked rows of `from` after a fit to the rows of `fitted` that are not picked.
+fn predict(setting: &Setting, fitted: &[Sample], from: &[Sample], picked: &dyn Fn(&Sample) -> bool) -> Option<f64> {
+    let rest: Vec<Sample> = fitted.iter().filter(|s| !picked(s)).copied().collect();
+    let asked: Vec<Sample> = from.iter().filter(|s| picked(s)).copied().collect();
+    if asked.is_empty() || rest.len() <= setting.model.parameters().len() {
+        return None;
+    }
+    let values = solve(setting, &rest, None).ok()?.values;
+    Some(misfit(setting, &values, &asked)).filter(|m| m.is_finite())
+}
+
+impl Comparison {
+    /// `compare.json`
+    pub fn write_json(&self, path: &Path) -> Result<(), FitError> {
+        let text = serde_json::to_string_pretty(self).expect("the result has string keys and serialisable values");
+        std::fs::write(path, text + "\n").map_err(|source| FitError::Write { path: path.into(), source })
+    }
+}
+
+impl fmt::Display for Comparison {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let modes: Vec<_> = self.modes.iter().map(|m| m.name()).collect();
+        let [low, high] = self.stretch;
+        writeln!(f, "{} ({}), stretch {low} to {high}, {} rows", self.data, modes.join(" + "), self.rows)?;
+        writeln!(f, "relative misfit [%] of rows that were not fitted, the best prediction first\n")?;
+        writeln!(f, "{:30} {:>9} {:>8} {:>9} {:>11}", "law", "constants", "fitted", "hold-out", "cross-mode")?;
+        let percent = |v: Option<f64>| match v {
+            None => "–".into(),
+            Some(v) if v > 10.0 => "> 1000".into(),
+            Some(v) => format!("{:.1}", 100.0 * v),
+        };
+        for c in &self.laws {
+            let mark = if c.determined { "" } else { "  some constants not determined" };
+            writeln!(
+                f,
+                "{:30} {:>9} {:>8} {:>9} {:>11}{mark}",
+                c.label,
+                c.constants,
+                percent(Some(c.misfit)),
+                percent(c.hold_out),
+                percent(c.cross_mode)
+            )?;
+        }
+        Ok(())
+    }
+}

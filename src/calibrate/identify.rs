@@ -1,0 +1,130 @@
+//! What the data determine: intervals from the Jacobian, and by name the directions they say nothing about.
+//!
+//! S = J diag(z)/‖wP‖ are sensitivities to relative changes of the constants, z = |value|. With S = UΣVᵀ, the residual r and
+//! s² = ‖r‖²/(n − p), the change along the direction v_k has the standard deviation s/(‖wP‖σ_k), relative to the constants. A constant
+//! that takes part in a direction with σ_k below 1e-10 of the largest has an infinite standard error: a pseudo-inverse would report
+//! none at all. Source: Seber & Wild, *Nonlinear Regression*, 1989, ch. 5; Belsley, *Conditioning Diagnostics*, 1991.
+//!
+//! Limits: the interval is that of the law linearised at the answer, and does not know of constraints that hold the answer back.
+
+use super::law::unit;
+use super::linear::padded;
+use super::{Direction, Estimate, statistics};
+use crate::material::Parameter;
+use crate::math::units::Dimension;
+use nalgebra::{DMatrix, DVector};
+
+/// Sensitivities below this part of the largest are rounding [–]
+const BLIND: f64 = 1e-10;
+/// A part of a direction below this one is none [–]
+const PART: f64 = 1e-6;
+/// Relative standard deviation of a direction from which on the data do not determine it [–]
+const LOOSE: f64 = 1.0;
+
+/// Constants with their intervals, and what is not determined.
+#[derive(Clone, Debug, Default)]
+pub struct Identified {
+    pub estimates: Vec<Estimate>,
+    pub directions: Vec<Direction>,
+}
+
+/// `residual` and `jacobian` [weighted Pa], (n) and (n, p); `size` = ‖wP‖.
+pub fn identify(
+    parameters: &'static [Parameter],
+    values: &[f64],
+    jacobian: &DMatrix<f64>,
+    residual: &DVector<f64>,
+    size: f64,
+) -> Identified {
+    let (n, p) = (residual.len(), values.len());
+    let scale: Vec<f64> = (0..p)
+        .map(|k| {
+            let length = jacobian.column(k).norm();
+            if values[k] != 0.0 {
+                values[k].abs()
+            } else if length > 0.0 {
+                size / length
+            } else {
+                1.0
+            }
+        })
+        .collect();
+    let s = DMatrix::from_fn(n, p, |i, k| jacobian[(i, k)] * scale[k] / size);
+    let svd = padded(&s, p).svd(false, true);
+    let (sigma, vt) = (svd.singular_values, svd.v_t.expect("asked for"));
+    let blind = |k: usize| sigma[k] <= BLIND * sigma.max();
+    let free = n.saturating_sub(p);
+    let error = if free > 0 { residual.norm() / (free as f64).sqrt() / size } else { f64::INFINITY };
+    let deviation = |k: usize| if blind(k) { f64::INFINITY } else { error / sigma[k] };
+    let quantile = if free > 0 { statistics::t_quantile(0.95, free) } else { f64::INFINITY };
+    let estimate = |(i, q): (usize, &'static Parameter)| {
+        // A direction with an infinite deviation takes all constants with it that have a part in it
+        let parts = (0..p).map(|k| {
+            let part = vt[(k, i)].abs();
+            if deviation(k).is_infinite() && part <= PART { 0.0 } else { (part * deviation(k)).powi(2) }
+        });
+        let std_error = scale[i] * parts.sum::<f64>().sqrt();
+        let half = if std_error == 0.0 { 0.0 } else { quantile * std_error };
+        let interval = [values[i] - half, values[i] + half];
+        Estimate { name: q.name, symbol: q.symbol, unit: unit(q), value: values[i], std_error, interval }
+    };
+    let estimates = parameters.iter().enumerate().map(|(i, q)| estimate((i, q))).collect();
+    let told: Vec<usize> = (0..p).filter(|k| !blind(*k)).collect();
+    let direction = |k: usize| {
+        let v: Vec<f64> = vt.row(k).iter().copied().collect();
+        let deviation = (!blind(k) && free > 0).then(|| deviation(k));
+        let names: Vec<&str> = parameters.iter().map(|q| q.symbol).collect();
+        let alike = parameters.iter().all(|q| q.dimension == Dimension::PRESSURE);
+        let known = (alike && told.len() == 1 && p == 2).then(|| {
+            // The combination that the rows see is Σ (v/z) θ
+            let seen: Vec<f64> = vt.row(told[0]).iter().zip(&scale).map(|(v, z)| v / z).collect();
+            combination(&seen, &names)
+        });
+        Direction { changes: changes(&v, &names, values), known, deviation }
+    };
+    let loose = |k: &usize| blind(*k) || (free > 0 && deviation(*k) > LOOSE);
+    Identified { estimates, directions: (0..p).filter(loose).map(direction).collect() }
+}
+
+/// `C10 + 0.98 C01`
+fn combination(parts: &[f64], names: &[&str]) -> String {
+    let first = parts[0];
+    let mut text = names[0].to_string();
+    for (part, name) in parts.iter().zip(names).skip(1) {
+        let ratio = part / first;
+        text += &format!(" {} {:.3} {name}", if ratio < 0.0 { "−" } else { "+" }, ratio.abs());
+    }
+    text
+}
+
+/// `changing C10 by +1 %, C01 by −0.97 % together`, or the name of one: parts below a hundredth of the largest are left away.
+fn changes(v: &[f64], names: &[&str], values: &[f64]) -> String {
+    let largest = v.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs())).unwrap_or(1.0);
+    // z = |value|: a relative change of a negative constant has the other sign
+    let parts = v.iter().zip(names).zip(values).filter(|((v, _), _)| v.abs() >= 0.01 * largest.abs());
+    let words: Vec<String> = parts
+        .map(|((v, name), value)| {
+            let percent = v / largest * if *value < 0.0 { -1.0 } else { 1.0 };
+            if *value == 0.0 { (*name).to_string() } else { format!("{name} by {percent:+.2} %").replace('-', "−") }
+        })
+        .collect();
+    match &words[..] {
+        [one] => one.split(" by ").next().unwrap_or(one).to_string(),
+        _ => format!("changing {} together", words.join(", ")),
+    }
+}
+
+/// The part of a column outside the span of the sensitivities, of which those below rounding do not count.
+pub fn across(jacobian: &DMatrix<f64>, column: &DVector<f64>) -> DVector<f64> {
+    let p = jacobian.ncols();
+    let lengths: Vec<f64> = (0..p).map(|k| jacobian.column(k).norm()).map(|n| if n > 0.0 { n } else { 1.0 }).collect();
+    let scaled = DMatrix::from_fn(jacobian.nrows(), p, |i, k| jacobian[(i, k)] / lengths[k]);
+    let svd = padded(&scaled, p).svd(true, false);
+    let (u, sigma) = (svd.u.expect("asked for"), svd.singular_values);
+    let long = column.clone().resize_vertically(u.nrows(), 0.0);
+    let mut rest = long.clone();
+    for k in (0..p).filter(|k| sigma[*k] > BLIND * sigma.max()) {
+        rest -= u.column(k) * u.column(k).dot(&long);
+    }
+    rest.resize_vertically(column.len(), 0.0)
+}

@@ -1,0 +1,172 @@
+//! Laws that are linear in their constants: least squares as a convex QP with stability as second-order cones, by clarabel.
+//!
+//! min ½‖Ax − p̂‖² subject to Σₖ xₖ Qₖ(λ) − δ Q₀(λ) ⪰ 0 at sampled λ
+//!
+//! Qₖ is the second derivative of term k within Σ de = 0 (2 × 2, [`Slopes::in_plane`](super::term::Slopes::in_plane)), Q₀ that of the
+//! Neo-Hookean law fitted to the same rows: Drucker's stability with a margin δ. [[a, b], [b, d]] ⪰ 0 ⇔ a + d ≥ ‖(a − d, 2b)‖.
+//!
+//! With A = UΣVᵀ of columns scaled to length 1 the QP is written in y = ΣVᵀx, where its matrix is the identity. If the least squares
+//! by the same SVD meet every cone, they are the minimum of the convex problem and are taken, as they have more digits; the
+//! two then have to agree.
+
+use super::rows::{Rows, beside};
+use super::term::{Slopes, of_invariants};
+use super::{FitError, Mode, SolverCheck};
+use crate::material::yeoh::Yeoh;
+use clarabel::algebra::CscMatrix;
+use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SecondOrderConeT, SolverStatus, SupportedConeT};
+use nalgebra::{DMatrix, DVector};
+
+/// δ: the incremental stiffness stays above this part of the Neo-Hookean one [–]
+const MARGIN: f64 = 1e-3;
+/// Singular values below this part of the largest are not told apart from rounding [–]
+const RANK: f64 = 1e-12;
+/// Largest relative difference of the stresses of the two solvers [–]
+const AGREEMENT: f64 = 1e-7;
+/// A cone with less slack than this, of the stiffness of the Neo-Hookean law, holds the answer back [–]
+const ACTIVE: f64 = 1e-5;
+
+/// The QP begins with every fifth point
+const SPARSE: usize = 5;
+
+/// Where the law has to be stable.
+pub type Points = Vec<(Mode, f64)>;
+
+/// Factors of the terms and what held them back.
+pub struct Linear {
+    /// [Pa]
+    pub values: Vec<f64>,
+    /// `None`: the QP was not needed
+    pub check: Option<SolverCheck>,
+    /// Points at which the law would be unstable without the cones, those that hold the answer back
+    pub active: Points,
+}
+
+/// (a + d, a − d, 2b) of each term and of the Neo-Hookean law at a point.
+struct Cone {
+    terms: Vec<[f64; 3]>,
+    reference: [f64; 3],
+}
+
+fn lorentz(s: &Slopes) -> [f64; 3] {
+    let [a, b, d] = s.in_plane();
+    [a + d, a - d, 2.0 * b]
+}
+
+impl Cone {
+    fn at(slopes: fn(usize, [f64; 3]) -> Slopes, terms: usize, (mode, stretch): (Mode, f64)) -> Self {
+        let s = mode.stretches(stretch);
+        let neo_hooke = of_invariants(&Yeoh { c: [0.5, 0.0, 0.0], terms: 1 }, s);
+        Self { terms: (0..terms).map(|k| lorentz(&slopes(k, s))).collect(), reference: lorentz(&neo_hooke) }
+    }
+
+    /// Slack over the stiffness of the Neo-Hookean law [–]; negative where the cone is left.
+    fn slack(&self, x: &DVector<f64>) -> f64 {
+        let part = |i: usize| self.terms.iter().zip(x).map(|(t, x)| t[i] * x).sum::<f64>() - MARGIN * self.reference[i];
+        (part(0) - part(1).hypot(part(2))) / self.reference[0]
+    }
+}
+
+/// `always`: solve the QP also where least squares meet every cone, for the comparison.
+pub fn solve(
+    slopes: fn(usize, [f64; 3]) -> Slopes,
+    terms: usize,
+    rows: &Rows,
+    stable: &[(Mode, f64)],
+    always: bool,
+) -> Result<Linear, FitError> {
+    let columns: Vec<_> = (0..terms).map(|k| rows.column(|s| slopes(k, s).tau)).collect();
+    // A column of zeros keeps its length: no row sees the term, whatever its factor
+    let length: Vec<f64> = columns.iter().map(|c| if c.norm() > 0.0 { c.norm() } else { 1.0 }).collect();
+    let scaled: Vec<_> = columns.iter().zip(&length).map(|(c, n)| c / *n).collect();
+    let a = padded(&beside(&scaled), terms);
+    let target = rows.target.clone().resize_vertically(a.nrows(), 0.0);
+    let svd = a.clone().svd(true, true);
+    let (u, sigma, vt) = (svd.u.expect("asked for"), svd.singular_values, svd.v_t.expect("asked for"));
+    let d = u.transpose() * &target;
+    let largest = sigma.max();
+    let natural = |z: DVector<f64>| DVector::from_iterator(terms, z.iter().zip(&length).map(|(z, n)| z / n));
+    let z = DVector::from_fn(terms, |k, _| if sigma[k] > RANK * largest { d[k] / sigma[k] } else { 0.0 });
+    let free = natural(vt.transpose() * z);
+    let cones: Vec<Cone> = stable.iter().map(|p| Cone::at(slopes, terms, *p)).collect();
+    let inside = cones.iter().all(|c| c.slack(&free) >= 0.0);
+    let pascal = |x: &DVector<f64>| x.iter().map(|x| x * rows.unit).collect::<Vec<_>>();
+    if inside && !always {
+        return Ok(Linear { values: pascal(&free), check: None, active: vec![] });
+    }
+    // x = length⁻¹ V T⁻¹ y with T = Σ, but not below 1e-8 of its largest
+    let t = sigma.map(|s| s.max(1e-8 * largest));
+    let back = DMatrix::from_fn(terms, terms, |k, j| vt[(j, k)] / (t[j] * length[k]));
+    let g = sigma.component_div(&t);
+    // Every few points first; those that the answer violates join until none is left
+    let mut used: Vec<usize> = (0..cones.len()).step_by(SPARSE).collect();
+    let mut held = &back * quadratic(&g, &d, &back, &cones, &used)?;
+    loop {
+        let missed = |k: &usize| !used.contains(k) && cones[*k].slack(&held) < 0.0;
+        let missed: Vec<usize> = (0..cones.len()).filter(missed).collect();
+        if inside || missed.is_empty() {
+            break;
+        }
+        used.extend(missed);
+        held = &back * quadratic(&g, &d, &back, &cones, &used)?;
+    }
+    let stress = |x: &DVector<f64>| columns.iter().zip(x).fold(DVector::zeros(rows.len()), |s, (c, x)| s + c * *x);
+    if inside {
+        let relative_difference = (stress(&held) - stress(&free)).norm();
+        if relative_difference.is_nan() || relative_difference > AGREEMENT {
+            return Err(FitError::Disagree { difference: relative_difference, tolerance: AGREEMENT });
+        }
+        let check = SolverCheck::Convex { relative_difference, allowed: AGREEMENT };
+        return Ok(Linear { values: pascal(&free), check: Some(check), active: vec![] });
+    }
+    let tight = stable.iter().zip(&cones).filter(|(_, c)| c.slack(&held) < ACTIVE).map(|(p, _)| *p);
+    let active = tight.collect();
+    Ok(Linear { values: pascal(&held), check: Some(SolverCheck::Constrained), active })
+}
+
+/// min ½Σ(gₖyₖ)² − gₖdₖyₖ with the used cones in x = `back` y.
+fn quadratic(
+    g: &DVector<f64>,
+    d: &DVector<f64>,
+    back: &DMatrix<f64>,
+    cones: &[Cone],
+    used: &[usize],
+) -> Result<DVector<f64>, FitError> {
+    let n = g.len();
+    // 1e-12: directions that no row sees stay where the cones leave them, near zero
+    let diagonal: Vec<Vec<f64>> =
+        (0..n).map(|i| (0..n).map(|j| if i == j { g[i] * g[i] + 1e-12 } else { 0.0 }).collect()).collect();
+    let q: Vec<f64> = (0..n).map(|k| -g[k] * d[k]).collect();
+    // s = (a + d, a − d, 2b)(x) − δ(…)₀ in the cone: −C y + s = −δ(…)₀, each cone scaled by its reference
+    let (mut rows, mut b) = (Vec::<Vec<f64>>::new(), Vec::new());
+    for cone in used.iter().map(|k| &cones[*k]) {
+        for i in 0..3 {
+            let x = DVector::from_iterator(n, cone.terms.iter().map(|t| t[i] / cone.reference[0]));
+            rows.push((back.transpose() * x).iter().map(|v| -v).collect());
+            b.push(-MARGIN * cone.reference[i] / cone.reference[0]);
+        }
+    }
+    let kinds: Vec<SupportedConeT<f64>> = used.iter().map(|_| SecondOrderConeT(3)).collect();
+    let settings = DefaultSettings {
+        verbose: false,
+        tol_gap_abs: 1e-12,
+        tol_gap_rel: 1e-12,
+        tol_feas: 1e-12,
+        ..DefaultSettings::default()
+    };
+    let fail = |status: String| FitError::Solver { solver: "clarabel", status };
+    let (quadratic, linear) = (CscMatrix::from(&diagonal), CscMatrix::from(&rows));
+    let mut solver =
+        DefaultSolver::new(&quadratic, &q, &linear, &b, &kinds, settings).map_err(|e| fail(format!("{e:?}")))?;
+    solver.solve();
+    match solver.solution.status {
+        SolverStatus::Solved | SolverStatus::AlmostSolved => Ok(DVector::from_vec(solver.solution.x.clone())),
+        status => Err(fail(format!("{status:?}"))),
+    }
+}
+
+/// At least as many rows as columns, zeros below.
+pub fn padded(a: &DMatrix<f64>, columns: usize) -> DMatrix<f64> {
+    let n = a.nrows().max(columns);
+    a.clone().resize_vertically(n, 0.0)
+}

@@ -1,0 +1,270 @@
+//! Laws with one shape constant per term: P = Σ c_k φ(λ; θ_k), c_k ≥ 0.
+//!
+//! The factors are eliminated (variable projection: Golub & Pereyra, SIAM J. Numer. Anal. 10, 1973; gradient and Gauss–Newton matrix
+//! after Kaufman, BIT 15, 1975): f(θ) = min_{c ≥ 0} ½‖Φ(θ)c − p̂‖², and argmin's trust region (Steihaug's conjugate gradients) searches θ
+//! alone, from several starts. Gauss–Newton steps in all constants then finish to rounding.
+//!
+//! The starts are the best of all choices of N different points of a grid of θ: five that differ in more than one point (where N is three or
+//! more), then the next best. Columns of the grid are reduced by one QR, so that a choice costs N × N.
+
+use super::law::Family;
+use super::linear::padded;
+use super::nonnegative::{nonnegative, reduce};
+use super::rows::{Rows, beside};
+use super::{FitError, SolverCheck};
+use argmin::core::{CostFunction, Error, Executor, Gradient, Hessian, State};
+use argmin::solver::trustregion::{Steihaug, TrustRegion};
+use nalgebra::{DMatrix, DVector};
+
+/// Starts at most, of which so many are far apart
+const STARTS: usize = 12;
+const APART: usize = 5;
+/// Iterations of the trust region between two looks at the gradient, and looks at most
+const LEG: u64 = 8;
+const LEGS: usize = 60;
+/// Gradient below this part of the misfit is enough: Gauss–Newton does the rest [–]
+const GRADIENT: f64 = 1e-6;
+/// Two starts arrived at the same minimum where their misfits ‖r‖ differ by less than this part [–]
+const SAME: f64 = 1e-6;
+/// Value of the objective where the law is not defined [–]: a step into it is taken back
+const WALL: f64 = 1e12;
+
+/// Factors and shape constants of the terms, the term with the largest factor first.
+pub struct Separable {
+    /// c_k [Pa]
+    pub factors: Vec<f64>,
+    /// θ_k [–]
+    pub shapes: Vec<f64>,
+    /// Where the search ended, to go on from
+    pub at: Vec<f64>,
+    pub check: SolverCheck,
+}
+
+/// The objective with its factors eliminated.
+struct Projected<'a> {
+    family: &'a Family,
+    rows: &'a Rows,
+    reach: f64,
+}
+
+/// Best factors at some shapes.
+struct Point {
+    c: Vec<f64>,
+    columns: Vec<DVector<f64>>,
+    residual: DVector<f64>,
+}
+
+impl Projected<'_> {
+    fn columns(&self, x: &[f64]) -> Option<Vec<DVector<f64>>> {
+        let wall = 2.0 * self.family.grid.iter().fold(0.0_f64, |w, g| w.max(g.abs()));
+        let one = |x: &f64| {
+            let theta = (self.family.shape)(*x, self.reach).0;
+            let column = self.rows.column(|s| (self.family.tau)(theta, s));
+            (x.abs() <= wall && column.iter().all(|v| v.is_finite())).then_some(column)
+        };
+        x.iter().map(one).collect()
+    }
+
+    /// c_k ∂φ/∂x of each term
+    fn slopes(&self, x: &[f64], c: &[f64]) -> Vec<DVector<f64>> {
+        let one = |(x, c): (&f64, &f64)| {
+            let (theta, by) = (self.family.shape)(*x, self.reach);
+            self.rows.column(|s| (self.family.tau_by_shape)(theta, s)) * (*c * by)
+        };
+        x.iter().zip(c).map(one).collect()
+    }
+
+    fn residual(&self, columns: &[DVector<f64>], c: &[f64]) -> DVector<f64> {
+        columns.iter().zip(c).fold(self.rows.target.clone(), |r, (a, c)| r - a * *c)
+    }
+
+    /// `None` where the law is not defined.
+    fn at(&self, x: &[f64]) -> Option<Point> {
+        let columns = self.columns(x)?;
+        let (r, d) = reduce(&beside(&columns), &self.rows.target);
+        let c = nonnegative(&r, &d, &(0..x.len()).collect::<Vec<_>>()).0;
+        let residual = self.residual(&columns, &c);
+        Some(Point { c, columns, residual })
+    }
+
+    /// Kaufman's Jacobian: c_k ∂φ/∂x without its part in the span of the terms that count, and the residual.
+    fn jacobian(&self, x: &[f64]) -> Option<(DMatrix<f64>, DVector<f64>)> {
+        let p = self.at(x)?;
+        let mut slopes = self.slopes(x, &p.c);
+        let support: Vec<_> = p.columns.iter().zip(&p.c).filter(|(_, c)| **c > 0.0).map(|(a, _)| a.clone()).collect();
+        if !support.is_empty() {
+            let q = padded(&beside(&support), support.len()).qr().q();
+            for s in &mut slopes {
+                let long = s.clone().resize_vertically(q.nrows(), 0.0);
+                *s = (&long - &q * (q.transpose() * &long)).resize_vertically(self.rows.len(), 0.0);
+            }
+        }
+        Some((beside(&slopes), p.residual))
+    }
+}
+
+impl CostFunction for Projected<'_> {
+    type Param = Vec<f64>;
+    type Output = f64;
+    fn cost(&self, x: &Vec<f64>) -> Result<f64, Error> {
+        Ok(self.at(x).map_or(WALL, |p| 0.5 * p.residual.norm_squared()))
+    }
+}
+
+impl Gradient for Projected<'_> {
+    type Param = Vec<f64>;
+    type Gradient = Vec<f64>;
+    fn gradient(&self, x: &Vec<f64>) -> Result<Vec<f64>, Error> {
+        let (j, r) = self.jacobian(x).ok_or_else(|| Error::msg("a step was accepted where the law is not defined"))?;
+        Ok((-(j.transpose() * r)).iter().copied().collect())
+    }
+}
+
+impl Hessian for Projected<'_> {
+    type Param = Vec<f64>;
+    type Hessian = Vec<Vec<f64>>;
+    fn hessian(&self, x: &Vec<f64>) -> Result<Vec<Vec<f64>>, Error> {
+        let (j, _) = self.jacobian(x).ok_or_else(|| Error::msg("a step was accepted where the law is not defined"))?;
+        let h = j.transpose() * &j;
+        Ok(h.row_iter().map(|r| r.iter().copied().collect()).collect())
+    }
+}
+
+/// `warm`: the only start, where a fit to much the same rows is known.
+pub fn solve(
+    family: &Family,
+    terms: usize,
+    rows: &Rows,
+    reach: f64,
+    warm: Option<&[f64]>,
+) -> Result<Separable, FitError> {
+    let problem = Projected { family, rows, reach };
+    let starts = warm.map_or_else(|| starts(&problem, terms), |x| vec![x.to_vec()]);
+    let mut ends = Vec::new();
+    for x in &starts {
+        let x = search(family, rows, reach, x)?;
+        ends.extend(finish(&problem, x));
+    }
+    let best = (0..ends.len()).min_by(|a, b| ends[*a].0.total_cmp(&ends[*b].0));
+    let Some(best) = best else {
+        return Err(FitError::Solver { solver: "argmin", status: "no start lies where the law is defined".into() });
+    };
+    let least = ends[best].0;
+    // Below rounding every misfit is the same
+    let agree = ends.iter().filter(|e| e.0 <= least * (1.0 + SAME) + 1e-12).count();
+    let (_, x, c) = &ends[best];
+    let mut order: Vec<usize> = (0..terms).collect();
+    order.sort_by(|a, b| c[*b].total_cmp(&c[*a]));
+    Ok(Separable {
+        factors: order.iter().map(|k| c[*k] * rows.unit).collect(),
+        shapes: order.iter().map(|k| (family.shape)(x[*k], reach).0).collect(),
+        at: order.iter().map(|k| x[*k]).collect(),
+        check: SolverCheck::Starts { starts: starts.len(), agree },
+    })
+}
+
+/// The best choices of grid points, the first ones far apart.
+fn starts(problem: &Projected<'_>, terms: usize) -> Vec<Vec<f64>> {
+    let defined = problem.family.grid.iter().filter_map(|x| Some((*x, problem.columns(&[*x])?.remove(0))));
+    let (grid, columns): (Vec<f64>, Vec<_>) = defined.unzip();
+    if grid.len() < terms {
+        return vec![];
+    }
+    let (r, d) = reduce(&beside(&columns), &problem.rows.target);
+    let mut choices: Vec<Vec<usize>> = vec![vec![]];
+    for _ in 0..terms {
+        let longer = |c: Vec<usize>| {
+            let from = c.last().map_or(0, |k| k + 1);
+            (from..grid.len()).map(move |k| [c.clone(), vec![k]].concat()).collect::<Vec<_>>()
+        };
+        choices = choices.into_iter().flat_map(longer).collect();
+    }
+    // Terms without a factor cannot move: choices with fewer of them first, then the part of the stresses that is explained
+    let rate = |c: &Vec<usize>| {
+        let (factors, explained) = nonnegative(&r, &d, c);
+        (factors.iter().filter(|c| **c == 0.0).count(), -explained)
+    };
+    let mut rated: Vec<_> = choices.iter().map(|c| (rate(c), c)).collect();
+    rated.sort_by(|((n, a), _), ((m, b), _)| n.cmp(m).then(a.total_cmp(b)));
+    let shared = terms.saturating_sub(2).max(usize::from(terms == 2));
+    let mut chosen: Vec<&Vec<usize>> = Vec::new();
+    for (_, c) in &rated {
+        let apart = |o: &&Vec<usize>| o.iter().filter(|k| c.contains(k)).count() <= shared;
+        if chosen.len() < APART && chosen.iter().all(apart) {
+            chosen.push(c);
+        }
+    }
+    let others: Vec<_> = rated.iter().map(|(_, c)| *c).filter(|c| !chosen.contains(c)).collect();
+    chosen.extend(others.into_iter().take(STARTS - chosen.len()));
+    chosen.into_iter().map(|c| c.iter().map(|k| grid[*k]).collect()).collect()
+}
+
+/// argmin's trust region has no test of its own: it runs in legs until the gradient is small or the objective stays.
+fn search(family: &Family, rows: &Rows, reach: f64, start: &[f64]) -> Result<Vec<f64>, FitError> {
+    let fail = |e: Error| FitError::Solver { solver: "argmin", status: e.to_string() };
+    let own = || Projected { family, rows, reach };
+    let mut x = start.to_vec();
+    let mut before = own().cost(&x).map_err(fail)?;
+    if before == WALL {
+        return Ok(x);
+    }
+    for _ in 0..LEGS {
+        let gradient = own().gradient(&x).map_err(fail)?;
+        let size = gradient.iter().map(|g| g * g).sum::<f64>().sqrt();
+        if size <= GRADIENT * before {
+            break;
+        }
+        let steps = Steihaug::new().with_epsilon(1e-14).map_err(fail)?.with_max_iters(2 * x.len() as u64);
+        let solver = TrustRegion::new(steps).with_radius(0.5).and_then(|s| s.with_max_radius(4.0)).map_err(fail)?;
+        let run = Executor::new(own(), solver)
+            .configure(|state| state.param(x.clone()).max_iters(LEG))
+            .run()
+            .map_err(fail)?;
+        let cost = run.state().get_best_cost();
+        if cost < before {
+            x.clone_from(run.state().get_best_param().ok_or_else(|| fail(Error::msg("no answer")))?);
+        }
+        if cost >= before * (1.0 - 1e-9) {
+            break;
+        }
+        before = cost;
+    }
+    Ok(x)
+}
+
+/// Gauss–Newton in all constants of the terms that count, each step halved until the misfit falls. ‖r‖ [–], x and c.
+fn finish(problem: &Projected<'_>, mut x: Vec<f64>) -> Option<(f64, Vec<f64>, Vec<f64>)> {
+    let start = problem.at(&x)?;
+    let (mut c, mut r) = (start.c, start.residual);
+    for _ in 0..30 {
+        let own: Vec<usize> = (0..x.len()).filter(|k| c[*k] > 0.0).collect();
+        let (columns, slopes) = (problem.columns(&x)?, problem.slopes(&x, &c));
+        let j: Vec<_> = own.iter().map(|k| columns[*k].clone()).chain(own.iter().map(|k| slopes[*k].clone())).collect();
+        if j.is_empty() {
+            break;
+        }
+        let size: Vec<f64> = j.iter().map(|c| if c.norm() > 0.0 { c.norm() } else { 1.0 }).collect();
+        let scaled: Vec<_> = j.iter().zip(&size).map(|(c, n)| c / *n).collect();
+        let svd = padded(&beside(&scaled), j.len()).svd(true, true);
+        let long = r.clone().resize_vertically(r.len().max(j.len()), 0.0);
+        let Ok(step) = svd.solve(&long, 1e-10 * svd.singular_values.max()) else { break };
+        let moved = |t: f64| {
+            let (mut x, mut c) = (x.clone(), c.clone());
+            for (n, k) in own.iter().enumerate() {
+                c[*k] += t * step[n] / size[n];
+                x[*k] += t * step[own.len() + n] / size[own.len() + n];
+            }
+            let columns = problem.columns(&x)?;
+            let r = problem.residual(&columns, &c);
+            (c.iter().all(|c| *c >= 0.0)).then_some((x, c, r))
+        };
+        let better = (0..12).filter_map(|n| moved(0.5_f64.powi(n))).find(|(_, _, new)| new.norm() < r.norm());
+        let Some((next, factors, residual)) = better else { break };
+        let still = residual.norm() > r.norm() * (1.0 - 1e-13);
+        (x, c, r) = (next, factors, residual);
+        if still {
+            break;
+        }
+    }
+    Some((r.norm(), x, c))
+}

@@ -1,0 +1,158 @@
+//! One fit of one law to some samples: weights, solver, intervals.
+
+use super::identify::{self, Identified};
+use super::law::{Form, Model};
+use super::linear::{self, Points};
+use super::rows::{self, Rows};
+use super::{FitError, Loss, Sample, Weighting, separable, statistics};
+use nalgebra::{DMatrix, DVector};
+use serde::Serialize;
+
+/// What is known of the numerical quality of an answer.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum SolverCheck {
+    /// The QP of clarabel against least squares by SVD: difference of the stresses over the data [–]
+    Convex { relative_difference: f64, allowed: f64 },
+    /// The QP of clarabel alone: a stability constraint holds the answer back
+    Constrained,
+    /// Trust region of argmin from several starts, and how many of them ended in the reported minimum
+    Starts { starts: usize, agree: usize },
+}
+
+/// What stays the same in all fits of a request.
+#[derive(Clone, Debug)]
+pub struct Setting {
+    pub model: Model,
+    pub weighting: Weighting,
+    pub loss: Loss,
+    /// Largest I₁ − 3 of the table [–]
+    pub reach: f64,
+    /// Where a linear law is kept stable
+    pub stable: Points,
+}
+
+/// An answer with what follows from it.
+#[derive(Clone, Debug)]
+pub struct LawFit {
+    /// Values of the constants [SI]
+    pub values: Vec<f64>,
+    pub identified: Identified,
+    /// `None` where a single solver was enough (fits of parts of the data)
+    pub check: Option<SolverCheck>,
+    /// Where stability holds the answer back
+    pub active: Points,
+    /// Two-sided p-value of a departure of the data from the law [–]; `None` with too few rows or data that the law
+    /// meets to rounding
+    pub departure_p: Option<f64>,
+    /// Neo-Hookean modulus of the same rows [Pa], a measure of size
+    pub modulus: f64,
+    /// Where a separable search ended
+    at: Vec<f64>,
+}
+
+/// Below this misfit ‖r‖/‖P‖ the residuals are rounding and their pattern means nothing [–]
+pub const ROUNDING: f64 = 1e-9;
+/// Huber's constant: 95 % efficiency for normal errors [–]
+const HUBER: f64 = 1.345;
+/// Reweighted fits at most, and the change of a weight that ends them
+const REWEIGHTED: usize = 60;
+const SETTLED: f64 = 1e-6;
+
+/// `near`: the answer to much the same samples; then one solver and one start are enough.
+pub fn solve(setting: &Setting, samples: &[Sample], near: Option<&LawFit>) -> Result<LawFit, FitError> {
+    let base = rows::weights(samples, setting.weighting);
+    let mut found = weighted(setting, samples, &base, near)?;
+    let mut weight = base.clone();
+    if setting.loss == Loss::Huber {
+        for _ in 0..REWEIGHTED {
+            let next = huber(setting, samples, &base, &found.values);
+            let change = next.iter().zip(&weight).zip(&base).map(|((a, b), c)| ((a - b) / c).abs()).fold(0.0, f64::max);
+            weight = next;
+            if change < SETTLED {
+                break;
+            }
+            found = weighted(setting, samples, &weight, Some(&found))?;
+        }
+        found.check = weighted(setting, samples, &weight, near)?.check;
+    }
+    judge(setting, samples, &weight, found)
+}
+
+/// √ of Huber's weights min(1, kσ/|r|) times the base weight, σ = 1.4826 median |r| (Huber, Robust Statistics, 1981, ch. 7).
+fn huber(setting: &Setting, samples: &[Sample], base: &[f64], values: &[f64]) -> Vec<f64> {
+    let off = |(s, w): (&Sample, &f64)| (w * (s.stress - setting.model.stress(values, s.mode, s.stretch))).abs();
+    let r: Vec<f64> = samples.iter().zip(base).map(off).collect();
+    let size = samples.iter().zip(base).map(|(s, w)| (w * s.stress).powi(2)).sum::<f64>() / samples.len() as f64;
+    let limit = (HUBER * 1.4826 * median(&r)).max(ROUNDING * size.sqrt());
+    r.iter().zip(base).map(|(r, w)| w * (limit / r).min(1.0).sqrt()).collect()
+}
+
+pub fn median(values: &[f64]) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let n = sorted.len();
+    0.5 * (sorted[(n - 1) / 2] + sorted[n / 2])
+}
+
+/// The constants alone.
+fn weighted(setting: &Setting, samples: &[Sample], weight: &[f64], near: Option<&LawFit>) -> Result<LawFit, FitError> {
+    let rows = Rows::new(samples, weight)?;
+    let bare = |values, check, active, at| LawFit {
+        values,
+        identified: Identified::default(),
+        check,
+        active,
+        departure_p: None,
+        modulus: rows.unit,
+        at,
+    };
+    match &setting.model.law.form {
+        Form::Linear(slopes) => {
+            let found = linear::solve(*slopes, setting.model.terms, &rows, &setting.stable, near.is_none())?;
+            Ok(bare(found.values, found.check, found.active, vec![]))
+        }
+        Form::Separable(family) => {
+            let warm = near.map(|n| n.at.as_slice());
+            let found = separable::solve(family, setting.model.terms, &rows, setting.reach, warm)?;
+            // + 0: a factor that vanished has no sign
+            let factor = |(c, theta): (&f64, &f64)| [c * (family.factor)(*theta).0 + 0.0, *theta];
+            let values = found.factors.iter().zip(&found.shapes).flat_map(factor).collect();
+            Ok(bare(values, near.is_none().then_some(found.check), vec![], found.at))
+        }
+    }
+}
+
+fn judge(setting: &Setting, samples: &[Sample], weight: &[f64], mut found: LawFit) -> Result<LawFit, FitError> {
+    let model = setting.model;
+    let p: Vec<f64> = samples.iter().map(|s| model.stress(&found.values, s.mode, s.stretch)).collect();
+    let zip = || samples.iter().zip(weight).zip(&p);
+    let residual = DVector::from_iterator(samples.len(), zip().map(|((s, w), p)| w * (s.stress - p)));
+    let size = zip().map(|((s, w), _)| (w * s.stress).powi(2)).sum::<f64>().sqrt();
+    let sensitivities: Vec<f64> = (samples.iter().zip(weight))
+        .flat_map(|(s, w)| model.sensitivities(&found.values, s.mode, s.stretch).into_iter().map(move |v| w * v))
+        .collect();
+    let jacobian = DMatrix::from_row_slice(samples.len(), found.values.len(), &sensitivities);
+    found.identified = identify::identify(model.parameters(), &found.values, &jacobian, &residual, size);
+    if residual.norm() > ROUNDING * size {
+        let second = DVector::from_iterator(samples.len(), zip().map(|((s, w), p)| w * p / s.stretch));
+        found.departure_p = departure(&jacobian, &second, &residual);
+    }
+    Ok(found)
+}
+
+/// p-value of β = 0 in P = P(λ) + β P(λ)/λ (of a Neo-Hookean law in uniaxial tension β is Mooney's second constant): a t-test with
+/// one degree of freedom less than the fit, on the part of P/λ that the constants of the law cannot make.
+fn departure(jacobian: &DMatrix<f64>, second: &DVector<f64>, residual: &DVector<f64>) -> Option<f64> {
+    let free = residual.len().checked_sub(jacobian.ncols() + 1).filter(|n| *n >= 1)?;
+    let across = identify::across(jacobian, second);
+    let across2 = across.norm_squared();
+    if across2 <= 1e-16 * second.norm_squared() {
+        return None;
+    }
+    let r2 = residual.norm_squared();
+    let explained = across.dot(residual).powi(2) / across2;
+    let left = (r2 - explained).max(f64::EPSILON * r2);
+    let t = (explained / (left / free as f64)).sqrt();
+    Some((1.0 - statistics::t_probability(t, free)).max(0.0))
+}

@@ -1,0 +1,144 @@
+//! Reasons not to take the answer of a fit at its word.
+
+use super::{Direction, Mode};
+use serde::Serialize;
+use std::fmt;
+
+/// Reasons not to take the answer at its word.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum FitWarning {
+    /// Residuals have a pattern. p-values [–] of the two tests; one of them is below 2.5 %.
+    Systematic { runs: Option<usize>, runs_p: Option<f64>, departure_p: Option<f64>, rms_relative: f64 },
+    /// Rms misfit in the fitted range above the tolerance
+    Misfit { rms_relative: f64, tolerance: f64 },
+    /// Another mode is predicted with more than the tolerance
+    CrossMode { mode: Mode, bias_relative: f64, rms_relative: f64 },
+    /// Stiffness outside 1 kPa to 10 MPa; `instead`: the unit that would make it a rubber
+    Stiffness { mu_pa: f64, unit: String, instead: Option<&'static str> },
+    /// From the audit log
+    Data { message: String },
+    /// The compressible law is softer (or stiffer) in small tension than the data
+    Compressible { nu: f64, slope_relative: f64 },
+    /// The law file lacks a constant; `volumetric`: and the form of the volumetric part
+    NoPartner { volumetric: bool },
+    /// Directions that the data say nothing about, or hardly anything
+    Unidentifiable { directions: Vec<Direction> },
+    /// Modes and amounts at which stability ends, within the largest principal stretch of the fitted rows
+    Unstable { lost: Vec<(&'static str, f64)>, reach: f64, linear: bool },
+    /// Least squares alone would give a law that is unstable at these stretches of a mode
+    Held { mode: Mode, range: [f64; 2] },
+    /// A law of several constants and tests of one mode only
+    OneMode { mode: Mode },
+    /// Rows far off their neighbours
+    Outliers { lines: Vec<u64> },
+    /// A single start found the reported minimum
+    Starts { starts: usize },
+}
+
+impl fmt::Display for FitWarning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Systematic { runs, runs_p, departure_p, rms_relative } => {
+                write!(f, "the law does not describe this range: its residuals have a pattern (")?;
+                if let (Some(runs), Some(p)) = (runs, runs_p) {
+                    write!(f, "{runs} runs of sign, p = {p:.2e}; ")?;
+                }
+                if let Some(p) = departure_p {
+                    write!(f, "stiffness changes with stretch, p = {p:.2e}; ")?;
+                }
+                write!(
+                    f,
+                    "rms {:.2} %): the interval is too narrow and the constant depends on the range",
+                    100.0 * rms_relative
+                )
+            }
+            Self::Misfit { rms_relative, tolerance } => write!(
+                f,
+                "misfit {:.1} % rms in the fitted range is above {:.1} %: narrow --range to the stretches of the use, \
+                 or take a richer law",
+                100.0 * rms_relative,
+                100.0 * tolerance
+            ),
+            Self::CrossMode { mode, bias_relative, rms_relative } => {
+                let side = if *bias_relative < 0.0 { "low" } else { "high" };
+                write!(
+                    f,
+                    "{mode} rows in the same range are predicted {:.1} % too {side} (rms {:.1} %)",
+                    100.0 * bias_relative.abs(),
+                    100.0 * rms_relative
+                )
+            }
+            Self::Stiffness { mu_pa, unit, instead } => {
+                write!(f, "μ = {mu_pa:.4e} Pa is outside 1 kPa to 10 MPa, the range of rubbers")?;
+                match instead {
+                    Some(other) => write!(f, "; are the stresses in {other} rather than {unit}? Pass --stress-unit"),
+                    None => write!(f, "; check the stress column and its unit ({unit})"),
+                }
+            }
+            Self::Data { message } => f.write_str(message),
+            Self::Compressible { nu, slope_relative } => write!(
+                f,
+                "with nu = {nu:.4} a compressible law has the slope 2(1 + nu)mu in small tension, {:.1} % off the 3 mu of \
+                 the data, which were taken as incompressible",
+                100.0 * slope_relative
+            ),
+            Self::NoPartner { volumetric } => {
+                f.write_str(
+                    "tests of an incompressible material do not give nu or kappa: the law file has neither, pass --nu or \
+                     add one in the scene",
+                )?;
+                f.write_str(if *volumetric { "; the scene also names `volumetric`" } else { "" })
+            }
+            Self::Unidentifiable { directions } => {
+                for (k, d) in directions.iter().enumerate() {
+                    f.write_str(if k > 0 { "; " } else { "" })?;
+                    match d.deviation {
+                        None => write!(f, "unidentifiable: the data say nothing about ")?,
+                        Some(s) if s > 10.0 => write!(f, "hardly identifiable (standard deviation above 1000 %): ")?,
+                        Some(s) => write!(f, "hardly identifiable (standard deviation {:.0} %): ", 100.0 * s)?,
+                    }
+                    f.write_str(&d.changes)?;
+                    if let Some(known) = &d.known {
+                        write!(f, "; they determine {known}")?;
+                    }
+                }
+                f.write_str(". Widen the range, add modes, or take a law with fewer constants")
+            }
+            Self::Unstable { lost, reach, linear } => {
+                let words: Vec<_> =
+                    lost.iter().map(|(mode, at)| format!("{} beyond {at:.4}", mode.replace('_', " "))).collect();
+                write!(
+                    f,
+                    "the law is not stable in {}, though principal stretches up to {reach:.4} were fitted: do not use it there, fit \
+                     these modes too",
+                    words.join(", ")
+                )?;
+                if *linear { write!(f, ", or pass --stable {:.3}..{reach:.3}", 1.0 / reach) } else { Ok(()) }
+            }
+            Self::Held { mode, range: [low, high] } => write!(
+                f,
+                "least squares alone give a law that is unstable in {mode} (stretch {low:.4} to {high:.4}); the condition of \
+                 stability holds the answer back, and the intervals do not know of it"
+            ),
+            Self::OneMode { mode } => write!(
+                f,
+                "only {mode} tests: nothing checks this law of several constants in other modes; bending sees tension \
+                 and compression, a membrane sees equibiaxial tension"
+            ),
+            Self::Outliers { lines } => {
+                let shown: Vec<_> = lines.iter().take(8).map(u64::to_string).collect();
+                let more = if lines.len() > 8 { format!(" and {} more", lines.len() - 8) } else { String::new() };
+                write!(
+                    f,
+                    "rows far off their neighbours pull at the fit (lines {}{more}); pass --loss huber, or leave them out",
+                    shown.join(", ")
+                )
+            }
+            Self::Starts { starts } => write!(
+                f,
+                "only one of {starts} starts of the search ended in the reported minimum; a better one may exist"
+            ),
+        }
+    }
+}

@@ -1,0 +1,57 @@
+//! Dampers on the edges of a mesh, the damping part of a mass–spring–damper body: r_j = c l̇ τ with l̇ = (l − lₙ)/Δt,
+//! K = (c/Δt)(ττᵀ + (1 − lₙ/l)(I − ττᵀ)).
+//!
+//! Objective, with a symmetric exact tangent (it derives from the incremental potential ½ c Δt l̇²); of first order in Δt
+//! under every integrator, as viscous damping is. The usual l̇ = τ·(v_j − v_i) has an unsymmetric tangent.
+
+use super::damping::work;
+use super::edges::{Edges, add_force, longer};
+use crate::mesh::TetMesh;
+use crate::system::{At, Blocks, Effect, EvalError, Local, Needs, Role, Want};
+
+/// A linear damper on each edge.
+pub struct EdgeDampers {
+    edges: Edges,
+    /// [N s/m]
+    c: f64,
+}
+
+impl EdgeDampers {
+    /// The same c [N s/m] on the edges of some cells.
+    pub fn new(mesh: &TetMesh, cells: &[u32], c: f64) -> Self {
+        Self { edges: Edges::of_cells(mesh, cells).0, c }
+    }
+}
+
+impl Effect for EdgeDampers {
+    fn name(&self) -> &str {
+        "edge_dampers"
+    }
+
+    fn role(&self) -> Role {
+        Role::Dissipative
+    }
+
+    fn needs(&self) -> Needs {
+        Needs { velocity: true, acceleration: false }
+    }
+
+    fn blocks(&self) -> &Blocks {
+        &self.edges.blocks
+    }
+
+    fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+        if at.rates.cv == 0.0 {
+            // Statics: t only orders the loads, nothing has a rate.
+            return Ok(());
+        }
+        let (rest, before) = (self.edges.rest(b), self.edges.stretching(at.old, b));
+        let now = self.edges.stretching(at.x, b);
+        let (l, tau) = self.edges.direction(self.name(), b, rest + now)?;
+        let slope = self.c / at.dt;
+        let n = slope * longer(rest + before, now - before);
+        add_force(tau, n, slope, n / l, want, out);
+        out.energy = work(&self.edges.blocks, at, b, out);
+        Ok(())
+    }
+}

@@ -1,0 +1,222 @@
+//! Viscoelastic overstress of a law with an isochoric part W(C̄), C̄ = J^{−2/3} FᵀF: arms of a Prony series.
+//!
+//! With S̃ = J^{2/3} F⁻¹ ∂W/∂F, the law's isochoric stress without its factor J^{−2/3}, arm α remembers h_α,
+//!
+//! ḣ_α + h_α/τ_α = dS̃/dt, S = −ρ S_iso + J^{−2/3} Σ β_α DEV[h_α], DEV[h] = h − ⅓(h:C) C⁻¹,
+//!
+//! β_α and ρ from [`Prony`]. Over a step, by the exponential midpoint rule with d_α = e^{−Δt/2τ_α}:
+//!
+//! h_α = d_α (d_α hₙ_α + S̃ − S̃ₙ).
+//!
+//! It is of second order in Δt, exact for a constant strain. As a function of x it is the gradient of
+//!
+//! Π = (Σ β_α d_α − ρ) W + ½ H:C̄, H = Σ β_α d_α (d_α hₙ_α − S̃ₙ),
+//!
+//! so that the tangent is exact and symmetric, and no part of the overstress acts on the volume:
+//!
+//! ∂/∂F (½ H:C̄) = m(FH − ⅓q G), m = J^{−2/3}, q = H:C, G = F⁻ᵀ, and once more
+//!
+//! m[δ_ik H_LJ − ⅔((FH)_iJ G_kL + G_iJ (FH)_kL) + (2/9) q G_iJ G_kL + ⅓q G_iL G_kJ].
+//!
+//! Sources: Simo, CMAME 60, 1987; Simo & Hughes, *Computational Inelasticity*, 1998, ch. 10. Holzapfel, *Nonlinear Solid
+//! Mechanics*, 2000, ch. 6, adds his Q_α without DEV: they act on the volume once the strain has changed.
+//!
+//! Limits: linear in the overstress, so all arms relax alike at every strain. W alone relaxes, never U(J). In statics Δt is
+//! infinite: h = 0, the long-term response.
+
+use super::cell::CellPoints;
+use crate::material::{LAWS, Law, LawError, Prony, Want};
+use crate::math::tensor::{Mat3, Mat9, ZERO9, cofactor};
+use crate::mesh::TetMesh;
+use crate::system::{At, Blocks, Effect, EvalError, Local, Role};
+
+/// A law whose stress has no isochoric part to relax.
+#[derive(Clone, PartialEq, Debug, thiserror::Error)]
+#[error(
+    "the law {law} has no isochoric part, and to relax all of its stress would relax its bulk modulus too; take one of {}",
+    isochoric().join(", ")
+)]
+pub struct NotIsochoric {
+    pub law: &'static str,
+}
+
+fn isochoric() -> Vec<&'static str> {
+    LAWS.iter().filter(|l| l.info.isochoric).map(|l| l.info.name).collect()
+}
+
+/// Components of a symmetric tensor, in this order.
+const PAIRS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)];
+
+/// The arms of a Prony series on the cells of a region.
+pub struct Viscoelastic {
+    /// W
+    part: Box<dyn Law>,
+    prony: Prony,
+    points: CellPoints,
+}
+
+/// The history of one point, [6 + 6 × arms]: S̃ₙ, then h of each arm [Pa].
+#[derive(Clone, Copy)]
+struct Memory<'a>(&'a [f64]);
+
+impl Memory<'_> {
+    fn stress(&self) -> Mat3 {
+        symmetric(&self.0[..6])
+    }
+
+    fn arms(&self) -> impl Iterator<Item = Mat3> + '_ {
+        self.0[6..].chunks_exact(6).map(symmetric)
+    }
+}
+
+fn symmetric(six: &[f64]) -> Mat3 {
+    let [xx, yy, zz, yz, xz, xy] = std::array::from_fn(|k| six[k]);
+    Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
+}
+
+impl Viscoelastic {
+    pub fn new(mesh: &TetMesh, cells: &[u32], law: &dyn Law, prony: Prony) -> Result<Self, NotIsochoric> {
+        let info = law.info();
+        let (part, _) = law.split().filter(|_| info.isochoric).ok_or(NotIsochoric { law: info.name })?;
+        Ok(Self { part, prony, points: CellPoints::new(mesh, cells) })
+    }
+
+    fn memory<'a>(&self, history: &'a [f64], q: usize) -> Memory<'a> {
+        let n = 6 * (1 + self.prony.arms.len());
+        Memory(&history[q * n..(q + 1) * n])
+    }
+
+    /// (β, d) of each arm over a step.
+    fn decays(&self, dt: f64) -> impl Iterator<Item = (f64, f64)> + '_ {
+        self.prony.arms.iter().map(move |&(beta, tau)| (beta, (-0.5 * dt / tau).exp()))
+    }
+
+    fn undefined(&self, b: usize) -> impl Fn(LawError) -> EvalError + '_ {
+        move |e| EvalError::of_law(self.name(), self.points.cells[b] as usize, e)
+    }
+}
+
+impl Effect for Viscoelastic {
+    fn name(&self) -> &str {
+        "viscoelastic"
+    }
+
+    fn role(&self) -> Role {
+        Role::Relaxing
+    }
+
+    fn blocks(&self) -> &Blocks {
+        &self.points.blocks
+    }
+
+    fn history(&self) -> usize {
+        6 * (1 + self.prony.arms.len()) * self.points.points()
+    }
+
+    fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+        let history = &at.history[b * self.history()..][..self.history()];
+        for q in 0..self.points.points() {
+            let memory = self.memory(history, q);
+            let (mut c, mut h, mut old) = (0.0, Mat3::zeros(), Mat3::zeros());
+            for ((beta, d), arm) in self.decays(at.dt).zip(memory.arms()) {
+                c += beta * d;
+                h += beta * d * (d * arm - memory.stress());
+                old += beta * arm;
+            }
+            let f = self.points.deformation_gradient(at.x, b, q);
+            // The dissipation needs the stress, whatever is wanted.
+            let law = self.part.eval(&f, want.max(Want::Residual)).map_err(self.undefined(b))?;
+            let remembered = Remembered::new(&f, &h);
+            let before = self.points.deformation_gradient(at.old, b, q);
+            let mean = 0.5 * (c * law.p + remembered.p() + Remembered::new(&before, &old).p());
+            let w = self.points.weight(b, q);
+            out.dissipated += w * mean.dot(&(f - before));
+            out.energy -= w * self.prony.relaxed * law.psi;
+            if want < Want::Residual {
+                continue;
+            }
+            c -= self.prony.relaxed;
+            let mut a = ZERO9;
+            if want == Want::Tangent {
+                a = remembered.a();
+                for (a, law) in a.as_flattened_mut().iter_mut().zip(law.a.as_flattened()) {
+                    *a += c * law;
+                }
+            }
+            let p = c * law.p + remembered.p();
+            self.points.scatter(b, q, self.points.blocks.size(b), &p, &a, want, out);
+        }
+        Ok(())
+    }
+
+    fn advance(&self, at: &At, b: usize, new: &mut [f64]) -> Result<(), EvalError> {
+        let history = &at.history[b * self.history()..][..self.history()];
+        let n = new.len() / self.points.points();
+        for (q, new) in new.chunks_exact_mut(n).enumerate() {
+            let f = self.points.deformation_gradient(at.x, b, q);
+            let p = self.part.eval(&f, Want::Residual).map_err(self.undefined(b))?.p;
+            // J^{2/3} F⁻¹ P; the law has refused J ≤ 0.
+            let stress = f.determinant().powf(-1.0 / 3.0) * cofactor(&f).tr_mul(&p);
+            let memory = self.memory(history, q);
+            let change = stress - memory.stress();
+            let (first, arms) = new.split_at_mut(6);
+            let store = |to: &mut [f64], t: &Mat3| {
+                to.iter_mut().zip(PAIRS).for_each(|(to, (i, j))| *to = 0.5 * (t[(i, j)] + t[(j, i)]));
+            };
+            store(first, &stress);
+            for ((to, (_, d)), arm) in arms.chunks_exact_mut(6).zip(self.decays(at.dt)).zip(memory.arms()) {
+                store(to, &(d * (d * arm + change)));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// ½ H:C̄ and its derivatives by F.
+struct Remembered {
+    h: Mat3,
+    /// F H
+    fh: Mat3,
+    /// F⁻ᵀ
+    g: Mat3,
+    /// J^{−2/3}
+    m: f64,
+    /// H:C
+    q: f64,
+}
+
+impl Remembered {
+    /// At J > 0.
+    fn new(f: &Mat3, h: &Mat3) -> Self {
+        let (j, fh) = (f.determinant(), f * h);
+        Self { h: *h, fh, g: cofactor(f) / j, m: j.powf(-2.0 / 3.0), q: f.dot(&fh) }
+    }
+
+    fn p(&self) -> Mat3 {
+        self.m * (self.fh - self.q / 3.0 * self.g)
+    }
+
+    fn a(&self) -> Mat9 {
+        let Self { h, fh, g, m, q } = *self;
+        let rows = |t: &Mat3| -> [f64; 9] { std::array::from_fn(|n| t[(n / 3, n % 3)]) };
+        let (gr, fhr) = (rows(&g), rows(&fh));
+        // The dyads as G ⊗ u + FH ⊗ v.
+        let u = rows(&(m * (2.0 / 9.0 * q * g - 2.0 / 3.0 * fh)));
+        let v = rows(&(-2.0 / 3.0 * m * g));
+        let third = m * q / 3.0;
+        let mut out = ZERO9;
+        for (row, out) in out.iter_mut().enumerate() {
+            for (out, (u, v)) in out.iter_mut().zip(u.iter().zip(&v)) {
+                *out = gr[row] * u + fhr[row] * v;
+            }
+            let (i, j) = (row / 3, row % 3);
+            for k in 0..3 {
+                for l in 0..3 {
+                    out[3 * k + l] += third * gr[3 * i + l] * gr[3 * k + j];
+                }
+                out[3 * i + k] += m * h[(k, j)];
+            }
+        }
+        out
+    }
+}

@@ -1,0 +1,31 @@
+//! The step to be solved, and what the effects see at its end.
+
+use super::Integrator;
+use crate::system::{At, State, System};
+
+/// From `past` over `dt`.
+#[derive(Clone, Copy)]
+pub struct Step<'a> {
+    pub system: &'a System,
+    pub integrator: Integrator,
+    pub past: &'a State,
+    pub dt: f64,
+}
+
+impl Step<'_> {
+    /// What an evaluation at `next` sees, once v and a of `next` belong to its x.
+    pub fn at<'b>(&'b self, next: &'b State) -> At<'b> {
+        let State { t, x, v, a, .. } = next;
+        let Self { integrator, past, dt, .. } = *self;
+        At {
+            t: *t,
+            dt: if integrator.is_static() { f64::INFINITY } else { dt },
+            x,
+            v,
+            a,
+            old: &past.x,
+            history: &past.history,
+            rates: integrator.rates(past, dt),
+        }
+    }
+}

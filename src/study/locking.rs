@@ -1,0 +1,33 @@
+//! Cases whose pressures look locked: a sentence for every report, and one for a verdict that recommends such a case.
+
+use super::record::{CaseRecord, StoredCase};
+
+/// What to do about the alarm.
+pub const REMEDY: &str = "take formulation = \"mixed\", or show by a finer mesh that the answer stays";
+
+/// Pressure scatter [–] of a case that raises the alarm.
+pub fn alarm(c: &CaseRecord) -> Option<f64> {
+    c.locking.filter(|l| l.alarm).map(|l| l.pressure_scatter)
+}
+
+/// Which cases raise the alarm, per formulation; None if none does.
+pub fn sentence(stored: &[StoredCase]) -> Option<String> {
+    let raised: Vec<(&CaseRecord, f64)> = stored.iter().filter_map(|c| Some((&c.record, alarm(&c.record)?))).collect();
+    let mut formulations: Vec<&str> = raised.iter().map(|(c, _)| c.formulation.as_str()).collect();
+    formulations.sort_unstable();
+    formulations.dedup();
+    let each = |name: &&str| {
+        let of = || raised.iter().filter(|(c, _)| c.formulation == **name);
+        let all = stored.iter().filter(|c| c.record.formulation == **name).count();
+        let (lo, hi) = of().fold((f64::INFINITY, 0.0f64), |(a, b), (_, s)| (a.min(*s), b.max(*s)));
+        format!("{} of {all} cases of {name} (by {lo:.2} to {hi:.2})", of().count())
+    };
+    let words: Vec<String> = formulations.iter().map(each).collect();
+    (!words.is_empty()).then(|| {
+        format!(
+            "Locking alarm: pressures that scatter from cell to cell by more than half of the deviatoric stress in {}. \
+             Their stiffness is partly the mesh's: {REMEDY}.",
+            words.join(" and ")
+        )
+    })
+}
