@@ -33,6 +33,9 @@ pub fn predictions(all: &[Residual], modes: &[Mode], range: StretchRange) -> Vec
     found
 }
 
+/// Rows before a range can be judged: the first ones are small, and mostly noise.
+const LEAST_ROWS: usize = 3;
+
 pub fn validity(all: &[Residual], modes: &[Mode], tolerance: f64) -> Validity {
     let side = |tension: bool| {
         let on_side =
@@ -40,10 +43,15 @@ pub fn validity(all: &[Residual], modes: &[Mode], tolerance: f64) -> Validity {
         let mut rows: Vec<_> = all.iter().filter(on_side).collect();
         rows.sort_by(|a, b| (a.stretch - 1.0).abs().total_cmp(&(b.stretch - 1.0).abs()));
         let (mut r2, mut p2, mut reached) = (0.0, 0.0, None);
-        for row in rows {
+        let first = LEAST_ROWS.min(rows.len());
+        for (k, row) in rows.iter().enumerate() {
             r2 += row.residual.powi(2);
             p2 += row.measured.powi(2);
-            if r2 <= tolerance * tolerance * p2 {
+            // Good again beyond a range where it was bad is no range to trust.
+            if k + 1 >= first {
+                if r2 > tolerance * tolerance * p2 {
+                    break;
+                }
                 reached = Some(row.stretch);
             }
         }

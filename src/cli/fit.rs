@@ -34,7 +34,7 @@ pub struct Args {
     /// Terms of mooney_rivlin (2, 3, 5), yeoh (1 to 3), ogden (1 to 4) [default: 2, 3, 3]
     #[arg(long)]
     terms: Option<usize>,
-    /// Folder of the results [default: reports/fit-<name of the table>]
+    /// Folder of the results [default: reports/fit-<name of the table>-<law>]
     #[arg(long)]
     out: Option<PathBuf>,
     /// Stretches that are fitted, e.g. 1..1.6 [default: every row]
@@ -110,7 +110,7 @@ pub fn main(args: Args) -> Outcome {
         (None, None) => None,
     };
     let stem = args.csv[0].file_stem().map_or_else(|| "data".into(), |n| n.to_string_lossy().into_owned());
-    let out = args.out.unwrap_or_else(|| PathBuf::from("reports").join(format!("fit-{stem}")));
+    let out = args.out.unwrap_or_else(|| PathBuf::from("reports").join(format!("fit-{stem}-{}", args.law)));
     if args.law == "all" {
         let table = compare(&request)?;
         files::make_folder(&out)?;

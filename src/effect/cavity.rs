@@ -66,6 +66,18 @@ impl Cavity {
         (0..self.blocks.len()).map(|b| self.facet_volume(x, b)).sum()
     }
 
+    /// ∂V/∂x·dx [m³]
+    pub fn growth(&self, x: &[f64], dx: &[f64]) -> f64 {
+        let mut out = Local::new(3 * self.nodes);
+        let mut sum = 0.0;
+        for b in 0..self.blocks.len() {
+            out.r.fill(0.0);
+            self.facet(x, b, -1.0, Want::Residual, &mut out);
+            sum += self.blocks.dofs(b).zip(&out.r).map(|(dof, r)| r * dx[dof as usize]).sum::<f64>();
+        }
+        sum
+    }
+
     /// Position of node `a` of facet `b` from o [m].
     fn position(&self, x: &[f64], b: usize, a: usize) -> Vec3 {
         let node = self.blocks.nodes(b)[a] as usize;

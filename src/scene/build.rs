@@ -161,6 +161,7 @@ impl Scene {
             let remedy = "add an [[effect]] with kind = \"elastic\", or \"edge_springs\"";
             return Err(builder.content("effect", "no effect is elastic", remedy));
         }
+        builder.check_cover(&elastic)?;
         builder.remark_stability(&spec, &laws);
         let law = laws.into_iter().next();
         let probe = |(k, probe)| {
