@@ -1,7 +1,7 @@
 //! `durometer simulate SCENE`
 
 use super::{INCOMPLETE, Outcome, bars::Bars, files};
-use durometer::scene::{Body, Scene, read_scene};
+use durometer::scene::{Body, Constant, Scene, Sensitivity, read_scene};
 use durometer::solve::Status;
 use durometer::study::fields::Fields;
 use durometer::study::locking::REMEDY;
@@ -24,6 +24,7 @@ Examples:
   durometer simulate studies/finger-dynamics/scene.toml
   durometer simulate my-scene.toml --set mesh.cells=9300 --out out
   durometer simulate my-scene.toml --set 'constraint.cable.drive={ tension = \"2 N\" }' --vtu
+  durometer simulate finger-convergence --slope laws.rubber.mu --slope laws.rubber.nu
 
 In --set a step into a list is its index from 0, or the name or kind of an entry.
 Exit codes: 0 converged, 2 bad input, 3 the run did not complete.")]
@@ -39,6 +40,10 @@ pub struct Args {
     /// Write displacement and stretch at every step of the time grid as VTU, with a PVD collection
     #[arg(long)]
     vtu: bool,
+    /// Write <name>.slopes.csv: exact derivatives of positions, angles, reactions and cables by a constant of a law, e.g.
+    /// --slope laws.rubber.mu, several times; static stages only
+    #[arg(long, value_name = "CONSTANT")]
+    slope: Vec<String>,
     /// Print the record instead of progress
     #[arg(long)]
     json: bool,
@@ -51,6 +56,12 @@ pub fn main(args: Args) -> Outcome {
     let bars = Bars::new(args.json);
     let body = Body::load(&file, &spec.mesh, &mut |line| bars.meshing(&name, line))?;
     let scene = Scene::build(&file, spec, text, body.into())?;
+    let constants: Vec<Constant> = args.slope.iter().map(|text| text.parse()).collect::<Result<_, _>>()?;
+    let mut sensitivity = match constants.is_empty() {
+        true => None,
+        false => Some(Sensitivity::new(&scene, &constants)?),
+    };
+    let mut slopes = Ok(Vec::new());
     files::make_folder(&args.out)?;
     if !args.json {
         scene.remarks.iter().for_each(|remark| eprintln!("note: {remark}"));
@@ -68,6 +79,12 @@ pub fn main(args: Args) -> Outcome {
             if let Some(fields) = &mut fields {
                 fields.add(&scene, state);
             }
+            if let (Some(sensitivity), Ok(rows)) = (&mut sensitivity, &mut slopes) {
+                match sensitivity.at(state) {
+                    Ok(found) => rows.push((state.t, found)),
+                    Err(why) => slopes = Err(format!("no derivative at t = {} s: {why}", state.t)),
+                }
+            }
         },
     );
     let mut times = (wall.elapsed().as_secs_f64(), cpu.elapsed().as_secs_f64());
@@ -79,6 +96,10 @@ pub fn main(args: Args) -> Outcome {
     record.id.clone_from(&name);
     store::write(&args.out.join(format!("{name}.csv")), &store::csv(&run))?;
     store::write(&args.out.join(format!("{name}.signals.csv")), &store::signals_csv(&scene, &run))?;
+    if let Some(sensitivity) = &sensitivity {
+        let text = store::slopes_csv(&sensitivity.columns(), &constants, slopes.as_deref().unwrap_or_default());
+        store::write(&args.out.join(format!("{name}.slopes.csv")), &text)?;
+    }
     let json = serde_json::to_string_pretty(&record)?;
     store::write(&args.out.join(format!("{name}.json")), &json)?;
     bars.finished(&record, false);
@@ -98,7 +119,11 @@ pub fn main(args: Args) -> Outcome {
             println!("fields:  {} (open it in ParaView)", args.out.join(format!("{name}.pvd")).display());
         }
     }
-    Ok(if run.status == Status::Converged { ExitCode::SUCCESS } else { ExitCode::from(INCOMPLETE) })
+    if let Err(why) = &slopes {
+        eprintln!("not complete: {why}");
+    }
+    let complete = run.status == Status::Converged && slopes.is_ok();
+    Ok(if complete { ExitCode::SUCCESS } else { ExitCode::from(INCOMPLETE) })
 }
 
 /// Five digits, whatever the size.

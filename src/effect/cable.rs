@@ -60,6 +60,17 @@ impl Cable {
         self.polyline(x).windows(2).map(|w| (w[1] - w[0]).norm()).sum()
     }
 
+    /// Change of the length [m] with the motion dx [m] at displacement x: Σ_s τ_s·(dp_{s+1} − dp_s).
+    pub fn lengthening(&self, x: &[f64], dx: &[f64]) -> f64 {
+        let points = self.polyline(x);
+        let moved = |k: usize| self.guide(dx, k) - self.guides[k].point;
+        let segment = |s: usize| {
+            let start = s.checked_sub(1).map_or(Vec3::zeros(), moved);
+            (points[s + 1] - points[s]).normalize().dot(&(moved(s) - start))
+        };
+        (0..self.guides.len()).map(segment).sum()
+    }
+
     fn guide(&self, x: &[f64], k: usize) -> Vec3 {
         let guide = &self.guides[k];
         guide

@@ -67,4 +67,8 @@ impl Stressed for Elastic {
         let at = |q| Ok(self.law.eval(&self.points.deformation_gradient(x, b, q), Want::Residual)?.p);
         (0..self.points.points()).map(at).collect()
     }
+
+    fn along(&self, _: &TetMesh, law: Box<dyn Law>) -> Box<dyn Effect> {
+        Box::new(Self { name: self.name.clone(), law, points: self.points.clone() })
+    }
 }

@@ -9,9 +9,10 @@
 //! change sign from cell to cell and outweigh the deviatoric stress that carries the load.
 
 use super::cell::CellPoints;
-use crate::material::{LawError, Moduli};
+use crate::material::{Law, LawError, Moduli};
 use crate::math::tensor::Mat3;
-use crate::mesh::{Order, element};
+use crate::mesh::{Order, TetMesh, element};
+use crate::system::Effect;
 use std::sync::Arc;
 
 /// Scatter above which a displacement-only element is taken for locked [–]; calibrated in `docs/theory/elements.md`.
@@ -21,7 +22,7 @@ pub const ALARM: f64 = 0.5;
 /// not follow.
 pub const COMPRESSIBLE: f64 = 0.4;
 
-/// An elastic effect whose stress can be looked at.
+/// An elastic effect of a law: its stress can be looked at, and it can be differentiated by the constants.
 pub trait Stressed: Send + Sync {
     fn points(&self) -> &Arc<CellPoints>;
     /// Is the volume change penalised point by point, with no pressure in between? Only then there is locking to look for.
@@ -30,6 +31,8 @@ pub trait Stressed: Send + Sync {
     fn moduli(&self) -> Moduli;
     /// P [Pa] at the points of block `b`, as it stands in the residual.
     fn stress(&self, x: &[f64], b: usize) -> Result<Vec<Mat3>, LawError>;
+    /// ∂/∂θ of this effect, on its blocks, from ∂/∂θ of its law ([`Law::along`]): its residual is ∂r/∂θ at fixed x.
+    fn along(&self, mesh: &TetMesh, law: Box<dyn Law>) -> Box<dyn Effect>;
 }
 
 /// What the pressures of a state look like.

@@ -130,4 +130,11 @@ impl Stressed for MeanDilatation {
         };
         (0..self.points.points()).map(at).collect()
     }
+
+    /// Π is linear in ψ̃ and κ.
+    fn along(&self, _: &TetMesh, law: Box<dyn Law>) -> Box<dyn Effect> {
+        let (rest, volumetric) = law.split().expect("the derivative of a law splits where the law does");
+        let (name, hooke, points) = (self.name.clone(), law.small_strain(), self.points.clone());
+        Box::new(Self { name, rest, volumetric, hooke, points })
+    }
 }

@@ -13,6 +13,7 @@
 
 use super::cell::CellPoints;
 use super::locking::Stressed;
+use super::mixed_along::MixedAlong;
 use crate::material::{Law, LawError, Moduli, Volumetric};
 use crate::math::tensor::{Mat3, Mat9, ZERO9, cofactor, det_minus_one};
 use crate::mesh::{Order, TetMesh, element, quadrature};
@@ -181,6 +182,17 @@ impl Stressed for MixedElastic {
             Ok(self.rest.eval(&f, Want::Residual)?.p + p * dg * cofactor(&f))
         };
         self.shape.iter().enumerate().map(at).collect()
+    }
+
+    fn along(&self, mesh: &TetMesh, law: Box<dyn Law>) -> Box<dyn Effect> {
+        let (rest, volumetric) = law.split().expect("the derivative of a law splits where the law does");
+        let (kappa, mu) = (self.volumetric.kappa, self.hooke.mu);
+        let (bulk, shear) = (-volumetric.kappa / (kappa * kappa), -law.small_strain().mu / (mu * mu));
+        let alpha = if mesh.order == Order::Linear { STABILISATION } else { 0.0 };
+        let cells = self.points.cells.iter();
+        let compliance = cells.map(|&c| compliance(mesh, c as usize, bulk, alpha * shear, self.s)).collect();
+        let (name, points, blocks) = (self.name.clone(), self.points.clone(), self.blocks.clone());
+        Box::new(MixedAlong { name, rest, points, blocks, compliance })
     }
 }
 

@@ -11,7 +11,7 @@
 //! Limits: J > 0. The series does not lock: at Ī₁ → 3λ_m², where the chains of the inverse Langevin function are fully stretched, it stays finite
 //! and too soft.
 
-use super::isochoric::{self, Partials, Strain};
+use super::isochoric::{self, Along, Parametric, Partials, Strain};
 use super::registry::{Chosen, LawSpecError, Values};
 use super::split::{Part, required};
 use super::volumetric::{CHOICES, Volumetric};
@@ -63,11 +63,15 @@ impl Part for ArrudaBoyce {
     }
 
     fn shear(&self) -> f64 {
-        2.0 * self.sums(0.0).1
+        2.0 * self.sums(0.0, |_| 1.0).1
     }
 
     fn response(&self, u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError> {
         isochoric::response(self, u, f, want)
+    }
+
+    fn response_along(&self, rates: &[f64], u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError> {
+        isochoric::response(&Along { part: self, rates }, u, f, want)
     }
 }
 
@@ -76,21 +80,31 @@ impl Strain for ArrudaBoyce {
 
     #[inline(always)]
     fn partials(&self, i: f64, _: f64) -> Result<Partials, LawError> {
-        let (w, w1, w11) = self.sums(i);
+        let (w, w1, w11) = self.sums(i, |_| 1.0);
+        Ok(Partials { w, w1, w11, ..Partials::default() })
+    }
+}
+
+impl Parametric for ArrudaBoyce {
+    /// μ λ_m^{2−2n} changes by dμ/μ + (2 − 2n) dλ_m/λ_m of itself.
+    fn partials_along(&self, rates: &[f64], i: f64, _: f64) -> Result<Partials, LawError> {
+        let (w, w1, w11) = self.sums(i, |n| rates[0] / self.mu + (2.0 - 2.0 * n) * rates[1] / self.limit);
         Ok(Partials { w, w1, w11, ..Partials::default() })
     }
 }
 
 impl ArrudaBoyce {
     /// W and its first two derivatives by Ī₁ at Ī₁ = 3 + i. Ī₁ⁿ − 3ⁿ = i q_n, q_n = Ī₁ q_{n−1} + 3^{n−1}, keeps the digits of small i.
+    /// `factor` of n weights the terms.
     #[inline(always)]
-    fn sums(&self, i: f64) -> (f64, f64, f64) {
+    fn sums(&self, i: f64, factor: impl Fn(f64) -> f64) -> (f64, f64, f64) {
         let (i1, z) = (3.0 + i, 1.0 / (self.limit * self.limit));
         let (mut w, mut w1, mut w11) = (0.0, 0.0, 0.0);
         // μ λ_m^{2−2n}, q_n, 3^{n−1}, Ī₁^{n−1} and Ī₁^{n−2}
         let (mut scale, mut q, mut three, mut power, mut lower) = (self.mu, 1.0, 1.0, 1.0, 0.0);
         for (n, c) in (1..).zip(SERIES) {
             let n = f64::from(n);
+            let c = c * factor(n);
             w += scale * c * i * q;
             w1 += scale * c * n * power;
             w11 += scale * c * n * (n - 1.0) * lower;

@@ -47,6 +47,11 @@ impl Law for Corotational {
         self.0
     }
 
+    /// ψ is linear in μ and λ.
+    fn along(&self, rates: &[f64]) -> Box<dyn Law> {
+        Box::new(Self(self.0.along(rates)))
+    }
+
     /// P = 2μ(F − R) + λ tr(S − I) R. From δR = Σ_{i<j} 2/(s_i + s_j) (T_ij : δF) T_ij with the twists
     /// T_ij = U (e_i e_jᵀ − e_j e_iᵀ)/√2 Vᵀ: A = 2μ 𝕀 + λ R ⊗ R + (λ tr(S − I) − 2μ) Σ_{i<j} 2/(s_i + s_j) T_ij ⊗ T_ij.
     fn eval(&self, f: &Mat3, want: Want) -> Result<Response, LawError> {

@@ -6,7 +6,7 @@
 //!
 //! Limits: J > 0 and Ī₁ − 3 < J_m, refused beyond: there the chains are fully stretched and ψ is infinite.
 
-use super::isochoric::{self, Partials, Strain};
+use super::isochoric::{self, Along, Parametric, Partials, Strain};
 use super::registry::{Chosen, LawSpecError, Values};
 use super::split::{Part, required};
 use super::volumetric::{CHOICES, Volumetric};
@@ -61,6 +61,10 @@ impl Part for Gent {
     fn response(&self, u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError> {
         isochoric::response(self, u, f, want)
     }
+
+    fn response_along(&self, rates: &[f64], u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError> {
+        isochoric::response(&Along { part: self, rates }, u, f, want)
+    }
 }
 
 impl Strain for Gent {
@@ -78,6 +82,22 @@ impl Strain for Gent {
             w: -0.5 * mu * limit * (-t).ln_1p(),
             w1: slope,
             w11: slope / (limit * (1.0 - t)),
+            ..Partials::default()
+        })
+    }
+}
+
+impl Parametric for Gent {
+    /// ∂W/∂J_m = −½μ[ln(1 − t) + t/(1 − t)], t = i/J_m; the series of the bracket starts with ½t².
+    fn partials_along(&self, rates: &[f64], i: f64, k: f64) -> Result<Partials, LawError> {
+        let (Self { mu, limit }, [dmu, dlimit]) = (*self, [rates[0], rates[1]]);
+        let p = self.partials(i, k)?;
+        let t = i / limit;
+        let (open, by_mu, by_limit) = (1.0 - t, dmu / mu, 0.5 * mu * dlimit);
+        Ok(Partials {
+            w: by_mu * p.w - by_limit * ((-t).ln_1p() + t / open),
+            w1: by_mu * p.w1 - by_limit * t / (limit * open * open),
+            w11: by_mu * p.w11 - by_limit * (1.0 + t) / (limit * limit * open.powi(3)),
             ..Partials::default()
         })
     }

@@ -37,6 +37,27 @@ pub trait Strain {
     fn partials(&self, i: f64, k: f64) -> Result<Partials, LawError>;
 }
 
+/// A part with constants of its own.
+pub trait Parametric: Strain {
+    /// ∂/∂θ of [`Strain::partials`], where the values of the part change by `rates` per unit of θ
+    fn partials_along(&self, rates: &[f64], i: f64, k: f64) -> Result<Partials, LawError>;
+}
+
+/// ∂W/∂θ of a part: of the same form, with the derivatives of its derivatives.
+pub struct Along<'a, W> {
+    pub part: &'a W,
+    /// ∂/∂θ of its values
+    pub rates: &'a [f64],
+}
+
+impl<W: Parametric> Strain for Along<'_, W> {
+    const SECOND: bool = W::SECOND;
+
+    fn partials(&self, i: f64, k: f64) -> Result<Partials, LawError> {
+        self.part.partials_along(self.rates, i, k)
+    }
+}
+
 /// ψ = W + U, P and A at F.
 #[inline(always)]
 pub fn response<W: Strain>(part: &W, u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError> {

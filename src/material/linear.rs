@@ -41,6 +41,11 @@ impl Law for Linear {
         self.0
     }
 
+    /// ψ is linear in μ and λ.
+    fn along(&self, rates: &[f64]) -> Box<dyn Law> {
+        Box::new(Self(self.0.along(rates)))
+    }
+
     /// P = 2με + λ tr ε I; A_iJkL = μ(δ_ik δ_JL + δ_iL δ_kJ) + λ δ_iJ δ_kL.
     fn eval(&self, f: &Mat3, want: Want) -> Result<Response, LawError> {
         let Moduli { mu, lambda, .. } = self.0;

@@ -8,6 +8,7 @@ use crate::math::units::Dimension;
 pub mod arruda_boyce;
 mod assemble;
 pub mod corotational;
+mod error;
 pub mod gent;
 pub mod isochoric;
 pub mod kinematics;
@@ -21,6 +22,7 @@ pub mod ogden;
 pub mod polar;
 pub mod prony;
 pub mod registry;
+pub mod sensitivity;
 pub mod spectral;
 pub mod split;
 pub mod st_venant_kirchhoff;
@@ -34,6 +36,7 @@ pub use load_case::{Homogeneous, LoadCase, LoadCaseError};
 pub use moduli::Moduli;
 pub use prony::{Arm, Constants, Prony, PronyError};
 pub use registry::{LAWS, LawEntry, LawSpecError, law_from_table};
+pub use sensitivity::derivative;
 pub use stability::{Instability, Limit, Stability, stability};
 pub use volumetric::{Volumetric, VolumetricKind};
 
@@ -156,6 +159,9 @@ pub trait Law: Send + Sync + std::fmt::Debug {
     fn split(&self) -> Option<(Box<dyn Law>, Volumetric)> {
         None
     }
+    /// ∂/∂θ, where [`Law::values`] change by `rates` per unit of θ: a function of F with a ψ, P, A and split of its own, and
+    /// rates where a law has constants. It is no material (its moduli may have any sign) and is not differentiated again.
+    fn along(&self, rates: &[f64]) -> Box<dyn Law>;
 }
 
 /// The law of each kind that the tests share.

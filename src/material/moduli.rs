@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::Parameter;
 use super::registry::LawSpecError;
+use super::{Law, Parameter};
 use crate::math::units::Dimension;
 
 /// Consistent elastic constants: a pair that was given is kept to the last bit, the others follow.
@@ -154,6 +154,33 @@ impl Moduli {
         m.check(first, second)
     }
 
+    /// Rates of all five for the rates of E [Pa] and ν [–].
+    pub(crate) fn along(&self, rates: &[f64]) -> Self {
+        let [e, nu] = [rates[0], rates[1]];
+        let mu = (0.5 * e - self.mu * nu) / (1.0 + self.nu);
+        let kappa = (e / 3.0 + 2.0 * self.kappa * nu) / (1.0 - 2.0 * self.nu);
+        Self { e, nu, ..self.shifted(mu, kappa) }
+    }
+
+    /// Rates of all five for those of μ and κ [Pa].
+    pub(crate) fn shifted(&self, mu: f64, kappa: f64) -> Self {
+        let by = |name| self.gradient(name).iter().zip([mu, kappa]).map(|(g, rate)| g * rate).sum();
+        Self { e: by("E"), nu: by("nu"), mu, lambda: by("lambda"), kappa }
+    }
+
+    /// ∂/∂μ and ∂/∂κ of a constant of [`KEYS`], from E = 9κμ/(3κ + μ) and ν = (3κ − 2μ)/(6κ + 2μ).
+    fn gradient(&self, name: &str) -> [f64; 2] {
+        let Self { mu, kappa, .. } = *self;
+        let d = (3.0 * kappa + mu).powi(2);
+        match name {
+            "E" => [27.0 * kappa * kappa / d, 9.0 * mu * mu / d],
+            "nu" => [-4.5 * kappa / d, 4.5 * mu / d],
+            "lambda" => [-2.0 / 3.0, 1.0],
+            "mu" => [1.0, 0.0],
+            _ => [0.0, 1.0],
+        }
+    }
+
     /// Refuses a pair whose other constants leave their bounds: the stored energy would not be positive.
     fn check(self, first: &str, second: &str) -> Result<Self, LawSpecError> {
         // μ and κ first: they name the cause, the others follow from them.
@@ -171,6 +198,17 @@ impl Moduli {
         }
         Ok(self)
     }
+}
+
+/// Rates of (E, ν) of a law of two constants by `key`, the other one that was given held: with the gradients g by (μ, κ),
+/// g_key·d = 1 and g_other·d = 0.
+pub(super) fn rates(law: &dyn Law, given: &BTreeMap<String, f64>, key: &str) -> Vec<f64> {
+    let m = law.small_strain();
+    let other = given.keys().find(|k| *k != key).map_or("", String::as_str);
+    let ([a, b], [c, d]) = (m.gradient(key), m.gradient(other));
+    let determinant = a * d - b * c;
+    let Moduli { e, nu, .. } = m.shifted(d / determinant, -c / determinant);
+    vec![e, nu]
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@
 //!
 //! Limits: J > 0. C01 < 0, and negative terms of higher order, lose stability at some stretch; see [`super::stability()`].
 
-use super::isochoric::{self, Partials, Strain};
+use super::isochoric::{self, Along, Parametric, Partials, Strain};
 use super::registry::{Chosen, LawSpecError, Values};
 use super::split::{self, Part, required};
 use super::volumetric::{CHOICES, Volumetric};
@@ -69,6 +69,10 @@ impl Part for MooneyRivlin {
     fn response(&self, u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError> {
         isochoric::response(self, u, f, want)
     }
+
+    fn response_along(&self, rates: &[f64], u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError> {
+        isochoric::response(&Along { part: self, rates }, u, f, want)
+    }
 }
 
 impl Strain for MooneyRivlin {
@@ -85,5 +89,14 @@ impl Strain for MooneyRivlin {
             w12: c11,
             w22: 2.0 * c02,
         })
+    }
+}
+
+impl Parametric for MooneyRivlin {
+    /// W is linear in its constants.
+    fn partials_along(&self, rates: &[f64], i: f64, k: f64) -> Result<Partials, LawError> {
+        let mut c = [0.0; 5];
+        c[..rates.len()].copy_from_slice(rates);
+        Self { c, terms: rates.len() }.partials(i, k)
     }
 }

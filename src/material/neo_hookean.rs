@@ -42,6 +42,11 @@ impl Law for NeoHookean {
         self.0
     }
 
+    /// ψ is linear in μ and λ.
+    fn along(&self, rates: &[f64]) -> Box<dyn Law> {
+        Box::new(Self(self.0.along(rates)))
+    }
+
     /// The rest, ½μ(I₁ − 3) − μ ln J, is not isochoric.
     fn split(&self) -> Option<(Box<dyn Law>, Volumetric)> {
         let volumetric = Volumetric { kind: VolumetricKind::Logarithmic, kappa: self.0.lambda };

@@ -58,6 +58,11 @@ impl Law for NeoHookeanSplit {
         self.hooke
     }
 
+    /// ψ is linear in μ and κ.
+    fn along(&self, rates: &[f64]) -> Box<dyn Law> {
+        Box::new(Self { hooke: self.hooke.along(rates), ..*self })
+    }
+
     fn split(&self) -> Option<(Box<dyn Law>, Volumetric)> {
         Some((Box::new(Self { hooke: Moduli { kappa: 0.0, ..self.hooke }, ..*self }), self.u()))
     }

@@ -129,6 +129,20 @@ impl Part for Ogden {
     fn response(&self, u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError> {
         spectral::response(self, u, f, want)
     }
+
+    fn response_along(&self, rates: &[f64], u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError> {
+        let mut along = Along { law: *self, mu: [0.0; TERMS], alpha: [0.0; TERMS] };
+        for (n, rates) in rates.chunks_exact(2).enumerate() {
+            let ([given, turn], mu, alpha) = ([rates[0], rates[1]], self.mu[n], self.alpha[n]);
+            along.alpha[n] = turn;
+            along.mu[n] = match self.convention {
+                "abaqus" => (2.0 * given - mu * turn) / alpha,
+                "febio" => (given - mu * turn) / alpha,
+                _ => given,
+            };
+        }
+        spectral::response(&along, u, f, want)
+    }
 }
 
 impl ValanisLandel for Ogden {
@@ -151,5 +165,49 @@ impl ValanisLandel for Ogden {
     #[inline(always)]
     fn quotient(&self, a: f64, b: f64) -> f64 {
         self.terms().map(|(mu, alpha)| mu * (alpha * b).exp() * power_quotient(alpha, a - b)).sum()
+    }
+}
+
+/// ∂W/∂θ with the rates of μ_n of μ_n/α_n and of α_n.
+struct Along {
+    law: Ogden,
+    mu: [f64; TERMS],
+    alpha: [f64; TERMS],
+}
+
+impl Along {
+    /// μ, α and their rates, term by term.
+    fn terms(&self) -> impl Iterator<Item = ([f64; 2], [f64; 2])> + '_ {
+        let rates = self.mu.iter().zip(&self.alpha).map(|(mu, alpha)| [*mu, *alpha]);
+        self.law.terms().map(|(mu, alpha)| [mu, alpha]).zip(rates)
+    }
+}
+
+impl ValanisLandel for Along {
+    /// With y = αē: ∂w/∂α = (μ/α²)[y(eʸ − 1) − (eʸ − 1 − y)] and ∂w′/∂α = μ ē eʸ.
+    fn sums(&self, e: &[f64; 3]) -> Sums {
+        let mut s = Sums { w: 0.0, dw: [0.0; 3], d2w: [0.0; 3] };
+        for ([mu, alpha], [dmu, dalpha]) in self.terms() {
+            for (i, e) in e.iter().enumerate() {
+                let y = alpha * e;
+                let exp = y.exp_m1();
+                let small = if y.abs() < 0.5 { exp_m1_minus_y(y) } else { exp - y };
+                s.w += dmu / alpha * small + dalpha * mu / (alpha * alpha) * (y * exp - small);
+                s.dw[i] += dmu * exp + dalpha * mu * e * (exp + 1.0);
+                s.d2w[i] += (dmu * alpha + dalpha * mu * (1.0 + y)) * (exp + 1.0);
+            }
+        }
+        s
+    }
+
+    fn quotient(&self, a: f64, b: f64) -> f64 {
+        let d = a - b;
+        // d/(eᵈ − 1); below 1e-150 the numbers run out before the digits do.
+        let ratio = if d < 1e-150 { 1.0 } else { d / d.exp_m1() };
+        let term = |([mu, alpha], [dmu, dalpha]): ([f64; 2], [f64; 2])| {
+            let turned = b * power_quotient(alpha, d) + ratio * (alpha * d).exp();
+            (alpha * b).exp() * (dmu * power_quotient(alpha, d) + dalpha * mu * turned)
+        };
+        self.terms().map(term).sum()
     }
 }

@@ -4,13 +4,14 @@ use std::collections::BTreeMap;
 
 use super::arruda_boyce::{self, ArrudaBoyce};
 use super::corotational::{self, Corotational};
+pub use super::error::LawSpecError;
 use super::gent::{self, Gent};
 use super::linear::{self, Linear};
 use super::mooney_rivlin::{self, MooneyRivlin};
 use super::neo_hookean::{self, NeoHookean};
 use super::neo_hookean_split::{self, NeoHookeanSplit};
 use super::ogden::{self, Ogden};
-use super::split::{Part, Split};
+use super::split::{self, Part, Split};
 use super::st_venant_kirchhoff::{self, StVenantKirchhoff};
 use super::stable_neo_hookean::{self, StableNeoHookean};
 use super::veronda_westmann::{self, VerondaWestmann};
@@ -27,6 +28,9 @@ pub type Chosen = BTreeMap<&'static str, &'static str>;
 
 type Build = fn(&Values, &Chosen) -> Result<Box<dyn Law>, LawSpecError>;
 
+/// Rates of [`Law::values`] by one of the keys that were given, the others held.
+type Rates = fn(&dyn Law, &Values, &str) -> Vec<f64>;
+
 /// One line of the registry.
 #[derive(Debug)]
 pub struct LawEntry {
@@ -34,16 +38,17 @@ pub struct LawEntry {
     /// Keys taken from a file: the parameters or what they can be computed from
     pub keys: &'static [Parameter],
     build: Build,
+    pub(super) rates: Rates,
 }
 
 /// A law of two elastic constants, any two of E, ν, μ, λ, κ.
 const fn elastic(info: &'static LawInfo, build: Build) -> LawEntry {
-    LawEntry { info, keys: moduli::KEYS, build }
+    LawEntry { info, keys: moduli::KEYS, build, rates: moduli::rates }
 }
 
 /// A law W + U(J); `keys` are its parameters and `nu`.
-const fn split<W: Part>(keys: &'static [Parameter]) -> LawEntry {
-    LawEntry { info: W::INFO, keys, build: Split::<W>::read }
+const fn parted<W: Part>(keys: &'static [Parameter]) -> LawEntry {
+    LawEntry { info: W::INFO, keys, build: Split::<W>::read, rates: split::rates }
 }
 
 /// Every law. A new law is one file and one line here.
@@ -56,12 +61,12 @@ pub static LAWS: &[LawEntry] = &[
         Ok(Box::new(NeoHookeanSplit { hooke: Moduli::from_map(v)?, volumetric: VolumetricKind::chosen(c) }))
     }),
     elastic(&stable_neo_hookean::INFO, |v, _| Ok(Box::new(StableNeoHookean::new(Moduli::from_map(v)?)))),
-    split::<MooneyRivlin>(mooney_rivlin::KEYS),
-    split::<Yeoh>(yeoh::KEYS),
-    split::<Ogden>(ogden::KEYS),
-    split::<Gent>(gent::KEYS),
-    split::<ArrudaBoyce>(arruda_boyce::KEYS),
-    split::<VerondaWestmann>(veronda_westmann::KEYS),
+    parted::<MooneyRivlin>(mooney_rivlin::KEYS),
+    parted::<Yeoh>(yeoh::KEYS),
+    parted::<Ogden>(ogden::KEYS),
+    parted::<Gent>(gent::KEYS),
+    parted::<ArrudaBoyce>(arruda_boyce::KEYS),
+    parted::<VerondaWestmann>(veronda_westmann::KEYS),
 ];
 
 /// Keys of a law table that are not parameters of the law: its name, and where its numbers come from.
@@ -132,8 +137,16 @@ pub fn find(name: &str) -> Result<&'static LawEntry, LawSpecError> {
     })
 }
 
+/// A table as it was read: the law's line of the registry, values [SI] and options by key.
+pub(super) type Given = (&'static LawEntry, Values, BTreeMap<String, String>);
+
 /// Reads a law from its table in a file.
 pub fn law_from_table(table: &toml::Table) -> Result<Box<dyn Law>, LawSpecError> {
+    let (entry, values, options) = given(table)?;
+    entry.build(&values, &options)
+}
+
+pub(super) fn given(table: &toml::Table) -> Result<Given, LawSpecError> {
     let name = match table.get("law") {
         Some(toml::Value::String(name)) => name,
         Some(other) => return Err(LawSpecError::NameNotText { found: other.to_string() }),
@@ -151,7 +164,7 @@ pub fn law_from_table(table: &toml::Table) -> Result<Box<dyn Law>, LawSpecError>
             values.insert(key.clone(), quantity(entry.key(key)?, value)?);
         }
     }
-    entry.build(&values, &options)
+    Ok((entry, values, options))
 }
 
 /// A quantity as it stands in a file [SI].
@@ -188,66 +201,6 @@ fn hint<'a>(word: &str, known: impl Iterator<Item = &'a str> + Clone) -> String 
         Some((score, k)) if score > 0.7 => format!("did you mean `{k}`?"),
         _ => format!("known: {}", known.collect::<Vec<_>>().join(", ")),
     }
-}
-
-/// Why a law could not be made from its table.
-#[derive(Clone, PartialEq, Debug, thiserror::Error)]
-pub enum LawSpecError {
-    #[error("the table names no law; add `law = \"…\"` with one of {}", known.join(", "))]
-    NoName { known: Vec<&'static str> },
-    #[error("`law = {found}` is not a name; write for example `law = \"neo_hookean\"`")]
-    NameNotText { found: String },
-    #[error("there is no law `{name}`; {hint}")]
-    UnknownLaw { name: String, hint: String },
-    #[error("law `{law}` has no parameter `{key}`; {hint}")]
-    UnknownKey { law: &'static str, key: String, hint: String },
-    #[error("`{key}`: {source}")]
-    Unit { key: &'static str, source: UnitError },
-    #[error("`{key} = {found}` is not a quantity; write a number with its unit ({example})")]
-    NotAQuantity { key: &'static str, found: String, example: &'static str },
-    #[error("{key} ({meaning}) = {value} [SI] is not inside ({lower}, {upper})")]
-    OutOfBounds { key: &'static str, meaning: &'static str, value: f64, lower: f64, upper: f64 },
-    #[error("nu = {nu} >= 0.5: incompressible needs a mixed formulation; use e.g. 0.49")]
-    Incompressible { nu: f64 },
-    #[error(
-        "the law needs exactly two of E, nu, mu, lambda, kappa, and {} given; {}",
-match &given[..] {
-            [] => "none is".to_string(),
-            [one] => format!("only {one} is"),
-            many => format!("{} are", many.join(", ")),
-        },
-        if given.len() < 2 { "add one, e.g. `nu = 0.45`" } else { "remove all but two" }
-    )]
-    NotTwo { given: Vec<String> },
-    #[error(
-        "{first} and {second} contradict each other: they give {derived} = {value}, not inside ({lower}, {upper}); check their units"
-    )]
-    Contradiction { first: String, second: String, derived: &'static str, value: f64, lower: f64, upper: f64 },
-    #[error("nu = 0 means lambda = 0 whatever the stiffness; give E or mu instead of lambda")]
-    Undetermined,
-    #[error("law `{law}` needs `{key}` ({meaning})")]
-    Missing { law: &'static str, key: &'static str, meaning: &'static str },
-    #[error(
-        "law `{law}` needs `{}`, one of {} ({})",
-        choice.name, choice.options.join(", "), choice.meaning
-    )]
-    NotChosen { law: &'static str, choice: &'static Choice },
-    #[error("`{} = {found}` is not a name; write one of {} in quotes", choice.name, choice.options.join(", "))]
-    OptionNotText { choice: &'static Choice, found: String },
-    #[error("`{key} = \"{option}\"` does not exist; {hint}")]
-    UnknownOption { key: &'static str, option: String, hint: String },
-    #[error("law `{law}` has no volumetric constant; add exactly one of kappa and nu, e.g. `nu = 0.49`")]
-    NoVolumetric { law: &'static str },
-    #[error(
-        "kappa = {kappa} Pa and nu = {nu} are both given, and nu means kappa = {implied} Pa with the shear modulus of the law; remove one"
-    )]
-    TwoVolumetric { kappa: f64, nu: f64, implied: f64 },
-    #[error(
-        "law `{law}` has the shear modulus {mu} Pa at F = I with these constants; it must be positive, check their signs"
-    )]
-    NotStable { law: &'static str, mu: f64 },
-    #[error("`{key} = 0`: the term vanishes; remove it")]
-    ZeroExponent { key: &'static str },
 }
 
 #[cfg(test)]

@@ -24,6 +24,8 @@ pub trait Part: Copy + Send + Sync + std::fmt::Debug + 'static {
     fn shear(&self) -> f64;
     /// ψ = W + U, P and A at F
     fn response(&self, u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError>;
+    /// The same of ∂W/∂θ + U, where the values change by `rates` per unit of θ
+    fn response_along(&self, rates: &[f64], u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError>;
 }
 
 /// The law ψ = W + U.
@@ -89,6 +91,80 @@ impl<W: Part> Law for Split<W> {
         let rest = Self { volumetric: Volumetric { kappa: 0.0, ..self.volumetric }, ..*self };
         Some((Box::new(rest), self.volumetric))
     }
+
+    fn along(&self, rates: &[f64]) -> Box<dyn Law> {
+        let volumetric = Volumetric { kappa: rates[0], ..self.volumetric };
+        let mut along = Along { law: *self, rates: rates[1..].to_vec(), volumetric, hooke: self.hooke };
+        along.hooke = self.hooke.shifted(along.shear(), rates[0]);
+        Box::new(along)
+    }
+}
+
+/// ∂W/∂θ + U(J; ∂κ/∂θ).
+#[derive(Clone, Debug)]
+struct Along<W> {
+    law: Split<W>,
+    /// ∂/∂θ of the values of W
+    rates: Vec<f64>,
+    volumetric: Volumetric,
+    hooke: Moduli,
+}
+
+impl<W: Part> Along<W> {
+    /// ∂μ₀/∂θ [Pa]: without U the shear modulus is A₁₂₁₂ at F = I.
+    fn shear(&self) -> f64 {
+        let none = Volumetric { kappa: 0.0, ..self.volumetric };
+        let response = self.law.part.response_along(&self.rates, &none, &Mat3::identity(), Want::Tangent);
+        response.expect("every law is defined at F = I").a[1][1]
+    }
+}
+
+impl<W: Part> Law for Along<W> {
+    fn info(&self) -> &'static LawInfo {
+        W::INFO
+    }
+
+    fn values(&self) -> Vec<f64> {
+        [&[self.volumetric.kappa], &self.rates[..]].concat()
+    }
+
+    fn choices(&self) -> Vec<&'static str> {
+        self.law.choices()
+    }
+
+    fn small_strain(&self) -> Moduli {
+        self.hooke
+    }
+
+    fn eval(&self, f: &Mat3, want: Want) -> Result<Response, LawError> {
+        self.law.part.response_along(&self.rates, &self.volumetric, f, want)
+    }
+
+    fn split(&self) -> Option<(Box<dyn Law>, Volumetric)> {
+        let rest = Self { volumetric: Volumetric { kappa: 0.0, ..self.volumetric }, ..self.clone() };
+        Some((Box::new(rest), self.volumetric))
+    }
+
+    /// By the same law: see [`Law::along`].
+    fn along(&self, rates: &[f64]) -> Box<dyn Law> {
+        self.law.along(rates)
+    }
+}
+
+/// Rates of (κ, values of W) by `key`, where κ or ν was given: at fixed ν, κ = 2μ₀(1 + ν)/(3(1 − 2ν)) follows μ₀.
+pub(super) fn rates(law: &dyn Law, given: &Values, key: &str) -> Vec<f64> {
+    let mut rates = vec![0.0; law.values().len()];
+    if let Some(k) = law.info().parameters.iter().position(|p| p.name == key) {
+        rates[k] = 1.0;
+    }
+    if let Some(nu) = given.get("nu") {
+        let mu = law.small_strain().mu;
+        rates[0] = match key {
+            "nu" => 2.0 * mu / (1.0 - 2.0 * nu).powi(2),
+            _ => law.along(&rates).small_strain().mu * 2.0 * (1.0 + nu) / (3.0 * (1.0 - 2.0 * nu)),
+        };
+    }
+    rates
 }
 
 /// The value of a key that must be there [SI].

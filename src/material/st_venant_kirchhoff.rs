@@ -41,6 +41,11 @@ impl Law for StVenantKirchhoff {
         self.0
     }
 
+    /// ψ is linear in μ and λ.
+    fn along(&self, rates: &[f64]) -> Box<dyn Law> {
+        Box::new(Self(self.0.along(rates)))
+    }
+
     /// S = 2μE + λ tr E I, P = FS; A_iJkL = δ_ik S_JL + λ F_iJ F_kL + μ(F_iL F_kJ + δ_JL (FFᵀ)_ik).
     fn eval(&self, f: &Mat3, want: Want) -> Result<Response, LawError> {
         let Moduli { mu, lambda, .. } = self.0;

@@ -58,6 +58,11 @@ impl Law for StableNeoHookean {
         self.hooke
     }
 
+    /// ψ is linear in μ_L and λ_L: λ(J − α) = λ(J − 1) − ¾μ.
+    fn along(&self, rates: &[f64]) -> Box<dyn Law> {
+        Box::new(Self::new(self.hooke.along(rates)))
+    }
+
     /// With C = cof F and λ(J − α) = λ(J − 1) − ¾μ: P = μ(1 − 1/(I₁ + 1))F + λ(J − α)C;
     /// A_iJkL = μ(1 − 1/(I₁ + 1)) δ_ik δ_JL + 2μ/(I₁ + 1)² F_iJ F_kL + λ C_iJ C_kL + λ(J − α) ε_ikm ε_JLn F_mn.
     fn eval(&self, f: &Mat3, want: Want) -> Result<Response, LawError> {

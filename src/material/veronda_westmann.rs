@@ -10,7 +10,7 @@
 //! Limits: J > 0. The second term is negative: stability is lost in compression for small β, see [`super::stability()`]. Refused
 //! where the exponential leaves the range of numbers.
 
-use super::isochoric::{self, Partials, Strain};
+use super::isochoric::{self, Along, Parametric, Partials, Strain};
 use super::registry::{Chosen, LawSpecError, Values};
 use super::split::{Part, required};
 use super::volumetric::{CHOICES, Volumetric};
@@ -68,6 +68,10 @@ impl Part for VerondaWestmann {
     fn response(&self, u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError> {
         isochoric::response(self, u, f, want)
     }
+
+    fn response_along(&self, rates: &[f64], u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError> {
+        isochoric::response(&Along { part: self, rates }, u, f, want)
+    }
 }
 
 impl Strain for VerondaWestmann {
@@ -83,5 +87,21 @@ impl Strain for VerondaWestmann {
         let exp = c1 * y.exp_m1();
         let slope = beta * (exp + c1);
         Ok(Partials { w: exp - half * k, w1: slope, w2: -half, w11: beta * slope, ..Partials::default() })
+    }
+}
+
+impl Parametric for VerondaWestmann {
+    fn partials_along(&self, rates: &[f64], i: f64, k: f64) -> Result<Partials, LawError> {
+        let (Self { c1, beta }, [dc1, dbeta]) = (*self, [rates[0], rates[1]]);
+        let p = self.partials(i, k)?;
+        let (by_c1, y) = (dc1 / c1, beta * i);
+        let exp = c1 * y.exp() * dbeta;
+        Ok(Partials {
+            w: by_c1 * p.w + i * exp - 0.5 * c1 * dbeta * k,
+            w1: by_c1 * p.w1 + (1.0 + y) * exp,
+            w2: by_c1 * p.w2 - 0.5 * c1 * dbeta,
+            w11: by_c1 * p.w11 + beta * (2.0 + y) * exp,
+            ..Partials::default()
+        })
     }
 }

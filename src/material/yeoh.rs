@@ -8,7 +8,7 @@
 //!
 //! Limits: J > 0. C20 < 0 (the usual S shape) may lose stability before C30 > 0 restores it; see [`super::stability()`].
 
-use super::isochoric::{self, Partials, Strain};
+use super::isochoric::{self, Along, Parametric, Partials, Strain};
 use super::registry::{Chosen, LawSpecError, Values};
 use super::split::{self, Part, required};
 use super::volumetric::{CHOICES, Volumetric};
@@ -66,6 +66,10 @@ impl Part for Yeoh {
     fn response(&self, u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError> {
         isochoric::response(self, u, f, want)
     }
+
+    fn response_along(&self, rates: &[f64], u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError> {
+        isochoric::response(&Along { part: self, rates }, u, f, want)
+    }
 }
 
 impl Strain for Yeoh {
@@ -80,5 +84,14 @@ impl Strain for Yeoh {
             w11: 2.0 * c20 + 6.0 * c30 * i,
             ..Partials::default()
         })
+    }
+}
+
+impl Parametric for Yeoh {
+    /// W is linear in its constants.
+    fn partials_along(&self, rates: &[f64], i: f64, k: f64) -> Result<Partials, LawError> {
+        let mut c = [0.0; 3];
+        c[..rates.len()].copy_from_slice(rates);
+        Self { c, terms: rates.len() }.partials(i, k)
     }
 }

@@ -266,6 +266,11 @@ impl<'a> Builder<'a> {
         Ok(())
     }
 
+    /// What is prescribed for a dof.
+    pub(super) fn motion(&self, dof: u32) -> Option<&Signal> {
+        self.prescribed.get(&dof).map(|(signal, _)| signal)
+    }
+
     pub(super) fn cable(&self, place: &str, spec: &ConstraintSpec) -> Result<Cable, SceneError> {
         let ConstraintSpec::Cable { name, path, guides, pull_point, guide_radius, .. } = spec else {
             unreachable!("called for cables only");
@@ -332,6 +337,7 @@ impl ConstraintSpec {
             Self::Fixed { .. } => "fixed",
             Self::Prescribed { .. } => "prescribed",
             Self::Cable { .. } => "cable",
+            Self::Cavity { .. } => "cavity",
         }
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! Positions and directions are means over the area of a region, so they do not depend on the mesh.
 
-use super::build::{CableDrive, NamedCable, Scene};
+use super::build::{Drive, NamedCable, NamedCavity, Scene};
 use super::error::SceneError;
 use super::spec::ProbeSpec;
 use crate::effect::CellPoints;
@@ -33,7 +33,7 @@ pub struct Moment<'a> {
 #[derive(Clone, Debug)]
 pub struct Mean {
     weights: Vec<(u32, f64)>,
-    origin: Vec3,
+    pub(super) origin: Vec3,
 }
 
 impl Mean {
@@ -58,8 +58,13 @@ impl Mean {
         Self { weights, origin }
     }
 
+    /// Change of the mean position with the motion dx [m].
+    pub(super) fn moved(&self, dx: &[f64]) -> Vec3 {
+        self.weights.iter().map(|&(k, w)| w * Vec3::from_column_slice(&dx[3 * k as usize..][..3])).sum()
+    }
+
     /// Mean position at displacement x [m].
-    fn at(&self, x: &[f64]) -> Vec3 {
+    pub(super) fn at(&self, x: &[f64]) -> Vec3 {
         self.weights.iter().fold(self.origin, |p, &(k, w)| p + w * Vec3::from_column_slice(&x[3 * k as usize..][..3]))
     }
 }
@@ -147,14 +152,28 @@ pub fn cable_columns(cable: &NamedCable) -> [String; 2] {
 /// Tension [N] and length [m] of a cable.
 pub fn record_cable(cable: &NamedCable, state: &State) -> [f64; 2] {
     let tension = match &cable.drive {
-        CableDrive::Multiplier(c) => state.lambda[*c],
-        CableDrive::Tension(signal) => signal.at(state.t).max(0.0),
+        Drive::Multiplier(c) => state.lambda[*c],
+        Drive::Prescribed(signal) => signal.at(state.t).max(0.0),
     };
     [tension, cable.cable.length(&state.x)]
 }
 
+/// Columns of a cavity: pressure and volume.
+pub fn cavity_columns(cavity: &NamedCavity) -> [String; 2] {
+    [format!("{}_pressure_Pa", cavity.name), format!("{}_volume_m3", cavity.name)]
+}
+
+/// Pressure [Pa] and volume [m³] of a cavity.
+pub fn record_cavity(cavity: &NamedCavity, state: &State) -> [f64; 2] {
+    let pressure = match &cavity.drive {
+        Drive::Multiplier(c) => state.lambda[*c],
+        Drive::Prescribed(signal) => signal.at(state.t),
+    };
+    [pressure, cavity.cavity.volume(&state.x)]
+}
+
 /// ∫ n dA over deformed facets [m²].
-fn area_vector(mesh: &TetMesh, facets: &[u32], x: &[f64]) -> Vec3 {
+pub(super) fn area_vector(mesh: &TetMesh, facets: &[u32], x: &[f64]) -> Vec3 {
     let rule = quadrature::tri(2);
     let mut sum = Vec3::zeros();
     for &f in facets {

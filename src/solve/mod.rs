@@ -3,12 +3,14 @@
 mod integrator;
 mod multipliers;
 mod newton;
+mod sensitivity;
 mod start;
 mod step;
 mod stepper;
 
 pub use integrator::Integrator;
 pub use newton::{Failure, Newton, NewtonSettings, Solved};
+pub use sensitivity::{Change, Differentiator};
 pub use start::initial_acceleration;
 pub use step::Step;
 pub use stepper::{Span, Status, StepSettings, Stepper, Totals};

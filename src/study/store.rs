@@ -1,7 +1,7 @@
 //! What a case leaves on disk. The record is written last: with it the case counts as done.
 
 use super::record::{CaseRecord, Skin, StudyRecord};
-use crate::scene::{Run, Scene};
+use crate::scene::{Constant, Run, Scene};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -78,6 +78,21 @@ pub fn signals_csv(scene: &Scene, run: &Run) -> String {
     text.push('\n');
     for t in run.rows.iter().map(|row| row[0]) {
         let values = scene.signals.iter().map(|s| s.signal.at(t).to_string());
+        text += &std::iter::once(t.to_string()).chain(values).collect::<Vec<_>>().join(",");
+        text.push('\n');
+    }
+    text
+}
+
+/// Derivatives of `columns` by `constants` (SI) over time; `rows` are a time and [columns × constants] each.
+pub fn slopes_csv(columns: &[String], constants: &[Constant], rows: &[(f64, Vec<Vec<f64>>)]) -> String {
+    let mut text = "t_s".to_string();
+    for column in columns {
+        constants.iter().for_each(|c| text += &format!(",d {column}/d {c}"));
+    }
+    text.push('\n');
+    for (t, slopes) in rows {
+        let values = slopes.iter().flatten().map(ToString::to_string);
         text += &std::iter::once(t.to_string()).chain(values).collect::<Vec<_>>().join(",");
         text.push('\n');
     }

@@ -122,6 +122,16 @@ impl System {
         Ok(Self { effects, constraints, prescribed, dofs, pattern, slots, largest, histories })
     }
 
+    /// Where the history of effect `e` lies in that of the state.
+    pub(super) fn histories(&self, e: usize) -> Range<usize> {
+        self.histories[e].clone()
+    }
+
+    /// Unknowns of the largest block.
+    pub(super) fn largest(&self) -> usize {
+        self.largest
+    }
+
     /// Room for the sums.
     pub fn workspace(&self) -> Assembled {
         let n = self.dofs.free.len();

@@ -4,6 +4,7 @@
 
 mod assembly;
 mod contract;
+mod derivative;
 mod dofs;
 
 pub use assembly::{Assembled, Cost, System, SystemError};

@@ -1,0 +1,59 @@
+//! Derivative of the mixed formulation by a constant θ of its law, at fixed displacements and pressures:
+//!
+//! ∂Π/∂θ = ∫ ∂ψ̃/∂θ dV − ½ Σ_cd p_c ∂C_cd/∂θ p_d, C_cd = ∫ N_c N_d/κ + (α/μ)(N_c − ΠN_c)(N_d − ΠN_d) dV
+//!
+//! p G(J) has no constant. The unit s of the unknown π = p/s is held: it scales the unknown and changes no displacement.
+
+use super::cell::CellPoints;
+use crate::material::Law;
+use crate::system::{At, Blocks, Effect, EvalError, Local, Role, Want};
+use std::sync::Arc;
+
+/// ∂/∂θ of a [`super::MixedElastic`].
+pub(super) struct MixedAlong {
+    pub(super) name: String,
+    /// ∂ψ̃/∂θ
+    pub(super) rest: Box<dyn Law>,
+    pub(super) points: Arc<CellPoints>,
+    pub(super) blocks: Blocks,
+    /// [cells] s² ∂C/∂θ
+    pub(super) compliance: Vec<[[f64; 4]; 4]>,
+}
+
+impl Effect for MixedAlong {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn role(&self) -> Role {
+        Role::Stored
+    }
+
+    fn blocks(&self) -> &Blocks {
+        &self.blocks
+    }
+
+    fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+        let n = self.blocks.size(b);
+        for q in 0..self.points.points() {
+            let f = self.points.deformation_gradient(at.x, b, q);
+            let undefined = |e| EvalError::of_law(&self.name, self.points.cells[b] as usize, e);
+            let response = self.rest.eval(&f, want).map_err(undefined)?;
+            out.energy += self.points.weight(b, q) * response.psi;
+            if want > Want::Energy {
+                self.points.scatter(b, q, n, &response.p, &response.a, want, out);
+            }
+        }
+        let pi: [f64; 4] = std::array::from_fn(|c| at.x[self.blocks.scalars(b)[c] as usize]);
+        for (c, compliance) in self.compliance[b].iter().enumerate() {
+            let row: f64 = compliance.iter().zip(&pi).map(|(k, p)| k * p).sum();
+            out.energy -= 0.5 * row * pi[c];
+            out.r[n - 4 + c] -= row;
+            if want == Want::Tangent {
+                let entries = &mut out.k[(n - 4 + c) * n + n - 4..][..4];
+                entries.iter_mut().zip(compliance).for_each(|(k, c)| *k -= c);
+            }
+        }
+        Ok(())
+    }
+}

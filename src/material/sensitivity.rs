@@ -1,0 +1,18 @@
+//! Derivative of a law by a constant as its file gives it: ∂ψ/∂θ, ∂P/∂θ and ∂A/∂θ as functions of F.
+//!
+//! A law differentiates by its own values ([`Law::along`]); here the rates of those values follow from the key of the file, by
+//! the chain rule: a law of two constants is given by any two of E, ν, μ, λ, κ, the others by κ or ν. The keys that stand in
+//! the file beside θ are held.
+
+use super::registry::given;
+use super::{Law, LawSpecError};
+
+/// ∂/∂`key` of the law of this table.
+pub fn derivative(table: &toml::Table, key: &str) -> Result<Box<dyn Law>, LawSpecError> {
+    let (entry, values, options) = given(table)?;
+    let law = entry.build(&values, &options)?;
+    if !values.contains_key(key) {
+        return Err(LawSpecError::NotGiven { key: key.into(), given: values.into_keys().collect() });
+    }
+    Ok(law.along(&(entry.rates)(law.as_ref(), &values, key)))
+}
