@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::tables::{fitted, log_of, parsed, refusal, stress, table};
+use common::tables::{fitted, log_of, parsed, refusal, table};
 use durometer::calibrate::{
     AuditKind, ColumnChoice, Experiment, FitOptions, FitRequest, FitWarning, Mode, Partner, StretchRange, fit,
     fit_experiment,
