@@ -10,6 +10,7 @@
 mod common;
 
 use common::{Random, distorted_cube, scene};
+use durometer::effect::Cavity;
 use durometer::material::{LAWS, Want};
 use durometer::math::tensor::Vec3;
 use durometer::mesh::Order;
@@ -52,6 +53,7 @@ fn constraint_kind(spec: &ConstraintSpec) -> usize {
         ConstraintSpec::Fixed { .. } => 0,
         ConstraintSpec::Prescribed { .. } => 1,
         ConstraintSpec::Cable { .. } => 2,
+        ConstraintSpec::Cavity { .. } => 3,
     }
 }
 
@@ -149,6 +151,16 @@ guides = [["0.3 m", "0.2 m", "0.3 m"], ["0.9 m", "0.3 m", "0.6 m"]]
 pull_point = ["-0.3 m", "0.1 m", "0.2 m"]
 guide_radius = "point"
 drive = {{ tension = {{ kind = "ramp", from = "0 N", to = "5 kN", end = "1 s" }} }}
+[[constraint]]
+kind = "cavity"
+name = "by_pressure"
+region = "xmin"
+drive = {{ pressure = {{ kind = "ramp", from = "0 kPa", to = "20 kPa", end = "1 s" }} }}
+[[constraint]]
+kind = "cavity"
+name = "by_volume"
+region = "xmin"
+drive = {{ volume = "10 ml" }}
 [[stage]]
 integrator = "bdf2"
 duration = "1 s"
@@ -257,9 +269,9 @@ fn the_samples_cover_every_kind() {
     let mut seen = [false; 9];
     scene.spec.effects.iter().for_each(|e| seen[effect_kind(e)] = true);
     assert_eq!(seen, [true; 9]);
-    let mut seen = [false; 3];
+    let mut seen = [false; 4];
     scene.spec.constraints.iter().for_each(|c| seen[constraint_kind(c)] = true);
-    assert_eq!(seen, [true; 3]);
+    assert_eq!(seen, [true; 4]);
 }
 
 /// K_e = ∂r/∂x + cv ∂r/∂v + ca ∂r/∂a, symmetric (only one triangle is stored: a wrong symmetry fails here), under every
@@ -405,6 +417,12 @@ fn momentum_balances() {
                     let line = scene.cables[1].cable.polyline(&x);
                     ((line[1] - line[0]).normalize() * effect.intensity(TIME), false)
                 }
+                // A translation t changes the cones over an open surface by −⅓ t·∫n dA; so does −t of their origin.
+                "by_pressure" => {
+                    let volume = |o: Vec3| Cavity::new("c".into(), mesh, &mesh.regions["xmin"].facets, o).volume(&x);
+                    let area = Vec3::from_fn(|k, _| 3.0 * (volume(Vec3::ith(k, 1.0)) - volume(Vec3::zeros())));
+                    (area / 3.0 * effect.intensity(TIME), false)
+                }
                 other => panic!("say what the forces of {other} sum up to"),
             };
             assert!((force - expected).norm() <= 1e-12 * size, "{label}, expected {expected}");
@@ -467,7 +485,7 @@ fn assembled_tangent_is_the_derivative_of_the_assembled_residual() {
         for integrator in INTEGRATORS {
             let n = system.dofs.equation.len();
             let (past, x) = states(integrator, &scene.system, false, &mut random);
-            let lambda = [700.0];
+            let lambda = [700.0, 9e3];
             let (mut free, mut held) = (random.vector(n, 1.0), random.vector(n, 1.0));
             for p in &system.prescribed {
                 free[p.dof as usize] = 0.0;

@@ -1,80 +1,11 @@
-//! The direct fit of every law: its stresses, recovery of known constants, intervals, and data that cannot carry the law.
+//! The direct fit of every law: its stresses, recovery of known constants, intervals.
 
 mod common;
 
 use common::Random;
-use durometer::calibrate::{
-    ColumnChoice, Experiment, FITS, FitOptions, FitResult, FitWarning, Loss, Mode, Model, Sample, SolverCheck,
-    StretchRange, Weighting, fit_experiment,
-};
-use durometer::material::LoadCase;
+use common::made::{case, fitted, models, options, samples, table, truth};
+use durometer::calibrate::{Mode, Model, Sample, SolverCheck, Weighting, fit_experiment};
 use rayon::prelude::*;
-
-/// Constants of a rubber for every law and number of terms.
-fn truth(law: &str, terms: usize) -> Vec<f64> {
-    match law {
-        "neo_hookean" => vec![0.3e6],
-        "mooney_rivlin" => [0.15e6, 0.03e6, 2e3, 3e3, 1e2][..terms].to_vec(),
-        "yeoh" => [0.17e6, -1.8e3, 40.0][..terms].to_vec(),
-        // The three terms of Ogden 1972, the larger μα first, and one more
-        "ogden" => [0.63e6, 1.3, -1e4, -2.0, 1.2e3, 5.0, 1e2, 3.0][..2 * terms].to_vec(),
-        "gent" => vec![0.3e6, 80.0],
-        "arruda_boyce" => vec![0.27e6, 5.0],
-        "veronda_westmann" => vec![0.6e6, 0.3],
-        other => panic!("no example of {other}"),
-    }
-}
-
-fn models() -> Vec<Model> {
-    let all = FITS.iter().flat_map(|f| f.terms.iter().map(|n| Model::new(f.name, Some(*n)).expect("registered")));
-    all.collect()
-}
-
-fn case(mode: Mode) -> LoadCase {
-    match mode {
-        Mode::Uniaxial => LoadCase::Uniaxial,
-        Mode::Equibiaxial => LoadCase::Equibiaxial,
-        Mode::Planar => LoadCase::Planar,
-    }
-}
-
-/// A table that holds these samples.
-fn table(samples: Vec<Sample>) -> Experiment {
-    let text = b"stretch,nominal stress (Pa)\n1.1,1\n1.2,1\n";
-    let mut e =
-        Experiment::parse("made.csv", text, None, &ColumnChoice::default(), Some(Mode::Uniaxial)).expect("valid");
-    e.samples = samples;
-    e
-}
-
-/// Samples of a law at evenly spread ln λ, with an error per sample.
-fn samples(
-    model: Model,
-    values: &[f64],
-    modes: &[Mode],
-    [low, high]: [f64; 2],
-    n: u32,
-    mut error: impl FnMut(f64) -> f64,
-) -> Vec<Sample> {
-    let at = |k: u32| low * (high / low).powf(f64::from(k) / f64::from(n - 1));
-    let of = |mode: &Mode| (0..n).map(|k| (*mode, at(k))).collect::<Vec<_>>();
-    let points = modes.iter().flat_map(of).enumerate();
-    let sample = |(k, (mode, stretch)): (usize, (Mode, f64))| {
-        let stress = error(model.stress(values, mode, stretch));
-        Sample { mode, stretch, stress, line: k as u64 + 2 }
-    };
-    points.map(sample).collect()
-}
-
-fn options(model: Model, modes: &[Mode]) -> FitOptions {
-    let mut o = FitOptions::new(model.law.name);
-    (o.terms, o.modes) = (Some(model.terms), modes.to_vec());
-    o
-}
-
-fn fitted(model: Model, modes: &[Mode], samples: Vec<Sample>) -> FitResult {
-    fit_experiment(&table(samples), &options(model, modes)).unwrap_or_else(|e| panic!("{}: {e}", model.label()))
-}
 
 /// The stresses that are fitted are those of the scene's law with the same constants, its pressure eliminated from P and not from a closed
 /// form; the sensitivities are their differences (central, h = 1e-5 of the constant: h²/6·P‴ and ε/h are below 1e-8 of P).
@@ -186,95 +117,6 @@ fn intervals_of_yeoh_cover_the_truth() {
     assert!(percent.iter().all(|p| (p - 95.0).abs() < 1.5), "{percent:?}");
 }
 
-/// Reference case 21b: two rows and six constants. No standard error is finite, and the directions are named.
-#[test]
-fn two_points_do_not_determine_ogden() {
-    let model = Model::new("ogden", Some(3)).expect("registered");
-    let clean = samples(model, &truth("ogden", 3), &[Mode::Uniaxial], [1.3, 1.9], 2, |p| p);
-    let r = fitted(model, &[Mode::Uniaxial], clean);
-    assert!(!r.is_determined() && r.parameters.iter().all(|e| e.std_error.is_infinite()), "{:?}", r.parameters);
-    assert!(r.unidentified.len() >= 4, "two rows see two directions of six: {:?}", r.unidentified);
-    let words: String = r.warnings.iter().map(|w| format!("{w}\n")).collect();
-    assert!(words.contains("unidentifiable: the data say nothing about") && words.contains("α"), "{words}");
-}
-
-/// Planar tests see C10 + C01 alone (I₁ = I₂): the direction and what is determined are named.
-#[test]
-fn planar_tests_see_the_sum_of_mooney_rivlin() {
-    let model = Model::new("mooney_rivlin", Some(2)).expect("registered");
-    let clean = samples(model, &[0.1e6, 0.1e6], &[Mode::Planar], [1.05, 2.0], 12, |p| p);
-    let r = fitted(model, &[Mode::Planar], clean);
-    assert!(r.parameters.iter().all(|e| e.std_error.is_infinite()));
-    let [d] = &r.unidentified[..] else { panic!("{:?}", r.unidentified) };
-    assert_eq!((d.deviation, d.known.as_deref()), (None, Some("C10 + 1.000 C01")));
-    let sum: f64 = r.parameters.iter().map(|e| e.value).sum();
-    assert!((sum / 0.2e6 - 1.0).abs() < 1e-9, "the sum is determined: {sum}");
-}
-
-/// Reference case 21c: 5 % of the rows ten times too large. Huber's loss keeps the constants within 2 %, squares do not, and say which
-/// rows pull.
-#[test]
-fn outliers_pull_at_squares_and_not_at_huber() {
-    let model = Model::new("yeoh", Some(2)).expect("registered");
-    let values = [0.17e6, 4e3];
-    let mut noise = Random(5);
-    let mut rows = samples(model, &values, &[Mode::Uniaxial], [1.05, 2.5], 100, |p| p * (1.0 + 0.005 * noise.normal()));
-    let wrong: Vec<usize> = (0..5).map(|k| 7 + 20 * k).collect();
-    wrong.iter().for_each(|k| rows[*k].stress *= 10.0);
-    let e = table(rows);
-    let mut o = options(model, &[Mode::Uniaxial]);
-    let squares = fit_experiment(&e, &o).expect("fits");
-    let lines: Vec<u64> = wrong.iter().map(|k| *k as u64 + 2).collect();
-    assert!(squares.warnings.contains(&FitWarning::Outliers { lines }), "{:?}", squares.warnings);
-    o.loss = Loss::Huber;
-    let huber = fit_experiment(&e, &o).expect("fits");
-    let off =
-        |r: &FitResult| r.parameters.iter().zip(values).map(|(e, t)| (e.value / t - 1.0).abs()).fold(0.0, f64::max);
-    assert!(off(&huber) < 0.02 && off(&squares) > 0.1, "{} and {}", off(&huber), off(&squares));
-}
-
-/// Reference case 21e: uniaxial data that give C01 < 0. The law is kept stable where it was fitted, the loss in equibiaxial tension is
-/// warned of at the stretch at which C10, C01 lose it, and --stable removes it.
-#[test]
-fn uniaxial_data_warn_of_biaxial_use() {
-    let model = Model::new("mooney_rivlin", Some(2)).expect("registered");
-    let (c10, c01) = (0.2e6, -0.03e6);
-    let e = table(samples(model, &[c10, c01], &[Mode::Uniaxial], [1.02, 2.0], 30, |p| p));
-    let mut o = options(model, &[Mode::Uniaxial]);
-    let r = fit_experiment(&e, &o).expect("fits");
-    assert!((r.parameters[1].value / c01 - 1.0).abs() < 1e-6, "stable in tension, nothing holds it back");
-    let lost = r.warnings.iter().find_map(|w| match w {
-        FitWarning::Unstable { lost, .. } => lost.iter().find(|(mode, _)| *mode == "equibiaxial").map(|(_, at)| *at),
-        _ => None,
-    });
-    // Independent: the largest Cauchy stress (λ² − λ⁻⁴)(C10 + C01λ²) in equibiaxial tension
-    let tau = |l: f64| (l * l - l.powi(-4)) * (c10 + c01 * l * l);
-    let peak = (0..20_000).map(|k| 1.0 + 1e-4 * f64::from(k)).max_by(|a, b| tau(*a).total_cmp(&tau(*b))).expect("some");
-    let at = lost.unwrap_or_else(|| panic!("no warning: {:?}", r.warnings));
-    assert!((at / peak - 1.0).abs() < 1e-3, "{at}, not {peak}");
-    assert!(r.warnings.iter().any(|w| matches!(w, FitWarning::OneMode { .. })));
-    o.stable = Some(StretchRange { from: 0.5, to: 2.0 });
-    let kept = fit_experiment(&e, &o).expect("fits");
-    assert_eq!(kept.solver_check, Some(SolverCheck::Constrained));
-    assert!(kept.warnings.iter().any(|w| matches!(w, FitWarning::Held { mode: Mode::Equibiaxial, .. })));
-    let unstable = |w: &FitWarning| matches!(w, FitWarning::Unstable { .. });
-    assert!(!kept.warnings.iter().any(unstable), "{:?}", kept.warnings);
-    assert!(kept.misfit.rms_relative > r.misfit.rms_relative && kept.parameters[1].value > c01);
-}
-
-/// Reference case 21g: three terms stay three. No two exponents are alike and no factor is zero.
-#[test]
-fn three_ogden_terms_do_not_collapse() {
-    let model = Model::new("ogden", Some(3)).expect("registered");
-    let clean = samples(model, &truth("ogden", 3), &[Mode::Uniaxial], [1.05, 7.0], 30, |p| p);
-    let r = fitted(model, &[Mode::Uniaxial], clean);
-    let alpha: Vec<f64> = r.parameters.iter().skip(1).step_by(2).map(|e| e.value).collect();
-    for (a, b) in [(0, 1), (0, 2), (1, 2)] {
-        assert!((alpha[a] - alpha[b]).abs() > 0.5, "{alpha:?}");
-    }
-    assert!(r.parameters.iter().all(|e| e.value != 0.0) && r.misfit.rms_relative < 1e-6, "{}", r.misfit.rms_relative);
-}
-
 /// With noise in proportion to the stress the relative weights are the right ones: the constant of small strain comes out closer.
 #[test]
 fn relative_weights_listen_to_small_stresses() {
@@ -291,17 +133,4 @@ fn relative_weights_listen_to_small_stresses() {
         relative += (fit_experiment(&e, &o).expect("fits").parameters[0].value / values[0] - 1.0).powi(2);
     }
     assert!(relative < 0.5 * absolute, "{relative} against {absolute}");
-}
-
-#[test]
-fn terms_and_volumetric_parts_are_checked() {
-    let e = table(samples(models()[0], &[0.3e6], &[Mode::Uniaxial], [1.1, 2.0], 9, |p| p));
-    let refuse = |law: &str, terms: Option<usize>, volumetric: Option<&str>| {
-        let mut o = FitOptions::new(law);
-        (o.terms, o.volumetric) = (terms, volumetric.map(Into::into));
-        fit_experiment(&e, &o).expect_err("must be refused").to_string()
-    };
-    assert!(refuse("mooney_rivlin", Some(4), None).contains("4 terms; pass --terms with one of 2, 3, 5"));
-    assert!(refuse("gent", None, Some("cubic")).contains("take one of quadratic, logarithmic"));
-    assert!(refuse("neo_hookean", None, Some("quadratic")).contains("leave it away"));
 }

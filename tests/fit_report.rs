@@ -1,6 +1,6 @@
 //! The report of a fit: figure, tables and page come from the stored fit alone, the same bytes each time.
 
-use durometer::calibrate::{FitRequest, Mode, StretchRange, fit};
+use durometer::calibrate::{FitRequest, Mode, StretchRange, compare, fit};
 use durometer::report;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -116,4 +116,23 @@ fn a_fit_of_every_row_has_one_column() {
     report::fit::write(dir.path()).expect("a report");
     let svg = std::fs::read_to_string(dir.path().join("figures/fit.svg")).expect("the figure");
     assert!(svg.contains("(a)  All data") && !svg.contains("(b)") && !svg.contains("law, predicted"));
+}
+
+/// The page of `--law all` has the rows of compare.json in its order; without the file it is refused.
+#[test]
+fn the_comparison_of_laws_has_a_table() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    assert!(report::comparison::write(dir.path()).is_err());
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/treloar-1944/treloar-1944.csv");
+    let mut request = FitRequest::new(data, "all");
+    request.options.modes = vec![Mode::Uniaxial];
+    request.options.range = Some(StretchRange { from: 1.0, to: 1.6 });
+    let laws = compare(&request).expect("the table is part of the project");
+    laws.write_json(&dir.path().join("compare.json")).expect("writable");
+    report::comparison::write(dir.path()).expect("a page");
+    let csv = std::fs::read_to_string(dir.path().join("tables/comparison.csv")).expect("the table");
+    let names: Vec<&str> = csv.lines().skip(1).filter_map(|l| l.split(',').next()).collect();
+    assert_eq!(names, laws.laws.iter().map(|c| c.label.as_str()).collect::<Vec<_>>());
+    let page = std::fs::read_to_string(dir.path().join("index.html")).expect("the page");
+    assert!(names.iter().all(|name| page.contains(&format!("<td>{name}</td>"))));
 }

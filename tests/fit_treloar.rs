@@ -168,7 +168,7 @@ fn the_committed_laws_are_reproduced() {
     }
 }
 
-/// Every law on every silicone table, untouched: see tests/fit.rs for the folder.
+/// Every law on every silicone table, untouched: see tests/fit_intake.rs for the folder.
 #[test]
 fn silicone_tables_take_every_law() {
     let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared");

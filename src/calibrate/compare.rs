@@ -4,7 +4,7 @@
 //! them; *cross-mode*, each fitted mode from the other ones (with one fitted mode: the other modes of the table from it). The score is the worse
 //! of the two. The misfit of the fit itself falls with every constant and ranks nothing.
 
-use super::fit::{Choice, choose};
+use super::fit::{Choice, choose, read};
 use super::misfit::residuals;
 use super::solve::{Setting, solve};
 use super::{Experiment, FITS, FitError, FitOptions, FitRequest, Misfit, Mode, Model, Sample};
@@ -44,12 +44,7 @@ pub struct Comparison {
 
 /// Reads a table and compares all laws with all their numbers of terms; the law and terms of the options do not count.
 pub fn compare(request: &FitRequest) -> Result<Comparison, FitError> {
-    let stated = match request.options.modes[..] {
-        [one] => Some(one),
-        _ => None,
-    };
-    let experiment = Experiment::read(&request.data, request.card.as_deref(), &request.columns, stated)?;
-    compare_experiment(&experiment, &request.options)
+    compare_experiment(&read(request)?, &request.options)
 }
 
 /// The same of a table that was read already.

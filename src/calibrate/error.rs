@@ -84,6 +84,12 @@ pub enum FitError {
     Volumetric { option: String, remedy: String },
     #[error("{name} = {value}: must lie {allowed}; {remedy}")]
     Partner { name: &'static str, value: f64, allowed: &'static str, remedy: &'static str },
+    #[error("{first} and {second} hold the same bytes; give each specimen once")]
+    SameFile { first: String, second: String },
+    #[error(
+        "{file}: only {rows} of its rows take part, fewer than the law has constants; leave the file out, or widen --range"
+    )]
+    ShortSpecimen { file: String, rows: usize },
     #[error("{}: {message}", path.display())]
     LawFile { path: PathBuf, message: String },
 }

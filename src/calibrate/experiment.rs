@@ -2,7 +2,7 @@
 
 use super::columns::{self, Columns};
 use super::table::{self, Line};
-use super::{Audit, AuditKind, Card, ColumnChoice, FitError, Mode, StrainKind};
+use super::{Audit, AuditEntry, AuditKind, Card, ColumnChoice, FitError, Mode, StrainKind};
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 use std::collections::HashMap;
@@ -18,6 +18,8 @@ pub struct Sample {
     pub stress: f64,
     /// Line of the file, counted from 1
     pub line: u64,
+    /// Which of several files, counted from 0
+    pub specimen: usize,
 }
 
 impl Sample {
@@ -30,8 +32,10 @@ impl Sample {
 /// A test as read.
 #[derive(Clone, Debug)]
 pub struct Experiment {
-    /// File name without its folder
+    /// File name without its folder; of several specimens all names
     pub file: String,
+    /// File name of each specimen
+    pub specimens: Vec<String>,
     /// SHA-256 of the bytes of the file, hexadecimal
     pub sha256: String,
     /// In the order of the file
@@ -79,7 +83,41 @@ impl Experiment {
         log_rows(&mut audit, &samples);
         log_doubts(&mut audit, &samples, &columns, card.as_ref(), &header);
         let sha256 = Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect();
-        Ok(Self { file: file.into(), sha256, samples, stress_unit: columns.stress_unit, header, card, audit })
+        Ok(Self {
+            file: file.into(),
+            specimens: vec![file.into()],
+            sha256,
+            samples,
+            stress_unit: columns.stress_unit,
+            header,
+            card,
+            audit,
+        })
+    }
+
+    /// One table of several specimens of the same test: every row counts, as many as a specimen has.
+    pub fn pool(parts: Vec<Self>) -> Result<Self, FitError> {
+        for (k, part) in parts.iter().enumerate() {
+            if let Some(first) = parts[..k].iter().find(|p| p.sha256 == part.sha256) {
+                return Err(FitError::SameFile { first: first.file.clone(), second: part.file.clone() });
+            }
+        }
+        let several = parts.len() > 1;
+        let mut parts = parts.into_iter();
+        let mut all = parts.next().expect("a request has a table");
+        if several {
+            all.card = None;
+            all.audit.0.iter_mut().for_each(|e| e.message = format!("{}: {}", all.specimens[0], e.message));
+        }
+        for (k, part) in parts.enumerate() {
+            let entry = |e: AuditEntry| AuditEntry { message: format!("{}: {}", part.file, e.message), ..e };
+            all.audit.0.extend(part.audit.0.into_iter().map(entry));
+            all.samples.extend(part.samples.into_iter().map(|s| Sample { specimen: k + 1, ..s }));
+            all.file += &format!(", {}", part.file);
+            all.sha256 += &format!(", {}", part.sha256);
+            all.specimens.push(part.file);
+        }
+        Ok(all)
     }
 
     /// Modes that occur, in the order of [`Mode::ALL`]
@@ -194,7 +232,7 @@ fn read_rows(
                 .ok_or_else(|| FitError::ModeWord { line: Some(line.number), word: cell(i).into() })?,
             None => whole_file.ok_or_else(|| FitError::NoMode { file: file.into() })?,
         };
-        samples.push(Sample { mode, stretch, stress, line: line.number });
+        samples.push(Sample { mode, stretch, stress, line: line.number, specimen: 0 });
     }
     if samples.is_empty() {
         let reason = left_out.first().map_or("there are no rows below the column names".into(), |(_, r)| r.clone());

@@ -1,14 +1,16 @@
 //! From a request to a result: choose rows, fit, judge.
 
+use super::bootstrap::bootstrap;
 use super::certificate::certificate;
 use super::judgement::{predictions, validity, warnings};
 use super::misfit::residuals;
 use super::result::interval_assumption;
 use super::solve::{LawFit, Setting, solve};
+use super::specimen::scatter;
 use super::term::invariants;
 use super::{
     Experiment, FitCurves, FitError, FitOptions, FitRequest, FitResult, Misfit, Mode, Model, RangeRow, Sample,
-    StretchRange,
+    StretchRange, profile,
 };
 use crate::material::registry;
 
@@ -16,12 +18,18 @@ use crate::material::registry;
 pub fn fit(request: &FitRequest) -> Result<FitResult, FitError> {
     // A law that does not exist is refused before a file is read.
     Model::new(&request.options.law, request.options.terms)?;
+    fit_experiment(&read(request)?, &request.options)
+}
+
+/// The tables of a request as one.
+pub(super) fn read(request: &FitRequest) -> Result<Experiment, FitError> {
     let stated = match request.options.modes[..] {
         [one] => Some(one),
         _ => None,
     };
-    let experiment = Experiment::read(&request.data, request.card.as_deref(), &request.columns, stated)?;
-    fit_experiment(&experiment, &request.options)
+    let files = std::iter::once(&request.data).chain(&request.more);
+    let one = |path: &std::path::PathBuf| Experiment::read(path, request.card.as_deref(), &request.columns, stated);
+    Experiment::pool(files.map(one).collect::<Result<_, _>>()?)
 }
 
 /// Fits a law to a table that was read already.
@@ -34,6 +42,7 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
     let Choice { modes, range, fitted, stretch } = choice;
     let is_fitted = |s: &Sample| modes.contains(&s.mode) && range.contains(s.stretch) && s.is_informative();
     let answer = solve(&setting, &fitted, None)?;
+    let groups = by_specimen(&fitted, experiment.specimens.len());
     let stress = |mode, stretch| model.stress(&answer.values, mode, stretch);
     let own = residuals(&fitted, stress);
     let misfit = Misfit::of(&own).expect("the rows were counted");
@@ -67,6 +76,9 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
         loss: options.loss,
         parameters: answer.identified.estimates.clone(),
         interval_assumption: interval_assumption(options.weighting, options.loss),
+        profile: profile::intervals(model, &fitted, &answer),
+        bootstrap: bootstrap(&setting, &groups, &answer, options.bootstrap),
+        scatter: scatter(&setting, &experiment.specimens, &groups, &answer)?,
         unidentified: answer.identified.directions.clone(),
         stability: certificate(model, &answer.values, answer.modulus, largest),
         partner,
@@ -85,6 +97,11 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
     };
     result.warnings = warnings(&result, &answer, model, experiment, options.tolerance);
     Ok(result)
+}
+
+/// Rows of each specimen.
+fn by_specimen(rows: &[Sample], specimens: usize) -> Vec<Vec<Sample>> {
+    (0..specimens).map(|k| rows.iter().filter(|s| s.specimen == k).copied().collect()).collect()
 }
 
 /// The rows of a fit.

@@ -5,8 +5,8 @@ use super::fit::extent;
 use super::law::Form;
 use super::solve::{LawFit, ROUNDING, median};
 use super::{
-    AuditKind, Experiment, FitResult, FitWarning, Loss, Misfit, Mode, Model, Partner, Prediction, PredictionKind,
-    Residual, SolverCheck, StableRange, StretchRange, Validity, statistics,
+    AuditKind, Estimate, Experiment, FitResult, FitWarning, Loss, Misfit, Mode, Model, Partner, Prediction,
+    PredictionKind, Residual, SolverCheck, StableRange, StretchRange, Validity, statistics,
 };
 use crate::material::{LawEntry, registry};
 
@@ -33,6 +33,9 @@ pub fn predictions(all: &[Residual], modes: &[Mode], range: StretchRange) -> Vec
     found
 }
 
+/// Rows before a range can be judged: the first ones are small, and mostly noise.
+const LEAST_ROWS: usize = 3;
+
 pub fn validity(all: &[Residual], modes: &[Mode], tolerance: f64) -> Validity {
     let side = |tension: bool| {
         let on_side =
@@ -40,10 +43,15 @@ pub fn validity(all: &[Residual], modes: &[Mode], tolerance: f64) -> Validity {
         let mut rows: Vec<_> = all.iter().filter(on_side).collect();
         rows.sort_by(|a, b| (a.stretch - 1.0).abs().total_cmp(&(b.stretch - 1.0).abs()));
         let (mut r2, mut p2, mut reached) = (0.0, 0.0, None);
-        for row in rows {
+        let first = LEAST_ROWS.min(rows.len());
+        for (k, row) in rows.iter().enumerate() {
             r2 += row.residual.powi(2);
             p2 += row.measured.powi(2);
-            if r2 <= tolerance * tolerance * p2 {
+            // Good again beyond a range where it was bad is no range to trust.
+            if k + 1 >= first {
+                if r2 > tolerance * tolerance * p2 {
+                    break;
+                }
                 reached = Some(row.stretch);
             }
         }
@@ -89,9 +97,15 @@ pub fn warnings(
     if let ([mode], true) = (&result.modes[..], result.parameters.len() > 1 && experiment.modes().len() == 1) {
         found.push(FitWarning::OneMode { mode: *mode });
     }
-    if result.loss == Loss::Squares {
+    // Neighbours of several specimens differ by the scatter between them, and lines would not say of which file
+    if result.loss == Loss::Squares && experiment.specimens.len() == 1 {
         found.extend(outliers(&result.residuals));
     }
+    found.extend(result.scatter.as_ref().and_then(|s| {
+        let one = s.specimens.iter().find(|one| Some(&one.file) == s.outlier.as_ref())?;
+        Some(FitWarning::Specimen { file: one.file.clone(), level: one.level })
+    }));
+    found.extend(narrow(result));
     if let Some(SolverCheck::Starts { starts, agree: 1 }) = result.solver_check
         && starts > 2
     {
@@ -103,6 +117,19 @@ pub fn warnings(
     found.extend(doubts.map(|e| FitWarning::Data { message: e.message.clone() }));
     found.extend(compressible(result, model, shear));
     found
+}
+
+/// Ratio of the widths from which on the interval of the covariance is called too narrow [–]
+const WIDER: f64 = 1.5;
+
+/// The constant whose bootstrap interval is widest against the one of the covariance.
+fn narrow(result: &FitResult) -> Option<FitWarning> {
+    let b = result.bootstrap.as_ref()?;
+    let width = |i: &[f64; 2]| i[1] - i[0];
+    let of = |(e, i): (&Estimate, &[f64; 2])| (e.symbol, width(i) / width(&e.interval));
+    let all = result.parameters.iter().zip(&b.intervals).filter(|(e, _)| width(&e.interval) > 0.0).map(of);
+    let (symbol, ratio) = all.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    (ratio > WIDER).then(|| FitWarning::Narrow { symbol, ratio, drawn: b.drawn.clone() })
 }
 
 /// One warning per mode in which a cone holds the answer back.

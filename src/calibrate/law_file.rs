@@ -58,6 +58,13 @@ impl FitResult {
             let ends = vec![quantity(*low, e.unit), quantity(*high, e.unit)];
             p.insert(format!("{}_over_shorter_ranges", e.name), ends.into());
         }
+        if let Some(b) = &self.bootstrap {
+            for (e, [low, high]) in self.parameters.iter().zip(&b.intervals) {
+                let ends = vec![quantity(*low, e.unit), quantity(*high, e.unit)];
+                p.insert(format!("{}_bootstrap", e.name), ends.into());
+            }
+            p.insert("bootstrap".into(), format!("{} samples of {}", b.samples, b.drawn).into());
+        }
         p.insert("interval".into(), self.interval_assumption.clone().into());
         p.insert("rms".into(), quantity(self.misfit.rms_pa, "Pa"));
         p.insert("rms_relative".into(), self.misfit.rms_relative.into());

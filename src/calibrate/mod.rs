@@ -5,6 +5,7 @@
 //! [`FitResult::write_law`] store the answer.
 
 mod audit;
+mod bootstrap;
 mod card;
 mod certificate;
 mod columns;
@@ -21,17 +22,20 @@ mod linear;
 mod misfit;
 mod mode;
 mod nonnegative;
+mod profile;
 mod request;
 mod result;
 mod rows;
 mod separable;
 mod solve;
+mod specimen;
 mod statistics;
 mod table;
 mod term;
 mod warning;
 
 pub use audit::{Audit, AuditEntry, AuditKind};
+pub use bootstrap::{Bootstrap, Drawn};
 pub use card::{Card, Source};
 pub use certificate::StableRange;
 pub use columns::{ColumnChoice, StrainKind};
@@ -47,4 +51,5 @@ pub use mode::Mode;
 pub use request::{FitOptions, FitRequest, Loss, Partner, StretchRange, Weighting};
 pub use result::{Direction, Estimate, FitResult, Prediction, PredictionKind, RangeRow, Validity};
 pub use solve::SolverCheck;
+pub use specimen::{Scatter, Specimen};
 pub use warning::FitWarning;

@@ -134,6 +134,8 @@ pub struct FitOptions {
     pub partner: Option<Partner>,
     /// Volumetric part of the law file; `None`: the scene has to add it
     pub volumetric: Option<String>,
+    /// Fits to rows that are drawn again, for intervals that know of correlated rows; 0: none
+    pub bootstrap: usize,
     /// Relative misfit up to which the law is said to describe the data [–]
     pub tolerance: f64,
 }
@@ -150,6 +152,7 @@ impl FitOptions {
             stable: None,
             partner: None,
             volumetric: None,
+            bootstrap: 0,
             tolerance: 0.1,
         }
     }
@@ -159,6 +162,8 @@ impl FitOptions {
 #[derive(Clone, Debug)]
 pub struct FitRequest {
     pub data: PathBuf,
+    /// Tables of further specimens of the same test
+    pub more: Vec<PathBuf>,
     /// `None`: the `card.toml` beside the table, if it names the table
     pub card: Option<PathBuf>,
     pub columns: ColumnChoice,
@@ -167,7 +172,13 @@ pub struct FitRequest {
 
 impl FitRequest {
     pub fn new(data: impl Into<PathBuf>, law: &str) -> Self {
-        Self { data: data.into(), card: None, columns: ColumnChoice::default(), options: FitOptions::new(law) }
+        Self {
+            data: data.into(),
+            more: vec![],
+            card: None,
+            columns: ColumnChoice::default(),
+            options: FitOptions::new(law),
+        }
     }
 }
 

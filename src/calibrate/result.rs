@@ -1,8 +1,8 @@
 //! The answer of a fit.
 
 use super::{
-    Audit, FitCurves, FitError, FitWarning, Loss, Misfit, Mode, Partner, Residual, SolverCheck, StableRange,
-    StretchRange, Weighting,
+    Audit, Bootstrap, FitCurves, FitError, FitWarning, Loss, Misfit, Mode, Partner, Residual, Scatter, SolverCheck,
+    StableRange, StretchRange, Weighting,
 };
 use serde::Serialize;
 use std::fmt;
@@ -114,6 +114,12 @@ pub struct FitResult {
     pub loss: Loss,
     pub parameters: Vec<Estimate>,
     pub interval_assumption: String,
+    /// 95 % by profile likelihood, infinite where open; `None` where stability holds the answer back or no row is left to judge by
+    pub profile: Option<Vec<[f64; 2]>>,
+    /// 95 % from rows or specimens drawn again, where it was asked for
+    pub bootstrap: Option<Bootstrap>,
+    /// Between specimens, where there are several
+    pub scatter: Option<Scatter>,
     /// What the data say nothing about, or hardly anything
     pub unidentified: Vec<Direction>,
     /// Where the law is stable, by mode
@@ -179,6 +185,27 @@ impl fmt::Display for FitResult {
         )?;
         writeln!(f, "{}", self.answer())?;
         writeln!(f, "misfit {:.2} % rms, {:.4e} Pa", 100.0 * self.misfit.rms_relative, self.misfit.rms_pa)?;
+        for (e, [low, high]) in self.parameters.iter().zip(self.profile.iter().flatten()) {
+            writeln!(f, "profile likelihood: {} from {low:.5e} to {high:.5e} {}", e.symbol, e.unit)?;
+        }
+        if let Some(b) = &self.bootstrap {
+            for (e, [low, high]) in self.parameters.iter().zip(&b.intervals) {
+                writeln!(f, "bootstrap of {}: {} from {low:.5e} to {high:.5e} {}", b.drawn, e.symbol, e.unit)?;
+            }
+        }
+        if let Some(s) = &self.scatter {
+            for ((e, (mean, sd)), [low, high]) in
+                self.parameters.iter().zip(s.means.iter().zip(&s.deviations)).zip(&s.intervals)
+            {
+                writeln!(
+                    f,
+                    "{} specimens: {} = {mean:.5e} {}, scatter {sd:.2e}, 95 % interval of the mean {low:.5e} to {high:.5e}",
+                    s.specimens.len(),
+                    e.symbol,
+                    e.unit
+                )?;
+            }
+        }
         for (e, [low, high]) in self.parameters.iter().zip(&self.range_spread) {
             writeln!(f, "ranges that end earlier give {} from {low:.5e} to {high:.5e} {}", e.symbol, e.unit)?;
         }

@@ -154,7 +154,10 @@ pub fn solve(
     let agree = ends.iter().filter(|e| e.0 <= least * (1.0 + SAME) + 1e-12).count();
     let (_, x, c) = &ends[best];
     let mut order: Vec<usize> = (0..terms).collect();
-    order.sort_by(|a, b| c[*b].total_cmp(&c[*a]));
+    // A warm start keeps the order of the answer it comes from, so that its constants can be compared
+    if warm.is_none() {
+        order.sort_by(|a, b| c[*b].total_cmp(&c[*a]));
+    }
     Ok(Separable {
         factors: order.iter().map(|k| c[*k] * rows.unit).collect(),
         shapes: order.iter().map(|k| (family.shape)(x[*k], reach).0).collect(),

@@ -47,6 +47,8 @@ pub struct LawFit {
     pub departure_p: Option<f64>,
     /// Neo-Hookean modulus of the same rows [Pa], a measure of size
     pub modulus: f64,
+    /// w of each sample, with Huber's loss in it
+    pub weight: Vec<f64>,
     /// Where a separable search ended
     at: Vec<f64>,
 }
@@ -61,6 +63,11 @@ const SETTLED: f64 = 1e-6;
 
 /// `near`: the answer to much the same samples; then one solver and one start are enough.
 pub fn solve(setting: &Setting, samples: &[Sample], near: Option<&LawFit>) -> Result<LawFit, FitError> {
+    judge(setting, samples, constants(setting, samples, near)?)
+}
+
+/// The same without intervals.
+pub fn constants(setting: &Setting, samples: &[Sample], near: Option<&LawFit>) -> Result<LawFit, FitError> {
     let base = rows::weights(samples, setting.weighting);
     let mut found = weighted(setting, samples, &base, near)?;
     let mut weight = base.clone();
@@ -76,7 +83,8 @@ pub fn solve(setting: &Setting, samples: &[Sample], near: Option<&LawFit>) -> Re
         }
         found.check = weighted(setting, samples, &weight, near)?.check;
     }
-    judge(setting, samples, &weight, found)
+    found.weight = weight;
+    Ok(found)
 }
 
 /// √ of Huber's weights min(1, kσ/|r|) times the base weight, σ = 1.4826 median |r| (Huber, Robust Statistics, 1981, ch. 7).
@@ -95,7 +103,7 @@ pub fn median(values: &[f64]) -> f64 {
     0.5 * (sorted[(n - 1) / 2] + sorted[n / 2])
 }
 
-/// The constants alone.
+/// The constants with these weights.
 fn weighted(setting: &Setting, samples: &[Sample], weight: &[f64], near: Option<&LawFit>) -> Result<LawFit, FitError> {
     let rows = Rows::new(samples, weight)?;
     let bare = |values, check, active, at| LawFit {
@@ -105,6 +113,7 @@ fn weighted(setting: &Setting, samples: &[Sample], weight: &[f64], near: Option<
         active,
         departure_p: None,
         modulus: rows.unit,
+        weight: weight.to_vec(),
         at,
     };
     match &setting.model.law.form {
@@ -123,13 +132,13 @@ fn weighted(setting: &Setting, samples: &[Sample], weight: &[f64], near: Option<
     }
 }
 
-fn judge(setting: &Setting, samples: &[Sample], weight: &[f64], mut found: LawFit) -> Result<LawFit, FitError> {
-    let model = setting.model;
+fn judge(setting: &Setting, samples: &[Sample], mut found: LawFit) -> Result<LawFit, FitError> {
+    let (model, weight) = (setting.model, found.weight.clone());
     let p: Vec<f64> = samples.iter().map(|s| model.stress(&found.values, s.mode, s.stretch)).collect();
-    let zip = || samples.iter().zip(weight).zip(&p);
+    let zip = || samples.iter().zip(&weight).zip(&p);
     let residual = DVector::from_iterator(samples.len(), zip().map(|((s, w), p)| w * (s.stress - p)));
     let size = zip().map(|((s, w), _)| (w * s.stress).powi(2)).sum::<f64>().sqrt();
-    let sensitivities: Vec<f64> = (samples.iter().zip(weight))
+    let sensitivities: Vec<f64> = (samples.iter().zip(&weight))
         .flat_map(|(s, w)| model.sensitivities(&found.values, s.mode, s.stretch).into_iter().map(move |v| w * v))
         .collect();
     let jacobian = DMatrix::from_row_slice(samples.len(), found.values.len(), &sensitivities);

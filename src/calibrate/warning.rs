@@ -1,6 +1,6 @@
 //! Reasons not to take the answer of a fit at its word.
 
-use super::{Direction, Mode};
+use super::{Direction, Drawn, Mode};
 use serde::Serialize;
 use std::fmt;
 
@@ -32,6 +32,10 @@ pub enum FitWarning {
     OneMode { mode: Mode },
     /// Rows far off their neighbours
     Outliers { lines: Vec<u64> },
+    /// A specimen whose stresses, over those of the fit to all, stand apart from the other ones
+    Specimen { file: String, level: f64 },
+    /// The bootstrap interval is wider than the one of the covariance, in which constant and how many times
+    Narrow { symbol: &'static str, ratio: f64, drawn: Drawn },
     /// A single start found the reported minimum
     Starts { starts: usize },
 }
@@ -135,6 +139,16 @@ impl fmt::Display for FitWarning {
                     shown.join(", ")
                 )
             }
+            Self::Specimen { file, level } => write!(
+                f,
+                "specimen {file} stands apart: its stresses are {level:.2} times those of the fit to all, more than the scatter of the others \
+                 explains (Grubbs' test, 5 %); look for the cause before leaving it out"
+            ),
+            Self::Narrow { symbol, ratio, drawn } => write!(
+                f,
+                "the interval of {symbol} is {ratio:.1} times as wide in the bootstrap of {drawn}: what is drawn is not independent, \
+                 believe the wider one"
+            ),
             Self::Starts { starts } => write!(
                 f,
                 "only one of {starts} starts of the search ended in the reported minimum; a better one may exist"

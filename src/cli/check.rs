@@ -43,14 +43,14 @@ pub fn main(args: Args) -> Outcome {
 
 fn study(study: &Study) -> Outcome {
     println!("study {} ({}): {}", study.name, study.record.kind, study.record.question);
-    println!("{} cases; an error bar above {} % is refused", study.cases.len(), study.record.tolerance * 100.0);
-    println!("\n  {:32} {:6} {:>8} {:>9} {:>6}", "case", "", "cells", "unknowns", "steps");
+    println!("{} cases; tolerance {} %", study.cases.len(), study.record.tolerance * 100.0);
+    println!("\n  {:32} {:11} {:>8} {:>9} {:>6}", "case", "", "cells", "unknowns", "steps");
     let (mut bodies, mut first) = (BTreeMap::new(), None);
     for case in &study.cases {
         let scene = build(&case.scene_file, case.spec.clone(), case.text.clone(), &mut bodies)?;
         check_quantities(study, case, &scene)?;
         println!(
-            "  {:32} {:6} {:>8} {:>9} {:>6}",
+            "  {:32} {:11} {:>8} {:>9} {:>6}",
             case.id,
             case.spec.formulation(),
             scene.body.mesh.cell_count(),

@@ -1,4 +1,4 @@
-//! `durometer fit CSV --law LAW`
+//! `durometer fit CSV… --law LAW`
 
 use super::{INCOMPLETE, Outcome, files};
 use durometer::calibrate::{FitRequest, Loss, Mode, Partner, StrainKind, StretchRange, Weighting, compare, fit};
@@ -16,6 +16,7 @@ Examples:
   durometer fit data/treloar-1944/treloar-1944.csv --law neo_hookean --mode uniaxial --range 1..1.6 --nu 0.49
   durometer fit data/treloar-1944/treloar-1944.csv --law ogden --terms 3 --modes uniaxial,equibiaxial,planar
   durometer fit data/treloar-1944/treloar-1944.csv --law all --mode uniaxial
+  durometer fit one.csv two.csv three.csv --law yeoh --terms 2
   durometer fit pull.csv --law yeoh --weight relative --stable 0.6..1.6
   durometer fit pull.csv --law neo_hookean --strain-column strain --stress-column 'stress [MPa]' --stress-unit MPa
 
@@ -24,15 +25,16 @@ Laws: neo_hookean, mooney_rivlin (--terms 2, 3, 5), yeoh (1 to 3), ogden (1 to 4
 
 Exit codes: 0 done, 2 bad input, 3 the data do not determine every constant (which, is said).")]
 pub struct Args {
-    /// Tensile data (CSV)
-    csv: PathBuf,
-    /// Name of the law, e.g. neo_hookean; `all` compares every law by what it predicts, and writes compare.json only
+    /// Tensile data (CSV); several files are specimens of the same test
+    #[arg(required = true)]
+    csv: Vec<PathBuf>,
+    /// Name of the law, e.g. neo_hookean; `all` compares every law by what it predicts, and writes compare.json and a page only
     #[arg(long)]
     law: String,
     /// Terms of mooney_rivlin (2, 3, 5), yeoh (1 to 3), ogden (1 to 4) [default: 2, 3, 3]
     #[arg(long)]
     terms: Option<usize>,
-    /// Folder of the results [default: reports/fit-<name of the table>]
+    /// Folder of the results [default: reports/fit-<name of the table>-<law>]
     #[arg(long)]
     out: Option<PathBuf>,
     /// Stretches that are fitted, e.g. 1..1.6 [default: every row]
@@ -59,6 +61,9 @@ pub struct Args {
     /// Volumetric part of the law file: quadratic, logarithmic, simo_taylor; without it the scene names one
     #[arg(long)]
     volumetric: Option<String>,
+    /// Fits to rows (of three or more tables: specimens) drawn again, for intervals that know of correlated rows; 0: none
+    #[arg(long, default_value_t = 200, value_name = "N")]
+    bootstrap: usize,
     /// Data card [default: card.toml beside the table]
     #[arg(long)]
     card: Option<PathBuf>,
@@ -83,7 +88,8 @@ pub struct Args {
 }
 
 pub fn main(args: Args) -> Outcome {
-    let mut request = FitRequest::new(&args.csv, &args.law);
+    let mut request = FitRequest::new(&args.csv[0], &args.law);
+    request.more = args.csv[1..].to_vec();
     request.card = args.card;
     request.columns.strain = args.strain_column;
     request.columns.stress = args.stress_column;
@@ -97,17 +103,19 @@ pub fn main(args: Args) -> Outcome {
     request.options.loss = args.loss;
     request.options.stable = args.stable;
     request.options.volumetric = args.volumetric;
+    request.options.bootstrap = args.bootstrap;
     request.options.partner = match (args.nu, args.kappa) {
         (Some(nu), _) => Some(Partner::Nu(nu)),
         (None, Some(text)) => Some(Partner::Kappa(units::parse(&text, Dimension::PRESSURE)?)),
         (None, None) => None,
     };
-    let stem = args.csv.file_stem().map_or_else(|| "data".into(), |n| n.to_string_lossy().into_owned());
-    let out = args.out.unwrap_or_else(|| PathBuf::from("reports").join(format!("fit-{stem}")));
+    let stem = args.csv[0].file_stem().map_or_else(|| "data".into(), |n| n.to_string_lossy().into_owned());
+    let out = args.out.unwrap_or_else(|| PathBuf::from("reports").join(format!("fit-{stem}-{}", args.law)));
     if args.law == "all" {
         let table = compare(&request)?;
         files::make_folder(&out)?;
         table.write_json(&out.join("compare.json"))?;
+        durometer::report::comparison::write(&out)?;
         println!("{}", if args.json { serde_json::to_string_pretty(&table)? } else { table.to_string() });
         return Ok(ExitCode::SUCCESS);
     }

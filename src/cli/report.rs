@@ -10,7 +10,7 @@ use std::process::ExitCode;
     after_help = "Example:\n  durometer report reports/finger-convergence\n\nNeither the solver nor the mesher is needed."
 )]
 pub struct Args {
-    /// Folder of the results, e.g. reports/finger-convergence or reports/fit-treloar-1944
+    /// Folder of the results, e.g. reports/finger-convergence or reports/fit-treloar-1944-ogden
     dir: PathBuf,
     /// Print summary.json (of a fit: fit.json)
     #[arg(long)]

@@ -1,6 +1,7 @@
 //! Physical contributions: one file per effect or constraint.
 
 pub mod cable;
+pub mod cavity;
 mod cell;
 pub mod damping;
 pub mod edge_dampers;
@@ -18,6 +19,7 @@ pub mod stiffness_damping;
 pub mod viscoelastic;
 
 pub use cable::{Cable, CableLength, CableTension, Guide};
+pub use cavity::{Cavity, CavityPressure, CavityVolume};
 pub use cell::CellPoints;
 pub use damping::{MassDamping, ViscousDamping};
 pub use edge_dampers::EdgeDampers;

@@ -20,7 +20,7 @@ pub enum LawSpecError {
     NotAQuantity { key: &'static str, found: String, example: &'static str },
     #[error("{key} ({meaning}) = {value} [SI] is not inside ({lower}, {upper})")]
     OutOfBounds { key: &'static str, meaning: &'static str, value: f64, lower: f64, upper: f64 },
-    #[error("nu = {nu} >= 0.5: incompressible needs a mixed formulation; use e.g. 0.49")]
+    #[error("nu = {nu} >= 0.5 leaves no finite bulk modulus; use e.g. 0.499 with formulation = \"mixed\"")]
     Incompressible { nu: f64 },
     #[error(
         "the law needs exactly two of E, nu, mu, lambda, kappa, and {} given; {}",

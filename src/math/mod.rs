@@ -1,6 +1,7 @@
 //! Mathematics without physics: small tensors, quantities with units, signals, sparse matrices, linear solvers.
 
 pub mod linear;
+pub mod random;
 pub mod signal;
 pub mod sparse;
 pub mod tensor;

@@ -18,6 +18,7 @@ const fn dim(m: i8, kg: i8, s: i8, rad: i8) -> Dimension {
 impl Dimension {
     pub const NONE: Self = dim(0, 0, 0, 0);
     pub const LENGTH: Self = dim(1, 0, 0, 0);
+    pub const VOLUME: Self = dim(3, 0, 0, 0);
     pub const TIME: Self = dim(0, 0, 1, 0);
     pub const FREQUENCY: Self = dim(0, 0, -1, 0);
     pub const ANGLE: Self = dim(0, 0, 0, 1);
@@ -35,6 +36,7 @@ impl Dimension {
         match self {
             Self::NONE => "a plain number",
             Self::LENGTH => "mm",
+            Self::VOLUME => "ml",
             Self::TIME => "s",
             Self::FREQUENCY => "Hz",
             Self::ANGLE => "deg",
@@ -91,6 +93,8 @@ const UNITS: &[(&str, f64, Dimension)] = &[
     ("um", 1e-6, Dimension::LENGTH),
     ("µm", 1e-6, Dimension::LENGTH),
     ("in", 0.0254, Dimension::LENGTH),
+    ("l", 1e-3, Dimension::VOLUME),
+    ("ml", 1e-6, Dimension::VOLUME),
     ("s", 1.0, Dimension::TIME),
     ("ms", 1e-3, Dimension::TIME),
     ("min", 60.0, Dimension::TIME),

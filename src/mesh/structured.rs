@@ -2,6 +2,7 @@
 
 use super::element::CELL_EDGES;
 use super::{Order, Region, TetMesh};
+use crate::math::random::SplitMix;
 use crate::math::tensor::Vec3;
 use std::collections::{BTreeMap, HashMap};
 
@@ -81,13 +82,13 @@ impl TetMesh {
     /// Moves every inner node by up to `amount`·h in each direction (0.1 is safe on blocks); mid-nodes of quadratic cells
     /// follow their corners, so edges stay straight. The same seed gives the same mesh.
     pub fn distort(&mut self, seed: u64, amount: f64) {
-        let (reach, mut state) = (amount * self.h(), seed);
+        let (reach, mut random) = (amount * self.h(), SplitMix(seed));
         let mut fixed = vec![false; self.points.len()];
         self.facets.iter().for_each(|&i| fixed[i as usize] = true);
         let mut corner = vec![false; self.points.len()];
         (0..self.cell_count()).for_each(|c| self.cell(c)[..4].iter().for_each(|&i| corner[i as usize] = true));
         for (i, point) in self.points.iter_mut().enumerate() {
-            let shift = Vec3::from_fn(|_, _| reach * (2.0 * uniform(&mut state) - 1.0));
+            let shift = Vec3::from_fn(|_, _| reach * (2.0 * random.unit() - 1.0));
             if corner[i] && !fixed[i] {
                 *point += shift;
             }
@@ -102,15 +103,6 @@ impl TetMesh {
             }
         }
     }
-}
-
-/// Uniform number in [0, 1) by SplitMix64 (Steele, Lea & Flood, OOPSLA 2014).
-pub(super) fn uniform(state: &mut u64) -> f64 {
-    *state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-    let mut z = *state;
-    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
 }
 
 #[cfg(test)]

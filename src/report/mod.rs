@@ -3,6 +3,7 @@
 //! Nothing is solved here; [`write`] may be called again on a folder to redraw it.
 
 mod canvas;
+pub mod comparison;
 mod content;
 mod convergence;
 pub mod error;

@@ -6,7 +6,7 @@ use super::error::{SceneError, hint};
 use super::probe::Probe;
 use super::protocol::NamedSignal;
 use super::spec::{ConstraintSpec, DriveSpec, EffectSpec, SceneSpec};
-use crate::effect::{Cable, CableLength, CableTension, CellPoints, Stressed};
+use crate::effect::{Cable, CableLength, CableTension, Cavity, CellPoints, Stressed};
 use crate::material::Law;
 use crate::math::signal::Signal;
 use crate::math::units::Dimension;
@@ -42,6 +42,7 @@ pub struct Scene {
     /// The elastic effects, for their stresses
     pub stressed: Vec<Arc<dyn Stressed>>,
     pub cables: Vec<NamedCable>,
+    pub cavities: Vec<NamedCavity>,
     pub probes: Vec<Probe>,
     pub spans: Vec<Span>,
     /// What is prescribed over time: shortenings, tensions, displacements, accelerations
@@ -59,14 +60,21 @@ pub struct Scene {
 pub struct NamedCable {
     pub name: String,
     pub cable: Arc<Cable>,
-    pub drive: CableDrive,
+    pub drive: Drive,
 }
 
-/// Where the tension of a cable comes from.
-pub enum CableDrive {
+/// A cavity with its drive, for probes.
+pub struct NamedCavity {
+    pub name: String,
+    pub cavity: Arc<Cavity>,
+    pub drive: Drive,
+}
+
+/// Where the tension of a cable or the pressure of a cavity comes from.
+pub enum Drive {
     /// Index of the constraint whose multiplier it is
     Multiplier(usize),
-    Tension(Signal),
+    Prescribed(Signal),
 }
 
 pub(super) fn part(
@@ -121,18 +129,31 @@ impl Scene {
                             builder.remark_shortening(name, &shortening, rest, &spans);
                             builder.keep(format!("{name}_shortening_m"), shortening.clone());
                             constraints.push(Box::new(CableLength { cable: cable.clone(), shortening, rest }));
-                            CableDrive::Multiplier(constraints.len() - 1)
+                            Drive::Multiplier(constraints.len() - 1)
                         }
                         DriveSpec::Tension(signal) => {
                             let tension = builder.signal(&place, signal, Dimension::FORCE)?;
                             builder.check_tension(&place, &tension, &spans)?;
                             builder.keep(format!("{name}_imposed_tension_N"), tension.clone());
                             effects.push(Box::new(CableTension { cable: cable.clone(), tension: tension.clone() }));
-                            CableDrive::Tension(tension)
+                            Drive::Prescribed(tension)
                         }
                     };
                     cables.push(NamedCable { name: name.clone(), cable, drive });
                 }
+                // What is held decides whether a cavity may be open
+                ConstraintSpec::Cavity { .. } => {}
+            }
+        }
+        let mut cavities = Vec::<NamedCavity>::new();
+        for (k, constraint) in spec.constraints.iter().enumerate() {
+            if let ConstraintSpec::Cavity { name, .. } = constraint {
+                let place = format!("constraint {} (cavity)", k + 1);
+                if cavities.iter().any(|c| c.name == *name) || cables.iter().any(|c| c.name == *name) {
+                    let fact = format!("another cable or cavity is called \"{name}\" too");
+                    return Err(builder.content(&place, fact, "give each a `name` of its own"));
+                }
+                cavities.push(builder.cavity(&place, constraint, &mut effects, &mut constraints)?);
             }
         }
         let Gathered { stored, points: elastic, stressed, hosts, laws } = gathered;
@@ -140,6 +161,7 @@ impl Scene {
             let remedy = "add an [[effect]] with kind = \"elastic\", or \"edge_springs\"";
             return Err(builder.content("effect", "no effect is elastic", remedy));
         }
+        builder.check_cover(&elastic)?;
         builder.remark_stability(&spec, &laws);
         let law = laws.into_iter().next();
         let probe = |(k, probe)| {
@@ -164,6 +186,7 @@ impl Scene {
             elastic,
             stressed,
             cables,
+            cavities,
             probes,
             spans,
             signals,

@@ -3,6 +3,7 @@
 mod body;
 mod build;
 mod builder;
+mod cavity;
 mod comparison;
 mod error;
 pub mod overrides;

@@ -2,7 +2,7 @@
 //!
 //! Positions and directions are means over the area of a region, so they do not depend on the mesh.
 
-use super::build::{CableDrive, NamedCable, Scene};
+use super::build::{Drive, NamedCable, NamedCavity, Scene};
 use super::error::SceneError;
 use super::spec::ProbeSpec;
 use crate::effect::CellPoints;
@@ -152,10 +152,24 @@ pub fn cable_columns(cable: &NamedCable) -> [String; 2] {
 /// Tension [N] and length [m] of a cable.
 pub fn record_cable(cable: &NamedCable, state: &State) -> [f64; 2] {
     let tension = match &cable.drive {
-        CableDrive::Multiplier(c) => state.lambda[*c],
-        CableDrive::Tension(signal) => signal.at(state.t).max(0.0),
+        Drive::Multiplier(c) => state.lambda[*c],
+        Drive::Prescribed(signal) => signal.at(state.t).max(0.0),
     };
     [tension, cable.cable.length(&state.x)]
+}
+
+/// Columns of a cavity: pressure and volume.
+pub fn cavity_columns(cavity: &NamedCavity) -> [String; 2] {
+    [format!("{}_pressure_Pa", cavity.name), format!("{}_volume_m3", cavity.name)]
+}
+
+/// Pressure [Pa] and volume [m³] of a cavity.
+pub fn record_cavity(cavity: &NamedCavity, state: &State) -> [f64; 2] {
+    let pressure = match &cavity.drive {
+        Drive::Multiplier(c) => state.lambda[*c],
+        Drive::Prescribed(signal) => signal.at(state.t),
+    };
+    [pressure, cavity.cavity.volume(&state.x)]
 }
 
 /// ∫ n dA over deformed facets [m²].

@@ -1,7 +1,7 @@
 //! One run of a scene: steps, records, energies. Neither prints nor writes.
 
 use super::build::Scene;
-use super::probe::{Energies, Moment, cable_columns, largest_stretch, record_cable};
+use super::probe::{Energies, Moment, cable_columns, cavity_columns, largest_stretch, record_cable, record_cavity};
 use crate::math::tensor::Vec3;
 use crate::solve::{Newton, NewtonSettings, Status, StepSettings, Stepper, Totals, initial_acceleration};
 use crate::system::{At, Role, State, System, Want};
@@ -122,15 +122,18 @@ impl Scene {
     pub fn columns(&self) -> Vec<String> {
         let probes = self.probes.iter().flat_map(|p| p.columns());
         let cables = self.cables.iter().flat_map(cable_columns);
+        let cavities = self.cavities.iter().flat_map(cavity_columns);
         let last = std::iter::once("newton_iterations".to_string());
-        std::iter::once("t_s".to_string()).chain(probes).chain(cables).chain(last).collect()
+        std::iter::once("t_s".to_string()).chain(probes).chain(cables).chain(cavities).chain(last).collect()
     }
 
     fn record(&self, state: &State, residual: &[f64], energies: Energies, iterations: usize) -> Vec<f64> {
         let moment = Moment { state, residual, energies, scene: self };
         let probes = self.probes.iter().flat_map(|p| p.record(&moment));
         let cables = self.cables.iter().flat_map(|c| record_cable(c, state));
-        std::iter::once(state.t).chain(probes).chain(cables).chain(std::iter::once(iterations as f64)).collect()
+        let cavities = self.cavities.iter().flat_map(|c| record_cavity(c, state));
+        let last = std::iter::once(iterations as f64);
+        std::iter::once(state.t).chain(probes).chain(cables).chain(cavities).chain(last).collect()
     }
 
     /// Largest principal stretch at each node: mean over the cells there, weighted with their volume.

@@ -6,9 +6,9 @@
 //!
 //! Limits: static stages without history; not the columns of the probes `energy` and `stretch`.
 
-use super::build::{CableDrive, Scene};
+use super::build::{Drive, Scene};
 use super::error::hint;
-use super::probe::{Probe, area_vector, cable_columns};
+use super::probe::{Probe, area_vector, cable_columns, cavity_columns};
 use super::spec::EffectSpec;
 use crate::material::{self, LawSpecError};
 use crate::math::tensor::Vec3;
@@ -84,7 +84,8 @@ impl<'a> Sensitivity<'a> {
     pub fn columns(&self) -> Vec<String> {
         let probes = self.scene.probes.iter().filter(|p| !matches!(p, Probe::Energy | Probe::Stretch));
         let cables = self.scene.cables.iter().flat_map(cable_columns);
-        probes.flat_map(Probe::columns).chain(cables).collect()
+        let cavities = self.scene.cavities.iter().flat_map(cavity_columns);
+        probes.flat_map(Probe::columns).chain(cables).chain(cavities).collect()
     }
 
     /// Derivatives at a converged state, [columns × constants], in the unit of the column per SI unit of the constant.
@@ -125,13 +126,20 @@ fn changes(scene: &Scene, state: &State, change: &Change) -> Vec<f64> {
     let probes = scene.probes.iter().filter_map(|probe| through(probe, &scene.body.mesh, &state.x, change));
     let mut out: Vec<f64> = probes.flatten().collect();
     for cable in &scene.cables {
-        let tension = match &cable.drive {
-            CableDrive::Multiplier(c) => change.lambda[*c],
-            CableDrive::Tension(_) => 0.0,
-        };
-        out.extend([tension, cable.cable.lengthening(&state.x, &change.x)]);
+        out.extend([answer(&cable.drive, change), cable.cable.lengthening(&state.x, &change.x)]);
+    }
+    for cavity in &scene.cavities {
+        out.extend([answer(&cavity.drive, change), cavity.cavity.growth(&state.x, &change.x)]);
     }
     out
+}
+
+/// Change of a tension or pressure: what is prescribed does not change.
+fn answer(drive: &Drive, change: &Change) -> f64 {
+    match drive {
+        Drive::Multiplier(c) => change.lambda[*c],
+        Drive::Prescribed(_) => 0.0,
+    }
 }
 
 /// Change of what a probe records; None where it has no derivative here.

@@ -281,6 +281,13 @@ pub enum ConstraintSpec {
         guide_radius: GuideRadius,
         drive: DriveSpec,
     },
+    /// Air or liquid behind the facets of a region
+    Cavity {
+        #[serde(default = "cavity")]
+        name: String,
+        region: String,
+        drive: CavityDriveSpec,
+    },
 }
 
 fn all_components() -> String {
@@ -289,6 +296,10 @@ fn all_components() -> String {
 
 fn cable() -> String {
     "cable".into()
+}
+
+fn cavity() -> String {
+    "cavity".into()
 }
 
 /// Radius of the guide patches, or `"point"`.
@@ -316,6 +327,14 @@ pub enum DriveSpec {
     /// Shortening of the cable at the pull point
     Length(SignalSpec),
     Tension(SignalSpec),
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum CavityDriveSpec {
+    Pressure(SignalSpec),
+    /// Growth of the volume
+    Volume(SignalSpec),
 }
 
 /// A stretch of time with one integrator.
@@ -346,7 +365,8 @@ pub enum IntegratorSpec {
     },
 }
 
-/// One recorded quantity; the kinds are the registry. Cables record tension and length by themselves.
+/// One recorded quantity; the kinds are the registry. Cables record tension and length by
+/// themselves, cavities pressure and volume.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum ProbeSpec {

@@ -3,7 +3,8 @@
 use super::builder::Builder;
 use super::error::SceneError;
 use super::spec::{
-    ConstraintSpec, DriveSpec, EffectSpec, GuideRadius, IntegratorSpec, NumericsSpec, SceneSpec, StageSpec,
+    CavityDriveSpec, ConstraintSpec, DriveSpec, EffectSpec, GuideRadius, IntegratorSpec, NumericsSpec, SceneSpec,
+    StageSpec,
 };
 use crate::solve::{Integrator, Span};
 
@@ -72,8 +73,13 @@ impl Builder<'_> {
             }
         }
         let inertia = spec.effects.iter().any(|e| matches!(e, EffectSpec::Inertia { .. }));
-        let length_driven =
-            spec.constraints.iter().any(|c| matches!(c, ConstraintSpec::Cable { drive: DriveSpec::Length(_), .. }));
+        let exact_row = spec.constraints.iter().any(|c| {
+            matches!(
+                c,
+                ConstraintSpec::Cable { drive: DriveSpec::Length(_), .. }
+                    | ConstraintSpec::Cavity { drive: CavityDriveSpec::Volume(_), .. }
+            )
+        });
         for (k, (span, stage)) in spans.iter().zip(&spec.stages).enumerate() {
             let place = format!("stage {}", k + 1);
             let name = span.integrator.name();
@@ -82,10 +88,10 @@ impl Builder<'_> {
                 return Err(self.content(&place, fact, "add an [[effect]] of kind \"inertia\", or take \"static\""));
             }
             let forced = matches!(stage.integrator, IntegratorSpec::Newmark { force: true, .. });
-            if length_driven && span.integrator.rings_with_constraints() && !forced {
+            if exact_row && span.integrator.rings_with_constraints() && !forced {
                 return Err(self.content(
                     &place,
-                    format!("{name} is undamped, and rings with a cable driven by length (Cardona & Géradin 1989)"),
+                    format!("{name} is undamped, and rings with a cable driven by length or a cavity driven by volume (Cardona & Géradin 1989)"),
                     "take \"bdf2\" or generalised_alpha with rho < 1, or set force = true in newmark",
                 ));
             }

@@ -6,7 +6,9 @@
 pub mod cook;
 pub mod field;
 pub mod formulation;
+pub mod made;
 pub mod mapped;
+pub mod tables;
 
 use durometer::effect::Elastic;
 use durometer::material::{Law, registry};

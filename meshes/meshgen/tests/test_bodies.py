@@ -32,6 +32,11 @@ class Bodies(Case):
         volume = math.pi / 6 * (0.02**3 - 0.01**3)
         self.check(self.made("thick_sphere", size={"length": 0.004}, order=2), "thick_sphere", volume, 1e-4)
 
+    def test_pneunet(self):
+        # Plate and the bellows above it, less five chambers and the four pieces of channel between them
+        volume = (56 * 16 * 7 + 5 * 8 * 16 * 10 - 5 * 4 * 12 * 12 - 4 * 6 * 3 * 2) * 1e-9
+        self.check(self.made("pneunet", size={"length": 0.003}), "pneunet", volume, 1e-12)
+
     def test_dumbbell(self):
         p = defaults("dumbbell")
         # Area of a quadrant: gauge, rising arcs (the outline is point-symmetric in slope, not in height), end.

@@ -5,7 +5,7 @@ mod tables;
 
 use super::error::{self, ReportError};
 use super::{export, figures, store};
-use crate::calibrate::FitCurves;
+use crate::calibrate::{Drawn, FitCurves};
 use serde::Deserialize;
 use std::path::Path;
 
@@ -27,6 +27,10 @@ pub struct StoredFit {
     pub rows: usize,
     pub parameters: Vec<Parameter>,
     pub interval_assumption: String,
+    /// JSON has no infinity: `None` where an end is open
+    pub profile: Option<Vec<[Option<f64>; 2]>>,
+    pub bootstrap: Option<Bootstrap>,
+    pub scatter: Option<Scatter>,
     /// `nu` or `kappa` [Pa], as given
     pub partner: Option<std::collections::BTreeMap<String, f64>>,
     pub stability: Vec<Stable>,
@@ -52,6 +56,30 @@ pub struct Parameter {
     /// JSON has no infinity: `None` where the data do not determine the constant
     pub std_error: Option<f64>,
     pub interval: [Option<f64>; 2],
+}
+
+#[derive(Clone, Debug, Deserialize)]
+pub struct Bootstrap {
+    pub samples: usize,
+    pub failed: usize,
+    pub drawn: Drawn,
+    pub intervals: Vec<[f64; 2]>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+pub struct Scatter {
+    pub specimens: Vec<Specimen>,
+    pub means: Vec<f64>,
+    pub deviations: Vec<f64>,
+    pub intervals: Vec<[f64; 2]>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+pub struct Specimen {
+    pub file: String,
+    pub rows: usize,
+    pub parameters: Vec<Parameter>,
+    pub level: f64,
 }
 
 /// Range in which the law is stable; amounts are λ, in simple shear γ [–].

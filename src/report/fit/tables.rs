@@ -1,13 +1,15 @@
 //! Tables of a fit.
 
 use super::super::table::Table;
-use super::{Misfit, Parameter, StoredFit, stretch};
+use super::{Misfit, Parameter, Scatter, Specimen, StoredFit, stretch};
 
 /// Rows of the table of ranges at most
 const RANGES: usize = 14;
 
 pub fn all(fit: &StoredFit) -> Vec<Table> {
     let mut out = vec![parameters(fit)];
+    out.extend(intervals(fit));
+    out.extend(fit.scatter.as_ref().map(|s| specimens(fit, s)));
     out.push(misfits(fit));
     if !fit.stability.is_empty() {
         out.push(stability(fit));
@@ -59,6 +61,82 @@ fn parameters(fit: &StoredFit) -> Table {
             ("95 % to", "", true),
             ("Over shorter ranges", "", true),
         ],
+        rows,
+        pick: None,
+    }
+}
+
+/// The 95 % intervals of three methods side by side.
+fn intervals(fit: &StoredFit) -> Option<Table> {
+    if fit.profile.is_none() && fit.bootstrap.is_none() {
+        return None;
+    }
+    let row = |(k, p): (usize, &Parameter)| {
+        let (f, unit, n) = p.scale();
+        let number = |v: f64| format!("{:.n$}", f * v);
+        let span = |ends: [Option<f64>; 2]| {
+            let [low, high] = ends.map(|v| v.map_or("open".into(), number));
+            format!("{low} to {high}")
+        };
+        let dash = || String::from("–");
+        vec![
+            p.symbol.clone(),
+            unit.into(),
+            p.ends().map_or("not determined".into(), |e| span(e.map(Some))),
+            fit.profile.as_ref().map_or_else(dash, |all| span(all[k])),
+            fit.bootstrap.as_ref().map_or_else(dash, |b| span(b.intervals[k].map(Some))),
+        ]
+    };
+    let drawn = match &fit.bootstrap {
+        Some(b) => {
+            let failed = if b.failed > 0 { format!(", {} of them without an answer", b.failed) } else { String::new() };
+            format!(" Bootstrap: {} samples of {}{failed}.", b.samples, b.drawn)
+        }
+        None => String::new(),
+    };
+    Some(Table {
+        name: "intervals",
+        caption: format!(
+            "95 % intervals by three methods. Covariance and profile take the errors for independent; the bootstrap does not.{drawn}"
+        ),
+        columns: vec![
+            ("Symbol", "", false),
+            ("Unit", "", false),
+            ("Covariance", "", true),
+            ("Profile likelihood", "", true),
+            ("Bootstrap", "", true),
+        ],
+        rows: fit.parameters.iter().enumerate().map(row).collect(),
+        pick: None,
+    })
+}
+
+/// Each specimen alone, then their mean.
+fn specimens(fit: &StoredFit, s: &Scatter) -> Table {
+    let constants = |value: &dyn Fn(usize) -> String| {
+        let one = |(k, p): (usize, &Parameter)| format!("{} = {}", p.symbol, value(k));
+        fit.parameters.iter().enumerate().map(one).collect::<Vec<_>>().join(", ")
+    };
+    let number = |k: usize, v: f64| {
+        let (f, unit, n) = fit.parameters[k].scale();
+        format!("{:.n$}{}", f * v, if unit == "–" { String::new() } else { format!(" {unit}") })
+    };
+    let row = |one: &Specimen| {
+        let level = format!("{:.3}", one.level);
+        vec![one.file.clone(), one.rows.to_string(), level, constants(&|k| number(k, one.parameters[k].value))]
+    };
+    let mut rows: Vec<Vec<String>> = s.specimens.iter().map(row).collect();
+    let dash = || String::from("–");
+    let summary = |name: &str, value: &dyn Fn(usize) -> String| vec![name.into(), dash(), dash(), constants(value)];
+    rows.push(summary("mean", &|k| number(k, s.means[k])));
+    rows.push(summary("standard deviation", &|k| number(k, s.deviations[k])));
+    rows.push(summary("95 % of the mean", &|k| {
+        format!("{} to {}", number(k, s.intervals[k][0]), number(k, s.intervals[k][1]))
+    }));
+    Table {
+        name: "specimens",
+        caption: "Each specimen fitted alone. The level is its stresses over those of the fit to all rows.".into(),
+        columns: vec![("Specimen", "", false), ("Rows", "", true), ("Level", "", true), ("Constants", "", true)],
         rows,
         pick: None,
     }

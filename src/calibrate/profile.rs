@@ -1,0 +1,173 @@
+//! Intervals by profile likelihood: how far one constant can go while all others do what they can to make up for it.
+//!
+//! S(θⱼ) = min over the other constants of Σ wᵢ²rᵢ²; the interval is S(θⱼ) ≤ S(θ̂)(1 + t²/(n − p)), t = t₀.₉₇₅(n − p).
+//!
+//! Source: Bates & Watts, *Nonlinear Regression Analysis*, 1988, ch. 6. Of a law linear in its constants it is the interval of the
+//! covariance; of the others it is skewed as the data are, and open where a constant may grow without end. The minimum is followed
+//! from the answer outwards by Levenberg–Marquardt; √(S − Ŝ) is almost straight in θⱼ, so that a secant finds the end.
+//!
+//! Terms whose factor vanished stay away, and both of their constants are open. Limits: assumes independent errors of one size, as the covariance does; a lower minimum elsewhere is not looked for; the cones of
+//! stability are not followed, so there is none where they hold the answer back.
+
+use super::law::{Form, Model};
+use super::solve::{LawFit, ROUNDING};
+use super::{Sample, statistics};
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+/// Widths of the covariance interval after which an end is open
+const FAR: f64 = 1e3;
+/// Part of T at which the end is found [–]
+const CLOSE: f64 = 1e-6;
+const STEPS: usize = 40;
+
+struct Profile<'a> {
+    model: Model,
+    samples: &'a [Sample],
+    weight: &'a [f64],
+    answer: &'a [f64],
+    /// S of the answer [weighted Pa²]
+    least: f64,
+}
+
+/// Both ends per constant [SI], infinite where open; `None` where stability holds the answer back, no row is left to judge by, or the rows
+/// meet the law to rounding.
+pub fn intervals(model: Model, samples: &[Sample], answer: &LawFit) -> Option<Vec<[f64; 2]>> {
+    let p = answer.values.len();
+    let free = samples.len().checked_sub(p).filter(|n| *n > 0 && answer.active.is_empty())?;
+    let mut profile = Profile { model, samples, weight: &answer.weight, answer: &answer.values, least: 0.0 };
+    profile.least = profile.square(&answer.values)?;
+    let size: f64 = samples.iter().zip(&answer.weight).map(|(s, w)| (w * s.stress).powi(2)).sum();
+    if profile.least <= ROUNDING * ROUNDING * size {
+        return None;
+    }
+    let t = statistics::t_quantile(0.95, free);
+    let limit = (profile.least * t * t / free as f64).sqrt();
+    let one = |(j, e): (usize, &super::Estimate)| match e.std_error.is_finite() {
+        true if !profile.vanished(j) => [-1.0, 1.0].map(|side| profile.end(j, side * t * e.std_error, limit)),
+        _ => [f64::NEG_INFINITY, f64::INFINITY],
+    };
+    Some(answer.identified.estimates.par_iter().enumerate().map(one).collect())
+}
+
+impl Profile<'_> {
+    /// Constants of a term with a factor of zero
+    fn vanished(&self, k: usize) -> bool {
+        matches!(self.model.law.form, Form::Separable(_)) && self.answer[k / 2 * 2] == 0.0
+    }
+
+    /// `None` where the law is not defined or a factor is negative.
+    fn square(&self, values: &[f64]) -> Option<f64> {
+        let of = |(s, w): (&Sample, &f64)| (w * (s.stress - self.model.stress(values, s.mode, s.stretch))).powi(2);
+        let sum: f64 = self.samples.iter().zip(self.weight).map(of).sum();
+        let admitted = match &self.model.law.form {
+            Form::Linear(_) => true,
+            Form::Separable(f) => values.chunks_exact(2).all(|v| v[0] / (f.factor)(v[1]).0 >= 0.0),
+        };
+        (admitted && sum.is_finite()).then_some(sum)
+    }
+
+    /// The end of the interval of constant j in the direction of `width`, where √(S − Ŝ) is `limit`.
+    fn end(&self, j: usize, width: f64, limit: f64) -> f64 {
+        let value = self.answer[j];
+        // Offset, √(S − Ŝ) and the constants there
+        let mut inside = (0.0, 0.0, self.answer.to_vec());
+        let mut step = 0.5;
+        let mut outside = loop {
+            match self.at(j, step * width, &inside.2) {
+                Some((tau, x)) if tau <= limit => inside = (step, tau, x),
+                Some((tau, _)) => break (step, Some(tau)),
+                None => break (step, None),
+            }
+            step = if step < 1.0 { 1.0 } else { 1.4 * step };
+            if step > FAR {
+                return f64::INFINITY.copysign(width);
+            }
+        };
+        for _ in 0..STEPS {
+            // Where the law ends beyond, there is no secant
+            let part = outside.1.map_or(0.5, |tau| ((limit - inside.1) / (tau - inside.1)).clamp(0.01, 0.99));
+            let middle = inside.0 + part * (outside.0 - inside.0);
+            match self.at(j, middle * width, &inside.2) {
+                Some((tau, x)) if tau <= limit => inside = (middle, tau, x),
+                Some((tau, _)) => outside = (middle, Some(tau)),
+                None => outside = (middle, None),
+            }
+            let close = |tau: f64| (tau - limit).abs() <= CLOSE * limit;
+            if close(inside.1) || outside.0 - inside.0 <= CLOSE * outside.0 {
+                break;
+            }
+            if outside.1.is_some_and(close) {
+                return value + outside.0 * width;
+            }
+        }
+        value + inside.0 * width
+    }
+
+    /// √(S − Ŝ) with constant j off the answer by this much, the others found from `start`.
+    fn at(&self, j: usize, offset: f64, start: &[f64]) -> Option<(f64, Vec<f64>)> {
+        let mut x = start.to_vec();
+        x[j] = self.answer[j] + offset;
+        let mut square = self.square(&x)?;
+        let others: Vec<usize> = (0..x.len()).filter(|k| *k != j && !self.vanished(*k)).collect();
+        let mut damping = 1e-9;
+        for _ in 0..60 {
+            if others.is_empty() {
+                break;
+            }
+            let Some((next, lower)) = self.step(&x, &others, square, &mut damping) else { break };
+            let still = lower > square * (1.0 - 1e-9);
+            (x, square) = (next, lower);
+            if still {
+                break;
+            }
+        }
+        Some(((square - self.least).max(0.0).sqrt(), x))
+    }
+
+    /// A step of Levenberg–Marquardt in some constants that lowers S; factors stop at zero.
+    fn step(&self, x: &[f64], others: &[usize], square: f64, damping: &mut f64) -> Option<(Vec<f64>, f64)> {
+        let scale: Vec<f64> = others.iter().map(|k| if x[*k] == 0.0 { 1.0 } else { x[*k].abs() }).collect();
+        let rows = self.samples.iter().zip(self.weight);
+        let entries: Vec<f64> = rows
+            .clone()
+            .flat_map(|(s, w)| {
+                let all = self.model.sensitivities(x, s.mode, s.stretch);
+                others.iter().zip(&scale).map(|(k, z)| w * z * all[*k]).collect::<Vec<_>>()
+            })
+            .collect();
+        let jacobian = DMatrix::from_row_slice(self.samples.len(), others.len(), &entries);
+        let residual = rows.map(|(s, w)| w * (s.stress - self.model.stress(x, s.mode, s.stretch)));
+        let residual = DVector::from_iterator(self.samples.len(), residual);
+        let (normal, slope) = (jacobian.transpose() * &jacobian, jacobian.transpose() * residual);
+        let largest = normal.diagonal().max();
+        for _ in 0..20 {
+            let mut a = normal.clone();
+            for k in 0..others.len() {
+                a[(k, k)] += *damping * normal[(k, k)].max(1e-12 * largest);
+            }
+            let mut next = x.to_vec();
+            if let Some(inverse) = a.cholesky() {
+                let change = inverse.solve(&slope);
+                others.iter().zip(&scale).zip(change.iter()).for_each(|((k, z), d)| next[*k] += z * d);
+                self.stop_at_zero(&mut next, others);
+                if let Some(lower) = self.square(&next).filter(|s| *s < square) {
+                    *damping = (0.1 * *damping).max(1e-12);
+                    return Some((next, lower));
+                }
+            }
+            *damping = 10.0 * damping.max(1e-9);
+        }
+        None
+    }
+
+    fn stop_at_zero(&self, values: &mut [f64], others: &[usize]) {
+        if let Form::Separable(f) = &self.model.law.form {
+            for k in others.iter().filter(|k| **k % 2 == 0) {
+                if values[*k] / (f.factor)(values[k + 1]).0 < 0.0 {
+                    values[*k] = 0.0;
+                }
+            }
+        }
+    }
+}

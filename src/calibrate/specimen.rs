@@ -1,0 +1,102 @@
+//! Several specimens of one test: the mean of the constants, their scatter, and a specimen that stands apart.
+//!
+//! Each specimen is fitted alone. The constants have the mean ± t₀.₉₇₅(k − 1) s/√k over k specimens (exact for normal scatter between
+//! specimens). The level of specimen i is Σ Pᵢ P̂/Σ P̂² with the stresses P̂ of the fit to all rows: how stiff it is as a whole. One
+//! specimen is named where max |level − mean|/s exceeds Grubbs' bound (k − 1)/√k · √(t²/(k − 2 + t²)), t = t₁₋₀.₀₂₅/ₖ(k − 2).
+//!
+//! Source: Grubbs, Ann. Math. Statist. 21 (1950) 27–58. Limits: names one specimen at most; says nothing of two; a specimen of another
+//! shape and the same level is not seen.
+
+use super::bootstrap::deviation;
+use super::solve::{LawFit, Setting, solve};
+use super::{Estimate, FitError, Sample, statistics};
+use serde::Serialize;
+
+/// One specimen fitted alone.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct Specimen {
+    pub file: String,
+    pub rows: usize,
+    pub parameters: Vec<Estimate>,
+    /// Its stresses over those of the fit to all rows [–]
+    pub level: f64,
+}
+
+/// What differs between specimens.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct Scatter {
+    pub specimens: Vec<Specimen>,
+    /// Mean of each constant over the specimens [SI]
+    pub means: Vec<f64>,
+    /// Standard deviation of each constant between specimens [SI]
+    pub deviations: Vec<f64>,
+    /// 95 % interval of each mean [SI]
+    pub intervals: Vec<[f64; 2]>,
+    /// File of the specimen that stands apart
+    pub outlier: Option<String>,
+}
+
+/// `None` with one specimen. `groups`: the fitted rows of each.
+pub fn scatter(
+    setting: &Setting,
+    names: &[String],
+    groups: &[Vec<Sample>],
+    answer: &LawFit,
+) -> Result<Option<Scatter>, FitError> {
+    let k = groups.len();
+    if k < 2 {
+        return Ok(None);
+    }
+    let one = |(name, rows): (&String, &Vec<Sample>)| {
+        if rows.len() < setting.model.parameters().len() {
+            return Err(FitError::ShortSpecimen { file: name.clone(), rows: rows.len() });
+        }
+        let parameters = solve(setting, rows, Some(answer))?.identified.estimates;
+        let law = |s: &Sample| setting.model.stress(&answer.values, s.mode, s.stretch);
+        let along: f64 = rows.iter().map(|s| s.stress * law(s)).sum();
+        let level = along / rows.iter().map(|s| law(s).powi(2)).sum::<f64>();
+        Ok(Specimen { file: name.clone(), rows: rows.len(), parameters, level })
+    };
+    let specimens: Vec<Specimen> = names.iter().zip(groups).map(one).collect::<Result<_, _>>()?;
+    let of = |j: usize| specimens.iter().map(|s| s.parameters[j].value).collect::<Vec<_>>();
+    let columns: Vec<Vec<f64>> = (0..answer.values.len()).map(of).collect();
+    let means: Vec<f64> = columns.iter().map(|c| c.iter().sum::<f64>() / k as f64).collect();
+    let deviations: Vec<f64> = columns.iter().map(|c| deviation(c)).collect();
+    let half = statistics::t_quantile(0.95, k - 1) / (k as f64).sqrt();
+    let intervals = means.iter().zip(&deviations).map(|(m, s)| [m - half * s, m + half * s]).collect();
+    let levels: Vec<f64> = specimens.iter().map(|s| s.level).collect();
+    let outlier = apart(&levels).map(|i| specimens[i].file.clone());
+    Ok(Some(Scatter { specimens, means, deviations, intervals, outlier }))
+}
+
+/// The value that Grubbs' test at 5 % names.
+fn apart(values: &[f64]) -> Option<usize> {
+    let n = values.len();
+    if n < 3 {
+        return None;
+    }
+    let mean = values.iter().sum::<f64>() / n as f64;
+    let off = |i: &usize| (values[*i] - mean).abs();
+    let farthest = (0..n).max_by(|a, b| off(a).total_cmp(&off(b)))?;
+    (off(&farthest) > bound(n) * deviation(values)).then_some(farthest)
+}
+
+/// Grubbs' bound, two-sided at 5 %, for n ≥ 3 values [–].
+fn bound(n: usize) -> f64 {
+    let t2 = statistics::t_quantile(1.0 - 0.05 / n as f64, n - 2).powi(2);
+    let n = n as f64;
+    (n - 1.0) / n.sqrt() * (t2 / (n - 2.0 + t2)).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Printed tables of the two-sided test at 5 % (Grubbs & Beck, Technometrics 14, 1972: one-sided at 2.5 %), three digits.
+    #[test]
+    fn bounds_are_those_of_the_table() {
+        for (n, g) in [(3, 1.155), (4, 1.481), (5, 1.715), (6, 1.887), (8, 2.126), (10, 2.290)] {
+            assert!((bound(n) - g).abs() < 1e-3, "{n}: {}", bound(n));
+        }
+    }
+}

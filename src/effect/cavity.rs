@@ -1,0 +1,203 @@
+//! Cavity: a fluid behind a part of the surface, under one pressure p everywhere.
+//!
+//! ```text
+//! V(x) = −⅓ ∫ (x − o)·n dA,  n dA = x,ξ × x,η dξ dη      n outward of the body, o the origin of the cones
+//! ```
+//!
+//! For a closed surface V is the volume inside and −∫ N_a n dA its gradient: p ∂V/∂x are the follower forces of the
+//! pressure, which therefore have the potential −p V and a symmetric tangent (Schweizerhof & Ramm, Comput. Struct. 18,
+//! 1984). The same holds for an open surface whose rim is held, or slides in planes through o: the cones between the rim
+//! and o do not change. V then is the volume of the cones, and of the cavity up to a constant.
+//!
+//! Under a prescribed pressure the cavity is the load −p(t) V; under a prescribed growth it is the exact row
+//! g = V(x) − V₀ − ΔV(t) = 0, and the multiplier is the pressure. A limit point of the pressure is passed by volume.
+//! The integrals are exact on tet4 and curved tet10 facets (a polynomial of degree 4).
+
+use crate::math::signal::Signal;
+use crate::math::tensor::Vec3;
+use crate::mesh::{TetMesh, element, quadrature};
+use crate::system::{At, Blocks, Cone, Constraint, Effect, EvalError, Local, Role, Want};
+use std::sync::Arc;
+
+/// Shape functions of a facet at a quadrature point, with the weight.
+struct Point {
+    weight: f64,
+    n: [f64; 6],
+    /// ∂N/∂ξ, ∂N/∂η
+    d: [[f64; 2]; 6],
+}
+
+/// Geometry of a cavity; its blocks are the facets.
+pub struct Cavity {
+    name: String,
+    /// o [m]
+    origin: Vec3,
+    blocks: Blocks,
+    /// [blocks × nodes of a facet] X [m]
+    reference: Vec<Vec3>,
+    points: Vec<Point>,
+    /// Nodes of a facet
+    nodes: usize,
+}
+
+impl Cavity {
+    /// On boundary facets of the body; `origin` lies in every plane in which the rim slides.
+    pub fn new(name: String, mesh: &TetMesh, facets: &[u32], origin: Vec3) -> Self {
+        let rule = quadrature::tri(4);
+        let points = rule.points.iter().zip(&rule.weights).map(|(&xi, &weight)| Point {
+            weight,
+            n: element::facet_shape(mesh.order, xi),
+            d: element::facet_gradients(mesh.order, xi),
+        });
+        let lists = || facets.iter().map(|&f| mesh.facet(f as usize));
+        let reference = lists().flatten().map(|&k| mesh.points[k as usize]).collect();
+        Self {
+            name,
+            origin,
+            blocks: Blocks::new(lists()),
+            reference,
+            points: points.collect(),
+            nodes: mesh.order.facet_nodes(),
+        }
+    }
+
+    /// V(x) [m³]
+    pub fn volume(&self, x: &[f64]) -> f64 {
+        (0..self.blocks.len()).map(|b| self.facet_volume(x, b)).sum()
+    }
+
+    /// ∂V/∂x·dx [m³]
+    pub fn growth(&self, x: &[f64], dx: &[f64]) -> f64 {
+        let mut out = Local::new(3 * self.nodes);
+        let mut sum = 0.0;
+        for b in 0..self.blocks.len() {
+            out.r.fill(0.0);
+            self.facet(x, b, -1.0, Want::Residual, &mut out);
+            sum += self.blocks.dofs(b).zip(&out.r).map(|(dof, r)| r * dx[dof as usize]).sum::<f64>();
+        }
+        sum
+    }
+
+    /// Position of node `a` of facet `b` from o [m].
+    fn position(&self, x: &[f64], b: usize, a: usize) -> Vec3 {
+        let node = self.blocks.nodes(b)[a] as usize;
+        self.reference[b * self.nodes + a] - self.origin + Vec3::from_column_slice(&x[3 * node..][..3])
+    }
+
+    /// x − o, x,ξ and x,η at a quadrature point.
+    fn frame(&self, x: &[f64], b: usize, point: &Point) -> [Vec3; 3] {
+        (0..self.nodes).fold([Vec3::zeros(); 3], |[at, u, v], a| {
+            let p = self.position(x, b, a);
+            [at + point.n[a] * p, u + point.d[a][0] * p, v + point.d[a][1] * p]
+        })
+    }
+
+    fn facet_volume(&self, x: &[f64], b: usize) -> f64 {
+        let cone = |point: &Point| {
+            let [at, u, v] = self.frame(x, b, point);
+            -point.weight / 3.0 * at.dot(&u.cross(&v))
+        };
+        self.points.iter().map(cone).sum()
+    }
+
+    /// −V of facet `b`; gradient and Hessian of it times `factor`.
+    fn facet(&self, x: &[f64], b: usize, factor: f64, want: Want, out: &mut Local) {
+        out.energy = -self.facet_volume(x, b);
+        if want == Want::Energy {
+            return;
+        }
+        let n = 3 * self.nodes;
+        for point in &self.points {
+            let [at, u, v] = self.frame(x, b, point);
+            let w = factor * point.weight / 3.0;
+            let Point { n: shape, d, .. } = point;
+            for a in 0..self.nodes {
+                let g = w * (shape[a] * u.cross(&v) + d[a][0] * v.cross(&at) + d[a][1] * at.cross(&u));
+                out.r[3 * a..3 * a + 3].iter_mut().zip(g.iter()).for_each(|(r, g)| *r += g);
+                if want < Want::Tangent {
+                    continue;
+                }
+                for c in 0..=a {
+                    // ∂²/∂x_a∂x_c = ε_ijk m_k with m antisymmetric in a, c
+                    let m = w
+                        * ((shape[a] * d[c][0] - shape[c] * d[a][0]) * v
+                            - (shape[a] * d[c][1] - shape[c] * d[a][1]) * u
+                            + (d[a][0] * d[c][1] - d[c][0] * d[a][1]) * at);
+                    for (i, j, k, sign) in CYCLES {
+                        out.k[(3 * a + i) * n + 3 * c + j] += sign * m[k];
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// (i, j, k, ε_ijk) where it is not zero.
+const CYCLES: [(usize, usize, usize, f64); 6] =
+    [(0, 1, 2, 1.0), (1, 2, 0, 1.0), (2, 0, 1, 1.0), (1, 0, 2, -1.0), (2, 1, 0, -1.0), (0, 2, 1, -1.0)];
+
+/// Cavity under a prescribed pressure p(t) [Pa]; a negative one is a vacuum.
+pub struct CavityPressure {
+    pub cavity: Arc<Cavity>,
+    pub pressure: Signal,
+}
+
+impl Effect for CavityPressure {
+    fn name(&self) -> &str {
+        &self.cavity.name
+    }
+
+    fn role(&self) -> Role {
+        Role::Load
+    }
+
+    fn intensity(&self, t: f64) -> f64 {
+        self.pressure.at(t)
+    }
+
+    fn blocks(&self) -> &Blocks {
+        &self.cavity.blocks
+    }
+
+    fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+        self.cavity.facet(at.x, b, self.intensity(at.t), want, out);
+        Ok(())
+    }
+}
+
+/// Cavity whose volume grows by ΔV(t) [m³].
+pub struct CavityVolume {
+    pub cavity: Arc<Cavity>,
+    pub growth: Signal,
+    /// V₀ [m³]
+    pub rest: f64,
+    /// Volume that g is compared with [m³]
+    pub scale: f64,
+}
+
+impl Constraint for CavityVolume {
+    fn name(&self) -> &str {
+        &self.cavity.name
+    }
+
+    fn cone(&self) -> Cone {
+        Cone::Zero
+    }
+
+    fn scale(&self) -> f64 {
+        self.scale
+    }
+
+    fn target(&self, t: f64) -> f64 {
+        -(self.rest + self.growth.at(t))
+    }
+
+    fn blocks(&self) -> &Blocks {
+        &self.cavity.blocks
+    }
+
+    fn eval(&self, x: &[f64], b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+        self.cavity.facet(x, b, 1.0, want, out);
+        Ok(())
+    }
+}

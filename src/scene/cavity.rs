@@ -1,0 +1,133 @@
+//! Cavities of a scene: which facets, closed or with a rim that is held, and what drives them.
+
+use super::build::{Drive, NamedCavity};
+use super::builder::Builder;
+use super::error::SceneError;
+use super::spec::{CavityDriveSpec, ConstraintSpec};
+use crate::effect::{Cavity, CavityPressure, CavityVolume};
+use crate::math::signal::Signal;
+use crate::math::tensor::Vec3;
+use crate::math::units::Dimension;
+use crate::mesh::element::FACET_EDGES;
+use crate::mesh::validate::point;
+use crate::mesh::{Order, TetMesh};
+use crate::system::{Constraint, Effect};
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+impl Builder<'_> {
+    /// A cavity with its load or its row. To be called when everything that is held is known.
+    pub(super) fn cavity(
+        &mut self,
+        place: &str,
+        spec: &ConstraintSpec,
+        effects: &mut Vec<Box<dyn Effect>>,
+        constraints: &mut Vec<Box<dyn Constraint>>,
+    ) -> Result<NamedCavity, SceneError> {
+        let ConstraintSpec::Cavity { name, region, drive } = spec else {
+            unreachable!("called for cavities only");
+        };
+        let body = self.body.clone();
+        let mesh = &body.mesh;
+        let facets = self.region(place, region)?.facets.clone();
+        if facets.is_empty() {
+            let fact = format!("region \"{region}\" holds no facets");
+            return Err(self.content(place, fact, "a cavity is a part of the surface: take a facet region"));
+        }
+        let boundary = mesh.boundary_facets();
+        if let Some(&f) = facets.iter().find(|f| boundary.binary_search(f).is_err()) {
+            let at = point(&mesh.points[mesh.facet(f as usize)[0] as usize]);
+            let fact = format!("the facet at {at} has the body on both sides");
+            return Err(self.content(place, fact, "take facets of the boundary only"));
+        }
+        let rim = rim(mesh, &facets);
+        let origin = self.origin(place, region, mesh, &facets, &rim)?;
+        let cavity = Arc::new(Cavity::new(name.clone(), mesh, &facets, origin));
+        let rest = cavity.volume(&vec![0.0; 3 * mesh.points.len()]);
+        if rim.is_empty() && rest <= 0.0 {
+            let fact = format!("the surface \"{region}\" encloses {:.4} mm^3: the body is inside of it", rest * 1e9);
+            return Err(self.content(place, fact, "take the surface of a hollow, with the body around it"));
+        }
+        if !rim.is_empty() {
+            let [x, y, z] = [origin.x, origin.y, origin.z].map(|v| 1e3 * v);
+            self.remarks.push(format!(
+                "{name} is open: its volume counts from the cones between the rim and ({x:.4}, {y:.4}, {z:.4}) mm"
+            ));
+        }
+        let drive = match drive {
+            CavityDriveSpec::Pressure(signal) => {
+                let pressure = self.signal(place, signal, Dimension::PRESSURE)?;
+                self.keep(format!("{name}_imposed_pressure_Pa"), pressure.clone());
+                effects.push(Box::new(CavityPressure { cavity: cavity.clone(), pressure: pressure.clone() }));
+                Drive::Prescribed(pressure)
+            }
+            CavityDriveSpec::Volume(signal) => {
+                let growth = self.signal(place, signal, Dimension::VOLUME)?;
+                self.keep(format!("{name}_growth_m3"), growth.clone());
+                // The sphere of this area holds more than any other surface
+                let area: f64 = facets.iter().map(|&f| mesh.facet_area(f as usize)).sum();
+                let scale = area.powf(1.5) / (6.0 * PI.sqrt());
+                constraints.push(Box::new(CavityVolume { cavity: cavity.clone(), growth, rest, scale }));
+                Drive::Multiplier(constraints.len() - 1)
+            }
+        };
+        Ok(NamedCavity { name: name.clone(), cavity, drive })
+    }
+
+    /// The point whose cones over the rim do not change; refuses a rim that is free.
+    fn origin(
+        &self,
+        place: &str,
+        region: &str,
+        mesh: &TetMesh,
+        facets: &[u32],
+        rim: &[Vec<u32>],
+    ) -> Result<Vec3, SceneError> {
+        let held = |node: u32, k: u32| self.motion(3 * node + k);
+        let mut planes: [Option<f64>; 3] = [None; 3];
+        for edge in rim {
+            if edge.iter().all(|&node| (0..3).all(|k| held(node, k) == Some(&Signal::Constant(0.0)))) {
+                continue;
+            }
+            let in_plane = |k: &usize| {
+                let level = mesh.points[edge[0] as usize][*k];
+                let flat = edge.iter().all(|&n| (mesh.points[n as usize][*k] - level).abs() <= 1e-9 * mesh.diagonal());
+                flat && edge.iter().all(|&n| held(n, *k as u32) == Some(&Signal::Constant(0.0)))
+            };
+            let plane = (0..3).filter(in_plane).find(|&k| {
+                let level = mesh.points[edge[0] as usize][k];
+                planes[k].is_none_or(|known| (known - level).abs() <= 1e-9 * mesh.diagonal())
+            });
+            let Some(k) = plane else {
+                let at = point(&mesh.points[edge[0] as usize]);
+                let fact = format!("the surface \"{region}\" is open, and its rim is free at {at}");
+                let remedy = "close the surface, hold the rim (kind = \"fixed\"), or let it slide in one plane of symmetry a \
+                              direction (components = \"z\" where the plane is z = const)";
+                return Err(self.content(place, fact, remedy));
+            };
+            planes[k] = Some(mesh.points[edge[0] as usize][k]);
+        }
+        // Where it is free the origin stands in the middle: short cones, small rounding.
+        let nodes: Vec<u32> = facets.iter().flat_map(|&f| mesh.facet(f as usize)).copied().collect();
+        let middle = nodes.iter().map(|&n| mesh.points[n as usize]).sum::<Vec3>() / nodes.len() as f64;
+        Ok(Vec3::from_fn(|k, _| planes[k].unwrap_or(middle[k])))
+    }
+}
+
+/// Edges that belong to one of the facets only: their nodes, the mid-node last.
+fn rim(mesh: &TetMesh, facets: &[u32]) -> Vec<Vec<u32>> {
+    let mut edges: BTreeMap<[u32; 2], (usize, Vec<u32>)> = BTreeMap::new();
+    for &f in facets {
+        let nodes = mesh.facet(f as usize);
+        for (e, [i, j]) in FACET_EDGES.into_iter().enumerate() {
+            let (a, b) = (nodes[i], nodes[j]);
+            let mut own = vec![a, b];
+            if mesh.order == Order::Quadratic {
+                own.push(nodes[3 + e]);
+            }
+            edges.entry([a.min(b), a.max(b)]).or_insert((0, own)).0 += 1;
+        }
+    }
+    edges.into_values().filter(|(count, _)| *count == 1).map(|(_, nodes)| nodes).collect()
+}
