@@ -122,7 +122,8 @@ fn balloon(ratio: f64, mesh: [usize; 2], limit: (f64, f64)) {
     let growth = (2.2_f64.powi(3) - 1.0) * PI / 6.0;
     let (mesh, system, cavity) = sphere(ratio, mesh, Drive::Growth(growth));
     let rest = cavity.volume(&vec![0.0; 3 * mesh.points.len()]);
-    assert!((rest / (PI / 6.0) - 1.0).abs() < 1e-3, "an octant of the ball: {rest}");
+    // Quadratic facets over arcs of 22.5° are 1.3e-3 short of the ball
+    assert!((rest / (PI / 6.0) - 1.0).abs() < 2e-3, "an octant of the ball: {rest}");
     let mut curve = vec![];
     let status = run(&mesh, &system, 20, &mut |state| {
         let stretch = (cavity.volume(&state.x) / rest).cbrt();

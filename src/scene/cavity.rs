@@ -102,8 +102,8 @@ impl Builder<'_> {
             let Some(k) = plane else {
                 let at = point(&mesh.points[edge[0] as usize]);
                 let fact = format!("the surface \"{region}\" is open, and its rim is free at {at}");
-                let remedy = "close the surface, hold the rim (kind = \"fixed\"), or let it slide in one plane of symmetry a \
-                              direction (components = \"z\" where the plane is z = const)";
+                let remedy = "close the surface, hold the rim (kind = \"fixed\"), or let it slide in planes of symmetry \
+                              (hold components = \"z\" where such a plane is z = const)";
                 return Err(self.content(place, fact, remedy));
             };
             planes[k] = Some(mesh.points[edge[0] as usize][k]);

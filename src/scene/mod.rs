@@ -5,6 +5,7 @@ mod build;
 mod builder;
 mod cavity;
 mod comparison;
+mod cover;
 mod error;
 pub mod overrides;
 pub mod probe;

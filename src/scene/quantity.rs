@@ -83,3 +83,20 @@ impl Visitor<'_> for Text {
         self.visit_str(&value.to_string())
     }
 }
+
+/// Radius of the guide patches, or `"point"`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum GuideRadius {
+    Point,
+    Ball(f64),
+}
+
+impl<'de> serde::Deserialize<'de> for GuideRadius {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let QuantityText(text) = QuantityText::deserialize(deserializer)?;
+        if text == "point" {
+            return Ok(Self::Point);
+        }
+        units::parse(&text, Dimension::LENGTH).map(Self::Ball).map_err(Error::custom)
+    }
+}

@@ -1,7 +1,7 @@
 //! A scene as it stands in a TOML file. Unknown keys are refused; there is no default physics.
 
 use super::quantity::{
-    Angle, Damping, Density, Length, Modulus, PerSecond, QuantityText, SpringStiffness, Time, Viscosity,
+    Angle, Damping, Density, GuideRadius, Length, Modulus, PerSecond, SpringStiffness, Time, Viscosity,
 };
 use super::signal::SignalSpec;
 use serde::Deserialize;
@@ -300,25 +300,6 @@ fn cable() -> String {
 
 fn cavity() -> String {
     "cavity".into()
-}
-
-/// Radius of the guide patches, or `"point"`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum GuideRadius {
-    Point,
-    Ball(f64),
-}
-
-impl<'de> Deserialize<'de> for GuideRadius {
-    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let QuantityText(text) = QuantityText::deserialize(deserializer)?;
-        if text == "point" {
-            return Ok(Self::Point);
-        }
-        crate::math::units::parse(&text, crate::math::units::Dimension::LENGTH)
-            .map(Self::Ball)
-            .map_err(serde::de::Error::custom)
-    }
 }
 
 #[derive(Clone, Debug, Deserialize)]

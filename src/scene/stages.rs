@@ -2,9 +2,9 @@
 
 use super::builder::Builder;
 use super::error::SceneError;
+use super::quantity::GuideRadius;
 use super::spec::{
-    CavityDriveSpec, ConstraintSpec, DriveSpec, EffectSpec, GuideRadius, IntegratorSpec, NumericsSpec, SceneSpec,
-    StageSpec,
+    CavityDriveSpec, ConstraintSpec, DriveSpec, EffectSpec, IntegratorSpec, NumericsSpec, SceneSpec, StageSpec,
 };
 use crate::solve::{Integrator, Span};
 

@@ -43,8 +43,8 @@ impl Curve {
     }
 
     /// ∮ f dx over the last cycle of x, and its share of the box around that cycle. A cycle ends with the curve and
-    /// starts where x was last at the same place, with 90 % of the range of x between. `None` if there is none, or the
-    /// samples are not those of x.
+    /// starts where x was last at the same place (nearest within 1 % of its range: a slack cable does not come back
+    /// exactly), with 90 % of the range of x between. `None` if there is none, or the samples are not those of x.
     pub fn hysteresis(&self, x: &Self) -> Option<(f64, f64)> {
         if self.t != x.t {
             return None;
@@ -54,8 +54,10 @@ impl Curve {
                 - v.iter().fold(f64::INFINITY, |m: f64, v| m.min(*v))
         };
         let (whole, end) = (range(&x.f), x.f.len() - 1);
-        let back = |k: &usize| (x.f[*k] - x.f[end]).abs() <= 1e-6 * whole && range(&x.f[*k..]) >= 0.9 * whole;
-        let start = (0..end).rev().find(back).filter(|_| whole > 0.0)?;
+        let off = |k: usize| (x.f[k] - x.f[end]).abs();
+        let back = |k: &usize| off(*k) <= 0.01 * whole && range(&x.f[*k..]) >= 0.9 * whole;
+        let last = (0..end).rev().find(back).filter(|_| whole > 0.0)?;
+        let start = (0..=last).rev().take_while(back).min_by(|a, b| off(*a).total_cmp(&off(*b)))?;
         let area: f64 = (start..end).map(|k| 0.5 * (self.f[k] + self.f[k + 1]) * (x.f[k + 1] - x.f[k])).sum();
         let around = range(&x.f[start..]) * range(&self.f[start..]);
         (around > 0.0).then_some((area, area.abs() / around))

@@ -6,7 +6,7 @@ use super::super::plot::{Axis, Plot};
 use super::super::store::Store;
 use super::{Figure, Sample, axis_label, legend};
 use crate::study::curve::Curve;
-use crate::study::materials::{Analysis, QuantityAnalysis};
+use crate::study::materials::{Analysis, Comparison, QuantityAnalysis};
 use crate::study::record::StoredCase;
 use crate::study::words::capital;
 
@@ -14,6 +14,8 @@ const LEFT: f64 = 14.0;
 const GAP: f64 = 18.0;
 const LEGEND: f64 = 38.0;
 const TOP: f64 = 6.0;
+/// Largest distance that the lower panels show [of the peak].
+const FAR: f64 = 0.5;
 
 /// A law with its look: seven colours, then the same dashed.
 struct Look<'a> {
@@ -38,14 +40,15 @@ fn looks(a: &Analysis) -> Vec<Look<'_>> {
     members.map(look).collect()
 }
 
-fn key(looks: &[Look], a: &Analysis, area: &Area) {
+/// The legend at the right of a figure of this width [mm].
+fn key(looks: &[Look], a: &Analysis, area: &Area, width: f64) {
     let entry = |l: &Look| {
         let star = if l.member == a.reference { " (reference)" } else { "" };
         let sample = if l.dashed { Sample::Dashed(l.color) } else { Sample::Line(l.color) };
         (sample, format!("{}{star}", l.member.replace('_', " ")))
     };
     let entries: Vec<_> = looks.iter().map(entry).collect();
-    legend(area, (mm(DOUBLE - LEGEND + 4.0), mm(TOP + 2.0)), &entries);
+    legend(area, (mm(width - LEGEND + 4.0), mm(TOP + 2.0)), &entries);
 }
 
 /// Curve of a law in a quantity.
@@ -64,19 +67,22 @@ pub fn over_time(store: &Store, a: &Analysis, variant: &str) -> Option<Figure> {
     let looks = looks(a);
     let n = panels.len() as f64;
     let each = ((DOUBLE - LEFT - LEGEND - GAP * (n - 1.0)) / n).min(84.0);
+    let width = LEFT + n * each + (n - 1.0) * GAP + LEGEND;
     let (tall, low, between) = (42.0, 26.0, 5.0);
     let height = (TOP + tall + between + low + 10.0).max(TOP + 4.2 * looks.len() as f64 + 4.0);
-    let svg = figure(DOUBLE, height, "", |area| {
+    let svg = figure(width, height, "", |area| {
         for (k, q) in panels.iter().enumerate() {
             let x = LEFT + k as f64 * (each + GAP);
             let upper = [mm(x), mm(TOP), mm(x + each), mm(TOP + tall)];
             let lower = [mm(x), mm(TOP + tall + between), mm(x + each), mm(TOP + tall + between + low)];
             panel(area, store, a, q, &looks, (upper, lower), ['a', 'b', 'c'][k]);
         }
-        key(&looks, a, area);
+        key(&looks, a, area, width);
     });
+    let far = panels.iter().any(|q| q.laws.iter().any(|c| c.largest > FAR));
+    let far = if far { " Laws off by more than half of the peak are not drawn there." } else { "" };
     let caption = format!(
-        "The laws under the same protocol, {}: each quantity over time (top) and its difference to {} (bottom). The constants of the laws stand in the scenes; what a finer mesh changes stands in the table.",
+        "The laws under the same protocol, {}: each quantity over time (top) and its difference to {} (bottom).{far} The constants of the laws stand in the scenes; what a finer mesh changes stands in the table.",
         store.study.label(variant),
         a.reference
     );
@@ -109,7 +115,8 @@ fn panel(
     plot.axes(false);
     plot.title(letter, &capital(&q.quantity.label));
     let Some(g) = of(&a.reference) else { return };
-    let off: Vec<(&Look, Vec<f64>, Vec<f64>)> = (curves.iter())
+    let near = |look: &Look| q.laws.iter().any(|c| c.member == look.member && c.largest <= FAR);
+    let off: Vec<(&Look, Vec<f64>, Vec<f64>)> = (curves.iter().filter(|(look, _)| near(look)))
         .map(|(look, c)| {
             let t = c.common(&g);
             let d = t.iter().map(|t| c.at(*t) - g.at(*t)).collect();
@@ -127,18 +134,27 @@ fn panel(
     plot.axes(true);
 }
 
+/// Loses more than a hundredth of the box in a cycle.
+fn is_open(c: &Comparison) -> bool {
+    c.loop_share.is_some_and(|s| s > 0.01)
+}
+
 /// Quantities against what they are drawn against, where a law shows a loop; `None` if none does.
 pub fn loops(store: &Store, a: &Analysis, variant: &str) -> Option<Figure> {
-    let open = |q: &&QuantityAnalysis| q.laws.iter().any(|c| c.loop_share.is_some_and(|s| s > 0.01));
+    let open = |q: &&QuantityAnalysis| q.laws.iter().any(is_open);
     let panels: Vec<&QuantityAnalysis> =
         a.quantities.iter().filter(|q| q.variant == variant).filter(open).take(2).collect();
     if panels.is_empty() {
         return None;
     }
-    let looks = looks(a);
+    let shown = |l: &Look| {
+        l.member == a.reference || panels.iter().any(|q| q.laws.iter().any(|c| c.member == l.member && is_open(c)))
+    };
+    let looks: Vec<Look> = looks(a).into_iter().filter(shown).collect();
     let (each, tall) = (50.0, 46.0);
+    let width = LEFT + panels.len() as f64 * (each + GAP) + LEGEND - GAP;
     let height = (TOP + tall + 10.0).max(TOP + 4.2 * looks.len() as f64 + 4.0);
-    let svg = figure(DOUBLE, height, "", |area| {
+    let svg = figure(width, height, "", |area| {
         for (k, q) in panels.iter().enumerate() {
             let Some(against) = &q.quantity.against else { continue };
             let x = LEFT + k as f64 * (each + GAP);
@@ -159,9 +175,11 @@ pub fn loops(store: &Store, a: &Analysis, variant: &str) -> Option<Figure> {
             plot.axes(true);
             plot.title(['a', 'b'][k], &capital(&q.quantity.label));
         }
-        key(&looks, a, area);
+        key(&looks, a, area, width);
     });
-    let caption =
-        format!("Loading and unloading, {}: the area of a loop is lost in every cycle.", store.study.label(variant));
+    let caption = format!(
+        "Loading and unloading, {}, of the laws that show a loop, and of the reference: the area of a loop is lost in every cycle.",
+        store.study.label(variant)
+    );
     Some(Figure { name: format!("loops-{variant}"), svg, caption })
 }
