@@ -27,6 +27,21 @@ fn clean_data_give_the_constant_back_in_every_mode() {
     }
 }
 
+/// The range of trust ends where the law first fails, also if later rows, with their larger stresses, make up for it: rows
+/// at 1.1, 1.2 and 1.3 are exact, those at 1.4 and 1.5 are doubled, the rest is exact again.
+#[test]
+fn validity_ends_at_the_first_failure() {
+    let row = |k: usize| {
+        let l = 1.0 + 0.1 * k as f64;
+        let factor = if (4..=5).contains(&k) { 2.0 } else { 1.0 };
+        format!("{l},{}\n", factor * stress(Mode::Uniaxial, l))
+    };
+    let r = fitted(&("stretch,nominal stress (Pa)\n".to_string() + &(1..=60).map(row).collect::<String>()));
+    let whole = r.misfit.rms_relative;
+    assert!(whole < 0.1, "over all rows the misfit is small: {whole}");
+    assert!((r.validity.tension_to.expect("three exact rows") - 1.3).abs() < 1e-12, "{:?}", r.validity);
+}
+
 /// 2000 tables of 12 rows with normal noise of 3 kPa. The interval is exact for this noise, so its coverage is
 /// binomial with standard deviation √(0.95·0.05/2000) = 0.49 %: 1.5 % is three of them. The warning on a pattern in
 /// the residuals has a false-alarm rate of at most 5 % by construction.

@@ -4,7 +4,7 @@ use super::Outcome;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Draw the report of a study or a fit again from its stored results
+/// Draw the report of a study, a fit or a comparison of fits again from its stored results
 #[derive(clap::Args)]
 #[command(
     after_help = "Example:\n  durometer report reports/finger-convergence\n\nNeither the solver nor the mesher is needed."
@@ -12,12 +12,21 @@ use std::process::ExitCode;
 pub struct Args {
     /// Folder of the results, e.g. reports/finger-convergence or reports/fit-treloar-1944-ogden
     dir: PathBuf,
-    /// Print summary.json (of a fit: fit.json)
+    /// Print summary.json (of a fit: fit.json, of a comparison of all laws: compare.json)
     #[arg(long)]
     json: bool,
 }
 
 pub fn main(args: Args) -> Outcome {
+    if durometer::report::is_comparison(&args.dir) {
+        durometer::report::comparison::write(&args.dir)?;
+        if args.json {
+            println!("{}", std::fs::read_to_string(args.dir.join("compare.json"))?);
+        } else {
+            println!("report: {}", args.dir.join("index.html").display());
+        }
+        return Ok(ExitCode::SUCCESS);
+    }
     if durometer::report::is_fit(&args.dir) {
         let answer = durometer::report::fit::write(&args.dir)?;
         if args.json {

@@ -1,8 +1,9 @@
 //! Integrals over cells: deformation gradient at the quadrature points, and the way back to r_e and K_e.
 
+use crate::material::Law;
 use crate::math::tensor::{Mat3, Mat9, Vec3};
 use crate::mesh::{Order, TetMesh, element, quadrature};
-use crate::system::{Blocks, Local, Want};
+use crate::system::{Blocks, EvalError, Local, Want};
 
 /// Gradients and weights at the quadrature points of some cells.
 pub struct CellPoints {
@@ -94,6 +95,30 @@ impl CellPoints {
             }
         }
         Mat3::from_fn(|i, j| f[i][j])
+    }
+
+    /// ∫ ψ(F) dV of block `b` with r_e and K_e, where a row of K_e has `stride` entries; `name` is the effect's, for its errors.
+    #[expect(clippy::too_many_arguments, reason = "a law, a place, and where they go")]
+    pub fn integrate(
+        &self,
+        law: &dyn Law,
+        name: &str,
+        x: &[f64],
+        b: usize,
+        stride: usize,
+        want: Want,
+        out: &mut Local,
+    ) -> Result<(), EvalError> {
+        for q in 0..self.points {
+            let f = self.deformation_gradient(x, b, q);
+            let fail = |e| EvalError::of_law(name, self.cells[b] as usize, e);
+            let response = law.eval(&f, want).map_err(fail)?;
+            out.energy += self.weight(b, q) * response.psi;
+            if want > Want::Energy {
+                self.scatter(b, q, stride, &response.p, &response.a, want, out);
+            }
+        }
+        Ok(())
     }
 
     /// r_e += w P ∂N/∂X, K_e += w ∂N/∂X A ∂N/∂X (column ≤ row), where a row of K_e has `stride` entries.

@@ -37,16 +37,7 @@ impl Effect for Elastic {
     }
 
     fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
-        for q in 0..self.points.points() {
-            let f = self.points.deformation_gradient(at.x, b, q);
-            let fail = |e| EvalError::of_law(&self.name, self.points.cells[b] as usize, e);
-            let response = self.law.eval(&f, want).map_err(fail)?;
-            out.energy += self.points.weight(b, q) * response.psi;
-            if want > Want::Energy {
-                self.points.scatter(b, q, self.points.blocks.size(b), &response.p, &response.a, want, out);
-            }
-        }
-        Ok(())
+        self.points.integrate(&*self.law, &self.name, at.x, b, self.points.blocks.size(b), want, out)
     }
 }
 

@@ -35,15 +35,7 @@ impl Effect for MixedAlong {
 
     fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
         let n = self.blocks.size(b);
-        for q in 0..self.points.points() {
-            let f = self.points.deformation_gradient(at.x, b, q);
-            let undefined = |e| EvalError::of_law(&self.name, self.points.cells[b] as usize, e);
-            let response = self.rest.eval(&f, want).map_err(undefined)?;
-            out.energy += self.points.weight(b, q) * response.psi;
-            if want > Want::Energy {
-                self.points.scatter(b, q, n, &response.p, &response.a, want, out);
-            }
-        }
+        self.points.integrate(&*self.rest, &self.name, at.x, b, n, want, out)?;
         let pi: [f64; 4] = std::array::from_fn(|c| at.x[self.blocks.scalars(b)[c] as usize]);
         for (c, compliance) in self.compliance[b].iter().enumerate() {
             let row: f64 = compliance.iter().zip(&pi).map(|(k, p)| k * p).sum();

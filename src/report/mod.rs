@@ -23,6 +23,11 @@ pub use summary::Summary;
 
 use std::path::Path;
 
+/// Does the folder hold a comparison of fits (`compare.json`)?
+pub fn is_comparison(dir: &Path) -> bool {
+    dir.join("compare.json").is_file()
+}
+
 /// Does the folder hold a fit (`fit.json`) and no study?
 pub fn is_fit(dir: &Path) -> bool {
     dir.join("fit.json").is_file() && !dir.join("study.json").is_file()

@@ -12,6 +12,7 @@ pub mod tables;
 
 use durometer::effect::Elastic;
 use durometer::material::{Law, registry};
+use durometer::math::random::SplitMix;
 use durometer::math::signal::Signal;
 use durometer::math::tensor::Vec3;
 use durometer::mesh::element::{CELL_EDGES, cell_shape, facet_shape};
@@ -23,16 +24,15 @@ use durometer::system::{At, Blocks, Effect, EvalError, Local, Prescribed, Role, 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// SplitMix64 (Steele, Lea & Flood 2014).
+/// Seeded draws for tests.
 pub struct Random(pub u64);
 
 impl Random {
     pub fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+        let mut source = SplitMix(self.0);
+        let unit = source.unit();
+        self.0 = source.0;
+        unit
     }
 
     /// Uniform in [−size, size].
