@@ -13,7 +13,7 @@ use super::spec::EffectSpec;
 use crate::material::{self, LawSpecError};
 use crate::math::tensor::Vec3;
 use crate::mesh::{TetMesh, element, quadrature};
-use crate::solve::{Change, Differentiator, Failure};
+use crate::solve::{Change, Differentiator, Failure, Integrator};
 use crate::system::{Effect, State};
 use std::fmt;
 use std::str::FromStr;
@@ -60,7 +60,7 @@ pub enum SensitivityError {
 }
 
 /// What differentiates the states of a scene.
-pub struct Sensitivity<'a> {
+pub(super) struct Sensitivity<'a> {
     scene: &'a Scene,
     /// Per constant: the effects that make up ∂r/∂θ
     by: Vec<Vec<Box<dyn Effect>>>,
@@ -68,7 +68,7 @@ pub struct Sensitivity<'a> {
 }
 
 impl<'a> Sensitivity<'a> {
-    pub fn new(scene: &'a Scene, constants: &[Constant]) -> Result<Self, SensitivityError> {
+    pub(super) fn new(scene: &'a Scene, constants: &[Constant]) -> Result<Self, SensitivityError> {
         if let Some(k) = scene.spans.iter().position(|s| !s.integrator.is_static()) {
             let integrator = scene.spans[k].integrator.name();
             return Err(SensitivityError::NotStatic { stage: k + 1, integrator });
@@ -81,22 +81,32 @@ impl<'a> Sensitivity<'a> {
     }
 
     /// Recorded columns that have a derivative, in their order.
-    pub fn columns(&self) -> Vec<String> {
+    pub(super) fn columns(&self) -> Vec<String> {
         let probes = self.scene.probes.iter().filter(|p| !matches!(p, Probe::Energy | Probe::Stretch));
         let cables = self.scene.cables.iter().flat_map(cable_columns);
         let cavities = self.scene.cavities.iter().flat_map(cavity_columns);
         probes.flat_map(Probe::columns).chain(cables).chain(cavities).collect()
     }
 
-    /// Derivatives at a converged state, [columns × constants], in the unit of the column per SI unit of the constant.
-    pub fn at(&mut self, state: &State) -> Result<Vec<Vec<f64>>, Failure> {
-        // ∂P/∂θ = 0 at F = I: at rest nothing changes, and the body need not be held by what comes later.
-        if state.x.iter().all(|x| *x == 0.0) {
-            return Ok(vec![vec![0.0; self.by.len()]; self.columns().len()]);
+    /// A stage begins at `state`.
+    pub(super) fn begin(&mut self, _: Integrator, _: &State) -> Result<(), Failure> {
+        Ok(())
+    }
+
+    /// Derivatives at a recorded state, [columns × constants], in the unit of the column per SI unit of the constant.
+    pub(super) fn step(
+        &mut self,
+        _: Integrator,
+        _: &State,
+        state: &State,
+        on_grid: bool,
+    ) -> Result<Option<Vec<Vec<f64>>>, Failure> {
+        if !on_grid {
+            return Ok(None);
         }
         let all = self.solver.at(state, &self.by)?;
         let all: Vec<Vec<f64>> = all.iter().map(|change| changes(self.scene, state, change)).collect();
-        Ok((0..self.columns().len()).map(|k| all.iter().map(|values| values[k]).collect()).collect())
+        Ok(Some((0..self.columns().len()).map(|k| all.iter().map(|values| values[k]).collect()).collect()))
     }
 }
 
