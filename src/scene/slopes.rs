@@ -18,6 +18,9 @@ pub struct Slopes {
     pub rows: Vec<Vec<Vec<f64>>>,
     /// Time [s] from which on there is no derivative: a bifurcation, or a limit point
     pub stopped: Option<(f64, Failure)>,
+    /// Numeric factorisations and right sides solved for the derivatives, beside those of the run
+    pub factorisations: usize,
+    pub solves: usize,
     /// What the derivatives took, which is in no other time of the run [s]
     pub wall: f64,
     /// The same on the clock of the thread [s]
@@ -34,7 +37,9 @@ impl Scene {
     ) -> Result<(Run, Slopes), SensitivityError> {
         let mut recorder = Recorder::new(self, constants)?;
         let run = self.follow(watch, states, Some(&mut recorder));
-        Ok((run, recorder.slopes))
+        let factor = &recorder.sensitivity.solver.factor;
+        let (factorisations, solves) = (factor.count, factor.solves);
+        Ok((run, Slopes { factorisations, solves, ..recorder.slopes }))
     }
 }
 
@@ -49,13 +54,22 @@ impl<'a> Recorder<'a> {
         let sensitivity = Sensitivity::new(scene, constants)?;
         let (columns, constants) = (sensitivity.columns(), constants.to_vec());
         let rest = vec![vec![0.0; constants.len()]; columns.len()];
-        let slopes = Slopes { columns, constants, rows: vec![rest], stopped: None, wall: 0.0, cpu: 0.0 };
+        let slopes = Slopes {
+            columns,
+            constants,
+            rows: vec![rest],
+            stopped: None,
+            factorisations: 0,
+            solves: 0,
+            wall: 0.0,
+            cpu: 0.0,
+        };
         Ok(Self { sensitivity, slopes })
     }
 
     /// A stage begins at `state`.
     pub(super) fn begin(&mut self, integrator: Integrator, state: &State) {
-        self.timed(state.t, |sensitivity| sensitivity.begin(integrator, state).map(|()| None));
+        self.timed(state.t, |sensitivity| sensitivity.solver.begin(integrator, state).map(|()| None));
     }
 
     /// A step was accepted.
