@@ -23,7 +23,7 @@ use super::certificate::{CASES, range};
 use super::{Direction, FitWarning, Weighting, identify, rows};
 use crate::material::stability;
 use crate::scene::probe::stretches;
-use crate::scene::{Progress, Run, Scene};
+use crate::scene::{Progress, Scene};
 use nalgebra::{DMatrix, DVector};
 use search::{Weights, search};
 use std::time::Instant;
@@ -36,24 +36,30 @@ pub struct Settings {
     pub gauge: Option<[f64; 2]>,
 }
 
-/// Finds the constants. Returns the scene and its run at the answer too.
+/// Finds the constants. Returns the scene at the answer too.
 pub fn calibrate(
     model: &SceneModel,
     measured: &Measured,
     settings: &Settings,
     watch: &mut dyn FnMut(Progress) -> bool,
-) -> Result<(Calibration, Scene, Run), Failure> {
+) -> Result<(Calibration, Scene), Failure> {
     let begin = Instant::now();
     let mut measured = measured.clone();
     let reached = model.reached(&measured)?;
     keep(&mut measured, &reached, &model.x);
     let weights = weigh(&measured, settings.weighting).map_err(Failure::Input)?;
-    let mut start: Vec<f64> = model.unknown.iter().map(|u| u.start).collect();
+    let stated: Vec<f64> = model.unknown.iter().map(|u| u.start).collect();
     let gauge = settings.gauge.and_then(|g| gauge::fit(model, &measured, settings.weighting, g));
-    for (value, found) in start.iter_mut().zip(gauge.iter().flat_map(|g| &g.values)) {
-        *value = found.unwrap_or(*value);
-    }
-    let found = search(model, &measured, &weights, &start, watch)?;
+    let of_gauge = gauge.iter().flat_map(|g| &g.values).chain(std::iter::repeat(&None));
+    let mut start: Vec<f64> = stated.iter().zip(of_gauge).map(|(value, found)| found.unwrap_or(*value)).collect();
+    let found = match search(model, &measured, &weights, &start, watch) {
+        // Constants of the gauge length that the scene cannot take
+        Err(Failure::Constants(_) | Failure::Run(_)) if start != stated => {
+            start = stated;
+            search(model, &measured, &weights, &start, watch)?
+        }
+        found => found?,
+    };
     let (answer, values) = (found.answer, found.values);
     let n = measured.y.len();
     let residual = DVector::from_fn(n, |i, _| weights.w[i] * (measured.y[i] - answer.y[i]));
@@ -98,12 +104,12 @@ pub fn calibrate(
         solves: found.solves,
         failed: found.failed,
         settled: found.settled,
-        forward_s: answer.forward.as_secs_f64(),
-        gradient_s: answer.gradient.as_secs_f64(),
+        forward_s: answer.forward,
+        gradient_s: answer.gradient,
         wall_s: begin.elapsed().as_secs_f64(),
         measured,
     };
-    Ok((calibration, answer.scene, answer.run))
+    Ok((calibration, answer.scene))
 }
 
 /// Leaves out the rows that the protocol does not reach.

@@ -8,12 +8,12 @@ use crate::material::Parameter;
 use crate::material::registry::given;
 use crate::math::units::Dimension;
 use crate::scene::protocol::extremes;
-use crate::scene::{Body, Constant, Progress, Run, Scene, SceneSpec, Sensitivity, SensitivityError};
+use crate::scene::{Body, Constant, Progress, Run, Scene, SceneSpec};
 use crate::solve::Status;
 use nalgebra::DMatrix;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// A scene whose constants are varied.
 pub struct SceneModel {
@@ -47,9 +47,9 @@ pub struct Answer {
     pub curve: Vec<[f64; 2]>,
     pub run: Run,
     pub scene: Scene,
-    pub forward: Duration,
-    /// Of the derivatives, beside it
-    pub gradient: Duration,
+    /// Wall time of the run, and of the derivatives beside it [s]
+    pub forward: f64,
+    pub gradient: f64,
 }
 
 /// Why there is no answer at some constants.
@@ -105,37 +105,26 @@ impl SceneModel {
     ) -> Result<Answer, Failure> {
         let scene = self.scene(values)?;
         let constants: Vec<Constant> = self.unknown.iter().map(|u| u.constant.clone()).collect();
-        let input = |e: SensitivityError| Failure::Input(e.into());
-        let mut sensitivity = Sensitivity::new(&scene, &constants).map_err(input)?;
+        let begin = Instant::now();
+        let (run, slopes) =
+            scene.run_with_slopes(&constants, watch, &mut |_| {}).map_err(|e| Failure::Input(e.into()))?;
         let column = |names: &[String]| names.iter().position(|c| *c == self.y);
-        let Some(of_slopes) = column(&sensitivity.columns()) else {
+        let Some(of_slopes) = column(&slopes.columns) else {
             let fact = match scene.check_column(&self.y) {
                 Err(fact) => fact,
                 Ok(()) => "this column has no exact derivative; take a position, an angle, a reaction or a tension".into(),
             };
             return Err(Failure::Input(InverseError::NoColumn { name: self.y.clone(), fact }));
         };
-        let (begin, mut gradient) = (Instant::now(), Duration::ZERO);
-        let mut slopes: Vec<Vec<f64>> = Vec::new();
-        let mut lost = None;
-        let run = scene.run(watch, &mut |state| {
-            let begin = Instant::now();
-            if lost.is_none() {
-                match sensitivity.at(state) {
-                    Ok(mut found) => slopes.push(std::mem::take(&mut found[of_slopes])),
-                    Err(why) => lost = Some(Status::StepTooSmall { t: state.t, why }),
-                }
-            }
-            gradient += begin.elapsed();
-        });
-        let forward = begin.elapsed().saturating_sub(gradient);
-        drop(sensitivity);
-        match (&run.status, lost) {
+        let gradient = slopes.wall;
+        let forward = begin.elapsed().as_secs_f64() - gradient;
+        match (&run.status, slopes.stopped) {
             (Status::Converged, None) => {}
             (Status::Interrupted { .. }, _) => return Err(Failure::Interrupted),
-            (Status::Converged, Some(status)) => return Err(Failure::Run(status)),
+            (Status::Converged, Some((t, why))) => return Err(Failure::Run(Status::StepTooSmall { t, why })),
             (status, _) => return Err(Failure::Run(status.clone())),
         }
+        let slopes: Vec<Vec<f64>> = slopes.rows.into_iter().map(|mut row| row.swap_remove(of_slopes)).collect();
         let k = column(&run.columns).expect("a column with a derivative is recorded");
         let x: Vec<f64> = self.position(&scene, run.rows.iter().map(|row| row[0])).map_err(Failure::Input)?;
         let weights = weights(&self.x, &x, measured).map_err(Failure::Input)?;
