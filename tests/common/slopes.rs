@@ -1,8 +1,8 @@
 //! Slopes of a run against differences of whole runs.
 //!
-//! Differences: central over θ(1 ± h), h = 4e-3 and half of it, Richardson's (4D(h/2) − D(h))/3. With poles 0.3 θ away the
-//! truncation is (4e-3/0.3)⁴/4 ≈ 8e-9 of the value; runs that end 1e-11 from equilibrium add 3·1e-11/4e-3 ≈ 8e-9. Accepted is
-//! 1e-6 of the largest value of the same unit.
+//! Differences: central over θ(1 ± h), h = 1e-3 and half of it, Richardson's (4D(h/2) − D(h))/3. With poles 0.05 θ away (an angle
+//! that nearly vanishes has such) the truncation is (1e-3/0.05)⁴/4 ≈ 4e-8 of the value; runs that end 1e-11 from equilibrium
+//! add 3·1e-11/1e-3 ≈ 3e-8. Accepted is 1e-6 of the largest value of the same unit.
 
 use durometer::material::registry;
 use durometer::scene::{Constant, Run, Scene, Slopes};
@@ -53,7 +53,7 @@ pub fn check(label: &str, table: &Table, build: &dyn Fn(&Table) -> Scene) -> f64
             assert_eq!(moved.status, Status::Converged, "{label}");
             moved.rows
         };
-        let stencil = [4e-3, 2e-3].map(|h| (h, at(h), at(-h)));
+        let stencil = [1e-3, 5e-4].map(|h| (h, at(h), at(-h)));
         for (row, slopes) in exact.rows.iter().enumerate() {
             for (c, (&column, size)) in columns.iter().zip(&sizes).enumerate() {
                 let [coarse, fine] = stencil
