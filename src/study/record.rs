@@ -198,7 +198,7 @@ impl Skin {
 pub struct StudyRecord {
     /// Name of the study, as its folder is called
     pub study: String,
-    /// `convergence`, `materials`
+    /// `convergence`, `materials`, `calibration`
     pub kind: String,
     pub question: String,
     /// What was expected before the run
@@ -292,6 +292,8 @@ pub enum Role {
     Laws,
     /// The same laws on a finer mesh
     Finer,
+    /// A dimension that is not known exactly, over its range
+    Nuisance,
 }
 
 impl Role {
@@ -306,6 +308,7 @@ impl Role {
             Self::TimeStep => "time step",
             Self::Laws => "laws",
             Self::Finer => "finer",
+            Self::Nuisance => "nuisance",
         }
     }
 }

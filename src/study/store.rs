@@ -1,6 +1,7 @@
 //! What a case leaves on disk. The record is written last: with it the case counts as done.
 
 use super::record::{CaseRecord, Skin, StudyRecord};
+use crate::calibrate::inverse::Calibration;
 use crate::scene::{Run, Scene, Slopes};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -55,6 +56,11 @@ impl Store {
         let path = self.path(&record.id, "skin.json.gz");
         replace(&path, &skin.packed())?;
         write(&self.path(&record.id, "json"), &json(record))
+    }
+
+    /// What was found in a case of a calibration.
+    pub fn save_calibration(&self, id: &str, found: &Calibration) -> Result<(), StoreError> {
+        write(&self.path(id, "fit.json"), &json(found))
     }
 
     /// Folder of a case's own files, made if need be.
