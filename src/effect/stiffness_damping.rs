@@ -127,7 +127,8 @@ impl StiffnessDamping {
     /// r_e += β (∂K/∂x dₙ) v at xₙ: a third derivative of the energy, which laws do not have; by differences of K.
     fn turn(&self, at: &At, change: &[f64], b: usize, out: &mut Local) -> Result<(), EvalError> {
         let dofs: Vec<usize> = self.blocks.dofs(b).map(|dof| dof as usize).collect();
-        let mean = |i: usize| dofs.iter().skip(i).step_by(3).map(|&dof| change[dof]).sum::<f64>() * 3.0 / dofs.len() as f64;
+        let mean =
+            |i: usize| dofs.iter().skip(i).step_by(3).map(|&dof| change[dof]).sum::<f64>() * 3.0 / dofs.len() as f64;
         let translation = [mean(0), mean(1), mean(2)];
         let motion: Vec<f64> = dofs.iter().enumerate().map(|(k, &dof)| change[dof] - translation[k % 3]).collect();
         let size = motion.iter().fold(0.0_f64, |m, d| m.max(d.abs()));

@@ -190,8 +190,7 @@ fn answer(drive: &Drive, change: &State) -> f64 {
 fn through(probe: &Probe, mesh: &TetMesh, x: &[f64], dx: &[f64], reaction: &[f64]) -> Option<Vec<f64>> {
     match probe {
         Probe::BendingAngle { root, tip, facets } => {
-            let chord =
-                turned(tip.origin - root.origin, tip.at(x) - root.at(x), tip.moved(dx) - root.moved(dx));
+            let chord = turned(tip.origin - root.origin, tip.at(x) - root.at(x), tip.moved(dx) - root.moved(dx));
             if facets.is_empty() {
                 return Some(vec![chord]);
             }

@@ -36,13 +36,7 @@ pub struct Term {
 
 impl System {
     /// Adds the change of the residual along the past of `direction` and by θ, at fixed x, to `r` [unknowns].
-    pub fn add_change(
-        &self,
-        at: &At,
-        direction: &Direction,
-        terms: &[Term],
-        r: &mut [f64],
-    ) -> Result<(), EvalError> {
+    pub fn add_change(&self, at: &At, direction: &Direction, terms: &[Term], r: &mut [f64]) -> Result<(), EvalError> {
         let largest = terms.iter().map(|t| t.effect.blocks().largest()).fold(self.largest(), usize::max);
         let mut local = Local::new(largest);
         let mut add = |effect: &dyn Effect, change: &dyn Fn(usize, &mut Local) -> Result<(), EvalError>| {
