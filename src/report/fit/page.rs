@@ -88,6 +88,7 @@ fn line(e: &Entry) -> String {
     let kind = match e.kind.as_str() {
         "intake" => "Read",
         "left_out" => "Left out",
+        "changed" => "Changed",
         "kept" => "Kept",
         "doubt" => "Doubt",
         other => other,
