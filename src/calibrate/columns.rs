@@ -111,7 +111,10 @@ pub fn find_header(lines: &[Line], choice: &ColumnChoice) -> Option<usize> {
     let found = || (0..lines.len()).filter(|k| is_header(&lines[*k]));
     let has_numbers = |l: &Line| l.cells.iter().filter(|c| is_number(c)).count() >= 2;
     // A line of units may stand between
-    let above_numbers = |k: &usize| lines[k + 1..].iter().take(2).any(has_numbers);
+    let above_numbers = |k: &usize| {
+        let units = with_units(&lines[*k], lines.get(k + 1)).1;
+        lines.get(k + 1 + usize::from(units)).is_some_and(has_numbers)
+    };
     found().find(above_numbers).or_else(|| found().next())
 }
 
