@@ -75,7 +75,10 @@ fn bad_tables_are_refused_with_fact_and_remedy() {
         ("Time (s),Temperature\n1,2\n2,3\n", &["\"Time (s)\", \"Temperature\"", "--strain-column"]),
         ("Extension,Load (N)\n1,2\n2,3\n", &["\"Extension\" has no unit", "--strain-unit mm"]),
         ("a;b\n1,5;2,5\n", &["the columns are: \"a\", \"b\""]),
-        ("engineering strain,stress (MPa)\n10,0.1\n50,0.3\n100,0.5\n", &["a stretch of 101", "percent", "--strain-unit %"]),
+        (
+            "engineering strain,stress (MPa)\n10,0.1\n50,0.3\n100,0.5\n",
+            &["a stretch of 101", "percent", "--strain-unit %"],
+        ),
         ("stretch,stress (MPa)\n1,0.1\n81,0.3\n", &["a stretch of 81", "--strain-unit 1"]),
         ("strain;stress (MPa)\n1,250;1,125\n2,500;2,250\n", &["\"1,250\" may be a decimal", "--decimal comma"]),
         ("strain,stress (MPa)\n0,1,0,5\n0,2,0,9\n", &["line 2 has 4 cells under 2 names", "export it with ;"]),

@@ -38,7 +38,7 @@ impl Preparation {
 }
 
 /// A treatment that was not chosen.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Treatment {
     WithoutZero,

@@ -6,7 +6,7 @@ mod tables;
 use super::error::{self, ReportError};
 use super::{export, figures, store};
 pub use crate::calibrate::stress_unit;
-use crate::calibrate::{Drawn, FitCurves, within};
+use crate::calibrate::{Drawn, FitCurves, Treatment, within};
 use serde::Deserialize;
 use std::path::Path;
 
@@ -32,6 +32,7 @@ pub struct StoredFit {
     pub profile: Option<Vec<[Option<f64>; 2]>>,
     pub bootstrap: Option<Bootstrap>,
     pub scatter: Option<Scatter>,
+    pub otherwise: Vec<Otherwise>,
     /// `nu` or `kappa` [Pa], as given
     pub partner: Option<std::collections::BTreeMap<String, f64>>,
     pub stability: Vec<Stable>,
@@ -81,6 +82,15 @@ pub struct Specimen {
     pub rows: usize,
     pub parameters: Vec<Parameter>,
     pub level: f64,
+}
+
+/// The same fit to rows that were treated otherwise.
+#[derive(Clone, Debug, Deserialize)]
+pub struct Otherwise {
+    pub treatment: Treatment,
+    pub rows: usize,
+    pub parameters: Vec<Parameter>,
+    pub change: f64,
 }
 
 /// Range in which the law is stable; amounts are λ, in simple shear γ [–].
