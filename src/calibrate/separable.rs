@@ -29,6 +29,9 @@ const GRADIENT: f64 = 1e-6;
 const SAME: f64 = 1e-6;
 /// Part of the misfit that is none: r along the columns where no step lowers it, gain by other factors [–]
 const FLAT: f64 = 1e-7;
+/// Fall of the misfit in a step that ends a fit; of one among many, n of whose rows leave √(2nε) of a standard error
+const ROUNDING: f64 = 1e-13;
+const NEAR: f64 = 1e-10;
 /// Value of the objective where the law is not defined [–]: a step into it is taken back
 const WALL: f64 = 1e12;
 
@@ -142,14 +145,14 @@ pub fn solve(
     warm: Option<&[f64]>,
 ) -> Result<Separable, FitError> {
     let problem = Projected { family, rows, reach };
-    if let Some(end) = warm.and_then(|x| finish(&problem, x.to_vec())).filter(|end| end.settled) {
+    if let Some(end) = warm.and_then(|x| finish(&problem, x.to_vec(), NEAR)).filter(|end| end.settled) {
         return Ok(answer(&problem, end, (0..terms).collect(), SolverCheck::Starts { starts: 1, agree: 1 }));
     }
     let starts = warm.map_or_else(|| starts(&problem, terms), |x| vec![x.to_vec()]);
     let mut ends = Vec::new();
     for x in &starts {
         let x = search(family, rows, reach, x)?;
-        ends.extend(finish(&problem, x));
+        ends.extend(finish(&problem, x, ROUNDING));
     }
     let Some(least) = ends.iter().map(|e| e.misfit).reduce(f64::min) else {
         return Err(FitError::Solver { solver: "argmin", status: "no start lies where the law is defined".into() });
@@ -253,8 +256,9 @@ struct End {
     settled: bool,
 }
 
-/// Gauss–Newton in all constants of the terms that count, each step halved until the misfit falls.
-fn finish(problem: &Projected<'_>, mut x: Vec<f64>) -> Option<End> {
+/// Gauss–Newton in all constants of the terms that count, each step halved until the misfit falls; it ends where the misfit falls by less
+/// than the part `flat`.
+fn finish(problem: &Projected<'_>, mut x: Vec<f64>, flat: f64) -> Option<End> {
     let Point { mut c, mut columns, residual: mut r } = problem.at(&x)?;
     let mut settled = false;
     for _ in 0..30 {
@@ -286,7 +290,7 @@ fn finish(problem: &Projected<'_>, mut x: Vec<f64>) -> Option<End> {
             settled = d.norm() <= FLAT * r.norm();
             break;
         };
-        let still = residual.norm() > r.norm() * (1.0 - 1e-13);
+        let still = residual.norm() > r.norm() * (1.0 - flat);
         (x, c, columns, r) = (next, factors, there, residual);
         if still {
             settled = true;
