@@ -18,6 +18,7 @@ mod experiment;
 mod fit;
 mod identify;
 mod intake;
+pub mod inverse;
 mod judgement;
 mod law;
 mod law_file;

@@ -20,7 +20,7 @@ pub struct ModeNoise {
 }
 
 /// Smallest |P| that a relative weight divides by, over the largest |P| of the mode [–]
-const FLOOR: f64 = 0.05;
+pub const FLOOR: f64 = 0.05;
 /// Rows of different stretch that make an estimate
 const LEAST: usize = 5;
 
