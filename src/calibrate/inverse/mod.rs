@@ -20,7 +20,7 @@ pub use measured::{ColumnSpec, Measured, MeasuredSpec};
 pub use model::{Failure, SceneModel, Unknown, written};
 
 use super::certificate::{CASES, range};
-use super::{Direction, FitWarning, Weighting, identify, rows};
+use super::{Direction, FitWarning, Weighting, identify, noise};
 use crate::material::stability;
 use crate::scene::probe::stretches;
 use crate::scene::{Progress, Scene};
@@ -139,8 +139,9 @@ fn weigh(measured: &Measured, weighting: Weighting) -> Result<Weights, InverseEr
         return Err(InverseError::Zero);
     }
     let one = |y: &f64| match weighting {
-        Weighting::Absolute => 1.0,
-        Weighting::Relative => y.abs().max(rows::FLOOR * largest).recip(),
+        // One curve has one noise
+        Weighting::Absolute | Weighting::Noise => 1.0,
+        Weighting::Relative => y.abs().max(noise::FLOOR * largest).recip(),
     };
     let w: Vec<f64> = measured.y.iter().map(one).collect();
     let size = w.iter().zip(&measured.y).map(|(w, y)| (w * y).powi(2)).sum::<f64>().sqrt();
