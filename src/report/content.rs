@@ -3,7 +3,7 @@
 use super::figures::Figure;
 use super::store::Store;
 use super::table::Table;
-use super::{convergence, materials};
+use super::{convergence, materials, prices, sweep};
 use serde_json::{Map, Value};
 
 /// The part of a report that depends on the kind of the study.
@@ -37,4 +37,9 @@ impl Content {
 pub type Analyse = fn(&Store) -> Content;
 
 /// `kind` of a study → its analysis.
-pub const KINDS: [(&str, Analyse); 2] = [("convergence", convergence::content), ("materials", materials::content)];
+pub const KINDS: [(&str, Analyse); 4] = [
+    ("convergence", convergence::content),
+    ("materials", materials::content),
+    ("sweep", sweep::content),
+    ("prices", prices::content),
+];

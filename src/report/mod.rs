@@ -13,9 +13,11 @@ pub mod fit;
 mod materials;
 mod page;
 mod plot;
+mod prices;
 pub mod store;
 pub mod summary;
 mod surface;
+mod sweep;
 mod table;
 
 pub use error::ReportError;

@@ -1,12 +1,15 @@
 //! Studies: cases, their stored results, and the analysis over them.
 
+pub mod axis;
 pub mod convergence;
 pub mod curve;
 pub mod fields;
 pub mod locking;
 pub mod materials;
+pub mod prices;
 pub mod record;
 pub mod runner;
 pub mod spec;
 pub mod store;
+pub mod sweep;
 pub mod words;

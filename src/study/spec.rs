@@ -1,5 +1,6 @@
 //! A study as it stands in a TOML file, and the cases that follow from it.
 
+use super::axis::{self, AxisSpec, Combine};
 use super::record::{FamilyRecord, Quantity, Role, StudyRecord};
 use crate::math::units::{self, Dimension};
 use crate::scene::{SceneError, SceneSpec, from_text, hint, read_scene, read_table};
@@ -25,6 +26,12 @@ pub struct StudySpec {
     pub families: Vec<FamilySpec>,
     /// `materials`: the member that the others are compared with
     pub reference: Option<String>,
+    /// `sweep`: the keys that are swept
+    #[serde(rename = "axis", default)]
+    pub axes: Vec<AxisSpec>,
+    /// `sweep`: how several axes go together
+    #[serde(default)]
+    pub combine: Combine,
 }
 
 /// The analyses; one of a kind, one line.
@@ -33,6 +40,8 @@ pub struct StudySpec {
 pub enum Kind {
     Convergence,
     Materials,
+    Sweep,
+    Prices,
 }
 
 impl Kind {
@@ -41,6 +50,8 @@ impl Kind {
         match self {
             Self::Convergence => "convergence",
             Self::Materials => "materials",
+            Self::Sweep => "sweep",
+            Self::Prices => "prices",
         }
     }
 
@@ -51,6 +62,8 @@ impl Kind {
                 &[Role::Sizes, Role::Nested, Role::Remeshed, Role::Seeds, Role::Element, Role::TimeStep]
             }
             Self::Materials => &[Role::Laws, Role::Finer],
+            Self::Sweep => &[Role::Grid],
+            Self::Prices => &[Role::Ladder],
         }
     }
 }
@@ -115,7 +128,7 @@ impl Study {
             let remedy = "run it with: durometer simulate".into();
             return Err(SceneError::Content { file: file.into(), place, fact, remedy });
         }
-        let spec: StudySpec = from_text(file, &text, "")?;
+        let mut spec: StudySpec = from_text(file, &text, "")?;
         let base = file.parent().unwrap_or(Path::new(""));
         let name = std::path::absolute(base)
             .ok()
@@ -132,6 +145,14 @@ impl Study {
         if !(tolerance > 0.0 && tolerance < 1.0) {
             let fact = format!("it is {tolerance}");
             return Err(content("tolerance".into(), fact, "it lies between 0 and 1; write for example \"2 %\""));
+        }
+        check_axes(&spec).map_err(|(place, fact, remedy)| content(place, fact, &remedy))?;
+        let (mut axes, mut points) = (vec![], BTreeMap::new());
+        if spec.kind == Kind::Sweep {
+            let expanded = axis::expand(&spec.axes, spec.combine);
+            let expanded = expanded.map_err(|(place, fact, remedy)| content(place, fact, &remedy))?;
+            spec.families = vec![expanded.family];
+            (axes, points) = (expanded.axes, expanded.points);
         }
         let known: Vec<String> = spec.variants.iter().map(|v| v.name.clone()).collect();
         let labels: Vec<String> = spec.families.iter().map(|f| f.name.clone()).collect();
@@ -165,16 +186,18 @@ impl Study {
             let mut ids: Vec<String> = Vec::new();
             let mut formulation = String::new();
             for variant in spec.variants.iter().filter(|v| wanted.contains(&v.name)) {
+                // The changes of the rungs below, on a ladder
+                let mut below: Vec<(String, toml::Value)> = Vec::new();
                 for (label, member) in &family.members {
                     let place = format!("family {}, member {label}, variant {}", family.name, variant.name);
                     let Some(member) = member.as_table() else {
                         return Err(content(place, "it is not a table".into(), "write { \"mesh.cells\" = 4500 }"));
                     };
-                    let own: Vec<(String, toml::Value)> = [&variant.set, &family.set, member]
-                        .into_iter()
-                        .flatten()
-                        .map(|(k, v)| (k.clone(), v.clone()))
-                        .collect();
+                    let pairs = |set: &toml::Table| set.clone().into_iter().collect::<Vec<_>>();
+                    let own = [pairs(&variant.set), pairs(&family.set), below.clone(), pairs(member)].concat();
+                    if family.role == Role::Ladder {
+                        below.extend(pairs(member));
+                    }
                     let all: Vec<_> = own.iter().chain(changes).cloned().collect();
                     let (scene, text) = read_scene(&scene_file, &all).map_err(|e| {
                         // Whose fault is it: the scene's, the member's, or the command line's?
@@ -219,6 +242,8 @@ impl Study {
             labels: spec.variants.iter().filter_map(named).collect(),
             families,
             reference: spec.reference,
+            axes,
+            points,
             version: env!("CARGO_PKG_VERSION").into(),
         };
         Ok(Self { name, file: file.into(), record, cases })
@@ -235,9 +260,20 @@ fn check_roles(spec: &StudySpec) -> Result<(), (String, String, String)> {
         return Err((format!("family {}", family.name), fact, format!("the roles are {words}")));
     }
     match (&spec.reference, spec.kind) {
-        (None, Kind::Convergence) => Ok(()),
+        (None, Kind::Convergence | Kind::Sweep) => Ok(()),
+        (None, Kind::Prices) => {
+            let on = |f: &FamilySpec, v: &VariantSpec| f.variants.as_ref().is_none_or(|own| own.contains(&v.name));
+            let twice = spec.variants.iter().find(|v| spec.families.iter().filter(|f| on(f, v)).count() > 1);
+            twice.map_or(Ok(()), |v| {
+                let remedy = "a variant has one ladder: give each family its `variants`";
+                Err((format!("variant {}", v.name), "two families are run in it".into(), remedy.into()))
+            })
+        }
         (Some(_), Kind::Convergence) => {
             Err(("reference".into(), "a convergence study finds its reference itself".into(), "remove the key".into()))
+        }
+        (Some(_), Kind::Sweep | Kind::Prices) => {
+            Err(("reference".into(), format!("a study of kind \"{kind}\" has none"), "remove the key".into()))
         }
         (reference, Kind::Materials) => {
             let laws: Vec<&FamilySpec> = spec.families.iter().filter(|f| f.role == Role::Laws).collect();
@@ -255,6 +291,24 @@ fn check_roles(spec: &StudySpec) -> Result<(), (String, String, String)> {
                 }
             }
         }
+    }
+}
+
+/// Axes belong to a sweep, and families to every other kind.
+fn check_axes(spec: &StudySpec) -> Result<(), (String, String, String)> {
+    let kind = spec.kind.name();
+    let names: Vec<String> = spec.axes.iter().map(|a| a.name.clone()).collect();
+    check_names(&names).map_err(|(k, fact, remedy)| (format!("axis {}", k + 1), fact, remedy.to_string()))?;
+    match (spec.kind, spec.axes.is_empty(), spec.families.is_empty()) {
+        (Kind::Sweep, true, _) => {
+            let remedy = "add an [[axis]] with name, keys, label, symbol, unit and values";
+            Err(("study".into(), "the sweep has no axis".into(), remedy.into()))
+        }
+        (Kind::Sweep, _, false) => {
+            Err(("family".into(), "a sweep makes its cases from its axes".into(), "remove the [[family]]".into()))
+        }
+        (Kind::Sweep, ..) | (_, true, _) => Ok(()),
+        _ => Err(("axis".into(), format!("a study of kind \"{kind}\" has none"), "take kind = \"sweep\"".into())),
     }
 }
 
