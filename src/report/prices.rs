@@ -19,7 +19,7 @@ pub fn content(store: &Store) -> Content {
         analysis: analysis(&a),
         answer: ("The price list", list(&a)),
         tables: vec![evaluations(&a), answers(store, &a)],
-        folded: vec![("Every case", table::cases(store))],
+        folded: vec![("Every case", table::cases(store)), ("Time per effect", table::effects(store))],
         figures: a.ladders.iter().filter_map(|l| prices::draw(l, a.wall)).collect(),
     }
 }

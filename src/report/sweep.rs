@@ -23,7 +23,7 @@ pub fn content(store: &Store) -> Content {
         analysis: analysis(&a),
         answer: ("What depends on what", dependence(&a)),
         tables: vec![points(store, &a)],
-        folded: vec![("Every case", table::cases(store))],
+        folded: vec![("Every case", table::cases(store)), ("Time per effect", table::effects(store))],
         figures: against.chain(maps).chain(variants().filter_map(|v| sweep::over_time(store, &a, v))).collect(),
     }
 }
@@ -31,7 +31,7 @@ pub fn content(store: &Store) -> Content {
 /// The range of a peak.
 fn fact(q: &QuantityAnalysis) -> (String, String) {
     let [low, high] = q.range();
-    let n = digits(low.abs().max(high.abs()));
+    let n = digits(1e-1 * low.abs().max(high.abs()));
     (format!("{low:.n$} to {high:.n$}{}", space(&q.quantity.unit)).replace('-', "−"), q.title())
 }
 

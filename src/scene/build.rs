@@ -165,13 +165,16 @@ impl Scene {
         builder.remark_stability(&spec, &laws);
         let law = laws.into_iter().next();
         let probe = |(k, probe)| {
-            Probe::new(probe, &body.mesh, &|name| builder.region(&format!("probe {}", k + 1), name).cloned())
+            let place = format!("probe {}", k + 1);
+            let refuse = |e| part(file, &place, e);
+            Probe::new(probe, &body.mesh, &|name| builder.region(&place, name).cloned(), &refuse)
         };
         let probes = spec.probes.iter().enumerate().map(probe).collect::<Result<_, _>>()?;
         builder.remark_static(&spec, &spans);
         builder.remark_viscoelastic(&spec, &spans);
         let causes = [builder.remark_patches(&spec), limit_of_springs(&spec)];
-        let causes: Vec<String> = causes.into_iter().flatten().collect();
+        let causes: Vec<String> =
+            causes.into_iter().flatten().chain(std::mem::take(&mut builder.no_limits)).collect();
         let no_limit = (!causes.is_empty()).then(|| causes.join(", and "));
         let nodes = body.mesh.points.len();
         let (prescribed, signals, remarks) = builder.finish();

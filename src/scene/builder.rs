@@ -66,6 +66,8 @@ pub(super) struct Builder<'a> {
     prescribed: BTreeMap<u32, (Signal, String)>,
     signals: Vec<NamedSignal>,
     pub(super) remarks: Vec<String>,
+    /// Why the answer has no limit as h → 0, found while building
+    pub(super) no_limits: Vec<String>,
 }
 
 impl<'a> Builder<'a> {
@@ -90,15 +92,21 @@ impl<'a> Builder<'a> {
             remarks.push(format!("region {name} is picked by a selector: its extent changes with the mesh (O(h))"));
         }
         let (prescribed, signals) = (BTreeMap::new(), Vec::new());
-        Ok(Self { file, base, body, regions, laws: &spec.laws, prescribed, signals, remarks })
+        let no_limits = Vec::new();
+        Ok(Self { file, base, body, regions, laws: &spec.laws, prescribed, signals, remarks, no_limits })
     }
 
     /// Records a signal under a name.
     pub(super) fn keep(&mut self, name: String, signal: Signal) {
         // The same motion of one region by two entries is one signal.
-        if !self.signals.iter().any(|s| s.name == name) {
+        if !self.records(&name) {
             self.signals.push(NamedSignal { name, signal });
         }
+    }
+
+    /// Is a signal of this name recorded?
+    pub(super) fn records(&self, name: &str) -> bool {
+        self.signals.iter().any(|s| s.name == name)
     }
 
     /// What was gathered: prescribed dofs, signals, remarks.
@@ -216,6 +224,12 @@ impl<'a> Builder<'a> {
                 self.edge_springs(place, region, *stiffness, *modulus, gathered)?
             }
             EffectSpec::EdgeDampers { region, damping } => self.edge_dampers(place, region, damping.0)?,
+            EffectSpec::PointForce { name, point, radius, direction, force } => {
+                Box::new(self.point_force(place, name, (point, *radius), *direction, force)?)
+            }
+            EffectSpec::Traction { name, region, direction, traction } => {
+                Box::new(self.traction(place, name, region, *direction, traction)?)
+            }
             EffectSpec::Gravity { region, density, direction, acceleration } => {
                 let direction = Vec3::from(*direction);
                 if direction.norm() == 0.0 || !direction.norm().is_finite() {
@@ -329,6 +343,9 @@ impl From<LumpingSpec> for Lumping {
 }
 
 impl ConstraintSpec {
+    /// Every kind.
+    pub const KINDS: [&str; 4] = ["fixed", "prescribed", "cable", "cavity"];
+
     /// Name as in files.
     pub fn kind(&self) -> &'static str {
         match self {

@@ -155,6 +155,7 @@ fn through(probe: &Probe, mesh: &TetMesh, x: &[f64], change: &Change) -> Option<
             Some(vec![turned(rest, area_vector(mesh, facets, x), area_turned(mesh, facets, x, &change.x)), chord])
         }
         Probe::Position { mean, .. } => Some(mean.moved(&change.x).as_slice().to_vec()),
+        Probe::Markers { points, .. } => Some(points.iter().flat_map(|p| p.moved(&change.x).data.0[0]).collect()),
         Probe::Reaction { nodes, .. } => {
             let sum = |i: usize| nodes.iter().map(|&k| change.reaction[3 * k as usize + i]).sum();
             Some((0..3).map(sum).collect())

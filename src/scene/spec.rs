@@ -184,6 +184,32 @@ pub enum EffectSpec {
         region: String,
         damping: Damping,
     },
+    /// A force of fixed direction on an embedded point
+    PointForce {
+        #[serde(default = "point_force")]
+        name: String,
+        point: [Length; 3],
+        /// Of the patch that takes the force
+        radius: GuideRadius,
+        direction: [f64; 3],
+        force: SignalSpec,
+    },
+    /// A load of fixed direction per reference area
+    Traction {
+        #[serde(default = "traction")]
+        name: String,
+        region: String,
+        direction: [f64; 3],
+        traction: SignalSpec,
+    },
+}
+
+fn point_force() -> String {
+    "point_force".into()
+}
+
+fn traction() -> String {
+    "traction".into()
 }
 
 /// Which modulus the constants of a law give.
@@ -356,6 +382,8 @@ pub enum ProbeSpec {
     BendingAngle { root: String, tip: String },
     /// `<region>_{x,y,z}_m`: area-mean position
     Position { region: String },
+    /// `<name>_<k>_{x,y,z}_m`: positions of points embedded in the body, counted from 1
+    Markers { name: String, points: Vec<[Length; 3]> },
     /// `<region>_reaction_{x,y,z}_N`: sum of the reactions
     Reaction { region: String },
     /// `elastic_J`, `kinetic_J`, `dissipated_J`, `work_J`

@@ -138,6 +138,21 @@ impl Builder<'_> {
 }
 
 impl EffectSpec {
+    /// Every kind.
+    pub const KINDS: [&str; 11] = [
+        "elastic",
+        "inertia",
+        "gravity",
+        "mass_damping",
+        "viscous_damping",
+        "viscoelastic",
+        "stiffness_damping",
+        "edge_springs",
+        "edge_dampers",
+        "point_force",
+        "traction",
+    ];
+
     /// Name as in files.
     pub fn kind(&self) -> &'static str {
         match self {
@@ -150,6 +165,8 @@ impl EffectSpec {
             Self::StiffnessDamping { .. } => "stiffness_damping",
             Self::EdgeSprings { .. } => "edge_springs",
             Self::EdgeDampers { .. } => "edge_dampers",
+            Self::PointForce { .. } => "point_force",
+            Self::Traction { .. } => "traction",
         }
     }
 
@@ -160,7 +177,12 @@ impl EffectSpec {
             | Self::ViscousDamping { .. }
             | Self::StiffnessDamping { .. }
             | Self::EdgeDampers { .. } => true,
-            Self::Elastic { .. } | Self::Gravity { .. } | Self::Viscoelastic { .. } | Self::EdgeSprings { .. } => false,
+            Self::Elastic { .. }
+            | Self::Gravity { .. }
+            | Self::Viscoelastic { .. }
+            | Self::EdgeSprings { .. }
+            | Self::PointForce { .. }
+            | Self::Traction { .. } => false,
         }
     }
 }

@@ -192,7 +192,7 @@ fn sentence_of(q: &QuantityAnalysis, study: &StudyRecord, list: bool) -> String 
         return format!("{}: too few converged cases to say anything.", capital(&q.title()));
     }
     let [low, high] = q.range();
-    let n = digits(low.abs().max(high.abs()));
+    let n = digits(1e-1 * low.abs().max(high.abs()));
     let mut words = format!("{}: {low:.n$} to {high:.n$}{}", capital(&q.title()), space(&q.quantity.unit));
     for a in &q.along {
         let axis = axis_words(&study.axes, &a.axis, list);

@@ -1,0 +1,65 @@
+//! What a declared effect is in words: where it acts, with which law, in which form.
+
+use super::quantity::GuideRadius;
+use super::spec::{EffectSpec, FormulationSpec, LumpingSpec, ModuliSpec, StiffnessSpec};
+use crate::mesh::validate::point;
+use nalgebra::Vector3;
+
+impl EffectSpec {
+    /// `region body, law rubber, formulation mixed`
+    pub fn words(&self) -> String {
+        let mass = |mass: &LumpingSpec| match mass {
+            LumpingSpec::Consistent => "consistent",
+            LumpingSpec::Lumped => "lumped",
+            LumpingSpec::Uniform => "uniform",
+        };
+        match self {
+            Self::Elastic { region, law, formulation } => {
+                let formulation = match formulation {
+                    FormulationSpec::Displacement => "displacement",
+                    FormulationSpec::Mixed => "mixed",
+                    FormulationSpec::MeanDilatation => "mean_dilatation",
+                };
+                format!("region {region}, law {law}, formulation {formulation}")
+            }
+            Self::Inertia { region, density, mass: m } => {
+                format!("region {region}, {} kg/m^3, mass {}", density.0, mass(m))
+            }
+            Self::Gravity { region, density, direction, .. } => {
+                format!("region {region}, {} kg/m^3, towards {direction:?}", density.0)
+            }
+            Self::MassDamping { region, alpha, mass: m, .. } => {
+                format!("region {region}, alpha = {} 1/s, mass {}", alpha.0, mass(m))
+            }
+            Self::ViscousDamping { region, eta } => format!("region {region}, eta = {} Pa s", eta.0),
+            Self::Viscoelastic { region, law, moduli, prony } => {
+                let moduli = match moduli {
+                    ModuliSpec::LongTerm => "long_term",
+                    ModuliSpec::Instantaneous => "instantaneous",
+                };
+                format!("region {region}, law {law}, moduli {moduli}, {} Prony terms", prony.len())
+            }
+            Self::StiffnessDamping { region, beta, stiffness } => {
+                let stiffness = match stiffness {
+                    StiffnessSpec::Initial => "initial",
+                    StiffnessSpec::Last => "last",
+                };
+                format!("region {region}, beta = {} s, stiffness {stiffness}", beta.0)
+            }
+            Self::EdgeSprings { region, stiffness, modulus } => match (stiffness, modulus) {
+                (Some(k), _) => format!("region {region}, {} N/m on every edge", k.0),
+                (None, modulus) => format!("region {region}, E = {} Pa", modulus.map_or(0.0, |e| e.0)),
+            },
+            Self::EdgeDampers { region, damping } => format!("region {region}, {} N s/m", damping.0),
+            Self::PointForce { point: at, radius, direction, .. } => {
+                let at = point(&Vector3::new(at[0].0, at[1].0, at[2].0));
+                let patch = match radius {
+                    GuideRadius::Point => "on a point".to_string(),
+                    GuideRadius::Ball(radius) => format!("on a ball of {:.4} mm", radius * 1e3),
+                };
+                format!("at {at}, {patch}, towards {direction:?}")
+            }
+            Self::Traction { region, direction, .. } => format!("region {region}, towards {direction:?}"),
+        }
+    }
+}
