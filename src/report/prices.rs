@@ -20,7 +20,7 @@ pub fn content(store: &Store) -> Content {
         answer: ("The price list", list(&a)),
         tables: vec![evaluations(&a), answers(store, &a)],
         folded: vec![("Every case", table::cases(store)), ("Time per effect", table::effects(store))],
-        figures: a.ladders.iter().filter_map(|l| prices::draw(l, a.wall)).collect(),
+        figures: a.ladders.iter().filter_map(|l| prices::draw(l)).collect(),
     }
 }
 
@@ -33,7 +33,6 @@ fn fact(l: &Ladder) -> Option<(String, String)> {
 
 fn analysis(a: &Analysis) -> Map<String, Value> {
     let mut out = Map::new();
-    out.insert("wall".into(), json!(a.wall));
     out.insert("incomplete".into(), json!(a.incomplete));
     a.ladders.iter().for_each(|l| drop(out.insert(l.variant.clone(), json!(l))));
     out
@@ -65,10 +64,7 @@ fn list(a: &Analysis) -> Table {
     }
     Table {
         name: "prices",
-        caption: format!(
-            "Each row has the effects of the rows above and its own. Added: the step less that of the row above, with the iterations and factorisations that follow from the effect; evaluation: the time in the new effect itself. {} time.",
-            if a.wall { "Wall" } else { "CPU" }
-        ),
+        caption: "Each row has the effects of the rows above and its own. Added: the step less that of the row above, with the iterations and factorisations that follow from the effect; evaluation: the time in the new effect itself. CPU time.".into(),
         columns: vec![
             ("Scene with", "", false),
             ("Control", "", false),
@@ -98,7 +94,7 @@ fn evaluations(a: &Analysis) -> Table {
     }
     Table {
         name: "evaluations",
-        caption: "Wall time in the evaluations of each effect and constraint that is assembled, per step. What is not \
+        caption: "CPU time in the evaluations of each effect and constraint that is assembled, per step. What is not \
                   declared has no row."
             .into(),
         columns: vec![

@@ -90,6 +90,12 @@ fn dependence(a: &Analysis) -> Table {
     }
 }
 
+/// Four digits, whatever the size.
+fn plain(value: f64) -> String {
+    let small = value != 0.0 && value.abs() < 1e-3;
+    if small { format!("{value:.3e}") } else { format!("{value:.*}", digits(1e-2 * value)) }
+}
+
 fn points(store: &Store, a: &Analysis) -> Table {
     let mut rows = vec![];
     for c in &store.cases {
@@ -101,7 +107,7 @@ fn points(store: &Store, a: &Analysis) -> Table {
         let peaks = quantities.filter_map(|q| {
             let peak = q.points.iter().find(|p| p.case == r.id)?.peak;
             let letter = &q.quantity.symbol;
-            Some(format!("{letter} = {peak:.*}{}", digits(1e-2 * peak), space(&q.quantity.unit)))
+            Some(format!("{letter} = {}{}", plain(peak), space(&q.quantity.unit)))
         });
         let peaks: Vec<String> = peaks.collect();
         rows.push(vec![

@@ -173,8 +173,7 @@ impl Scene {
         builder.remark_static(&spec, &spans);
         builder.remark_viscoelastic(&spec, &spans);
         let causes = [builder.remark_patches(&spec), limit_of_springs(&spec)];
-        let causes: Vec<String> =
-            causes.into_iter().flatten().chain(std::mem::take(&mut builder.no_limits)).collect();
+        let causes: Vec<String> = causes.into_iter().flatten().chain(std::mem::take(&mut builder.no_limits)).collect();
         let no_limit = (!causes.is_empty()).then(|| causes.join(", and "));
         let nodes = body.mesh.points.len();
         let (prescribed, signals, remarks) = builder.finish();

@@ -122,9 +122,9 @@ impl Probe {
             Self::BendingAngle { facets, .. } if facets.is_empty() => names(&["chord_angle_deg"]),
             Self::BendingAngle { .. } => names(&["bending_angle_deg", "chord_angle_deg"]),
             Self::Position { name, .. } => ["x", "y", "z"].map(|c| format!("{name}_{c}_m")).into(),
-            Self::Markers { name, points } => (1..=points.len())
-                .flat_map(|k| ["x", "y", "z"].map(|c| format!("{name}_{k}_{c}_m")))
-                .collect(),
+            Self::Markers { name, points } => {
+                (1..=points.len()).flat_map(|k| ["x", "y", "z"].map(|c| format!("{name}_{k}_{c}_m"))).collect()
+            }
             Self::Reaction { name, .. } => ["x", "y", "z"].map(|c| format!("{name}_reaction_{c}_N")).into(),
             Self::Energy => names(&["elastic_J", "kinetic_J", "dissipated_J", "work_J"]),
             Self::Stretch => names(&["stretch_median", "stretch_p95", "stretch_max", "min_j"]),

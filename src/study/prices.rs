@@ -3,12 +3,12 @@
 //! Pure: stored cases in, [`Analysis`] out. A rung has the effects of the rungs below and its own:
 //!
 //! ```text
-//! price of a rung     T/n            T seconds of the run, n its steps
+//! price of a rung     T/n            T CPU seconds of the run, n its steps
 //! added               T/n of the rung less that of the rung below: with all that follows (iterations, factorisations)
-//! evaluation          time in the evaluations of one effect, over n: what the effect takes by itself
+//! evaluation          t T/(W n)      t wall seconds in the evaluations of one effect, W those of the run
 //! ```
 //!
-//! T is wall time where the cases ran one after the other, else CPU time.
+//! The factor T/W takes out, on average, what other programs on the machine took.
 
 use super::convergence::peak;
 use super::record::{CaseRecord, Role, StoredCase, StudyRecord};
@@ -20,8 +20,6 @@ use serde::Serialize;
 pub struct Analysis {
     pub tolerance: f64,
     pub ladders: Vec<Ladder>,
-    /// T is wall time; else CPU time
-    pub wall: bool,
     /// (id, what is wrong)
     pub incomplete: Vec<(String, String)>,
     pub warnings: Vec<String>,
@@ -52,7 +50,7 @@ pub struct Rung {
     pub step_s: f64,
     /// T/n less that of the rung below [s]
     pub added_s: Option<f64>,
-    /// Per effect and constraint: name and time in its evaluations over n [s]
+    /// Per effect and constraint: name and time in its evaluations, of a step [s]
     pub evaluation_s: Vec<(String, f64)>,
     /// Of a step [s]: factorisations, solutions with the factor
     pub factorisation_s: f64,
@@ -62,7 +60,7 @@ pub struct Rung {
 }
 
 impl Rung {
-    /// Time over n in the evaluations of what this rung adds [s].
+    /// Time in the evaluations of what this rung adds, of a step [s].
     pub fn new_evaluation_s(&self) -> f64 {
         self.evaluation_s.iter().filter(|(name, _)| self.new.contains(name)).map(|e| e.1).sum()
     }
@@ -70,16 +68,14 @@ impl Rung {
 
 /// Analyses what is there; a rung without a converged case is left out, and named.
 pub fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis {
-    let wall = !stored.iter().any(|c| c.record.shared);
     let ids = || study.families.iter().filter(|f| f.role == Role::Ladder).flat_map(|f| &f.cases);
     let ladders: Vec<Ladder> = (study.variants.iter())
         .map(|variant| {
             let cases = ids().filter_map(|id| stored.iter().find(|c| c.record.id == *id));
             let own: Vec<&StoredCase> =
                 cases.filter(|c| c.record.variant == *variant && c.record.converged() && c.record.steps > 0).collect();
-            let rungs: Vec<Rung> = (0..own.len())
-                .map(|k| rung(study, own[k], k.checked_sub(1).map(|below| own[below]), wall))
-                .collect();
+            let rungs: Vec<Rung> =
+                (0..own.len()).map(|k| rung(study, own[k], k.checked_sub(1).map(|below| own[below]))).collect();
             let variant_label = study.label(variant);
             let sentence = sentence_of(&variant_label, &rungs);
             Ladder { variant: variant.clone(), variant_label, rungs, sentence }
@@ -87,19 +83,17 @@ pub fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis {
         .collect();
     let incomplete = study.incomplete(stored);
     let mut warnings: Vec<String> = incomplete.iter().map(|(id, what)| format!("{id}: {what}.")).collect();
-    if !wall {
-        let words = "Cases ran side by side: a step is priced in CPU seconds, evaluations in wall seconds; `--jobs 1` gives \
-                     prices that nothing disturbs.";
-        warnings.push(words.into());
+    if stored.iter().any(|c| c.record.shared) {
+        warnings.push("Cases ran side by side: `--jobs 1` gives quieter prices.".into());
     }
     let verdict = verdict_of(&ladders, incomplete.len());
-    Analysis { tolerance: study.tolerance, ladders, wall, incomplete, warnings, verdict }
+    Analysis { tolerance: study.tolerance, ladders, incomplete, warnings, verdict }
 }
 
-fn rung(study: &StudyRecord, case: &StoredCase, below: Option<&StoredCase>, wall: bool) -> Rung {
+fn rung(study: &StudyRecord, case: &StoredCase, below: Option<&StoredCase>) -> Rung {
     let r = &case.record;
-    let n = r.steps as f64;
-    let step_s = |r: &CaseRecord| if wall { r.wall_s } else { r.cpu_s } / r.steps as f64;
+    let step_s = |r: &CaseRecord| r.cpu_s / r.steps as f64;
+    let part_s = |s: f64| s * step_s(r) / r.wall_s;
     // Two cables are two entries: names may repeat
     let mut old: Vec<&str> = below.iter().flat_map(|c| &c.record.effects).map(|e| e.name.as_str()).collect();
     let mut new = vec![];
@@ -125,9 +119,9 @@ fn rung(study: &StudyRecord, case: &StoredCase, below: Option<&StoredCase>, wall
         newton_iterations: r.newton_iterations,
         step_s: step_s(r),
         added_s: below.map(|c| step_s(r) - step_s(&c.record)),
-        evaluation_s: r.effects.iter().map(|e| (e.name.clone(), e.wall_s / n)).collect(),
-        factorisation_s: r.phases.factorisation_s / n,
-        solve_s: r.phases.solve_s / n,
+        evaluation_s: r.effects.iter().map(|e| (e.name.clone(), part_s(e.wall_s))).collect(),
+        factorisation_s: part_s(r.phases.factorisation_s),
+        solve_s: part_s(r.phases.solve_s),
         quantities,
     }
 }

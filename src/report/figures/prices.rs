@@ -11,7 +11,7 @@ const ROW: f64 = 7.0;
 const TOP: f64 = 6.0;
 
 /// (a) a step by its parts, (b) the evaluations of the effects alone. `None` without two rungs.
-pub fn draw(l: &Ladder, wall: bool) -> Option<Figure> {
+pub fn draw(l: &Ladder) -> Option<Figure> {
     if l.rungs.len() < 2 {
         return None;
     }
@@ -72,9 +72,8 @@ pub fn draw(l: &Ladder, wall: bool) -> Option<Figure> {
     });
     let (first, last) = (&l.rungs[0], &l.rungs[l.rungs.len() - 1]);
     let caption = format!(
-        "What a step costs with effects added one by one, {}, {} time: {} with {} alone, {} with all. A row has no part of an effect that is not declared in it.",
+        "What a step costs with effects added one by one, {}, in CPU time: {} with {} alone, {} with all. A row has no part of an effect that is not declared in it.",
         l.variant_label,
-        if wall { "wall" } else { "CPU" },
         milliseconds(first.step_s),
         first.member.replace('_', " "),
         milliseconds(last.step_s)

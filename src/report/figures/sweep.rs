@@ -17,7 +17,7 @@ const GAP: f64 = 18.0;
 const TOP: f64 = 6.0;
 const TALL: f64 = 46.0;
 /// Room of a legend at the right of a panel [mm]
-const LEGEND: f64 = 26.0;
+const LEGEND: f64 = 32.0;
 /// Width of a panel [mm]
 const EACH: f64 = 52.0;
 
@@ -32,8 +32,13 @@ fn words(axis: &AxisRecord) -> String {
         let named: Vec<String> = (1..).zip(&axis.values).map(|(k, v)| format!("{k} {v}")).collect();
         return format!("{} ({})", axis.label, named.join(", "));
     }
-    let unit = if axis.unit.is_empty() { String::new() } else { format!(" [{}]", axis.unit) };
+    let unit = if axis.unit.is_empty() { String::new() } else { format!(" [{}]", raised(&axis.unit)) };
     format!("{} {}{unit}", axis.label, italic(&axis.symbol))
+}
+
+/// `g/cm^3` → `g/cm³`
+fn raised(value: &str) -> String {
+    value.replace("^2", "²").replace("^3", "³")
 }
 
 /// Logarithmic where the values span a factor of eight.
@@ -76,9 +81,8 @@ pub fn against(a: &Analysis, q: &QuantityAnalysis) -> Option<Figure> {
 fn panel(area: &Area, a: &Analysis, q: &QuantityAnalysis, k: usize, [left, right]: [f64; 2]) {
     let axis = &a.axes[k];
     let other = (!a.list && a.axes.len() > 1).then(|| (k + 1) % a.axes.len());
-    let middle = |p: &Point| {
-        (0..p.at.len()).all(|i| i == k || Some(i) == other || p.at[i] == a.axes[i].values.len() / 2)
-    };
+    let middle =
+        |p: &Point| (0..p.at.len()).all(|i| i == k || Some(i) == other || p.at[i] == a.axes[i].values.len() / 2);
     let lines: Vec<Vec<&Point>> = (q.lines(k, a.list).into_iter()).filter(|l| a.list || middle(l[0])).collect();
     let y = Axis::linear(lines.iter().flatten().map(|p| p.peak), &axis_label(&q.quantity, ""));
     let frame = [mm(left), mm(TOP), mm(right), mm(TOP + TALL)];
@@ -93,7 +97,8 @@ fn panel(area: &Area, a: &Analysis, q: &QuantityAnalysis, k: usize, [left, right
         plot.path(&x, &y).into_iter().for_each(|at| mark(area, shape, at, 22, color));
         if let Some(other) = other {
             let value = &a.axes[other].values[points[0].at[other]];
-            entries.push((Sample::Mark(shape, color), format!("{} = {value}", italic(&a.axes[other].symbol))));
+            entries
+                .push((Sample::Mark(shape, color), format!("{} = {}", italic(&a.axes[other].symbol), raised(value))));
         }
     }
     plot.axes(true);
@@ -139,10 +144,10 @@ fn squares(area: &Area, q: &QuantityAnalysis, (first, second): (&AxisRecord, &Ax
         text(area, &number, (mm(x + 0.5 * w), mm(y + 0.5 * h)), At::Middle, SMALL, ink);
     }
     for (k, value) in first.values.iter().enumerate() {
-        text(area, value, (mm(left + w * (k as f64 + 0.5)), mm(bottom + 1.5)), At::Below, SMALL, INK);
+        text(area, &raised(value), (mm(left + w * (k as f64 + 0.5)), mm(bottom + 1.5)), At::Below, SMALL, INK);
     }
     for (k, value) in second.values.iter().enumerate() {
-        text(area, value, (mm(left - 1.5), mm(bottom - h * (k as f64 + 0.5))), At::Right, SMALL, INK);
+        text(area, &raised(value), (mm(left - 1.5), mm(bottom - h * (k as f64 + 0.5))), At::Right, SMALL, INK);
     }
     let name = |axis: &AxisRecord| format!("{} {}", axis.label, italic(&axis.symbol));
     text(area, &name(first), (mm(0.5 * (left + right)), mm(bottom + 6.0)), At::Below, LABEL, INK);
@@ -180,7 +185,8 @@ pub fn over_time(store: &Store, a: &Analysis, variant: &str) -> Option<Figure> {
             plot.axes(true);
             plot.title(['a', 'b'][k], &capital(&q.quantity.label));
         }
-        let entry = |(k, v): (usize, &String)| (Sample::Line(color(k)), format!("{} = {v}", italic(&first.symbol)));
+        let entry =
+            |(k, v): (usize, &String)| (Sample::Line(color(k)), format!("{} = {}", italic(&first.symbol), raised(v)));
         let entries: Vec<_> = first.values.iter().enumerate().map(entry).collect();
         legend(area, (mm(width - LEGEND), mm(TOP + 2.0)), &entries);
     });
