@@ -20,6 +20,7 @@ pub fn content(store: &Store) -> Content {
         answer: ("The price list", list(&a)),
         tables: vec![evaluations(&a), answers(store, &a)],
         folded: vec![("Every case", table::cases(store)), ("Time per effect", table::effects(store))],
+        files: vec![],
         figures: a.ladders.iter().filter_map(|l| prices::draw(l)).collect(),
     }
 }

@@ -24,6 +24,7 @@ pub fn content(store: &Store) -> Content {
         answer: ("What depends on what", dependence(&a)),
         tables: vec![points(store, &a)],
         folded: vec![("Every case", table::cases(store)), ("Time per effect", table::effects(store))],
+        files: vec![],
         figures: against.chain(maps).chain(variants().filter_map(|v| sweep::over_time(store, &a, v))).collect(),
     }
 }

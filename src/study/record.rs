@@ -319,6 +319,8 @@ pub enum Role {
     Grid,
     /// Effects added one by one
     Ladder,
+    /// A dimension that is not known exactly, over its range
+    Nuisance,
 }
 
 impl Role {
@@ -335,6 +337,7 @@ impl Role {
             Self::Finer => "finer",
             Self::Grid => "grid",
             Self::Ladder => "ladder",
+            Self::Nuisance => "nuisance",
         }
     }
 }

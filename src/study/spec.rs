@@ -1,12 +1,15 @@
 //! A study as it stands in a TOML file, and the cases that follow from it.
 
 use super::axis::{self, AxisSpec, Combine};
+use super::inverse::{CalibrationSpec, Plan};
 use super::record::{FamilyRecord, Quantity, Role, StudyRecord};
+use crate::calibrate::inverse::{InverseError, MeasuredSpec};
 use crate::math::units::{self, Dimension};
 use crate::scene::{SceneError, SceneSpec, from_text, hint, read_scene, read_table};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// `studies/<name>/study.toml`
 #[derive(Clone, Debug, Deserialize)]
@@ -32,6 +35,8 @@ pub struct StudySpec {
     /// `sweep`: how several axes go together
     #[serde(default)]
     pub combine: Combine,
+    /// `calibration`: what is to be found
+    pub calibration: Option<CalibrationSpec>,
 }
 
 /// The analyses; one of a kind, one line.
@@ -42,6 +47,7 @@ pub enum Kind {
     Materials,
     Sweep,
     Prices,
+    Calibration,
 }
 
 impl Kind {
@@ -52,6 +58,7 @@ impl Kind {
             Self::Materials => "materials",
             Self::Sweep => "sweep",
             Self::Prices => "prices",
+            Self::Calibration => "calibration",
         }
     }
 
@@ -64,6 +71,7 @@ impl Kind {
             Self::Materials => &[Role::Laws, Role::Finer],
             Self::Sweep => &[Role::Grid],
             Self::Prices => &[Role::Ladder],
+            Self::Calibration => &[Role::Sizes, Role::Nuisance],
         }
     }
 }
@@ -80,6 +88,8 @@ pub struct VariantSpec {
     pub set: toml::Table,
     #[serde(rename = "quantity")]
     pub quantities: Vec<Quantity>,
+    /// `calibration`: the curve that the scene is to reproduce
+    pub measured: Option<MeasuredSpec>,
 }
 
 /// Cases that differ in one thing only.
@@ -108,6 +118,8 @@ pub struct Case {
     pub spec: SceneSpec,
     /// The scene with all its changes
     pub text: String,
+    /// Constants to be found; without them the scene is run as it is
+    pub plan: Option<Arc<Plan>>,
 }
 
 /// A study and its cases.
@@ -171,6 +183,8 @@ impl Study {
             place: "scene".into(),
             source: e.into(),
         })?;
+        let plans =
+            plans(base, &spec).map_err(|(place, e)| SceneError::Part { file: file.into(), place, source: e.into() })?;
         let mut cases: Vec<Case> = Vec::new();
         let mut families = Vec::new();
         for family in &spec.families {
@@ -206,7 +220,9 @@ impl Study {
                     })?;
                     formulation = scene.formulation();
                     // The same scene in two families is run once.
-                    if let Some(same) = cases.iter().find(|c| c.text == text) {
+                    if let Some(same) =
+                        cases.iter().find(|c| c.text == text && (plans.is_empty() || c.variant == variant.name))
+                    {
                         ids.push(same.id.clone());
                         continue;
                     }
@@ -218,7 +234,8 @@ impl Study {
                     ids.push(id.clone());
                     let (family, variant) = (family.name.clone(), variant.name.clone());
                     let (member, scene_file) = (label.clone(), scene_file.clone());
-                    cases.push(Case { id, family, variant, member, scene_file, spec: scene, text });
+                    let plan = plans.get(&variant).cloned();
+                    cases.push(Case { id, family, variant, member, scene_file, spec: scene, text, plan });
                 }
             }
             families.push(FamilyRecord { name: family.name.clone(), role: family.role, formulation, cases: ids });
@@ -250,6 +267,17 @@ impl Study {
     }
 }
 
+/// What is to be found in each variant; place and error of the first mistake.
+fn plans(base: &Path, spec: &StudySpec) -> Result<BTreeMap<String, Arc<Plan>>, (String, InverseError)> {
+    let Some(calibration) = &spec.calibration else { return Ok(BTreeMap::new()) };
+    let one = |v: &VariantSpec| {
+        let measured = v.measured.as_ref().expect("checked with the roles");
+        let plan = Plan::new(base, calibration, measured).map_err(|e| (format!("variant {}", v.name), e))?;
+        Ok((v.name.clone(), Arc::new(plan)))
+    };
+    spec.variants.iter().map(one).collect()
+}
+
 /// Roles and reference that the kind knows: place, fact and remedy of the first mistake.
 fn check_roles(spec: &StudySpec) -> Result<(), (String, String, String)> {
     let kind = spec.kind.name();
@@ -259,8 +287,32 @@ fn check_roles(spec: &StudySpec) -> Result<(), (String, String, String)> {
         let words = known.iter().map(|r| r.words().replace(' ', "_")).collect::<Vec<_>>().join(", ");
         return Err((format!("family {}", family.name), fact, format!("the roles are {words}")));
     }
+    let calibrates = spec.kind == Kind::Calibration;
+    match (&spec.calibration, spec.variants.iter().find(|v| v.measured.is_some() != calibrates)) {
+        (None, _) if calibrates => {
+            let remedy = "add [calibration] with `unknown` and `weighting`";
+            return Err(("calibration".into(), "it is missing".into(), remedy.into()));
+        }
+        (Some(c), _) if calibrates && c.unknown.is_empty() => {
+            let remedy = "name constants of the scene, such as \"laws.rubber.mu\"";
+            return Err(("calibration.unknown".into(), "nothing is to be found".into(), remedy.into()));
+        }
+        (Some(_), _) if !calibrates => {
+            let fact = format!("a study of kind \"{kind}\" finds no constants");
+            return Err(("calibration".into(), fact, "remove it, or take kind = \"calibration\"".into()));
+        }
+        (_, Some(v)) if calibrates => {
+            let remedy = "add measured = { file = …, x = { column, unit, is }, y = { column, unit, is } }";
+            return Err((format!("variant {}", v.name), "it has no measured curve".into(), remedy.into()));
+        }
+        (_, Some(v)) => {
+            let fact = format!("a study of kind \"{kind}\" has no use for `measured`");
+            return Err((format!("variant {}", v.name), fact, "remove it".into()));
+        }
+        _ => {}
+    }
     match (&spec.reference, spec.kind) {
-        (None, Kind::Convergence | Kind::Sweep) => Ok(()),
+        (None, Kind::Convergence | Kind::Calibration | Kind::Sweep) => Ok(()),
         (None, Kind::Prices) => {
             let on = |f: &FamilySpec, v: &VariantSpec| f.variants.as_ref().is_none_or(|own| own.contains(&v.name));
             let twice = spec.variants.iter().find(|v| spec.families.iter().filter(|f| on(f, v)).count() > 1);
@@ -269,8 +321,9 @@ fn check_roles(spec: &StudySpec) -> Result<(), (String, String, String)> {
                 Err((format!("variant {}", v.name), "two families are run in it".into(), remedy.into()))
             })
         }
-        (Some(_), Kind::Convergence) => {
-            Err(("reference".into(), "a convergence study finds its reference itself".into(), "remove the key".into()))
+        (Some(_), Kind::Convergence | Kind::Calibration) => {
+            let fact = format!("a study of kind \"{kind}\" finds its reference itself");
+            Err(("reference".into(), fact, "remove the key".into()))
         }
         (Some(_), Kind::Sweep | Kind::Prices) => {
             Err(("reference".into(), format!("a study of kind \"{kind}\" has none"), "remove the key".into()))

@@ -29,6 +29,7 @@ pub fn content(store: &Store) -> Content {
             ("Curves, case by case", tables::curves(&analysis)),
         ],
         figures: figures::convergence(store, &analysis),
+        files: vec![],
     }
 }
 
