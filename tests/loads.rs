@@ -4,12 +4,12 @@ mod common;
 
 use common::{Random, distorted_cube, scene};
 use durometer::material::Want;
-use durometer::math::tensor::Vec3;
+use durometer::math::tensor::{Mat3, Vec3};
 use durometer::mesh::Order;
 use durometer::mesh::embed::embed;
 use durometer::scene::Scene;
 use durometer::solve::Status;
-use durometer::system::{At, Rates};
+use durometer::system::{At, Local, Rates};
 
 const AT: [f64; 3] = [0.62, 0.45, 0.38];
 
@@ -67,20 +67,11 @@ fn power_at_the_point_is_power_at_the_nodes() {
         for radius in ["point", "0.25 m"] {
             let scene = loaded(order, radius, "");
             let mesh = &scene.body.mesh;
-            let n = 3 * mesh.points.len();
-            let (mut random, zero) = (Random(11), vec![0.0; 3 * mesh.points.len()]);
-            let effect = &scene.system.effects[1];
-            assert_eq!(effect.name(), "point_force");
-            let rates = Rates::default();
-            let at = At { t: 0.7, dt: 1.0, x: &zero, v: &zero, a: &zero, old: &zero, history: &[], rates };
-            let mut r = vec![0.0; n];
-            for b in 0..effect.blocks().len() {
-                let mut out = durometer::system::Local::new(3);
-                effect.eval(&at, b, Want::Residual, &mut out).expect("a load is defined everywhere");
-                effect.blocks().dofs(b).zip(&out.r).for_each(|(dof, f)| r[dof as usize] += f);
-            }
+            let (n, mut random) = (3 * mesh.points.len(), Random(11));
+            assert_eq!(scene.system.effects[1].name(), "point_force");
+            let r = residual(&scene, 1, 0.7);
             let force = Vec3::new(2.0, -1.0, 2.0) / 3.0 * 210.0;
-            let (slope, shift) = (common_matrix(&mut random), Vec3::new(0.3, -0.2, 0.9));
+            let (slope, shift) = (matrix(&mut random), Vec3::new(0.3, -0.2, 0.9));
             let v: Vec<f64> = match radius {
                 "point" => random.vector(n, 1.0),
                 _ => mesh.points.iter().flat_map(|p| (slope * p + shift).data.0[0]).collect(),
@@ -101,8 +92,23 @@ fn power_at_the_point_is_power_at_the_nodes() {
     }
 }
 
-fn common_matrix(random: &mut Random) -> durometer::math::tensor::Mat3 {
-    durometer::math::tensor::Mat3::from_fn(|_, _| random.around(1.0))
+fn matrix(random: &mut Random) -> Mat3 {
+    Mat3::from_fn(|_, _| random.around(1.0))
+}
+
+/// Nodal forces of an effect at rest and time t.
+fn residual(scene: &Scene, effect: usize, t: f64) -> Vec<f64> {
+    let effect = &scene.system.effects[effect];
+    let zero = vec![0.0; 3 * scene.body.mesh.points.len()];
+    let rates = Rates::default();
+    let at = At { t, dt: 1.0, x: &zero, v: &zero, a: &zero, old: &zero, history: &[], rates };
+    let mut r = zero.clone();
+    for b in 0..effect.blocks().len() {
+        let mut out = Local::new(3);
+        effect.eval(&at, b, Want::Residual, &mut out).expect("a load is defined everywhere");
+        effect.blocks().dofs(b).zip(&out.r).for_each(|(dof, f)| r[dof as usize] += f);
+    }
+    r
 }
 
 /// The held face carries the whole force; the marker on the loaded point moves with it, and the work of the force,
@@ -122,6 +128,43 @@ fn the_force_is_carried_and_does_its_work() {
         let work = 0.5 * force.dot(&u);
         assert!(work > 0.0 && (work - column(&run, "elastic_J")).abs() <= 1e-6 * work, "{order:?}: {work}");
         assert!(scene.no_limit.is_some(), "a force on a point has no limit");
+    }
+}
+
+/// A skin of two triangles, 0.3 m by 0.4 m, half a millimetre outside of the tip: its vertices move as the affine motion says to
+/// 1e-13, and the power of a traction on it, p·A times the mean velocity of its vertices (thirds of two equal triangles),
+/// is that of the nodal forces.
+#[test]
+fn a_skin_follows_and_returns_its_traction() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = folder.path().join("patch.obj");
+    let obj = "v 1000.5 200 300\nv 1000.5 500 300\nv 1000.5 500 700\nv 1000.5 200 700\nf 1 2 3 4\n";
+    std::fs::write(&file, obj).expect("a temporary file");
+    let extra = format!(
+        "[[skin]]\nname = \"patch\"\nfile = {:?}\nunit = \"mm\"\nreach = \"1 mm\"\n[[effect]]\nkind = \"traction\"\nskin = \"patch\"\ndirection = [0, 0, -1]\ntraction = \"500 Pa\"\n",
+        file.display().to_string()
+    );
+    for order in common::ORDERS {
+        let scene = loaded(order, "0.25 m", &extra);
+        let mesh = &scene.body.mesh;
+        let n = 3 * mesh.points.len();
+        let mut random = Random(23);
+        let (slope, shift) = (matrix(&mut random), Vec3::new(0.1, 0.2, -0.3));
+        let x: Vec<f64> = mesh.points.iter().flat_map(|p| (slope * p + shift).data.0[0]).collect();
+        let u = scene.skins[0].displacement(&x);
+        for (p, u) in scene.skins[0].surface.points.iter().zip(u.chunks(3)) {
+            assert!((slope * p + shift - Vec3::from_column_slice(u)).norm() < 1e-13, "{order:?} at {p}");
+        }
+        // Any motion, not only an affine one
+        let v = random.vector(n, 1.0);
+        let moved = scene.skins[0].displacement(&v);
+        let mean = |k: usize| Vec3::from_column_slice(&moved[3 * k..3 * k + 3]);
+        let triangles = [(mean(0) + mean(1) + mean(2)) / 3.0, (mean(0) + mean(2) + mean(3)) / 3.0];
+        let want = Vec3::new(0.0, 0.0, -500.0).dot(&(triangles[0] + triangles[1])) * 0.06;
+        let r = residual(&scene, 2, 1.0);
+        let power: f64 = -r.iter().zip(&v).map(|(r, v)| r * v).sum::<f64>();
+        let size: f64 = r.iter().zip(&v).map(|(r, v)| (r * v).abs()).sum();
+        assert!((power - want).abs() <= 1e-13 * size, "{order:?}: {power}, {want}");
     }
 }
 

@@ -21,27 +21,26 @@ pub struct DeadLoad {
 }
 
 impl DeadLoad {
-    /// A force [N] on the weighted mean of nodes.
-    pub fn force(name: String, weights: &[(u32, f64)], direction: Vec3, intensity: Signal) -> Self {
+    /// (node, w_i): of an embedded point or patch, or areas.
+    pub fn new(name: String, weights: &[(u32, f64)], direction: Vec3, intensity: Signal) -> Self {
         let (nodes, weights): (Vec<u32>, Vec<f64>) = weights.iter().copied().unzip();
         Self { name, direction, intensity, blocks: Blocks::new(nodes.chunks(1)), weights }
     }
+}
 
-    /// A traction [Pa] on facets; the degree-4 rule is exact on straight facets and has the error of their area on curved ones.
-    pub fn traction(name: String, mesh: &TetMesh, facets: &[u32], direction: Vec3, intensity: Signal) -> Self {
-        let rule = quadrature::tri(4);
-        let mut nodal = vec![0.0; mesh.points.len()];
-        for &f in facets {
-            for (&xi, w) in rule.points.iter().zip(&rule.weights) {
-                let area = w * mesh.facet_normal(f as usize, xi).norm();
-                for (&node, n) in mesh.facet(f as usize).iter().zip(element::facet_shape(mesh.order, xi)) {
-                    nodal[node as usize] += area * n;
-                }
+/// (node, ∫ N_i dA [m²]) over facets; the degree-4 rule is exact on straight ones and has the error of their area on curved ones.
+pub fn nodal_areas(mesh: &TetMesh, facets: &[u32]) -> Vec<(u32, f64)> {
+    let rule = quadrature::tri(4);
+    let mut nodal = vec![0.0; mesh.points.len()];
+    for &f in facets {
+        for (&xi, w) in rule.points.iter().zip(&rule.weights) {
+            let area = w * mesh.facet_normal(f as usize, xi).norm();
+            for (&node, n) in mesh.facet(f as usize).iter().zip(element::facet_shape(mesh.order, xi)) {
+                nodal[node as usize] += area * n;
             }
         }
-        let weights: Vec<(u32, f64)> = (0..).zip(nodal).filter(|(_, w)| *w != 0.0).collect();
-        Self::force(name, &weights, direction, intensity)
     }
+    (0..).zip(nodal).filter(|(_, w)| *w != 0.0).collect()
 }
 
 impl Effect for DeadLoad {

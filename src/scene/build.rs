@@ -5,6 +5,7 @@ use super::comparison::limit_of_springs;
 use super::error::{SceneError, hint};
 use super::probe::Probe;
 use super::protocol::NamedSignal;
+use super::skin::NamedSkin;
 use super::spec::{ConstraintSpec, DriveSpec, EffectSpec, SceneSpec};
 use crate::effect::{Cable, CableLength, CableTension, Cavity, CellPoints, Stressed, Viscoelastic};
 use crate::material::Law;
@@ -46,6 +47,8 @@ pub struct Scene {
     pub cables: Vec<NamedCable>,
     pub cavities: Vec<NamedCavity>,
     pub probes: Vec<Probe>,
+    /// Surfaces that follow the body
+    pub skins: Vec<NamedSkin>,
     pub spans: Vec<Span>,
     /// What is prescribed over time: shortenings, tensions, displacements, accelerations
     pub signals: Vec<NamedSignal>,
@@ -94,6 +97,7 @@ impl Scene {
         builder.check_numerics(&spec.numerics)?;
         let spans = builder.spans(&spec.stages)?;
         builder.check_rates(&spec, &spans)?;
+        builder.attach_skins(&spec.skins)?;
         let mut gathered = Gathered::default();
         // What damps the stiffness of other effects is built after them, and keeps its place.
         let mut order: Vec<usize> = (0..spec.effects.len()).collect();
@@ -178,6 +182,7 @@ impl Scene {
         let causes: Vec<String> = causes.into_iter().flatten().chain(std::mem::take(&mut builder.no_limits)).collect();
         let no_limit = (!causes.is_empty()).then(|| causes.join(", and "));
         let nodes = body.mesh.points.len();
+        let skins = std::mem::take(&mut builder.skins);
         let (prescribed, signals, remarks) = builder.finish();
         let system = System::with_scalars(nodes, &hosts, effects, constraints, prescribed)
             .map_err(|e| part(file, "scene", e))?;
@@ -193,6 +198,7 @@ impl Scene {
             cables,
             cavities,
             probes,
+            skins,
             spans,
             signals,
             spec,

@@ -5,6 +5,7 @@ use super::error::{SceneError, hint};
 use super::protocol::NamedSignal;
 use super::quantity::{GuideRadius, Length};
 use super::signal::SignalSpec;
+use super::skin::NamedSkin;
 use super::spec::{ConstraintSpec, EffectSpec, FormulationSpec, LumpingSpec, PickSpec, SceneSpec, SelectorSpec};
 use crate::effect::{
     Cable, CellPoints, Elastic, Gravity, Guide, Inertia, Lumping, Mass, MassDamping, MeanDilatation, MixedElastic,
@@ -60,7 +61,7 @@ impl Gathered {
 /// Reads the parts of a scene against its mesh.
 pub(super) struct Builder<'a> {
     pub(super) file: &'a Path,
-    base: PathBuf,
+    pub(super) base: PathBuf,
     pub(super) body: Arc<Body>,
     regions: BTreeMap<String, Region>,
     laws: &'a BTreeMap<String, toml::Table>,
@@ -70,6 +71,7 @@ pub(super) struct Builder<'a> {
     pub(super) remarks: Vec<String>,
     /// Why the answer has no limit as h → 0, found while building
     pub(super) no_limits: Vec<String>,
+    pub(super) skins: Vec<NamedSkin>,
 }
 
 impl<'a> Builder<'a> {
@@ -94,8 +96,8 @@ impl<'a> Builder<'a> {
             remarks.push(format!("region {name} is picked by a selector: its extent changes with the mesh (O(h))"));
         }
         let (prescribed, signals) = (BTreeMap::new(), Vec::new());
-        let no_limits = Vec::new();
-        Ok(Self { file, base, body, regions, laws: &spec.laws, prescribed, signals, remarks, no_limits })
+        let (no_limits, skins) = (Vec::new(), Vec::new());
+        Ok(Self { file, base, body, regions, laws: &spec.laws, prescribed, signals, remarks, no_limits, skins })
     }
 
     /// Records a signal under a name.
@@ -231,8 +233,8 @@ impl<'a> Builder<'a> {
             EffectSpec::PointForce { name, point, radius, direction, force } => {
                 Box::new(self.point_force(place, name, (point, *radius), *direction, force)?)
             }
-            EffectSpec::Traction { name, region, direction, traction } => {
-                Box::new(self.traction(place, name, region, *direction, traction)?)
+            EffectSpec::Traction { name, region, skin, direction, traction } => {
+                Box::new(self.traction(place, name, (region, skin), *direction, traction)?)
             }
             EffectSpec::Gravity { region, density, direction, acceleration } => {
                 let direction = Vec3::from(*direction);

@@ -59,7 +59,10 @@ impl EffectSpec {
                 };
                 format!("at {at}, {patch}, towards {direction:?}")
             }
-            Self::Traction { region, direction, .. } => format!("region {region}, towards {direction:?}"),
+            Self::Traction { region, skin, direction, .. } => match (region, skin) {
+                (Some(region), _) => format!("region {region}, towards {direction:?}"),
+                (None, skin) => format!("skin {}, towards {direction:?}", skin.as_deref().unwrap_or_default()),
+            },
         }
     }
 }

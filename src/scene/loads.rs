@@ -5,7 +5,7 @@ use super::builder::Builder;
 use super::error::SceneError;
 use super::quantity::{GuideRadius, Length};
 use super::signal::SignalSpec;
-use crate::effect::DeadLoad;
+use crate::effect::dead_load::{DeadLoad, nodal_areas};
 use crate::math::signal::Signal;
 use crate::math::tensor::Vec3;
 use crate::math::units::Dimension;
@@ -36,26 +36,37 @@ impl Builder<'_> {
             GuideRadius::Ball(radius) => ball_weights(&body.mesh, at, radius).map_err(|e| part(self.file, place, e))?,
         };
         let (direction, signal) = self.dead(place, direction, force, Dimension::FORCE, format!("{name}_imposed_N"))?;
-        Ok(DeadLoad::force(name.into(), &weights, direction, signal))
+        Ok(DeadLoad::new(name.into(), &weights, direction, signal))
     }
 
-    /// A traction on facets.
+    /// A traction on facets of the mesh, or on a skin.
     pub(super) fn traction(
         &mut self,
         place: &str,
         name: &str,
-        region: &str,
+        on: (&Option<String>, &Option<String>),
         direction: [f64; 3],
         traction: &SignalSpec,
     ) -> Result<DeadLoad, SceneError> {
-        let facets = self.region(place, region)?.facets.clone();
-        if facets.is_empty() {
-            let fact = format!("region \"{region}\" holds no facets");
-            return Err(self.content(place, fact, "a traction acts on a part of the surface: take a facet region"));
-        }
+        let weights = match on {
+            (Some(region), None) => {
+                let facets = &self.region(place, region)?.facets;
+                if facets.is_empty() {
+                    let fact = format!("region \"{region}\" holds no facets");
+                    let remedy = "a traction acts on a part of the surface: take a facet region";
+                    return Err(self.content(place, fact, remedy));
+                }
+                nodal_areas(&self.body.mesh, facets)
+            }
+            (None, Some(skin)) => self.skin_areas(place, skin)?,
+            _ => {
+                let fact = "a traction acts on one surface";
+                return Err(self.content(place, fact, "give either `region` (facets of the mesh) or `skin`"));
+            }
+        };
         let column = format!("{name}_imposed_Pa");
         let (direction, signal) = self.dead(place, direction, traction, Dimension::PRESSURE, column)?;
-        Ok(DeadLoad::traction(name.into(), &self.body.mesh, &facets, direction, signal))
+        Ok(DeadLoad::new(name.into(), &weights, direction, signal))
     }
 
     /// Unit direction and signal of a dead load; the signal is recorded as `column`.

@@ -27,6 +27,8 @@ pub struct SceneSpec {
     pub stages: Vec<StageSpec>,
     #[serde(rename = "probe", default)]
     pub probes: Vec<ProbeSpec>,
+    #[serde(rename = "skin", default)]
+    pub skins: Vec<SkinSpec>,
     #[serde(default)]
     pub numerics: NumericsSpec,
 }
@@ -194,11 +196,12 @@ pub enum EffectSpec {
         direction: [f64; 3],
         force: SignalSpec,
     },
-    /// A load of fixed direction per reference area
+    /// A load of fixed direction per reference area; exactly one of `region` and `skin`
     Traction {
         #[serde(default = "traction")]
         name: String,
-        region: String,
+        region: Option<String>,
+        skin: Option<String>,
         direction: [f64; 3],
         traction: SignalSpec,
     },
@@ -210,6 +213,19 @@ fn point_force() -> String {
 
 fn traction() -> String {
     "traction".into()
+}
+
+/// A surface that follows the body, to be written with its fields.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SkinSpec {
+    pub name: String,
+    /// STL or OBJ
+    pub file: PathBuf,
+    /// Unit of length of the file
+    pub unit: String,
+    /// Vertices may be this far outside of the body
+    pub reach: Length,
 }
 
 /// Which modulus the constants of a law give.
