@@ -425,9 +425,12 @@ fn momentum_balances() {
                 "inertia" => (uniform * 900.0 * volume, false),
                 "mass_damping" => (uniform * 3.0 * 900.0 * volume, false),
                 "gravity" => (Vec3::new(1.0, -2.0, 3.0).normalize() * (-1000.0 * 9.0 * volume), false),
-                // Weights of a patch sum up to 1; the face has the area 1.
+                // Weights of a patch sum up to 1, those of a surface to its area.
                 "point_force" => (Vec3::new(1.0, 1.0, -1.0).normalize() * -2700.0, false),
-                "traction" => (Vec3::new(0.0, 2.0, 1.0).normalize() * -2700.0, false),
+                "traction" => {
+                    let area = mesh.region_area(&mesh.regions["ymax"].facets);
+                    (Vec3::new(0.0, 2.0, 1.0).normalize() * (-2700.0 * area), false)
+                }
                 // The pull point holds the other end: T times the direction of the first segment.
                 "by_tension" => {
                     let line = scene.cables[1].cable.polyline(&x);

@@ -2,16 +2,24 @@
 
 mod common;
 
-use common::{Random, distorted_cube, scene};
+use common::{Random, scene};
 use durometer::material::Want;
 use durometer::math::tensor::{Mat3, Vec3};
-use durometer::mesh::Order;
 use durometer::mesh::embed::embed;
+use durometer::mesh::structured::block;
+use durometer::mesh::{Order, TetMesh};
 use durometer::scene::Scene;
 use durometer::solve::Status;
 use durometer::system::{At, Local, Rates};
 
 const AT: [f64; 3] = [0.62, 0.45, 0.38];
+
+/// A unit cube with flat sides and inner nodes moved.
+fn cube(order: Order) -> TetMesh {
+    let mut mesh = block(2, 2, 2, 1.0, 1.0, 1.0, order);
+    mesh.distort(5, 0.1);
+    mesh
+}
 
 fn loaded(order: Order, radius: &str, extra: &str) -> Scene {
     let text = format!(
@@ -50,7 +58,7 @@ region = "xmin"
 "#,
         AT[0], AT[1], AT[2], AT[0], AT[1], AT[2]
     );
-    scene(distorted_cube(2, order, 0.1, 5), &text)
+    scene(cube(order), &text)
 }
 
 fn column(run: &durometer::scene::Run, name: &str) -> f64 {
@@ -177,7 +185,7 @@ fn a_traction_stretches_a_bar() {
         let off = |text: &str| text.replace("to = \"300 N\"", "to = \"0 N\"");
         let scene = loaded(order, "0.25 m", traction);
         let text = off(&scene.text);
-        let scene = common::scene(distorted_cube(2, order, 0.1, 5), &text);
+        let scene = common::scene(cube(order), &text);
         let run = scene.run(&mut |_| true, &mut |_| {});
         assert_eq!(run.status, Status::Converged);
         for (k, x) in [(1, AT), (2, [0.1, 0.2, 0.3])] {

@@ -42,7 +42,7 @@ fn instructions(changes: &[&str]) -> Option<BTreeMap<String, u64>> {
     let mut command = Command::new("valgrind");
     command.args(["--tool=callgrind", &format!("--callgrind-out-file={}", out.display())]);
     command.args([env!("CARGO_BIN_EXE_durometer"), "simulate", "tests/cli/scene.toml", "--out"]).arg(folder.path());
-    changes.iter().for_each(|c| drop(command.args(["--set", c])));
+    command.args(changes.iter().flat_map(|c| ["--set", c]));
     let output = command.current_dir(root()).output().expect("valgrind starts");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     Some(by_file(&std::fs::read_to_string(out).expect("valgrind has written its counts")))

@@ -348,21 +348,6 @@ impl From<LumpingSpec> for Lumping {
     }
 }
 
-impl ConstraintSpec {
-    /// Every kind.
-    pub const KINDS: [&str; 4] = ["fixed", "prescribed", "cable", "cavity"];
-
-    /// Name as in files.
-    pub fn kind(&self) -> &'static str {
-        match self {
-            Self::Fixed { .. } => "fixed",
-            Self::Prescribed { .. } => "prescribed",
-            Self::Cable { .. } => "cable",
-            Self::Cavity { .. } => "cavity",
-        }
-    }
-}
-
 impl SelectorSpec {
     pub(super) fn selector(&self) -> Selector {
         let vector = |p: &[Length; 3]| Vec3::new(p[0].0, p[1].0, p[2].0);

@@ -1,11 +1,43 @@
-//! What a declared effect is in words: where it acts, with which law, in which form.
+//! What can be declared, and what a declared effect is in words: where it acts, with which law, in which form.
 
 use super::quantity::GuideRadius;
-use super::spec::{EffectSpec, FormulationSpec, LumpingSpec, ModuliSpec, StiffnessSpec};
+use super::spec::{ConstraintSpec, EffectSpec, FormulationSpec, LumpingSpec, ModuliSpec, SceneSpec, StiffnessSpec};
 use crate::mesh::validate::point;
 use nalgebra::Vector3;
 
 impl EffectSpec {
+    /// Every kind.
+    pub const KINDS: [&str; 11] = [
+        "elastic",
+        "inertia",
+        "gravity",
+        "mass_damping",
+        "viscous_damping",
+        "viscoelastic",
+        "stiffness_damping",
+        "edge_springs",
+        "edge_dampers",
+        "point_force",
+        "traction",
+    ];
+
+    /// Name as in files.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Elastic { .. } => "elastic",
+            Self::Inertia { .. } => "inertia",
+            Self::Gravity { .. } => "gravity",
+            Self::MassDamping { .. } => "mass_damping",
+            Self::ViscousDamping { .. } => "viscous_damping",
+            Self::Viscoelastic { .. } => "viscoelastic",
+            Self::StiffnessDamping { .. } => "stiffness_damping",
+            Self::EdgeSprings { .. } => "edge_springs",
+            Self::EdgeDampers { .. } => "edge_dampers",
+            Self::PointForce { .. } => "point_force",
+            Self::Traction { .. } => "traction",
+        }
+    }
+
     /// `region body, law rubber, formulation mixed`
     pub fn words(&self) -> String {
         let mass = |mass: &LumpingSpec| match mass {
@@ -64,5 +96,41 @@ impl EffectSpec {
                 (None, skin) => format!("skin {}, towards {direction:?}", skin.as_deref().unwrap_or_default()),
             },
         }
+    }
+}
+
+impl ConstraintSpec {
+    /// Every kind.
+    pub const KINDS: [&str; 4] = ["fixed", "prescribed", "cable", "cavity"];
+
+    /// Name as in files.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Fixed { .. } => "fixed",
+            Self::Prescribed { .. } => "prescribed",
+            Self::Cable { .. } => "cable",
+            Self::Cavity { .. } => "cavity",
+        }
+    }
+}
+
+impl SceneSpec {
+    /// Element and formulation in one word: `tet4`, `tet10`, `tet4_up`, `tet10_up`, `tet10_p0`; `mass_spring` where springs
+    /// are all that is elastic.
+    pub fn formulation(&self) -> String {
+        let of = |e: &EffectSpec| match e {
+            EffectSpec::Elastic { formulation, .. } => Some(*formulation),
+            _ => None,
+        };
+        let elastic = self.effects.iter().find_map(of);
+        if elastic.is_none() && self.effects.iter().any(|e| matches!(e, EffectSpec::EdgeSprings { .. })) {
+            return "mass_spring".into();
+        }
+        let suffix = match elastic {
+            Some(FormulationSpec::Mixed) => "_up",
+            Some(FormulationSpec::MeanDilatation) => "_p0",
+            _ => "",
+        };
+        format!("{}{suffix}", self.mesh.element.name())
     }
 }

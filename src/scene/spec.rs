@@ -269,27 +269,6 @@ pub enum FormulationSpec {
     MeanDilatation,
 }
 
-impl SceneSpec {
-    /// Element and formulation in one word: `tet4`, `tet10`, `tet4_up`, `tet10_up`, `tet10_p0`; `mass_spring` where springs
-    /// are all that is elastic.
-    pub fn formulation(&self) -> String {
-        let of = |e: &EffectSpec| match e {
-            EffectSpec::Elastic { formulation, .. } => Some(*formulation),
-            _ => None,
-        };
-        let elastic = self.effects.iter().find_map(of);
-        if elastic.is_none() && self.effects.iter().any(|e| matches!(e, EffectSpec::EdgeSprings { .. })) {
-            return "mass_spring".into();
-        }
-        let suffix = match elastic {
-            Some(FormulationSpec::Mixed) => "_up",
-            Some(FormulationSpec::MeanDilatation) => "_p0",
-            _ => "",
-        };
-        format!("{}{suffix}", self.mesh.element.name())
-    }
-}
-
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum LumpingSpec {
@@ -417,18 +396,4 @@ pub struct NumericsSpec {
     pub reuse_factor: bool,
     pub extrapolate: bool,
     pub cuts: u32,
-}
-
-impl Default for NumericsSpec {
-    fn default() -> Self {
-        let (newton, step) = (crate::solve::NewtonSettings::default(), crate::solve::StepSettings::default());
-        Self {
-            tolerance: newton.tolerance,
-            max_iterations: newton.max_iterations,
-            line_search: newton.line_search,
-            reuse_factor: newton.reuse_factor,
-            extrapolate: step.extrapolate,
-            cuts: step.cuts,
-        }
-    }
 }

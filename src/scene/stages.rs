@@ -137,39 +137,21 @@ impl Builder<'_> {
     }
 }
 
-impl EffectSpec {
-    /// Every kind.
-    pub const KINDS: [&str; 11] = [
-        "elastic",
-        "inertia",
-        "gravity",
-        "mass_damping",
-        "viscous_damping",
-        "viscoelastic",
-        "stiffness_damping",
-        "edge_springs",
-        "edge_dampers",
-        "point_force",
-        "traction",
-    ];
-
-    /// Name as in files.
-    pub fn kind(&self) -> &'static str {
-        match self {
-            Self::Elastic { .. } => "elastic",
-            Self::Inertia { .. } => "inertia",
-            Self::Gravity { .. } => "gravity",
-            Self::MassDamping { .. } => "mass_damping",
-            Self::ViscousDamping { .. } => "viscous_damping",
-            Self::Viscoelastic { .. } => "viscoelastic",
-            Self::StiffnessDamping { .. } => "stiffness_damping",
-            Self::EdgeSprings { .. } => "edge_springs",
-            Self::EdgeDampers { .. } => "edge_dampers",
-            Self::PointForce { .. } => "point_force",
-            Self::Traction { .. } => "traction",
+impl Default for NumericsSpec {
+    fn default() -> Self {
+        let (newton, step) = (crate::solve::NewtonSettings::default(), crate::solve::StepSettings::default());
+        Self {
+            tolerance: newton.tolerance,
+            max_iterations: newton.max_iterations,
+            line_search: newton.line_search,
+            reuse_factor: newton.reuse_factor,
+            extrapolate: step.extrapolate,
+            cuts: step.cuts,
         }
     }
+}
 
+impl EffectSpec {
     pub(super) fn needs_rates(&self) -> bool {
         match self {
             Self::Inertia { .. }
