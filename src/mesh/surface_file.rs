@@ -69,7 +69,7 @@ fn stl(data: &[u8]) -> Result<Surface, String> {
                 .collect::<Result<_, _>>()?
         }
     };
-    if corners.len() % 3 != 0 {
+    if !corners.len().is_multiple_of(3) {
         return Err(format!("{} corners are no whole number of triangles", corners.len()));
     }
     let (mut known, mut out) = (HashMap::new(), Surface::default());

@@ -21,7 +21,7 @@ pub fn content(store: &Store) -> Content {
         tables: vec![evaluations(&a), answers(store, &a)],
         folded: vec![("Every case", table::cases(store)), ("Time per effect", table::effects(store))],
         files: vec![],
-        figures: a.ladders.iter().filter_map(|l| prices::draw(l)).collect(),
+        figures: a.ladders.iter().filter_map(prices::draw).collect(),
     }
 }
 
