@@ -1,7 +1,9 @@
 //! Studies: cases, their stored results, and the analysis over them.
 
 pub mod axis;
+pub mod band;
 pub mod calibration;
+mod check;
 pub mod convergence;
 pub mod curve;
 pub mod fields;

@@ -321,6 +321,8 @@ pub enum Role {
     Ladder,
     /// A dimension that is not known exactly, over its range
     Nuisance,
+    /// Where a law is used with the constants that were found, from coarse to fine
+    Use,
 }
 
 impl Role {
@@ -338,6 +340,7 @@ impl Role {
             Self::Grid => "grid",
             Self::Ladder => "ladder",
             Self::Nuisance => "nuisance",
+            Self::Use => "use",
         }
     }
 }

@@ -1,7 +1,8 @@
 //! A study as it stands in a TOML file, and the cases that follow from it.
 
 use super::axis::{self, AxisSpec, Combine};
-use super::inverse::{CalibrationSpec, Plan};
+use super::check::{check_axes, check_names, check_roles};
+use super::inverse::{After, CalibrationSpec, Plan, UseSpec};
 use super::record::{FamilyRecord, Quantity, Role, StudyRecord};
 use crate::calibrate::inverse::{InverseError, MeasuredSpec};
 use crate::math::units::{self, Dimension};
@@ -37,6 +38,9 @@ pub struct StudySpec {
     pub combine: Combine,
     /// `calibration`: what is to be found
     pub calibration: Option<CalibrationSpec>,
+    /// `calibration`: where the law is used afterwards
+    #[serde(rename = "use")]
+    pub usage: Option<UseSpec>,
 }
 
 /// The analyses; one of a kind, one line.
@@ -63,7 +67,7 @@ impl Kind {
     }
 
     /// What a family can be there for.
-    fn roles(self) -> &'static [Role] {
+    pub(super) fn roles(self) -> &'static [Role] {
         match self {
             Self::Convergence => {
                 &[Role::Sizes, Role::Nested, Role::Remeshed, Role::Seeds, Role::Element, Role::TimeStep]
@@ -120,6 +124,8 @@ pub struct Case {
     pub text: String,
     /// Constants to be found; without them the scene is run as it is
     pub plan: Option<Arc<Plan>>,
+    /// Waits for the constants of a calibration
+    pub after: Option<After>,
 }
 
 /// A study and its cases.
@@ -184,7 +190,7 @@ impl Study {
             source: e.into(),
         })?;
         let plans =
-            plans(base, &spec).map_err(|(place, e)| SceneError::Part { file: file.into(), place, source: e.into() })?;
+            plans(base, &spec).map_err(|(place, e)| SceneError::Part { file: file.into(), place, source: e })?;
         let mut cases: Vec<Case> = Vec::new();
         let mut families = Vec::new();
         for family in &spec.families {
@@ -235,18 +241,25 @@ impl Study {
                     let (family, variant) = (family.name.clone(), variant.name.clone());
                     let (member, scene_file) = (label.clone(), scene_file.clone());
                     let plan = plans.get(&variant).cloned();
-                    cases.push(Case { id, family, variant, member, scene_file, spec: scene, text, plan });
+                    cases.push(Case { id, family, variant, member, scene_file, spec: scene, text, plan, after: None });
                 }
             }
             families.push(FamilyRecord { name: family.name.clone(), role: family.role, formulation, cases: ids });
+        }
+        let mut quantities: BTreeMap<String, Vec<Quantity>> =
+            spec.variants.iter().map(|v| (v.name.clone(), v.quantities.clone())).collect();
+        if let Some(usage) = &spec.usage {
+            let more = uses(file, base, usage, &known, changes)?;
+            let (ids, formulation) = (more.iter().map(|c| c.id.clone()).collect(), more[0].spec.formulation());
+            families.push(FamilyRecord { name: "use".into(), role: Role::Use, formulation, cases: ids });
+            quantities.extend(more.iter().map(|c| (c.variant.clone(), vec![usage.quantity.clone()])));
+            cases.extend(more);
         }
         if cases.is_empty() {
             let fact = "it has no case".to_string();
             let remedy = "a study needs a [[variant]] and a [[family]] with at least one member";
             return Err(content("study".into(), fact, remedy));
         }
-        let quantities: BTreeMap<String, Vec<Quantity>> =
-            spec.variants.iter().map(|v| (v.name.clone(), v.quantities.clone())).collect();
         let named = |v: &VariantSpec| Some((v.name.clone(), v.label.clone()?));
         let record = StudyRecord {
             study: name.clone(),
@@ -267,115 +280,55 @@ impl Study {
     }
 }
 
+/// Cases of `[use]`, one per variant and member.
+fn uses(
+    file: &Path,
+    base: &Path,
+    usage: &UseSpec,
+    variants: &[String],
+    changes: &[(String, toml::Value)],
+) -> Result<Vec<Case>, SceneError> {
+    let content = |fact: String, remedy: &str| SceneError::Content {
+        file: file.into(),
+        place: "use".into(),
+        fact,
+        remedy: remedy.into(),
+    };
+    let scene_file = base.join(&usage.scene);
+    let members: Vec<String> = usage.members.keys().cloned().collect();
+    check_names(&members).map_err(|(_, fact, remedy)| content(fact, remedy))?;
+    let mut cases = vec![];
+    for variant in variants {
+        for (label, member) in &usage.members {
+            let Some(member) = member.as_table() else {
+                return Err(content(format!("member {label} is not a table"), "write { \"mesh.cells\" = 4500 }"));
+            };
+            let own = [&usage.set, member].into_iter().flatten().map(|(k, v)| (k.clone(), v.clone()));
+            let all: Vec<_> = own.chain(changes.iter().cloned()).collect();
+            let (spec, text) = read_scene(&scene_file, &all)?;
+            if !spec.laws.contains_key(&usage.law) {
+                let known: Vec<&String> = spec.laws.keys().collect();
+                return Err(content(format!("its scene has no law \"{}\"", usage.law), &hint(&usage.law, &known)));
+            }
+            let after = Some(After { variant: variant.clone(), law: usage.law.clone() });
+            let (id, family, variant) = (format!("use-{variant}-{label}"), "use".into(), format!("use-{variant}"));
+            let (member, scene_file) = (label.clone(), scene_file.clone());
+            cases.push(Case { id, family, variant, member, scene_file, spec, text, plan: None, after });
+        }
+    }
+    match cases.is_empty() {
+        true => Err(content("it has no member".into(), "add [use.members] with one mesh at least, two for its share")),
+        false => Ok(cases),
+    }
+}
+
 /// What is to be found in each variant; place and error of the first mistake.
-fn plans(base: &Path, spec: &StudySpec) -> Result<BTreeMap<String, Arc<Plan>>, (String, InverseError)> {
+fn plans(base: &Path, spec: &StudySpec) -> Result<BTreeMap<String, Arc<Plan>>, (String, Box<InverseError>)> {
     let Some(calibration) = &spec.calibration else { return Ok(BTreeMap::new()) };
     let one = |v: &VariantSpec| {
         let measured = v.measured.as_ref().expect("checked with the roles");
-        let plan = Plan::new(base, calibration, measured).map_err(|e| (format!("variant {}", v.name), e))?;
+        let plan = Plan::new(base, calibration, measured).map_err(|e| (format!("variant {}", v.name), e.into()))?;
         Ok((v.name.clone(), Arc::new(plan)))
     };
     spec.variants.iter().map(one).collect()
-}
-
-/// Roles and reference that the kind knows: place, fact and remedy of the first mistake.
-fn check_roles(spec: &StudySpec) -> Result<(), (String, String, String)> {
-    let kind = spec.kind.name();
-    let known = spec.kind.roles();
-    if let Some(family) = spec.families.iter().find(|f| !known.contains(&f.role)) {
-        let fact = format!("a study of kind \"{kind}\" has no role \"{}\"", family.role.words());
-        let words = known.iter().map(|r| r.words().replace(' ', "_")).collect::<Vec<_>>().join(", ");
-        return Err((format!("family {}", family.name), fact, format!("the roles are {words}")));
-    }
-    let calibrates = spec.kind == Kind::Calibration;
-    match (&spec.calibration, spec.variants.iter().find(|v| v.measured.is_some() != calibrates)) {
-        (None, _) if calibrates => {
-            let remedy = "add [calibration] with `unknown` and `weighting`";
-            return Err(("calibration".into(), "it is missing".into(), remedy.into()));
-        }
-        (Some(c), _) if calibrates && c.unknown.is_empty() => {
-            let remedy = "name constants of the scene, such as \"laws.rubber.mu\"";
-            return Err(("calibration.unknown".into(), "nothing is to be found".into(), remedy.into()));
-        }
-        (Some(_), _) if !calibrates => {
-            let fact = format!("a study of kind \"{kind}\" finds no constants");
-            return Err(("calibration".into(), fact, "remove it, or take kind = \"calibration\"".into()));
-        }
-        (_, Some(v)) if calibrates => {
-            let remedy = "add measured = { file = …, x = { column, unit, is }, y = { column, unit, is } }";
-            return Err((format!("variant {}", v.name), "it has no measured curve".into(), remedy.into()));
-        }
-        (_, Some(v)) => {
-            let fact = format!("a study of kind \"{kind}\" has no use for `measured`");
-            return Err((format!("variant {}", v.name), fact, "remove it".into()));
-        }
-        _ => {}
-    }
-    match (&spec.reference, spec.kind) {
-        (None, Kind::Convergence | Kind::Calibration | Kind::Sweep) => Ok(()),
-        (None, Kind::Prices) => {
-            let on = |f: &FamilySpec, v: &VariantSpec| f.variants.as_ref().is_none_or(|own| own.contains(&v.name));
-            let twice = spec.variants.iter().find(|v| spec.families.iter().filter(|f| on(f, v)).count() > 1);
-            twice.map_or(Ok(()), |v| {
-                let remedy = "a variant has one ladder: give each family its `variants`";
-                Err((format!("variant {}", v.name), "two families are run in it".into(), remedy.into()))
-            })
-        }
-        (Some(_), Kind::Convergence | Kind::Calibration) => {
-            let fact = format!("a study of kind \"{kind}\" finds its reference itself");
-            Err(("reference".into(), fact, "remove the key".into()))
-        }
-        (Some(_), Kind::Sweep | Kind::Prices) => {
-            Err(("reference".into(), format!("a study of kind \"{kind}\" has none"), "remove the key".into()))
-        }
-        (reference, Kind::Materials) => {
-            let laws: Vec<&FamilySpec> = spec.families.iter().filter(|f| f.role == Role::Laws).collect();
-            let [laws] = laws[..] else {
-                let fact = format!("{} families have the role \"laws\"", laws.len());
-                return Err(("family".into(), fact, "give it to one; a finer mesh has the role \"finer\"".into()));
-            };
-            let members: Vec<String> = laws.members.keys().cloned().collect();
-            match reference {
-                Some(r) if members.contains(r) => Ok(()),
-                Some(r) => Err(("reference".into(), format!("no law is called \"{r}\""), hint(r, &members))),
-                None => {
-                    let remedy = format!("name the law that the others are compared with: {}", members.join(", "));
-                    Err(("reference".into(), "it is missing".into(), remedy))
-                }
-            }
-        }
-    }
-}
-
-/// Axes belong to a sweep, and families to every other kind.
-fn check_axes(spec: &StudySpec) -> Result<(), (String, String, String)> {
-    let kind = spec.kind.name();
-    let names: Vec<String> = spec.axes.iter().map(|a| a.name.clone()).collect();
-    check_names(&names).map_err(|(k, fact, remedy)| (format!("axis {}", k + 1), fact, remedy.to_string()))?;
-    match (spec.kind, spec.axes.is_empty(), spec.families.is_empty()) {
-        (Kind::Sweep, true, _) => {
-            let remedy = "add an [[axis]] with name, keys, label, symbol, unit and values";
-            Err(("study".into(), "the sweep has no axis".into(), remedy.into()))
-        }
-        (Kind::Sweep, _, false) => {
-            Err(("family".into(), "a sweep makes its cases from its axes".into(), "remove the [[family]]".into()))
-        }
-        (Kind::Sweep, ..) | (_, true, _) => Ok(()),
-        _ => Err(("axis".into(), format!("a study of kind \"{kind}\" has none"), "take kind = \"sweep\"".into())),
-    }
-}
-
-/// Names become parts of file names and are told apart: index, fact and remedy of the first that cannot be used.
-fn check_names(names: &[String]) -> Result<(), (usize, String, &'static str)> {
-    for (k, name) in names.iter().enumerate() {
-        if names[..k].contains(name) {
-            return Err((k, format!("another one is called \"{name}\" too"), "give it a name of its own"));
-        }
-        let fits = |c: char| c.is_alphanumeric() || "._-".contains(c);
-        if name.is_empty() || name.starts_with('.') || !name.chars().all(fits) {
-            let fact = format!("\"{name}\" cannot be part of a file name");
-            return Err((k, fact, "use letters, digits, \"-\", \"_\" and \".\""));
-        }
-    }
-    Ok(())
 }
