@@ -142,7 +142,7 @@ fn judge(setting: &Setting, samples: &[Sample], mut found: LawFit) -> Result<Law
         .flat_map(|(s, w)| model.sensitivities(&found.values, s.mode, s.stretch).into_iter().map(move |v| w * v))
         .collect();
     let jacobian = DMatrix::from_row_slice(samples.len(), found.values.len(), &sensitivities);
-    found.identified = identify::identify(model.parameters(), &found.values, &jacobian, &residual, size);
+    found.identified = identify::identify(model.parameters(), &found.values, &jacobian, &residual, size, 0.0);
     if residual.norm() > ROUNDING * size {
         let second = DVector::from_iterator(samples.len(), zip().map(|((s, w), p)| w * p / s.stretch));
         found.departure_p = departure(&jacobian, &second, &residual);

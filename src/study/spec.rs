@@ -4,7 +4,7 @@ use super::axis::{self, AxisSpec, Combine};
 use super::check::{check_axes, check_names, check_roles};
 use super::inverse::{After, CalibrationSpec, Plan, UseSpec};
 use super::record::{FamilyRecord, Quantity, Role, StudyRecord};
-use crate::calibrate::inverse::{InverseError, MeasuredSpec};
+use crate::calibrate::inverse::MeasuredSpec;
 use crate::math::units::{self, Dimension};
 use crate::scene::{SceneError, SceneSpec, from_text, hint, read_scene, read_table};
 use serde::Deserialize;
@@ -189,8 +189,7 @@ impl Study {
             place: "scene".into(),
             source: e.into(),
         })?;
-        let plans =
-            plans(base, &spec).map_err(|(place, e)| SceneError::Part { file: file.into(), place, source: e })?;
+        let plans = plans(file, base, &spec)?;
         let mut cases: Vec<Case> = Vec::new();
         let mut families = Vec::new();
         for family in &spec.families {
@@ -322,12 +321,16 @@ fn uses(
     }
 }
 
-/// What is to be found in each variant; place and error of the first mistake.
-fn plans(base: &Path, spec: &StudySpec) -> Result<BTreeMap<String, Arc<Plan>>, (String, Box<InverseError>)> {
+/// What is to be found in each variant.
+fn plans(file: &Path, base: &Path, spec: &StudySpec) -> Result<BTreeMap<String, Arc<Plan>>, SceneError> {
     let Some(calibration) = &spec.calibration else { return Ok(BTreeMap::new()) };
     let one = |v: &VariantSpec| {
         let measured = v.measured.as_ref().expect("checked with the roles");
-        let plan = Plan::new(base, calibration, measured).map_err(|e| (format!("variant {}", v.name), e.into()))?;
+        let plan = Plan::new(base, calibration, measured).map_err(|e| SceneError::Part {
+            file: file.into(),
+            place: format!("variant {}", v.name),
+            source: e.into(),
+        })?;
         Ok((v.name.clone(), Arc::new(plan)))
     };
     spec.variants.iter().map(one).collect()

@@ -28,6 +28,9 @@ use nalgebra::{DMatrix, DVector};
 use search::{Weights, search};
 use std::time::Instant;
 
+/// What a forward solve may leave of a change that is none: Newton's method stops at 1e-8 [–]
+const ROUNDING: f64 = 1e-7;
+
 /// What is asked for beside scene and curve.
 #[derive(Clone, Debug)]
 pub struct Settings {
@@ -65,7 +68,7 @@ pub fn calibrate(
     let residual = DVector::from_fn(n, |i, _| weights.w[i] * (measured.y[i] - answer.y[i]));
     let jacobian = DMatrix::from_fn(n, values.len(), |i, k| weights.w[i] * answer.slopes[(i, k)]);
     let parameters: Vec<_> = model.unknown.iter().map(|u| u.parameter).collect();
-    let identified = identify::identify(&parameters, &values, &jacobian, &residual, weights.size);
+    let identified = identify::identify(&parameters, &values, &jacobian, &residual, weights.size, ROUNDING);
     let (block, drawn) = interval::drawn_again(&measured.x, &values, &jacobian, &residual);
     let finite = |x: f64| x.is_finite().then_some(x);
     let constants = (identified.estimates.iter().zip(&model.unknown).zip(&start).enumerate())
@@ -91,7 +94,7 @@ pub fn calibrate(
         x: model.x.clone(),
         y: model.y.clone(),
         constants,
-        covariance: interval::covariance(&jacobian, &residual),
+        covariance: identified.directions.is_empty().then(|| interval::covariance(&jacobian, &residual)).flatten(),
         unidentified: words(&identified.directions),
         block,
         predicted: answer.y,
@@ -124,7 +127,9 @@ fn keep(measured: &mut Measured, reached: &[bool], name: &str) {
     measured.y.retain(|_| *kept.next().expect("one flag a row"));
     let mut kept = reached.iter();
     measured.lines.retain(|_| *kept.next().expect("one flag a row"));
-    measured.notes.push(format!("of {} rows {lost} beyond what the protocol reaches in {name} left out", reached.len()));
+    measured
+        .notes
+        .push(format!("of {} rows {lost} beyond what the protocol reaches in {name} left out", reached.len()));
 }
 
 /// w and ‖wy‖.
