@@ -118,6 +118,7 @@ fn the_guide_names_every_key_of_a_scene_and_a_study() {
         "StageSpec",
         "IntegratorSpec",
         "ProbeSpec",
+        "SkinSpec",
         "NumericsSpec",
     ];
     let scene = keys_of(&text("src/scene/spec.rs"), &types);
@@ -131,6 +132,9 @@ fn the_guide_names_every_key_of_a_scene_and_a_study() {
     let study = keys_of(&text("src/study/spec.rs"), &["StudySpec", "Kind", "VariantSpec", "FamilySpec"]);
     assert!(study.contains("expectation") && study.contains("members"), "{study:?}");
     assert_eq!(missing(study), Vec::<String>::new(), "not in docs/guide.md");
+    let axes = keys_of(&text("src/study/axis.rs"), &["AxisSpec", "Combine"]);
+    assert!(axes.contains("values") && axes.contains("list"), "{axes:?}");
+    assert_eq!(missing(axes), Vec::<String>::new(), "not in docs/guide.md");
     let roles = keys_of(&text("src/study/record.rs"), &["Role", "Quantity"]);
     assert!(roles.contains("time_step") && roles.contains("symbol"), "{roles:?}");
     assert_eq!(missing(roles), Vec::<String>::new(), "not in docs/guide.md");

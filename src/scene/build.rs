@@ -5,6 +5,7 @@ use super::comparison::limit_of_springs;
 use super::error::{SceneError, hint};
 use super::probe::Probe;
 use super::protocol::NamedSignal;
+use super::skin::NamedSkin;
 use super::spec::{ConstraintSpec, DriveSpec, EffectSpec, SceneSpec};
 use crate::effect::{Cable, CableLength, CableTension, Cavity, CellPoints, Stressed, Viscoelastic};
 use crate::material::Law;
@@ -46,6 +47,8 @@ pub struct Scene {
     pub cables: Vec<NamedCable>,
     pub cavities: Vec<NamedCavity>,
     pub probes: Vec<Probe>,
+    /// Surfaces that follow the body
+    pub skins: Vec<NamedSkin>,
     pub spans: Vec<Span>,
     /// What is prescribed over time: shortenings, tensions, displacements, accelerations
     pub signals: Vec<NamedSignal>,
@@ -94,6 +97,7 @@ impl Scene {
         builder.check_numerics(&spec.numerics)?;
         let spans = builder.spans(&spec.stages)?;
         builder.check_rates(&spec, &spans)?;
+        builder.attach_skins(&spec.skins)?;
         let mut gathered = Gathered::default();
         // What damps the stiffness of other effects is built after them, and keeps its place.
         let mut order: Vec<usize> = (0..spec.effects.len()).collect();
@@ -167,15 +171,18 @@ impl Scene {
         builder.remark_stability(&spec, &laws);
         let law = laws.into_iter().next();
         let probe = |(k, probe)| {
-            Probe::new(probe, &body.mesh, &|name| builder.region(&format!("probe {}", k + 1), name).cloned())
+            let place = format!("probe {}", k + 1);
+            let refuse = |e| part(file, &place, e);
+            Probe::new(probe, &body.mesh, &|name| builder.region(&place, name).cloned(), &refuse)
         };
         let probes = spec.probes.iter().enumerate().map(probe).collect::<Result<_, _>>()?;
         builder.remark_static(&spec, &spans);
         builder.remark_viscoelastic(&spec, &spans);
         let causes = [builder.remark_patches(&spec), limit_of_springs(&spec)];
-        let causes: Vec<String> = causes.into_iter().flatten().collect();
+        let causes: Vec<String> = causes.into_iter().flatten().chain(std::mem::take(&mut builder.no_limits)).collect();
         let no_limit = (!causes.is_empty()).then(|| causes.join(", and "));
         let nodes = body.mesh.points.len();
+        let skins = std::mem::take(&mut builder.skins);
         let (prescribed, signals, remarks) = builder.finish();
         let system = System::with_scalars(nodes, &hosts, effects, constraints, prescribed)
             .map_err(|e| part(file, "scene", e))?;
@@ -191,6 +198,7 @@ impl Scene {
             cables,
             cavities,
             probes,
+            skins,
             spans,
             signals,
             spec,

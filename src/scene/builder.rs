@@ -5,6 +5,7 @@ use super::error::{SceneError, hint};
 use super::protocol::NamedSignal;
 use super::quantity::{GuideRadius, Length};
 use super::signal::SignalSpec;
+use super::skin::NamedSkin;
 use super::spec::{ConstraintSpec, EffectSpec, FormulationSpec, LumpingSpec, PickSpec, SceneSpec, SelectorSpec};
 use crate::effect::{
     Cable, CellPoints, Elastic, Gravity, Guide, Inertia, Lumping, Mass, MassDamping, MeanDilatation, MixedElastic,
@@ -60,7 +61,7 @@ impl Gathered {
 /// Reads the parts of a scene against its mesh.
 pub(super) struct Builder<'a> {
     pub(super) file: &'a Path,
-    base: PathBuf,
+    pub(super) base: PathBuf,
     pub(super) body: Arc<Body>,
     regions: BTreeMap<String, Region>,
     laws: &'a BTreeMap<String, toml::Table>,
@@ -68,6 +69,9 @@ pub(super) struct Builder<'a> {
     prescribed: BTreeMap<u32, (Signal, String)>,
     signals: Vec<NamedSignal>,
     pub(super) remarks: Vec<String>,
+    /// Why the answer has no limit as h → 0, found while building
+    pub(super) no_limits: Vec<String>,
+    pub(super) skins: Vec<NamedSkin>,
 }
 
 impl<'a> Builder<'a> {
@@ -92,15 +96,21 @@ impl<'a> Builder<'a> {
             remarks.push(format!("region {name} is picked by a selector: its extent changes with the mesh (O(h))"));
         }
         let (prescribed, signals) = (BTreeMap::new(), Vec::new());
-        Ok(Self { file, base, body, regions, laws: &spec.laws, prescribed, signals, remarks })
+        let (no_limits, skins) = (Vec::new(), Vec::new());
+        Ok(Self { file, base, body, regions, laws: &spec.laws, prescribed, signals, remarks, no_limits, skins })
     }
 
     /// Records a signal under a name.
     pub(super) fn keep(&mut self, name: String, signal: Signal) {
         // The same motion of one region by two entries is one signal.
-        if !self.signals.iter().any(|s| s.name == name) {
+        if !self.records(&name) {
             self.signals.push(NamedSignal { name, signal });
         }
+    }
+
+    /// Is a signal of this name recorded?
+    pub(super) fn records(&self, name: &str) -> bool {
+        self.signals.iter().any(|s| s.name == name)
     }
 
     /// What was gathered: prescribed dofs, signals, remarks.
@@ -220,6 +230,12 @@ impl<'a> Builder<'a> {
                 self.edge_springs(place, region, *stiffness, *modulus, gathered)?
             }
             EffectSpec::EdgeDampers { region, damping } => self.edge_dampers(place, region, damping.0)?,
+            EffectSpec::PointForce { name, point, radius, direction, force } => {
+                Box::new(self.point_force(place, name, (point, *radius), *direction, force)?)
+            }
+            EffectSpec::Traction { name, region, skin, direction, traction } => {
+                Box::new(self.traction(place, name, (region, skin), *direction, traction)?)
+            }
             EffectSpec::Gravity { region, density, direction, acceleration } => {
                 let direction = Vec3::from(*direction);
                 if direction.norm() == 0.0 || !direction.norm().is_finite() {
@@ -328,18 +344,6 @@ impl From<LumpingSpec> for Lumping {
             LumpingSpec::Consistent => Self::Consistent,
             LumpingSpec::Lumped => Self::Lumped,
             LumpingSpec::Uniform => Self::Uniform,
-        }
-    }
-}
-
-impl ConstraintSpec {
-    /// Name as in files.
-    pub fn kind(&self) -> &'static str {
-        match self {
-            Self::Fixed { .. } => "fixed",
-            Self::Prescribed { .. } => "prescribed",
-            Self::Cable { .. } => "cable",
-            Self::Cavity { .. } => "cavity",
         }
     }
 }

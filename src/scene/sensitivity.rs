@@ -198,6 +198,7 @@ fn through(probe: &Probe, mesh: &TetMesh, x: &[f64], dx: &[f64], reaction: &[f64
             Some(vec![turned(rest, area_vector(mesh, facets, x), area_turned(mesh, facets, x, dx)), chord])
         }
         Probe::Position { mean, .. } => Some(mean.moved(dx).as_slice().to_vec()),
+        Probe::Markers { points, .. } => Some(points.iter().flat_map(|p| p.moved(dx).data.0[0]).collect()),
         Probe::Reaction { nodes, .. } => {
             let sum = |i: usize| nodes.iter().map(|&k| reaction[3 * k as usize + i]).sum();
             Some((0..3).map(sum).collect())

@@ -137,22 +137,21 @@ impl Builder<'_> {
     }
 }
 
-impl EffectSpec {
-    /// Name as in files.
-    pub fn kind(&self) -> &'static str {
-        match self {
-            Self::Elastic { .. } => "elastic",
-            Self::Inertia { .. } => "inertia",
-            Self::Gravity { .. } => "gravity",
-            Self::MassDamping { .. } => "mass_damping",
-            Self::ViscousDamping { .. } => "viscous_damping",
-            Self::Viscoelastic { .. } => "viscoelastic",
-            Self::StiffnessDamping { .. } => "stiffness_damping",
-            Self::EdgeSprings { .. } => "edge_springs",
-            Self::EdgeDampers { .. } => "edge_dampers",
+impl Default for NumericsSpec {
+    fn default() -> Self {
+        let (newton, step) = (crate::solve::NewtonSettings::default(), crate::solve::StepSettings::default());
+        Self {
+            tolerance: newton.tolerance,
+            max_iterations: newton.max_iterations,
+            line_search: newton.line_search,
+            reuse_factor: newton.reuse_factor,
+            extrapolate: step.extrapolate,
+            cuts: step.cuts,
         }
     }
+}
 
+impl EffectSpec {
     pub(super) fn needs_rates(&self) -> bool {
         match self {
             Self::Inertia { .. }
@@ -160,7 +159,12 @@ impl EffectSpec {
             | Self::ViscousDamping { .. }
             | Self::StiffnessDamping { .. }
             | Self::EdgeDampers { .. } => true,
-            Self::Elastic { .. } | Self::Gravity { .. } | Self::Viscoelastic { .. } | Self::EdgeSprings { .. } => false,
+            Self::Elastic { .. }
+            | Self::Gravity { .. }
+            | Self::Viscoelastic { .. }
+            | Self::EdgeSprings { .. }
+            | Self::PointForce { .. }
+            | Self::Traction { .. } => false,
         }
     }
 }

@@ -152,6 +152,8 @@ pub fn study() -> (StudyRecord, Vec<StoredCase>) {
         labels: BTreeMap::new(),
         families: families.into(),
         reference: None,
+        axes: vec![],
+        points: BTreeMap::new(),
         version: "0.1.0".into(),
     };
     (study, cases)
