@@ -6,9 +6,9 @@
 //!
 //! Limits: static stages without history; not the columns of the probes `energy` and `stretch`.
 
-use super::build::{Drive, Scene};
+use super::build::Scene;
 use super::error::hint;
-use super::probe::{Probe, area_vector, cable_columns, cavity_columns};
+use super::probe::{Probe, area_vector, cavity_columns};
 use super::spec::EffectSpec;
 use crate::material::{self, LawSpecError};
 use crate::math::tensor::Vec3;
@@ -57,6 +57,8 @@ pub enum SensitivityError {
     NotStatic { stage: usize, integrator: &'static str },
     #[error("the effect {effect} remembers its past, which the derivatives do not follow; remove it")]
     History { effect: String },
+    #[error("the {cable} has friction: its tensions depend on the path of loading, which the derivatives do not follow; remove its `friction`")]
+    Friction { cable: String },
 }
 
 /// What differentiates the states of a scene.
@@ -76,6 +78,9 @@ impl<'a> Sensitivity<'a> {
         if let Some(effect) = scene.system.effects.iter().find(|e| e.history() > 0) {
             return Err(SensitivityError::History { effect: effect.name().into() });
         }
+        if let Some(cable) = scene.cables.iter().find(|c| c.friction) {
+            return Err(SensitivityError::Friction { cable: cable.name.clone() });
+        }
         let by = constants.iter().map(|c| derivatives(scene, c)).collect::<Result<_, _>>()?;
         Ok(Self { scene, by, solver: Differentiator::new(&scene.system) })
     }
@@ -83,7 +88,7 @@ impl<'a> Sensitivity<'a> {
     /// Recorded columns that have a derivative, in their order.
     pub fn columns(&self) -> Vec<String> {
         let probes = self.scene.probes.iter().filter(|p| !matches!(p, Probe::Energy | Probe::Stretch));
-        let cables = self.scene.cables.iter().flat_map(cable_columns);
+        let cables = self.scene.cables.iter().flat_map(|c| c.columns());
         let cavities = self.scene.cavities.iter().flat_map(cavity_columns);
         probes.flat_map(Probe::columns).chain(cables).chain(cavities).collect()
     }
@@ -125,21 +130,11 @@ fn derivatives(scene: &Scene, constant: &Constant) -> Result<Vec<Box<dyn Effect>
 fn changes(scene: &Scene, state: &State, change: &Change) -> Vec<f64> {
     let probes = scene.probes.iter().filter_map(|probe| through(probe, &scene.body.mesh, &state.x, change));
     let mut out: Vec<f64> = probes.flatten().collect();
-    for cable in &scene.cables {
-        out.extend([answer(&cable.drive, change), cable.cable.lengthening(&state.x, &change.x)]);
-    }
+    scene.cables.iter().for_each(|cable| out.extend(cable.changes(state, change)));
     for cavity in &scene.cavities {
-        out.extend([answer(&cavity.drive, change), cavity.cavity.growth(&state.x, &change.x)]);
+        out.extend([cavity.drive.answer(change), cavity.cavity.growth(&state.x, &change.x)]);
     }
     out
-}
-
-/// Change of a tension or pressure: what is prescribed does not change.
-fn answer(drive: &Drive, change: &Change) -> f64 {
-    match drive {
-        Drive::Multiplier(c) => change.lambda[*c],
-        Drive::Prescribed(_) => 0.0,
-    }
 }
 
 /// Change of what a probe records; None where it has no derivative here.

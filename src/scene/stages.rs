@@ -1,6 +1,7 @@
 //! The stages of a scene, and what may stand in which.
 
 use super::builder::Builder;
+use super::cable::CableSpec;
 use super::error::SceneError;
 use super::quantity::GuideRadius;
 use super::spec::{
@@ -76,7 +77,7 @@ impl Builder<'_> {
         let exact_row = spec.constraints.iter().any(|c| {
             matches!(
                 c,
-                ConstraintSpec::Cable { drive: DriveSpec::Length(_), .. }
+                ConstraintSpec::Cable(CableSpec { drive: DriveSpec::Length(_), .. })
                     | ConstraintSpec::Cavity { drive: CavityDriveSpec::Volume(_), .. }
             )
         });
@@ -113,10 +114,10 @@ impl Builder<'_> {
         let mut no_limit = None;
         for constraint in &spec.constraints {
             match constraint {
-                ConstraintSpec::Cable { name, guide_radius: GuideRadius::Point, .. } => {
+                ConstraintSpec::Cable(CableSpec { name, guide_radius: GuideRadius::Point, .. }) => {
                     no_limit = Some(format!("the {name} acts through points"));
                 }
-                ConstraintSpec::Cable { name, guide_radius: GuideRadius::Ball(r), .. } if *r < h => self
+                ConstraintSpec::Cable(CableSpec { name, guide_radius: GuideRadius::Ball(r), .. }) if *r < h => self
                     .remarks
                     .push(format!("{name}: the guide radius {:.3} mm is below h = {:.3} mm", r * 1e3, h * 1e3)),
                 _ => {}
