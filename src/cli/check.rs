@@ -6,6 +6,7 @@ use durometer::scene::protocol::extremes;
 use durometer::scene::{Body, Scene, SceneSpec, read_scene};
 use durometer::study::runner::check_quantities;
 use durometer::study::spec::Study;
+use durometer::system::Cone;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -116,8 +117,11 @@ fn describe(scene: &Scene) {
     for effect in &scene.system.effects {
         println!("effect       {} ({} blocks)", effect.name(), effect.blocks().len());
     }
-    for constraint in &scene.system.constraints {
-        println!("constraint   {} (exact row with multiplier)", constraint.name());
+    for rows in scene.system.constraints.chunk_by(|a, b| a.name() == b.name()) {
+        match rows.iter().filter(|row| row.cone() != Cone::Watched).count() {
+            1 => println!("constraint   {} (exact row with multiplier)", rows[0].name()),
+            n => println!("constraint   {} ({n} exact rows with multipliers)", rows[0].name()),
+        }
     }
     println!("prescribed   {} degrees of freedom", scene.system.prescribed.len());
     println!("nothing else is assembled");

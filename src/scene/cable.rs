@@ -182,7 +182,12 @@ impl Builder<'_> {
             return Err(self.content(place, "the cable has no guide", "give at least one point inside the body"));
         }
         if let Some((k, ring)) = spec.rings.iter().enumerate().find(|(_, r)| r.after >= points.len()) {
-            let fact = format!("ring {} stands after guide {}, and the cable ends at guide {}", k + 1, ring.after, points.len());
+            let fact = format!(
+                "ring {} stands after guide {}, and the cable ends at guide {}",
+                k + 1,
+                ring.after,
+                points.len()
+            );
             return Err(self.content(place, fact, "a cable ends in the body: place its rings before the last guide"));
         }
         let mut stops = Vec::new();
@@ -229,7 +234,9 @@ impl Builder<'_> {
             return Ok(());
         }
         let (mm, free) = (most * 1e3, free * 1e3);
-        let fact = format!("the cable is shortened by {mm:.4} mm at t = {t:.4} s, and only {free:.4} mm of it can get shorter");
+        let fact = format!(
+            "the cable is shortened by {mm:.4} mm at t = {t:.4} s, and only {free:.4} mm of it can get shorter"
+        );
         Err(self.content(place, fact, "pull less, or let the drive yield with max_tension"))
     }
 }

@@ -57,7 +57,9 @@ pub enum SensitivityError {
     NotStatic { stage: usize, integrator: &'static str },
     #[error("the effect {effect} remembers its past, which the derivatives do not follow; remove it")]
     History { effect: String },
-    #[error("the {cable} has friction: its tensions depend on the path of loading, which the derivatives do not follow; remove its `friction`")]
+    #[error(
+        "the {cable} has friction: its tensions depend on the path of loading, which the derivatives do not follow; remove its `friction`"
+    )]
     Friction { cable: String },
 }
 

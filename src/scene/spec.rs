@@ -1,9 +1,7 @@
 //! A scene as it stands in a TOML file. Unknown keys are refused; there is no default physics.
 
 use super::cable::CableSpec;
-use super::quantity::{
-    Angle, Damping, Density, Length, Modulus, PerSecond, SpringStiffness, Time, Viscosity,
-};
+use super::quantity::{Angle, Damping, Density, Length, Modulus, PerSecond, SpringStiffness, Time, Viscosity};
 use super::signal::SignalSpec;
 use serde::Deserialize;
 use std::collections::BTreeMap;

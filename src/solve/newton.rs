@@ -288,8 +288,7 @@ impl Newton {
         // r contains λ h with h = ∂c/∂x, so du = y − Σ z (λ' − λ); g' = g − h·du − (what the prescribed motion carries along).
         let mut lambda = vec![0.0; m];
         if m > 0 {
-            let shift: Vec<f64> =
-                (0..m).map(|c| -self.sums.carried[c] - dot(&self.sums.gradient[c], &y)).collect();
+            let shift: Vec<f64> = (0..m).map(|c| -self.sums.carried[c] - dot(&self.sums.gradient[c], &y)).collect();
             lambda = schur.multipliers(system, &self.rows(state), &shift).ok_or(Failure::Complementarity)?;
             for (z, (new, old)) in schur.z.chunks_exact(y.len()).zip(lambda.iter().zip(&state.lambda)) {
                 let change = new - old;

@@ -53,6 +53,9 @@ pub struct CaseRecord {
     pub locking: Option<LockingRecord>,
     /// Per recorded column of the CSV
     pub probes: BTreeMap<String, ProbeRecord>,
+    /// Cables that went slack, taut, or to the limit of their drive
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub events: Vec<EventRecord>,
     /// What a reader should know: regions that depend on the mesh, patches smaller than the cells, …
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub remarks: Vec<String>,
@@ -98,6 +101,14 @@ pub struct EffectRecord {
     pub name: String,
     /// Time of its evaluations [s]
     pub wall_s: f64,
+}
+
+/// A cable that became `slack`, `taut` or `yielding`, at the first accepted state after it.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct EventRecord {
+    pub t_s: f64,
+    pub cable: String,
+    pub became: String,
 }
 
 /// Where the time went [s].

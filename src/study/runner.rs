@@ -2,12 +2,14 @@
 
 use super::fields::Fields;
 use super::record::{
-    CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance, Skin,
+    CaseRecord, EffectRecord, EventRecord, LawRecord, LockingRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance,
+    Skin,
 };
 use super::spec::{Case, Study};
 use super::store::{Store, StoreError};
 use crate::effect::locking::signs;
 use crate::material::Law;
+use crate::scene::cable_record::Event;
 use crate::scene::{Body, Progress, Run, Scene, SceneError};
 use crate::solve::Status;
 use cpu_time::ThreadTime;
@@ -233,7 +235,10 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         integrator: scene.spans.last().map_or("static", |s| s.integrator.name()).into(),
         dt_s: scene.spans.iter().map(|s| s.dt).fold(0.0, f64::max),
         status: run.status.name().into(),
-        status_detail: (!converged).then(|| run.status.to_string()),
+        status_detail: (!converged).then(|| {
+            let pulling = run.pulling.iter().map(|told| format!("; {told}"));
+            std::iter::once(run.status.to_string()).chain(pulling).collect()
+        }),
         wall_s: times.0,
         cpu_s: times.1,
         shared: false,
@@ -255,6 +260,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         },
         locking: locking(scene, run),
         probes: run.columns.iter().enumerate().skip(1).map(|(k, name)| (name.clone(), probe(run, k))).collect(),
+        events: run.events.iter().map(event).collect(),
         remarks: scene.remarks.clone(),
         no_limit: scene.no_limit.clone(),
         provenance: Provenance {
@@ -269,6 +275,10 @@ fn locking(scene: &Scene, run: &Run) -> Option<LockingRecord> {
     let signs = scene.stressed.iter().filter_map(|e| signs(&**e, &run.peak.x));
     let worst = signs.max_by(|a, b| a.alarm.cmp(&b.alarm).then(a.scatter.total_cmp(&b.scatter)))?;
     Some(LockingRecord { pressure_scatter: worst.scatter, volumetric_share: worst.share, alarm: worst.alarm })
+}
+
+fn event(event: &Event) -> EventRecord {
+    EventRecord { t_s: event.t, cable: event.cable.clone(), became: event.what.name().into() }
 }
 
 fn probe(run: &Run, column: usize) -> ProbeRecord {

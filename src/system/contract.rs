@@ -1,7 +1,7 @@
 //! What an effect or a constraint is, and what it sees.
 
-use crate::material::LawError;
 use super::rows::{Cone, Piece, Rows};
+use crate::material::LawError;
 pub use crate::material::Want;
 use std::fmt;
 

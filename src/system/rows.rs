@@ -70,7 +70,12 @@ pub struct Form {
 impl Form {
     /// Σ g over `which`, compared with `scale`.
     pub fn gap(rows: &Rows, which: std::ops::Range<usize>, scale: f64) -> Self {
-        Self { value: rows.g[which.clone()].iter().sum(), scale, g: which.map(|c| (c, 1.0)).collect(), ..Self::default() }
+        Self {
+            value: rows.g[which.clone()].iter().sum(),
+            scale,
+            g: which.map(|c| (c, 1.0)).collect(),
+            ..Self::default()
+        }
     }
 
     /// λ_c − of.
