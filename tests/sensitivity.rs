@@ -8,7 +8,7 @@ mod common;
 
 use common::{column, example_table, run};
 use durometer::material::LAWS;
-use durometer::scene::{Body, Constant, Scene, Sensitivity, from_text};
+use durometer::scene::{Body, Constant, Scene, from_text};
 use durometer::solve::Status;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -88,11 +88,10 @@ fn values(scene: &Scene, columns: &[String]) -> Vec<f64> {
 /// Columns and [columns × constants] at the end.
 fn slopes(scene: &Scene, keys: &[String]) -> (Vec<String>, Vec<Vec<f64>>) {
     let constants: Vec<Constant> = keys.iter().map(|k| format!("laws.rubber.{k}").parse().expect("a name")).collect();
-    let mut sensitivity = Sensitivity::new(scene, &constants).unwrap_or_else(|e| panic!("{e}"));
-    let mut found = Vec::new();
-    let run = scene.run(&mut |_| true, &mut |state| found = sensitivity.at(state).expect("a regular tangent"));
-    assert_eq!(run.status, Status::Converged);
-    (sensitivity.columns(), found)
+    let found = scene.run_with_slopes(&constants, &mut |_| true, &mut |_| {});
+    let (run, mut slopes) = found.unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!((&run.status, &slopes.stopped, run.rows.len()), (&Status::Converged, &None, slopes.rows.len()));
+    (slopes.columns, slopes.rows.pop().expect("a row"))
 }
 
 /// Every constant of the table against differences of runs; the largest error.
@@ -160,6 +159,16 @@ fn mixed_formulation_and_imposed_tension() {
     }
 }
 
+/// The row of an elastic cable has a compliance; a drive at its limit is a tension that does not change.
+#[test]
+fn an_elastic_cable_and_one_that_yields() {
+    let body = body();
+    for extra in ["EA = \"20 N\"", "max_tension = \"0.1 N\""] {
+        let drive = format!("{LENGTH}\n{extra}");
+        println!("{extra}: {:.1e}", check("displacement", &drive, &example_table("neo_hookean"), &body));
+    }
+}
+
 /// Without gravity every force is proportional to E at fixed ν and length control imposes the motion: E dT/dE = T and the angle
 /// does not depend on E at all. Equilibrium to 1e-11 of the forces: accepted 1e-8.
 #[test]
@@ -205,12 +214,14 @@ fn the_command_writes_a_table() {
 fn what_is_not_covered_is_refused() {
     let plain = text("displacement", LENGTH, &example_table("yeoh"));
     let moving = plain.replace("\"static\"", "\"implicit_euler\"");
+    let friction = text("displacement", &format!("{LENGTH}\nfriction = 0.1"), &example_table("yeoh"));
     let spare = format!("{plain}[laws.spare]\nlaw = \"linear\"\nE = \"1 MPa\"\nnu = 0.3\n");
     for (text, slope, says) in [
         (&plain, "rubber.C10", "\"rubber.C10\" names no constant; write for example laws.rubber.mu"),
         (&plain, "laws.ruber.C10", "laws.ruber.C10: the scene has no such law; did you mean `rubber`?"),
         (&plain, "laws.rubber.mu", "laws.rubber.mu: `mu` is not given"),
         (&spare, "laws.spare.E", "no elastic effect takes this law"),
+        (&friction, "laws.rubber.C10", "the cable has friction: its tensions depend on the path of loading"),
         (&moving, "laws.rubber.C10", "stage 1 is implicit_euler: derivatives are exact in static stages only"),
     ] {
         let (code, errors, _) = simulate(text, slope);

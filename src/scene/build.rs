@@ -6,14 +6,14 @@ use super::error::{SceneError, hint};
 use super::probe::Probe;
 use super::protocol::NamedSignal;
 use super::spec::{ConstraintSpec, EffectSpec, SceneSpec};
-use crate::effect::{Cable, Cavity, CellPoints, Stressed};
+use crate::effect::{Cable, Cavity, CellPoints, Stressed, Viscoelastic};
 use crate::material::Law;
 use crate::math::signal::Signal;
 use crate::math::units::Dimension;
 use crate::mesh::TetMesh;
 use crate::mesh::generate::CablePath;
-use crate::solve::{Change, Span};
-use crate::system::{Constraint, Effect, System};
+use crate::solve::Span;
+use crate::system::{Constraint, Effect, State, System};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
@@ -41,6 +41,8 @@ pub struct Scene {
     pub elastic: Vec<Arc<CellPoints>>,
     /// The elastic effects, for their stresses
     pub stressed: Vec<Arc<dyn Stressed>>,
+    /// The viscoelastic effects, for their derivatives
+    pub relaxing: Vec<Arc<Viscoelastic>>,
     pub cables: Vec<NamedCable>,
     pub cavities: Vec<NamedCavity>,
     pub probes: Vec<Probe>,
@@ -86,7 +88,7 @@ pub enum Drive {
 
 impl Drive {
     /// Change of the tension or pressure: what is prescribed does not change.
-    pub(super) fn answer(&self, change: &Change) -> f64 {
+    pub(super) fn answer(&self, change: &State) -> f64 {
         match self {
             Self::Multiplier(c) => change.lambda[*c],
             Self::Prescribed(_) => 0.0,
@@ -155,7 +157,7 @@ impl Scene {
                 cavities.push(builder.cavity(&place, constraint, &mut effects, &mut constraints)?);
             }
         }
-        let Gathered { stored, points: elastic, stressed, hosts, laws } = gathered;
+        let Gathered { stored, points: elastic, stressed, relaxing, hosts, laws } = gathered;
         if stored.is_empty() {
             let remedy = "add an [[effect]] with kind = \"elastic\", or \"edge_springs\"";
             return Err(builder.content("effect", "no effect is elastic", remedy));
@@ -184,6 +186,7 @@ impl Scene {
             law,
             elastic,
             stressed,
+            relaxing,
             cables,
             cavities,
             probes,

@@ -191,12 +191,12 @@ impl Builder<'_> {
             return Err(self.content(place, fact, "a cable ends in the body: place its rings before the last guide"));
         }
         let mut stops = Vec::new();
-        for k in 0..points.len() {
+        for (k, &at) in points.iter().enumerate() {
             for (r, ring) in spec.rings.iter().enumerate().filter(|(_, ring)| ring.after == k) {
                 let guide = Guide { point: vector(&ring.at), weights: Vec::new() };
                 stops.push(Stop { name: format!("ring {}", r + 1), fixed: true, guide });
             }
-            let guide = self.guide(&format!("{place}: guide {}", k + 1), points[k], spec.guide_radius)?;
+            let guide = self.guide(&format!("{place}: guide {}", k + 1), at, spec.guide_radius)?;
             stops.push(Stop { name: format!("guide {}", k + 1), fixed: false, guide });
         }
         let mut before = (pull, "the pull point".to_string());

@@ -1,7 +1,6 @@
 //! What a run records of its cables: columns, going slack and taut, and what to do where a pull ends a run.
 
 use super::build::{Drive, NamedCable};
-use crate::solve::Change;
 use crate::system::State;
 
 /// A cable that went slack, taut, or to the limit of its drive.
@@ -70,7 +69,7 @@ impl NamedCable {
     }
 
     /// Change of its columns with a change of the state; none of a cable with friction.
-    pub fn changes(&self, state: &State, change: &Change) -> Vec<f64> {
+    pub fn changes(&self, state: &State, change: &State) -> Vec<f64> {
         let tension = self.drive.answer(change);
         let length = self.cable.lengthening(&state.x, &change.x);
         let rest: f64 = self.cable.lengths_at_rest().iter().sum();
@@ -109,7 +108,8 @@ impl NamedCable {
         let tension = self.tensions(state)[0];
         self.by_length.then_some(match tension {
             0.0 => Condition::Slack,
-            _ if tension >= self.most => Condition::Yielding,
+            // 1e-9: rounding of a tension at its limit.
+            _ if tension >= self.most * (1.0 - 1e-9) => Condition::Yielding,
             _ => Condition::Taut,
         })
     }

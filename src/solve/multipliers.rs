@@ -61,13 +61,14 @@ impl Schur {
             system.constraints.iter().enumerate().map(|(c, row)| pieces(row.as_ref(), c, rows)).collect();
         let change = change(&self.s, shift, &laws)?;
         let softest = largest(&self.s, laws.len());
-        let settle = |(c, row): (usize, &Box<dyn crate::system::Constraint>)| {
+        let settle = |c: usize| {
+            let row = &system.constraints[c];
             let lambda = row.cone().admit(rows.lambda[c] + change[c]);
             // A linked multiplier that moves the body by rounding only is none.
             let noise = if row.cone() == Cone::Linked { ROUNDING * row.scale() / softest } else { 0.0 };
             if lambda.abs() <= noise { 0.0 } else { lambda }
         };
-        Some(system.constraints.iter().enumerate().map(settle).collect())
+        Some((0..laws.len()).map(settle).collect())
     }
 }
 
@@ -77,10 +78,10 @@ fn largest(s: &[f64], m: usize) -> f64 {
 
 /// Largest departure of the rows from their laws, as a share of the scales.
 pub(super) fn error(system: &System, rows: &Rows) -> f64 {
-    let of_row = |(c, row): (usize, &Box<dyn crate::system::Constraint>)| {
-        pieces(row.as_ref(), c, rows).iter().map(Piece::error).fold(f64::INFINITY, f64::min)
+    let of_row = |c: usize| {
+        pieces(system.constraints[c].as_ref(), c, rows).iter().map(Piece::error).fold(f64::INFINITY, f64::min)
     };
-    system.constraints.iter().enumerate().map(of_row).fold(0.0, f64::max)
+    (0..system.constraints.len()).map(of_row).fold(0.0, f64::max)
 }
 
 /// A form after the step, as Σ a_j Δλ_j + b.

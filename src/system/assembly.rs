@@ -114,12 +114,12 @@ impl System {
             });
             SymPattern::from_pairs(dofs.free.len(), pairs.filter(|p| p.0 != Dofs::FIXED && p.1 != Dofs::FIXED))
         };
-        let of_row = |c: &Box<dyn Constraint>| match c.cone() {
+        let of_effects = effects.iter().map(|e| slots(&dofs, &pattern, e.blocks()));
+        let of_rows = constraints.iter().map(|c| match c.cone() {
             Cone::Watched => Vec::new(),
             _ => slots(&dofs, &pattern, c.blocks()),
-        };
-        let of_effects = effects.iter().map(|e| slots(&dofs, &pattern, e.blocks()));
-        let slots = of_effects.chain(constraints.iter().map(of_row)).collect();
+        });
+        let slots = of_effects.chain(of_rows).collect();
         let all = effects.iter().map(|e| e.blocks()).chain(constraints.iter().map(|c| c.blocks()));
         let largest = all.map(Blocks::largest).max().unwrap_or(0);
         let mut histories: Vec<Range<usize>> = Vec::new();
@@ -260,16 +260,17 @@ impl System {
     /// The values g of all rows at a state.
     pub fn gaps(&self, state: &State) -> Result<Vec<f64>, EvalError> {
         let mut local = Local::new(self.largest);
-        let mut gap = |(row, lambda): (&Box<dyn Constraint>, &f64)| {
+        let mut gaps = Vec::with_capacity(self.constraints.len());
+        for (row, lambda) in self.constraints.iter().zip(&state.lambda) {
             let mut g = row.target(state.t) + row.compliance() * lambda;
             for b in 0..row.blocks().len() {
                 local.reset(row.blocks().size(b), Want::Energy);
                 row.eval(&state.x, b, Want::Energy, &mut local)?;
                 g -= local.energy;
             }
-            Ok(g)
-        };
-        self.constraints.iter().zip(&state.lambda).map(&mut gap).collect()
+            gaps.push(g);
+        }
+        Ok(gaps)
     }
 }
 
