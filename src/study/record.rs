@@ -305,6 +305,8 @@ pub enum Role {
     Finer,
     /// A dimension that is not known exactly, over its range
     Nuisance,
+    /// Where a law is used with the constants that were found, from coarse to fine
+    Use,
 }
 
 impl Role {
@@ -320,6 +322,7 @@ impl Role {
             Self::Laws => "laws",
             Self::Finer => "finer",
             Self::Nuisance => "nuisance",
+            Self::Use => "use",
         }
     }
 }
