@@ -82,7 +82,8 @@ pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> R
         store.forget_stale(&case.id, &case.text)?;
     }
     let (now, later): (Vec<&Case>, Vec<&Case>) = cases.into_iter().partition(|c| c.after.is_none());
-    let mut records = side_by_side(study, now.into_iter().map(|c| (c.clone(), vec![])).collect(), &store, options, watch)?;
+    let mut records =
+        side_by_side(study, now.into_iter().map(|c| (c.clone(), vec![])).collect(), &store, options, watch)?;
     if !later.is_empty() && !options.stop.load(Ordering::Relaxed) {
         let ready = later.into_iter().filter_map(|c| ready(study, c, &records, &store)).collect();
         records.extend(side_by_side(study, ready, &store, options, watch)?);
@@ -94,9 +95,8 @@ pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> R
 /// A case that waited, with the constants of the finest converged mesh of its variant.
 fn ready(study: &Study, case: &Case, records: &[CaseRecord], store: &Store) -> Option<(Case, Vec<Constant>)> {
     let after = case.after.as_ref()?;
-    let of_sizes = |r: &&CaseRecord| {
-        study.record.families.iter().any(|f| f.role == Role::Sizes && f.cases.contains(&r.id))
-    };
+    let of_sizes =
+        |r: &&CaseRecord| study.record.families.iter().any(|f| f.role == Role::Sizes && f.cases.contains(&r.id));
     let own = records.iter().filter(|r| r.variant == after.variant && r.converged());
     let finest = own.filter(of_sizes).max_by_key(|r| r.mesh.cells)?;
     let source = study.cases.iter().find(|c| c.id == finest.id)?;
