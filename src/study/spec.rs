@@ -167,8 +167,11 @@ impl Study {
             place: "scene".into(),
             source: e.into(),
         })?;
-        let plans =
-            plans(base, &spec).map_err(|(place, e)| SceneError::Part { file: file.into(), place, source: e.into() })?;
+        let plans = plans(base, &spec).map_err(|(place, e)| SceneError::Part {
+            file: file.into(),
+            place,
+            source: e.into(),
+        })?;
         let mut cases: Vec<Case> = Vec::new();
         let mut families = Vec::new();
         for family in &spec.families {
@@ -202,9 +205,7 @@ impl Study {
                     })?;
                     formulation = scene.formulation();
                     // The same scene in two families is run once.
-                    if let Some(same) =
-                        cases.iter().find(|c| c.text == text && (plans.is_empty() || c.variant == variant.name))
-                    {
+                    if let Some(same) = cases.iter().find(|c| c.text == text && (plans.is_empty() || c.variant == variant.name)) {
                         ids.push(same.id.clone());
                         continue;
                     }

@@ -90,10 +90,7 @@ impl Measured {
             }
         }
         if outside > 0 {
-            out.notes.push(format!(
-                "of {} rows {outside} outside the range that was asked for left out",
-                out.x.len() + outside
-            ));
+            out.notes.push(format!("of {} rows {outside} outside the range that was asked for left out", out.x.len() + outside));
         }
         if out.x.is_empty() {
             let reason = out.notes.first().cloned().unwrap_or_else(|| "it has no rows".into());
@@ -146,7 +143,11 @@ fn recorded(column: &str) -> (Dimension, f64) {
 }
 
 /// The lines, the one with both names, and the places of the two columns.
-fn find(path: &Path, text: &str, spec: &MeasuredSpec) -> Result<(Vec<table::Line>, usize, [usize; 2]), InverseError> {
+fn find(
+    path: &Path,
+    text: &str,
+    spec: &MeasuredSpec,
+) -> Result<(Vec<table::Line>, usize, [usize; 2]), InverseError> {
     let mut longest: Vec<String> = vec![];
     for delimiter in table::DELIMITERS {
         let lines = table::split(text, delimiter);
@@ -162,10 +163,5 @@ fn find(path: &Path, text: &str, spec: &MeasuredSpec) -> Result<(Vec<table::Line
     }
     let names = longest.iter().filter(|c| !c.is_empty()).map(|c| format!("\"{c}\"")).collect::<Vec<_>>().join(", ");
     let (x, y) = (spec.x.column.clone(), spec.y.column.clone());
-    Err(InverseError::Columns {
-        path: path.into(),
-        x,
-        y,
-        found: if names.is_empty() { "nothing".into() } else { names },
-    })
+    Err(InverseError::Columns { path: path.into(), x, y, found: if names.is_empty() { "nothing".into() } else { names } })
 }

@@ -148,8 +148,7 @@ impl Objective<'_> {
             Ok(answer) => {
                 let Weights { w, size } = self.weights;
                 let r = DVector::from_fn(w.len(), |i, _| w[i] * (answer.y[i] - self.measured.y[i]) / size);
-                let j =
-                    DMatrix::from_fn(w.len(), p, |i, k| w[i] * answer.slopes[(i, k)] * rate(&unknown[k], z[k]) / size);
+                let j = DMatrix::from_fn(w.len(), p, |i, k| w[i] * answer.slopes[(i, k)] * rate(&unknown[k], z[k]) / size);
                 let f = 0.5 * r.norm_squared();
                 let matrix = j.transpose() * &j;
                 let matrix = matrix.row_iter().map(|r| r.iter().copied().collect()).collect();
