@@ -77,8 +77,9 @@ impl Builder<'_> {
         let exact_row = spec.constraints.iter().any(|c| {
             matches!(
                 c,
-                ConstraintSpec::Cable(CableSpec { drive: DriveSpec::Length(_), .. })
-                    | ConstraintSpec::Cavity { drive: CavityDriveSpec::Volume(_), .. }
+                ConstraintSpec::Cable(
+                    CableSpec { drive: DriveSpec::Length(_), .. } | CableSpec { friction: Some(_), .. }
+                ) | ConstraintSpec::Cavity { drive: CavityDriveSpec::Volume(_), .. }
             )
         });
         for (k, (span, stage)) in spans.iter().zip(&spec.stages).enumerate() {
@@ -92,7 +93,7 @@ impl Builder<'_> {
             if exact_row && span.integrator.rings_with_constraints() && !forced {
                 return Err(self.content(
                     &place,
-                    format!("{name} is undamped, and rings with a cable driven by length or a cavity driven by volume (Cardona & Géradin 1989)"),
+                    format!("{name} is undamped, and rings with a cable driven by length or with friction, or a cavity driven by volume (Cardona & Géradin 1989)"),
                     "take \"bdf2\" or generalised_alpha with rho < 1, or set force = true in newmark",
                 ));
             }

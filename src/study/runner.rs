@@ -19,8 +19,8 @@ use cpu_time::ThreadTime;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Instant;
 
 /// What a run may tell while it goes on.
@@ -82,8 +82,7 @@ pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> R
         store.forget_stale(&case.id, &case.text)?;
     }
     let (now, later): (Vec<&Case>, Vec<&Case>) = cases.into_iter().partition(|c| c.after.is_none());
-    let mut records =
-        side_by_side(study, now.into_iter().map(|c| (c.clone(), vec![])).collect(), &store, options, watch)?;
+    let mut records = side_by_side(study, now.into_iter().map(|c| (c.clone(), vec![])).collect(), &store, options, watch)?;
     if !later.is_empty() && !options.stop.load(Ordering::Relaxed) {
         let ready = later.into_iter().filter_map(|c| ready(study, c, &records, &store)).collect();
         records.extend(side_by_side(study, ready, &store, options, watch)?);
@@ -95,8 +94,9 @@ pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> R
 /// A case that waited, with the constants of the finest converged mesh of its variant.
 fn ready(study: &Study, case: &Case, records: &[CaseRecord], store: &Store) -> Option<(Case, Vec<Constant>)> {
     let after = case.after.as_ref()?;
-    let of_sizes =
-        |r: &&CaseRecord| study.record.families.iter().any(|f| f.role == Role::Sizes && f.cases.contains(&r.id));
+    let of_sizes = |r: &&CaseRecord| {
+        study.record.families.iter().any(|f| f.role == Role::Sizes && f.cases.contains(&r.id))
+    };
     let own = records.iter().filter(|r| r.variant == after.variant && r.converged());
     let finest = own.filter(of_sizes).max_by_key(|r| r.mesh.cells)?;
     let source = study.cases.iter().find(|c| c.id == finest.id)?;
