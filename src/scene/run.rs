@@ -41,6 +41,14 @@ pub struct Run {
     pub pulling: Option<String>,
 }
 
+impl Run {
+    /// What, where and the remedy, if it has not converged.
+    pub fn detail(&self) -> Option<String> {
+        let pulling = self.pulling.iter().map(|told| format!("; {told}"));
+        (self.status != Status::Converged).then(|| std::iter::once(self.status.to_string()).chain(pulling).collect())
+    }
+}
+
 /// A state to be drawn.
 #[derive(Clone, Debug)]
 pub struct Snapshot {

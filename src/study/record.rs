@@ -1,5 +1,6 @@
 //! What a finished case leaves on disk, and what every report reads: `cases/<id>.json` beside `cases/<id>.csv`.
 
+use crate::scene::cable_record::Event;
 use crate::solve::Status;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -109,6 +110,12 @@ pub struct EventRecord {
     pub t_s: f64,
     pub cable: String,
     pub became: String,
+}
+
+impl From<&Event> for EventRecord {
+    fn from(event: &Event) -> Self {
+        Self { t_s: event.t, cable: event.cable.clone(), became: event.what.name().into() }
+    }
 }
 
 /// Where the time went [s].

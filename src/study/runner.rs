@@ -3,15 +3,13 @@
 use super::fields::Fields;
 use super::inverse::with_constants;
 use super::record::{
-    CaseRecord, EffectRecord, EventRecord, LawRecord, LockingRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance,
-    Role, Skin,
+    CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance, Role, Skin,
 };
 use super::spec::{Case, Study};
 use super::store::{Store, StoreError};
 use crate::calibrate::inverse::{Calibration, Failure, InverseError, SceneModel, calibrate};
 use crate::effect::locking::signs;
 use crate::material::Law;
-use crate::scene::cable_record::Event;
 use crate::scene::{Body, Constant, Progress, Run, Scene, SceneError, SceneSpec};
 use crate::solve::Status;
 use crate::system::State;
@@ -19,8 +17,8 @@ use cpu_time::ThreadTime;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
 /// What a run may tell while it goes on.
@@ -82,7 +80,8 @@ pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> R
         store.forget_stale(&case.id, &case.text)?;
     }
     let (now, later): (Vec<&Case>, Vec<&Case>) = cases.into_iter().partition(|c| c.after.is_none());
-    let mut records = side_by_side(study, now.into_iter().map(|c| (c.clone(), vec![])).collect(), &store, options, watch)?;
+    let mut records =
+        side_by_side(study, now.into_iter().map(|c| (c.clone(), vec![])).collect(), &store, options, watch)?;
     if !later.is_empty() && !options.stop.load(Ordering::Relaxed) {
         let ready = later.into_iter().filter_map(|c| ready(study, c, &records, &store)).collect();
         records.extend(side_by_side(study, ready, &store, options, watch)?);
@@ -94,9 +93,8 @@ pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> R
 /// A case that waited, with the constants of the finest converged mesh of its variant.
 fn ready(study: &Study, case: &Case, records: &[CaseRecord], store: &Store) -> Option<(Case, Vec<Constant>)> {
     let after = case.after.as_ref()?;
-    let of_sizes = |r: &&CaseRecord| {
-        study.record.families.iter().any(|f| f.role == Role::Sizes && f.cases.contains(&r.id))
-    };
+    let of_sizes =
+        |r: &&CaseRecord| study.record.families.iter().any(|f| f.role == Role::Sizes && f.cases.contains(&r.id));
     let own = records.iter().filter(|r| r.variant == after.variant && r.converged());
     let finest = own.filter(of_sizes).max_by_key(|r| r.mesh.cells)?;
     let source = study.cases.iter().find(|c| c.id == finest.id)?;
@@ -304,7 +302,6 @@ fn law_record(law: &dyn Law) -> LawRecord {
 pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
     let mesh = &scene.body.mesh;
     let quality = mesh.quality();
-    let converged = run.status == Status::Converged;
     CaseRecord {
         id: String::new(),
         family: String::new(),
@@ -324,10 +321,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         integrator: scene.spans.last().map_or("static", |s| s.integrator.name()).into(),
         dt_s: scene.spans.iter().map(|s| s.dt).fold(0.0, f64::max),
         status: run.status.name().into(),
-        status_detail: (!converged).then(|| {
-            let pulling = run.pulling.iter().map(|told| format!("; {told}"));
-            std::iter::once(run.status.to_string()).chain(pulling).collect()
-        }),
+        status_detail: run.detail(),
         wall_s: times.0,
         cpu_s: times.1,
         shared: false,
@@ -349,7 +343,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         },
         locking: locking(scene, run),
         probes: run.columns.iter().enumerate().skip(1).map(|(k, name)| (name.clone(), probe(run, k))).collect(),
-        events: run.events.iter().map(event).collect(),
+        events: run.events.iter().map(Into::into).collect(),
         remarks: scene.remarks.clone(),
         no_limit: scene.no_limit.clone(),
         provenance: Provenance {
@@ -364,10 +358,6 @@ fn locking(scene: &Scene, run: &Run) -> Option<LockingRecord> {
     let signs = scene.stressed.iter().filter_map(|e| signs(&**e, &run.peak.x));
     let worst = signs.max_by(|a, b| a.alarm.cmp(&b.alarm).then(a.scatter.total_cmp(&b.scatter)))?;
     Some(LockingRecord { pressure_scatter: worst.scatter, volumetric_share: worst.share, alarm: worst.alarm })
-}
-
-fn event(event: &Event) -> EventRecord {
-    EventRecord { t_s: event.t, cable: event.cable.clone(), became: event.what.name().into() }
 }
 
 fn probe(run: &Run, column: usize) -> ProbeRecord {
