@@ -18,6 +18,7 @@ const fn dim(m: i8, kg: i8, s: i8, rad: i8) -> Dimension {
 impl Dimension {
     pub const NONE: Self = dim(0, 0, 0, 0);
     pub const LENGTH: Self = dim(1, 0, 0, 0);
+    pub const AREA: Self = dim(2, 0, 0, 0);
     pub const VOLUME: Self = dim(3, 0, 0, 0);
     pub const TIME: Self = dim(0, 0, 1, 0);
     pub const FREQUENCY: Self = dim(0, 0, -1, 0);
@@ -36,6 +37,7 @@ impl Dimension {
         match self {
             Self::NONE => "a plain number",
             Self::LENGTH => "mm",
+            Self::AREA => "mm^2",
             Self::VOLUME => "ml",
             Self::TIME => "s",
             Self::FREQUENCY => "Hz",
@@ -105,6 +107,9 @@ const UNITS: &[(&str, f64, Dimension)] = &[
     ("N", 1.0, Dimension::FORCE),
     ("mN", 1e-3, Dimension::FORCE),
     ("kN", 1e3, Dimension::FORCE),
+    ("gf", 9.80665e-3, Dimension::FORCE),
+    ("kgf", 9.80665, Dimension::FORCE),
+    ("lbf", 4.4482216152605, Dimension::FORCE),
     ("Pa", 1.0, Dimension::PRESSURE),
     ("hPa", 1e2, Dimension::PRESSURE),
     ("kPa", 1e3, Dimension::PRESSURE),

@@ -35,7 +35,9 @@ fn facts(a: &Analysis) -> Vec<(String, String)> {
         let (f, unit, n) = scaled(c);
         let mut out = vec![(format!("{:.n$} {unit}", f * c.value), c.key.clone())];
         out.extend(c.interval.map(|[a, b]| (format!("{:.n$} to {:.n$} {unit}", f * a, f * b), "95 % interval".into())));
-        out.extend(c.bias.map(|b| (format!("{:+.0} %", 100.0 * b).replace('-', "−"), "error of the gauge length".into())));
+        out.extend(
+            c.bias.map(|b| (format!("{:+.0} %", 100.0 * b).replace('-', "−"), "error of the gauge length".into())),
+        );
         out
     };
     a.variants.iter().flat_map(|v| &v.constants).flat_map(of).collect()
@@ -162,7 +164,8 @@ fn law_file(store: &Store, a: &Analysis, v: &Answer) -> Option<(String, String)>
     let name = v.constants.first()?.key.strip_prefix("laws.")?.split('.').next()?.to_string();
     let mut law = scene.get("laws")?.get(&name)?.as_table()?.clone();
     law.remove("provenance");
-    let number = |c: &Judged, x: f64| -> toml::Value { if c.unit == "Pa" { format!("{x} Pa").into() } else { x.into() } };
+    let number =
+        |c: &Judged, x: f64| -> toml::Value { if c.unit == "Pa" { format!("{x} Pa").into() } else { x.into() } };
     let mut p = toml::Table::new();
     p.insert("method".into(), "inverse analysis of the specimen".into());
     p.insert("study".into(), store.study.study.clone().into());
@@ -172,7 +175,8 @@ fn law_file(store: &Store, a: &Analysis, v: &Answer) -> Option<(String, String)>
     p.insert("rows".into(), i64::try_from(found.measured.y.len()).ok()?.into());
     p.insert("largest_stretch".into(), found.stretch[2].into());
     p.insert("misfit_relative".into(), found.rms_relative.into());
-    let own = v.constants.iter().filter(|c| c.key.strip_prefix("laws.").is_some_and(|k| k.starts_with(&format!("{name}."))));
+    let own =
+        v.constants.iter().filter(|c| c.key.strip_prefix("laws.").is_some_and(|k| k.starts_with(&format!("{name}."))));
     for c in own {
         let key = c.key.rsplit('.').next()?;
         law.insert(key.into(), number(c, c.value));
@@ -181,7 +185,11 @@ fn law_file(store: &Store, a: &Analysis, v: &Answer) -> Option<(String, String)>
         }
     }
     let warnings: Vec<toml::Value> = a.warnings.iter().map(|w| w.clone().into()).collect();
-    p.insert("interval".into(), format!("95 % of rows, mesh and dimensions not known exactly; tolerance of the study {}", percent(a.tolerance)).into());
+    p.insert(
+        "interval".into(),
+        format!("95 % of rows, mesh and dimensions not known exactly; tolerance of the study {}", percent(a.tolerance))
+            .into(),
+    );
     p.insert("warnings".into(), warnings.into());
     p.insert("durometer".into(), store.study.version.clone().into());
     law.insert("provenance".into(), p.into());

@@ -39,8 +39,5 @@ impl Content {
 pub type Analyse = fn(&Store) -> Content;
 
 /// `kind` of a study → its analysis.
-pub const KINDS: [(&str, Analyse); 3] = [
-    ("convergence", convergence::content),
-    ("materials", materials::content),
-    ("calibration", calibration::content),
-];
+pub const KINDS: [(&str, Analyse); 3] =
+    [("convergence", convergence::content), ("materials", materials::content), ("calibration", calibration::content)];

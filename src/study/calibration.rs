@@ -153,7 +153,8 @@ fn judge(cases: &[Solved], finest: &Solved, k: usize) -> Judged {
             (c.value + moved, c.widest().map(|[a, b]| [a + moved, b + moved]))
         })
         .collect();
-    let ends = |v: &mut dyn Iterator<Item = f64>| v.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)]);
+    let ends =
+        |v: &mut dyn Iterator<Item = f64>| v.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)]);
     let nuisance = (!spread.is_empty()).then(|| ends(&mut spread.iter().map(|s| s.0)));
     let interval = own.widest().and_then(|of_rows| {
         let others: Option<Vec<[f64; 2]>> = spread.iter().map(|s| s.1).collect();
@@ -280,10 +281,16 @@ fn warnings(
         for s in c.stability.iter().filter(|s| s.above.is_some_and(|a| a < c.stretch[2]) && s.mode != "simple_shear") {
             let at = s.above.expect("filtered");
             let (mode, reached) = (s.mode.replace('_', " "), c.stretch[2]);
-            add(format!("{id}: laws.{} is not stable in {mode} tension beyond {at:.3}, and the body stretches to {reached:.3}.", s.law));
+            add(format!(
+                "{id}: laws.{} is not stable in {mode} tension beyond {at:.3}, and the body stretches to {reached:.3}.",
+                s.law
+            ));
         }
         if c.failed > 0 {
-            add(format!("{id}: {} of {} forward solves did not converge and were stepped back from.", c.failed, c.solves));
+            add(format!(
+                "{id}: {} of {} forward solves did not converge and were stepped back from.",
+                c.failed, c.solves
+            ));
         }
     }
     for remark in stored.iter().flat_map(|c| &c.record.remarks) {

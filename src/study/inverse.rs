@@ -96,11 +96,16 @@ impl Plan {
                 let positive = |value: f64| {
                     if value > 0.0 { Ok(value) } else { Err(units::UnitError::NotANumber { text: text.clone() }) }
                 };
-                units::parse(text, wanted)
-                    .and_then(positive)
-                    .map_err(|fact| InverseError::Gauge { key, text: text.clone(), fact })
+                units::parse(text, wanted).and_then(positive).map_err(|fact| InverseError::Gauge {
+                    key,
+                    text: text.clone(),
+                    fact,
+                })
             };
-            Ok::<_, InverseError>([read("length", &g.length, Dimension::LENGTH)?, read("section", &g.section, section)?])
+            Ok::<_, InverseError>([
+                read("length", &g.length, Dimension::LENGTH)?,
+                read("section", &g.section, section)?,
+            ])
         });
         let gauge = gauge.transpose()?;
         let curve = Measured::read(base, measured)?;

@@ -2,7 +2,7 @@
 
 use super::inverse::{After, CalibrationSpec, Plan, UseSpec};
 use super::record::{FamilyRecord, Quantity, Role, StudyRecord};
-use crate::calibrate::inverse::{InverseError, MeasuredSpec};
+use crate::calibrate::inverse::MeasuredSpec;
 use crate::math::units::{self, Dimension};
 use crate::scene::{SceneError, SceneSpec, from_text, hint, read_scene, read_table};
 use serde::Deserialize;
@@ -167,11 +167,7 @@ impl Study {
             place: "scene".into(),
             source: e.into(),
         })?;
-        let plans = plans(base, &spec).map_err(|(place, e)| SceneError::Part {
-            file: file.into(),
-            place,
-            source: e.into(),
-        })?;
+        let plans = plans(file, base, &spec)?;
         let mut cases: Vec<Case> = Vec::new();
         let mut families = Vec::new();
         for family in &spec.families {
@@ -205,7 +201,9 @@ impl Study {
                     })?;
                     formulation = scene.formulation();
                     // The same scene in two families is run once.
-                    if let Some(same) = cases.iter().find(|c| c.text == text && (plans.is_empty() || c.variant == variant.name)) {
+                    if let Some(same) =
+                        cases.iter().find(|c| c.text == text && (plans.is_empty() || c.variant == variant.name))
+                    {
                         ids.push(same.id.clone());
                         continue;
                     }
@@ -297,12 +295,16 @@ fn uses(
     }
 }
 
-/// What is to be found in each variant; place and error of the first mistake.
-fn plans(base: &Path, spec: &StudySpec) -> Result<BTreeMap<String, Arc<Plan>>, (String, InverseError)> {
+/// What is to be found in each variant.
+fn plans(file: &Path, base: &Path, spec: &StudySpec) -> Result<BTreeMap<String, Arc<Plan>>, SceneError> {
     let Some(calibration) = &spec.calibration else { return Ok(BTreeMap::new()) };
     let one = |v: &VariantSpec| {
         let measured = v.measured.as_ref().expect("checked with the roles");
-        let plan = Plan::new(base, calibration, measured).map_err(|e| (format!("variant {}", v.name), e))?;
+        let plan = Plan::new(base, calibration, measured).map_err(|e| SceneError::Part {
+            file: file.into(),
+            place: format!("variant {}", v.name),
+            source: e.into(),
+        })?;
         Ok((v.name.clone(), Arc::new(plan)))
     };
     spec.variants.iter().map(one).collect()

@@ -19,15 +19,24 @@ pub enum InverseError {
         path.display()
     )]
     Unit { path: PathBuf, column: String, is: String, fact: UnitError },
+    #[error(
+        "{}: \"{cell}\" may be a decimal fraction or a number of thousands, and no other cell tells which; write the table with decimal points",
+        path.display()
+    )]
+    Decimal { path: PathBuf, cell: String },
     #[error("{}: no row holds both numbers: {reason}", path.display())]
     NoRows { path: PathBuf, reason: String },
     #[error("measured.x.is = \"{name}\": the scene prescribes no such signal; take one of: {known}, t_s")]
     NoSignal { name: String, known: String },
     #[error("measured.y.is = \"{name}\": {fact}")]
     NoColumn { name: String, fact: String },
-    #[error("{name} goes back and forth, so a curve over it is not unique; compare over t_s, or take a protocol that goes one way")]
+    #[error(
+        "{name} goes back and forth, so a curve over it is not unique; compare over t_s, or take a protocol that goes one way"
+    )]
     NotMonotone { name: String },
-    #[error("the protocol moves {name} from {from} to {to}, and only {rows} measured rows lie there; widen the protocol")]
+    #[error(
+        "the protocol moves {name} from {from} to {to}, and only {rows} measured rows lie there; widen the protocol"
+    )]
     NoOverlap { name: String, from: f64, to: f64, rows: usize },
     #[error("every measured value is zero: any constants would fit it; check the column and its unit")]
     Zero,

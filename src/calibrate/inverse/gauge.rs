@@ -7,7 +7,12 @@ use crate::calibrate::{Experiment, FitOptions, Mode, Model, Sample, Weighting, f
 use crate::material::registry::given;
 
 /// `None` where the law has no closed form here, or none of its constants is looked for.
-pub fn fit(model: &SceneModel, measured: &Measured, weighting: Weighting, [length, section]: [f64; 2]) -> Option<Gauge> {
+pub fn fit(
+    model: &SceneModel,
+    measured: &Measured,
+    weighting: Weighting,
+    [length, section]: [f64; 2],
+) -> Option<Gauge> {
     let law = &model.unknown.first()?.constant.law;
     let (entry, values, _) = given(model.spec.laws.get(law)?).ok()?;
     let fitted = Model::new(entry.info.name, None).ok()?.law;
@@ -18,6 +23,7 @@ pub fn fit(model: &SceneModel, measured: &Measured, weighting: Weighting, [lengt
     })?;
     let sample = |((x, y), line): ((&f64, &f64), &u64)| Sample {
         mode: Mode::Uniaxial,
+        second: 1.0,
         stretch: 1.0 + x / length,
         stress: y / section,
         line: *line,
@@ -28,6 +34,7 @@ pub fn fit(model: &SceneModel, measured: &Measured, weighting: Weighting, [lengt
     let options = FitOptions { terms: Some(terms), weighting, ..FitOptions::new(entry.info.name) };
     let answer = fit_experiment(&experiment, &options).ok()?;
     let of = |key: &str| answer.parameters.iter().find(|e| e.name == key).map(|e| e.value);
-    let values = model.unknown.iter().map(|u| if u.constant.law == *law { of(&u.constant.key) } else { None }).collect();
+    let values =
+        model.unknown.iter().map(|u| if u.constant.law == *law { of(&u.constant.key) } else { None }).collect();
     Some(Gauge { length_m: length, section_m2: section, values, rms_relative: answer.misfit.rms_relative })
 }

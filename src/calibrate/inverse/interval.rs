@@ -38,14 +38,14 @@ pub fn drawn_again(
     let refit = |sample: u64| {
         let mut random = SplitMix(SplitMix(SEED ^ sample).bits());
         let starts: Vec<usize> = (0..n.div_ceil(block)).map(|_| random.below(n)).collect();
-        let rows: Vec<usize> =
-            starts.into_iter().flat_map(|s| (s..s + block).map(|k| order[k % n])).take(n).collect();
+        let rows: Vec<usize> = starts.into_iter().flat_map(|s| (s..s + block).map(|k| order[k % n])).take(n).collect();
         let length: Vec<f64> = (0..p).map(|k| jacobian.column(k).norm()).collect();
         let j = DMatrix::from_fn(n, p, |i, k| jacobian[(rows[i], k)] / length[k]);
         let r = DVector::from_fn(n.max(p), |i, _| if i < n { residual[rows[i]] } else { 0.0 });
         let svd = padded(&j, p).svd(true, true);
         let step = svd.solve(&r, 1e-10 * svd.singular_values.max()).ok()?;
-        Some((0..p).map(|k| values[k] + step[k] / length[k]).collect::<Vec<f64>>()).filter(|v| v.iter().all(|x| x.is_finite()))
+        Some((0..p).map(|k| values[k] + step[k] / length[k]).collect::<Vec<f64>>())
+            .filter(|v| v.iter().all(|x| x.is_finite()))
     };
     let found: Vec<Vec<f64>> = (0..SAMPLES as u64).filter_map(refit).collect();
     if found.len() < SAMPLES / 2 {

@@ -112,7 +112,9 @@ impl SceneModel {
         let Some(of_slopes) = column(&slopes.columns) else {
             let fact = match scene.check_column(&self.y) {
                 Err(fact) => fact,
-                Ok(()) => "this column has no exact derivative; take a position, an angle, a reaction or a tension".into(),
+                Ok(()) => {
+                    "this column has no exact derivative; take a position, an angle, a reaction or a tension".into()
+                }
             };
             return Err(Failure::Input(InverseError::NoColumn { name: self.y.clone(), fact }));
         };

@@ -1,6 +1,8 @@
 //! A measured curve beside the scene that reproduces it, the residuals below, and the first constant case by case.
 
-use super::super::canvas::{At, DOUBLE, GREY, INK, LABEL, Mark, PALETTE, dashed, figure, hollow, italic, line, mark, mm, text};
+use super::super::canvas::{
+    At, DOUBLE, GREY, INK, LABEL, Mark, PALETTE, dashed, figure, hollow, italic, line, mark, mm, text,
+};
 use super::super::plot::{Axis, Plot};
 use super::super::store::Store;
 use super::{Figure, Sample, axis_label, legend};
@@ -51,7 +53,8 @@ pub fn draw(store: &Store, v: &Answer) -> Option<Figure> {
             mark(area, Mark::Circle, plot.at(*x, y - f), 11, PALETTE[0]);
         }
         plot.axes(true);
-        let entries = [(Sample::Mark(Mark::Circle, PALETTE[0]), "measured".into()), (Sample::Line(INK), "simulated".into())];
+        let entries =
+            [(Sample::Mark(Mark::Circle, PALETTE[0]), "measured".into()), (Sample::Line(INK), "simulated".into())];
         legend(area, (mm(LEFT + 3.0), mm(TOP + 3.0)), &entries);
         let side = LEFT + each + GAP;
         let frame = [mm(side), mm(TOP), mm(side + each), mm(base + LOW)];
