@@ -122,10 +122,13 @@ fn the_guide_names_every_key_of_a_scene_and_a_study() {
         "NumericsSpec",
     ];
     let scene = keys_of(&text("src/scene/spec.rs"), &types);
-    for sure in ["viscous_damping", "guide_radius", "tet10", "generalised_alpha", "max_iterations", "probe", "sphere"] {
+    for sure in ["viscous_damping", "tet10", "generalised_alpha", "max_iterations", "probe", "sphere"] {
         assert!(scene.contains(sure), "the reader of the source missed {sure}: {scene:?}");
     }
     assert_eq!(missing(scene), Vec::<String>::new(), "not in docs/guide.md");
+    let cable = keys_of(&text("src/scene/cable.rs"), &["CableSpec", "RingSpec"]);
+    assert!(["EA", "after", "guide_radius"].iter().all(|key| cable.contains(*key)), "{cable:?}");
+    assert_eq!(missing(cable), Vec::<String>::new(), "not in docs/guide.md");
     let signals = keys_of(&text("src/scene/signal.rs"), &["FunctionSpec"]);
     assert!(signals.contains("raised_cosine") && signals.contains("amplitude"), "{signals:?}");
     assert_eq!(missing(signals), Vec::<String>::new(), "signals not in docs/guide.md");

@@ -7,6 +7,7 @@ use durometer::scene::spec::{ConstraintSpec, EffectSpec};
 use durometer::scene::{Body, Scene, SceneSpec, read_scene};
 use durometer::study::runner::check_quantities;
 use durometer::study::spec::Study;
+use durometer::system::Cone;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -125,9 +126,12 @@ fn describe(scene: &Scene) {
         let words = scene.spec.effects.get(k).map_or("load of a constraint".into(), EffectSpec::words);
         println!("effect       {} ({} blocks): {words}", effect.name(), effect.blocks().len());
     }
-    for constraint in &scene.system.constraints {
-        let blocks = constraint.blocks().len();
-        println!("constraint   {} (exact row with multiplier, {blocks} blocks)", constraint.name());
+    for rows in scene.system.constraints.chunk_by(|a, b| a.name() == b.name()) {
+        let blocks: usize = rows.iter().map(|row| row.blocks().len()).sum();
+        match rows.iter().filter(|row| row.cone() != Cone::Watched).count() {
+            1 => println!("constraint   {} (exact row with multiplier, {blocks} blocks)", rows[0].name()),
+            n => println!("constraint   {} ({n} exact rows with multipliers, {blocks} blocks)", rows[0].name()),
+        }
     }
     println!("prescribed   {} degrees of freedom", scene.system.prescribed.len());
     let effects: Vec<&str> = scene.spec.effects.iter().map(EffectSpec::kind).collect();

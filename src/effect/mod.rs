@@ -1,6 +1,7 @@
 //! Physical contributions: one file per effect or constraint.
 
 pub mod cable;
+pub mod cable_friction;
 pub mod cavity;
 mod cell;
 pub mod damping;
@@ -21,6 +22,7 @@ pub mod stiffness_damping;
 pub mod viscoelastic;
 
 pub use cable::{Cable, CableLength, CableTension, Guide};
+pub use cable_friction::Pull;
 pub use cavity::{Cavity, CavityPressure, CavityVolume};
 pub use cell::CellPoints;
 pub use damping::{MassDamping, ViscousDamping};

@@ -6,15 +6,15 @@ use super::error::{SceneError, hint};
 use super::probe::Probe;
 use super::protocol::NamedSignal;
 use super::skin::NamedSkin;
-use super::spec::{ConstraintSpec, DriveSpec, EffectSpec, SceneSpec};
-use crate::effect::{Cable, CableLength, CableTension, Cavity, CellPoints, Stressed, Viscoelastic};
+use super::spec::{ConstraintSpec, EffectSpec, SceneSpec};
+use crate::effect::{Cable, Cavity, CellPoints, Stressed, Viscoelastic};
 use crate::material::Law;
 use crate::math::signal::Signal;
 use crate::math::units::Dimension;
 use crate::mesh::TetMesh;
 use crate::mesh::generate::CablePath;
 use crate::solve::Span;
-use crate::system::{Constraint, Effect, System};
+use crate::system::{Constraint, Effect, State, System};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
@@ -65,7 +65,14 @@ pub struct Scene {
 pub struct NamedCable {
     pub name: String,
     pub cable: Arc<Cable>,
+    /// The tension at the pull point; with friction the multipliers of the other segments follow
     pub drive: Drive,
+    pub by_length: bool,
+    pub friction: bool,
+    /// 1/EA [1/N], 0 if it does not stretch
+    pub softness: f64,
+    /// Tension at which the drive yields [N], infinite if it never does
+    pub most: f64,
 }
 
 /// A cavity with its drive, for probes.
@@ -80,6 +87,16 @@ pub enum Drive {
     /// Index of the constraint whose multiplier it is
     Multiplier(usize),
     Prescribed(Signal),
+}
+
+impl Drive {
+    /// Change of the tension or pressure: what is prescribed does not change.
+    pub(super) fn answer(&self, change: &State) -> f64 {
+        match self {
+            Self::Multiplier(c) => change.lambda[*c],
+            Self::Prescribed(_) => 0.0,
+        }
+    }
 }
 
 pub(super) fn part(
@@ -122,30 +139,12 @@ impl Scene {
                     builder.prescribe(&place, region, components, &signal)?;
                     builder.keep(format!("{region}_{components}_displacement_m"), signal);
                 }
-                ConstraintSpec::Cable { name, drive, .. } => {
-                    if cables.iter().any(|c| c.name == *name) {
-                        let fact = format!("another cable is called \"{name}\" too");
+                ConstraintSpec::Cable(cable) => {
+                    if cables.iter().any(|c| c.name == cable.name) {
+                        let fact = format!("another cable is called \"{}\" too", cable.name);
                         return Err(builder.content(&place, fact, "give each cable a `name` of its own"));
                     }
-                    let cable = Arc::new(builder.cable(&place, constraint)?);
-                    let drive = match drive {
-                        DriveSpec::Length(signal) => {
-                            let shortening = builder.signal(&place, signal, Dimension::LENGTH)?;
-                            let rest = cable.length(&vec![0.0; 3 * body.mesh.points.len()]);
-                            builder.remark_shortening(name, &shortening, rest, &spans);
-                            builder.keep(format!("{name}_shortening_m"), shortening.clone());
-                            constraints.push(Box::new(CableLength { cable: cable.clone(), shortening, rest }));
-                            Drive::Multiplier(constraints.len() - 1)
-                        }
-                        DriveSpec::Tension(signal) => {
-                            let tension = builder.signal(&place, signal, Dimension::FORCE)?;
-                            builder.check_tension(&place, &tension, &spans)?;
-                            builder.keep(format!("{name}_imposed_tension_N"), tension.clone());
-                            effects.push(Box::new(CableTension { cable: cable.clone(), tension: tension.clone() }));
-                            Drive::Prescribed(tension)
-                        }
-                    };
-                    cables.push(NamedCable { name: name.clone(), cable, drive });
+                    cables.push(builder.cable(&place, cable, &spans, &mut effects, &mut constraints)?);
                 }
                 // What is held decides whether a cavity may be open
                 ConstraintSpec::Cavity { .. } => {}

@@ -3,19 +3,18 @@
 use super::build::{Body, part};
 use super::error::{SceneError, hint};
 use super::protocol::NamedSignal;
-use super::quantity::{GuideRadius, Length};
+use super::quantity::Length;
 use super::signal::SignalSpec;
 use super::skin::NamedSkin;
-use super::spec::{ConstraintSpec, EffectSpec, FormulationSpec, LumpingSpec, PickSpec, SceneSpec, SelectorSpec};
+use super::spec::{EffectSpec, FormulationSpec, LumpingSpec, PickSpec, SceneSpec, SelectorSpec};
 use crate::effect::{
-    Cable, CellPoints, Elastic, Gravity, Guide, Inertia, Lumping, Mass, MassDamping, MeanDilatation, MixedElastic,
-    Stressed, Viscoelastic, ViscousDamping, pressure_hosts,
+    CellPoints, Elastic, Gravity, Inertia, Lumping, Mass, MassDamping, MeanDilatation, MixedElastic, Stressed,
+    Viscoelastic, ViscousDamping, pressure_hosts,
 };
 use crate::material::{self, Law};
 use crate::math::signal::Signal;
 use crate::math::tensor::Vec3;
 use crate::math::units::Dimension;
-use crate::mesh::embed::{ball_weights, embed};
 use crate::mesh::select::{Pick, Selector};
 use crate::mesh::validate::point;
 use crate::mesh::{Order, Region};
@@ -287,54 +286,6 @@ impl<'a> Builder<'a> {
     /// What is prescribed for a dof.
     pub(super) fn motion(&self, dof: u32) -> Option<&Signal> {
         self.prescribed.get(&dof).map(|(signal, _)| signal)
-    }
-
-    pub(super) fn cable(&self, place: &str, spec: &ConstraintSpec) -> Result<Cable, SceneError> {
-        let ConstraintSpec::Cable { name, path, guides, pull_point, guide_radius, .. } = spec else {
-            unreachable!("called for cables only");
-        };
-        let vector = |p: &[Length; 3]| Vec3::new(p[0].0, p[1].0, p[2].0);
-        let (points, pull) = match (path, guides, pull_point) {
-            (Some(path), None, None) => {
-                let Some(known) = self.body.paths.get(path) else {
-                    let names: Vec<&String> = self.body.paths.keys().collect();
-                    let remedy = format!("{}; or give `guides` and `pull_point`", hint(path, &names));
-                    return Err(self.content(place, format!("the mesh has no path \"{path}\""), remedy));
-                };
-                (known.guides.iter().map(|p| Vec3::from(*p)).collect::<Vec<_>>(), Vec3::from(known.pull_point))
-            }
-            (None, Some(guides), Some(pull)) => (guides.iter().map(vector).collect(), vector(pull)),
-            _ => {
-                let fact = "a cable runs along a path";
-                return Err(self.content(place, fact, "give either `path`, or both `guides` and `pull_point`"));
-            }
-        };
-        if points.is_empty() {
-            return Err(self.content(place, "the cable has no guide", "give at least one point inside the body"));
-        }
-        if let GuideRadius::Ball(radius) = guide_radius
-            && *radius <= 0.0
-        {
-            let fact = format!("guide_radius is {} mm", radius * 1e3);
-            return Err(self.content(place, fact, "give a positive length, at least the size of a cell"));
-        }
-        let mesh = &self.body.mesh;
-        let guides = points
-            .into_iter()
-            .enumerate()
-            .map(|(k, point)| {
-                // A guide point must lie inside the body, also where a ball would still find some of it.
-                let embedded =
-                    embed(mesh, point).map_err(|e| part(self.file, format!("{place}: guide {}", k + 1), e))?;
-                let weights = match guide_radius {
-                    GuideRadius::Point => embedded.weights,
-                    GuideRadius::Ball(radius) => ball_weights(mesh, point, *radius)
-                        .map_err(|e| part(self.file, format!("{place}: guide {}", k + 1), e))?,
-                };
-                Ok(Guide { point, weights })
-            })
-            .collect::<Result<_, SceneError>>()?;
-        Ok(Cable::new(name.clone(), pull, guides))
     }
 }
 

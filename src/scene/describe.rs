@@ -108,7 +108,7 @@ impl ConstraintSpec {
         match self {
             Self::Fixed { .. } => "fixed",
             Self::Prescribed { .. } => "prescribed",
-            Self::Cable { .. } => "cable",
+            Self::Cable(_) => "cable",
             Self::Cavity { .. } => "cavity",
         }
     }

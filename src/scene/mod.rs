@@ -3,6 +3,8 @@
 mod body;
 mod build;
 mod builder;
+mod cable;
+pub mod cable_record;
 mod cavity;
 mod comparison;
 mod cover;

@@ -2,7 +2,7 @@
 //!
 //! Positions and directions are means over the area of a region, so they do not depend on the mesh.
 
-use super::build::{Drive, NamedCable, NamedCavity, Scene};
+use super::build::{Drive, NamedCavity, Scene};
 use super::error::SceneError;
 use super::quantity::Length;
 use super::spec::ProbeSpec;
@@ -157,20 +157,6 @@ impl Probe {
             Self::Stretch => stretches(&now.scene.elastic, x),
         }
     }
-}
-
-/// Columns of a cable: tension and length.
-pub fn cable_columns(cable: &NamedCable) -> [String; 2] {
-    [format!("{}_tension_N", cable.name), format!("{}_length_m", cable.name)]
-}
-
-/// Tension [N] and length [m] of a cable.
-pub fn record_cable(cable: &NamedCable, state: &State) -> [f64; 2] {
-    let tension = match &cable.drive {
-        Drive::Multiplier(c) => state.lambda[*c],
-        Drive::Prescribed(signal) => signal.at(state.t).max(0.0),
-    };
-    [tension, cable.cable.length(&state.x)]
 }
 
 /// Columns of a cavity: pressure and volume.

@@ -1,5 +1,6 @@
 //! A scene as it stands in a TOML file. Unknown keys are refused; there is no default physics.
 
+use super::cable::CableSpec;
 use super::quantity::{
     Angle, Damping, Density, GuideRadius, Length, Modulus, PerSecond, SpringStiffness, Time, Viscosity,
 };
@@ -292,16 +293,7 @@ pub enum ConstraintSpec {
         components: String,
         displacement: SignalSpec,
     },
-    Cable {
-        #[serde(default = "cable")]
-        name: String,
-        /// Path of the body, or `guides` with `pull_point`
-        path: Option<String>,
-        guides: Option<Vec<[Length; 3]>>,
-        pull_point: Option<[Length; 3]>,
-        guide_radius: GuideRadius,
-        drive: DriveSpec,
-    },
+    Cable(CableSpec),
     /// Air or liquid behind the facets of a region
     Cavity {
         #[serde(default = "cavity")]
@@ -313,10 +305,6 @@ pub enum ConstraintSpec {
 
 fn all_components() -> String {
     "xyz".into()
-}
-
-fn cable() -> String {
-    "cable".into()
 }
 
 fn cavity() -> String {

@@ -1,5 +1,6 @@
 //! What a finished case leaves on disk, and what every report reads: `cases/<id>.json` beside `cases/<id>.csv`.
 
+use crate::scene::cable_record::Event;
 use crate::solve::Status;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -53,6 +54,9 @@ pub struct CaseRecord {
     pub locking: Option<LockingRecord>,
     /// Per recorded column of the CSV
     pub probes: BTreeMap<String, ProbeRecord>,
+    /// Cables that went slack, taut, or to the limit of their drive
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub events: Vec<EventRecord>,
     /// What a reader should know: regions that depend on the mesh, patches smaller than the cells, …
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub remarks: Vec<String>,
@@ -98,6 +102,20 @@ pub struct EffectRecord {
     pub name: String,
     /// Time of its evaluations [s]
     pub wall_s: f64,
+}
+
+/// A cable that became `slack`, `taut` or `yielding`, at the first accepted state after it.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct EventRecord {
+    pub t_s: f64,
+    pub cable: String,
+    pub became: String,
+}
+
+impl From<&Event> for EventRecord {
+    fn from(event: &Event) -> Self {
+        Self { t_s: event.t, cable: event.cable.clone(), became: event.what.name().into() }
+    }
 }
 
 /// Where the time went [s].

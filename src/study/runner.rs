@@ -302,7 +302,6 @@ fn law_record(law: &dyn Law) -> LawRecord {
 pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
     let mesh = &scene.body.mesh;
     let quality = mesh.quality();
-    let converged = run.status == Status::Converged;
     CaseRecord {
         id: String::new(),
         family: String::new(),
@@ -322,7 +321,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         integrator: scene.spans.last().map_or("static", |s| s.integrator.name()).into(),
         dt_s: scene.spans.iter().map(|s| s.dt).fold(0.0, f64::max),
         status: run.status.name().into(),
-        status_detail: (!converged).then(|| run.status.to_string()),
+        status_detail: run.detail(),
         wall_s: times.0,
         cpu_s: times.1,
         shared: false,
@@ -344,6 +343,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         },
         locking: locking(scene, run),
         probes: run.columns.iter().enumerate().skip(1).map(|(k, name)| (name.clone(), probe(run, k))).collect(),
+        events: run.events.iter().map(Into::into).collect(),
         remarks: scene.remarks.clone(),
         no_limit: scene.no_limit.clone(),
         provenance: Provenance {

@@ -104,6 +104,7 @@ fn case(m: &Member, variant: &str) -> StoredCase {
         locking: None,
         probes,
         remarks: vec![],
+        events: Vec::new(),
         no_limit: None,
         provenance: Provenance {
             input_sha256: "0".repeat(64),
