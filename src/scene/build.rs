@@ -91,6 +91,7 @@ impl Scene {
         let mut builder = Builder::new(file, &spec, body.clone())?;
         builder.check_numerics(&spec.numerics)?;
         let spans = builder.spans(&spec.stages)?;
+        builder.continue_signals(&spans);
         builder.check_rates(&spec, &spans)?;
         let mut gathered = Gathered::default();
         // What damps the stiffness of other effects is built after them, and keeps its place.
@@ -163,6 +164,7 @@ impl Scene {
         }
         builder.check_cover(&elastic)?;
         builder.remark_stability(&spec, &laws);
+        builder.check_start(&spec, &laws)?;
         let law = laws.into_iter().next();
         let probe = |(k, probe)| {
             Probe::new(probe, &body.mesh, &|name| builder.region(&format!("probe {}", k + 1), name).cloned())

@@ -4,6 +4,7 @@ use super::quantity::{
     Angle, Damping, Density, GuideRadius, Length, Modulus, PerSecond, SpringStiffness, Time, Viscosity,
 };
 use super::signal::SignalSpec;
+use super::start::StartSpec;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -23,6 +24,8 @@ pub struct SceneSpec {
     pub effects: Vec<EffectSpec>,
     #[serde(rename = "constraint", default)]
     pub constraints: Vec<ConstraintSpec>,
+    /// Where the run starts, if not at rest
+    pub start: Option<StartSpec>,
     #[serde(rename = "stage")]
     pub stages: Vec<StageSpec>,
     #[serde(rename = "probe", default)]
@@ -227,27 +230,6 @@ pub enum FormulationSpec {
     MeanDilatation,
 }
 
-impl SceneSpec {
-    /// Element and formulation in one word: `tet4`, `tet10`, `tet4_up`, `tet10_up`, `tet10_p0`; `mass_spring` where springs
-    /// are all that is elastic.
-    pub fn formulation(&self) -> String {
-        let of = |e: &EffectSpec| match e {
-            EffectSpec::Elastic { formulation, .. } => Some(*formulation),
-            _ => None,
-        };
-        let elastic = self.effects.iter().find_map(of);
-        if elastic.is_none() && self.effects.iter().any(|e| matches!(e, EffectSpec::EdgeSprings { .. })) {
-            return "mass_spring".into();
-        }
-        let suffix = match elastic {
-            Some(FormulationSpec::Mixed) => "_up",
-            Some(FormulationSpec::MeanDilatation) => "_p0",
-            _ => "",
-        };
-        format!("{}{suffix}", self.mesh.element.name())
-    }
-}
-
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum LumpingSpec {
@@ -325,6 +307,16 @@ pub struct StageSpec {
     pub integrator: IntegratorSpec,
     pub duration: Time,
     pub dt: Time,
+    pub continuation: Option<ContinuationSpec>,
+    /// Of a continuation
+    pub max_steps: Option<usize>,
+}
+
+/// How a static stage goes on where the loads are no longer enough to tell the states apart.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
+#[serde(rename_all = "snake_case")]
+pub enum ContinuationSpec {
+    ArcLength,
 }
 
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
@@ -373,6 +365,9 @@ pub struct NumericsSpec {
     pub reuse_factor: bool,
     pub extrapolate: bool,
     pub cuts: u32,
+    pub projection: bool,
+    /// Wall time after which a run stops
+    pub time_budget: Option<Time>,
 }
 
 impl Default for NumericsSpec {
@@ -385,6 +380,8 @@ impl Default for NumericsSpec {
             reuse_factor: newton.reuse_factor,
             extrapolate: step.extrapolate,
             cuts: step.cuts,
+            projection: newton.projection,
+            time_budget: None,
         }
     }
 }

@@ -6,6 +6,7 @@ mod assembly;
 mod contract;
 mod derivative;
 mod dofs;
+mod projection;
 
 pub use assembly::{Assembled, Cost, System, SystemError};
 pub use contract::{At, Blocks, Cone, Constraint, Effect, EvalError, Local, Needs, Rates, Role, State, Want};

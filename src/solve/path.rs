@@ -1,0 +1,87 @@
+//! Stages by arc length, and the search for a limit point where a step under given loads failed.
+
+use super::continuation::Tracer;
+use super::{Failure, Newton, Span, Status, Stepper, TurningPoint};
+use crate::system::State;
+
+/// Steps of the search for a limit point: it lies within the step that failed, and the length doubles.
+const SEARCH: usize = 20;
+
+impl Stepper<'_> {
+    /// Follows the path of equilibria from `state` until the loads are those of the end of the span.
+    pub(super) fn trace(
+        &mut self,
+        span: Span,
+        max_steps: usize,
+        state: &mut State,
+        accepted: &mut impl FnMut(&State, &State, &Newton, bool) -> bool,
+    ) -> Status {
+        let mut tracer = match Tracer::new(&mut self.newton, self.system, state, span.end, span.dt) {
+            Ok(tracer) => tracer,
+            Err(why) => return Status::stopped(state.t, why),
+        };
+        let mut limit = None;
+        for _ in 0..max_steps {
+            if self.is_over() {
+                return Status::TimeBudget { t: state.t };
+            }
+            let (found, cuts) = tracer.step(&mut self.newton, self.settings.cuts);
+            self.totals.cuts += cuts as usize;
+            let point = match found {
+                Ok(point) => point,
+                Err(why) => return Status::stopped(state.t, why),
+            };
+            if point.state.t < span.start && span.start > 0.0 {
+                // Below lies the protocol of the stage before.
+                let limit = limit.unwrap_or(state.t);
+                return Status::LimitPoint { t: state.t, limit };
+            }
+            let past = std::mem::replace(state, point.state);
+            self.totals.steps += 1;
+            self.totals.iterations += point.iterations;
+            self.note_stability(span.integrator, state.t, point.unstable_modes);
+            if !accepted(&past, state, &self.newton, true) {
+                return Status::Interrupted { t: state.t };
+            }
+            if let Some(turn) = tracer.turning_point(&mut self.newton) {
+                limit = Some(limit.map_or(turn.t, |known: f64| known.max(turn.t)));
+                self.findings.turning_points.push(turn);
+            }
+            if state.t == span.end {
+                return Status::Converged;
+            }
+        }
+        match limit {
+            Some(limit) => Status::LimitPoint { t: state.t, limit },
+            None => Status::StepTooSmall { t: state.t, why: Failure::MaxSteps },
+        }
+    }
+
+    /// The limit point between `state` and the loads of `t`, where no step could be solved: the path is followed until it
+    /// turns, or comes to those loads.
+    pub(super) fn limit(&mut self, span: Span, state: &State, t: f64) -> Option<TurningPoint> {
+        // The first step must still rise: the limit point may be much closer than t.
+        let mut dt = t - state.t;
+        let mut tracer = loop {
+            let mut tracer = Tracer::new(&mut self.newton, self.system, state, span.end, dt).ok()?;
+            let point = tracer.step(&mut self.newton, self.settings.cuts).0.ok()?;
+            if point.state.t > state.t {
+                break tracer;
+            }
+            dt /= 4.0;
+            if dt < f64::EPSILON * span.end.abs() {
+                return None;
+            }
+        };
+        for _ in 0..SEARCH {
+            if self.is_over() {
+                return None;
+            }
+            tracer.step(&mut self.newton, self.settings.cuts).0.ok()?;
+            if let Some(turn) = tracer.turning_point(&mut self.newton).filter(|turn| turn.highest) {
+                return Some(turn);
+            }
+        }
+        None
+    }
+}
