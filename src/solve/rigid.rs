@@ -41,7 +41,7 @@ const ROUNDING: f64 = 1e-12;
 
 impl Newton {
     /// Motions without stiffness at this state, of a static step; rigid ones if `points` [nodes] tells where the nodes are.
-    pub(super) fn free_motions(&mut self, step: &Step, state: &State, points: &[Vec3]) -> Vec<Motion> {
+    pub fn free_motions(&mut self, step: &Step, state: &State, points: &[Vec3]) -> Vec<Motion> {
         if self.evaluate(step, &mut state.clone(), Want::Tangent, None).is_err() {
             return Vec::new();
         }

@@ -7,6 +7,7 @@ pub mod locking;
 pub mod materials;
 pub mod record;
 pub mod runner;
+pub mod solver;
 pub mod spec;
 pub mod store;
 pub mod words;

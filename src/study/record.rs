@@ -1,5 +1,6 @@
 //! What a finished case leaves on disk, and what every report reads: `cases/<id>.json` beside `cases/<id>.csv`.
 
+use super::solver::SolverRecord;
 use crate::solve::Status;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -31,6 +32,9 @@ pub struct CaseRecord {
     /// What, where and the remedy, if the status is not `Converged`
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub status_detail: Option<String>,
+    /// What the solver had to do, and where it stopped
+    #[serde(default)]
+    pub solver: SolverRecord,
     /// Wall time of the solution, mesh and report apart [s]
     pub wall_s: f64,
     /// CPU time of the thread that solved it [s]

@@ -1,6 +1,7 @@
 //! Runs the cases of a study side by side, skips what is done, keeps what is finished.
 
 use super::fields::Fields;
+use super::solver::{self, SolverRecord};
 use super::record::{
     CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance, Skin,
 };
@@ -9,7 +10,7 @@ use super::store::{Store, StoreError};
 use crate::effect::locking::signs;
 use crate::material::Law;
 use crate::scene::{Body, Progress, Run, Scene, SceneError};
-use crate::solve::Status;
+use crate::solve::{Integrator, Status};
 use cpu_time::ThreadTime;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -186,9 +187,14 @@ fn one(
 
 /// Every quantity that a variant judges must be recorded.
 pub fn check_quantities(study: &Study, case: &Case, scene: &Scene) -> Result<(), RunError> {
+    let refuse = |fact| RunError::Quantity { file: study.file.clone(), variant: case.variant.clone(), fact };
+    if scene.spans.iter().any(|s| matches!(s.integrator, Integrator::ArcLength { .. })) {
+        let fact = "its time runs back where the path of equilibria turns, and a study compares curves over time; drive by \
+                    volume or displacement, or use `durometer simulate`";
+        return Err(refuse(fact.into()));
+    }
     let quantities = study.record.quantities.get(&case.variant).into_iter().flatten();
     let unknown = quantities.map(|q| scene.check_column(&q.name)).find_map(Result::err);
-    let refuse = |fact| RunError::Quantity { file: study.file.clone(), variant: case.variant.clone(), fact };
     unknown.map_or(Ok(()), |fact| Err(refuse(fact)))
 }
 
@@ -213,7 +219,6 @@ fn law_record(law: &dyn Law) -> LawRecord {
 pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
     let mesh = &scene.body.mesh;
     let quality = mesh.quality();
-    let converged = run.status == Status::Converged;
     CaseRecord {
         id: String::new(),
         family: String::new(),
@@ -233,7 +238,8 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         integrator: scene.spans.last().map_or("static", |s| s.integrator.name()).into(),
         dt_s: scene.spans.iter().map(|s| s.dt).fold(0.0, f64::max),
         status: run.status.name().into(),
-        status_detail: (!converged).then(|| run.status.to_string()),
+        status_detail: solver::detail(scene, &run.status),
+        solver: SolverRecord::new(scene, run),
         wall_s: times.0,
         cpu_s: times.1,
         shared: false,
@@ -255,7 +261,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         },
         locking: locking(scene, run),
         probes: run.columns.iter().enumerate().skip(1).map(|(k, name)| (name.clone(), probe(run, k))).collect(),
-        remarks: scene.remarks.clone(),
+        remarks: scene.remarks.iter().cloned().chain(solver::remarks(run)).collect(),
         no_limit: scene.no_limit.clone(),
         provenance: Provenance {
             input_sha256: input_hash(&scene.text, &scene.body.sha256),
