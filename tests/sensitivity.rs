@@ -8,7 +8,7 @@ mod common;
 
 use common::{column, example_table, run};
 use durometer::material::LAWS;
-use durometer::scene::{Body, Constant, Scene, Sensitivity, from_text};
+use durometer::scene::{Body, Constant, Scene, from_text};
 use durometer::solve::Status;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -88,11 +88,10 @@ fn values(scene: &Scene, columns: &[String]) -> Vec<f64> {
 /// Columns and [columns × constants] at the end.
 fn slopes(scene: &Scene, keys: &[String]) -> (Vec<String>, Vec<Vec<f64>>) {
     let constants: Vec<Constant> = keys.iter().map(|k| format!("laws.rubber.{k}").parse().expect("a name")).collect();
-    let mut sensitivity = Sensitivity::new(scene, &constants).unwrap_or_else(|e| panic!("{e}"));
-    let mut found = Vec::new();
-    let run = scene.run(&mut |_| true, &mut |state| found = sensitivity.at(state).expect("a regular tangent"));
-    assert_eq!(run.status, Status::Converged);
-    (sensitivity.columns(), found)
+    let found = scene.run_with_slopes(&constants, &mut |_| true, &mut |_| {});
+    let (run, mut slopes) = found.unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!((&run.status, &slopes.stopped, run.rows.len()), (&Status::Converged, &None, slopes.rows.len()));
+    (slopes.columns, slopes.rows.pop().expect("a row"))
 }
 
 /// Every constant of the table against differences of runs; the largest error.

@@ -1,12 +1,13 @@
 //! `durometer simulate SCENE`
 
 use super::{INCOMPLETE, Outcome, bars::Bars, files};
-use durometer::scene::{Body, Constant, Scene, Sensitivity, read_scene};
+use durometer::scene::{Body, Constant, Scene, read_scene};
 use durometer::solve::Status;
 use durometer::study::fields::Fields;
 use durometer::study::locking::REMEDY;
 use durometer::study::runner::{self, Watch};
 use durometer::study::store;
+use durometer::system::State;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
@@ -57,13 +58,6 @@ pub fn main(args: Args) -> Outcome {
     let body = Body::load(&file, &spec.mesh, &mut |line| bars.meshing(&name, line))?;
     let scene = Scene::build(&file, spec, text, body.into())?;
     let constants: Vec<Constant> = args.slope.iter().map(|text| text.parse()).collect::<Result<_, _>>()?;
-    let mut sensitivity = match constants.is_empty() {
-        true => None,
-        false => Some(Sensitivity::new(&scene, &constants)?),
-    };
-    let mut slopes = Ok(Vec::new());
-    // Derivatives are no part of the price of the run.
-    let mut aside = (0.0, 0.0);
     files::make_folder(&args.out)?;
     if !args.json {
         scene.remarks.iter().for_each(|remark| eprintln!("note: {remark}"));
@@ -72,26 +66,21 @@ pub fn main(args: Args) -> Outcome {
     let stop = super::stop_flag();
     let mut fields = args.vtu.then(|| Fields::new(&args.out, &name));
     let (wall, cpu) = (Instant::now(), cpu_time::ThreadTime::now());
-    let run = scene.run(
-        &mut |progress| {
-            bars.progress(&name, progress);
-            !stop.load(Ordering::Relaxed)
-        },
-        &mut |state| {
-            if let Some(fields) = &mut fields {
-                fields.add(&scene, state);
-            }
-            if let (Some(sensitivity), Ok(rows)) = (&mut sensitivity, &mut slopes) {
-                let begin = (Instant::now(), cpu_time::ThreadTime::now());
-                match sensitivity.at(state) {
-                    Ok(found) => rows.push((state.t, found)),
-                    Err(why) => slopes = Err(format!("no derivative at t = {} s: {why}", state.t)),
-                }
-                aside.0 += begin.0.elapsed().as_secs_f64();
-                aside.1 += begin.1.elapsed().as_secs_f64();
-            }
-        },
-    );
+    let mut watch = |progress| {
+        bars.progress(&name, progress);
+        !stop.load(Ordering::Relaxed)
+    };
+    let mut states = |state: &State| {
+        if let Some(fields) = &mut fields {
+            fields.add(&scene, state);
+        }
+    };
+    let (run, slopes) = match constants.is_empty() {
+        true => (scene.run(&mut watch, &mut states), None),
+        false => scene.run_with_slopes(&constants, &mut watch, &mut states).map(|(run, slopes)| (run, Some(slopes)))?,
+    };
+    // Derivatives are no part of the price of the run.
+    let aside = slopes.as_ref().map_or((0.0, 0.0), |s| (s.wall, s.cpu));
     let mut times = (wall.elapsed().as_secs_f64() - aside.0, cpu.elapsed().as_secs_f64() - aside.1);
     if let Some(fields) = fields {
         let (wall, cpu) = fields.finish()?;
@@ -101,9 +90,8 @@ pub fn main(args: Args) -> Outcome {
     record.id.clone_from(&name);
     store::write(&args.out.join(format!("{name}.csv")), &store::csv(&run))?;
     store::write(&args.out.join(format!("{name}.signals.csv")), &store::signals_csv(&scene, &run))?;
-    if let Some(sensitivity) = &sensitivity {
-        let text = store::slopes_csv(&sensitivity.columns(), &constants, slopes.as_deref().unwrap_or_default());
-        store::write(&args.out.join(format!("{name}.slopes.csv")), &text)?;
+    if let Some(slopes) = &slopes {
+        store::write(&args.out.join(format!("{name}.slopes.csv")), &store::slopes_csv(&run, slopes))?;
     }
     let json = serde_json::to_string_pretty(&record)?;
     store::write(&args.out.join(format!("{name}.json")), &json)?;
@@ -127,10 +115,11 @@ pub fn main(args: Args) -> Outcome {
             println!("fields:  {} (open it in ParaView)", args.out.join(format!("{name}.pvd")).display());
         }
     }
-    if let Err(why) = &slopes {
-        eprintln!("not complete: {why}");
+    let stopped = slopes.and_then(|s| s.stopped);
+    if let Some((t, why)) = &stopped {
+        eprintln!("not complete: no derivative at t = {t} s: {why}");
     }
-    let complete = run.status == Status::Converged && slopes.is_ok();
+    let complete = run.status == Status::Converged && stopped.is_none();
     Ok(if complete { ExitCode::SUCCESS } else { ExitCode::from(INCOMPLETE) })
 }
 

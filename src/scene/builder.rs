@@ -8,7 +8,7 @@ use super::signal::SignalSpec;
 use super::spec::{ConstraintSpec, EffectSpec, FormulationSpec, LumpingSpec, PickSpec, SceneSpec, SelectorSpec};
 use crate::effect::{
     Cable, CellPoints, Elastic, Gravity, Guide, Inertia, Lumping, Mass, MassDamping, MeanDilatation, MixedElastic,
-    Stressed, ViscousDamping, pressure_hosts,
+    Stressed, Viscoelastic, ViscousDamping, pressure_hosts,
 };
 use crate::material::{self, Law};
 use crate::math::signal::Signal;
@@ -32,6 +32,8 @@ pub(super) struct Gathered {
     pub(super) points: Vec<Arc<CellPoints>>,
     /// Elastic effects, for their stresses
     pub(super) stressed: Vec<Arc<dyn Stressed>>,
+    /// Viscoelastic effects, for their derivatives
+    pub(super) relaxing: Vec<Arc<Viscoelastic>>,
     /// Nodes that host the second field
     pub(super) hosts: Vec<u32>,
     pub(super) laws: Vec<Box<dyn Law>>,
@@ -211,7 +213,9 @@ impl<'a> Builder<'a> {
                 Box::new(ViscousDamping::new(mesh, self.cells(place, region)?, eta.0))
             }
             EffectSpec::Viscoelastic { region, law, moduli, prony } => {
-                Box::new(self.viscoelastic(place, region, law, *moduli, prony)?)
+                let shared = Arc::new(self.viscoelastic(place, region, law, *moduli, prony)?);
+                gathered.relaxing.push(shared.clone());
+                Box::new(shared)
             }
             EffectSpec::StiffnessDamping { region, beta, stiffness } => {
                 self.stiffness_damping(place, region, beta.0, *stiffness, gathered)?

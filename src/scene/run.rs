@@ -2,6 +2,7 @@
 
 use super::build::Scene;
 use super::probe::{Energies, Moment, cable_columns, cavity_columns, largest_stretch, record_cable, record_cavity};
+use super::slopes::Recorder;
 use crate::math::tensor::Vec3;
 use crate::solve::{Findings, Newton, NewtonSettings, Status, StepSettings, Stepper, Totals, initial_acceleration};
 use crate::system::{At, Role, State, System, Want};
@@ -55,6 +56,16 @@ impl Scene {
     /// Runs all stages. `watch` is called after each accepted step; false stops the run. `states` receives each state on
     /// the time grid.
     pub fn run(&self, watch: &mut dyn FnMut(Progress) -> bool, states: &mut dyn FnMut(&State)) -> Run {
+        self.follow(watch, states, None)
+    }
+
+    /// The same, with derivatives where there is a recorder for them.
+    pub(super) fn follow(
+        &self,
+        watch: &mut dyn FnMut(Progress) -> bool,
+        states: &mut dyn FnMut(&State),
+        mut slopes: Option<&mut Recorder>,
+    ) -> Run {
         let n = &self.spec.numerics;
         let newton = NewtonSettings {
             tolerance: n.tolerance,
@@ -88,8 +99,14 @@ impl Scene {
                     }
                 }
             }
+            if let Some(slopes) = &mut slopes {
+                slopes.begin(span.integrator, &state);
+            }
             status = stepper.run(*span, &mut state, |past, now, newton, on_grid| {
                 ledger.book(&self.system, past, now, newton);
+                if let Some(slopes) = &mut slopes {
+                    slopes.step(span.integrator, past, now, on_grid);
+                }
                 iterations += newton.iterations;
                 if on_grid {
                     let since_last = std::mem::take(&mut iterations);

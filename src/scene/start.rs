@@ -48,7 +48,11 @@ impl Builder<'_> {
             Some(StartSpec::Collapsed { keep, perturbation, .. }) => {
                 if !keep.chars().all(|c| "xyz".contains(c)) || keep.len() > 2 {
                     let fact = format!("keep = \"{keep}\"");
-                    return Err(self.content(place, fact, "write \"\" for a point, \"x\" for a line, \"xy\" for a plane"));
+                    return Err(self.content(
+                        place,
+                        fact,
+                        "write \"\" for a point, \"x\" for a line, \"xy\" for a plane",
+                    ));
                 }
                 if perturbation.0 <= 0.0 {
                     let fact = format!("perturbation = {} mm", perturbation.0 * 1e3);
@@ -94,7 +98,8 @@ impl Scene {
                 StartSpec::Twisted { axis, angle } => {
                     let axis = Unit::new_normalize(Vec3::from(*axis));
                     let heights = points.iter().map(|p| p.dot(&axis));
-                    let (least, most) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), h| (l.min(h), m.max(h)));
+                    let (least, most) =
+                        heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), h| (l.min(h), m.max(h)));
                     let share = (p.dot(&axis) - least) / (most - least);
                     middle + Rotation3::from_axis_angle(&axis, angle.0 * share) * (p - middle)
                 }

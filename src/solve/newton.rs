@@ -22,7 +22,7 @@ pub struct NewtonSettings {
 
 impl Default for NewtonSettings {
     fn default() -> Self {
-        Self { tolerance: 1e-8, max_iterations: 30, line_search: true, reuse_factor: true, projection: true }
+        Self { tolerance: 1e-8, max_iterations: 30, line_search: true, reuse_factor: true, projection: false }
     }
 }
 
@@ -54,7 +54,9 @@ impl fmt::Display for Failure {
                 write!(f, "the residual stays at {residual:.1e} of the internal forces, largest at node {node}")
             }
             Self::Complementarity => write!(f, "the one-sided constraints contradict each other"),
-            Self::MaxSteps => write!(f, "the path of equilibria does not reach the end of the stage in max_steps steps"),
+            Self::MaxSteps => {
+                write!(f, "the path of equilibria does not reach the end of the stage in max_steps steps")
+            }
             Self::Unloaded => write!(f, "the loads do not change where the stage starts"),
         }
     }
@@ -95,6 +97,8 @@ struct Direction {
 const LINE_SEARCH_RATIO: f64 = 0.8;
 const CHORD_CONTRACTION: f64 = 0.2;
 const HALVINGS: usize = 12;
+/// Share of the largest diagonal entry that the shift counts as the stiffness of a direction without any [–].
+const SOFTEST: f64 = 1e-9;
 
 impl Newton {
     pub fn new(system: &System, settings: NewtonSettings, length: f64) -> Self {
@@ -117,7 +121,8 @@ impl Newton {
         let system = step.system;
         let targets: Vec<(usize, f64)> =
             system.prescribed.iter().map(|p| (p.dof as usize, p.signal.at(next.t))).collect();
-        let mut solved = Solved { iterations: 0, unstable_modes: 0, regularised: false, projected: self.sums.projected };
+        let mut solved =
+            Solved { iterations: 0, unstable_modes: 0, regularised: false, projected: self.sums.projected };
         let mut fresh = false;
         let mut last = f64::INFINITY;
         let mut below = false;
@@ -223,6 +228,8 @@ impl Newton {
     /// Factorises K, shifts it where the constrained tangent has negative eigenvalues, and forms S = H K⁻¹ Hᵀ.
     fn factorise(&mut self, system: &System, solved: &mut Solved) -> Result<Schur, Failure> {
         let mut shift = 0.0;
+        let own = system.pattern.diagonal(&self.sums.k);
+        let largest = own.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
         loop {
             let factorised = self.factor.factorise(&self.sums.k).map_err(Failure::Linear);
             let attempt = factorised.and_then(|()| Schur::new(&mut self.factor, &self.sums).map_err(Failure::Linear));
@@ -245,9 +252,8 @@ impl Newton {
             let larger = if shift == 0.0 { 1e-3 } else { 10.0 * shift };
             for j in 0..system.pattern.n {
                 let k = system.pattern.col_ptr[j] as usize;
-                let diagonal = self.sums.k[k] / (1.0 + shift);
                 let away = if system.dofs.is_scalar(j) { -larger } else { larger };
-                self.sums.k[k] = diagonal + away * diagonal.abs();
+                self.sums.k[k] = own[j] + away * own[j].abs().max(SOFTEST * largest);
             }
             shift = larger;
             solved.regularised = true;

@@ -64,10 +64,13 @@ impl Newton {
     /// of a slender body still a thousand times it.
     fn mechanism(&mut self, system: &System) -> Option<Motion> {
         let (pattern, k) = (&system.pattern, &self.sums.k);
-        let diagonal = pattern.diagonal(k);
+        let mut diagonal = pattern.diagonal(k);
+        let largest = diagonal.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
+        // A direction without any stiffness would have no weight, and would not be found.
+        diagonal.iter_mut().for_each(|d| *d = d.abs().max(ROUNDING * largest));
         let mut shifted = k.clone();
         for j in 0..pattern.n {
-            shifted[pattern.col_ptr[j] as usize] += ROUNDING * diagonal[j].abs();
+            shifted[pattern.col_ptr[j] as usize] += ROUNDING * diagonal[j];
         }
         let mut mode: Vec<f64> = (1..=pattern.n).map(|i| (i as f64 * 0.618_033_988_75).fract()).collect();
         if self.factor.factorise(&shifted).is_ok() {
@@ -80,7 +83,7 @@ impl Newton {
             }
             let mut force = vec![0.0; pattern.n];
             pattern.multiply(k, &mode, &mut force);
-            let yardstick: f64 = mode.iter().zip(&diagonal).map(|(x, d)| d.abs() * x * x).sum();
+            let yardstick: f64 = mode.iter().zip(&diagonal).map(|(x, d)| d * x * x).sum();
             if dot(&mode, &force).abs() > ROUNDING * yardstick {
                 return None;
             }
@@ -166,7 +169,12 @@ impl<'a> Part<'a> {
         // Combinations that do not turn are translations; the axes of the others are what Ω reaches.
         let still = null_space(&turns, NONE);
         for direction in directions(&(&basis * &still).rows(0, 3).into_owned()) {
-            motions.push(Motion { kind: MotionKind::Translation, direction: direction.into(), node: self.nodes[0], whole });
+            motions.push(Motion {
+                kind: MotionKind::Translation,
+                direction: direction.into(),
+                node: self.nodes[0],
+                whole,
+            });
         }
         for axis in directions(&turns) {
             let weights = turns.clone().svd(true, true).solve(&DVector::from_column_slice(axis.as_slice()), NONE);
@@ -271,7 +279,10 @@ pub(super) fn sentence(motions: &[Motion]) -> String {
     let first = &motions[0];
     if first.kind == MotionKind::Mechanism {
         let along = name(&first.direction);
-        return format!("node {} can move along {along} without resistance: the parts around it form a mechanism", first.node);
+        return format!(
+            "node {} can move along {along} without resistance: the parts around it form a mechanism",
+            first.node
+        );
     }
     let of = |kind: MotionKind| {
         let names: Vec<String> =

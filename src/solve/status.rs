@@ -117,7 +117,7 @@ impl Status {
                 }
                 Failure::NotConverged { node: k, .. } => node(*k),
                 Failure::Linear(_) | Failure::Complementarity | Failure::Unloaded | Failure::MaxSteps => {
-                     Culprit::default()
+                    Culprit::default()
                 }
             },
             _ => Culprit::default(),
@@ -129,10 +129,14 @@ impl Status {
         match self {
             Self::Converged => "converged".into(),
             Self::LimitPoint { limit, .. } => {
-                format!("the path of equilibria turns at the loads of t = {limit:.6} s and does not come back to larger ones")
+                format!(
+                    "the path of equilibria turns at the loads of t = {limit:.6} s and does not come back to larger ones"
+                )
             }
             Self::NoEquilibrium { limit, .. } => {
-                format!("the path of equilibria ends at a limit point: no larger loads than those of t = {limit:.6} s are carried")
+                format!(
+                    "the path of equilibria ends at a limit point: no larger loads than those of t = {limit:.6} s are carried"
+                )
             }
             Self::Inverted { why, .. } => format!("no step however small avoids inversion: {why}"),
             Self::Singular { motions, .. } if motions.is_empty() => {
@@ -164,12 +168,18 @@ impl Status {
             Self::StepTooSmall { why: Failure::Eval(EvalError::Locked { .. }), .. } => {
                 "reduce the load, or take a law without an end to its stretch"
             }
-            Self::StepTooSmall { why: Failure::Complementarity, .. } => "release one of the cables, or drive it by tension",
+            Self::StepTooSmall { why: Failure::Complementarity, .. } => {
+                "release one of the cables, or drive it by tension"
+            }
             Self::StepTooSmall { why: Failure::Linear(_), .. } => {
                 "bring the stiffnesses of the parts closer to each other, or mesh without slivers"
             }
-            Self::StepTooSmall { why: Failure::MaxSteps, .. } => "raise max_steps, or take a larger dt: it is the length of the first step",
-            Self::StepTooSmall { why: Failure::Unloaded, .. } => "let a signal change over the stage, or leave continuation away",
+            Self::StepTooSmall { why: Failure::MaxSteps, .. } => {
+                "raise max_steps, or take a larger dt: it is the length of the first step"
+            }
+            Self::StepTooSmall { why: Failure::Unloaded, .. } => {
+                "let a signal change over the stage, or leave continuation away"
+            }
             Self::StepTooSmall { .. } => {
                 "the load may exceed what the body can carry (drive by length instead of tension), or the mesh is too \
                  coarse there"

@@ -111,13 +111,14 @@ impl<'a> Stepper<'a> {
                 match self.step(span.integrator, state, t) {
                     Ok((next, solved)) => {
                         let past = std::mem::replace(state, next);
-                        let last = k == grid && done + 1 == whole;
-                        self.count(span.integrator, &past, state, &solved, last);
+                        self.count(&solved);
                         self.remember(state);
                         done += 1;
                         if !accepted(&past, state, &self.newton, done == whole) {
                             return Status::Interrupted { t: state.t };
                         }
+                        let last = k == grid && done == whole;
+                        self.judge_stability(span.integrator, &past, state, &solved, last);
                         // Grow again after two steps in a row.
                         while level > 0 && done % 2 == 0 {
                             level -= 1;
@@ -239,13 +240,16 @@ impl<'a> Stepper<'a> {
         (0..state.x.len()).map(|i| error(i).powi(2)).sum()
     }
 
-    /// Books an accepted step. The negative eigenvalues of a static one are counted again where it ended if its last tangent,
-    /// taken before, had some, and at the end of the stage.
-    fn count(&mut self, integrator: Integrator, past: &State, state: &State, solved: &Solved, last: bool) {
+    fn count(&mut self, solved: &Solved) {
         self.totals.steps += 1;
         self.totals.iterations += solved.iterations;
         self.totals.regularised += usize::from(solved.regularised);
         self.totals.projected += usize::from(solved.projected);
+    }
+
+    /// The negative eigenvalues of a static step are counted again where it ended if its last tangent, taken before, had some,
+    /// and at the end of the stage.
+    fn judge_stability(&mut self, integrator: Integrator, past: &State, state: &State, solved: &Solved, last: bool) {
         let mut modes = solved.unstable_modes;
         if integrator.is_static() && (modes > 0 || last) {
             let step = Step { system: self.system, integrator, past, dt: state.t - past.t };

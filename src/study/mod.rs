@@ -1,8 +1,10 @@
 //! Studies: cases, their stored results, and the analysis over them.
 
+pub mod calibration;
 pub mod convergence;
 pub mod curve;
 pub mod fields;
+pub mod inverse;
 pub mod locking;
 pub mod materials;
 pub mod record;

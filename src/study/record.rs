@@ -202,7 +202,7 @@ impl Skin {
 pub struct StudyRecord {
     /// Name of the study, as its folder is called
     pub study: String,
-    /// `convergence`, `materials`
+    /// `convergence`, `materials`, `calibration`
     pub kind: String,
     pub question: String,
     /// What was expected before the run
@@ -296,6 +296,8 @@ pub enum Role {
     Laws,
     /// The same laws on a finer mesh
     Finer,
+    /// A dimension that is not known exactly, over its range
+    Nuisance,
 }
 
 impl Role {
@@ -310,6 +312,7 @@ impl Role {
             Self::TimeStep => "time step",
             Self::Laws => "laws",
             Self::Finer => "finer",
+            Self::Nuisance => "nuisance",
         }
     }
 }

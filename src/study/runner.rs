@@ -1,22 +1,23 @@
 //! Runs the cases of a study side by side, skips what is done, keeps what is finished.
 
 use super::fields::Fields;
-use super::solver::{self, SolverRecord};
 use super::record::{
     CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance, Skin,
 };
+use super::solver::{self, SolverRecord};
 use super::spec::{Case, Study};
 use super::store::{Store, StoreError};
+use crate::calibrate::inverse::{Calibration, Failure, InverseError, SceneModel, calibrate};
 use crate::effect::locking::signs;
 use crate::material::Law;
-use crate::scene::{Body, Progress, Run, Scene, SceneError};
+use crate::scene::{Body, Progress, Run, Scene, SceneError, SceneSpec};
 use crate::solve::{Integrator, Status};
 use cpu_time::ThreadTime;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
 /// What a run may tell while it goes on.
@@ -37,6 +38,8 @@ pub enum RunError {
     Store(#[from] StoreError),
     #[error(transparent)]
     Fields(#[from] crate::mesh::validate::MeshError),
+    #[error(transparent)]
+    Inverse(#[from] InverseError),
     #[error("no case is called like \"{only}\"; the cases are: {known}")]
     NoSuchCase { only: String, known: String },
     #[error("{}: variant {variant}: {fact}", file.display())]
@@ -130,7 +133,8 @@ fn one(
     watch: &dyn Watch,
 ) -> Result<Option<CaseRecord>, RunError> {
     let body = Body::load(&case.scene_file, &case.spec.mesh, &mut |line| watch.meshing(&case.id, line))?;
-    let input_sha256 = input_hash(&case.text, &body.sha256);
+    let asked = case.plan.as_ref().map_or("", |plan| plan.sha256.as_str());
+    let input_sha256 = input_hash(&case.text, &format!("{}{asked}", body.sha256));
     let mut fields = match options.vtu {
         true => Some(Fields::new(store.folder(&case.id)?, &case.id)),
         false => None,
@@ -142,22 +146,30 @@ fn one(
     }
     watch.started(&case.id);
     let mut shared = running.fetch_add(1, Ordering::SeqCst) > 0;
-    let scene = Scene::build(&case.scene_file, case.spec.clone(), case.text.clone(), body.into());
+    let mut go_on = |progress| {
+        shared |= running.load(Ordering::Relaxed) > 1;
+        watch.progress(&case.id, progress);
+        !options.stop.load(Ordering::Relaxed)
+    };
+    let body = Arc::new(body);
+    let found = match find(case, &body, &mut go_on) {
+        Ok(found) => found,
+        Err(error) => {
+            running.fetch_sub(1, Ordering::SeqCst);
+            return error.map_or(Ok(None), Err);
+        }
+    };
+    // The case of a calibration is its scene at the constants that were found
+    let spec = found.as_ref().map_or_else(|| case.spec.clone(), |f| f.1.clone());
+    let scene = Scene::build(&case.scene_file, spec, case.text.clone(), body);
     let checked = scene.map_err(RunError::from).and_then(|scene| check_quantities(study, case, &scene).map(|()| scene));
     let outcome = checked.map(|scene| {
         let (wall, cpu) = (Instant::now(), ThreadTime::now());
-        let run = scene.run(
-            &mut |progress| {
-                shared |= running.load(Ordering::Relaxed) > 1;
-                watch.progress(&case.id, progress);
-                !options.stop.load(Ordering::Relaxed)
-            },
-            &mut |state| {
-                if let Some(fields) = &mut fields {
-                    fields.add(&scene, state);
-                }
-            },
-        );
+        let run = scene.run(&mut go_on, &mut |state| {
+            if let Some(fields) = &mut fields {
+                fields.add(&scene, state);
+            }
+        });
         let times = (wall.elapsed().as_secs_f64(), cpu.elapsed().as_secs_f64());
         (scene, run, times)
     });
@@ -179,10 +191,44 @@ fn one(
     record.member.clone_from(&case.member);
     record.shared = shared;
     record.provenance.input_sha256 = input_sha256;
+    if let Some((calibration, _)) = &found {
+        store.save_calibration(&case.id, calibration)?;
+        if !calibration.settled && record.converged() {
+            record.status = "SearchNotSettled".into();
+            let detail = "the search for the constants did not come to its end; take another start, or fewer unknowns";
+            record.status_detail = Some(detail.into());
+        }
+    }
     record.phases.output_s = writing.elapsed().as_secs_f64();
     store.save(&record, &run, &skin)?;
     watch.finished(&record, false);
     Ok(Some(record))
+}
+
+/// Finds the constants of a case of a calibration; with the scene that has them. `Err(None)`: stopped. A scene that cannot be solved at
+/// its own constants has no answer, and its run will say why.
+fn find(
+    case: &Case,
+    body: &Arc<Body>,
+    go_on: &mut dyn FnMut(Progress) -> bool,
+) -> Result<Option<(Calibration, SceneSpec)>, Option<RunError>> {
+    let Some(plan) = &case.plan else { return Ok(None) };
+    let unknown = SceneModel::unknowns(&case.spec, &plan.constants).map_err(|e| Some(e.into()))?;
+    let model = SceneModel {
+        file: case.scene_file.clone(),
+        spec: case.spec.clone(),
+        text: case.text.clone(),
+        body: body.clone(),
+        unknown,
+        x: plan.x.clone(),
+        y: plan.y.clone(),
+    };
+    match calibrate(&model, &plan.measured, &plan.settings, go_on) {
+        Ok((calibration, scene)) => Ok(Some((calibration, scene.spec))),
+        Err(Failure::Input(error)) => Err(Some(error.into())),
+        Err(Failure::Interrupted) => Err(None),
+        Err(Failure::Constants(_) | Failure::Run(_)) => Ok(None),
+    }
 }
 
 /// Every quantity that a variant judges must be recorded.

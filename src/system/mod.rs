@@ -10,4 +10,5 @@ mod projection;
 
 pub use assembly::{Assembled, Cost, System, SystemError};
 pub use contract::{At, Blocks, Cone, Constraint, Effect, EvalError, Local, Needs, Rates, Role, State, Want};
+pub use derivative::{Direction, Past, Term};
 pub use dofs::{Dofs, Prescribed};

@@ -1,6 +1,7 @@
 //! The figures, one file each: stored results in, SVG out.
 
 pub mod bodies;
+pub mod calibration;
 pub mod cost;
 pub mod curves;
 pub mod errors;

@@ -1,0 +1,75 @@
+//! What a calibration study asks of a case, read from `[calibration]` and from `measured` of its variant.
+
+use crate::calibrate::Weighting;
+use crate::calibrate::inverse::{InverseError, Measured, MeasuredSpec, Settings};
+use crate::math::units::{self, Dimension};
+use crate::scene::Constant;
+use serde::Deserialize;
+use sha2::{Digest, Sha256};
+use std::path::Path;
+
+/// `[calibration]`
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CalibrationSpec {
+    /// Constants to be found, as in the scene: `laws.rubber.mu`. They start at its values.
+    pub unknown: Vec<String>,
+    /// What counts as an error of a row
+    pub weighting: Weighting,
+    /// The homogeneous piece that the usual reading of the test takes for the whole
+    pub gauge: Option<GaugeSpec>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GaugeSpec {
+    pub length: String,
+    pub section: String,
+}
+
+/// A case of a calibration.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    pub constants: Vec<Constant>,
+    pub measured: Measured,
+    pub x: String,
+    pub y: String,
+    pub settings: Settings,
+    /// SHA-256 of all that is asked and of the table
+    pub sha256: String,
+}
+
+impl Plan {
+    /// `base`: folder of the study.
+    pub fn new(base: &Path, spec: &CalibrationSpec, measured: &MeasuredSpec) -> Result<Self, InverseError> {
+        let constants = spec.unknown.iter().map(|text| text.parse()).collect::<Result<Vec<Constant>, _>>()?;
+        let section = Dimension::LENGTH.times(Dimension::LENGTH, 1);
+        let gauge = spec.gauge.as_ref().map(|g| {
+            let read = |key, text: &String, wanted| {
+                let positive = |value: f64| {
+                    if value > 0.0 { Ok(value) } else { Err(units::UnitError::NotANumber { text: text.clone() }) }
+                };
+                units::parse(text, wanted).and_then(positive).map_err(|fact| InverseError::Gauge {
+                    key,
+                    text: text.clone(),
+                    fact,
+                })
+            };
+            Ok::<_, InverseError>([
+                read("length", &g.length, Dimension::LENGTH)?,
+                read("section", &g.section, section)?,
+            ])
+        });
+        let gauge = gauge.transpose()?;
+        let curve = Measured::read(base, measured)?;
+        let asked = format!("{spec:?} {measured:?} {}", curve.sha256);
+        Ok(Self {
+            constants,
+            measured: curve,
+            x: measured.x.is.clone(),
+            y: measured.y.is.clone(),
+            settings: Settings { weighting: spec.weighting, gauge },
+            sha256: Sha256::digest(asked).iter().map(|b| format!("{b:02x}")).collect(),
+        })
+    }
+}
