@@ -116,6 +116,7 @@ fn the_guide_names_every_key_of_a_scene_and_a_study() {
         "ConstraintSpec",
         "DriveSpec",
         "StageSpec",
+        "ContinuationSpec",
         "IntegratorSpec",
         "ProbeSpec",
         "NumericsSpec",
@@ -125,6 +126,9 @@ fn the_guide_names_every_key_of_a_scene_and_a_study() {
         assert!(scene.contains(sure), "the reader of the source missed {sure}: {scene:?}");
     }
     assert_eq!(missing(scene), Vec::<String>::new(), "not in docs/guide.md");
+    let start = keys_of(&text("src/scene/start.rs"), &["StartSpec"]);
+    assert!(start.contains("collapsed") && start.contains("perturbation"), "{start:?}");
+    assert_eq!(missing(start), Vec::<String>::new(), "starts not in docs/guide.md");
     let signals = keys_of(&text("src/scene/signal.rs"), &["FunctionSpec"]);
     assert!(signals.contains("raised_cosine") && signals.contains("amplitude"), "{signals:?}");
     assert_eq!(missing(signals), Vec::<String>::new(), "signals not in docs/guide.md");
