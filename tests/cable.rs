@@ -147,7 +147,9 @@ fn overpull_ends_with_a_status_and_the_last_good_state() {
         let (all, status) = states(&mesh, &system, 1e-8, 24);
         let good = all.last().expect("the first pulls are possible");
         println!("overpull {name}: {} after {:.1} mm", status.name(), 1e3 * 1.2 * rest * good.t);
-        assert!(matches!(status, Status::StepTooSmall { .. } | Status::Inverted { .. }), "{name}: {status:?}");
+        let stopped =
+            matches!(status, Status::StepTooSmall { .. } | Status::Inverted { .. } | Status::NoEquilibrium { .. });
+        assert!(stopped, "{name}: {status:?}");
         assert!(good.x.iter().chain(&good.lambda).all(|v| v.is_finite()), "{name}");
         let gap = rest * (1.0 - 1.2 * good.t) - cable.length(&good.x);
         assert!(gap.abs() <= 1e-8 * rest, "{name}: the last state keeps the length: {gap:e} m");

@@ -162,33 +162,28 @@ fn a_path_that_does_not_arrive_states_its_limit_point() {
     assert!((1.5 * limit - 1.0).abs() < 1e-3, "{limit}");
 }
 
-/// Under the force alone: the largest load is stated, and the last good state lies before it. With projected tangents the step
-/// reaches the equilibrium on the other side, and the count tells that it did not get there by itself.
+/// Under the force alone a step beyond the limit point would snap to the other side, where there is an equilibrium too: that is
+/// no equilibrium of this path. The largest load is stated, and the last good state lies before it. With small steps, and with
+/// one that is as large as the load.
 #[test]
 fn a_limit_point_under_force_is_stated() {
     let (top, mesh) = (largest_load(), truss());
-    let system = loaded_truss(1.5 * top);
-    let span = Span { integrator: Integrator::Static, start: 0.0, end: 1.0, dt: 0.1 };
-    let run = |projection: bool| {
+    for (dt, projection) in [(0.1, false), (1.0, false), (0.1, true)] {
+        let system = loaded_truss(1.5 * top);
         let settings = NewtonSettings { tolerance: 1e-10, projection, ..NewtonSettings::default() };
         let newton = Newton::new(&system, settings, mesh.diagonal());
         let mut stepper = Stepper::new(&system, newton, StepSettings::default());
         let mut state = system.rest();
+        let span = Span { integrator: Integrator::Static, start: 0.0, end: 1.0, dt };
         let status = stepper.run(span, &mut state, |_, _, _, _| true);
-        (status, -state.x[8], stepper.totals)
-    };
-    let (status, w, totals) = run(false);
-    println!("truss under force: {status}; {totals:?}");
-    let Status::NoEquilibrium { t, limit, node: 2 } = status else { panic!("{status}") };
-    // Half the last cut of the step lies before the limit at most; the limit itself as by arc length.
-    assert!(
-        (1.5 * limit - 1.0).abs() < 1e-3 && t <= limit && limit - t < 0.1 / 1024.0 && w < TRUSS.1,
-        "{t} {limit} {w}"
-    );
-    let (status, w, totals) = run(true);
-    assert_eq!(status, Status::Converged);
-    assert!(w > 2.0 * TRUSS.1 && totals.projected == 1, "{w} {totals:?}");
-    assert!((by_hand(w) / (1.5 * top) - 1.0).abs() < 1e-7);
+        println!("truss under force, dt = {dt}: {status}; {:?}", stepper.totals);
+        let Status::NoEquilibrium { t, limit, node: 2 } = status else { panic!("{status}") };
+        // As by arc length
+        assert!(
+            (1.5 * limit - 1.0).abs() < 1e-3 && t <= limit && limit - t < dt && -state.x[8] < TRUSS.1,
+            "{t} {limit}"
+        );
+    }
 }
 
 /// Two springs k in a line, held across by two soft ones c: K_yy = 2N/l + …, so the line would buckle at N = −c l, long before
@@ -270,7 +265,7 @@ fn a_body_comes_back_from_a_random_start() {
     let start = |seed: u64| format!("[start.random]\nsize = \"1 m\"\nseed = {seed}");
     let left: Vec<f64> = (0..100).map(|seed| left_over(&start(seed), "")).collect();
     let back = left.iter().filter(|l| **l <= 1e-6).count();
-    println!("random start: {back} of 100 seeds at rest; worst {left:?}");
+    println!("random start: {back} of 100 seeds at rest");
     assert!(back >= 99, "{back} of 100: {left:?}");
 }
 
@@ -319,30 +314,61 @@ fn a_time_budget_stops_the_run_and_changes_no_number() {
     let (with, _) = run("[numerics]\ntime_budget = \"60 min\"");
     assert_eq!((with.status, with.rows.len()), (Status::Converged, without.rows.len()));
     assert!(with.last.x.iter().zip(&without.last.x).all(|(a, b)| a.to_bits() == b.to_bits()));
-    let (stopped, record) = run("[numerics]\ntime_budget = \"1 us\"");
+    let (stopped, record) = run("[numerics]\ntime_budget = \"0.001 ms\"");
     assert!(matches!(stopped.status, Status::TimeBudget { t: 0.0 }), "{}", stopped.status);
     assert_eq!((stopped.rows.len(), stopped.rows[0].len()), (1, without.rows[0].len()));
     let stop = record.solver.stop.expect("it stopped");
     assert!(stop.remedy.contains("time_budget") && record.status == "TimeBudget", "{stop:?}");
 }
 
-/// Cuts are needed: without them some of the first 14 starts are lost. (Projection: see the truss.)
+/// Without cuts some of the first 30 starts are lost.
 #[test]
 fn without_cuts_starts_are_lost() {
     let start = |seed: u64| format!("[start.random]\nsize = \"1 m\"\nseed = {seed}");
-    let back = |numerics: &str| (0..30).filter(|seed| left_over(&start(*seed), numerics) <= 1e-6).count();
-    let [all, uncut, unsearched] = ["", "[numerics]\ncuts = 0", "[numerics]\nline_search = false"].map(back);
-    println!("of 30 random starts: {all} back, {uncut} without cuts, {unsearched} without line search");
-    assert!(all == 30 && uncut < all && unsearched < all);
+    let lost = |numerics: &str| (0..30).filter(|seed| left_over(&start(*seed), numerics) > 1e-6).count();
+    let [with, without] = ["", "[numerics]\ncuts = 0"].map(lost);
+    println!("of 30 random starts {with} are lost, without cuts {without}");
+    assert!(with == 0 && without > 0);
 }
 
-/// A stage by arc length reaches the same end as one under the loads, and says what it is. To the tolerance of both solves,
-/// 1e-8 of the forces in a bent beam.
+/// Nodes anywhere in a cube of six times the side, and one static step without a load: Newton's method finds the way back with
+/// projected tangents only, and says so.
 #[test]
-fn a_stage_by_arc_length_ends_where_the_loads_do() {
-    let text = |continuation: &str| {
-        format!(
-            r#"
+fn without_projection_far_starts_are_lost() {
+    let statics = |text: String| {
+        let (head, rest) = text.split_once("[[effect]]\nkind = \"inertia\"").expect("inertia");
+        let tail = rest.split_once("[[constraint]]").expect("a constraint").1;
+        format!("{head}[[constraint]]{tail}").replace("\"implicit_euler\"", "\"static\"").replace("0.2 s", "6 s")
+    };
+    let back = |seed: u64, projection: bool| {
+        let start = format!("[start.random]\nsize = \"3 m\"\nseed = {seed}");
+        let text = statics(crumpled(&start, &format!("[numerics]\ncuts = 0\nprojection = {projection}")));
+        let run = common::run(&scene(block(2, 2, 2, 1.0, 1.0, 1.0, Order::Linear), &text));
+        assert_eq!(run.totals.projected, usize::from(projection && run.status == Status::Converged));
+        run.status == Status::Converged && common::largest(&run.last.x) <= 1e-6
+    };
+    let [without, with] = [false, true].map(|p| (0..8).filter(|seed| back(*seed, p)).count());
+    println!("of 8 far starts {with} are back with projection, {without} without");
+    assert!(with == 8 && without == 0);
+}
+
+/// A beam under far more than its weight, in one step without cuts: full Newton steps get lost.
+#[test]
+fn without_line_search_a_large_step_is_lost() {
+    let run = |line_search: bool| {
+        let mesh = block(8, 1, 1, 0.2, 0.025, 0.025, Order::Linear);
+        let numerics = format!("[numerics]\ncuts = 0\nline_search = {line_search}");
+        common::run(&scene(mesh, &beam("100 m/s^2", "1 s", &numerics))).status
+    };
+    assert_eq!(run(true), Status::Converged);
+    let status = run(false);
+    assert!(matches!(status, Status::StepTooSmall { .. }), "{status}");
+}
+
+/// A beam that hangs from one end under a growing weight.
+fn beam(acceleration: &str, dt: &str, more: &str) -> String {
+    format!(
+        r#"
 [mesh]
 body = "beam"
 [laws.rubber]
@@ -358,20 +384,25 @@ kind = "gravity"
 region = "body"
 density = "1000 kg/m^3"
 direction = [0, 0, -1]
-acceleration = {{ kind = "ramp", from = "0 m/s^2", to = "9.81 m/s^2", end = "1 s" }}
+acceleration = {{ kind = "ramp", from = "0 m/s^2", to = "{acceleration}", end = "1 s" }}
 [[constraint]]
 kind = "fixed"
 region = "xmin"
 [[stage]]
 integrator = "static"
 duration = "1 s"
-dt = "0.2 s"
-{continuation}
+dt = "{dt}"
+{more}
 "#
-        )
-    };
+    )
+}
+
+/// A stage by arc length reaches the same end as one under the loads, and says what it is. To the tolerance of both solves,
+/// 1e-8 of the forces in a bent beam.
+#[test]
+fn a_stage_by_arc_length_ends_where_the_loads_do() {
     let run = |continuation: &str| {
-        let scene = scene(block(6, 1, 1, 0.06, 0.01, 0.01, Order::Linear), &text(continuation));
+        let scene = scene(block(6, 1, 1, 0.06, 0.01, 0.01, Order::Linear), &beam("9.81 m/s^2", "0.2 s", continuation));
         let run = common::run(&scene);
         assert_eq!(run.status, Status::Converged, "{continuation}");
         (run.last.x, run.rows.len(), scene.spans[0].integrator.name())

@@ -1,11 +1,11 @@
-//! Stages by arc length, and the search for a limit point where a step under given loads failed.
+//! Stages by arc length, and the search for a limit point where a step under given loads failed or may have jumped.
 
 use super::continuation::Tracer;
-use super::{Failure, Newton, Span, Status, Stepper, TurningPoint};
-use crate::system::State;
+use super::{Failure, Newton, Solved, Span, Status, Step, Stepper, TurningPoint};
+use crate::system::{State, Want};
 
-/// Steps of the search for a limit point: it lies within the step that failed, and the length doubles.
-const SEARCH: usize = 20;
+/// Steps of the search for a limit point: it lies within one step under given loads.
+const SEARCH: usize = 40;
 
 impl Stepper<'_> {
     /// Follows the path of equilibria from `state` until the loads are those of the end of the span.
@@ -57,19 +57,36 @@ impl Stepper<'_> {
         }
     }
 
-    /// The limit point between `state` and the loads of `t`, where no step could be solved: the path is followed until it
-    /// turns, or comes to those loads.
-    pub(super) fn limit(&mut self, span: Span, state: &State, t: f64) -> Option<TurningPoint> {
+    /// Did a static step whose tangent was made definite on its way jump over a limit point? If not, the sums are again those
+    /// of `next`.
+    pub(super) fn jumped(&mut self, span: Span, state: &State, next: &State, solved: &Solved) -> Option<Status> {
+        if !span.integrator.is_static() || !(solved.regularised || solved.projected) {
+            return None;
+        }
+        if let Some(TurningPoint { t: limit, node, .. }) = self.limit(state, next.t) {
+            return Some(Status::NoEquilibrium { t: state.t, limit, node });
+        }
+        let step = Step { system: self.system, integrator: span.integrator, past: state, dt: next.t - state.t };
+        self.newton.iterations = solved.iterations;
+        let again = self.newton.evaluate(&step, &mut next.clone(), Want::Residual, None);
+        again.err().map(|why| Status::stopped(state.t, why))
+    }
+
+    /// The limit point between `state` and the loads of `t`: the path is followed until it turns, or comes to those loads.
+    pub(super) fn limit(&mut self, state: &State, t: f64) -> Option<TurningPoint> {
         // The first step must still rise: the limit point may be much closer than t.
         let mut dt = t - state.t;
         let mut tracer = loop {
-            let mut tracer = Tracer::new(&mut self.newton, self.system, state, span.end, dt).ok()?;
+            let mut tracer = Tracer::new(&mut self.newton, self.system, state, t, dt).ok()?;
             let point = tracer.step(&mut self.newton, self.settings.cuts).0.ok()?;
+            if point.state.t == t {
+                return None;
+            }
             if point.state.t > state.t {
                 break tracer;
             }
             dt /= 4.0;
-            if dt < f64::EPSILON * span.end.abs() {
+            if dt < f64::EPSILON * t.abs() {
                 return None;
             }
         };
@@ -77,9 +94,12 @@ impl Stepper<'_> {
             if self.is_over() {
                 return None;
             }
-            tracer.step(&mut self.newton, self.settings.cuts).0.ok()?;
+            let point = tracer.step(&mut self.newton, self.settings.cuts).0.ok()?;
             if let Some(turn) = tracer.turning_point(&mut self.newton).filter(|turn| turn.highest) {
                 return Some(turn);
+            }
+            if point.state.t == t {
+                return None;
             }
         }
         None

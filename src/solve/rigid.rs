@@ -310,6 +310,10 @@ fn name(direction: &[f64; 3]) -> String {
     let axis = (0..3).find(|&i| direction[i].abs() >= 1.0 - NONE);
     match axis {
         Some(i) => ["x", "y", "z"][i].into(),
-        None => format!("({:.2}, {:.2}, {:.2})", direction[0], direction[1], direction[2]),
+        None => {
+            // Adding zero takes the sign off a negative one.
+            let [x, y, z] = direction.map(|v| (100.0 * v).round() / 100.0 + 0.0);
+            format!("({x:.2}, {y:.2}, {z:.2})")
+        }
     }
 }

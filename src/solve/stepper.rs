@@ -110,6 +110,9 @@ impl<'a> Stepper<'a> {
                 }
                 match self.step(span.integrator, state, t) {
                     Ok((next, solved)) => {
+                        if let Some(status) = self.jumped(span, state, &next, &solved) {
+                            return status;
+                        }
                         let past = std::mem::replace(state, next);
                         self.count(&solved);
                         self.remember(state);
@@ -166,7 +169,7 @@ impl<'a> Stepper<'a> {
             if !motions.is_empty() {
                 return Status::Singular { t: state.t, motions };
             }
-            if let Some(TurningPoint { t: limit, node, .. }) = self.limit(span, state, t) {
+            if let Some(TurningPoint { t: limit, node, .. }) = self.limit(state, t) {
                 return Status::NoEquilibrium { t: state.t, limit, node };
             }
         }
