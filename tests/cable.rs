@@ -271,7 +271,13 @@ fn a_moving_clamp_carries_its_guides() {
     let clamp = common::move_to(&mesh, &nodes(&mesh, "xmin"), |_| Vec3::new(delta, 0.0, 0.5 * delta));
     let effects = vec![elastic(&mesh, law("neo_hookean", 1e5, 0.45))];
     let system = System::new(mesh.points.len(), effects, vec![by_length(&mesh, &cable, ramp(delta))], clamp).unwrap();
-    let settings = NewtonSettings { tolerance: 1e-14, max_iterations: 1, line_search: false, reuse_factor: false };
+    let settings = NewtonSettings {
+        tolerance: 1e-14,
+        max_iterations: 1,
+        line_search: false,
+        reuse_factor: false,
+        ..NewtonSettings::default()
+    };
     let mut once = Newton::new(&system, settings, mesh.diagonal());
     let past = State::rest(mesh.points.len(), 1);
     let mut next = State { t: 1.0, ..past.clone() };

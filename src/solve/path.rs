@@ -74,8 +74,8 @@ impl Stepper<'_> {
 
     /// The limit point between `state` and the loads of `t`: the path is followed until it turns, or comes to those loads.
     pub(super) fn limit(&mut self, state: &State, t: f64) -> Option<TurningPoint> {
-        // The first step must still rise: the limit point may be much closer than t.
-        let mut dt = t - state.t;
+        // Short steps place the limit well, and the first one must still rise: it may be much closer than t.
+        let mut dt = 0.1 * (t - state.t);
         let mut tracer = loop {
             let mut tracer = Tracer::new(&mut self.newton, self.system, state, t, dt).ok()?;
             let point = tracer.step(&mut self.newton, self.settings.cuts).0.ok()?;
