@@ -42,7 +42,7 @@ pub struct Args {
     #[arg(long)]
     vtu: bool,
     /// Write <name>.slopes.csv: exact derivatives of positions, angles, reactions and cables by a constant of a law, e.g.
-    /// --slope laws.rubber.mu, several times; static stages only
+    /// --slope laws.rubber.mu, several times; not in implicit_euler_linearised
     #[arg(long, value_name = "CONSTANT")]
     slope: Vec<String>,
     /// Print the record instead of progress

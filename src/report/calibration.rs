@@ -1,26 +1,31 @@
 //! Report of a calibration, and `law.toml`: the laws of the scene with the constants that were found.
 
 use super::content::Content;
-use super::figures::calibration as figures;
+use super::figures::{band, calibration as figures};
 use super::store::Store;
 use super::table::{self, Table};
+use crate::study::band::{Band, band as around};
 use crate::study::calibration::{Analysis, Answer, Judged, analyse, scaled};
 use crate::study::words::percent;
 use serde_json::{Map, Value, json};
 
 pub fn content(store: &Store) -> Content {
     let a = analyse(&store.study, &store.cases, &store.found);
+    let of = |v: &Answer| around(&store.study, &store.cases, &store.found, &store.slopes, v);
+    let bands: Vec<Band> = a.variants.iter().filter_map(of).collect();
+    let constants_found = a.variants.iter().flat_map(|v| v.constants.iter().map(|c| c.sentence(&v.label)));
+    let figures = a.variants.iter().filter_map(|v| figures::draw(store, v));
     Content {
         verdict: a.verdict.clone(),
         supported: !a.variants.is_empty() && a.variants.iter().flat_map(|v| &v.constants).all(|c| c.interval.is_some()),
         facts: facts(&a),
-        sentences: a.variants.iter().flat_map(|v| v.constants.iter().map(|c| c.sentence(&v.variant))).collect(),
+        sentences: constants_found.chain(bands.iter().map(Band::sentence)).collect(),
         warnings: a.warnings.clone(),
-        analysis: analysis(&a),
+        analysis: analysis(&a, &bands),
         answer: ("Which constants, how far to believe them", constants(&a)),
         tables: vec![by_case(&a), stability(store, &a)],
         folded: vec![("Every case", table::cases(store))],
-        figures: a.variants.iter().filter_map(|v| figures::draw(store, v)).collect(),
+        figures: figures.chain(bands.iter().map(band::draw)).collect(),
         files: a.variants.iter().filter_map(|v| law_file(store, &a, v)).collect(),
     }
 }
@@ -38,12 +43,13 @@ fn facts(a: &Analysis) -> Vec<(String, String)> {
     a.variants.iter().flat_map(|v| &v.constants).flat_map(of).collect()
 }
 
-fn analysis(a: &Analysis) -> Map<String, Value> {
+fn analysis(a: &Analysis, bands: &[Band]) -> Map<String, Value> {
     let mut out = Map::new();
     for v in &a.variants {
         out.insert(v.variant.clone(), json!(v));
     }
     out.insert("incomplete".into(), json!(a.incomplete));
+    out.insert("use".into(), json!(bands));
     out
 }
 

@@ -12,7 +12,7 @@
 //! Nuisance cases have the coarser mesh: their differences to the nominal one are moved to the finest.
 
 use super::record::{Role, StoredCase, StudyRecord};
-use super::words::{capital, digits, percent};
+use super::words::{digits, percent};
 use crate::calibrate::inverse::{Calibration, Found};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -32,6 +32,8 @@ pub struct Analysis {
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct Answer {
     pub variant: String,
+    /// The variant in words
+    pub label: String,
     /// The case on the finest mesh
     pub case: String,
     pub cells: usize,
@@ -86,7 +88,7 @@ struct Solved<'a> {
 
 pub fn analyse(study: &StudyRecord, stored: &[StoredCase], found: &BTreeMap<String, Calibration>) -> Analysis {
     let incomplete = study.incomplete(stored);
-    let variants = study.variants.iter().filter_map(|v| answer(&solved(study, stored, found, v), v)).collect();
+    let variants = study.variants.iter().filter_map(|v| answer(study, &solved(study, stored, found, v), v)).collect();
     let mut analysis = Analysis {
         tolerance: study.tolerance,
         variants,
@@ -120,12 +122,13 @@ fn solved<'a>(
     all
 }
 
-fn answer(cases: &[Solved], variant: &str) -> Option<Answer> {
+fn answer(study: &StudyRecord, cases: &[Solved], variant: &str) -> Option<Answer> {
     let finest = cases.iter().rfind(|s| s.role == Role::Sizes).or(cases.first())?;
     let constants = (0..finest.found.constants.len()).map(|k| judge(cases, finest, k)).collect();
     let found = finest.found;
     Some(Answer {
         variant: variant.into(),
+        label: study.labels.get(variant).cloned().unwrap_or_else(|| variant.into()),
         case: finest.stored.record.id.clone(),
         cells: finest.stored.record.mesh.cells,
         constants,
@@ -160,6 +163,13 @@ fn judge(cases: &[Solved], finest: &Solved, k: usize) -> Judged {
         Some([a - mesh, b + mesh])
     });
     let gauge = finest.found.gauge.as_ref().and_then(|g| g.values[k]);
+    // A case of two families stands in the list once
+    let mut listed: Vec<&Solved> = vec![];
+    for s in cases {
+        if !listed.iter().any(|o| o.stored.record.id == s.stored.record.id) {
+            listed.push(s);
+        }
+    }
     Judged {
         key: own.key.clone(),
         symbol: own.symbol.clone(),
@@ -171,7 +181,7 @@ fn judge(cases: &[Solved], finest: &Solved, k: usize) -> Judged {
         nuisance,
         gauge,
         bias: gauge.map(|g| g / own.value - 1.0),
-        cases: cases.iter().map(|s| one(s, k)).collect(),
+        cases: listed.into_iter().map(|s| one(s, k)).collect(),
     }
 }
 
@@ -212,8 +222,8 @@ pub fn with_interval(c: &Judged) -> String {
 
 impl Judged {
     /// What makes up the interval, and what a gauge length would have given.
-    pub fn sentence(&self, variant: &str) -> String {
-        let mut words = format!("{} from {variant}: {}", capital(&self.key), with_interval(self));
+    pub fn sentence(&self, label: &str) -> String {
+        let mut words = format!("{} from {label}: {}", self.key, with_interval(self));
         if let Some(rows) = self.rows {
             words += &format!("; the rows alone leave ±{}", percent(rows));
         }
@@ -292,7 +302,7 @@ fn warnings(
 fn verdict(a: &Analysis) -> String {
     let of = |answer: &Answer| {
         let constants = answer.constants.iter().map(|c| format!("{} = {}", c.symbol, with_interval(c)));
-        format!("{} from {}", constants.collect::<Vec<_>>().join(", "), answer.variant)
+        format!("{} from {}", constants.collect::<Vec<_>>().join(", "), answer.label)
     };
     if a.variants.is_empty() {
         return "No verdict: no case found its constants.".into();

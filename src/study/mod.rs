@@ -1,5 +1,6 @@
 //! Studies: cases, their stored results, and the analysis over them.
 
+pub mod band;
 pub mod calibration;
 pub mod convergence;
 pub mod curve;

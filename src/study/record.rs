@@ -298,6 +298,8 @@ pub enum Role {
     Finer,
     /// A dimension that is not known exactly, over its range
     Nuisance,
+    /// Where a law is used with the constants that were found, from coarse to fine
+    Use,
 }
 
 impl Role {
@@ -313,6 +315,7 @@ impl Role {
             Self::Laws => "laws",
             Self::Finer => "finer",
             Self::Nuisance => "nuisance",
+            Self::Use => "use",
         }
     }
 }

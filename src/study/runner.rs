@@ -1,8 +1,9 @@
 //! Runs the cases of a study side by side, skips what is done, keeps what is finished.
 
 use super::fields::Fields;
+use super::inverse::with_constants;
 use super::record::{
-    CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance, Skin,
+    CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance, Role, Skin,
 };
 use super::solver::{self, SolverRecord};
 use super::spec::{Case, Study};
@@ -10,8 +11,9 @@ use super::store::{Store, StoreError};
 use crate::calibrate::inverse::{Calibration, Failure, InverseError, SceneModel, calibrate};
 use crate::effect::locking::signs;
 use crate::material::Law;
-use crate::scene::{Body, Progress, Run, Scene, SceneError, SceneSpec};
+use crate::scene::{Body, Constant, Progress, Run, Scene, SceneError, SceneSpec};
 use crate::solve::{Integrator, Status};
+use crate::system::State;
 use cpu_time::ThreadTime;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -68,18 +70,49 @@ impl Options<'_> {
 
 /// Runs a study into `dir`. Returns the records of all wanted cases that have one; an interrupted case has none.
 pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> Result<Vec<CaseRecord>, RunError> {
-    let mut cases: Vec<&Case> = study.cases.iter().filter(|c| options.wants(&c.id)).collect();
+    let cases: Vec<&Case> = study.cases.iter().filter(|c| options.wants(&c.id)).collect();
     if cases.is_empty() {
         let known = study.cases.iter().map(|c| c.id.as_str()).collect::<Vec<_>>().join(", ");
         return Err(RunError::NoSuchCase { only: options.only.clone().unwrap_or_default(), known });
     }
     let store = Store::create(dir, &study.record)?;
-    for case in &study.cases {
+    // A case that waits has its scene later; the hash of its input tells whether it is up to date
+    for case in study.cases.iter().filter(|c| c.after.is_none()) {
         store.forget_stale(&case.id, &case.text)?;
     }
+    let (now, later): (Vec<&Case>, Vec<&Case>) = cases.into_iter().partition(|c| c.after.is_none());
+    let mut records =
+        side_by_side(study, now.into_iter().map(|c| (c.clone(), vec![])).collect(), &store, options, watch)?;
+    if !later.is_empty() && !options.stop.load(Ordering::Relaxed) {
+        let ready = later.into_iter().filter_map(|c| ready(study, c, &records, &store)).collect();
+        records.extend(side_by_side(study, ready, &store, options, watch)?);
+    }
+    records.sort_by_key(|r: &CaseRecord| study.cases.iter().position(|c| c.id == r.id));
+    Ok(records)
+}
+
+/// A case that waited, with the constants of the finest converged mesh of its variant.
+fn ready(study: &Study, case: &Case, records: &[CaseRecord], store: &Store) -> Option<(Case, Vec<Constant>)> {
+    let after = case.after.as_ref()?;
+    let of_sizes =
+        |r: &&CaseRecord| study.record.families.iter().any(|f| f.role == Role::Sizes && f.cases.contains(&r.id));
+    let own = records.iter().filter(|r| r.variant == after.variant && r.converged());
+    let finest = own.filter(of_sizes).max_by_key(|r| r.mesh.cells)?;
+    let source = study.cases.iter().find(|c| c.id == finest.id)?;
+    with_constants(case, after, source, &store.calibration(&finest.id)?)
+}
+
+/// Runs cases, with the derivatives by the constants beside each.
+fn side_by_side(
+    study: &Study,
+    mut cases: Vec<(Case, Vec<Constant>)>,
+    store: &Store,
+    options: &Options,
+    watch: &dyn Watch,
+) -> Result<Vec<CaseRecord>, RunError> {
     // Meshes first, one after the other: the mesher takes its own time, and two cases may want the same mesh.
     let mut sizes = BTreeMap::new();
-    for case in &cases {
+    for (case, _) in &cases {
         if options.stop.load(Ordering::Relaxed) {
             return Ok(Vec::new());
         }
@@ -91,17 +124,17 @@ pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> R
         sizes.insert(case.id.clone(), body.mesh.points.len());
     }
     // The largest first, so that the last ones to end are short.
-    cases.sort_by_key(|c| std::cmp::Reverse(sizes[&c.id]));
+    cases.sort_by_key(|(c, _)| std::cmp::Reverse(sizes[&c.id]));
     let (next, running) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let (records, failure) = (Mutex::new(Vec::new()), Mutex::new(None));
     std::thread::scope(|scope| {
         for _ in 0..options.jobs.max(1) {
             scope.spawn(|| {
-                while let Some(case) = cases.get(next.fetch_add(1, Ordering::Relaxed)) {
+                while let Some((case, constants)) = cases.get(next.fetch_add(1, Ordering::Relaxed)) {
                     if options.stop.load(Ordering::Relaxed) || lock(&failure).is_some() {
                         break;
                     }
-                    match one(study, case, &store, options, &running, watch) {
+                    match one(study, case, constants, store, options, &running, watch) {
                         Ok(Some(record)) => lock(&records).push(record),
                         Ok(None) => {}
                         Err(error) => {
@@ -115,9 +148,7 @@ pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> R
     if let Some(error) = lock(&failure).take() {
         return Err(error);
     }
-    let mut records = std::mem::take(&mut *lock(&records));
-    records.sort_by_key(|r: &CaseRecord| study.cases.iter().position(|c| c.id == r.id));
-    Ok(records)
+    Ok(std::mem::take(&mut *lock(&records)))
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
@@ -127,6 +158,7 @@ fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
 fn one(
     study: &Study,
     case: &Case,
+    constants: &[Constant],
     store: &Store,
     options: &Options,
     running: &AtomicUsize,
@@ -165,16 +197,24 @@ fn one(
     let checked = scene.map_err(RunError::from).and_then(|scene| check_quantities(study, case, &scene).map(|()| scene));
     let outcome = checked.map(|scene| {
         let (wall, cpu) = (Instant::now(), ThreadTime::now());
-        let run = scene.run(&mut go_on, &mut |state| {
+        let mut states = |state: &State| {
             if let Some(fields) = &mut fields {
                 fields.add(&scene, state);
             }
-        });
-        let times = (wall.elapsed().as_secs_f64(), cpu.elapsed().as_secs_f64());
-        (scene, run, times)
+        };
+        let (run, slopes) = match constants.is_empty() {
+            true => (scene.run(&mut go_on, &mut states), None),
+            false => {
+                let both = scene.run_with_slopes(constants, &mut go_on, &mut states).map_err(InverseError::from)?;
+                (both.0, Some(both.1))
+            }
+        };
+        let aside = slopes.as_ref().map_or((0.0, 0.0), |s| (s.wall, s.cpu));
+        let times = (wall.elapsed().as_secs_f64() - aside.0, cpu.elapsed().as_secs_f64() - aside.1);
+        Ok::<_, RunError>((scene, run, slopes, times))
     });
     running.fetch_sub(1, Ordering::SeqCst);
-    let (scene, run, mut times) = outcome?;
+    let (scene, run, slopes, mut times) = outcome??;
     if matches!(run.status, Status::Interrupted { .. }) {
         return Ok(None);
     }
@@ -191,6 +231,9 @@ fn one(
     record.member.clone_from(&case.member);
     record.shared = shared;
     record.provenance.input_sha256 = input_sha256;
+    if let Some(slopes) = &slopes {
+        store.save_slopes(&case.id, &run, slopes)?;
+    }
     if let Some((calibration, _)) = &found {
         store.save_calibration(&case.id, calibration)?;
         if !calibration.settled && record.converged() {

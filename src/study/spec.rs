@@ -1,6 +1,6 @@
 //! A study as it stands in a TOML file, and the cases that follow from it.
 
-use super::inverse::{CalibrationSpec, Plan};
+use super::inverse::{After, CalibrationSpec, Plan, UseSpec};
 use super::record::{FamilyRecord, Quantity, Role, StudyRecord};
 use crate::calibrate::inverse::{InverseError, MeasuredSpec};
 use crate::math::units::{self, Dimension};
@@ -30,6 +30,9 @@ pub struct StudySpec {
     pub reference: Option<String>,
     /// `calibration`: what is to be found
     pub calibration: Option<CalibrationSpec>,
+    /// `calibration`: where the law is used afterwards
+    #[serde(rename = "use")]
+    pub usage: Option<UseSpec>,
 }
 
 /// The analyses; one of a kind, one line.
@@ -107,6 +110,8 @@ pub struct Case {
     pub text: String,
     /// Constants to be found; without them the scene is run as it is
     pub plan: Option<Arc<Plan>>,
+    /// Waits for the constants of a calibration
+    pub after: Option<After>,
 }
 
 /// A study and its cases.
@@ -212,18 +217,25 @@ impl Study {
                     let (family, variant) = (family.name.clone(), variant.name.clone());
                     let (member, scene_file) = (label.clone(), scene_file.clone());
                     let plan = plans.get(&variant).cloned();
-                    cases.push(Case { id, family, variant, member, scene_file, spec: scene, text, plan });
+                    cases.push(Case { id, family, variant, member, scene_file, spec: scene, text, plan, after: None });
                 }
             }
             families.push(FamilyRecord { name: family.name.clone(), role: family.role, formulation, cases: ids });
+        }
+        let mut quantities: BTreeMap<String, Vec<Quantity>> =
+            spec.variants.iter().map(|v| (v.name.clone(), v.quantities.clone())).collect();
+        if let Some(usage) = &spec.usage {
+            let more = uses(file, base, usage, &known, changes)?;
+            let (ids, formulation) = (more.iter().map(|c| c.id.clone()).collect(), more[0].spec.formulation());
+            families.push(FamilyRecord { name: "use".into(), role: Role::Use, formulation, cases: ids });
+            quantities.extend(more.iter().map(|c| (c.variant.clone(), vec![usage.quantity.clone()])));
+            cases.extend(more);
         }
         if cases.is_empty() {
             let fact = "it has no case".to_string();
             let remedy = "a study needs a [[variant]] and a [[family]] with at least one member";
             return Err(content("study".into(), fact, remedy));
         }
-        let quantities: BTreeMap<String, Vec<Quantity>> =
-            spec.variants.iter().map(|v| (v.name.clone(), v.quantities.clone())).collect();
         let named = |v: &VariantSpec| Some((v.name.clone(), v.label.clone()?));
         let record = StudyRecord {
             study: name.clone(),
@@ -239,6 +251,48 @@ impl Study {
             version: env!("CARGO_PKG_VERSION").into(),
         };
         Ok(Self { name, file: file.into(), record, cases })
+    }
+}
+
+/// Cases of `[use]`, one per variant and member.
+fn uses(
+    file: &Path,
+    base: &Path,
+    usage: &UseSpec,
+    variants: &[String],
+    changes: &[(String, toml::Value)],
+) -> Result<Vec<Case>, SceneError> {
+    let content = |fact: String, remedy: &str| SceneError::Content {
+        file: file.into(),
+        place: "use".into(),
+        fact,
+        remedy: remedy.into(),
+    };
+    let scene_file = base.join(&usage.scene);
+    let members: Vec<String> = usage.members.keys().cloned().collect();
+    check_names(&members).map_err(|(_, fact, remedy)| content(fact, remedy))?;
+    let mut cases = vec![];
+    for variant in variants {
+        for (label, member) in &usage.members {
+            let Some(member) = member.as_table() else {
+                return Err(content(format!("member {label} is not a table"), "write { \"mesh.cells\" = 4500 }"));
+            };
+            let own = [&usage.set, member].into_iter().flatten().map(|(k, v)| (k.clone(), v.clone()));
+            let all: Vec<_> = own.chain(changes.iter().cloned()).collect();
+            let (spec, text) = read_scene(&scene_file, &all)?;
+            if !spec.laws.contains_key(&usage.law) {
+                let known: Vec<&String> = spec.laws.keys().collect();
+                return Err(content(format!("its scene has no law \"{}\"", usage.law), &hint(&usage.law, &known)));
+            }
+            let after = Some(After { variant: variant.clone(), law: usage.law.clone() });
+            let (id, family, variant) = (format!("use-{variant}-{label}"), "use".into(), format!("use-{variant}"));
+            let (member, scene_file) = (label.clone(), scene_file.clone());
+            cases.push(Case { id, family, variant, member, scene_file, spec, text, plan: None, after });
+        }
+    }
+    match cases.is_empty() {
+        true => Err(content("it has no member".into(), "add [use.members] with one mesh at least, two for its share")),
+        false => Ok(cases),
     }
 }
 
@@ -271,6 +325,10 @@ fn check_roles(spec: &StudySpec) -> Result<(), (String, String, String)> {
         (Some(c), _) if calibrates && c.unknown.is_empty() => {
             let remedy = "name constants of the scene, such as \"laws.rubber.mu\"";
             return Err(("calibration.unknown".into(), "nothing is to be found".into(), remedy.into()));
+        }
+        (None, _) if !calibrates && spec.usage.is_some() => {
+            let fact = format!("a study of kind \"{kind}\" finds no constants");
+            return Err(("use".into(), fact, "remove it, or take kind = \"calibration\"".into()));
         }
         (Some(_), _) if !calibrates => {
             let fact = format!("a study of kind \"{kind}\" finds no constants");

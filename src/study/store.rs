@@ -63,6 +63,15 @@ impl Store {
         write(&self.path(id, "fit.json"), &json(found))
     }
 
+    /// What was found there before.
+    pub fn calibration(&self, id: &str) -> Option<Calibration> {
+        serde_json::from_str(&std::fs::read_to_string(self.path(id, "fit.json")).ok()?).ok()
+    }
+
+    pub fn save_slopes(&self, id: &str, run: &Run, slopes: &Slopes) -> Result<(), StoreError> {
+        write(&self.path(id, "slopes.csv"), &slopes_csv(run, slopes))
+    }
+
     /// Folder of a case's own files, made if need be.
     pub fn folder(&self, id: &str) -> Result<PathBuf, StoreError> {
         let path = self.dir.join("cases").join(id);

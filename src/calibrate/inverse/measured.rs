@@ -90,7 +90,10 @@ impl Measured {
             }
         }
         if outside > 0 {
-            out.notes.push(format!("{outside} rows lie outside the range that was asked for"));
+            out.notes.push(format!(
+                "of {} rows {outside} outside the range that was asked for left out",
+                out.x.len() + outside
+            ));
         }
         if out.x.is_empty() {
             let reason = out.notes.first().cloned().unwrap_or_else(|| "it has no rows".into());

@@ -124,7 +124,9 @@ fn keep(measured: &mut Measured, reached: &[bool], name: &str) {
     measured.y.retain(|_| *kept.next().expect("one flag a row"));
     let mut kept = reached.iter();
     measured.lines.retain(|_| *kept.next().expect("one flag a row"));
-    measured.notes.push(format!("{lost} rows lie beyond what the protocol reaches in {name}"));
+    measured
+        .notes
+        .push(format!("of {} rows {lost} beyond what the protocol reaches in {name} left out", reached.len()));
 }
 
 /// w and ‖wy‖.

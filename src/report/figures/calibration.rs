@@ -25,7 +25,7 @@ pub fn draw(store: &Store, v: &Answer) -> Option<Figure> {
     let quantity = store.study.quantities.get(&v.variant)?.iter().find(|q| q.name == found.y)?;
     let (c, m) = (v.constants.first()?, &found.measured);
     let each = (DOUBLE - LEFT - GAP - 3.0) / 2.0;
-    let height = TOP + TALL + BETWEEN + LOW + 17.0;
+    let height = TOP + TALL + BETWEEN + LOW + 10.0;
     let every = m.x.len().div_ceil(ROWS);
     let rows = || m.x.iter().zip(&m.y).zip(&found.predicted).step_by(every);
     let svg = figure(DOUBLE, height, "", |area| {
@@ -87,7 +87,7 @@ pub fn draw(store: &Store, v: &Answer) -> Option<Figure> {
             hollow(area, Mark::Circle, (x, plot.at(0.0, 0.0).1), 22, GREY);
         }
         plot.axis_x();
-        plot.title('b', &capital(&c.key));
+        plot.title('b', &c.key);
     });
     let gauge = if c.gauge.is_some() { " Dashed: what the gauge length alone would have given." } else { "" };
     let caption = format!(

@@ -1,5 +1,6 @@
 //! The figures, one file each: stored results in, SVG out.
 
+pub mod band;
 pub mod bodies;
 pub mod calibration;
 pub mod cost;
