@@ -405,6 +405,7 @@ fn a_stage_by_arc_length_ends_where_the_loads_do() {
         let scene = scene(block(6, 1, 1, 0.06, 0.01, 0.01, Order::Linear), &beam("9.81 m/s^2", "0.2 s", continuation));
         let run = common::run(&scene);
         assert_eq!(run.status, Status::Converged, "{continuation}");
+        assert_eq!(scene.check_time().is_err(), !continuation.is_empty(), "a study refuses time that may run back");
         (run.last.x, run.rows.len(), scene.spans[0].integrator.name())
     };
     let (plain, steps, _) = run("");

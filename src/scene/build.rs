@@ -12,7 +12,7 @@ use crate::math::signal::Signal;
 use crate::math::units::Dimension;
 use crate::mesh::TetMesh;
 use crate::mesh::generate::CablePath;
-use crate::solve::Span;
+use crate::solve::{Integrator, Span};
 use crate::system::{Constraint, Effect, System};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -210,6 +210,16 @@ impl Scene {
                 remedy: "remove one of the two [[probe]]s".into(),
             }),
         }
+    }
+
+    /// Refuses a scene whose time runs back, where curves over time are to be compared.
+    pub fn check_time(&self) -> Result<(), String> {
+        if self.spans.iter().all(|s| !matches!(s.integrator, Integrator::ArcLength { .. })) {
+            return Ok(());
+        }
+        Err("time runs back where a path by arc length turns, and a study compares curves over time; drive by volume or \
+             displacement, or use `durometer simulate`"
+            .into())
     }
 
     /// Refuses a quantity that the scene does not record, with the nearest one it does.
