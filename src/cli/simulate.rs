@@ -5,8 +5,10 @@ use durometer::scene::{Body, Constant, Scene, read_scene};
 use durometer::solve::Status;
 use durometer::study::fields::Fields;
 use durometer::study::locking::REMEDY;
+use durometer::study::record::CaseRecord;
 use durometer::study::runner::{self, Watch};
 use durometer::study::store;
+use durometer::study::words::seconds;
 use durometer::system::State;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -110,6 +112,7 @@ pub fn main(args: Args) -> Outcome {
             let (peak, last) = (plain(value.peak), plain(value.last));
             println!("{probe:28} peak {peak:>12} at {:.3} s   final {last:>12}", value.peak_t_s);
         }
+        println!("{}", price(&record));
         println!("results: {}", args.out.join(format!("{name}.csv")).display());
         if args.vtu {
             println!("fields:  {} (open it in ParaView)", args.out.join(format!("{name}.pvd")).display());
@@ -121,6 +124,15 @@ pub fn main(args: Args) -> Outcome {
     }
     let complete = run.status == Status::Converged && stopped.is_none();
     Ok(if complete { ExitCode::SUCCESS } else { ExitCode::from(INCOMPLETE) })
+}
+
+/// Where the time went: every effect and constraint that is assembled, then the linear algebra.
+fn price(record: &CaseRecord) -> String {
+    let share = |(name, s): (&str, f64)| format!("{name} {} ({:.0} %)", seconds(s), 100.0 * s / record.wall_s);
+    let effects = record.effects.iter().map(|e| (e.name.as_str(), e.wall_s));
+    let p = &record.phases;
+    let all = effects.chain([("factorisation", p.factorisation_s), ("solve", p.solve_s)]);
+    format!("time: {} in all, of it {}", seconds(record.wall_s), all.map(share).collect::<Vec<_>>().join(", "))
 }
 
 /// Five digits, whatever the size.

@@ -3,18 +3,18 @@
 use super::build::{Body, part};
 use super::error::{SceneError, hint};
 use super::protocol::NamedSignal;
-use super::quantity::{GuideRadius, Length};
+use super::quantity::Length;
 use super::signal::SignalSpec;
-use super::spec::{ConstraintSpec, EffectSpec, FormulationSpec, LumpingSpec, PickSpec, SceneSpec, SelectorSpec};
+use super::skin::NamedSkin;
+use super::spec::{EffectSpec, FormulationSpec, LumpingSpec, PickSpec, SceneSpec, SelectorSpec};
 use crate::effect::{
-    Cable, CellPoints, Elastic, Gravity, Guide, Inertia, Lumping, Mass, MassDamping, MeanDilatation, MixedElastic,
-    Stressed, Viscoelastic, ViscousDamping, pressure_hosts,
+    CellPoints, Elastic, Gravity, Inertia, Lumping, Mass, MassDamping, MeanDilatation, MixedElastic, Stressed,
+    Viscoelastic, ViscousDamping, pressure_hosts,
 };
 use crate::material::{self, Law};
 use crate::math::signal::Signal;
 use crate::math::tensor::Vec3;
 use crate::math::units::Dimension;
-use crate::mesh::embed::{ball_weights, embed};
 use crate::mesh::select::{Pick, Selector};
 use crate::mesh::validate::point;
 use crate::mesh::{Order, Region};
@@ -60,7 +60,7 @@ impl Gathered {
 /// Reads the parts of a scene against its mesh.
 pub(super) struct Builder<'a> {
     pub(super) file: &'a Path,
-    base: PathBuf,
+    pub(super) base: PathBuf,
     pub(super) body: Arc<Body>,
     regions: BTreeMap<String, Region>,
     laws: &'a BTreeMap<String, toml::Table>,
@@ -70,6 +70,9 @@ pub(super) struct Builder<'a> {
     /// Beyond the protocol: its first and last stage, where they are continued
     pub(super) continued: Option<[(f64, f64, bool); 2]>,
     pub(super) remarks: Vec<String>,
+    /// Why the answer has no limit as h → 0, found while building
+    pub(super) no_limits: Vec<String>,
+    pub(super) skins: Vec<NamedSkin>,
 }
 
 impl<'a> Builder<'a> {
@@ -94,16 +97,33 @@ impl<'a> Builder<'a> {
             remarks.push(format!("region {name} is picked by a selector: its extent changes with the mesh (O(h))"));
         }
         let (prescribed, signals) = (BTreeMap::new(), Vec::new());
-        let continued = None;
-        Ok(Self { file, base, body, regions, laws: &spec.laws, prescribed, signals, continued, remarks })
+        let (no_limits, skins, continued) = (Vec::new(), Vec::new(), None);
+        Ok(Self {
+            file,
+            base,
+            body,
+            regions,
+            laws: &spec.laws,
+            prescribed,
+            signals,
+            remarks,
+            continued,
+            no_limits,
+            skins,
+        })
     }
 
     /// Records a signal under a name.
     pub(super) fn keep(&mut self, name: String, signal: Signal) {
         // The same motion of one region by two entries is one signal.
-        if !self.signals.iter().any(|s| s.name == name) {
+        if !self.records(&name) {
             self.signals.push(NamedSignal { name, signal });
         }
+    }
+
+    /// Is a signal of this name recorded?
+    pub(super) fn records(&self, name: &str) -> bool {
+        self.signals.iter().any(|s| s.name == name)
     }
 
     /// What was gathered: prescribed dofs, signals, remarks.
@@ -224,6 +244,12 @@ impl<'a> Builder<'a> {
                 self.edge_springs(place, region, *stiffness, *modulus, gathered)?
             }
             EffectSpec::EdgeDampers { region, damping } => self.edge_dampers(place, region, damping.0)?,
+            EffectSpec::PointForce { name, point, radius, direction, force } => {
+                Box::new(self.point_force(place, name, (point, *radius), *direction, force)?)
+            }
+            EffectSpec::Traction { name, region, skin, direction, traction } => {
+                Box::new(self.traction(place, name, (region, skin), *direction, traction)?)
+            }
             EffectSpec::Gravity { region, density, direction, acceleration } => {
                 let direction = Vec3::from(*direction);
                 if direction.norm() == 0.0 || !direction.norm().is_finite() {
@@ -276,54 +302,6 @@ impl<'a> Builder<'a> {
     pub(super) fn motion(&self, dof: u32) -> Option<&Signal> {
         self.prescribed.get(&dof).map(|(signal, _)| signal)
     }
-
-    pub(super) fn cable(&self, place: &str, spec: &ConstraintSpec) -> Result<Cable, SceneError> {
-        let ConstraintSpec::Cable { name, path, guides, pull_point, guide_radius, .. } = spec else {
-            unreachable!("called for cables only");
-        };
-        let vector = |p: &[Length; 3]| Vec3::new(p[0].0, p[1].0, p[2].0);
-        let (points, pull) = match (path, guides, pull_point) {
-            (Some(path), None, None) => {
-                let Some(known) = self.body.paths.get(path) else {
-                    let names: Vec<&String> = self.body.paths.keys().collect();
-                    let remedy = format!("{}; or give `guides` and `pull_point`", hint(path, &names));
-                    return Err(self.content(place, format!("the mesh has no path \"{path}\""), remedy));
-                };
-                (known.guides.iter().map(|p| Vec3::from(*p)).collect::<Vec<_>>(), Vec3::from(known.pull_point))
-            }
-            (None, Some(guides), Some(pull)) => (guides.iter().map(vector).collect(), vector(pull)),
-            _ => {
-                let fact = "a cable runs along a path";
-                return Err(self.content(place, fact, "give either `path`, or both `guides` and `pull_point`"));
-            }
-        };
-        if points.is_empty() {
-            return Err(self.content(place, "the cable has no guide", "give at least one point inside the body"));
-        }
-        if let GuideRadius::Ball(radius) = guide_radius
-            && *radius <= 0.0
-        {
-            let fact = format!("guide_radius is {} mm", radius * 1e3);
-            return Err(self.content(place, fact, "give a positive length, at least the size of a cell"));
-        }
-        let mesh = &self.body.mesh;
-        let guides = points
-            .into_iter()
-            .enumerate()
-            .map(|(k, point)| {
-                // A guide point must lie inside the body, also where a ball would still find some of it.
-                let embedded =
-                    embed(mesh, point).map_err(|e| part(self.file, format!("{place}: guide {}", k + 1), e))?;
-                let weights = match guide_radius {
-                    GuideRadius::Point => embedded.weights,
-                    GuideRadius::Ball(radius) => ball_weights(mesh, point, *radius)
-                        .map_err(|e| part(self.file, format!("{place}: guide {}", k + 1), e))?,
-                };
-                Ok(Guide { point, weights })
-            })
-            .collect::<Result<_, SceneError>>()?;
-        Ok(Cable::new(name.clone(), pull, guides))
-    }
 }
 
 impl From<LumpingSpec> for Lumping {
@@ -332,18 +310,6 @@ impl From<LumpingSpec> for Lumping {
             LumpingSpec::Consistent => Self::Consistent,
             LumpingSpec::Lumped => Self::Lumped,
             LumpingSpec::Uniform => Self::Uniform,
-        }
-    }
-}
-
-impl ConstraintSpec {
-    /// Name as in files.
-    pub fn kind(&self) -> &'static str {
-        match self {
-            Self::Fixed { .. } => "fixed",
-            Self::Prescribed { .. } => "prescribed",
-            Self::Cable { .. } => "cable",
-            Self::Cavity { .. } => "cavity",
         }
     }
 }

@@ -1,11 +1,12 @@
 //! One run of a scene: steps, records, energies. Neither prints nor writes.
 
 use super::build::Scene;
-use super::probe::{Energies, Moment, cable_columns, cavity_columns, largest_stretch, record_cable, record_cavity};
+use super::cable_record::{CableLog, Event, pulling};
+use super::probe::{Energies, Moment, cavity_columns, largest_stretch, record_cavity};
 use super::slopes::Recorder;
 use crate::math::tensor::Vec3;
 use crate::solve::{Findings, Newton, NewtonSettings, Status, StepSettings, Stepper, Totals, initial_acceleration};
-use crate::system::{At, Role, State, System, Want};
+use crate::system::{At, Cost, Role, State, System, Want};
 use std::time::{Duration, Instant};
 
 /// Where a run stands.
@@ -35,6 +36,10 @@ pub struct Run {
     pub peak: Snapshot,
     /// The last accepted state
     pub last: State,
+    /// Cables that went slack, taut, or to the limit of their drive
+    pub events: Vec<Event>,
+    /// Which cables pulled where the run could not go on, and what to do
+    pub pulling: Option<String>,
 }
 
 /// A state to be drawn.
@@ -47,8 +52,10 @@ pub struct Snapshot {
 /// Integrals along the path.
 struct Ledger {
     energies: Energies,
-    /// Per effect: energy at the last state; per constraint: g and λ
+    /// Per effect: energy at the last state
     effect: Vec<f64>,
+    /// Per constraint: g at the last state
+    g: Vec<f64>,
     residual: Vec<f64>,
 }
 
@@ -86,6 +93,7 @@ impl Scene {
         let mut rows = vec![self.record(&state, &ledger.residual, ledger.energies, 0)];
         let mut iterations = 0;
         let moved = |state: &State| largest(&state.x[..3 * self.body.mesh.points.len()]);
+        let mut log = CableLog::default();
         let mut peak = (moved(&state), Snapshot { t: 0.0, x: state.x.clone() });
         states(&state);
         let mut status = Status::Converged;
@@ -104,6 +112,7 @@ impl Scene {
             }
             status = stepper.run(*span, &mut state, |past, now, newton, on_grid| {
                 ledger.book(&self.system, past, now, newton);
+                log.note(&self.cables, now);
                 if let Some(slopes) = &mut slopes {
                     slopes.step(span.integrator, past, now, on_grid);
                 }
@@ -123,6 +132,8 @@ impl Scene {
                 break;
             }
         }
+        let stuck = matches!(status, Status::StepTooSmall { .. } | Status::Inverted { .. });
+        let pulling = stuck.then(|| pulling(&self.cables, &state));
         let Newton { factor, sums, assembly_time, .. } = &stepper.newton;
         Run {
             columns: self.columns(),
@@ -130,7 +141,7 @@ impl Scene {
             status,
             totals: stepper.totals,
             findings: stepper.findings,
-            costs: sums.costs.iter().map(|c| (c.name.clone(), c.time)).collect(),
+            costs: by_name(&sums.costs),
             assembly: *assembly_time,
             factorisation: factor.factor_time,
             factorisations: factor.count,
@@ -138,14 +149,16 @@ impl Scene {
             factor_nnz: factor.nnz(),
             dofs: self.system.dofs.free.len(),
             peak: peak.1,
+            pulling: pulling.flatten(),
             last: state,
+            events: log.events,
         }
     }
 
     /// Names of the recorded columns.
     pub fn columns(&self) -> Vec<String> {
         let probes = self.probes.iter().flat_map(|p| p.columns());
-        let cables = self.cables.iter().flat_map(cable_columns);
+        let cables = self.cables.iter().flat_map(|c| c.columns());
         let cavities = self.cavities.iter().flat_map(cavity_columns);
         let last = std::iter::once("newton_iterations".to_string());
         std::iter::once("t_s".to_string()).chain(probes).chain(cables).chain(cavities).chain(last).collect()
@@ -154,7 +167,7 @@ impl Scene {
     fn record(&self, state: &State, residual: &[f64], energies: Energies, iterations: usize) -> Vec<f64> {
         let moment = Moment { state, residual, energies, scene: self };
         let probes = self.probes.iter().flat_map(|p| p.record(&moment));
-        let cables = self.cables.iter().flat_map(|c| record_cable(c, state));
+        let cables = self.cables.iter().flat_map(|c| c.record(state));
         let cavities = self.cavities.iter().flat_map(|c| record_cavity(c, state));
         let last = std::iter::once(iterations as f64);
         std::iter::once(state.t).chain(probes).chain(cables).chain(cavities).chain(last).collect()
@@ -192,7 +205,8 @@ impl Ledger {
         // An effect that is not defined at rest stops the first step; its energy is then of no use.
         let defined = system.assemble(&at, &rest.lambda, Want::Energy, None, &mut sums).is_ok();
         let effect = if defined { sums.energy } else { vec![0.0; system.effects.len()] };
-        Self { energies: Energies::default(), effect, residual: vec![0.0; rest.x.len()] }
+        let g = if defined { sums.g } else { vec![0.0; system.constraints.len()] };
+        Self { energies: Energies::default(), effect, g, residual: vec![0.0; rest.x.len()] }
     }
 
     /// Books the step from `past` to `now`; the sums of `newton` belong to `now`.
@@ -214,11 +228,16 @@ impl Ledger {
             }
             self.effect[e] = energy;
         }
-        // A row does the work ∫ λ dc (with c = target − g): negative shortening times tension.
+        // A row does the work −∫ λ d(target − g): of a cable, tension times what is drawn in, also where its drive yields.
         for (c, constraint) in system.constraints.iter().enumerate() {
             let mean = 0.5 * (past.lambda[c] + now.lambda[c]);
-            self.energies.work -= mean * (constraint.target(now.t) - constraint.target(past.t));
+            let moved = constraint.target(now.t) - constraint.target(past.t) - (sums.g[c] - self.g[c]);
+            let lost = constraint.dissipated(c, [&self.g, &sums.g], [&past.lambda, &now.lambda]);
+            self.energies.work += lost - mean * moved;
+            self.energies.dissipated += lost;
+            self.energies.elastic += 0.5 * constraint.compliance() * now.lambda[c].powi(2);
         }
+        self.g.copy_from_slice(&sums.g);
         for p in &system.prescribed {
             let dof = p.dof as usize;
             let mean = 0.5 * (self.residual[dof] + sums.r[dof]);
@@ -230,4 +249,16 @@ impl Ledger {
 
 fn largest(x: &[f64]) -> f64 {
     x.chunks_exact(3).map(|u| u[0] * u[0] + u[1] * u[1] + u[2] * u[2]).fold(0.0, f64::max)
+}
+
+/// Times of the evaluations, one entry for rows of one name that follow each other.
+fn by_name(costs: &[Cost]) -> Vec<(String, Duration)> {
+    let mut out: Vec<(String, Duration)> = Vec::new();
+    for cost in costs {
+        match out.last_mut() {
+            Some((name, time)) if *name == cost.name => *time += cost.time,
+            _ => out.push((cost.name.clone(), cost.time)),
+        }
+    }
+    out
 }

@@ -1,5 +1,7 @@
 //! A scene as it stands in a TOML file. Unknown keys are refused; there is no default physics.
 
+use super::cable::CableSpec;
+use super::numerics::NumericsSpec;
 use super::quantity::{
     Angle, Damping, Density, GuideRadius, Length, Modulus, PerSecond, SpringStiffness, Time, Viscosity,
 };
@@ -30,6 +32,8 @@ pub struct SceneSpec {
     pub stages: Vec<StageSpec>,
     #[serde(rename = "probe", default)]
     pub probes: Vec<ProbeSpec>,
+    #[serde(rename = "skin", default)]
+    pub skins: Vec<SkinSpec>,
     #[serde(default)]
     pub numerics: NumericsSpec,
 }
@@ -187,6 +191,46 @@ pub enum EffectSpec {
         region: String,
         damping: Damping,
     },
+    /// A force of fixed direction on an embedded point
+    PointForce {
+        #[serde(default = "point_force")]
+        name: String,
+        point: [Length; 3],
+        /// Of the patch that takes the force
+        radius: GuideRadius,
+        direction: [f64; 3],
+        force: SignalSpec,
+    },
+    /// A load of fixed direction per reference area; exactly one of `region` and `skin`
+    Traction {
+        #[serde(default = "traction")]
+        name: String,
+        region: Option<String>,
+        skin: Option<String>,
+        direction: [f64; 3],
+        traction: SignalSpec,
+    },
+}
+
+fn point_force() -> String {
+    "point_force".into()
+}
+
+fn traction() -> String {
+    "traction".into()
+}
+
+/// A surface that follows the body, to be written with its fields.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SkinSpec {
+    pub name: String,
+    /// STL or OBJ
+    pub file: PathBuf,
+    /// Unit of length of the file
+    pub unit: String,
+    /// Vertices may be this far outside of the body
+    pub reach: Length,
 }
 
 /// Which modulus the constants of a law give.
@@ -253,16 +297,7 @@ pub enum ConstraintSpec {
         components: String,
         displacement: SignalSpec,
     },
-    Cable {
-        #[serde(default = "cable")]
-        name: String,
-        /// Path of the body, or `guides` with `pull_point`
-        path: Option<String>,
-        guides: Option<Vec<[Length; 3]>>,
-        pull_point: Option<[Length; 3]>,
-        guide_radius: GuideRadius,
-        drive: DriveSpec,
-    },
+    Cable(CableSpec),
     /// Air or liquid behind the facets of a region
     Cavity {
         #[serde(default = "cavity")]
@@ -274,10 +309,6 @@ pub enum ConstraintSpec {
 
 fn all_components() -> String {
     "xyz".into()
-}
-
-fn cable() -> String {
-    "cable".into()
 }
 
 fn cavity() -> String {
@@ -348,40 +379,12 @@ pub enum ProbeSpec {
     BendingAngle { root: String, tip: String },
     /// `<region>_{x,y,z}_m`: area-mean position
     Position { region: String },
+    /// `<name>_<k>_{x,y,z}_m`: positions of points embedded in the body, counted from 1
+    Markers { name: String, points: Vec<[Length; 3]> },
     /// `<region>_reaction_{x,y,z}_N`: sum of the reactions
     Reaction { region: String },
     /// `elastic_J`, `kinetic_J`, `dissipated_J`, `work_J`
     Energy {},
     /// `stretch_median`, `stretch_p95`, `stretch_max` of the largest principal stretch by volume, `min_j`
     Stretch {},
-}
-
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct NumericsSpec {
-    pub tolerance: f64,
-    pub max_iterations: usize,
-    pub line_search: bool,
-    pub reuse_factor: bool,
-    pub extrapolate: bool,
-    pub cuts: u32,
-    pub projection: bool,
-    /// Wall time after which a run stops
-    pub time_budget: Option<Time>,
-}
-
-impl Default for NumericsSpec {
-    fn default() -> Self {
-        let (newton, step) = (crate::solve::NewtonSettings::default(), crate::solve::StepSettings::default());
-        Self {
-            tolerance: newton.tolerance,
-            max_iterations: newton.max_iterations,
-            line_search: newton.line_search,
-            reuse_factor: newton.reuse_factor,
-            extrapolate: step.extrapolate,
-            cuts: step.cuts,
-            projection: newton.projection,
-            time_budget: None,
-        }
-    }
 }

@@ -1,11 +1,11 @@
 //! The stages of a scene, and what may stand in which.
 
 use super::builder::Builder;
+use super::cable::CableSpec;
 use super::error::SceneError;
+use super::numerics::NumericsSpec;
 use super::quantity::GuideRadius;
-use super::spec::{
-    CavityDriveSpec, ConstraintSpec, DriveSpec, EffectSpec, IntegratorSpec, NumericsSpec, SceneSpec, StageSpec,
-};
+use super::spec::{CavityDriveSpec, ConstraintSpec, DriveSpec, EffectSpec, IntegratorSpec, SceneSpec, StageSpec};
 use crate::solve::{Integrator, Span};
 
 /// More steps than this in one stage are a slip of a unit.
@@ -90,8 +90,9 @@ impl Builder<'_> {
         let exact_row = spec.constraints.iter().any(|c| {
             matches!(
                 c,
-                ConstraintSpec::Cable { drive: DriveSpec::Length(_), .. }
-                    | ConstraintSpec::Cavity { drive: CavityDriveSpec::Volume(_), .. }
+                ConstraintSpec::Cable(
+                    CableSpec { drive: DriveSpec::Length(_), .. } | CableSpec { friction: Some(_), .. }
+                ) | ConstraintSpec::Cavity { drive: CavityDriveSpec::Volume(_), .. }
             )
         });
         for (k, (span, stage)) in spans.iter().zip(&spec.stages).enumerate() {
@@ -101,11 +102,20 @@ impl Builder<'_> {
                 let fact = format!("{name} without inertia");
                 return Err(self.content(&place, fact, "add an [[effect]] of kind \"inertia\", or take \"static\""));
             }
+            let friction = |c: &ConstraintSpec| matches!(c, ConstraintSpec::Cable(CableSpec { friction: Some(_), .. }));
+            if stage.continuation.is_some() && spec.constraints.iter().any(friction) {
+                let fact = "a continuation beside a cable with friction, whose tensions depend on the way";
+                return Err(self.content(
+                    &place,
+                    fact,
+                    "remove the friction, or drive the cable by length step by step",
+                ));
+            }
             let forced = matches!(stage.integrator, IntegratorSpec::Newmark { force: true, .. });
             if exact_row && span.integrator.rings_with_constraints() && !forced {
                 return Err(self.content(
                     &place,
-                    format!("{name} is undamped, and rings with a cable driven by length or a cavity driven by volume (Cardona & Géradin 1989)"),
+                    format!("{name} is undamped, and rings with a cable driven by length or with friction, or a cavity driven by volume (Cardona & Géradin 1989)"),
                     "take \"bdf2\" or generalised_alpha with rho < 1, or set force = true in newmark",
                 ));
             }
@@ -127,10 +137,10 @@ impl Builder<'_> {
         let mut no_limit = None;
         for constraint in &spec.constraints {
             match constraint {
-                ConstraintSpec::Cable { name, guide_radius: GuideRadius::Point, .. } => {
+                ConstraintSpec::Cable(CableSpec { name, guide_radius: GuideRadius::Point, .. }) => {
                     no_limit = Some(format!("the {name} acts through points"));
                 }
-                ConstraintSpec::Cable { name, guide_radius: GuideRadius::Ball(r), .. } if *r < h => self
+                ConstraintSpec::Cable(CableSpec { name, guide_radius: GuideRadius::Ball(r), .. }) if *r < h => self
                     .remarks
                     .push(format!("{name}: the guide radius {:.3} mm is below h = {:.3} mm", r * 1e3, h * 1e3)),
                 _ => {}
@@ -156,21 +166,6 @@ impl Builder<'_> {
 }
 
 impl EffectSpec {
-    /// Name as in files.
-    pub fn kind(&self) -> &'static str {
-        match self {
-            Self::Elastic { .. } => "elastic",
-            Self::Inertia { .. } => "inertia",
-            Self::Gravity { .. } => "gravity",
-            Self::MassDamping { .. } => "mass_damping",
-            Self::ViscousDamping { .. } => "viscous_damping",
-            Self::Viscoelastic { .. } => "viscoelastic",
-            Self::StiffnessDamping { .. } => "stiffness_damping",
-            Self::EdgeSprings { .. } => "edge_springs",
-            Self::EdgeDampers { .. } => "edge_dampers",
-        }
-    }
-
     pub(super) fn needs_rates(&self) -> bool {
         match self {
             Self::Inertia { .. }
@@ -178,7 +173,12 @@ impl EffectSpec {
             | Self::ViscousDamping { .. }
             | Self::StiffnessDamping { .. }
             | Self::EdgeDampers { .. } => true,
-            Self::Elastic { .. } | Self::Gravity { .. } | Self::Viscoelastic { .. } | Self::EdgeSprings { .. } => false,
+            Self::Elastic { .. }
+            | Self::Gravity { .. }
+            | Self::Viscoelastic { .. }
+            | Self::EdgeSprings { .. }
+            | Self::PointForce { .. }
+            | Self::Traction { .. } => false,
         }
     }
 }

@@ -10,7 +10,6 @@
 //!
 //! Limits: statics without history that grows; a branch that crosses the path is not taken.
 
-use super::multipliers::Schur;
 use super::newton::Newton;
 use super::{Failure, Integrator, Step};
 use crate::math::linear::{LinearError, dot, norm};
@@ -196,7 +195,7 @@ impl<'a> Tracer<'a> {
         self.evaluate(newton, past, next, Want::Tangent)?;
         let now = self.system.restrict(&newton.sums.r);
         newton.factor.factorise(&newton.sums.k).map_err(Failure::Linear)?;
-        let schur = Schur::new(&mut newton.factor, &newton.sums).map_err(Failure::Linear)?;
+        let schur = newton.schur(self.system)?;
         let n = now.len();
         let mut both: Vec<f64> = now.iter().map(|r| -r).collect();
         both.extend(force.iter().zip(&now).map(|(later, now)| (now - later) / delta));
@@ -221,7 +220,8 @@ impl<'a> Tracer<'a> {
 
     /// Rows that take part: equalities and taut ones.
     fn taut(&self, state: &State) -> Vec<usize> {
-        (0..state.lambda.len()).filter(|&c| !self.system.is_one_sided(c) || state.lambda[c] > 0.0).collect()
+        let rows = self.system.constraints.iter().zip(&state.lambda).enumerate();
+        rows.filter(|(_, (row, lambda))| row.cone().holds(**lambda)).map(|(c, _)| c).collect()
     }
 
     /// θ with ‖Δx + du + θ ẋ‖ = Δs: forward along the last direction, at the start with the loads.

@@ -1,16 +1,20 @@
 //! Studies: cases, their stored results, and the analysis over them.
 
+pub mod axis;
 pub mod band;
 pub mod calibration;
+mod check;
 pub mod convergence;
 pub mod curve;
 pub mod fields;
 pub mod inverse;
 pub mod locking;
 pub mod materials;
+pub mod prices;
 pub mod record;
 pub mod runner;
 pub mod solver;
 pub mod spec;
 pub mod store;
+pub mod sweep;
 pub mod words;

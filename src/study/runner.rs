@@ -314,7 +314,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         integrator: scene.spans.last().map_or("static", |s| s.integrator.name()).into(),
         dt_s: scene.spans.iter().map(|s| s.dt).fold(0.0, f64::max),
         status: run.status.name().into(),
-        status_detail: solver::detail(scene, &run.status),
+        status_detail: solver::detail(scene, run),
         solver: SolverRecord::new(scene, run),
         wall_s: times.0,
         cpu_s: times.1,
@@ -337,6 +337,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         },
         locking: locking(scene, run),
         probes: run.columns.iter().enumerate().skip(1).map(|(k, name)| (name.clone(), probe(run, k))).collect(),
+        events: run.events.iter().map(Into::into).collect(),
         remarks: scene.remarks.iter().cloned().chain(solver::remarks(run)).collect(),
         no_limit: scene.no_limit.clone(),
         provenance: Provenance {

@@ -88,13 +88,15 @@ fn stop(scene: &Scene, status: &Status) -> Option<StopRecord> {
     })
 }
 
-/// Status with the loads of a limit point in numbers.
-pub fn detail(scene: &Scene, status: &Status) -> Option<String> {
+/// Status with the loads of a limit point in numbers and the cables that pull.
+pub fn detail(scene: &Scene, run: &Run) -> Option<String> {
+    let status = &run.status;
     status.t()?;
     let limit = status.limit().map(|t| signals(scene, t)).unwrap_or_default();
     let values: Vec<String> = limit.iter().map(|(name, value)| format!("{name} = {value:.6e}")).collect();
     let stated = if values.is_empty() { String::new() } else { format!(" (largest loads: {})", values.join(", ")) };
-    Some(format!("{status}{stated}"))
+    let pulling = run.pulling.as_ref().map_or(String::new(), |told| format!("; {told}"));
+    Some(format!("{status}{stated}{pulling}"))
 }
 
 /// What a reader should know of the path, in words.

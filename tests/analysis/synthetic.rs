@@ -105,6 +105,7 @@ fn case(m: &Member, variant: &str) -> StoredCase {
         locking: None,
         probes,
         remarks: vec![],
+        events: Vec::new(),
         no_limit: None,
         provenance: Provenance {
             input_sha256: "0".repeat(64),
@@ -153,6 +154,8 @@ pub fn study() -> (StudyRecord, Vec<StoredCase>) {
         labels: BTreeMap::new(),
         families: families.into(),
         reference: None,
+        axes: vec![],
+        points: BTreeMap::new(),
         version: "0.1.0".into(),
     };
     (study, cases)

@@ -9,6 +9,8 @@ pub mod errors;
 pub mod fit;
 pub mod formulations;
 pub mod laws;
+pub mod prices;
+pub mod sweep;
 pub mod time;
 
 use super::canvas::{Area, At, INK, Mark, Point, RGB, SMALL, line, mark, mm, text};
