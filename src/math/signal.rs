@@ -38,6 +38,15 @@ pub enum Signal {
     /// Piecewise linear through (t, s), constant outside; t strictly ascending
     Table(Vec<(f64, f64)>),
     Product(Vec<Signal>),
+    /// The signal between two times, straight on outside with the slopes `before` and `after` [1/s]: loads of a path whose
+    /// time runs beyond its protocol
+    Continued {
+        signal: Box<Signal>,
+        from: f64,
+        to: f64,
+        before: f64,
+        after: f64,
+    },
     Sum(Vec<Signal>),
 }
 
@@ -56,6 +65,9 @@ impl Signal {
             Self::Hold { signal, at } => signal.at(t.min(*at)),
             Self::Delay { signal, by } => signal.at((t - by).max(0.0)),
             Self::Table(rows) => interpolate(rows, t),
+            Self::Continued { signal, from, to, before, after } => {
+                signal.at(t.clamp(*from, *to)) + before * (t - from).min(0.0) + after * (t - to).max(0.0)
+            }
             Self::Product(factors) => factors.iter().map(|s| s.at(t)).product(),
             Self::Sum(terms) => terms.iter().map(|s| s.at(t)).sum(),
         }
@@ -88,6 +100,9 @@ mod tests {
         assert_eq!([delay.at(0.5), delay.at(2.5), delay.at(9.0)], [1.0, 2.0, 3.0]);
         let table = Signal::Table(vec![(0.0, 1.0), (2.0, 5.0)]);
         assert_eq!([table.at(-1.0), table.at(0.5), table.at(2.0), table.at(3.0)], [1.0, 2.0, 5.0, 5.0]);
+        let continued =
+            Signal::Continued { signal: Box::new(ramp.clone()), from: 1.0, to: 1.5, before: 4.0, after: -2.0 };
+        assert_eq!([continued.at(0.5), continued.at(1.25), continued.at(2.0)], [-1.0, 1.5, 1.0]);
         let both = Signal::Sum(vec![Signal::Constant(1.0), Signal::Product(vec![ramp, table])]);
         assert_eq!(both.at(2.0), 16.0);
     }

@@ -67,6 +67,8 @@ pub(super) struct Builder<'a> {
     /// Dof → its motion and who prescribed it
     prescribed: BTreeMap<u32, (Signal, String)>,
     signals: Vec<NamedSignal>,
+    /// Beyond the protocol: its first and last stage, where they are continued
+    pub(super) continued: Option<[(f64, f64, bool); 2]>,
     pub(super) remarks: Vec<String>,
     /// Why the answer has no limit as h → 0, found while building
     pub(super) no_limits: Vec<String>,
@@ -95,8 +97,20 @@ impl<'a> Builder<'a> {
             remarks.push(format!("region {name} is picked by a selector: its extent changes with the mesh (O(h))"));
         }
         let (prescribed, signals) = (BTreeMap::new(), Vec::new());
-        let (no_limits, skins) = (Vec::new(), Vec::new());
-        Ok(Self { file, base, body, regions, laws: &spec.laws, prescribed, signals, remarks, no_limits, skins })
+        let (no_limits, skins, continued) = (Vec::new(), Vec::new(), None);
+        Ok(Self {
+            file,
+            base,
+            body,
+            regions,
+            laws: &spec.laws,
+            prescribed,
+            signals,
+            remarks,
+            continued,
+            no_limits,
+            skins,
+        })
     }
 
     /// Records a signal under a name.
@@ -144,7 +158,8 @@ impl<'a> Builder<'a> {
     }
 
     pub(super) fn signal(&self, place: &str, spec: &SignalSpec, d: Dimension) -> Result<Signal, SceneError> {
-        spec.build(d, &self.base).map_err(|e| part(self.file, place, e))
+        let signal = spec.build(d, &self.base).map_err(|e| part(self.file, place, e))?;
+        Ok(self.continued(signal))
     }
 
     pub(super) fn law(&self, place: &str, name: &str) -> Result<Box<dyn Law>, SceneError> {

@@ -3,7 +3,7 @@
 use super::builder::Builder;
 use super::error::SceneError;
 use crate::math::signal::Signal;
-use crate::solve::Span;
+use crate::solve::{Integrator, Span};
 
 /// A prescribed function of time; the unit is at the end of the name.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,6 +38,25 @@ pub fn extremes(signal: &Signal, spans: &[Span]) -> ((f64, f64), (f64, f64)) {
 }
 
 impl Builder<'_> {
+    /// Loads of an arc-length stage go on beyond the first and the last time of the protocol, as they do in it on average.
+    pub(super) fn continue_signals(&mut self, spans: &[Span]) {
+        let end = |s: &Span| (s.start, s.end, matches!(s.integrator, Integrator::ArcLength { .. }));
+        let ends = spans.first().map(end).zip(spans.last().map(end));
+        self.continued = ends.filter(|(first, last)| first.2 || last.2).map(|(first, last)| [first, last]);
+    }
+
+    pub(super) fn continued(&self, signal: Signal) -> Signal {
+        let Some([first, last]) = self.continued else { return signal };
+        let slope = |(start, end, arc): (f64, f64, bool)| {
+            if arc { (signal.at(end) - signal.at(start)) / (end - start) } else { 0.0 }
+        };
+        let (before, after) = (slope(first), slope(last));
+        if before == 0.0 && after == 0.0 {
+            return signal;
+        }
+        Signal::Continued { signal: Box::new(signal), from: first.0, to: last.1, before, after }
+    }
+
     /// A cable cannot push: T(t) ≥ 0.
     pub(super) fn check_tension(&self, place: &str, tension: &Signal, spans: &[Span]) -> Result<(), SceneError> {
         let ((t, least), (_, most)) = extremes(tension, spans);

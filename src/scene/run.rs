@@ -5,9 +5,9 @@ use super::cable_record::{CableLog, Event, pulling};
 use super::probe::{Energies, Moment, cavity_columns, largest_stretch, record_cavity};
 use super::slopes::Recorder;
 use crate::math::tensor::Vec3;
-use crate::solve::{Newton, NewtonSettings, Status, StepSettings, Stepper, Totals, initial_acceleration};
+use crate::solve::{Findings, Newton, NewtonSettings, Status, StepSettings, Stepper, Totals, initial_acceleration};
 use crate::system::{At, Cost, Role, State, System, Want};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Where a run stands.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,6 +23,7 @@ pub struct Run {
     pub rows: Vec<Vec<f64>>,
     pub status: Status,
     pub totals: Totals,
+    pub findings: Findings,
     /// Name and time of each effect and constraint
     pub costs: Vec<(String, Duration)>,
     pub assembly: Duration,
@@ -39,14 +40,6 @@ pub struct Run {
     pub events: Vec<Event>,
     /// Which cables pulled where the run could not go on, and what to do
     pub pulling: Option<String>,
-}
-
-impl Run {
-    /// What, where and the remedy, if it has not converged.
-    pub fn detail(&self) -> Option<String> {
-        let pulling = self.pulling.iter().map(|told| format!("; {told}"));
-        (self.status != Status::Converged).then(|| std::iter::once(self.status.to_string()).chain(pulling).collect())
-    }
 }
 
 /// A state to be drawn.
@@ -86,17 +79,22 @@ impl Scene {
             max_iterations: n.max_iterations,
             line_search: n.line_search,
             reuse_factor: n.reuse_factor,
+            projection: n.projection,
         };
         let newton = Newton::new(&self.system, newton, self.body.mesh.diagonal());
         let steps = StepSettings { cuts: n.cuts, extrapolate: n.extrapolate };
         let mut stepper = Stepper::new(&self.system, newton, steps);
-        let mut state = self.system.rest();
+        stepper.points = &self.body.mesh.points;
+        let budget = n.time_budget.and_then(|b| Duration::try_from_secs_f64(b.0).ok());
+        stepper.deadline = budget.and_then(|b| Instant::now().checked_add(b));
+        let mut state = self.start();
         let end = self.spans.last().map_or(0.0, |s| s.end);
         let mut ledger = Ledger::new(&self.system, &state);
         let mut rows = vec![self.record(&state, &ledger.residual, ledger.energies, 0)];
         let mut iterations = 0;
+        let moved = |state: &State| largest(&state.x[..3 * self.body.mesh.points.len()]);
         let mut log = CableLog::default();
-        let mut peak = (0.0, Snapshot { t: 0.0, x: state.x.clone() });
+        let mut peak = (moved(&state), Snapshot { t: 0.0, x: state.x.clone() });
         states(&state);
         let mut status = Status::Converged;
         for span in &self.spans {
@@ -123,7 +121,7 @@ impl Scene {
                     let since_last = std::mem::take(&mut iterations);
                     rows.push(self.record(now, &newton.sums.r, ledger.energies, since_last));
                     states(now);
-                    let size = largest(&now.x[..3 * self.body.mesh.points.len()]);
+                    let size = moved(now);
                     if size > peak.0 {
                         peak = (size, Snapshot { t: now.t, x: now.x.clone() });
                     }
@@ -142,6 +140,7 @@ impl Scene {
             rows,
             status,
             totals: stepper.totals,
+            findings: stepper.findings,
             costs: by_name(&sums.costs),
             assembly: *assembly_time,
             factorisation: factor.factor_time,

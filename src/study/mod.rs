@@ -13,6 +13,7 @@ pub mod materials;
 pub mod prices;
 pub mod record;
 pub mod runner;
+pub mod solver;
 pub mod spec;
 pub mod store;
 pub mod sweep;

@@ -5,11 +5,11 @@ use super::inverse::with_constants;
 use super::record::{
     CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance, Role, Skin,
 };
+use super::solver::{self, SolverRecord};
 use super::spec::{Case, Study};
 use super::store::{Store, StoreError};
 use crate::calibrate::inverse::{Calibration, Failure, InverseError, SceneModel, calibrate};
 use crate::effect::locking::signs;
-use crate::material::Law;
 use crate::scene::{Body, Constant, Progress, Run, Scene, SceneError, SceneSpec};
 use crate::solve::Status;
 use crate::system::State;
@@ -273,12 +273,12 @@ fn find(
     }
 }
 
-/// Every quantity that a variant judges must be recorded.
+/// Every quantity that a variant judges must be recorded, as a curve over time.
 pub fn check_quantities(study: &Study, case: &Case, scene: &Scene) -> Result<(), RunError> {
     let quantities = study.record.quantities.get(&case.variant).into_iter().flatten();
-    let unknown = quantities.map(|q| scene.check_column(&q.name)).find_map(Result::err);
+    let mut checks = std::iter::once(scene.check_time()).chain(quantities.map(|q| scene.check_column(&q.name)));
     let refuse = |fact| RunError::Quantity { file: study.file.clone(), variant: case.variant.clone(), fact };
-    unknown.map_or(Ok(()), |fact| Err(refuse(fact)))
+    checks.find_map(Result::err).map_or(Ok(()), |fact| Err(refuse(fact)))
 }
 
 /// SHA-256 of everything that decides the result: scene, mesh, version.
@@ -289,13 +289,6 @@ pub fn input_hash(scene: &str, mesh_sha256: &str) -> String {
         hash.update(part);
     }
     hash.finalize().iter().map(|b| format!("{b:02x}")).collect()
-}
-
-fn law_record(law: &dyn Law) -> LawRecord {
-    let info = law.info();
-    let names = info.parameters.iter().map(|p| p.name.to_string());
-    let choices = info.choices.iter().zip(law.choices()).map(|(c, chosen)| (c.name.to_string(), chosen.to_string()));
-    LawRecord { name: info.name.into(), parameters: names.zip(law.values()).collect(), choices: choices.collect() }
 }
 
 /// The record of a run; `times` are wall and CPU seconds.
@@ -317,11 +310,12 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
             source: scene.body.source.clone(),
         },
         formulation: scene.spec.formulation(),
-        law: scene.law.as_deref().map(law_record),
+        law: scene.law.as_deref().map(LawRecord::new),
         integrator: scene.spans.last().map_or("static", |s| s.integrator.name()).into(),
         dt_s: scene.spans.iter().map(|s| s.dt).fold(0.0, f64::max),
         status: run.status.name().into(),
-        status_detail: run.detail(),
+        status_detail: solver::detail(scene, run),
+        solver: SolverRecord::new(scene, run),
         wall_s: times.0,
         cpu_s: times.1,
         shared: false,
@@ -344,7 +338,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         locking: locking(scene, run),
         probes: run.columns.iter().enumerate().skip(1).map(|(k, name)| (name.clone(), probe(run, k))).collect(),
         events: run.events.iter().map(Into::into).collect(),
-        remarks: scene.remarks.clone(),
+        remarks: scene.remarks.iter().cloned().chain(solver::remarks(run)).collect(),
         no_limit: scene.no_limit.clone(),
         provenance: Provenance {
             input_sha256: input_hash(&scene.text, &scene.body.sha256),
