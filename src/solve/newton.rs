@@ -257,10 +257,10 @@ impl Newton {
             }
             // Shift by a growing fraction of the diagonal: a step between Newton's and steepest descent.
             let larger = if shift == 0.0 { 1e-3 } else { 10.0 * shift };
-            for j in 0..system.pattern.n {
+            for (j, own) in own.iter().enumerate() {
                 let k = system.pattern.col_ptr[j] as usize;
                 let away = if system.dofs.is_scalar(j) { -larger } else { larger };
-                self.sums.k[k] = own[j] + away * own[j].abs().max(SOFTEST * largest);
+                self.sums.k[k] = own + away * own.abs().max(SOFTEST * largest);
             }
             shift = larger;
             solved.regularised = true;

@@ -158,7 +158,7 @@ impl<'a> Stepper<'a> {
         let step = Step { system: self.system, integrator, past: state, dt: goal - state.t };
         let motions = self.newton.free_motions(&step, state, self.points);
         let pushed = self.newton.pushes(&step, &State { t: goal, ..state.clone() }, &motions);
-        pushed.then(|| Status::Singular { t: state.t, motions })
+        pushed.then_some(Status::Singular { t: state.t, motions })
     }
 
     /// Why no step from `state`, not even the one to `t`, could be solved.
