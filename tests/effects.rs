@@ -405,6 +405,7 @@ fn energy_belongs_to_the_residual() {
                         assert!((work - now.energy).abs() <= 1e-13 * size, "{label}: {work}, booked {}", now.energy);
                         dissipated += work;
                     }
+                    Role::Follower => unreachable!("{label}: those with a rim are in open_cavity.rs"),
                     Role::Relaxing => {
                         // With f = r − ∂E/∂x the step dissipates ½(fₙ + f)·s(x − old) at old + s(x − old): what is left
                         // without the half of f is linear in s.

@@ -20,11 +20,11 @@ use crate::system::{At, Blocks, Cone, Constraint, Effect, EvalError, Local, Role
 use std::sync::Arc;
 
 /// Shape functions of a facet at a quadrature point, with the weight.
-struct Point {
-    weight: f64,
-    n: [f64; 6],
+pub(super) struct Point {
+    pub weight: f64,
+    pub n: [f64; 6],
     /// ∂N/∂ξ, ∂N/∂η
-    d: [[f64; 2]; 6],
+    pub d: [[f64; 2]; 6],
 }
 
 /// Geometry of a cavity; its blocks are the facets.
@@ -61,6 +61,18 @@ impl Cavity {
         }
     }
 
+    pub(super) fn name(&self) -> &str {
+        &self.name
+    }
+
+    pub(super) fn facets(&self) -> &Blocks {
+        &self.blocks
+    }
+
+    pub(super) fn points(&self) -> &[Point] {
+        &self.points
+    }
+
     /// V(x) [m³]
     pub fn volume(&self, x: &[f64]) -> f64 {
         (0..self.blocks.len()).map(|b| self.facet_volume(x, b)).sum()
@@ -85,7 +97,7 @@ impl Cavity {
     }
 
     /// x − o, x,ξ and x,η at a quadrature point.
-    fn frame(&self, x: &[f64], b: usize, point: &Point) -> [Vec3; 3] {
+    pub(super) fn frame(&self, x: &[f64], b: usize, point: &Point) -> [Vec3; 3] {
         (0..self.nodes).fold([Vec3::zeros(); 3], |[at, u, v], a| {
             let p = self.position(x, b, a);
             [at + point.n[a] * p, u + point.d[a][0] * p, v + point.d[a][1] * p]
@@ -133,7 +145,7 @@ impl Cavity {
 }
 
 /// (i, j, k, ε_ijk) where it is not zero.
-const CYCLES: [(usize, usize, usize, f64); 6] =
+pub(super) const CYCLES: [(usize, usize, usize, f64); 6] =
     [(0, 1, 2, 1.0), (1, 2, 0, 1.0), (2, 0, 1, 1.0), (1, 0, 2, -1.0), (2, 1, 0, -1.0), (0, 2, 1, -1.0)];
 
 /// Cavity under a prescribed pressure p(t) [Pa]; a negative one is a vacuum.

@@ -95,6 +95,26 @@ impl SymPattern {
     }
 }
 
+/// Skew-symmetric matrix of few entries: (i, j, A_ij) in any order and with repeats, which add up; A_ji = −A_ij.
+#[derive(Clone, Debug, Default)]
+pub struct SkewMatrix {
+    pub entries: Vec<(u32, u32, f64)>,
+}
+
+impl SkewMatrix {
+    pub fn is_empty(&self) -> bool {
+        self.entries.is_empty()
+    }
+
+    /// y ← y + A x
+    pub fn add_product(&self, x: &[f64], y: &mut [f64]) {
+        for &(i, j, a) in &self.entries {
+            y[i as usize] += a * x[j as usize];
+            y[j as usize] -= a * x[i as usize];
+        }
+    }
+}
+
 /// Fill-reducing order of a graph (approximate minimum degree, Amestoy, Davis & Duff 1996): `order[k]` is the vertex
 /// eliminated at step k. Postordered.
 pub fn minimum_degree(graph: &SymPattern) -> Vec<u32> {

@@ -11,6 +11,7 @@ mod msh;
 pub mod quadrature;
 pub mod quality;
 mod read;
+mod rim;
 pub mod select;
 pub mod structured;
 pub mod surface_file;

@@ -1,18 +1,16 @@
-//! Cavities of a scene: which facets, closed or with a rim that is held, and what drives them.
+//! Cavities of a scene: which facets, closed or with a rim that is held or declared free, and what drives them.
 
 use super::build::{Drive, NamedCavity};
 use super::builder::Builder;
 use super::error::SceneError;
 use super::spec::{CavityDriveSpec, ConstraintSpec};
-use crate::effect::{Cavity, CavityPressure, CavityVolume};
+use crate::effect::{Cavity, CavityPressure, CavityVolume, OpenCavityPressure};
 use crate::math::signal::Signal;
 use crate::math::tensor::Vec3;
 use crate::math::units::Dimension;
-use crate::mesh::element::FACET_EDGES;
+use crate::mesh::TetMesh;
 use crate::mesh::validate::point;
-use crate::mesh::{Order, TetMesh};
 use crate::system::{Constraint, Effect};
-use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -25,7 +23,7 @@ impl Builder<'_> {
         effects: &mut Vec<Box<dyn Effect>>,
         constraints: &mut Vec<Box<dyn Constraint>>,
     ) -> Result<NamedCavity, SceneError> {
-        let ConstraintSpec::Cavity { name, region, drive } = spec else {
+        let ConstraintSpec::Cavity { name, region, drive, open } = spec else {
             unreachable!("called for cavities only");
         };
         let body = self.body.clone();
@@ -41,8 +39,9 @@ impl Builder<'_> {
             let fact = format!("the facet at {at} has the body on both sides");
             return Err(self.content(place, fact, "take facets of the boundary only"));
         }
-        let rim = rim(mesh, &facets);
-        let origin = self.origin(place, region, mesh, &facets, &rim)?;
+        let rim = mesh.rim(&facets);
+        let planes = self.check_rim(place, (region, *open, drive), mesh, &rim)?;
+        let origin = origin(mesh, &facets, planes.unwrap_or_default());
         let cavity = Arc::new(Cavity::new(name.clone(), mesh, &facets, origin));
         let rest = cavity.volume(&vec![0.0; 3 * mesh.points.len()]);
         if rim.is_empty() && rest <= 0.0 {
@@ -55,11 +54,18 @@ impl Builder<'_> {
                 "{name} is open: its volume counts from the cones between the rim and ({x:.4}, {y:.4}, {z:.4}) mm"
             ));
         }
+        if planes.is_none() {
+            let remark = "has a free rim: the tangent is not symmetric, and the stability of equilibria is not judged";
+            self.remarks.push(format!("{name} {remark}"));
+        }
         let drive = match drive {
             CavityDriveSpec::Pressure(signal) => {
                 let pressure = self.signal(place, signal, Dimension::PRESSURE)?;
                 self.keep(format!("{name}_imposed_pressure_Pa"), pressure.clone());
-                effects.push(Box::new(CavityPressure { cavity: cavity.clone(), pressure: pressure.clone() }));
+                effects.push(match planes {
+                    Some(_) => Box::new(CavityPressure { cavity: cavity.clone(), pressure: pressure.clone() }),
+                    None => Box::new(OpenCavityPressure::new(cavity.clone(), mesh, &facets, pressure.clone())),
+                });
                 Drive::Prescribed(pressure)
             }
             CavityDriveSpec::Volume(signal) => {
@@ -75,15 +81,8 @@ impl Builder<'_> {
         Ok(NamedCavity { name: name.clone(), cavity, drive })
     }
 
-    /// The point whose cones over the rim do not change; refuses a rim that is free.
-    fn origin(
-        &self,
-        place: &str,
-        region: &str,
-        mesh: &TetMesh,
-        facets: &[u32],
-        rim: &[Vec<u32>],
-    ) -> Result<Vec3, SceneError> {
+    /// The planes in which a rim slides that is not held; where it is free.
+    fn planes(&self, mesh: &TetMesh, rim: &[Vec<u32>]) -> Result<[Option<f64>; 3], Vec3> {
         let held = |node: u32, k: u32| self.motion(3 * node + k);
         let mut planes: [Option<f64>; 3] = [None; 3];
         for edge in rim {
@@ -99,35 +98,53 @@ impl Builder<'_> {
                 let level = mesh.points[edge[0] as usize][k];
                 planes[k].is_none_or(|known| (known - level).abs() <= 1e-9 * mesh.diagonal())
             });
-            let Some(k) = plane else {
-                let at = point(&mesh.points[edge[0] as usize]);
-                let fact = format!("the surface \"{region}\" is open, and its rim is free at {at}");
-                let remedy = "close the surface, hold the rim (kind = \"fixed\"), or let it slide in planes of symmetry \
-                              (hold components = \"z\" where such a plane is z = const)";
-                return Err(self.content(place, fact, remedy));
-            };
+            let k = plane.ok_or(mesh.points[edge[0] as usize])?;
             planes[k] = Some(mesh.points[edge[0] as usize][k]);
         }
-        // Where it is free the origin stands in the middle: short cones, small rounding.
-        let nodes: Vec<u32> = facets.iter().flat_map(|&f| mesh.facet(f as usize)).copied().collect();
-        let middle = nodes.iter().map(|&n| mesh.points[n as usize]).sum::<Vec3>() / nodes.len() as f64;
-        Ok(Vec3::from_fn(|k, _| planes[k].unwrap_or(middle[k])))
+        Ok(planes)
+    }
+
+    /// May this surface be driven so? The planes of its rim, none where the rim is free.
+    fn check_rim(
+        &self,
+        place: &str,
+        (region, open, drive): (&str, bool, &CavityDriveSpec),
+        mesh: &TetMesh,
+        rim: &[Vec<u32>],
+    ) -> Result<Option<[Option<f64>; 3]>, SceneError> {
+        let by_volume = matches!(drive, CavityDriveSpec::Volume(_));
+        let remedy = "close the surface, hold the rim (kind = \"fixed\"), or let it slide in planes of symmetry \
+                      (hold components = \"z\" where such a plane is z = const)";
+        match self.planes(mesh, rim) {
+            _ if open && rim.is_empty() => {
+                let fact = format!("open = true, and the surface \"{region}\" is closed");
+                Err(self.content(place, fact, "remove `open`"))
+            }
+            Ok(_) if open => {
+                let fact = format!("open = true, and the rim of the surface \"{region}\" is held everywhere");
+                Err(self.content(place, fact, "remove `open`"))
+            }
+            Ok(planes) => Ok(Some(planes)),
+            Err(_) if open && !by_volume => Ok(None),
+            Err(at) => {
+                let fact = format!("the surface \"{region}\" is open, and its rim is free at {}", point(&at));
+                if by_volume {
+                    let fact = format!("{fact}: it holds no volume that could be given");
+                    return Err(self.content(
+                        place,
+                        fact,
+                        format!("drive it by pressure with open = true, or {remedy}"),
+                    ));
+                }
+                Err(self.content(place, fact, format!("set open = true if it is to stay free; or {remedy}")))
+            }
+        }
     }
 }
 
-/// Edges that belong to one of the facets only: their nodes, the mid-node last.
-fn rim(mesh: &TetMesh, facets: &[u32]) -> Vec<Vec<u32>> {
-    let mut edges: BTreeMap<[u32; 2], (usize, Vec<u32>)> = BTreeMap::new();
-    for &f in facets {
-        let nodes = mesh.facet(f as usize);
-        for (e, [i, j]) in FACET_EDGES.into_iter().enumerate() {
-            let (a, b) = (nodes[i], nodes[j]);
-            let mut own = vec![a, b];
-            if mesh.order == Order::Quadratic {
-                own.push(nodes[3 + e]);
-            }
-            edges.entry([a.min(b), a.max(b)]).or_insert((0, own)).0 += 1;
-        }
-    }
-    edges.into_values().filter(|(count, _)| *count == 1).map(|(_, nodes)| nodes).collect()
+/// Where the cones of the volume start: in the planes, and in the middle where that is free: short cones, small rounding.
+fn origin(mesh: &TetMesh, facets: &[u32], planes: [Option<f64>; 3]) -> Vec3 {
+    let nodes: Vec<u32> = facets.iter().flat_map(|&f| mesh.facet(f as usize)).copied().collect();
+    let middle = nodes.iter().map(|&n| mesh.points[n as usize]).sum::<Vec3>() / nodes.len() as f64;
+    Vec3::from_fn(|k, _| planes[k].unwrap_or(middle[k]))
 }

@@ -225,6 +225,10 @@ impl Ledger {
                     let mean = 0.5 * (effect.intensity(past.t) + effect.intensity(now.t));
                     self.energies.work -= mean * (energy - self.effect[e]);
                 }
+                Role::Follower => {
+                    let mean = 0.5 * (effect.intensity(past.t) + effect.intensity(now.t));
+                    self.energies.work -= mean * energy;
+                }
             }
             self.effect[e] = energy;
         }

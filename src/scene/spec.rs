@@ -304,6 +304,9 @@ pub enum ConstraintSpec {
         name: String,
         region: String,
         drive: CavityDriveSpec,
+        /// The surface is open and its rim free
+        #[serde(default)]
+        open: bool,
     },
 }
 

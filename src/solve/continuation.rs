@@ -11,7 +11,7 @@
 //! Limits: statics without history that grows; a branch that crosses the path is not taken.
 
 use super::newton::Newton;
-use super::{Failure, Integrator, Step};
+use super::{Failure, Integrator, Step, tangent};
 use crate::math::linear::{LinearError, dot, norm};
 use crate::system::{State, System, Want};
 use nalgebra::{DMatrix, DVector};
@@ -199,7 +199,7 @@ impl<'a> Tracer<'a> {
         let n = now.len();
         let mut both: Vec<f64> = now.iter().map(|r| -r).collect();
         both.extend(force.iter().zip(&now).map(|(later, now)| (now - later) / delta));
-        newton.factor.solve(&newton.sums.k, &mut both).map_err(Failure::Linear)?;
+        tangent::solve(&mut newton.factor, &newton.sums, &mut both).map_err(Failure::Linear)?;
         let (rows, m) = (self.taut(past), newton.sums.g.len());
         let s = DMatrix::from_fn(rows.len(), rows.len(), |i, j| schur.s[rows[i] * m + rows[j]]).lu();
         let mut lambda = [Vec::new(), Vec::new()];
@@ -214,8 +214,7 @@ impl<'a> Tracer<'a> {
             *dl = change.iter().copied().collect();
         }
         let rate = both.split_off(n);
-        let expected = self.system.scalar_equations() + schur.negative;
-        Ok((Response { residual: both, rate, lambda }, newton.factor.negative_pivots.saturating_sub(expected)))
+        Ok((Response { residual: both, rate, lambda }, newton.negative(self.system, &schur)))
     }
 
     /// Rows that take part: equalities and taut ones.

@@ -5,12 +5,14 @@ mod integrator;
 mod multipliers;
 mod newton;
 mod path;
+mod residual_search;
 mod rigid;
 mod sensitivity;
 mod start;
 mod status;
 mod step;
 mod stepper;
+mod tangent;
 
 pub use continuation::TurningPoint;
 pub use integrator::Integrator;

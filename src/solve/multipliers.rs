@@ -1,7 +1,8 @@
 //! The few dense rows beside K: step of the multipliers from the Schur complement, under the laws of the rows.
 
+use super::tangent;
 use crate::math::linear::{Factor, LinearError, dot};
-use crate::system::{Cone, Form, Piece, Rows, System, pieces};
+use crate::system::{Assembled, Cone, Form, Piece, Rows, System, pieces};
 
 /// Share of the largest diagonal of S that is added to that of linked rows: where two rows fix the same length a tension is
 /// open, and it keeps its value. It acts on the step and vanishes with it.
@@ -23,10 +24,10 @@ pub(super) struct Schur {
 }
 
 impl Schur {
-    /// Of these rows of the system, each with its gradient.
+    /// Of these rows of the system, each with its gradient; `factor` holds the K of `sums`.
     pub fn new(
         factor: &mut Factor,
-        k: &[f64],
+        sums: &Assembled,
         system: &System,
         rows: &[usize],
         gradient: &[Vec<f64>],
@@ -38,7 +39,7 @@ impl Schur {
         let cones: Vec<Cone> = rows.iter().map(|&c| system.constraints[c].cone()).collect();
         let acting: Vec<usize> = (0..m).filter(|&i| cones[i] != Cone::Watched).collect();
         let mut solved: Vec<f64> = acting.iter().flat_map(|&i| gradient[i].iter().copied()).collect();
-        factor.solve(k, &mut solved)?;
+        tangent::solve(factor, sums, &mut solved)?;
         let n = gradient[0].len();
         let mut z = vec![0.0; m * n];
         for (&i, column) in acting.iter().zip(solved.chunks_exact(n)) {

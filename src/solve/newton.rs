@@ -1,7 +1,7 @@
 //! One nonlinear solve: Newton with a line search on the directional derivative, multipliers by the Schur complement.
 
-use super::Step;
 use super::multipliers::{self, Schur};
+use super::{Step, tangent};
 use crate::math::linear::{Factor, LinearError, dot, norm};
 use crate::system::{Assembled, Cone, EvalError, Rows, State, System, Want};
 use std::fmt;
@@ -66,7 +66,8 @@ impl fmt::Display for Failure {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solved {
     pub iterations: usize,
-    /// Negative eigenvalues of the constrained tangent at the last factorisation; 0 at a stable equilibrium
+    /// Negative eigenvalues of the constrained tangent at the last factorisation; 0 at a stable equilibrium, and where the
+    /// tangent is not symmetric
     pub unstable_modes: usize,
     /// The tangent was shifted towards positive definiteness on the way
     pub regularised: bool,
@@ -89,16 +90,16 @@ pub struct Newton {
 }
 
 /// Direction of one iteration.
-struct Direction {
+pub(super) struct Direction {
     /// [3 × nodes]
-    x: Vec<f64>,
+    pub x: Vec<f64>,
     /// [constraints] multipliers after the step
-    lambda: Vec<f64>,
+    pub lambda: Vec<f64>,
 }
 
 const LINE_SEARCH_RATIO: f64 = 0.8;
 const CHORD_CONTRACTION: f64 = 0.2;
-const HALVINGS: usize = 12;
+pub(super) const HALVINGS: usize = 12;
 /// Share of the largest diagonal entry that the shift counts as the stiffness of a direction without any [–].
 const SOFTEST: f64 = 1e-9;
 
@@ -161,7 +162,9 @@ impl Newton {
             }
             last = error;
             let direction = self.direction(system, next, increment.as_deref(), &schur)?;
-            if !self.advance(step, next, &targets, direction)? {
+            let symmetric = self.sums.skew.is_empty();
+            let search = if symmetric { Self::advance } else { Self::advance_by_residual };
+            if !search(self, step, next, &targets, direction)? {
                 // A damped step: the next tangent must be fresh.
                 last = 0.0;
             }
@@ -223,14 +226,20 @@ impl Newton {
         self.evaluate(step, &mut state.clone(), Want::Tangent, None).ok()?;
         self.factor.factorise(&self.sums.k).ok()?;
         let schur = self.schur(step.system).ok()?;
-        Some(self.factor.negative_pivots.saturating_sub(step.system.scalar_equations() + schur.negative))
+        Some(self.negative(step.system, &schur))
+    }
+
+    /// Negative eigenvalues of the constrained tangent, by those of K: a second field brings one an unknown, a multiplier one
+    /// of S. Where the tangent has a skew part they say nothing, and none is counted.
+    pub(super) fn negative(&self, system: &System, schur: &Schur) -> usize {
+        let expected = system.scalar_equations() + schur.negative;
+        if self.sums.skew.is_empty() { self.factor.negative_pivots.saturating_sub(expected) } else { 0 }
     }
 
     /// Of all rows, with the current factorisation.
     pub(super) fn schur(&mut self, system: &System) -> Result<Schur, Failure> {
         let rows: Vec<usize> = (0..system.constraints.len()).collect();
-        let Assembled { k, gradient, .. } = &self.sums;
-        Schur::new(&mut self.factor, k, system, &rows, gradient).map_err(Failure::Linear)
+        Schur::new(&mut self.factor, &self.sums, system, &rows, &self.sums.gradient).map_err(Failure::Linear)
     }
 
     /// Factorises K, shifts it where the constrained tangent has negative eigenvalues, and forms S = H K⁻¹ Hᵀ.
@@ -242,9 +251,7 @@ impl Newton {
             let factorised = self.factor.factorise(&self.sums.k).map_err(Failure::Linear);
             match factorised.and_then(|()| self.schur(system)) {
                 Ok(schur) => {
-                    // A second field brings one negative eigenvalue an unknown, a multiplier one of S.
-                    let expected = system.scalar_equations() + schur.negative;
-                    let unstable = self.factor.negative_pivots.saturating_sub(expected);
+                    let unstable = self.negative(system, &schur);
                     if shift == 0.0 {
                         solved.unstable_modes = unstable;
                     }
@@ -280,7 +287,7 @@ impl Newton {
         y.iter_mut()
             .zip(&self.sums.lift)
             .for_each(|(y, lift)| *y = -*y - if increment.is_some() { *lift } else { 0.0 });
-        self.factor.solve(&self.sums.k, &mut y).map_err(Failure::Linear)?;
+        tangent::solve(&mut self.factor, &self.sums, &mut y).map_err(Failure::Linear)?;
         // r contains λ h with h = ∂c/∂x, so du = y − Σ z (λ' − λ); g' = g − h·du − (what the prescribed motion carries along).
         let mut lambda = vec![0.0; m];
         if m > 0 {

@@ -15,7 +15,7 @@
 
 use super::multipliers::Schur;
 use super::start::{Start, before};
-use super::{Failure, Integrator, Step};
+use super::{Failure, Integrator, Step, tangent};
 use crate::math::linear::{Factor, LinearError, dot};
 use crate::system::{Assembled, Direction, Rates, State, System, Term, Want};
 
@@ -61,6 +61,7 @@ impl<'a> Differentiator<'a> {
                 let free = system.restrict(x);
                 let mut sum = vec![0.0; free.len()];
                 system.pattern.multiply(&start.sums.k, &free, &mut sum);
+                start.sums.skew.add_product(&free, &mut sum);
                 sum.iter_mut().zip(system.restrict(&residual)).for_each(|(s, r)| *s += r);
                 for (h, rate) in start.sums.gradient.iter().zip(lambda) {
                     sum.iter_mut().zip(h).for_each(|(s, h)| *s += rate * h);
@@ -101,7 +102,7 @@ impl<'a> Differentiator<'a> {
         // A slack row is none: it is dropped from H.
         let taut: Vec<usize> = (0..lambda.len()).filter(|&c| system.constraints[c].cone().holds(lambda[c])).collect();
         let rows: Vec<Vec<f64>> = taut.iter().map(|&c| sums.gradient[c].clone()).collect();
-        let Schur { z, s, .. } = Schur::new(factor, &sums.k, system, &taut, &rows).map_err(Failure::Linear)?;
+        let Schur { z, s, .. } = Schur::new(factor, sums, system, &taut, &rows).map_err(Failure::Linear)?;
         let (n, m) = (system.dofs.free.len(), taut.len());
         let lu = nalgebra::DMatrix::from_row_slice(m, m, &s).lu();
         let still = vec![0.0; next.x.len()];
@@ -114,7 +115,7 @@ impl<'a> Differentiator<'a> {
             system.add_change(&at, &direction, terms, residual).map_err(Failure::Eval)?;
             let mut y = system.restrict(residual);
             y.iter_mut().for_each(|y| *y = -*y);
-            factor.solve(&sums.k, &mut y).map_err(Failure::Linear)?;
+            tangent::solve(factor, sums, &mut y).map_err(Failure::Linear)?;
             change.lambda.fill(0.0);
             if m > 0 {
                 let along = nalgebra::DVector::from_fn(m, |i, _| dot(&rows[i], &y));

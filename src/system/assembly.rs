@@ -5,7 +5,7 @@
 use super::projection::project;
 use super::{At, Blocks, Cone, Constraint, Dofs, Effect, EvalError, Local, Prescribed, State, Want};
 use crate::math::linear::norm;
-use crate::math::sparse::SymPattern;
+use crate::math::sparse::{SkewMatrix, SymPattern};
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
@@ -38,6 +38,8 @@ pub struct System {
     /// Per effect, then per constraint: slot of each local entry with column ≤ row, block after block
     slots: Vec<Vec<u32>>,
     largest: usize,
+    /// Effects with a skew part of the tangent
+    pub(super) skewed: Vec<usize>,
     /// Per effect: where its history lies in that of the state
     histories: Vec<Range<usize>>,
 }
@@ -49,6 +51,8 @@ pub struct Assembled {
     pub r: Vec<f64>,
     /// Values of K in the pattern of the system [N/m]
     pub k: Vec<f64>,
+    /// What the tangent has beside K, on the equations [N/m]; empty where no effect declares any
+    pub skew: SkewMatrix,
     /// [equations] Σ K_e d of the prescribed increment d, if one was given [N]
     pub lift: Vec<f64>,
     /// Per constraint: g = target + compliance λ − c
@@ -130,7 +134,8 @@ impl System {
             let start = histories.last().map_or(0, |h| h.end);
             histories.push(start..start + e.blocks().len() * e.history());
         }
-        Ok(Self { effects, constraints, prescribed, dofs, pattern, slots, largest, histories })
+        let skewed = (0..effects.len()).filter(|&e| effects[e].skew().is_some()).collect();
+        Ok(Self { effects, constraints, prescribed, dofs, pattern, slots, largest, skewed, histories })
     }
 
     /// Where the history of effect `e` lies in that of the state.
@@ -150,6 +155,7 @@ impl System {
         Assembled {
             r: vec![0.0; self.dofs.equation.len()],
             k: vec![0.0; self.pattern.nnz()],
+            skew: SkewMatrix::default(),
             lift: vec![0.0; n],
             g: vec![0.0; self.constraints.len()],
             carried: vec![0.0; self.constraints.len()],
@@ -229,6 +235,9 @@ impl System {
             out.scale = f64::max(out.scale, sum);
             out.costs[i].time += start.elapsed();
             out.costs[i].evaluations += 1;
+        }
+        if want == Want::Tangent && !self.skewed.is_empty() {
+            self.add_skew(at, increment, out);
         }
         Ok(())
     }

@@ -1,7 +1,7 @@
 //! What an effect or a constraint is, and what it sees.
 
-use super::Past;
 use super::rows::{Cone, Piece, Rows};
+use super::{Past, Skew};
 use crate::material::LawError;
 pub use crate::material::Want;
 use std::fmt;
@@ -229,7 +229,7 @@ pub trait Effect: Send + Sync {
     /// Energy, r_e and K_e of block `b`. What the energy is depends on [`Effect::role`].
     fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError>;
     fn role(&self) -> Role;
-    /// s(t) of a [`Role::Load`]
+    /// s(t) of a [`Role::Load`] or [`Role::Follower`]
     fn intensity(&self, _t: f64) -> f64 {
         1.0
     }
@@ -243,6 +243,10 @@ pub trait Effect: Send + Sync {
     }
     /// Derivatives by what it reads beyond x; None where that is nothing, or where they are not there
     fn past(&self) -> Option<&dyn Past> {
+        None
+    }
+    /// The part of ∂r/∂x that K_e, which is symmetric, does not hold; None where that is nothing
+    fn skew(&self) -> Option<&dyn Skew> {
         None
     }
 }
@@ -276,6 +280,9 @@ impl<E: Effect + ?Sized> Effect for std::sync::Arc<E> {
     fn past(&self) -> Option<&dyn Past> {
         (**self).past()
     }
+    fn skew(&self) -> Option<&dyn Skew> {
+        (**self).skew()
+    }
 }
 
 /// Place of an effect in the energy balance.
@@ -291,6 +298,8 @@ pub enum Role {
     Relaxing,
     /// Energy φ per unit intensity, r = s(t) ∂φ/∂x: the load does the work −∫ s dφ
     Load,
+    /// A load without a potential. Energy: of the step, ∫ dφ per unit intensity with r = s(t) dφ/dx; its work is −∫ s dφ
+    Follower,
 }
 
 /// One exact row g(x, t, λ) = target(t) + compliance·λ − Σ_b c_b(x), with a multiplier λ that is the answer (cable: tension).

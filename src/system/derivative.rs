@@ -92,7 +92,7 @@ impl System {
         (at, Direction { history: &direction.history[self.histories(e)], ..*direction })
     }
 
-    /// Adds K dx + Σ h dλ at the prescribed dofs, for each (dx, dλ), to its `r` [unknowns]: the change of the reactions.
+    /// Adds (K + A) dx + Σ h dλ at the prescribed dofs, for each (dx, dλ), to its `r` [unknowns]: the change of the reactions.
     /// Only blocks with a prescribed dof are evaluated.
     pub fn add_reactions(
         &self,
@@ -114,6 +114,13 @@ impl System {
                 }
             }
         }
+        self.each_skew(at, |i, j, a| {
+            for (&(dx, _), r) in changes.iter().zip(&mut *r) {
+                for (to, value) in [(i, a * dx[j as usize]), (j, -a * dx[i as usize])] {
+                    r[to as usize] += if fixed(to) { value } else { 0.0 };
+                }
+            }
+        });
         for (c, constraint) in self.constraints.iter().enumerate() {
             for b in (0..constraint.blocks().len()).filter(|&b| constraint.blocks().dofs(b).any(fixed)) {
                 let dofs: Vec<u32> = constraint.blocks().dofs(b).collect();
