@@ -121,7 +121,7 @@ impl Builder<'_> {
                 Err(self.content(place, fact, "remove `open`"))
             }
             Ok(_) if open => {
-                let fact = format!("open = true, and the rim of the surface \"{region}\" is held everywhere");
+                let fact = format!("open = true, and no part of the rim of the surface \"{region}\" is free");
                 Err(self.content(place, fact, "remove `open`"))
             }
             Ok(planes) => Ok(Some(planes)),
