@@ -1,7 +1,10 @@
 //! `durometer simulate SCENE`
 
 use super::{INCOMPLETE, Outcome, bars::Bars, files};
-use durometer::scene::{Body, Constant, Scene, Sensitivity, read_scene};
+use durometer::math::units::{self, Dimension};
+use durometer::scene::control::Controller;
+use durometer::scene::control::process::Process;
+use durometer::scene::{Body, Constant, Course, CourseError, Scene, Sensitivity, Steering, read_scene};
 use durometer::solve::Status;
 use durometer::study::fields::Fields;
 use durometer::study::locking::REMEDY;
@@ -10,7 +13,7 @@ use durometer::study::store;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Run one scene and write its time series
 ///
@@ -24,6 +27,9 @@ Examples:
   durometer simulate studies/finger-dynamics/scene.toml
   durometer simulate my-scene.toml --set mesh.cells=9300 --out out
   durometer simulate my-scene.toml --set 'constraint.cable.drive={ tension = \"2 N\" }' --vtu
+  durometer simulate my-scene.toml --save-state \"0.5 s\" --save-state end
+  durometer simulate my-scene.toml --restart reports/simulate/my-scene-0.5s.state
+  durometer simulate my-scene.toml --controller \"python3 studies/finger-control/pi.py 30\"
   durometer simulate finger-convergence --slope laws.rubber.mu --slope laws.rubber.nu
 
 In --set a step into a list is its index from 0, or the name or kind of an entry.
@@ -44,6 +50,18 @@ pub struct Args {
     /// --slope laws.rubber.mu, several times; static stages only
     #[arg(long, value_name = "CONSTANT")]
     slope: Vec<String>,
+    /// Save a state to restart from at a time (\"0.5 s\"), or at the `end`; several times
+    #[arg(long, value_name = "WHEN")]
+    save_state: Vec<String>,
+    /// Go on from a saved state of this scene; the files come out as if the run had never been cut
+    #[arg(long, value_name = "FILE")]
+    restart: Option<PathBuf>,
+    /// A program that sets the `controlled` signals of the scene, by JSON lines on its standard input and output
+    #[arg(long, value_name = "COMMAND")]
+    controller: Option<String>,
+    /// Longest time for an answer of the controller
+    #[arg(long, value_name = "TIME", default_value = "60 s", requires = "controller")]
+    controller_timeout: String,
     /// Print the record instead of progress
     #[arg(long)]
     json: bool,
@@ -61,18 +79,37 @@ pub fn main(args: Args) -> Outcome {
         true => None,
         false => Some(Sensitivity::new(&scene, &constants)?),
     };
+    let from = args.restart.as_ref().map(|file| Course::read(file, &scene)).transpose()?;
+    let (at, at_end) = times(&args.save_state, &scene)?;
+    files::make_folder(&args.out)?;
+    let mut controller = controller(&args, &scene)?;
     let mut slopes = Ok(Vec::new());
     // Derivatives are no part of the price of the run.
     let mut aside = (0.0, 0.0);
-    files::make_folder(&args.out)?;
     if !args.json {
         scene.remarks.iter().for_each(|remark| eprintln!("note: {remark}"));
     }
     bars.started(&name);
     let stop = super::stop_flag();
     let mut fields = args.vtu.then(|| Fields::new(&args.out, &name));
+    let (mut states, mut unsaved) = (Vec::new(), None::<CourseError>);
+    let mut save = |course: &Course, label: &str| {
+        let file = args.out.join(format!("{name}-{label}.state"));
+        match course.write(&file, &scene) {
+            Ok(()) => states.push(file),
+            Err(e) => unsaved = unsaved.take().or(Some(e)),
+        }
+    };
+    let steering = Steering {
+        from,
+        controller: controller.as_mut().map(|c| c as &mut dyn Controller),
+        at,
+        at_end,
+        saved: Some(&mut save),
+    };
     let (wall, cpu) = (Instant::now(), cpu_time::ThreadTime::now());
-    let run = scene.run(
+    let run = scene.steer(
+        steering,
         &mut |progress| {
             bars.progress(&name, progress);
             !stop.load(Ordering::Relaxed)
@@ -92,6 +129,9 @@ pub fn main(args: Args) -> Outcome {
             }
         },
     );
+    if let Some(controller) = controller {
+        aside.0 += controller.waited.as_secs_f64();
+    }
     let mut times = (wall.elapsed().as_secs_f64() - aside.0, cpu.elapsed().as_secs_f64() - aside.1);
     if let Some(fields) = fields {
         let (wall, cpu) = fields.finish()?;
@@ -119,16 +159,65 @@ pub fn main(args: Args) -> Outcome {
             let (peak, last) = (plain(value.peak), plain(value.last));
             println!("{probe:28} peak {peak:>12} at {:.3} s   final {last:>12}", value.peak_t_s);
         }
+        for e in &record.events {
+            let value = e.value.map_or_else(String::new, |v| format!(" (at {})", plain(v)));
+            println!("event {} at {:.4} s{value}: {}", e.event, e.t_s, e.did.join(", "));
+        }
+        states.iter().for_each(|file| println!("state:   {}", file.display()));
         println!("results: {}", args.out.join(format!("{name}.csv")).display());
         if args.vtu {
             println!("fields:  {} (open it in ParaView)", args.out.join(format!("{name}.pvd")).display());
         }
+    }
+    if let Some(why) = unsaved {
+        return Err(why.into());
+    }
+    if let Some(why) = &run.failure {
+        eprintln!("not complete: {why}");
     }
     if let Err(why) = &slopes {
         eprintln!("not complete: {why}");
     }
     let complete = run.status == Status::Converged && slopes.is_ok();
     Ok(if complete { ExitCode::SUCCESS } else { ExitCode::from(INCOMPLETE) })
+}
+
+/// When states are saved: times [s], and at the end?
+fn times(when: &[String], scene: &Scene) -> Result<(Vec<f64>, bool), String> {
+    let end = scene.spans.last().map_or(0.0, |s| s.end);
+    let mut times = Vec::new();
+    for text in when.iter().filter(|text| *text != "end") {
+        let remedy = "write a time such as \"0.5 s\", or end";
+        let t = units::parse(text, Dimension::TIME).map_err(|e| format!("--save-state: {e}; {remedy}"))?;
+        if !(0.0..=end * (1.0 + 1e-9)).contains(&t) {
+            return Err(format!("--save-state: the run is from 0 to {end} s and has no {text}; {remedy}"));
+        }
+        times.push(t);
+    }
+    Ok((times, when.iter().any(|text| text == "end")))
+}
+
+/// The program that sets the signals. A scene that leaves none to it is refused, and one without a program.
+fn controller(args: &Args, scene: &Scene) -> Result<Option<Process>, Box<dyn std::error::Error>> {
+    let signals = scene.controls.controlled();
+    let Some(command) = &args.controller else {
+        return match signals.first() {
+            None => Ok(None),
+            Some(name) => {
+                Err(format!("the signal {name} waits for a controller; give one: --controller \"python3 ctrl.py\"")
+                    .into())
+            }
+        };
+    };
+    if signals.is_empty() {
+        let remedy = "drive something by { kind = \"controlled\", initial = \"0 mm\" }";
+        return Err(format!("the scene leaves no signal to a controller; {remedy}").into());
+    }
+    let seconds = units::parse(&args.controller_timeout, Dimension::TIME);
+    let seconds = seconds.ok().filter(|s| *s > 0.0 && *s < 1e6).ok_or_else(|| {
+        format!("--controller-timeout \"{}\" is no time; write for example \"10 s\"", args.controller_timeout)
+    })?;
+    Ok(Some(Process::start(command, Duration::from_secs_f64(seconds))?))
 }
 
 /// Five digits, whatever the size.

@@ -5,7 +5,7 @@
 //! compliance. Driven by tension it is a load T(t) with the potential T·L; driven by length it is the exact row
 //! g = L₀ − d(t) − L(x) ≥ 0 ⟂ T ≥ 0, and the multiplier is the tension. Without friction T is the same everywhere.
 
-use crate::math::signal::Signal;
+use crate::math::signal::{Clock, Signal};
 use crate::math::tensor::{Mat3, Vec3};
 use crate::system::{At, Blocks, Cone, Constraint, Effect, EvalError, Local, Role, Want};
 use std::collections::BTreeMap;
@@ -128,8 +128,8 @@ impl Effect for CableTension {
         Role::Load
     }
 
-    fn intensity(&self, t: f64) -> f64 {
-        self.tension.at(t).max(0.0)
+    fn intensity(&self, now: Clock) -> f64 {
+        self.tension.at(now).max(0.0)
     }
 
     fn blocks(&self) -> &Blocks {
@@ -137,7 +137,7 @@ impl Effect for CableTension {
     }
 
     fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
-        self.cable.segment(at.x, b, self.intensity(at.t), want, out)
+        self.cable.segment(at.x, b, self.intensity(at.clock()), want, out)
     }
 }
 
@@ -162,8 +162,8 @@ impl Constraint for CableLength {
         self.rest
     }
 
-    fn target(&self, t: f64) -> f64 {
-        self.rest - self.shortening.at(t)
+    fn target(&self, now: Clock) -> f64 {
+        self.rest - self.shortening.at(now)
     }
 
     fn blocks(&self) -> &Blocks {

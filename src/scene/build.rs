@@ -2,8 +2,9 @@
 
 use super::builder::{Builder, Gathered};
 use super::comparison::limit_of_springs;
+use super::control::Controls;
 use super::error::{SceneError, hint};
-use super::probe::Probe;
+use super::probe::{Probe, columns};
 use super::protocol::NamedSignal;
 use super::spec::{ConstraintSpec, DriveSpec, EffectSpec, SceneSpec};
 use crate::effect::{Cable, CableLength, CableTension, Cavity, CellPoints, Stressed};
@@ -47,6 +48,8 @@ pub struct Scene {
     pub spans: Vec<Span>,
     /// What is prescribed over time: shortenings, tensions, displacements, accelerations
     pub signals: Vec<NamedSignal>,
+    /// What is decided on the way: events, inputs
+    pub controls: Controls,
     pub spec: SceneSpec,
     /// The scene as it was read, with its changes
     pub text: String,
@@ -112,9 +115,9 @@ impl Scene {
                     builder.prescribe(&place, region, components, &Signal::Constant(0.0))?;
                 }
                 ConstraintSpec::Prescribed { region, components, displacement } => {
-                    let signal = builder.signal(&place, displacement, Dimension::LENGTH)?;
+                    let name = format!("{region}_{components}_displacement_m");
+                    let signal = builder.signal(&place, name, displacement, Dimension::LENGTH)?;
                     builder.prescribe(&place, region, components, &signal)?;
-                    builder.keep(format!("{region}_{components}_displacement_m"), signal);
                 }
                 ConstraintSpec::Cable { name, drive, .. } => {
                     if cables.iter().any(|c| c.name == *name) {
@@ -124,17 +127,17 @@ impl Scene {
                     let cable = Arc::new(builder.cable(&place, constraint)?);
                     let drive = match drive {
                         DriveSpec::Length(signal) => {
-                            let shortening = builder.signal(&place, signal, Dimension::LENGTH)?;
+                            let named = format!("{name}_shortening_m");
+                            let shortening = builder.signal(&place, named, signal, Dimension::LENGTH)?;
                             let rest = cable.length(&vec![0.0; 3 * body.mesh.points.len()]);
                             builder.remark_shortening(name, &shortening, rest, &spans);
-                            builder.keep(format!("{name}_shortening_m"), shortening.clone());
                             constraints.push(Box::new(CableLength { cable: cable.clone(), shortening, rest }));
                             Drive::Multiplier(constraints.len() - 1)
                         }
                         DriveSpec::Tension(signal) => {
-                            let tension = builder.signal(&place, signal, Dimension::FORCE)?;
+                            let named = format!("{name}_imposed_tension_N");
+                            let tension = builder.signal(&place, named, signal, Dimension::FORCE)?;
                             builder.check_tension(&place, &tension, &spans)?;
-                            builder.keep(format!("{name}_imposed_tension_N"), tension.clone());
                             effects.push(Box::new(CableTension { cable: cable.clone(), tension: tension.clone() }));
                             Drive::Prescribed(tension)
                         }
@@ -167,13 +170,16 @@ impl Scene {
         let probe = |(k, probe)| {
             Probe::new(probe, &body.mesh, &|name| builder.region(&format!("probe {}", k + 1), name).cloned())
         };
-        let probes = spec.probes.iter().enumerate().map(probe).collect::<Result<_, _>>()?;
+        let probes = spec.probes.iter().enumerate().map(probe).collect::<Result<Vec<_>, _>>()?;
         builder.remark_static(&spec, &spans);
         builder.remark_viscoelastic(&spec, &spans);
         let causes = [builder.remark_patches(&spec), limit_of_springs(&spec)];
         let causes: Vec<String> = causes.into_iter().flatten().collect();
         let no_limit = (!causes.is_empty()).then(|| causes.join(", and "));
         let nodes = body.mesh.points.len();
+        builder.check_formulas(&spans)?;
+        let columns = columns(&probes, &cables, &cavities);
+        let controls = builder.controls(&columns, &cables, &cavities, &spans)?;
         let (prescribed, signals, remarks) = builder.finish();
         let system = System::with_scalars(nodes, &hosts, effects, constraints, prescribed)
             .map_err(|e| part(file, "scene", e))?;
@@ -190,12 +196,12 @@ impl Scene {
             probes,
             spans,
             signals,
+            controls,
             spec,
             text,
             remarks,
             no_limit,
         };
-        let columns = scene.columns();
         match columns.iter().enumerate().find(|(k, c)| columns[..*k].contains(c)) {
             None => Ok(scene),
             Some((_, twice)) => Err(SceneError::Content {

@@ -1,6 +1,7 @@
 //! Regions, laws, effects, cables and prescribed motions of a scene on its mesh.
 
 use super::build::{Body, part};
+use super::control::Workbench;
 use super::error::{SceneError, hint};
 use super::protocol::NamedSignal;
 use super::quantity::{GuideRadius, Length};
@@ -65,6 +66,7 @@ pub(super) struct Builder<'a> {
     /// Dof → its motion and who prescribed it
     prescribed: BTreeMap<u32, (Signal, String)>,
     signals: Vec<NamedSignal>,
+    pub(super) workbench: Workbench<'a>,
     pub(super) remarks: Vec<String>,
 }
 
@@ -90,15 +92,8 @@ impl<'a> Builder<'a> {
             remarks.push(format!("region {name} is picked by a selector: its extent changes with the mesh (O(h))"));
         }
         let (prescribed, signals) = (BTreeMap::new(), Vec::new());
-        Ok(Self { file, base, body, regions, laws: &spec.laws, prescribed, signals, remarks })
-    }
-
-    /// Records a signal under a name.
-    pub(super) fn keep(&mut self, name: String, signal: Signal) {
-        // The same motion of one region by two entries is one signal.
-        if !self.signals.iter().any(|s| s.name == name) {
-            self.signals.push(NamedSignal { name, signal });
-        }
+        let workbench = Workbench::new(&spec.events);
+        Ok(Self { file, base, body, regions, laws: &spec.laws, prescribed, signals, workbench, remarks })
     }
 
     /// What was gathered: prescribed dofs, signals, remarks.
@@ -132,8 +127,26 @@ impl<'a> Builder<'a> {
         Ok(cells)
     }
 
-    pub(super) fn signal(&self, place: &str, spec: &SignalSpec, d: Dimension) -> Result<Signal, SceneError> {
-        spec.build(d, &self.base).map_err(|e| part(self.file, place, e))
+    /// The signal of this name, with the unit at its end; it is recorded and can be switched by it.
+    pub(super) fn signal(
+        &mut self,
+        place: &str,
+        name: String,
+        spec: &SignalSpec,
+        d: Dimension,
+    ) -> Result<Signal, SceneError> {
+        let built = self.workbench.signal(&name, spec, d, &self.base);
+        let signal = built.map_err(|(event, e)| part(self.file, event.unwrap_or_else(|| place.into()), e))?;
+        // The same motion of one region by two entries is one signal.
+        if !self.signals.iter().any(|s| s.name == name) {
+            self.signals.push(NamedSignal { name, signal: signal.clone() });
+        }
+        Ok(signal)
+    }
+
+    /// The signals so far.
+    pub(super) fn signals(&self) -> &[NamedSignal] {
+        &self.signals
     }
 
     pub(super) fn law(&self, place: &str, name: &str) -> Result<Box<dyn Law>, SceneError> {
@@ -222,8 +235,8 @@ impl<'a> Builder<'a> {
                     return Err(self.content(place, "the direction has no length", "write for example [0, 0, -1]"));
                 }
                 let density = positive(density.0)?;
-                let acceleration = self.signal(place, acceleration, Dimension::ACCELERATION)?;
-                self.keep(format!("{region}_acceleration_m_s2"), acceleration.clone());
+                let name = format!("{region}_acceleration_m_s2");
+                let acceleration = self.signal(place, name, acceleration, Dimension::ACCELERATION)?;
                 let cells = self.cells(place, region)?;
                 Box::new(Gravity::new(mesh, cells, density, direction.normalize(), acceleration))
             }

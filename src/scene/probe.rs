@@ -144,6 +144,15 @@ impl Probe {
     }
 }
 
+/// Names of all recorded columns, time first.
+pub(super) fn columns(probes: &[Probe], cables: &[NamedCable], cavities: &[NamedCavity]) -> Vec<String> {
+    let probes = probes.iter().flat_map(Probe::columns);
+    let cables = cables.iter().flat_map(cable_columns);
+    let cavities = cavities.iter().flat_map(cavity_columns);
+    let last = std::iter::once("newton_iterations".to_string());
+    std::iter::once("t_s".to_string()).chain(probes).chain(cables).chain(cavities).chain(last).collect()
+}
+
 /// Columns of a cable: tension and length.
 pub fn cable_columns(cable: &NamedCable) -> [String; 2] {
     [format!("{}_tension_N", cable.name), format!("{}_length_m", cable.name)]
@@ -153,7 +162,7 @@ pub fn cable_columns(cable: &NamedCable) -> [String; 2] {
 pub fn record_cable(cable: &NamedCable, state: &State) -> [f64; 2] {
     let tension = match &cable.drive {
         Drive::Multiplier(c) => state.lambda[*c],
-        Drive::Prescribed(signal) => signal.at(state.t).max(0.0),
+        Drive::Prescribed(signal) => signal.at(state.clock()).max(0.0),
     };
     [tension, cable.cable.length(&state.x)]
 }
@@ -167,7 +176,7 @@ pub fn cavity_columns(cavity: &NamedCavity) -> [String; 2] {
 pub fn record_cavity(cavity: &NamedCavity, state: &State) -> [f64; 2] {
     let pressure = match &cavity.drive {
         Drive::Multiplier(c) => state.lambda[*c],
-        Drive::Prescribed(signal) => signal.at(state.t),
+        Drive::Prescribed(signal) => signal.at(state.clock()),
     };
     [pressure, cavity.cavity.volume(&state.x)]
 }

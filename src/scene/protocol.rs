@@ -38,8 +38,24 @@ pub fn extremes(signal: &Signal, spans: &[Span]) -> ((f64, f64), (f64, f64)) {
 }
 
 impl Builder<'_> {
-    /// A cable cannot push: T(t) ≥ 0.
+    /// A formula must have a value wherever it is looked at.
+    pub(super) fn check_formulas(&self, spans: &[Span]) -> Result<(), SceneError> {
+        for NamedSignal { name, signal } in self.signals().iter().filter(|s| !s.signal.has_inputs()) {
+            let times = spans.iter().flat_map(|s| (0..=s.steps().min(100_000)).map(|k| s.point(k)));
+            if let Some((t, value)) = times.map(|t| (t, signal.at(t))).find(|(_, value)| !value.is_finite()) {
+                let fact = format!("it is {value} at t = {t} s");
+                let remedy = "keep the formula defined there, for example by max(x, 0)";
+                return Err(self.content(&format!("signal {name}"), fact, remedy));
+            }
+        }
+        Ok(())
+    }
+
+    /// A cable cannot push: T(t) ≥ 0. What is decided on the way is cut at 0.
     pub(super) fn check_tension(&self, place: &str, tension: &Signal, spans: &[Span]) -> Result<(), SceneError> {
+        if tension.has_inputs() {
+            return Ok(());
+        }
         let ((t, least), (_, most)) = extremes(tension, spans);
         if least >= -ROUNDING * most.abs() {
             return Ok(());
@@ -50,6 +66,9 @@ impl Builder<'_> {
 
     /// What a cable cannot follow, or where it is slack.
     pub(super) fn remark_shortening(&mut self, name: &str, shortening: &Signal, rest: f64, spans: &[Span]) {
+        if shortening.has_inputs() {
+            return;
+        }
         let ((t, least), (t_most, most)) = extremes(shortening, spans);
         if most >= rest {
             let (mm, rest) = (most * 1e3, rest * 1e3);

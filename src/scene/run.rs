@@ -1,10 +1,13 @@
 //! One run of a scene: steps, records, energies. Neither prints nor writes.
 
 use super::build::Scene;
-use super::probe::{Energies, Moment, cable_columns, cavity_columns, largest_stretch, record_cable, record_cavity};
+use super::control::{ControlError, Fired, Opening};
+use super::course::Course;
+use super::probe::{Energies, Moment, columns, largest_stretch, record_cable, record_cavity};
+use super::steering::Steering;
 use crate::math::tensor::Vec3;
 use crate::solve::{Newton, NewtonSettings, Status, StepSettings, Stepper, Totals, initial_acceleration};
-use crate::system::{At, Role, State, System, Want};
+use crate::system::State;
 use std::time::Duration;
 
 /// Where a run stands.
@@ -19,7 +22,12 @@ pub struct Run {
     pub columns: Vec<String>,
     /// [rows × columns], the first column is t_s
     pub rows: Vec<Vec<f64>>,
+    /// [rows × signals] what was prescribed
+    pub signals: Vec<Vec<f64>>,
+    pub events: Vec<Fired>,
     pub status: Status,
+    /// Why it could not be steered any further
+    pub failure: Option<ControlError>,
     pub totals: Totals,
     /// Name and time of each effect and constraint
     pub costs: Vec<(String, Duration)>,
@@ -36,24 +44,26 @@ pub struct Run {
 }
 
 /// A state to be drawn.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Snapshot {
     pub t: f64,
     pub x: Vec<f64>,
-}
-
-/// Integrals along the path.
-struct Ledger {
-    energies: Energies,
-    /// Per effect: energy at the last state; per constraint: g and λ
-    effect: Vec<f64>,
-    residual: Vec<f64>,
 }
 
 impl Scene {
     /// Runs all stages. `watch` is called after each accepted step; false stops the run. `states` receives each state on
     /// the time grid.
     pub fn run(&self, watch: &mut dyn FnMut(Progress) -> bool, states: &mut dyn FnMut(&State)) -> Run {
+        self.steer(Steering::default(), watch, states)
+    }
+
+    /// [`Scene::run`] from a saved state, with a controller, and with states to be saved.
+    pub fn steer(
+        &self,
+        mut steering: Steering,
+        watch: &mut dyn FnMut(Progress) -> bool,
+        states: &mut dyn FnMut(&State),
+    ) -> Run {
         let n = &self.spec.numerics;
         let newton = NewtonSettings {
             tolerance: n.tolerance,
@@ -64,47 +74,40 @@ impl Scene {
         let newton = Newton::new(&self.system, newton, self.body.mesh.diagonal());
         let steps = StepSettings { cuts: n.cuts, extrapolate: n.extrapolate };
         let mut stepper = Stepper::new(&self.system, newton, steps);
-        let mut state = self.system.rest();
-        let end = self.spans.last().map_or(0.0, |s| s.end);
-        let mut ledger = Ledger::new(&self.system, &state);
-        let mut rows = vec![self.record(&state, &ledger.residual, ledger.energies, 0)];
-        let mut iterations = 0;
-        let mut peak = (0.0, Snapshot { t: 0.0, x: state.x.clone() });
-        states(&state);
-        let mut status = Status::Converged;
-        for span in &self.spans {
-            if span.integrator.needs_initial_acceleration() {
-                match initial_acceleration(&self.system, &state) {
-                    Ok(a) => state.a = a,
-                    Err(why) => {
-                        status = Status::StepTooSmall { t: state.t, why };
-                        break;
-                    }
-                }
+        let mut failure = None;
+        let mut course = match steering.from.take() {
+            Some(course) => {
+                stepper.resume(course.memory.clone());
+                course
             }
-            status = stepper.run(*span, &mut state, |past, now, newton, on_grid| {
-                ledger.book(&self.system, past, now, newton);
-                iterations += newton.iterations;
-                if on_grid {
-                    let since_last = std::mem::take(&mut iterations);
-                    rows.push(self.record(now, &newton.sums.r, ledger.energies, since_last));
-                    states(now);
-                    let size = largest(&now.x[..3 * self.body.mesh.points.len()]);
-                    if size > peak.0 {
-                        peak = (size, Snapshot { t: now.t, x: now.x.clone() });
-                    }
-                }
-                watch(Progress { t: now.t, end })
-            });
-            if status != Status::Converged {
-                break;
+            None => {
+                let (course, outcome) = Course::new(self);
+                failure = outcome.err();
+                states(&course.state);
+                course
             }
+        };
+        if let (Some(controller), None) = (&mut steering.controller, &failure) {
+            let (columns, signals) = (self.columns(), self.controls.controlled());
+            let Course { state, control, .. } = &course;
+            let opening = Opening { columns: &columns, signals: &signals, t: state.t, memory: &control.controller };
+            failure = controller.begin(&opening).err();
+        }
+        let status = match failure {
+            Some(_) => Status::Interrupted { t: course.state.t },
+            None => self.all_stages(&mut course, &mut stepper, &mut steering, &mut failure, watch, states),
+        };
+        if let (Some(controller), Some(row)) = (&mut steering.controller, course.rows.last()) {
+            controller.end(row, status.name());
         }
         let Newton { factor, sums, assembly_time, .. } = &stepper.newton;
         Run {
             columns: self.columns(),
-            rows,
+            rows: course.rows,
+            signals: course.signals,
+            events: course.control.log,
             status,
+            failure,
             totals: stepper.totals,
             costs: sums.costs.iter().map(|c| (c.name.clone(), c.time)).collect(),
             assembly: *assembly_time,
@@ -113,21 +116,113 @@ impl Scene {
             solve: factor.solve_time,
             factor_nnz: factor.nnz(),
             dofs: self.system.dofs.free.len(),
-            peak: peak.1,
-            last: state,
+            peak: course.peak,
+            last: course.state,
         }
+    }
+
+    /// From where `course` is to the end, or to where it stops.
+    fn all_stages(
+        &self,
+        course: &mut Course,
+        stepper: &mut Stepper,
+        steering: &mut Steering,
+        failure: &mut Option<ControlError>,
+        watch: &mut dyn FnMut(Progress) -> bool,
+        states: &mut dyn FnMut(&State),
+    ) -> Status {
+        let end = self.spans.last().map_or(0.0, |s| s.end);
+        // The last point of the grid, for a run that ends between two.
+        let mut kept = None;
+        while course.span < self.spans.len() {
+            let span = self.spans[course.span];
+            if course.step == 0 && !course.decided {
+                if span.integrator.needs_initial_acceleration() {
+                    match initial_acceleration(&self.system, &course.state) {
+                        Ok(a) => course.state.a = a,
+                        Err(why) => {
+                            steering.save_end(kept.as_ref());
+                            return Status::StepTooSmall { t: course.state.t, why };
+                        }
+                    }
+                }
+                stepper.begin(span.integrator, &mut course.state);
+            }
+            while course.step < span.steps() {
+                let goal = span.point(course.step + 1);
+                match self.decide(course, stepper, steering, Some(goal)) {
+                    Ok(true) => {
+                        steering.save_end(Some(course));
+                        return Status::Converged;
+                    }
+                    Ok(false) => {}
+                    Err(why) => {
+                        *failure = Some(why);
+                        steering.save_end(kept.as_ref());
+                        return Status::Interrupted { t: course.state.t };
+                    }
+                }
+                if steering.at_end {
+                    kept = Some(course.clone());
+                }
+                let Course { state, ledger, rows, signals, peak, .. } = &mut *course;
+                let mut iterations = 0;
+                let status = stepper.advance(span.integrator, state, goal, &mut |past, now, newton, on_grid| {
+                    ledger.book(&self.system, past, now, newton);
+                    iterations += newton.iterations;
+                    if on_grid {
+                        rows.push(self.record(now, &newton.sums.r, ledger.energies, iterations));
+                        signals.push(self.signal_values(now));
+                        states(now);
+                        if self.size(&now.x) > self.size(&peak.x) {
+                            *peak = Snapshot { t: now.t, x: now.x.clone() };
+                        }
+                    }
+                    watch(Progress { t: now.t, end })
+                });
+                if status != Status::Converged {
+                    steering.save_end(kept.as_ref());
+                    return status;
+                }
+                (course.step, course.decided) = (course.step + 1, false);
+            }
+            (course.span, course.step) = (course.span + 1, 0);
+        }
+        if let Err(why) = self.decide(course, stepper, steering, None) {
+            *failure = Some(why);
+        }
+        steering.save_end(Some(course));
+        Status::Converged
+    }
+
+    /// What happens at a point of the grid, unless it has happened; true to end the run here.
+    fn decide(
+        &self,
+        course: &mut Course,
+        stepper: &Stepper,
+        steering: &mut Steering,
+        next: Option<f64>,
+    ) -> Result<bool, ControlError> {
+        if std::mem::replace(&mut course.decided, true) {
+            return Ok(false);
+        }
+        let Course { state, control, rows, .. } = &mut *course;
+        let row = rows.last().expect("the first row is the state at rest");
+        let controller = steering.controller.as_deref_mut();
+        let orders = self.controls.decide(control, state, row, next, controller)?;
+        if steering.wants_states() {
+            course.memory = stepper.memory();
+            steering.save(course, orders.save);
+        }
+        Ok(orders.stop)
     }
 
     /// Names of the recorded columns.
     pub fn columns(&self) -> Vec<String> {
-        let probes = self.probes.iter().flat_map(|p| p.columns());
-        let cables = self.cables.iter().flat_map(cable_columns);
-        let cavities = self.cavities.iter().flat_map(cavity_columns);
-        let last = std::iter::once("newton_iterations".to_string());
-        std::iter::once("t_s".to_string()).chain(probes).chain(cables).chain(cavities).chain(last).collect()
+        columns(&self.probes, &self.cables, &self.cavities)
     }
 
-    fn record(&self, state: &State, residual: &[f64], energies: Energies, iterations: usize) -> Vec<f64> {
+    pub(super) fn record(&self, state: &State, residual: &[f64], energies: Energies, iterations: usize) -> Vec<f64> {
         let moment = Moment { state, residual, energies, scene: self };
         let probes = self.probes.iter().flat_map(|p| p.record(&moment));
         let cables = self.cables.iter().flat_map(|c| record_cable(c, state));
@@ -152,58 +247,15 @@ impl Scene {
         sums.into_iter().map(|(sum, weight)| if weight > 0.0 { sum / weight } else { 1.0 }).collect()
     }
 
+    /// Largest squared displacement of a node [m²].
+    fn size(&self, x: &[f64]) -> f64 {
+        let nodes = x[..3 * self.body.mesh.points.len()].chunks_exact(3);
+        nodes.map(|u| u[0] * u[0] + u[1] * u[1] + u[2] * u[2]).fold(0.0, f64::max)
+    }
+
     /// Deformed positions [m].
     pub fn positions(&self, x: &[f64]) -> Vec<Vec3> {
         let displaced = |(k, p): (usize, &Vec3)| p + Vec3::from_column_slice(&x[3 * k..3 * k + 3]);
         self.body.mesh.points.iter().enumerate().map(displaced).collect()
     }
-}
-
-impl Ledger {
-    fn new(system: &System, rest: &State) -> Self {
-        let mut sums = system.workspace();
-        let rates = Default::default();
-        let State { t, x, v, a, history, .. } = rest;
-        let at = At { t: *t, dt: 0.0, x, v, a, old: x, history, rates };
-        // An effect that is not defined at rest stops the first step; its energy is then of no use.
-        let defined = system.assemble(&at, &rest.lambda, Want::Energy, None, &mut sums).is_ok();
-        let effect = if defined { sums.energy } else { vec![0.0; system.effects.len()] };
-        Self { energies: Energies::default(), effect, residual: vec![0.0; rest.x.len()] }
-    }
-
-    /// Books the step from `past` to `now`; the sums of `newton` belong to `now`.
-    fn book(&mut self, system: &System, past: &State, now: &State, newton: &Newton) {
-        let sums = &newton.sums;
-        self.energies.elastic = 0.0;
-        self.energies.kinetic = 0.0;
-        for (e, effect) in system.effects.iter().enumerate() {
-            let energy = sums.energy[e];
-            self.energies.dissipated += sums.dissipated[e];
-            match effect.role() {
-                Role::Stored | Role::Relaxing => self.energies.elastic += energy,
-                Role::Kinetic => self.energies.kinetic += energy,
-                Role::Dissipative => self.energies.dissipated += energy,
-                Role::Load => {
-                    let mean = 0.5 * (effect.intensity(past.t) + effect.intensity(now.t));
-                    self.energies.work -= mean * (energy - self.effect[e]);
-                }
-            }
-            self.effect[e] = energy;
-        }
-        // A row does the work ∫ λ dc (with c = target − g): negative shortening times tension.
-        for (c, constraint) in system.constraints.iter().enumerate() {
-            let mean = 0.5 * (past.lambda[c] + now.lambda[c]);
-            self.energies.work -= mean * (constraint.target(now.t) - constraint.target(past.t));
-        }
-        for p in &system.prescribed {
-            let dof = p.dof as usize;
-            let mean = 0.5 * (self.residual[dof] + sums.r[dof]);
-            self.energies.work += mean * (now.x[dof] - past.x[dof]);
-        }
-        self.residual.copy_from_slice(&sums.r);
-    }
-}
-
-fn largest(x: &[f64]) -> f64 {
-    x.chunks_exact(3).map(|u| u[0] * u[0] + u[1] * u[1] + u[2] * u[2]).fold(0.0, f64::max)
 }

@@ -1,5 +1,6 @@
 //! A scene as it stands in a TOML file. Unknown keys are refused; there is no default physics.
 
+use super::control::spec::EventSpec;
 use super::quantity::{
     Angle, Damping, Density, GuideRadius, Length, Modulus, PerSecond, SpringStiffness, Time, Viscosity,
 };
@@ -27,6 +28,8 @@ pub struct SceneSpec {
     pub stages: Vec<StageSpec>,
     #[serde(rename = "probe", default)]
     pub probes: Vec<ProbeSpec>,
+    #[serde(rename = "event", default)]
+    pub events: Vec<EventSpec>,
     #[serde(default)]
     pub numerics: NumericsSpec,
 }

@@ -13,4 +13,4 @@ pub use newton::{Failure, Newton, NewtonSettings, Solved};
 pub use sensitivity::{Change, Differentiator};
 pub use start::initial_acceleration;
 pub use step::Step;
-pub use stepper::{Span, Status, StepSettings, Stepper, Totals};
+pub use stepper::{Memory, Past, Span, Status, StepSettings, Stepper, Totals};

@@ -68,6 +68,8 @@ pub struct Newton {
     pub factor: Factor,
     pub sums: Assembled,
     pub assembly_time: Duration,
+    /// ‖diag K‖ at the last factorisation [N/m], for the rounding of forces
+    pub stiffness: f64,
     /// Of the last solve that converged
     pub iterations: usize,
     /// Length of the body [m], for the rounding floor of the residual
@@ -96,6 +98,7 @@ impl Newton {
             },
             sums: system.workspace(),
             assembly_time: Duration::ZERO,
+            stiffness: 0.0,
             iterations: 0,
             length,
         }
@@ -106,7 +109,7 @@ impl Newton {
     pub fn solve(&mut self, step: &Step, next: &mut State) -> Result<Solved, Failure> {
         let system = step.system;
         let targets: Vec<(usize, f64)> =
-            system.prescribed.iter().map(|p| (p.dof as usize, p.signal.at(next.t))).collect();
+            system.prescribed.iter().map(|p| (p.dof as usize, p.signal.at(next.clock()))).collect();
         let mut solved = Solved { iterations: 0, unstable_modes: 0, regularised: false };
         let mut fresh = false;
         let mut last = f64::INFINITY;
@@ -115,7 +118,7 @@ impl Newton {
         self.evaluate(step, next, Want::Residual, None)?;
         loop {
             let increment = remaining(&targets, next);
-            let error = self.error(system, next, self.rounding(system));
+            let error = self.error(system, next, self.rounding());
             if !error.is_finite() {
                 return Err(Failure::NotConverged { residual: error, node: 0 });
             }
@@ -136,6 +139,7 @@ impl Newton {
             if !reuse {
                 self.evaluate(step, next, Want::Tangent, increment.as_deref())?;
                 schur = self.factorise(system, &mut solved)?;
+                self.stiffness = norm(&system.pattern.diagonal(&self.sums.k));
                 fresh = true;
             }
             last = error;
@@ -204,8 +208,8 @@ impl Newton {
     }
 
     /// Forces that are rounding of F [N]: 4ε ‖diag K‖ L.
-    fn rounding(&self, system: &System) -> f64 {
-        4.0 * f64::EPSILON * norm(&system.pattern.diagonal(&self.sums.k)) * self.length
+    fn rounding(&self) -> f64 {
+        4.0 * f64::EPSILON * self.stiffness * self.length
     }
 
     /// Largest of the scaled errors: ≤ tolerance means converged. Forces are compared with the largest effect's Σ‖r_e‖ or,

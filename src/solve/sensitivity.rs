@@ -44,8 +44,9 @@ impl<'a> Differentiator<'a> {
     /// At a converged static state; `by` holds for each θ the effects whose residuals sum to ∂r/∂θ.
     pub fn at(&mut self, state: &State, by: &[Vec<Box<dyn Effect>>]) -> Result<Vec<Change>, Failure> {
         let Self { system, factor, sums } = self;
-        let State { t, x, v, a, history, lambda, .. } = state;
-        let at = At { t: *t, dt: f64::INFINITY, x, v, a, old: x, history, rates: Rates::default() };
+        let State { t, x, v, a, history, lambda, inputs, .. } = state;
+        let rates = Rates::default();
+        let at = At { t: *t, dt: f64::INFINITY, x, v, a, old: x, history, inputs, rates };
         system.assemble(&at, lambda, Want::Tangent, None, sums).map_err(Failure::Eval)?;
         factor.factorise(&sums.k).map_err(Failure::Linear)?;
         // A slack row is none: it is dropped from H.

@@ -14,8 +14,8 @@ pub fn initial_acceleration(system: &System, state: &State) -> Result<Vec<f64>, 
     let mut tangent = |ca: f64| {
         let rates = Rates { cv: 0.0, ca };
         // No time passes: what relaxes has its force of the last state.
-        let State { t, x, v, history, .. } = state;
-        let at = At { t: *t, dt: 0.0, x, v, a: &zero, old: x, history, rates };
+        let State { t, x, v, history, inputs, .. } = state;
+        let at = At { t: *t, dt: 0.0, x, v, a: &zero, old: x, history, inputs, rates };
         system.assemble(&at, &state.lambda, Want::Tangent, None, &mut sums).map_err(Failure::Eval)?;
         Ok((sums.k.clone(), system.restrict(&sums.r)))
     };

@@ -1,5 +1,6 @@
 //! What a finished case leaves on disk, and what every report reads: `cases/<id>.json` beside `cases/<id>.csv`.
 
+use crate::scene::control::Fired;
 use crate::solve::Status;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -56,6 +57,9 @@ pub struct CaseRecord {
     /// What a reader should know: regions that depend on the mesh, patches smaller than the cells, …
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub remarks: Vec<String>,
+    /// What happened on the way
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub events: Vec<Fired>,
     /// Why the answer has no limit as h → 0; a convergence study then refuses its verdict
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub no_limit: Option<String>,

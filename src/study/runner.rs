@@ -38,6 +38,8 @@ pub enum RunError {
     Fields(#[from] crate::mesh::validate::MeshError),
     #[error("no case is called like \"{only}\"; the cases are: {known}")]
     NoSuchCase { only: String, known: String },
+    #[error("{}: the signal {signal} waits for a controller, and a study has none; drive it by a signal", file.display())]
+    Controlled { file: PathBuf, signal: String },
     #[error("{}: variant {variant}: {fact}", file.display())]
     Quantity { file: PathBuf, variant: String, fact: String },
 }
@@ -162,7 +164,7 @@ fn one(
     });
     running.fetch_sub(1, Ordering::SeqCst);
     let (scene, run, mut times) = outcome?;
-    if matches!(run.status, Status::Interrupted { .. }) {
+    if matches!(run.status, Status::Interrupted { .. }) && run.failure.is_none() {
         return Ok(None);
     }
     if let Some(fields) = fields {
@@ -184,8 +186,11 @@ fn one(
     Ok(Some(record))
 }
 
-/// Every quantity that a variant judges must be recorded.
+/// Every quantity that a variant judges must be recorded, and no signal be left to a controller.
 pub fn check_quantities(study: &Study, case: &Case, scene: &Scene) -> Result<(), RunError> {
+    if let Some(signal) = scene.controls.controlled().pop() {
+        return Err(RunError::Controlled { file: case.scene_file.clone(), signal });
+    }
     let quantities = study.record.quantities.get(&case.variant).into_iter().flatten();
     let unknown = quantities.map(|q| scene.check_column(&q.name)).find_map(Result::err);
     let refuse = |fact| RunError::Quantity { file: study.file.clone(), variant: case.variant.clone(), fact };
@@ -233,7 +238,10 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         integrator: scene.spans.last().map_or("static", |s| s.integrator.name()).into(),
         dt_s: scene.spans.iter().map(|s| s.dt).fold(0.0, f64::max),
         status: run.status.name().into(),
-        status_detail: (!converged).then(|| run.status.to_string()),
+        status_detail: match &run.failure {
+            Some(why) => Some(why.to_string()),
+            None => (!converged).then(|| run.status.to_string()),
+        },
         wall_s: times.0,
         cpu_s: times.1,
         shared: false,
@@ -256,6 +264,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         locking: locking(scene, run),
         probes: run.columns.iter().enumerate().skip(1).map(|(k, name)| (name.clone(), probe(run, k))).collect(),
         remarks: scene.remarks.clone(),
+        events: run.events.clone(),
         no_limit: scene.no_limit.clone(),
         provenance: Provenance {
             input_sha256: input_hash(&scene.text, &scene.body.sha256),

@@ -76,9 +76,9 @@ pub fn signals_csv(scene: &Scene, run: &Run) -> String {
     let mut text = "t_s".to_string();
     scene.signals.iter().for_each(|s| text += &format!(",{}", s.name));
     text.push('\n');
-    for t in run.rows.iter().map(|row| row[0]) {
-        let values = scene.signals.iter().map(|s| s.signal.at(t).to_string());
-        text += &std::iter::once(t.to_string()).chain(values).collect::<Vec<_>>().join(",");
+    for (row, signals) in run.rows.iter().zip(&run.signals) {
+        let values = std::iter::once(&row[0]).chain(signals).map(ToString::to_string);
+        text += &values.collect::<Vec<_>>().join(",");
         text.push('\n');
     }
     text

@@ -191,7 +191,7 @@ impl System {
             let i = self.effects.len() + c;
             let mut scatter = Scatter { system: self, list: constraint.blocks(), slots: &self.slots[i], next: 0 };
             let mut sum = 0.0;
-            out.g[c] = constraint.target(at.t);
+            out.g[c] = constraint.target(at.clock());
             out.gradient[c].fill(0.0);
             out.carried[c] = 0.0;
             for b in 0..constraint.blocks().len() {
@@ -238,7 +238,17 @@ impl System {
         let zero = vec![0.0; self.dofs.equation.len()];
         let lambda = vec![0.0; self.constraints.len()];
         let history = vec![0.0; self.histories.last().map_or(0, |h| h.end)];
-        State { t: 0.0, x: zero.clone(), v: zero.clone(), a: zero, lambda, memory: Vec::new(), dt: 0.0, history }
+        State {
+            t: 0.0,
+            x: zero.clone(),
+            v: zero.clone(),
+            a: zero,
+            lambda,
+            memory: Vec::new(),
+            dt: 0.0,
+            history,
+            inputs: Vec::new(),
+        }
     }
 
     /// Equations of the second field: so many negative pivots belong to a stable equilibrium.

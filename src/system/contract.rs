@@ -2,6 +2,7 @@
 
 use crate::material::LawError;
 pub use crate::material::Want;
+use crate::math::signal::{Clock, Ramp};
 use std::fmt;
 
 /// All that changes during a run. Cloning it is a checkpoint, dropping it a cut step. SI units.
@@ -22,9 +23,16 @@ pub struct State {
     pub dt: f64,
     /// What the effects remember, effect by effect and block by block; zero at rest, empty if none remembers
     pub history: Vec<f64>,
+    /// What is known of the signals that are decided on the way; empty if none is
+    pub inputs: Vec<Ramp>,
 }
 
 impl State {
+    /// The time, for signals.
+    pub fn clock(&self) -> Clock<'_> {
+        Clock { t: self.t, inputs: &self.inputs }
+    }
+
     /// At rest in the reference configuration.
     pub fn rest(nodes: usize, constraints: usize) -> Self {
         let zero = vec![0.0; 3 * nodes];
@@ -37,6 +45,7 @@ impl State {
             memory: Vec::new(),
             dt: 0.0,
             history: Vec::new(),
+            inputs: Vec::new(),
         }
     }
 }
@@ -61,7 +70,15 @@ pub struct At<'a> {
     pub old: &'a [f64],
     /// History at the start of the step: of the whole state for a system, [blocks × [`Effect::history`]] for an effect
     pub history: &'a [f64],
+    pub inputs: &'a [Ramp],
     pub rates: Rates,
+}
+
+impl<'a> At<'a> {
+    /// The time, for signals.
+    pub fn clock(&self) -> Clock<'a> {
+        Clock { t: self.t, inputs: self.inputs }
+    }
 }
 
 /// Which fields an effect reads, beyond x; a static integrator has neither.
@@ -219,7 +236,7 @@ pub trait Effect: Send + Sync {
     fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError>;
     fn role(&self) -> Role;
     /// s(t) of a [`Role::Load`]
-    fn intensity(&self, _t: f64) -> f64 {
+    fn intensity(&self, _now: Clock) -> f64 {
         1.0
     }
     /// Numbers that each block carries from step to step, zero at rest
@@ -249,8 +266,8 @@ impl<E: Effect + ?Sized> Effect for std::sync::Arc<E> {
     fn role(&self) -> Role {
         (**self).role()
     }
-    fn intensity(&self, t: f64) -> f64 {
-        (**self).intensity(t)
+    fn intensity(&self, now: Clock) -> f64 {
+        (**self).intensity(now)
     }
     fn history(&self) -> usize {
         (**self).history()
@@ -292,7 +309,7 @@ pub trait Constraint: Send + Sync {
     fn cone(&self) -> Cone;
     /// Unit of g: a length or volume to which |g| is compared
     fn scale(&self) -> f64;
-    fn target(&self, t: f64) -> f64;
+    fn target(&self, now: Clock) -> f64;
     fn blocks(&self) -> &Blocks;
     /// c_b, ∂c_b/∂x, ∂²c_b/∂x² of block `b` in `energy`, `r`, `k`.
     fn eval(&self, x: &[f64], b: usize, want: Want, out: &mut Local) -> Result<(), EvalError>;

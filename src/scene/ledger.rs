@@ -1,0 +1,60 @@
+//! Energies of a run: what is stored at the state, and what was put in and dissipated along the path.
+
+use super::probe::Energies;
+use crate::solve::Newton;
+use crate::system::{At, Role, State, System, Want};
+
+/// Integrals along the path.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Ledger {
+    pub energies: Energies,
+    /// Per effect: energy at the last state
+    pub effect: Vec<f64>,
+    /// [unknowns] residual at the last state [N]
+    pub residual: Vec<f64>,
+}
+
+impl Ledger {
+    pub(super) fn new(system: &System, rest: &State) -> Self {
+        let mut sums = system.workspace();
+        let rates = Default::default();
+        let State { t, x, v, a, history, inputs, .. } = rest;
+        let at = At { t: *t, dt: 0.0, x, v, a, old: x, history, inputs, rates };
+        // An effect that is not defined at rest stops the first step; its energy is then of no use.
+        let defined = system.assemble(&at, &rest.lambda, Want::Energy, None, &mut sums).is_ok();
+        let effect = if defined { sums.energy } else { vec![0.0; system.effects.len()] };
+        Self { energies: Energies::default(), effect, residual: vec![0.0; rest.x.len()] }
+    }
+
+    /// Books the step from `past` to `now`; the sums of `newton` belong to `now`.
+    pub(super) fn book(&mut self, system: &System, past: &State, now: &State, newton: &Newton) {
+        let sums = &newton.sums;
+        self.energies.elastic = 0.0;
+        self.energies.kinetic = 0.0;
+        for (e, effect) in system.effects.iter().enumerate() {
+            let energy = sums.energy[e];
+            self.energies.dissipated += sums.dissipated[e];
+            match effect.role() {
+                Role::Stored | Role::Relaxing => self.energies.elastic += energy,
+                Role::Kinetic => self.energies.kinetic += energy,
+                Role::Dissipative => self.energies.dissipated += energy,
+                Role::Load => {
+                    let mean = 0.5 * (effect.intensity(past.clock()) + effect.intensity(now.clock()));
+                    self.energies.work -= mean * (energy - self.effect[e]);
+                }
+            }
+            self.effect[e] = energy;
+        }
+        // A row does the work ∫ λ dc (with c = target − g): negative shortening times tension.
+        for (c, constraint) in system.constraints.iter().enumerate() {
+            let mean = 0.5 * (past.lambda[c] + now.lambda[c]);
+            self.energies.work -= mean * (constraint.target(now.clock()) - constraint.target(past.clock()));
+        }
+        for p in &system.prescribed {
+            let dof = p.dof as usize;
+            let mean = 0.5 * (self.residual[dof] + sums.r[dof]);
+            self.energies.work += mean * (now.x[dof] - past.x[dof]);
+        }
+        self.residual.copy_from_slice(&sums.r);
+    }
+}
