@@ -4,9 +4,10 @@ use super::{INCOMPLETE, Outcome, bars::Bars, files};
 use durometer::math::units::{self, Dimension};
 use durometer::scene::control::Controller;
 use durometer::scene::control::process::Process;
+use durometer::scene::output::ScheduleSpec;
 use durometer::scene::{Body, Constant, Course, CourseError, Scene, Sensitivity, Steering, read_scene};
 use durometer::solve::Status;
-use durometer::study::fields::Fields;
+use durometer::study::fields::{Fields, USUAL};
 use durometer::study::locking::REMEDY;
 use durometer::study::runner::{self, Watch};
 use durometer::study::store;
@@ -91,7 +92,18 @@ pub fn main(args: Args) -> Outcome {
     }
     bars.started(&name);
     let stop = super::stop_flag();
-    let mut fields = args.vtu.then(|| Fields::new(&args.out, &name));
+    let chosen = scene.spec.output.fields.as_ref();
+    let (what, schedule) = match chosen {
+        Some(chosen) => (chosen.what.as_slice(), chosen.schedule()),
+        None => (&USUAL[..], ScheduleSpec::default()),
+    };
+    let drawn = args.vtu || chosen.is_some();
+    let mut fields = drawn.then(|| Fields::new(&args.out, &name, what));
+    // Points of the grid so far, and the time of the last one.
+    let (mut number, mut past) = match &from {
+        Some(course) => (course.recorded(), Some(course.state.t)),
+        None => (0, None),
+    };
     let (mut states, mut unsaved) = (Vec::new(), None::<CourseError>);
     let mut save = |course: &Course, label: &str| {
         let file = args.out.join(format!("{name}-{label}.state"));
@@ -116,8 +128,11 @@ pub fn main(args: Args) -> Outcome {
         },
         &mut |state| {
             if let Some(fields) = &mut fields {
-                fields.add(&scene, state);
+                if schedule.due(past, state.t) {
+                    fields.add(&scene, state, number);
+                }
             }
+            (number, past) = (number + 1, Some(state.t));
             if let (Some(sensitivity), Ok(rows)) = (&mut sensitivity, &mut slopes) {
                 let begin = (Instant::now(), cpu_time::ThreadTime::now());
                 match sensitivity.at(state) {
@@ -165,7 +180,7 @@ pub fn main(args: Args) -> Outcome {
         }
         states.iter().for_each(|file| println!("state:   {}", file.display()));
         println!("results: {}", args.out.join(format!("{name}.csv")).display());
-        if args.vtu {
+        if drawn {
             println!("fields:  {} (open it in ParaView)", args.out.join(format!("{name}.pvd")).display());
         }
     }

@@ -178,6 +178,7 @@ impl Scene {
         let no_limit = (!causes.is_empty()).then(|| causes.join(", and "));
         let nodes = body.mesh.points.len();
         builder.check_formulas(&spans)?;
+        builder.check_output(&spec.output, spans.last().map_or(0.0, |s| s.end))?;
         let columns = columns(&probes, &cables, &cavities);
         let controls = builder.controls(&columns, &cables, &cavities, &spans)?;
         let (prescribed, signals, remarks) = builder.finish();

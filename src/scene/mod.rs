@@ -10,6 +10,7 @@ mod course;
 mod cover;
 mod error;
 mod ledger;
+pub mod output;
 pub mod overrides;
 pub mod probe;
 pub mod protocol;

@@ -22,6 +22,8 @@ pub struct Run {
     pub columns: Vec<String>,
     /// [rows × columns], the first column is t_s
     pub rows: Vec<Vec<f64>>,
+    /// Rows that are written, by `output.series`: all, or those that are due and the last one
+    pub written: Vec<usize>,
     /// [rows × signals] what was prescribed
     pub signals: Vec<Vec<f64>>,
     pub events: Vec<Fired>,
@@ -103,6 +105,7 @@ impl Scene {
         let Newton { factor, sums, assembly_time, .. } = &stepper.newton;
         Run {
             columns: self.columns(),
+            written: self.written(&course.rows),
             rows: course.rows,
             signals: course.signals,
             events: course.control.log,
@@ -215,6 +218,15 @@ impl Scene {
             steering.save(course, orders.save);
         }
         Ok(orders.stop)
+    }
+
+    fn written(&self, rows: &[Vec<f64>]) -> Vec<usize> {
+        let time = |k: usize| rows[k][0];
+        let due = |k: &usize| {
+            let schedule = self.spec.output.series.as_ref();
+            *k + 1 == rows.len() || schedule.is_none_or(|s| s.due(k.checked_sub(1).map(time), time(*k)))
+        };
+        (0..rows.len()).filter(due).collect()
     }
 
     /// Names of the recorded columns.

@@ -1,6 +1,7 @@
 //! A scene as it stands in a TOML file. Unknown keys are refused; there is no default physics.
 
 use super::control::spec::EventSpec;
+use super::output::OutputSpec;
 use super::quantity::{
     Angle, Damping, Density, GuideRadius, Length, Modulus, PerSecond, SpringStiffness, Time, Viscosity,
 };
@@ -30,6 +31,8 @@ pub struct SceneSpec {
     pub probes: Vec<ProbeSpec>,
     #[serde(rename = "event", default)]
     pub events: Vec<EventSpec>,
+    #[serde(default)]
+    pub output: OutputSpec,
     #[serde(default)]
     pub numerics: NumericsSpec,
 }

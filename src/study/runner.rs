@@ -1,6 +1,6 @@
 //! Runs the cases of a study side by side, skips what is done, keeps what is finished.
 
-use super::fields::Fields;
+use super::fields::{Fields, USUAL};
 use super::record::{
     CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance, Skin,
 };
@@ -133,7 +133,7 @@ fn one(
     let body = Body::load(&case.scene_file, &case.spec.mesh, &mut |line| watch.meshing(&case.id, line))?;
     let input_sha256 = input_hash(&case.text, &body.sha256);
     let mut fields = match options.vtu {
-        true => Some(Fields::new(store.folder(&case.id)?, &case.id)),
+        true => Some(Fields::new(store.folder(&case.id)?, &case.id, &USUAL)),
         false => None,
     };
     let drawn = fields.as_ref().is_none_or(|f| f.collection().is_file());
@@ -147,6 +147,7 @@ fn one(
     let checked = scene.map_err(RunError::from).and_then(|scene| check_quantities(study, case, &scene).map(|()| scene));
     let outcome = checked.map(|scene| {
         let (wall, cpu) = (Instant::now(), ThreadTime::now());
+        let mut number = 0..;
         let run = scene.run(
             &mut |progress| {
                 shared |= running.load(Ordering::Relaxed) > 1;
@@ -155,7 +156,7 @@ fn one(
             },
             &mut |state| {
                 if let Some(fields) = &mut fields {
-                    fields.add(&scene, state);
+                    fields.add(&scene, state, number.next().expect("there is always a next number"));
                 }
             },
         );

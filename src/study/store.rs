@@ -76,7 +76,7 @@ pub fn signals_csv(scene: &Scene, run: &Run) -> String {
     let mut text = "t_s".to_string();
     scene.signals.iter().for_each(|s| text += &format!(",{}", s.name));
     text.push('\n');
-    for (row, signals) in run.rows.iter().zip(&run.signals) {
+    for (row, signals) in run.written.iter().map(|&k| (&run.rows[k], &run.signals[k])) {
         let values = std::iter::once(&row[0]).chain(signals).map(ToString::to_string);
         text += &values.collect::<Vec<_>>().join(",");
         text.push('\n');
@@ -102,7 +102,7 @@ pub fn slopes_csv(columns: &[String], constants: &[Constant], rows: &[(f64, Vec<
 /// The recorded rows; numbers in the shortest form that reads back the same.
 pub fn csv(run: &Run) -> String {
     let mut text = run.columns.join(",") + "\n";
-    for row in &run.rows {
+    for row in run.written.iter().map(|&k| &run.rows[k]) {
         for (k, value) in row.iter().enumerate() {
             write!(text, "{}{value}", if k > 0 { "," } else { "" }).expect("writing to a string cannot fail");
         }

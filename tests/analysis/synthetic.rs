@@ -103,6 +103,7 @@ fn case(m: &Member, variant: &str) -> StoredCase {
         },
         locking: None,
         probes,
+        events: vec![],
         remarks: vec![],
         no_limit: None,
         provenance: Provenance {

@@ -1,0 +1,381 @@
+//! Runs that are decided on the way: states to restart from, formulas of recorded columns, events, controllers.
+
+mod common;
+
+use common::{column, run, scene};
+use durometer::mesh::Order;
+use durometer::mesh::structured::block;
+use durometer::scene::control::{ControlError, Controller, Opening, Reply, Seen};
+use durometer::scene::{Course, CourseError, Run, Scene, Steering};
+use durometer::solve::Status;
+use serde_json::json;
+use std::path::PathBuf;
+
+const LAW: &str = r#"
+[mesh]
+body = "block"
+[laws.rubber]
+law = "neo_hookean"
+mu = "60 kPa"
+nu = 0.45
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+[[constraint]]
+kind = "fixed"
+region = "xmin"
+[[probe]]
+kind = "position"
+region = "xmax"
+"#;
+
+const CABLE: &str = r#"
+[[constraint]]
+kind = "cable"
+guides = [["15 mm", "5 mm", "2 mm"], ["35 mm", "5 mm", "2 mm"]]
+pull_point = ["-10 mm", "5 mm", "2 mm"]
+guide_radius = "5 mm"
+"#;
+
+const STATIC: &str = "[[stage]]\nintegrator = \"static\"\nduration = \"1 s\"\ndt = \"0.1 s\"\n";
+
+/// A bar of 40 mm along x.
+fn bar(text: &str) -> Scene {
+    scene(block(4, 1, 1, 0.04, 0.01, 0.01, Order::Linear), text)
+}
+
+/// A bar whose cable is driven in this way.
+fn pulled(drive: &str, more: &str) -> Scene {
+    bar(&format!("{LAW}{CABLE}drive = {drive}\n{STATIC}{more}"))
+}
+
+/// Everything that can be remembered: history, two fields, rows, rates of three integrators, an input, an event.
+fn rich() -> Scene {
+    bar(&format!(
+        r#"{}
+[[effect]]
+kind = "inertia"
+region = "body"
+density = "1 g/cm^3"
+mass = "lumped"
+[[effect]]
+kind = "viscoelastic"
+region = "body"
+law = "rubber"
+moduli = "long_term"
+prony = [{{ g = 0.3, tau = "50 ms" }}]
+{CABLE}
+drive = {{ length = {{ kind = "expression", formula = "4 * t + 100 * max(xmax_z_m - 0.004, 0)", unit = "mm" }} }}
+[[stage]]
+integrator = "static"
+duration = "0.6 s"
+dt = "0.1 s"
+[[stage]]
+integrator = "bdf2"
+duration = "30 ms"
+dt = "5 ms"
+[[stage]]
+integrator = {{ generalised_alpha = {{ rho = 0.8 }} }}
+duration = "30 ms"
+dt = "5 ms"
+[[probe]]
+kind = "energy"
+[[probe]]
+kind = "reaction"
+region = "xmin"
+[[event]]
+name = "let go"
+when = {{ kind = "at", t = "0.62 s" }}
+then = [{{ kind = "switch", signal = "cable_shortening_m", to = "0 mm", over = "20 ms" }}]
+"#,
+        LAW.replace("law = \"rubber\"", "law = \"rubber\"\nformulation = \"mixed\"")
+    ))
+}
+
+fn bits(run: &Run) -> Vec<u64> {
+    let rows = run.rows.iter().chain(&run.signals).flatten();
+    rows.chain(&run.last.x).chain(&run.last.v).chain(&run.last.history).map(|v| v.to_bits()).collect()
+}
+
+/// The run goes on from a state saved at every point of the grid, through its file, with the bits of the whole run.
+#[test]
+fn a_restart_has_the_bits_of_the_whole_run() {
+    let scene = rich();
+    let whole = run(&scene);
+    assert_eq!(whole.status, Status::Converged);
+    assert!(whole.last.history.iter().any(|h| *h != 0.0) && whole.last.lambda.len() == 1);
+    assert_eq!(whole.events.len(), 1);
+    assert!(whole.rows.len() == 19 && column(&whole, "cable_tension_N").iter().any(|t| *t > 0.0));
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut files: Vec<PathBuf> = Vec::new();
+    let mut saved = |course: &Course, label: &str| {
+        let file = folder.path().join(format!("{label}.state"));
+        course.write(&file, &scene).expect("writable");
+        files.push(file);
+    };
+    let at = whole.rows.iter().map(|row| row[0]).collect();
+    let steering = Steering { at, at_end: true, saved: Some(&mut saved), ..Steering::default() };
+    // To save a state changes nothing.
+    assert_eq!(bits(&scene.steer(steering, &mut |_| true, &mut |_| {})), bits(&whole));
+    assert_eq!(files.len(), 20, "each point of the grid, and the end");
+    for file in &files {
+        let from = Course::read(file, &scene).unwrap_or_else(|e| panic!("{e}"));
+        let mut seen = from.recorded();
+        let steering = Steering { from: Some(from), ..Steering::default() };
+        let again = scene.steer(steering, &mut |_| true, &mut |_| seen += 1);
+        assert_eq!(again.status, Status::Converged);
+        assert!(bits(&again) == bits(&whole), "{}", file.display());
+        assert_eq!((again.events, again.totals, again.peak), (whole.events.clone(), whole.totals, whole.peak.clone()));
+        assert_eq!(seen, whole.rows.len(), "only new states are handed out");
+    }
+}
+
+/// A run that was cut between two points of the grid goes on from the last one.
+#[test]
+fn an_interrupted_run_can_be_continued() {
+    let scene = pulled(r#"{ length = { kind = "ramp", from = "0 mm", to = "4 mm", end = "1 s" } }"#, "");
+    let whole = run(&scene);
+    let mut kept = None;
+    let mut saved = |course: &Course, label: &str| {
+        assert_eq!(label, "end");
+        kept = Some(course.clone());
+    };
+    let steering = Steering { at_end: true, saved: Some(&mut saved), ..Steering::default() };
+    let cut = scene.steer(steering, &mut |progress| progress.t < 0.55, &mut |_| {});
+    assert_eq!(cut.status.name(), "Interrupted");
+    let steering = Steering { from: kept, ..Steering::default() };
+    let again = scene.steer(steering, &mut |_| true, &mut |_| {});
+    assert!(again.status == Status::Converged && bits(&again) == bits(&whole));
+}
+
+#[test]
+fn a_state_of_another_scene_is_refused() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = folder.path().join("a.state");
+    let scene = pulled("{ length = \"1 mm\" }", "");
+    let mut saved = |course: &Course, _: &str| course.write(&file, &scene).expect("writable");
+    let steering = Steering { at: vec![0.5], saved: Some(&mut saved), ..Steering::default() };
+    scene.steer(steering, &mut |_| true, &mut |_| {});
+    let other = pulled("{ length = \"2 mm\" }", "");
+    let error = Course::read(&file, &other).expect_err("another scene").to_string();
+    assert!(error.contains("saved of another scene; restart it with the one it belongs to"), "{error}");
+    // Numerics may differ: a run that was stuck goes on with more patience.
+    let patient = pulled("{ length = \"1 mm\" }", "[numerics]\ncuts = 20\n");
+    assert!(Course::read(&file, &patient).is_ok());
+    let bytes = std::fs::read(&file).expect("just written");
+    let mut flipped = bytes.clone();
+    *flipped.last_mut().expect("bytes") ^= 1;
+    for (broken, says) in
+        [(flipped.as_slice(), "damaged"), (&bytes[..bytes.len() - 8], "damaged"), (b"{}\n", "no saved state")]
+    {
+        std::fs::write(&file, broken).expect("writable");
+        let error = Course::read(&file, &scene).expect_err(says).to_string();
+        assert!(error.contains(says), "{error}");
+    }
+    assert!(matches!(Course::read(&folder.path().join("none"), &scene), Err(CourseError::Unreadable { .. })));
+}
+
+/// A formula in t is the function that it says; one in a column is that of the row before, and t that of the row itself.
+#[test]
+fn a_formula_follows_time_and_recorded_columns() {
+    let scene = pulled(r#"{ tension = { kind = "expression", formula = "0.1 * sin(PI * t) ^ 2", unit = "N" } }"#, "");
+    let plain = run(&scene);
+    for (t, tension) in column(&plain, "t_s").into_iter().zip(column(&plain, "cable_tension_N")) {
+        let exact = 0.1 * (std::f64::consts::PI * t).sin().powi(2);
+        // A handful of roundings of 0.1.
+        assert!((tension - exact).abs() <= 1e-16, "{t}");
+    }
+    let scene = pulled(
+        r#"{ tension = { kind = "expression", formula = "20 * t - 1000 * (xmax_z_m - 0.005)", unit = "mN" } }"#,
+        "",
+    );
+    let fed = run(&scene);
+    assert_eq!(fed.status, Status::Converged);
+    let (t, z, tension) = (column(&fed, "t_s"), column(&fed, "xmax_z_m"), column(&fed, "cable_tension_N"));
+    assert!((z[10] - z[0]).abs() > 1e-6, "the column moves");
+    for k in 1..t.len() {
+        let said = 1e-3 * (20.0 * t[k] - 1000.0 * (z[k - 1] - 0.005));
+        assert_eq!(tension[k], said.max(0.0), "row {k}");
+    }
+}
+
+/// A threshold is crossed once; from then on the other signal holds, its time counted from there.
+#[test]
+fn an_event_switches_a_signal() {
+    let event = r#"
+[[event]]
+name = "enough"
+when = { kind = "above", column = "cable_tension_N", value = "1 mN" }
+then = [{ kind = "switch", signal = "cable_shortening_m", to = { kind = "ramp", from = "1 mm", to = "0 mm", end = "0.2 s" } }]
+"#;
+    let ramp = r#"{ length = { kind = "ramp", from = "0 mm", to = "4 mm", end = "1 s" } }"#;
+    let scene = pulled(ramp, event);
+    let result = run(&scene);
+    let tension = column(&result, "cable_tension_N");
+    let k = tension.iter().position(|t| *t >= 1e-3).expect("it is reached");
+    assert!(k > 0 && k < 7, "{k}: there is time for what follows");
+    let [fired] = &result.events[..] else { panic!("{:?}", result.events) };
+    assert_eq!((fired.event.as_str(), fired.t_s, fired.value), ("enough", result.rows[k][0], Some(tension[k])));
+    assert_eq!(fired.did, ["switch cable_shortening_m"]);
+    let d: Vec<f64> = result.signals.iter().map(|row| row[0]).collect();
+    for (i, d) in d.iter().enumerate() {
+        let t = result.rows[i][0];
+        let exact = if i <= k { 4e-3 * t } else { 1e-3 * (1.0 - (t - fired.t_s) / 0.2).max(0.0) };
+        assert!((d - exact).abs() < 1e-17, "row {i}: {d} is not {exact}");
+    }
+    // The rows up to the event are those of the scene without it.
+    let without = run(&pulled(ramp, ""));
+    for i in 0..=k {
+        let close = |a: &f64, b: &f64| (a - b).abs() <= 1e-6 * b.abs().max(1e-6);
+        let last = result.columns.len() - 1;
+        assert!(result.rows[i][..last].iter().zip(&without.rows[i][..last]).all(|(a, b)| close(a, b)), "row {i}");
+    }
+}
+
+/// Slack comes again and again; `repeat` counts each time, without it the first one only.
+#[test]
+fn slack_and_time_repeat_as_they_are_told() {
+    let event = |name: &str, when: &str, more: &str| {
+        format!("[[event]]\nname = \"{name}\"\nwhen = {when}\nthen = [{{ kind = \"save\" }}]\n{more}")
+    };
+    let drive = r#"{ length = { kind = "expression", formula = "2 * sin(2 * TAU * t + 0.3)", unit = "mm" } }"#;
+    let slack = "{ kind = \"slack\", cable = \"cable\" }";
+    let events = [
+        event("once", slack, ""),
+        event("each", slack, "repeat = true\n"),
+        event("clock", "{ kind = \"at\", t = \"0.25 s\", every = \"0.3 s\" }", ""),
+    ]
+    .concat();
+    let mut labels = Vec::new();
+    let mut saved = |_: &Course, label: &str| labels.push(label.to_string());
+    let steering = Steering { saved: Some(&mut saved), ..Steering::default() };
+    let scene = pulled(drive, &events);
+    let result = scene.steer(steering, &mut |_| true, &mut |_| {});
+    let tension = column(&result, "cable_tension_N");
+    let becomes_slack: Vec<f64> =
+        (1..tension.len()).filter(|&k| tension[k] <= 0.0 && tension[k - 1] > 0.0).map(|k| result.rows[k][0]).collect();
+    let times = |name: &str| -> Vec<f64> { result.events.iter().filter(|f| f.event == name).map(|f| f.t_s).collect() };
+    assert!(becomes_slack.len() >= 2, "{tension:?}");
+    assert_eq!(times("each"), becomes_slack);
+    assert_eq!(times("once"), becomes_slack[..1]);
+    let t = column(&result, "t_s");
+    // 0.25, 0.55 and 0.85 s lie within steps: their ends.
+    assert_eq!(times("clock"), [t[3], t[6], t[9]]);
+    let mut all: Vec<f64> = result.events.iter().map(|f| f.t_s).collect();
+    all.dedup();
+    assert_eq!(labels, all.iter().map(|t| format!("{t}s")).collect::<Vec<_>>(), "one state a point");
+}
+
+#[test]
+fn an_event_stops_the_run_as_planned() {
+    let event = "[[event]]\nwhen = { kind = \"below\", column = \"xmax_x_m\", value = \"39.5 mm\" }\nthen = [{ kind = \"stop\" }]\n";
+    let scene = pulled(r#"{ length = { kind = "ramp", from = "0 mm", to = "8 mm", end = "1 s" } }"#, event);
+    let result = run(&scene);
+    let x = column(&result, "xmax_x_m");
+    let (last, before) = x.split_last().expect("rows");
+    assert!(result.status == Status::Converged && *last <= 0.0395 && before.iter().all(|x| *x > 0.0395), "{x:?}");
+    assert!(result.rows.len() < 11 && result.events[0].did == ["stop"]);
+}
+
+/// A constant threshold cannot be crossed, nor can 200° be: that is said before the run.
+#[test]
+fn what_cannot_happen_is_remarked_on() {
+    for (when, says) in [
+        ("{ kind = \"above\", column = \"cable_tension_N\", value = \"2 N\" }", "stays between 1 and 1"),
+        ("{ kind = \"below\", column = \"cable_tension_N\", value = \"2 N\" }", "stays between 1 and 1"),
+        ("{ kind = \"slack\", cable = \"cable\" }", "stays between 1 and 1"),
+        ("{ kind = \"above\", column = \"t_s\", value = \"2 s\" }", "t_s stays between 0 and 1"),
+    ] {
+        let event = format!("[[event]]\nname = \"never\"\nwhen = {when}\nthen = [{{ kind = \"stop\" }}]\n");
+        let scene = pulled("{ tension = \"1 N\" }", &event);
+        let remark = scene.remarks.iter().find(|r| r.contains("the event \"never\" cannot happen"));
+        assert!(remark.is_some_and(|r| r.contains(says)), "{when}: {:?}", scene.remarks);
+    }
+}
+
+/// A formula without a value ends the run; what was recorded stays.
+#[test]
+fn a_formula_without_a_value_is_an_error_with_partial_results() {
+    let formula =
+        r#"{ length = { kind = "expression", formula = "sqrt(0.0405 - xmax_x_m - 0.001 * t)", unit = "mm" } }"#;
+    let result = run(&pulled(formula, ""));
+    assert!(matches!(result.failure, Some(ControlError::NotFinite { .. })), "{:?}", result.failure);
+    assert!(result.rows.len() > 1 && result.rows.len() < 11 && result.status.name() == "Interrupted");
+    assert_eq!(result.rows.len(), result.signals.len());
+}
+
+/// A cut step sees a part of the change: the input is linear within a step.
+#[test]
+fn a_jump_is_spread_over_the_parts_of_a_cut_step() {
+    let event = r#"
+[[event]]
+when = { kind = "at", t = "0.5 s" }
+then = [{ kind = "switch", signal = "xmax_x_displacement_m", to = "-16 mm" }]
+"#;
+    let held = r#"
+[[constraint]]
+kind = "prescribed"
+region = "xmax"
+components = "x"
+displacement = "0 mm"
+[numerics]
+max_iterations = 4
+line_search = false
+"#;
+    let scene = bar(&format!("{LAW}{STATIC}{event}{held}"));
+    let result = run(&scene);
+    assert_eq!(result.status, Status::Converged, "{}", result.status);
+    assert!(result.totals.cuts > 0, "the jump does not pass in one step");
+    let x = column(&result, "xmax_x_m");
+    assert!(x[..=5].iter().all(|x| (x - 0.04).abs() < 1e-15) && (x[6] - 0.024).abs() < 1e-15, "{x:?}");
+}
+
+/// u = kp e + Σ ki e Δt in code, with its sum kept in the memory.
+#[derive(Default)]
+struct Pi {
+    column: usize,
+    sum: f64,
+    begun_at: f64,
+    ended: Option<String>,
+}
+
+impl Controller for Pi {
+    fn begin(&mut self, opening: &Opening) -> Result<(), ControlError> {
+        assert_eq!(opening.signals, ["cable_shortening_m"]);
+        self.column = opening.columns.iter().position(|c| c == "xmax_x_m").expect("recorded");
+        (self.begun_at, self.sum) = (opening.t, opening.memory.as_f64().unwrap_or(0.0));
+        Ok(())
+    }
+
+    fn step(&mut self, seen: &Seen, signals: &mut [f64]) -> Result<Reply, ControlError> {
+        let error = seen.row[self.column] - 0.0394;
+        self.sum += error * (seen.next - seen.row[0]);
+        signals[0] = (0.3 * error + 8.0 * self.sum).max(0.0);
+        Ok(Reply { memory: json!(self.sum), ..Reply::default() })
+    }
+
+    fn end(&mut self, row: &[f64], status: &str) {
+        self.ended = Some(format!("{status} at {}", row[0]));
+    }
+}
+
+#[test]
+fn a_controller_reaches_its_goal_and_survives_a_restart() {
+    let text = format!("{LAW}{CABLE}drive = {{ length = {{ kind = \"controlled\", initial = \"0 mm\" }} }}\n{STATIC}");
+    let scene = bar(&text.replace("duration = \"1 s\"", "duration = \"4 s\""));
+    let mut pi = Pi::default();
+    let mut middle = None;
+    let mut saved = |course: &Course, _: &str| middle = Some(course.clone());
+    let steering =
+        Steering { controller: Some(&mut pi), at: vec![1.5], saved: Some(&mut saved), ..Steering::default() };
+    let whole = scene.steer(steering, &mut |_| true, &mut |_| {});
+    let x = column(&whole, "xmax_x_m");
+    assert!((x[0] - 0.04).abs() < 1e-12 && (x[40] - 0.0394).abs() < 2e-5, "{x:?}");
+    assert_eq!(pi.ended.as_deref(), Some("Converged at 4"));
+    let mut pi = Pi::default();
+    let steering = Steering { from: middle, controller: Some(&mut pi), ..Steering::default() };
+    let again = scene.steer(steering, &mut |_| true, &mut |_| {});
+    assert_eq!(pi.begun_at, whole.rows[15][0]);
+    assert!(bits(&again) == bits(&whole));
+}
