@@ -128,6 +128,12 @@ fn the_guide_names_every_key_of_a_scene_and_a_study() {
     let signals = keys_of(&text("src/scene/signal.rs"), &["FunctionSpec"]);
     assert!(signals.contains("raised_cosine") && signals.contains("amplitude"), "{signals:?}");
     assert_eq!(missing(signals), Vec::<String>::new(), "signals not in docs/guide.md");
+    let events = keys_of(&text("src/scene/control/spec.rs"), &["EventSpec", "WhenSpec", "ThenSpec"]);
+    assert!(events.contains("slack") && events.contains("over"), "{events:?}");
+    assert_eq!(missing(events), Vec::<String>::new(), "events not in docs/guide.md");
+    let output = keys_of(&text("src/scene/output.rs"), &["OutputSpec", "FieldsSpec", "FieldSpec", "ScheduleSpec"]);
+    assert!(output.contains("von_mises") && output.contains("every"), "{output:?}");
+    assert_eq!(missing(output), Vec::<String>::new(), "output not in docs/guide.md");
     let study = keys_of(&text("src/study/spec.rs"), &["StudySpec", "Kind", "VariantSpec", "FamilySpec"]);
     assert!(study.contains("expectation") && study.contains("members"), "{study:?}");
     assert_eq!(missing(study), Vec::<String>::new(), "not in docs/guide.md");
@@ -266,6 +272,7 @@ fn command_lines_parse() {
         "meshes/README.md",
         "data/README.md",
         "studies/finger-convergence/README.md",
+        "studies/finger-control/README.md",
         "studies/finger-dynamics/README.md",
         "studies/finger-mass-spring/README.md",
     ];
