@@ -9,6 +9,7 @@ use durometer::scene::{Body, Constant, Course, CourseError, Scene, Sensitivity, 
 use durometer::solve::Status;
 use durometer::study::fields::{Fields, USUAL};
 use durometer::study::locking::REMEDY;
+use durometer::study::overlay::overlays;
 use durometer::study::runner::{self, Watch};
 use durometer::study::store;
 use std::path::PathBuf;
@@ -162,6 +163,7 @@ pub fn main(args: Args) -> Outcome {
     }
     let json = serde_json::to_string_pretty(&record)?;
     store::write(&args.out.join(format!("{name}.json")), &json)?;
+    durometer::report::overlays(&args.out, &name, &overlays(&scene, &run))?;
     bars.finished(&record, false);
     if let Some(l) = record.locking.filter(|l| l.alarm && !args.json) {
         let scatter = l.pressure_scatter;
@@ -177,6 +179,10 @@ pub fn main(args: Args) -> Outcome {
         for e in &record.events {
             let value = e.value.map_or_else(String::new, |v| format!(" (at {})", plain(v)));
             println!("event {} at {:.4} s{value}: {}", e.event, e.t_s, e.did.join(", "));
+        }
+        for d in &record.distances {
+            let (l2, largest) = (100.0 * d.l2, 100.0 * d.largest);
+            println!("{} over {} is off {} by {l2:.2} % (L2), {largest:.2} % (largest)", d.column, d.over, d.file);
         }
         states.iter().for_each(|file| println!("state:   {}", file.display()));
         println!("results: {}", args.out.join(format!("{name}.csv")).display());

@@ -1,6 +1,7 @@
 //! From a [`SceneSpec`] to a [`System`]: meshes, regions, laws, effects, constraints.
 
 use super::builder::{Builder, Gathered};
+use super::compare::Measured;
 use super::comparison::limit_of_springs;
 use super::control::Controls;
 use super::error::{SceneError, hint};
@@ -50,6 +51,8 @@ pub struct Scene {
     pub signals: Vec<NamedSignal>,
     /// What is decided on the way: events, inputs
     pub controls: Controls,
+    /// Measured curves to compare with
+    pub measured: Vec<Measured>,
     pub spec: SceneSpec,
     /// The scene as it was read, with its changes
     pub text: String,
@@ -180,6 +183,7 @@ impl Scene {
         builder.check_formulas(&spans)?;
         builder.check_output(&spec.output, spans.last().map_or(0.0, |s| s.end))?;
         let columns = columns(&probes, &cables, &cavities);
+        let measured = builder.measured(&spec.comparisons, &columns)?;
         let controls = builder.controls(&columns, &cables, &cavities, &spans)?;
         let (prescribed, signals, remarks) = builder.finish();
         let system = System::with_scalars(nodes, &hosts, effects, constraints, prescribed)
@@ -198,6 +202,7 @@ impl Scene {
             spans,
             signals,
             controls,
+            measured,
             spec,
             text,
             remarks,

@@ -4,6 +4,7 @@ mod body;
 mod build;
 mod builder;
 mod cavity;
+mod compare;
 mod comparison;
 pub mod control;
 mod course;
@@ -27,6 +28,7 @@ mod viscoelastic;
 
 pub use body::request;
 pub use build::{Body, Scene};
+pub use compare::Measured;
 pub use course::{Course, CourseError};
 pub use error::{Mistake, SceneError, hint};
 pub use quantity::{Length, Time};

@@ -1,5 +1,6 @@
 //! A scene as it stands in a TOML file. Unknown keys are refused; there is no default physics.
 
+use super::compare::CompareSpec;
 use super::control::spec::EventSpec;
 use super::output::OutputSpec;
 use super::quantity::{
@@ -31,6 +32,8 @@ pub struct SceneSpec {
     pub probes: Vec<ProbeSpec>,
     #[serde(rename = "event", default)]
     pub events: Vec<EventSpec>,
+    #[serde(rename = "compare", default)]
+    pub comparisons: Vec<CompareSpec>,
     #[serde(default)]
     pub output: OutputSpec,
     #[serde(default)]

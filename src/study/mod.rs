@@ -5,6 +5,7 @@ pub mod curve;
 pub mod fields;
 pub mod locking;
 pub mod materials;
+pub mod overlay;
 pub mod record;
 pub mod runner;
 pub mod spec;

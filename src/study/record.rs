@@ -1,5 +1,6 @@
 //! What a finished case leaves on disk, and what every report reads: `cases/<id>.json` beside `cases/<id>.csv`.
 
+use super::overlay::Distance;
 use crate::scene::control::Fired;
 use crate::solve::Status;
 use serde::{Deserialize, Serialize};
@@ -57,6 +58,9 @@ pub struct CaseRecord {
     /// What a reader should know: regions that depend on the mesh, patches smaller than the cells, …
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub remarks: Vec<String>,
+    /// Distances from measured curves
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub distances: Vec<Distance>,
     /// What happened on the way
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub events: Vec<Fired>,

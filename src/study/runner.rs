@@ -1,6 +1,7 @@
 //! Runs the cases of a study side by side, skips what is done, keeps what is finished.
 
 use super::fields::{Fields, USUAL};
+use super::overlay::overlays;
 use super::record::{
     CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance, Skin,
 };
@@ -265,6 +266,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         locking: locking(scene, run),
         probes: run.columns.iter().enumerate().skip(1).map(|(k, name)| (name.clone(), probe(run, k))).collect(),
         remarks: scene.remarks.clone(),
+        distances: overlays(scene, run).into_iter().filter_map(|o| o.distance).collect(),
         events: run.events.clone(),
         no_limit: scene.no_limit.clone(),
         provenance: Provenance {

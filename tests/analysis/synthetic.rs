@@ -103,6 +103,7 @@ fn case(m: &Member, variant: &str) -> StoredCase {
         },
         locking: None,
         probes,
+        distances: vec![],
         events: vec![],
         remarks: vec![],
         no_limit: None,

@@ -7,6 +7,7 @@ pub mod errors;
 pub mod fit;
 pub mod formulations;
 pub mod laws;
+pub mod overlay;
 pub mod time;
 
 use super::canvas::{Area, At, INK, Mark, Point, RGB, SMALL, line, mark, mm, text};
