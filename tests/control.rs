@@ -379,3 +379,198 @@ fn a_controller_reaches_its_goal_and_survives_a_restart() {
     assert_eq!(pi.begun_at, whole.rows[15][0]);
     assert!(bits(&again) == bits(&whole));
 }
+
+const ROOT: &str = env!("CARGO_MANIFEST_DIR");
+const CONTROLLED: &str = r#"constraint.cable.drive={ length = { kind = "controlled", initial = "0 mm" } }"#;
+
+/// `simulate` of the small scene into `out`: exit code, standard output and error.
+fn simulate(out: &std::path::Path, more: &[&str]) -> (Option<i32>, String, String) {
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_durometer"));
+    command.args(["simulate", "tests/cli/scene.toml", "--out"]).arg(out).args(more).current_dir(ROOT);
+    let output = command.output().expect("the program starts");
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (output.status.code(), text(&output.stdout), text(&output.stderr))
+}
+
+fn python() -> bool {
+    let found = std::process::Command::new("python3").arg("--version").output().is_ok_and(|o| o.status.success());
+    if !found {
+        println!("skipped: there is no python3");
+    }
+    found
+}
+
+#[test]
+fn the_command_line_saves_and_restarts() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let (whole, again) = (folder.path().join("whole"), folder.path().join("again"));
+    let (code, said, error) = simulate(&whole, &["--save-state", "0.3 s", "--save-state", "end"]);
+    assert_eq!(code, Some(0), "{error}");
+    let state = whole.join("scene-0.5s.state");
+    assert!(said.contains("scene-0.5s.state") && whole.join("scene-end.state").is_file(), "{said}");
+    let (code, _, error) = simulate(&again, &["--restart", state.to_str().expect("UTF-8")]);
+    assert_eq!(code, Some(0), "{error}");
+    for file in ["scene.csv", "scene.signals.csv"] {
+        let read = |dir: &std::path::Path| std::fs::read_to_string(dir.join(file)).expect("written");
+        assert_eq!(read(&whole), read(&again), "{file}");
+    }
+    let (code, _, error) = simulate(&again, &["--restart", state.to_str().expect("UTF-8"), "--set", "laws.rubber.nu=0.4"]);
+    assert!(code == Some(2) && error.contains("saved of another scene"), "{error}");
+    for when in ["2 s", "0.3", "soon"] {
+        let (code, _, error) = simulate(&again, &["--save-state", when]);
+        assert!(code == Some(2) && error.contains("--save-state"), "{error}");
+    }
+}
+
+/// The PI controller in Python that the guide shows, and its continuation from a saved state.
+#[test]
+fn the_python_controller_reaches_its_goal() {
+    if !python() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let controller = "python3 studies/finger-control/pi.py 8 --kp 3e-5 --ki 4e-4";
+    let longer = "stage.0.duration=\"6 s\"";
+    let arguments = ["--set", CONTROLLED, "--set", longer, "--controller", controller];
+    let whole = folder.path().join("whole");
+    let (code, _, error) = simulate(&whole, &[&arguments[..], &["--save-state", "2 s"]].concat());
+    assert_eq!(code, Some(0), "{error}");
+    let csv = std::fs::read_to_string(whole.join("scene.csv")).expect("written");
+    let last = csv.lines().last().expect("rows").split(',').nth(1).expect("the angle").parse::<f64>();
+    let angle = last.expect("a number");
+    println!("{angle}° of 8°");
+    assert!((angle - 8.0).abs() < 0.08, "{csv}");
+    let again = folder.path().join("again");
+    let state = whole.join("scene-2s.state");
+    let restart = ["--restart", state.to_str().expect("UTF-8")];
+    let (code, _, error) = simulate(&again, &[&arguments[..], &restart].concat());
+    assert_eq!(code, Some(0), "{error}");
+    assert_eq!(csv, std::fs::read_to_string(again.join("scene.csv")).expect("written"));
+}
+
+/// Garbage, silence, death, a wrong name: a message with the line, and the rows so far.
+#[test]
+fn a_controller_that_fails_leaves_the_rows_so_far() {
+    if !python() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for (k, (does, says)) in [
+        ("print('hum')", "wrote at t = 0.250000 s: hum"),
+        ("time.sleep(60)", "no answer within 0.5 s at t = 0.250000 s"),
+        ("sys.exit(3)", "the controller ended (exit status: 3) before it answered at t = 0.250000 s"),
+        ("print('{\"signals\": {\"cable\": 1}}')", "it may not set \"cable\"; did you mean `cable_shortening_m`?"),
+        ("print('{\"signals\": {\"cable_shortening_m\": \"much\"}}')", "\"cable_shortening_m\" is \"much\""),
+        ("print('{\"signal\": {}}')", "unknown field `signal`"),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let script = folder.path().join("ctrl.py");
+        let text = format!(
+            "import sys, time\nsys.stdin.readline()\nprint('{{\"ready\": true}}', flush=True)\nsys.stdin.readline()\n\
+             print('{{}}', flush=True)\nsys.stdin.readline()\n{does}\nsys.stdout.flush()\n"
+        );
+        std::fs::write(&script, text).expect("writable");
+        let out = folder.path().join(k.to_string());
+        let command = format!("python3 -S '{}'", script.display());
+        let (code, _, error) =
+            simulate(&out, &["--set", CONTROLLED, "--controller", &command, "--controller-timeout", "0.5 s"]);
+        assert_eq!(code, Some(3), "{does}: {error}");
+        assert!(error.contains(says), "{does}: {error}");
+        let csv = std::fs::read_to_string(out.join("scene.csv")).expect("partial results");
+        assert_eq!(csv.lines().count(), 3, "{does}: header, the state at rest and one step");
+    }
+    for (arguments, says) in [
+        (&["--set", CONTROLLED][..], "waits for a controller"),
+        (&["--set", CONTROLLED, "--controller", "no-such-program-here"], "cannot be started"),
+        (&["--set", CONTROLLED, "--controller", "python3 'a"], "its quotes do not close"),
+        (&["--set", CONTROLLED, "--controller", "cat", "--controller-timeout", "soon"], "is no time"),
+        (&["--controller", "cat"], "leaves no signal to a controller"),
+    ] {
+        let (code, _, error) = simulate(folder.path(), arguments);
+        assert!(code == Some(2) && error.contains(says), "{arguments:?}: {error}");
+    }
+}
+
+/// Uniaxial tension: the stress fields are σ = P λ_t⁻² J-free closed form of the law at the recorded stretch.
+#[test]
+fn fields_hold_the_stress_of_the_closed_form() {
+    use durometer::scene::output::FieldSpec;
+    let text = format!(
+        "{}{STATIC}{}",
+        LAW.replace("kind = \"fixed\"\nregion = \"xmin\"", "kind = \"fixed\"\nregion = \"xmin\"\ncomponents = \"x\""),
+        r#"
+[[constraint]]
+kind = "fixed"
+region = "ymin"
+components = "y"
+[[constraint]]
+kind = "fixed"
+region = "zmin"
+components = "z"
+[[constraint]]
+kind = "prescribed"
+region = "xmax"
+components = "x"
+displacement = { kind = "ramp", from = "0 mm", to = "20 mm", end = "1 s" }
+"#
+    );
+    let scene = bar(&text);
+    let result = run(&scene);
+    let fields = scene.fields(&result.last, &[FieldSpec::Stress, FieldSpec::VonMises, FieldSpec::Pressure]);
+    // λ = 1.5; the lateral stretch l from zero lateral stress: μ (l² − 1) + λ_L ln J = 0, then σ = μ (λ² − 1)/J + λ_L ln J/J.
+    let (mu, nu, stretch) = (60e3, 0.45, 1.5f64);
+    let lame = 2.0 * mu * nu / (1.0 - 2.0 * nu);
+    let (mut low, mut high) = (0.5f64, 1.0f64);
+    for _ in 0..80 {
+        let l = 0.5 * (low + high);
+        if mu * (l * l - 1.0) + lame * (stretch * l * l).ln() > 0.0 { high = l } else { low = l }
+    }
+    let j = stretch * low * low;
+    let sigma = (mu * (stretch * stretch - 1.0) + lame * j.ln()) / j;
+    for field in &fields {
+        let exact = |component: usize| match field.name {
+            "stress_Pa" => if component == 0 { sigma } else { 0.0 },
+            "von_mises_Pa" => sigma,
+            _ => -sigma / 3.0,
+        };
+        assert!(field.components == if field.name == "stress_Pa" { 9 } else { 1 });
+        for (i, value) in field.values.iter().enumerate() {
+            // Newton's tolerance is 1e-8 of the forces; K is conditioned by 1/(1 − 2ν) and the mesh, a hundred at most.
+            assert!((value - exact(i % field.components)).abs() < 1e-6 * sigma, "{}: {value}", field.name);
+        }
+    }
+    assert_eq!(fields.len(), 6, "at the nodes and in the cells");
+}
+
+/// The table that the run itself recorded lies on its curve; 5 % more of it is 5 % off in both norms.
+#[test]
+fn a_measured_curve_is_compared() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let (code, _, error) = simulate(folder.path(), &[]);
+    assert_eq!(code, Some(0), "{error}");
+    let csv = std::fs::read_to_string(folder.path().join("scene.csv")).expect("written");
+    let mut rows = csv.lines();
+    let names: Vec<&str> = rows.next().expect("a header").split(',').collect();
+    let place = names.iter().position(|n| *n == "cable_tension_N").expect("recorded");
+    let mut table = "time,force\n".to_string();
+    for row in rows {
+        let cells: Vec<f64> = row.split(',').map(|v| v.parse().expect("a number")).collect();
+        table += &format!("{},{}\n", 1e3 * cells[0], 1.05 * 1e3 * cells[place]);
+    }
+    let measured = folder.path().join("measured.csv");
+    std::fs::write(&measured, table).expect("writable");
+    let compare = format!(
+        "compare=[{{ column = \"cable_tension_N\", file = '{}', x = {{ column = \"time\", unit = \"ms\" }}, \
+         y = {{ column = \"force\", unit = \"mN\" }} }}]",
+        measured.display()
+    );
+    let (code, said, error) = simulate(folder.path(), &["--set", &compare]);
+    assert_eq!(code, Some(0), "{error}");
+    // 1/1.05 − 1 = −4.76 %
+    assert!(said.contains("4.76 % (L2), 4.76 % (largest)"), "{said}");
+    for extension in ["svg", "png", "pdf"] {
+        assert!(folder.path().join(format!("scene-compare-1.{extension}")).is_file());
+    }
+}

@@ -131,6 +131,9 @@ fn the_guide_names_every_key_of_a_scene_and_a_study() {
     let events = keys_of(&text("src/scene/control/spec.rs"), &["EventSpec", "WhenSpec", "ThenSpec"]);
     assert!(events.contains("slack") && events.contains("over"), "{events:?}");
     assert_eq!(missing(events), Vec::<String>::new(), "events not in docs/guide.md");
+    let compare = keys_of(&text("src/scene/compare.rs"), &["CompareSpec", "MeasuredSpec"]);
+    assert!(compare.contains("over") && compare.contains("unit"), "{compare:?}");
+    assert_eq!(missing(compare), Vec::<String>::new(), "compare not in docs/guide.md");
     let output = keys_of(&text("src/scene/output.rs"), &["OutputSpec", "FieldsSpec", "FieldSpec", "ScheduleSpec"]);
     assert!(output.contains("von_mises") && output.contains("every"), "{output:?}");
     assert_eq!(missing(output), Vec::<String>::new(), "output not in docs/guide.md");

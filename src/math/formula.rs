@@ -5,13 +5,15 @@
 
 use exmex::{Express, FlatEx};
 use std::fmt;
+use std::sync::Arc;
 
 /// A formula whose value is brought to SI by a factor.
 #[derive(Clone)]
 pub struct Formula {
     text: String,
     factor: f64,
-    expression: FlatEx<f64>,
+    /// Kilobytes, and every dof may hold a signal: shared
+    expression: Arc<FlatEx<f64>>,
 }
 
 /// Two formulas are the same if they are written the same.
@@ -30,7 +32,7 @@ impl fmt::Debug for Formula {
 impl Formula {
     /// The message says what cannot be read.
     pub fn new(text: &str, factor: f64) -> Result<Self, String> {
-        let expression = exmex::parse::<f64>(text).map_err(|e| e.msg().to_string())?;
+        let expression = Arc::new(exmex::parse::<f64>(text).map_err(|e| e.msg().to_string())?);
         Ok(Self { text: text.into(), factor, expression })
     }
 

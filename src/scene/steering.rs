@@ -3,6 +3,9 @@
 use super::control::Controller;
 use super::course::Course;
 
+/// Receives a state with its label.
+pub type Save<'a> = dyn FnMut(&Course, &str) + 'a;
+
 /// Nothing of it is needed for a plain run.
 #[derive(Default)]
 pub struct Steering<'a> {
@@ -14,7 +17,7 @@ pub struct Steering<'a> {
     /// Save the last state too; of a run that ends between two points of the grid, that of the last point
     pub at_end: bool,
     /// Receives the states, with what tells them apart: `0.5s`, `end`
-    pub saved: Option<&'a mut dyn FnMut(&Course, &str)>,
+    pub saved: Option<&'a mut Save<'a>>,
 }
 
 impl Steering<'_> {

@@ -230,21 +230,19 @@ fn condition(spec: &EventSpec, known: &Known) -> Result<When, (String, String)> 
 
 /// Why the condition cannot come true, where that is known.
 fn never(name: &str, when: When, known: &Known) -> Option<String> {
-    let (column, reached): (usize, fn(f64, (f64, f64)) -> bool) = match when {
+    let column = match when {
         When::At { .. } => return None,
-        // What is so from the start does not come true.
-        When::Above { column, .. } => (column, |v, (low, high)| low < v && v <= high),
-        When::Below { column, .. } => (column, |v, (low, high)| low <= v && v < high),
-    };
-    let value = match when {
-        When::Above { value, .. } | When::Below { value, .. } => value,
-        When::At { t, .. } => t,
+        When::Above { column, .. } | When::Below { column, .. } => column,
     };
     let column = &known.columns[column];
-    let range = (known.range)(column)?;
-    let (low, high) = range;
-    let stays = format!("{column} stays between {low} and {high}");
-    (!reached(value, range)).then(|| format!("the event \"{name}\" cannot happen: {stays}"))
+    let (low, high) = (known.range)(column)?;
+    // What is so from the start does not come true.
+    let reached = match when {
+        When::At { .. } => true,
+        When::Above { value, .. } => low < value && value <= high,
+        When::Below { value, .. } => low <= value && value < high,
+    };
+    (!reached).then(|| format!("the event \"{name}\" cannot happen: {column} stays between {low} and {high}"))
 }
 
 /// Value of a quantity in the unit at the end of the name of a column.
