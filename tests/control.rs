@@ -414,7 +414,8 @@ fn the_command_line_saves_and_restarts() {
         let read = |dir: &std::path::Path| std::fs::read_to_string(dir.join(file)).expect("written");
         assert_eq!(read(&whole), read(&again), "{file}");
     }
-    let (code, _, error) = simulate(&again, &["--restart", state.to_str().expect("UTF-8"), "--set", "laws.rubber.nu=0.4"]);
+    let (code, _, error) =
+        simulate(&again, &["--restart", state.to_str().expect("UTF-8"), "--set", "laws.rubber.nu=0.4"]);
     assert!(code == Some(2) && error.contains("saved of another scene"), "{error}");
     for when in ["2 s", "0.3", "soon"] {
         let (code, _, error) = simulate(&again, &["--save-state", when]);
@@ -531,7 +532,13 @@ displacement = { kind = "ramp", from = "0 mm", to = "20 mm", end = "1 s" }
     let sigma = (mu * (stretch * stretch - 1.0) + lame * j.ln()) / j;
     for field in &fields {
         let exact = |component: usize| match field.name {
-            "stress_Pa" => if component == 0 { sigma } else { 0.0 },
+            "stress_Pa" => {
+                if component == 0 {
+                    sigma
+                } else {
+                    0.0
+                }
+            }
             "von_mises_Pa" => sigma,
             _ => -sigma / 3.0,
         };

@@ -17,7 +17,7 @@ use durometer::mesh::Order;
 use durometer::scene::Scene;
 use durometer::scene::spec::{ConstraintSpec, EffectSpec};
 use durometer::solve::Integrator;
-use durometer::system::{At, Effect, Local, Role, State, System};
+use durometer::system::{At, Direction, Effect, Local, Needs, Role, State, System};
 
 const INTEGRATORS: [Integrator; 7] = [
     Integrator::Static,
@@ -297,6 +297,52 @@ fn tangent_is_the_derivative_of_the_residual_under_every_integrator() {
                         assert_close(&label, &times(&k, &gather(nodes, &d)), &differences);
                     }
                 }
+            }
+        }
+    });
+}
+
+/// What an effect reads beyond x has its derivative: r and the new history along random directions of v, a, x of the last
+/// step, the history and, for the new history, x.
+#[test]
+fn derivatives_by_what_came_before() {
+    over_scenes(|name, scene| {
+        let (mut random, n) = (Random(3), scene.system.dofs.equation.len());
+        let (past, x) = states(Integrator::Bdf2, &scene.system, false, &mut random);
+        let [dx, dv, da, dold] = [1.0, 30.0, 300.0, 1.0].map(|size| random.vector(n, size));
+        let dhistory = random.vector(past.history.len(), 1e5);
+        let direction = Direction { x: &dx, v: &dv, a: &da, old: &dold, history: &dhistory };
+        for (e, effect) in scene.system.effects.iter().map(AsRef::as_ref).enumerate() {
+            if effect.history() == 0 && effect.needs() == Needs::default() {
+                assert!(effect.past().is_none(), "{}", effect.name());
+                continue;
+            }
+            let known = effect.past().unwrap_or_else(|| panic!("{} has no derivative", effect.name()));
+            for b in (0..effect.blocks().len()).step_by(5) {
+                let label = format!("{name}: effect {e} {}, block {b}", effect.name());
+                with_at(Integrator::Bdf2, &past, &x, |at| {
+                    let moved = |s: f64, use_it: &dyn Fn(&At) -> Vec<f64>| {
+                        let [v, a] = [along(at.v, &dv, s), along(at.a, &da, s)];
+                        let [old, history] = [along(at.old, &dold, s), along(at.history, &dhistory, s)];
+                        let history = if effect.history() > 0 { &history } else { at.history };
+                        use_it(&At { v: &v, a: &a, old: &old, history, ..*at })
+                    };
+                    let mut out = Local::new(3 * effect.blocks().nodes(b).len());
+                    known.along(at, &direction, b, &mut out).expect("the state is regular");
+                    let force = difference(|s| moved(s, &|at| eval(effect, at, b, Want::Residual).r));
+                    assert_close(&label, &out.r, &force);
+                    let place = b * effect.history()..(b + 1) * effect.history();
+                    let mut new = dhistory.get(place.clone()).map_or(Vec::new(), <[f64]>::to_vec);
+                    known.advance_along(at, &direction, b, &mut new).expect("the state is regular");
+                    let history = difference(|s| {
+                        moved(s, &|at| {
+                            let mut new = at.history.get(place.clone()).map_or(Vec::new(), <[f64]>::to_vec);
+                            effect.advance(&At { x: &along(&x, &dx, s), ..*at }, b, &mut new).expect("regular");
+                            new
+                        })
+                    });
+                    assert_close(&label, &new, &history);
+                });
             }
         }
     });

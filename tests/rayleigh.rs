@@ -18,7 +18,7 @@ const TRAPEZOID: Integrator = Integrator::Newmark { beta: 0.25, gamma: 0.5 };
 
 fn damping(mesh: &TetMesh, law: Box<dyn Law>, beta: f64, stiffness: Stiffness) -> StiffnessDamping {
     let damped: Arc<dyn Effect> = Arc::new(Elastic::new("elastic".into(), mesh, &body(mesh), law));
-    StiffnessDamping::new(vec![damped], beta, stiffness, mesh.points.len()).expect("no second field")
+    StiffnessDamping::new(vec![damped], beta, stiffness, &mesh.points).expect("no second field")
 }
 
 /// A clamped bar of 0.1 m with c = √(E/ρ) = 10 m/s, ν = 0, that moves along its axis only, and Rayleigh damping.

@@ -154,7 +154,7 @@ fn strips(setting: &Setting, samples: &[Sample], answer: &LawFit) -> Vec<Strip> 
 }
 
 /// Length of the blocks for these residuals in order.
-fn block(r: &[f64]) -> usize {
+pub(super) fn block(r: &[f64]) -> usize {
     let n = r.len();
     let most = (n / 4).max(1);
     let square: f64 = r.iter().map(|x| x * x).sum();

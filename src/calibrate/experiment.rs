@@ -95,6 +95,20 @@ impl Experiment {
         })
     }
 
+    /// A test that was read elsewhere; stresses are in Pa.
+    pub fn of_samples(file: &str, sha256: &str, samples: Vec<Sample>) -> Self {
+        Self {
+            file: file.into(),
+            specimens: vec![file.into()],
+            sha256: sha256.into(),
+            samples,
+            stress_unit: "Pa".into(),
+            header: vec![],
+            card: None,
+            audit: Audit::default(),
+        }
+    }
+
     /// One table of several specimens of the same test: every row counts, as many as a specimen has.
     pub fn pool(parts: Vec<Self>) -> Result<Self, FitError> {
         for (k, part) in parts.iter().enumerate() {

@@ -30,7 +30,7 @@ pub struct Identified {
 
 /// `residual` and `jacobian` [weighted Pa], (n) and (n, p); `size` = ‖wP‖.
 pub fn identify(
-    parameters: &'static [Parameter],
+    parameters: &[Parameter],
     values: &[f64],
     jacobian: &DMatrix<f64>,
     residual: &DVector<f64>,
@@ -57,7 +57,7 @@ pub fn identify(
     let error = if free > 0 { residual.norm() / (free as f64).sqrt() / size } else { f64::INFINITY };
     let deviation = |k: usize| if blind(k) { f64::INFINITY } else { error / sigma[k] };
     let quantile = if free > 0 { statistics::t_quantile(0.95, free) } else { f64::INFINITY };
-    let estimate = |(i, q): (usize, &'static Parameter)| {
+    let estimate = |(i, q): (usize, &Parameter)| {
         // A direction with an infinite deviation takes all constants with it that have a part in it
         let parts = (0..p).map(|k| {
             let part = vt[(k, i)].abs();

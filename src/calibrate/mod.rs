@@ -15,6 +15,7 @@ mod error;
 mod experiment;
 mod fit;
 mod identify;
+pub mod inverse;
 mod judgement;
 mod law;
 mod law_file;

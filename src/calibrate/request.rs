@@ -1,7 +1,7 @@
 //! What is asked of a fit.
 
 use super::{ColumnChoice, FitError, Mode};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use std::str::FromStr;
 
@@ -73,7 +73,7 @@ impl Partner {
 }
 
 /// What counts as an error of one row.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Weighting {
     /// Every pascal counts alike

@@ -5,13 +5,14 @@ use durometer::math::units::{self, Dimension};
 use durometer::scene::control::Controller;
 use durometer::scene::control::process::Process;
 use durometer::scene::output::ScheduleSpec;
-use durometer::scene::{Body, Constant, Course, CourseError, Scene, Sensitivity, Steering, read_scene};
+use durometer::scene::{Body, Constant, Course, CourseError, Scene, Steering, read_scene};
 use durometer::solve::Status;
 use durometer::study::fields::{Fields, USUAL};
 use durometer::study::locking::REMEDY;
 use durometer::study::overlay::overlays;
 use durometer::study::runner::{self, Watch};
 use durometer::study::store;
+use durometer::system::State;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
@@ -49,8 +50,8 @@ pub struct Args {
     #[arg(long)]
     vtu: bool,
     /// Write <name>.slopes.csv: exact derivatives of positions, angles, reactions and cables by a constant of a law, e.g.
-    /// --slope laws.rubber.mu, several times; static stages only
-    #[arg(long, value_name = "CONSTANT")]
+    /// --slope laws.rubber.mu, several times; not in implicit_euler_linearised
+    #[arg(long, value_name = "CONSTANT", conflicts_with_all = ["save_state", "restart", "controller"])]
     slope: Vec<String>,
     /// Save a state to restart from at a time (\"0.5 s\"), or at the `end`; several times
     #[arg(long, value_name = "WHEN")]
@@ -77,17 +78,10 @@ pub fn main(args: Args) -> Outcome {
     let body = Body::load(&file, &spec.mesh, &mut |line| bars.meshing(&name, line))?;
     let scene = Scene::build(&file, spec, text, body.into())?;
     let constants: Vec<Constant> = args.slope.iter().map(|text| text.parse()).collect::<Result<_, _>>()?;
-    let mut sensitivity = match constants.is_empty() {
-        true => None,
-        false => Some(Sensitivity::new(&scene, &constants)?),
-    };
     let from = args.restart.as_ref().map(|file| Course::read(file, &scene)).transpose()?;
     let (at, at_end) = times(&args.save_state, &scene)?;
     files::make_folder(&args.out)?;
     let mut controller = controller(&args, &scene)?;
-    let mut slopes = Ok(Vec::new());
-    // Derivatives are no part of the price of the run.
-    let mut aside = (0.0, 0.0);
     if !args.json {
         scene.remarks.iter().for_each(|remark| eprintln!("note: {remark}"));
     }
@@ -121,30 +115,22 @@ pub fn main(args: Args) -> Outcome {
         saved: Some(&mut save),
     };
     let (wall, cpu) = (Instant::now(), cpu_time::ThreadTime::now());
-    let run = scene.steer(
-        steering,
-        &mut |progress| {
-            bars.progress(&name, progress);
-            !stop.load(Ordering::Relaxed)
-        },
-        &mut |state| {
-            if let Some(fields) = &mut fields {
-                if schedule.due(past, state.t) {
-                    fields.add(&scene, state, number);
-                }
-            }
-            (number, past) = (number + 1, Some(state.t));
-            if let (Some(sensitivity), Ok(rows)) = (&mut sensitivity, &mut slopes) {
-                let begin = (Instant::now(), cpu_time::ThreadTime::now());
-                match sensitivity.at(state) {
-                    Ok(found) => rows.push((state.t, found)),
-                    Err(why) => slopes = Err(format!("no derivative at t = {} s: {why}", state.t)),
-                }
-                aside.0 += begin.0.elapsed().as_secs_f64();
-                aside.1 += begin.1.elapsed().as_secs_f64();
-            }
-        },
-    );
+    let mut watch = |progress| {
+        bars.progress(&name, progress);
+        !stop.load(Ordering::Relaxed)
+    };
+    let mut points = |state: &State| {
+        if let Some(fields) = fields.as_mut().filter(|_| schedule.due(past, state.t)) {
+            fields.add(&scene, state, number);
+        }
+        (number, past) = (number + 1, Some(state.t));
+    };
+    let (run, slopes) = match constants.is_empty() {
+        true => (scene.steer(steering, &mut watch, &mut points), None),
+        false => scene.run_with_slopes(&constants, &mut watch, &mut points).map(|(run, slopes)| (run, Some(slopes)))?,
+    };
+    // Derivatives and the answers of a controller are no part of the price of the run.
+    let mut aside = slopes.as_ref().map_or((0.0, 0.0), |s| (s.wall, s.cpu));
     if let Some(controller) = controller {
         aside.0 += controller.waited.as_secs_f64();
     }
@@ -157,9 +143,8 @@ pub fn main(args: Args) -> Outcome {
     record.id.clone_from(&name);
     store::write(&args.out.join(format!("{name}.csv")), &store::csv(&run))?;
     store::write(&args.out.join(format!("{name}.signals.csv")), &store::signals_csv(&scene, &run))?;
-    if let Some(sensitivity) = &sensitivity {
-        let text = store::slopes_csv(&sensitivity.columns(), &constants, slopes.as_deref().unwrap_or_default());
-        store::write(&args.out.join(format!("{name}.slopes.csv")), &text)?;
+    if let Some(slopes) = &slopes {
+        store::write(&args.out.join(format!("{name}.slopes.csv")), &store::slopes_csv(&run, slopes))?;
     }
     let json = serde_json::to_string_pretty(&record)?;
     store::write(&args.out.join(format!("{name}.json")), &json)?;
@@ -196,10 +181,11 @@ pub fn main(args: Args) -> Outcome {
     if let Some(why) = &run.failure {
         eprintln!("not complete: {why}");
     }
-    if let Err(why) = &slopes {
-        eprintln!("not complete: {why}");
+    let stopped = slopes.and_then(|s| s.stopped);
+    if let Some((t, why)) = &stopped {
+        eprintln!("not complete: no derivative at t = {t} s: {why}");
     }
-    let complete = run.status == Status::Converged && slopes.is_ok();
+    let complete = run.status == Status::Converged && stopped.is_none();
     Ok(if complete { ExitCode::SUCCESS } else { ExitCode::from(INCOMPLETE) })
 }
 

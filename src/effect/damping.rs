@@ -4,7 +4,7 @@ use super::cell::CellPoints;
 use super::mass::Mass;
 use crate::math::tensor::{Mat3, ZERO9};
 use crate::mesh::TetMesh;
-use crate::system::{At, Blocks, Effect, EvalError, Local, Needs, Role, Want};
+use crate::system::{At, Blocks, Direction, Effect, EvalError, Local, Needs, Past, Role, Want};
 
 /// Mass-proportional damping: r = α M v [N], α [1/s] (the mass term of Rayleigh 1877).
 pub struct MassDamping {
@@ -32,6 +32,17 @@ impl Effect for MassDamping {
     fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
         self.mass.apply(at.v, b, self.alpha, at.rates.cv, want, out);
         out.energy = work(&self.mass.blocks, at, b, out);
+        Ok(())
+    }
+
+    fn past(&self) -> Option<&dyn Past> {
+        Some(self)
+    }
+}
+
+impl Past for MassDamping {
+    fn along(&self, _: &At, direction: &Direction, b: usize, out: &mut Local) -> Result<(), EvalError> {
+        self.mass.apply(direction.v, b, self.alpha, 0.0, Want::Residual, out);
         Ok(())
     }
 }
@@ -96,6 +107,27 @@ impl Effect for ViscousDamping {
             self.points.scatter(b, q, self.points.blocks.size(b), &(f * s), &a, want, out);
         }
         out.energy = work(&self.points.blocks, at, b, out);
+        Ok(())
+    }
+
+    fn past(&self) -> Option<&dyn Past> {
+        Some(self)
+    }
+}
+
+impl Past for ViscousDamping {
+    /// S_v changes by −(η/Δt) sym(FₙᵀdFₙ).
+    fn along(&self, at: &At, direction: &Direction, b: usize, out: &mut Local) -> Result<(), EvalError> {
+        if at.rates.cv == 0.0 {
+            return Ok(());
+        }
+        for q in 0..self.points.points() {
+            let f = self.points.deformation_gradient(at.x, b, q);
+            let old = self.points.deformation_gradient(at.old, b, q);
+            let half = old.tr_mul(&(self.points.deformation_gradient(direction.old, b, q) - Mat3::identity()));
+            let s = -0.5 * self.eta / at.dt * (half + half.transpose());
+            self.points.scatter(b, q, self.points.blocks.size(b), &(f * s), &ZERO9, Want::Residual, out);
+        }
         Ok(())
     }
 }

@@ -7,7 +7,7 @@
 use super::damping::work;
 use super::edges::{Edges, add_force, longer};
 use crate::mesh::TetMesh;
-use crate::system::{At, Blocks, Effect, EvalError, Local, Needs, Role, Want};
+use crate::system::{At, Blocks, Direction, Effect, EvalError, Local, Needs, Past, Role, Want};
 
 /// A linear damper on each edge.
 pub struct EdgeDampers {
@@ -52,6 +52,25 @@ impl Effect for EdgeDampers {
         let n = slope * longer(rest + before, now - before);
         add_force(tau, n, slope, n / l, want, out);
         out.energy = work(&self.edges.blocks, at, b, out);
+        Ok(())
+    }
+
+    fn past(&self) -> Option<&dyn Past> {
+        Some(self)
+    }
+}
+
+impl Past for EdgeDampers {
+    /// The force changes by −(c/Δt) dlₙ, dlₙ = τₙ·(duₙ_j − duₙ_i).
+    fn along(&self, at: &At, direction: &Direction, b: usize, out: &mut Local) -> Result<(), EvalError> {
+        if at.rates.cv == 0.0 {
+            return Ok(());
+        }
+        let rest = self.edges.rest(b);
+        let toward = |x: &[f64]| self.edges.direction(self.name(), b, rest + self.edges.stretching(x, b));
+        let ((_, tau), (_, before)) = (toward(at.x)?, toward(at.old)?);
+        let longer = before.dot(&self.edges.stretching(direction.old, b));
+        add_force(tau, -self.c / at.dt * longer, 0.0, 0.0, Want::Residual, out);
         Ok(())
     }
 }

@@ -15,6 +15,7 @@ pub mod mass;
 pub mod mean_dilatation;
 pub mod mixed;
 mod mixed_along;
+mod remembered;
 pub mod stiffness_damping;
 pub mod viscoelastic;
 

@@ -25,10 +25,12 @@
 //! infinite: h = 0, the long-term response.
 
 use super::cell::CellPoints;
+use super::remembered::Remembered;
 use crate::material::{LAWS, Law, LawError, Prony, Want};
-use crate::math::tensor::{Mat3, Mat9, ZERO9, cofactor};
+use crate::math::tensor::{Mat3, ZERO9, cofactor};
 use crate::mesh::TetMesh;
-use crate::system::{At, Blocks, Effect, EvalError, Local, Role};
+use crate::system::{At, Blocks, Direction, Effect, EvalError, Local, Past, Role};
+use std::sync::Arc;
 
 /// A law whose stress has no isochoric part to relax.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
@@ -52,7 +54,7 @@ pub struct Viscoelastic {
     /// W
     part: Box<dyn Law>,
     prony: Prony,
-    points: CellPoints,
+    points: Arc<CellPoints>,
 }
 
 /// The history of one point, [6 + 6 × arms]: S̃ₙ, then h of each arm [Pa].
@@ -78,7 +80,7 @@ impl Viscoelastic {
     pub fn new(mesh: &TetMesh, cells: &[u32], law: &dyn Law, prony: Prony) -> Result<Self, NotIsochoric> {
         let info = law.info();
         let (part, _) = law.split().filter(|_| info.isochoric).ok_or(NotIsochoric { law: info.name })?;
-        Ok(Self { part, prony, points: CellPoints::new(mesh, cells) })
+        Ok(Self { part, prony, points: Arc::new(CellPoints::new(mesh, cells)) })
     }
 
     fn memory<'a>(&self, history: &'a [f64], q: usize) -> Memory<'a> {
@@ -89,6 +91,26 @@ impl Viscoelastic {
     /// (β, d) of each arm over a step.
     fn decays(&self, dt: f64) -> impl Iterator<Item = (f64, f64)> + '_ {
         self.prony.arms.iter().map(move |&(beta, tau)| (beta, (-0.5 * dt / tau).exp()))
+    }
+
+    /// S̃ and h_α = d_α (d_α hₙ_α + S̃ − S̃ₙ) of a point into `new`.
+    fn remember(&self, dt: f64, memory: Memory, stress: &Mat3, new: &mut [f64]) {
+        let change = stress - memory.stress();
+        let (first, arms) = new.split_at_mut(6);
+        let store = |to: &mut [f64], t: &Mat3| {
+            to.iter_mut().zip(PAIRS).for_each(|(to, (i, j))| *to = 0.5 * (t[(i, j)] + t[(j, i)]));
+        };
+        store(first, stress);
+        for ((to, (_, d)), arm) in arms.chunks_exact_mut(6).zip(self.decays(dt)).zip(memory.arms()) {
+            store(to, &(d * (d * arm + change)));
+        }
+    }
+
+    /// ∂/∂θ of this effect at fixed x and history, from ∂/∂θ of its law.
+    pub fn along(&self, law: &dyn Law) -> Box<dyn Effect> {
+        let (part, _) = law.split().expect("the derivative of a law splits where the law does");
+        let (prony, points) = (self.prony.clone(), self.points.clone());
+        Box::new(RelaxingAlong(Self { part, prony, points }))
     }
 
     fn undefined(&self, b: usize) -> impl Fn(LawError) -> EvalError + '_ {
@@ -155,68 +177,84 @@ impl Effect for Viscoelastic {
         for (q, new) in new.chunks_exact_mut(n).enumerate() {
             let f = self.points.deformation_gradient(at.x, b, q);
             let p = self.part.eval(&f, Want::Residual).map_err(self.undefined(b))?.p;
-            // J^{2/3} F⁻¹ P; the law has refused J ≤ 0.
-            let stress = f.determinant().powf(-1.0 / 3.0) * cofactor(&f).tr_mul(&p);
+            self.remember(at.dt, self.memory(history, q), &unscaled(&f, &p), new);
+        }
+        Ok(())
+    }
+
+    fn past(&self) -> Option<&dyn Past> {
+        Some(self)
+    }
+}
+
+impl Past for Viscoelastic {
+    /// r is linear in what is remembered.
+    fn along(&self, at: &At, direction: &Direction, b: usize, out: &mut Local) -> Result<(), EvalError> {
+        let history = &direction.history[b * self.history()..][..self.history()];
+        for q in 0..self.points.points() {
             let memory = self.memory(history, q);
-            let change = stress - memory.stress();
-            let (first, arms) = new.split_at_mut(6);
-            let store = |to: &mut [f64], t: &Mat3| {
-                to.iter_mut().zip(PAIRS).for_each(|(to, (i, j))| *to = 0.5 * (t[(i, j)] + t[(j, i)]));
-            };
-            store(first, &stress);
-            for ((to, (_, d)), arm) in arms.chunks_exact_mut(6).zip(self.decays(at.dt)).zip(memory.arms()) {
-                store(to, &(d * (d * arm + change)));
+            let mut h = Mat3::zeros();
+            for ((beta, d), arm) in self.decays(at.dt).zip(memory.arms()) {
+                h += beta * d * (d * arm - memory.stress());
             }
+            let f = self.points.deformation_gradient(at.x, b, q);
+            let p = Remembered::new(&f, &h).p();
+            self.points.scatter(b, q, self.points.blocks.size(b), &p, &ZERO9, Want::Residual, out);
+        }
+        Ok(())
+    }
+
+    /// dS̃ = ⅔(G:dF) S̃ − F⁻¹dF S̃ + J^{2/3} F⁻¹ dP, dP = ∂²W/∂F² dF.
+    fn advance_along(&self, at: &At, direction: &Direction, b: usize, new: &mut [f64]) -> Result<(), EvalError> {
+        let history = &direction.history[b * self.history()..][..self.history()];
+        let n = new.len() / self.points.points();
+        for (q, new) in new.chunks_exact_mut(n).enumerate() {
+            let f = self.points.deformation_gradient(at.x, b, q);
+            let df = self.points.deformation_gradient(direction.x, b, q) - Mat3::identity();
+            let law = self.part.eval(&f, Want::Tangent).map_err(self.undefined(b))?;
+            let dp = Mat3::from_fn(|i, j| {
+                let row = law.a[3 * i + j].iter().enumerate();
+                row.map(|(n, a)| a * df[(n / 3, n % 3)]).sum()
+            });
+            let (g, stress) = (cofactor(&f) / f.determinant(), unscaled(&f, &law.p));
+            let change = 2.0 / 3.0 * g.dot(&df) * stress - g.tr_mul(&df) * stress + unscaled(&f, &dp);
+            self.remember(at.dt, self.memory(history, q), &change, new);
         }
         Ok(())
     }
 }
 
-/// ½ H:C̄ and its derivatives by F.
-struct Remembered {
-    h: Mat3,
-    /// F H
-    fh: Mat3,
-    /// F⁻ᵀ
-    g: Mat3,
-    /// J^{−2/3}
-    m: f64,
-    /// H:C
-    q: f64,
+/// ∂/∂θ of a [`Viscoelastic`] by a constant of its law: ∂r/∂θ = (Σ β_α d_α − ρ) ∂²W/∂F∂θ, ∂h_α/∂θ = d_α ∂S̃/∂θ.
+struct RelaxingAlong(Viscoelastic);
+
+impl Effect for RelaxingAlong {
+    fn name(&self) -> &str {
+        self.0.name()
+    }
+
+    fn role(&self) -> Role {
+        Role::Relaxing
+    }
+
+    fn blocks(&self) -> &Blocks {
+        &self.0.points.blocks
+    }
+
+    fn history(&self) -> usize {
+        self.0.history()
+    }
+
+    /// That of the effect of ∂W/∂θ with nothing remembered.
+    fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+        self.0.eval(&At { history: &vec![0.0; at.history.len()], ..*at }, b, want, out)
+    }
+
+    fn advance(&self, at: &At, b: usize, new: &mut [f64]) -> Result<(), EvalError> {
+        self.0.advance(&At { history: &vec![0.0; at.history.len()], ..*at }, b, new)
+    }
 }
 
-impl Remembered {
-    /// At J > 0.
-    fn new(f: &Mat3, h: &Mat3) -> Self {
-        let (j, fh) = (f.determinant(), f * h);
-        Self { h: *h, fh, g: cofactor(f) / j, m: j.powf(-2.0 / 3.0), q: f.dot(&fh) }
-    }
-
-    fn p(&self) -> Mat3 {
-        self.m * (self.fh - self.q / 3.0 * self.g)
-    }
-
-    fn a(&self) -> Mat9 {
-        let Self { h, fh, g, m, q } = *self;
-        let rows = |t: &Mat3| -> [f64; 9] { std::array::from_fn(|n| t[(n / 3, n % 3)]) };
-        let (gr, fhr) = (rows(&g), rows(&fh));
-        // The dyads as G ⊗ u + FH ⊗ v.
-        let u = rows(&(m * (2.0 / 9.0 * q * g - 2.0 / 3.0 * fh)));
-        let v = rows(&(-2.0 / 3.0 * m * g));
-        let third = m * q / 3.0;
-        let mut out = ZERO9;
-        for (row, out) in out.iter_mut().enumerate() {
-            for (out, (u, v)) in out.iter_mut().zip(u.iter().zip(&v)) {
-                *out = gr[row] * u + fhr[row] * v;
-            }
-            let (i, j) = (row / 3, row % 3);
-            for k in 0..3 {
-                for l in 0..3 {
-                    out[3 * k + l] += third * gr[3 * i + l] * gr[3 * k + j];
-                }
-                out[3 * i + k] += m * h[(k, j)];
-            }
-        }
-        out
-    }
+/// J^{2/3} F⁻¹ P, where J > 0.
+fn unscaled(f: &Mat3, p: &Mat3) -> Mat3 {
+    f.determinant().powf(-1.0 / 3.0) * cofactor(f).tr_mul(p)
 }

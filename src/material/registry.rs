@@ -138,7 +138,7 @@ pub fn find(name: &str) -> Result<&'static LawEntry, LawSpecError> {
 }
 
 /// A table as it was read: the law's line of the registry, values [SI] and options by key.
-pub(super) type Given = (&'static LawEntry, Values, BTreeMap<String, String>);
+pub type Given = (&'static LawEntry, Values, BTreeMap<String, String>);
 
 /// Reads a law from its table in a file.
 pub fn law_from_table(table: &toml::Table) -> Result<Box<dyn Law>, LawSpecError> {
@@ -146,7 +146,7 @@ pub fn law_from_table(table: &toml::Table) -> Result<Box<dyn Law>, LawSpecError>
     entry.build(&values, &options)
 }
 
-pub(super) fn given(table: &toml::Table) -> Result<Given, LawSpecError> {
+pub fn given(table: &toml::Table) -> Result<Given, LawSpecError> {
     let name = match table.get("law") {
         Some(toml::Value::String(name)) => name,
         Some(other) => return Err(LawSpecError::NameNotText { found: other.to_string() }),

@@ -61,6 +61,8 @@ pub struct Factor {
     pub negative_pivots: usize,
     /// Numeric factorisations so far.
     pub count: usize,
+    /// Right sides solved for so far
+    pub solves: usize,
     pub factor_time: Duration,
     pub solve_time: Duration,
 }
@@ -107,6 +109,7 @@ impl Factor {
             try_llt,
             negative_pivots: 0,
             count: 0,
+            solves: 0,
             factor_time: Duration::ZERO,
             solve_time: Duration::ZERO,
         }
@@ -216,6 +219,7 @@ impl Factor {
                 x.iter_mut().zip(&residual).for_each(|(x, d)| *x += d);
             }
         }
+        self.solves += columns.len() / n;
         self.solve_time += start.elapsed();
         result
     }

@@ -54,7 +54,8 @@ impl Dimension {
         }
     }
 
-    fn times(self, o: Self, n: i8) -> Self {
+    /// The dimension of this times `o` to the power n.
+    pub fn times(self, o: Self, n: i8) -> Self {
         dim(self.m + n * o.m, self.kg + n * o.kg, self.s + n * o.s, self.rad + n * o.rad)
     }
 }
@@ -121,6 +122,16 @@ const UNITS: &[(&str, f64, Dimension)] = &[
 
 /// Parses `"18 kPa"`, `"1.07 g/cm^3"`, `"0.1 Pa s"` into SI [unit of `wanted`].
 pub fn parse(text: &str, wanted: Dimension) -> Result<f64, UnitError> {
+    let owned = || text.trim().to_string();
+    match quantity(text)? {
+        (value, dimension) if dimension == wanted => Ok(value),
+        (_, Dimension::NONE) if text.trim().parse::<f64>().is_ok() => Err(UnitError::Missing { text: owned(), wanted }),
+        _ => Err(UnitError::Wrong { text: owned(), wanted }),
+    }
+}
+
+/// The value in SI and what it is.
+pub fn quantity(text: &str) -> Result<(f64, Dimension), UnitError> {
     let trimmed = text.trim();
     let owned = || trimmed.to_string();
     // The longest prefix that is a number: "5 m" must not read the "m", "1e3 Pa" must read the exponent.
@@ -130,11 +141,8 @@ pub fn parse(text: &str, wanted: Dimension) -> Result<f64, UnitError> {
         .ok_or_else(|| UnitError::NotANumber { text: owned() })?;
     let value: f64 = trimmed[..end].parse().expect("the prefix was just parsed");
     let unit = trimmed[end..].trim();
-    if unit.is_empty() {
-        return if wanted == Dimension::NONE { Ok(value) } else { Err(UnitError::Missing { text: owned(), wanted }) };
-    }
     let (factor, dimension) = parse_unit(unit).map_err(|unit| UnitError::Unknown { text: owned(), unit })?;
-    if dimension == wanted { Ok(value * factor) } else { Err(UnitError::Wrong { text: owned(), wanted }) }
+    Ok((value * factor, dimension))
 }
 
 /// Product of powers: `g/cm^3`, `Pa s`, `Pa·s`, `m/s^2`. After a slash a factor divides.

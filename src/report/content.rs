@@ -3,7 +3,7 @@
 use super::figures::Figure;
 use super::store::Store;
 use super::table::Table;
-use super::{convergence, materials};
+use super::{calibration, convergence, materials};
 use serde_json::{Map, Value};
 
 /// The part of a report that depends on the kind of the study.
@@ -25,6 +25,8 @@ pub struct Content {
     /// Tables to unfold, with what they hold
     pub folded: Vec<(&'static str, Table)>,
     pub figures: Vec<Figure>,
+    /// Files beside the page: name and text
+    pub files: Vec<(String, String)>,
 }
 
 impl Content {
@@ -37,4 +39,5 @@ impl Content {
 pub type Analyse = fn(&Store) -> Content;
 
 /// `kind` of a study → its analysis.
-pub const KINDS: [(&str, Analyse); 2] = [("convergence", convergence::content), ("materials", materials::content)];
+pub const KINDS: [(&str, Analyse); 3] =
+    [("convergence", convergence::content), ("materials", materials::content), ("calibration", calibration::content)];

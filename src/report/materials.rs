@@ -22,6 +22,7 @@ pub fn content(store: &Store) -> Content {
         tables: vec![comparison(&a)],
         folded: vec![("Every case", table::cases(store))],
         figures: variants.flat_map(|v| [laws::over_time(store, &a, v), laws::loops(store, &a, v)]).flatten().collect(),
+        files: vec![],
     }
 }
 

@@ -2,6 +2,7 @@
 //!
 //! Nothing is solved here; [`write`] may be called again on a folder to redraw it.
 
+mod calibration;
 mod canvas;
 pub mod comparison;
 mod content;
@@ -61,6 +62,9 @@ pub fn write(dir: &Path) -> Result<Summary, ReportError> {
     error::folder(&dir.join("tables"))?;
     for table in content.all_tables() {
         table.save(&dir.join("tables"))?;
+    }
+    for (name, text) in &content.files {
+        error::write(&dir.join(name), text.as_bytes())?;
     }
     error::folder(&dir.join("figures"))?;
     error::write(&dir.join("index.html"), page::html(&store, &content).as_bytes())?;

@@ -1,6 +1,7 @@
 //! Reads what a study run has left: `study.json`, `cases/<id>.json`, `.csv` and `.skin.json.gz`.
 
 use super::error::ReportError;
+use crate::calibrate::inverse::Calibration;
 use crate::study::record::{CaseRecord, Series, Skin, StoredCase, StudyRecord};
 use serde::de::DeserializeOwned;
 use std::collections::BTreeMap;
@@ -13,6 +14,10 @@ pub struct Store {
     pub cases: Vec<StoredCase>,
     /// Case id → surface, where one was stored
     pub skins: BTreeMap<String, Skin>,
+    /// Case id → constants that were found there
+    pub found: BTreeMap<String, Calibration>,
+    /// Case id → derivatives of its columns by such constants, `d bending_angle_deg/d laws.rubber.mu`
+    pub slopes: BTreeMap<String, Series>,
 }
 
 /// Cases of the study that have no files yet are left out; a file that is there must be sound.
@@ -20,14 +25,17 @@ pub fn read(dir: &Path) -> Result<Store, ReportError> {
     let path = dir.join("study.json");
     let study: StudyRecord = json(&path)?.ok_or_else(|| ReportError::NotAStudy { path: path.clone() })?;
     let (mut cases, mut skins): (Vec<StoredCase>, _) = (vec![], BTreeMap::new());
+    let (mut found, mut slopes) = (BTreeMap::new(), BTreeMap::new());
     for id in study.families.iter().flat_map(|f| &f.cases) {
         if cases.iter().any(|c| c.record.id == *id) {
             continue;
         }
         let file = |extension: &str| dir.join("cases").join(format!("{id}.{extension}"));
         let Some(record) = json::<CaseRecord>(&file("json"))? else { continue };
-        let series = series(&file("csv"))?.unwrap_or_default();
-        cases.push(StoredCase { record, series });
+        let curves = series(&file("csv"))?.unwrap_or_default();
+        cases.push(StoredCase { record, series: curves });
+        found.extend(json::<Calibration>(&file("fit.json"))?.map(|c| (id.clone(), c)));
+        slopes.extend(series(&file("slopes.csv"))?.map(|s| (id.clone(), s)));
         // Unpacked by hand it is read too
         let skin = match read_with(&file("skin.json.gz"), Skin::unpacked)? {
             Some(skin) => Some(skin),
@@ -40,7 +48,7 @@ pub fn read(dir: &Path) -> Result<Store, ReportError> {
     if cases.is_empty() {
         return Err(ReportError::NoCases { path: dir.join("cases") });
     }
-    Ok(Store { study, cases, skins })
+    Ok(Store { study, cases, skins, found, slopes })
 }
 
 /// A surface whose arrays fit together; another one is not drawn.

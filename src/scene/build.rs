@@ -8,7 +8,7 @@ use super::error::{SceneError, hint};
 use super::probe::{Probe, columns};
 use super::protocol::NamedSignal;
 use super::spec::{ConstraintSpec, DriveSpec, EffectSpec, SceneSpec};
-use crate::effect::{Cable, CableLength, CableTension, Cavity, CellPoints, Stressed};
+use crate::effect::{Cable, CableLength, CableTension, Cavity, CellPoints, Stressed, Viscoelastic};
 use crate::material::Law;
 use crate::math::signal::Signal;
 use crate::math::units::Dimension;
@@ -43,6 +43,8 @@ pub struct Scene {
     pub elastic: Vec<Arc<CellPoints>>,
     /// The elastic effects, for their stresses
     pub stressed: Vec<Arc<dyn Stressed>>,
+    /// The viscoelastic effects, for their derivatives
+    pub relaxing: Vec<Arc<Viscoelastic>>,
     pub cables: Vec<NamedCable>,
     pub cavities: Vec<NamedCavity>,
     pub probes: Vec<Probe>,
@@ -162,7 +164,7 @@ impl Scene {
                 cavities.push(builder.cavity(&place, constraint, &mut effects, &mut constraints)?);
             }
         }
-        let Gathered { stored, points: elastic, stressed, hosts, laws } = gathered;
+        let Gathered { stored, points: elastic, stressed, relaxing, hosts, laws } = gathered;
         if stored.is_empty() {
             let remedy = "add an [[effect]] with kind = \"elastic\", or \"edge_springs\"";
             return Err(builder.content("effect", "no effect is elastic", remedy));
@@ -196,6 +198,7 @@ impl Scene {
             law,
             elastic,
             stressed,
+            relaxing,
             cables,
             cavities,
             probes,

@@ -5,11 +5,10 @@ use super::control::Workbench;
 use super::error::{SceneError, hint};
 use super::protocol::NamedSignal;
 use super::quantity::{GuideRadius, Length};
-use super::signal::SignalSpec;
 use super::spec::{ConstraintSpec, EffectSpec, FormulationSpec, LumpingSpec, PickSpec, SceneSpec, SelectorSpec};
 use crate::effect::{
     Cable, CellPoints, Elastic, Gravity, Guide, Inertia, Lumping, Mass, MassDamping, MeanDilatation, MixedElastic,
-    Stressed, ViscousDamping, pressure_hosts,
+    Stressed, Viscoelastic, ViscousDamping, pressure_hosts,
 };
 use crate::material::{self, Law};
 use crate::math::signal::Signal;
@@ -33,6 +32,8 @@ pub(super) struct Gathered {
     pub(super) points: Vec<Arc<CellPoints>>,
     /// Elastic effects, for their stresses
     pub(super) stressed: Vec<Arc<dyn Stressed>>,
+    /// Viscoelastic effects, for their derivatives
+    pub(super) relaxing: Vec<Arc<Viscoelastic>>,
     /// Nodes that host the second field
     pub(super) hosts: Vec<u32>,
     pub(super) laws: Vec<Box<dyn Law>>,
@@ -59,13 +60,13 @@ impl Gathered {
 /// Reads the parts of a scene against its mesh.
 pub(super) struct Builder<'a> {
     pub(super) file: &'a Path,
-    base: PathBuf,
+    pub(super) base: PathBuf,
     pub(super) body: Arc<Body>,
     regions: BTreeMap<String, Region>,
     laws: &'a BTreeMap<String, toml::Table>,
     /// Dof → its motion and who prescribed it
     prescribed: BTreeMap<u32, (Signal, String)>,
-    signals: Vec<NamedSignal>,
+    pub(super) signals: Vec<NamedSignal>,
     pub(super) workbench: Workbench<'a>,
     pub(super) remarks: Vec<String>,
 }
@@ -125,28 +126,6 @@ impl<'a> Builder<'a> {
             return Err(self.content(place, fact, "take a volume region such as \"body\""));
         }
         Ok(cells)
-    }
-
-    /// The signal of this name, with the unit at its end; it is recorded and can be switched by it.
-    pub(super) fn signal(
-        &mut self,
-        place: &str,
-        name: String,
-        spec: &SignalSpec,
-        d: Dimension,
-    ) -> Result<Signal, SceneError> {
-        let built = self.workbench.signal(&name, spec, d, &self.base);
-        let signal = built.map_err(|(event, e)| part(self.file, event.unwrap_or_else(|| place.into()), e))?;
-        // The same motion of one region by two entries is one signal.
-        if !self.signals.iter().any(|s| s.name == name) {
-            self.signals.push(NamedSignal { name, signal: signal.clone() });
-        }
-        Ok(signal)
-    }
-
-    /// The signals so far.
-    pub(super) fn signals(&self) -> &[NamedSignal] {
-        &self.signals
     }
 
     pub(super) fn law(&self, place: &str, name: &str) -> Result<Box<dyn Law>, SceneError> {
@@ -220,7 +199,9 @@ impl<'a> Builder<'a> {
                 Box::new(ViscousDamping::new(mesh, self.cells(place, region)?, eta.0))
             }
             EffectSpec::Viscoelastic { region, law, moduli, prony } => {
-                Box::new(self.viscoelastic(place, region, law, *moduli, prony)?)
+                let shared = Arc::new(self.viscoelastic(place, region, law, *moduli, prony)?);
+                gathered.relaxing.push(shared.clone());
+                Box::new(shared)
             }
             EffectSpec::StiffnessDamping { region, beta, stiffness } => {
                 self.stiffness_damping(place, region, beta.0, *stiffness, gathered)?

@@ -63,11 +63,7 @@ impl Builder<'_> {
             let fact = format!("no elastic effect and no springs have the region \"{region}\"");
             return Err(self.content(place, fact, hint(region, &known)));
         }
-        let stiffness = match stiffness {
-            StiffnessSpec::Initial => Stiffness::Initial,
-            StiffnessSpec::Last => Stiffness::Last,
-        };
-        let damping = StiffnessDamping::new(damped, beta, stiffness, self.body.mesh.points.len());
+        let damping = StiffnessDamping::new(damped, beta, stiffness.into(), &self.body.mesh.points);
         let damping = damping.ok_or_else(|| {
             let remedy = "take formulation = \"displacement\" or \"mean_dilatation\", or viscous_damping";
             self.content(place, "stiffness damping of a mixed formulation is not defined", remedy)
@@ -81,6 +77,15 @@ impl Builder<'_> {
             return Err(self.content(place, fact, "take mesh.element = \"tet4\"; mesh.levels = 1 splits the edges"));
         }
         self.cells(place, region)
+    }
+}
+
+impl From<StiffnessSpec> for Stiffness {
+    fn from(spec: StiffnessSpec) -> Self {
+        match spec {
+            StiffnessSpec::Initial => Self::Initial,
+            StiffnessSpec::Last => Self::Last,
+        }
     }
 }
 

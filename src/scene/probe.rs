@@ -207,7 +207,7 @@ fn angle(a: Vec3, b: Vec3) -> f64 {
 }
 
 /// Median, 95th percentile and maximum of the largest principal stretch, by volume, and the smallest J.
-fn stretches(elastic: &[Arc<CellPoints>], x: &[f64]) -> Vec<f64> {
+pub fn stretches(elastic: &[Arc<CellPoints>], x: &[f64]) -> Vec<f64> {
     let mut values: Vec<(f64, f64)> = Vec::new();
     let mut min_j = f64::INFINITY;
     for (_, points) in elastic.iter().flat_map(|e| e.deformation(x)) {

@@ -1,8 +1,11 @@
 //! What is prescribed over time, by name, and what of it a cable can follow.
 
+use super::build::part;
 use super::builder::Builder;
 use super::error::SceneError;
+use super::signal::SignalSpec;
 use crate::math::signal::Signal;
+use crate::math::units::Dimension;
 use crate::solve::Span;
 
 /// A prescribed function of time; the unit is at the end of the name.
@@ -38,9 +41,26 @@ pub fn extremes(signal: &Signal, spans: &[Span]) -> ((f64, f64), (f64, f64)) {
 }
 
 impl Builder<'_> {
+    /// The signal of this name, with the unit at its end; it is recorded and can be switched by it.
+    pub(super) fn signal(
+        &mut self,
+        place: &str,
+        name: String,
+        spec: &SignalSpec,
+        d: Dimension,
+    ) -> Result<Signal, SceneError> {
+        let built = self.workbench.signal(&name, spec, d, &self.base);
+        let signal = built.map_err(|(event, e)| part(self.file, event.unwrap_or_else(|| place.into()), e))?;
+        // The same motion of one region by two entries is one signal.
+        if !self.signals.iter().any(|s| s.name == name) {
+            self.signals.push(NamedSignal { name, signal: signal.clone() });
+        }
+        Ok(signal)
+    }
+
     /// A formula must have a value wherever it is looked at.
     pub(super) fn check_formulas(&self, spans: &[Span]) -> Result<(), SceneError> {
-        for NamedSignal { name, signal } in self.signals().iter().filter(|s| !s.signal.has_inputs()) {
+        for NamedSignal { name, signal } in self.signals.iter().filter(|s| !s.signal.has_inputs()) {
             let times = spans.iter().flat_map(|s| (0..=s.steps().min(100_000)).map(|k| s.point(k)));
             if let Some((t, value)) = times.map(|t| (t, signal.at(t))).find(|(_, value)| !value.is_finite()) {
                 let fact = format!("it is {value} at t = {t} s");

@@ -4,6 +4,7 @@ use super::build::Scene;
 use super::control::{ControlError, Fired, Opening};
 use super::course::Course;
 use super::probe::{Energies, Moment, columns, largest_stretch, record_cable, record_cavity};
+use super::slopes::Recorder;
 use super::steering::Steering;
 use crate::math::tensor::Vec3;
 use crate::solve::{Newton, NewtonSettings, Status, StepSettings, Stepper, Totals, initial_acceleration};
@@ -62,9 +63,20 @@ impl Scene {
     /// [`Scene::run`] from a saved state, with a controller, and with states to be saved.
     pub fn steer(
         &self,
+        steering: Steering,
+        watch: &mut dyn FnMut(Progress) -> bool,
+        states: &mut dyn FnMut(&State),
+    ) -> Run {
+        self.follow(steering, watch, states, None)
+    }
+
+    /// The same, with derivatives where there is a recorder for them.
+    pub(super) fn follow(
+        &self,
         mut steering: Steering,
         watch: &mut dyn FnMut(Progress) -> bool,
         states: &mut dyn FnMut(&State),
+        slopes: Option<&mut Recorder>,
     ) -> Run {
         let n = &self.spec.numerics;
         let newton = NewtonSettings {
@@ -97,7 +109,7 @@ impl Scene {
         }
         let status = match failure {
             Some(_) => Status::Interrupted { t: course.state.t },
-            None => self.all_stages(&mut course, &mut stepper, &mut steering, &mut failure, watch, states),
+            None => self.all_stages(&mut course, &mut stepper, &mut steering, (&mut failure, slopes), watch, states),
         };
         if let (Some(controller), Some(row)) = (&mut steering.controller, course.rows.last()) {
             controller.end(row, status.name());
@@ -130,7 +142,7 @@ impl Scene {
         course: &mut Course,
         stepper: &mut Stepper,
         steering: &mut Steering,
-        failure: &mut Option<ControlError>,
+        (failure, mut slopes): (&mut Option<ControlError>, Option<&mut Recorder>),
         watch: &mut dyn FnMut(Progress) -> bool,
         states: &mut dyn FnMut(&State),
     ) -> Status {
@@ -150,6 +162,9 @@ impl Scene {
                     }
                 }
                 stepper.begin(span.integrator, &mut course.state);
+                if let Some(slopes) = &mut slopes {
+                    slopes.begin(span.integrator, &course.state);
+                }
             }
             while course.step < span.steps() {
                 let goal = span.point(course.step + 1);
@@ -172,6 +187,9 @@ impl Scene {
                 let mut iterations = 0;
                 let status = stepper.advance(span.integrator, state, goal, &mut |past, now, newton, on_grid| {
                     ledger.book(&self.system, past, now, newton);
+                    if let Some(slopes) = &mut slopes {
+                        slopes.step(span.integrator, past, now, on_grid);
+                    }
                     iterations += newton.iterations;
                     if on_grid {
                         rows.push(self.record(now, &newton.sums.r, ledger.energies, iterations));

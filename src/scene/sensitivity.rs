@@ -1,22 +1,25 @@
-//! Exact derivatives of recorded columns by the constants of the laws, in static stages.
+//! Exact derivatives of recorded columns by the constants of the laws.
 //!
-//! ∂r/∂θ comes from the derivative of the law ([`crate::material::derivative`]) on the cells of its elastic effects, ∂x/∂θ and
-//! ∂λ/∂θ from [`crate::solve::Differentiator`]; here they go through the probes by their linearisation. An angle between
-//! a fixed a and b(x): dϑ = [(a·b) d|a × b| − |a × b| a·db]/(|a|²|b|²), d|a × b| = (a × b)·(a × db)/|a × b|.
+//! ∂r/∂θ comes from the derivative of the law ([`crate::material::derivative`]) in every effect that takes it: elastic, viscoelastic,
+//! stiffness damping. The derivatives of the states come from [`crate::solve::Differentiator`]; here they go through the probes by
+//! their linearisation. An angle between a fixed a and b(x): dϑ = [(a·b) d|a × b| − |a × b| a·db]/(|a|²|b|²),
+//! d|a × b| = (a × b)·(a × db)/|a × b|.
 //!
-//! Limits: static stages without history; not the columns of the probes `energy` and `stretch`.
+//! Limits: not the columns of the probes `energy` and `stretch`; what else is not covered is a [`SensitivityError`].
 
 use super::build::{Drive, Scene};
 use super::error::hint;
 use super::probe::{Probe, area_vector, cable_columns, cavity_columns};
 use super::spec::EffectSpec;
+use crate::effect::StiffnessDamping;
 use crate::material::{self, LawSpecError};
 use crate::math::tensor::Vec3;
 use crate::mesh::{TetMesh, element, quadrature};
-use crate::solve::{Change, Differentiator, Failure};
-use crate::system::{Effect, State};
+use crate::solve::{Differentiator, Failure, Integrator, Step};
+use crate::system::{Effect, Needs, State, Term};
 use std::fmt;
 use std::str::FromStr;
+use std::sync::Arc;
 
 /// A constant of a law, as it stands in the scene file: `laws.rubber.mu`.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -53,77 +56,125 @@ pub enum SensitivityError {
     Law { constant: String, source: LawSpecError },
     #[error("{constant}: no elastic effect takes this law; name the law of an [[effect]] of kind \"elastic\"")]
     Unused { constant: String },
-    #[error("stage {stage} is {integrator}: derivatives are exact in static stages only; make it static")]
-    NotStatic { stage: usize, integrator: &'static str },
-    #[error("the effect {effect} remembers its past, which the derivatives do not follow; remove it")]
-    History { effect: String },
+    #[error(
+        "stage {stage} is {integrator}, whose states are not converged and have no derivative; take implicit_euler"
+    )]
+    NotConverged { stage: usize, integrator: &'static str },
+    #[error(
+        "the signals are decided on the way, and their derivatives are not followed; remove events and formulas of columns"
+    )]
+    Decided,
+    #[error("the effect {effect} reads what came before a step and has no derivative by it; remove it")]
+    Past { effect: String },
 }
 
 /// What differentiates the states of a scene.
-pub struct Sensitivity<'a> {
+pub(super) struct Sensitivity<'a> {
     scene: &'a Scene,
-    /// Per constant: the effects that make up ∂r/∂θ
-    by: Vec<Vec<Box<dyn Effect>>>,
-    solver: Differentiator<'a>,
+    pub(super) solver: Differentiator<'a>,
 }
 
 impl<'a> Sensitivity<'a> {
-    pub fn new(scene: &'a Scene, constants: &[Constant]) -> Result<Self, SensitivityError> {
-        if let Some(k) = scene.spans.iter().position(|s| !s.integrator.is_static()) {
+    pub(super) fn new(scene: &'a Scene, constants: &[Constant]) -> Result<Self, SensitivityError> {
+        if scene.controls.has_inputs() {
+            return Err(SensitivityError::Decided);
+        }
+        if let Some(k) = scene.spans.iter().position(|s| s.integrator.is_linearised()) {
             let integrator = scene.spans[k].integrator.name();
-            return Err(SensitivityError::NotStatic { stage: k + 1, integrator });
+            return Err(SensitivityError::NotConverged { stage: k + 1, integrator });
         }
-        if let Some(effect) = scene.system.effects.iter().find(|e| e.history() > 0) {
-            return Err(SensitivityError::History { effect: effect.name().into() });
+        let system = &scene.system;
+        let reads_past = |e: &dyn Effect| e.history() > 0 || e.needs() != Needs::default();
+        if let Some(effect) = system.effects.iter().find(|e| reads_past(&***e) && e.past().is_none()) {
+            return Err(SensitivityError::Past { effect: effect.name().into() });
         }
-        let by = constants.iter().map(|c| derivatives(scene, c)).collect::<Result<_, _>>()?;
-        Ok(Self { scene, by, solver: Differentiator::new(&scene.system) })
+        let by = constants.iter().map(|c| terms(scene, c)).collect::<Result<_, _>>()?;
+        Ok(Self { scene, solver: Differentiator::new(system, by) })
     }
 
     /// Recorded columns that have a derivative, in their order.
-    pub fn columns(&self) -> Vec<String> {
+    pub(super) fn columns(&self) -> Vec<String> {
         let probes = self.scene.probes.iter().filter(|p| !matches!(p, Probe::Energy | Probe::Stretch));
         let cables = self.scene.cables.iter().flat_map(cable_columns);
         let cavities = self.scene.cavities.iter().flat_map(cavity_columns);
         probes.flat_map(Probe::columns).chain(cables).chain(cavities).collect()
     }
 
-    /// Derivatives at a converged state, [columns × constants], in the unit of the column per SI unit of the constant.
-    pub fn at(&mut self, state: &State) -> Result<Vec<Vec<f64>>, Failure> {
-        // ∂P/∂θ = 0 at F = I: at rest nothing changes, and the body need not be held by what comes later.
-        if state.x.iter().all(|x| *x == 0.0) {
-            return Ok(vec![vec![0.0; self.by.len()]; self.columns().len()]);
+    /// Derivatives at the end of a step, where it is on the time grid: [columns × constants], in the unit of the column per SI
+    /// unit of the constant.
+    pub(super) fn step(
+        &mut self,
+        integrator: Integrator,
+        past: &State,
+        now: &State,
+        on_grid: bool,
+    ) -> Result<Option<Vec<Vec<f64>>>, Failure> {
+        if !on_grid && integrator.is_static() && now.history.is_empty() {
+            return Ok(None);
         }
-        let all = self.solver.at(state, &self.by)?;
-        let all: Vec<Vec<f64>> = all.iter().map(|change| changes(self.scene, state, change)).collect();
-        Ok((0..self.columns().len()).map(|k| all.iter().map(|values| values[k]).collect()).collect())
+        let step = Step { system: &self.scene.system, integrator, past, dt: now.t - past.t };
+        self.solver.step(&step, now)?;
+        if !on_grid {
+            return Ok(None);
+        }
+        let reactions = self.solver.reactions(&step, now)?;
+        let all = self.solver.changes.iter().zip(&reactions);
+        let all: Vec<Vec<f64>> = all.map(|(change, reaction)| changes(self.scene, now, change, reaction)).collect();
+        Ok(Some((0..self.columns().len()).map(|k| all.iter().map(|values| values[k]).collect()).collect()))
     }
 }
 
-/// The derivative by a constant of every elastic effect that takes its law.
-fn derivatives(scene: &Scene, constant: &Constant) -> Result<Vec<Box<dyn Effect>>, SensitivityError> {
-    let laws = &scene.spec.laws;
+/// ∂/∂θ of every effect that takes the law of a constant.
+fn terms(scene: &Scene, constant: &Constant) -> Result<Vec<Term>, SensitivityError> {
+    let (laws, mesh) = (&scene.spec.laws, &scene.body.mesh);
     let name = constant.to_string();
     let table = laws.get(&constant.law).ok_or_else(|| {
         let known: Vec<&String> = laws.keys().collect();
         SensitivityError::NoLaw { constant: name.clone(), hint: hint(&constant.law, &known) }
     })?;
-    let elastic = scene.spec.effects.iter().filter_map(|e| match e {
-        EffectSpec::Elastic { law, .. } => Some(law),
-        _ => None,
-    });
+    let along = || {
+        let along = material::derivative(table, &constant.key);
+        along.map_err(|source| SensitivityError::Law { constant: name.clone(), source })
+    };
+    let (mut stressed, mut relaxing) = (scene.stressed.iter(), scene.relaxing.iter());
     let mut found = Vec::new();
-    for (effect, _) in scene.stressed.iter().zip(elastic).filter(|(_, law)| **law == constant.law) {
-        let along = material::derivative(table, &constant.key)
-            .map_err(|source| SensitivityError::Law { constant: name.clone(), source })?;
-        found.push(effect.along(&scene.body.mesh, along));
+    // What stiffness damping may look at: region, and ∂/∂θ of the elastic effect there
+    let mut elastic: Vec<(&str, Arc<dyn Effect>)> = Vec::new();
+    for (of, spec) in scene.spec.effects.iter().enumerate() {
+        match spec {
+            EffectSpec::Elastic { region, law, .. } => {
+                let effect = stressed.next().expect("one for each elastic effect");
+                if *law == constant.law {
+                    let shared: Arc<dyn Effect> = effect.along(mesh, along()?).into();
+                    elastic.push((region, shared.clone()));
+                    found.push(Term { of, effect: Box::new(shared) });
+                }
+            }
+            EffectSpec::Viscoelastic { law, .. } => {
+                let effect = relaxing.next().expect("one for each viscoelastic effect");
+                if *law == constant.law {
+                    found.push(Term { of, effect: effect.along(&*along()?) });
+                }
+            }
+            _ => {}
+        }
     }
-    if found.is_empty() { Err(SensitivityError::Unused { constant: name }) } else { Ok(found) }
+    if found.is_empty() {
+        return Err(SensitivityError::Unused { constant: name });
+    }
+    for (of, spec) in scene.spec.effects.iter().enumerate() {
+        let EffectSpec::StiffnessDamping { region, beta, stiffness } = spec else { continue };
+        let damped = elastic.iter().filter(|(of, _)| of == region).map(|(_, effect)| effect.clone()).collect();
+        let damping = StiffnessDamping::new(damped, beta.0, (*stiffness).into(), &mesh.points);
+        found.push(Term { of, effect: Box::new(damping.expect("built once already")) });
+    }
+    Ok(found)
 }
 
-/// Change of each of [`Sensitivity::columns`].
-fn changes(scene: &Scene, state: &State, change: &Change) -> Vec<f64> {
-    let probes = scene.probes.iter().filter_map(|probe| through(probe, &scene.body.mesh, &state.x, change));
+/// Change of each of [`Sensitivity::columns`] with that of the state and of the reactions.
+fn changes(scene: &Scene, state: &State, change: &State, reaction: &[f64]) -> Vec<f64> {
+    let through = |probe| through(probe, &scene.body.mesh, &state.x, &change.x, reaction);
+    let probes = scene.probes.iter().filter_map(through);
     let mut out: Vec<f64> = probes.flatten().collect();
     for cable in &scene.cables {
         out.extend([answer(&cable.drive, change), cable.cable.lengthening(&state.x, &change.x)]);
@@ -135,7 +186,7 @@ fn changes(scene: &Scene, state: &State, change: &Change) -> Vec<f64> {
 }
 
 /// Change of a tension or pressure: what is prescribed does not change.
-fn answer(drive: &Drive, change: &Change) -> f64 {
+fn answer(drive: &Drive, change: &State) -> f64 {
     match drive {
         Drive::Multiplier(c) => change.lambda[*c],
         Drive::Prescribed(_) => 0.0,
@@ -143,20 +194,19 @@ fn answer(drive: &Drive, change: &Change) -> f64 {
 }
 
 /// Change of what a probe records; None where it has no derivative here.
-fn through(probe: &Probe, mesh: &TetMesh, x: &[f64], change: &Change) -> Option<Vec<f64>> {
+fn through(probe: &Probe, mesh: &TetMesh, x: &[f64], dx: &[f64], reaction: &[f64]) -> Option<Vec<f64>> {
     match probe {
         Probe::BendingAngle { root, tip, facets } => {
-            let chord =
-                turned(tip.origin - root.origin, tip.at(x) - root.at(x), tip.moved(&change.x) - root.moved(&change.x));
+            let chord = turned(tip.origin - root.origin, tip.at(x) - root.at(x), tip.moved(dx) - root.moved(dx));
             if facets.is_empty() {
                 return Some(vec![chord]);
             }
             let rest = area_vector(mesh, facets, &vec![0.0; x.len()]);
-            Some(vec![turned(rest, area_vector(mesh, facets, x), area_turned(mesh, facets, x, &change.x)), chord])
+            Some(vec![turned(rest, area_vector(mesh, facets, x), area_turned(mesh, facets, x, dx)), chord])
         }
-        Probe::Position { mean, .. } => Some(mean.moved(&change.x).as_slice().to_vec()),
+        Probe::Position { mean, .. } => Some(mean.moved(dx).as_slice().to_vec()),
         Probe::Reaction { nodes, .. } => {
-            let sum = |i: usize| nodes.iter().map(|&k| change.reaction[3 * k as usize + i]).sum();
+            let sum = |i: usize| nodes.iter().map(|&k| reaction[3 * k as usize + i]).sum();
             Some((0..3).map(sum).collect())
         }
         Probe::Energy | Probe::Stretch => None,

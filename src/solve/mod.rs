@@ -10,7 +10,7 @@ mod stepper;
 
 pub use integrator::Integrator;
 pub use newton::{Failure, Newton, NewtonSettings, Solved};
-pub use sensitivity::{Change, Differentiator};
+pub use sensitivity::Differentiator;
 pub use start::initial_acceleration;
 pub use step::Step;
 pub use stepper::{Memory, Past, Span, Status, StepSettings, Stepper, Totals};

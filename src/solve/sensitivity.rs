@@ -1,54 +1,103 @@
-//! Direct differentiation of a static equilibrium r(x, θ) + λ h(x) = 0, g(x) = target − c(x) by parameters θ:
+//! Direct differentiation of the states of a run by parameters θ, step by step. At the end of a step
+//! r(x, v, a, xₙ, hₙ; θ) + λ h(x) = 0 and g(x) = target − c(x), where v and a are linear in x and the past
+//! (xₙ, vₙ, aₙ, qₙ). So
 //!
-//! K x′ + Σ h λ′ = −∂r/∂θ, h·x′ = 0 on a taut row, λ′ = 0 on a slack one,
+//! K x′ + Σ h λ′ = −(∂r/∂θ + ∂r/∂v v̂′ + ∂r/∂a â′ + ∂r/∂xₙ xₙ′ + ∂r/∂hₙ hₙ′), h·x′ = 0 on a taut row, λ′ = 0 on a slack one,
 //!
-//! K and h = ∂c/∂x at the converged state: with Z = K⁻¹H and S = HᵀZ of the taut rows, y = −K⁻¹ ∂r/∂θ, S λ′ = Hᵀy and
-//! x′ = y − Z λ′. The same for every path of loading where nothing remembers it, so no step needs the one before.
+//! with K and h = ∂c/∂x at the converged state and v̂′, â′ the change at fixed x. With Z = K⁻¹H and S = HᵀZ of the taut rows,
+//! y = −K⁻¹(…), S λ′ = Hᵀy and x′ = y − Z λ′. The integrator maps derivatives of states as it maps states, and effects that
+//! remember bring h′ to the end of the step ([`Past`](crate::system::Past)).
 //!
-//! Source: Choi & Kim, *Structural Sensitivity Analysis and Optimization 2: Nonlinear Systems and Applications*, 2005.
-//! Limits: statics without history, prescribed motions and targets that do not depend on θ; at a row that is just taut
-//! (λ = 0 and g = 0) the answer has two derivatives, and the one of the slack side is given.
+//! Sources: Tortorelli & Michaleris, *Inverse Problems in Engineering* 1, 1994; Kleiber, *Parameter Sensitivity in Nonlinear
+//! Mechanics*, 1997; Choi & Kim, *Structural Sensitivity Analysis and Optimization 2*, 2005.
+//! Limits: converged states; prescribed motions and targets that do not depend on θ; at a row that is just taut (λ = 0 and
+//! g = 0) the answer has two derivatives, and the one of the slack side is given.
 
-use super::Failure;
 use super::multipliers::Schur;
+use super::start::{Start, before};
+use super::{Failure, Integrator, Step};
 use crate::math::linear::{Factor, LinearError, dot};
-use crate::system::{Assembled, At, Effect, Rates, State, System, Want};
+use crate::system::{Assembled, Direction, Rates, State, System, Term, Want};
 
-/// Derivative of an equilibrium by one parameter θ.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Change {
-    /// [unknowns] ∂x/∂θ
-    pub x: Vec<f64>,
-    /// [constraints] ∂λ/∂θ
-    pub lambda: Vec<f64>,
-    /// [unknowns] ∂/∂θ of the residual at prescribed dofs, the reaction; not used elsewhere
-    pub reaction: Vec<f64>,
-}
-
-/// Factorisation and sums of its own, beside those of the run.
+/// Derivatives of the state of a run, with a factorisation and sums of its own, beside those of the run.
 pub struct Differentiator<'a> {
     system: &'a System,
-    factor: Factor,
+    /// Per θ: what makes up ∂r/∂θ
+    by: Vec<Vec<Term>>,
+    pub factor: Factor,
     sums: Assembled,
+    /// K of the factorisation
+    factored: Vec<f64>,
+    /// Per θ: ∂/∂θ of the last state
+    pub changes: Vec<State>,
+    /// Per θ: [unknowns] ∂/∂θ of the residual of the last state at fixed x
+    residuals: Vec<Vec<f64>>,
 }
 
 impl<'a> Differentiator<'a> {
-    pub fn new(system: &'a System) -> Self {
+    /// From rest; each θ with its terms.
+    pub fn new(system: &'a System, by: Vec<Vec<Term>>) -> Self {
         let factor = match system.scalar_equations() {
             0 => Factor::new(system.pattern.clone()),
             _ => Factor::indefinite(system.pattern.clone()),
         };
-        Self { system, factor, sums: system.workspace() }
+        let changes = vec![system.rest(); by.len()];
+        let residuals = changes.iter().map(|c| c.x.clone()).collect();
+        Self { system, by, factor, sums: system.workspace(), factored: Vec::new(), changes, residuals }
     }
 
-    /// At a converged static state; `by` holds for each θ the effects whose residuals sum to ∂r/∂θ.
-    pub fn at(&mut self, state: &State, by: &[Vec<Box<dyn Effect>>]) -> Result<Vec<Change>, Failure> {
-        let Self { system, factor, sums } = self;
-        let State { t, x, v, a, history, lambda, inputs, .. } = state;
-        let rates = Rates::default();
-        let at = At { t: *t, dt: f64::INFINITY, x, v, a, old: x, history, inputs, rates };
+    /// A stage begins at `state`, whose acceleration is that of the start: M a′ is what is left of the change of r.
+    pub fn begin(&mut self, integrator: Integrator, state: &State) -> Result<(), Failure> {
+        let system = self.system;
+        if integrator.needs_initial_acceleration() {
+            let mut start = Start::new(system, state, &state.a)?;
+            let at = before(state, &state.a, Rates::default());
+            let still = vec![0.0; state.x.len()];
+            for (change, terms) in self.changes.iter_mut().zip(&self.by) {
+                let State { x, v, history, lambda, .. } = &*change;
+                let mut residual = vec![0.0; x.len()];
+                let direction = Direction { x, v, a: &still, old: x, history };
+                system.add_change(&at, &direction, terms, &mut residual).map_err(Failure::Eval)?;
+                let free = system.restrict(x);
+                let mut sum = vec![0.0; free.len()];
+                system.pattern.multiply(&start.sums.k, &free, &mut sum);
+                sum.iter_mut().zip(system.restrict(&residual)).for_each(|(s, r)| *s += r);
+                for (h, rate) in start.sums.gradient.iter().zip(lambda) {
+                    sum.iter_mut().zip(h).for_each(|(s, h)| *s += rate * h);
+                }
+                change.a = start.solve(system, Some(sum))?;
+            }
+        }
+        self.changes.iter_mut().for_each(|change| integrator.begin(change));
+        Ok(())
+    }
+
+    /// The step ended at the converged state `next`. In statics without history no step needs the one before, so steps may
+    /// be left out there.
+    pub fn step(&mut self, step: &Step, next: &State) -> Result<(), Failure> {
+        let rests = |state: &State| {
+            let State { x, v, a, history, .. } = state;
+            [x, v, a, history].iter().all(|values| values.iter().all(|value| *value == 0.0))
+        };
+        if rests(next) && self.changes.iter().all(rests) {
+            // ∂P/∂θ = 0 at F = I: at rest nothing changes, and the body need not be held by what comes later.
+            self.residuals.iter_mut().for_each(|residual| residual.fill(0.0));
+            for change in &mut self.changes {
+                let past = change.clone();
+                change.lambda.fill(0.0);
+                step.integrator.finish(&past, step.dt, change);
+            }
+            return Ok(());
+        }
+        let Self { system, factor, sums, .. } = self;
+        let (at, lambda) = (step.at(next), &next.lambda);
         system.assemble(&at, lambda, Want::Tangent, None, sums).map_err(Failure::Eval)?;
-        factor.factorise(&sums.k).map_err(Failure::Linear)?;
+        if sums.k != self.factored {
+            // What a failed factorisation leaves is not to be used.
+            self.factored.clear();
+            factor.factorise(&sums.k).map_err(Failure::Linear)?;
+            self.factored.clone_from(&sums.k);
+        }
         // A slack row is none: it is dropped from H.
         let taut: Vec<usize> = (0..lambda.len()).filter(|&c| !system.is_one_sided(c) || lambda[c] > 0.0).collect();
         let all = std::mem::take(&mut sums.gradient);
@@ -56,35 +105,47 @@ impl<'a> Differentiator<'a> {
         let schur = Schur::new(factor, sums);
         let rows = std::mem::replace(&mut sums.gradient, all);
         let Schur { z, s, .. } = schur.map_err(Failure::Linear)?;
-        let m = taut.len();
+        let (n, m) = (system.dofs.free.len(), taut.len());
         let lu = nalgebra::DMatrix::from_row_slice(m, m, &s).lu();
-        let (n, unknowns) = (system.dofs.free.len(), x.len());
-        let mut changes = Vec::with_capacity(by.len());
-        for effects in by {
-            let mut reaction = vec![0.0; unknowns];
-            for effect in effects {
-                system.add_residual(effect.as_ref(), &at, &mut reaction).map_err(Failure::Eval)?;
-            }
-            let mut y = system.restrict(&reaction);
+        let still = vec![0.0; next.x.len()];
+        for ((change, terms), residual) in self.changes.iter_mut().zip(&self.by).zip(&mut self.residuals) {
+            let past = change.clone();
+            step.integrator.kinematics(&past, step.dt, &still, &mut change.v, &mut change.a);
+            let State { v, a, .. } = &*change;
+            let direction = Direction { x: &still, v, a, old: &past.x, history: &past.history };
+            residual.fill(0.0);
+            system.add_change(&at, &direction, terms, residual).map_err(Failure::Eval)?;
+            let mut y = system.restrict(residual);
             y.iter_mut().for_each(|y| *y = -*y);
             factor.solve(&sums.k, &mut y).map_err(Failure::Linear)?;
-            let mut rate = vec![0.0; lambda.len()];
+            change.lambda.fill(0.0);
             if m > 0 {
                 let along = nalgebra::DVector::from_fn(m, |i, _| dot(&rows[i], &y));
                 let solved = lu.solve(&along).ok_or(Failure::Linear(LinearError::Singular))?;
                 for ((&c, z), value) in taut.iter().zip(z.chunks_exact(n)).zip(&solved) {
-                    rate[c] = *value;
+                    change.lambda[c] = *value;
                     y.iter_mut().zip(z).for_each(|(y, z)| *y -= z * value);
                 }
             }
-            let mut full = vec![0.0; unknowns];
-            system.dofs.free.iter().zip(y).for_each(|(&dof, y)| full[dof as usize] = y);
-            changes.push(Change { x: full, lambda: rate, reaction });
+            system.dofs.free.iter().zip(y).for_each(|(&dof, y)| change.x[dof as usize] = y);
+            step.integrator.kinematics(&past, step.dt, &change.x, &mut change.v, &mut change.a);
+            let State { x, v, a, .. } = &*change;
+            let direction = Direction { x, v, a, old: &past.x, history: &past.history };
+            let mut history = past.history.clone();
+            system.advance_change(&at, &direction, terms, &mut history).map_err(Failure::Eval)?;
+            change.history = history;
+            step.integrator.finish(&past, step.dt, change);
         }
-        let mut reactions: Vec<Vec<f64>> = changes.iter_mut().map(|c| std::mem::take(&mut c.reaction)).collect();
-        let directions: Vec<(&[f64], &[f64])> = changes.iter().map(|c| (&c.x[..], &c.lambda[..])).collect();
-        system.add_reactions(&at, lambda, &directions, &mut reactions).map_err(Failure::Eval)?;
-        changes.iter_mut().zip(reactions).for_each(|(c, reaction)| c.reaction = reaction);
-        Ok(changes)
+        Ok(())
+    }
+
+    /// Per θ: [unknowns] ∂/∂θ of the residual at prescribed dofs, the reaction, at the end of the last step; not used
+    /// elsewhere.
+    pub fn reactions(&self, step: &Step, next: &State) -> Result<Vec<Vec<f64>>, Failure> {
+        let mut reactions = self.residuals.clone();
+        let directions: Vec<(&[f64], &[f64])> = self.changes.iter().map(|c| (&c.x[..], &c.lambda[..])).collect();
+        let at = step.at(next);
+        self.system.add_reactions(&at, &next.lambda, &directions, &mut reactions).map_err(Failure::Eval)?;
+        Ok(reactions)
     }
 }

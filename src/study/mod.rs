@@ -1,8 +1,11 @@
 //! Studies: cases, their stored results, and the analysis over them.
 
+pub mod band;
+pub mod calibration;
 pub mod convergence;
 pub mod curve;
 pub mod fields;
+pub mod inverse;
 pub mod locking;
 pub mod materials;
 pub mod overlay;

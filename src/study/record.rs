@@ -206,7 +206,7 @@ impl Skin {
 pub struct StudyRecord {
     /// Name of the study, as its folder is called
     pub study: String,
-    /// `convergence`, `materials`
+    /// `convergence`, `materials`, `calibration`
     pub kind: String,
     pub question: String,
     /// What was expected before the run
@@ -300,6 +300,10 @@ pub enum Role {
     Laws,
     /// The same laws on a finer mesh
     Finer,
+    /// A dimension that is not known exactly, over its range
+    Nuisance,
+    /// Where a law is used with the constants that were found, from coarse to fine
+    Use,
 }
 
 impl Role {
@@ -314,6 +318,8 @@ impl Role {
             Self::TimeStep => "time step",
             Self::Laws => "laws",
             Self::Finer => "finer",
+            Self::Nuisance => "nuisance",
+            Self::Use => "use",
         }
     }
 }

@@ -1,22 +1,25 @@
 //! Runs the cases of a study side by side, skips what is done, keeps what is finished.
 
 use super::fields::{Fields, USUAL};
+use super::inverse::with_constants;
 use super::overlay::overlays;
 use super::record::{
-    CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance, Skin,
+    CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance, Role, Skin,
 };
 use super::spec::{Case, Study};
 use super::store::{Store, StoreError};
+use crate::calibrate::inverse::{Calibration, Failure, InverseError, SceneModel, calibrate};
 use crate::effect::locking::signs;
 use crate::material::Law;
-use crate::scene::{Body, Progress, Run, Scene, SceneError};
+use crate::scene::{Body, Constant, Progress, Run, Scene, SceneError, SceneSpec};
 use crate::solve::Status;
+use crate::system::State;
 use cpu_time::ThreadTime;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
 /// What a run may tell while it goes on.
@@ -37,6 +40,8 @@ pub enum RunError {
     Store(#[from] StoreError),
     #[error(transparent)]
     Fields(#[from] crate::mesh::validate::MeshError),
+    #[error(transparent)]
+    Inverse(#[from] InverseError),
     #[error("no case is called like \"{only}\"; the cases are: {known}")]
     NoSuchCase { only: String, known: String },
     #[error("{}: the signal {signal} waits for a controller, and a study has none; drive it by a signal", file.display())]
@@ -67,18 +72,49 @@ impl Options<'_> {
 
 /// Runs a study into `dir`. Returns the records of all wanted cases that have one; an interrupted case has none.
 pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> Result<Vec<CaseRecord>, RunError> {
-    let mut cases: Vec<&Case> = study.cases.iter().filter(|c| options.wants(&c.id)).collect();
+    let cases: Vec<&Case> = study.cases.iter().filter(|c| options.wants(&c.id)).collect();
     if cases.is_empty() {
         let known = study.cases.iter().map(|c| c.id.as_str()).collect::<Vec<_>>().join(", ");
         return Err(RunError::NoSuchCase { only: options.only.clone().unwrap_or_default(), known });
     }
     let store = Store::create(dir, &study.record)?;
-    for case in &study.cases {
+    // A case that waits has its scene later; the hash of its input tells whether it is up to date
+    for case in study.cases.iter().filter(|c| c.after.is_none()) {
         store.forget_stale(&case.id, &case.text)?;
     }
+    let (now, later): (Vec<&Case>, Vec<&Case>) = cases.into_iter().partition(|c| c.after.is_none());
+    let mut records =
+        side_by_side(study, now.into_iter().map(|c| (c.clone(), vec![])).collect(), &store, options, watch)?;
+    if !later.is_empty() && !options.stop.load(Ordering::Relaxed) {
+        let ready = later.into_iter().filter_map(|c| ready(study, c, &records, &store)).collect();
+        records.extend(side_by_side(study, ready, &store, options, watch)?);
+    }
+    records.sort_by_key(|r: &CaseRecord| study.cases.iter().position(|c| c.id == r.id));
+    Ok(records)
+}
+
+/// A case that waited, with the constants of the finest converged mesh of its variant.
+fn ready(study: &Study, case: &Case, records: &[CaseRecord], store: &Store) -> Option<(Case, Vec<Constant>)> {
+    let after = case.after.as_ref()?;
+    let of_sizes =
+        |r: &&CaseRecord| study.record.families.iter().any(|f| f.role == Role::Sizes && f.cases.contains(&r.id));
+    let own = records.iter().filter(|r| r.variant == after.variant && r.converged());
+    let finest = own.filter(of_sizes).max_by_key(|r| r.mesh.cells)?;
+    let source = study.cases.iter().find(|c| c.id == finest.id)?;
+    with_constants(case, after, source, &store.calibration(&finest.id)?)
+}
+
+/// Runs cases, with the derivatives by the constants beside each.
+fn side_by_side(
+    study: &Study,
+    mut cases: Vec<(Case, Vec<Constant>)>,
+    store: &Store,
+    options: &Options,
+    watch: &dyn Watch,
+) -> Result<Vec<CaseRecord>, RunError> {
     // Meshes first, one after the other: the mesher takes its own time, and two cases may want the same mesh.
     let mut sizes = BTreeMap::new();
-    for case in &cases {
+    for (case, _) in &cases {
         if options.stop.load(Ordering::Relaxed) {
             return Ok(Vec::new());
         }
@@ -90,17 +126,17 @@ pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> R
         sizes.insert(case.id.clone(), body.mesh.points.len());
     }
     // The largest first, so that the last ones to end are short.
-    cases.sort_by_key(|c| std::cmp::Reverse(sizes[&c.id]));
+    cases.sort_by_key(|(c, _)| std::cmp::Reverse(sizes[&c.id]));
     let (next, running) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let (records, failure) = (Mutex::new(Vec::new()), Mutex::new(None));
     std::thread::scope(|scope| {
         for _ in 0..options.jobs.max(1) {
             scope.spawn(|| {
-                while let Some(case) = cases.get(next.fetch_add(1, Ordering::Relaxed)) {
+                while let Some((case, constants)) = cases.get(next.fetch_add(1, Ordering::Relaxed)) {
                     if options.stop.load(Ordering::Relaxed) || lock(&failure).is_some() {
                         break;
                     }
-                    match one(study, case, &store, options, &running, watch) {
+                    match one(study, case, constants, store, options, &running, watch) {
                         Ok(Some(record)) => lock(&records).push(record),
                         Ok(None) => {}
                         Err(error) => {
@@ -114,9 +150,7 @@ pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> R
     if let Some(error) = lock(&failure).take() {
         return Err(error);
     }
-    let mut records = std::mem::take(&mut *lock(&records));
-    records.sort_by_key(|r: &CaseRecord| study.cases.iter().position(|c| c.id == r.id));
-    Ok(records)
+    Ok(std::mem::take(&mut *lock(&records)))
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
@@ -126,13 +160,15 @@ fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
 fn one(
     study: &Study,
     case: &Case,
+    constants: &[Constant],
     store: &Store,
     options: &Options,
     running: &AtomicUsize,
     watch: &dyn Watch,
 ) -> Result<Option<CaseRecord>, RunError> {
     let body = Body::load(&case.scene_file, &case.spec.mesh, &mut |line| watch.meshing(&case.id, line))?;
-    let input_sha256 = input_hash(&case.text, &body.sha256);
+    let asked = case.plan.as_ref().map_or("", |plan| plan.sha256.as_str());
+    let input_sha256 = input_hash(&case.text, &format!("{}{asked}", body.sha256));
     let mut fields = match options.vtu {
         true => Some(Fields::new(store.folder(&case.id)?, &case.id, &USUAL)),
         false => None,
@@ -144,28 +180,44 @@ fn one(
     }
     watch.started(&case.id);
     let mut shared = running.fetch_add(1, Ordering::SeqCst) > 0;
-    let scene = Scene::build(&case.scene_file, case.spec.clone(), case.text.clone(), body.into());
+    let mut go_on = |progress| {
+        shared |= running.load(Ordering::Relaxed) > 1;
+        watch.progress(&case.id, progress);
+        !options.stop.load(Ordering::Relaxed)
+    };
+    let body = Arc::new(body);
+    let found = match find(case, &body, &mut go_on) {
+        Ok(found) => found,
+        Err(error) => {
+            running.fetch_sub(1, Ordering::SeqCst);
+            return error.map_or(Ok(None), Err);
+        }
+    };
+    // The case of a calibration is its scene at the constants that were found
+    let spec = found.as_ref().map_or_else(|| case.spec.clone(), |f| f.1.clone());
+    let scene = Scene::build(&case.scene_file, spec, case.text.clone(), body);
     let checked = scene.map_err(RunError::from).and_then(|scene| check_quantities(study, case, &scene).map(|()| scene));
     let outcome = checked.map(|scene| {
         let (wall, cpu) = (Instant::now(), ThreadTime::now());
         let mut number = 0..;
-        let run = scene.run(
-            &mut |progress| {
-                shared |= running.load(Ordering::Relaxed) > 1;
-                watch.progress(&case.id, progress);
-                !options.stop.load(Ordering::Relaxed)
-            },
-            &mut |state| {
-                if let Some(fields) = &mut fields {
-                    fields.add(&scene, state, number.next().expect("there is always a next number"));
-                }
-            },
-        );
-        let times = (wall.elapsed().as_secs_f64(), cpu.elapsed().as_secs_f64());
-        (scene, run, times)
+        let mut states = |state: &State| {
+            if let Some(fields) = &mut fields {
+                fields.add(&scene, state, number.next().expect("there is always a next number"));
+            }
+        };
+        let (run, slopes) = match constants.is_empty() {
+            true => (scene.run(&mut go_on, &mut states), None),
+            false => {
+                let both = scene.run_with_slopes(constants, &mut go_on, &mut states).map_err(InverseError::from)?;
+                (both.0, Some(both.1))
+            }
+        };
+        let aside = slopes.as_ref().map_or((0.0, 0.0), |s| (s.wall, s.cpu));
+        let times = (wall.elapsed().as_secs_f64() - aside.0, cpu.elapsed().as_secs_f64() - aside.1);
+        Ok::<_, RunError>((scene, run, slopes, times))
     });
     running.fetch_sub(1, Ordering::SeqCst);
-    let (scene, run, mut times) = outcome?;
+    let (scene, run, slopes, mut times) = outcome??;
     if matches!(run.status, Status::Interrupted { .. }) && run.failure.is_none() {
         return Ok(None);
     }
@@ -182,10 +234,47 @@ fn one(
     record.member.clone_from(&case.member);
     record.shared = shared;
     record.provenance.input_sha256 = input_sha256;
+    if let Some(slopes) = &slopes {
+        store.save_slopes(&case.id, &run, slopes)?;
+    }
+    if let Some((calibration, _)) = &found {
+        store.save_calibration(&case.id, calibration)?;
+        if !calibration.settled && record.converged() {
+            record.status = "SearchNotSettled".into();
+            let detail = "the search for the constants did not come to its end; take another start, or fewer unknowns";
+            record.status_detail = Some(detail.into());
+        }
+    }
     record.phases.output_s = writing.elapsed().as_secs_f64();
     store.save(&record, &run, &skin)?;
     watch.finished(&record, false);
     Ok(Some(record))
+}
+
+/// Finds the constants of a case of a calibration; with the scene that has them. `Err(None)`: stopped. A scene that cannot be solved at
+/// its own constants has no answer, and its run will say why.
+fn find(
+    case: &Case,
+    body: &Arc<Body>,
+    go_on: &mut dyn FnMut(Progress) -> bool,
+) -> Result<Option<(Calibration, SceneSpec)>, Option<RunError>> {
+    let Some(plan) = &case.plan else { return Ok(None) };
+    let unknown = SceneModel::unknowns(&case.spec, &plan.constants).map_err(|e| Some(e.into()))?;
+    let model = SceneModel {
+        file: case.scene_file.clone(),
+        spec: case.spec.clone(),
+        text: case.text.clone(),
+        body: body.clone(),
+        unknown,
+        x: plan.x.clone(),
+        y: plan.y.clone(),
+    };
+    match calibrate(&model, &plan.measured, &plan.settings, go_on) {
+        Ok((calibration, scene)) => Ok(Some((calibration, scene.spec))),
+        Err(Failure::Input(error)) => Err(Some(error.into())),
+        Err(Failure::Interrupted) => Err(None),
+        Err(Failure::Constants(_) | Failure::Run(_)) => Ok(None),
+    }
 }
 
 /// Every quantity that a variant judges must be recorded, and no signal be left to a controller.

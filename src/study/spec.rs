@@ -1,11 +1,14 @@
 //! A study as it stands in a TOML file, and the cases that follow from it.
 
+use super::inverse::{After, CalibrationSpec, Plan, UseSpec};
 use super::record::{FamilyRecord, Quantity, Role, StudyRecord};
+use crate::calibrate::inverse::{InverseError, MeasuredSpec};
 use crate::math::units::{self, Dimension};
 use crate::scene::{SceneError, SceneSpec, from_text, hint, read_scene, read_table};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// `studies/<name>/study.toml`
 #[derive(Clone, Debug, Deserialize)]
@@ -25,6 +28,11 @@ pub struct StudySpec {
     pub families: Vec<FamilySpec>,
     /// `materials`: the member that the others are compared with
     pub reference: Option<String>,
+    /// `calibration`: what is to be found
+    pub calibration: Option<CalibrationSpec>,
+    /// `calibration`: where the law is used afterwards
+    #[serde(rename = "use")]
+    pub usage: Option<UseSpec>,
 }
 
 /// The analyses; one of a kind, one line.
@@ -33,6 +41,7 @@ pub struct StudySpec {
 pub enum Kind {
     Convergence,
     Materials,
+    Calibration,
 }
 
 impl Kind {
@@ -41,6 +50,7 @@ impl Kind {
         match self {
             Self::Convergence => "convergence",
             Self::Materials => "materials",
+            Self::Calibration => "calibration",
         }
     }
 
@@ -51,6 +61,7 @@ impl Kind {
                 &[Role::Sizes, Role::Nested, Role::Remeshed, Role::Seeds, Role::Element, Role::TimeStep]
             }
             Self::Materials => &[Role::Laws, Role::Finer],
+            Self::Calibration => &[Role::Sizes, Role::Nuisance],
         }
     }
 }
@@ -67,6 +78,8 @@ pub struct VariantSpec {
     pub set: toml::Table,
     #[serde(rename = "quantity")]
     pub quantities: Vec<Quantity>,
+    /// `calibration`: the curve that the scene is to reproduce
+    pub measured: Option<MeasuredSpec>,
 }
 
 /// Cases that differ in one thing only.
@@ -95,6 +108,10 @@ pub struct Case {
     pub spec: SceneSpec,
     /// The scene with all its changes
     pub text: String,
+    /// Constants to be found; without them the scene is run as it is
+    pub plan: Option<Arc<Plan>>,
+    /// Waits for the constants of a calibration
+    pub after: Option<After>,
 }
 
 /// A study and its cases.
@@ -150,6 +167,8 @@ impl Study {
             place: "scene".into(),
             source: e.into(),
         })?;
+        let plans =
+            plans(base, &spec).map_err(|(place, e)| SceneError::Part { file: file.into(), place, source: e.into() })?;
         let mut cases: Vec<Case> = Vec::new();
         let mut families = Vec::new();
         for family in &spec.families {
@@ -183,7 +202,9 @@ impl Study {
                     })?;
                     formulation = scene.formulation();
                     // The same scene in two families is run once.
-                    if let Some(same) = cases.iter().find(|c| c.text == text) {
+                    if let Some(same) =
+                        cases.iter().find(|c| c.text == text && (plans.is_empty() || c.variant == variant.name))
+                    {
                         ids.push(same.id.clone());
                         continue;
                     }
@@ -195,18 +216,26 @@ impl Study {
                     ids.push(id.clone());
                     let (family, variant) = (family.name.clone(), variant.name.clone());
                     let (member, scene_file) = (label.clone(), scene_file.clone());
-                    cases.push(Case { id, family, variant, member, scene_file, spec: scene, text });
+                    let plan = plans.get(&variant).cloned();
+                    cases.push(Case { id, family, variant, member, scene_file, spec: scene, text, plan, after: None });
                 }
             }
             families.push(FamilyRecord { name: family.name.clone(), role: family.role, formulation, cases: ids });
+        }
+        let mut quantities: BTreeMap<String, Vec<Quantity>> =
+            spec.variants.iter().map(|v| (v.name.clone(), v.quantities.clone())).collect();
+        if let Some(usage) = &spec.usage {
+            let more = uses(file, base, usage, &known, changes)?;
+            let (ids, formulation) = (more.iter().map(|c| c.id.clone()).collect(), more[0].spec.formulation());
+            families.push(FamilyRecord { name: "use".into(), role: Role::Use, formulation, cases: ids });
+            quantities.extend(more.iter().map(|c| (c.variant.clone(), vec![usage.quantity.clone()])));
+            cases.extend(more);
         }
         if cases.is_empty() {
             let fact = "it has no case".to_string();
             let remedy = "a study needs a [[variant]] and a [[family]] with at least one member";
             return Err(content("study".into(), fact, remedy));
         }
-        let quantities: BTreeMap<String, Vec<Quantity>> =
-            spec.variants.iter().map(|v| (v.name.clone(), v.quantities.clone())).collect();
         let named = |v: &VariantSpec| Some((v.name.clone(), v.label.clone()?));
         let record = StudyRecord {
             study: name.clone(),
@@ -225,6 +254,59 @@ impl Study {
     }
 }
 
+/// Cases of `[use]`, one per variant and member.
+fn uses(
+    file: &Path,
+    base: &Path,
+    usage: &UseSpec,
+    variants: &[String],
+    changes: &[(String, toml::Value)],
+) -> Result<Vec<Case>, SceneError> {
+    let content = |fact: String, remedy: &str| SceneError::Content {
+        file: file.into(),
+        place: "use".into(),
+        fact,
+        remedy: remedy.into(),
+    };
+    let scene_file = base.join(&usage.scene);
+    let members: Vec<String> = usage.members.keys().cloned().collect();
+    check_names(&members).map_err(|(_, fact, remedy)| content(fact, remedy))?;
+    let mut cases = vec![];
+    for variant in variants {
+        for (label, member) in &usage.members {
+            let Some(member) = member.as_table() else {
+                return Err(content(format!("member {label} is not a table"), "write { \"mesh.cells\" = 4500 }"));
+            };
+            let own = [&usage.set, member].into_iter().flatten().map(|(k, v)| (k.clone(), v.clone()));
+            let all: Vec<_> = own.chain(changes.iter().cloned()).collect();
+            let (spec, text) = read_scene(&scene_file, &all)?;
+            if !spec.laws.contains_key(&usage.law) {
+                let known: Vec<&String> = spec.laws.keys().collect();
+                return Err(content(format!("its scene has no law \"{}\"", usage.law), &hint(&usage.law, &known)));
+            }
+            let after = Some(After { variant: variant.clone(), law: usage.law.clone() });
+            let (id, family, variant) = (format!("use-{variant}-{label}"), "use".into(), format!("use-{variant}"));
+            let (member, scene_file) = (label.clone(), scene_file.clone());
+            cases.push(Case { id, family, variant, member, scene_file, spec, text, plan: None, after });
+        }
+    }
+    match cases.is_empty() {
+        true => Err(content("it has no member".into(), "add [use.members] with one mesh at least, two for its share")),
+        false => Ok(cases),
+    }
+}
+
+/// What is to be found in each variant; place and error of the first mistake.
+fn plans(base: &Path, spec: &StudySpec) -> Result<BTreeMap<String, Arc<Plan>>, (String, InverseError)> {
+    let Some(calibration) = &spec.calibration else { return Ok(BTreeMap::new()) };
+    let one = |v: &VariantSpec| {
+        let measured = v.measured.as_ref().expect("checked with the roles");
+        let plan = Plan::new(base, calibration, measured).map_err(|e| (format!("variant {}", v.name), e))?;
+        Ok((v.name.clone(), Arc::new(plan)))
+    };
+    spec.variants.iter().map(one).collect()
+}
+
 /// Roles and reference that the kind knows: place, fact and remedy of the first mistake.
 fn check_roles(spec: &StudySpec) -> Result<(), (String, String, String)> {
     let kind = spec.kind.name();
@@ -234,10 +316,39 @@ fn check_roles(spec: &StudySpec) -> Result<(), (String, String, String)> {
         let words = known.iter().map(|r| r.words().replace(' ', "_")).collect::<Vec<_>>().join(", ");
         return Err((format!("family {}", family.name), fact, format!("the roles are {words}")));
     }
+    let calibrates = spec.kind == Kind::Calibration;
+    match (&spec.calibration, spec.variants.iter().find(|v| v.measured.is_some() != calibrates)) {
+        (None, _) if calibrates => {
+            let remedy = "add [calibration] with `unknown` and `weighting`";
+            return Err(("calibration".into(), "it is missing".into(), remedy.into()));
+        }
+        (Some(c), _) if calibrates && c.unknown.is_empty() => {
+            let remedy = "name constants of the scene, such as \"laws.rubber.mu\"";
+            return Err(("calibration.unknown".into(), "nothing is to be found".into(), remedy.into()));
+        }
+        (None, _) if !calibrates && spec.usage.is_some() => {
+            let fact = format!("a study of kind \"{kind}\" finds no constants");
+            return Err(("use".into(), fact, "remove it, or take kind = \"calibration\"".into()));
+        }
+        (Some(_), _) if !calibrates => {
+            let fact = format!("a study of kind \"{kind}\" finds no constants");
+            return Err(("calibration".into(), fact, "remove it, or take kind = \"calibration\"".into()));
+        }
+        (_, Some(v)) if calibrates => {
+            let remedy = "add measured = { file = …, x = { column, unit, is }, y = { column, unit, is } }";
+            return Err((format!("variant {}", v.name), "it has no measured curve".into(), remedy.into()));
+        }
+        (_, Some(v)) => {
+            let fact = format!("a study of kind \"{kind}\" has no use for `measured`");
+            return Err((format!("variant {}", v.name), fact, "remove it".into()));
+        }
+        _ => {}
+    }
     match (&spec.reference, spec.kind) {
-        (None, Kind::Convergence) => Ok(()),
-        (Some(_), Kind::Convergence) => {
-            Err(("reference".into(), "a convergence study finds its reference itself".into(), "remove the key".into()))
+        (None, Kind::Convergence | Kind::Calibration) => Ok(()),
+        (Some(_), Kind::Convergence | Kind::Calibration) => {
+            let fact = format!("a study of kind \"{kind}\" finds its reference itself");
+            Err(("reference".into(), fact, "remove the key".into()))
         }
         (reference, Kind::Materials) => {
             let laws: Vec<&FamilySpec> = spec.families.iter().filter(|f| f.role == Role::Laws).collect();

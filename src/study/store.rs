@@ -1,7 +1,8 @@
 //! What a case leaves on disk. The record is written last: with it the case counts as done.
 
 use super::record::{CaseRecord, Skin, StudyRecord};
-use crate::scene::{Constant, Run, Scene};
+use crate::calibrate::inverse::Calibration;
+use crate::scene::{Run, Scene, Slopes};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -57,6 +58,20 @@ impl Store {
         write(&self.path(&record.id, "json"), &json(record))
     }
 
+    /// What was found in a case of a calibration.
+    pub fn save_calibration(&self, id: &str, found: &Calibration) -> Result<(), StoreError> {
+        write(&self.path(id, "fit.json"), &json(found))
+    }
+
+    /// What was found there before.
+    pub fn calibration(&self, id: &str) -> Option<Calibration> {
+        serde_json::from_str(&std::fs::read_to_string(self.path(id, "fit.json")).ok()?).ok()
+    }
+
+    pub fn save_slopes(&self, id: &str, run: &Run, slopes: &Slopes) -> Result<(), StoreError> {
+        write(&self.path(id, "slopes.csv"), &slopes_csv(run, slopes))
+    }
+
     /// Folder of a case's own files, made if need be.
     pub fn folder(&self, id: &str) -> Result<PathBuf, StoreError> {
         let path = self.dir.join("cases").join(id);
@@ -84,16 +99,16 @@ pub fn signals_csv(scene: &Scene, run: &Run) -> String {
     text
 }
 
-/// Derivatives of `columns` by `constants` (SI) over time; `rows` are a time and [columns × constants] each.
-pub fn slopes_csv(columns: &[String], constants: &[Constant], rows: &[(f64, Vec<Vec<f64>>)]) -> String {
+/// Derivatives of the columns by the constants (SI) over the times of the run.
+pub fn slopes_csv(run: &Run, slopes: &Slopes) -> String {
     let mut text = "t_s".to_string();
-    for column in columns {
-        constants.iter().for_each(|c| text += &format!(",d {column}/d {c}"));
+    for column in &slopes.columns {
+        slopes.constants.iter().for_each(|c| text += &format!(",d {column}/d {c}"));
     }
     text.push('\n');
-    for (t, slopes) in rows {
+    for (row, slopes) in run.rows.iter().zip(&slopes.rows) {
         let values = slopes.iter().flatten().map(ToString::to_string);
-        text += &std::iter::once(t.to_string()).chain(values).collect::<Vec<_>>().join(",");
+        text += &std::iter::once(row[0].to_string()).chain(values).collect::<Vec<_>>().join(",");
         text.push('\n');
     }
     text

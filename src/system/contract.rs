@@ -1,5 +1,6 @@
 //! What an effect or a constraint is, and what it sees.
 
+use super::Past;
 use crate::material::LawError;
 pub use crate::material::Want;
 use crate::math::signal::{Clock, Ramp};
@@ -247,6 +248,10 @@ pub trait Effect: Send + Sync {
     fn advance(&self, _at: &At, _b: usize, _new: &mut [f64]) -> Result<(), EvalError> {
         Ok(())
     }
+    /// Derivatives by what it reads beyond x; None where that is nothing, or where they are not there
+    fn past(&self) -> Option<&dyn Past> {
+        None
+    }
 }
 
 /// A shared effect, which probes or other effects look at too.
@@ -274,6 +279,9 @@ impl<E: Effect + ?Sized> Effect for std::sync::Arc<E> {
     }
     fn advance(&self, at: &At, b: usize, new: &mut [f64]) -> Result<(), EvalError> {
         (**self).advance(at, b, new)
+    }
+    fn past(&self) -> Option<&dyn Past> {
+        (**self).past()
     }
 }
 

@@ -9,4 +9,5 @@ mod dofs;
 
 pub use assembly::{Assembled, Cost, System, SystemError};
 pub use contract::{At, Blocks, Cone, Constraint, Effect, EvalError, Local, Needs, Rates, Role, State, Want};
+pub use derivative::{Direction, Past, Term};
 pub use dofs::{Dofs, Prescribed};

@@ -28,6 +28,7 @@ pub fn content(store: &Store) -> Content {
             ("Curves, case by case", tables::curves(&analysis)),
         ],
         figures: figures::convergence(store, &analysis),
+        files: vec![],
     }
 }
 

@@ -1,6 +1,8 @@
 //! The figures, one file each: stored results in, SVG out.
 
+pub mod band;
 pub mod bodies;
+pub mod calibration;
 pub mod cost;
 pub mod curves;
 pub mod errors;

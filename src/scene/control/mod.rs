@@ -43,6 +43,11 @@ impl Controls {
         self.outside().map(|k| self.inputs[k].signal.clone()).collect()
     }
 
+    /// Is any signal decided on the way?
+    pub fn has_inputs(&self) -> bool {
+        !self.inputs.is_empty()
+    }
+
     fn outside(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.inputs.len()).filter(|&k| matches!(self.inputs[k].source, Source::Controlled { .. }))
     }

@@ -162,7 +162,7 @@ impl Builder<'_> {
         };
         let known = Known {
             columns,
-            signals: self.signals().iter().map(|s| s.name.clone()).collect(),
+            signals: self.signals.iter().map(|s| s.name.clone()).collect(),
             cables: cables.iter().map(|c| c.name.clone()).collect(),
             end,
             range: &range,

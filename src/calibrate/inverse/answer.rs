@@ -1,0 +1,91 @@
+//! The answer of an inverse analysis, as it is stored beside its case.
+
+use super::Measured;
+use serde::{Deserialize, Serialize};
+
+/// Constants of the laws of a scene, found from a measured curve. SI units; curves in the units of the scene's columns.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Calibration {
+    /// Signal or `t_s`
+    pub x: String,
+    /// Recorded column
+    pub y: String,
+    pub constants: Vec<Found>,
+    /// [constants × constants] of the errors as if rows were independent [SI]; none where a direction is not seen
+    pub covariance: Option<Vec<Vec<f64>>>,
+    /// Directions that the curve says nothing about, or hardly anything, in words
+    pub unidentified: Vec<String>,
+    /// Block of neighbouring rows that the bootstrap drew [rows]
+    pub block: usize,
+    pub measured: Measured,
+    /// [rows] the scene at the constants found
+    pub predicted: Vec<f64>,
+    /// The scene at the steps of its protocol: x and y
+    pub curve: Vec<[f64; 2]>,
+    /// √(Σr²/Σy²) [–]
+    pub rms_relative: f64,
+    /// √(Σr²/n), unit of y
+    pub rms: f64,
+    /// What a fit with a gauge length gives, where there is one
+    pub gauge: Option<Gauge>,
+    /// Largest principal stretch in the body at the end, volume percentiles 50, 95 and the largest [–]
+    pub stretch: [f64; 3],
+    pub stability: Vec<Stable>,
+    /// Forward solves, failed ones among them
+    pub solves: usize,
+    pub failed: usize,
+    /// The search came to its end
+    pub settled: bool,
+    /// Mean wall time of a forward solve, and of the derivatives beside it [s]
+    pub forward_s: f64,
+    pub gradient_s: f64,
+    /// Wall time of all [s]
+    pub wall_s: f64,
+}
+
+/// A constant with its interval.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Found {
+    /// `laws.rubber.mu`
+    pub key: String,
+    pub symbol: String,
+    /// SI unit
+    pub unit: String,
+    pub start: f64,
+    pub value: f64,
+    /// None where the data do not determine the constant
+    pub std_error: Option<f64>,
+    /// 95 % as if rows were independent
+    pub interval: Option<[f64; 2]>,
+    /// 95 % from blocks of rows drawn again
+    pub bootstrap: Option<[f64; 2]>,
+}
+
+/// The same law fitted as if the travel stretched a gauge length alone, incompressible and homogeneous.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Gauge {
+    pub length_m: f64,
+    pub section_m2: f64,
+    /// Its value of each constant, where that fit has it
+    pub values: Vec<Option<f64>>,
+    pub rms_relative: f64,
+}
+
+/// Range of a mode in which the law is stable (Drucker); amounts are λ, in simple shear γ [–].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Stable {
+    pub law: String,
+    pub mode: String,
+    pub looked: [f64; 2],
+    pub below: Option<f64>,
+    pub above: Option<f64>,
+}
+
+impl Found {
+    /// The wider one of the intervals.
+    pub fn widest(&self) -> Option<[f64; 2]> {
+        let [a, b] = self.interval?;
+        let [c, d] = self.bootstrap.unwrap_or([a, b]);
+        Some([a.min(c), b.max(d)])
+    }
+}

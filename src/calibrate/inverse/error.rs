@@ -1,0 +1,42 @@
+//! Why an inverse analysis was refused: the fact and the remedy.
+
+use crate::math::units::UnitError;
+use crate::scene::{SceneError, SensitivityError};
+use std::path::PathBuf;
+
+#[derive(Debug, thiserror::Error)]
+pub enum InverseError {
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    #[error(transparent)]
+    Sensitivity(#[from] SensitivityError),
+    #[error("{}: cannot be read: {source}; the path is relative to the study", path.display())]
+    Read { path: PathBuf, source: std::io::Error },
+    #[error("{}: no line names both \"{x}\" and \"{y}\"; found: {found}", path.display())]
+    Columns { path: PathBuf, x: String, y: String, found: String },
+    #[error(
+        "{}: column \"{column}\" cannot be {is}: {fact}; give `unit`, and `times` where a strain or a stress is meant",
+        path.display()
+    )]
+    Unit { path: PathBuf, column: String, is: String, fact: UnitError },
+    #[error("{}: no row holds both numbers: {reason}", path.display())]
+    NoRows { path: PathBuf, reason: String },
+    #[error("measured.x.is = \"{name}\": the scene prescribes no such signal; take one of: {known}, t_s")]
+    NoSignal { name: String, known: String },
+    #[error("measured.y.is = \"{name}\": {fact}")]
+    NoColumn { name: String, fact: String },
+    #[error(
+        "{name} goes back and forth, so a curve over it is not unique; compare over t_s, or take a protocol that goes one way"
+    )]
+    NotMonotone { name: String },
+    #[error(
+        "the protocol moves {name} from {from} to {to}, and only {rows} measured rows lie there; widen the protocol"
+    )]
+    NoOverlap { name: String, from: f64, to: f64, rows: usize },
+    #[error("every measured value is zero: any constants would fit it; check the column and its unit")]
+    Zero,
+    #[error("{constant}: {fact}")]
+    Constant { constant: String, fact: String },
+    #[error("gauge.{key} = \"{text}\": {fact}")]
+    Gauge { key: &'static str, text: String, fact: UnitError },
+}

@@ -1,0 +1,60 @@
+//! What the rows say of the errors of the constants, without another forward solve.
+
+use super::super::{bootstrap, linear::padded};
+use crate::math::random::SplitMix;
+use nalgebra::{DMatrix, DVector};
+
+/// Samples of the bootstrap
+const SAMPLES: usize = 400;
+const SEED: u64 = 0x1_5eed;
+
+/// s²(JᵀJ)⁻¹, s² = ‖r‖²/(n − p); none where a direction is not seen.
+pub fn covariance(jacobian: &DMatrix<f64>, residual: &DVector<f64>) -> Option<Vec<Vec<f64>>> {
+    let (n, p) = jacobian.shape();
+    let s2 = residual.norm_squared() / n.checked_sub(p).filter(|f| *f > 0)? as f64;
+    // Columns of length 1, so that the units of the constants do not decide what is small
+    let length: Vec<f64> = (0..p).map(|k| jacobian.column(k).norm()).collect();
+    if length.contains(&0.0) {
+        return None;
+    }
+    let scaled = DMatrix::from_fn(n, p, |i, k| jacobian[(i, k)] / length[k]);
+    let inverse = (scaled.transpose() * scaled).cholesky()?.inverse();
+    Some((0..p).map(|i| (0..p).map(|k| s2 * inverse[(i, k)] / (length[i] * length[k])).collect()).collect())
+}
+
+/// Length of the blocks and percentiles 2.5 and 97.5 of the constants, refitted by one Gauss–Newton step to rows drawn in blocks of
+/// neighbours in x, closed to a circle.
+pub fn drawn_again(
+    x: &[f64],
+    values: &[f64],
+    jacobian: &DMatrix<f64>,
+    residual: &DVector<f64>,
+) -> (usize, Option<Vec<[f64; 2]>>) {
+    let (n, p) = jacobian.shape();
+    let mut order: Vec<usize> = (0..n).collect();
+    order.sort_by(|a, b| x[*a].total_cmp(&x[*b]));
+    let sorted: Vec<f64> = order.iter().map(|i| residual[*i]).collect();
+    let block = bootstrap::block(&sorted);
+    let refit = |sample: u64| {
+        let mut random = SplitMix(SplitMix(SEED ^ sample).bits());
+        let starts: Vec<usize> = (0..n.div_ceil(block)).map(|_| random.below(n)).collect();
+        let rows: Vec<usize> = starts.into_iter().flat_map(|s| (s..s + block).map(|k| order[k % n])).take(n).collect();
+        let length: Vec<f64> = (0..p).map(|k| jacobian.column(k).norm()).collect();
+        let j = DMatrix::from_fn(n, p, |i, k| jacobian[(rows[i], k)] / length[k]);
+        let r = DVector::from_fn(n.max(p), |i, _| if i < n { residual[rows[i]] } else { 0.0 });
+        let svd = padded(&j, p).svd(true, true);
+        let step = svd.solve(&r, 1e-10 * svd.singular_values.max()).ok()?;
+        Some((0..p).map(|k| values[k] + step[k] / length[k]).collect::<Vec<f64>>())
+            .filter(|v| v.iter().all(|x| x.is_finite()))
+    };
+    let found: Vec<Vec<f64>> = (0..SAMPLES as u64).filter_map(refit).collect();
+    if found.len() < SAMPLES / 2 {
+        return (block, None);
+    }
+    let percentiles = |k: usize| {
+        let mut column: Vec<f64> = found.iter().map(|v| v[k]).collect();
+        column.sort_by(f64::total_cmp);
+        [0.025, 0.975].map(|q| column[(q * (column.len() - 1) as f64).round() as usize])
+    };
+    (block, Some((0..p).map(percentiles).collect()))
+}

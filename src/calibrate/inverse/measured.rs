@@ -1,0 +1,171 @@
+//! A measured curve y(x) that a scene is to reproduce: two columns of a table, each with its unit, in the units of the columns
+//! that a scene records.
+
+use super::InverseError;
+use crate::calibrate::table;
+use crate::math::units::{self, Dimension, UnitError};
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use std::path::{Path, PathBuf};
+
+/// Where a measured curve stands and what it is compared with.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MeasuredSpec {
+    /// Table, relative to the study
+    pub file: PathBuf,
+    pub x: ColumnSpec,
+    pub y: ColumnSpec,
+    /// Smallest and largest x that count, with a unit; every row if absent
+    pub range: Option<[String; 2]>,
+}
+
+/// A column of the table and what it is in the scene.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ColumnSpec {
+    /// Name in the table
+    pub column: String,
+    /// Unit of its numbers; `1` for none
+    pub unit: String,
+    /// What the numbers are multiplied with: a gauge length makes a strain a displacement, an area a stress a force
+    pub times: Option<String>,
+    /// What it is in the scene: x a prescribed signal or `t_s`, y a recorded column
+    pub is: String,
+}
+
+/// Rows in the units of the scene's columns, in the order of the file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Measured {
+    /// File name
+    pub file: String,
+    pub sha256: String,
+    pub x: Vec<f64>,
+    pub y: Vec<f64>,
+    /// Line of the file of each row, counted from 1
+    pub lines: Vec<u64>,
+    /// What was left out and why
+    pub notes: Vec<String>,
+}
+
+impl Measured {
+    /// Reads the table of a study in the folder `base`.
+    pub fn read(base: &Path, spec: &MeasuredSpec) -> Result<Self, InverseError> {
+        let path = base.join(&spec.file);
+        let bytes = std::fs::read(&path).map_err(|source| InverseError::Read { path: path.clone(), source })?;
+        let (text, _) = table::decode(&bytes);
+        let (lines, header, [ix, iy]) = find(&path, &text, spec)?;
+        let factor = |c: &ColumnSpec| c.factor().map_err(|fact| refuse(&path, c, fact));
+        let (fx, fy) = (factor(&spec.x)?, factor(&spec.y)?);
+        let range = match &spec.range {
+            None => [f64::NEG_INFINITY, f64::INFINITY],
+            Some(ends) => {
+                let end = |text: &String| spec.x.read(text).map_err(|fact| refuse(&path, &spec.x, fact));
+                [end(&ends[0])?, end(&ends[1])?]
+            }
+        };
+        let body = &lines[header + 1..];
+        let cells = body.iter().flat_map(|l| [ix, iy].map(|i| l.cells.get(i))).flatten();
+        let comma = table::has_decimal_comma(cells.map(String::as_str));
+        let mut out = Self {
+            file: path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned()),
+            sha256: Sha256::digest(&bytes).iter().map(|b| format!("{b:02x}")).collect(),
+            x: vec![],
+            y: vec![],
+            lines: vec![],
+            notes: vec![],
+        };
+        let mut outside = 0;
+        for line in body.iter().filter(|l| l.cells.iter().any(|c| !c.is_empty())) {
+            let cell = |i: usize| table::number(line.cells.get(i).map_or("", String::as_str), comma);
+            match (cell(ix), cell(iy)) {
+                (Ok(x), Ok(_)) if !(range[0]..=range[1]).contains(&(fx * x)) => outside += 1,
+                (Ok(x), Ok(y)) => {
+                    out.x.push(fx * x);
+                    out.y.push(fy * y);
+                    out.lines.push(line.number);
+                }
+                (Err(why), _) => out.notes.push(format!("line {} is left out: {} {why}", line.number, spec.x.column)),
+                (_, Err(why)) => out.notes.push(format!("line {} is left out: {} {why}", line.number, spec.y.column)),
+            }
+        }
+        if outside > 0 {
+            out.notes.push(format!(
+                "of {} rows {outside} outside the range that was asked for left out",
+                out.x.len() + outside
+            ));
+        }
+        if out.x.is_empty() {
+            let reason = out.notes.first().cloned().unwrap_or_else(|| "it has no rows".into());
+            return Err(InverseError::NoRows { path, reason });
+        }
+        Ok(out)
+    }
+}
+
+fn refuse(path: &Path, c: &ColumnSpec, fact: UnitError) -> InverseError {
+    InverseError::Unit { path: path.into(), column: c.column.clone(), is: c.is.clone(), fact }
+}
+
+impl ColumnSpec {
+    /// From a number of the table to the unit of the scene's column.
+    fn factor(&self) -> Result<f64, UnitError> {
+        let (unit, mut dimension) = units::quantity(&format!("1 {}", self.unit))?;
+        let mut value = unit;
+        if let Some(times) = &self.times {
+            let (by, of) = units::quantity(times)?;
+            value *= by;
+            dimension = dimension.times(of, 1);
+        }
+        let (wanted, si) = recorded(&self.is);
+        if dimension == wanted {
+            return Ok(value / si);
+        }
+        let text = format!("1 {}{}", self.unit, self.times.as_ref().map_or(String::new(), |t| format!(" times {t}")));
+        Err(UnitError::Wrong { text, wanted })
+    }
+
+    /// A value with its unit, in the unit of the scene's column.
+    fn read(&self, text: &str) -> Result<f64, UnitError> {
+        let (wanted, si) = recorded(&self.is);
+        Ok(units::parse(text, wanted)? / si)
+    }
+}
+
+/// Dimension of a recorded column, by the unit at the end of its name, and that unit in SI.
+fn recorded(column: &str) -> (Dimension, f64) {
+    match column.rsplit('_').next().unwrap_or_default() {
+        "m" => (Dimension::LENGTH, 1.0),
+        "m3" => (Dimension::VOLUME, 1.0),
+        "N" => (Dimension::FORCE, 1.0),
+        "Pa" => (Dimension::PRESSURE, 1.0),
+        "s" => (Dimension::TIME, 1.0),
+        "deg" => (Dimension::ANGLE, std::f64::consts::PI / 180.0),
+        _ => (Dimension::NONE, 1.0),
+    }
+}
+
+/// The lines, the one with both names, and the places of the two columns.
+fn find(path: &Path, text: &str, spec: &MeasuredSpec) -> Result<(Vec<table::Line>, usize, [usize; 2]), InverseError> {
+    let mut longest: Vec<String> = vec![];
+    for delimiter in table::DELIMITERS {
+        let lines = table::split(text, delimiter);
+        let place = |cells: &[String], name: &str| cells.iter().position(|c| c.eq_ignore_ascii_case(name.trim()));
+        let both = |l: &table::Line| Some([place(&l.cells, &spec.x.column)?, place(&l.cells, &spec.y.column)?]);
+        if let Some((at, columns)) = lines.iter().enumerate().find_map(|(k, l)| Some((k, both(l)?))) {
+            return Ok((lines, at, columns));
+        }
+        let names = lines.iter().find(|l| l.cells.iter().filter(|c| !c.is_empty()).count() > 1);
+        if let Some(names) = names.filter(|l| l.cells.len() > longest.len()) {
+            longest.clone_from(&names.cells);
+        }
+    }
+    let names = longest.iter().filter(|c| !c.is_empty()).map(|c| format!("\"{c}\"")).collect::<Vec<_>>().join(", ");
+    let (x, y) = (spec.x.column.clone(), spec.y.column.clone());
+    Err(InverseError::Columns {
+        path: path.into(),
+        x,
+        y,
+        found: if names.is_empty() { "nothing".into() } else { names },
+    })
+}

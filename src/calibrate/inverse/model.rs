@@ -1,0 +1,233 @@
+//! A scene as a forward model: constants θ in, the values ŷ(θ) at the measured x and ∂ŷ/∂θ out.
+//!
+//! Between the steps of the protocol ŷ is the cubic through the four nearest ones (Lagrange), which is linear in the recorded values: the
+//! derivative of the interpolation is the interpolation of the derivative. x is prescribed and does not depend on θ.
+
+use super::{InverseError, Measured};
+use crate::material::Parameter;
+use crate::material::registry::given;
+use crate::math::units::Dimension;
+use crate::scene::protocol::extremes;
+use crate::scene::{Body, Constant, Progress, Run, Scene, SceneSpec};
+use crate::solve::Status;
+use nalgebra::DMatrix;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// A scene whose constants are varied.
+pub struct SceneModel {
+    pub file: PathBuf,
+    pub spec: SceneSpec,
+    pub text: String,
+    pub body: Arc<Body>,
+    pub unknown: Vec<Unknown>,
+    /// Signal or `t_s`
+    pub x: String,
+    /// Recorded column
+    pub y: String,
+}
+
+/// A constant to be found.
+#[derive(Clone, Debug)]
+pub struct Unknown {
+    pub constant: Constant,
+    pub parameter: Parameter,
+    /// Value in the scene file [SI]
+    pub start: f64,
+}
+
+/// What the model says at some constants.
+pub struct Answer {
+    /// [measured rows]
+    pub y: Vec<f64>,
+    /// [measured rows × constants]
+    pub slopes: DMatrix<f64>,
+    /// x and y at the steps of the protocol
+    pub curve: Vec<[f64; 2]>,
+    pub run: Run,
+    pub scene: Scene,
+    /// Wall time of the run, and of the derivatives beside it [s]
+    pub forward: f64,
+    pub gradient: f64,
+}
+
+/// Why there is no answer at some constants.
+pub enum Failure {
+    /// The scene or the data are wrong, whatever the constants
+    Input(InverseError),
+    /// The law cannot have these constants
+    Constants(String),
+    /// The run did not come to its end
+    Run(Status),
+    /// Stopped from outside
+    Interrupted,
+}
+
+impl SceneModel {
+    /// The unknowns of a scene as they stand in its file.
+    pub fn unknowns(spec: &SceneSpec, constants: &[Constant]) -> Result<Vec<Unknown>, InverseError> {
+        let one = |c: &Constant| {
+            let refuse = |fact: String| InverseError::Constant { constant: c.to_string(), fact };
+            let table = spec.laws.get(&c.law).ok_or_else(|| refuse("the scene has no such law".into()))?;
+            let (entry, values, _) = given(table).map_err(|e| refuse(e.to_string()))?;
+            let parameter = entry.keys.iter().find(|p| p.name == c.key).copied();
+            match (parameter, values.get(&c.key)) {
+                (Some(parameter), Some(&start)) => Ok(Unknown { constant: c.clone(), parameter, start }),
+                _ => {
+                    let known = values.keys().cloned().collect::<Vec<_>>().join(", ");
+                    Err(refuse(format!("law {} does not give it; it gives {known}", c.law)))
+                }
+            }
+        };
+        constants.iter().map(one).collect()
+    }
+
+    /// The scene with these constants [SI].
+    pub fn scene(&self, values: &[f64]) -> Result<Scene, Failure> {
+        let mut spec = self.spec.clone();
+        for (u, value) in self.unknown.iter().zip(values) {
+            let table = spec.laws.get_mut(&u.constant.law).expect("the unknowns were looked up in these laws");
+            table.insert(u.constant.key.clone(), written(&u.parameter, *value));
+            if let Err(why) = crate::material::law_from_table(table) {
+                return Err(Failure::Constants(why.to_string()));
+            }
+        }
+        Scene::build(&self.file, spec, self.text.clone(), self.body.clone()).map_err(|e| Failure::Input(e.into()))
+    }
+
+    /// Runs the scene with these constants [SI]; `watch` is called after each step, false stops.
+    pub fn answer(
+        &self,
+        values: &[f64],
+        measured: &Measured,
+        watch: &mut dyn FnMut(Progress) -> bool,
+    ) -> Result<Answer, Failure> {
+        let scene = self.scene(values)?;
+        let constants: Vec<Constant> = self.unknown.iter().map(|u| u.constant.clone()).collect();
+        let begin = Instant::now();
+        let (run, slopes) =
+            scene.run_with_slopes(&constants, watch, &mut |_| {}).map_err(|e| Failure::Input(e.into()))?;
+        let column = |names: &[String]| names.iter().position(|c| *c == self.y);
+        let Some(of_slopes) = column(&slopes.columns) else {
+            let fact = match scene.check_column(&self.y) {
+                Err(fact) => fact,
+                Ok(()) => {
+                    "this column has no exact derivative; take a position, an angle, a reaction or a tension".into()
+                }
+            };
+            return Err(Failure::Input(InverseError::NoColumn { name: self.y.clone(), fact }));
+        };
+        let gradient = slopes.wall;
+        let forward = begin.elapsed().as_secs_f64() - gradient;
+        match (&run.status, slopes.stopped) {
+            (Status::Converged, None) => {}
+            (Status::Interrupted { .. }, _) => return Err(Failure::Interrupted),
+            (Status::Converged, Some((t, why))) => return Err(Failure::Run(Status::StepTooSmall { t, why })),
+            (status, _) => return Err(Failure::Run(status.clone())),
+        }
+        let slopes: Vec<Vec<f64>> = slopes.rows.into_iter().map(|mut row| row.swap_remove(of_slopes)).collect();
+        let k = column(&run.columns).expect("a column with a derivative is recorded");
+        let x: Vec<f64> = self.position(&scene, run.rows.iter().map(|row| row[0])).map_err(Failure::Input)?;
+        let weights = weights(&self.x, &x, measured).map_err(Failure::Input)?;
+        let values: Vec<f64> = run.rows.iter().map(|row| row[k]).collect();
+        let (n, p) = (measured.x.len(), self.unknown.len());
+        let sum = |row: &Stencil, of: &dyn Fn(usize) -> f64| row.iter().map(|(i, w)| w * of(*i)).sum::<f64>();
+        let y = weights.iter().map(|row| sum(row, &|i| values[i])).collect();
+        let slopes = DMatrix::from_fn(n, p, |i, j| sum(&weights[i], &|r| slopes[r][j]));
+        let curve = x.iter().zip(&values).map(|(x, y)| [*x, *y]).collect();
+        Ok(Answer { y, slopes, curve, run, scene, forward, gradient })
+    }
+
+    /// x at these times.
+    fn position(&self, scene: &Scene, times: impl Iterator<Item = f64>) -> Result<Vec<f64>, InverseError> {
+        if self.x == "t_s" {
+            return Ok(times.collect());
+        }
+        let found = scene.signals.iter().find(|s| s.name == self.x).ok_or_else(|| {
+            let known = scene.signals.iter().map(|s| s.name.clone()).collect::<Vec<_>>().join(", ");
+            InverseError::NoSignal { name: self.x.clone(), known }
+        })?;
+        Ok(times.map(|t| found.signal.at(t)).collect())
+    }
+
+    /// Which measured rows the protocol reaches.
+    pub fn reached(&self, measured: &Measured) -> Result<Vec<bool>, Failure> {
+        let start: Vec<f64> = self.unknown.iter().map(|u| u.start).collect();
+        let scene = self.scene(&start)?;
+        let ends = match scene.signals.iter().find(|s| s.name == self.x) {
+            Some(found) => {
+                let ((_, least), (_, most)) = extremes(&found.signal, &scene.spans);
+                [least, most]
+            }
+            None => {
+                self.position(&scene, std::iter::empty()).map_err(Failure::Input)?;
+                [0.0, scene.spans.last().map_or(0.0, |s| s.end)]
+            }
+        };
+        let slack = 1e-9 * (ends[1] - ends[0]);
+        let inside: Vec<bool> = measured.x.iter().map(|v| (ends[0] - slack..=ends[1] + slack).contains(v)).collect();
+        let rows = inside.iter().filter(|i| **i).count();
+        if rows <= self.unknown.len() {
+            let (name, from, to) = (self.x.clone(), ends[0], ends[1]);
+            return Err(Failure::Input(InverseError::NoOverlap { name, from, to, rows }));
+        }
+        Ok(inside)
+    }
+}
+
+/// A constant as it stands in a scene file, with all its digits.
+pub fn written(parameter: &Parameter, value: f64) -> toml::Value {
+    match parameter.dimension {
+        Dimension::PRESSURE => format!("{value} Pa").into(),
+        _ => value.into(),
+    }
+}
+
+/// Steps and weights of an interpolated value.
+type Stencil = Vec<(usize, f64)>;
+
+/// Lagrange weights of the four nearest steps for every measured x.
+fn weights(name: &str, steps: &[f64], measured: &Measured) -> Result<Vec<Stencil>, InverseError> {
+    let n = steps.len();
+    let up = steps.last() > steps.first();
+    if !steps.windows(2).all(|w| if up { w[1] > w[0] } else { w[1] < w[0] }) {
+        return Err(InverseError::NotMonotone { name: name.into() });
+    }
+    let one = |x: &f64| {
+        let next = steps.partition_point(|s| if up { s < x } else { s > x }).clamp(1, n - 1);
+        let from = next.saturating_sub(2).min(n.saturating_sub(4));
+        let own: Vec<usize> = (from..(from + 4).min(n)).collect();
+        let weight = |&i: &usize| {
+            own.iter().filter(|j| **j != i).map(|&j| (x - steps[j]) / (steps[i] - steps[j])).product::<f64>()
+        };
+        own.iter().map(|i| (*i, weight(i))).collect()
+    };
+    Ok(measured.x.iter().map(one).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The interpolation is exact for cubics, up to rounding, also on an uneven grid that goes down.
+    #[test]
+    fn cubics_are_interpolated_exactly() {
+        let f = |x: f64| 1.0 - 2.0 * x + 0.5 * x * x - 0.3 * x * x * x;
+        let steps: Vec<f64> = [0.0, 0.1, 0.25, 0.5, 0.7, 1.0].iter().map(|x| -x).collect();
+        let x = vec![0.0, -0.05, -0.33, -0.66, -0.999, -1.0];
+        let measured = Measured {
+            file: String::new(),
+            sha256: String::new(),
+            y: vec![0.0; x.len()],
+            lines: vec![0; x.len()],
+            x: x.clone(),
+            notes: vec![],
+        };
+        for (row, x) in weights("x", &steps, &measured).expect("monotone").iter().zip(&x) {
+            let value: f64 = row.iter().map(|(i, w)| w * f(steps[*i])).sum();
+            assert!((value - f(*x)).abs() < 1e-14, "{x}: {value}");
+        }
+        assert!(weights("x", &[0.0, 1.0, 0.5], &measured).is_err());
+    }
+}

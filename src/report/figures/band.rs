@@ -1,0 +1,52 @@
+//! A law where it is used: the curve with what constants and mesh leave open.
+
+use super::super::canvas::{INK, PALETTE, figure, fill, italic, line, mm};
+use super::super::plot::{Axis, Plot};
+use super::{Figure, Sample, axis_label, legend};
+use crate::study::band::Band;
+use crate::study::words::capital;
+use plotters::style::Color;
+
+const LEFT: f64 = 15.0;
+const TOP: f64 = 6.0;
+const WIDE: f64 = 84.0;
+const TALL: f64 = 56.0;
+
+pub fn draw(b: &Band) -> Figure {
+    let svg = figure(LEFT + WIDE + 5.0, TOP + TALL + 11.0, "", |area| {
+        let frame = [mm(LEFT), mm(TOP), mm(LEFT + WIDE), mm(TOP + TALL)];
+        let [low, high] = &b.constants;
+        let mesh = |k: usize| b.mesh.as_ref().map_or(0.0, |m| m[k]);
+        let outer: [Vec<f64>; 2] = [
+            low.iter().enumerate().map(|(k, v)| v - mesh(k)).collect(),
+            high.iter().enumerate().map(|(k, v)| v + mesh(k)).collect(),
+        ];
+        let times = || b.t_s.iter().copied();
+        let (start, end) = (times().fold(f64::INFINITY, f64::min), times().fold(f64::NEG_INFINITY, f64::max));
+        let x = Axis::exact(start, end, &format!("time {} [s]", italic("t")));
+        let y = Axis::linear(outer.iter().flatten().copied(), &axis_label(&b.quantity, ""));
+        let plot = Plot { area, frame, x, y };
+        plot.grid();
+        let around = |ends: &[Vec<f64>; 2]| {
+            let mut path = plot.path(&b.t_s, &ends[1]);
+            path.extend(plot.path(&b.t_s, &ends[0]).into_iter().rev());
+            path
+        };
+        fill(area, &around(&outer), PALETTE[1].mix(0.35));
+        fill(area, &around(&b.constants), PALETTE[0].mix(0.45));
+        line(area, &plot.path(&b.t_s, &b.y), INK, 9);
+        plot.axes(true);
+        plot.title('a', &capital(&b.quantity.label));
+        let entries = [
+            (Sample::Line(INK), "constants found, finest mesh".to_string()),
+            (Sample::Block(PALETTE[0]), "left open by the constants".into()),
+            (Sample::Block(PALETTE[1]), "and by the mesh".into()),
+        ];
+        legend(area, (mm(LEFT + 3.0), mm(TOP + 3.0)), &entries);
+    });
+    let caption = format!(
+        "The law in case {}: {} with what the constants (rows, dimensions and mesh of the specimen) and the mesh of this scene leave open.",
+        b.case, b.quantity.label
+    );
+    Figure { name: format!("band-{}", b.variant), svg, caption }
+}
