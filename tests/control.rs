@@ -494,7 +494,7 @@ fn a_controller_that_fails_leaves_the_rows_so_far() {
     }
 }
 
-/// Uniaxial tension: the stress fields are σ = P λ_t⁻² J-free closed form of the law at the recorded stretch.
+/// Uniaxial tension with free sides: one stress everywhere, in closed form for the law.
 #[test]
 fn fields_hold_the_stress_of_the_closed_form() {
     use durometer::scene::output::FieldSpec;

@@ -83,7 +83,7 @@ impl Course {
         (Self { state, span, step, decided, memory, control, ledger, rows, signals, peak }, outcome)
     }
 
-    /// Time of the first row that a run from here records, and rows there are already.
+    /// Rows that were recorded up to here.
     pub fn recorded(&self) -> usize {
         self.rows.len()
     }
