@@ -118,13 +118,17 @@ fn the_guide_names_every_key_of_a_scene_and_a_study() {
         "StageSpec",
         "IntegratorSpec",
         "ProbeSpec",
+        "SkinSpec",
         "NumericsSpec",
     ];
     let scene = keys_of(&text("src/scene/spec.rs"), &types);
-    for sure in ["viscous_damping", "guide_radius", "tet10", "generalised_alpha", "max_iterations", "probe", "sphere"] {
+    for sure in ["viscous_damping", "tet10", "generalised_alpha", "max_iterations", "probe", "sphere"] {
         assert!(scene.contains(sure), "the reader of the source missed {sure}: {scene:?}");
     }
     assert_eq!(missing(scene), Vec::<String>::new(), "not in docs/guide.md");
+    let cable = keys_of(&text("src/scene/cable.rs"), &["CableSpec", "RingSpec"]);
+    assert!(["EA", "after", "guide_radius"].iter().all(|key| cable.contains(*key)), "{cable:?}");
+    assert_eq!(missing(cable), Vec::<String>::new(), "not in docs/guide.md");
     let signals = keys_of(&text("src/scene/signal.rs"), &["FunctionSpec"]);
     assert!(signals.contains("raised_cosine") && signals.contains("amplitude"), "{signals:?}");
     assert_eq!(missing(signals), Vec::<String>::new(), "signals not in docs/guide.md");
@@ -140,6 +144,9 @@ fn the_guide_names_every_key_of_a_scene_and_a_study() {
     let study = keys_of(&text("src/study/spec.rs"), &["StudySpec", "Kind", "VariantSpec", "FamilySpec"]);
     assert!(study.contains("expectation") && study.contains("members"), "{study:?}");
     assert_eq!(missing(study), Vec::<String>::new(), "not in docs/guide.md");
+    let axes = keys_of(&text("src/study/axis.rs"), &["AxisSpec", "Combine"]);
+    assert!(axes.contains("values") && axes.contains("list"), "{axes:?}");
+    assert_eq!(missing(axes), Vec::<String>::new(), "not in docs/guide.md");
     let roles = keys_of(&text("src/study/record.rs"), &["Role", "Quantity"]);
     assert!(roles.contains("time_step") && roles.contains("symbol"), "{roles:?}");
     assert_eq!(missing(roles), Vec::<String>::new(), "not in docs/guide.md");

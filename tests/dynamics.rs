@@ -386,7 +386,8 @@ fn constraints_ring_only_where_refused() {
         };
         let cable = Cable::new("cable".into(), Vec3::new(-0.01, 0.0075, 0.004), [0.05, 0.09].map(guide).into());
         let rest = cable.length(&vec![0.0; 3 * mesh.points.len()]);
-        let row = CableLength { cable: Arc::new(cable), shortening: ramp(0.05), rest };
+        let row =
+            CableLength { cable: Arc::new(cable), shortening: ramp(0.05), rest, compliance: 0.0, most: f64::INFINITY };
         let effects = vec![
             elastic(&mesh, law("neo_hookean", 1e5, 0.4)),
             inertia(&mesh, Lumping::Consistent),

@@ -45,6 +45,8 @@ fn effect_kind(spec: &EffectSpec) -> usize {
         EffectSpec::EdgeSprings { .. } => 6,
         EffectSpec::EdgeDampers { .. } => 7,
         EffectSpec::Viscoelastic { .. } => 8,
+        EffectSpec::PointForce { .. } => 9,
+        EffectSpec::Traction { .. } => 10,
     }
 }
 
@@ -119,6 +121,17 @@ region = "body"
 density = "1000 kg/m^3"
 direction = [1, -2, 3]
 acceleration = {{ kind = "ramp", from = "0 m/s^2", to = "30 m/s^2", end = "1 s" }}
+[[effect]]
+kind = "point_force"
+point = ["0.6 m", "0.5 m", "0.4 m"]
+radius = "0.3 m"
+direction = [1, 1, -1]
+force = {{ kind = "ramp", from = "0 N", to = "9 kN", end = "1 s" }}
+[[effect]]
+kind = "traction"
+region = "ymax"
+direction = [0, 2, 1]
+traction = {{ kind = "ramp", from = "0 kPa", to = "9 kPa", end = "1 s" }}
 [[effect]]
 kind = "mass_damping"
 region = "body"
@@ -267,9 +280,9 @@ fn along(x: &[f64], d: &[f64], s: f64) -> Vec<f64> {
 #[test]
 fn the_samples_cover_every_kind() {
     let scene = sample("neo_hookean_split", Order::Linear);
-    let mut seen = [false; 9];
+    let mut seen = [false; 11];
     scene.spec.effects.iter().for_each(|e| seen[effect_kind(e)] = true);
-    assert_eq!(seen, [true; 9]);
+    assert_eq!(seen, [true; 11]);
     let mut seen = [false; 4];
     scene.spec.constraints.iter().for_each(|c| seen[constraint_kind(c)] = true);
     assert_eq!(seen, [true; 4]);
@@ -459,6 +472,12 @@ fn momentum_balances() {
                 "inertia" => (uniform * 900.0 * volume, false),
                 "mass_damping" => (uniform * 3.0 * 900.0 * volume, false),
                 "gravity" => (Vec3::new(1.0, -2.0, 3.0).normalize() * (-1000.0 * 9.0 * volume), false),
+                // Weights of a patch sum up to 1, those of a surface to its area.
+                "point_force" => (Vec3::new(1.0, 1.0, -1.0).normalize() * -2700.0, false),
+                "traction" => {
+                    let area = mesh.region_area(&mesh.regions["ymax"].facets);
+                    (Vec3::new(0.0, 2.0, 1.0).normalize() * (-2700.0 * area), false)
+                }
                 // The pull point holds the other end: T times the direction of the first segment.
                 "by_tension" => {
                     let line = scene.cables[1].cable.polyline(&x);

@@ -10,7 +10,7 @@ use durometer::calibrate::{
 
 #[test]
 fn clean_data_give_the_constant_back_in_every_mode() {
-    for mode in Mode::ALL {
+    for mode in Mode::PULLED {
         let text = table(mode, "stretch,nominal stress (Pa)", 1.0);
         let e = Experiment::parse("clean.csv", text.as_bytes(), None, &ColumnChoice::default(), Some(mode));
         let r = fit_experiment(&e.expect("clean"), &FitOptions::new("neo_hookean")).expect("clean");
@@ -55,7 +55,7 @@ fn the_interval_covers_the_truth_in_95_of_100_tables() {
         let sample = |k: u32| {
             let stretch = 1.05 + 0.05 * f64::from(k);
             let stress = stress(Mode::Uniaxial, stretch) + 3e3 * noise.normal();
-            Sample { mode: Mode::Uniaxial, stretch, stress, line: u64::from(k) + 2, specimen: 0 }
+            Sample { mode: Mode::Uniaxial, stretch, stress, line: u64::from(k) + 2, specimen: 0, second: 1.0 }
         };
         e.samples = (0..12).map(sample).collect();
         let r = fit_experiment(&e, &FitOptions::new("neo_hookean")).expect("well posed");

@@ -109,3 +109,26 @@ fn terms_and_volumetric_parts_are_checked() {
     assert!(refuse("gent", None, Some("cubic")).contains("take one of quadratic, logarithmic"));
     assert!(refuse("neo_hookean", None, Some("quadratic")).contains("leave it away"));
 }
+
+/// A Neo-Hookean rubber with noise, fitted by Yeoh's three constants: C30 is zero, and its 95 % interval says so in 38 of 40 tables, give or
+/// take 4√(40·0.95·0.05) = 5.5. C10 of the same fit and μ of the right law are never named.
+#[test]
+fn constants_that_may_be_zero_are_named() {
+    let model = |law: &str| Model::new(law, None).expect("registered");
+    let named = |law: &str, seed: u64| {
+        let mut noise = Random(seed);
+        let rows =
+            samples(model("neo_hookean"), &[0.3e6], &[Mode::Uniaxial], [1.05, 2.0], 40, |p| p + 5e3 * noise.normal());
+        let warnings = fitted(model(law), &[Mode::Uniaxial], rows).warnings;
+        let found = warnings.into_iter().find_map(|w| match w {
+            FitWarning::MayBeZero { symbols } => Some(symbols),
+            _ => None,
+        });
+        found.unwrap_or_default()
+    };
+    assert!((0..5).all(|seed| named("neo_hookean", seed).is_empty()));
+    let yeoh: Vec<_> = (0..40).map(|seed| named("yeoh", seed)).collect();
+    assert!(yeoh.iter().all(|n| !n.contains(&"C10")));
+    let count = yeoh.iter().filter(|n| n.contains(&"C30")).count();
+    assert!(count >= 32, "{count} of 40: {yeoh:?}");
+}

@@ -17,7 +17,7 @@ fn table(model: Model, values: &[f64], [low, high]: [f64; 2], errors: &[f64]) ->
     let sample = |(k, error): (usize, &f64)| {
         let stretch = low + (high - low) * k as f64 / (errors.len() - 1) as f64;
         let stress = model.stress(values, Mode::Uniaxial, stretch) + error;
-        Sample { mode: Mode::Uniaxial, stretch, stress, line: k as u64 + 2, specimen: 0 }
+        Sample { mode: Mode::Uniaxial, stretch, stress, line: k as u64 + 2, specimen: 0, second: 1.0 }
     };
     e.samples = errors.iter().enumerate().map(sample).collect();
     e

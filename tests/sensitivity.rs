@@ -105,6 +105,16 @@ fn mixed_formulation_and_imposed_tension() {
     }
 }
 
+/// The row of an elastic cable has a compliance; a drive at its limit is a tension that does not change.
+#[test]
+fn an_elastic_cable_and_one_that_yields() {
+    let body = body();
+    for extra in ["EA = \"20 N\"", "max_tension = \"0.1 N\""] {
+        let drive = format!("{LENGTH}\n{extra}");
+        println!("{extra}: {:.1e}", check("displacement", &drive, &example_table("neo_hookean"), &body));
+    }
+}
+
 /// Without gravity every force is proportional to E at fixed ν and length control imposes the motion: E dT/dE = T and the angle
 /// does not depend on E at all. Equilibrium to 1e-12 of the forces: accepted 1e-8.
 #[test]
@@ -153,6 +163,7 @@ fn the_command_writes_a_table() {
 #[test]
 fn what_is_not_covered_is_refused() {
     let plain = text("displacement", LENGTH, &example_table("yeoh"));
+    let friction = text("displacement", &format!("{LENGTH}\nfriction = 0.1"), &example_table("yeoh"));
     let linearised = plain.replace("\"static\"", "\"implicit_euler_linearised\"");
     let spare = format!("{plain}[laws.spare]\nlaw = \"linear\"\nE = \"1 MPa\"\nnu = 0.3\n");
     for (text, slope, says) in [
@@ -160,6 +171,7 @@ fn what_is_not_covered_is_refused() {
         (&plain, "laws.ruber.C10", "laws.ruber.C10: the scene has no such law; did you mean `rubber`?"),
         (&plain, "laws.rubber.mu", "laws.rubber.mu: `mu` is not given"),
         (&spare, "laws.spare.E", "no elastic effect takes this law"),
+        (&friction, "laws.rubber.C10", "the cable has friction: its tensions depend on the path of loading"),
         (&linearised, "laws.rubber.C10", "stage 1 is implicit_euler_linearised, whose states are not converged"),
     ] {
         let (code, errors, _) = simulate(text, slope);

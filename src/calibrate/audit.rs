@@ -10,6 +10,8 @@ pub enum AuditKind {
     Intake,
     /// Rows that do not take part
     LeftOut,
+    /// Rows that were changed or put into another order, as asked
+    Changed,
     /// Unusual rows that do take part, unchanged
     Kept,
     /// A reason to doubt the answer
@@ -30,6 +32,7 @@ impl fmt::Display for AuditEntry {
         let kind = match self.kind {
             AuditKind::Intake => "read",
             AuditKind::LeftOut => "left out",
+            AuditKind::Changed => "changed",
             AuditKind::Kept => "kept",
             AuditKind::Doubt => "doubt",
         };

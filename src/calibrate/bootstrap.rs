@@ -71,7 +71,7 @@ pub fn bootstrap(setting: &Setting, groups: &[Vec<Sample>], answer: &LawFit, sam
     let p = answer.values.len();
     let one = |k: usize| {
         let rows = plan.draw(&mut SplitMix(SplitMix(SEED ^ k as u64).bits()));
-        let mut different: Vec<_> = rows.iter().map(|s| (s.mode, s.stretch.to_bits())).collect();
+        let mut different: Vec<_> = rows.iter().map(|s| (s.mode, s.stretch.to_bits(), s.second.to_bits())).collect();
         different.sort_unstable();
         different.dedup();
         (different.len() >= p).then(|| constants(setting, &rows, Some(answer)).ok()).flatten().map(|f| f.values)
@@ -144,7 +144,7 @@ impl Strip {
 fn strips(setting: &Setting, samples: &[Sample], answer: &LawFit) -> Vec<Strip> {
     let of = |mode: Mode| {
         let own = samples.iter().zip(&answer.weight).filter(|(s, _)| s.mode == mode);
-        let residual = |s: &Sample, w: f64| w * (s.stress - setting.model.stress(&answer.values, mode, s.stretch));
+        let residual = |s: &Sample, w: f64| w * (s.stress - setting.model.at(&answer.values, s));
         let mut rows: Vec<(Sample, f64)> = own.map(|(s, w)| (*s, residual(s, *w))).collect();
         rows.sort_by(|a, b| a.0.stretch.total_cmp(&b.0.stretch));
         let (rows, r): (Vec<Sample>, Vec<f64>) = rows.into_iter().unzip();

@@ -1,6 +1,6 @@
 //! `card.toml`: what a table does not say of itself. It lies beside the table and names it.
 
-use super::{ColumnChoice, FitError, Mode};
+use super::{ColumnChoice, Dimensions, FitError, Mode, Preparation};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -31,7 +31,7 @@ pub struct Card {
     pub digitised: String,
     /// The mode of every row, where no column gives it
     pub mode: Option<Mode>,
-    /// `crosshead` or what else the strain was measured with
+    /// `crosshead`, `extensometer` or what else the strain was measured with
     pub strain_measurement: Option<String>,
     pub temperature: Option<String>,
     #[serde(default)]
@@ -40,14 +40,24 @@ pub struct Card {
     pub source: Source,
     #[serde(default)]
     pub columns: ColumnChoice,
+    /// `gauge_length`, `width`, `thickness`, `diameter`, `area` with their units; other keys are free
     #[serde(default)]
     pub specimen: toml::Table,
+    /// What is done to the rows before a fit
+    #[serde(default)]
+    pub preparation: Preparation,
 }
 
 impl Card {
     pub fn read(path: &Path) -> Result<Self, FitError> {
         let text = std::fs::read_to_string(path).map_err(|source| FitError::Read { path: path.into(), source })?;
         toml::from_str(&text).map_err(|e| FitError::Card { path: path.into(), message: e.to_string() })
+    }
+
+    /// What it states of the table.
+    pub fn choice(&self) -> Result<ColumnChoice, FitError> {
+        let dimensions = Dimensions::of_card(&self.specimen)?;
+        Ok(ColumnChoice { dimensions, strain_measurement: self.strain_measurement.clone(), ..self.columns.clone() })
     }
 
     /// The given card; else the `card.toml` beside the table, if it names this table.

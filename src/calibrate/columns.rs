@@ -1,110 +1,96 @@
-//! Which column is the stretch, which the nominal stress, and in which unit.
+//! Which columns hold strain and stress, of which kind, and in which unit.
 
-use super::FitError;
-use super::table::Line;
+use super::names::{self, Ranked, SURE, StrainKind, StressKind};
+use super::table::{Decimal, Line, is_number};
+use super::{Dimensions, FitError, Mode};
 use crate::math::units::{self, Dimension};
 use serde::{Deserialize, Serialize};
 
-/// What a strain column holds: λ, or e = λ − 1.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum StrainKind {
-    Stretch,
-    Engineering,
-}
-
-impl std::str::FromStr for StrainKind {
-    type Err = String;
-    fn from_str(word: &str) -> Result<Self, String> {
-        match word {
-            "stretch" => Ok(Self::Stretch),
-            "engineering" => Ok(Self::Engineering),
-            _ => Err(format!("\"{word}\" is not a kind of strain; known: stretch, engineering")),
-        }
-    }
-}
-
-/// Columns and units as stated by a card or by the user; what is `None` is detected.
+/// What a card or the user states of a table; what is `None` is detected.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ColumnChoice {
     pub strain: Option<String>,
     pub strain_kind: Option<StrainKind>,
-    /// `%`, or `1` for none
+    /// `%`, or `1` for none; of a displacement a length
     pub strain_unit: Option<String>,
     pub stress: Option<String>,
+    pub stress_kind: Option<StressKind>,
     pub stress_unit: Option<String>,
+    /// Strain and stress of the second direction of a biaxial test
+    pub strain_2: Option<String>,
+    pub stress_2: Option<String>,
     pub mode: Option<String>,
+    pub time: Option<String>,
+    pub decimal: Option<Decimal>,
+    /// Of the test piece; a card has them under `[specimen]`
+    #[serde(skip)]
+    pub dimensions: Dimensions,
+    /// `crosshead`, `extensometer` or what else; a card has it at the top
+    #[serde(skip)]
+    pub strain_measurement: Option<String>,
 }
 
 impl ColumnChoice {
     /// This choice, completed by another one.
     pub fn or(&self, other: &Self) -> Self {
+        let text = |own: &Option<String>, other: &Option<String>| own.clone().or_else(|| other.clone());
         Self {
-            strain: self.strain.clone().or_else(|| other.strain.clone()),
+            strain: text(&self.strain, &other.strain),
             strain_kind: self.strain_kind.or(other.strain_kind),
-            strain_unit: self.strain_unit.clone().or_else(|| other.strain_unit.clone()),
-            stress: self.stress.clone().or_else(|| other.stress.clone()),
-            stress_unit: self.stress_unit.clone().or_else(|| other.stress_unit.clone()),
-            mode: self.mode.clone().or_else(|| other.mode.clone()),
+            strain_unit: text(&self.strain_unit, &other.strain_unit),
+            stress: text(&self.stress, &other.stress),
+            stress_kind: self.stress_kind.or(other.stress_kind),
+            stress_unit: text(&self.stress_unit, &other.stress_unit),
+            strain_2: text(&self.strain_2, &other.strain_2),
+            stress_2: text(&self.stress_2, &other.stress_2),
+            mode: text(&self.mode, &other.mode),
+            time: text(&self.time, &other.time),
+            decimal: self.decimal.or(other.decimal),
+            dimensions: self.dimensions.or(other.dimensions),
+            strain_measurement: text(&self.strain_measurement, &other.strain_measurement),
         }
     }
 }
 
-/// The columns of a table with their names and their factors to SI.
+/// A column with its factor to SI.
+#[derive(Clone, Debug)]
+pub struct Column<K> {
+    pub at: usize,
+    pub name: String,
+    pub kind: K,
+    /// "1" where none is stated
+    pub unit: String,
+    pub stated: bool,
+    pub factor: f64,
+}
+
+/// The columns of a table.
 #[derive(Clone, Debug)]
 pub struct Columns {
-    pub strain: usize,
-    pub strain_name: String,
-    pub strain_kind: StrainKind,
-    pub strain_factor: f64,
-    pub stress: usize,
-    pub stress_name: String,
-    pub stress_unit: String,
-    pub stress_factor: f64,
+    /// One per direction in which strain and stress are recorded
+    pub axes: Vec<(Column<StrainKind>, Column<StressKind>)>,
     pub mode: Option<usize>,
+    pub time: Option<usize>,
+    /// [m], [N]: for who needs what the machine recorded
+    pub displacement: Option<(usize, f64)>,
+    pub force: Option<(usize, f64)>,
     /// Assumptions for the audit log
     pub notes: Vec<String>,
 }
 
-fn words(name: &str) -> Vec<String> {
-    name.to_lowercase().split(|c: char| !c.is_alphanumeric()).filter(|w| !w.is_empty()).map(String::from).collect()
-}
-
-fn has(words: &[String], any: &[&str]) -> bool {
-    words.iter().any(|w| any.contains(&w.as_str()))
-}
-
-/// 0: not a strain column; 1: strain without a word on its kind; 2: engineering strain; 3: stretch.
-fn strain_rank(name: &str) -> u8 {
-    let w = words(name);
-    if has(&w, &["true", "log", "logarithmic", "hencky", "rate", "stress"]) {
-        0
-    } else if has(&w, &["stretch", "lambda", "λ"]) {
-        3
-    } else if has(&w, &["strain"]) {
-        if has(&w, &["engineering", "eng", "nominal"]) { 2 } else { 1 }
-    } else {
-        0
+impl Columns {
+    /// Every column that has to hold numbers
+    pub fn numeric(&self) -> impl Iterator<Item = usize> + '_ {
+        self.axes.iter().flat_map(|(e, p)| [e.at, p.at])
     }
 }
 
-/// 0: not a stress column; 1: stress without a word on its kind; 2: nominal stress.
-fn stress_rank(name: &str) -> u8 {
-    let w = words(name);
-    if !has(&w, &["stress"]) || has(&w, &["true", "cauchy"]) {
-        0
-    } else if has(&w, &["engineering", "eng", "nominal", "pk1", "piola"]) {
-        2
-    } else {
-        1
-    }
-}
-
-/// The cells of the highest rank above zero.
-fn best(cells: &[String], rank: fn(&str) -> u8) -> Vec<usize> {
-    let top = cells.iter().map(|c| rank(c)).max().unwrap_or(0);
-    if top == 0 { Vec::new() } else { (0..cells.len()).filter(|&i| rank(&cells[i]) == top).collect() }
+/// The cells of the highest rank.
+fn best<K>(cells: &[String], rank: fn(&str) -> Ranked<K>) -> Vec<usize> {
+    let ranks: Vec<u8> = cells.iter().map(|c| rank(c).map_or(0, |r| r.0)).collect();
+    let top = ranks.iter().copied().max().unwrap_or(0);
+    if top == 0 { Vec::new() } else { (0..cells.len()).filter(|&i| ranks[i] == top).collect() }
 }
 
 fn named(cells: &[String], name: &str) -> Vec<usize> {
@@ -112,141 +98,168 @@ fn named(cells: &[String], name: &str) -> Vec<usize> {
 }
 
 fn candidates(cells: &[String], choice: &ColumnChoice) -> (Vec<usize>, Vec<usize>) {
-    let strain = choice.strain.as_ref().map_or_else(|| best(cells, strain_rank), |n| named(cells, n));
-    let stress = choice.stress.as_ref().map_or_else(|| best(cells, stress_rank), |n| named(cells, n));
-    (strain, stress)
+    let pick = |name: &Option<String>, found: Vec<usize>| name.as_ref().map_or(found, |n| named(cells, n));
+    (pick(&choice.strain, best(cells, names::strain)), pick(&choice.stress, best(cells, names::stress)))
 }
 
-/// True where a line names both columns.
-pub fn is_header(line: &Line, choice: &ColumnChoice) -> bool {
-    let (strain, stress) = candidates(&line.cells, choice);
-    strain.iter().any(|s| stress.iter().any(|t| s != t))
-}
-
-/// A unit in a column name: in brackets, or the last word where that is a unit of pressure or a percent sign.
-fn unit_in(name: &str) -> Option<String> {
-    for (open, close) in [('(', ')'), ('[', ']')] {
-        if let (Some(a), Some(b)) = (name.rfind(open), name.rfind(close))
-            && a < b
-        {
-            let unit = name[a + open.len_utf8()..b].trim();
-            return (!matches!(unit, "" | "-" | "–" | "1")).then(|| unit.to_string());
-        }
-    }
-    let is_unit = |u: &str| {
-        let text = format!("1 {u}");
-        units::parse(&text, Dimension::PRESSURE).is_ok() || u == "%"
+/// The line that names both columns: the first one with numbers below, else the first one.
+pub fn find_header(lines: &[Line], choice: &ColumnChoice) -> Option<usize> {
+    let is_header = |line: &Line| {
+        let (strain, stress) = candidates(&line.cells, choice);
+        strain.iter().any(|s| stress.iter().any(|t| s != t))
     };
-    let last = |c: &[char]| name.rsplit(c).next().map(str::trim).filter(|u| is_unit(u)).map(String::from);
-    last(&[' ']).or_else(|| last(&['_'])).or_else(|| last(&['/', ',']))
+    let found = || (0..lines.len()).filter(|k| is_header(&lines[*k]));
+    let has_numbers = |l: &Line| l.cells.iter().filter(|c| is_number(c)).count() >= 2;
+    // A line of units may stand between
+    let above_numbers = |k: &usize| {
+        let units = with_units(&lines[*k], lines.get(k + 1)).1;
+        lines.get(k + 1 + usize::from(units)).is_some_and(has_numbers)
+    };
+    found().find(above_numbers).or_else(|| found().next())
 }
 
-/// Reads a header line found by [`is_header`].
-pub fn resolve(file: &str, header: &Line, choice: &ColumnChoice) -> Result<Columns, FitError> {
+/// Names with the units of a line of units below, and whether there is one.
+pub fn with_units(names: &Line, below: Option<&Line>) -> (Line, bool) {
+    let bare = |c: &str| c.trim_matches(['(', ')', '[', ']']).trim().to_string();
+    let is_units =
+        |l: &&Line| l.cells.iter().any(|c| names::is_unit(&bare(c))) && !l.cells.iter().any(|c| is_number(c));
+    let Some(units) = below.filter(is_units) else { return (names.clone(), false) };
+    let one = |(k, name): (usize, &String)| match units.cells.get(k).map(|c| bare(c)) {
+        Some(unit) if !unit.is_empty() && names::unit(name).is_none() => format!("{name} ({unit})"),
+        _ => name.clone(),
+    };
+    let cells = names.cells.iter().enumerate().map(one).collect();
+    (Line { number: names.number, cells }, true)
+}
+
+/// Reads a header line. `mode` of every row, where it is known.
+pub fn resolve(file: &str, header: &Line, choice: &ColumnChoice, mode: Option<Mode>) -> Result<Columns, FitError> {
     let cells = &header.cells;
     let (strain, stress) = candidates(cells, choice);
-    let single = |found: &[usize], what, flag| match found {
-        [one] => Ok(*one),
-        many => Err(FitError::AmbiguousColumn {
-            file: file.into(),
-            what,
-            flag,
-            candidates: many.iter().map(|&i| format!("\"{}\"", cells[i])).collect(),
-        }),
+    let directions = if mode == Some(Mode::Biaxial) { 2 } else { 1 };
+    let pick = |found: Vec<usize>, second: &Option<String>, what: &'static str, flag: &'static str| {
+        let found = match second {
+            Some(name) if directions == 2 => found.into_iter().take(1).chain(named(cells, name)).collect(),
+            _ => found,
+        };
+        if found.len() == directions {
+            return Ok(found);
+        }
+        let candidates = found.iter().map(|&i| format!("\"{}\"", cells[i])).collect();
+        Err(match directions {
+            1 => FitError::AmbiguousColumn { file: file.into(), what, flag, candidates },
+            _ => FitError::TwoColumns { file: file.into(), what, flag, candidates },
+        })
     };
-    let strain = single(&strain, "stretch or engineering strain", "strain-column")?;
-    let stress = single(&stress, "nominal stress", "stress-column")?;
-    let (strain_name, stress_name) = (cells[strain].clone(), cells[stress].clone());
+    let strains = pick(strain, &choice.strain_2, "stretch, strain or displacement", "strain-column")?;
+    let stresses = pick(stress, &choice.stress_2, "stress or force", "stress-column")?;
     let mut notes = Vec::new();
-    let strain_kind = match (choice.strain_kind, strain_rank(&strain_name)) {
-        (Some(kind), _) => kind,
-        (None, 3) => StrainKind::Stretch,
-        (None, 2) => StrainKind::Engineering,
-        (None, 1) => {
-            notes.push(format!("column \"{strain_name}\" is taken as engineering strain"));
-            StrainKind::Engineering
-        }
-        _ => return Err(FitError::StrainKind { file: file.into(), column: strain_name }),
-    };
-    if stress_rank(&stress_name) < 2 {
-        notes.push(format!("column \"{stress_name}\" is taken as nominal stress (force over undeformed area)"));
+    let mut axes = Vec::new();
+    for (e, p) in strains.into_iter().zip(stresses) {
+        axes.push((
+            strain_column(file, cells, e, choice, &mut notes)?,
+            stress_column(file, cells, p, choice, &mut notes)?,
+        ));
     }
-    let strain_unit = choice.strain_unit.clone().or_else(|| unit_in(&strain_name)).unwrap_or_else(|| "1".into());
-    let strain_factor = match strain_unit.as_str() {
-        "1" | "mm/mm" | "m/m" | "in/in" => 1.0,
-        "%" | "percent" | "pct" => 0.01,
-        _ => {
-            return Err(FitError::Unit {
-                file: file.into(),
-                column: strain_name,
-                unit: strain_unit,
-                wanted: "1, mm/mm, %",
-                example: "strain (%)",
-                flag: "strain-unit",
-            });
-        }
-    };
-    let stated = unit_in(&stress_name);
-    let stress_unit = choice.stress_unit.clone().or_else(|| stated.clone());
-    let Some(stress_unit) = stress_unit else {
-        return Err(FitError::NoUnit { file: file.into(), column: stress_name });
-    };
-    if let Some(stated) = stated.filter(|s| *s != stress_unit) {
-        notes.push(format!("column \"{stress_name}\" is read in {stress_unit} as asked, its name says {stated}"));
-    }
-    let stress_factor = units::parse(&format!("1 {stress_unit}"), Dimension::PRESSURE).map_err(|_| FitError::Unit {
+    let absent = |name: &String| FitError::Columns {
         file: file.into(),
-        column: stress_name.clone(),
-        unit: stress_unit.clone(),
-        wanted: "Pa, hPa, kPa, MPa, GPa, bar, psi, N/mm^2",
-        example: "nominal stress (MPa)",
-        flag: "stress-unit",
-    })?;
+        missing: format!("the name \"{name}\""),
+        found: quoted(cells),
+    };
+    let stated = |name: &String| named(cells, name).first().copied().ok_or_else(|| absent(name));
     let mode = match &choice.mode {
-        Some(name) => Some(*named(cells, name).first().ok_or_else(|| FitError::Columns {
-            file: file.into(),
-            missing: format!("the name \"{name}\""),
-            found: quoted(cells),
-        })?),
+        Some(name) => Some(stated(name)?),
         None => (0..cells.len()).find(|&i| matches!(cells[i].to_lowercase().as_str(), "mode" | "loading mode")),
     };
-    Ok(Columns {
-        strain,
-        strain_name,
-        strain_kind,
-        strain_factor,
-        stress,
-        stress_name,
-        stress_unit,
-        stress_factor,
-        mode,
-        notes,
-    })
+    let time = match &choice.time {
+        Some(name) => Some(stated(name)?),
+        None => (0..cells.len()).find(|&i| names::is_time(&cells[i])),
+    };
+    let raw = |dimension: Dimension, is: &dyn Fn(&str) -> bool| {
+        let factor = |i: usize| units::parse(&format!("1 {}", names::unit(&cells[i])?), dimension).ok();
+        (0..cells.len()).filter(|i| is(&cells[*i])).find_map(|i| Some((i, factor(i)?)))
+    };
+    let own = |is_raw: bool, at: usize, factor: f64| is_raw.then_some((at, factor));
+    let (e, p) = &axes[0];
+    let displacement = own(e.kind == StrainKind::Displacement, e.at, e.factor)
+        .or_else(|| raw(Dimension::LENGTH, &|n| names::strain(n).is_some_and(|r| r.1 == StrainKind::Displacement)));
+    let force = own(p.kind == StressKind::Force, p.at, p.factor)
+        .or_else(|| raw(Dimension::FORCE, &|n| names::stress(n).is_some_and(|r| r.1 == StressKind::Force)));
+    Ok(Columns { displacement, force, axes, mode, time, notes })
+}
+
+fn strain_column(
+    file: &str,
+    cells: &[String],
+    at: usize,
+    choice: &ColumnChoice,
+    notes: &mut Vec<String>,
+) -> Result<Column<StrainKind>, FitError> {
+    let name = cells[at].clone();
+    let kind = match (choice.strain_kind, names::strain(&name)) {
+        (Some(kind), _) => kind,
+        (None, Some((rank, kind))) => {
+            if kind == StrainKind::Engineering && rank < SURE {
+                notes.push(format!("column \"{name}\" is taken as engineering strain"));
+            }
+            kind
+        }
+        (None, None) => return Err(FitError::StrainKind { file: file.into(), column: name }),
+    };
+    let stated = choice.strain_unit.clone().or_else(|| names::unit(&name));
+    let (factor, wanted, example) = match (kind, &stated) {
+        (StrainKind::Displacement, None) => {
+            return Err(FitError::NoUnit { file: file.into(), column: name, flag: "strain-unit", example: "mm" });
+        }
+        (StrainKind::Displacement, Some(u)) => {
+            (units::parse(&format!("1 {u}"), Dimension::LENGTH).ok(), "m, cm, mm, um, in", "displacement (mm)")
+        }
+        (_, u) => (names::strain_factor(u.as_deref().unwrap_or("1")), "1, mm/mm, %", "strain (%)"),
+    };
+    let (unit, stated) = (stated.clone().unwrap_or_else(|| "1".into()), stated.is_some());
+    match factor {
+        Some(factor) => Ok(Column { at, name, kind, unit, stated, factor }),
+        None => {
+            let flag = "strain-unit";
+            Err(FitError::Unit { file: file.into(), column: name, unit, wanted, example, flag })
+        }
+    }
+}
+
+fn stress_column(
+    file: &str,
+    cells: &[String],
+    at: usize,
+    choice: &ColumnChoice,
+    notes: &mut Vec<String>,
+) -> Result<Column<StressKind>, FitError> {
+    let name = cells[at].clone();
+    let (rank, kind) = names::stress(&name).unwrap_or((0, StressKind::Nominal));
+    let kind = choice.stress_kind.unwrap_or(kind);
+    if choice.stress_kind.is_none() && kind == StressKind::Nominal && rank < SURE {
+        notes.push(format!("column \"{name}\" is taken as nominal stress (force over undeformed area)"));
+    }
+    let (dimension, wanted, example, one) = match kind {
+        StressKind::Force => (Dimension::FORCE, "N, mN, kN, gf, kgf, lbf", "force (N)", "N"),
+        _ => (Dimension::PRESSURE, "Pa, hPa, kPa, MPa, GPa, bar, psi, N/mm^2", "nominal stress (MPa)", "MPa"),
+    };
+    let stated = names::unit(&name);
+    let Some(unit) = choice.stress_unit.clone().or_else(|| stated.clone()) else {
+        return Err(FitError::NoUnit { file: file.into(), column: name, flag: "stress-unit", example: one });
+    };
+    if let Some(stated) = stated.filter(|s| *s != unit) {
+        notes.push(format!("column \"{name}\" is read in {unit} as asked, its name says {stated}"));
+    }
+    match units::parse(&format!("1 {unit}"), dimension) {
+        Ok(factor) => Ok(Column { at, name, kind, unit, stated: true, factor }),
+        Err(_) => {
+            let flag = "stress-unit";
+            Err(FitError::Unit { file: file.into(), column: name, unit, wanted, example, flag })
+        }
+    }
 }
 
 /// Names in quotes, empty ones left out
 pub fn quoted(cells: &[String]) -> Vec<String> {
     cells.iter().filter(|c| !c.is_empty()).map(|c| format!("\"{c}\"")).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn units_are_read_from_column_names() {
-        for (name, unit) in [
-            ("Engineering Stress (MPa)", Some("MPa")),
-            ("nominal_stress_MPa", Some("MPa")),
-            ("stress [N/mm^2]", Some("N/mm^2")),
-            ("Stress / kPa", Some("kPa")),
-            ("stress N/mm^2", Some("N/mm^2")),
-            ("strain %", Some("%")),
-            ("strain (-)", None),
-            ("nominal stress", None),
-            ("stress (mpa)", Some("mpa")),
-        ] {
-            assert_eq!(unit_in(name).as_deref(), unit, "{name}");
-        }
-    }
 }

@@ -65,7 +65,7 @@ pub fn compare_experiment(experiment: &Experiment, options: &FitOptions) -> Resu
 }
 
 fn one(experiment: &Experiment, options: &FitOptions, choice: &Choice, model: Model) -> Result<Compared, FitError> {
-    let setting = choice.setting(experiment, options, model);
+    let setting = choice.setting(experiment, options, model)?;
     let whole = solve(&setting, &choice.fitted, None)?;
     let misfit = misfit(&setting, &whole.values, &choice.fitted);
     let ends = Mode::ALL.map(|m| {
@@ -100,8 +100,7 @@ fn one(experiment: &Experiment, options: &FitOptions, choice: &Choice, model: Mo
 }
 
 fn misfit(setting: &Setting, values: &[f64], samples: &[Sample]) -> f64 {
-    let stress = |mode, stretch| setting.model.stress(values, mode, stretch);
-    Misfit::of(&residuals(samples, stress)).map_or(f64::NAN, |m| m.rms_relative)
+    Misfit::of(&residuals(samples, |s| setting.model.at(values, s))).map_or(f64::NAN, |m| m.rms_relative)
 }
 
 /// Misfit on the picked rows of `from` after a fit to the rows of `fitted` that are not picked.

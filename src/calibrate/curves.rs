@@ -13,7 +13,7 @@ pub struct ModeCurves {
     pub fitted: Vec<[f64; 2]>,
     /// Samples that were not
     pub held_out: Vec<[f64; 2]>,
-    /// The law from λ = 1 over all samples of the mode, ascending
+    /// The law from λ = 1 over all samples of the mode, ascending; empty of a biaxial test
     pub curve: Vec<[f64; 2]>,
     /// `[λ, measured − law]` of all samples, ascending
     pub residuals: Vec<[f64; 2]>,
@@ -52,12 +52,14 @@ impl FitCurves {
             let low = own().map(|s| s.stretch).fold(1.0, f64::min);
             let high = own().map(|s| s.stretch).fold(1.0, f64::max);
             let at = |k: usize| low + (high - low) * k as f64 / (POINTS - 1) as f64;
+            // The stress of a biaxial test is no function of one stretch
+            let points = if mode == Mode::Biaxial { 0 } else { POINTS };
             ModeCurves {
                 mode,
-                label: mode.name().into(),
+                label: mode.name().replace('_', " "),
                 fitted: own().filter(|s| is_fitted(s)).map(point).collect(),
                 held_out: own().filter(|s| !is_fitted(s)).map(point).collect(),
-                curve: (0..POINTS).map(|k| [at(k), model.stress(values, mode, at(k))]).collect(),
+                curve: (0..points).map(|k| [at(k), model.stress(values, mode, at(k))]).collect(),
                 residuals: all.iter().filter(|r| r.mode == mode).map(|r| [r.stretch, r.residual]).collect(),
             }
         });

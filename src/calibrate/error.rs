@@ -28,11 +28,60 @@ pub enum FitError {
     #[error("{file}: {what} may be any of: {}; name the right one with --{flag}", list(candidates))]
     AmbiguousColumn { file: String, what: &'static str, flag: &'static str, candidates: Vec<String> },
     #[error(
-        "{file}: column \"{column}\" is neither stretch nor engineering strain by its name; say which with --strain-kind stretch or --strain-kind engineering"
+        "{file}: column \"{column}\" is neither stretch nor engineering strain by its name; say which with --strain-kind stretch, engineering, true or displacement"
     )]
     StrainKind { file: String, column: String },
-    #[error("{file}: column \"{column}\" has no unit; pass --stress-unit, for example --stress-unit MPa")]
-    NoUnit { file: String, column: String },
+    #[error("{file}: column \"{column}\" has no unit; pass --{flag}, for example --{flag} {example}")]
+    NoUnit { file: String, column: String, flag: &'static str, example: &'static str },
+    #[error(
+        "{file}: a biaxial test needs two columns of {what}, found: {}; name them with --{flag} and --{flag}-2",
+        list(candidates)
+    )]
+    TwoColumns { file: String, what: &'static str, flag: &'static str, candidates: Vec<String> },
+    #[error(
+        "{file}: line {line}: biaxial rows need --mode biaxial for the whole table, and two columns each of strain and stress"
+    )]
+    BiaxialRow { file: String, line: u64 },
+    #[error(
+        "{file}: column \"{column}\" has no unit and makes a stretch of {largest:.4}: is this {kind} in percent? Pass --strain-unit %, or \
+         --strain-unit 1 if it is not"
+    )]
+    Percent { file: String, column: String, largest: f64, kind: &'static str },
+    #[error(
+        "{file}: \"{cell}\" may be a decimal fraction or a number of thousands, and no other cell tells which (columns are divided by \
+         {delimiter:?}); pass --decimal comma or --decimal point"
+    )]
+    Decimal { file: String, cell: String, delimiter: char },
+    #[error(
+        "{file}: line {line} has {cells} cells under {names} names: decimal commas in a table divided by commas cannot be told apart; \
+         export it with ; or tab between the columns, or with decimal points"
+    )]
+    Cells { file: String, line: u64, cells: usize, names: usize },
+    #[error("{key} = \"{text}\": {reason}")]
+    Dimension { key: &'static str, text: String, reason: String },
+    #[error(
+        "{file}: column \"{column}\" is a force: give the undeformed cross-section with --width and --thickness, --diameter or --area, or \
+         in card.toml under [specimen]"
+    )]
+    NoSection { file: String, column: String },
+    #[error("{file}: the cross-section is {first:.4} mm² in one way and {second:.4} mm² in another; give one of them")]
+    Sections { file: String, first: f64, second: f64 },
+    #[error(
+        "{file}: column \"{column}\" is a displacement: give the length that it stretches with --gauge-length, or gauge_length in card.toml \
+         under [specimen]"
+    )]
+    NoLength { file: String, column: String },
+    #[error("{file}: --cycle {asked} asks for a loading that is not there: the table has {found}")]
+    NoCycle { file: String, asked: usize, found: usize },
+    #[error("{file}: --zero {asked}: the {mode} test has {rows} rows; give a number from 1 to half of them")]
+    Zero { file: String, mode: Mode, asked: usize, rows: usize },
+    #[error("{file}: --toe \"{level}\": {reason}")]
+    Toe { file: String, level: String, reason: String },
+    #[error(
+        "the {mode} rows do not give a noise level ({rows} rows of different stretch that vary about a smooth curve; 5 are needed): pass \
+         --noise with the standard deviation of the stress, such as --noise \"2 kPa\""
+    )]
+    NoNoise { mode: Mode, rows: usize },
     #[error(
         "{file}: column \"{column}\": unit \"{unit}\" is not one of {wanted}; write it as in \"{example}\", or pass --{flag}"
     )]
@@ -40,11 +89,13 @@ pub enum FitError {
     #[error("{file}: no row holds both a stretch and a stress; the first row left out: {reason}")]
     NoRows { file: String, reason: String },
     #[error(
-        "{}\"{word}\" is not a mode of deformation; known: uniaxial, equibiaxial, planar (pure_shear)",
+        "{}\"{word}\" is not a mode of deformation; known: uniaxial, equibiaxial, planar (pure_shear), simple_shear, biaxial",
         at_line(line)
     )]
     ModeWord { line: Option<u64>, word: String },
-    #[error("{file}: does not say how the test piece was stretched; pass --mode uniaxial, equibiaxial or planar")]
+    #[error(
+        "{file}: does not say how the test piece was stretched; pass --mode uniaxial, equibiaxial, planar, simple_shear or biaxial"
+    )]
     NoMode { file: String },
     #[error(
         "{file}: holds several modes ({}); pass --mode with the one to fit, or several to fit them together",

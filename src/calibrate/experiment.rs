@@ -1,19 +1,21 @@
-//! A tensile table as typed samples. Nothing is changed silently: the audit log says what was done to which line.
+//! A table as typed samples. Nothing is changed silently: the audit log says what was done to which line.
 
 use super::columns::{self, Columns};
-use super::table::{self, Line};
-use super::{Audit, AuditEntry, AuditKind, Card, ColumnChoice, FitError, Mode, StrainKind};
+use super::intake::{self, Conversion};
+use super::table::{self, Decimal, Line};
+use super::{Alternative, Audit, AuditEntry, AuditKind, Card, ColumnChoice, Dimensions, FitError, Mode, remarks};
 use serde::Serialize;
 use sha2::{Digest, Sha256};
-use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-/// One row of a test.
+/// One measured stress. A row of a biaxial table makes two samples.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct Sample {
     pub mode: Mode,
-    /// λ [–] in the loaded direction
+    /// λ [–] in the loaded direction; in simple shear the principal stretch, γ = λ − λ⁻¹
     pub stretch: f64,
+    /// λ₂ [–] of a biaxial test; 1 where the mode gives it
+    pub second: f64,
     /// Nominal stress P [Pa]: force over undeformed area
     pub stress: f64,
     /// Line of the file, counted from 1
@@ -25,8 +27,28 @@ pub struct Sample {
 impl Sample {
     /// False at λ = 1 with P = 0: every law goes through this point, and the test was zeroed there.
     pub fn is_informative(&self) -> bool {
-        self.stretch != 1.0 || self.stress != 0.0
+        self.stretch != 1.0 || self.second != 1.0 || self.stress != 0.0
     }
+
+    /// Principal stretches [–]: loaded, second, free.
+    pub fn stretches(&self) -> [f64; 3] {
+        self.mode.stretches(self.stretch, self.second)
+    }
+}
+
+/// What the machine recorded in one row, unchanged, where the table has it.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+pub struct RawRow {
+    /// Line of the file, counted from 1
+    pub line: u64,
+    /// Which of several files, counted from 0
+    pub specimen: usize,
+    /// In the unit of the table
+    pub time: Option<f64>,
+    /// [m]
+    pub displacement: Option<f64>,
+    /// [N]
+    pub force: Option<f64>,
 }
 
 /// A test as read.
@@ -38,12 +60,18 @@ pub struct Experiment {
     pub specimens: Vec<String>,
     /// SHA-256 of the bytes of the file, hexadecimal
     pub sha256: String,
-    /// In the order of the file
+    /// In the order of the file, unless they were put into the order of time
     pub samples: Vec<Sample>,
+    /// In the order of the file, every row that holds samples
+    pub raw: Vec<RawRow>,
+    /// Of the stress column: of a force one of force
     pub stress_unit: String,
+    pub dimensions: Dimensions,
     /// Lines above the column names: first cell and the rest
     pub header: Vec<(String, String)>,
     pub card: Option<Card>,
+    /// Samples as they would be under another treatment
+    pub alternatives: Vec<Alternative>,
     pub audit: Audit,
 }
 
@@ -66,31 +94,39 @@ impl Experiment {
         mode: Option<Mode>,
     ) -> Result<Self, FitError> {
         let mut audit = Audit::default();
-        let choice = card.as_ref().map_or_else(|| choice.clone(), |c| choice.or(&c.columns));
+        let choice = card.as_ref().map_or(Ok(choice.clone()), |c| Ok(choice.or(&c.choice()?)))?;
         let (text, replaced) = table::decode(bytes);
         if replaced {
             audit.add(AuditKind::Intake, "the file is not UTF-8; unreadable characters were replaced", vec![]);
         }
         let (delimiter, lines, at) = find_header(file, &text, &choice)?;
-        let columns = columns::resolve(file, &lines[at], &choice)?;
         let header: Vec<_> = lines[..at].iter().map(|l| pair(&l.cells)).collect();
-        let body = &lines[at + 1..];
-        let cells = body.iter().flat_map(|l| [columns.strain, columns.stress].map(|i| l.cells.get(i)));
-        let decimal_comma = table::has_decimal_comma(cells.flatten().map(String::as_str));
-        log_intake(&mut audit, &lines[at], delimiter, decimal_comma, &columns);
+        let (names, has_units) = columns::with_units(&lines[at], lines.get(at + 1));
+        let body = &lines[at + 1 + usize::from(has_units)..];
+        let asked = mode.or(card.as_ref().and_then(|c| c.mode));
+        let columns = columns::resolve(file, &names, &choice, asked)?;
+        let decimal = decimal_mark(file, body, &columns, &choice, delimiter)?;
+        intake::check_cells(file, &names, body, delimiter, decimal)?;
+        log_intake(&mut audit, &names, delimiter, decimal, &columns);
         let mode = whole_file_mode(&columns, mode, card.as_ref(), &header, &mut audit);
-        let samples = read_rows(file, body, &columns, decimal_comma, mode, &mut audit)?;
-        log_rows(&mut audit, &samples);
-        log_doubts(&mut audit, &samples, &columns, card.as_ref(), &header);
+        let dimensions = choice.dimensions.or(Dimensions::of_header(&header));
+        let conversion = Conversion::new(file, &columns, dimensions, &mut audit)?;
+        let (samples, raw) = intake::read_rows(file, body, &conversion, decimal, mode, &mut audit)?;
+        intake::check_percent(file, &columns, &samples)?;
+        remarks::rows(&mut audit, &samples);
+        remarks::doubts(&mut audit, &samples, &columns, choice.strain_measurement.as_deref(), &header);
         let sha256 = Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect();
         Ok(Self {
             file: file.into(),
             specimens: vec![file.into()],
             sha256,
             samples,
-            stress_unit: columns.stress_unit,
+            raw,
+            stress_unit: columns.axes[0].1.unit.clone(),
+            dimensions,
             header,
             card,
+            alternatives: vec![],
             audit,
         })
     }
@@ -102,9 +138,12 @@ impl Experiment {
             specimens: vec![file.into()],
             sha256: sha256.into(),
             samples,
+            raw: vec![],
             stress_unit: "Pa".into(),
+            dimensions: Dimensions::default(),
             header: vec![],
             card: None,
+            alternatives: vec![],
             audit: Audit::default(),
         }
     }
@@ -117,6 +156,7 @@ impl Experiment {
             }
         }
         let several = parts.len() > 1;
+        let alternatives = Alternative::pool(&parts);
         let mut parts = parts.into_iter();
         let mut all = parts.next().expect("a request has a table");
         if several {
@@ -127,10 +167,12 @@ impl Experiment {
             let entry = |e: AuditEntry| AuditEntry { message: format!("{}: {}", part.file, e.message), ..e };
             all.audit.0.extend(part.audit.0.into_iter().map(entry));
             all.samples.extend(part.samples.into_iter().map(|s| Sample { specimen: k + 1, ..s }));
+            all.raw.extend(part.raw.into_iter().map(|r| RawRow { specimen: k + 1, ..r }));
             all.file += &format!(", {}", part.file);
             all.sha256 += &format!(", {}", part.sha256);
             all.specimens.push(part.file);
         }
+        all.alternatives = alternatives;
         Ok(all)
     }
 
@@ -145,16 +187,16 @@ fn pair(cells: &[String]) -> (String, String) {
     (cells.first().cloned().unwrap_or_default(), rest.join(" "))
 }
 
-/// The delimiter and the line under which stretch and stress are both named.
+/// The delimiter and the line under which strain and stress are both named.
 fn find_header(file: &str, text: &str, choice: &ColumnChoice) -> Result<(char, Vec<Line>, usize), FitError> {
     let mut found = Vec::new();
     for delimiter in table::DELIMITERS {
         let lines = table::split(text, delimiter);
-        if let Some(at) = lines.iter().position(|l| columns::is_header(l, choice)) {
+        if let Some(at) = columns::find_header(&lines, choice) {
             return Ok((delimiter, lines, at));
         }
         // For the message: the line above the first one with two numbers has the names.
-        let numbers = |l: &Line| l.cells.iter().filter(|c| table::number(c, true).is_ok()).count();
+        let numbers = |l: &Line| l.cells.iter().filter(|c| table::is_number(c)).count();
         let first = lines.iter().position(|l| numbers(l) >= 2);
         let names = first.and_then(|i| i.checked_sub(1)).or((!lines.is_empty()).then_some(0));
         let names = names.map(|i| columns::quoted(&lines[i].cells)).unwrap_or_default();
@@ -165,21 +207,37 @@ fn find_header(file: &str, text: &str, choice: &ColumnChoice) -> Result<(char, V
     if found.is_empty() {
         found.push("none, the file is empty".into());
     }
-    let strain = choice.strain.as_ref().map_or("stretch or engineering strain".into(), |n| format!("name \"{n}\""));
-    let stress = choice.stress.as_ref().map_or("nominal stress".into(), |n| format!("name \"{n}\""));
+    let strain = choice.strain.as_ref().map_or("stretch, strain or displacement".into(), |n| format!("name \"{n}\""));
+    let stress = choice.stress.as_ref().map_or("stress or force".into(), |n| format!("name \"{n}\""));
     Err(FitError::Columns { file: file.into(), missing: format!("{strain} beside one of {stress}"), found })
 }
 
-fn log_intake(audit: &mut Audit, header: &Line, delimiter: char, decimal_comma: bool, c: &Columns) {
+fn decimal_mark(
+    file: &str,
+    body: &[Line],
+    columns: &Columns,
+    choice: &ColumnChoice,
+    delimiter: char,
+) -> Result<Decimal, FitError> {
+    if let Some(decimal) = choice.decimal {
+        return Ok(decimal);
+    }
+    let numeric: Vec<usize> = columns.numeric().collect();
+    let cells = body.iter().flat_map(|l| numeric.iter().filter_map(|i| l.cells.get(*i)));
+    Decimal::of(cells.map(String::as_str)).map_err(|cell| FitError::Decimal { file: file.into(), cell, delimiter })
+}
+
+fn log_intake(audit: &mut Audit, header: &Line, delimiter: char, decimal: Decimal, columns: &Columns) {
     let delimiter = if delimiter == '\t' { "tab".into() } else { format!("\"{delimiter}\"") };
-    let mark = if decimal_comma { "comma" } else { "point" };
-    let kind = if c.strain_kind == StrainKind::Stretch { "stretch" } else { "engineering strain" };
-    let message = format!(
-        "delimiter {delimiter}, decimal {mark}; \"{}\" is {kind} × {}, \"{}\" is nominal stress in {}",
-        c.strain_name, c.strain_factor, c.stress_name, c.stress_unit
-    );
+    let axis = |(e, p): &(columns::Column<_>, columns::Column<super::StressKind>)| {
+        let e: &columns::Column<super::StrainKind> = e;
+        let unit = if e.unit == "1" { String::new() } else { format!(" in {}", e.unit) };
+        format!("\"{}\" is {}{unit}, \"{}\" is {} in {}", e.name, e.kind.words(), p.name, p.kind.words(), p.unit)
+    };
+    let axes: Vec<String> = columns.axes.iter().map(axis).collect();
+    let message = format!("delimiter {delimiter}, decimal {}; {}", decimal.name(), axes.join("; "));
     audit.add(AuditKind::Intake, message, vec![header.number]);
-    for note in &c.notes {
+    for note in &columns.notes {
         audit.add(AuditKind::Intake, note.clone(), vec![]);
     }
 }
@@ -206,126 +264,4 @@ fn whole_file_mode(
     };
     audit.add(AuditKind::Intake, format!("every row is {mode}, {why}"), vec![]);
     Some(mode)
-}
-
-fn read_rows(
-    file: &str,
-    body: &[Line],
-    columns: &Columns,
-    decimal_comma: bool,
-    whole_file: Option<Mode>,
-    audit: &mut Audit,
-) -> Result<Vec<Sample>, FitError> {
-    let mut samples = Vec::new();
-    let mut left_out = Vec::new();
-    for line in body.iter().filter(|l| l.cells.iter().any(|c| !c.is_empty())) {
-        let cell = |i: usize| line.cells.get(i).map_or("", String::as_str);
-        let read = |i: usize, what: &str| {
-            table::number(cell(i), decimal_comma)
-                .map_err(|why| format!("line {}: column \"{what}\" {why}", line.number))
-        };
-        let values = read(columns.strain, &columns.strain_name)
-            .and_then(|e| read(columns.stress, &columns.stress_name).map(|p| (e, p)))
-            .map(|(e, p)| {
-                let e = e * columns.strain_factor;
-                (if columns.strain_kind == StrainKind::Stretch { e } else { 1.0 + e }, p * columns.stress_factor)
-            })
-            .and_then(|(stretch, p)| {
-                let reason = || format!("line {}: stretch {stretch} is not positive", line.number);
-                if stretch > 0.0 { Ok((stretch, p)) } else { Err(reason()) }
-            });
-        let (stretch, stress) = match values {
-            Ok(values) => values,
-            Err(reason) => {
-                left_out.push((line.number, reason));
-                continue;
-            }
-        };
-        let mode = match columns.mode {
-            Some(i) => Mode::from_word(cell(i))
-                .ok_or_else(|| FitError::ModeWord { line: Some(line.number), word: cell(i).into() })?,
-            None => whole_file.ok_or_else(|| FitError::NoMode { file: file.into() })?,
-        };
-        samples.push(Sample { mode, stretch, stress, line: line.number, specimen: 0 });
-    }
-    if samples.is_empty() {
-        let reason = left_out.first().map_or("there are no rows below the column names".into(), |(_, r)| r.clone());
-        return Err(FitError::NoRows { file: file.into(), reason });
-    }
-    for (number, reason) in left_out {
-        audit.add(AuditKind::LeftOut, reason, vec![number]);
-    }
-    Ok(samples)
-}
-
-/// Unusual rows: they take part as they are.
-fn log_rows(audit: &mut Audit, samples: &[Sample]) {
-    let mut seen: HashMap<(Mode, u64), f64> = HashMap::new();
-    let mut last: HashMap<Mode, f64> = HashMap::new();
-    let (mut twice, mut repeats, mut back, mut against, mut offset) = (vec![], vec![], vec![], vec![], vec![]);
-    for s in samples {
-        match seen.insert((s.mode, s.stretch.to_bits()), s.stress) {
-            Some(p) if p == s.stress => twice.push(s.line),
-            Some(_) => repeats.push(s.line),
-            None => {}
-        }
-        if last.insert(s.mode, s.stretch).is_some_and(|before| s.stretch < before) {
-            back.push(s.line);
-        }
-        if s.stretch == 1.0 && s.stress != 0.0 {
-            offset.push(s.line);
-        } else if s.stress * (s.stretch - 1.0) < 0.0 {
-            against.push(s.line);
-        }
-    }
-    let kept = AuditKind::Kept;
-    audit.add_rows(kept, "row occurs before with the same stretch and stress; it counts each time", twice);
-    audit.add_rows(kept, "stretch occurs before with another stress; both count", repeats);
-    audit.add_rows(
-        kept,
-        "stretch is smaller than in the row before (order of the file or unloading); the order does not enter the fit, \
-         unloading would",
-        back,
-    );
-    audit.add_rows(kept, "stress has the sign against its stretch (negative under tension)", against);
-    audit.add_rows(kept, "stress is not zero at stretch 1; the offset was not taken off", offset);
-}
-
-fn log_doubts(
-    audit: &mut Audit,
-    samples: &[Sample],
-    columns: &Columns,
-    card: Option<&Card>,
-    header: &[(String, String)],
-) {
-    let measured = card.and_then(|c| c.strain_measurement.as_deref()).unwrap_or_default().to_lowercase();
-    let said = header.iter().find(|(key, value)| {
-        let (key, value) = (key.to_lowercase(), value.to_lowercase());
-        value.contains("crosshead") || key.contains("crosshead") || (key == "strain measurement" && value == "global")
-    });
-    if measured.contains("crosshead") || said.is_some() {
-        let source = said.map_or("the card".into(), |(k, v)| format!("the header, \"{k}: {v}\""));
-        audit.add(
-            AuditKind::Doubt,
-            format!(
-                "strain comes from crosshead travel (by {source}): it counts the stretch of the wide ends as if it were \
-                 the gauge length's, so the fitted stiffness is too low; only a fit of the whole specimen corrects it"
-            ),
-            vec![],
-        );
-    }
-    let largest = samples.iter().map(|s| s.stretch).fold(0.0, f64::max);
-    if columns.strain_kind == StrainKind::Engineering && columns.strain_factor == 1.0 && largest > 31.0 {
-        let message = format!(
-            "column \"{}\" was read without a unit and reaches {:.4}; if it is in percent pass --strain-unit %",
-            columns.strain_name,
-            largest - 1.0
-        );
-        audit.add(AuditKind::Doubt, message, vec![]);
-    }
-    let unread = samples.len() + audit.of(AuditKind::LeftOut).count();
-    if samples.len() * 10 < unread * 9 {
-        let message = format!("{} of {unread} rows could not be read", unread - samples.len());
-        audit.add(AuditKind::Doubt, message, vec![]);
-    }
 }

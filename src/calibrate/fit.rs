@@ -9,8 +9,8 @@ use super::solve::{LawFit, Setting, solve};
 use super::specimen::scatter;
 use super::term::invariants;
 use super::{
-    Experiment, FitCurves, FitError, FitOptions, FitRequest, FitResult, Misfit, Mode, Model, RangeRow, Sample,
-    StretchRange, profile,
+    Experiment, FitCurves, FitError, FitOptions, FitRequest, FitResult, Misfit, Mode, Model, Otherwise, RangeRow,
+    Sample, StretchRange, Weighting, noise, profile,
 };
 use crate::material::registry;
 
@@ -28,7 +28,9 @@ pub(super) fn read(request: &FitRequest) -> Result<Experiment, FitError> {
         _ => None,
     };
     let files = std::iter::once(&request.data).chain(&request.more);
-    let one = |path: &std::path::PathBuf| Experiment::read(path, request.card.as_deref(), &request.columns, stated);
+    let one = |path: &std::path::PathBuf| {
+        Experiment::read(path, request.card.as_deref(), &request.columns, stated)?.prepare(&request.preparation)
+    };
     Experiment::pool(files.map(one).collect::<Result<_, _>>()?)
 }
 
@@ -38,18 +40,19 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
     let partner = options.partner.map(|p| p.check()).transpose()?;
     let volumetric = options.volumetric.as_ref().map(|v| check_volumetric(model, v)).transpose()?;
     let choice = choose(experiment, options)?;
-    let setting = choice.setting(experiment, options, model);
+    let setting = choice.setting(experiment, options, model)?;
     let Choice { modes, range, fitted, stretch } = choice;
     let is_fitted = |s: &Sample| modes.contains(&s.mode) && range.contains(s.stretch) && s.is_informative();
     let answer = solve(&setting, &fitted, None)?;
     let groups = by_specimen(&fitted, experiment.specimens.len());
-    let stress = |mode, stretch| model.stress(&answer.values, mode, stretch);
+    let stress = |s: &Sample| model.at(&answer.values, s);
     let own = residuals(&fitted, stress);
     let misfit = Misfit::of(&own).expect("the rows were counted");
     let samples: Vec<Sample> = experiment.samples.iter().copied().filter(Sample::is_informative).collect();
     let all = residuals(&samples, stress);
     let range_dependence = range_dependence(experiment, &modes, range.from, &setting, &answer);
-    let largest = experiment.samples.iter().map(|s| s.stretch.max(1.0 / s.stretch)).fold(1.0, f64::max);
+    let principal = |s: &Sample| s.stretches().into_iter().fold(s.stretch, f64::max).max(1.0 / s.stretch);
+    let largest = experiment.samples.iter().map(principal).fold(1.0, f64::max);
     let curves = FitCurves::new(
         format!("{} fitted to {}", model.label(), experiment.file),
         model,
@@ -73,12 +76,14 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
         stretch,
         rows: fitted.len(),
         weighting: options.weighting,
+        noise: setting.noise.clone(),
         loss: options.loss,
         parameters: answer.identified.estimates.clone(),
         interval_assumption: interval_assumption(options.weighting, options.loss),
         profile: profile::intervals(model, &fitted, &answer),
         bootstrap: bootstrap(&setting, &groups, &answer, options.bootstrap),
         scatter: scatter(&setting, &experiment.specimens, &groups, &answer)?,
+        otherwise: otherwise(experiment, &setting, &fitted, &answer, is_fitted),
         unidentified: answer.identified.directions.clone(),
         stability: certificate(model, &answer.values, answer.modulus, largest),
         partner,
@@ -97,6 +102,27 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
     };
     result.warnings = warnings(&result, &answer, model, experiment, options.tolerance);
     Ok(result)
+}
+
+/// The fit under every other treatment of the rows.
+fn otherwise(
+    experiment: &Experiment,
+    setting: &Setting,
+    fitted: &[Sample],
+    answer: &LawFit,
+    is_fitted: impl Fn(&Sample) -> bool,
+) -> Vec<Otherwise> {
+    let one = |a: &super::Alternative| {
+        let rows: Vec<Sample> = a.samples.iter().filter(|s| is_fitted(s)).copied().collect();
+        let found = solve(setting, &rows, None).ok()?;
+        let law = |s: &Sample| setting.model.at(&answer.values, s);
+        let change: f64 = fitted.iter().map(|s| (setting.model.at(&found.values, s) - law(s)).powi(2)).sum();
+        let size: f64 = fitted.iter().map(|s| law(s).powi(2)).sum();
+        let parameters = found.identified.estimates;
+        let change = (change / size).sqrt();
+        Some(Otherwise { treatment: a.treatment, unasked: a.unasked, rows: rows.len(), parameters, change })
+    };
+    experiment.alternatives.iter().filter_map(one).collect()
 }
 
 /// Rows of each specimen.
@@ -125,15 +151,25 @@ pub(super) fn choose(experiment: &Experiment, options: &FitOptions) -> Result<Ch
 }
 
 impl Choice {
-    pub(super) fn setting(&self, experiment: &Experiment, options: &FitOptions, model: Model) -> Setting {
-        let invariant = |s: &Sample| invariants(s.mode.stretches(s.stretch)).0;
-        Setting {
+    pub(super) fn setting(
+        &self,
+        experiment: &Experiment,
+        options: &FitOptions,
+        model: Model,
+    ) -> Result<Setting, FitError> {
+        let invariant = |s: &Sample| invariants(s.stretches()).0;
+        let noise = match options.weighting {
+            Weighting::Noise => noise::of_modes(&self.fitted, &self.modes, options.noise)?,
+            Weighting::Absolute | Weighting::Relative => vec![],
+        };
+        Ok(Setting {
             model,
             weighting: options.weighting,
+            noise,
             loss: options.loss,
             reach: experiment.samples.iter().map(invariant).fold(0.0, f64::max),
             stable: stable_points(options.stable, &self.modes, self.stretch),
-        }
+        })
     }
 }
 
@@ -184,9 +220,15 @@ const STABLE: u32 = 201;
 
 /// As asked in every mode; else the fitted modes from rest over the fitted range.
 fn stable_points(asked: Option<StretchRange>, modes: &[Mode], fitted: [f64; 2]) -> Vec<(Mode, f64)> {
+    // Stability is a matter of the principal stretches: simple shear has those of the planar test
+    let has = |m: &Mode| match m {
+        Mode::Uniaxial => modes.contains(m),
+        Mode::Planar => [Mode::Planar, Mode::SimpleShear, Mode::Biaxial].iter().any(|m| modes.contains(m)),
+        _ => [Mode::Equibiaxial, Mode::Biaxial].iter().any(|m| modes.contains(m)),
+    };
     let (modes, [low, high]) = match asked {
-        Some(r) => (&Mode::ALL[..], [r.from.min(1.0), r.to.max(1.0)]),
-        None => (modes, [fitted[0].min(1.0), fitted[1].max(1.0)]),
+        Some(r) => (Mode::PULLED.to_vec(), [r.from.min(1.0), r.to.max(1.0)]),
+        None => (Mode::PULLED.into_iter().filter(has).collect(), [fitted[0].min(1.0), fitted[1].max(1.0)]),
     };
     let at = |k: u32| low * (high / low).powf(f64::from(k) / f64::from(STABLE - 1));
     modes.iter().flat_map(|m| (0..STABLE).map(move |k| (*m, at(k)))).collect()
@@ -221,8 +263,7 @@ fn range_dependence(
         .filter_map(|&n| {
             let part = &samples[..n];
             let found = solve(setting, part, Some(answer)).ok()?;
-            let stress = |mode, stretch| setting.model.stress(&found.values, mode, stretch);
-            let misfit = Misfit::of(&residuals(part, stress))?;
+            let misfit = Misfit::of(&residuals(part, |s| setting.model.at(&found.values, s)))?;
             Some(RangeRow {
                 to: part[n - 1].stretch,
                 rows: n,

@@ -28,13 +28,15 @@ pub struct Identified {
     pub directions: Vec<Direction>,
 }
 
-/// `residual` and `jacobian` [weighted Pa], (n) and (n, p); `size` = ‖wP‖.
+/// `residual` and `jacobian` [weighted Pa], (n) and (n, p); `size` = ‖wP‖; a relative change of the constants that changes the
+/// stresses by a smaller part than `rounding` is not seen.
 pub fn identify(
     parameters: &[Parameter],
     values: &[f64],
     jacobian: &DMatrix<f64>,
     residual: &DVector<f64>,
     size: f64,
+    rounding: f64,
 ) -> Identified {
     let (n, p) = (residual.len(), values.len());
     let scale: Vec<f64> = (0..p)
@@ -52,7 +54,7 @@ pub fn identify(
     let s = DMatrix::from_fn(n, p, |i, k| jacobian[(i, k)] * scale[k] / size);
     let svd = padded(&s, p).svd(false, true);
     let (sigma, vt) = (svd.singular_values, svd.v_t.expect("asked for"));
-    let blind = |k: usize| sigma[k] <= BLIND * sigma.max();
+    let blind = |k: usize| sigma[k] <= (BLIND * sigma.max()).max(rounding);
     let free = n.saturating_sub(p);
     let error = if free > 0 { residual.norm() / (free as f64).sqrt() / size } else { f64::INFINITY };
     let deviation = |k: usize| if blind(k) { f64::INFINITY } else { error / sigma[k] };

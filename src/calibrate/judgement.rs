@@ -6,7 +6,7 @@ use super::law::Form;
 use super::solve::{LawFit, ROUNDING, median};
 use super::{
     AuditKind, Estimate, Experiment, FitResult, FitWarning, Loss, Misfit, Mode, Model, Partner, Prediction,
-    PredictionKind, Residual, SolverCheck, StableRange, StretchRange, Validity, statistics,
+    PredictionKind, Residual, SolverCheck, StableRange, StretchRange, Treatment, Validity, statistics,
 };
 use crate::material::{LawEntry, registry};
 
@@ -74,6 +74,8 @@ pub fn warnings(
     if !result.unidentified.is_empty() {
         found.push(FitWarning::Unidentifiable { directions: result.unidentified.clone() });
     }
+    found.extend(cycles(result));
+    found.extend(may_be_zero(result));
     found.extend(held(answer));
     found.extend(unstable(result, model));
     let rms_relative = result.misfit.rms_relative;
@@ -117,6 +119,22 @@ pub fn warnings(
     found.extend(doubts.map(|e| FitWarning::Data { message: e.message.clone() }));
     found.extend(compressible(result, model, shear));
     found
+}
+
+/// What the rows that were left out without being asked for would have given: the last loading, else every row.
+fn cycles(result: &FitResult) -> Option<FitWarning> {
+    let unasked = || result.otherwise.iter().filter(|o| o.unasked);
+    let other = unasked().find(|o| o.treatment == Treatment::LastLoading).or_else(|| unasked().next())?;
+    let all: Vec<_> = other.parameters.iter().map(|e| format!("{} = {}", e.symbol, e.print(e.value))).collect();
+    Some(FitWarning::Cycles { treatment: other.treatment, change: other.change, answer: all.join(", ") })
+}
+
+/// Constants with a finite interval that holds zero, of laws that can do without them.
+fn may_be_zero(result: &FitResult) -> Option<FitWarning> {
+    let holds_zero =
+        |e: &&Estimate| e.std_error.is_finite() && e.value != 0.0 && e.interval[0] <= 0.0 && e.interval[1] >= 0.0;
+    let symbols: Vec<_> = result.parameters.iter().filter(holds_zero).map(|e| e.symbol).collect();
+    (!symbols.is_empty()).then_some(FitWarning::MayBeZero { symbols })
 }
 
 /// Ratio of the widths from which on the interval of the covariance is called too narrow [–]
@@ -208,8 +226,11 @@ fn stiffness(mu: f64, unit: &str) -> Option<FitWarning> {
         return None;
     }
     let pascal = |unit: &str| parse(&format!("1 {unit}"), Dimension::PRESSURE);
-    let read_as = pascal(unit).expect("the unit was parsed when the table was read");
-    let fits = |other: &&str| pascal(other).is_ok_and(|factor| RUBBER.contains(&(mu / read_as * factor)));
+    // A force has another unit
+    let read_as = pascal(unit).ok();
+    let fits = |other: &&str| {
+        pascal(other).ok().zip(read_as).is_some_and(|(factor, read_as)| RUBBER.contains(&(mu / read_as * factor)))
+    };
     let instead = ["MPa", "kPa", "Pa"].into_iter().find(fits);
     Some(FitWarning::Stiffness { mu_pa: mu, unit: unit.into(), instead })
 }

@@ -8,7 +8,7 @@
 //! data = "…"
 //! ```
 
-use super::{FitError, FitResult, Loss, Partner, Weighting};
+use super::{AuditKind, FitError, FitResult, Loss, Partner, Weighting};
 use std::path::Path;
 use toml::{Table, Value};
 
@@ -42,8 +42,14 @@ impl FitResult {
         if let Some(range) = self.asked_range {
             p.insert("asked_stretch".into(), Value::from(vec![range.from, range.to]));
         }
-        if self.weighting == Weighting::Relative {
-            p.insert("weighting".into(), "relative".into());
+        match self.weighting {
+            Weighting::Absolute => {}
+            Weighting::Relative => drop(p.insert("weighting".into(), "relative".into())),
+            Weighting::Noise => drop(p.insert("weighting".into(), "noise".into())),
+        }
+        let changed = self.audit.of(AuditKind::Changed).map(|e| e.message.clone()).collect::<Vec<_>>();
+        if !changed.is_empty() {
+            p.insert("changed".into(), texts(changed));
         }
         if self.loss == Loss::Huber {
             p.insert("loss".into(), "huber".into());

@@ -55,7 +55,7 @@ fn lorentz(s: &Slopes) -> [f64; 3] {
 
 impl Cone {
     fn at(slopes: fn(usize, [f64; 3]) -> Slopes, terms: usize, (mode, stretch): (Mode, f64)) -> Self {
-        let s = mode.stretches(stretch);
+        let s = mode.stretches(stretch, 1.0);
         let neo_hooke = of_invariants(&Yeoh { c: [0.5, 0.0, 0.0], terms: 1 }, s);
         Self { terms: (0..terms).map(|k| lorentz(&slopes(k, s))).collect(), reference: lorentz(&neo_hooke) }
     }

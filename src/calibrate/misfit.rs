@@ -20,11 +20,11 @@ pub struct Residual {
 }
 
 /// Residuals in the order of mode and stretch; equal stretches stay in the order of the file.
-pub fn residuals(samples: &[Sample], law: impl Fn(Mode, f64) -> f64) -> Vec<Residual> {
+pub fn residuals(samples: &[Sample], law: impl Fn(&Sample) -> f64) -> Vec<Residual> {
     let mut rows: Vec<_> = samples
         .iter()
         .map(|s| {
-            let p = law(s.mode, s.stretch);
+            let p = law(s);
             Residual {
                 mode: s.mode,
                 stretch: s.stretch,

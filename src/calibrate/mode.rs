@@ -5,23 +5,29 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 
-/// How the test piece is stretched; λ is the stretch in the loaded direction, J = 1.
+/// How the test piece is deformed; λ is the stretch in the loaded direction, J = 1.
 ///
 /// | mode | F | loaded directions |
 /// |---|---|---|
-/// | uniaxial | diag(λ, λ^-½, λ^-½) | 1 |
+/// | uniaxial | diag(λ, λ^-½, λ^-½) | 1; compression has λ < 1 |
 /// | equibiaxial | diag(λ, λ, λ⁻²) | 1 and 2, the same nominal stress in both |
 /// | planar (pure shear) | diag(λ, 1, λ⁻¹) | 1; the stress that holds direction 2 is not recorded |
+/// | simple_shear | I + γ e₁⊗e₂ | the shear stress P₁₂; λ is the principal stretch, γ = λ − λ⁻¹ |
+/// | biaxial | diag(λ, λ₂, 1/(λλ₂)) | 1 and 2, one sample each: the other direction has the other stretch |
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Mode {
     Uniaxial,
     Equibiaxial,
     Planar,
+    SimpleShear,
+    Biaxial,
 }
 
 impl Mode {
-    pub const ALL: [Self; 3] = [Self::Uniaxial, Self::Equibiaxial, Self::Planar];
+    pub const ALL: [Self; 5] = [Self::Uniaxial, Self::Equibiaxial, Self::Planar, Self::SimpleShear, Self::Biaxial];
+    /// Modes with one measured stretch, which is λ
+    pub const PULLED: [Self; 3] = [Self::Uniaxial, Self::Equibiaxial, Self::Planar];
 
     /// Name in files and messages
     pub fn name(self) -> &'static str {
@@ -29,20 +35,54 @@ impl Mode {
             Self::Uniaxial => "uniaxial",
             Self::Equibiaxial => "equibiaxial",
             Self::Planar => "planar",
+            Self::SimpleShear => "simple_shear",
+            Self::Biaxial => "biaxial",
         }
     }
 
-    /// The mode that a word in a file means: `uniaxial`, `equibiaxial`, `planar`, and what tables call them.
+    /// The mode that a word in a file means: its name, and what tables call it.
     pub fn from_word(word: &str) -> Option<Self> {
         let word: String = word.to_lowercase().chars().filter(char::is_ascii_alphanumeric).collect();
         match word.as_str() {
-            "uniaxial" | "ut" | "tension" | "simpletension" | "uniaxialtension" | "uniaxialcompression" => {
-                Some(Self::Uniaxial)
-            }
+            "uniaxial"
+            | "ut"
+            | "tension"
+            | "simpletension"
+            | "uniaxialtension"
+            | "uniaxialcompression"
+            | "compression" => Some(Self::Uniaxial),
             "equibiaxial" | "equibiaxialtension" | "eb" | "et" => Some(Self::Equibiaxial),
             "planar" | "pureshear" | "planartension" | "ps" | "pt" => Some(Self::Planar),
+            "simpleshear" | "ss" => Some(Self::SimpleShear),
+            "biaxial" | "biaxialtension" => Some(Self::Biaxial),
             _ => None,
         }
+    }
+
+    /// Principal stretches [–] at λ: loaded, second, free. `second`: λ₂ of a biaxial test.
+    pub fn stretches(self, l: f64, second: f64) -> [f64; 3] {
+        match self {
+            Self::Uniaxial => [l, 1.0 / l.sqrt(), 1.0 / l.sqrt()],
+            Self::Equibiaxial => [l, l, 1.0 / (l * l)],
+            Self::Planar | Self::SimpleShear => [l, 1.0, 1.0 / l],
+            Self::Biaxial => [l, second, 1.0 / (l * second)],
+        }
+    }
+
+    /// Nominal stress P [Pa] of a law with these τ [Pa]: (τ₁ − τ₃)/λ, as the pressure leaves direction 3 free; in simple shear
+    /// P₁₂ = dψ/dγ = (τ₁ − τ₃)/(λ + λ⁻¹), as γ = 2 sinh ln λ.
+    pub fn nominal(self, tau: [f64; 3], l: f64) -> f64 {
+        (tau[0] - tau[2]) / if self == Self::SimpleShear { l + 1.0 / l } else { l }
+    }
+
+    /// λ [–] at a measured strain [–]: 1 + e, in simple shear ½γ + √(1 + ¼γ²).
+    pub fn stretch(self, e: f64) -> f64 {
+        if self == Self::SimpleShear { 0.5 * e + (0.5 * e).hypot(1.0) } else { 1.0 + e }
+    }
+
+    /// The strain [–] that is measured at λ: the inverse of [`Mode::stretch`].
+    pub fn strain(self, l: f64) -> f64 {
+        if self == Self::SimpleShear { l - 1.0 / l } else { l - 1.0 }
     }
 }
 

@@ -58,7 +58,7 @@ impl Profile<'_> {
 
     /// `None` where the law is not defined or a factor is negative.
     fn square(&self, values: &[f64]) -> Option<f64> {
-        let of = |(s, w): (&Sample, &f64)| (w * (s.stress - self.model.stress(values, s.mode, s.stretch))).powi(2);
+        let of = |(s, w): (&Sample, &f64)| (w * (s.stress - self.model.at(values, s))).powi(2);
         let sum: f64 = self.samples.iter().zip(self.weight).map(of).sum();
         let admitted = match &self.model.law.form {
             Form::Linear(_) => true,
@@ -132,12 +132,12 @@ impl Profile<'_> {
         let entries: Vec<f64> = rows
             .clone()
             .flat_map(|(s, w)| {
-                let all = self.model.sensitivities(x, s.mode, s.stretch);
+                let all = self.model.sensitivities(x, s);
                 others.iter().zip(&scale).map(|(k, z)| w * z * all[*k]).collect::<Vec<_>>()
             })
             .collect();
         let jacobian = DMatrix::from_row_slice(self.samples.len(), others.len(), &entries);
-        let residual = rows.map(|(s, w)| w * (s.stress - self.model.stress(x, s.mode, s.stretch)));
+        let residual = rows.map(|(s, w)| w * (s.stress - self.model.at(x, s)));
         let residual = DVector::from_iterator(self.samples.len(), residual);
         let (normal, slope) = (jacobian.transpose() * &jacobian, jacobian.transpose() * residual);
         let largest = normal.diagonal().max();

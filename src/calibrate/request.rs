@@ -1,6 +1,6 @@
 //! What is asked of a fit.
 
-use super::{ColumnChoice, FitError, Mode};
+use super::{ColumnChoice, FitError, Mode, Preparation};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -80,6 +80,8 @@ pub enum Weighting {
     Absolute,
     /// Every per cent counts alike; below 5 % of the largest stress of the mode, every pascal
     Relative,
+    /// Every standard deviation of the noise counts alike, which each mode has its own of
+    Noise,
 }
 
 /// How much a row far off counts.
@@ -98,7 +100,8 @@ impl FromStr for Weighting {
         match word {
             "absolute" => Ok(Self::Absolute),
             "relative" => Ok(Self::Relative),
-            _ => Err(format!("\"{word}\" is not a weighting; known: absolute, relative")),
+            "noise" => Ok(Self::Noise),
+            _ => Err(format!("\"{word}\" is not a weighting; known: absolute, relative, noise")),
         }
     }
 }
@@ -127,6 +130,8 @@ pub struct FitOptions {
     /// the range is part of the result.
     pub range: Option<StretchRange>,
     pub weighting: Weighting,
+    /// Standard deviation of the stress [Pa] for [`Weighting::Noise`]; `None`: each mode's rows tell
+    pub noise: Option<f64>,
     pub loss: Loss,
     /// Stretches over which a linear law is kept stable in every mode; `None`: the fitted modes over the fitted range
     pub stable: Option<StretchRange>,
@@ -148,6 +153,7 @@ impl FitOptions {
             modes: vec![],
             range: None,
             weighting: Weighting::Absolute,
+            noise: None,
             loss: Loss::Squares,
             stable: None,
             partner: None,
@@ -167,6 +173,7 @@ pub struct FitRequest {
     /// `None`: the `card.toml` beside the table, if it names the table
     pub card: Option<PathBuf>,
     pub columns: ColumnChoice,
+    pub preparation: Preparation,
     pub options: FitOptions,
 }
 
@@ -177,6 +184,7 @@ impl FitRequest {
             more: vec![],
             card: None,
             columns: ColumnChoice::default(),
+            preparation: Preparation::default(),
             options: FitOptions::new(law),
         }
     }

@@ -1,8 +1,10 @@
 //! The answer of a fit.
 
+use super::noise::ModeNoise;
+use super::words::stress_unit;
 use super::{
     Audit, Bootstrap, FitCurves, FitError, FitWarning, Loss, Misfit, Mode, Partner, Residual, Scatter, SolverCheck,
-    StableRange, StretchRange, Weighting,
+    StableRange, StretchRange, Treatment, Weighting,
 };
 use serde::Serialize;
 use std::fmt;
@@ -37,6 +39,7 @@ pub fn interval_assumption(weighting: Weighting, loss: Loss) -> String {
     let size = match weighting {
         Weighting::Absolute => "of one size",
         Weighting::Relative => "in proportion to the stress",
+        Weighting::Noise => "of one size in each mode",
     };
     let outliers =
         if loss == Loss::Huber { "; approximate, with the weights of Huber's loss taken as given" } else { "" };
@@ -79,6 +82,18 @@ pub struct RangeRow {
     pub rms_relative: f64,
 }
 
+/// The same fit to rows that were treated otherwise.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct Otherwise {
+    pub treatment: Treatment,
+    /// True where the treatment that was taken was not asked for
+    pub unasked: bool,
+    pub rows: usize,
+    pub parameters: Vec<Estimate>,
+    /// √(Σ(P′ − P)²/ΣP²) of the two laws over the fitted rows [–]
+    pub change: f64,
+}
+
 /// Largest range around λ = 1 in which √(Σr²/ΣP²) of the fitted modes stays within the tolerance.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct Validity {
@@ -111,6 +126,8 @@ pub struct FitResult {
     /// Rows that take part; rows at λ = 1 with zero stress say nothing and are not counted
     pub rows: usize,
     pub weighting: Weighting,
+    /// By mode, where the weights ask for it
+    pub noise: Vec<ModeNoise>,
     pub loss: Loss,
     pub parameters: Vec<Estimate>,
     pub interval_assumption: String,
@@ -120,6 +137,8 @@ pub struct FitResult {
     pub bootstrap: Option<Bootstrap>,
     /// Between specimens, where there are several
     pub scatter: Option<Scatter>,
+    /// What the treatment of the rows did to the answer
+    pub otherwise: Vec<Otherwise>,
     /// What the data say nothing about, or hardly anything
     pub unidentified: Vec<Direction>,
     /// Where the law is stable, by mode
@@ -158,10 +177,9 @@ impl FitResult {
     /// `μ = … Pa [… , …]`, one per parameter
     pub fn answer(&self) -> String {
         let one = |e: &Estimate| {
-            let (low, high) = (e.interval[0], e.interval[1]);
-            let head = format!("{} = {:.5e} {}", e.symbol, e.value, e.unit);
+            let head = format!("{} = {}", e.symbol, e.print(e.value));
             if e.std_error.is_finite() {
-                format!("{head} (95 % interval {low:.5e} to {high:.5e})")
+                format!("{head} (95 % interval {})", e.span(e.interval))
             } else {
                 format!("{head} (not determined by the data)")
             }
@@ -184,30 +202,43 @@ impl fmt::Display for FitResult {
             self.rows
         )?;
         writeln!(f, "{}", self.answer())?;
-        writeln!(f, "misfit {:.2} % rms, {:.4e} Pa", 100.0 * self.misfit.rms_relative, self.misfit.rms_pa)?;
-        for (e, [low, high]) in self.parameters.iter().zip(self.profile.iter().flatten()) {
-            writeln!(f, "profile likelihood: {} from {low:.5e} to {high:.5e} {}", e.symbol, e.unit)?;
+        let (factor, unit) = stress_unit(self.misfit.rms_pa);
+        writeln!(f, "misfit {:.2} % rms, {:.3} {unit}", 100.0 * self.misfit.rms_relative, factor * self.misfit.rms_pa)?;
+        for n in &self.noise {
+            let (factor, unit) = stress_unit(n.std_pa);
+            let how = if n.given { "as given" } else { "from row to row" };
+            writeln!(f, "noise of {}: {:.3} {unit}, {how}", n.mode, factor * n.std_pa)?;
+        }
+        for o in &self.otherwise {
+            let all: Vec<_> = o.parameters.iter().map(|e| format!("{} = {}", e.symbol, e.print(e.value))).collect();
+            let (words, percent) = (o.treatment.words(), 100.0 * o.change);
+            writeln!(f, "{words} ({} rows): {}; the stresses differ by {percent:.1} % rms", o.rows, all.join(", "))?;
+        }
+        for (e, ends) in self.parameters.iter().zip(self.profile.iter().flatten()) {
+            writeln!(f, "profile likelihood: {} from {}", e.symbol, e.span(*ends))?;
         }
         if let Some(b) = &self.bootstrap {
-            for (e, [low, high]) in self.parameters.iter().zip(&b.intervals) {
-                writeln!(f, "bootstrap of {}: {} from {low:.5e} to {high:.5e} {}", b.drawn, e.symbol, e.unit)?;
+            for (e, ends) in self.parameters.iter().zip(&b.intervals) {
+                writeln!(f, "bootstrap of {}: {} from {}", b.drawn, e.symbol, e.span(*ends))?;
             }
         }
         if let Some(s) = &self.scatter {
-            for ((e, (mean, sd)), [low, high]) in
+            for ((e, (mean, sd)), ends) in
                 self.parameters.iter().zip(s.means.iter().zip(&s.deviations)).zip(&s.intervals)
             {
                 writeln!(
                     f,
-                    "{} specimens: {} = {mean:.5e} {}, scatter {sd:.2e}, 95 % interval of the mean {low:.5e} to {high:.5e}",
+                    "{} specimens: {} = {}, scatter {}, 95 % interval of the mean {}",
                     s.specimens.len(),
                     e.symbol,
-                    e.unit
+                    e.print(*mean),
+                    e.print(*sd),
+                    e.span(*ends)
                 )?;
             }
         }
-        for (e, [low, high]) in self.parameters.iter().zip(&self.range_spread) {
-            writeln!(f, "ranges that end earlier give {} from {low:.5e} to {high:.5e} {}", e.symbol, e.unit)?;
+        for (e, ends) in self.parameters.iter().zip(&self.range_spread) {
+            writeln!(f, "ranges that end earlier give {} from {}", e.symbol, e.span(*ends))?;
         }
         let percent = 100.0 * self.validity.tolerance;
         match self.validity.tension_to {

@@ -3,36 +3,17 @@
 //! Row i is wᵢPᵢ/N with N = ‖wP‖, so that factors of a law come out in units of N [Pa] and the sum of squares is the relative
 //! misfit squared.
 
-use super::term::nominal;
-use super::{FitError, Sample, Weighting};
+use super::{FitError, Mode, Sample};
 use nalgebra::{DMatrix, DVector};
 
-/// Smallest |P| that a relative weight divides by, over the largest |P| of the mode [–]
-pub const FLOOR: f64 = 0.05;
 /// Data that are nearly orthogonal to a Neo-Hookean law say nothing on the stiffness of a rubber [–]
 const LEAST_COSINE: f64 = 0.02;
-
-/// Weights wᵢ before a robust loss: 1, or 1/|P| [1/Pa] with a floor.
-pub fn weights(samples: &[Sample], weighting: Weighting) -> Vec<f64> {
-    let largest = |mode| samples.iter().filter(|s| s.mode == mode).map(|s| s.stress.abs()).fold(0.0, f64::max);
-    let tops = super::Mode::ALL.map(largest);
-    let one = |s: &Sample| match weighting {
-        Weighting::Absolute => 1.0,
-        // A mode without stress has no scale: its rows count as much as the largest row of all
-        Weighting::Relative => {
-            let top = tops[s.mode as usize];
-            let all = tops.iter().copied().fold(0.0, f64::max);
-            s.stress.abs().max(FLOOR * if top > 0.0 { top } else { all }).recip()
-        }
-    };
-    samples.iter().map(one).collect()
-}
 
 /// Weighted rows.
 #[derive(Clone, Debug)]
 pub struct Rows {
-    /// Loaded, second, free principal stretch of each row
-    pub stretches: Vec<[f64; 3]>,
+    /// Mode and loaded, second, free principal stretch of each row
+    pub places: Vec<(Mode, [f64; 3])>,
     /// wᵢ/N [1/Pa]
     pub weight: Vec<f64>,
     /// wᵢPᵢ/N [–], of length 1
@@ -49,9 +30,9 @@ impl Rows {
         if norm == 0.0 {
             return Err(FitError::ZeroStress);
         }
-        let stretches: Vec<_> = samples.iter().map(|s| s.mode.stretches(s.stretch)).collect();
+        let places: Vec<_> = samples.iter().map(|s| (s.mode, s.stretches())).collect();
         // A unit that makes factors of the order 1: the Neo-Hookean μ of the rows
-        let g: Vec<f64> = stretches.iter().zip(weight).map(|(s, w)| w * (s[0] - s[2] * s[2] / s[0])).collect();
+        let g: Vec<f64> = places.iter().zip(weight).map(|((m, s), w)| w * m.nominal(s.map(|l| l * l), s[0])).collect();
         let length = g.iter().map(|x| x * x).sum::<f64>().sqrt();
         let cosine = g.iter().zip(&weighted).map(|(g, p)| g * p).sum::<f64>() / (length * norm);
         if cosine < LEAST_COSINE {
@@ -59,17 +40,17 @@ impl Rows {
         }
         let unit = norm / length;
         let weight: Vec<f64> = weight.iter().map(|w| w / norm).collect();
-        Ok(Self { stretches, weight, target: DVector::from_vec(weighted) / norm, unit })
+        Ok(Self { places, weight, target: DVector::from_vec(weighted) / norm, unit })
     }
 
     pub fn len(&self) -> usize {
-        self.stretches.len()
+        self.places.len()
     }
 
     /// The column of a term with these τ [–] for a factor in units of `unit`.
     pub fn column(&self, tau: impl Fn([f64; 3]) -> [f64; 3]) -> DVector<f64> {
-        let rows = self.stretches.iter().zip(&self.weight);
-        DVector::from_iterator(self.len(), rows.map(|(s, w)| w * self.unit * nominal(tau(*s), s[0])))
+        let rows = self.places.iter().zip(&self.weight);
+        DVector::from_iterator(self.len(), rows.map(|((m, s), w)| w * self.unit * m.nominal(tau(*s), s[0])))
     }
 }
 

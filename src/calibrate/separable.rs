@@ -2,7 +2,8 @@
 //!
 //! The factors are eliminated (variable projection: Golub & Pereyra, SIAM J. Numer. Anal. 10, 1973; gradient and Gauss–Newton matrix
 //! after Kaufman, BIT 15, 1975): f(θ) = min_{c ≥ 0} ½‖Φ(θ)c − p̂‖², and argmin's trust region (Steihaug's conjugate gradients) searches θ
-//! alone, from several starts. Gauss–Newton steps in all constants then finish to rounding.
+//! alone, from several starts. Gauss–Newton steps in all constants then finish to rounding. From the answer to much the same rows they go
+//! alone; the trust region is called where they do not settle, or a term without a factor would come back.
 //!
 //! The starts are the best of all choices of N different points of a grid of θ: five that differ in more than one point (where N is three or
 //! more), then the next best. Columns of the grid are reduced by one QR, so that a choice costs N × N.
@@ -26,6 +27,11 @@ const LEGS: usize = 60;
 const GRADIENT: f64 = 1e-6;
 /// Two starts arrived at the same minimum where their misfits ‖r‖ differ by less than this part [–]
 const SAME: f64 = 1e-6;
+/// Part of the misfit that is none: r along the columns where no step lowers it, gain by other factors [–]
+const FLAT: f64 = 1e-7;
+/// Fall of the misfit in a step that ends a fit; of one among many, n of whose rows leave √(2nε) of a standard error
+const ROUNDING: f64 = 1e-13;
+const NEAR: f64 = 1e-10;
 /// Value of the objective where the law is not defined [–]: a step into it is taken back
 const WALL: f64 = 1e12;
 
@@ -139,31 +145,36 @@ pub fn solve(
     warm: Option<&[f64]>,
 ) -> Result<Separable, FitError> {
     let problem = Projected { family, rows, reach };
+    if let Some(end) = warm.and_then(|x| finish(&problem, x.to_vec(), NEAR)).filter(|end| end.settled) {
+        return Ok(answer(&problem, end, (0..terms).collect(), SolverCheck::Starts { starts: 1, agree: 1 }));
+    }
     let starts = warm.map_or_else(|| starts(&problem, terms), |x| vec![x.to_vec()]);
     let mut ends = Vec::new();
     for x in &starts {
         let x = search(family, rows, reach, x)?;
-        ends.extend(finish(&problem, x));
+        ends.extend(finish(&problem, x, ROUNDING));
     }
-    let best = (0..ends.len()).min_by(|a, b| ends[*a].0.total_cmp(&ends[*b].0));
-    let Some(best) = best else {
+    let Some(least) = ends.iter().map(|e| e.misfit).reduce(f64::min) else {
         return Err(FitError::Solver { solver: "argmin", status: "no start lies where the law is defined".into() });
     };
-    let least = ends[best].0;
     // Below rounding every misfit is the same
-    let agree = ends.iter().filter(|e| e.0 <= least * (1.0 + SAME) + 1e-12).count();
-    let (_, x, c) = &ends[best];
+    let agree = ends.iter().filter(|e| e.misfit <= least * (1.0 + SAME) + 1e-12).count();
+    let best = ends.into_iter().find(|e| e.misfit == least).expect("one of them is the least");
     let mut order: Vec<usize> = (0..terms).collect();
     // A warm start keeps the order of the answer it comes from, so that its constants can be compared
     if warm.is_none() {
-        order.sort_by(|a, b| c[*b].total_cmp(&c[*a]));
+        order.sort_by(|a, b| best.c[*b].total_cmp(&best.c[*a]));
     }
-    Ok(Separable {
-        factors: order.iter().map(|k| c[*k] * rows.unit).collect(),
-        shapes: order.iter().map(|k| (family.shape)(x[*k], reach).0).collect(),
+    Ok(answer(&problem, best, order, SolverCheck::Starts { starts: starts.len(), agree }))
+}
+
+fn answer(problem: &Projected<'_>, End { x, c, .. }: End, order: Vec<usize>, check: SolverCheck) -> Separable {
+    Separable {
+        factors: order.iter().map(|k| c[*k] * problem.rows.unit).collect(),
+        shapes: order.iter().map(|k| (problem.family.shape)(x[*k], problem.reach).0).collect(),
         at: order.iter().map(|k| x[*k]).collect(),
-        check: SolverCheck::Starts { starts: starts.len(), agree },
-    })
+        check,
+    }
 }
 
 /// The best choices of grid points, the first ones far apart.
@@ -235,22 +246,34 @@ fn search(family: &Family, rows: &Rows, reach: f64, start: &[f64]) -> Result<Vec
     Ok(x)
 }
 
-/// Gauss–Newton in all constants of the terms that count, each step halved until the misfit falls. ‖r‖ [–], x and c.
-fn finish(problem: &Projected<'_>, mut x: Vec<f64>) -> Option<(f64, Vec<f64>, Vec<f64>)> {
-    let start = problem.at(&x)?;
-    let (mut c, mut r) = (start.c, start.residual);
+/// Where Gauss–Newton ended.
+struct End {
+    /// ‖r‖ [–]
+    misfit: f64,
+    x: Vec<f64>,
+    c: Vec<f64>,
+    /// The misfit falls no more, neither by a step nor by other factors
+    settled: bool,
+}
+
+/// Gauss–Newton in all constants of the terms that count, each step halved until the misfit falls; it ends where the misfit falls by less
+/// than the part `flat`.
+fn finish(problem: &Projected<'_>, mut x: Vec<f64>, flat: f64) -> Option<End> {
+    let Point { mut c, mut columns, residual: mut r } = problem.at(&x)?;
+    let mut settled = false;
     for _ in 0..30 {
         let own: Vec<usize> = (0..x.len()).filter(|k| c[*k] > 0.0).collect();
-        let (columns, slopes) = (problem.columns(&x)?, problem.slopes(&x, &c));
+        let slopes = problem.slopes(&x, &c);
         let j: Vec<_> = own.iter().map(|k| columns[*k].clone()).chain(own.iter().map(|k| slopes[*k].clone())).collect();
         if j.is_empty() {
             break;
         }
         let size: Vec<f64> = j.iter().map(|c| if c.norm() > 0.0 { c.norm() } else { 1.0 }).collect();
         let scaled: Vec<_> = j.iter().zip(&size).map(|(c, n)| c / *n).collect();
-        let svd = padded(&beside(&scaled), j.len()).svd(true, true);
-        let long = r.clone().resize_vertically(r.len().max(j.len()), 0.0);
-        let Ok(step) = svd.solve(&long, 1e-10 * svd.singular_values.max()) else { break };
+        // The step is that of the columns: their triangle has the same singular values
+        let (triangle, d) = reduce(&beside(&scaled), &r);
+        let svd = triangle.svd(true, true);
+        let Ok(step) = svd.solve(&d, 1e-10 * svd.singular_values.max()) else { break };
         let moved = |t: f64| {
             let (mut x, mut c) = (x.clone(), c.clone());
             for (n, k) in own.iter().enumerate() {
@@ -259,15 +282,23 @@ fn finish(problem: &Projected<'_>, mut x: Vec<f64>) -> Option<(f64, Vec<f64>, Ve
             }
             let columns = problem.columns(&x)?;
             let r = problem.residual(&columns, &c);
-            (c.iter().all(|c| *c >= 0.0)).then_some((x, c, r))
+            (c.iter().all(|c| *c >= 0.0)).then_some((x, c, columns, r))
         };
-        let better = (0..12).filter_map(|n| moved(0.5_f64.powi(n))).find(|(_, _, new)| new.norm() < r.norm());
-        let Some((next, factors, residual)) = better else { break };
-        let still = residual.norm() > r.norm() * (1.0 - 1e-13);
-        (x, c, r) = (next, factors, residual);
+        let better = (0..12).filter_map(|n| moved(0.5_f64.powi(n))).find(|(_, _, _, new)| new.norm() < r.norm());
+        let Some((next, factors, there, residual)) = better else {
+            // What a full step would gain is rounding
+            settled = d.norm() <= FLAT * r.norm();
+            break;
+        };
+        let still = residual.norm() > r.norm() * (1.0 - flat);
+        (x, c, columns, r) = (next, factors, there, residual);
         if still {
+            settled = true;
             break;
         }
     }
-    Some((r.norm(), x, c))
+    let misfit = r.norm();
+    // Factors that are the best for these shapes: a term that vanished does not come back
+    settled &= problem.at(&x)?.residual.norm() >= misfit * (1.0 - FLAT);
+    Some(End { misfit, x, c, settled })
 }

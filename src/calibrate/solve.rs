@@ -3,7 +3,9 @@
 use super::identify::{self, Identified};
 use super::law::{Form, Model};
 use super::linear::{self, Points};
-use super::rows::{self, Rows};
+use super::noise;
+use super::noise::ModeNoise;
+use super::rows::Rows;
 use super::{FitError, Loss, Sample, Weighting, separable, statistics};
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
@@ -25,6 +27,8 @@ pub enum SolverCheck {
 pub struct Setting {
     pub model: Model,
     pub weighting: Weighting,
+    /// Standard deviation of the stress by mode [Pa], where the weights ask for it
+    pub noise: Vec<ModeNoise>,
     pub loss: Loss,
     /// Largest I₁ − 3 of the table [–]
     pub reach: f64,
@@ -68,7 +72,7 @@ pub fn solve(setting: &Setting, samples: &[Sample], near: Option<&LawFit>) -> Re
 
 /// The same without intervals.
 pub fn constants(setting: &Setting, samples: &[Sample], near: Option<&LawFit>) -> Result<LawFit, FitError> {
-    let base = rows::weights(samples, setting.weighting);
+    let base = noise::weights(samples, setting.weighting, &setting.noise)?;
     let mut found = weighted(setting, samples, &base, near)?;
     let mut weight = base.clone();
     if setting.loss == Loss::Huber {
@@ -89,7 +93,7 @@ pub fn constants(setting: &Setting, samples: &[Sample], near: Option<&LawFit>) -
 
 /// √ of Huber's weights min(1, kσ/|r|) times the base weight, σ = 1.4826 median |r| (Huber, Robust Statistics, 1981, ch. 7).
 fn huber(setting: &Setting, samples: &[Sample], base: &[f64], values: &[f64]) -> Vec<f64> {
-    let off = |(s, w): (&Sample, &f64)| (w * (s.stress - setting.model.stress(values, s.mode, s.stretch))).abs();
+    let off = |(s, w): (&Sample, &f64)| (w * (s.stress - setting.model.at(values, s))).abs();
     let r: Vec<f64> = samples.iter().zip(base).map(off).collect();
     let size = samples.iter().zip(base).map(|(s, w)| (w * s.stress).powi(2)).sum::<f64>() / samples.len() as f64;
     let limit = (HUBER * 1.4826 * median(&r)).max(ROUNDING * size.sqrt());
@@ -134,15 +138,15 @@ fn weighted(setting: &Setting, samples: &[Sample], weight: &[f64], near: Option<
 
 fn judge(setting: &Setting, samples: &[Sample], mut found: LawFit) -> Result<LawFit, FitError> {
     let (model, weight) = (setting.model, found.weight.clone());
-    let p: Vec<f64> = samples.iter().map(|s| model.stress(&found.values, s.mode, s.stretch)).collect();
+    let p: Vec<f64> = samples.iter().map(|s| model.at(&found.values, s)).collect();
     let zip = || samples.iter().zip(&weight).zip(&p);
     let residual = DVector::from_iterator(samples.len(), zip().map(|((s, w), p)| w * (s.stress - p)));
     let size = zip().map(|((s, w), _)| (w * s.stress).powi(2)).sum::<f64>().sqrt();
     let sensitivities: Vec<f64> = (samples.iter().zip(&weight))
-        .flat_map(|(s, w)| model.sensitivities(&found.values, s.mode, s.stretch).into_iter().map(move |v| w * v))
+        .flat_map(|(s, w)| model.sensitivities(&found.values, s).into_iter().map(move |v| w * v))
         .collect();
     let jacobian = DMatrix::from_row_slice(samples.len(), found.values.len(), &sensitivities);
-    found.identified = identify::identify(model.parameters(), &found.values, &jacobian, &residual, size);
+    found.identified = identify::identify(model.parameters(), &found.values, &jacobian, &residual, size, 0.0);
     if residual.norm() > ROUNDING * size {
         let second = DVector::from_iterator(samples.len(), zip().map(|((s, w), p)| w * p / s.stretch));
         found.departure_p = departure(&jacobian, &second, &residual);

@@ -52,7 +52,7 @@ pub fn scatter(
             return Err(FitError::ShortSpecimen { file: name.clone(), rows: rows.len() });
         }
         let parameters = solve(setting, rows, Some(answer))?.identified.estimates;
-        let law = |s: &Sample| setting.model.stress(&answer.values, s.mode, s.stretch);
+        let law = |s: &Sample| setting.model.at(&answer.values, s);
         let along: f64 = rows.iter().map(|s| s.stress * law(s)).sum();
         let level = along / rows.iter().map(|s| law(s).powi(2)).sum::<f64>();
         Ok(Specimen { file: name.clone(), rows: rows.len(), parameters, level })

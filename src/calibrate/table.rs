@@ -1,4 +1,7 @@
-//! A delimited text file as lines of cells: byte-order mark, delimiter, decimal comma. No meaning yet.
+//! A delimited text file as lines of cells: byte-order mark, delimiter, decimal mark. No meaning yet.
+
+use serde::{Deserialize, Serialize};
+use std::str::FromStr;
 
 /// One line of a file.
 #[derive(Clone, Debug)]
@@ -10,6 +13,61 @@ pub struct Line {
 
 /// Delimiters that are tried, the ones that cannot be a decimal mark first.
 pub const DELIMITERS: [char; 3] = [';', '\t', ','];
+
+/// The sign between units and tenths; the other one may group thousands.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Decimal {
+    Point,
+    Comma,
+}
+
+impl FromStr for Decimal {
+    type Err = String;
+    fn from_str(word: &str) -> Result<Self, String> {
+        match word {
+            "point" => Ok(Self::Point),
+            "comma" => Ok(Self::Comma),
+            _ => Err(format!("\"{word}\" is not a decimal mark; known: point, comma")),
+        }
+    }
+}
+
+impl Decimal {
+    pub fn name(self) -> &'static str {
+        if self == Self::Point { "point" } else { "comma" }
+    }
+
+    /// The mark and the sign that groups thousands.
+    fn signs(self) -> (char, char) {
+        if self == Self::Point { ('.', ',') } else { (',', '.') }
+    }
+
+    /// The mark of these cells, or a cell such as `1,234` that is a number either way where no other cell decides.
+    pub fn of<'a>(cells: impl Iterator<Item = &'a str>) -> Result<Self, String> {
+        let (mut certain, mut either) = (false, None);
+        for cell in cells {
+            match (cell.rfind('.'), cell.rfind(',')) {
+                (Some(p), Some(c)) if number(cell, Self::Point).is_ok() || number(cell, Self::Comma).is_ok() => {
+                    return Ok(if p > c { Self::Point } else { Self::Comma });
+                }
+                (Some(_), None) if number(cell, Self::Point).is_ok() => return Ok(Self::Point),
+                (None, Some(_)) if number(cell, Self::Comma).is_ok() => {
+                    if number(cell, Self::Point).is_ok() {
+                        either = either.or(Some(cell));
+                    } else {
+                        certain = true;
+                    }
+                }
+                _ => {}
+            }
+        }
+        match either {
+            Some(cell) if !certain => Err(cell.to_string()),
+            _ => Ok(if certain { Self::Comma } else { Self::Point }),
+        }
+    }
+}
 
 /// Text of a file: UTF-8 without its byte-order mark. The flag tells that bytes had to be replaced.
 pub fn decode(bytes: &[u8]) -> (String, bool) {
@@ -36,26 +94,72 @@ pub fn split(text: &str, delimiter: char) -> Vec<Line> {
 }
 
 /// A cell as a finite number, or what is wrong with it.
-pub fn number(cell: &str, decimal_comma: bool) -> Result<f64, String> {
+pub fn number(cell: &str, decimal: Decimal) -> Result<f64, String> {
     if cell.is_empty() {
         return Err("is empty".into());
     }
-    let parsed = if decimal_comma { cell.replace(',', ".").parse::<f64>() } else { cell.parse::<f64>() };
-    match parsed {
-        Ok(x) if x.is_finite() => Ok(x),
-        Ok(_) => Err(format!("holds \"{cell}\", which is not finite")),
-        Err(_) => Err(format!("holds \"{cell}\", which is not a number")),
+    let (mark, group) = decimal.signs();
+    let (whole, rest) = cell.find(mark).map_or((cell, ""), |k| cell.split_at(k));
+    let plain = if is_grouped(whole, group) { whole.replace(group, "") + rest } else { cell.to_string() };
+    let other = plain.contains(group);
+    match plain.replace(mark, ".").parse::<f64>() {
+        Ok(x) if x.is_finite() && !other => Ok(x),
+        Ok(x) if !x.is_finite() => Err(format!("holds \"{cell}\", which is not finite")),
+        _ => Err(format!("holds \"{cell}\", which is not a number")),
     }
 }
 
-/// True when the cells are numbers only if their comma is a decimal mark.
-pub fn has_decimal_comma<'a>(cells: impl Iterator<Item = &'a str>) -> bool {
-    let mut commas = 0;
-    for cell in cells {
-        if cell.contains('.') && number(cell, false).is_ok() {
-            return false;
+/// True where a cell is a number with either mark.
+pub fn is_number(cell: &str) -> bool {
+    [Decimal::Point, Decimal::Comma].iter().any(|d| number(cell, *d).is_ok())
+}
+
+/// `1,234` or `12,345,678`, but not `0,123`: digits in groups of three, the first one not zero.
+fn is_grouped(whole: &str, group: char) -> bool {
+    let mut parts = whole.trim_start_matches(['-', '+']).split(group);
+    let digits = |p: &str| p.chars().all(|c| c.is_ascii_digit());
+    let first = parts.next().is_some_and(|p| (1..=3).contains(&p.len()) && digits(p) && !p.starts_with('0'));
+    let rest: Vec<&str> = parts.collect();
+    first && !rest.is_empty() && rest.iter().all(|p| p.len() == 3 && digits(p))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn decimal_marks_are_told_apart_or_not_at_all() {
+        let of = |cells: &[&str]| Decimal::of(cells.iter().copied());
+        for (cells, mark) in [
+            (&["1.5", "2"][..], Decimal::Point),
+            (&["1", "2"], Decimal::Point),
+            (&["1,5", "1,234"], Decimal::Comma),
+            (&["0,123", "0,456"], Decimal::Comma),
+            (&["1,234.5", "0.5"], Decimal::Point),
+            (&["1.234,5", "7"], Decimal::Comma),
+            (&["1,2345"], Decimal::Comma),
+        ] {
+            assert_eq!(of(cells), Ok(mark), "{cells:?}");
         }
-        commas += usize::from(cell.contains(',') && number(cell, true).is_ok());
+        assert_eq!(of(&["1,234", "2", "12,345"]), Err("1,234".into()));
     }
-    commas > 0
+
+    #[test]
+    fn cells_are_numbers_with_one_mark() {
+        for (cell, mark, value) in [
+            ("1,234.5", Decimal::Point, 1234.5),
+            ("-1.234,5", Decimal::Comma, -1234.5),
+            ("1,5e-3", Decimal::Comma, 1.5e-3),
+            ("1234.5", Decimal::Point, 1234.5),
+            ("12,345,678", Decimal::Point, 12_345_678.0),
+        ] {
+            assert_eq!(number(cell, mark), Ok(value), "{cell}");
+        }
+        for (cell, mark) in
+            [("1,5", Decimal::Point), ("1.5", Decimal::Comma), ("1,23,456", Decimal::Point), ("x", Decimal::Point)]
+        {
+            assert!(number(cell, mark).is_err_and(|e| e.contains("not a number")), "{cell}");
+        }
+        assert!(number("inf", Decimal::Point).is_err_and(|e| e.contains("not finite")));
+    }
 }

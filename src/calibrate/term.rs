@@ -1,15 +1,14 @@
 //! Terms of an incompressible energy ψ = Σ c w, by their slopes in eᵢ = ln λᵢ.
 //!
-//! τᵢ = ∂w/∂eᵢ, Dᵢⱼ = ∂τᵢ/∂eⱼ. Direction 3 is free of stress in every [`Mode`], which fixes the pressure:
+//! τᵢ = ∂w/∂eᵢ, Dᵢⱼ = ∂τᵢ/∂eⱼ. Direction 3 is free of stress in every [`Mode`](super::Mode), which fixes the pressure:
 //!
-//! P = (τ₁ − τ₃)/λ₁
+//! P = (τ₁ − τ₃)/λ₁, in simple shear P₁₂ = (τ₁ − τ₃)/(λ₁ + λ₁⁻¹)
 //!
 //! Of w(I₁, I₂) with aᵢ = ∂I₁/∂eᵢ = 2λᵢ² and bᵢ = ∂I₂/∂eᵢ = −2λᵢ⁻² (J = 1, I₂ = Σλᵢ⁻²):
 //! τ = w₁a + w₂b, D = 2w₁ diag a − 2w₂ diag b + w₁₁ a⊗a + w₁₂(a⊗b + b⊗a) + w₂₂ b⊗b.
 //!
 //! Source: Ogden, *Non-linear Elastic Deformations*, 1984, ch. 6; Treloar, *The Physics of Rubber Elasticity*, 3rd ed. 1975, ch. 5.
 
-use super::Mode;
 use crate::material::isochoric::{Partials, Strain};
 
 /// Slopes of one term with factor 1.
@@ -19,11 +18,6 @@ pub struct Slopes {
     pub tau: [f64; 3],
     /// Dᵢⱼ [–]
     pub d: [[f64; 3]; 3],
-}
-
-/// P/c [–] of a term with these τ.
-pub fn nominal(tau: [f64; 3], stretch: f64) -> f64 {
-    (tau[0] - tau[2]) / stretch
 }
 
 /// I₁ − 3 and I₂ − 3 [–] at the principal stretches of an incompressible material.
@@ -58,17 +52,6 @@ impl Slopes {
     pub fn in_plane(&self) -> [f64; 3] {
         let d = &self.d;
         [d[0][0] - 2.0 * d[0][2] + d[2][2], d[0][1] - d[0][2] - d[1][2] + d[2][2], d[1][1] - 2.0 * d[1][2] + d[2][2]]
-    }
-}
-
-impl Mode {
-    /// Principal stretches [–]: loaded, second, free.
-    pub fn stretches(self, l: f64) -> [f64; 3] {
-        match self {
-            Self::Uniaxial => [l, 1.0 / l.sqrt(), 1.0 / l.sqrt()],
-            Self::Equibiaxial => [l, l, 1.0 / (l * l)],
-            Self::Planar => [l, 1.0, 1.0 / l],
-        }
     }
 }
 

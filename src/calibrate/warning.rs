@@ -1,6 +1,6 @@
 //! Reasons not to take the answer of a fit at its word.
 
-use super::{Direction, Drawn, Mode};
+use super::{Direction, Drawn, Mode, Treatment};
 use serde::Serialize;
 use std::fmt;
 
@@ -36,6 +36,10 @@ pub enum FitWarning {
     Specimen { file: String, level: f64 },
     /// The bootstrap interval is wider than the one of the covariance, in which constant and how many times
     Narrow { symbol: &'static str, ratio: f64, drawn: Drawn },
+    /// Intervals of these constants hold zero: a law without them describes the rows as well
+    MayBeZero { symbols: Vec<&'static str> },
+    /// A choice of rows that was not asked for, and what another one gives
+    Cycles { treatment: Treatment, change: f64, answer: String },
     /// A single start found the reported minimum
     Starts { starts: usize },
 }
@@ -148,6 +152,19 @@ impl fmt::Display for FitWarning {
                 f,
                 "the interval of {symbol} is {ratio:.1} times as wide in the bootstrap of {drawn}: what is drawn is not independent, \
                  believe the wider one"
+            ),
+            Self::MayBeZero { symbols } => write!(
+                f,
+                "the intervals of {} hold zero: these rows do not tell whether the law needs them; take a law with fewer constants, widen the \
+                 range or add modes",
+                symbols.join(", ")
+            ),
+            Self::Cycles { treatment, change, answer } => write!(
+                f,
+                "the table loads and unloads, and the first loading was fitted: {} the answer would be {answer}, stresses {:.1} % rms away; \
+                 choose with --cycle first-loading, last-loading, a number, or all",
+                treatment.words(),
+                100.0 * change
             ),
             Self::Starts { starts } => write!(
                 f,

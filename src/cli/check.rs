@@ -3,9 +3,11 @@
 use super::{Outcome, files};
 use durometer::mesh::generate::Workshop;
 use durometer::scene::protocol::extremes;
+use durometer::scene::spec::{ConstraintSpec, EffectSpec};
 use durometer::scene::{Body, Scene, SceneSpec, read_scene};
 use durometer::study::runner::check_quantities;
 use durometer::study::spec::Study;
+use durometer::system::Cone;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -13,7 +15,7 @@ use std::sync::Arc;
 
 /// Validate a scene or study and say what would be simulated, without running it
 ///
-/// It names mesh, effects, unknowns, steps, signals and recorded columns. Nothing is solved. A mesh that is not stored yet is made, because the number of unknowns depends on it.
+/// It names mesh, effects with region, law and formulation, the kinds of effects and constraints that are not there, unknowns, steps, signals and recorded columns. Nothing is solved. A mesh that is not stored yet is made, because the number of unknowns depends on it.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -90,6 +92,12 @@ fn steps(scene: &Scene) -> usize {
     scene.spans.iter().map(durometer::solve::Span::steps).sum()
 }
 
+/// The kinds that the scene does not declare.
+fn absent(kinds: &[&str], declared: &[&str]) -> String {
+    let rest: Vec<&str> = kinds.iter().filter(|kind| !declared.contains(kind)).copied().collect();
+    if rest.is_empty() { "none".into() } else { rest.join(", ") }
+}
+
 fn describe(scene: &Scene) {
     let mesh = &scene.body.mesh;
     let (low, high) = mesh.bounding_box();
@@ -113,13 +121,23 @@ fn describe(scene: &Scene) {
         });
         println!("law          {} ({})", info.name, values.collect::<Vec<_>>().join(", "));
     }
-    for effect in &scene.system.effects {
-        println!("effect       {} ({} blocks)", effect.name(), effect.blocks().len());
+    // Effects in the order of the file, then the loads of constraints
+    for (k, effect) in scene.system.effects.iter().enumerate() {
+        let words = scene.spec.effects.get(k).map_or("load of a constraint".into(), EffectSpec::words);
+        println!("effect       {} ({} blocks): {words}", effect.name(), effect.blocks().len());
     }
-    for constraint in &scene.system.constraints {
-        println!("constraint   {} (exact row with multiplier)", constraint.name());
+    for rows in scene.system.constraints.chunk_by(|a, b| a.name() == b.name()) {
+        let blocks: usize = rows.iter().map(|row| row.blocks().len()).sum();
+        match rows.iter().filter(|row| row.cone() != Cone::Watched).count() {
+            1 => println!("constraint   {} (exact row with multiplier, {blocks} blocks)", rows[0].name()),
+            n => println!("constraint   {} ({n} exact rows with multipliers, {blocks} blocks)", rows[0].name()),
+        }
     }
     println!("prescribed   {} degrees of freedom", scene.system.prescribed.len());
+    let effects: Vec<&str> = scene.spec.effects.iter().map(EffectSpec::kind).collect();
+    let constraints: Vec<&str> = scene.spec.constraints.iter().map(ConstraintSpec::kind).collect();
+    println!("not there    effects: {}", absent(&EffectSpec::KINDS, &effects));
+    println!("             constraints: {}", absent(&ConstraintSpec::KINDS, &constraints));
     println!("nothing else is assembled");
     println!("unknowns     {}, {} entries in the tangent", scene.system.dofs.free.len(), scene.system.pattern.nnz());
     for s in &scene.signals {

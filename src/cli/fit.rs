@@ -1,15 +1,18 @@
 //! `durometer fit CSV… --law LAW`
 
 use super::{INCOMPLETE, Outcome, files};
-use durometer::calibrate::{FitRequest, Loss, Mode, Partner, StrainKind, StretchRange, Weighting, compare, fit};
+use durometer::calibrate::{
+    Cycle, Decimal, Dimensions, FitRequest, Loss, Mode, Partner, StrainKind, StressKind, StretchRange, Weighting,
+    compare, fit,
+};
 use durometer::math::units::{self, Dimension};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// Fit a law to tensile data (CSV) and write law.toml, which a scene can include
 ///
-/// The table is a CSV with a strain or stretch and a nominal stress column, units in the header, in card.toml beside it, or
-/// by the flags. Nothing is changed silently: the audit log says which rows were unusual.
+/// The table is a CSV with a column of stretch, strain or displacement and one of stress or force, units in the header, in
+/// card.toml beside it, or by the flags. Nothing is changed silently: the audit log says what was converted and which rows were unusual.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -19,6 +22,8 @@ Examples:
   durometer fit one.csv two.csv three.csv --law yeoh --terms 2
   durometer fit pull.csv --law yeoh --weight relative --stable 0.6..1.6
   durometer fit pull.csv --law neo_hookean --strain-column strain --stress-column 'stress [MPa]' --stress-unit MPa
+  durometer fit machine.csv --law yeoh --mode uniaxial --gauge-length '33 mm' --width '6 mm' --thickness '3 mm' --toe '5 kPa'
+  durometer fit cycles.csv --law ogden --terms 1 --mode uniaxial --cycle last-loading
 
 A scene includes the result with:  [laws.rubber]  include = \"law.toml\"
 Laws: neo_hookean, mooney_rivlin (--terms 2, 3, 5), yeoh (1 to 3), ogden (1 to 4), gent, arruda_boyce, veronda_westmann.
@@ -40,12 +45,15 @@ pub struct Args {
     /// Stretches that are fitted, e.g. 1..1.6 [default: every row]
     #[arg(long)]
     range: Option<StretchRange>,
-    /// Mode to fit: uniaxial, equibiaxial, planar; several times, or with commas, to fit several together
+    /// Mode to fit: uniaxial, equibiaxial, planar, simple_shear, biaxial; several times, or with commas, to fit several together
     #[arg(long, visible_alias = "modes", value_delimiter = ',')]
     mode: Vec<Mode>,
-    /// What counts alike in every row: a pascal (absolute) or a per cent (relative)
-    #[arg(long, default_value = "absolute")]
+    /// What counts alike in every row: a pascal (absolute), a per cent (relative), a standard deviation of its mode (noise)
+    #[arg(long, visible_alias = "weighting", default_value = "absolute")]
     weight: Weighting,
+    /// Standard deviation of the stress for --weight noise, e.g. "2 kPa" [default: from row to row, by mode]
+    #[arg(long)]
+    noise: Option<String>,
     /// squares, or huber: rows far off pull less
     #[arg(long, default_value = "squares")]
     loss: Loss,
@@ -70,18 +78,57 @@ pub struct Args {
     /// Name of the column of strain or stretch, if the table's header does not give it away
     #[arg(long)]
     strain_column: Option<String>,
-    /// Name of the column of nominal stress
+    /// Name of the column of stress or force
     #[arg(long)]
     stress_column: Option<String>,
-    /// What the strain column holds: stretch or engineering
+    /// Second strain column of a biaxial test
+    #[arg(long)]
+    strain_column_2: Option<String>,
+    /// Second stress column of a biaxial test
+    #[arg(long)]
+    stress_column_2: Option<String>,
+    /// What the strain column holds: stretch, engineering, true (logarithmic) or displacement
     #[arg(long)]
     strain_kind: Option<StrainKind>,
-    /// Unit of the strain column: % or 1
+    /// What the stress column holds: nominal, true (Cauchy) or force
+    #[arg(long)]
+    stress_kind: Option<StressKind>,
+    /// Unit of the strain column: %, 1, or a length
     #[arg(long)]
     strain_unit: Option<String>,
-    /// Unit of the stress column, e.g. MPa
+    /// Unit of the stress column, e.g. MPa, or N of a force
     #[arg(long)]
     stress_unit: Option<String>,
+    /// Decimal mark, where the table does not give it away: point or comma
+    #[arg(long)]
+    decimal: Option<Decimal>,
+    /// What measured the strain: crosshead, extensometer, …
+    #[arg(long)]
+    strain_from: Option<String>,
+    /// Undeformed length that a displacement stretches (in simple shear, the thickness that it shears), e.g. "33 mm"
+    #[arg(long)]
+    gauge_length: Option<String>,
+    /// Undeformed width, for a force
+    #[arg(long)]
+    width: Option<String>,
+    /// Undeformed thickness, for a force
+    #[arg(long)]
+    thickness: Option<String>,
+    /// Undeformed diameter, for a force
+    #[arg(long)]
+    diameter: Option<String>,
+    /// Undeformed cross-section, for a force, e.g. "18 mm^2"
+    #[arg(long)]
+    area: Option<String>,
+    /// Rows of a table that loads and unloads: first-loading, last-loading, a number from 1 on, all [default: first-loading, with a warning]
+    #[arg(long)]
+    cycle: Option<Cycle>,
+    /// Take the mean stress of the first N rows off every stress
+    #[arg(long, value_name = "N")]
+    zero: Option<usize>,
+    /// Shift the strain to where the rows above this noise level meet zero stress, e.g. "2 kPa"
+    #[arg(long, value_name = "STRESS")]
+    toe: Option<String>,
     /// Print fit.json instead of words
     #[arg(long)]
     json: bool,
@@ -96,6 +143,19 @@ pub fn main(args: Args) -> Outcome {
     request.columns.strain_kind = args.strain_kind;
     request.columns.strain_unit = args.strain_unit;
     request.columns.stress_unit = args.stress_unit;
+    request.columns.strain_2 = args.strain_column_2;
+    request.columns.stress_2 = args.stress_column_2;
+    request.columns.stress_kind = args.stress_kind;
+    request.columns.decimal = args.decimal;
+    request.columns.strain_measurement = args.strain_from;
+    let sizes = [args.gauge_length, args.width, args.thickness, args.diameter, args.area];
+    for ((key, _), text) in Dimensions::KEYS.into_iter().zip(sizes) {
+        if let Some(text) = text {
+            request.columns.dimensions.set(key, &text)?;
+        }
+    }
+    (request.preparation.cycle, request.preparation.zero, request.preparation.toe) = (args.cycle, args.zero, args.toe);
+    request.options.noise = args.noise.map(|text| units::parse(&text, Dimension::PRESSURE)).transpose()?;
     request.options.modes = args.mode;
     request.options.range = args.range;
     request.options.terms = args.terms;

@@ -9,9 +9,12 @@ use durometer::scene::{Body, Constant, Course, CourseError, Scene, Steering, rea
 use durometer::solve::Status;
 use durometer::study::fields::{Fields, USUAL};
 use durometer::study::locking::REMEDY;
+use durometer::study::outcome;
 use durometer::study::overlay::overlays;
-use durometer::study::runner::{self, Watch};
+use durometer::study::record::CaseRecord;
+use durometer::study::runner::Watch;
 use durometer::study::store;
+use durometer::study::words::seconds;
 use durometer::system::State;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -139,7 +142,7 @@ pub fn main(args: Args) -> Outcome {
         let (wall, cpu) = fields.finish()?;
         times = (times.0 - wall, times.1 - cpu);
     }
-    let mut record = runner::record(&scene, &run, times);
+    let mut record = outcome::record(&scene, &run, times);
     record.id.clone_from(&name);
     store::write(&args.out.join(format!("{name}.csv")), &store::csv(&run))?;
     store::write(&args.out.join(format!("{name}.signals.csv")), &store::signals_csv(&scene, &run))?;
@@ -170,6 +173,7 @@ pub fn main(args: Args) -> Outcome {
             println!("{} over {} is off {} by {l2:.2} % (L2), {largest:.2} % (largest)", d.column, d.over, d.file);
         }
         states.iter().for_each(|file| println!("state:   {}", file.display()));
+        println!("{}", price(&record));
         println!("results: {}", args.out.join(format!("{name}.csv")).display());
         if drawn {
             println!("fields:  {} (open it in ParaView)", args.out.join(format!("{name}.pvd")).display());
@@ -225,6 +229,15 @@ fn controller(args: &Args, scene: &Scene) -> Result<Option<Process>, Box<dyn std
         format!("--controller-timeout \"{}\" is no time; write for example \"10 s\"", args.controller_timeout)
     })?;
     Ok(Some(Process::start(command, Duration::from_secs_f64(seconds))?))
+}
+
+/// Where the time went: every effect and constraint that is assembled, then the linear algebra.
+fn price(record: &CaseRecord) -> String {
+    let share = |(name, s): (&str, f64)| format!("{name} {} ({:.0} %)", seconds(s), 100.0 * s / record.wall_s);
+    let effects = record.effects.iter().map(|e| (e.name.as_str(), e.wall_s));
+    let p = &record.phases;
+    let all = effects.chain([("factorisation", p.factorisation_s), ("solve", p.solve_s)]);
+    format!("time: {} in all, of it {}", seconds(record.wall_s), all.map(share).collect::<Vec<_>>().join(", "))
 }
 
 /// Five digits, whatever the size.

@@ -2,8 +2,10 @@
 //! L(x) = Σ_s ‖p_{s+1} − p_s‖ with p_k = X_k + Σ_i w_ki u_i.
 //!
 //! A guide is a patch: the weighted mean of the body's motion over a ball, because a point force in 3-D has infinite
-//! compliance. Driven by tension it is a load T(t) with the potential T·L; driven by length it is the exact row
-//! g = L₀ − d(t) − L(x) ≥ 0 ⟂ T ≥ 0, and the multiplier is the tension. Without friction T is the same everywhere.
+//! compliance. A ring is a guide without a body: it stays where it is. Driven by tension the cable is a load T(t) with the
+//! potential T·L; driven by length it is the exact row g = L₀ − d(t) + T L₀/EA − L(x) ≥ 0 ⟂ T ≥ 0, and the multiplier is the
+//! tension, T ≤ T_max where the drive yields. Limits: without friction T is the same everywhere ([`super::cable_friction`] has it);
+//! the elastic cable is linear, its strain T/EA small.
 
 use crate::math::signal::{Clock, Signal};
 use crate::math::tensor::{Mat3, Vec3};
@@ -16,15 +18,15 @@ use std::sync::Arc;
 pub struct Guide {
     /// X_k [m]
     pub point: Vec3,
-    /// (node, weight), Σ w = 1, Σ w X_i = X_k
+    /// (node, weight), Σ w = 1, Σ w X_i = X_k; none for a ring that is fixed in space
     pub weights: Vec<(u32, f64)>,
 }
 
 /// Geometry of a cable; its blocks are the segments.
 pub struct Cable {
-    name: String,
+    pub name: String,
     pull_point: Vec3,
-    guides: Vec<Guide>,
+    pub(super) guides: Vec<Guide>,
     blocks: Blocks,
     /// Segment after segment: weight of the end minus weight of the start, per node of the block
     signed: Vec<Vec<f64>>,
@@ -57,7 +59,29 @@ impl Cable {
 
     /// L(x) [m]
     pub fn length(&self, x: &[f64]) -> f64 {
-        self.polyline(x).windows(2).map(|w| (w[1] - w[0]).norm()).sum()
+        self.lengths(x).iter().sum()
+    }
+
+    /// Lengths of the segments [m], from the pull point on.
+    pub fn lengths(&self, x: &[f64]) -> Vec<f64> {
+        self.polyline(x).windows(2).map(|w| (w[1] - w[0]).norm()).collect()
+    }
+
+    /// The same where nothing has moved.
+    pub fn lengths_at_rest(&self) -> Vec<f64> {
+        let points = std::iter::once(self.pull_point).chain(self.guides.iter().map(|g| g.point));
+        let points: Vec<Vec3> = points.collect();
+        points.windows(2).map(|w| (w[1] - w[0]).norm()).collect()
+    }
+
+    /// Number of segments.
+    pub fn segments(&self) -> usize {
+        self.guides.len()
+    }
+
+    /// Nodes of segment `s`.
+    pub(super) fn nodes(&self, s: usize) -> &[u32] {
+        self.blocks.nodes(s)
     }
 
     /// Change of the length [m] with the motion dx [m] at displacement x: Σ_s τ_s·(dp_{s+1} − dp_s).
@@ -71,7 +95,7 @@ impl Cable {
         (0..self.guides.len()).map(segment).sum()
     }
 
-    fn guide(&self, x: &[f64], k: usize) -> Vec3 {
+    pub(super) fn guide(&self, x: &[f64], k: usize) -> Vec3 {
         let guide = &self.guides[k];
         guide
             .weights
@@ -79,10 +103,21 @@ impl Cable {
             .fold(guide.point, |p, &(node, w)| p + w * Vec3::from_column_slice(&x[3 * node as usize..][..3]))
     }
 
+    /// Where segment `s` starts [m].
+    pub(super) fn start(&self, x: &[f64], s: usize) -> Vec3 {
+        s.checked_sub(1).map_or(self.pull_point, |k| self.guide(x, k))
+    }
+
     /// Length of segment `s`, its gradient s_i τ and its Hessian s_i s_j (I − ττᵀ)/l, all times `factor` but the length.
-    fn segment(&self, x: &[f64], s: usize, factor: f64, want: Want, out: &mut Local) -> Result<(), EvalError> {
-        let start = s.checked_sub(1).map_or(self.pull_point, |k| self.guide(x, k));
-        let d = self.guide(x, s) - start;
+    pub(super) fn segment(
+        &self,
+        x: &[f64],
+        s: usize,
+        factor: f64,
+        want: Want,
+        out: &mut Local,
+    ) -> Result<(), EvalError> {
+        let d = self.guide(x, s) - self.start(x, s);
         let l = d.norm();
         out.energy = l;
         if want == Want::Energy {
@@ -147,6 +182,10 @@ pub struct CableLength {
     pub shortening: Signal,
     /// L₀ [m]
     pub rest: f64,
+    /// L₀/EA [m/N], 0 of a cable that does not stretch
+    pub compliance: f64,
+    /// T_max [N] at which the drive yields, infinite if it never does
+    pub most: f64,
 }
 
 impl Constraint for CableLength {
@@ -155,7 +194,11 @@ impl Constraint for CableLength {
     }
 
     fn cone(&self) -> Cone {
-        Cone::NonNegative
+        if self.most < f64::INFINITY { Cone::AtMost(self.most) } else { Cone::NonNegative }
+    }
+
+    fn compliance(&self) -> f64 {
+        self.compliance
     }
 
     fn scale(&self) -> f64 {

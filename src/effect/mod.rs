@@ -1,9 +1,11 @@
 //! Physical contributions: one file per effect or constraint.
 
 pub mod cable;
+pub mod cable_friction;
 pub mod cavity;
 mod cell;
 pub mod damping;
+pub mod dead_load;
 pub mod edge_dampers;
 pub mod edge_springs;
 mod edges;
@@ -20,9 +22,11 @@ pub mod stiffness_damping;
 pub mod viscoelastic;
 
 pub use cable::{Cable, CableLength, CableTension, Guide};
+pub use cable_friction::Pull;
 pub use cavity::{Cavity, CavityPressure, CavityVolume};
 pub use cell::CellPoints;
 pub use damping::{MassDamping, ViscousDamping};
+pub use dead_load::DeadLoad;
 pub use edge_dampers::EdgeDampers;
 pub use edge_springs::EdgeSprings;
 pub use elastic::Elastic;

@@ -18,6 +18,7 @@ const fn dim(m: i8, kg: i8, s: i8, rad: i8) -> Dimension {
 impl Dimension {
     pub const NONE: Self = dim(0, 0, 0, 0);
     pub const LENGTH: Self = dim(1, 0, 0, 0);
+    pub const AREA: Self = dim(2, 0, 0, 0);
     pub const VOLUME: Self = dim(3, 0, 0, 0);
     pub const TIME: Self = dim(0, 0, 1, 0);
     pub const FREQUENCY: Self = dim(0, 0, -1, 0);
@@ -37,6 +38,7 @@ impl Dimension {
         match self {
             Self::NONE => "a plain number",
             Self::LENGTH => "mm",
+            Self::AREA => "mm^2",
             Self::VOLUME => "ml",
             Self::TIME => "s",
             Self::FREQUENCY => "Hz",
@@ -107,6 +109,9 @@ const UNITS: &[(&str, f64, Dimension)] = &[
     ("N", 1.0, Dimension::FORCE),
     ("mN", 1e-3, Dimension::FORCE),
     ("kN", 1e3, Dimension::FORCE),
+    ("gf", 9.80665e-3, Dimension::FORCE),
+    ("kgf", 9.80665, Dimension::FORCE),
+    ("lbf", 4.4482216152605, Dimension::FORCE),
     ("Pa", 1.0, Dimension::PRESSURE),
     ("hPa", 1e2, Dimension::PRESSURE),
     ("kPa", 1e3, Dimension::PRESSURE),
@@ -132,17 +137,30 @@ pub fn parse(text: &str, wanted: Dimension) -> Result<f64, UnitError> {
 
 /// The value in SI and what it is.
 pub fn quantity(text: &str) -> Result<(f64, Dimension), UnitError> {
+    let (value, unit) = split(text)?;
+    let owned = || text.trim().to_string();
+    let (factor, dimension) = parse_unit(unit).map_err(|unit| UnitError::Unknown { text: owned(), unit })?;
+    Ok((value * factor, dimension))
+}
+
+/// A quantity as a number of `unit`: `"0.2 MPa"` in kPa is 200. An empty unit is that of plain numbers.
+pub fn in_unit(text: &str, unit: &str) -> Result<f64, UnitError> {
+    let unknown = |unit| UnitError::Unknown { text: text.trim().into(), unit };
+    let (factor, dimension) = parse_unit(unit).map_err(unknown)?;
+    let (value, own) = split(text)?;
+    // The number that stands there, not one that went to SI and back.
+    if own == unit { Ok(value) } else { parse(text, dimension).map(|value| value / factor) }
+}
+
+/// Number and unit. The longest prefix that is a number: "5 m" must not read the "m", "1e3 Pa" must read the exponent.
+fn split(text: &str) -> Result<(f64, &str), UnitError> {
     let trimmed = text.trim();
-    let owned = || trimmed.to_string();
-    // The longest prefix that is a number: "5 m" must not read the "m", "1e3 Pa" must read the exponent.
     let end = (1..=trimmed.len())
         .rev()
         .find(|&n| trimmed.is_char_boundary(n) && trimmed[..n].parse::<f64>().is_ok_and(f64::is_finite))
-        .ok_or_else(|| UnitError::NotANumber { text: owned() })?;
-    let value: f64 = trimmed[..end].parse().expect("the prefix was just parsed");
-    let unit = trimmed[end..].trim();
-    let (factor, dimension) = parse_unit(unit).map_err(|unit| UnitError::Unknown { text: owned(), unit })?;
-    Ok((value * factor, dimension))
+        .ok_or_else(|| UnitError::NotANumber { text: trimmed.into() })?;
+    let value = trimmed[..end].parse().expect("the prefix was just parsed");
+    Ok((value, trimmed[end..].trim()))
 }
 
 /// Product of powers: `g/cm^3`, `Pa s`, `Pa·s`, `m/s^2`. After a slash a factor divides.
@@ -187,6 +205,15 @@ mod tests {
             let got = parse(text, wanted).unwrap_or_else(|e| panic!("{text}: {e}"));
             assert!((got / si - 1.0).abs() < 1e-14, "{text} gave {got}, not {si}");
         }
+    }
+
+    #[test]
+    fn changes_units() {
+        assert_eq!(in_unit("50 kPa", "kPa"), Ok(50.0));
+        let got = in_unit("0.2 MPa", "kPa").expect("a pressure");
+        assert!((got / 200.0 - 1.0).abs() < 1e-14, "{got}");
+        assert_eq!(in_unit("0.45", ""), Ok(0.45));
+        assert!(in_unit("2 mm", "kPa").is_err() && in_unit("2", "kPa").is_err() && in_unit("2 kPa", "kpa").is_err());
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Tetrahedral meshes with named regions.
 
 mod assemble;
+pub mod attach;
 mod cursor;
 pub mod element;
 pub mod embed;
@@ -12,6 +13,7 @@ pub mod quality;
 mod read;
 pub mod select;
 pub mod structured;
+pub mod surface_file;
 pub mod validate;
 mod vtk;
 pub mod vtu;

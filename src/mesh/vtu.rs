@@ -1,5 +1,6 @@
 //! Writes VTU files (XML unstructured grid, base64) and PVD collections for ParaView.
 
+use super::surface_file::Surface;
 use super::validate::MeshError;
 use super::{Order, TetMesh};
 use base64::Engine;
@@ -42,6 +43,26 @@ pub fn write_vtu(path: &Path, mesh: &TetMesh, nodes: &[Data], cells: &[Data]) ->
     array(&mut out, "Int64", "connectivity", 1, &connectivity);
     array(&mut out, "Int64", "offsets", 1, &offsets);
     array(&mut out, "UInt8", "types", 1, &vec![kind; count]);
+    out += "</Cells>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n";
+    replace(path, &out)
+}
+
+/// Writes a surface with data at its vertices.
+pub fn write_surface(path: &Path, surface: &Surface, vertices: &[Data]) -> Result<(), MeshError> {
+    let (points, count) = (surface.points.len(), surface.triangles.len());
+    let mut out = String::from("<?xml version=\"1.0\"?>\n");
+    out += "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n";
+    write!(out, "<UnstructuredGrid>\n<Piece NumberOfPoints=\"{points}\" NumberOfCells=\"{count}\">\n<PointData>\n")
+        .expect("a string");
+    vertices.iter().for_each(|d| data(&mut out, d, points));
+    out += "</PointData>\n<Points>\n";
+    array(&mut out, "Float64", "Points", 3, &bytes(surface.points.iter().flat_map(|p| [p.x, p.y, p.z])));
+    out += "</Points>\n<Cells>\n";
+    let connectivity: Vec<u8> = surface.triangles.iter().flatten().flat_map(|&k| i64::from(k).to_le_bytes()).collect();
+    let offsets: Vec<u8> = (1..=count).flat_map(|c| (3 * c as i64).to_le_bytes()).collect();
+    array(&mut out, "Int64", "connectivity", 1, &connectivity);
+    array(&mut out, "Int64", "offsets", 1, &offsets);
+    array(&mut out, "UInt8", "types", 1, &vec![5; count]);
     out += "</Cells>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n";
     replace(path, &out)
 }

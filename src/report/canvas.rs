@@ -69,6 +69,8 @@ pub fn figure(width: f64, height: f64, under: &str, paint: impl FnOnce(&Area)) -
 pub enum At {
     Left,
     Right,
+    /// Centred on the point
+    Middle,
     /// Centred below the point
     Below,
     /// Turned by 90°, centred, left of the point
@@ -88,6 +90,7 @@ pub fn text(area: &Area, s: &str, at: Point, anchor: At, size: i32, color: RGBCo
     let (h, v, turn) = match anchor {
         At::Left => (HPos::Left, VPos::Center, false),
         At::Right => (HPos::Right, VPos::Center, false),
+        At::Middle => (HPos::Center, VPos::Center, false),
         At::Below => (HPos::Center, VPos::Top, false),
         At::Turned => (HPos::Center, VPos::Bottom, true),
     };

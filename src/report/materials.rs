@@ -20,7 +20,7 @@ pub fn content(store: &Store) -> Content {
         analysis: analysis(&a),
         answer: ("Which law, at what price", prices(&a)),
         tables: vec![comparison(&a)],
-        folded: vec![("Every case", table::cases(store))],
+        folded: vec![("Every case", table::cases(store)), ("Time per effect", table::effects(store))],
         figures: variants.flat_map(|v| [laws::over_time(store, &a, v), laws::loops(store, &a, v)]).flatten().collect(),
         files: vec![],
     }

@@ -14,9 +14,11 @@ pub mod fit;
 mod materials;
 mod page;
 mod plot;
+mod prices;
 pub mod store;
 pub mod summary;
 mod surface;
+mod sweep;
 mod table;
 
 pub use error::ReportError;

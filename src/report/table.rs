@@ -140,6 +140,35 @@ pub fn cases(store: &Store) -> Table {
     }
 }
 
+/// What every effect and constraint of every case costs. What is not declared has no row.
+pub fn effects(store: &Store) -> Table {
+    let mut rows = vec![];
+    for r in store.cases.iter().map(|c| &c.record) {
+        for e in &r.effects {
+            rows.push(vec![
+                r.id.clone(),
+                e.name.clone(),
+                format!("{:.3}", 1e3 * e.wall_s),
+                format!("{:.3}", 1e3 * e.wall_s / r.steps.max(1) as f64),
+                format!("{:.1}", 100.0 * e.wall_s / r.wall_s),
+            ]);
+        }
+    }
+    Table {
+        name: "effects",
+        caption: "Wall time in the evaluations of every effect and constraint that is assembled.".into(),
+        columns: vec![
+            ("Case", "", false),
+            ("Effect", "", false),
+            ("Time", "ms", true),
+            ("Per step", "ms", true),
+            ("Share of the case", "%", true),
+        ],
+        rows,
+        pick: None,
+    }
+}
+
 /// Characters that LaTeX would take for commands, and the ones outside of its usual fonts.
 fn tex(s: &str) -> String {
     let mut out = String::new();

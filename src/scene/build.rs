@@ -7,15 +7,16 @@ use super::control::Controls;
 use super::error::{SceneError, hint};
 use super::probe::{Probe, columns};
 use super::protocol::NamedSignal;
-use super::spec::{ConstraintSpec, DriveSpec, EffectSpec, SceneSpec};
-use crate::effect::{Cable, CableLength, CableTension, Cavity, CellPoints, Stressed, Viscoelastic};
+use super::skin::NamedSkin;
+use super::spec::{ConstraintSpec, EffectSpec, SceneSpec};
+use crate::effect::{Cable, Cavity, CellPoints, Stressed, Viscoelastic};
 use crate::material::Law;
 use crate::math::signal::Signal;
 use crate::math::units::Dimension;
 use crate::mesh::TetMesh;
 use crate::mesh::generate::CablePath;
 use crate::solve::Span;
-use crate::system::{Constraint, Effect, System};
+use crate::system::{Constraint, Effect, State, System};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
@@ -48,6 +49,8 @@ pub struct Scene {
     pub cables: Vec<NamedCable>,
     pub cavities: Vec<NamedCavity>,
     pub probes: Vec<Probe>,
+    /// Surfaces that follow the body
+    pub skins: Vec<NamedSkin>,
     pub spans: Vec<Span>,
     /// What is prescribed over time: shortenings, tensions, displacements, accelerations
     pub signals: Vec<NamedSignal>,
@@ -68,7 +71,14 @@ pub struct Scene {
 pub struct NamedCable {
     pub name: String,
     pub cable: Arc<Cable>,
+    /// The tension at the pull point; with friction the multipliers of the other segments follow
     pub drive: Drive,
+    pub by_length: bool,
+    pub friction: bool,
+    /// 1/EA [1/N], 0 if it does not stretch
+    pub softness: f64,
+    /// Tension at which the drive yields [N], infinite if it never does
+    pub most: f64,
 }
 
 /// A cavity with its drive, for probes.
@@ -83,6 +93,16 @@ pub enum Drive {
     /// Index of the constraint whose multiplier it is
     Multiplier(usize),
     Prescribed(Signal),
+}
+
+impl Drive {
+    /// Change of the tension or pressure: what is prescribed does not change.
+    pub(super) fn answer(&self, change: &State) -> f64 {
+        match self {
+            Self::Multiplier(c) => change.lambda[*c],
+            Self::Prescribed(_) => 0.0,
+        }
+    }
 }
 
 pub(super) fn part(
@@ -100,6 +120,7 @@ impl Scene {
         builder.check_numerics(&spec.numerics)?;
         let spans = builder.spans(&spec.stages)?;
         builder.check_rates(&spec, &spans)?;
+        builder.attach_skins(&spec.skins)?;
         let mut gathered = Gathered::default();
         // What damps the stiffness of other effects is built after them, and keeps its place.
         let mut order: Vec<usize> = (0..spec.effects.len()).collect();
@@ -124,30 +145,12 @@ impl Scene {
                     let signal = builder.signal(&place, name, displacement, Dimension::LENGTH)?;
                     builder.prescribe(&place, region, components, &signal)?;
                 }
-                ConstraintSpec::Cable { name, drive, .. } => {
-                    if cables.iter().any(|c| c.name == *name) {
-                        let fact = format!("another cable is called \"{name}\" too");
+                ConstraintSpec::Cable(cable) => {
+                    if cables.iter().any(|c| c.name == cable.name) {
+                        let fact = format!("another cable is called \"{}\" too", cable.name);
                         return Err(builder.content(&place, fact, "give each cable a `name` of its own"));
                     }
-                    let cable = Arc::new(builder.cable(&place, constraint)?);
-                    let drive = match drive {
-                        DriveSpec::Length(signal) => {
-                            let named = format!("{name}_shortening_m");
-                            let shortening = builder.signal(&place, named, signal, Dimension::LENGTH)?;
-                            let rest = cable.length(&vec![0.0; 3 * body.mesh.points.len()]);
-                            builder.remark_shortening(name, &shortening, rest, &spans);
-                            constraints.push(Box::new(CableLength { cable: cable.clone(), shortening, rest }));
-                            Drive::Multiplier(constraints.len() - 1)
-                        }
-                        DriveSpec::Tension(signal) => {
-                            let named = format!("{name}_imposed_tension_N");
-                            let tension = builder.signal(&place, named, signal, Dimension::FORCE)?;
-                            builder.check_tension(&place, &tension, &spans)?;
-                            effects.push(Box::new(CableTension { cable: cable.clone(), tension: tension.clone() }));
-                            Drive::Prescribed(tension)
-                        }
-                    };
-                    cables.push(NamedCable { name: name.clone(), cable, drive });
+                    cables.push(builder.cable(&place, cable, &spans, &mut effects, &mut constraints)?);
                 }
                 // What is held decides whether a cavity may be open
                 ConstraintSpec::Cavity { .. } => {}
@@ -173,13 +176,15 @@ impl Scene {
         builder.remark_stability(&spec, &laws);
         let law = laws.into_iter().next();
         let probe = |(k, probe)| {
-            Probe::new(probe, &body.mesh, &|name| builder.region(&format!("probe {}", k + 1), name).cloned())
+            let place = format!("probe {}", k + 1);
+            let refuse = |e| part(file, &place, e);
+            Probe::new(probe, &body.mesh, &|name| builder.region(&place, name).cloned(), &refuse)
         };
         let probes = spec.probes.iter().enumerate().map(probe).collect::<Result<Vec<_>, _>>()?;
         builder.remark_static(&spec, &spans);
         builder.remark_viscoelastic(&spec, &spans);
         let causes = [builder.remark_patches(&spec), limit_of_springs(&spec)];
-        let causes: Vec<String> = causes.into_iter().flatten().collect();
+        let causes: Vec<String> = causes.into_iter().flatten().chain(std::mem::take(&mut builder.no_limits)).collect();
         let no_limit = (!causes.is_empty()).then(|| causes.join(", and "));
         let nodes = body.mesh.points.len();
         builder.check_formulas(&spans)?;
@@ -187,6 +192,7 @@ impl Scene {
         let columns = columns(&probes, &cables, &cavities);
         let measured = builder.measured(&spec.comparisons, &columns)?;
         let controls = builder.controls(&columns, &cables, &cavities, &spans)?;
+        let skins = std::mem::take(&mut builder.skins);
         let (prescribed, signals, remarks) = builder.finish();
         let system = System::with_scalars(nodes, &hosts, effects, constraints, prescribed)
             .map_err(|e| part(file, "scene", e))?;
@@ -202,6 +208,7 @@ impl Scene {
             cables,
             cavities,
             probes,
+            skins,
             spans,
             signals,
             controls,

@@ -4,17 +4,17 @@ use super::build::{Body, part};
 use super::control::Workbench;
 use super::error::{SceneError, hint};
 use super::protocol::NamedSignal;
-use super::quantity::{GuideRadius, Length};
-use super::spec::{ConstraintSpec, EffectSpec, FormulationSpec, LumpingSpec, PickSpec, SceneSpec, SelectorSpec};
+use super::quantity::Length;
+use super::skin::NamedSkin;
+use super::spec::{EffectSpec, FormulationSpec, LumpingSpec, PickSpec, SceneSpec, SelectorSpec};
 use crate::effect::{
-    Cable, CellPoints, Elastic, Gravity, Guide, Inertia, Lumping, Mass, MassDamping, MeanDilatation, MixedElastic,
-    Stressed, Viscoelastic, ViscousDamping, pressure_hosts,
+    CellPoints, Elastic, Gravity, Inertia, Lumping, Mass, MassDamping, MeanDilatation, MixedElastic, Stressed,
+    Viscoelastic, ViscousDamping, pressure_hosts,
 };
 use crate::material::{self, Law};
 use crate::math::signal::Signal;
 use crate::math::tensor::Vec3;
 use crate::math::units::Dimension;
-use crate::mesh::embed::{ball_weights, embed};
 use crate::mesh::select::{Pick, Selector};
 use crate::mesh::validate::point;
 use crate::mesh::{Order, Region};
@@ -69,6 +69,9 @@ pub(super) struct Builder<'a> {
     pub(super) signals: Vec<NamedSignal>,
     pub(super) workbench: Workbench<'a>,
     pub(super) remarks: Vec<String>,
+    /// Why the answer has no limit as h → 0, found while building
+    pub(super) no_limits: Vec<String>,
+    pub(super) skins: Vec<NamedSkin>,
 }
 
 impl<'a> Builder<'a> {
@@ -93,8 +96,15 @@ impl<'a> Builder<'a> {
             remarks.push(format!("region {name} is picked by a selector: its extent changes with the mesh (O(h))"));
         }
         let (prescribed, signals) = (BTreeMap::new(), Vec::new());
+        let (no_limits, skins) = (Vec::new(), Vec::new());
         let workbench = Workbench::new(&spec.events);
-        Ok(Self { file, base, body, regions, laws: &spec.laws, prescribed, signals, workbench, remarks })
+        let laws = &spec.laws;
+        Ok(Self { file, base, body, regions, laws, prescribed, signals, workbench, remarks, no_limits, skins })
+    }
+
+    /// Is a signal of this name recorded?
+    pub(super) fn records(&self, name: &str) -> bool {
+        self.signals.iter().any(|s| s.name == name)
     }
 
     /// What was gathered: prescribed dofs, signals, remarks.
@@ -210,6 +220,12 @@ impl<'a> Builder<'a> {
                 self.edge_springs(place, region, *stiffness, *modulus, gathered)?
             }
             EffectSpec::EdgeDampers { region, damping } => self.edge_dampers(place, region, damping.0)?,
+            EffectSpec::PointForce { name, point, radius, direction, force } => {
+                Box::new(self.point_force(place, name, (point, *radius), *direction, force)?)
+            }
+            EffectSpec::Traction { name, region, skin, direction, traction } => {
+                Box::new(self.traction(place, name, (region, skin), *direction, traction)?)
+            }
             EffectSpec::Gravity { region, density, direction, acceleration } => {
                 let direction = Vec3::from(*direction);
                 if direction.norm() == 0.0 || !direction.norm().is_finite() {
@@ -262,54 +278,6 @@ impl<'a> Builder<'a> {
     pub(super) fn motion(&self, dof: u32) -> Option<&Signal> {
         self.prescribed.get(&dof).map(|(signal, _)| signal)
     }
-
-    pub(super) fn cable(&self, place: &str, spec: &ConstraintSpec) -> Result<Cable, SceneError> {
-        let ConstraintSpec::Cable { name, path, guides, pull_point, guide_radius, .. } = spec else {
-            unreachable!("called for cables only");
-        };
-        let vector = |p: &[Length; 3]| Vec3::new(p[0].0, p[1].0, p[2].0);
-        let (points, pull) = match (path, guides, pull_point) {
-            (Some(path), None, None) => {
-                let Some(known) = self.body.paths.get(path) else {
-                    let names: Vec<&String> = self.body.paths.keys().collect();
-                    let remedy = format!("{}; or give `guides` and `pull_point`", hint(path, &names));
-                    return Err(self.content(place, format!("the mesh has no path \"{path}\""), remedy));
-                };
-                (known.guides.iter().map(|p| Vec3::from(*p)).collect::<Vec<_>>(), Vec3::from(known.pull_point))
-            }
-            (None, Some(guides), Some(pull)) => (guides.iter().map(vector).collect(), vector(pull)),
-            _ => {
-                let fact = "a cable runs along a path";
-                return Err(self.content(place, fact, "give either `path`, or both `guides` and `pull_point`"));
-            }
-        };
-        if points.is_empty() {
-            return Err(self.content(place, "the cable has no guide", "give at least one point inside the body"));
-        }
-        if let GuideRadius::Ball(radius) = guide_radius
-            && *radius <= 0.0
-        {
-            let fact = format!("guide_radius is {} mm", radius * 1e3);
-            return Err(self.content(place, fact, "give a positive length, at least the size of a cell"));
-        }
-        let mesh = &self.body.mesh;
-        let guides = points
-            .into_iter()
-            .enumerate()
-            .map(|(k, point)| {
-                // A guide point must lie inside the body, also where a ball would still find some of it.
-                let embedded =
-                    embed(mesh, point).map_err(|e| part(self.file, format!("{place}: guide {}", k + 1), e))?;
-                let weights = match guide_radius {
-                    GuideRadius::Point => embedded.weights,
-                    GuideRadius::Ball(radius) => ball_weights(mesh, point, *radius)
-                        .map_err(|e| part(self.file, format!("{place}: guide {}", k + 1), e))?,
-                };
-                Ok(Guide { point, weights })
-            })
-            .collect::<Result<_, SceneError>>()?;
-        Ok(Cable::new(name.clone(), pull, guides))
-    }
 }
 
 impl From<LumpingSpec> for Lumping {
@@ -318,18 +286,6 @@ impl From<LumpingSpec> for Lumping {
             LumpingSpec::Consistent => Self::Consistent,
             LumpingSpec::Lumped => Self::Lumped,
             LumpingSpec::Uniform => Self::Uniform,
-        }
-    }
-}
-
-impl ConstraintSpec {
-    /// Name as in files.
-    pub fn kind(&self) -> &'static str {
-        match self {
-            Self::Fixed { .. } => "fixed",
-            Self::Prescribed { .. } => "prescribed",
-            Self::Cable { .. } => "cable",
-            Self::Cavity { .. } => "cavity",
         }
     }
 }

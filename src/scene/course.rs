@@ -4,6 +4,7 @@
 //! first. It holds what was recorded so far, so a run that goes on from it writes the same files as one that was not cut.
 
 use super::build::Scene;
+use super::cable_record::CableLog;
 use super::control::{ControlError, Memory as ControlMemory};
 use super::ledger::Ledger;
 use super::probe::Energies;
@@ -27,6 +28,7 @@ pub struct Course {
     pub(super) memory: Memory,
     pub(super) control: ControlMemory,
     pub(super) ledger: Ledger,
+    pub(super) cables: CableLog,
     /// [points] what was recorded
     pub(super) rows: Vec<Vec<f64>>,
     pub(super) signals: Vec<Vec<f64>>,
@@ -65,6 +67,7 @@ struct Head {
     degree: usize,
     totals: Totals,
     control: ControlMemory,
+    cables: CableLog,
     /// Numbers in each array of the payload
     lengths: Vec<usize>,
 }
@@ -79,8 +82,8 @@ impl Course {
         let (rows, signals) = (vec![record(&state)], vec![scene.signal_values(&state)]);
         let peak = Snapshot { t: 0.0, x: state.x.clone() };
         let memory = Memory::default();
-        let (span, step, decided) = (0, 0, false);
-        (Self { state, span, step, decided, memory, control, ledger, rows, signals, peak }, outcome)
+        let (span, step, decided, cables) = (0, 0, false, CableLog::default());
+        (Self { state, span, step, decided, memory, control, ledger, cables, rows, signals, peak }, outcome)
     }
 
     /// Rows that were recorded up to here.
@@ -104,6 +107,7 @@ impl Course {
             degree: self.memory.degree,
             totals: self.memory.totals,
             control: self.control.clone(),
+            cables: self.cables.clone(),
             lengths: arrays.iter().map(Vec::len).collect(),
         };
         let mut bytes = serde_json::to_vec(&head).expect("numbers, strings and string keys only");
@@ -155,7 +159,7 @@ impl Course {
         let ramps = inputs.iter().flat_map(|r| [r.start, r.from, r.end, r.to]).collect();
         let state = [scalars, x.clone(), v.clone(), a.clone(), lambda.clone(), memory.clone(), history.clone(), ramps];
         let flat = |rows: &[Vec<f64>]| rows.concat();
-        let ledger = [self.ledger.effect.clone(), self.ledger.residual.clone()];
+        let ledger = [self.ledger.effect.clone(), self.ledger.g.clone(), self.ledger.residual.clone()];
         let kept = [flat(&self.rows), flat(&self.signals), self.peak.x.clone()];
         let recent = self.memory.recent.iter().flat_map(|(t, x, lambda)| [vec![*t], x.clone(), lambda.clone()]);
         state.into_iter().chain(ledger).chain(kept).chain(recent).collect()
@@ -174,7 +178,7 @@ impl Course {
         let inputs: Vec<Ramp> =
             arrays.next()?.chunks_exact(4).map(|r| Ramp { start: r[0], from: r[1], end: r[2], to: r[3] }).collect();
         let mut of_size = |n: usize| arrays.next().filter(|a| a.len() == n);
-        let (effect, residual) = (of_size(system.effects.len())?, of_size(n)?);
+        let (effect, g, residual) = (of_size(system.effects.len())?, of_size(system.constraints.len())?, of_size(n)?);
         let rows = rows(arrays.next()?, scene.columns().len());
         let signals = rows_of(arrays.next()?, scene.signals.len(), rows.len());
         let peak = Snapshot { t: peak, x: arrays.next().filter(|x| x.len() == n)? };
@@ -190,7 +194,8 @@ impl Course {
             decided: true,
             memory: Memory { recent, degree: head.degree, stiffness, totals: head.totals },
             control: head.control,
-            ledger: Ledger { energies, effect, residual },
+            ledger: Ledger { energies, effect, g, residual },
+            cables: head.cables,
             rows,
             signals,
             peak,

@@ -10,6 +10,8 @@ pub(super) struct Ledger {
     pub energies: Energies,
     /// Per effect: energy at the last state
     pub effect: Vec<f64>,
+    /// Per constraint: g at the last state
+    pub g: Vec<f64>,
     /// [unknowns] residual at the last state [N]
     pub residual: Vec<f64>,
 }
@@ -23,7 +25,8 @@ impl Ledger {
         // An effect that is not defined at rest stops the first step; its energy is then of no use.
         let defined = system.assemble(&at, &rest.lambda, Want::Energy, None, &mut sums).is_ok();
         let effect = if defined { sums.energy } else { vec![0.0; system.effects.len()] };
-        Self { energies: Energies::default(), effect, residual: vec![0.0; rest.x.len()] }
+        let g = if defined { sums.g } else { vec![0.0; system.constraints.len()] };
+        Self { energies: Energies::default(), effect, g, residual: vec![0.0; rest.x.len()] }
     }
 
     /// Books the step from `past` to `now`; the sums of `newton` belong to `now`.
@@ -45,11 +48,16 @@ impl Ledger {
             }
             self.effect[e] = energy;
         }
-        // A row does the work ∫ λ dc (with c = target − g): negative shortening times tension.
+        // A row does the work −∫ λ d(target − g): of a cable, tension times what is drawn in, also where its drive yields.
         for (c, constraint) in system.constraints.iter().enumerate() {
             let mean = 0.5 * (past.lambda[c] + now.lambda[c]);
-            self.energies.work -= mean * (constraint.target(now.clock()) - constraint.target(past.clock()));
+            let moved = constraint.target(now.clock()) - constraint.target(past.clock()) - (sums.g[c] - self.g[c]);
+            let lost = constraint.dissipated(c, [&self.g, &sums.g], [&past.lambda, &now.lambda]);
+            self.energies.work += lost - mean * moved;
+            self.energies.dissipated += lost;
+            self.energies.elastic += 0.5 * constraint.compliance() * now.lambda[c].powi(2);
         }
+        self.g.copy_from_slice(&sums.g);
         for p in &system.prescribed {
             let dof = p.dof as usize;
             let mean = 0.5 * (self.residual[dof] + sums.r[dof]);

@@ -1,4 +1,5 @@
-//! Changes to a scene by path: `mesh.cells=9300`, `constraint.cable.drive={tension="8 N"}`.
+//! Changes to a scene by path: `mesh.cells=9300`, `constraint.cable.drive={tension="8 N"}`, and new entries at the end of a
+//! list: `effect.+={kind="gravity", …}`.
 
 use super::error::hint;
 use toml::{Table, Value};
@@ -19,14 +20,27 @@ pub fn parse(text: &str) -> Result<(String, Value), OverrideError> {
     Ok((path.trim().into(), parsed.unwrap_or_else(|| Value::String(value.trim().into()))))
 }
 
+/// Lists of a scene, to which entries can be added.
+const LISTS: [&str; 5] = ["effect", "constraint", "stage", "probe", "skin"];
+
 /// Tables of a scene that may be absent from it: a change may make them.
 const OPTIONAL: [&str; 2] = ["mesh", "numerics"];
 
 /// Sets the value at a dotted path. In an array of tables a step is an index, or the `name` or `kind` of an entry. Only the
-/// last key may be new; below `mesh` and at `numerics` also the tables on the way, whose keys the reader checks.
+/// last key may be new; below `mesh` and at `numerics` also the tables on the way, whose keys the reader checks. The step `+`
+/// of a list adds an entry, or a list of them, at its end.
 pub fn apply(table: &mut Table, path: &str, value: Value) -> Result<(), OverrideError> {
     let steps: Vec<&str> = path.split('.').collect();
     let (last, before) = steps.split_last().expect("split yields at least one part");
+    if let [list, "+"] = steps[..]
+        && LISTS.contains(&list)
+    {
+        let entries = table.entry(list).or_insert_with(|| Value::Array(vec![]));
+        let more = if let Value::Array(more) = value { more } else { vec![value] };
+        // What is no list is refused by the reader of the scene
+        entries.as_array_mut().into_iter().for_each(|entries| entries.extend(more.iter().cloned()));
+        return Ok(());
+    }
     let may_be_new = OPTIONAL.contains(&steps[0]);
     let mut current = table;
     let mut steps = before.iter();
@@ -86,6 +100,13 @@ mod tests {
             "\"constraint.tendon.drive\" changes nothing: there is no \"tendon\"; known: fixed, cable"
         );
         assert!(parse("mesh.cells").is_err());
+        let (path, value) = parse("constraint.+=[{kind=\"fixed\"}, {kind=\"cavity\"}]").expect("key=value");
+        apply(&mut table, &path, value).expect("a list takes more");
+        apply(&mut table, "probe.+", Value::Table(Table::new())).expect("a list may be new");
+        assert_eq!(table["constraint"].as_array().map(Vec::len), Some(4));
+        assert_eq!(table["constraint"][3]["kind"].as_str(), Some("cavity"));
+        assert_eq!(table["probe"].as_array().map(Vec::len), Some(1));
+        assert!(apply(&mut table, "mesh.cells.+", Value::Integer(1)).is_err(), "no list");
         apply(&mut table, "numerics.cuts", Value::Integer(3)).expect("a table of the scene may be new");
         assert_eq!(table["numerics"]["cuts"].as_integer(), Some(3));
         table.insert("laws".into(), "rubber = {}".parse::<Table>().expect("valid TOML").into());

@@ -4,9 +4,11 @@
 
 use super::build::{Drive, NamedCable, NamedCavity, Scene};
 use super::error::SceneError;
+use super::quantity::Length;
 use super::spec::ProbeSpec;
 use crate::effect::CellPoints;
 use crate::math::tensor::Vec3;
+use crate::mesh::embed::{EmbedError, embed};
 use crate::mesh::{Region, TetMesh, element, quadrature};
 use crate::system::State;
 use std::sync::Arc;
@@ -73,6 +75,7 @@ impl Mean {
 pub enum Probe {
     BendingAngle { root: Mean, tip: Mean, facets: Vec<u32> },
     Position { name: String, mean: Mean },
+    Markers { name: String, points: Vec<Mean> },
     Reaction { name: String, nodes: Vec<u32> },
     Energy,
     Stretch,
@@ -83,6 +86,7 @@ impl Probe {
         spec: &ProbeSpec,
         mesh: &TetMesh,
         region: &dyn Fn(&str) -> Result<Region, SceneError>,
+        refuse: &dyn Fn(EmbedError) -> SceneError,
     ) -> Result<Self, SceneError> {
         Ok(match spec {
             ProbeSpec::BendingAngle { root, tip } => {
@@ -95,6 +99,13 @@ impl Probe {
             }
             ProbeSpec::Position { region: name } => {
                 Self::Position { name: name.clone(), mean: Mean::new(mesh, &region(name)?) }
+            }
+            ProbeSpec::Markers { name, points } => {
+                let marker = |p: &[Length; 3]| {
+                    let origin = Vec3::new(p[0].0, p[1].0, p[2].0);
+                    embed(mesh, origin).map(|e| Mean { weights: e.weights, origin }).map_err(refuse)
+                };
+                Self::Markers { name: name.clone(), points: points.iter().map(marker).collect::<Result<_, _>>()? }
             }
             ProbeSpec::Reaction { region: name } => {
                 Self::Reaction { name: name.clone(), nodes: mesh.nodes_of(&region(name)?) }
@@ -111,6 +122,9 @@ impl Probe {
             Self::BendingAngle { facets, .. } if facets.is_empty() => names(&["chord_angle_deg"]),
             Self::BendingAngle { .. } => names(&["bending_angle_deg", "chord_angle_deg"]),
             Self::Position { name, .. } => ["x", "y", "z"].map(|c| format!("{name}_{c}_m")).into(),
+            Self::Markers { name, points } => {
+                (1..=points.len()).flat_map(|k| ["x", "y", "z"].map(|c| format!("{name}_{k}_{c}_m"))).collect()
+            }
             Self::Reaction { name, .. } => ["x", "y", "z"].map(|c| format!("{name}_reaction_{c}_N")).into(),
             Self::Energy => names(&["elastic_J", "kinetic_J", "dissipated_J", "work_J"]),
             Self::Stretch => names(&["stretch_median", "stretch_p95", "stretch_max", "min_j"]),
@@ -131,6 +145,7 @@ impl Probe {
                 vec![angle(area_vector(mesh, facets, &rest), area_vector(mesh, facets, x)), chord]
             }
             Self::Position { mean, .. } => mean.at(x).as_slice().to_vec(),
+            Self::Markers { points, .. } => points.iter().flat_map(|p| p.at(x).data.0[0]).collect(),
             Self::Reaction { nodes, .. } => {
                 let sum = |i: usize| nodes.iter().map(|&k| now.residual[3 * k as usize + i]).sum();
                 (0..3).map(sum).collect()
@@ -147,24 +162,10 @@ impl Probe {
 /// Names of all recorded columns, time first.
 pub(super) fn columns(probes: &[Probe], cables: &[NamedCable], cavities: &[NamedCavity]) -> Vec<String> {
     let probes = probes.iter().flat_map(Probe::columns);
-    let cables = cables.iter().flat_map(cable_columns);
+    let cables = cables.iter().flat_map(NamedCable::columns);
     let cavities = cavities.iter().flat_map(cavity_columns);
     let last = std::iter::once("newton_iterations".to_string());
     std::iter::once("t_s".to_string()).chain(probes).chain(cables).chain(cavities).chain(last).collect()
-}
-
-/// Columns of a cable: tension and length.
-pub fn cable_columns(cable: &NamedCable) -> [String; 2] {
-    [format!("{}_tension_N", cable.name), format!("{}_length_m", cable.name)]
-}
-
-/// Tension [N] and length [m] of a cable.
-pub fn record_cable(cable: &NamedCable, state: &State) -> [f64; 2] {
-    let tension = match &cable.drive {
-        Drive::Multiplier(c) => state.lambda[*c],
-        Drive::Prescribed(signal) => signal.at(state.clock()).max(0.0),
-    };
-    [tension, cable.cable.length(&state.x)]
 }
 
 /// Columns of a cavity: pressure and volume.

@@ -84,18 +84,12 @@ impl Builder<'_> {
         Err(self.content(place, fact, "take a signal that is never negative, such as raised_cosine"))
     }
 
-    /// What a cable cannot follow, or where it is slack.
-    pub(super) fn remark_shortening(&mut self, name: &str, shortening: &Signal, rest: f64, spans: &[Span]) {
+    /// Where a cable is slack.
+    pub(super) fn remark_let_out(&mut self, name: &str, shortening: &Signal, spans: &[Span]) {
         if shortening.has_inputs() {
             return;
         }
-        let ((t, least), (t_most, most)) = extremes(shortening, spans);
-        if most >= rest {
-            let (mm, rest) = (most * 1e3, rest * 1e3);
-            self.remarks.push(format!(
-                "{name} is shortened by {mm:.4} mm at t = {t_most:.4} s, but is only {rest:.4} mm long: that cannot be reached"
-            ));
-        }
+        let ((t, least), (_, most)) = extremes(shortening, spans);
         if least < -ROUNDING * most.abs() {
             let mm = -least * 1e3;
             self.remarks.push(format!("{name} is let out by up to {mm:.4} mm (t = {t:.4} s): it may be slack there"));

@@ -20,6 +20,7 @@ macro_rules! quantity {
 
 quantity! {
     Length = LENGTH,
+    Force = FORCE,
     Time = TIME,
     Angle = ANGLE,
     Density = DENSITY,

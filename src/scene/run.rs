@@ -1,14 +1,15 @@
 //! One run of a scene: steps, records, energies. Neither prints nor writes.
 
 use super::build::Scene;
+use super::cable_record::{CableEvent, pulling};
 use super::control::{ControlError, Fired, Opening};
 use super::course::Course;
-use super::probe::{Energies, Moment, columns, largest_stretch, record_cable, record_cavity};
+use super::probe::{Energies, Moment, columns, largest_stretch, record_cavity};
 use super::slopes::Recorder;
 use super::steering::Steering;
 use crate::math::tensor::Vec3;
 use crate::solve::{Newton, NewtonSettings, Status, StepSettings, Stepper, Totals, initial_acceleration};
-use crate::system::State;
+use crate::system::{Cost, State};
 use std::time::Duration;
 
 /// Where a run stands.
@@ -27,6 +28,7 @@ pub struct Run {
     pub written: Vec<usize>,
     /// [rows × signals] what was prescribed
     pub signals: Vec<Vec<f64>>,
+    /// The `[[event]]`s that happened
     pub events: Vec<Fired>,
     pub status: Status,
     /// Why it could not be steered any further
@@ -44,6 +46,21 @@ pub struct Run {
     pub peak: Snapshot,
     /// The last accepted state
     pub last: State,
+    /// Cables that went slack, taut, or to the limit of their drive
+    pub cable_events: Vec<CableEvent>,
+    /// Which cables pulled where the run could not go on, and what to do
+    pub pulling: Option<String>,
+}
+
+impl Run {
+    /// What, where and the remedy, if it has not converged.
+    pub fn detail(&self) -> Option<String> {
+        if let Some(why) = &self.failure {
+            return Some(why.to_string());
+        }
+        let pulling = self.pulling.iter().map(|told| format!("; {told}"));
+        (self.status != Status::Converged).then(|| std::iter::once(self.status.to_string()).chain(pulling).collect())
+    }
 }
 
 /// A state to be drawn.
@@ -114,6 +131,8 @@ impl Scene {
         if let (Some(controller), Some(row)) = (&mut steering.controller, course.rows.last()) {
             controller.end(row, status.name());
         }
+        let stuck = matches!(status, Status::StepTooSmall { .. } | Status::Inverted { .. });
+        let pulling = stuck.then(|| pulling(&self.cables, &course.state));
         let Newton { factor, sums, assembly_time, .. } = &stepper.newton;
         Run {
             columns: self.columns(),
@@ -124,7 +143,7 @@ impl Scene {
             status,
             failure,
             totals: stepper.totals,
-            costs: sums.costs.iter().map(|c| (c.name.clone(), c.time)).collect(),
+            costs: by_name(&sums.costs),
             assembly: *assembly_time,
             factorisation: factor.factor_time,
             factorisations: factor.count,
@@ -132,7 +151,9 @@ impl Scene {
             factor_nnz: factor.nnz(),
             dofs: self.system.dofs.free.len(),
             peak: course.peak,
+            pulling: pulling.flatten(),
             last: course.state,
+            cable_events: course.cables.events,
         }
     }
 
@@ -183,10 +204,11 @@ impl Scene {
                 if steering.at_end {
                     kept = Some(course.clone());
                 }
-                let Course { state, ledger, rows, signals, peak, .. } = &mut *course;
+                let Course { state, ledger, cables, rows, signals, peak, .. } = &mut *course;
                 let mut iterations = 0;
                 let status = stepper.advance(span.integrator, state, goal, &mut |past, now, newton, on_grid| {
                     ledger.book(&self.system, past, now, newton);
+                    cables.note(&self.cables, now);
                     if let Some(slopes) = &mut slopes {
                         slopes.step(span.integrator, past, now, on_grid);
                     }
@@ -255,7 +277,7 @@ impl Scene {
     pub(super) fn record(&self, state: &State, residual: &[f64], energies: Energies, iterations: usize) -> Vec<f64> {
         let moment = Moment { state, residual, energies, scene: self };
         let probes = self.probes.iter().flat_map(|p| p.record(&moment));
-        let cables = self.cables.iter().flat_map(|c| record_cable(c, state));
+        let cables = self.cables.iter().flat_map(|c| c.record(state));
         let cavities = self.cavities.iter().flat_map(|c| record_cavity(c, state));
         let last = std::iter::once(iterations as f64);
         std::iter::once(state.t).chain(probes).chain(cables).chain(cavities).chain(last).collect()
@@ -288,4 +310,16 @@ impl Scene {
         let displaced = |(k, p): (usize, &Vec3)| p + Vec3::from_column_slice(&x[3 * k..3 * k + 3]);
         self.body.mesh.points.iter().enumerate().map(displaced).collect()
     }
+}
+
+/// Times of the evaluations, one entry for rows of one name that follow each other.
+fn by_name(costs: &[Cost]) -> Vec<(String, Duration)> {
+    let mut out: Vec<(String, Duration)> = Vec::new();
+    for cost in costs {
+        match out.last_mut() {
+            Some((name, time)) if *name == cost.name => *time += cost.time,
+            _ => out.push((cost.name.clone(), cost.time)),
+        }
+    }
+    out
 }

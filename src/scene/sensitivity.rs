@@ -7,9 +7,9 @@
 //!
 //! Limits: not the columns of the probes `energy` and `stretch`; what else is not covered is a [`SensitivityError`].
 
-use super::build::{Drive, Scene};
+use super::build::Scene;
 use super::error::hint;
-use super::probe::{Probe, area_vector, cable_columns, cavity_columns};
+use super::probe::{Probe, area_vector, cavity_columns};
 use super::spec::EffectSpec;
 use crate::effect::StiffnessDamping;
 use crate::material::{self, LawSpecError};
@@ -66,6 +66,10 @@ pub enum SensitivityError {
     Decided,
     #[error("the effect {effect} reads what came before a step and has no derivative by it; remove it")]
     Past { effect: String },
+    #[error(
+        "the {cable} has friction: its tensions depend on the path of loading, which the derivatives do not follow; remove its `friction`"
+    )]
+    Friction { cable: String },
 }
 
 /// What differentiates the states of a scene.
@@ -88,6 +92,9 @@ impl<'a> Sensitivity<'a> {
         if let Some(effect) = system.effects.iter().find(|e| reads_past(&***e) && e.past().is_none()) {
             return Err(SensitivityError::Past { effect: effect.name().into() });
         }
+        if let Some(cable) = scene.cables.iter().find(|c| c.friction) {
+            return Err(SensitivityError::Friction { cable: cable.name.clone() });
+        }
         let by = constants.iter().map(|c| terms(scene, c)).collect::<Result<_, _>>()?;
         Ok(Self { scene, solver: Differentiator::new(system, by) })
     }
@@ -95,7 +102,7 @@ impl<'a> Sensitivity<'a> {
     /// Recorded columns that have a derivative, in their order.
     pub(super) fn columns(&self) -> Vec<String> {
         let probes = self.scene.probes.iter().filter(|p| !matches!(p, Probe::Energy | Probe::Stretch));
-        let cables = self.scene.cables.iter().flat_map(cable_columns);
+        let cables = self.scene.cables.iter().flat_map(|c| c.columns());
         let cavities = self.scene.cavities.iter().flat_map(cavity_columns);
         probes.flat_map(Probe::columns).chain(cables).chain(cavities).collect()
     }
@@ -176,21 +183,11 @@ fn changes(scene: &Scene, state: &State, change: &State, reaction: &[f64]) -> Ve
     let through = |probe| through(probe, &scene.body.mesh, &state.x, &change.x, reaction);
     let probes = scene.probes.iter().filter_map(through);
     let mut out: Vec<f64> = probes.flatten().collect();
-    for cable in &scene.cables {
-        out.extend([answer(&cable.drive, change), cable.cable.lengthening(&state.x, &change.x)]);
-    }
+    scene.cables.iter().for_each(|cable| out.extend(cable.changes(state, change)));
     for cavity in &scene.cavities {
-        out.extend([answer(&cavity.drive, change), cavity.cavity.growth(&state.x, &change.x)]);
+        out.extend([cavity.drive.answer(change), cavity.cavity.growth(&state.x, &change.x)]);
     }
     out
-}
-
-/// Change of a tension or pressure: what is prescribed does not change.
-fn answer(drive: &Drive, change: &State) -> f64 {
-    match drive {
-        Drive::Multiplier(c) => change.lambda[*c],
-        Drive::Prescribed(_) => 0.0,
-    }
 }
 
 /// Change of what a probe records; None where it has no derivative here.
@@ -205,6 +202,7 @@ fn through(probe: &Probe, mesh: &TetMesh, x: &[f64], dx: &[f64], reaction: &[f64
             Some(vec![turned(rest, area_vector(mesh, facets, x), area_turned(mesh, facets, x, dx)), chord])
         }
         Probe::Position { mean, .. } => Some(mean.moved(dx).as_slice().to_vec()),
+        Probe::Markers { points, .. } => Some(points.iter().flat_map(|p| p.moved(dx).data.0[0]).collect()),
         Probe::Reaction { nodes, .. } => {
             let sum = |i: usize| nodes.iter().map(|&k| reaction[3 * k as usize + i]).sum();
             Some((0..3).map(sum).collect())

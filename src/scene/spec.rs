@@ -1,5 +1,6 @@
 //! A scene as it stands in a TOML file. Unknown keys are refused; there is no default physics.
 
+use super::cable::CableSpec;
 use super::compare::CompareSpec;
 use super::control::spec::EventSpec;
 use super::output::OutputSpec;
@@ -7,6 +8,7 @@ use super::quantity::{
     Angle, Damping, Density, GuideRadius, Length, Modulus, PerSecond, SpringStiffness, Time, Viscosity,
 };
 use super::signal::SignalSpec;
+use super::skin::SkinSpec;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -30,6 +32,8 @@ pub struct SceneSpec {
     pub stages: Vec<StageSpec>,
     #[serde(rename = "probe", default)]
     pub probes: Vec<ProbeSpec>,
+    #[serde(rename = "skin", default)]
+    pub skins: Vec<SkinSpec>,
     #[serde(rename = "event", default)]
     pub events: Vec<EventSpec>,
     #[serde(rename = "compare", default)]
@@ -193,6 +197,33 @@ pub enum EffectSpec {
         region: String,
         damping: Damping,
     },
+    /// A force of fixed direction on an embedded point
+    PointForce {
+        #[serde(default = "point_force")]
+        name: String,
+        point: [Length; 3],
+        /// Of the patch that takes the force
+        radius: GuideRadius,
+        direction: [f64; 3],
+        force: SignalSpec,
+    },
+    /// A load of fixed direction per reference area; exactly one of `region` and `skin`
+    Traction {
+        #[serde(default = "traction")]
+        name: String,
+        region: Option<String>,
+        skin: Option<String>,
+        direction: [f64; 3],
+        traction: SignalSpec,
+    },
+}
+
+fn point_force() -> String {
+    "point_force".into()
+}
+
+fn traction() -> String {
+    "traction".into()
 }
 
 /// Which modulus the constants of a law give.
@@ -236,27 +267,6 @@ pub enum FormulationSpec {
     MeanDilatation,
 }
 
-impl SceneSpec {
-    /// Element and formulation in one word: `tet4`, `tet10`, `tet4_up`, `tet10_up`, `tet10_p0`; `mass_spring` where springs
-    /// are all that is elastic.
-    pub fn formulation(&self) -> String {
-        let of = |e: &EffectSpec| match e {
-            EffectSpec::Elastic { formulation, .. } => Some(*formulation),
-            _ => None,
-        };
-        let elastic = self.effects.iter().find_map(of);
-        if elastic.is_none() && self.effects.iter().any(|e| matches!(e, EffectSpec::EdgeSprings { .. })) {
-            return "mass_spring".into();
-        }
-        let suffix = match elastic {
-            Some(FormulationSpec::Mixed) => "_up",
-            Some(FormulationSpec::MeanDilatation) => "_p0",
-            _ => "",
-        };
-        format!("{}{suffix}", self.mesh.element.name())
-    }
-}
-
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum LumpingSpec {
@@ -280,16 +290,7 @@ pub enum ConstraintSpec {
         components: String,
         displacement: SignalSpec,
     },
-    Cable {
-        #[serde(default = "cable")]
-        name: String,
-        /// Path of the body, or `guides` with `pull_point`
-        path: Option<String>,
-        guides: Option<Vec<[Length; 3]>>,
-        pull_point: Option<[Length; 3]>,
-        guide_radius: GuideRadius,
-        drive: DriveSpec,
-    },
+    Cable(CableSpec),
     /// Air or liquid behind the facets of a region
     Cavity {
         #[serde(default = "cavity")]
@@ -301,10 +302,6 @@ pub enum ConstraintSpec {
 
 fn all_components() -> String {
     "xyz".into()
-}
-
-fn cable() -> String {
-    "cable".into()
 }
 
 fn cavity() -> String {
@@ -365,6 +362,8 @@ pub enum ProbeSpec {
     BendingAngle { root: String, tip: String },
     /// `<region>_{x,y,z}_m`: area-mean position
     Position { region: String },
+    /// `<name>_<k>_{x,y,z}_m`: positions of points embedded in the body, counted from 1
+    Markers { name: String, points: Vec<[Length; 3]> },
     /// `<region>_reaction_{x,y,z}_N`: sum of the reactions
     Reaction { region: String },
     /// `elastic_J`, `kinetic_J`, `dissipated_J`, `work_J`
@@ -382,18 +381,4 @@ pub struct NumericsSpec {
     pub reuse_factor: bool,
     pub extrapolate: bool,
     pub cuts: u32,
-}
-
-impl Default for NumericsSpec {
-    fn default() -> Self {
-        let (newton, step) = (crate::solve::NewtonSettings::default(), crate::solve::StepSettings::default());
-        Self {
-            tolerance: newton.tolerance,
-            max_iterations: newton.max_iterations,
-            line_search: newton.line_search,
-            reuse_factor: newton.reuse_factor,
-            extrapolate: step.extrapolate,
-            cuts: step.cuts,
-        }
-    }
 }

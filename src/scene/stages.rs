@@ -1,6 +1,7 @@
 //! The stages of a scene, and what may stand in which.
 
 use super::builder::Builder;
+use super::cable::CableSpec;
 use super::error::SceneError;
 use super::quantity::GuideRadius;
 use super::spec::{
@@ -76,8 +77,9 @@ impl Builder<'_> {
         let exact_row = spec.constraints.iter().any(|c| {
             matches!(
                 c,
-                ConstraintSpec::Cable { drive: DriveSpec::Length(_), .. }
-                    | ConstraintSpec::Cavity { drive: CavityDriveSpec::Volume(_), .. }
+                ConstraintSpec::Cable(
+                    CableSpec { drive: DriveSpec::Length(_), .. } | CableSpec { friction: Some(_), .. }
+                ) | ConstraintSpec::Cavity { drive: CavityDriveSpec::Volume(_), .. }
             )
         });
         for (k, (span, stage)) in spans.iter().zip(&spec.stages).enumerate() {
@@ -91,7 +93,7 @@ impl Builder<'_> {
             if exact_row && span.integrator.rings_with_constraints() && !forced {
                 return Err(self.content(
                     &place,
-                    format!("{name} is undamped, and rings with a cable driven by length or a cavity driven by volume (Cardona & Géradin 1989)"),
+                    format!("{name} is undamped, and rings with a cable driven by length or with friction, or a cavity driven by volume (Cardona & Géradin 1989)"),
                     "take \"bdf2\" or generalised_alpha with rho < 1, or set force = true in newmark",
                 ));
             }
@@ -113,10 +115,10 @@ impl Builder<'_> {
         let mut no_limit = None;
         for constraint in &spec.constraints {
             match constraint {
-                ConstraintSpec::Cable { name, guide_radius: GuideRadius::Point, .. } => {
+                ConstraintSpec::Cable(CableSpec { name, guide_radius: GuideRadius::Point, .. }) => {
                     no_limit = Some(format!("the {name} acts through points"));
                 }
-                ConstraintSpec::Cable { name, guide_radius: GuideRadius::Ball(r), .. } if *r < h => self
+                ConstraintSpec::Cable(CableSpec { name, guide_radius: GuideRadius::Ball(r), .. }) if *r < h => self
                     .remarks
                     .push(format!("{name}: the guide radius {:.3} mm is below h = {:.3} mm", r * 1e3, h * 1e3)),
                 _ => {}
@@ -137,22 +139,21 @@ impl Builder<'_> {
     }
 }
 
-impl EffectSpec {
-    /// Name as in files.
-    pub fn kind(&self) -> &'static str {
-        match self {
-            Self::Elastic { .. } => "elastic",
-            Self::Inertia { .. } => "inertia",
-            Self::Gravity { .. } => "gravity",
-            Self::MassDamping { .. } => "mass_damping",
-            Self::ViscousDamping { .. } => "viscous_damping",
-            Self::Viscoelastic { .. } => "viscoelastic",
-            Self::StiffnessDamping { .. } => "stiffness_damping",
-            Self::EdgeSprings { .. } => "edge_springs",
-            Self::EdgeDampers { .. } => "edge_dampers",
+impl Default for NumericsSpec {
+    fn default() -> Self {
+        let (newton, step) = (crate::solve::NewtonSettings::default(), crate::solve::StepSettings::default());
+        Self {
+            tolerance: newton.tolerance,
+            max_iterations: newton.max_iterations,
+            line_search: newton.line_search,
+            reuse_factor: newton.reuse_factor,
+            extrapolate: step.extrapolate,
+            cuts: step.cuts,
         }
     }
+}
 
+impl EffectSpec {
     pub(super) fn needs_rates(&self) -> bool {
         match self {
             Self::Inertia { .. }
@@ -160,7 +161,12 @@ impl EffectSpec {
             | Self::ViscousDamping { .. }
             | Self::StiffnessDamping { .. }
             | Self::EdgeDampers { .. } => true,
-            Self::Elastic { .. } | Self::Gravity { .. } | Self::Viscoelastic { .. } | Self::EdgeSprings { .. } => false,
+            Self::Elastic { .. }
+            | Self::Gravity { .. }
+            | Self::Viscoelastic { .. }
+            | Self::EdgeSprings { .. }
+            | Self::PointForce { .. }
+            | Self::Traction { .. } => false,
         }
     }
 }

@@ -1,79 +1,185 @@
-//! The few dense rows beside K: step of the multipliers from the Schur complement, with complementarity.
+//! The few dense rows beside K: step of the multipliers from the Schur complement, under the laws of the rows.
 
 use crate::math::linear::{Factor, LinearError, dot};
-use crate::system::Assembled;
+use crate::system::{Cone, Form, Piece, Rows, System, pieces};
 
-/// Solves 0 ≤ w = q + S μ ⟂ μ ≥ 0 on the one-sided rows and w = 0 on the others, for symmetric positive definite S
-/// (m × m, row by row), by principal pivoting with the least index (Murty 1974). m is a handful.
-pub fn complementarity(s: &[f64], q: &[f64], one_sided: &[bool]) -> Option<Vec<f64>> {
-    let m = q.len();
-    let mut active = vec![true; m];
-    // Each subset is visited at most once.
-    for _ in 0..(1usize << m.min(16)) {
-        let rows: Vec<usize> = (0..m).filter(|&i| active[i]).collect();
-        let k = rows.len();
-        let matrix = nalgebra::DMatrix::from_fn(k, k, |a, b| s[rows[a] * m + rows[b]]);
-        let rhs = nalgebra::DVector::from_fn(k, |a, _| -q[rows[a]]);
-        let solution = if k == 0 { rhs } else { matrix.lu().solve(&rhs)? };
-        let mut mu = vec![0.0; m];
-        for (a, &i) in rows.iter().enumerate() {
-            mu[i] = solution[a];
+/// Share of the largest diagonal of S that is added to that of linked rows: where two rows fix the same length a tension is
+/// open, and it keeps its value. It acts on the step and vanishes with it.
+const PROXIMAL: f64 = 1e-9;
+/// Rounding of a row as a share of its scale.
+const ROUNDING: f64 = 1e-14;
+/// Pieces that are tried: m rows need a few times m.
+const PIVOTS: usize = 10_000;
+
+/// Z = K⁻¹ Hᵀ and S = H Z + compliance of the current factorisation.
+#[derive(Default)]
+pub(super) struct Schur {
+    /// [constraints × equations]; zero for a watched row
+    pub z: Vec<f64>,
+    /// [constraints × constraints]
+    pub s: Vec<f64>,
+    /// Negative eigenvalues of S on the rows that act
+    pub negative: usize,
+}
+
+impl Schur {
+    /// Of these rows of the system, each with its gradient.
+    pub fn new(
+        factor: &mut Factor,
+        k: &[f64],
+        system: &System,
+        rows: &[usize],
+        gradient: &[Vec<f64>],
+    ) -> Result<Self, LinearError> {
+        let m = rows.len();
+        if m == 0 {
+            return Ok(Self::default());
         }
-        let violated = (0..m).find(|&i| {
-            let w = q[i] + dot(&s[i * m..(i + 1) * m], &mu);
-            one_sided[i] && if active[i] { mu[i] < 0.0 } else { w < 0.0 }
+        let cones: Vec<Cone> = rows.iter().map(|&c| system.constraints[c].cone()).collect();
+        let acting: Vec<usize> = (0..m).filter(|&i| cones[i] != Cone::Watched).collect();
+        let mut solved: Vec<f64> = acting.iter().flat_map(|&i| gradient[i].iter().copied()).collect();
+        factor.solve(k, &mut solved)?;
+        let n = gradient[0].len();
+        let mut z = vec![0.0; m * n];
+        for (&i, column) in acting.iter().zip(solved.chunks_exact(n)) {
+            z[i * n..(i + 1) * n].copy_from_slice(column);
+        }
+        let mut s: Vec<f64> = (0..m * m).map(|ij| dot(&gradient[ij / m], &z[(ij % m) * n..(ij % m + 1) * n])).collect();
+        (0..m).for_each(|i| s[i * m + i] += system.constraints[rows[i]].compliance());
+        let symmetric = nalgebra::DMatrix::from_fn(acting.len(), acting.len(), |a, b| {
+            0.5 * (s[acting[a] * m + acting[b]] + s[acting[b] * m + acting[a]])
         });
-        match violated {
-            None => return mu.iter().all(|v| v.is_finite()).then_some(mu),
-            Some(i) => active[i] = !active[i],
+        let negative = symmetric.symmetric_eigenvalues().iter().filter(|&&e| e < 0.0).count();
+        let most = largest(&s, m);
+        (0..m).filter(|&i| cones[i] == Cone::Linked).for_each(|i| s[i * m + i] += PROXIMAL * most);
+        Ok(Self { z, s, negative })
+    }
+
+    /// The multipliers after the step: g' = g + `shift` + S (λ' − λ) under the laws of all rows of the system.
+    pub fn multipliers(&self, system: &System, rows: &Rows, shift: &[f64]) -> Option<Vec<f64>> {
+        let laws: Vec<Vec<Piece>> =
+            system.constraints.iter().enumerate().map(|(c, row)| pieces(row.as_ref(), c, rows)).collect();
+        let change = change(&self.s, shift, &laws)?;
+        let softest = largest(&self.s, laws.len());
+        let settle = |c: usize| {
+            let row = &system.constraints[c];
+            let lambda = row.cone().admit(rows.lambda[c] + change[c]);
+            // A linked multiplier that moves the body by rounding only is none.
+            let noise = if row.cone() == Cone::Linked { ROUNDING * row.scale() / softest } else { 0.0 };
+            if lambda.abs() <= noise { 0.0 } else { lambda }
+        };
+        Some((0..laws.len()).map(settle).collect())
+    }
+}
+
+fn largest(s: &[f64], m: usize) -> f64 {
+    (0..m).map(|i| s[i * m + i]).fold(0.0, f64::max)
+}
+
+/// Largest departure of the rows from their laws, as a share of the scales.
+pub(super) fn error(system: &System, rows: &Rows) -> f64 {
+    let of_row = |c: usize| {
+        pieces(system.constraints[c].as_ref(), c, rows).iter().map(Piece::error).fold(f64::INFINITY, f64::min)
+    };
+    (0..system.constraints.len()).map(of_row).fold(0.0, f64::max)
+}
+
+/// A form after the step, as Σ a_j Δλ_j + b.
+struct Linear {
+    a: Vec<f64>,
+    b: f64,
+}
+
+impl Linear {
+    fn new(form: &Form, s: &[f64], shift: &[f64]) -> Self {
+        let m = shift.len();
+        let (mut a, mut b) = (vec![0.0; m], form.value);
+        for &(i, d) in &form.g {
+            a.iter_mut().zip(&s[i * m..(i + 1) * m]).for_each(|(a, s)| *a += d * s);
+            b += d * shift[i];
+        }
+        form.lambda.iter().for_each(|&(j, d)| a[j] += d);
+        Self { a, b }
+    }
+
+    /// Is it negative beyond the rounding of its terms?
+    fn violated(&self, change: &[f64], scale: f64) -> bool {
+        let size = self.a.iter().zip(change).map(|(a, x)| (a * x).abs()).sum::<f64>() + self.b.abs() + scale;
+        dot(&self.a, change) + self.b < -ROUNDING * size
+    }
+}
+
+/// Δλ under the laws, by principal pivoting with the least index (Murty 1974; he proves it finite for laws 0 ≤ g ⟂ λ ≥ 0
+/// and an S whose principal minors are positive): all rows start with their first piece, and the first inequality that
+/// does not hold names the next piece of its row.
+fn change(s: &[f64], shift: &[f64], laws: &[Vec<Piece>]) -> Option<Vec<f64>> {
+    let m = laws.len();
+    let mut chosen = vec![0; m];
+    for _ in 0..PIVOTS {
+        let equations: Vec<Linear> =
+            laws.iter().zip(&chosen).map(|(law, &p)| Linear::new(&law[p].zero, s, shift)).collect();
+        let matrix = nalgebra::DMatrix::from_fn(m, m, |i, j| equations[i].a[j]);
+        let rhs = nalgebra::DVector::from_fn(m, |i, _| -equations[i].b);
+        // Rows are in metres or in newtons: each is divided by its largest entry for the pivots.
+        let size: Vec<f64> = matrix.row_iter().map(|row| row.amax()).collect();
+        let matrix = nalgebra::DMatrix::from_fn(m, m, |i, j| matrix[(i, j)] / size[i]);
+        let rhs = nalgebra::DVector::from_fn(m, |i, _| rhs[i] / size[i]);
+        let mut change: Vec<f64> = matrix.lu().solve(&rhs)?.iter().copied().collect();
+        // A multiplier that its piece fixes has no rounding.
+        for (i, equation) in equations.iter().enumerate() {
+            if laws[i][chosen[i]].zero.g.is_empty() && laws[i][chosen[i]].zero.lambda.len() == 1 {
+                let j = laws[i][chosen[i]].zero.lambda[0].0;
+                change[j] = -equation.b / equation.a[j];
+            }
+        }
+        if change.iter().any(|v| !v.is_finite()) {
+            return None;
+        }
+        let wrong = (0..m).find_map(|i| {
+            let held = &laws[i][chosen[i]].while_not_negative;
+            let broken = held.iter().find(|(f, _)| Linear::new(f, s, shift).violated(&change, f.scale));
+            broken.map(|(_, next)| (i, *next))
+        });
+        match wrong {
+            None => return Some(change),
+            Some((i, next)) => chosen[i] = next,
         }
     }
     None
 }
 
-/// Z = K⁻¹ Hᵀ and S = H Z of the current factorisation.
-#[derive(Default)]
-pub(super) struct Schur {
-    /// [constraints × equations]
-    pub z: Vec<f64>,
-    /// [constraints × constraints]
-    pub s: Vec<f64>,
-    /// Negative eigenvalues of S
-    pub negative: usize,
-}
-
-impl Schur {
-    pub fn new(factor: &mut Factor, sums: &Assembled) -> Result<Self, LinearError> {
-        let m = sums.gradient.len();
-        let mut z = sums.gradient.concat();
-        if m == 0 {
-            return Ok(Self::default());
-        }
-        factor.solve(&sums.k, &mut z)?;
-        let n = z.len() / m;
-        let s: Vec<f64> =
-            (0..m * m).map(|ij| dot(&sums.gradient[ij / m], &z[(ij % m) * n..(ij % m + 1) * n])).collect();
-        let symmetric = nalgebra::DMatrix::from_fn(m, m, |i, j| 0.5 * (s[i * m + j] + s[j * m + i]));
-        let negative = symmetric.symmetric_eigenvalues().iter().filter(|&&e| e < 0.0).count();
-        Ok(Self { z, s, negative })
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::system::between;
+
+    /// Two rows with 0 ≤ λ ≤ most, from λ = 0: g' = q + S λ'.
+    fn solve(s: &[f64; 4], q: &[f64; 2], most: f64) -> Vec<f64> {
+        let rows = Rows { now: 0.0.into(), g: q, lambda: &[0.0; 2], old: &[0.0; 2], force: 0.0 };
+        let laws: Vec<_> = (0..2).map(|c| between(&rows, c, Form::gap(&rows, c..c + 1, 1.0), most)).collect();
+        change(s, &[0.0; 2], &laws).expect("S is positive definite")
+    }
 
     #[test]
     fn holds_complementarity() {
         let s = [2.0, 0.5, 0.5, 1.0];
         for q in [[-1.0, 1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, -1.0], [-1.0, 0.0]] {
-            let mu = complementarity(&s, &q, &[true, true]).expect("S is positive definite");
+            let lambda = solve(&s, &q, f64::INFINITY);
             for i in 0..2 {
-                let w = q[i] + dot(&s[2 * i..2 * i + 2], &mu);
-                assert!(mu[i] >= 0.0 && w > -1e-15 && (w * mu[i]).abs() < 1e-15, "q = {q:?}, row {i}");
+                let w = q[i] + dot(&s[2 * i..2 * i + 2], &lambda);
+                assert!(lambda[i] >= 0.0 && w > -1e-15 && (w * lambda[i]).abs() < 1e-15, "q = {q:?}, row {i}");
             }
-            let both = complementarity(&s, &q, &[false, false]).expect("regular");
-            assert!((0..2).all(|i| (q[i] + dot(&s[2 * i..2 * i + 2], &both)).abs() < 1e-15));
+            // The same rows, yielding at 0.3.
+            let capped = solve(&s, &q, 0.3);
+            for i in 0..2 {
+                let w = q[i] + dot(&s[2 * i..2 * i + 2], &capped);
+                let right = match capped[i] {
+                    0.0 => w > -1e-15,
+                    0.3 => w < 1e-15,
+                    lambda => (0.0..0.3).contains(&lambda) && w.abs() < 1e-15,
+                };
+                assert!(right, "q = {q:?}, row {i}: λ = {}, g = {w}", capped[i]);
+            }
         }
     }
 }

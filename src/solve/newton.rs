@@ -1,9 +1,9 @@
 //! One nonlinear solve: Newton with a line search on the directional derivative, multipliers by the Schur complement.
 
 use super::Step;
-use super::multipliers::{Schur, complementarity};
+use super::multipliers::{self, Schur};
 use crate::math::linear::{Factor, LinearError, dot, norm};
-use crate::system::{Assembled, EvalError, State, System, Want};
+use crate::system::{Assembled, Cone, EvalError, Rows, State, System, Want};
 use std::fmt;
 use std::time::{Duration, Instant};
 
@@ -74,6 +74,8 @@ pub struct Newton {
     pub iterations: usize,
     /// Length of the body [m], for the rounding floor of the residual
     length: f64,
+    /// [constraints] g at the start of the step, where a law of a row looks back
+    old: Vec<f64>,
 }
 
 /// Direction of one iteration.
@@ -101,6 +103,7 @@ impl Newton {
             stiffness: 0.0,
             iterations: 0,
             length,
+            old: vec![0.0; system.constraints.len()],
         }
     }
 
@@ -115,6 +118,9 @@ impl Newton {
         let mut last = f64::INFINITY;
         let mut below = false;
         let mut schur = Schur::default();
+        if system.constraints.iter().any(|c| c.cone() == Cone::Linked) {
+            self.old = system.gaps(step.past).map_err(Failure::Eval)?;
+        }
         self.evaluate(step, next, Want::Residual, None)?;
         loop {
             let increment = remaining(&targets, next);
@@ -217,18 +223,13 @@ impl Newton {
     fn error(&self, system: &System, state: &State, floor: f64) -> f64 {
         let residual = norm(&system.restrict(&self.sums.r));
         let scale = self.sums.scale.max(floor / self.settings.tolerance);
-        let mut error = if residual == 0.0 { 0.0 } else { residual / scale };
-        for (c, (&g, &lambda)) in self.sums.g.iter().zip(&state.lambda).enumerate() {
-            let g = g / system.constraints[c].scale();
-            let one_sided = system.is_one_sided(c);
-            // An open one-sided row is satisfied; a negative multiplier never is.
-            let row = if one_sided && lambda == 0.0 { f64::max(0.0, -g) } else { g.abs() };
-            error = error.max(row);
-            if one_sided && lambda < 0.0 {
-                error = f64::INFINITY;
-            }
-        }
-        error
+        let error = if residual == 0.0 { 0.0 } else { residual / scale };
+        error.max(multipliers::error(system, &self.rows(state)))
+    }
+
+    /// The rows at `state`, to which the sums belong.
+    fn rows<'a>(&'a self, state: &'a State) -> Rows<'a> {
+        Rows { now: state.clock(), g: &self.sums.g, lambda: &state.lambda, old: &self.old, force: self.sums.scale }
     }
 
     fn worst_node(&self, system: &System) -> u32 {
@@ -241,7 +242,11 @@ impl Newton {
         let mut shift = 0.0;
         loop {
             let factorised = self.factor.factorise(&self.sums.k).map_err(Failure::Linear);
-            let attempt = factorised.and_then(|()| Schur::new(&mut self.factor, &self.sums).map_err(Failure::Linear));
+            let attempt = factorised.and_then(|()| {
+                let rows: Vec<usize> = (0..system.constraints.len()).collect();
+                let Assembled { k, gradient, .. } = &self.sums;
+                Schur::new(&mut self.factor, k, system, &rows, gradient).map_err(Failure::Linear)
+            });
             match attempt {
                 Ok(schur) => {
                     // A second field brings one negative eigenvalue an unknown, a multiplier one of S.
@@ -270,7 +275,7 @@ impl Newton {
         }
     }
 
-    /// du = K⁻¹(−r − lift) + Z (λ' − λ)·(−1), with λ' from the complementarity of the linearised rows.
+    /// du = K⁻¹(−r − lift) + Z (λ' − λ)·(−1), with λ' from the laws of the linearised rows.
     fn direction(
         &mut self,
         system: &System,
@@ -287,14 +292,8 @@ impl Newton {
         // r contains λ h with h = ∂c/∂x, so du = y − Σ z (λ' − λ); g' = g − h·du − (what the prescribed motion carries along).
         let mut lambda = vec![0.0; m];
         if m > 0 {
-            let q: Vec<f64> = (0..m)
-                .map(|i| {
-                    let s = &schur.s[i * m..(i + 1) * m];
-                    self.sums.g[i] - self.sums.carried[i] - dot(&self.sums.gradient[i], &y) - dot(s, &state.lambda)
-                })
-                .collect();
-            let one_sided: Vec<bool> = (0..m).map(|c| system.is_one_sided(c)).collect();
-            lambda = complementarity(&schur.s, &q, &one_sided).ok_or(Failure::Complementarity)?;
+            let shift: Vec<f64> = (0..m).map(|c| -self.sums.carried[c] - dot(&self.sums.gradient[c], &y)).collect();
+            lambda = schur.multipliers(system, &self.rows(state), &shift).ok_or(Failure::Complementarity)?;
             for (z, (new, old)) in schur.z.chunks_exact(y.len()).zip(lambda.iter().zip(&state.lambda)) {
                 let change = new - old;
                 y.iter_mut().zip(z).for_each(|(y, z)| *y -= z * change);

@@ -99,12 +99,9 @@ impl<'a> Differentiator<'a> {
             self.factored.clone_from(&sums.k);
         }
         // A slack row is none: it is dropped from H.
-        let taut: Vec<usize> = (0..lambda.len()).filter(|&c| !system.is_one_sided(c) || lambda[c] > 0.0).collect();
-        let all = std::mem::take(&mut sums.gradient);
-        sums.gradient = taut.iter().map(|&c| all[c].clone()).collect();
-        let schur = Schur::new(factor, sums);
-        let rows = std::mem::replace(&mut sums.gradient, all);
-        let Schur { z, s, .. } = schur.map_err(Failure::Linear)?;
+        let taut: Vec<usize> = (0..lambda.len()).filter(|&c| system.constraints[c].cone().holds(lambda[c])).collect();
+        let rows: Vec<Vec<f64>> = taut.iter().map(|&c| sums.gradient[c].clone()).collect();
+        let Schur { z, s, .. } = Schur::new(factor, &sums.k, system, &taut, &rows).map_err(Failure::Linear)?;
         let (n, m) = (system.dofs.free.len(), taut.len());
         let lu = nalgebra::DMatrix::from_row_slice(m, m, &s).lu();
         let still = vec![0.0; next.x.len()];

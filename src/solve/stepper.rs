@@ -273,9 +273,7 @@ impl<'a> Stepper<'a> {
             }
         }
         for (c, lambda) in next.lambda.iter_mut().enumerate() {
-            if self.system.is_one_sided(c) {
-                *lambda = lambda.max(0.0);
-            }
+            *lambda = self.system.constraints[c].cone().admit(*lambda);
         }
         true
     }

@@ -1,7 +1,7 @@
 //! Fields of a run for ParaView: a VTU file per state on the time grid and a PVD collection of them.
 
 use crate::mesh::validate::MeshError;
-use crate::mesh::vtu::{Data, write_pvd, write_vtu};
+use crate::mesh::vtu::{Data, write_pvd, write_surface, write_vtu};
 use crate::scene::Scene;
 use crate::scene::output::{Field, FieldSpec};
 use crate::system::State;
@@ -12,12 +12,14 @@ use std::time::{Duration, Instant};
 /// What is written where nothing is chosen.
 pub const USUAL: [FieldSpec; 2] = [FieldSpec::Displacement, FieldSpec::Stretch];
 
-/// Writes `<name>-0000.vtu`, … and `<name>.pvd`. What writing took is kept, so that it does not count as a price.
+/// Writes `<name>-0000.vtu`, … and `<name>.pvd`, and the same of every skin as `<name>-<skin>`. What writing took is kept, so that it does not count as a price.
 pub struct Fields {
     dir: PathBuf,
     name: String,
     what: Vec<FieldSpec>,
     frames: Vec<(f64, String)>,
+    /// Per skin: its name and its frames
+    skins: Vec<(String, Vec<(f64, String)>)>,
     failure: Option<MeshError>,
     wall: Duration,
     cpu: Duration,
@@ -26,7 +28,8 @@ pub struct Fields {
 impl Fields {
     pub fn new(dir: impl Into<PathBuf>, name: &str, what: &[FieldSpec]) -> Self {
         let (wall, cpu) = (Duration::ZERO, Duration::ZERO);
-        Self { dir: dir.into(), name: name.into(), what: what.to_vec(), frames: vec![], failure: None, wall, cpu }
+        let what = what.to_vec();
+        Self { dir: dir.into(), name: name.into(), what, frames: vec![], skins: vec![], failure: None, wall, cpu }
     }
 
     /// The collection, there when all states are.
@@ -47,7 +50,19 @@ impl Fields {
             (nodes.into_iter().map(data).collect(), cells.into_iter().map(data).collect());
         let frame = format!("{}-{number:04}.vtu", self.name);
         self.failure = write_vtu(&self.dir.join(&frame), &scene.body.mesh, &nodes, &cells).err();
+        let first = self.frames.is_empty();
         self.frames.push((state.t, frame));
+        if first {
+            self.skins = scene.skins.iter().map(|skin| (skin.name.clone(), vec![])).collect();
+        }
+        for (skin, (name, frames)) in scene.skins.iter().zip(&mut self.skins) {
+            let frame = format!("{}-{name}-{number:04}.vtu", self.name);
+            let u = skin.displacement(&state.x);
+            let data = Data { name: "displacement_m", components: 3, values: &u };
+            let written = write_surface(&self.dir.join(&frame), &skin.surface, &[data]);
+            self.failure = self.failure.take().or(written.err());
+            frames.push((state.t, frame));
+        }
         self.wall += wall.elapsed();
         self.cpu += cpu.elapsed();
     }
@@ -57,7 +72,13 @@ impl Fields {
         let path = self.collection();
         match self.failure {
             Some(error) => Err(error),
-            None => write_pvd(&path, &self.frames).map(|()| (self.wall.as_secs_f64(), self.cpu.as_secs_f64())),
+            None => {
+                for (name, frames) in &self.skins {
+                    write_pvd(&self.dir.join(format!("{}-{name}.pvd", self.name)), frames)?;
+                }
+                write_pvd(&path, &self.frames)?;
+                Ok((self.wall.as_secs_f64(), self.cpu.as_secs_f64()))
+            }
         }
     }
 }

@@ -1,6 +1,7 @@
 //! What a finished case leaves on disk, and what every report reads: `cases/<id>.json` beside `cases/<id>.csv`.
 
 use super::overlay::Distance;
+use crate::scene::cable_record::CableEvent;
 use crate::scene::control::Fired;
 use crate::solve::Status;
 use serde::{Deserialize, Serialize};
@@ -55,13 +56,16 @@ pub struct CaseRecord {
     pub locking: Option<LockingRecord>,
     /// Per recorded column of the CSV
     pub probes: BTreeMap<String, ProbeRecord>,
+    /// Cables that went slack, taut, or to the limit of their drive
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub cable_events: Vec<CableEventRecord>,
     /// What a reader should know: regions that depend on the mesh, patches smaller than the cells, …
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub remarks: Vec<String>,
     /// Distances from measured curves
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub distances: Vec<Distance>,
-    /// What happened on the way
+    /// The `[[event]]`s that happened
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub events: Vec<Fired>,
     /// Why the answer has no limit as h → 0; a convergence study then refuses its verdict
@@ -106,6 +110,20 @@ pub struct EffectRecord {
     pub name: String,
     /// Time of its evaluations [s]
     pub wall_s: f64,
+}
+
+/// A cable that became `slack`, `taut` or `yielding`, at the first accepted state after it.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct CableEventRecord {
+    pub t_s: f64,
+    pub cable: String,
+    pub became: String,
+}
+
+impl From<&CableEvent> for CableEventRecord {
+    fn from(event: &CableEvent) -> Self {
+        Self { t_s: event.t, cable: event.cable.clone(), became: event.what.name().into() }
+    }
 }
 
 /// Where the time went [s].
@@ -206,7 +224,7 @@ impl Skin {
 pub struct StudyRecord {
     /// Name of the study, as its folder is called
     pub study: String,
-    /// `convergence`, `materials`, `calibration`
+    /// `convergence`, `materials`, …
     pub kind: String,
     pub question: String,
     /// What was expected before the run
@@ -224,7 +242,30 @@ pub struct StudyRecord {
     /// The member that the others are compared with
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference: Option<String>,
+    /// `sweep`: the keys that were swept
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub axes: Vec<AxisRecord>,
+    /// `sweep`: member → index of its value on every axis
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub points: BTreeMap<String, Vec<usize>>,
     pub version: String,
+}
+
+/// What a sweep changes: keys of the scene that take the same values.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct AxisRecord {
+    pub name: String,
+    pub keys: Vec<String>,
+    /// In words: `Young's modulus`
+    pub label: String,
+    /// Letter in tables and on axes: `E`
+    pub symbol: String,
+    /// Unit of the numbers
+    pub unit: String,
+    /// In their order, as they stand in the study
+    pub values: Vec<String>,
+    /// The same as numbers of `unit`; empty where the values are words
+    pub numbers: Vec<f64>,
 }
 
 impl StudyRecord {
@@ -300,6 +341,10 @@ pub enum Role {
     Laws,
     /// The same laws on a finer mesh
     Finer,
+    /// The points of a sweep
+    Grid,
+    /// Effects added one by one
+    Ladder,
     /// A dimension that is not known exactly, over its range
     Nuisance,
     /// Where a law is used with the constants that were found, from coarse to fine
@@ -318,6 +363,8 @@ impl Role {
             Self::TimeStep => "time step",
             Self::Laws => "laws",
             Self::Finer => "finer",
+            Self::Grid => "grid",
+            Self::Ladder => "ladder",
             Self::Nuisance => "nuisance",
             Self::Use => "use",
         }

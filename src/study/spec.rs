@@ -1,8 +1,10 @@
 //! A study as it stands in a TOML file, and the cases that follow from it.
 
+use super::axis::{self, AxisSpec, Combine};
+use super::check::{check_axes, check_names, check_roles};
 use super::inverse::{After, CalibrationSpec, Plan, UseSpec};
 use super::record::{FamilyRecord, Quantity, Role, StudyRecord};
-use crate::calibrate::inverse::{InverseError, MeasuredSpec};
+use crate::calibrate::inverse::MeasuredSpec;
 use crate::math::units::{self, Dimension};
 use crate::scene::{SceneError, SceneSpec, from_text, hint, read_scene, read_table};
 use serde::Deserialize;
@@ -28,6 +30,12 @@ pub struct StudySpec {
     pub families: Vec<FamilySpec>,
     /// `materials`: the member that the others are compared with
     pub reference: Option<String>,
+    /// `sweep`: the keys that are swept
+    #[serde(rename = "axis", default)]
+    pub axes: Vec<AxisSpec>,
+    /// `sweep`: how several axes go together
+    #[serde(default)]
+    pub combine: Combine,
     /// `calibration`: what is to be found
     pub calibration: Option<CalibrationSpec>,
     /// `calibration`: where the law is used afterwards
@@ -41,6 +49,8 @@ pub struct StudySpec {
 pub enum Kind {
     Convergence,
     Materials,
+    Sweep,
+    Prices,
     Calibration,
 }
 
@@ -50,17 +60,21 @@ impl Kind {
         match self {
             Self::Convergence => "convergence",
             Self::Materials => "materials",
+            Self::Sweep => "sweep",
+            Self::Prices => "prices",
             Self::Calibration => "calibration",
         }
     }
 
     /// What a family can be there for.
-    fn roles(self) -> &'static [Role] {
+    pub(super) fn roles(self) -> &'static [Role] {
         match self {
             Self::Convergence => {
                 &[Role::Sizes, Role::Nested, Role::Remeshed, Role::Seeds, Role::Element, Role::TimeStep]
             }
             Self::Materials => &[Role::Laws, Role::Finer],
+            Self::Sweep => &[Role::Grid],
+            Self::Prices => &[Role::Ladder],
             Self::Calibration => &[Role::Sizes, Role::Nuisance],
         }
     }
@@ -132,7 +146,7 @@ impl Study {
             let remedy = "run it with: durometer simulate".into();
             return Err(SceneError::Content { file: file.into(), place, fact, remedy });
         }
-        let spec: StudySpec = from_text(file, &text, "")?;
+        let mut spec: StudySpec = from_text(file, &text, "")?;
         let base = file.parent().unwrap_or(Path::new(""));
         let name = std::path::absolute(base)
             .ok()
@@ -149,6 +163,14 @@ impl Study {
         if !(tolerance > 0.0 && tolerance < 1.0) {
             let fact = format!("it is {tolerance}");
             return Err(content("tolerance".into(), fact, "it lies between 0 and 1; write for example \"2 %\""));
+        }
+        check_axes(&spec).map_err(|(place, fact, remedy)| content(place, fact, &remedy))?;
+        let (mut axes, mut points) = (vec![], BTreeMap::new());
+        if spec.kind == Kind::Sweep {
+            let expanded = axis::expand(&spec.axes, spec.combine);
+            let expanded = expanded.map_err(|(place, fact, remedy)| content(place, fact, &remedy))?;
+            spec.families = vec![expanded.family];
+            (axes, points) = (expanded.axes, expanded.points);
         }
         let known: Vec<String> = spec.variants.iter().map(|v| v.name.clone()).collect();
         let labels: Vec<String> = spec.families.iter().map(|f| f.name.clone()).collect();
@@ -167,8 +189,7 @@ impl Study {
             place: "scene".into(),
             source: e.into(),
         })?;
-        let plans =
-            plans(base, &spec).map_err(|(place, e)| SceneError::Part { file: file.into(), place, source: e.into() })?;
+        let plans = plans(file, base, &spec)?;
         let mut cases: Vec<Case> = Vec::new();
         let mut families = Vec::new();
         for family in &spec.families {
@@ -184,16 +205,18 @@ impl Study {
             let mut ids: Vec<String> = Vec::new();
             let mut formulation = String::new();
             for variant in spec.variants.iter().filter(|v| wanted.contains(&v.name)) {
+                // The changes of the rungs below, on a ladder
+                let mut below: Vec<(String, toml::Value)> = Vec::new();
                 for (label, member) in &family.members {
                     let place = format!("family {}, member {label}, variant {}", family.name, variant.name);
                     let Some(member) = member.as_table() else {
                         return Err(content(place, "it is not a table".into(), "write { \"mesh.cells\" = 4500 }"));
                     };
-                    let own: Vec<(String, toml::Value)> = [&variant.set, &family.set, member]
-                        .into_iter()
-                        .flatten()
-                        .map(|(k, v)| (k.clone(), v.clone()))
-                        .collect();
+                    let pairs = |set: &toml::Table| set.clone().into_iter().collect::<Vec<_>>();
+                    let own = [pairs(&variant.set), pairs(&family.set), below.clone(), pairs(member)].concat();
+                    if family.role == Role::Ladder {
+                        below.extend(pairs(member));
+                    }
                     let all: Vec<_> = own.iter().chain(changes).cloned().collect();
                     let (scene, text) = read_scene(&scene_file, &all).map_err(|e| {
                         // Whose fault is it: the scene's, the member's, or the command line's?
@@ -248,6 +271,8 @@ impl Study {
             labels: spec.variants.iter().filter_map(named).collect(),
             families,
             reference: spec.reference,
+            axes,
+            points,
             version: env!("CARGO_PKG_VERSION").into(),
         };
         Ok(Self { name, file: file.into(), record, cases })
@@ -296,90 +321,17 @@ fn uses(
     }
 }
 
-/// What is to be found in each variant; place and error of the first mistake.
-fn plans(base: &Path, spec: &StudySpec) -> Result<BTreeMap<String, Arc<Plan>>, (String, InverseError)> {
+/// What is to be found in each variant.
+fn plans(file: &Path, base: &Path, spec: &StudySpec) -> Result<BTreeMap<String, Arc<Plan>>, SceneError> {
     let Some(calibration) = &spec.calibration else { return Ok(BTreeMap::new()) };
     let one = |v: &VariantSpec| {
         let measured = v.measured.as_ref().expect("checked with the roles");
-        let plan = Plan::new(base, calibration, measured).map_err(|e| (format!("variant {}", v.name), e))?;
+        let plan = Plan::new(base, calibration, measured).map_err(|e| SceneError::Part {
+            file: file.into(),
+            place: format!("variant {}", v.name),
+            source: e.into(),
+        })?;
         Ok((v.name.clone(), Arc::new(plan)))
     };
     spec.variants.iter().map(one).collect()
-}
-
-/// Roles and reference that the kind knows: place, fact and remedy of the first mistake.
-fn check_roles(spec: &StudySpec) -> Result<(), (String, String, String)> {
-    let kind = spec.kind.name();
-    let known = spec.kind.roles();
-    if let Some(family) = spec.families.iter().find(|f| !known.contains(&f.role)) {
-        let fact = format!("a study of kind \"{kind}\" has no role \"{}\"", family.role.words());
-        let words = known.iter().map(|r| r.words().replace(' ', "_")).collect::<Vec<_>>().join(", ");
-        return Err((format!("family {}", family.name), fact, format!("the roles are {words}")));
-    }
-    let calibrates = spec.kind == Kind::Calibration;
-    match (&spec.calibration, spec.variants.iter().find(|v| v.measured.is_some() != calibrates)) {
-        (None, _) if calibrates => {
-            let remedy = "add [calibration] with `unknown` and `weighting`";
-            return Err(("calibration".into(), "it is missing".into(), remedy.into()));
-        }
-        (Some(c), _) if calibrates && c.unknown.is_empty() => {
-            let remedy = "name constants of the scene, such as \"laws.rubber.mu\"";
-            return Err(("calibration.unknown".into(), "nothing is to be found".into(), remedy.into()));
-        }
-        (None, _) if !calibrates && spec.usage.is_some() => {
-            let fact = format!("a study of kind \"{kind}\" finds no constants");
-            return Err(("use".into(), fact, "remove it, or take kind = \"calibration\"".into()));
-        }
-        (Some(_), _) if !calibrates => {
-            let fact = format!("a study of kind \"{kind}\" finds no constants");
-            return Err(("calibration".into(), fact, "remove it, or take kind = \"calibration\"".into()));
-        }
-        (_, Some(v)) if calibrates => {
-            let remedy = "add measured = { file = …, x = { column, unit, is }, y = { column, unit, is } }";
-            return Err((format!("variant {}", v.name), "it has no measured curve".into(), remedy.into()));
-        }
-        (_, Some(v)) => {
-            let fact = format!("a study of kind \"{kind}\" has no use for `measured`");
-            return Err((format!("variant {}", v.name), fact, "remove it".into()));
-        }
-        _ => {}
-    }
-    match (&spec.reference, spec.kind) {
-        (None, Kind::Convergence | Kind::Calibration) => Ok(()),
-        (Some(_), Kind::Convergence | Kind::Calibration) => {
-            let fact = format!("a study of kind \"{kind}\" finds its reference itself");
-            Err(("reference".into(), fact, "remove the key".into()))
-        }
-        (reference, Kind::Materials) => {
-            let laws: Vec<&FamilySpec> = spec.families.iter().filter(|f| f.role == Role::Laws).collect();
-            let [laws] = laws[..] else {
-                let fact = format!("{} families have the role \"laws\"", laws.len());
-                return Err(("family".into(), fact, "give it to one; a finer mesh has the role \"finer\"".into()));
-            };
-            let members: Vec<String> = laws.members.keys().cloned().collect();
-            match reference {
-                Some(r) if members.contains(r) => Ok(()),
-                Some(r) => Err(("reference".into(), format!("no law is called \"{r}\""), hint(r, &members))),
-                None => {
-                    let remedy = format!("name the law that the others are compared with: {}", members.join(", "));
-                    Err(("reference".into(), "it is missing".into(), remedy))
-                }
-            }
-        }
-    }
-}
-
-/// Names become parts of file names and are told apart: index, fact and remedy of the first that cannot be used.
-fn check_names(names: &[String]) -> Result<(), (usize, String, &'static str)> {
-    for (k, name) in names.iter().enumerate() {
-        if names[..k].contains(name) {
-            return Err((k, format!("another one is called \"{name}\" too"), "give it a name of its own"));
-        }
-        let fits = |c: char| c.is_alphanumeric() || "._-".contains(c);
-        if name.is_empty() || name.starts_with('.') || !name.chars().all(fits) {
-            let fact = format!("\"{name}\" cannot be part of a file name");
-            return Err((k, fact, "use letters, digits, \"-\", \"_\" and \".\""));
-        }
-    }
-    Ok(())
 }

@@ -50,7 +50,7 @@ pub struct Assembled {
     pub k: Vec<f64>,
     /// [equations] Σ K_e d of the prescribed increment d, if one was given [N]
     pub lift: Vec<f64>,
-    /// Per constraint: g = target − c
+    /// Per constraint: g = target + compliance λ − c
     pub g: Vec<f64>,
     /// Per constraint: ∂c/∂x · d of the prescribed increment d, if one was given
     pub carried: Vec<f64>,
@@ -94,7 +94,9 @@ impl System {
                 return Err(SystemError::PrescribedTwice { node: p.dof / 3, component: p.dof % 3 });
             }
         }
-        let blocks = || effects.iter().map(|e| e.blocks()).chain(constraints.iter().map(|c| c.blocks()));
+        // A row that is only watched puts nothing into the tangent.
+        let acting = || constraints.iter().filter(|c| c.cone() != Cone::Watched);
+        let blocks = || effects.iter().map(|e| e.blocks()).chain(acting().map(|c| c.blocks()));
         let dofs = Dofs::new(nodes, hosts, &prescribed, blocks());
         if dofs.free.is_empty() {
             return Err(SystemError::NothingFree);
@@ -112,8 +114,14 @@ impl System {
             });
             SymPattern::from_pairs(dofs.free.len(), pairs.filter(|p| p.0 != Dofs::FIXED && p.1 != Dofs::FIXED))
         };
-        let slots = blocks().map(|list| slots(&dofs, &pattern, list)).collect();
-        let largest = blocks().map(Blocks::largest).max().unwrap_or(0);
+        let of_effects = effects.iter().map(|e| slots(&dofs, &pattern, e.blocks()));
+        let of_rows = constraints.iter().map(|c| match c.cone() {
+            Cone::Watched => Vec::new(),
+            _ => slots(&dofs, &pattern, c.blocks()),
+        });
+        let slots = of_effects.chain(of_rows).collect();
+        let all = effects.iter().map(|e| e.blocks()).chain(constraints.iter().map(|c| c.blocks()));
+        let largest = all.map(Blocks::largest).max().unwrap_or(0);
         let mut histories: Vec<Range<usize>> = Vec::new();
         for e in &effects {
             let start = histories.last().map_or(0, |h| h.end);
@@ -191,7 +199,8 @@ impl System {
             let i = self.effects.len() + c;
             let mut scatter = Scatter { system: self, list: constraint.blocks(), slots: &self.slots[i], next: 0 };
             let mut sum = 0.0;
-            out.g[c] = constraint.target(at.clock());
+            let watched = constraint.cone() == Cone::Watched;
+            out.g[c] = constraint.target(at.clock()) + constraint.compliance() * lambda[c];
             out.gradient[c].fill(0.0);
             out.carried[c] = 0.0;
             for b in 0..constraint.blocks().len() {
@@ -206,7 +215,9 @@ impl System {
                         equation => out.gradient[c][equation as usize] += r,
                     }
                 }
-                scatter.add(b, &local, lambda[c], want, increment, out);
+                if !watched {
+                    scatter.add(b, &local, lambda[c], want, increment, out);
+                }
             }
             out.scale = f64::max(out.scale, sum);
             out.costs[i].time += start.elapsed();
@@ -256,9 +267,20 @@ impl System {
         (0..self.dofs.free.len()).filter(|&e| self.dofs.is_scalar(e)).count()
     }
 
-    /// Is row `c` an inequality?
-    pub fn is_one_sided(&self, c: usize) -> bool {
-        self.constraints[c].cone() == Cone::NonNegative
+    /// The values g of all rows at a state.
+    pub fn gaps(&self, state: &State) -> Result<Vec<f64>, EvalError> {
+        let mut local = Local::new(self.largest);
+        let mut gaps = Vec::with_capacity(self.constraints.len());
+        for (row, lambda) in self.constraints.iter().zip(&state.lambda) {
+            let mut g = row.target(state.clock()) + row.compliance() * lambda;
+            for b in 0..row.blocks().len() {
+                local.reset(row.blocks().size(b), Want::Energy);
+                row.eval(&state.x, b, Want::Energy, &mut local)?;
+                g -= local.energy;
+            }
+            gaps.push(g);
+        }
+        Ok(gaps)
     }
 }
 

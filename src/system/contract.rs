@@ -1,6 +1,7 @@
 //! What an effect or a constraint is, and what it sees.
 
 use super::Past;
+use super::rows::{Cone, Piece, Rows};
 use crate::material::LawError;
 pub use crate::material::Want;
 use crate::math::signal::{Clock, Ramp};
@@ -300,25 +301,28 @@ pub enum Role {
     Load,
 }
 
-/// Which multipliers an exact row admits.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Cone {
-    /// g = 0, λ free
-    Zero,
-    /// g ≥ 0 ⟂ λ ≥ 0
-    NonNegative,
-}
-
-/// One exact row g(x, t) = target(t) − Σ_b c_b(x), with a multiplier λ that is the answer (cable: tension).
+/// One exact row g(x, t, λ) = target(t) + compliance·λ − Σ_b c_b(x), with a multiplier λ that is the answer (cable: tension).
 ///
-/// The residual gets λ ∂c/∂x, the tangent λ ∂²c/∂x²: with `Π + λ (c − target)` as the Lagrangian.
+/// The residual gets λ ∂c/∂x, the tangent λ ∂²c/∂x²: with `Π + λ (c − target) − ½ compliance λ²` as the Lagrangian.
 pub trait Constraint: Send + Sync {
     fn name(&self) -> &str;
     fn cone(&self) -> Cone;
     /// Unit of g: a length or volume to which |g| is compared
     fn scale(&self) -> f64;
     fn target(&self, now: Clock) -> f64;
+    /// ∂g/∂λ ≥ 0: of a cable, how much longer a newton makes it [m/N]. It stores ½ compliance λ² [J].
+    fn compliance(&self) -> f64 {
+        0.0
+    }
     fn blocks(&self) -> &Blocks;
-    /// c_b, ∂c_b/∂x, ∂²c_b/∂x² of block `b` in `energy`, `r`, `k`.
+    /// c_b, ∂c_b/∂x, ∂²c_b/∂x² of block `b` in `energy`, `r`, `k`. A [`Cone::Watched`] row needs no second derivative.
     fn eval(&self, x: &[f64], b: usize, want: Want, out: &mut Local) -> Result<(), EvalError>;
+    /// The law of a [`Cone::Linked`] row, which is row `c` of the system.
+    fn pieces(&self, _c: usize, _rows: &Rows) -> Vec<Piece> {
+        Vec::new()
+    }
+    /// What row `c` dissipates [J] between two states, `[past, now]` of g and λ of all rows, by the trapezoidal rule.
+    fn dissipated(&self, _c: usize, _g: [&[f64]; 2], _lambda: [&[f64]; 2]) -> f64 {
+        0.0
+    }
 }

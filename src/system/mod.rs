@@ -6,8 +6,10 @@ mod assembly;
 mod contract;
 mod derivative;
 mod dofs;
+mod rows;
 
 pub use assembly::{Assembled, Cost, System, SystemError};
-pub use contract::{At, Blocks, Cone, Constraint, Effect, EvalError, Local, Needs, Rates, Role, State, Want};
+pub use contract::{At, Blocks, Constraint, Effect, EvalError, Local, Needs, Rates, Role, State, Want};
 pub use derivative::{Direction, Past, Term};
 pub use dofs::{Dofs, Prescribed};
+pub use rows::{Cone, Form, Piece, Rows, between, pieces};

@@ -106,6 +106,7 @@ fn case(m: &Member, variant: &str) -> StoredCase {
         distances: vec![],
         events: vec![],
         remarks: vec![],
+        cable_events: vec![],
         no_limit: None,
         provenance: Provenance {
             input_sha256: "0".repeat(64),
@@ -154,6 +155,8 @@ pub fn study() -> (StudyRecord, Vec<StoredCase>) {
         labels: BTreeMap::new(),
         families: families.into(),
         reference: None,
+        axes: vec![],
+        points: BTreeMap::new(),
         version: "0.1.0".into(),
     };
     (study, cases)

@@ -30,6 +30,8 @@ pub fn case(mode: Mode) -> LoadCase {
         Mode::Uniaxial => LoadCase::Uniaxial,
         Mode::Equibiaxial => LoadCase::Equibiaxial,
         Mode::Planar => LoadCase::Planar,
+        Mode::SimpleShear => LoadCase::SimpleShear,
+        Mode::Biaxial => panic!("a biaxial test is no load case of one amount"),
     }
 }
 
@@ -56,7 +58,7 @@ pub fn samples(
     let points = modes.iter().flat_map(of).enumerate();
     let sample = |(k, (mode, stretch)): (usize, (Mode, f64))| {
         let stress = error(model.stress(values, mode, stretch));
-        Sample { mode, stretch, stress, line: k as u64 + 2, specimen: 0 }
+        Sample { mode, stretch, stress, line: k as u64 + 2, specimen: 0, second: 1.0 }
     };
     points.map(sample).collect()
 }

@@ -11,6 +11,8 @@ pub fn stress(mode: Mode, l: f64) -> f64 {
         Mode::Uniaxial => l - 1.0 / (l * l),
         Mode::Equibiaxial => l - l.powi(-5),
         Mode::Planar => l - l.powi(-3),
+        Mode::SimpleShear => l - 1.0 / l,
+        Mode::Biaxial => panic!("two stretches"),
     }
 }
 

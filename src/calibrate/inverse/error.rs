@@ -19,6 +19,11 @@ pub enum InverseError {
         path.display()
     )]
     Unit { path: PathBuf, column: String, is: String, fact: UnitError },
+    #[error(
+        "{}: \"{cell}\" may be a decimal fraction or a number of thousands, and no other cell tells which; write the table with decimal points",
+        path.display()
+    )]
+    Decimal { path: PathBuf, cell: String },
     #[error("{}: no row holds both numbers: {reason}", path.display())]
     NoRows { path: PathBuf, reason: String },
     #[error("measured.x.is = \"{name}\": the scene prescribes no such signal; take one of: {known}, t_s")]

@@ -23,6 +23,7 @@ pub fn fit(
     })?;
     let sample = |((x, y), line): ((&f64, &f64), &u64)| Sample {
         mode: Mode::Uniaxial,
+        second: 1.0,
         stretch: 1.0 + x / length,
         stress: y / section,
         line: *line,

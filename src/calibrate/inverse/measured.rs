@@ -2,7 +2,7 @@
 //! that a scene records.
 
 use super::InverseError;
-use crate::calibrate::table;
+use crate::calibrate::table::{self, Decimal};
 use crate::math::units::{self, Dimension, UnitError};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -66,7 +66,8 @@ impl Measured {
         };
         let body = &lines[header + 1..];
         let cells = body.iter().flat_map(|l| [ix, iy].map(|i| l.cells.get(i))).flatten();
-        let comma = table::has_decimal_comma(cells.map(String::as_str));
+        let decimal = Decimal::of(cells.map(String::as_str))
+            .map_err(|cell| InverseError::Decimal { path: path.clone(), cell })?;
         let mut out = Self {
             file: path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned()),
             sha256: Sha256::digest(&bytes).iter().map(|b| format!("{b:02x}")).collect(),
@@ -77,7 +78,7 @@ impl Measured {
         };
         let mut outside = 0;
         for line in body.iter().filter(|l| l.cells.iter().any(|c| !c.is_empty())) {
-            let cell = |i: usize| table::number(line.cells.get(i).map_or("", String::as_str), comma);
+            let cell = |i: usize| table::number(line.cells.get(i).map_or("", String::as_str), decimal);
             match (cell(ix), cell(iy)) {
                 (Ok(x), Ok(_)) if !(range[0]..=range[1]).contains(&(fx * x)) => outside += 1,
                 (Ok(x), Ok(y)) => {

@@ -20,13 +20,16 @@ pub use measured::{ColumnSpec, Measured, MeasuredSpec};
 pub use model::{Failure, SceneModel, Unknown, written};
 
 use super::certificate::{CASES, range};
-use super::{Direction, FitWarning, Weighting, identify, rows};
+use super::{Direction, FitWarning, Weighting, identify, noise};
 use crate::material::stability;
 use crate::scene::probe::stretches;
 use crate::scene::{Progress, Scene};
 use nalgebra::{DMatrix, DVector};
 use search::{Weights, search};
 use std::time::Instant;
+
+/// What a forward solve may leave of a change that is none: Newton's method stops at 1e-8 [–]
+const ROUNDING: f64 = 1e-7;
 
 /// What is asked for beside scene and curve.
 #[derive(Clone, Debug)]
@@ -65,7 +68,7 @@ pub fn calibrate(
     let residual = DVector::from_fn(n, |i, _| weights.w[i] * (measured.y[i] - answer.y[i]));
     let jacobian = DMatrix::from_fn(n, values.len(), |i, k| weights.w[i] * answer.slopes[(i, k)]);
     let parameters: Vec<_> = model.unknown.iter().map(|u| u.parameter).collect();
-    let identified = identify::identify(&parameters, &values, &jacobian, &residual, weights.size);
+    let identified = identify::identify(&parameters, &values, &jacobian, &residual, weights.size, ROUNDING);
     let (block, drawn) = interval::drawn_again(&measured.x, &values, &jacobian, &residual);
     let finite = |x: f64| x.is_finite().then_some(x);
     let constants = (identified.estimates.iter().zip(&model.unknown).zip(&start).enumerate())
@@ -91,7 +94,7 @@ pub fn calibrate(
         x: model.x.clone(),
         y: model.y.clone(),
         constants,
-        covariance: interval::covariance(&jacobian, &residual),
+        covariance: identified.directions.is_empty().then(|| interval::covariance(&jacobian, &residual)).flatten(),
         unidentified: words(&identified.directions),
         block,
         predicted: answer.y,
@@ -136,8 +139,9 @@ fn weigh(measured: &Measured, weighting: Weighting) -> Result<Weights, InverseEr
         return Err(InverseError::Zero);
     }
     let one = |y: &f64| match weighting {
-        Weighting::Absolute => 1.0,
-        Weighting::Relative => y.abs().max(rows::FLOOR * largest).recip(),
+        // One curve has one noise
+        Weighting::Absolute | Weighting::Noise => 1.0,
+        Weighting::Relative => y.abs().max(noise::FLOOR * largest).recip(),
     };
     let w: Vec<f64> = measured.y.iter().map(one).collect();
     let size = w.iter().zip(&measured.y).map(|(w, y)| (w * y).powi(2)).sum::<f64>().sqrt();

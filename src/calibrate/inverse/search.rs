@@ -1,13 +1,16 @@
 //! Least squares over forward solves: argmin's trust region (Steihaug's conjugate gradients) on the Gauss–Newton matrix.
 //!
-//! f(z) = ½‖w(ŷ(θ(z)) − y)‖²/‖wy‖², z = ln θ of constants that are positive by their law, else θ/|θ₀|. A forward solve that fails
-//! costs as much as a wall: the step is taken back and the region shrinks. The search ends where a full Gauss–Newton step would lower f
+//! f(z) = ½‖w(ŷ(θ(z)) − y)‖²/‖wy‖². u = ln θ of constants that are positive by their law, else θ over what changes the curve by its own
+//! size; u = u₀ + Tz, T = V diag(1/σ) from the SVD of w∂ŷ/∂u/‖wy‖ at the start, so that the region is a sphere of curves and
+//! constants that compensate each other are no narrow valley. A forward solve that fails costs as much as a wall: the step is taken
+//! back and the region shrinks. The search ends where a full Gauss–Newton step would lower f
 //! by less than 1e-6 of it, a change of the constants by 1e-3 √n of their standard deviation, or by less than rounding.
 //!
 //! argmin asks for value, gradient and matrix one after the other; one forward solve answers all three.
 
 use super::Measured;
 use super::model::{Answer, Failure, SceneModel, Unknown};
+use crate::calibrate::linear::padded;
 use crate::scene::Progress;
 use argmin::core::{
     CostFunction, Error, Executor, Gradient, Hessian, IterState, KV, Problem, Solver, State, TerminationReason,
@@ -23,10 +26,12 @@ const WALL: f64 = 1e12;
 /// Predicted decrease of f that is none: as a part of f, and as f itself (rounding of the forward solves)
 const STILL: f64 = 1e-6;
 const ROUNDING: f64 = 1e-16;
-/// Radius of the trust region at the start, and at most: factors of e in positive constants
+/// Radius of the trust region at the start, and at most: relative change of the curve
 const RADIUS: f64 = 0.5;
 const LARGEST: f64 = 2.0;
 const ITERATIONS: u64 = 40;
+/// Singular values below this part of the largest do not stretch the region further
+const FLAT: f64 = 1e-4;
 
 /// What a search found.
 pub struct Found {
@@ -53,22 +58,23 @@ pub fn search(
     start: &[f64],
     watch: &mut dyn FnMut(Progress) -> bool,
 ) -> Result<Found, Failure> {
+    let answer = model.answer(start, measured, watch)?;
+    let coordinates = Coordinates::new(&model.unknown, start, &answer, weights);
     let objective = Objective {
         model,
         measured,
         weights,
+        coordinates,
         watch: RefCell::new(watch),
         last: RefCell::default(),
         best: RefCell::default(),
-        solves: Cell::new(0),
+        solves: Cell::new(1),
         failed: Cell::new(0),
         stop: RefCell::default(),
     };
-    let z: Vec<f64> = model.unknown.iter().zip(start).map(|(u, v)| scaled(u, *v)).collect();
+    let z = vec![0.0; start.len()];
+    objective.keep(&z, answer);
     let shared = Rc::new(objective);
-    if let Some(failure) = shared.evaluate(&z) {
-        return Err(failure);
-    }
     let argmin = |z: Vec<f64>| -> Result<bool, Error> {
         let steps = Steihaug::new().with_epsilon(1e-14)?.with_max_iters(2 * z.len() as u64);
         let region = TrustRegion::new(steps).with_radius(RADIUS)?.with_max_radius(LARGEST)?;
@@ -85,31 +91,54 @@ pub fn search(
     let settled = outcome.unwrap_or(false);
     let objective = Rc::into_inner(shared).expect("argmin is done with it");
     let (z, _, answer) = objective.best.into_inner().expect("the start has an answer");
-    let values = model.unknown.iter().zip(&z).map(|(u, z)| value(u, *z)).collect();
+    let values = objective.coordinates.values(&z);
     Ok(Found { values, answer, solves: objective.solves.get(), failed: objective.failed.get(), settled })
 }
 
-fn is_positive(u: &Unknown) -> bool {
-    u.parameter.bounds.0 >= 0.0 && u.start > 0.0
+/// From z to the constants.
+struct Coordinates {
+    /// Of each constant: positive, and the unit of u where it is not
+    kinds: Vec<(bool, f64)>,
+    u0: DVector<f64>,
+    t: DMatrix<f64>,
 }
 
-/// θ → z
-fn scaled(u: &Unknown, value: f64) -> f64 {
-    if is_positive(u) { value.ln() } else { value / scale(u) }
-}
+impl Coordinates {
+    fn new(unknown: &[Unknown], start: &[f64], answer: &Answer, weights: &Weights) -> Self {
+        let p = start.len();
+        let of_theta = DMatrix::from_fn(weights.w.len(), p, |i, k| weights.w[i] * answer.slopes[(i, k)] / weights.size);
+        let kind = |k: usize| {
+            let length = of_theta.column(k).norm();
+            let positive = unknown[k].parameter.bounds.0 >= 0.0 && start[k] > 0.0;
+            (positive, if length > 0.0 { 1.0 / length } else { start[k].abs().max(1.0) })
+        };
+        let kinds: Vec<(bool, f64)> = (0..p).map(kind).collect();
+        let u0 = DVector::from_fn(p, |k, _| if kinds[k].0 { start[k].ln() } else { start[k] / kinds[k].1 });
+        let mut own = Self { kinds, u0, t: DMatrix::identity(p, p) };
+        let j = of_theta * own.rates(&vec![0.0; p]);
+        let svd = padded(&j, p).svd(false, true);
+        let (sigma, vt) = (svd.singular_values, svd.v_t.expect("asked for"));
+        let stretch = |k: usize| if sigma.max() > 0.0 { sigma[k].max(FLAT * sigma.max()).recip() } else { 1.0 };
+        own.t = DMatrix::from_fn(p, p, |i, k| vt[(k, i)] * stretch(k));
+        own
+    }
 
-/// z → θ
-fn value(u: &Unknown, z: f64) -> f64 {
-    if is_positive(u) { z.exp() } else { z * scale(u) }
-}
+    fn u(&self, z: &[f64]) -> DVector<f64> {
+        &self.u0 + &self.t * DVector::from_column_slice(z)
+    }
 
-/// ∂θ/∂z
-fn rate(u: &Unknown, z: f64) -> f64 {
-    if is_positive(u) { z.exp() } else { scale(u) }
-}
+    /// θ at z
+    fn values(&self, z: &[f64]) -> Vec<f64> {
+        let one = |(u, (positive, unit)): (&f64, &(bool, f64))| if *positive { u.exp() } else { u * unit };
+        self.u(z).iter().zip(&self.kinds).map(one).collect()
+    }
 
-fn scale(u: &Unknown) -> f64 {
-    if u.start == 0.0 { 1.0 } else { u.start.abs() }
+    /// ∂θ/∂z
+    fn rates(&self, z: &[f64]) -> DMatrix<f64> {
+        let one = |(u, (positive, unit)): (&f64, &(bool, f64))| if *positive { u.exp() } else { *unit };
+        let by_u: Vec<f64> = self.u(z).iter().zip(&self.kinds).map(one).collect();
+        DMatrix::from_fn(z.len(), z.len(), |i, k| by_u[i] * self.t[(i, k)])
+    }
 }
 
 /// Value, gradient and Gauss–Newton matrix at z.
@@ -125,6 +154,7 @@ struct Objective<'a> {
     model: &'a SceneModel,
     measured: &'a Measured,
     weights: &'a Weights,
+    coordinates: Coordinates,
     watch: RefCell<&'a mut dyn FnMut(Progress) -> bool>,
     last: RefCell<Option<Point>>,
     best: RefCell<Option<(Vec<f64>, f64, Answer)>>,
@@ -135,29 +165,17 @@ struct Objective<'a> {
 }
 
 impl Objective<'_> {
-    /// One forward solve at z, unless it was the last one. The failure is left to the caller at the start, and a wall later on.
+    /// One forward solve at z, unless it was the last one. A failure leaves a wall.
     fn evaluate(&self, z: &[f64]) -> Option<Failure> {
         if self.last.borrow().as_ref().is_some_and(|p| p.z == z) {
             return None;
         }
-        let unknown = &self.model.unknown;
-        let values: Vec<f64> = unknown.iter().zip(z).map(|(u, z)| value(u, *z)).collect();
+        let values = self.coordinates.values(z);
         self.solves.set(self.solves.get() + 1);
         let p = z.len();
         match self.model.answer(&values, self.measured, &mut **self.watch.borrow_mut()) {
             Ok(answer) => {
-                let Weights { w, size } = self.weights;
-                let r = DVector::from_fn(w.len(), |i, _| w[i] * (answer.y[i] - self.measured.y[i]) / size);
-                let j =
-                    DMatrix::from_fn(w.len(), p, |i, k| w[i] * answer.slopes[(i, k)] * rate(&unknown[k], z[k]) / size);
-                let f = 0.5 * r.norm_squared();
-                let matrix = j.transpose() * &j;
-                let matrix = matrix.row_iter().map(|r| r.iter().copied().collect()).collect();
-                let gradient = (j.transpose() * &r).iter().copied().collect();
-                *self.last.borrow_mut() = Some(Point { z: z.to_vec(), f, gradient, matrix });
-                if self.best.borrow().as_ref().is_none_or(|(_, least, _)| f < *least) {
-                    *self.best.borrow_mut() = Some((z.to_vec(), f, answer));
-                }
+                self.keep(z, answer);
                 None
             }
             Err(failure) => {
@@ -166,6 +184,21 @@ impl Objective<'_> {
                 *self.last.borrow_mut() = Some(Point { z: z.to_vec(), f: WALL, gradient, matrix });
                 Some(failure)
             }
+        }
+    }
+
+    /// Keeps an answer as the last one, and as the best where it is.
+    fn keep(&self, z: &[f64], answer: Answer) {
+        let Weights { w, size } = self.weights;
+        let r = DVector::from_fn(w.len(), |i, _| w[i] * (answer.y[i] - self.measured.y[i]) / size);
+        let j =
+            DMatrix::from_fn(w.len(), z.len(), |i, k| w[i] * answer.slopes[(i, k)] / size) * self.coordinates.rates(z);
+        let f = 0.5 * r.norm_squared();
+        let matrix = (j.transpose() * &j).row_iter().map(|r| r.iter().copied().collect()).collect();
+        let gradient = (j.transpose() * &r).iter().copied().collect();
+        *self.last.borrow_mut() = Some(Point { z: z.to_vec(), f, gradient, matrix });
+        if self.best.borrow().as_ref().is_none_or(|(_, least, _)| f < *least) {
+            *self.best.borrow_mut() = Some((z.to_vec(), f, answer));
         }
     }
 

@@ -9,8 +9,8 @@ mod ogden;
 mod veronda_westmann;
 mod yeoh;
 
-use super::term::{self, Slopes};
-use super::{FitError, Mode};
+use super::term::Slopes;
+use super::{FitError, Mode, Sample};
 use crate::material::registry::{self, Values};
 use crate::material::{Law, LawSpecError, Parameter};
 use crate::math::units::Dimension;
@@ -116,36 +116,44 @@ impl Model {
         }
     }
 
-    /// Nominal stress P [Pa] with these constants [SI] at λ [–].
+    /// Nominal stress P [Pa] with these constants [SI] at λ [–]; of a biaxial test both stretches count: [`Model::at`].
     pub fn stress(&self, values: &[f64], mode: Mode, stretch: f64) -> f64 {
-        let s = mode.stretches(stretch);
+        self.nominal(values, mode, mode.stretches(stretch, 1.0))
+    }
+
+    /// P [Pa] where a sample was taken.
+    pub fn at(&self, values: &[f64], sample: &Sample) -> f64 {
+        self.nominal(values, sample.mode, sample.stretches())
+    }
+
+    fn nominal(&self, values: &[f64], mode: Mode, s: [f64; 3]) -> f64 {
         match &self.law.form {
             Form::Linear(slopes) => {
-                let terms = values.iter().enumerate().map(|(k, c)| c * term::nominal(slopes(k, s).tau, stretch));
+                let terms = values.iter().enumerate().map(|(k, c)| c * mode.nominal(slopes(k, s).tau, s[0]));
                 terms.sum()
             }
             Form::Separable(f) => {
                 let terms = values.chunks_exact(2).map(|v| {
                     let c = v[0] / (f.factor)(v[1]).0;
-                    c * term::nominal((f.tau)(v[1], s), stretch)
+                    c * mode.nominal((f.tau)(v[1], s), s[0])
                 });
                 terms.sum()
             }
         }
     }
 
-    /// ∂P/∂value of each constant at λ [–].
-    pub fn sensitivities(&self, values: &[f64], mode: Mode, stretch: f64) -> Vec<f64> {
-        let s = mode.stretches(stretch);
+    /// ∂P/∂value of each constant where a sample was taken.
+    pub fn sensitivities(&self, values: &[f64], sample: &Sample) -> Vec<f64> {
+        let (mode, s) = (sample.mode, sample.stretches());
         match &self.law.form {
-            Form::Linear(slopes) => (0..values.len()).map(|k| term::nominal(slopes(k, s).tau, stretch)).collect(),
+            Form::Linear(slopes) => (0..values.len()).map(|k| mode.nominal(slopes(k, s).tau, s[0])).collect(),
             Form::Separable(f) => {
                 let one = |v: &[f64]| {
                     // P = m φ/s: with c = m/s, ∂P/∂θ = c(φ′ − φ s′/s)
                     let (m, theta) = (v[0], v[1]);
                     let (scale, by) = (f.factor)(theta);
-                    let phi = term::nominal((f.tau)(theta, s), stretch);
-                    let slope = term::nominal((f.tau_by_shape)(theta, s), stretch);
+                    let phi = mode.nominal((f.tau)(theta, s), s[0]);
+                    let slope = mode.nominal((f.tau_by_shape)(theta, s), s[0]);
                     [phi / scale, m / scale * (slope - phi * by / scale)]
                 };
                 values.chunks_exact(2).flat_map(one).collect()

@@ -43,5 +43,6 @@ fn power_by_alpha(alpha: f64, x: f64) -> f64 {
         let series = [1.0 / 840.0, 1.0 / 144.0, 1.0 / 30.0, 1.0 / 8.0, 1.0 / 3.0, 0.5];
         return e * e * series.iter().fold(0.0, |s, c| s * y + c);
     }
-    (y * y.exp() - y.exp_m1()) / (alpha * alpha)
+    let grown = y.exp_m1();
+    (y + (y - 1.0) * grown) / (alpha * alpha)
 }

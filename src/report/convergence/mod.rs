@@ -25,6 +25,7 @@ pub fn content(store: &Store) -> Content {
         folded: vec![
             ("Every case", table::cases(store)),
             ("What a digit costs", costs::table(store, &analysis)),
+            ("Time per effect", table::effects(store)),
             ("Curves, case by case", tables::curves(&analysis)),
         ],
         figures: figures::convergence(store, &analysis),

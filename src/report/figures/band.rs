@@ -1,16 +1,18 @@
 //! A law where it is used: the curve with what constants and mesh leave open.
 
-use super::super::canvas::{INK, PALETTE, figure, fill, italic, line, mm};
+use super::super::canvas::{INK, RGB, figure, fill, italic, line, mm};
 use super::super::plot::{Axis, Plot};
 use super::{Figure, Sample, axis_label, legend};
 use crate::study::band::Band;
-use crate::study::words::capital;
 use plotters::style::Color;
 
 const LEFT: f64 = 15.0;
 const TOP: f64 = 6.0;
 const WIDE: f64 = 84.0;
 const TALL: f64 = 56.0;
+/// Pale blue and orange of the palette
+const CONSTANTS: RGB = RGB(0x8c, 0xb8, 0xd6);
+const MESH: RGB = RGB(0xf2, 0xcd, 0xae);
 
 pub fn draw(b: &Band) -> Figure {
     let svg = figure(LEFT + WIDE + 5.0, TOP + TALL + 11.0, "", |area| {
@@ -32,15 +34,14 @@ pub fn draw(b: &Band) -> Figure {
             path.extend(plot.path(&b.t_s, &ends[0]).into_iter().rev());
             path
         };
-        fill(area, &around(&outer), PALETTE[1].mix(0.35));
-        fill(area, &around(&b.constants), PALETTE[0].mix(0.45));
+        fill(area, &around(&outer), MESH.to_rgba());
+        fill(area, &around(&b.constants), CONSTANTS.to_rgba());
         line(area, &plot.path(&b.t_s, &b.y), INK, 9);
         plot.axes(true);
-        plot.title('a', &capital(&b.quantity.label));
         let entries = [
             (Sample::Line(INK), "constants found, finest mesh".to_string()),
-            (Sample::Block(PALETTE[0]), "left open by the constants".into()),
-            (Sample::Block(PALETTE[1]), "and by the mesh".into()),
+            (Sample::Block(CONSTANTS), "left open by the constants".into()),
+            (Sample::Block(MESH), "and by the mesh".into()),
         ];
         legend(area, (mm(LEFT + 3.0), mm(TOP + 3.0)), &entries);
     });

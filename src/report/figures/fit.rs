@@ -95,6 +95,8 @@ fn style(mode: Mode) -> (Mark, RGB) {
         Mode::Uniaxial => (Mark::Circle, PALETTE[0]),
         Mode::Equibiaxial => (Mark::Square, PALETTE[1]),
         Mode::Planar => (Mark::Triangle, PALETTE[2]),
+        Mode::SimpleShear => (Mark::Diamond, PALETTE[3]),
+        Mode::Biaxial => (Mark::Square, PALETTE[4]),
     }
 }
 

@@ -10,6 +10,8 @@ pub mod fit;
 pub mod formulations;
 pub mod laws;
 pub mod overlay;
+pub mod prices;
+pub mod sweep;
 pub mod time;
 
 use super::canvas::{Area, At, INK, Mark, Point, RGB, SMALL, line, mark, mm, text};

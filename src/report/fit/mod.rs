@@ -5,7 +5,8 @@ mod tables;
 
 use super::error::{self, ReportError};
 use super::{export, figures, store};
-use crate::calibrate::{Drawn, FitCurves};
+pub use crate::calibrate::stress_unit;
+use crate::calibrate::{Drawn, FitCurves, Treatment, within};
 use serde::Deserialize;
 use std::path::Path;
 
@@ -31,6 +32,7 @@ pub struct StoredFit {
     pub profile: Option<Vec<[Option<f64>; 2]>>,
     pub bootstrap: Option<Bootstrap>,
     pub scatter: Option<Scatter>,
+    pub otherwise: Vec<Otherwise>,
     /// `nu` or `kappa` [Pa], as given
     pub partner: Option<std::collections::BTreeMap<String, f64>>,
     pub stability: Vec<Stable>,
@@ -80,6 +82,15 @@ pub struct Specimen {
     pub rows: usize,
     pub parameters: Vec<Parameter>,
     pub level: f64,
+}
+
+/// The same fit to rows that were treated otherwise.
+#[derive(Clone, Debug, Deserialize)]
+pub struct Otherwise {
+    pub treatment: Treatment,
+    pub rows: usize,
+    pub parameters: Vec<Parameter>,
+    pub change: f64,
 }
 
 /// Range in which the law is stable; amounts are λ, in simple shear γ [–].
@@ -156,15 +167,6 @@ pub fn write(dir: &Path) -> Result<String, ReportError> {
     Ok(page::answer(&fit))
 }
 
-/// Factor and unit in which a stress of this size [Pa] is printed.
-pub fn stress_unit(size: f64) -> (f64, &'static str) {
-    match size.abs() {
-        s if s >= 2e6 => (1e-6, "MPa"),
-        s if s >= 2e3 => (1e-3, "kPa"),
-        _ => (1.0, "Pa"),
-    }
-}
-
 impl Parameter {
     /// Both ends of the interval, where the data determine the constant.
     pub fn ends(&self) -> Option<[f64; 2]> {
@@ -173,10 +175,7 @@ impl Parameter {
 
     /// Factor, printed unit and decimals: two digits of the half-width of the interval, four of the value at most.
     pub fn scale(&self) -> (f64, &str, usize) {
-        let (factor, unit) = if self.unit == "Pa" { stress_unit(self.value) } else { (1.0, self.unit.as_str()) };
-        let half = self.ends().map_or(0.0, |[a, b]| 0.5 * (b - a).abs());
-        let decimals = crate::study::words::digits(factor * half.max(1e-2 * self.value.abs()));
-        (factor, unit, decimals)
+        within(self.value, &self.unit, self.ends())
     }
 
     /// `357 kPa (95 % interval 334 to 380 kPa)`

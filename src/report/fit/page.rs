@@ -50,8 +50,18 @@ pub fn answer(fit: &StoredFit) -> String {
 }
 
 pub fn html(fit: &StoredFit, figure: Option<&Figure>, tables: &[Table], law_file: Option<&str>) -> String {
-    let grave =
-        ["systematic", "misfit", "stiffness", "data", "unidentifiable", "unstable", "held", "outliers", "specimen"];
+    let grave = [
+        "systematic",
+        "misfit",
+        "stiffness",
+        "data",
+        "unidentifiable",
+        "unstable",
+        "held",
+        "outliers",
+        "specimen",
+        "cycles",
+    ];
     let doubtful = fit.warnings.iter().any(|w| grave.contains(&w.kind.as_str()));
     let mut h = format!("<h1>{} from {}</h1>\n", escape(&fit.label), escape(&fit.data));
     h += &format!("<p class=\"verdict{}\">{}</p>\n", if doubtful { " refused" } else { "" }, escape(&answer(fit)));
@@ -88,6 +98,7 @@ fn line(e: &Entry) -> String {
     let kind = match e.kind.as_str() {
         "intake" => "Read",
         "left_out" => "Left out",
+        "changed" => "Changed",
         "kept" => "Kept",
         "doubt" => "Doubt",
         other => other,

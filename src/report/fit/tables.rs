@@ -9,6 +9,9 @@ const RANGES: usize = 14;
 pub fn all(fit: &StoredFit) -> Vec<Table> {
     let mut out = vec![parameters(fit)];
     out.extend(intervals(fit));
+    if !fit.otherwise.is_empty() {
+        out.push(otherwise(fit));
+    }
     out.extend(fit.scatter.as_ref().map(|s| specimens(fit, s)));
     out.push(misfits(fit));
     if !fit.stability.is_empty() {
@@ -109,6 +112,34 @@ fn intervals(fit: &StoredFit) -> Option<Table> {
         rows: fit.parameters.iter().enumerate().map(row).collect(),
         pick: None,
     })
+}
+
+/// What the treatment of the rows did to the answer.
+fn otherwise(fit: &StoredFit) -> Table {
+    let constants = |parameters: &[Parameter]| {
+        let one = |(p, own): (&Parameter, &Parameter)| {
+            let (f, unit, n) = own.scale();
+            format!(
+                "{} = {:.n$}{}",
+                p.symbol,
+                f * p.value,
+                if unit == "–" { String::new() } else { format!(" {unit}") }
+            )
+        };
+        parameters.iter().zip(&fit.parameters).map(one).collect::<Vec<_>>().join(", ")
+    };
+    let mut rows = vec![vec!["as fitted".into(), fit.rows.to_string(), constants(&fit.parameters), "–".into()]];
+    rows.extend(fit.otherwise.iter().map(|o| {
+        let change = format!("{:.1}", 100.0 * o.change);
+        vec![o.treatment.words().into(), o.rows.to_string(), constants(&o.parameters), change]
+    }));
+    Table {
+        name: "treatments",
+        caption: "What the choice and treatment of the rows did to the answer: the constants with and without, and how far the stresses of the two laws are apart over the fitted rows.".into(),
+        columns: vec![("Rows", "", false), ("Count", "", true), ("Constants", "", true), ("Stresses apart", "%", true)],
+        rows,
+        pick: Some("as fitted".into()),
+    }
 }
 
 /// Each specimen alone, then their mean.

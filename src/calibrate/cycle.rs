@@ -1,0 +1,159 @@
+//! Loading and unloading in a table, and which loading is fitted.
+//!
+//! With a = |ln λ| in the order of the rows, a branch ends at an extreme of a from which a comes back by more than 2 % of its largest
+//! value. Rubbers soften in the first loading (Mullins, Rubber Chem. Technol. 42 (1969) 339–362): one law describes one loading,
+//! not a mean over loading and unloading.
+//!
+//! Limits: rows out of order have no branches; a table has cycles only where branches of five rows or more hold four fifths of it.
+
+use super::{FitError, Sample};
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::ops::Range;
+use std::str::FromStr;
+
+/// What of a table with several branches is fitted.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub enum Cycle {
+    FirstLoading,
+    LastLoading,
+    /// Counted from 1
+    Loading(usize),
+    /// Every row, unloading too
+    All,
+}
+
+impl FromStr for Cycle {
+    type Err = String;
+    fn from_str(word: &str) -> Result<Self, String> {
+        match word {
+            "first-loading" => Ok(Self::FirstLoading),
+            "last-loading" => Ok(Self::LastLoading),
+            "all" => Ok(Self::All),
+            _ => word.parse().ok().filter(|n| *n > 0).map(Self::Loading).ok_or_else(|| {
+                format!("\"{word}\" is not a cycle; known: first-loading, last-loading, a number from 1 on, all")
+            }),
+        }
+    }
+}
+
+impl TryFrom<String> for Cycle {
+    type Error = String;
+    fn try_from(word: String) -> Result<Self, String> {
+        word.parse()
+    }
+}
+
+impl From<Cycle> for String {
+    fn from(cycle: Cycle) -> Self {
+        cycle.to_string()
+    }
+}
+
+impl fmt::Display for Cycle {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::FirstLoading => f.write_str("first-loading"),
+            Self::LastLoading => f.write_str("last-loading"),
+            Self::Loading(n) => write!(f, "{n}"),
+            Self::All => f.write_str("all"),
+        }
+    }
+}
+
+/// Part of the largest |ln λ| by which rows have to come back to turn [–]
+const TURN: f64 = 0.02;
+/// Rows of a branch that counts, and part of all rows that such branches hold
+const LEAST: usize = 5;
+const HELD: f64 = 0.8;
+
+/// Rows from one extreme of a to the next.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Branch {
+    pub loading: bool,
+    pub rows: Range<usize>,
+}
+
+/// Branches in the order of the rows.
+pub fn branches(samples: &[&Sample]) -> Vec<Branch> {
+    let a: Vec<f64> = samples.iter().map(|s| s.stretch.ln().abs()).collect();
+    let turn = TURN * a.iter().copied().fold(0.0, f64::max);
+    let mut found = Vec::new();
+    let (mut loading, mut start, mut extreme) = (true, 0, 0);
+    for k in 1..a.len() {
+        let ahead = if loading { a[k] - a[extreme] } else { a[extreme] - a[k] };
+        if ahead >= 0.0 {
+            extreme = k;
+        } else if ahead < -turn {
+            found.push(Branch { loading, rows: start..extreme + 1 });
+            (loading, start, extreme) = (!loading, extreme + 1, k);
+        }
+    }
+    if start < a.len() {
+        found.push(Branch { loading, rows: start..a.len() });
+    }
+    found
+}
+
+/// Rows of each loading; `None` where the rows are one loading, or in no order.
+pub fn loadings(samples: &[&Sample]) -> Option<Vec<Range<usize>>> {
+    let long: Vec<Branch> = branches(samples).into_iter().filter(|b| b.rows.len() >= LEAST).collect();
+    let held: usize = long.iter().map(|b| b.rows.len()).sum();
+    let first = long.iter().position(|b| b.loading)?;
+    if first + 1 == long.len() || (held as f64) < HELD * samples.len() as f64 {
+        return None;
+    }
+    Some(long.into_iter().filter(|b| b.loading).map(|b| b.rows).collect())
+}
+
+/// The rows of one choice; refuses a loading that does not exist.
+pub fn pick(file: &str, loadings: &[Range<usize>], rows: usize, cycle: Cycle) -> Result<Range<usize>, FitError> {
+    let found = loadings.len();
+    match cycle {
+        Cycle::All => Ok(0..rows),
+        Cycle::FirstLoading => Ok(loadings[0].clone()),
+        Cycle::LastLoading => Ok(loadings[found - 1].clone()),
+        Cycle::Loading(n) => {
+            loadings.get(n - 1).cloned().ok_or_else(|| FitError::NoCycle { file: file.into(), asked: n, found })
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calibrate::Mode;
+
+    fn path(stretches: &[f64]) -> Vec<Sample> {
+        let sample =
+            |s: &f64| Sample { mode: Mode::Uniaxial, stretch: *s, second: 1.0, stress: 1.0, line: 1, specimen: 0 };
+        stretches.iter().map(sample).collect()
+    }
+
+    fn found(stretches: &[f64]) -> Option<Vec<Range<usize>>> {
+        let samples = path(stretches);
+        loadings(&samples.iter().collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn loadings_are_found_by_their_turning_points() {
+        let up: Vec<f64> = (0..10).map(|k| 1.0 + 0.1 * f64::from(k)).collect();
+        let down: Vec<f64> = up.iter().rev().skip(1).copied().collect();
+        let twice = [&up[..], &down[..], &up[1..], &down[..]].concat();
+        assert_eq!(found(&twice), Some(vec![0..10, 19..28]));
+        assert_eq!(found(&up), None, "one loading");
+        assert_eq!(found(&down), None, "listed from the end");
+        // Two runs one after the other: the jump back is no branch of its own
+        let runs = [&up[..], &up[..]].concat();
+        assert_eq!(found(&runs).map(|l| l.len()), Some(2));
+        // Noise of 1 % of the range turns nothing
+        let noisy: Vec<f64> = up.iter().enumerate().map(|(k, l)| l + 0.005 * f64::from(k as u32 % 2)).collect();
+        assert_eq!(found(&noisy), None);
+        let shuffled: Vec<f64> = (0..40).map(|k| 1.0 + f64::from(k * 17 % 40) / 40.0).collect();
+        assert_eq!(found(&shuffled), None, "rows out of order have no branches");
+        // Compression is loading too
+        let pressed: Vec<f64> = twice.iter().map(|l| 1.0 / l).collect();
+        assert_eq!(found(&pressed), Some(vec![0..10, 19..28]));
+    }
+}

@@ -1,0 +1,135 @@
+//! Dimensions of a test piece: what turns a force into a nominal stress and a displacement into a strain.
+//!
+//! P = F/A with A = width × thickness, ¼π diameter², or as given; e = u/L with the gauge length L.
+
+use super::FitError;
+use super::names;
+use crate::math::units::{self, Dimension};
+
+/// Undeformed; what is `None` is not known.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Dimensions {
+    /// [m]; in simple shear the thickness that is sheared
+    pub gauge_length: Option<f64>,
+    /// [m]
+    pub width: Option<f64>,
+    /// [m]
+    pub thickness: Option<f64>,
+    /// [m]
+    pub diameter: Option<f64>,
+    /// Cross-section [m²]
+    pub area: Option<f64>,
+}
+
+/// Two ways to the cross-section have to agree within this part [–]
+const AGREE: f64 = 0.01;
+
+impl Dimensions {
+    /// Keys in `[specimen]` of a card and flags, with their dimension
+    pub const KEYS: [(&'static str, Dimension); 5] = [
+        ("gauge_length", Dimension::LENGTH),
+        ("width", Dimension::LENGTH),
+        ("thickness", Dimension::LENGTH),
+        ("diameter", Dimension::LENGTH),
+        ("area", Dimension::AREA),
+    ];
+
+    fn slot(&mut self, key: &str) -> Option<&mut Option<f64>> {
+        match key {
+            "gauge_length" => Some(&mut self.gauge_length),
+            "width" => Some(&mut self.width),
+            "thickness" => Some(&mut self.thickness),
+            "diameter" => Some(&mut self.diameter),
+            "area" => Some(&mut self.area),
+            _ => None,
+        }
+    }
+
+    /// Sets `key` from text such as `33 mm`.
+    pub fn set(&mut self, key: &'static str, text: &str) -> Result<(), FitError> {
+        let (_, dimension) = Self::KEYS.into_iter().find(|(k, _)| *k == key).expect("a key of the list");
+        let refuse = |reason: String| FitError::Dimension { key, text: text.into(), reason };
+        let value = units::parse(text, dimension).map_err(|e| refuse(e.to_string()))?;
+        if !(value > 0.0 && value.is_finite()) {
+            return Err(refuse("must be above zero".into()));
+        }
+        *self.slot(key).expect("a key of the list") = Some(value);
+        Ok(())
+    }
+
+    /// Those of `[specimen]` in a card; other keys there are free.
+    pub fn of_card(specimen: &toml::Table) -> Result<Self, FitError> {
+        let mut found = Self::default();
+        for (key, _) in Self::KEYS {
+            match specimen.get(key) {
+                None => {}
+                Some(toml::Value::String(text)) => found.set(key, text)?,
+                Some(other) => found.set(key, &other.to_string())?,
+            }
+        }
+        Ok(found)
+    }
+
+    /// Those of the lines above a table, `Specimen Thickness (mm);3`: what is not understood is left away.
+    pub fn of_header(header: &[(String, String)]) -> Self {
+        let mut found = Self::default();
+        for (name, value) in header {
+            let lower = name.to_lowercase();
+            let is = |words: &[&str]| words.iter().any(|w| lower.contains(w));
+            let key = match () {
+                () if is(&["thickness", "dicke"]) => "thickness",
+                () if is(&["width", "breite"]) => "width",
+                () if is(&["diameter", "durchmesser"]) => "diameter",
+                () if is(&["gauge length", "specimen length", "messlänge", "einspannlänge"]) => "gauge_length",
+                () if is(&["cross-section", "cross section", "querschnitt"]) => "area",
+                () => continue,
+            };
+            let text = names::unit(name).map_or_else(|| value.clone(), |u| format!("{value} {u}"));
+            let mut one = Self::default();
+            if one.set(key, &text).is_ok() {
+                let slot = found.slot(key).expect("a key of the list");
+                *slot = slot.or(*one.slot(key).expect("a key of the list"));
+            }
+        }
+        found
+    }
+
+    fn has_section(&self) -> bool {
+        self.area.or(self.diameter).or(self.width.and(self.thickness)).is_some()
+    }
+
+    /// These, completed by others; a cross-section that is known is not judged by theirs.
+    pub fn or(self, other: Self) -> Self {
+        let gauge_length = self.gauge_length.or(other.gauge_length);
+        if self.has_section() {
+            return Self { gauge_length, ..self };
+        }
+        Self {
+            gauge_length,
+            width: self.width.or(other.width),
+            thickness: self.thickness.or(other.thickness),
+            diameter: self.diameter.or(other.diameter),
+            area: self.area.or(other.area),
+        }
+    }
+
+    /// Cross-section [m²] and how it came about.
+    pub fn section(&self, file: &str, column: &str) -> Result<(f64, String), FitError> {
+        let mm = |v: f64| format!("{:.6}", 1e3 * v).trim_end_matches('0').trim_end_matches('.').to_string();
+        let sides = self.width.zip(self.thickness);
+        let ways = [
+            self.area.map(|a| (a, "as given".to_string())),
+            sides.map(|(w, t)| (w * t, format!("{} mm × {} mm", mm(w), mm(t)))),
+            self.diameter
+                .map(|d| (0.25 * std::f64::consts::PI * d * d, format!("of a circle with diameter {} mm", mm(d)))),
+        ];
+        let ways: Vec<_> = ways.into_iter().flatten().collect();
+        let Some((area, how)) = ways.first().cloned() else {
+            return Err(FitError::NoSection { file: file.into(), column: column.into() });
+        };
+        match ways.iter().find(|(other, _)| (other / area - 1.0).abs() > AGREE) {
+            Some((other, _)) => Err(FitError::Sections { file: file.into(), first: 1e6 * area, second: 1e6 * other }),
+            None => Ok((area, format!("{:.6} mm² ({how})", 1e6 * area))),
+        }
+    }
+}

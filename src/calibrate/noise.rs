@@ -1,0 +1,73 @@
+//! Weights of rows, and the noise of a test from its own rows.
+//!
+//! w = 1; 1/|P| with a floor; 1/σ of the mode. σ² = mean of dᵢ²/(1 + aᵢ² + bᵢ²), dᵢ = Pᵢ − aᵢPᵢ₋₁ − bᵢPᵢ₊₁, with a and b of the straight
+//! line between the neighbours in λ: what varies from row to row cannot be the law.
+//!
+//! Source: Gasser, Sroka & Jennen-Steinmetz, Biometrika 73 (1986) 625–633. Limits: takes the rows for independent (correlated errors give
+//! too small a σ) and the curve for straight over three rows (coarse tables give too large a one).
+
+use super::{FitError, Mode, Sample, Weighting};
+use serde::{Deserialize, Serialize};
+
+/// Standard deviation of the stress of one mode.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+pub struct ModeNoise {
+    pub mode: Mode,
+    /// [Pa]
+    pub std_pa: f64,
+    /// False where it was estimated from the rows
+    pub given: bool,
+}
+
+/// Smallest |P| that a relative weight divides by, over the largest |P| of the mode [–]
+pub const FLOOR: f64 = 0.05;
+/// Rows of different stretch that make an estimate
+const LEAST: usize = 5;
+
+/// The noise of each mode, as given or estimated.
+pub fn of_modes(samples: &[Sample], modes: &[Mode], given: Option<f64>) -> Result<Vec<ModeNoise>, FitError> {
+    let one = |mode: &Mode| match given {
+        Some(std_pa) => Ok(ModeNoise { mode: *mode, std_pa, given: true }),
+        None => estimate(samples, *mode).map(|std_pa| ModeNoise { mode: *mode, std_pa, given: false }),
+    };
+    modes.iter().map(one).collect()
+}
+
+fn estimate(samples: &[Sample], mode: Mode) -> Result<f64, FitError> {
+    let mut rows: Vec<&Sample> = samples.iter().filter(|s| s.mode == mode).collect();
+    let order = |a: &&Sample, b: &&Sample| a.specimen.cmp(&b.specimen).then(a.stretch.total_cmp(&b.stretch));
+    rows.sort_by(order);
+    let triple = |w: &[&Sample]| {
+        let [x, y, z] = [0, 1, 2].map(|k| w[k].stretch);
+        let of_one_curve = w.iter().all(|s| s.specimen == w[0].specimen && s.second == w[0].second);
+        let (a, b) = ((z - y) / (z - x), (y - x) / (z - x));
+        let d = w[1].stress - a * w[0].stress - b * w[2].stress;
+        (of_one_curve && z > x).then(|| d * d / (1.0 + a * a + b * b))
+    };
+    let squares: Vec<f64> = rows.windows(3).filter_map(triple).collect();
+    let std_pa = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
+    if squares.len() + 2 < LEAST || std_pa == 0.0 {
+        return Err(FitError::NoNoise { mode, rows: rows.len() });
+    }
+    Ok(std_pa)
+}
+
+/// Weights before a robust loss: 1, or [1/Pa].
+pub fn weights(samples: &[Sample], weighting: Weighting, noise: &[ModeNoise]) -> Result<Vec<f64>, FitError> {
+    let largest = |mode| samples.iter().filter(|s| s.mode == mode).map(|s| s.stress.abs()).fold(0.0, f64::max);
+    let tops = Mode::ALL.map(largest);
+    let one = |s: &Sample| match weighting {
+        Weighting::Absolute => Ok(1.0),
+        // A mode without stress has no scale: its rows count as much as the largest row of all
+        Weighting::Relative => {
+            let top = tops[s.mode as usize];
+            let all = tops.iter().copied().fold(0.0, f64::max);
+            Ok(s.stress.abs().max(FLOOR * if top > 0.0 { top } else { all }).recip())
+        }
+        Weighting::Noise => {
+            let own = noise.iter().find(|n| n.mode == s.mode).ok_or(FitError::NoNoise { mode: s.mode, rows: 0 })?;
+            Ok(own.std_pa.recip())
+        }
+    };
+    samples.iter().map(one).collect()
+}

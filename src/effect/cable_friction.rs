@@ -1,0 +1,234 @@
+//! Cable with friction at its guides by the capstan law (Euler 1769, Eytelwein 1808): T_{k−1}/T_k = e^{±μβ_k} where the cable
+//! slips, anything between where it sticks.
+//!
+//! Each segment s has a tension T_s, the multiplier of its row g_s = l₀_s + T_s l₀_s/EA − l_s(x). The cable that has passed
+//! guide k towards the pull point since the start is a_k = Σ_{s≥k} g_s, and the cable taken in at the pull point is
+//! a_0 = d(t) + Σ_s g_s, g_0 holding −d(t) besides. So the laws of the n rows are, with the slip Δa_k over the step,
+//!
+//! pull point: Σ_s g_s = 0 while 0 ≤ T_0 ≤ T_max, or T_0 = T(t);
+//! guide k: Δa_k = 0 while e^{−μβ_k} ≤ T_{k−1}/T_k ≤ e^{μβ_k}; T_{k−1} = e^{μβ_k} T_k while Δa_k ≥ 0; T_k = e^{μβ_k} T_{k−1} while Δa_k ≤ 0.
+//!
+//! The wrap angle β_k between segments k−1 and k is a watched row, so that its change enters Newton's step. The slip is a
+//! function of x and T: the state needs no memory beside them. Work and loss: T_0 Δa_0 goes in, Σ (T_{k−1} − T_k) Δa_k ≥ 0 is lost.
+//! Limits: β_k has a kink where the cable is straight, and its gradient is taken as zero there.
+
+use super::cable::Cable;
+use crate::math::signal::{Clock, Signal};
+use crate::math::tensor::Vec3;
+use crate::system::{Blocks, Cone, Constraint, EvalError, Form, Local, Piece, Rows, Want, between};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// Tensions below this share of the largest effect's Σ_e ‖r_e‖ are judged by their size and not by their ratio.
+const FAINT: f64 = 1e-3;
+
+/// What pulls at a cable with friction.
+#[derive(Clone, Debug)]
+pub enum Pull {
+    /// d(t) [m], and T_max [N] at which the drive yields, infinite if it never does
+    Length { shortening: Signal, most: f64 },
+    /// T(t) [N]
+    Tension(Signal),
+}
+
+/// What its rows share.
+struct Rope {
+    cable: Arc<Cable>,
+    pull: Pull,
+    /// μ [–]
+    friction: f64,
+    /// 1/EA [1/N]
+    softness: f64,
+    /// l₀ of the segments [m]
+    rest: Vec<f64>,
+}
+
+/// The rows of a cable with friction, in their order: n segments, then the wrap angles of the n − 1 guides between them.
+/// `softness` is 1/EA [1/N].
+pub fn rows(cable: Arc<Cable>, pull: Pull, friction: f64, softness: f64) -> Vec<Box<dyn Constraint>> {
+    let rest = cable.lengths_at_rest();
+    let n = rest.len();
+    let rope = Arc::new(Rope { cable, pull, friction, softness, rest });
+    let segments = (0..n).map(|s| Box::new(Segment::new(rope.clone(), s)) as Box<dyn Constraint>);
+    segments.chain((1..n).map(|k| Box::new(Turn::new(rope.clone(), k)) as Box<dyn Constraint>)).collect()
+}
+
+impl Rope {
+    fn total(&self) -> f64 {
+        self.rest.iter().sum()
+    }
+}
+
+/// One segment: its length, and the law of its tension against the one before.
+struct Segment {
+    rope: Arc<Rope>,
+    s: usize,
+    blocks: Blocks,
+}
+
+impl Segment {
+    fn new(rope: Arc<Rope>, s: usize) -> Self {
+        let blocks = Blocks::new(std::iter::once(rope.cable.nodes(s)));
+        Self { rope, s, blocks }
+    }
+
+    /// Row of the first segment, and rows from this segment on, where this is row `c`.
+    fn places(&self, c: usize) -> (usize, std::ops::Range<usize>) {
+        let first = c - self.s;
+        (first, c..first + self.rope.rest.len())
+    }
+
+    /// Law of the guide before this segment.
+    fn guide(&self, c: usize, rows: &Rows) -> Vec<Piece> {
+        let (first, rest) = self.places(c);
+        let slip = Form::gap(rows, rest.clone(), self.rope.total()).less(rows.old[rest].iter().sum());
+        // The angle stands in its row as g = −β.
+        let turn = first + self.rope.rest.len() + self.s - 1;
+        let ratio = (-self.rope.friction * rows.g[turn]).exp();
+        // e^{μβ} T_a − T_b
+        let spare = |a: usize, b: usize| Form {
+            value: ratio * rows.lambda[a] - rows.lambda[b],
+            scale: ratio * rows.lambda[a].abs() + rows.lambda[b].abs() + FAINT * rows.force,
+            g: vec![(turn, -self.rope.friction * ratio * rows.lambda[a])],
+            lambda: vec![(a, ratio), (b, -1.0)],
+        };
+        let (towards, away) = (spare(c, c - 1), spare(c - 1, c));
+        vec![
+            Piece { zero: slip.clone(), while_not_negative: vec![(towards.clone(), 1), (away.clone(), 2)] },
+            Piece { zero: towards, while_not_negative: vec![(slip.clone(), 0)] },
+            Piece { zero: away, while_not_negative: vec![(slip.negative(), 0)] },
+        ]
+    }
+}
+
+impl Constraint for Segment {
+    fn name(&self) -> &str {
+        &self.rope.cable.name
+    }
+
+    fn cone(&self) -> Cone {
+        Cone::Linked
+    }
+
+    fn scale(&self) -> f64 {
+        self.rope.total()
+    }
+
+    fn target(&self, now: Clock) -> f64 {
+        match &self.rope.pull {
+            Pull::Length { shortening, .. } if self.s == 0 => self.rope.rest[0] - shortening.at(now),
+            _ => self.rope.rest[self.s],
+        }
+    }
+
+    fn compliance(&self) -> f64 {
+        self.rope.softness * self.rope.rest[self.s]
+    }
+
+    fn blocks(&self) -> &Blocks {
+        &self.blocks
+    }
+
+    fn eval(&self, x: &[f64], _b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+        self.rope.cable.segment(x, self.s, 1.0, want, out)
+    }
+
+    fn pieces(&self, c: usize, rows: &Rows) -> Vec<Piece> {
+        match &self.rope.pull {
+            _ if self.s > 0 => self.guide(c, rows),
+            Pull::Length { most, .. } => between(rows, c, Form::gap(rows, self.places(c).1, self.rope.total()), *most),
+            Pull::Tension(tension) => {
+                let zero = Form::multiplier(rows, c, tension.at(rows.now).max(0.0));
+                vec![Piece { zero, while_not_negative: Vec::new() }]
+            }
+        }
+    }
+
+    fn dissipated(&self, c: usize, g: [&[f64]; 2], lambda: [&[f64]; 2]) -> f64 {
+        if self.s == 0 {
+            return 0.0;
+        }
+        let slip = self.places(c).1.map(|row| g[1][row] - g[0][row]).sum::<f64>();
+        let drop = |lambda: &[f64]| lambda[c - 1] - lambda[c];
+        0.5 * (drop(lambda[0]) + drop(lambda[1])) * slip
+    }
+}
+
+/// The wrap angle β_k of the guide between segments k − 1 and k.
+struct Turn {
+    rope: Arc<Rope>,
+    k: usize,
+    blocks: Blocks,
+    /// Weights of the directions d_{k−1} and d_k per node of the block
+    signed: Vec<[f64; 2]>,
+}
+
+impl Turn {
+    fn new(rope: Arc<Rope>, k: usize) -> Self {
+        let mut weights: BTreeMap<u32, [f64; 2]> = BTreeMap::new();
+        let guides = &rope.cable.guides;
+        // d_{k−1} runs to the guide itself, d_k from it to the next one.
+        let ends = [k.checked_sub(2).map(|g| (g, [-1.0, 0.0])), Some((k - 1, [1.0, -1.0])), Some((k, [0.0, 1.0]))];
+        for (guide, sign) in ends.into_iter().flatten() {
+            for &(node, w) in &guides[guide].weights {
+                let sum = weights.entry(node).or_default();
+                *sum = [sum[0] + w * sign[0], sum[1] + w * sign[1]];
+            }
+        }
+        let nodes: Vec<u32> = weights.keys().copied().collect();
+        let blocks = Blocks::new(std::iter::once(&nodes[..]));
+        Self { rope, k, blocks, signed: weights.into_values().collect() }
+    }
+}
+
+impl Constraint for Turn {
+    fn name(&self) -> &str {
+        &self.rope.cable.name
+    }
+
+    fn cone(&self) -> Cone {
+        Cone::Watched
+    }
+
+    fn scale(&self) -> f64 {
+        1.0
+    }
+
+    fn target(&self, _now: Clock) -> f64 {
+        0.0
+    }
+
+    fn blocks(&self) -> &Blocks {
+        &self.blocks
+    }
+
+    /// β = ∠(d_{k−1}, d_k), ∂β/∂d_a = −e_a/‖d_a‖ with the unit vector e_a across d_a towards the other direction.
+    fn eval(&self, x: &[f64], _b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+        let cable = &self.rope.cable;
+        let direction = |s: usize| cable.guide(x, s) - cable.start(x, s);
+        let d = [direction(self.k - 1), direction(self.k)];
+        if let Some(a) = (0..2).find(|&a| d[a].norm() == 0.0) {
+            return Err(EvalError::Degenerate { effect: cable.name.clone(), segment: self.k - 1 + a });
+        }
+        let tau = d.map(|d| d.normalize());
+        out.energy = angle(&tau);
+        if want == Want::Energy {
+            return Ok(());
+        }
+        let slope = |a: usize| {
+            let across = tau[1 - a] - tau[a] * tau[a].dot(&tau[1 - a]);
+            across.try_normalize(0.0).map_or(Vec3::zeros(), |e| -e / d[a].norm())
+        };
+        let slopes = [slope(0), slope(1)];
+        for (a, w) in self.signed.iter().enumerate() {
+            let r = slopes[0] * w[0] + slopes[1] * w[1];
+            out.r[3 * a..3 * a + 3].copy_from_slice(r.as_slice());
+        }
+        Ok(())
+    }
+}
+
+/// Angle between two unit vectors [rad].
+fn angle(tau: &[Vec3; 2]) -> f64 {
+    tau[0].cross(&tau[1]).norm().atan2(tau[0].dot(&tau[1]))
+}

@@ -1,0 +1,73 @@
+//! Dead load: a force of fixed direction on a weighted mean of nodes, φ = −Σ_i w_i d·u_i per unit of s(t), r_i = −s w_i d.
+//!
+//! With the weights of an embedded point or ball (Σ w = 1, [`crate::mesh::embed`]) it is a force s(t) [N] there: the
+//! embedded point moves as Σ w_i u_i, and the transpose of that map takes the force to the nodes, so that its power is the
+//! same on both sides. With w_i = ∫ N_i dA it is a traction s(t) [Pa] per reference area. The direction does not turn with
+//! the body; a pressure that follows the surface is a cavity.
+
+use crate::math::signal::{Clock, Signal};
+use crate::math::tensor::Vec3;
+use crate::mesh::{TetMesh, element, quadrature};
+use crate::system::{At, Blocks, Effect, EvalError, Local, Role, Want};
+
+/// `direction` is a unit vector, `intensity` its signal [N] or [Pa].
+pub struct DeadLoad {
+    name: String,
+    direction: Vec3,
+    intensity: Signal,
+    blocks: Blocks,
+    /// [blocks] w_i [–] or [m²]
+    weights: Vec<f64>,
+}
+
+impl DeadLoad {
+    /// (node, w_i): of an embedded point or patch, or areas.
+    pub fn new(name: String, weights: &[(u32, f64)], direction: Vec3, intensity: Signal) -> Self {
+        let (nodes, weights): (Vec<u32>, Vec<f64>) = weights.iter().copied().unzip();
+        Self { name, direction, intensity, blocks: Blocks::new(nodes.chunks(1)), weights }
+    }
+}
+
+/// (node, ∫ N_i dA [m²]) over facets; the degree-4 rule is exact on straight ones and has the error of their area on curved ones.
+pub fn nodal_areas(mesh: &TetMesh, facets: &[u32]) -> Vec<(u32, f64)> {
+    let rule = quadrature::tri(4);
+    let mut nodal = vec![0.0; mesh.points.len()];
+    for &f in facets {
+        for (&xi, w) in rule.points.iter().zip(&rule.weights) {
+            let area = w * mesh.facet_normal(f as usize, xi).norm();
+            for (&node, n) in mesh.facet(f as usize).iter().zip(element::facet_shape(mesh.order, xi)) {
+                nodal[node as usize] += area * n;
+            }
+        }
+    }
+    (0..).zip(nodal).filter(|(_, w)| *w != 0.0).collect()
+}
+
+impl Effect for DeadLoad {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn role(&self) -> Role {
+        Role::Load
+    }
+
+    fn intensity(&self, now: Clock) -> f64 {
+        self.intensity.at(now)
+    }
+
+    fn blocks(&self) -> &Blocks {
+        &self.blocks
+    }
+
+    fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+        let dof = 3 * self.blocks.nodes(b)[0] as usize;
+        let s = if want > Want::Energy { self.intensity.at(at.clock()) } else { 0.0 };
+        for i in 0..3 {
+            let unit = -self.weights[b] * self.direction[i];
+            out.energy += unit * at.x[dof + i];
+            out.r[i] = s * unit;
+        }
+        Ok(())
+    }
+}

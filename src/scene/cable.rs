@@ -1,0 +1,253 @@
+//! A cable of a scene: its way through guides and rings, what drives it, and what of it is not possible.
+
+use super::build::{Drive, NamedCable, part};
+use super::builder::Builder;
+use super::error::{SceneError, hint};
+use super::protocol::extremes;
+use super::quantity::{Force, GuideRadius, Length};
+use super::spec::DriveSpec;
+use crate::effect::{Cable, CableLength, CableTension, Guide, Pull, cable_friction};
+use crate::math::signal::Signal;
+use crate::math::tensor::Vec3;
+use crate::math::units::Dimension;
+use crate::mesh::embed::{ball_weights, embed};
+use crate::mesh::validate::point;
+use crate::solve::Span;
+use crate::system::{Constraint, Effect};
+use serde::Deserialize;
+use std::sync::Arc;
+
+/// `[[constraint]]` of kind `cable`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CableSpec {
+    #[serde(default = "cable")]
+    pub name: String,
+    /// Path of the body, or `guides` with `pull_point`
+    pub path: Option<String>,
+    pub guides: Option<Vec<[Length; 3]>>,
+    pub pull_point: Option<[Length; 3]>,
+    /// Points fixed in space between pull point and guides
+    #[serde(default)]
+    pub rings: Vec<RingSpec>,
+    pub guide_radius: GuideRadius,
+    pub drive: DriveSpec,
+    /// Axial stiffness; a cable without one does not stretch
+    #[serde(rename = "EA")]
+    pub axial: Option<Force>,
+    /// Tension at which a drive by length yields
+    pub max_tension: Option<Force>,
+    /// Coefficient of friction at guides and rings; none means the same tension everywhere
+    pub friction: Option<f64>,
+}
+
+/// A ring fixed in space.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RingSpec {
+    pub at: [Length; 3],
+    /// Number of guides between the pull point and the ring
+    pub after: usize,
+}
+
+fn cable() -> String {
+    "cable".into()
+}
+
+fn vector(p: &[Length; 3]) -> Vec3 {
+    Vec3::new(p[0].0, p[1].0, p[2].0)
+}
+
+/// A place on the way of a cable, as messages name it, with what is fixed in space.
+struct Stop {
+    name: String,
+    fixed: bool,
+    guide: Guide,
+}
+
+impl Builder<'_> {
+    pub(super) fn cable(
+        &mut self,
+        place: &str,
+        spec: &CableSpec,
+        spans: &[Span],
+        effects: &mut Vec<Box<dyn Effect>>,
+        constraints: &mut Vec<Box<dyn Constraint>>,
+    ) -> Result<NamedCable, SceneError> {
+        self.check_values(place, spec)?;
+        let (pull_point, stops) = self.stops(place, spec)?;
+        let fixed = fixed_length(pull_point, &stops);
+        let guides = stops.into_iter().map(|s| s.guide).collect();
+        let cable = Arc::new(Cable::new(spec.name.clone(), pull_point, guides));
+        let lengths = cable.lengths_at_rest();
+        let rest: f64 = lengths.iter().sum();
+        let softness = spec.axial.as_ref().map_or(0.0, |ea| 1.0 / ea.0);
+        let most = spec.max_tension.as_ref().map_or(f64::INFINITY, |t| t.0);
+        let row = constraints.len();
+        let drive = match &spec.drive {
+            DriveSpec::Length(signal) => {
+                let named = format!("{}_shortening_m", spec.name);
+                let shortening = self.signal(place, named, signal, Dimension::LENGTH)?;
+                if softness == 0.0 && most == f64::INFINITY {
+                    self.check_shortening(place, &shortening, rest - fixed, spans)?;
+                }
+                self.remark_let_out(&spec.name, &shortening, spans);
+                match spec.friction {
+                    Some(mu) => {
+                        let pull = Pull::Length { shortening, most };
+                        constraints.extend(cable_friction::rows(cable.clone(), pull, mu, softness));
+                    }
+                    None => {
+                        let compliance = softness * rest;
+                        let row = CableLength { cable: cable.clone(), shortening, rest, compliance, most };
+                        constraints.push(Box::new(row));
+                    }
+                }
+                Drive::Multiplier(row)
+            }
+            DriveSpec::Tension(signal) => {
+                let named = format!("{}_imposed_tension_N", spec.name);
+                let tension = self.signal(place, named, signal, Dimension::FORCE)?;
+                self.check_tension(place, &tension, spans)?;
+                match spec.friction {
+                    Some(mu) => {
+                        constraints.extend(cable_friction::rows(cable.clone(), Pull::Tension(tension), mu, softness));
+                        Drive::Multiplier(row)
+                    }
+                    None => {
+                        effects.push(Box::new(CableTension { cable: cable.clone(), tension: tension.clone() }));
+                        Drive::Prescribed(tension)
+                    }
+                }
+            }
+        };
+        let by_length = matches!(spec.drive, DriveSpec::Length(_));
+        let friction = spec.friction.is_some();
+        Ok(NamedCable { name: spec.name.clone(), cable, drive, by_length, friction, softness, most })
+    }
+
+    fn check_values(&self, place: &str, spec: &CableSpec) -> Result<(), SceneError> {
+        if let GuideRadius::Ball(radius) = spec.guide_radius {
+            let fact = format!("guide_radius is {} mm", radius * 1e3);
+            if radius <= 0.0 {
+                return Err(self.content(place, fact, "give a positive length, at least the size of a cell"));
+            }
+            let diagonal = self.body.mesh.diagonal();
+            if radius > diagonal {
+                let fact = format!("{fact}, and the body is {:.4} mm from corner to corner", diagonal * 1e3);
+                return Err(self.content(place, fact, "a guide would be the mean of the whole body; check the unit"));
+            }
+        }
+        let positive = |key: &str, value: &Option<Force>, remedy: &str| match value {
+            Some(v) if v.0 <= 0.0 => Err(self.content(place, format!("{key} is {} N", v.0), remedy)),
+            _ => Ok(()),
+        };
+        positive("EA", &spec.axial, "give a positive one, or none for a cable that does not stretch")?;
+        positive("max_tension", &spec.max_tension, "give a positive one, or none for a drive that never yields")?;
+        if let Some(mu) = spec.friction
+            && !(mu >= 0.0 && mu.is_finite())
+        {
+            return Err(self.content(place, format!("friction is {mu}"), "a coefficient of friction is not negative"));
+        }
+        if let DriveSpec::Tension(_) = spec.drive {
+            if spec.max_tension.is_some() {
+                let fact = "max_tension limits a drive by length, and this one is a tension";
+                return Err(self.content(place, fact, "remove it, or take drive = { length = … }"));
+            }
+            if spec.axial.is_some() && spec.friction.is_none() {
+                let fact = "under a prescribed tension without friction the body does not feel EA";
+                return Err(self.content(place, fact, "remove it, or take drive = { length = … }"));
+            }
+        }
+        Ok(())
+    }
+
+    /// The pull point and the places from there to the end.
+    fn stops(&self, place: &str, spec: &CableSpec) -> Result<(Vec3, Vec<Stop>), SceneError> {
+        let (points, pull) = match (&spec.path, &spec.guides, &spec.pull_point) {
+            (Some(path), None, None) => {
+                let Some(known) = self.body.paths.get(path) else {
+                    let names: Vec<&String> = self.body.paths.keys().collect();
+                    let remedy = format!("{}; or give `guides` and `pull_point`", hint(path, &names));
+                    return Err(self.content(place, format!("the mesh has no path \"{path}\""), remedy));
+                };
+                (known.guides.iter().map(|p| Vec3::from(*p)).collect::<Vec<_>>(), Vec3::from(known.pull_point))
+            }
+            (None, Some(guides), Some(pull)) => (guides.iter().map(vector).collect(), vector(pull)),
+            _ => {
+                let fact = "a cable runs along a path";
+                return Err(self.content(place, fact, "give either `path`, or both `guides` and `pull_point`"));
+            }
+        };
+        if points.is_empty() {
+            return Err(self.content(place, "the cable has no guide", "give at least one point inside the body"));
+        }
+        if let Some((k, ring)) = spec.rings.iter().enumerate().find(|(_, r)| r.after >= points.len()) {
+            let fact = format!(
+                "ring {} stands after guide {}, and the cable ends at guide {}",
+                k + 1,
+                ring.after,
+                points.len()
+            );
+            return Err(self.content(place, fact, "a cable ends in the body: place its rings before the last guide"));
+        }
+        let mut stops = Vec::new();
+        for (k, &at) in points.iter().enumerate() {
+            for (r, ring) in spec.rings.iter().enumerate().filter(|(_, ring)| ring.after == k) {
+                let guide = Guide { point: vector(&ring.at), weights: Vec::new() };
+                stops.push(Stop { name: format!("ring {}", r + 1), fixed: true, guide });
+            }
+            let guide = self.guide(&format!("{place}: guide {}", k + 1), at, spec.guide_radius)?;
+            stops.push(Stop { name: format!("guide {}", k + 1), fixed: false, guide });
+        }
+        let mut before = (pull, "the pull point".to_string());
+        for stop in &stops {
+            if (stop.guide.point - before.0).norm() <= 1e-9 * self.body.mesh.diagonal() {
+                let fact = format!("{} coincides with {} at {}", stop.name, before.1, point(&before.0));
+                return Err(self.content(place, fact, "the cable has no direction between them: move or remove one"));
+            }
+            before = (stop.guide.point, stop.name.clone());
+        }
+        Ok((pull, stops))
+    }
+
+    /// A guide point must lie inside the body, also where a ball would still find some of it.
+    fn guide(&self, place: &str, at: Vec3, radius: GuideRadius) -> Result<Guide, SceneError> {
+        let mesh = &self.body.mesh;
+        let embedded = embed(mesh, at).map_err(|e| part(self.file, place, e))?;
+        let weights = match radius {
+            GuideRadius::Point => embedded.weights,
+            GuideRadius::Ball(radius) => ball_weights(mesh, at, radius).map_err(|e| part(self.file, place, e))?,
+        };
+        Ok(Guide { point: at, weights })
+    }
+
+    /// What runs through the body is all that can get shorter. What is decided on the way shows in the run.
+    fn check_shortening(&self, place: &str, shortening: &Signal, free: f64, spans: &[Span]) -> Result<(), SceneError> {
+        if shortening.has_inputs() {
+            return Ok(());
+        }
+        let (_, (t, most)) = extremes(shortening, spans);
+        if most < free {
+            return Ok(());
+        }
+        let (mm, free) = (most * 1e3, free * 1e3);
+        let fact = format!(
+            "the cable is shortened by {mm:.4} mm at t = {t:.4} s, and only {free:.4} mm of it can get shorter"
+        );
+        Err(self.content(place, fact, "pull less, or let the drive yield with max_tension"))
+    }
+}
+
+/// Length between points that are fixed in space [m].
+fn fixed_length(pull_point: Vec3, stops: &[Stop]) -> f64 {
+    let mut before = (pull_point, true);
+    let mut sum = 0.0;
+    for stop in stops {
+        if before.1 && stop.fixed {
+            sum += (stop.guide.point - before.0).norm();
+        }
+        before = (stop.guide.point, stop.fixed);
+    }
+    sum
+}

@@ -1,0 +1,153 @@
+//! What a run records of its cables: columns, going slack and taut, and what to do where a pull ends a run.
+
+use super::build::{Drive, NamedCable};
+use crate::system::State;
+use serde::{Deserialize, Serialize};
+
+/// A cable that went slack, taut, or to the limit of its drive.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CableEvent {
+    /// Time of the first accepted state after it [s]
+    pub t: f64,
+    pub cable: String,
+    pub what: Condition,
+}
+
+/// How a cable that is driven by length stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Condition {
+    Slack,
+    Taut,
+    /// At `max_tension`: the drive yields
+    Yielding,
+}
+
+impl Condition {
+    /// Name as in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Slack => "slack",
+            Self::Taut => "taut",
+            Self::Yielding => "yielding",
+        }
+    }
+}
+
+impl NamedCable {
+    /// Columns: tension at the pull point and length; what was taken in where that is not the change of length; with friction
+    /// the tension at the end, of each segment, and the slip through each guide.
+    pub fn columns(&self) -> Vec<String> {
+        let name = &self.name;
+        let mut out = vec![format!("{name}_tension_N"), format!("{name}_length_m")];
+        if self.friction || self.softness > 0.0 || self.most < f64::INFINITY {
+            out.push(format!("{name}_drawn_m"));
+        }
+        if self.friction {
+            let n = self.cable.segments();
+            out.push(format!("{name}_end_tension_N"));
+            out.extend((1..=n).map(|s| format!("{name}_tension_{s}_N")));
+            out.extend((1..n).map(|k| format!("{name}_slip_{k}_m")));
+        }
+        out
+    }
+
+    /// Values of its columns, SI.
+    pub fn record(&self, state: &State) -> Vec<f64> {
+        let tensions = self.tensions(state);
+        let lengths = self.cable.lengths(&state.x);
+        let mut out = vec![tensions[0], lengths.iter().sum()];
+        if out.len() == self.columns().len() {
+            return out;
+        }
+        let passed = self.passed(&tensions, &lengths);
+        out.push(passed[0]);
+        if self.friction {
+            out.push(tensions[tensions.len() - 1]);
+            out.extend_from_slice(&tensions);
+            out.extend_from_slice(&passed[1..]);
+        }
+        out
+    }
+
+    /// Change of its columns with a change of the state; none of a cable with friction.
+    pub fn changes(&self, state: &State, change: &State) -> Vec<f64> {
+        let tension = self.drive.answer(change);
+        let length = self.cable.lengthening(&state.x, &change.x);
+        let rest: f64 = self.cable.lengths_at_rest().iter().sum();
+        let mut out = vec![tension, length, self.softness * rest * tension - length];
+        out.truncate(self.columns().len());
+        out
+    }
+
+    /// Tension of each segment [N].
+    fn tensions(&self, state: &State) -> Vec<f64> {
+        let n = self.cable.segments();
+        match &self.drive {
+            Drive::Multiplier(c) if self.friction => state.lambda[*c..c + n].to_vec(),
+            Drive::Multiplier(c) => vec![state.lambda[*c]; n],
+            Drive::Prescribed(signal) => vec![signal.at(state.clock()).max(0.0); n],
+        }
+    }
+
+    /// Cable that has passed the start of each segment towards the pull point [m]: Σ_{s≥k} (l₀_s + T_s l₀_s/EA − l_s).
+    fn passed(&self, tensions: &[f64], lengths: &[f64]) -> Vec<f64> {
+        let rest = self.cable.lengths_at_rest();
+        let mut sum = 0.0;
+        let mut out: Vec<f64> = (0..rest.len())
+            .rev()
+            .map(|s| {
+                sum += rest[s] * (1.0 + self.softness * tensions[s]) - lengths[s];
+                sum
+            })
+            .collect();
+        out.reverse();
+        out
+    }
+
+    /// How it stands; nothing for one that is driven by tension.
+    fn condition(&self, state: &State) -> Option<Condition> {
+        let tension = self.tensions(state)[0];
+        self.by_length.then_some(match tension {
+            0.0 => Condition::Slack,
+            // 1e-9: rounding of a tension at its limit.
+            _ if tension >= self.most * (1.0 - 1e-9) => Condition::Yielding,
+            _ => Condition::Taut,
+        })
+    }
+}
+
+/// Follows the cables of a run; a part of every saved state.
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize)]
+pub(super) struct CableLog {
+    last: Vec<Option<Condition>>,
+    pub(super) events: Vec<CableEvent>,
+}
+
+impl CableLog {
+    /// Notes what has changed at an accepted state.
+    pub(super) fn note(&mut self, cables: &[NamedCable], state: &State) {
+        let now: Vec<Option<Condition>> = cables.iter().map(|c| c.condition(state)).collect();
+        let before = std::mem::replace(&mut self.last, now);
+        for (cable, (before, now)) in cables.iter().zip(before.iter().zip(&self.last)) {
+            if let (Some(before), Some(now)) = (before, now)
+                && before != now
+            {
+                self.events.push(CableEvent { t: state.t, cable: cable.name.clone(), what: *now });
+            }
+        }
+    }
+}
+
+/// Which cables pull at the last good state, for the message of a run that could not go on.
+pub(super) fn pulling(cables: &[NamedCable], state: &State) -> Option<String> {
+    let taut = |c: &&NamedCable| matches!(c.condition(state), Some(Condition::Taut | Condition::Yielding));
+    let say = |c: &NamedCable| {
+        let tensions = c.tensions(state);
+        let drawn = c.passed(&tensions, &c.cable.lengths(&state.x))[0];
+        format!("{} holds {:.4} N with {:.4} mm drawn in", c.name, tensions[0], drawn * 1e3)
+    };
+    let all: Vec<String> = cables.iter().filter(taut).map(say).collect();
+    let remedy = "pull less, or let the drive yield with max_tension";
+    (!all.is_empty()).then(|| format!("{}: {remedy}", all.join(", ")))
+}

@@ -1,0 +1,137 @@
+//! Axes of a sweep: which keys of the scene take which values, and the points that follow.
+//!
+//! A grid has a point for every combination of values, the first axis slowest. A list goes along all axes together: its
+//! k-th point takes the k-th value of each.
+
+use super::record::{AxisRecord, Role};
+use super::spec::FamilySpec;
+use crate::math::units;
+use serde::Deserialize;
+use std::collections::BTreeMap;
+
+/// `[[axis]]` of a study.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AxisSpec {
+    /// Part of the case ids
+    pub name: String,
+    /// Paths into the scene that all take the value
+    pub keys: Vec<String>,
+    /// In words: `Young's modulus`
+    pub label: String,
+    /// Letter in tables and on axes
+    pub symbol: String,
+    /// Unit of the numbers in tables and figures, absent where they have none
+    #[serde(default)]
+    pub unit: String,
+    pub values: Vec<toml::Value>,
+}
+
+/// How several axes go together.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Default)]
+#[serde(rename_all = "snake_case")]
+pub enum Combine {
+    #[default]
+    Grid,
+    List,
+}
+
+/// Place, fact and remedy.
+type Mistake = (String, String, String);
+
+/// A sweep as a family of cases.
+pub struct Expanded {
+    pub family: FamilySpec,
+    pub axes: Vec<AxisRecord>,
+    /// Member → index of its value on every axis
+    pub points: BTreeMap<String, Vec<usize>>,
+}
+
+/// The points of the axes as members of one family.
+pub fn expand(specs: &[AxisSpec], combine: Combine) -> Result<Expanded, Mistake> {
+    let axes: Vec<AxisRecord> = specs.iter().map(AxisSpec::record).collect::<Result<_, _>>()?;
+    let (mut members, mut points) = (toml::Table::new(), BTreeMap::new());
+    for at in combinations(specs, combine)? {
+        let (mut set, mut name) = (toml::Table::new(), Vec::new());
+        for ((spec, axis), &k) in specs.iter().zip(&axes).zip(&at) {
+            spec.keys.iter().for_each(|key| drop(set.insert(key.clone(), spec.values[k].clone())));
+            name.push(format!("{}{}", axis.name, file_name(&axis.values[k])));
+        }
+        let name = name.join("_");
+        if members.insert(name.clone(), set.into()).is_some() {
+            let fact = format!("two points are called {name} in file names");
+            return Err(("axis".into(), fact, "write their values in another unit".into()));
+        }
+        points.insert(name, at);
+    }
+    let set = toml::Table::new();
+    let family = FamilySpec { name: "sweep".into(), role: Role::Grid, variants: None, set, members };
+    Ok(Expanded { family, axes, points })
+}
+
+/// Index of the value on every axis, point after point.
+fn combinations(specs: &[AxisSpec], combine: Combine) -> Result<Vec<Vec<usize>>, Mistake> {
+    let count = |s: &AxisSpec| s.values.len();
+    if combine == Combine::List {
+        let first = specs.first().map_or(0, count);
+        if let Some(other) = specs.iter().find(|s| count(s) != first) {
+            let fact = format!("it has {} values and the first axis {first}", count(other));
+            let remedy = "in a list every axis has one value a point; or take combine = \"grid\"";
+            return Err((format!("axis {}", other.name), fact, remedy.into()));
+        }
+        return Ok((0..first).map(|k| vec![k; specs.len()]).collect());
+    }
+    let along = |done: Vec<Vec<usize>>, spec: &AxisSpec| {
+        let next = |at: &Vec<usize>| (0..count(spec)).map(|k| [&at[..], &[k]].concat()).collect::<Vec<_>>();
+        done.iter().flat_map(next).collect()
+    };
+    Ok(specs.iter().fold(vec![vec![]], along))
+}
+
+impl AxisSpec {
+    fn record(&self) -> Result<AxisRecord, Mistake> {
+        let refuse = |fact: String, remedy: &str| Err((format!("axis {}", self.name), fact, remedy.into()));
+        if self.keys.is_empty() {
+            return refuse("it changes no key".into(), "write keys = [\"laws.rubber.E\"]");
+        }
+        if self.values.len() < 2 {
+            let remedy = "give at least two, values = [\"50 kPa\", \"100 kPa\"]; one alone belongs in the scene";
+            return refuse(format!("it has {} value(s)", self.values.len()), remedy);
+        }
+        let values: Vec<String> = self.values.iter().map(as_text).collect();
+        if let Some(k) = (1..values.len()).find(|&k| values[..k].contains(&values[k])) {
+            return refuse(format!("the value {} stands twice", values[k]), "remove one");
+        }
+        let numeric = values.iter().any(|v| v.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)));
+        let mut numbers = vec![];
+        if numeric {
+            for value in &values {
+                match units::in_unit(value, &self.unit) {
+                    Ok(number) => numbers.push(number),
+                    Err(e) => return refuse(e.to_string(), "set `unit` to one that the values can be written in"),
+                }
+            }
+        }
+        let rising = numbers.windows(2).all(|w| w[0] < w[1]);
+        if !rising && !numbers.windows(2).all(|w| w[0] > w[1]) {
+            return refuse("the values neither rise nor fall".into(), "sort them");
+        }
+        let Self { name, keys, label, symbol, unit, .. } = self.clone();
+        Ok(AxisRecord { name, keys, label, symbol, unit, values, numbers })
+    }
+}
+
+/// A value as it stands in the file, without quotes.
+fn as_text(value: &toml::Value) -> String {
+    value.as_str().map_or_else(|| value.to_string(), str::to_string)
+}
+
+/// What of a value can stand in the name of a file: `1.07 g/cm^3` → `1.07g-cm3`.
+fn file_name(value: &str) -> String {
+    let kept = |c: char| match c {
+        ' ' | '^' | '"' => None,
+        c if c.is_alphanumeric() || "._-".contains(c) => Some(c),
+        _ => Some('-'),
+    };
+    value.chars().filter_map(kept).collect()
+}

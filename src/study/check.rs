@@ -1,0 +1,111 @@
+//! Mistakes in a study file that are no matter of syntax: place, fact and remedy of the first one.
+
+use super::record::Role;
+use super::spec::{FamilySpec, Kind, StudySpec, VariantSpec};
+use crate::scene::hint;
+
+/// Roles and reference that the kind knows: place, fact and remedy of the first mistake.
+pub(super) fn check_roles(spec: &StudySpec) -> Result<(), (String, String, String)> {
+    let kind = spec.kind.name();
+    let known = spec.kind.roles();
+    if let Some(family) = spec.families.iter().find(|f| !known.contains(&f.role)) {
+        let fact = format!("a study of kind \"{kind}\" has no role \"{}\"", family.role.words());
+        let words = known.iter().map(|r| r.words().replace(' ', "_")).collect::<Vec<_>>().join(", ");
+        return Err((format!("family {}", family.name), fact, format!("the roles are {words}")));
+    }
+    let calibrates = spec.kind == Kind::Calibration;
+    match (&spec.calibration, spec.variants.iter().find(|v| v.measured.is_some() != calibrates)) {
+        (None, _) if calibrates => {
+            let remedy = "add [calibration] with `unknown` and `weighting`";
+            return Err(("calibration".into(), "it is missing".into(), remedy.into()));
+        }
+        (Some(c), _) if calibrates && c.unknown.is_empty() => {
+            let remedy = "name constants of the scene, such as \"laws.rubber.mu\"";
+            return Err(("calibration.unknown".into(), "nothing is to be found".into(), remedy.into()));
+        }
+        (None, _) if !calibrates && spec.usage.is_some() => {
+            let fact = format!("a study of kind \"{kind}\" finds no constants");
+            return Err(("use".into(), fact, "remove it, or take kind = \"calibration\"".into()));
+        }
+        (Some(_), _) if !calibrates => {
+            let fact = format!("a study of kind \"{kind}\" finds no constants");
+            return Err(("calibration".into(), fact, "remove it, or take kind = \"calibration\"".into()));
+        }
+        (_, Some(v)) if calibrates => {
+            let remedy = "add measured = { file = …, x = { column, unit, is }, y = { column, unit, is } }";
+            return Err((format!("variant {}", v.name), "it has no measured curve".into(), remedy.into()));
+        }
+        (_, Some(v)) => {
+            let fact = format!("a study of kind \"{kind}\" has no use for `measured`");
+            return Err((format!("variant {}", v.name), fact, "remove it".into()));
+        }
+        _ => {}
+    }
+    match (&spec.reference, spec.kind) {
+        (None, Kind::Convergence | Kind::Calibration | Kind::Sweep) => Ok(()),
+        (None, Kind::Prices) => {
+            let on = |f: &FamilySpec, v: &VariantSpec| f.variants.as_ref().is_none_or(|own| own.contains(&v.name));
+            let twice = spec.variants.iter().find(|v| spec.families.iter().filter(|f| on(f, v)).count() > 1);
+            twice.map_or(Ok(()), |v| {
+                let remedy = "a variant has one ladder: give each family its `variants`";
+                Err((format!("variant {}", v.name), "two families are run in it".into(), remedy.into()))
+            })
+        }
+        (Some(_), Kind::Convergence | Kind::Calibration) => {
+            let fact = format!("a study of kind \"{kind}\" finds its reference itself");
+            Err(("reference".into(), fact, "remove the key".into()))
+        }
+        (Some(_), Kind::Sweep | Kind::Prices) => {
+            Err(("reference".into(), format!("a study of kind \"{kind}\" has none"), "remove the key".into()))
+        }
+        (reference, Kind::Materials) => {
+            let laws: Vec<&FamilySpec> = spec.families.iter().filter(|f| f.role == Role::Laws).collect();
+            let [laws] = laws[..] else {
+                let fact = format!("{} families have the role \"laws\"", laws.len());
+                return Err(("family".into(), fact, "give it to one; a finer mesh has the role \"finer\"".into()));
+            };
+            let members: Vec<String> = laws.members.keys().cloned().collect();
+            match reference {
+                Some(r) if members.contains(r) => Ok(()),
+                Some(r) => Err(("reference".into(), format!("no law is called \"{r}\""), hint(r, &members))),
+                None => {
+                    let remedy = format!("name the law that the others are compared with: {}", members.join(", "));
+                    Err(("reference".into(), "it is missing".into(), remedy))
+                }
+            }
+        }
+    }
+}
+
+/// Axes belong to a sweep, and families to every other kind.
+pub(super) fn check_axes(spec: &StudySpec) -> Result<(), (String, String, String)> {
+    let kind = spec.kind.name();
+    let names: Vec<String> = spec.axes.iter().map(|a| a.name.clone()).collect();
+    check_names(&names).map_err(|(k, fact, remedy)| (format!("axis {}", k + 1), fact, remedy.to_string()))?;
+    match (spec.kind, spec.axes.is_empty(), spec.families.is_empty()) {
+        (Kind::Sweep, true, _) => {
+            let remedy = "add an [[axis]] with name, keys, label, symbol, unit and values";
+            Err(("study".into(), "the sweep has no axis".into(), remedy.into()))
+        }
+        (Kind::Sweep, _, false) => {
+            Err(("family".into(), "a sweep makes its cases from its axes".into(), "remove the [[family]]".into()))
+        }
+        (Kind::Sweep, ..) | (_, true, _) => Ok(()),
+        _ => Err(("axis".into(), format!("a study of kind \"{kind}\" has none"), "take kind = \"sweep\"".into())),
+    }
+}
+
+/// Names become parts of file names and are told apart: index, fact and remedy of the first that cannot be used.
+pub(super) fn check_names(names: &[String]) -> Result<(), (usize, String, &'static str)> {
+    for (k, name) in names.iter().enumerate() {
+        if names[..k].contains(name) {
+            return Err((k, format!("another one is called \"{name}\" too"), "give it a name of its own"));
+        }
+        let fits = |c: char| c.is_alphanumeric() || "._-".contains(c);
+        if name.is_empty() || name.starts_with('.') || !name.chars().all(fits) {
+            let fact = format!("\"{name}\" cannot be part of a file name");
+            return Err((k, fact, "use letters, digits, \"-\", \"_\" and \".\""));
+        }
+    }
+    Ok(())
+}
