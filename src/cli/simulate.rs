@@ -64,7 +64,7 @@ pub struct Args {
     restart: Option<PathBuf>,
     /// A program that sets the `controlled` signals of the scene, by JSON lines on its standard input and output
     #[arg(long, value_name = "COMMAND")]
-    controller: Option<String>,
+    pub(super) controller: Option<String>,
     /// Longest time for an answer of the controller
     #[arg(long, value_name = "TIME", default_value = "60 s", requires = "controller")]
     controller_timeout: String,

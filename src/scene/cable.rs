@@ -228,7 +228,8 @@ impl Builder<'_> {
             return Ok(());
         }
         let (_, (t, most)) = extremes(shortening, spans);
-        if most < free {
+        // What has no value is refused with its formula.
+        if most < free || !most.is_finite() {
             return Ok(());
         }
         let (mm, free) = (most * 1e3, free * 1e3);

@@ -141,7 +141,7 @@ pub enum SignalError {
     Table { file: String, why: String },
     #[error("a {0} needs at least one entry in `of`")]
     Empty(&'static str),
-    #[error("the formula \"{text}\" cannot be read: {why}")]
+    #[error("the formula \"{text}\" cannot be read: {why}; write for example \"2 * sin(PI * t)\"")]
     Formula { text: String, why: String },
     #[error("within hold and delay a formula takes t only, not {0}: what was recorded earlier is not kept")]
     Delayed(String),
