@@ -1,6 +1,6 @@
 """PI control of a recorded column by one signal, over JSON lines: u = kp e + ki ∫ e dt, e = goal - column.
 
-python3 pi.py GOAL [--column bending_angle_deg] [--kp 1e-4] [--ki 4e-3] [--most 0.02]
+python3 pi.py GOAL [--column bending_angle_deg] [--kp 2.5e-5] [--ki 1e-3] [--most 0.02]
 
 Units are those of the recorded column and SI for the signal. The integral is handed back in every answer as memory,
 so a run that goes on from a saved state goes on with the same controller.
@@ -19,8 +19,8 @@ def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("goal", type=float)
     parser.add_argument("--column", default="bending_angle_deg")
-    parser.add_argument("--kp", type=float, default=1e-4)
-    parser.add_argument("--ki", type=float, default=4e-3)
+    parser.add_argument("--kp", type=float, default=2.5e-5)
+    parser.add_argument("--ki", type=float, default=1e-3)
     parser.add_argument("--most", type=float, default=0.02)
     args = parser.parse_args()
 
