@@ -215,6 +215,7 @@ fn a_free_body_is_reported_as_such() {
             println!("free: {free}, {order:?}: {status:?}");
             assert!(matches!(status, Status::Singular { .. }), "free: {free}, {order:?}: {status:?}");
             assert!(state.x.iter().all(|x| x.is_finite()));
+            assert!(status.culprit().node.is_some(), "{status}");
         }
     }
 }

@@ -147,7 +147,9 @@ fn overpull_ends_with_a_status_and_the_last_good_state() {
         let (all, status) = states(&mesh, &system, 1e-8, 24);
         let good = all.last().expect("the first pulls are possible");
         println!("overpull {name}: {} after {:.1} mm", status.name(), 1e3 * 1.2 * rest * good.t);
-        assert!(matches!(status, Status::StepTooSmall { .. } | Status::Inverted { .. }), "{name}: {status:?}");
+        let stopped =
+            matches!(status, Status::StepTooSmall { .. } | Status::Inverted { .. } | Status::NoEquilibrium { .. });
+        assert!(stopped, "{name}: {status:?}");
         assert!(good.x.iter().chain(&good.lambda).all(|v| v.is_finite()), "{name}");
         let gap = rest * (1.0 - 1.2 * good.t) - cable.length(&good.x);
         assert!(gap.abs() <= 1e-8 * rest, "{name}: the last state keeps the length: {gap:e} m");
@@ -269,7 +271,13 @@ fn a_moving_clamp_carries_its_guides() {
     let clamp = common::move_to(&mesh, &nodes(&mesh, "xmin"), |_| Vec3::new(delta, 0.0, 0.5 * delta));
     let effects = vec![elastic(&mesh, law("neo_hookean", 1e5, 0.45))];
     let system = System::new(mesh.points.len(), effects, vec![by_length(&mesh, &cable, ramp(delta))], clamp).unwrap();
-    let settings = NewtonSettings { tolerance: 1e-14, max_iterations: 1, line_search: false, reuse_factor: false };
+    let settings = NewtonSettings {
+        tolerance: 1e-14,
+        max_iterations: 1,
+        line_search: false,
+        reuse_factor: false,
+        ..NewtonSettings::default()
+    };
     let mut once = Newton::new(&system, settings, mesh.diagonal());
     let past = State::rest(mesh.points.len(), 1);
     let mut next = State { t: 1.0, ..past.clone() };

@@ -158,7 +158,31 @@ fn balloon(ratio: f64, mesh: [usize; 2], limit: (f64, f64)) {
         let (mesh, system, _) = sphere(ratio, [3, 1], Drive::Pressure(share * limit.1));
         let status = run(&mesh, &system, 8, &mut |_| {});
         assert_eq!(status == Status::Converged, converges, "{share} of the limit: {status}");
+        if !converges {
+            let Status::NoEquilibrium { limit: t, .. } = status else { panic!("{status}") };
+            println!("B/A = {ratio}: under pressure the limit is stated as {:.5}", share * t * limit.1);
+            assert!((share * t - 1.0).abs() < 0.01, "limit {:.5}, closed form {:.5}", share * t * limit.1, limit.1);
+        }
     }
+    traced(ratio, limit);
+}
+
+/// By arc length under pressure: over the top, and down the closed form on the other side.
+fn traced(ratio: f64, limit: (f64, f64)) {
+    let (mesh, system, cavity) = sphere(ratio, [3, 1], Drive::Pressure(1.2 * limit.1));
+    let rest = cavity.volume(&vec![0.0; 3 * mesh.points.len()]);
+    let mut stepper = Stepper::new(&system, newton(&system, 1e-9, mesh.diagonal()), StepSettings::default());
+    let (mut state, mut curve) = (system.rest(), vec![]);
+    let span = Span { integrator: Integrator::ArcLength { max_steps: 200 }, start: 0.0, end: 1.0, dt: 0.1 };
+    let status = stepper.run(span, &mut state, |_, now, _, _| {
+        curve.push(((cavity.volume(&now.x) / rest).cbrt(), 1.2 * limit.1 * now.t));
+        curve.last().is_some_and(|c| c.0 < 2.2)
+    });
+    assert!(matches!(status, Status::Interrupted { .. }), "{status}");
+    let worst = curve.iter().map(|(l, p)| (p / pressure(*l, ratio) - 1.0).abs()).fold(0.0, f64::max);
+    let top = 1.2 * stepper.findings.turning_points.first().expect("a limit point").t;
+    println!("B/A = {ratio} by arc length: {} points, worst {worst:.1e}, limit {:.5}", curve.len(), top * limit.1);
+    assert!(worst < 0.01 && (top - 1.0).abs() < 0.01, "{worst:e} {top}");
 }
 
 #[test]

@@ -278,6 +278,9 @@ fn a_case_that_cannot_be_solved_stops_no_other() {
     let failed = record("dt-length-overpull");
     assert_ne!(failed["status"], "Converged");
     assert!(failed["status_detail"].as_str().is_some_and(|d| d.contains("t = ")), "{failed}");
+    let stop = &failed["solver"]["stop"];
+    assert!(stop["t_s"].as_f64().is_some_and(|t| t > 0.0 && t < 1.0), "{stop}");
+    assert!(["fact", "remedy"].iter().all(|key| stop[key].as_str().is_some_and(|text| text.len() > 10)), "{stop}");
     // What was reached before is there, and finite.
     let series = table(&dir.join("cases/dt-length-overpull.csv"));
     let reached = series["t_s"].last().copied().expect("a row");
@@ -285,6 +288,8 @@ fn a_case_that_cannot_be_solved_stops_no_other() {
     assert!(dir.join("index.html").is_file(), "the report is written");
     let summary = json(&read(&dir.join("summary.json")));
     assert_eq!(summary["cases"].as_array().map(Vec::len), Some(3));
+    let told = summary["cases"].as_array().into_iter().flatten().find(|c| c["id"] == "dt-length-overpull");
+    assert_eq!(told.map(|c| &c["solver"]["stop"]), Some(stop));
     // The incomplete case is not tried again for nothing, and still counts.
     let again = durometer(&["run", OVERPULL, "--out", &out]);
     assert_eq!(again.status.code(), Some(3));

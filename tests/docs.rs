@@ -116,16 +116,22 @@ fn the_guide_names_every_key_of_a_scene_and_a_study() {
         "ConstraintSpec",
         "DriveSpec",
         "StageSpec",
+        "ContinuationSpec",
         "IntegratorSpec",
         "ProbeSpec",
         "SkinSpec",
-        "NumericsSpec",
     ];
     let scene = keys_of(&text("src/scene/spec.rs"), &types);
     for sure in ["viscous_damping", "tet10", "generalised_alpha", "max_iterations", "probe", "sphere"] {
         assert!(scene.contains(sure), "the reader of the source missed {sure}: {scene:?}");
     }
     assert_eq!(missing(scene), Vec::<String>::new(), "not in docs/guide.md");
+    let numerics = keys_of(&text("src/scene/numerics.rs"), &["NumericsSpec"]);
+    assert!(numerics.contains("time_budget"), "{numerics:?}");
+    assert_eq!(missing(numerics), Vec::<String>::new(), "numerics not in docs/guide.md");
+    let start = keys_of(&text("src/scene/start.rs"), &["StartSpec"]);
+    assert!(start.contains("collapsed") && start.contains("perturbation"), "{start:?}");
+    assert_eq!(missing(start), Vec::<String>::new(), "starts not in docs/guide.md");
     let cable = keys_of(&text("src/scene/cable.rs"), &["CableSpec", "RingSpec"]);
     assert!(["EA", "after", "guide_radius"].iter().all(|key| cable.contains(*key)), "{cable:?}");
     assert_eq!(missing(cable), Vec::<String>::new(), "not in docs/guide.md");

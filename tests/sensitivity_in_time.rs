@@ -241,7 +241,7 @@ fn rows_so_far() {
     let (_, whole) = found.unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(whole.rows[..4], cut.rows[..], "the same bits");
 
-    const FAR: &str = r#"{ length = { kind = "ramp", from = "0 mm", to = "200 mm", end = "20 ms" } }"#;
+    const FAR: &str = r#"{ length = { kind = "ramp", from = "0 mm", to = "33 mm", end = "20 ms" } }"#;
     let found = beam(FAR, &[(STATIC, 4)]).build(&law).run_with_slopes(&constants, &mut |_| true, &mut |_| {});
     let (run, cut) = found.unwrap_or_else(|e| panic!("{e}"));
     assert_ne!(run.status, Status::Converged);

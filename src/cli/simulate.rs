@@ -153,6 +153,9 @@ pub fn main(args: Args) -> Outcome {
     store::write(&args.out.join(format!("{name}.json")), &json)?;
     durometer::report::overlays(&args.out, &name, &overlays(&scene, &run))?;
     bars.finished(&record, false);
+    if !args.json {
+        record.remarks[scene.remarks.len()..].iter().for_each(|remark| eprintln!("note: {remark}"));
+    }
     if let Some(l) = record.locking.filter(|l| l.alarm && !args.json) {
         let scatter = l.pressure_scatter;
         eprintln!("locking alarm: the pressures scatter by {scatter:.2} of the deviatoric stress; {REMEDY}");

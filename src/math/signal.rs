@@ -77,6 +77,15 @@ pub enum Signal {
     /// Piecewise linear through (t, s), constant outside; t strictly ascending
     Table(Vec<(f64, f64)>),
     Product(Vec<Signal>),
+    /// The signal between two times, straight on outside with the slopes `before` and `after` [1/s]: loads of a path whose
+    /// time runs beyond its protocol
+    Continued {
+        signal: Box<Signal>,
+        from: f64,
+        to: f64,
+        before: f64,
+        after: f64,
+    },
     Sum(Vec<Signal>),
     /// A formula in t
     Formula(Formula),
@@ -105,6 +114,10 @@ impl Signal {
             Self::Hold { signal, at } => signal.value(earlier(t.min(*at))),
             Self::Delay { signal, by } => signal.value(earlier((t - by).max(0.0))),
             Self::Table(rows) => interpolate(rows, t),
+            Self::Continued { signal, from, to, before, after } => {
+                let inside = Clock { t: t.clamp(*from, *to), ..now };
+                signal.value(inside) + before * (t - from).min(0.0) + after * (t - to).max(0.0)
+            }
             Self::Product(factors) => factors.iter().map(|s| s.value(now)).product(),
             Self::Sum(terms) => terms.iter().map(|s| s.value(now)).sum(),
             Self::Formula(formula) => formula.at(t),
@@ -118,7 +131,9 @@ impl Signal {
     pub fn has_inputs(&self) -> bool {
         match self {
             Self::Input(_) => true,
-            Self::Hold { signal, .. } | Self::Delay { signal, .. } => signal.has_inputs(),
+            Self::Hold { signal, .. } | Self::Delay { signal, .. } | Self::Continued { signal, .. } => {
+                signal.has_inputs()
+            }
             Self::Product(all) | Self::Sum(all) => all.iter().any(Self::has_inputs),
             _ => false,
         }
@@ -156,6 +171,9 @@ mod tests {
         let at = |t: f64| input.at(Clock { t, inputs: &[step] });
         assert_eq!([at(0.5), at(1.0), at(1.25), at(2.0), at(3.0)], [5.0, 5.0, 6.0, 9.0, 9.0]);
         assert!(input.has_inputs() && !ramp.has_inputs());
+        let continued =
+            Signal::Continued { signal: Box::new(ramp.clone()), from: 1.0, to: 1.5, before: 4.0, after: -2.0 };
+        assert_eq!([continued.at(0.5), continued.at(1.25), continued.at(2.0)], [-1.0, 1.5, 1.0]);
         let both = Signal::Sum(vec![Signal::Constant(1.0), Signal::Product(vec![ramp, table])]);
         assert_eq!(both.at(2.0), 16.0);
     }

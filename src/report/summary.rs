@@ -3,6 +3,7 @@
 use super::content::Content;
 use super::store::Store;
 use crate::study::record::{LockingRecord, MeshRecord, ProbeRecord, StoredCase};
+use crate::study::solver::SolverRecord;
 use serde::Serialize;
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
@@ -32,6 +33,7 @@ pub struct CaseSummary {
     pub law: Option<String>,
     pub dt_s: f64,
     pub status: String,
+    pub solver: SolverRecord,
     pub wall_s: f64,
     pub cpu_s: f64,
     pub shared: bool,
@@ -56,6 +58,7 @@ impl CaseSummary {
             law: r.law.map(|l| l.name),
             dt_s: r.dt_s,
             status: r.status,
+            solver: r.solver,
             wall_s: r.wall_s,
             cpu_s: r.cpu_s,
             shared: r.shared,

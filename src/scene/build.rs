@@ -15,7 +15,7 @@ use crate::math::signal::Signal;
 use crate::math::units::Dimension;
 use crate::mesh::TetMesh;
 use crate::mesh::generate::CablePath;
-use crate::solve::Span;
+use crate::solve::{Integrator, Span};
 use crate::system::{Constraint, Effect, State, System};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -119,6 +119,7 @@ impl Scene {
         let mut builder = Builder::new(file, &spec, body.clone())?;
         builder.check_numerics(&spec.numerics)?;
         let spans = builder.spans(&spec.stages)?;
+        builder.continue_signals(&spans);
         builder.check_rates(&spec, &spans)?;
         builder.attach_skins(&spec.skins)?;
         let mut gathered = Gathered::default();
@@ -174,6 +175,7 @@ impl Scene {
         }
         builder.check_cover(&elastic)?;
         builder.remark_stability(&spec, &laws);
+        builder.check_start(&spec, &laws)?;
         let law = laws.into_iter().next();
         let probe = |(k, probe)| {
             let place = format!("probe {}", k + 1);
@@ -191,6 +193,7 @@ impl Scene {
         builder.check_output(&spec.output, spans.last().map_or(0.0, |s| s.end))?;
         let columns = columns(&probes, &cables, &cavities);
         let measured = builder.measured(&spec.comparisons, &columns)?;
+        builder.check_continued(&spec, &spans)?;
         let controls = builder.controls(&columns, &cables, &cavities, &spans)?;
         let skins = std::mem::take(&mut builder.skins);
         let (prescribed, signals, remarks) = builder.finish();
@@ -227,6 +230,16 @@ impl Scene {
                 remedy: "remove one of the two [[probe]]s".into(),
             }),
         }
+    }
+
+    /// Refuses a scene whose time runs back, where curves over time are to be compared.
+    pub fn check_time(&self) -> Result<(), String> {
+        if self.spans.iter().all(|s| !matches!(s.integrator, Integrator::ArcLength { .. })) {
+            return Ok(());
+        }
+        Err("time runs back where a path by arc length turns, and a study compares curves over time; drive by volume or \
+             displacement, or use `durometer simulate`"
+            .into())
     }
 
     /// Refuses a quantity that the scene does not record, with the nearest one it does.

@@ -68,6 +68,8 @@ pub(super) struct Builder<'a> {
     prescribed: BTreeMap<u32, (Signal, String)>,
     pub(super) signals: Vec<NamedSignal>,
     pub(super) workbench: Workbench<'a>,
+    /// Beyond the protocol: its first and last stage, where they are continued
+    pub(super) continued: Option<[(f64, f64, bool); 2]>,
     pub(super) remarks: Vec<String>,
     /// Why the answer has no limit as h → 0, found while building
     pub(super) no_limits: Vec<String>,
@@ -96,10 +98,23 @@ impl<'a> Builder<'a> {
             remarks.push(format!("region {name} is picked by a selector: its extent changes with the mesh (O(h))"));
         }
         let (prescribed, signals) = (BTreeMap::new(), Vec::new());
-        let (no_limits, skins) = (Vec::new(), Vec::new());
+        let (no_limits, skins, continued) = (Vec::new(), Vec::new(), None);
         let workbench = Workbench::new(&spec.events);
         let laws = &spec.laws;
-        Ok(Self { file, base, body, regions, laws, prescribed, signals, workbench, remarks, no_limits, skins })
+        Ok(Self {
+            file,
+            base,
+            body,
+            regions,
+            laws,
+            prescribed,
+            signals,
+            workbench,
+            remarks,
+            continued,
+            no_limits,
+            skins,
+        })
     }
 
     /// Is a signal of this name recorded?

@@ -75,7 +75,7 @@ struct Head {
 impl Course {
     /// At rest, before the first step; an error where an input has no value there.
     pub(super) fn new(scene: &Scene) -> (Self, Result<(), ControlError>) {
-        let (mut state, mut control) = (scene.system.rest(), scene.controls.memory());
+        let (mut state, mut control) = (scene.start(), scene.controls.memory());
         let ledger = Ledger::new(&scene.system, &state);
         let record = |state: &State| scene.record(state, &ledger.residual, ledger.energies, 0);
         let outcome = scene.controls.start(&mut control, &mut state, record);

@@ -4,9 +4,10 @@ use super::build::part;
 use super::builder::Builder;
 use super::error::SceneError;
 use super::signal::SignalSpec;
+use super::spec::SceneSpec;
 use crate::math::signal::Signal;
 use crate::math::units::Dimension;
-use crate::solve::Span;
+use crate::solve::{Integrator, Span};
 
 /// A prescribed function of time; the unit is at the end of the name.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,6 +52,7 @@ impl Builder<'_> {
     ) -> Result<Signal, SceneError> {
         let built = self.workbench.signal(&name, spec, d, &self.base);
         let signal = built.map_err(|(event, e)| part(self.file, event.unwrap_or_else(|| place.into()), e))?;
+        let signal = self.continued(signal);
         // The same motion of one region by two entries is one signal.
         if !self.signals.iter().any(|s| s.name == name) {
             self.signals.push(NamedSignal { name, signal: signal.clone() });
@@ -69,6 +71,34 @@ impl Builder<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Loads of an arc-length stage go on beyond the first and the last time of the protocol, as they do in it on average.
+    pub(super) fn continue_signals(&mut self, spans: &[Span]) {
+        let end = |s: &Span| (s.start, s.end, matches!(s.integrator, Integrator::ArcLength { .. }));
+        let ends = spans.first().map(end).zip(spans.last().map(end));
+        self.continued = ends.filter(|(first, last)| first.2 || last.2).map(|(first, last)| [first, last]);
+    }
+
+    /// The points of a continuation are its own, so that nothing can be decided at them.
+    pub(super) fn check_continued(&self, spec: &SceneSpec, spans: &[Span]) -> Result<(), SceneError> {
+        let decided = !spec.events.is_empty() || self.signals.iter().any(|s| s.signal.has_inputs());
+        let arc = spans.iter().position(|s| matches!(s.integrator, Integrator::ArcLength { .. }));
+        let Some(k) = arc.filter(|_| decided) else { return Ok(()) };
+        let fact = "a continuation beside events, or signals that are decided on the way";
+        Err(self.content(&format!("stage {}", k + 1), fact, "take integrator = \"static\" without `continuation`"))
+    }
+
+    pub(super) fn continued(&self, signal: Signal) -> Signal {
+        let Some([first, last]) = self.continued.filter(|_| !signal.has_inputs()) else { return signal };
+        let slope = |(start, end, arc): (f64, f64, bool)| {
+            if arc { (signal.at(end) - signal.at(start)) / (end - start) } else { 0.0 }
+        };
+        let (before, after) = (slope(first), slope(last));
+        if before == 0.0 && after == 0.0 {
+            return signal;
+        }
+        Signal::Continued { signal: Box::new(signal), from: first.0, to: last.1, before, after }
     }
 
     /// A cable cannot push: T(t) ≥ 0. What is decided on the way is cut at 0.

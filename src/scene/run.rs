@@ -8,9 +8,11 @@ use super::probe::{Energies, Moment, columns, largest_stretch, record_cavity};
 use super::slopes::Recorder;
 use super::steering::Steering;
 use crate::math::tensor::Vec3;
-use crate::solve::{Newton, NewtonSettings, Status, StepSettings, Stepper, Totals, initial_acceleration};
+use crate::solve::{
+    Findings, Integrator, Newton, NewtonSettings, Status, StepSettings, Stepper, Totals, initial_acceleration,
+};
 use crate::system::{Cost, State};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Where a run stands.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,6 +36,7 @@ pub struct Run {
     /// Why it could not be steered any further
     pub failure: Option<ControlError>,
     pub totals: Totals,
+    pub findings: Findings,
     /// Name and time of each effect and constraint
     pub costs: Vec<(String, Duration)>,
     pub assembly: Duration,
@@ -50,17 +53,6 @@ pub struct Run {
     pub cable_events: Vec<CableEvent>,
     /// Which cables pulled where the run could not go on, and what to do
     pub pulling: Option<String>,
-}
-
-impl Run {
-    /// What, where and the remedy, if it has not converged.
-    pub fn detail(&self) -> Option<String> {
-        if let Some(why) = &self.failure {
-            return Some(why.to_string());
-        }
-        let pulling = self.pulling.iter().map(|told| format!("; {told}"));
-        (self.status != Status::Converged).then(|| std::iter::once(self.status.to_string()).chain(pulling).collect())
-    }
 }
 
 /// A state to be drawn.
@@ -101,10 +93,14 @@ impl Scene {
             max_iterations: n.max_iterations,
             line_search: n.line_search,
             reuse_factor: n.reuse_factor,
+            projection: n.projection,
         };
         let newton = Newton::new(&self.system, newton, self.body.mesh.diagonal());
         let steps = StepSettings { cuts: n.cuts, extrapolate: n.extrapolate };
         let mut stepper = Stepper::new(&self.system, newton, steps);
+        stepper.points = &self.body.mesh.points;
+        let budget = n.time_budget.and_then(|b| Duration::try_from_secs_f64(b.0).ok());
+        stepper.deadline = budget.and_then(|b| Instant::now().checked_add(b));
         let mut failure = None;
         let mut course = match steering.from.take() {
             Some(course) => {
@@ -143,6 +139,7 @@ impl Scene {
             status,
             failure,
             totals: stepper.totals,
+            findings: stepper.findings,
             costs: by_name(&sums.costs),
             assembly: *assembly_time,
             factorisation: factor.factor_time,
@@ -206,7 +203,7 @@ impl Scene {
                 }
                 let Course { state, ledger, cables, rows, signals, peak, .. } = &mut *course;
                 let mut iterations = 0;
-                let status = stepper.advance(span.integrator, state, goal, &mut |past, now, newton, on_grid| {
+                let mut accepted = |past: &State, now: &State, newton: &Newton, on_grid: bool| {
                     ledger.book(&self.system, past, now, newton);
                     cables.note(&self.cables, now);
                     if let Some(slopes) = &mut slopes {
@@ -214,7 +211,8 @@ impl Scene {
                     }
                     iterations += newton.iterations;
                     if on_grid {
-                        rows.push(self.record(now, &newton.sums.r, ledger.energies, iterations));
+                        let since_last = std::mem::take(&mut iterations);
+                        rows.push(self.record(now, &newton.sums.r, ledger.energies, since_last));
                         signals.push(self.signal_values(now));
                         states(now);
                         if self.size(&now.x) > self.size(&peak.x) {
@@ -222,12 +220,19 @@ impl Scene {
                         }
                     }
                     watch(Progress { t: now.t, end })
-                });
+                };
+                let (status, steps) = match span.integrator {
+                    // Its points are its own: nothing is decided in between
+                    Integrator::ArcLength { max_steps } => {
+                        (stepper.trace(span, max_steps, state, &mut accepted), span.steps())
+                    }
+                    _ => (stepper.advance(span, state, goal, &mut accepted), 1),
+                };
                 if status != Status::Converged {
                     steering.save_end(kept.as_ref());
                     return status;
                 }
-                (course.step, course.decided) = (course.step + 1, false);
+                (course.step, course.decided) = (course.step + steps, false);
             }
             (course.span, course.step) = (course.span + 1, 0);
         }

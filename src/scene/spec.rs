@@ -3,12 +3,14 @@
 use super::cable::CableSpec;
 use super::compare::CompareSpec;
 use super::control::spec::EventSpec;
+use super::numerics::NumericsSpec;
 use super::output::OutputSpec;
 use super::quantity::{
     Angle, Damping, Density, GuideRadius, Length, Modulus, PerSecond, SpringStiffness, Time, Viscosity,
 };
 use super::signal::SignalSpec;
 use super::skin::SkinSpec;
+use super::start::StartSpec;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -28,6 +30,8 @@ pub struct SceneSpec {
     pub effects: Vec<EffectSpec>,
     #[serde(rename = "constraint", default)]
     pub constraints: Vec<ConstraintSpec>,
+    /// Where the run starts, if not at rest
+    pub start: Option<StartSpec>,
     #[serde(rename = "stage")]
     pub stages: Vec<StageSpec>,
     #[serde(rename = "probe", default)]
@@ -331,6 +335,16 @@ pub struct StageSpec {
     pub integrator: IntegratorSpec,
     pub duration: Time,
     pub dt: Time,
+    pub continuation: Option<ContinuationSpec>,
+    /// Of a continuation
+    pub max_steps: Option<usize>,
+}
+
+/// How a static stage goes on where the loads are no longer enough to tell the states apart.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
+#[serde(rename_all = "snake_case")]
+pub enum ContinuationSpec {
+    ArcLength,
 }
 
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
@@ -370,15 +384,4 @@ pub enum ProbeSpec {
     Energy {},
     /// `stretch_median`, `stretch_p95`, `stretch_max` of the largest principal stretch by volume, `min_j`
     Stretch {},
-}
-
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct NumericsSpec {
-    pub tolerance: f64,
-    pub max_iterations: usize,
-    pub line_search: bool,
-    pub reuse_factor: bool,
-    pub extrapolate: bool,
-    pub cuts: u32,
 }

@@ -3,14 +3,15 @@
 use super::builder::Builder;
 use super::cable::CableSpec;
 use super::error::SceneError;
+use super::numerics::NumericsSpec;
 use super::quantity::GuideRadius;
-use super::spec::{
-    CavityDriveSpec, ConstraintSpec, DriveSpec, EffectSpec, IntegratorSpec, NumericsSpec, SceneSpec, StageSpec,
-};
+use super::spec::{CavityDriveSpec, ConstraintSpec, DriveSpec, EffectSpec, IntegratorSpec, SceneSpec, StageSpec};
 use crate::solve::{Integrator, Span};
 
 /// More steps than this in one stage are a slip of a unit.
 const MOST_STEPS: f64 = 1e7;
+/// Steps that an arc-length stage may take if nothing else is said, or ten times the nominal ones if that is more.
+const MOST_ARCS: usize = 200;
 
 impl Builder<'_> {
     pub(super) fn spans(&self, stages: &[StageSpec]) -> Result<Vec<Span>, SceneError> {
@@ -26,7 +27,19 @@ impl Builder<'_> {
                 let fact = format!("{:.1e} steps of {:e} s", stage.duration.0 / stage.dt.0, stage.dt.0);
                 return Err(self.content(&place, fact, "take a larger dt or a shorter duration (check their units)"));
             }
+            if stage.max_steps.is_some() && stage.continuation.is_none() {
+                let fact = "max_steps without continuation";
+                return Err(self.content(&place, fact, "add continuation = \"arc_length\", or remove it"));
+            }
             let integrator = match stage.integrator {
+                IntegratorSpec::Static if stage.continuation.is_some() => {
+                    let nominal = (stage.duration.0 / stage.dt.0).ceil() as usize;
+                    Integrator::ArcLength { max_steps: stage.max_steps.unwrap_or(MOST_ARCS.max(10 * nominal)) }
+                }
+                _ if stage.continuation.is_some() => {
+                    let fact = "a continuation follows equilibria, and this stage has inertia or damping";
+                    return Err(self.content(&place, fact, "take integrator = \"static\", or remove `continuation`"));
+                }
                 IntegratorSpec::Static => Integrator::Static,
                 IntegratorSpec::ImplicitEuler => Integrator::ImplicitEuler { linearised: false },
                 IntegratorSpec::ImplicitEulerLinearised => Integrator::ImplicitEuler { linearised: true },
@@ -89,6 +102,15 @@ impl Builder<'_> {
                 let fact = format!("{name} without inertia");
                 return Err(self.content(&place, fact, "add an [[effect]] of kind \"inertia\", or take \"static\""));
             }
+            let friction = |c: &ConstraintSpec| matches!(c, ConstraintSpec::Cable(CableSpec { friction: Some(_), .. }));
+            if stage.continuation.is_some() && spec.constraints.iter().any(friction) {
+                let fact = "a continuation beside a cable with friction, whose tensions depend on the way";
+                return Err(self.content(
+                    &place,
+                    fact,
+                    "remove the friction, or drive the cable by length step by step",
+                ));
+            }
             let forced = matches!(stage.integrator, IntegratorSpec::Newmark { force: true, .. });
             if exact_row && span.integrator.rings_with_constraints() && !forced {
                 return Err(self.content(
@@ -132,24 +154,14 @@ impl Builder<'_> {
             let fact = format!("tolerance = {}", n.tolerance);
             return Err(self.content("numerics", fact, "it lies between 0 and 1, for example 1e-8"));
         }
+        if let Some(budget) = n.time_budget.filter(|b| b.0 <= 0.0) {
+            let fact = format!("time_budget = {} s", budget.0);
+            return Err(self.content("numerics", fact, "give a positive time, for example \"10 min\""));
+        }
         if n.max_iterations == 0 {
             return Err(self.content("numerics", "max_iterations = 0", "allow at least one iteration"));
         }
         Ok(())
-    }
-}
-
-impl Default for NumericsSpec {
-    fn default() -> Self {
-        let (newton, step) = (crate::solve::NewtonSettings::default(), crate::solve::StepSettings::default());
-        Self {
-            tolerance: newton.tolerance,
-            max_iterations: newton.max_iterations,
-            line_search: newton.line_search,
-            reuse_factor: newton.reuse_factor,
-            extrapolate: step.extrapolate,
-            cuts: step.cuts,
-        }
     }
 }
 

@@ -7,6 +7,8 @@ use crate::system::{Rates, State};
 pub enum Integrator {
     /// No rates: a sequence of equilibria; t only orders the loads
     Static,
+    /// Equilibria too, with the time of the loads as an unknown: past limit points. At most so many steps
+    ArcLength { max_steps: usize },
     /// v = (x − xₙ)/Δt, a = (v − vₙ)/Δt; first order, damps. `linearised`: one Newton iteration a step, accepted as it
     /// is, for comparison with simulators that do so
     ImplicitEuler { linearised: bool },
@@ -29,13 +31,14 @@ struct Alpha {
 
 impl Integrator {
     pub fn is_static(self) -> bool {
-        self == Self::Static
+        matches!(self, Self::Static | Self::ArcLength { .. })
     }
 
     /// Name as in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Static => "static",
+            Self::ArcLength { .. } => "arc_length",
             Self::ImplicitEuler { linearised: false } => "implicit_euler",
             Self::ImplicitEuler { linearised: true } => "implicit_euler_linearised",
             Self::Bdf2 => "bdf2",
@@ -91,7 +94,7 @@ impl Integrator {
             return Rates { cv: gamma / (beta * dt), ca: (1.0 - am) / ((1.0 - af) * beta * dt * dt) };
         }
         match self {
-            Self::Static => Rates::default(),
+            Self::Static | Self::ArcLength { .. } => Rates::default(),
             Self::Bdf2 if past.dt > 0.0 => {
                 let w = dt / past.dt;
                 let c = (1.0 + 2.0 * w) / (1.0 + w) / dt;
@@ -114,7 +117,7 @@ impl Integrator {
             return;
         }
         match self {
-            Self::Static => {
+            Self::Static | Self::ArcLength { .. } => {
                 v.fill(0.0);
                 a.fill(0.0);
             }

@@ -1,16 +1,23 @@
 //! The nonlinear solution in time. Sees only `math` and `system`, never an effect by name.
 
+mod continuation;
 mod integrator;
 mod multipliers;
 mod newton;
+mod path;
+mod rigid;
 mod sensitivity;
 mod start;
+mod status;
 mod step;
 mod stepper;
 
+pub use continuation::TurningPoint;
 pub use integrator::Integrator;
 pub use newton::{Failure, Newton, NewtonSettings, Solved};
+pub use rigid::{Motion, MotionKind};
 pub use sensitivity::Differentiator;
 pub use start::initial_acceleration;
+pub use status::{Culprit, Status};
 pub use step::Step;
-pub use stepper::{Memory, Past, Span, Status, StepSettings, Stepper, Totals};
+pub use stepper::{Findings, Memory, Past, Span, StepSettings, Stepper, Totals};

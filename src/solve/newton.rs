@@ -16,11 +16,13 @@ pub struct NewtonSettings {
     pub line_search: bool,
     /// Keep a factorisation while the residual falls at least fivefold an iteration
     pub reuse_factor: bool,
+    /// Where a step fails, try it with tangents of blocks made positive semidefinite
+    pub projection: bool,
 }
 
 impl Default for NewtonSettings {
     fn default() -> Self {
-        Self { tolerance: 1e-8, max_iterations: 30, line_search: true, reuse_factor: true }
+        Self { tolerance: 1e-8, max_iterations: 30, line_search: true, reuse_factor: true, projection: false }
     }
 }
 
@@ -37,6 +39,10 @@ pub enum Failure {
     },
     /// No multiplier satisfies the one-sided rows
     Complementarity,
+    /// Arc length: the loads do not change where the stage starts
+    Unloaded,
+    /// Arc length: the end of the stage is not reached in the steps that were allowed
+    MaxSteps,
 }
 
 impl fmt::Display for Failure {
@@ -48,6 +54,10 @@ impl fmt::Display for Failure {
                 write!(f, "the residual stays at {residual:.1e} of the internal forces, largest at node {node}")
             }
             Self::Complementarity => write!(f, "the one-sided constraints contradict each other"),
+            Self::MaxSteps => {
+                write!(f, "the path of equilibria does not reach the end of the stage in max_steps steps")
+            }
+            Self::Unloaded => write!(f, "the loads do not change where the stage starts"),
         }
     }
 }
@@ -60,6 +70,8 @@ pub struct Solved {
     pub unstable_modes: usize,
     /// The tangent was shifted towards positive definiteness on the way
     pub regularised: bool,
+    /// Negative eigenvalues of blocks of the tangent were taken away on the way
+    pub projected: bool,
 }
 
 /// Nonlinear solver with its factorisation and sums, reused from step to step.
@@ -89,6 +101,8 @@ struct Direction {
 const LINE_SEARCH_RATIO: f64 = 0.8;
 const CHORD_CONTRACTION: f64 = 0.2;
 const HALVINGS: usize = 12;
+/// Share of the largest diagonal entry that the shift counts as the stiffness of a direction without any [–].
+const SOFTEST: f64 = 1e-9;
 
 impl Newton {
     pub fn new(system: &System, settings: NewtonSettings, length: f64) -> Self {
@@ -113,7 +127,8 @@ impl Newton {
         let system = step.system;
         let targets: Vec<(usize, f64)> =
             system.prescribed.iter().map(|p| (p.dof as usize, p.signal.at(next.clock()))).collect();
-        let mut solved = Solved { iterations: 0, unstable_modes: 0, regularised: false };
+        let mut solved =
+            Solved { iterations: 0, unstable_modes: 0, regularised: false, projected: self.sums.projected };
         let mut fresh = false;
         let mut last = f64::INFINITY;
         let mut below = false;
@@ -158,7 +173,7 @@ impl Newton {
         }
     }
 
-    fn evaluate(
+    pub(super) fn evaluate(
         &mut self,
         step: &Step,
         next: &mut State,
@@ -174,7 +189,7 @@ impl Newton {
     }
 
     /// Takes the histories over into `next`, the solution of the step.
-    fn advance_history(&mut self, step: &Step, next: &mut State) -> Result<(), Failure> {
+    pub(super) fn advance_history(&mut self, step: &Step, next: &mut State) -> Result<(), Failure> {
         let start = Instant::now();
         let mut history = std::mem::take(&mut next.history);
         let result = step.system.advance(&step.at(next), &mut history, &mut self.sums.costs);
@@ -183,44 +198,23 @@ impl Newton {
         result.map_err(Failure::Eval)
     }
 
-    /// Is there a motion without stiffness at this state? Inverse iteration on K + s diag K with s at the rounding of K: the
-    /// Rayleigh quotient of a rigid motion is of the size of s or less, that of a slender body still a thousand times it.
-    pub fn moves_freely(&mut self, step: &Step, state: &State) -> bool {
-        const ROUNDING: f64 = 1e-12;
-        if self.evaluate(step, &mut state.clone(), Want::Tangent, None).is_err() {
-            return false;
-        }
-        let (pattern, k) = (&step.system.pattern, &self.sums.k);
-        let diagonal = pattern.diagonal(k);
-        let mut shifted = k.clone();
-        for j in 0..pattern.n {
-            shifted[pattern.col_ptr[j] as usize] += ROUNDING * diagonal[j].abs();
-        }
-        if self.factor.factorise(&shifted).is_err() {
-            return true;
-        }
-        let mut mode: Vec<f64> = (1..=pattern.n).map(|i| (i as f64 * 0.618_033_988_75).fract()).collect();
-        for _ in 0..3 {
-            let size = norm(&mode);
-            mode.iter_mut().zip(&diagonal).for_each(|(x, d)| *x *= d / size);
-            if self.factor.solve(&shifted, &mut mode).is_err() {
-                return true;
-            }
-        }
-        let mut force = vec![0.0; pattern.n];
-        pattern.multiply(k, &mode, &mut force);
-        let yardstick: f64 = mode.iter().zip(&diagonal).map(|(x, d)| d.abs() * x * x).sum();
-        dot(&mode, &force).abs() <= ROUNDING * yardstick
-    }
-
     /// Forces that are rounding of F [N]: 4ε ‖diag K‖ L.
     fn rounding(&self) -> f64 {
-        4.0 * f64::EPSILON * self.stiffness * self.length
+        self.rounding_of(self.stiffness)
+    }
+
+    /// The same where the tangent was assembled last.
+    pub(super) fn rounding_here(&self, system: &System) -> f64 {
+        self.rounding_of(norm(&system.pattern.diagonal(&self.sums.k)))
+    }
+
+    fn rounding_of(&self, stiffness: f64) -> f64 {
+        4.0 * f64::EPSILON * stiffness * self.length
     }
 
     /// Largest of the scaled errors: ≤ tolerance means converged. Forces are compared with the largest effect's Σ‖r_e‖ or,
     /// if that is larger, with what makes `floor` [N] small enough.
-    fn error(&self, system: &System, state: &State, floor: f64) -> f64 {
+    pub(super) fn error(&self, system: &System, state: &State, floor: f64) -> f64 {
         let residual = norm(&system.restrict(&self.sums.r));
         let scale = self.sums.scale.max(floor / self.settings.tolerance);
         let error = if residual == 0.0 { 0.0 } else { residual / scale };
@@ -232,22 +226,34 @@ impl Newton {
         Rows { now: state.clock(), g: &self.sums.g, lambda: &state.lambda, old: &self.old, force: self.sums.scale }
     }
 
-    fn worst_node(&self, system: &System) -> u32 {
+    pub(super) fn worst_node(&self, system: &System) -> u32 {
         let largest = |a: &&u32, b: &&u32| self.sums.r[**a as usize].abs().total_cmp(&self.sums.r[**b as usize].abs());
         system.dofs.free.iter().max_by(largest).map_or(0, |dof| dof / 3)
+    }
+
+    /// Negative eigenvalues of the constrained tangent at a converged state; none where it has no factorisation.
+    pub(super) fn unstable_modes(&mut self, step: &Step, state: &State) -> Option<usize> {
+        self.evaluate(step, &mut state.clone(), Want::Tangent, None).ok()?;
+        self.factor.factorise(&self.sums.k).ok()?;
+        let schur = self.schur(step.system).ok()?;
+        Some(self.factor.negative_pivots.saturating_sub(step.system.scalar_equations() + schur.negative))
+    }
+
+    /// Of all rows, with the current factorisation.
+    pub(super) fn schur(&mut self, system: &System) -> Result<Schur, Failure> {
+        let rows: Vec<usize> = (0..system.constraints.len()).collect();
+        let Assembled { k, gradient, .. } = &self.sums;
+        Schur::new(&mut self.factor, k, system, &rows, gradient).map_err(Failure::Linear)
     }
 
     /// Factorises K, shifts it where the constrained tangent has negative eigenvalues, and forms S = H K⁻¹ Hᵀ.
     fn factorise(&mut self, system: &System, solved: &mut Solved) -> Result<Schur, Failure> {
         let mut shift = 0.0;
+        let own = system.pattern.diagonal(&self.sums.k);
+        let largest = own.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
         loop {
             let factorised = self.factor.factorise(&self.sums.k).map_err(Failure::Linear);
-            let attempt = factorised.and_then(|()| {
-                let rows: Vec<usize> = (0..system.constraints.len()).collect();
-                let Assembled { k, gradient, .. } = &self.sums;
-                Schur::new(&mut self.factor, k, system, &rows, gradient).map_err(Failure::Linear)
-            });
-            match attempt {
+            match factorised.and_then(|()| self.schur(system)) {
                 Ok(schur) => {
                     // A second field brings one negative eigenvalue an unknown, a multiplier one of S.
                     let expected = system.scalar_equations() + schur.negative;
@@ -264,11 +270,10 @@ impl Newton {
             }
             // Shift by a growing fraction of the diagonal: a step between Newton's and steepest descent.
             let larger = if shift == 0.0 { 1e-3 } else { 10.0 * shift };
-            for j in 0..system.pattern.n {
+            for (j, own) in own.iter().enumerate() {
                 let k = system.pattern.col_ptr[j] as usize;
-                let diagonal = self.sums.k[k] / (1.0 + shift);
                 let away = if system.dofs.is_scalar(j) { -larger } else { larger };
-                self.sums.k[k] = diagonal + away * diagonal.abs();
+                self.sums.k[k] = own + away * own.abs().max(SOFTEST * largest);
             }
             shift = larger;
             solved.regularised = true;

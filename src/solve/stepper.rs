@@ -1,69 +1,9 @@
 //! From step to step: predict, solve, then accept, cut or stop. A step that did not converge is never accepted.
 
-use super::{Failure, Integrator, Newton, Solved, Step};
-use crate::system::{EvalError, State, System};
-use std::fmt;
-
-/// How a run ended.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Status {
-    Converged,
-    /// The step fell below the smallest one
-    StepTooSmall {
-        t: f64,
-        why: Failure,
-    },
-    /// A cell would invert and the law is not defined there
-    Inverted {
-        t: f64,
-        why: Failure,
-    },
-    /// The tangent is singular: a rigid motion or a mechanism is free
-    Singular {
-        t: f64,
-    },
-    /// Stopped by the caller
-    Interrupted {
-        t: f64,
-    },
-}
-
-impl Status {
-    /// Name as in `summary.json`.
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::Converged => "Converged",
-            Self::StepTooSmall { .. } => "StepTooSmall",
-            Self::Inverted { .. } => "Inverted",
-            Self::Singular { .. } => "Singular",
-            Self::Interrupted { .. } => "Interrupted",
-        }
-    }
-}
-
-impl fmt::Display for Status {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Converged => write!(f, "converged"),
-            Self::StepTooSmall { t, why } => write!(
-                f,
-                "after t = {t:.6} s no step however small converges: {why}; the load may exceed what the body can carry \
-                 (drive by length instead of tension), or the mesh is too coarse there"
-            ),
-            Self::Inverted { t, why } => write!(
-                f,
-                "after t = {t:.6} s no step however small avoids inversion: {why}; refine the mesh there, reduce the \
-                 load, or take a law that survives inversion (stable_neo_hookean)"
-            ),
-            Self::Singular { t } => write!(
-                f,
-                "after t = {t:.6} s the tangent is singular: the body can move freely; fix a region (a facet region \
-                 with three nodes not on a line holds a body)"
-            ),
-            Self::Interrupted { t } => write!(f, "stopped at t = {t:.6} s"),
-        }
-    }
-}
+use super::{Failure, Integrator, Newton, Solved, Status, Step, TurningPoint};
+use crate::math::tensor::Vec3;
+use crate::system::{State, System};
+use std::time::Instant;
 
 /// Step control.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -88,8 +28,19 @@ pub struct Totals {
     pub cuts: usize,
     /// Steps whose tangent had to be shifted towards positive definiteness
     pub regularised: usize,
+    /// Steps that came through with projected blocks only
+    pub projected: usize,
     /// Accepted states whose tangent had negative eigenvalues: beyond a bifurcation or a limit point
     pub unstable: usize,
+}
+
+/// What the path of equilibria showed.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct Findings {
+    /// Arc length: where the loads were largest or least
+    pub turning_points: Vec<TurningPoint>,
+    /// Static stages: time [s] and number of negative eigenvalues of the constrained tangent, wherever the number changes
+    pub unstable: Vec<(f64, usize)>,
 }
 
 /// A stretch of time with one integrator and one nominal step.
@@ -138,6 +89,11 @@ pub struct Stepper<'a> {
     pub newton: Newton,
     pub settings: StepSettings,
     pub totals: Totals,
+    pub findings: Findings,
+    /// [nodes] X, to name rigid motions by; or empty
+    pub points: &'a [Vec3],
+    /// The run stops when this is over
+    pub deadline: Option<Instant>,
     /// Time, x and λ of the last accepted states, newest first, for extrapolation
     recent: Vec<Past>,
     /// Degree of the polynomial that predicts best
@@ -146,7 +102,8 @@ pub struct Stepper<'a> {
 
 impl<'a> Stepper<'a> {
     pub fn new(system: &'a System, newton: Newton, settings: StepSettings) -> Self {
-        Self { system, newton, settings, totals: Totals::default(), recent: Vec::new(), degree: 1 }
+        let (totals, findings) = (Totals::default(), Findings::default());
+        Self { system, newton, settings, totals, findings, points: &[], deadline: None, recent: Vec::new(), degree: 1 }
     }
 
     /// Runs from `state` to the end of the span. `accepted(past, state, newton, on_grid)` is called after every accepted
@@ -158,8 +115,11 @@ impl<'a> Stepper<'a> {
         mut accepted: impl FnMut(&State, &State, &Newton, bool) -> bool,
     ) -> Status {
         self.begin(span.integrator, state);
+        if let Integrator::ArcLength { max_steps } = span.integrator {
+            return self.trace(span, max_steps, state, &mut accepted);
+        }
         for k in 1..=span.steps() {
-            let status = self.advance(span.integrator, state, span.point(k), &mut accepted);
+            let status = self.advance(span, state, span.point(k), &mut accepted);
             if status != Status::Converged {
                 return status;
             }
@@ -174,10 +134,10 @@ impl<'a> Stepper<'a> {
         self.remember(state);
     }
 
-    /// One step of the time grid, from `state` to `goal`, in parts where it must be cut.
+    /// One step of the time grid of a span, from `state` to `goal`, in parts where it must be cut.
     pub fn advance(
         &mut self,
-        integrator: Integrator,
+        span: Span,
         state: &mut State,
         goal: f64,
         accepted: &mut impl FnMut(&State, &State, &Newton, bool) -> bool,
@@ -188,8 +148,14 @@ impl<'a> Stepper<'a> {
         while done < 1u64 << level {
             let whole = 1u64 << level;
             let t = if done + 1 == whole { goal } else { origin + (goal - origin) * (done + 1) as f64 / whole as f64 };
-            match self.step(integrator, state, t) {
+            if self.is_over() {
+                return Status::TimeBudget { t: state.t };
+            }
+            match self.step(span.integrator, state, t) {
                 Ok((next, solved)) => {
+                    if let Some(status) = self.jumped(span, state, &next, &solved) {
+                        return status;
+                    }
                     let past = std::mem::replace(state, next);
                     self.count(&solved);
                     self.remember(state);
@@ -197,6 +163,8 @@ impl<'a> Stepper<'a> {
                     if !accepted(&past, state, &self.newton, done == whole) {
                         return Status::Interrupted { t: state.t };
                     }
+                    let last = goal == span.end && done == whole;
+                    self.judge_stability(span.integrator, &past, state, &solved, last);
                     // Grow again after two steps in a row.
                     while level > 0 && done % 2 == 0 {
                         level -= 1;
@@ -204,10 +172,12 @@ impl<'a> Stepper<'a> {
                     }
                 }
                 Err(why) => {
+                    let first = level == 0 && done == 0;
+                    if first && let Some(status) = self.hopeless(span.integrator, state, goal) {
+                        return status;
+                    }
                     if level == self.settings.cuts {
-                        let step = Step { system: self.system, integrator, past: state, dt: goal - state.t };
-                        let free = integrator.is_static() && self.newton.moves_freely(&step, state);
-                        return if free { Status::Singular { t: state.t } } else { stopped(state.t, why) };
+                        return self.diagnose(span, state, t, why);
                     }
                     self.totals.cuts += 1;
                     level += 1;
@@ -235,7 +205,37 @@ impl<'a> Stepper<'a> {
         self.newton.stiffness = stiffness;
     }
 
-    /// One step to time `t`: from the extrapolation, and if that fails, from the last state.
+    pub(super) fn is_over(&self) -> bool {
+        self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
+    }
+
+    /// A static step over a load that pushes the body where nothing holds it: no smaller step helps.
+    fn hopeless(&mut self, integrator: Integrator, state: &State, goal: f64) -> Option<Status> {
+        if !integrator.is_static() || self.points.is_empty() {
+            return None;
+        }
+        let step = Step { system: self.system, integrator, past: state, dt: goal - state.t };
+        let motions = self.newton.free_motions(&step, state, self.points);
+        let pushed = self.newton.pushes(&step, &State { t: goal, ..state.clone() }, &motions);
+        pushed.then_some(Status::Singular { t: state.t, motions })
+    }
+
+    /// Why no step from `state`, not even the one to `t`, could be solved.
+    fn diagnose(&mut self, span: Span, state: &State, t: f64, why: Failure) -> Status {
+        if span.integrator.is_static() {
+            let step = Step { system: self.system, integrator: span.integrator, past: state, dt: t - state.t };
+            let motions = self.newton.free_motions(&step, state, self.points);
+            if !motions.is_empty() {
+                return Status::Singular { t: state.t, motions };
+            }
+            if let Some(TurningPoint { t: limit, node, .. }) = self.limit(state, t) {
+                return Status::NoEquilibrium { t: state.t, limit, node };
+            }
+        }
+        Status::stopped(state.t, why)
+    }
+
+    /// One step to time `t`: from the extrapolation, then from the last state, then with projected tangents.
     fn step(&mut self, integrator: Integrator, state: &State, t: f64) -> Result<(State, Solved), Failure> {
         let dt = t - state.t;
         let mut next = State { t, ..state.clone() };
@@ -247,6 +247,12 @@ impl<'a> Stepper<'a> {
         if result.is_err() && extrapolated {
             next = State { t, ..state.clone() };
             result = self.newton.solve(&step, &mut next);
+        }
+        if result.is_err() && self.newton.settings.projection && !integrator.is_linearised() {
+            next = State { t, ..state.clone() };
+            self.newton.sums.projected = true;
+            result = self.newton.solve(&step, &mut next);
+            self.newton.sums.projected = false;
         }
         let solved = result?;
         integrator.finish(state, dt, &mut next);
@@ -298,15 +304,26 @@ impl<'a> Stepper<'a> {
         self.totals.steps += 1;
         self.totals.iterations += solved.iterations;
         self.totals.regularised += usize::from(solved.regularised);
-        self.totals.unstable += usize::from(solved.unstable_modes > 0);
+        self.totals.projected += usize::from(solved.projected);
     }
-}
 
-fn stopped(t: f64, why: Failure) -> Status {
-    match why {
-        Failure::Eval(EvalError::Inverted { .. }) => Status::Inverted { t, why },
-        Failure::Linear(crate::math::linear::LinearError::Singular) => Status::Singular { t },
-        _ => Status::StepTooSmall { t, why },
+    /// The negative eigenvalues of a static step are counted again where it ended if its last tangent, taken before, had some,
+    /// and at the end of the stage.
+    fn judge_stability(&mut self, integrator: Integrator, past: &State, state: &State, solved: &Solved, last: bool) {
+        let mut modes = solved.unstable_modes;
+        if integrator.is_static() && (modes > 0 || last) {
+            let step = Step { system: self.system, integrator, past, dt: state.t - past.t };
+            modes = self.newton.unstable_modes(&step, state).unwrap_or(modes);
+        }
+        self.note_stability(integrator, state.t, modes);
+    }
+
+    pub(super) fn note_stability(&mut self, integrator: Integrator, t: f64, modes: usize) {
+        self.totals.unstable += usize::from(modes > 0);
+        let known = self.findings.unstable.last().map_or(0, |last| last.1);
+        if integrator.is_static() && modes != known {
+            self.findings.unstable.push((t, modes));
+        }
     }
 }
 

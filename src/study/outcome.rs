@@ -5,17 +5,10 @@ use super::record::{
     CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance, Skin,
 };
 use super::runner::input_hash;
+use super::solver::{self, SolverRecord};
 use crate::effect::locking::signs;
-use crate::material::Law;
 use crate::scene::{Run, Scene};
 use std::collections::BTreeMap;
-
-fn law_record(law: &dyn Law) -> LawRecord {
-    let info = law.info();
-    let names = info.parameters.iter().map(|p| p.name.to_string());
-    let choices = info.choices.iter().zip(law.choices()).map(|(c, chosen)| (c.name.to_string(), chosen.to_string()));
-    LawRecord { name: info.name.into(), parameters: names.zip(law.values()).collect(), choices: choices.collect() }
-}
 
 /// The record of a run; `times` are wall and CPU seconds.
 pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
@@ -36,11 +29,12 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
             source: scene.body.source.clone(),
         },
         formulation: scene.spec.formulation(),
-        law: scene.law.as_deref().map(law_record),
+        law: scene.law.as_deref().map(LawRecord::new),
         integrator: scene.spans.last().map_or("static", |s| s.integrator.name()).into(),
         dt_s: scene.spans.iter().map(|s| s.dt).fold(0.0, f64::max),
         status: run.status.name().into(),
-        status_detail: run.detail(),
+        status_detail: solver::detail(scene, run),
+        solver: SolverRecord::new(scene, run),
         wall_s: times.0,
         cpu_s: times.1,
         shared: false,
@@ -63,7 +57,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         locking: locking(scene, run),
         probes: run.columns.iter().enumerate().skip(1).map(|(k, name)| (name.clone(), probe(run, k))).collect(),
         cable_events: run.cable_events.iter().map(Into::into).collect(),
-        remarks: scene.remarks.clone(),
+        remarks: scene.remarks.iter().cloned().chain(solver::remarks(run)).collect(),
         distances: overlays(scene, run).into_iter().filter_map(|o| o.distance).collect(),
         events: run.events.clone(),
         no_limit: scene.no_limit.clone(),

@@ -1,6 +1,8 @@
 //! What a finished case leaves on disk, and what every report reads: `cases/<id>.json` beside `cases/<id>.csv`.
 
 use super::overlay::Distance;
+use super::solver::SolverRecord;
+use crate::material::Law;
 use crate::scene::cable_record::CableEvent;
 use crate::scene::control::Fired;
 use crate::solve::Status;
@@ -34,6 +36,9 @@ pub struct CaseRecord {
     /// What, where and the remedy, if the status is not `Converged`
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub status_detail: Option<String>,
+    /// What the solver had to do, and where it stopped
+    #[serde(default)]
+    pub solver: SolverRecord,
     /// Wall time of the solution, mesh and report apart [s]
     pub wall_s: f64,
     /// CPU time of the thread that solved it [s]
@@ -103,6 +108,16 @@ pub struct LawRecord {
     /// What was chosen besides: volumetric part, convention
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub choices: BTreeMap<String, String>,
+}
+
+impl LawRecord {
+    pub fn new(law: &dyn Law) -> Self {
+        let info = law.info();
+        let names = info.parameters.iter().map(|p| p.name.to_string());
+        let choices = info.choices.iter().zip(law.choices());
+        let choices = choices.map(|(c, chosen)| (c.name.to_string(), chosen.to_string()));
+        Self { name: info.name.into(), parameters: names.zip(law.values()).collect(), choices: choices.collect() }
+    }
 }
 
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]

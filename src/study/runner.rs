@@ -273,15 +273,15 @@ fn find(
     }
 }
 
-/// Every quantity that a variant judges must be recorded, and no signal be left to a controller.
+/// Every quantity that a variant judges must be recorded, as a curve over time, and no signal be left to a controller.
 pub fn check_quantities(study: &Study, case: &Case, scene: &Scene) -> Result<(), RunError> {
     if let Some(signal) = scene.controls.controlled().pop() {
         return Err(RunError::Controlled { file: case.scene_file.clone(), signal });
     }
     let quantities = study.record.quantities.get(&case.variant).into_iter().flatten();
-    let unknown = quantities.map(|q| scene.check_column(&q.name)).find_map(Result::err);
+    let mut checks = std::iter::once(scene.check_time()).chain(quantities.map(|q| scene.check_column(&q.name)));
     let refuse = |fact| RunError::Quantity { file: study.file.clone(), variant: case.variant.clone(), fact };
-    unknown.map_or(Ok(()), |fact| Err(refuse(fact)))
+    checks.find_map(Result::err).map_or(Ok(()), |fact| Err(refuse(fact)))
 }
 
 /// SHA-256 of everything that decides the result: scene, mesh, version.

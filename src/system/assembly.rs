@@ -2,6 +2,7 @@
 //!
 //! Blocks are evaluated and summed in their order, so the result does not depend on how many cases run beside it.
 
+use super::projection::project;
 use super::{At, Blocks, Cone, Constraint, Dofs, Effect, EvalError, Local, Prescribed, State, Want};
 use crate::math::linear::norm;
 use crate::math::sparse::SymPattern;
@@ -62,6 +63,8 @@ pub struct Assembled {
     pub energy: Vec<f64>,
     /// Per effect: what the step dissipates [J], beside the energy of a dissipative one
     pub dissipated: Vec<f64>,
+    /// Wanted: tangents of effects without the negative eigenvalues of their blocks
+    pub projected: bool,
     /// Per effect, then per constraint
     pub costs: Vec<Cost>,
 }
@@ -154,6 +157,7 @@ impl System {
             scale: 0.0,
             energy: vec![0.0; self.effects.len()],
             dissipated: vec![0.0; self.effects.len()],
+            projected: false,
             costs: names.map(|n| Cost { name: n.into(), time: Duration::ZERO, evaluations: 0 }).collect(),
         }
     }
@@ -185,6 +189,9 @@ impl System {
                 let n = effect.blocks().size(b);
                 local.reset(n, want);
                 effect.eval(at, b, want, &mut local)?;
+                if out.projected && want == Want::Tangent {
+                    project(&mut local, n, 3 * effect.blocks().nodes(b).len());
+                }
                 out.energy[e] += local.energy;
                 out.dissipated[e] += local.dissipated;
                 sum += norm(&local.r[..n]);

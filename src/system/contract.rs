@@ -217,6 +217,15 @@ impl fmt::Display for EvalError {
 impl std::error::Error for EvalError {}
 
 impl EvalError {
+    /// Effect, cell and node that it is about.
+    pub fn place(&self) -> (&str, Option<usize>, Option<u32>) {
+        match self {
+            Self::Inverted { effect, cell, .. } | Self::Locked { effect, cell, .. } => (effect, Some(*cell), None),
+            Self::Degenerate { effect, .. } => (effect, None, None),
+            Self::Coincident { effect, nodes } => (effect, None, Some(nodes[0])),
+        }
+    }
+
     /// Of a law at a quadrature point of a cell.
     pub fn of_law(effect: &str, cell: usize, error: LawError) -> Self {
         let effect = effect.to_string();

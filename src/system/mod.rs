@@ -6,6 +6,7 @@ mod assembly;
 mod contract;
 mod derivative;
 mod dofs;
+mod projection;
 mod rows;
 
 pub use assembly::{Assembled, Cost, System, SystemError};

@@ -83,6 +83,7 @@ fn case(m: &Member, variant: &str) -> StoredCase {
         dt_s: m.dt,
         status: "Converged".into(),
         status_detail: None,
+        solver: Default::default(),
         wall_s: wall,
         cpu_s: 0.98 * wall,
         shared: false,

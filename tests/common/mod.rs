@@ -154,7 +154,8 @@ pub struct DeadLoad {
 }
 
 impl DeadLoad {
-    fn new(nodal: &[Vec3], intensity: Signal) -> Self {
+    /// Forces on nodes [nodes].
+    pub fn new(nodal: &[Vec3], intensity: Signal) -> Self {
         let loaded: Vec<u32> = (0..nodal.len() as u32).filter(|&k| nodal[k as usize] != Vec3::zeros()).collect();
         let force = loaded.iter().flat_map(|&k| nodal[k as usize].iter().copied().collect::<Vec<_>>()).collect();
         Self { blocks: Blocks::new(loaded.chunks(1)), force, intensity }

@@ -1,0 +1,34 @@
+//! `[numerics]`: what decides how a scene is solved, never what it is.
+
+use super::quantity::Time;
+use serde::Deserialize;
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct NumericsSpec {
+    pub tolerance: f64,
+    pub max_iterations: usize,
+    pub line_search: bool,
+    pub reuse_factor: bool,
+    pub extrapolate: bool,
+    pub cuts: u32,
+    pub projection: bool,
+    /// Wall time after which a run stops
+    pub time_budget: Option<Time>,
+}
+
+impl Default for NumericsSpec {
+    fn default() -> Self {
+        let (newton, step) = (crate::solve::NewtonSettings::default(), crate::solve::StepSettings::default());
+        Self {
+            tolerance: newton.tolerance,
+            max_iterations: newton.max_iterations,
+            line_search: newton.line_search,
+            reuse_factor: newton.reuse_factor,
+            extrapolate: step.extrapolate,
+            cuts: step.cuts,
+            projection: newton.projection,
+            time_budget: None,
+        }
+    }
+}

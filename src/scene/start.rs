@@ -1,0 +1,114 @@
+//! States to start from that are not rest: what robustness is tested with, and what a body looks like that was crumpled.
+//!
+//! Nodes that are held or prescribed stay where their signals put them at t = 0; nothing moves at the start.
+
+use super::builder::Builder;
+use super::error::SceneError;
+use super::quantity::{Angle, Length};
+use super::{Scene, SceneSpec};
+use crate::material::Law;
+use crate::math::random::SplitMix;
+use crate::math::tensor::Vec3;
+use crate::system::State;
+use nalgebra::{Rotation3, Unit};
+use serde::Deserialize;
+
+/// `[start.random]`, `[start.collapsed]` or `[start.twisted]`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum StartSpec {
+    /// Every node anywhere in the cube of this half-width around the middle of the body
+    Random {
+        size: Length,
+        #[serde(default)]
+        seed: u64,
+    },
+    /// Every node in the middle of the body, but for the components that it keeps, and off it by up to `perturbation` in each
+    /// direction: exactly collapsed cells have no direction to come back in
+    Collapsed {
+        #[serde(default)]
+        keep: String,
+        perturbation: Length,
+        #[serde(default)]
+        seed: u64,
+    },
+    /// Turned about the axis through the middle, from 0 at its lower end to `angle` at its upper one
+    Twisted { axis: [f64; 3], angle: Angle },
+}
+
+impl Builder<'_> {
+    /// Refuses a start that no run can leave.
+    pub(super) fn check_start(&self, spec: &SceneSpec, laws: &[Box<dyn Law>]) -> Result<(), SceneError> {
+        let place = "start";
+        match &spec.start {
+            Some(StartSpec::Random { size, .. }) if size.0 <= 0.0 => {
+                let fact = format!("size = {} mm", size.0 * 1e3);
+                return Err(self.content(place, fact, "give a positive length, for example that of the body"));
+            }
+            Some(StartSpec::Collapsed { keep, perturbation, .. }) => {
+                if !keep.chars().all(|c| "xyz".contains(c)) || keep.len() > 2 {
+                    let fact = format!("keep = \"{keep}\"");
+                    return Err(self.content(
+                        place,
+                        fact,
+                        "write \"\" for a point, \"x\" for a line, \"xy\" for a plane",
+                    ));
+                }
+                if perturbation.0 <= 0.0 {
+                    let fact = format!("perturbation = {} mm", perturbation.0 * 1e3);
+                    let remedy = "give a positive length: exactly collapsed cells have no direction to come back in";
+                    return Err(self.content(place, fact, remedy));
+                }
+            }
+            Some(StartSpec::Twisted { axis, .. }) if Vec3::from(*axis).norm() == 0.0 => {
+                return Err(self.content(place, "the axis has no length", "write for example [1, 0, 0]"));
+            }
+            _ => {}
+        }
+        let inverts = matches!(spec.start, Some(StartSpec::Random { .. } | StartSpec::Collapsed { .. }));
+        if let Some(law) = laws.iter().find(|law| inverts && !law.info().survives_inversion) {
+            let fact = format!("the start inverts cells, where the law {} is not defined", law.info().name);
+            return Err(self.content(place, fact, "take stable_neo_hookean"));
+        }
+        Ok(())
+    }
+}
+
+impl Scene {
+    /// The state that a run starts from.
+    pub fn start(&self) -> State {
+        let mut state = self.system.rest();
+        let Some(start) = &self.spec.start else { return state };
+        let points = &self.body.mesh.points;
+        let (low, high) = self.body.mesh.bounding_box();
+        let middle = 0.5 * (low + high);
+        let seed = match start {
+            StartSpec::Random { seed, .. } | StartSpec::Collapsed { seed, .. } => *seed,
+            StartSpec::Twisted { .. } => 0,
+        };
+        let mut random = SplitMix(seed);
+        let mut around = |size: f64| Vec3::from_fn(|_, _| size * (2.0 * random.unit() - 1.0));
+        for (k, p) in points.iter().enumerate() {
+            let place = match start {
+                StartSpec::Random { size, .. } => middle + around(size.0),
+                StartSpec::Collapsed { keep, perturbation, .. } => {
+                    let kept = |i: usize| keep.contains(["x", "y", "z"][i]);
+                    Vec3::from_fn(|i, _| if kept(i) { p[i] } else { middle[i] }) + around(perturbation.0)
+                }
+                StartSpec::Twisted { axis, angle } => {
+                    let axis = Unit::new_normalize(Vec3::from(*axis));
+                    let heights = points.iter().map(|p| p.dot(&axis));
+                    let (least, most) =
+                        heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), h| (l.min(h), m.max(h)));
+                    let share = (p.dot(&axis) - least) / (most - least);
+                    middle + Rotation3::from_axis_angle(&axis, angle.0 * share) * (p - middle)
+                }
+            };
+            state.x[3 * k..3 * k + 3].copy_from_slice((place - p).as_slice());
+        }
+        for p in &self.system.prescribed {
+            state.x[p.dof as usize] = p.signal.at(0.0);
+        }
+        state
+    }
+}

@@ -1,0 +1,319 @@
+//! Motions that nothing resists, in words.
+//!
+//! A part (what stored energy connects) has the six motions u = e_i and u = e_i × (x − c)/ℓ, c its middle and ℓ its size.
+//! Free are the combinations with u = 0 at every prescribed dof, K u = 0 and ∂c/∂x·u = 0 up to rounding: null vectors of the
+//! 6 columns, found by their singular values. A motion that is not rigid, of a mechanism, is found by inverse iteration on
+//! K + s diag K (Parlett, The Symmetric Eigenvalue Problem, 1998, ch. 4).
+//!
+//! Limits: a motion of several parts together that leaves a row unchanged is found as a mechanism only. K is that of the
+//! state looked at; at rest it is zero on every rigid motion, under a load it may resist the turning of a pendulum.
+
+use super::{Newton, Step};
+use crate::math::linear::{dot, norm};
+use crate::math::tensor::Vec3;
+use crate::system::{Dofs, Role, State, System, Want};
+use nalgebra::{DMatrix, DVector};
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MotionKind {
+    Translation,
+    Rotation,
+    /// Not rigid
+    Mechanism,
+}
+
+/// A motion without resistance.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Motion {
+    pub kind: MotionKind,
+    /// Unit vector: direction, axis of the rotation, or motion of the node
+    pub direction: [f64; 3],
+    /// A node that moves most
+    pub node: u32,
+    /// The whole body moves, not only a part of it
+    pub whole: bool,
+}
+
+/// Part of a motion that counts as none [–]: positions in a mesh file have seven digits or more.
+const NONE: f64 = 1e-6;
+/// ‖K u‖ below this share of ‖|K||u|‖ is rounding: K u of a rigid motion is a sum of some hundred terms.
+const ROUNDING: f64 = 1e-12;
+
+impl Newton {
+    /// Motions without stiffness at this state, of a static step; rigid ones if `points` [nodes] tells where the nodes are.
+    pub fn free_motions(&mut self, step: &Step, state: &State, points: &[Vec3]) -> Vec<Motion> {
+        if self.evaluate(step, &mut state.clone(), Want::Tangent, None).is_err() {
+            return Vec::new();
+        }
+        let mut motions = Vec::new();
+        let parts = if points.is_empty() { Vec::new() } else { parts(step.system, points.len()) };
+        for nodes in &parts {
+            let part = Part::new(nodes, points, &state.x);
+            motions = part.free(step.system, &self.sums.k, &self.sums.gradient, parts.len() == 1);
+            if !motions.is_empty() {
+                break;
+            }
+        }
+        if motions.is_empty() {
+            motions.extend(self.mechanism(step.system));
+        }
+        motions
+    }
+
+    /// Inverse iteration with s at the rounding of K: the Rayleigh quotient of a free motion is of the size of s or less, that
+    /// of a slender body still a thousand times it.
+    fn mechanism(&mut self, system: &System) -> Option<Motion> {
+        let (pattern, k) = (&system.pattern, &self.sums.k);
+        let mut diagonal = pattern.diagonal(k);
+        let largest = diagonal.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
+        // A direction without any stiffness would have no weight, and would not be found.
+        diagonal.iter_mut().for_each(|d| *d = d.abs().max(ROUNDING * largest));
+        let mut shifted = k.clone();
+        for j in 0..pattern.n {
+            shifted[pattern.col_ptr[j] as usize] += ROUNDING * diagonal[j];
+        }
+        let mut mode: Vec<f64> = (1..=pattern.n).map(|i| (i as f64 * 0.618_033_988_75).fract()).collect();
+        if self.factor.factorise(&shifted).is_ok() {
+            for _ in 0..3 {
+                let size = norm(&mode);
+                mode.iter_mut().zip(&diagonal).for_each(|(x, d)| *x *= d / size);
+                if self.factor.solve(&shifted, &mut mode).is_err() {
+                    break;
+                }
+            }
+            let mut force = vec![0.0; pattern.n];
+            pattern.multiply(k, &mode, &mut force);
+            let yardstick: f64 = mode.iter().zip(&diagonal).map(|(x, d)| d * x * x).sum();
+            if dot(&mode, &force).abs() > ROUNDING * yardstick {
+                return None;
+            }
+        }
+        let moving = |e: &usize| !system.dofs.is_scalar(*e);
+        let most = (0..pattern.n).filter(moving).max_by(|a, b| mode[*a].abs().total_cmp(&mode[*b].abs()))?;
+        let node = system.dofs.free[most] / 3;
+        let component = |i: u32| match system.dofs.equation[(3 * node + i) as usize] {
+            Dofs::FIXED => 0.0,
+            e => mode[e as usize],
+        };
+        let direction = unit([0, 1, 2].map(component).into())?;
+        Some(Motion { kind: MotionKind::Mechanism, direction: direction.into(), node, whole: false })
+    }
+
+    /// Σ r·e over the free dofs, e a direction of translation without resistance, beside the yardstick of the forces: a load
+    /// that no equilibrium carries.
+    pub(super) fn pushes(&mut self, step: &Step, state: &State, motions: &[Motion]) -> bool {
+        const BALANCED: f64 = 1e-6;
+        if self.evaluate(step, &mut state.clone(), Want::Residual, None).is_err() {
+            return false;
+        }
+        let along = |m: &Motion| {
+            let dofs = step.system.dofs.free.iter().filter(|dof| **dof < step.system.dofs.displacements);
+            dofs.map(|&dof| self.sums.r[dof as usize] * m.direction[dof as usize % 3]).sum::<f64>()
+        };
+        let translations = motions.iter().filter(|m| m.kind == MotionKind::Translation && m.whole);
+        translations.into_iter().any(|m| along(m).abs() > BALANCED * self.sums.scale)
+    }
+}
+
+/// Nodes that stored energy connects, part by part.
+fn parts(system: &System, nodes: usize) -> Vec<Vec<u32>> {
+    fn root(parent: &mut [u32], mut k: u32) -> u32 {
+        while parent[k as usize] != k {
+            parent[k as usize] = parent[parent[k as usize] as usize];
+            k = parent[k as usize];
+        }
+        k
+    }
+    let mut parent: Vec<u32> = (0..nodes as u32).collect();
+    let mut stored = vec![false; nodes];
+    for effect in system.effects.iter().filter(|e| matches!(e.role(), Role::Stored | Role::Relaxing)) {
+        for b in 0..effect.blocks().len() {
+            let list = effect.blocks().nodes(b);
+            for &node in list {
+                stored[node as usize] = true;
+                let (a, b) = (root(&mut parent, list[0]), root(&mut parent, node));
+                parent[a.max(b) as usize] = a.min(b);
+            }
+        }
+    }
+    let mut found: std::collections::BTreeMap<u32, Vec<u32>> = Default::default();
+    for node in (0..nodes as u32).filter(|k| stored[*k as usize]) {
+        found.entry(root(&mut parent, node)).or_default().push(node);
+    }
+    found.into_values().collect()
+}
+
+/// The six motions of a part: [nodes] positions from its middle, over its size.
+struct Part<'a> {
+    nodes: &'a [u32],
+    arms: Vec<Vec3>,
+}
+
+impl<'a> Part<'a> {
+    fn new(nodes: &'a [u32], points: &[Vec3], x: &[f64]) -> Self {
+        let at = |k: &u32| points[*k as usize] + Vec3::from_column_slice(&x[3 * *k as usize..][..3]);
+        let middle = nodes.iter().map(at).sum::<Vec3>() / nodes.len() as f64;
+        let size = nodes.iter().map(|k| (at(k) - middle).norm()).fold(f64::MIN_POSITIVE, f64::max);
+        Self { nodes, arms: nodes.iter().map(|k| (at(k) - middle) / size).collect() }
+    }
+
+    /// u of node `i` of the part: c[..3] + c[3..] × arm.
+    fn motion(&self, i: usize, c: &DVector<f64>) -> Vec3 {
+        Vec3::new(c[0], c[1], c[2]) + Vec3::new(c[3], c[4], c[5]).cross(&self.arms[i])
+    }
+
+    fn free(&self, system: &System, k: &[f64], rows: &[Vec<f64>], whole: bool) -> Vec<Motion> {
+        let basis = self.unresisted(system, k, rows);
+        let turns = basis.rows(3, 3).into_owned();
+        let mut motions = Vec::new();
+        // Combinations that do not turn are translations; the axes of the others are what Ω reaches.
+        let still = null_space(&turns, NONE);
+        for direction in directions(&(&basis * &still).rows(0, 3).into_owned()) {
+            motions.push(Motion {
+                kind: MotionKind::Translation,
+                direction: direction.into(),
+                node: self.nodes[0],
+                whole,
+            });
+        }
+        for axis in directions(&turns) {
+            let weights = turns.clone().svd(true, true).solve(&DVector::from_column_slice(axis.as_slice()), NONE);
+            let c = &basis * weights.expect("both factors were asked for");
+            let size = |i: &usize| self.motion(*i, &c).norm();
+            let most = (0..self.nodes.len()).max_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or(0);
+            motions.push(Motion { kind: MotionKind::Rotation, direction: axis.into(), node: self.nodes[most], whole });
+        }
+        motions
+    }
+
+    /// [6 × free motions] basis of the motions without resistance.
+    fn unresisted(&self, system: &System, k: &[f64], rows: &[Vec<f64>]) -> DMatrix<f64> {
+        let unit = |j: usize| DVector::from_fn(6, |i, _| f64::from(u8::from(i == j)));
+        let mut all = DMatrix::zeros(3 * self.nodes.len(), 6);
+        for j in 0..6 {
+            for i in 0..self.nodes.len() {
+                all.fixed_view_mut::<3, 1>(3 * i, j).copy_from(&self.motion(i, &unit(j)));
+            }
+        }
+        // A straight chain does not move when it turns about itself: motions of nothing are none.
+        let moving = row_space(&all, NONE);
+        let held = |row: &usize| system.dofs.equation[3 * self.nodes[row / 3] as usize + row % 3] == Dofs::FIXED;
+        let fixed: Vec<usize> = (0..all.nrows()).filter(held).collect();
+        let admissible = &moving * null_space(&(all.select_rows(&fixed) * &moving), NONE);
+        let n = system.pattern.n;
+        let mut resistance = DMatrix::zeros(n + rows.len(), admissible.ncols());
+        for (j, c) in admissible.column_iter().enumerate() {
+            let (mut u, mut force) = (vec![0.0; n], vec![0.0; n]);
+            for (i, &node) in self.nodes.iter().enumerate() {
+                for (dof, value) in (3 * node..).zip(self.motion(i, &c.into_owned()).iter()) {
+                    if let Some(u) = u.get_mut(system.dofs.equation[dof as usize] as usize) {
+                        *u = *value;
+                    }
+                }
+            }
+            system.pattern.multiply(k, &u, &mut force);
+            let yardstick = norm(&system.pattern.multiply_abs(k, &u)).max(f64::MIN_POSITIVE);
+            for (i, f) in force.iter().enumerate() {
+                resistance[(i, j)] = f / yardstick;
+            }
+            for (i, h) in rows.iter().enumerate() {
+                resistance[(n + i, j)] = dot(h, &u) / (norm(h) * norm(&u)).max(f64::MIN_POSITIVE);
+            }
+        }
+        &admissible * null_space(&resistance, ROUNDING)
+    }
+}
+
+/// Orthonormal columns y with ‖A y‖ ≤ `small`.
+fn null_space(a: &DMatrix<f64>, small: f64) -> DMatrix<f64> {
+    right_vectors(a, |s| s <= small)
+}
+
+/// Orthonormal columns y with ‖A y‖ above `small` times the largest.
+fn row_space(a: &DMatrix<f64>, small: f64) -> DMatrix<f64> {
+    let largest = a.clone().singular_values().max();
+    right_vectors(a, |s| s > small * largest)
+}
+
+/// Right singular vectors whose singular value is wanted, those of value 0 among them.
+fn right_vectors(a: &DMatrix<f64>, wanted: impl Fn(f64) -> bool) -> DMatrix<f64> {
+    // Rows of zeros make the vectors of all columns appear.
+    let tall = a.clone().resize_vertically(a.nrows().max(a.ncols()), 0.0);
+    let n = tall.ncols();
+    if n == 0 {
+        return DMatrix::zeros(0, 0);
+    }
+    let svd = tall.svd(false, true);
+    let v = svd.v_t.expect("asked for").transpose();
+    let columns: Vec<usize> = (0..n).filter(|&j| wanted(svd.singular_values[j])).collect();
+    v.select_columns(&columns)
+}
+
+/// Unit vectors that span the columns [3 × m]: coordinate axes first.
+fn directions(columns: &DMatrix<f64>) -> Vec<Vec3> {
+    let (mut rest, mut found) = (range(columns), Vec::new());
+    for axis in [Vec3::x(), Vec3::y(), Vec3::z()] {
+        if (rest.transpose() * axis).norm() >= 1.0 - NONE {
+            found.push(axis);
+            let axis = DMatrix::from_column_slice(3, 1, axis.as_slice());
+            rest = range(&(&rest - &axis * (axis.transpose() * &rest)));
+        }
+    }
+    // Of the two signs, the one with a positive largest component
+    let sign = |v: Vec3| v * v[v.iamax()].signum();
+    found.extend(rest.column_iter().map(|c| sign(Vec3::new(c[0], c[1], c[2]))));
+    found
+}
+
+/// Orthonormal basis of what the columns reach [3 × rank]; they are of size 1 or nothing.
+fn range(columns: &DMatrix<f64>) -> DMatrix<f64> {
+    right_vectors(&columns.transpose(), |s| s > NONE)
+}
+
+fn unit(v: Vec3) -> Option<Vec3> {
+    v.try_normalize(f64::MIN_POSITIVE)
+}
+
+/// `nothing holds the body: it can translate in x and y and rotate about z`
+pub(super) fn sentence(motions: &[Motion]) -> String {
+    let first = &motions[0];
+    if first.kind == MotionKind::Mechanism {
+        let along = name(&first.direction);
+        return format!(
+            "node {} can move along {along} without resistance: the parts around it form a mechanism",
+            first.node
+        );
+    }
+    let of = |kind: MotionKind| {
+        let names: Vec<String> =
+            motions.iter().filter(|m| m.kind == kind && m.whole == first.whole).map(|m| name(&m.direction)).collect();
+        match names.split_last() {
+            None => String::new(),
+            Some((last, [])) => last.clone(),
+            Some((last, others)) => format!("{} and {last}", others.join(", ")),
+        }
+    };
+    let (shifts, turns) = (of(MotionKind::Translation), of(MotionKind::Rotation));
+    let mut can = Vec::new();
+    if !shifts.is_empty() {
+        can.push(format!("translate in {shifts}"));
+    }
+    if !turns.is_empty() {
+        can.push(format!("rotate about {turns}"));
+    }
+    let what = if first.whole { "the body".into() } else { format!("the part at node {}", first.node) };
+    format!("nothing holds {what}: it can {}", can.join(" and "))
+}
+
+/// `x`, or `(0.71, 0.71, 0.00)`.
+fn name(direction: &[f64; 3]) -> String {
+    let axis = (0..3).find(|&i| direction[i].abs() >= 1.0 - NONE);
+    match axis {
+        Some(i) => ["x", "y", "z"][i].into(),
+        None => {
+            // Adding zero takes the sign off a negative one.
+            let [x, y, z] = direction.map(|v| (100.0 * v).round() / 100.0 + 0.0);
+            format!("({x:.2}, {y:.2}, {z:.2})")
+        }
+    }
+}

@@ -1,0 +1,200 @@
+//! How a run ended: a value with the last good time, the fact, the culprit and the remedy.
+
+use super::{Failure, Motion};
+use crate::math::linear::LinearError;
+use crate::system::EvalError;
+use std::fmt;
+
+/// How a run ended. t [s] is the time of the last good state.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Status {
+    Converged,
+    /// Arc length: the path of equilibria turned back at `limit` and did not come to the end of the stage
+    LimitPoint {
+        t: f64,
+        /// Time at which the loads were largest [s]
+        limit: f64,
+    },
+    /// The loads passed the largest ones that this path of equilibria carries, those of time `limit` [s]
+    NoEquilibrium {
+        t: f64,
+        limit: f64,
+        /// Node that moves most where the path turns
+        node: u32,
+    },
+    /// A cell would invert and the law is not defined there
+    Inverted {
+        t: f64,
+        why: Failure,
+    },
+    /// Nothing resists some motion of the body, or of a part of it
+    Singular {
+        t: f64,
+        /// The motions; none where the tangent has no factorisation and no motion stands out
+        motions: Vec<Motion>,
+    },
+    /// The wall time that was allowed is over
+    TimeBudget {
+        t: f64,
+    },
+    /// No step however small converges
+    StepTooSmall {
+        t: f64,
+        why: Failure,
+    },
+    /// Stopped by the caller
+    Interrupted {
+        t: f64,
+    },
+}
+
+/// Where a run failed.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct Culprit {
+    pub effect: Option<String>,
+    /// Index in the mesh
+    pub cell: Option<usize>,
+    /// Index in the mesh
+    pub node: Option<u32>,
+}
+
+impl Status {
+    /// Of a step that no cut could save.
+    pub(super) fn stopped(t: f64, why: Failure) -> Self {
+        match why {
+            Failure::Eval(EvalError::Inverted { .. }) => Self::Inverted { t, why },
+            Failure::Linear(LinearError::Singular) => Self::Singular { t, motions: Vec::new() },
+            _ => Self::StepTooSmall { t, why },
+        }
+    }
+
+    /// Name as in `summary.json`.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Converged => "Converged",
+            Self::LimitPoint { .. } => "LimitPoint",
+            Self::NoEquilibrium { .. } => "NoEquilibrium",
+            Self::Inverted { .. } => "Inverted",
+            Self::Singular { .. } => "Singular",
+            Self::TimeBudget { .. } => "TimeBudget",
+            Self::StepTooSmall { .. } => "StepTooSmall",
+            Self::Interrupted { .. } => "Interrupted",
+        }
+    }
+
+    /// Time of the last good state [s]; none where all is done.
+    pub fn t(&self) -> Option<f64> {
+        match self {
+            Self::Converged => None,
+            Self::LimitPoint { t, .. }
+            | Self::NoEquilibrium { t, .. }
+            | Self::Inverted { t, .. }
+            | Self::Singular { t, .. }
+            | Self::TimeBudget { t }
+            | Self::StepTooSmall { t, .. }
+            | Self::Interrupted { t } => Some(*t),
+        }
+    }
+
+    /// Time of the largest loads that the path carries [s], where it was found.
+    pub fn limit(&self) -> Option<f64> {
+        match self {
+            Self::LimitPoint { limit, .. } | Self::NoEquilibrium { limit, .. } => Some(*limit),
+            _ => None,
+        }
+    }
+
+    /// Effect, cell or node that failed.
+    pub fn culprit(&self) -> Culprit {
+        let node = |node| Culprit { node: Some(node), ..Culprit::default() };
+        match self {
+            Self::NoEquilibrium { node: k, .. } => node(*k),
+            Self::Singular { motions, .. } => motions.first().map(|m| node(m.node)).unwrap_or_default(),
+            Self::Inverted { why, .. } | Self::StepTooSmall { why, .. } => match why {
+                Failure::Eval(e) => {
+                    let (effect, cell, node) = e.place();
+                    Culprit { effect: Some(effect.into()), cell, node }
+                }
+                Failure::NotConverged { node: k, .. } => node(*k),
+                Failure::Linear(_) | Failure::Complementarity | Failure::Unloaded | Failure::MaxSteps => {
+                    Culprit::default()
+                }
+            },
+            _ => Culprit::default(),
+        }
+    }
+
+    /// What happened, without the time.
+    pub fn fact(&self) -> String {
+        match self {
+            Self::Converged => "converged".into(),
+            Self::LimitPoint { limit, .. } => {
+                format!(
+                    "the path of equilibria turns at the loads of t = {limit:.6} s and does not come back to larger ones"
+                )
+            }
+            Self::NoEquilibrium { limit, .. } => {
+                format!(
+                    "the path of equilibria ends at a limit point: no larger loads than those of t = {limit:.6} s are carried"
+                )
+            }
+            Self::Inverted { why, .. } => format!("no step however small avoids inversion: {why}"),
+            Self::Singular { motions, .. } if motions.is_empty() => {
+                "the tangent is singular: some part can move freely".into()
+            }
+            Self::Singular { motions, .. } => super::rigid::sentence(motions),
+            Self::TimeBudget { .. } => "the wall time that was allowed is over".into(),
+            Self::StepTooSmall { why: why @ (Failure::MaxSteps | Failure::Unloaded), .. } => why.to_string(),
+            Self::StepTooSmall { why, .. } => format!("no step however small converges: {why}"),
+            Self::Interrupted { .. } => "stopped".into(),
+        }
+    }
+
+    /// What to do about it.
+    pub fn remedy(&self) -> &'static str {
+        match self {
+            Self::Converged => "",
+            Self::LimitPoint { .. } => "raise max_steps to follow it further, or drive by volume or displacement",
+            Self::NoEquilibrium { .. } => {
+                "stay below, go on with continuation = \"arc_length\", or drive by length, volume or displacement"
+            }
+            Self::Inverted { .. } => {
+                "refine the mesh there, reduce the load, or take a law that survives inversion (stable_neo_hookean)"
+            }
+            Self::Singular { .. } => {
+                "fix a region (a facet region with three nodes not on a line holds a body), or take a dynamic stage"
+            }
+            Self::TimeBudget { .. } => "raise time_budget, take a coarser mesh or larger steps",
+            Self::StepTooSmall { why: Failure::Eval(EvalError::Locked { .. }), .. } => {
+                "reduce the load, or take a law without an end to its stretch"
+            }
+            Self::StepTooSmall { why: Failure::Complementarity, .. } => {
+                "release one of the cables, or drive it by tension"
+            }
+            Self::StepTooSmall { why: Failure::Linear(_), .. } => {
+                "bring the stiffnesses of the parts closer to each other, or mesh without slivers"
+            }
+            Self::StepTooSmall { why: Failure::MaxSteps, .. } => {
+                "raise max_steps, or take a larger dt: it is the length of the first step"
+            }
+            Self::StepTooSmall { why: Failure::Unloaded, .. } => {
+                "let a signal change over the stage, or leave continuation away"
+            }
+            Self::StepTooSmall { .. } => {
+                "the load may exceed what the body can carry (drive by length instead of tension), or the mesh is too \
+                 coarse there"
+            }
+            Self::Interrupted { .. } => "run it again",
+        }
+    }
+}
+
+impl fmt::Display for Status {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.t() {
+            None => write!(f, "converged"),
+            Some(t) if matches!(self, Self::Interrupted { .. }) => write!(f, "stopped at t = {t:.6} s"),
+            Some(t) => write!(f, "after t = {t:.6} s: {}; {}", self.fact(), self.remedy()),
+        }
+    }
+}

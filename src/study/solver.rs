@@ -1,0 +1,119 @@
+//! What the solver had to do in a case and where it stopped, for the record and for `summary.json`.
+
+use crate::math::tensor::Vec3;
+use crate::scene::{Run, Scene};
+use crate::solve::{Status, TurningPoint};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Default)]
+pub struct SolverRecord {
+    /// Steps whose tangent was shifted towards positive definiteness
+    pub shifted_steps: usize,
+    /// Steps that came through with projected tangents only
+    pub projected_steps: usize,
+    /// Steps that ended where the constrained tangent has negative eigenvalues
+    pub unstable_steps: usize,
+    /// Arc length: where the loads were largest or least
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub turning_points: Vec<TurningRecord>,
+    /// Where and why the run stopped, if its status is not `Converged`
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stop: Option<StopRecord>,
+}
+
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct TurningRecord {
+    pub t_s: f64,
+    /// The loads are largest there, else least
+    pub highest: bool,
+    /// What is prescribed there, by its name with the unit
+    pub signals: BTreeMap<String, f64>,
+}
+
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct StopRecord {
+    /// Time of the last good state [s]
+    pub t_s: f64,
+    pub fact: String,
+    pub remedy: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub effect: Option<String>,
+    /// Index in the mesh
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cell: Option<usize>,
+    /// Index in the mesh
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub node: Option<u32>,
+    /// Where cell or node is at rest [m]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub place_m: Option<[f64; 3]>,
+    /// The largest loads that the path carries, by name with the unit
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub limit: BTreeMap<String, f64>,
+}
+
+impl SolverRecord {
+    pub fn new(scene: &Scene, run: &Run) -> Self {
+        let turning = |p: &TurningPoint| TurningRecord { t_s: p.t, highest: p.highest, signals: signals(scene, p.t) };
+        Self {
+            shifted_steps: run.totals.regularised,
+            projected_steps: run.totals.projected,
+            unstable_steps: run.totals.unstable,
+            turning_points: run.findings.turning_points.iter().map(turning).collect(),
+            stop: stop(scene, &run.status),
+        }
+    }
+}
+
+fn signals(scene: &Scene, t: f64) -> BTreeMap<String, f64> {
+    scene.signals.iter().map(|s| (s.name.clone(), s.signal.at(t))).collect()
+}
+
+fn stop(scene: &Scene, status: &Status) -> Option<StopRecord> {
+    let mesh = &scene.body.mesh;
+    let culprit = status.culprit();
+    let node = |k: &u32| mesh.points.get(*k as usize).copied();
+    let middle = |c: usize| mesh.position(c, [0.25; 3]);
+    let place: Option<Vec3> = culprit.cell.map(middle).or(culprit.node.as_ref().and_then(node));
+    Some(StopRecord {
+        t_s: status.t()?,
+        fact: status.fact(),
+        remedy: status.remedy().into(),
+        effect: culprit.effect,
+        cell: culprit.cell,
+        node: culprit.node,
+        place_m: place.map(Into::into),
+        limit: status.limit().map(|t| signals(scene, t)).unwrap_or_default(),
+    })
+}
+
+/// Status with the loads of a limit point in numbers and the cables that pull.
+pub fn detail(scene: &Scene, run: &Run) -> Option<String> {
+    if let Some(why) = &run.failure {
+        return Some(why.to_string());
+    }
+    let status = &run.status;
+    status.t()?;
+    let limit = status.limit().map(|t| signals(scene, t)).unwrap_or_default();
+    let values: Vec<String> = limit.iter().map(|(name, value)| format!("{name} = {value:.6e}")).collect();
+    let stated = if values.is_empty() { String::new() } else { format!(" (largest loads: {})", values.join(", ")) };
+    let pulling = run.pulling.as_ref().map_or(String::new(), |told| format!("; {told}"));
+    Some(format!("{status}{stated}{pulling}"))
+}
+
+/// What a reader should know of the path, in words.
+pub fn remarks(run: &Run) -> Vec<String> {
+    let mut out = Vec::new();
+    if let Some((t, modes)) = run.findings.unstable.first() {
+        out.push(format!(
+            "from t = {t:.6} s on the equilibrium is unstable ({modes} negative eigenvalue(s) of the tangent): a bifurcation or \
+             a limit point was passed, and a real body takes another path"
+        ));
+    }
+    if run.totals.projected > 0 {
+        let n = run.totals.projected;
+        out.push(format!("{n} step(s) came through with projected tangents only: look whether the body snapped there"));
+    }
+    out
+}
