@@ -122,7 +122,7 @@ fn the_guide_names_every_key_of_a_scene_and_a_study() {
         "SkinSpec",
     ];
     let scene = keys_of(&text("src/scene/spec.rs"), &types);
-    for sure in ["viscous_damping", "tet10", "generalised_alpha", "max_iterations", "probe", "sphere"] {
+    for sure in ["viscous_damping", "tet10", "generalised_alpha", "max_steps", "probe", "sphere"] {
         assert!(scene.contains(sure), "the reader of the source missed {sure}: {scene:?}");
     }
     assert_eq!(missing(scene), Vec::<String>::new(), "not in docs/guide.md");

@@ -95,8 +95,9 @@ impl Stepper<'_> {
                 return None;
             }
             let point = tracer.step(&mut self.newton, self.settings.cuts).0.ok()?;
-            if let Some(turn) = tracer.turning_point(&mut self.newton).filter(|turn| turn.highest) {
-                return Some(turn);
+            if let Some(turn) = tracer.turning_point(&mut self.newton) {
+                // Beyond a limit point the tangent has lost its definiteness; a path that merely doubled back has not
+                return Some(turn).filter(|turn| turn.highest && point.unstable_modes > 0);
             }
             if point.state.t == t {
                 return None;

@@ -15,6 +15,7 @@ pub mod overlay;
 pub mod prices;
 pub mod record;
 pub mod runner;
+pub mod skin;
 pub mod solver;
 pub mod spec;
 pub mod store;

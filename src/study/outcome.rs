@@ -2,9 +2,10 @@
 
 use super::overlay::overlays;
 use super::record::{
-    CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance, Skin,
+    CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance,
 };
 use super::runner::input_hash;
+use super::skin::Skin;
 use super::solver::{self, SolverRecord};
 use crate::effect::locking::signs;
 use crate::scene::{Run, Scene};

@@ -1,6 +1,7 @@
 //! What a case leaves on disk. The record is written last: with it the case counts as done.
 
-use super::record::{CaseRecord, Skin, StudyRecord};
+use super::record::{CaseRecord, StudyRecord};
+use super::skin::Skin;
 use crate::calibrate::inverse::Calibration;
 use crate::scene::{Run, Scene, Slopes};
 use std::fmt::Write;

@@ -1,6 +1,7 @@
 //! A made-up convergence study with a known answer, in memory and on disk.
 
 use durometer::study::record::*;
+use durometer::study::skin::Skin;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use std::path::Path;
