@@ -54,6 +54,7 @@ fn assembly(c: &mut Criterion) {
                         a: &state.a,
                         old: &state.x,
                         history: &state.history,
+                        inputs: &[],
                         rates,
                     };
                     scene.system.assemble(&at, &state.lambda, want, None, black_box(&mut sums)).expect("not inverted");
@@ -73,7 +74,7 @@ fn linear(c: &mut Criterion) {
         let mut sums = scene.system.workspace();
         let rates = Rates::default();
         let rest = vec![0.0; state.x.len()];
-        let at = At { t: 0.0, dt: 0.1, x: &rest, v: &rest, a: &rest, old: &rest, history: &[], rates };
+        let at = At { t: 0.0, dt: 0.1, x: &rest, v: &rest, a: &rest, old: &rest, history: &[], inputs: &[], rates };
         scene.system.assemble(&at, &[0.0], Want::Tangent, None, &mut sums).expect("the rest state is not inverted");
         let mut factor = Factor::new(scene.system.pattern.clone());
         println!("{name}: {} unknowns, {} entries in L", scene.system.dofs.free.len(), factor.nnz());

@@ -388,8 +388,8 @@ fn a_limited_drive_yields_and_follows_again() {
         }
         assert!((drawn[k] - (rest - length[k])).abs() <= 1e-12 * rest, "it does not stretch");
     }
-    let kinds: Vec<&str> = result.events.iter().map(|e| e.what.name()).collect();
-    println!("yields in {yielding} of {} states, events {:?}", time.len(), result.events);
+    let kinds: Vec<&str> = result.cable_events.iter().map(|e| e.what.name()).collect();
+    println!("yields in {yielding} of {} states, events {:?}", time.len(), result.cable_events);
     assert!(yielding > 5 && yielding < 35);
     assert_eq!(&kinds[..2], ["yielding", "taut"]);
     let (elastic, work) = (column(&result, "elastic_J"), column(&result, "work_J"));
@@ -404,13 +404,13 @@ fn slack_is_an_event() {
     let drive = r#"{ length = { kind = "sine", amplitude = "5 mm", frequency = "1.5 Hz" } }"#;
     let result = run(&beam_scene("", drive, "0.05 s"));
     assert_eq!(result.status, Status::Converged);
-    let told: Vec<(&str, f64)> = result.events.iter().map(|e| (e.what.name(), e.t)).collect();
+    let told: Vec<(&str, f64)> = result.cable_events.iter().map(|e| (e.what.name(), e.t)).collect();
     println!("events {told:?}");
     assert_eq!(told.iter().map(|e| e.0).collect::<Vec<_>>()[..2], ["slack", "taut"]);
     for ((_, t), zero) in told.iter().zip([1.0 / 3.0, 2.0 / 3.0]) {
         assert!(*t > zero && *t <= zero + 0.05 + 1e-9, "{t} s after {zero} s");
     }
-    assert!(result.events.iter().all(|e| e.cable == "tendon"));
+    assert!(result.cable_events.iter().all(|e| e.cable == "tendon"));
 }
 
 /// Reference 14 at the scene: a pull that is possible by its length and not for the body ends with the cable's name and a remedy.

@@ -281,7 +281,7 @@ fn derivatives_of_rows_and_of_their_laws() {
     let at = |h: f64| -> Vec<Form> {
         let g: Vec<f64> = g.iter().zip(&dg).map(|(g, d)| g + h * d).collect();
         let lambda: Vec<f64> = state.lambda.iter().zip(&dl).map(|(l, d)| l + h * d).collect();
-        let rows = Rows { t: 0.3, g: &g, lambda: &lambda, old: &old, force: 1.0 };
+        let rows = Rows { now: 0.3.into(), g: &g, lambda: &lambda, old: &old, force: 1.0 };
         let linked = system.constraints.iter().enumerate().filter(|(_, row)| row.cone() == Cone::Linked);
         let pieces = linked.flat_map(|(c, row)| row.pieces(c, &rows));
         pieces.flat_map(|p| std::iter::once(p.zero).chain(p.while_not_negative.into_iter().map(|w| w.0))).collect()

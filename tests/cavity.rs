@@ -71,7 +71,7 @@ fn a_closed_surface_is_in_balance() {
         state.x = Random(5).vector(state.x.len(), 0.05);
         let mut sums = system.workspace();
         let State { x, v, a, .. } = &state;
-        let at = At { t: 1.0, dt: f64::INFINITY, x, v, a, old: x, history: &[], rates: Rates::default() };
+        let at = At { t: 1.0, dt: f64::INFINITY, x, v, a, old: x, history: &[], inputs: &[], rates: Rates::default() };
         system.assemble(&at, &[], Want::Residual, None, &mut sums).expect("regular");
         let forces = || sums.r.chunks_exact(3).map(Vec3::from_column_slice);
         let places = mesh.points.iter().zip(state.x.chunks_exact(3)).map(|(p, u)| p + Vec3::from_column_slice(u));

@@ -122,7 +122,7 @@ fn the_guide_names_every_key_of_a_scene_and_a_study() {
         "SkinSpec",
     ];
     let scene = keys_of(&text("src/scene/spec.rs"), &types);
-    for sure in ["viscous_damping", "tet10", "generalised_alpha", "max_iterations", "probe", "sphere"] {
+    for sure in ["viscous_damping", "tet10", "generalised_alpha", "max_steps", "probe", "sphere"] {
         assert!(scene.contains(sure), "the reader of the source missed {sure}: {scene:?}");
     }
     assert_eq!(missing(scene), Vec::<String>::new(), "not in docs/guide.md");
@@ -138,6 +138,15 @@ fn the_guide_names_every_key_of_a_scene_and_a_study() {
     let signals = keys_of(&text("src/scene/signal.rs"), &["FunctionSpec"]);
     assert!(signals.contains("raised_cosine") && signals.contains("amplitude"), "{signals:?}");
     assert_eq!(missing(signals), Vec::<String>::new(), "signals not in docs/guide.md");
+    let events = keys_of(&text("src/scene/control/spec.rs"), &["EventSpec", "WhenSpec", "ThenSpec"]);
+    assert!(events.contains("slack") && events.contains("over"), "{events:?}");
+    assert_eq!(missing(events), Vec::<String>::new(), "events not in docs/guide.md");
+    let compare = keys_of(&text("src/scene/compare.rs"), &["CompareSpec", "MeasuredSpec"]);
+    assert!(compare.contains("over") && compare.contains("unit"), "{compare:?}");
+    assert_eq!(missing(compare), Vec::<String>::new(), "compare not in docs/guide.md");
+    let output = keys_of(&text("src/scene/output.rs"), &["OutputSpec", "FieldsSpec", "FieldSpec", "ScheduleSpec"]);
+    assert!(output.contains("von_mises") && output.contains("every"), "{output:?}");
+    assert_eq!(missing(output), Vec::<String>::new(), "output not in docs/guide.md");
     let study = keys_of(&text("src/study/spec.rs"), &["StudySpec", "Kind", "VariantSpec", "FamilySpec"]);
     assert!(study.contains("expectation") && study.contains("members"), "{study:?}");
     assert_eq!(missing(study), Vec::<String>::new(), "not in docs/guide.md");
@@ -279,6 +288,7 @@ fn command_lines_parse() {
         "meshes/README.md",
         "data/README.md",
         "studies/finger-convergence/README.md",
+        "studies/finger-control/README.md",
         "studies/finger-dynamics/README.md",
         "studies/finger-mass-spring/README.md",
     ];

@@ -234,7 +234,7 @@ fn linearised_steps_solve_the_equation_linearised_at_the_last_state() {
         let (mut v, mut a) = (vec![0.0; n], vec![0.0; n]);
         integrator.kinematics(past, dt, &past.x, &mut v, &mut a);
         let rates = integrator.rates(past, dt);
-        let at = At { t: now.t, dt, x: &past.x, v: &v, a: &a, old: &past.x, history: &[], rates };
+        let at = At { t: now.t, dt, x: &past.x, v: &v, a: &a, old: &past.x, history: &[], inputs: &[], rates };
         let mut sums = system.workspace();
         system.assemble(&at, &[], Want::Tangent, None, &mut sums).unwrap();
         let step: Vec<f64> = now.x.iter().zip(&past.x).map(|(x, old)| x - old).collect();

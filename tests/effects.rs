@@ -224,6 +224,7 @@ fn with_at<T>(integrator: Integrator, past: &State, x: &[f64], use_it: impl FnOn
         a: &a,
         old: &past.x,
         history: &past.history,
+        inputs: &[],
         rates: integrator.rates(past, DT),
     })
 }
@@ -378,7 +379,7 @@ fn energy_belongs_to_the_residual() {
                 let now = with_at(integrator, &past, &x, |at| eval(effect, at, b, Want::Residual));
                 match effect.role() {
                     Role::Stored | Role::Load => {
-                        let s = if effect.role() == Role::Load { effect.intensity(TIME) } else { 1.0 };
+                        let s = if effect.role() == Role::Load { effect.intensity(TIME.into()) } else { 1.0 };
                         assert!(s > 0.0, "{label}: a load of no intensity tests nothing");
                         let energy = difference(|h| {
                             let x = along(&x, &d, h);
@@ -481,13 +482,13 @@ fn momentum_balances() {
                 // The pull point holds the other end: T times the direction of the first segment.
                 "by_tension" => {
                     let line = scene.cables[1].cable.polyline(&x);
-                    ((line[1] - line[0]).normalize() * effect.intensity(TIME), false)
+                    ((line[1] - line[0]).normalize() * effect.intensity(TIME.into()), false)
                 }
                 // A translation t changes the cones over an open surface by −⅓ t·∫n dA; so does −t of their origin.
                 "by_pressure" => {
                     let volume = |o: Vec3| Cavity::new("c".into(), mesh, &mesh.regions["xmin"].facets, o).volume(&x);
                     let area = Vec3::from_fn(|k, _| 3.0 * (volume(Vec3::ith(k, 1.0)) - volume(Vec3::zeros())));
-                    (area / 3.0 * effect.intensity(TIME), false)
+                    (area / 3.0 * effect.intensity(TIME.into()), false)
                 }
                 other => panic!("say what the forces of {other} sum up to"),
             };

@@ -93,7 +93,7 @@ fn made(model: &SceneModel, x: Vec<f64>) -> Measured {
 }
 
 fn found(model: &SceneModel, measured: &Measured) -> Calibration {
-    let settings = Settings { weighting: Weighting::Absolute, gauge: None };
+    let settings = Settings { weighting: Weighting::Absolute, gauge: None, profile: false };
     match calibrate(model, measured, &settings, &mut |_| true) {
         Ok((calibration, _)) => calibration,
         Err(Failure::Input(e)) => panic!("{e}"),
@@ -233,6 +233,30 @@ nu = 0.45
     let seen = found(&tension, &measured);
     assert!(seen.unidentified.is_empty(), "{:?}", seen.unidentified);
     assert!((seen.constants[0].value / 100e3 - 1.0).abs() < 1e-6, "{:?}", seen.constants);
+}
+
+/// Errors of 1 % on a curve that is linear in its constants: the profile is the interval of the covariance, to the 2 % at which its
+/// ends are found, and both hold the truth.
+#[test]
+fn profiles_of_a_linear_law_are_its_covariance() {
+    let law = example_table("mooney_rivlin");
+    let keys = ["C10", "C20"];
+    let truth = model(&bar(&law, "6 mm", 6), &keys, X, Y);
+    let mut measured = made(&truth, (1..=60).map(|k| 1e-4 * f64::from(k)).collect());
+    let largest = measured.y.iter().fold(0.0f64, |m, y| m.max(y.abs()));
+    let mut random = common::Random(11);
+    measured.y.iter_mut().for_each(|y| *y += 0.01 * largest * random.normal());
+    let settings = Settings { weighting: Weighting::Absolute, gauge: None, profile: true };
+    let Ok((c, _)) = calibrate(&truth, &measured, &settings, &mut |_| true) else { panic!("it can be solved") };
+    for (f, u) in c.constants.iter().zip(&truth.unknown) {
+        let (wald, profile) = (f.interval.expect("determined"), f.profile.expect("asked for"));
+        println!("{}: {wald:?} {profile:?} in {} solves", f.key, c.profile_solves);
+        for (w, p) in wald.iter().zip(profile) {
+            let p = p.expect("an end");
+            assert!((p - w).abs() < 0.025 * (wald[1] - wald[0]), "{}: {w} {p}", f.key);
+        }
+        assert!(wald[0] < u.start && u.start < wald[1], "{}: {wald:?} {}", f.key, u.start);
+    }
 }
 
 struct Quiet;

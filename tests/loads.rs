@@ -109,7 +109,7 @@ fn residual(scene: &Scene, effect: usize, t: f64) -> Vec<f64> {
     let effect = &scene.system.effects[effect];
     let zero = vec![0.0; 3 * scene.body.mesh.points.len()];
     let rates = Rates::default();
-    let at = At { t, dt: 1.0, x: &zero, v: &zero, a: &zero, old: &zero, history: &[], rates };
+    let at = At { t, dt: 1.0, x: &zero, v: &zero, a: &zero, old: &zero, history: &[], inputs: &[], rates };
     let mut r = zero.clone();
     for b in 0..effect.blocks().len() {
         let mut out = Local::new(3);

@@ -94,7 +94,7 @@ fn second_fields_have_exact_derivatives() {
                 let at = |x: &[f64]| {
                     let mut sums = system.workspace();
                     let (v, rates) = (&rest.v, Rates::default());
-                    let at = At { t: 0.0, dt: f64::INFINITY, x, v, a: v, old: x, history: &[], rates };
+                    let at = At { t: 0.0, dt: f64::INFINITY, x, v, a: v, old: x, history: &[], inputs: &[], rates };
                     system.assemble(&at, &[], Want::Tangent, None, &mut sums).expect("not inverted");
                     sums
                 };

@@ -5,6 +5,7 @@ mod common;
 use common::{Random, column, distorted_cube, elastic, hold, largest, law, newton, nodes, ramp, scene};
 use durometer::effect::{Cavity, CavityPressure, OpenCavityPressure};
 use durometer::math::linear::norm;
+use durometer::math::signal::Clock;
 use durometer::math::tensor::Vec3;
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh};
@@ -32,7 +33,7 @@ fn assemble(system: &System, x: &[f64], increment: Option<&[f64]>) -> Assembled 
     let mut sums = system.workspace();
     let zero = vec![0.0; x.len()];
     let rates = Rates::default();
-    let at = At { t: 1.0, dt: f64::INFINITY, x, v: &zero, a: &zero, old: x, history: &[], rates };
+    let at = At { t: 1.0, dt: f64::INFINITY, x, v: &zero, a: &zero, old: x, history: &[], inputs: &[], rates };
     system.assemble(&at, &[], Want::Tangent, increment, &mut sums).expect("regular");
     sums
 }
@@ -111,7 +112,7 @@ fn the_energy_is_the_work_of_the_step() {
     let (old, d, zero) = (random.vector(n, 0.05), random.vector(n, 0.1), vec![0.0; n]);
     let eval = |b: usize, x: &[f64]| {
         let rates = Rates::default();
-        let at = At { t: 1.0, dt: f64::INFINITY, x, v: &zero, a: &zero, old: &old, history: &[], rates };
+        let at = At { t: 1.0, dt: f64::INFINITY, x, v: &zero, a: &zero, old: &old, history: &[], inputs: &[], rates };
         let mut out = Local::new(Effect::blocks(&load).size(b));
         load.eval(&at, b, Want::Residual, &mut out).expect("regular");
         out
@@ -256,8 +257,8 @@ impl Effect for Symmetrised {
     fn role(&self) -> Role {
         self.0.role()
     }
-    fn intensity(&self, t: f64) -> f64 {
-        self.0.intensity(t)
+    fn intensity(&self, now: Clock) -> f64 {
+        self.0.intensity(now)
     }
 }
 

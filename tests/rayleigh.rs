@@ -115,7 +115,7 @@ fn residual(effect: &dyn Effect, at: &At) -> Vec<f64> {
 }
 
 fn moving<'a>(x: &'a [f64], v: &'a [f64], old: &'a [f64]) -> At<'a> {
-    At { t: 0.0, dt: 0.1, x, v, a: v, old, history: &[], rates: Rates { cv: 10.0, ca: 100.0 } }
+    At { t: 0.0, dt: 0.1, x, v, a: v, old, history: &[], inputs: &[], rates: Rates { cv: 10.0, ca: 100.0 } }
 }
 
 /// r = β d/ds r_elastic(x* + s v) by central differences of the elastic forces, at rest or at the start of the step. Steps of

@@ -16,7 +16,7 @@ use std::collections::BTreeMap;
 /// Effect at displacement x, not moving.
 fn eval(effect: &dyn Effect, x: &[f64], b: usize, want: Want) -> Result<Local, EvalError> {
     let zero = vec![0.0; x.len()];
-    let at = At { t: 0.0, dt: 1.0, x, v: &zero, a: &zero, old: x, history: &[], rates: Rates::default() };
+    let at = At { t: 0.0, dt: 1.0, x, v: &zero, a: &zero, old: x, history: &[], inputs: &[], rates: Rates::default() };
     let mut out = Local::new(effect.blocks().size(b));
     effect.eval(&at, b, want, &mut out)?;
     Ok(out)
@@ -258,7 +258,7 @@ fn inversion_is_no_error_and_coincident_nodes_are() {
     assert_eq!(error.to_string(), "edge_springs: nodes 1 and 3 coincide");
     let zero = vec![0.0; 12];
     let rates = Rates { cv: 1.0, ca: 0.0 };
-    let at = At { t: 0.0, dt: 1.0, x: &collapsed, v: &zero, a: &zero, old: &zero, history: &[], rates };
+    let at = At { t: 0.0, dt: 1.0, x: &collapsed, v: &zero, a: &zero, old: &zero, history: &[], inputs: &[], rates };
     let error = dampers.eval(&at, 0, Want::Residual, &mut Local::new(6)).expect_err("no direction");
     assert_eq!(error, EvalError::Coincident { effect: "edge_dampers".into(), nodes: [0, 1] });
 }
@@ -352,7 +352,7 @@ kind = "energy"
     let last = |name: &str| *common::column(&result, name).last().unwrap();
     assert!(last("bending_angle_deg") > 5.0 && last("cable_tension_N") > 0.0 && last("dissipated_J") > 0.0);
     assert!(last("stretch_max") > 1.0 && last("min_j") < 1.0 && last("elastic_J") > 0.0);
-    let record = durometer::study::runner::record(&springs, &result, (0.0, 0.0));
+    let record = durometer::study::outcome::record(&springs, &result, (0.0, 0.0));
     assert_eq!((record.law, record.formulation.as_str()), (None, "mass_spring"));
     let equal = scene(mesh(), &text("stiffness = \"20 N/m\""));
     assert!(equal.no_limit.is_some_and(|why| why.contains("1/h")));

@@ -34,6 +34,7 @@ fn tangent(system: &System) -> Vec<f64> {
         a: &rest.a,
         old: &rest.x,
         history: &rest.history,
+        inputs: &[],
         rates: Rates::default(),
     };
     system.assemble(&at, &[], Want::Tangent, None, &mut sums).expect("at rest");
@@ -89,7 +90,17 @@ fn continuous(mesh: &TetMesh, shear: &System) -> (Vec<Vec<f64>>, DMatrix<f64>, D
 fn per_cell(mesh: &TetMesh, shear: &System) -> (Vec<Vec<f64>>, DMatrix<f64>) {
     let (mean, _) = formulated(mesh, rubber(), Formulation::MeanDilatation);
     let x = vec![0.0; 3 * mesh.points.len()];
-    let at = At { t: 0.0, dt: f64::INFINITY, x: &x, v: &x, a: &x, old: &x, history: &[], rates: Rates::default() };
+    let at = At {
+        t: 0.0,
+        dt: f64::INFINITY,
+        x: &x,
+        v: &x,
+        a: &x,
+        old: &x,
+        history: &[],
+        inputs: &[],
+        rates: Rates::default(),
+    };
     let element = |effect: &dyn Effect, c: usize| {
         let mut local = Local::new(30);
         effect.eval(&at, c, Want::Tangent, &mut local).expect("at rest");

@@ -409,6 +409,7 @@ fn the_overstress_has_no_pressure() {
             a: &zero,
             old: &old,
             history: &history,
+            inputs: &[],
             rates: Default::default(),
         };
         for b in 0..effect.blocks().len() {

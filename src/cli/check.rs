@@ -89,7 +89,7 @@ fn build(
 }
 
 fn steps(scene: &Scene) -> usize {
-    scene.spans.iter().map(|s| ((s.end - s.start) / s.dt - 1e-9).ceil() as usize).sum()
+    scene.spans.iter().map(durometer::solve::Span::steps).sum()
 }
 
 /// The kinds that the scene does not declare.
@@ -141,12 +141,15 @@ fn describe(scene: &Scene) {
     println!("nothing else is assembled");
     println!("unknowns     {}, {} entries in the tangent", scene.system.dofs.free.len(), scene.system.pattern.nnz());
     for s in &scene.signals {
+        if s.signal.has_inputs() {
+            println!("signal       {}, decided on the way", s.name);
+            continue;
+        }
         let ((_, low), (t, high)) = extremes(&s.signal, &scene.spans);
         println!("signal       {} between {low} and {high} (at {t:.4} s)", s.name);
     }
     for span in &scene.spans {
-        let steps = ((span.end - span.start) / span.dt - 1e-9).ceil();
-        let name = span.integrator.name();
+        let (steps, name) = (span.steps(), span.integrator.name());
         println!("stage        {name} from {} s to {} s: {steps} steps of {} s", span.start, span.end, span.dt);
     }
     println!("records      {}", scene.columns().join("\n             "));

@@ -57,9 +57,12 @@ const INCOMPLETE: u8 = 3;
 const BAD_INPUT: u8 = 2;
 
 pub fn main() -> ExitCode {
-    // A reader that closes the pipe (`| head`) ends the program quietly.
-    sigpipe::reset();
-    let outcome = match Cli::parse().command {
+    let command = Cli::parse().command;
+    // A reader that closes the pipe (`| head`) ends the program quietly; a controller that ends must not.
+    if !matches!(&command, Command::Simulate(args) if args.controller.is_some()) {
+        sigpipe::reset();
+    }
+    let outcome = match command {
         Command::Run(args) => run::main(args),
         Command::Simulate(args) => simulate::main(args),
         Command::Mesh(args) => mesh::main(args),

@@ -1,19 +1,25 @@
 //! `durometer simulate SCENE`
 
 use super::{INCOMPLETE, Outcome, bars::Bars, files};
-use durometer::scene::{Body, Constant, Scene, read_scene};
+use durometer::math::units::{self, Dimension};
+use durometer::scene::control::Controller;
+use durometer::scene::control::process::Process;
+use durometer::scene::output::ScheduleSpec;
+use durometer::scene::{Body, Constant, Course, CourseError, Scene, Steering, read_scene};
 use durometer::solve::Status;
-use durometer::study::fields::Fields;
+use durometer::study::fields::{Fields, USUAL};
 use durometer::study::locking::REMEDY;
+use durometer::study::outcome;
+use durometer::study::overlay::overlays;
 use durometer::study::record::CaseRecord;
-use durometer::study::runner::{self, Watch};
+use durometer::study::runner::Watch;
 use durometer::study::store;
 use durometer::study::words::seconds;
 use durometer::system::State;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Run one scene and write its time series
 ///
@@ -27,6 +33,9 @@ Examples:
   durometer simulate studies/finger-dynamics/scene.toml
   durometer simulate my-scene.toml --set mesh.cells=9300 --out out
   durometer simulate my-scene.toml --set 'constraint.cable.drive={ tension = \"2 N\" }' --vtu
+  durometer simulate my-scene.toml --save-state \"0.5 s\" --save-state end
+  durometer simulate my-scene.toml --restart reports/simulate/my-scene-0.5s.state
+  durometer simulate my-scene.toml --controller \"python3 studies/finger-control/pi.py 30\"
   durometer simulate finger-convergence --slope laws.rubber.mu --slope laws.rubber.nu
 
 In --set a step into a list is its index from 0, or the name or kind of an entry.
@@ -45,8 +54,20 @@ pub struct Args {
     vtu: bool,
     /// Write <name>.slopes.csv: exact derivatives of positions, angles, reactions and cables by a constant of a law, e.g.
     /// --slope laws.rubber.mu, several times; not in implicit_euler_linearised
-    #[arg(long, value_name = "CONSTANT")]
+    #[arg(long, value_name = "CONSTANT", conflicts_with_all = ["save_state", "restart", "controller"])]
     slope: Vec<String>,
+    /// Save a state to restart from at a time (\"0.5 s\"), or at the `end`; several times
+    #[arg(long, value_name = "WHEN")]
+    save_state: Vec<String>,
+    /// Go on from a saved state of this scene; the files come out as if the run had never been cut
+    #[arg(long, value_name = "FILE")]
+    restart: Option<PathBuf>,
+    /// A program that sets the `controlled` signals of the scene, by JSON lines on its standard input and output
+    #[arg(long, value_name = "COMMAND")]
+    pub(super) controller: Option<String>,
+    /// Longest time for an answer of the controller
+    #[arg(long, value_name = "TIME", default_value = "60 s", requires = "controller")]
+    controller_timeout: String,
     /// Print the record instead of progress
     #[arg(long)]
     json: bool,
@@ -60,35 +81,68 @@ pub fn main(args: Args) -> Outcome {
     let body = Body::load(&file, &spec.mesh, &mut |line| bars.meshing(&name, line))?;
     let scene = Scene::build(&file, spec, text, body.into())?;
     let constants: Vec<Constant> = args.slope.iter().map(|text| text.parse()).collect::<Result<_, _>>()?;
+    let from = args.restart.as_ref().map(|file| Course::read(file, &scene)).transpose()?;
+    let (at, at_end) = times(&args.save_state, &scene)?;
     files::make_folder(&args.out)?;
+    let mut controller = controller(&args, &scene)?;
     if !args.json {
         scene.remarks.iter().for_each(|remark| eprintln!("note: {remark}"));
     }
     bars.started(&name);
     let stop = super::stop_flag();
-    let mut fields = args.vtu.then(|| Fields::new(&args.out, &name));
+    let chosen = scene.spec.output.fields.as_ref();
+    let (what, schedule) = match chosen {
+        Some(chosen) => (chosen.what.as_slice(), chosen.schedule()),
+        None => (&USUAL[..], ScheduleSpec::default()),
+    };
+    let drawn = args.vtu || chosen.is_some();
+    let mut fields = drawn.then(|| Fields::new(&args.out, &name, what));
+    // Points of the grid so far, and the time of the last one.
+    let (mut number, mut past) = match &from {
+        Some(course) => (course.recorded(), Some(course.state.t)),
+        None => (0, None),
+    };
+    let (mut states, mut unsaved) = (Vec::new(), None::<CourseError>);
+    let mut save = |course: &Course, label: &str| {
+        let file = args.out.join(format!("{name}-{label}.state"));
+        match course.write(&file, &scene) {
+            Ok(()) => states.push(file),
+            Err(e) => unsaved = unsaved.take().or(Some(e)),
+        }
+    };
+    let steering = Steering {
+        from,
+        controller: controller.as_mut().map(|c| c as &mut dyn Controller),
+        at,
+        at_end,
+        saved: Some(&mut save),
+    };
     let (wall, cpu) = (Instant::now(), cpu_time::ThreadTime::now());
     let mut watch = |progress| {
         bars.progress(&name, progress);
         !stop.load(Ordering::Relaxed)
     };
-    let mut states = |state: &State| {
-        if let Some(fields) = &mut fields {
-            fields.add(&scene, state);
+    let mut points = |state: &State| {
+        if let Some(fields) = fields.as_mut().filter(|_| schedule.due(past, state.t)) {
+            fields.add(&scene, state, number);
         }
+        (number, past) = (number + 1, Some(state.t));
     };
     let (run, slopes) = match constants.is_empty() {
-        true => (scene.run(&mut watch, &mut states), None),
-        false => scene.run_with_slopes(&constants, &mut watch, &mut states).map(|(run, slopes)| (run, Some(slopes)))?,
+        true => (scene.steer(steering, &mut watch, &mut points), None),
+        false => scene.run_with_slopes(&constants, &mut watch, &mut points).map(|(run, slopes)| (run, Some(slopes)))?,
     };
-    // Derivatives are no part of the price of the run.
-    let aside = slopes.as_ref().map_or((0.0, 0.0), |s| (s.wall, s.cpu));
+    // Derivatives and the answers of a controller are no part of the price of the run.
+    let mut aside = slopes.as_ref().map_or((0.0, 0.0), |s| (s.wall, s.cpu));
+    if let Some(controller) = controller {
+        aside.0 += controller.waited.as_secs_f64();
+    }
     let mut times = (wall.elapsed().as_secs_f64() - aside.0, cpu.elapsed().as_secs_f64() - aside.1);
     if let Some(fields) = fields {
         let (wall, cpu) = fields.finish()?;
         times = (times.0 - wall, times.1 - cpu);
     }
-    let mut record = runner::record(&scene, &run, times);
+    let mut record = outcome::record(&scene, &run, times);
     record.id.clone_from(&name);
     store::write(&args.out.join(format!("{name}.csv")), &store::csv(&run))?;
     store::write(&args.out.join(format!("{name}.signals.csv")), &store::signals_csv(&scene, &run))?;
@@ -97,6 +151,7 @@ pub fn main(args: Args) -> Outcome {
     }
     let json = serde_json::to_string_pretty(&record)?;
     store::write(&args.out.join(format!("{name}.json")), &json)?;
+    durometer::report::overlays(&args.out, &name, &overlays(&scene, &run))?;
     bars.finished(&record, false);
     if !args.json {
         record.remarks[scene.remarks.len()..].iter().for_each(|remark| eprintln!("note: {remark}"));
@@ -112,11 +167,26 @@ pub fn main(args: Args) -> Outcome {
             let (peak, last) = (plain(value.peak), plain(value.last));
             println!("{probe:28} peak {peak:>12} at {:.3} s   final {last:>12}", value.peak_t_s);
         }
+        for e in &record.events {
+            let value = e.value.map_or_else(String::new, |v| format!(" (at {})", plain(v)));
+            println!("event {} at {:.4} s{value}: {}", e.event, e.t_s, e.did.join(", "));
+        }
+        for d in &record.distances {
+            let (l2, largest) = (100.0 * d.l2, 100.0 * d.largest);
+            println!("{} over {} is off {} by {l2:.2} % (L2), {largest:.2} % (largest)", d.column, d.over, d.file);
+        }
+        states.iter().for_each(|file| println!("state:   {}", file.display()));
         println!("{}", price(&record));
         println!("results: {}", args.out.join(format!("{name}.csv")).display());
-        if args.vtu {
+        if drawn {
             println!("fields:  {} (open it in ParaView)", args.out.join(format!("{name}.pvd")).display());
         }
+    }
+    if let Some(why) = unsaved {
+        return Err(why.into());
+    }
+    if let Some(why) = &run.failure {
+        eprintln!("not complete: {why}");
     }
     let stopped = slopes.and_then(|s| s.stopped);
     if let Some((t, why)) = &stopped {
@@ -124,6 +194,44 @@ pub fn main(args: Args) -> Outcome {
     }
     let complete = run.status == Status::Converged && stopped.is_none();
     Ok(if complete { ExitCode::SUCCESS } else { ExitCode::from(INCOMPLETE) })
+}
+
+/// When states are saved: times [s], and at the end?
+fn times(when: &[String], scene: &Scene) -> Result<(Vec<f64>, bool), String> {
+    let end = scene.spans.last().map_or(0.0, |s| s.end);
+    let mut times = Vec::new();
+    for text in when.iter().filter(|text| *text != "end") {
+        let remedy = "write a time such as \"0.5 s\", or end";
+        let t = units::parse(text, Dimension::TIME).map_err(|e| format!("--save-state: {e}; {remedy}"))?;
+        if !(0.0..=end * (1.0 + 1e-9)).contains(&t) {
+            return Err(format!("--save-state: the run is from 0 to {end} s and has no {text}; {remedy}"));
+        }
+        times.push(t);
+    }
+    Ok((times, when.iter().any(|text| text == "end")))
+}
+
+/// The program that sets the signals. A scene that leaves none to it is refused, and one without a program.
+fn controller(args: &Args, scene: &Scene) -> Result<Option<Process>, Box<dyn std::error::Error>> {
+    let signals = scene.controls.controlled();
+    let Some(command) = &args.controller else {
+        return match signals.first() {
+            None => Ok(None),
+            Some(name) => {
+                Err(format!("the signal {name} waits for a controller; give one: --controller \"python3 ctrl.py\"")
+                    .into())
+            }
+        };
+    };
+    if signals.is_empty() {
+        let remedy = "drive something by { kind = \"controlled\", initial = \"0 mm\" }";
+        return Err(format!("the scene leaves no signal to a controller; {remedy}").into());
+    }
+    let seconds = units::parse(&args.controller_timeout, Dimension::TIME);
+    let seconds = seconds.ok().filter(|s| *s > 0.0 && *s < 1e6).ok_or_else(|| {
+        format!("--controller-timeout \"{}\" is no time; write for example \"10 s\"", args.controller_timeout)
+    })?;
+    Ok(Some(Process::start(command, Duration::from_secs_f64(seconds))?))
 }
 
 /// Where the time went: every effect and constraint that is assembled, then the linear algebra.

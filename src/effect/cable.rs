@@ -7,7 +7,7 @@
 //! tension, T ≤ T_max where the drive yields. Limits: without friction T is the same everywhere ([`super::cable_friction`] has it);
 //! the elastic cable is linear, its strain T/EA small.
 
-use crate::math::signal::Signal;
+use crate::math::signal::{Clock, Signal};
 use crate::math::tensor::{Mat3, Vec3};
 use crate::system::{At, Blocks, Cone, Constraint, Effect, EvalError, Local, Role, Want};
 use std::collections::BTreeMap;
@@ -163,8 +163,8 @@ impl Effect for CableTension {
         Role::Load
     }
 
-    fn intensity(&self, t: f64) -> f64 {
-        self.tension.at(t).max(0.0)
+    fn intensity(&self, now: Clock) -> f64 {
+        self.tension.at(now).max(0.0)
     }
 
     fn blocks(&self) -> &Blocks {
@@ -172,7 +172,7 @@ impl Effect for CableTension {
     }
 
     fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
-        self.cable.segment(at.x, b, self.intensity(at.t), want, out)
+        self.cable.segment(at.x, b, self.intensity(at.clock()), want, out)
     }
 }
 
@@ -205,8 +205,8 @@ impl Constraint for CableLength {
         self.rest
     }
 
-    fn target(&self, t: f64) -> f64 {
-        self.rest - self.shortening.at(t)
+    fn target(&self, now: Clock) -> f64 {
+        self.rest - self.shortening.at(now)
     }
 
     fn blocks(&self) -> &Blocks {

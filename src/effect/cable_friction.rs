@@ -13,7 +13,7 @@
 //! Limits: β_k has a kink where the cable is straight, and its gradient is taken as zero there.
 
 use super::cable::Cable;
-use crate::math::signal::Signal;
+use crate::math::signal::{Clock, Signal};
 use crate::math::tensor::Vec3;
 use crate::system::{Blocks, Cone, Constraint, EvalError, Form, Local, Piece, Rows, Want, between};
 use std::collections::BTreeMap;
@@ -114,9 +114,9 @@ impl Constraint for Segment {
         self.rope.total()
     }
 
-    fn target(&self, t: f64) -> f64 {
+    fn target(&self, now: Clock) -> f64 {
         match &self.rope.pull {
-            Pull::Length { shortening, .. } if self.s == 0 => self.rope.rest[0] - shortening.at(t),
+            Pull::Length { shortening, .. } if self.s == 0 => self.rope.rest[0] - shortening.at(now),
             _ => self.rope.rest[self.s],
         }
     }
@@ -138,7 +138,7 @@ impl Constraint for Segment {
             _ if self.s > 0 => self.guide(c, rows),
             Pull::Length { most, .. } => between(rows, c, Form::gap(rows, self.places(c).1, self.rope.total()), *most),
             Pull::Tension(tension) => {
-                let zero = Form::multiplier(rows, c, tension.at(rows.t).max(0.0));
+                let zero = Form::multiplier(rows, c, tension.at(rows.now).max(0.0));
                 vec![Piece { zero, while_not_negative: Vec::new() }]
             }
         }
@@ -194,7 +194,7 @@ impl Constraint for Turn {
         1.0
     }
 
-    fn target(&self, _t: f64) -> f64 {
+    fn target(&self, _now: Clock) -> f64 {
         0.0
     }
 

@@ -13,7 +13,7 @@
 //! g = V(x) − V₀ − ΔV(t) = 0, and the multiplier is the pressure. A limit point of the pressure is passed by volume.
 //! The integrals are exact on tet4 and curved tet10 facets (a polynomial of degree 4).
 
-use crate::math::signal::Signal;
+use crate::math::signal::{Clock, Signal};
 use crate::math::tensor::Vec3;
 use crate::mesh::{TetMesh, element, quadrature};
 use crate::system::{At, Blocks, Cone, Constraint, Effect, EvalError, Local, Role, Want};
@@ -163,8 +163,8 @@ impl Effect for CavityPressure {
         Role::Load
     }
 
-    fn intensity(&self, t: f64) -> f64 {
-        self.pressure.at(t)
+    fn intensity(&self, now: Clock) -> f64 {
+        self.pressure.at(now)
     }
 
     fn blocks(&self) -> &Blocks {
@@ -172,7 +172,7 @@ impl Effect for CavityPressure {
     }
 
     fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
-        self.cavity.facet(at.x, b, self.intensity(at.t), want, out);
+        self.cavity.facet(at.x, b, self.intensity(at.clock()), want, out);
         Ok(())
     }
 }
@@ -200,8 +200,8 @@ impl Constraint for CavityVolume {
         self.scale
     }
 
-    fn target(&self, t: f64) -> f64 {
-        -(self.rest + self.growth.at(t))
+    fn target(&self, now: Clock) -> f64 {
+        -(self.rest + self.growth.at(now))
     }
 
     fn blocks(&self) -> &Blocks {

@@ -5,7 +5,7 @@
 //! same on both sides. With w_i = ∫ N_i dA it is a traction s(t) [Pa] per reference area. The direction does not turn with
 //! the body; a pressure that follows the surface is a cavity.
 
-use crate::math::signal::Signal;
+use crate::math::signal::{Clock, Signal};
 use crate::math::tensor::Vec3;
 use crate::mesh::{TetMesh, element, quadrature};
 use crate::system::{At, Blocks, Effect, EvalError, Local, Role, Want};
@@ -52,8 +52,8 @@ impl Effect for DeadLoad {
         Role::Load
     }
 
-    fn intensity(&self, t: f64) -> f64 {
-        self.intensity.at(t)
+    fn intensity(&self, now: Clock) -> f64 {
+        self.intensity.at(now)
     }
 
     fn blocks(&self) -> &Blocks {
@@ -62,7 +62,7 @@ impl Effect for DeadLoad {
 
     fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
         let dof = 3 * self.blocks.nodes(b)[0] as usize;
-        let s = if want > Want::Energy { self.intensity.at(at.t) } else { 0.0 };
+        let s = if want > Want::Energy { self.intensity.at(at.clock()) } else { 0.0 };
         for i in 0..3 {
             let unit = -self.weights[b] * self.direction[i];
             out.energy += unit * at.x[dof + i];

@@ -1,6 +1,6 @@
 //! Gravity: φ = −∫ ρ ĝ·x dV per unit of s(t), with the acceleration g = s(t) ĝ [m/s²].
 
-use crate::math::signal::Signal;
+use crate::math::signal::{Clock, Signal};
 use crate::math::tensor::Vec3;
 use crate::mesh::{TetMesh, element, quadrature};
 use crate::system::{At, Blocks, Effect, EvalError, Local, Role, Want};
@@ -44,8 +44,8 @@ impl Effect for Gravity {
         Role::Load
     }
 
-    fn intensity(&self, t: f64) -> f64 {
-        self.acceleration.at(t)
+    fn intensity(&self, now: Clock) -> f64 {
+        self.acceleration.at(now)
     }
 
     fn blocks(&self) -> &Blocks {
@@ -54,7 +54,7 @@ impl Effect for Gravity {
 
     fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
         let dof = 3 * self.blocks.nodes(b)[0] as usize;
-        let s = if want > Want::Energy { self.acceleration.at(at.t) } else { 0.0 };
+        let s = if want > Want::Energy { self.acceleration.at(at.clock()) } else { 0.0 };
         for i in 0..3 {
             let unit = -self.mass[b] * self.direction[i];
             out.energy += unit * at.x[dof + i];

@@ -15,7 +15,7 @@
 //! the swept volume, with the sign of the load's φ. The integrals are exact on tet4 and curved tet10 facets.
 
 use super::cavity::{CYCLES, Cavity, Point};
-use crate::math::signal::Signal;
+use crate::math::signal::{Clock, Signal};
 use crate::math::tensor::Vec3;
 use crate::mesh::TetMesh;
 use crate::system::{At, Blocks, Effect, EvalError, Local, Role, Skew, Want};
@@ -57,8 +57,8 @@ impl Effect for OpenCavityPressure {
         Role::Follower
     }
 
-    fn intensity(&self, t: f64) -> f64 {
-        self.pressure.at(t)
+    fn intensity(&self, now: Clock) -> f64 {
+        self.pressure.at(now)
     }
 
     fn blocks(&self) -> &Blocks {
@@ -66,7 +66,7 @@ impl Effect for OpenCavityPressure {
     }
 
     fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
-        let p = self.intensity(at.t);
+        let p = self.intensity(at.clock());
         for point in self.cavity.points() {
             out.energy += self.swept(at, b, point);
             if want == Want::Energy {
@@ -110,7 +110,7 @@ impl Skew for OpenCavityPressure {
 
     fn eval(&self, at: &At, b: usize, out: &mut Local) {
         let nodes = self.rim.nodes(b);
-        let p = self.intensity(at.t);
+        let p = self.intensity(at.clock());
         for (s, weight) in GAUSS {
             let (shape, slope) = edge_shape(nodes.len(), s);
             let dx: Vec3 = (0..nodes.len())

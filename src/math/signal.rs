@@ -1,6 +1,45 @@
 //! Prescribed functions of time s(t), and their rates.
 
+use super::formula::Formula;
 use std::f64::consts::TAU;
+
+/// Linear from (start, from) to (end, to), constant outside: what is known of a signal at two points of the time grid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ramp {
+    pub start: f64,
+    pub from: f64,
+    pub end: f64,
+    pub to: f64,
+}
+
+impl Ramp {
+    /// The value `value` at all times.
+    pub fn constant(value: f64) -> Self {
+        Self { start: 0.0, from: value, end: 0.0, to: value }
+    }
+
+    pub fn at(&self, t: f64) -> f64 {
+        if t >= self.end {
+            return self.to;
+        }
+        let s = ((t - self.start) / (self.end - self.start)).max(0.0);
+        self.from + s * (self.to - self.from)
+    }
+}
+
+/// A time, and the inputs as they are known there.
+#[derive(Clone, Copy, Debug)]
+pub struct Clock<'a> {
+    pub t: f64,
+    pub inputs: &'a [Ramp],
+}
+
+/// A time in a world without inputs.
+impl From<f64> for Clock<'_> {
+    fn from(t: f64) -> Self {
+        Self { t, inputs: &[] }
+    }
+}
 
 /// A function of time. The unit of the value is the one of what it drives.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,11 +87,21 @@ pub enum Signal {
         after: f64,
     },
     Sum(Vec<Signal>),
+    /// A formula in t
+    Formula(Formula),
+    /// Input of this number: what events, controllers and recorded columns decide
+    Input(usize),
 }
 
 impl Signal {
     /// s(t)
-    pub fn at(&self, t: f64) -> f64 {
+    pub fn at<'a>(&self, now: impl Into<Clock<'a>>) -> f64 {
+        self.value(now.into())
+    }
+
+    fn value(&self, now: Clock) -> f64 {
+        let t = now.t;
+        let earlier = |t: f64| Clock { t, ..now };
         match self {
             Self::Constant(value) => *value,
             // ½(1 − cos 2x) = sin²x keeps all digits near the minimum
@@ -62,14 +111,31 @@ impl Signal {
                 let s = ((t - start) / (end - start)).clamp(0.0, 1.0);
                 from + s * (to - from)
             }
-            Self::Hold { signal, at } => signal.at(t.min(*at)),
-            Self::Delay { signal, by } => signal.at((t - by).max(0.0)),
+            Self::Hold { signal, at } => signal.value(earlier(t.min(*at))),
+            Self::Delay { signal, by } => signal.value(earlier((t - by).max(0.0))),
             Self::Table(rows) => interpolate(rows, t),
             Self::Continued { signal, from, to, before, after } => {
-                signal.at(t.clamp(*from, *to)) + before * (t - from).min(0.0) + after * (t - to).max(0.0)
+                let inside = Clock { t: t.clamp(*from, *to), ..now };
+                signal.value(inside) + before * (t - from).min(0.0) + after * (t - to).max(0.0)
             }
-            Self::Product(factors) => factors.iter().map(|s| s.at(t)).product(),
-            Self::Sum(terms) => terms.iter().map(|s| s.at(t)).sum(),
+            Self::Product(factors) => factors.iter().map(|s| s.value(now)).product(),
+            Self::Sum(terms) => terms.iter().map(|s| s.value(now)).sum(),
+            Self::Formula(formula) => formula.at(t),
+            Self::Input(k) => now.inputs.get(*k).map_or(0.0, |ramp| ramp.at(t)),
+        }
+    }
+}
+
+impl Signal {
+    /// Is a part of it decided on the way?
+    pub fn has_inputs(&self) -> bool {
+        match self {
+            Self::Input(_) => true,
+            Self::Hold { signal, .. } | Self::Delay { signal, .. } | Self::Continued { signal, .. } => {
+                signal.has_inputs()
+            }
+            Self::Product(all) | Self::Sum(all) => all.iter().any(Self::has_inputs),
+            _ => false,
         }
     }
 }
@@ -100,6 +166,11 @@ mod tests {
         assert_eq!([delay.at(0.5), delay.at(2.5), delay.at(9.0)], [1.0, 2.0, 3.0]);
         let table = Signal::Table(vec![(0.0, 1.0), (2.0, 5.0)]);
         assert_eq!([table.at(-1.0), table.at(0.5), table.at(2.0), table.at(3.0)], [1.0, 2.0, 5.0, 5.0]);
+        let step = Ramp { start: 1.0, from: 4.0, end: 2.0, to: 8.0 };
+        let input = Signal::Sum(vec![Signal::Input(0), Signal::Constant(1.0)]);
+        let at = |t: f64| input.at(Clock { t, inputs: &[step] });
+        assert_eq!([at(0.5), at(1.0), at(1.25), at(2.0), at(3.0)], [5.0, 5.0, 6.0, 9.0, 9.0]);
+        assert!(input.has_inputs() && !ramp.has_inputs());
         let continued =
             Signal::Continued { signal: Box::new(ramp.clone()), from: 1.0, to: 1.5, before: 4.0, after: -2.0 };
         assert_eq!([continued.at(0.5), continued.at(1.25), continued.at(2.0)], [-1.0, 1.5, 1.0]);

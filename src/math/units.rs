@@ -24,6 +24,7 @@ impl Dimension {
     pub const FREQUENCY: Self = dim(0, 0, -1, 0);
     pub const ANGLE: Self = dim(0, 0, 0, 1);
     pub const FORCE: Self = dim(1, 1, -2, 0);
+    pub const ENERGY: Self = dim(2, 1, -2, 0);
     pub const PRESSURE: Self = dim(-1, 1, -2, 0);
     pub const STIFFNESS: Self = dim(0, 1, -2, 0);
     pub const DAMPING: Self = dim(0, 1, -1, 0);
@@ -43,6 +44,7 @@ impl Dimension {
             Self::FREQUENCY => "Hz",
             Self::ANGLE => "deg",
             Self::FORCE => "N",
+            Self::ENERGY => "mN m",
             Self::PRESSURE => "kPa",
             Self::STIFFNESS => "N/m",
             Self::DAMPING => "N s/m",

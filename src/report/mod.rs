@@ -24,7 +24,17 @@ mod table;
 pub use error::ReportError;
 pub use summary::Summary;
 
+use crate::study::overlay::Overlay;
 use std::path::Path;
+
+/// Draws measured curves over recorded ones: `<name>-compare-1.svg`, `.png`, `.pdf` and so on in `dir`.
+pub fn overlays(dir: &Path, name: &str, overlays: &[Overlay]) -> Result<(), ReportError> {
+    for (k, overlay) in overlays.iter().enumerate() {
+        let figure = figures::overlay::draw(&format!("{name}-compare-{}", k + 1), overlay);
+        export::save(dir, &figure.name, &figure.svg)?;
+    }
+    Ok(())
+}
 
 /// Does the folder hold a comparison of fits (`compare.json`)?
 pub fn is_comparison(dir: &Path) -> bool {

@@ -2,7 +2,8 @@
 
 use super::error::ReportError;
 use crate::calibrate::inverse::Calibration;
-use crate::study::record::{CaseRecord, Series, Skin, StoredCase, StudyRecord};
+use crate::study::record::{CaseRecord, Series, StoredCase, StudyRecord};
+use crate::study::skin::Skin;
 use serde::de::DeserializeOwned;
 use std::collections::BTreeMap;
 use std::io::ErrorKind;

@@ -1,9 +1,11 @@
 //! From a [`SceneSpec`] to a [`System`]: meshes, regions, laws, effects, constraints.
 
 use super::builder::{Builder, Gathered};
+use super::compare::Measured;
 use super::comparison::limit_of_springs;
+use super::control::Controls;
 use super::error::{SceneError, hint};
-use super::probe::Probe;
+use super::probe::{Probe, columns};
 use super::protocol::NamedSignal;
 use super::skin::NamedSkin;
 use super::spec::{ConstraintSpec, EffectSpec, SceneSpec};
@@ -52,6 +54,10 @@ pub struct Scene {
     pub spans: Vec<Span>,
     /// What is prescribed over time: shortenings, tensions, displacements, accelerations
     pub signals: Vec<NamedSignal>,
+    /// What is decided on the way: events, inputs
+    pub controls: Controls,
+    /// Measured curves to compare with
+    pub measured: Vec<Measured>,
     pub spec: SceneSpec,
     /// The scene as it was read, with its changes
     pub text: String,
@@ -136,9 +142,9 @@ impl Scene {
                     builder.prescribe(&place, region, components, &Signal::Constant(0.0))?;
                 }
                 ConstraintSpec::Prescribed { region, components, displacement } => {
-                    let signal = builder.signal(&place, displacement, Dimension::LENGTH)?;
+                    let name = format!("{region}_{components}_displacement_m");
+                    let signal = builder.signal(&place, name, displacement, Dimension::LENGTH)?;
                     builder.prescribe(&place, region, components, &signal)?;
-                    builder.keep(format!("{region}_{components}_displacement_m"), signal);
                 }
                 ConstraintSpec::Cable(cable) => {
                     if cables.iter().any(|c| c.name == cable.name) {
@@ -176,13 +182,19 @@ impl Scene {
             let refuse = |e| part(file, &place, e);
             Probe::new(probe, &body.mesh, &|name| builder.region(&place, name).cloned(), &refuse)
         };
-        let probes = spec.probes.iter().enumerate().map(probe).collect::<Result<_, _>>()?;
+        let probes = spec.probes.iter().enumerate().map(probe).collect::<Result<Vec<_>, _>>()?;
         builder.remark_static(&spec, &spans);
         builder.remark_viscoelastic(&spec, &spans);
         let causes = [builder.remark_patches(&spec), limit_of_springs(&spec)];
         let causes: Vec<String> = causes.into_iter().flatten().chain(std::mem::take(&mut builder.no_limits)).collect();
         let no_limit = (!causes.is_empty()).then(|| causes.join(", and "));
         let nodes = body.mesh.points.len();
+        builder.check_formulas(&spans)?;
+        builder.check_output(&spec.output, spans.last().map_or(0.0, |s| s.end))?;
+        let columns = columns(&probes, &cables, &cavities);
+        let measured = builder.measured(&spec.comparisons, &columns)?;
+        builder.check_continued(&spec, &spans)?;
+        let controls = builder.controls(&columns, &cables, &cavities, &spans)?;
         let skins = std::mem::take(&mut builder.skins);
         let (prescribed, signals, remarks) = builder.finish();
         let system = System::with_scalars(nodes, &hosts, effects, constraints, prescribed)
@@ -202,12 +214,13 @@ impl Scene {
             skins,
             spans,
             signals,
+            controls,
+            measured,
             spec,
             text,
             remarks,
             no_limit,
         };
-        let columns = scene.columns();
         match columns.iter().enumerate().find(|(k, c)| columns[..*k].contains(c)) {
             None => Ok(scene),
             Some((_, twice)) => Err(SceneError::Content {

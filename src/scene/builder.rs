@@ -1,10 +1,10 @@
 //! Regions, laws, effects, cables and prescribed motions of a scene on its mesh.
 
 use super::build::{Body, part};
+use super::control::Workbench;
 use super::error::{SceneError, hint};
 use super::protocol::NamedSignal;
 use super::quantity::Length;
-use super::signal::SignalSpec;
 use super::skin::NamedSkin;
 use super::spec::{EffectSpec, FormulationSpec, LumpingSpec, PickSpec, SceneSpec, SelectorSpec};
 use crate::effect::{
@@ -66,7 +66,8 @@ pub(super) struct Builder<'a> {
     laws: &'a BTreeMap<String, toml::Table>,
     /// Dof → its motion and who prescribed it
     prescribed: BTreeMap<u32, (Signal, String)>,
-    signals: Vec<NamedSignal>,
+    pub(super) signals: Vec<NamedSignal>,
+    pub(super) workbench: Workbench<'a>,
     /// Beyond the protocol: its first and last stage, where they are continued
     pub(super) continued: Option<[(f64, f64, bool); 2]>,
     pub(super) remarks: Vec<String>,
@@ -98,27 +99,22 @@ impl<'a> Builder<'a> {
         }
         let (prescribed, signals) = (BTreeMap::new(), Vec::new());
         let (no_limits, skins, continued) = (Vec::new(), Vec::new(), None);
+        let workbench = Workbench::new(&spec.events);
+        let laws = &spec.laws;
         Ok(Self {
             file,
             base,
             body,
             regions,
-            laws: &spec.laws,
+            laws,
             prescribed,
             signals,
+            workbench,
             remarks,
             continued,
             no_limits,
             skins,
         })
-    }
-
-    /// Records a signal under a name.
-    pub(super) fn keep(&mut self, name: String, signal: Signal) {
-        // The same motion of one region by two entries is one signal.
-        if !self.records(&name) {
-            self.signals.push(NamedSignal { name, signal });
-        }
     }
 
     /// Is a signal of this name recorded?
@@ -155,11 +151,6 @@ impl<'a> Builder<'a> {
             return Err(self.content(place, fact, "take a volume region such as \"body\""));
         }
         Ok(cells)
-    }
-
-    pub(super) fn signal(&self, place: &str, spec: &SignalSpec, d: Dimension) -> Result<Signal, SceneError> {
-        let signal = spec.build(d, &self.base).map_err(|e| part(self.file, place, e))?;
-        Ok(self.continued(signal))
     }
 
     pub(super) fn law(&self, place: &str, name: &str) -> Result<Box<dyn Law>, SceneError> {
@@ -256,8 +247,8 @@ impl<'a> Builder<'a> {
                     return Err(self.content(place, "the direction has no length", "write for example [0, 0, -1]"));
                 }
                 let density = positive(density.0)?;
-                let acceleration = self.signal(place, acceleration, Dimension::ACCELERATION)?;
-                self.keep(format!("{region}_acceleration_m_s2"), acceleration.clone());
+                let name = format!("{region}_acceleration_m_s2");
+                let acceleration = self.signal(place, name, acceleration, Dimension::ACCELERATION)?;
                 let cells = self.cells(place, region)?;
                 Box::new(Gravity::new(mesh, cells, density, direction.normalize(), acceleration))
             }

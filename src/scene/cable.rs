@@ -7,6 +7,7 @@ use super::protocol::extremes;
 use super::quantity::{Force, GuideRadius, Length};
 use super::spec::DriveSpec;
 use crate::effect::{Cable, CableLength, CableTension, Guide, Pull, cable_friction};
+use crate::math::signal::Signal;
 use crate::math::tensor::Vec3;
 use crate::math::units::Dimension;
 use crate::mesh::embed::{ball_weights, embed};
@@ -85,12 +86,12 @@ impl Builder<'_> {
         let row = constraints.len();
         let drive = match &spec.drive {
             DriveSpec::Length(signal) => {
-                let shortening = self.signal(place, signal, Dimension::LENGTH)?;
+                let named = format!("{}_shortening_m", spec.name);
+                let shortening = self.signal(place, named, signal, Dimension::LENGTH)?;
                 if softness == 0.0 && most == f64::INFINITY {
                     self.check_shortening(place, &shortening, rest - fixed, spans)?;
                 }
                 self.remark_let_out(&spec.name, &shortening, spans);
-                self.keep(format!("{}_shortening_m", spec.name), shortening.clone());
                 match spec.friction {
                     Some(mu) => {
                         let pull = Pull::Length { shortening, most };
@@ -105,9 +106,9 @@ impl Builder<'_> {
                 Drive::Multiplier(row)
             }
             DriveSpec::Tension(signal) => {
-                let tension = self.signal(place, signal, Dimension::FORCE)?;
+                let named = format!("{}_imposed_tension_N", spec.name);
+                let tension = self.signal(place, named, signal, Dimension::FORCE)?;
                 self.check_tension(place, &tension, spans)?;
-                self.keep(format!("{}_imposed_tension_N", spec.name), tension.clone());
                 match spec.friction {
                     Some(mu) => {
                         constraints.extend(cable_friction::rows(cable.clone(), Pull::Tension(tension), mu, softness));
@@ -221,16 +222,14 @@ impl Builder<'_> {
         Ok(Guide { point: at, weights })
     }
 
-    /// What runs through the body is all that can get shorter.
-    fn check_shortening(
-        &self,
-        place: &str,
-        shortening: &crate::math::signal::Signal,
-        free: f64,
-        spans: &[Span],
-    ) -> Result<(), SceneError> {
+    /// What runs through the body is all that can get shorter. What is decided on the way shows in the run.
+    fn check_shortening(&self, place: &str, shortening: &Signal, free: f64, spans: &[Span]) -> Result<(), SceneError> {
+        if shortening.has_inputs() {
+            return Ok(());
+        }
         let (_, (t, most)) = extremes(shortening, spans);
-        if most < free {
+        // What has no value is refused with its formula.
+        if most < free || !most.is_finite() {
             return Ok(());
         }
         let (mm, free) = (most * 1e3, free * 1e3);

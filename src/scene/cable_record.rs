@@ -2,10 +2,11 @@
 
 use super::build::{Drive, NamedCable};
 use crate::system::State;
+use serde::{Deserialize, Serialize};
 
 /// A cable that went slack, taut, or to the limit of its drive.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Event {
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CableEvent {
     /// Time of the first accepted state after it [s]
     pub t: f64,
     pub cable: String,
@@ -13,7 +14,8 @@ pub struct Event {
 }
 
 /// How a cable that is driven by length stands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Condition {
     Slack,
     Taut,
@@ -84,7 +86,7 @@ impl NamedCable {
         match &self.drive {
             Drive::Multiplier(c) if self.friction => state.lambda[*c..c + n].to_vec(),
             Drive::Multiplier(c) => vec![state.lambda[*c]; n],
-            Drive::Prescribed(signal) => vec![signal.at(state.t).max(0.0); n],
+            Drive::Prescribed(signal) => vec![signal.at(state.clock()).max(0.0); n],
         }
     }
 
@@ -115,11 +117,11 @@ impl NamedCable {
     }
 }
 
-/// Follows the cables of a run.
-#[derive(Default)]
+/// Follows the cables of a run; a part of every saved state.
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize)]
 pub(super) struct CableLog {
     last: Vec<Option<Condition>>,
-    pub(super) events: Vec<Event>,
+    pub(super) events: Vec<CableEvent>,
 }
 
 impl CableLog {
@@ -131,7 +133,7 @@ impl CableLog {
             if let (Some(before), Some(now)) = (before, now)
                 && before != now
             {
-                self.events.push(Event { t: state.t, cable: cable.name.clone(), what: *now });
+                self.events.push(CableEvent { t: state.t, cable: cable.name.clone(), what: *now });
             }
         }
     }

@@ -60,8 +60,8 @@ impl Builder<'_> {
         }
         let drive = match drive {
             CavityDriveSpec::Pressure(signal) => {
-                let pressure = self.signal(place, signal, Dimension::PRESSURE)?;
-                self.keep(format!("{name}_imposed_pressure_Pa"), pressure.clone());
+                let pressure =
+                    self.signal(place, format!("{name}_imposed_pressure_Pa"), signal, Dimension::PRESSURE)?;
                 effects.push(match planes {
                     Some(_) => Box::new(CavityPressure { cavity: cavity.clone(), pressure: pressure.clone() }),
                     None => Box::new(OpenCavityPressure::new(cavity.clone(), mesh, &facets, pressure.clone())),
@@ -69,8 +69,7 @@ impl Builder<'_> {
                 Drive::Prescribed(pressure)
             }
             CavityDriveSpec::Volume(signal) => {
-                let growth = self.signal(place, signal, Dimension::VOLUME)?;
-                self.keep(format!("{name}_growth_m3"), growth.clone());
+                let growth = self.signal(place, format!("{name}_growth_m3"), signal, Dimension::VOLUME)?;
                 // The sphere of this area holds more than any other surface
                 let area: f64 = facets.iter().map(|&f| mesh.facet_area(f as usize)).sum();
                 let scale = area.powf(1.5) / (6.0 * PI.sqrt());

@@ -86,8 +86,7 @@ impl Builder<'_> {
             let fact = format!("the signal {column} is recorded already");
             return Err(self.content(place, fact, "give each load a `name` of its own"));
         }
-        let signal = self.signal(place, spec, dimension)?;
-        self.keep(column, signal.clone());
+        let signal = self.signal(place, column, spec, dimension)?;
         Ok((direction.normalize(), signal))
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! Positions and directions are means over the area of a region, so they do not depend on the mesh.
 
-use super::build::{Drive, NamedCavity, Scene};
+use super::build::{Drive, NamedCable, NamedCavity, Scene};
 use super::error::SceneError;
 use super::quantity::Length;
 use super::spec::ProbeSpec;
@@ -159,6 +159,15 @@ impl Probe {
     }
 }
 
+/// Names of all recorded columns, time first.
+pub(super) fn columns(probes: &[Probe], cables: &[NamedCable], cavities: &[NamedCavity]) -> Vec<String> {
+    let probes = probes.iter().flat_map(Probe::columns);
+    let cables = cables.iter().flat_map(NamedCable::columns);
+    let cavities = cavities.iter().flat_map(cavity_columns);
+    let last = std::iter::once("newton_iterations".to_string());
+    std::iter::once("t_s".to_string()).chain(probes).chain(cables).chain(cavities).chain(last).collect()
+}
+
 /// Columns of a cavity: pressure and volume.
 pub fn cavity_columns(cavity: &NamedCavity) -> [String; 2] {
     [format!("{}_pressure_Pa", cavity.name), format!("{}_volume_m3", cavity.name)]
@@ -168,7 +177,7 @@ pub fn cavity_columns(cavity: &NamedCavity) -> [String; 2] {
 pub fn record_cavity(cavity: &NamedCavity, state: &State) -> [f64; 2] {
     let pressure = match &cavity.drive {
         Drive::Multiplier(c) => state.lambda[*c],
-        Drive::Prescribed(signal) => signal.at(state.t),
+        Drive::Prescribed(signal) => signal.at(state.clock()),
     };
     [pressure, cavity.cavity.volume(&state.x)]
 }

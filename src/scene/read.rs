@@ -12,6 +12,8 @@ use toml::de::{DeTable, DeValue};
 
 /// Arrays of tables that choose by `kind`, as do the signals in them.
 const TAGGED: [&str; 3] = ["effect", "constraint", "probe"];
+/// Arrays of tables without a `kind` that hold tables with one.
+const HOLDING: [&str; 1] = ["event"];
 /// Keys in them whose tables have no `kind`: they choose by their only key, or have nothing to choose.
 const PLAIN: [&str; 3] = ["drive", "prony", "rings"];
 
@@ -62,10 +64,11 @@ pub fn from_text<T: DeserializeOwned>(file: &Path, text: &str, origin: &str) -> 
     let mut table = DeTable::parse(text).map_err(|e| mistake(file, text, origin, &e, None))?;
     let entries = entries(table.get_ref());
     for (key, value) in table.get_mut().iter_mut() {
-        if let DeValue::Array(list) = value.get_mut()
-            && TAGGED.contains(&key.get_ref().as_ref())
-        {
-            list.iter_mut().for_each(nest_kind);
+        let key: &str = key.get_ref().as_ref();
+        match value.get_mut() {
+            DeValue::Array(list) if TAGGED.contains(&key) => list.iter_mut().for_each(nest_kind),
+            DeValue::Array(list) if HOLDING.contains(&key) => list.iter_mut().for_each(nest_below),
+            _ => {}
         }
     }
     let read = T::deserialize(toml::Deserializer::from(table));

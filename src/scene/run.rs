@@ -1,12 +1,17 @@
 //! One run of a scene: steps, records, energies. Neither prints nor writes.
 
 use super::build::Scene;
-use super::cable_record::{CableLog, Event, pulling};
-use super::probe::{Energies, Moment, cavity_columns, largest_stretch, record_cavity};
+use super::cable_record::{CableEvent, pulling};
+use super::control::{ControlError, Fired, Opening};
+use super::course::Course;
+use super::probe::{Energies, Moment, columns, largest_stretch, record_cavity};
 use super::slopes::Recorder;
+use super::steering::Steering;
 use crate::math::tensor::Vec3;
-use crate::solve::{Findings, Newton, NewtonSettings, Status, StepSettings, Stepper, Totals, initial_acceleration};
-use crate::system::{At, Cost, Role, State, System, Want};
+use crate::solve::{
+    Findings, Integrator, Newton, NewtonSettings, Status, StepSettings, Stepper, Totals, initial_acceleration,
+};
+use crate::system::{Cost, State};
 use std::time::{Duration, Instant};
 
 /// Where a run stands.
@@ -21,7 +26,15 @@ pub struct Run {
     pub columns: Vec<String>,
     /// [rows × columns], the first column is t_s
     pub rows: Vec<Vec<f64>>,
+    /// Rows that are written, by `output.series`: all, or those that are due and the last one
+    pub written: Vec<usize>,
+    /// [rows × signals] what was prescribed
+    pub signals: Vec<Vec<f64>>,
+    /// The `[[event]]`s that happened
+    pub events: Vec<Fired>,
     pub status: Status,
+    /// Why it could not be steered any further
+    pub failure: Option<ControlError>,
     pub totals: Totals,
     pub findings: Findings,
     /// Name and time of each effect and constraint
@@ -37,41 +50,42 @@ pub struct Run {
     /// The last accepted state
     pub last: State,
     /// Cables that went slack, taut, or to the limit of their drive
-    pub events: Vec<Event>,
+    pub cable_events: Vec<CableEvent>,
     /// Which cables pulled where the run could not go on, and what to do
     pub pulling: Option<String>,
 }
 
 /// A state to be drawn.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Snapshot {
     pub t: f64,
     pub x: Vec<f64>,
-}
-
-/// Integrals along the path.
-struct Ledger {
-    energies: Energies,
-    /// Per effect: energy at the last state
-    effect: Vec<f64>,
-    /// Per constraint: g at the last state
-    g: Vec<f64>,
-    residual: Vec<f64>,
 }
 
 impl Scene {
     /// Runs all stages. `watch` is called after each accepted step; false stops the run. `states` receives each state on
     /// the time grid.
     pub fn run(&self, watch: &mut dyn FnMut(Progress) -> bool, states: &mut dyn FnMut(&State)) -> Run {
-        self.follow(watch, states, None)
+        self.steer(Steering::default(), watch, states)
+    }
+
+    /// [`Scene::run`] from a saved state, with a controller, and with states to be saved.
+    pub fn steer(
+        &self,
+        steering: Steering,
+        watch: &mut dyn FnMut(Progress) -> bool,
+        states: &mut dyn FnMut(&State),
+    ) -> Run {
+        self.follow(steering, watch, states, None)
     }
 
     /// The same, with derivatives where there is a recorder for them.
     pub(super) fn follow(
         &self,
+        mut steering: Steering,
         watch: &mut dyn FnMut(Progress) -> bool,
         states: &mut dyn FnMut(&State),
-        mut slopes: Option<&mut Recorder>,
+        slopes: Option<&mut Recorder>,
     ) -> Run {
         let n = &self.spec.numerics;
         let newton = NewtonSettings {
@@ -87,58 +101,43 @@ impl Scene {
         stepper.points = &self.body.mesh.points;
         let budget = n.time_budget.and_then(|b| Duration::try_from_secs_f64(b.0).ok());
         stepper.deadline = budget.and_then(|b| Instant::now().checked_add(b));
-        let mut state = self.start();
-        let end = self.spans.last().map_or(0.0, |s| s.end);
-        let mut ledger = Ledger::new(&self.system, &state);
-        let mut rows = vec![self.record(&state, &ledger.residual, ledger.energies, 0)];
-        let mut iterations = 0;
-        let moved = |state: &State| largest(&state.x[..3 * self.body.mesh.points.len()]);
-        let mut log = CableLog::default();
-        let mut peak = (moved(&state), Snapshot { t: 0.0, x: state.x.clone() });
-        states(&state);
-        let mut status = Status::Converged;
-        for span in &self.spans {
-            if span.integrator.needs_initial_acceleration() {
-                match initial_acceleration(&self.system, &state) {
-                    Ok(a) => state.a = a,
-                    Err(why) => {
-                        status = Status::StepTooSmall { t: state.t, why };
-                        break;
-                    }
-                }
+        let mut failure = None;
+        let mut course = match steering.from.take() {
+            Some(course) => {
+                stepper.resume(course.memory.clone());
+                course
             }
-            if let Some(slopes) = &mut slopes {
-                slopes.begin(span.integrator, &state);
+            None => {
+                let (course, outcome) = Course::new(self);
+                failure = outcome.err();
+                states(&course.state);
+                course
             }
-            status = stepper.run(*span, &mut state, |past, now, newton, on_grid| {
-                ledger.book(&self.system, past, now, newton);
-                log.note(&self.cables, now);
-                if let Some(slopes) = &mut slopes {
-                    slopes.step(span.integrator, past, now, on_grid);
-                }
-                iterations += newton.iterations;
-                if on_grid {
-                    let since_last = std::mem::take(&mut iterations);
-                    rows.push(self.record(now, &newton.sums.r, ledger.energies, since_last));
-                    states(now);
-                    let size = moved(now);
-                    if size > peak.0 {
-                        peak = (size, Snapshot { t: now.t, x: now.x.clone() });
-                    }
-                }
-                watch(Progress { t: now.t, end })
-            });
-            if status != Status::Converged {
-                break;
-            }
+        };
+        if let (Some(controller), None) = (&mut steering.controller, &failure) {
+            let (columns, signals) = (self.columns(), self.controls.controlled());
+            let Course { state, control, .. } = &course;
+            let opening = Opening { columns: &columns, signals: &signals, t: state.t, memory: &control.controller };
+            failure = controller.begin(&opening).err();
+        }
+        let status = match failure {
+            Some(_) => Status::Interrupted { t: course.state.t },
+            None => self.all_stages(&mut course, &mut stepper, &mut steering, (&mut failure, slopes), watch, states),
+        };
+        if let (Some(controller), Some(row)) = (&mut steering.controller, course.rows.last()) {
+            controller.end(row, status.name());
         }
         let stuck = matches!(status, Status::StepTooSmall { .. } | Status::Inverted { .. });
-        let pulling = stuck.then(|| pulling(&self.cables, &state));
+        let pulling = stuck.then(|| pulling(&self.cables, &course.state));
         let Newton { factor, sums, assembly_time, .. } = &stepper.newton;
         Run {
             columns: self.columns(),
-            rows,
+            written: self.written(&course.rows),
+            rows: course.rows,
+            signals: course.signals,
+            events: course.control.log,
             status,
+            failure,
             totals: stepper.totals,
             findings: stepper.findings,
             costs: by_name(&sums.costs),
@@ -148,23 +147,139 @@ impl Scene {
             solve: factor.solve_time,
             factor_nnz: factor.nnz(),
             dofs: self.system.dofs.free.len(),
-            peak: peak.1,
+            peak: course.peak,
             pulling: pulling.flatten(),
-            last: state,
-            events: log.events,
+            last: course.state,
+            cable_events: course.cables.events,
         }
+    }
+
+    /// From where `course` is to the end, or to where it stops.
+    fn all_stages(
+        &self,
+        course: &mut Course,
+        stepper: &mut Stepper,
+        steering: &mut Steering,
+        (failure, mut slopes): (&mut Option<ControlError>, Option<&mut Recorder>),
+        watch: &mut dyn FnMut(Progress) -> bool,
+        states: &mut dyn FnMut(&State),
+    ) -> Status {
+        let end = self.spans.last().map_or(0.0, |s| s.end);
+        // The last point of the grid, for a run that ends between two.
+        let mut kept = None;
+        while course.span < self.spans.len() {
+            let span = self.spans[course.span];
+            if course.step == 0 && !course.decided {
+                if span.integrator.needs_initial_acceleration() {
+                    match initial_acceleration(&self.system, &course.state) {
+                        Ok(a) => course.state.a = a,
+                        Err(why) => {
+                            steering.save_end(kept.as_ref());
+                            return Status::StepTooSmall { t: course.state.t, why };
+                        }
+                    }
+                }
+                stepper.begin(span.integrator, &mut course.state);
+                if let Some(slopes) = &mut slopes {
+                    slopes.begin(span.integrator, &course.state);
+                }
+            }
+            while course.step < span.steps() {
+                let goal = span.point(course.step + 1);
+                match self.decide(course, stepper, steering, Some(goal)) {
+                    Ok(true) => {
+                        steering.save_end(Some(course));
+                        return Status::Converged;
+                    }
+                    Ok(false) => {}
+                    Err(why) => {
+                        *failure = Some(why);
+                        steering.save_end(kept.as_ref());
+                        return Status::Interrupted { t: course.state.t };
+                    }
+                }
+                if steering.at_end {
+                    kept = Some(course.clone());
+                }
+                let Course { state, ledger, cables, rows, signals, peak, .. } = &mut *course;
+                let mut iterations = 0;
+                let mut accepted = |past: &State, now: &State, newton: &Newton, on_grid: bool| {
+                    ledger.book(&self.system, past, now, newton);
+                    cables.note(&self.cables, now);
+                    if let Some(slopes) = &mut slopes {
+                        slopes.step(span.integrator, past, now, on_grid);
+                    }
+                    iterations += newton.iterations;
+                    if on_grid {
+                        let since_last = std::mem::take(&mut iterations);
+                        rows.push(self.record(now, &newton.sums.r, ledger.energies, since_last));
+                        signals.push(self.signal_values(now));
+                        states(now);
+                        if self.size(&now.x) > self.size(&peak.x) {
+                            *peak = Snapshot { t: now.t, x: now.x.clone() };
+                        }
+                    }
+                    watch(Progress { t: now.t, end })
+                };
+                let (status, steps) = match span.integrator {
+                    // Its points are its own: nothing is decided in between
+                    Integrator::ArcLength { max_steps } => {
+                        (stepper.trace(span, max_steps, state, &mut accepted), span.steps())
+                    }
+                    _ => (stepper.advance(span, state, goal, &mut accepted), 1),
+                };
+                if status != Status::Converged {
+                    steering.save_end(kept.as_ref());
+                    return status;
+                }
+                (course.step, course.decided) = (course.step + steps, false);
+            }
+            (course.span, course.step) = (course.span + 1, 0);
+        }
+        if let Err(why) = self.decide(course, stepper, steering, None) {
+            *failure = Some(why);
+        }
+        steering.save_end(Some(course));
+        Status::Converged
+    }
+
+    /// What happens at a point of the grid, unless it has happened; true to end the run here.
+    fn decide(
+        &self,
+        course: &mut Course,
+        stepper: &Stepper,
+        steering: &mut Steering,
+        next: Option<f64>,
+    ) -> Result<bool, ControlError> {
+        if std::mem::replace(&mut course.decided, true) {
+            return Ok(false);
+        }
+        let Course { state, control, rows, .. } = &mut *course;
+        let row = rows.last().expect("the first row is the state at rest");
+        let controller = steering.controller.as_deref_mut();
+        let orders = self.controls.decide(control, state, row, next, controller)?;
+        if steering.wants_states() {
+            course.memory = stepper.memory();
+            steering.save(course, orders.save);
+        }
+        Ok(orders.stop)
+    }
+
+    fn written(&self, rows: &[Vec<f64>]) -> Vec<usize> {
+        let time = |k: usize| rows[k][0];
+        let due = |k: &usize| {
+            let schedule = self.spec.output.series.as_ref();
+            *k + 1 == rows.len() || schedule.is_none_or(|s| s.due(k.checked_sub(1).map(time), time(*k)))
+        };
+        (0..rows.len()).filter(due).collect()
     }
 
     /// Names of the recorded columns.
     pub fn columns(&self) -> Vec<String> {
-        let probes = self.probes.iter().flat_map(|p| p.columns());
-        let cables = self.cables.iter().flat_map(|c| c.columns());
-        let cavities = self.cavities.iter().flat_map(cavity_columns);
-        let last = std::iter::once("newton_iterations".to_string());
-        std::iter::once("t_s".to_string()).chain(probes).chain(cables).chain(cavities).chain(last).collect()
+        columns(&self.probes, &self.cables, &self.cavities)
     }
 
-    fn record(&self, state: &State, residual: &[f64], energies: Energies, iterations: usize) -> Vec<f64> {
+    pub(super) fn record(&self, state: &State, residual: &[f64], energies: Energies, iterations: usize) -> Vec<f64> {
         let moment = Moment { state, residual, energies, scene: self };
         let probes = self.probes.iter().flat_map(|p| p.record(&moment));
         let cables = self.cables.iter().flat_map(|c| c.record(state));
@@ -189,70 +304,17 @@ impl Scene {
         sums.into_iter().map(|(sum, weight)| if weight > 0.0 { sum / weight } else { 1.0 }).collect()
     }
 
+    /// Largest squared displacement of a node [m²].
+    fn size(&self, x: &[f64]) -> f64 {
+        let nodes = x[..3 * self.body.mesh.points.len()].chunks_exact(3);
+        nodes.map(|u| u[0] * u[0] + u[1] * u[1] + u[2] * u[2]).fold(0.0, f64::max)
+    }
+
     /// Deformed positions [m].
     pub fn positions(&self, x: &[f64]) -> Vec<Vec3> {
         let displaced = |(k, p): (usize, &Vec3)| p + Vec3::from_column_slice(&x[3 * k..3 * k + 3]);
         self.body.mesh.points.iter().enumerate().map(displaced).collect()
     }
-}
-
-impl Ledger {
-    fn new(system: &System, rest: &State) -> Self {
-        let mut sums = system.workspace();
-        let rates = Default::default();
-        let State { t, x, v, a, history, .. } = rest;
-        let at = At { t: *t, dt: 0.0, x, v, a, old: x, history, rates };
-        // An effect that is not defined at rest stops the first step; its energy is then of no use.
-        let defined = system.assemble(&at, &rest.lambda, Want::Energy, None, &mut sums).is_ok();
-        let effect = if defined { sums.energy } else { vec![0.0; system.effects.len()] };
-        let g = if defined { sums.g } else { vec![0.0; system.constraints.len()] };
-        Self { energies: Energies::default(), effect, g, residual: vec![0.0; rest.x.len()] }
-    }
-
-    /// Books the step from `past` to `now`; the sums of `newton` belong to `now`.
-    fn book(&mut self, system: &System, past: &State, now: &State, newton: &Newton) {
-        let sums = &newton.sums;
-        self.energies.elastic = 0.0;
-        self.energies.kinetic = 0.0;
-        for (e, effect) in system.effects.iter().enumerate() {
-            let energy = sums.energy[e];
-            self.energies.dissipated += sums.dissipated[e];
-            match effect.role() {
-                Role::Stored | Role::Relaxing => self.energies.elastic += energy,
-                Role::Kinetic => self.energies.kinetic += energy,
-                Role::Dissipative => self.energies.dissipated += energy,
-                Role::Load => {
-                    let mean = 0.5 * (effect.intensity(past.t) + effect.intensity(now.t));
-                    self.energies.work -= mean * (energy - self.effect[e]);
-                }
-                Role::Follower => {
-                    let mean = 0.5 * (effect.intensity(past.t) + effect.intensity(now.t));
-                    self.energies.work -= mean * energy;
-                }
-            }
-            self.effect[e] = energy;
-        }
-        // A row does the work −∫ λ d(target − g): of a cable, tension times what is drawn in, also where its drive yields.
-        for (c, constraint) in system.constraints.iter().enumerate() {
-            let mean = 0.5 * (past.lambda[c] + now.lambda[c]);
-            let moved = constraint.target(now.t) - constraint.target(past.t) - (sums.g[c] - self.g[c]);
-            let lost = constraint.dissipated(c, [&self.g, &sums.g], [&past.lambda, &now.lambda]);
-            self.energies.work += lost - mean * moved;
-            self.energies.dissipated += lost;
-            self.energies.elastic += 0.5 * constraint.compliance() * now.lambda[c].powi(2);
-        }
-        self.g.copy_from_slice(&sums.g);
-        for p in &system.prescribed {
-            let dof = p.dof as usize;
-            let mean = 0.5 * (self.residual[dof] + sums.r[dof]);
-            self.energies.work += mean * (now.x[dof] - past.x[dof]);
-        }
-        self.residual.copy_from_slice(&sums.r);
-    }
-}
-
-fn largest(x: &[f64]) -> f64 {
-    x.chunks_exact(3).map(|u| u[0] * u[0] + u[1] * u[1] + u[2] * u[2]).fold(0.0, f64::max)
 }
 
 /// Times of the evaluations, one entry for rows of one name that follow each other.

@@ -60,6 +60,10 @@ pub enum SensitivityError {
         "stage {stage} is {integrator}, whose states are not converged and have no derivative; take implicit_euler"
     )]
     NotConverged { stage: usize, integrator: &'static str },
+    #[error(
+        "the signals are decided on the way, and their derivatives are not followed; remove events and formulas of columns"
+    )]
+    Decided,
     #[error("the effect {effect} reads what came before a step and has no derivative by it; remove it")]
     Past { effect: String },
     #[error(
@@ -76,6 +80,9 @@ pub(super) struct Sensitivity<'a> {
 
 impl<'a> Sensitivity<'a> {
     pub(super) fn new(scene: &'a Scene, constants: &[Constant]) -> Result<Self, SensitivityError> {
+        if scene.controls.has_inputs() {
+            return Err(SensitivityError::Decided);
+        }
         if let Some(k) = scene.spans.iter().position(|s| s.integrator.is_linearised()) {
             let integrator = scene.spans[k].integrator.name();
             return Err(SensitivityError::NotConverged { stage: k + 1, integrator });

@@ -1,6 +1,8 @@
 //! Signals as they stand in files: a constant `"15 mm"`, or a table with a `kind`.
 
+use super::control::{Input, Source};
 use super::quantity::QuantityText;
+use crate::math::formula::Formula;
 use crate::math::signal::Signal;
 use crate::math::units::{self, Dimension, UnitError};
 use serde::Deserialize;
@@ -90,6 +92,42 @@ pub enum FunctionSpec {
     Sum {
         of: Vec<SignalSpec>,
     },
+    /// A formula in t and recorded columns whose value is in `unit`
+    Expression {
+        formula: String,
+        unit: String,
+    },
+    /// Set by a controller
+    Controlled {
+        initial: QuantityText,
+    },
+}
+
+/// Where a signal is built, and where its inputs go.
+pub(super) struct Site<'a> {
+    /// Files are relative to this folder
+    pub base: &'a Path,
+    /// Name of the whole signal
+    pub name: &'a str,
+    pub inputs: &'a mut Vec<Input>,
+    /// The event that switches to it
+    pub event: Option<usize>,
+    /// 0 for the whole signal
+    pub depth: usize,
+    /// Within a hold or delay
+    pub delayed: bool,
+}
+
+impl Site<'_> {
+    fn within(&mut self, delayed: bool) -> Site<'_> {
+        let Site { base, name, inputs, event, depth, .. } = self;
+        Site { base, name, inputs, event: *event, depth: *depth + 1, delayed: self.delayed || delayed }
+    }
+
+    fn input(&mut self, source: Source) -> Signal {
+        self.inputs.push(Input { signal: self.name.into(), source });
+        Signal::Input(self.inputs.len() - 1)
+    }
 }
 
 /// Why a signal cannot be used.
@@ -103,11 +141,17 @@ pub enum SignalError {
     Table { file: String, why: String },
     #[error("a {0} needs at least one entry in `of`")]
     Empty(&'static str),
+    #[error("the formula \"{text}\" cannot be read: {why}; write for example \"2 * sin(PI * t)\"")]
+    Formula { text: String, why: String },
+    #[error("within hold and delay a formula takes t only, not {0}: what was recorded earlier is not kept")]
+    Delayed(String),
+    #[error("a `controlled` signal stands alone; add what else is to act in the controller")]
+    Controlled,
 }
 
 impl SignalSpec {
-    /// The signal of this dimension; files are relative to `base`.
-    pub fn build(&self, dimension: Dimension, base: &Path) -> Result<Signal, SignalError> {
+    /// The signal of this dimension.
+    pub(super) fn build(&self, dimension: Dimension, site: &mut Site) -> Result<Signal, SignalError> {
         let parse = |q: &QuantityText, d| units::parse(&q.0, d);
         let time = |q: &QuantityText| parse(q, Dimension::TIME);
         let function = match self {
@@ -133,17 +177,32 @@ impl SignalSpec {
                 Signal::Ramp { from: parse(from, dimension)?, to: parse(to, dimension)?, start, end }
             }
             FunctionSpec::Hold { signal, at } => {
-                Signal::Hold { signal: Box::new(signal.build(dimension, base)?), at: time(at)? }
+                Signal::Hold { signal: Box::new(signal.build(dimension, &mut site.within(true))?), at: time(at)? }
             }
             FunctionSpec::Delay { signal, by } => {
-                Signal::Delay { signal: Box::new(signal.build(dimension, base)?), by: time(by)? }
+                Signal::Delay { signal: Box::new(signal.build(dimension, &mut site.within(true))?), by: time(by)? }
             }
-            FunctionSpec::Table { file, unit } => Signal::Table(read_table(&base.join(file), unit, dimension)?),
+            FunctionSpec::Table { file, unit } => Signal::Table(read_table(&site.base.join(file), unit, dimension)?),
             FunctionSpec::Product { of } => {
                 let dimensions = std::iter::once(dimension).chain(std::iter::repeat(Dimension::NONE));
-                Signal::Product(build_all(of, dimensions, base, "product")?)
+                Signal::Product(build_all(of, dimensions, site, "product")?)
             }
-            FunctionSpec::Sum { of } => Signal::Sum(build_all(of, std::iter::repeat(dimension), base, "sum")?),
+            FunctionSpec::Sum { of } => Signal::Sum(build_all(of, std::iter::repeat(dimension), site, "sum")?),
+            FunctionSpec::Expression { formula: text, unit } => {
+                let unreadable = |why| SignalError::Formula { text: text.clone(), why };
+                let formula = Formula::new(text, units::parse(&format!("1 {unit}"), dimension)?).map_err(unreadable)?;
+                match formula.variables().iter().find(|name| *name != "t") {
+                    None => Signal::Formula(formula),
+                    Some(name) if site.delayed => return Err(SignalError::Delayed(name.clone())),
+                    Some(_) => site.input(Source::Formula { formula, event: site.event, variables: Vec::new() }),
+                }
+            }
+            FunctionSpec::Controlled { .. } if site.depth > 0 || site.event.is_some() => {
+                return Err(SignalError::Controlled);
+            }
+            FunctionSpec::Controlled { initial } => {
+                site.input(Source::Controlled { initial: parse(initial, dimension)? })
+            }
         })
     }
 }
@@ -151,13 +210,13 @@ impl SignalSpec {
 fn build_all(
     of: &[SignalSpec],
     dimensions: impl Iterator<Item = Dimension>,
-    base: &Path,
+    site: &mut Site,
     kind: &'static str,
 ) -> Result<Vec<Signal>, SignalError> {
     if of.is_empty() {
         return Err(SignalError::Empty(kind));
     }
-    of.iter().zip(dimensions).map(|(s, d)| s.build(d, base)).collect()
+    of.iter().zip(dimensions).map(|(s, d)| s.build(d, &mut site.within(false))).collect()
 }
 
 fn read_table(path: &Path, unit: &str, dimension: Dimension) -> Result<Vec<(f64, f64)>, SignalError> {

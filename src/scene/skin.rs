@@ -4,11 +4,26 @@
 use super::build::part;
 use super::builder::Builder;
 use super::error::{SceneError, hint};
-use super::spec::SkinSpec;
+use super::quantity::Length;
 use crate::math::units::{self, Dimension};
 use crate::mesh::attach::attach;
 use crate::mesh::surface_file::{Surface, read_surface};
+use serde::Deserialize;
 use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+/// A surface that follows the body, to be written with its fields.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SkinSpec {
+    pub name: String,
+    /// STL or OBJ
+    pub file: PathBuf,
+    /// Unit of length of the file
+    pub unit: String,
+    /// Vertices may be this far outside of the body
+    pub reach: Length,
+}
 
 /// A surface with the nodes that move its vertices.
 pub struct NamedSkin {

@@ -3,6 +3,7 @@
 use super::build::Scene;
 use super::run::{Progress, Run};
 use super::sensitivity::{Constant, Sensitivity, SensitivityError};
+use super::steering::Steering;
 use crate::solve::{Failure, Integrator};
 use crate::system::State;
 use std::time::Instant;
@@ -36,7 +37,7 @@ impl Scene {
         states: &mut dyn FnMut(&State),
     ) -> Result<(Run, Slopes), SensitivityError> {
         let mut recorder = Recorder::new(self, constants)?;
-        let run = self.follow(watch, states, Some(&mut recorder));
+        let run = self.follow(Steering::default(), watch, states, Some(&mut recorder));
         let factor = &recorder.sensitivity.solver.factor;
         let (factorisations, solves) = (factor.count, factor.solves);
         Ok((run, Slopes { factorisations, solves, ..recorder.slopes }))

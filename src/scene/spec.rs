@@ -1,11 +1,15 @@
 //! A scene as it stands in a TOML file. Unknown keys are refused; there is no default physics.
 
 use super::cable::CableSpec;
+use super::compare::CompareSpec;
+use super::control::spec::EventSpec;
 use super::numerics::NumericsSpec;
+use super::output::OutputSpec;
 use super::quantity::{
     Angle, Damping, Density, GuideRadius, Length, Modulus, PerSecond, SpringStiffness, Time, Viscosity,
 };
 use super::signal::SignalSpec;
+use super::skin::SkinSpec;
 use super::start::StartSpec;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -34,6 +38,12 @@ pub struct SceneSpec {
     pub probes: Vec<ProbeSpec>,
     #[serde(rename = "skin", default)]
     pub skins: Vec<SkinSpec>,
+    #[serde(rename = "event", default)]
+    pub events: Vec<EventSpec>,
+    #[serde(rename = "compare", default)]
+    pub comparisons: Vec<CompareSpec>,
+    #[serde(default)]
+    pub output: OutputSpec,
     #[serde(default)]
     pub numerics: NumericsSpec,
 }
@@ -218,19 +228,6 @@ fn point_force() -> String {
 
 fn traction() -> String {
     "traction".into()
-}
-
-/// A surface that follows the body, to be written with its fields.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct SkinSpec {
-    pub name: String,
-    /// STL or OBJ
-    pub file: PathBuf,
-    /// Unit of length of the file
-    pub unit: String,
-    /// Vertices may be this far outside of the body
-    pub reach: Length,
 }
 
 /// Which modulus the constants of a law give.

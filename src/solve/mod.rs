@@ -1,6 +1,7 @@
 //! The nonlinear solution in time. Sees only `math` and `system`, never an effect by name.
 
 mod continuation;
+mod failure;
 mod integrator;
 mod multipliers;
 mod newton;
@@ -15,11 +16,12 @@ mod stepper;
 mod tangent;
 
 pub use continuation::TurningPoint;
+pub use failure::Failure;
 pub use integrator::Integrator;
-pub use newton::{Failure, Newton, NewtonSettings, Solved};
+pub use newton::{Newton, NewtonSettings, Solved};
 pub use rigid::{Motion, MotionKind};
 pub use sensitivity::Differentiator;
 pub use start::initial_acceleration;
 pub use status::{Culprit, Status};
 pub use step::Step;
-pub use stepper::{Findings, Span, StepSettings, Stepper, Totals};
+pub use stepper::{Findings, Memory, Past, Span, StepSettings, Stepper, Totals};

@@ -156,7 +156,7 @@ mod tests {
 
     /// Two rows with 0 ≤ λ ≤ most, from λ = 0: g' = q + S λ'.
     fn solve(s: &[f64; 4], q: &[f64; 2], most: f64) -> Vec<f64> {
-        let rows = Rows { t: 0.0, g: q, lambda: &[0.0; 2], old: &[0.0; 2], force: 0.0 };
+        let rows = Rows { now: 0.0.into(), g: q, lambda: &[0.0; 2], old: &[0.0; 2], force: 0.0 };
         let laws: Vec<_> = (0..2).map(|c| between(&rows, c, Form::gap(&rows, c..c + 1, 1.0), most)).collect();
         change(s, &[0.0; 2], &laws).expect("S is positive definite")
     }

@@ -1,10 +1,9 @@
 //! One nonlinear solve: Newton with a line search on the directional derivative, multipliers by the Schur complement.
 
 use super::multipliers::{self, Schur};
-use super::{Step, tangent};
-use crate::math::linear::{Factor, LinearError, dot, norm};
-use crate::system::{Assembled, Cone, EvalError, Rows, State, System, Want};
-use std::fmt;
+use super::{Failure, Step, tangent};
+use crate::math::linear::{Factor, dot, norm};
+use crate::system::{Assembled, Cone, Rows, State, System, Want};
 use std::time::{Duration, Instant};
 
 /// Tolerances of the nonlinear solve.
@@ -23,42 +22,6 @@ pub struct NewtonSettings {
 impl Default for NewtonSettings {
     fn default() -> Self {
         Self { tolerance: 1e-8, max_iterations: 30, line_search: true, reuse_factor: true, projection: false }
-    }
-}
-
-/// Why a nonlinear solve did not converge.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Failure {
-    /// The effect is not defined at the state reached
-    Eval(EvalError),
-    Linear(LinearError),
-    /// Too many iterations or no decrease: the residual relative to its yardstick, and the node where it is largest
-    NotConverged {
-        residual: f64,
-        node: u32,
-    },
-    /// No multiplier satisfies the one-sided rows
-    Complementarity,
-    /// Arc length: the loads do not change where the stage starts
-    Unloaded,
-    /// Arc length: the end of the stage is not reached in the steps that were allowed
-    MaxSteps,
-}
-
-impl fmt::Display for Failure {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Eval(e) => e.fmt(f),
-            Self::Linear(e) => e.fmt(f),
-            Self::NotConverged { residual, node } => {
-                write!(f, "the residual stays at {residual:.1e} of the internal forces, largest at node {node}")
-            }
-            Self::Complementarity => write!(f, "the one-sided constraints contradict each other"),
-            Self::MaxSteps => {
-                write!(f, "the path of equilibria does not reach the end of the stage in max_steps steps")
-            }
-            Self::Unloaded => write!(f, "the loads do not change where the stage starts"),
-        }
     }
 }
 
@@ -81,6 +44,8 @@ pub struct Newton {
     pub factor: Factor,
     pub sums: Assembled,
     pub assembly_time: Duration,
+    /// ‖diag K‖ at the last factorisation [N/m], for the rounding of forces
+    pub stiffness: f64,
     /// Of the last solve that converged
     pub iterations: usize,
     /// Length of the body [m], for the rounding floor of the residual
@@ -113,6 +78,7 @@ impl Newton {
             },
             sums: system.workspace(),
             assembly_time: Duration::ZERO,
+            stiffness: 0.0,
             iterations: 0,
             length,
             old: vec![0.0; system.constraints.len()],
@@ -124,7 +90,7 @@ impl Newton {
     pub fn solve(&mut self, step: &Step, next: &mut State) -> Result<Solved, Failure> {
         let system = step.system;
         let targets: Vec<(usize, f64)> =
-            system.prescribed.iter().map(|p| (p.dof as usize, p.signal.at(next.t))).collect();
+            system.prescribed.iter().map(|p| (p.dof as usize, p.signal.at(next.clock()))).collect();
         let mut solved =
             Solved { iterations: 0, unstable_modes: 0, regularised: false, projected: self.sums.projected };
         let mut fresh = false;
@@ -137,7 +103,7 @@ impl Newton {
         self.evaluate(step, next, Want::Residual, None)?;
         loop {
             let increment = remaining(&targets, next);
-            let error = self.error(system, next, self.rounding(system));
+            let error = self.error(system, next, self.rounding());
             if !error.is_finite() {
                 return Err(Failure::NotConverged { residual: error, node: 0 });
             }
@@ -158,6 +124,7 @@ impl Newton {
             if !reuse {
                 self.evaluate(step, next, Want::Tangent, increment.as_deref())?;
                 schur = self.factorise(system, &mut solved)?;
+                self.stiffness = norm(&system.pattern.diagonal(&self.sums.k));
                 fresh = true;
             }
             last = error;
@@ -198,8 +165,17 @@ impl Newton {
     }
 
     /// Forces that are rounding of F [N]: 4ε ‖diag K‖ L.
-    pub(super) fn rounding(&self, system: &System) -> f64 {
-        4.0 * f64::EPSILON * norm(&system.pattern.diagonal(&self.sums.k)) * self.length
+    pub(super) fn rounding(&self) -> f64 {
+        self.rounding_of(self.stiffness)
+    }
+
+    /// The same where the tangent was assembled last.
+    pub(super) fn rounding_here(&self, system: &System) -> f64 {
+        self.rounding_of(norm(&system.pattern.diagonal(&self.sums.k)))
+    }
+
+    fn rounding_of(&self, stiffness: f64) -> f64 {
+        4.0 * f64::EPSILON * stiffness * self.length
     }
 
     /// Largest of the scaled errors: ≤ tolerance means converged. Forces are compared with the largest effect's Σ‖r_e‖ or,
@@ -213,7 +189,7 @@ impl Newton {
 
     /// The rows at `state`, to which the sums belong.
     fn rows<'a>(&'a self, state: &'a State) -> Rows<'a> {
-        Rows { t: state.t, g: &self.sums.g, lambda: &state.lambda, old: &self.old, force: self.sums.scale }
+        Rows { now: state.clock(), g: &self.sums.g, lambda: &state.lambda, old: &self.old, force: self.sums.scale }
     }
 
     pub(super) fn worst_node(&self, system: &System) -> u32 {

@@ -9,7 +9,7 @@ const SEARCH: usize = 40;
 
 impl Stepper<'_> {
     /// Follows the path of equilibria from `state` until the loads are those of the end of the span.
-    pub(super) fn trace(
+    pub fn trace(
         &mut self,
         span: Span,
         max_steps: usize,
@@ -95,8 +95,10 @@ impl Stepper<'_> {
                 return None;
             }
             let point = tracer.step(&mut self.newton, self.settings.cuts).0.ok()?;
-            if let Some(turn) = tracer.turning_point(&mut self.newton).filter(|turn| turn.highest) {
-                return Some(turn);
+            if let Some(turn) = tracer.turning_point(&mut self.newton) {
+                // Beyond a limit point the tangent has lost its definiteness, where it has any; a path that doubled back has not
+                let lost = point.unstable_modes > 0 || !self.newton.sums.skew.is_empty();
+                return Some(turn).filter(|turn| turn.highest && lost);
             }
             if point.state.t == t {
                 return None;

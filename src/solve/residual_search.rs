@@ -5,8 +5,8 @@
 //! no other: a slender body that bends is stretched on the way, its residual grows, and the next iteration takes that away.
 //! A monotone test costs twice the iterations on a strip of L/h = 50.
 
-use super::newton::{Direction, Failure, HALVINGS, Newton};
-use super::{Step, tangent};
+use super::newton::{Direction, HALVINGS, Newton};
+use super::{Failure, Step, tangent};
 use crate::system::{State, System, Want};
 
 /// ‖(K + A)⁻¹ r‖/‖du‖ beyond which a step is shortened [–]
@@ -37,7 +37,7 @@ impl Newton {
             }
             match self.evaluate(step, next, Want::Residual, None) {
                 Ok(()) => {
-                    let converged = self.error(system, next, self.rounding(system)) <= self.settings.tolerance;
+                    let converged = self.error(system, next, self.rounding()) <= self.settings.tolerance;
                     if !line_search || converged || trial == HALVINGS {
                         return Ok(length == 1.0);
                     }

@@ -57,6 +57,6 @@ impl Start {
 
 /// What an evaluation before the first step sees. No time passes: what relaxes has its force of the last state.
 pub(super) fn before<'a>(state: &'a State, a: &'a [f64], rates: Rates) -> At<'a> {
-    let State { t, x, v, history, .. } = state;
-    At { t: *t, dt: 0.0, x, v, a, old: x, history, rates }
+    let State { t, x, v, history, inputs, .. } = state;
+    At { t: *t, dt: 0.0, x, v, a, old: x, history, inputs, rates }
 }

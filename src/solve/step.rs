@@ -15,7 +15,7 @@ pub struct Step<'a> {
 impl Step<'_> {
     /// What an evaluation at `next` sees, once v and a of `next` belong to its x.
     pub fn at<'b>(&'b self, next: &'b State) -> At<'b> {
-        let State { t, x, v, a, .. } = next;
+        let State { t, x, v, a, inputs, .. } = next;
         let Self { integrator, past, dt, .. } = *self;
         At {
             t: *t,
@@ -25,6 +25,7 @@ impl Step<'_> {
             a,
             old: &past.x,
             history: &past.history,
+            inputs,
             rates: integrator.rates(past, dt),
         }
     }

@@ -21,7 +21,7 @@ impl Default for StepSettings {
 }
 
 /// Counts over a run.
-#[derive(Clone, Copy, Debug, PartialEq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Totals {
     pub steps: usize,
     pub iterations: usize,
@@ -53,7 +53,32 @@ pub struct Span {
     pub dt: f64,
 }
 
-type Past = (f64, Vec<f64>, Vec<f64>);
+impl Span {
+    /// Nominal steps.
+    pub fn steps(&self) -> usize {
+        ((self.end - self.start) / self.dt - 1e-9).ceil().max(1.0) as usize
+    }
+
+    /// Point `k` of the time grid, the start being point 0.
+    pub fn point(&self, k: usize) -> f64 {
+        if k == self.steps() { self.end } else { self.start + k as f64 * self.dt }
+    }
+}
+
+/// Time, x and λ of an accepted state.
+pub type Past = (f64, Vec<f64>, Vec<f64>);
+
+/// What is remembered from step to step beside the state.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct Memory {
+    /// The last accepted states, newest first
+    pub recent: Vec<Past>,
+    /// Degree of the polynomial that predicts best
+    pub degree: usize,
+    /// ‖diag K‖ of the last factorisation [N/m]
+    pub stiffness: f64,
+    pub totals: Totals,
+}
 
 /// Highest degree of the extrapolation.
 const MAX_DEGREE: usize = 6;
@@ -89,61 +114,95 @@ impl<'a> Stepper<'a> {
         state: &mut State,
         mut accepted: impl FnMut(&State, &State, &Newton, bool) -> bool,
     ) -> Status {
-        span.integrator.begin(state);
-        self.recent.clear();
-        self.remember(state);
+        self.begin(span.integrator, state);
         if let Integrator::ArcLength { max_steps } = span.integrator {
             return self.trace(span, max_steps, state, &mut accepted);
         }
-        let grid = ((span.end - span.start) / span.dt - 1e-9).ceil().max(1.0) as usize;
-        for k in 1..=grid {
-            let goal = if k == grid { span.end } else { span.start + k as f64 * span.dt };
-            let (mut level, mut done) = (0u32, 0u64);
-            let origin = state.t;
-            // done / 2^level of the nominal step lies behind.
-            while done < 1u64 << level {
-                let whole = 1u64 << level;
-                let t =
-                    if done + 1 == whole { goal } else { origin + (goal - origin) * (done + 1) as f64 / whole as f64 };
-                if self.is_over() {
-                    return Status::TimeBudget { t: state.t };
+        for k in 1..=span.steps() {
+            let status = self.advance(span, state, span.point(k), &mut accepted);
+            if status != Status::Converged {
+                return status;
+            }
+        }
+        Status::Converged
+    }
+
+    /// Makes `state` the first one of a span.
+    pub fn begin(&mut self, integrator: Integrator, state: &mut State) {
+        integrator.begin(state);
+        self.recent.clear();
+        self.remember(state);
+    }
+
+    /// One step of the time grid of a span, from `state` to `goal`, in parts where it must be cut.
+    pub fn advance(
+        &mut self,
+        span: Span,
+        state: &mut State,
+        goal: f64,
+        accepted: &mut impl FnMut(&State, &State, &Newton, bool) -> bool,
+    ) -> Status {
+        let (mut level, mut done) = (0u32, 0u64);
+        let origin = state.t;
+        // done / 2^level of the nominal step lies behind.
+        while done < 1u64 << level {
+            let whole = 1u64 << level;
+            let t = if done + 1 == whole { goal } else { origin + (goal - origin) * (done + 1) as f64 / whole as f64 };
+            if self.is_over() {
+                return Status::TimeBudget { t: state.t };
+            }
+            match self.step(span.integrator, state, t) {
+                Ok((next, solved)) => {
+                    if let Some(status) = self.jumped(span, state, &next, &solved) {
+                        return status;
+                    }
+                    let past = std::mem::replace(state, next);
+                    self.count(&solved);
+                    self.remember(state);
+                    done += 1;
+                    if !accepted(&past, state, &self.newton, done == whole) {
+                        return Status::Interrupted { t: state.t };
+                    }
+                    let last = goal == span.end && done == whole;
+                    self.judge_stability(span.integrator, &past, state, &solved, last);
+                    // Grow again after two steps in a row.
+                    while level > 0 && done % 2 == 0 {
+                        level -= 1;
+                        done /= 2;
+                    }
                 }
-                match self.step(span.integrator, state, t) {
-                    Ok((next, solved)) => {
-                        if let Some(status) = self.jumped(span, state, &next, &solved) {
-                            return status;
-                        }
-                        let past = std::mem::replace(state, next);
-                        self.count(&solved);
-                        self.remember(state);
-                        done += 1;
-                        if !accepted(&past, state, &self.newton, done == whole) {
-                            return Status::Interrupted { t: state.t };
-                        }
-                        let last = k == grid && done == whole;
-                        self.judge_stability(span.integrator, &past, state, &solved, last);
-                        // Grow again after two steps in a row.
-                        while level > 0 && done % 2 == 0 {
-                            level -= 1;
-                            done /= 2;
-                        }
+                Err(why) => {
+                    let first = level == 0 && done == 0;
+                    if first && let Some(status) = self.hopeless(span.integrator, state, goal) {
+                        return status;
                     }
-                    Err(why) => {
-                        let first = level == 0 && done == 0;
-                        if first && let Some(status) = self.hopeless(span.integrator, state, goal) {
-                            return status;
-                        }
-                        if level == self.settings.cuts {
-                            return self.diagnose(span, state, t, why);
-                        }
-                        self.totals.cuts += 1;
-                        level += 1;
-                        done *= 2;
+                    if level == self.settings.cuts {
+                        return self.diagnose(span, state, t, why);
                     }
+                    self.totals.cuts += 1;
+                    level += 1;
+                    done *= 2;
                 }
             }
         }
         Status::Converged
+    }
+
+    /// What the next step needs beside the state to come out with the same bits.
+    pub fn memory(&self) -> Memory {
+        Memory {
+            recent: self.recent.clone(),
+            degree: self.degree,
+            stiffness: self.newton.stiffness,
+            totals: self.totals,
+        }
+    }
+
+    /// Goes on where another stepper was.
+    pub fn resume(&mut self, memory: Memory) {
+        let Memory { recent, degree, stiffness, totals } = memory;
+        (self.recent, self.degree, self.totals) = (recent, degree, totals);
+        self.newton.stiffness = stiffness;
     }
 
     pub(super) fn is_over(&self) -> bool {

@@ -3,15 +3,20 @@
 use crate::mesh::validate::MeshError;
 use crate::mesh::vtu::{Data, write_pvd, write_surface, write_vtu};
 use crate::scene::Scene;
+use crate::scene::output::{Field, FieldSpec};
 use crate::system::State;
 use cpu_time::ThreadTime;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
+/// What is written where nothing is chosen.
+pub const USUAL: [FieldSpec; 2] = [FieldSpec::Displacement, FieldSpec::Stretch];
+
 /// Writes `<name>-0000.vtu`, … and `<name>.pvd`, and the same of every skin as `<name>-<skin>`. What writing took is kept, so that it does not count as a price.
 pub struct Fields {
     dir: PathBuf,
     name: String,
+    what: Vec<FieldSpec>,
     frames: Vec<(f64, String)>,
     /// Per skin: its name and its frames
     skins: Vec<(String, Vec<(f64, String)>)>,
@@ -21,9 +26,10 @@ pub struct Fields {
 }
 
 impl Fields {
-    pub fn new(dir: impl Into<PathBuf>, name: &str) -> Self {
+    pub fn new(dir: impl Into<PathBuf>, name: &str, what: &[FieldSpec]) -> Self {
         let (wall, cpu) = (Duration::ZERO, Duration::ZERO);
-        Self { dir: dir.into(), name: name.into(), frames: vec![], skins: vec![], failure: None, wall, cpu }
+        let what = what.to_vec();
+        Self { dir: dir.into(), name: name.into(), what, frames: vec![], skins: vec![], failure: None, wall, cpu }
     }
 
     /// The collection, there when all states are.
@@ -31,27 +37,26 @@ impl Fields {
         self.dir.join(format!("{}.pvd", self.name))
     }
 
-    /// Displacement [m] and largest principal stretch [–] at the nodes. After a failure nothing more is written;
+    /// The fields of a state, the one of this number on the time grid. After a failure nothing more is written;
     /// [`Fields::finish`] reports it.
-    pub fn add(&mut self, scene: &Scene, state: &State) {
+    pub fn add(&mut self, scene: &Scene, state: &State, number: usize) {
         if self.failure.is_some() {
             return;
         }
         let (wall, cpu) = (Instant::now(), ThreadTime::now());
-        let stretch = scene.nodal_stretch(&state.x);
-        let data = [
-            Data { name: "displacement_m", components: 3, values: &state.x[..3 * scene.body.mesh.points.len()] },
-            Data { name: "stretch", components: 1, values: &stretch },
-        ];
-        let frame = format!("{}-{:04}.vtu", self.name, self.frames.len());
-        self.failure = write_vtu(&self.dir.join(&frame), &scene.body.mesh, &data, &[]).err();
-        let count = self.frames.len();
+        let fields = scene.fields(state, &self.what);
+        let (nodes, cells): (Vec<&Field>, Vec<&Field>) = fields.iter().partition(|f| f.at_nodes);
+        let (nodes, cells): (Vec<Data>, Vec<Data>) =
+            (nodes.into_iter().map(data).collect(), cells.into_iter().map(data).collect());
+        let frame = format!("{}-{number:04}.vtu", self.name);
+        self.failure = write_vtu(&self.dir.join(&frame), &scene.body.mesh, &nodes, &cells).err();
+        let first = self.frames.is_empty();
         self.frames.push((state.t, frame));
-        if count == 0 {
+        if first {
             self.skins = scene.skins.iter().map(|skin| (skin.name.clone(), vec![])).collect();
         }
         for (skin, (name, frames)) in scene.skins.iter().zip(&mut self.skins) {
-            let frame = format!("{}-{name}-{count:04}.vtu", self.name);
+            let frame = format!("{}-{name}-{number:04}.vtu", self.name);
             let u = skin.displacement(&state.x);
             let data = Data { name: "displacement_m", components: 3, values: &u };
             let written = write_surface(&self.dir.join(&frame), &skin.surface, &[data]);
@@ -76,4 +81,8 @@ impl Fields {
             }
         }
     }
+}
+
+fn data(field: &Field) -> Data<'_> {
+    Data { name: field.name, components: field.components, values: &field.values }
 }

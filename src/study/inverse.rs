@@ -20,6 +20,9 @@ pub struct CalibrationSpec {
     pub weighting: Weighting,
     /// The homogeneous piece that the usual reading of the test takes for the whole
     pub gauge: Option<GaugeSpec>,
+    /// Intervals by profile likelihood too, for some forward solves more
+    #[serde(default)]
+    pub profile: bool,
 }
 
 #[derive(Clone, Debug, Deserialize)]
@@ -115,7 +118,7 @@ impl Plan {
             measured: curve,
             x: measured.x.is.clone(),
             y: measured.y.is.clone(),
-            settings: Settings { weighting: spec.weighting, gauge },
+            settings: Settings { weighting: spec.weighting, gauge, profile: spec.profile },
             sha256: Sha256::digest(asked).iter().map(|b| format!("{b:02x}")).collect(),
         })
     }

@@ -1,12 +1,13 @@
 //! What a finished case leaves on disk, and what every report reads: `cases/<id>.json` beside `cases/<id>.csv`.
 
+use super::overlay::Distance;
 use super::solver::SolverRecord;
 use crate::material::Law;
-use crate::scene::cable_record::Event;
+use crate::scene::cable_record::CableEvent;
+use crate::scene::control::Fired;
 use crate::solve::Status;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::io::Write;
 
 /// A finished case (also one that stopped early: `status` says so).
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
@@ -61,10 +62,16 @@ pub struct CaseRecord {
     pub probes: BTreeMap<String, ProbeRecord>,
     /// Cables that went slack, taut, or to the limit of their drive
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub events: Vec<EventRecord>,
+    pub cable_events: Vec<CableEventRecord>,
     /// What a reader should know: regions that depend on the mesh, patches smaller than the cells, …
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub remarks: Vec<String>,
+    /// Distances from measured curves
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub distances: Vec<Distance>,
+    /// The `[[event]]`s that happened
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub events: Vec<Fired>,
     /// Why the answer has no limit as h → 0; a convergence study then refuses its verdict
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub no_limit: Option<String>,
@@ -121,14 +128,14 @@ pub struct EffectRecord {
 
 /// A cable that became `slack`, `taut` or `yielding`, at the first accepted state after it.
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
-pub struct EventRecord {
+pub struct CableEventRecord {
     pub t_s: f64,
     pub cable: String,
     pub became: String,
 }
 
-impl From<&Event> for EventRecord {
-    fn from(event: &Event) -> Self {
+impl From<&CableEvent> for CableEventRecord {
+    fn from(event: &CableEvent) -> Self {
         Self { t_s: event.t, cable: event.cable.clone(), became: event.what.name().into() }
     }
 }
@@ -170,60 +177,6 @@ pub struct Provenance {
     pub version: String,
     /// The resolved scene, as TOML
     pub scene: String,
-}
-
-/// Boundary of the body in the reference state and at the peak of the protocol, for pictures: `cases/<id>.skin.json.gz`.
-/// Numbers are kept to five digits of the largest one, far below the resolution of print.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
-pub struct Skin {
-    /// [nodes] reference positions [m]
-    pub points: Vec<[f64; 3]>,
-    /// [triangles] corner nodes, outward
-    pub triangles: Vec<[u32; 3]>,
-    /// Time of the state below [s]
-    pub t_s: f64,
-    /// [nodes] displacement [m]
-    pub displacement: Vec<[f64; 3]>,
-    /// [nodes] largest principal stretch, volume-weighted mean over the cells at the node [–]
-    pub stretch: Vec<f64>,
-    /// Polyline of each cable at that time [m], pull point first
-    pub cables: Vec<Vec<[f64; 3]>>,
-}
-
-impl Skin {
-    /// As gzipped JSON, the same bytes for the same skin.
-    pub fn packed(&self) -> Vec<u8> {
-        let grid = |values: &[Vec<f64>]| {
-            let largest = values.iter().flatten().filter(|v| v.is_finite()).fold(0.0f64, |m, v| m.max(v.abs()));
-            if largest > 0.0 { (5.0 - largest.log10().ceil()).clamp(0.0, 15.0) as usize } else { 0 }
-        };
-        let rows = |v: &[[f64; 3]]| v.iter().map(|x| x.to_vec()).collect::<Vec<_>>();
-        // Lengths have one grid, so that the shapes fit together
-        let decimals = grid(&rows(&self.points)).max(grid(&rows(&self.displacement)));
-        let round = |v: f64, n: usize| format!("{v:.n$}").parse().unwrap_or(v);
-        let points = |v: &[[f64; 3]]| v.iter().map(|x| x.map(|c| round(c, decimals))).collect::<Vec<_>>();
-        let skin = Self {
-            points: points(&self.points),
-            triangles: self.triangles.clone(),
-            t_s: self.t_s,
-            displacement: points(&self.displacement),
-            stretch: self.stretch.iter().map(|s| round(*s, 5)).collect(),
-            cables: self.cables.iter().map(|c| points(c)).collect(),
-        };
-        let json = serde_json::to_vec(&skin).expect("numbers and string keys only");
-        let mut out = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::best());
-        let all = out.write_all(&json).and_then(|()| out.finish());
-        all.expect("memory accepts every write")
-    }
-
-    /// Reads what [`Skin::packed`] made, or plain JSON.
-    pub fn unpacked(bytes: &[u8]) -> Result<Self, serde_json::Error> {
-        if bytes.starts_with(&[0x1f, 0x8b]) {
-            serde_json::from_reader(std::io::BufReader::new(flate2::read::GzDecoder::new(bytes)))
-        } else {
-            serde_json::from_slice(bytes)
-        }
-    }
 }
 
 /// What a study is and which cases belong to it: `study.json`, beside the folder `cases/`.

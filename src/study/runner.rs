@@ -1,16 +1,13 @@
 //! Runs the cases of a study side by side, skips what is done, keeps what is finished.
 
-use super::fields::Fields;
+use super::fields::{Fields, USUAL};
 use super::inverse::with_constants;
-use super::record::{
-    CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance, Role, Skin,
-};
-use super::solver::{self, SolverRecord};
+use super::outcome::{record, skin};
+use super::record::{CaseRecord, Role};
 use super::spec::{Case, Study};
 use super::store::{Store, StoreError};
 use crate::calibrate::inverse::{Calibration, Failure, InverseError, SceneModel, calibrate};
-use crate::effect::locking::signs;
-use crate::scene::{Body, Constant, Progress, Run, Scene, SceneError, SceneSpec};
+use crate::scene::{Body, Constant, Progress, Scene, SceneError, SceneSpec};
 use crate::solve::Status;
 use crate::system::State;
 use cpu_time::ThreadTime;
@@ -43,6 +40,8 @@ pub enum RunError {
     Inverse(#[from] InverseError),
     #[error("no case is called like \"{only}\"; the cases are: {known}")]
     NoSuchCase { only: String, known: String },
+    #[error("{}: the signal {signal} waits for a controller, and a study has none; drive it by a signal", file.display())]
+    Controlled { file: PathBuf, signal: String },
     #[error("{}: variant {variant}: {fact}", file.display())]
     Quantity { file: PathBuf, variant: String, fact: String },
 }
@@ -167,7 +166,7 @@ fn one(
     let asked = case.plan.as_ref().map_or("", |plan| plan.sha256.as_str());
     let input_sha256 = input_hash(&case.text, &format!("{}{asked}", body.sha256));
     let mut fields = match options.vtu {
-        true => Some(Fields::new(store.folder(&case.id)?, &case.id)),
+        true => Some(Fields::new(store.folder(&case.id)?, &case.id, &USUAL)),
         false => None,
     };
     let drawn = fields.as_ref().is_none_or(|f| f.collection().is_file());
@@ -196,9 +195,10 @@ fn one(
     let checked = scene.map_err(RunError::from).and_then(|scene| check_quantities(study, case, &scene).map(|()| scene));
     let outcome = checked.map(|scene| {
         let (wall, cpu) = (Instant::now(), ThreadTime::now());
+        let mut number = 0..;
         let mut states = |state: &State| {
             if let Some(fields) = &mut fields {
-                fields.add(&scene, state);
+                fields.add(&scene, state, number.next().expect("there is always a next number"));
             }
         };
         let (run, slopes) = match constants.is_empty() {
@@ -214,7 +214,7 @@ fn one(
     });
     running.fetch_sub(1, Ordering::SeqCst);
     let (scene, run, slopes, mut times) = outcome??;
-    if matches!(run.status, Status::Interrupted { .. }) {
+    if matches!(run.status, Status::Interrupted { .. }) && run.failure.is_none() {
         return Ok(None);
     }
     if let Some(fields) = fields {
@@ -273,8 +273,11 @@ fn find(
     }
 }
 
-/// Every quantity that a variant judges must be recorded, as a curve over time.
+/// Every quantity that a variant judges must be recorded, as a curve over time, and no signal be left to a controller.
 pub fn check_quantities(study: &Study, case: &Case, scene: &Scene) -> Result<(), RunError> {
+    if let Some(signal) = scene.controls.controlled().pop() {
+        return Err(RunError::Controlled { file: case.scene_file.clone(), signal });
+    }
     let quantities = study.record.quantities.get(&case.variant).into_iter().flatten();
     let mut checks = std::iter::once(scene.check_time()).chain(quantities.map(|q| scene.check_column(&q.name)));
     let refuse = |fact| RunError::Quantity { file: study.file.clone(), variant: case.variant.clone(), fact };
@@ -289,105 +292,4 @@ pub fn input_hash(scene: &str, mesh_sha256: &str) -> String {
         hash.update(part);
     }
     hash.finalize().iter().map(|b| format!("{b:02x}")).collect()
-}
-
-/// The record of a run; `times` are wall and CPU seconds.
-pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
-    let mesh = &scene.body.mesh;
-    let quality = mesh.quality();
-    CaseRecord {
-        id: String::new(),
-        family: String::new(),
-        variant: String::new(),
-        member: String::new(),
-        mesh: MeshRecord {
-            cells: mesh.cell_count(),
-            nodes: mesh.points.len(),
-            h_m: mesh.h(),
-            min_quality: quality.radius_ratio_min,
-            mean_quality: quality.radius_ratio_mean,
-            volume_m3: mesh.volume(),
-            source: scene.body.source.clone(),
-        },
-        formulation: scene.spec.formulation(),
-        law: scene.law.as_deref().map(LawRecord::new),
-        integrator: scene.spans.last().map_or("static", |s| s.integrator.name()).into(),
-        dt_s: scene.spans.iter().map(|s| s.dt).fold(0.0, f64::max),
-        status: run.status.name().into(),
-        status_detail: solver::detail(scene, run),
-        solver: SolverRecord::new(scene, run),
-        wall_s: times.0,
-        cpu_s: times.1,
-        shared: false,
-        steps: run.totals.steps,
-        newton_iterations: run.totals.iterations,
-        cuts: run.totals.cuts,
-        dofs: run.dofs,
-        factor_nnz: run.factor_nnz,
-        effects: run
-            .costs
-            .iter()
-            .map(|(name, time)| EffectRecord { name: name.clone(), wall_s: time.as_secs_f64() })
-            .collect(),
-        phases: PhaseRecord {
-            assembly_s: run.assembly.as_secs_f64(),
-            factorisation_s: run.factorisation.as_secs_f64(),
-            solve_s: run.solve.as_secs_f64(),
-            output_s: 0.0,
-        },
-        locking: locking(scene, run),
-        probes: run.columns.iter().enumerate().skip(1).map(|(k, name)| (name.clone(), probe(run, k))).collect(),
-        events: run.events.iter().map(Into::into).collect(),
-        remarks: scene.remarks.iter().cloned().chain(solver::remarks(run)).collect(),
-        no_limit: scene.no_limit.clone(),
-        provenance: Provenance {
-            input_sha256: input_hash(&scene.text, &scene.body.sha256),
-            version: env!("CARGO_PKG_VERSION").into(),
-            scene: scene.text.clone(),
-        },
-    }
-}
-
-fn locking(scene: &Scene, run: &Run) -> Option<LockingRecord> {
-    let signs = scene.stressed.iter().filter_map(|e| signs(&**e, &run.peak.x));
-    let worst = signs.max_by(|a, b| a.alarm.cmp(&b.alarm).then(a.scatter.total_cmp(&b.scatter)))?;
-    Some(LockingRecord { pressure_scatter: worst.scatter, volumetric_share: worst.share, alarm: worst.alarm })
-}
-
-fn probe(run: &Run, column: usize) -> ProbeRecord {
-    let first = run.rows.first().map_or(0.0, |row| row[column]);
-    let departure = |row: &Vec<f64>| (row[column] - first).abs();
-    let peak = run.rows.iter().max_by(|a, b| departure(a).total_cmp(&departure(b)));
-    let (peak_t_s, peak) = peak.map_or((0.0, 0.0), |row| (row[0], row[column]));
-    ProbeRecord { peak, peak_t_s, last: run.rows.last().map_or(0.0, |row| row[column]) }
-}
-
-/// The boundary at the state farthest from rest, corner nodes only.
-pub fn skin(scene: &Scene, run: &Run) -> Skin {
-    let mesh = &scene.body.mesh;
-    let stretch = scene.nodal_stretch(&run.peak.x);
-    let mut local = BTreeMap::new();
-    let mut nodes = Vec::new();
-    let triangles = mesh
-        .boundary_facets()
-        .iter()
-        .map(|&f| {
-            let corners = &mesh.facet(f as usize)[..3];
-            std::array::from_fn(|k| {
-                *local.entry(corners[k]).or_insert_with(|| {
-                    nodes.push(corners[k] as usize);
-                    nodes.len() as u32 - 1
-                })
-            })
-        })
-        .collect();
-    let x = &run.peak.x;
-    Skin {
-        points: nodes.iter().map(|&k| mesh.points[k].into()).collect(),
-        triangles,
-        t_s: run.peak.t,
-        displacement: nodes.iter().map(|&k| [x[3 * k], x[3 * k + 1], x[3 * k + 2]]).collect(),
-        stretch: nodes.iter().map(|&k| stretch[k]).collect(),
-        cables: scene.cables.iter().map(|c| c.cable.polyline(x).into_iter().map(Into::into).collect()).collect(),
-    }
 }

@@ -90,6 +90,9 @@ fn stop(scene: &Scene, status: &Status) -> Option<StopRecord> {
 
 /// Status with the loads of a limit point in numbers and the cables that pull.
 pub fn detail(scene: &Scene, run: &Run) -> Option<String> {
+    if let Some(why) = &run.failure {
+        return Some(why.to_string());
+    }
     let status = &run.status;
     status.t()?;
     let limit = status.limit().map(|t| signals(scene, t)).unwrap_or_default();

@@ -1,6 +1,7 @@
 //! What a case leaves on disk. The record is written last: with it the case counts as done.
 
-use super::record::{CaseRecord, Skin, StudyRecord};
+use super::record::{CaseRecord, StudyRecord};
+use super::skin::Skin;
 use crate::calibrate::inverse::Calibration;
 use crate::scene::{Run, Scene, Slopes};
 use std::fmt::Write;
@@ -91,9 +92,9 @@ pub fn signals_csv(scene: &Scene, run: &Run) -> String {
     let mut text = "t_s".to_string();
     scene.signals.iter().for_each(|s| text += &format!(",{}", s.name));
     text.push('\n');
-    for t in run.rows.iter().map(|row| row[0]) {
-        let values = scene.signals.iter().map(|s| s.signal.at(t).to_string());
-        text += &std::iter::once(t.to_string()).chain(values).collect::<Vec<_>>().join(",");
+    for (row, signals) in run.written.iter().map(|&k| (&run.rows[k], &run.signals[k])) {
+        let values = std::iter::once(&row[0]).chain(signals).map(ToString::to_string);
+        text += &values.collect::<Vec<_>>().join(",");
         text.push('\n');
     }
     text
@@ -117,7 +118,7 @@ pub fn slopes_csv(run: &Run, slopes: &Slopes) -> String {
 /// The recorded rows; numbers in the shortest form that reads back the same.
 pub fn csv(run: &Run) -> String {
     let mut text = run.columns.join(",") + "\n";
-    for row in &run.rows {
+    for row in run.written.iter().map(|&k| &run.rows[k]) {
         for (k, value) in row.iter().enumerate() {
             write!(text, "{}{value}", if k > 0 { "," } else { "" }).expect("writing to a string cannot fail");
         }

@@ -213,7 +213,7 @@ impl System {
             let mut scatter = Scatter { system: self, list: constraint.blocks(), slots: &self.slots[i], next: 0 };
             let mut sum = 0.0;
             let watched = constraint.cone() == Cone::Watched;
-            out.g[c] = constraint.target(at.t) + constraint.compliance() * lambda[c];
+            out.g[c] = constraint.target(at.clock()) + constraint.compliance() * lambda[c];
             out.gradient[c].fill(0.0);
             out.carried[c] = 0.0;
             for b in 0..constraint.blocks().len() {
@@ -265,7 +265,17 @@ impl System {
         let zero = vec![0.0; self.dofs.equation.len()];
         let lambda = vec![0.0; self.constraints.len()];
         let history = vec![0.0; self.histories.last().map_or(0, |h| h.end)];
-        State { t: 0.0, x: zero.clone(), v: zero.clone(), a: zero, lambda, memory: Vec::new(), dt: 0.0, history }
+        State {
+            t: 0.0,
+            x: zero.clone(),
+            v: zero.clone(),
+            a: zero,
+            lambda,
+            memory: Vec::new(),
+            dt: 0.0,
+            history,
+            inputs: Vec::new(),
+        }
     }
 
     /// Equations of the second field: so many negative pivots belong to a stable equilibrium.
@@ -278,7 +288,7 @@ impl System {
         let mut local = Local::new(self.largest);
         let mut gaps = Vec::with_capacity(self.constraints.len());
         for (row, lambda) in self.constraints.iter().zip(&state.lambda) {
-            let mut g = row.target(state.t) + row.compliance() * lambda;
+            let mut g = row.target(state.clock()) + row.compliance() * lambda;
             for b in 0..row.blocks().len() {
                 local.reset(row.blocks().size(b), Want::Energy);
                 row.eval(&state.x, b, Want::Energy, &mut local)?;

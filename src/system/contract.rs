@@ -4,6 +4,7 @@ use super::rows::{Cone, Piece, Rows};
 use super::{Past, Skew};
 use crate::material::LawError;
 pub use crate::material::Want;
+use crate::math::signal::{Clock, Ramp};
 use std::fmt;
 
 /// All that changes during a run. Cloning it is a checkpoint, dropping it a cut step. SI units.
@@ -24,9 +25,16 @@ pub struct State {
     pub dt: f64,
     /// What the effects remember, effect by effect and block by block; zero at rest, empty if none remembers
     pub history: Vec<f64>,
+    /// What is known of the signals that are decided on the way; empty if none is
+    pub inputs: Vec<Ramp>,
 }
 
 impl State {
+    /// The time, for signals.
+    pub fn clock(&self) -> Clock<'_> {
+        Clock { t: self.t, inputs: &self.inputs }
+    }
+
     /// At rest in the reference configuration.
     pub fn rest(nodes: usize, constraints: usize) -> Self {
         let zero = vec![0.0; 3 * nodes];
@@ -39,6 +47,7 @@ impl State {
             memory: Vec::new(),
             dt: 0.0,
             history: Vec::new(),
+            inputs: Vec::new(),
         }
     }
 }
@@ -63,7 +72,15 @@ pub struct At<'a> {
     pub old: &'a [f64],
     /// History at the start of the step: of the whole state for a system, [blocks × [`Effect::history`]] for an effect
     pub history: &'a [f64],
+    pub inputs: &'a [Ramp],
     pub rates: Rates,
+}
+
+impl<'a> At<'a> {
+    /// The time, for signals.
+    pub fn clock(&self) -> Clock<'a> {
+        Clock { t: self.t, inputs: self.inputs }
+    }
 }
 
 /// Which fields an effect reads, beyond x; a static integrator has neither.
@@ -230,7 +247,7 @@ pub trait Effect: Send + Sync {
     fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError>;
     fn role(&self) -> Role;
     /// s(t) of a [`Role::Load`] or [`Role::Follower`]
-    fn intensity(&self, _t: f64) -> f64 {
+    fn intensity(&self, _now: Clock) -> f64 {
         1.0
     }
     /// Numbers that each block carries from step to step, zero at rest
@@ -268,8 +285,8 @@ impl<E: Effect + ?Sized> Effect for std::sync::Arc<E> {
     fn role(&self) -> Role {
         (**self).role()
     }
-    fn intensity(&self, t: f64) -> f64 {
-        (**self).intensity(t)
+    fn intensity(&self, now: Clock) -> f64 {
+        (**self).intensity(now)
     }
     fn history(&self) -> usize {
         (**self).history()
@@ -310,7 +327,7 @@ pub trait Constraint: Send + Sync {
     fn cone(&self) -> Cone;
     /// Unit of g: a length or volume to which |g| is compared
     fn scale(&self) -> f64;
-    fn target(&self, t: f64) -> f64;
+    fn target(&self, now: Clock) -> f64;
     /// ∂g/∂λ ≥ 0: of a cable, how much longer a newton makes it [m/N]. It stores ½ compliance λ² [J].
     fn compliance(&self) -> f64 {
         0.0

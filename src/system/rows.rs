@@ -4,6 +4,7 @@
 //! one: 0 ≤ g ⟂ λ ≥ 0 is g = 0 while λ ≥ 0, or λ = 0 while g ≥ 0. A law that is curved is linearised at a state.
 
 use super::Constraint;
+use crate::math::signal::Clock;
 
 /// Which multipliers a row admits.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,7 +46,7 @@ impl Cone {
 /// All rows at one state; [constraints] each.
 #[derive(Clone, Copy)]
 pub struct Rows<'a> {
-    pub t: f64,
+    pub now: Clock<'a>,
     /// target + compliance λ − c
     pub g: &'a [f64],
     pub lambda: &'a [f64],

@@ -1,6 +1,7 @@
 //! A made-up convergence study with a known answer, in memory and on disk.
 
 use durometer::study::record::*;
+use durometer::study::skin::Skin;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use std::path::Path;
@@ -104,8 +105,10 @@ fn case(m: &Member, variant: &str) -> StoredCase {
         },
         locking: None,
         probes,
+        distances: vec![],
+        events: vec![],
         remarks: vec![],
-        events: Vec::new(),
+        cable_events: vec![],
         no_limit: None,
         provenance: Provenance {
             input_sha256: "0".repeat(64),

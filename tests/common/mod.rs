@@ -14,7 +14,7 @@ pub mod tables;
 use durometer::effect::Elastic;
 use durometer::material::{Law, registry};
 use durometer::math::random::SplitMix;
-use durometer::math::signal::Signal;
+use durometer::math::signal::{Clock, Signal};
 use durometer::math::tensor::Vec3;
 use durometer::mesh::element::{CELL_EDGES, cell_shape, facet_shape};
 use durometer::mesh::structured::block;
@@ -216,8 +216,8 @@ impl Effect for DeadLoad {
         Role::Load
     }
 
-    fn intensity(&self, t: f64) -> f64 {
-        self.intensity.at(t)
+    fn intensity(&self, now: Clock) -> f64 {
+        self.intensity.at(now)
     }
 
     fn blocks(&self) -> &Blocks {
@@ -225,7 +225,7 @@ impl Effect for DeadLoad {
     }
 
     fn eval(&self, at: &At, b: usize, _: Want, out: &mut Local) -> Result<(), EvalError> {
-        let (dof, s) = (3 * self.blocks.nodes(b)[0] as usize, self.intensity.at(at.t));
+        let (dof, s) = (3 * self.blocks.nodes(b)[0] as usize, self.intensity.at(at.clock()));
         for i in 0..3 {
             out.energy -= self.force[3 * b + i] * at.x[dof + i];
             out.r[i] = -s * self.force[3 * b + i];

@@ -31,8 +31,9 @@ pub struct Calibration {
     /// Largest principal stretch in the body at the end, volume percentiles 50, 95 and the largest [–]
     pub stretch: [f64; 3],
     pub stability: Vec<Stable>,
-    /// Forward solves, failed ones among them
+    /// Forward solves of the search, failed ones among them, and of the profiles
     pub solves: usize,
+    pub profile_solves: usize,
     pub failed: usize,
     /// The search came to its end
     pub settled: bool,
@@ -57,6 +58,8 @@ pub struct Found {
     pub std_error: Option<f64>,
     /// 95 % as if rows were independent
     pub interval: Option<[f64; 2]>,
+    /// 95 % by profile likelihood, where it was asked for; an end that was not found is open
+    pub profile: Option<[Option<f64>; 2]>,
     /// 95 % from blocks of rows drawn again
     pub bootstrap: Option<[f64; 2]>,
 }
@@ -86,6 +89,7 @@ impl Found {
     pub fn widest(&self) -> Option<[f64; 2]> {
         let [a, b] = self.interval?;
         let [c, d] = self.bootstrap.unwrap_or([a, b]);
-        Some([a.min(c), b.max(d)])
+        let [e, f] = self.profile.unwrap_or_default();
+        Some([a.min(c).min(e.unwrap_or(a)), b.max(d).max(f.unwrap_or(b))])
     }
 }

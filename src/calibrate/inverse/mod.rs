@@ -12,6 +12,7 @@ mod gauge;
 mod interval;
 mod measured;
 mod model;
+mod profile;
 mod search;
 
 pub use answer::{Calibration, Found, Gauge, Stable};
@@ -37,6 +38,8 @@ pub struct Settings {
     pub weighting: Weighting,
     /// Length and section of a homogeneous piece [m, m²]: where the search starts, and what it corrects
     pub gauge: Option<[f64; 2]>,
+    /// Intervals by profile likelihood too, for some forward solves more
+    pub profile: bool,
 }
 
 /// Finds the constants. Returns the scene at the answer too.
@@ -70,6 +73,16 @@ pub fn calibrate(
     let parameters: Vec<_> = model.unknown.iter().map(|u| u.parameter).collect();
     let identified = identify::identify(&parameters, &values, &jacobian, &residual, weights.size, ROUNDING);
     let (block, drawn) = interval::drawn_again(&measured.x, &values, &jacobian, &residual);
+    let best = profile::Best {
+        values: &values,
+        std_errors: identified.estimates.iter().map(|e| e.std_error).collect(),
+        jacobian: &jacobian,
+        residual: &residual,
+    };
+    let (ends, more) = match settings.profile {
+        true => profile::ends(model, &measured, &weights, &best, watch)?,
+        false => (vec![[None; 2]; values.len()], 0),
+    };
     let finite = |x: f64| x.is_finite().then_some(x);
     let constants = (identified.estimates.iter().zip(&model.unknown).zip(&start).enumerate())
         .map(|(k, ((e, u), start))| Found {
@@ -80,6 +93,7 @@ pub fn calibrate(
             value: e.value,
             std_error: finite(e.std_error),
             interval: finite(e.std_error).map(|_| e.interval),
+            profile: settings.profile.then_some(ends[k]),
             bootstrap: drawn.as_ref().map(|d| d[k]).filter(|_| e.std_error.is_finite()),
         })
         .collect();
@@ -105,6 +119,7 @@ pub fn calibrate(
         stability: certificate(&answer.scene, stretch[2]),
         stretch,
         solves: found.solves,
+        profile_solves: more,
         failed: found.failed,
         settled: found.settled,
         forward_s: answer.forward,

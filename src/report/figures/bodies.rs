@@ -7,7 +7,8 @@ use super::super::surface::{Fit, Look, View, extent, ghost, surface, viridis};
 use super::Figure;
 use super::curves::thousands;
 use crate::study::convergence::Analysis;
-use crate::study::record::{CaseRecord, Role, Skin};
+use crate::study::record::{CaseRecord, Role};
+use crate::study::skin::Skin;
 
 /// Eye of the meshes: from the front, a little to the tip and above.
 const MESH_EYE: [f64; 3] = [0.55, -1.0, 0.45];

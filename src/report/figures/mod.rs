@@ -9,6 +9,7 @@ pub mod errors;
 pub mod fit;
 pub mod formulations;
 pub mod laws;
+pub mod overlay;
 pub mod prices;
 pub mod sweep;
 pub mod time;

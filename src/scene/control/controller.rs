@@ -1,0 +1,93 @@
+//! Code that closes the loop: at each point of the time grid it sees what was recorded and sets signals for the next one.
+
+use super::ControlError;
+use serde_json::Value;
+
+/// What a controller is told before the first step.
+#[derive(Clone, Copy, Debug)]
+pub struct Opening<'a> {
+    /// Names of the recorded columns, the first is `t_s`
+    pub columns: &'a [String],
+    /// Names of the signals that it may set: those of `kind = "controlled"`
+    pub signals: &'a [String],
+    /// Time of the first state [s], not 0 after a restart
+    pub t: f64,
+    /// What it left in [`Reply::memory`] last, after a restart
+    pub memory: &'a Value,
+}
+
+/// What it sees at a point of the time grid.
+#[derive(Clone, Copy, Debug)]
+pub struct Seen<'a> {
+    /// The recorded row, as [`Opening::columns`] names it
+    pub row: &'a [f64],
+    /// Time of the next point [s], at which the signals reach what is set now
+    pub next: f64,
+}
+
+/// What else a controller may ask for.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct Reply {
+    /// End the run here
+    pub stop: bool,
+    /// Save a state to restart from
+    pub save: bool,
+    /// To be kept in saved states and handed back after a restart
+    pub memory: Value,
+}
+
+/// A controller in Rust. It drives the signals that the scene leaves to it, `kind = "controlled"`.
+///
+/// An integrating controller that holds a bending angle of 10° by shortening the cable:
+///
+/// ```
+/// use durometer::scene::control::{ControlError, Controller, Opening, Reply, Seen};
+/// use durometer::scene::{Body, Scene, Steering, read_scene};
+/// use std::path::Path;
+///
+/// struct Integrating {
+///     angle: usize,
+/// }
+///
+/// impl Controller for Integrating {
+///     fn begin(&mut self, opening: &Opening) -> Result<(), ControlError> {
+///         let angle = |name: &String| name == "bending_angle_deg";
+///         self.angle = opening.columns.iter().position(angle).expect("the scene records it");
+///         Ok(())
+///     }
+///
+///     fn step(&mut self, seen: &Seen, signals: &mut [f64]) -> Result<Reply, ControlError> {
+///         // [m] per [°]: about one over the slope of the finger
+///         signals[0] += 1e-4 * (10.0 - seen.row[self.angle]);
+///         Ok(Reply::default())
+///     }
+/// }
+///
+/// let file = Path::new("tests/cli/scene.toml");
+/// let drive = r#"{ length = { kind = "controlled", initial = "0 mm" } }"#;
+/// let change = durometer::scene::overrides::parse(&format!("constraint.cable.drive={drive}"))?;
+/// let longer = durometer::scene::overrides::parse("stage.0.duration=\"5 s\"")?;
+/// let (spec, text) = read_scene(file, &[change, longer])?;
+/// let body = Body::load(file, &spec.mesh, &mut |_| {})?;
+/// let scene = Scene::build(file, spec, text, body.into())?;
+/// let mut controller = Integrating { angle: 0 };
+/// let steering = Steering { controller: Some(&mut controller), ..Steering::default() };
+/// let run = scene.steer(steering, &mut |_| true, &mut |_| {});
+/// let angle = scene.columns().iter().position(|c| c == "bending_angle_deg").expect("recorded");
+/// let last = run.rows.last().expect("a row")[angle];
+/// assert!((last - 10.0).abs() < 0.5, "{last}");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub trait Controller {
+    /// Before the first step.
+    fn begin(&mut self, _opening: &Opening) -> Result<(), ControlError> {
+        Ok(())
+    }
+
+    /// Sets `signals` [SI], as [`Opening::signals`] names them, for the next point of the grid. They come with their values
+    /// so far, and keep them if nothing is set.
+    fn step(&mut self, seen: &Seen, signals: &mut [f64]) -> Result<Reply, ControlError>;
+
+    /// After the last step, with the last row and the name of the status.
+    fn end(&mut self, _row: &[f64], _status: &str) {}
+}

@@ -1,0 +1,21 @@
+//! Why a run that is steered could not go on; what was recorded so far is kept.
+
+/// A signal or a controller that cannot be used any more.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ControlError {
+    #[error("the signal {signal} is {value} at t = {t:.6} s; keep its formula defined there, for example by max(x, 0)")]
+    NotFinite { signal: String, value: f64, t: f64 },
+    #[error("the command \"{command}\" is not one: its quotes do not close; write --controller \"python3 ctrl.py\"")]
+    Command { command: String },
+    #[error("the controller \"{command}\" cannot be started: {reason}; give a program that this shell finds")]
+    Start { command: String, reason: String },
+    #[error(
+        "the controller gave no answer within {seconds} s at t = {t:.6} s; answer every line with one line and flush it, or \
+         allow more with --controller-timeout"
+    )]
+    Late { seconds: f64, t: f64 },
+    #[error("the controller ended ({how}) before it answered at t = {t:.6} s; what it said is above")]
+    Dead { how: String, t: f64 },
+    #[error("the controller wrote at t = {t:.6} s: {line}\n  {fact}; {remedy}")]
+    Answer { line: String, t: f64, fact: String, remedy: String },
+}

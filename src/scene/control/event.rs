@@ -1,0 +1,120 @@
+//! Events on the time grid: when one happens and what it does.
+
+use super::Controls;
+use super::memory::Memory;
+use serde::{Deserialize, Serialize};
+
+/// An event of a scene.
+#[derive(Clone, Debug)]
+pub struct Event {
+    pub name: String,
+    pub when: When,
+    pub then: Vec<Then>,
+    pub repeat: bool,
+}
+
+/// A condition on the recorded columns, by their index.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum When {
+    At { t: f64, every: Option<f64> },
+    Above { column: usize, value: f64 },
+    Below { column: usize, value: f64 },
+}
+
+/// What an event does.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Then {
+    /// Input, index among its other signals, name of the signal
+    Switch {
+        input: usize,
+        other: usize,
+        signal: String,
+    },
+    Stop,
+    Save,
+}
+
+/// An event that happened.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Fired {
+    pub event: String,
+    /// Point of the time grid [s]
+    pub t_s: f64,
+    /// Value of the column there, in its unit
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub value: Option<f64>,
+    /// `switch cable_shortening_m`, `stop`, `save`
+    pub did: Vec<String>,
+}
+
+/// Rounding of a time on the grid, as a share of it.
+const SLACK: f64 = 1e-9;
+
+impl Controls {
+    /// Conditions at the first point: what is true there does not come true.
+    pub(super) fn look(&self, memory: &mut Memory, row: &[f64]) {
+        for (event, past) in self.events.iter().zip(&mut memory.events) {
+            past.was = event.when.crossed(row);
+        }
+    }
+
+    /// The events of this point of the grid, logged; their switches are in force. Returns what else they do.
+    pub(super) fn fire(&self, memory: &mut Memory, row: &[f64], now: &[f64]) -> Vec<Then> {
+        let (t, mut rest) = (row[0], Vec::new());
+        for (e, event) in self.events.iter().enumerate() {
+            let past = &mut memory.events[e];
+            let is = event.when.crossed(row);
+            let due = match event.when {
+                When::At { t: first, every } => {
+                    let next = every.map_or(first, |every| first + past.count as f64 * every);
+                    (past.count == 0 || every.is_some()) && t >= next - SLACK * next.abs()
+                }
+                _ => is && !past.was && (event.repeat || past.count == 0),
+            };
+            past.was = is;
+            if !due {
+                continue;
+            }
+            (past.count, past.last) = (past.count + 1, Some(t));
+            for then in &event.then {
+                match then {
+                    Then::Switch { input, other, .. } => {
+                        let program = &mut memory.programs[*input];
+                        (program.other, program.since, program.from) = (Some(*other), t, now[*input]);
+                    }
+                    other => rest.push(other.clone()),
+                }
+            }
+            let did = event.then.iter().map(Then::words).collect();
+            memory.log.push(Fired { event: event.name.clone(), t_s: t, value: event.when.value(row), did });
+        }
+        rest
+    }
+}
+
+impl When {
+    fn crossed(&self, row: &[f64]) -> bool {
+        match *self {
+            Self::At { .. } => false,
+            Self::Above { column, value } => row[column] >= value,
+            Self::Below { column, value } => row[column] <= value,
+        }
+    }
+
+    fn value(&self, row: &[f64]) -> Option<f64> {
+        match *self {
+            Self::At { .. } => None,
+            Self::Above { column, .. } | Self::Below { column, .. } => Some(row[column]),
+        }
+    }
+}
+
+impl Then {
+    fn words(&self) -> String {
+        match self {
+            Self::Switch { signal, .. } => format!("switch {signal}"),
+            Self::Stop => "stop".into(),
+            Self::Save => "save".into(),
+        }
+    }
+}

@@ -1,0 +1,93 @@
+//! Signals that are decided on the way: by events, by recorded columns, from outside.
+//!
+//! An input is decided at each point tₙ of the time grid for the next one, tₙ₊₁, from what was recorded at tₙ. Within the step
+//! it is linear, so a step that is cut sees a part of the change only. An evaluation looks it up in the state and stays pure.
+
+use super::memory::Memory;
+use super::{ControlError, Controls};
+use crate::math::formula::Formula;
+use crate::math::signal::{Clock, Ramp, Signal};
+
+/// Where the value of an input comes from.
+#[derive(Clone, Debug)]
+pub enum Source {
+    /// A signal that events replace by others
+    Switched { own: Signal, others: Vec<Other> },
+    /// A formula in recorded columns; `event`: its time counts from there
+    Formula { formula: Formula, event: Option<usize>, variables: Vec<Variable> },
+    /// Set from outside
+    Controlled { initial: f64 },
+}
+
+/// A signal that an event switches to.
+#[derive(Clone, Debug)]
+pub struct Other {
+    pub event: usize,
+    pub signal: Signal,
+    /// Time of the passage from the old value [s]
+    pub over: f64,
+}
+
+/// A variable of a formula.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Variable {
+    Time,
+    /// Index of the recorded column
+    Column(usize),
+}
+
+/// An input of a scene.
+#[derive(Clone, Debug)]
+pub struct Input {
+    /// Name of the signal that it is, or is a part of
+    pub signal: String,
+    pub source: Source,
+}
+
+/// Which signal an input follows.
+#[derive(Clone, Copy, Debug, PartialEq, Default, serde::Serialize, serde::Deserialize)]
+pub struct Program {
+    /// Index among the others; the own signal if none
+    pub other: Option<usize>,
+    /// Time of the switch [s]
+    pub since: f64,
+    /// Value at the switch
+    pub from: f64,
+}
+
+impl Controls {
+    /// Values of all inputs at `t`, from the columns recorded last. Those that others use come first in the list.
+    pub(super) fn values(&self, memory: &Memory, row: &[f64], t: f64) -> Result<Vec<f64>, ControlError> {
+        let mut ahead: Vec<Ramp> = Vec::with_capacity(self.inputs.len());
+        for (k, input) in self.inputs.iter().enumerate() {
+            let value = match &input.source {
+                Source::Switched { own, others } => {
+                    let Program { other, since, from } = memory.programs[k];
+                    let clock = |t| Clock { t, inputs: &ahead };
+                    match other.map(|i| &others[i]) {
+                        None => own.at(clock(t)),
+                        Some(Other { signal, over, .. }) => {
+                            let goal = signal.at(clock(t - since));
+                            let share = if *over > 0.0 { ((t - since) / over).min(1.0) } else { 1.0 };
+                            if share < 1.0 { from + share * (goal - from) } else { goal }
+                        }
+                    }
+                }
+                Source::Formula { formula, event, variables } => {
+                    let since = event.and_then(|e| memory.events[e].last).unwrap_or(0.0);
+                    let variable = |v: &Variable| match v {
+                        Variable::Time => t - since,
+                        Variable::Column(c) => row[*c],
+                    };
+                    formula.value(&variables.iter().map(variable).collect::<Vec<_>>())
+                }
+                Source::Controlled { .. } => memory.outside[k],
+            };
+            if !value.is_finite() {
+                return Err(ControlError::NotFinite { signal: input.signal.clone(), value, t });
+            }
+            ahead.push(Ramp::constant(value));
+        }
+        Ok(ahead.iter().map(|ramp| ramp.to).collect())
+    }
+}

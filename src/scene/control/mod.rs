@@ -1,0 +1,108 @@
+//! Protocols that are decided on the way: events, formulas of recorded columns, controllers.
+//!
+//! All is decided at the points of the time grid, in this order: events, the controller, then every input for the next
+//! point. Nothing here is called within a step.
+
+mod controller;
+mod error;
+mod event;
+mod input;
+mod memory;
+mod prepare;
+pub mod process;
+pub mod spec;
+
+pub use controller::{Controller, Opening, Reply, Seen};
+pub use error::ControlError;
+pub use event::Fired;
+pub use memory::Memory;
+pub(super) use prepare::{Workbench, in_unit_of};
+
+use crate::math::signal::{Clock, Ramp};
+use crate::system::State;
+use event::{Event, Then};
+pub(super) use input::{Input, Source};
+
+/// Inputs and events of a scene.
+#[derive(Clone, Debug, Default)]
+pub struct Controls {
+    inputs: Vec<Input>,
+    events: Vec<Event>,
+}
+
+/// What a point of the grid asks of the run.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct Orders {
+    pub stop: bool,
+    pub save: bool,
+}
+
+impl Controls {
+    /// Names of the signals that are set from outside.
+    pub fn controlled(&self) -> Vec<String> {
+        self.outside().map(|k| self.inputs[k].signal.clone()).collect()
+    }
+
+    /// Is any signal decided on the way?
+    pub fn has_inputs(&self) -> bool {
+        !self.inputs.is_empty()
+    }
+
+    fn outside(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.inputs.len()).filter(|&k| matches!(self.inputs[k].source, Source::Controlled { .. }))
+    }
+
+    /// Inputs at the start. `record` gives the recorded row at a state; formulas see the one without inputs.
+    pub(super) fn start(
+        &self,
+        memory: &mut Memory,
+        state: &mut State,
+        record: impl Fn(&State) -> Vec<f64>,
+    ) -> Result<(), ControlError> {
+        if self.inputs.is_empty() && self.events.is_empty() {
+            return Ok(());
+        }
+        state.inputs = vec![Ramp::constant(0.0); self.inputs.len()];
+        let values = self.values(memory, &record(state), state.t)?;
+        state.inputs = values.into_iter().map(Ramp::constant).collect();
+        self.look(memory, &record(state));
+        Ok(())
+    }
+
+    /// Decides at the state whose row was recorded, for the time `next` if there is one.
+    pub(super) fn decide<'c>(
+        &self,
+        memory: &mut Memory,
+        state: &mut State,
+        row: &[f64],
+        next: Option<f64>,
+        controller: Option<&mut (dyn Controller + 'c)>,
+    ) -> Result<Orders, ControlError> {
+        let now: Vec<f64> = state.inputs.iter().map(|ramp| ramp.at(state.t)).collect();
+        let rest = self.fire(memory, row, &now);
+        let mut orders = Orders { stop: rest.contains(&Then::Stop), save: rest.contains(&Then::Save) };
+        let Some(next) = next else { return Ok(orders) };
+        if let Some(controller) = controller {
+            let outside: Vec<usize> = self.outside().collect();
+            let mut signals: Vec<f64> = outside.iter().map(|&k| memory.outside[k]).collect();
+            let reply = controller.step(&Seen { row, next }, &mut signals)?;
+            outside.iter().zip(signals).for_each(|(&k, value)| memory.outside[k] = value);
+            orders = Orders { stop: orders.stop || reply.stop, save: orders.save || reply.save };
+            memory.controller = reply.memory;
+        }
+        if !self.inputs.is_empty() {
+            let values = self.values(memory, row, next)?;
+            let ramps = now.into_iter().zip(values);
+            state.inputs = ramps.map(|(from, to)| Ramp { start: state.t, from, end: next, to }).collect();
+        }
+        Ok(orders)
+    }
+}
+
+impl super::Scene {
+    /// Values of the prescribed signals at a state.
+    pub fn signal_values(&self, state: &State) -> Vec<f64> {
+        let now: Clock = state.clock();
+        self.signals.iter().map(|s| s.signal.at(now)).collect()
+    }
+}

@@ -1,0 +1,283 @@
+//! From signals and events of a file to [`Controls`].
+
+use super::Controls;
+use super::event::{Event, Then, When};
+use super::input::{Input, Other, Source, Variable};
+use super::spec::{EventSpec, ThenSpec, WhenSpec};
+use crate::math::formula::Formula;
+use crate::math::signal::Signal;
+use crate::math::units::{self, Dimension, UnitError};
+use crate::scene::build::{Drive, NamedCable, NamedCavity};
+use crate::scene::builder::Builder;
+use crate::scene::error::{SceneError, hint};
+use crate::scene::protocol::extremes;
+use crate::scene::signal::{SignalError, SignalSpec, Site};
+use crate::solve::Span;
+use std::path::Path;
+
+/// Collects inputs while the signals of a scene are built.
+pub(in crate::scene) struct Workbench<'a> {
+    specs: &'a [EventSpec],
+    inputs: Vec<Input>,
+}
+
+/// Place, fact and remedy.
+type Refusal = (String, String, String);
+
+/// What a scene knows of its columns.
+struct Known<'k> {
+    pub columns: &'k [String],
+    /// Names of the signals
+    pub signals: Vec<String>,
+    pub cables: Vec<String>,
+    /// End of the last stage [s]
+    pub end: f64,
+    /// Smallest and largest value of a column, where they are known
+    pub range: &'k dyn Fn(&str) -> Option<(f64, f64)>,
+}
+
+impl<'a> Workbench<'a> {
+    pub(in crate::scene) fn new(specs: &'a [EventSpec]) -> Self {
+        Self { specs, inputs: Vec::new() }
+    }
+
+    /// Name of event `e` for messages and the log.
+    fn name(&self, e: usize) -> String {
+        self.specs[e].name.clone().unwrap_or_else(|| format!("event {}", e + 1))
+    }
+
+    fn place(&self, e: usize) -> String {
+        let name = self.specs[e].name.as_ref().map_or_else(String::new, |n| format!(" ({n})"));
+        format!("event {}{name}", e + 1)
+    }
+
+    /// The signal of this name, with what events replace it by. An error comes with the event that it is in.
+    pub(in crate::scene) fn signal(
+        &mut self,
+        name: &str,
+        spec: &SignalSpec,
+        dimension: Dimension,
+        base: &Path,
+    ) -> Result<Signal, (Option<String>, SignalError)> {
+        let mut site = Site { base, name, inputs: &mut self.inputs, event: None, depth: 0, delayed: false };
+        let own = spec.build(dimension, &mut site).map_err(|e| (None, e))?;
+        let mut others = Vec::new();
+        for e in 0..self.specs.len() {
+            for then in &self.specs[e].then {
+                let ThenSpec::Switch { signal, to, over } = then else { continue };
+                if signal != name {
+                    continue;
+                }
+                let mut site = Site { base, name, inputs: &mut self.inputs, event: Some(e), depth: 0, delayed: false };
+                let signal = to.build(dimension, &mut site).map_err(|error| (Some(self.place(e)), error))?;
+                others.push(Other { event: e, signal, over: over.map_or(0.0, |t| t.0) });
+            }
+        }
+        if others.is_empty() {
+            return Ok(own);
+        }
+        self.inputs.push(Input { signal: name.into(), source: Source::Switched { own, others } });
+        Ok(Signal::Input(self.inputs.len() - 1))
+    }
+
+    /// All names are known now. Returns remarks too.
+    fn finish(mut self, known: &Known) -> Result<(Controls, Vec<String>), Refusal> {
+        let mut inputs = std::mem::take(&mut self.inputs);
+        for input in &mut inputs {
+            let Source::Formula { formula, variables, .. } = &mut input.source else { continue };
+            *variables =
+                resolve(formula, known).map_err(|(fact, remedy)| (format!("signal {}", input.signal), fact, remedy))?;
+        }
+        let (mut events, mut remarks) = (Vec::<Event>::new(), Vec::new());
+        for (e, spec) in self.specs.iter().enumerate() {
+            let (place, name) = (self.place(e), self.name(e));
+            let refuse = |fact: String, remedy: String| (place.clone(), fact, remedy);
+            if events.iter().any(|other| other.name == name) {
+                return Err(refuse(format!("another event is called \"{name}\" too"), "give each its `name`".into()));
+            }
+            let when = condition(spec, known).map_err(|(fact, remedy)| refuse(fact, remedy))?;
+            remarks.extend(never(&name, when, known));
+            if spec.then.is_empty() {
+                return Err(refuse("nothing happens".into(), "list at least one action in `then`".into()));
+            }
+            let mut then = Vec::new();
+            for spec in &spec.then {
+                then.push(match spec {
+                    ThenSpec::Stop {} => Then::Stop,
+                    ThenSpec::Save {} => Then::Save,
+                    ThenSpec::Switch { signal, over, .. } => {
+                        if over.is_some_and(|t| t.0 < 0.0) {
+                            return Err(refuse("`over` is negative".into(), "give the time of the passage".into()));
+                        }
+                        let of_signal = |i: &Input| i.signal == *signal && matches!(i.source, Source::Switched { .. });
+                        let Some(input) = inputs.iter().position(of_signal) else {
+                            let fact = format!("there is no signal \"{signal}\"");
+                            return Err(refuse(fact, hint(signal, &known.signals)));
+                        };
+                        let Source::Switched { others, .. } = &inputs[input].source else {
+                            unreachable!("found as such")
+                        };
+                        let mine = others.iter().enumerate().filter(|(_, o)| o.event == e).map(|(k, _)| k);
+                        let [other] = mine.collect::<Vec<_>>()[..] else {
+                            let fact = format!("it switches {signal} twice");
+                            return Err(refuse(fact, "keep one of the two".into()));
+                        };
+                        Then::Switch { input, other, signal: signal.clone() }
+                    }
+                });
+            }
+            events.push(Event { name, when, then, repeat: spec.repeat });
+        }
+        Ok((Controls { inputs, events }, remarks))
+    }
+}
+
+impl Builder<'_> {
+    /// What is decided on the way, once all names are known.
+    pub(in crate::scene) fn controls(
+        &mut self,
+        columns: &[String],
+        cables: &[NamedCable],
+        cavities: &[NamedCavity],
+        spans: &[Span],
+    ) -> Result<Controls, SceneError> {
+        let end = spans.last().map_or(0.0, |s| s.end);
+        let imposed = |drive: &Drive, floor: f64| match drive {
+            Drive::Prescribed(signal) if !signal.has_inputs() => {
+                let ((_, low), (_, high)) = extremes(signal, spans);
+                Some((low.max(floor), high.max(floor)))
+            }
+            _ => None,
+        };
+        let range = |column: &str| {
+            let cable = cables.iter().find(|c| column == format!("{}_tension_N", c.name));
+            let cavity = cavities.iter().find(|c| column == format!("{}_pressure_Pa", c.name));
+            match (cable, cavity) {
+                (Some(cable), _) => imposed(&cable.drive, 0.0),
+                (_, Some(cavity)) => imposed(&cavity.drive, f64::NEG_INFINITY),
+                _ if column == "t_s" => Some((0.0, end)),
+                _ if column.ends_with("_angle_deg") => Some((0.0, 180.0)),
+                _ => None,
+            }
+        };
+        let known = Known {
+            columns,
+            signals: self.signals.iter().map(|s| s.name.clone()).collect(),
+            cables: cables.iter().map(|c| c.name.clone()).collect(),
+            end,
+            range: &range,
+        };
+        let workbench = std::mem::replace(&mut self.workbench, Workbench::new(&[]));
+        let (controls, remarks) =
+            workbench.finish(&known).map_err(|(place, fact, remedy)| self.content(&place, fact, remedy))?;
+        self.remarks.extend(remarks);
+        Ok(controls)
+    }
+}
+
+fn column(name: &str, known: &Known) -> Result<usize, (String, String)> {
+    let missing = || (format!("the scene records no \"{name}\""), hint(name, known.columns));
+    known.columns.iter().position(|c| c == name).ok_or_else(missing)
+}
+
+fn resolve(formula: &Formula, known: &Known) -> Result<Vec<Variable>, (String, String)> {
+    let variable = |name: &String| match name.as_str() {
+        "t" => Ok(Variable::Time),
+        name => column(name, known).map(Variable::Column),
+    };
+    formula.variables().iter().map(variable).collect()
+}
+
+fn condition(spec: &EventSpec, known: &Known) -> Result<When, (String, String)> {
+    let tension = |cable: &String| {
+        if !known.cables.contains(cable) {
+            return Err((format!("there is no cable \"{cable}\""), hint(cable, &known.cables)));
+        }
+        column(&format!("{cable}_tension_N"), known)
+    };
+    let threshold = |name: &str, value: &str| {
+        let index = column(name, known)?;
+        let value = in_unit_of(name, value).map_err(|e| (e.to_string(), format!("the column is {name}")))?;
+        Ok::<_, (String, String)>((index, value))
+    };
+    Ok(match &spec.when {
+        WhenSpec::At { t, every } => {
+            let (t, every) = (t.0, every.map(|t| t.0));
+            if !(0.0..=known.end * (1.0 + 1e-9)).contains(&t) {
+                let remedy = format!("take a time from 0 to {} s, the end of the last stage", known.end);
+                return Err((format!("it waits for t = {t} s"), remedy));
+            }
+            if every.is_some_and(|every| every <= 0.0) {
+                return Err(("`every` is not positive".into(), "give the time from one to the next".into()));
+            }
+            if spec.repeat {
+                return Err(("a time comes once".into(), "write `every` instead of `repeat`".into()));
+            }
+            When::At { t, every }
+        }
+        WhenSpec::Above { column, value } => {
+            let (column, value) = threshold(column, &value.0)?;
+            When::Above { column, value }
+        }
+        WhenSpec::Below { column, value } => {
+            let (column, value) = threshold(column, &value.0)?;
+            When::Below { column, value }
+        }
+        WhenSpec::Slack { cable } => When::Below { column: tension(cable)?, value: 0.0 },
+        WhenSpec::Taut { cable } => When::Above { column: tension(cable)?, value: f64::MIN_POSITIVE },
+    })
+}
+
+/// Why the condition cannot come true, where that is known.
+fn never(name: &str, when: When, known: &Known) -> Option<String> {
+    let column = match when {
+        When::At { .. } => return None,
+        When::Above { column, .. } | When::Below { column, .. } => column,
+    };
+    let column = &known.columns[column];
+    let (low, high) = (known.range)(column)?;
+    // What is so from the start does not come true.
+    let reached = match when {
+        When::At { .. } => true,
+        When::Above { value, .. } => low < value && value <= high,
+        When::Below { value, .. } => low <= value && value < high,
+    };
+    (!reached).then(|| format!("the event \"{name}\" cannot happen: {column} stays between {low} and {high}"))
+}
+
+/// Value of a quantity in the unit at the end of the name of a column.
+pub(in crate::scene) fn in_unit_of(column: &str, text: &str) -> Result<f64, UnitError> {
+    let dimension = match column.rsplit('_').next().unwrap_or_default() {
+        "s" => Dimension::TIME,
+        "m" => Dimension::LENGTH,
+        "m3" => Dimension::VOLUME,
+        "N" => Dimension::FORCE,
+        "Pa" => Dimension::PRESSURE,
+        "J" => Dimension::ENERGY,
+        "deg" => return units::parse(text, Dimension::ANGLE).map(f64::to_degrees),
+        _ => Dimension::NONE,
+    };
+    units::parse(text, dimension)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_threshold_has_the_unit_of_its_column() {
+        for (column, text, value) in [
+            ("bending_angle_deg", "30 deg", 30.0),
+            ("cable_tension_N", "200 mN", 0.2),
+            ("tip_x_m", "12 mm", 0.012),
+            ("air_volume_m3", "3 ml", 3e-6),
+            ("elastic_J", "2 mN m", 2e-3),
+            ("stretch_p95", "1.4", 1.4),
+        ] {
+            let read = in_unit_of(column, text).unwrap_or_else(|e| panic!("{e}"));
+            assert!((read - value).abs() <= 4.0 * f64::EPSILON * value, "{column}: {read}");
+        }
+        assert!(in_unit_of("bending_angle_deg", "30").is_err());
+        assert!(in_unit_of("cable_tension_N", "3 mm").is_err());
+    }
+}

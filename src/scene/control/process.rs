@@ -1,0 +1,175 @@
+//! A controller in another program: JSON lines on its standard input and output, one answer to each line.
+//!
+//! ```text
+//! → {"durometer": "0.1.0", "columns": ["t_s", …], "signals": ["cable_shortening_m"], "t_s": 0, "memory": null}
+//! ← {"ready": true}
+//! → {"next_s": 0.1, "columns": {"t_s": 0, "bending_angle_deg": 0, …}, "signals": {"cable_shortening_m": 0}}
+//! ← {"signals": {"cable_shortening_m": 0.001}, "memory": …, "stop": false, "save": false}
+//! → {"end": "Converged", "columns": {…}}
+//! ```
+//!
+//! All keys of an answer may be absent. Numbers are read and written so that no bit is lost. Standard error is passed on.
+
+use super::{ControlError, Controller, Opening, Reply, Seen};
+use crate::scene::error::hint;
+use serde::Deserialize;
+use serde_json::{Map, Value, json};
+use std::io::{BufRead, BufReader, Write};
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::time::{Duration, Instant};
+
+/// A child process that answers line by line.
+pub struct Process {
+    child: Child,
+    input: Option<ChildStdin>,
+    lines: Receiver<String>,
+    timeout: Duration,
+    columns: Vec<String>,
+    signals: Vec<String>,
+    /// Time of the last point it was asked at [s]
+    t: f64,
+    /// Time spent on its answers
+    pub waited: Duration,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Ready {
+    ready: bool,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, default)]
+#[derive(Default)]
+struct Answer {
+    signals: Map<String, Value>,
+    memory: Value,
+    stop: bool,
+    save: bool,
+}
+
+impl Process {
+    /// Starts the command; each answer may take this long.
+    pub fn start(command: &str, timeout: Duration) -> Result<Self, ControlError> {
+        let words = shlex::split(command).filter(|words| !words.is_empty());
+        let words = words.ok_or_else(|| ControlError::Command { command: command.into() })?;
+        let failed = |reason: String| ControlError::Start { command: command.into(), reason };
+        let mut process = Command::new(&words[0]);
+        process.args(&words[1..]).stdin(Stdio::piped()).stdout(Stdio::piped());
+        let mut child = process.spawn().map_err(|e| failed(e.to_string()))?;
+        let (input, output) = (child.stdin.take(), child.stdout.take().expect("it is piped"));
+        let (sender, lines) = channel();
+        // Ends with the child, or when nobody listens any more.
+        std::thread::spawn(move || {
+            for line in BufReader::new(output).split(b'\n').map_while(Result::ok) {
+                if sender.send(String::from_utf8_lossy(&line).into_owned()).is_err() {
+                    break;
+                }
+            }
+        });
+        let (columns, signals) = (Vec::new(), Vec::new());
+        Ok(Self { child, input, lines, timeout, columns, signals, t: 0.0, waited: Duration::ZERO })
+    }
+
+    fn named(&self, row: &[f64]) -> Value {
+        self.columns.iter().cloned().zip(row.iter().map(|v| json!(v))).collect::<Map<_, _>>().into()
+    }
+
+    fn tell(&mut self, message: &Value) -> Result<(), ControlError> {
+        let line = format!("{message}\n");
+        let told = self.input.as_mut().is_some_and(|i| i.write_all(line.as_bytes()).and_then(|()| i.flush()).is_ok());
+        if told { Ok(()) } else { Err(self.dead()) }
+    }
+
+    fn ask<A: for<'a> Deserialize<'a>>(&mut self, message: &Value) -> Result<(A, String), ControlError> {
+        let start = Instant::now();
+        self.tell(message)?;
+        let line = match self.lines.recv_timeout(self.timeout) {
+            Ok(line) => line,
+            Err(RecvTimeoutError::Timeout) => {
+                return Err(ControlError::Late { seconds: self.timeout.as_secs_f64(), t: self.t });
+            }
+            Err(RecvTimeoutError::Disconnected) => return Err(self.dead()),
+        };
+        self.waited += start.elapsed();
+        match serde_json::from_str(&line) {
+            Ok(answer) => Ok((answer, line)),
+            Err(e) => Err(self.refuse(&line, format!("that is no answer: {e}"), "write one JSON object a line")),
+        }
+    }
+
+    fn refuse(&self, line: &str, fact: String, remedy: &str) -> ControlError {
+        // The start of a long line is enough to know it.
+        let line =
+            if line.chars().count() > 200 { line.chars().take(200).chain(['…']).collect() } else { line.into() };
+        ControlError::Answer { line, t: self.t, fact, remedy: remedy.into() }
+    }
+
+    fn dead(&mut self) -> ControlError {
+        // Its output is closed: it ends by itself, or it is of no use any more.
+        let patience = Instant::now();
+        let mut status = None;
+        while status.is_none() && patience.elapsed() < Duration::from_secs(1) {
+            status = self.child.try_wait().ok().flatten();
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        let how = status.map_or_else(|| "its output is closed".into(), |s| s.to_string());
+        ControlError::Dead { how, t: self.t }
+    }
+}
+
+impl Controller for Process {
+    fn begin(&mut self, opening: &Opening) -> Result<(), ControlError> {
+        (self.columns, self.signals) = (opening.columns.to_vec(), opening.signals.to_vec());
+        self.t = opening.t;
+        let hello = json!({
+            "durometer": env!("CARGO_PKG_VERSION"),
+            "columns": opening.columns,
+            "signals": opening.signals,
+            "t_s": opening.t,
+            "memory": opening.memory,
+        });
+        let (Ready { ready }, line) = self.ask(&hello)?;
+        if ready { Ok(()) } else { Err(self.refuse(&line, "it is not ready".into(), "answer {\"ready\": true}")) }
+    }
+
+    fn step(&mut self, seen: &Seen, signals: &mut [f64]) -> Result<Reply, ControlError> {
+        self.t = seen.row[0];
+        let values: Map<String, Value> = self.signals.iter().cloned().zip(signals.iter().map(|v| json!(v))).collect();
+        let question = json!({ "next_s": seen.next, "columns": self.named(seen.row), "signals": values });
+        let (answer, line) = self.ask::<Answer>(&question)?;
+        for (name, value) in &answer.signals {
+            let Some(k) = self.signals.iter().position(|s| s == name) else {
+                let fact = format!("it may not set \"{name}\"");
+                return Err(self.refuse(&line, fact, &hint(name, &self.signals)));
+            };
+            signals[k] = value.as_f64().ok_or_else(|| {
+                self.refuse(&line, format!("\"{name}\" is {value}"), "give a finite number in SI units")
+            })?;
+        }
+        Ok(Reply { stop: answer.stop, save: answer.save, memory: answer.memory })
+    }
+
+    fn end(&mut self, row: &[f64], status: &str) {
+        let message = json!({ "end": status, "columns": self.named(row) });
+        // It may be gone already, and then needs no farewell.
+        self.tell(&message).ok();
+    }
+}
+
+impl Drop for Process {
+    /// Its input is closed: it has as long as for an answer to end by itself.
+    fn drop(&mut self) {
+        drop(self.input.take());
+        let patience = Instant::now();
+        while patience.elapsed() < self.timeout {
+            if !matches!(self.child.try_wait(), Ok(None)) {
+                return;
+            }
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        self.child.kill().ok();
+        self.child.wait().ok();
+    }
+}

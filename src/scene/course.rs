@@ -1,0 +1,225 @@
+//! Where a run stands at a point of the time grid: all that it needs to go on with the same bits.
+//!
+//! A saved state is one line of JSON, which says what it belongs to, and then the numbers as 64-bit floats, lowest byte
+//! first. It holds what was recorded so far, so a run that goes on from it writes the same files as one that was not cut.
+
+use super::build::Scene;
+use super::cable_record::CableLog;
+use super::control::{ControlError, Memory as ControlMemory};
+use super::ledger::Ledger;
+use super::probe::Energies;
+use super::run::Snapshot;
+use crate::math::signal::Ramp;
+use crate::solve::{Memory, Totals};
+use crate::system::State;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use std::path::{Path, PathBuf};
+
+/// A run at a point of the time grid.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Course {
+    pub state: State,
+    /// Index of the stage, and of the step in it
+    pub(super) span: usize,
+    pub(super) step: usize,
+    /// Have events and controller had their turn at this point?
+    pub(super) decided: bool,
+    pub(super) memory: Memory,
+    pub(super) control: ControlMemory,
+    pub(super) ledger: Ledger,
+    pub(super) cables: CableLog,
+    /// [points] what was recorded
+    pub(super) rows: Vec<Vec<f64>>,
+    pub(super) signals: Vec<Vec<f64>>,
+    pub(super) peak: Snapshot,
+}
+
+/// Why a saved state cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum CourseError {
+    #[error("{}: cannot be read: {reason}; check the path", file.display())]
+    Unreadable { file: PathBuf, reason: String },
+    #[error("{}: cannot be written: {reason}; choose another folder with --out, or make room", file.display())]
+    Unwritable { file: PathBuf, reason: String },
+    #[error("{}: this is no saved state: {fact}; take a file that --save-state has written", file.display())]
+    NotAState { file: PathBuf, fact: String },
+    #[error("{}: it was saved of another {what}; restart it with the one it belongs to{hint}", file.display())]
+    Elsewhere { file: PathBuf, what: &'static str, hint: &'static str },
+    #[error("{}: the file is damaged: {fact}; save the state again", file.display())]
+    Damaged { file: PathBuf, fact: String },
+}
+
+const FORMAT: &str = "durometer state 1";
+/// Keys of a scene that a restart may change: they do not say what is simulated.
+const FREE: [&str; 4] = ["title", "numerics", "output", "compare"];
+
+#[derive(Serialize, Deserialize)]
+struct Head {
+    format: String,
+    version: String,
+    t_s: f64,
+    scene_sha256: String,
+    mesh_sha256: String,
+    payload_sha256: String,
+    span: usize,
+    step: usize,
+    degree: usize,
+    totals: Totals,
+    control: ControlMemory,
+    cables: CableLog,
+    /// Numbers in each array of the payload
+    lengths: Vec<usize>,
+}
+
+impl Course {
+    /// At rest, before the first step; an error where an input has no value there.
+    pub(super) fn new(scene: &Scene) -> (Self, Result<(), ControlError>) {
+        let (mut state, mut control) = (scene.start(), scene.controls.memory());
+        let ledger = Ledger::new(&scene.system, &state);
+        let record = |state: &State| scene.record(state, &ledger.residual, ledger.energies, 0);
+        let outcome = scene.controls.start(&mut control, &mut state, record);
+        let (rows, signals) = (vec![record(&state)], vec![scene.signal_values(&state)]);
+        let peak = Snapshot { t: 0.0, x: state.x.clone() };
+        let memory = Memory::default();
+        let (span, step, decided, cables) = (0, 0, false, CableLog::default());
+        (Self { state, span, step, decided, memory, control, ledger, cables, rows, signals, peak }, outcome)
+    }
+
+    /// Rows that were recorded up to here.
+    pub fn recorded(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// Writes the state; the file appears whole or not at all.
+    pub fn write(&self, file: &Path, scene: &Scene) -> Result<(), CourseError> {
+        let arrays = self.arrays();
+        let payload: Vec<u8> = arrays.iter().flatten().flat_map(|v| v.to_le_bytes()).collect();
+        let head = Head {
+            format: FORMAT.into(),
+            version: env!("CARGO_PKG_VERSION").into(),
+            t_s: self.state.t,
+            scene_sha256: identity(scene),
+            mesh_sha256: scene.body.sha256.clone(),
+            payload_sha256: sha256(&payload),
+            span: self.span,
+            step: self.step,
+            degree: self.memory.degree,
+            totals: self.memory.totals,
+            control: self.control.clone(),
+            cables: self.cables.clone(),
+            lengths: arrays.iter().map(Vec::len).collect(),
+        };
+        let mut bytes = serde_json::to_vec(&head).expect("numbers, strings and string keys only");
+        bytes.push(b'\n');
+        bytes.extend(payload);
+        let part = file.with_extension("part");
+        std::fs::write(&part, bytes).and_then(|()| std::fs::rename(&part, file)).map_err(|e| {
+            std::fs::remove_file(&part).ok();
+            CourseError::Unwritable { file: file.into(), reason: e.to_string() }
+        })
+    }
+
+    /// Reads what [`Course::write`] made of the same scene.
+    pub fn read(file: &Path, scene: &Scene) -> Result<Self, CourseError> {
+        let unreadable = |e: std::io::Error| CourseError::Unreadable { file: file.into(), reason: e.to_string() };
+        let bytes = std::fs::read(file).map_err(unreadable)?;
+        let stranger = |fact: &str| CourseError::NotAState { file: file.into(), fact: fact.into() };
+        let line = bytes.iter().position(|b| *b == b'\n').ok_or_else(|| stranger("it has no first line"))?;
+        let head: Head =
+            serde_json::from_slice(&bytes[..line]).map_err(|_| stranger("its first line is not that of a state"))?;
+        if head.format != FORMAT {
+            return Err(stranger(&format!("its format is \"{}\", not \"{FORMAT}\"", head.format)));
+        }
+        let elsewhere = |what, hint| CourseError::Elsewhere { file: file.into(), what, hint };
+        if head.version != env!("CARGO_PKG_VERSION") {
+            return Err(elsewhere("version of this program", ""));
+        }
+        if head.mesh_sha256 != scene.body.sha256 {
+            return Err(elsewhere("mesh", ""));
+        }
+        if head.scene_sha256 != identity(scene) {
+            return Err(elsewhere("scene", " (only title, numerics, output and compare may differ)"));
+        }
+        let payload = &bytes[line + 1..];
+        let damaged = |fact: &str| CourseError::Damaged { file: file.into(), fact: fact.into() };
+        if sha256(payload) != head.payload_sha256 || payload.len() != 8 * head.lengths.iter().sum::<usize>() {
+            return Err(damaged("its numbers are not those that were written"));
+        }
+        let mut numbers = payload.chunks_exact(8).map(|b| f64::from_le_bytes(b.try_into().expect("8 bytes")));
+        let arrays = head.lengths.iter().map(|n| numbers.by_ref().take(*n).collect()).collect();
+        Self::from_arrays(head, arrays, scene).ok_or_else(|| damaged("its arrays do not fit the scene"))
+    }
+
+    /// All numbers that are not in the head, in the order of [`Course::from_arrays`].
+    fn arrays(&self) -> Vec<Vec<f64>> {
+        let State { t, x, v, a, lambda, memory, dt, history, inputs } = &self.state;
+        let Energies { elastic, kinetic, dissipated, work } = self.ledger.energies;
+        let scalars = vec![*t, *dt, self.memory.stiffness, elastic, kinetic, dissipated, work, self.peak.t];
+        let ramps = inputs.iter().flat_map(|r| [r.start, r.from, r.end, r.to]).collect();
+        let state = [scalars, x.clone(), v.clone(), a.clone(), lambda.clone(), memory.clone(), history.clone(), ramps];
+        let flat = |rows: &[Vec<f64>]| rows.concat();
+        let ledger = [self.ledger.effect.clone(), self.ledger.g.clone(), self.ledger.residual.clone()];
+        let kept = [flat(&self.rows), flat(&self.signals), self.peak.x.clone()];
+        let recent = self.memory.recent.iter().flat_map(|(t, x, lambda)| [vec![*t], x.clone(), lambda.clone()]);
+        state.into_iter().chain(ledger).chain(kept).chain(recent).collect()
+    }
+
+    fn from_arrays(head: Head, arrays: Vec<Vec<f64>>, scene: &Scene) -> Option<Self> {
+        let (system, rest) = (&scene.system, scene.system.rest());
+        let mut arrays = arrays.into_iter();
+        let [t, dt, stiffness, elastic, kinetic, dissipated, work, peak] = arrays.next()?[..] else { return None };
+        let mut of_size = |n: usize| arrays.next().filter(|a| a.len() == n);
+        let n = rest.x.len();
+        let (x, v, a) = (of_size(n)?, of_size(rest.v.len())?, of_size(rest.a.len())?);
+        let lambda = of_size(rest.lambda.len())?;
+        let memory = arrays.next()?;
+        let history = arrays.next().filter(|h| h.len() == rest.history.len())?;
+        let inputs: Vec<Ramp> =
+            arrays.next()?.chunks_exact(4).map(|r| Ramp { start: r[0], from: r[1], end: r[2], to: r[3] }).collect();
+        let mut of_size = |n: usize| arrays.next().filter(|a| a.len() == n);
+        let (effect, g, residual) = (of_size(system.effects.len())?, of_size(system.constraints.len())?, of_size(n)?);
+        let rows = rows(arrays.next()?, scene.columns().len());
+        let signals = rows_of(arrays.next()?, scene.signals.len(), rows.len());
+        let peak = Snapshot { t: peak, x: arrays.next().filter(|x| x.len() == n)? };
+        let mut recent = Vec::new();
+        while let Some(t) = arrays.next() {
+            recent.push((*t.first()?, arrays.next().filter(|x| x.len() == n)?, arrays.next()?));
+        }
+        let energies = Energies { elastic, kinetic, dissipated, work };
+        Some(Self {
+            state: State { t, x, v, a, lambda, memory, dt, history, inputs },
+            span: head.span,
+            step: head.step,
+            decided: true,
+            memory: Memory { recent, degree: head.degree, stiffness, totals: head.totals },
+            control: head.control,
+            ledger: Ledger { energies, effect, g, residual },
+            cables: head.cables,
+            rows,
+            signals,
+            peak,
+        })
+    }
+}
+
+fn rows(flat: Vec<f64>, columns: usize) -> Vec<Vec<f64>> {
+    flat.chunks_exact(columns).map(<[f64]>::to_vec).collect()
+}
+
+/// As many rows as there are, also of no columns.
+fn rows_of(flat: Vec<f64>, columns: usize, count: usize) -> Vec<Vec<f64>> {
+    if columns == 0 { vec![Vec::new(); count] } else { rows(flat, columns) }
+}
+
+fn sha256(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect()
+}
+
+/// SHA-256 of what is simulated: the scene without the keys that do not matter, and its signals with their tables.
+fn identity(scene: &Scene) -> String {
+    let mut table: toml::Table = scene.text.parse().expect("the text was read");
+    FREE.iter().for_each(|key| drop(table.remove(*key)));
+    let text = toml::to_string(&table).expect("a table that was read can be written");
+    sha256(format!("{text}\n{:?}\n{:?}", scene.signals, scene.controls).as_bytes())
+}

@@ -1,0 +1,72 @@
+//! Energies of a run: what is stored at the state, and what was put in and dissipated along the path.
+
+use super::probe::Energies;
+use crate::solve::Newton;
+use crate::system::{At, Role, State, System, Want};
+
+/// Integrals along the path.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Ledger {
+    pub energies: Energies,
+    /// Per effect: energy at the last state
+    pub effect: Vec<f64>,
+    /// Per constraint: g at the last state
+    pub g: Vec<f64>,
+    /// [unknowns] residual at the last state [N]
+    pub residual: Vec<f64>,
+}
+
+impl Ledger {
+    pub(super) fn new(system: &System, rest: &State) -> Self {
+        let mut sums = system.workspace();
+        let rates = Default::default();
+        let State { t, x, v, a, history, inputs, .. } = rest;
+        let at = At { t: *t, dt: 0.0, x, v, a, old: x, history, inputs, rates };
+        // An effect that is not defined at rest stops the first step; its energy is then of no use.
+        let defined = system.assemble(&at, &rest.lambda, Want::Energy, None, &mut sums).is_ok();
+        let effect = if defined { sums.energy } else { vec![0.0; system.effects.len()] };
+        let g = if defined { sums.g } else { vec![0.0; system.constraints.len()] };
+        Self { energies: Energies::default(), effect, g, residual: vec![0.0; rest.x.len()] }
+    }
+
+    /// Books the step from `past` to `now`; the sums of `newton` belong to `now`.
+    pub(super) fn book(&mut self, system: &System, past: &State, now: &State, newton: &Newton) {
+        let sums = &newton.sums;
+        self.energies.elastic = 0.0;
+        self.energies.kinetic = 0.0;
+        for (e, effect) in system.effects.iter().enumerate() {
+            let energy = sums.energy[e];
+            self.energies.dissipated += sums.dissipated[e];
+            match effect.role() {
+                Role::Stored | Role::Relaxing => self.energies.elastic += energy,
+                Role::Kinetic => self.energies.kinetic += energy,
+                Role::Dissipative => self.energies.dissipated += energy,
+                Role::Load => {
+                    let mean = 0.5 * (effect.intensity(past.clock()) + effect.intensity(now.clock()));
+                    self.energies.work -= mean * (energy - self.effect[e]);
+                }
+                Role::Follower => {
+                    let mean = 0.5 * (effect.intensity(past.clock()) + effect.intensity(now.clock()));
+                    self.energies.work -= mean * energy;
+                }
+            }
+            self.effect[e] = energy;
+        }
+        // A row does the work −∫ λ d(target − g): of a cable, tension times what is drawn in, also where its drive yields.
+        for (c, constraint) in system.constraints.iter().enumerate() {
+            let mean = 0.5 * (past.lambda[c] + now.lambda[c]);
+            let moved = constraint.target(now.clock()) - constraint.target(past.clock()) - (sums.g[c] - self.g[c]);
+            let lost = constraint.dissipated(c, [&self.g, &sums.g], [&past.lambda, &now.lambda]);
+            self.energies.work += lost - mean * moved;
+            self.energies.dissipated += lost;
+            self.energies.elastic += 0.5 * constraint.compliance() * now.lambda[c].powi(2);
+        }
+        self.g.copy_from_slice(&sums.g);
+        for p in &system.prescribed {
+            let dof = p.dof as usize;
+            let mean = 0.5 * (self.residual[dof] + sums.r[dof]);
+            self.energies.work += mean * (now.x[dof] - past.x[dof]);
+        }
+        self.residual.copy_from_slice(&sums.r);
+    }
+}

@@ -1,0 +1,41 @@
+//! Why one nonlinear solve failed, in a sentence.
+
+use crate::math::linear::LinearError;
+use crate::system::EvalError;
+use std::fmt;
+
+/// Why a nonlinear solve did not converge.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Failure {
+    /// The effect is not defined at the state reached
+    Eval(EvalError),
+    Linear(LinearError),
+    /// Too many iterations or no decrease: the residual relative to its yardstick, and the node where it is largest
+    NotConverged {
+        residual: f64,
+        node: u32,
+    },
+    /// No multiplier satisfies the one-sided rows
+    Complementarity,
+    /// Arc length: the loads do not change where the stage starts
+    Unloaded,
+    /// Arc length: the end of the stage is not reached in the steps that were allowed
+    MaxSteps,
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Eval(e) => e.fmt(f),
+            Self::Linear(e) => e.fmt(f),
+            Self::NotConverged { residual, node } => {
+                write!(f, "the residual stays at {residual:.1e} of the internal forces, largest at node {node}")
+            }
+            Self::Complementarity => write!(f, "the one-sided constraints contradict each other"),
+            Self::MaxSteps => {
+                write!(f, "the path of equilibria does not reach the end of the stage in max_steps steps")
+            }
+            Self::Unloaded => write!(f, "the loads do not change where the stage starts"),
+        }
+    }
+}

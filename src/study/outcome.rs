@@ -1,0 +1,115 @@
+//! What is kept of a finished run: its record, and the boundary at the state farthest from rest.
+
+use super::overlay::overlays;
+use super::record::{
+    CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance,
+};
+use super::runner::input_hash;
+use super::skin::Skin;
+use super::solver::{self, SolverRecord};
+use crate::effect::locking::signs;
+use crate::scene::{Run, Scene};
+use std::collections::BTreeMap;
+
+/// The record of a run; `times` are wall and CPU seconds.
+pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
+    let mesh = &scene.body.mesh;
+    let quality = mesh.quality();
+    CaseRecord {
+        id: String::new(),
+        family: String::new(),
+        variant: String::new(),
+        member: String::new(),
+        mesh: MeshRecord {
+            cells: mesh.cell_count(),
+            nodes: mesh.points.len(),
+            h_m: mesh.h(),
+            min_quality: quality.radius_ratio_min,
+            mean_quality: quality.radius_ratio_mean,
+            volume_m3: mesh.volume(),
+            source: scene.body.source.clone(),
+        },
+        formulation: scene.spec.formulation(),
+        law: scene.law.as_deref().map(LawRecord::new),
+        integrator: scene.spans.last().map_or("static", |s| s.integrator.name()).into(),
+        dt_s: scene.spans.iter().map(|s| s.dt).fold(0.0, f64::max),
+        status: run.status.name().into(),
+        status_detail: solver::detail(scene, run),
+        solver: SolverRecord::new(scene, run),
+        wall_s: times.0,
+        cpu_s: times.1,
+        shared: false,
+        steps: run.totals.steps,
+        newton_iterations: run.totals.iterations,
+        cuts: run.totals.cuts,
+        dofs: run.dofs,
+        factor_nnz: run.factor_nnz,
+        effects: run
+            .costs
+            .iter()
+            .map(|(name, time)| EffectRecord { name: name.clone(), wall_s: time.as_secs_f64() })
+            .collect(),
+        phases: PhaseRecord {
+            assembly_s: run.assembly.as_secs_f64(),
+            factorisation_s: run.factorisation.as_secs_f64(),
+            solve_s: run.solve.as_secs_f64(),
+            output_s: 0.0,
+        },
+        locking: locking(scene, run),
+        probes: run.columns.iter().enumerate().skip(1).map(|(k, name)| (name.clone(), probe(run, k))).collect(),
+        cable_events: run.cable_events.iter().map(Into::into).collect(),
+        remarks: scene.remarks.iter().cloned().chain(solver::remarks(run)).collect(),
+        distances: overlays(scene, run).into_iter().filter_map(|o| o.distance).collect(),
+        events: run.events.clone(),
+        no_limit: scene.no_limit.clone(),
+        provenance: Provenance {
+            input_sha256: input_hash(&scene.text, &scene.body.sha256),
+            version: env!("CARGO_PKG_VERSION").into(),
+            scene: scene.text.clone(),
+        },
+    }
+}
+
+fn locking(scene: &Scene, run: &Run) -> Option<LockingRecord> {
+    let signs = scene.stressed.iter().filter_map(|e| signs(&**e, &run.peak.x));
+    let worst = signs.max_by(|a, b| a.alarm.cmp(&b.alarm).then(a.scatter.total_cmp(&b.scatter)))?;
+    Some(LockingRecord { pressure_scatter: worst.scatter, volumetric_share: worst.share, alarm: worst.alarm })
+}
+
+fn probe(run: &Run, column: usize) -> ProbeRecord {
+    let first = run.rows.first().map_or(0.0, |row| row[column]);
+    let departure = |row: &Vec<f64>| (row[column] - first).abs();
+    let peak = run.rows.iter().max_by(|a, b| departure(a).total_cmp(&departure(b)));
+    let (peak_t_s, peak) = peak.map_or((0.0, 0.0), |row| (row[0], row[column]));
+    ProbeRecord { peak, peak_t_s, last: run.rows.last().map_or(0.0, |row| row[column]) }
+}
+
+/// The boundary at the state farthest from rest, corner nodes only.
+pub fn skin(scene: &Scene, run: &Run) -> Skin {
+    let mesh = &scene.body.mesh;
+    let stretch = scene.nodal_stretch(&run.peak.x);
+    let mut local = BTreeMap::new();
+    let mut nodes = Vec::new();
+    let triangles = mesh
+        .boundary_facets()
+        .iter()
+        .map(|&f| {
+            let corners = &mesh.facet(f as usize)[..3];
+            std::array::from_fn(|k| {
+                *local.entry(corners[k]).or_insert_with(|| {
+                    nodes.push(corners[k] as usize);
+                    nodes.len() as u32 - 1
+                })
+            })
+        })
+        .collect();
+    let x = &run.peak.x;
+    Skin {
+        points: nodes.iter().map(|&k| mesh.points[k].into()).collect(),
+        triangles,
+        t_s: run.peak.t,
+        displacement: nodes.iter().map(|&k| [x[3 * k], x[3 * k + 1], x[3 * k + 2]]).collect(),
+        stretch: nodes.iter().map(|&k| stretch[k]).collect(),
+        cables: scene.cables.iter().map(|c| c.cable.polyline(x).into_iter().map(Into::into).collect()).collect(),
+    }
+}

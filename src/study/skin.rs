@@ -1,0 +1,58 @@
+//! The boundary of a body at the peak of the protocol, for pictures.
+
+use serde::{Deserialize, Serialize};
+use std::io::Write;
+
+/// Boundary of the body in the reference state and at the peak of the protocol, for pictures: `cases/<id>.skin.json.gz`.
+/// Numbers are kept to five digits of the largest one, far below the resolution of print.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct Skin {
+    /// [nodes] reference positions [m]
+    pub points: Vec<[f64; 3]>,
+    /// [triangles] corner nodes, outward
+    pub triangles: Vec<[u32; 3]>,
+    /// Time of the state below [s]
+    pub t_s: f64,
+    /// [nodes] displacement [m]
+    pub displacement: Vec<[f64; 3]>,
+    /// [nodes] largest principal stretch, volume-weighted mean over the cells at the node [–]
+    pub stretch: Vec<f64>,
+    /// Polyline of each cable at that time [m], pull point first
+    pub cables: Vec<Vec<[f64; 3]>>,
+}
+
+impl Skin {
+    /// As gzipped JSON, the same bytes for the same skin.
+    pub fn packed(&self) -> Vec<u8> {
+        let grid = |values: &[Vec<f64>]| {
+            let largest = values.iter().flatten().filter(|v| v.is_finite()).fold(0.0f64, |m, v| m.max(v.abs()));
+            if largest > 0.0 { (5.0 - largest.log10().ceil()).clamp(0.0, 15.0) as usize } else { 0 }
+        };
+        let rows = |v: &[[f64; 3]]| v.iter().map(|x| x.to_vec()).collect::<Vec<_>>();
+        // Lengths have one grid, so that the shapes fit together
+        let decimals = grid(&rows(&self.points)).max(grid(&rows(&self.displacement)));
+        let round = |v: f64, n: usize| format!("{v:.n$}").parse().unwrap_or(v);
+        let points = |v: &[[f64; 3]]| v.iter().map(|x| x.map(|c| round(c, decimals))).collect::<Vec<_>>();
+        let skin = Self {
+            points: points(&self.points),
+            triangles: self.triangles.clone(),
+            t_s: self.t_s,
+            displacement: points(&self.displacement),
+            stretch: self.stretch.iter().map(|s| round(*s, 5)).collect(),
+            cables: self.cables.iter().map(|c| points(c)).collect(),
+        };
+        let json = serde_json::to_vec(&skin).expect("numbers and string keys only");
+        let mut out = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::best());
+        let all = out.write_all(&json).and_then(|()| out.finish());
+        all.expect("memory accepts every write")
+    }
+
+    /// Reads what [`Skin::packed`] made, or plain JSON.
+    pub fn unpacked(bytes: &[u8]) -> Result<Self, serde_json::Error> {
+        if bytes.starts_with(&[0x1f, 0x8b]) {
+            serde_json::from_reader(std::io::BufReader::new(flate2::read::GzDecoder::new(bytes)))
+        } else {
+            serde_json::from_slice(bytes)
+        }
+    }
+}
