@@ -286,6 +286,12 @@ fn warnings(
                 s.law
             ));
         }
+        if c.runs_p.is_some_and(|p| p < 0.025) {
+            add(format!(
+                "{id}: the residuals have a pattern (runs of sign, p = {:.1e}): the law does not describe the curve to the scatter of its rows, and the covariance is too narrow.",
+                c.runs_p.unwrap_or_default()
+            ));
+        }
         if c.failed > 0 {
             add(format!(
                 "{id}: {} of {} forward solves did not converge and were stepped back from.",
@@ -321,9 +327,13 @@ fn verdict(a: &Analysis) -> String {
         words += &format!(" A finer mesh moves them by at most {}.", percent(drift));
     }
     let bias = all().filter_map(|c| c.bias).max_by(|x, y| x.abs().total_cmp(&y.abs()));
-    if let Some(bias) = bias {
-        let side = if bias < 0.0 { "low" } else { "high" };
-        words += &format!(" The reading by a gauge length is {} too {side}.", percent(bias.abs()));
+    match bias {
+        Some(bias) if all().count() == 1 => {
+            let side = if bias < 0.0 { "low" } else { "high" };
+            words += &format!(" The reading by a gauge length is {} too {side}.", percent(bias.abs()));
+        }
+        Some(bias) => words += &format!(" The readings by a gauge length are off by up to {}.", percent(bias.abs())),
+        None => {}
     }
     words
 }

@@ -26,6 +26,8 @@ pub struct Calibration {
     pub rms_relative: f64,
     /// √(Σr²/n), unit of y
     pub rms: f64,
+    /// Probability that signs in random order show as few runs over x; none where all are equal
+    pub runs_p: Option<f64>,
     /// What a fit with a gauge length gives, where there is one
     pub gauge: Option<Gauge>,
     /// Largest principal stretch in the body at the end, volume percentiles 50, 95 and the largest [–]

@@ -1,6 +1,6 @@
 //! What the rows say of the errors of the constants, without another forward solve.
 
-use super::super::{bootstrap, linear::padded};
+use super::super::{bootstrap, linear::padded, statistics};
 use crate::math::random::SplitMix;
 use nalgebra::{DMatrix, DVector};
 
@@ -20,6 +20,14 @@ pub fn covariance(jacobian: &DMatrix<f64>, residual: &DVector<f64>) -> Option<Ve
     let scaled = DMatrix::from_fn(n, p, |i, k| jacobian[(i, k)] / length[k]);
     let inverse = (scaled.transpose() * scaled).cholesky()?.inverse();
     Some((0..p).map(|i| (0..p).map(|k| s2 * inverse[(i, k)] / (length[i] * length[k])).collect()).collect())
+}
+
+/// p of the runs test on the signs of the residuals in the order of x.
+pub fn few_runs(x: &[f64], residual: &DVector<f64>) -> Option<f64> {
+    let mut order: Vec<usize> = (0..x.len()).filter(|i| residual[*i] != 0.0).collect();
+    order.sort_by(|a, b| x[*a].total_cmp(&x[*b]));
+    let signs: Vec<bool> = order.iter().map(|i| residual[*i] > 0.0).collect();
+    statistics::few_runs(&signs).map(|(_, p)| p)
 }
 
 /// Length of the blocks and percentiles 2.5 and 97.5 of the constants, refitted by one Gauss–Newton step to rows drawn in blocks of

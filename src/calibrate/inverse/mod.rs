@@ -111,6 +111,7 @@ pub fn calibrate(
         covariance: identified.directions.is_empty().then(|| interval::covariance(&jacobian, &residual)).flatten(),
         unidentified: words(&identified.directions),
         block,
+        runs_p: interval::few_runs(&measured.x, &residual),
         predicted: answer.y,
         curve: answer.curve,
         rms_relative: (r2 / y2).sqrt(),
