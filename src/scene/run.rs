@@ -127,7 +127,8 @@ impl Scene {
         if let (Some(controller), Some(row)) = (&mut steering.controller, course.rows.last()) {
             controller.end(row, status.name());
         }
-        let stuck = matches!(status, Status::StepTooSmall { .. } | Status::Inverted { .. });
+        let stuck =
+            matches!(status, Status::StepTooSmall { .. } | Status::Inverted { .. } | Status::NoEquilibrium { .. });
         let pulling = stuck.then(|| pulling(&self.cables, &course.state));
         let Newton { factor, sums, assembly_time, .. } = &stepper.newton;
         Run {

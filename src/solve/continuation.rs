@@ -21,6 +21,9 @@ const WANTED: f64 = 4.0;
 /// A step is never longer than this many first ones.
 const LONGEST: f64 = 10.0;
 
+/// A step that moves the body more than this many times what the tangent before it says may be a jump.
+const NEAR: f64 = 2.0;
+
 /// What ends a step.
 #[derive(Clone, Copy, PartialEq)]
 enum End {
@@ -84,6 +87,13 @@ impl<'a> Tracer<'a> {
             return Ok(tracer);
         }
         Err(Failure::Unloaded)
+    }
+
+    /// Is a state about as far as the loads of the first step would move the body if it stayed as stiff? A jump over a limit
+    /// point goes much farther.
+    pub fn is_near(&self, next: &State) -> bool {
+        let from = &self.trail.last().expect("the start").1;
+        self.size(&self.difference(&from.x, &next.x)) <= NEAR * self.length
     }
 
     /// One step, not beyond the end; the length is halved at most `cuts` times. The number of cuts comes with it.

@@ -63,7 +63,10 @@ impl Stepper<'_> {
         if !span.integrator.is_static() || !(solved.regularised || solved.projected) {
             return None;
         }
-        if let Some(TurningPoint { t: limit, node, .. }) = self.limit(state, next.t) {
+        let tracer = Tracer::new(&mut self.newton, self.system, state, next.t, next.t - state.t);
+        if tracer.is_ok_and(|tracer| !tracer.is_near(next))
+            && let Some(TurningPoint { t: limit, node, .. }) = self.limit(state, next.t)
+        {
             return Some(Status::NoEquilibrium { t: state.t, limit, node });
         }
         let step = Step { system: self.system, integrator: span.integrator, past: state, dt: next.t - state.t };
