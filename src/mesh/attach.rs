@@ -25,7 +25,8 @@ pub fn attach(mesh: &TetMesh, points: &[Vec3], reach: f64) -> Result<Vec<Vec<(u3
         }
         Err(e) => Err(e),
     };
-    points.par_iter().map(one).collect()
+    // Collected first, so that the error is that of the first point whatever the thread count
+    points.par_iter().map(one).collect::<Vec<_>>().into_iter().collect()
 }
 
 /// Barycentric coordinates by the corners of the cell, some of them negative.
