@@ -23,14 +23,17 @@ pub struct Best<'a> {
     pub residual: &'a DVector<f64>,
 }
 
-/// Both ends per constant [SI] and the forward solves they took; an end is `None` where a forward solve fails or none is found.
+/// Lower and upper end [SI]; `None` where a forward solve fails or none is found.
+type Ends = [Option<f64>; 2];
+
+/// Both ends per constant and the forward solves they took.
 pub fn ends(
     model: &SceneModel,
     measured: &Measured,
     weights: &Weights,
     best: &Best,
     watch: &mut dyn FnMut(Progress) -> bool,
-) -> Result<(Vec<[Option<f64>; 2]>, usize), Failure> {
+) -> Result<(Vec<Ends>, usize), Failure> {
     let (n, p) = best.jacobian.shape();
     let (mut all, mut solves) = (vec![[None; 2]; p], 0);
     let Some(free) = n.checked_sub(p).filter(|f| *f > 0) else { return Ok((all, solves)) };
