@@ -37,17 +37,26 @@ class Bodies(Case):
         volume = (56 * 16 * 7 + 5 * 8 * 16 * 10 - 5 * 4 * 12 * 12 - 4 * 6 * 3 * 2) * 1e-9
         self.check(self.made("pneunet", size={"length": 0.003}), "pneunet", volume, 1e-12)
 
-    def test_dumbbell(self):
-        p = defaults("dumbbell")
-        # Area of a quadrant: gauge, rising arcs (the outline is point-symmetric in slope, not in height), end.
+    def quadrant(self, p, half):
+        """Area of a quarter of a dumbbell up to x = half, beyond its arcs."""
+        # Gauge, rising arcs (the outline is point-symmetric in slope, not in height), end.
         big, small = p["inner_radius"], p["outer_radius"]
         angle = math.acos(1 - (p["grip_width"] - p["gauge_width"]) / 2 / (big + small))
         run1, run2 = big * math.sin(angle), small * math.sin(angle)
         under_arc1 = run1 * (p["gauge_width"] / 2 + big) - (big**2 / 2) * (angle + math.sin(2 * angle) / 2)
         under_arc2 = run2 * (p["grip_width"] / 2 - small) + (small**2 / 2) * (angle + math.sin(2 * angle) / 2)
         straight = p["gauge_length"] / 2 * p["gauge_width"] / 2
-        end = (p["length"] / 2 - p["gauge_length"] / 2 - run1 - run2) * p["grip_width"] / 2
-        volume = 4 * (straight + under_arc1 + under_arc2 + end) * p["thickness"]
+        end = (half - p["gauge_length"] / 2 - run1 - run2) * p["grip_width"] / 2
+        return straight + under_arc1 + under_arc2 + end
+
+    def test_dumbbell_octant(self):
+        p = defaults("dumbbell_octant")
+        volume = self.quadrant(p, p["grip_distance"] / 2) * p["thickness"] / 2
+        self.check(self.made("dumbbell_octant", size={"length": 0.002}), "dumbbell_octant", volume, 1e-3)
+
+    def test_dumbbell(self):
+        p = defaults("dumbbell")
+        volume = 4 * self.quadrant(p, p["length"] / 2) * p["thickness"]
         manifest = self.made("dumbbell", size={"length": 0.003})
         self.check(manifest, "dumbbell", volume, 1e-3)
         mesh = read_msh(self.path("mesh.msh.gz"))
