@@ -1,6 +1,6 @@
 //! Inverse analysis: constants of laws from a curve measured on a whole specimen or robot, by simulating it.
 //!
-//! min ½Σ wᵢ²(ŷ(xᵢ; θ) − yᵢ)² with ŷ from a scene, ∂ŷ/∂θ exact ([`crate::scene::Sensitivity`]). A specimen is then what it is: its wide ends
+//! min ½Σ wᵢ²(ŷ(xᵢ; θ) − yᵢ)² with ŷ from a scene, ∂ŷ/∂θ exact ([`crate::scene::Scene::run_with_slopes`]). A specimen is then what it is: its wide ends
 //! stretch too, and the travel of the crosshead needs no gauge length.
 //!
 //! Intervals: covariance of the linearised problem, and a bootstrap in blocks of neighbouring rows whose refits are single Gauss–Newton
@@ -137,12 +137,10 @@ fn keep(measured: &mut Measured, reached: &[bool], name: &str) {
     if lost == 0 {
         return;
     }
-    let mut kept = reached.iter();
-    measured.x.retain(|_| *kept.next().expect("one flag a row"));
-    let mut kept = reached.iter();
-    measured.y.retain(|_| *kept.next().expect("one flag a row"));
-    let mut kept = reached.iter();
-    measured.lines.retain(|_| *kept.next().expect("one flag a row"));
+    let chosen: Vec<usize> = (0..reached.len()).filter(|k| reached[*k]).collect();
+    measured.x = chosen.iter().map(|k| measured.x[*k]).collect();
+    measured.y = chosen.iter().map(|k| measured.y[*k]).collect();
+    measured.lines = chosen.iter().map(|k| measured.lines[*k]).collect();
     measured
         .notes
         .push(format!("of {} rows {lost} beyond what the protocol reaches in {name} left out", reached.len()));
