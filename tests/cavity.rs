@@ -4,7 +4,8 @@
 mod common;
 
 use common::formulation::{Formulation, formulated};
-use common::mapped::{octant, surface_nodes};
+use common::mapped::surface_nodes;
+use durometer::mesh::curved::octant;
 use common::{Random, distorted_cube, hold, law, newton, ramp};
 use durometer::effect::{Cavity, CavityPressure, CavityVolume};
 use durometer::math::tensor::{Mat3, Vec3};

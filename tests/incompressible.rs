@@ -6,7 +6,8 @@
 mod common;
 
 use common::formulation::{Formulation, LOCKING_FREE, label, solid};
-use common::mapped::{cylinder, mapped_block, octant, surface_nodes};
+use common::mapped::surface_nodes;
+use durometer::mesh::curved::{cylinder, mapped_block, octant};
 use common::{hold, law, move_to, newton, nodes};
 use durometer::math::tensor::Vec3;
 use durometer::mesh::validate::min_det;

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::mapped::mapped_block;
+use durometer::mesh::curved::mapped_block;
 use common::{DeadLoad, elastic, hold, law, nodes, ramp, statics};
 use durometer::effect::{Elastic, Stressed};
 use durometer::material::Want;

@@ -2,7 +2,9 @@
 
 mod assemble;
 pub mod attach;
+pub mod curved;
 mod cursor;
+mod disturb;
 pub mod element;
 pub mod embed;
 pub mod generate;

@@ -6,7 +6,8 @@ use super::error::{SceneError, hint};
 use super::protocol::NamedSignal;
 use super::quantity::Length;
 use super::skin::NamedSkin;
-use super::spec::{EffectSpec, FormulationSpec, LumpingSpec, PickSpec, SceneSpec, SelectorSpec};
+use super::mesh_spec::{PickSpec, SelectorSpec};
+use super::spec::{EffectSpec, FormulationSpec, LumpingSpec, SceneSpec};
 use crate::effect::{
     CellPoints, Elastic, Gravity, Inertia, Lumping, Mass, MassDamping, MeanDilatation, MixedElastic, Stressed,
     Viscoelastic, ViscousDamping, pressure_hosts,
