@@ -1,9 +1,9 @@
 //! Curved meshes without a mesher: blocks and prisms of Kuhn cells under a smooth map, mid-nodes on the map.
 
+use super::element::CELL_FACES;
 use super::structured::block;
 use super::{Order, Region, TetMesh};
 use crate::math::tensor::Vec3;
-use super::element::CELL_FACES;
 use std::collections::{BTreeMap, HashMap};
 
 /// A block of nx × ny × nz boxes under a map of the unit cube that keeps its sides apart.
@@ -67,8 +67,7 @@ pub fn prisms(
 /// barycentric l = (1 − s, s − t, t), r = a (b/a)^w. Regions `inner`, `outer` and the planes `xmin`, `ymin`, `zmin`.
 pub fn octant(a: f64, b: f64, n: usize, layers: usize, order: Order) -> TetMesh {
     let ratio = b / a;
-    let unit =
-        prisms(1, n, layers, order, |_, s, t, w| Vec3::new(1.0 - s, s - t, t).normalize() * ratio.powf(w));
+    let unit = prisms(1, n, layers, order, |_, s, t, w| Vec3::new(1.0 - s, s - t, t).normalize() * ratio.powf(w));
     let near = |value: f64, wanted: f64| (value - wanted).abs() < 1e-9;
     let mesh = scaled(unit, a);
     let planes = ["xmin", "ymin", "zmin"];
@@ -94,7 +93,8 @@ pub fn cylinder(a: f64, length: f64, n: usize, layers: usize, order: Order) -> T
 /// between. Regions as of a block.
 pub fn plate(corners: [[f64; 2]; 4], thickness: f64, divisions: [usize; 3], order: Order) -> TetMesh {
     let [a, b, c, d] = corners;
-    let between = |k: usize, s: f64, t: f64| (1.0 - t) * ((1.0 - s) * a[k] + s * b[k]) + t * ((1.0 - s) * d[k] + s * c[k]);
+    let between =
+        |k: usize, s: f64, t: f64| (1.0 - t) * ((1.0 - s) * a[k] + s * b[k]) + t * ((1.0 - s) * d[k] + s * c[k]);
     mapped_block(divisions, order, |p| Vec3::new(between(0, p.x, p.y), between(1, p.x, p.y), thickness * p.z))
 }
 

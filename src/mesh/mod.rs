@@ -2,8 +2,8 @@
 
 mod assemble;
 pub mod attach;
-pub mod curved;
 mod cursor;
+pub mod curved;
 mod disturb;
 pub mod element;
 pub mod embed;

@@ -42,7 +42,9 @@ pub fn grid(file: &Path, spec: &GridSpec, element: ElementSpec) -> Result<TetMes
         }
     };
     match (0..mesh.cell_count()).find(|&c| min_det(&mesh, c) <= 0.0) {
-        Some(c) => refuse(format!("cell {c} is folded"), "go round the corners counter-clockwise, or take more divisions"),
+        Some(c) => {
+            refuse(format!("cell {c} is folded"), "go round the corners counter-clockwise, or take more divisions")
+        }
         None => Ok(mesh),
     }
 }
