@@ -126,7 +126,7 @@ pub struct DisturbSpec {
     /// Inner nodes move by up to this share of h in each direction
     #[serde(default)]
     pub nodes: f64,
-    /// Share of the cells that are flattened to slivers
+    /// Share of the cells into which a sliver is put
     #[serde(default)]
     pub slivers: f64,
     /// Smallest dihedral angle of the slivers
