@@ -3,7 +3,7 @@
 use super::figures::Figure;
 use super::store::Store;
 use super::table::Table;
-use super::{calibration, convergence, materials, prices, sweep};
+use super::{calibration, convergence, cost, materials, prices, sweep};
 use serde_json::{Map, Value};
 
 /// The part of a report that depends on the kind of the study.
@@ -39,10 +39,11 @@ impl Content {
 pub type Analyse = fn(&Store) -> Content;
 
 /// `kind` of a study → its analysis.
-pub const KINDS: [(&str, Analyse); 5] = [
+pub const KINDS: [(&str, Analyse); 6] = [
     ("convergence", convergence::content),
     ("materials", materials::content),
     ("calibration", calibration::content),
     ("sweep", sweep::content),
     ("prices", prices::content),
+    ("cost", cost::content),
 ];

@@ -36,6 +36,8 @@ pub struct StudySpec {
     /// `sweep`: how several axes go together
     #[serde(default)]
     pub combine: Combine,
+    /// `cost`: how often a case is run, for the scatter of its price; once if absent
+    pub repeats: Option<usize>,
     /// `calibration`: what is to be found
     pub calibration: Option<CalibrationSpec>,
     /// `calibration`: where the law is used afterwards
@@ -51,6 +53,7 @@ pub enum Kind {
     Materials,
     Sweep,
     Prices,
+    Cost,
     Calibration,
 }
 
@@ -62,6 +65,7 @@ impl Kind {
             Self::Materials => "materials",
             Self::Sweep => "sweep",
             Self::Prices => "prices",
+            Self::Cost => "cost",
             Self::Calibration => "calibration",
         }
     }
@@ -75,6 +79,7 @@ impl Kind {
             Self::Materials => &[Role::Laws, Role::Finer],
             Self::Sweep => &[Role::Grid],
             Self::Prices => &[Role::Ladder],
+            Self::Cost => &[Role::Sizes, Role::Element, Role::TimeStep, Role::Solver, Role::Overkill],
             Self::Calibration => &[Role::Sizes, Role::Nuisance],
         }
     }
@@ -138,6 +143,12 @@ pub struct Study {
 }
 
 impl Study {
+    /// How often a case is run. What is far finer than needed is a reference, and no price.
+    pub fn repeats(&self, case: &Case) -> usize {
+        let role = self.record.families.iter().find(|f| f.name == case.family).map(|f| f.role);
+        if role == Some(Role::Overkill) { 1 } else { self.record.repeats }
+    }
+
     /// Reads `study.toml` and expands it. `changes` are made to every case, last.
     pub fn read(file: &Path, changes: &[(String, toml::Value)]) -> Result<Self, SceneError> {
         let (text, table) = read_table(file)?;
@@ -273,6 +284,7 @@ impl Study {
             reference: spec.reference,
             axes,
             points,
+            repeats: spec.repeats.unwrap_or(1),
             version: env!("CARGO_PKG_VERSION").into(),
         };
         Ok(Self { name, file: file.into(), record, cases })

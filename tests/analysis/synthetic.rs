@@ -102,7 +102,10 @@ fn case(m: &Member, variant: &str) -> StoredCase {
             factorisation_s: 0.58 * wall,
             solve_s: 0.12 * wall,
             output_s: 0.02 * wall,
+            build_s: 0.0,
         },
+        work: Default::default(),
+        repeats: vec![],
         locking: None,
         probes,
         distances: vec![],
@@ -159,6 +162,7 @@ pub fn study() -> (StudyRecord, Vec<StoredCase>) {
         reference: None,
         axes: vec![],
         points: BTreeMap::new(),
+        repeats: 1,
         version: "0.1.0".into(),
     };
     (study, cases)

@@ -8,11 +8,13 @@ pub mod curves;
 pub mod errors;
 pub mod fit;
 pub mod formulations;
+pub mod growth;
 pub mod laws;
 pub mod overlay;
 pub mod prices;
 pub mod sweep;
 pub mod time;
+pub mod work;
 
 use super::canvas::{Area, At, INK, Mark, Point, RGB, SMALL, line, mark, mm, text};
 use super::store::Store;
