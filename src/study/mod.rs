@@ -13,6 +13,7 @@ pub mod locking;
 pub mod materials;
 pub mod outcome;
 pub mod overlay;
+pub mod plan;
 pub mod prices;
 pub mod record;
 pub mod runner;
