@@ -68,10 +68,13 @@ impl Watches for Shown {
 }
 
 pub fn main(args: Args) -> Outcome {
-    let within = |what: &str, text: &str, dimension| units::parse(text, dimension).map_err(|e| format!("--{what}: {e}"));
+    let within =
+        |what: &str, text: &str, dimension| units::parse(text, dimension).map_err(|e| format!("--{what}: {e}"));
     let tolerance = within("tolerance", &args.tolerance, Dimension::NONE)?;
     if !(tolerance > 0.0 && tolerance < 1.0) {
-        return Err(format!("--tolerance: it is {tolerance}; it lies between 0 and 1, write for example \"2 %\"").into());
+        return Err(
+            format!("--tolerance: it is {tolerance}; it lies between 0 and 1, write for example \"2 %\"").into()
+        );
     }
     let budget_s = within("budget", &args.budget, Dimension::TIME)?;
     if budget_s <= 0.0 {

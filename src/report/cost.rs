@@ -214,8 +214,16 @@ fn phases(store: &Store) -> Table {
             let known = p.assembly_s + p.factorisation_s + p.solve_s;
             let mut row = vec![r.id.clone()];
             row.extend(
-                [p.build_s, p.assembly_s - contact(r), contact(r), p.factorisation_s, p.solve_s, (r.wall_s - known).max(0.0), p.output_s]
-                    .map(price),
+                [
+                    p.build_s,
+                    p.assembly_s - contact(r),
+                    contact(r),
+                    p.factorisation_s,
+                    p.solve_s,
+                    (r.wall_s - known).max(0.0),
+                    p.output_s,
+                ]
+                .map(price),
             );
             row.extend([price(r.wall_s), price(r.cpu_s), r.work.factorisations.to_string(), r.work.solves.to_string()]);
             row

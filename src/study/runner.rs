@@ -178,7 +178,8 @@ fn one(
     // A run that draws is no price
     let repeats = if options.vtu { 1 } else { study.repeats(case) };
     let enough = |r: &CaseRecord| r.repeats.len().max(1) >= repeats;
-    let kept = store.finished(&case.id, &input_sha256).filter(|r| drawn && !options.redo && (enough(r) || !r.converged()));
+    let kept =
+        store.finished(&case.id, &input_sha256).filter(|r| drawn && !options.redo && (enough(r) || !r.converged()));
     if let Some(record) = kept {
         watch.finished(&record, true);
         return Ok(Some(record));

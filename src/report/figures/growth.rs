@@ -20,7 +20,8 @@ pub fn draw(a: &Analysis) -> Option<Figure> {
     formulations.dedup();
     let unit = |l: &Law| if l.of == Grows::Time { 1.0 } else { 1e-6 };
     let look = |l: &Law| style(formulations.iter().position(|f| *f == l.formulation).unwrap_or(0) % PALETTE.len());
-    let kinds: Vec<Grows> = [Grows::Time, Grows::Memory].into_iter().filter(|k| laws.iter().any(|l| l.of == *k)).collect();
+    let kinds: Vec<Grows> =
+        [Grows::Time, Grows::Memory].into_iter().filter(|k| laws.iter().any(|l| l.of == *k)).collect();
     let svg = figure(DOUBLE, TOP + TALL + 18.0, "", |area| {
         for (k, kind) in kinds.iter().enumerate() {
             let own: Vec<&&Law> = laws.iter().filter(|l| l.of == *kind).collect();
@@ -31,7 +32,8 @@ pub fn draw(a: &Analysis) -> Option<Figure> {
             let left = LEFT + k as f64 * (EACH + GAP);
             let frame = [mm(left), mm(TOP), mm(left + EACH), mm(TOP + TALL)];
             let x = Axis::log(own.iter().flat_map(|l| l.points.iter().map(|p| p.0).chain([l.next_cells])), "cells");
-            let value = |l: &Law| l.points.iter().map(|p| p.1).chain([l.next.value]).map(|v| v * unit(l)).collect::<Vec<_>>();
+            let value =
+                |l: &Law| l.points.iter().map(|p| p.1).chain([l.next.value]).map(|v| v * unit(l)).collect::<Vec<_>>();
             let all: Vec<f64> = own.iter().flat_map(|l| value(l)).collect();
             // Room above for a line of text per law
             let most = all.iter().copied().fold(0.0, f64::max);

@@ -3,7 +3,7 @@
 use super::super::canvas::{
     Area, At, DOUBLE, GREY, INK, Mark, RGB, SMALL, dashed, figure, fill, italic, line, mark, mm, text,
 };
-use super::super::plot::{Axis, Plot};
+use super::super::plot::{Axis, Plot, superscript};
 use super::super::store::Store;
 use super::errors::{UNRESOLVED, style};
 use super::{Figure, Sample, legend};
@@ -35,8 +35,7 @@ pub fn precision(store: &Store, a: &Analysis, variant: &str) -> Option<Figure> {
         return None;
     }
     let price = Amount { label: "CPU time [s]".into(), title: "", of: |s| Some(s.cost_s) };
-    let panels: Vec<(&QuantityAnalysis, Measure)> =
-        shown.iter().flat_map(|q| MEASURES.map(|m| (*q, m))).collect();
+    let panels: Vec<(&QuantityAnalysis, Measure)> = shown.iter().flat_map(|q| MEASURES.map(|m| (*q, m))).collect();
     let svg = sheet(store, &shown, panels.len(), |k, area, frame| {
         let (q, measure) = panels[k];
         let title = format!("{} of the {}", measure.words(), q.quantity.label);
@@ -65,9 +64,9 @@ pub fn amounts(store: &Store, a: &Analysis, variant: &str) -> Option<Figure> {
             of: |s| Some(s.factor_nnz as f64),
         },
         Amount {
-            label: "operations in all factorisations".into(),
+            label: format!("operations in all factorisations [10{}]", superscript(9)),
             title: "operations",
-            of: |s| Some(s.flops).filter(|f| *f > 0.0),
+            of: |s| Some(1e-9 * s.flops).filter(|f| *f > 0.0),
         },
         Amount {
             label: "largest resident set [MB]".into(),

@@ -72,12 +72,7 @@ pub fn formal_order(formulation: &str) -> f64 {
 }
 
 /// [`estimate_of_order`] with the formal order of the formulation.
-pub fn estimate(
-    of: (&str, Role, &str),
-    levels: Vec<Level>,
-    scatter: Option<f64>,
-    tolerance: f64,
-) -> Option<Estimate> {
+pub fn estimate(of: (&str, Role, &str), levels: Vec<Level>, scatter: Option<f64>, tolerance: f64) -> Option<Estimate> {
     estimate_of_order(of, formal_order(of.2), levels, scatter, tolerance)
 }
 

@@ -244,8 +244,8 @@ fn setting(case: &StoredCase, family: &str, role: Role, value: f64, errors: [f64
         _ => format!("{}, {} cells", r.formulation, r.mesh.cells),
     };
     let cpu = || r.repeats.iter().map(|t| t.cpu_s);
-    let spread = (r.repeats.len() > 1)
-        .then(|| (cpu().fold(0.0, f64::max) - cpu().fold(f64::INFINITY, f64::min)) / r.cpu_s);
+    let spread =
+        (r.repeats.len() > 1).then(|| (cpu().fold(0.0, f64::max) - cpu().fold(f64::INFINITY, f64::min)) / r.cpu_s);
     Setting {
         case: r.id.clone(),
         family: family.into(),
@@ -317,7 +317,9 @@ fn warnings(stored: &[StoredCase], quantities: &[QuantityAnalysis], incomplete: 
         ));
     }
     let settings = || quantities.iter().flat_map(|q| &q.settings);
-    if let Some(s) = settings().filter(|s| s.spread.is_some()).max_by(|a, b| a.spread.partial_cmp(&b.spread).expect("finite")) {
+    if let Some(s) =
+        settings().filter(|s| s.spread.is_some()).max_by(|a, b| a.spread.partial_cmp(&b.spread).expect("finite"))
+    {
         let spread = super::words::percent(s.spread.unwrap_or(0.0));
         out.push(format!("Prices scatter from run to run by up to {spread} of the median ({}).", s.case));
     }

@@ -57,7 +57,8 @@ fn size(cases: &[&StoredCase]) -> (impl Fn(&StoredCase) -> f64 + use<>, f64) {
     let first = cases.first().map(|c| c.record.clone());
     let h = first.as_ref().map_or(0.0, |r| r.mesh.h_m);
     let meshes = cases.iter().any(|c| (c.record.mesh.h_m / h - 1.0).abs() > 1e-6);
-    let formal = first.map_or(2.0, |r| if meshes { formal_order(&r.formulation) } else { order_in_time(&r.integrator) });
+    let formal =
+        first.map_or(2.0, |r| if meshes { formal_order(&r.formulation) } else { order_in_time(&r.integrator) });
     (move |c: &StoredCase| if meshes { c.record.mesh.h_m } else { step(c) }, formal)
 }
 
@@ -65,7 +66,9 @@ fn size(cases: &[&StoredCase]) -> (impl Fn(&StoredCase) -> f64 + use<>, f64) {
 pub fn reference(study: &StudyRecord, stored: &[StoredCase], variant: &str, quantity: &str) -> Option<Reference> {
     let of = |roles: &[Role]| -> Vec<(&FamilyRecord, Estimate)> {
         let families = study.families.iter().filter(|f| roles.contains(&f.role));
-        families.filter_map(|f| Some((f, extrapolated(f, &members(stored, f, variant), quantity, study.tolerance)?))).collect()
+        families
+            .filter_map(|f| Some((f, extrapolated(f, &members(stored, f, variant), quantity, study.tolerance)?)))
+            .collect()
     };
     let mut found = of(&[Role::Overkill]);
     if found.is_empty() {
@@ -76,9 +79,8 @@ pub fn reference(study: &StudyRecord, stored: &[StoredCase], variant: &str, quan
     let (family, estimate) = found.iter().find(|f| f.1.family == best.family)?;
     let cases = members(stored, family, variant);
     let (size, formal) = size(&cases);
-    let mut curves: Vec<(String, f64, Curve)> = (cases.iter())
-        .filter_map(|c| Some((c.record.id.clone(), size(c), Curve::of(&c.series, quantity)?)))
-        .collect();
+    let mut curves: Vec<(String, f64, Curve)> =
+        (cases.iter()).filter_map(|c| Some((c.record.id.clone(), size(c), Curve::of(&c.series, quantity)?))).collect();
     curves.sort_by(|a, b| a.1.total_cmp(&b.1));
     let peak_uncertainty = best.uncertainty / best.value.abs();
     let study = compare(&curves, formal)?;

@@ -47,19 +47,29 @@ fn cheapest(q: &QuantityAnalysis, measure: Measure, tolerance: f64) -> String {
     format!("{what} the cheapest setting within {} is {}, {bar} for {price} ({next})", percent(tolerance), s.label)
 }
 
-/// Dearest over cheapest family at the tolerance, where two have a price: the lines and the ratio.
-pub fn ratio(q: &QuantityAnalysis, level: usize) -> Option<(&Line, &Line, f64)> {
-    let priced: Vec<(&Line, f64)> =
-        q.lines.iter().filter_map(|l| Some((l, l.prices.get(level).copied()??.seconds))).collect();
+/// A ratio of prices below is none.
+const RATIO: f64 = 1.5;
+
+/// Dearest over cheapest family at a level, where both have a price of their own: the lines and the ratio.
+fn ratio(q: &QuantityAnalysis, level: usize) -> Option<(&Line, &Line, f64)> {
+    let of = |l: &Line| l.prices.get(level).copied().flatten();
+    let priced: Vec<(&Line, f64)> = q.lines.iter().filter_map(|l| Some((l, of(l)?.seconds))).collect();
     let cheap = priced.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
     let dear = priced.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
-    (cheap.0.family != dear.0.family).then_some((cheap.0, dear.0, dear.1 / cheap.1))
+    let known = of(dear.0).is_some_and(|p| p.how != How::AtMost);
+    (known && dear.1 > RATIO * cheap.1).then_some((cheap.0, dear.0, dear.1 / cheap.1))
+}
+
+/// `2.4`, `180`, `6e5`
+fn times(x: f64) -> String {
+    if x < 1e4 { format!("{x:.*}", digits(x)) } else { format!("{x:.0e}") }
 }
 
 pub fn verdict(quantities: &[QuantityAnalysis], tolerance: f64, missing: usize) -> String {
     let mut parts = vec![];
     for q in quantities {
-        let Some(level) = q.answers.iter().filter(|a| a.measure == Measure::Peak).position(|a| a.level == tolerance) else {
+        let Some(level) = q.answers.iter().filter(|a| a.measure == Measure::Peak).position(|a| a.level == tolerance)
+        else {
             continue;
         };
         let answer = q.answer(Measure::Peak, tolerance).and_then(|a| a.cheapest);
@@ -72,9 +82,16 @@ pub fn verdict(quantities: &[QuantityAnalysis], tolerance: f64, missing: usize) 
             None => format!("no setting is known to meet {title}"),
         };
         if let Some((cheap, dear, ratio)) = ratio(q, level) {
-            let how = dear.prices[level].map(|p| p.how);
-            let extrapolated = if how == Some(How::Extrapolated) { " by extrapolation" } else { "" };
-            words += &format!(", and {} would cost {ratio:.0} times as much as {}{extrapolated}", dear.label, cheap.label);
+            let price = dear.prices[level].filter(|p| p.how == How::Extrapolated);
+            let own = cheap.prices[level].map_or(f64::NAN, |p| p.seconds);
+            let extrapolated = price.map_or(String::new(), |p| match p.interval {
+                Some([low, high]) => {
+                    format!(" by extrapolation (95 %: {} to {} times)", times(low / own), times(high / own))
+                }
+                None => " by extrapolation".into(),
+            });
+            let ratio = times(ratio);
+            words += &format!(", {} would cost {ratio} times as much as {}{extrapolated}", dear.label, cheap.label);
         }
         parts.push(words);
     }

@@ -211,7 +211,9 @@ fn quantities(request: &Request, scene: &crate::scene::Scene) -> Result<Vec<Stri
     let refuse = |fact: String| PlanError::Quantity { file: request.file.clone(), fact };
     scene.check_time().map_err(refuse)?;
     if let Some(signal) = scene.controls.controlled().pop() {
-        return Err(refuse(format!("the signal {signal} waits for a controller, and a plan has none; drive it by a signal")));
+        return Err(refuse(format!(
+            "the signal {signal} waits for a controller, and a plan has none; drive it by a signal"
+        )));
     }
     let recorded = scene.columns();
     let usual = DECIDING.iter().map(|q| q.to_string()).filter(|q| recorded.contains(q));

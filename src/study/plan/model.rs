@@ -102,7 +102,13 @@ mod tests {
         let (f, s, a) = (20.0 * time(r.work.factor_flops), 50.0 * 2e-9 * r.factor_nnz as f64, 40.0 * 1e-6 * n);
         r.cpu_s = f + s + a;
         r.wall_s = 1.5 * r.cpu_s;
-        r.phases = PhaseRecord { assembly_s: 1.2 * a, factorisation_s: 1.5 * f, solve_s: 1.5 * s, output_s: 0.0, build_s: 0.0 };
+        r.phases = PhaseRecord {
+            assembly_s: 1.2 * a,
+            factorisation_s: 1.5 * f,
+            solve_s: 1.5 * s,
+            output_s: 0.0,
+            build_s: 0.0,
+        };
         r
     }
 
@@ -115,8 +121,16 @@ mod tests {
         let pilots = [record(1000), record(2000), record(4000)];
         let clock = Clock::new(&pilots.iter().collect::<Vec<_>>()).expect("three pilots");
         let (n, steps) = (30_000, 25);
-        let run = Counted { cells: n, dofs: 3 * n, h_m: 1e-3, steps, factor_nnz: 100 * n, factor_flops: 1e3 * (n as f64).powi(2) };
-        let exact = steps as f64 * (2.0 * time(run.factor_flops) + 5.0 * 2e-9 * run.factor_nnz as f64 + 4.0 * 1e-6 * n as f64);
+        let run = Counted {
+            cells: n,
+            dofs: 3 * n,
+            h_m: 1e-3,
+            steps,
+            factor_nnz: 100 * n,
+            factor_flops: 1e3 * (n as f64).powi(2),
+        };
+        let exact =
+            steps as f64 * (2.0 * time(run.factor_flops) + 5.0 * 2e-9 * run.factor_nnz as f64 + 4.0 * 1e-6 * n as f64);
         // The model is exact here; what is left is rounding
         assert!((clock.predict(&run) / exact - 1.0).abs() < 1e-9, "{} for {exact}", clock.predict(&run));
     }

@@ -20,7 +20,10 @@ pub(super) fn promises(plan: &Plan) -> Vec<String> {
     out.push("Errors are those of peaks, not of whole curves, of fields or of contact.".into());
     out.push("Times are CPU seconds on this machine; iterations a step are taken from the largest pilot, and harder steps on a finer mesh are not foreseen.".into());
     if plan.meshes == Meshes::Stored {
-        out.push("Only the stored sizes of this body were weighed; with the mesher (durometer doctor --setup) others are.".into());
+        out.push(
+            "Only the stored sizes of this body were weighed; with the mesher (durometer doctor --setup) others are."
+                .into(),
+        );
     }
     if let Some(s) = plan.chosen.as_ref().filter(|_| !plan.meets) {
         let why = match plan.weighed.iter().find(|w| w.error <= plan.tolerance) {
@@ -62,6 +65,14 @@ impl Plan {
                     s.counted.steps,
                     seconds(self.pilots_cpu_s)
                 ));
+                if self
+                    .pilots
+                    .iter()
+                    .any(|p| p.cells == s.counted.cells && p.name.starts_with(&format!("{}, ", s.element)))
+                    && self.steps.factor == 1.0
+                {
+                    out.push("It was one of the pilots: a run would tell nothing new.".into());
+                }
                 let set: Vec<String> = s.set.iter().map(|c| format!("--set '{c}'")).collect();
                 out.push(format!("Changes: {}", set.join(" ")));
             }
@@ -77,7 +88,11 @@ impl Plan {
 impl Outcome {
     fn words(&self) -> String {
         if !self.error.is_finite() {
-            return format!("The run ended with {} after {}; its error cannot be told.", self.status, seconds(self.cpu_s));
+            return format!(
+                "The run ended with {} after {}; its error cannot be told.",
+                self.status,
+                seconds(self.cpu_s)
+            );
         }
         format!(
             "The run took {} CPU time ({} by the clock): expected was {:.2} times that. With it as a further mesh its error is {} \
