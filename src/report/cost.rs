@@ -32,6 +32,7 @@ pub fn content(store: &Store) -> Content {
             ("Time per effect", table::effects(store)),
         ],
         files: vec![],
+        outcomes: Default::default(),
         figures,
     }
 }

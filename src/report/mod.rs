@@ -16,6 +16,7 @@ mod materials;
 mod page;
 mod plot;
 mod prices;
+mod stability;
 pub mod store;
 pub mod summary;
 mod surface;

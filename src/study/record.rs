@@ -2,6 +2,7 @@
 
 use super::overlay::Distance;
 use super::solver::SolverRecord;
+use super::stability::{MapRecord, SuiteRecord};
 use super::work::{RepeatRecord, WorkRecord};
 use crate::material::Law;
 use crate::scene::cable_record::CableEvent;
@@ -11,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// A finished case (also one that stopped early: `status` says so).
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Default)]
 pub struct CaseRecord {
     /// `<family>-<variant>-<member>`, also the file stem
     pub id: String,
@@ -92,7 +93,7 @@ impl CaseRecord {
     }
 }
 
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Default)]
 pub struct MeshRecord {
     pub cells: usize,
     pub nodes: usize,
@@ -179,7 +180,7 @@ pub struct ProbeRecord {
     pub last: f64,
 }
 
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Default)]
 pub struct Provenance {
     /// SHA-256 of the resolved scene and of the mesh
     pub input_sha256: String,
@@ -221,6 +222,11 @@ pub struct StudyRecord {
     /// `cost`: how often a case is run
     #[serde(default = "once", skip_serializing_if = "is_once")]
     pub repeats: usize,
+    /// `stability`: what is checked in its families
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub suites: Vec<SuiteRecord>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub maps: Vec<MapRecord>,
     pub version: String,
 }
 
@@ -334,6 +340,10 @@ pub enum Role {
     Overkill,
     /// Where a law is used with the constants that were found, from coarse to fine
     Use,
+    /// Scenes that break simulators
+    Suite,
+    /// Points of a map of where a scene holds
+    Map,
 }
 
 impl Role {
@@ -354,6 +364,8 @@ impl Role {
             Self::Solver => "solver",
             Self::Overkill => "overkill",
             Self::Use => "use",
+            Self::Suite => "suite",
+            Self::Map => "map",
         }
     }
 }

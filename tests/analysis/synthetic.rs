@@ -163,6 +163,8 @@ pub fn study() -> (StudyRecord, Vec<StoredCase>) {
         axes: vec![],
         points: BTreeMap::new(),
         repeats: 1,
+        suites: vec![],
+        maps: vec![],
         version: "0.1.0".into(),
     };
     (study, cases)

@@ -61,7 +61,7 @@ pub trait Watch {
 pub enum PlanError {
     #[error(transparent)]
     Scene(Box<SceneError>),
-    #[error("{}: its mesh is a file of one size, and a plan chooses the size; give a `body` with `cells`, or a CAD or surface file with `cells`", file.display())]
+    #[error("{}: its mesh comes in one size, and a plan chooses the size; give a `body` with `cells`, or a CAD or surface file with `cells`", file.display())]
     OneMesh { file: PathBuf },
     #[error("{}: mesh.size is given, and a plan chooses mesh.cells; replace it by `cells`", file.display())]
     EdgeLength { file: PathBuf },

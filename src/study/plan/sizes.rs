@@ -2,8 +2,7 @@
 
 use super::PlanError;
 use crate::mesh::generate::Workshop;
-use crate::scene::spec::{ElementSpec, SceneSpec};
-use crate::scene::{SceneError, request};
+use crate::scene::{ElementSpec, SceneError, SceneSpec, request};
 use std::path::Path;
 use toml::Value;
 
