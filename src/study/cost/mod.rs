@@ -329,6 +329,15 @@ fn warnings(stored: &[StoredCase], quantities: &[QuantityAnalysis], incomplete: 
             out.push(format!("{title}: no family has the two cases that a reference needs."));
             continue;
         };
+        let signs = |family: &str, above: bool| q.settings.iter().any(|s| s.family == family && (s.value > r.peak) == above);
+        let lucky = q.lines.iter().filter(|l| signs(&l.family, true) && signs(&l.family, false));
+        let lucky: Vec<&str> = lucky.map(|l| l.label.as_str()).collect();
+        if !lucky.is_empty() {
+            out.push(format!(
+                "{title}: the error changes its sign along {}; where it is least there, that is luck, and the next mesh or step need not be better.",
+                lucky.join(", ")
+            ));
+        }
         let known = r.peak_uncertainty.max(r.curve_uncertainty);
         if LEVELS.iter().any(|l| *l < known) {
             out.push(format!(
