@@ -329,7 +329,8 @@ fn warnings(stored: &[StoredCase], quantities: &[QuantityAnalysis], incomplete: 
             out.push(format!("{title}: no family has the two cases that a reference needs."));
             continue;
         };
-        let signs = |family: &str, above: bool| q.settings.iter().any(|s| s.family == family && (s.value > r.peak) == above);
+        let signs =
+            |family: &str, above: bool| q.settings.iter().any(|s| s.family == family && (s.value > r.peak) == above);
         let lucky = q.lines.iter().filter(|l| signs(&l.family, true) && signs(&l.family, false));
         let lucky: Vec<&str> = lucky.map(|l| l.label.as_str()).collect();
         if !lucky.is_empty() {
