@@ -45,7 +45,7 @@ pub fn choices(file: &Path, spec: &SceneSpec) -> Result<(Vec<Choice>, Meshes), P
     let able = workshop.diagnose().iter().all(|c| c.ok || c.optional);
     let meshes = if able { Meshes::Made } else { Meshes::Stored };
     let mut out = vec![];
-    for element in [ElementSpec::Tet10, ElementSpec::Tet4] {
+    for element in [ElementSpec::Tet4, ElementSpec::Tet10] {
         let mut mesh = spec.mesh.clone();
         (mesh.element, mesh.size, mesh.cells) = (element, None, Some(COARSEST as usize));
         let request = request(file, &mesh)?;
