@@ -72,6 +72,9 @@ const SOLVE_TOLERANCE: f64 = 1e-9;
 /// A residual of this share of ‖|A||x|‖ is rounding: slender bodies and stiffness ratios have no smaller one, and x is the
 /// exact solution of a matrix that differs from A in its last digits (Oettli & Prager 1964).
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
+/// Entries of a column of L, on average, for which a factorisation takes as long as one back-substitution (measured on bodies
+/// of 12 000 to 25 000 unknowns).
+const ENTRIES_PER_SOLVE: f64 = 45.0;
 
 impl Factor {
     /// For matrices that are expected to be positive definite.
@@ -122,6 +125,11 @@ impl Factor {
     /// Stored entries of the factor L.
     pub fn nnz(&self) -> usize {
         self.l.len()
+    }
+
+    /// Back-substitutions that a factorisation costs, by counts.
+    pub fn price(&self) -> f64 {
+        self.nnz() as f64 / self.pattern.n as f64 / ENTRIES_PER_SOLVE
     }
 
     /// Factorises A: LLᵀ, and where a pivot is not positive, LDLᵀ with the negative pivots counted.
@@ -222,6 +230,14 @@ impl Factor {
         self.solves += columns.len() / n;
         self.solve_time += start.elapsed();
         result
+    }
+
+    /// Solves with the factor as it is, unchecked: for a preconditioner, whose matrix is another one than that at hand.
+    pub fn solve_roughly(&mut self, columns: &mut [f64]) {
+        let start = Instant::now();
+        self.solve_raw(columns);
+        self.solves += columns.len() / self.pattern.n;
+        self.solve_time += start.elapsed();
     }
 
     fn solve_raw(&mut self, columns: &mut [f64]) {

@@ -3,7 +3,8 @@
 //! Blocks are evaluated and summed in their order, so the result does not depend on how many cases run beside it.
 
 use super::projection::project;
-use super::{At, Blocks, Cone, Constraint, Dofs, Effect, EvalError, Local, Prescribed, State, Want};
+use super::{At, Batch, Batched, Blocks, Cone, Constraint, Dofs, Effect, EvalError, Local, Prescribed, State, Want};
+use crate::math::lanes::{LANES, Lanes};
 use crate::math::linear::norm;
 use crate::math::sparse::{SkewMatrix, SymPattern};
 use std::ops::Range;
@@ -39,7 +40,7 @@ pub struct System {
     slots: Vec<Vec<u32>>,
     largest: usize,
     /// Effects with a skew part of the tangent
-    pub(super) skewed: Vec<usize>,
+    pub(crate) skewed: Vec<usize>,
     /// Per effect: where its history lies in that of the state
     histories: Vec<Range<usize>>,
 }
@@ -191,7 +192,11 @@ impl System {
             out.energy[e] = 0.0;
             out.dissipated[e] = 0.0;
             let at = &At { history: &at.history[self.histories[e].clone()], ..*at };
-            for b in 0..effect.blocks().len() {
+            let single = match effect.batched().filter(|_| !(out.projected && want == Want::Tangent)) {
+                Some(batched) => sum_batches(batched, at, want, increment, &mut scatter, (e, &mut sum), out)?,
+                None => 0,
+            };
+            for b in single..effect.blocks().len() {
                 let n = effect.blocks().size(b);
                 local.reset(n, want);
                 effect.eval(at, b, want, &mut local)?;
@@ -321,6 +326,39 @@ fn slots(dofs: &Dofs, pattern: &SymPattern, list: &Blocks) -> Vec<u32> {
     out
 }
 
+/// Adds energies, Σ‖r_e‖ and sums of effect `e` over its whole batches; returns the first block that is in none.
+fn sum_batches(
+    batched: &dyn Batched,
+    at: &At,
+    want: Want,
+    increment: Option<&[f64]>,
+    scatter: &mut Scatter,
+    (e, forces): (usize, &mut f64),
+    out: &mut Assembled,
+) -> Result<usize, EvalError> {
+    let whole = scatter.list.len() / LANES * LANES;
+    if whole == 0 {
+        return Ok(0);
+    }
+    let n = scatter.list.size(0);
+    let (mut batch, mut local) = (Batch::new(n), Local::new(n));
+    for first in (0..whole).step_by(LANES) {
+        batch.reset(n, want);
+        batched.eval(at, first, want, &mut batch)?;
+        let squares = batch.r.iter().fold(Lanes::ZERO, |sum, r| sum + *r * *r);
+        for lane in 0..LANES {
+            out.energy[e] += batch.energy.0[lane];
+            *forces += squares.0[lane].sqrt();
+            scatter.add_lane(first + lane, &batch, lane, want, out);
+            if let Some(d) = increment.filter(|_| want == Want::Tangent) {
+                local.k.iter_mut().zip(&batch.k).for_each(|(to, from)| *to = from.0[lane]);
+                scatter.lift(first + lane, &local, 1.0, d, out);
+            }
+        }
+    }
+    Ok(whole)
+}
+
 /// Adds local blocks to the sums, in block order.
 struct Scatter<'a> {
     system: &'a System,
@@ -358,6 +396,30 @@ impl Scatter<'_> {
         }
         if let Some(d) = increment {
             self.lift(b, local, factor, d, out);
+        }
+    }
+
+    /// r and K of one lane of a batch.
+    #[inline]
+    fn add_lane(&mut self, b: usize, batch: &Batch, lane: usize, want: Want, out: &mut Assembled) {
+        for (&node, r) in self.list.nodes(b).iter().zip(batch.r.chunks_exact(3)) {
+            let to = &mut out.r[3 * node as usize..][..3];
+            to.iter_mut().zip(r).for_each(|(to, r)| *to += r.0[lane]);
+        }
+        if want < Want::Tangent {
+            return;
+        }
+        let n = batch.r.len();
+        let slots = &self.slots[self.next..self.next + n * (n + 1) / 2];
+        self.next += slots.len();
+        let mut start = 0;
+        for (i, row) in batch.k.chunks_exact(n).enumerate() {
+            for (value, &slot) in row[..=i].iter().zip(&slots[start..=start + i]) {
+                if let Some(to) = out.k.get_mut(slot as usize) {
+                    *to += value.0[lane];
+                }
+            }
+            start += i + 1;
         }
     }
 
