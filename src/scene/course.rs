@@ -159,9 +159,9 @@ impl Course {
         let ramps = inputs.iter().flat_map(|r| [r.start, r.from, r.end, r.to]).collect();
         let state = [scalars, x.clone(), v.clone(), a.clone(), lambda.clone(), memory.clone(), history.clone(), ramps];
         let flat = |rows: &[Vec<f64>]| rows.concat();
-        let Kept { k, solves, steps, rates, worn } = &self.memory.kept;
+        let Kept { k, x: placed, solves, steps, rates, worn } = &self.memory.kept;
         let counts = [solves[0], solves[1], *steps, usize::from(*worn)].map(|n| n as f64);
-        let kept_factor = [k.clone(), [counts[0], counts[1], counts[2], counts[3], rates.cv, rates.ca].to_vec()];
+        let kept_factor = [k.clone(), placed.clone(), [counts[0], counts[1], counts[2], counts[3], rates.cv, rates.ca].to_vec()];
         let ledger = [self.ledger.effect.clone(), self.ledger.g.clone(), self.ledger.residual.clone()];
         let kept = [flat(&self.rows), flat(&self.signals), self.peak.x.clone()];
         let recent = self.memory.recent.iter().flat_map(|(t, x, lambda)| [vec![*t], x.clone(), lambda.clone()]);
@@ -186,9 +186,10 @@ impl Course {
         let signals = rows_of(arrays.next()?, scene.signals.len(), rows.len());
         let peak = Snapshot { t: peak, x: arrays.next().filter(|x| x.len() == n)? };
         let k = arrays.next().filter(|k| k.is_empty() || k.len() == system.pattern.nnz())?;
+        let placed = arrays.next().filter(|x| x.len() == n || k.is_empty())?;
         let [all, here, steps, worn, cv, ca] = arrays.next()?[..] else { return None };
         let solves = [all as usize, here as usize];
-        let kept = Kept { k, solves, steps: steps as usize, rates: Rates { cv, ca }, worn: worn == 1.0 };
+        let kept = Kept { k, x: placed, solves, steps: steps as usize, rates: Rates { cv, ca }, worn: worn == 1.0 };
         let mut recent = Vec::new();
         while let Some(t) = arrays.next() {
             recent.push((*t.first()?, arrays.next().filter(|x| x.len() == n)?, arrays.next()?));

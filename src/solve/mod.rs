@@ -15,6 +15,7 @@ mod status;
 mod step;
 mod stepper;
 mod tangent;
+mod turns;
 
 pub use continuation::TurningPoint;
 pub use failure::Failure;

@@ -4,6 +4,7 @@ use super::multipliers::{self, Schur};
 use super::stale::Stale;
 use super::{Failure, Step, tangent};
 use crate::math::linear::{Factor, dot, norm};
+use crate::math::tensor::Vec3;
 use crate::system::{Assembled, Cone, Rows, State, System, Want};
 use std::time::{Duration, Instant};
 
@@ -16,13 +17,15 @@ pub struct NewtonSettings {
     pub line_search: bool,
     /// Keep a factorisation while it serves, from step to step too; without it every iteration has its own
     pub reuse_factor: bool,
+    /// A factorisation that costs at least so many back-substitutions is kept from step to step
+    pub keep_from: f64,
     /// Where a step fails, try it with tangents of blocks made positive semidefinite
     pub projection: bool,
 }
 
 impl Default for NewtonSettings {
     fn default() -> Self {
-        Self { tolerance: 1e-8, max_iterations: 30, line_search: true, reuse_factor: true, projection: false }
+        Self { tolerance: 1e-8, max_iterations: 30, line_search: true, reuse_factor: true, keep_from: 6.0, projection: false }
     }
 }
 
@@ -53,6 +56,8 @@ pub struct Newton {
     length: f64,
     /// [constraints] g at the start of the step, where a law of a row looks back
     old: Vec<f64>,
+    /// [nodes] X, by which a factor turns with the body; or empty
+    pub points: Vec<Vec3>,
     pub(super) stale: Stale,
 }
 
@@ -95,6 +100,7 @@ impl Newton {
             iterations: 0,
             length,
             old: vec![0.0; system.constraints.len()],
+            points: Vec::new(),
             stale: Stale::default(),
         }
     }
@@ -140,7 +146,7 @@ impl Newton {
                 self.evaluate(step, next, Want::Tangent, increment.as_deref())?;
                 self.stiffness = norm(&system.pattern.diagonal(&self.sums.k));
                 let stands = self.has_factor(step.rates(), solved.iterations == 0);
-                stands.then(|| self.direction_by_old_factor(system, next, increment.as_deref(), error)).flatten()
+                stands.then(|| self.direction_by_old_factor(system, next, increment.as_deref(), (error, solved.iterations == 0))).flatten()
             } else {
                 None
             };
@@ -154,7 +160,7 @@ impl Newton {
                             self.evaluate(step, next, Want::Tangent, increment.as_deref())?;
                             self.stiffness = norm(&system.pattern.diagonal(&self.sums.k));
                         }
-                        schur = self.factorise(step, keeps, &mut solved)?;
+                        schur = self.factorise(step, keeps.then_some(&next.x), &mut solved)?;
                         fresh = true;
                     }
                     self.direction(system, next, increment.as_deref(), &schur)?
@@ -251,7 +257,7 @@ impl Newton {
     }
 
     /// Factorises K, shifts it where the constrained tangent has negative eigenvalues, and forms S = H K⁻¹ Hᵀ.
-    fn factorise(&mut self, step: &Step, keep: bool, solved: &mut Solved) -> Result<Schur, Failure> {
+    fn factorise(&mut self, step: &Step, keep: Option<&Vec<f64>>, solved: &mut Solved) -> Result<Schur, Failure> {
         let system = step.system;
         let mut shift = 0.0;
         let own = system.pattern.diagonal(&self.sums.k);
@@ -265,8 +271,8 @@ impl Newton {
                         solved.unstable_modes = unstable;
                     }
                     if unstable == 0 || shift > 1e3 {
-                        if keep && shift == 0.0 {
-                            self.keep_factor(system, self.sums.k.clone(), step.rates());
+                        if let Some(x) = keep.filter(|_| shift == 0.0) {
+                            self.keep_factor(system, self.sums.k.clone(), x, step.rates());
                         }
                         return Ok(schur);
                     }

@@ -3,7 +3,8 @@
 //! The linear system of an iteration is [K Hᵀ; H −C] [du; dλ] = [−r − lift; g − carried] with the rows that hold. Conjugate
 //! gradients solve it with [K₀ Hᵀ; H −C] as preconditioner, K₀ being the tangent that was factorised last and K, H the present
 //! ones (Gould, Hribar & Nocedal, SIAM J. Sci. Comput. 23, 2001; Dollar, Gould, Schilders & Wathen, SIAM J. Matrix Anal. 28,
-//! 2006 for C ≠ 0). Each iteration is one product with K and one back-substitution.
+//! 2006 for C ≠ 0). Each iteration is one product with K and one back-substitution. K₀ is turned with the body first
+//! ([`turns`](super::turns)).
 //!
 //! Accuracy: ‖residual‖ ≤ min(0.1, √error) of the force at hand, which makes Newton's method converge with the order 3/2 (Dembo,
 //! Eisenstat & Steihaug, SIAM J. Numer. Anal. 19, 1982), and never below a third of the tolerance of the step.
@@ -15,15 +16,14 @@
 use super::Newton;
 use super::multipliers::Schur;
 use super::newton::Direction;
+use super::turns::Turns;
 use crate::math::linear::{dot, norm};
 use crate::math::pcg::{Outcome, pcg};
 use crate::math::random::SplitMix;
 use crate::system::{Cone, Rates, State, System};
 
-/// A factorisation that costs fewer solves than this is not worth keeping beyond its step.
-const WORTH: f64 = 2.0;
-/// Products before conjugate gradients give up, as a multiple of the price of a factorisation.
-const PATIENCE: f64 = 1.5;
+/// Products before conjugate gradients give up: a multiple of the price of a factorisation, and the least number.
+const PATIENCE: (f64, usize) = (1.5, 8);
 /// The loosest relative accuracy of a direction.
 const LOOSEST: f64 = 0.1;
 /// Accuracy of a direction that is enough for the step, as a share of its tolerance.
@@ -38,6 +38,8 @@ const SOFTENED: f64 = 0.5;
 pub struct Kept {
     /// Values of K₀, from which the factor can be made again; empty if none is kept
     pub k: Vec<f64>,
+    /// [unknowns] where the body was
+    pub x: Vec<f64>,
     /// Solves with it so far, and in the step at hand
     pub solves: [usize; 2],
     /// Steps that it served
@@ -56,13 +58,15 @@ pub(super) struct Stale {
     count: usize,
     /// [watched × equations] soft directions v with v·K₀ w = δ_vw
     soft: Vec<Vec<f64>>,
+    /// From where the body was to where the step begins
+    turns: Turns,
 }
 
 impl Newton {
     /// Can directions come from an old factor here? K is to be symmetric, and definite where the rows hold.
     pub(super) fn keeps_factors(&self, system: &System) -> bool {
         self.settings.reuse_factor
-            && self.factor.price() >= WORTH
+            && self.factor.price() >= self.settings.keep_from
             && system.scalar_equations() == 0
             && system.skewed.is_empty()
             && !self.sums.projected
@@ -72,14 +76,15 @@ impl Newton {
     /// Takes over what a saved run had kept.
     pub(super) fn resume_factor(&mut self, kept: Kept, system: &System) {
         if !kept.k.is_empty() && self.factor.factorise(&kept.k).is_ok() {
-            self.keep_factor(system, kept.k.clone(), kept.rates);
+            self.keep_factor(system, kept.k.clone(), &kept.x, kept.rates);
             self.stale.kept = kept;
         }
     }
 
     /// The factor of `k`, just made and not shifted, may serve later steps.
-    pub(super) fn keep_factor(&mut self, system: &System, k: Vec<f64>, rates: Rates) {
-        self.stale.kept = Kept { k, rates, ..Kept::default() };
+    pub(super) fn keep_factor(&mut self, system: &System, k: Vec<f64>, x: &[f64], rates: Rates) {
+        self.stale.kept = Kept { k, rates, x: x.to_vec(), ..Kept::default() };
+        self.stale.turns = Turns::default();
         self.stale.count = self.factor.count;
         self.stale.soft = if rates == Rates::default() { self.softest(system) } else { Vec::new() };
     }
@@ -132,10 +137,11 @@ impl Newton {
         let w = self.stale.soft.len();
         let (mut now, mut then) = (nalgebra::DMatrix::zeros(w, w), nalgebra::DMatrix::identity(w, w));
         let mut moved = Vec::new();
-        let crossings: Vec<Vec<f64>> = self.stale.soft.iter().map(|v| held.cross(&self.sums.gradient, v)).collect();
-        for (v, crossing) in self.stale.soft.iter().zip(&crossings) {
+        let mut soft = self.stale.soft.clone();
+        soft.iter_mut().for_each(|v| self.stale.turns.turn(v));
+        let crossings: Vec<Vec<f64>> = soft.iter().map(|v| held.cross(&self.sums.gradient, v)).collect();
+        for (mut v, crossing) in soft.into_iter().zip(&crossings) {
             let multipliers = held.multipliers(crossing);
-            let mut v = v.clone();
             held.subtract(schur, &multipliers, &mut v);
             moved.push((v, multipliers));
         }
@@ -150,19 +156,31 @@ impl Newton {
         (now - then * SOFTENED).cholesky().is_none()
     }
 
-    /// The direction of an iteration by the factor that is kept; None where it does not serve. `error` is that of the state.
+    /// R K₀⁻¹ Rᵀ on columns.
+    fn solve_turned(&mut self, columns: &mut [f64]) {
+        let n = self.sums.lift.len();
+        columns.chunks_exact_mut(n).for_each(|column| self.stale.turns.turn_back(column));
+        self.factor.solve_roughly(columns);
+        columns.chunks_exact_mut(n).for_each(|column| self.stale.turns.turn(column));
+    }
+
+    /// The direction of an iteration by the factor that is kept; None where it does not serve. `error` is that of the state, where
+    /// the step begins if it is the `first`.
     pub(super) fn direction_by_old_factor(
         &mut self,
         system: &System,
         state: &State,
         increment: Option<&[f64]>,
-        error: f64,
+        (error, first): (f64, bool),
     ) -> Option<Direction> {
+        if first {
+            self.stale.turns = Turns::new(system, &self.points, &self.stale.kept.x, &state.x);
+        }
         let (n, m) = (system.dofs.free.len(), state.lambda.len());
         let rhs = self.right_side(system, increment.is_some());
         let mut columns = rhs.clone();
         self.sums.gradient.iter().for_each(|h| columns.extend(h));
-        self.factor.solve_roughly(&mut columns);
+        self.solve_turned(&mut columns);
         self.stale.kept.solves[1] += 1 + m;
         let z = columns.split_off(n);
         let mut x = columns;
@@ -174,7 +192,7 @@ impl Newton {
         let shift: Vec<f64> = (0..m).map(|c| -self.sums.carried[c] - dot(&self.sums.gradient[c], &x)).collect();
         let (mut lambda, holds) = schur.multipliers(system, &self.rows(state), &shift)?;
         let held = Held::new(holds, &schur, m)?;
-        if self.has_softened(system, &schur, &held) {
+        if first && self.has_softened(system, &schur, &held) {
             return None;
         }
         let change: Vec<f64> = lambda.iter().zip(&state.lambda).map(|(new, old)| new - old).collect();
@@ -187,8 +205,8 @@ impl Newton {
         let enough = ENOUGH * self.settings.tolerance * self.sums.scale;
         let bound = enough.max(LOOSEST.min(error.sqrt()) * norm(&rhs));
         left.resize(n + held.rows.len(), 0.0);
-        let most = (PATIENCE * self.factor.price()).ceil() as usize;
-        let (values, factor) = (&self.sums.k, &mut self.factor);
+        let most = ((PATIENCE.0 * self.factor.price()).ceil() as usize).max(PATIENCE.1);
+        let (values, factor, turns) = (&self.sums.k, &mut self.factor, &self.stale.turns);
         let multiply = |v: &[f64]| {
             let mut product = vec![0.0; v.len()];
             system.pattern.multiply(values, &v[..n], &mut product[..n]);
@@ -199,7 +217,9 @@ impl Newton {
         };
         let precondition = |r: &[f64]| {
             let mut z = r[..n].to_vec();
+            turns.turn_back(&mut z);
             factor.solve_roughly(&mut z);
+            turns.turn(&mut z);
             let multipliers = held.multipliers(&held.cross(gradient, &z));
             held.subtract(&schur, &multipliers, &mut z);
             z.extend(multipliers);
