@@ -18,7 +18,7 @@ use std::path::Path;
 fn cells_side_by_side() {
     for order in ORDERS {
         let mut random = Random(7);
-        let mesh = distorted_cube(order, &mut random);
+        let mesh = distorted_cube(2, order, 0.1, 7);
         let cells: Vec<u32> = (0..mesh.cell_count() as u32).collect();
         let x = random.vector(3 * mesh.points.len(), 0.02);
         let still = vec![0.0; x.len()];

@@ -161,7 +161,8 @@ impl Course {
         let flat = |rows: &[Vec<f64>]| rows.concat();
         let Kept { k, x: placed, solves, steps, rates, worn } = &self.memory.kept;
         let counts = [solves[0], solves[1], *steps, usize::from(*worn)].map(|n| n as f64);
-        let kept_factor = [k.clone(), placed.clone(), [counts[0], counts[1], counts[2], counts[3], rates.cv, rates.ca].to_vec()];
+        let kept_factor =
+            [k.to_vec(), placed.to_vec(), [counts[0], counts[1], counts[2], counts[3], rates.cv, rates.ca].to_vec()];
         let ledger = [self.ledger.effect.clone(), self.ledger.g.clone(), self.ledger.residual.clone()];
         let kept = [flat(&self.rows), flat(&self.signals), self.peak.x.clone()];
         let recent = self.memory.recent.iter().flat_map(|(t, x, lambda)| [vec![*t], x.clone(), lambda.clone()]);
@@ -189,7 +190,14 @@ impl Course {
         let placed = arrays.next().filter(|x| x.len() == n || k.is_empty())?;
         let [all, here, steps, worn, cv, ca] = arrays.next()?[..] else { return None };
         let solves = [all as usize, here as usize];
-        let kept = Kept { k, x: placed, solves, steps: steps as usize, rates: Rates { cv, ca }, worn: worn == 1.0 };
+        let kept = Kept {
+            k: k.into(),
+            x: placed.into(),
+            solves,
+            steps: steps as usize,
+            rates: Rates { cv, ca },
+            worn: worn == 1.0,
+        };
         let mut recent = Vec::new();
         while let Some(t) = arrays.next() {
             recent.push((*t.first()?, arrays.next().filter(|x| x.len() == n)?, arrays.next()?));

@@ -25,7 +25,14 @@ pub struct NewtonSettings {
 
 impl Default for NewtonSettings {
     fn default() -> Self {
-        Self { tolerance: 1e-8, max_iterations: 30, line_search: true, reuse_factor: true, keep_from: 6.0, projection: false }
+        Self {
+            tolerance: 1e-8,
+            max_iterations: 30,
+            line_search: true,
+            reuse_factor: true,
+            keep_from: 6.0,
+            projection: false,
+        }
     }
 }
 
@@ -146,7 +153,16 @@ impl Newton {
                 self.evaluate(step, next, Want::Tangent, increment.as_deref())?;
                 self.stiffness = norm(&system.pattern.diagonal(&self.sums.k));
                 let stands = self.has_factor(step.rates(), solved.iterations == 0);
-                stands.then(|| self.direction_by_old_factor(system, next, increment.as_deref(), (error, solved.iterations == 0))).flatten()
+                stands
+                    .then(|| {
+                        self.direction_by_old_factor(
+                            system,
+                            next,
+                            increment.as_deref(),
+                            (error, solved.iterations == 0),
+                        )
+                    })
+                    .flatten()
             } else {
                 None
             };

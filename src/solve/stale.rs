@@ -21,6 +21,7 @@ use crate::math::linear::{dot, norm};
 use crate::math::pcg::{Outcome, pcg};
 use crate::math::random::SplitMix;
 use crate::system::{Cone, Rates, State, System};
+use std::sync::Arc;
 
 /// Products before conjugate gradients give up: a multiple of the price of a factorisation, and the least number.
 const PATIENCE: (f64, usize) = (1.5, 8);
@@ -37,9 +38,9 @@ const SOFTENED: f64 = 0.5;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Kept {
     /// Values of K₀, from which the factor can be made again; empty if none is kept
-    pub k: Vec<f64>,
+    pub k: Arc<Vec<f64>>,
     /// [unknowns] where the body was
-    pub x: Vec<f64>,
+    pub x: Arc<Vec<f64>>,
     /// Solves with it so far, and in the step at hand
     pub solves: [usize; 2],
     /// Steps that it served
@@ -73,17 +74,22 @@ impl Newton {
             && system.constraints.iter().all(|c| !matches!(c.cone(), Cone::Linked | Cone::Watched))
     }
 
+    /// What a saved run has to know of it; nothing if the factor was overwritten.
+    pub(super) fn kept(&self) -> Kept {
+        if self.stale.count == self.factor.count { self.stale.kept.clone() } else { Kept::default() }
+    }
+
     /// Takes over what a saved run had kept.
     pub(super) fn resume_factor(&mut self, kept: Kept, system: &System) {
         if !kept.k.is_empty() && self.factor.factorise(&kept.k).is_ok() {
-            self.keep_factor(system, kept.k.clone(), &kept.x, kept.rates);
+            self.keep_factor(system, kept.k.to_vec(), &kept.x, kept.rates);
             self.stale.kept = kept;
         }
     }
 
     /// The factor of `k`, just made and not shifted, may serve later steps.
     pub(super) fn keep_factor(&mut self, system: &System, k: Vec<f64>, x: &[f64], rates: Rates) {
-        self.stale.kept = Kept { k, rates, x: x.to_vec(), ..Kept::default() };
+        self.stale.kept = Kept { k: k.into(), rates, x: x.to_vec().into(), ..Kept::default() };
         self.stale.turns = Turns::default();
         self.stale.count = self.factor.count;
         self.stale.soft = if rates == Rates::default() { self.softest(system) } else { Vec::new() };

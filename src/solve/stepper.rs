@@ -195,7 +195,7 @@ impl<'a> Stepper<'a> {
             recent: self.recent.clone(),
             degree: self.degree,
             stiffness: self.newton.stiffness,
-            kept: self.newton.stale.kept.clone(),
+            kept: self.newton.kept(),
             totals: self.totals,
         }
     }
