@@ -7,6 +7,7 @@ use super::record::{
 use super::runner::input_hash;
 use super::skin::Skin;
 use super::solver::{self, SolverRecord};
+use super::spec::Case;
 use crate::effect::locking::signs;
 use crate::scene::{Run, Scene};
 use std::collections::BTreeMap;
@@ -67,6 +68,25 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
             version: env!("CARGO_PKG_VERSION").into(),
             scene: scene.text.clone(),
         },
+    }
+}
+
+/// The record of a case without a run: its scene was refused, or a bug ended it.
+pub fn refused(case: &Case, status: &str, why: String) -> CaseRecord {
+    CaseRecord {
+        id: case.id.clone(),
+        family: case.family.clone(),
+        variant: case.variant.clone(),
+        member: case.member.clone(),
+        formulation: case.spec.formulation(),
+        status: status.into(),
+        status_detail: Some(why),
+        provenance: Provenance {
+            input_sha256: input_hash(&case.text, ""),
+            version: env!("CARGO_PKG_VERSION").into(),
+            scene: case.text.clone(),
+        },
+        ..CaseRecord::default()
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::overlay::Distance;
 use super::solver::SolverRecord;
+use super::stability::{MapRecord, SuiteRecord};
 use crate::material::Law;
 use crate::scene::cable_record::CableEvent;
 use crate::scene::control::Fired;
@@ -10,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// A finished case (also one that stopped early: `status` says so).
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Default)]
 pub struct CaseRecord {
     /// `<family>-<variant>-<member>`, also the file stem
     pub id: String,
@@ -85,7 +86,7 @@ impl CaseRecord {
     }
 }
 
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Default)]
 pub struct MeshRecord {
     pub cells: usize,
     pub nodes: usize,
@@ -169,7 +170,7 @@ pub struct ProbeRecord {
     pub last: f64,
 }
 
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Default)]
 pub struct Provenance {
     /// SHA-256 of the resolved scene and of the mesh
     pub input_sha256: String,
@@ -208,6 +209,11 @@ pub struct StudyRecord {
     /// `sweep`: member → index of its value on every axis
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub points: BTreeMap<String, Vec<usize>>,
+    /// `stability`: what is checked in its families
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub suites: Vec<SuiteRecord>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub maps: Vec<MapRecord>,
     pub version: String,
 }
 
@@ -309,6 +315,10 @@ pub enum Role {
     Nuisance,
     /// Where a law is used with the constants that were found, from coarse to fine
     Use,
+    /// Scenes that break simulators
+    Suite,
+    /// Points of a map of where a scene holds
+    Map,
 }
 
 impl Role {
@@ -327,6 +337,8 @@ impl Role {
             Self::Ladder => "ladder",
             Self::Nuisance => "nuisance",
             Self::Use => "use",
+            Self::Suite => "suite",
+            Self::Map => "map",
         }
     }
 }
