@@ -3,6 +3,7 @@
 mod continuation;
 mod failure;
 mod integrator;
+mod line_search;
 mod multipliers;
 mod newton;
 mod path;

@@ -87,7 +87,6 @@ impl Direction {
     }
 }
 
-const LINE_SEARCH_RATIO: f64 = 0.8;
 const CHORD_CONTRACTION: f64 = 0.2;
 pub(super) const HALVINGS: usize = 12;
 /// Share of the largest diagonal entry that the shift counts as the stiffness of a direction without any [–].
@@ -337,83 +336,6 @@ impl Newton {
         let mut y = system.restrict(&self.sums.r);
         y.iter_mut().zip(&self.sums.lift).for_each(|(y, lift)| *y = -*y - if lifted { *lift } else { 0.0 });
         y
-    }
-
-    /// Goes along the direction as far as the directional derivative of the energy allows. True for a full step.
-    fn advance(
-        &mut self,
-        step: &Step,
-        next: &mut State,
-        targets: &[(usize, f64)],
-        direction: Direction,
-    ) -> Result<bool, Failure> {
-        let system = step.system;
-        let free = system.restrict(&direction.x);
-        // Multipliers and the second field go all the way: what is left is a minimum in the displacements, and
-        // G(s) = r(x + s du, λ', p')·du its derivative along the step.
-        let displacements = system.dofs.displacements as usize;
-        let along = |r: &[f64]| {
-            let moving = system.dofs.free.iter().filter(|dof| **dof < system.dofs.displacements);
-            moving.map(|&dof| r[dof as usize] * direction.x[dof as usize]).sum::<f64>()
-        };
-        let mut start = next.x.clone();
-        for (x0, dp) in start[displacements..].iter_mut().zip(&direction.x[displacements..]) {
-            *x0 += dp;
-        }
-        let slope = if displacements < start.len() {
-            next.x.copy_from_slice(&start);
-            next.lambda.copy_from_slice(&direction.lambda);
-            self.evaluate(step, next, Want::Residual, None)?;
-            along(&self.sums.r)
-        } else {
-            // r changes by (λ' − λ) h.
-            let change = |c: usize| direction.lambda[c] - next.lambda[c];
-            let rows = self.sums.gradient.iter().enumerate();
-            along(&self.sums.r) + rows.map(|(c, h)| change(c) * dot(h, &free)).sum::<f64>()
-        };
-        next.lambda.copy_from_slice(&direction.lambda);
-        let line_search = self.settings.line_search && !step.integrator.is_linearised();
-        let mut length = 1.0;
-        let mut best = None;
-        for _ in 0..HALVINGS {
-            next.x.copy_from_slice(&start);
-            let moving = next.x[..displacements].iter_mut().zip(&direction.x);
-            moving.for_each(|(x, d)| *x += length * d);
-            if length == 1.0 {
-                targets.iter().for_each(|&(dof, value)| next.x[dof] = value);
-            }
-            match self.evaluate(step, next, Want::Residual, None) {
-                Ok(()) => {
-                    let g = along(&self.sums.r);
-                    if !line_search || g.abs() <= LINE_SEARCH_RATIO * slope.abs() || slope >= 0.0 {
-                        return Ok(length == 1.0);
-                    }
-                    if g <= 0.0 && length < 1.0 {
-                        // Still descending beyond a shortened step: good enough.
-                        return Ok(false);
-                    }
-                    if g < 0.0 {
-                        return Ok(true);
-                    }
-                    best = Some(length);
-                    // Secant for G = 0, kept away from the ends.
-                    length *= (slope / (slope - g)).clamp(0.1, 0.6);
-                }
-                Err(failure @ Failure::Eval(_)) => {
-                    best = None;
-                    length *= 0.5;
-                    if length < 0.5f64.powi(HALVINGS as i32) {
-                        return Err(failure);
-                    }
-                }
-                Err(other) => return Err(other),
-            }
-        }
-        // The last evaluation stands: accepted if it was defined, for lack of a better one.
-        if best.is_some() {
-            return Ok(false);
-        }
-        self.evaluate(step, next, Want::Residual, None).map(|()| false)
     }
 }
 

@@ -8,6 +8,7 @@ mod derivative;
 mod dofs;
 mod projection;
 mod rows;
+mod scatter;
 mod skew;
 
 pub use assembly::{Assembled, Cost, System, SystemError};
