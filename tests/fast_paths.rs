@@ -75,21 +75,21 @@ const TIGHT: &str = "numerics.tolerance=1e-11";
 const KEEP: &str = "numerics.keep_from=0";
 const FRESH: &str = "numerics.reuse_factor=false";
 
-/// Study, changes that make it short, and whether a factor can be kept in it.
-const SCENES: [(&str, &[&str], bool); 6] = [
-    ("finger-convergence", &["stage.0.dt=\"0.1 s\"", "stage.0.duration=\"1 s\""], true),
-    ("finger-dynamics", &["stage.1.duration=\"0.1 s\""], true),
-    ("finger-gravity", &[], true),
-    ("antagonist", &["mesh.cells=1100", "stage.0.dt=\"0.1 s\""], true),
-    ("pay-for-use", &["stage.0.duration=\"0.1 s\""], true),
-    ("finger-mass-spring", &["stage.0.duration=\"0.2 s\""], true),
+/// Study, and changes that make it short.
+const SCENES: [(&str, &[&str]); 6] = [
+    ("finger-convergence", &["stage.0.dt=\"0.1 s\"", "stage.0.duration=\"1 s\""]),
+    ("finger-dynamics", &["stage.1.duration=\"0.1 s\""]),
+    ("finger-gravity", &[]),
+    ("antagonist", &["mesh.cells=1100", "stage.0.dt=\"0.1 s\""]),
+    ("pay-for-use", &["stage.0.duration=\"0.1 s\""]),
+    ("finger-mass-spring", &["stage.0.duration=\"0.2 s\""]),
 ];
 
 /// At the tolerance 1e-8 the tension of the finger scatters by 3e-5 of itself, since block forces are that much larger than the
 /// force at the cable. At 1e-11 it is 3e-8; 1e-6 leaves room for bodies that are softer in some direction.
 #[test]
 fn a_kept_factor_leads_to_the_same_states() {
-    for (study, changes, kept) in SCENES {
+    for (study, changes) in SCENES {
         let fast = run(study, &[changes, &[TIGHT, KEEP]].concat());
         let slow = run(study, &[changes, &[TIGHT, FRESH]].concat());
         let size = slow.last.x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
@@ -99,8 +99,8 @@ fn a_kept_factor_leads_to_the_same_states() {
             assert!((a - b).abs() <= 1e-6 * b.abs().max(1e-3), "{study}: λ = {a} and {b}");
         }
         assert_eq!(fast.totals.unstable, slow.totals.unstable, "{study}");
-        let fewer = fast.factorisations < slow.factorisations / 2;
-        assert_eq!(fewer, kept, "{study}: {} of {} factorisations", fast.factorisations, slow.factorisations);
+        let (few, all) = (fast.factorisations, slow.factorisations);
+        assert!(few < all, "{study}: {few} of {all} factorisations");
     }
 }
 

@@ -51,7 +51,10 @@ impl Schur {
     /// From Z of these rows [constraints × equations].
     pub fn of(z: Vec<f64>, system: &System, rows: &[usize], gradient: &[Vec<f64>]) -> Self {
         let m = rows.len();
-        let n = gradient.first().map_or(0, Vec::len);
+        if m == 0 {
+            return Self::default();
+        }
+        let n = gradient[0].len();
         let cones: Vec<Cone> = rows.iter().map(|&c| system.constraints[c].cone()).collect();
         let acting: Vec<usize> = (0..m).filter(|&i| cones[i] != Cone::Watched).collect();
         let mut s: Vec<f64> = (0..m * m).map(|ij| dot(&gradient[ij / m], &z[(ij % m) * n..(ij % m + 1) * n])).collect();

@@ -141,6 +141,9 @@ impl Newton {
     fn has_softened(&self, system: &System, schur: &Schur, held: &Held) -> bool {
         let mut product = vec![0.0; system.dofs.free.len()];
         let w = self.stale.soft.len();
+        if w == 0 {
+            return false;
+        }
         let (mut now, mut then) = (nalgebra::DMatrix::zeros(w, w), nalgebra::DMatrix::identity(w, w));
         let mut moved = Vec::new();
         let mut soft = self.stale.soft.clone();
@@ -253,7 +256,8 @@ impl Held {
     fn new(holds: Vec<bool>, schur: &Schur, m: usize) -> Option<Self> {
         let rows: Vec<usize> = (0..m).filter(|&c| holds[c]).collect();
         let s = nalgebra::DMatrix::from_fn(rows.len(), rows.len(), |i, j| schur.s[rows[i] * m + rows[j]]);
-        Some(Self { inverse: s.try_inverse()?, rows })
+        let inverse = if rows.is_empty() { s } else { s.try_inverse()? };
+        Some(Self { inverse, rows })
     }
 
     /// H v
