@@ -199,7 +199,10 @@ impl Newton {
             return None;
         }
         let shift: Vec<f64> = (0..m).map(|c| -self.sums.carried[c] - dot(&self.sums.gradient[c], &x)).collect();
-        let (mut lambda, holds) = schur.multipliers(system, &self.rows(state), &shift)?;
+        let (mut lambda, holds) = match m {
+            0 => Default::default(),
+            _ => schur.multipliers(system, &self.rows(state), &shift)?,
+        };
         let held = Held::new(holds, &schur, m)?;
         if first && self.has_softened(system, &schur, &held) {
             return None;
