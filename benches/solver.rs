@@ -1,12 +1,15 @@
 //! What a step is made of: assembly per cell, one factorisation, one converged step of the finger. Prints ratios that do
 //! not depend on the machine; nothing is asserted.
 
+use cpu_time::ThreadTime;
+use criterion::measurement::{Measurement, ValueFormatter, WallTime};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use durometer::math::linear::Factor;
 use durometer::scene::{Body, Scene, overrides, read_scene};
 use durometer::system::{At, Rates, State, Want};
 use std::hint::black_box;
 use std::path::Path;
+use std::time::Duration;
 
 const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/studies/finger-convergence/scene.toml");
 
@@ -35,7 +38,39 @@ fn bent(scene: &Scene) -> State {
     state
 }
 
-fn assembly(c: &mut Criterion) {
+/// Time of the processor in this thread: what other programs take of it does not count.
+struct CpuTime;
+
+impl Measurement for CpuTime {
+    type Intermediate = ThreadTime;
+    type Value = Duration;
+
+    fn start(&self) -> ThreadTime {
+        ThreadTime::now()
+    }
+
+    fn end(&self, start: ThreadTime) -> Duration {
+        start.elapsed()
+    }
+
+    fn add(&self, a: &Duration, b: &Duration) -> Duration {
+        *a + *b
+    }
+
+    fn zero(&self) -> Duration {
+        Duration::ZERO
+    }
+
+    fn to_f64(&self, value: &Duration) -> f64 {
+        WallTime.to_f64(value)
+    }
+
+    fn formatter(&self) -> &dyn ValueFormatter {
+        (&WallTime).formatter()
+    }
+}
+
+fn assembly(c: &mut Criterion<CpuTime>) {
     let mut group = c.benchmark_group("assembly");
     for (name, changes) in MESHES {
         let scene = scene(changes);
@@ -65,7 +100,7 @@ fn assembly(c: &mut Criterion) {
     group.finish();
 }
 
-fn linear(c: &mut Criterion) {
+fn linear(c: &mut Criterion<CpuTime>) {
     let mut group = c.benchmark_group("linear");
     group.sample_size(10);
     for (name, changes) in MESHES {
@@ -89,7 +124,7 @@ fn linear(c: &mut Criterion) {
     group.finish();
 }
 
-fn step(c: &mut Criterion) {
+fn step(c: &mut Criterion<CpuTime>) {
     let mut group = c.benchmark_group("protocol");
     group.sample_size(10);
     for (name, changes) in MESHES {
@@ -103,5 +138,9 @@ fn step(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, assembly, linear, step);
+criterion_group! {
+    name = benches;
+    config = Criterion::default().with_measurement(CpuTime);
+    targets = assembly, linear, step
+}
 criterion_main!(benches);

@@ -1,11 +1,17 @@
 //! Integrals over cells: deformation gradient at the quadrature points, and the way back to r_e and K_e.
+//!
+//! One cell at a time, or [`LANES`] cells side by side by the same formulae.
 
-use crate::material::Law;
+use crate::material::{LaneResponse, Law};
+use crate::math::lanes::{Kernel, LANES, Lanes, Real, widest};
 use crate::math::tensor::{Mat3, Mat9, Vec3};
 use crate::mesh::{Order, TetMesh, element, quadrature};
-use crate::system::{Blocks, EvalError, Local, Want};
+use crate::system::{Batch, Blocks, EvalError, Local, Want};
 
-/// Gradients and weights at the quadrature points of some cells.
+/// Nodes of the largest cell.
+const MOST_NODES: usize = 10;
+
+/// Gradients and weights at the quadrature points of some cells, [`LANES`] cells side by side.
 pub struct CellPoints {
     pub blocks: Blocks,
     /// [cells] index in the mesh, for messages
@@ -14,40 +20,36 @@ pub struct CellPoints {
     points: usize,
     /// [points] reference coordinates
     reference: Vec<[f64; 3]>,
-    /// [cells × points × nodes] ∂N_a/∂X [1/m]
-    gradients: Vec<[f64; 3]>,
-    /// [cells × points] w det ∂X/∂ξ [m³]
-    weights: Vec<f64>,
+    /// [groups of cells × points × nodes] ∂N_a/∂X [1/m]
+    gradients: Vec<[Lanes; 3]>,
+    /// [groups of cells × points] w det ∂X/∂ξ [m³]
+    weights: Vec<Lanes>,
 }
 
 impl CellPoints {
     /// One point for tet4, four for tet10: exact for the linear elastic stiffness of straight cells.
     pub fn new(mesh: &TetMesh, cells: &[u32]) -> Self {
         let rule = quadrature::tet(if mesh.order == Order::Linear { 1 } else { 2 });
-        let nodes = mesh.order.cell_nodes();
-        let (mut gradients, mut weights) = (Vec::new(), Vec::new());
-        for &c in cells {
-            for (&xi, w) in rule.points.iter().zip(&rule.weights) {
+        let (nodes, points) = (mesh.order.cell_nodes(), rule.points.len());
+        let groups = cells.len().div_ceil(LANES);
+        let mut gradients = vec![[Lanes::ZERO; 3]; groups * points * nodes];
+        let mut weights = vec![Lanes::ZERO; groups * points];
+        for (b, &c) in cells.iter().enumerate() {
+            let (group, lane) = (b / LANES, b % LANES);
+            for (q, (&xi, w)) in rule.points.iter().zip(&rule.weights).enumerate() {
                 let jacobian = mesh.jacobian(c as usize, xi);
                 let inverse = jacobian.try_inverse().expect("a valid mesh has no degenerate cell");
-                weights.push(w * jacobian.determinant());
+                weights[group * points + q].0[lane] = w * jacobian.determinant();
                 let local = element::cell_gradients(mesh.order, xi);
-                gradients.extend(local[..nodes].iter().map(|g| {
-                    let g = inverse.tr_mul(&Vec3::from(*g));
-                    [g.x, g.y, g.z]
-                }));
+                let place = &mut gradients[(group * points + q) * nodes..][..nodes];
+                for (to, from) in place.iter_mut().zip(local) {
+                    let g = inverse.tr_mul(&Vec3::from(from));
+                    to.iter_mut().zip(g.iter()).for_each(|(to, g)| to.0[lane] = *g);
+                }
             }
         }
         let blocks = Blocks::new(cells.iter().map(|&c| mesh.cell(c as usize)));
-        Self {
-            blocks,
-            cells: cells.to_vec(),
-            nodes,
-            points: rule.points.len(),
-            reference: rule.points,
-            gradients,
-            weights,
-        }
+        Self { blocks, cells: cells.to_vec(), nodes, points, reference: rule.points, gradients, weights }
     }
 
     pub fn points(&self) -> usize {
@@ -69,32 +71,33 @@ impl CellPoints {
 
     /// T ∂N_a/∂X of each node at point `q` of block `b`.
     pub fn contract<'a>(&'a self, b: usize, q: usize, t: &'a Mat3) -> impl Iterator<Item = [f64; 3]> + 'a {
-        let times = |g: &[f64; 3]| std::array::from_fn(|i| t[(i, 0)] * g[0] + t[(i, 1)] * g[1] + t[(i, 2)] * g[2]);
-        self.gradients(b, q).iter().map(times)
+        let times = |g: [f64; 3]| std::array::from_fn(|i| t[(i, 0)] * g[0] + t[(i, 1)] * g[1] + t[(i, 2)] * g[2]);
+        self.gradients(b, q).map(times)
     }
 
     /// w det ∂X/∂ξ of point `q` of block `b` [m³].
     pub fn weight(&self, b: usize, q: usize) -> f64 {
-        self.weights[b * self.points + q]
+        self.weights[b / LANES * self.points + q].0[b % LANES]
     }
 
-    fn gradients(&self, b: usize, q: usize) -> &[[f64; 3]] {
-        let start = (b * self.points + q) * self.nodes;
-        &self.gradients[start..start + self.nodes]
+    /// ∂N_a/∂X of each node at point `q` of block `b` [1/m].
+    fn gradients(&self, b: usize, q: usize) -> impl Iterator<Item = [f64; 3]> + '_ {
+        let lane = b % LANES;
+        self.gradients_of_group(b / LANES, q).iter().map(move |g| [g[0].0[lane], g[1].0[lane], g[2].0[lane]])
+    }
+
+    fn gradients_of_group(&self, group: usize, q: usize) -> &[[Lanes; 3]] {
+        &self.gradients[(group * self.points + q) * self.nodes..][..self.nodes]
     }
 
     /// F = I + Σ_a x_a ⊗ ∂N_a/∂X for a nodal displacement x.
     pub fn deformation_gradient(&self, x: &[f64], b: usize, q: usize) -> Mat3 {
-        let mut f = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let mut f = IDENTITY;
         for (&node, g) in self.blocks.nodes(b).iter().zip(self.gradients(b, q)) {
             let u = &x[3 * node as usize..3 * node as usize + 3];
-            for i in 0..3 {
-                for j in 0..3 {
-                    f[i][j] += u[i] * g[j];
-                }
-            }
+            add_gradient(&mut f, [u[0], u[1], u[2]], g);
         }
-        Mat3::from_fn(|i, j| f[i][j])
+        Mat3::from_row_slice(&f)
     }
 
     /// ∫ ψ(F) dV of block `b` with r_e and K_e, where a row of K_e has `stride` entries; `name` is the effect's, for its errors.
@@ -121,21 +124,119 @@ impl CellPoints {
         Ok(())
     }
 
+    /// The same for the [`LANES`] blocks from `first` on, a multiple of [`LANES`].
+    pub fn integrate_batch(
+        &self,
+        law: &dyn Law,
+        name: &str,
+        x: &[f64],
+        first: usize,
+        want: Want,
+        out: &mut Batch,
+    ) -> Result<(), EvalError> {
+        let group = first / LANES;
+        let mut u = [[Lanes::ZERO; 3]; MOST_NODES];
+        for lane in 0..LANES {
+            for (u, &node) in u.iter_mut().zip(self.blocks.nodes(first + lane)) {
+                let of_node = &x[3 * node as usize..][..3];
+                u.iter_mut().zip(of_node).for_each(|(u, x)| u.0[lane] = *x);
+            }
+        }
+        let mut response = LaneResponse::default();
+        for q in 0..self.points {
+            let gradients = self.gradients_of_group(group, q);
+            let mut f = IDENTITY.map(Lanes::of);
+            widest(Deformation { u: &u, gradients, f: &mut f });
+            let fail = |(lane, e)| EvalError::of_law(name, self.cells[first + lane] as usize, e);
+            law.eval_lanes(&f, want, &mut response).map_err(fail)?;
+            let w = self.weights[group * self.points + q];
+            out.energy += w * response.psi;
+            if want > Want::Energy {
+                widest(Forces { gradients, w, response: &response, want, out });
+            }
+        }
+        Ok(())
+    }
+
     /// r_e += w P ∂N/∂X, K_e += w ∂N/∂X A ∂N/∂X (column ≤ row), where a row of K_e has `stride` entries.
     #[expect(clippy::too_many_arguments, reason = "place, two tensors, and where they go")]
     pub fn scatter(&self, b: usize, q: usize, stride: usize, p: &Mat3, a: &Mat9, want: Want, out: &mut Local) {
-        let (gradients, w) = (self.gradients(b, q), self.weight(b, q));
-        match <&[[f64; 3]; 4]>::try_from(gradients) {
-            Ok(g) => scatter(g, w, stride, p, a, want, out),
-            Err(_) => scatter(gradients.try_into().unwrap_or(&[[0.0; 3]; 10]), w, stride, p, a, want, out),
+        let w = self.weight(b, q);
+        let p: [f64; 9] = std::array::from_fn(|n| p[(n / 3, n % 3)]);
+        let mut g = [[0.0; 3]; MOST_NODES];
+        g.iter_mut().zip(self.gradients(b, q)).for_each(|(to, from)| *to = from);
+        match self.nodes {
+            4 => scatter(&[g[0], g[1], g[2], g[3]], w, stride, &p, a, want, &mut out.r, &mut out.k),
+            _ => scatter(&g, w, stride, &p, a, want, &mut out.r, &mut out.k),
         }
     }
 }
 
-fn scatter<const N: usize>(g: &[[f64; 3]; N], w: f64, stride: usize, p: &Mat3, a: &Mat9, want: Want, out: &mut Local) {
+/// I by rows.
+const IDENTITY: [f64; 9] = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+
+/// F += u ⊗ ∂N/∂X, F by rows.
+#[inline(always)]
+fn add_gradient<S: Real>(f: &mut [S; 9], u: [S; 3], g: [S; 3]) {
+    for i in 0..3 {
+        for j in 0..3 {
+            f[3 * i + j] += u[i] * g[j];
+        }
+    }
+}
+
+struct Deformation<'a> {
+    u: &'a [[Lanes; 3]; MOST_NODES],
+    gradients: &'a [[Lanes; 3]],
+    f: &'a mut [Lanes; 9],
+}
+
+impl Kernel for Deformation<'_> {
+    #[inline(always)]
+    fn run(self) {
+        for (&u, &g) in self.u.iter().zip(self.gradients) {
+            add_gradient(self.f, u, g);
+        }
+    }
+}
+
+struct Forces<'a> {
+    gradients: &'a [[Lanes; 3]],
+    w: Lanes,
+    response: &'a LaneResponse,
+    want: Want,
+    out: &'a mut Batch,
+}
+
+impl Kernel for Forces<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let Self { gradients, w, response: LaneResponse { p, a, .. }, want, out } = self;
+        match <&[[Lanes; 3]; 4]>::try_from(gradients) {
+            Ok(g) => scatter(g, w, 12, p, a, want, &mut out.r, &mut out.k),
+            Err(_) => {
+                let g = gradients.try_into().expect("a cell has 4 or 10 nodes");
+                scatter::<Lanes, MOST_NODES>(g, w, 30, p, a, want, &mut out.r, &mut out.k);
+            }
+        }
+    }
+}
+
+#[expect(clippy::too_many_arguments, reason = "place, two tensors, and where they go")]
+#[inline(always)]
+fn scatter<S: Real, const N: usize>(
+    g: &[[S; 3]; N],
+    w: S,
+    stride: usize,
+    p: &[S; 9],
+    a: &[[S; 9]; 9],
+    want: Want,
+    r: &mut [S],
+    k: &mut [S],
+) {
     for (n, g) in g.iter().enumerate() {
         for i in 0..3 {
-            out.r[3 * n + i] += w * (p[(i, 0)] * g[0] + p[(i, 1)] * g[1] + p[(i, 2)] * g[2]);
+            r[3 * n + i] += w * (p[3 * i] * g[0] + p[3 * i + 1] * g[1] + p[3 * i + 2] * g[2]);
         }
     }
     if want < Want::Tangent {
@@ -144,7 +245,7 @@ fn scatter<const N: usize>(g: &[[f64; 3]; N], w: f64, stride: usize, p: &Mat3, a
     for (column, gb) in g.iter().enumerate() {
         // T_iJk = w Σ_L A_iJkL ∂N_b/∂X_L
         let h = [w * gb[0], w * gb[1], w * gb[2]];
-        let mut t = [[0.0; 3]; 9];
+        let mut t = [[S::of(0.0); 3]; 9];
         for (t, a) in t.iter_mut().zip(a) {
             for k in 0..3 {
                 t[k] = a[3 * k] * h[0] + a[3 * k + 1] * h[1] + a[3 * k + 2] * h[2];
@@ -152,7 +253,7 @@ fn scatter<const N: usize>(g: &[[f64; 3]; N], w: f64, stride: usize, p: &Mat3, a
         }
         for (row, ga) in g.iter().enumerate().skip(column) {
             for i in 0..3 {
-                let target = &mut out.k[(3 * row + i) * stride + 3 * column..][..3];
+                let target = &mut k[(3 * row + i) * stride + 3 * column..][..3];
                 for k in 0..3 {
                     target[k] += ga[0] * t[3 * i][k] + ga[1] * t[3 * i + 1][k] + ga[2] * t[3 * i + 2][k];
                 }

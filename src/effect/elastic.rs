@@ -7,7 +7,7 @@ use super::locking::Stressed;
 use crate::material::{Law, LawError, Moduli};
 use crate::math::tensor::Mat3;
 use crate::mesh::TetMesh;
-use crate::system::{At, Blocks, Effect, EvalError, Local, Role, Want};
+use crate::system::{At, Batch, Batched, Blocks, Effect, EvalError, Local, Role, Want};
 use std::sync::Arc;
 
 /// A law on the cells of a region.
@@ -38,6 +38,16 @@ impl Effect for Elastic {
 
     fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
         self.points.integrate(&*self.law, &self.name, at.x, b, self.points.blocks.size(b), want, out)
+    }
+
+    fn batched(&self) -> Option<&dyn Batched> {
+        Some(self)
+    }
+}
+
+impl Batched for Elastic {
+    fn eval(&self, at: &At, first: usize, want: Want, out: &mut Batch) -> Result<(), EvalError> {
+        self.points.integrate_batch(&*self.law, &self.name, at.x, first, want, out)
     }
 }
 

@@ -1,5 +1,6 @@
 //! Closed forms of fourth-order tensors, A[3i+J][3k+L].
 
+use crate::math::lanes::Real;
 use crate::math::tensor::{Mat3, Mat9};
 
 /// A second-order tensor by rows, m[3i+J]: the order of the rows and columns of [`Mat9`].
@@ -11,8 +12,8 @@ pub(crate) fn rows(m: &Mat3) -> Row9 {
 
 /// c δ_ik δ_JL + w G_iJ G_kL + x G_iL G_kJ, the shape shared by laws in F and G = F⁻ᵀ.
 #[inline(always)]
-pub(crate) fn isotropic(c: f64, w: f64, x: f64, g: &Row9) -> Mat9 {
-    let mut a = [[0.0; 9]; 9];
+pub(crate) fn isotropic<S: Real>(c: S, w: S, x: S, g: &[S; 9]) -> [[S; 9]; 9] {
+    let mut a = [[S::of(0.0); 9]; 9];
     for i in 0..3 {
         for j in 0..3 {
             let row = &mut a[3 * i + j];

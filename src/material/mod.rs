@@ -2,6 +2,7 @@
 //!
 //! One file per law; [`registry::LAWS`] lists them, and the generic tests run over that list.
 
+use crate::math::lanes::{LANES, Lanes};
 use crate::math::tensor::{Mat3, Mat9, ZERO9};
 use crate::math::units::Dimension;
 
@@ -63,6 +64,36 @@ impl Response {
     /// ψ [J/m³] alone; P and A are filled in where they are wanted.
     fn energy(psi: f64) -> Self {
         Self { psi, p: Mat3::zeros(), a: ZERO9 }
+    }
+}
+
+/// Responses at [`LANES`] deformation gradients. What was not wanted is left as it was.
+#[derive(Clone, Debug)]
+pub struct LaneResponse {
+    /// ψ [J/m³]
+    pub psi: Lanes,
+    /// P [Pa] by rows
+    pub p: [Lanes; 9],
+    /// A [Pa]
+    pub a: [[Lanes; 9]; 9],
+}
+
+impl Default for LaneResponse {
+    fn default() -> Self {
+        Self { psi: Lanes::ZERO, p: [Lanes::ZERO; 9], a: [[Lanes::ZERO; 9]; 9] }
+    }
+}
+
+impl LaneResponse {
+    fn set(&mut self, lane: usize, one: &Response, want: Want) {
+        self.psi.0[lane] = one.psi;
+        if want >= Want::Residual {
+            self.p.iter_mut().zip(assemble::rows(&one.p)).for_each(|(to, from)| to.0[lane] = from);
+        }
+        if want >= Want::Tangent {
+            let entries = self.a.as_flattened_mut().iter_mut().zip(one.a.as_flattened());
+            entries.for_each(|(to, from)| to.0[lane] = *from);
+        }
     }
 }
 
@@ -154,6 +185,14 @@ pub trait Law: Send + Sync + std::fmt::Debug {
     fn small_strain(&self) -> Moduli;
     /// ψ, P and A at F
     fn eval(&self, f: &Mat3, want: Want) -> Result<Response, LawError>;
+    /// The same at [`LANES`] deformation gradients, given by rows; where one is refused, its lane and why.
+    fn eval_lanes(&self, f: &[Lanes; 9], want: Want, out: &mut LaneResponse) -> Result<(), (usize, LawError)> {
+        for lane in 0..LANES {
+            let f = Mat3::from_fn(|i, j| f[3 * i + j].0[lane]);
+            out.set(lane, &self.eval(&f, want).map_err(|e| (lane, e))?, want);
+        }
+        Ok(())
+    }
     /// ψ = ψ_rest(F) + U(J): the law without its volumetric part, and that part, for mixed formulations; None for laws without
     /// such a split. Where [`LawInfo::isochoric`] holds, ψ_rest(cF) = ψ_rest(F).
     fn split(&self) -> Option<(Box<dyn Law>, Volumetric)> {

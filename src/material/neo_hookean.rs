@@ -6,10 +6,11 @@
 //!
 //! Limits: J > 0 only. Not polyconvex: (ln J)² is concave in J beyond J = e, so strong dilatation softens.
 
-use super::assemble::{isotropic, rows};
+use super::assemble::{Row9, isotropic, rows};
 use super::kinematics::Invariants;
 use super::volumetric::{Volumetric, VolumetricKind};
-use super::{Law, LawError, LawInfo, Moduli, Response, Want, moduli};
+use super::{LaneResponse, Law, LawError, LawInfo, Moduli, Response, Want, moduli};
+use crate::math::lanes::{Kernel, LANES, Lanes, Real, widest};
 use crate::math::tensor::Mat3;
 
 pub static INFO: LawInfo = LawInfo {
@@ -53,19 +54,78 @@ impl Law for NeoHookean {
         Some((Box::new(Self(Moduli { lambda: 0.0, ..self.0 })), volumetric))
     }
 
-    /// With G = F⁻ᵀ: P = μ(F − G) + λ ln J G; A_iJkL = μ δ_ik δ_JL + λ G_iJ G_kL + (μ − λ ln J) G_iL G_kJ.
     fn eval(&self, f: &Mat3, want: Want) -> Result<Response, LawError> {
-        let Moduli { mu, lambda, .. } = self.0;
-        let k = Invariants::of_positive(f)?;
-        let ln = k.ln_j();
-        let mut r = Response::energy(0.5 * mu * k.i_2ln(ln) + 0.5 * lambda * ln * ln);
+        let (psi, g, ln) = self.basis(f)?;
+        let mut r = Response::energy(psi);
         if want >= Want::Residual {
-            let g = k.cof / k.j;
-            r.p = (f - g) * mu + g * (lambda * ln);
+            r.p = Mat3::from_row_slice(&self.stress(&rows(f), &g, ln));
             if want >= Want::Tangent {
-                r.a = isotropic(mu, lambda, mu - lambda * ln, &rows(&g));
+                r.a = self.tangent(&g, ln);
             }
         }
         Ok(r)
+    }
+
+    fn eval_lanes(&self, f: &[Lanes; 9], want: Want, out: &mut LaneResponse) -> Result<(), (usize, LawError)> {
+        let (mut g, mut ln) = ([Lanes::ZERO; 9], Lanes::ZERO);
+        for lane in 0..LANES {
+            let f = Mat3::from_fn(|i, j| f[3 * i + j].0[lane]);
+            let (psi, of_lane, ln_j) = self.basis(&f).map_err(|e| (lane, e))?;
+            (out.psi.0[lane], ln.0[lane]) = (psi, ln_j);
+            g.iter_mut().zip(of_lane).for_each(|(g, value)| g.0[lane] = value);
+        }
+        if want >= Want::Residual {
+            widest(Tensors { law: self, f, g, ln, want, out });
+        }
+        Ok(())
+    }
+}
+
+impl NeoHookean {
+    /// ψ, G = F⁻ᵀ by rows, and ln J.
+    #[inline(always)]
+    fn basis(&self, f: &Mat3) -> Result<(f64, Row9, f64), LawError> {
+        let Moduli { mu, lambda, .. } = self.0;
+        let k = Invariants::of_positive(f)?;
+        let ln = k.ln_j();
+        Ok((0.5 * mu * k.i_2ln(ln) + 0.5 * lambda * ln * ln, rows(&(k.cof / k.j)), ln))
+    }
+
+    /// P = μ(F − G) + λ ln J G
+    #[inline(always)]
+    fn stress<S: Real>(&self, f: &[S; 9], g: &[S; 9], ln: S) -> [S; 9] {
+        let (mu, pressure) = (S::of(self.0.mu), S::of(self.0.lambda) * ln);
+        let mut p = *f;
+        for (p, g) in p.iter_mut().zip(g) {
+            *p = (*p - *g) * mu + *g * pressure;
+        }
+        p
+    }
+
+    /// A_iJkL = μ δ_ik δ_JL + λ G_iJ G_kL + (μ − λ ln J) G_iL G_kJ
+    #[inline(always)]
+    fn tangent<S: Real>(&self, g: &[S; 9], ln: S) -> [[S; 9]; 9] {
+        let (mu, lambda) = (S::of(self.0.mu), S::of(self.0.lambda));
+        isotropic(mu, lambda, mu - lambda * ln, g)
+    }
+}
+
+/// P and A of all lanes.
+struct Tensors<'a> {
+    law: &'a NeoHookean,
+    f: &'a [Lanes; 9],
+    g: [Lanes; 9],
+    ln: Lanes,
+    want: Want,
+    out: &'a mut LaneResponse,
+}
+
+impl Kernel for Tensors<'_> {
+    #[inline(always)]
+    fn run(self) {
+        self.out.p = self.law.stress(self.f, &self.g, self.ln);
+        if self.want >= Want::Tangent {
+            self.out.a = self.law.tangent(&self.g, self.ln);
+        }
     }
 }

@@ -2,7 +2,9 @@
 
 pub mod formula;
 pub mod gmres;
+pub mod lanes;
 pub mod linear;
+pub mod pcg;
 pub mod random;
 pub mod signal;
 pub mod sparse;

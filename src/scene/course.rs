@@ -10,8 +10,8 @@ use super::ledger::Ledger;
 use super::probe::Energies;
 use super::run::Snapshot;
 use crate::math::signal::Ramp;
-use crate::solve::{Memory, Totals};
-use crate::system::State;
+use crate::solve::{Kept, Memory, Totals};
+use crate::system::{Rates, State};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
@@ -159,10 +159,14 @@ impl Course {
         let ramps = inputs.iter().flat_map(|r| [r.start, r.from, r.end, r.to]).collect();
         let state = [scalars, x.clone(), v.clone(), a.clone(), lambda.clone(), memory.clone(), history.clone(), ramps];
         let flat = |rows: &[Vec<f64>]| rows.concat();
+        let Kept { k, x: placed, solves, steps, rates, worn } = &self.memory.kept;
+        let counts = [solves[0], solves[1], *steps, usize::from(*worn)].map(|n| n as f64);
+        let kept_factor =
+            [k.to_vec(), placed.to_vec(), [counts[0], counts[1], counts[2], counts[3], rates.cv, rates.ca].to_vec()];
         let ledger = [self.ledger.effect.clone(), self.ledger.g.clone(), self.ledger.residual.clone()];
         let kept = [flat(&self.rows), flat(&self.signals), self.peak.x.clone()];
         let recent = self.memory.recent.iter().flat_map(|(t, x, lambda)| [vec![*t], x.clone(), lambda.clone()]);
-        state.into_iter().chain(ledger).chain(kept).chain(recent).collect()
+        state.into_iter().chain(ledger).chain(kept).chain(kept_factor).chain(recent).collect()
     }
 
     fn from_arrays(head: Head, arrays: Vec<Vec<f64>>, scene: &Scene) -> Option<Self> {
@@ -182,6 +186,18 @@ impl Course {
         let rows = rows(arrays.next()?, scene.columns().len());
         let signals = rows_of(arrays.next()?, scene.signals.len(), rows.len());
         let peak = Snapshot { t: peak, x: arrays.next().filter(|x| x.len() == n)? };
+        let k = arrays.next().filter(|k| k.is_empty() || k.len() == system.pattern.nnz())?;
+        let placed = arrays.next().filter(|x| x.len() == n || k.is_empty())?;
+        let [all, here, steps, worn, cv, ca] = arrays.next()?[..] else { return None };
+        let solves = [all as usize, here as usize];
+        let kept = Kept {
+            k: k.into(),
+            x: placed.into(),
+            solves,
+            steps: steps as usize,
+            rates: Rates { cv, ca },
+            worn: worn == 1.0,
+        };
         let mut recent = Vec::new();
         while let Some(t) = arrays.next() {
             recent.push((*t.first()?, arrays.next().filter(|x| x.len() == n)?, arrays.next()?));
@@ -192,7 +208,7 @@ impl Course {
             span: head.span,
             step: head.step,
             decided: true,
-            memory: Memory { recent, degree: head.degree, stiffness, totals: head.totals },
+            memory: Memory { recent, degree: head.degree, stiffness, kept, totals: head.totals },
             control: head.control,
             ledger: Ledger { energies, effect, g, residual },
             cables: head.cables,

@@ -10,6 +10,8 @@ pub struct NumericsSpec {
     pub max_iterations: usize,
     pub line_search: bool,
     pub reuse_factor: bool,
+    /// Back-substitutions that a factorisation must cost to be kept from step to step
+    pub keep_from: f64,
     pub extrapolate: bool,
     pub cuts: u32,
     pub projection: bool,
@@ -25,6 +27,7 @@ impl Default for NumericsSpec {
             max_iterations: newton.max_iterations,
             line_search: newton.line_search,
             reuse_factor: newton.reuse_factor,
+            keep_from: newton.keep_from,
             extrapolate: step.extrapolate,
             cuts: step.cuts,
             projection: newton.projection,

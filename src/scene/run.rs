@@ -97,9 +97,11 @@ impl Scene {
             max_iterations: n.max_iterations,
             line_search: n.line_search,
             reuse_factor: n.reuse_factor,
+            keep_from: n.keep_from,
             projection: n.projection,
         };
-        let newton = Newton::new(&self.system, newton, self.body.mesh.diagonal());
+        let mut newton = Newton::new(&self.system, newton, self.body.mesh.diagonal());
+        newton.points.clone_from(&self.body.mesh.points);
         let steps = StepSettings { cuts: n.cuts, extrapolate: n.extrapolate };
         let mut stepper = Stepper::new(&self.system, newton, steps);
         stepper.points = &self.body.mesh.points;

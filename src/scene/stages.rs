@@ -158,6 +158,10 @@ impl Builder<'_> {
             let fact = format!("time_budget = {} s", budget.0);
             return Err(self.content("numerics", fact, "give a positive time, for example \"10 min\""));
         }
+        if n.keep_from.is_nan() || n.keep_from < 0.0 {
+            let fact = format!("keep_from = {}", n.keep_from);
+            return Err(self.content("numerics", fact, "give a number of back-substitutions, 0 or more"));
+        }
         if n.max_iterations == 0 {
             return Err(self.content("numerics", "max_iterations = 0", "allow at least one iteration"));
         }

@@ -3,17 +3,20 @@
 mod continuation;
 mod failure;
 mod integrator;
+mod line_search;
 mod multipliers;
 mod newton;
 mod path;
 mod residual_search;
 mod rigid;
 mod sensitivity;
+mod stale;
 mod start;
 mod status;
 mod step;
 mod stepper;
 mod tangent;
+mod turns;
 
 pub use continuation::TurningPoint;
 pub use failure::Failure;
@@ -21,6 +24,7 @@ pub use integrator::Integrator;
 pub use newton::{Newton, NewtonSettings, Solved};
 pub use rigid::{Motion, MotionKind};
 pub use sensitivity::Differentiator;
+pub use stale::Kept;
 pub use start::initial_acceleration;
 pub use status::{Culprit, Status};
 pub use step::Step;

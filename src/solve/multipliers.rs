@@ -37,8 +37,7 @@ impl Schur {
         if m == 0 {
             return Ok(Self::default());
         }
-        let cones: Vec<Cone> = rows.iter().map(|&c| system.constraints[c].cone()).collect();
-        let acting: Vec<usize> = (0..m).filter(|&i| cones[i] != Cone::Watched).collect();
+        let acting: Vec<usize> = (0..m).filter(|&i| system.constraints[rows[i]].cone() != Cone::Watched).collect();
         let mut solved: Vec<f64> = acting.iter().flat_map(|&i| gradient[i].iter().copied()).collect();
         tangent::solve(factor, sums, &mut solved)?;
         let n = gradient[0].len();
@@ -46,6 +45,18 @@ impl Schur {
         for (&i, column) in acting.iter().zip(solved.chunks_exact(n)) {
             z[i * n..(i + 1) * n].copy_from_slice(column);
         }
+        Ok(Self::of(z, system, rows, gradient))
+    }
+
+    /// From Z of these rows [constraints × equations].
+    pub fn of(z: Vec<f64>, system: &System, rows: &[usize], gradient: &[Vec<f64>]) -> Self {
+        let m = rows.len();
+        if m == 0 {
+            return Self::default();
+        }
+        let n = gradient[0].len();
+        let cones: Vec<Cone> = rows.iter().map(|&c| system.constraints[c].cone()).collect();
+        let acting: Vec<usize> = (0..m).filter(|&i| cones[i] != Cone::Watched).collect();
         let mut s: Vec<f64> = (0..m * m).map(|ij| dot(&gradient[ij / m], &z[(ij % m) * n..(ij % m + 1) * n])).collect();
         (0..m).for_each(|i| s[i * m + i] += system.constraints[rows[i]].compliance());
         let symmetric = nalgebra::DMatrix::from_fn(acting.len(), acting.len(), |a, b| {
@@ -54,14 +65,15 @@ impl Schur {
         let negative = symmetric.symmetric_eigenvalues().iter().filter(|&&e| e < 0.0).count();
         let most = largest(&s, m);
         (0..m).filter(|&i| cones[i] == Cone::Linked).for_each(|i| s[i * m + i] += PROXIMAL * most);
-        Ok(Self { z, s, negative })
+        Self { z, s, negative }
     }
 
-    /// The multipliers after the step: g' = g + `shift` + S (λ' − λ) under the laws of all rows of the system.
-    pub fn multipliers(&self, system: &System, rows: &Rows, shift: &[f64]) -> Option<Vec<f64>> {
+    /// The multipliers after the step, g' = g + `shift` + S (λ' − λ) under the laws of all rows of the system, and for each row
+    /// whether its g decided.
+    pub fn multipliers(&self, system: &System, rows: &Rows, shift: &[f64]) -> Option<(Vec<f64>, Vec<bool>)> {
         let laws: Vec<Vec<Piece>> =
             system.constraints.iter().enumerate().map(|(c, row)| pieces(row.as_ref(), c, rows)).collect();
-        let change = change(&self.s, shift, &laws)?;
+        let (change, chosen) = change(&self.s, shift, &laws)?;
         let softest = largest(&self.s, laws.len());
         let settle = |c: usize| {
             let row = &system.constraints[c];
@@ -70,7 +82,8 @@ impl Schur {
             let noise = if row.cone() == Cone::Linked { ROUNDING * row.scale() / softest } else { 0.0 };
             if lambda.abs() <= noise { 0.0 } else { lambda }
         };
-        Some((0..laws.len()).map(settle).collect())
+        let holds = laws.iter().zip(chosen).map(|(law, piece)| !law[piece].zero.g.is_empty()).collect();
+        Some(((0..laws.len()).map(settle).collect(), holds))
     }
 }
 
@@ -113,10 +126,10 @@ impl Linear {
     }
 }
 
-/// Δλ under the laws, by principal pivoting with the least index (Murty 1974; he proves it finite for laws 0 ≤ g ⟂ λ ≥ 0
+/// Δλ under the laws, and the piece of each row, by principal pivoting with the least index (Murty 1974; he proves it finite for laws 0 ≤ g ⟂ λ ≥ 0
 /// and an S whose principal minors are positive): all rows start with their first piece, and the first inequality that
 /// does not hold names the next piece of its row.
-fn change(s: &[f64], shift: &[f64], laws: &[Vec<Piece>]) -> Option<Vec<f64>> {
+fn change(s: &[f64], shift: &[f64], laws: &[Vec<Piece>]) -> Option<(Vec<f64>, Vec<usize>)> {
     let m = laws.len();
     let mut chosen = vec![0; m];
     for _ in 0..PIVOTS {
@@ -145,7 +158,7 @@ fn change(s: &[f64], shift: &[f64], laws: &[Vec<Piece>]) -> Option<Vec<f64>> {
             broken.map(|(_, next)| (i, *next))
         });
         match wrong {
-            None => return Some(change),
+            None => return Some((change, chosen)),
             Some((i, next)) => chosen[i] = next,
         }
     }
@@ -161,7 +174,7 @@ mod tests {
     fn solve(s: &[f64; 4], q: &[f64; 2], most: f64) -> Vec<f64> {
         let rows = Rows { now: 0.0.into(), g: q, lambda: &[0.0; 2], old: &[0.0; 2], force: 0.0 };
         let laws: Vec<_> = (0..2).map(|c| between(&rows, c, Form::gap(&rows, c..c + 1, 1.0), most)).collect();
-        change(s, &[0.0; 2], &laws).expect("S is positive definite")
+        change(s, &[0.0; 2], &laws).expect("S is positive definite").0
     }
 
     #[test]

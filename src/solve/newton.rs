@@ -1,8 +1,10 @@
 //! One nonlinear solve: Newton with a line search on the directional derivative, multipliers by the Schur complement.
 
 use super::multipliers::{self, Schur};
+use super::stale::Stale;
 use super::{Failure, Step, tangent};
 use crate::math::linear::{Factor, dot, norm};
+use crate::math::tensor::Vec3;
 use crate::system::{Assembled, Cone, Rows, State, System, Want};
 use std::time::{Duration, Instant};
 
@@ -13,15 +15,24 @@ pub struct NewtonSettings {
     pub tolerance: f64,
     pub max_iterations: usize,
     pub line_search: bool,
-    /// Keep a factorisation while the residual falls at least fivefold an iteration
+    /// Keep a factorisation while it serves, from step to step too; without it every iteration has its own
     pub reuse_factor: bool,
+    /// A factorisation that costs at least so many back-substitutions is kept from step to step
+    pub keep_from: f64,
     /// Where a step fails, try it with tangents of blocks made positive semidefinite
     pub projection: bool,
 }
 
 impl Default for NewtonSettings {
     fn default() -> Self {
-        Self { tolerance: 1e-8, max_iterations: 30, line_search: true, reuse_factor: true, projection: false }
+        Self {
+            tolerance: 1e-8,
+            max_iterations: 30,
+            line_search: true,
+            reuse_factor: true,
+            keep_from: 6.0,
+            projection: false,
+        }
     }
 }
 
@@ -44,7 +55,7 @@ pub struct Newton {
     pub factor: Factor,
     pub sums: Assembled,
     pub assembly_time: Duration,
-    /// ‖diag K‖ at the last factorisation [N/m], for the rounding of forces
+    /// ‖diag K‖ of the last tangent [N/m], for the rounding of forces
     pub stiffness: f64,
     /// Of the last solve that converged
     pub iterations: usize,
@@ -52,6 +63,9 @@ pub struct Newton {
     length: f64,
     /// [constraints] g at the start of the step, where a law of a row looks back
     old: Vec<f64>,
+    /// [nodes] X, by which a factor turns with the body; or empty
+    pub points: Vec<Vec3>,
+    pub(super) stale: Stale,
 }
 
 /// Direction of one iteration.
@@ -62,7 +76,17 @@ pub(super) struct Direction {
     pub lambda: Vec<f64>,
 }
 
-const LINE_SEARCH_RATIO: f64 = 0.8;
+impl Direction {
+    /// With du [equations], and the prescribed increment where there is one.
+    pub fn new(system: &System, increment: Option<&[f64]>, du: &[f64], lambda: Vec<f64>) -> Self {
+        let mut x = increment.map_or_else(|| vec![0.0; system.dofs.equation.len()], <[f64]>::to_vec);
+        for (&dof, du) in system.dofs.free.iter().zip(du) {
+            x[dof as usize] = *du;
+        }
+        Self { x, lambda }
+    }
+}
+
 const CHORD_CONTRACTION: f64 = 0.2;
 pub(super) const HALVINGS: usize = 12;
 /// Share of the largest diagonal entry that the shift counts as the stiffness of a direction without any [–].
@@ -82,6 +106,8 @@ impl Newton {
             iterations: 0,
             length,
             old: vec![0.0; system.constraints.len()],
+            points: Vec::new(),
+            stale: Stale::default(),
         }
     }
 
@@ -97,6 +123,7 @@ impl Newton {
         let mut last = f64::INFINITY;
         let mut below = false;
         let mut schur = Schur::default();
+        let keeps = self.keeps_factors(system) && !step.integrator.is_linearised();
         if system.constraints.iter().any(|c| c.cone() == Cone::Linked) {
             self.old = system.gaps(step.past).map_err(Failure::Eval)?;
         }
@@ -115,20 +142,46 @@ impl Newton {
             if done || solved.iterations > 0 && step.integrator.is_linearised() {
                 self.iterations = solved.iterations;
                 self.advance_history(step, next)?;
+                self.judge_factor();
                 return Ok(solved);
             }
             if last_chance {
                 return Err(Failure::NotConverged { residual: error, node: self.worst_node(system) });
             }
-            let reuse = self.settings.reuse_factor && fresh && increment.is_none() && error < CHORD_CONTRACTION * last;
-            if !reuse {
+            let old = if keeps {
                 self.evaluate(step, next, Want::Tangent, increment.as_deref())?;
-                schur = self.factorise(system, &mut solved)?;
                 self.stiffness = norm(&system.pattern.diagonal(&self.sums.k));
-                fresh = true;
-            }
+                let stands = self.has_factor(step.rates(), solved.iterations == 0);
+                stands
+                    .then(|| {
+                        self.direction_by_old_factor(
+                            system,
+                            next,
+                            increment.as_deref(),
+                            (error, solved.iterations == 0),
+                        )
+                    })
+                    .flatten()
+            } else {
+                None
+            };
+            let direction = match old {
+                Some(direction) => direction,
+                None => {
+                    let falls = error < CHORD_CONTRACTION * last;
+                    let reuse = self.settings.reuse_factor && !keeps && fresh && increment.is_none() && falls;
+                    if !reuse {
+                        if !keeps {
+                            self.evaluate(step, next, Want::Tangent, increment.as_deref())?;
+                            self.stiffness = norm(&system.pattern.diagonal(&self.sums.k));
+                        }
+                        schur = self.factorise(step, keeps.then_some(&next.x), &mut solved)?;
+                        fresh = true;
+                    }
+                    self.direction(system, next, increment.as_deref(), &schur)?
+                }
+            };
             last = error;
-            let direction = self.direction(system, next, increment.as_deref(), &schur)?;
             let symmetric = self.sums.skew.is_empty();
             let search = if symmetric { Self::advance } else { Self::advance_by_residual };
             if !search(self, step, next, &targets, direction)? {
@@ -188,7 +241,7 @@ impl Newton {
     }
 
     /// The rows at `state`, to which the sums belong.
-    fn rows<'a>(&'a self, state: &'a State) -> Rows<'a> {
+    pub(super) fn rows<'a>(&'a self, state: &'a State) -> Rows<'a> {
         Rows { now: state.clock(), g: &self.sums.g, lambda: &state.lambda, old: &self.old, force: self.sums.scale }
     }
 
@@ -219,7 +272,8 @@ impl Newton {
     }
 
     /// Factorises K, shifts it where the constrained tangent has negative eigenvalues, and forms S = H K⁻¹ Hᵀ.
-    fn factorise(&mut self, system: &System, solved: &mut Solved) -> Result<Schur, Failure> {
+    fn factorise(&mut self, step: &Step, keep: Option<&Vec<f64>>, solved: &mut Solved) -> Result<Schur, Failure> {
+        let system = step.system;
         let mut shift = 0.0;
         let own = system.pattern.diagonal(&self.sums.k);
         let largest = own.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
@@ -232,6 +286,9 @@ impl Newton {
                         solved.unstable_modes = unstable;
                     }
                     if unstable == 0 || shift > 1e3 {
+                        if let Some(x) = keep.filter(|_| shift == 0.0) {
+                            self.keep_factor(system, self.sums.k.clone(), x, step.rates());
+                        }
                         return Ok(schur);
                     }
                 }
@@ -259,103 +316,26 @@ impl Newton {
         schur: &Schur,
     ) -> Result<Direction, Failure> {
         let m = state.lambda.len();
-        let mut y = system.restrict(&self.sums.r);
-        y.iter_mut()
-            .zip(&self.sums.lift)
-            .for_each(|(y, lift)| *y = -*y - if increment.is_some() { *lift } else { 0.0 });
+        let mut y = self.right_side(system, increment.is_some());
         tangent::solve(&mut self.factor, &self.sums, &mut y).map_err(Failure::Linear)?;
         // r contains λ h with h = ∂c/∂x, so du = y − Σ z (λ' − λ); g' = g − h·du − (what the prescribed motion carries along).
         let mut lambda = vec![0.0; m];
         if m > 0 {
             let shift: Vec<f64> = (0..m).map(|c| -self.sums.carried[c] - dot(&self.sums.gradient[c], &y)).collect();
-            lambda = schur.multipliers(system, &self.rows(state), &shift).ok_or(Failure::Complementarity)?;
+            (lambda, _) = schur.multipliers(system, &self.rows(state), &shift).ok_or(Failure::Complementarity)?;
             for (z, (new, old)) in schur.z.chunks_exact(y.len()).zip(lambda.iter().zip(&state.lambda)) {
                 let change = new - old;
                 y.iter_mut().zip(z).for_each(|(y, z)| *y -= z * change);
             }
         }
-        let mut x = increment.map_or_else(|| vec![0.0; state.x.len()], <[f64]>::to_vec);
-        for (&dof, du) in system.dofs.free.iter().zip(&y) {
-            x[dof as usize] = *du;
-        }
-        Ok(Direction { x, lambda })
+        Ok(Direction::new(system, increment, &y, lambda))
     }
 
-    /// Goes along the direction as far as the directional derivative of the energy allows. True for a full step.
-    fn advance(
-        &mut self,
-        step: &Step,
-        next: &mut State,
-        targets: &[(usize, f64)],
-        direction: Direction,
-    ) -> Result<bool, Failure> {
-        let system = step.system;
-        let free = system.restrict(&direction.x);
-        // Multipliers and the second field go all the way: what is left is a minimum in the displacements, and
-        // G(s) = r(x + s du, λ', p')·du its derivative along the step.
-        let displacements = system.dofs.displacements as usize;
-        let along = |r: &[f64]| {
-            let moving = system.dofs.free.iter().filter(|dof| **dof < system.dofs.displacements);
-            moving.map(|&dof| r[dof as usize] * direction.x[dof as usize]).sum::<f64>()
-        };
-        let mut start = next.x.clone();
-        for (x0, dp) in start[displacements..].iter_mut().zip(&direction.x[displacements..]) {
-            *x0 += dp;
-        }
-        let slope = if displacements < start.len() {
-            next.x.copy_from_slice(&start);
-            next.lambda.copy_from_slice(&direction.lambda);
-            self.evaluate(step, next, Want::Residual, None)?;
-            along(&self.sums.r)
-        } else {
-            // r changes by (λ' − λ) h.
-            let change = |c: usize| direction.lambda[c] - next.lambda[c];
-            let rows = self.sums.gradient.iter().enumerate();
-            along(&self.sums.r) + rows.map(|(c, h)| change(c) * dot(h, &free)).sum::<f64>()
-        };
-        next.lambda.copy_from_slice(&direction.lambda);
-        let line_search = self.settings.line_search && !step.integrator.is_linearised();
-        let mut length = 1.0;
-        let mut best = None;
-        for _ in 0..HALVINGS {
-            next.x.copy_from_slice(&start);
-            let moving = next.x[..displacements].iter_mut().zip(&direction.x);
-            moving.for_each(|(x, d)| *x += length * d);
-            if length == 1.0 {
-                targets.iter().for_each(|&(dof, value)| next.x[dof] = value);
-            }
-            match self.evaluate(step, next, Want::Residual, None) {
-                Ok(()) => {
-                    let g = along(&self.sums.r);
-                    if !line_search || g.abs() <= LINE_SEARCH_RATIO * slope.abs() || slope >= 0.0 {
-                        return Ok(length == 1.0);
-                    }
-                    if g <= 0.0 && length < 1.0 {
-                        // Still descending beyond a shortened step: good enough.
-                        return Ok(false);
-                    }
-                    if g < 0.0 {
-                        return Ok(true);
-                    }
-                    best = Some(length);
-                    // Secant for G = 0, kept away from the ends.
-                    length *= (slope / (slope - g)).clamp(0.1, 0.6);
-                }
-                Err(failure @ Failure::Eval(_)) => {
-                    best = None;
-                    length *= 0.5;
-                    if length < 0.5f64.powi(HALVINGS as i32) {
-                        return Err(failure);
-                    }
-                }
-                Err(other) => return Err(other),
-            }
-        }
-        // The last evaluation stands: accepted if it was defined, for lack of a better one.
-        if best.is_some() {
-            return Ok(false);
-        }
-        self.evaluate(step, next, Want::Residual, None).map(|()| false)
+    /// −r − lift [equations]
+    pub(super) fn right_side(&self, system: &System, lifted: bool) -> Vec<f64> {
+        let mut y = system.restrict(&self.sums.r);
+        y.iter_mut().zip(&self.sums.lift).for_each(|(y, lift)| *y = -*y - if lifted { *lift } else { 0.0 });
+        y
     }
 }
 

@@ -1,7 +1,7 @@
 //! The step to be solved, and what the effects see at its end.
 
 use super::Integrator;
-use crate::system::{At, State, System};
+use crate::system::{At, Rates, State, System};
 
 /// From `past` over `dt`.
 #[derive(Clone, Copy)]
@@ -26,7 +26,12 @@ impl Step<'_> {
             old: &past.x,
             history: &past.history,
             inputs,
-            rates: integrator.rates(past, dt),
+            rates: self.rates(),
         }
+    }
+
+    /// ∂v/∂x and ∂a/∂x of the step.
+    pub fn rates(&self) -> Rates {
+        self.integrator.rates(self.past, self.dt)
     }
 }

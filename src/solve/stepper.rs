@@ -1,6 +1,6 @@
 //! From step to step: predict, solve, then accept, cut or stop. A step that did not converge is never accepted.
 
-use super::{Failure, Integrator, Newton, Solved, Status, Step, TurningPoint};
+use super::{Failure, Integrator, Kept, Newton, Solved, Status, Step, TurningPoint};
 use crate::math::tensor::Vec3;
 use crate::system::{State, System};
 use std::time::Instant;
@@ -75,8 +75,9 @@ pub struct Memory {
     pub recent: Vec<Past>,
     /// Degree of the polynomial that predicts best
     pub degree: usize,
-    /// ‖diag K‖ of the last factorisation [N/m]
+    /// ‖diag K‖ of the last tangent [N/m]
     pub stiffness: f64,
+    pub kept: Kept,
     pub totals: Totals,
 }
 
@@ -194,15 +195,17 @@ impl<'a> Stepper<'a> {
             recent: self.recent.clone(),
             degree: self.degree,
             stiffness: self.newton.stiffness,
+            kept: self.newton.kept(),
             totals: self.totals,
         }
     }
 
     /// Goes on where another stepper was.
     pub fn resume(&mut self, memory: Memory) {
-        let Memory { recent, degree, stiffness, totals } = memory;
+        let Memory { recent, degree, stiffness, kept, totals } = memory;
         (self.recent, self.degree, self.totals) = (recent, degree, totals);
         self.newton.stiffness = stiffness;
+        self.newton.resume_factor(kept, self.system);
     }
 
     pub(super) fn is_over(&self) -> bool {

@@ -3,6 +3,7 @@
 //! Blocks are evaluated and summed in their order, so the result does not depend on how many cases run beside it.
 
 use super::projection::project;
+use super::scatter::{Scatter, sum_batches};
 use super::{At, Blocks, Cone, Constraint, Dofs, Effect, EvalError, Local, Prescribed, State, Want};
 use crate::math::linear::norm;
 use crate::math::sparse::{SkewMatrix, SymPattern};
@@ -39,7 +40,7 @@ pub struct System {
     slots: Vec<Vec<u32>>,
     largest: usize,
     /// Effects with a skew part of the tangent
-    pub(super) skewed: Vec<usize>,
+    pub(crate) skewed: Vec<usize>,
     /// Per effect: where its history lies in that of the state
     histories: Vec<Range<usize>>,
 }
@@ -191,7 +192,11 @@ impl System {
             out.energy[e] = 0.0;
             out.dissipated[e] = 0.0;
             let at = &At { history: &at.history[self.histories[e].clone()], ..*at };
-            for b in 0..effect.blocks().len() {
+            let single = match effect.batched().filter(|_| !(out.projected && want == Want::Tangent)) {
+                Some(batched) => sum_batches(batched, at, want, increment, &mut scatter, (e, &mut sum), out)?,
+                None => 0,
+            };
+            for b in single..effect.blocks().len() {
                 let n = effect.blocks().size(b);
                 local.reset(n, want);
                 effect.eval(at, b, want, &mut local)?;
@@ -319,62 +324,4 @@ fn slots(dofs: &Dofs, pattern: &SymPattern, list: &Blocks) -> Vec<u32> {
         }
     }
     out
-}
-
-/// Adds local blocks to the sums, in block order.
-struct Scatter<'a> {
-    system: &'a System,
-    list: &'a Blocks,
-    slots: &'a [u32],
-    next: usize,
-}
-
-impl Scatter<'_> {
-    fn add(
-        &mut self,
-        b: usize,
-        local: &Local,
-        factor: f64,
-        want: Want,
-        increment: Option<&[f64]>,
-        out: &mut Assembled,
-    ) {
-        let n = self.list.size(b);
-        for (dof, r) in self.list.dofs(b).zip(&local.r) {
-            out.r[dof as usize] += factor * r;
-        }
-        if want < Want::Tangent {
-            return;
-        }
-        let slots = &self.slots[self.next..self.next + n * (n + 1) / 2];
-        self.next += slots.len();
-        let mut s = slots.iter();
-        for i in 0..n {
-            for (value, &slot) in local.k[i * n..i * n + i + 1].iter().zip(&mut s) {
-                if slot != Dofs::FIXED {
-                    out.k[slot as usize] += factor * value;
-                }
-            }
-        }
-        if let Some(d) = increment {
-            self.lift(b, local, factor, d, out);
-        }
-    }
-
-    /// lift += K_e d_e, where d is zero on free dofs.
-    fn lift(&self, b: usize, local: &Local, factor: f64, d: &[f64], out: &mut Assembled) {
-        let n = self.list.size(b);
-        for (j, from) in self.list.dofs(b).enumerate() {
-            let dj = factor * d[from as usize];
-            if dj == 0.0 {
-                continue;
-            }
-            for (i, to) in self.list.dofs(b).enumerate() {
-                let equation = self.system.dofs.equation[to as usize];
-                if equation != Dofs::FIXED {
-                    out.lift[equation as usize] += local.k[i.max(j) * n + i.min(j)] * dj;
-                }
-            }
-        }
-    }
 }

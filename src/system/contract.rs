@@ -4,6 +4,7 @@ use super::rows::{Cone, Piece, Rows};
 use super::{Past, Skew};
 use crate::material::LawError;
 pub use crate::material::Want;
+use crate::math::lanes::Lanes;
 use crate::math::signal::{Clock, Ramp};
 use std::fmt;
 
@@ -183,6 +184,30 @@ impl Local {
     }
 }
 
+/// Buffers of [`LANES`] blocks of one size side by side, zeroed before each evaluation.
+pub struct Batch {
+    /// Π_e [J]
+    pub energy: Lanes,
+    /// [n] r_e [N]
+    pub r: Vec<Lanes>,
+    /// [n × n] K_e row by row; only entries with column ≤ row are read [N/m]
+    pub k: Vec<Lanes>,
+}
+
+impl Batch {
+    pub fn new(n: usize) -> Self {
+        Self { energy: Lanes::ZERO, r: vec![Lanes::ZERO; n], k: vec![Lanes::ZERO; n * n] }
+    }
+
+    pub(super) fn reset(&mut self, n: usize, want: Want) {
+        self.energy = Lanes::ZERO;
+        self.r[..n].fill(Lanes::ZERO);
+        if want == Want::Tangent {
+            self.k[..n * n].fill(Lanes::ZERO);
+        }
+    }
+}
+
 /// An effect that is not defined at this state: the step must be shortened.
 #[derive(Clone, Debug, PartialEq)]
 pub enum EvalError {
@@ -266,6 +291,16 @@ pub trait Effect: Send + Sync {
     fn skew(&self) -> Option<&dyn Skew> {
         None
     }
+    /// Its blocks side by side, where it can evaluate them so; all of one size, then
+    fn batched(&self) -> Option<&dyn Batched> {
+        None
+    }
+}
+
+/// An effect that evaluates [`LANES`] blocks at once: what [`Effect::eval`] gives for each, to rounding.
+pub trait Batched {
+    /// Of the blocks `first` to `first` + [`LANES`] − 1, `first` being a multiple of [`LANES`].
+    fn eval(&self, at: &At, first: usize, want: Want, out: &mut Batch) -> Result<(), EvalError>;
 }
 
 /// A shared effect, which probes or other effects look at too.
@@ -299,6 +334,9 @@ impl<E: Effect + ?Sized> Effect for std::sync::Arc<E> {
     }
     fn skew(&self) -> Option<&dyn Skew> {
         (**self).skew()
+    }
+    fn batched(&self) -> Option<&dyn Batched> {
+        (**self).batched()
     }
 }
 

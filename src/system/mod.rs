@@ -8,10 +8,11 @@ mod derivative;
 mod dofs;
 mod projection;
 mod rows;
+mod scatter;
 mod skew;
 
 pub use assembly::{Assembled, Cost, System, SystemError};
-pub use contract::{At, Blocks, Constraint, Effect, EvalError, Local, Needs, Rates, Role, State, Want};
+pub use contract::{At, Batch, Batched, Blocks, Constraint, Effect, EvalError, Local, Needs, Rates, Role, State, Want};
 pub use derivative::{Direction, Past, Term};
 pub use dofs::{Dofs, Prescribed};
 pub use rows::{Cone, Form, Piece, Rows, between, pieces};

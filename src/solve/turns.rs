@@ -1,0 +1,72 @@
+//! How far the surroundings of each node have turned between two states: R_a is the rotation in
+//! Σ_e∋a Σ_n∈e (x_n − x̄_e)(x⁰_n − x̄⁰_e)ᵀ, over the blocks e with few nodes and the nodes n in them.
+//!
+//! A soft body turns much more than it strains, and its tangent turns with it: K ≈ R K₀ Rᵀ. So R K₀⁻¹ Rᵀ stands for K⁻¹ much
+//! longer than K₀⁻¹ does (Hecht, Lee, Shewchuk & O'Brien, ACM Trans. Graph. 31, 2012, use the same for corotational bodies).
+//!
+//! Limits: a node with a prescribed component does not turn. Rotations by the iteration of Müller et al. (MIG 2016), which finds
+//! one for flat and inverted surroundings too.
+
+use crate::math::tensor::{Mat3, Vec3};
+use crate::system::{Dofs, System};
+
+/// Blocks with more nodes than a cell couple places far from each other.
+const MOST_NODES: usize = 10;
+/// Accuracy of an angle [rad], and the iterations for it.
+const ANGLE: f64 = 1e-4;
+const ITERATIONS: usize = 20;
+
+/// Rotations of nodes; none where nothing has turned.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Turns {
+    /// First of the three equations of a node, and R
+    of_nodes: Vec<(usize, Mat3)>,
+}
+
+impl Turns {
+    /// From displacements `old` to `new` [unknowns] of nodes at `points`; none if no points are known.
+    pub fn new(system: &System, points: &[Vec3], old: &[f64], new: &[f64]) -> Self {
+        let at = |x: &[f64], n: u32| points[n as usize] + Vec3::from_column_slice(&x[3 * n as usize..][..3]);
+        let mut sums = vec![Mat3::zeros(); points.len()];
+        let small = |nodes: &&[u32]| (2..=MOST_NODES).contains(&nodes.len());
+        let lists = system.effects.iter().map(|e| e.blocks());
+        let blocks = lists.flat_map(|list| (0..list.len()).map(move |b| list.nodes(b)));
+        for nodes in blocks.filter(|_| !points.is_empty()).filter(small) {
+            let mean = |x: &[f64]| nodes.iter().map(|&n| at(x, n)).sum::<Vec3>() / nodes.len() as f64;
+            let (then, now) = (mean(old), mean(new));
+            let sum: Mat3 = nodes.iter().map(|&n| (at(new, n) - now) * (at(old, n) - then).transpose()).sum();
+            nodes.iter().for_each(|&n| sums[n as usize] += sum);
+        }
+        let turned = sums.iter().enumerate().filter_map(|(n, sum)| {
+            let equations = &system.dofs.equation[3 * n..3 * n + 3];
+            let first = equations[0] as usize;
+            (!equations.contains(&Dofs::FIXED)).then(|| (first, rotation(sum)))
+        });
+        Self { of_nodes: turned.collect() }
+    }
+
+    /// v ← R v
+    pub fn turn(&self, v: &mut [f64]) {
+        for (first, r) in &self.of_nodes {
+            let turned = r * Vec3::from_column_slice(&v[*first..first + 3]);
+            v[*first..first + 3].copy_from_slice(turned.as_slice());
+        }
+    }
+
+    /// v ← Rᵀ v
+    pub fn turn_back(&self, v: &mut [f64]) {
+        for (first, r) in &self.of_nodes {
+            let turned = r.tr_mul(&Vec3::from_column_slice(&v[*first..first + 3]));
+            v[*first..first + 3].copy_from_slice(turned.as_slice());
+        }
+    }
+}
+
+fn rotation(sum: &Mat3) -> Mat3 {
+    let size = sum.norm();
+    if size == 0.0 || !size.is_finite() {
+        return Mat3::identity();
+    }
+    let start = nalgebra::Rotation3::identity();
+    nalgebra::Rotation3::from_matrix_eps(&(sum / size), ANGLE, ITERATIONS, start).into_inner()
+}
