@@ -2,9 +2,11 @@
 
 use super::cable::CableSpec;
 use super::compare::CompareSpec;
+use super::contact::ContactSpec;
 use super::control::spec::EventSpec;
 use super::numerics::NumericsSpec;
 use super::output::OutputSpec;
+use super::rigid::RigidSpec;
 use super::quantity::{
     Angle, Damping, Density, GuideRadius, Length, Modulus, PerSecond, SpringStiffness, Time, Viscosity,
 };
@@ -30,6 +32,10 @@ pub struct SceneSpec {
     pub effects: Vec<EffectSpec>,
     #[serde(rename = "constraint", default)]
     pub constraints: Vec<ConstraintSpec>,
+    #[serde(rename = "contact", default)]
+    pub contacts: Vec<ContactSpec>,
+    #[serde(rename = "rigid", default)]
+    pub rigids: Vec<RigidSpec>,
     /// Where the run starts, if not at rest
     pub start: Option<StartSpec>,
     #[serde(rename = "stage")]

@@ -278,6 +278,10 @@ impl<'a> Stepper<'a> {
                 *x = state.x[i] + dt * (state.v[i] + 0.5 * dt * state.a[i]);
             }
         }
+        let motion: Vec<f64> = next.x.iter().zip(&state.x).map(|(n, x)| n - x).collect();
+        if let Some((_, limit)) = self.system.max_step(&state.x, &motion) {
+            next.x.iter_mut().zip(&state.x).zip(&motion).for_each(|((n, x), d)| *n = x + limit.share * d);
+        }
         for (c, lambda) in next.lambda.iter_mut().enumerate() {
             *lambda = self.system.constraints[c].cone().admit(*lambda);
         }

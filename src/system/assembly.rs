@@ -3,7 +3,7 @@
 //! Blocks are evaluated and summed in their order, so the result does not depend on how many cases run beside it.
 
 use super::projection::project;
-use super::{At, Blocks, Cone, Constraint, Dofs, Effect, EvalError, Local, Prescribed, State, Want};
+use super::{At, Blocks, Cone, Constraint, Dofs, Effect, EvalError, Limit, Local, Prescribed, State, Want};
 use crate::math::linear::norm;
 use crate::math::sparse::{SkewMatrix, SymPattern};
 use std::ops::Range;
@@ -191,8 +191,13 @@ impl System {
             out.energy[e] = 0.0;
             out.dissipated[e] = 0.0;
             let at = &At { history: &at.history[self.histories[e].clone()], ..*at };
-            for b in 0..effect.blocks().len() {
+            let active = effect.active(at);
+            for i in 0..active.as_ref().map_or(effect.blocks().len(), Vec::len) {
+                let b = active.as_ref().map_or(i, |list| list[i] as usize);
                 let n = effect.blocks().size(b);
+                if active.is_some() {
+                    scatter.next = b * n * (n + 1) / 2;
+                }
                 local.reset(n, want);
                 effect.eval(at, b, want, &mut local)?;
                 if out.projected && want == Want::Tangent {
@@ -240,6 +245,12 @@ impl System {
             self.add_skew(at, increment, out);
         }
         Ok(())
+    }
+
+    /// The longest part of the motion dx from x that all effects allow; None where that is all of it.
+    pub fn max_step(&self, x: &[f64], dx: &[f64]) -> Option<(&str, Limit)> {
+        let limits = self.effects.iter().filter_map(|e| Some((e.name(), e.max_step(x, dx)?)));
+        limits.filter(|(_, l)| l.share < 1.0).min_by(|a, b| a.1.share.total_cmp(&b.1.share))
     }
 
     /// The histories at the end of the accepted step `at` into `new`, which comes with those at its start.

@@ -194,6 +194,8 @@ pub enum EvalError {
     Degenerate { effect: String, segment: usize },
     /// The two nodes of an edge coincide: its direction is undefined
     Coincident { effect: String, nodes: [u32; 2] },
+    /// A point of the surface is on the wrong side of an obstacle [m]
+    Crossed { effect: String, node: u32, gap: f64 },
 }
 
 impl fmt::Display for EvalError {
@@ -210,6 +212,9 @@ impl fmt::Display for EvalError {
                 write!(f, "{effect}: the ends of segment {segment} coincide")
             }
             Self::Coincident { effect, nodes: [i, j] } => write!(f, "{effect}: nodes {i} and {j} coincide"),
+            Self::Crossed { effect, node, gap } => {
+                write!(f, "{effect}: the surface is {:.3e} m inside of the obstacle at node {node}", -gap)
+            }
         }
     }
 }
@@ -223,6 +228,7 @@ impl EvalError {
             Self::Inverted { effect, cell, .. } | Self::Locked { effect, cell, .. } => (effect, Some(*cell), None),
             Self::Degenerate { effect, .. } => (effect, None, None),
             Self::Coincident { effect, nodes } => (effect, None, Some(nodes[0])),
+            Self::Crossed { effect, node, .. } => (effect, None, Some(*node)),
         }
     }
 
@@ -234,6 +240,17 @@ impl EvalError {
             LawError::Locked { i, limit } => Self::Locked { effect, cell, i, limit },
         }
     }
+}
+
+/// How far a motion may go before an effect loses its meaning.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limit {
+    /// Share of the motion, 0 to 1
+    pub share: f64,
+    /// Node that stops it
+    pub node: u32,
+    /// How far that node is from what it must not pass [m]
+    pub gap: f64,
 }
 
 /// One physical contribution to the residual.
@@ -257,6 +274,14 @@ pub trait Effect: Send + Sync {
     /// The history of block `b` at the end of the accepted step `at`. `new` [history] comes with the one at its start.
     fn advance(&self, _at: &At, _b: usize, _new: &mut [f64]) -> Result<(), EvalError> {
         Ok(())
+    }
+    /// Blocks that contribute at this state, ascending; None where all do. Such an effect has blocks of one size.
+    fn active(&self, _at: &At) -> Option<Vec<u32>> {
+        None
+    }
+    /// The longest part of the motion dx from x that it allows; None where that is all of it
+    fn max_step(&self, _x: &[f64], _dx: &[f64]) -> Option<Limit> {
+        None
     }
     /// Derivatives by what it reads beyond x; None where that is nothing, or where they are not there
     fn past(&self) -> Option<&dyn Past> {
@@ -294,6 +319,12 @@ impl<E: Effect + ?Sized> Effect for std::sync::Arc<E> {
     fn advance(&self, at: &At, b: usize, new: &mut [f64]) -> Result<(), EvalError> {
         (**self).advance(at, b, new)
     }
+    fn active(&self, at: &At) -> Option<Vec<u32>> {
+        (**self).active(at)
+    }
+    fn max_step(&self, x: &[f64], dx: &[f64]) -> Option<Limit> {
+        (**self).max_step(x, dx)
+    }
     fn past(&self) -> Option<&dyn Past> {
         (**self).past()
     }
@@ -307,6 +338,8 @@ impl<E: Effect + ?Sized> Effect for std::sync::Arc<E> {
 pub enum Role {
     /// Energy ψ with r = ∂ψ/∂x
     Stored,
+    /// Energy ψ with r = ∂ψ/∂x, of what touches at times and does not hold parts together
+    Touching,
     /// Energy ½ v·Mv with r = M a
     Kinetic,
     /// Energy: what the step dissipates, r·(x − old)

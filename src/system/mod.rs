@@ -11,7 +11,7 @@ mod rows;
 mod skew;
 
 pub use assembly::{Assembled, Cost, System, SystemError};
-pub use contract::{At, Blocks, Constraint, Effect, EvalError, Local, Needs, Rates, Role, State, Want};
+pub use contract::{At, Blocks, Constraint, Effect, EvalError, Limit, Local, Needs, Rates, Role, State, Want};
 pub use derivative::{Direction, Past, Term};
 pub use dofs::{Dofs, Prescribed};
 pub use rows::{Cone, Form, Piece, Rows, between, pieces};
