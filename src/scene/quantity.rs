@@ -30,6 +30,7 @@ quantity! {
     Viscosity = VISCOSITY,
     PerSecond = FREQUENCY,
     Speed = VELOCITY,
+    Spin = ANGULAR_VELOCITY,
 }
 
 /// A quantity whose dimension is known later only; a bare number stands for itself and is refused where a unit is due.

@@ -132,7 +132,11 @@ fn nest_kind(value: &mut Spanned<DeValue>) {
 fn nest_below(plain: &mut Spanned<DeValue>) {
     match plain.get_mut() {
         DeValue::Array(list) => list.iter_mut().for_each(nest_below),
-        DeValue::Table(table) => table.iter_mut().for_each(|(_, v)| nest_kind(v)),
+        DeValue::Table(table) => {
+            for (key, inner) in table.iter_mut() {
+                if PLAIN.contains(&key.get_ref().as_ref()) { nest_below(inner) } else { nest_kind(inner) }
+            }
+        }
         _ => {}
     }
 }

@@ -2,7 +2,7 @@
 
 use super::builder::Builder;
 use super::error::SceneError;
-use super::quantity::{Density, Length};
+use super::quantity::{Density, Length, Speed, Spin};
 use super::signal::SignalSpec;
 use crate::effect::affine_body::{AffineInertia, Rigidity};
 use crate::effect::contact::Point;
@@ -30,6 +30,10 @@ pub struct RigidSpec {
     pub shape: ShapeSpec,
     pub density: Density,
     pub gravity: Option<WeightSpec>,
+    /// At the start
+    pub velocity: Option<[Speed; 3]>,
+    /// At the start
+    pub spin: Option<[Spin; 3]>,
 }
 
 #[derive(Clone, Debug, Deserialize)]
@@ -62,6 +66,8 @@ pub struct RigidBody {
     pub name: String,
     pub shape: ShapeSpec,
     pub frame: AffineFrame,
+    /// Velocity of the nodes at the start [m/s]
+    pub(super) start: [Vec3; 4],
     /// Points of its surface at rest, each with the radius of a ball about it [m]
     surface: Vec<(Vec3, f64)>,
 }
@@ -173,7 +179,10 @@ impl Builder<'_> {
             effects.push(Box::new(DeadLoad::new(name, &[(nodes[0], mass)], direction, signal)));
         }
         let surface = corners(&spec.shape, &shape).into_iter().map(|(p, r)| (origin + axes * p, r)).collect();
-        Ok(RigidBody { name: spec.name.clone(), shape: spec.shape.clone(), frame, surface })
+        let velocity = spec.velocity.map_or(Vec3::zeros(), |v| Vec3::from(v.map(|v| v.0)));
+        let spin = spec.spin.map_or(Vec3::zeros(), |w| Vec3::from(w.map(|w| w.0)));
+        let start = frame.rest().map(|p| velocity + spin.cross(&(p - center)));
+        Ok(RigidBody { start, name: spec.name.clone(), shape: spec.shape.clone(), frame, surface })
     }
 }
 

@@ -148,7 +148,10 @@ impl Shape {
             Self::Box(s) => {
                 let (p, inside) = self.project(y);
                 let half = from(s.half_extents);
-                let face = (0..3).filter(|&i| p[i].abs() >= half[i]).collect::<Vec<_>>();
+                let beyond = |i: usize| y[i].abs() - half[i];
+                let nearest = (0..3).max_by(|a, b| beyond(*a).total_cmp(&beyond(*b))).into_iter();
+                let face: Vec<usize> =
+                    if inside { nearest.collect() } else { (0..3).filter(|&i| beyond(i) >= 0.0).collect() };
                 let free = Mat3::from_diagonal(&Vec3::from_fn(|i, _| if face.contains(&i) { 0.0 } else { 1.0 }));
                 sharp(y, &p, inside, free, || face.first().map_or(Vec3::z(), |&i| Vec3::ith(i, p[i].signum())))
             }
