@@ -4,10 +4,11 @@
 mod common;
 
 use common::formulation::{Formulation, formulated};
-use common::mapped::{octant, surface_nodes};
+use common::mapped::surface_nodes;
 use common::{Random, distorted_cube, hold, law, newton, ramp};
 use durometer::effect::{Cavity, CavityPressure, CavityVolume};
 use durometer::math::tensor::{Mat3, Vec3};
+use durometer::mesh::curved::octant;
 use durometer::mesh::{Order, TetMesh};
 use durometer::solve::{Integrator, Span, Status, StepSettings, Stepper};
 use durometer::system::{At, Constraint, Prescribed, Rates, State, System, Want};

@@ -6,9 +6,10 @@
 mod common;
 
 use common::formulation::{Formulation, LOCKING_FREE, label, solid};
-use common::mapped::{cylinder, mapped_block, octant, surface_nodes};
+use common::mapped::surface_nodes;
 use common::{hold, law, move_to, newton, nodes};
 use durometer::math::tensor::Vec3;
+use durometer::mesh::curved::{cylinder, mapped_block, octant};
 use durometer::mesh::validate::min_det;
 use durometer::mesh::{Order, TetMesh};
 use durometer::solve::{Integrator, Span, Status, StepSettings, Stepper};

@@ -2,12 +2,12 @@
 
 mod common;
 
-use common::mapped::mapped_block;
 use common::{DeadLoad, elastic, hold, law, nodes, ramp, statics};
 use durometer::effect::{Elastic, Stressed};
 use durometer::material::Want;
 use durometer::math::tensor::Vec3;
 use durometer::mesh::Order;
+use durometer::mesh::curved::mapped_block;
 use durometer::system::System;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::FRAC_PI_2;

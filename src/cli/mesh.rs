@@ -43,7 +43,7 @@ pub fn main(args: Args) -> Outcome {
             continue;
         }
         seen.push(key);
-        if args.keep {
+        if args.keep && spec.grid.is_none() {
             Workshop::find()?.commit(&request(&file, &spec)?, &mut |line| eprintln!("{line}"))?;
         }
         let body = Body::load(&file, &spec, &mut |line| eprintln!("{line}"))?;

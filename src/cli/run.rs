@@ -21,6 +21,7 @@ Examples:
   durometer run finger-convergence --only tet10       these cases; the report shows what exists
   durometer run finger-convergence --set laws.rubber.nu=0.49 --out reports/nu-49
   durometer run my-study/study.toml --json > summary.json
+  durometer run hard-cases --scene my-scene.toml      where does this scene hold? time step, load, ν, mesh, start
 
 Exit codes: 0 every case converged, 2 bad input, 3 some case did not complete or Ctrl-C stopped the run.")]
 pub struct Args {
@@ -44,14 +45,27 @@ pub struct Args {
     /// Write fields of every case for ParaView (VTU, PVD) into cases/<id>/; runs also what is done without them
     #[arg(long)]
     vtu: bool,
+    /// Draw the maps of a study of kind stability around this scene, and run nothing else of it
+    #[arg(long, value_name = "FILE")]
+    scene: Option<PathBuf>,
+    /// Of a study of kind stability, the quick half only
+    #[arg(long, conflicts_with = "scene")]
+    quick: bool,
     /// Print summary.json instead of progress
     #[arg(long)]
     json: bool,
 }
 
 pub fn main(args: Args) -> Outcome {
-    let study = Study::read(&files::find(&args.study, "study.toml")?, &super::changes(&args.set)?)?;
-    let dir = args.out.unwrap_or_else(|| PathBuf::from("reports").join(&study.name));
+    let file = files::find(&args.study, "study.toml")?;
+    let scene = args.scene.as_ref().map(|scene| files::find(scene, "scene.toml")).transpose()?;
+    let mut study = Study::read_around(&file, scene.as_deref(), &super::changes(&args.set)?)?;
+    if args.quick {
+        study = study.quick();
+    }
+    let around = args.scene.as_ref().and_then(|s| s.file_stem()).map(|s| format!("-{}", s.to_string_lossy()));
+    let folder = format!("{}{}", study.name, around.unwrap_or_default());
+    let dir = args.out.unwrap_or_else(|| PathBuf::from("reports").join(folder));
     let jobs = args.jobs.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, Into::into));
     let stop = super::stop_flag();
     let options = Options { jobs, redo: args.redo, only: args.only, vtu: args.vtu, stop };

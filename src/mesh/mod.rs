@@ -3,6 +3,8 @@
 mod assemble;
 pub mod attach;
 mod cursor;
+pub mod curved;
+mod disturb;
 pub mod element;
 pub mod embed;
 pub mod generate;

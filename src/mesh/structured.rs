@@ -2,7 +2,6 @@
 
 use super::element::CELL_EDGES;
 use super::{Order, Region, TetMesh};
-use crate::math::random::SplitMix;
 use crate::math::tensor::Vec3;
 use std::collections::{BTreeMap, HashMap};
 
@@ -74,33 +73,6 @@ fn add_mid_nodes(mesh: &mut TetMesh, linear: &[u32]) {
                 (points.len() - 1) as u32
             });
             mesh.cells.push(node);
-        }
-    }
-}
-
-impl TetMesh {
-    /// Moves every inner node by up to `amount`·h in each direction (0.1 is safe on blocks); mid-nodes of quadratic cells
-    /// follow their corners, so edges stay straight. The same seed gives the same mesh.
-    pub fn distort(&mut self, seed: u64, amount: f64) {
-        let (reach, mut random) = (amount * self.h(), SplitMix(seed));
-        let mut fixed = vec![false; self.points.len()];
-        self.facets.iter().for_each(|&i| fixed[i as usize] = true);
-        let mut corner = vec![false; self.points.len()];
-        (0..self.cell_count()).for_each(|c| self.cell(c)[..4].iter().for_each(|&i| corner[i as usize] = true));
-        for (i, point) in self.points.iter_mut().enumerate() {
-            let shift = Vec3::from_fn(|_, _| reach * (2.0 * random.unit() - 1.0));
-            if corner[i] && !fixed[i] {
-                *point += shift;
-            }
-        }
-        if self.order == Order::Quadratic {
-            for c in 0..self.cell_count() {
-                let nodes: [u32; 10] = self.cell(c).try_into().expect("ten nodes");
-                for (e, [a, b]) in CELL_EDGES.into_iter().enumerate() {
-                    let middle = (self.points[nodes[a] as usize] + self.points[nodes[b] as usize]) / 2.0;
-                    self.points[nodes[4 + e] as usize] = middle;
-                }
-            }
         }
     }
 }

@@ -27,6 +27,7 @@ pub fn content(store: &Store) -> Content {
         folded: vec![("Every case", table::cases(store))],
         figures: figures.chain(bands.iter().map(band::draw)).collect(),
         files: a.variants.iter().filter_map(|v| law_file(store, &a, v)).collect(),
+        outcomes: Default::default(),
     }
 }
 

@@ -3,8 +3,9 @@
 use super::figures::Figure;
 use super::store::Store;
 use super::table::Table;
-use super::{calibration, convergence, materials, prices, sweep};
+use super::{calibration, convergence, materials, prices, stability, sweep};
 use serde_json::{Map, Value};
+use std::collections::BTreeMap;
 
 /// The part of a report that depends on the kind of the study.
 pub struct Content {
@@ -27,6 +28,8 @@ pub struct Content {
     pub figures: Vec<Figure>,
     /// Files beside the page: name and text
     pub files: Vec<(String, String)>,
+    /// Case id → `pass`, `refused` or `fail`, where cases are judged one by one
+    pub outcomes: BTreeMap<String, &'static str>,
 }
 
 impl Content {
@@ -39,10 +42,11 @@ impl Content {
 pub type Analyse = fn(&Store) -> Content;
 
 /// `kind` of a study → its analysis.
-pub const KINDS: [(&str, Analyse); 5] = [
+pub const KINDS: [(&str, Analyse); 6] = [
     ("convergence", convergence::content),
     ("materials", materials::content),
     ("calibration", calibration::content),
     ("sweep", sweep::content),
     ("prices", prices::content),
+    ("stability", stability::content),
 ];

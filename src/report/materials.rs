@@ -23,6 +23,7 @@ pub fn content(store: &Store) -> Content {
         folded: vec![("Every case", table::cases(store)), ("Time per effect", table::effects(store))],
         figures: variants.flat_map(|v| [laws::over_time(store, &a, v), laws::loops(store, &a, v)]).flatten().collect(),
         files: vec![],
+        outcomes: Default::default(),
     }
 }
 

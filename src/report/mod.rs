@@ -15,6 +15,7 @@ mod materials;
 mod page;
 mod plot;
 mod prices;
+mod stability;
 pub mod store;
 pub mod summary;
 mod surface;

@@ -21,6 +21,7 @@ pub fn content(store: &Store) -> Content {
         tables: vec![evaluations(&a), answers(store, &a)],
         folded: vec![("Every case", table::cases(store)), ("Time per effect", table::effects(store))],
         files: vec![],
+        outcomes: Default::default(),
         figures: a.ladders.iter().filter_map(prices::draw).collect(),
     }
 }

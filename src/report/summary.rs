@@ -33,6 +33,9 @@ pub struct CaseSummary {
     pub law: Option<String>,
     pub dt_s: f64,
     pub status: String,
+    /// `pass`, `refused` or `fail`, where cases are judged one by one
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub outcome: Option<&'static str>,
     pub solver: SolverRecord,
     pub wall_s: f64,
     pub cpu_s: f64,
@@ -47,7 +50,7 @@ pub struct CaseSummary {
 }
 
 impl CaseSummary {
-    fn new(c: &StoredCase) -> Self {
+    fn new(c: &StoredCase, outcome: Option<&'static str>) -> Self {
         let r = c.record.clone();
         Self {
             id: r.id,
@@ -58,6 +61,7 @@ impl CaseSummary {
             law: r.law.map(|l| l.name),
             dt_s: r.dt_s,
             status: r.status,
+            outcome,
             solver: r.solver,
             wall_s: r.wall_s,
             cpu_s: r.cpu_s,
@@ -80,7 +84,7 @@ pub fn summarise(store: &Store, content: &Content) -> Summary {
         kind: study.kind.clone(),
         question: study.question.clone(),
         tolerance: study.tolerance,
-        cases: store.cases.iter().map(CaseSummary::new).collect(),
+        cases: (store.cases.iter()).map(|c| CaseSummary::new(c, content.outcomes.get(&c.record.id).copied())).collect(),
         analysis: content.analysis.clone(),
         warnings: content.warnings.clone(),
         verdict: content.verdict.clone(),

@@ -25,6 +25,7 @@ pub fn content(store: &Store) -> Content {
         tables: vec![points(store, &a)],
         folded: vec![("Every case", table::cases(store)), ("Time per effect", table::effects(store))],
         files: vec![],
+        outcomes: Default::default(),
         figures: against.chain(maps).chain(variants().filter_map(|v| sweep::over_time(store, &a, v))).collect(),
     }
 }

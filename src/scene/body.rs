@@ -2,7 +2,8 @@
 
 use super::build::{Body, part};
 use super::error::SceneError;
-use super::spec::{ElementSpec, GeneratorSpec, MeshSpec};
+use super::grid::{disturb, grid, mesh_hash};
+use super::mesh_spec::{ElementSpec, GeneratorSpec, MeshSpec};
 use crate::math::units::{self, Dimension};
 use crate::mesh::generate::body::Body as Declared;
 use crate::mesh::generate::{Generator, Grading, MeshRequest, Size, Source, Workshop};
@@ -20,8 +21,22 @@ impl Body {
     /// Reads, finds or makes the mesh of a scene. `file` is the scene file, for messages and relative paths; `progress`
     /// gets the lines of the mesher.
     pub fn load(file: &Path, spec: &MeshSpec, progress: &mut dyn FnMut(&str)) -> Result<Self, SceneError> {
+        let mut body = Self::sound(file, spec, progress)?;
+        if let Some(worse) = &spec.disturb {
+            disturb(file, worse, &mut body.mesh)?;
+            body.sha256 = mesh_hash(&body.mesh);
+        }
+        Ok(body)
+    }
+
+    fn sound(file: &Path, spec: &MeshSpec, progress: &mut dyn FnMut(&str)) -> Result<Self, SceneError> {
         let fail = |e: Box<dyn std::error::Error + Send + Sync>| part(file, "mesh", e);
         check_source(file, spec)?;
+        if let Some(boxes) = &spec.grid {
+            let mesh = grid(file, boxes, spec.element)?;
+            let sha256 = mesh_hash(&mesh);
+            return Ok(Self { mesh, paths: BTreeMap::new(), source: "grid".into(), sha256 });
+        }
         if let Some(path) = volume_mesh(file, spec) {
             let unit = unit_m(file, spec)?;
             let mesh = mesh::read(&path, unit).map_err(|e| fail(e.into()))?;
@@ -58,35 +73,53 @@ fn volume_mesh(file: &Path, spec: &MeshSpec) -> Option<std::path::PathBuf> {
 /// Keys that the source of the mesh leaves without effect are refused: nothing is ignored silently.
 fn check_source(file: &Path, spec: &MeshSpec) -> Result<(), SceneError> {
     let idle = |keys: &[(&str, bool)]| keys.iter().find(|(_, given)| *given).map(|(key, _)| key.to_string());
+    if spec.grid.is_some() {
+        let others = [
+            ("body", spec.body.is_some()),
+            ("file", spec.file.is_some()),
+            ("unit", spec.unit.is_some()),
+            ("cells", spec.cells.is_some()),
+            ("size", spec.size.is_some()),
+            ("parameters", !spec.parameters.is_empty()),
+        ];
+        return match idle(&others).or(idle(&made(spec))) {
+            Some(key) => Err(content(file, format!("`{key}` has no effect beside `grid`"), "remove one of the two")),
+            None => Ok(()),
+        };
+    }
     match (&spec.body, &spec.file) {
         (Some(body), Some(path)) => {
             let fact = format!("both body = \"{body}\" and file = \"{}\" are given", path.display());
             Err(content(file, fact, "remove one of the two"))
         }
         (None, None) => {
-            let remedy = "give `body` with `cells` or `size`, or `file` with `unit`";
-            Err(content(file, "neither `body` nor `file` is given", remedy))
+            let remedy = "give `body` with `cells` or `size`, `file` with `unit`, or `grid`";
+            Err(content(file, "neither `body` nor `file` nor `grid` is given", remedy))
         }
         (Some(_), None) => match idle(&[("unit", spec.unit.is_some())]) {
             Some(key) => Err(content(file, format!("`{key}` belongs to `file`, not to `body`"), "remove it")),
             None => Ok(()),
         },
         (None, Some(_)) => {
-            let made = [
-                ("levels", spec.levels > 0),
-                ("grading", !spec.grading.is_empty()),
-                ("seed", spec.seed > 0),
-                ("cgal", !spec.cgal.is_empty()),
-                ("generator", spec.generator != GeneratorSpec::default()),
-            ];
             let as_it_is = volume_mesh(file, spec).is_some();
             let parameters = [("parameters", !spec.parameters.is_empty())];
-            match idle(&parameters).or(idle(if as_it_is { &made } else { &[] })) {
+            match idle(&parameters).or(as_it_is.then(|| idle(&made(spec))).flatten()) {
                 Some(key) => Err(content(file, format!("`{key}` has no effect on this `file`"), "remove it")),
                 None => Ok(()),
             }
         }
     }
+}
+
+/// Keys of meshes that a mesher makes, and whether they are given.
+fn made(spec: &MeshSpec) -> [(&'static str, bool); 5] {
+    [
+        ("levels", spec.levels > 0),
+        ("grading", !spec.grading.is_empty()),
+        ("seed", spec.seed > 0),
+        ("cgal", !spec.cgal.is_empty()),
+        ("generator", spec.generator != GeneratorSpec::default()),
+    ]
 }
 
 fn content(file: &Path, fact: impl Into<String>, remedy: &str) -> SceneError {
@@ -117,7 +150,7 @@ pub fn request(file: &Path, spec: &MeshSpec) -> Result<MeshRequest, SceneError> 
     let source = match (&spec.body, &spec.file) {
         (Some(name), None) => Source::Body { name: name.clone(), parameters: parameters(file, name, spec)? },
         (None, Some(path)) => Source::File { path: base.join(path), unit_m: unit_m(file, spec)? },
-        _ => unreachable!("check_source has seen to it"),
+        _ => return Err(content(file, "the mesh is a grid, which takes no mesher", "run the scene as it is")),
     };
     let size = match (spec.cells, spec.size) {
         (Some(0), None) => return Err(content(file, "cells = 0", "ask for at least one cell")),

@@ -3,10 +3,11 @@
 use super::build::{Body, part};
 use super::control::Workbench;
 use super::error::{SceneError, hint};
+use super::mesh_spec::{PickSpec, SelectorSpec};
 use super::protocol::NamedSignal;
 use super::quantity::Length;
 use super::skin::NamedSkin;
-use super::spec::{EffectSpec, FormulationSpec, LumpingSpec, PickSpec, SceneSpec, SelectorSpec};
+use super::spec::{EffectSpec, FormulationSpec, LumpingSpec, SceneSpec};
 use crate::effect::{
     CellPoints, Elastic, Gravity, Inertia, Lumping, Mass, MassDamping, MeanDilatation, MixedElastic, Stressed,
     Viscoelastic, ViscousDamping, pressure_hosts,

@@ -4,7 +4,7 @@ use super::build::part;
 use super::builder::{Builder, Gathered};
 use super::error::SceneError;
 use super::quantity::{Length, Modulus, Speed};
-use super::rigid::{RigidBody, ShapeSpec};
+use super::rigid::{RigidBody, ShapeSpec, TurnSpec};
 use super::signal::SignalSpec;
 use super::spec::SceneSpec;
 use crate::effect::contact::barrier::Barrier;
@@ -60,9 +60,11 @@ pub enum ObstacleSpec {
         point: [Length; 3],
         normal: [f64; 3],
     },
+    /// Turned about its middle, along the axes if `turn` is absent
     Box {
         min: [Length; 3],
         max: [Length; 3],
+        turn: Option<TurnSpec>,
     },
     Sphere {
         center: [Length; 3],
@@ -142,6 +144,11 @@ impl NamedContact {
     /// The four nodes of an obstacle with a motion.
     pub(super) fn moving(&self) -> Option<&AffineFrame> {
         self.contact().obstacle.body.as_ref().filter(|_| self.moves)
+    }
+
+    /// Has it friction?
+    pub fn slides(&self) -> bool {
+        self.friction.is_some()
     }
 
     pub fn contact(&self) -> &Contact {
@@ -250,6 +257,7 @@ impl Builder<'_> {
         gathered: &mut Gathered,
         effects: &mut Vec<Box<dyn Effect>>,
     ) -> Result<NamedContact, SceneError> {
+        self.check_name(place, &spec.name)?;
         if !(spec.friction >= 0.0 && spec.friction.is_finite()) {
             let fact = format!("friction = {}", spec.friction);
             return Err(self.content(place, fact, "a coefficient of friction is not negative"));
@@ -355,7 +363,9 @@ impl Builder<'_> {
             ObstacleSpec::Floor { point, normal } => {
                 ShapeSpec::Floor { point: *point, normal: *normal }
             }
-            ObstacleSpec::Box { min, max } => ShapeSpec::Box { min: *min, max: *max },
+            ObstacleSpec::Box { min, max, turn } => {
+                ShapeSpec::Box { min: *min, max: *max, turn: turn.clone() }
+            }
             ObstacleSpec::Sphere { center, radius } => ShapeSpec::Sphere { center: *center, radius: *radius },
             ObstacleSpec::Cylinder { from, to, radius } => {
                 ShapeSpec::Cylinder { from: *from, to: *to, radius: *radius }
@@ -363,10 +373,11 @@ impl Builder<'_> {
             ObstacleSpec::Surface { file, unit } => ShapeSpec::Surface { file: file.clone(), unit: unit.clone() },
         };
         let (shape, origin, axes) = self.shape(place, &shape)?;
-        let body = match (&spec.motion, moved) {
+        let body: Option<AffineFrame> = match (&spec.motion, moved) {
             (Some(motion), Some(nodes)) => Some(self.carry(place, &spec.name, motion, origin, nodes)?),
             _ => None,
         };
+        self.draw(place, &spec.name, &shape, (origin, axes), body.as_ref())?;
         Ok(Obstacle { shape, origin, axes, body })
     }
 

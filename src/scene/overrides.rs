@@ -72,6 +72,23 @@ pub fn apply(table: &mut Table, path: &str, value: Value) -> Result<(), Override
     Ok(())
 }
 
+/// The value at a dotted path, as [`apply`] goes it.
+pub fn find<'a>(table: &'a Table, path: &str) -> Option<&'a Value> {
+    let mut steps = path.split('.');
+    let mut current = table.get(steps.next()?)?;
+    for step in steps {
+        current = match current {
+            Value::Table(inner) => inner.get(step)?,
+            Value::Array(entries) => {
+                let index = step.parse().ok().or_else(|| entries.iter().position(|e| label(e) == Some(step)))?;
+                entries.get(index)?
+            }
+            _ => return None,
+        };
+    }
+    Some(current)
+}
+
 fn label(entry: &Value) -> Option<&str> {
     let get = |key: &str| entry.get(key).and_then(Value::as_str);
     get("name").or(get("kind"))

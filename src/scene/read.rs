@@ -15,7 +15,7 @@ const TAGGED: [&str; 3] = ["effect", "constraint", "probe"];
 /// Arrays of tables without a `kind` that hold tables with one.
 const HOLDING: [&str; 3] = ["event", "contact", "rigid"];
 /// Keys in them whose tables have no `kind`: they choose by their only key, or have nothing to choose.
-const PLAIN: [&str; 5] = ["drive", "prony", "rings", "motion", "gravity"];
+const PLAIN: [&str; 6] = ["drive", "prony", "rings", "motion", "gravity", "turn"];
 
 /// Reads a scene file, applies `key=value` changes and puts included laws in their place, so that the text that comes
 /// back says it all. Errors carry file, line and remedy.

@@ -2,8 +2,9 @@
 
 use super::builder::Builder;
 use super::error::SceneError;
-use super::quantity::{Density, Length, Speed, Spin};
+use super::quantity::{Angle, Density, Length, Speed, Spin};
 use super::signal::SignalSpec;
+use super::skin::NamedSkin;
 use crate::effect::affine_body::{AffineInertia, Rigidity};
 use crate::effect::contact::Point;
 use crate::effect::contact::placement::AffineFrame;
@@ -14,6 +15,7 @@ use crate::math::units::{self, Dimension};
 use crate::mesh::surface_file::read_surface;
 use crate::solve::Span;
 use crate::system::Effect;
+use nalgebra::{Rotation3, Unit};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
@@ -21,6 +23,8 @@ use std::path::{Path, PathBuf};
 const STIFF: f64 = 1e4;
 /// Points around the rim of a cylinder.
 const RIM: usize = 24;
+/// Parts around a round body that is drawn.
+const ROUND: u32 = 48;
 
 /// A body that moves as a whole.
 #[derive(Clone, Debug, Deserialize)]
@@ -49,10 +53,29 @@ pub struct WeightSpec {
 pub enum ShapeSpec {
     #[serde(skip)]
     Floor { point: [Length; 3], normal: [f64; 3] },
-    Box { min: [Length; 3], max: [Length; 3] },
+    /// Turned about its middle, along the axes if `turn` is absent
+    Box { min: [Length; 3], max: [Length; 3], turn: Option<TurnSpec> },
     Sphere { center: [Length; 3], radius: Length },
     Cylinder { from: [Length; 3], to: [Length; 3], radius: Length },
     Surface { file: PathBuf, unit: String },
+}
+
+/// A rotation by the right-hand rule.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TurnSpec {
+    pub axis: [f64; 3],
+    pub angle: Angle,
+}
+
+impl TurnSpec {
+    fn axes(&self) -> Result<Mat3, ShapeFault> {
+        let axis = Vec3::from(self.axis);
+        if axis.norm() == 0.0 || !axis.norm().is_finite() {
+            return Err(ShapeFault::Content("the axis of `turn` has no length".into(), "write for example [0, 1, 0]"));
+        }
+        Ok(Rotation3::from_axis_angle(&Unit::new_normalize(axis), self.angle.0).into_inner())
+    }
 }
 
 /// Why a shape cannot be built.
@@ -92,13 +115,14 @@ impl ShapeSpec {
                 }
                 (Shape::floor(), vector(point), turn(&Vec3::z(), &normal))
             }
-            Self::Box { min, max } => {
+            Self::Box { min, max, turn } => {
                 let (low, high) = (vector(min), vector(max));
                 if (0..3).any(|i| low[i] >= high[i]) {
                     let fact = "`min` is not below `max`".into();
                     return Err(ShapeFault::Content(fact, "give the lower corner as `min`"));
                 }
-                (Shape::cuboid(0.5 * (high - low)), 0.5 * (low + high), Mat3::identity())
+                let axes = turn.as_ref().map_or(Ok(Mat3::identity()), TurnSpec::axes)?;
+                (Shape::cuboid(0.5 * (high - low)), 0.5 * (low + high), axes)
             }
             Self::Sphere { center, radius } => (Shape::sphere(positive(radius.0)?), vector(center), Mat3::identity()),
             Self::Cylinder { from, to, radius } => {
@@ -124,7 +148,7 @@ impl ShapeSpec {
 fn turn(from: &Vec3, to: &Vec3) -> Mat3 {
     // Opposite directions have no shortest turn.
     let flip = || Mat3::from_diagonal(&Vec3::new(1.0, -1.0, -1.0));
-    nalgebra::Rotation3::rotation_between(from, to).map_or_else(flip, |r| r.into_inner())
+    Rotation3::rotation_between(from, to).map_or_else(flip, |r| r.into_inner())
 }
 
 impl RigidBody {
@@ -164,6 +188,7 @@ impl Builder<'_> {
             let fact = format!("the mesh has a region \"{}\" too", spec.name);
             return Err(self.content(place, fact, "choose another name"));
         }
+        self.check_name(place, &spec.name)?;
         let (shape, origin, axes) = self.shape(place, &spec.shape)?;
         let (mass, center, inertia) = shape.mass(spec.density.0);
         let (center, inertia) = (origin + axes * center, axes * inertia * axes.transpose());
@@ -178,11 +203,48 @@ impl Builder<'_> {
             let name = format!("{}_weight", spec.name);
             effects.push(Box::new(DeadLoad::new(name, &[(nodes[0], mass)], direction, signal)));
         }
+        self.draw(place, &spec.name, &shape, (origin, axes), Some(&frame))?;
         let surface = corners(&spec.shape, &shape).into_iter().map(|(p, r)| (origin + axes * p, r)).collect();
         let velocity = spec.velocity.map_or(Vec3::zeros(), |v| Vec3::from(v.map(|v| v.0)));
         let spin = spec.spin.map_or(Vec3::zeros(), |w| Vec3::from(w.map(|w| w.0)));
         let start = frame.rest().map(|p| velocity + spin.cross(&(p - center)));
         Ok(RigidBody { start, name: spec.name.clone(), shape: spec.shape.clone(), frame, surface })
+    }
+}
+
+impl Builder<'_> {
+    /// Bodies and obstacles are drawn beside the fields, like skins.
+    pub(super) fn draw(
+        &mut self,
+        place: &str,
+        name: &str,
+        shape: &Shape,
+        (origin, axes): (Vec3, Mat3),
+        carried: Option<&AffineFrame>,
+    ) -> Result<(), SceneError> {
+        let Some(mut surface) = shape.triangles(ROUND) else { return Ok(()) };
+        if self.skins.iter().any(|s| s.name == name) {
+            let fact = format!("another surface is called \"{name}\" too");
+            return Err(self.content(place, fact, "give each skin, rigid body and contact a `name` of its own"));
+        }
+        surface.points.iter_mut().for_each(|p| *p = origin + axes * *p);
+        let weights = |p: &Vec3| {
+            let of = |frame: &AffineFrame| frame.nodes.into_iter().zip(frame.weights(p)).collect();
+            carried.map_or(Vec::new(), of)
+        };
+        let weights = surface.points.iter().map(weights).collect();
+        self.skins.push(NamedSkin { name: name.into(), surface, weights });
+        Ok(())
+    }
+
+    /// Names of bodies and contacts are parts of the names of columns and files.
+    pub(super) fn check_name(&self, place: &str, name: &str) -> Result<(), SceneError> {
+        let fits = |c: char| c.is_alphanumeric() || "_-".contains(c);
+        if !name.is_empty() && name.chars().all(fits) {
+            return Ok(());
+        }
+        let fact = format!("\"{name}\" cannot be part of a file name");
+        Err(self.content(place, fact, "use letters, digits, \"-\" and \"_\""))
     }
 }
 
@@ -196,7 +258,7 @@ fn corners(spec: &ShapeSpec, shape: &Shape) -> Vec<(Vec3, f64)> {
             let rim = |y: f64| (0..RIM).map(move |k| (Vec3::new(high.x * angle(k).cos(), y, high.x * angle(k).sin()), 0.0));
             rim(low.y).chain(rim(high.y)).collect()
         }
-        ShapeSpec::Surface { .. } => shape.vertices().into_iter().map(|v| (v, 0.0)).collect(),
+        ShapeSpec::Surface { .. } => shape.triangles(0).into_iter().flat_map(|s| s.points).map(|v| (v, 0.0)).collect(),
         _ => {
             let corner = |k: usize| Vec3::from_fn(|i, _| if k >> i & 1 == 0 { low[i] } else { high[i] });
             (0..8).map(|k| (corner(k), 0.0)).collect()

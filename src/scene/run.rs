@@ -7,6 +7,7 @@ use super::course::Course;
 use super::probe::{Energies, Moment, columns, largest_stretch, record_cavity};
 use super::slopes::Recorder;
 use super::steering::Steering;
+use crate::effect::contact::Counts;
 use crate::math::tensor::Vec3;
 use crate::solve::{
     Findings, Integrator, Newton, NewtonSettings, Status, Step, StepSettings, Stepper, Totals, initial_acceleration,
@@ -51,6 +52,8 @@ pub struct Run {
     pub last: State,
     /// Cables that went slack, taut, or to the limit of their drive
     pub cable_events: Vec<CableEvent>,
+    /// Name and counts of each contact
+    pub contacts: Vec<(String, Counts)>,
     /// Which cables pulled where the run could not go on, and what to do
     pub pulling: Option<String>,
 }
@@ -149,6 +152,7 @@ impl Scene {
             factor_nnz: factor.nnz(),
             dofs: self.system.dofs.free.len(),
             peak: course.peak,
+            contacts: self.contacts.iter().map(|c| (c.name.clone(), c.contact().counts())).collect(),
             pulling: pulling.flatten(),
             last: course.state,
             cable_events: course.cables.events,

@@ -4,18 +4,16 @@ use super::cable::CableSpec;
 use super::compare::CompareSpec;
 use super::contact::ContactSpec;
 use super::control::spec::EventSpec;
+use super::mesh_spec::MeshSpec;
 use super::numerics::NumericsSpec;
 use super::output::OutputSpec;
+use super::quantity::{Damping, Density, GuideRadius, Length, Modulus, PerSecond, SpringStiffness, Time, Viscosity};
 use super::rigid::RigidSpec;
-use super::quantity::{
-    Angle, Damping, Density, GuideRadius, Length, Modulus, PerSecond, SpringStiffness, Time, Viscosity,
-};
 use super::signal::SignalSpec;
 use super::skin::SkinSpec;
 use super::start::StartSpec;
 use serde::Deserialize;
 use std::collections::BTreeMap;
-use std::path::PathBuf;
 
 /// Body, mesh, laws, effects, constraints, protocol, probes and numerics of one simulation.
 #[derive(Clone, Debug, Deserialize)]
@@ -52,102 +50,6 @@ pub struct SceneSpec {
     pub output: OutputSpec,
     #[serde(default)]
     pub numerics: NumericsSpec,
-}
-
-/// `body` with its sizing (a mesh made by our mesher), or `file` with its unit.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct MeshSpec {
-    pub body: Option<String>,
-    /// Dimensions of the body that differ from its defaults, by name
-    #[serde(default)]
-    pub parameters: BTreeMap<String, String>,
-    /// Number of cells, met within 2 %
-    pub cells: Option<usize>,
-    /// Edge length
-    pub size: Option<Length>,
-    /// Each cell into eight, this often
-    #[serde(default)]
-    pub levels: u32,
-    #[serde(default)]
-    pub grading: Vec<GradingSpec>,
-    #[serde(default)]
-    pub generator: GeneratorSpec,
-    /// Another mesh of the same size (gmsh)
-    #[serde(default)]
-    pub seed: u64,
-    /// CGAL's criteria by its names
-    #[serde(default)]
-    pub cgal: BTreeMap<String, toml::Value>,
-    pub file: Option<PathBuf>,
-    /// Unit of length of the file
-    pub unit: Option<String>,
-    #[serde(default)]
-    pub element: ElementSpec,
-    /// Regions by selectors, where the file has no groups
-    #[serde(default)]
-    pub regions: BTreeMap<String, SelectorSpec>,
-}
-
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct GradingSpec {
-    /// Named feature of the body: `notches`, `guides`, `tip`
-    pub feature: String,
-    pub length: Length,
-    pub distance: Length,
-}
-
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Default)]
-#[serde(rename_all = "lowercase")]
-pub enum GeneratorSpec {
-    #[default]
-    Gmsh,
-    Cgal,
-}
-
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Default)]
-#[serde(rename_all = "lowercase")]
-pub enum ElementSpec {
-    #[default]
-    Tet4,
-    Tet10,
-}
-
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields, rename_all = "snake_case")]
-pub enum SelectorSpec {
-    Box {
-        min: [Length; 3],
-        max: [Length; 3],
-        #[serde(default)]
-        pick: PickSpec,
-    },
-    Sphere {
-        center: [Length; 3],
-        radius: Length,
-        #[serde(default)]
-        pick: PickSpec,
-    },
-    Plane {
-        point: [Length; 3],
-        normal: [f64; 3],
-        tolerance: Length,
-        #[serde(default)]
-        pick: PickSpec,
-    },
-    /// Boundary facets whose outward normal is within `angle` of `direction`
-    Normal { direction: [f64; 3], angle: Angle },
-}
-
-/// What a selector picks; a facet or cell is picked when all its corners are.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Default)]
-#[serde(rename_all = "snake_case")]
-pub enum PickSpec {
-    #[default]
-    Nodes,
-    Facets,
-    Cells,
 }
 
 /// One effect; the kinds are the registry.

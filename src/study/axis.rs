@@ -25,6 +25,9 @@ pub struct AxisSpec {
     #[serde(default)]
     pub unit: String,
     pub values: Vec<toml::Value>,
+    /// Where values are tables of changes: what they are called
+    #[serde(skip)]
+    pub names: Option<Vec<String>>,
 }
 
 /// How several axes go together.
@@ -37,7 +40,7 @@ pub enum Combine {
 }
 
 /// Place, fact and remedy.
-type Mistake = (String, String, String);
+pub(super) type Mistake = (String, String, String);
 
 /// A sweep as a family of cases.
 pub struct Expanded {
@@ -55,6 +58,7 @@ pub fn expand(specs: &[AxisSpec], combine: Combine) -> Result<Expanded, Mistake>
         let (mut set, mut name) = (toml::Table::new(), Vec::new());
         for ((spec, axis), &k) in specs.iter().zip(&axes).zip(&at) {
             spec.keys.iter().for_each(|key| drop(set.insert(key.clone(), spec.values[k].clone())));
+            spec.names.iter().for_each(|_| set.extend(spec.values[k].as_table().cloned().unwrap_or_default()));
             name.push(format!("{}{}", axis.name, file_name(&axis.values[k])));
         }
         let name = name.join("_");
@@ -65,7 +69,7 @@ pub fn expand(specs: &[AxisSpec], combine: Combine) -> Result<Expanded, Mistake>
         points.insert(name, at);
     }
     let set = toml::Table::new();
-    let family = FamilySpec { name: "sweep".into(), role: Role::Grid, variants: None, set, members };
+    let family = FamilySpec { name: "sweep".into(), role: Role::Grid, variants: None, set, members, scene: None };
     Ok(Expanded { family, axes, points })
 }
 
@@ -91,14 +95,14 @@ fn combinations(specs: &[AxisSpec], combine: Combine) -> Result<Vec<Vec<usize>>,
 impl AxisSpec {
     fn record(&self) -> Result<AxisRecord, Mistake> {
         let refuse = |fact: String, remedy: &str| Err((format!("axis {}", self.name), fact, remedy.into()));
-        if self.keys.is_empty() {
+        if self.keys.is_empty() && self.names.is_none() {
             return refuse("it changes no key".into(), "write keys = [\"laws.rubber.E\"]");
         }
         if self.values.len() < 2 {
             let remedy = "give at least two, values = [\"50 kPa\", \"100 kPa\"]; one alone belongs in the scene";
             return refuse(format!("it has {} value(s)", self.values.len()), remedy);
         }
-        let values: Vec<String> = self.values.iter().map(as_text).collect();
+        let values = self.names.clone().unwrap_or_else(|| self.values.iter().map(as_text).collect::<Vec<String>>());
         if let Some(k) = (1..values.len()).find(|&k| values[..k].contains(&values[k])) {
             return refuse(format!("the value {} stands twice", values[k]), "remove one");
         }
@@ -127,7 +131,7 @@ fn as_text(value: &toml::Value) -> String {
 }
 
 /// What of a value can stand in the name of a file: `1.07 g/cm^3` → `1.07g-cm3`.
-fn file_name(value: &str) -> String {
+pub(super) fn file_name(value: &str) -> String {
     let kept = |c: char| match c {
         ' ' | '^' | '"' => None,
         c if c.is_alphanumeric() || "._-".contains(c) => Some(c),

@@ -18,6 +18,7 @@ pub mod runner;
 pub mod skin;
 pub mod solver;
 pub mod spec;
+pub mod stability;
 pub mod store;
 pub mod sweep;
 pub mod words;

@@ -2,12 +2,15 @@
 
 use super::overlay::overlays;
 use super::record::{
-    CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance,
+    CaseRecord, ContactRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance,
 };
 use super::runner::input_hash;
 use super::skin::Skin;
 use super::solver::{self, SolverRecord};
+use super::spec::Case;
+use crate::effect::contact::Counts;
 use crate::effect::locking::signs;
+use crate::scene::contact::NamedContact;
 use crate::scene::{Run, Scene};
 use std::collections::BTreeMap;
 
@@ -58,6 +61,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         locking: locking(scene, run),
         probes: run.columns.iter().enumerate().skip(1).map(|(k, name)| (name.clone(), probe(run, k))).collect(),
         cable_events: run.cable_events.iter().map(Into::into).collect(),
+        contacts: scene.contacts.iter().zip(&run.contacts).map(|(c, (_, counts))| contact(c, counts)).collect(),
         remarks: scene.remarks.iter().cloned().chain(solver::remarks(run)).collect(),
         distances: overlays(scene, run).into_iter().filter_map(|o| o.distance).collect(),
         events: run.events.clone(),
@@ -70,10 +74,41 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
     }
 }
 
+/// The record of a case without a run: its scene was refused, or a bug ended it.
+pub fn refused(case: &Case, status: &str, why: String) -> CaseRecord {
+    CaseRecord {
+        id: case.id.clone(),
+        family: case.family.clone(),
+        variant: case.variant.clone(),
+        member: case.member.clone(),
+        formulation: case.spec.formulation(),
+        status: status.into(),
+        status_detail: Some(why),
+        provenance: Provenance {
+            input_sha256: input_hash(&case.text, ""),
+            version: env!("CARGO_PKG_VERSION").into(),
+            scene: case.text.clone(),
+        },
+        ..CaseRecord::default()
+    }
+}
+
 fn locking(scene: &Scene, run: &Run) -> Option<LockingRecord> {
     let signs = scene.stressed.iter().filter_map(|e| signs(&**e, &run.peak.x));
     let worst = signs.max_by(|a, b| a.alarm.cmp(&b.alarm).then(a.scatter.total_cmp(&b.scatter)))?;
     Some(LockingRecord { pressure_scatter: worst.scatter, volumetric_share: worst.share, alarm: worst.alarm })
+}
+
+fn contact(contact: &NamedContact, counts: &Counts) -> ContactRecord {
+    ContactRecord {
+        name: contact.name.clone(),
+        points: contact.contact().points.len(),
+        seen: counts.points,
+        tested: counts.tested,
+        active: counts.active,
+        search_s: counts.search.as_secs_f64(),
+        detection_s: counts.detection.as_secs_f64(),
+    }
 }
 
 fn probe(run: &Run, column: usize) -> ProbeRecord {

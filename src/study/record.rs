@@ -2,6 +2,7 @@
 
 use super::overlay::Distance;
 use super::solver::SolverRecord;
+use super::stability::{MapRecord, SuiteRecord};
 use crate::material::Law;
 use crate::scene::cable_record::CableEvent;
 use crate::scene::control::Fired;
@@ -10,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// A finished case (also one that stopped early: `status` says so).
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Default)]
 pub struct CaseRecord {
     /// `<family>-<variant>-<member>`, also the file stem
     pub id: String,
@@ -63,6 +64,9 @@ pub struct CaseRecord {
     /// Cables that went slack, taut, or to the limit of their drive
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub cable_events: Vec<CableEventRecord>,
+    /// What each contact looked at
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub contacts: Vec<ContactRecord>,
     /// What a reader should know: regions that depend on the mesh, patches smaller than the cells, …
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub remarks: Vec<String>,
@@ -85,7 +89,7 @@ impl CaseRecord {
     }
 }
 
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Default)]
 pub struct MeshRecord {
     pub cells: usize,
     pub nodes: usize,
@@ -97,6 +101,24 @@ pub struct MeshRecord {
     pub volume_m3: f64,
     /// File name or hash of the request that produced it
     pub source: String,
+}
+
+/// Counts and times of one contact over a run.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct ContactRecord {
+    pub name: String,
+    /// Points of the surface
+    pub points: usize,
+    /// Points times evaluations
+    pub seen: usize,
+    /// Distances computed
+    pub tested: usize,
+    /// Points that were near enough to count
+    pub active: usize,
+    /// Time to find them [s]
+    pub search_s: f64,
+    /// Time to find how far steps may go [s]
+    pub detection_s: f64,
 }
 
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
@@ -169,7 +191,7 @@ pub struct ProbeRecord {
     pub last: f64,
 }
 
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Default)]
 pub struct Provenance {
     /// SHA-256 of the resolved scene and of the mesh
     pub input_sha256: String,
@@ -208,6 +230,11 @@ pub struct StudyRecord {
     /// `sweep`: member → index of its value on every axis
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub points: BTreeMap<String, Vec<usize>>,
+    /// `stability`: what is checked in its families
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub suites: Vec<SuiteRecord>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub maps: Vec<MapRecord>,
     pub version: String,
 }
 
@@ -309,6 +336,10 @@ pub enum Role {
     Nuisance,
     /// Where a law is used with the constants that were found, from coarse to fine
     Use,
+    /// Scenes that break simulators
+    Suite,
+    /// Points of a map of where a scene holds
+    Map,
 }
 
 impl Role {
@@ -327,6 +358,8 @@ impl Role {
             Self::Ladder => "ladder",
             Self::Nuisance => "nuisance",
             Self::Use => "use",
+            Self::Suite => "suite",
+            Self::Map => "map",
         }
     }
 }

@@ -2,9 +2,11 @@
 
 use super::fields::{Fields, USUAL};
 use super::inverse::with_constants;
-use super::outcome::{record, skin};
+use super::outcome::{record, refused, skin};
 use super::record::{CaseRecord, Role};
 use super::spec::{Case, Study};
+use super::stability::check::Check;
+use super::stability::{PANICKED, REFUSED};
 use super::store::{Store, StoreError};
 use crate::calibrate::inverse::{Calibration, Failure, InverseError, SceneModel, calibrate};
 use crate::scene::{Body, Constant, Progress, Scene, SceneError, SceneSpec};
@@ -117,9 +119,13 @@ fn side_by_side(
         let body = match Body::load(&case.scene_file, &case.spec.mesh, &mut |line| watch.meshing(&case.id, line)) {
             // Ctrl-C reaches the mesher too: that is no fault of the study.
             Err(_) if options.stop.load(Ordering::Relaxed) => return Ok(Vec::new()),
-            body => body?,
+            body => body,
         };
-        sizes.insert(case.id.clone(), body.mesh.points.len());
+        let size = match body {
+            Err(_) if study.keeps_refusals() => 0,
+            body => body?.mesh.points.len(),
+        };
+        sizes.insert(case.id.clone(), size);
     }
     // The largest first, so that the last ones to end are short.
     cases.sort_by_key(|(c, _)| std::cmp::Reverse(sizes[&c.id]));
@@ -132,7 +138,8 @@ fn side_by_side(
                     if options.stop.load(Ordering::Relaxed) || lock(&failure).is_some() {
                         break;
                     }
-                    match one(study, case, constants, store, options, &running, watch) {
+                    let run = || one(study, case, constants, store, options, &running, watch);
+                    match if study.keeps_refusals() { kept(case, store, &running, watch, run) } else { run() } {
                         Ok(Some(record)) => lock(&records).push(record),
                         Ok(None) => {}
                         Err(error) => {
@@ -151,6 +158,29 @@ fn side_by_side(
 
 fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+}
+
+/// A study of hard cases goes on where a scene is refused or, by a bug, its run panics: both are results.
+fn kept(
+    case: &Case,
+    store: &Store,
+    running: &AtomicUsize,
+    watch: &dyn Watch,
+    run: impl FnOnce() -> Result<Option<CaseRecord>, RunError>,
+) -> Result<Option<CaseRecord>, RunError> {
+    let record = match std::panic::catch_unwind(std::panic::AssertUnwindSafe(run)) {
+        Ok(Err(RunError::Scene(why))) => refused(case, REFUSED, why.to_string()),
+        Ok(outcome) => return outcome,
+        Err(why) => {
+            running.fetch_sub(1, Ordering::SeqCst);
+            let words = why.downcast_ref::<String>().cloned();
+            let words = words.or_else(|| why.downcast_ref::<&str>().map(ToString::to_string));
+            refused(case, PANICKED, words.unwrap_or_else(|| "a bug of this program".into()))
+        }
+    };
+    store.save_refused(&record)?;
+    watch.finished(&record, false);
+    Ok(Some(record))
 }
 
 fn one(
@@ -221,6 +251,11 @@ fn one(
         let (wall, cpu) = fields.finish()?;
         times = (times.0 - wall, times.1 - cpu);
     }
+    if study.keeps_refusals() && run.status != Status::Converged {
+        let mut last = Fields::new(store.folder(&case.id)?, "last", &USUAL);
+        last.add(&scene, &run.last, 0);
+        last.finish()?;
+    }
     let writing = Instant::now();
     let skin = skin(&scene, &run);
     let mut record = record(&scene, &run, times);
@@ -278,9 +313,15 @@ pub fn check_quantities(study: &Study, case: &Case, scene: &Scene) -> Result<(),
     if let Some(signal) = scene.controls.controlled().pop() {
         return Err(RunError::Controlled { file: case.scene_file.clone(), signal });
     }
+    let refuse = |fact| RunError::Quantity { file: study.file.clone(), variant: case.variant.clone(), fact };
+    if study.keeps_refusals() {
+        let suite = study.record.suites.iter().find(|s| s.family == case.family);
+        let columns = suite.into_iter().flat_map(|s| &s.checks).flat_map(Check::columns);
+        let map = study.record.maps.iter().find(|m| m.family == case.family).map(|m| m.quantity.name.clone());
+        return columns.chain(map).find_map(|c| scene.check_column(&c).err()).map_or(Ok(()), |fact| Err(refuse(fact)));
+    }
     let quantities = study.record.quantities.get(&case.variant).into_iter().flatten();
     let mut checks = std::iter::once(scene.check_time()).chain(quantities.map(|q| scene.check_column(&q.name)));
-    let refuse = |fact| RunError::Quantity { file: study.file.clone(), variant: case.variant.clone(), fact };
     checks.find_map(Result::err).map_or(Ok(()), |fact| Err(refuse(fact)))
 }
 

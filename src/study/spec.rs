@@ -4,6 +4,8 @@ use super::axis::{self, AxisSpec, Combine};
 use super::check::{check_axes, check_names, check_roles};
 use super::inverse::{After, CalibrationSpec, Plan, UseSpec};
 use super::record::{FamilyRecord, Quantity, Role, StudyRecord};
+use super::stability::around::around;
+use super::stability::spec::{self as stability, MapSpec, SuiteSpec};
 use crate::calibrate::inverse::MeasuredSpec;
 use crate::math::units::{self, Dimension};
 use crate::scene::{SceneError, SceneSpec, from_text, hint, read_scene, read_table};
@@ -41,6 +43,12 @@ pub struct StudySpec {
     /// `calibration`: where the law is used afterwards
     #[serde(rename = "use")]
     pub usage: Option<UseSpec>,
+    /// `stability`: scenes that break simulators
+    #[serde(rename = "suite", default)]
+    pub suites: Vec<SuiteSpec>,
+    /// `stability`: where a scene holds
+    #[serde(rename = "map", default)]
+    pub maps: Vec<MapSpec>,
 }
 
 /// The analyses; one of a kind, one line.
@@ -52,6 +60,7 @@ pub enum Kind {
     Sweep,
     Prices,
     Calibration,
+    Stability,
 }
 
 impl Kind {
@@ -63,6 +72,7 @@ impl Kind {
             Self::Sweep => "sweep",
             Self::Prices => "prices",
             Self::Calibration => "calibration",
+            Self::Stability => "stability",
         }
     }
 
@@ -76,6 +86,7 @@ impl Kind {
             Self::Sweep => &[Role::Grid],
             Self::Prices => &[Role::Ladder],
             Self::Calibration => &[Role::Sizes, Role::Nuisance],
+            Self::Stability => &[Role::Suite, Role::Map],
         }
     }
 }
@@ -90,7 +101,7 @@ pub struct VariantSpec {
     /// Changes by path
     #[serde(default)]
     pub set: toml::Table,
-    #[serde(rename = "quantity")]
+    #[serde(rename = "quantity", default)]
     pub quantities: Vec<Quantity>,
     /// `calibration`: the curve that the scene is to reproduce
     pub measured: Option<MeasuredSpec>,
@@ -109,6 +120,9 @@ pub struct FamilySpec {
     pub set: toml::Table,
     /// Label of a member → its changes
     pub members: toml::Table,
+    /// Another scene than the study's
+    #[serde(skip)]
+    pub scene: Option<PathBuf>,
 }
 
 /// One scene to be run.
@@ -140,6 +154,15 @@ pub struct Study {
 impl Study {
     /// Reads `study.toml` and expands it. `changes` are made to every case, last.
     pub fn read(file: &Path, changes: &[(String, toml::Value)]) -> Result<Self, SceneError> {
+        Self::read_around(file, None, changes)
+    }
+
+    /// The same; of kind `stability` with its maps drawn around another scene instead of its own.
+    pub fn read_around(
+        file: &Path,
+        scene: Option<&Path>,
+        changes: &[(String, toml::Value)],
+    ) -> Result<Self, SceneError> {
         let (text, table) = read_table(file)?;
         if table.contains_key("mesh") && !table.contains_key("family") {
             let (place, fact) = ("file".into(), "this is a scene, not a study".into());
@@ -164,6 +187,15 @@ impl Study {
             let fact = format!("it is {tolerance}");
             return Err(content("tolerance".into(), fact, "it lies between 0 and 1; write for example \"2 %\""));
         }
+        if let Some(scene) = scene {
+            if spec.kind != Kind::Stability {
+                let fact = format!("a study of kind \"{}\" has its own scenes", spec.kind.name());
+                return Err(content("--scene".into(), fact, "run hard-cases around a scene of your own"));
+            }
+            let scene = std::path::absolute(scene).unwrap_or_else(|_| scene.into());
+            let own = around(&scene, changes)?;
+            (spec.scene, spec.variants, spec.suites, spec.maps) = (scene, own.variants, own.suites, own.maps);
+        }
         check_axes(&spec).map_err(|(place, fact, remedy)| content(place, fact, &remedy))?;
         let (mut axes, mut points) = (vec![], BTreeMap::new());
         if spec.kind == Kind::Sweep {
@@ -172,12 +204,17 @@ impl Study {
             spec.families = vec![expanded.family];
             (axes, points) = (expanded.axes, expanded.points);
         }
+        let mut hard = stability::Expanded::default();
+        if spec.kind == Kind::Stability {
+            hard = stability::expand(&spec).map_err(|(place, fact, remedy)| content(place, fact, &remedy))?;
+            spec.families = std::mem::take(&mut hard.families);
+        }
         let known: Vec<String> = spec.variants.iter().map(|v| v.name.clone()).collect();
         let labels: Vec<String> = spec.families.iter().map(|f| f.name.clone()).collect();
         for (what, names) in [("variant", &known), ("family", &labels)] {
             check_names(names).map_err(|(k, fact, remedy)| content(format!("{what} {}", k + 1), fact, remedy))?;
         }
-        if let Some(variant) = spec.variants.iter().find(|v| v.quantities.is_empty()) {
+        if let Some(variant) = spec.variants.iter().find(|v| v.quantities.is_empty() && spec.kind != Kind::Stability) {
             let place = format!("variant {}", variant.name);
             let remedy = "add quantity = [{ name = …, label = …, symbol = …, unit = … }] with a recorded column";
             return Err(content(place, "it judges no quantity".into(), remedy));
@@ -193,6 +230,7 @@ impl Study {
         let mut cases: Vec<Case> = Vec::new();
         let mut families = Vec::new();
         for family in &spec.families {
+            let scene_file = family.scene.as_ref().map_or_else(|| scene_file.clone(), |own| base.join(own));
             let wanted = family.variants.as_ref().unwrap_or(&known);
             if let Some(unknown) = wanted.iter().find(|w| !known.contains(w)) {
                 let place = format!("family {}", family.name);
@@ -217,17 +255,17 @@ impl Study {
                     if family.role == Role::Ladder {
                         below.extend(pairs(member));
                     }
-                    let all: Vec<_> = own.iter().chain(changes).cloned().collect();
+                    // What is drawn around a scene varies the scene with the changes
+                    let all = if scene.is_some() { [changes, &own[..]] } else { [&own[..], changes] }.concat();
                     let (scene, text) = read_scene(&scene_file, &all).map_err(|e| {
                         // Whose fault is it: the scene's, the member's, or the command line's?
                         let sound = |changes: &[_]| read_scene(&scene_file, changes).is_ok();
                         if sound(&[]) && !sound(&own) { e.caused_by(file, &place) } else { e }
                     })?;
                     formulation = scene.formulation();
-                    // The same scene in two families is run once.
-                    if let Some(same) =
-                        cases.iter().find(|c| c.text == text && (plans.is_empty() || c.variant == variant.name))
-                    {
+                    // The same scene in two families is run once; a hard case is judged under its own name.
+                    let shared = |c: &&Case| c.text == text && (plans.is_empty() || c.variant == variant.name);
+                    if let Some(same) = cases.iter().find(shared).filter(|_| spec.kind != Kind::Stability) {
                         ids.push(same.id.clone());
                         continue;
                     }
@@ -273,9 +311,26 @@ impl Study {
             reference: spec.reference,
             axes,
             points,
+            suites: hard.suites,
+            maps: hard.maps,
             version: env!("CARGO_PKG_VERSION").into(),
         };
         Ok(Self { name, file: file.into(), record, cases })
+    }
+
+    /// A scene that is refused is a result, and the other cases go on.
+    pub fn keeps_refusals(&self) -> bool {
+        self.record.kind == Kind::Stability.name()
+    }
+
+    /// Only the quick half of a study of kind `stability`.
+    pub fn quick(mut self) -> Self {
+        let record = &mut self.record;
+        record.suites.retain(|s| s.quick);
+        record.maps.clear();
+        record.families.retain(|f| record.suites.iter().any(|s| s.family == f.name));
+        self.cases.retain(|c| record.families.iter().any(|f| f.cases.contains(&c.id)));
+        self
     }
 }
 

@@ -59,6 +59,13 @@ impl Store {
         write(&self.path(&record.id, "json"), &json(record))
     }
 
+    /// The record of a case that has no run.
+    pub fn save_refused(&self, record: &CaseRecord) -> Result<(), StoreError> {
+        write(&self.path(&record.id, "csv"), "t_s\n")?;
+        std::fs::remove_file(self.path(&record.id, "skin.json.gz")).ok();
+        write(&self.path(&record.id, "json"), &json(record))
+    }
+
     /// What was found in a case of a calibration.
     pub fn save_calibration(&self, id: &str, found: &Calibration) -> Result<(), StoreError> {
         write(&self.path(id, "fit.json"), &json(found))

@@ -159,6 +159,8 @@ pub fn study() -> (StudyRecord, Vec<StoredCase>) {
         reference: None,
         axes: vec![],
         points: BTreeMap::new(),
+        suites: vec![],
+        maps: vec![],
         version: "0.1.0".into(),
     };
     (study, cases)

@@ -25,16 +25,16 @@ pub use points::{Point, Sampling, points};
 
 use crate::math::tensor::Vec3;
 use crate::system::{Blocks, Limit};
-use placement::{Obstacle, Pair, moved};
+use placement::{Obstacle, Pair, Placed, moved};
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
 
 /// Share of a gap that a step leaves [–].
 const LEFT: f64 = 0.1;
 /// Advances of one point over one step.
 const ADVANCES: usize = 200;
 
-/// What was looked at, over a run.
+/// What was looked at over a run, and how long it took.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct Counts {
     /// Points times evaluations
@@ -43,6 +43,10 @@ pub struct Counts {
     pub tested: usize,
     /// Points near enough to count
     pub active: usize,
+    /// Finding the points that are near
+    pub search: Duration,
+    /// Finding how far a step may go
+    pub detection: Duration,
 }
 
 /// A force that presses on a point.
@@ -83,7 +87,7 @@ pub struct Contact {
     own: usize,
     /// Place in the frame of the shape and distance there, as computed last
     known: Mutex<Vec<(Vec3, f64)>>,
-    counts: [AtomicUsize; 3],
+    counts: Mutex<Counts>,
 }
 
 impl Contact {
@@ -104,8 +108,7 @@ impl Contact {
     }
 
     pub fn counts(&self) -> Counts {
-        let [points, tested, active] = [0, 1, 2].map(|k| self.counts[k].load(Ordering::Relaxed));
-        Counts { points, tested, active }
+        *self.counts.lock().expect("counting does not panic")
     }
 
     /// Nodes of one point.
@@ -127,17 +130,22 @@ impl Contact {
 
     /// Distance of point `b` at displacement x [m], negative inside.
     pub fn gap(&self, x: &[f64], b: usize) -> f64 {
-        let placed = self.obstacle.at(x);
+        self.gap_from(&self.obstacle.at(x), x, b)
+    }
+
+    fn gap_from(&self, placed: &Placed, x: &[f64], b: usize) -> f64 {
         self.obstacle.shape.gap(&placed.local(&self.position(x, b))) - self.points[b].radius
     }
 
     /// The deepest point at displacement x, with its distance [m].
     pub fn deepest(&self, x: &[f64]) -> Option<(usize, f64)> {
-        (0..self.points.len()).map(|b| (b, self.gap(x, b))).min_by(|a, b| a.1.total_cmp(&b.1))
+        let placed = self.obstacle.at(x);
+        (0..self.points.len()).map(|b| (b, self.gap_from(&placed, x, b))).min_by(|a, b| a.1.total_cmp(&b.1))
     }
 
     /// Points nearer than `reach`, ascending.
     pub fn near(&self, x: &[f64], reach: f64) -> Vec<u32> {
+        let start = Instant::now();
         let placed = self.obstacle.at(x);
         let mut known = self.known.lock().expect("no evaluation panics");
         let mut tested = 0;
@@ -148,7 +156,7 @@ impl Contact {
             })
             .map(|b| b as u32)
             .collect();
-        self.count([self.points.len(), tested, near.len()]);
+        self.count([self.points.len(), tested, near.len()], |c| c.search += start.elapsed());
         near
     }
 
@@ -163,12 +171,17 @@ impl Contact {
         known.1
     }
 
-    fn count(&self, more: [usize; 3]) {
-        self.counts.iter().zip(more).for_each(|(c, n)| _ = c.fetch_add(n, Ordering::Relaxed));
+    fn count(&self, [points, tested, active]: [usize; 3], time: impl FnOnce(&mut Counts)) {
+        let mut counts = self.counts.lock().expect("counting does not panic");
+        counts.points += points;
+        counts.tested += tested;
+        counts.active += active;
+        time(&mut counts);
     }
 
     /// The longest part of the motion dx from x on which no point comes nearer than a tenth of its distance.
     pub fn max_step(&self, x: &[f64], dx: &[f64]) -> Option<Limit> {
+        let start = Instant::now();
         let placed = self.obstacle.at(x);
         let carried = self.obstacle.speed(dx);
         let mut known = self.known.lock().expect("no evaluation panics");
@@ -191,7 +204,7 @@ impl Contact {
                 limit = Some(Limit { share, node: self.points[b].nodes[0], gap });
             }
         }
-        self.count([self.points.len(), tested, 0]);
+        self.count([self.points.len(), tested, 0], |c| c.detection += start.elapsed());
         limit
     }
 

@@ -108,12 +108,16 @@ impl Shape {
         (properties.mass(), from(properties.local_com), inertia)
     }
 
-    /// Vertices of a surface.
-    pub fn vertices(&self) -> Vec<Vec3> {
-        match self {
-            Self::Surface(s) => s.vertices().iter().map(|v| from(*v)).collect(),
-            _ => Vec::new(),
-        }
+    /// The boundary as triangles, round ones in `parts` around; a floor has none.
+    pub fn triangles(&self, parts: u32) -> Option<Surface> {
+        let (points, triangles) = match self {
+            Self::Floor(_) => return None,
+            Self::Sphere(s) => s.to_trimesh(parts, parts / 2),
+            Self::Box(s) => s.to_trimesh(),
+            Self::Cylinder(s) => s.to_trimesh(parts),
+            Self::Surface(s) => (s.vertices().to_vec(), s.indices().to_vec()),
+        };
+        Some(Surface { points: points.into_iter().map(from).collect(), triangles })
     }
 
     /// The nearest point of the boundary, and whether y is inside.

@@ -30,6 +30,7 @@ pub fn content(store: &Store) -> Content {
         ],
         figures: figures::convergence(store, &analysis),
         files: vec![],
+        outcomes: Default::default(),
     }
 }
 

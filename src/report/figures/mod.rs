@@ -9,10 +9,13 @@ pub mod errors;
 pub mod fit;
 pub mod formulations;
 pub mod laws;
+pub mod matrix;
 pub mod overlay;
 pub mod prices;
+pub mod region;
 pub mod sweep;
 pub mod time;
+pub mod wreck;
 
 use super::canvas::{Area, At, INK, Mark, Point, RGB, SMALL, line, mark, mm, text};
 use super::store::Store;

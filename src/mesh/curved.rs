@@ -1,0 +1,112 @@
+//! Curved meshes without a mesher: blocks and prisms of Kuhn cells under a smooth map, mid-nodes on the map.
+
+use super::element::CELL_FACES;
+use super::structured::block;
+use super::{Order, Region, TetMesh};
+use crate::math::tensor::Vec3;
+use std::collections::{BTreeMap, HashMap};
+
+/// A block of nx × ny × nz boxes under a map of the unit cube that keeps its sides apart.
+pub fn mapped_block([nx, ny, nz]: [usize; 3], order: Order, map: impl Fn(Vec3) -> Vec3) -> TetMesh {
+    let mut mesh = block(nx, ny, nz, 1.0, 1.0, 1.0, order);
+    mesh.points.iter_mut().for_each(|p| *p = map(*p));
+    mesh
+}
+
+/// `parts` triangular prisms, each the half s ≥ t of a block of n × n × layers boxes, mapped by (part, s, t, w) and joined
+/// where nodes coincide. Faces s = t and t = 0 have the same diagonals, so sectors of a disc fit together.
+pub fn prisms(
+    parts: usize,
+    n: usize,
+    layers: usize,
+    order: Order,
+    map: impl Fn(usize, f64, f64, f64) -> Vec3,
+) -> TetMesh {
+    let source = block(n, n, layers, 1.0, 1.0, 1.0, order);
+    let mut mesh = TetMesh { order, points: vec![], cells: vec![], facets: vec![], regions: BTreeMap::new() };
+    let mut known = HashMap::new();
+    for part in 0..parts {
+        for c in 0..source.cell_count() {
+            let middle = source.position(c, [0.25; 3]);
+            if middle.x < middle.y {
+                continue;
+            }
+            for &k in source.cell(c) {
+                let p = source.points[k as usize];
+                let at = map(part, p.x, p.y, p.z);
+                // Lengths are of the size of one: nodes closer than 1e-7 are one.
+                let key = [at.x, at.y, at.z].map(|x| (x * 1e7).round() as i64);
+                let node = *known.entry(key).or_insert_with(|| {
+                    mesh.points.push(at);
+                    mesh.points.len() as u32 - 1
+                });
+                mesh.cells.push(node);
+            }
+        }
+    }
+    let mut faces: HashMap<[u32; 3], Option<Vec<u32>>> = HashMap::new();
+    let mut keys = Vec::new();
+    for c in 0..mesh.cell_count() {
+        for face in CELL_FACES {
+            let nodes: Vec<u32> = face[..order.facet_nodes()].iter().map(|&k| mesh.cell(c)[k]).collect();
+            let mut key = [nodes[0], nodes[1], nodes[2]];
+            key.sort_unstable();
+            keys.push(key);
+            faces.entry(key).and_modify(|f| *f = None).or_insert(Some(nodes));
+        }
+    }
+    for nodes in keys.iter().filter_map(|key| faces[key].as_ref()) {
+        mesh.facets.extend(nodes);
+    }
+    let cells = (0..mesh.cell_count() as u32).collect();
+    mesh.regions.insert("body".into(), Region { cells, ..Region::default() });
+    mesh
+}
+
+/// One octant of a hollow sphere of radii a < b [m], n cells along an edge of the spherical triangle: x = r l/|l| with the
+/// barycentric l = (1 − s, s − t, t), r = a (b/a)^w. Regions `inner`, `outer` and the planes `xmin`, `ymin`, `zmin`.
+pub fn octant(a: f64, b: f64, n: usize, layers: usize, order: Order) -> TetMesh {
+    let ratio = b / a;
+    let unit = prisms(1, n, layers, order, |_, s, t, w| Vec3::new(1.0 - s, s - t, t).normalize() * ratio.powf(w));
+    let near = |value: f64, wanted: f64| (value - wanted).abs() < 1e-9;
+    let mesh = scaled(unit, a);
+    let planes = ["xmin", "ymin", "zmin"];
+    let mesh = (0..3).fold(mesh, |mesh, axis| with_region(mesh, planes[axis], |p| near(p[axis] / a, 0.0)));
+    let mesh = with_region(mesh, "inner", |p| near(p.norm() / a, 1.0));
+    with_region(mesh, "outer", |p| near(p.norm() / b, 1.0))
+}
+
+/// A cylinder of radius a and this length along z [m]: six sectors, r = a s, angle (part + t/s) 60°. Regions `zmin`, `zmax`
+/// and `side`.
+pub fn cylinder(a: f64, length: f64, n: usize, layers: usize, order: Order) -> TetMesh {
+    let unit = prisms(6, n, layers, order, |part, s, t, w| {
+        let angle = (part as f64 + if s > 0.0 { t / s } else { 0.0 }) * std::f64::consts::FRAC_PI_3;
+        Vec3::new(s * angle.cos(), s * angle.sin(), length / a * w)
+    });
+    let near = |value: f64, wanted: f64| (value - wanted).abs() < 1e-9;
+    let mesh = with_region(scaled(unit, a), "zmin", |p| near(p.z / length, 0.0));
+    let mesh = with_region(mesh, "zmax", |p| near(p.z / length, 1.0));
+    with_region(mesh, "side", |p| near(p.x.hypot(p.y) / a, 1.0))
+}
+
+/// A plate of nx × ny × nz boxes over the quadrilateral of these corners [m], counter-clockwise from the image of (0, 0), bilinear
+/// between. Regions as of a block.
+pub fn plate(corners: [[f64; 2]; 4], thickness: f64, divisions: [usize; 3], order: Order) -> TetMesh {
+    let [a, b, c, d] = corners;
+    let between =
+        |k: usize, s: f64, t: f64| (1.0 - t) * ((1.0 - s) * a[k] + s * b[k]) + t * ((1.0 - s) * d[k] + s * c[k]);
+    mapped_block(divisions, order, |p| Vec3::new(between(0, p.x, p.y), between(1, p.x, p.y), thickness * p.z))
+}
+
+fn scaled(mut mesh: TetMesh, factor: f64) -> TetMesh {
+    mesh.points.iter_mut().for_each(|p| *p *= factor);
+    mesh
+}
+
+/// With the facets whose corners all satisfy `on` as a region.
+fn with_region(mut mesh: TetMesh, name: &str, on: impl Fn(Vec3) -> bool) -> TetMesh {
+    let here = |f: &u32| mesh.facet(*f as usize).iter().all(|&k| on(mesh.points[k as usize]));
+    let facets = (0..mesh.facet_count() as u32).filter(here).collect();
+    mesh.regions.insert(name.into(), Region { facets, ..Region::default() });
+    mesh
+}

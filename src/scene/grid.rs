@@ -1,0 +1,87 @@
+//! Meshes that a scene makes itself: grids of boxes, and meshes made worse on purpose.
+
+use super::error::SceneError;
+use super::mesh_spec::{DisturbSpec, ElementSpec, GridSpec};
+use super::quantity::Length;
+use crate::mesh::validate::min_det;
+use crate::mesh::{TetMesh, curved, structured};
+use sha2::{Digest, Sha256};
+use std::path::Path;
+
+/// The mesh of a grid.
+pub fn grid(file: &Path, spec: &GridSpec, element: ElementSpec) -> Result<TetMesh, SceneError> {
+    let refuse = |fact: String, remedy: &str| Err(content(file, "mesh.grid", fact, remedy));
+    let (divisions, lengths): (&[usize], Vec<Length>) = match spec {
+        GridSpec::Box { size, divisions } => (divisions, size.to_vec()),
+        GridSpec::Plate { thickness, divisions, .. } => (divisions, vec![*thickness]),
+        GridSpec::Octant { inner, outer, divisions } => (divisions, vec![*inner, *outer]),
+        GridSpec::Cylinder { radius, length, divisions } => (divisions, vec![*radius, *length]),
+    };
+    if divisions.contains(&0) {
+        return refuse(format!("divisions = {divisions:?}"), "give at least one box in each direction");
+    }
+    if let Some(length) = lengths.iter().find(|l| l.0 <= 0.0) {
+        return refuse(format!("a length is {} mm", length.0 * 1e3), "lengths are positive");
+    }
+    let order = element.order();
+    let mesh = match spec {
+        GridSpec::Box { size: [x, y, z], divisions: [nx, ny, nz] } => {
+            structured::block(*nx, *ny, *nz, x.0, y.0, z.0, order)
+        }
+        GridSpec::Plate { corners, thickness, divisions } => {
+            curved::plate(corners.map(|c| c.map(|x| x.0)), thickness.0, *divisions, order)
+        }
+        GridSpec::Octant { inner, outer, .. } if inner.0 >= outer.0 => {
+            return refuse("inner is not less than outer".into(), "exchange the two");
+        }
+        GridSpec::Octant { inner, outer, divisions: [n, layers] } => {
+            curved::octant(inner.0, outer.0, *n, *layers, order)
+        }
+        GridSpec::Cylinder { radius, length, divisions: [n, layers] } => {
+            curved::cylinder(radius.0, length.0, *n, *layers, order)
+        }
+    };
+    match (0..mesh.cell_count()).find(|&c| min_det(&mesh, c) <= 0.0) {
+        Some(c) => {
+            refuse(format!("cell {c} is folded"), "go round the corners counter-clockwise, or take more divisions")
+        }
+        None => Ok(mesh),
+    }
+}
+
+/// Moves nodes and makes slivers.
+pub fn disturb(file: &Path, spec: &DisturbSpec, mesh: &mut TetMesh) -> Result<(), SceneError> {
+    let refuse = |fact: String, remedy: &str| Err(content(file, "mesh.disturb", fact, remedy));
+    if !(0.0..=1.0).contains(&spec.nodes) || !(0.0..=1.0).contains(&spec.slivers) {
+        let fact = format!("nodes = {}, slivers = {}", spec.nodes, spec.slivers);
+        return refuse(fact, "both are shares between 0 and 1");
+    }
+    mesh.distort(spec.seed, spec.nodes);
+    if let Some(c) = (0..mesh.cell_count()).find(|&c| min_det(mesh, c) <= 0.0) {
+        return refuse(format!("nodes = {} folds cell {c}", spec.nodes), "take less: 0.1 is safe on grids");
+    }
+    match spec.angle {
+        None if spec.slivers > 0.0 => refuse("slivers have no angle".into(), "add for example angle = \"0.5 deg\""),
+        Some(_) if spec.slivers == 0.0 => refuse("`angle` has no effect without slivers".into(), "remove it"),
+        Some(angle) if !(angle.0 > 0.0 && angle.0.to_degrees() < 10.0) => {
+            refuse(format!("angle = {} deg", angle.0.to_degrees()), "take one above 0 and below 10 deg")
+        }
+        None => Ok(()),
+        Some(angle) => {
+            mesh.add_slivers(spec.seed, spec.slivers, angle.0);
+            Ok(())
+        }
+    }
+}
+
+/// SHA-256 of the nodes and cells.
+pub fn mesh_hash(mesh: &TetMesh) -> String {
+    let mut hash = Sha256::new();
+    mesh.points.iter().flat_map(|p| p.iter()).for_each(|x| hash.update(x.to_le_bytes()));
+    mesh.cells.iter().for_each(|k| hash.update(k.to_le_bytes()));
+    hash.finalize().iter().map(|b| format!("{b:02x}")).collect()
+}
+
+fn content(file: &Path, place: &str, fact: String, remedy: &str) -> SceneError {
+    SceneError::Content { file: file.into(), place: place.into(), fact, remedy: remedy.into() }
+}

@@ -1,0 +1,136 @@
+//! `[mesh]` of a scene.
+
+use super::quantity::{Angle, Length};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+/// `body` with its sizing (a mesh made by our mesher), or `file` with its unit, or `grid`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MeshSpec {
+    pub body: Option<String>,
+    /// Dimensions of the body that differ from its defaults, by name
+    #[serde(default)]
+    pub parameters: BTreeMap<String, String>,
+    /// Number of cells, met within 2 %
+    pub cells: Option<usize>,
+    /// Edge length
+    pub size: Option<Length>,
+    /// Each cell into eight, this often
+    #[serde(default)]
+    pub levels: u32,
+    #[serde(default)]
+    pub grading: Vec<GradingSpec>,
+    #[serde(default)]
+    pub generator: GeneratorSpec,
+    /// Another mesh of the same size (gmsh)
+    #[serde(default)]
+    pub seed: u64,
+    /// CGAL's criteria by its names
+    #[serde(default)]
+    pub cgal: BTreeMap<String, toml::Value>,
+    pub file: Option<PathBuf>,
+    /// Unit of length of the file
+    pub unit: Option<String>,
+    /// Boxes cut into tetrahedra, made without a mesher
+    pub grid: Option<GridSpec>,
+    #[serde(default)]
+    pub element: ElementSpec,
+    /// Made worse on purpose
+    pub disturb: Option<DisturbSpec>,
+    /// Regions by selectors, where the file has no groups
+    #[serde(default)]
+    pub regions: BTreeMap<String, SelectorSpec>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GradingSpec {
+    /// Named feature of the body: `notches`, `guides`, `tip`
+    pub feature: String,
+    pub length: Length,
+    pub distance: Length,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Default)]
+#[serde(rename_all = "lowercase")]
+pub enum GeneratorSpec {
+    #[default]
+    Gmsh,
+    Cgal,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Default)]
+#[serde(rename_all = "lowercase")]
+pub enum ElementSpec {
+    #[default]
+    Tet4,
+    Tet10,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "snake_case")]
+pub enum SelectorSpec {
+    Box {
+        min: [Length; 3],
+        max: [Length; 3],
+        #[serde(default)]
+        pick: PickSpec,
+    },
+    Sphere {
+        center: [Length; 3],
+        radius: Length,
+        #[serde(default)]
+        pick: PickSpec,
+    },
+    Plane {
+        point: [Length; 3],
+        normal: [f64; 3],
+        tolerance: Length,
+        #[serde(default)]
+        pick: PickSpec,
+    },
+    /// Boundary facets whose outward normal is within `angle` of `direction`
+    Normal { direction: [f64; 3], angle: Angle },
+}
+
+/// What a selector picks; a facet or cell is picked when all its corners are.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Default)]
+#[serde(rename_all = "snake_case")]
+pub enum PickSpec {
+    #[default]
+    Nodes,
+    Facets,
+    Cells,
+}
+
+/// A body of boxes that are cut into six tetrahedra each; its regions have fixed names.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "snake_case")]
+pub enum GridSpec {
+    /// [0, size]: `xmin`, `xmax`, …, `zmax`
+    Box { size: [Length; 3], divisions: [usize; 3] },
+    /// A quadrilateral of this thickness in z, corners counter-clockwise in the plane; regions as of a box
+    Plate { corners: [[Length; 2]; 4], thickness: Length, divisions: [usize; 3] },
+    /// An octant of a hollow sphere: `inner`, `outer`, `xmin`, `ymin`, `zmin`; divisions of an edge and of the wall
+    Octant { inner: Length, outer: Length, divisions: [usize; 2] },
+    /// Along z: `zmin`, `zmax`, `side`; divisions of the radius and of the length
+    Cylinder { radius: Length, length: Length, divisions: [usize; 2] },
+}
+
+/// How a mesh is made worse, for robustness studies.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DisturbSpec {
+    /// Inner nodes move by up to this share of h in each direction
+    #[serde(default)]
+    pub nodes: f64,
+    /// Share of the cells into which a sliver is put
+    #[serde(default)]
+    pub slivers: f64,
+    /// Smallest dihedral angle of the slivers
+    pub angle: Option<Angle>,
+    #[serde(default)]
+    pub seed: u64,
+}

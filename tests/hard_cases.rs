@@ -1,0 +1,273 @@
+//! The study of hard cases: its quick half is right, its switches are needed, and statics does not depend on what it must not.
+
+use durometer::math::random::SplitMix;
+use durometer::math::units::{self, Dimension};
+use durometer::mesh::TetMesh;
+use durometer::report::store;
+use durometer::scene::{Body, Progress, Run, Scene, from_text};
+use durometer::solve::Status;
+use durometer::study::record::CaseRecord;
+use durometer::study::runner::{self, Options, Watch};
+use durometer::study::spec::{Case, Study};
+use durometer::study::stability::{Analysis, Outcome, analyse};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use toml::Value;
+
+struct Silent;
+
+impl Watch for Silent {
+    fn meshing(&self, _: &str, _: &str) {}
+    fn started(&self, _: &str) {}
+    fn progress(&self, _: &str, _: Progress) {}
+    fn finished(&self, _: &CaseRecord, _: bool) {}
+}
+
+fn file() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/hard-cases/study.toml")
+}
+
+fn quick(changes: &[(&str, Value)]) -> Study {
+    let changes: Vec<_> = changes.iter().map(|(key, value)| (key.to_string(), value.clone())).collect();
+    Study::read(&file(), &changes).unwrap_or_else(|e| panic!("{e}")).quick()
+}
+
+/// Runs the cases whose id contains `only`.
+fn judged(study: &Study, only: Option<&str>) -> Analysis {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let stop = AtomicBool::new(false);
+    let options = Options { jobs: 2, redo: false, only: only.map(String::from), vtu: false, stop: &stop };
+    runner::run(study, folder.path(), &options, &Silent).unwrap_or_else(|e| panic!("{e}"));
+    let store = store::read(folder.path()).unwrap_or_else(|e| panic!("{e}"));
+    analyse(&store.study, &store.cases)
+}
+
+/// Every case ends as it should and meets its references; none panics, hangs or leaves a number that is not finite.
+#[test]
+fn the_quick_half_is_right() {
+    let a = judged(&quick(&[]), None);
+    println!("{}", a.verdict);
+    let failed: Vec<String> = (a.cases.iter().filter(|c| c.outcome == Outcome::Fail))
+        .map(|c| format!("{}: {}", c.case, c.reason.as_deref().unwrap_or_default()))
+        .collect();
+    assert_eq!(failed, Vec::<String>::new());
+    assert!(a.cases.len() >= 60 && a.missing.is_empty(), "{} cases", a.cases.len());
+    let compared: usize = a.cases.iter().map(|c| c.findings.len()).sum();
+    assert!(compared >= 60, "{compared} comparisons with a reference");
+}
+
+/// A suite says which tables it has; one that is not understood is refused with its place.
+#[test]
+fn every_suite_has_a_setup_and_ends_that_exist() {
+    let study = Study::read(&file(), &[]).unwrap_or_else(|e| panic!("{e}"));
+    assert!(study.record.suites.iter().all(|s| s.setup.ends_with('.')), "a setup is a sentence");
+    assert!(study.cases.len() >= 300, "{} cases", study.cases.len());
+}
+
+/// The static scenes of the quick half that have an answer, with their bodies.
+fn static_scenes() -> Vec<(Case, Arc<Body>)> {
+    let cases = quick(&[]).cases;
+    let wanted = |c: &Case| {
+        let text = &c.text;
+        let path = ["arc_length", "friction", "[start", "st_venant", "column"].iter().any(|w| text.contains(w));
+        text.matches("integrator = \"static\"").count() == c.spec.stages.len() && !path
+    };
+    let mut seen: Vec<String> = vec![];
+    let loaded = cases.into_iter().filter(wanted).filter_map(|c| {
+        // One member of every suite and variant is enough
+        let kind = format!("{} {}", c.family, c.variant);
+        if seen.contains(&kind) {
+            return None;
+        }
+        let body = Body::load(&c.scene_file, &c.spec.mesh, &mut |_| {}).ok()?;
+        seen.push(kind);
+        Some((c, Arc::new(body)))
+    });
+    loaded.collect()
+}
+
+/// `None` if it is refused or has no answer.
+fn ended(case: &Case, text: &str, body: Arc<Body>) -> Option<Run> {
+    let spec = from_text(&case.scene_file, text, "").unwrap_or_else(|e| panic!("{}: {e}", case.id));
+    let scene = Scene::build(&case.scene_file, spec, text.into(), body).unwrap_or_else(|e| panic!("{}: {e}", case.id));
+    let run = scene.run(&mut |_| true, &mut |_| {});
+    (run.status == Status::Converged).then_some(run)
+}
+
+/// Largest difference of the last rows over the largest value that the column takes, iterations apart. Columns that are
+/// nothing but rounding beside their kind (reactions across the load, say) count by the largest of the same unit.
+fn difference(a: &Run, b: &Run, factor: impl Fn(&str) -> f64) -> f64 {
+    let unit = |name: &str| name.rsplit('_').next().unwrap_or_default().to_string();
+    let largest = |u: &str| {
+        let same = (0..a.columns.len()).filter(|&k| unit(&a.columns[k]) == u);
+        same.flat_map(|k| a.rows.iter().map(move |r| r[k].abs())).fold(0.0, f64::max)
+    };
+    let (x, y) = (a.rows.last().expect("rows"), b.rows.last().expect("rows"));
+    (1..a.columns.len() - 1)
+        .map(|k| {
+            let size = largest(&unit(&a.columns[k]));
+            let off = (x[k] - y[k] / factor(&a.columns[k])).abs();
+            if off == 0.0 { 0.0 } else { off / size }
+        })
+        .fold(0.0, f64::max)
+}
+
+/// Two solutions to 1e-8 of the forces differ by that times the condition of the problem, the ratio of stiffnesses in length
+/// and bending: 1e4 here and less.
+const SAME: f64 = 1e-5;
+
+/// Statics does not depend on the step, on the units, on the numbers of nodes and cells, or on the threads.
+#[test]
+fn statics_depends_on_nothing_else() {
+    let scenes = static_scenes();
+    assert!(scenes.len() >= 20, "{} scenes", scenes.len());
+    let mut seed = SplitMix(7);
+    for (case, body) in &scenes {
+        let Some(run) = ended(case, &case.text, body.clone()) else { continue };
+        let same = |what: &str, other: Option<Run>, factor: &dyn Fn(&str) -> f64, accept: f64| {
+            let other = other.unwrap_or_else(|| panic!("{}: no answer with {what}", case.id));
+            let off = difference(&run, &other, factor);
+            assert!(off <= accept, "{}: {what} changes the answer by {off:.1e}", case.id);
+        };
+        let mut table: toml::Table = case.text.parse().expect("TOML");
+        for stage in table["stage"].as_array_mut().into_iter().flatten() {
+            let (dt, _) = units::quantity(stage["dt"].as_str().expect("text")).expect("a time");
+            stage["dt"] = format!("{} s", dt / 2.0).into();
+        }
+        let halved = toml::to_string(&table).expect("TOML");
+        same("half the step", ended(case, &halved, body.clone()), &|_| 1.0, SAME);
+        let mixed = Arc::new(renumbered(body, &mut seed));
+        same("other numbers", ended(case, &case.text, mixed), &|_| 1.0, SAME);
+        // m, kPa, t and s → mm, MPa, … : lengths, masses and times of another size are the same problem
+        let system = Similar { length: 1e3, mass: 1e-3, time: 0.1 };
+        let text = toml::to_string(&system.table(&case.text)).expect("TOML");
+        let scaled = Arc::new(system.body(body));
+        same("other units", ended(case, &text, scaled), &|column| system.column(column), SAME);
+        let pool = rayon_pool(1);
+        let alone = pool.install(|| ended(case, &case.text, body.clone()));
+        same("one thread", alone, &|_| 1.0, 0.0);
+    }
+}
+
+fn rayon_pool(threads: usize) -> rayon::ThreadPool {
+    rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads")
+}
+
+/// Nodes and cells in another order.
+fn renumbered(body: &Body, random: &mut SplitMix) -> Body {
+    let mesh = &body.mesh;
+    let mut order = |n: usize| {
+        let mut all: Vec<u32> = (0..n as u32).collect();
+        (1..n).rev().for_each(|k| all.swap(k, random.below(k + 1)));
+        all
+    };
+    let (nodes, cells) = (order(mesh.points.len()), order(mesh.cell_count()));
+    // nodes[old] = new, cells[new] = old
+    let mut points = mesh.points.clone();
+    nodes.iter().zip(&mesh.points).for_each(|(&new, p)| points[new as usize] = *p);
+    let renamed = |list: &[u32]| list.iter().map(|&k| nodes[k as usize]).collect::<Vec<u32>>();
+    let mut place = vec![0; cells.len()];
+    cells.iter().enumerate().for_each(|(new, &old)| place[old as usize] = new as u32);
+    let mut regions = mesh.regions.clone();
+    for region in regions.values_mut() {
+        region.cells = region.cells.iter().map(|&c| place[c as usize]).collect();
+        region.nodes = renamed(&region.nodes);
+        region.cells.sort_unstable();
+        region.nodes.sort_unstable();
+    }
+    let mesh = TetMesh {
+        order: mesh.order,
+        points,
+        cells: cells.iter().flat_map(|&old| renamed(mesh.cell(old as usize))).collect(),
+        facets: renamed(&mesh.facets),
+        regions,
+    };
+    Body { mesh, paths: body.paths.clone(), source: body.source.clone(), sha256: body.sha256.clone() }
+}
+
+/// Factors of length, mass and time.
+struct Similar {
+    length: f64,
+    mass: f64,
+    time: f64,
+}
+
+/// Exponents of length, mass and time of what stands in the scenes.
+const DIMENSIONS: [(Dimension, [i32; 3]); 9] = [
+    (Dimension::LENGTH, [1, 0, 0]),
+    (Dimension::VOLUME, [3, 0, 0]),
+    (Dimension::TIME, [0, 0, 1]),
+    (Dimension::ANGLE, [0, 0, 0]),
+    (Dimension::FORCE, [1, 1, -2]),
+    (Dimension::PRESSURE, [-1, 1, -2]),
+    (Dimension::STIFFNESS, [0, 1, -2]),
+    (Dimension::DENSITY, [-3, 1, 0]),
+    (Dimension::ACCELERATION, [1, 0, -2]),
+];
+
+impl Similar {
+    fn of(&self, dimension: Dimension) -> f64 {
+        let known = DIMENSIONS.iter().find(|(d, _)| *d == dimension);
+        let [m, kg, s] = known.unwrap_or_else(|| panic!("{dimension:?} is not in the list")).1;
+        self.length.powi(m) * self.mass.powi(kg) * self.time.powi(s)
+    }
+
+    /// Every quantity of a scene with a unit, times its factor.
+    fn table(&self, text: &str) -> toml::Table {
+        fn scale(value: &mut Value, by: &Similar) {
+            match value {
+                Value::Table(table) => table.iter_mut().for_each(|(_, v)| scale(v, by)),
+                Value::Array(list) => list.iter_mut().for_each(|v| scale(v, by)),
+                Value::String(text) => {
+                    if let Ok((si, dimension)) = units::quantity(text)
+                        && dimension != Dimension::NONE
+                    {
+                        let unit = dimension.example();
+                        let one = units::parse(&format!("1 {unit}"), dimension).expect("an example of a unit");
+                        *text = format!("{} {unit}", si * by.of(dimension) / one);
+                    }
+                }
+                _ => {}
+            }
+        }
+        let mut table: toml::Table = text.parse().expect("TOML");
+        table.iter_mut().for_each(|(_, v)| scale(v, self));
+        table
+    }
+
+    fn body(&self, body: &Body) -> Body {
+        let mut mesh = body.mesh.clone();
+        mesh.points.iter_mut().for_each(|p| *p *= self.length);
+        let mut paths = body.paths.clone();
+        for path in paths.values_mut() {
+            path.guides.iter_mut().chain([&mut path.pull_point]).flatten().for_each(|x| *x *= self.length);
+            path.guide_radius *= self.length;
+        }
+        Body { mesh, paths, source: body.source.clone(), sha256: body.sha256.clone() }
+    }
+
+    /// Factor of a column, by the unit in its name.
+    fn column(&self, name: &str) -> f64 {
+        match name.rsplit('_').next() {
+            Some("m") => self.of(Dimension::LENGTH),
+            Some("m3") => self.of(Dimension::VOLUME),
+            Some("N") => self.of(Dimension::FORCE),
+            Some("Pa") => self.of(Dimension::PRESSURE),
+            Some("J") => self.of(Dimension::FORCE) * self.length,
+            _ => 1.0,
+        }
+    }
+}
+
+/// Each switch of the solver is there for a reason: without it a case of the suite that is right is not.
+#[test]
+fn the_suite_notices_what_is_switched_off() {
+    for (key, value, only) in [
+        ("numerics.line_search", Value::from(false), "snap-through-as-given-one-step"),
+        ("numerics.cuts", Value::from(0), "balloon-tet10-mean-dilatation"),
+    ] {
+        let a = judged(&quick(&[(key, value)]), Some(only));
+        assert_eq!(a.count(Outcome::Fail), 1, "{only} does not need {key}: {}", a.verdict);
+    }
+}
