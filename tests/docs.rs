@@ -135,7 +135,8 @@ fn the_guide_names_every_key_of_a_scene_and_a_study() {
     let cable = keys_of(&text("src/scene/cable.rs"), &["CableSpec", "RingSpec"]);
     assert!(["EA", "after", "guide_radius"].iter().all(|key| cable.contains(*key)), "{cable:?}");
     assert_eq!(missing(cable), Vec::<String>::new(), "not in docs/guide.md");
-    let contact = keys_of(&text("src/scene/contact.rs"), &["ContactSpec", "ObstacleSpec", "MotionSpec", "ResponseSpec"]);
+    let contact =
+        keys_of(&text("src/scene/contact_spec.rs"), &["ContactSpec", "ObstacleSpec", "MotionSpec", "ResponseSpec"]);
     assert!(["floor", "multiplier", "creep"].iter().all(|key| contact.contains(*key)), "{contact:?}");
     assert_eq!(missing(contact), Vec::<String>::new(), "not in docs/guide.md");
     let rigid = keys_of(&text("src/scene/rigid.rs"), &["RigidSpec", "WeightSpec", "ShapeSpec", "TurnSpec"]);

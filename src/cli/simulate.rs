@@ -178,7 +178,13 @@ pub fn main(args: Args) -> Outcome {
         for c in &record.contacts {
             println!(
                 "contact {}: {} points, seen {} times, {} distances computed, {} active; search {}, collision detection {}",
-                c.name, c.points, c.seen, c.tested, c.active, seconds(c.search_s), seconds(c.detection_s)
+                c.name,
+                c.points,
+                c.seen,
+                c.tested,
+                c.active,
+                seconds(c.search_s),
+                seconds(c.detection_s)
             );
         }
         states.iter().for_each(|file| println!("state:   {}", file.display()));

@@ -2,8 +2,8 @@
 
 use super::builder::{Builder, Gathered};
 use super::compare::Measured;
-use super::contact::NamedContact;
 use super::comparison::limit_of_springs;
+use super::contact_record::NamedContact;
 use super::control::Controls;
 use super::error::{SceneError, hint};
 use super::probe::{Probe, columns};

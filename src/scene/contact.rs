@@ -1,11 +1,11 @@
-//! Contact of a scene: which points, which obstacle, which response, and what is recorded of it.
+//! Contact of a scene: which points, which obstacle, which response, and the effects that follow.
 
 use super::build::part;
 use super::builder::{Builder, Gathered};
-use super::error::SceneError;
-use super::quantity::{Length, Modulus, Speed};
-use super::rigid::{RigidBody, ShapeSpec, TurnSpec};
-use super::signal::SignalSpec;
+use super::contact_record::NamedContact;
+use super::contact_spec::{ContactSpec, MotionSpec, ObstacleSpec, ResponseSpec};
+use super::error::{SceneError, hint};
+use super::rigid::{RigidBody, ShapeFault, ShapeSpec};
 use super::spec::SceneSpec;
 use crate::effect::contact::barrier::Barrier;
 use crate::effect::contact::friction::ContactFriction;
@@ -13,199 +13,15 @@ use crate::effect::contact::multiplier::Multiplier;
 use crate::effect::contact::penalty::Penalty;
 use crate::effect::contact::placement::{AffineFrame, Obstacle};
 use crate::effect::contact::pressed::{Pressed, Response};
+use crate::effect::contact::shape::Shape;
 use crate::effect::contact::{Contact, Point, Pressing, Sampling, points};
 use crate::math::signal::Signal;
 use crate::math::tensor::{Mat3, Vec3};
 use crate::math::units::Dimension;
 use crate::mesh::validate::point;
 use crate::solve::{Integrator, Span};
-use crate::system::{At, Effect, Local, Want};
-use serde::Deserialize;
+use crate::system::Effect;
 use std::sync::Arc;
-
-/// A part of the surface, or a rigid body, against an obstacle.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ContactSpec {
-    #[serde(default = "contact")]
-    pub name: String,
-    /// Facets of the body, or the name of a rigid body
-    pub region: String,
-    pub obstacle: ObstacleSpec,
-    /// How the obstacle moves; it stays where it is if absent
-    pub motion: Option<MotionSpec>,
-    pub response: ResponseSpec,
-    /// Coulomb's coefficient, 0 without friction
-    pub friction: f64,
-    /// Length in which the response acts; a hundredth of h if absent
-    pub distance: Option<Length>,
-    /// Pressure that the response is scaled with; Young's modulus of the stiffest law if absent
-    pub modulus: Option<Modulus>,
-    /// Speed below which a point counts as sticking; a thousandth of the size of the body per second if absent
-    pub creep: Option<Speed>,
-    /// The same over a static step; a thousandth of h if absent
-    pub slip: Option<Length>,
-}
-
-fn contact() -> String {
-    "contact".into()
-}
-
-/// What is met: a shape in space, or a rigid body of the scene.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum ObstacleSpec {
-    /// What is below the plane through `point`
-    Floor {
-        point: [Length; 3],
-        normal: [f64; 3],
-    },
-    /// Turned about its middle, along the axes if `turn` is absent
-    Box {
-        min: [Length; 3],
-        max: [Length; 3],
-        turn: Option<TurnSpec>,
-    },
-    Sphere {
-        center: [Length; 3],
-        radius: Length,
-    },
-    Cylinder {
-        from: [Length; 3],
-        to: [Length; 3],
-        radius: Length,
-    },
-    /// STL or OBJ, closed and outward
-    Surface {
-        file: std::path::PathBuf,
-        unit: String,
-    },
-    Rigid {
-        body: String,
-    },
-}
-
-/// A translation.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct MotionSpec {
-    pub direction: [f64; 3],
-    pub displacement: SignalSpec,
-}
-
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
-#[serde(rename_all = "snake_case")]
-pub enum ResponseSpec {
-    Barrier,
-    Penalty,
-    Multiplier,
-}
-
-impl ResponseSpec {
-    /// Name as in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Barrier => "barrier",
-            Self::Penalty => "penalty",
-            Self::Multiplier => "multiplier",
-        }
-    }
-}
-
-/// A contact of the system, for what is recorded.
-pub struct NamedContact {
-    pub name: String,
-    pub response: ResponseSpec,
-    pressing: Arc<dyn Pressing>,
-    moves: bool,
-    friction: Option<Arc<ContactFriction>>,
-}
-
-/// What a contact is at one state.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ContactMoment {
-    /// On the points [N]
-    pub force: Vec3,
-    /// Least distance [m]
-    pub gap: f64,
-    /// Points that are pressed
-    pub pressed: usize,
-    /// Their area [m²]
-    pub area: f64,
-}
-
-impl NamedContact {
-    /// Names of its columns.
-    pub fn columns(&self) -> Vec<String> {
-        let ends = ["force_x_N", "force_y_N", "force_z_N", "gap_m", "points", "area_m2"];
-        ends.map(|end| format!("{}_{end}", self.name)).into()
-    }
-
-    /// The four nodes of an obstacle with a motion.
-    pub(super) fn moving(&self) -> Option<&AffineFrame> {
-        self.contact().obstacle.body.as_ref().filter(|_| self.moves)
-    }
-
-    /// Has it friction?
-    pub fn slides(&self) -> bool {
-        self.friction.is_some()
-    }
-
-    pub fn contact(&self) -> &Contact {
-        self.pressing.contact()
-    }
-
-    /// Sums over the points; friction is there where a step led to the state.
-    pub fn moment(&self, x: &[f64], step: Option<&At>) -> ContactMoment {
-        let contact = self.contact();
-        let forces = self.forces(x, step);
-        let reach = self.pressing.reach();
-        let least = 1e-9 * forces.iter().map(|f| f.1.norm()).fold(0.0, f64::max);
-        let pressed = forces.iter().filter(|f| f.1.norm() > least);
-        let area = pressed.clone().map(|f| contact.points[f.0].area).sum();
-        let gap = contact.deepest(x).map_or(reach, |d| d.1);
-        ContactMoment { force: forces.iter().map(|f| f.1).sum(), gap, pressed: pressed.count(), area }
-    }
-
-    /// (point, force [N]) of the points that feel the obstacle.
-    pub fn forces(&self, x: &[f64], step: Option<&At>) -> Vec<(usize, Vec3)> {
-        let contact = self.contact();
-        let mut local = Local::new(contact.blocks().largest());
-        let mut force = |b: usize| {
-            let presses = self.pressing.presses(x, b);
-            let mut sum: Vec3 = presses.iter().map(|p| p.normal * p.force).sum();
-            if let (Some(friction), Some(at)) = (&self.friction, step) {
-                local.r.fill(0.0);
-                friction.eval(at, b, Want::Residual, &mut local).expect("friction is defined wherever contact is");
-                sum -= local.r[..3 * contact.own()].chunks_exact(3).map(Vec3::from_column_slice).sum::<Vec3>();
-            }
-            (b, sum)
-        };
-        let near: Vec<u32> = match self.pressing.reach() {
-            f64::INFINITY => (0..contact.points.len() as u32).collect(),
-            reach => contact.near(x, reach),
-        };
-        near.into_iter().map(|b| force(b as usize)).filter(|(_, f)| *f != Vec3::zeros()).collect()
-    }
-
-    /// Values of its columns.
-    pub fn record(&self, x: &[f64], step: Option<&At>) -> Vec<f64> {
-        let ContactMoment { force, gap, pressed, area } = self.moment(x, step);
-        vec![force.x, force.y, force.z, gap, pressed as f64, area]
-    }
-
-    /// [3 × nodes] forces at the nodes [N].
-    pub fn nodal(&self, x: &[f64], step: Option<&At>, nodes: &mut [f64]) {
-        for (b, force) in self.forces(x, step) {
-            let p = &self.contact().points[b];
-            for (&node, w) in p.nodes.iter().zip(&p.weights) {
-                // Nodes of a rigid body are not in the mesh.
-                let of_mesh = nodes.get_mut(3 * node as usize..3 * node as usize + 3).into_iter().flatten();
-                of_mesh.zip(force.iter()).for_each(|(sum, f)| *sum += w * f);
-            }
-        }
-    }
-}
 
 impl Builder<'_> {
     /// All rigid bodies and contacts, with their effects.
@@ -285,9 +101,7 @@ impl Builder<'_> {
         let contact = Arc::new(Contact::with_scalars(name.clone(), points, obstacle, scalars));
         self.check_apart(place, &contact, spec.response)?;
         let pressing: Arc<dyn Pressing> = match spec.response {
-            ResponseSpec::Barrier => {
-                press(&contact, Barrier { distance, stiffness: modulus / distance }, effects)
-            }
+            ResponseSpec::Barrier => press(&contact, Barrier { distance, stiffness: modulus / distance }, effects),
             ResponseSpec::Penalty => press(&contact, Penalty { stiffness: modulus / distance }, effects),
             ResponseSpec::Multiplier => {
                 let shared = Arc::new(Multiplier { contact, stiffness: modulus * h });
@@ -348,7 +162,7 @@ impl Builder<'_> {
                 let Some(body) = bodies.iter().find(|b| b.name == *name) else {
                     let known: Vec<&str> = bodies.iter().map(|b| b.name.as_str()).collect();
                     let fact = format!("there is no [[rigid]] \"{name}\"");
-                    return Err(self.content(place, fact, super::error::hint(name, &known)));
+                    return Err(self.content(place, fact, hint(name, &known)));
                 };
                 if spec.region == *name {
                     return Err(self.content(place, format!("\"{name}\" meets itself"), "take another obstacle"));
@@ -360,12 +174,8 @@ impl Builder<'_> {
                 let (shape, origin, axes) = self.shape(place, &body.shape)?;
                 return Ok(Obstacle { shape, origin, axes, body: Some(body.frame.clone()) });
             }
-            ObstacleSpec::Floor { point, normal } => {
-                ShapeSpec::Floor { point: *point, normal: *normal }
-            }
-            ObstacleSpec::Box { min, max, turn } => {
-                ShapeSpec::Box { min: *min, max: *max, turn: turn.clone() }
-            }
+            ObstacleSpec::Floor { point, normal } => ShapeSpec::Floor { point: *point, normal: *normal },
+            ObstacleSpec::Box { min, max, turn } => ShapeSpec::Box { min: *min, max: *max, turn: turn.clone() },
             ObstacleSpec::Sphere { center, radius } => ShapeSpec::Sphere { center: *center, radius: *radius },
             ObstacleSpec::Cylinder { from, to, radius } => {
                 ShapeSpec::Cylinder { from: *from, to: *to, radius: *radius }
@@ -431,10 +241,10 @@ impl Builder<'_> {
         &self,
         place: &str,
         spec: &ShapeSpec,
-    ) -> Result<(crate::effect::contact::shape::Shape, Vec3, Mat3), SceneError> {
+    ) -> Result<(Shape, Vec3, Mat3), SceneError> {
         spec.build(&self.base).map_err(|why| match why {
-            super::rigid::ShapeFault::Content(fact, remedy) => self.content(place, fact, remedy),
-            super::rigid::ShapeFault::Part(source) => part(self.file, place, source),
+            ShapeFault::Content(fact, remedy) => self.content(place, fact, remedy),
+            ShapeFault::Part(source) => part(self.file, place, source),
         })
     }
 }

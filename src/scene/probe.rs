@@ -3,7 +3,7 @@
 //! Positions and directions are means over the area of a region, so they do not depend on the mesh.
 
 use super::build::{Drive, NamedCable, NamedCavity, Scene};
-use super::contact::NamedContact;
+use super::contact_record::NamedContact;
 use super::error::SceneError;
 use super::quantity::Length;
 use super::spec::ProbeSpec;

@@ -52,12 +52,29 @@ pub struct WeightSpec {
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum ShapeSpec {
     #[serde(skip)]
-    Floor { point: [Length; 3], normal: [f64; 3] },
+    Floor {
+        point: [Length; 3],
+        normal: [f64; 3],
+    },
     /// Turned about its middle, along the axes if `turn` is absent
-    Box { min: [Length; 3], max: [Length; 3], turn: Option<TurnSpec> },
-    Sphere { center: [Length; 3], radius: Length },
-    Cylinder { from: [Length; 3], to: [Length; 3], radius: Length },
-    Surface { file: PathBuf, unit: String },
+    Box {
+        min: [Length; 3],
+        max: [Length; 3],
+        turn: Option<TurnSpec>,
+    },
+    Sphere {
+        center: [Length; 3],
+        radius: Length,
+    },
+    Cylinder {
+        from: [Length; 3],
+        to: [Length; 3],
+        radius: Length,
+    },
+    Surface {
+        file: PathBuf,
+        unit: String,
+    },
 }
 
 /// A rotation by the right-hand rule.
@@ -255,7 +272,8 @@ fn corners(spec: &ShapeSpec, shape: &Shape) -> Vec<(Vec3, f64)> {
         ShapeSpec::Sphere { radius, .. } => vec![(Vec3::zeros(), radius.0)],
         ShapeSpec::Cylinder { .. } => {
             let angle = |k: usize| std::f64::consts::TAU * k as f64 / RIM as f64;
-            let rim = |y: f64| (0..RIM).map(move |k| (Vec3::new(high.x * angle(k).cos(), y, high.x * angle(k).sin()), 0.0));
+            let rim =
+                |y: f64| (0..RIM).map(move |k| (Vec3::new(high.x * angle(k).cos(), y, high.x * angle(k).sin()), 0.0));
             rim(low.y).chain(rim(high.y)).collect()
         }
         ShapeSpec::Surface { .. } => shape.triangles(0).into_iter().flat_map(|s| s.points).map(|v| (v, 0.0)).collect(),

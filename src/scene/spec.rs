@@ -2,7 +2,7 @@
 
 use super::cable::CableSpec;
 use super::compare::CompareSpec;
-use super::contact::ContactSpec;
+use super::contact_spec::ContactSpec;
 use super::control::spec::EventSpec;
 use super::mesh_spec::MeshSpec;
 use super::numerics::NumericsSpec;

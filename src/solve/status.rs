@@ -118,17 +118,19 @@ impl Status {
         match self {
             Self::NoEquilibrium { node: k, .. } => node(*k),
             Self::Singular { motions, .. } => motions.first().map(|m| node(m.node)).unwrap_or_default(),
-            Self::Inverted { why, .. } | Self::ContactJammed { why, .. } | Self::StepTooSmall { why, .. } => match why {
-                Failure::Eval(e) => {
-                    let (effect, cell, node) = e.place();
-                    Culprit { effect: Some(effect.into()), cell, node }
+            Self::Inverted { why, .. } | Self::ContactJammed { why, .. } | Self::StepTooSmall { why, .. } => {
+                match why {
+                    Failure::Eval(e) => {
+                        let (effect, cell, node) = e.place();
+                        Culprit { effect: Some(effect.into()), cell, node }
+                    }
+                    Failure::NotConverged { node: k, .. } => node(*k),
+                    Failure::Jammed { effect, node: k, .. } => Culprit { effect: Some(effect.clone()), ..node(*k) },
+                    Failure::Linear(_) | Failure::Complementarity | Failure::Unloaded | Failure::MaxSteps => {
+                        Culprit::default()
+                    }
                 }
-                Failure::NotConverged { node: k, .. } => node(*k),
-                Failure::Jammed { effect, node: k, .. } => Culprit { effect: Some(effect.clone()), ..node(*k) },
-                Failure::Linear(_) | Failure::Complementarity | Failure::Unloaded | Failure::MaxSteps => {
-                    Culprit::default()
-                }
-            },
+            }
             _ => Culprit::default(),
         }
     }

@@ -10,7 +10,7 @@ use super::solver::{self, SolverRecord};
 use super::spec::Case;
 use crate::effect::contact::Counts;
 use crate::effect::locking::signs;
-use crate::scene::contact::NamedContact;
+use crate::scene::contact_record::NamedContact;
 use crate::scene::{Run, Scene};
 use std::collections::BTreeMap;
 

@@ -100,7 +100,8 @@ impl Contact {
     pub fn with_scalars(name: String, points: Vec<Point>, obstacle: Obstacle, first: Option<u32>) -> Self {
         let of_obstacle: &[u32] = obstacle.body.as_ref().map_or(&[], |b| &b.nodes);
         let lists: Vec<Vec<u32>> = points.iter().map(|p| [&p.nodes, of_obstacle].concat()).collect();
-        let scalars: Vec<Vec<u32>> = (0..points.len() as u32).map(|k| first.map(|f| f + k).into_iter().collect()).collect();
+        let scalars: Vec<Vec<u32>> =
+            (0..points.len() as u32).map(|k| first.map(|f| f + k).into_iter().collect()).collect();
         let blocks = Blocks::with_scalars(lists.iter().zip(&scalars).map(|(l, s)| (l.as_slice(), s.as_slice())));
         let own = points.first().map_or(0, |p| p.nodes.len());
         let known = Mutex::new(vec![(Vec3::zeros(), f64::NAN); points.len()]);
@@ -152,7 +153,8 @@ impl Contact {
         let near: Vec<u32> = (0..self.points.len())
             .filter(|&b| {
                 let local = placed.local(&self.position(x, b));
-                self.bound(&mut known[b], &local, reach + self.points[b].radius, &mut tested) < reach + self.points[b].radius
+                self.bound(&mut known[b], &local, reach + self.points[b].radius, &mut tested)
+                    < reach + self.points[b].radius
             })
             .map(|b| b as u32)
             .collect();
@@ -194,7 +196,8 @@ impl Contact {
                 continue;
             }
             let local = placed.local(&at);
-            let gap = self.bound(known, &local, speed / ((1.0 - LEFT) * placed.shrink()) + radius, &mut tested) - radius;
+            let gap =
+                self.bound(known, &local, speed / ((1.0 - LEFT) * placed.shrink()) + radius, &mut tested) - radius;
             if (1.0 - LEFT) * gap * placed.shrink() >= speed {
                 continue;
             }

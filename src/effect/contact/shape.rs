@@ -10,7 +10,9 @@ use crate::mesh::surface_file::Surface;
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::math::Vector;
 use parry3d_f64::query::{PointQuery, PointQueryWithLocation};
-use parry3d_f64::shape::{Ball, Shape as _, Cuboid, Cylinder, HalfSpace, TriMesh, TriMeshFlags, Triangle, TrianglePointLocation};
+use parry3d_f64::shape::{
+    Ball, Cuboid, Cylinder, HalfSpace, Shape as _, TriMesh, TriMeshFlags, Triangle, TrianglePointLocation,
+};
 
 /// Distance of a point from an obstacle, and how it changes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,9 +41,13 @@ pub enum Shape {
 /// Why a surface cannot be an obstacle.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ShapeError {
-    #[error("the edge between the vertices {0} and {1} of the surface has {2} triangle(s); close the surface, every edge has two")]
+    #[error(
+        "the edge between the vertices {0} and {1} of the surface has {2} triangle(s); close the surface, every edge has two"
+    )]
     Open(u32, u32, usize),
-    #[error("the triangles {0} and {1} of the surface look to opposite sides; turn one of them, so that all look outward")]
+    #[error(
+        "the triangles {0} and {1} of the surface look to opposite sides; turn one of them, so that all look outward"
+    )]
     Flipped(u32, u32),
     #[error("the surface looks inward: its volume is {0:.3e} m^3; turn its triangles")]
     Inward(f64),
