@@ -4,13 +4,16 @@ mod common;
 
 use common::{column, elastic, hold, law, newton, nodes, ramp, run, scene};
 use durometer::effect::{Cable, CableLength, CableTension, Guide};
+use durometer::math::linear::Factor;
 use durometer::math::signal::Signal;
 use durometer::math::tensor::{Mat3, Vec3};
 use durometer::mesh::embed::{ball_weights, embed};
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh};
+use durometer::scene::overrides::parse;
+use durometer::scene::{Body, Scene, read_scene};
 use durometer::solve::{Integrator, Newton, NewtonSettings, Span, Status, Step, StepSettings, Stepper};
-use durometer::system::{Constraint, Effect, State, System};
+use durometer::system::{Constraint, Effect, State, System, Want};
 use std::sync::Arc;
 
 /// 100 × 15 × 15 mm, clamped at x = 0.
@@ -422,4 +425,41 @@ fn overpull_names_the_cable() {
     println!("{}: {told}", result.status);
     assert!(told.starts_with("tendon holds ") && told.contains("max_tension"), "{told}");
     assert!(result.last.x.iter().all(|v| v.is_finite()) && result.last.lambda[0] > 0.0);
+}
+
+/// Negative pivots of the tangent of a scene's blocks at the state `x`, with these multipliers.
+fn negative_pivots(scene: &Scene, past: &State, next: &State) -> usize {
+    let system = &scene.system;
+    let step = Step { system, integrator: Integrator::Static, past, dt: 1.0 };
+    let mut sums = system.workspace();
+    system.assemble(&step.at(next), &next.lambda, Want::Tangent, None, &mut sums).expect("an evaluation");
+    let mut factor = Factor::new(system.pattern.clone());
+    factor.factorise(&sums.k).expect("regular");
+    factor.negative_pivots
+}
+
+/// Where a cable bends the finger, the elastic tangent alone is indefinite; with λ ∂²L/∂x² of the cable the operator of the same
+/// equilibrium is positive definite. A step that leaves the geometric stiffness of its cable out, as that of many simulators
+/// does, solves with an indefinite matrix where nothing is unstable.
+#[test]
+fn the_geometric_stiffness_of_the_cable_makes_the_tangent_definite() {
+    let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/hard-cases/scenes/finger.toml");
+    let built = |changes: &[&str]| {
+        let changes: Vec<_> = changes.iter().map(|c| parse(c).expect("key=value")).collect();
+        let (spec, text) = read_scene(&file, &changes).unwrap_or_else(|e| panic!("{e}"));
+        let body = Body::load(&file, &spec.mesh, &mut |_| {}).expect("a committed mesh");
+        Scene::build(&file, spec, text, body.into()).unwrap_or_else(|e| panic!("{e}"))
+    };
+    for pull in [15, 45] {
+        let cells = "mesh.cells=1770";
+        let with = built(&[cells, &format!("constraint.cable.drive.length.to=\"{pull} mm\"")]);
+        let run = run(&with);
+        assert_eq!(run.status, Status::Converged);
+        let whole = negative_pivots(&with, &run.last, &run.last);
+        let without = built(&[cells, "constraint=[{ kind = \"fixed\", region = \"root\" }]"]);
+        let bare = State { lambda: vec![], ..run.last.clone() };
+        let elastic = negative_pivots(&without, &bare, &bare);
+        println!("pull {pull} mm: negative pivots {elastic} of the elastic tangent, {whole} with the cable");
+        assert!(elastic > 0 && whole == 0, "{pull} mm: {elastic}, {whole}");
+    }
 }

@@ -96,7 +96,8 @@ fn ended(case: &Case, text: &str, body: Arc<Body>) -> Option<Run> {
 }
 
 /// Largest difference of the last rows over the largest value that the column takes, iterations apart. Columns that are
-/// nothing but rounding beside their kind (reactions across the load, say) count by the largest of the same unit.
+/// nothing but rounding beside their kind (reactions across the load, say) count by the largest of the same unit. Quantiles
+/// of the stretch over cells jump from a cell to another where two weigh alike, and are left out.
 fn difference(a: &Run, b: &Run, factor: impl Fn(&str) -> f64) -> f64 {
     let unit = |name: &str| name.rsplit('_').next().unwrap_or_default().to_string();
     let largest = |u: &str| {
@@ -105,6 +106,7 @@ fn difference(a: &Run, b: &Run, factor: impl Fn(&str) -> f64) -> f64 {
     };
     let (x, y) = (a.rows.last().expect("rows"), b.rows.last().expect("rows"));
     (1..a.columns.len() - 1)
+        .filter(|&k| !["stretch_median", "stretch_p95"].contains(&a.columns[k].as_str()))
         .map(|k| {
             let size = largest(&unit(&a.columns[k]));
             let off = (x[k] - y[k] / factor(&a.columns[k])).abs();

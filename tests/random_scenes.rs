@@ -30,14 +30,33 @@ struct Drawn {
 
 fn drawn() -> impl Strategy<Value = Drawn> {
     let mesh = ([1usize..3, 1usize..3, 1usize..3], any::<bool>(), 0.0..0.3);
-    let law = (0usize..7, prop_oneof![0.0..0.499, Just(0.4999), Just(0.5), Just(-0.5)], 0usize..3);
+    // Most of the combinations that are always refused are drawn seldom
+    let formulation = prop_oneof![6 => Just(0usize), 1 => Just(1usize), 1 => Just(2usize)];
+    let start = prop_oneof![8 => Just(0usize), 2 => Just(1usize), 1 => Just(2usize), 1 => Just(3usize)];
+    let law =
+        (0usize..7, prop_oneof![8 => 0.0..0.499, 2 => Just(0.4999), 1 => Just(0.5), 1 => Just(-0.5)], formulation);
     let run = (0usize..6, 0usize..7, -3.0..3.0, -4.0..0.5);
-    let rest = (0usize..4, 0usize..5, any::<bool>(), 0usize..4);
+    let rest = (0usize..4, start, any::<bool>(), 0usize..4);
     (mesh, law, run, rest).prop_map(|((divisions, quadratic, disturbed), (law, nu, formulation), run, rest)| {
         let ((integrator, load, size, dt), (held, start, damped, numerics)) = (run, rest);
         let size = 10f64.powf(size);
         let dt = 10f64.powf(dt);
-        Drawn { divisions, quadratic, disturbed, law, nu, formulation, integrator, load, size, dt, held, start, damped, numerics }
+        Drawn {
+            divisions,
+            quadratic,
+            disturbed,
+            law,
+            nu,
+            formulation,
+            integrator,
+            load,
+            size,
+            dt,
+            held,
+            start,
+            damped,
+            numerics,
+        }
     })
 }
 

@@ -237,11 +237,7 @@ impl Builder<'_> {
     }
 
     /// A shape with its frame in space.
-    pub(super) fn shape(
-        &self,
-        place: &str,
-        spec: &ShapeSpec,
-    ) -> Result<(Shape, Vec3, Mat3), SceneError> {
+    pub(super) fn shape(&self, place: &str, spec: &ShapeSpec) -> Result<(Shape, Vec3, Mat3), SceneError> {
         spec.build(&self.base).map_err(|why| match why {
             ShapeFault::Content(fact, remedy) => self.content(place, fact, remedy),
             ShapeFault::Part(source) => part(self.file, place, source),

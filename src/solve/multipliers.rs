@@ -1,5 +1,6 @@
 //! The few dense rows beside K: step of the multipliers from the Schur complement, under the laws of the rows.
 
+use super::newton::larger;
 use super::tangent;
 use crate::math::linear::{Factor, LinearError, dot};
 use crate::system::{Assembled, Cone, Form, Piece, Rows, System, pieces};
@@ -82,7 +83,9 @@ pub(super) fn error(system: &System, rows: &Rows) -> f64 {
     let of_row = |c: usize| {
         pieces(system.constraints[c].as_ref(), c, rows).iter().map(Piece::error).fold(f64::INFINITY, f64::min)
     };
-    (0..system.constraints.len()).map(of_row).fold(0.0, f64::max)
+    let finite = |c: usize| rows.g[c].is_finite() && rows.lambda[c].is_finite();
+    let error = |c: usize| if finite(c) { of_row(c) } else { f64::NAN };
+    (0..system.constraints.len()).map(error).fold(0.0, larger)
 }
 
 /// A form after the step, as Σ a_j Δλ_j + b.

@@ -186,7 +186,7 @@ impl Newton {
         let residual = norm(&system.restrict(&self.sums.r));
         let scale = self.sums.scale.max(floor / self.settings.tolerance);
         let error = if residual == 0.0 { 0.0 } else { residual / scale };
-        error.max(multipliers::error(system, &self.rows(state)))
+        larger(error, multipliers::error(system, &self.rows(state)))
     }
 
     /// The rows at `state`, to which the sums belong.
@@ -370,6 +370,11 @@ pub(super) fn longest(system: &System, x: &[f64], dx: &[f64]) -> Result<f64, Fai
         }
         Some((_, limit)) => Ok(limit.share),
     }
+}
+
+/// The larger of two errors; what is not a number is larger than everything.
+pub(super) fn larger(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }
 
 /// What is left of the prescribed motion, [3 × nodes], or nothing.

@@ -18,7 +18,7 @@ impl Stepper<'_> {
     ) -> Status {
         let mut tracer = match Tracer::new(&mut self.newton, self.system, state, span.end, span.dt) {
             Ok(tracer) => tracer,
-            Err(why) => return Status::stopped(state.t, why),
+            Err(why) => return self.lost(span, state, why),
         };
         let mut limit = None;
         for _ in 0..max_steps {
@@ -29,7 +29,7 @@ impl Stepper<'_> {
             self.totals.cuts += cuts as usize;
             let point = match found {
                 Ok(point) => point,
-                Err(why) => return Status::stopped(state.t, why),
+                Err(why) => return self.lost(span, state, why),
             };
             if point.state.t < span.start && span.start > 0.0 {
                 // Below lies the protocol of the stage before.
@@ -55,6 +55,13 @@ impl Stepper<'_> {
             Some(limit) => Status::LimitPoint { t: state.t, limit },
             None => Status::StepTooSmall { t: state.t, why: Failure::MaxSteps },
         }
+    }
+
+    /// Why the path cannot be followed from `state`.
+    fn lost(&mut self, span: Span, state: &State, why: Failure) -> Status {
+        let step = Step { system: self.system, integrator: span.integrator, past: state, dt: 1.0 };
+        let motions = self.newton.free_motions(&step, state, self.points);
+        if motions.is_empty() { Status::stopped(state.t, why) } else { Status::Singular { t: state.t, motions } }
     }
 
     /// Did a static step whose tangent was made definite on its way jump over a limit point? If not, the sums are again those
