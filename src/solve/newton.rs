@@ -78,7 +78,7 @@ impl Newton {
                 0 => Factor::new(system.pattern.clone()),
                 _ => Factor::indefinite(system.pattern.clone()),
             },
-            sums: system.workspace(),
+            sums: Assembled { descending: true, ..system.workspace() },
             assembly_time: Duration::ZERO,
             stiffness: 0.0,
             iterations: 0,
@@ -201,7 +201,10 @@ impl Newton {
 
     /// Negative eigenvalues of the constrained tangent at a converged state; none where it has no factorisation.
     pub(super) fn unstable_modes(&mut self, step: &Step, state: &State) -> Option<usize> {
-        self.evaluate(step, &mut state.clone(), Want::Tangent, None).ok()?;
+        self.sums.descending = false;
+        let evaluated = self.evaluate(step, &mut state.clone(), Want::Tangent, None);
+        self.sums.descending = true;
+        evaluated.ok()?;
         self.factor.factorise(&self.sums.k).ok()?;
         let schur = self.schur(step.system).ok()?;
         Some(self.negative(step.system, &schur))

@@ -69,6 +69,8 @@ pub struct Assembled {
     pub dissipated: Vec<f64>,
     /// Wanted: tangents of effects without the negative eigenvalues of their blocks
     pub projected: bool,
+    /// Wanted: the same of the effects that ask for it, [`Effect::semidefinite`]
+    pub descending: bool,
     /// Per effect, then per constraint
     pub costs: Vec<Cost>,
 }
@@ -164,6 +166,7 @@ impl System {
             energy: vec![0.0; self.effects.len()],
             dissipated: vec![0.0; self.effects.len()],
             projected: false,
+            descending: false,
             costs: names.map(|n| Cost { name: n.into(), time: Duration::ZERO, evaluations: 0 }).collect(),
         }
     }
@@ -200,7 +203,7 @@ impl System {
                 }
                 local.reset(n, want);
                 effect.eval(at, b, want, &mut local)?;
-                if out.projected && want == Want::Tangent {
+                if (out.projected || out.descending && effect.semidefinite()) && want == Want::Tangent {
                     project(&mut local, n, 3 * effect.blocks().nodes(b).len());
                 }
                 out.energy[e] += local.energy;

@@ -279,6 +279,10 @@ pub trait Effect: Send + Sync {
     fn active(&self, _at: &At) -> Option<Vec<u32>> {
         None
     }
+    /// Do Newton's steps take K_e without its negative eigenvalues, because these would make most tangents indefinite?
+    fn semidefinite(&self) -> bool {
+        false
+    }
     /// The longest part of the motion dx from x that it allows; None where that is all of it
     fn max_step(&self, _x: &[f64], _dx: &[f64]) -> Option<Limit> {
         None
@@ -321,6 +325,9 @@ impl<E: Effect + ?Sized> Effect for std::sync::Arc<E> {
     }
     fn active(&self, at: &At) -> Option<Vec<u32>> {
         (**self).active(at)
+    }
+    fn semidefinite(&self) -> bool {
+        (**self).semidefinite()
     }
     fn max_step(&self, x: &[f64], dx: &[f64]) -> Option<Limit> {
         (**self).max_step(x, dx)

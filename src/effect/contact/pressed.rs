@@ -60,6 +60,11 @@ impl<R: Response> Effect for Pressed<R> {
         Some(self.contact.near(at.x, self.response.reach()))
     }
 
+    /// A pressure on a round or sharp side turns away from what slides along it: −p W ∂²d/∂y² is negative wherever there is contact.
+    fn semidefinite(&self) -> bool {
+        true
+    }
+
     fn max_step(&self, x: &[f64], dx: &[f64]) -> Option<Limit> {
         self.response.max_step(&self.contact, x, dx)
     }
