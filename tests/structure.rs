@@ -162,7 +162,8 @@ fn kinds(text: &str, name: &str) -> Vec<String> {
 #[test]
 fn every_kind_is_in_the_guide() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let spec = std::fs::read_to_string(root.join("src/scene/spec.rs")).expect("there");
+    let text = |file: &str| std::fs::read_to_string(root.join("src/scene").join(file)).expect("there");
+    let spec = text("spec.rs") + &text("mesh_spec.rs");
     let names = ["EffectSpec", "ConstraintSpec", "ProbeSpec", "IntegratorSpec", "SelectorSpec"];
     let kinds: Vec<String> = names.iter().flat_map(|name| kinds(&spec, name)).collect();
     for known in ["elastic", "cable", "bending_angle", "generalised_alpha", "box"] {

@@ -37,7 +37,7 @@ mod rows;
 mod separable;
 mod solve;
 mod specimen;
-mod statistics;
+pub(crate) mod statistics;
 mod table;
 mod term;
 mod warning;

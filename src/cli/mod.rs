@@ -6,6 +6,7 @@ mod doctor;
 mod files;
 mod fit;
 mod mesh;
+mod plan;
 mod report;
 mod run;
 mod simulate;
@@ -43,6 +44,7 @@ enum Command {
     Run(run::Args),
     Simulate(simulate::Args),
     Mesh(mesh::Args),
+    Plan(plan::Args),
     Fit(Box<fit::Args>),
     Check(check::Args),
     Report(report::Args),
@@ -66,6 +68,7 @@ pub fn main() -> ExitCode {
         Command::Run(args) => run::main(args),
         Command::Simulate(args) => simulate::main(args),
         Command::Mesh(args) => mesh::main(args),
+        Command::Plan(args) => plan::main(args),
         Command::Fit(args) => fit::main(*args),
         Command::Check(args) => check::main(args),
         Command::Report(args) => report::main(args),

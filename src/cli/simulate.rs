@@ -79,7 +79,9 @@ pub fn main(args: Args) -> Outcome {
     let name = file.file_stem().map_or_else(|| "scene".into(), |n| n.to_string_lossy().into_owned());
     let bars = Bars::new(args.json);
     let body = Body::load(&file, &spec.mesh, &mut |line| bars.meshing(&name, line))?;
+    let building = Instant::now();
     let scene = Scene::build(&file, spec, text, body.into())?;
+    let build_s = building.elapsed().as_secs_f64();
     let constants: Vec<Constant> = args.slope.iter().map(|text| text.parse()).collect::<Result<_, _>>()?;
     let from = args.restart.as_ref().map(|file| Course::read(file, &scene)).transpose()?;
     let (at, at_end) = times(&args.save_state, &scene)?;
@@ -144,6 +146,7 @@ pub fn main(args: Args) -> Outcome {
     }
     let mut record = outcome::record(&scene, &run, times);
     record.id.clone_from(&name);
+    record.phases.build_s = build_s;
     store::write(&args.out.join(format!("{name}.csv")), &store::csv(&run))?;
     store::write(&args.out.join(format!("{name}.signals.csv")), &store::signals_csv(&scene, &run))?;
     if let Some(slopes) = &slopes {

@@ -124,6 +124,20 @@ impl Factor {
         self.l.len()
     }
 
+    /// Additions and multiplications of one factorisation: Σ over the columns of L of the square of their length.
+    pub fn flops(&self) -> f64 {
+        let SymbolicCholeskyRaw::Supernodal(symbolic) = self.symbolic.raw() else {
+            unreachable!("the supernodal path is forced");
+        };
+        let (begin, end) = (symbolic.supernode_begin(), symbolic.supernode_end());
+        let below = symbolic.col_ptr_for_row_idx();
+        let supernode = |s: usize| {
+            let (width, below) = ((end[s] - begin[s]) as usize, (below[s + 1] - below[s]) as usize);
+            (1..=width).map(|k| ((k + below) as f64).powi(2)).sum::<f64>()
+        };
+        (0..symbolic.n_supernodes()).map(supernode).sum()
+    }
+
     /// Factorises A: LLᵀ, and where a pivot is not positive, LDLᵀ with the negative pivots counted.
     pub fn factorise(&mut self, values: &[f64]) -> Result<(), LinearError> {
         let start = Instant::now();

@@ -3,7 +3,7 @@
 use super::figures::Figure;
 use super::store::Store;
 use super::table::Table;
-use super::{calibration, convergence, materials, prices, stability, sweep};
+use super::{calibration, convergence, cost, materials, prices, stability, sweep};
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
 
@@ -42,11 +42,12 @@ impl Content {
 pub type Analyse = fn(&Store) -> Content;
 
 /// `kind` of a study → its analysis.
-pub const KINDS: [(&str, Analyse); 6] = [
+pub const KINDS: [(&str, Analyse); 7] = [
     ("convergence", convergence::content),
     ("materials", materials::content),
     ("calibration", calibration::content),
     ("sweep", sweep::content),
     ("prices", prices::content),
+    ("cost", cost::content),
     ("stability", stability::content),
 ];

@@ -7,6 +7,7 @@ mod canvas;
 pub mod comparison;
 mod content;
 mod convergence;
+mod cost;
 pub mod error;
 mod export;
 mod figures;

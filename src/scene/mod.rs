@@ -45,6 +45,7 @@ pub use build::{Body, Scene};
 pub use compare::Measured;
 pub use course::{Course, CourseError};
 pub use error::{Mistake, SceneError, hint};
+pub use mesh_spec::ElementSpec;
 pub use quantity::{Length, Time};
 pub use read::{from_text, read_scene, read_table};
 pub use run::{Progress, Run, Snapshot};

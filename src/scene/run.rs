@@ -44,7 +44,11 @@ pub struct Run {
     pub factorisation: Duration,
     pub factorisations: usize,
     pub solve: Duration,
+    /// Right sides solved for
+    pub solves: usize,
     pub factor_nnz: usize,
+    /// Additions and multiplications of one factorisation
+    pub factor_flops: f64,
     pub dofs: usize,
     /// The state farthest from rest
     pub peak: Snapshot,
@@ -149,7 +153,9 @@ impl Scene {
             factorisation: factor.factor_time,
             factorisations: factor.count,
             solve: factor.solve_time,
+            solves: factor.solves,
             factor_nnz: factor.nnz(),
+            factor_flops: factor.flops(),
             dofs: self.system.dofs.free.len(),
             peak: course.peak,
             contacts: self.contacts.iter().map(|c| (c.name.clone(), c.contact().counts())).collect(),

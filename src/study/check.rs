@@ -13,6 +13,7 @@ pub(super) fn check_roles(spec: &StudySpec) -> Result<(), (String, String, Strin
         let words = known.iter().map(|r| r.words().replace(' ', "_")).collect::<Vec<_>>().join(", ");
         return Err((format!("family {}", family.name), fact, format!("the roles are {words}")));
     }
+    check_repeats(spec)?;
     let calibrates = spec.kind == Kind::Calibration;
     match (&spec.calibration, spec.variants.iter().find(|v| v.measured.is_some() != calibrates)) {
         (None, _) if calibrates => {
@@ -42,7 +43,7 @@ pub(super) fn check_roles(spec: &StudySpec) -> Result<(), (String, String, Strin
         _ => {}
     }
     match (&spec.reference, spec.kind) {
-        (None, Kind::Convergence | Kind::Calibration | Kind::Sweep | Kind::Stability) => Ok(()),
+        (None, Kind::Convergence | Kind::Calibration | Kind::Sweep | Kind::Stability | Kind::Cost) => Ok(()),
         (None, Kind::Prices) => {
             let on = |f: &FamilySpec, v: &VariantSpec| f.variants.as_ref().is_none_or(|own| own.contains(&v.name));
             let twice = spec.variants.iter().find(|v| spec.families.iter().filter(|f| on(f, v)).count() > 1);
@@ -51,7 +52,7 @@ pub(super) fn check_roles(spec: &StudySpec) -> Result<(), (String, String, Strin
                 Err((format!("variant {}", v.name), "two families are run in it".into(), remedy.into()))
             })
         }
-        (Some(_), Kind::Convergence | Kind::Calibration) => {
+        (Some(_), Kind::Convergence | Kind::Calibration | Kind::Cost) => {
             let fact = format!("a study of kind \"{kind}\" finds its reference itself");
             Err(("reference".into(), fact, "remove the key".into()))
         }
@@ -74,6 +75,26 @@ pub(super) fn check_roles(spec: &StudySpec) -> Result<(), (String, String, Strin
                 }
             }
         }
+    }
+}
+
+/// Only prices scatter, and one overkill case does not tell its own error.
+fn check_repeats(spec: &StudySpec) -> Result<(), (String, String, String)> {
+    let kind = spec.kind.name();
+    match spec.repeats {
+        Some(0) => return Err(("repeats".into(), "no run at all".into(), "give 1 or more, for example 3".into())),
+        Some(_) if spec.kind != Kind::Cost => {
+            let fact = format!("a study of kind \"{kind}\" runs every case once");
+            return Err(("repeats".into(), fact, "remove it, or take kind = \"cost\"".into()));
+        }
+        _ => {}
+    }
+    match spec.families.iter().find(|f| f.role == Role::Overkill && f.members.len() < 2) {
+        Some(f) => {
+            let remedy = "add a coarser member: their difference is what the error of the reference is estimated from";
+            Err((format!("family {}", f.name), "an overkill family of one member".into(), remedy.into()))
+        }
+        None => Ok(()),
     }
 }
 

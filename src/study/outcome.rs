@@ -8,6 +8,7 @@ use super::runner::input_hash;
 use super::skin::Skin;
 use super::solver::{self, SolverRecord};
 use super::spec::Case;
+use super::work::WorkRecord;
 use crate::effect::contact::Counts;
 use crate::effect::locking::signs;
 use crate::scene::contact_record::NamedContact;
@@ -57,7 +58,16 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
             factorisation_s: run.factorisation.as_secs_f64(),
             solve_s: run.solve.as_secs_f64(),
             output_s: 0.0,
+            build_s: 0.0,
         },
+        work: WorkRecord {
+            factorisations: run.factorisations,
+            solves: run.solves,
+            factor_flops: run.factor_flops,
+            matrix_nnz: scene.system.pattern.nnz(),
+            memory_bytes: None,
+        },
+        repeats: Vec::new(),
         locking: locking(scene, run),
         probes: run.columns.iter().enumerate().skip(1).map(|(k, name)| (name.clone(), probe(run, k))).collect(),
         cable_events: run.cable_events.iter().map(Into::into).collect(),

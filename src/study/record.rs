@@ -3,6 +3,7 @@
 use super::overlay::Distance;
 use super::solver::SolverRecord;
 use super::stability::{MapRecord, SuiteRecord};
+use super::work::{RepeatRecord, WorkRecord};
 use crate::material::Law;
 use crate::scene::cable_record::CableEvent;
 use crate::scene::control::Fired;
@@ -56,6 +57,12 @@ pub struct CaseRecord {
     /// Name and cost of every effect and constraint that was assembled
     pub effects: Vec<EffectRecord>,
     pub phases: PhaseRecord,
+    /// Counted work; zeros in records without it
+    #[serde(default)]
+    pub work: WorkRecord,
+    /// Times of every run, where the case was run several times; `wall_s` and `cpu_s` are those of the median one
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub repeats: Vec<RepeatRecord>,
     /// Signs of volumetric locking at the state farthest from rest; none for a body that nothing moved
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub locking: Option<LockingRecord>,
@@ -169,6 +176,9 @@ pub struct PhaseRecord {
     pub factorisation_s: f64,
     pub solve_s: f64,
     pub output_s: f64,
+    /// Before the first step, outside of `wall_s`: blocks, ordering, pattern
+    #[serde(default)]
+    pub build_s: f64,
 }
 
 /// Of the elastic effect whose pressures scatter most, one with an alarm first; definitions in `docs/theory/elements.md`.
@@ -230,12 +240,23 @@ pub struct StudyRecord {
     /// `sweep`: member → index of its value on every axis
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub points: BTreeMap<String, Vec<usize>>,
+    /// `cost`: how often a case is run
+    #[serde(default = "once", skip_serializing_if = "is_once")]
+    pub repeats: usize,
     /// `stability`: what is checked in its families
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub suites: Vec<SuiteRecord>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub maps: Vec<MapRecord>,
     pub version: String,
+}
+
+fn once() -> usize {
+    1
+}
+
+fn is_once(repeats: &usize) -> bool {
+    *repeats == 1
 }
 
 /// What a sweep changes: keys of the scene that take the same values.
@@ -334,6 +355,10 @@ pub enum Role {
     Ladder,
     /// A dimension that is not known exactly, over its range
     Nuisance,
+    /// One mesh, several settings of the solver
+    Solver,
+    /// Far finer than needed, for the reference
+    Overkill,
     /// Where a law is used with the constants that were found, from coarse to fine
     Use,
     /// Scenes that break simulators
@@ -357,6 +382,8 @@ impl Role {
             Self::Grid => "grid",
             Self::Ladder => "ladder",
             Self::Nuisance => "nuisance",
+            Self::Solver => "solver",
+            Self::Overkill => "overkill",
             Self::Use => "use",
             Self::Suite => "suite",
             Self::Map => "map",

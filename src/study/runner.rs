@@ -4,10 +4,11 @@ use super::fields::{Fields, USUAL};
 use super::inverse::with_constants;
 use super::outcome::{record, refused, skin};
 use super::record::{CaseRecord, Role};
-use super::spec::{Case, Study};
+use super::spec::{Case, Kind, Study};
 use super::stability::check::Check;
 use super::stability::{PANICKED, REFUSED};
 use super::store::{Store, StoreError};
+use super::work::{largest_memory, measure, watch_memory};
 use crate::calibrate::inverse::{Calibration, Failure, InverseError, SceneModel, calibrate};
 use crate::scene::{Body, Constant, Progress, Scene, SceneError, SceneSpec};
 use crate::solve::Status;
@@ -127,8 +128,12 @@ fn side_by_side(
         };
         sizes.insert(case.id.clone(), size);
     }
-    // The largest first, so that the last ones to end are short.
+    // The largest first, so that the last ones to end are short. Where memory is measured the smallest: what a large case
+    // leaves with the allocator must not count as that of a small one.
     cases.sort_by_key(|(c, _)| std::cmp::Reverse(sizes[&c.id]));
+    if study.record.kind == Kind::Cost.name() {
+        cases.reverse();
+    }
     let (next, running) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let (records, failure) = (Mutex::new(Vec::new()), Mutex::new(None));
     std::thread::scope(|scope| {
@@ -200,12 +205,18 @@ fn one(
         false => None,
     };
     let drawn = fields.as_ref().is_none_or(|f| f.collection().is_file());
-    if let Some(record) = store.finished(&case.id, &input_sha256).filter(|_| drawn && !options.redo) {
+    // A run that draws is no price
+    let repeats = if options.vtu { 1 } else { study.repeats(case) };
+    let enough = |r: &CaseRecord| r.repeats.len().max(1) >= repeats;
+    let kept =
+        store.finished(&case.id, &input_sha256).filter(|r| drawn && !options.redo && (enough(r) || !r.converged()));
+    if let Some(record) = kept {
         watch.finished(&record, true);
         return Ok(Some(record));
     }
     watch.started(&case.id);
     let mut shared = running.fetch_add(1, Ordering::SeqCst) > 0;
+    let watched = watch_memory().filter(|()| !shared);
     let mut go_on = |progress| {
         shared |= running.load(Ordering::Relaxed) > 1;
         watch.progress(&case.id, progress);
@@ -221,29 +232,29 @@ fn one(
     };
     // The case of a calibration is its scene at the constants that were found
     let spec = found.as_ref().map_or_else(|| case.spec.clone(), |f| f.1.clone());
+    let building = Instant::now();
     let scene = Scene::build(&case.scene_file, spec, case.text.clone(), body);
+    let build_s = building.elapsed().as_secs_f64();
     let checked = scene.map_err(RunError::from).and_then(|scene| check_quantities(study, case, &scene).map(|()| scene));
     let outcome = checked.map(|scene| {
-        let (wall, cpu) = (Instant::now(), ThreadTime::now());
         let mut number = 0..;
         let mut states = |state: &State| {
             if let Some(fields) = &mut fields {
                 fields.add(&scene, state, number.next().expect("there is always a next number"));
             }
         };
-        let (run, slopes) = match constants.is_empty() {
-            true => (scene.run(&mut go_on, &mut states), None),
-            false => {
-                let both = scene.run_with_slopes(constants, &mut go_on, &mut states).map_err(InverseError::from)?;
-                (both.0, Some(both.1))
-            }
-        };
-        let aside = slopes.as_ref().map_or((0.0, 0.0), |s| (s.wall, s.cpu));
-        let times = (wall.elapsed().as_secs_f64() - aside.0, cpu.elapsed().as_secs_f64() - aside.1);
-        Ok::<_, RunError>((scene, run, slopes, times))
+        if constants.is_empty() {
+            let (run, times, all) = measure(&scene, repeats, &mut go_on, &mut states);
+            return Ok((scene, run, None, times, all));
+        }
+        let (wall, cpu) = (Instant::now(), ThreadTime::now());
+        let (run, slopes) = scene.run_with_slopes(constants, &mut go_on, &mut states).map_err(InverseError::from)?;
+        let times = (wall.elapsed().as_secs_f64() - slopes.wall, cpu.elapsed().as_secs_f64() - slopes.cpu);
+        Ok::<_, RunError>((scene, run, Some(slopes), times, vec![]))
     });
     running.fetch_sub(1, Ordering::SeqCst);
-    let (scene, run, slopes, mut times) = outcome??;
+    let memory = watched.filter(|()| !shared).and_then(|()| largest_memory());
+    let (scene, run, slopes, mut times, all) = outcome??;
     if matches!(run.status, Status::Interrupted { .. }) && run.failure.is_none() {
         return Ok(None);
     }
@@ -276,6 +287,8 @@ fn one(
             record.status_detail = Some(detail.into());
         }
     }
+    (record.phases.build_s, record.work.memory_bytes) = (build_s, memory);
+    record.repeats = if repeats > 1 { all } else { vec![] };
     record.phases.output_s = writing.elapsed().as_secs_f64();
     store.save(&record, &run, &skin)?;
     watch.finished(&record, false);

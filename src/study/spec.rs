@@ -38,6 +38,8 @@ pub struct StudySpec {
     /// `sweep`: how several axes go together
     #[serde(default)]
     pub combine: Combine,
+    /// `cost`: how often a case is run, for the scatter of its price; once if absent
+    pub repeats: Option<usize>,
     /// `calibration`: what is to be found
     pub calibration: Option<CalibrationSpec>,
     /// `calibration`: where the law is used afterwards
@@ -59,6 +61,7 @@ pub enum Kind {
     Materials,
     Sweep,
     Prices,
+    Cost,
     Calibration,
     Stability,
 }
@@ -71,6 +74,7 @@ impl Kind {
             Self::Materials => "materials",
             Self::Sweep => "sweep",
             Self::Prices => "prices",
+            Self::Cost => "cost",
             Self::Calibration => "calibration",
             Self::Stability => "stability",
         }
@@ -85,6 +89,7 @@ impl Kind {
             Self::Materials => &[Role::Laws, Role::Finer],
             Self::Sweep => &[Role::Grid],
             Self::Prices => &[Role::Ladder],
+            Self::Cost => &[Role::Sizes, Role::Element, Role::TimeStep, Role::Solver, Role::Overkill],
             Self::Calibration => &[Role::Sizes, Role::Nuisance],
             Self::Stability => &[Role::Suite, Role::Map],
         }
@@ -311,6 +316,7 @@ impl Study {
             reference: spec.reference,
             axes,
             points,
+            repeats: spec.repeats.unwrap_or(1),
             suites: hard.suites,
             maps: hard.maps,
             version: env!("CARGO_PKG_VERSION").into(),

@@ -12,8 +12,13 @@ pub fn percent(x: f64) -> String {
     }
 }
 
-/// `3.4 s`, `12 min`
+/// `3.4 s`, `12 min`, `5.1 h`, `3.0 d`, `120 years`
 pub fn seconds(s: f64) -> String {
+    const LONG: [(f64, &str); 3] = [(365.25 * 86_400.0, "years"), (86_400.0, "d"), (3600.0, "h")];
+    if let Some((unit, name)) = LONG.iter().find(|(unit, _)| s >= 2.0 * unit) {
+        let n = s / unit;
+        return if n < 1e4 { format!("{n:.*} {name}", digits(n)) } else { format!("{n:.0e} {name}") };
+    }
     if s >= 600.0 { format!("{:.0} min", s / 60.0) } else { format!("{s:.*} s", digits(s)) }
 }
 
@@ -31,4 +36,15 @@ pub fn space(unit: &str) -> String {
 pub fn capital(s: &str) -> String {
     let mut c = s.chars();
     c.next().map_or(String::new(), |f| f.to_uppercase().chain(c).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_times_have_long_units() {
+        let words = [0.034, 3.42, 59.0, 720.0, 7200.0, 200_000.0, 1e9, 1e15].map(seconds);
+        assert_eq!(words, ["0.034 s", "3.4 s", "59 s", "12 min", "2.0 h", "2.3 d", "32 years", "3e7 years"]);
+    }
 }

@@ -113,6 +113,33 @@ impl Workshop {
         Ok(self.lookup(request, &name))
     }
 
+    /// The numbers of cells that a request can ask for, with all else as in this one, and find stored; rising.
+    pub fn stored_sizes(&self, request: &MeshRequest) -> Result<Vec<u64>, GenerateError> {
+        let Some(Size::Cells { tolerance, .. }) = request.size else { return Ok(vec![]) };
+        let mut counts = vec![];
+        for folder in [request.folder(), "cache"] {
+            for entry in std::fs::read_dir(self.home.join("meshes").join(folder)).into_iter().flatten().flatten() {
+                if entry.path().extension().is_some_and(|x| x == "json") {
+                    let asked = read_manifest(&entry.path())?.request["size"]["cells"].as_u64();
+                    counts.extend(asked);
+                }
+            }
+        }
+        counts.sort_unstable();
+        counts.dedup();
+        let stored = |count: &u64| {
+            let request = MeshRequest { size: Some(Size::Cells { count: *count, tolerance }), ..request.clone() };
+            self.stored(&request).map(|found| found.is_some())
+        };
+        let mut out = vec![];
+        for count in counts {
+            if stored(&count)? {
+                out.push(count);
+            }
+        }
+        Ok(out)
+    }
+
     fn lookup(&self, request: &MeshRequest, name: &str) -> Option<PathBuf> {
         let file = |folder: &str| self.home.join("meshes").join(folder).join(format!("{name}.msh.gz"));
         [file(request.folder()), file("cache")].into_iter().find(|p| p.is_file())

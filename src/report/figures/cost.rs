@@ -5,6 +5,7 @@ use super::super::plot::{Axis, Plot};
 use super::super::store::Store;
 use super::{Figure, Sample, legend};
 use crate::study::convergence::Analysis;
+use crate::study::cost::growth::{Growth, growth};
 use crate::study::record::{CaseRecord, Role};
 use crate::study::words::capital;
 use std::collections::BTreeMap;
@@ -25,31 +26,6 @@ struct Dot {
 
 /// A measure of size.
 type Size = fn(&Dot) -> f64;
-
-/// Straight line through log-log points.
-pub struct Growth {
-    /// t = c·n^q
-    pub q: f64,
-    /// Standard error of q; `None` with two points
-    pub error: Option<f64>,
-    log_c: f64,
-}
-
-/// `None` with fewer than two different sizes.
-pub fn growth(points: &[(f64, f64)]) -> Option<Growth> {
-    let n = points.len() as f64;
-    let logs: Vec<(f64, f64)> = points.iter().map(|(x, y)| (x.ln(), y.ln())).collect();
-    let (mx, my) = (logs.iter().map(|p| p.0).sum::<f64>() / n, logs.iter().map(|p| p.1).sum::<f64>() / n);
-    let sxx: f64 = logs.iter().map(|p| (p.0 - mx).powi(2)).sum();
-    if points.len() < 2 || sxx < 1e-6 {
-        return None;
-    }
-    let q = logs.iter().map(|p| (p.0 - mx) * (p.1 - my)).sum::<f64>() / sxx;
-    let log_c = my - q * mx;
-    let rest: f64 = logs.iter().map(|p| (p.1 - log_c - q * p.0).powi(2)).sum();
-    let error = (points.len() > 2).then(|| (rest / (n - 2.0) / sxx).sqrt());
-    Some(Growth { q, error, log_c })
-}
 
 /// `None` unless some formulation ran on two meshes.
 pub fn draw(store: &Store, analysis: &Analysis) -> Option<Figure> {
@@ -128,7 +104,7 @@ fn panel(plot: &Plot, dots: &[Dot], x: Size, lines: &[Option<Growth>], names: &[
         let Some(g) = growth else { continue };
         let own = || dots.iter().filter(|d| d.formulation == k).map(x);
         let (a, b) = (own().fold(f64::INFINITY, f64::min), own().fold(0.0, f64::max));
-        let at = |n: f64| plot.at(n, (g.log_c + g.q * n.ln()).exp());
+        let at = |n: f64| plot.at(n, g.at(n));
         line(area, &[at(a), at(b)], style(k).1, 7);
         let error = g.error.map_or(String::new(), |e| format!(" ± {e:.2}"));
         let words = format!("{}: exponent of {symbol} {:.2}{error}", names[k], g.q);
@@ -146,19 +122,5 @@ fn panel(plot: &Plot, dots: &[Dot], x: Size, lines: &[Option<Growth>], names: &[
             }
         }
         mark(area, m, plot.at(x(d), d.seconds[1]), 24, c);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_power_law_gives_its_exponent_back() {
-        let points: Vec<(f64, f64)> = [1e3, 4e3, 2e4].iter().map(|n: &f64| (*n, 3e-6 * n.powf(1.4))).collect();
-        let g = growth(&points).expect("three sizes");
-        // Rounding of a few logarithms
-        assert!((g.q - 1.4).abs() < 1e-12 && g.error.expect("three points") < 1e-12, "{}", g.q);
-        assert!(growth(&points[..1]).is_none() && growth(&[points[0], points[0]]).is_none());
     }
 }

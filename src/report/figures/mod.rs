@@ -8,6 +8,7 @@ pub mod curves;
 pub mod errors;
 pub mod fit;
 pub mod formulations;
+pub mod growth;
 pub mod laws;
 pub mod matrix;
 pub mod overlay;
@@ -15,6 +16,7 @@ pub mod prices;
 pub mod region;
 pub mod sweep;
 pub mod time;
+pub mod work;
 pub mod wreck;
 
 use super::canvas::{Area, At, INK, Mark, Point, RGB, SMALL, line, mark, mm, text};

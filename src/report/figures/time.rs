@@ -12,11 +12,16 @@ use crate::study::words::digits;
 const REST: RGB = RGB(0xd0, 0xd0, 0xd0);
 const ROW: f64 = 4.6;
 
+/// Of the headline of a convergence study.
 pub fn draw(store: &Store, analysis: &Analysis) -> Option<Figure> {
-    let variant = &analysis.headline()?.variant;
+    of_variant(store, &analysis.headline()?.variant, "time".into())
+}
+
+/// Of the meshes of a variant.
+pub fn of_variant(store: &Store, variant: &str, name: String) -> Option<Figure> {
     let role = |r: &CaseRecord| store.study.families.iter().find(|f| f.name == r.family).map(|f| f.role);
     let mut rows: Vec<&CaseRecord> = (store.cases.iter().map(|c| &c.record))
-        .filter(|r| r.variant == *variant && r.converged() && r.wall_s > 0.0)
+        .filter(|r| r.variant == variant && r.converged() && r.wall_s > 0.0)
         .filter(|r| matches!(role(r), Some(Role::Sizes | Role::Nested | Role::Remeshed | Role::Element)))
         .collect();
     rows.sort_by(|a, b| (b.formulation.as_str(), a.mesh.cells).cmp(&(a.formulation.as_str(), b.mesh.cells)));
@@ -78,7 +83,7 @@ pub fn draw(store: &Store, analysis: &Analysis) -> Option<Figure> {
         "Share of the wall time per case ({}), total beside the bar: (a) by phase, (b) by effect, the rest being linear algebra and output.{shared}",
         store.study.label(variant)
     );
-    Some(Figure { name: "time".into(), svg, caption })
+    Some(Figure { name, svg, caption })
 }
 
 fn bars(

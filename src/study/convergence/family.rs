@@ -71,9 +71,15 @@ pub fn formal_order(formulation: &str) -> f64 {
     if formulation.starts_with("tet10") { 4.0 } else { 2.0 }
 }
 
-/// `levels` in any order; `scatter`: max − min over the seeds, where they apply; `tolerance`: fraction of |f*|.
-pub fn estimate(
+/// [`estimate_of_order`] with the formal order of the formulation.
+pub fn estimate(of: (&str, Role, &str), levels: Vec<Level>, scatter: Option<f64>, tolerance: f64) -> Option<Estimate> {
+    estimate_of_order(of, formal_order(of.2), levels, scatter, tolerance)
+}
+
+/// `q`: formal order; `levels` in any order; `scatter`: max − min over the seeds, where they apply; `tolerance`: fraction of |f*|.
+pub fn estimate_of_order(
     (family, role, formulation): (&str, Role, &str),
+    q: f64,
     mut levels: Vec<Level>,
     scatter: Option<f64>,
     tolerance: f64,
@@ -84,7 +90,6 @@ pub fn estimate(
         return None;
     }
     let (h, f): (Vec<f64>, Vec<f64>) = levels.iter().map(|l| (l.h, l.f)).unzip();
-    let q = formal_order(formulation);
     let ratios: Vec<f64> = h.windows(2).map(|w| w[1] / w[0]).collect();
     let triple =
         |k: usize| (f.len() >= k + 3).then(|| Triple::new([h[k], h[k + 1], h[k + 2]], [f[k], f[k + 1], f[k + 2]]));

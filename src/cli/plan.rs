@@ -1,0 +1,112 @@
+//! `durometer plan SCENE`
+
+use super::{INCOMPLETE, Outcome, bars::Bars, files};
+use durometer::math::units::{self, Dimension};
+use durometer::scene::Progress;
+use durometer::solve::Status;
+use durometer::study::plan::{PlanError, Request, Watch as Watches, plan};
+use durometer::study::record::CaseRecord;
+use durometer::study::runner::Watch;
+use durometer::study::store;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Say which mesh, element and time step meet a tolerance within a time
+///
+/// Coarse pilots of every element take up to a quarter of the budget; errors and times are fitted to them. The answer names the
+/// setting, its expected error and time, and what cannot be promised. Writes plan.json.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  durometer plan studies/finger-convergence/scene.toml --tolerance \"2 %\" --budget \"5 min\"
+  durometer plan finger-dynamics --tolerance \"5 %\" --budget \"10 min\" --quantity bending_angle_deg
+  durometer plan my-scene.toml --tolerance \"1 %\" --budget \"30 min\" --run
+
+Exit codes: 0 a setting is expected to meet the tolerance within the budget, 2 bad input, 3 none is, or the run did not complete.")]
+pub struct Args {
+    /// Scene file (TOML), or the name of a folder in studies/
+    scene: PathBuf,
+    /// Largest error of a peak
+    #[arg(long, value_name = "SHARE")]
+    tolerance: String,
+    /// Time for pilots and run together, on one core
+    #[arg(long, value_name = "TIME")]
+    budget: String,
+    /// Recorded column that is judged, several times [default: bending angle and cable tension, if recorded]
+    #[arg(long, value_name = "COLUMN")]
+    quantity: Vec<String>,
+    /// Make the run that is advised, and say how good the prediction was
+    #[arg(long)]
+    run: bool,
+    /// Folder of plan.json [default: reports/plan-<scene>]
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Change a key, e.g. --set laws.rubber.nu=0.49
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Print plan.json instead of progress and words
+    #[arg(long)]
+    json: bool,
+}
+
+/// Bars, and the lines of the mesher.
+struct Shown(Bars);
+
+impl Watches for Shown {
+    fn line(&self, line: &str) {
+        self.0.meshing("plan", line);
+    }
+    fn started(&self, name: &str) {
+        self.0.started(name);
+    }
+    fn progress(&self, name: &str, progress: Progress) {
+        self.0.progress(name, progress);
+    }
+    fn finished(&self, record: &CaseRecord) {
+        self.0.finished(record, false);
+    }
+}
+
+pub fn main(args: Args) -> Outcome {
+    let within =
+        |what: &str, text: &str, dimension| units::parse(text, dimension).map_err(|e| format!("--{what}: {e}"));
+    let tolerance = within("tolerance", &args.tolerance, Dimension::NONE)?;
+    if !(tolerance > 0.0 && tolerance < 1.0) {
+        return Err(
+            format!("--tolerance: it is {tolerance}; it lies between 0 and 1, write for example \"2 %\"").into()
+        );
+    }
+    let budget_s = within("budget", &args.budget, Dimension::TIME)?;
+    if budget_s <= 0.0 {
+        return Err(format!("--budget: it is {budget_s} s; give a positive time, for example \"10 min\"").into());
+    }
+    let file = files::find(&args.scene, "scene.toml")?;
+    let stop = super::stop_flag();
+    let (changes, quantities) = (super::changes(&args.set)?, args.quantity);
+    let request = Request { file, changes, tolerance, budget_s, quantities, stop };
+    let shown = Shown(Bars::new(args.json));
+    let name = request.file.parent().and_then(|p| p.file_name()).map_or("scene".into(), |n| n.to_string_lossy());
+    let out = args.out.unwrap_or_else(|| PathBuf::from("reports").join(format!("plan-{name}")));
+    let made = plan(&request, &shown).and_then(|mut planned| {
+        if args.run {
+            planned.carry_out(&request, &shown)?;
+        }
+        Ok(planned.plan)
+    });
+    let plan = match made {
+        Err(PlanError::Stopped) => {
+            eprintln!("stopped: nothing was written");
+            return Ok(ExitCode::from(INCOMPLETE));
+        }
+        plan => plan?,
+    };
+    files::make_folder(&out)?;
+    let json = serde_json::to_string_pretty(&plan)?;
+    store::write(&out.join("plan.json"), &json)?;
+    match args.json {
+        true => println!("{json}"),
+        false => println!("\n{}\n\nwritten: {}", plan.lines().join("\n"), out.join("plan.json").display()),
+    }
+    let complete = plan.outcome.as_ref().is_none_or(|o| o.status == Status::Converged.name());
+    Ok(if plan.meets && complete { ExitCode::SUCCESS } else { ExitCode::from(INCOMPLETE) })
+}

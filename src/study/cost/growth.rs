@@ -1,0 +1,103 @@
+//! Power laws y = c xᑫ by least squares in logarithms, with what they do not know.
+//!
+//! ```text
+//! ln y = ln c + q ln x,   s² = Σ (ln yᵢ − fit)²/(n − 2),   S = Σ (ln xᵢ − mean)²
+//! q ± t s/√S,   y(x) within a factor exp(t s √(1 + 1/n + (ln x − mean)²/S)),   t = t₀.₉₇₅ with n − 2 degrees of freedom
+//! ```
+//!
+//! Source: any text on linear regression, for example Montgomery, Peck & Vining, *Introduction to Linear Regression Analysis*, 5th ed.
+//! (2012), equations 2.40 (slope) and 2.54 (new observation). Limits: x without error, scatter the same in every decade; a law that bends is not seen by s
+//! where there are few points, so the last point is predicted from the others as a check.
+
+use crate::calibrate::statistics::t_quantile;
+use serde::Serialize;
+
+/// Straight line through log–log points.
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct Growth {
+    pub q: f64,
+    /// Half width of the 95 % interval of q; none with two points
+    pub half: Option<f64>,
+    /// Standard error of q; none with two points
+    pub error: Option<f64>,
+    pub points: usize,
+    log_c: f64,
+    mean: f64,
+    spread: f64,
+    deviation: f64,
+}
+
+/// A value of the law with its 95 % interval; without one where two points leave no freedom.
+#[derive(Serialize, Clone, Copy, Debug, PartialEq)]
+pub struct Predicted {
+    pub value: f64,
+    pub interval: Option<[f64; 2]>,
+}
+
+/// `None` with fewer than two different x, or where something is not positive.
+pub fn growth(points: &[(f64, f64)]) -> Option<Growth> {
+    if points.iter().any(|(x, y)| !(*x > 0.0 && *y > 0.0 && x.is_finite() && y.is_finite())) {
+        return None;
+    }
+    let n = points.len() as f64;
+    let logs: Vec<(f64, f64)> = points.iter().map(|(x, y)| (x.ln(), y.ln())).collect();
+    let (mean, my) = (logs.iter().map(|p| p.0).sum::<f64>() / n, logs.iter().map(|p| p.1).sum::<f64>() / n);
+    let spread: f64 = logs.iter().map(|p| (p.0 - mean).powi(2)).sum();
+    if points.len() < 2 || spread < 1e-6 {
+        return None;
+    }
+    let q = logs.iter().map(|p| (p.0 - mean) * (p.1 - my)).sum::<f64>() / spread;
+    let log_c = my - q * mean;
+    let rest: f64 = logs.iter().map(|p| (p.1 - log_c - q * p.0).powi(2)).sum();
+    let free = points.len() - 2;
+    let deviation = if free > 0 { (rest / free as f64).sqrt() } else { 0.0 };
+    let error = (free > 0).then(|| deviation / spread.sqrt());
+    let half = error.map(|e| t_quantile(0.95, free) * e);
+    Some(Growth { q, half, error, points: points.len(), log_c, mean, spread, deviation })
+}
+
+impl Growth {
+    /// The law at x.
+    pub fn at(&self, x: f64) -> f64 {
+        (self.log_c + self.q * x.ln()).exp()
+    }
+
+    /// The law at x with the interval of a new observation.
+    pub fn predict(&self, x: f64) -> Predicted {
+        let value = self.at(x);
+        let interval = (self.points > 2).then(|| {
+            let away = 1.0 + 1.0 / self.points as f64 + (x.ln() - self.mean).powi(2) / self.spread;
+            let factor = (t_quantile(0.95, self.points - 2) * self.deviation * away.sqrt()).exp();
+            [value / factor, value * factor]
+        });
+        Predicted { value, interval }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_power_law_gives_its_exponent_back() {
+        let points: Vec<(f64, f64)> = [1e3, 4e3, 2e4].iter().map(|n: &f64| (*n, 3e-6 * n.powf(1.4))).collect();
+        let g = growth(&points).expect("three sizes");
+        // Rounding of a few logarithms
+        assert!((g.q - 1.4).abs() < 1e-12 && g.error.expect("three points") < 1e-12, "{}", g.q);
+        assert!((g.predict(1e5).value / (3e-6 * 1e5f64.powf(1.4)) - 1.0).abs() < 1e-11);
+        assert!(growth(&points[..1]).is_none() && growth(&[points[0], points[0]]).is_none());
+        assert!(growth(&[(1.0, 0.0), (2.0, 1.0)]).is_none(), "no logarithm of nothing");
+    }
+
+    /// ln x = −1, 0, 1 and ln y = 0, 3, 0: slope 0, mean 1, residuals −1, 2, −1, so s² = 6 with one degree of freedom, t = 12.7062.
+    #[test]
+    fn the_interval_is_that_of_a_regression_by_hand() {
+        let e = std::f64::consts::E;
+        let g = growth(&[(1.0 / e, 1.0), (1.0, e.powi(3)), (e, 1.0)]).expect("three points");
+        let t = (0.475 * std::f64::consts::PI).tan();
+        assert!(g.q.abs() < 1e-14 && (g.half.expect("three points") - t * 3f64.sqrt()).abs() < 1e-10);
+        let p = g.predict(1.0);
+        let high = p.interval.expect("three points")[1];
+        assert!(((high / p.value).ln() - t * 6f64.sqrt() * (4.0f64 / 3.0).sqrt()).abs() < 1e-9, "{p:?}");
+    }
+}

@@ -1,0 +1,108 @@
+//! A plan in words.
+
+use super::sizes::Meshes;
+use super::{Outcome, Plan, Setting};
+use crate::study::words::{capital, percent, seconds};
+
+/// What a plan cannot promise.
+pub(super) fn promises(plan: &Plan) -> Vec<String> {
+    let mut out = vec![];
+    for q in &plan.quantities {
+        match plan.references.get(q) {
+            None => out.push(format!("{q} is not judged: its pilots have no limit other than zero, or no element has two of them.")),
+            Some((_, u)) if *u > plan.tolerance => out.push(format!(
+                "The pilots know the limit of {q} to {} only, which is more than the tolerance: the expected error is an estimate, not a bound.",
+                percent(*u)
+            )),
+            Some((_, u)) => out.push(format!("The pilots know the limit of {q} to {}; an error bar adds that.", percent(*u))),
+        }
+    }
+    out.push("Errors are those of peaks, not of whole curves, of fields or of contact.".into());
+    out.push("Times are CPU seconds on this machine; iterations a step are taken from the largest pilot, and harder steps on a finer mesh are not foreseen.".into());
+    if plan.meshes == Meshes::Stored {
+        out.push(
+            "Only the stored sizes of this body were weighed; with the mesher (durometer doctor --setup) others are."
+                .into(),
+        );
+    }
+    if let Some(s) = plan.chosen.as_ref().filter(|_| !plan.meets) {
+        let why = match plan.weighed.iter().find(|w| w.error <= plan.tolerance) {
+            Some(w) => format!("the cheapest that would is {}, {} cells, for {}", w.element, w.cells, seconds(w.cpu_s)),
+            None => "no mesh that was weighed would".into(),
+        };
+        out.push(format!(
+            "{} is not met within the budget: the best that fits is expected to be {} off; {why}.",
+            percent(plan.tolerance),
+            percent(s.error)
+        ));
+    }
+    out
+}
+
+impl Setting {
+    /// `tet10_up with 4500 cells`
+    pub fn words(&self) -> String {
+        format!("{} with {} cells", self.element, self.cells)
+    }
+}
+
+impl Plan {
+    /// The answer and its limits, line by line.
+    pub fn lines(&self) -> Vec<String> {
+        let mut out = vec![];
+        match &self.chosen {
+            None => out.push(format!("No setting fits into {}.", seconds(self.budget_s - self.pilots_cpu_s))),
+            Some(s) => {
+                let verdict = if self.meets { "is the cheapest setting expected within" } else { "comes closest to" };
+                out.push(format!(
+                    "{} {verdict} {}: expected error {} (peak of {}), {} CPU time, {} unknowns, {} steps. Pilots took {}.",
+                    capital(&s.words()),
+                    percent(self.tolerance),
+                    percent(s.error),
+                    s.limited_by,
+                    seconds(s.cpu_s),
+                    s.counted.dofs,
+                    s.counted.steps,
+                    seconds(self.pilots_cpu_s)
+                ));
+                if self
+                    .pilots
+                    .iter()
+                    .any(|p| p.cells == s.counted.cells && p.name.starts_with(&format!("{}, ", s.element)))
+                    && self.steps.factor == 1.0
+                {
+                    out.push("It was one of the pilots: a run would tell nothing new.".into());
+                }
+                let set: Vec<String> = s.set.iter().map(|c| format!("--set '{c}'")).collect();
+                out.push(format!("Changes: {}", set.join(" ")));
+            }
+        }
+        out.push(format!("Time step: {}.", self.steps.words));
+        out.extend(self.promises.iter().cloned());
+        out.extend(self.lost.iter().map(|(what, why)| format!("Left out: {what}: {why}.")));
+        out.extend(self.outcome.iter().map(Outcome::words));
+        out
+    }
+}
+
+impl Outcome {
+    fn words(&self) -> String {
+        if !self.error.is_finite() {
+            return format!(
+                "The run ended with {} after {}; its error cannot be told.",
+                self.status,
+                seconds(self.cpu_s)
+            );
+        }
+        format!(
+            "The run took {} CPU time ({} by the clock): expected was {:.2} times that. With it as a further mesh its error is {} \
+             (the limit being known to {}): expected was {:.2} times that.",
+            seconds(self.cpu_s),
+            seconds(self.wall_s),
+            self.time_ratio,
+            percent(self.error),
+            percent(self.uncertainty),
+            self.error_ratio
+        )
+    }
+}

@@ -1,0 +1,87 @@
+//! How much work a case was, whatever the machine; and how its price scatters when it is run again.
+
+use super::record::Role;
+use super::spec::{Case, Study};
+use crate::scene::{Progress, Run, Scene};
+use crate::solve::Status;
+use crate::system::State;
+use cpu_time::ThreadTime;
+use serde::{Deserialize, Serialize};
+use std::time::Instant;
+
+/// Counted, not timed.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Default)]
+pub struct WorkRecord {
+    /// Numeric factorisations, the shifted ones included
+    pub factorisations: usize,
+    /// Right sides solved for
+    pub solves: usize,
+    /// Additions and multiplications of one factorisation: Σ over the columns of L of the square of their length
+    pub factor_flops: f64,
+    /// Stored entries of the tangent, one triangle
+    pub matrix_nnz: usize,
+    /// Largest resident set of the process while the case ran [bytes]; none where it ran beside another, or where the system
+    /// does not tell
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub memory_bytes: Option<u64>,
+}
+
+/// One run of a case that was run several times.
+#[derive(Serialize, Deserialize, Clone, Copy, Debug, PartialEq)]
+pub struct RepeatRecord {
+    pub wall_s: f64,
+    pub cpu_s: f64,
+}
+
+impl Study {
+    /// How often a case is run. What is far finer than needed is a reference, and no price.
+    pub fn repeats(&self, case: &Case) -> usize {
+        let role = self.record.families.iter().find(|f| f.name == case.family).map(|f| f.role);
+        if role == Some(Role::Overkill) { 1 } else { self.record.repeats }
+    }
+}
+
+/// Runs the scene `repeats` times. Returns the run of median CPU time, its wall and CPU seconds, and those of all. All runs give the
+/// same bits; `states` gets those of the first. A run that does not converge is not repeated.
+pub(super) fn measure(
+    scene: &Scene,
+    repeats: usize,
+    go_on: &mut dyn FnMut(Progress) -> bool,
+    states: &mut dyn FnMut(&State),
+) -> (Run, (f64, f64), Vec<RepeatRecord>) {
+    let mut runs: Vec<(RepeatRecord, Run)> = Vec::new();
+    loop {
+        let (wall, cpu) = (Instant::now(), ThreadTime::now());
+        let first = runs.is_empty();
+        let run = scene.run(go_on, &mut |state| {
+            if first {
+                states(state);
+            }
+        });
+        let times = RepeatRecord { wall_s: wall.elapsed().as_secs_f64(), cpu_s: cpu.elapsed().as_secs_f64() };
+        let done = run.status == Status::Converged;
+        if done || first {
+            runs.push((times, run));
+        }
+        if !done || runs.len() >= repeats {
+            break;
+        }
+    }
+    let all: Vec<RepeatRecord> = runs.iter().map(|r| r.0).collect();
+    runs.sort_by(|a, b| a.0.cpu_s.total_cmp(&b.0.cpu_s));
+    let (times, run) = runs.swap_remove((runs.len() - 1) / 2);
+    (run, (times.wall_s, times.cpu_s), all)
+}
+
+/// The largest resident set of the process from here on. Linux counts it; `None` elsewhere.
+pub(super) fn watch_memory() -> Option<()> {
+    std::fs::write("/proc/self/clear_refs", "5").ok()
+}
+
+/// The largest resident set since [`watch_memory`] [bytes].
+pub(super) fn largest_memory() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;
+    let kilobytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(1024 * kilobytes)
+}
