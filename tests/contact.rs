@@ -570,13 +570,13 @@ fn no_drop_of_a_thousand_crosses() {
     drops(1000);
 }
 
-/// A quarter of a half-space: three cells of `fine` from the corner at the origin, then five that grow by one ratio up to
+/// A quarter of a half-space: four cells of `fine` from the corner at the origin, then five that grow by one ratio up to
 /// `size`, in each direction; z downward from the surface.
 fn graded(fine: f64, size: f64) -> TetMesh {
-    let mut mesh = block(8, 8, 8, 1.0, 1.0, 1.0, Order::Quadratic);
-    let map = |v: f64| match 8.0 * v {
-        k if k <= 3.0 => fine * k,
-        k => 3.0 * fine * (size / (3.0 * fine)).powf((k - 3.0) / 5.0),
+    let mut mesh = block(9, 9, 9, 1.0, 1.0, 1.0, Order::Quadratic);
+    let map = |v: f64| match 9.0 * v {
+        k if k <= 4.0 => fine * k,
+        k => 4.0 * fine * (size / (4.0 * fine)).powf((k - 4.0) / 5.0),
     };
     mesh.points.iter_mut().for_each(|p| *p = Vec3::new(map(p.x), map(p.y), -map(1.0 - p.z)));
     // Straight cells: mid-nodes in the middle of their edges.
@@ -591,7 +591,7 @@ fn graded(fine: f64, size: f64) -> TetMesh {
 }
 
 /// Reference 17, Hertz (1882): a rigid sphere of radius R = 1 m on an elastic half-space, F = 4/3 E* √R d^{3/2} and
-/// p₀ = (6 F E*²/π³R²)^{1/3}, E* = E/(1 − ν²). Contact radius a = √(R d) = 0.05 R; the block of L = 3 R takes about ½ a/L = 0.8 % off
+/// p₀ = (6 F E*²/π³R²)^{1/3}, E* = E/(1 − ν²). Contact radius a = √(R d) = 0.05 R; the block of L = 4 R takes about ½ a/L = 0.6 % off
 /// the depth, and Hertz's parabola differs from the sphere by a²/R² = 0.25 %.
 #[test]
 fn a_sphere_presses_by_hertz() {
@@ -644,7 +644,7 @@ duration = "1 s"
 dt = "1 s"
 "#
         );
-        let scene = scene(graded(0.022, 3.0), &text);
+        let scene = scene(graded(0.016, 4.0), &text);
         let run = run(&scene);
         assert_eq!(run.status, Status::Converged, "{response}");
         let modulus = e / (1.0 - nu * nu);
