@@ -895,3 +895,34 @@ dt = "5 ms"
         }
     }
 }
+
+/// A plate is driven into nodes that are held: no step however small lets it pass, and the status says who is pressed on whom.
+#[test]
+fn a_plate_on_held_nodes_jams() {
+    let text = format!(
+        r#"{CUBE}
+[[constraint]]
+kind = "fixed"
+region = "zmin"
+[[contact]]
+name = "plate"
+region = "zmin"
+obstacle = {{ kind = "box", min = ["-5 mm", "-5 mm", "-2 mm"], max = ["15 mm", "15 mm", "-1 mm"] }}
+motion = {{ direction = [0, 0, 1], displacement = {{ kind = "ramp", from = "0 mm", to = "2 mm", end = "1 s" }} }}
+response = "barrier"
+friction = 0
+[[stage]]
+integrator = "bdf2"
+duration = "1 s"
+dt = "0.1 s"
+"#
+    );
+    let scene = scene(block(2, 2, 2, 0.01, 0.01, 0.01, Order::Linear), &text);
+    let run = run(&scene);
+    let Status::ContactJammed { t, .. } = run.status else { panic!("{}", run.status) };
+    assert!((0.4..=0.5).contains(&t), "the plate is there at 0.5 s: {t}");
+    let culprit = run.status.culprit();
+    let node = culprit.node.expect("it names one") as usize;
+    assert_eq!((culprit.effect.as_deref(), scene.points[node].z), (Some("plate"), 0.0));
+    assert!(run.status.to_string().contains("reduce the load or the motion of the obstacle"), "{}", run.status);
+}

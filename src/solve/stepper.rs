@@ -222,7 +222,7 @@ impl<'a> Stepper<'a> {
 
     /// Why no step from `state`, not even the one to `t`, could be solved.
     fn diagnose(&mut self, span: Span, state: &State, t: f64, why: Failure) -> Status {
-        if span.integrator.is_static() {
+        if span.integrator.is_static() && !matches!(why, Failure::Jammed { .. }) {
             let step = Step { system: self.system, integrator: span.integrator, past: state, dt: t - state.t };
             let motions = self.newton.free_motions(&step, state, self.points);
             if !motions.is_empty() {
