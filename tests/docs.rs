@@ -35,7 +35,7 @@ fn snake(name: &str) -> String {
 fn keys_of(source: &str, types: &[&str]) -> BTreeSet<String> {
     let mut keys = BTreeSet::new();
     let mut inside = None;
-    let mut renamed = None;
+    let (mut renamed, mut skipped) = (None, false);
     for line in source.lines() {
         let declared = ["pub struct ", "pub enum "].iter().find_map(|head| line.strip_prefix(head));
         if let Some(rest) = declared {
@@ -52,6 +52,10 @@ fn keys_of(source: &str, types: &[&str]) -> BTreeSet<String> {
             renamed = code[at + 10..].split('"').next().map(str::to_string);
         }
         if code.starts_with('#') || code.is_empty() {
+            skipped |= code.contains("serde(skip)");
+            continue;
+        }
+        if std::mem::take(&mut skipped) {
             continue;
         }
         let code = code.strip_prefix("pub ").unwrap_or(code);

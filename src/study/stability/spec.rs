@@ -98,7 +98,7 @@ pub fn expand(spec: &StudySpec) -> Result<Expanded, Mistake> {
         let place = format!("map {}", map.name);
         if map.axes.len() != 2 {
             let remedy = "give two [[map.axis]]: along x, then along y";
-            return Err((place, format!("it has {} axes", map.axes.len()), remedy.into()));
+            return Err((place, format!("a map has two axes, and this one {}", map.axes.len()), remedy.into()));
         }
         let of_map = |(axis, fact, remedy): Mistake| (format!("{place}, {axis}"), fact, remedy);
         let expanded = axis::expand(&map.axes, Combine::Grid).map_err(of_map)?;
