@@ -1,17 +1,16 @@
 //! What is kept of a finished run: its record, and the boundary at the state farthest from rest.
 
+use super::contact::contacts;
 use super::overlay::overlays;
 use super::record::{
-    CaseRecord, ContactRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance,
+    CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance,
 };
 use super::runner::input_hash;
 use super::skin::Skin;
 use super::solver::{self, SolverRecord};
 use super::spec::Case;
 use super::work::WorkRecord;
-use crate::effect::contact::Counts;
 use crate::effect::locking::signs;
-use crate::scene::contact_record::NamedContact;
 use crate::scene::{Run, Scene};
 use std::collections::BTreeMap;
 
@@ -71,7 +70,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         locking: locking(scene, run),
         probes: run.columns.iter().enumerate().skip(1).map(|(k, name)| (name.clone(), probe(run, k))).collect(),
         cable_events: run.cable_events.iter().map(Into::into).collect(),
-        contacts: scene.contacts.iter().zip(&run.contacts).map(|(c, (_, counts))| contact(c, counts)).collect(),
+        contacts: contacts(scene, run),
         remarks: scene.remarks.iter().cloned().chain(solver::remarks(run)).collect(),
         distances: overlays(scene, run).into_iter().filter_map(|o| o.distance).collect(),
         events: run.events.clone(),
@@ -107,18 +106,6 @@ fn locking(scene: &Scene, run: &Run) -> Option<LockingRecord> {
     let signs = scene.stressed.iter().filter_map(|e| signs(&**e, &run.peak.x));
     let worst = signs.max_by(|a, b| a.alarm.cmp(&b.alarm).then(a.scatter.total_cmp(&b.scatter)))?;
     Some(LockingRecord { pressure_scatter: worst.scatter, volumetric_share: worst.share, alarm: worst.alarm })
-}
-
-fn contact(contact: &NamedContact, counts: &Counts) -> ContactRecord {
-    ContactRecord {
-        name: contact.name.clone(),
-        points: contact.contact().points.len(),
-        seen: counts.points,
-        tested: counts.tested,
-        active: counts.active,
-        search_s: counts.search.as_secs_f64(),
-        detection_s: counts.detection.as_secs_f64(),
-    }
 }
 
 fn probe(run: &Run, column: usize) -> ProbeRecord {

@@ -1,5 +1,6 @@
 //! What a finished case leaves on disk, and what every report reads: `cases/<id>.json` beside `cases/<id>.csv`.
 
+use super::contact::ContactRecord;
 use super::overlay::Distance;
 use super::solver::SolverRecord;
 use super::stability::{MapRecord, SuiteRecord};
@@ -108,24 +109,6 @@ pub struct MeshRecord {
     pub volume_m3: f64,
     /// File name or hash of the request that produced it
     pub source: String,
-}
-
-/// Counts and times of one contact over a run.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
-pub struct ContactRecord {
-    pub name: String,
-    /// Points of the surface
-    pub points: usize,
-    /// Points times evaluations
-    pub seen: usize,
-    /// Distances computed
-    pub tested: usize,
-    /// Points that were near enough to count
-    pub active: usize,
-    /// Time to find them [s]
-    pub search_s: f64,
-    /// Time to find how far steps may go [s]
-    pub detection_s: f64,
 }
 
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
