@@ -65,6 +65,8 @@ pub(super) struct Direction {
 const LINE_SEARCH_RATIO: f64 = 0.8;
 /// Share of a Newton step below which what limits it does not let the body move at all [–].
 const JAMMED: f64 = 1e-10;
+/// Share of the size of the body below which a gap is rounding [–].
+const CLOSED: f64 = 1e-12;
 const CHORD_CONTRACTION: f64 = 0.2;
 pub(super) const HALVINGS: usize = 12;
 /// Share of the largest diagonal entry that the shift counts as the stiffness of a direction without any [–].
@@ -286,6 +288,17 @@ impl Newton {
         Ok(Direction { x, lambda })
     }
 
+    /// The part of the motion dx from x that no effect forbids.
+    pub(super) fn longest(&self, system: &System, x: &[f64], dx: &[f64]) -> Result<f64, Failure> {
+        match system.max_step(x, dx) {
+            None => Ok(1.0),
+            Some((effect, limit)) if limit.share < JAMMED || limit.gap < CLOSED * self.length => {
+                Err(Failure::Jammed { effect: effect.into(), node: limit.node, gap: limit.gap })
+            }
+            Some((_, limit)) => Ok(limit.share),
+        }
+    }
+
     /// Goes along the direction as far as the directional derivative of the energy allows. True for a full step.
     fn advance(
         &mut self,
@@ -320,7 +333,7 @@ impl Newton {
         };
         next.lambda.copy_from_slice(&direction.lambda);
         let line_search = self.settings.line_search && !step.integrator.is_linearised();
-        let mut length = longest(system, &start, &direction.x)?;
+        let mut length = self.longest(system, &start, &direction.x)?;
         let mut best = None;
         for _ in 0..HALVINGS {
             next.x.copy_from_slice(&start);
@@ -361,17 +374,6 @@ impl Newton {
             return Ok(false);
         }
         self.evaluate(step, next, Want::Residual, None).map(|()| false)
-    }
-}
-
-/// The part of the motion dx from x that no effect forbids.
-pub(super) fn longest(system: &System, x: &[f64], dx: &[f64]) -> Result<f64, Failure> {
-    match system.max_step(x, dx) {
-        None => Ok(1.0),
-        Some((effect, limit)) if limit.share < JAMMED => {
-            Err(Failure::Jammed { effect: effect.into(), node: limit.node, gap: limit.gap })
-        }
-        Some((_, limit)) => Ok(limit.share),
     }
 }
 

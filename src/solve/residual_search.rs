@@ -5,7 +5,7 @@
 //! no other: a slender body that bends is stretched on the way, its residual grows, and the next iteration takes that away.
 //! A monotone test costs twice the iterations on a strip of L/h = 50.
 
-use super::newton::{Direction, HALVINGS, Newton, longest};
+use super::newton::{Direction, HALVINGS, Newton};
 use super::{Failure, Step, tangent};
 use crate::system::{State, System, Want};
 
@@ -26,7 +26,7 @@ impl Newton {
         let start = next.x.clone();
         let line_search = self.settings.line_search && !step.integrator.is_linearised();
         next.lambda.copy_from_slice(&direction.lambda);
-        let mut length = longest(system, &start, &direction.x)?;
+        let mut length = self.longest(system, &start, &direction.x)?;
         for trial in 1..=HALVINGS {
             // Multipliers and the second field go all the way.
             for (i, (x, (from, d))) in next.x.iter_mut().zip(start.iter().zip(&direction.x)).enumerate() {
