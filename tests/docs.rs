@@ -144,6 +144,13 @@ fn the_guide_names_every_key_of_a_scene_and_a_study() {
     let cable = keys_of(&text("src/scene/cable.rs"), &["CableSpec", "RingSpec"]);
     assert!(["EA", "after", "guide_radius"].iter().all(|key| cable.contains(*key)), "{cable:?}");
     assert_eq!(missing(cable), Vec::<String>::new(), "not in docs/guide.md");
+    let contact =
+        keys_of(&text("src/scene/contact_spec.rs"), &["ContactSpec", "ObstacleSpec", "MotionSpec", "ResponseSpec"]);
+    assert!(["floor", "multiplier", "creep"].iter().all(|key| contact.contains(*key)), "{contact:?}");
+    assert_eq!(missing(contact), Vec::<String>::new(), "not in docs/guide.md");
+    let rigid = keys_of(&text("src/scene/rigid.rs"), &["RigidSpec", "WeightSpec", "ShapeSpec", "TurnSpec"]);
+    assert!(["spin", "turn"].iter().all(|key| rigid.contains(*key)), "{rigid:?}");
+    assert_eq!(missing(rigid), Vec::<String>::new(), "not in docs/guide.md");
     let signals = keys_of(&text("src/scene/signal.rs"), &["FunctionSpec"]);
     assert!(signals.contains("raised_cosine") && signals.contains("amplitude"), "{signals:?}");
     assert_eq!(missing(signals), Vec::<String>::new(), "signals not in docs/guide.md");

@@ -178,6 +178,18 @@ pub fn main(args: Args) -> Outcome {
             let (l2, largest) = (100.0 * d.l2, 100.0 * d.largest);
             println!("{} over {} is off {} by {l2:.2} % (L2), {largest:.2} % (largest)", d.column, d.over, d.file);
         }
+        for c in &record.contacts {
+            println!(
+                "contact {}: {} points, seen {} times, {} distances computed, {} active; search {}, collision detection {}",
+                c.name,
+                c.points,
+                c.seen,
+                c.tested,
+                c.active,
+                seconds(c.search_s),
+                seconds(c.detection_s)
+            );
+        }
         states.iter().for_each(|file| println!("state:   {}", file.display()));
         println!("{}", price(&record));
         println!("results: {}", args.out.join(format!("{name}.csv")).display());

@@ -1,9 +1,11 @@
 //! Physical contributions: one file per effect or constraint.
 
+pub mod affine_body;
 pub mod cable;
 pub mod cable_friction;
 pub mod cavity;
 mod cell;
+pub mod contact;
 pub mod damping;
 pub mod dead_load;
 pub mod edge_dampers;
@@ -26,6 +28,7 @@ pub use cable::{Cable, CableLength, CableTension, Guide};
 pub use cable_friction::Pull;
 pub use cavity::{Cavity, CavityPressure, CavityVolume};
 pub use cell::CellPoints;
+pub use contact::Contact;
 pub use damping::{MassDamping, ViscousDamping};
 pub use dead_load::DeadLoad;
 pub use edge_dampers::EdgeDampers;

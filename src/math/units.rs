@@ -32,6 +32,7 @@ impl Dimension {
     pub const DENSITY: Self = dim(-3, 1, 0, 0);
     pub const ACCELERATION: Self = dim(1, 0, -2, 0);
     pub const VELOCITY: Self = dim(1, 0, -1, 0);
+    pub const ANGULAR_VELOCITY: Self = dim(0, 0, -1, 1);
 
     /// A unit of this dimension that the reader will recognise, for messages.
     pub fn example(self) -> &'static str {
@@ -52,6 +53,7 @@ impl Dimension {
             Self::DENSITY => "kg/m^3",
             Self::ACCELERATION => "m/s^2",
             Self::VELOCITY => "mm/s",
+            Self::ANGULAR_VELOCITY => "rad/s",
             _ => "SI units",
         }
     }

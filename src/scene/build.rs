@@ -3,15 +3,19 @@
 use super::builder::{Builder, Gathered};
 use super::compare::Measured;
 use super::comparison::limit_of_springs;
+use super::contact_record::NamedContact;
 use super::control::Controls;
 use super::error::{SceneError, hint};
 use super::probe::{Probe, columns};
 use super::protocol::NamedSignal;
+use super::rigid::RigidBody;
 use super::skin::NamedSkin;
 use super::spec::{ConstraintSpec, EffectSpec, SceneSpec};
+use crate::effect::contact::placement::AffineFrame;
 use crate::effect::{Cable, Cavity, CellPoints, Stressed, Viscoelastic};
 use crate::material::Law;
 use crate::math::signal::Signal;
+use crate::math::tensor::Vec3;
 use crate::math::units::Dimension;
 use crate::mesh::TetMesh;
 use crate::mesh::generate::CablePath;
@@ -38,6 +42,8 @@ pub struct Scene {
     pub title: String,
     pub body: Arc<Body>,
     pub system: System,
+    /// [nodes] X [m]: of the mesh, then four of each rigid body and of each obstacle that moves
+    pub points: Vec<Vec3>,
     /// For the record: law name and constants of the first elastic effect; None where springs are all that is elastic
     pub law: Option<Box<dyn Law>>,
     /// Points of the cells that elastic effects and springs act on, and the cables of the system, for probes
@@ -48,6 +54,8 @@ pub struct Scene {
     pub relaxing: Vec<Arc<Viscoelastic>>,
     pub cables: Vec<NamedCable>,
     pub cavities: Vec<NamedCavity>,
+    pub contacts: Vec<NamedContact>,
+    pub rigids: Vec<RigidBody>,
     pub probes: Vec<Probe>,
     /// Surfaces that follow the body
     pub skins: Vec<NamedSkin>,
@@ -168,6 +176,7 @@ impl Scene {
                 cavities.push(builder.cavity(&place, constraint, &mut effects, &mut constraints)?);
             }
         }
+        let (rigids, contacts) = builder.contacts(&spec, &spans, &mut gathered, &mut effects)?;
         let Gathered { stored, points: elastic, stressed, relaxing, hosts, laws } = gathered;
         if stored.is_empty() {
             let remedy = "add an [[effect]] with kind = \"elastic\", or \"edge_springs\"";
@@ -188,14 +197,16 @@ impl Scene {
         let causes = [builder.remark_patches(&spec), limit_of_springs(&spec)];
         let causes: Vec<String> = causes.into_iter().flatten().chain(std::mem::take(&mut builder.no_limits)).collect();
         let no_limit = (!causes.is_empty()).then(|| causes.join(", and "));
-        let nodes = body.mesh.points.len();
+        let nodes = builder.nodes;
         builder.check_formulas(&spans)?;
         builder.check_output(&spec.output, spans.last().map_or(0.0, |s| s.end))?;
-        let columns = columns(&probes, &cables, &cavities);
+        let columns = columns(&probes, &cables, &cavities, &contacts);
         let measured = builder.measured(&spec.comparisons, &columns)?;
         builder.check_continued(&spec, &spans)?;
         let controls = builder.controls(&columns, &cables, &cavities, &spans)?;
         let skins = std::mem::take(&mut builder.skins);
+        let frames = rigids.iter().map(|b| &b.frame).chain(contacts.iter().filter_map(NamedContact::moving));
+        let points = body.mesh.points.iter().copied().chain(frames.flat_map(AffineFrame::rest)).collect();
         let (prescribed, signals, remarks) = builder.finish();
         let system = System::with_scalars(nodes, &hosts, effects, constraints, prescribed)
             .map_err(|e| part(file, "scene", e))?;
@@ -204,12 +215,15 @@ impl Scene {
             title,
             body,
             system,
+            points,
             law,
             elastic,
             stressed,
             relaxing,
             cables,
             cavities,
+            contacts,
+            rigids,
             probes,
             skins,
             spans,

@@ -75,6 +75,10 @@ pub(super) struct Builder<'a> {
     /// Why the answer has no limit as h → 0, found while building
     pub(super) no_limits: Vec<String>,
     pub(super) skins: Vec<NamedSkin>,
+    /// Nodes of the mesh, and four of each obstacle that moves
+    pub(super) nodes: usize,
+    /// (dof, motion) of the nodes of obstacles
+    pub(super) carried: Vec<(u32, Signal)>,
 }
 
 impl<'a> Builder<'a> {
@@ -102,6 +106,8 @@ impl<'a> Builder<'a> {
         let (no_limits, skins, continued) = (Vec::new(), Vec::new(), None);
         let workbench = Workbench::new(&spec.events);
         let laws = &spec.laws;
+        let moved = spec.contacts.iter().filter(|c| c.motion.is_some()).count();
+        let nodes = body.mesh.points.len() + 4 * (spec.rigids.len() + moved);
         Ok(Self {
             file,
             base,
@@ -115,6 +121,8 @@ impl<'a> Builder<'a> {
             continued,
             no_limits,
             skins,
+            nodes,
+            carried: Vec::new(),
         })
     }
 
@@ -130,7 +138,8 @@ impl<'a> Builder<'a> {
             remarks
                 .push("nothing is held: in a static stage the body can move freely (add a `fixed` constraint)".into());
         }
-        let prescribed = self.prescribed.into_iter().map(|(dof, (signal, _))| Prescribed { dof, signal }).collect();
+        let of_body = self.prescribed.into_iter().map(|(dof, (signal, _))| (dof, signal));
+        let prescribed = of_body.chain(self.carried).map(|(dof, signal)| Prescribed { dof, signal }).collect();
         (prescribed, self.signals, remarks)
     }
 
@@ -188,7 +197,7 @@ impl<'a> Builder<'a> {
                 match formulation {
                     FormulationSpec::Displacement => gathered.solid(region, Elastic::new(name, mesh, cells, built)),
                     FormulationSpec::Mixed => {
-                        let first = (3 * mesh.points.len() + gathered.hosts.len()) as u32;
+                        let first = (3 * self.nodes + gathered.hosts.len()) as u32;
                         let effect = MixedElastic::new(name, mesh, cells, &*built, first)
                             .ok_or_else(|| self.no_split(place, info))?;
                         gathered.hosts.extend(pressure_hosts(mesh, cells));

@@ -77,7 +77,7 @@ impl Course {
     pub(super) fn new(scene: &Scene) -> (Self, Result<(), ControlError>) {
         let (mut state, mut control) = (scene.start(), scene.controls.memory());
         let ledger = Ledger::new(&scene.system, &state);
-        let record = |state: &State| scene.record(state, &ledger.residual, ledger.energies, 0);
+        let record = |state: &State| scene.record(state, None, &ledger.residual, ledger.energies, 0);
         let outcome = scene.controls.start(&mut control, &mut state, record);
         let (rows, signals) = (vec![record(&state)], vec![scene.signal_values(&state)]);
         let peak = Snapshot { t: 0.0, x: state.x.clone() };

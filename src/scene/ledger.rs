@@ -38,7 +38,7 @@ impl Ledger {
             let energy = sums.energy[e];
             self.energies.dissipated += sums.dissipated[e];
             match effect.role() {
-                Role::Stored | Role::Relaxing => self.energies.elastic += energy,
+                Role::Stored | Role::Touching | Role::Relaxing => self.energies.elastic += energy,
                 Role::Kinetic => self.energies.kinetic += energy,
                 Role::Dissipative => self.energies.dissipated += energy,
                 Role::Load => {

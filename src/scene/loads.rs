@@ -70,7 +70,7 @@ impl Builder<'_> {
     }
 
     /// Unit direction and signal of a dead load; the signal is recorded as `column`.
-    fn dead(
+    pub(super) fn dead(
         &mut self,
         place: &str,
         direction: [f64; 3],

@@ -43,6 +43,8 @@ pub enum FieldSpec {
     Stress,
     VonMises,
     Pressure,
+    /// Of all contacts, normal to the obstacles, at the nodes
+    ContactForce,
 }
 
 /// Every so often, and at some times.
@@ -120,6 +122,12 @@ impl Scene {
                 }
                 FieldSpec::Velocity => {
                     out.push(node("velocity_m_s", 3, state.v[..displacements].to_vec()));
+                    continue;
+                }
+                FieldSpec::ContactForce => {
+                    let mut forces = vec![0.0; displacements];
+                    self.contacts.iter().for_each(|c| c.nodal(&state.x, None, &mut forces));
+                    out.push(node("contact_force_N", 3, forces));
                     continue;
                 }
                 FieldSpec::Stretch => {

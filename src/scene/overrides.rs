@@ -21,7 +21,7 @@ pub fn parse(text: &str) -> Result<(String, Value), OverrideError> {
 }
 
 /// Lists of a scene, to which entries can be added.
-const LISTS: [&str; 5] = ["effect", "constraint", "stage", "probe", "skin"];
+const LISTS: [&str; 7] = ["effect", "constraint", "stage", "probe", "skin", "contact", "rigid"];
 
 /// Tables of a scene that may be absent from it: a change may make them.
 const OPTIONAL: [&str; 2] = ["mesh", "numerics"];

@@ -3,6 +3,7 @@
 //! Positions and directions are means over the area of a region, so they do not depend on the mesh.
 
 use super::build::{Drive, NamedCable, NamedCavity, Scene};
+use super::contact_record::NamedContact;
 use super::error::SceneError;
 use super::quantity::Length;
 use super::spec::ProbeSpec;
@@ -160,12 +161,18 @@ impl Probe {
 }
 
 /// Names of all recorded columns, time first.
-pub(super) fn columns(probes: &[Probe], cables: &[NamedCable], cavities: &[NamedCavity]) -> Vec<String> {
+pub(super) fn columns(
+    probes: &[Probe],
+    cables: &[NamedCable],
+    cavities: &[NamedCavity],
+    contacts: &[NamedContact],
+) -> Vec<String> {
     let probes = probes.iter().flat_map(Probe::columns);
     let cables = cables.iter().flat_map(NamedCable::columns);
     let cavities = cavities.iter().flat_map(cavity_columns);
+    let contacts = contacts.iter().flat_map(NamedContact::columns);
     let last = std::iter::once("newton_iterations".to_string());
-    std::iter::once("t_s".to_string()).chain(probes).chain(cables).chain(cavities).chain(last).collect()
+    std::iter::once("t_s".to_string()).chain(probes).chain(cables).chain(cavities).chain(contacts).chain(last).collect()
 }
 
 /// Columns of a cavity: pressure and volume.

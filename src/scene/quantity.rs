@@ -29,6 +29,8 @@ quantity! {
     Damping = DAMPING,
     Viscosity = VISCOSITY,
     PerSecond = FREQUENCY,
+    Speed = VELOCITY,
+    Spin = ANGULAR_VELOCITY,
 }
 
 /// A quantity whose dimension is known later only; a bare number stands for itself and is refused where a unit is due.

@@ -13,9 +13,9 @@ use toml::de::{DeTable, DeValue};
 /// Arrays of tables that choose by `kind`, as do the signals in them.
 const TAGGED: [&str; 3] = ["effect", "constraint", "probe"];
 /// Arrays of tables without a `kind` that hold tables with one.
-const HOLDING: [&str; 1] = ["event"];
+const HOLDING: [&str; 3] = ["event", "contact", "rigid"];
 /// Keys in them whose tables have no `kind`: they choose by their only key, or have nothing to choose.
-const PLAIN: [&str; 3] = ["drive", "prony", "rings"];
+const PLAIN: [&str; 6] = ["drive", "prony", "rings", "motion", "gravity", "turn"];
 
 /// Reads a scene file, applies `key=value` changes and puts included laws in their place, so that the text that comes
 /// back says it all. Errors carry file, line and remedy.
@@ -132,7 +132,11 @@ fn nest_kind(value: &mut Spanned<DeValue>) {
 fn nest_below(plain: &mut Spanned<DeValue>) {
     match plain.get_mut() {
         DeValue::Array(list) => list.iter_mut().for_each(nest_below),
-        DeValue::Table(table) => table.iter_mut().for_each(|(_, v)| nest_kind(v)),
+        DeValue::Table(table) => {
+            for (key, inner) in table.iter_mut() {
+                if PLAIN.contains(&key.get_ref().as_ref()) { nest_below(inner) } else { nest_kind(inner) }
+            }
+        }
         _ => {}
     }
 }

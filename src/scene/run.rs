@@ -7,11 +7,12 @@ use super::course::Course;
 use super::probe::{Energies, Moment, columns, largest_stretch, record_cavity};
 use super::slopes::Recorder;
 use super::steering::Steering;
+use crate::effect::contact::Counts;
 use crate::math::tensor::Vec3;
 use crate::solve::{
-    Findings, Integrator, Newton, NewtonSettings, Status, StepSettings, Stepper, Totals, initial_acceleration,
+    Findings, Integrator, Newton, NewtonSettings, Status, Step, StepSettings, Stepper, Totals, initial_acceleration,
 };
-use crate::system::{Cost, State};
+use crate::system::{At, Cost, State};
 use std::time::{Duration, Instant};
 
 /// Where a run stands.
@@ -55,6 +56,8 @@ pub struct Run {
     pub last: State,
     /// Cables that went slack, taut, or to the limit of their drive
     pub cable_events: Vec<CableEvent>,
+    /// Name and counts of each contact
+    pub contacts: Vec<(String, Counts)>,
     /// Which cables pulled where the run could not go on, and what to do
     pub pulling: Option<String>,
 }
@@ -104,7 +107,7 @@ impl Scene {
         newton.points.clone_from(&self.body.mesh.points);
         let steps = StepSettings { cuts: n.cuts, extrapolate: n.extrapolate };
         let mut stepper = Stepper::new(&self.system, newton, steps);
-        stepper.points = &self.body.mesh.points;
+        stepper.points = &self.points;
         let budget = n.time_budget.and_then(|b| Duration::try_from_secs_f64(b.0).ok());
         stepper.deadline = budget.and_then(|b| Instant::now().checked_add(b));
         let mut failure = None;
@@ -157,6 +160,7 @@ impl Scene {
             factor_flops: factor.flops(),
             dofs: self.system.dofs.free.len(),
             peak: course.peak,
+            contacts: self.contacts.iter().map(|c| (c.name.clone(), c.contact().counts())).collect(),
             pulling: pulling.flatten(),
             last: course.state,
             cable_events: course.cables.events,
@@ -221,7 +225,10 @@ impl Scene {
                     iterations += newton.iterations;
                     if on_grid {
                         let since_last = std::mem::take(&mut iterations);
-                        rows.push(self.record(now, &newton.sums.r, ledger.energies, since_last));
+                        let dt = now.t - past.t;
+                        let step = Step { system: &self.system, integrator: span.integrator, past, dt };
+                        let at = step.at(now);
+                        rows.push(self.record(now, Some(&at), &newton.sums.r, ledger.energies, since_last));
                         signals.push(self.signal_values(now));
                         states(now);
                         if self.size(&now.x) > self.size(&peak.x) {
@@ -285,16 +292,24 @@ impl Scene {
 
     /// Names of the recorded columns.
     pub fn columns(&self) -> Vec<String> {
-        columns(&self.probes, &self.cables, &self.cavities)
+        columns(&self.probes, &self.cables, &self.cavities, &self.contacts)
     }
 
-    pub(super) fn record(&self, state: &State, residual: &[f64], energies: Energies, iterations: usize) -> Vec<f64> {
+    pub(super) fn record(
+        &self,
+        state: &State,
+        step: Option<&At>,
+        residual: &[f64],
+        energies: Energies,
+        iterations: usize,
+    ) -> Vec<f64> {
         let moment = Moment { state, residual, energies, scene: self };
         let probes = self.probes.iter().flat_map(|p| p.record(&moment));
         let cables = self.cables.iter().flat_map(|c| c.record(state));
         let cavities = self.cavities.iter().flat_map(|c| record_cavity(c, state));
+        let contacts = self.contacts.iter().flat_map(|c| c.record(&state.x, step));
         let last = std::iter::once(iterations as f64);
-        std::iter::once(state.t).chain(probes).chain(cables).chain(cavities).chain(last).collect()
+        std::iter::once(state.t).chain(probes).chain(cables).chain(cavities).chain(contacts).chain(last).collect()
     }
 
     /// Largest principal stretch at each node: mean over the cells there, weighted with their volume.

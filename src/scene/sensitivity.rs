@@ -70,6 +70,10 @@ pub enum SensitivityError {
         "the {cable} has friction: its tensions depend on the path of loading, which the derivatives do not follow; remove its `friction`"
     )]
     Friction { cable: String },
+    #[error(
+        "the contact {contact} has friction: its forces depend on the path, which the derivatives do not follow; set its `friction` to 0"
+    )]
+    Sliding { contact: String },
 }
 
 /// What differentiates the states of a scene.
@@ -91,6 +95,9 @@ impl<'a> Sensitivity<'a> {
         let reads_past = |e: &dyn Effect| e.history() > 0 || e.needs() != Needs::default();
         if let Some(effect) = system.effects.iter().find(|e| reads_past(&***e) && e.past().is_none()) {
             return Err(SensitivityError::Past { effect: effect.name().into() });
+        }
+        if let Some(contact) = scene.contacts.iter().find(|c| c.slides()) {
+            return Err(SensitivityError::Sliding { contact: contact.name.clone() });
         }
         if let Some(cable) = scene.cables.iter().find(|c| c.friction) {
             return Err(SensitivityError::Friction { cable: cable.name.clone() });

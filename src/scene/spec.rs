@@ -2,11 +2,13 @@
 
 use super::cable::CableSpec;
 use super::compare::CompareSpec;
+use super::contact_spec::ContactSpec;
 use super::control::spec::EventSpec;
 use super::mesh_spec::MeshSpec;
 use super::numerics::NumericsSpec;
 use super::output::OutputSpec;
 use super::quantity::{Damping, Density, GuideRadius, Length, Modulus, PerSecond, SpringStiffness, Time, Viscosity};
+use super::rigid::RigidSpec;
 use super::signal::SignalSpec;
 use super::skin::SkinSpec;
 use super::start::StartSpec;
@@ -28,6 +30,10 @@ pub struct SceneSpec {
     pub effects: Vec<EffectSpec>,
     #[serde(rename = "constraint", default)]
     pub constraints: Vec<ConstraintSpec>,
+    #[serde(rename = "contact", default)]
+    pub contacts: Vec<ContactSpec>,
+    #[serde(rename = "rigid", default)]
+    pub rigids: Vec<RigidSpec>,
     /// Where the run starts, if not at rest
     pub start: Option<StartSpec>,
     #[serde(rename = "stage")]

@@ -1,10 +1,11 @@
 //! States to start from that are not rest: what robustness is tested with, and what a body looks like that was crumpled.
 //!
-//! Nodes that are held or prescribed stay where their signals put them at t = 0; nothing moves at the start.
+//! Nodes that are held or prescribed stay where their signals put them at t = 0. Nothing moves at the start but what `moving` and
+//! rigid bodies say.
 
 use super::builder::Builder;
 use super::error::SceneError;
-use super::quantity::{Angle, Length};
+use super::quantity::{Angle, Length, Speed};
 use super::{Scene, SceneSpec};
 use crate::material::Law;
 use crate::math::random::SplitMix;
@@ -13,7 +14,7 @@ use crate::system::State;
 use nalgebra::{Rotation3, Unit};
 use serde::Deserialize;
 
-/// `[start.random]`, `[start.collapsed]` or `[start.twisted]`.
+/// `[start.random]`, `[start.collapsed]`, `[start.twisted]` or `[start.moving]`.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum StartSpec {
@@ -34,6 +35,8 @@ pub enum StartSpec {
     },
     /// Turned about the axis through the middle, from 0 at its lower end to `angle` at its upper one
     Twisted { axis: [f64; 3], angle: Angle },
+    /// In its place, with this velocity
+    Moving { velocity: [Speed; 3] },
 }
 
 impl Builder<'_> {
@@ -78,18 +81,27 @@ impl Scene {
     /// The state that a run starts from.
     pub fn start(&self) -> State {
         let mut state = self.system.rest();
+        for body in &self.rigids {
+            for (node, v) in body.frame.nodes.iter().zip(body.start) {
+                state.v[3 * *node as usize..3 * *node as usize + 3].copy_from_slice(v.as_slice());
+            }
+        }
         let Some(start) = &self.spec.start else { return state };
         let points = &self.body.mesh.points;
         let (low, high) = self.body.mesh.bounding_box();
         let middle = 0.5 * (low + high);
         let seed = match start {
             StartSpec::Random { seed, .. } | StartSpec::Collapsed { seed, .. } => *seed,
-            StartSpec::Twisted { .. } => 0,
+            StartSpec::Twisted { .. } | StartSpec::Moving { .. } => 0,
         };
         let mut random = SplitMix(seed);
         let mut around = |size: f64| Vec3::from_fn(|_, _| size * (2.0 * random.unit() - 1.0));
         for (k, p) in points.iter().enumerate() {
+            if let StartSpec::Moving { velocity } = start {
+                (0..3).for_each(|i| state.v[3 * k + i] = velocity[i].0);
+            }
             let place = match start {
+                StartSpec::Moving { .. } => *p,
                 StartSpec::Random { size, .. } => middle + around(size.0),
                 StartSpec::Collapsed { keep, perturbation, .. } => {
                     let kept = |i: usize| keep.contains(["x", "y", "z"][i]);
@@ -108,6 +120,7 @@ impl Scene {
         }
         for p in &self.system.prescribed {
             state.x[p.dof as usize] = p.signal.at(0.0);
+            state.v[p.dof as usize] = 0.0;
         }
         state
     }

@@ -17,6 +17,12 @@ pub enum Failure {
     },
     /// No multiplier satisfies the one-sided rows
     Complementarity,
+    /// An effect lets the body move no further: how far the node is from what it must not pass [m]
+    Jammed {
+        effect: String,
+        node: u32,
+        gap: f64,
+    },
     /// Arc length: the loads do not change where the stage starts
     Unloaded,
     /// Arc length: the end of the stage is not reached in the steps that were allowed
@@ -32,6 +38,9 @@ impl fmt::Display for Failure {
                 write!(f, "the residual stays at {residual:.1e} of the internal forces, largest at node {node}")
             }
             Self::Complementarity => write!(f, "the one-sided constraints contradict each other"),
+            Self::Jammed { effect, node, gap } => {
+                write!(f, "{effect}: node {node} is {gap:.3e} m from the obstacle and is pressed on")
+            }
             Self::MaxSteps => {
                 write!(f, "the path of equilibria does not reach the end of the stage in max_steps steps")
             }

@@ -46,7 +46,7 @@ impl Newton {
         };
         next.lambda.copy_from_slice(&direction.lambda);
         let line_search = self.settings.line_search && !step.integrator.is_linearised();
-        let mut length = 1.0;
+        let mut length = self.longest(system, &start, &direction.x)?;
         let mut best = None;
         for _ in 0..HALVINGS {
             next.x.copy_from_slice(&start);

@@ -87,6 +87,10 @@ impl Direction {
     }
 }
 
+/// Share of a Newton step below which what limits it does not let the body move at all [–].
+const JAMMED: f64 = 1e-10;
+/// Share of the size of the body below which a gap is rounding [–].
+const CLOSED: f64 = 1e-12;
 const CHORD_CONTRACTION: f64 = 0.2;
 pub(super) const HALVINGS: usize = 12;
 /// Share of the largest diagonal entry that the shift counts as the stiffness of a direction without any [–].
@@ -100,7 +104,7 @@ impl Newton {
                 0 => Factor::new(system.pattern.clone()),
                 _ => Factor::indefinite(system.pattern.clone()),
             },
-            sums: system.workspace(),
+            sums: Assembled { descending: true, ..system.workspace() },
             assembly_time: Duration::ZERO,
             stiffness: 0.0,
             iterations: 0,
@@ -252,7 +256,10 @@ impl Newton {
 
     /// Negative eigenvalues of the constrained tangent at a converged state; none where it has no factorisation.
     pub(super) fn unstable_modes(&mut self, step: &Step, state: &State) -> Option<usize> {
-        self.evaluate(step, &mut state.clone(), Want::Tangent, None).ok()?;
+        self.sums.descending = false;
+        let evaluated = self.evaluate(step, &mut state.clone(), Want::Tangent, None);
+        self.sums.descending = true;
+        evaluated.ok()?;
         self.factor.factorise(&self.sums.k).ok()?;
         let schur = self.schur(step.system).ok()?;
         Some(self.negative(step.system, &schur))
@@ -336,6 +343,17 @@ impl Newton {
         let mut y = system.restrict(&self.sums.r);
         y.iter_mut().zip(&self.sums.lift).for_each(|(y, lift)| *y = -*y - if lifted { *lift } else { 0.0 });
         y
+    }
+
+    /// The part of the motion dx from x that no effect forbids.
+    pub(super) fn longest(&self, system: &System, x: &[f64], dx: &[f64]) -> Result<f64, Failure> {
+        match system.max_step(x, dx) {
+            None => Ok(1.0),
+            Some((effect, limit)) if limit.share < JAMMED || limit.gap < CLOSED * self.length => {
+                Err(Failure::Jammed { effect: effect.into(), node: limit.node, gap: limit.gap })
+            }
+            Some((_, limit)) => Ok(limit.share),
+        }
     }
 }
 

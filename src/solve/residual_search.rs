@@ -26,7 +26,7 @@ impl Newton {
         let start = next.x.clone();
         let line_search = self.settings.line_search && !step.integrator.is_linearised();
         next.lambda.copy_from_slice(&direction.lambda);
-        let mut length = 1.0;
+        let mut length = self.longest(system, &start, &direction.x)?;
         for trial in 1..=HALVINGS {
             // Multipliers and the second field go all the way.
             for (i, (x, (from, d))) in next.x.iter_mut().zip(start.iter().zip(&direction.x)).enumerate() {

@@ -37,6 +37,11 @@ pub enum Status {
     TimeBudget {
         t: f64,
     },
+    /// Contact lets the body move no further
+    ContactJammed {
+        t: f64,
+        why: Failure,
+    },
     /// No step however small converges
     StepTooSmall {
         t: f64,
@@ -63,6 +68,7 @@ impl Status {
     pub(super) fn stopped(t: f64, why: Failure) -> Self {
         match why {
             Failure::Eval(EvalError::Inverted { .. }) => Self::Inverted { t, why },
+            Failure::Jammed { .. } => Self::ContactJammed { t, why },
             Failure::Linear(LinearError::Singular) => Self::Singular { t, motions: Vec::new() },
             _ => Self::StepTooSmall { t, why },
         }
@@ -77,6 +83,7 @@ impl Status {
             Self::Inverted { .. } => "Inverted",
             Self::Singular { .. } => "Singular",
             Self::TimeBudget { .. } => "TimeBudget",
+            Self::ContactJammed { .. } => "ContactJammed",
             Self::StepTooSmall { .. } => "StepTooSmall",
             Self::Interrupted { .. } => "Interrupted",
         }
@@ -91,6 +98,7 @@ impl Status {
             | Self::Inverted { t, .. }
             | Self::Singular { t, .. }
             | Self::TimeBudget { t }
+            | Self::ContactJammed { t, .. }
             | Self::StepTooSmall { t, .. }
             | Self::Interrupted { t } => Some(*t),
         }
@@ -110,16 +118,19 @@ impl Status {
         match self {
             Self::NoEquilibrium { node: k, .. } => node(*k),
             Self::Singular { motions, .. } => motions.first().map(|m| node(m.node)).unwrap_or_default(),
-            Self::Inverted { why, .. } | Self::StepTooSmall { why, .. } => match why {
-                Failure::Eval(e) => {
-                    let (effect, cell, node) = e.place();
-                    Culprit { effect: Some(effect.into()), cell, node }
+            Self::Inverted { why, .. } | Self::ContactJammed { why, .. } | Self::StepTooSmall { why, .. } => {
+                match why {
+                    Failure::Eval(e) => {
+                        let (effect, cell, node) = e.place();
+                        Culprit { effect: Some(effect.into()), cell, node }
+                    }
+                    Failure::NotConverged { node: k, .. } => node(*k),
+                    Failure::Jammed { effect, node: k, .. } => Culprit { effect: Some(effect.clone()), ..node(*k) },
+                    Failure::Linear(_) | Failure::Complementarity | Failure::Unloaded | Failure::MaxSteps => {
+                        Culprit::default()
+                    }
                 }
-                Failure::NotConverged { node: k, .. } => node(*k),
-                Failure::Linear(_) | Failure::Complementarity | Failure::Unloaded | Failure::MaxSteps => {
-                    Culprit::default()
-                }
-            },
+            }
             _ => Culprit::default(),
         }
     }
@@ -139,6 +150,7 @@ impl Status {
                 )
             }
             Self::Inverted { why, .. } => format!("no step however small avoids inversion: {why}"),
+            Self::ContactJammed { why, .. } => format!("contact lets the body move no further: {why}"),
             Self::Singular { motions, .. } if motions.is_empty() => {
                 "the tangent is singular: some part can move freely".into()
             }
@@ -160,6 +172,9 @@ impl Status {
             }
             Self::Inverted { .. } => {
                 "refine the mesh there, reduce the load, or take a law that survives inversion (stable_neo_hookean)"
+            }
+            Self::ContactJammed { .. } => {
+                "reduce the load or the motion of the obstacle, or refine the mesh where the body is squeezed"
             }
             Self::Singular { .. } => {
                 "fix a region (a facet region with three nodes not on a line holds a body), or take a dynamic stage"

@@ -225,7 +225,7 @@ impl<'a> Stepper<'a> {
 
     /// Why no step from `state`, not even the one to `t`, could be solved.
     fn diagnose(&mut self, span: Span, state: &State, t: f64, why: Failure) -> Status {
-        if span.integrator.is_static() {
+        if span.integrator.is_static() && !matches!(why, Failure::Jammed { .. }) {
             let step = Step { system: self.system, integrator: span.integrator, past: state, dt: t - state.t };
             let motions = self.newton.free_motions(&step, state, self.points);
             if !motions.is_empty() {
@@ -280,6 +280,10 @@ impl<'a> Stepper<'a> {
             for (i, x) in next.x.iter_mut().enumerate() {
                 *x = state.x[i] + dt * (state.v[i] + 0.5 * dt * state.a[i]);
             }
+        }
+        let motion: Vec<f64> = next.x.iter().zip(&state.x).map(|(n, x)| n - x).collect();
+        if let Some((_, limit)) = self.system.max_step(&state.x, &motion) {
+            next.x.iter_mut().zip(&state.x).zip(&motion).for_each(|((n, x), d)| *n = x + limit.share * d);
         }
         for (c, lambda) in next.lambda.iter_mut().enumerate() {
             *lambda = self.system.constraints[c].cone().admit(*lambda);

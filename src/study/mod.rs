@@ -4,6 +4,7 @@ pub mod axis;
 pub mod band;
 pub mod calibration;
 mod check;
+pub mod contact;
 pub mod convergence;
 pub mod cost;
 pub mod curve;

@@ -1,5 +1,6 @@
 //! What is kept of a finished run: its record, and the boundary at the state farthest from rest.
 
+use super::contact::contacts;
 use super::overlay::overlays;
 use super::record::{
     CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance,
@@ -69,6 +70,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         locking: locking(scene, run),
         probes: run.columns.iter().enumerate().skip(1).map(|(k, name)| (name.clone(), probe(run, k))).collect(),
         cable_events: run.cable_events.iter().map(Into::into).collect(),
+        contacts: contacts(scene, run),
         remarks: scene.remarks.iter().cloned().chain(solver::remarks(run)).collect(),
         distances: overlays(scene, run).into_iter().filter_map(|o| o.distance).collect(),
         events: run.events.clone(),

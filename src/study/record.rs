@@ -1,5 +1,6 @@
 //! What a finished case leaves on disk, and what every report reads: `cases/<id>.json` beside `cases/<id>.csv`.
 
+use super::contact::ContactRecord;
 use super::overlay::Distance;
 use super::solver::SolverRecord;
 use super::stability::{MapRecord, SuiteRecord};
@@ -71,6 +72,9 @@ pub struct CaseRecord {
     /// Cables that went slack, taut, or to the limit of their drive
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub cable_events: Vec<CableEventRecord>,
+    /// What each contact looked at
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub contacts: Vec<ContactRecord>,
     /// What a reader should know: regions that depend on the mesh, patches smaller than the cells, …
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub remarks: Vec<String>,

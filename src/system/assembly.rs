@@ -4,7 +4,7 @@
 
 use super::projection::project;
 use super::scatter::{Scatter, sum_batches};
-use super::{At, Blocks, Cone, Constraint, Dofs, Effect, EvalError, Local, Prescribed, State, Want};
+use super::{At, Blocks, Cone, Constraint, Dofs, Effect, EvalError, Limit, Local, Prescribed, State, Want};
 use crate::math::linear::norm;
 use crate::math::sparse::{SkewMatrix, SymPattern};
 use std::ops::Range;
@@ -70,6 +70,8 @@ pub struct Assembled {
     pub dissipated: Vec<f64>,
     /// Wanted: tangents of effects without the negative eigenvalues of their blocks
     pub projected: bool,
+    /// Wanted: the same of the effects that ask for it, [`Effect::semidefinite`]
+    pub descending: bool,
     /// Per effect, then per constraint
     pub costs: Vec<Cost>,
 }
@@ -165,6 +167,7 @@ impl System {
             energy: vec![0.0; self.effects.len()],
             dissipated: vec![0.0; self.effects.len()],
             projected: false,
+            descending: false,
             costs: names.map(|n| Cost { name: n.into(), time: Duration::ZERO, evaluations: 0 }).collect(),
         }
     }
@@ -196,11 +199,16 @@ impl System {
                 Some(batched) => sum_batches(batched, at, want, increment, &mut scatter, (e, &mut sum), out)?,
                 None => 0,
             };
-            for b in single..effect.blocks().len() {
+            let active = effect.active(at);
+            for i in single..active.as_ref().map_or(effect.blocks().len(), Vec::len) {
+                let b = active.as_ref().map_or(i, |list| list[i] as usize);
                 let n = effect.blocks().size(b);
+                if active.is_some() {
+                    scatter.next = b * n * (n + 1) / 2;
+                }
                 local.reset(n, want);
                 effect.eval(at, b, want, &mut local)?;
-                if out.projected && want == Want::Tangent {
+                if (out.projected || out.descending && effect.semidefinite()) && want == Want::Tangent {
                     project(&mut local, n, 3 * effect.blocks().nodes(b).len());
                 }
                 out.energy[e] += local.energy;
@@ -245,6 +253,12 @@ impl System {
             self.add_skew(at, increment, out);
         }
         Ok(())
+    }
+
+    /// The longest part of the motion dx from x that all effects allow; None where that is all of it.
+    pub fn max_step(&self, x: &[f64], dx: &[f64]) -> Option<(&str, Limit)> {
+        let limits = self.effects.iter().filter_map(|e| Some((e.name(), e.max_step(x, dx)?)));
+        limits.filter(|(_, l)| l.share < 1.0).min_by(|a, b| a.1.share.total_cmp(&b.1.share))
     }
 
     /// The histories at the end of the accepted step `at` into `new`, which comes with those at its start.

@@ -1,10 +1,9 @@
 //! What an effect or a constraint is, and what it sees.
 
 use super::rows::{Cone, Piece, Rows};
-use super::{Past, Skew};
+use super::{Batched, Past, Skew};
 use crate::material::LawError;
 pub use crate::material::Want;
-use crate::math::lanes::Lanes;
 use crate::math::signal::{Clock, Ramp};
 use std::fmt;
 
@@ -184,30 +183,6 @@ impl Local {
     }
 }
 
-/// Buffers of [`LANES`] blocks of one size side by side, zeroed before each evaluation.
-pub struct Batch {
-    /// Π_e [J]
-    pub energy: Lanes,
-    /// [n] r_e [N]
-    pub r: Vec<Lanes>,
-    /// [n × n] K_e row by row; only entries with column ≤ row are read [N/m]
-    pub k: Vec<Lanes>,
-}
-
-impl Batch {
-    pub fn new(n: usize) -> Self {
-        Self { energy: Lanes::ZERO, r: vec![Lanes::ZERO; n], k: vec![Lanes::ZERO; n * n] }
-    }
-
-    pub(super) fn reset(&mut self, n: usize, want: Want) {
-        self.energy = Lanes::ZERO;
-        self.r[..n].fill(Lanes::ZERO);
-        if want == Want::Tangent {
-            self.k[..n * n].fill(Lanes::ZERO);
-        }
-    }
-}
-
 /// An effect that is not defined at this state: the step must be shortened.
 #[derive(Clone, Debug, PartialEq)]
 pub enum EvalError {
@@ -219,6 +194,8 @@ pub enum EvalError {
     Degenerate { effect: String, segment: usize },
     /// The two nodes of an edge coincide: its direction is undefined
     Coincident { effect: String, nodes: [u32; 2] },
+    /// A point of the surface is on the wrong side of an obstacle [m]
+    Crossed { effect: String, node: u32, gap: f64 },
 }
 
 impl fmt::Display for EvalError {
@@ -235,6 +212,9 @@ impl fmt::Display for EvalError {
                 write!(f, "{effect}: the ends of segment {segment} coincide")
             }
             Self::Coincident { effect, nodes: [i, j] } => write!(f, "{effect}: nodes {i} and {j} coincide"),
+            Self::Crossed { effect, node, gap } => {
+                write!(f, "{effect}: the surface is {:.3e} m inside of the obstacle at node {node}", -gap)
+            }
         }
     }
 }
@@ -248,6 +228,7 @@ impl EvalError {
             Self::Inverted { effect, cell, .. } | Self::Locked { effect, cell, .. } => (effect, Some(*cell), None),
             Self::Degenerate { effect, .. } => (effect, None, None),
             Self::Coincident { effect, nodes } => (effect, None, Some(nodes[0])),
+            Self::Crossed { effect, node, .. } => (effect, None, Some(*node)),
         }
     }
 
@@ -259,6 +240,17 @@ impl EvalError {
             LawError::Locked { i, limit } => Self::Locked { effect, cell, i, limit },
         }
     }
+}
+
+/// How far a motion may go before an effect loses its meaning.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limit {
+    /// Share of the motion, 0 to 1
+    pub share: f64,
+    /// Node that stops it
+    pub node: u32,
+    /// How far that node is from what it must not pass [m]
+    pub gap: f64,
 }
 
 /// One physical contribution to the residual.
@@ -283,6 +275,18 @@ pub trait Effect: Send + Sync {
     fn advance(&self, _at: &At, _b: usize, _new: &mut [f64]) -> Result<(), EvalError> {
         Ok(())
     }
+    /// Blocks that contribute at this state, ascending; None where all do. Such an effect has blocks of one size.
+    fn active(&self, _at: &At) -> Option<Vec<u32>> {
+        None
+    }
+    /// Do Newton's steps take K_e without its negative eigenvalues, because these would make most tangents indefinite?
+    fn semidefinite(&self) -> bool {
+        false
+    }
+    /// The longest part of the motion dx from x that it allows; None where that is all of it
+    fn max_step(&self, _x: &[f64], _dx: &[f64]) -> Option<Limit> {
+        None
+    }
     /// Derivatives by what it reads beyond x; None where that is nothing, or where they are not there
     fn past(&self) -> Option<&dyn Past> {
         None
@@ -295,12 +299,6 @@ pub trait Effect: Send + Sync {
     fn batched(&self) -> Option<&dyn Batched> {
         None
     }
-}
-
-/// An effect that evaluates [`LANES`] blocks at once: what [`Effect::eval`] gives for each, to rounding.
-pub trait Batched {
-    /// Of the blocks `first` to `first` + [`LANES`] − 1, `first` being a multiple of [`LANES`].
-    fn eval(&self, at: &At, first: usize, want: Want, out: &mut Batch) -> Result<(), EvalError>;
 }
 
 /// A shared effect, which probes or other effects look at too.
@@ -329,6 +327,15 @@ impl<E: Effect + ?Sized> Effect for std::sync::Arc<E> {
     fn advance(&self, at: &At, b: usize, new: &mut [f64]) -> Result<(), EvalError> {
         (**self).advance(at, b, new)
     }
+    fn active(&self, at: &At) -> Option<Vec<u32>> {
+        (**self).active(at)
+    }
+    fn semidefinite(&self) -> bool {
+        (**self).semidefinite()
+    }
+    fn max_step(&self, x: &[f64], dx: &[f64]) -> Option<Limit> {
+        (**self).max_step(x, dx)
+    }
     fn past(&self) -> Option<&dyn Past> {
         (**self).past()
     }
@@ -345,6 +352,8 @@ impl<E: Effect + ?Sized> Effect for std::sync::Arc<E> {
 pub enum Role {
     /// Energy ψ with r = ∂ψ/∂x
     Stored,
+    /// Energy ψ with r = ∂ψ/∂x, of what touches at times and does not hold parts together
+    Touching,
     /// Energy ½ v·Mv with r = M a
     Kinetic,
     /// Energy: what the step dissipates, r·(x − old)

@@ -3,6 +3,7 @@
 //! Nothing is in the sum unless it is in the list: there is no gravity, damping or dt field and no flag here.
 
 mod assembly;
+mod batch;
 mod contract;
 mod derivative;
 mod dofs;
@@ -12,7 +13,8 @@ mod scatter;
 mod skew;
 
 pub use assembly::{Assembled, Cost, System, SystemError};
-pub use contract::{At, Batch, Batched, Blocks, Constraint, Effect, EvalError, Local, Needs, Rates, Role, State, Want};
+pub use batch::{Batch, Batched};
+pub use contract::{At, Blocks, Constraint, Effect, EvalError, Limit, Local, Needs, Rates, Role, State, Want};
 pub use derivative::{Direction, Past, Term};
 pub use dofs::{Dofs, Prescribed};
 pub use rows::{Cone, Form, Piece, Rows, between, pieces};

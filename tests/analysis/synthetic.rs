@@ -110,6 +110,7 @@ fn case(m: &Member, variant: &str) -> StoredCase {
         probes,
         distances: vec![],
         events: vec![],
+        contacts: Vec::new(),
         remarks: vec![],
         cable_events: vec![],
         no_limit: None,

@@ -1,0 +1,102 @@
+//! Coulomb friction of the points of a contact: |F_t| ≤ μ N, opposite to the sliding.
+//!
+//! With the sliding over the step u = (I − nnᵀ) Σ_k s_k (z_k − z_k^old) and a smooth start of it (Li et al., Incremental potential
+//! contact, 2020, eq. 13), F_t = −μ N f(|u|/ε) u/|u|, f(y) = 2y − y² for y < 1, and 1 beyond. A point sticks while f < 1: it
+//! creeps by less than ε in a step. ε = creep speed · Δt in dynamics, and a length in statics.
+//!
+//! N and n are those of the state itself, so friction obeys Coulomb's law at the end of every step. The tangent is that of a
+//! fixed N and n: symmetric and positive semidefinite, at the price of linear convergence (∂N/∂x is left out).
+//! Energy: what the step dissipates, Σ F_t·u. Limits: a load slowly moves what sticks; isotropic; no viscosity.
+
+use super::{Contact, Press, Pressing};
+use crate::math::tensor::{Mat3, Vec3};
+use crate::system::{At, Blocks, Effect, EvalError, Local, Role, Want};
+use std::sync::Arc;
+
+pub struct ContactFriction {
+    pub name: String,
+    pub pressing: Arc<dyn Pressing>,
+    /// μ [–]
+    pub coefficient: f64,
+    /// Of a point that sticks, at most [m/s]
+    pub creep: f64,
+    /// The same over a static step [m]
+    pub slip: f64,
+}
+
+impl ContactFriction {
+    fn contact(&self) -> &Contact {
+        self.pressing.contact()
+    }
+
+    /// ε of the step [m].
+    fn threshold(&self, at: &At) -> f64 {
+        if at.dt.is_finite() { self.creep * at.dt } else { self.slip }
+    }
+
+    /// Sliding over the step under a press [m].
+    fn sliding(&self, at: &At, b: usize, press: &Press) -> Vec3 {
+        let blocks = self.contact().blocks();
+        let moved = |node: u32| {
+            let k = 3 * node as usize;
+            Vec3::from_column_slice(&at.x[k..k + 3]) - Vec3::from_column_slice(&at.old[k..k + 3])
+        };
+        let u: Vec3 = blocks.nodes(b).iter().zip(&press.shares).map(|(&node, s)| moved(node) * *s).sum();
+        u - press.normal * press.normal.dot(&u)
+    }
+}
+
+impl Effect for ContactFriction {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn role(&self) -> Role {
+        Role::Dissipative
+    }
+
+    fn blocks(&self) -> &Blocks {
+        self.contact().blocks()
+    }
+
+    fn active(&self, at: &At) -> Option<Vec<u32>> {
+        let reach = self.pressing.reach();
+        (reach < f64::INFINITY).then(|| self.contact().near(at.x, reach))
+    }
+
+    fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+        let epsilon = self.threshold(at);
+        let n = self.blocks().size(b);
+        for press in self.pressing.presses(at.x, b) {
+            let u = self.sliding(at, b, &press);
+            let (limit, size) = (self.coefficient * press.force, u.norm());
+            // No time has passed, and nothing slides.
+            if epsilon == 0.0 {
+                continue;
+            }
+            // f/|u| and f′ at |u|
+            let (ratio, slope) = match size < epsilon {
+                true => ((2.0 - size / epsilon) / epsilon, 2.0 * (1.0 - size / epsilon) / epsilon),
+                false => (1.0 / size, 0.0),
+            };
+            out.energy += limit * ratio * size * size;
+            for (k, s) in press.shares.iter().enumerate() {
+                (0..3).for_each(|i| out.r[3 * k + i] += limit * ratio * s * u[i]);
+            }
+            if want < Want::Tangent {
+                continue;
+            }
+            let along = u.try_normalize(0.0).unwrap_or(Vec3::zeros());
+            let plane = Mat3::identity() - press.normal * press.normal.transpose();
+            let stiff = (plane * ratio + along * along.transpose() * (slope - ratio)) * limit;
+            for (k, sk) in press.shares.iter().enumerate() {
+                for (l, sl) in press.shares[..=k].iter().enumerate() {
+                    for (i, j) in (0..9).map(|e| (e / 3, e % 3)) {
+                        out.k[(3 * k + i) * n + 3 * l + j] += sk * sl * stiff[(i, j)];
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+}

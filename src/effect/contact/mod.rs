@@ -1,0 +1,241 @@
+//! Contact of points of a surface with a rigid obstacle: which points are near, how near, and how far they may move.
+//!
+//! A point of the surface is x_q = X_q + Σ_a N_a u_a with an area W_q, and its distance d_q from the obstacle is that of
+//! [`shape`] in the frame of [`placement`]. What a distance means is a response: [`barrier`], [`penalty`], [`multiplier`];
+//! what resists sliding is [`friction`].
+//!
+//! For each point the last distance that was computed, and where, are kept: d changes no faster than the point moves, so most
+//! points need no query. The bounds decide what is computed, never what comes out.
+//!
+//! The longest step is found by additive continuous collision detection (Li, Kaufman & Jiang, Codimensional incremental potential
+//! contact, ACM TOG 40, 2021, §4): it needs lower bounds of distances only, and no roots.
+//! Limits: points see the obstacle, the obstacle does not see what lies between them: an edge or a sphere of radius R enters
+//! a facet of size h by up to h²/8R.
+
+pub mod barrier;
+pub mod friction;
+pub mod multiplier;
+pub mod penalty;
+pub mod placement;
+mod points;
+pub mod pressed;
+pub mod shape;
+
+pub use points::{Point, Sampling, points};
+
+use crate::math::tensor::Vec3;
+use crate::system::{Blocks, Limit};
+use placement::{Obstacle, Pair, Placed, moved};
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+/// Share of a gap that a step leaves [–].
+const LEFT: f64 = 0.1;
+/// Advances of one point over one step.
+const ADVANCES: usize = 200;
+
+/// What was looked at over a run, and how long it took.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub struct Counts {
+    /// Points times evaluations
+    pub points: usize,
+    /// Distances computed
+    pub tested: usize,
+    /// Points near enough to count
+    pub active: usize,
+    /// Finding the points that are near
+    pub search: Duration,
+    /// Finding how far a step may go
+    pub detection: Duration,
+}
+
+/// A force that presses on a point.
+pub struct Press {
+    /// N [N]
+    pub force: f64,
+    /// Unit vector, away from the obstacle
+    pub normal: Vec3,
+    /// s of the nodes of the block
+    pub shares: Vec<f64>,
+}
+
+impl Press {
+    /// Of a pair whose potential falls by `first` [N] with the distance.
+    fn new(pair: &Pair, own: &[f64], first: f64) -> Self {
+        let size = pair.normal.norm();
+        Self { force: first * size, normal: pair.normal / size, shares: pair.shares(own) }
+    }
+}
+
+/// What presses points on an obstacle.
+pub trait Pressing: Send + Sync {
+    fn contact(&self) -> &Contact;
+    /// Nothing presses beyond this distance [m]
+    fn reach(&self) -> f64;
+    /// The forces on point `b` at this state
+    fn presses(&self, x: &[f64], b: usize) -> Vec<Press>;
+}
+
+/// Points against one obstacle.
+pub struct Contact {
+    pub name: String,
+    pub points: Vec<Point>,
+    pub obstacle: Obstacle,
+    /// One block a point: its nodes, then the four of the obstacle
+    blocks: Blocks,
+    /// Nodes of a point
+    own: usize,
+    /// Place in the frame of the shape and distance there, as computed last
+    known: Mutex<Vec<(Vec3, f64)>>,
+    counts: Mutex<Counts>,
+}
+
+impl Contact {
+    /// Points of one number of nodes each.
+    pub fn new(name: String, points: Vec<Point>, obstacle: Obstacle) -> Self {
+        Self::with_scalars(name, points, obstacle, None)
+    }
+
+    /// With a scalar for each point, whose places in `State::x` start at `first`.
+    pub fn with_scalars(name: String, points: Vec<Point>, obstacle: Obstacle, first: Option<u32>) -> Self {
+        let of_obstacle: &[u32] = obstacle.body.as_ref().map_or(&[], |b| &b.nodes);
+        let lists: Vec<Vec<u32>> = points.iter().map(|p| [&p.nodes, of_obstacle].concat()).collect();
+        let scalars: Vec<Vec<u32>> =
+            (0..points.len() as u32).map(|k| first.map(|f| f + k).into_iter().collect()).collect();
+        let blocks = Blocks::with_scalars(lists.iter().zip(&scalars).map(|(l, s)| (l.as_slice(), s.as_slice())));
+        let own = points.first().map_or(0, |p| p.nodes.len());
+        let known = Mutex::new(vec![(Vec3::zeros(), f64::NAN); points.len()]);
+        Self { name, points, obstacle, blocks, own, known, counts: Default::default() }
+    }
+
+    pub fn counts(&self) -> Counts {
+        *self.counts.lock().expect("counting does not panic")
+    }
+
+    /// Nodes of one point.
+    pub fn own(&self) -> usize {
+        self.own
+    }
+
+    /// Where point `b` is at displacement x [m].
+    pub fn position(&self, x: &[f64], b: usize) -> Vec3 {
+        let p = &self.points[b];
+        p.nodes.iter().zip(&p.weights).fold(p.at, |at, (&node, w)| at + moved(x, node) * *w)
+    }
+
+    /// How far point `b` moves with dx [m].
+    fn motion(&self, dx: &[f64], b: usize) -> Vec3 {
+        let p = &self.points[b];
+        p.nodes.iter().zip(&p.weights).map(|(&node, w)| moved(dx, node) * *w).sum()
+    }
+
+    /// Distance of point `b` at displacement x [m], negative inside.
+    pub fn gap(&self, x: &[f64], b: usize) -> f64 {
+        self.gap_from(&self.obstacle.at(x), x, b)
+    }
+
+    fn gap_from(&self, placed: &Placed, x: &[f64], b: usize) -> f64 {
+        self.obstacle.shape.gap(&placed.local(&self.position(x, b))) - self.points[b].radius
+    }
+
+    /// The deepest point at displacement x, with its distance [m].
+    pub fn deepest(&self, x: &[f64]) -> Option<(usize, f64)> {
+        let placed = self.obstacle.at(x);
+        (0..self.points.len()).map(|b| (b, self.gap_from(&placed, x, b))).min_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
+    /// Points nearer than `reach`, ascending.
+    pub fn near(&self, x: &[f64], reach: f64) -> Vec<u32> {
+        let start = Instant::now();
+        let placed = self.obstacle.at(x);
+        let mut known = self.known.lock().expect("no evaluation panics");
+        let mut tested = 0;
+        let near: Vec<u32> = (0..self.points.len())
+            .filter(|&b| {
+                let local = placed.local(&self.position(x, b));
+                self.bound(&mut known[b], &local, reach + self.points[b].radius, &mut tested)
+                    < reach + self.points[b].radius
+            })
+            .map(|b| b as u32)
+            .collect();
+        self.count([self.points.len(), tested, near.len()], |c| c.search += start.elapsed());
+        near
+    }
+
+    /// A lower bound of the distance at `local`: the one that is known, if it is enough to be beyond `reach`, or the distance.
+    fn bound(&self, known: &mut (Vec3, f64), local: &Vec3, reach: f64, tested: &mut usize) -> f64 {
+        let least = known.1 - (local - known.0).norm();
+        if least >= reach {
+            return least;
+        }
+        *tested += 1;
+        *known = (*local, self.obstacle.shape.gap(local));
+        known.1
+    }
+
+    fn count(&self, [points, tested, active]: [usize; 3], time: impl FnOnce(&mut Counts)) {
+        let mut counts = self.counts.lock().expect("counting does not panic");
+        counts.points += points;
+        counts.tested += tested;
+        counts.active += active;
+        time(&mut counts);
+    }
+
+    /// The longest part of the motion dx from x on which no point comes nearer than a tenth of its distance.
+    pub fn max_step(&self, x: &[f64], dx: &[f64]) -> Option<Limit> {
+        let start = Instant::now();
+        let placed = self.obstacle.at(x);
+        let carried = self.obstacle.speed(dx);
+        let mut known = self.known.lock().expect("no evaluation panics");
+        let mut limit: Option<Limit> = None;
+        let mut tested = 0;
+        for (b, known) in known.iter_mut().enumerate() {
+            let (at, motion, radius) = (self.position(x, b), self.motion(dx, b), self.points[b].radius);
+            let speed = motion.norm() + carried;
+            if speed == 0.0 {
+                continue;
+            }
+            let local = placed.local(&at);
+            let gap =
+                self.bound(known, &local, speed / ((1.0 - LEFT) * placed.shrink()) + radius, &mut tested) - radius;
+            if (1.0 - LEFT) * gap * placed.shrink() >= speed {
+                continue;
+            }
+            let end = limit.map_or(1.0, |l| l.share);
+            let share = self.advance((x, dx), b, gap, speed, end, &mut tested);
+            if share < end {
+                limit = Some(Limit { share, node: self.points[b].nodes[0], gap });
+            }
+        }
+        self.count([self.points.len(), tested, 0], |c| c.detection += start.elapsed());
+        limit
+    }
+
+    /// How far point `b` may go, at most to `end`.
+    fn advance(&self, (x, dx): (&[f64], &[f64]), b: usize, gap: f64, speed: f64, end: f64, tested: &mut usize) -> f64 {
+        let distance = |share: f64| {
+            let placed = self.obstacle.along(x, dx, share);
+            let at = self.position(x, b) + self.motion(dx, b) * share;
+            (self.obstacle.shape.gap(&placed.local(&at)) - self.points[b].radius) * placed.shrink()
+        };
+        let left = LEFT * gap * self.obstacle.at(x).shrink();
+        let mut share = 0.0;
+        for _ in 0..ADVANCES {
+            *tested += 1;
+            let free = distance(share) - left;
+            // The bound is closed in on by a geometric sequence, whose rest does not matter.
+            if free <= 1e-3 * left {
+                break;
+            }
+            share += free / speed;
+            if share >= end {
+                return end;
+            }
+        }
+        share
+    }
+
+    pub fn blocks(&self) -> &Blocks {
+        &self.blocks
+    }
+}

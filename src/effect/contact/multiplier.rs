@@ -1,0 +1,91 @@
+//! Contact as complementarity, 0 ≤ d ⟂ λ ≥ 0 at every point, solved with the equilibrium.
+//!
+//! With a scalar y for each point and a stiffness c, λ = c y, the augmented Lagrangian of Alart & Curnier, Comput. Methods Appl.
+//! Mech. Eng. 92 (1991), §3,
+//!
+//! ```text
+//! L = Σ_q ½ c (max(0, y − d)² − y²)      r_k = −c max(0, y − d) s_k m      r_y = c (max(0, y − d) − y)
+//! ```
+//!
+//! is stationary where d = 0 and λ ≥ 0, or λ = 0 and d ≥ 0. Newton's method on it is an active set: points with y > d are held.
+//! The multiplier is a force at a node, so that any uniform stress comes out. c is numerics: the answer does not depend on it.
+//! Limits: the force has a step where the active set changes. A step that passes through a thin obstacle is not seen.
+
+use super::placement::Pair;
+use super::{Contact, Press, Pressing};
+use crate::system::{At, Blocks, Effect, EvalError, Local, Role, Want};
+use std::sync::Arc;
+
+pub struct Multiplier {
+    pub contact: Arc<Contact>,
+    /// c [N/m]
+    pub stiffness: f64,
+}
+
+impl Multiplier {
+    fn scalar(&self, x: &[f64], b: usize) -> f64 {
+        x[self.contact.blocks().scalars(b)[0] as usize]
+    }
+
+    fn pair(&self, x: &[f64], b: usize) -> Pair {
+        let at = self.contact.position(x, b);
+        let placed = self.contact.obstacle.at(x);
+        let witness = self.contact.obstacle.shape.nearest(&placed.local(&at));
+        placed.pair(&at, &witness, self.contact.points[b].radius)
+    }
+}
+
+impl Effect for Multiplier {
+    fn name(&self) -> &str {
+        &self.contact.name
+    }
+
+    fn role(&self) -> Role {
+        Role::Touching
+    }
+
+    fn blocks(&self) -> &Blocks {
+        self.contact.blocks()
+    }
+
+    fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+        let c = self.stiffness;
+        let y = self.scalar(at.x, b);
+        let n = self.contact.blocks().size(b);
+        let pair = self.pair(at.x, b);
+        let held = (y - pair.gap).max(0.0);
+        out.energy = 0.5 * c * (held * held - y * y);
+        out.r[n - 1] = c * (held - y);
+        if held == 0.0 {
+            if want == Want::Tangent {
+                out.k[n * n - 1] = -c;
+            }
+            return Ok(());
+        }
+        let own = &self.contact.points[b].weights;
+        pair.add(own, (-c * held, c), n, want, out);
+        if want == Want::Tangent {
+            for (k, s) in pair.shares(own).iter().enumerate() {
+                (0..3).for_each(|i| out.k[(n - 1) * n + 3 * k + i] = -c * s * pair.normal[i]);
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Pressing for Multiplier {
+    fn contact(&self) -> &Contact {
+        &self.contact
+    }
+
+    fn reach(&self) -> f64 {
+        f64::INFINITY
+    }
+
+    fn presses(&self, x: &[f64], b: usize) -> Vec<Press> {
+        let pair = self.pair(x, b);
+        let force = self.stiffness * (self.scalar(x, b) - pair.gap).max(0.0);
+        let press = (force > 0.0).then(|| Press::new(&pair, &self.contact.points[b].weights, force));
+        press.into_iter().collect()
+    }
+}

@@ -1,0 +1,34 @@
+//! The penalty, per area: ½ k d² where d < 0, and 0 else: a spring on the depth.
+//!
+//! Limits: surfaces enter each other by p/k, and a step that passes through a thin obstacle is not seen.
+
+use super::Contact;
+use super::pressed::Response;
+use super::shape::{Shape, Witness};
+use crate::math::tensor::Vec3;
+use crate::system::Limit;
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Penalty {
+    /// k [Pa/m]
+    pub stiffness: f64,
+}
+
+impl Response for Penalty {
+    fn reach(&self) -> f64 {
+        0.0
+    }
+
+    fn witnesses(&self, shape: &Shape, y: &Vec3, radius: f64) -> Vec<Witness> {
+        Some(shape.nearest(y)).filter(|w| w.gap < radius).into_iter().collect()
+    }
+
+    fn potential(&self, d: f64) -> Option<[f64; 3]> {
+        let depth = d.min(0.0);
+        Some([0.5 * self.stiffness * depth * depth, self.stiffness * depth, if d < 0.0 { self.stiffness } else { 0.0 }])
+    }
+
+    fn max_step(&self, _: &Contact, _: &[f64], _: &[f64]) -> Option<Limit> {
+        None
+    }
+}

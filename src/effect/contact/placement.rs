@@ -1,0 +1,169 @@
+//! Where an obstacle is: fixed in space, or in the frame of an affine body (four nodes that carry it along).
+//!
+//! An affine body maps X to x = Σ_a w_a(X) p_a, with w_i = (X − C)_i/ℓ, w_0 = 1 − Σ w_i and A = ∂x/∂X; it is rigid where
+//! AᵀA = I. A point x has the place X = C + A⁻¹(x − p_0) in it. With z = (x, p_0 … p_3) and s = (1, −w_0 … −w_3):
+//!
+//! ```text
+//! dX = A⁻¹ Σ_k s_k dz_k        d²X = −A⁻¹(dA δX + δA dX)
+//! ```
+//!
+//! so that a function d(X) has ∂d/∂z_k = s_k m with m = A⁻ᵀ ∂d/∂X, and Σ_k s_k z_k = 0: its forces balance, and so do their moments.
+
+use super::shape::{Shape, Witness};
+use crate::math::tensor::{Mat3, Vec3};
+
+/// The four nodes of an affine body, at rest at C and C + ℓ e_i.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AffineFrame {
+    pub nodes: [u32; 4],
+    /// C [m]
+    pub center: Vec3,
+    /// ℓ [m]
+    pub length: f64,
+}
+
+impl AffineFrame {
+    /// [4] where the nodes are at rest [m].
+    pub fn rest(&self) -> [Vec3; 4] {
+        [0, 1, 2, 3].map(|a| self.center + if a == 0 { Vec3::zeros() } else { Vec3::ith(a - 1, self.length) })
+    }
+
+    /// [4] where the nodes are at displacement x [m].
+    pub fn positions(&self, x: &[f64]) -> [Vec3; 4] {
+        let rest = self.rest();
+        [0, 1, 2, 3].map(|a| rest[a] + moved(x, self.nodes[a]))
+    }
+
+    /// A
+    pub fn gradient(&self, p: &[Vec3; 4]) -> Mat3 {
+        Mat3::from_columns(&[1, 2, 3].map(|i| (p[i] - p[0]) / self.length))
+    }
+
+    /// w_a(X)
+    pub fn weights(&self, place: &Vec3) -> [f64; 4] {
+        let w = (place - self.center) / self.length;
+        [1.0 - w.sum(), w.x, w.y, w.z]
+    }
+}
+
+/// Displacement of a node.
+pub(super) fn moved(x: &[f64], node: u32) -> Vec3 {
+    Vec3::from_column_slice(&x[3 * node as usize..][..3])
+}
+
+/// A shape in space: its frame has this origin and these axes, at rest.
+pub struct Obstacle {
+    pub shape: Shape,
+    pub origin: Vec3,
+    /// Axes of the frame of the shape in its columns
+    pub axes: Mat3,
+    /// What carries it; None where it is fixed
+    pub body: Option<AffineFrame>,
+}
+
+/// An obstacle at one state: the map from space into the frame of its shape.
+pub(super) struct Placed<'a> {
+    pub obstacle: &'a Obstacle,
+    p0: Vec3,
+    /// A⁻¹
+    inverse: Mat3,
+    /// Smallest singular value of A
+    shrink: f64,
+}
+
+/// Distance of one point, and how it changes with its own motion and that of the four nodes.
+pub(super) struct Pair {
+    pub gap: f64,
+    /// m = ∂d/∂x
+    pub normal: Vec3,
+    /// A⁻ᵀ ∂²d/∂X² A⁻¹
+    curvature: Mat3,
+    /// w_a, none of a fixed obstacle
+    pub carried: Option<[f64; 4]>,
+    /// A⁻ᵀ ∂w_a/∂X
+    turning: [Vec3; 4],
+}
+
+impl Obstacle {
+    pub(super) fn at(&self, x: &[f64]) -> Placed<'_> {
+        self.along(x, x, 0.0)
+    }
+
+    /// At x + share dx.
+    pub(super) fn along(&self, x: &[f64], dx: &[f64], share: f64) -> Placed<'_> {
+        let Some(body) = &self.body else {
+            return Placed { obstacle: self, p0: Vec3::zeros(), inverse: Mat3::identity(), shrink: 1.0 };
+        };
+        let mut p = body.positions(x);
+        p.iter_mut().zip(body.nodes).for_each(|(p, node)| *p += moved(dx, node) * share);
+        let a = body.gradient(&p);
+        // A collapsed body has no inside: the distance 0 stops the step.
+        let (inverse, shrink) = a.try_inverse().map_or((Mat3::identity(), 0.0), |i| (i, a.singular_values().min()));
+        Placed { obstacle: self, p0: p[0], inverse, shrink }
+    }
+
+    /// No point of the obstacle moves further than this with dx [m].
+    pub(super) fn speed(&self, dx: &[f64]) -> f64 {
+        let Some(body) = &self.body else { return 0.0 };
+        let d = body.nodes.map(|n| moved(dx, n));
+        let Some([low, high]) = self.shape.bounds() else { return d[0].norm() };
+        let corner = |k: usize| Vec3::from_fn(|i, _| if k >> i & 1 == 0 { low[i] } else { high[i] });
+        let place = |k: usize| body.weights(&(self.origin + self.axes * corner(k)));
+        (0..8).map(|k| place(k).iter().zip(&d).map(|(w, d)| *w * d).sum::<Vec3>().norm()).fold(0.0, f64::max)
+    }
+}
+
+impl Placed<'_> {
+    /// X of a point in space.
+    fn place(&self, x: &Vec3) -> Vec3 {
+        match &self.obstacle.body {
+            None => *x,
+            Some(body) => body.center + self.inverse * (x - self.p0),
+        }
+    }
+
+    /// The point in the frame of the shape.
+    pub fn local(&self, x: &Vec3) -> Vec3 {
+        self.obstacle.axes.tr_mul(&(self.place(x) - self.obstacle.origin))
+    }
+
+    /// A distance in space is at least this share of the one in the frame.
+    pub fn shrink(&self) -> f64 {
+        self.shrink
+    }
+
+    /// The derivatives of a witness at the point x in space.
+    pub fn pair(&self, x: &Vec3, witness: &Witness, offset: f64) -> Pair {
+        let axes = &self.obstacle.axes;
+        let back = self.inverse.transpose() * axes;
+        let (normal, curvature) = (back * witness.normal, back * witness.curvature * back.transpose());
+        let mut turning = [Vec3::zeros(); 4];
+        let carried = self.obstacle.body.as_ref().map(|body| {
+            for i in 0..3 {
+                turning[i + 1] = self.inverse.row(i).transpose() / body.length;
+                turning[0] -= self.inverse.row(i).transpose() / body.length;
+            }
+            body.weights(&self.place(x))
+        });
+        Pair { gap: witness.gap - offset, normal, curvature, carried, turning }
+    }
+}
+
+impl Pair {
+    /// s of a point with the weights `own` of its nodes, then of the four nodes.
+    pub fn shares(&self, own: &[f64]) -> Vec<f64> {
+        own.iter().copied().chain(self.carried.iter().flatten().map(|w| -w)).collect()
+    }
+
+    /// ∂²d/∂z_k∂z_l, of which the first `own` places are those of the point.
+    pub fn second(&self, s: &[f64], own: usize, k: usize, l: usize) -> Mat3 {
+        let mut sum = self.curvature * (s[k] * s[l]);
+        if k >= own {
+            sum -= self.normal * self.turning[k - own].transpose() * s[l];
+        }
+        if l >= own {
+            sum -= self.turning[l - own] * self.normal.transpose() * s[k];
+        }
+        sum
+    }
+}

@@ -1,0 +1,88 @@
+//! Points of a surface that contact looks at: nodes with a share of the area, or quadrature points.
+//!
+//! Nodes of tet4 facets take a third of each, which is ∫ N_a dA: a uniform pressure comes out uniform. On tet10 facets ∫ N_a dA
+//! is zero at the corners, so pressures stand at the six points of a rule of degree 4 there. Corners between them might still
+//! cross an obstacle: they are guards, with a millionth of the area.
+
+use crate::math::tensor::Vec3;
+use crate::mesh::{Order, TetMesh, element, quadrature};
+use std::collections::BTreeMap;
+
+/// Share of the area of a facet that a guard has [–].
+const GUARD: f64 = 1e-6;
+
+/// A point of a surface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Point {
+    /// X_q [m]
+    pub at: Vec3,
+    pub nodes: Vec<u32>,
+    /// N_a
+    pub weights: Vec<f64>,
+    /// W_q [m²]
+    pub area: f64,
+    /// Of a ball about the point [m], 0 of a point of a surface
+    pub radius: f64,
+}
+
+/// Where the points are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sampling {
+    /// At the nodes, for forces at nodes
+    Nodes,
+    /// Where a pressure can stand: nodes of tet4, quadrature points and guards of tet10
+    Pressures,
+}
+
+/// Points of facets of a mesh at rest, all with one number of nodes.
+pub fn points(mesh: &TetMesh, facets: &[u32], sampling: Sampling) -> Vec<Point> {
+    if mesh.order == Order::Linear || sampling == Sampling::Nodes {
+        return nodes(mesh, facets);
+    }
+    let rule = quadrature::tri(4);
+    let mut out = Vec::new();
+    let mut guarded = std::collections::BTreeSet::new();
+    for &f in facets {
+        let list = mesh.facet(f as usize);
+        let at = |weights: &[f64]| list.iter().zip(weights).map(|(&k, w)| mesh.points[k as usize] * *w).sum();
+        let mut area = 0.0;
+        for (&xi, w) in rule.points.iter().zip(&rule.weights) {
+            let weights = element::facet_shape(mesh.order, xi)[..list.len()].to_vec();
+            let part = w * mesh.facet_normal(f as usize, xi).norm();
+            area += part;
+            out.push(Point { at: at(&weights), nodes: list.to_vec(), weights, area: part, radius: 0.0 });
+        }
+        for a in (0..list.len()).filter(|&a| guarded.insert(list[a])) {
+            let weights: Vec<f64> = (0..list.len()).map(|k| if k == a { 1.0 } else { 0.0 }).collect();
+            out.push(Point { at: at(&weights), nodes: list.to_vec(), weights, area: GUARD * area, radius: 0.0 });
+        }
+    }
+    out
+}
+
+/// Every node with a part of the areas of its facets: a third each on tet4; 1/12 at a corner and 1/4 at a mid-edge on tet10,
+/// those of the four triangles between the six nodes.
+fn nodes(mesh: &TetMesh, facets: &[u32]) -> Vec<Point> {
+    let mut areas = BTreeMap::new();
+    let rule = quadrature::tri(4);
+    for &f in facets {
+        let parts = rule.points.iter().zip(&rule.weights).map(|(&xi, w)| w * mesh.facet_normal(f as usize, xi).norm());
+        let area: f64 = parts.sum();
+        for (a, &node) in mesh.facet(f as usize).iter().enumerate() {
+            let share = match (mesh.order, a < 3) {
+                (Order::Linear, _) => 1.0 / 3.0,
+                (Order::Quadratic, true) => 1.0 / 12.0,
+                (Order::Quadratic, false) => 0.25,
+            };
+            *areas.entry(node).or_insert(0.0) += share * area;
+        }
+    }
+    let point = |(node, area): (u32, f64)| Point {
+        at: mesh.points[node as usize],
+        nodes: vec![node],
+        weights: vec![1.0],
+        area,
+        radius: 0.0,
+    };
+    areas.into_iter().map(point).collect()
+}

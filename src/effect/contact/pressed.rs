@@ -1,0 +1,118 @@
+//! Contact by a pressure that the distance decides: Π = Σ_q W_q φ(d_q), p_q = −φ′(d_q).
+//!
+//! r_k = Σ_q W_q φ′ s_k m, K_kl = Σ_q W_q (φ″ s_k s_l m mᵀ + φ′ ∂²d/∂z_k∂z_l) with s, m of [`super::placement`].
+
+use super::placement::Pair;
+use super::shape::{Shape, Witness};
+use super::{Contact, Press, Pressing};
+use crate::math::tensor::{Mat3, Vec3};
+use crate::system::{At, Blocks, Effect, EvalError, Limit, Local, Role, Want};
+use std::sync::Arc;
+
+/// What a distance means.
+pub trait Response: Send + Sync {
+    /// No potential beyond this distance [m]
+    fn reach(&self) -> f64;
+    /// Of a point at y in the frame of the shape, with a ball of this radius about it
+    fn witnesses(&self, shape: &Shape, y: &Vec3, radius: f64) -> Vec<Witness>;
+    /// φ [J/m²], φ′, φ″; None where it is not defined
+    fn potential(&self, d: f64) -> Option<[f64; 3]>;
+    fn max_step(&self, contact: &Contact, x: &[f64], dx: &[f64]) -> Option<Limit>;
+}
+
+pub struct Pressed<R> {
+    pub contact: Arc<Contact>,
+    pub response: R,
+}
+
+impl<R: Response> Pressed<R> {
+    /// The pairs of point `b` at displacement x, with φ, φ′, φ″ times W.
+    fn pairs(&self, x: &[f64], b: usize) -> Result<Vec<(Pair, [f64; 3])>, EvalError> {
+        let point = &self.contact.points[b];
+        let at = self.contact.position(x, b);
+        let placed = self.contact.obstacle.at(x);
+        let local = placed.local(&at);
+        let crossed = |gap: f64| EvalError::Crossed { effect: self.contact.name.clone(), node: point.nodes[0], gap };
+        let witnesses = self.response.witnesses(&self.contact.obstacle.shape, &local, point.radius);
+        let pair = |w: &Witness| {
+            let pair = placed.pair(&at, w, point.radius);
+            let potential = self.response.potential(pair.gap).ok_or_else(|| crossed(pair.gap))?;
+            Ok((pair, potential.map(|v| v * point.area)))
+        };
+        witnesses.iter().map(pair).collect()
+    }
+}
+
+impl<R: Response> Effect for Pressed<R> {
+    fn name(&self) -> &str {
+        &self.contact.name
+    }
+
+    fn role(&self) -> Role {
+        Role::Touching
+    }
+
+    fn blocks(&self) -> &Blocks {
+        self.contact.blocks()
+    }
+
+    fn active(&self, at: &At) -> Option<Vec<u32>> {
+        Some(self.contact.near(at.x, self.response.reach()))
+    }
+
+    /// A pressure on a round or sharp side turns away from what slides along it: −p W ∂²d/∂y² is negative wherever there is contact.
+    fn semidefinite(&self) -> bool {
+        true
+    }
+
+    fn max_step(&self, x: &[f64], dx: &[f64]) -> Option<Limit> {
+        self.response.max_step(&self.contact, x, dx)
+    }
+
+    fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+        for (pair, [energy, first, second]) in self.pairs(at.x, b)? {
+            out.energy += energy;
+            pair.add(&self.contact.points[b].weights, (first, second), self.contact.blocks().size(b), want, out);
+        }
+        Ok(())
+    }
+}
+
+impl<R: Response> Pressing for Pressed<R> {
+    fn contact(&self) -> &Contact {
+        &self.contact
+    }
+
+    fn reach(&self) -> f64 {
+        self.response.reach()
+    }
+
+    fn presses(&self, x: &[f64], b: usize) -> Vec<Press> {
+        let own = &self.contact.points[b].weights;
+        let press = |(pair, [_, first, _]): (Pair, [f64; 3])| Press::new(&pair, own, -first);
+        self.pairs(x, b).into_iter().flatten().map(press).filter(|p| p.force > 0.0).collect()
+    }
+}
+
+impl Pair {
+    /// Adds the derivatives of a function of the distance with the slopes φ′ and φ″ to a block of `n` unknowns.
+    pub(super) fn add(&self, own: &[f64], (first, second): (f64, f64), n: usize, want: Want, out: &mut Local) {
+        let s = self.shares(own);
+        for (k, share) in s.iter().enumerate() {
+            let r = self.normal * (first * share);
+            out.r[3 * k..3 * k + 3].iter_mut().zip(r.iter()).for_each(|(sum, r)| *sum += r);
+        }
+        if want < Want::Tangent {
+            return;
+        }
+        let stiff: Mat3 = self.normal * self.normal.transpose() * second;
+        for k in 0..s.len() {
+            for l in 0..=k {
+                let entry = stiff * (s[k] * s[l]) + self.second(&s, own.len(), k, l) * first;
+                for (i, j) in (0..9).map(|e| (e / 3, e % 3)) {
+                    out.k[(3 * k + i) * n + 3 * l + j] += entry[(i, j)];
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,269 @@
+//! Shapes of obstacles and their distance d(y) with ∂d/∂y = n and ∂²d/∂y².
+//!
+//! With p the point of the obstacle that is nearest to y, n = ±(y − p)/|y − p|, and ∂²d/∂y² = ±(I − nnᵀ − T)/|y − p| with T the
+//! projector on the directions in which p moves along with y: both of a face, the one of an edge, none at a corner; a curved
+//! side of radius R has R + d in place of d. Projections, hierarchies of boxes and the side of a surface are those of parry3d.
+//! Limits: inside of a shape d has kinks where two faces are equally near. A triangle surface is closed and outward.
+
+use crate::math::tensor::{Mat3, Vec3};
+use crate::mesh::surface_file::Surface;
+use parry3d_f64::bounding_volume::Aabb;
+use parry3d_f64::math::Vector;
+use parry3d_f64::query::{PointQuery, PointQueryWithLocation};
+use parry3d_f64::shape::{
+    Ball, Cuboid, Cylinder, HalfSpace, Shape as _, TriMesh, TriMeshFlags, Triangle, TrianglePointLocation,
+};
+
+/// Distance of a point from an obstacle, and how it changes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Witness {
+    /// d [m], negative inside
+    pub gap: f64,
+    /// ∂d/∂y
+    pub normal: Vec3,
+    /// ∂²d/∂y² [1/m]
+    pub curvature: Mat3,
+}
+
+/// A shape in its own frame.
+pub enum Shape {
+    /// Below z = 0
+    Floor(HalfSpace),
+    /// About the origin
+    Sphere(Ball),
+    /// About the origin, along the axes
+    Box(Cuboid),
+    /// About the origin, along y
+    Cylinder(Cylinder),
+    Surface(Box<TriMesh>),
+}
+
+/// Why a surface cannot be an obstacle.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ShapeError {
+    #[error(
+        "the edge between the vertices {0} and {1} of the surface has {2} triangle(s); close the surface, every edge has two"
+    )]
+    Open(u32, u32, usize),
+    #[error(
+        "the triangles {0} and {1} of the surface look to opposite sides; turn one of them, so that all look outward"
+    )]
+    Flipped(u32, u32),
+    #[error("the surface looks inward: its volume is {0:.3e} m^3; turn its triangles")]
+    Inward(f64),
+    #[error("triangle {0} of the surface has no area; remove it")]
+    Degenerate(u32),
+}
+
+fn to(v: &Vec3) -> Vector {
+    Vector::new(v.x, v.y, v.z)
+}
+
+fn from(v: Vector) -> Vec3 {
+    Vec3::new(v.x, v.y, v.z)
+}
+
+impl Shape {
+    pub fn floor() -> Self {
+        Self::Floor(HalfSpace::new(Vector::Z))
+    }
+
+    pub fn sphere(radius: f64) -> Self {
+        Self::Sphere(Ball::new(radius))
+    }
+
+    pub fn cuboid(half: Vec3) -> Self {
+        Self::Box(Cuboid::new(to(&half)))
+    }
+
+    pub fn cylinder(half_height: f64, radius: f64) -> Self {
+        Self::Cylinder(Cylinder::new(half_height, radius))
+    }
+
+    /// Closed, with triangles that look outward.
+    pub fn surface(surface: &Surface) -> Result<Self, ShapeError> {
+        check(surface)?;
+        let points = surface.points.iter().map(to).collect();
+        let mesh = TriMesh::with_flags(points, surface.triangles.clone(), TriMeshFlags::ORIENTED);
+        Ok(Self::Surface(Box::new(mesh.expect("a surface has triangles"))))
+    }
+
+    /// The box about the shape, [least, most] of each coordinate; a floor has none.
+    pub fn bounds(&self) -> Option<[Vec3; 2]> {
+        let bounds: Aabb = match self {
+            Self::Floor(_) => return None,
+            Self::Sphere(s) => s.local_aabb(),
+            Self::Box(s) => s.local_aabb(),
+            Self::Cylinder(s) => s.local_aabb(),
+            Self::Surface(s) => s.local_aabb(),
+        };
+        Some([from(bounds.mins), from(bounds.maxs)])
+    }
+
+    /// Mass [kg], centre of mass [m], and inertia about it [kg m²], with the density [kg/m³]; a floor has none.
+    pub fn mass(&self, density: f64) -> (f64, Vec3, Mat3) {
+        let properties = match self {
+            Self::Floor(s) => s.mass_properties(density),
+            Self::Sphere(s) => s.mass_properties(density),
+            Self::Box(s) => s.mass_properties(density),
+            Self::Cylinder(s) => s.mass_properties(density),
+            Self::Surface(s) => s.mass_properties(density),
+        };
+        let inertia = properties.reconstruct_inertia_matrix();
+        let inertia = Mat3::from_columns(&[inertia.x_axis, inertia.y_axis, inertia.z_axis].map(from));
+        (properties.mass(), from(properties.local_com), inertia)
+    }
+
+    /// The boundary as triangles, round ones in `parts` around; a floor has none.
+    pub fn triangles(&self, parts: u32) -> Option<Surface> {
+        let (points, triangles) = match self {
+            Self::Floor(_) => return None,
+            Self::Sphere(s) => s.to_trimesh(parts, parts / 2),
+            Self::Box(s) => s.to_trimesh(),
+            Self::Cylinder(s) => s.to_trimesh(parts),
+            Self::Surface(s) => (s.vertices().to_vec(), s.indices().to_vec()),
+        };
+        Some(Surface { points: points.into_iter().map(from).collect(), triangles })
+    }
+
+    /// The nearest point of the boundary, and whether y is inside.
+    fn project(&self, y: &Vec3) -> (Vec3, bool) {
+        let projection = match self {
+            Self::Floor(s) => s.project_local_point(to(y), false),
+            Self::Sphere(s) => s.project_local_point(to(y), false),
+            Self::Box(s) => s.project_local_point(to(y), false),
+            Self::Cylinder(s) => s.project_local_point(to(y), false),
+            Self::Surface(s) => s.project_local_point(to(y), false),
+        };
+        (from(projection.point), projection.is_inside)
+    }
+
+    /// d(y) [m], negative inside.
+    pub fn gap(&self, y: &Vec3) -> f64 {
+        match self {
+            Self::Floor(_) => y.z,
+            Self::Sphere(s) => y.norm() - s.radius,
+            _ => {
+                let (p, inside) = self.project(y);
+                (y - p).norm() * if inside { -1.0 } else { 1.0 }
+            }
+        }
+    }
+
+    /// The nearest point as a witness.
+    pub fn nearest(&self, y: &Vec3) -> Witness {
+        match self {
+            Self::Floor(_) => Witness { gap: y.z, normal: Vec3::z(), curvature: Mat3::zeros() },
+            Self::Sphere(s) => curved(y.norm() - s.radius, s.radius, y, None),
+            Self::Box(s) => {
+                let (p, inside) = self.project(y);
+                let half = from(s.half_extents);
+                let beyond = |i: usize| y[i].abs() - half[i];
+                let nearest = (0..3).max_by(|a, b| beyond(*a).total_cmp(&beyond(*b))).into_iter();
+                let face: Vec<usize> =
+                    if inside { nearest.collect() } else { (0..3).filter(|&i| beyond(i) >= 0.0).collect() };
+                let free = Mat3::from_diagonal(&Vec3::from_fn(|i, _| if face.contains(&i) { 0.0 } else { 1.0 }));
+                sharp(y, &p, inside, free, || face.first().map_or(Vec3::z(), |&i| Vec3::ith(i, p[i].signum())))
+            }
+            Self::Cylinder(s) => {
+                let (p, inside) = self.project(y);
+                let across = Vec3::new(y.x, 0.0, y.z);
+                let radial = across.try_normalize(0.0).unwrap_or(Vec3::x());
+                if p.y.abs() < s.half_height {
+                    return curved(across.norm() - s.radius, s.radius, &across, Some(Vec3::y()));
+                }
+                let flat = Mat3::identity() - Vec3::y() * Vec3::y().transpose();
+                if across.norm() < s.radius {
+                    return sharp(y, &p, inside, flat, || Vec3::ith(1, p.y.signum()));
+                }
+                // The rim: p turns with y by R/ρ of the way of y.
+                let around = Vec3::y().cross(&radial);
+                sharp(y, &p, inside, around * around.transpose() * (s.radius / across.norm()), || radial)
+            }
+            Self::Surface(s) => {
+                let (projection, (triangle, location)) = s.project_local_point_and_get_location(to(y), false);
+                on_triangle(&s.triangle(triangle), y, &from(projection.point), projection.is_inside, location)
+            }
+        }
+    }
+
+    /// Every witness nearer than `reach` to a point outside, for sums that are smooth: of a surface one of each triangle, in their
+    /// order.
+    pub fn within(&self, y: &Vec3, reach: f64) -> Vec<Witness> {
+        let Self::Surface(s) = self else {
+            let nearest = self.nearest(y);
+            return if nearest.gap < reach { vec![nearest] } else { Vec::new() };
+        };
+        let around = Aabb::new(to(&y.add_scalar(-reach)), to(&y.add_scalar(reach)));
+        let mut triangles: Vec<u32> = s.bvh().intersect_aabb(&around).collect();
+        triangles.sort_unstable();
+        let witness = |k: u32| {
+            let triangle = s.triangle(k);
+            let (projection, location) = triangle.project_local_point_and_get_location(to(y), false);
+            on_triangle(&triangle, y, &from(projection.point), false, location)
+        };
+        triangles.into_iter().map(witness).filter(|w| w.gap < reach).collect()
+    }
+}
+
+/// Of a rounded side: `from_axis` from the centre or axis to y.
+fn curved(gap: f64, radius: f64, from_axis: &Vec3, axis: Option<Vec3>) -> Witness {
+    let normal = from_axis.try_normalize(0.0).unwrap_or(Vec3::x());
+    let along = axis.map_or(Mat3::zeros(), |a| a * a.transpose());
+    let curvature = (Mat3::identity() - normal * normal.transpose() - along) / (radius + gap).max(f64::MIN_POSITIVE);
+    Witness { gap, normal, curvature }
+}
+
+/// Of a nearest point p that moves along with y by the matrix `free`; `face` is the normal where y lies on the boundary.
+fn sharp(y: &Vec3, p: &Vec3, inside: bool, free: Mat3, face: impl Fn() -> Vec3) -> Witness {
+    let sign = if inside { -1.0 } else { 1.0 };
+    let away = y - p;
+    let distance = away.norm();
+    if distance == 0.0 {
+        return Witness { gap: 0.0, normal: face(), curvature: Mat3::zeros() };
+    }
+    let normal = away * (sign / distance);
+    let curvature = (Mat3::identity() - normal * normal.transpose() - free) * (sign / distance);
+    Witness { gap: sign * distance, normal, curvature }
+}
+
+fn on_triangle(t: &Triangle, y: &Vec3, p: &Vec3, inside: bool, location: TrianglePointLocation) -> Witness {
+    let [a, b, c] = [t.a, t.b, t.c].map(from);
+    let plane = (b - a).cross(&(c - a)).normalize();
+    let line = |from: Vec3, to: Vec3| {
+        let along = (to - from).normalize();
+        along * along.transpose()
+    };
+    let free = match location {
+        TrianglePointLocation::OnVertex(_) => Mat3::zeros(),
+        TrianglePointLocation::OnEdge(0, _) => line(a, b),
+        TrianglePointLocation::OnEdge(1, _) => line(b, c),
+        TrianglePointLocation::OnEdge(..) => line(a, c),
+        _ => Mat3::identity() - plane * plane.transpose(),
+    };
+    sharp(y, p, inside, free, || plane)
+}
+
+/// Every edge has two triangles, which pass it in opposite directions, and the volume inside is positive.
+fn check(surface: &Surface) -> Result<(), ShapeError> {
+    let mut edges = std::collections::BTreeMap::<(u32, u32), Vec<(u32, bool)>>::new();
+    let mut volume = 0.0;
+    for (k, corners) in (0..).zip(&surface.triangles) {
+        let [a, b, c] = corners.map(|i| surface.points[i as usize]);
+        if (b - a).cross(&(c - a)).norm() == 0.0 {
+            return Err(ShapeError::Degenerate(k));
+        }
+        volume += a.dot(&b.cross(&c)) / 6.0;
+        for (i, j) in [(0, 1), (1, 2), (2, 0)].map(|(i, j)| (corners[i], corners[j])) {
+            edges.entry((i.min(j), i.max(j))).or_default().push((k, i < j));
+        }
+    }
+    for ((i, j), triangles) in &edges {
+        match triangles[..] {
+            [(a, forth), (b, too)] if forth == too => return Err(ShapeError::Flipped(a, b)),
+            [_, _] => {}
+            _ => return Err(ShapeError::Open(*i, *j, triangles.len())),
+        }
+    }
+    if volume > 0.0 { Ok(()) } else { Err(ShapeError::Inward(volume)) }
+}

@@ -1,0 +1,256 @@
+//! Contact of a scene: which points, which obstacle, which response, and the effects that follow.
+
+use super::build::part;
+use super::builder::{Builder, Gathered};
+use super::contact_record::NamedContact;
+use super::contact_spec::{ContactSpec, MotionSpec, ObstacleSpec, ResponseSpec};
+use super::error::{SceneError, hint};
+use super::rigid::{RigidBody, ShapeFault, ShapeSpec};
+use super::spec::SceneSpec;
+use crate::effect::contact::barrier::Barrier;
+use crate::effect::contact::friction::ContactFriction;
+use crate::effect::contact::multiplier::Multiplier;
+use crate::effect::contact::penalty::Penalty;
+use crate::effect::contact::placement::{AffineFrame, Obstacle};
+use crate::effect::contact::pressed::{Pressed, Response};
+use crate::effect::contact::shape::Shape;
+use crate::effect::contact::{Contact, Point, Pressing, Sampling, points};
+use crate::math::signal::Signal;
+use crate::math::tensor::{Mat3, Vec3};
+use crate::math::units::Dimension;
+use crate::mesh::validate::point;
+use crate::solve::{Integrator, Span};
+use crate::system::Effect;
+use std::sync::Arc;
+
+impl Builder<'_> {
+    /// All rigid bodies and contacts, with their effects.
+    pub(super) fn contacts(
+        &mut self,
+        spec: &SceneSpec,
+        spans: &[Span],
+        gathered: &mut Gathered,
+        effects: &mut Vec<Box<dyn Effect>>,
+    ) -> Result<(Vec<RigidBody>, Vec<NamedContact>), SceneError> {
+        let mut next = self.body.mesh.points.len() as u32;
+        let mut four = || {
+            next += 4;
+            [next - 4, next - 3, next - 2, next - 1]
+        };
+        let stiffest = gathered.laws.iter().map(|law| law.small_strain().e).fold(0.0, f64::max);
+        let mut bodies = Vec::<RigidBody>::new();
+        for (k, rigid) in spec.rigids.iter().enumerate() {
+            let place = format!("rigid {} ({})", k + 1, rigid.name);
+            if bodies.iter().any(|b| b.name == rigid.name) {
+                let fact = format!("another rigid body is called \"{}\" too", rigid.name);
+                return Err(self.content(&place, fact, "give each a `name` of its own"));
+            }
+            bodies.push(self.rigid(&place, rigid, four(), (spans, stiffest), effects)?);
+        }
+        let mut contacts = Vec::<NamedContact>::new();
+        for (k, contact) in spec.contacts.iter().enumerate() {
+            let place = format!("contact {} ({})", k + 1, contact.name);
+            if contacts.iter().any(|c| c.name == contact.name) {
+                let fact = format!("another contact is called \"{}\" too", contact.name);
+                return Err(self.content(&place, fact, "give each a `name` of its own"));
+            }
+            if let Some(k) = spans.iter().position(|s| matches!(s.integrator, Integrator::ArcLength { .. })) {
+                let fact = format!("a continuation beside contact (stage {})", k + 1);
+                return Err(self.content(&place, fact, "take integrator = \"static\" without `continuation`"));
+            }
+            let moved = contact.motion.as_ref().map(|_| four());
+            contacts.push(self.contact(&place, contact, (&bodies, moved), gathered, effects)?);
+        }
+        Ok((bodies, contacts))
+    }
+
+    /// A contact with its effects, the pressing one first.
+    pub(super) fn contact(
+        &mut self,
+        place: &str,
+        spec: &ContactSpec,
+        (bodies, moved): (&[RigidBody], Option<[u32; 4]>),
+        gathered: &mut Gathered,
+        effects: &mut Vec<Box<dyn Effect>>,
+    ) -> Result<NamedContact, SceneError> {
+        self.check_name(place, &spec.name)?;
+        if !(spec.friction >= 0.0 && spec.friction.is_finite()) {
+            let fact = format!("friction = {}", spec.friction);
+            return Err(self.content(place, fact, "a coefficient of friction is not negative"));
+        }
+        let h = self.body.mesh.h();
+        let distance = self.positive(place, "distance", spec.distance.map(|l| l.0), 0.01 * h)?;
+        let stiffest = gathered.laws.iter().map(|law| law.small_strain().e).fold(0.0, f64::max);
+        if stiffest == 0.0 && spec.modulus.is_none() {
+            let fact = "no law of the scene gives the pressure that the response is scaled with";
+            return Err(self.content(place, fact, "give modulus, of the size of Young's modulus of the body"));
+        }
+        let modulus = self.positive(place, "modulus", spec.modulus.map(|m| m.0), stiffest)?;
+        let size = self.body.mesh.diagonal();
+        let creep = self.positive(place, "creep", spec.creep.map(|s| s.0), 1e-3 * size)?;
+        let slip = self.positive(place, "slip", spec.slip.map(|l| l.0), 1e-3 * h)?;
+        let sampling = if spec.response == ResponseSpec::Multiplier { Sampling::Nodes } else { Sampling::Pressures };
+        let points = self.contact_points(place, &spec.region, bodies, sampling)?;
+        let obstacle = self.obstacle(place, spec, bodies, moved)?;
+        let name = spec.name.clone();
+        let scalars = (spec.response == ResponseSpec::Multiplier).then(|| {
+            let first = (3 * self.nodes + gathered.hosts.len()) as u32;
+            gathered.hosts.extend(points.iter().map(|p| p.nodes[0]));
+            first
+        });
+        let contact = Arc::new(Contact::with_scalars(name.clone(), points, obstacle, scalars));
+        self.check_apart(place, &contact, spec.response)?;
+        let pressing: Arc<dyn Pressing> = match spec.response {
+            ResponseSpec::Barrier => press(&contact, Barrier { distance, stiffness: modulus / distance }, effects),
+            ResponseSpec::Penalty => press(&contact, Penalty { stiffness: modulus / distance }, effects),
+            ResponseSpec::Multiplier => {
+                let shared = Arc::new(Multiplier { contact, stiffness: modulus * h });
+                effects.push(Box::new(shared.clone()));
+                shared
+            }
+        };
+        let friction = (spec.friction > 0.0).then(|| {
+            let (name, pressing) = (format!("{name}_friction"), pressing.clone());
+            let friction = Arc::new(ContactFriction { name, pressing, coefficient: spec.friction, creep, slip });
+            effects.push(Box::new(friction.clone()));
+            friction
+        });
+        Ok(NamedContact { name, response: spec.response, pressing, moves: spec.motion.is_some(), friction })
+    }
+
+    pub(super) fn positive(
+        &self,
+        place: &str,
+        key: &str,
+        given: Option<f64>,
+        otherwise: f64,
+    ) -> Result<f64, SceneError> {
+        match given {
+            None => Ok(otherwise),
+            Some(value) if value > 0.0 && value.is_finite() => Ok(value),
+            Some(value) => Err(self.content(place, format!("{key} = {value} (SI)"), "it must be positive")),
+        }
+    }
+
+    fn contact_points(
+        &self,
+        place: &str,
+        region: &str,
+        bodies: &[RigidBody],
+        sampling: Sampling,
+    ) -> Result<Vec<Point>, SceneError> {
+        if let Some(body) = bodies.iter().find(|b| b.name == region) {
+            return Ok(body.points());
+        }
+        let facets = &self.region(place, region)?.facets;
+        if facets.is_empty() {
+            let fact = format!("region \"{region}\" holds no facets");
+            return Err(self.content(place, fact, "contact is of a part of the surface: take a facet region"));
+        }
+        Ok(points(&self.body.mesh, facets, sampling))
+    }
+
+    fn obstacle(
+        &mut self,
+        place: &str,
+        spec: &ContactSpec,
+        bodies: &[RigidBody],
+        moved: Option<[u32; 4]>,
+    ) -> Result<Obstacle, SceneError> {
+        let shape = match &spec.obstacle {
+            ObstacleSpec::Rigid { body: name } => {
+                let Some(body) = bodies.iter().find(|b| b.name == *name) else {
+                    let known: Vec<&str> = bodies.iter().map(|b| b.name.as_str()).collect();
+                    let fact = format!("there is no [[rigid]] \"{name}\"");
+                    return Err(self.content(place, fact, hint(name, &known)));
+                };
+                if spec.region == *name {
+                    return Err(self.content(place, format!("\"{name}\" meets itself"), "take another obstacle"));
+                }
+                if spec.motion.is_some() {
+                    let fact = format!("\"{name}\" is free, and has a motion");
+                    return Err(self.content(place, fact, "remove `motion`, or give a shape in space"));
+                }
+                let (shape, origin, axes) = self.shape(place, &body.shape)?;
+                return Ok(Obstacle { shape, origin, axes, body: Some(body.frame.clone()) });
+            }
+            ObstacleSpec::Floor { point, normal } => ShapeSpec::Floor { point: *point, normal: *normal },
+            ObstacleSpec::Box { min, max, turn } => ShapeSpec::Box { min: *min, max: *max, turn: turn.clone() },
+            ObstacleSpec::Sphere { center, radius } => ShapeSpec::Sphere { center: *center, radius: *radius },
+            ObstacleSpec::Cylinder { from, to, radius } => {
+                ShapeSpec::Cylinder { from: *from, to: *to, radius: *radius }
+            }
+            ObstacleSpec::Surface { file, unit } => ShapeSpec::Surface { file: file.clone(), unit: unit.clone() },
+        };
+        let (shape, origin, axes) = self.shape(place, &shape)?;
+        let body: Option<AffineFrame> = match (&spec.motion, moved) {
+            (Some(motion), Some(nodes)) => Some(self.carry(place, &spec.name, motion, origin, nodes)?),
+            _ => None,
+        };
+        self.draw(place, &spec.name, &shape, (origin, axes), body.as_ref())?;
+        Ok(Obstacle { shape, origin, axes, body })
+    }
+
+    /// The four nodes that carry an obstacle along its motion.
+    fn carry(
+        &mut self,
+        place: &str,
+        name: &str,
+        motion: &MotionSpec,
+        center: Vec3,
+        nodes: [u32; 4],
+    ) -> Result<AffineFrame, SceneError> {
+        let direction = Vec3::from(motion.direction);
+        if direction.norm() == 0.0 || !direction.norm().is_finite() {
+            return Err(self.content(place, "the direction has no length", "write for example [0, 0, -1]"));
+        }
+        let direction = direction.normalize();
+        let column = format!("{name}_displacement_m");
+        let signal = self.signal(place, column, &motion.displacement, Dimension::LENGTH)?;
+        for node in nodes {
+            for i in 0..3 {
+                let along = match direction[i] {
+                    0.0 => Signal::Constant(0.0),
+                    d => Signal::Product(vec![Signal::Constant(d), signal.clone()]),
+                };
+                self.carried.push((3 * node + i as u32, along));
+            }
+        }
+        Ok(AffineFrame { nodes, center, length: self.body.mesh.diagonal() })
+    }
+
+    /// Refuses bodies that are inside of each other at rest, or touch where a barrier keeps them apart.
+    fn check_apart(&self, place: &str, contact: &Contact, response: ResponseSpec) -> Result<(), SceneError> {
+        let rest = vec![0.0; 3 * self.nodes];
+        let Some((b, gap)) = contact.deepest(&rest) else { return Ok(()) };
+        let rounding = 1e-9 * self.body.mesh.diagonal();
+        let at = point(&contact.points[b].at);
+        if gap < -rounding {
+            let fact = format!("the surface is {:.4} mm inside of the obstacle at {at}", -gap * 1e3);
+            return Err(self.content(place, fact, "move one of the two apart"));
+        }
+        if gap <= rounding && response == ResponseSpec::Barrier {
+            let fact = format!("the surface touches the obstacle at {at}, and a barrier keeps them apart");
+            return Err(self.content(place, fact, "leave a gap, for example of `distance`, or take another response"));
+        }
+        Ok(())
+    }
+
+    /// A shape with its frame in space.
+    pub(super) fn shape(&self, place: &str, spec: &ShapeSpec) -> Result<(Shape, Vec3, Mat3), SceneError> {
+        spec.build(&self.base).map_err(|why| match why {
+            ShapeFault::Content(fact, remedy) => self.content(place, fact, remedy),
+            ShapeFault::Part(source) => part(self.file, place, source),
+        })
+    }
+}
+
+fn press<R: Response + 'static>(
+    contact: &Arc<Contact>,
+    response: R,
+    effects: &mut Vec<Box<dyn Effect>>,
+) -> Arc<dyn Pressing> {
+    let shared = Arc::new(Pressed { contact: contact.clone(), response });
+    effects.push(Box::new(shared.clone()));
+    shared
+}

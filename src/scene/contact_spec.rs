@@ -1,0 +1,96 @@
+//! `[[contact]]` as it stands in a scene.
+
+use super::quantity::{Length, Modulus, Speed};
+use super::rigid::TurnSpec;
+use super::signal::SignalSpec;
+use serde::Deserialize;
+use std::path::PathBuf;
+
+/// A part of the surface, or a rigid body, against an obstacle.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ContactSpec {
+    #[serde(default = "contact")]
+    pub name: String,
+    /// Facets of the body, or the name of a rigid body
+    pub region: String,
+    pub obstacle: ObstacleSpec,
+    /// How the obstacle moves; it stays where it is if absent
+    pub motion: Option<MotionSpec>,
+    pub response: ResponseSpec,
+    /// Coulomb's coefficient, 0 without friction
+    pub friction: f64,
+    /// Length in which the response acts; a hundredth of h if absent
+    pub distance: Option<Length>,
+    /// Pressure that the response is scaled with; Young's modulus of the stiffest law if absent
+    pub modulus: Option<Modulus>,
+    /// Speed below which a point counts as sticking; a thousandth of the size of the body per second if absent
+    pub creep: Option<Speed>,
+    /// The same over a static step; a thousandth of h if absent
+    pub slip: Option<Length>,
+}
+
+fn contact() -> String {
+    "contact".into()
+}
+
+/// What is met: a shape in space, or a rigid body of the scene.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum ObstacleSpec {
+    /// What is below the plane through `point`
+    Floor {
+        point: [Length; 3],
+        normal: [f64; 3],
+    },
+    /// Turned about its middle, along the axes if `turn` is absent
+    Box {
+        min: [Length; 3],
+        max: [Length; 3],
+        turn: Option<TurnSpec>,
+    },
+    Sphere {
+        center: [Length; 3],
+        radius: Length,
+    },
+    Cylinder {
+        from: [Length; 3],
+        to: [Length; 3],
+        radius: Length,
+    },
+    /// STL or OBJ, closed and outward
+    Surface {
+        file: PathBuf,
+        unit: String,
+    },
+    Rigid {
+        body: String,
+    },
+}
+
+/// A translation.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MotionSpec {
+    pub direction: [f64; 3],
+    pub displacement: SignalSpec,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub enum ResponseSpec {
+    Barrier,
+    Penalty,
+    Multiplier,
+}
+
+impl ResponseSpec {
+    /// Name as in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Barrier => "barrier",
+            Self::Penalty => "penalty",
+            Self::Multiplier => "multiplier",
+        }
+    }
+}

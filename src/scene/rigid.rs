@@ -1,0 +1,285 @@
+//! Rigid bodies of a scene: their shape, mass, weight, and the points that meet others.
+
+use super::builder::Builder;
+use super::error::SceneError;
+use super::quantity::{Angle, Density, Length, Speed, Spin};
+use super::signal::SignalSpec;
+use super::skin::NamedSkin;
+use crate::effect::affine_body::{AffineInertia, Rigidity};
+use crate::effect::contact::Point;
+use crate::effect::contact::placement::AffineFrame;
+use crate::effect::contact::shape::Shape;
+use crate::effect::dead_load::DeadLoad;
+use crate::math::tensor::{Mat3, Vec3};
+use crate::math::units::{self, Dimension};
+use crate::mesh::surface_file::read_surface;
+use crate::solve::Span;
+use crate::system::Effect;
+use nalgebra::{Rotation3, Unit};
+use serde::Deserialize;
+use std::path::{Path, PathBuf};
+
+/// Stiffness of a rigid body as a multiple of Young's modulus of the stiffest law [–].
+const STIFF: f64 = 1e4;
+/// Points around the rim of a cylinder.
+const RIM: usize = 24;
+/// Parts around a round body that is drawn.
+const ROUND: u32 = 48;
+
+/// A body that moves as a whole.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RigidSpec {
+    pub name: String,
+    pub shape: ShapeSpec,
+    pub density: Density,
+    pub gravity: Option<WeightSpec>,
+    /// At the start
+    pub velocity: Option<[Speed; 3]>,
+    /// At the start
+    pub spin: Option<[Spin; 3]>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WeightSpec {
+    pub direction: [f64; 3],
+    pub acceleration: SignalSpec,
+}
+
+/// A shape in space.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum ShapeSpec {
+    #[serde(skip)]
+    Floor {
+        point: [Length; 3],
+        normal: [f64; 3],
+    },
+    /// Turned about its middle, along the axes if `turn` is absent
+    Box {
+        min: [Length; 3],
+        max: [Length; 3],
+        turn: Option<TurnSpec>,
+    },
+    Sphere {
+        center: [Length; 3],
+        radius: Length,
+    },
+    Cylinder {
+        from: [Length; 3],
+        to: [Length; 3],
+        radius: Length,
+    },
+    Surface {
+        file: PathBuf,
+        unit: String,
+    },
+}
+
+/// A rotation by the right-hand rule.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TurnSpec {
+    pub axis: [f64; 3],
+    pub angle: Angle,
+}
+
+impl TurnSpec {
+    fn axes(&self) -> Result<Mat3, ShapeFault> {
+        let axis = Vec3::from(self.axis);
+        if axis.norm() == 0.0 || !axis.norm().is_finite() {
+            return Err(ShapeFault::Content("the axis of `turn` has no length".into(), "write for example [0, 1, 0]"));
+        }
+        Ok(Rotation3::from_axis_angle(&Unit::new_normalize(axis), self.angle.0).into_inner())
+    }
+}
+
+/// Why a shape cannot be built.
+pub(super) enum ShapeFault {
+    Content(String, &'static str),
+    Part(Box<dyn std::error::Error + Send + Sync>),
+}
+
+/// A rigid body of the system.
+pub struct RigidBody {
+    pub name: String,
+    pub shape: ShapeSpec,
+    pub frame: AffineFrame,
+    /// Velocity of the nodes at the start [m/s]
+    pub(super) start: [Vec3; 4],
+    /// Points of its surface at rest, each with the radius of a ball about it [m]
+    surface: Vec<(Vec3, f64)>,
+}
+
+fn vector(p: &[Length; 3]) -> Vec3 {
+    Vec3::new(p[0].0, p[1].0, p[2].0)
+}
+
+impl ShapeSpec {
+    /// The shape, and the origin and axes of its frame.
+    pub(super) fn build(&self, base: &Path) -> Result<(Shape, Vec3, Mat3), ShapeFault> {
+        let positive = |r: f64| {
+            let fact = || ShapeFault::Content(format!("the radius is {} mm", r * 1e3), "it must be positive");
+            if r > 0.0 { Ok(r) } else { Err(fact()) }
+        };
+        Ok(match self {
+            Self::Floor { point, normal } => {
+                let normal = Vec3::from(*normal);
+                if normal.norm() == 0.0 || !normal.norm().is_finite() {
+                    let remedy = "write for example [0, 0, 1]";
+                    return Err(ShapeFault::Content("the normal has no length".into(), remedy));
+                }
+                (Shape::floor(), vector(point), turn(&Vec3::z(), &normal))
+            }
+            Self::Box { min, max, turn } => {
+                let (low, high) = (vector(min), vector(max));
+                if (0..3).any(|i| low[i] >= high[i]) {
+                    let fact = "`min` is not below `max`".into();
+                    return Err(ShapeFault::Content(fact, "give the lower corner as `min`"));
+                }
+                let axes = turn.as_ref().map_or(Ok(Mat3::identity()), TurnSpec::axes)?;
+                (Shape::cuboid(0.5 * (high - low)), 0.5 * (low + high), axes)
+            }
+            Self::Sphere { center, radius } => (Shape::sphere(positive(radius.0)?), vector(center), Mat3::identity()),
+            Self::Cylinder { from, to, radius } => {
+                let axis = vector(to) - vector(from);
+                if axis.norm() == 0.0 {
+                    let fact = "`from` and `to` are the same point".into();
+                    return Err(ShapeFault::Content(fact, "give the two ends of the axis"));
+                }
+                let shape = Shape::cylinder(0.5 * axis.norm(), positive(radius.0)?);
+                (shape, 0.5 * (vector(from) + vector(to)), turn(&Vec3::y(), &axis))
+            }
+            Self::Surface { file, unit } => {
+                let fault = |e: Box<dyn std::error::Error + Send + Sync>| ShapeFault::Part(e);
+                let unit = units::parse(&format!("1 {unit}"), Dimension::LENGTH).map_err(|e| fault(e.into()))?;
+                let surface = read_surface(&base.join(file), unit).map_err(|e| fault(e.into()))?;
+                (Shape::surface(&surface).map_err(|e| fault(e.into()))?, Vec3::zeros(), Mat3::identity())
+            }
+        })
+    }
+}
+
+/// Axes that turn `from` into the direction of `to`.
+fn turn(from: &Vec3, to: &Vec3) -> Mat3 {
+    // Opposite directions have no shortest turn.
+    let flip = || Mat3::from_diagonal(&Vec3::new(1.0, -1.0, -1.0));
+    Rotation3::rotation_between(from, to).map_or_else(flip, |r| r.into_inner())
+}
+
+impl RigidBody {
+    /// The points of its surface that meet others.
+    pub(super) fn points(&self) -> Vec<Point> {
+        let area = self.frame.length.powi(2);
+        let point = |(at, radius): &(Vec3, f64)| Point {
+            at: *at,
+            nodes: self.frame.nodes.to_vec(),
+            weights: self.frame.weights(at).to_vec(),
+            area: area / self.surface.len() as f64,
+            radius: *radius,
+        };
+        self.surface.iter().map(point).collect()
+    }
+}
+
+impl Builder<'_> {
+    /// A rigid body on its four nodes, with its effects.
+    pub(super) fn rigid(
+        &mut self,
+        place: &str,
+        spec: &RigidSpec,
+        nodes: [u32; 4],
+        (spans, modulus): (&[Span], f64),
+        effects: &mut Vec<Box<dyn Effect>>,
+    ) -> Result<RigidBody, SceneError> {
+        if spec.density.0 <= 0.0 {
+            let fact = format!("the density is {} kg/m^3: a body without mass moves under no law", spec.density.0);
+            return Err(self.content(place, fact, "give a positive one"));
+        }
+        if let Some(k) = spans.iter().position(|s| s.integrator.is_static()) {
+            let fact = format!("the body is free, and nothing holds it in stage {} (static)", k + 1);
+            return Err(self.content(place, fact, "take a dynamic integrator such as \"bdf2\""));
+        }
+        if self.body.mesh.regions.contains_key(&spec.name) {
+            let fact = format!("the mesh has a region \"{}\" too", spec.name);
+            return Err(self.content(place, fact, "choose another name"));
+        }
+        self.check_name(place, &spec.name)?;
+        let (shape, origin, axes) = self.shape(place, &spec.shape)?;
+        let (mass, center, inertia) = shape.mass(spec.density.0);
+        let (center, inertia) = (origin + axes * center, axes * inertia * axes.transpose());
+        let volume = mass / spec.density.0;
+        let frame = AffineFrame { nodes, center, length: volume.cbrt() };
+        effects.push(Box::new(AffineInertia::new(format!("{}_inertia", spec.name), &frame, mass, &inertia)));
+        let stiffness = STIFF * modulus * volume;
+        effects.push(Box::new(Rigidity::new(format!("{}_rigidity", spec.name), frame.clone(), stiffness)));
+        if let Some(WeightSpec { direction, acceleration }) = &spec.gravity {
+            let column = format!("{}_acceleration_m_s2", spec.name);
+            let (direction, signal) = self.dead(place, *direction, acceleration, Dimension::ACCELERATION, column)?;
+            let name = format!("{}_weight", spec.name);
+            effects.push(Box::new(DeadLoad::new(name, &[(nodes[0], mass)], direction, signal)));
+        }
+        self.draw(place, &spec.name, &shape, (origin, axes), Some(&frame))?;
+        let surface = corners(&spec.shape, &shape).into_iter().map(|(p, r)| (origin + axes * p, r)).collect();
+        let velocity = spec.velocity.map_or(Vec3::zeros(), |v| Vec3::from(v.map(|v| v.0)));
+        let spin = spec.spin.map_or(Vec3::zeros(), |w| Vec3::from(w.map(|w| w.0)));
+        let start = frame.rest().map(|p| velocity + spin.cross(&(p - center)));
+        Ok(RigidBody { start, name: spec.name.clone(), shape: spec.shape.clone(), frame, surface })
+    }
+}
+
+impl Builder<'_> {
+    /// Bodies and obstacles are drawn beside the fields, like skins.
+    pub(super) fn draw(
+        &mut self,
+        place: &str,
+        name: &str,
+        shape: &Shape,
+        (origin, axes): (Vec3, Mat3),
+        carried: Option<&AffineFrame>,
+    ) -> Result<(), SceneError> {
+        let Some(mut surface) = shape.triangles(ROUND) else { return Ok(()) };
+        if self.skins.iter().any(|s| s.name == name) {
+            let fact = format!("another surface is called \"{name}\" too");
+            return Err(self.content(place, fact, "give each skin, rigid body and contact a `name` of its own"));
+        }
+        surface.points.iter_mut().for_each(|p| *p = origin + axes * *p);
+        let weights = |p: &Vec3| {
+            let of = |frame: &AffineFrame| frame.nodes.into_iter().zip(frame.weights(p)).collect();
+            carried.map_or(Vec::new(), of)
+        };
+        let weights = surface.points.iter().map(weights).collect();
+        self.skins.push(NamedSkin { name: name.into(), surface, weights });
+        Ok(())
+    }
+
+    /// Names of bodies and contacts are parts of the names of columns and files.
+    pub(super) fn check_name(&self, place: &str, name: &str) -> Result<(), SceneError> {
+        let fits = |c: char| c.is_alphanumeric() || "_-".contains(c);
+        if !name.is_empty() && name.chars().all(fits) {
+            return Ok(());
+        }
+        let fact = format!("\"{name}\" cannot be part of a file name");
+        Err(self.content(place, fact, "use letters, digits, \"-\" and \"_\""))
+    }
+}
+
+/// Points that make up a shape in its frame, with the radii of balls about them.
+fn corners(spec: &ShapeSpec, shape: &Shape) -> Vec<(Vec3, f64)> {
+    let Some([low, high]) = shape.bounds() else { return Vec::new() };
+    match spec {
+        ShapeSpec::Sphere { radius, .. } => vec![(Vec3::zeros(), radius.0)],
+        ShapeSpec::Cylinder { .. } => {
+            let angle = |k: usize| std::f64::consts::TAU * k as f64 / RIM as f64;
+            let rim =
+                |y: f64| (0..RIM).map(move |k| (Vec3::new(high.x * angle(k).cos(), y, high.x * angle(k).sin()), 0.0));
+            rim(low.y).chain(rim(high.y)).collect()
+        }
+        ShapeSpec::Surface { .. } => shape.triangles(0).into_iter().flat_map(|s| s.points).map(|v| (v, 0.0)).collect(),
+        _ => {
+            let corner = |k: usize| Vec3::from_fn(|i, _| if k >> i & 1 == 0 { low[i] } else { high[i] });
+            (0..8).map(|k| (corner(k), 0.0)).collect()
+        }
+    }
+}
