@@ -75,6 +75,7 @@ fn words_of_maps(a: &Analysis) -> impl Iterator<Item = String> {
             let n = |g: Grade| p.points.iter().filter(|q| q.grade == g).count();
             let parts = [
                 (n(Grade::Right), "right"),
+                (n(Grade::Unjudged), "without a reference"),
                 (n(Grade::Poor), "poor"),
                 (n(Grade::Wrong), "wrong without a word"),
                 (n(Grade::Stated), "stopped with a status"),

@@ -16,6 +16,7 @@ const LEGEND: f64 = 38.0;
 fn look(grade: Grade) -> (RGB, &'static str) {
     match grade {
         Grade::Right => (PALETTE[0], "right"),
+        Grade::Unjudged => (RGB(0xf0, 0xe4, 0x42), "no reference"),
         Grade::Poor => (PALETTE[5], "poor (within 10 %)"),
         Grade::Wrong => (PALETTE[1], "wrong, without a word"),
         Grade::Stated => (RGB(0xc8, 0xc8, 0xc8), "stopped, with a status"),
@@ -33,7 +34,7 @@ pub fn draw(map: &Map) -> Figure {
             let title = format!("({})  {}", char::from(b'a' + k.min(25) as u8), panel.label);
             text(area, &title, (mm(left), mm(TOP - 2.6)), At::Left, LABEL, INK);
         }
-        let grades = [Grade::Right, Grade::Poor, Grade::Wrong, Grade::Stated, Grade::Broken];
+        let grades = [Grade::Right, Grade::Unjudged, Grade::Poor, Grade::Wrong, Grade::Stated, Grade::Broken];
         let used = |g: &Grade| map.panels.iter().flat_map(|p| &p.points).any(|p| p.grade == *g);
         let entries: Vec<_> =
             grades.into_iter().filter(used).map(|g| (Sample::Block(look(g).0), look(g).1.to_string())).collect();

@@ -54,8 +54,10 @@ pub struct Point {
 #[derive(Clone, Copy, Debug, Serialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum Grade {
-    /// Within the tolerance of the study, or without a reference
+    /// Within the tolerance of the study
     Right,
+    /// Converged where the reference has no answer
+    Unjudged,
     /// Within 10 %
     Poor,
     /// An answer, and no word that it is wrong
@@ -72,7 +74,7 @@ impl Map {
     pub fn outcomes(&self) -> impl Iterator<Item = (String, Outcome)> {
         self.panels.first().into_iter().flat_map(|p| &p.points).map(|p| {
             let outcome = match p.grade {
-                Grade::Right => Outcome::Pass,
+                Grade::Right | Grade::Unjudged => Outcome::Pass,
                 Grade::Stated => Outcome::Refused,
                 Grade::Poor | Grade::Wrong | Grade::Broken => Outcome::Fail,
             };
@@ -144,7 +146,8 @@ fn point(map: &MapRecord, tolerance: f64, case: &StoredCase, at: [usize; 2], ref
         _ if !case.series.columns.values().all(finite) => Grade::Broken,
         (_, Some(e)) if e > POOR => Grade::Wrong,
         (_, Some(e)) if e > tolerance => Grade::Poor,
-        _ => Grade::Right,
+        (_, Some(_)) => Grade::Right,
+        (_, None) => Grade::Unjudged,
     };
     Point {
         case: r.id.clone(),
