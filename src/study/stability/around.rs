@@ -64,13 +64,18 @@ pub fn around(file: &Path, changes: &[(String, Value)]) -> Result<Around, SceneE
     };
     let dt = || axis("dt", "time step", "Δt/Δt₀", &STEPS, &|f| steps(&table, f));
     let load = || axis("load", "load", "s/s₀", &LOADS, &|f| loads(&table, f));
-    let mut maps = vec![of("dt-load", "Time step against load.", dt(), load(), &names)];
+    // Nothing can be said of a load that the scene has not, or of a ν that its laws do not take
+    let varies = |axis: &AxisSpec| !axis.values[0].as_table().is_none_or(Table::is_empty);
+    let mut maps = vec![];
+    if varies(&load()) {
+        maps.push(of("dt-load", "Time step against load.", dt(), load(), &names));
+    }
     let nu = axis("nu", "Poisson's ratio", "ν", &RATIOS, &|nu| ratios(&table, nu));
-    if !nu.values[0].as_table().is_none_or(Table::is_empty) {
+    if varies(&nu) {
         maps.push(of("dt-nu", "Time step against Poisson's ratio.", dt(), nu, &names));
     }
     let cells = axis("mesh", "cells", "N/N₀", &MESHES, &|f| cells(&table, f));
-    if !cells.values[0].as_table().is_none_or(Table::is_empty) {
+    if varies(&cells) && varies(&load()) {
         maps.push(of("mesh-load", "Mesh against load.", cells, load(), &names[..1]));
     }
     Ok(Around { variants, suites: vec![starts(file, &spec, &quantity)], maps })
