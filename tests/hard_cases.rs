@@ -274,3 +274,22 @@ fn the_suite_notices_what_is_switched_off() {
         assert_eq!(a.count(Outcome::Fail), 1, "{only} does not need {key}: {}", a.verdict);
     }
 }
+
+/// Around a scene: its signals, steps, ν and mesh are varied where it has them, and dynamic scenes stand beside the linearised step.
+#[test]
+fn maps_are_drawn_around_a_scene() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/hard-cases/scenes");
+    let around =
+        |name: &str| Study::read_around(&file(), Some(&folder.join(name)), &[]).unwrap_or_else(|e| panic!("{e}"));
+    let maps = |s: &Study| s.record.maps.iter().map(|m| m.family.clone()).collect::<Vec<_>>();
+    let beam = around("beam.toml");
+    assert_eq!(
+        (maps(&beam), beam.record.variants.len()),
+        (["dt-load", "dt-nu", "mesh-load"].map(String::from).into(), 1)
+    );
+    let case = |id: &str| beam.cases.iter().find(|c| c.id == id).unwrap_or_else(|| panic!("no case {id}"));
+    let text = &case("dt-load-converged-dt0.5_load3").text;
+    assert!(text.contains("dt = \"0.125 s\"") && text.contains("product"), "{text}");
+    let crumpled = around("crumpled.toml");
+    assert_eq!((maps(&crumpled), crumpled.record.variants.len()), (vec!["dt-nu".to_string()], 2));
+}
