@@ -593,7 +593,8 @@ fn graded(fine: f64, size: f64) -> TetMesh {
 /// Reference 17, Hertz (1882): a rigid sphere of radius R = 1 m on an elastic half-space, F = 4/3 E* √R d^{3/2} and
 /// p₀ = (6 F E*²/π³R²)^{1/3}, E* = E/(1 − ν²). Contact radius a = √(R d) = 0.05 R; the block of L = 4 R takes about ½ a/L = 0.6 % off
 /// the depth, and Hertz's parabola differs from the sphere by a²/R² = 0.25 %.
-/// With three cells of tet10 in the radius the force is 4 % high, and pressures of single nodes scatter by 5 %.
+/// Measured with three cells of tet10 in the radius: force 3.7 % high, pressure in the middle 4.7 %. The reference asks for 3 %, which is
+/// missed, and more than these estimates explain; a finer mesh hardly moves it. The bounds below keep what is there from getting worse.
 #[test]
 fn a_sphere_presses_by_hertz() {
     hertz(&["multiplier"]);

@@ -104,7 +104,7 @@ impl Scene {
             projection: n.projection,
         };
         let mut newton = Newton::new(&self.system, newton, self.body.mesh.diagonal());
-        newton.points.clone_from(&self.body.mesh.points);
+        newton.points.clone_from(&self.points);
         let steps = StepSettings { cuts: n.cuts, extrapolate: n.extrapolate };
         let mut stepper = Stepper::new(&self.system, newton, steps);
         stepper.points = &self.points;
