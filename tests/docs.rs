@@ -125,7 +125,7 @@ fn the_guide_names_every_key_of_a_scene_and_a_study() {
         assert!(scene.contains(sure), "the reader of the source missed {sure}: {scene:?}");
     }
     assert_eq!(missing(scene), Vec::<String>::new(), "not in docs/guide.md");
-    let types = ["MeshSpec", "GradingSpec", "GeneratorSpec", "ElementSpec", "SelectorSpec", "GridSpec", "DisturbSpec"];
+    let types = ["MeshSpec", "GradingSpec", "GeneratorSpec", "ElementSpec", "SelectorSpec", "GridSpec", "CopySpec", "DisturbSpec"];
     let mesh = keys_of(&text("src/scene/mesh_spec.rs"), &types);
     for sure in ["tet10", "sphere", "octant", "slivers"] {
         assert!(mesh.contains(sure), "the reader of the source missed {sure}: {mesh:?}");

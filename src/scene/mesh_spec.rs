@@ -1,6 +1,7 @@
 //! `[mesh]` of a scene.
 
 use super::quantity::{Angle, Length};
+use super::rigid::TurnSpec;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -37,6 +38,9 @@ pub struct MeshSpec {
     pub grid: Option<GridSpec>,
     #[serde(default)]
     pub element: ElementSpec,
+    /// The bodies of the scene, if it has several
+    #[serde(rename = "copy", default)]
+    pub copies: Vec<CopySpec>,
     /// Made worse on purpose
     pub disturb: Option<DisturbSpec>,
     /// Regions by selectors, where the file has no groups
@@ -117,6 +121,20 @@ pub enum GridSpec {
     Octant { inner: Length, outer: Length, divisions: [usize; 2] },
     /// Along z: `zmin`, `zmax`, `side`; divisions of the radius and of the length
     Cylinder { radius: Length, length: Length, divisions: [usize; 2] },
+}
+
+/// One body of several: the mesh, or a grid of its own, mirrored, then turned, then shifted.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CopySpec {
+    /// Its regions are `name.region`
+    pub name: String,
+    pub grid: Option<GridSpec>,
+    /// Normal of the plane of the mirror, through the origin
+    pub mirror: Option<[f64; 3]>,
+    /// About the origin
+    pub turn: Option<TurnSpec>,
+    pub shift: Option<[Length; 3]>,
 }
 
 /// How a mesh is made worse, for robustness studies.

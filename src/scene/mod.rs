@@ -12,6 +12,7 @@ mod contact;
 pub mod contact_record;
 pub mod contact_spec;
 pub mod control;
+mod copies;
 mod course;
 mod cover;
 mod describe;

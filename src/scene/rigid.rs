@@ -86,7 +86,7 @@ pub struct TurnSpec {
 }
 
 impl TurnSpec {
-    fn axes(&self) -> Result<Mat3, ShapeFault> {
+    pub(super) fn axes(&self) -> Result<Mat3, ShapeFault> {
         let axis = Vec3::from(self.axis);
         if axis.norm() == 0.0 || !axis.norm().is_finite() {
             return Err(ShapeFault::Content("the axis of `turn` has no length".into(), "write for example [0, 1, 0]"));
