@@ -4,7 +4,7 @@ mod common;
 
 use common::{ORDERS, Random, column, largest, run, scene};
 use durometer::effect::contact::barrier::Barrier;
-use durometer::effect::contact::friction::ContactFriction;
+use durometer::effect::contact::friction::{ContactFriction, Coulomb};
 use durometer::effect::contact::multiplier::Multiplier;
 use durometer::effect::contact::penalty::Penalty;
 use durometer::effect::contact::placement::{AffineFrame, Obstacle};
@@ -162,8 +162,11 @@ fn balance(effect: &Pressed<Barrier>, x: &[f64], r: &[f64], label: &str) {
 fn friction_obeys_coulomb() {
     let contact = pair(Shape::floor(), false, false);
     let pressing = Arc::new(Pressed { contact: contact.clone(), response: Penalty { stiffness: 5.0 } });
-    let friction =
-        |creep| ContactFriction { name: "f".into(), pressing: pressing.clone(), coefficient: 0.4, creep, slip: 1.0 };
+    let friction = |creep| ContactFriction {
+        name: "f".into(),
+        pressing: pressing.clone(),
+        law: Coulomb { coefficient: 0.4, creep, slip: 1.0 },
+    };
     let mut random = Random(3);
     let (mut slid, mut stuck) = (0, 0);
     for _ in 0..100 {
@@ -478,7 +481,7 @@ tolerance = 1e-10
         let mut momenta = Vec::new();
         let run = scene.run(&mut |_| true, &mut |state| {
             momenta.push(mass.iter().enumerate().map(|(k, m)| m * state.v[3 * k]).sum::<f64>());
-            let (b, gap) = scene.contacts[0].contact().deepest(&state.x).expect("points");
+            let (b, gap) = scene.contacts[0].points().expect("points").deepest(&state.x).expect("points");
             assert!(gap > 0.0, "{speed} m/s: point {b} is inside");
             assert!(scene.positions(&state.x).iter().all(|p| p.x < 0.02), "{speed} m/s: beyond the wall");
         });
@@ -529,7 +532,7 @@ max_iterations = 200
     let scene = scene(mesh, &text);
     let mut least = f64::INFINITY;
     let run = scene.run(&mut |_| true, &mut |state| {
-        least = least.min(scene.contacts[0].contact().deepest(&state.x).expect("points").1);
+        least = least.min(scene.contacts[0].points().expect("points").deepest(&state.x).expect("points").1);
     });
     (run.status, least)
 }
@@ -653,7 +656,7 @@ dt = "1 s"
         let force = 4.0 * -last(&run, "ball_force_z_N");
         let hertz = 4.0 / 3.0 * modulus * f64::sqrt(radius) * f64::powf(depth, 1.5);
         let peak = (6.0 * force * modulus * modulus / (std::f64::consts::PI.powi(3) * radius * radius)).cbrt();
-        let contact = scene.contacts[0].contact();
+        let contact = scene.contacts[0].points().expect("points");
         let forces = scene.contacts[0].forces(&run.last.x, None);
         // The mean over a part of the contact, for p = p₀ √(1 − r²/a²)
         let a = (radius * depth).sqrt();
@@ -710,8 +713,8 @@ friction = 0.3
     let mesh = || block(3, 3, 3, 0.01, 0.01, 0.01, Order::Linear);
     let (with, without) = (scene(mesh(), &text(far)), scene(mesh(), &text("")));
     let (a, b) = (run(&with), run(&without));
-    let counts = with.contacts[0].contact().counts();
-    assert_eq!((counts.tested, counts.active), (with.contacts[0].contact().points.len(), 0));
+    let counts = with.contacts[0].points().expect("points").counts();
+    assert_eq!((counts.tested, counts.active), (with.contacts[0].points().expect("points").points.len(), 0));
     assert_eq!(with.system.pattern.nnz(), without.system.pattern.nnz());
     assert_eq!(a.last.x, b.last.x, "the same bits");
 }

@@ -5,7 +5,7 @@ use super::build::{Body, part};
 use super::error::SceneError;
 use super::grid::{grid, mesh_hash};
 use super::mesh_spec::{CopySpec, MeshSpec};
-use super::rigid::{ShapeFault, TurnSpec};
+use super::shape::{ShapeFault, TurnSpec};
 use crate::math::tensor::{Mat3, Vec3};
 use crate::mesh::generate::CablePath;
 use crate::mesh::overlap::overlap;

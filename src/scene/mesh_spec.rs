@@ -1,7 +1,7 @@
 //! `[mesh]` of a scene.
 
 use super::quantity::{Angle, Length};
-use super::rigid::TurnSpec;
+use super::shape::TurnSpec;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
