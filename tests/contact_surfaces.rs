@@ -481,14 +481,14 @@ fn momentum_stays_and_energy_does_not_grow() {
         pressed |= column(&run, "between_points").iter().any(|n| *n > 0.0);
         assert!(pressed);
         let first = momentum[0];
-        for p in &momentum {
-            assert!((p - first).norm() < 1e-8 * first.norm(), "{ratio}: {:.1e}", (p - first).norm() / first.norm());
-        }
+        let drift = momentum.iter().map(|p| (p - first).norm() / first.norm()).fold(0.0, f64::max);
+        assert!(drift < 1e-8, "{ratio}: {drift:.1e}");
         let [elastic, kinetic] = ["elastic_J", "kinetic_J"].map(|c| column(&run, c));
         // ½ m v² of the upper block, whose volume is 1 cm³.
         let whole = 0.5e-3 * ratio * (1.0 + 0.1f64.powi(2) + 0.05f64.powi(2));
         let worst = elastic.iter().zip(&kinetic).map(|(e, k)| (e + k) / whole).fold(0.0, f64::max);
         assert!(worst < 1.0 + 1e-8, "{ratio}: {worst}");
+        println!("mass ratio {ratio}: momentum {drift:.1e}, energy {worst:.6}, {} iterations", run.totals.iterations);
         assert_eq!(crossings(&scene.body.mesh, &run.last.x, true), 0);
     }
 }
