@@ -95,6 +95,13 @@ impl Surfaces {
         self.second.is_none()
     }
 
+    /// Are both of one body, and next to each other?
+    pub fn is_joined(&self) -> bool {
+        let Some(second) = &self.second else { return true };
+        let own: Vec<u32> = self.first.nodes().collect();
+        second.nodes().any(|k| own.binary_search(&k).is_ok())
+    }
+
     fn passes(&self) -> Vec<Pass<'_>> {
         let pass = |points, triangles| Pass { points, triangles };
         match &self.second {
