@@ -204,6 +204,7 @@ impl<'a> Tracer<'a> {
         let (force, gap) = (self.system.restrict(&newton.sums.r), newton.sums.g.clone());
         self.evaluate(newton, past, next, Want::Tangent)?;
         let now = self.system.restrict(&newton.sums.r);
+        newton.fit_factor(self.system);
         newton.factor.factorise(&newton.sums.k).map_err(Failure::Linear)?;
         let schur = newton.schur(self.system)?;
         let n = now.len();

@@ -1,11 +1,9 @@
 //! What an effect or a constraint is, and what it sees.
 
 use super::rows::{Cone, Piece, Rows};
-use super::{Batched, Meeting, Past, Skew};
-use crate::material::LawError;
+use super::{Batched, EvalError, Meeting, Past, Skew};
 pub use crate::material::Want;
 use crate::math::signal::{Clock, Ramp};
-use std::fmt;
 
 /// All that changes during a run. Cloning it is a checkpoint, dropping it a cut step. SI units.
 #[derive(Clone, Debug, PartialEq)]
@@ -187,65 +185,6 @@ impl Local {
         self.r[..n].fill(0.0);
         if want == Want::Tangent {
             self.k[..n * n].fill(0.0);
-        }
-    }
-}
-
-/// An effect that is not defined at this state: the step must be shortened.
-#[derive(Clone, Debug, PartialEq)]
-pub enum EvalError {
-    /// det F ≤ 0 at a quadrature point of a law that needs J > 0
-    Inverted { effect: String, cell: usize, j: f64 },
-    /// Stretched to where the law ends (fully stretched chains): Ī₁ − 3 = i ≥ limit [–]
-    Locked { effect: String, cell: usize, i: f64, limit: f64 },
-    /// Two consecutive guides coincide: the direction of the cable is undefined
-    Degenerate { effect: String, segment: usize },
-    /// The two nodes of an edge coincide: its direction is undefined
-    Coincident { effect: String, nodes: [u32; 2] },
-    /// A point of the surface is on the wrong side of an obstacle [m]
-    Crossed { effect: String, node: u32, gap: f64 },
-}
-
-impl fmt::Display for EvalError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Inverted { effect, cell, j } => write!(f, "{effect}: cell {cell} is inverted (J = {j:.3e})"),
-            Self::Locked { effect, cell, i, limit } => {
-                write!(
-                    f,
-                    "{effect}: cell {cell} is stretched beyond the range of its law (Ī₁ − 3 = {i:.3e}, limit {limit:.3e})"
-                )
-            }
-            Self::Degenerate { effect, segment } => {
-                write!(f, "{effect}: the ends of segment {segment} coincide")
-            }
-            Self::Coincident { effect, nodes: [i, j] } => write!(f, "{effect}: nodes {i} and {j} coincide"),
-            Self::Crossed { effect, node, gap } => {
-                write!(f, "{effect}: the surface is {:.3e} m inside of the obstacle at node {node}", -gap)
-            }
-        }
-    }
-}
-
-impl std::error::Error for EvalError {}
-
-impl EvalError {
-    /// Effect, cell and node that it is about.
-    pub fn place(&self) -> (&str, Option<usize>, Option<u32>) {
-        match self {
-            Self::Inverted { effect, cell, .. } | Self::Locked { effect, cell, .. } => (effect, Some(*cell), None),
-            Self::Degenerate { effect, .. } => (effect, None, None),
-            Self::Coincident { effect, nodes } => (effect, None, Some(nodes[0])),
-            Self::Crossed { effect, node, .. } => (effect, None, Some(*node)),
-        }
-    }
-
-    /// Of a law at a quadrature point of a cell.
-    pub fn of_law(effect: &str, cell: usize, error: LawError) -> Self {
-        let effect = effect.to_string();
-        match error {
-            LawError::Inverted { j } => Self::Inverted { effect, cell, j },
-            LawError::Locked { i, limit } => Self::Locked { effect, cell, i, limit },
         }
     }
 }

@@ -12,12 +12,14 @@ mod projection;
 mod rows;
 mod scatter;
 mod skew;
+mod undefined;
 
 pub use assembly::{Assembled, Cost, System, SystemError};
 pub use batch::{Batch, Batched};
-pub use contract::{At, Blocks, Constraint, Effect, EvalError, Limit, Local, Needs, Rates, Role, State, Want};
+pub use contract::{At, Blocks, Constraint, Effect, Limit, Local, Needs, Rates, Role, State, Want};
 pub use derivative::{Direction, Past, Term};
 pub use dofs::{Dofs, Prescribed};
 pub use meeting::Meeting;
 pub use rows::{Cone, Form, Piece, Rows, between, pieces};
 pub use skew::Skew;
+pub use undefined::EvalError;

@@ -2,9 +2,13 @@
 
 use crate::effect::contact::{Point, Sampling, points};
 use crate::math::tensor::Vec3;
-use crate::mesh::TetMesh;
 use crate::mesh::flat::edges;
+use crate::mesh::{Order, TetMesh};
 use std::collections::BTreeMap;
+
+/// Shares of their area that the nodes of curved facets have as guards, where the surface is flat and where it is sharp [–].
+const FLAT: f64 = 1e-3;
+const SHARP: f64 = 0.1;
 
 /// An edge of flat triangles.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,8 +52,22 @@ impl Surface {
             };
             Edge { nodes, area: normals.iter().map(Vec3::norm).sum::<f64>() / 3.0, sharp }
         };
-        let edges = edges(&triangles).into_iter().map(edge).collect();
-        Self { points: points(mesh, facets, Sampling::Pressures), triangles, edges, sides, stars }
+        let edges: Vec<Edge> = edges(&triangles).into_iter().map(edge).collect();
+        let mut points = points(mesh, facets, Sampling::Pressures);
+        if mesh.order == Order::Quadratic {
+            let mut sharp = BTreeMap::<u32, f64>::new();
+            for (k, e) in edges.iter().flat_map(|e| e.nodes.map(|k| (k, e))) {
+                let known = sharp.entry(k).or_default();
+                *known = known.max(e.sharp);
+            }
+            for point in &mut points {
+                let Some(at) = point.weights.iter().position(|w| *w == 1.0) else { continue };
+                let node = point.nodes[at];
+                let area = stars[&node].iter().map(|t| normal(t).norm()).sum::<f64>() / 3.0;
+                point.area = area * (FLAT + (SHARP - FLAT) * sharp[&node]);
+            }
+        }
+        Self { points, triangles, edges, sides, stars }
     }
 
     /// Nodes, ascending.
