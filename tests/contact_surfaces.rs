@@ -52,10 +52,8 @@ fn pressed(mesh: &TetMesh, reach: f64) -> PressedSurfaces {
 /// Energy, force at all nodes, and K, all terms together.
 fn whole(pressed: &PressedSurfaces, x: &[f64], want: Want) -> (f64, Vec<f64>, Vec<Vec<f64>>) {
     let n = x.len();
-    let (mut energy, mut r, mut k) = (0.0, vec![0.0; n], vec![Vec::new(); 0]);
-    if want == Want::Tangent {
-        k = vec![vec![0.0; n]; n];
-    }
+    let rows = if want == Want::Tangent { n } else { 0 };
+    let (mut energy, mut r, mut k) = (0.0, vec![0.0; n], vec![vec![0.0; n]; rows]);
     for term in pressed.surfaces.terms(x).iter() {
         let local = eval(pressed, x, term, want);
         energy += local.energy;
@@ -118,9 +116,8 @@ fn forces_and_tangents_are_derivatives() {
                 if jumps {
                     continue;
                 }
-                for i in 0..x.len() {
-                    let slope = (above.1[i] - below.1[i]) / (2.0 * h);
-                    let entry = k[i][dof];
+                for (i, row) in k.iter().enumerate() {
+                    let (slope, entry) = ((above.1[i] - below.1[i]) / (2.0 * h), row[dof]);
                     assert!(
                         (slope - entry).abs() < 1e-5 * stiff,
                         "{order:?} {case}, K[{i}, {dof}]: {slope} and {entry}"
@@ -344,15 +341,15 @@ fn crossings(mesh: &TetMesh, x: &[f64], two: bool) -> usize {
     edges.iter().map(through).sum()
 }
 
-/// Reference: a uniform stress. Of the points of one surface each carries p ∫ N_a dA, whatever the mesh; what the other one gets from them
-/// is a sum over points instead of an integral. So the mean over the interface is right, and the stress next to it is uneven where the
-/// meshes do not match: the answer says by how much.
+/// Reference: a uniform stress, in which the interface stays plane. Of the points of one surface each carries p ∫ N_a dA, whatever the mesh; what the
+/// other one gets from them is a sum over points instead of an integral, on tet10 with the weights of flat triangles. Where meshes match only the
+/// sharp edges at the corners disturb it. The force is that of the reaction. Bounds: a few times what was measured, which is what is claimed.
 #[test]
 fn a_uniform_pressure_through_meshes_that_do_not_match() {
     for (element, lower, upper, bound) in [
-        ("tet4", [3, 3, 3], [3, 3, 3], 1e-4),
-        ("tet4", [3, 3, 3], [4, 4, 3], 0.2),
-        ("tet10", [2, 2, 2], [3, 3, 2], 0.2),
+        ("tet4", [3, 3, 3], [3, 3, 3], 2e-3),
+        ("tet4", [3, 3, 3], [4, 4, 3], 1e-2),
+        ("tet10", [2, 2, 2], [3, 3, 2], 5e-2),
     ] {
         let scene = squeezed(lower, upper, element, "");
         let run = common::run(&scene);
@@ -435,8 +432,8 @@ dt = "0.25 s"
     assert!(stiff < 3e-3 && stiff < 0.1 * soft, "{soft} {stiff}");
 }
 
-/// Dynamics, with density, velocity of the upper block [m/s] downwards and mass ratio.
-fn impact(ratio: f64, sideways: &str, extra: &str, friction: f64, end: &str) -> Scene {
+/// The upper block, so many times heavier, is thrown at the lower one; both are free.
+fn impact(ratio: f64, friction: f64) -> Scene {
     let inertia = |region: &str, density: f64| {
         format!(
             "[[effect]]\nkind = \"inertia\"\nregion = \"{region}\"\ndensity = \"{density} kg/m^3\"\nmass = \"lumped\"\n"
@@ -446,17 +443,17 @@ fn impact(ratio: f64, sideways: &str, extra: &str, friction: f64, end: &str) -> 
         r#"{ELASTIC}{}{}{}
 [start.moving]
 region = "upper.body"
-velocity = ["{sideways}", "0.1 m/s", "-1 m/s"]
+velocity = ["0.05 m/s", "0.1 m/s", "-1 m/s"]
 [[stage]]
 integrator = "implicit_euler"
-duration = "{end}"
+duration = "3 ms"
 dt = "0.1 ms"
 [[probe]]
 kind = "energy"
 [numerics]
 max_iterations = 200
 tolerance = 1e-11
-{extra}"#,
+"#,
         inertia("lower.body", 1000.0),
         inertia("upper.body", 1000.0 * ratio),
         contact(friction, ""),
@@ -469,8 +466,8 @@ tolerance = 1e-11
 #[test]
 fn momentum_stays_and_energy_does_not_grow() {
     for (ratio, friction) in [(1.0, 0.0), (1e3, 0.3)] {
-        let scene = impact(ratio, "0.05 m/s", "", friction, "3 ms");
-        let (mut momentum, mut pressed) = (Vec::<Vec3>::new(), false);
+        let scene = impact(ratio, friction);
+        let mut momentum = Vec::<Vec3>::new();
         let masses = masses(&scene.body.mesh, ratio);
         let mut take = |state: &durometer::system::State| {
             let v = |k: usize| Vec3::from_column_slice(&state.v[3 * k..3 * k + 3]);
@@ -478,8 +475,7 @@ fn momentum_stays_and_energy_does_not_grow() {
         };
         let run = scene.run(&mut |_| true, &mut take);
         assert_eq!(run.status, Status::Converged, "{ratio}");
-        pressed |= column(&run, "between_points").iter().any(|n| *n > 0.0);
-        assert!(pressed);
+        assert!(column(&run, "between_points").iter().any(|n| *n > 0.0));
         let first = momentum[0];
         let drift = momentum.iter().map(|p| (p - first).norm() / first.norm()).fold(0.0, f64::max);
         assert!(drift < 1e-8, "{ratio}: {drift:.1e}");

@@ -56,7 +56,7 @@ pub fn candidates(
     for (k, Edge { nodes, .. }) in (0..).zip(first) {
         for other in near(&tree, over(nodes), radius) {
             let shared = second[other as usize].nodes.iter().any(|n| nodes.contains(n));
-            if !shared && !(itself && other <= k) {
+            if !(shared || itself && other <= k) {
                 found.edges.push([k, other]);
             }
         }

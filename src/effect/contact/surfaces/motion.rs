@@ -8,9 +8,10 @@ use super::candidates::{Candidates, candidates};
 use super::terms::{between, to_triangle};
 use super::{Surfaces, farthest};
 use crate::effect::contact::placement::moved;
-use crate::effect::contact::{ADVANCES, LEFT};
+use crate::effect::contact::{ADVANCES, LEFT, Point};
 use crate::math::tensor::Vec3;
 use crate::system::Limit;
+use std::sync::Arc;
 use std::time::Instant;
 
 /// A point and a triangle, or two edges: four places and how they move.
@@ -99,7 +100,7 @@ impl Surfaces {
     }
 
     /// Pairs that may come nearer than the reach on the way: those that are known, where the margin covers it.
-    fn in_reach_of(&self, x: &[f64], dx: &[f64]) -> std::sync::Arc<Candidates> {
+    fn in_reach_of(&self, x: &[f64], dx: &[f64]) -> Arc<Candidates> {
         let here = self.displacements(x);
         let there: Vec<Vec3> = here.iter().zip(self.displacements(dx)).map(|(a, d)| a + d).collect();
         let mut known = self.known.lock().expect("no evaluation panics");
@@ -111,11 +112,11 @@ impl Surfaces {
             return known.candidates.clone();
         }
         let along = |from: Vec3, motion: Vec3| (from.inf(&(from + motion)), from.sup(&(from + motion)));
-        let of_point = |p: &crate::effect::contact::Point| {
+        let of_point = |p: &Point| {
             let motion = p.nodes.iter().zip(&p.weights).map(|(&k, w)| moved(dx, k) * *w).sum();
             along(self.place(x, p), motion)
         };
         let of_node = |k: u32| along(self.node(x, k), moved(dx, k));
-        std::sync::Arc::new(candidates(&self.passes(), self.reach, &of_point, &of_node))
+        Arc::new(candidates(&self.passes(), self.reach, &of_point, &of_node))
     }
 }

@@ -113,7 +113,7 @@ impl Cross {
         let own = |w: &Vec3| (Mat3::identity() * w.norm_squared() - w * w.transpose()) * 2.0;
         let mixed =
             |u: &Vec3, v: &Vec3| (u * v.transpose() * 2.0 - v * u.transpose() - Mat3::identity() * u.dot(v)) * 2.0;
-        let sign = if (k + l) % 2 == 0 { 1.0 } else { -1.0 };
+        let sign = if (k + l).is_multiple_of(2) { 1.0 } else { -1.0 };
         let block = match (k < 2, l < 2) {
             (true, true) => own(v),
             (false, false) => own(u),
