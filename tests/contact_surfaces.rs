@@ -208,7 +208,7 @@ fn friction_balances() {
         for term in pressed.surfaces.terms(&x).iter().filter(|t| t.weight > 0.0) {
             let mut local = Local::new(3 * term.touch.nodes.len());
             friction.add(&at, term, Want::Residual, &mut local);
-            let Some(press) = pressed.press(term) else { continue };
+            let Some(press) = pressed.press(&x, term) else { continue };
             let force = |k: usize| Vec3::from_column_slice(&local.r[3 * k..3 * k + 3]);
             let n = term.touch.nodes.len();
             let total: Vec3 = (0..n).map(force).sum();

@@ -28,8 +28,7 @@ pub struct Candidates {
 /// A box [least, most].
 pub type Span = (Vec3, Vec3);
 
-/// Of positions `spans`, by points and by nodes, where boxes that are nearer than `radius` count. Self-contact meets each pair of
-/// edges once.
+/// Pairs whose boxes are nearer than `radius`, from the boxes of points and of nodes. Of one surface each pair of edges is met once.
 pub fn candidates(
     passes: &[Pass],
     radius: f64,

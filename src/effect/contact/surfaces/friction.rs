@@ -1,4 +1,4 @@
-//! Coulomb friction between surfaces: that of [`friction`](crate::effect::contact::friction) on the terms of points.
+//! Coulomb friction between surfaces: that of [`friction`](crate::effect::contact::friction) on every term.
 
 use super::Term;
 use super::pressed::PressedSurfaces;
@@ -27,7 +27,7 @@ impl SurfaceFriction {
     /// Adds the friction of a term to a block of its nodes.
     pub fn add(&self, at: &At, term: &Term, want: Want, out: &mut Local) {
         // A term that is taken away again, beside a concave edge, takes its friction away too.
-        let Some(press) = self.pressing.press(term) else { return };
+        let Some(press) = self.pressing.press(at.x, term) else { return };
         self.law.add(at, &term.touch.nodes, &press, 3 * term.touch.nodes.len(), want, out);
     }
 }

@@ -8,9 +8,10 @@
 //! triangles surround, so that a point over a flat or convex surface feels one distance, not one of each triangle. Terms of the same
 //! nearest feature are added before anything else. Both surfaces carry half of the pressure.
 //!
-//! Edges are guards: w is a hundredth of their area where a surface is flat, and all of it where both are sharp; m(c) = 2c/ε − c²/ε² for c < ε makes parallel ones vanish smoothly (Li et al.,
-//! Incremental potential contact, ACM TOG 39, 2020, §5.2, ε a thousandth of |u|²|v|² at rest). Weights by area and the sum over features are
-//! those of Li et al., Convergent incremental potential contact (2023). Detection along the step is additive (Li, Kaufman & Jiang 2021, §4).
+//! Edges are guards: w is a hundredth of their area where a surface is flat, and all of it where both are sharp;
+//! m(c) = 2c/ε − c²/ε² for c < ε makes parallel ones vanish smoothly (Li et al., Incremental potential contact, ACM TOG 39, 2020,
+//! §5.2, ε a thousandth of |u|²|v|² at rest). Weights by area and the sum over features are those of Li et al., Convergent
+//! incremental potential contact (2023). Detection along the step is additive (Li, Kaufman & Jiang 2021, §4).
 //!
 //! Candidates are kept until the motion has used up their margin; what they are never decides what comes out.
 //! Limits: parts that share a node do not meet. A curved facet is four flat triangles to the points of the other surface.
@@ -91,6 +92,7 @@ impl Surfaces {
         self.first.points.len() + self.second.as_ref().map_or(0, |s| s.points.len())
     }
 
+    /// Has it one surface?
     pub fn meets_itself(&self) -> bool {
         self.second.is_none()
     }

@@ -46,13 +46,8 @@ impl PressedSurfaces {
             term.touch.add((first, second), want, out);
             return Ok(());
         };
-        let n = [0, 1, 2, 3].map(|k| self.surfaces.node(x, term.touch.nodes[k]));
-        let cross = Cross { u: n[1] - n[0], v: n[3] - n[2] };
-        let y = cross.value() / blunt;
-        let [m, slope, bend] = match y < 1.0 {
-            true => [2.0 * y - y * y, (2.0 - 2.0 * y) / blunt, -2.0 / (blunt * blunt)],
-            false => [1.0, 0.0, 0.0],
-        };
+        let cross = self.cross(x, term);
+        let [m, slope, bend] = cross.bluntness(blunt);
         out.energy += m * energy;
         term.touch.add((m * first, m * second), want, out);
         if slope == 0.0 {
@@ -81,11 +76,16 @@ impl PressedSurfaces {
         Ok(())
     }
 
-    /// The force of a point's term, as friction sees it; none of two edges, which are guards.
-    pub fn press(&self, term: &Term) -> Option<Press> {
-        let [_, first, _] = self.potential(term).ok().filter(|_| term.point.is_some())?;
-        let (normal, shares) = (term.touch.normal(), term.touch.shares.clone());
-        (first != 0.0).then_some(Press { force: -first, normal, shares })
+    /// The force of a term, as friction sees it.
+    pub fn press(&self, x: &[f64], term: &Term) -> Option<Press> {
+        let [_, first, _] = self.potential(term).ok()?;
+        let force = -first * term.blunt.map_or(1.0, |blunt| self.cross(x, term).bluntness(blunt)[0]);
+        (force != 0.0).then(|| Press { force, normal: term.touch.normal(), shares: term.touch.shares.clone() })
+    }
+
+    fn cross(&self, x: &[f64], term: &Term) -> Cross {
+        let n = [0, 1, 2, 3].map(|k| self.surfaces.node(x, term.touch.nodes[k]));
+        Cross { u: n[1] - n[0], v: n[3] - n[2] }
     }
 }
 
@@ -98,6 +98,12 @@ struct Cross {
 impl Cross {
     fn value(&self) -> f64 {
         self.u.cross(&self.v).norm_squared()
+    }
+
+    /// m, m′, m″ at c.
+    fn bluntness(&self, blunt: f64) -> [f64; 3] {
+        let y = self.value() / blunt;
+        if y < 1.0 { [2.0 * y - y * y, (2.0 - 2.0 * y) / blunt, -2.0 / (blunt * blunt)] } else { [1.0, 0.0, 0.0] }
     }
 
     /// ∂c by the four nodes.

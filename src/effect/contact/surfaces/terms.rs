@@ -158,7 +158,6 @@ impl Surfaces {
             }
         };
         let shares = point.weights.iter().copied().chain(weights.iter().map(|w| -w)).collect();
-        // A point of a curved facet is where its nodes put it, with its weights.
         Touch::new([point.nodes.clone(), nodes].concat(), |k| self.node(x, k), shares, slopes)
     }
 
