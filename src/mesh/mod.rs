@@ -9,6 +9,7 @@ pub mod element;
 pub mod embed;
 pub mod generate;
 mod geometry;
+pub mod graded;
 mod msh;
 pub mod quadrature;
 pub mod quality;
