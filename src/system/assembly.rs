@@ -255,6 +255,11 @@ impl System {
         Ok(())
     }
 
+    /// Is there contact?
+    pub fn touches(&self) -> bool {
+        self.effects.iter().any(|e| matches!(e.role(), super::Role::Touching))
+    }
+
     /// The longest part of the motion dx from x that all effects allow; None where that is all of it.
     pub fn max_step(&self, x: &[f64], dx: &[f64]) -> Option<(&str, Limit)> {
         let limits = self.effects.iter().filter_map(|e| Some((e.name(), e.max_step(x, dx)?)));
