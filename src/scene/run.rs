@@ -292,7 +292,7 @@ impl Scene {
 
     /// Names of the recorded columns.
     pub fn columns(&self) -> Vec<String> {
-        columns(&self.probes, &self.cables, &self.cavities, &self.contacts)
+        columns(&self.probes, &self.cables, &self.cavities, (&self.rigids, &self.contacts))
     }
 
     pub(super) fn record(
@@ -307,7 +307,8 @@ impl Scene {
         let probes = self.probes.iter().flat_map(|p| p.record(&moment));
         let cables = self.cables.iter().flat_map(|c| c.record(state));
         let cavities = self.cavities.iter().flat_map(|c| record_cavity(c, state));
-        let contacts = self.contacts.iter().flat_map(|c| c.record(&state.x, step));
+        let rigids = self.rigids.iter().flat_map(|b| b.record(&state.x));
+        let contacts = rigids.chain(self.contacts.iter().flat_map(|c| c.record(&state.x, step)));
         let last = std::iter::once(iterations as f64);
         std::iter::once(state.t).chain(probes).chain(cables).chain(cavities).chain(contacts).chain(last).collect()
     }
