@@ -125,8 +125,8 @@ impl Scene {
     /// Assembles the scene on its mesh. `file` is the scene file: paths are relative to it.
     pub fn build(file: &Path, spec: SceneSpec, text: String, body: Arc<Body>) -> Result<Self, SceneError> {
         let mut builder = Builder::new(file, &spec, body.clone())?;
-        builder.check_numerics(&spec.numerics)?;
         let spans = builder.spans(&spec.stages)?;
+        builder.check_numerics(&spec.numerics, &spans)?;
         builder.continue_signals(&spans);
         builder.check_rates(&spec, &spans)?;
         builder.attach_skins(&spec.skins)?;

@@ -50,7 +50,7 @@ pub enum CourseError {
     Damaged { file: PathBuf, fact: String },
 }
 
-const FORMAT: &str = "durometer state 1";
+const FORMAT: &str = "durometer state 2";
 /// Keys of a scene that a restart may change: they do not say what is simulated.
 const FREE: [&str; 4] = ["title", "numerics", "output", "compare"];
 
@@ -65,6 +65,7 @@ struct Head {
     span: usize,
     step: usize,
     degree: usize,
+    level: u32,
     totals: Totals,
     control: ControlMemory,
     cables: CableLog,
@@ -105,6 +106,7 @@ impl Course {
             span: self.span,
             step: self.step,
             degree: self.memory.degree,
+            level: self.memory.level,
             totals: self.memory.totals,
             control: self.control.clone(),
             cables: self.cables.clone(),
@@ -208,7 +210,7 @@ impl Course {
             span: head.span,
             step: head.step,
             decided: true,
-            memory: Memory { recent, degree: head.degree, stiffness, kept, totals: head.totals },
+            memory: Memory { recent, degree: head.degree, level: head.level, stiffness, kept, totals: head.totals },
             control: head.control,
             ledger: Ledger { energies, effect, g, residual },
             cables: head.cables,

@@ -1,6 +1,6 @@
 //! `[numerics]`: what decides how a scene is solved, never what it is.
 
-use super::quantity::Time;
+use super::quantity::{Length, Time};
 use serde::Deserialize;
 
 #[derive(Clone, Debug, Deserialize)]
@@ -14,6 +14,8 @@ pub struct NumericsSpec {
     pub keep_from: f64,
     pub extrapolate: bool,
     pub cuts: u32,
+    /// Largest error that a dynamic step may make by itself: dt is then the longest step
+    pub time_error: Option<Length>,
     pub projection: bool,
     /// Wall time after which a run stops
     pub time_budget: Option<Time>,
@@ -30,6 +32,7 @@ impl Default for NumericsSpec {
             keep_from: newton.keep_from,
             extrapolate: step.extrapolate,
             cuts: step.cuts,
+            time_error: None,
             projection: newton.projection,
             time_budget: None,
         }

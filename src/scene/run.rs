@@ -105,7 +105,7 @@ impl Scene {
         };
         let mut newton = Newton::new(&self.system, newton, self.body.mesh.diagonal());
         newton.points.clone_from(&self.points);
-        let steps = StepSettings { cuts: n.cuts, extrapolate: n.extrapolate };
+        let steps = StepSettings { cuts: n.cuts, extrapolate: n.extrapolate, time_error: n.time_error.map(|l| l.0) };
         let mut stepper = Stepper::new(&self.system, newton, steps);
         stepper.points = &self.points;
         let budget = n.time_budget.and_then(|b| Duration::try_from_secs_f64(b.0).ok());

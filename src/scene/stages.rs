@@ -149,7 +149,7 @@ impl Builder<'_> {
         no_limit
     }
 
-    pub(super) fn check_numerics(&self, n: &NumericsSpec) -> Result<(), SceneError> {
+    pub(super) fn check_numerics(&self, n: &NumericsSpec, spans: &[Span]) -> Result<(), SceneError> {
         if !(n.tolerance > 0.0 && n.tolerance < 1.0) {
             let fact = format!("tolerance = {}", n.tolerance);
             return Err(self.content("numerics", fact, "it lies between 0 and 1, for example 1e-8"));
@@ -157,6 +157,14 @@ impl Builder<'_> {
         if let Some(budget) = n.time_budget.filter(|b| b.0 <= 0.0) {
             let fact = format!("time_budget = {} s", budget.0);
             return Err(self.content("numerics", fact, "give a positive time, for example \"10 min\""));
+        }
+        if let Some(error) = n.time_error.filter(|e| !(e.0 > 0.0 && e.0.is_finite())) {
+            let fact = format!("time_error = {} m", error.0);
+            return Err(self.content("numerics", fact, "give a positive length, for example \"0.05 mm\""));
+        }
+        if n.time_error.is_some() && spans.iter().all(|s| s.integrator.is_static()) {
+            let fact = "time_error where all stages are static: a sequence of equilibria has no time error";
+            return Err(self.content("numerics", fact, "remove it, or give a stage a dynamic integrator"));
         }
         if n.keep_from.is_nan() || n.keep_from < 0.0 {
             let fact = format!("keep_from = {}", n.keep_from);

@@ -98,7 +98,7 @@ impl Newton {
     /// Is there a factor for a direction of this step?
     pub(super) fn has_factor(&self, rates: Rates, first: bool) -> bool {
         let Stale { kept, count, .. } = &self.stale;
-        let stands = !kept.k.is_empty() && *count == self.factor.count && kept.rates == rates;
+        let stands = !kept.k.is_empty() && *count == self.factor.count && kept.rates.is_near(&rates);
         stands && !(first && kept.worn)
     }
 

@@ -1,4 +1,5 @@
-//! From step to step: predict, solve, then accept, cut or stop. A step that did not converge is never accepted.
+//! From step to step: predict, solve, then accept, cut or stop. A step that did not converge is never accepted, nor one whose
+//! time error is too large as long as it can be cut.
 
 use super::{Failure, Integrator, Kept, Newton, Solved, Status, Step, TurningPoint};
 use crate::math::tensor::Vec3;
@@ -12,11 +13,13 @@ pub struct StepSettings {
     pub cuts: u32,
     /// Start each step from the extrapolation of the last ones
     pub extrapolate: bool,
+    /// Largest error [m] that a dynamic step may make by itself; without it all steps are the nominal ones
+    pub time_error: Option<f64>,
 }
 
 impl Default for StepSettings {
     fn default() -> Self {
-        Self { cuts: 10, extrapolate: true }
+        Self { cuts: 10, extrapolate: true, time_error: None }
     }
 }
 
@@ -26,6 +29,10 @@ pub struct Totals {
     pub steps: usize,
     pub iterations: usize,
     pub cuts: usize,
+    /// Steps that were solved, and repeated in parts since their time error was too large
+    pub repeated: usize,
+    /// Steps whose time error was too large, and that could not be cut any more
+    pub coarse: usize,
     /// Steps whose tangent had to be shifted towards positive definiteness
     pub regularised: usize,
     /// Steps that came through with projected blocks only
@@ -75,6 +82,8 @@ pub struct Memory {
     pub recent: Vec<Past>,
     /// Degree of the polynomial that predicts best
     pub degree: usize,
+    /// How often the nominal step was halved for its time error
+    pub level: u32,
     /// ‖diag K‖ of the last tangent [N/m]
     pub stiffness: f64,
     pub kept: Kept,
@@ -99,12 +108,18 @@ pub struct Stepper<'a> {
     recent: Vec<Past>,
     /// Degree of the polynomial that predicts best
     degree: usize,
+    /// How often the nominal step is halved for its time error
+    level: u32,
 }
+
+/// Share of the allowed time error up to which the next step is expected to come out.
+const SAFE: f64 = 0.8;
 
 impl<'a> Stepper<'a> {
     pub fn new(system: &'a System, newton: Newton, settings: StepSettings) -> Self {
         let (totals, findings) = (Totals::default(), Findings::default());
-        Self { system, newton, settings, totals, findings, points: &[], deadline: None, recent: Vec::new(), degree: 1 }
+        let (recent, degree, level) = (Vec::new(), 1, 0);
+        Self { system, newton, settings, totals, findings, points: &[], deadline: None, recent, degree, level }
     }
 
     /// Runs from `state` to the end of the span. `accepted(past, state, newton, on_grid)` is called after every accepted
@@ -132,6 +147,7 @@ impl<'a> Stepper<'a> {
     pub fn begin(&mut self, integrator: Integrator, state: &mut State) {
         integrator.begin(state);
         self.recent.clear();
+        self.level = 0;
         self.remember(state);
     }
 
@@ -143,7 +159,7 @@ impl<'a> Stepper<'a> {
         goal: f64,
         accepted: &mut impl FnMut(&State, &State, &Newton, bool) -> bool,
     ) -> Status {
-        let (mut level, mut done) = (0u32, 0u64);
+        let (mut level, mut done) = (self.level, 0u64);
         let origin = state.t;
         // done / 2^level of the nominal step lies behind.
         while done < 1u64 << level {
@@ -154,6 +170,16 @@ impl<'a> Stepper<'a> {
             }
             match self.step(span.integrator, state, t) {
                 Ok((next, solved)) => {
+                    let excess = self.time_error(span.integrator, state, &next);
+                    if excess > 1.0 && level < self.settings.cuts {
+                        let halvings = span.integrator.halvings(excess / SAFE).ceil().min(64.0) as u32;
+                        let halvings = halvings.clamp(1, self.settings.cuts - level);
+                        self.totals.repeated += 1;
+                        level += halvings;
+                        done <<= halvings;
+                        continue;
+                    }
+                    self.totals.coarse += usize::from(excess > 1.0);
                     if let Some(status) = self.jumped(span, state, &next, &solved) {
                         return status;
                     }
@@ -166,10 +192,12 @@ impl<'a> Stepper<'a> {
                     }
                     let last = goal == span.end && done == whole;
                     self.judge_stability(span.integrator, &past, state, &solved, last);
-                    // Grow again after two steps in a row.
-                    while level > 0 && done % 2 == 0 {
+                    // Grow again after two steps in a row, by what the time error allows.
+                    let mut allowed = span.integrator.halvings(SAFE / excess);
+                    while level > 0 && done % 2 == 0 && allowed >= 1.0 {
                         level -= 1;
                         done /= 2;
+                        allowed -= 1.0;
                     }
                 }
                 Err(why) => {
@@ -186,7 +214,16 @@ impl<'a> Stepper<'a> {
                 }
             }
         }
+        self.level = level;
         Status::Converged
+    }
+
+    /// Time error of a step by itself, as a multiple of the allowed one; 0 where none is asked for.
+    fn time_error(&self, integrator: Integrator, past: &State, next: &State) -> f64 {
+        let Some(allowed) = self.settings.time_error.filter(|_| !integrator.is_static()) else { return 0.0 };
+        let dofs = &self.system.dofs;
+        let moving: Vec<u32> = dofs.free.iter().copied().filter(|&dof| dof < dofs.displacements).collect();
+        integrator.local_error(past, next, &moving) / allowed
     }
 
     /// What the next step needs beside the state to come out with the same bits.
@@ -194,6 +231,7 @@ impl<'a> Stepper<'a> {
         Memory {
             recent: self.recent.clone(),
             degree: self.degree,
+            level: self.level,
             stiffness: self.newton.stiffness,
             kept: self.newton.kept(),
             totals: self.totals,
@@ -202,8 +240,8 @@ impl<'a> Stepper<'a> {
 
     /// Goes on where another stepper was.
     pub fn resume(&mut self, memory: Memory) {
-        let Memory { recent, degree, stiffness, kept, totals } = memory;
-        (self.recent, self.degree, self.totals) = (recent, degree, totals);
+        let Memory { recent, degree, level, stiffness, kept, totals } = memory;
+        (self.recent, self.degree, self.level, self.totals) = (recent, degree, level, totals);
         self.newton.stiffness = stiffness;
         self.newton.resume_factor(kept, self.system);
     }

@@ -12,6 +12,12 @@ pub struct SolverRecord {
     pub shifted_steps: usize,
     /// Steps that came through with projected tangents only
     pub projected_steps: usize,
+    /// Dynamic steps that were solved, and repeated in parts since their time error was too large
+    #[serde(default)]
+    pub repeated_steps: usize,
+    /// Dynamic steps with a time error above `time_error` that could not be cut any more
+    #[serde(default)]
+    pub coarse_steps: usize,
     /// Steps that ended where the constrained tangent has negative eigenvalues
     pub unstable_steps: usize,
     /// Arc length: where the loads were largest or least
@@ -59,6 +65,8 @@ impl SolverRecord {
         Self {
             shifted_steps: run.totals.regularised,
             projected_steps: run.totals.projected,
+            repeated_steps: run.totals.repeated,
+            coarse_steps: run.totals.coarse,
             unstable_steps: run.totals.unstable,
             turning_points: run.findings.turning_points.iter().map(turning).collect(),
             stop: stop(scene, &run.status),
@@ -109,6 +117,12 @@ pub fn remarks(run: &Run) -> Vec<String> {
         out.push(format!(
             "from t = {t:.6} s on the equilibrium is unstable ({modes} negative eigenvalue(s) of the tangent): a bifurcation or \
              a limit point was passed, and a real body takes another path"
+        ));
+    }
+    if run.totals.coarse > 0 {
+        let n = run.totals.coarse;
+        out.push(format!(
+            "{n} step(s) had a time error above time_error and could not be cut any more: shorten dt or raise `cuts`"
         ));
     }
     if run.totals.projected > 0 {

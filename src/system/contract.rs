@@ -59,6 +59,14 @@ pub struct Rates {
     pub ca: f64,
 }
 
+impl Rates {
+    /// Those of steps whose lengths differ by rounding only?
+    pub fn is_near(&self, other: &Self) -> bool {
+        let near = |a: f64, b: f64| (a - b).abs() <= 1e-9 * b.abs();
+        near(self.cv, other.cv) && near(self.ca, other.ca)
+    }
+}
+
 /// What an evaluation sees.
 #[derive(Clone, Copy)]
 pub struct At<'a> {
