@@ -16,6 +16,7 @@ use faer::sparse::linalg::cholesky::{
 };
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use std::fmt;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Which factorisation stands in the buffers.
@@ -50,7 +51,7 @@ impl std::error::Error for LinearError {}
 
 /// Factorisation of matrices of one pattern. Symbolic work is done once; buffers are reused.
 pub struct Factor {
-    pattern: SymPattern,
+    pattern: Arc<SymPattern>,
     symbolic: SymbolicCholesky<u32>,
     l: Vec<f64>,
     /// L in single precision, for [`Factor::solve_roughly`]; empty until it is asked for
@@ -80,16 +81,32 @@ const ENTRIES_PER_SOLVE: f64 = 45.0;
 
 impl Factor {
     /// For matrices that are expected to be positive definite.
-    pub fn new(pattern: SymPattern) -> Self {
-        Self::with(pattern, true)
+    pub fn new(pattern: impl Into<Arc<SymPattern>>) -> Self {
+        Self::with(pattern.into(), true, SymmetricOrdering::Identity)
     }
 
     /// For matrices of saddle points: LDLᵀ at once.
-    pub fn indefinite(pattern: SymPattern) -> Self {
-        Self::with(pattern, false)
+    pub fn indefinite(pattern: impl Into<Arc<SymPattern>>) -> Self {
+        Self::with(pattern.into(), false, SymmetricOrdering::Identity)
     }
 
-    fn with(pattern: SymPattern, try_llt: bool) -> Self {
+    /// For another pattern of the same size, with an elimination order of its own; counts and times go on.
+    pub fn take_pattern(&mut self, pattern: &Arc<SymPattern>, in_order: bool) {
+        if Arc::ptr_eq(&self.pattern, pattern) {
+            return;
+        }
+        if self.pattern == *pattern {
+            self.pattern = pattern.clone();
+            return;
+        }
+        let start = Instant::now();
+        let ordering = if in_order { SymmetricOrdering::Identity } else { SymmetricOrdering::Amd };
+        let Self { count, solves, factor_time, solve_time, .. } = *self;
+        let other = Self::with(pattern.clone(), self.try_llt, ordering);
+        *self = Self { count, solves, solve_time, factor_time: factor_time + start.elapsed(), ..other };
+    }
+
+    fn with(pattern: Arc<SymPattern>, try_llt: bool, ordering: SymmetricOrdering<'_, u32>) -> Self {
         let n = pattern.n;
         // Without a permutation the symbolic phase reads the upper triangle, the numeric one the lower.
         let (col_ptr, row_idx) = pattern.upper();
@@ -98,7 +115,7 @@ impl Factor {
             supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
             ..Default::default()
         };
-        let symbolic = factorize_symbolic_cholesky(matrix, Side::Upper, SymmetricOrdering::Identity, params)
+        let symbolic = factorize_symbolic_cholesky(matrix, Side::Upper, ordering, params)
             .expect("the pattern of a mesh that fits in memory can be factorised");
         let request = symbolic
             .factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default())

@@ -5,7 +5,7 @@ use faer::sparse::SymbolicSparseColMatRef;
 use faer::sparse::linalg::amd;
 
 /// Lower triangle of a symmetric n × n pattern, compressed columns, rows ascending, diagonal always present.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct SymPattern {
     pub n: usize,
     /// [n + 1]
@@ -29,6 +29,30 @@ impl SymPattern {
             col_ptr[j + 1] += col_ptr[j];
         }
         Self { n, col_ptr, row_idx: keys.iter().map(|&key| key as u32).collect() }
+    }
+
+    /// With more pairs, in any order and with repeats.
+    pub fn with_pairs(&self, pairs: impl Iterator<Item = (u32, u32)>) -> Self {
+        let known = (0..self.n as u32).flat_map(|j| {
+            let column = self.col_ptr[j as usize] as usize..self.col_ptr[j as usize + 1] as usize;
+            self.row_idx[column].iter().map(move |&i| (i, j))
+        });
+        Self::from_pairs(self.n, known.chain(pairs))
+    }
+
+    /// Where each entry is in a pattern that holds them all.
+    pub fn slots_in(&self, wider: &Self) -> Vec<u32> {
+        let mut out = Vec::with_capacity(self.nnz());
+        for j in 0..self.n {
+            let mut slot = wider.col_ptr[j];
+            for &i in &self.row_idx[self.col_ptr[j] as usize..self.col_ptr[j + 1] as usize] {
+                while wider.row_idx[slot as usize] < i {
+                    slot += 1;
+                }
+                out.push(slot);
+            }
+        }
+        out
     }
 
     /// Stored entries (lower triangle with diagonal).

@@ -6,6 +6,7 @@
 //! density, and with it a force on the ball has a finite work-conjugate displacement (a point force has none).
 
 use super::element::{CELL_EDGES, CELL_NODES, cell_shape};
+use super::flat::pieces;
 use super::validate::{point, split};
 use super::{Order, TetMesh, geometry, quadrature};
 use crate::math::tensor::Vec3;
@@ -58,7 +59,7 @@ pub fn embed(mesh: &TetMesh, at: Vec3) -> Result<Embedded, EmbedError> {
 }
 
 /// Bounding box of a cell; of a curved one by its Bézier points (mid-edge 2m − ½(a + b)).
-fn cell_bounds(mesh: &TetMesh, c: usize) -> (Vec3, Vec3) {
+pub(super) fn cell_bounds(mesh: &TetMesh, c: usize) -> (Vec3, Vec3) {
     let p = |k: usize| mesh.points[mesh.cell(c)[k] as usize];
     let edges = if mesh.order == Order::Quadratic { &CELL_EDGES[..] } else { &[] };
     let middle = |(e, [a, b]): (usize, &[usize; 2])| p(4 + e) * 2.0 - (p(*a) + p(*b)) * 0.5;
@@ -66,7 +67,7 @@ fn cell_bounds(mesh: &TetMesh, c: usize) -> (Vec3, Vec3) {
 }
 
 /// ξ with X(ξ) = at, by Newton's method; one step on tet4. None if it does not converge near the cell.
-fn invert(mesh: &TetMesh, c: usize, at: Vec3) -> Option<[f64; 3]> {
+pub(super) fn invert(mesh: &TetMesh, c: usize, at: Vec3) -> Option<[f64; 3]> {
     let mut xi = Vec3::repeat(0.25);
     for _ in 0..20 {
         let jacobian = mesh.jacobian(c, xi.into());
@@ -85,14 +86,10 @@ fn invert(mesh: &TetMesh, c: usize, at: Vec3) -> Option<[f64; 3]> {
 
 /// Distance [m] from a point to the nearest boundary facet, curved ones taken as four flat triangles.
 pub fn distance_to_surface(mesh: &TetMesh, at: Vec3) -> f64 {
-    let pieces: &[[usize; 3]] = match mesh.order {
-        Order::Linear => &[[0, 1, 2]],
-        Order::Quadratic => &[[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]],
-    };
     let mut least = f64::INFINITY;
     for f in mesh.boundary_facets() {
         let nodes = mesh.facet(f as usize);
-        for piece in pieces {
+        for piece in pieces(mesh.order) {
             let [a, b, c] = piece.map(|k| mesh.points[nodes[k] as usize]);
             least = least.min((closest_on_triangle(at, a, b, c) - at).norm());
         }
@@ -132,13 +129,14 @@ pub fn closest_on_triangle(p: Vec3, a: Vec3, b: Vec3, c: Vec3) -> Vec3 {
 
 /// Weights (node, w_i) of the ball of `radius` [m] around `center` [m], ascending by node; see the head of this file.
 /// The centre may lie outside the body as long as the ball meets it: check it with [`embed`] where it must be inside.
+/// Of several bodies it takes the one that holds the centre, or the one with the nearest cell.
 pub fn ball_weights(mesh: &TetMesh, center: Vec3, radius: f64) -> Result<Vec<(u32, f64)>, EmbedError> {
     let ball = Ball { mesh, center, radius, rule: quadrature::tet(5) };
     let near = |c: &usize| {
         let (low, high) = cell_bounds(mesh, *c);
         (center.sup(&low).inf(&high) - center).norm() < radius
     };
-    let cells: Vec<usize> = (0..mesh.cell_count()).filter(near).collect();
+    let cells: Vec<usize> = of_one_part(mesh, center, (0..mesh.cell_count()).filter(near).collect());
     let parts: Vec<Moments> = cells.par_iter().map(|&c| ball.cell(c)).collect();
     // Summed in the order of cells: the same bits for any number of threads.
     let mut moments = Matrix4::zeros();
@@ -154,6 +152,19 @@ pub fn ball_weights(mesh: &TetMesh, center: Vec3, radius: f64) -> Result<Vec<(u3
         radius,
         distance: distance_to_surface(mesh, center),
     })
+}
+
+/// Those of the cells that are of the body about `center`.
+fn of_one_part(mesh: &TetMesh, center: Vec3, cells: Vec<usize>) -> Vec<usize> {
+    let parts = mesh.parts();
+    let Some(&first) = cells.first() else { return cells };
+    if cells.iter().all(|&c| parts[c] == parts[first]) {
+        return cells;
+    }
+    let away = |c: &usize| (mesh.position(*c, [0.25; 3]) - center).norm();
+    let nearest = || cells.iter().copied().min_by(|a, b| away(a).total_cmp(&away(b))).unwrap_or(first);
+    let home = parts[embed(mesh, center).map_or_else(|_| nearest(), |e| e.cell as usize)];
+    cells.into_iter().filter(|&c| parts[c] == home).collect()
 }
 
 /// (α, β) from Σ w_i = 1 and Σ w_i (X_i − c) = 0: since Σ N_i X_i = X these are rows of the moments.

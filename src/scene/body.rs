@@ -21,7 +21,10 @@ impl Body {
     /// Reads, finds or makes the mesh of a scene. `file` is the scene file, for messages and relative paths; `progress`
     /// gets the lines of the mesher.
     pub fn load(file: &Path, spec: &MeshSpec, progress: &mut dyn FnMut(&str)) -> Result<Self, SceneError> {
-        let mut body = Self::sound(file, spec, progress)?;
+        let mut body = match spec.copies[..] {
+            [] => Self::sound(file, spec, progress)?,
+            _ => Self::of_copies(file, spec, progress)?,
+        };
         if let Some(worse) = &spec.disturb {
             disturb(file, worse, &mut body.mesh)?;
             body.sha256 = mesh_hash(&body.mesh);
@@ -29,7 +32,7 @@ impl Body {
         Ok(body)
     }
 
-    fn sound(file: &Path, spec: &MeshSpec, progress: &mut dyn FnMut(&str)) -> Result<Self, SceneError> {
+    pub(super) fn sound(file: &Path, spec: &MeshSpec, progress: &mut dyn FnMut(&str)) -> Result<Self, SceneError> {
         let fail = |e: Box<dyn std::error::Error + Send + Sync>| part(file, "mesh", e);
         check_source(file, spec)?;
         if let Some(boxes) = &spec.grid {
@@ -68,6 +71,11 @@ fn volume_mesh(file: &Path, spec: &MeshSpec) -> Option<std::path::PathBuf> {
     let is_volume = VOLUME_MESHES.iter().any(|ending| text.ends_with(ending));
     (is_volume && spec.cells.is_none() && spec.size.is_none())
         .then(|| file.parent().unwrap_or(Path::new("")).join(name))
+}
+
+/// Has the table a source of its own?
+pub(super) fn has_source(spec: &MeshSpec) -> bool {
+    spec.grid.is_some() || spec.body.is_some() || spec.file.is_some()
 }
 
 /// Keys that the source of the mesh leaves without effect are refused: nothing is ignored silently.
@@ -122,7 +130,7 @@ fn made(spec: &MeshSpec) -> [(&'static str, bool); 5] {
     ]
 }
 
-fn content(file: &Path, fact: impl Into<String>, remedy: &str) -> SceneError {
+pub(super) fn content(file: &Path, fact: impl Into<String>, remedy: &str) -> SceneError {
     SceneError::Content { file: file.into(), place: "mesh".into(), fact: fact.into(), remedy: remedy.into() }
 }
 

@@ -2,13 +2,14 @@
 
 use super::build::part;
 use super::builder::{Builder, Gathered};
-use super::contact_record::NamedContact;
-use super::contact_spec::{ContactSpec, ObstacleSpec, ResponseSpec};
+use super::contact_record::{Meeting, NamedContact};
+use super::contact_spec::{ContactSpec, ResponseSpec};
 use super::error::{SceneError, hint};
-use super::rigid::{RigidBody, ShapeFault, ShapeSpec};
+use super::rigid::RigidBody;
+use super::shape::{ShapeFault, ShapeSpec};
 use super::spec::SceneSpec;
 use crate::effect::contact::barrier::Barrier;
-use crate::effect::contact::friction::ContactFriction;
+use crate::effect::contact::friction::{ContactFriction, Coulomb};
 use crate::effect::contact::multiplier::Multiplier;
 use crate::effect::contact::penalty::Penalty;
 use crate::effect::contact::placement::{AffineFrame, Obstacle};
@@ -87,6 +88,11 @@ impl Builder<'_> {
         let size = self.body.mesh.diagonal();
         let creep = self.positive(place, "creep", spec.creep.map(|s| s.0), 1e-3 * size)?;
         let slip = self.positive(place, "slip", spec.slip.map(|l| l.0), 1e-3 * h)?;
+        let law = Coulomb { coefficient: spec.friction, creep, slip };
+        if let ShapeSpec::Region { region } = &spec.obstacle {
+            let barrier = Barrier { distance, stiffness: modulus / distance };
+            return self.surfaces(place, spec, region, (barrier, law), effects);
+        }
         let sampling = if spec.response == ResponseSpec::Multiplier { Sampling::Nodes } else { Sampling::Pressures };
         let points = self.contact_points(place, &spec.region, bodies, sampling)?;
         let obstacle = self.obstacle(place, spec, bodies, moved)?;
@@ -109,11 +115,12 @@ impl Builder<'_> {
         };
         let friction = (spec.friction > 0.0).then(|| {
             let (name, pressing) = (format!("{name}_friction"), pressing.clone());
-            let friction = Arc::new(ContactFriction { name, pressing, coefficient: spec.friction, creep, slip });
+            let friction = Arc::new(ContactFriction { name, pressing, law });
             effects.push(Box::new(friction.clone()));
             friction
         });
-        Ok(NamedContact { name, response: spec.response, pressing, moves: spec.motion.is_some(), friction })
+        let of = Meeting::Points { pressing, moves: spec.motion.is_some(), friction };
+        Ok(NamedContact { name, response: spec.response, of })
     }
 
     pub(super) fn positive(
@@ -140,12 +147,16 @@ impl Builder<'_> {
         if let Some(body) = bodies.iter().find(|b| b.name == region) {
             return Ok(body.points());
         }
+        Ok(points(&self.body.mesh, self.contact_facets(place, region)?, sampling))
+    }
+
+    pub(super) fn contact_facets(&self, place: &str, region: &str) -> Result<&[u32], SceneError> {
         let facets = &self.region(place, region)?.facets;
         if facets.is_empty() {
             let fact = format!("region \"{region}\" holds no facets");
             return Err(self.content(place, fact, "contact is of a part of the surface: take a facet region"));
         }
-        Ok(points(&self.body.mesh, facets, sampling))
+        Ok(facets)
     }
 
     fn obstacle(
@@ -156,7 +167,7 @@ impl Builder<'_> {
         moved: Option<[u32; 4]>,
     ) -> Result<Obstacle, SceneError> {
         let shape = match &spec.obstacle {
-            ObstacleSpec::Rigid { body: name } => {
+            ShapeSpec::Rigid { body: name } => {
                 let Some(body) = bodies.iter().find(|b| b.name == *name) else {
                     let known: Vec<&str> = bodies.iter().map(|b| b.name.as_str()).collect();
                     let fact = format!("there is no [[rigid]] \"{name}\"");
@@ -172,15 +183,9 @@ impl Builder<'_> {
                 let (shape, origin, axes) = self.shape(place, &body.shape)?;
                 return Ok(Obstacle { shape, origin, axes, body: Some(body.frame.clone()) });
             }
-            ObstacleSpec::Floor { point, normal } => ShapeSpec::Floor { point: *point, normal: *normal },
-            ObstacleSpec::Box { min, max, turn } => ShapeSpec::Box { min: *min, max: *max, turn: turn.clone() },
-            ObstacleSpec::Sphere { center, radius } => ShapeSpec::Sphere { center: *center, radius: *radius },
-            ObstacleSpec::Cylinder { from, to, radius } => {
-                ShapeSpec::Cylinder { from: *from, to: *to, radius: *radius }
-            }
-            ObstacleSpec::Surface { file, unit } => ShapeSpec::Surface { file: file.clone(), unit: unit.clone() },
+            shape => shape,
         };
-        let (shape, origin, axes) = self.shape(place, &shape)?;
+        let (shape, origin, axes) = self.shape(place, shape)?;
         let body: Option<AffineFrame> = match (&spec.motion, moved) {
             (Some(motion), Some(_)) if motion.turn.is_some() && shape.bounds().is_none() => {
                 let fact = "a floor that turns: it has no end, and no bound on how fast it moves";

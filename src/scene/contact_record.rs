@@ -3,18 +3,28 @@
 use super::contact_spec::ResponseSpec;
 use crate::effect::contact::friction::ContactFriction;
 use crate::effect::contact::placement::AffineFrame;
-use crate::effect::contact::{Contact, Pressing};
+use crate::effect::contact::surfaces::Term;
+use crate::effect::contact::surfaces::friction::SurfaceFriction;
+use crate::effect::contact::surfaces::pressed::PressedSurfaces;
+use crate::effect::contact::{Contact, Counts, Pressing};
 use crate::math::tensor::Vec3;
 use crate::system::{At, Effect, Local, Want};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// A contact of the system, for what is recorded.
 pub struct NamedContact {
     pub name: String,
     pub response: ResponseSpec,
-    pub(super) pressing: Arc<dyn Pressing>,
-    pub(super) moves: bool,
-    pub(super) friction: Option<Arc<ContactFriction>>,
+    pub(super) of: Meeting,
+}
+
+/// What meets what.
+pub(super) enum Meeting {
+    /// Points an obstacle
+    Points { pressing: Arc<dyn Pressing>, moves: bool, friction: Option<Arc<ContactFriction>> },
+    /// Deformable surfaces
+    Surfaces { pressing: Arc<PressedSurfaces>, friction: Option<Arc<SurfaceFriction>> },
 }
 
 /// What a contact is at one state.
@@ -40,50 +50,76 @@ impl NamedContact {
 
     /// The four nodes of an obstacle with a motion.
     pub(super) fn moving(&self) -> Option<&AffineFrame> {
-        self.contact().obstacle.body.as_ref().filter(|_| self.moves)
+        match &self.of {
+            Meeting::Points { pressing, moves: true, .. } => pressing.contact().obstacle.body.as_ref(),
+            _ => None,
+        }
     }
 
     /// Has it friction?
     pub fn slides(&self) -> bool {
-        self.friction.is_some()
+        match &self.of {
+            Meeting::Points { friction, .. } => friction.is_some(),
+            Meeting::Surfaces { friction, .. } => friction.is_some(),
+        }
     }
 
-    pub fn contact(&self) -> &Contact {
-        self.pressing.contact()
+    /// The points that meet an obstacle; none of deformable surfaces
+    pub fn points(&self) -> Option<&Contact> {
+        match &self.of {
+            Meeting::Points { pressing, .. } => Some(pressing.contact()),
+            Meeting::Surfaces { .. } => None,
+        }
     }
 
-    /// Sums over the points; friction is there where a step led to the state.
+    /// Number of points
+    pub fn point_count(&self) -> usize {
+        match &self.of {
+            Meeting::Points { pressing, .. } => pressing.contact().points.len(),
+            Meeting::Surfaces { pressing, .. } => pressing.surfaces.point_count(),
+        }
+    }
+
+    /// What was looked at so far
+    pub fn counts(&self) -> Counts {
+        match &self.of {
+            Meeting::Points { pressing, .. } => pressing.contact().counts(),
+            Meeting::Surfaces { pressing, .. } => pressing.surfaces.counts(),
+        }
+    }
+
+    /// Sums over the points of its region; friction is there where a step led to the state. What a surface does to itself has the sum 0.
     pub fn moment(&self, x: &[f64], step: Option<&At>) -> ContactMoment {
-        let contact = self.contact();
-        let forces = self.forces(x, step);
-        let reach = self.pressing.reach();
+        let (forces, force) = self.sums(x, step);
+        let (points, gap) = match &self.of {
+            Meeting::Points { pressing, .. } => {
+                let contact = pressing.contact();
+                (&contact.points, contact.deepest(x).map_or(pressing.reach(), |d| d.1))
+            }
+            Meeting::Surfaces { pressing, .. } => (&pressing.surfaces.first().points, pressing.surfaces.gap(x)),
+        };
         let least = 1e-9 * forces.iter().map(|f| f.1.norm()).fold(0.0, f64::max);
         let pressed = forces.iter().filter(|f| f.1.norm() > least);
         // An empty sum is −0.
-        let area = pressed.clone().map(|f| contact.points[f.0].area).sum::<f64>() + 0.0;
-        let gap = contact.deepest(x).map_or(reach, |d| d.1);
-        ContactMoment { force: forces.iter().map(|f| f.1).sum(), gap, pressed: pressed.count(), area }
+        let area = pressed.clone().map(|f| points[f.0].area).sum::<f64>() + 0.0;
+        ContactMoment { force, gap, pressed: pressed.count(), area }
     }
 
-    /// (point, force [N]) of the points that feel the obstacle.
+    /// (point, force [N]) of the points of its region that feel what they meet.
     pub fn forces(&self, x: &[f64], step: Option<&At>) -> Vec<(usize, Vec3)> {
-        let contact = self.contact();
-        let mut local = Local::new(contact.blocks().largest());
-        let mut force = |b: usize| {
-            let presses = self.pressing.presses(x, b);
-            let mut sum: Vec3 = presses.iter().map(|p| p.normal * p.force).sum();
-            if let (Some(friction), Some(at)) = (&self.friction, step) {
-                local.r.fill(0.0);
-                friction.eval(at, b, Want::Residual, &mut local).expect("friction is defined wherever contact is");
-                sum -= local.r[..3 * contact.own()].chunks_exact(3).map(Vec3::from_column_slice).sum::<Vec3>();
+        self.sums(x, step).0
+    }
+
+    /// The same, and the whole force on the region.
+    fn sums(&self, x: &[f64], step: Option<&At>) -> (Vec<(usize, Vec3)>, Vec3) {
+        match &self.of {
+            Meeting::Points { pressing, friction, .. } => {
+                let forces = forces(&**pressing, friction.as_deref(), x, step);
+                let sum = forces.iter().map(|f| f.1).sum();
+                (forces, sum)
             }
-            (b, sum)
-        };
-        let near: Vec<u32> = match self.pressing.reach() {
-            f64::INFINITY => (0..contact.points.len() as u32).collect(),
-            reach => contact.near(x, reach),
-        };
-        near.into_iter().map(|b| force(b as usize)).filter(|(_, f)| *f != Vec3::zeros()).collect()
+            Meeting::Surfaces { pressing, friction } => on_surface(pressing, friction.as_deref(), x, step),
+        }
     }
 
     /// Values of its columns; with friction, the resultant without it too.
@@ -99,13 +135,93 @@ impl NamedContact {
 
     /// [3 × nodes] forces at the nodes [N].
     pub fn nodal(&self, x: &[f64], step: Option<&At>, nodes: &mut [f64]) {
-        for (b, force) in self.forces(x, step) {
-            let p = &self.contact().points[b];
-            for (&node, w) in p.nodes.iter().zip(&p.weights) {
-                // Nodes of a rigid body are not in the mesh.
-                let of_mesh = nodes.get_mut(3 * node as usize..3 * node as usize + 3).into_iter().flatten();
-                of_mesh.zip(force.iter()).for_each(|(sum, f)| *sum += w * f);
+        match &self.of {
+            Meeting::Points { pressing, friction, .. } => {
+                for (b, force) in forces(&**pressing, friction.as_deref(), x, step) {
+                    let p = &pressing.contact().points[b];
+                    for (&node, w) in p.nodes.iter().zip(&p.weights) {
+                        // Nodes of a rigid body are not in the mesh.
+                        let of_mesh = nodes.get_mut(3 * node as usize..3 * node as usize + 3).into_iter().flatten();
+                        of_mesh.zip(force.iter()).for_each(|(sum, f)| *sum += w * f);
+                    }
+                }
             }
+            Meeting::Surfaces { pressing, friction } => each_term(pressing, friction.as_deref(), x, step, |term, r| {
+                for (&node, r) in term.touch.nodes.iter().zip(r.chunks_exact(3)) {
+                    let to = &mut nodes[3 * node as usize..3 * node as usize + 3];
+                    to.iter_mut().zip(r).for_each(|(sum, r)| *sum -= r);
+                }
+            }),
         }
     }
+}
+
+/// (point, force [N]) of the points that feel the obstacle.
+fn forces(
+    pressing: &dyn Pressing,
+    friction: Option<&ContactFriction>,
+    x: &[f64],
+    step: Option<&At>,
+) -> Vec<(usize, Vec3)> {
+    let contact = pressing.contact();
+    let mut local = Local::new(contact.blocks().largest());
+    let mut force = |b: usize| {
+        let presses = pressing.presses(x, b);
+        let mut sum: Vec3 = presses.iter().map(|p| p.normal * p.force).sum();
+        if let (Some(friction), Some(at)) = (friction, step) {
+            local.r.fill(0.0);
+            friction.eval(at, b, Want::Residual, &mut local).expect("friction is defined wherever contact is");
+            sum -= local.r[..3 * contact.own()].chunks_exact(3).map(Vec3::from_column_slice).sum::<Vec3>();
+        }
+        (b, sum)
+    };
+    let near: Vec<u32> = match pressing.reach() {
+        f64::INFINITY => (0..contact.points.len() as u32).collect(),
+        reach => contact.near(x, reach),
+    };
+    near.into_iter().map(|b| force(b as usize)).filter(|(_, f)| *f != Vec3::zeros()).collect()
+}
+
+/// r of every term, with friction where a step led here.
+fn each_term(
+    pressing: &PressedSurfaces,
+    friction: Option<&SurfaceFriction>,
+    x: &[f64],
+    step: Option<&At>,
+    mut take: impl FnMut(&Term, &[f64]),
+) {
+    for term in pressing.surfaces.terms(x).iter() {
+        let mut local = Local::new(3 * term.touch.nodes.len());
+        pressing.add(x, term, Want::Residual, &mut local).expect("no accepted state has surfaces that cross");
+        if let (Some(friction), Some(at)) = (friction, step) {
+            friction.add(at, term, Want::Residual, &mut local);
+        }
+        take(term, &local.r);
+    }
+}
+
+/// (point, force [N]) of the points of the first surface, and the whole force on it.
+fn on_surface(
+    pressing: &PressedSurfaces,
+    friction: Option<&SurfaceFriction>,
+    x: &[f64],
+    step: Option<&At>,
+) -> (Vec<(usize, Vec3)>, Vec3) {
+    let surfaces = &pressing.surfaces;
+    let own = surfaces.first().points.first().map_or(0, |p| p.nodes.len());
+    let (mut forces, mut all) = (BTreeMap::<usize, Vec3>::new(), Vec3::zeros());
+    each_term(pressing, friction, x, step, |term, r| {
+        let sum = |r: &[f64]| -r.chunks_exact(3).map(Vec3::from_column_slice).sum::<Vec3>();
+        match term.point {
+            _ if surfaces.meets_itself() => all += sum(r),
+            None => all += sum(&r[..6]),
+            Some((0, _)) => all += sum(&r[..3 * own]),
+            // What a point of the other surface feels, the first feels the other way.
+            Some(_) => all -= sum(&r[..3 * own]),
+        }
+        if let Some((0, point)) = term.point {
+            *forces.entry(point as usize).or_default() += sum(&r[..3 * own]);
+        }
+    });
+    (forces.into_iter().filter(|f| f.1 != Vec3::zeros()).collect(), all)
 }

@@ -1,10 +1,9 @@
 //! `[[contact]]` as it stands in a scene.
 
 use super::quantity::{Length, Modulus, Speed};
-use super::rigid::TurnSpec;
+use super::shape::ShapeSpec;
 use super::signal::SignalSpec;
 use serde::Deserialize;
-use std::path::PathBuf;
 
 /// A part of the surface, or a rigid body, against an obstacle.
 #[derive(Clone, Debug, Deserialize)]
@@ -14,7 +13,7 @@ pub struct ContactSpec {
     pub name: String,
     /// Facets of the body, or the name of a rigid body
     pub region: String,
-    pub obstacle: ObstacleSpec,
+    pub obstacle: ShapeSpec,
     /// How the obstacle moves; it stays where it is if absent
     pub motion: Option<MotionSpec>,
     pub response: ResponseSpec,
@@ -32,40 +31,6 @@ pub struct ContactSpec {
 
 fn contact() -> String {
     "contact".into()
-}
-
-/// What is met: a shape in space, or a rigid body of the scene.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum ObstacleSpec {
-    /// What is below the plane through `point`
-    Floor {
-        point: [Length; 3],
-        normal: [f64; 3],
-    },
-    /// Turned about its middle, along the axes if `turn` is absent
-    Box {
-        min: [Length; 3],
-        max: [Length; 3],
-        turn: Option<TurnSpec>,
-    },
-    Sphere {
-        center: [Length; 3],
-        radius: Length,
-    },
-    Cylinder {
-        from: [Length; 3],
-        to: [Length; 3],
-        radius: Length,
-    },
-    /// STL or OBJ, closed and outward
-    Surface {
-        file: PathBuf,
-        unit: String,
-    },
-    Rigid {
-        body: String,
-    },
 }
 
 /// A translation, a rotation, or both: turned first, then moved.

@@ -1,6 +1,7 @@
 //! `[mesh]` of a scene.
 
 use super::quantity::{Angle, Length};
+use super::shape::TurnSpec;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -37,6 +38,9 @@ pub struct MeshSpec {
     pub grid: Option<GridSpec>,
     #[serde(default)]
     pub element: ElementSpec,
+    /// The bodies of the scene, if it has several
+    #[serde(rename = "copy", default)]
+    pub copies: Vec<CopySpec>,
     /// Made worse on purpose
     pub disturb: Option<DisturbSpec>,
     /// Regions by selectors, where the file has no groups
@@ -122,6 +126,20 @@ pub enum GridSpec {
     HalfSpace { radius: Length, fine: Length, divisions: [usize; 2] },
     /// A quarter of the lower half of a sphere that stands on the origin: `round`, `middle`, `xmin`, `ymin`
     HalfSphere { radius: Length, fine: Length, divisions: [usize; 2] },
+}
+
+/// One body of several: the mesh, or a grid of its own, mirrored, then turned, then shifted.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CopySpec {
+    /// Its regions are `name.region`
+    pub name: String,
+    pub grid: Option<GridSpec>,
+    /// Normal of the plane of the mirror, through the origin
+    pub mirror: Option<[f64; 3]>,
+    /// About the origin
+    pub turn: Option<TurnSpec>,
+    pub shift: Option<[Length; 3]>,
 }
 
 /// How a mesh is made worse, for robustness studies.

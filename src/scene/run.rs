@@ -160,7 +160,7 @@ impl Scene {
             factor_flops: factor.flops(),
             dofs: self.system.dofs.free.len(),
             peak: course.peak,
-            contacts: self.contacts.iter().map(|c| (c.name.clone(), c.contact().counts())).collect(),
+            contacts: self.contacts.iter().map(|c| (c.name.clone(), c.counts())).collect(),
             pulling: pulling.flatten(),
             last: course.state,
             cable_events: course.cables.events,

@@ -74,6 +74,10 @@ pub enum SensitivityError {
         "the contact {contact} has friction: its forces depend on the path, which the derivatives do not follow; set its `friction` to 0"
     )]
     Sliding { contact: String },
+    #[error(
+        "in the contact {contact} deformable surfaces meet, which the derivatives do not follow; take a rigid obstacle, or no derivatives"
+    )]
+    Surfaces { contact: String },
 }
 
 /// What differentiates the states of a scene.
@@ -98,6 +102,9 @@ impl<'a> Sensitivity<'a> {
         }
         if let Some(contact) = scene.contacts.iter().find(|c| c.slides()) {
             return Err(SensitivityError::Sliding { contact: contact.name.clone() });
+        }
+        if let Some(contact) = scene.contacts.iter().find(|c| c.points().is_none()) {
+            return Err(SensitivityError::Surfaces { contact: contact.name.clone() });
         }
         if let Some(cable) = scene.cables.iter().find(|c| c.friction) {
             return Err(SensitivityError::Friction { cable: cable.name.clone() });

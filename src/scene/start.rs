@@ -3,6 +3,7 @@
 //! Nodes that are held or prescribed stay where their signals put them at t = 0. Nothing moves at the start but what `moving` and
 //! rigid bodies say.
 
+use super::build::part;
 use super::builder::Builder;
 use super::error::SceneError;
 use super::quantity::{Angle, Length, Speed};
@@ -35,8 +36,8 @@ pub enum StartSpec {
     },
     /// Turned about the axis through the middle, from 0 at its lower end to `angle` at its upper one
     Twisted { axis: [f64; 3], angle: Angle },
-    /// In its place, with this velocity
-    Moving { velocity: [Speed; 3] },
+    /// In its place, with this velocity; only a region of the mesh, if one is given
+    Moving { region: Option<String>, velocity: [Speed; 3] },
 }
 
 impl Builder<'_> {
@@ -66,6 +67,9 @@ impl Builder<'_> {
             Some(StartSpec::Twisted { axis, .. }) if Vec3::from(*axis).norm() == 0.0 => {
                 return Err(self.content(place, "the axis has no length", "write for example [1, 0, 0]"));
             }
+            Some(StartSpec::Moving { region: Some(name), .. }) => {
+                self.body.mesh.region(name).map_err(|e| part(self.file, place, e))?;
+            }
             _ => {}
         }
         let inverts = matches!(spec.start, Some(StartSpec::Random { .. } | StartSpec::Collapsed { .. }));
@@ -90,6 +94,11 @@ impl Scene {
         let points = &self.body.mesh.points;
         let (low, high) = self.body.mesh.bounding_box();
         let middle = 0.5 * (low + high);
+        let moving = match start {
+            StartSpec::Moving { region: Some(name), .. } => self.body.mesh.regions.get(name),
+            _ => None,
+        };
+        let moving = moving.map(|region| self.body.mesh.nodes_of(region));
         let seed = match start {
             StartSpec::Random { seed, .. } | StartSpec::Collapsed { seed, .. } => *seed,
             StartSpec::Twisted { .. } | StartSpec::Moving { .. } => 0,
@@ -97,7 +106,9 @@ impl Scene {
         let mut random = SplitMix(seed);
         let mut around = |size: f64| Vec3::from_fn(|_, _| size * (2.0 * random.unit() - 1.0));
         for (k, p) in points.iter().enumerate() {
-            if let StartSpec::Moving { velocity } = start {
+            if let StartSpec::Moving { velocity, .. } = start
+                && moving.as_ref().is_none_or(|list| list.binary_search(&(k as u32)).is_ok())
+            {
                 (0..3).for_each(|i| state.v[3 * k + i] = velocity[i].0);
             }
             let place = match start {

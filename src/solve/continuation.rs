@@ -169,7 +169,7 @@ impl<'a> Tracer<'a> {
             next.t = if let End::Time(t) = end { t } else { next.t + theta };
             iterations += 1;
             self.evaluate(newton, start, &mut next, Want::Residual)?;
-            let error = newton.error(self.system, &next, newton.rounding_here(self.system));
+            let error = newton.error(self.system, &next, newton.rounding_here());
             if error <= newton.settings.tolerance {
                 newton.iterations = iterations;
                 newton.advance_history(&self.at(start), &mut next)?;

@@ -6,6 +6,7 @@ use super::{Failure, Step, tangent};
 use crate::math::linear::{Factor, dot, norm};
 use crate::math::tensor::Vec3;
 use crate::system::{Assembled, Cone, Rows, State, System, Want};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Tolerances of the nonlinear solve.
@@ -131,6 +132,7 @@ impl Newton {
         if system.constraints.iter().any(|c| c.cone() == Cone::Linked) {
             self.old = system.gaps(step.past).map_err(Failure::Eval)?;
         }
+        self.sums.forget_meetings(system);
         self.evaluate(step, next, Want::Residual, None)?;
         loop {
             let increment = remaining(&targets, next);
@@ -154,7 +156,7 @@ impl Newton {
             }
             let old = if keeps {
                 self.evaluate(step, next, Want::Tangent, increment.as_deref())?;
-                self.stiffness = norm(&system.pattern.diagonal(&self.sums.k));
+                self.stiffness = norm(&self.sums.pattern.diagonal(&self.sums.k));
                 let stands = self.has_factor(step.rates(), solved.iterations == 0);
                 stands
                     .then(|| {
@@ -177,7 +179,7 @@ impl Newton {
                     if !reuse {
                         if !keeps {
                             self.evaluate(step, next, Want::Tangent, increment.as_deref())?;
-                            self.stiffness = norm(&system.pattern.diagonal(&self.sums.k));
+                            self.stiffness = norm(&self.sums.pattern.diagonal(&self.sums.k));
                         }
                         schur = self.factorise(step, keeps.then_some(&next.x), &mut solved)?;
                         fresh = true;
@@ -227,8 +229,8 @@ impl Newton {
     }
 
     /// The same where the tangent was assembled last.
-    pub(super) fn rounding_here(&self, system: &System) -> f64 {
-        self.rounding_of(norm(&system.pattern.diagonal(&self.sums.k)))
+    pub(super) fn rounding_here(&self) -> f64 {
+        self.rounding_of(norm(&self.sums.pattern.diagonal(&self.sums.k)))
     }
 
     fn rounding_of(&self, stiffness: f64) -> f64 {
@@ -260,6 +262,7 @@ impl Newton {
         let evaluated = self.evaluate(step, &mut state.clone(), Want::Tangent, None);
         self.sums.descending = true;
         evaluated.ok()?;
+        self.fit_factor(step.system);
         self.factor.factorise(&self.sums.k).ok()?;
         let schur = self.schur(step.system).ok()?;
         Some(self.negative(step.system, &schur))
@@ -272,6 +275,12 @@ impl Newton {
         if self.sums.skew.is_empty() { self.factor.negative_pivots.saturating_sub(expected) } else { 0 }
     }
 
+    /// The factor for the pattern of the last tangent: the order of elimination is that of the system as long as nothing meets.
+    pub(super) fn fit_factor(&mut self, system: &System) {
+        let in_order = Arc::ptr_eq(&self.sums.pattern, &system.pattern);
+        self.factor.take_pattern(&self.sums.pattern, in_order);
+    }
+
     /// Of all rows, with the current factorisation.
     pub(super) fn schur(&mut self, system: &System) -> Result<Schur, Failure> {
         let rows: Vec<usize> = (0..system.constraints.len()).collect();
@@ -282,7 +291,8 @@ impl Newton {
     fn factorise(&mut self, step: &Step, keep: Option<&Vec<f64>>, solved: &mut Solved) -> Result<Schur, Failure> {
         let system = step.system;
         let mut shift = 0.0;
-        let own = system.pattern.diagonal(&self.sums.k);
+        self.fit_factor(system);
+        let own = self.sums.pattern.diagonal(&self.sums.k);
         let largest = own.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
         loop {
             let factorised = self.factor.factorise(&self.sums.k).map_err(Failure::Linear);
@@ -305,7 +315,7 @@ impl Newton {
             // Shift by a growing fraction of the diagonal: a step between Newton's and steepest descent.
             let larger = if shift == 0.0 { 1e-3 } else { 10.0 * shift };
             for (j, own) in own.iter().enumerate() {
-                let k = system.pattern.col_ptr[j] as usize;
+                let k = self.sums.pattern.col_ptr[j] as usize;
                 let away = if system.dofs.is_scalar(j) { -larger } else { larger };
                 self.sums.k[k] = own + away * own.abs().max(SOFTEST * largest);
             }

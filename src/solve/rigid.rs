@@ -11,7 +11,7 @@
 use super::{Newton, Step};
 use crate::math::linear::{dot, norm};
 use crate::math::tensor::Vec3;
-use crate::system::{Dofs, Role, State, System, Want};
+use crate::system::{Assembled, Dofs, Role, State, System, Want};
 use nalgebra::{DMatrix, DVector};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,7 +49,7 @@ impl Newton {
         let parts = if points.is_empty() { Vec::new() } else { parts(step.system, points.len()) };
         for nodes in &parts {
             let part = Part::new(nodes, points, &state.x);
-            motions = part.free(step.system, &self.sums.k, &self.sums.gradient, parts.len() == 1);
+            motions = part.free(step.system, &self.sums, parts.len() == 1);
             if !motions.is_empty() {
                 break;
             }
@@ -63,7 +63,8 @@ impl Newton {
     /// Inverse iteration with s at the rounding of K: the Rayleigh quotient of a free motion is of the size of s or less, that
     /// of a slender body still a thousand times it.
     fn mechanism(&mut self, system: &System) -> Option<Motion> {
-        let (pattern, k) = (&system.pattern, &self.sums.k);
+        self.fit_factor(system);
+        let (pattern, k) = (&self.sums.pattern, &self.sums.k);
         let mut diagonal = pattern.diagonal(k);
         let largest = diagonal.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
         // A direction without any stiffness would have no weight, and would not be found.
@@ -162,8 +163,8 @@ impl<'a> Part<'a> {
         Vec3::new(c[0], c[1], c[2]) + Vec3::new(c[3], c[4], c[5]).cross(&self.arms[i])
     }
 
-    fn free(&self, system: &System, k: &[f64], rows: &[Vec<f64>], whole: bool) -> Vec<Motion> {
-        let basis = self.unresisted(system, k, rows);
+    fn free(&self, system: &System, sums: &Assembled, whole: bool) -> Vec<Motion> {
+        let basis = self.unresisted(system, sums);
         let turns = basis.rows(3, 3).into_owned();
         let mut motions = Vec::new();
         // Combinations that do not turn are translations; the axes of the others are what Ω reaches.
@@ -187,7 +188,8 @@ impl<'a> Part<'a> {
     }
 
     /// [6 × free motions] basis of the motions without resistance.
-    fn unresisted(&self, system: &System, k: &[f64], rows: &[Vec<f64>]) -> DMatrix<f64> {
+    fn unresisted(&self, system: &System, sums: &Assembled) -> DMatrix<f64> {
+        let (pattern, k, rows) = (&sums.pattern, &sums.k, &sums.gradient);
         let unit = |j: usize| DVector::from_fn(6, |i, _| f64::from(u8::from(i == j)));
         let mut all = DMatrix::zeros(3 * self.nodes.len(), 6);
         for j in 0..6 {
@@ -200,7 +202,7 @@ impl<'a> Part<'a> {
         let held = |row: &usize| system.dofs.equation[3 * self.nodes[row / 3] as usize + row % 3] == Dofs::FIXED;
         let fixed: Vec<usize> = (0..all.nrows()).filter(held).collect();
         let admissible = &moving * null_space(&(all.select_rows(&fixed) * &moving), NONE);
-        let n = system.pattern.n;
+        let n = pattern.n;
         let mut resistance = DMatrix::zeros(n + rows.len(), admissible.ncols());
         for (j, c) in admissible.column_iter().enumerate() {
             let (mut u, mut force) = (vec![0.0; n], vec![0.0; n]);
@@ -211,8 +213,8 @@ impl<'a> Part<'a> {
                     }
                 }
             }
-            system.pattern.multiply(k, &u, &mut force);
-            let yardstick = norm(&system.pattern.multiply_abs(k, &u)).max(f64::MIN_POSITIVE);
+            pattern.multiply(k, &u, &mut force);
+            let yardstick = norm(&pattern.multiply_abs(k, &u)).max(f64::MIN_POSITIVE);
             for (i, f) in force.iter().enumerate() {
                 resistance[(i, j)] = f / yardstick;
             }

@@ -60,7 +60,7 @@ impl<'a> Differentiator<'a> {
                 system.add_change(&at, &direction, terms, &mut residual).map_err(Failure::Eval)?;
                 let free = system.restrict(x);
                 let mut sum = vec![0.0; free.len()];
-                system.pattern.multiply(&start.sums.k, &free, &mut sum);
+                start.sums.pattern.multiply(&start.sums.k, &free, &mut sum);
                 start.sums.skew.add_product(&free, &mut sum);
                 sum.iter_mut().zip(system.restrict(&residual)).for_each(|(s, r)| *s += r);
                 for (h, rate) in start.sums.gradient.iter().zip(lambda) {

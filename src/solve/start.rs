@@ -35,9 +35,9 @@ impl Start {
         mass.iter_mut().zip(&without).for_each(|(m, k)| *m = (*m - k) / STEEP);
         // A second field has no mass and starts at rest.
         for e in (0..system.dofs.free.len()).filter(|&e| system.dofs.is_scalar(e)) {
-            mass[system.pattern.col_ptr[e] as usize] = 1.0;
+            mass[sums.pattern.col_ptr[e] as usize] = 1.0;
         }
-        let mut factor = Factor::new(system.pattern.clone());
+        let mut factor = Factor::new(sums.pattern.clone());
         factor.factorise(&mass).map_err(Failure::Linear)?;
         Ok(Self { sums, mass, factor })
     }

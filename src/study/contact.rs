@@ -26,7 +26,7 @@ pub struct ContactRecord {
 pub(super) fn contacts(scene: &Scene, run: &Run) -> Vec<ContactRecord> {
     let record = |(contact, (name, counts)): (&NamedContact, &(String, Counts))| ContactRecord {
         name: name.clone(),
-        points: contact.contact().points.len(),
+        points: contact.point_count(),
         seen: counts.points,
         tested: counts.tested,
         active: counts.active,

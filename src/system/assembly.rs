@@ -2,12 +2,14 @@
 //!
 //! Blocks are evaluated and summed in their order, so the result does not depend on how many cases run beside it.
 
+use super::meeting::Met;
 use super::projection::project;
 use super::scatter::{Scatter, sum_batches};
 use super::{At, Blocks, Cone, Constraint, Dofs, Effect, EvalError, Limit, Local, Prescribed, State, Want};
 use crate::math::linear::norm;
 use crate::math::sparse::{SkewMatrix, SymPattern};
 use std::ops::Range;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Why a system cannot be built.
@@ -35,7 +37,8 @@ pub struct System {
     pub constraints: Vec<Box<dyn Constraint>>,
     pub prescribed: Vec<Prescribed>,
     pub dofs: Dofs,
-    pub pattern: SymPattern,
+    /// Of the blocks that stay
+    pub pattern: Arc<SymPattern>,
     /// Per effect, then per constraint: slot of each local entry with column ≤ row, block after block
     slots: Vec<Vec<u32>>,
     largest: usize,
@@ -50,8 +53,12 @@ pub struct System {
 pub struct Assembled {
     /// [unknowns] r(x) + λ ∂c/∂x [N]; at a prescribed dof it is the reaction
     pub r: Vec<f64>,
-    /// Values of K in the pattern of the system [N/m]
+    /// Values of K in `pattern` [N/m]
     pub k: Vec<f64>,
+    /// That of the system, with room for parts that met
+    pub pattern: Arc<SymPattern>,
+    /// Where the entries of the system's pattern are in a wider one; empty where there is none
+    pub(crate) moved: Vec<u32>,
     /// What the tangent has beside K, on the equations [N/m]; empty where no effect declares any
     pub skew: SkewMatrix,
     /// [equations] Σ K_e d of the prescribed increment d, if one was given [N]
@@ -122,7 +129,8 @@ impl System {
                     })
                 })
             });
-            SymPattern::from_pairs(dofs.free.len(), pairs.filter(|p| p.0 != Dofs::FIXED && p.1 != Dofs::FIXED))
+            let free = pairs.filter(|p| p.0 != Dofs::FIXED && p.1 != Dofs::FIXED);
+            Arc::new(SymPattern::from_pairs(dofs.free.len(), free))
         };
         let of_effects = effects.iter().map(|e| slots(&dofs, &pattern, e.blocks()));
         let of_rows = constraints.iter().map(|c| match c.cone() {
@@ -158,6 +166,8 @@ impl System {
         Assembled {
             r: vec![0.0; self.dofs.equation.len()],
             k: vec![0.0; self.pattern.nnz()],
+            pattern: self.pattern.clone(),
+            moved: Vec::new(),
             skew: SkewMatrix::default(),
             lift: vec![0.0; n],
             g: vec![0.0; self.constraints.len()],
@@ -185,8 +195,9 @@ impl System {
         out.lift.fill(0.0);
         out.scale = 0.0;
         if want == Want::Tangent {
-            out.k.fill(0.0);
+            out.clear_tangent(self);
         }
+        let mut met = Met::default();
         let mut local = Local::new(self.largest);
         for (e, effect) in self.effects.iter().enumerate() {
             let start = Instant::now();
@@ -199,6 +210,9 @@ impl System {
                 Some(batched) => sum_batches(batched, at, want, increment, &mut scatter, (e, &mut sum), out)?,
                 None => 0,
             };
+            if effect.meets() {
+                sum += self.add_meeting((e, &mut met), at, want, increment, out)?;
+            }
             let active = effect.active(at);
             for i in single..active.as_ref().map_or(effect.blocks().len(), Vec::len) {
                 let b = active.as_ref().map_or(i, |list| list[i] as usize);
@@ -249,6 +263,10 @@ impl System {
             out.costs[i].time += start.elapsed();
             out.costs[i].evaluations += 1;
         }
+        if want == Want::Tangent {
+            let meeting = self.effects.iter().filter_map(|e| e.meeting(at));
+            out.take_in(self, &met, || meeting.clone().flat_map(|m| m.room(at.x)).collect());
+        }
         if want == Want::Tangent && !self.skewed.is_empty() {
             self.add_skew(at, increment, out);
         }
@@ -258,6 +276,41 @@ impl System {
     /// Is there contact?
     pub fn touches(&self) -> bool {
         self.effects.iter().any(|e| matches!(e.role(), super::Role::Touching))
+    }
+
+    /// Energy and residual of what effect `e` couples here; its tangents into `met`. Returns Σ‖r_e‖.
+    fn add_meeting(
+        &self,
+        (e, met): (usize, &mut Met),
+        at: &At,
+        want: Want,
+        increment: Option<&[f64]>,
+        out: &mut Assembled,
+    ) -> Result<f64, EvalError> {
+        let effect = &self.effects[e];
+        let Some(meeting) = effect.meeting(at) else { return Ok(0.0) };
+        let list = meeting.blocks();
+        let mut scatter = Scatter { system: self, list, slots: &[], next: 0 };
+        let mut local = Local::new(list.largest());
+        let mut sum = 0.0;
+        for b in 0..list.len() {
+            let n = list.size(b);
+            local.reset(n, want);
+            meeting.eval(at, b, want, &mut local)?;
+            out.energy[e] += local.energy;
+            sum += norm(&local.r[..n]);
+            scatter.add(b, &local, 1.0, Want::Residual, None, out);
+            if want == Want::Tangent {
+                if out.projected || out.descending && effect.semidefinite() {
+                    project(&mut local, n, n);
+                }
+                if let Some(d) = increment {
+                    scatter.lift(b, &local, 1.0, d, out);
+                }
+                met.push(self, list, b, &local);
+            }
+        }
+        Ok(sum)
     }
 
     /// The longest part of the motion dx from x that all effects allow; None where that is all of it.

@@ -1,7 +1,7 @@
 //! What an effect or a constraint is, and what it sees.
 
 use super::rows::{Cone, Piece, Rows};
-use super::{Batched, Past, Skew};
+use super::{Batched, Meeting, Past, Skew};
 use crate::material::LawError;
 pub use crate::material::Want;
 use crate::math::signal::{Clock, Ramp};
@@ -287,6 +287,14 @@ pub trait Effect: Send + Sync {
     fn active(&self, _at: &At) -> Option<Vec<u32>> {
         None
     }
+    /// Couples it parts that meet at one state and part again? Its blocks are those of [`Effect::meeting`] then
+    fn meets(&self) -> bool {
+        false
+    }
+    /// What it couples at this state
+    fn meeting<'a>(&'a self, _at: &At) -> Option<Box<dyn Meeting + 'a>> {
+        None
+    }
     /// Do Newton's steps take K_e without its negative eigenvalues, because these would make most tangents indefinite?
     fn semidefinite(&self) -> bool {
         false
@@ -337,6 +345,12 @@ impl<E: Effect + ?Sized> Effect for std::sync::Arc<E> {
     }
     fn active(&self, at: &At) -> Option<Vec<u32>> {
         (**self).active(at)
+    }
+    fn meets(&self) -> bool {
+        (**self).meets()
+    }
+    fn meeting<'a>(&'a self, at: &At) -> Option<Box<dyn Meeting + 'a>> {
+        (**self).meeting(at)
     }
     fn semidefinite(&self) -> bool {
         (**self).semidefinite()

@@ -70,7 +70,7 @@ impl Scatter<'_> {
     }
 
     /// lift += K_e d_e, where d is zero on free dofs.
-    fn lift(&self, b: usize, local: &Local, factor: f64, d: &[f64], out: &mut Assembled) {
+    pub fn lift(&self, b: usize, local: &Local, factor: f64, d: &[f64], out: &mut Assembled) {
         let n = self.list.size(b);
         for (j, from) in self.list.dofs(b).enumerate() {
             let dj = factor * d[from as usize];

@@ -2,7 +2,7 @@
 
 use crate::common::{Random, largest};
 use durometer::effect::contact::barrier::Barrier;
-use durometer::effect::contact::friction::ContactFriction;
+use durometer::effect::contact::friction::{ContactFriction, Coulomb};
 use durometer::effect::contact::multiplier::Multiplier;
 use durometer::effect::contact::penalty::Penalty;
 use durometer::effect::contact::placement::{AffineFrame, Obstacle};
@@ -153,8 +153,11 @@ fn balance(effect: &Pressed<Barrier>, x: &[f64], r: &[f64], label: &str) {
 fn friction_obeys_coulomb() {
     let contact = pair(Shape::floor(), false, false);
     let pressing = Arc::new(Pressed { contact: contact.clone(), response: Penalty { stiffness: 5.0 } });
-    let friction =
-        |creep| ContactFriction { name: "f".into(), pressing: pressing.clone(), coefficient: 0.4, creep, slip: 1.0 };
+    let friction = |creep| ContactFriction {
+        name: "f".into(),
+        pressing: pressing.clone(),
+        law: Coulomb { coefficient: 0.4, creep, slip: 1.0 },
+    };
     let mut random = Random(3);
     let (mut slid, mut stuck) = (0, 0);
     for _ in 0..100 {

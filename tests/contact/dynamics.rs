@@ -98,7 +98,7 @@ tolerance = 1e-10
         let mut momenta = Vec::new();
         let run = scene.run(&mut |_| true, &mut |state| {
             momenta.push(mass.iter().enumerate().map(|(k, m)| m * state.v[3 * k]).sum::<f64>());
-            let (b, gap) = scene.contacts[0].contact().deepest(&state.x).expect("points");
+            let (b, gap) = scene.contacts[0].points().expect("points").deepest(&state.x).expect("points");
             assert!(gap > 0.0, "{speed} m/s: point {b} is inside");
             assert!(scene.positions(&state.x).iter().all(|p| p.x < 0.02), "{speed} m/s: beyond the wall");
         });
@@ -149,7 +149,7 @@ max_iterations = 200
     let scene = scene(mesh, &text);
     let mut least = f64::INFINITY;
     let run = scene.run(&mut |_| true, &mut |state| {
-        least = least.min(scene.contacts[0].contact().deepest(&state.x).expect("points").1);
+        least = least.min(scene.contacts[0].points().expect("points").deepest(&state.x).expect("points").1);
     });
     (run.status, least)
 }

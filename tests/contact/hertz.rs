@@ -87,7 +87,7 @@ max_iterations = 100
     let scene = Scene::build(&file, spec, text, body.into()).unwrap_or_else(|e| panic!("{e}"));
     let run = run(&scene);
     assert_eq!(run.status, Status::Converged, "{response}");
-    let contact = scene.contacts[0].contact();
+    let contact = scene.contacts[0].points().expect("points");
     let forces = scene.contacts[0].forces(&run.last.x, None);
     let second: f64 = forces.iter().map(|(b, f)| f.z * contact.points[*b].at.xy().norm_squared()).sum();
     let first: f64 = forces.iter().map(|(_, f)| f.z).sum();

@@ -40,8 +40,8 @@ friction = 0.3
     let mesh = || block(3, 3, 3, 0.01, 0.01, 0.01, Order::Linear);
     let (with, without) = (scene(mesh(), &text(far)), scene(mesh(), &text("")));
     let (a, b) = (run(&with), run(&without));
-    let counts = with.contacts[0].contact().counts();
-    assert_eq!((counts.tested, counts.active), (with.contacts[0].contact().points.len(), 0));
+    let counts = with.contacts[0].points().expect("points").counts();
+    assert_eq!((counts.tested, counts.active), (with.contacts[0].points().expect("points").points.len(), 0));
     assert_eq!(with.system.pattern.nnz(), without.system.pattern.nnz());
     assert_eq!(a.last.x, b.last.x, "the same bits");
 }

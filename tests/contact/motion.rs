@@ -26,7 +26,7 @@ turn = { axis = [1, 2, 0], about = ["-5 mm", "0 mm", "40 mm"], angle = { kind = 
     );
     let run = run(&scene);
     assert_eq!(run.status, Status::Converged);
-    let obstacle = &scene.contacts[0].contact().obstacle;
+    let obstacle = &scene.contacts[0].points().expect("points").obstacle;
     let frame = obstacle.body.as_ref().expect("it moves");
     let p = frame.positions(&run.last.x);
     let turn = Rotation3::from_axis_angle(&Unit::new_normalize(Vec3::new(1.0, 2.0, 0.0)), -75f64.to_radians());

@@ -8,14 +8,15 @@
 //! fixed N and n: symmetric and positive semidefinite, at the price of linear convergence (∂N/∂x is left out).
 //! Energy: what the step dissipates, Σ F_t·u. Limits: a load slowly moves what sticks; isotropic; no viscosity.
 
+use super::placement::moved;
 use super::{Contact, Press, Pressing};
 use crate::math::tensor::{Mat3, Vec3};
 use crate::system::{At, Blocks, Effect, EvalError, Local, Role, Want};
 use std::sync::Arc;
 
-pub struct ContactFriction {
-    pub name: String,
-    pub pressing: Arc<dyn Pressing>,
+/// The law, with the smooth start of sliding.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coulomb {
     /// μ [–]
     pub coefficient: f64,
     /// Of a point that sticks, at most [m/s]
@@ -24,25 +25,56 @@ pub struct ContactFriction {
     pub slip: f64,
 }
 
-impl ContactFriction {
-    fn contact(&self) -> &Contact {
-        self.pressing.contact()
-    }
-
+impl Coulomb {
     /// ε of the step [m].
     fn threshold(&self, at: &At) -> f64 {
         if at.dt.is_finite() { self.creep * at.dt } else { self.slip }
     }
 
-    /// Sliding over the step under a press [m].
-    fn sliding(&self, at: &At, b: usize, press: &Press) -> Vec3 {
-        let blocks = self.contact().blocks();
-        let moved = |node: u32| {
-            let k = 3 * node as usize;
-            Vec3::from_column_slice(&at.x[k..k + 3]) - Vec3::from_column_slice(&at.old[k..k + 3])
+    /// Adds what resists the sliding of a point that is pressed, to a block of `n` unknowns that begins with `nodes`.
+    pub fn add(&self, at: &At, nodes: &[u32], press: &Press, n: usize, want: Want, out: &mut Local) {
+        let epsilon = self.threshold(at);
+        // No time has passed, and nothing slides.
+        if epsilon == 0.0 {
+            return;
+        }
+        let u: Vec3 = nodes.iter().zip(&press.shares).map(|(&k, s)| (moved(at.x, k) - moved(at.old, k)) * *s).sum();
+        let u = u - press.normal * press.normal.dot(&u);
+        let (limit, size) = (self.coefficient * press.force, u.norm());
+        // f/|u| and f′ at |u|
+        let (ratio, slope) = match size < epsilon {
+            true => ((2.0 - size / epsilon) / epsilon, 2.0 * (1.0 - size / epsilon) / epsilon),
+            false => (1.0 / size, 0.0),
         };
-        let u: Vec3 = blocks.nodes(b).iter().zip(&press.shares).map(|(&node, s)| moved(node) * *s).sum();
-        u - press.normal * press.normal.dot(&u)
+        out.energy += limit * ratio * size * size;
+        for (k, s) in press.shares.iter().enumerate() {
+            (0..3).for_each(|i| out.r[3 * k + i] += limit * ratio * s * u[i]);
+        }
+        if want < Want::Tangent {
+            return;
+        }
+        let along = u.try_normalize(0.0).unwrap_or(Vec3::zeros());
+        let plane = Mat3::identity() - press.normal * press.normal.transpose();
+        let stiff = (plane * ratio + along * along.transpose() * (slope - ratio)) * limit;
+        for (k, sk) in press.shares.iter().enumerate() {
+            for (l, sl) in press.shares[..=k].iter().enumerate() {
+                for (i, j) in (0..9).map(|e| (e / 3, e % 3)) {
+                    out.k[(3 * k + i) * n + 3 * l + j] += sk * sl * stiff[(i, j)];
+                }
+            }
+        }
+    }
+}
+
+pub struct ContactFriction {
+    pub name: String,
+    pub pressing: Arc<dyn Pressing>,
+    pub law: Coulomb,
+}
+
+impl ContactFriction {
+    fn contact(&self) -> &Contact {
+        self.pressing.contact()
     }
 }
 
@@ -65,37 +97,9 @@ impl Effect for ContactFriction {
     }
 
     fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
-        let epsilon = self.threshold(at);
-        let n = self.blocks().size(b);
+        let (nodes, n) = (self.blocks().nodes(b), self.blocks().size(b));
         for press in self.pressing.presses(at.x, b) {
-            let u = self.sliding(at, b, &press);
-            let (limit, size) = (self.coefficient * press.force, u.norm());
-            // No time has passed, and nothing slides.
-            if epsilon == 0.0 {
-                continue;
-            }
-            // f/|u| and f′ at |u|
-            let (ratio, slope) = match size < epsilon {
-                true => ((2.0 - size / epsilon) / epsilon, 2.0 * (1.0 - size / epsilon) / epsilon),
-                false => (1.0 / size, 0.0),
-            };
-            out.energy += limit * ratio * size * size;
-            for (k, s) in press.shares.iter().enumerate() {
-                (0..3).for_each(|i| out.r[3 * k + i] += limit * ratio * s * u[i]);
-            }
-            if want < Want::Tangent {
-                continue;
-            }
-            let along = u.try_normalize(0.0).unwrap_or(Vec3::zeros());
-            let plane = Mat3::identity() - press.normal * press.normal.transpose();
-            let stiff = (plane * ratio + along * along.transpose() * (slope - ratio)) * limit;
-            for (k, sk) in press.shares.iter().enumerate() {
-                for (l, sl) in press.shares[..=k].iter().enumerate() {
-                    for (i, j) in (0..9).map(|e| (e / 3, e % 3)) {
-                        out.k[(3 * k + i) * n + 3 * l + j] += sk * sl * stiff[(i, j)];
-                    }
-                }
-            }
+            self.law.add(at, nodes, &press, n, want, out);
         }
         Ok(())
     }

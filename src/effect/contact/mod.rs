@@ -9,6 +9,8 @@
 //!
 //! The longest step is found by additive continuous collision detection (Li, Kaufman & Jiang, Codimensional incremental potential
 //! contact, ACM TOG 40, 2021, §4): it needs lower bounds of distances only, and no roots.
+//! Two deformable surfaces meet in [`surfaces`].
+//!
 //! Limits: points see the obstacle, the obstacle does not see what lies between them: an edge or a sphere of radius R enters
 //! a facet of size h by up to h²/8R.
 
@@ -20,6 +22,7 @@ pub mod placement;
 mod points;
 pub mod pressed;
 pub mod shape;
+pub mod surfaces;
 
 pub use points::{Point, Sampling, points};
 

@@ -1,0 +1,142 @@
+//! Pairs of a point and a triangle, and of two edges, that are near each other: boxes in the hierarchies of parry3d.
+//!
+//! Pairs that share a node are none. The lists are in ascending order.
+
+use super::surface::{Edge, Surface};
+use crate::effect::contact::Point;
+use crate::math::tensor::Vec3;
+use parry3d_f64::bounding_volume::Aabb;
+use parry3d_f64::math::Vector;
+use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy, BvhNode};
+use std::cell::Cell;
+
+/// Points of one surface, triangles of another.
+pub struct Pass<'a> {
+    pub points: &'a Surface,
+    pub triangles: &'a Surface,
+}
+
+/// Indices into the lists of surfaces.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Candidates {
+    /// Pass by pass: point and triangle
+    pub points: Vec<Vec<[u32; 2]>>,
+    /// Edges of the first and of the second surface
+    pub edges: Vec<[u32; 2]>,
+}
+
+/// A box [least, most].
+pub type Span = (Vec3, Vec3);
+
+/// Of positions `spans`, by points and by nodes, where boxes that are nearer than `radius` count. Self-contact meets each pair of
+/// edges once.
+pub fn candidates(
+    passes: &[Pass],
+    radius: f64,
+    of_point: &dyn Fn(&Point) -> Span,
+    of_node: &dyn Fn(u32) -> Span,
+) -> Candidates {
+    let over = |nodes: &[u32]| nodes.iter().map(|&k| of_node(k)).reduce(join).expect("a triangle or an edge has nodes");
+    let mut found = Candidates::default();
+    for Pass { points, triangles } in passes {
+        let tree = hierarchy(triangles.triangles.iter().map(|t| over(t)));
+        let mut pairs = Vec::new();
+        for (k, point) in (0..).zip(&points.points) {
+            for t in near(&tree, of_point(point), radius) {
+                if !triangles.triangles[t as usize].iter().any(|n| point.nodes.contains(n)) {
+                    pairs.push([k, t]);
+                }
+            }
+        }
+        found.points.push(pairs);
+    }
+    let (first, second) = (&passes[0].points.edges, &passes[0].triangles.edges);
+    let tree = hierarchy(second.iter().map(|e| over(&e.nodes)));
+    let itself = passes.len() == 1;
+    for (k, Edge { nodes, .. }) in (0..).zip(first) {
+        for other in near(&tree, over(nodes), radius) {
+            let shared = second[other as usize].nodes.iter().any(|n| nodes.contains(n));
+            if !shared && !(itself && other <= k) {
+                found.edges.push([k, other]);
+            }
+        }
+    }
+    found
+}
+
+/// Least distance of all pairs; boxes that are further than what is known are not looked into.
+pub fn least(
+    passes: &[Pass],
+    of_point: &dyn Fn(&Point) -> Vec3,
+    of_node: &dyn Fn(u32) -> Vec3,
+    to_triangle: &dyn Fn(&Pass, &Point, u32) -> f64,
+    between: &dyn Fn(&Edge, &Edge) -> f64,
+) -> f64 {
+    let spot = |k: u32| (of_node(k), of_node(k));
+    let over = |nodes: &[u32]| nodes.iter().map(|&k| spot(k)).reduce(join).expect("a triangle or an edge has nodes");
+    let best = Cell::new(f64::INFINITY);
+    for pass in passes {
+        let tree = hierarchy(pass.triangles.triangles.iter().map(|t| over(t)));
+        for point in &pass.points.points {
+            let at = of_point(point);
+            for t in tree.leaves(|node| apart(node, (at, at)) < best.get()) {
+                if !pass.triangles.triangles[t as usize].iter().any(|n| point.nodes.contains(n)) {
+                    best.set(best.get().min(to_triangle(pass, point, t)));
+                }
+            }
+        }
+    }
+    let second = &passes[0].triangles.edges;
+    let tree = hierarchy(second.iter().map(|e| over(&e.nodes)));
+    for edge in &passes[0].points.edges {
+        let span = over(&edge.nodes);
+        for other in tree.leaves(|node| apart(node, span) < best.get()) {
+            let other = &second[other as usize];
+            if !other.nodes.iter().any(|n| edge.nodes.contains(n)) {
+                best.set(best.get().min(between(edge, other)));
+            }
+        }
+    }
+    best.get()
+}
+
+/// Distance of two boxes [m].
+fn apart(node: &BvhNode, (low, high): Span) -> f64 {
+    let from = |v: Vector| Vec3::new(v.x, v.y, v.z);
+    (from(node.mins()) - high).sup(&(low - from(node.maxs()))).sup(&Vec3::zeros()).norm()
+}
+
+/// Edges and triangles whose boxes meet, that share no node: the edges of each surface with the triangles of the other.
+pub fn pierced_by_edges(passes: &[Pass], of_node: &dyn Fn(u32) -> Span) -> Vec<([u32; 2], [u32; 3])> {
+    let over = |nodes: &[u32]| nodes.iter().map(|&k| of_node(k)).reduce(join).expect("a triangle or an edge has nodes");
+    let mut found = Vec::new();
+    for Pass { points, triangles } in passes {
+        let tree = hierarchy(triangles.triangles.iter().map(|t| over(t)));
+        for Edge { nodes, .. } in &points.edges {
+            let near = near(&tree, over(nodes), 0.0).into_iter().map(|t| triangles.triangles[t as usize]);
+            found.extend(near.filter(|t| !t.iter().any(|k| nodes.contains(k))).map(|t| (*nodes, t)));
+        }
+    }
+    found
+}
+
+fn join(a: Span, b: Span) -> Span {
+    (a.0.inf(&b.0), a.1.sup(&b.1))
+}
+
+fn aabb((low, high): Span, radius: f64) -> Aabb {
+    let to = |v: Vec3| Vector::new(v.x, v.y, v.z);
+    Aabb::new(to(low.add_scalar(-radius)), to(high.add_scalar(radius)))
+}
+
+fn hierarchy(boxes: impl Iterator<Item = Span>) -> Bvh {
+    let boxes: Vec<Aabb> = boxes.map(|b| aabb(b, 0.0)).collect();
+    Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes)
+}
+
+fn near(tree: &Bvh, span: Span, radius: f64) -> Vec<u32> {
+    let around = aabb(span, radius);
+    let mut found: Vec<u32> = tree.intersect_aabb(&around).collect();
+    found.sort_unstable();
+    found
+}

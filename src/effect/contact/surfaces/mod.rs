@@ -1,0 +1,184 @@
+//! Contact of two deformable surfaces, or of one with itself: points with triangles, and edges with edges, all of them moving.
+//!
+//! ```text
+//! Π = ½ Σ_q W_q Σ_f c_qf b(d_qf) + Σ_ee′ w_ee′ m(|u × v|²) b(d_ee′)
+//! ```
+//!
+//! The points of either surface meet the features f of the other: c = 1 on triangles, −1 on edges between two, 1 on corners that
+//! triangles surround, so that a point over a flat or convex surface feels one distance, not one of each triangle. Terms of the same
+//! nearest feature are added before anything else. Both surfaces carry half of the pressure.
+//!
+//! Edges are guards: w is a ten-thousandth of their area, m(c) = 2c/ε − c²/ε² for c < ε makes parallel ones vanish smoothly (Li et al.,
+//! Incremental potential contact, ACM TOG 39, 2020, §5.2, ε a thousandth of |u|²|v|² at rest). Weights by area and the sum over features are
+//! those of Li et al., Convergent incremental potential contact (2023). Detection along the step is additive (Li, Kaufman & Jiang 2021, §4).
+//!
+//! Candidates are kept until the motion has used up their margin; what they are never decides what comes out.
+//! Limits: parts that share a node do not meet. A curved facet is four flat triangles to the points of the other surface.
+
+mod candidates;
+pub mod friction;
+mod motion;
+pub mod nearest;
+pub mod pressed;
+pub mod surface;
+mod terms;
+pub mod touch;
+
+use super::placement::moved;
+use super::{Counts, Point};
+use crate::math::tensor::Vec3;
+use crate::mesh::overlap::pierces;
+use candidates::{Candidates, Pass, Span, candidates, least, pierced_by_edges};
+use std::sync::{Arc, Mutex};
+use std::time::Instant;
+use surface::{Edge, Surface};
+pub use terms::Term;
+use terms::{between, to_triangle};
+
+/// Part of the mean edge that nodes may move before pairs are looked for again [–].
+const MARGIN: f64 = 0.1;
+/// Room in the tangent for pairs nearer than so many reaches [–].
+const ROOM: f64 = 3.0;
+
+/// Two surfaces, or one.
+pub struct Surfaces {
+    pub name: String,
+    first: Surface,
+    /// None where the first meets itself
+    second: Option<Surface>,
+    /// [nodes of the mesh] X [m]
+    rest: Vec<Vec3>,
+    /// Nothing is felt beyond this distance [m]
+    reach: f64,
+    /// Motion of a node that the candidates allow [m]
+    margin: f64,
+    nodes: Vec<u32>,
+    known: Mutex<Known>,
+    counts: Mutex<Counts>,
+}
+
+/// What was found last.
+#[derive(Default)]
+struct Known {
+    /// [nodes] displacements there [m]
+    at: Vec<Vec3>,
+    candidates: Arc<Candidates>,
+    /// Displacements of the last evaluation, and its terms
+    last: (Vec<Vec3>, Arc<Vec<Term>>),
+}
+
+impl Surfaces {
+    pub fn new(name: String, first: Surface, second: Option<Surface>, rest: Vec<Vec3>, reach: f64) -> Self {
+        let size = second.as_ref().map_or(f64::INFINITY, |s| s.size(&rest)).min(first.size(&rest));
+        let mut nodes: Vec<u32> = first.nodes().chain(second.iter().flat_map(Surface::nodes)).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        let (known, counts) = Default::default();
+        Self { name, first, second, rest, reach, margin: MARGIN * size, nodes, known, counts }
+    }
+
+    pub fn counts(&self) -> Counts {
+        *self.counts.lock().expect("counting does not panic")
+    }
+
+    /// The surface whose forces are recorded.
+    pub fn first(&self) -> &Surface {
+        &self.first
+    }
+
+    /// Points of both.
+    pub fn point_count(&self) -> usize {
+        self.first.points.len() + self.second.as_ref().map_or(0, |s| s.points.len())
+    }
+
+    pub fn meets_itself(&self) -> bool {
+        self.second.is_none()
+    }
+
+    fn passes(&self) -> Vec<Pass<'_>> {
+        let pass = |points, triangles| Pass { points, triangles };
+        match &self.second {
+            None => vec![pass(&self.first, &self.first)],
+            Some(second) => vec![pass(&self.first, second), pass(second, &self.first)],
+        }
+    }
+
+    /// Place of a node at displacement x [m].
+    fn node(&self, x: &[f64], k: u32) -> Vec3 {
+        self.rest[k as usize] + moved(x, k)
+    }
+
+    /// Place of a point at displacement x [m].
+    fn place(&self, x: &[f64], p: &Point) -> Vec3 {
+        p.nodes.iter().zip(&p.weights).fold(p.at, |at, (&k, w)| at + moved(x, k) * *w)
+    }
+
+    fn displacements(&self, x: &[f64]) -> Vec<Vec3> {
+        self.nodes.iter().map(|&k| moved(x, k)).collect()
+    }
+
+    /// Terms nearer than the reach at displacement x, point by point, then edge by edge.
+    pub fn terms(&self, x: &[f64]) -> Arc<Vec<Term>> {
+        let start = Instant::now();
+        let here = self.displacements(x);
+        let mut known = self.known.lock().expect("no evaluation panics");
+        if known.last.0 != here {
+            self.refresh(&mut known, x, &here);
+            let mut tested = 0;
+            let terms = self.near(x, &known.candidates, self.reach, &mut tested);
+            let mut counts = self.counts.lock().expect("counting does not panic");
+            counts.points += self.point_count();
+            counts.tested += tested;
+            counts.active += terms.len();
+            counts.search += start.elapsed();
+            known.last = (here, Arc::new(terms));
+        }
+        known.last.1.clone()
+    }
+
+    /// Nodes of pairs that are near enough to have a place in the tangent.
+    pub fn room(&self, x: &[f64]) -> Vec<Vec<u32>> {
+        let here = self.displacements(x);
+        let mut known = self.known.lock().expect("no evaluation panics");
+        self.refresh(&mut known, x, &here);
+        self.nodes_within(x, &known.candidates, ROOM * self.reach)
+    }
+
+    /// Least distance [m] between parts that share no node, at displacement x; infinite where there is none.
+    pub fn gap(&self, x: &[f64]) -> f64 {
+        let corners = |pass: &Pass, t: u32| pass.triangles.triangles[t as usize].map(|k| self.node(x, k));
+        let ends = |e: &Edge| e.nodes.map(|k| self.node(x, k));
+        let of_point = |pass: &Pass, p: &Point, t: u32| to_triangle(&self.place(x, p), &corners(pass, t));
+        let of_edges = |a: &Edge, b: &Edge| between(&ends(a), &ends(b));
+        least(&self.passes(), &|p| self.place(x, p), &|k| self.node(x, k), &of_point, &of_edges)
+    }
+
+    /// A place where an edge goes through a triangle at displacement x [m].
+    pub fn crossing(&self, x: &[f64]) -> Option<Vec3> {
+        let passes = self.passes();
+        let spot = |at: Vec3| -> Span { (at, at) };
+        let node = |k: u32| self.node(x, k);
+        let found = pierced_by_edges(&passes, &|k| spot(node(k)));
+        found.into_iter().find_map(|(edge, triangle)| {
+            let [a, b] = edge.map(node);
+            Some(a + (b - a) * pierces(&a, &b, &triangle.map(node))?)
+        })
+    }
+
+    /// Candidates that hold all pairs nearer than the room as long as no node moves further than the margin from x.
+    fn refresh(&self, known: &mut Known, x: &[f64], here: &[Vec3]) {
+        if known.at.is_empty() || farthest(&known.at, here) > self.margin {
+            known.candidates = Arc::new(self.around(x, ROOM * self.reach + 2.0 * self.margin));
+            known.at = here.to_vec();
+        }
+    }
+
+    fn around(&self, x: &[f64], radius: f64) -> Candidates {
+        let spot = |at: Vec3| -> Span { (at, at) };
+        candidates(&self.passes(), radius, &|p| spot(self.place(x, p)), &|k| spot(self.node(x, k)))
+    }
+}
+
+fn farthest(a: &[Vec3], b: &[Vec3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
+}

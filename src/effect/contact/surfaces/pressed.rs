@@ -1,0 +1,176 @@
+//! The barrier between surfaces: energy, forces and tangent of the [`Term`]s.
+//!
+//! Π = w m(c) b(d): r = w (m b′ ∂d + b m′ ∂c), K = w (m (b″ ∂d ∂dᵀ + b′ ∂²d) + m′ b′ (∂c ∂dᵀ + ∂d ∂cᵀ) + b (m″ ∂c ∂cᵀ + m′ ∂²c)), with
+//! c = |u × v|² = |u|²|v|² − (u·v)² of the edges u and v, and m = 1 of a point.
+
+use super::{Surfaces, Term};
+use crate::effect::contact::Press;
+use crate::effect::contact::barrier::Barrier;
+use crate::effect::contact::pressed::Response;
+use crate::math::tensor::{Mat3, Vec3};
+use crate::system::{At, Blocks, Effect, EvalError, Limit, Local, Meeting, Role, Want};
+use std::sync::Arc;
+
+pub struct PressedSurfaces {
+    pub surfaces: Surfaces,
+    pub barrier: Barrier,
+    /// It has none that stay
+    blocks: Blocks,
+}
+
+/// The terms at one state as blocks.
+struct Met<'a> {
+    of: &'a PressedSurfaces,
+    terms: Arc<Vec<Term>>,
+    blocks: Blocks,
+}
+
+impl PressedSurfaces {
+    pub fn new(surfaces: Surfaces, barrier: Barrier) -> Self {
+        Self { surfaces, barrier, blocks: Blocks::new(std::iter::empty()) }
+    }
+
+    /// w (b, b′, b″), with m where that is a point's.
+    fn potential(&self, term: &Term) -> Result<[f64; 3], EvalError> {
+        let gap = term.touch.gap();
+        let crossed =
+            || EvalError::Crossed { effect: self.surfaces.name.clone(), node: term.touch.nodes[0], gap: -gap };
+        Ok(self.barrier.potential(gap).ok_or_else(crossed)?.map(|v| v * term.weight))
+    }
+
+    /// Energy, r and K of a term into a block of its nodes.
+    pub fn add(&self, x: &[f64], term: &Term, want: Want, out: &mut Local) -> Result<(), EvalError> {
+        let [energy, first, second] = self.potential(term)?;
+        let Some(blunt) = term.blunt else {
+            out.energy += energy;
+            term.touch.add((first, second), want, out);
+            return Ok(());
+        };
+        let n = [0, 1, 2, 3].map(|k| self.surfaces.node(x, term.touch.nodes[k]));
+        let cross = Cross { u: n[1] - n[0], v: n[3] - n[2] };
+        let y = cross.value() / blunt;
+        let [m, slope, bend] = match y < 1.0 {
+            true => [2.0 * y - y * y, (2.0 - 2.0 * y) / blunt, -2.0 / (blunt * blunt)],
+            false => [1.0, 0.0, 0.0],
+        };
+        out.energy += m * energy;
+        term.touch.add((m * first, m * second), want, out);
+        if slope == 0.0 {
+            return Ok(());
+        }
+        let dc = cross.slopes();
+        for (k, dc) in dc.iter().enumerate() {
+            (0..3).for_each(|i| out.r[3 * k + i] += energy * slope * dc[i]);
+        }
+        if want < Want::Tangent {
+            return Ok(());
+        }
+        let normal = term.touch.normal();
+        let dd = [0, 1, 2, 3].map(|k| normal * term.touch.shares[k]);
+        for k in 0..4 {
+            for l in 0..=k {
+                let mixed = dc[k] * dd[l].transpose() + dd[k] * dc[l].transpose();
+                let entry = mixed * (slope * first)
+                    + dc[k] * dc[l].transpose() * (bend * energy)
+                    + cross.second(k, l) * (slope * energy);
+                for (i, j) in (0..9).map(|e| (e / 3, e % 3)) {
+                    out.k[(3 * k + i) * 12 + 3 * l + j] += entry[(i, j)];
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The force of a point's term, as friction sees it; none of two edges, which are guards.
+    pub fn press(&self, term: &Term) -> Option<Press> {
+        let [_, first, _] = self.potential(term).ok().filter(|_| term.point.is_some())?;
+        let (normal, shares) = (term.touch.normal(), term.touch.shares.clone());
+        (first != 0.0).then_some(Press { force: -first, normal, shares })
+    }
+}
+
+/// c = |u × v|² of two edges between the nodes 0, 1 and 2, 3.
+struct Cross {
+    u: Vec3,
+    v: Vec3,
+}
+
+impl Cross {
+    fn value(&self) -> f64 {
+        self.u.cross(&self.v).norm_squared()
+    }
+
+    /// ∂c by the four nodes.
+    fn slopes(&self) -> [Vec3; 4] {
+        let Self { u, v } = self;
+        let by_u = (u * v.norm_squared() - v * u.dot(v)) * 2.0;
+        let by_v = (v * u.norm_squared() - u * u.dot(v)) * 2.0;
+        [-by_u, by_u, -by_v, by_v]
+    }
+
+    fn second(&self, k: usize, l: usize) -> Mat3 {
+        let Self { u, v } = self;
+        let own = |w: &Vec3| (Mat3::identity() * w.norm_squared() - w * w.transpose()) * 2.0;
+        let mixed =
+            |u: &Vec3, v: &Vec3| (u * v.transpose() * 2.0 - v * u.transpose() - Mat3::identity() * u.dot(v)) * 2.0;
+        let sign = if (k + l) % 2 == 0 { 1.0 } else { -1.0 };
+        let block = match (k < 2, l < 2) {
+            (true, true) => own(v),
+            (false, false) => own(u),
+            (true, false) => mixed(u, v),
+            (false, true) => mixed(v, u),
+        };
+        block * sign
+    }
+}
+
+impl Effect for PressedSurfaces {
+    fn name(&self) -> &str {
+        &self.surfaces.name
+    }
+
+    fn role(&self) -> Role {
+        Role::Touching
+    }
+
+    fn blocks(&self) -> &Blocks {
+        &self.blocks
+    }
+
+    fn eval(&self, _: &At, _: usize, _: Want, _: &mut Local) -> Result<(), EvalError> {
+        Ok(())
+    }
+
+    fn meets(&self) -> bool {
+        true
+    }
+
+    fn meeting<'a>(&'a self, at: &At) -> Option<Box<dyn Meeting + 'a>> {
+        let terms = self.surfaces.terms(at.x);
+        let blocks = Blocks::new(terms.iter().map(|t| &t.touch.nodes[..]));
+        Some(Box::new(Met { of: self, terms, blocks }))
+    }
+
+    /// As of points: a pressure on what turns or slides is negative somewhere.
+    fn semidefinite(&self) -> bool {
+        true
+    }
+
+    fn max_step(&self, x: &[f64], dx: &[f64]) -> Option<Limit> {
+        self.surfaces.max_step(x, dx)
+    }
+}
+
+impl Meeting for Met<'_> {
+    fn blocks(&self) -> &Blocks {
+        &self.blocks
+    }
+
+    fn room(&self, x: &[f64]) -> Vec<Vec<u32>> {
+        self.of.surfaces.room(x)
+    }
+
+    fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+        self.of.add(at.x, &self.terms[b], want, out)
+    }
+}

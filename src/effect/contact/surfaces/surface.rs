@@ -1,0 +1,77 @@
+//! A surface of flat triangles with the points that carry pressure, and what hangs together in it.
+
+use crate::effect::contact::{Point, Sampling, points};
+use crate::math::tensor::Vec3;
+use crate::mesh::TetMesh;
+use crate::mesh::flat::edges;
+use std::collections::BTreeMap;
+
+/// An edge of flat triangles.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Edge {
+    pub nodes: [u32; 2],
+    /// A third of the triangles that have it [m²]
+    pub area: f64,
+}
+
+/// Facets of a mesh.
+pub struct Surface {
+    pub points: Vec<Point>,
+    pub triangles: Vec<[u32; 3]>,
+    pub edges: Vec<Edge>,
+    /// Triangles about an edge, and about a node
+    sides: BTreeMap<[u32; 2], Vec<u32>>,
+    stars: BTreeMap<u32, Vec<u32>>,
+}
+
+impl Surface {
+    pub fn new(mesh: &TetMesh, facets: &[u32]) -> Self {
+        let triangles = mesh.flat_triangles(facets);
+        let (mut sides, mut stars) = (BTreeMap::<[u32; 2], Vec<u32>>::new(), BTreeMap::<u32, Vec<u32>>::new());
+        for (t, &[a, b, c]) in (0..).zip(&triangles) {
+            for [i, j] in [[a, b], [b, c], [c, a]] {
+                sides.entry([i.min(j), i.max(j)]).or_default().push(t);
+            }
+            [a, b, c].iter().for_each(|&k| stars.entry(k).or_default().push(t));
+        }
+        let area = |t: &u32| {
+            let [a, b, c] = triangles[*t as usize].map(|k| mesh.points[k as usize]);
+            0.5 * (b - a).cross(&(c - a)).norm()
+        };
+        let edge = |(nodes, _)| Edge { nodes, area: sides[&nodes].iter().map(area).sum::<f64>() / 3.0 };
+        let edges = edges(&triangles).into_iter().map(edge).collect();
+        Self { points: points(mesh, facets, Sampling::Pressures), triangles, edges, sides, stars }
+    }
+
+    /// Nodes, ascending.
+    pub fn nodes(&self) -> impl Iterator<Item = u32> + '_ {
+        self.stars.keys().copied()
+    }
+
+    /// Triangles at a side that share no node with `own`.
+    pub fn at_side(&self, side: &[u32; 2], own: &[u32]) -> usize {
+        self.apart_from(&self.sides[side], own)
+    }
+
+    /// Of the triangles at a corner that share no node with `own`: 1 − their number + how often they meet at sides there, which is 0
+    /// for a fan with two ends and 1 for one that closes.
+    pub fn closes(&self, corner: u32, own: &[u32]) -> i32 {
+        let star = &self.stars[&corner];
+        let others = star.iter().flat_map(|&t| self.triangles[t as usize]).filter(|&k| k != corner);
+        let mut others: Vec<u32> = others.collect();
+        others.sort_unstable();
+        others.dedup();
+        let common = |&k: &u32| self.at_side(&[corner.min(k), corner.max(k)], own).saturating_sub(1) as i32;
+        1 - self.apart_from(star, own) as i32 + others.iter().map(common).sum::<i32>()
+    }
+
+    fn apart_from(&self, list: &[u32], own: &[u32]) -> usize {
+        list.iter().filter(|&&t| !self.triangles[t as usize].iter().any(|k| own.contains(k))).count()
+    }
+
+    /// Mean length of the edges at rest [m].
+    pub fn size(&self, rest: &[Vec3]) -> f64 {
+        let length = |e: &Edge| (rest[e.nodes[0] as usize] - rest[e.nodes[1] as usize]).norm();
+        self.edges.iter().map(length).sum::<f64>() / self.edges.len() as f64
+    }
+}

@@ -1,0 +1,138 @@
+//! Do two meshes share space? Middles of cells of one that lie in the other, and edges of one surface that pierce the other.
+//!
+//! Faces that touch share no space. Curved facets count as flat triangles.
+
+use super::embed::{cell_bounds, invert};
+use super::flat::edges;
+use super::{TetMesh, geometry};
+use crate::math::tensor::{Mat3, Vec3};
+use nalgebra::Rotation3;
+use parry3d_f64::bounding_volume::Aabb;
+use parry3d_f64::math::Vector;
+use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
+
+/// Share of lengths and areas below which a crossing is a touch [–].
+const TOUCH: f64 = 1e-9;
+/// Share of the size of the smaller body by which one is moved to tell a touch from an overlap [–].
+const NUDGE: f64 = 1e-6;
+
+/// A place that two meshes both fill [m].
+pub fn overlap(a: &TetMesh, b: &TetMesh) -> Option<Vec3> {
+    let (first, second) = (bounds(a), bounds(b));
+    if (0..3).any(|i| first.1[i] < second.0[i] || second.1[i] < first.0[i]) {
+        return None;
+    }
+    let size = (first.1 - first.0).norm().min((second.1 - second.0).norm());
+    let shared = |away: Vec3| {
+        let moved = a.image(&Mat3::identity(), &(away * (NUDGE * size)));
+        let both = [(&moved, b), (b, &moved)];
+        both.iter().find_map(|(a, b)| inside(a, b)).or_else(|| both.iter().find_map(|(a, b)| pierced(a, b)))
+    };
+    let [first, others @ ..] = corners();
+    let place = shared(first)?;
+    others.into_iter().all(|away| shared(away).is_some()).then_some(place)
+}
+
+/// Corners of a tetrahedron about the origin, along no axis of a mesh. What only touches comes apart in one of these directions; meshes whose
+/// edges and faces lie on each other cross properly in all of them.
+fn corners() -> [Vec3; 4] {
+    let turn = Rotation3::from_euler_angles(0.3, 0.5, 0.7);
+    [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]].map(|v| turn * Vec3::from(v))
+}
+
+/// Where the segment from `p` to `q` goes through the inside of a triangle, as a share of its length; none where it lies in its
+/// plane or touches its border (Möller & Trumbore, J. Graph. Tools 2, 1997).
+pub fn pierces(p: &Vec3, q: &Vec3, [a, b, c]: &[Vec3; 3]) -> Option<f64> {
+    let (u, v, along) = (b - a, c - a, q - p);
+    let across = along.cross(&v);
+    let volume = u.dot(&across);
+    if volume.abs() <= TOUCH * u.norm() * v.norm() * along.norm() {
+        return None;
+    }
+    let from = p - a;
+    let other = from.cross(&u);
+    let (s, t, w) = (from.dot(&across) / volume, along.dot(&other) / volume, v.dot(&other) / volume);
+    let within = s > TOUCH && t > TOUCH && s + t < 1.0 - TOUCH && w > TOUCH && w < 1.0 - TOUCH;
+    within.then_some(w)
+}
+
+fn bounds(mesh: &TetMesh) -> (Vec3, Vec3) {
+    geometry::bounds(mesh.points.iter().copied())
+}
+
+/// A hierarchy of boxes [least, most].
+fn hierarchy(boxes: impl Iterator<Item = (Vec3, Vec3)>) -> Bvh {
+    let boxes: Vec<Aabb> = boxes.map(aabb).collect();
+    Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes)
+}
+
+fn aabb((low, high): (Vec3, Vec3)) -> Aabb {
+    let to = |v: Vec3| Vector::new(v.x, v.y, v.z);
+    Aabb::new(to(low), to(high))
+}
+
+/// The middle of a cell of `a` in a cell of `b`.
+fn inside(a: &TetMesh, b: &TetMesh) -> Option<Vec3> {
+    let cells = hierarchy((0..b.cell_count()).map(|c| cell_bounds(b, c)));
+    let (low, high) = bounds(b);
+    let middles = (0..a.cell_count()).map(|c| a.position(c, [0.25; 3]));
+    let near = middles.filter(|p| (0..3).all(|i| p[i] >= low[i] && p[i] <= high[i]));
+    let holds = |p: &Vec3| {
+        let point = aabb((*p, *p));
+        cells.intersect_aabb(&point).any(|c| {
+            let depth = |xi: [f64; 3]| xi.iter().copied().fold(1.0 - xi.iter().sum::<f64>(), f64::min);
+            invert(b, c as usize, *p).is_some_and(|xi| depth(xi) > -TOUCH)
+        })
+    };
+    near.into_iter().find(holds)
+}
+
+/// A place where an edge of the surface of `a` pierces the surface of `b`.
+fn pierced(a: &TetMesh, b: &TetMesh) -> Option<Vec3> {
+    let corners = b.flat_triangles(&b.boundary_facets());
+    let triangles: Vec<[Vec3; 3]> = corners.iter().map(|t| t.map(|k| b.points[k as usize])).collect();
+    let boxes = hierarchy(triangles.iter().map(|t| geometry::bounds(t.iter().copied())));
+    let ends = edges(&a.flat_triangles(&a.boundary_facets()));
+    ends.into_iter().find_map(|(ends, _)| {
+        let [p, q] = ends.map(|k| a.points[k as usize]);
+        let around = aabb(geometry::bounds([p, q].into_iter()));
+        let mut near: Vec<u32> = boxes.intersect_aabb(&around).collect();
+        near.sort_unstable();
+        near.into_iter().find_map(|t| Some(p + (q - p) * pierces(&p, &q, &triangles[t as usize])?))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::Order;
+    use crate::mesh::structured::block;
+
+    /// Apart, touching with whole faces, overlapping by a corner, one in the other, the same place twice, and two crossed bars
+    /// whose cells are longer than the bars are thick.
+    #[test]
+    fn tells_a_touch_from_an_overlap() {
+        let at = |mesh: &TetMesh, b: [f64; 3]| mesh.image(&Mat3::identity(), &Vec3::from(b));
+        for order in [Order::Linear, Order::Quadratic] {
+            let cube = block(2, 2, 2, 1.0, 1.0, 1.0, order);
+            for (away, shared) in [
+                ([1.5, 0.0, 0.0], false),
+                ([1.0, 0.0, 0.0], false),
+                ([1.0, 0.3, 0.2], false),
+                ([0.9, 0.9, 0.9], true),
+                ([0.0; 3], true),
+                ([0.5, 0.0, 0.0], true),
+                ([0.5, 0.0, 0.9], true),
+                ([0.5, 0.0, 1.0], false),
+            ] {
+                assert_eq!(overlap(&cube, &at(&cube, away)).is_some(), shared, "{away:?}");
+            }
+            let small = at(&block(1, 1, 1, 0.1, 0.1, 0.1, order), [0.4, 0.4, 0.3]);
+            assert!(overlap(&cube, &small).is_some() && overlap(&small, &cube).is_some());
+            let bar = block(1, 1, 1, 1.0, 0.1, 0.1, order);
+            let crossed = at(&block(1, 1, 1, 0.1, 1.0, 0.1, order), [0.7, -0.2, 0.05]);
+            assert!(overlap(&bar, &crossed).is_some());
+            assert!(overlap(&bar, &at(&crossed, [0.0, 0.0, 0.06])).is_none());
+        }
+    }
+}

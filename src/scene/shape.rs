@@ -1,0 +1,132 @@
+//! Shapes of obstacles and rigid bodies as they stand in a scene.
+
+use super::quantity::{Angle, Length};
+use crate::effect::contact::shape::Shape;
+use crate::math::tensor::{Mat3, Vec3};
+use crate::math::units::{self, Dimension};
+use crate::mesh::surface_file::read_surface;
+use nalgebra::{Rotation3, Unit};
+use serde::Deserialize;
+use std::path::{Path, PathBuf};
+
+/// What is met: a shape in space, a rigid body of the scene, or another part of the surface. A rigid body has one of the shapes.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum ShapeSpec {
+    /// What is below the plane through `point`
+    Floor {
+        point: [Length; 3],
+        normal: [f64; 3],
+    },
+    /// Turned about its middle, along the axes if `turn` is absent
+    Box {
+        min: [Length; 3],
+        max: [Length; 3],
+        turn: Option<TurnSpec>,
+    },
+    Sphere {
+        center: [Length; 3],
+        radius: Length,
+    },
+    Cylinder {
+        from: [Length; 3],
+        to: [Length; 3],
+        radius: Length,
+    },
+    /// STL or OBJ, closed and outward
+    Surface {
+        file: PathBuf,
+        unit: String,
+    },
+    Rigid {
+        body: String,
+    },
+    /// Facets of a deformable body
+    Region {
+        region: String,
+    },
+}
+
+/// A rotation by the right-hand rule.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TurnSpec {
+    pub axis: [f64; 3],
+    pub angle: Angle,
+}
+
+impl TurnSpec {
+    pub(super) fn axes(&self) -> Result<Mat3, ShapeFault> {
+        let axis = Vec3::from(self.axis);
+        if axis.norm() == 0.0 || !axis.norm().is_finite() {
+            return Err(ShapeFault::Content("the axis of `turn` has no length".into(), "write for example [0, 1, 0]"));
+        }
+        Ok(Rotation3::from_axis_angle(&Unit::new_normalize(axis), self.angle.0).into_inner())
+    }
+}
+
+/// Why a shape cannot be built.
+pub(super) enum ShapeFault {
+    Content(String, &'static str),
+    Part(Box<dyn std::error::Error + Send + Sync>),
+}
+
+fn vector(p: &[Length; 3]) -> Vec3 {
+    Vec3::new(p[0].0, p[1].0, p[2].0)
+}
+
+impl ShapeSpec {
+    /// The shape, and the origin and axes of its frame.
+    pub(super) fn build(&self, base: &Path) -> Result<(Shape, Vec3, Mat3), ShapeFault> {
+        let positive = |r: f64| {
+            let fact = || ShapeFault::Content(format!("the radius is {} mm", r * 1e3), "it must be positive");
+            if r > 0.0 { Ok(r) } else { Err(fact()) }
+        };
+        Ok(match self {
+            Self::Floor { point, normal } => {
+                let normal = Vec3::from(*normal);
+                if normal.norm() == 0.0 || !normal.norm().is_finite() {
+                    let remedy = "write for example [0, 0, 1]";
+                    return Err(ShapeFault::Content("the normal has no length".into(), remedy));
+                }
+                (Shape::floor(), vector(point), turn(&Vec3::z(), &normal))
+            }
+            Self::Box { min, max, turn } => {
+                let (low, high) = (vector(min), vector(max));
+                if (0..3).any(|i| low[i] >= high[i]) {
+                    let fact = "`min` is not below `max`".into();
+                    return Err(ShapeFault::Content(fact, "give the lower corner as `min`"));
+                }
+                let axes = turn.as_ref().map_or(Ok(Mat3::identity()), TurnSpec::axes)?;
+                (Shape::cuboid(0.5 * (high - low)), 0.5 * (low + high), axes)
+            }
+            Self::Sphere { center, radius } => (Shape::sphere(positive(radius.0)?), vector(center), Mat3::identity()),
+            Self::Cylinder { from, to, radius } => {
+                let axis = vector(to) - vector(from);
+                if axis.norm() == 0.0 {
+                    let fact = "`from` and `to` are the same point".into();
+                    return Err(ShapeFault::Content(fact, "give the two ends of the axis"));
+                }
+                let shape = Shape::cylinder(0.5 * axis.norm(), positive(radius.0)?);
+                (shape, 0.5 * (vector(from) + vector(to)), turn(&Vec3::y(), &axis))
+            }
+            Self::Surface { file, unit } => {
+                let fault = |e: Box<dyn std::error::Error + Send + Sync>| ShapeFault::Part(e);
+                let unit = units::parse(&format!("1 {unit}"), Dimension::LENGTH).map_err(|e| fault(e.into()))?;
+                let surface = read_surface(&base.join(file), unit).map_err(|e| fault(e.into()))?;
+                (Shape::surface(&surface).map_err(|e| fault(e.into()))?, Vec3::zeros(), Mat3::identity())
+            }
+            Self::Rigid { body: name } | Self::Region { region: name } => {
+                let fact = format!("\"{name}\" is a body of the scene, and no shape in space");
+                return Err(ShapeFault::Content(fact, "take a box, a sphere, a cylinder or a surface"));
+            }
+        })
+    }
+}
+
+/// Axes that turn `from` into the direction of `to`.
+fn turn(from: &Vec3, to: &Vec3) -> Mat3 {
+    // Opposite directions have no shortest turn.
+    let flip = || Mat3::from_diagonal(&Vec3::new(1.0, -1.0, -1.0));
+    Rotation3::rotation_between(from, to).map_or_else(flip, |r| r.into_inner())
+}

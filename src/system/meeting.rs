@@ -1,0 +1,86 @@
+//! Blocks that are there at one state only: parts that meet, and may part again. The tangent has room for them beside the pattern of the
+//! blocks that stay, and gets more where they need it.
+
+use super::{Assembled, At, Blocks, Dofs, EvalError, Local, System, Want};
+use crate::math::sparse::SymPattern;
+use std::sync::Arc;
+
+/// What an effect couples at one state.
+pub trait Meeting {
+    fn blocks(&self) -> &Blocks;
+    /// Nodes that may soon be coupled, list by list; decided by x alone, so that a run that is resumed has the same room
+    fn room(&self, x: &[f64]) -> Vec<Vec<u32>>;
+    /// As [`Effect::eval`](super::Effect::eval)
+    fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError>;
+}
+
+/// Tangents of blocks that have no slots.
+#[derive(Default)]
+pub(super) struct Met {
+    /// Equations of a block, [`Dofs::FIXED`] where a dof is prescribed, and its K_e, row by row
+    blocks: Vec<(Vec<u32>, Vec<f64>)>,
+}
+
+impl Met {
+    /// Keeps K_e of a block.
+    pub fn push(&mut self, system: &System, list: &Blocks, b: usize, local: &Local) {
+        let n = list.size(b);
+        let equations = list.dofs(b).map(|dof| system.dofs.equation[dof as usize]).collect();
+        self.blocks.push((equations, local.k[..n * n].to_vec()));
+    }
+
+    /// Does the pattern hold every pair of the blocks?
+    fn fits(&self, pattern: &SymPattern) -> bool {
+        self.blocks.iter().all(|(equations, _)| pairs(equations).all(|(i, j)| pattern.slot(i, j).is_some()))
+    }
+}
+
+fn pairs(equations: &[u32]) -> impl Iterator<Item = (u32, u32)> + '_ {
+    let free = || equations.iter().copied().filter(|e| *e != Dofs::FIXED);
+    free().flat_map(move |i| free().take_while(move |j| *j != i).map(move |j| (i, j)))
+}
+
+impl Assembled {
+    /// Gives back the room of parts that met: the next tangent has what its own state asks for.
+    pub fn forget_meetings(&mut self, system: &System) {
+        if !self.moved.is_empty() {
+            self.pattern = system.pattern.clone();
+            self.moved.clear();
+        }
+    }
+
+    /// Values of K before the blocks that stay are added.
+    pub(super) fn clear_tangent(&mut self, system: &System) {
+        self.k.clear();
+        self.k.resize(system.pattern.nnz(), 0.0);
+    }
+
+    /// Puts K of the blocks that stay, and of those that met, into a pattern that holds both.
+    pub(super) fn take_in(&mut self, system: &System, met: &Met, room: impl Fn() -> Vec<Vec<u32>>) {
+        if !met.fits(&self.pattern) {
+            let of_nodes = |nodes: &Vec<u32>| -> Vec<u32> {
+                nodes.iter().flat_map(|n| 3 * n..3 * n + 3).map(|dof| system.dofs.equation[dof as usize]).collect()
+            };
+            let room: Vec<Vec<u32>> = room().iter().map(of_nodes).collect();
+            let lists = || room.iter().chain(met.blocks.iter().map(|b| &b.0));
+            let wider = self.pattern.with_pairs(lists().flat_map(|list| pairs(list)));
+            self.moved = system.pattern.slots_in(&wider);
+            self.pattern = Arc::new(wider);
+        }
+        if self.moved.is_empty() {
+            return;
+        }
+        let mut k = vec![0.0; self.pattern.nnz()];
+        self.moved.iter().zip(&self.k).for_each(|(&slot, value)| k[slot as usize] = *value);
+        for (equations, values) in &met.blocks {
+            let n = equations.len();
+            for i in 0..n {
+                for j in (0..=i).filter(|&j| equations[i] != Dofs::FIXED && equations[j] != Dofs::FIXED) {
+                    let slot = self.pattern.slot(equations[i], equations[j]).expect("the pattern was made to fit");
+                    k[slot as usize] += values[i * n + j];
+                }
+            }
+        }
+        self.k = k;
+    }
+}
