@@ -3,8 +3,11 @@
 mod common;
 
 use common::column;
-use durometer::math::tensor::Vec3;
+use durometer::math::tensor::{Mat3, Vec3};
+use durometer::mesh::overlap::overlap;
+use durometer::mesh::structured::block;
 use durometer::mesh::validate::min_det;
+use durometer::mesh::{Order, TetMesh};
 use durometer::scene::{Body, Scene, read_scene};
 use durometer::solve::Status;
 use std::sync::Arc;
@@ -123,4 +126,131 @@ drive = {{ length = {{ kind = "ramp", from = "0 mm", to = "2 mm", end = "1 s" }}
     assert!((change("left.xmin_x_m") / change("right.xmin_x_m") + 1.0).abs() < 1e-6);
     // Nothing acts on the third body, whose nodes are within the balls.
     assert_eq!(change("top.xmin_z_m"), 0.0);
+}
+
+/// Three fingers a third of a turn apart, each with its cable, grip a rigid sphere alike: the forces are images of each other up to the tolerance
+/// of the equilibrium (1e-8 of the sum of all forces, here some thousand times that of a contact).
+#[test]
+fn a_gripper_of_three_fingers() {
+    let turned = |k: usize, v: Vec3| {
+        let angle = std::f64::consts::TAU * k as f64 / 3.0;
+        nalgebra::Rotation3::from_axis_angle(&Vec3::x_axis(), angle) * v
+    };
+    let mut text = "[mesh]\nbody = \"finger\"\ncells = 700\n".to_string();
+    for k in 0..3 {
+        let away = turned(k, Vec3::new(0.0, -10.0, 22.0));
+        text += &format!(
+            "[[mesh.copy]]\nname = \"finger-{k}\"\nturn = {{ axis = [1, 0, 0], angle = \"{} deg\" }}\nshift = [\"0 mm\", \"{} mm\", \"{} mm\"]\n",
+            120 * k,
+            away.y,
+            away.z
+        );
+    }
+    text += r#"
+[laws.rubber]
+law = "neo_hookean"
+E = "1 MPa"
+nu = 0.45
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+[[constraint]]
+kind = "fixed"
+region = "root"
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "0.5 s"
+[numerics]
+max_iterations = 100
+"#;
+    for k in 0..3 {
+        text += &format!(
+            r#"
+[[constraint]]
+kind = "cable"
+name = "cable-{k}"
+path = "finger-{k}.cable"
+guide_radius = "4 mm"
+drive = {{ length = {{ kind = "ramp", from = "0 mm", to = "12 mm", end = "1 s" }} }}
+[[contact]]
+name = "grip-{k}"
+region = "finger-{k}.skin"
+obstacle = {{ kind = "sphere", center = ["75 mm", "0 mm", "0 mm"], radius = "15 mm" }}
+response = "barrier"
+friction = 0
+"#
+        );
+    }
+    let run = common::run(&load(&text));
+    assert_eq!(run.status, Status::Converged);
+    let force = |k: usize| {
+        let last = |c: &str| *column(&run, &format!("grip-{k}_force_{c}_N")).last().expect("a row");
+        Vec3::new(last("x"), last("y"), last("z"))
+    };
+    assert!(force(0).z > 1.0, "{:?}", force(0));
+    for k in 1..3 {
+        let away = force(k) - turned(k, force(0));
+        assert!(away.norm() < 1e-4 * force(0).norm(), "{k}: {away:?}");
+    }
+}
+
+/// Volumes, outward normals and facets of cells survive a mirror and a turn; two images are two parts.
+#[test]
+fn images_are_sound() {
+    for order in [Order::Linear, Order::Quadratic] {
+        let mut mesh = block(2, 2, 2, 0.2, 0.1, 0.1, order);
+        mesh.distort(5, 0.1);
+        let turn = nalgebra::Rotation3::from_euler_angles(0.4, 0.2, -0.7).into_inner();
+        let mirror = Mat3::from_diagonal(&Vec3::new(-1.0, 1.0, 1.0));
+        let away = Vec3::new(-0.3, 0.0, 0.0);
+        let other = mesh.image(&(turn * mirror), &away);
+        let named = [("a".to_string(), mesh.clone()), ("b".to_string(), other)];
+        let whole = TetMesh::side_by_side(&named).expect("two meshes");
+        assert!((0..whole.cell_count()).all(|c| min_det(&whole, c) > 0.0));
+        assert!((whole.volume() / mesh.volume() - 2.0).abs() < 1e-13);
+        let flux = |m: &TetMesh| -> f64 {
+            let at = |f: usize| m.facet(f)[..3].iter().map(|&i| m.points[i as usize]).sum::<Vec3>() / 3.0;
+            (0..m.facet_count()).map(|f| 0.5 * m.facet_normal(f, [1.0 / 3.0; 2]).dot(&at(f))).sum()
+        };
+        // Gauss: ∮ x·n dA = 3 V on flat facets.
+        assert!((flux(&whole) / (3.0 * whole.volume()) - 1.0).abs() < 1e-12);
+        assert_eq!(whole.boundary_facets().len(), 2 * mesh.boundary_facets().len());
+        let area = |r: &str| whole.region_area(&whole.regions[r].facets);
+        assert!((area("b.xmin") - area("a.xmin")).abs() < 1e-15);
+        assert!((area("xmin") - 2.0 * area("a.xmin")).abs() < 1e-15);
+        let parts = whole.parts();
+        let half = mesh.cell_count();
+        assert!(parts[..half].iter().all(|p| *p == 0));
+        assert!(parts[half..].iter().all(|p| *p == mesh.points.len() as u32));
+    }
+}
+
+/// Apart, touching with whole faces, overlapping by a corner, one in the other, the same place twice, and two crossed bars
+/// whose cells are longer than the bars are thick.
+#[test]
+fn tells_a_touch_from_an_overlap() {
+    let at = |mesh: &TetMesh, b: [f64; 3]| mesh.image(&Mat3::identity(), &Vec3::from(b));
+    for order in [Order::Linear, Order::Quadratic] {
+        let cube = block(2, 2, 2, 1.0, 1.0, 1.0, order);
+        for (away, shared) in [
+            ([1.5, 0.0, 0.0], false),
+            ([1.0, 0.0, 0.0], false),
+            ([1.0, 0.3, 0.2], false),
+            ([0.9, 0.9, 0.9], true),
+            ([0.0; 3], true),
+            ([0.5, 0.0, 0.0], true),
+            ([0.5, 0.0, 0.9], true),
+            ([0.5, 0.0, 1.0], false),
+        ] {
+            assert_eq!(overlap(&cube, &at(&cube, away)).is_some(), shared, "{away:?}");
+        }
+        let small = at(&block(1, 1, 1, 0.1, 0.1, 0.1, order), [0.4, 0.4, 0.3]);
+        assert!(overlap(&cube, &small).is_some() && overlap(&small, &cube).is_some());
+        let bar = block(1, 1, 1, 1.0, 0.1, 0.1, order);
+        let crossed = at(&block(1, 1, 1, 0.1, 1.0, 0.1, order), [0.7, -0.2, 0.05]);
+        assert!(overlap(&bar, &crossed).is_some());
+        assert!(overlap(&bar, &at(&crossed, [0.0, 0.0, 0.06])).is_none());
+    }
 }

@@ -124,7 +124,11 @@ fn describe(scene: &Scene) {
     // Effects in the order of the file, then the loads of constraints
     for (k, effect) in scene.system.effects.iter().enumerate() {
         let words = scene.spec.effects.get(k).map_or("load of a constraint".into(), EffectSpec::words);
-        println!("effect       {} ({} blocks): {words}", effect.name(), effect.blocks().len());
+        let blocks = match effect.meets() {
+            true => "blocks where parts meet".into(),
+            false => format!("{} blocks", effect.blocks().len()),
+        };
+        println!("effect       {} ({blocks}): {words}", effect.name());
     }
     for rows in scene.system.constraints.chunk_by(|a, b| a.name() == b.name()) {
         let blocks: usize = rows.iter().map(|row| row.blocks().len()).sum();

@@ -101,38 +101,3 @@ fn pierced(a: &TetMesh, b: &TetMesh) -> Option<Vec3> {
         near.into_iter().find_map(|t| Some(p + (q - p) * pierces(&p, &q, &triangles[t as usize])?))
     })
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::mesh::Order;
-    use crate::mesh::structured::block;
-
-    /// Apart, touching with whole faces, overlapping by a corner, one in the other, the same place twice, and two crossed bars
-    /// whose cells are longer than the bars are thick.
-    #[test]
-    fn tells_a_touch_from_an_overlap() {
-        let at = |mesh: &TetMesh, b: [f64; 3]| mesh.image(&Mat3::identity(), &Vec3::from(b));
-        for order in [Order::Linear, Order::Quadratic] {
-            let cube = block(2, 2, 2, 1.0, 1.0, 1.0, order);
-            for (away, shared) in [
-                ([1.5, 0.0, 0.0], false),
-                ([1.0, 0.0, 0.0], false),
-                ([1.0, 0.3, 0.2], false),
-                ([0.9, 0.9, 0.9], true),
-                ([0.0; 3], true),
-                ([0.5, 0.0, 0.0], true),
-                ([0.5, 0.0, 0.9], true),
-                ([0.5, 0.0, 1.0], false),
-            ] {
-                assert_eq!(overlap(&cube, &at(&cube, away)).is_some(), shared, "{away:?}");
-            }
-            let small = at(&block(1, 1, 1, 0.1, 0.1, 0.1, order), [0.4, 0.4, 0.3]);
-            assert!(overlap(&cube, &small).is_some() && overlap(&small, &cube).is_some());
-            let bar = block(1, 1, 1, 1.0, 0.1, 0.1, order);
-            let crossed = at(&block(1, 1, 1, 0.1, 1.0, 0.1, order), [0.7, -0.2, 0.05]);
-            assert!(overlap(&bar, &crossed).is_some());
-            assert!(overlap(&bar, &at(&crossed, [0.0, 0.0, 0.06])).is_none());
-        }
-    }
-}

@@ -50,7 +50,7 @@ impl Builder<'_> {
         Ok(NamedContact { name: spec.name.clone(), response: spec.response, of })
     }
 
-    /// Refuses surfaces that cross or touch at rest, and one that is nearer to itself than what the barrier feels.
+    /// Refuses surfaces that cross or touch at rest, and parts of one that are nearer to each other than what the barrier feels.
     fn check_surfaces(&self, place: &str, surfaces: &Surfaces, distance: f64) -> Result<(), SceneError> {
         let rest = vec![0.0; 3 * self.nodes];
         if let Some(at) = surfaces.crossing(&rest) {
@@ -62,7 +62,7 @@ impl Builder<'_> {
             let fact = "the surfaces touch at rest, and a barrier keeps them apart";
             return Err(self.content(place, fact, "leave a gap, for example of `distance`"));
         }
-        if surfaces.meets_itself() && gap < distance {
+        if surfaces.is_joined() && gap < distance {
             let fact = format!(
                 "parts of the surface that share no node are {:.4} mm from each other at rest, and feel each other from {:.4} mm",
                 gap * 1e3,

@@ -8,7 +8,7 @@
 //! triangles surround, so that a point over a flat or convex surface feels one distance, not one of each triangle. Terms of the same
 //! nearest feature are added before anything else. Both surfaces carry half of the pressure.
 //!
-//! Edges are guards: w is a ten-thousandth of their area, m(c) = 2c/ε − c²/ε² for c < ε makes parallel ones vanish smoothly (Li et al.,
+//! Edges are guards: w is a hundredth of their area where a surface is flat, and all of it where both are sharp; m(c) = 2c/ε − c²/ε² for c < ε makes parallel ones vanish smoothly (Li et al.,
 //! Incremental potential contact, ACM TOG 39, 2020, §5.2, ε a thousandth of |u|²|v|² at rest). Weights by area and the sum over features are
 //! those of Li et al., Convergent incremental potential contact (2023). Detection along the step is additive (Li, Kaufman & Jiang 2021, §4).
 //!
@@ -93,6 +93,13 @@ impl Surfaces {
 
     pub fn meets_itself(&self) -> bool {
         self.second.is_none()
+    }
+
+    /// Are both of one body, and next to each other?
+    pub fn is_joined(&self) -> bool {
+        let Some(second) = &self.second else { return true };
+        let own: Vec<u32> = self.first.nodes().collect();
+        second.nodes().any(|k| own.binary_search(&k).is_ok())
     }
 
     fn passes(&self) -> Vec<Pass<'_>> {

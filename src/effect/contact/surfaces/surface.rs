@@ -12,6 +12,8 @@ pub struct Edge {
     pub nodes: [u32; 2],
     /// A third of the triangles that have it [m²]
     pub area: f64,
+    /// 0 where its triangles are flat at rest, 1 from a right angle on, and where it has one triangle [–]
+    pub sharp: f64,
 }
 
 /// Facets of a mesh.
@@ -34,11 +36,18 @@ impl Surface {
             }
             [a, b, c].iter().for_each(|&k| stars.entry(k).or_default().push(t));
         }
-        let area = |t: &u32| {
+        let normal = |t: &u32| {
             let [a, b, c] = triangles[*t as usize].map(|k| mesh.points[k as usize]);
-            0.5 * (b - a).cross(&(c - a)).norm()
+            0.5 * (b - a).cross(&(c - a))
         };
-        let edge = |(nodes, _)| Edge { nodes, area: sides[&nodes].iter().map(area).sum::<f64>() / 3.0 };
+        let edge = |(nodes, _)| {
+            let normals: Vec<Vec3> = sides[&nodes].iter().map(normal).collect();
+            let sharp = match normals[..] {
+                [a, b] => (1.0 - a.dot(&b) / (a.norm() * b.norm())).clamp(0.0, 1.0),
+                _ => 1.0,
+            };
+            Edge { nodes, area: normals.iter().map(Vec3::norm).sum::<f64>() / 3.0, sharp }
+        };
         let edges = edges(&triangles).into_iter().map(edge).collect();
         Self { points: points(mesh, facets, Sampling::Pressures), triangles, edges, sides, stars }
     }

@@ -8,8 +8,8 @@ use super::touch::Touch;
 use crate::effect::contact::Point;
 use crate::math::tensor::Vec3;
 
-/// Share of the area of an edge that it has as a guard [–].
-const GUARD: f64 = 1e-4;
+/// Share of the area of an edge that it has as a guard, where surfaces are flat [–].
+const GUARD: f64 = 1e-2;
 /// ε over |u|²|v|² at rest [–].
 const BLUNT: f64 = 1e-3;
 
@@ -179,7 +179,8 @@ impl Surfaces {
         let touch = Touch::new(nodes, |k| self.node(x, k), vec![1.0 - s, s, t - 1.0, -t], slopes);
         let square = |e: &Edge| (self.rest[e.nodes[0] as usize] - self.rest[e.nodes[1] as usize]).norm_squared();
         let blunt = Some(BLUNT * square(first) * square(second));
-        Some(Term { touch, point: None, weight: 0.5 * GUARD * (first.area + second.area), blunt })
+        let share = GUARD + (1.0 - GUARD) * first.sharp * second.sharp;
+        Some(Term { touch, point: None, weight: 0.5 * share * (first.area + second.area), blunt })
     }
 }
 
