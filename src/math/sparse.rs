@@ -1,9 +1,5 @@
 //! Symmetric sparse matrices: the pattern is made once, the values change.
 
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::sparse::SymbolicSparseColMatRef;
-use faer::sparse::linalg::amd;
-
 /// Lower triangle of a symmetric n × n pattern, compressed columns, rows ascending, diagonal always present.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SymPattern {
@@ -137,16 +133,4 @@ impl SkewMatrix {
             y[j as usize] -= a * x[i as usize];
         }
     }
-}
-
-/// Fill-reducing order of a graph (approximate minimum degree, Amestoy, Davis & Duff 1996): `order[k]` is the vertex
-/// eliminated at step k. Postordered.
-pub fn minimum_degree(graph: &SymPattern) -> Vec<u32> {
-    let n = graph.n;
-    let (mut order, mut inverse) = (vec![0u32; n], vec![0u32; n]);
-    let matrix = SymbolicSparseColMatRef::new_checked(n, n, &graph.col_ptr, None, &graph.row_idx);
-    let mut memory = MemBuffer::new(amd::order_maybe_unsorted_scratch::<u32>(n, graph.nnz()));
-    amd::order_maybe_unsorted(&mut order, &mut inverse, matrix, amd::Control::default(), MemStack::new(&mut memory))
-        .expect("a graph of fewer than 2^31 edges can be ordered");
-    order
 }

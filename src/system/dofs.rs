@@ -1,8 +1,9 @@
 //! Which unknowns are free, and in which order they are eliminated.
 
 use super::Blocks;
+use crate::math::ordering::fill_reducing;
 use crate::math::signal::Signal;
-use crate::math::sparse::{SymPattern, minimum_degree};
+use crate::math::sparse::SymPattern;
 
 /// A displacement component that follows a signal.
 #[derive(Clone, Debug)]
@@ -51,7 +52,7 @@ impl Dofs {
             })
         });
         let mut free = Vec::with_capacity(equation.len());
-        for node in minimum_degree(&SymPattern::from_pairs(nodes, pairs)) {
+        for node in fill_reducing(&SymPattern::from_pairs(nodes, pairs)) {
             for dof in (3 * node..3 * node + 3).chain(guests[node as usize].iter().copied()) {
                 if equation[dof as usize] != Self::FIXED {
                     equation[dof as usize] = free.len() as u32;
