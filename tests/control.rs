@@ -109,7 +109,7 @@ fn a_restart_has_the_bits_of_the_whole_run() {
     assert!(whole.last.history.iter().any(|h| *h != 0.0) && whole.last.lambda.len() == 1);
     assert_eq!(whole.events.len(), 1);
     assert!(whole.totals.repeated > 0 && whole.totals.steps > 18, "{:?}", whole.totals);
-    assert!(whole.rows.len() == 19 && column(&whole, "cable_tension_N").iter().any(|t| *t > 0.0));
+    assert!(whole.rows.len() > 19 && column(&whole, "cable_tension_N").iter().any(|t| *t > 0.0));
 }
 
 /// The slip of a cable with friction and the history of its slackness go on too: over a guide that it wraps, there and back.
@@ -130,6 +130,11 @@ fn a_cable_with_friction_goes_on_with_its_bits() {
     assert!(whole.totals.cuts > 0 || fired.t_s == loose.t, "{fired:?} {loose:?}");
 }
 
+/// All grids here have multiples of 5 ms.
+fn on_grid(t: f64) -> bool {
+    (t / 0.005 - (t / 0.005).round()).abs() < 1e-6
+}
+
 /// The run, the same from every point of its grid.
 fn restarted_everywhere(scene: &Scene) -> Run {
     let whole = run(scene);
@@ -141,21 +146,23 @@ fn restarted_everywhere(scene: &Scene) -> Run {
         course.write(&file, scene).expect("writable");
         files.push(file);
     };
-    let at = whole.rows.iter().map(|row| row[0]).collect();
+    let at: Vec<f64> = whole.rows.iter().map(|row| row[0]).filter(|t| on_grid(*t)).collect();
+    let (points, mut count) = (at.len(), 0);
     let steering = Steering { at, at_end: true, saved: Some(&mut saved), ..Steering::default() };
     // To save a state changes nothing.
-    assert_eq!(bits(&scene.steer(steering, &mut |_| true, &mut |_| {})), bits(&whole));
-    assert_eq!(files.len(), whole.rows.len() + 1, "each point of the grid, and the end");
+    assert_eq!(bits(&scene.steer(steering, &mut |_| true, &mut |_| count += 1)), bits(&whole));
+    assert_eq!(count, points);
+    assert_eq!(files.len(), points + 1, "each point of the grid, and the end");
     for file in &files {
         let from = Course::read(file, scene).unwrap_or_else(|e| panic!("{e}"));
-        let mut seen = from.recorded();
+        let mut seen = whole.rows[..from.recorded()].iter().filter(|row| on_grid(row[0])).count();
         let steering = Steering { from: Some(from), ..Steering::default() };
         let again = scene.steer(steering, &mut |_| true, &mut |_| seen += 1);
         assert_eq!(again.status, Status::Converged);
         assert!(bits(&again) == bits(&whole), "{}", file.display());
         assert_eq!((again.events, again.totals, again.peak), (whole.events.clone(), whole.totals, whole.peak.clone()));
         assert_eq!(again.cable_events, whole.cable_events);
-        assert_eq!(seen, whole.rows.len(), "only new states are handed out");
+        assert_eq!(seen, points, "only new states are handed out");
     }
     whole
 }

@@ -136,7 +136,7 @@ fn the_guide_names_every_key_of_a_scene_and_a_study() {
         "DisturbSpec",
     ];
     let mesh = keys_of(&text("src/scene/mesh_spec.rs"), &types);
-    for sure in ["tet10", "sphere", "octant", "slivers"] {
+    for sure in ["tet10", "sphere", "octant", "half_space", "slivers"] {
         assert!(mesh.contains(sure), "the reader of the source missed {sure}: {mesh:?}");
     }
     assert_eq!(missing(mesh), Vec::<String>::new(), "meshes not in docs/guide.md");
@@ -153,8 +153,9 @@ fn the_guide_names_every_key_of_a_scene_and_a_study() {
     let cable = keys_of(&text("src/scene/cable.rs"), &["CableSpec", "RingSpec"]);
     assert!(["EA", "after", "guide_radius"].iter().all(|key| cable.contains(*key)), "{cable:?}");
     assert_eq!(missing(cable), Vec::<String>::new(), "not in docs/guide.md");
-    let contact = keys_of(&text("src/scene/contact_spec.rs"), &["ContactSpec", "MotionSpec", "ResponseSpec"]);
-    assert!(["multiplier", "creep"].iter().all(|key| contact.contains(*key)), "{contact:?}");
+    let types = ["ContactSpec", "MotionSpec", "TurningSpec", "ResponseSpec"];
+    let contact = keys_of(&text("src/scene/contact_spec.rs"), &types);
+    assert!(["multiplier", "creep", "about"].iter().all(|key| contact.contains(*key)), "{contact:?}");
     assert_eq!(missing(contact), Vec::<String>::new(), "not in docs/guide.md");
     let rigid = keys_of(&text("src/scene/rigid.rs"), &["RigidSpec", "WeightSpec"]);
     assert!(rigid.contains("spin"), "{rigid:?}");

@@ -3,10 +3,12 @@
 
 mod common;
 
-use common::{ORDERS, Random, distorted_cube, law};
+use common::{ORDERS, Random, column, distorted_cube, law};
 use durometer::effect::Elastic;
 use durometer::material::{LAWS, Want};
 use durometer::math::lanes::LANES;
+use durometer::mesh::Order;
+use durometer::mesh::structured::block;
 use durometer::scene::overrides::parse;
 use durometer::scene::{Body, Course, Run, Scene, Steering, read_scene};
 use durometer::solve::Status;
@@ -102,6 +104,75 @@ fn a_kept_factor_leads_to_the_same_states() {
         let (few, all) = (fast.factorisations, slow.factorisations);
         assert!(few < all, "{study}: {few} of {all} factorisations");
     }
+}
+
+/// A rigid brick falls on a soft block that stands on a floor, both with friction. The nodes of the brick have no place in the mesh, and turn with a
+/// kept factor like all others. Friction leaves a part of its tangent out, so states agree to the tolerance of the equilibrium,
+/// 1e-11 of the sum of all forces, over the stiffness; 1e-6 of the largest displacement leaves room for the brick, which is free.
+#[test]
+fn a_kept_factor_serves_beside_contact_and_rigid_bodies() {
+    let run = |changes: &str| {
+        let text = format!(
+            r#"
+[mesh]
+body = "block"
+[laws.rubber]
+law = "neo_hookean"
+E = "100 kPa"
+nu = 0.3
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+[[effect]]
+kind = "inertia"
+region = "body"
+density = "1000 kg/m^3"
+mass = "lumped"
+[[effect]]
+kind = "viscous_damping"
+region = "body"
+eta = "200 Pa s"
+[[rigid]]
+name = "brick"
+shape = {{ kind = "box", min = ["-1 mm", "-1 mm", "10.1 mm"], max = ["11 mm", "11 mm", "20.1 mm"] }}
+density = "2000 kg/m^3"
+gravity = {{ direction = [0.1, 0, -1], acceleration = "9.81 m/s^2" }}
+[[contact]]
+name = "floor"
+region = "zmin"
+obstacle = {{ kind = "floor", point = ["0 mm", "0 mm", "-0.01 mm"], normal = [0, 0, 1] }}
+response = "barrier"
+friction = 0.5
+[[contact]]
+name = "top"
+region = "zmax"
+obstacle = {{ kind = "rigid", body = "brick" }}
+response = "barrier"
+friction = 0.5
+[[stage]]
+integrator = "bdf2"
+duration = "0.1 s"
+dt = "5 ms"
+[numerics]
+max_iterations = 200
+tolerance = 1e-11
+{changes}
+"#
+        );
+        let run = common::run(&common::scene(block(2, 2, 2, 0.01, 0.01, 0.01, Order::Linear), &text));
+        assert_eq!(run.status, Status::Converged, "{changes}");
+        run
+    };
+    let (kept, price, fresh) = (run("keep_from = 0"), run("keep_from = 1e9"), run("reuse_factor = false"));
+    assert!(column(&fresh, "top_force_z_N").iter().any(|f| *f < -0.01), "they met");
+    let size = fresh.last.x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+    for other in [&kept, &price] {
+        let apart = other.last.x.iter().zip(&fresh.last.x).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
+        println!("{apart:e} m of {size:e} m, {} of {} factorisations", other.factorisations, fresh.factorisations);
+        assert!(apart <= 1e-6 * size, "{apart:e} m of {size:e} m");
+    }
+    assert!(kept.factorisations < price.factorisations, "{} of {}", kept.factorisations, price.factorisations);
 }
 
 /// A saved state holds the matrix whose factor is kept.

@@ -3,7 +3,7 @@
 use durometer::math::random::SplitMix;
 use durometer::math::units::{self, Dimension};
 use durometer::mesh::TetMesh;
-use durometer::report::store;
+use durometer::report::store::{self, Store};
 use durometer::scene::{Body, Progress, Run, Scene, from_text};
 use durometer::solve::Status;
 use durometer::study::record::CaseRecord;
@@ -35,12 +35,16 @@ fn quick(changes: &[(&str, Value)]) -> Study {
 
 /// Runs the cases whose id contains `only`.
 fn judged(study: &Study, only: Option<&str>) -> Analysis {
+    let store = stored(study, only);
+    analyse(&store.study, &store.cases)
+}
+
+fn stored(study: &Study, only: Option<&str>) -> Store {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let stop = AtomicBool::new(false);
     let options = Options { jobs: 2, redo: false, only: only.map(String::from), vtu: false, stop: &stop };
     runner::run(study, folder.path(), &options, &Silent).unwrap_or_else(|e| panic!("{e}"));
-    let store = store::read(folder.path()).unwrap_or_else(|e| panic!("{e}"));
-    analyse(&store.study, &store.cases)
+    store::read(folder.path()).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// Every case ends as it should and meets its references; none panics, hangs or leaves a number that is not finite.
@@ -55,6 +59,32 @@ fn the_quick_half_is_right() {
     assert!(a.cases.len() >= 60 && a.missing.is_empty(), "{} cases", a.cases.len());
     let compared: usize = a.cases.iter().map(|c| c.findings.len()).sum();
     assert!(compared >= 60, "{compared} comparisons with a reference");
+}
+
+/// A factor that is kept, and one made afresh in every iteration: the same ends, and the same last rows. Forces are solved to 1e-8 of the
+/// largest, which in slender bodies are 10³ times the load: 1e-5 of the largest value of the same unit. 30 s.
+#[test]
+fn the_fast_path_gives_what_the_slow_one_does() {
+    let fast = stored(&quick(&[("numerics.keep_from", Value::Integer(0))]), None);
+    let slow = stored(&quick(&[("numerics.reuse_factor", Value::Boolean(false))]), None);
+    assert!(fast.cases.len() == slow.cases.len() && fast.cases.len() >= 150, "{} cases", fast.cases.len());
+    let mut kept = 0;
+    for (a, b) in fast.cases.iter().zip(&slow.cases) {
+        let (a, b) = (&a.record, &b.record);
+        assert_eq!((&a.id, &a.status), (&b.id, &b.status));
+        if !a.converged() {
+            continue;
+        }
+        kept += usize::from(a.work.factorisations < b.work.factorisations);
+        let unit = |name: &String| name.rsplit('_').next().map(String::from);
+        for (name, p) in a.probes.iter().filter(|(name, _)| *name != "newton_iterations") {
+            let alike = b.probes.iter().filter(|(other, _)| unit(other) == unit(name));
+            let size = alike.map(|(_, other)| other.peak.abs()).fold(0.0, f64::max);
+            let q = b.probes[name].last;
+            assert!((p.last - q).abs() <= 1e-5 * size, "{}: {name} = {:e} and {q:e}", a.id, p.last);
+        }
+    }
+    assert!(kept > 100, "{kept} cases saved factorisations");
 }
 
 /// A suite says which tables it has; one that is not understood is refused with its place.

@@ -87,6 +87,12 @@ pub enum Signal {
         after: f64,
     },
     Sum(Vec<Signal>),
+    /// C (cos θ − 1) + S sin θ with θ(t) in radians: the way of a point that turns about an axis
+    Turn {
+        angle: Box<Signal>,
+        cosine: f64,
+        sine: f64,
+    },
     /// A formula in t
     Formula(Formula),
     /// Input of this number: what events, controllers and recorded columns decide
@@ -120,6 +126,11 @@ impl Signal {
             }
             Self::Product(factors) => factors.iter().map(|s| s.value(now)).product(),
             Self::Sum(terms) => terms.iter().map(|s| s.value(now)).sum(),
+            Self::Turn { angle, cosine, sine } => {
+                // 1 − cos θ = 2 sin²(θ/2) keeps all digits of small angles
+                let angle = angle.value(now);
+                sine * angle.sin() - 2.0 * cosine * (0.5 * angle).sin().powi(2)
+            }
             Self::Formula(formula) => formula.at(t),
             Self::Input(k) => now.inputs.get(*k).map_or(0.0, |ramp| ramp.at(t)),
         }
@@ -135,6 +146,7 @@ impl Signal {
                 signal.has_inputs()
             }
             Self::Product(all) | Self::Sum(all) => all.iter().any(Self::has_inputs),
+            Self::Turn { angle, .. } => angle.has_inputs(),
             _ => false,
         }
     }
@@ -174,6 +186,8 @@ mod tests {
         let continued =
             Signal::Continued { signal: Box::new(ramp.clone()), from: 1.0, to: 1.5, before: 4.0, after: -2.0 };
         assert_eq!([continued.at(0.5), continued.at(1.25), continued.at(2.0)], [-1.0, 1.5, 1.0]);
+        let turn = Signal::Turn { angle: Box::new(Signal::Constant(TAU / 4.0)), cosine: 3.0, sine: 5.0 };
+        assert!((turn.at(0.0) - 2.0).abs() < 1e-15);
         let both = Signal::Sum(vec![Signal::Constant(1.0), Signal::Product(vec![ramp, table])]);
         assert_eq!(both.at(2.0), 16.0);
     }

@@ -10,6 +10,7 @@ pub mod embed;
 pub mod flat;
 pub mod generate;
 mod geometry;
+pub mod graded;
 mod msh;
 pub mod overlap;
 mod parts;

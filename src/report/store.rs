@@ -55,7 +55,9 @@ pub fn read(dir: &Path) -> Result<Store, ReportError> {
 /// A surface whose arrays fit together; another one is not drawn.
 fn sound(s: &Skin) -> bool {
     let n = s.points.len();
-    s.displacement.len() == n && s.stretch.len() == n && s.triangles.iter().flatten().all(|k| (*k as usize) < n)
+    let inside = |triangles: &[[u32; 3]], n: usize| triangles.iter().flatten().all(|k| (*k as usize) < n);
+    let rigid = s.rigids.iter().all(|r| inside(&r.triangles, r.points.len()));
+    s.displacement.len() == n && s.stretch.len() == n && inside(&s.triangles, n) && rigid
 }
 
 /// `None` if the file does not exist.

@@ -200,7 +200,7 @@ impl Scene {
         let nodes = builder.nodes;
         builder.check_formulas(&spans)?;
         builder.check_output(&spec.output, spans.last().map_or(0.0, |s| s.end))?;
-        let columns = columns(&probes, &cables, &cavities, &contacts);
+        let columns = columns(&probes, &cables, &cavities, (&rigids, &contacts));
         let measured = builder.measured(&spec.comparisons, &columns)?;
         builder.check_continued(&spec, &spans)?;
         let controls = builder.controls(&columns, &cables, &cavities, &spans)?;

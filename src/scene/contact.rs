@@ -3,7 +3,7 @@
 use super::build::part;
 use super::builder::{Builder, Gathered};
 use super::contact_record::{Meeting, NamedContact};
-use super::contact_spec::{ContactSpec, MotionSpec, ResponseSpec};
+use super::contact_spec::{ContactSpec, ResponseSpec};
 use super::error::{SceneError, hint};
 use super::rigid::RigidBody;
 use super::shape::{ShapeFault, ShapeSpec};
@@ -16,9 +16,7 @@ use crate::effect::contact::placement::{AffineFrame, Obstacle};
 use crate::effect::contact::pressed::{Pressed, Response};
 use crate::effect::contact::shape::Shape;
 use crate::effect::contact::{Contact, Point, Pressing, Sampling, points};
-use crate::math::signal::Signal;
 use crate::math::tensor::{Mat3, Vec3};
-use crate::math::units::Dimension;
 use crate::mesh::validate::point;
 use crate::solve::{Integrator, Span};
 use crate::system::Effect;
@@ -189,39 +187,15 @@ impl Builder<'_> {
         };
         let (shape, origin, axes) = self.shape(place, shape)?;
         let body: Option<AffineFrame> = match (&spec.motion, moved) {
+            (Some(motion), Some(_)) if motion.turn.is_some() && shape.bounds().is_none() => {
+                let fact = "a floor that turns: it has no end, and no bound on how fast it moves";
+                return Err(self.content(place, fact, "take a box"));
+            }
             (Some(motion), Some(nodes)) => Some(self.carry(place, &spec.name, motion, origin, nodes)?),
             _ => None,
         };
         self.draw(place, &spec.name, &shape, (origin, axes), body.as_ref())?;
         Ok(Obstacle { shape, origin, axes, body })
-    }
-
-    /// The four nodes that carry an obstacle along its motion.
-    fn carry(
-        &mut self,
-        place: &str,
-        name: &str,
-        motion: &MotionSpec,
-        center: Vec3,
-        nodes: [u32; 4],
-    ) -> Result<AffineFrame, SceneError> {
-        let direction = Vec3::from(motion.direction);
-        if direction.norm() == 0.0 || !direction.norm().is_finite() {
-            return Err(self.content(place, "the direction has no length", "write for example [0, 0, -1]"));
-        }
-        let direction = direction.normalize();
-        let column = format!("{name}_displacement_m");
-        let signal = self.signal(place, column, &motion.displacement, Dimension::LENGTH)?;
-        for node in nodes {
-            for i in 0..3 {
-                let along = match direction[i] {
-                    0.0 => Signal::Constant(0.0),
-                    d => Signal::Product(vec![Signal::Constant(d), signal.clone()]),
-                };
-                self.carried.push((3 * node + i as u32, along));
-            }
-        }
-        Ok(AffineFrame { nodes, center, length: self.body.mesh.diagonal() })
     }
 
     /// Refuses bodies that are inside of each other at rest, or touch where a barrier keeps them apart.

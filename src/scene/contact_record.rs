@@ -44,7 +44,8 @@ impl NamedContact {
     /// Names of its columns.
     pub fn columns(&self) -> Vec<String> {
         let ends = ["force_x_N", "force_y_N", "force_z_N", "gap_m", "points", "area_m2"];
-        ends.map(|end| format!("{}_{end}", self.name)).into()
+        let normal: &[&str] = if self.slides() { &["normal_x_N", "normal_y_N", "normal_z_N"] } else { &[] };
+        ends.iter().chain(normal).map(|end| format!("{}_{end}", self.name)).collect()
     }
 
     /// The four nodes of an obstacle with a motion.
@@ -99,7 +100,8 @@ impl NamedContact {
         };
         let least = 1e-9 * forces.iter().map(|f| f.1.norm()).fold(0.0, f64::max);
         let pressed = forces.iter().filter(|f| f.1.norm() > least);
-        let area = pressed.clone().map(|f| points[f.0].area).sum();
+        // An empty sum is −0.
+        let area = pressed.clone().map(|f| points[f.0].area).sum::<f64>() + 0.0;
         ContactMoment { force, gap, pressed: pressed.count(), area }
     }
 
@@ -120,10 +122,15 @@ impl NamedContact {
         }
     }
 
-    /// Values of its columns.
+    /// Values of its columns; with friction, the resultant without it too.
     pub fn record(&self, x: &[f64], step: Option<&At>) -> Vec<f64> {
         let ContactMoment { force, gap, pressed, area } = self.moment(x, step);
-        vec![force.x, force.y, force.z, gap, pressed as f64, area]
+        let mut values = vec![force.x, force.y, force.z, gap, pressed as f64, area];
+        if self.slides() {
+            let normal: Vec3 = self.forces(x, None).iter().map(|f| f.1).sum();
+            values.extend(normal.iter());
+        }
+        values
     }
 
     /// [3 × nodes] forces at the nodes [N].

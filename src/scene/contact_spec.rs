@@ -33,12 +33,23 @@ fn contact() -> String {
     "contact".into()
 }
 
-/// A translation.
+/// A translation, a rotation, or both: turned first, then moved.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MotionSpec {
-    pub direction: [f64; 3],
-    pub displacement: SignalSpec,
+    pub direction: Option<[f64; 3]>,
+    pub displacement: Option<SignalSpec>,
+    pub turn: Option<TurningSpec>,
+}
+
+/// A rotation by the right-hand rule, about an axis that stays where it is.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TurningSpec {
+    pub axis: [f64; 3],
+    /// A point of the axis
+    pub about: [Length; 3],
+    pub angle: SignalSpec,
 }
 
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]

@@ -3,6 +3,7 @@
 use super::error::SceneError;
 use super::mesh_spec::{DisturbSpec, ElementSpec, GridSpec};
 use super::quantity::Length;
+use crate::mesh::graded::{Growth, half_space, half_sphere};
 use crate::mesh::validate::min_det;
 use crate::mesh::{TetMesh, curved, structured};
 use sha2::{Digest, Sha256};
@@ -16,6 +17,9 @@ pub fn grid(file: &Path, spec: &GridSpec, element: ElementSpec) -> Result<TetMes
         GridSpec::Plate { thickness, divisions, .. } => (divisions, vec![*thickness]),
         GridSpec::Octant { inner, outer, divisions } => (divisions, vec![*inner, *outer]),
         GridSpec::Cylinder { radius, length, divisions } => (divisions, vec![*radius, *length]),
+        GridSpec::HalfSpace { radius, fine, divisions } | GridSpec::HalfSphere { radius, fine, divisions } => {
+            (divisions, vec![*radius, *fine])
+        }
     };
     if divisions.contains(&0) {
         return refuse(format!("divisions = {divisions:?}"), "give at least one box in each direction");
@@ -24,6 +28,7 @@ pub fn grid(file: &Path, spec: &GridSpec, element: ElementSpec) -> Result<TetMes
         return refuse(format!("a length is {} mm", length.0 * 1e3), "lengths are positive");
     }
     let order = element.order();
+    let growth = |fine: &Length, [inner, outer]: [usize; 2]| Growth { fine: fine.0, inner, outer };
     let mesh = match spec {
         GridSpec::Box { size: [x, y, z], divisions: [nx, ny, nz] } => {
             structured::block(*nx, *ny, *nz, x.0, y.0, z.0, order)
@@ -40,6 +45,16 @@ pub fn grid(file: &Path, spec: &GridSpec, element: ElementSpec) -> Result<TetMes
         GridSpec::Cylinder { radius, length, divisions: [n, layers] } => {
             curved::cylinder(radius.0, length.0, *n, *layers, order)
         }
+        GridSpec::HalfSpace { radius, fine, divisions } | GridSpec::HalfSphere { radius, fine, divisions }
+            if fine.0 * divisions[0] as f64 >= radius.0 =>
+        {
+            return refuse(
+                "the inner layers reach beyond the radius".into(),
+                "take a smaller `fine`, or fewer of them",
+            );
+        }
+        GridSpec::HalfSpace { radius, fine, divisions } => half_space(radius.0, growth(fine, *divisions), order),
+        GridSpec::HalfSphere { radius, fine, divisions } => half_sphere(radius.0, growth(fine, *divisions), order),
     };
     match (0..mesh.cell_count()).find(|&c| min_det(&mesh, c) <= 0.0) {
         Some(c) => {

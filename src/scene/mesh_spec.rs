@@ -121,6 +121,11 @@ pub enum GridSpec {
     Octant { inner: Length, outer: Length, divisions: [usize; 2] },
     /// Along z: `zmin`, `zmax`, `side`; divisions of the radius and of the length
     Cylinder { radius: Length, length: Length, divisions: [usize; 2] },
+    /// A quarter of a half ball below z = 0: `top`, `far`, `xmin`, `ymin`; cells of `fine` at the origin in so many layers, then
+    /// growing in so many
+    HalfSpace { radius: Length, fine: Length, divisions: [usize; 2] },
+    /// A quarter of the lower half of a sphere that stands on the origin: `round`, `middle`, `xmin`, `ymin`
+    HalfSphere { radius: Length, fine: Length, divisions: [usize; 2] },
 }
 
 /// One body of several: the mesh, or a grid of its own, mirrored, then turned, then shifted.

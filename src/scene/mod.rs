@@ -22,6 +22,7 @@ mod grid;
 mod ledger;
 mod loads;
 mod mesh_spec;
+mod motion;
 mod numerics;
 pub mod output;
 pub mod overrides;

@@ -6,6 +6,7 @@ use super::build::{Drive, NamedCable, NamedCavity, Scene};
 use super::contact_record::NamedContact;
 use super::error::SceneError;
 use super::quantity::Length;
+use super::rigid::RigidBody;
 use super::spec::ProbeSpec;
 use crate::effect::CellPoints;
 use crate::math::tensor::Vec3;
@@ -165,12 +166,13 @@ pub(super) fn columns(
     probes: &[Probe],
     cables: &[NamedCable],
     cavities: &[NamedCavity],
-    contacts: &[NamedContact],
+    (rigids, contacts): (&[RigidBody], &[NamedContact]),
 ) -> Vec<String> {
     let probes = probes.iter().flat_map(Probe::columns);
     let cables = cables.iter().flat_map(NamedCable::columns);
     let cavities = cavities.iter().flat_map(cavity_columns);
-    let contacts = contacts.iter().flat_map(NamedContact::columns);
+    let rigids = rigids.iter().flat_map(RigidBody::columns);
+    let contacts = rigids.chain(contacts.iter().flat_map(NamedContact::columns));
     let last = std::iter::once("newton_iterations".to_string());
     std::iter::once("t_s".to_string()).chain(probes).chain(cables).chain(cavities).chain(contacts).chain(last).collect()
 }

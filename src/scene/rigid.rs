@@ -57,6 +57,16 @@ pub struct RigidBody {
 }
 
 impl RigidBody {
+    /// Names of its columns: where its centre of mass is.
+    pub fn columns(&self) -> [String; 3] {
+        ["x", "y", "z"].map(|c| format!("{}_{c}_m", self.name))
+    }
+
+    /// Values of its columns.
+    pub fn record(&self, x: &[f64]) -> [f64; 3] {
+        self.frame.positions(x)[0].into()
+    }
+
     /// The points of its surface that meet others.
     pub(super) fn points(&self) -> Vec<Point> {
         let area = self.frame.length.powi(2);

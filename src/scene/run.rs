@@ -25,7 +25,8 @@ pub struct Progress {
 /// Result of a run: rows on the time grid, the state of largest load, and what it cost.
 pub struct Run {
     pub columns: Vec<String>,
-    /// [rows × columns], the first column is t_s
+    /// [rows × columns] on the time grid, and after every dynamic step where `time_error` sets their length; the first column is
+    /// t_s
     pub rows: Vec<Vec<f64>>,
     /// Rows that are written, by `output.series`: all, or those that are due and the last one
     pub written: Vec<usize>,
@@ -215,22 +216,26 @@ impl Scene {
                     kept = Some(course.clone());
                 }
                 let Course { state, ledger, cables, rows, signals, peak, .. } = &mut *course;
+                let every = stepper.settings.time_error.is_some() && !span.integrator.is_static();
                 let mut iterations = 0;
                 let mut accepted = |past: &State, now: &State, newton: &Newton, on_grid: bool| {
                     ledger.book(&self.system, past, now, newton);
                     cables.note(&self.cables, now);
+                    let recorded = on_grid || every;
                     if let Some(slopes) = &mut slopes {
-                        slopes.step(span.integrator, past, now, on_grid);
+                        slopes.step(span.integrator, past, now, recorded);
                     }
                     iterations += newton.iterations;
-                    if on_grid {
+                    if recorded {
                         let since_last = std::mem::take(&mut iterations);
                         let dt = now.t - past.t;
                         let step = Step { system: &self.system, integrator: span.integrator, past, dt };
                         let at = step.at(now);
                         rows.push(self.record(now, Some(&at), &newton.sums.r, ledger.energies, since_last));
                         signals.push(self.signal_values(now));
-                        states(now);
+                        if on_grid {
+                            states(now);
+                        }
                         if self.size(&now.x) > self.size(&peak.x) {
                             *peak = Snapshot { t: now.t, x: now.x.clone() };
                         }
@@ -292,7 +297,7 @@ impl Scene {
 
     /// Names of the recorded columns.
     pub fn columns(&self) -> Vec<String> {
-        columns(&self.probes, &self.cables, &self.cavities, &self.contacts)
+        columns(&self.probes, &self.cables, &self.cavities, (&self.rigids, &self.contacts))
     }
 
     pub(super) fn record(
@@ -307,7 +312,8 @@ impl Scene {
         let probes = self.probes.iter().flat_map(|p| p.record(&moment));
         let cables = self.cables.iter().flat_map(|c| c.record(state));
         let cavities = self.cavities.iter().flat_map(|c| record_cavity(c, state));
-        let contacts = self.contacts.iter().flat_map(|c| c.record(&state.x, step));
+        let rigids = self.rigids.iter().flat_map(|b| b.record(&state.x));
+        let contacts = rigids.chain(self.contacts.iter().flat_map(|c| c.record(&state.x, step)));
         let last = std::iter::once(iterations as f64);
         std::iter::once(state.t).chain(probes).chain(cables).chain(cavities).chain(contacts).chain(last).collect()
     }

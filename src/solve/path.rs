@@ -74,7 +74,8 @@ impl Stepper<'_> {
         if tracer.is_ok_and(|tracer| !tracer.is_near(next))
             && let Some(TurningPoint { t: limit, node, .. }) = self.limit(state, next.t)
         {
-            return Some(Status::NoEquilibrium { t: state.t, limit, node });
+            let touching = self.system.touches();
+            return Some(Status::NoEquilibrium { t: state.t, limit, node, touching });
         }
         let step = Step { system: self.system, integrator: span.integrator, past: state, dt: next.t - state.t };
         self.newton.iterations = solved.iterations;

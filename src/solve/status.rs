@@ -21,6 +21,8 @@ pub enum Status {
         limit: f64,
         /// Node that moves most where the path turns
         node: u32,
+        /// There is contact, beside which no path is followed
+        touching: bool,
     },
     /// A cell would invert and the law is not defined there
     Inverted {
@@ -167,6 +169,9 @@ impl Status {
         match self {
             Self::Converged => "",
             Self::LimitPoint { .. } => "raise max_steps to follow it further, or drive by volume or displacement",
+            Self::NoEquilibrium { touching: true, .. } => {
+                "stay below, take a dynamic stage, or drive by length, volume or displacement"
+            }
             Self::NoEquilibrium { .. } => {
                 "stay below, go on with continuation = \"arc_length\", or drive by length, volume or displacement"
             }

@@ -270,7 +270,8 @@ impl<'a> Stepper<'a> {
                 return Status::Singular { t: state.t, motions };
             }
             if let Some(TurningPoint { t: limit, node, .. }) = self.limit(state, t) {
-                return Status::NoEquilibrium { t: state.t, limit, node };
+                let touching = self.system.touches();
+                return Status::NoEquilibrium { t: state.t, limit, node, touching };
             }
         }
         Status::stopped(state.t, why)

@@ -6,12 +6,13 @@ use super::record::{
     CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance,
 };
 use super::runner::input_hash;
-use super::skin::Skin;
+use super::skin::{Rigid, Skin};
 use super::solver::{self, SolverRecord};
 use super::spec::Case;
 use super::work::WorkRecord;
 use crate::effect::locking::signs;
-use crate::scene::{Run, Scene};
+use crate::math::tensor::Vec3;
+use crate::scene::{NamedSkin, Run, Scene};
 use std::collections::BTreeMap;
 
 /// The record of a run; `times` are wall and CPU seconds.
@@ -143,5 +144,21 @@ pub fn skin(scene: &Scene, run: &Run) -> Skin {
         displacement: nodes.iter().map(|&k| [x[3 * k], x[3 * k + 1], x[3 * k + 2]]).collect(),
         stretch: nodes.iter().map(|&k| stretch[k]).collect(),
         cables: scene.cables.iter().map(|c| c.cable.polyline(x).into_iter().map(Into::into).collect()).collect(),
+        rigids: rigids(scene, x),
     }
+}
+
+/// Rigid bodies, and obstacles that have an end, at the displacement x.
+fn rigids(scene: &Scene, x: &[f64]) -> Vec<Rigid> {
+    let of_contact =
+        |name: &str| scene.rigids.iter().any(|r| r.name == name) || scene.contacts.iter().any(|c| c.name == name);
+    let place = |skin: &NamedSkin| {
+        let moved = skin.displacement(x);
+        let at = |(p, u): (&Vec3, &[f64])| [p.x + u[0], p.y + u[1], p.z + u[2]];
+        Rigid {
+            points: skin.surface.points.iter().zip(moved.chunks_exact(3)).map(at).collect(),
+            triangles: skin.surface.triangles.clone(),
+        }
+    };
+    scene.skins.iter().filter(|s| of_contact(&s.name)).map(place).collect()
 }

@@ -19,6 +19,18 @@ pub struct Skin {
     pub stretch: Vec<f64>,
     /// Polyline of each cable at that time [m], pull point first
     pub cables: Vec<Vec<[f64; 3]>>,
+    /// Rigid bodies and obstacles at that time
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub rigids: Vec<Rigid>,
+}
+
+/// A rigid body or an obstacle.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct Rigid {
+    /// [vertices] where they are [m]
+    pub points: Vec<[f64; 3]>,
+    /// [triangles] corners, outward
+    pub triangles: Vec<[u32; 3]>,
 }
 
 impl Skin {
@@ -40,6 +52,9 @@ impl Skin {
             displacement: points(&self.displacement),
             stretch: self.stretch.iter().map(|s| round(*s, 5)).collect(),
             cables: self.cables.iter().map(|c| points(c)).collect(),
+            rigids: (self.rigids.iter())
+                .map(|r| Rigid { points: points(&r.points), triangles: r.triangles.clone() })
+                .collect(),
         };
         let json = serde_json::to_vec(&skin).expect("numbers and string keys only");
         let mut out = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::best());

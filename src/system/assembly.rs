@@ -273,6 +273,11 @@ impl System {
         Ok(())
     }
 
+    /// Is there contact?
+    pub fn touches(&self) -> bool {
+        self.effects.iter().any(|e| matches!(e.role(), super::Role::Touching))
+    }
+
     /// Energy and residual of what effect `e` couples here; its tangents into `met`. Returns Σ‖r_e‖.
     fn add_meeting(
         &self,

@@ -14,6 +14,9 @@ use parry3d_f64::shape::{
     Ball, Cuboid, Cylinder, HalfSpace, Shape as _, TriMesh, TriMeshFlags, Triangle, TrianglePointLocation,
 };
 
+/// Share of the size of a triangle below which the distance from it is rounding [–].
+const TOUCHING: f64 = 1e-9;
+
 /// Distance of a point from an obstacle, and how it changes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Witness {
@@ -182,7 +185,8 @@ impl Shape {
             }
             Self::Surface(s) => {
                 let (projection, (triangle, location)) = s.project_local_point_and_get_location(to(y), false);
-                on_triangle(&s.triangle(triangle), y, &from(projection.point), projection.is_inside, location)
+                let sides = [true, projection.is_inside];
+                on_triangle(&s.triangle(triangle), y, &from(projection.point), sides, location)
             }
         }
     }
@@ -200,7 +204,7 @@ impl Shape {
         let witness = |k: u32| {
             let triangle = s.triangle(k);
             let (projection, location) = triangle.project_local_point_and_get_location(to(y), false);
-            on_triangle(&triangle, y, &from(projection.point), false, location)
+            on_triangle(&triangle, y, &from(projection.point), [false, false], location)
         };
         triangles.into_iter().map(witness).filter(|w| w.gap < reach).collect()
     }
@@ -227,7 +231,14 @@ fn sharp(y: &Vec3, p: &Vec3, inside: bool, free: Mat3, face: impl Fn() -> Vec3) 
     Witness { gap: sign * distance, normal, curvature }
 }
 
-fn on_triangle(t: &Triangle, y: &Vec3, p: &Vec3, inside: bool, location: TrianglePointLocation) -> Witness {
+/// Of the triangle t with the nearest point p. `solid`: y may be on either side, and the triangle says on which one; else y is outside.
+fn on_triangle(
+    t: &Triangle,
+    y: &Vec3,
+    p: &Vec3,
+    [solid, inside]: [bool; 2],
+    location: TrianglePointLocation,
+) -> Witness {
     let [a, b, c] = [t.a, t.b, t.c].map(from);
     let plane = (b - a).cross(&(c - a)).normalize();
     let line = |from: Vec3, to: Vec3| {
@@ -241,6 +252,12 @@ fn on_triangle(t: &Triangle, y: &Vec3, p: &Vec3, inside: bool, location: Triangl
         TrianglePointLocation::OnEdge(..) => line(a, c),
         _ => Mat3::identity() - plane * plane.transpose(),
     };
+    // y − p has no direction where its length is the rounding of p, and a face has its own.
+    let near = (y - p).norm() < TOUCHING * (b - a).norm().max((c - a).norm());
+    let face = !matches!(location, TrianglePointLocation::OnVertex(_) | TrianglePointLocation::OnEdge(..));
+    if solid && (face || near) {
+        return Witness { gap: plane.dot(&(y - p)), normal: plane, curvature: Mat3::zeros() };
+    }
     sharp(y, p, inside, free, || plane)
 }
 

@@ -16,6 +16,8 @@ const MESH_EYE: [f64; 3] = [0.55, -1.0, 0.45];
 const BENT_EYE: [f64; 3] = [0.18, -1.0, 0.22];
 const BODY: RGB = RGB(0xdd, 0xe6, 0xee);
 const EDGE: RGB = RGB(0x33, 0x44, 0x55);
+/// Rigid bodies and obstacles
+const RIGID: RGB = RGB(0xe8, 0xd9, 0xc0);
 
 /// The reference surfaces of the sizes, coarsest first.
 pub fn meshes(store: &Store) -> Option<Figure> {
@@ -77,7 +79,8 @@ pub fn bent(store: &Store, analysis: &Analysis) -> Option<Figure> {
     let moved: Vec<[f64; 3]> =
         (skin.points.iter().zip(&skin.displacement)).map(|(x, u)| std::array::from_fn(|k| x[k] + u[k])).collect();
     let cable = skin.cables.iter().flatten();
-    let from = extent(skin.points.iter().chain(&moved).chain(cable).map(|x| view.project(*x)));
+    let rigid = skin.rigids.iter().flat_map(|r| &r.points);
+    let from = extent(skin.points.iter().chain(&moved).chain(cable).chain(rigid).map(|x| view.project(*x)));
     let (wide, bar) = (104.0, 20.0);
     let tall = (wide * (from[3] - from[1]) / (from[2] - from[0])).min(110.0);
     if !tall.is_finite() || skin.triangles.is_empty() {
@@ -92,6 +95,10 @@ pub fn bent(store: &Store, analysis: &Analysis) -> Option<Figure> {
     let color = |k: usize| viridis((value(k) - 1.0) / (top - 1.0));
     let (grey, pale, dark) = (RGB(0xb4, 0xb4, 0xb4), RGB(0xf6, 0xf6, 0xf6), RGB(0x30, 0x30, 0x30));
     let mut under = ghost(&skin.points, &skin.triangles, &view, &fit, (grey, pale), "rest");
+    for r in &skin.rigids {
+        let look = Look { color: &|_| RIGID, edge: None, outline: Some((dark, 6.0)), shade: 0.8 };
+        under += &surface(&r.points, &r.triangles, &view, &fit, &look);
+    }
     let look = Look { color: &color, edge: None, outline: Some((dark, 6.0)), shade: 0.45 };
     under += &surface(&moved, &skin.triangles, &view, &fit, &look);
     let total = tall.max(40.0) + 4.0;
@@ -110,8 +117,9 @@ pub fn bent(store: &Store, analysis: &Analysis) -> Option<Figure> {
     } else {
         String::new()
     };
+    let rigid = if skin.rigids.is_empty() { "" } else { " rigid bodies behind in beige," };
     let caption = format!(
-        "Case {} at t = {:.2} s: largest principal stretch λ₁{clipped}, cable in red, reference outline in grey.",
+        "Case {} at t = {:.2} s: largest principal stretch λ₁{clipped}, cable in red,{rigid} reference outline in grey.",
         r.id, skin.t_s
     );
     Some(Figure { name: "bent".into(), svg, caption })

@@ -1,4 +1,4 @@
-//! Bending angle and tension against time for the sizes, with the Richardson curve and its GCI band; below each, the
+//! What decides (bending angle and tension, if they are judged) against time for the sizes, with the Richardson curve and its GCI band; below each, the
 //! difference to the Richardson curve, where the meshes come apart.
 
 use super::super::canvas::{DOUBLE, INK, PALETTE, RGB, dashed, figure, fill, italic, line, mm};
@@ -29,13 +29,18 @@ pub fn draw(store: &Store, analysis: &Analysis, variant: &str) -> Option<Figure>
         let here = |c: &&StoredCase| c.record.variant == variant && r.cases.contains(&c.record.id);
         cases.extend(store.cases.iter().find(here).filter(|c| !family.cases.contains(&c.record.id)));
     }
-    let panels: Vec<(Quantity, Option<&CurveStudy>)> = (DECIDING.iter())
-        .filter_map(|name| {
-            let listed = store.study.quantities.values().flatten().find(|q| q.name == *name)?;
-            cases.iter().any(|c| Curve::of(&c.series, name).is_some()).then_some(())?;
-            let study = analysis.find(variant, name);
+    // Those that decide, wherever they are listed; else the first ones that the variant lists
+    let all: Vec<&Quantity> = store.study.quantities.values().flatten().collect();
+    let deciding: Vec<&Quantity> =
+        DECIDING.iter().filter_map(|name| all.iter().find(|q| q.name == *name).copied()).collect();
+    let own = store.study.quantities.get(variant).into_iter().flatten().take(2);
+    let shown: Vec<&Quantity> = if deciding.is_empty() { own.collect() } else { deciding };
+    let panels: Vec<(Quantity, Option<&CurveStudy>)> = (shown.into_iter())
+        .filter(|q| cases.iter().any(|c| Curve::of(&c.series, &q.name).is_some()))
+        .map(|q| {
+            let study = analysis.find(variant, &q.name);
             let curves = study.and_then(|q| q.curves.iter().find(|(f, _)| *f == family.name)).map(|(_, c)| c);
-            Some((listed.clone(), curves))
+            (q.clone(), curves)
         })
         .collect();
     if panels.is_empty() {

@@ -1,0 +1,191 @@
+//! Contact in dynamics: sliding and sticking, impacts and drops that do not cross.
+
+use crate::common::{Random, column, run, scene};
+use crate::setup::{CUBE, RESPONSES};
+use durometer::math::tensor::Vec3;
+use durometer::mesh::Order;
+use durometer::mesh::structured::block;
+use durometer::solve::Status;
+
+/// Reference 16. A cube of 10 mm on a slope of tan φ = ½, as gravity that is inclined: with μ = 0.3 it slides with
+/// a = g (sin φ − μ cos φ), which BDF2 integrates exactly; with 0.49 it slides, with 0.51 it creeps slower than `creep`.
+#[test]
+fn a_cube_slides_on_a_slope_or_sticks() {
+    let (g, phi) = (9.81, 0.5f64.atan());
+    let path = |response: &str, mu: f64| {
+        let text = format!(
+            r#"{CUBE}
+[[effect]]
+kind = "gravity"
+region = "body"
+density = "1000 kg/m^3"
+direction = [{}, 0, {}]
+acceleration = "9.81 m/s^2"
+[[contact]]
+name = "slope"
+region = "zmin"
+obstacle = {{ kind = "floor", point = ["0 mm", "0 mm", "-0.01 mm"], normal = [0, 0, 1] }}
+response = "{response}"
+friction = {mu}
+[[stage]]
+integrator = "bdf2"
+duration = "0.4 s"
+dt = "5 ms"
+[[probe]]
+kind = "position"
+region = "body"
+"#,
+            phi.sin(),
+            -phi.cos()
+        );
+        let run = run(&scene(block(2, 2, 2, 0.01, 0.01, 0.01, Order::Linear), &text));
+        assert_eq!(run.status, Status::Converged, "{response} {mu}");
+        println!(
+            "{response} {mu}: {} iterations in {} steps, {} cuts",
+            run.totals.iterations, run.totals.steps, run.totals.cuts
+        );
+        column(&run, "body_x_m")
+    };
+    for response in RESPONSES {
+        for mu in [0.3, 0.49] {
+            let x = path(response, mu);
+            let wanted = g * (phi.sin() - mu * phi.cos());
+            let a = (x[80] - 2.0 * x[60] + x[40]) / 0.01;
+            println!("{response} {mu}: {a} {wanted}");
+            assert!((a / wanted - 1.0).abs() < 0.01, "{response}, μ = {mu}: {a} and {wanted}");
+        }
+        let x = path(response, 0.51);
+        // f = tan φ/μ = 0.98 is reached at 0.86 of the creep speed, a thousandth of the diagonal per second.
+        let creep = 1e-3 * 0.01 * 3f64.sqrt();
+        let speed = (x[80] - x[40]) / 0.2;
+        println!("{response}: creep {speed} {creep}");
+        assert!(speed > 0.0 && speed < creep, "{response}: {speed} and {creep}");
+    }
+}
+
+/// Reference 18. A cube of 10 mm flies at a wall of 1 mm with steps of 10 ms, of which one would carry it 100 m: the barrier stops
+/// it, momentum changes by the forces, energy does not grow.
+#[test]
+fn a_fast_impact_does_not_tunnel() {
+    for speed in [10.0, 100.0, 1000.0] {
+        let text = format!(
+            r#"{CUBE}
+[start.moving]
+velocity = ["{speed} m/s", "0 m/s", "0 m/s"]
+[[contact]]
+name = "wall"
+region = "skin"
+obstacle = {{ kind = "box", min = ["20 mm", "-100 mm", "-100 mm"], max = ["21 mm", "100 mm", "100 mm"] }}
+response = "barrier"
+friction = 0
+[[stage]]
+integrator = "implicit_euler"
+duration = "0.1 s"
+dt = "10 ms"
+[[probe]]
+kind = "energy"
+[numerics]
+max_iterations = 200
+tolerance = 1e-10
+"#
+        );
+        let mesh = block(2, 2, 2, 0.01, 0.01, 0.01, Order::Linear);
+        let mut mass = vec![0.0; mesh.points.len()];
+        for c in 0..mesh.cell_count() {
+            mesh.cell(c).iter().for_each(|&n| mass[n as usize] += 250.0 * mesh.cell_volume(c));
+        }
+        let scene = scene(mesh, &text);
+        let mut momenta = Vec::new();
+        let run = scene.run(&mut |_| true, &mut |state| {
+            momenta.push(mass.iter().enumerate().map(|(k, m)| m * state.v[3 * k]).sum::<f64>());
+            let (b, gap) = scene.contacts[0].points().expect("points").deepest(&state.x).expect("points");
+            assert!(gap > 0.0, "{speed} m/s: point {b} is inside");
+            assert!(scene.positions(&state.x).iter().all(|p| p.x < 0.02), "{speed} m/s: beyond the wall");
+        });
+        assert_eq!(run.status, Status::Converged, "{speed} m/s");
+        // Implicit Euler: M (v' − v)/Δt is the force, to the tolerance of the equilibrium, 1e-10 of the sum of all forces.
+        let force = column(&run, "wall_force_x_N");
+        let off = (1..momenta.len()).map(|k| (momenta[k] - momenta[k - 1] - 0.01 * force[k]).abs()).fold(0.0, f64::max);
+        println!("{speed} m/s: {} iterations, momentum {:.1e}", run.totals.iterations, off / momenta[0]);
+        assert!(off < 1e-8 * momenta[0], "{speed} m/s: {off:.1e} of {:.1e}", momenta[0]);
+        let (kinetic, elastic) = (column(&run, "kinetic_J"), column(&run, "elastic_J"));
+        let start = 0.5 * momenta[0] * speed;
+        let energies: Vec<f64> = (1..kinetic.len()).map(|k| kinetic[k] + elastic[k]).collect();
+        assert!(
+            energies[0] < start && energies.windows(2).all(|e| e[1] <= e[0] * (1.0 + 1e-8)),
+            "{start} {energies:?}"
+        );
+        assert!(
+            force.iter().any(|f| *f < 0.0) && momenta.last().is_some_and(|p| *p < 0.5 * momenta[0]),
+            "it never hit"
+        );
+    }
+}
+
+/// A drop of a small block on an obstacle, from a random place at a random speed; the least gap on the way.
+fn drop_on(obstacle: &str, random: &mut Random) -> (Status, f64) {
+    let mut v = || random.around(3.0);
+    let (x, y, z) = (v(), v(), -5.0 + v());
+    let (a, b) = (v(), v());
+    let text = format!(
+        r#"{CUBE}
+[start.moving]
+velocity = ["{x} m/s", "{y} m/s", "{z} m/s"]
+[[contact]]
+region = "skin"
+obstacle = {obstacle}
+response = "barrier"
+friction = 0.3
+[[stage]]
+integrator = "implicit_euler"
+duration = "50 ms"
+dt = "5 ms"
+[numerics]
+max_iterations = 200
+"#
+    );
+    let mut mesh = block(2, 2, 2, 0.01, 0.01, 0.01, Order::Linear);
+    mesh.points.iter_mut().for_each(|p| *p += Vec3::new(2e-3 * a, 2e-3 * b, 0.016) - Vec3::new(0.005, 0.005, 0.0));
+    let scene = scene(mesh, &text);
+    let mut least = f64::INFINITY;
+    let run = scene.run(&mut |_| true, &mut |state| {
+        least = least.min(scene.contacts[0].points().expect("points").deepest(&state.x).expect("points").1);
+    });
+    (run.status, least)
+}
+
+const OBSTACLES: [&str; 4] = [
+    r#"{ kind = "floor", point = ["0 mm", "0 mm", "0 mm"], normal = [0.1, 0, 1] }"#,
+    r#"{ kind = "sphere", center = ["0 mm", "0 mm", "0 mm"], radius = "15 mm" }"#,
+    r#"{ kind = "box", min = ["-10 mm", "-10 mm", "-1 mm"], max = ["10 mm", "10 mm", "15 mm"] }"#,
+    r#"{ kind = "cylinder", from = ["-20 mm", "0 mm", "0 mm"], to = ["20 mm", "0 mm", "0 mm"], radius = "15 mm" }"#,
+];
+
+fn drops(count: usize) {
+    let mut random = Random(11);
+    let (mut stopped, mut touched) = (0, 0);
+    for k in 0..count {
+        let (status, least) = drop_on(OBSTACLES[k % 4], &mut random);
+        assert!(least > 0.0, "drop {k} crossed: {least}");
+        touched += usize::from(least < 1e-3);
+        stopped += usize::from(status != Status::Converged);
+        if status != Status::Converged {
+            println!("drop {k}: {status}");
+        }
+    }
+    println!("{count} drops, {touched} touched, {stopped} stopped early");
+    assert!(touched > count / 2);
+    assert_eq!(stopped, 0);
+}
+
+#[test]
+fn no_drop_crosses() {
+    drops(20);
+}
+
+/// The same, a thousand times.
+#[test]
+#[ignore = "takes minutes: cargo test --release --test contact -- --ignored"]
+fn no_drop_of_a_thousand_crosses() {
+    drops(1000);
+}

@@ -1,0 +1,151 @@
+//! What contact costs far away, and how it says what it cannot do.
+
+use crate::common::{run, scene};
+use crate::setup::CUBE;
+use durometer::mesh::Order;
+use durometer::mesh::curved::octant;
+use durometer::mesh::structured::block;
+use durometer::solve::Status;
+
+/// What is far away is not looked at twice: each point has its distance computed once, and nothing is added to the tangent.
+#[test]
+fn contact_far_away_costs_nothing_to_speak_of() {
+    let text = |contact: &str| {
+        format!(
+            r#"{CUBE}
+[[constraint]]
+kind = "fixed"
+region = "xmin"
+[[effect]]
+kind = "gravity"
+region = "body"
+density = "1000 kg/m^3"
+direction = [0, 0, -1]
+acceleration = "9.81 m/s^2"
+{contact}
+[[stage]]
+integrator = "bdf2"
+duration = "0.1 s"
+dt = "5 ms"
+"#
+        )
+    };
+    let far = r#"
+[[contact]]
+region = "skin"
+obstacle = { kind = "box", min = ["0 mm", "0 mm", "-60 mm"], max = ["10 mm", "10 mm", "-40 mm"] }
+response = "barrier"
+friction = 0.3
+"#;
+    let mesh = || block(3, 3, 3, 0.01, 0.01, 0.01, Order::Linear);
+    let (with, without) = (scene(mesh(), &text(far)), scene(mesh(), &text("")));
+    let (a, b) = (run(&with), run(&without));
+    let counts = with.contacts[0].points().expect("points").counts();
+    assert_eq!((counts.tested, counts.active), (with.contacts[0].points().expect("points").points.len(), 0));
+    assert_eq!(with.system.pattern.nnz(), without.system.pattern.nnz());
+    assert_eq!(a.last.x, b.last.x, "the same bits");
+}
+
+/// Friction has no derivative by what came before a step: a derivative is refused, and with friction = 0 it is not.
+#[test]
+fn friction_has_no_derivatives() {
+    for (friction, refused) in [("0.2", true), ("0", false)] {
+        let text = format!(
+            r#"{CUBE}
+[[contact]]
+name = "floor"
+region = "zmin"
+obstacle = {{ kind = "floor", point = ["0 mm", "0 mm", "-1 mm"], normal = [0, 0, 1] }}
+response = "barrier"
+friction = {friction}
+[[stage]]
+integrator = "bdf2"
+duration = "10 ms"
+dt = "5 ms"
+"#
+        );
+        let scene = scene(block(1, 1, 1, 0.01, 0.01, 0.01, Order::Linear), &text);
+        let constants = vec!["laws.rubber.E".parse().expect("a constant")];
+        let outcome = scene.run_with_slopes(&constants, &mut |_| true, &mut |_| {});
+        assert_eq!(outcome.is_err(), refused);
+        if let Err(why) = outcome {
+            assert!(why.to_string().contains("contact floor has friction"), "{why}");
+        }
+    }
+}
+
+/// A plate is driven into nodes that are held: no step however small lets it pass, and the status says who is pressed on whom.
+#[test]
+fn a_plate_on_held_nodes_jams() {
+    let text = format!(
+        r#"{CUBE}
+[[constraint]]
+kind = "fixed"
+region = "zmin"
+[[contact]]
+name = "plate"
+region = "zmin"
+obstacle = {{ kind = "box", min = ["-5 mm", "-5 mm", "-2 mm"], max = ["15 mm", "15 mm", "-1 mm"] }}
+motion = {{ direction = [0, 0, 1], displacement = {{ kind = "ramp", from = "0 mm", to = "2 mm", end = "1 s" }} }}
+response = "barrier"
+friction = 0
+[[stage]]
+integrator = "bdf2"
+duration = "1 s"
+dt = "0.1 s"
+"#
+    );
+    let scene = scene(block(2, 2, 2, 0.01, 0.01, 0.01, Order::Linear), &text);
+    let run = run(&scene);
+    let Status::ContactJammed { t, .. } = run.status else { panic!("{}", run.status) };
+    assert!((0.4..=0.5).contains(&t), "the plate is there at 0.5 s: {t}");
+    let culprit = run.status.culprit();
+    let node = culprit.node.expect("it names one") as usize;
+    assert_eq!((culprit.effect.as_deref(), scene.points[node].z), (Some("plate"), 0.0));
+    assert!(run.status.to_string().contains("reduce the load or the motion of the obstacle"), "{}", run.status);
+}
+
+/// A balloon, one octant of B/A = 2, bursts at P = 0.816 μ, with a floor far below it: the remedy names no continuation, which is refused beside contact.
+#[test]
+fn a_limit_point_beside_contact_has_a_remedy_that_can_be_taken() {
+    let text = r#"
+[mesh]
+body = "octant"
+[laws.rubber]
+law = "neo_hookean_split"
+E = "3 Pa"
+nu = 0.49
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+[[constraint]]
+kind = "fixed"
+region = "xmin"
+components = "x"
+[[constraint]]
+kind = "fixed"
+region = "ymin"
+components = "y"
+[[constraint]]
+kind = "fixed"
+region = "zmin"
+components = "z"
+[[constraint]]
+kind = "cavity"
+region = "inner"
+drive = { pressure = { kind = "ramp", from = "0 Pa", to = "1 Pa", end = "1 s" } }
+[[contact]]
+region = "outer"
+obstacle = { kind = "floor", point = ["0 m", "0 m", "-100 m"], normal = [0, 0, 1] }
+response = "penalty"
+friction = 0
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "0.125 s"
+"#;
+    let run = run(&scene(octant(1.0, 2.0, 3, 1, Order::Quadratic), text));
+    let Status::NoEquilibrium { touching: true, .. } = run.status else { panic!("{}", run.status) };
+    assert!(!run.status.remedy().contains("arc_length"), "{}", run.status);
+}

@@ -1,0 +1,162 @@
+//! Free rigid bodies: their own motion, and rest under their weight.
+
+use crate::common::{run, scene};
+use crate::setup::{CUBE, last};
+use durometer::math::tensor::{Mat3, Vec3};
+use durometer::mesh::Order;
+use durometer::mesh::structured::block;
+use durometer::solve::Status;
+
+/// Torque-free motion of a brick: Euler's equations I ω̇ + ω × Iω = 0, integrated by Runge & Kutta with a hundredth of the step.
+/// BDF2 has an error of second order in Δt: it falls fourfold with half of it. Momentum and moment of momentum are linear and
+/// bilinear in x and v; BDF2 keeps the first to the tolerance of the solver.
+#[test]
+fn a_free_brick_turns_by_eulers_equations() {
+    let spin = Vec3::new(3.0, 0.4, 20.0);
+    let size = Vec3::new(0.01, 0.02, 0.04);
+    let inertia =
+        Vec3::new(size.y.powi(2) + size.z.powi(2), size.x.powi(2) + size.z.powi(2), size.x.powi(2) + size.y.powi(2));
+    let error = |dt: f64| {
+        let text = format!(
+            r#"{CUBE}
+[[constraint]]
+kind = "fixed"
+region = "body"
+[[rigid]]
+name = "brick"
+shape = {{ kind = "box", min = ["0 mm", "0 mm", "100 mm"], max = ["10 mm", "20 mm", "140 mm"] }}
+density = "1000 kg/m^3"
+velocity = ["0.1 m/s", "0.2 m/s", "0 m/s"]
+spin = ["{} rad/s", "{} rad/s", "{} rad/s"]
+[[stage]]
+integrator = "bdf2"
+duration = "0.1 s"
+dt = "{dt} s"
+"#,
+            spin.x, spin.y, spin.z
+        );
+        let scene = scene(block(1, 1, 1, 0.01, 0.01, 0.01, Order::Linear), &text);
+        let run = run(&scene);
+        assert_eq!(run.status, Status::Converged);
+        let frame = &scene.rigids[0].frame;
+        let p = frame.positions(&run.last.x);
+        let a = frame.gradient(&p);
+        assert!((a.tr_mul(&a) - Mat3::identity()).norm() < 1e-5, "not rigid: {a}");
+        let moved = p[0] - frame.center - Vec3::new(0.01, 0.02, 0.0);
+        assert!(moved.norm() < 1e-10, "the centre of mass is off by {moved:?}");
+        // Attitude by the closed form's equations in the body frame
+        let (mut omega, mut turn) = (spin, Mat3::identity());
+        let h = dt / 100.0;
+        let rate = |w: Vec3| {
+            let l = inertia.component_mul(&w);
+            (-w.cross(&l)).component_div(&inertia)
+        };
+        for _ in 0..(0.1 / h).round() as usize {
+            let k1 = rate(omega);
+            let k2 = rate(omega + 0.5 * h * k1);
+            let k3 = rate(omega + 0.5 * h * k2);
+            let k4 = rate(omega + h * k3);
+            let middle = omega + 0.5 * h * k1;
+            turn *= nalgebra::Rotation3::from_scaled_axis(h * middle).into_inner();
+            omega += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
+        }
+        (a - turn).norm()
+    };
+    let (coarse, fine) = (error(2e-3), error(1e-3));
+    println!("attitude: {coarse} {fine}");
+    assert!(coarse < 0.02 && (coarse / fine - 4.0).abs() < 0.8, "{coarse} {fine}");
+}
+
+/// A rigid brick falls on a soft block that lies on the floor and stays there: its weight, and that of the block, come out.
+#[test]
+fn a_brick_rests_on_a_soft_block() {
+    let text = format!(
+        r#"{CUBE}
+[[effect]]
+kind = "gravity"
+region = "body"
+density = "1000 kg/m^3"
+direction = [0, 0, -1]
+acceleration = "9.81 m/s^2"
+[[effect]]
+kind = "viscous_damping"
+region = "body"
+eta = "200 Pa s"
+[[rigid]]
+name = "brick"
+shape = {{ kind = "box", min = ["-1 mm", "-1 mm", "10.1 mm"], max = ["11 mm", "11 mm", "20.1 mm"] }}
+density = "2000 kg/m^3"
+gravity = {{ direction = [0, 0, -1], acceleration = "9.81 m/s^2" }}
+[[contact]]
+name = "floor"
+region = "zmin"
+obstacle = {{ kind = "floor", point = ["0 mm", "0 mm", "-0.01 mm"], normal = [0, 0, 1] }}
+response = "barrier"
+friction = 0.5
+[[contact]]
+name = "top"
+region = "zmax"
+obstacle = {{ kind = "rigid", body = "brick" }}
+response = "barrier"
+friction = 0.5
+[[stage]]
+integrator = "bdf2"
+duration = "0.6 s"
+dt = "5 ms"
+"#
+    );
+    let scene = scene(block(2, 2, 2, 0.01, 0.01, 0.01, Order::Linear), &text);
+    let run = run(&scene);
+    println!("brick: {:?} {} it {} cuts", run.status, run.totals.iterations, run.totals.cuts);
+    assert_eq!(run.status, Status::Converged);
+    let brick = 2000.0 * 0.012 * 0.012 * 0.01 * 9.81;
+    let block = 1000.0 * 1e-6 * 9.81;
+    let (top, floor) = (last(&run, "top_force_z_N"), last(&run, "floor_force_z_N"));
+    println!("{top} {brick} {floor} {block}");
+    // What still moves after 0.6 s is damped by e^{-20}.
+    assert!((top / -brick - 1.0).abs() < 1e-5, "{top} and {brick}");
+    assert!((floor / (brick + block) - 1.0).abs() < 1e-5, "{floor} and {}", brick + block);
+}
+
+/// A rigid sphere and a rigid cube are themselves points of a contact: they come to rest on a floor with their weight.
+#[test]
+fn rigid_bodies_rest_on_a_floor() {
+    for (shape, weight) in [
+        (
+            r#"{ kind = "sphere", center = ["0 mm", "0 mm", "5.1 mm"], radius = "5 mm" }"#,
+            4.0 / 3.0 * std::f64::consts::PI * 125e-9,
+        ),
+        (r#"{ kind = "box", min = ["0 mm", "0 mm", "0.1 mm"], max = ["10 mm", "10 mm", "10.1 mm"] }"#, 1e-6),
+    ] {
+        let text = format!(
+            r#"{CUBE}
+[[constraint]]
+kind = "fixed"
+region = "body"
+[[rigid]]
+name = "piece"
+shape = {shape}
+density = "1000 kg/m^3"
+gravity = {{ direction = [0, 0, -1], acceleration = "9.81 m/s^2" }}
+[[contact]]
+name = "floor"
+region = "piece"
+obstacle = {{ kind = "floor", point = ["0 mm", "0 mm", "0 mm"], normal = [0, 0, 1] }}
+response = "barrier"
+friction = 0.5
+modulus = "10 kPa"
+[[stage]]
+integrator = "implicit_euler"
+duration = "0.5 s"
+dt = "5 ms"
+"#
+        );
+        let mut mesh = block(1, 1, 1, 0.01, 0.01, 0.01, Order::Linear);
+        mesh.points.iter_mut().for_each(|p| p.x += 0.1);
+        let run = run(&scene(mesh, &text));
+        assert_eq!(run.status, Status::Converged, "{shape}");
+        let force = last(&run, "floor_force_z_N");
+        println!("{shape}: {force} {}", weight * 9810.0);
+        assert!((force / (weight * 9810.0) - 1.0).abs() < 1e-5, "{shape}: {force}");
+    }
+}

@@ -1,0 +1,63 @@
+//! What the scenes of contact share.
+
+use crate::common::{column, scene};
+use durometer::mesh::Order;
+use durometer::mesh::structured::block;
+use durometer::scene::{Run, Scene};
+
+pub const RESPONSES: [&str; 3] = ["barrier", "penalty", "multiplier"];
+
+/// A block on its way: law, mass, and all of its surface as `skin`.
+pub const CUBE: &str = r#"
+[mesh]
+body = "block"
+[laws.rubber]
+law = "neo_hookean"
+E = "100 kPa"
+nu = 0.3
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+[[effect]]
+kind = "inertia"
+region = "body"
+density = "1000 kg/m^3"
+mass = "lumped"
+[mesh.regions.skin.box]
+min = ["-1 m", "-1 m", "-1 m"]
+max = ["1 m", "1 m", "1 m"]
+pick = "facets"
+"#;
+
+/// The last value of a column.
+pub fn last(run: &Run, name: &str) -> f64 {
+    *column(run, name).last().expect("a row")
+}
+
+/// A soft block of 20 × 20 × 10 mm that is held at its bottom, with these contacts, in static steps of a quarter of a second.
+pub fn soft_block(seconds: f64, contacts: &str) -> Scene {
+    let text = format!(
+        r#"
+[mesh]
+body = "block"
+[laws.rubber]
+law = "neo_hookean"
+E = "100 kPa"
+nu = 0.4
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+[[constraint]]
+kind = "fixed"
+region = "zmin"
+{contacts}
+[[stage]]
+integrator = "static"
+duration = "{seconds} s"
+dt = "0.25 s"
+"#
+    );
+    scene(block(6, 6, 3, 0.02, 0.02, 0.01, Order::Linear), &text)
+}
