@@ -158,15 +158,14 @@ mod tests {
     fn check_postorder(graph: &SymPattern, order: &[u32]) {
         let parents = parents(graph, order);
         let mut first: Vec<usize> = (0..graph.n).collect();
-        for k in 0..graph.n {
-            if let Some(parent) = parents[k] {
+        for (k, parent) in parents.iter().enumerate() {
+            if let Some(parent) = *parent {
                 assert!(parent > k);
                 first[parent] = first[parent].min(first[k]);
             }
         }
-        for k in 0..graph.n {
-            let within = |c: usize| parents[c].is_some_and(|p| p <= k);
-            assert!((first[k]..k).all(within), "subtree of step {k}");
+        for (k, first) in first.into_iter().enumerate() {
+            assert!(parents[first..k].iter().all(|p| p.is_some_and(|p| p <= k)), "subtree of step {k}");
         }
     }
 
