@@ -70,7 +70,7 @@ impl Newton {
             && self.factor.price() >= self.settings.keep_from
             && system.scalar_equations() == 0
             && system.skewed.is_empty()
-            && !system.effects.iter().any(|e| e.meets())
+            && system.meeting.is_empty()
             && !self.sums.projected
             && system.constraints.iter().all(|c| !matches!(c.cone(), Cone::Linked | Cone::Watched))
     }

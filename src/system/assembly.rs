@@ -44,6 +44,8 @@ pub struct System {
     largest: usize,
     /// Effects with a skew part of the tangent
     pub(crate) skewed: Vec<usize>,
+    /// Effects that couple what meets
+    pub(crate) meeting: Vec<usize>,
     /// Per effect: where its history lies in that of the state
     histories: Vec<Range<usize>>,
 }
@@ -146,7 +148,8 @@ impl System {
             histories.push(start..start + e.blocks().len() * e.history());
         }
         let skewed = (0..effects.len()).filter(|&e| effects[e].skew().is_some()).collect();
-        Ok(Self { effects, constraints, prescribed, dofs, pattern, slots, largest, skewed, histories })
+        let meeting = (0..effects.len()).filter(|&e| effects[e].meets()).collect();
+        Ok(Self { effects, constraints, prescribed, dofs, pattern, slots, largest, skewed, meeting, histories })
     }
 
     /// Where the history of effect `e` lies in that of the state.
@@ -210,7 +213,7 @@ impl System {
                 Some(batched) => sum_batches(batched, at, want, increment, &mut scatter, (e, &mut sum), out)?,
                 None => 0,
             };
-            if effect.meets() {
+            if self.meeting.contains(&e) {
                 sum += self.add_meeting((e, &mut met), at, want, increment, out)?;
             }
             let active = effect.active(at);
@@ -263,8 +266,8 @@ impl System {
             out.costs[i].time += start.elapsed();
             out.costs[i].evaluations += 1;
         }
-        if want == Want::Tangent {
-            let meeting = self.effects.iter().filter_map(|e| e.meeting(at));
+        if want == Want::Tangent && !self.meeting.is_empty() {
+            let meeting = self.meeting.iter().filter_map(|&e| self.effects[e].meeting(at));
             out.take_in(self, &met, || meeting.clone().flat_map(|m| m.room(at.x)).collect());
         }
         if want == Want::Tangent && !self.skewed.is_empty() {
@@ -315,7 +318,7 @@ impl System {
 
     /// The longest part of the motion dx from x that all effects allow; None where that is all of it.
     pub fn max_step(&self, x: &[f64], dx: &[f64]) -> Option<(&str, Limit)> {
-        let limits = self.effects.iter().filter_map(|e| Some((e.name(), e.max_step(x, dx)?)));
+        let limits = self.effects.iter().filter_map(|e| e.max_step(x, dx).map(|limit| (e.name(), limit)));
         limits.filter(|(_, l)| l.share < 1.0).min_by(|a, b| a.1.share.total_cmp(&b.1.share))
     }
 
