@@ -281,41 +281,6 @@ impl System {
         self.effects.iter().any(|e| matches!(e.role(), super::Role::Touching))
     }
 
-    /// Energy and residual of what effect `e` couples here; its tangents into `met`. Returns Σ‖r_e‖.
-    fn add_meeting(
-        &self,
-        (e, met): (usize, &mut Met),
-        at: &At,
-        want: Want,
-        increment: Option<&[f64]>,
-        out: &mut Assembled,
-    ) -> Result<f64, EvalError> {
-        let effect = &self.effects[e];
-        let Some(meeting) = effect.meeting(at) else { return Ok(0.0) };
-        let list = meeting.blocks();
-        let mut scatter = Scatter { system: self, list, slots: &[], next: 0 };
-        let mut local = Local::new(list.largest());
-        let mut sum = 0.0;
-        for b in 0..list.len() {
-            let n = list.size(b);
-            local.reset(n, want);
-            meeting.eval(at, b, want, &mut local)?;
-            out.energy[e] += local.energy;
-            sum += norm(&local.r[..n]);
-            scatter.add(b, &local, 1.0, Want::Residual, None, out);
-            if want == Want::Tangent {
-                if out.projected || out.descending && effect.semidefinite() {
-                    project(&mut local, n, n);
-                }
-                if let Some(d) = increment {
-                    scatter.lift(b, &local, 1.0, d, out);
-                }
-                met.push(self, list, b, &local);
-            }
-        }
-        Ok(sum)
-    }
-
     /// The longest part of the motion dx from x that all effects allow; None where that is all of it.
     pub fn max_step(&self, x: &[f64], dx: &[f64]) -> Option<(&str, Limit)> {
         let limits = self.effects.iter().filter_map(|e| e.max_step(x, dx).map(|limit| (e.name(), limit)));

@@ -1,6 +1,7 @@
 //! Blocks that are there at one state only: parts that meet, and may part again. The tangent has room for them beside the pattern of the
 //! blocks that stay, and gets more where they need it.
 
+use super::scatter::Scatter;
 use super::{Assembled, At, Blocks, Dofs, EvalError, Local, System, Want};
 use crate::math::sparse::SymPattern;
 use std::sync::Arc;
@@ -38,6 +39,43 @@ impl Met {
 fn pairs(equations: &[u32]) -> impl Iterator<Item = (u32, u32)> + '_ {
     let free = || equations.iter().copied().filter(|e| *e != Dofs::FIXED);
     free().flat_map(move |i| free().take_while(move |j| *j != i).map(move |j| (i, j)))
+}
+
+impl System {
+    /// Energy and residual of what effect `e` couples here; its tangents into `met`. Returns Σ‖r_e‖.
+    pub(super) fn add_meeting(
+        &self,
+        (e, met): (usize, &mut Met),
+        at: &At,
+        want: Want,
+        increment: Option<&[f64]>,
+        out: &mut Assembled,
+    ) -> Result<f64, EvalError> {
+        let effect = &self.effects[e];
+        let Some(meeting) = effect.meeting(at) else { return Ok(0.0) };
+        let list = meeting.blocks();
+        let mut scatter = Scatter { system: self, list, slots: &[], next: 0 };
+        let mut local = Local::new(list.largest());
+        let mut sum = 0.0;
+        for b in 0..list.len() {
+            let n = list.size(b);
+            local.reset(n, want);
+            meeting.eval(at, b, want, &mut local)?;
+            out.energy[e] += local.energy;
+            sum += norm(&local.r[..n]);
+            scatter.add(b, &local, 1.0, Want::Residual, None, out);
+            if want == Want::Tangent {
+                if out.projected || out.descending && effect.semidefinite() {
+                    project(&mut local, n, n);
+                }
+                if let Some(d) = increment {
+                    scatter.lift(b, &local, 1.0, d, out);
+                }
+                met.push(self, list, b, &local);
+            }
+        }
+        Ok(sum)
+    }
 }
 
 impl Assembled {
