@@ -1,8 +1,10 @@
 //! Blocks that are there at one state only: parts that meet, and may part again. The tangent has room for them beside the pattern of the
 //! blocks that stay, and gets more where they need it.
 
+use super::projection::project;
 use super::scatter::Scatter;
 use super::{Assembled, At, Blocks, Dofs, EvalError, Local, System, Want};
+use crate::math::linear::norm;
 use crate::math::sparse::SymPattern;
 use std::sync::Arc;
 
