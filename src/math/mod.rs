@@ -4,6 +4,7 @@ pub mod formula;
 pub mod gmres;
 pub mod lanes;
 pub mod linear;
+pub mod multigrid;
 pub mod ordering;
 pub mod pcg;
 pub mod random;

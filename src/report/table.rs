@@ -99,6 +99,7 @@ pub fn cases(store: &Store) -> Table {
                 r.dofs.to_string(),
                 r.factor_nnz.to_string(),
                 format!("{:.1}", factor_mb(r)),
+                r.solver.linear.multigrid.as_ref().map_or("direct".into(), |m| format!("{} levels", m.levels)),
                 format!("{}", r.dt_s),
                 if r.converged() { r.status.clone() } else { format!("{} !", r.status) },
                 r.locking.map_or("–".into(), |l| {
@@ -125,6 +126,7 @@ pub fn cases(store: &Store) -> Table {
             ("DOFs", "", true),
             ("nnz(L)", "", true),
             ("Factor", "MB", true),
+            ("Linear solver", "", false),
             ("Δt", "s", true),
             ("Status", "", false),
             ("Pressure scatter", "", true),

@@ -235,6 +235,7 @@ impl Scene {
             remarks,
             no_limit,
         };
+        scene.check_linear(file)?;
         match columns.iter().enumerate().find(|(k, c)| columns[..*k].contains(c)) {
             None => Ok(scene),
             Some((_, twice)) => Err(SceneError::Content {

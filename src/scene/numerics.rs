@@ -1,5 +1,6 @@
 //! `[numerics]`: what decides how a scene is solved, never what it is.
 
+use super::linear::{LinearSpec, MemorySpec};
 use super::quantity::{Length, Time};
 use serde::Deserialize;
 
@@ -12,6 +13,9 @@ pub struct NumericsSpec {
     pub reuse_factor: bool,
     /// Back-substitutions that a factorisation must cost to be kept from step to step
     pub keep_from: f64,
+    pub linear: LinearSpec,
+    /// The largest factor that is made
+    pub factor_memory: MemorySpec,
     pub extrapolate: bool,
     pub cuts: u32,
     /// Largest error that a dynamic step may make by itself: dt is then the longest step
@@ -30,6 +34,8 @@ impl Default for NumericsSpec {
             line_search: newton.line_search,
             reuse_factor: newton.reuse_factor,
             keep_from: newton.keep_from,
+            linear: LinearSpec::default(),
+            factor_memory: MemorySpec::default(),
             extrapolate: step.extrapolate,
             cuts: step.cuts,
             time_error: None,

@@ -4,13 +4,14 @@ use super::build::Scene;
 use super::cable_record::{CableEvent, pulling};
 use super::control::{ControlError, Fired, Opening};
 use super::course::Course;
+use super::linear::LinearWork;
 use super::probe::{Energies, Moment, columns, largest_stretch, record_cavity};
 use super::slopes::Recorder;
 use super::steering::Steering;
 use crate::effect::contact::Counts;
 use crate::math::tensor::Vec3;
 use crate::solve::{
-    Findings, Integrator, Newton, NewtonSettings, Status, Step, StepSettings, Stepper, Totals, initial_acceleration,
+    Findings, Integrator, Newton, NewtonSettings, Status, Step, StepSettings, Stepper, Totals, initial_acceleration_by,
 };
 use crate::system::{At, Cost, State};
 use std::time::{Duration, Instant};
@@ -50,6 +51,8 @@ pub struct Run {
     pub factor_nnz: usize,
     /// Additions and multiplications of one factorisation
     pub factor_flops: f64,
+    /// How linear systems were solved
+    pub linear: LinearWork,
     pub dofs: usize,
     /// The state farthest from rest
     pub peak: Snapshot,
@@ -104,7 +107,7 @@ impl Scene {
             keep_from: n.keep_from,
             projection: n.projection,
         };
-        let mut newton = Newton::new(&self.system, newton, self.body.mesh.diagonal());
+        let mut newton = Newton::by(self.method(), &self.system, newton, self.body.mesh.diagonal());
         newton.points.clone_from(&self.points);
         let steps = StepSettings { cuts: n.cuts, extrapolate: n.extrapolate, time_error: n.time_error.map(|l| l.0) };
         let mut stepper = Stepper::new(&self.system, newton, steps);
@@ -159,6 +162,7 @@ impl Scene {
             solves: factor.solves,
             factor_nnz: factor.nnz(),
             factor_flops: factor.flops(),
+            linear: LinearWork::of(factor),
             dofs: self.system.dofs.free.len(),
             peak: course.peak,
             contacts: self.contacts.iter().map(|c| (c.name.clone(), c.counts())).collect(),
@@ -185,7 +189,7 @@ impl Scene {
             let span = self.spans[course.span];
             if course.step == 0 && !course.decided {
                 if span.integrator.needs_initial_acceleration() {
-                    match initial_acceleration(&self.system, &course.state) {
+                    match initial_acceleration_by(self.method(), &self.system, &course.state) {
                         Ok(a) => course.state.a = a,
                         Err(why) => {
                             steering.save_end(kept.as_ref());

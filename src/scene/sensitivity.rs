@@ -110,7 +110,7 @@ impl<'a> Sensitivity<'a> {
             return Err(SensitivityError::Friction { cable: cable.name.clone() });
         }
         let by = constants.iter().map(|c| terms(scene, c)).collect::<Result<_, _>>()?;
-        Ok(Self { scene, solver: Differentiator::new(system, by) })
+        Ok(Self { scene, solver: Differentiator::new(scene.method(), system, by) })
     }
 
     /// Recorded columns that have a derivative, in their order.

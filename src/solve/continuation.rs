@@ -48,7 +48,7 @@ pub struct TurningPoint {
 pub(super) struct Point {
     pub state: State,
     pub iterations: usize,
-    pub unstable_modes: usize,
+    pub unstable_modes: Option<usize>,
 }
 
 /// Follows the path of static equilibria x(s), t(s).
@@ -197,7 +197,12 @@ impl<'a> Tracer<'a> {
     }
 
     /// Solves K du + Σ h dλ = −r, h·du = g and the same for ∂/∂t; the negative eigenvalues of the constrained tangent.
-    fn linearise(&self, newton: &mut Newton, past: &State, next: &mut State) -> Result<(Response, usize), Failure> {
+    fn linearise(
+        &self,
+        newton: &mut Newton,
+        past: &State,
+        next: &mut State,
+    ) -> Result<(Response, Option<usize>), Failure> {
         let delta = if next.t + self.delta <= self.end { self.delta } else { -self.delta };
         let mut later = State { t: next.t + delta, ..next.clone() };
         self.evaluate(newton, past, &mut later, Want::Residual)?;
@@ -205,6 +210,7 @@ impl<'a> Tracer<'a> {
         self.evaluate(newton, past, next, Want::Tangent)?;
         let now = self.system.restrict(&newton.sums.r);
         newton.fit_factor(self.system);
+        newton.factor.move_to(&next.x);
         newton.factor.factorise(&newton.sums.k).map_err(Failure::Linear)?;
         let schur = newton.schur(self.system)?;
         let n = now.len();

@@ -25,7 +25,7 @@ pub use newton::{Newton, NewtonSettings, Solved};
 pub use rigid::{Motion, MotionKind};
 pub use sensitivity::Differentiator;
 pub use stale::Kept;
-pub use start::initial_acceleration;
+pub use start::{initial_acceleration, initial_acceleration_by};
 pub use status::{Culprit, Status};
 pub use step::Step;
 pub use stepper::{Findings, Memory, Past, Span, StepSettings, Stepper, Totals};

@@ -3,7 +3,7 @@
 use super::multipliers::{self, Schur};
 use super::stale::Stale;
 use super::{Failure, Step, tangent};
-use crate::math::linear::{Factor, dot, norm};
+use crate::math::linear::{Factor, LinearError, Method, dot, norm};
 use crate::math::tensor::Vec3;
 use crate::system::{Assembled, Cone, Rows, State, System, Want};
 use std::sync::Arc;
@@ -42,8 +42,8 @@ impl Default for NewtonSettings {
 pub struct Solved {
     pub iterations: usize,
     /// Negative eigenvalues of the constrained tangent at the last factorisation; 0 at a stable equilibrium, and where the
-    /// tangent is not symmetric
-    pub unstable_modes: usize,
+    /// tangent is not symmetric. None where they were not counted: conjugate gradients met none on their way
+    pub unstable_modes: Option<usize>,
     /// The tangent was shifted towards positive definiteness on the way
     pub regularised: bool,
     /// Negative eigenvalues of blocks of the tangent were taken away on the way
@@ -99,12 +99,14 @@ const SOFTEST: f64 = 1e-9;
 
 impl Newton {
     pub fn new(system: &System, settings: NewtonSettings, length: f64) -> Self {
+        Self::by(Method::default(), system, settings, length)
+    }
+
+    /// With linear systems solved by one way or the other.
+    pub fn by(method: Method, system: &System, settings: NewtonSettings, length: f64) -> Self {
         Self {
             settings,
-            factor: match system.scalar_equations() {
-                0 => Factor::new(system.pattern.clone()),
-                _ => Factor::indefinite(system.pattern.clone()),
-            },
+            factor: Factor::by(method, system.pattern.clone(), system.scalar_equations() == 0),
             sums: Assembled { descending: true, ..system.workspace() },
             assembly_time: Duration::ZERO,
             stiffness: 0.0,
@@ -122,8 +124,8 @@ impl Newton {
         let system = step.system;
         let targets: Vec<(usize, f64)> =
             system.prescribed.iter().map(|p| (p.dof as usize, p.signal.at(next.clock()))).collect();
-        let mut solved =
-            Solved { iterations: 0, unstable_modes: 0, regularised: false, projected: self.sums.projected };
+        let unstable_modes = self.factor.multigrid().is_none().then_some(0);
+        let mut solved = Solved { iterations: 0, unstable_modes, regularised: false, projected: self.sums.projected };
         let mut fresh = false;
         let mut last = f64::INFINITY;
         let mut below = false;
@@ -157,17 +159,13 @@ impl Newton {
             let old = if keeps {
                 self.evaluate(step, next, Want::Tangent, increment.as_deref())?;
                 self.stiffness = norm(&self.sums.pattern.diagonal(&self.sums.k));
-                let stands = self.has_factor(step.rates(), solved.iterations == 0);
-                stands
-                    .then(|| {
-                        self.direction_by_old_factor(
-                            system,
-                            next,
-                            increment.as_deref(),
-                            (error, solved.iterations == 0),
-                        )
-                    })
-                    .flatten()
+                let first = solved.iterations == 0;
+                let direction = |newton: &mut Self| {
+                    newton.direction_by_old_factor(system, next, increment.as_deref(), (error, first))
+                };
+                let stands = self.has_factor(step.rates(), first);
+                let old = stands.then(|| direction(self)).flatten();
+                if old.is_none() && self.renew_hierarchy(step, next) { direction(self) } else { old }
             } else {
                 None
             };
@@ -181,7 +179,7 @@ impl Newton {
                             self.evaluate(step, next, Want::Tangent, increment.as_deref())?;
                             self.stiffness = norm(&self.sums.pattern.diagonal(&self.sums.k));
                         }
-                        schur = self.factorise(step, keeps.then_some(&next.x), &mut solved)?;
+                        schur = self.factorise(step, next, keeps, &mut solved)?;
                         fresh = true;
                     }
                     self.direction(system, next, increment.as_deref(), &schur)?
@@ -256,23 +254,28 @@ impl Newton {
         system.dofs.free.iter().max_by(largest).map_or(0, |dof| dof / 3)
     }
 
-    /// Negative eigenvalues of the constrained tangent at a converged state; none where it has no factorisation.
+    /// Negative eigenvalues of the constrained tangent at a converged state; none where it has no factorisation, or where they are
+    /// not counted.
     pub(super) fn unstable_modes(&mut self, step: &Step, state: &State) -> Option<usize> {
+        if self.factor.multigrid().is_some() && !self.factor.fell_back() {
+            return None;
+        }
         self.sums.descending = false;
         let evaluated = self.evaluate(step, &mut state.clone(), Want::Tangent, None);
         self.sums.descending = true;
         evaluated.ok()?;
         self.fit_factor(step.system);
-        self.factor.factorise(&self.sums.k).ok()?;
+        self.factor.factorise_counting(&self.sums.k).ok()?;
         let schur = self.schur(step.system).ok()?;
-        Some(self.negative(step.system, &schur))
+        self.negative(step.system, &schur)
     }
 
     /// Negative eigenvalues of the constrained tangent, by those of K: a second field brings one an unknown, a multiplier one
-    /// of S. Where the tangent has a skew part they say nothing, and none is counted.
-    pub(super) fn negative(&self, system: &System, schur: &Schur) -> usize {
+    /// of S. Where the tangent has a skew part they say nothing, and none is counted. None on the iterative path.
+    pub(super) fn negative(&self, system: &System, schur: &Schur) -> Option<usize> {
         let expected = system.scalar_equations() + schur.negative;
-        if self.sums.skew.is_empty() { self.factor.negative_pivots.saturating_sub(expected) } else { 0 }
+        let pivots = self.factor.counts().then_some(self.factor.negative_pivots)?;
+        Some(if self.sums.skew.is_empty() { pivots.saturating_sub(expected) } else { 0 })
     }
 
     /// The factor for the pattern of the last tangent: the order of elimination is that of the system as long as nothing meets.
@@ -288,10 +291,11 @@ impl Newton {
     }
 
     /// Factorises K, shifts it where the constrained tangent has negative eigenvalues, and forms S = H K⁻¹ Hᵀ.
-    fn factorise(&mut self, step: &Step, keep: Option<&Vec<f64>>, solved: &mut Solved) -> Result<Schur, Failure> {
+    fn factorise(&mut self, step: &Step, next: &State, keep: bool, solved: &mut Solved) -> Result<Schur, Failure> {
         let system = step.system;
         let mut shift = 0.0;
         self.fit_factor(system);
+        self.factor.move_to(&next.x);
         let own = self.sums.pattern.diagonal(&self.sums.k);
         let largest = own.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
         loop {
@@ -302,13 +306,14 @@ impl Newton {
                     if shift == 0.0 {
                         solved.unstable_modes = unstable;
                     }
-                    if unstable == 0 || shift > 1e3 {
-                        if let Some(x) = keep.filter(|_| shift == 0.0) {
-                            self.keep_factor(system, self.sums.k.clone(), x, step.rates());
+                    if unstable.is_none_or(|n| n == 0) || shift > 1e3 {
+                        if keep && shift == 0.0 && !self.factor.fell_back() {
+                            self.keep_factor(system, self.sums.k.clone(), &next.x, step.rates());
                         }
                         return Ok(schur);
                     }
                 }
+                Err(failure @ Failure::Linear(LinearError::TooLarge { .. })) => return Err(failure),
                 Err(failure) if shift > 1e3 => return Err(failure),
                 Err(_) => {}
             }

@@ -108,7 +108,7 @@ impl Stepper<'_> {
             let point = tracer.step(&mut self.newton, self.settings.cuts).0.ok()?;
             if let Some(turn) = tracer.turning_point(&mut self.newton) {
                 // Beyond a limit point the tangent has lost its definiteness, where it has any; a path that doubled back has not
-                let lost = point.unstable_modes > 0 || !self.newton.sums.skew.is_empty();
+                let lost = point.unstable_modes.is_some_and(|n| n > 0) || !self.newton.sums.skew.is_empty();
                 return Some(turn).filter(|turn| turn.highest && lost);
             }
             if point.state.t == t {

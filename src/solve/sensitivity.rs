@@ -16,7 +16,7 @@
 use super::multipliers::Schur;
 use super::start::{Start, before};
 use super::{Failure, Integrator, Step, tangent};
-use crate::math::linear::{Factor, LinearError, dot};
+use crate::math::linear::{Factor, LinearError, Method, dot};
 use crate::system::{Assembled, Direction, Rates, State, System, Term, Want};
 
 /// Derivatives of the state of a run, with a factorisation and sums of its own, beside those of the run.
@@ -25,6 +25,7 @@ pub struct Differentiator<'a> {
     /// Per θ: what makes up ∂r/∂θ
     by: Vec<Vec<Term>>,
     pub factor: Factor,
+    method: Method,
     sums: Assembled,
     /// K of the factorisation
     factored: Vec<f64>,
@@ -35,22 +36,19 @@ pub struct Differentiator<'a> {
 }
 
 impl<'a> Differentiator<'a> {
-    /// From rest; each θ with its terms.
-    pub fn new(system: &'a System, by: Vec<Vec<Term>>) -> Self {
-        let factor = match system.scalar_equations() {
-            0 => Factor::new(system.pattern.clone()),
-            _ => Factor::indefinite(system.pattern.clone()),
-        };
+    /// From rest; each θ with its terms. Linear systems are solved by one way or the other.
+    pub fn new(method: Method, system: &'a System, by: Vec<Vec<Term>>) -> Self {
+        let factor = Factor::by(method.clone(), system.pattern.clone(), system.scalar_equations() == 0);
         let changes = vec![system.rest(); by.len()];
         let residuals = changes.iter().map(|c| c.x.clone()).collect();
-        Self { system, by, factor, sums: system.workspace(), factored: Vec::new(), changes, residuals }
+        Self { system, by, factor, method, sums: system.workspace(), factored: Vec::new(), changes, residuals }
     }
 
     /// A stage begins at `state`, whose acceleration is that of the start: M a′ is what is left of the change of r.
     pub fn begin(&mut self, integrator: Integrator, state: &State) -> Result<(), Failure> {
         let system = self.system;
         if integrator.needs_initial_acceleration() {
-            let mut start = Start::new(system, state, &state.a)?;
+            let mut start = Start::new(self.method.clone(), system, state, &state.a)?;
             let at = before(state, &state.a, Rates::default());
             let still = vec![0.0; state.x.len()];
             for (change, terms) in self.changes.iter_mut().zip(&self.by) {
@@ -96,6 +94,7 @@ impl<'a> Differentiator<'a> {
         if sums.k != self.factored {
             // What a failed factorisation leaves is not to be used.
             self.factored.clear();
+            factor.move_to(&next.x);
             factor.factorise(&sums.k).map_err(Failure::Linear)?;
             self.factored.clone_from(&sums.k);
         }

@@ -13,10 +13,10 @@
 //! included; where conjugate gradients are slow; where K or K₀ is indefinite on the null space of H; and in statics where one of
 //! the softest directions lost half of its stiffness. All by counts, never by the clock, so that the bits of a run stay.
 
-use super::Newton;
 use super::multipliers::Schur;
 use super::newton::Direction;
 use super::turns::Turns;
+use super::{Newton, Step};
 use crate::math::linear::{dot, norm};
 use crate::math::pcg::{Outcome, pcg};
 use crate::math::random::SplitMix;
@@ -82,6 +82,7 @@ impl Newton {
 
     /// Takes over what a saved run had kept.
     pub(super) fn resume_factor(&mut self, kept: Kept, system: &System) {
+        self.factor.move_to(&kept.x);
         if !kept.k.is_empty() && self.factor.factorise(&kept.k).is_ok() {
             self.keep_factor(system, kept.k.to_vec(), &kept.x, kept.rates);
             self.stale.kept = kept;
@@ -93,7 +94,22 @@ impl Newton {
         self.stale.kept = Kept { k: k.into(), rates, x: x.to_vec().into(), ..Kept::default() };
         self.stale.turns = Turns::default();
         self.stale.count = self.factor.count;
-        self.stale.soft = if rates == Rates::default() { self.softest(system) } else { Vec::new() };
+        let watches = rates == Rates::default() && self.factor.counts();
+        self.stale.soft = if watches { self.softest(system) } else { Vec::new() };
+    }
+
+    /// On the iterative path: a hierarchy of the present tangent, for a direction that is no more accurate than the error asks for.
+    pub(super) fn renew_hierarchy(&mut self, step: &Step, next: &State) -> bool {
+        if self.factor.multigrid().is_none() {
+            return false;
+        }
+        self.fit_factor(step.system);
+        self.factor.move_to(&next.x);
+        let stands = self.factor.factorise(&self.sums.k).is_ok() && !self.factor.fell_back();
+        if stands {
+            self.keep_factor(step.system, self.sums.k.clone(), &next.x, step.rates());
+        }
+        stands
     }
 
     /// Is there a factor for a direction of this step?
@@ -196,7 +212,7 @@ impl Newton {
         let mut x = columns;
         let rows: Vec<usize> = (0..m).collect();
         let schur = Schur::of(z, system, &rows, &self.sums.gradient);
-        if self.negative(system, &schur) > 0 {
+        if self.negative(system, &schur).is_some_and(|n| n > 0) {
             return None;
         }
         let shift: Vec<f64> = (0..m).map(|c| -self.sums.carried[c] - dot(&self.sums.gradient[c], &x)).collect();
@@ -218,7 +234,7 @@ impl Newton {
         let enough = ENOUGH * self.settings.tolerance * self.sums.scale;
         let bound = enough.max(LOOSEST.min(error.sqrt()) * norm(&rhs));
         left.resize(n + held.rows.len(), 0.0);
-        let most = ((PATIENCE.0 * self.factor.price()).ceil() as usize).max(PATIENCE.1);
+        let most = self.factor.patience(PATIENCE.0).max(PATIENCE.1);
         let (values, factor, turns) = (&self.sums.k, &mut self.factor, &self.stale.turns);
         let multiply = |v: &[f64]| {
             let mut product = vec![0.0; v.len()];

@@ -1,7 +1,7 @@
 //! Consistent initial acceleration.
 
 use super::Failure;
-use crate::math::linear::Factor;
+use crate::math::linear::{Factor, Method};
 use crate::system::{Assembled, At, Rates, State, System, Want};
 
 /// A slope ∂a/∂x [1/s²] far above ω² of every mode, so that M = (K(ca) − K(0))/ca keeps its digits beside the stiffness.
@@ -9,8 +9,13 @@ const STEEP: f64 = 1e12;
 
 /// Solves M a = −r(x, v, 0, λ) on the free dofs.
 pub fn initial_acceleration(system: &System, state: &State) -> Result<Vec<f64>, Failure> {
+    initial_acceleration_by(Method::default(), system, state)
+}
+
+/// The same, solved by one way or the other.
+pub fn initial_acceleration_by(method: Method, system: &System, state: &State) -> Result<Vec<f64>, Failure> {
     let zero = vec![0.0; state.x.len()];
-    Start::new(system, state, &zero)?.solve(system, None)
+    Start::new(method, system, state, &zero)?.solve(system, None)
 }
 
 /// The start of a stage: r, K = ∂r/∂x, and M.
@@ -23,7 +28,7 @@ pub(super) struct Start {
 
 impl Start {
     /// r is linear in a, so M = (K(ca) − K(0))/ca.
-    pub fn new(system: &System, state: &State, a: &[f64]) -> Result<Self, Failure> {
+    pub fn new(method: Method, system: &System, state: &State, a: &[f64]) -> Result<Self, Failure> {
         let mut sums = system.workspace();
         let mut assemble = |ca| {
             let at = before(state, a, Rates { cv: 0.0, ca });
@@ -37,7 +42,8 @@ impl Start {
         for e in (0..system.dofs.free.len()).filter(|&e| system.dofs.is_scalar(e)) {
             mass[sums.pattern.col_ptr[e] as usize] = 1.0;
         }
-        let mut factor = Factor::new(sums.pattern.clone());
+        let mut factor = Factor::by(method, sums.pattern.clone(), true);
+        factor.move_to(&state.x);
         factor.factorise(&mass).map_err(Failure::Linear)?;
         Ok(Self { sums, mass, factor })
     }

@@ -191,6 +191,13 @@ impl Status {
             Self::StepTooSmall { why: Failure::Complementarity, .. } => {
                 "release one of the cables, or drive it by tension"
             }
+            Self::StepTooSmall {
+                why:
+                    Failure::Linear(
+                        LinearError::Indefinite { .. } | LinearError::Slow { .. } | LinearError::TooLarge { .. },
+                    ),
+                ..
+            } => "raise numerics.factor_memory if the machine has it, or take a coarser mesh",
             Self::StepTooSmall { why: Failure::Linear(_), .. } => {
                 "bring the stiffnesses of the parts closer to each other, or mesh without slivers"
             }

@@ -39,6 +39,9 @@ pub struct Totals {
     pub projected: usize,
     /// Accepted states whose tangent had negative eigenvalues: beyond a bifurcation or a limit point
     pub unstable: usize,
+    /// Accepted states where negative eigenvalues were not counted: the iterative path meets them by chance only
+    #[serde(default)]
+    pub uncounted: usize,
 }
 
 /// What the path of equilibria showed.
@@ -357,14 +360,16 @@ impl<'a> Stepper<'a> {
     /// and at the end of the stage.
     fn judge_stability(&mut self, integrator: Integrator, past: &State, state: &State, solved: &Solved, last: bool) {
         let mut modes = solved.unstable_modes;
-        if integrator.is_static() && (modes > 0 || last) {
+        if integrator.is_static() && (modes.is_some_and(|n| n > 0) || last) {
             let step = Step { system: self.system, integrator, past, dt: state.t - past.t };
-            modes = self.newton.unstable_modes(&step, state).unwrap_or(modes);
+            modes = self.newton.unstable_modes(&step, state).or(modes);
         }
         self.note_stability(integrator, state.t, modes);
     }
 
-    pub(super) fn note_stability(&mut self, integrator: Integrator, t: f64, modes: usize) {
+    pub(super) fn note_stability(&mut self, integrator: Integrator, t: f64, modes: Option<usize>) {
+        self.totals.uncounted += usize::from(modes.is_none());
+        let Some(modes) = modes else { return };
         self.totals.unstable += usize::from(modes > 0);
         let known = self.findings.unstable.last().map_or(0, |last| last.1);
         if integrator.is_static() && modes != known {

@@ -1,7 +1,7 @@
 //! What the solver had to do in a case and where it stopped, for the record and for `summary.json`.
 
 use crate::math::tensor::Vec3;
-use crate::scene::{Run, Scene};
+use crate::scene::{LinearWork, Run, Scene};
 use crate::solve::{Status, TurningPoint};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -20,12 +20,57 @@ pub struct SolverRecord {
     pub coarse_steps: usize,
     /// Steps that ended where the constrained tangent has negative eigenvalues
     pub unstable_steps: usize,
+    /// Accepted states where negative eigenvalues were not counted: whether they are stable is not known
+    #[serde(default)]
+    pub uncounted_steps: usize,
+    /// How linear systems were solved
+    #[serde(default)]
+    pub linear: LinearRecord,
     /// Arc length: where the loads were largest or least
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub turning_points: Vec<TurningRecord>,
     /// Where and why the run stopped, if its status is not `Converged`
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stop: Option<StopRecord>,
+}
+
+/// The way in which linear systems were solved, and why.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Default)]
+pub struct LinearRecord {
+    /// `direct` or `iterative`
+    pub path: String,
+    pub why: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub multigrid: Option<MultigridRecord>,
+}
+
+/// The last hierarchy of the iterative path, and what conjugate gradients did with it.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct MultigridRecord {
+    /// The bottom included
+    pub levels: usize,
+    /// Entries of the matrices of all levels over those of the finest
+    pub operator_complexity: f64,
+    /// Right sides that were solved for to the full accuracy, and the iterations for them
+    pub full_solves: usize,
+    pub full_iterations: usize,
+    /// Factorisations where conjugate gradients met negative curvature or were slow
+    pub factorised: usize,
+}
+
+impl LinearRecord {
+    fn new(run: &Run) -> Self {
+        let LinearWork { why, hierarchy, gradients: [full_solves, full_iterations], fallbacks } = &run.linear;
+        let multigrid = hierarchy.map(|size| MultigridRecord {
+            levels: size.levels,
+            operator_complexity: size.complexity,
+            full_solves: *full_solves,
+            full_iterations: *full_iterations,
+            factorised: *fallbacks,
+        });
+        let path = if multigrid.is_some() { "iterative" } else { "direct" };
+        Self { path: path.into(), why: why.clone(), multigrid }
+    }
 }
 
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
@@ -68,6 +113,8 @@ impl SolverRecord {
             repeated_steps: run.totals.repeated,
             coarse_steps: run.totals.coarse,
             unstable_steps: run.totals.unstable,
+            uncounted_steps: run.totals.uncounted,
+            linear: LinearRecord::new(run),
             turning_points: run.findings.turning_points.iter().map(turning).collect(),
             stop: stop(scene, &run.status),
         }
@@ -117,6 +164,20 @@ pub fn remarks(run: &Run) -> Vec<String> {
         out.push(format!(
             "from t = {t:.6} s on the equilibrium is unstable ({modes} negative eigenvalue(s) of the tangent): a bifurcation or \
              a limit point was passed, and a real body takes another path"
+        ));
+    }
+    let linear = LinearRecord::new(run);
+    if let Some(m) = linear.multigrid {
+        out.push(format!(
+            "linear systems were solved by conjugate gradients with a multigrid hierarchy ({}): {} levels, operator complexity {:.2}",
+            linear.why, m.levels, m.operator_complexity
+        ));
+    }
+    if run.totals.uncounted > 0 {
+        let n = run.totals.uncounted;
+        out.push(format!(
+            "whether the equilibria of {n} step(s) are stable is not known: the iterative path met no negative curvature, but counts no \
+             eigenvalues; linear = \"direct\" does"
         ));
     }
     if run.totals.coarse > 0 {

@@ -3,8 +3,9 @@
 use super::model::{Clock, Counted};
 use super::sizes::Choice;
 use super::{PlanError, Request, Watch};
+use crate::math::linear::Factor;
 use crate::scene::{Body, Scene, read_scene};
-use crate::solve::{Newton, NewtonSettings, Status};
+use crate::solve::Status;
 use crate::study::outcome::record;
 use crate::study::record::{Series, StoredCase};
 use cpu_time::ThreadTime;
@@ -26,14 +27,14 @@ pub fn build(request: &Request, changes: &[(String, Value)], watch: &dyn Watch) 
 
 /// What a run of the scene would consist of.
 pub fn count(scene: &Scene) -> Counted {
-    let newton = Newton::new(&scene.system, NewtonSettings::default(), scene.body.mesh.diagonal());
+    let factor = Factor::by(scene.method(), scene.system.pattern.clone(), scene.system.scalar_equations() == 0);
     Counted {
         cells: scene.body.mesh.cell_count(),
         dofs: scene.system.dofs.free.len(),
         h_m: scene.body.mesh.h(),
         steps: scene.spans.iter().map(crate::solve::Span::steps).sum(),
-        factor_nnz: newton.factor.nnz(),
-        factor_flops: newton.factor.flops(),
+        factor_nnz: factor.nnz(),
+        factor_flops: factor.flops(),
     }
 }
 

@@ -1,0 +1,191 @@
+//! Sparse matrices of small dense blocks in compressed rows: what the levels of a multigrid hierarchy consist of.
+
+/// A block of R × C, column by column: `block[c][r]`.
+pub type Block<const R: usize, const C: usize, T = f64> = [[T; R]; C];
+
+/// Blocks of R × C; columns ascend within a row.
+#[derive(Clone, Debug, Default)]
+pub struct BlockMatrix<const R: usize, const C: usize, T = f64> {
+    /// Columns, in blocks
+    pub columns: usize,
+    /// [rows + 1]
+    pub row_ptr: Vec<u32>,
+    /// [blocks]
+    pub col: Vec<u32>,
+    /// [blocks]
+    pub values: Vec<Block<R, C, T>>,
+}
+
+impl<const R: usize, const C: usize, T: Copy + Into<f64>> BlockMatrix<R, C, T> {
+    /// Rows, in blocks.
+    pub fn rows(&self) -> usize {
+        self.row_ptr.len() - 1
+    }
+
+    /// Where the blocks of row i are.
+    pub fn range(&self, i: usize) -> std::ops::Range<usize> {
+        self.row_ptr[i] as usize..self.row_ptr[i + 1] as usize
+    }
+
+    /// Columns and blocks of row i.
+    pub fn row(&self, i: usize) -> impl Iterator<Item = (usize, &Block<R, C, T>)> {
+        let range = self.range(i);
+        self.col[range.clone()].iter().map(|&j| j as usize).zip(&self.values[range])
+    }
+
+    /// Numbers in the blocks.
+    pub fn entries(&self) -> usize {
+        R * C * self.values.len()
+    }
+
+    /// Aᵀ x
+    pub fn transpose_times(&self, x: &[[f64; R]]) -> Vec<[f64; C]> {
+        let mut y = vec![[0.0; C]; self.columns];
+        for (i, x) in x.iter().enumerate() {
+            for (j, a) in self.row(i) {
+                y[j].iter_mut().zip(a).for_each(|(y, a)| *y += dot(a, x));
+            }
+        }
+        y
+    }
+}
+
+impl<const R: usize, const C: usize> BlockMatrix<R, C> {
+    /// y_i of y = A x
+    pub fn row_times(&self, i: usize, x: &[[f64; C]]) -> [f64; R] {
+        let mut y = [0.0; R];
+        self.row(i).for_each(|(j, a)| add_product(&mut y, a, &x[j]));
+        y
+    }
+
+    /// In single precision.
+    pub fn rounded(self) -> BlockMatrix<R, C, f32> {
+        let values = self.values.iter().map(|block| block.map(|column| column.map(|v| v as f32))).collect();
+        BlockMatrix { columns: self.columns, row_ptr: self.row_ptr, col: self.col, values }
+    }
+
+    /// Aᵀ
+    pub fn transposed(&self) -> BlockMatrix<C, R> {
+        let mut row_ptr = vec![0u32; self.columns + 1];
+        self.col.iter().for_each(|&j| row_ptr[j as usize + 1] += 1);
+        (0..self.columns).for_each(|j| row_ptr[j + 1] += row_ptr[j]);
+        let mut next = row_ptr.clone();
+        let (mut col, mut values) = (vec![0u32; self.col.len()], vec![[[0.0; C]; R]; self.col.len()]);
+        for i in 0..self.rows() {
+            for (j, a) in self.row(i) {
+                let k = next[j] as usize;
+                next[j] += 1;
+                col[k] = i as u32;
+                values[k] = std::array::from_fn(|r| std::array::from_fn(|c| a[c][r]));
+            }
+        }
+        BlockMatrix { columns: self.rows(), row_ptr, col, values }
+    }
+
+    /// A B, row by row (Gustavson, ACM Trans. Math. Softw. 4, 1978).
+    pub fn times<const D: usize>(&self, other: &BlockMatrix<C, D>) -> BlockMatrix<R, D> {
+        let mut product = BlockMatrix { columns: other.columns, row_ptr: vec![0], col: Vec::new(), values: Vec::new() };
+        // Where the blocks of the row at hand are, by column; of other rows where `seen` says so.
+        let (mut place, mut seen) = (vec![0u32; other.columns], vec![u32::MAX; other.columns]);
+        for i in 0..self.rows() {
+            let start = product.col.len();
+            for &j in &self.col[self.range(i)] {
+                for &k in &other.col[other.range(j as usize)] {
+                    if seen[k as usize] != i as u32 {
+                        seen[k as usize] = i as u32;
+                        product.col.push(k);
+                    }
+                }
+            }
+            product.col[start..].sort_unstable();
+            (start..).zip(&product.col[start..]).for_each(|(slot, &k)| place[k as usize] = slot as u32);
+            product.values.resize(product.col.len(), [[0.0; R]; D]);
+            for (j, a) in self.row(i) {
+                for (k, b) in other.row(j) {
+                    let block = &mut product.values[place[k] as usize];
+                    block.iter_mut().zip(b).for_each(|(sum, b)| add_product(sum, a, b));
+                }
+            }
+            product.row_ptr.push(product.col.len() as u32);
+        }
+        product
+    }
+}
+
+impl<const B: usize, T: Copy + Into<f64>> BlockMatrix<B, B, T> {
+    /// Where the block of the diagonal is in row i.
+    pub fn diagonal(&self, i: usize) -> usize {
+        let range = self.range(i);
+        range.start + self.col[range].binary_search(&(i as u32)).expect("a row has its diagonal")
+    }
+}
+
+/// y += A x
+pub fn add_product<const R: usize, const C: usize, T: Copy + Into<f64>>(
+    y: &mut [f64; R],
+    a: &Block<R, C, T>,
+    x: &[f64; C],
+) {
+    for (a, x) in a.iter().zip(x) {
+        y.iter_mut().zip(a).for_each(|(y, &a)| *y += a.into() * x);
+    }
+}
+
+/// y −= A x
+pub fn subtract_product<const R: usize, const C: usize, T: Copy + Into<f64>>(
+    y: &mut [f64; R],
+    a: &Block<R, C, T>,
+    x: &[f64; C],
+) {
+    for (a, x) in a.iter().zip(x) {
+        y.iter_mut().zip(a).for_each(|(y, &a)| *y -= a.into() * x);
+    }
+}
+
+fn dot<const R: usize, T: Copy + Into<f64>>(a: &[T; R], x: &[f64; R]) -> f64 {
+    a.iter().zip(x).map(|(&a, x)| a.into() * x).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::random::SplitMix;
+    use nalgebra::DMatrix;
+
+    fn random<const R: usize, const C: usize>(rows: usize, columns: usize, random: &mut SplitMix) -> BlockMatrix<R, C> {
+        let mut m = BlockMatrix { columns, row_ptr: vec![0], ..BlockMatrix::default() };
+        for _ in 0..rows {
+            for j in 0..columns {
+                if random.unit() < 0.4 {
+                    m.col.push(j as u32);
+                    m.values.push(std::array::from_fn(|_| std::array::from_fn(|_| random.unit() - 0.5)));
+                }
+            }
+            m.row_ptr.push(m.col.len() as u32);
+        }
+        m
+    }
+
+    fn dense<const R: usize, const C: usize>(m: &BlockMatrix<R, C>) -> DMatrix<f64> {
+        let mut d = DMatrix::zeros(R * m.rows(), C * m.columns);
+        for i in 0..m.rows() {
+            for (j, a) in m.row(i) {
+                (0..R).for_each(|r| (0..C).for_each(|c| d[(R * i + r, C * j + c)] = a[c][r]));
+            }
+        }
+        d
+    }
+
+    /// Sums of some ten products of numbers below 1: rounding is below 1e-14.
+    #[test]
+    fn products_are_those_of_dense_matrices() {
+        let mut r = SplitMix(7);
+        let (a, b) = (random::<3, 6>(9, 7, &mut r), random::<6, 2>(7, 8, &mut r));
+        assert!((dense(&a.times(&b)) - dense(&a) * dense(&b)).amax() < 1e-14);
+        assert_eq!(dense(&a.transposed()), dense(&a).transpose());
+        let x: Vec<[f64; 3]> = (0..9).map(|_| std::array::from_fn(|_| r.unit())).collect();
+        let flat = DMatrix::from_iterator(27, 1, x.iter().flatten().copied());
+        let y = a.transpose_times(&x).into_iter().flatten();
+        assert!(y.zip((dense(&a).transpose() * flat).iter()).all(|(y, d)| (y - d).abs() < 1e-14));
+    }
+}

@@ -1,0 +1,107 @@
+//! From a level to the next: prolongation whose range holds the rigid motions.
+//!
+//! ```text
+//! B_g = Q_g R_g on the nodes of each group g,  P₀ = diag Q_g,  next motions R_g,  P = (I − ω D⁻¹A) P₀,  ω = 4/(3 ρ(D⁻¹A))
+//! ```
+//!
+//! B are the motions of the nodes, D the blocks of the diagonal of A. Source: Vaněk, Mandel & Brezina, Computing 56, 1996, §3 and 4.
+//! P₀ R = B exactly; P R = B as far as A B = 0, which is so away from held nodes.
+
+use super::blocks::{Block, BlockMatrix, add_product, subtract_product};
+use crate::math::random::SplitMix;
+
+/// Share of a motion that must be left beside the motions before it in a group: nodes on a line have five, one node has three.
+const RANK: f64 = 1e-8;
+/// Products for the largest eigenvalue: an estimate within some per cent is enough, ω may be up to 2/ρ.
+const PRODUCTS: usize = 12;
+
+/// P₀ and the motions of the groups; a motion that a group has not is zero in both.
+pub fn tentative<const B: usize>(
+    modes: &[Block<B, 6>],
+    group: &[u32],
+    groups: usize,
+) -> (BlockMatrix<B, 6>, Vec<Block<6, 6>>) {
+    let mut members = vec![Vec::new(); groups];
+    group.iter().enumerate().for_each(|(i, &g)| members[g as usize].push(i));
+    let mut values = modes.to_vec();
+    let mut next = vec![[[0.0; 6]; 6]; groups];
+    for (nodes, r) in members.iter().zip(&mut next) {
+        orthonormalise(&mut values, nodes, r);
+    }
+    let row_ptr = (0..=group.len() as u32).collect();
+    (BlockMatrix { columns: groups, row_ptr, col: group.to_vec(), values }, next)
+}
+
+/// Gram–Schmidt, twice for orthogonality to rounding (Giraud, Langou & Rozložník 2005): columns of these nodes become Q, `r` R.
+fn orthonormalise<const B: usize>(q: &mut [Block<B, 6>], nodes: &[usize], r: &mut Block<6, 6>) {
+    let dot = |q: &[Block<B, 6>], j: usize, k: usize| -> f64 {
+        nodes.iter().map(|&i| (0..B).map(|c| q[i][j][c] * q[i][k][c]).sum::<f64>()).sum()
+    };
+    for k in 0..6 {
+        let before = dot(q, k, k).sqrt();
+        for _ in 0..2 {
+            for j in 0..k {
+                let share = dot(q, j, k);
+                r[k][j] += share;
+                for &i in nodes {
+                    (0..B).for_each(|c| q[i][k][c] -= share * q[i][j][c]);
+                }
+            }
+        }
+        let left = dot(q, k, k).sqrt();
+        let scale = if left > RANK * before { 1.0 / left } else { 0.0 };
+        r[k][k] = if scale > 0.0 { left } else { 0.0 };
+        nodes.iter().for_each(|&i| q[i][k].iter_mut().for_each(|v| *v *= scale));
+    }
+}
+
+/// ρ(D⁻¹A) from below, by x·Ax/x·Dx of the power method; none where it meets a motion without positive stiffness.
+pub fn largest_eigenvalue<const B: usize>(a: &BlockMatrix<B, B>, inverse: &[Block<B, B>]) -> Option<f64> {
+    let mut random = SplitMix(1);
+    let mut x: Vec<[f64; B]> = (0..a.rows()).map(|_| std::array::from_fn(|_| random.unit() - 0.5)).collect();
+    let mut largest = 0.0;
+    for _ in 0..PRODUCTS {
+        let (mut stiffness, mut scale, mut size) = (0.0, 0.0, 0.0);
+        let mut next = vec![[0.0; B]; x.len()];
+        for (i, next) in next.iter_mut().enumerate() {
+            let force = a.row_times(i, &x);
+            let mut own = [0.0; B];
+            add_product(&mut own, &a.values[a.diagonal(i)], &x[i]);
+            add_product(next, &inverse[i], &force);
+            for c in 0..B {
+                stiffness += x[i][c] * force[c];
+                scale += x[i][c] * own[c];
+                size += next[c] * next[c];
+            }
+        }
+        if !(stiffness > 0.0 && scale > 0.0 && size.is_finite()) {
+            return None;
+        }
+        largest = stiffness / scale;
+        let size = size.sqrt();
+        x = next;
+        x.iter_mut().flatten().for_each(|x| *x /= size);
+    }
+    Some(largest)
+}
+
+/// (I − ω D⁻¹A) P₀
+pub fn smoothed<const B: usize>(
+    a: &BlockMatrix<B, B>,
+    inverse: &[Block<B, B>],
+    tentative: &BlockMatrix<B, 6>,
+    omega: f64,
+) -> BlockMatrix<B, 6> {
+    let mut p = a.times(tentative);
+    for (i, inverse) in inverse.iter().enumerate() {
+        let own = tentative.col[i];
+        for k in p.range(i) {
+            let mut block = if p.col[k] == own { tentative.values[i] } else { [[0.0; B]; 6] };
+            for (to, from) in block.iter_mut().zip(&p.values[k]) {
+                subtract_product(to, inverse, &from.map(|v| omega * v));
+            }
+            p.values[k] = block;
+        }
+    }
+    p
+}

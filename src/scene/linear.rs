@@ -1,0 +1,106 @@
+//! How the linear systems of a scene are solved: `[numerics] linear` and `factor_memory`, and what a run says of it.
+
+use super::build::Scene;
+use super::error::SceneError;
+use crate::math::linear::{Factor, Linear, Method};
+use crate::math::multigrid::{Places, Size};
+use crate::solve::Integrator;
+use serde::Deserialize;
+use serde::de::{Deserializer, Error};
+use std::path::Path;
+use std::sync::Arc;
+
+/// `linear`: by the counts of the factor, or as asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LinearSpec {
+    #[default]
+    Auto,
+    Direct,
+    Iterative,
+}
+
+/// A size of memory such as "16 GB" [GB].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MemorySpec(pub f64);
+
+impl Default for MemorySpec {
+    fn default() -> Self {
+        Self(16.0)
+    }
+}
+
+impl<'de> Deserialize<'de> for MemorySpec {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let text = String::deserialize(deserializer)?;
+        let units = [("GB", 1.0), ("MB", 1e-3)];
+        let read =
+            units.iter().find_map(|(unit, size)| Some((text.strip_suffix(unit)?.trim().parse::<f64>().ok()?, size)));
+        match read {
+            Some((number, size)) if number > 0.0 && number.is_finite() => Ok(Self(number * size)),
+            _ => Err(D::Error::custom(format!(
+                "\"{text}\" is no size of memory; write for example \"16 GB\" or \"500 MB\""
+            ))),
+        }
+    }
+}
+
+/// How linear systems were solved, in a run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LinearWork {
+    /// Why this path was taken
+    pub why: String,
+    /// The last hierarchy; none on the direct path
+    pub hierarchy: Option<Size>,
+    /// Solves by conjugate gradients to the full accuracy, and their iterations
+    pub gradients: [usize; 2],
+    /// Factorisations where conjugate gradients met negative curvature or were slow
+    pub fallbacks: usize,
+}
+
+impl LinearWork {
+    pub(super) fn of(factor: &Factor) -> Self {
+        let hierarchy = factor.multigrid().map(|m| m.size);
+        Self { why: factor.why.clone(), hierarchy, gradients: factor.gradients, fallbacks: factor.fallbacks }
+    }
+}
+
+impl Scene {
+    /// How to choose between the direct and the iterative path.
+    pub fn method(&self) -> Method {
+        let numerics = &self.spec.numerics;
+        let linear = match numerics.linear {
+            LinearSpec::Auto => Linear::Auto,
+            LinearSpec::Direct => Linear::Direct,
+            LinearSpec::Iterative => Linear::Iterative,
+        };
+        let places = || Arc::new(Places { dofs: self.system.dofs.free.clone(), points: self.points.clone() });
+        let places = self.against_iterations().map_or_else(|| Ok(places()), Err);
+        Method { linear, factor_memory: numerics.factor_memory.0, places }
+    }
+
+    /// Why its tangents are not ones for the iterative path.
+    fn against_iterations(&self) -> Option<&'static str> {
+        if self.system.scalar_equations() > 0 {
+            Some("a mixed formulation has pressures beside the displacements")
+        } else if self.points.len() > self.body.mesh.points.len() {
+            Some("the nodes of a rigid body are not those of a mesh")
+        } else if self.spans.iter().any(|s| matches!(s.integrator, Integrator::ArcLength { .. })) {
+            Some("arc length goes through unstable equilibria, whose tangents are indefinite")
+        } else {
+            None
+        }
+    }
+
+    pub(super) fn check_linear(&self, file: &Path) -> Result<(), SceneError> {
+        match self.against_iterations().filter(|_| self.spec.numerics.linear == LinearSpec::Iterative) {
+            None => Ok(()),
+            Some(why) => Err(SceneError::Content {
+                file: file.into(),
+                place: "numerics".into(),
+                fact: format!("linear = \"iterative\" where {why}"),
+                remedy: "take linear = \"auto\"".into(),
+            }),
+        }
+    }
+}
