@@ -47,7 +47,9 @@ fn scenes_have_the_same_states_on_both_paths() {
                 assert!((a - b).abs() <= 1e-6 * b.abs().max(1e-3), "{study}: λ = {a} and {b}");
             }
             let (linear, steps) = (&iterative.linear, iterative.totals.steps);
-            assert!(linear.hierarchy.is_some_and(|h| h.levels >= 2) && linear.gradients[1] > linear.gradients[0]);
+            assert!(
+                linear.hierarchy.is_some_and(|h| h.levels >= 2) && iterative.solves > 3 * iterative.totals.iterations
+            );
             // Whether the states are stable is not known, and not said to be known.
             assert!(linear.fallbacks > 0 || iterative.totals.uncounted == steps, "{study}: {linear:?}");
         }
@@ -104,6 +106,8 @@ fn a_buckled_column_is_factorised() {
     let column = |numerics: &str| {
         let text = format!(
             r#"
+[mesh]
+body = "block"
 [laws.rubber]
 law = "neo_hookean"
 E = "100 kPa"

@@ -9,7 +9,7 @@
 //! state looked at; at rest it is zero on every rigid motion, under a load it may resist the turning of a pendulum.
 
 use super::{Newton, Step};
-use crate::math::linear::{dot, norm};
+use crate::math::linear::{LinearError, dot, norm};
 use crate::math::tensor::Vec3;
 use crate::system::{Assembled, Dofs, Role, State, System, Want};
 use nalgebra::{DMatrix, DVector};
@@ -74,7 +74,11 @@ impl Newton {
             shifted[pattern.col_ptr[j] as usize] += ROUNDING * diagonal[j];
         }
         let mut mode: Vec<f64> = (1..=pattern.n).map(|i| (i as f64 * 0.618_033_988_75).fract()).collect();
-        if self.factor.factorise(&shifted).is_ok() {
+        let factorised = self.factor.factorise(&shifted);
+        if factorised.as_ref().is_err_and(|why| *why != LinearError::Singular) {
+            return None;
+        }
+        if factorised.is_ok() {
             for _ in 0..3 {
                 let size = norm(&mode);
                 mode.iter_mut().zip(&diagonal).for_each(|(x, d)| *x *= d / size);
