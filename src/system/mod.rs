@@ -12,6 +12,7 @@ mod projection;
 mod rows;
 mod scatter;
 mod skew;
+mod touching;
 mod undefined;
 
 pub use assembly::{Assembled, Cost, System, SystemError};
@@ -22,4 +23,5 @@ pub use dofs::{Dofs, Prescribed};
 pub use meeting::Meeting;
 pub use rows::{Cone, Form, Piece, Rows, between, pieces};
 pub use skew::Skew;
+pub use touching::{Touch, Touching};
 pub use undefined::EvalError;
