@@ -176,7 +176,7 @@ pub fn remarks(run: &Run) -> Vec<String> {
     if run.totals.uncounted > 0 {
         let n = run.totals.uncounted;
         out.push(format!(
-            "whether the equilibria of {n} step(s) are stable is not known: the iterative path met no negative curvature, but counts no \
+            "whether the states of {n} step(s) are stable is not known: the iterative path met no negative curvature, but counts no \
              eigenvalues; linear = \"direct\" does"
         ));
     }

@@ -47,7 +47,7 @@ struct Level<const B: usize> {
     p: BlockMatrix<B, 6, f32>,
 }
 
-/// What a matrix needs to be made a hierarchy of; kept from matrix to matrix.
+/// The hierarchy of the last matrix, and the structure that matrices of one pattern share.
 pub struct Multigrid {
     pattern: Arc<SymPattern>,
     places: Arc<Places>,

@@ -27,7 +27,8 @@ pub fn build(request: &Request, changes: &[(String, Value)], watch: &dyn Watch) 
 
 /// What a run of the scene would consist of.
 pub fn count(scene: &Scene) -> Counted {
-    let factor = Factor::by(scene.method(), scene.system.pattern.clone(), scene.system.scalar_equations() == 0);
+    // By the direct path, as the pilots go: the work of the iterative one is known after its set-up only.
+    let factor = Factor::new(scene.system.pattern.clone());
     Counted {
         cells: scene.body.mesh.cell_count(),
         dofs: scene.system.dofs.free.len(),
