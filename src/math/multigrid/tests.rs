@@ -184,10 +184,10 @@ fn tentative_columns_are_orthonormal_or_absent() {
     let rank = |g: usize| (0..6).filter(|&k| next[g][k][k] > 0.0).count();
     assert_eq!([rank(0), rank(1), rank(2)], [3, 5, 6]);
     let gram = p.transposed().times(&p);
-    for g in 0..3 {
+    for (g, next) in next.iter().enumerate() {
         let block = gram.values[gram.diagonal(g)];
         for (i, j) in (0..6).flat_map(|i| (0..6).map(move |j| (i, j))) {
-            let expected = if i == j && next[g][i][i] > 0.0 { 1.0 } else { 0.0 };
+            let expected = if i == j && next[i][i] > 0.0 { 1.0 } else { 0.0 };
             assert!((block[i][j] - expected).abs() < 1e-14, "group {g}: {i}, {j}");
         }
     }
@@ -213,14 +213,13 @@ fn hierarchies_are_symmetric_and_definite() {
     }
 }
 
-/// Iterations are bounded however fine the mesh is: cubes of 6³ to 18³ boxes and bars eight times as long as thick. Measured: see the
-/// numbers beside; two more are the room for another order of the nodes.
+/// Iterations are bounded however fine the mesh is: cubes of 6³ to 18³ boxes and bars eight times as long as thick. Measured: 16, 16,
+/// 19, 19, 21, and at ν = 0.49 58, 57, 65, 61, 67; a tenth more is the room for another order of the nodes.
 #[test]
 fn iterations_do_not_grow_with_the_mesh() {
     let sizes = [[6, 6, 6], [10, 10, 10], [18, 18, 18], [32, 4, 4], [64, 8, 8]];
     let count = |nu: f64| sizes.map(|size| block(size, nu, Hold::Clamped).iterations());
     let (soft, hard) = (count(0.3), count(0.49));
-    println!("ν = 0.3: {soft:?}, ν = 0.49: {hard:?}");
     assert!(soft.iter().all(|&n| n <= 23), "{soft:?}");
     // Linear tetrahedra lock near incompressibility: the price is a factor of three to four.
     assert!(hard.iter().all(|&n| n <= 75), "{hard:?}");
