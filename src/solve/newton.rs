@@ -120,6 +120,13 @@ impl Newton {
     /// its history, that of the last state, to the end of the step. On failure `next` is garbage.
     pub fn solve(&mut self, step: &Step, next: &mut State) -> Result<Solved, Failure> {
         let system = step.system;
+        if self.corrects(step) {
+            let mut trial = next.clone();
+            if let Ok(solved) = self.correct_repeatedly(step, &mut trial) {
+                *next = trial;
+                return Ok(solved);
+            }
+        }
         let targets = step.targets(next);
         let mut solved =
             Solved { iterations: 0, unstable_modes: 0, regularised: false, projected: self.sums.projected };
