@@ -12,6 +12,7 @@ mod path;
 mod residual_search;
 mod rigid;
 mod sensitivity;
+mod stability;
 mod stale;
 mod start;
 mod status;

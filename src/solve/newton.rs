@@ -122,9 +122,15 @@ impl Newton {
     /// its history, that of the last state, to the end of the step. On failure `next` is garbage.
     pub fn solve(&mut self, step: &Step, next: &mut State) -> Result<Solved, Failure> {
         let system = step.system;
+        if self.corrects(step) {
+            let mut trial = next.clone();
+            if let Ok(solved) = self.correct_repeatedly(step, &mut trial) {
+                *next = trial;
+                return Ok(solved);
+            }
+        }
         let targets = step.targets(next);
-        let unstable_modes = self.factor.multigrid().is_none().then_some(0);
-        let mut solved = Solved { iterations: 0, unstable_modes, regularised: false, projected: self.sums.projected };
+        let mut solved = self.unsolved();
         let mut fresh = false;
         let mut last = f64::INFINITY;
         let mut below = false;
@@ -257,30 +263,6 @@ impl Newton {
     pub(super) fn worst_node(&self, system: &System) -> u32 {
         let largest = |a: &&u32, b: &&u32| self.sums.r[**a as usize].abs().total_cmp(&self.sums.r[**b as usize].abs());
         system.dofs.free.iter().max_by(largest).map_or(0, |dof| dof / 3)
-    }
-
-    /// Negative eigenvalues of the constrained tangent at a converged state; none where it has no factorisation, or where they are
-    /// not counted.
-    pub(super) fn unstable_modes(&mut self, step: &Step, state: &State) -> Option<usize> {
-        if self.factor.multigrid().is_some() && !self.factor.fell_back() {
-            return None;
-        }
-        self.sums.descending = false;
-        let evaluated = self.evaluate(step, &mut state.clone(), Want::Tangent, None);
-        self.sums.descending = true;
-        evaluated.ok()?;
-        self.fit_factor(step.system);
-        self.factor.factorise_counting(&self.sums.k).ok()?;
-        let schur = self.schur(step.system).ok()?;
-        self.negative(step.system, &schur)
-    }
-
-    /// Negative eigenvalues of the constrained tangent, by those of K: a second field brings one an unknown, a multiplier one
-    /// of S. Where the tangent has a skew part they say nothing, and none is counted. None on the iterative path.
-    pub(super) fn negative(&self, system: &System, schur: &Schur) -> Option<usize> {
-        let expected = system.scalar_equations() + schur.negative;
-        let pivots = self.factor.counts().then_some(self.factor.negative_pivots)?;
-        Some(if self.sums.skew.is_empty() { pivots.saturating_sub(expected) } else { 0 })
     }
 
     /// The factor for the pattern of the last tangent: the order of elimination is that of the system as long as nothing meets.
