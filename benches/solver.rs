@@ -4,7 +4,7 @@
 use cpu_time::ThreadTime;
 use criterion::measurement::{Measurement, ValueFormatter, WallTime};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use durometer::math::linear::Factor;
+use durometer::math::bordered::BorderedFactor;
 use durometer::scene::{Body, Scene, overrides, read_scene};
 use durometer::system::{At, Rates, State, Want};
 use std::hint::black_box;
@@ -111,8 +111,8 @@ fn linear(c: &mut Criterion<CpuTime>) {
         let rest = vec![0.0; state.x.len()];
         let at = At { t: 0.0, dt: 0.1, x: &rest, v: &rest, a: &rest, old: &rest, history: &[], inputs: &[], rates };
         scene.system.assemble(&at, &[0.0], Want::Tangent, None, &mut sums).expect("the rest state is not inverted");
-        let mut factor = Factor::new(scene.system.pattern.clone());
-        println!("{name}: {} unknowns, {} entries in L", scene.system.dofs.free.len(), factor.nnz());
+        let mut factor = BorderedFactor::new(scene.system.pattern.clone());
+        println!("{name}: {} unknowns, {} entries in L", scene.system.dofs.free.len(), factor.work().nnz());
         group.bench_function(BenchmarkId::new("factorisation", name), |b| {
             b.iter(|| factor.factorise(black_box(&sums.k)).expect("stable at rest"));
         });

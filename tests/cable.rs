@@ -4,7 +4,7 @@ mod common;
 
 use common::{column, elastic, hold, law, newton, nodes, ramp, run, scene};
 use durometer::effect::{Cable, CableLength, CableTension, Guide};
-use durometer::math::linear::Factor;
+use durometer::math::bordered::BorderedFactor;
 use durometer::math::signal::Signal;
 use durometer::math::tensor::{Mat3, Vec3};
 use durometer::mesh::embed::{ball_weights, embed};
@@ -433,9 +433,9 @@ fn negative_pivots(scene: &Scene, past: &State, next: &State) -> usize {
     let step = Step { system, integrator: Integrator::Static, past, dt: 1.0 };
     let mut sums = system.workspace();
     system.assemble(&step.at(next), &next.lambda, Want::Tangent, None, &mut sums).expect("an evaluation");
-    let mut factor = Factor::new(system.pattern.clone());
+    let mut factor = BorderedFactor::new(system.pattern.clone());
     factor.factorise(&sums.k).expect("regular");
-    factor.negative_pivots
+    factor.negative_eigenvalues()
 }
 
 /// Where a cable bends the finger, the elastic tangent alone is indefinite; with λ ∂²L/∂x² of the cable the operator of the same

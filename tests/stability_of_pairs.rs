@@ -11,7 +11,8 @@ use common::formulation::{Formulation, formulated};
 use common::{hold, law, nodes};
 use durometer::effect::{Elastic, MixedElastic, pressure_hosts};
 use durometer::material::Law;
-use durometer::math::linear::{Factor, dot};
+use durometer::math::bordered::BorderedFactor;
+use durometer::math::linear::dot;
 use durometer::mesh::element::cell_shape;
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh, quadrature};
@@ -129,7 +130,7 @@ fn per_cell(mesh: &TetMesh, shear: &System) -> (Vec<Vec<f64>>, DMatrix<f64>) {
 /// √ of the smallest eigenvalue of S q = β² M q, S = B A⁻¹Bᵀ + C.
 fn beta(shear: &System, columns: &[Vec<f64>], c: Option<&DMatrix<f64>>, mass: DMatrix<f64>) -> f64 {
     let k = tangent(shear);
-    let mut factor = Factor::new(shear.pattern.clone());
+    let mut factor = BorderedFactor::new(shear.pattern.clone());
     factor.factorise(&k).expect("positive definite");
     let mut solved = columns.concat();
     factor.solve(&k, &mut solved).expect("accurate");

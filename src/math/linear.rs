@@ -71,10 +71,10 @@ pub struct Factor {
 }
 
 /// Largest accepted ‖Ax − b‖/‖b‖ of a solve, after refinement.
-const SOLVE_TOLERANCE: f64 = 1e-9;
+pub(super) const SOLVE_TOLERANCE: f64 = 1e-9;
 /// A residual of this share of ‖|A||x|‖ is rounding: slender bodies and stiffness ratios have no smaller one, and x is the
 /// exact solution of a matrix that differs from A in its last digits (Oettli & Prager 1964).
-const ROUNDING: f64 = 16.0 * f64::EPSILON;
+pub(super) const ROUNDING: f64 = 16.0 * f64::EPSILON;
 /// Entries of a column of L, on average, for which a factorisation takes as long as one back-substitution (measured on bodies
 /// of 12 000 to 25 000 unknowns).
 const ENTRIES_PER_SOLVE: f64 = 45.0;

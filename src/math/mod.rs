@@ -1,9 +1,12 @@
 //! Mathematics without physics: small tensors, quantities with units, signals, sparse matrices, linear solvers.
 
+mod border;
+pub mod bordered;
 pub mod formula;
 pub mod gmres;
 pub mod lanes;
 pub mod linear;
+pub mod low_rank;
 pub mod ordering;
 pub mod pcg;
 pub mod random;

@@ -2,7 +2,8 @@
 
 use super::newton::larger;
 use super::tangent;
-use crate::math::linear::{Factor, LinearError, dot};
+use crate::math::bordered::BorderedFactor;
+use crate::math::linear::{LinearError, dot};
 use crate::system::{Assembled, Cone, Form, Piece, Rows, System, pieces};
 
 /// Share of the largest diagonal of S that is added to that of linked rows: where two rows fix the same length a tension is
@@ -27,7 +28,7 @@ pub(super) struct Schur {
 impl Schur {
     /// Of these rows of the system, each with its gradient; `factor` holds the K of `sums`.
     pub fn new(
-        factor: &mut Factor,
+        factor: &mut BorderedFactor,
         sums: &Assembled,
         system: &System,
         rows: &[usize],

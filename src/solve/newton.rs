@@ -3,7 +3,8 @@
 use super::multipliers::{self, Schur};
 use super::stale::Stale;
 use super::{Failure, Step, tangent};
-use crate::math::linear::{Factor, dot, norm};
+use crate::math::bordered::BorderedFactor;
+use crate::math::linear::{dot, norm};
 use crate::math::tensor::Vec3;
 use crate::system::{Assembled, Cone, Rows, State, System, Want};
 use std::sync::Arc;
@@ -53,7 +54,7 @@ pub struct Solved {
 /// Nonlinear solver with its factorisation and sums, reused from step to step.
 pub struct Newton {
     pub settings: NewtonSettings,
-    pub factor: Factor,
+    pub factor: BorderedFactor,
     pub sums: Assembled,
     pub assembly_time: Duration,
     /// ‖diag K‖ of the last tangent [N/m], for the rounding of forces
@@ -102,8 +103,8 @@ impl Newton {
         Self {
             settings,
             factor: match system.scalar_equations() {
-                0 => Factor::new(system.pattern.clone()),
-                _ => Factor::indefinite(system.pattern.clone()),
+                0 => BorderedFactor::new(system.pattern.clone()),
+                _ => BorderedFactor::indefinite(system.pattern.clone()),
             },
             sums: Assembled { descending: true, ..system.workspace() },
             assembly_time: Duration::ZERO,
@@ -272,7 +273,7 @@ impl Newton {
     /// of S. Where the tangent has a skew part they say nothing, and none is counted.
     pub(super) fn negative(&self, system: &System, schur: &Schur) -> usize {
         let expected = system.scalar_equations() + schur.negative;
-        if self.sums.skew.is_empty() { self.factor.negative_pivots.saturating_sub(expected) } else { 0 }
+        if self.sums.skew.is_empty() { self.factor.negative_eigenvalues().saturating_sub(expected) } else { 0 }
     }
 
     /// The factor for the pattern of the last tangent: the order of elimination is that of the system as long as nothing meets.
@@ -293,6 +294,7 @@ impl Newton {
         let mut shift = 0.0;
         self.fit_factor(system);
         let own = self.sums.pattern.diagonal(&self.sums.k);
+        let alone: Vec<f64> = (0..own.len()).map(|j| self.sums.k[self.sums.pattern.on_diagonal(j)]).collect();
         let largest = own.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
         loop {
             let factorised = self.factor.factorise(&self.sums.k).map_err(Failure::Linear);
@@ -315,9 +317,9 @@ impl Newton {
             // Shift by a growing fraction of the diagonal: a step between Newton's and steepest descent.
             let larger = if shift == 0.0 { 1e-3 } else { 10.0 * shift };
             for (j, own) in own.iter().enumerate() {
-                let k = self.sums.pattern.col_ptr[j] as usize;
+                let k = self.sums.pattern.on_diagonal(j);
                 let away = if system.dofs.is_scalar(j) { -larger } else { larger };
-                self.sums.k[k] = own + away * own.abs().max(SOFTEST * largest);
+                self.sums.k[k] = alone[j] + away * own.abs().max(SOFTEST * largest);
             }
             shift = larger;
             solved.regularised = true;

@@ -16,7 +16,8 @@
 use super::multipliers::Schur;
 use super::start::{Start, before};
 use super::{Failure, Integrator, Step, tangent};
-use crate::math::linear::{Factor, LinearError, dot};
+use crate::math::bordered::BorderedFactor;
+use crate::math::linear::{LinearError, dot};
 use crate::system::{Assembled, Direction, Rates, State, System, Term, Want};
 
 /// Derivatives of the state of a run, with a factorisation and sums of its own, beside those of the run.
@@ -24,7 +25,7 @@ pub struct Differentiator<'a> {
     system: &'a System,
     /// Per θ: what makes up ∂r/∂θ
     by: Vec<Vec<Term>>,
-    pub factor: Factor,
+    pub factor: BorderedFactor,
     sums: Assembled,
     /// K of the factorisation
     factored: Vec<f64>,
@@ -38,8 +39,8 @@ impl<'a> Differentiator<'a> {
     /// From rest; each θ with its terms.
     pub fn new(system: &'a System, by: Vec<Vec<Term>>) -> Self {
         let factor = match system.scalar_equations() {
-            0 => Factor::new(system.pattern.clone()),
-            _ => Factor::indefinite(system.pattern.clone()),
+            0 => BorderedFactor::new(system.pattern.clone()),
+            _ => BorderedFactor::indefinite(system.pattern.clone()),
         };
         let changes = vec![system.rest(); by.len()];
         let residuals = changes.iter().map(|c| c.x.clone()).collect();

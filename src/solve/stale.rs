@@ -67,7 +67,7 @@ impl Newton {
     /// Can directions come from an old factor here? K is to be symmetric, and definite where the rows hold.
     pub(super) fn keeps_factors(&self, system: &System) -> bool {
         self.settings.reuse_factor
-            && self.factor.price() >= self.settings.keep_from
+            && self.factor.work().price() >= self.settings.keep_from
             && system.scalar_equations() == 0
             && system.skewed.is_empty()
             && system.meeting.is_empty()
@@ -77,7 +77,7 @@ impl Newton {
 
     /// What a saved run has to know of it; nothing if the factor was overwritten.
     pub(super) fn kept(&self) -> Kept {
-        if self.stale.count == self.factor.count { self.stale.kept.clone() } else { Kept::default() }
+        if self.stale.count == self.factor.work().count { self.stale.kept.clone() } else { Kept::default() }
     }
 
     /// Takes over what a saved run had kept.
@@ -92,20 +92,20 @@ impl Newton {
     pub(super) fn keep_factor(&mut self, system: &System, k: Vec<f64>, x: &[f64], rates: Rates) {
         self.stale.kept = Kept { k: k.into(), rates, x: x.to_vec().into(), ..Kept::default() };
         self.stale.turns = Turns::default();
-        self.stale.count = self.factor.count;
+        self.stale.count = self.factor.work().count;
         self.stale.soft = if rates == Rates::default() { self.softest(system) } else { Vec::new() };
     }
 
     /// Is there a factor for a direction of this step?
     pub(super) fn has_factor(&self, rates: Rates, first: bool) -> bool {
         let Stale { kept, count, .. } = &self.stale;
-        let stands = !kept.k.is_empty() && *count == self.factor.count && kept.rates.is_near(&rates);
+        let stands = !kept.k.is_empty() && *count == self.factor.work().count && kept.rates.is_near(&rates);
         stands && !(first && kept.worn)
     }
 
     /// A step ended: is the factor worth keeping?
     pub(super) fn judge_factor(&mut self) {
-        let price = self.factor.price();
+        let price = self.factor.work().price();
         let Kept { solves: [all, here], steps, worn, .. } = &mut self.stale.kept;
         *all += *here;
         *steps += 1;
@@ -218,7 +218,7 @@ impl Newton {
         let enough = ENOUGH * self.settings.tolerance * self.sums.scale;
         let bound = enough.max(LOOSEST.min(error.sqrt()) * norm(&rhs));
         left.resize(n + held.rows.len(), 0.0);
-        let most = ((PATIENCE.0 * self.factor.price()).ceil() as usize).max(PATIENCE.1);
+        let most = ((PATIENCE.0 * self.factor.work().price()).ceil() as usize).max(PATIENCE.1);
         let (values, factor, turns) = (&self.sums.k, &mut self.factor, &self.stale.turns);
         let multiply = |v: &[f64]| {
             let mut product = vec![0.0; v.len()];

@@ -1,7 +1,7 @@
 //! Consistent initial acceleration.
 
 use super::Failure;
-use crate::math::linear::Factor;
+use crate::math::bordered::BorderedFactor;
 use crate::system::{Assembled, At, Rates, State, System, Want};
 
 /// A slope ∂a/∂x [1/s²] far above ω² of every mode, so that M = (K(ca) − K(0))/ca keeps its digits beside the stiffness.
@@ -18,7 +18,7 @@ pub(super) struct Start {
     /// At the acceleration given
     pub sums: Assembled,
     mass: Vec<f64>,
-    factor: Factor,
+    factor: BorderedFactor,
 }
 
 impl Start {
@@ -35,9 +35,9 @@ impl Start {
         mass.iter_mut().zip(&without).for_each(|(m, k)| *m = (*m - k) / STEEP);
         // A second field has no mass and starts at rest.
         for e in (0..system.dofs.free.len()).filter(|&e| system.dofs.is_scalar(e)) {
-            mass[sums.pattern.col_ptr[e] as usize] = 1.0;
+            mass[sums.pattern.on_diagonal(e)] = 1.0;
         }
-        let mut factor = Factor::new(sums.pattern.clone());
+        let mut factor = BorderedFactor::new(sums.pattern.clone());
         factor.factorise(&mass).map_err(Failure::Linear)?;
         Ok(Self { sums, mass, factor })
     }

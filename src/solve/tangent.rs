@@ -3,12 +3,13 @@
 //! Without A this is the direct solve. With it GMRES takes (I + K⁻¹A) x = K⁻¹ b: A stands on a rim only and is small beside
 //! K, so a few products do. K alone need not be definite.
 
+use crate::math::bordered::BorderedFactor;
 use crate::math::gmres::gmres;
-use crate::math::linear::{Factor, LinearError};
+use crate::math::linear::LinearError;
 use crate::system::Assembled;
 
 /// In place; `columns` of length n one after the other. `factor` holds the K of `sums`.
-pub(super) fn solve(factor: &mut Factor, sums: &Assembled, columns: &mut [f64]) -> Result<(), LinearError> {
+pub(super) fn solve(factor: &mut BorderedFactor, sums: &Assembled, columns: &mut [f64]) -> Result<(), LinearError> {
     factor.solve(&sums.k, columns)?;
     if sums.skew.is_empty() {
         return Ok(());

@@ -1,9 +1,11 @@
 //! Blocks that are there at one state only: parts that meet, and may part again. The tangent has room for them beside the pattern of the
 //! blocks that stay, and gets more where they need it.
 
+use super::projection::project;
 use super::scatter::Scatter;
 use super::{Assembled, At, Blocks, Dofs, EvalError, Local, System, Want};
-use crate::math::sparse::SymPattern;
+use crate::math::linear::norm;
+use crate::math::low_rank::Pattern;
 use std::sync::Arc;
 
 /// What an effect couples at one state.
@@ -31,7 +33,7 @@ impl Met {
     }
 
     /// Does the pattern hold every pair of the blocks?
-    fn fits(&self, pattern: &SymPattern) -> bool {
+    fn fits(&self, pattern: &Pattern) -> bool {
         self.blocks.iter().all(|(equations, _)| pairs(equations).all(|(i, j)| pattern.slot(i, j).is_some()))
     }
 }

@@ -32,8 +32,8 @@ pub fn count(scene: &Scene) -> Counted {
         dofs: scene.system.dofs.free.len(),
         h_m: scene.body.mesh.h(),
         steps: scene.spans.iter().map(crate::solve::Span::steps).sum(),
-        factor_nnz: newton.factor.nnz(),
-        factor_flops: newton.factor.flops(),
+        factor_nnz: newton.factor.work().nnz(),
+        factor_flops: newton.factor.work().flops(),
     }
 }
 
