@@ -166,7 +166,7 @@ mod tests {
 
     fn over_samples(check: impl Fn(&str, &Arc<Pattern>, &[f64], &DMatrix<f64>)) {
         let mut random = SplitMix(11);
-        for less in [0.0, 6.5, 9.0, 14.0] {
+        for less in [0.0, 6.5, 12.0, 14.0] {
             for rank in [0, 1, 2, 5] {
                 let (pattern, values) = sample(&mut random, less, rank);
                 check(
