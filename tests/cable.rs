@@ -459,7 +459,56 @@ fn the_geometric_stiffness_of_the_cable_makes_the_tangent_definite() {
         let without = built(&[cells, "constraint=[{ kind = \"fixed\", region = \"root\" }]"]);
         let bare = State { lambda: vec![], ..run.last.clone() };
         let elastic = negative_pivots(&without, &bare, &bare);
+        // No pair of nodes is coupled in K that no cell couples.
+        assert_eq!(with.system.pattern.sparse.nnz(), without.system.pattern.sparse.nnz());
         println!("pull {pull} mm: negative pivots {elastic} of the elastic tangent, {whole} with the cable");
         assert!(elastic > 0 && whole == 0, "{pull} mm: {elastic}, {whole}");
     }
+}
+
+/// A free cube on three cables under tension: K has the six rigid motions, the whole tangent is positive definite. Rounding of sums of some
+/// ten entries is 1e-14 of the largest eigenvalue; the elastic eigenvalues and those of the cables are within 1e-6 of it.
+#[test]
+fn a_body_that_only_its_cables_hold_is_stable() {
+    let mesh = block(3, 3, 3, 0.03, 0.03, 0.03, Order::Linear);
+    let cable = |k: usize| {
+        let point = Vec3::repeat(0.015) + 0.01 * Vec3::ith((k + 1) % 3, 1.0);
+        let guide = Guide { point, weights: ball_weights(&mesh, point, RADIUS).expect("inside") };
+        Arc::new(Cable::new(format!("cable {k}"), point - 0.05 * Vec3::ith(k, 1.0), vec![guide]))
+    };
+    let loads = (0..3).map(|k| by_tension(&cable(k), Signal::Constant(1.0)));
+    let effects = std::iter::once(elastic(&mesh, law("neo_hookean", 1e4, 0.3))).chain(loads).collect();
+    let system = System::new(mesh.points.len(), effects, vec![], vec![]).expect("a free cube");
+    let (rest, mut sums) = (system.rest(), system.workspace());
+    let step = Step { system: &system, integrator: Integrator::Static, past: &rest, dt: 1.0 };
+    system.assemble(&step.at(&rest), &[], Want::Tangent, None, &mut sums).expect("an evaluation");
+    let (pattern, n) = (&system.pattern, system.pattern.n);
+    let dense = |multiply: &dyn Fn(&[f64], &mut [f64])| {
+        let mut a = nalgebra::DMatrix::zeros(n, n);
+        for (j, mut column) in a.column_iter_mut().enumerate() {
+            let unit: Vec<f64> = (0..n).map(|i| f64::from(u8::from(i == j))).collect();
+            multiply(&unit, column.as_mut_slice());
+        }
+        a.symmetric_eigenvalues()
+    };
+    let alone = dense(&|x, y| pattern.sparse.multiply(&sums.k[..pattern.sparse.nnz()], x, y));
+    let whole = dense(&|x, y| pattern.multiply(&sums.k, x, y));
+    let small = |e: &&f64| e.abs() < 1e-12 * alone.amax();
+    println!(
+        "{} of {n} motions without the cables, {:e} to {:e} with",
+        alone.iter().filter(small).count(),
+        whole.min(),
+        whole.amax()
+    );
+    assert!(alone.iter().filter(small).count() == 6 && whole.min() > 1e-6 * whole.amax());
+    let mut factor = BorderedFactor::new(pattern.clone());
+    factor.factorise(&sums.k).expect("regular");
+    assert_eq!(factor.negative_eigenvalues(), 0);
+    let x: Vec<f64> = (0..n).map(|i| (i as f64).sin()).collect();
+    let mut y = vec![0.0; n];
+    pattern.multiply(&sums.k, &x, &mut y);
+    factor.solve(&sums.k, &mut y).expect("accurate");
+    let apart = x.iter().zip(&y).fold(0.0, |m: f64, (x, y)| m.max((x - y).abs()));
+    // The residual is at most 1e-9 of the right side, the condition number 1e6.
+    assert!(apart < 1e-3, "{apart:e}");
 }
