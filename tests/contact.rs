@@ -10,6 +10,8 @@ mod dynamics;
 mod hertz;
 #[path = "contact/limits.rs"]
 mod limits;
+#[path = "contact/loops.rs"]
+mod loops;
 #[path = "contact/motion.rs"]
 mod motion;
 #[path = "contact/rigid.rs"]

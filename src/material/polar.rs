@@ -5,7 +5,7 @@
 //! full precision, where an eigendecomposition of FᵀF would lose half the digits of the small ones (Golub & Van Loan, 4th ed.,
 //! ch. 8). Where s₂ + s₃ = 0 the nearest rotation is not unique and one of them is returned.
 
-use crate::math::tensor::{Mat3, Vec3};
+use crate::math::tensor::{Mat3, Vec3, perpendicular};
 
 /// F = U diag(s) Vᵀ, see the module.
 #[derive(Clone, Copy, Debug)]
@@ -75,12 +75,6 @@ fn rotate(g: &mut [Vec3; 3], v: &mut [Vec3; 3], p: usize, q: usize) -> bool {
         (m[p], m[q]) = (m[p] * cos - m[q] * sin, m[p] * sin + m[q] * cos);
     }
     true
-}
-
-/// A unit vector perpendicular to a unit vector.
-fn perpendicular(u: &Vec3) -> Vec3 {
-    let axis = Vec3::ith(u.iamin(), 1.0);
-    u.cross(&axis).normalize()
 }
 
 #[cfg(test)]

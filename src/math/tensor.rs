@@ -35,3 +35,9 @@ pub fn det_minus_one(h: &Mat3) -> f64 {
 pub fn ln_det(f: &Mat3) -> f64 {
     det_minus_one(&(f - Mat3::identity())).ln_1p()
 }
+
+/// A unit vector perpendicular to a unit vector.
+pub fn perpendicular(u: &Vec3) -> Vec3 {
+    let axis = Vec3::ith(u.iamin(), 1.0);
+    u.cross(&axis).normalize()
+}

@@ -57,6 +57,13 @@ impl Builder<'_> {
                 let fact = format!("a continuation beside contact (stage {})", k + 1);
                 return Err(self.content(&place, fact, "take integrator = \"static\" without `continuation`"));
             }
+            let looks_once = |s: &Span| matches!(s.integrator, Integrator::FreeMotion { .. });
+            if let Some(k) = spans.iter().position(looks_once).filter(|_| contact.response != ResponseSpec::Multiplier)
+            {
+                let fact = format!("{} beside implicit_euler_corrected (stage {})", contact.response.name(), k + 1);
+                let remedy = "take response = \"multiplier\" (of an obstacle that is no region): this loop corrects by multipliers";
+                return Err(self.content(&place, fact, remedy));
+            }
             let moved = contact.motion.as_ref().map(|_| four());
             contacts.push(self.contact(&place, contact, (&bodies, moved), gathered, effects)?);
         }
@@ -108,7 +115,11 @@ impl Builder<'_> {
             ResponseSpec::Barrier => press(&contact, Barrier { distance, stiffness: modulus / distance }, effects),
             ResponseSpec::Penalty => press(&contact, Penalty { stiffness: modulus / distance }, effects),
             ResponseSpec::Multiplier => {
-                let shared = Arc::new(Multiplier { contact, stiffness: modulus * h });
+                let shared = Arc::new(Multiplier {
+                    contact,
+                    stiffness: modulus * h,
+                    friction: (spec.friction > 0.0).then_some(law),
+                });
                 effects.push(Box::new(shared.clone()));
                 shared
             }

@@ -249,6 +249,8 @@ pub struct StageSpec {
     pub continuation: Option<ContinuationSpec>,
     /// Of a continuation
     pub max_steps: Option<usize>,
+    /// In each `dt` of the loop that looks for contact once a step
+    pub integration_steps: Option<usize>,
 }
 
 /// How a static stage goes on where the loads are no longer enough to tell the states apart.
@@ -264,6 +266,7 @@ pub enum IntegratorSpec {
     Static,
     ImplicitEuler,
     ImplicitEulerLinearised,
+    ImplicitEulerCorrected,
     Bdf2,
     GeneralisedAlpha {
         rho: f64,

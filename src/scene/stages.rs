@@ -31,6 +31,14 @@ impl Builder<'_> {
                 let fact = "max_steps without continuation";
                 return Err(self.content(&place, fact, "add continuation = \"arc_length\", or remove it"));
             }
+            if stage.integration_steps.is_some() && stage.integrator != IntegratorSpec::ImplicitEulerCorrected {
+                let fact = "integration_steps without a loop that looks for contact between its steps";
+                let remedy = "remove it, or take integrator = \"implicit_euler_corrected\"";
+                return Err(self.content(&place, fact, remedy));
+            }
+            if stage.integration_steps == Some(0) {
+                return Err(self.content(&place, "integration_steps = 0", "take 1 or more"));
+            }
             let integrator = match stage.integrator {
                 IntegratorSpec::Static if stage.continuation.is_some() => {
                     let nominal = (stage.duration.0 / stage.dt.0).ceil() as usize;
@@ -43,6 +51,9 @@ impl Builder<'_> {
                 IntegratorSpec::Static => Integrator::Static,
                 IntegratorSpec::ImplicitEuler => Integrator::ImplicitEuler { linearised: false },
                 IntegratorSpec::ImplicitEulerLinearised => Integrator::ImplicitEuler { linearised: true },
+                IntegratorSpec::ImplicitEulerCorrected => {
+                    Integrator::FreeMotion { integration_steps: stage.integration_steps.unwrap_or(1) }
+                }
                 IntegratorSpec::Bdf2 => Integrator::Bdf2,
                 IntegratorSpec::GeneralisedAlpha { rho } if (0.0..=1.0).contains(&rho) => {
                     Integrator::GeneralisedAlpha { rho }
@@ -165,6 +176,11 @@ impl Builder<'_> {
         if n.time_error.is_some() && spans.iter().all(|s| s.integrator.is_static()) {
             let fact = "time_error where all stages are static: a sequence of equilibria has no time error";
             return Err(self.content("numerics", fact, "remove it, or give a stage a dynamic integrator"));
+        }
+        let looks_once = |s: &Span| matches!(s.integrator, Integrator::FreeMotion { .. });
+        if n.time_error.is_some() && spans.iter().any(looks_once) {
+            let fact = "time_error beside implicit_euler_corrected, whose steps cannot be cut";
+            return Err(self.content("numerics", fact, "remove it, or take integrator = \"implicit_euler\""));
         }
         if n.keep_from.is_nan() || n.keep_from < 0.0 {
             let fact = format!("keep_from = {}", n.keep_from);

@@ -12,6 +12,9 @@ pub enum Integrator {
     /// v = (x − xₙ)/Δt, a = (v − vₙ)/Δt; first order, damps. `linearised`: one Newton iteration a step, accepted as it
     /// is, for comparison with simulators that do so
     ImplicitEuler { linearised: bool },
+    /// Implicit Euler in a loop of its own, [`correction`](super::correction), for comparison: so many integration steps
+    /// in each step of the time grid
+    FreeMotion { integration_steps: usize },
     /// Backward differentiation of second order with variable steps, on x and on v; the first step is implicit Euler
     Bdf2,
     /// Generalised-α in the form of Arnold & Brüls (2007), eqs. 6–9: with the algorithmic acceleration q,
@@ -41,6 +44,7 @@ impl Integrator {
             Self::ArcLength { .. } => "arc_length",
             Self::ImplicitEuler { linearised: false } => "implicit_euler",
             Self::ImplicitEuler { linearised: true } => "implicit_euler_linearised",
+            Self::FreeMotion { .. } => "implicit_euler_corrected",
             Self::Bdf2 => "bdf2",
             Self::GeneralisedAlpha { .. } => "generalised_alpha",
             Self::Newmark { .. } => "newmark",
@@ -49,7 +53,7 @@ impl Integrator {
 
     /// One Newton iteration a step, not iterated to convergence.
     pub fn is_linearised(self) -> bool {
-        self == Self::ImplicitEuler { linearised: true }
+        matches!(self, Self::ImplicitEuler { linearised: true } | Self::FreeMotion { .. })
     }
 
     /// Members of the Newmark family need the acceleration at the start.
@@ -142,7 +146,7 @@ impl Integrator {
     /// Order of accuracy in x.
     fn order(self) -> i32 {
         match self {
-            Self::ImplicitEuler { .. } => 1,
+            Self::ImplicitEuler { .. } | Self::FreeMotion { .. } => 1,
             _ => 2,
         }
     }

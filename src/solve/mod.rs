@@ -1,7 +1,9 @@
 //! The nonlinear solution in time. Sees only `math` and `system`, never an effect by name.
 
 mod continuation;
+mod correction;
 mod failure;
+mod gauss_seidel;
 mod integrator;
 mod line_search;
 mod multipliers;

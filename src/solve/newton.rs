@@ -121,8 +121,7 @@ impl Newton {
     /// its history, that of the last state, to the end of the step. On failure `next` is garbage.
     pub fn solve(&mut self, step: &Step, next: &mut State) -> Result<Solved, Failure> {
         let system = step.system;
-        let targets: Vec<(usize, f64)> =
-            system.prescribed.iter().map(|p| (p.dof as usize, p.signal.at(next.clock()))).collect();
+        let targets = step.targets(next);
         let mut solved =
             Solved { iterations: 0, unstable_modes: 0, regularised: false, projected: self.sums.projected };
         let mut fresh = false;
@@ -130,10 +129,7 @@ impl Newton {
         let mut below = false;
         let mut schur = Schur::default();
         let keeps = self.keeps_factors(system) && !step.integrator.is_linearised();
-        if system.constraints.iter().any(|c| c.cone() == Cone::Linked) {
-            self.old = system.gaps(step.past).map_err(Failure::Eval)?;
-        }
-        self.sums.forget_meetings(system);
+        self.look_back(step)?;
         self.evaluate(step, next, Want::Residual, None)?;
         loop {
             let increment = remaining(&targets, next);
@@ -197,6 +193,15 @@ impl Newton {
             }
             solved.iterations += 1;
         }
+    }
+
+    /// What the laws of the rows need of the last state, and sums without the room that it asked for.
+    pub(super) fn look_back(&mut self, step: &Step) -> Result<(), Failure> {
+        if step.system.constraints.iter().any(|c| c.cone() == Cone::Linked) {
+            self.old = step.system.gaps(step.past).map_err(Failure::Eval)?;
+        }
+        self.sums.forget_meetings(step.system);
+        Ok(())
     }
 
     pub(super) fn evaluate(
@@ -289,7 +294,12 @@ impl Newton {
     }
 
     /// Factorises K, shifts it where the constrained tangent has negative eigenvalues, and forms S = H K⁻¹ Hᵀ.
-    fn factorise(&mut self, step: &Step, keep: Option<&Vec<f64>>, solved: &mut Solved) -> Result<Schur, Failure> {
+    pub(super) fn factorise(
+        &mut self,
+        step: &Step,
+        keep: Option<&Vec<f64>>,
+        solved: &mut Solved,
+    ) -> Result<Schur, Failure> {
         let system = step.system;
         let mut shift = 0.0;
         self.fit_factor(system);
@@ -375,7 +385,7 @@ pub(super) fn larger(a: f64, b: f64) -> f64 {
 }
 
 /// What is left of the prescribed motion, [3 × nodes], or nothing.
-fn remaining(targets: &[(usize, f64)], state: &State) -> Option<Vec<f64>> {
+pub(super) fn remaining(targets: &[(usize, f64)], state: &State) -> Option<Vec<f64>> {
     if targets.iter().all(|&(dof, value)| state.x[dof] == value) {
         return None;
     }

@@ -30,6 +30,11 @@ impl Step<'_> {
         }
     }
 
+    /// Prescribed dofs with their values at the end of the step.
+    pub fn targets(&self, next: &State) -> Vec<(usize, f64)> {
+        self.system.prescribed.iter().map(|p| (p.dof as usize, p.signal.at(next.clock()))).collect()
+    }
+
     /// ∂v/∂x and ∂a/∂x of the step.
     pub fn rates(&self) -> Rates {
         self.integrator.rates(self.past, self.dt)

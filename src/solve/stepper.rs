@@ -159,6 +159,9 @@ impl<'a> Stepper<'a> {
         goal: f64,
         accepted: &mut impl FnMut(&State, &State, &Newton, bool) -> bool,
     ) -> Status {
+        if let Integrator::FreeMotion { integration_steps } = span.integrator {
+            return self.advance_freely(span, integration_steps, state, goal, accepted);
+        }
         let (mut level, mut done) = (self.level, 0u64);
         let origin = state.t;
         // done / 2^level of the nominal step lies behind.
@@ -330,7 +333,7 @@ impl<'a> Stepper<'a> {
         true
     }
 
-    fn remember(&mut self, state: &State) {
+    pub(super) fn remember(&mut self, state: &State) {
         self.degree = (1..=MAX_DEGREE.min(self.recent.len().saturating_sub(1)))
             .map(|degree| (self.misprediction(degree, state), degree))
             .min_by(|a, b| a.0.total_cmp(&b.0))
@@ -346,7 +349,7 @@ impl<'a> Stepper<'a> {
         (0..state.x.len()).map(|i| error(i).powi(2)).sum()
     }
 
-    fn count(&mut self, solved: &Solved) {
+    pub(super) fn count(&mut self, solved: &Solved) {
         self.totals.steps += 1;
         self.totals.iterations += solved.iterations;
         self.totals.regularised += usize::from(solved.regularised);

@@ -1,7 +1,7 @@
 //! What an effect or a constraint is, and what it sees.
 
 use super::rows::{Cone, Piece, Rows};
-use super::{Batched, EvalError, Means, Meeting, Past, Skew};
+use super::{Batched, EvalError, Means, Meeting, Past, Skew, Touching};
 pub use crate::material::Want;
 use crate::math::signal::{Clock, Ramp};
 use std::sync::Arc;
@@ -265,6 +265,10 @@ pub trait Effect: Send + Sync {
     fn skew(&self) -> Option<&dyn Skew> {
         None
     }
+    /// Its points, where their forces can be given from outside
+    fn touching(&self) -> Option<&dyn Touching> {
+        None
+    }
     /// Its blocks side by side, where it can evaluate them so; all of one size, then
     fn batched(&self) -> Option<&dyn Batched> {
         None
@@ -320,6 +324,9 @@ impl<E: Effect + ?Sized> Effect for Arc<E> {
     }
     fn skew(&self) -> Option<&dyn Skew> {
         (**self).skew()
+    }
+    fn touching(&self) -> Option<&dyn Touching> {
+        (**self).touching()
     }
     fn batched(&self) -> Option<&dyn Batched> {
         (**self).batched()

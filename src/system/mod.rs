@@ -13,6 +13,7 @@ mod projection;
 mod rows;
 mod scatter;
 mod skew;
+mod touching;
 mod undefined;
 
 pub use assembly::{Assembled, Cost, System, SystemError};
@@ -24,4 +25,5 @@ pub use means::Means;
 pub use meeting::Meeting;
 pub use rows::{Cone, Form, Piece, Rows, between, pieces};
 pub use skew::Skew;
+pub use touching::{Touch, Touching};
 pub use undefined::EvalError;

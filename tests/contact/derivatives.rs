@@ -122,7 +122,8 @@ fn forces_are_derivatives_of_energies_and_balance() {
                     if moving {
                         balance(&barrier, &x, &r, &label);
                     }
-                    let multiplier = Multiplier { contact: pair(shape(k), moving, true), stiffness: 2.0 };
+                    let multiplier =
+                        Multiplier { contact: pair(shape(k), moving, true), stiffness: 2.0, friction: None };
                     let mut pressed = x.clone();
                     pressed[21] = multiplier.contact.gap(&x, 0) + 0.3 * (case as f64 - 4.5);
                     check(&multiplier, &pressed, &format!("multiplier, {label}"));

@@ -11,15 +11,19 @@
 //! The multiplier is a force at a node, so that any uniform stress comes out. c is numerics: the answer does not depend on it.
 //! Limits: the force has a step where the active set changes. A step that passes through a thin obstacle is not seen.
 
+use super::friction::Coulomb;
 use super::placement::Pair;
 use super::{Contact, Press, Pressing};
-use crate::system::{At, Blocks, Effect, EvalError, Local, Role, Want};
+use crate::system::{At, Blocks, Effect, EvalError, Local, Role, Touch, Touching, Want};
 use std::sync::Arc;
+use std::time::Instant;
 
 pub struct Multiplier {
     pub contact: Arc<Contact>,
     /// c [N/m]
     pub stiffness: f64,
+    /// What a point that is pressed from outside slides with; in the equilibrium it is an effect of its own
+    pub friction: Option<Coulomb>,
 }
 
 impl Multiplier {
@@ -42,6 +46,10 @@ impl Effect for Multiplier {
 
     fn role(&self) -> Role {
         Role::Touching
+    }
+
+    fn touching(&self) -> Option<&dyn Touching> {
+        Some(self)
     }
 
     fn blocks(&self) -> &Blocks {
@@ -70,6 +78,39 @@ impl Effect for Multiplier {
             }
         }
         Ok(())
+    }
+}
+
+impl Touching for Multiplier {
+    fn count(&self) -> usize {
+        self.contact.points.len()
+    }
+
+    fn touches(&self, x: &[f64]) -> Vec<Touch> {
+        let start = Instant::now();
+        let touch = |b: usize| {
+            let pair = self.pair(x, b);
+            Touch {
+                nodes: self.contact.blocks().nodes(b).to_vec(),
+                shares: pair.shares(&self.contact.points[b].weights),
+                gap: pair.gap,
+                normal: pair.normal,
+                friction: self.friction.map(|law| (law.coefficient, law.creep)),
+            }
+        };
+        let touches: Vec<Touch> = (0..Touching::count(self)).map(touch).collect();
+        self.contact.count([touches.len(), touches.len(), 0], |c| c.search += start.elapsed());
+        touches
+    }
+
+    /// held = y − d is N/c where there is a force, and y = 0 where there is none and the point is not inside.
+    fn press(&self, x: &mut [f64], forces: &[f64]) {
+        for (b, force) in forces.iter().enumerate() {
+            let gap = self.contact.gap(x, b);
+            x[self.contact.blocks().scalars(b)[0] as usize] =
+                if *force > 0.0 { gap + force / self.stiffness } else { gap.min(0.0) };
+        }
+        self.contact.count([0, 0, forces.iter().filter(|f| **f > 0.0).count()], |_| {});
     }
 }
 
