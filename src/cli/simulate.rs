@@ -53,7 +53,7 @@ pub struct Args {
     #[arg(long)]
     vtu: bool,
     /// Write <name>.slopes.csv: exact derivatives of positions, angles, reactions and cables by a constant of a law, e.g.
-    /// --slope laws.rubber.mu, several times; not in implicit_euler_linearised
+    /// --slope laws.rubber.mu, several times; not in implicit_euler_linearised or _corrected
     #[arg(long, value_name = "CONSTANT", conflicts_with_all = ["save_state", "restart", "controller"])]
     slope: Vec<String>,
     /// Save a state to restart from at a time (\"0.5 s\"), or at the `end`; several times

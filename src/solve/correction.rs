@@ -110,6 +110,7 @@ impl Newton {
         contacts.points.iter().for_each(|point| forces[point.place] = contacts.p[point.first]);
         system.press(&mut next.x, &forces);
         self.evaluate(step, next, Want::Residual, None)?;
+        self.iterations = solved.iterations;
         self.advance_history(step, next)?;
         Ok(solved)
     }

@@ -127,9 +127,13 @@ fn list<'a>(table: &'a Table, key: &str) -> impl Iterator<Item = (usize, &'a Tab
     entries.into_iter().flatten().filter_map(Value::as_table).enumerate()
 }
 
-/// The same scene with one linearised step per dt; `None` if a stage is static.
+/// The same scene with one linearised step per dt; `None` if a stage is static, or has a loop that linearises once anyway.
 fn linearised(table: &Table) -> Option<Table> {
-    let dynamic = list(table, "stage").all(|(_, s)| s.get("integrator").and_then(Value::as_str) != Some("static"));
+    let iterates = |s: &Table| {
+        let name = s.get("integrator").and_then(Value::as_str);
+        !name.is_some_and(|name| ["static", "implicit_euler_corrected"].contains(&name))
+    };
+    let dynamic = list(table, "stage").all(|(_, stage)| iterates(stage));
     let key = |(k, _): (usize, &Table)| (format!("stage.{k}.integrator"), "implicit_euler_linearised".into());
     dynamic.then(|| list(table, "stage").map(key).collect())
 }
