@@ -31,12 +31,6 @@ pub(super) struct Border {
     pub values: Vec<f64>,
 }
 
-/// (i, j) of the entries of a pattern, in its order.
-pub(super) fn entries(pattern: &SymPattern) -> impl Iterator<Item = (usize, usize)> + '_ {
-    let column = |j: usize| pattern.col_ptr[j] as usize..pattern.col_ptr[j + 1] as usize;
-    (0..pattern.n).flat_map(move |j| column(j).map(move |slot| (pattern.row_idx[slot] as usize, j)))
-}
-
 impl Border {
     /// None where there is no low-rank part.
     pub fn new(pattern: &Pattern, in_order: bool) -> Option<Self> {
@@ -54,10 +48,10 @@ impl Border {
             }
             place += 1;
         }
-        let of_k = || entries(&pattern.sparse).map(|(i, j)| (x[i], x[j]));
+        let of_k = || pattern.sparse.entries().map(|(i, j)| (x[i], x[j]));
         let of_b = (0..inner.n).flat_map(|j| columns[j].iter().map(move |&(i, _)| (i, j)));
         let of_b = of_b.map(|(i, j)| (x[i as usize], f[j]));
-        let of_s = entries(inner).flat_map(|(i, j)| [(w[i], w[j]), (f[i], f[j]), (w[i], f[j]), (f[i], w[j])]);
+        let of_s = inner.entries().flat_map(|(i, j)| [(w[i], w[j]), (f[i], f[j]), (w[i], f[j]), (f[i], w[j])]);
         let bordered = SymPattern::from_pairs(place as usize, of_k().chain(of_b).chain(of_s));
         let slot = |(i, j)| bordered.slot(i, j).expect("the pattern was made of these");
         let sparse = of_k().map(slot).collect();
@@ -88,7 +82,7 @@ impl Border {
             add(self.w[j], self.f[j], -1.0);
             add(self.f[j], self.f[j], -2.0 * d[j]);
         }
-        for ((i, j), s) in entries(inner).zip(s) {
+        for ((i, j), s) in inner.entries().zip(s) {
             add(self.w[i], self.w[j], *s);
             add(self.f[i], self.f[j], d[i] * s * d[j]);
             add(self.w[i], self.f[j], s * d[j]);
@@ -133,10 +127,10 @@ fn order(pattern: &Pattern, inner: &SymPattern, in_order: bool) -> Vec<usize> {
         order.pop();
         return order;
     }
-    let of_k = entries(&pattern.sparse);
+    let of_k = pattern.sparse.entries();
     let of_b = pattern.low_rank.columns.iter().enumerate();
     let of_b = of_b.flat_map(|(j, column)| column.iter().map(move |&(i, _)| (i as usize, n + j)));
-    let of_s = entries(inner).map(|(i, j)| (n + i, n + j));
+    let of_s = inner.entries().map(|(i, j)| (n + i, n + j));
     let pairs = of_k.chain(of_b).chain(of_s).map(|(i, j)| (i as u32, j as u32));
     let graph = SymPattern::from_pairs(n + after.len(), pairs);
     minimum_degree(&graph).into_iter().map(|v| v as usize).collect()

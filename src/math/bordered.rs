@@ -20,12 +20,12 @@ pub struct BorderedFactor {
 impl BorderedFactor {
     /// For matrices that are expected to be positive definite.
     pub fn new(pattern: impl Into<Arc<Pattern>>) -> Self {
-        Self::with(pattern.into(), |sparse| Factor::new(sparse))
+        Self::with(pattern.into(), Factor::new)
     }
 
     /// For matrices of saddle points.
     pub fn indefinite(pattern: impl Into<Arc<Pattern>>) -> Self {
-        Self::with(pattern.into(), |sparse| Factor::indefinite(sparse))
+        Self::with(pattern.into(), Factor::indefinite)
     }
 
     fn with(pattern: Arc<Pattern>, factor: impl FnOnce(Arc<SymPattern>) -> Factor) -> Self {
@@ -113,7 +113,6 @@ impl BorderedFactor {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::border::entries;
     use crate::math::low_rank::LowRank;
     use crate::math::random::SplitMix;
     use nalgebra::{DMatrix, DVector};
@@ -135,7 +134,7 @@ mod tests {
         let low_rank = Arc::new(LowRank { columns, inner: Some(inner), after });
         let pattern = Pattern { low_rank, ..sparse.into() };
         let mut values = vec![0.0; pattern.nnz()];
-        for (slot, (i, j)) in entries(&pattern.sparse).enumerate() {
+        for (slot, (i, j)) in pattern.sparse.entries().enumerate() {
             values[slot] = if i == j { 9.0 - less } else { 2.0 * random.unit() - 1.0 };
         }
         for r in 0..rank {
@@ -151,7 +150,7 @@ mod tests {
     /// K + B S Bᵀ entry by entry.
     fn dense(pattern: &Pattern, values: &[f64]) -> DMatrix<f64> {
         let mut a = DMatrix::zeros(N, N);
-        for (slot, (i, j)) in entries(&pattern.sparse).enumerate() {
+        for (slot, (i, j)) in pattern.sparse.entries().enumerate() {
             (a[(i, j)], a[(j, i)]) = (values[slot], values[slot]);
         }
         let columns = &pattern.low_rank.columns;
@@ -241,7 +240,7 @@ mod tests {
             let ends = |i| if i == 0 || i == n - 1 { 1.0 } else { 2.0 };
             let pushed = |i| if i == 2 { push } else { 0.0 };
             let mut values: Vec<f64> =
-                entries(&pattern.sparse).map(|(i, j)| if i == j { ends(i) - pushed(i) } else { -1.0 }).collect();
+                pattern.sparse.entries().map(|(i, j)| if i == j { ends(i) - pushed(i) } else { -1.0 }).collect();
             values.push(spring);
             for mut factor in factors(&pattern) {
                 factor.factorise(&values).expect("regular");

@@ -7,7 +7,7 @@ use std::sync::Arc;
 /// Where B S Bᵀ stands, and B itself.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LowRank {
-    /// Per column of B: (row, entry)
+    /// Per column of B: (row, entry), rows ascending
     pub columns: Vec<Vec<(u32, f64)>>,
     /// [columns × columns] pattern of S
     pub inner: Option<SymPattern>,
@@ -103,16 +103,13 @@ impl Pattern {
         let mut diagonal = self.sparse.diagonal(k);
         let Some(inner) = &self.low_rank.inner else { return diagonal };
         let columns = &self.low_rank.columns;
-        for j in 0..inner.n {
-            for slot in inner.col_ptr[j] as usize..inner.col_ptr[j + 1] as usize {
-                let i = inner.row_idx[slot] as usize;
-                let twice = if i == j { s[slot] } else { 2.0 * s[slot] };
-                let mut others = columns[j].iter().peekable();
-                for &(row, b) in &columns[i] {
-                    while others.next_if(|other| other.0 < row).is_some() {}
-                    if let Some((_, c)) = others.next_if(|other| other.0 == row) {
-                        diagonal[row as usize] += b * twice * c;
-                    }
+        for ((i, j), s) in inner.entries().zip(s) {
+            let twice = if i == j { *s } else { 2.0 * s };
+            let mut others = columns[j].iter().peekable();
+            for &(row, b) in &columns[i] {
+                while others.next_if(|other| other.0 < row).is_some() {}
+                if let Some((_, c)) = others.next_if(|other| other.0 == row) {
+                    diagonal[row as usize] += b * twice * c;
                 }
             }
         }
