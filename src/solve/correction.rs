@@ -1,4 +1,5 @@
-//! Free motion, then one correction: the loop of simulators that look at the obstacles between their steps.
+//! Free motion, then a correction by contact: once a step, as simulators that look at the obstacles between their steps have it, or until
+//! the step is an equilibrium.
 //!
 //! One step of the time grid is one search for contact, which makes every point's obstacle a plane ([`Touch`]), and a number of
 //! integration steps. Each is one linearised step of implicit Euler without contact, K du = −r with the rows, and one correction by the
@@ -10,14 +11,18 @@
 //!
 //! solved by [`gauss_seidel`](super::gauss_seidel), with the law of friction of the equilibrium.
 //!
-//! For comparison. Neither equilibrium nor distances hold to a tolerance at the end of a step, and planes are as old as the search: the
-//! error is of first order in both steps, and nothing warns of it. There is nothing to cut, so a step that fails ends the run.
+//! Once a step it is for comparison. Neither equilibrium nor distances hold to a tolerance at the end of a step, and planes are as old as the
+//! search: the error is of first order in both steps, and nothing warns of it. There is nothing to cut, so a step that fails ends the run.
+//!
+//! Repeated, each time with the planes of its own state, corrections converge to the equilibrium. Where points slide they do so faster than
+//! Newton's method, whose symmetric tangent leaves ∂N/∂x out. Limits: the curvature of the obstacle is left out, which makes the
+//! convergence linear, with the factor p/(R K).
 
 use super::gauss_seidel::Contacts;
 use super::multipliers::Schur;
 use super::newton::{Direction, remaining};
 use super::{Failure, Newton, Solved, Span, Status, Step, Stepper, tangent};
-use crate::math::linear::dot;
+use crate::math::linear::{dot, norm};
 use crate::math::tensor::Vec3;
 use crate::system::{State, System, Touch, Want};
 
@@ -34,8 +39,9 @@ impl Stepper<'_> {
         goal: f64,
         accepted: &mut impl FnMut(&State, &State, &Newton, bool) -> bool,
     ) -> Status {
-        let seen = Seen { touches: self.system.touch_planes(&state.x), x: state.x.clone() };
         let origin = state.t;
+        let dt = (goal - origin) / count as f64;
+        let seen = Seen { touches: self.system.touches_at(&state.x, dt), x: state.x.clone() };
         for k in 1..=count {
             if self.is_over() {
                 return Status::TimeBudget { t: state.t };
@@ -69,50 +75,91 @@ struct Seen {
 impl Newton {
     /// From `past` to the end of the step: free motion, then one correction.
     fn move_and_correct(&mut self, step: &Step, seen: &Seen, next: &mut State) -> Result<Solved, Failure> {
-        let system = step.system;
-        let targets = step.targets(next);
         let mut solved = Solved { iterations: 1, unstable_modes: 0, regularised: false, projected: false };
         self.look_back(step)?;
+        self.correct(step, seen, next, &step.targets(next), &mut solved)?;
+        self.iterations = solved.iterations;
+        self.advance_history(step, next)?;
+        Ok(solved)
+    }
+
+    /// Is the equilibrium to be found by corrections? They see friction as it is, and Newton's method with a tangent that lacks a part.
+    pub(super) fn corrects(&self, step: &Step) -> bool {
+        step.system.slides && self.settings.reuse_factor && !self.sums.projected && !step.integrator.is_linearised()
+    }
+
+    /// Corrections from `next` until it is an equilibrium, each with the planes of its own state.
+    pub(super) fn correct_repeatedly(&mut self, step: &Step, next: &mut State) -> Result<Solved, Failure> {
+        let targets = step.targets(next);
+        let mut solved = Solved { iterations: 0, unstable_modes: 0, regularised: false, projected: false };
+        self.look_back(step)?;
+        loop {
+            let dt = step.at(next).dt;
+            let seen = Seen { touches: step.system.touches_at(&next.x, dt), x: next.x.clone() };
+            self.correct(step, &seen, next, &targets, &mut solved)?;
+            solved.iterations += 1;
+            let error = self.error(step.system, next, self.rounding());
+            if error <= self.settings.tolerance {
+                self.iterations = solved.iterations;
+                self.advance_history(step, next)?;
+                return Ok(solved);
+            }
+            if solved.regularised || !error.is_finite() || solved.iterations == self.settings.max_iterations {
+                return Err(Failure::NotConverged { residual: error, node: self.worst_node(step.system) });
+            }
+        }
+    }
+
+    /// One linearised step without contact, and its correction. `next` becomes the state, the sums its residual.
+    fn correct(
+        &mut self,
+        step: &Step,
+        seen: &Seen,
+        next: &mut State,
+        targets: &[(usize, f64)],
+        solved: &mut Solved,
+    ) -> Result<(), Failure> {
+        let system = step.system;
         let mut forces = vec![0.0; seen.touches.len()];
         system.press(&mut next.x, &forces);
-        let increment = remaining(&targets, next);
+        let increment = remaining(targets, next);
         self.evaluate(step, next, Want::Tangent, increment.as_deref())?;
-        let schur = self.factorise(step, None, &mut solved)?;
+        self.stiffness = norm(&self.sums.pattern.diagonal(&self.sums.k));
+        let schur = self.factorise(step, None, solved)?;
         let mut y = self.right_side(system, increment.is_some());
         tangent::solve(&mut self.factor, &self.sums, &mut y).map_err(Failure::Linear)?;
         let mut contacts = Contacts::default();
+        // Points that press already, then those that would cross.
+        let mut fresh: Vec<usize> = (0..forces.len()).filter(|&k| seen.touches[k].force > 0.0).collect();
+        let mut looked_at = vec![false; forces.len()];
         let direction = loop {
-            let direction = self.direction_under(system, next, increment.as_deref(), (&y, &schur), &mut contacts)?;
-            let size = direction.x[..system.dofs.displacements as usize].iter().fold(0.0, |m: f64, d| m.max(d.abs()));
-            let way: Vec<f64> = next.x.iter().zip(&direction.x).zip(&seen.x).map(|((x, d), s)| x + d - s).collect();
-            let crossed = |touch: &Touch| touch.gap + touch.normal.dot(&touch.motion(&way)) < -CLOSED * size;
-            let known = |k: usize| contacts.points.iter().any(|p| p.place == k);
-            let fresh = |k: &usize| crossed(&seen.touches[*k]) && !known(*k);
-            let fresh: Vec<usize> = (0..seen.touches.len()).filter(fresh).collect();
-            let before = contacts.points.len();
-            for k in fresh {
+            for &k in &fresh {
                 let touch = &seen.touches[k];
+                looked_at[k] = true;
                 // Without du on the free dofs.
                 let carried = increment.as_ref().map_or(Vec3::zeros(), |d| touch.motion(d));
-                let gap = touch.gap + touch.normal.dot(&(touch.motion(&next.x) - touch.motion(&seen.x) + carried));
-                contacts.add(system, k, touch, (gap, carried, step.dt));
-            }
-            if contacts.points.len() == before {
-                break direction;
+                let since = |then: &[f64]| touch.motion(&next.x) - touch.motion(then) + carried;
+                let gap = touch.gap + touch.normal.dot(&since(&seen.x));
+                contacts.add(system, k, touch, (gap, since(&step.past.x)));
             }
             let mut columns = contacts.columns(y.len());
             tangent::solve(&mut self.factor, &self.sums, &mut columns).map_err(Failure::Linear)?;
             contacts.respond(&columns, &y, &schur, &self.sums.gradient);
+            let direction = self.direction_under(system, next, increment.as_deref(), (&y, &schur), &mut contacts)?;
+            let size = direction.x[..system.dofs.displacements as usize].iter().fold(0.0, |m: f64, d| m.max(d.abs()));
+            let way: Vec<f64> = next.x.iter().zip(&direction.x).zip(&seen.x).map(|((x, d), s)| x + d - s).collect();
+            let crossed = |touch: &Touch| touch.gap + touch.normal.dot(&touch.motion(&way)) < -CLOSED * size;
+            fresh = (0..forces.len()).filter(|&k| !looked_at[k] && crossed(&seen.touches[k])).collect();
+            if fresh.is_empty() {
+                break direction;
+            }
         };
         next.x.iter_mut().zip(&direction.x).for_each(|(x, d)| *x += d);
         targets.iter().for_each(|&(dof, value)| next.x[dof] = value);
         next.lambda.copy_from_slice(&direction.lambda);
         contacts.points.iter().for_each(|point| forces[point.place] = contacts.p[point.first]);
         system.press(&mut next.x, &forces);
-        self.evaluate(step, next, Want::Residual, None)?;
-        self.iterations = solved.iterations;
-        self.advance_history(step, next)?;
-        Ok(solved)
+        self.evaluate(step, next, Want::Residual, None)
     }
 
     /// du = y − Z_c (λ' − λ) + Z p, with p and λ' that agree.

@@ -47,8 +47,8 @@ pub(super) struct Contacts {
 }
 
 impl Contacts {
-    /// A point with its gap [m], the motion [m] that what is prescribed gives it, and the length of the step [s].
-    pub fn add(&mut self, system: &System, place: usize, touch: &Touch, (gap, carried, dt): (f64, Vec3, f64)) {
+    /// A point with its gap and its way since the start of the step [m], both without what the solution gives it.
+    pub fn add(&mut self, system: &System, place: usize, touch: &Touch, (gap, way): (f64, Vec3)) {
         let row = |direction: &Vec3| -> Vec<(usize, f64)> {
             let entries = touch.nodes.iter().zip(&touch.shares).flat_map(|(&node, share)| {
                 (0..3).map(move |i| (system.dofs.equation[3 * node as usize + i], share * direction[i]))
@@ -69,10 +69,10 @@ impl Contacts {
             let one = perpendicular(&(touch.normal / size));
             for along in [one, touch.normal.cross(&one) / size] {
                 self.h.push(row(&along));
-                self.free.push(along.dot(&carried));
+                self.free.push(along.dot(&way));
             }
         }
-        let friction = touch.friction.map(|(coefficient, creep)| (coefficient * size, creep * dt));
+        let friction = touch.friction.map(|(coefficient, epsilon)| (coefficient * size, epsilon));
         self.points.push(Pressed { place, first, friction });
     }
 

@@ -1,6 +1,6 @@
 //! One nonlinear solve: Newton with a line search on the directional derivative, multipliers by the Schur complement.
 
-use super::multipliers::{self, Schur};
+use super::multipliers::{self, Schur, larger};
 use super::stale::Stale;
 use super::{Failure, Step, tangent};
 use crate::math::bordered::BorderedFactor;
@@ -121,6 +121,13 @@ impl Newton {
     /// its history, that of the last state, to the end of the step. On failure `next` is garbage.
     pub fn solve(&mut self, step: &Step, next: &mut State) -> Result<Solved, Failure> {
         let system = step.system;
+        if self.corrects(step) {
+            let mut trial = next.clone();
+            if let Ok(solved) = self.correct_repeatedly(step, &mut trial) {
+                *next = trial;
+                return Ok(solved);
+            }
+        }
         let targets = step.targets(next);
         let mut solved =
             Solved { iterations: 0, unstable_modes: 0, regularised: false, projected: self.sums.projected };
@@ -377,11 +384,6 @@ impl Newton {
             Some((_, limit)) => Ok(limit.share),
         }
     }
-}
-
-/// The larger of two errors; what is not a number is larger than everything.
-pub(super) fn larger(a: f64, b: f64) -> f64 {
-    if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }
 
 /// What is left of the prescribed motion, [3 × nodes], or nothing.

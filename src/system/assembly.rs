@@ -48,6 +48,8 @@ pub struct System {
     pub(crate) skewed: Vec<usize>,
     /// Effects that couple what meets
     pub(crate) meeting: Vec<usize>,
+    /// Are there points that slide, and whose forces can be given?
+    pub(crate) slides: bool,
     /// Per effect: where its history lies in that of the state
     histories: Vec<Range<usize>>,
 }
@@ -161,7 +163,8 @@ impl System {
         }
         let skewed = (0..effects.len()).filter(|&e| effects[e].skew().is_some()).collect();
         let meeting = (0..effects.len()).filter(|&e| effects[e].meets()).collect();
-        Ok(Self { effects, constraints, prescribed, dofs, pattern, slots, largest, skewed, meeting, histories })
+        let slides = effects.iter().filter_map(|e| e.touching()).any(|t| t.slides());
+        Ok(Self { effects, constraints, prescribed, dofs, pattern, slots, largest, skewed, meeting, slides, histories })
     }
 
     /// Where the history of effect `e` lies in that of the state.

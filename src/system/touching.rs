@@ -14,7 +14,9 @@ pub struct Touch {
     pub gap: f64,
     /// m = ∂d/∂x
     pub normal: Vec3,
-    /// Coefficient of friction [–] and creep [m/s], where there is friction
+    /// N that it has at this state [N]
+    pub force: f64,
+    /// μ [–] and ε [m], where there is friction
     pub friction: Option<(f64, f64)>,
 }
 
@@ -30,8 +32,10 @@ impl Touch {
 pub trait Touching {
     /// Number of its points
     fn count(&self) -> usize;
-    /// All of them at displacement x, those that are far too
-    fn touches(&self, x: &[f64]) -> Vec<Touch>;
+    /// Has any of them friction?
+    fn slides(&self) -> bool;
+    /// All of them at displacement x, those that are far too, for a step of `dt` [s], which is infinite in statics
+    fn touches(&self, x: &[f64], dt: f64) -> Vec<Touch>;
     /// Makes x a state in which its points are pressed with these forces [N]
     fn press(&self, x: &mut [f64], forces: &[f64]);
 }
@@ -42,8 +46,8 @@ impl System {
     }
 
     /// All points of all effects whose forces can be given.
-    pub fn touch_planes(&self, x: &[f64]) -> Vec<Touch> {
-        self.touching().flat_map(|effect| effect.touches(x)).collect()
+    pub fn touches_at(&self, x: &[f64], dt: f64) -> Vec<Touch> {
+        self.touching().flat_map(|effect| effect.touches(x, dt)).collect()
     }
 
     /// Presses these points, in their order, with forces N [N].

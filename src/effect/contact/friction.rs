@@ -26,14 +26,14 @@ pub struct Coulomb {
 }
 
 impl Coulomb {
-    /// ε of the step [m].
-    fn threshold(&self, at: &At) -> f64 {
-        if at.dt.is_finite() { self.creep * at.dt } else { self.slip }
+    /// ε of a step of `dt` [s], which is infinite in statics [m].
+    pub fn threshold(&self, dt: f64) -> f64 {
+        if dt.is_finite() { self.creep * dt } else { self.slip }
     }
 
     /// Adds what resists the sliding of a point that is pressed, to a block of `n` unknowns that begins with `nodes`.
     pub fn add(&self, at: &At, nodes: &[u32], press: &Press, n: usize, want: Want, out: &mut Local) {
-        let epsilon = self.threshold(at);
+        let epsilon = self.threshold(at.dt);
         // No time has passed, and nothing slides.
         if epsilon == 0.0 {
             return;

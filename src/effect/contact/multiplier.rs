@@ -86,7 +86,11 @@ impl Touching for Multiplier {
         self.contact.points.len()
     }
 
-    fn touches(&self, x: &[f64]) -> Vec<Touch> {
+    fn slides(&self) -> bool {
+        self.friction.is_some()
+    }
+
+    fn touches(&self, x: &[f64], dt: f64) -> Vec<Touch> {
         let start = Instant::now();
         let touch = |b: usize| {
             let pair = self.pair(x, b);
@@ -95,7 +99,8 @@ impl Touching for Multiplier {
                 shares: pair.shares(&self.contact.points[b].weights),
                 gap: pair.gap,
                 normal: pair.normal,
-                friction: self.friction.map(|law| (law.coefficient, law.creep)),
+                force: self.stiffness * (self.scalar(x, b) - pair.gap).max(0.0),
+                friction: self.friction.map(|law| (law.coefficient, law.threshold(dt))),
             }
         };
         let touches: Vec<Touch> = (0..Touching::count(self)).map(touch).collect();
