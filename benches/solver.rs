@@ -112,7 +112,13 @@ fn linear(c: &mut Criterion<CpuTime>) {
         let at = At { t: 0.0, dt: 0.1, x: &rest, v: &rest, a: &rest, old: &rest, history: &[], inputs: &[], rates };
         scene.system.assemble(&at, &[0.0], Want::Tangent, None, &mut sums).expect("the rest state is not inverted");
         let mut factor = Factor::new(scene.system.pattern.clone());
-        println!("{name}: {} unknowns, {} entries in L", scene.system.dofs.free.len(), factor.nnz());
+        println!(
+            "{name}: {} unknowns, {} entries in the tangent, {} in L, {:.3e} operations",
+            scene.system.dofs.free.len(),
+            scene.system.pattern.nnz(),
+            factor.nnz(),
+            factor.flops()
+        );
         group.bench_function(BenchmarkId::new("factorisation", name), |b| {
             b.iter(|| factor.factorise(black_box(&sums.k)).expect("stable at rest"));
         });

@@ -17,7 +17,8 @@ use durometer::mesh::Order;
 use durometer::scene::Scene;
 use durometer::scene::spec::{ConstraintSpec, EffectSpec};
 use durometer::solve::Integrator;
-use durometer::system::{At, Direction, Effect, Local, Needs, Role, State, System};
+use durometer::system::{At, Direction, Effect, Local, Means, Needs, Role, State, System};
+use std::sync::Arc;
 
 const INTEGRATORS: [Integrator; 7] = [
     Integrator::Static,
@@ -229,9 +230,26 @@ fn with_at<T>(integrator: Integrator, past: &State, x: &[f64], use_it: impl FnOn
     })
 }
 
+/// What an effect or a row sees of a vector over all dofs: that of its means, if it has some.
+fn seen(means: Option<&Arc<Means>>, all: &[f64]) -> Vec<f64> {
+    means.map_or(all.to_vec(), |means| means.of(all))
+}
+
 fn eval(effect: &(dyn Effect + 'static), at: &At, b: usize, want: Want) -> Local {
     let mut out = Local::new(3 * effect.blocks().nodes(b).len());
-    effect.eval(at, b, want, &mut out).expect("the state is regular");
+    effect.eval(&At { x: &seen(effect.means(), at.x), ..*at }, b, want, &mut out).expect("the state is regular");
+    out
+}
+
+/// r of block `b` as forces on nodes; a node of several means comes with each.
+fn forces(effect: &(dyn Effect + 'static), at: &At, b: usize) -> Vec<(u32, Vec3)> {
+    let (nodes, r) = (effect.blocks().nodes(b), eval(effect, at, b, Want::Residual).r);
+    let of_block = nodes.iter().zip(r.chunks_exact(3)).map(|(&node, f)| (node, Vec3::from_column_slice(f)));
+    let Some(means) = effect.means() else { return of_block.collect() };
+    let mut of_means = vec![0.0; means.of(at.x).len()];
+    of_block.for_each(|(k, f)| of_means[3 * k as usize..][..3].copy_from_slice(f.as_slice()));
+    let mut out = Vec::new();
+    means.spread(&of_means, |dof, f| out.push((dof / 3, f * Vec3::ith(dof as usize % 3, 1.0))));
     out
 }
 
@@ -307,7 +325,7 @@ fn tangent_is_the_derivative_of_the_residual_under_every_integrator() {
                             with_at(integrator, &past, &along(&x, &d, s), |at| eval(effect, at, b, Want::Residual).r)
                         });
                         let label = format!("{name}: effect {e} {}, block {b}, {integrator:?}: (K d)", effect.name());
-                        assert_close(&label, &times(&k, &gather(nodes, &d)), &differences);
+                        assert_close(&label, &times(&k, &gather(nodes, &seen(effect.means(), &d))), &differences);
                     }
                 }
             }
@@ -374,7 +392,7 @@ fn energy_belongs_to_the_residual() {
         for (e, effect) in scene.system.effects.iter().map(AsRef::as_ref).enumerate() {
             let mut dissipated = 0.0;
             for b in 0..effect.blocks().len() {
-                let local = gather(effect.blocks().nodes(b), &d);
+                let local = gather(effect.blocks().nodes(b), &seen(effect.means(), &d));
                 let label = format!("{name}: effect {e} {}, block {b}", effect.name());
                 let now = with_at(integrator, &past, &x, |at| eval(effect, at, b, Want::Residual));
                 match effect.role() {
@@ -454,9 +472,7 @@ fn momentum_balances() {
                 let v = if effect.name() == "stiffness_damping" { at.v } else { &field };
                 let at = At { v, a: &field, ..*at };
                 for b in 0..effect.blocks().len() {
-                    let r = eval(effect, &at, b, Want::Residual).r;
-                    for (k, &node) in effect.blocks().nodes(b).iter().enumerate() {
-                        let f = Vec3::from_column_slice(&r[3 * k..3 * k + 3]);
+                    for (node, f) in forces(effect, &at, b) {
                         let p = mesh.points[node as usize] + Vec3::from_column_slice(&x[3 * node as usize..][..3]);
                         force += f;
                         moment += p.cross(&f);
@@ -531,10 +547,12 @@ fn rows_are_consistent() {
                 let nodes = constraint.blocks().nodes(b);
                 let at = |x: &[f64]| {
                     let mut out = Local::new(3 * nodes.len());
-                    constraint.eval(x, b, Want::Tangent, &mut out).expect("the guides are apart");
+                    constraint
+                        .eval(&seen(constraint.means(), x), b, Want::Tangent, &mut out)
+                        .expect("the guides are apart");
                     out
                 };
-                let (now, local) = (at(&x), gather(nodes, &d));
+                let (now, local) = (at(&x), gather(nodes, &seen(constraint.means(), &d)));
                 let label = format!("{name}: {}, segment {b}", constraint.name());
                 assert_close(&label, &[dot(&now.r, &local)], &difference(|s| vec![at(&along(&x, &d, s)).energy]));
                 assert_close(&label, &times(&now.k, &local), &difference(|s| at(&along(&x, &d, s)).r));

@@ -1,5 +1,5 @@
 //! Cable (tendon): a polyline from a fixed pull point through guides to its end, of length
-//! L(x) = Σ_s ‖p_{s+1} − p_s‖ with p_k = X_k + Σ_i w_ki u_i.
+//! L(x) = Σ_s ‖p_{s+1} − p_s‖ with p_k = X_k + w_k, w_k = Σ_i w_ki u_i. It sees the body by the w_k alone ([`Means`]).
 //!
 //! A guide is a patch: the weighted mean of the body's motion over a ball, because a point force in 3-D has infinite
 //! compliance. A ring is a guide without a body: it stays where it is. Driven by tension the cable is a load T(t) with the
@@ -9,8 +9,7 @@
 
 use crate::math::signal::{Clock, Signal};
 use crate::math::tensor::{Mat3, Vec3};
-use crate::system::{At, Blocks, Cone, Constraint, Effect, EvalError, Local, Role, Want};
-use std::collections::BTreeMap;
+use crate::system::{At, Blocks, Cone, Constraint, Effect, EvalError, Local, Means, Role, Want};
 use std::sync::Arc;
 
 /// A place where the cable touches the body.
@@ -22,38 +21,29 @@ pub struct Guide {
     pub weights: Vec<(u32, f64)>,
 }
 
-/// Geometry of a cable; its blocks are the segments.
+/// Geometry of a cable; its blocks are the segments, its means the guides.
 pub struct Cable {
     pub name: String,
     pull_point: Vec3,
-    pub(super) guides: Vec<Guide>,
+    /// X_k of the guides [m]
+    points: Vec<Vec3>,
+    /// w_k of the guides
+    pub(super) means: Arc<Means>,
     blocks: Blocks,
-    /// Segment after segment: weight of the end minus weight of the start, per node of the block
-    signed: Vec<Vec<f64>>,
 }
 
 impl Cable {
     pub fn new(name: String, pull_point: Vec3, guides: Vec<Guide>) -> Self {
-        let mut signed = Vec::new();
-        let mut lists: Vec<Vec<u32>> = Vec::new();
-        for s in 0..guides.len() {
-            let mut weights = BTreeMap::new();
-            for &(node, w) in &guides[s].weights {
-                *weights.entry(node).or_insert(0.0) += w;
-            }
-            for &(node, w) in s.checked_sub(1).map_or(&[][..], |k| &guides[k].weights) {
-                *weights.entry(node).or_insert(0.0) -= w;
-            }
-            lists.push(weights.keys().copied().collect());
-            signed.push(weights.into_values().collect());
-        }
-        let blocks = Blocks::new(lists.iter().map(Vec::as_slice));
-        Self { name, pull_point, guides, blocks, signed }
+        let means = Means::new(guides.iter().map(|g| &g.weights[..]));
+        let ends: Vec<Vec<u32>> = (0..guides.len() as u32).map(|s| (s.saturating_sub(1)..=s).collect()).collect();
+        let blocks = Blocks::new(ends.iter().map(Vec::as_slice));
+        let points = guides.into_iter().map(|g| g.point).collect();
+        Self { name, pull_point, points, means: means.into(), blocks }
     }
 
     /// The polyline at displacement x: pull point, then the guides [m].
     pub fn polyline(&self, x: &[f64]) -> Vec<Vec3> {
-        let guides = (0..self.guides.len()).map(|k| self.guide(x, k));
+        let guides = self.points.iter().enumerate().map(|(k, point)| point + self.means.one(x, k));
         std::iter::once(self.pull_point).chain(guides).collect()
     }
 
@@ -69,55 +59,47 @@ impl Cable {
 
     /// The same where nothing has moved.
     pub fn lengths_at_rest(&self) -> Vec<f64> {
-        let points = std::iter::once(self.pull_point).chain(self.guides.iter().map(|g| g.point));
-        let points: Vec<Vec3> = points.collect();
+        let points: Vec<Vec3> = std::iter::once(self.pull_point).chain(self.points.iter().copied()).collect();
         points.windows(2).map(|w| (w[1] - w[0]).norm()).collect()
     }
 
     /// Number of segments.
     pub fn segments(&self) -> usize {
-        self.guides.len()
+        self.points.len()
     }
 
-    /// Nodes of segment `s`.
-    pub(super) fn nodes(&self, s: usize) -> &[u32] {
+    /// Guides of segment `s`.
+    pub(super) fn ends(&self, s: usize) -> &[u32] {
         self.blocks.nodes(s)
     }
 
     /// Change of the length [m] with the motion dx [m] at displacement x: Σ_s τ_s·(dp_{s+1} − dp_s).
     pub fn lengthening(&self, x: &[f64], dx: &[f64]) -> f64 {
         let points = self.polyline(x);
-        let moved = |k: usize| self.guide(dx, k) - self.guides[k].point;
+        let moved = |k: usize| self.means.one(dx, k);
         let segment = |s: usize| {
             let start = s.checked_sub(1).map_or(Vec3::zeros(), moved);
             (points[s + 1] - points[s]).normalize().dot(&(moved(s) - start))
         };
-        (0..self.guides.len()).map(segment).sum()
+        (0..self.segments()).map(segment).sum()
     }
 
-    pub(super) fn guide(&self, x: &[f64], k: usize) -> Vec3 {
-        let guide = &self.guides[k];
-        guide
-            .weights
-            .iter()
-            .fold(guide.point, |p, &(node, w)| p + w * Vec3::from_column_slice(&x[3 * node as usize..][..3]))
+    /// Segment `s` as a vector [m], with w [3 × guides].
+    pub(super) fn direction(&self, w: &[f64], s: usize) -> Vec3 {
+        let guide = |k: usize| self.points[k] + Vec3::from_column_slice(&w[3 * k..3 * k + 3]);
+        guide(s) - s.checked_sub(1).map_or(self.pull_point, guide)
     }
 
-    /// Where segment `s` starts [m].
-    pub(super) fn start(&self, x: &[f64], s: usize) -> Vec3 {
-        s.checked_sub(1).map_or(self.pull_point, |k| self.guide(x, k))
-    }
-
-    /// Length of segment `s`, its gradient s_i τ and its Hessian s_i s_j (I − ττᵀ)/l, all times `factor` but the length.
+    /// Length of segment `s`, its gradient ∓τ and its Hessian ±(I − ττᵀ)/l by w, all times `factor` but the length.
     pub(super) fn segment(
         &self,
-        x: &[f64],
+        w: &[f64],
         s: usize,
         factor: f64,
         want: Want,
         out: &mut Local,
     ) -> Result<(), EvalError> {
-        let d = self.guide(x, s) - self.start(x, s);
+        let d = self.direction(w, s);
         let l = d.norm();
         out.energy = l;
         if want == Want::Energy {
@@ -127,18 +109,19 @@ impl Cable {
             return Err(EvalError::Degenerate { effect: self.name.clone(), segment: s });
         }
         let tau = d / l;
-        let signed = &self.signed[s];
-        let n = 3 * signed.len();
+        // The first segment begins at the pull point, which does not move.
+        let signs = if s == 0 { &[1.0][..] } else { &[-1.0, 1.0] };
+        let n = 3 * signs.len();
         let hessian = (Mat3::identity() - tau * tau.transpose()) * (factor / l);
-        for (a, wa) in signed.iter().enumerate() {
+        for (a, sa) in signs.iter().enumerate() {
             for i in 0..3 {
-                out.r[3 * a + i] = factor * wa * tau[i];
+                out.r[3 * a + i] = factor * sa * tau[i];
             }
             if want == Want::Tangent {
-                for (b, wb) in signed[..=a].iter().enumerate() {
+                for (b, sb) in signs[..=a].iter().enumerate() {
                     for i in 0..3 {
                         for j in 0..3 {
-                            out.k[(3 * a + i) * n + 3 * b + j] = wa * wb * hessian[(i, j)];
+                            out.k[(3 * a + i) * n + 3 * b + j] = sa * sb * hessian[(i, j)];
                         }
                     }
                 }
@@ -169,6 +152,10 @@ impl Effect for CableTension {
 
     fn blocks(&self) -> &Blocks {
         &self.cable.blocks
+    }
+
+    fn means(&self) -> Option<&Arc<Means>> {
+        Some(&self.cable.means)
     }
 
     fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
@@ -213,7 +200,11 @@ impl Constraint for CableLength {
         &self.cable.blocks
     }
 
-    fn eval(&self, x: &[f64], b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
-        self.cable.segment(x, b, 1.0, want, out)
+    fn means(&self) -> Option<&Arc<Means>> {
+        Some(&self.cable.means)
+    }
+
+    fn eval(&self, w: &[f64], b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+        self.cable.segment(w, b, 1.0, want, out)
     }
 }

@@ -15,8 +15,7 @@
 use super::cable::Cable;
 use crate::math::signal::{Clock, Signal};
 use crate::math::tensor::Vec3;
-use crate::system::{Blocks, Cone, Constraint, EvalError, Form, Local, Piece, Rows, Want, between};
-use std::collections::BTreeMap;
+use crate::system::{Blocks, Cone, Constraint, EvalError, Form, Local, Means, Piece, Rows, Want, between};
 use std::sync::Arc;
 
 /// Tensions below this share of the largest effect's Σ_e ‖r_e‖ are judged by their size and not by their ratio.
@@ -68,7 +67,7 @@ struct Segment {
 
 impl Segment {
     fn new(rope: Arc<Rope>, s: usize) -> Self {
-        let blocks = Blocks::new(std::iter::once(rope.cable.nodes(s)));
+        let blocks = Blocks::new(std::iter::once(rope.cable.ends(s)));
         Self { rope, s, blocks }
     }
 
@@ -129,8 +128,12 @@ impl Constraint for Segment {
         &self.blocks
     }
 
-    fn eval(&self, x: &[f64], _b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
-        self.rope.cable.segment(x, self.s, 1.0, want, out)
+    fn means(&self) -> Option<&Arc<Means>> {
+        Some(&self.rope.cable.means)
+    }
+
+    fn eval(&self, w: &[f64], _b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+        self.rope.cable.segment(w, self.s, 1.0, want, out)
     }
 
     fn pieces(&self, c: usize, rows: &Rows) -> Vec<Piece> {
@@ -154,30 +157,17 @@ impl Constraint for Segment {
     }
 }
 
-/// The wrap angle β_k of the guide between segments k − 1 and k.
+/// The wrap angle β_k of the guide between segments k − 1 and k; one block, of the guides at their ends.
 struct Turn {
     rope: Arc<Rope>,
     k: usize,
     blocks: Blocks,
-    /// Weights of the directions d_{k−1} and d_k per node of the block
-    signed: Vec<[f64; 2]>,
 }
 
 impl Turn {
     fn new(rope: Arc<Rope>, k: usize) -> Self {
-        let mut weights: BTreeMap<u32, [f64; 2]> = BTreeMap::new();
-        let guides = &rope.cable.guides;
-        // d_{k−1} runs to the guide itself, d_k from it to the next one.
-        let ends = [k.checked_sub(2).map(|g| (g, [-1.0, 0.0])), Some((k - 1, [1.0, -1.0])), Some((k, [0.0, 1.0]))];
-        for (guide, sign) in ends.into_iter().flatten() {
-            for &(node, w) in &guides[guide].weights {
-                let sum = weights.entry(node).or_default();
-                *sum = [sum[0] + w * sign[0], sum[1] + w * sign[1]];
-            }
-        }
-        let nodes: Vec<u32> = weights.keys().copied().collect();
-        let blocks = Blocks::new(std::iter::once(&nodes[..]));
-        Self { rope, k, blocks, signed: weights.into_values().collect() }
+        let guides: Vec<u32> = (k.saturating_sub(2) as u32..=k as u32).collect();
+        Self { rope, k, blocks: Blocks::new(std::iter::once(&guides[..])) }
     }
 }
 
@@ -202,11 +192,14 @@ impl Constraint for Turn {
         &self.blocks
     }
 
+    fn means(&self) -> Option<&Arc<Means>> {
+        Some(&self.rope.cable.means)
+    }
+
     /// β = ∠(d_{k−1}, d_k), ∂β/∂d_a = −e_a/‖d_a‖ with the unit vector e_a across d_a towards the other direction.
-    fn eval(&self, x: &[f64], _b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+    fn eval(&self, w: &[f64], _b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
         let cable = &self.rope.cable;
-        let direction = |s: usize| cable.guide(x, s) - cable.start(x, s);
-        let d = [direction(self.k - 1), direction(self.k)];
+        let d = [self.k - 1, self.k].map(|s| cable.direction(w, s));
         if let Some(a) = (0..2).find(|&a| d[a].norm() == 0.0) {
             return Err(EvalError::Degenerate { effect: cable.name.clone(), segment: self.k - 1 + a });
         }
@@ -219,10 +212,11 @@ impl Constraint for Turn {
             let across = tau[1 - a] - tau[a] * tau[a].dot(&tau[1 - a]);
             across.try_normalize(0.0).map_or(Vec3::zeros(), |e| -e / d[a].norm())
         };
-        let slopes = [slope(0), slope(1)];
-        for (a, w) in self.signed.iter().enumerate() {
-            let r = slopes[0] * w[0] + slopes[1] * w[1];
-            out.r[3 * a..3 * a + 3].copy_from_slice(r.as_slice());
+        // d_{k−1} runs to the guide itself, d_k from it to the next one; before the first guide there is the pull point.
+        let (before, after) = (slope(0), slope(1));
+        let of_guides = [-before, before - after, after];
+        for (r, slope) in out.r.chunks_exact_mut(3).zip(&of_guides[3 - self.blocks.nodes(0).len()..]) {
+            r.copy_from_slice(slope.as_slice());
         }
         Ok(())
     }

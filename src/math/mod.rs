@@ -4,6 +4,7 @@ pub mod formula;
 pub mod gmres;
 pub mod lanes;
 pub mod linear;
+pub mod low_rank;
 pub mod multigrid;
 pub mod ordering;
 pub mod pcg;

@@ -27,7 +27,7 @@ pub fn fill_reducing(graph: &SymPattern) -> Vec<u32> {
 }
 
 /// Postordered by the tree that the algorithm has found.
-fn minimum_degree(graph: &SymPattern) -> Vec<u32> {
+pub fn minimum_degree(graph: &SymPattern) -> Vec<u32> {
     let n = graph.n;
     let (mut order, mut inverse) = (vec![0u32; n], vec![0u32; n]);
     let matrix = SymbolicSparseColMatRef::new_checked(n, n, &graph.col_ptr, None, &graph.row_idx);

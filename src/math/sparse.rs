@@ -51,6 +51,12 @@ impl SymPattern {
         out
     }
 
+    /// (i, j) of the stored entries, in the order of the values.
+    pub fn entries(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        let column = |j: usize| self.col_ptr[j] as usize..self.col_ptr[j + 1] as usize;
+        (0..self.n).flat_map(move |j| self.row_idx[column(j)].iter().map(move |&i| (i as usize, j)))
+    }
+
     /// Stored entries (lower triangle with diagonal).
     pub fn nnz(&self) -> usize {
         self.row_idx.len()

@@ -1,6 +1,5 @@
 //! The few dense rows beside K: step of the multipliers from the Schur complement, under the laws of the rows.
 
-use super::newton::larger;
 use super::tangent;
 use crate::math::linear::{Factor, LinearError, dot};
 use crate::system::{Assembled, Cone, Form, Piece, Rows, System, pieces};
@@ -89,6 +88,11 @@ impl Schur {
 
 fn largest(s: &[f64], m: usize) -> f64 {
     (0..m).map(|i| s[i * m + i]).fold(0.0, f64::max)
+}
+
+/// The larger of two errors; what is not a number is larger than everything.
+pub(super) fn larger(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }
 
 /// Largest departure of the rows from their laws, as a share of the scales.

@@ -1,6 +1,6 @@
 //! One nonlinear solve: Newton with a line search on the directional derivative, multipliers by the Schur complement.
 
-use super::multipliers::{self, Schur};
+use super::multipliers::{self, Schur, larger};
 use super::stale::Stale;
 use super::{Failure, Step, tangent};
 use crate::math::linear::{Factor, LinearError, Method, dot, norm};
@@ -290,6 +290,7 @@ impl Newton {
         self.fit_factor(system);
         self.factor.move_to(&next.x);
         let own = self.sums.pattern.diagonal(&self.sums.k);
+        let alone: Vec<f64> = (0..own.len()).map(|j| self.sums.k[self.sums.pattern.on_diagonal(j)]).collect();
         let largest = own.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
         loop {
             let factorised = self.factor.factorise(&self.sums.k).map_err(Failure::Linear);
@@ -313,9 +314,9 @@ impl Newton {
             // Shift by a growing fraction of the diagonal: a step between Newton's and steepest descent.
             let larger = if shift == 0.0 { 1e-3 } else { 10.0 * shift };
             for (j, own) in own.iter().enumerate() {
-                let k = self.sums.pattern.col_ptr[j] as usize;
+                let k = self.sums.pattern.on_diagonal(j);
                 let away = if system.dofs.is_scalar(j) { -larger } else { larger };
-                self.sums.k[k] = own + away * own.abs().max(SOFTEST * largest);
+                self.sums.k[k] = alone[j] + away * own.abs().max(SOFTEST * largest);
             }
             shift = larger;
             solved.regularised = true;
@@ -363,11 +364,6 @@ impl Newton {
             Some((_, limit)) => Ok(limit.share),
         }
     }
-}
-
-/// The larger of two errors; what is not a number is larger than everything.
-pub(super) fn larger(a: f64, b: f64) -> f64 {
-    if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }
 
 /// What is left of the prescribed motion, [3 × nodes], or nothing.

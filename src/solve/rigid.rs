@@ -71,7 +71,7 @@ impl Newton {
         diagonal.iter_mut().for_each(|d| *d = d.abs().max(ROUNDING * largest));
         let mut shifted = k.clone();
         for j in 0..pattern.n {
-            shifted[pattern.col_ptr[j] as usize] += ROUNDING * diagonal[j];
+            shifted[pattern.on_diagonal(j)] += ROUNDING * diagonal[j];
         }
         let mut mode: Vec<f64> = (1..=pattern.n).map(|i| (i as f64 * 0.618_033_988_75).fract()).collect();
         let factorised = self.factor.factorise(&shifted);

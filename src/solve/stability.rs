@@ -34,7 +34,7 @@ impl Newton {
     /// of S. Where the tangent has a skew part they say nothing, and none is counted. None on the iterative path.
     pub(super) fn negative(&self, system: &System, schur: &Schur) -> Option<usize> {
         let expected = system.scalar_equations() + schur.negative;
-        let pivots = self.factor.counts().then_some(self.factor.negative_pivots)?;
+        let pivots = self.factor.counts().then_some(self.factor.negative_eigenvalues)?;
         Some(if self.sums.skew.is_empty() { pivots.saturating_sub(expected) } else { 0 })
     }
 }

@@ -40,7 +40,7 @@ impl Start {
         mass.iter_mut().zip(&without).for_each(|(m, k)| *m = (*m - k) / STEEP);
         // A second field has no mass and starts at rest.
         for e in (0..system.dofs.free.len()).filter(|&e| system.dofs.is_scalar(e)) {
-            mass[sums.pattern.col_ptr[e] as usize] = 1.0;
+            mass[sums.pattern.on_diagonal(e)] = 1.0;
         }
         let mut factor = Factor::by(method, sums.pattern.clone(), true);
         factor.move_to(&state.x);

@@ -2,11 +2,13 @@
 //!
 //! Blocks are evaluated and summed in their order, so the result does not depend on how many cases run beside it.
 
+use super::means::Coupled;
 use super::meeting::Met;
 use super::projection::project;
 use super::scatter::{Scatter, sum_batches};
-use super::{At, Blocks, Cone, Constraint, Dofs, Effect, EvalError, Limit, Local, Prescribed, State, Want};
+use super::{At, Blocks, Cone, Constraint, Dofs, Effect, EvalError, Limit, Local, Means, Prescribed, State, Want};
 use crate::math::linear::norm;
+use crate::math::low_rank::Pattern;
 use crate::math::sparse::{SkewMatrix, SymPattern};
 use std::ops::Range;
 use std::sync::Arc;
@@ -38,7 +40,7 @@ pub struct System {
     pub prescribed: Vec<Prescribed>,
     pub dofs: Dofs,
     /// Of the blocks that stay
-    pub pattern: Arc<SymPattern>,
+    pub pattern: Arc<Pattern>,
     /// Per effect, then per constraint: slot of each local entry with column ≤ row, block after block
     slots: Vec<Vec<u32>>,
     largest: usize,
@@ -60,7 +62,7 @@ pub struct Assembled {
     /// Values of K in `pattern` [N/m]
     pub k: Vec<f64>,
     /// That of the system, with room for parts that met
-    pub pattern: Arc<SymPattern>,
+    pub pattern: Arc<Pattern>,
     /// Where the entries of the system's pattern are in a wider one; empty where there is none
     pub(crate) moved: Vec<u32>,
     /// What the tangent has beside K, on the equations [N/m]; empty where no effect declares any
@@ -117,8 +119,13 @@ impl System {
         }
         // A row that is only watched puts nothing into the tangent.
         let acting = || constraints.iter().filter(|c| c.cone() != Cone::Watched);
-        let blocks = || effects.iter().map(|e| e.blocks()).chain(acting().map(|c| c.blocks()));
-        let dofs = Dofs::new(nodes, hosts, &prescribed, blocks());
+        let all = || {
+            let of_rows = acting().map(|c| (c.means(), c.blocks()));
+            effects.iter().map(|e| (e.means(), e.blocks())).chain(of_rows)
+        };
+        let blocks = || all().filter(|(means, _)| means.is_none()).map(|(_, list)| list);
+        let coupled = Coupled::new(all().filter_map(|(means, list)| means.map(|means| (means, list))));
+        let dofs = Dofs::new(nodes, hosts, &prescribed, blocks(), &coupled);
         if dofs.free.is_empty() {
             return Err(SystemError::NothingFree);
         }
@@ -134,12 +141,17 @@ impl System {
                 })
             });
             let free = pairs.filter(|p| p.0 != Dofs::FIXED && p.1 != Dofs::FIXED);
-            Arc::new(SymPattern::from_pairs(dofs.free.len(), free))
+            let sparse = SymPattern::from_pairs(dofs.free.len(), free);
+            Arc::new(Pattern { low_rank: coupled.low_rank(dofs).into(), ..sparse.into() })
         };
-        let of_effects = effects.iter().map(|e| slots(&dofs, &pattern, e.blocks()));
+        let slots = |means: Option<&Arc<Means>>, list: &Blocks| match means {
+            Some(means) => coupled.slots(&pattern, means, list),
+            None => slots(&dofs, &pattern, list),
+        };
+        let of_effects = effects.iter().map(|e| slots(e.means(), e.blocks()));
         let of_rows = constraints.iter().map(|c| match c.cone() {
             Cone::Watched => Vec::new(),
-            _ => slots(&dofs, &pattern, c.blocks()),
+            _ => slots(c.means(), c.blocks()),
         });
         let slots = of_effects.chain(of_rows).collect();
         let all = effects.iter().map(|e| e.blocks()).chain(constraints.iter().map(|c| c.blocks()));
@@ -158,6 +170,11 @@ impl System {
     /// Where the history of effect `e` lies in that of the state.
     pub(super) fn histories(&self, e: usize) -> Range<usize> {
         self.histories[e].clone()
+    }
+
+    /// Slots of the local entries of effect or row `i`.
+    pub(super) fn slots(&self, i: usize) -> &[u32] {
+        &self.slots[i]
     }
 
     /// Unknowns of the largest block.
@@ -216,11 +233,15 @@ impl System {
                 Some(batched) => sum_batches(batched, at, want, increment, &mut scatter, (e, &mut sum), out)?,
                 None => 0,
             };
+            if let Some(means) = effect.means() {
+                sum += self.add_effect_by_means((e, means), at, want, increment, out)?;
+            }
             if self.meeting.contains(&e) {
                 sum += self.add_meeting((e, &mut met), at, want, increment, out)?;
             }
             let active = effect.active(at);
-            for i in single..active.as_ref().map_or(effect.blocks().len(), Vec::len) {
+            let all = if effect.means().is_some() { 0 } else { effect.blocks().len() };
+            for i in single..active.as_ref().map_or(all, Vec::len) {
                 let b = active.as_ref().map_or(i, |list| list[i] as usize);
                 let n = effect.blocks().size(b);
                 if active.is_some() {
@@ -249,7 +270,10 @@ impl System {
             out.g[c] = constraint.target(at.clock()) + constraint.compliance() * lambda[c];
             out.gradient[c].fill(0.0);
             out.carried[c] = 0.0;
-            for b in 0..constraint.blocks().len() {
+            if let Some(means) = constraint.means() {
+                sum += self.add_row_by_means((c, means), at.x, lambda[c], (want, increment), out)?;
+            }
+            for b in (0..constraint.blocks().len()).filter(|_| constraint.means().is_none()) {
                 let n = constraint.blocks().size(b);
                 local.reset(n, want);
                 constraint.eval(at.x, b, want, &mut local)?;
@@ -337,9 +361,10 @@ impl System {
         let mut gaps = Vec::with_capacity(self.constraints.len());
         for (row, lambda) in self.constraints.iter().zip(&state.lambda) {
             let mut g = row.target(state.clock()) + row.compliance() * lambda;
+            let seen = row.means().map(|means| means.of(&state.x));
             for b in 0..row.blocks().len() {
                 local.reset(row.blocks().size(b), Want::Energy);
-                row.eval(&state.x, b, Want::Energy, &mut local)?;
+                row.eval(seen.as_ref().unwrap_or(&state.x), b, Want::Energy, &mut local)?;
                 g -= local.energy;
             }
             gaps.push(g);
@@ -352,7 +377,7 @@ fn equations(dofs: &Dofs, list: &Blocks, b: usize) -> std::rc::Rc<[u32]> {
     list.dofs(b).map(|dof| dofs.equation[dof as usize]).collect()
 }
 
-fn slots(dofs: &Dofs, pattern: &SymPattern, list: &Blocks) -> Vec<u32> {
+fn slots(dofs: &Dofs, pattern: &Pattern, list: &Blocks) -> Vec<u32> {
     let mut out = Vec::new();
     for b in 0..list.len() {
         let equations = equations(dofs, list, b);

@@ -1,9 +1,10 @@
 //! What an effect or a constraint is, and what it sees.
 
 use super::rows::{Cone, Piece, Rows};
-use super::{Batched, EvalError, Meeting, Past, Skew, Touching};
+use super::{Batched, EvalError, Means, Meeting, Past, Skew, Touching};
 pub use crate::material::Want;
 use crate::math::signal::{Clock, Ramp};
+use std::sync::Arc;
 
 /// All that changes during a run. Cloning it is a checkpoint, dropping it a cut step. SI units.
 #[derive(Clone, Debug, PartialEq)]
@@ -179,6 +180,15 @@ impl Local {
         Self { energy: 0.0, dissipated: 0.0, r: vec![0.0; n], k: vec![0.0; n * n] }
     }
 
+    /// r += factor K_e dx on the chosen rows; the dofs are those of the block.
+    pub(super) fn add_product(&self, dofs: &[u32], row: impl Fn(u32) -> bool, factor: f64, dx: &[f64], r: &mut [f64]) {
+        let n = dofs.len();
+        for (i, &to) in dofs.iter().enumerate().filter(|(_, to)| row(**to)) {
+            let entry = |(j, from): (usize, &u32)| self.k[i.max(j) * n + i.min(j)] * dx[*from as usize];
+            r[to as usize] += factor * dofs.iter().enumerate().map(entry).sum::<f64>();
+        }
+    }
+
     pub(super) fn reset(&mut self, n: usize, want: Want) {
         self.energy = 0.0;
         self.dissipated = 0.0;
@@ -207,6 +217,11 @@ pub trait Effect: Send + Sync {
         Needs::default()
     }
     fn blocks(&self) -> &Blocks;
+    /// The means by which alone it sees the body: its blocks are lists of means instead of nodes then, and [`At::x`] is theirs. Such an
+    /// effect reads x only, and all of its blocks contribute at every state.
+    fn means(&self) -> Option<&Arc<Means>> {
+        None
+    }
     /// Energy, r_e and K_e of block `b`. What the energy is depends on [`Effect::role`].
     fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError>;
     fn role(&self) -> Role;
@@ -261,7 +276,7 @@ pub trait Effect: Send + Sync {
 }
 
 /// A shared effect, which probes or other effects look at too.
-impl<E: Effect + ?Sized> Effect for std::sync::Arc<E> {
+impl<E: Effect + ?Sized> Effect for Arc<E> {
     fn name(&self) -> &str {
         (**self).name()
     }
@@ -270,6 +285,9 @@ impl<E: Effect + ?Sized> Effect for std::sync::Arc<E> {
     }
     fn blocks(&self) -> &Blocks {
         (**self).blocks()
+    }
+    fn means(&self) -> Option<&Arc<Means>> {
+        (**self).means()
     }
     fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
         (**self).eval(at, b, want, out)
@@ -348,6 +366,10 @@ pub trait Constraint: Send + Sync {
         0.0
     }
     fn blocks(&self) -> &Blocks;
+    /// As [`Effect::means`]
+    fn means(&self) -> Option<&Arc<Means>> {
+        None
+    }
     /// c_b, ∂c_b/∂x, ∂²c_b/∂x² of block `b` in `energy`, `r`, `k`. A [`Cone::Watched`] row needs no second derivative.
     fn eval(&self, x: &[f64], b: usize, want: Want, out: &mut Local) -> Result<(), EvalError>;
     /// The law of a [`Cone::Linked`] row, which is row `c` of the system.

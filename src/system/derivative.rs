@@ -105,12 +105,18 @@ impl System {
         let fixed = |dof: u32| self.dofs.equation[dof as usize] == Dofs::FIXED;
         for (e, effect) in self.effects.iter().enumerate() {
             let at = &At { history: &at.history[self.histories(e)], ..*at };
+            if let Some(means) = effect.means() {
+                let eval = |x: &[f64], b: usize, out: &mut Local| effect.eval(&At { x, ..*at }, b, Want::Tangent, out);
+                let changes: Vec<_> = changes.iter().map(|&(dx, _)| (dx, 0.0)).collect();
+                self.add_reactions_by_means((means, effect.blocks()), 1.0, &changes, eval, at.x, r)?;
+                continue;
+            }
             for b in (0..effect.blocks().len()).filter(|&b| effect.blocks().dofs(b).any(fixed)) {
                 let dofs: Vec<u32> = effect.blocks().dofs(b).collect();
                 local.reset(dofs.len(), Want::Tangent);
                 effect.eval(at, b, Want::Tangent, &mut local)?;
                 for (&(dx, _), r) in changes.iter().zip(&mut *r) {
-                    add_product(&local, &dofs, fixed, 1.0, dx, r);
+                    local.add_product(&dofs, fixed, 1.0, dx, r);
                 }
             }
         }
@@ -122,26 +128,23 @@ impl System {
             }
         });
         for (c, constraint) in self.constraints.iter().enumerate() {
+            if let Some(means) = constraint.means() {
+                let eval = |x: &[f64], b: usize, out: &mut Local| constraint.eval(x, b, Want::Tangent, out);
+                let changes: Vec<_> = changes.iter().map(|&(dx, dlambda)| (dx, dlambda[c])).collect();
+                self.add_reactions_by_means((means, constraint.blocks()), lambda[c], &changes, eval, at.x, r)?;
+                continue;
+            }
             for b in (0..constraint.blocks().len()).filter(|&b| constraint.blocks().dofs(b).any(fixed)) {
                 let dofs: Vec<u32> = constraint.blocks().dofs(b).collect();
                 local.reset(dofs.len(), Want::Tangent);
                 constraint.eval(at.x, b, Want::Tangent, &mut local)?;
                 for (&(dx, dlambda), r) in changes.iter().zip(&mut *r) {
-                    add_product(&local, &dofs, fixed, lambda[c], dx, r);
+                    local.add_product(&dofs, fixed, lambda[c], dx, r);
                     let rows = dofs.iter().zip(&local.r).filter(|(dof, _)| fixed(**dof));
                     rows.for_each(|(&dof, h)| r[dof as usize] += h * dlambda[c]);
                 }
             }
         }
         Ok(())
-    }
-}
-
-/// r += factor K_e dx on the chosen rows.
-fn add_product(local: &Local, dofs: &[u32], row: impl Fn(u32) -> bool, factor: f64, dx: &[f64], r: &mut [f64]) {
-    let n = dofs.len();
-    for (i, &to) in dofs.iter().enumerate().filter(|(_, to)| row(**to)) {
-        let entry = |(j, from): (usize, &u32)| local.k[i.max(j) * n + i.min(j)] * dx[*from as usize];
-        r[to as usize] += factor * dofs.iter().enumerate().map(entry).sum::<f64>();
     }
 }

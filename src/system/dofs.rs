@@ -1,6 +1,7 @@
 //! Which unknowns are free, and in which order they are eliminated.
 
 use super::Blocks;
+use super::means::Coupled;
 use crate::math::ordering::fill_reducing;
 use crate::math::signal::Signal;
 use crate::math::sparse::SymPattern;
@@ -14,6 +15,9 @@ pub struct Prescribed {
     pub signal: Signal,
 }
 
+/// Nodes that are eliminated after all means: without them a body that only what acts on the means holds has a regular K.
+const LAST: usize = 8;
+
 /// Numbering of the free unknowns. Prescribed ones are eliminated: the reaction is the residual there.
 #[derive(Clone, Debug)]
 pub struct Dofs {
@@ -23,18 +27,21 @@ pub struct Dofs {
     pub free: Vec<u32>,
     /// Dofs below this are displacements
     pub displacements: u32,
+    /// Per mean by which something sees the body: equations that are eliminated before it
+    pub after: Vec<u32>,
 }
 
 impl Dofs {
     pub const FIXED: u32 = u32::MAX;
 
     /// Numbers the free dofs in the elimination order of the node graph (3×3 blocks stay together); a scalar of the second
-    /// field follows the node that hosts it.
-    pub fn new<'a>(
+    /// field follows the node that hosts it. A mean is a vertex of the graph too, coupled to its nodes and to the means that it acts with.
+    pub(super) fn new<'a>(
         nodes: usize,
         hosts: &[u32],
         prescribed: &[Prescribed],
         blocks: impl Iterator<Item = &'a Blocks> + Clone,
+        coupled: &Coupled,
     ) -> Self {
         let displacements = 3 * nodes as u32;
         let mut equation = vec![0; 3 * nodes + hosts.len()];
@@ -51,8 +58,17 @@ impl Dofs {
                 n.iter().enumerate().flat_map(move |(k, &i)| n[..k].iter().map(move |&j| (i, j)))
             })
         });
-        let mut free = Vec::with_capacity(equation.len());
-        for node in fill_reducing(&SymPattern::from_pairs(nodes, pairs)) {
+        let first = nodes as u32;
+        let of_means = coupled.pairs.iter().map(|&(k, l)| (first + k, first + l));
+        let to_nodes = coupled.nodes.iter().map(|&(k, node)| (first + k, node));
+        let graph = SymPattern::from_pairs(nodes + coupled.count, pairs.chain(of_means).chain(to_nodes));
+        let order = means_before_the_last_nodes(fill_reducing(&graph), first);
+        let (mut free, mut after) = (Vec::with_capacity(equation.len()), vec![0; coupled.count]);
+        for node in order {
+            if node >= first {
+                after[(node - first) as usize] = free.len() as u32;
+                continue;
+            }
             for dof in (3 * node..3 * node + 3).chain(guests[node as usize].iter().copied()) {
                 if equation[dof as usize] != Self::FIXED {
                     equation[dof as usize] = free.len() as u32;
@@ -60,11 +76,19 @@ impl Dofs {
                 }
             }
         }
-        Self { equation, free, displacements }
+        Self { equation, free, displacements, after }
     }
 
     /// Is equation `e` one of the second field?
     pub fn is_scalar(&self, e: usize) -> bool {
         self.free[e] >= self.displacements
     }
+}
+
+/// The same order of vertices, those from `first` on being means. The last vertices of an order couple with each other anyway.
+fn means_before_the_last_nodes(order: Vec<u32>, first: u32) -> Vec<u32> {
+    let nodes = order.iter().enumerate().rev().filter(|(_, v)| **v < first);
+    let start = nodes.take(LAST).last().map_or(0, |(place, _)| place);
+    let (means, last): (Vec<u32>, Vec<u32>) = order[start..].iter().partition(|v| **v >= first);
+    [&order[..start], &means, &last].concat()
 }

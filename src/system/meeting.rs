@@ -5,7 +5,7 @@ use super::projection::project;
 use super::scatter::Scatter;
 use super::{Assembled, At, Blocks, Dofs, EvalError, Local, System, Want};
 use crate::math::linear::norm;
-use crate::math::sparse::SymPattern;
+use crate::math::low_rank::Pattern;
 use std::sync::Arc;
 
 /// What an effect couples at one state.
@@ -33,7 +33,7 @@ impl Met {
     }
 
     /// Does the pattern hold every pair of the blocks?
-    fn fits(&self, pattern: &SymPattern) -> bool {
+    fn fits(&self, pattern: &Pattern) -> bool {
         self.blocks.iter().all(|(equations, _)| pairs(equations).all(|(i, j)| pattern.slot(i, j).is_some()))
     }
 }

@@ -1,10 +1,13 @@
-//! Solution of symmetric sparse systems: LLᵀ where the matrix is positive definite, LDLᵀ where it is not; and where the factor is too
-//! large, conjugate gradients with a multigrid hierarchy ([`multigrid`](super::multigrid)) to the same residual.
+//! Solution of symmetric systems, sparse with a low-rank part ([`Pattern`]): LLᵀ where the matrix is positive definite, LDLᵀ where it is
+//! not; and where the factor is too large, conjugate gradients to the same residual, with a multigrid hierarchy
+//! ([`multigrid`](super::multigrid)) of the sparse part.
 //!
 //! The unknowns are numbered in elimination order before the matrix is assembled, so the factorisation permutes nothing. Which of
 //! the two ways is taken is decided by counts ([`Method`]), so the same matrix goes the same way everywhere. Where conjugate gradients meet
 //! negative curvature or are slow, this matrix is factorised, if [`Method::factor_memory`] allows it.
 
+mod border;
+mod bordered;
 mod direct;
 mod error;
 mod method;
@@ -14,8 +17,9 @@ pub use direct::Direct;
 pub use error::LinearError;
 pub use method::{Linear, Method};
 
+use super::low_rank::Pattern;
 use super::multigrid::Multigrid;
-use super::sparse::SymPattern;
+use bordered::Bordered;
 use method::Cost;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -30,10 +34,10 @@ enum Ready {
 
 /// Factorisation of matrices of one pattern, or what takes its place. Symbolic work is done once; buffers are reused.
 pub struct Factor {
-    pattern: Arc<SymPattern>,
+    pattern: Arc<Pattern>,
     method: Method,
     /// Unless the iterative path is taken and had no need of it
-    direct: Option<Direct>,
+    direct: Option<Bordered>,
     /// On the iterative path
     multigrid: Option<Multigrid>,
     ready: Ready,
@@ -43,9 +47,9 @@ pub struct Factor {
     try_llt: bool,
     /// [unknowns] u at the next factorisation [m]; empty at rest
     moved: Vec<f64>,
-    /// Negative pivots of the last factorisation: the number of negative eigenvalues (Sylvester's law of inertia). None are counted on
-    /// the iterative path.
-    pub negative_pivots: usize,
+    /// Negative eigenvalues of the matrix factorised last, by its negative pivots (Sylvester's law of inertia). None are counted on the
+    /// iterative path.
+    pub negative_eigenvalues: usize,
     /// Why this path was taken
     pub why: String,
     /// Numeric factorisations, or set-ups of a hierarchy, so far.
@@ -70,24 +74,24 @@ const PATIENCE: usize = 150;
 
 impl Factor {
     /// For matrices that are expected to be positive definite.
-    pub fn new(pattern: impl Into<Arc<SymPattern>>) -> Self {
+    pub fn new(pattern: impl Into<Arc<Pattern>>) -> Self {
         Self::with(pattern.into(), Method::default(), true, true)
     }
 
     /// For matrices of saddle points: LDLᵀ at once.
-    pub fn indefinite(pattern: impl Into<Arc<SymPattern>>) -> Self {
+    pub fn indefinite(pattern: impl Into<Arc<Pattern>>) -> Self {
         Self::with(pattern.into(), Method::default(), false, true)
     }
 
     /// For matrices that are expected to be positive definite, or are of saddle points, by one way or the other.
-    pub fn by(method: Method, pattern: Arc<SymPattern>, definite: bool) -> Self {
+    pub fn by(method: Method, pattern: Arc<Pattern>, definite: bool) -> Self {
         let places =
             if definite { method.places } else { method.places.and(Err("the tangent is that of a saddle point")) };
         Self::with(pattern, Method { places, ..method }, definite, true)
     }
 
     /// For another pattern of the same size, with an elimination order of its own; counts and times go on.
-    pub fn take_pattern(&mut self, pattern: &Arc<SymPattern>, in_order: bool) {
+    pub fn take_pattern(&mut self, pattern: &Arc<Pattern>, in_order: bool) {
         if Arc::ptr_eq(&self.pattern, pattern) {
             return;
         }
@@ -102,11 +106,11 @@ impl Factor {
         *self = Self { count, fallbacks, solves, gradients, solve_time, factor_time, ..other };
     }
 
-    fn with(pattern: Arc<SymPattern>, method: Method, try_llt: bool, in_order: bool) -> Self {
-        let mut direct = (!method.is_asked_for()).then(|| Direct::new(&pattern, in_order)).flatten();
+    fn with(pattern: Arc<Pattern>, method: Method, try_llt: bool, in_order: bool) -> Self {
+        let mut direct = (!method.is_asked_for()).then(|| Bordered::new(&pattern, in_order)).flatten();
         let cost = direct.as_ref().map(|d| Cost { nnz: d.nnz(), flops: d.flops(), matrix: pattern.nnz() });
         let (places, why) = method.choose(cost);
-        let multigrid = places.map(|places| Multigrid::new(pattern.clone(), places));
+        let multigrid = places.map(|places| Multigrid::new(pattern.sparse.clone(), places));
         if multigrid.is_some() {
             direct = None;
         }
@@ -119,7 +123,7 @@ impl Factor {
             in_order,
             try_llt,
             moved: Vec::new(),
-            negative_pivots: 0,
+            negative_eigenvalues: 0,
             why,
             count: 0,
             fallbacks: 0,
@@ -130,7 +134,7 @@ impl Factor {
         }
     }
 
-    pub fn pattern(&self) -> &SymPattern {
+    pub fn pattern(&self) -> &Pattern {
         &self.pattern
     }
 
@@ -153,7 +157,7 @@ impl Factor {
     pub fn nnz(&self) -> usize {
         match (&self.multigrid, &self.direct) {
             (Some(multigrid), _) => multigrid.size.entries,
-            (None, direct) => direct.as_ref().map_or(0, Direct::nnz),
+            (None, direct) => direct.as_ref().map_or(0, Bordered::nnz),
         }
     }
 
@@ -175,7 +179,7 @@ impl Factor {
     pub fn flops(&self) -> f64 {
         match (&self.multigrid, &self.direct) {
             (Some(multigrid), _) => multigrid.size.set_up,
-            (None, direct) => direct.as_ref().map_or(0.0, Direct::flops),
+            (None, direct) => direct.as_ref().map_or(0.0, Bordered::flops),
         }
     }
 
@@ -199,14 +203,14 @@ impl Factor {
     fn factorise_untimed(&mut self, values: &[f64]) -> Result<(), LinearError> {
         self.count += 1;
         self.ready = Ready::None;
-        self.negative_pivots = 0;
+        self.negative_eigenvalues = 0;
         if values.iter().any(|v| !v.is_finite()) {
             return Err(LinearError::Singular);
         }
         let Some(multigrid) = &mut self.multigrid else { return self.factorise_directly(values) };
         // What a factorisation left, which needs its memory for itself.
         self.direct = None;
-        if multigrid.set_up(values, &self.moved).is_ok() {
+        if multigrid.set_up(&values[..self.pattern.sparse.nnz()], &self.moved).is_ok() {
             self.ready = Ready::Iterative;
             return Ok(());
         }
@@ -230,7 +234,7 @@ impl Factor {
         self.ready = Ready::None;
         self.fallbacks += 1;
         self.multigrid.iter_mut().for_each(Multigrid::clear);
-        self.direct = Direct::new(&self.pattern, self.in_order);
+        self.direct = Bordered::new(&self.pattern, self.in_order);
         self.factorise_directly(values).map_err(|why| match why {
             LinearError::TooLarge { gigabytes } if indefinite => LinearError::Indefinite { gigabytes },
             LinearError::TooLarge { gigabytes } => LinearError::Slow { gigabytes },
@@ -247,7 +251,7 @@ impl Factor {
             return Err(LinearError::TooLarge { gigabytes });
         }
         if !(self.try_llt && direct.definite(&self.pattern, values)) {
-            self.negative_pivots = direct.indefinite(&self.pattern, values).map_err(|_| LinearError::Singular)?;
+            self.negative_eigenvalues = direct.indefinite(&self.pattern, values).map_err(|_| LinearError::Singular)?;
         }
         self.ready = Ready::Direct;
         Ok(())
@@ -267,6 +271,7 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::sparse::SymPattern;
 
     /// Tridiagonal (−1, d, −1): eigenvalues d − 2 cos(kπ/(n+1)).
     fn tridiagonal(n: usize, d: f64) -> (SymPattern, Vec<f64>) {
@@ -290,7 +295,7 @@ mod tests {
             factor.factorise(&values).expect("regular");
             let negative =
                 (1..=n).filter(|&k| d < 2.0 * (k as f64 * std::f64::consts::PI / (n as f64 + 1.0)).cos()).count();
-            assert_eq!(factor.negative_pivots, negative, "d = {d}");
+            assert_eq!(factor.negative_eigenvalues, negative, "d = {d}");
             factor.solve(&values, &mut b).expect("accurate");
             // Condition number below 100, so 1e-12 leaves two digits of room.
             assert!(b.iter().zip(&x).all(|(b, x)| (b - x).abs() < 1e-12), "d = {d}");

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::math::linear::{Factor, Linear, LinearError, Method, dot, norm};
+use crate::math::low_rank::Pattern;
 use crate::math::ordering::fill_reducing;
 use crate::math::pcg::{Outcome, pcg};
 use crate::math::random::SplitMix;
@@ -93,6 +94,11 @@ fn block([nx, ny, nz]: [usize; 3], nu: f64, hold: Hold) -> Body {
 }
 
 impl Body {
+    /// As the linear solver takes it
+    fn whole(&self) -> Arc<Pattern> {
+        Pattern::from((*self.pattern).clone()).into()
+    }
+
     fn hierarchy(&self) -> Multigrid {
         let mut multigrid = Multigrid::new(self.pattern.clone(), self.places.clone());
         multigrid.set_up(&self.values, &[]).expect("held bodies are stable");
@@ -252,8 +258,8 @@ fn both_paths_have_the_same_answer() {
         factor.solve(&body.values, &mut x).expect("accurate");
         (x, factor)
     };
-    let (x, direct) = solve(Factor::new(body.pattern.clone()));
-    let (y, iterative) = solve(Factor::by(body.method(1.0), body.pattern.clone(), true));
+    let (x, direct) = solve(Factor::new(body.whole()));
+    let (y, iterative) = solve(Factor::by(body.method(1.0), body.whole(), true));
     let apart: Vec<f64> = x.iter().zip(&y).map(|(x, y)| x - y).collect();
     assert!(norm(&apart) < 1e-6 * norm(&x), "{:e}", norm(&apart) / norm(&x));
     assert!(direct.counts() && !iterative.counts() && !iterative.fell_back());
@@ -273,21 +279,21 @@ fn negative_curvature_is_factorised() {
         shifted[body.pattern.col_ptr[j] as usize] *= 1.0 - 0.05;
     }
     let load = random(body.pattern.n, 5);
-    let mut direct = Factor::new(body.pattern.clone());
+    let mut direct = Factor::new(body.whole());
     direct.factorise(&shifted).expect("regular");
     let mut expected = load.clone();
     direct.solve(&shifted, &mut expected).expect("accurate");
-    assert!(direct.negative_pivots > 0);
-    let mut factor = Factor::by(body.method(1.0), body.pattern.clone(), true);
+    assert!(direct.negative_eigenvalues > 0);
+    let mut factor = Factor::by(body.method(1.0), body.whole(), true);
     factor.factorise(&shifted).expect("a hierarchy or a factor");
     let mut x = load.clone();
     factor.solve(&shifted, &mut x).expect("a factor");
     assert!(factor.fell_back() && factor.counts());
-    assert_eq!((factor.negative_pivots, factor.fallbacks), (direct.negative_pivots, 1));
+    assert_eq!((factor.negative_eigenvalues, factor.fallbacks), (direct.negative_eigenvalues, 1));
     assert_eq!(x, expected);
     factor.factorise(&body.values).expect("stable");
     assert!(!factor.fell_back());
-    let mut poor = Factor::by(body.method(1e-6), body.pattern.clone(), true);
+    let mut poor = Factor::by(body.method(1e-6), body.whole(), true);
     let result = poor.factorise(&shifted).and_then(|()| poor.solve(&shifted, &mut load.clone()));
     assert!(matches!(result, Err(LinearError::Indefinite { gigabytes }) if gigabytes > 1e-6), "{result:?}");
 }
@@ -298,7 +304,7 @@ fn the_path_is_chosen_by_counts() {
     let body = block([8, 8, 8], 0.3, Hold::Clamped);
     let by = |linear, factor_memory| {
         let method = Method { linear, ..body.method(factor_memory) };
-        let factor = Factor::by(method, body.pattern.clone(), true);
+        let factor = Factor::by(method, body.whole(), true);
         (factor.multigrid().is_some(), factor.why)
     };
     assert_eq!(by(Linear::Iterative, 1.0), (true, "asked for".into()));
@@ -307,8 +313,8 @@ fn the_path_is_chosen_by_counts() {
     assert!(!iterative && why.starts_with("a factor of 0.00"), "{why}");
     let (iterative, why) = by(Linear::Auto, 1e-3);
     assert!(iterative && why.ends_with("more than factor_memory = 0.001 GB"), "{why}");
-    let saddle = Factor::by(body.method(1.0), body.pattern.clone(), false);
+    let saddle = Factor::by(body.method(1.0), body.whole(), false);
     assert!(saddle.multigrid().is_none() && saddle.why.contains("saddle point"), "{}", saddle.why);
-    let mut large = Factor::by(Method { linear: Linear::Direct, ..body.method(1e-3) }, body.pattern.clone(), true);
+    let mut large = Factor::by(Method { linear: Linear::Direct, ..body.method(1e-3) }, body.whole(), true);
     assert!(matches!(large.factorise(&body.values), Err(LinearError::TooLarge { gigabytes }) if gigabytes > 1e-3));
 }
