@@ -31,7 +31,7 @@ impl Default for NewtonSettings {
             max_iterations: 30,
             line_search: true,
             reuse_factor: true,
-            keep_from: 6.0,
+            keep_from: 4.0,
             projection: false,
         }
     }
