@@ -144,7 +144,6 @@ impl Scene {
             matches!(status, Status::StepTooSmall { .. } | Status::Inverted { .. } | Status::NoEquilibrium { .. });
         let pulling = stuck.then(|| pulling(&self.cables, &course.state));
         let Newton { factor, sums, assembly_time, .. } = &stepper.newton;
-        let factor = factor;
         Run {
             columns: self.columns(),
             written: self.written(&course.rows),
