@@ -1,4 +1,5 @@
-//! Points that may touch, each as a plane: for a loop that looks at the obstacles between its steps, and not within them.
+//! Points that may touch, each as a plane, and whose forces can be given from outside: for corrections, which take contact out of the
+//! equilibrium and put its forces back.
 
 use super::System;
 use crate::math::tensor::Vec3;
