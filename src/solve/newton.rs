@@ -124,7 +124,7 @@ impl Newton {
         let system = step.system;
         if self.corrects(step) {
             let mut trial = next.clone();
-            if let Ok(solved) = self.correct_repeatedly(step, &mut trial) {
+            if let Some(solved) = self.correct_repeatedly(step, &mut trial) {
                 *next = trial;
                 return Ok(solved);
             }
