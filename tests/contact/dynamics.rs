@@ -44,6 +44,8 @@ region = "body"
             "{response} {mu}: {} iterations in {} steps, {} cuts",
             run.totals.iterations, run.totals.steps, run.totals.cuts
         );
+        // Repeated corrections take one or two iterations a step, Newton's method with its symmetric tangent more than two.
+        assert!(response != "multiplier" || run.totals.iterations <= 120, "{mu}: {} iterations", run.totals.iterations);
         column(&run, "body_x_m")
     };
     for response in RESPONSES {
