@@ -156,5 +156,8 @@ fn the_memory_decides() {
     let told = run.status.to_string();
     assert!(matches!(run.status, Status::StepTooSmall { .. }), "{told}");
     assert!(told.contains("more than factor_memory") && told.contains("raise numerics.factor_memory"), "{told}");
-    assert_eq!(run.linear.why, "a mixed formulation has pressures beside the displacements");
+    assert_eq!(
+        run.linear.why,
+        "pressures of a mixed formulation or multipliers of a contact stand beside the displacements"
+    );
 }

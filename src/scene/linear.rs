@@ -82,7 +82,7 @@ impl Scene {
     /// Why its tangents are not ones for the iterative path.
     fn against_iterations(&self) -> Option<&'static str> {
         if self.system.scalar_equations() > 0 {
-            Some("a mixed formulation has pressures beside the displacements")
+            Some("pressures of a mixed formulation or multipliers of a contact stand beside the displacements")
         } else if self.points.len() > self.body.mesh.points.len() {
             Some("the nodes of a rigid body are not those of a mesh")
         } else if self.spans.iter().any(|s| matches!(s.integrator, Integrator::ArcLength { .. })) {
