@@ -38,7 +38,7 @@ impl Scene {
     ) -> Result<(Run, Slopes), SensitivityError> {
         let mut recorder = Recorder::new(self, constants)?;
         let run = self.follow(Steering::default(), watch, states, Some(&mut recorder));
-        let factor = recorder.sensitivity.solver.factor;
+        let factor = &recorder.sensitivity.solver.factor;
         let (factorisations, solves) = (factor.count, factor.solves);
         Ok((run, Slopes { factorisations, solves, ..recorder.slopes }))
     }
