@@ -14,7 +14,7 @@ use durometer::math::tensor::Vec3;
 use durometer::mesh::element::CELL_FACES;
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, Region, TetMesh};
-use durometer::scene::{Body, Course, Run, Scene, Steering, read_scene};
+use durometer::scene::{Body, Checkpoint, Run, RunOptions, Scene, read_scene};
 use durometer::solve::Status;
 use durometer::system::{At, Local, Rates, Want};
 use std::collections::{BTreeMap, BTreeSet};
@@ -199,7 +199,7 @@ fn friction_balances() {
     for _ in 0..20 {
         let mesh = two_cells(&mut random, Order::Linear);
         let pressed = Arc::new(pressed(&mesh, 0.6));
-        let law = Coulomb { coefficient: 0.4, creep: 1e-3, slip: 1e-3 };
+        let law = Coulomb { coefficient: 0.4, stick_velocity: 1e-3, slip: 1e-3 };
         let friction = SurfaceFriction::new("f".into(), pressed.clone(), law);
         let x = random.vector(3 * mesh.points.len(), 0.02);
         let old = random.vector(3 * mesh.points.len(), 0.02);
@@ -690,14 +690,14 @@ fn a_restart_has_the_bits_of_the_whole_run() {
     let scene = squeezed([2, 2, 2], [3, 3, 2], "tet4", "");
     let whole = common::run(&scene);
     let mut courses = Vec::new();
-    let mut saved = |course: &Course, _: &str| courses.push(course.clone());
+    let mut saved = |checkpoint: &Checkpoint, _: &str| courses.push(checkpoint.clone());
     let at = whole.rows.iter().map(|row| row[0]).collect();
-    let steering = Steering { at, saved: Some(&mut saved), ..Steering::default() };
-    scene.steer(steering, &mut |_| true, &mut |_| {});
+    let options = RunOptions { at, saved: Some(&mut saved), ..RunOptions::default() };
+    scene.steer(options, &mut |_| true, &mut |_| {});
     assert_eq!(courses.len(), whole.rows.len());
     for from in courses {
-        let steering = Steering { from: Some(from), ..Steering::default() };
-        let again = scene.steer(steering, &mut |_| true, &mut |_| {});
+        let options = RunOptions { from: Some(from), ..RunOptions::default() };
+        let again = scene.steer(options, &mut |_| true, &mut |_| {});
         let bits = |run: &Run| run.last.x.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
         assert!(again.status == Status::Converged && bits(&again) == bits(&whole));
         assert_eq!(again.rows, whole.rows);

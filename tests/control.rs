@@ -6,7 +6,7 @@ use common::{column, run, scene};
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
 use durometer::scene::control::{ControlError, Controller, Opening, Reply, Seen};
-use durometer::scene::{Course, CourseError, Run, Scene, Steering};
+use durometer::scene::{Checkpoint, CheckpointError, Run, RunOptions, Scene};
 use durometer::solve::Status;
 use serde_json::json;
 use std::path::PathBuf;
@@ -141,23 +141,23 @@ fn restarted_everywhere(scene: &Scene) -> Run {
     assert_eq!(whole.status, Status::Converged, "{}", whole.status);
     let folder = tempfile::tempdir().expect("a temporary folder");
     let mut files: Vec<PathBuf> = Vec::new();
-    let mut saved = |course: &Course, label: &str| {
+    let mut saved = |checkpoint: &Checkpoint, label: &str| {
         let file = folder.path().join(format!("{label}.state"));
-        course.write(&file, scene).expect("writable");
+        checkpoint.write(&file, scene).expect("writable");
         files.push(file);
     };
     let at: Vec<f64> = whole.rows.iter().map(|row| row[0]).filter(|t| on_grid(*t)).collect();
     let (points, mut count) = (at.len(), 0);
-    let steering = Steering { at, at_end: true, saved: Some(&mut saved), ..Steering::default() };
+    let options = RunOptions { at, at_end: true, saved: Some(&mut saved), ..RunOptions::default() };
     // To save a state changes nothing.
-    assert_eq!(bits(&scene.steer(steering, &mut |_| true, &mut |_| count += 1)), bits(&whole));
+    assert_eq!(bits(&scene.steer(options, &mut |_| true, &mut |_| count += 1)), bits(&whole));
     assert_eq!(count, points);
     assert_eq!(files.len(), points + 1, "each point of the grid, and the end");
     for file in &files {
-        let from = Course::read(file, scene).unwrap_or_else(|e| panic!("{e}"));
+        let from = Checkpoint::read(file, scene).unwrap_or_else(|e| panic!("{e}"));
         let mut seen = whole.rows[..from.recorded()].iter().filter(|row| on_grid(row[0])).count();
-        let steering = Steering { from: Some(from), ..Steering::default() };
-        let again = scene.steer(steering, &mut |_| true, &mut |_| seen += 1);
+        let options = RunOptions { from: Some(from), ..RunOptions::default() };
+        let again = scene.steer(options, &mut |_| true, &mut |_| seen += 1);
         assert_eq!(again.status, Status::Converged);
         assert!(bits(&again) == bits(&whole), "{}", file.display());
         assert_eq!((again.events, again.totals, again.peak), (whole.events.clone(), whole.totals, whole.peak.clone()));
@@ -173,15 +173,15 @@ fn an_interrupted_run_can_be_continued() {
     let scene = pulled(r#"{ length = { kind = "ramp", from = "0 mm", to = "4 mm", end = "1 s" } }"#, "");
     let whole = run(&scene);
     let mut kept = None;
-    let mut saved = |course: &Course, label: &str| {
+    let mut saved = |checkpoint: &Checkpoint, label: &str| {
         assert_eq!(label, "end");
-        kept = Some(course.clone());
+        kept = Some(checkpoint.clone());
     };
-    let steering = Steering { at_end: true, saved: Some(&mut saved), ..Steering::default() };
-    let cut = scene.steer(steering, &mut |progress| progress.t < 0.55, &mut |_| {});
+    let options = RunOptions { at_end: true, saved: Some(&mut saved), ..RunOptions::default() };
+    let cut = scene.steer(options, &mut |progress| progress.t < 0.55, &mut |_| {});
     assert_eq!(cut.status.name(), "Interrupted");
-    let steering = Steering { from: kept, ..Steering::default() };
-    let again = scene.steer(steering, &mut |_| true, &mut |_| {});
+    let options = RunOptions { from: kept, ..RunOptions::default() };
+    let again = scene.steer(options, &mut |_| true, &mut |_| {});
     assert!(again.status == Status::Converged && bits(&again) == bits(&whole));
 }
 
@@ -190,15 +190,15 @@ fn a_state_of_another_scene_is_refused() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = folder.path().join("a.state");
     let scene = pulled("{ length = \"1 mm\" }", "");
-    let mut saved = |course: &Course, _: &str| course.write(&file, &scene).expect("writable");
-    let steering = Steering { at: vec![0.5], saved: Some(&mut saved), ..Steering::default() };
-    scene.steer(steering, &mut |_| true, &mut |_| {});
+    let mut saved = |checkpoint: &Checkpoint, _: &str| checkpoint.write(&file, &scene).expect("writable");
+    let options = RunOptions { at: vec![0.5], saved: Some(&mut saved), ..RunOptions::default() };
+    scene.steer(options, &mut |_| true, &mut |_| {});
     let other = pulled("{ length = \"2 mm\" }", "");
-    let error = Course::read(&file, &other).expect_err("another scene").to_string();
+    let error = Checkpoint::read(&file, &other).expect_err("another scene").to_string();
     assert!(error.contains("saved of another scene; restart it with the one it belongs to"), "{error}");
     // Numerics may differ: a run that was stuck goes on with more patience.
     let patient = pulled("{ length = \"1 mm\" }", "[numerics]\ncuts = 20\n");
-    assert!(Course::read(&file, &patient).is_ok());
+    assert!(Checkpoint::read(&file, &patient).is_ok());
     let bytes = std::fs::read(&file).expect("just written");
     let mut flipped = bytes.clone();
     *flipped.last_mut().expect("bytes") ^= 1;
@@ -206,10 +206,10 @@ fn a_state_of_another_scene_is_refused() {
         [(flipped.as_slice(), "damaged"), (&bytes[..bytes.len() - 8], "damaged"), (b"{}\n", "no saved state")]
     {
         std::fs::write(&file, broken).expect("writable");
-        let error = Course::read(&file, &scene).expect_err(says).to_string();
+        let error = Checkpoint::read(&file, &scene).expect_err(says).to_string();
         assert!(error.contains(says), "{error}");
     }
-    assert!(matches!(Course::read(&folder.path().join("none"), &scene), Err(CourseError::Unreadable { .. })));
+    assert!(matches!(Checkpoint::read(&folder.path().join("none"), &scene), Err(CheckpointError::Unreadable { .. })));
 }
 
 /// A formula in t is the function that it says; one in a column is that of the row before, and t that of the row itself.
@@ -329,10 +329,10 @@ fn slack_and_time_repeat_as_they_are_told() {
     ]
     .concat();
     let mut labels = Vec::new();
-    let mut saved = |_: &Course, label: &str| labels.push(label.to_string());
-    let steering = Steering { saved: Some(&mut saved), ..Steering::default() };
+    let mut saved = |_: &Checkpoint, label: &str| labels.push(label.to_string());
+    let options = RunOptions { saved: Some(&mut saved), ..RunOptions::default() };
     let scene = pulled(drive, &events);
-    let result = scene.steer(steering, &mut |_| true, &mut |_| {});
+    let result = scene.steer(options, &mut |_| true, &mut |_| {});
     let tension = column(&result, "cable_tension_N");
     let becomes_slack: Vec<f64> =
         (1..tension.len()).filter(|&k| tension[k] <= 0.0 && tension[k - 1] > 0.0).map(|k| result.rows[k][0]).collect();
@@ -447,16 +447,16 @@ fn a_controller_reaches_its_goal_and_survives_a_restart() {
     let scene = bar(&text.replace("duration = \"1 s\"", "duration = \"4 s\""));
     let mut pi = Pi::default();
     let mut middle = None;
-    let mut saved = |course: &Course, _: &str| middle = Some(course.clone());
-    let steering =
-        Steering { controller: Some(&mut pi), at: vec![1.5], saved: Some(&mut saved), ..Steering::default() };
-    let whole = scene.steer(steering, &mut |_| true, &mut |_| {});
+    let mut saved = |checkpoint: &Checkpoint, _: &str| middle = Some(checkpoint.clone());
+    let options =
+        RunOptions { controller: Some(&mut pi), at: vec![1.5], saved: Some(&mut saved), ..RunOptions::default() };
+    let whole = scene.steer(options, &mut |_| true, &mut |_| {});
     let x = column(&whole, "xmax_x_m");
     assert!((x[0] - 0.04).abs() < 1e-12 && (x[40] - 0.0394).abs() < 2e-5, "{x:?}");
     assert_eq!(pi.ended.as_deref(), Some("Converged at 4"));
     let mut pi = Pi::default();
-    let steering = Steering { from: middle, controller: Some(&mut pi), ..Steering::default() };
-    let again = scene.steer(steering, &mut |_| true, &mut |_| {});
+    let options = RunOptions { from: middle, controller: Some(&mut pi), ..RunOptions::default() };
+    let again = scene.steer(options, &mut |_| true, &mut |_| {});
     assert_eq!(pi.begun_at, whole.rows[15][0]);
     assert!(bits(&again) == bits(&whole));
 }

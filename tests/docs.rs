@@ -155,7 +155,7 @@ fn the_guide_names_every_key_of_a_scene_and_a_study() {
     assert_eq!(missing(cable), Vec::<String>::new(), "not in docs/guide.md");
     let types = ["ContactSpec", "MotionSpec", "TurningSpec", "ResponseSpec"];
     let contact = keys_of(&text("src/scene/contact_spec.rs"), &types);
-    assert!(["multiplier", "creep", "about"].iter().all(|key| contact.contains(*key)), "{contact:?}");
+    assert!(["multiplier", "stick_velocity", "about"].iter().all(|key| contact.contains(*key)), "{contact:?}");
     assert_eq!(missing(contact), Vec::<String>::new(), "not in docs/guide.md");
     let rigid = keys_of(&text("src/scene/rigid.rs"), &["RigidSpec", "WeightSpec"]);
     assert!(rigid.contains("spin"), "{rigid:?}");

@@ -396,7 +396,7 @@ fn energy_belongs_to_the_residual() {
                 let label = format!("{name}: effect {e} {}, block {b}", effect.name());
                 let now = with_at(integrator, &past, &x, |at| eval(effect, at, b, Want::Residual));
                 match effect.role() {
-                    Role::Stored | Role::Touching | Role::Load => {
+                    Role::Stored | Role::Contact | Role::Load => {
                         let s = if effect.role() == Role::Load { effect.intensity(TIME.into()) } else { 1.0 };
                         assert!(s > 0.0, "{label}: a load of no intensity tests nothing");
                         let energy = difference(|h| {

@@ -10,7 +10,7 @@ use durometer::math::lanes::LANES;
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
 use durometer::scene::overrides::parse;
-use durometer::scene::{Body, Course, Run, Scene, Steering, read_scene};
+use durometer::scene::{Body, Checkpoint, Run, RunOptions, Scene, read_scene};
 use durometer::solve::Status;
 use durometer::system::{At, Batch, Effect, Local, Rates};
 use std::path::Path;
@@ -74,7 +74,7 @@ fn run(study: &str, changes: &[&str]) -> Run {
 }
 
 const TIGHT: &str = "numerics.tolerance=1e-11";
-const KEEP: &str = "numerics.keep_from=0";
+const KEEP: &str = "numerics.reuse_threshold=0";
 const FRESH: &str = "numerics.reuse_factor=false";
 
 /// Study, and changes that make it short.
@@ -164,7 +164,7 @@ tolerance = 1e-11
         assert_eq!(run.status, Status::Converged, "{changes}");
         run
     };
-    let (kept, price, fresh) = (run("keep_from = 0"), run("keep_from = 1e9"), run("reuse_factor = false"));
+    let (kept, price, fresh) = (run("reuse_threshold = 0"), run("reuse_threshold = 1e9"), run("reuse_factor = false"));
     assert!(column(&fresh, "top_force_z_N").iter().any(|f| *f < -0.01), "they met");
     let size = fresh.last.x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     for other in [&kept, &price] {
@@ -181,11 +181,11 @@ fn a_restart_keeps_the_factor() {
     let scene = scene("finger-convergence", &[KEEP, "stage.0.duration=\"0.4 s\""]);
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = folder.path().join("middle.state");
-    let mut saved = |course: &Course, _: &str| course.write(&file, &scene).expect("writable");
-    let steering = Steering { at: vec![0.2], saved: Some(&mut saved), ..Steering::default() };
-    let whole = scene.steer(steering, &mut |_| true, &mut |_| {});
-    let from = Course::read(&file, &scene).unwrap_or_else(|e| panic!("{e}"));
-    let part = scene.steer(Steering { from: Some(from), ..Steering::default() }, &mut |_| true, &mut |_| {});
+    let mut saved = |checkpoint: &Checkpoint, _: &str| checkpoint.write(&file, &scene).expect("writable");
+    let options = RunOptions { at: vec![0.2], saved: Some(&mut saved), ..RunOptions::default() };
+    let whole = scene.steer(options, &mut |_| true, &mut |_| {});
+    let from = Checkpoint::read(&file, &scene).unwrap_or_else(|e| panic!("{e}"));
+    let part = scene.steer(RunOptions { from: Some(from), ..RunOptions::default() }, &mut |_| true, &mut |_| {});
     assert_eq!(whole.last, part.last);
     assert_eq!(whole.rows, part.rows);
 }

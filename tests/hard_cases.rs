@@ -7,9 +7,9 @@ use durometer::report::store::{self, Store};
 use durometer::scene::{Body, Progress, Run, Scene, from_text};
 use durometer::solve::Status;
 use durometer::study::record::CaseRecord;
+use durometer::study::robustness::{Analysis, Outcome, analyse};
 use durometer::study::runner::{self, Options, Watch};
 use durometer::study::spec::{Case, Study};
-use durometer::study::stability::{Analysis, Outcome, analyse};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -65,7 +65,7 @@ fn the_quick_half_is_right() {
 /// largest, which in slender bodies are 10³ times the load: 1e-5 of the largest value of the same unit. 30 s.
 #[test]
 fn the_fast_path_gives_what_the_slow_one_does() {
-    let fast = stored(&quick(&[("numerics.keep_from", Value::Integer(0))]), None);
+    let fast = stored(&quick(&[("numerics.reuse_threshold", Value::Integer(0))]), None);
     let slow = stored(&quick(&[("numerics.reuse_factor", Value::Boolean(false))]), None);
     assert!(fast.cases.len() == slow.cases.len() && fast.cases.len() >= 150, "{} cases", fast.cases.len());
     let mut kept = 0;

@@ -5,7 +5,7 @@ mod common;
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
 use durometer::scene::overrides::parse;
-use durometer::scene::{Body, Course, Run, Scene, Steering, read_scene};
+use durometer::scene::{Body, Checkpoint, Run, RunOptions, Scene, read_scene};
 use durometer::solve::Status;
 use std::path::Path;
 
@@ -37,7 +37,7 @@ fn scenes_have_the_same_states_on_both_paths() {
     for (study, changes) in scenes {
         let tight = [changes, &["numerics.tolerance=1e-11"]].concat();
         let direct = go(&scene(study, &tight));
-        for keep in ["numerics.keep_from=0", "numerics.keep_from=1e9"] {
+        for keep in ["numerics.reuse_threshold=0", "numerics.reuse_threshold=1e9"] {
             let iterative = go(&scene(study, &[&tight[..], &[ITERATIVE, keep]].concat()));
             let size = direct.peak.x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
             let apart = iterative.last.x.iter().zip(&direct.last.x).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
@@ -67,7 +67,7 @@ fn near_incompressibility_costs_iterations() {
             "mesh.element=\"tet4\"",
             "effect.elastic.formulation=\"displacement\"",
             "stage.0.duration=\"0.25 s\"",
-            "numerics.keep_from=1e9",
+            "numerics.reuse_threshold=1e9",
             ITERATIVE,
         ];
         let run = go(&scene("finger-gravity", &[&changes[..], &[nu]].concat()));
@@ -83,14 +83,14 @@ fn near_incompressibility_costs_iterations() {
 /// A state that is saved and read again, and any number of threads, lead to the same bits.
 #[test]
 fn bits_do_not_depend_on_restarts_or_threads() {
-    let scene = scene("finger-convergence", &[ITERATIVE, "numerics.keep_from=0", "stage.0.duration=\"0.4 s\""]);
+    let scene = scene("finger-convergence", &[ITERATIVE, "numerics.reuse_threshold=0", "stage.0.duration=\"0.4 s\""]);
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = folder.path().join("middle.state");
-    let mut saved = |course: &Course, _: &str| course.write(&file, &scene).expect("writable");
-    let steering = Steering { at: vec![0.2], saved: Some(&mut saved), ..Steering::default() };
-    let whole = scene.steer(steering, &mut |_| true, &mut |_| {});
-    let from = Course::read(&file, &scene).unwrap_or_else(|e| panic!("{e}"));
-    let part = scene.steer(Steering { from: Some(from), ..Steering::default() }, &mut |_| true, &mut |_| {});
+    let mut saved = |checkpoint: &Checkpoint, _: &str| checkpoint.write(&file, &scene).expect("writable");
+    let options = RunOptions { at: vec![0.2], saved: Some(&mut saved), ..RunOptions::default() };
+    let whole = scene.steer(options, &mut |_| true, &mut |_| {});
+    let from = Checkpoint::read(&file, &scene).unwrap_or_else(|e| panic!("{e}"));
+    let part = scene.steer(RunOptions { from: Some(from), ..RunOptions::default() }, &mut |_| true, &mut |_| {});
     assert_eq!(whole.last, part.last);
     assert_eq!(whole.rows, part.rows);
     for threads in [1, 3] {

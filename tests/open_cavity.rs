@@ -384,7 +384,7 @@ fn derivatives_see_the_skew_part() {
     let numerics = "[numerics]\ntolerance = 1e-12\nreuse_factor = false\n[laws.rubber]\n";
     let build =
         |law: &toml::Table| scene(beam(), &format!("{rest}{numerics}{}", toml::to_string(law).expect("a table")));
-    println!("worst {:.1e}", common::slopes::check("open cavity", &law, &build));
+    println!("worst {:.1e}", common::sensitivities::check("open cavity", &law, &build));
 }
 
 /// A row beside it: the tension that a length of cable asks for, prescribed as a load, gives the same state.

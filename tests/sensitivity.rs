@@ -1,9 +1,9 @@
 //! Derivatives of what a static scene records by the constants of its laws: closed forms, and differences of whole runs
-//! (`common/slopes.rs`).
+//! (`common/sensitivities.rs`).
 
 mod common;
 
-use common::{column, example_table, slopes};
+use common::{column, example_table, sensitivities};
 use durometer::material::LAWS;
 use durometer::scene::{Body, Scene, from_text};
 use std::path::{Path, PathBuf};
@@ -78,7 +78,7 @@ fn body() -> Arc<Body> {
 /// Every constant of the table against differences of runs; the largest error.
 fn check(formulation: &str, drive: &str, table: &Table, body: &Arc<Body>) -> f64 {
     let label = format!("{} {formulation}", table["law"]);
-    slopes::check(&label, table, &|table| build(&text(formulation, drive, table), body))
+    sensitivities::check(&label, table, &|table| build(&text(formulation, drive, table), body))
 }
 
 /// Every constant of every law through the finger: gravity, cable under length control, reactions.
@@ -123,11 +123,11 @@ fn length_control_hides_the_stiffness() {
     for formulation in ["displacement", "mixed"] {
         let text = text(formulation, LENGTH, &example_table("neo_hookean")).replace("9.81 m/s^2", "0 m/s^2");
         let scene = build(&text, &body);
-        let (run, slopes) = slopes::slopes(&scene, &["E".into(), "nu".into()]);
-        let last = slopes.rows.last().expect("a row");
+        let (run, sensitivities) = sensitivities::sensitivities(&scene, &["E".into(), "nu".into()]);
+        let last = sensitivities.rows.last().expect("a row");
         // Value, and E/value times its derivative by E
         let relative = |name: &str| {
-            let k = slopes.columns.iter().position(|c| c == name).unwrap_or_else(|| panic!("no {name}"));
+            let k = sensitivities.columns.iter().position(|c| c == name).unwrap_or_else(|| panic!("no {name}"));
             let value = *column(&run, name).last().expect("a row");
             (value, last[k][0] * 100e3 / value)
         };
@@ -144,8 +144,8 @@ fn simulate(text: &str, slope: &str) -> (Option<i32>, String, String) {
     std::fs::write(&file, text).expect("a temporary file");
     let mut command = Command::new(env!("CARGO_BIN_EXE_durometer"));
     command.current_dir(env!("CARGO_MANIFEST_DIR")).arg("simulate").arg(&file).arg("--out").arg(folder.path());
-    let output = command.args(["--slope", slope]).output().expect("the program starts");
-    let table = std::fs::read_to_string(folder.path().join("scene.slopes.csv")).unwrap_or_default();
+    let output = command.args(["--sensitivity", slope]).output().expect("the program starts");
+    let table = std::fs::read_to_string(folder.path().join("scene.sensitivities.csv")).unwrap_or_default();
     (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned(), table)
 }
 

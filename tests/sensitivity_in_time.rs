@@ -1,11 +1,11 @@
 //! Derivatives by the constants of laws through time steps: every law, formulation and integrator, cables, what relaxes and
-//! what damps, on blocks of 18 cells, every row against differences of whole runs (`common/slopes.rs`). The beams bend easily
+//! what damps, on blocks of 18 cells, every row against differences of whole runs (`common/sensitivities.rs`). The beams bend easily
 //! beside the block forces that the residual is compared with, so the runs take full Newton steps, whose last one leaves far
 //! less than the tolerance.
 
 mod common;
 
-use common::slopes::{check, slopes};
+use common::sensitivities::{check, sensitivities};
 use common::{column, example_table};
 use durometer::material::LAWS;
 use durometer::mesh::Order;
@@ -215,17 +215,17 @@ damping = "0.02 N s/m"
 #[test]
 fn what_the_derivatives_cost() {
     let keys: Vec<String> = ["C10", "C20", "C30", "nu"].map(String::from).to_vec();
-    let (run, cost) = slopes(&beam(LENGTH, &[("\"bdf2\"", 6)]).build(&by_nu("yeoh")), &keys);
+    let (run, cost) = sensitivities(&beam(LENGTH, &[("\"bdf2\"", 6)]).build(&by_nu("yeoh")), &keys);
     assert_eq!((run.totals.steps, cost.factorisations, cost.solves), (6, 6, 6 * (4 + 1)));
     assert!(cost.solves * 2 <= 3 * keys.len() * run.totals.steps, "1.5 solves for each constant");
 
     let constant = LENGTH.replace("length", "tension").replace("3 mm", "0 N").replace("0 mm", "0 N");
     let linear = Beam { drive: constant.leak(), ..beam(LENGTH, &[(STATIC, 4)]) }.build(&example_table("linear"));
-    let (_, cost) = slopes(&linear, &["E".into(), "nu".into()]);
+    let (_, cost) = sensitivities(&linear, &["E".into(), "nu".into()]);
     assert_eq!((cost.factorisations, cost.solves), (1, 4 * 2));
 }
 
-/// A run that is stopped, and one that cannot go on, have slopes for the rows there are.
+/// A run that is stopped, and one that cannot go on, have sensitivities for the rows there are.
 #[test]
 fn rows_so_far() {
     let constants: Vec<Constant> = vec!["laws.rubber.mu".parse().expect("a name")];
@@ -233,16 +233,16 @@ fn rows_so_far() {
     law.remove("E");
     law.insert("mu".into(), "30 kPa".into());
     let scene = beam(LENGTH, &[("\"bdf2\"", 6)]).build(&law);
-    let found = scene.run_with_slopes(&constants, &mut |p| p.t < 0.014, &mut |_| {});
+    let found = scene.run_with_sensitivities(&constants, &mut |p| p.t < 0.014, &mut |_| {});
     let (run, cut) = found.unwrap_or_else(|e| panic!("{e}"));
     assert!(matches!(run.status, Status::Interrupted { .. }), "{}", run.status);
     assert_eq!((run.rows.len(), cut.rows.len(), &cut.stopped), (4, 4, &None));
-    let found = scene.run_with_slopes(&constants, &mut |_| true, &mut |_| {});
+    let found = scene.run_with_sensitivities(&constants, &mut |_| true, &mut |_| {});
     let (_, whole) = found.unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(whole.rows[..4], cut.rows[..], "the same bits");
 
     const FAR: &str = r#"{ length = { kind = "ramp", from = "0 mm", to = "33 mm", end = "20 ms" } }"#;
-    let found = beam(FAR, &[(STATIC, 4)]).build(&law).run_with_slopes(&constants, &mut |_| true, &mut |_| {});
+    let found = beam(FAR, &[(STATIC, 4)]).build(&law).run_with_sensitivities(&constants, &mut |_| true, &mut |_| {});
     let (run, cut) = found.unwrap_or_else(|e| panic!("{e}"));
     assert_ne!(run.status, Status::Converged);
     assert!(cut.rows.len() == run.rows.len() && cut.stopped.is_none(), "{} rows", cut.rows.len());

@@ -1,4 +1,4 @@
-//! Viscoelastic overstress: relaxation, creep, storage and loss moduli, order in time, rotation, energy, cut steps.
+//! Viscoelastic overstress: relaxation, stick_velocity, storage and loss moduli, order in time, rotation, energy, cut steps.
 //!
 //! Closed forms for G(t) = G∞ + Σ β_α G∞ e^{−t/τ_α}. The recursion treats a jump within a step of length Δt as one at the
 //! middle of the step, exactly: e^{−(t − Δt/2)/τ}.
@@ -229,7 +229,7 @@ fn a_superposed_rotation_turns_the_stress_with_it() {
     }
 }
 
-/// Small-strain creep under a traction σ that jumps: ε = σ[1/9κ + J(t)/3], J(t) = (1/G∞)[1 − β/(1 + β) e^{−t/τ(1+β)}] for one
+/// Small-strain stick_velocity under a traction σ that jumps: ε = σ[1/9κ + J(t)/3], J(t) = (1/G∞)[1 − β/(1 + β) e^{−t/τ(1+β)}] for one
 /// arm, quasi-static under implicit Euler. σ = 1e-5 E; Δt = τ/100, jump at Δt/2: (Δt/τ)² and σ/E are below 1e-4.
 #[test]
 fn a_loaded_block_creeps() {
@@ -261,7 +261,7 @@ fn a_loaded_block_creeps() {
         true
     });
     assert_eq!(status, Status::Converged);
-    println!("creep: off by {worst:.1e} at most");
+    println!("stick_velocity: off by {worst:.1e} at most");
     assert!(worst <= 2e-4, "{worst:e}");
 }
 

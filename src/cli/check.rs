@@ -1,7 +1,7 @@
 //! `durometer check FILE`
 
 use super::{Outcome, files};
-use durometer::mesh::generate::Workshop;
+use durometer::mesh::generate::MeshStore;
 use durometer::scene::protocol::extremes;
 use durometer::scene::spec::{ConstraintSpec, EffectSpec};
 use durometer::scene::{Body, Scene, SceneSpec, read_scene};
@@ -161,7 +161,7 @@ fn describe(scene: &Scene) {
     if let Some(why) = &scene.no_limit {
         println!("note         {why}: the answer has no limit as h → 0, a convergence study refuses its verdict");
     }
-    if Workshop::find().is_err() {
+    if MeshStore::find().is_err() {
         println!("note         no project folder is found: only scenes with a mesh file can be run from here");
     }
 }

@@ -1,7 +1,7 @@
 //! `durometer doctor`
 
 use super::Outcome;
-use durometer::mesh::generate::Workshop;
+use durometer::mesh::generate::MeshStore;
 use std::process::ExitCode;
 
 /// Say what is missing on this machine, with the exact commands
@@ -21,13 +21,13 @@ pub struct Args {
 }
 
 pub fn main(args: Args) -> Outcome {
-    let mut workshop = Workshop::find()?;
+    let mut store = MeshStore::find()?;
     if args.setup {
-        workshop.setup_environment(&mut |line| eprintln!("{line}"))?;
-        workshop = Workshop::find()?;
+        store.setup_environment(&mut |line| eprintln!("{line}"))?;
+        store = MeshStore::find()?;
     }
     let mut sound = true;
-    for check in workshop.diagnose() {
+    for check in store.diagnose() {
         let mark = match (check.ok, check.optional) {
             (true, _) => "ok     ",
             (false, true) => "absent ",

@@ -1,6 +1,6 @@
 //! Which file a name on the command line stands for.
 
-use durometer::mesh::generate::Workshop;
+use durometer::mesh::generate::MeshStore;
 use durometer::scene::{hint, read_table};
 use std::path::{Path, PathBuf};
 
@@ -12,7 +12,7 @@ pub fn find(name: &Path, file: &str) -> Result<PathBuf, String> {
     if name.join(file).is_file() {
         return Ok(name.join(file));
     }
-    let studies = Workshop::find().map(|w| w.home.join("studies")).unwrap_or_else(|_| "studies".into());
+    let studies = MeshStore::find().map(|w| w.home.join("studies")).unwrap_or_else(|_| "studies".into());
     let known = studies.join(name).join(file);
     if known.is_file() {
         return Ok(known);

@@ -1,7 +1,7 @@
 //! `durometer mesh FILE`
 
 use super::{Outcome, files};
-use durometer::mesh::generate::Workshop;
+use durometer::mesh::generate::MeshStore;
 use durometer::scene::{Body, read_scene, request};
 use durometer::study::spec::Study;
 use std::path::PathBuf;
@@ -44,7 +44,7 @@ pub fn main(args: Args) -> Outcome {
         }
         seen.push(key);
         if args.keep && spec.grid.is_none() {
-            Workshop::find()?.commit(&request(&file, &spec)?, &mut |line| eprintln!("{line}"))?;
+            MeshStore::find()?.commit(&request(&file, &spec)?, &mut |line| eprintln!("{line}"))?;
         }
         let body = Body::load(&file, &spec, &mut |line| eprintln!("{line}"))?;
         let (mesh, quality) = (&body.mesh, body.mesh.quality());

@@ -5,7 +5,7 @@ use durometer::math::units::{self, Dimension};
 use durometer::scene::control::Controller;
 use durometer::scene::control::process::Process;
 use durometer::scene::output::ScheduleSpec;
-use durometer::scene::{Body, Constant, Course, CourseError, Scene, Steering, read_scene};
+use durometer::scene::{Body, Checkpoint, CheckpointError, Constant, RunOptions, Scene, read_scene};
 use durometer::solve::Status;
 use durometer::study::fields::{Fields, USUAL};
 use durometer::study::locking::REMEDY;
@@ -36,7 +36,7 @@ Examples:
   durometer simulate my-scene.toml --save-state \"0.5 s\" --save-state end
   durometer simulate my-scene.toml --restart reports/simulate/my-scene-0.5s.state
   durometer simulate my-scene.toml --controller \"python3 studies/finger-control/pi.py 30\"
-  durometer simulate finger-convergence --slope laws.rubber.mu --slope laws.rubber.nu
+  durometer simulate finger-convergence --sensitivity laws.rubber.mu --sensitivity laws.rubber.nu
 
 In --set a step into a list is its index from 0, or the name or kind of an entry.
 Exit codes: 0 converged, 2 bad input, 3 the run did not complete.")]
@@ -52,10 +52,10 @@ pub struct Args {
     /// Write displacement and stretch at every step of the time grid as VTU, with a PVD collection
     #[arg(long)]
     vtu: bool,
-    /// Write <name>.slopes.csv: exact derivatives of positions, angles, reactions and cables by a constant of a law, e.g.
-    /// --slope laws.rubber.mu, several times; not in implicit_euler_linearised or _corrected
+    /// Write <name>.sensitivities.csv: exact derivatives of positions, angles, reactions and cables by a constant of a law, e.g.
+    /// --sensitivity laws.rubber.mu, several times; not in implicit_euler_linearised or _corrected
     #[arg(long, value_name = "CONSTANT", conflicts_with_all = ["save_state", "restart", "controller"])]
-    slope: Vec<String>,
+    sensitivity: Vec<String>,
     /// Save a state to restart from at a time (\"0.5 s\"), or at the `end`; several times
     #[arg(long, value_name = "WHEN")]
     save_state: Vec<String>,
@@ -82,8 +82,8 @@ pub fn main(args: Args) -> Outcome {
     let building = Instant::now();
     let scene = Scene::build(&file, spec, text, body.into())?;
     let build_s = building.elapsed().as_secs_f64();
-    let constants: Vec<Constant> = args.slope.iter().map(|text| text.parse()).collect::<Result<_, _>>()?;
-    let from = args.restart.as_ref().map(|file| Course::read(file, &scene)).transpose()?;
+    let constants: Vec<Constant> = args.sensitivity.iter().map(|text| text.parse()).collect::<Result<_, _>>()?;
+    let from = args.restart.as_ref().map(|file| Checkpoint::read(file, &scene)).transpose()?;
     let (at, at_end) = times(&args.save_state, &scene)?;
     files::make_folder(&args.out)?;
     let mut controller = controller(&args, &scene)?;
@@ -101,18 +101,18 @@ pub fn main(args: Args) -> Outcome {
     let mut fields = drawn.then(|| Fields::new(&args.out, &name, what));
     // Points of the grid so far, and the time of the last one.
     let (mut number, mut past) = match &from {
-        Some(course) => (course.recorded(), Some(course.state.t)),
+        Some(checkpoint) => (checkpoint.recorded(), Some(checkpoint.state.t)),
         None => (0, None),
     };
-    let (mut states, mut unsaved) = (Vec::new(), None::<CourseError>);
-    let mut save = |course: &Course, label: &str| {
+    let (mut states, mut unsaved) = (Vec::new(), None::<CheckpointError>);
+    let mut save = |checkpoint: &Checkpoint, label: &str| {
         let file = args.out.join(format!("{name}-{label}.state"));
-        match course.write(&file, &scene) {
+        match checkpoint.write(&file, &scene) {
             Ok(()) => states.push(file),
             Err(e) => unsaved = unsaved.take().or(Some(e)),
         }
     };
-    let steering = Steering {
+    let options = RunOptions {
         from,
         controller: controller.as_mut().map(|c| c as &mut dyn Controller),
         at,
@@ -130,12 +130,14 @@ pub fn main(args: Args) -> Outcome {
         }
         (number, past) = (number + 1, Some(state.t));
     };
-    let (run, slopes) = match constants.is_empty() {
-        true => (scene.steer(steering, &mut watch, &mut points), None),
-        false => scene.run_with_slopes(&constants, &mut watch, &mut points).map(|(run, slopes)| (run, Some(slopes)))?,
+    let (run, sensitivities) = match constants.is_empty() {
+        true => (scene.steer(options, &mut watch, &mut points), None),
+        false => scene
+            .run_with_sensitivities(&constants, &mut watch, &mut points)
+            .map(|(run, sensitivities)| (run, Some(sensitivities)))?,
     };
     // Derivatives and the answers of a controller are no part of the price of the run.
-    let mut aside = slopes.as_ref().map_or((0.0, 0.0), |s| (s.wall, s.cpu));
+    let mut aside = sensitivities.as_ref().map_or((0.0, 0.0), |s| (s.wall, s.cpu));
     if let Some(controller) = controller {
         aside.0 += controller.waited.as_secs_f64();
     }
@@ -149,8 +151,11 @@ pub fn main(args: Args) -> Outcome {
     record.phases.build_s = build_s;
     store::write(&args.out.join(format!("{name}.csv")), &store::csv(&run))?;
     store::write(&args.out.join(format!("{name}.signals.csv")), &store::signals_csv(&scene, &run))?;
-    if let Some(slopes) = &slopes {
-        store::write(&args.out.join(format!("{name}.slopes.csv")), &store::slopes_csv(&run, slopes))?;
+    if let Some(sensitivities) = &sensitivities {
+        store::write(
+            &args.out.join(format!("{name}.sensitivities.csv")),
+            &store::sensitivities_csv(&run, sensitivities),
+        )?;
     }
     let json = serde_json::to_string_pretty(&record)?;
     store::write(&args.out.join(format!("{name}.json")), &json)?;
@@ -203,7 +208,7 @@ pub fn main(args: Args) -> Outcome {
     if let Some(why) = &run.failure {
         eprintln!("not complete: {why}");
     }
-    let stopped = slopes.and_then(|s| s.stopped);
+    let stopped = sensitivities.and_then(|s| s.stopped);
     if let Some((t, why)) = &stopped {
         eprintln!("not complete: no derivative at t = {t} s: {why}");
     }

@@ -2,7 +2,7 @@
 //!
 //! ψ = μ‖F − R‖² + ½λ tr²(RᵀF − I), F = RS
 //!
-//! Source: Sifakis & Barbič, *FEM Simulation of 3D Deformable Solids*, SIGGRAPH 2012 course notes, part I, ch. 3. Twist modes: Smith,
+//! Source: Sifakis & Barbič, *FEM Simulation of 3D Deformable Solids*, SIGGRAPH 2012 checkpoint notes, part I, ch. 3. Twist modes: Smith,
 //! de Goes & Kim, *Analytic eigensystems for isotropic distortion energies*, ACM TOG 2019.
 //!
 //! Limits: large rotation, small strain. With R a proper rotation ψ is defined for every F and grows with inversion, but it stays

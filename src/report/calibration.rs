@@ -11,7 +11,7 @@ use serde_json::{Map, Value, json};
 
 pub fn content(store: &Store) -> Content {
     let a = analyse(&store.study, &store.cases, &store.found);
-    let of = |v: &Answer| around(&store.study, &store.cases, &store.found, &store.slopes, v);
+    let of = |v: &Answer| around(&store.study, &store.cases, &store.found, &store.sensitivities, v);
     let bands: Vec<Band> = a.variants.iter().filter_map(of).collect();
     let constants_found = a.variants.iter().flat_map(|v| v.constants.iter().map(|c| c.sentence(&v.label)));
     let figures = a.variants.iter().filter_map(|v| figures::draw(store, v));
@@ -142,7 +142,7 @@ fn stability(store: &Store, a: &Analysis) -> Table {
         }
     }
     Table {
-        name: "stability",
+        name: "robustness",
         caption: "Stretch (in simple shear γ) at which the law with these constants stops being stable (Drucker), beside the largest principal stretch in the specimen.".into(),
         columns: vec![
             ("Curve", "", false),

@@ -3,7 +3,7 @@
 use super::figures::Figure;
 use super::store::Store;
 use super::table::Table;
-use super::{calibration, convergence, cost, materials, prices, stability, sweep};
+use super::{calibration, convergence, cost, materials, prices, robustness, sweep};
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
 
@@ -49,5 +49,5 @@ pub const KINDS: [(&str, Analyse); 7] = [
     ("sweep", sweep::content),
     ("prices", prices::content),
     ("cost", cost::content),
-    ("stability", stability::content),
+    ("robustness", robustness::content),
 ];

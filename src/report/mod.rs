@@ -16,7 +16,7 @@ mod materials;
 mod page;
 mod plot;
 mod prices;
-mod stability;
+mod robustness;
 pub mod store;
 pub mod summary;
 mod surface;

@@ -18,7 +18,7 @@ pub struct Store {
     /// Case id → constants that were found there
     pub found: BTreeMap<String, Calibration>,
     /// Case id → derivatives of its columns by such constants, `d bending_angle_deg/d laws.rubber.mu`
-    pub slopes: BTreeMap<String, Series>,
+    pub sensitivities: BTreeMap<String, Series>,
 }
 
 /// Cases of the study that have no files yet are left out; a file that is there must be sound.
@@ -26,7 +26,7 @@ pub fn read(dir: &Path) -> Result<Store, ReportError> {
     let path = dir.join("study.json");
     let study: StudyRecord = json(&path)?.ok_or_else(|| ReportError::NotAStudy { path: path.clone() })?;
     let (mut cases, mut skins): (Vec<StoredCase>, _) = (vec![], BTreeMap::new());
-    let (mut found, mut slopes) = (BTreeMap::new(), BTreeMap::new());
+    let (mut found, mut sensitivities) = (BTreeMap::new(), BTreeMap::new());
     for id in study.families.iter().flat_map(|f| &f.cases) {
         if cases.iter().any(|c| c.record.id == *id) {
             continue;
@@ -36,7 +36,7 @@ pub fn read(dir: &Path) -> Result<Store, ReportError> {
         let curves = series(&file("csv"))?.unwrap_or_default();
         cases.push(StoredCase { record, series: curves });
         found.extend(json::<Calibration>(&file("fit.json"))?.map(|c| (id.clone(), c)));
-        slopes.extend(series(&file("slopes.csv"))?.map(|s| (id.clone(), s)));
+        sensitivities.extend(series(&file("sensitivities.csv"))?.map(|s| (id.clone(), s)));
         // Unpacked by hand it is read too
         let skin = match read_with(&file("skin.json.gz"), Skin::unpacked)? {
             Some(skin) => Some(skin),
@@ -49,7 +49,7 @@ pub fn read(dir: &Path) -> Result<Store, ReportError> {
     if cases.is_empty() {
         return Err(ReportError::NoCases { path: dir.join("cases") });
     }
-    Ok(Store { study, cases, skins, found, slopes })
+    Ok(Store { study, cases, skins, found, sensitivities })
 }
 
 /// A surface whose arrays fit together; another one is not drawn.

@@ -6,7 +6,7 @@ use super::grid::{disturb, grid, mesh_hash};
 use super::mesh_spec::{ElementSpec, GeneratorSpec, MeshSpec};
 use crate::math::units::{self, Dimension};
 use crate::mesh::generate::body::Body as Declared;
-use crate::mesh::generate::{Generator, Grading, MeshRequest, Size, Source, Workshop};
+use crate::mesh::generate::{Generator, Grading, MeshRequest, MeshStore, Size, Source};
 use crate::mesh::{self, Order, TetMesh};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -47,8 +47,8 @@ impl Body {
             return Self::new(file, mesh, BTreeMap::new(), &path);
         }
         let request = request(file, spec)?;
-        let workshop = Workshop::find().map_err(|e| fail(e.into()))?;
-        let made = workshop.mesh(&request, progress).map_err(|e| fail(e.into()))?;
+        let store = MeshStore::find().map_err(|e| fail(e.into()))?;
+        let made = store.mesh(&request, progress).map_err(|e| fail(e.into()))?;
         Self::new(file, made.mesh, made.manifest.paths, &made.path)
     }
 
@@ -192,8 +192,8 @@ pub fn request(file: &Path, spec: &MeshSpec) -> Result<MeshRequest, SceneError> 
 
 fn parameters(file: &Path, name: &str, spec: &MeshSpec) -> Result<BTreeMap<String, f64>, SceneError> {
     let fail = |e| part(file, "mesh.parameters", e);
-    let workshop = Workshop::find().map_err(fail)?;
-    let declared = Declared::load(&workshop.home, name).map_err(|e| part(file, "mesh.body", e))?;
+    let store = MeshStore::find().map_err(fail)?;
+    let declared = Declared::load(&store.home, name).map_err(|e| part(file, "mesh.body", e))?;
     let value = |(key, text): (&String, &String)| Ok((key.clone(), declared.parse(key, text).map_err(fail)?));
     spec.parameters.iter().map(value).collect()
 }

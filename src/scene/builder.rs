@@ -1,7 +1,7 @@
 //! Regions, laws, effects, cables and prescribed motions of a scene on its mesh.
 
 use super::build::{Body, part};
-use super::control::Workbench;
+use super::control::SignalBuilder;
 use super::error::{SceneError, hint};
 use super::mesh_spec::{PickSpec, SelectorSpec};
 use super::protocol::NamedSignal;
@@ -68,7 +68,7 @@ pub(super) struct Builder<'a> {
     /// Dof → its motion and who prescribed it
     prescribed: BTreeMap<u32, (Signal, String)>,
     pub(super) signals: Vec<NamedSignal>,
-    pub(super) workbench: Workbench<'a>,
+    pub(super) signal_builder: SignalBuilder<'a>,
     /// Beyond the protocol: its first and last stage, where they are continued
     pub(super) continued: Option<[(f64, f64, bool); 2]>,
     pub(super) remarks: Vec<String>,
@@ -104,7 +104,7 @@ impl<'a> Builder<'a> {
         }
         let (prescribed, signals) = (BTreeMap::new(), Vec::new());
         let (no_limits, skins, continued) = (Vec::new(), Vec::new(), None);
-        let workbench = Workbench::new(&spec.events);
+        let signal_builder = SignalBuilder::new(&spec.events);
         let laws = &spec.laws;
         let moved = spec.contacts.iter().filter(|c| c.motion.is_some()).count();
         let nodes = body.mesh.points.len() + 4 * (spec.rigids.len() + moved);
@@ -116,7 +116,7 @@ impl<'a> Builder<'a> {
             laws,
             prescribed,
             signals,
-            workbench,
+            signal_builder,
             remarks,
             continued,
             no_limits,

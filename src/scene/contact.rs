@@ -2,7 +2,7 @@
 
 use super::build::part;
 use super::builder::{Builder, Gathered};
-use super::contact_record::{Meeting, NamedContact};
+use super::contact_record::{NamedContact, TransientCoupling};
 use super::contact_spec::{ContactSpec, ResponseSpec};
 use super::error::{SceneError, hint};
 use super::rigid::RigidBody;
@@ -93,9 +93,9 @@ impl Builder<'_> {
         }
         let modulus = self.positive(place, "modulus", spec.modulus.map(|m| m.0), stiffest)?;
         let size = self.body.mesh.diagonal();
-        let creep = self.positive(place, "creep", spec.creep.map(|s| s.0), 1e-3 * size)?;
+        let stick_velocity = self.positive(place, "stick_velocity", spec.stick_velocity.map(|s| s.0), 1e-3 * size)?;
         let slip = self.positive(place, "slip", spec.slip.map(|l| l.0), 1e-3 * h)?;
-        let law = Coulomb { coefficient: spec.friction, creep, slip };
+        let law = Coulomb { coefficient: spec.friction, stick_velocity, slip };
         if let ShapeSpec::Region { region } = &spec.obstacle {
             let barrier = Barrier { distance, stiffness: modulus / distance };
             return self.surfaces(place, spec, region, (barrier, law), effects);
@@ -130,7 +130,7 @@ impl Builder<'_> {
             effects.push(Box::new(friction.clone()));
             friction
         });
-        let of = Meeting::Points { pressing, moves: spec.motion.is_some(), friction };
+        let of = TransientCoupling::Points { pressing, moves: spec.motion.is_some(), friction };
         Ok(NamedContact { name, response: spec.response, of })
     }
 

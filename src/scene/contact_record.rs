@@ -16,11 +16,11 @@ use std::sync::Arc;
 pub struct NamedContact {
     pub name: String,
     pub response: ResponseSpec,
-    pub(super) of: Meeting,
+    pub(super) of: TransientCoupling,
 }
 
 /// What meets what.
-pub(super) enum Meeting {
+pub(super) enum TransientCoupling {
     /// Points an obstacle
     Points { pressing: Arc<dyn Pressing>, moves: bool, friction: Option<Arc<ContactFriction>> },
     /// Deformable surfaces
@@ -51,7 +51,7 @@ impl NamedContact {
     /// The four nodes of an obstacle with a motion.
     pub(super) fn moving(&self) -> Option<&AffineFrame> {
         match &self.of {
-            Meeting::Points { pressing, moves: true, .. } => pressing.contact().obstacle.body.as_ref(),
+            TransientCoupling::Points { pressing, moves: true, .. } => pressing.contact().obstacle.body.as_ref(),
             _ => None,
         }
     }
@@ -59,32 +59,32 @@ impl NamedContact {
     /// Has it friction?
     pub fn slides(&self) -> bool {
         match &self.of {
-            Meeting::Points { friction, .. } => friction.is_some(),
-            Meeting::Surfaces { friction, .. } => friction.is_some(),
+            TransientCoupling::Points { friction, .. } => friction.is_some(),
+            TransientCoupling::Surfaces { friction, .. } => friction.is_some(),
         }
     }
 
     /// The points that meet an obstacle; none of deformable surfaces
     pub fn points(&self) -> Option<&Contact> {
         match &self.of {
-            Meeting::Points { pressing, .. } => Some(pressing.contact()),
-            Meeting::Surfaces { .. } => None,
+            TransientCoupling::Points { pressing, .. } => Some(pressing.contact()),
+            TransientCoupling::Surfaces { .. } => None,
         }
     }
 
     /// Number of points
     pub fn point_count(&self) -> usize {
         match &self.of {
-            Meeting::Points { pressing, .. } => pressing.contact().points.len(),
-            Meeting::Surfaces { pressing, .. } => pressing.surfaces.point_count(),
+            TransientCoupling::Points { pressing, .. } => pressing.contact().points.len(),
+            TransientCoupling::Surfaces { pressing, .. } => pressing.surfaces.point_count(),
         }
     }
 
     /// What was looked at so far
     pub fn counts(&self) -> Counts {
         match &self.of {
-            Meeting::Points { pressing, .. } => pressing.contact().counts(),
-            Meeting::Surfaces { pressing, .. } => pressing.surfaces.counts(),
+            TransientCoupling::Points { pressing, .. } => pressing.contact().counts(),
+            TransientCoupling::Surfaces { pressing, .. } => pressing.surfaces.counts(),
         }
     }
 
@@ -92,11 +92,13 @@ impl NamedContact {
     pub fn moment(&self, x: &[f64], step: Option<&At>) -> ContactMoment {
         let (forces, force) = self.sums(x, step);
         let (points, gap) = match &self.of {
-            Meeting::Points { pressing, .. } => {
+            TransientCoupling::Points { pressing, .. } => {
                 let contact = pressing.contact();
                 (&contact.points, contact.deepest(x).map_or(pressing.reach(), |d| d.1))
             }
-            Meeting::Surfaces { pressing, .. } => (&pressing.surfaces.first().points, pressing.surfaces.gap(x)),
+            TransientCoupling::Surfaces { pressing, .. } => {
+                (&pressing.surfaces.first().points, pressing.surfaces.gap(x))
+            }
         };
         let least = 1e-9 * forces.iter().map(|f| f.1.norm()).fold(0.0, f64::max);
         let pressed = forces.iter().filter(|f| f.1.norm() > least);
@@ -113,12 +115,12 @@ impl NamedContact {
     /// The same, and the whole force on the region.
     fn sums(&self, x: &[f64], step: Option<&At>) -> (Vec<(usize, Vec3)>, Vec3) {
         match &self.of {
-            Meeting::Points { pressing, friction, .. } => {
+            TransientCoupling::Points { pressing, friction, .. } => {
                 let forces = forces(&**pressing, friction.as_deref(), x, step);
                 let sum = forces.iter().map(|f| f.1).sum();
                 (forces, sum)
             }
-            Meeting::Surfaces { pressing, friction } => on_surface(pressing, friction.as_deref(), x, step),
+            TransientCoupling::Surfaces { pressing, friction } => on_surface(pressing, friction.as_deref(), x, step),
         }
     }
 
@@ -136,7 +138,7 @@ impl NamedContact {
     /// [3 × nodes] forces at the nodes [N].
     pub fn nodal(&self, x: &[f64], step: Option<&At>, nodes: &mut [f64]) {
         match &self.of {
-            Meeting::Points { pressing, friction, .. } => {
+            TransientCoupling::Points { pressing, friction, .. } => {
                 for (b, force) in forces(&**pressing, friction.as_deref(), x, step) {
                     let p = &pressing.contact().points[b];
                     for (&node, w) in p.nodes.iter().zip(&p.weights) {
@@ -146,12 +148,14 @@ impl NamedContact {
                     }
                 }
             }
-            Meeting::Surfaces { pressing, friction } => each_term(pressing, friction.as_deref(), x, step, |term, r| {
-                for (&node, r) in term.touch.nodes.iter().zip(r.chunks_exact(3)) {
-                    let to = &mut nodes[3 * node as usize..3 * node as usize + 3];
-                    to.iter_mut().zip(r).for_each(|(sum, r)| *sum -= r);
-                }
-            }),
+            TransientCoupling::Surfaces { pressing, friction } => {
+                each_term(pressing, friction.as_deref(), x, step, |term, r| {
+                    for (&node, r) in term.touch.nodes.iter().zip(r.chunks_exact(3)) {
+                        let to = &mut nodes[3 * node as usize..3 * node as usize + 3];
+                        to.iter_mut().zip(r).for_each(|(sum, r)| *sum -= r);
+                    }
+                })
+            }
         }
     }
 }

@@ -24,7 +24,7 @@ pub struct ContactSpec {
     /// Pressure that the response is scaled with; Young's modulus of the stiffest law if absent
     pub modulus: Option<Modulus>,
     /// Speed below which a point counts as sticking; a thousandth of the size of the body per second if absent
-    pub creep: Option<Speed>,
+    pub stick_velocity: Option<Speed>,
     /// The same over a static step; a thousandth of h if absent
     pub slip: Option<Length>,
 }

@@ -1,7 +1,7 @@
 //! Contact of two deformable surfaces of a scene, or of one with itself.
 
 use super::builder::Builder;
-use super::contact_record::{Meeting, NamedContact};
+use super::contact_record::{NamedContact, TransientCoupling};
 use super::contact_spec::{ContactSpec, ResponseSpec};
 use super::error::SceneError;
 use crate::effect::contact::barrier::Barrier;
@@ -46,7 +46,7 @@ impl Builder<'_> {
             effects.push(Box::new(friction.clone()));
             friction
         });
-        let of = Meeting::Surfaces { pressing, friction };
+        let of = TransientCoupling::Surfaces { pressing, friction };
         Ok(NamedContact { name: spec.name.clone(), response: spec.response, of })
     }
 

@@ -12,7 +12,7 @@ pub struct NumericsSpec {
     pub line_search: bool,
     pub reuse_factor: bool,
     /// Back-substitutions that a factorisation must cost to be kept from step to step
-    pub keep_from: f64,
+    pub reuse_threshold: f64,
     pub linear: LinearSpec,
     /// The largest factor that is made
     pub factor_memory: MemorySpec,
@@ -33,7 +33,7 @@ impl Default for NumericsSpec {
             max_iterations: newton.max_iterations,
             line_search: newton.line_search,
             reuse_factor: newton.reuse_factor,
-            keep_from: newton.keep_from,
+            reuse_threshold: newton.reuse_threshold,
             linear: LinearSpec::default(),
             factor_memory: MemorySpec::default(),
             extrapolate: step.extrapolate,

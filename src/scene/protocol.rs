@@ -50,7 +50,7 @@ impl Builder<'_> {
         spec: &SignalSpec,
         d: Dimension,
     ) -> Result<Signal, SceneError> {
-        let built = self.workbench.signal(&name, spec, d, &self.base);
+        let built = self.signal_builder.signal(&name, spec, d, &self.base);
         let signal = built.map_err(|(event, e)| part(self.file, event.unwrap_or_else(|| place.into()), e))?;
         let signal = self.continued(signal);
         // The same motion of one region by two entries is one signal.

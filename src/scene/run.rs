@@ -2,12 +2,12 @@
 
 use super::build::Scene;
 use super::cable_record::{CableEvent, pulling};
+use super::checkpoint::Checkpoint;
 use super::control::{ControlError, Fired, Opening};
-use super::course::Course;
 use super::linear::LinearWork;
 use super::probe::{Energies, Moment, columns, largest_stretch, record_cavity};
-use super::slopes::Recorder;
-use super::steering::Steering;
+use super::run_options::RunOptions;
+use super::sensitivities::Recorder;
 use crate::effect::contact::Counts;
 use crate::math::tensor::Vec3;
 use crate::solve::{
@@ -77,26 +77,26 @@ impl Scene {
     /// Runs all stages. `watch` is called after each accepted step; false stops the run. `states` receives each state on
     /// the time grid.
     pub fn run(&self, watch: &mut dyn FnMut(Progress) -> bool, states: &mut dyn FnMut(&State)) -> Run {
-        self.steer(Steering::default(), watch, states)
+        self.steer(RunOptions::default(), watch, states)
     }
 
     /// [`Scene::run`] from a saved state, with a controller, and with states to be saved.
     pub fn steer(
         &self,
-        steering: Steering,
+        options: RunOptions,
         watch: &mut dyn FnMut(Progress) -> bool,
         states: &mut dyn FnMut(&State),
     ) -> Run {
-        self.follow(steering, watch, states, None)
+        self.follow(options, watch, states, None)
     }
 
     /// The same, with derivatives where there is a recorder for them.
     pub(super) fn follow(
         &self,
-        mut steering: Steering,
+        mut options: RunOptions,
         watch: &mut dyn FnMut(Progress) -> bool,
         states: &mut dyn FnMut(&State),
-        slopes: Option<&mut Recorder>,
+        sensitivities: Option<&mut Recorder>,
     ) -> Run {
         let n = &self.spec.numerics;
         let newton = NewtonSettings {
@@ -104,7 +104,7 @@ impl Scene {
             max_iterations: n.max_iterations,
             line_search: n.line_search,
             reuse_factor: n.reuse_factor,
-            keep_from: n.keep_from,
+            reuse_threshold: n.reuse_threshold,
             projection: n.projection,
         };
         let mut newton = Newton::by(self.method(), &self.system, newton, self.body.mesh.diagonal());
@@ -115,41 +115,48 @@ impl Scene {
         let budget = n.time_budget.and_then(|b| Duration::try_from_secs_f64(b.0).ok());
         stepper.deadline = budget.and_then(|b| Instant::now().checked_add(b));
         let mut failure = None;
-        let mut course = match steering.from.take() {
-            Some(course) => {
-                stepper.resume(course.memory.clone());
-                course
+        let mut checkpoint = match options.from.take() {
+            Some(checkpoint) => {
+                stepper.resume(checkpoint.memory.clone());
+                checkpoint
             }
             None => {
-                let (course, outcome) = Course::new(self);
+                let (checkpoint, outcome) = Checkpoint::new(self);
                 failure = outcome.err();
-                states(&course.state);
-                course
+                states(&checkpoint.state);
+                checkpoint
             }
         };
-        if let (Some(controller), None) = (&mut steering.controller, &failure) {
+        if let (Some(controller), None) = (&mut options.controller, &failure) {
             let (columns, signals) = (self.columns(), self.controls.controlled());
-            let Course { state, control, .. } = &course;
+            let Checkpoint { state, control, .. } = &checkpoint;
             let opening = Opening { columns: &columns, signals: &signals, t: state.t, memory: &control.controller };
             failure = controller.begin(&opening).err();
         }
         let status = match failure {
-            Some(_) => Status::Interrupted { t: course.state.t },
-            None => self.all_stages(&mut course, &mut stepper, &mut steering, (&mut failure, slopes), watch, states),
+            Some(_) => Status::Interrupted { t: checkpoint.state.t },
+            None => self.all_stages(
+                &mut checkpoint,
+                &mut stepper,
+                &mut options,
+                (&mut failure, sensitivities),
+                watch,
+                states,
+            ),
         };
-        if let (Some(controller), Some(row)) = (&mut steering.controller, course.rows.last()) {
+        if let (Some(controller), Some(row)) = (&mut options.controller, checkpoint.rows.last()) {
             controller.end(row, status.name());
         }
         let stuck =
             matches!(status, Status::StepTooSmall { .. } | Status::Inverted { .. } | Status::NoEquilibrium { .. });
-        let pulling = stuck.then(|| pulling(&self.cables, &course.state));
+        let pulling = stuck.then(|| pulling(&self.cables, &checkpoint.state));
         let Newton { factor, sums, assembly_time, .. } = &stepper.newton;
         Run {
             columns: self.columns(),
-            written: self.written(&course.rows),
-            rows: course.rows,
-            signals: course.signals,
-            events: course.control.log,
+            written: self.written(&checkpoint.rows),
+            rows: checkpoint.rows,
+            signals: checkpoint.signals,
+            events: checkpoint.control.log,
             status,
             failure,
             totals: stepper.totals,
@@ -164,70 +171,70 @@ impl Scene {
             factor_flops: factor.flops(),
             linear: LinearWork::of(factor),
             dofs: self.system.dofs.free.len(),
-            peak: course.peak,
+            peak: checkpoint.peak,
             contacts: self.contacts.iter().map(|c| (c.name.clone(), c.counts())).collect(),
             pulling: pulling.flatten(),
-            last: course.state,
-            cable_events: course.cables.events,
+            last: checkpoint.state,
+            cable_events: checkpoint.cables.events,
         }
     }
 
-    /// From where `course` is to the end, or to where it stops.
+    /// From where `checkpoint` is to the end, or to where it stops.
     fn all_stages(
         &self,
-        course: &mut Course,
+        checkpoint: &mut Checkpoint,
         stepper: &mut Stepper,
-        steering: &mut Steering,
-        (failure, mut slopes): (&mut Option<ControlError>, Option<&mut Recorder>),
+        options: &mut RunOptions,
+        (failure, mut sensitivities): (&mut Option<ControlError>, Option<&mut Recorder>),
         watch: &mut dyn FnMut(Progress) -> bool,
         states: &mut dyn FnMut(&State),
     ) -> Status {
         let end = self.spans.last().map_or(0.0, |s| s.end);
         // The last point of the grid, for a run that ends between two.
         let mut kept = None;
-        while course.span < self.spans.len() {
-            let span = self.spans[course.span];
-            if course.step == 0 && !course.decided {
+        while checkpoint.span < self.spans.len() {
+            let span = self.spans[checkpoint.span];
+            if checkpoint.step == 0 && !checkpoint.decided {
                 if span.integrator.needs_initial_acceleration() {
-                    match initial_acceleration_by(self.method(), &self.system, &course.state) {
-                        Ok(a) => course.state.a = a,
+                    match initial_acceleration_by(self.method(), &self.system, &checkpoint.state) {
+                        Ok(a) => checkpoint.state.a = a,
                         Err(why) => {
-                            steering.save_end(kept.as_ref());
-                            return Status::StepTooSmall { t: course.state.t, why };
+                            options.save_end(kept.as_ref());
+                            return Status::StepTooSmall { t: checkpoint.state.t, why };
                         }
                     }
                 }
-                stepper.begin(span.integrator, &mut course.state);
-                if let Some(slopes) = &mut slopes {
-                    slopes.begin(span.integrator, &course.state);
+                stepper.begin(span.integrator, &mut checkpoint.state);
+                if let Some(sensitivities) = &mut sensitivities {
+                    sensitivities.begin(span.integrator, &checkpoint.state);
                 }
             }
-            while course.step < span.steps() {
-                let goal = span.point(course.step + 1);
-                match self.decide(course, stepper, steering, Some(goal)) {
+            while checkpoint.step < span.steps() {
+                let goal = span.point(checkpoint.step + 1);
+                match self.decide(checkpoint, stepper, options, Some(goal)) {
                     Ok(true) => {
-                        steering.save_end(Some(course));
+                        options.save_end(Some(checkpoint));
                         return Status::Converged;
                     }
                     Ok(false) => {}
                     Err(why) => {
                         *failure = Some(why);
-                        steering.save_end(kept.as_ref());
-                        return Status::Interrupted { t: course.state.t };
+                        options.save_end(kept.as_ref());
+                        return Status::Interrupted { t: checkpoint.state.t };
                     }
                 }
-                if steering.at_end {
-                    kept = Some(course.clone());
+                if options.at_end {
+                    kept = Some(checkpoint.clone());
                 }
-                let Course { state, ledger, cables, rows, signals, peak, .. } = &mut *course;
+                let Checkpoint { state, balance, cables, rows, signals, peak, .. } = &mut *checkpoint;
                 let every = stepper.settings.time_error.is_some() && !span.integrator.is_static();
                 let mut iterations = 0;
                 let mut accepted = |past: &State, now: &State, newton: &Newton, on_grid: bool| {
-                    ledger.book(&self.system, past, now, newton);
+                    balance.book(&self.system, past, now, newton);
                     cables.note(&self.cables, now);
                     let recorded = on_grid || every;
-                    if let Some(slopes) = &mut slopes {
-                        slopes.step(span.integrator, past, now, recorded);
+                    if let Some(sensitivities) = &mut sensitivities {
+                        sensitivities.step(span.integrator, past, now, recorded);
                     }
                     iterations += newton.iterations;
                     if recorded {
@@ -235,7 +242,7 @@ impl Scene {
                         let dt = now.t - past.t;
                         let step = Step { system: &self.system, integrator: span.integrator, past, dt };
                         let at = step.at(now);
-                        rows.push(self.record(now, Some(&at), &newton.sums.r, ledger.energies, since_last));
+                        rows.push(self.record(now, Some(&at), &newton.sums.r, balance.energies, since_last));
                         signals.push(self.signal_values(now));
                         if on_grid {
                             states(now);
@@ -254,38 +261,38 @@ impl Scene {
                     _ => (stepper.advance(span, state, goal, &mut accepted), 1),
                 };
                 if status != Status::Converged {
-                    steering.save_end(kept.as_ref());
+                    options.save_end(kept.as_ref());
                     return status;
                 }
-                (course.step, course.decided) = (course.step + steps, false);
+                (checkpoint.step, checkpoint.decided) = (checkpoint.step + steps, false);
             }
-            (course.span, course.step) = (course.span + 1, 0);
+            (checkpoint.span, checkpoint.step) = (checkpoint.span + 1, 0);
         }
-        if let Err(why) = self.decide(course, stepper, steering, None) {
+        if let Err(why) = self.decide(checkpoint, stepper, options, None) {
             *failure = Some(why);
         }
-        steering.save_end(Some(course));
+        options.save_end(Some(checkpoint));
         Status::Converged
     }
 
     /// What happens at a point of the grid, unless it has happened; true to end the run here.
     fn decide(
         &self,
-        course: &mut Course,
+        checkpoint: &mut Checkpoint,
         stepper: &Stepper,
-        steering: &mut Steering,
+        options: &mut RunOptions,
         next: Option<f64>,
     ) -> Result<bool, ControlError> {
-        if std::mem::replace(&mut course.decided, true) {
+        if std::mem::replace(&mut checkpoint.decided, true) {
             return Ok(false);
         }
-        let Course { state, control, rows, .. } = &mut *course;
+        let Checkpoint { state, control, rows, .. } = &mut *checkpoint;
         let row = rows.last().expect("the first row is the state at rest");
-        let controller = steering.controller.as_deref_mut();
+        let controller = options.controller.as_deref_mut();
         let orders = self.controls.decide(control, state, row, next, controller)?;
-        if steering.wants_states() {
-            course.memory = stepper.memory();
-            steering.save(course, orders.save);
+        if options.wants_states() {
+            checkpoint.memory = stepper.memory();
+            options.save(checkpoint, orders.save);
         }
         Ok(orders.stop)
     }

@@ -182,8 +182,8 @@ impl Builder<'_> {
             let fact = "time_error beside implicit_euler_corrected, whose steps cannot be cut";
             return Err(self.content("numerics", fact, "remove it, or take integrator = \"implicit_euler\""));
         }
-        if n.keep_from.is_nan() || n.keep_from < 0.0 {
-            let fact = format!("keep_from = {}", n.keep_from);
+        if n.reuse_threshold.is_nan() || n.reuse_threshold < 0.0 {
+            let fact = format!("reuse_threshold = {}", n.reuse_threshold);
             return Err(self.content("numerics", fact, "give a number of back-substitutions, 0 or more"));
         }
         if n.max_iterations == 0 {

@@ -1,7 +1,7 @@
 //! Free motion, then a correction by contact: once a step, as simulators that look at the obstacles between their steps have it, or until
 //! the step is an equilibrium.
 //!
-//! One step of the time grid is one search for contact, which makes every point's obstacle a plane ([`Touch`]), and a number of
+//! One step of the time grid is one search for contact, which makes every point's obstacle a plane ([`ContactPoint`]), and a number of
 //! integration steps. Each is one linearised step of implicit Euler without contact, K du = −r with the rows, and one correction by the
 //! forces p at the planes that it would cross (Duriez, Dubois, Kheddar & Andriot, IEEE Trans. Vis. Comput. Graph. 12, 2006, §4):
 //!
@@ -24,7 +24,7 @@ use super::newton::{Direction, remaining};
 use super::{Failure, Newton, Solved, Span, Status, Step, Stepper, tangent};
 use crate::math::linear::{dot, norm};
 use crate::math::tensor::Vec3;
-use crate::system::{State, System, Touch, Want};
+use crate::system::{ContactPoint, State, System, Want};
 
 /// A gap that is closed, as a share of the largest motion of the step [–].
 const CLOSED: f64 = 1e-10;
@@ -69,7 +69,7 @@ impl Stepper<'_> {
 
 /// What the search for contact saw.
 struct Seen {
-    touches: Vec<Touch>,
+    touches: Vec<ContactPoint>,
     /// Displacement then
     x: Vec<f64>,
 }
@@ -154,7 +154,7 @@ impl Newton {
             let direction = self.direction_under(system, next, increment.as_deref(), (&y, &schur), &mut contacts)?;
             let size = direction.x[..system.dofs.displacements as usize].iter().fold(0.0, |m: f64, d| m.max(d.abs()));
             let way: Vec<f64> = next.x.iter().zip(&direction.x).zip(&seen.x).map(|((x, d), s)| x + d - s).collect();
-            let crossed = |touch: &Touch| touch.gap + touch.normal.dot(&touch.motion(&way)) < -CLOSED * size;
+            let crossed = |touch: &ContactPoint| touch.gap + touch.normal.dot(&touch.motion(&way)) < -CLOSED * size;
             fresh = (0..forces.len()).filter(|&k| !looked_at[k] && crossed(&seen.touches[k])).collect();
             if fresh.is_empty() {
                 break direction;

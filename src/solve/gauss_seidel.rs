@@ -11,7 +11,7 @@ use super::Failure;
 use super::multipliers::Schur;
 use crate::math::linear::dot;
 use crate::math::tensor::{Vec3, perpendicular};
-use crate::system::{Dofs, System, Touch};
+use crate::system::{ContactPoint, Dofs, System};
 
 const SWEEPS: usize = 20_000;
 /// Change of a gap over the last sweep, as a share of the largest gap [–].
@@ -48,7 +48,7 @@ pub(super) struct Contacts {
 
 impl Contacts {
     /// A point with its gap and its way since the start of the step [m], both without what the solution gives it.
-    pub fn add(&mut self, system: &System, place: usize, touch: &Touch, (gap, way): (f64, Vec3)) {
+    pub fn add(&mut self, system: &System, place: usize, touch: &ContactPoint, (gap, way): (f64, Vec3)) {
         let row = |direction: &Vec3| -> Vec<(usize, f64)> {
             let entries = touch.nodes.iter().zip(&touch.shares).flat_map(|(&node, share)| {
                 (0..3).map(move |i| (system.dofs.equation[3 * node as usize + i], share * direction[i]))

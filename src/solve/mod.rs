@@ -1,33 +1,33 @@
 //! The nonlinear solution in time. Sees only `math` and `system`, never an effect by name.
 
-mod continuation;
+mod arc_length;
 mod correction;
 mod failure;
 mod gauss_seidel;
 mod integrator;
+mod lagged_factor;
+mod limit_points;
 mod line_search;
 mod multipliers;
 mod newton;
-mod path;
+mod nodal_rotations;
 mod residual_search;
 mod rigid;
 mod sensitivity;
 mod stability;
-mod stale;
 mod start;
 mod status;
 mod step;
 mod stepper;
 mod tangent;
-mod turns;
 
-pub use continuation::TurningPoint;
+pub use arc_length::TurningPoint;
 pub use failure::Failure;
 pub use integrator::Integrator;
+pub use lagged_factor::Kept;
 pub use newton::{Newton, NewtonSettings, Solved};
 pub use rigid::{Motion, MotionKind};
 pub use sensitivity::Differentiator;
-pub use stale::Kept;
 pub use start::{initial_acceleration, initial_acceleration_by};
 pub use status::{Culprit, Status};
 pub use step::Step;

@@ -1,7 +1,7 @@
 //! One nonlinear solve: Newton with a line search on the directional derivative, multipliers by the Schur complement.
 
+use super::lagged_factor::LaggedFactor;
 use super::multipliers::{self, Schur, larger};
-use super::stale::Stale;
 use super::{Failure, Step, tangent};
 use crate::math::linear::{Factor, LinearError, Method, dot, norm};
 use crate::math::tensor::Vec3;
@@ -19,7 +19,7 @@ pub struct NewtonSettings {
     /// Keep a factorisation while it serves, from step to step too; without it every iteration has its own
     pub reuse_factor: bool,
     /// A factorisation that costs at least so many back-substitutions is kept from step to step
-    pub keep_from: f64,
+    pub reuse_threshold: f64,
     /// Where a step fails, try it with tangents of blocks made positive semidefinite
     pub projection: bool,
 }
@@ -31,7 +31,7 @@ impl Default for NewtonSettings {
             max_iterations: 30,
             line_search: true,
             reuse_factor: true,
-            keep_from: 4.0,
+            reuse_threshold: 4.0,
             projection: false,
         }
     }
@@ -66,7 +66,7 @@ pub struct Newton {
     old: Vec<f64>,
     /// [nodes] X, by which a factor turns with the body; or empty
     pub points: Vec<Vec3>,
-    pub(super) stale: Stale,
+    pub(super) stale: LaggedFactor,
 }
 
 /// Direction of one iteration.
@@ -114,7 +114,7 @@ impl Newton {
             length,
             old: vec![0.0; system.constraints.len()],
             points: Vec::new(),
-            stale: Stale::default(),
+            stale: LaggedFactor::default(),
         }
     }
 

@@ -44,7 +44,7 @@ pub fn band(
     study: &StudyRecord,
     stored: &[StoredCase],
     found: &BTreeMap<String, Calibration>,
-    slopes: &BTreeMap<String, Series>,
+    sensitivities: &BTreeMap<String, Series>,
     answer: &Answer,
 ) -> Option<Band> {
     let own = format!("use-{}", answer.variant);
@@ -56,7 +56,7 @@ pub fn band(
     cases.sort_by_key(|c| c.record.mesh.cells);
     let finest = *cases.last()?;
     let y = Curve::of(&finest.series, &quantity.name)?;
-    let of_case = slopes.get(&finest.record.id)?;
+    let of_case = sensitivities.get(&finest.record.id)?;
     let source = found.get(&answer.case)?;
     // ∂y/∂θ per constant: named by the law of this scene, in the order of the constants
     let columns: Vec<&Vec<f64>> = source

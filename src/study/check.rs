@@ -43,7 +43,7 @@ pub(super) fn check_roles(spec: &StudySpec) -> Result<(), (String, String, Strin
         _ => {}
     }
     match (&spec.reference, spec.kind) {
-        (None, Kind::Convergence | Kind::Calibration | Kind::Sweep | Kind::Stability | Kind::Cost) => Ok(()),
+        (None, Kind::Convergence | Kind::Calibration | Kind::Sweep | Kind::Robustness | Kind::Cost) => Ok(()),
         (None, Kind::Prices) => {
             let on = |f: &FamilySpec, v: &VariantSpec| f.variants.as_ref().is_none_or(|own| own.contains(&v.name));
             let twice = spec.variants.iter().find(|v| spec.families.iter().filter(|f| on(f, v)).count() > 1);
@@ -56,7 +56,7 @@ pub(super) fn check_roles(spec: &StudySpec) -> Result<(), (String, String, Strin
             let fact = format!("a study of kind \"{kind}\" finds its reference itself");
             Err(("reference".into(), fact, "remove the key".into()))
         }
-        (Some(_), Kind::Sweep | Kind::Prices | Kind::Stability) => {
+        (Some(_), Kind::Sweep | Kind::Prices | Kind::Robustness) => {
             Err(("reference".into(), format!("a study of kind \"{kind}\" has none"), "remove the key".into()))
         }
         (reference, Kind::Materials) => {
@@ -105,11 +105,11 @@ pub(super) fn check_axes(spec: &StudySpec) -> Result<(), (String, String, String
     check_names(&names).map_err(|(k, fact, remedy)| (format!("axis {}", k + 1), fact, remedy.to_string()))?;
     let hard = !spec.suites.is_empty() || !spec.maps.is_empty();
     match spec.kind {
-        Kind::Stability if !spec.families.is_empty() => {
+        Kind::Robustness if !spec.families.is_empty() => {
             let remedy = "write [[suite]] and [[map]] instead";
             return Err(("family".into(), "a study of stability has suites and maps".into(), remedy.into()));
         }
-        Kind::Stability => {}
+        Kind::Robustness => {}
         _ if hard => {
             let fact = format!("a study of kind \"{kind}\" has none");
             return Err(("suite or map".into(), fact, "take kind = \"stability\"".into()));

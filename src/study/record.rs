@@ -2,8 +2,8 @@
 
 use super::contact::ContactRecord;
 use super::overlay::Distance;
+use super::robustness::{MapRecord, SuiteRecord};
 use super::solver::SolverRecord;
-use super::stability::{MapRecord, SuiteRecord};
 use super::work::{RepeatRecord, WorkRecord};
 use crate::material::Law;
 use crate::scene::cable_record::CableEvent;

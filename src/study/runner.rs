@@ -4,9 +4,9 @@ use super::fields::{Fields, USUAL};
 use super::inverse::with_constants;
 use super::outcome::{record, refused, skin};
 use super::record::{CaseRecord, Role};
+use super::robustness::check::Check;
+use super::robustness::{PANICKED, REFUSED};
 use super::spec::{Case, Kind, Study};
-use super::stability::check::Check;
-use super::stability::{PANICKED, REFUSED};
 use super::store::{Store, StoreError};
 use super::work::{largest_memory, measure, watch_memory};
 use crate::calibrate::inverse::{Calibration, Failure, InverseError, SceneModel, calibrate};
@@ -248,13 +248,15 @@ fn one(
             return Ok((scene, run, None, times, all));
         }
         let (wall, cpu) = (Instant::now(), ThreadTime::now());
-        let (run, slopes) = scene.run_with_slopes(constants, &mut go_on, &mut states).map_err(InverseError::from)?;
-        let times = (wall.elapsed().as_secs_f64() - slopes.wall, cpu.elapsed().as_secs_f64() - slopes.cpu);
-        Ok::<_, RunError>((scene, run, Some(slopes), times, vec![]))
+        let (run, sensitivities) =
+            scene.run_with_sensitivities(constants, &mut go_on, &mut states).map_err(InverseError::from)?;
+        let times =
+            (wall.elapsed().as_secs_f64() - sensitivities.wall, cpu.elapsed().as_secs_f64() - sensitivities.cpu);
+        Ok::<_, RunError>((scene, run, Some(sensitivities), times, vec![]))
     });
     running.fetch_sub(1, Ordering::SeqCst);
     let memory = watched.filter(|()| !shared).and_then(|()| largest_memory());
-    let (scene, run, slopes, mut times, all) = outcome??;
+    let (scene, run, sensitivities, mut times, all) = outcome??;
     if matches!(run.status, Status::Interrupted { .. }) && run.failure.is_none() {
         return Ok(None);
     }
@@ -276,8 +278,8 @@ fn one(
     record.member.clone_from(&case.member);
     record.shared = shared;
     record.provenance.input_sha256 = input_sha256;
-    if let Some(slopes) = &slopes {
-        store.save_slopes(&case.id, &run, slopes)?;
+    if let Some(sensitivities) = &sensitivities {
+        store.save_sensitivities(&case.id, &run, sensitivities)?;
     }
     if let Some((calibration, _)) = &found {
         store.save_calibration(&case.id, calibration)?;

@@ -4,8 +4,8 @@ use super::axis::{self, AxisSpec, Combine};
 use super::check::{check_axes, check_names, check_roles};
 use super::inverse::{After, CalibrationSpec, Plan, UseSpec};
 use super::record::{FamilyRecord, Quantity, Role, StudyRecord};
-use super::stability::around::around;
-use super::stability::spec::{self as stability, MapSpec, SuiteSpec};
+use super::robustness::around::around;
+use super::robustness::spec::{self as stability, MapSpec, SuiteSpec};
 use crate::calibrate::inverse::MeasuredSpec;
 use crate::math::units::{self, Dimension};
 use crate::scene::{SceneError, SceneSpec, from_text, hint, read_scene, read_table};
@@ -63,7 +63,7 @@ pub enum Kind {
     Prices,
     Cost,
     Calibration,
-    Stability,
+    Robustness,
 }
 
 impl Kind {
@@ -76,7 +76,7 @@ impl Kind {
             Self::Prices => "prices",
             Self::Cost => "cost",
             Self::Calibration => "calibration",
-            Self::Stability => "stability",
+            Self::Robustness => "robustness",
         }
     }
 
@@ -91,7 +91,7 @@ impl Kind {
             Self::Prices => &[Role::Ladder],
             Self::Cost => &[Role::Sizes, Role::Element, Role::TimeStep, Role::Solver, Role::Overkill],
             Self::Calibration => &[Role::Sizes, Role::Nuisance],
-            Self::Stability => &[Role::Suite, Role::Map],
+            Self::Robustness => &[Role::Suite, Role::Map],
         }
     }
 }
@@ -193,7 +193,7 @@ impl Study {
             return Err(content("tolerance".into(), fact, "it lies between 0 and 1; write for example \"2 %\""));
         }
         if let Some(scene) = scene {
-            if spec.kind != Kind::Stability {
+            if spec.kind != Kind::Robustness {
                 let fact = format!("a study of kind \"{}\" has its own scenes", spec.kind.name());
                 return Err(content("--scene".into(), fact, "run hard-cases around a scene of your own"));
             }
@@ -210,7 +210,7 @@ impl Study {
             (axes, points) = (expanded.axes, expanded.points);
         }
         let mut hard = stability::Expanded::default();
-        if spec.kind == Kind::Stability {
+        if spec.kind == Kind::Robustness {
             hard = stability::expand(&spec).map_err(|(place, fact, remedy)| content(place, fact, &remedy))?;
             spec.families = std::mem::take(&mut hard.families);
         }
@@ -219,7 +219,7 @@ impl Study {
         for (what, names) in [("variant", &known), ("family", &labels)] {
             check_names(names).map_err(|(k, fact, remedy)| content(format!("{what} {}", k + 1), fact, remedy))?;
         }
-        if let Some(variant) = spec.variants.iter().find(|v| v.quantities.is_empty() && spec.kind != Kind::Stability) {
+        if let Some(variant) = spec.variants.iter().find(|v| v.quantities.is_empty() && spec.kind != Kind::Robustness) {
             let place = format!("variant {}", variant.name);
             let remedy = "add quantity = [{ name = …, label = …, symbol = …, unit = … }] with a recorded column";
             return Err(content(place, "it judges no quantity".into(), remedy));
@@ -270,7 +270,7 @@ impl Study {
                     formulation = scene.formulation();
                     // The same scene in two families is run once; a hard case is judged under its own name.
                     let shared = |c: &&Case| c.text == text && (plans.is_empty() || c.variant == variant.name);
-                    if let Some(same) = cases.iter().find(shared).filter(|_| spec.kind != Kind::Stability) {
+                    if let Some(same) = cases.iter().find(shared).filter(|_| spec.kind != Kind::Robustness) {
                         ids.push(same.id.clone());
                         continue;
                     }
@@ -326,7 +326,7 @@ impl Study {
 
     /// A scene that is refused is a result, and the other cases go on.
     pub fn keeps_refusals(&self) -> bool {
-        self.record.kind == Kind::Stability.name()
+        self.record.kind == Kind::Robustness.name()
     }
 
     /// Only the quick half of a study of kind `stability`.

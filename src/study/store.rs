@@ -3,7 +3,7 @@
 use super::record::{CaseRecord, StudyRecord};
 use super::skin::Skin;
 use crate::calibrate::inverse::Calibration;
-use crate::scene::{Run, Scene, Slopes};
+use crate::scene::{Run, Scene, Sensitivities};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -76,8 +76,8 @@ impl Store {
         serde_json::from_str(&std::fs::read_to_string(self.path(id, "fit.json")).ok()?).ok()
     }
 
-    pub fn save_slopes(&self, id: &str, run: &Run, slopes: &Slopes) -> Result<(), StoreError> {
-        write(&self.path(id, "slopes.csv"), &slopes_csv(run, slopes))
+    pub fn save_sensitivities(&self, id: &str, run: &Run, sensitivities: &Sensitivities) -> Result<(), StoreError> {
+        write(&self.path(id, "sensitivities.csv"), &sensitivities_csv(run, sensitivities))
     }
 
     /// Folder of a case's own files, made if need be.
@@ -108,14 +108,14 @@ pub fn signals_csv(scene: &Scene, run: &Run) -> String {
 }
 
 /// Derivatives of the columns by the constants (SI) over the times of the run.
-pub fn slopes_csv(run: &Run, slopes: &Slopes) -> String {
+pub fn sensitivities_csv(run: &Run, sensitivities: &Sensitivities) -> String {
     let mut text = "t_s".to_string();
-    for column in &slopes.columns {
-        slopes.constants.iter().for_each(|c| text += &format!(",d {column}/d {c}"));
+    for column in &sensitivities.columns {
+        sensitivities.constants.iter().for_each(|c| text += &format!(",d {column}/d {c}"));
     }
     text.push('\n');
-    for (row, slopes) in run.rows.iter().zip(&slopes.rows) {
-        let values = slopes.iter().flatten().map(ToString::to_string);
+    for (row, sensitivities) in run.rows.iter().zip(&sensitivities.rows) {
+        let values = sensitivities.iter().flatten().map(ToString::to_string);
         text += &std::iter::once(row[0].to_string()).chain(values).collect::<Vec<_>>().join(",");
         text.push('\n');
     }

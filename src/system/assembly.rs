@@ -3,9 +3,9 @@
 //! Blocks are evaluated and summed in their order, so the result does not depend on how many cases run beside it.
 
 use super::means::Coupled;
-use super::meeting::Met;
 use super::projection::project;
 use super::scatter::{Scatter, sum_batches};
+use super::transient_coupling::TransientBlocks;
 use super::{At, Blocks, Cone, Constraint, Dofs, Effect, EvalError, Limit, Local, Means, Prescribed, State, Want};
 use crate::math::linear::norm;
 use crate::math::low_rank::Pattern;
@@ -220,7 +220,7 @@ impl System {
         if want == Want::Tangent {
             out.clear_tangent(self);
         }
-        let mut met = Met::default();
+        let mut met = TransientBlocks::default();
         let mut local = Local::new(self.largest);
         for (e, effect) in self.effects.iter().enumerate() {
             let start = Instant::now();
@@ -305,7 +305,7 @@ impl System {
 
     /// Is there contact?
     pub fn touches(&self) -> bool {
-        self.effects.iter().any(|e| matches!(e.role(), super::Role::Touching))
+        self.effects.iter().any(|e| matches!(e.role(), super::Role::Contact))
     }
 
     /// The longest part of the motion dx from x that all effects allow; None where that is all of it.

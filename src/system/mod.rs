@@ -4,26 +4,26 @@
 
 mod assembly;
 mod batch;
-mod contract;
+mod contact_points;
 mod derivative;
 mod dofs;
+mod error;
 mod means;
-mod meeting;
 mod projection;
 mod rows;
 mod scatter;
 mod skew;
-mod touching;
-mod undefined;
+mod traits;
+mod transient_coupling;
 
 pub use assembly::{Assembled, Cost, System, SystemError};
 pub use batch::{Batch, Batched};
-pub use contract::{At, Blocks, Constraint, Effect, Limit, Local, Needs, Rates, Role, State, Want};
+pub use contact_points::{ContactPoint, ContactPoints};
 pub use derivative::{Direction, Past, Term};
 pub use dofs::{Dofs, Prescribed};
+pub use error::EvalError;
 pub use means::Means;
-pub use meeting::Meeting;
 pub use rows::{Cone, Form, Piece, Rows, between, pieces};
 pub use skew::Skew;
-pub use touching::{Touch, Touching};
-pub use undefined::EvalError;
+pub use traits::{At, Blocks, Constraint, Effect, Limit, Local, Needs, Rates, Role, State, Want};
+pub use transient_coupling::TransientCoupling;

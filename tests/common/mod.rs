@@ -8,7 +8,7 @@ pub mod field;
 pub mod formulation;
 pub mod made;
 pub mod mapped;
-pub mod slopes;
+pub mod sensitivities;
 pub mod tables;
 
 use durometer::effect::Elastic;

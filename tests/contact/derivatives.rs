@@ -154,10 +154,10 @@ fn balance(effect: &Pressed<Barrier>, x: &[f64], r: &[f64], label: &str) {
 fn friction_obeys_coulomb() {
     let contact = pair(Shape::floor(), false, false);
     let pressing = Arc::new(Pressed { contact: contact.clone(), response: Penalty { stiffness: 5.0 } });
-    let friction = |creep| ContactFriction {
+    let friction = |stick_velocity| ContactFriction {
         name: "f".into(),
         pressing: pressing.clone(),
-        law: Coulomb { coefficient: 0.4, creep, slip: 1.0 },
+        law: Coulomb { coefficient: 0.4, stick_velocity, slip: 1.0 },
     };
     let mut random = Random(3);
     let (mut slid, mut stuck) = (0, 0);
@@ -173,19 +173,24 @@ fn friction_obeys_coulomb() {
         let n = -push.normalize();
         let u: Vec3 = (0..3).map(|k| Vec3::from_column_slice(&x[3 * k..3 * k + 3]) * [0.2, 0.3, 0.5][k]).sum();
         let u = u - n * n.dot(&u);
-        for creep in [1e-3, 10.0] {
-            let local = eval(&friction(creep), &x, Want::Tangent);
+        for stick_velocity in [1e-3, 10.0] {
+            let local = eval(&friction(stick_velocity), &x, Want::Tangent);
             let force: Vec3 = (0..3).map(|k| -Vec3::from_column_slice(&local.r[3 * k..3 * k + 3])).sum();
             let limit = 0.4 * push.norm();
             assert!(
                 (force.norm()
-                    - limit * if u.norm() > creep { 1.0 } else { 2.0 * u.norm() / creep - (u.norm() / creep).powi(2) })
+                    - limit
+                        * if u.norm() > stick_velocity {
+                            1.0
+                        } else {
+                            2.0 * u.norm() / stick_velocity - (u.norm() / stick_velocity).powi(2)
+                        })
                 .abs()
                     < 1e-12
             );
             assert!((force.dot(&u) + force.norm() * u.norm()).abs() < 1e-12, "not opposite");
             assert!((local.energy - force.norm() * u.norm()).abs() < 1e-12);
-            if u.norm() > creep {
+            if u.norm() > stick_velocity {
                 slid += 1
             } else {
                 stuck += 1

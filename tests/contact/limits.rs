@@ -66,7 +66,7 @@ dt = "5 ms"
         );
         let scene = scene(block(1, 1, 1, 0.01, 0.01, 0.01, Order::Linear), &text);
         let constants = vec!["laws.rubber.E".parse().expect("a constant")];
-        let outcome = scene.run_with_slopes(&constants, &mut |_| true, &mut |_| {});
+        let outcome = scene.run_with_sensitivities(&constants, &mut |_| true, &mut |_| {});
         assert_eq!(outcome.is_err(), refused);
         if let Err(why) = outcome {
             assert!(why.to_string().contains("contact floor has friction"), "{why}");

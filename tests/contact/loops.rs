@@ -11,7 +11,7 @@ const CORRECTED: &str = "integrator = \"implicit_euler_corrected\"";
 const MONOLITHIC: &str = "integrator = \"implicit_euler\"";
 
 /// Reference 16 with one search for contact every step, and every four: gravity inclined by tan φ = ½ over a cube of 10 mm. It slides with
-/// a = g (sin φ − μ cos φ); with μ = 0.51 it creeps slower than `creep`. Implicit Euler has the velocities of a constant
+/// a = g (sin φ − μ cos φ); with μ = 0.51 it creeps slower than `stick_velocity`. Implicit Euler has the velocities of a constant
 /// acceleration exactly, and so the second difference of the way.
 #[test]
 fn a_cube_slides_on_a_slope_or_sticks() {
@@ -66,11 +66,11 @@ region = "body"
             assert!((normal / weight - 1.0).abs() < 1e-8, "{normal} and {weight}");
         }
         let (x, ..) = path(0.51);
-        let creep = 1e-3 * 0.01 * 3f64.sqrt();
+        let stick_velocity = 1e-3 * 0.01 * 3f64.sqrt();
         let n = x.len() - 1;
         let speed = (x[n] - x[n / 2]) / 0.2;
-        println!("{steps} steps: creeps {speed} of {creep}");
-        assert!(speed > 0.0 && speed < creep, "{speed} and {creep}");
+        println!("{steps} steps: creeps {speed} of {stick_velocity}");
+        assert!(speed > 0.0 && speed < stick_velocity, "{speed} and {stick_velocity}");
         creeps.push(speed);
     }
     // Sliding is that of the integration step, whenever obstacles were looked at.

@@ -1,6 +1,6 @@
 //! Inverse analysis: constants of laws from a curve measured on a whole specimen or robot, by simulating it.
 //!
-//! min ½Σ wᵢ²(ŷ(xᵢ; θ) − yᵢ)² with ŷ from a scene, ∂ŷ/∂θ exact ([`crate::scene::Scene::run_with_slopes`]). A specimen is then what it is: its wide ends
+//! min ½Σ wᵢ²(ŷ(xᵢ; θ) − yᵢ)² with ŷ from a scene, ∂ŷ/∂θ exact ([`crate::scene::Scene::run_with_sensitivities`]). A specimen is then what it is: its wide ends
 //! stretch too, and the travel of the crosshead needs no gauge length.
 //!
 //! Intervals: covariance of the linearised problem, and a bootstrap in blocks of neighbouring rows whose refits are single Gauss–Newton
@@ -69,7 +69,7 @@ pub fn calibrate(
     let (answer, values) = (found.answer, found.values);
     let n = measured.y.len();
     let residual = DVector::from_fn(n, |i, _| weights.w[i] * (measured.y[i] - answer.y[i]));
-    let jacobian = DMatrix::from_fn(n, values.len(), |i, k| weights.w[i] * answer.slopes[(i, k)]);
+    let jacobian = DMatrix::from_fn(n, values.len(), |i, k| weights.w[i] * answer.sensitivities[(i, k)]);
     let parameters: Vec<_> = model.unknown.iter().map(|u| u.parameter).collect();
     let identified = identify::identify(&parameters, &values, &jacobian, &residual, weights.size, ROUNDING);
     let (block, drawn) = interval::drawn_again(&measured.x, &values, &jacobian, &residual);

@@ -42,7 +42,7 @@ pub struct Answer {
     /// [measured rows]
     pub y: Vec<f64>,
     /// [measured rows × constants]
-    pub slopes: DMatrix<f64>,
+    pub sensitivities: DMatrix<f64>,
     /// x and y at the steps of the protocol
     pub curve: Vec<[f64; 2]>,
     pub run: Run,
@@ -106,10 +106,10 @@ impl SceneModel {
         let scene = self.scene(values)?;
         let constants: Vec<Constant> = self.unknown.iter().map(|u| u.constant.clone()).collect();
         let begin = Instant::now();
-        let (run, slopes) =
-            scene.run_with_slopes(&constants, watch, &mut |_| {}).map_err(|e| Failure::Input(e.into()))?;
+        let (run, sensitivities) =
+            scene.run_with_sensitivities(&constants, watch, &mut |_| {}).map_err(|e| Failure::Input(e.into()))?;
         let column = |names: &[String]| names.iter().position(|c| *c == self.y);
-        let Some(of_slopes) = column(&slopes.columns) else {
+        let Some(of_sensitivities) = column(&sensitivities.columns) else {
             let fact = match scene.check_column(&self.y) {
                 Err(fact) => fact,
                 Ok(()) => {
@@ -118,15 +118,16 @@ impl SceneModel {
             };
             return Err(Failure::Input(InverseError::NoColumn { name: self.y.clone(), fact }));
         };
-        let gradient = slopes.wall;
+        let gradient = sensitivities.wall;
         let forward = begin.elapsed().as_secs_f64() - gradient;
-        match (&run.status, slopes.stopped) {
+        match (&run.status, sensitivities.stopped) {
             (Status::Converged, None) => {}
             (Status::Interrupted { .. }, _) => return Err(Failure::Interrupted),
             (Status::Converged, Some((t, why))) => return Err(Failure::Run(Status::StepTooSmall { t, why })),
             (status, _) => return Err(Failure::Run(status.clone())),
         }
-        let slopes: Vec<Vec<f64>> = slopes.rows.into_iter().map(|mut row| row.swap_remove(of_slopes)).collect();
+        let sensitivities: Vec<Vec<f64>> =
+            sensitivities.rows.into_iter().map(|mut row| row.swap_remove(of_sensitivities)).collect();
         let k = column(&run.columns).expect("a column with a derivative is recorded");
         let x: Vec<f64> = self.position(&scene, run.rows.iter().map(|row| row[0])).map_err(Failure::Input)?;
         let weights = weights(&self.x, &x, measured).map_err(Failure::Input)?;
@@ -134,9 +135,9 @@ impl SceneModel {
         let (n, p) = (measured.x.len(), self.unknown.len());
         let sum = |row: &Stencil, of: &dyn Fn(usize) -> f64| row.iter().map(|(i, w)| w * of(*i)).sum::<f64>();
         let y = weights.iter().map(|row| sum(row, &|i| values[i])).collect();
-        let slopes = DMatrix::from_fn(n, p, |i, j| sum(&weights[i], &|r| slopes[r][j]));
+        let sensitivities = DMatrix::from_fn(n, p, |i, j| sum(&weights[i], &|r| sensitivities[r][j]));
         let curve = x.iter().zip(&values).map(|(x, y)| [*x, *y]).collect();
-        Ok(Answer { y, slopes, curve, run, scene, forward, gradient })
+        Ok(Answer { y, sensitivities, curve, run, scene, forward, gradient })
     }
 
     /// x at these times.

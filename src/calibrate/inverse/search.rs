@@ -106,7 +106,8 @@ struct Coordinates {
 impl Coordinates {
     fn new(unknown: &[Unknown], start: &[f64], answer: &Answer, weights: &Weights) -> Self {
         let p = start.len();
-        let of_theta = DMatrix::from_fn(weights.w.len(), p, |i, k| weights.w[i] * answer.slopes[(i, k)] / weights.size);
+        let of_theta =
+            DMatrix::from_fn(weights.w.len(), p, |i, k| weights.w[i] * answer.sensitivities[(i, k)] / weights.size);
         let kind = |k: usize| {
             let length = of_theta.column(k).norm();
             let positive = unknown[k].parameter.bounds.0 >= 0.0 && start[k] > 0.0;
@@ -191,8 +192,8 @@ impl Objective<'_> {
     fn keep(&self, z: &[f64], answer: Answer) {
         let Weights { w, size } = self.weights;
         let r = DVector::from_fn(w.len(), |i, _| w[i] * (answer.y[i] - self.measured.y[i]) / size);
-        let j =
-            DMatrix::from_fn(w.len(), z.len(), |i, k| w[i] * answer.slopes[(i, k)] / size) * self.coordinates.rates(z);
+        let j = DMatrix::from_fn(w.len(), z.len(), |i, k| w[i] * answer.sensitivities[(i, k)] / size)
+            * self.coordinates.rates(z);
         let f = 0.5 * r.norm_squared();
         let matrix = (j.transpose() * &j).row_iter().map(|r| r.iter().copied().collect()).collect();
         let gradient = (j.transpose() * &r).iter().copied().collect();

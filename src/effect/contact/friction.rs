@@ -2,7 +2,7 @@
 //!
 //! With the sliding over the step u = (I − nnᵀ) Σ_k s_k (z_k − z_k^old) and a smooth start of it (Li et al., Incremental potential
 //! contact, 2020, eq. 13), F_t = −μ N f(|u|/ε) u/|u|, f(y) = 2y − y² for y < 1, and 1 beyond. A point sticks while f < 1: it
-//! creeps by less than ε in a step. ε = creep speed · Δt in dynamics, and a length in statics.
+//! creeps by less than ε in a step. ε = stick_velocity speed · Δt in dynamics, and a length in statics.
 //!
 //! N and n are those of the state itself, so friction obeys Coulomb's law at the end of every step. The tangent is that of a
 //! fixed N and n: symmetric and positive semidefinite, at the price of linear convergence (∂N/∂x is left out).
@@ -20,7 +20,7 @@ pub struct Coulomb {
     /// μ [–]
     pub coefficient: f64,
     /// Of a point that sticks, at most [m/s]
-    pub creep: f64,
+    pub stick_velocity: f64,
     /// The same over a static step [m]
     pub slip: f64,
 }
@@ -28,7 +28,7 @@ pub struct Coulomb {
 impl Coulomb {
     /// ε of a step of `dt` [s], which is infinite in statics [m].
     pub fn threshold(&self, dt: f64) -> f64 {
-        if dt.is_finite() { self.creep * dt } else { self.slip }
+        if dt.is_finite() { self.stick_velocity * dt } else { self.slip }
     }
 
     /// Adds what resists the sliding of a point that is pressed, to a block of `n` unknowns that begins with `nodes`.

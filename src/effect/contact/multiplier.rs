@@ -14,7 +14,7 @@
 use super::friction::Coulomb;
 use super::placement::Pair;
 use super::{Contact, Press, Pressing};
-use crate::system::{At, Blocks, Effect, EvalError, Local, Role, Touch, Touching, Want};
+use crate::system::{At, Blocks, ContactPoint, ContactPoints, Effect, EvalError, Local, Role, Want};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -45,10 +45,10 @@ impl Effect for Multiplier {
     }
 
     fn role(&self) -> Role {
-        Role::Touching
+        Role::Contact
     }
 
-    fn touching(&self) -> Option<&dyn Touching> {
+    fn touching(&self) -> Option<&dyn ContactPoints> {
         Some(self)
     }
 
@@ -81,7 +81,7 @@ impl Effect for Multiplier {
     }
 }
 
-impl Touching for Multiplier {
+impl ContactPoints for Multiplier {
     fn count(&self) -> usize {
         self.contact.points.len()
     }
@@ -90,11 +90,11 @@ impl Touching for Multiplier {
         self.friction.is_some()
     }
 
-    fn touches(&self, x: &[f64], dt: f64) -> Vec<Touch> {
+    fn touches(&self, x: &[f64], dt: f64) -> Vec<ContactPoint> {
         let start = Instant::now();
         let touch = |b: usize| {
             let pair = self.pair(x, b);
-            Touch {
+            ContactPoint {
                 nodes: self.contact.blocks().nodes(b).to_vec(),
                 shares: pair.shares(&self.contact.points[b].weights),
                 gap: pair.gap,
@@ -103,7 +103,7 @@ impl Touching for Multiplier {
                 friction: self.friction.map(|law| (law.coefficient, law.threshold(dt))),
             }
         };
-        let touches: Vec<Touch> = (0..Touching::count(self)).map(touch).collect();
+        let touches: Vec<ContactPoint> = (0..ContactPoints::count(self)).map(touch).collect();
         self.contact.count([touches.len(), touches.len(), 0], |c| c.search += start.elapsed());
         touches
     }

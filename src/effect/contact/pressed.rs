@@ -49,7 +49,7 @@ impl<R: Response> Effect for Pressed<R> {
     }
 
     fn role(&self) -> Role {
-        Role::Touching
+        Role::Contact
     }
 
     fn blocks(&self) -> &Blocks {

@@ -78,12 +78,12 @@ pub struct Generated {
 
 /// The project's folder, where meshes are kept, and the Python that makes new ones.
 #[derive(Clone, PartialEq, Eq, Debug)]
-pub struct Workshop {
+pub struct MeshStore {
     pub home: PathBuf,
     pub python: PathBuf,
 }
 
-impl Workshop {
+impl MeshStore {
     /// Finds the project: DUROMETER_HOME, else upward from the current folder, else where the program was built. Python:
     /// DUROMETER_PYTHON, else the project's `.venv`, else `python3`.
     pub fn find() -> Result<Self, GenerateError> {
@@ -158,7 +158,7 @@ impl Workshop {
         Ok(Generated { mesh: read(&path, 1.0)?, manifest, name, path, made })
     }
 
-    /// Keeps a mesh: as [`Workshop::mesh`], then moved from the cache to `meshes/<body>`. Returns the mesh file.
+    /// Keeps a mesh: as [`MeshStore::mesh`], then moved from the cache to `meshes/<body>`. Returns the mesh file.
     pub fn commit(&self, request: &MeshRequest, progress: &mut dyn FnMut(&str)) -> Result<PathBuf, GenerateError> {
         let generated = self.mesh(request, progress)?;
         let folder = self.home.join("meshes").join(request.folder());

@@ -1,6 +1,6 @@
 //! The process behind the mesher: calling it, setting up its environment, saying what it lacks.
 
-use super::{GenerateError, Workshop};
+use super::{GenerateError, MeshStore};
 use serde::Deserialize;
 use std::collections::{BTreeMap, VecDeque};
 use std::io::{BufRead, BufReader, Read, Seek, Write};
@@ -66,7 +66,7 @@ fn run(command: &mut Command, input: &str, progress: &mut dyn FnMut(&str)) -> st
     Ok(Output { status: child.wait()?, stdout, lines: lines.into() })
 }
 
-impl Workshop {
+impl MeshStore {
     /// `python -m meshgen` with the project's meshes on its path.
     fn meshgen(&self) -> Command {
         let mut command = Command::new(&self.python);
@@ -197,14 +197,14 @@ fn describe(command: &Command) -> String {
 
 /// One request to the mesher; returns the manifest as JSON.
 pub(super) fn call(
-    workshop: &Workshop,
+    store: &MeshStore,
     request: &serde_json::Value,
     name: &str,
     progress: &mut dyn FnMut(&str),
 ) -> Result<String, GenerateError> {
     let missing = |reason: String| GenerateError::NotInstalled { name: name.into(), reason };
-    let output = run(&mut workshop.meshgen(), &request.to_string(), progress)
-        .map_err(|e| missing(format!("{}: {e}", workshop.python.display())))?;
+    let output = run(&mut store.meshgen(), &request.to_string(), progress)
+        .map_err(|e| missing(format!("{}: {e}", store.python.display())))?;
     if output.status.success() {
         return Ok(output.stdout);
     }

@@ -26,7 +26,7 @@ const MANIFEST: &str = r#"{"request":{"body":"rod","output":"x"},"cells":1,"node
 "versions":{"gmsh":"4.15.2","cgal":null},"wall_s":0.1,"length_m":0.0039}"#;
 
 /// A project with the body `rod` whose Python is a shell script.
-fn project(script: &str) -> (tempfile::TempDir, Workshop) {
+fn project(script: &str) -> (tempfile::TempDir, MeshStore) {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let home = folder.path().to_path_buf();
     for sub in ["meshes/meshgen", "meshes/rod"] {
@@ -38,7 +38,7 @@ fn project(script: &str) -> (tempfile::TempDir, Workshop) {
     std::fs::write(home.join("script"), format!("#!/bin/sh\n{script}\n")).expect("writable");
     std::fs::set_permissions(home.join("script"), PermissionsExt::from_mode(0o755)).expect("ours");
     std::fs::rename(home.join("script"), &python).expect("writable");
-    (folder, Workshop { home, python })
+    (folder, MeshStore { home, python })
 }
 
 fn working() -> String {
@@ -56,29 +56,29 @@ fn message(result: Result<Generated, GenerateError>) -> String {
 
 #[test]
 fn a_mesh_is_made_once_and_found_from_then_on() {
-    let (_folder, workshop) = project(&working());
-    assert_eq!(workshop.stored(&request()), Ok(None));
+    let (_folder, store) = project(&working());
+    assert_eq!(store.stored(&request()), Ok(None));
     let mut lines = Vec::new();
-    let first = workshop.mesh(&request(), &mut |l| lines.push(l.to_string())).unwrap_or_else(|e| panic!("{e}"));
+    let first = store.mesh(&request(), &mut |l| lines.push(l.to_string())).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(lines, ["sizing", "meshing"]);
-    assert!(first.made && first.mesh.cell_count() == 1 && first.path.starts_with(workshop.home.join("meshes/cache")));
+    assert!(first.made && first.mesh.cell_count() == 1 && first.path.starts_with(store.home.join("meshes/cache")));
     assert_eq!(first.manifest.paths["cable"].guide_radius, 0.004);
     assert_eq!(first.manifest.notes["length_m"], 0.0039);
     assert!(first.manifest.request.get("output").is_none(), "a manifest must not carry the path of a cache");
-    let broken = Workshop { python: "no-such-python".into(), ..workshop.clone() };
+    let broken = MeshStore { python: "no-such-python".into(), ..store.clone() };
     let second = broken.mesh(&request(), &mut |_| panic!("no mesher is needed")).expect("stored");
     assert!(!second.made && second.mesh == first.mesh && second.name == first.name);
     let committed = broken.commit(&request(), &mut |_| {}).expect("stored");
-    assert_eq!(committed, workshop.home.join("meshes/rod").join(format!("{}.msh.gz", first.name)));
+    assert_eq!(committed, store.home.join("meshes/rod").join(format!("{}.msh.gz", first.name)));
     assert_eq!(broken.stored(&request()), Ok(Some(committed)));
-    let left: Vec<_> = std::fs::read_dir(workshop.home.join("meshes/cache")).expect("there").collect();
+    let left: Vec<_> = std::fs::read_dir(store.home.join("meshes/cache")).expect("there").collect();
     assert!(left.is_empty(), "{left:?}");
 }
 
 #[test]
 fn the_name_depends_on_what_is_meshed_and_on_nothing_else() {
-    let (_folder, workshop) = project("");
-    let name = |r: &MeshRequest| r.resolve(&workshop.home).expect("a good request").1;
+    let (_folder, store) = project("");
+    let name = |r: &MeshRequest| r.resolve(&store.home).expect("a good request").1;
     let base = name(&request());
     assert_eq!(base, "c30d5282303bca8e", "committed meshes are found by this name: it must not change");
     let with = |parameter: &str, value: f64| {
@@ -90,7 +90,7 @@ fn the_name_depends_on_what_is_meshed_and_on_nothing_else() {
     assert_ne!(name(&MeshRequest { seed: 1, ..request() }), base);
     assert_ne!(name(&MeshRequest::body("rod", Size::Cells { count: 4500, tolerance: 0.02 })), base);
     // A file counts by its content.
-    let (a, b) = (workshop.home.join("a.stl"), workshop.home.join("b.stl"));
+    let (a, b) = (store.home.join("a.stl"), store.home.join("b.stl"));
     [&a, &b].iter().for_each(|p| std::fs::write(p, "solid").expect("writable"));
     let file = |p: &Path| name(&MeshRequest { source: Source::File { path: p.into(), unit_m: 1e-3 }, ..request() });
     let before = file(&a);
@@ -101,8 +101,8 @@ fn the_name_depends_on_what_is_meshed_and_on_nothing_else() {
 
 #[test]
 fn unknown_names_are_refused_with_the_nearest_one() {
-    let (_folder, workshop) = project("");
-    let refuse = |r: MeshRequest| r.resolve(&workshop.home).expect_err("must be refused").to_string();
+    let (_folder, store) = project("");
+    let refuse = |r: MeshRequest| r.resolve(&store.home).expect_err("must be refused").to_string();
     assert_eq!(refuse(MeshRequest::body("rood", Size::Length(1.0))), "unknown body rood; did you mean rod?");
     let parameters = [("lenght".to_string(), 0.1)].into();
     let source = Source::Body { name: "rod".into(), parameters };
@@ -110,7 +110,7 @@ fn unknown_names_are_refused_with_the_nearest_one() {
     let grading = vec![Grading { feature: "palm".into(), length: 1e-3, distance: 1e-3 }];
     assert_eq!(refuse(MeshRequest { grading, ..request() }), "unknown feature of rod palm; known: notches");
     assert_eq!(refuse(MeshRequest { order: 3, ..request() }), "mesh request: order = 3; use 1 or 2");
-    let body = Body::load(&workshop.home, "rod").expect("there");
+    let body = Body::load(&store.home, "rod").expect("there");
     assert_eq!(body.parse("width", "7.5 mm"), Ok(7.5e-3));
     assert_eq!(body.parse("phalanges", "3"), Ok(3.0));
     let error = body.parse("width", "7.5").expect_err("no unit").to_string();
@@ -120,9 +120,9 @@ fn unknown_names_are_refused_with_the_nearest_one() {
 #[test]
 fn every_way_the_mesher_can_end_has_its_error() {
     let run = |script: &str| {
-        let (_folder, workshop) = project(&format!("cat > /dev/null\n{script}"));
-        let error = message(workshop.mesh(&request(), &mut |_| {}));
-        let left: Vec<_> = std::fs::read_dir(workshop.home.join("meshes/cache")).expect("there").collect();
+        let (_folder, store) = project(&format!("cat > /dev/null\n{script}"));
+        let error = message(store.mesh(&request(), &mut |_| {}));
+        let left: Vec<_> = std::fs::read_dir(store.home.join("meshes/cache")).expect("there").collect();
         assert!(left.is_empty(), "{left:?}");
         error
     };
@@ -144,8 +144,8 @@ fn every_way_the_mesher_can_end_has_its_error() {
     );
     let error = run("echo '{}'");
     assert!(error.contains("missing field") && error.contains("they are made again"), "{error}");
-    let (_folder, workshop) = project("");
-    let absent = Workshop { python: workshop.home.join("absent"), ..workshop };
+    let (_folder, store) = project("");
+    let absent = MeshStore { python: store.home.join("absent"), ..store };
     let error = message(absent.mesh(&request(), &mut |_| {}));
     assert!(
         error.contains("the mesher is not installed") && error.ends_with("run: durometer doctor --setup"),
@@ -159,14 +159,14 @@ fn the_doctor_names_the_missing_library_and_its_package() {
 "gmsh":{"error":"libGLU.so.1: cannot open","missing_library":"libGLU.so","debian_package":"libglu1-mesa"},
 "meshio":{"error":"No module named meshio","missing_library":null}},"fix":[]}"#;
     let script = format!("case \"$*\" in *--doctor) cat <<'END'\n{answer}\nEND\n;; -c*) echo 3.12.1;; esac");
-    let (_folder, workshop) = project(&script);
-    let checks = workshop.diagnose();
+    let (_folder, store) = project(&script);
+    let checks = store.diagnose();
     let find = |what: &str| checks.iter().find(|c| c.what == what).unwrap_or_else(|| panic!("{what} in {checks:?}"));
     assert!(find("python").ok && find("meshes/meshgen").ok && find("cgal").ok && find("cgal").optional);
     let help = "apt-get install -y --no-install-recommends libglu1-mesa";
     assert_eq!((find("gmsh").ok, find("gmsh").remedy.as_deref()), (false, Some(help)));
     assert_eq!(find("meshio").remedy.as_deref(), Some("durometer doctor --setup"));
-    let absent = Workshop { python: "no-such-python".into(), ..workshop };
+    let absent = MeshStore { python: "no-such-python".into(), ..store };
     assert!(absent.diagnose().iter().any(|c| !c.ok && c.remedy.as_deref().is_some_and(|r| r.starts_with("apt-get"))));
 }
 
@@ -175,12 +175,12 @@ fn setup_creates_the_environment_and_says_where_it_failed() {
     // The fake venv's own Python plays pip.
     let script =
         "mkdir -p .venv/bin && printf '#!/bin/sh\\necho pip \"$@\"\\n' > .venv/bin/python && chmod +x .venv/bin/python";
-    let (_folder, workshop) = project(script);
+    let (_folder, store) = project(script);
     let mut lines = Vec::new();
-    workshop.setup_environment(&mut |l| lines.push(l.to_string())).unwrap_or_else(|e| panic!("{e}"));
+    store.setup_environment(&mut |l| lines.push(l.to_string())).unwrap_or_else(|e| panic!("{e}"));
     assert!(lines.last().is_some_and(|l| l.ends_with("-r meshes/meshgen/requirements.txt")), "{lines:?}");
-    let (_folder, workshop) = project("echo ensurepip is not available >&2; exit 1");
-    let error = workshop.setup_environment(&mut |_| {}).expect_err("venv fails").to_string();
+    let (_folder, store) = project("echo ensurepip is not available >&2; exit 1");
+    let error = store.setup_environment(&mut |_| {}).expect_err("venv fails").to_string();
     assert!(
         error.contains("-m venv .venv")
             && error.contains("ensurepip")
@@ -191,15 +191,15 @@ fn setup_creates_the_environment_and_says_where_it_failed() {
 
 #[test]
 fn an_unwritable_folder_is_named() {
-    let (_folder, workshop) = project(&working());
+    let (_folder, store) = project(&working());
     // A file where the cache should be: fails for every user, root included.
-    std::fs::write(workshop.home.join("meshes/cache"), "").expect("writable");
-    let error = message(workshop.mesh(&request(), &mut |_| {}));
+    std::fs::write(store.home.join("meshes/cache"), "").expect("writable");
+    let error = message(store.mesh(&request(), &mut |_| {}));
     assert!(
         error.contains("meshes/cache") && error.ends_with("check the path, its permissions and the free space"),
         "{error}"
     );
     let mesh = structured::block(1, 1, 1, 1.0, 1.0, 1.0, crate::mesh::Order::Linear);
-    let error = vtu::write_vtu(&workshop.home.join("meshes/cache/a.vtu"), &mesh, &[], &[]);
+    let error = vtu::write_vtu(&store.home.join("meshes/cache/a.vtu"), &mesh, &[], &[]);
     assert!(matches!(error, Err(MeshError::Unwritable { .. })));
 }

@@ -3,7 +3,7 @@
 use super::super::canvas::{Area, At, INK, LABEL, Mark, PALE, PALETTE, RGB, SMALL, figure, line, mark, mm, text};
 use super::super::store::Store;
 use super::{Figure, Sample, legend};
-use crate::study::stability::{Analysis, Outcome};
+use crate::study::robustness::{Analysis, Outcome};
 
 const ROW: f64 = 3.9;
 const COLUMN: f64 = 6.2;
@@ -35,7 +35,7 @@ pub fn draw(store: &Store, a: &Analysis) -> Vec<Figure> {
 
 fn sheet(store: &Store, a: &Analysis, rows: &[(&str, &str)], number: usize, of: usize) -> Figure {
     let shown = |v: &&String| {
-        let here = |c: &&crate::study::stability::Judged| {
+        let here = |c: &&crate::study::robustness::Judged| {
             c.variant == **v && rows.contains(&(c.suite.as_str(), c.member.as_str()))
         };
         a.cases.iter().any(|c| here(&c))

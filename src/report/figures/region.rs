@@ -3,7 +3,7 @@
 use super::super::canvas::{Area, At, GREY, INK, LABEL, PALETTE, RGB, SMALL, block, figure, italic, mm, text};
 use super::{Figure, Sample, legend};
 use crate::study::record::AxisRecord;
-use crate::study::stability::map::{Grade, Map, Panel};
+use crate::study::robustness::map::{Grade, Map, Panel};
 use crate::study::words::digits;
 
 const EACH: f64 = 52.0;

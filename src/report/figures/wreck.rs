@@ -4,7 +4,7 @@ use super::super::canvas::{At, INK, RGB, SMALL, figure, mm, text};
 use super::super::store::Store;
 use super::super::surface::{Fit, Look, View, extent, surface};
 use super::Figure;
-use crate::study::stability::{Analysis, Outcome};
+use crate::study::robustness::{Analysis, Outcome};
 
 const EYE: [f64; 3] = [0.55, -1.0, 0.45];
 const WIDE: f64 = 56.0;

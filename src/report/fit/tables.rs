@@ -213,7 +213,7 @@ fn stability(fit: &StoredFit) -> Table {
         vec![r.mode.replace('_', " "), end(r.below, r.looked[0]), end(r.above, r.looked[1])]
     });
     Table {
-        name: "stability",
+        name: "robustness",
         caption:
             "Where the law stops being stable (Drucker), nearly incompressible: stretches, in simple shear the shear."
                 .into(),

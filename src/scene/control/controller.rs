@@ -42,7 +42,7 @@ pub struct Reply {
 ///
 /// ```
 /// use durometer::scene::control::{ControlError, Controller, Opening, Reply, Seen};
-/// use durometer::scene::{Body, Scene, Steering, read_scene};
+/// use durometer::scene::{Body, Scene, RunOptions, read_scene};
 /// use std::path::Path;
 ///
 /// struct Integrating {
@@ -71,8 +71,8 @@ pub struct Reply {
 /// let body = Body::load(file, &spec.mesh, &mut |_| {})?;
 /// let scene = Scene::build(file, spec, text, body.into())?;
 /// let mut controller = Integrating { angle: 0 };
-/// let steering = Steering { controller: Some(&mut controller), ..Steering::default() };
-/// let run = scene.steer(steering, &mut |_| true, &mut |_| {});
+/// let options = RunOptions { controller: Some(&mut controller), ..RunOptions::default() };
+/// let run = scene.steer(options, &mut |_| true, &mut |_| {});
 /// let angle = scene.columns().iter().position(|c| c == "bending_angle_deg").expect("recorded");
 /// let last = run.rows.last().expect("a row")[angle];
 /// assert!((last - 10.0).abs() < 0.5, "{last}");

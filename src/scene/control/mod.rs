@@ -16,7 +16,7 @@ pub use controller::{Controller, Opening, Reply, Seen};
 pub use error::ControlError;
 pub use event::Fired;
 pub use memory::Memory;
-pub(super) use prepare::{Workbench, in_unit_of};
+pub(super) use prepare::{SignalBuilder, in_unit_of};
 
 use crate::math::signal::{Clock, Ramp};
 use crate::system::State;

@@ -16,7 +16,7 @@ use crate::solve::Span;
 use std::path::Path;
 
 /// Collects inputs while the signals of a scene are built.
-pub(in crate::scene) struct Workbench<'a> {
+pub(in crate::scene) struct SignalBuilder<'a> {
     specs: &'a [EventSpec],
     inputs: Vec<Input>,
 }
@@ -36,7 +36,7 @@ struct Known<'k> {
     pub range: &'k dyn Fn(&str) -> Option<(f64, f64)>,
 }
 
-impl<'a> Workbench<'a> {
+impl<'a> SignalBuilder<'a> {
     pub(in crate::scene) fn new(specs: &'a [EventSpec]) -> Self {
         Self { specs, inputs: Vec::new() }
     }
@@ -167,9 +167,9 @@ impl Builder<'_> {
             end,
             range: &range,
         };
-        let workbench = std::mem::replace(&mut self.workbench, Workbench::new(&[]));
+        let signal_builder = std::mem::replace(&mut self.signal_builder, SignalBuilder::new(&[]));
         let (controls, remarks) =
-            workbench.finish(&known).map_err(|(place, fact, remedy)| self.content(&place, fact, remedy))?;
+            signal_builder.finish(&known).map_err(|(place, fact, remedy)| self.content(&place, fact, remedy))?;
         self.remarks.extend(remarks);
         Ok(controls)
     }

@@ -1,7 +1,7 @@
 //! What a plan may choose from: elements, and the meshes of the scene's body that are stored or can be made.
 
 use super::PlanError;
-use crate::mesh::generate::Workshop;
+use crate::mesh::generate::MeshStore;
 use crate::scene::{ElementSpec, SceneError, SceneSpec, request};
 use std::path::Path;
 use toml::Value;
@@ -41,15 +41,15 @@ pub fn choices(file: &Path, spec: &SceneSpec) -> Result<(Vec<Choice>, Meshes), P
     if spec.mesh.size.is_some() {
         return Err(PlanError::EdgeLength { file: file.into() });
     }
-    let workshop = Workshop::find().map_err(|e| PlanError::Mesh(e.to_string()))?;
-    let able = workshop.diagnose().iter().all(|c| c.ok || c.optional);
+    let store = MeshStore::find().map_err(|e| PlanError::Mesh(e.to_string()))?;
+    let able = store.diagnose().iter().all(|c| c.ok || c.optional);
     let meshes = if able { Meshes::Made } else { Meshes::Stored };
     let mut out = vec![];
     for element in [ElementSpec::Tet4, ElementSpec::Tet10] {
         let mut mesh = spec.mesh.clone();
         (mesh.element, mesh.size, mesh.cells) = (element, None, Some(COARSEST as usize));
         let request = request(file, &mesh)?;
-        let mut sizes = workshop.stored_sizes(&request).map_err(|e| PlanError::Mesh(e.to_string()))?;
+        let mut sizes = store.stored_sizes(&request).map_err(|e| PlanError::Mesh(e.to_string()))?;
         if able {
             // A made one beside a stored one of nearly its size would be no new level
             let mut cells = COARSEST;

@@ -3,7 +3,7 @@
 use super::Term;
 use super::pressed::PressedSurfaces;
 use crate::effect::contact::friction::Coulomb;
-use crate::system::{At, Blocks, Effect, EvalError, Local, Meeting, Role, Want};
+use crate::system::{At, Blocks, Effect, EvalError, Local, Role, TransientCoupling, Want};
 use std::sync::Arc;
 
 pub struct SurfaceFriction {
@@ -13,7 +13,7 @@ pub struct SurfaceFriction {
     blocks: Blocks,
 }
 
-struct Met<'a> {
+struct TransientBlocks<'a> {
     of: &'a SurfaceFriction,
     terms: Arc<Vec<Term>>,
     blocks: Blocks,
@@ -53,10 +53,10 @@ impl Effect for SurfaceFriction {
         true
     }
 
-    fn meeting<'a>(&'a self, at: &At) -> Option<Box<dyn Meeting + 'a>> {
+    fn meeting<'a>(&'a self, at: &At) -> Option<Box<dyn TransientCoupling + 'a>> {
         let terms = self.pressing.surfaces.terms(at.x);
         let blocks = Blocks::new(terms.iter().map(|t| &t.touch.nodes[..]));
-        Some(Box::new(Met { of: self, terms, blocks }))
+        Some(Box::new(TransientBlocks { of: self, terms, blocks }))
     }
 
     fn semidefinite(&self) -> bool {
@@ -64,7 +64,7 @@ impl Effect for SurfaceFriction {
     }
 }
 
-impl Meeting for Met<'_> {
+impl TransientCoupling for TransientBlocks<'_> {
     fn blocks(&self) -> &Blocks {
         &self.blocks
     }

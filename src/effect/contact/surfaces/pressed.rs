@@ -8,7 +8,7 @@ use crate::effect::contact::Press;
 use crate::effect::contact::barrier::Barrier;
 use crate::effect::contact::pressed::Response;
 use crate::math::tensor::{Mat3, Vec3};
-use crate::system::{At, Blocks, Effect, EvalError, Limit, Local, Meeting, Role, Want};
+use crate::system::{At, Blocks, Effect, EvalError, Limit, Local, Role, TransientCoupling, Want};
 use std::sync::Arc;
 
 pub struct PressedSurfaces {
@@ -19,7 +19,7 @@ pub struct PressedSurfaces {
 }
 
 /// The terms at one state as blocks.
-struct Met<'a> {
+struct TransientBlocks<'a> {
     of: &'a PressedSurfaces,
     terms: Arc<Vec<Term>>,
     blocks: Blocks,
@@ -136,7 +136,7 @@ impl Effect for PressedSurfaces {
     }
 
     fn role(&self) -> Role {
-        Role::Touching
+        Role::Contact
     }
 
     fn blocks(&self) -> &Blocks {
@@ -151,10 +151,10 @@ impl Effect for PressedSurfaces {
         true
     }
 
-    fn meeting<'a>(&'a self, at: &At) -> Option<Box<dyn Meeting + 'a>> {
+    fn meeting<'a>(&'a self, at: &At) -> Option<Box<dyn TransientCoupling + 'a>> {
         let terms = self.surfaces.terms(at.x);
         let blocks = Blocks::new(terms.iter().map(|t| &t.touch.nodes[..]));
-        Some(Box::new(Met { of: self, terms, blocks }))
+        Some(Box::new(TransientBlocks { of: self, terms, blocks }))
     }
 
     /// As of points: a pressure on what turns or slides is negative somewhere.
@@ -167,7 +167,7 @@ impl Effect for PressedSurfaces {
     }
 }
 
-impl Meeting for Met<'_> {
+impl TransientCoupling for TransientBlocks<'_> {
     fn blocks(&self) -> &Blocks {
         &self.blocks
     }

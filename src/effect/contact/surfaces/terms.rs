@@ -4,7 +4,7 @@ use super::Surfaces;
 use super::candidates::{Candidates, Pass};
 use super::nearest::{Nearest, PARALLEL, on_segment, on_segments, on_triangle};
 use super::surface::Edge;
-use super::touch::Touch;
+use super::touch::ContactPoint;
 use crate::effect::contact::Point;
 use crate::math::tensor::Vec3;
 
@@ -16,7 +16,7 @@ const BLUNT: f64 = 1e-3;
 /// One distance, with what it weighs.
 #[derive(Clone, Debug)]
 pub struct Term {
-    pub touch: Touch,
+    pub touch: ContactPoint,
     /// Pass and point; none of two edges
     pub point: Option<(usize, u32)>,
     /// ½ c W, or w [m²]
@@ -141,7 +141,7 @@ impl Surfaces {
         found.extend(features.into_iter().filter(|f| f.1 != 0).map(term));
     }
 
-    fn touch(&self, x: &[f64], p: &Vec3, point: &Point, pass: &Pass, feature: Feature) -> Touch {
+    fn touch(&self, x: &[f64], p: &Vec3, point: &Point, pass: &Pass, feature: Feature) -> ContactPoint {
         let own = point.nodes.len();
         let still = |slopes: &[f64]| [vec![0.0; own], slopes.to_vec()].concat();
         let (nodes, weights, slopes): (Vec<u32>, Vec<f64>, Vec<Vec<f64>>) = match feature {
@@ -158,7 +158,7 @@ impl Surfaces {
             }
         };
         let shares = point.weights.iter().copied().chain(weights.iter().map(|w| -w)).collect();
-        Touch::new([point.nodes.clone(), nodes].concat(), |k| self.node(x, k), shares, slopes)
+        ContactPoint::new([point.nodes.clone(), nodes].concat(), |k| self.node(x, k), shares, slopes)
     }
 
     fn at_edges(&self, x: &[f64], first: &Edge, second: &Edge, reach: f64) -> Option<Term> {
@@ -175,7 +175,7 @@ impl Surfaces {
         let slopes = [(free(s), vec![-1.0, 1.0, 0.0, 0.0]), (free(t), vec![0.0, 0.0, 1.0, -1.0])];
         let slopes = slopes.into_iter().filter(|s| s.0).map(|s| s.1).collect();
         let nodes = [first.nodes, second.nodes].concat();
-        let touch = Touch::new(nodes, |k| self.node(x, k), vec![1.0 - s, s, t - 1.0, -t], slopes);
+        let touch = ContactPoint::new(nodes, |k| self.node(x, k), vec![1.0 - s, s, t - 1.0, -t], slopes);
         let square = |e: &Edge| (self.rest[e.nodes[0] as usize] - self.rest[e.nodes[1] as usize]).norm_squared();
         let blunt = Some(BLUNT * square(first) * square(second));
         let share = GUARD + (1.0 - GUARD) * first.sharp * second.sharp;

@@ -16,7 +16,7 @@ use nalgebra::Matrix2;
 
 /// A pair of features at their nearest places.
 #[derive(Clone, Debug)]
-pub struct Touch {
+pub struct ContactPoint {
     pub nodes: Vec<u32>,
     /// [nodes] s_k
     pub shares: Vec<f64>,
@@ -28,7 +28,7 @@ pub struct Touch {
     along: Vec<Vec3>,
 }
 
-impl Touch {
+impl ContactPoint {
     /// Of nodes at `x` [m], with the shares s and, place by place, their derivatives.
     pub fn new(nodes: Vec<u32>, x: impl Fn(u32) -> Vec3, shares: Vec<f64>, slopes: Vec<Vec<f64>>) -> Self {
         let at: Vec<Vec3> = nodes.iter().map(|&k| x(k)).collect();

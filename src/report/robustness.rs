@@ -4,9 +4,9 @@ use super::content::Content;
 use super::figures::{matrix, region, wreck};
 use super::store::Store;
 use super::table::{self, Table};
-use crate::study::stability::check::Finding;
-use crate::study::stability::map::{Grade, Map};
-use crate::study::stability::{Analysis, Judged, Outcome, analyse};
+use crate::study::robustness::check::Finding;
+use crate::study::robustness::map::{Grade, Map};
+use crate::study::robustness::{Analysis, Judged, Outcome, analyse};
 use serde_json::{Map as Json, json};
 
 pub fn content(store: &Store) -> Content {

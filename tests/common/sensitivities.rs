@@ -1,28 +1,31 @@
-//! Slopes of a run against differences of whole runs.
+//! Sensitivities of a run against differences of whole runs.
 //!
 //! Differences: central over θ(1 ± h), h = 1e-3 and half of it, Richardson's (4D(h/2) − D(h))/3. With poles 0.05 θ away (an angle
 //! that nearly vanishes has such) the truncation is (1e-3/0.05)⁴/4 ≈ 4e-8 of the value; runs that end 1e-11 from equilibrium
 //! add 3·1e-11/1e-3 ≈ 3e-8. Accepted is 1e-6 of the largest value of the same unit.
 
 use durometer::material::registry;
-use durometer::scene::{Constant, Run, Scene, Slopes};
+use durometer::scene::{Constant, Run, Scene, Sensitivities};
 use durometer::solve::Status;
 use toml::{Table, Value};
 
-/// The run of a scene that completes, with the slopes of every row by these constants of the law `rubber`.
-pub fn slopes(scene: &Scene, keys: &[String]) -> (Run, Slopes) {
+/// The run of a scene that completes, with the sensitivities of every row by these constants of the law `rubber`.
+pub fn sensitivities(scene: &Scene, keys: &[String]) -> (Run, Sensitivities) {
     let constants: Vec<Constant> = keys.iter().map(|k| format!("laws.rubber.{k}").parse().expect("a name")).collect();
-    let found = scene.run_with_slopes(&constants, &mut |_| true, &mut |_| {});
-    let (run, slopes) = found.unwrap_or_else(|e| panic!("{e}"));
-    assert_eq!((&run.status, &slopes.stopped, run.rows.len()), (&Status::Converged, &None, slopes.rows.len()));
-    (run, slopes)
+    let found = scene.run_with_sensitivities(&constants, &mut |_| true, &mut |_| {});
+    let (run, sensitivities) = found.unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(
+        (&run.status, &sensitivities.stopped, run.rows.len()),
+        (&Status::Converged, &None, sensitivities.rows.len())
+    );
+    (run, sensitivities)
 }
 
 /// Every constant of the law `rubber` and every row against differences; the largest error.
 pub fn check(label: &str, table: &Table, build: &dyn Fn(&Table) -> Scene) -> f64 {
     let known = registry::find(table["law"].as_str().expect("a name")).expect("registered").keys;
     let keys: Vec<String> = table.keys().filter(|k| known.iter().any(|p| p.name == *k)).cloned().collect();
-    let (run, exact) = slopes(&build(table), &keys);
+    let (run, exact) = sensitivities(&build(table), &keys);
     let place = |name: &String| run.columns.iter().position(|c| c == name).expect("a column of the run");
     let columns: Vec<usize> = exact.columns.iter().map(place).collect();
     let unit_of = |name: &str| name.rsplit('_').next().unwrap_or("").to_string();
@@ -54,12 +57,12 @@ pub fn check(label: &str, table: &Table, build: &dyn Fn(&Table) -> Scene) -> f64
             moved.rows
         };
         let stencil = [1e-3, 5e-4].map(|h| (h, at(h), at(-h)));
-        for (row, slopes) in exact.rows.iter().enumerate() {
+        for (row, sensitivities) in exact.rows.iter().enumerate() {
             for (c, (&column, size)) in columns.iter().zip(&sizes).enumerate() {
                 let [coarse, fine] = stencil
                     .each_ref()
                     .map(|(h, plus, minus)| (plus[row][column] - minus[row][column]) / (2.0 * h * scale));
-                let (expected, got) = ((4.0 * fine - coarse) / 3.0, slopes[c][k]);
+                let (expected, got) = ((4.0 * fine - coarse) / 3.0, sensitivities[c][k]);
                 let size = size / scale.abs();
                 let error = (got - expected).abs() / size;
                 let name = &exact.columns[c];

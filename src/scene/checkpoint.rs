@@ -6,7 +6,7 @@
 use super::build::Scene;
 use super::cable_record::CableLog;
 use super::control::{ControlError, Memory as ControlMemory};
-use super::ledger::Ledger;
+use super::energy_balance::EnergyBalance;
 use super::probe::Energies;
 use super::run::Snapshot;
 use crate::math::signal::Ramp;
@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 
 /// A run at a point of the time grid.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Course {
+pub struct Checkpoint {
     pub state: State,
     /// Index of the stage, and of the step in it
     pub(super) span: usize,
@@ -27,7 +27,7 @@ pub struct Course {
     pub(super) decided: bool,
     pub(super) memory: Memory,
     pub(super) control: ControlMemory,
-    pub(super) ledger: Ledger,
+    pub(super) balance: EnergyBalance,
     pub(super) cables: CableLog,
     /// [points] what was recorded
     pub(super) rows: Vec<Vec<f64>>,
@@ -37,7 +37,7 @@ pub struct Course {
 
 /// Why a saved state cannot be used.
 #[derive(Debug, thiserror::Error)]
-pub enum CourseError {
+pub enum CheckpointError {
     #[error("{}: cannot be read: {reason}; check the path", file.display())]
     Unreadable { file: PathBuf, reason: String },
     #[error("{}: cannot be written: {reason}; choose another folder with --out, or make room", file.display())]
@@ -73,18 +73,18 @@ struct Head {
     lengths: Vec<usize>,
 }
 
-impl Course {
+impl Checkpoint {
     /// At rest, before the first step; an error where an input has no value there.
     pub(super) fn new(scene: &Scene) -> (Self, Result<(), ControlError>) {
         let (mut state, mut control) = (scene.start(), scene.controls.memory());
-        let ledger = Ledger::new(&scene.system, &state);
-        let record = |state: &State| scene.record(state, None, &ledger.residual, ledger.energies, 0);
+        let balance = EnergyBalance::new(&scene.system, &state);
+        let record = |state: &State| scene.record(state, None, &balance.residual, balance.energies, 0);
         let outcome = scene.controls.start(&mut control, &mut state, record);
         let (rows, signals) = (vec![record(&state)], vec![scene.signal_values(&state)]);
         let peak = Snapshot { t: 0.0, x: state.x.clone() };
         let memory = Memory::default();
         let (span, step, decided, cables) = (0, 0, false, CableLog::default());
-        (Self { state, span, step, decided, memory, control, ledger, cables, rows, signals, peak }, outcome)
+        (Self { state, span, step, decided, memory, control, balance, cables, rows, signals, peak }, outcome)
     }
 
     /// Rows that were recorded up to here.
@@ -93,7 +93,7 @@ impl Course {
     }
 
     /// Writes the state; the file appears whole or not at all.
-    pub fn write(&self, file: &Path, scene: &Scene) -> Result<(), CourseError> {
+    pub fn write(&self, file: &Path, scene: &Scene) -> Result<(), CheckpointError> {
         let arrays = self.arrays();
         let payload: Vec<u8> = arrays.iter().flatten().flat_map(|v| v.to_le_bytes()).collect();
         let head = Head {
@@ -118,22 +118,22 @@ impl Course {
         let part = file.with_extension("part");
         std::fs::write(&part, bytes).and_then(|()| std::fs::rename(&part, file)).map_err(|e| {
             std::fs::remove_file(&part).ok();
-            CourseError::Unwritable { file: file.into(), reason: e.to_string() }
+            CheckpointError::Unwritable { file: file.into(), reason: e.to_string() }
         })
     }
 
-    /// Reads what [`Course::write`] made of the same scene.
-    pub fn read(file: &Path, scene: &Scene) -> Result<Self, CourseError> {
-        let unreadable = |e: std::io::Error| CourseError::Unreadable { file: file.into(), reason: e.to_string() };
+    /// Reads what [`Checkpoint::write`] made of the same scene.
+    pub fn read(file: &Path, scene: &Scene) -> Result<Self, CheckpointError> {
+        let unreadable = |e: std::io::Error| CheckpointError::Unreadable { file: file.into(), reason: e.to_string() };
         let bytes = std::fs::read(file).map_err(unreadable)?;
-        let stranger = |fact: &str| CourseError::NotAState { file: file.into(), fact: fact.into() };
+        let stranger = |fact: &str| CheckpointError::NotAState { file: file.into(), fact: fact.into() };
         let line = bytes.iter().position(|b| *b == b'\n').ok_or_else(|| stranger("it has no first line"))?;
         let head: Head =
             serde_json::from_slice(&bytes[..line]).map_err(|_| stranger("its first line is not that of a state"))?;
         if head.format != FORMAT {
             return Err(stranger(&format!("its format is \"{}\", not \"{FORMAT}\"", head.format)));
         }
-        let elsewhere = |what, hint| CourseError::Elsewhere { file: file.into(), what, hint };
+        let elsewhere = |what, hint| CheckpointError::Elsewhere { file: file.into(), what, hint };
         if head.version != env!("CARGO_PKG_VERSION") {
             return Err(elsewhere("version of this program", ""));
         }
@@ -144,7 +144,7 @@ impl Course {
             return Err(elsewhere("scene", " (only title, numerics, output and compare may differ)"));
         }
         let payload = &bytes[line + 1..];
-        let damaged = |fact: &str| CourseError::Damaged { file: file.into(), fact: fact.into() };
+        let damaged = |fact: &str| CheckpointError::Damaged { file: file.into(), fact: fact.into() };
         if sha256(payload) != head.payload_sha256 || payload.len() != 8 * head.lengths.iter().sum::<usize>() {
             return Err(damaged("its numbers are not those that were written"));
         }
@@ -153,10 +153,10 @@ impl Course {
         Self::from_arrays(head, arrays, scene).ok_or_else(|| damaged("its arrays do not fit the scene"))
     }
 
-    /// All numbers that are not in the head, in the order of [`Course::from_arrays`].
+    /// All numbers that are not in the head, in the order of [`Checkpoint::from_arrays`].
     fn arrays(&self) -> Vec<Vec<f64>> {
         let State { t, x, v, a, lambda, memory, dt, history, inputs } = &self.state;
-        let Energies { elastic, kinetic, dissipated, work } = self.ledger.energies;
+        let Energies { elastic, kinetic, dissipated, work } = self.balance.energies;
         let scalars = vec![*t, *dt, self.memory.stiffness, elastic, kinetic, dissipated, work, self.peak.t];
         let ramps = inputs.iter().flat_map(|r| [r.start, r.from, r.end, r.to]).collect();
         let state = [scalars, x.clone(), v.clone(), a.clone(), lambda.clone(), memory.clone(), history.clone(), ramps];
@@ -165,10 +165,10 @@ impl Course {
         let counts = [solves[0], solves[1], *steps, usize::from(*worn)].map(|n| n as f64);
         let kept_factor =
             [k.to_vec(), placed.to_vec(), [counts[0], counts[1], counts[2], counts[3], rates.cv, rates.ca].to_vec()];
-        let ledger = [self.ledger.effect.clone(), self.ledger.g.clone(), self.ledger.residual.clone()];
+        let balance = [self.balance.effect.clone(), self.balance.g.clone(), self.balance.residual.clone()];
         let kept = [flat(&self.rows), flat(&self.signals), self.peak.x.clone()];
         let recent = self.memory.recent.iter().flat_map(|(t, x, lambda)| [vec![*t], x.clone(), lambda.clone()]);
-        state.into_iter().chain(ledger).chain(kept).chain(kept_factor).chain(recent).collect()
+        state.into_iter().chain(balance).chain(kept).chain(kept_factor).chain(recent).collect()
     }
 
     fn from_arrays(head: Head, arrays: Vec<Vec<f64>>, scene: &Scene) -> Option<Self> {
@@ -212,7 +212,7 @@ impl Course {
             decided: true,
             memory: Memory { recent, degree: head.degree, level: head.level, stiffness, kept, totals: head.totals },
             control: head.control,
-            ledger: Ledger { energies, effect, g, residual },
+            balance: EnergyBalance { energies, effect, g, residual },
             cables: head.cables,
             rows,
             signals,

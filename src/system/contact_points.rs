@@ -6,7 +6,7 @@ use crate::math::tensor::Vec3;
 
 /// A point and the plane that its obstacle is for it, where it was looked at.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Touch {
+pub struct ContactPoint {
     /// Nodes of the point, then those of what it meets
     pub nodes: Vec<u32>,
     /// s: the distance changes by Σ_k s_k m·dz_k
@@ -21,7 +21,7 @@ pub struct Touch {
     pub friction: Option<(f64, f64)>,
 }
 
-impl Touch {
+impl ContactPoint {
     /// Σ_k s_k z_k of displacements [m].
     pub fn motion(&self, z: &[f64]) -> Vec3 {
         let of_node = |n: u32| Vec3::from_column_slice(&z[3 * n as usize..][..3]);
@@ -30,24 +30,24 @@ impl Touch {
 }
 
 /// An effect whose forces on its points can be given from outside.
-pub trait Touching {
+pub trait ContactPoints {
     /// Number of its points
     fn count(&self) -> usize;
     /// Has any of them friction?
     fn slides(&self) -> bool;
     /// All of them at displacement x, those that are far too, for a step of `dt` [s], which is infinite in statics
-    fn touches(&self, x: &[f64], dt: f64) -> Vec<Touch>;
+    fn touches(&self, x: &[f64], dt: f64) -> Vec<ContactPoint>;
     /// Makes x a state in which its points are pressed with these forces [N]
     fn press(&self, x: &mut [f64], forces: &[f64]);
 }
 
 impl System {
-    fn touching(&self) -> impl Iterator<Item = &dyn Touching> {
+    fn touching(&self) -> impl Iterator<Item = &dyn ContactPoints> {
         self.effects.iter().filter_map(|e| e.touching())
     }
 
     /// All points of all effects whose forces can be given.
-    pub fn touches_at(&self, x: &[f64], dt: f64) -> Vec<Touch> {
+    pub fn touches_at(&self, x: &[f64], dt: f64) -> Vec<ContactPoint> {
         self.touching().flat_map(|effect| effect.touches(x, dt)).collect()
     }
 

@@ -1,6 +1,6 @@
 //! Stages by arc length, and the search for a limit point where a step under given loads failed or may have jumped.
 
-use super::continuation::Tracer;
+use super::arc_length::Tracer;
 use super::{Failure, Newton, Solved, Span, Status, Step, Stepper, TurningPoint};
 use crate::system::{State, Want};
 

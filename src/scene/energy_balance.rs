@@ -6,7 +6,7 @@ use crate::system::{At, Role, State, System, Want};
 
 /// Integrals along the path.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Ledger {
+pub(super) struct EnergyBalance {
     pub energies: Energies,
     /// Per effect: energy at the last state
     pub effect: Vec<f64>,
@@ -16,7 +16,7 @@ pub(super) struct Ledger {
     pub residual: Vec<f64>,
 }
 
-impl Ledger {
+impl EnergyBalance {
     pub(super) fn new(system: &System, rest: &State) -> Self {
         let mut sums = system.workspace();
         let rates = Default::default();
@@ -38,7 +38,7 @@ impl Ledger {
             let energy = sums.energy[e];
             self.energies.dissipated += sums.dissipated[e];
             match effect.role() {
-                Role::Stored | Role::Touching | Role::Relaxing => self.energies.elastic += energy,
+                Role::Stored | Role::Contact | Role::Relaxing => self.energies.elastic += energy,
                 Role::Kinetic => self.energies.kinetic += energy,
                 Role::Dissipative => self.energies.dissipated += energy,
                 Role::Load => {

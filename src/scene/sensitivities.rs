@@ -2,14 +2,14 @@
 
 use super::build::Scene;
 use super::run::{Progress, Run};
+use super::run_options::RunOptions;
 use super::sensitivity::{Constant, Sensitivity, SensitivityError};
-use super::steering::Steering;
 use crate::solve::{Failure, Integrator};
 use crate::system::State;
 use std::time::Instant;
 
 /// Derivatives of the rows of a [`Run`] by some constants.
-pub struct Slopes {
+pub struct Sensitivities {
     /// Columns of the run that have a derivative, in their order: all but t_s, newton_iterations and those of the probes
     /// `energy` and `stretch`
     pub columns: Vec<String>,
@@ -30,24 +30,24 @@ pub struct Slopes {
 
 impl Scene {
     /// [`Scene::run`] with the derivatives of its rows by `constants`. A run that ends early has those of the rows so far.
-    pub fn run_with_slopes(
+    pub fn run_with_sensitivities(
         &self,
         constants: &[Constant],
         watch: &mut dyn FnMut(Progress) -> bool,
         states: &mut dyn FnMut(&State),
-    ) -> Result<(Run, Slopes), SensitivityError> {
+    ) -> Result<(Run, Sensitivities), SensitivityError> {
         let mut recorder = Recorder::new(self, constants)?;
-        let run = self.follow(Steering::default(), watch, states, Some(&mut recorder));
+        let run = self.follow(RunOptions::default(), watch, states, Some(&mut recorder));
         let factor = &recorder.sensitivity.solver.factor;
         let (factorisations, solves) = (factor.count, factor.solves);
-        Ok((run, Slopes { factorisations, solves, ..recorder.slopes }))
+        Ok((run, Sensitivities { factorisations, solves, ..recorder.sensitivities }))
     }
 }
 
 /// Goes along with a run.
 pub(super) struct Recorder<'a> {
     sensitivity: Sensitivity<'a>,
-    slopes: Slopes,
+    sensitivities: Sensitivities,
 }
 
 impl<'a> Recorder<'a> {
@@ -55,7 +55,7 @@ impl<'a> Recorder<'a> {
         let sensitivity = Sensitivity::new(scene, constants)?;
         let (columns, constants) = (sensitivity.columns(), constants.to_vec());
         let rest = vec![vec![0.0; constants.len()]; columns.len()];
-        let slopes = Slopes {
+        let sensitivities = Sensitivities {
             columns,
             constants,
             rows: vec![rest],
@@ -65,7 +65,7 @@ impl<'a> Recorder<'a> {
             wall: 0.0,
             cpu: 0.0,
         };
-        Ok(Self { sensitivity, slopes })
+        Ok(Self { sensitivity, sensitivities })
     }
 
     /// A stage begins at `state`.
@@ -79,15 +79,15 @@ impl<'a> Recorder<'a> {
     }
 
     fn timed(&mut self, t: f64, work: impl FnOnce(&mut Sensitivity) -> Result<Option<Vec<Vec<f64>>>, Failure>) {
-        if self.slopes.stopped.is_some() {
+        if self.sensitivities.stopped.is_some() {
             return;
         }
         let (wall, cpu) = (Instant::now(), cpu_time::ThreadTime::now());
         match work(&mut self.sensitivity) {
-            Ok(row) => self.slopes.rows.extend(row),
-            Err(why) => self.slopes.stopped = Some((t, why)),
+            Ok(row) => self.sensitivities.rows.extend(row),
+            Err(why) => self.sensitivities.stopped = Some((t, why)),
         }
-        self.slopes.wall += wall.elapsed().as_secs_f64();
-        self.slopes.cpu += cpu.elapsed().as_secs_f64();
+        self.sensitivities.wall += wall.elapsed().as_secs_f64();
+        self.sensitivities.cpu += cpu.elapsed().as_secs_f64();
     }
 }

@@ -9,7 +9,7 @@ use crate::math::low_rank::Pattern;
 use std::sync::Arc;
 
 /// What an effect couples at one state.
-pub trait Meeting {
+pub trait TransientCoupling {
     fn blocks(&self) -> &Blocks;
     /// Nodes that may soon be coupled, list by list; decided by x alone, so that a run that is resumed has the same room
     fn room(&self, x: &[f64]) -> Vec<Vec<u32>>;
@@ -19,12 +19,12 @@ pub trait Meeting {
 
 /// Tangents of blocks that have no slots.
 #[derive(Default)]
-pub(super) struct Met {
+pub(super) struct TransientBlocks {
     /// Equations of a block, [`Dofs::FIXED`] where a dof is prescribed, and its K_e, row by row
     blocks: Vec<(Vec<u32>, Vec<f64>)>,
 }
 
-impl Met {
+impl TransientBlocks {
     /// Keeps K_e of a block.
     pub fn push(&mut self, system: &System, list: &Blocks, b: usize, local: &Local) {
         let n = list.size(b);
@@ -47,7 +47,7 @@ impl System {
     /// Energy and residual of what effect `e` couples here; its tangents into `met`. Returns Σ‖r_e‖.
     pub(super) fn add_meeting(
         &self,
-        (e, met): (usize, &mut Met),
+        (e, met): (usize, &mut TransientBlocks),
         at: &At,
         want: Want,
         increment: Option<&[f64]>,
@@ -96,7 +96,7 @@ impl Assembled {
     }
 
     /// Puts K of the blocks that stay, and of those that met, into a pattern that holds both.
-    pub(super) fn take_in(&mut self, system: &System, met: &Met, room: impl Fn() -> Vec<Vec<u32>>) {
+    pub(super) fn take_in(&mut self, system: &System, met: &TransientBlocks, room: impl Fn() -> Vec<Vec<u32>>) {
         if !met.fits(&self.pattern) {
             let of_nodes = |nodes: &Vec<u32>| -> Vec<u32> {
                 nodes.iter().flat_map(|n| 3 * n..3 * n + 3).map(|dof| system.dofs.equation[dof as usize]).collect()

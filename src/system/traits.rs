@@ -1,7 +1,7 @@
 //! What an effect or a constraint is, and what it sees.
 
 use super::rows::{Cone, Piece, Rows};
-use super::{Batched, EvalError, Means, Meeting, Past, Skew, Touching};
+use super::{Batched, ContactPoints, EvalError, Means, Past, Skew, TransientCoupling};
 pub use crate::material::Want;
 use crate::math::signal::{Clock, Ramp};
 use std::sync::Arc;
@@ -246,7 +246,7 @@ pub trait Effect: Send + Sync {
         false
     }
     /// What it couples at this state
-    fn meeting<'a>(&'a self, _at: &At) -> Option<Box<dyn Meeting + 'a>> {
+    fn meeting<'a>(&'a self, _at: &At) -> Option<Box<dyn TransientCoupling + 'a>> {
         None
     }
     /// Do Newton's steps take K_e without its negative eigenvalues, because these would make most tangents indefinite?
@@ -266,7 +266,7 @@ pub trait Effect: Send + Sync {
         None
     }
     /// Its points, where their forces can be given from outside
-    fn touching(&self) -> Option<&dyn Touching> {
+    fn touching(&self) -> Option<&dyn ContactPoints> {
         None
     }
     /// Its blocks side by side, where it can evaluate them so; all of one size, then
@@ -310,7 +310,7 @@ impl<E: Effect + ?Sized> Effect for Arc<E> {
     fn meets(&self) -> bool {
         (**self).meets()
     }
-    fn meeting<'a>(&'a self, at: &At) -> Option<Box<dyn Meeting + 'a>> {
+    fn meeting<'a>(&'a self, at: &At) -> Option<Box<dyn TransientCoupling + 'a>> {
         (**self).meeting(at)
     }
     fn semidefinite(&self) -> bool {
@@ -325,7 +325,7 @@ impl<E: Effect + ?Sized> Effect for Arc<E> {
     fn skew(&self) -> Option<&dyn Skew> {
         (**self).skew()
     }
-    fn touching(&self) -> Option<&dyn Touching> {
+    fn touching(&self) -> Option<&dyn ContactPoints> {
         (**self).touching()
     }
     fn batched(&self) -> Option<&dyn Batched> {
@@ -339,7 +339,7 @@ pub enum Role {
     /// Energy ψ with r = ∂ψ/∂x
     Stored,
     /// Energy ψ with r = ∂ψ/∂x, of what touches at times and does not hold parts together
-    Touching,
+    Contact,
     /// Energy ½ v·Mv with r = M a
     Kinetic,
     /// Energy: what the step dissipates, r·(x − old)

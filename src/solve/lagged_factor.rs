@@ -15,7 +15,7 @@
 
 use super::multipliers::Schur;
 use super::newton::Direction;
-use super::turns::Turns;
+use super::nodal_rotations::Turns;
 use super::{Newton, Step};
 use crate::math::linear::{dot, norm};
 use crate::math::pcg::{Outcome, pcg};
@@ -53,7 +53,7 @@ pub struct Kept {
 
 /// The factor that is kept, and the directions that are watched.
 #[derive(Default)]
-pub(super) struct Stale {
+pub(super) struct LaggedFactor {
     pub kept: Kept,
     /// Factorisations when it was made: later ones have overwritten it
     count: usize,
@@ -67,7 +67,7 @@ impl Newton {
     /// Can directions come from an old factor here? K is to be symmetric, and definite where the rows hold.
     pub(super) fn keeps_factors(&self, system: &System) -> bool {
         self.settings.reuse_factor
-            && self.factor.price() >= self.settings.keep_from
+            && self.factor.price() >= self.settings.reuse_threshold
             && system.scalar_equations() == 0
             && system.skewed.is_empty()
             && system.meeting.is_empty()
@@ -114,7 +114,7 @@ impl Newton {
 
     /// Is there a factor for a direction of this step?
     pub(super) fn has_factor(&self, rates: Rates, first: bool) -> bool {
-        let Stale { kept, count, .. } = &self.stale;
+        let LaggedFactor { kept, count, .. } = &self.stale;
         let stands = !kept.k.is_empty() && *count == self.factor.count && kept.rates.is_near(&rates);
         stands && !(first && kept.worn)
     }
