@@ -3,11 +3,11 @@
 use durometer::math::random::SplitMix;
 use durometer::math::units::{self, Dimension};
 use durometer::mesh::TetMesh;
-use durometer::report::store::{self, Store};
 use durometer::scene::{Body, Progress, Run, Scene, from_text};
 use durometer::solve::Status;
+use durometer::study::kinds::robustness::{Analysis, Outcome, analyse};
 use durometer::study::record::CaseRecord;
-use durometer::study::robustness::{Analysis, Outcome, analyse};
+use durometer::study::results::{self, Store};
 use durometer::study::runner::{self, Options, Watch};
 use durometer::study::spec::{Case, Study};
 use std::path::{Path, PathBuf};

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 /// A module may use those before it. `cli`, with `main`, may use the library only.
 const ORDER: [&str; 10] =
-    ["math", "mesh", "material", "system", "effect", "solve", "scene", "calibrate", "study", "report"];
+    ["math", "mesh", "material", "system", "effect", "solve", "scene", "calibrate", "report", "study"];
 /// Beyond the order: what a module may use of the library at all.
 const ONLY: [(&str, &[&str]); 1] = [("solve", &["math", "system", "solve"])];
 const LONGEST: usize = 400;
