@@ -11,12 +11,12 @@ use serde::Serialize;
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct Reference {
     pub value: f64,
-    /// U(f*), disagreement included [unit of f]
+    /// U(f*), disagreement included \[unit of f\]
     pub uncertainty: f64,
     pub family: String,
     pub method: String,
     pub others: Vec<CrossCheck>,
-    /// Largest |f* − f*_other| of a defensible family whose interval does not overlap [unit of f]
+    /// Largest |f* − f*_other| of a defensible family whose interval does not overlap \[unit of f\]
     pub disagreement: f64,
 }
 

@@ -15,9 +15,9 @@ use serde::Serialize;
 pub struct CaseError {
     pub id: String,
     pub value: f64,
-    /// |f − f*|/|f*| [–]
+    /// |f − f*|/|f*| \[–\]
     pub error: f64,
-    /// With U(f*) [–]
+    /// With U(f*) \[–\]
     pub bar: f64,
 }
 
@@ -29,7 +29,7 @@ pub struct Noise {
     pub seeds: usize,
     pub h_m: f64,
     pub mean: f64,
-    /// max − min [unit of f]
+    /// max − min \[unit of f\]
     pub scatter: f64,
 }
 
@@ -37,12 +37,12 @@ pub struct Noise {
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct TimeStep {
     pub family: String,
-    /// [cases] Δt [s], smallest first
+    /// \[cases\] Δt \[s\], smallest first
     pub dt_s: Vec<f64>,
     pub values: Vec<f64>,
-    /// Error of the study's step [unit of f], first order assumed: |f(Δt) − f(Δt_min)|·Δt/(Δt − Δt_min)
+    /// Error of the study's step \[unit of f\], first order assumed: |f(Δt) − f(Δt_min)|·Δt/(Δt − Δt_min)
     pub error: f64,
-    /// U₁ of the finest mesh of the sizes [unit of f]
+    /// U₁ of the finest mesh of the sizes \[unit of f\]
     pub mesh_error: f64,
     /// error ≤ mesh_error/10, or rounding
     pub negligible: bool,

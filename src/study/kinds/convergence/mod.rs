@@ -26,7 +26,7 @@ pub const DECIDING: [&str; 2] = ["bending_angle_deg", "cable_tension_N"];
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct Analysis {
     pub tolerance: f64,
-    /// [variants × quantities]
+    /// \[variants × quantities\]
     pub quantities: Vec<QuantityAnalysis>,
     /// Mesh + formulation, cheapest first
     pub settings: Vec<Setting>,
@@ -100,7 +100,7 @@ impl Analysis {
 pub struct Cases<'a> {
     pub study: &'a StudyRecord,
     pub stored: &'a [StoredCase],
-    /// Time step of the mesh studies [s]
+    /// Time step of the mesh studies \[s\]
     pub dt_s: f64,
     pub shared: bool,
 }
@@ -125,7 +125,7 @@ impl<'a> Cases<'a> {
         (c.dt_s / self.dt_s - 1.0).abs() < 1e-6
     }
 
-    /// Price of a case [s].
+    /// Price of a case \[s\].
     pub fn cost(&self, c: &CaseRecord) -> f64 {
         if self.shared { c.cpu_s } else { c.wall_s }
     }
