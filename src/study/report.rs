@@ -4,7 +4,8 @@
 
 use crate::report::{ReportError, export, files};
 use crate::study::kinds::KINDS;
-use crate::study::summary::{self, Summary};
+use crate::study::summary;
+pub use crate::study::summary::Summary;
 use crate::study::{page, results};
 use std::path::Path;
 
