@@ -164,7 +164,7 @@ pub struct PhaseRecord {
     pub build_s: f64,
 }
 
-/// Of the elastic effect whose pressures scatter most, one with an alarm first; definitions in `docs/theory/elements.md`.
+/// Of the elastic effect whose pressures scatter most, one with an alarm first; definitions in `docs/explanation/elements.md`.
 #[derive(Serialize, Deserialize, Clone, Copy, Debug, PartialEq)]
 pub struct LockingRecord {
     /// ‖p − p*‖/‖dev τ‖ \[–\]
