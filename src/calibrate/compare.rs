@@ -7,7 +7,7 @@
 use super::fit::{Choice, choose, read};
 use super::misfit::residuals;
 use super::solve::{Setting, solve};
-use super::{Experiment, FITS, FitError, FitOptions, FitRequest, Misfit, Mode, Model, Sample};
+use super::{Experiment, FitError, FitOptions, FitRequest, Misfit, Mode, Model, Sample, fittable_laws};
 use serde::Serialize;
 use std::fmt;
 use std::path::Path;
@@ -51,9 +51,9 @@ pub fn compare(request: &FitRequest) -> Result<Comparison, FitError> {
 pub fn compare_experiment(experiment: &Experiment, options: &FitOptions) -> Result<Comparison, FitError> {
     let choice = choose(experiment, options)?;
     let mut laws = Vec::new();
-    for law in FITS {
-        for terms in law.terms {
-            let model = Model::new(law.name, Some(*terms)).expect("a number of the list");
+    for law in fittable_laws() {
+        for terms in law.fit.iter().flat_map(|f| f.term_counts) {
+            let model = Model::new(law.info.name, Some(*terms)).expect("a number of the list");
             laws.push(one(experiment, options, &choice, model)?);
         }
     }
@@ -87,7 +87,7 @@ fn one(experiment: &Experiment, options: &FitOptions, choice: &Choice, model: Mo
     };
     let score = [hold_out, cross_mode].into_iter().flatten().reduce(f64::max);
     Ok(Compared {
-        law: model.law.name,
+        law: model.name(),
         terms: model.terms,
         label: model.label(),
         constants: model.parameters().len(),

@@ -7,12 +7,11 @@ use super::misfit::residuals;
 use super::result::interval_assumption;
 use super::solve::{LawFit, Setting, solve};
 use super::specimen::scatter;
-use super::term::invariants;
 use super::{
     Experiment, FitCurves, FitError, FitOptions, FitRequest, FitResult, Misfit, Mode, Model, Otherwise, RangeRow,
     Sample, StretchRange, Weighting, noise, profile,
 };
-use crate::material::registry;
+use crate::material::principal::invariants;
 
 /// Reads a table and fits a law to it.
 pub fn fit(request: &FitRequest) -> Result<FitResult, FitError> {
@@ -63,11 +62,11 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
         stretch,
     );
     let mut result = FitResult {
-        law: model.law.name,
+        law: model.name(),
         label: model.label(),
         terms: model.terms,
-        formula: model.law.formula,
-        law_source: model.law.source,
+        formula: model.form.formula,
+        law_source: model.form.source,
         data: experiment.file.clone(),
         data_sha256: experiment.sha256.clone(),
         data_source: experiment.card.as_ref().map(|c| citation(&c.source)).filter(|c| !c.is_empty()),
@@ -206,10 +205,9 @@ fn check_rows(experiment: &Experiment, modes: &[Mode], range: StretchRange, fitt
 }
 
 fn check_volumetric(model: Model, option: &str) -> Result<String, FitError> {
-    let entry = registry::find(model.law.name).expect("laws that are fitted are laws of scenes");
     let refuse = |remedy| Err(FitError::Volumetric { option: option.into(), remedy });
-    match entry.info.choices.iter().find(|c| c.name == "volumetric") {
-        None => refuse(format!("law {} has no choice of a volumetric part; leave it away", model.law.name)),
+    match model.law.info.choices.iter().find(|c| c.name == "volumetric") {
+        None => refuse(format!("law {} has no choice of a volumetric part; leave it away", model.name())),
         Some(c) if !c.options.contains(&option) => refuse(format!("take one of {}", c.options.join(", "))),
         Some(_) => Ok(option.into()),
     }

@@ -2,13 +2,12 @@
 
 use super::certificate::{self, CASES};
 use super::fit::extent;
-use super::law::Form;
 use super::solve::{LawFit, ROUNDING, median};
 use super::{
     AuditKind, Estimate, Experiment, FitResult, FitWarning, Loss, Misfit, Mode, Model, Partner, Prediction,
     PredictionKind, Residual, SolverCheck, StableRange, StretchRange, Treatment, Validity, statistics,
 };
-use crate::material::{LawEntry, registry};
+use crate::material::FitTerms;
 
 pub fn predictions(all: &[Residual], modes: &[Mode], range: StretchRange) -> Vec<Prediction> {
     let mut found = Vec::new();
@@ -169,7 +168,7 @@ fn unstable(result: &FitResult, model: Model) -> Option<FitWarning> {
         above.or(r.below.filter(|b| *b >= low)).map(|at| (r.mode, at))
     };
     let lost: Vec<_> = result.stability.iter().filter_map(of).collect();
-    let linear = matches!(model.law.form, Form::Linear(_));
+    let linear = matches!(model.form.terms, FitTerms::Linear(_));
     (!lost.is_empty()).then_some(FitWarning::Unstable { lost, reach, linear })
 }
 
@@ -204,8 +203,8 @@ const SLOPE: f64 = 0.01;
 
 /// A compressible law with the fitted shear modulus μ has E = 2(1 + ν)μ in tension where the data, taken as incompressible, had 3μ.
 fn compressible(result: &FitResult, model: Model, mu: Option<f64>) -> Option<FitWarning> {
-    let chosen = |e: &LawEntry| e.info.choices.iter().any(|c| c.name == "volumetric" && c.default.is_none());
-    let needs_volumetric = registry::find(model.law.name).is_ok_and(chosen) && result.volumetric.is_none();
+    let chosen = model.law.info.choices.iter().any(|c| c.name == "volumetric" && c.default.is_none());
+    let needs_volumetric = chosen && result.volumetric.is_none();
     let nu = match (result.partner, mu) {
         (None, _) => return Some(FitWarning::NoPartner { volumetric: needs_volumetric }),
         (Some(Partner::Nu(nu)), _) => nu,

@@ -120,7 +120,7 @@ impl FromStr for Loss {
 /// What of an experiment is fitted, and to what.
 #[derive(Clone, Debug)]
 pub struct FitOptions {
-    /// A name of [`super::FITS`]
+    /// Name of a law of [`super::fittable_laws`]
     pub law: String,
     /// `None`: the usual number of terms of the law
     pub terms: Option<usize>,

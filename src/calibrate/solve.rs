@@ -1,12 +1,13 @@
 //! One fit of one law to some samples: weights, solver, intervals.
 
+use super::Model;
 use super::identify::{self, Identified};
-use super::law::{Form, Model};
 use super::linear::{self, Points};
 use super::noise;
 use super::noise::ModeNoise;
 use super::rows::Rows;
 use super::{FitError, Loss, Sample, Weighting, separable, statistics};
+use crate::material::FitTerms;
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
@@ -120,12 +121,12 @@ fn weighted(setting: &Setting, samples: &[Sample], weight: &[f64], near: Option<
         weight: weight.to_vec(),
         at,
     };
-    match &setting.model.law.form {
-        Form::Linear(slopes) => {
-            let found = linear::solve(*slopes, setting.model.terms, &rows, &setting.stable, near.is_none())?;
+    match &setting.model.form.terms {
+        FitTerms::Linear(derivatives) => {
+            let found = linear::solve(*derivatives, setting.model.terms, &rows, &setting.stable, near.is_none())?;
             Ok(bare(found.values, found.check, found.active, vec![]))
         }
-        Form::Separable(family) => {
+        FitTerms::Separable(family) => {
             let warm = near.map(|n| n.at.as_slice());
             let found = separable::solve(family, setting.model.terms, &rows, setting.reach, warm)?;
             // + 0: a factor that vanished has no sign

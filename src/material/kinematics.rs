@@ -2,7 +2,7 @@
 
 use crate::math::tensor::{Mat3, cofactor, det_minus_one};
 
-use super::LawError;
+use super::response::LawError;
 
 /// Invariants of one F, each without cancellation.
 #[derive(Clone, Copy, Debug)]

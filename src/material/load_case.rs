@@ -5,7 +5,8 @@
 //! P/μ = λ − λ⁻² (uniaxial), λ − λ⁻⁵ (equibiaxial), λ − λ⁻³ (planar), γ (simple shear). Source: Treloar, *The Physics of
 //! Rubber Elasticity*, 3rd ed. 1975, ch. 5.
 
-use super::{Law, LawError, Response, Want};
+use super::law::Law;
+use super::response::{LawError, Response, Want};
 use crate::math::tensor::Mat3;
 
 /// A homogeneous deformation; its amount is the stretch λ \[–\], or the shear γ \[–\] of simple shear.
@@ -240,7 +241,7 @@ mod tests {
     #[test]
     fn incompressible_limit_of_every_split_law() {
         for entry in LAWS {
-            let law = super::super::example(entry);
+            let law = entry.example().expect("the example of a law");
             let name = entry.info.name;
             if law.split().is_none() {
                 assert!(LoadCase::Planar.incompressible(law.as_ref(), 1.1).is_err(), "{name}");
@@ -281,7 +282,7 @@ mod tests {
     #[test]
     fn every_law_and_case() {
         for entry in LAWS {
-            let law = super::super::example(entry);
+            let law = entry.example().expect("the example of a law");
             let stiffness = law.small_strain().kappa;
             for case in LoadCase::ALL {
                 let label = format!("{} {case:?}", entry.info.name);

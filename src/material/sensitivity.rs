@@ -4,8 +4,9 @@
 //! the chain rule: a law of two constants is given by any two of E, ν, μ, λ, κ, the others by κ or ν. The keys that stand in
 //! the file beside θ are held.
 
+use super::law::Law;
+use super::parameter::LawSpecError;
 use super::registry::given;
-use super::{Law, LawSpecError};
 
 /// ∂/∂`key` of the law of this table.
 pub fn derivative(table: &toml::Table, key: &str) -> Result<Box<dyn Law>, LawSpecError> {

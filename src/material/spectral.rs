@@ -18,8 +18,8 @@
 use super::assemble::{Row9, add_dyad, isotropic, rows};
 use super::kinematics::Invariants;
 use super::polar::SignedSvd;
+use super::response::{LawError, Response, Want};
 use super::volumetric::Volumetric;
-use super::{LawError, Response, Want};
 use crate::math::tensor::{Mat3, Vec3};
 
 /// w at the three ēᵢ: W = Σw \[J/m³\], w′ and w″ \[Pa\].

@@ -13,8 +13,12 @@
 //! bounds it only by the penalty ½λ(J − α)². In tension the uniaxial response is Neo-Hookean with 4/3 μ_L at large stretch.
 
 use super::assemble::{add_dyad, isotropic, rows};
+use super::entry::LawEntry;
 use super::kinematics::{Invariants, x_minus_ln_1p};
-use super::{Law, LawError, LawInfo, Moduli, Response, Want, moduli};
+use super::law::{Law, LawInfo};
+use super::moduli;
+use super::moduli::Moduli;
+use super::response::{LawError, Response, Want};
 use crate::math::tensor::Mat3;
 
 pub static INFO: LawInfo = LawInfo {
@@ -29,6 +33,9 @@ pub static INFO: LawInfo = LawInfo {
     objective: true,
     isochoric: false,
 };
+
+/// The law in the registry.
+pub const ENTRY: LawEntry = LawEntry::elastic(&INFO, |v, _| Ok(Box::new(StableNeoHookean::new(Moduli::from_map(v)?))));
 
 /// Stable Neo-Hookean law, made from Hooke's constants.
 #[derive(Clone, Copy, Debug)]

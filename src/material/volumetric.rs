@@ -5,8 +5,8 @@
 //! Holzapfel, *Nonlinear Solid Mechanics*, 2000, ch. 6.
 
 use super::kinematics::x_minus_ln_1p;
-use super::registry::Chosen;
-use super::{Choice, LawError};
+use super::parameter::{Choice, Chosen};
+use super::response::LawError;
 
 /// The form of U(J).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

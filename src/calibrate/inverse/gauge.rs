@@ -15,10 +15,10 @@ pub fn fit(
 ) -> Option<Gauge> {
     let law = &model.unknown.first()?.constant.law;
     let (entry, values, _) = given(model.spec.laws.get(law)?).ok()?;
-    let fitted = Model::new(entry.info.name, None).ok()?.law;
-    let own = fitted.parameters.iter().filter(|p| values.contains_key(p.name)).count();
-    let terms = fitted.terms.iter().copied().find(|t| {
-        let parameters = Model { law: fitted, terms: *t }.parameters();
+    let fitted = Model::new(entry.info.name, None).ok()?;
+    let own = fitted.form.parameters.iter().filter(|p| values.contains_key(p.name)).count();
+    let terms = fitted.form.term_counts.iter().copied().find(|t| {
+        let parameters = Model { terms: *t, ..fitted }.parameters();
         parameters.len() == own && parameters.iter().all(|p| values.contains_key(p.name))
     })?;
     let sample = |((x, y), line): ((&f64, &f64), &u64)| Sample {

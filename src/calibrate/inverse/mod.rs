@@ -22,7 +22,7 @@ pub use model::{Failure, SceneModel, Unknown, written};
 
 use super::certificate::{CASES, range};
 use super::{Direction, FitWarning, Weighting, identify, noise};
-use crate::material::stability;
+use crate::material::{StabilityLimit, material_stability};
 use crate::scene::probe::stretches;
 use crate::scene::{Progress, Scene};
 use nalgebra::{DMatrix, DVector};
@@ -175,8 +175,8 @@ fn certificate(scene: &Scene, largest: f64) -> Vec<Stable> {
         let law = crate::material::law_from_table(table).ok()?;
         let one = |(case, mode): (crate::material::LoadCase, &str)| {
             let looked = range(case, top);
-            let found = stability(law.as_ref(), case, looked).ok()?;
-            let amount = |limit: Option<crate::material::Limit>| limit.map(|l| l.amount);
+            let found = material_stability(law.as_ref(), case, looked).ok()?;
+            let amount = |limit: Option<StabilityLimit>| limit.map(|l| l.amount);
             let (below, above) = (amount(found.below), amount(found.above));
             Some(Stable { law: name.clone(), mode: mode.into(), looked, below, above })
         };
