@@ -30,7 +30,7 @@ impl Response {
     }
 }
 
-/// Responses at [`LANES`] deformation gradients. What was not wanted is left as it was.
+/// Responses at `LANES` deformation gradients. What was not wanted is left as it was.
 #[derive(Clone, Debug)]
 pub struct LaneResponse {
     /// ψ \[J/m³\]
