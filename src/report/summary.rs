@@ -1,4 +1,4 @@
-//! `summary.json`: what other programs read. Keys and units are a traits; see `docs/theory/convergence.md`.
+//! `summary.json`: what other programs read. Keys and units are a traits; see `docs/explanation/convergence.md`.
 
 use super::content::Content;
 use super::store::Store;

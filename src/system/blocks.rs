@@ -70,13 +70,13 @@ impl Blocks {
 
 /// Buffers of one block, zeroed before each evaluation.
 pub struct BlockValues {
-    /// Π_e [J], or the share of g
+    /// Π_e \[J\], or the share of g
     pub energy: f64,
-    /// What the step dissipates [J], of a [`EnergyRole::Relaxing`]
+    /// What the step dissipates \[J\], of a [`EnergyRole::Relaxing`]
     pub dissipated: f64,
-    /// [n] r_e = ∂Π_e/∂x_e [N]
+    /// \[n\] r_e = ∂Π_e/∂x_e \[N\]
     pub r: Vec<f64>,
-    /// [n × n] row by row; only entries with column ≤ row are read. K_e = ∂r/∂x + cv ∂r/∂v + ca ∂r/∂a [N/m]
+    /// \[n × n\] row by row; only entries with column ≤ row are read. K_e = ∂r/∂x + cv ∂r/∂v + ca ∂r/∂a \[N/m\]
     pub k: Vec<f64>,
 }
 

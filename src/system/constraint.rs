@@ -18,7 +18,7 @@ pub trait Constraint: Send + Sync {
     /// Unit of g: a length or volume to which |g| is compared
     fn scale(&self) -> f64;
     fn target(&self, now: Clock) -> f64;
-    /// ∂g/∂λ ≥ 0: of a cable, how much longer a newton makes it [m/N]. It stores ½ compliance λ² [J].
+    /// ∂g/∂λ ≥ 0: of a cable, how much longer a newton makes it \[m/N\]. It stores ½ compliance λ² \[J\].
     fn compliance(&self) -> f64 {
         0.0
     }
@@ -33,7 +33,7 @@ pub trait Constraint: Send + Sync {
     fn pieces(&self, _c: usize, _rows: &ConstraintValues) -> Vec<Piece> {
         Vec::new()
     }
-    /// What row `c` dissipates [J] between two states, `[past, now]` of g and λ of all rows, by the trapezoidal rule.
+    /// What row `c` dissipates \[J\] between two states, `\[past, now\]` of g and λ of all rows, by the trapezoidal rule.
     fn dissipated(&self, _c: usize, _g: [&[f64]; 2], _lambda: [&[f64]; 2]) -> f64 {
         0.0
     }
@@ -76,7 +76,7 @@ impl Cone {
     }
 }
 
-/// All rows at one state; [constraints] each.
+/// All rows at one state; \[constraints\] each.
 #[derive(Clone, Copy)]
 pub struct ConstraintValues<'a> {
     pub now: Clock<'a>,
@@ -85,7 +85,7 @@ pub struct ConstraintValues<'a> {
     pub lambda: &'a [f64],
     /// g at the start of the step
     pub old: &'a [f64],
-    /// Largest effect's Σ_e ‖r_e‖ [N], the yardstick of forces
+    /// Largest effect's Σ_e ‖r_e‖ \[N\], the yardstick of forces
     pub force: f64,
 }
 

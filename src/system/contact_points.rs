@@ -17,12 +17,12 @@ pub struct ContactPoint {
     pub normal: Vec3,
     /// N at this state \[N\]
     pub force: f64,
-    /// μ [–] and ε [m], where there is friction
+    /// μ \[–\] and ε \[m\], where there is friction
     pub friction: Option<(f64, f64)>,
 }
 
 impl ContactPoint {
-    /// Σ_k s_k z_k of displacements [m].
+    /// Σ_k s_k z_k of displacements \[m\].
     pub fn motion(&self, z: &[f64]) -> Vec3 {
         let of_node = |n: u32| Vec3::from_column_slice(&z[3 * n as usize..][..3]);
         self.nodes.iter().zip(&self.shares).map(|(&n, s)| of_node(n) * *s).sum()

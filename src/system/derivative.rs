@@ -12,7 +12,7 @@ pub struct ParameterDerivative {
 }
 
 impl System {
-    /// Adds the change of the residual along the past of `direction` and by θ, at fixed x, to `r` [unknowns].
+    /// Adds the change of the residual along the past of `direction` and by θ, at fixed x, to `r` \[unknowns\].
     pub fn add_change(
         &self,
         at: &At,
@@ -78,7 +78,7 @@ impl System {
         (at, Perturbation { history: &direction.history[self.histories(e)], ..*direction })
     }
 
-    /// Adds (K + A) dx + Σ h dλ at the prescribed dofs, for each (dx, dλ), to its `r` [unknowns]: the change of the reactions.
+    /// Adds (K + A) dx + Σ h dλ at the prescribed dofs, for each (dx, dλ), to its `r` \[unknowns\]: the change of the reactions.
     /// Only blocks with a prescribed dof are evaluated.
     pub fn add_reactions(
         &self,

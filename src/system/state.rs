@@ -6,17 +6,17 @@ use crate::math::signal::{Clock, Ramp};
 #[derive(Clone, Debug, PartialEq)]
 pub struct State {
     pub t: f64,
-    /// [3 × nodes + scalars] displacement [m], then the second field (pressures, in units that make them lengths)
+    /// \[3 × nodes + scalars\] displacement \[m\], then the second field (pressures, in units that make them lengths)
     pub x: Vec<f64>,
-    /// [3 × nodes] velocity [m/s]
+    /// \[3 × nodes\] velocity \[m/s\]
     pub v: Vec<f64>,
-    /// [3 × nodes] acceleration [m/s²]
+    /// \[3 × nodes\] acceleration \[m/s²\]
     pub a: Vec<f64>,
-    /// [constraints] multipliers, in the unit that pairs with g (cable: tension [N])
+    /// \[constraints\] multipliers, in the unit that pairs with g (cable: tension \[N\])
     pub lambda: Vec<f64>,
     /// What the integrator remembers besides (BDF2: last x and v; generalised-α: algorithmic acceleration)
     pub memory: Vec<f64>,
-    /// Last accepted step [s], 0 at the start
+    /// Last accepted step \[s\], 0 at the start
     pub dt: f64,
     /// What the effects remember, effect by effect and block by block; zero at rest, empty if none remembers
     pub history: Vec<f64>,
@@ -47,7 +47,7 @@ impl State {
     }
 }
 
-/// Slopes of the integrator: ∂v/∂x = cv·I [1/s], ∂a/∂x = ca·I [1/s²]; both 0 in statics.
+/// Slopes of the integrator: ∂v/∂x = cv·I \[1/s\], ∂a/∂x = ca·I \[1/s²\]; both 0 in statics.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Rates {
     pub cv: f64,
@@ -66,7 +66,7 @@ impl Rates {
 #[derive(Clone, Copy)]
 pub struct At<'a> {
     pub t: f64,
-    /// Length of the step [s], infinite in statics: rates vanish
+    /// Length of the step \[s\], infinite in statics: rates vanish
     pub dt: f64,
     pub x: &'a [f64],
     pub v: &'a [f64],

@@ -8,7 +8,7 @@ use crate::math::tensor::Vec3;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Penalty {
-    /// k [Pa/m]
+    /// k \[Pa/m\]
     pub stiffness: f64,
 }
 
