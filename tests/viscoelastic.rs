@@ -413,7 +413,7 @@ fn the_overstress_has_no_pressure() {
             rates: Default::default(),
         };
         for b in 0..effect.blocks().len() {
-            let mut out = durometer::system::Local::new(12);
+            let mut out = durometer::system::BlockValues::new(12);
             effect.eval(&at, b, durometer::material::Want::Residual, &mut out).expect("regular");
             let (mut pressure, mut size) = (0.0, 0.0);
             for (k, &node) in effect.blocks().nodes(b).iter().enumerate() {
