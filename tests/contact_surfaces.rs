@@ -54,7 +54,7 @@ fn whole(pressed: &PressedSurfaces, x: &[f64], want: Want) -> (f64, Vec<f64>, Ve
     let n = x.len();
     let rows = if want == Want::Tangent { n } else { 0 };
     let (mut energy, mut r, mut k) = (0.0, vec![0.0; n], vec![vec![0.0; n]; rows]);
-    for term in pressed.surfaces.terms(x).iter() {
+    for term in pressed.surfaces.terms(x, &mut Caches::default()).iter() {
         let local = eval(pressed, x, term, want);
         energy += local.energy;
         let dofs: Vec<usize> = term.touch.nodes.iter().flat_map(|&k| [0, 1, 2].map(|i| 3 * k as usize + i)).collect();
