@@ -26,12 +26,12 @@ pub struct Progress {
 /// Result of a run: rows on the time grid, the state of largest load, and what it cost.
 pub struct Run {
     pub columns: Vec<String>,
-    /// [rows × columns] on the time grid, and after every dynamic step where `time_error` sets their length; the first column is
+    /// \[rows × columns\] on the time grid, and after every dynamic step where `time_error` sets their length; the first column is
     /// t_s
     pub rows: Vec<Vec<f64>>,
     /// Rows that are written, by `output.series`: all, or those that are due and the last one
     pub written: Vec<usize>,
-    /// [rows × signals] what was prescribed
+    /// \[rows × signals\] what was prescribed
     pub signals: Vec<Vec<f64>>,
     /// The `[[event]]`s that happened
     pub events: Vec<Fired>,
@@ -345,13 +345,13 @@ impl Scene {
         sums.into_iter().map(|(sum, weight)| if weight > 0.0 { sum / weight } else { 1.0 }).collect()
     }
 
-    /// Largest squared displacement of a node [m²].
+    /// Largest squared displacement of a node \[m²\].
     fn size(&self, x: &[f64]) -> f64 {
         let nodes = x[..3 * self.body.mesh.points.len()].chunks_exact(3);
         nodes.map(|u| u[0] * u[0] + u[1] * u[1] + u[2] * u[2]).fold(0.0, f64::max)
     }
 
-    /// Deformed positions [m].
+    /// Deformed positions \[m\].
     pub fn positions(&self, x: &[f64]) -> Vec<Vec3> {
         let displaced = |(k, p): (usize, &Vec3)| p + Vec3::from_column_slice(&x[3 * k..3 * k + 3]);
         self.body.mesh.points.iter().enumerate().map(displaced).collect()

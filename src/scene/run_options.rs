@@ -12,7 +12,7 @@ pub struct RunOptions<'a> {
     /// A saved state to go on from
     pub from: Option<Checkpoint>,
     pub controller: Option<&'a mut dyn Controller>,
-    /// Times at which a state is saved: at the first point of the grid that is not before [s]
+    /// Times at which a state is saved: at the first point of the grid that is not before \[s\]
     pub at: Vec<f64>,
     /// Save the last state too; of a run that ends between two points of the grid, that of the last point
     pub at_end: bool,

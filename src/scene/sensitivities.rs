@@ -14,17 +14,17 @@ pub struct Sensitivities {
     /// `energy` and `stretch`
     pub columns: Vec<String>,
     pub constants: Vec<Constant>,
-    /// [rows × columns × constants] in the unit of the column per SI unit of the constant; row by row beside `Run::rows`, with
+    /// \[rows × columns × constants\] in the unit of the column per SI unit of the constant; row by row beside `Run::rows`, with
     /// fewer rows only where `stopped` says why
     pub rows: Vec<Vec<Vec<f64>>>,
-    /// Time [s] from which on there is no derivative: a bifurcation, or a limit point
+    /// Time \[s\] from which on there is no derivative: a bifurcation, or a limit point
     pub stopped: Option<(f64, Failure)>,
     /// Numeric factorisations and right sides solved for the derivatives, beside those of the run
     pub factorisations: usize,
     pub solves: usize,
-    /// What the derivatives took, which is in no other time of the run [s]
+    /// What the derivatives took, which is in no other time of the run \[s\]
     pub wall: f64,
-    /// The same on the clock of the thread [s]
+    /// The same on the clock of the thread \[s\]
     pub cpu: f64,
 }
 

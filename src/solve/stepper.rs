@@ -13,7 +13,7 @@ pub struct StepSettings {
     pub cuts: u32,
     /// Start each step from the extrapolation of the last ones
     pub extrapolate: bool,
-    /// Largest error [m] that a dynamic step may make by itself; without it all steps are the nominal ones
+    /// Largest error \[m\] that a dynamic step may make by itself; without it all steps are the nominal ones
     pub time_error: Option<f64>,
 }
 
@@ -49,7 +49,7 @@ pub struct Totals {
 pub struct Findings {
     /// Arc length: where the loads were largest or least
     pub turning_points: Vec<TurningPoint>,
-    /// Static stages: time [s] and number of negative eigenvalues of the constrained tangent, wherever the number changes
+    /// Static stages: time \[s\] and number of negative eigenvalues of the constrained tangent, wherever the number changes
     pub unstable: Vec<(f64, usize)>,
 }
 
@@ -59,7 +59,7 @@ pub struct Span {
     pub integrator: Integrator,
     pub start: f64,
     pub end: f64,
-    /// Nominal step [s]; the grid start + k·dt is hit whatever was cut
+    /// Nominal step \[s\]; the grid start + k·dt is hit whatever was cut
     pub dt: f64,
 }
 
@@ -87,7 +87,7 @@ pub struct Memory {
     pub degree: usize,
     /// How often the nominal step was halved for its time error
     pub level: u32,
-    /// ‖diag K‖ of the last tangent [N/m]
+    /// ‖diag K‖ of the last tangent \[N/m\]
     pub stiffness: f64,
     pub kept: Kept,
     pub totals: Totals,
@@ -103,7 +103,7 @@ pub struct Stepper<'a> {
     pub settings: StepSettings,
     pub totals: Totals,
     pub findings: Findings,
-    /// [nodes] X, to name rigid motions by; or empty
+    /// \[nodes\] X, to name rigid motions by; or empty
     pub points: &'a [Vec3],
     /// The run stops when this is over
     pub deadline: Option<Instant>,
