@@ -88,7 +88,7 @@ pub struct Assembled {
     pub dissipated: Vec<f64>,
     /// Wanted: tangents of effects without the negative eigenvalues of their blocks
     pub projected: bool,
-    /// Wanted: the same of the effects that ask for it, [`Effect::semidefinite`]
+    /// Wanted: the same of the effects that ask for it, [`Capabilities::semidefinite`](super::Capabilities::semidefinite)
     pub descending: bool,
     /// Per effect, then per constraint
     pub costs: Vec<Cost>,

@@ -27,7 +27,7 @@ impl Batch {
     }
 }
 
-/// An effect that evaluates [`LANES`](crate::math::lanes::LANES) blocks at once: what [`Effect::eval`](super::traits::Effect::eval) gives
+/// An effect that evaluates [`LANES`](crate::math::lanes::LANES) blocks at once: what [`Effect::eval`](super::Effect::eval) gives
 /// for each, to rounding.
 pub trait Batched {
     /// Of the blocks `first` to `first` + [`LANES`](crate::math::lanes::LANES) − 1, `first` being a multiple of it.

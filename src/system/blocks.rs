@@ -72,7 +72,7 @@ impl Blocks {
 pub struct BlockValues {
     /// Π_e \[J\], or the share of g
     pub energy: f64,
-    /// What the step dissipates \[J\], of a [`EnergyRole::Relaxing`]
+    /// What the step dissipates \[J\], of a [`EnergyRole::Relaxing`](super::EnergyRole::Relaxing)
     pub dissipated: f64,
     /// \[n\] r_e = ∂Π_e/∂x_e \[N\]
     pub r: Vec<f64>,

@@ -23,7 +23,7 @@ pub trait Constraint: Send + Sync {
         0.0
     }
     fn blocks(&self) -> &Blocks;
-    /// As [`Effect::means`]
+    /// As [`Capabilities::means`](super::Capabilities::means)
     fn means(&self) -> Option<&Arc<Means>> {
         None
     }

@@ -73,7 +73,7 @@ pub struct At<'a> {
     pub a: &'a [f64],
     /// x at the start of the step
     pub old: &'a [f64],
-    /// History at the start of the step: of the whole state for a system, [blocks × [`Effect::history`]] for an effect
+    /// History at the start of the step: of the whole state for a system, [blocks × [`Capabilities::history`](super::Capabilities::history)] for an effect
     pub history: &'a [f64],
     pub inputs: &'a [Ramp],
     pub rates: Rates,

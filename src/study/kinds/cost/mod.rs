@@ -9,7 +9,7 @@
 //! front       settings that no cheaper one beats in error
 //! ```
 //!
-//! Prices of one error are compared between families ([`mod@line`]), and prices are extrapolated over the cells ([`mod@growth`]).
+//! Prices of one error are compared between families ([`mod@line`]), and prices are extrapolated over the cells ([`growth()`]).
 
 pub mod figures;
 pub mod line;
