@@ -1,7 +1,7 @@
 //! Range of material stability of a fitted law, mode by mode: [`material_stability()`] of the law of scenes.
 //!
 //! The law is made nearly incompressible, κ = 1e5 of the Neo-Hookean modulus of the data, which moves the loss of stability by about
-//! 1e-5. Looked at: tension up to L = 1.5 times the largest stretch of the table and at least 3, compression until a principal stretch
+//! 1e-5. The range examined: tension up to L = 1.5 times the largest stretch of the table and at least 3, compression until a principal stretch
 //! reaches L or 1/L, simple shear with principal stretches L and 1/L.
 
 use super::Model;
@@ -13,7 +13,7 @@ use serde::Serialize;
 pub struct StableRange {
     /// uniaxial, equibiaxial, planar, simple_shear
     pub mode: &'static str,
-    /// Range that was looked at: λ \[–\], in simple shear γ \[–\]
+    /// Range that was examined: λ \[–\], in simple shear γ \[–\]
     pub looked: [f64; 2],
     /// First amount below rest at which stability is lost; `None`: none in the range
     pub below: Option<f64>,

@@ -1,4 +1,4 @@
-//! From a request to a result: choose rows, fit, judge.
+//! From a request to a result: choose data points, fit, judge.
 
 use super::bootstrap::bootstrap;
 use super::certificate::certificate;
@@ -103,7 +103,7 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
     Ok(result)
 }
 
-/// The fit under every other treatment of the rows.
+/// The fit under every other treatment of the data points.
 fn otherwise(
     experiment: &Experiment,
     setting: &Setting,
@@ -129,7 +129,7 @@ fn by_specimen(rows: &[Sample], specimens: usize) -> Vec<Vec<Sample>> {
     (0..specimens).map(|k| rows.iter().filter(|s| s.specimen == k).copied().collect()).collect()
 }
 
-/// The rows of a fit.
+/// The data points of a fit.
 pub(super) struct Choice {
     pub modes: Vec<Mode>,
     pub range: StretchRange,
@@ -138,7 +138,7 @@ pub(super) struct Choice {
     pub stretch: [f64; 2],
 }
 
-/// Chooses modes and rows as asked; refuses too few of them.
+/// Chooses modes and data points as requested; refuses too few of them.
 pub(super) fn choose(experiment: &Experiment, options: &FitOptions) -> Result<Choice, FitError> {
     let modes = choose_modes(experiment, &options.modes)?;
     let range = options.range.unwrap_or(StretchRange::ALL);
@@ -190,7 +190,7 @@ pub(super) fn extent(stretches: impl Iterator<Item = f64>) -> [f64; 2] {
     stretches.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], s| [a.min(s), b.max(s)])
 }
 
-/// Rows at stretches other than 1 that a fit needs, whatever the law; with fewer rows than constants the result says what they leave open.
+/// Data points at stretches other than 1 that a fit needs for any law; with fewer data points than constants the result names the directions that they leave open.
 const ROWS: usize = 2;
 
 fn check_rows(experiment: &Experiment, modes: &[Mode], range: StretchRange, fitted: &[Sample]) -> Result<(), FitError> {
@@ -207,7 +207,7 @@ fn check_rows(experiment: &Experiment, modes: &[Mode], range: StretchRange, fitt
 fn check_volumetric(model: Model, option: &str) -> Result<String, FitError> {
     let refuse = |remedy| Err(FitError::Volumetric { option: option.into(), remedy });
     match model.law.info.choices.iter().find(|c| c.name == "volumetric") {
-        None => refuse(format!("law {} has no choice of a volumetric part; leave it away", model.name())),
+        None => refuse(format!("law {} has no choice of a volumetric part; omit it", model.name())),
         Some(c) if !c.options.contains(&option) => refuse(format!("take one of {}", c.options.join(", "))),
         Some(_) => Ok(option.into()),
     }

@@ -6,7 +6,7 @@
 //! Neo-Hookean law fitted to the same rows: Drucker's stability with a margin δ. [\[a, b\], \[b, d\]] ⪰ 0 ⇔ a + d ≥ ‖(a − d, 2b)‖.
 //!
 //! With A = UΣVᵀ of columns scaled to length 1 the QP is written in y = ΣVᵀx, where its matrix is the identity. If the least squares
-//! by the same SVD meet every cone, they are the minimum of the convex problem and are taken, as they have more digits; the
+//! by the same SVD satisfy every cone, they are the minimum of the convex problem and are taken, as they have more digits; the
 //! two then have to agree.
 
 use super::rows::{Rows, beside};
@@ -71,7 +71,7 @@ impl Cone {
     }
 }
 
-/// `always`: solve the QP also where least squares meet every cone, for the comparison.
+/// `always`: solve the QP also where least squares satisfy every cone, for the comparison.
 pub fn solve(
     derivatives: fn(usize, [f64; 3]) -> PrincipalDerivatives,
     terms: usize,
@@ -80,7 +80,7 @@ pub fn solve(
     always: bool,
 ) -> Result<Linear, FitError> {
     let columns: Vec<_> = (0..terms).map(|k| rows.column(|s| derivatives(k, s).tau)).collect();
-    // A column of zeros keeps its length: no row sees the term, whatever its factor
+    // A column of zeros keeps its length: no data point depends on the term, whatever its factor
     let length: Vec<f64> = columns.iter().map(|c| if c.norm() > 0.0 { c.norm() } else { 1.0 }).collect();
     let scaled: Vec<_> = columns.iter().zip(&length).map(|(c, n)| c / *n).collect();
     let a = padded(&beside(&scaled), terms);
@@ -137,7 +137,7 @@ fn quadratic(
     used: &[usize],
 ) -> Result<DVector<f64>, FitError> {
     let n = g.len();
-    // 1e-12: directions that no row sees stay where the cones leave them, near zero
+    // 1e-12: directions that no data point determines stay where the cones leave them, near zero
     let diagonal: Vec<Vec<f64>> =
         (0..n).map(|i| (0..n).map(|j| if i == j { g[i] * g[i] + 1e-12 } else { 0.0 }).collect()).collect();
     let q: Vec<f64> = (0..n).map(|k| -g[k] * d[k]).collect();

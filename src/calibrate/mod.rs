@@ -1,6 +1,6 @@
 //! Calibration: from a tensile table to the constants of a law, with an interval and a judgement.
 //!
-//! [`fit()`] is the way in: it reads a table ([`Experiment`]), fits one of the [`fittable_laws`] to closed-form stresses and answers with
+//! [`fit()`] is the entry point: it reads a table ([`Experiment`]), fits one of the [`fittable_laws`] to closed-form stresses and returns a
 //! [`FitResult`]. Nothing here prints or draws; [`FitCurves`] is what a figure needs, [`FitResult::write_json`] and
 //! [`FitResult::write_law`] store the answer.
 

@@ -1,4 +1,4 @@
-//! Intervals by profile likelihood: how far one constant can go while all others do what they can to make up for it.
+//! Intervals by profile likelihood: the range of one constant while all others are refitted.
 //!
 //! S(θⱼ) = min over the other constants of Σ wᵢ²rᵢ²; the interval is S(θⱼ) ≤ S(θ̂)(1 + t²/(n − p)), t = t₀.₉₇₅(n − p).
 //!
@@ -31,8 +31,8 @@ struct Profile<'a> {
     least: f64,
 }
 
-/// Both ends per constant \[SI\], infinite where open; `None` where stability holds the answer back, no row is left to judge by, or the rows
-/// meet the law to rounding.
+/// Both ends per constant \[SI\], infinite where open; `None` where stability holds the answer back, no degree of freedom is left, or the data points
+/// agree with the law to rounding.
 pub fn intervals(model: Model, samples: &[Sample], answer: &LawFit) -> Option<Vec<[f64; 2]>> {
     let p = answer.values.len();
     let free = samples.len().checked_sub(p).filter(|n| *n > 0 && answer.active.is_empty())?;

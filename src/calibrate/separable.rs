@@ -2,7 +2,7 @@
 //!
 //! The factors are eliminated (variable projection: Golub & Pereyra, SIAM J. Numer. Anal. 10, 1973; gradient and Gauss–Newton matrix
 //! after Kaufman, BIT 15, 1975): f(θ) = min_{c ≥ 0} ½‖Φ(θ)c − p̂‖², and argmin's trust region (Steihaug's conjugate gradients) searches θ
-//! alone, from several starts. Gauss–Newton steps in all constants then finish to rounding. From the answer to much the same rows they go
+//! alone, from several starts. Gauss–Newton steps in all constants then finish to rounding. From the answer to nearly the same data they go
 //! alone; the trust region is called where they do not settle, or a term without a factor would come back.
 //!
 //! The starts are the best of all choices of N different points of a grid of θ: five that differ in more than one point (where N is three or
@@ -29,7 +29,7 @@ const GRADIENT: f64 = 1e-6;
 const SAME: f64 = 1e-6;
 /// Part of the misfit that is none: r along the columns where no step lowers it, gain by other factors \[–\]
 const FLAT: f64 = 1e-7;
-/// Fall of the misfit in a step that ends a fit; of one among many, n of whose rows leave √(2nε) of a standard error
+/// Fall of the misfit in a step that ends a fit; of one among many, n of whose data points leave √(2nε) of a standard error
 const ROUNDING: f64 = 1e-13;
 const NEAR: f64 = 1e-10;
 /// Value of the objective where the law is not defined \[–\]: a step into it is taken back
@@ -136,7 +136,7 @@ impl Hessian for Projected<'_> {
     }
 }
 
-/// `warm`: the only start, where a fit to much the same rows is known.
+/// `warm`: the only start, where a fit to nearly the same data is known.
 pub fn solve(
     family: &ShapedTerm,
     terms: usize,
@@ -287,7 +287,7 @@ fn finish(problem: &Projected<'_>, mut x: Vec<f64>, flat: f64) -> Option<End> {
         };
         let better = (0..12).filter_map(|n| moved(0.5_f64.powi(n))).find(|(_, _, _, new)| new.norm() < r.norm());
         let Some((next, factors, there, residual)) = better else {
-            // What a full step would gain is rounding
+            // The gain of a full step would be rounding
             settled = d.norm() <= FLAT * r.norm();
             break;
         };

@@ -26,7 +26,7 @@ use crate::math::tensor::Mat3;
 /// c_n of the series of the inverse Langevin function.
 pub const SERIES: [f64; 5] = [1.0 / 2.0, 1.0 / 20.0, 11.0 / 1050.0, 19.0 / 7000.0, 519.0 / 673_750.0];
 
-/// Keys in files; κ and ν stand for each other.
+/// Keys in files; either κ or ν is given.
 pub const KEYS: &[Parameter] = &[
     moduli::NU,
     moduli::KAPPA,

@@ -14,9 +14,9 @@ pub struct FitForm {
     pub source: &'static str,
     /// Fitted constants in the order of files, those of the last terms at the end
     pub parameters: &'static [Parameter],
-    /// Numbers of terms that can be asked for
+    /// Numbers of terms that can be chosen
     pub term_counts: &'static [usize],
-    /// The number of terms taken where none is asked for
+    /// The number of terms taken where none is chosen
     pub default_count: usize,
     pub terms: FitTerms,
 }
@@ -26,7 +26,7 @@ pub struct FitForm {
 pub enum FitTerms {
     /// Linear: derivatives of term k with factor 1. The number of terms is the number of constants.
     Linear(fn(usize, [f64; 3]) -> PrincipalDerivatives),
-    /// A factor m and a shape constant θ per term, in turn
+    /// A factor m and a shape constant θ per term, alternating
     Separable(ShapedTerm),
 }
 

@@ -18,7 +18,7 @@ use super::volumetric::{CHOICES, Volumetric};
 use super::{isochoric, moduli};
 use crate::math::tensor::Mat3;
 
-/// Keys in files; κ and ν stand for each other.
+/// Keys in files; either κ or ν is given.
 pub const KEYS: &[Parameter] = &[
     moduli::NU,
     moduli::KAPPA,
@@ -105,13 +105,8 @@ impl Strain for Gent {
             return Err(LawError::Locked { i, limit });
         }
         let t = i / limit;
-        let slope = 0.5 * mu / (1.0 - t);
-        Ok(Partials {
-            w: -0.5 * mu * limit * (-t).ln_1p(),
-            w1: slope,
-            w11: slope / (limit * (1.0 - t)),
-            ..Partials::default()
-        })
+        let w1 = 0.5 * mu / (1.0 - t);
+        Ok(Partials { w: -0.5 * mu * limit * (-t).ln_1p(), w1, w11: w1 / (limit * (1.0 - t)), ..Partials::default() })
     }
 }
 

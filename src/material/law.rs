@@ -7,7 +7,7 @@ use super::volumetric::Volumetric;
 use crate::math::lanes::{LANES, Lanes};
 use crate::math::tensor::Mat3;
 
-/// What a law says of itself.
+/// Description of a law.
 #[derive(Debug)]
 pub struct LawInfo {
     /// Name in files, e.g. `neo_hookean`
@@ -20,23 +20,23 @@ pub struct LawInfo {
     pub limits: &'static str,
     /// Independent parameters; their bounds form a box, so a fit may move each alone
     pub parameters: &'static [Parameter],
-    /// How many of the last parameters may be absent: terms that are zero then
+    /// Number of the last parameters that may be absent: terms that are zero then
     pub optional: usize,
     pub choices: &'static [Choice],
-    /// Defined (finite ψ, P, A) for J ≤ 0; `limits` says whether it also drives inverted cells back
+    /// Defined (finite ψ, P, A) for J ≤ 0; `limits` tells whether it also drives inverted cells back
     pub survives_inversion: bool,
     /// ψ(QF) = ψ(F) for every rotation Q
     pub objective: bool,
-    /// ψ without U(J) sees no change of volume, so that the mean stress is U′(J) alone
+    /// ψ without U(J) does not depend on the volume, so that the mean stress is U′(J) alone
     pub isochoric: bool,
 }
 
 /// A constitutive law with its constants.
 pub trait Law: Send + Sync + std::fmt::Debug {
     fn info(&self) -> &'static LawInfo;
-    /// Values of the parameters in the order of `info().parameters` \[SI\]; optional ones that are absent are left away at the end
+    /// Values of the parameters in the order of `info().parameters` \[SI\]; optional ones that are absent are omitted at the end
     fn values(&self) -> Vec<f64>;
-    /// What was chosen, in the order of `info().choices`
+    /// The chosen options, in the order of `info().choices`
     fn choices(&self) -> Vec<&'static str> {
         Vec::new()
     }
@@ -58,6 +58,6 @@ pub trait Law: Send + Sync + std::fmt::Debug {
         None
     }
     /// ∂/∂θ, where [`Law::values`] change by `rates` per unit of θ: a function of F with a ψ, P, A and split of its own, and
-    /// rates where a law has constants. It is no material (its moduli may have any sign) and is not differentiated again.
+    /// rates where a law has constants. It is not a material (its moduli may have any sign) and is not differentiated again.
     fn along(&self, rates: &[f64]) -> Box<dyn Law>;
 }

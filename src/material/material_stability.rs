@@ -10,7 +10,7 @@ use super::load_case::{LoadCase, LoadCaseError};
 use super::response::{LawError, Want};
 use crate::math::tensor::{Mat3, Vec3};
 
-/// Why a law is not used beyond an amount.
+/// Reason why a law is not used beyond an amount.
 #[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
 pub enum Instability {
     /// A change of the stretches exists that does no positive work
@@ -23,7 +23,7 @@ pub enum Instability {
     Law(LawError),
 }
 
-/// Where stability ends.
+/// End of the stable range.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct StabilityLimit {
     /// Stretch λ \[–\], in simple shear γ \[–\], to 1e-9 of its distance to the last stable one
@@ -31,7 +31,7 @@ pub struct StabilityLimit {
     pub why: Instability,
 }
 
-/// Ends of the stable range around the undeformed state; None: stable up to the end of the range that was asked for.
+/// Ends of the stable range around the undeformed state; None: stable up to the end of the requested range.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct MaterialStability {
     /// Going down from the undeformed state

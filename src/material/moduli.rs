@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::parameter::{LawSpecError, Parameter, check_bounds};
 use crate::math::units::Dimension;
 
-/// Consistent elastic constants: a pair that was given is kept to the last bit, the others follow.
+/// Consistent elastic constants: a pair that was given is kept exactly, the others follow.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Moduli {
     /// Young's modulus E \[Pa\]
@@ -27,7 +27,7 @@ const E: Parameter = Parameter {
     bounds: (0.0, f64::INFINITY),
     meaning: "Young's modulus",
 };
-pub(crate) const NU: Parameter =
+pub const NU: Parameter =
     Parameter { name: "nu", symbol: "ν", dimension: Dimension::NONE, bounds: (-1.0, 0.5), meaning: "Poisson's ratio" };
 const MU: Parameter = Parameter {
     name: "mu",
@@ -43,7 +43,7 @@ const LAMBDA: Parameter = Parameter {
     bounds: (f64::NEG_INFINITY, f64::INFINITY),
     meaning: "Lamé's first constant",
 };
-pub(crate) const KAPPA: Parameter = Parameter {
+pub const KAPPA: Parameter = Parameter {
     name: "kappa",
     symbol: "κ",
     dimension: Dimension::PRESSURE,
@@ -54,7 +54,7 @@ pub(crate) const KAPPA: Parameter = Parameter {
 /// The independent pair of a law with two elastic constants: its bounds are a box, unlike those of (μ, λ).
 pub const PAIR: &[Parameter] = &[E, NU];
 
-/// Every constant that may stand in a file; exactly two are taken.
+/// Every constant that a file may give; exactly two are required.
 pub const KEYS: &[Parameter] = &[E, NU, MU, LAMBDA, KAPPA];
 
 impl Moduli {

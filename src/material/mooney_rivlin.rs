@@ -20,7 +20,7 @@ use super::volumetric::{CHOICES, Volumetric};
 use super::{isochoric, moduli, split};
 use crate::math::tensor::Mat3;
 
-/// Keys in files; κ and ν stand for each other.
+/// Keys in files; either κ or ν is given.
 pub const KEYS: &[Parameter] = &[
     moduli::NU,
     moduli::KAPPA,
@@ -66,7 +66,7 @@ const FIT: FitForm = FitForm {
 pub struct MooneyRivlin {
     /// C10, C01, C11, C20, C02 \[Pa\]
     pub c: [f64; 5],
-    /// How many of them the file gives, trailing zeros left away
+    /// Number of constants that the file gives, without trailing zeros
     pub terms: usize,
 }
 

@@ -2,7 +2,7 @@
 //!
 //! ψ = ½μ(J^{−2/3} I₁ − 3) + U(J), I₁ = F:F
 //!
-//! U(J) = ½κ(J − 1)² where no other is chosen: this pair is what the name stands for.
+//! U(J) = ½κ(J − 1)² where no other is chosen: this pair is usually meant by the name.
 //!
 //! Source: Simo & Hughes, *Computational Inelasticity*, 1998, ch. 9 for the split; U(J) = ½κ(J − 1)² as in Bonet & Wood, 2nd ed.
 //! 2008, ch. 6.

@@ -38,7 +38,7 @@ const fn alpha(name: &'static str, symbol: &'static str) -> Parameter {
     Parameter::number(name, symbol, f64::NEG_INFINITY, "exponent of the term, not zero")
 }
 
-/// Keys in files; κ and ν stand for each other.
+/// Keys in files; either κ or ν is given.
 pub const KEYS: &[Parameter] = &[
     moduli::NU,
     moduli::KAPPA,
@@ -157,11 +157,11 @@ impl Part for Ogden {
     fn response_along(&self, rates: &[f64], u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError> {
         let mut along = Along { law: *self, mu: [0.0; TERMS], alpha: [0.0; TERMS] };
         for (n, rates) in rates.chunks_exact(2).enumerate() {
-            let ([given, turn], mu, alpha) = ([rates[0], rates[1]], self.mu[n], self.alpha[n]);
-            along.alpha[n] = turn;
+            let ([given, dalpha], mu, alpha) = ([rates[0], rates[1]], self.mu[n], self.alpha[n]);
+            along.alpha[n] = dalpha;
             along.mu[n] = match self.convention {
-                "abaqus" => (2.0 * given - mu * turn) / alpha,
-                "febio" => (given - mu * turn) / alpha,
+                "abaqus" => (2.0 * given - mu * dalpha) / alpha,
+                "febio" => (given - mu * dalpha) / alpha,
                 _ => given,
             };
         }
@@ -229,8 +229,8 @@ impl ValanisLandel for Along {
         // d/(eᵈ − 1); below 1e-150 the numbers run out before the digits do.
         let ratio = if d < 1e-150 { 1.0 } else { d / d.exp_m1() };
         let term = |([mu, alpha], [dmu, dalpha]): ([f64; 2], [f64; 2])| {
-            let turned = b * power_quotient(alpha, d) + ratio * (alpha * d).exp();
-            (alpha * b).exp() * (dmu * power_quotient(alpha, d) + dalpha * mu * turned)
+            let by_alpha = b * power_quotient(alpha, d) + ratio * (alpha * d).exp();
+            (alpha * b).exp() * (dmu * power_quotient(alpha, d) + dalpha * mu * by_alpha)
         };
         self.terms().map(term).sum()
     }

@@ -35,7 +35,7 @@ pub struct Choice {
     /// Key in files
     pub name: &'static str,
     pub options: &'static [&'static str],
-    /// What is taken where the key is absent; without one the key is required
+    /// Option taken where the key is absent; without one the key is required
     pub default: Option<&'static str>,
     pub meaning: &'static str,
 }

@@ -12,7 +12,7 @@ pub enum Want {
     Tangent,
 }
 
-/// Response of a law at one deformation gradient. What was not wanted is zero.
+/// Response of a law at one deformation gradient. Parts that were not wanted are zero.
 #[derive(Clone, Debug)]
 pub struct Response {
     /// ψ \[J/m³\]
@@ -30,7 +30,11 @@ impl Response {
     }
 }
 
+<<<<<<< HEAD
 /// Responses at `LANES` deformation gradients. What was not wanted is left as it was.
+=======
+/// Responses at [`LANES`] deformation gradients. Parts that were not wanted keep their values.
+>>>>>>> calib
 #[derive(Clone, Debug)]
 pub struct LaneResponse {
     /// ψ \[J/m³\]

@@ -1,6 +1,6 @@
 //! Laws with an isochoric and a volumetric part: ψ = W(F̄) + U(J), F̄ = J^{−1/3} F.
 //!
-//! A law brings W ([`Part`]); U(J), its constant from `kappa` or `nu`, and the trait [`Law`] come from here.
+//! A law implements [`Part`], which describes W; U(J), its constant from `kappa` or `nu`, and the trait [`Law`] are provided here.
 
 use super::entry::LawEntry;
 use super::law::{Law, LawInfo};
@@ -183,7 +183,7 @@ pub fn required(law: &'static LawInfo, values: &Values, key: &'static str) -> Re
     })
 }
 
-/// The values of terms that may be absent: what is not given is zero, and the tail of zeros that nobody gave is left away.
+/// The values of terms that may be absent: a term that is not given is zero, and zeros at the end that are not given are omitted.
 pub fn terms<const N: usize>(values: &Values, keys: [&str; N]) -> ([f64; N], usize) {
     let given = keys.iter().rposition(|k| values.contains_key(*k)).map_or(0, |n| n + 1);
     (keys.map(|k| values.get(k).copied().unwrap_or(0.0)), given)

@@ -25,7 +25,7 @@ use crate::math::tensor::Mat3;
 /// Largest exponent β(Ī₁ − 3) \[–\]: e^600 is 1e260.
 const LARGEST: f64 = 600.0;
 
-/// Keys in files; κ and ν stand for each other.
+/// Keys in files; either κ or ν is given.
 pub const KEYS: &[Parameter] = &[
     moduli::NU,
     moduli::KAPPA,
@@ -112,8 +112,8 @@ impl Strain for VerondaWestmann {
             return Err(LawError::Locked { i, limit: LARGEST / beta });
         }
         let exp = c1 * y.exp_m1();
-        let slope = beta * (exp + c1);
-        Ok(Partials { w: exp - half * k, w1: slope, w2: -half, w11: beta * slope, ..Partials::default() })
+        let w1 = beta * (exp + c1);
+        Ok(Partials { w: exp - half * k, w1, w2: -half, w11: beta * w1, ..Partials::default() })
     }
 }
 

@@ -72,7 +72,7 @@ pub fn samples(
 }
 
 pub fn options(model: Model, modes: &[Mode]) -> FitOptions {
-    let mut o = FitOptions::new(model.law.name);
+    let mut o = FitOptions::new(model.name());
     (o.terms, o.modes) = (Some(model.terms), modes.to_vec());
     o
 }

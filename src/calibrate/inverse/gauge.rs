@@ -1,4 +1,4 @@
-//! What the usual reading of a tensile test gives: all travel stretches a gauge length of one section, λ = 1 + x/L, P = y/A, fitted
+//! The usual evaluation of a tensile test: the whole displacement stretches a gauge length of one cross-section, λ = 1 + x/L, P = y/A, fitted
 //! with the closed form of the same law. It starts the search, and its error is what the specimen corrects.
 
 use super::answer::Gauge;
