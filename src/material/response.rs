@@ -30,11 +30,7 @@ impl Response {
     }
 }
 
-<<<<<<< HEAD
-/// Responses at `LANES` deformation gradients. What was not wanted is left as it was.
-=======
-/// Responses at [`LANES`] deformation gradients. Parts that were not wanted keep their values.
->>>>>>> calib
+/// Responses at [`LANES`](crate::math::lanes::LANES) deformation gradients. Parts that were not wanted keep their values.
 #[derive(Clone, Debug)]
 pub struct LaneResponse {
     /// ψ \[J/m³\]
