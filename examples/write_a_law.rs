@@ -111,7 +111,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("{}: {} has every property of a law", INFO.name, INFO.formula);
 
     let scene = parse_scene(SCENE)?;
-    let run = scene.run(&mut |_| true, &mut |_| {});
+    let run = scene.run();
     assert_eq!(run.status, Status::Converged);
     let energy = run.columns.iter().position(|name| name == "elastic_energy_J").expect("the probe records it");
     let last = run.rows.last().expect("at least one state")[energy];

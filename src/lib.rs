@@ -46,7 +46,7 @@
 //!     kind = "displacement"
 //!     region = "xmax"
 //! "#)?;
-//! let run = scene.run(&mut |_| true, &mut |_| {});
+//! let run = scene.run();
 //! assert_eq!(run.status, Status::Converged);
 //! // One row per recorded time, one column per name.
 //! assert_eq!(run.columns[0], "t_s");
@@ -54,7 +54,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! A run takes a [`Controller`], a [`Checkpoint`] to go on from, and functions that follow the run
+//! [`Scene::run_with`] takes a [`Controller`], a [`Checkpoint`] to go on from, and functions that follow the run
 //! ([`RunOptions`]).
 //!
 //! # Run a study
@@ -106,6 +106,7 @@
 //! ```
 //!
 //! [`open_scene`]: prelude::open_scene
+//! [`Scene::run_with`]: scene::Scene::run_with
 //! [`Controller`]: scene::control::Controller
 //! [`Checkpoint`]: scene::Checkpoint
 //! [`RunOptions`]: scene::RunOptions
