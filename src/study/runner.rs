@@ -10,7 +10,7 @@ use super::spec::{Case, Kind, Study};
 use super::store::{Store, StoreError};
 use super::work::{largest_memory, measure, watch_memory};
 use crate::calibrate::inverse::{Calibration, Failure, InverseError, SceneModel, calibrate};
-use crate::scene::{Body, Constant, Progress, Scene, SceneError, SceneSpec};
+use crate::scene::{Body, Constant, Progress, RunOptions, Scene, SceneError, SceneSpec, SensitivityRecorder};
 use crate::solve::Status;
 use crate::system::State;
 use cpu_time::ThreadTime;
@@ -248,8 +248,15 @@ fn one(
             return Ok((scene, run, None, times, all));
         }
         let (wall, cpu) = (Instant::now(), ThreadTime::now());
-        let (run, sensitivities) =
-            scene.run_with_sensitivities(constants, &mut go_on, &mut states).map_err(InverseError::from)?;
+        let recorder = SensitivityRecorder::new(&scene, constants).map_err(InverseError::from)?;
+        let options = RunOptions {
+            on_progress: Some(&mut go_on),
+            on_state: Some(&mut states),
+            sensitivities: Some(recorder),
+            ..RunOptions::default()
+        };
+        let mut run = scene.run_with(options);
+        let sensitivities = run.sensitivities.take().expect("the options ask for them");
         let times =
             (wall.elapsed().as_secs_f64() - sensitivities.wall, cpu.elapsed().as_secs_f64() - sensitivities.cpu);
         Ok::<_, RunError>((scene, run, Some(sensitivities), times, vec![]))
