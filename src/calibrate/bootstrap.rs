@@ -25,9 +25,9 @@ pub struct Bootstrap {
     pub failed: usize,
     pub drawn: Drawn,
     pub seed: u64,
-    /// Standard deviation of each constant [SI]
+    /// Standard deviation of each constant \[SI\]
     pub std_errors: Vec<f64>,
-    /// Percentiles 2.5 and 97.5 of each constant [SI]
+    /// Percentiles 2.5 and 97.5 of each constant \[SI\]
     pub intervals: Vec<[f64; 2]>,
 }
 

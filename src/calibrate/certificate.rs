@@ -13,7 +13,7 @@ use serde::Serialize;
 pub struct StableRange {
     /// uniaxial, equibiaxial, planar, simple_shear
     pub mode: &'static str,
-    /// Range that was looked at: λ [–], in simple shear γ [–]
+    /// Range that was looked at: λ \[–\], in simple shear γ \[–\]
     pub looked: [f64; 2],
     /// First amount below rest at which stability is lost; `None`: none in the range
     pub below: Option<f64>,
@@ -45,7 +45,7 @@ pub fn range(case: LoadCase, l: f64) -> [f64; 2] {
     }
 }
 
-/// `modulus`: the Neo-Hookean modulus of the data [Pa]. Empty where the constants make no law (a shear modulus that is not positive).
+/// `modulus`: the Neo-Hookean modulus of the data \[Pa\]. Empty where the constants make no law (a shear modulus that is not positive).
 pub fn certificate(model: Model, values: &[f64], modulus: f64, largest: f64) -> Vec<StableRange> {
     let Ok(law) = model.law(values, 1e5 * modulus) else { return vec![] };
     let top = (1.5 * largest).max(3.0);

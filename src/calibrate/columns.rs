@@ -72,7 +72,7 @@ pub struct Columns {
     pub axes: Vec<(Column<StrainKind>, Column<StressKind>)>,
     pub mode: Option<usize>,
     pub time: Option<usize>,
-    /// [m], [N]: for who needs what the machine recorded
+    /// \[m\], \[N\]: for who needs what the machine recorded
     pub displacement: Option<(usize, f64)>,
     pub force: Option<(usize, f64)>,
     /// Assumptions for the audit log

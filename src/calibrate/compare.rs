@@ -12,10 +12,10 @@ use serde::Serialize;
 use std::fmt;
 use std::path::Path;
 
-/// Part of ln λ from rest that is fitted where the rest is held out [–]
+/// Part of ln λ from rest that is fitted where the rest is held out \[–\]
 const KEPT: f64 = 2.0 / 3.0;
 
-/// One law. Misfits are relative [–]; `None`: there are too few rows for it, or no other mode.
+/// One law. Misfits are relative \[–\]; `None`: there are too few rows for it, or no other mode.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Compared {
     pub law: &'static str,

@@ -3,7 +3,7 @@
 use super::{Mode, Model, Residual, Sample};
 use serde::{Deserialize, Serialize};
 
-/// Points and curves of one mode: `[λ, P]` with λ [–], P [Pa].
+/// Points and curves of one mode: `[λ, P]` with λ \[–\], P \[Pa\].
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct ModeCurves {
     pub mode: Mode,

@@ -62,7 +62,7 @@ impl fmt::Display for Cycle {
     }
 }
 
-/// Part of the largest |ln λ| by which rows have to come back to turn [–]
+/// Part of the largest |ln λ| by which rows have to come back to turn \[–\]
 const TURN: f64 = 0.02;
 /// Rows of a branch that counts, and part of all rows that such branches hold
 const LEAST: usize = 5;

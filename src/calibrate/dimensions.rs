@@ -9,19 +9,19 @@ use crate::math::units::{self, Dimension};
 /// Undeformed; what is `None` is not known.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Dimensions {
-    /// [m]; in simple shear the thickness that is sheared
+    /// \[m\]; in simple shear the thickness that is sheared
     pub gauge_length: Option<f64>,
-    /// [m]
+    /// \[m\]
     pub width: Option<f64>,
-    /// [m]
+    /// \[m\]
     pub thickness: Option<f64>,
-    /// [m]
+    /// \[m\]
     pub diameter: Option<f64>,
-    /// Cross-section [m²]
+    /// Cross-section \[m²\]
     pub area: Option<f64>,
 }
 
-/// Two ways to the cross-section have to agree within this part [–]
+/// Two ways to the cross-section have to agree within this part \[–\]
 const AGREE: f64 = 0.01;
 
 impl Dimensions {
@@ -113,7 +113,7 @@ impl Dimensions {
         }
     }
 
-    /// Cross-section [m²] and how it came about.
+    /// Cross-section \[m²\] and how it came about.
     pub fn section(&self, file: &str, column: &str) -> Result<(f64, String), FitError> {
         let mm = |v: f64| format!("{:.6}", 1e3 * v).trim_end_matches('0').trim_end_matches('.').to_string();
         let sides = self.width.zip(self.thickness);

@@ -12,11 +12,11 @@ use std::path::{Path, PathBuf};
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct Sample {
     pub mode: Mode,
-    /// λ [–] in the loaded direction; in simple shear the principal stretch, γ = λ − λ⁻¹
+    /// λ \[–\] in the loaded direction; in simple shear the principal stretch, γ = λ − λ⁻¹
     pub stretch: f64,
-    /// λ₂ [–] of a biaxial test; 1 where the mode gives it
+    /// λ₂ \[–\] of a biaxial test; 1 where the mode gives it
     pub second: f64,
-    /// Nominal stress P [Pa]: force over undeformed area
+    /// Nominal stress P \[Pa\]: force over undeformed area
     pub stress: f64,
     /// Line of the file, counted from 1
     pub line: u64,
@@ -30,7 +30,7 @@ impl Sample {
         self.stretch != 1.0 || self.second != 1.0 || self.stress != 0.0
     }
 
-    /// Principal stretches [–]: loaded, second, free.
+    /// Principal stretches \[–\]: loaded, second, free.
     pub fn stretches(&self) -> [f64; 3] {
         self.mode.stretches(self.stretch, self.second)
     }
@@ -45,9 +45,9 @@ pub struct RawRow {
     pub specimen: usize,
     /// In the unit of the table
     pub time: Option<f64>,
-    /// [m]
+    /// \[m\]
     pub displacement: Option<f64>,
-    /// [N]
+    /// \[N\]
     pub force: Option<f64>,
 }
 

@@ -14,11 +14,11 @@ use crate::material::Parameter;
 use crate::math::units::Dimension;
 use nalgebra::{DMatrix, DVector};
 
-/// Sensitivities below this part of the largest are rounding [–]
+/// Sensitivities below this part of the largest are rounding \[–\]
 const BLIND: f64 = 1e-10;
-/// A part of a direction below this one is none [–]
+/// A part of a direction below this one is none \[–\]
 const PART: f64 = 1e-6;
-/// Relative standard deviation of a direction from which on the data do not determine it [–]
+/// Relative standard deviation of a direction from which on the data do not determine it \[–\]
 const LOOSE: f64 = 1.0;
 
 /// Constants with their intervals, and what is not determined.
@@ -28,7 +28,7 @@ pub struct Identified {
     pub directions: Vec<Direction>,
 }
 
-/// `residual` and `jacobian` [weighted Pa], (n) and (n, p); `size` = ‖wP‖; a relative change of the constants that changes the
+/// `residual` and `jacobian` \[weighted Pa\], (n) and (n, p); `size` = ‖wP‖; a relative change of the constants that changes the
 /// stresses by a smaller part than `rounding` is not seen.
 pub fn identify(
     parameters: &[Parameter],

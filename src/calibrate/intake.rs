@@ -9,15 +9,15 @@ use super::names::{StrainKind, StressKind};
 use super::table::{self, Decimal, Line};
 use super::{Audit, AuditKind, Dimensions, FitError, Mode, Sample};
 
-/// Strains beyond are not believed of a column without a unit [–]: rubbers break before, and percent reach there at once
+/// Strains beyond are not believed of a column without a unit \[–\]: rubbers break before, and percent reach there at once
 const LARGEST: f64 = 20.0;
 
 /// Columns with the dimensions of the test piece.
 pub struct Conversion<'a> {
     columns: &'a Columns,
-    /// Gauge length [m], 1 where strain is recorded
+    /// Gauge length \[m\], 1 where strain is recorded
     length: f64,
-    /// Cross-section [m²], 1 where stress is recorded
+    /// Cross-section \[m²\], 1 where stress is recorded
     area: f64,
 }
 
@@ -56,7 +56,7 @@ impl<'a> Conversion<'a> {
         Ok(made)
     }
 
-    /// λ [–] of a number of the strain column.
+    /// λ \[–\] of a number of the strain column.
     fn stretch(&self, axis: usize, x: f64, mode: Mode) -> Result<f64, String> {
         let e = &self.columns.axes[axis].0;
         let x = x * e.factor;
@@ -80,7 +80,7 @@ impl<'a> Conversion<'a> {
         }
     }
 
-    /// P [Pa] of a number of the stress column at λ.
+    /// P \[Pa\] of a number of the stress column at λ.
     fn stress(&self, axis: usize, y: f64, mode: Mode, stretch: f64) -> f64 {
         let p = &self.columns.axes[axis].1;
         let y = y * p.factor;

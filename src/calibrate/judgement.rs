@@ -60,7 +60,7 @@ pub fn validity(all: &[Residual], modes: &[Mode], tolerance: f64) -> Validity {
     Validity { tolerance, compression_to: side(false), tension_to: side(true) }
 }
 
-/// Each of two tests at this level: together at most 5 % false alarms [–]
+/// Each of two tests at this level: together at most 5 % false alarms \[–\]
 const LEVEL: f64 = 0.025;
 
 pub fn warnings(
@@ -137,7 +137,7 @@ fn may_be_zero(result: &FitResult) -> Option<FitWarning> {
     (!symbols.is_empty()).then_some(FitWarning::MayBeZero { symbols })
 }
 
-/// Ratio of the widths from which on the interval of the covariance is called too narrow [–]
+/// Ratio of the widths from which on the interval of the covariance is called too narrow \[–\]
 const WIDER: f64 = 1.5;
 
 /// The constant whose bootstrap interval is widest against the one of the covariance.
@@ -173,7 +173,7 @@ fn unstable(result: &FitResult, model: Model) -> Option<FitWarning> {
     (!lost.is_empty()).then_some(FitWarning::Unstable { lost, reach, linear })
 }
 
-/// Robust standard deviations off the neighbours, part of the own stress and of the largest one from which on a row is an outlier [–]
+/// Robust standard deviations off the neighbours, part of the own stress and of the largest one from which on a row is an outlier \[–\]
 const OFF: f64 = 8.0;
 const PART: f64 = 0.5;
 const SMALL: f64 = 0.05;
@@ -199,7 +199,7 @@ fn outliers(rows: &[Residual]) -> Option<FitWarning> {
     (!lines.is_empty()).then_some(FitWarning::Outliers { lines })
 }
 
-/// Lateral stress of a compressible law that changes the slope of tension by less than this is not worth a word [–]
+/// Lateral stress of a compressible law that changes the slope of tension by less than this is not worth a word \[–\]
 const SLOPE: f64 = 0.01;
 
 /// A compressible law with the fitted shear modulus μ has E = 2(1 + ν)μ in tension where the data, taken as incompressible, had 3μ.
@@ -216,7 +216,7 @@ fn compressible(result: &FitResult, model: Model, mu: Option<f64>) -> Option<Fit
     (slope_relative.abs() > SLOPE).then_some(FitWarning::Compressible { nu, slope_relative })
 }
 
-/// Shear moduli of rubbers [Pa], from the softest silicones to nearly hard compounds
+/// Shear moduli of rubbers \[Pa\], from the softest silicones to nearly hard compounds
 const RUBBER: std::ops::RangeInclusive<f64> = 1e3..=1e7;
 
 /// A stiffness that is none of a rubber: usually a unit that was misread.

@@ -3,7 +3,7 @@
 //! min ½‖Ax − p̂‖² subject to Σₖ xₖ Qₖ(λ) − δ Q₀(λ) ⪰ 0 at sampled λ
 //!
 //! Qₖ is the second derivative of term k within Σ de = 0 (2 × 2, [`Slopes::in_plane`](super::term::Slopes::in_plane)), Q₀ that of the
-//! Neo-Hookean law fitted to the same rows: Drucker's stability with a margin δ. [[a, b], [b, d]] ⪰ 0 ⇔ a + d ≥ ‖(a − d, 2b)‖.
+//! Neo-Hookean law fitted to the same rows: Drucker's stability with a margin δ. [\[a, b\], \[b, d\]] ⪰ 0 ⇔ a + d ≥ ‖(a − d, 2b)‖.
 //!
 //! With A = UΣVᵀ of columns scaled to length 1 the QP is written in y = ΣVᵀx, where its matrix is the identity. If the least squares
 //! by the same SVD meet every cone, they are the minimum of the convex problem and are taken, as they have more digits; the
@@ -17,13 +17,13 @@ use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SecondOrderConeT, SolverStatus, SupportedConeT};
 use nalgebra::{DMatrix, DVector};
 
-/// δ: the incremental stiffness stays above this part of the Neo-Hookean one [–]
+/// δ: the incremental stiffness stays above this part of the Neo-Hookean one \[–\]
 const MARGIN: f64 = 1e-3;
-/// Singular values below this part of the largest are not told apart from rounding [–]
+/// Singular values below this part of the largest are not told apart from rounding \[–\]
 const RANK: f64 = 1e-12;
-/// Largest relative difference of the stresses of the two solvers [–]
+/// Largest relative difference of the stresses of the two solvers \[–\]
 const AGREEMENT: f64 = 1e-7;
-/// A cone with less slack than this, of the stiffness of the Neo-Hookean law, holds the answer back [–]
+/// A cone with less slack than this, of the stiffness of the Neo-Hookean law, holds the answer back \[–\]
 const ACTIVE: f64 = 1e-5;
 
 /// The QP begins with every fifth point
@@ -34,7 +34,7 @@ pub type Points = Vec<(Mode, f64)>;
 
 /// Factors of the terms and what held them back.
 pub struct Linear {
-    /// [Pa]
+    /// \[Pa\]
     pub values: Vec<f64>,
     /// `None`: the QP was not needed
     pub check: Option<SolverCheck>,
@@ -60,7 +60,7 @@ impl Cone {
         Self { terms: (0..terms).map(|k| lorentz(&slopes(k, s))).collect(), reference: lorentz(&neo_hooke) }
     }
 
-    /// Slack over the stiffness of the Neo-Hookean law [–]; negative where the cone is left.
+    /// Slack over the stiffness of the Neo-Hookean law \[–\]; negative where the cone is left.
     fn slack(&self, x: &DVector<f64>) -> f64 {
         let part = |i: usize| self.terms.iter().zip(x).map(|(t, x)| t[i] * x).sum::<f64>() - MARGIN * self.reference[i];
         (part(0) - part(1).hypot(part(2))) / self.reference[0]

@@ -7,13 +7,13 @@ use serde::Serialize;
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct Residual {
     pub mode: Mode,
-    /// λ [–]
+    /// λ \[–\]
     pub stretch: f64,
-    /// Measured P [Pa]
+    /// Measured P \[Pa\]
     pub measured: f64,
-    /// P of the law [Pa]
+    /// P of the law \[Pa\]
     pub law: f64,
-    /// measured − law [Pa]
+    /// measured − law \[Pa\]
     pub residual: f64,
     /// Line of the file
     pub line: u64,
@@ -43,15 +43,15 @@ pub fn residuals(samples: &[Sample], law: impl Fn(&Sample) -> f64) -> Vec<Residu
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct Misfit {
     pub rows: usize,
-    /// √(Σrᵢ²/n) [Pa]
+    /// √(Σrᵢ²/n) \[Pa\]
     pub rms_pa: f64,
-    /// √(Σrᵢ²/ΣPᵢ²) [–]; 0 where both sums are zero
+    /// √(Σrᵢ²/ΣPᵢ²) \[–\]; 0 where both sums are zero
     pub rms_relative: f64,
-    /// max |rᵢ| [Pa]
+    /// max |rᵢ| \[Pa\]
     pub max_pa: f64,
-    /// max |rᵢ/Pᵢ| over rows with Pᵢ ≠ 0 [–]
+    /// max |rᵢ/Pᵢ| over rows with Pᵢ ≠ 0 \[–\]
     pub max_relative: f64,
-    /// −Σrᵢ/Σ|Pᵢ| [–]: negative where the law is too soft
+    /// −Σrᵢ/Σ|Pᵢ| \[–\]: negative where the law is too soft
     pub bias_relative: f64,
 }
 

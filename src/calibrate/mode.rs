@@ -59,7 +59,7 @@ impl Mode {
         }
     }
 
-    /// Principal stretches [–] at λ: loaded, second, free. `second`: λ₂ of a biaxial test.
+    /// Principal stretches \[–\] at λ: loaded, second, free. `second`: λ₂ of a biaxial test.
     pub fn stretches(self, l: f64, second: f64) -> [f64; 3] {
         match self {
             Self::Uniaxial => [l, 1.0 / l.sqrt(), 1.0 / l.sqrt()],
@@ -69,18 +69,18 @@ impl Mode {
         }
     }
 
-    /// Nominal stress P [Pa] of a law with these τ [Pa]: (τ₁ − τ₃)/λ, as the pressure leaves direction 3 free; in simple shear
+    /// Nominal stress P \[Pa\] of a law with these τ \[Pa\]: (τ₁ − τ₃)/λ, as the pressure leaves direction 3 free; in simple shear
     /// P₁₂ = dψ/dγ = (τ₁ − τ₃)/(λ + λ⁻¹), as γ = 2 sinh ln λ.
     pub fn nominal(self, tau: [f64; 3], l: f64) -> f64 {
         (tau[0] - tau[2]) / if self == Self::SimpleShear { l + 1.0 / l } else { l }
     }
 
-    /// λ [–] at a measured strain [–]: 1 + e, in simple shear ½γ + √(1 + ¼γ²).
+    /// λ \[–\] at a measured strain \[–\]: 1 + e, in simple shear ½γ + √(1 + ¼γ²).
     pub fn stretch(self, e: f64) -> f64 {
         if self == Self::SimpleShear { 0.5 * e + (0.5 * e).hypot(1.0) } else { 1.0 + e }
     }
 
-    /// The strain [–] that is measured at λ: the inverse of [`Mode::stretch`].
+    /// The strain \[–\] that is measured at λ: the inverse of [`Mode::stretch`].
     pub fn strain(self, l: f64) -> f64 {
         if self == Self::SimpleShear { l - 1.0 / l } else { l - 1.0 }
     }

@@ -8,13 +8,13 @@ use std::str::FromStr;
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum StrainKind {
-    /// λ [–]
+    /// λ \[–\]
     Stretch,
-    /// e [–]; in simple shear γ [–]
+    /// e \[–\]; in simple shear γ \[–\]
     Engineering,
-    /// ln λ [–]
+    /// ln λ \[–\]
     True,
-    /// u [m], over the gauge length; in simple shear over the thickness that is sheared
+    /// u \[m\], over the gauge length; in simple shear over the thickness that is sheared
     Displacement,
 }
 
@@ -22,11 +22,11 @@ pub enum StrainKind {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum StressKind {
-    /// P [Pa], force over undeformed area
+    /// P \[Pa\], force over undeformed area
     Nominal,
-    /// σ [Pa], force over deformed area
+    /// σ \[Pa\], force over deformed area
     True,
-    /// F [N], over the undeformed cross-section
+    /// F \[N\], over the undeformed cross-section
     Force,
 }
 

@@ -13,13 +13,13 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct ModeNoise {
     pub mode: Mode,
-    /// [Pa]
+    /// \[Pa\]
     pub std_pa: f64,
     /// False where it was estimated from the rows
     pub given: bool,
 }
 
-/// Smallest |P| that a relative weight divides by, over the largest |P| of the mode [–]
+/// Smallest |P| that a relative weight divides by, over the largest |P| of the mode \[–\]
 pub const FLOOR: f64 = 0.05;
 /// Rows of different stretch that make an estimate
 const LEAST: usize = 5;
@@ -52,7 +52,7 @@ fn estimate(samples: &[Sample], mode: Mode) -> Result<f64, FitError> {
     Ok(std_pa)
 }
 
-/// Weights before a robust loss: 1, or [1/Pa].
+/// Weights before a robust loss: 1, or \[1/Pa\].
 pub fn weights(samples: &[Sample], weighting: Weighting, noise: &[ModeNoise]) -> Result<Vec<f64>, FitError> {
     let largest = |mode| samples.iter().filter(|s| s.mode == mode).map(|s| s.stress.abs()).fold(0.0, f64::max);
     let tops = Mode::ALL.map(largest);

@@ -17,7 +17,7 @@ use rayon::prelude::*;
 
 /// Widths of the covariance interval after which an end is open
 const FAR: f64 = 1e3;
-/// Part of T at which the end is found [–]
+/// Part of T at which the end is found \[–\]
 const CLOSE: f64 = 1e-6;
 const STEPS: usize = 40;
 
@@ -26,11 +26,11 @@ struct Profile<'a> {
     samples: &'a [Sample],
     weight: &'a [f64],
     answer: &'a [f64],
-    /// S of the answer [weighted Pa²]
+    /// S of the answer \[weighted Pa²\]
     least: f64,
 }
 
-/// Both ends per constant [SI], infinite where open; `None` where stability holds the answer back, no row is left to judge by, or the rows
+/// Both ends per constant \[SI\], infinite where open; `None` where stability holds the answer back, no row is left to judge by, or the rows
 /// meet the law to rounding.
 pub fn intervals(model: Model, samples: &[Sample], answer: &LawFit) -> Option<Vec<[f64; 2]>> {
     let p = answer.values.len();

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use std::str::FromStr;
 
-/// A closed range of stretch λ [–], written `1..1.6`.
+/// A closed range of stretch λ \[–\], written `1..1.6`.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct StretchRange {
     pub from: f64,
@@ -45,9 +45,9 @@ impl FromStr for StretchRange {
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Partner {
-    /// Poisson's ratio ν [–]
+    /// Poisson's ratio ν \[–\]
     Nu(f64),
-    /// Bulk modulus κ [Pa]
+    /// Bulk modulus κ \[Pa\]
     Kappa(f64),
 }
 
@@ -130,7 +130,7 @@ pub struct FitOptions {
     /// the range is part of the result.
     pub range: Option<StretchRange>,
     pub weighting: Weighting,
-    /// Standard deviation of the stress [Pa] for [`Weighting::Noise`]; `None`: each mode's rows tell
+    /// Standard deviation of the stress \[Pa\] for [`Weighting::Noise`]; `None`: each mode's rows tell
     pub noise: Option<f64>,
     pub loss: Loss,
     /// Stretches over which a linear law is kept stable in every mode; `None`: the fitted modes over the fitted range
@@ -141,7 +141,7 @@ pub struct FitOptions {
     pub volumetric: Option<String>,
     /// Fits to rows that are drawn again, for intervals that know of correlated rows; 0: none
     pub bootstrap: usize,
-    /// Relative misfit up to which the law is said to describe the data [–]
+    /// Relative misfit up to which the law is said to describe the data \[–\]
     pub tolerance: f64,
 }
 

@@ -10,7 +10,7 @@ use serde::Serialize;
 use std::fmt;
 use std::path::Path;
 
-/// A parameter with its 95 % interval [SI].
+/// A parameter with its 95 % interval \[SI\].
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Estimate {
     pub name: &'static str,
@@ -30,7 +30,7 @@ pub struct Direction {
     pub changes: String,
     /// The combination that the data do see, where it is a single one
     pub known: Option<String>,
-    /// Standard deviation along the direction, relative to the constants [–]; `None`: the rows do not see it at all
+    /// Standard deviation along the direction, relative to the constants \[–\]; `None`: the rows do not see it at all
     pub deviation: Option<f64>,
 }
 
@@ -66,7 +66,7 @@ pub enum PredictionKind {
 pub struct Prediction {
     pub kind: PredictionKind,
     pub mode: Mode,
-    /// Smallest and largest λ of these rows [–]
+    /// Smallest and largest λ of these rows \[–\]
     pub stretch: [f64; 2],
     pub misfit: Misfit,
 }
@@ -74,7 +74,7 @@ pub struct Prediction {
 /// The same fit over a range that ends earlier or later.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct RangeRow {
-    /// Largest λ [–]
+    /// Largest λ \[–\]
     pub to: f64,
     pub rows: usize,
     pub parameters: Vec<Estimate>,
@@ -90,7 +90,7 @@ pub struct Otherwise {
     pub unasked: bool,
     pub rows: usize,
     pub parameters: Vec<Estimate>,
-    /// √(Σ(P′ − P)²/ΣP²) of the two laws over the fitted rows [–]
+    /// √(Σ(P′ − P)²/ΣP²) of the two laws over the fitted rows \[–\]
     pub change: f64,
 }
 
@@ -103,7 +103,7 @@ pub struct Validity {
     pub tension_to: Option<f64>,
 }
 
-/// Everything about one fit. Stresses and stiffnesses in Pa, stretches [–].
+/// Everything about one fit. Stresses and stiffnesses in Pa, stretches \[–\].
 #[derive(Clone, Debug, Serialize)]
 pub struct FitResult {
     pub law: &'static str,

@@ -1,12 +1,12 @@
 //! The samples of a fit as weighted rows without units.
 //!
-//! Row i is wᵢPᵢ/N with N = ‖wP‖, so that factors of a law come out in units of N [Pa] and the sum of squares is the relative
+//! Row i is wᵢPᵢ/N with N = ‖wP‖, so that factors of a law come out in units of N \[Pa\] and the sum of squares is the relative
 //! misfit squared.
 
 use super::{FitError, Mode, Sample};
 use nalgebra::{DMatrix, DVector};
 
-/// Data that are nearly orthogonal to a Neo-Hookean law say nothing on the stiffness of a rubber [–]
+/// Data that are nearly orthogonal to a Neo-Hookean law say nothing on the stiffness of a rubber \[–\]
 const LEAST_COSINE: f64 = 0.02;
 
 /// Weighted rows.
@@ -14,11 +14,11 @@ const LEAST_COSINE: f64 = 0.02;
 pub struct Rows {
     /// Mode and loaded, second, free principal stretch of each row
     pub places: Vec<(Mode, [f64; 3])>,
-    /// wᵢ/N [1/Pa]
+    /// wᵢ/N \[1/Pa\]
     pub weight: Vec<f64>,
-    /// wᵢPᵢ/N [–], of length 1
+    /// wᵢPᵢ/N \[–\], of length 1
     pub target: DVector<f64>,
-    /// Factor of the law x [–] is c/unit: `unit` [Pa]
+    /// Factor of the law x \[–\] is c/unit: `unit` \[Pa\]
     pub unit: f64,
 }
 
@@ -47,7 +47,7 @@ impl Rows {
         self.places.len()
     }
 
-    /// The column of a term with these τ [–] for a factor in units of `unit`.
+    /// The column of a term with these τ \[–\] for a factor in units of `unit`.
     pub fn column(&self, tau: impl Fn([f64; 3]) -> [f64; 3]) -> DVector<f64> {
         let rows = self.places.iter().zip(&self.weight);
         DVector::from_iterator(self.len(), rows.map(|((m, s), w)| w * self.unit * m.nominal(tau(*s), s[0])))

@@ -23,23 +23,23 @@ const APART: usize = 5;
 /// Iterations of the trust region between two looks at the gradient, and looks at most
 const LEG: u64 = 8;
 const LEGS: usize = 60;
-/// Gradient below this part of the misfit is enough: Gauss–Newton does the rest [–]
+/// Gradient below this part of the misfit is enough: Gauss–Newton does the rest \[–\]
 const GRADIENT: f64 = 1e-6;
-/// Two starts arrived at the same minimum where their misfits ‖r‖ differ by less than this part [–]
+/// Two starts arrived at the same minimum where their misfits ‖r‖ differ by less than this part \[–\]
 const SAME: f64 = 1e-6;
-/// Part of the misfit that is none: r along the columns where no step lowers it, gain by other factors [–]
+/// Part of the misfit that is none: r along the columns where no step lowers it, gain by other factors \[–\]
 const FLAT: f64 = 1e-7;
 /// Fall of the misfit in a step that ends a fit; of one among many, n of whose rows leave √(2nε) of a standard error
 const ROUNDING: f64 = 1e-13;
 const NEAR: f64 = 1e-10;
-/// Value of the objective where the law is not defined [–]: a step into it is taken back
+/// Value of the objective where the law is not defined \[–\]: a step into it is taken back
 const WALL: f64 = 1e12;
 
 /// Factors and shape constants of the terms, the term with the largest factor first.
 pub struct Separable {
-    /// c_k [Pa]
+    /// c_k \[Pa\]
     pub factors: Vec<f64>,
-    /// θ_k [–]
+    /// θ_k \[–\]
     pub shapes: Vec<f64>,
     /// Where the search ended, to go on from
     pub at: Vec<f64>,
@@ -248,7 +248,7 @@ fn search(family: &Family, rows: &Rows, reach: f64, start: &[f64]) -> Result<Vec
 
 /// Where Gauss–Newton ended.
 struct End {
-    /// ‖r‖ [–]
+    /// ‖r‖ \[–\]
     misfit: f64,
     x: Vec<f64>,
     c: Vec<f64>,

@@ -14,7 +14,7 @@ use serde::Serialize;
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum SolverCheck {
-    /// The QP of clarabel against least squares by SVD: difference of the stresses over the data [–]
+    /// The QP of clarabel against least squares by SVD: difference of the stresses over the data \[–\]
     Convex { relative_difference: f64, allowed: f64 },
     /// The QP of clarabel alone: a stability constraint holds the answer back
     Constrained,
@@ -27,10 +27,10 @@ pub enum SolverCheck {
 pub struct Setting {
     pub model: Model,
     pub weighting: Weighting,
-    /// Standard deviation of the stress by mode [Pa], where the weights ask for it
+    /// Standard deviation of the stress by mode \[Pa\], where the weights ask for it
     pub noise: Vec<ModeNoise>,
     pub loss: Loss,
-    /// Largest I₁ − 3 of the table [–]
+    /// Largest I₁ − 3 of the table \[–\]
     pub reach: f64,
     /// Where a linear law is kept stable
     pub stable: Points,
@@ -39,17 +39,17 @@ pub struct Setting {
 /// An answer with what follows from it.
 #[derive(Clone, Debug)]
 pub struct LawFit {
-    /// Values of the constants [SI]
+    /// Values of the constants \[SI\]
     pub values: Vec<f64>,
     pub identified: Identified,
     /// `None` where a single solver was enough (fits of parts of the data)
     pub check: Option<SolverCheck>,
     /// Where stability holds the answer back
     pub active: Points,
-    /// Two-sided p-value of a departure of the data from the law [–]; `None` with too few rows or data that the law
+    /// Two-sided p-value of a departure of the data from the law \[–\]; `None` with too few rows or data that the law
     /// meets to rounding
     pub departure_p: Option<f64>,
-    /// Neo-Hookean modulus of the same rows [Pa], a measure of size
+    /// Neo-Hookean modulus of the same rows \[Pa\], a measure of size
     pub modulus: f64,
     /// w of each sample, with Huber's loss in it
     pub weight: Vec<f64>,
@@ -57,9 +57,9 @@ pub struct LawFit {
     at: Vec<f64>,
 }
 
-/// Below this misfit ‖r‖/‖P‖ the residuals are rounding and their pattern means nothing [–]
+/// Below this misfit ‖r‖/‖P‖ the residuals are rounding and their pattern means nothing \[–\]
 pub const ROUNDING: f64 = 1e-9;
-/// Huber's constant: 95 % efficiency for normal errors [–]
+/// Huber's constant: 95 % efficiency for normal errors \[–\]
 const HUBER: f64 = 1.345;
 /// Reweighted fits at most, and the change of a weight that ends them
 const REWEIGHTED: usize = 60;

@@ -18,7 +18,7 @@ pub struct Specimen {
     pub file: String,
     pub rows: usize,
     pub parameters: Vec<Estimate>,
-    /// Its stresses over those of the fit to all rows [–]
+    /// Its stresses over those of the fit to all rows \[–\]
     pub level: f64,
 }
 
@@ -26,11 +26,11 @@ pub struct Specimen {
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Scatter {
     pub specimens: Vec<Specimen>,
-    /// Mean of each constant over the specimens [SI]
+    /// Mean of each constant over the specimens \[SI\]
     pub means: Vec<f64>,
-    /// Standard deviation of each constant between specimens [SI]
+    /// Standard deviation of each constant between specimens \[SI\]
     pub deviations: Vec<f64>,
-    /// 95 % interval of each mean [SI]
+    /// 95 % interval of each mean \[SI\]
     pub intervals: Vec<[f64; 2]>,
     /// File of the specimen that stands apart
     pub outlier: Option<String>,
@@ -81,7 +81,7 @@ fn apart(values: &[f64]) -> Option<usize> {
     (off(&farthest) > bound(n) * deviation(values)).then_some(farthest)
 }
 
-/// Grubbs' bound, two-sided at 5 %, for n ≥ 3 values [–].
+/// Grubbs' bound, two-sided at 5 %, for n ≥ 3 values \[–\].
 fn bound(n: usize) -> f64 {
     let t2 = statistics::t_quantile(1.0 - 0.05 / n as f64, n - 2).powi(2);
     let n = n as f64;

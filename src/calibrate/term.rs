@@ -14,13 +14,13 @@ use crate::material::isochoric::{Partials, Strain};
 /// Slopes of one term with factor 1.
 #[derive(Clone, Copy, Debug)]
 pub struct Slopes {
-    /// τᵢ [–]
+    /// τᵢ \[–\]
     pub tau: [f64; 3],
-    /// Dᵢⱼ [–]
+    /// Dᵢⱼ \[–\]
     pub d: [[f64; 3]; 3],
 }
 
-/// I₁ − 3 and I₂ − 3 [–] at the principal stretches of an incompressible material.
+/// I₁ − 3 and I₂ − 3 \[–\] at the principal stretches of an incompressible material.
 pub fn invariants(s: [f64; 3]) -> (f64, f64) {
     (s.iter().map(|x| x * x).sum::<f64>() - 3.0, s.iter().map(|x| 1.0 / (x * x)).sum::<f64>() - 3.0)
 }
@@ -41,7 +41,7 @@ pub fn of_invariants(law: &impl Strain, s: [f64; 3]) -> Slopes {
     Slopes { tau: tau(w.w1, w.w2, s), d: [0, 1, 2].map(row) }
 }
 
-/// τ [–] of w₁ and w₂.
+/// τ \[–\] of w₁ and w₂.
 pub fn tau(w1: f64, w2: f64, s: [f64; 3]) -> [f64; 3] {
     s.map(|x| 2.0 * (w1 * x * x - w2 / (x * x)))
 }

@@ -8,7 +8,7 @@ use std::fmt;
 #[derive(Clone, PartialEq, Debug, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum FitWarning {
-    /// Residuals have a pattern. p-values [–] of the two tests; one of them is below 2.5 %.
+    /// Residuals have a pattern. p-values \[–\] of the two tests; one of them is below 2.5 %.
     Systematic { runs: Option<usize>, runs_p: Option<f64>, departure_p: Option<f64>, rms_relative: f64 },
     /// Rms misfit in the fitted range above the tolerance
     Misfit { rms_relative: f64, tolerance: f64 },

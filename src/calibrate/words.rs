@@ -2,7 +2,7 @@
 
 use super::Estimate;
 
-/// Factor and unit in which a stress of this size [Pa] is printed.
+/// Factor and unit in which a stress of this size \[Pa\] is printed.
 pub fn stress_unit(size: f64) -> (f64, &'static str) {
     match size.abs() {
         s if s >= 2e6 => (1e-6, "MPa"),
@@ -17,7 +17,7 @@ pub fn decimals(value: f64, half: f64) -> usize {
     if size == 0.0 || !size.is_finite() { 1 } else { (1 - size.log10().floor() as i32).clamp(0, 12) as usize }
 }
 
-/// Factor, unit and decimals of a constant with this interval [SI].
+/// Factor, unit and decimals of a constant with this interval \[SI\].
 pub fn within(value: f64, unit: &str, interval: Option<[f64; 2]>) -> (f64, &str, usize) {
     let (factor, unit) = if unit == "Pa" { stress_unit(value) } else { (1.0, unit) };
     let half = interval.map_or(0.0, |[a, b]| 0.5 * (b - a).abs());

@@ -5,7 +5,7 @@
 //! M_ab = ∫ ρ w_a w_b dV        Ψ = K ‖E‖², E = ½(AᵀA − I), A = ∂x/∂X        ∂Ψ/∂A = 2 K A E
 //! ```
 //!
-//! M is constant and exact: momentum and moment of momentum are those of the rigid body, and there is no rotation to update. K [J]
+//! M is constant and exact: momentum and moment of momentum are those of the rigid body, and there is no rotation to update. K \[J\]
 //! is numerics: under a pressure p on its faces the body of volume V strains by about p V/2K.
 //! Limits: no large deformation is meant; a step turns the body by less than a radian or so.
 
@@ -17,12 +17,12 @@ use crate::system::{At, Blocks, Direction, Effect, EvalError, Local, Needs, Past
 pub struct AffineInertia {
     name: String,
     blocks: Blocks,
-    /// M_ab [kg]
+    /// M_ab \[kg\]
     mass: [[f64; 4]; 4],
 }
 
 impl AffineInertia {
-    /// Of a body with its centre of mass at C, and the inertia tensor I [kg m²] about it.
+    /// Of a body with its centre of mass at C, and the inertia tensor I \[kg m²\] about it.
     pub fn new(name: String, frame: &AffineFrame, mass: f64, inertia: &Mat3) -> Self {
         // J = ∫ ρ (X − C)(X − C)ᵀ dV, I = tr J − J
         let second = (Mat3::identity() * (0.5 * inertia.trace()) - inertia) / frame.length.powi(2);
@@ -94,7 +94,7 @@ pub struct Rigidity {
     name: String,
     frame: AffineFrame,
     blocks: Blocks,
-    /// K [J]
+    /// K \[J\]
     stiffness: f64,
 }
 

@@ -15,7 +15,7 @@ use std::sync::Arc;
 /// A place where the cable touches the body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Guide {
-    /// X_k [m]
+    /// X_k \[m\]
     pub point: Vec3,
     /// (node, weight), Σ w = 1, Σ w X_i = X_k; none for a ring that is fixed in space
     pub weights: Vec<(u32, f64)>,
@@ -25,7 +25,7 @@ pub struct Guide {
 pub struct Cable {
     pub name: String,
     pull_point: Vec3,
-    /// X_k of the guides [m]
+    /// X_k of the guides \[m\]
     points: Vec<Vec3>,
     /// w_k of the guides
     pub(super) means: Arc<Means>,
@@ -41,18 +41,18 @@ impl Cable {
         Self { name, pull_point, points, means: means.into(), blocks }
     }
 
-    /// The polyline at displacement x: pull point, then the guides [m].
+    /// The polyline at displacement x: pull point, then the guides \[m\].
     pub fn polyline(&self, x: &[f64]) -> Vec<Vec3> {
         let guides = self.points.iter().enumerate().map(|(k, point)| point + self.means.one(x, k));
         std::iter::once(self.pull_point).chain(guides).collect()
     }
 
-    /// L(x) [m]
+    /// L(x) \[m\]
     pub fn length(&self, x: &[f64]) -> f64 {
         self.lengths(x).iter().sum()
     }
 
-    /// Lengths of the segments [m], from the pull point on.
+    /// Lengths of the segments \[m\], from the pull point on.
     pub fn lengths(&self, x: &[f64]) -> Vec<f64> {
         self.polyline(x).windows(2).map(|w| (w[1] - w[0]).norm()).collect()
     }
@@ -73,7 +73,7 @@ impl Cable {
         self.blocks.nodes(s)
     }
 
-    /// Change of the length [m] with the motion dx [m] at displacement x: Σ_s τ_s·(dp_{s+1} − dp_s).
+    /// Change of the length \[m\] with the motion dx \[m\] at displacement x: Σ_s τ_s·(dp_{s+1} − dp_s).
     pub fn lengthening(&self, x: &[f64], dx: &[f64]) -> f64 {
         let points = self.polyline(x);
         let moved = |k: usize| self.means.one(dx, k);
@@ -84,7 +84,7 @@ impl Cable {
         (0..self.segments()).map(segment).sum()
     }
 
-    /// Segment `s` as a vector [m], with w [3 × guides].
+    /// Segment `s` as a vector \[m\], with w \[3 × guides\].
     pub(super) fn direction(&self, w: &[f64], s: usize) -> Vec3 {
         let guide = |k: usize| self.points[k] + Vec3::from_column_slice(&w[3 * k..3 * k + 3]);
         guide(s) - s.checked_sub(1).map_or(self.pull_point, guide)
@@ -131,7 +131,7 @@ impl Cable {
     }
 }
 
-/// Cable under a prescribed tension T(t) ≥ 0 [N].
+/// Cable under a prescribed tension T(t) ≥ 0 \[N\].
 pub struct CableTension {
     pub cable: Arc<Cable>,
     pub tension: Signal,
@@ -163,15 +163,15 @@ impl Effect for CableTension {
     }
 }
 
-/// Cable whose free length is shortened by d(t) [m] at the pull point; it cannot push.
+/// Cable whose free length is shortened by d(t) \[m\] at the pull point; it cannot push.
 pub struct CableLength {
     pub cable: Arc<Cable>,
     pub shortening: Signal,
-    /// L₀ [m]
+    /// L₀ \[m\]
     pub rest: f64,
-    /// L₀/EA [m/N], 0 of a cable that does not stretch
+    /// L₀/EA \[m/N\], 0 of a cable that does not stretch
     pub compliance: f64,
-    /// T_max [N] at which the drive yields, infinite if it never does
+    /// T_max \[N\] at which the drive yields, infinite if it never does
     pub most: f64,
 }
 

@@ -24,9 +24,9 @@ const FAINT: f64 = 1e-3;
 /// What pulls at a cable with friction.
 #[derive(Clone, Debug)]
 pub enum Pull {
-    /// d(t) [m], and T_max [N] at which the drive yields, infinite if it never does
+    /// d(t) \[m\], and T_max \[N\] at which the drive yields, infinite if it never does
     Length { shortening: Signal, most: f64 },
-    /// T(t) [N]
+    /// T(t) \[N\]
     Tension(Signal),
 }
 
@@ -34,16 +34,16 @@ pub enum Pull {
 struct Rope {
     cable: Arc<Cable>,
     pull: Pull,
-    /// μ [–]
+    /// μ \[–\]
     friction: f64,
-    /// 1/EA [1/N]
+    /// 1/EA \[1/N\]
     softness: f64,
-    /// l₀ of the segments [m]
+    /// l₀ of the segments \[m\]
     rest: Vec<f64>,
 }
 
 /// The rows of a cable with friction, in their order: n segments, then the wrap angles of the n − 1 guides between them.
-/// `softness` is 1/EA [1/N].
+/// `softness` is 1/EA \[1/N\].
 pub fn rows(cable: Arc<Cable>, pull: Pull, friction: f64, softness: f64) -> Vec<Box<dyn Constraint>> {
     let rest = cable.lengths_at_rest();
     let n = rest.len();
@@ -222,7 +222,7 @@ impl Constraint for Turn {
     }
 }
 
-/// Angle between two unit vectors [rad].
+/// Angle between two unit vectors \[rad\].
 fn angle(tau: &[Vec3; 2]) -> f64 {
     tau[0].cross(&tau[1]).norm().atan2(tau[0].dot(&tau[1]))
 }

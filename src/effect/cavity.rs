@@ -30,10 +30,10 @@ pub(super) struct Point {
 /// Geometry of a cavity; its blocks are the facets.
 pub struct Cavity {
     name: String,
-    /// o [m]
+    /// o \[m\]
     origin: Vec3,
     blocks: Blocks,
-    /// [blocks × nodes of a facet] X [m]
+    /// \[blocks × nodes of a facet\] X \[m\]
     reference: Vec<Vec3>,
     points: Vec<Point>,
     /// Nodes of a facet
@@ -73,12 +73,12 @@ impl Cavity {
         &self.points
     }
 
-    /// V(x) [m³]
+    /// V(x) \[m³\]
     pub fn volume(&self, x: &[f64]) -> f64 {
         (0..self.blocks.len()).map(|b| self.facet_volume(x, b)).sum()
     }
 
-    /// ∂V/∂x·dx [m³]
+    /// ∂V/∂x·dx \[m³\]
     pub fn growth(&self, x: &[f64], dx: &[f64]) -> f64 {
         let mut out = Local::new(3 * self.nodes);
         let mut sum = 0.0;
@@ -90,7 +90,7 @@ impl Cavity {
         sum
     }
 
-    /// Position of node `a` of facet `b` from o [m].
+    /// Position of node `a` of facet `b` from o \[m\].
     fn position(&self, x: &[f64], b: usize, a: usize) -> Vec3 {
         let node = self.blocks.nodes(b)[a] as usize;
         self.reference[b * self.nodes + a] - self.origin + Vec3::from_column_slice(&x[3 * node..][..3])
@@ -148,7 +148,7 @@ impl Cavity {
 pub(super) const CYCLES: [(usize, usize, usize, f64); 6] =
     [(0, 1, 2, 1.0), (1, 2, 0, 1.0), (2, 0, 1, 1.0), (1, 0, 2, -1.0), (2, 1, 0, -1.0), (0, 2, 1, -1.0)];
 
-/// Cavity under a prescribed pressure p(t) [Pa]; a negative one is a vacuum.
+/// Cavity under a prescribed pressure p(t) \[Pa\]; a negative one is a vacuum.
 pub struct CavityPressure {
     pub cavity: Arc<Cavity>,
     pub pressure: Signal,
@@ -177,13 +177,13 @@ impl Effect for CavityPressure {
     }
 }
 
-/// Cavity whose volume grows by ΔV(t) [m³].
+/// Cavity whose volume grows by ΔV(t) \[m³\].
 pub struct CavityVolume {
     pub cavity: Arc<Cavity>,
     pub growth: Signal,
-    /// V₀ [m³]
+    /// V₀ \[m³\]
     pub rest: f64,
-    /// Volume that g is compared with [m³]
+    /// Volume that g is compared with \[m³\]
     pub scale: f64,
 }
 

@@ -14,15 +14,15 @@ const MOST_NODES: usize = 10;
 /// Gradients and weights at the quadrature points of some cells, [`LANES`] cells side by side.
 pub struct CellPoints {
     pub blocks: Blocks,
-    /// [cells] index in the mesh, for messages
+    /// \[cells\] index in the mesh, for messages
     pub cells: Vec<u32>,
     nodes: usize,
     points: usize,
-    /// [points] reference coordinates
+    /// \[points\] reference coordinates
     reference: Vec<[f64; 3]>,
-    /// [groups of cells × points × nodes] ∂N_a/∂X [1/m]
+    /// \[groups of cells × points × nodes\] ∂N_a/∂X \[1/m\]
     gradients: Vec<[Lanes; 3]>,
-    /// [groups of cells × points] w det ∂X/∂ξ [m³]
+    /// \[groups of cells × points\] w det ∂X/∂ξ \[m³\]
     weights: Vec<Lanes>,
 }
 
@@ -56,7 +56,7 @@ impl CellPoints {
         self.points
     }
 
-    /// For each cell of the region: index in the mesh, and at each of its points the weight [m³] and F.
+    /// For each cell of the region: index in the mesh, and at each of its points the weight \[m³\] and F.
     pub fn deformation<'a>(&'a self, x: &'a [f64]) -> impl Iterator<Item = (u32, Vec<(f64, Mat3)>)> + 'a {
         self.cells.iter().enumerate().map(move |(b, &c)| {
             let at = |q| (self.weight(b, q), self.deformation_gradient(x, b, q));
@@ -64,7 +64,7 @@ impl CellPoints {
         })
     }
 
-    /// [points] reference coordinates of the points.
+    /// \[points\] reference coordinates of the points.
     pub fn reference(&self) -> &[[f64; 3]] {
         &self.reference
     }
@@ -75,12 +75,12 @@ impl CellPoints {
         self.gradients(b, q).map(times)
     }
 
-    /// w det ∂X/∂ξ of point `q` of block `b` [m³].
+    /// w det ∂X/∂ξ of point `q` of block `b` \[m³\].
     pub fn weight(&self, b: usize, q: usize) -> f64 {
         self.weights[b / LANES * self.points + q].0[b % LANES]
     }
 
-    /// ∂N_a/∂X of each node at point `q` of block `b` [1/m].
+    /// ∂N_a/∂X of each node at point `q` of block `b` \[1/m\].
     fn gradients(&self, b: usize, q: usize) -> impl Iterator<Item = [f64; 3]> + '_ {
         let lane = b % LANES;
         self.gradients_of_group(b / LANES, q).iter().map(move |g| [g[0].0[lane], g[1].0[lane], g[2].0[lane]])

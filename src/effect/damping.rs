@@ -6,7 +6,7 @@ use crate::math::tensor::{Mat3, ZERO9};
 use crate::mesh::TetMesh;
 use crate::system::{At, Blocks, Direction, Effect, EvalError, Local, Needs, Past, Role, Want};
 
-/// Mass-proportional damping: r = α M v [N], α [1/s] (the mass term of Rayleigh 1877).
+/// Mass-proportional damping: r = α M v \[N\], α \[1/s\] (the mass term of Rayleigh 1877).
 pub struct MassDamping {
     pub alpha: f64,
     pub mass: Mass,
@@ -47,7 +47,7 @@ impl Past for MassDamping {
     }
 }
 
-/// Kelvin–Voigt damping S_v = η Ė with Ė = (E − Eₙ)/Δt, E = ½(FᵀF − I), η [Pa s].
+/// Kelvin–Voigt damping S_v = η Ė with Ė = (E − Eₙ)/Δt, E = ½(FᵀF − I), η \[Pa s\].
 ///
 /// Objective, with a symmetric exact tangent (it derives from the incremental potential ½ηΔt ‖Ė‖²); of first order in Δt
 /// under every integrator.
@@ -132,7 +132,7 @@ impl Past for ViscousDamping {
     }
 }
 
-/// r_e·(x − old) of block `b` [J].
+/// r_e·(x − old) of block `b` \[J\].
 pub(super) fn work(blocks: &Blocks, at: &At, b: usize, out: &Local) -> f64 {
     let dofs = blocks.nodes(b).iter().flat_map(|&n| 3 * n as usize..3 * n as usize + 3);
     dofs.zip(&out.r).map(|(dof, r)| r * (at.x[dof] - at.old[dof])).sum()

@@ -1,8 +1,8 @@
 //! Dead load: a force of fixed direction on a weighted mean of nodes, φ = −Σ_i w_i d·u_i per unit of s(t), r_i = −s w_i d.
 //!
-//! With the weights of an embedded point or ball (Σ w = 1, [`crate::mesh::embed`]) it is a force s(t) [N] there: the
+//! With the weights of an embedded point or ball (Σ w = 1, [`crate::mesh::embed`]) it is a force s(t) \[N\] there: the
 //! embedded point moves as Σ w_i u_i, and the transpose of that map takes the force to the nodes, so that its power is the
-//! same on both sides. With w_i = ∫ N_i dA it is a traction s(t) [Pa] per reference area. The direction does not turn with
+//! same on both sides. With w_i = ∫ N_i dA it is a traction s(t) \[Pa\] per reference area. The direction does not turn with
 //! the body; a pressure that follows the surface is a cavity.
 
 use crate::math::signal::{Clock, Signal};
@@ -10,13 +10,13 @@ use crate::math::tensor::Vec3;
 use crate::mesh::{TetMesh, element, quadrature};
 use crate::system::{At, Blocks, Effect, EvalError, Local, Role, Want};
 
-/// `direction` is a unit vector, `intensity` its signal [N] or [Pa].
+/// `direction` is a unit vector, `intensity` its signal \[N\] or \[Pa\].
 pub struct DeadLoad {
     name: String,
     direction: Vec3,
     intensity: Signal,
     blocks: Blocks,
-    /// [blocks] w_i [–] or [m²]
+    /// \[blocks\] w_i \[–\] or \[m²\]
     weights: Vec<f64>,
 }
 
@@ -28,7 +28,7 @@ impl DeadLoad {
     }
 }
 
-/// (node, ∫ N_i dA [m²]) over facets; the degree-4 rule is exact on straight ones and has the error of their area on curved ones.
+/// (node, ∫ N_i dA \[m²\]) over facets; the degree-4 rule is exact on straight ones and has the error of their area on curved ones.
 pub fn nodal_areas(mesh: &TetMesh, facets: &[u32]) -> Vec<(u32, f64)> {
     let rule = quadrature::tri(4);
     let mut nodal = vec![0.0; mesh.points.len()];

@@ -12,12 +12,12 @@ use crate::system::{At, Blocks, Direction, Effect, EvalError, Local, Needs, Past
 /// A linear damper on each edge.
 pub struct EdgeDampers {
     edges: Edges,
-    /// [N s/m]
+    /// \[N s/m\]
     c: f64,
 }
 
 impl EdgeDampers {
-    /// The same c [N s/m] on the edges of some cells.
+    /// The same c \[N s/m\] on the edges of some cells.
     pub fn new(mesh: &TetMesh, cells: &[u32], c: f64) -> Self {
         Self { edges: Edges::of_cells(mesh, cells).0, c }
     }

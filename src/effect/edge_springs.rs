@@ -15,18 +15,18 @@ use crate::system::{At, Blocks, Effect, EvalError, Local, Role, Want};
 /// A linear spring on each edge, at rest in the reference configuration.
 pub struct EdgeSprings {
     edges: Edges,
-    /// [edges] k [N/m]
+    /// \[edges\] k \[N/m\]
     stiffness: Vec<f64>,
 }
 
 impl EdgeSprings {
-    /// One stiffness k [N/m] on the edges of some cells. The body stiffens as 1/h when the mesh is refined.
+    /// One stiffness k \[N/m\] on the edges of some cells. The body stiffens as 1/h when the mesh is refined.
     pub fn uniform(mesh: &TetMesh, cells: &[u32], k: f64) -> Self {
         let (edges, around) = Edges::of_cells(mesh, cells);
         Self { edges, stiffness: vec![k; around.len()] }
     }
 
-    /// k = E Σ_T V_T / l₀² with E [Pa].
+    /// k = E Σ_T V_T / l₀² with E \[Pa\].
     pub fn of_modulus(mesh: &TetMesh, cells: &[u32], e: f64) -> Self {
         let (edges, around) = Edges::of_cells(mesh, cells);
         let stiffness =
@@ -34,7 +34,7 @@ impl EdgeSprings {
         Self { edges, stiffness }
     }
 
-    /// One stiffness k [N/m] between pairs of nodes.
+    /// One stiffness k \[N/m\] between pairs of nodes.
     pub fn between(points: &[Vec3], pairs: &[[u32; 2]], k: f64) -> Self {
         Self { edges: Edges::between(points, pairs), stiffness: vec![k; pairs.len()] }
     }

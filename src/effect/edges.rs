@@ -10,7 +10,7 @@ use crate::system::{Blocks, EvalError, Local, Want};
 /// Distinct edges; block `b` is the edge from its first node i to its second node j.
 pub struct Edges {
     pub blocks: Blocks,
-    /// [edges] D [m]
+    /// \[edges\] D \[m\]
     rest: Vec<Vec3>,
 }
 
@@ -21,7 +21,7 @@ impl Edges {
         Self { blocks: Blocks::new(pairs.iter().map(|p| &p[..])), rest }
     }
 
-    /// The edges between the corners of some cells, ascending, and beside each the volume of the cells around it [m³].
+    /// The edges between the corners of some cells, ascending, and beside each the volume of the cells around it \[m³\].
     pub fn of_cells(mesh: &TetMesh, cells: &[u32]) -> (Self, Vec<f64>) {
         let sides = |c: u32| {
             let nodes = mesh.cell(c as usize);
@@ -40,19 +40,19 @@ impl Edges {
         (Self::between(&mesh.points, &pairs), around)
     }
 
-    /// D of edge `b` [m].
+    /// D of edge `b` \[m\].
     pub fn rest(&self, b: usize) -> Vec3 {
         self.rest[b]
     }
 
-    /// u_j − u_i of edge `b` at displacement x [m].
+    /// u_j − u_i of edge `b` at displacement x \[m\].
     pub fn stretching(&self, x: &[f64], b: usize) -> Vec3 {
         let at = |node: u32| Vec3::from_column_slice(&x[3 * node as usize..][..3]);
         let nodes = self.blocks.nodes(b);
         at(nodes[1]) - at(nodes[0])
     }
 
-    /// l [m] and τ of edge `b` where it is d; refuses an edge without a direction.
+    /// l \[m\] and τ of edge `b` where it is d; refuses an edge without a direction.
     pub fn direction(&self, effect: &str, b: usize, d: Vec3) -> Result<(f64, Vec3), EvalError> {
         let (l, nodes) = (d.norm(), self.blocks.nodes(b));
         if l == 0.0 {
@@ -62,7 +62,7 @@ impl Edges {
     }
 }
 
-/// r_e = n (−τ, τ) of a force n along an edge, and K_e of its slopes `along` = ∂n/∂l and `across` = n/l [N/m].
+/// r_e = n (−τ, τ) of a force n along an edge, and K_e of its slopes `along` = ∂n/∂l and `across` = n/l \[N/m\].
 pub fn add_force(tau: Vec3, n: f64, along: f64, across: f64, want: Want, out: &mut Local) {
     for i in 0..3 {
         out.r[i] -= n * tau[i];

@@ -1,16 +1,16 @@
-//! Gravity: φ = −∫ ρ ĝ·x dV per unit of s(t), with the acceleration g = s(t) ĝ [m/s²].
+//! Gravity: φ = −∫ ρ ĝ·x dV per unit of s(t), with the acceleration g = s(t) ĝ \[m/s²\].
 
 use crate::math::signal::{Clock, Signal};
 use crate::math::tensor::Vec3;
 use crate::mesh::{TetMesh, element, quadrature};
 use crate::system::{At, Blocks, Effect, EvalError, Local, Role, Want};
 
-/// Weight of a region; `direction` is a unit vector, `acceleration` its signal [m/s²].
+/// Weight of a region; `direction` is a unit vector, `acceleration` its signal \[m/s²\].
 pub struct Gravity {
     direction: Vec3,
     acceleration: Signal,
     blocks: Blocks,
-    /// [blocks] ∫ ρ N_a dV [kg]
+    /// \[blocks\] ∫ ρ N_a dV \[kg\]
     mass: Vec<f64>,
 }
 

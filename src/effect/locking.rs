@@ -15,7 +15,7 @@ use crate::mesh::{Order, TetMesh, element};
 use crate::system::Effect;
 use std::sync::Arc;
 
-/// Scatter above which a displacement-only element is taken for locked [–]; calibrated in `docs/theory/elements.md`.
+/// Scatter above which a displacement-only element is taken for locked \[–\]; calibrated in `docs/theory/elements.md`.
 pub const ALARM: f64 = 0.5;
 
 /// Poisson's ratio below which no volume change can lock: there κ < 4.7 μ, and what scatters is bending that linear cells do
@@ -29,7 +29,7 @@ pub trait Stressed: Send + Sync {
     fn displacement_only(&self) -> bool;
     /// Hooke's constants at F = I
     fn moduli(&self) -> Moduli;
-    /// P [Pa] at the points of block `b`, as it stands in the residual.
+    /// P \[Pa\] at the points of block `b`, as it stands in the residual.
     fn stress(&self, x: &[f64], b: usize) -> Result<Vec<Mat3>, LawError>;
     /// ∂/∂θ of this effect, on its blocks, from ∂/∂θ of its law ([`Law::along`]): its residual is ∂r/∂θ at fixed x.
     fn along(&self, mesh: &TetMesh, law: Box<dyn Law>) -> Box<dyn Effect>;
@@ -38,9 +38,9 @@ pub trait Stressed: Send + Sync {
 /// What the pressures of a state look like.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Signs {
-    /// ‖p − p*‖/‖dev τ‖ [–]
+    /// ‖p − p*‖/‖dev τ‖ \[–\]
     pub scatter: f64,
-    /// Volumetric share of the energy [–]
+    /// Volumetric share of the energy \[–\]
     pub share: f64,
     pub alarm: bool,
 }

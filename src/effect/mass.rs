@@ -17,15 +17,15 @@ pub enum Lumping {
 /// Scalar mass matrix by blocks: cells, or single nodes when lumped.
 pub struct Mass {
     pub blocks: Blocks,
-    /// Block after block, n × n row by row [kg]
+    /// Block after block, n × n row by row \[kg\]
     entries: Vec<f64>,
     offsets: Vec<usize>,
-    /// [kg]
+    /// \[kg\]
     pub total: f64,
 }
 
 impl Mass {
-    /// Of the cells of a region with density ρ [kg/m³].
+    /// Of the cells of a region with density ρ \[kg/m³\].
     pub fn new(mesh: &TetMesh, cells: &[u32], rho: f64, lumping: Lumping) -> Self {
         let n = mesh.order.cell_nodes();
         let matrices: Vec<Vec<f64>> = cells.iter().map(|&c| consistent(mesh, c as usize, rho)).collect();
@@ -74,7 +74,7 @@ impl Mass {
     }
 }
 
-/// [n × n] ∫ ρ N_a N_b dV of a cell [kg].
+/// \[n × n\] ∫ ρ N_a N_b dV of a cell \[kg\].
 fn consistent(mesh: &TetMesh, c: usize, rho: f64) -> Vec<f64> {
     let n = mesh.order.cell_nodes();
     let rule = quadrature::tet(if mesh.order == Order::Linear { 2 } else { 4 });

@@ -37,7 +37,7 @@ impl MeanDilatation {
         })
     }
 
-    /// V [m³] and Ḡ [–] of block `b`.
+    /// V \[m³\] and Ḡ \[–\] of block `b`.
     fn mean_gap(&self, x: &[f64], b: usize) -> Result<(f64, f64), LawError> {
         let (mut volume, mut sum) = (0.0, 0.0);
         for q in 0..self.points.points() {

@@ -8,7 +8,7 @@
 //! term (α = 0). On tet4 the pair is not, and the last term, the polynomial pressure projection of Dohrmann & Bochev
 //! (2004) with the cell mean Πp, stabilises it.
 //!
-//! The unknown is π = p ℓ/μ [m], with ℓ the mean cell size, so that the whole system is of one dimension. The tangent is
+//! The unknown is π = p ℓ/μ \[m\], with ℓ the mean cell size, so that the whole system is of one dimension. The tangent is
 //! symmetric and indefinite with one negative eigenvalue a pressure.
 
 use super::cell::CellPoints;
@@ -33,11 +33,11 @@ pub struct MixedElastic {
     hooke: Moduli,
     points: Arc<CellPoints>,
     blocks: Blocks,
-    /// [points × 4] N_c at the points
+    /// \[points × 4\] N_c at the points
     shape: Vec<[f64; 4]>,
-    /// [cells] ∫ N_c N_d /κ + (α/μ)(N_c − ΠN_c)(N_d − ΠN_d) dV [m³/Pa], times s²
+    /// \[cells\] ∫ N_c N_d /κ + (α/μ)(N_c − ΠN_c)(N_d − ΠN_d) dV \[m³/Pa\], times s²
     compliance: Vec<[[f64; 4]; 4]>,
-    /// p = s π, s = μ/ℓ [Pa/m]
+    /// p = s π, s = μ/ℓ \[Pa/m\]
     s: f64,
 }
 
@@ -70,7 +70,7 @@ impl MixedElastic {
         Some(Self { name, rest, volumetric, hooke, points, blocks, shape, compliance, s })
     }
 
-    /// Corner pressures p [Pa] of block `b`.
+    /// Corner pressures p \[Pa\] of block `b`.
     fn pressures(&self, x: &[f64], b: usize) -> [f64; 4] {
         std::array::from_fn(|k| self.s * x[self.blocks.scalars(b)[k] as usize])
     }

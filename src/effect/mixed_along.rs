@@ -16,7 +16,7 @@ pub(super) struct MixedAlong {
     pub(super) rest: Box<dyn Law>,
     pub(super) points: Arc<CellPoints>,
     pub(super) blocks: Blocks,
-    /// [cells] s² ∂C/∂θ
+    /// \[cells\] s² ∂C/∂θ
     pub(super) compliance: Vec<[[f64; 4]; 4]>,
 }
 

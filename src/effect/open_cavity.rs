@@ -21,13 +21,13 @@ use crate::mesh::TetMesh;
 use crate::system::{At, Blocks, Effect, EvalError, Local, Role, Skew, Want};
 use std::sync::Arc;
 
-/// Pressure p(t) [Pa] on an open surface with a free rim; a negative one is a vacuum.
+/// Pressure p(t) \[Pa\] on an open surface with a free rim; a negative one is a vacuum.
 pub struct OpenCavityPressure {
     cavity: Arc<Cavity>,
     pressure: Signal,
     /// Edges of the rim
     rim: Blocks,
-    /// [edges × nodes of an edge] X [m]
+    /// \[edges × nodes of an edge\] X \[m\]
     reference: Vec<Vec3>,
 }
 
@@ -39,7 +39,7 @@ impl OpenCavityPressure {
         Self { cavity, pressure, rim: Blocks::new(edges.iter().map(Vec::as_slice)), reference }
     }
 
-    /// ∫ (x − xₙ)·n dA over the way from xₙ to x [m³].
+    /// ∫ (x − xₙ)·n dA over the way from xₙ to x \[m³\].
     fn swept(&self, at: &At, b: usize, point: &Point) -> f64 {
         let [now, u, v] = self.cavity.frame(at.x, b, point);
         let [old, p, q] = self.cavity.frame(at.old, b, point);
@@ -129,7 +129,7 @@ impl Skew for OpenCavityPressure {
     }
 }
 
-/// Gauss' rule on [0, 1] with three points, exact to degree 5: N_a N_c x′ of a curved edge.
+/// Gauss' rule on \[0, 1\] with three points, exact to degree 5: N_a N_c x′ of a curved edge.
 const GAUSS: [(f64, f64); 3] =
     [(0.112_701_665_379_258_31, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
 

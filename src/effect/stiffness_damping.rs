@@ -1,4 +1,4 @@
-//! Stiffness-proportional damping r = β K_* v [N], β [s]: the stiffness term of Rayleigh 1877, for comparison with other
+//! Stiffness-proportional damping r = β K_* v \[N\], β \[s\]: the stiffness term of Rayleigh 1877, for comparison with other
 //! simulators. K_* is the tangent of the effects that are damped, at rest (K₀) or at the start of the step (K(xₙ)).
 //!
 //! With mass damping it is C = αM + βK: a small vibration of angular frequency ω has the damping ratio α/2ω + βω/2. It is
@@ -27,11 +27,11 @@ pub struct StiffnessDamping {
     stiffness: Stiffness,
     damped: Vec<Arc<dyn Effect>>,
     blocks: Blocks,
-    /// [blocks] effect and its block
+    /// \[blocks\] effect and its block
     source: Vec<(usize, usize)>,
-    /// [blocks] shortest distance of two nodes at rest [m]
+    /// \[blocks\] shortest distance of two nodes at rest \[m\]
     sizes: Vec<f64>,
-    /// [displacements] zeros, the displacement at rest [m]
+    /// \[displacements\] zeros, the displacement at rest \[m\]
     rest: Vec<f64>,
 }
 
@@ -115,7 +115,7 @@ const WEIGHTS: [f64; 4] = [4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0];
 const STRAIN: f64 = 1e-3;
 
 impl StiffnessDamping {
-    /// [n × n] β K of block `b` at displacement x, column ≤ row.
+    /// \[n × n\] β K of block `b` at displacement x, column ≤ row.
     fn tangent(&self, at: &At, x: &[f64], b: usize) -> Result<Vec<f64>, EvalError> {
         let (effect, block) = self.source[b];
         let mut elastic = Local::new(self.blocks.size(b));

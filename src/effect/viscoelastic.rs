@@ -2,7 +2,7 @@
 //!
 //! With S̃ = J^{2/3} F⁻¹ ∂W/∂F, the law's isochoric stress without its factor J^{−2/3}, arm α remembers h_α,
 //!
-//! ḣ_α + h_α/τ_α = dS̃/dt, S = −ρ S_iso + J^{−2/3} Σ β_α DEV[h_α], DEV[h] = h − ⅓(h:C) C⁻¹,
+//! ḣ_α + h_α/τ_α = dS̃/dt, S = −ρ S_iso + J^{−2/3} Σ β_α DEV\[h_α\], DEV\[h\] = h − ⅓(h:C) C⁻¹,
 //!
 //! β_α and ρ from [`Prony`]. Over a step, by the exponential midpoint rule with d_α = e^{−Δt/2τ_α}:
 //!
@@ -16,7 +16,7 @@
 //!
 //! ∂/∂F (½ H:C̄) = m(FH − ⅓q G), m = J^{−2/3}, q = H:C, G = F⁻ᵀ, and once more
 //!
-//! m[δ_ik H_LJ − ⅔((FH)_iJ G_kL + G_iJ (FH)_kL) + (2/9) q G_iJ G_kL + ⅓q G_iL G_kJ].
+//! m\[δ_ik H_LJ − ⅔((FH)_iJ G_kL + G_iJ (FH)_kL) + (2/9) q G_iJ G_kL + ⅓q G_iL G_kJ\].
 //!
 //! Sources: Simo, CMAME 60, 1987; Simo & Hughes, *Computational Inelasticity*, 1998, ch. 10. Holzapfel, *Nonlinear Solid
 //! Mechanics*, 2000, ch. 6, adds his Q_α without DEV: they act on the volume once the strain has changed.
@@ -57,7 +57,7 @@ pub struct Viscoelastic {
     points: Arc<CellPoints>,
 }
 
-/// The history of one point, [6 + 6 × arms]: S̃ₙ, then h of each arm [Pa].
+/// The history of one point, \[6 + 6 × arms\]: S̃ₙ, then h of each arm \[Pa\].
 #[derive(Clone, Copy)]
 struct Memory<'a>(&'a [f64]);
 

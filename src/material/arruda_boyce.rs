@@ -45,9 +45,9 @@ pub static INFO: LawInfo = LawInfo {
 /// Constants of W.
 #[derive(Clone, Copy, Debug)]
 pub struct ArrudaBoyce {
-    /// μ [Pa]
+    /// μ \[Pa\]
     pub mu: f64,
-    /// λ_m [–]
+    /// λ_m \[–\]
     pub limit: f64,
 }
 

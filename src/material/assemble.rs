@@ -1,9 +1,9 @@
-//! Closed forms of fourth-order tensors, A[3i+J][3k+L].
+//! Closed forms of fourth-order tensors, A\[3i+J\]\[3k+L\].
 
 use crate::math::lanes::Real;
 use crate::math::tensor::{Mat3, Mat9};
 
-/// A second-order tensor by rows, m[3i+J]: the order of the rows and columns of [`Mat9`].
+/// A second-order tensor by rows, m\[3i+J\]: the order of the rows and columns of [`Mat9`].
 pub(crate) type Row9 = [f64; 9];
 
 pub(crate) fn rows(m: &Mat3) -> Row9 {

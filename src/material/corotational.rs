@@ -26,7 +26,7 @@ pub static INFO: LawInfo = LawInfo {
     isochoric: false,
 };
 
-/// Smallest s_i + s_j [–] by which the derivative of R is divided. Below it ∂R/∂F, infinite at the kink, is cut off at
+/// Smallest s_i + s_j \[–\] by which the derivative of R is divided. Below it ∂R/∂F, infinite at the kink, is cut off at
 /// 2/(s_i + s_j) = 2e6; above it A is exact.
 const NEAR_KINK: f64 = 1e-6;
 

@@ -37,9 +37,9 @@ pub static INFO: LawInfo = LawInfo {
 /// Constants of W.
 #[derive(Clone, Copy, Debug)]
 pub struct Gent {
-    /// μ [Pa]
+    /// μ \[Pa\]
     pub mu: f64,
-    /// J_m [–]
+    /// J_m \[–\]
     pub limit: f64,
 }
 
@@ -88,7 +88,7 @@ impl Strain for Gent {
 }
 
 impl Parametric for Gent {
-    /// ∂W/∂J_m = −½μ[ln(1 − t) + t/(1 − t)], t = i/J_m; the series of the bracket starts with ½t².
+    /// ∂W/∂J_m = −½μ\[ln(1 − t) + t/(1 − t)\], t = i/J_m; the series of the bracket starts with ½t².
     fn partials_along(&self, rates: &[f64], i: f64, k: f64) -> Result<Partials, LawError> {
         let (Self { mu, limit }, [dmu, dlimit]) = (*self, [rates[0], rates[1]]);
         let p = self.partials(i, k)?;

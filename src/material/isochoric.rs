@@ -6,9 +6,9 @@
 //!
 //! A = 4W₁₁ D₁⊗D₁ + 4W₁₂(D₁⊗D₂ + D₂⊗D₁) + 4W₂₂ D₂⊗D₂ + 2W₁ ∂D₁ + 2W₂ ∂D₂ + (U″J² + U′J) G⊗G − U′J G_iL G_kJ
 //!
-//! ∂D₁ = J^{−2/3}[𝕀 − (2/9)I₁ G⊗G + ⅓I₁ G_iL G_kJ] − ⅔(D₁⊗G + G⊗D₁)
+//! ∂D₁ = J^{−2/3}\[𝕀 − (2/9)I₁ G⊗G + ⅓I₁ G_iL G_kJ\] − ⅔(D₁⊗G + G⊗D₁)
 //!
-//! ∂D₂ = J^{−4/3}[2F⊗F + I₁𝕀 − δ_ik (FᵀF)_JL − F_iL F_kJ − (FFᵀ)_ik δ_JL − (8/9)I₂ G⊗G + ⅔I₂ G_iL G_kJ] − (4/3)(D₂⊗G + G⊗D₂)
+//! ∂D₂ = J^{−4/3}\[2F⊗F + I₁𝕀 − δ_ik (FᵀF)_JL − F_iL F_kJ − (FFᵀ)_ik δ_JL − (8/9)I₂ G⊗G + ⅔I₂ G_iL G_kJ\] − (4/3)(D₂⊗G + G⊗D₂)
 //!
 //! Source: Holzapfel, *Nonlinear Solid Mechanics*, 2000, ch. 6, written in F.
 
@@ -18,7 +18,7 @@ use super::volumetric::Volumetric;
 use super::{LawError, Response, Want};
 use crate::math::tensor::{Mat3, Mat9};
 
-/// W [J/m³] and its derivatives [Pa] by Ī₁ and Ī₂.
+/// W \[J/m³\] and its derivatives \[Pa\] by Ī₁ and Ī₂.
 #[derive(Clone, Copy, Default, Debug)]
 pub struct Partials {
     pub w: f64,
@@ -33,7 +33,7 @@ pub struct Partials {
 pub trait Strain {
     /// Depends on Ī₂; without it the second invariant is not computed
     const SECOND: bool;
-    /// At i = Ī₁ − 3 ≥ 0 and k = Ī₂ − 3 ≥ 0 [–] (k = 0 where it does not depend on it)
+    /// At i = Ī₁ − 3 ≥ 0 and k = Ī₂ − 3 ≥ 0 \[–\] (k = 0 where it does not depend on it)
     fn partials(&self, i: f64, k: f64) -> Result<Partials, LawError>;
 }
 
@@ -117,7 +117,7 @@ pub fn response<W: Strain>(part: &W, u: &Volumetric, f: &Mat3, want: Want) -> Re
     Ok(r)
 }
 
-/// a += c[2F⊗F − δ_ik (FᵀF)_JL − F_iL F_kJ − (FFᵀ)_ik δ_JL].
+/// a += c\[2F⊗F − δ_ik (FᵀF)_JL − F_iL F_kJ − (FFᵀ)_ik δ_JL\].
 #[inline(always)]
 fn add_second(a: &mut Mat9, c: f64, f: &Mat3) {
     let (right, left) = (f.transpose() * f, f * f.transpose());

@@ -9,15 +9,15 @@ use super::LawError;
 pub struct Invariants {
     /// ‖H‖² < 0.1: the differences are taken in H, elsewhere in F, where they do not cancel
     near: bool,
-    /// cof F = J F⁻ᵀ [–]
+    /// cof F = J F⁻ᵀ \[–\]
     pub cof: Mat3,
-    /// J = det F [–]
+    /// J = det F \[–\]
     pub j: f64,
-    /// x = J − 1 [–]
+    /// x = J − 1 \[–\]
     pub x: f64,
-    /// I₁ − 3 [–] = 2 tr H + H:H
+    /// I₁ − 3 \[–\] = 2 tr H + H:H
     pub i: f64,
-    /// I₁ − 3 − 2x [–]; the terms linear in H cancel by hand: 2 ε:ε − tr²H − 2 det H, ε = sym H
+    /// I₁ − 3 − 2x \[–\]; the terms linear in H cancel by hand: 2 ε:ε − tr²H − 2 det H, ε = sym H
     pub i_2x: f64,
 }
 
@@ -49,19 +49,19 @@ impl Invariants {
         if k.j > 0.0 { Ok(k) } else { Err(LawError::Inverted { j: k.j }) }
     }
 
-    /// ln J [–], for J > 0.
+    /// ln J \[–\], for J > 0.
     #[inline(always)]
     pub fn ln_j(&self) -> f64 {
         if self.near { self.x.ln_1p() } else { self.j.ln() }
     }
 
-    /// I₁ − 3 − 2 ln J [–] ≥ 0, for J > 0 and with ln J at hand: [I₁ − 3 − 2x] + 2[x − ln(1 + x)] near F = I.
+    /// I₁ − 3 − 2 ln J \[–\] ≥ 0, for J > 0 and with ln J at hand: \[I₁ − 3 − 2x\] + 2\[x − ln(1 + x)\] near F = I.
     #[inline(always)]
     pub fn i_2ln(&self, ln_j: f64) -> f64 {
         if self.near { self.i_2x + 2.0 * x_minus_ln_1p(self.x) } else { self.i - 2.0 * ln_j }
     }
 
-    /// I₁(K) − 3 − 2 ln det K [–] of K = cof F, det K = J², with ln J at hand: I₂ − 3 − 4 ln J since I₂ = K:K. Near F = I from
+    /// I₁(K) − 3 − 2 ln det K \[–\] of K = cof F, det K = J², with ln J at hand: I₂ − 3 − 4 ln J since I₂ = K:K. Near F = I from
     /// K − I = tr H I − Hᵀ + cof H.
     #[inline(always)]
     pub fn second_2ln(&self, f: &Mat3, ln_j: f64) -> f64 {
@@ -76,7 +76,7 @@ impl Invariants {
     }
 }
 
-/// x − ln(1 + x) [–] to full relative accuracy: with y = x/(2 + x), ln(1 + x) = 2 artanh y, so it is xy − 2(y³/3 + y⁵/5 + …).
+/// x − ln(1 + x) \[–\] to full relative accuracy: with y = x/(2 + x), ln(1 + x) = 2 artanh y, so it is xy − 2(y³/3 + y⁵/5 + …).
 #[inline]
 pub fn x_minus_ln_1p(x: f64) -> f64 {
     if x.abs() >= 0.2 {
@@ -89,7 +89,7 @@ pub fn x_minus_ln_1p(x: f64) -> f64 {
     x * y - 2.0 * y * z * odd
 }
 
-/// eʸ − 1 − y [–] to full relative accuracy.
+/// eʸ − 1 − y \[–\] to full relative accuracy.
 #[inline]
 pub fn exp_m1_minus_y(y: f64) -> f64 {
     if y.abs() >= 0.5 {

@@ -8,7 +8,7 @@
 use super::{Law, LawError, Response, Want};
 use crate::math::tensor::Mat3;
 
-/// A homogeneous deformation; its amount is the stretch λ [–], or the shear γ [–] of simple shear.
+/// A homogeneous deformation; its amount is the stretch λ \[–\], or the shear γ \[–\] of simple shear.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum LoadCase {
     /// F = diag(λ, a, a), P₂₂ = P₃₃ = 0
@@ -25,11 +25,11 @@ pub enum LoadCase {
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Homogeneous {
     pub f: Mat3,
-    /// Lateral stretch a [–]; 1 in simple shear
+    /// Lateral stretch a \[–\]; 1 in simple shear
     pub lateral: f64,
-    /// Nominal stress [Pa]: P₁₁, in simple shear P₁₂
+    /// Nominal stress \[Pa\]: P₁₁, in simple shear P₁₂
     pub stress: f64,
-    /// dstress/d(amount) along the equilibrium path [Pa]
+    /// dstress/d(amount) along the equilibrium path \[Pa\]
     pub slope: f64,
 }
 
@@ -53,7 +53,7 @@ pub enum LoadCaseError {
 impl LoadCase {
     pub const ALL: [Self; 4] = [Self::Uniaxial, Self::Equibiaxial, Self::Planar, Self::SimpleShear];
 
-    /// F at this amount [–] and lateral stretch a [–].
+    /// F at this amount \[–\] and lateral stretch a \[–\].
     fn gradient(self, amount: f64, a: f64) -> Mat3 {
         let (x, y, z) = match self {
             Self::Uniaxial => (amount, a, a),
@@ -68,7 +68,7 @@ impl LoadCase {
         f
     }
 
-    /// Lateral stretch [–] of an incompressible material.
+    /// Lateral stretch \[–\] of an incompressible material.
     fn isochoric(self, amount: f64) -> f64 {
         match self {
             Self::Uniaxial => amount.powf(-0.5),
@@ -88,7 +88,7 @@ impl LoadCase {
         }
     }
 
-    /// Nominal stress of an incompressible Neo-Hookean material of shear modulus `mu` [Pa].
+    /// Nominal stress of an incompressible Neo-Hookean material of shear modulus `mu` \[Pa\].
     pub fn incompressible_neo_hookean(self, mu: f64, amount: f64) -> f64 {
         mu * match self {
             Self::Uniaxial => amount - amount.powi(-2),
@@ -98,7 +98,7 @@ impl LoadCase {
         }
     }
 
-    /// Nominal stress [Pa] of the incompressible limit of a law with a split, at this stretch λ (or shear γ) [–].
+    /// Nominal stress \[Pa\] of the incompressible limit of a law with a split, at this stretch λ (or shear γ) \[–\].
     pub fn incompressible(self, law: &dyn Law, amount: f64) -> Result<f64, LoadCaseError> {
         if !amount.is_finite() || (self != Self::SimpleShear && amount <= 0.0) {
             return Err(LoadCaseError::NotAStretch { case: self, amount });
@@ -110,7 +110,7 @@ impl LoadCase {
         Ok(if self == Self::SimpleShear { p[(0, 1)] } else { p[(0, 0)] - p[(2, 2)] * a / amount })
     }
 
-    /// State of an isotropic law at this stretch λ (or shear γ) [–], lateral faces free.
+    /// State of an isotropic law at this stretch λ (or shear γ) \[–\], lateral faces free.
     pub fn state(self, law: &dyn Law, amount: f64) -> Result<Homogeneous, LoadCaseError> {
         if !amount.is_finite() || (self != Self::SimpleShear && amount <= 0.0) {
             return Err(LoadCaseError::NotAStretch { case: self, amount });
@@ -129,7 +129,7 @@ impl LoadCase {
         Ok(Homogeneous { f, lateral: a, stress, slope })
     }
 
-    /// Lateral stretch a [–] with P_side(a) = 0 to rounding: Newton inside a bracket, bisection where it would leave it.
+    /// Lateral stretch a \[–\] with P_side(a) = 0 to rounding: Newton inside a bracket, bisection where it would leave it.
     fn lateral(self, law: &dyn Law, amount: f64) -> Result<f64, LoadCaseError> {
         let free = self.moving().1;
         let side = |a: f64| -> Result<(f64, f64), LoadCaseError> {

@@ -1,4 +1,4 @@
-//! Constitutive laws: ψ(F) [J/m³], P = ∂ψ/∂F [Pa], A = ∂P/∂F [Pa].
+//! Constitutive laws: ψ(F) \[J/m³\], P = ∂ψ/∂F \[Pa\], A = ∂P/∂F \[Pa\].
 //!
 //! One file per law; [`registry::LAWS`] lists them, and the generic tests run over that list.
 
@@ -52,16 +52,16 @@ pub enum Want {
 /// Response of a law at one deformation gradient. What was not wanted is zero.
 #[derive(Clone, Debug)]
 pub struct Response {
-    /// ψ [J/m³]
+    /// ψ \[J/m³\]
     pub psi: f64,
-    /// P [Pa], P[(i, J)] = ∂ψ/∂F_iJ
+    /// P \[Pa\], P\[(i, J)\] = ∂ψ/∂F_iJ
     pub p: Mat3,
-    /// A [Pa], A[3i+J][3k+L] = ∂P_iJ/∂F_kL
+    /// A \[Pa\], A\[3i+J\]\[3k+L\] = ∂P_iJ/∂F_kL
     pub a: Mat9,
 }
 
 impl Response {
-    /// ψ [J/m³] alone; P and A are filled in where they are wanted.
+    /// ψ \[J/m³\] alone; P and A are filled in where they are wanted.
     fn energy(psi: f64) -> Self {
         Self { psi, p: Mat3::zeros(), a: ZERO9 }
     }
@@ -70,11 +70,11 @@ impl Response {
 /// Responses at [`LANES`] deformation gradients. What was not wanted is left as it was.
 #[derive(Clone, Debug)]
 pub struct LaneResponse {
-    /// ψ [J/m³]
+    /// ψ \[J/m³\]
     pub psi: Lanes,
-    /// P [Pa] by rows
+    /// P \[Pa\] by rows
     pub p: [Lanes; 9],
-    /// A [Pa]
+    /// A \[Pa\]
     pub a: [[Lanes; 9]; 9],
 }
 
@@ -100,12 +100,12 @@ impl LaneResponse {
 /// A law that is not defined at this deformation.
 #[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
 pub enum LawError {
-    /// det F ≤ 0 [–] in a law that needs J > 0
+    /// det F ≤ 0 \[–\] in a law that needs J > 0
     #[error(
         "det F = {j:e} is not positive, where ln J and J^(-2/3) do not exist; take a smaller step or `stable_neo_hookean`"
     )]
     Inverted { j: f64 },
-    /// Ī₁ − 3 [–] at or beyond the largest one of the law
+    /// Ī₁ − 3 \[–\] at or beyond the largest one of the law
     #[error(
         "Ī₁ − 3 = {i:e} reaches {limit:e}, beyond which the law is not defined: its chains are fully stretched; take a smaller step or load"
     )]
@@ -126,12 +126,12 @@ pub struct Parameter {
 }
 
 impl Parameter {
-    /// A stiffness [Pa] above `lower`.
+    /// A stiffness \[Pa\] above `lower`.
     const fn modulus(name: &'static str, symbol: &'static str, lower: f64, meaning: &'static str) -> Self {
         Self { name, symbol, dimension: Dimension::PRESSURE, bounds: (lower, f64::INFINITY), meaning }
     }
 
-    /// A number [–] above `lower`.
+    /// A number \[–\] above `lower`.
     const fn number(name: &'static str, symbol: &'static str, lower: f64, meaning: &'static str) -> Self {
         Self { name, symbol, dimension: Dimension::NONE, bounds: (lower, f64::INFINITY), meaning }
     }
@@ -175,7 +175,7 @@ pub struct LawInfo {
 /// A constitutive law with its constants.
 pub trait Law: Send + Sync + std::fmt::Debug {
     fn info(&self) -> &'static LawInfo;
-    /// Values of the parameters in the order of `info().parameters` [SI]; optional ones that are absent are left away at the end
+    /// Values of the parameters in the order of `info().parameters` \[SI\]; optional ones that are absent are left away at the end
     fn values(&self) -> Vec<f64>;
     /// What was chosen, in the order of `info().choices`
     fn choices(&self) -> Vec<&'static str> {

@@ -9,15 +9,15 @@ use crate::math::units::Dimension;
 /// Consistent elastic constants: a pair that was given is kept to the last bit, the others follow.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Moduli {
-    /// Young's modulus E [Pa]
+    /// Young's modulus E \[Pa\]
     pub e: f64,
-    /// Poisson's ratio ν [–]
+    /// Poisson's ratio ν \[–\]
     pub nu: f64,
-    /// Shear modulus μ [Pa]
+    /// Shear modulus μ \[Pa\]
     pub mu: f64,
-    /// Lamé's first constant λ [Pa]
+    /// Lamé's first constant λ \[Pa\]
     pub lambda: f64,
-    /// Bulk modulus κ [Pa]
+    /// Bulk modulus κ \[Pa\]
     pub kappa: f64,
 }
 
@@ -59,12 +59,12 @@ pub const PAIR: &[Parameter] = &[E, NU];
 pub const KEYS: &[Parameter] = &[E, NU, MU, LAMBDA, KAPPA];
 
 impl Moduli {
-    /// From E [Pa] and ν [–].
+    /// From E \[Pa\] and ν \[–\].
     pub fn from_e_nu(e: f64, nu: f64) -> Result<Self, LawSpecError> {
         Self::from_pair(("E", e), ("nu", nu))
     }
 
-    /// From exactly two of the constants in [`KEYS`] [SI].
+    /// From exactly two of the constants in [`KEYS`] \[SI\].
     pub fn from_map(given: &BTreeMap<String, f64>) -> Result<Self, LawSpecError> {
         let of: Vec<(&str, f64)> = KEYS.iter().filter_map(|p| given.get(p.name).map(|v| (p.name, *v))).collect();
         match of[..] {
@@ -73,7 +73,7 @@ impl Moduli {
         }
     }
 
-    /// From two named constants in either order [SI]; names as in [`KEYS`].
+    /// From two named constants in either order \[SI\]; names as in [`KEYS`].
     pub fn from_pair(a: (&str, f64), b: (&str, f64)) -> Result<Self, LawSpecError> {
         let order = |name: &str| KEYS.iter().position(|p| p.name == name).unwrap_or(KEYS.len());
         let ((first, p), (second, q)) = if order(a.0) <= order(b.0) { (a, b) } else { (b, a) };
@@ -154,7 +154,7 @@ impl Moduli {
         m.check(first, second)
     }
 
-    /// Rates of all five for the rates of E [Pa] and ν [–].
+    /// Rates of all five for the rates of E \[Pa\] and ν \[–\].
     pub(crate) fn along(&self, rates: &[f64]) -> Self {
         let [e, nu] = [rates[0], rates[1]];
         let mu = (0.5 * e - self.mu * nu) / (1.0 + self.nu);
@@ -162,7 +162,7 @@ impl Moduli {
         Self { e, nu, ..self.shifted(mu, kappa) }
     }
 
-    /// Rates of all five for those of μ and κ [Pa].
+    /// Rates of all five for those of μ and κ \[Pa\].
     pub(crate) fn shifted(&self, mu: f64, kappa: f64) -> Self {
         let by = |name| self.gradient(name).iter().zip([mu, kappa]).map(|(g, rate)| g * rate).sum();
         Self { e: by("E"), nu: by("nu"), mu, lambda: by("lambda"), kappa }

@@ -39,10 +39,10 @@ pub static INFO: LawInfo = LawInfo {
     isochoric: true,
 };
 
-/// Constants of W [Pa].
+/// Constants of W \[Pa\].
 #[derive(Clone, Copy, Debug)]
 pub struct MooneyRivlin {
-    /// C10, C01, C11, C20, C02 [Pa]
+    /// C10, C01, C11, C20, C02 \[Pa\]
     pub c: [f64; 5],
     /// How many of them the file gives, trailing zeros left away
     pub terms: usize,

@@ -74,11 +74,11 @@ pub static INFO: LawInfo = LawInfo {
 /// Constants of W.
 #[derive(Clone, Copy, Debug)]
 pub struct Ogden {
-    /// μ_n as given, in `convention` [Pa]
+    /// μ_n as given, in `convention` \[Pa\]
     given: [f64; TERMS],
-    /// μ_n of μ_n/α_n [Pa]
+    /// μ_n of μ_n/α_n \[Pa\]
     mu: [f64; TERMS],
-    /// α_n [–]
+    /// α_n \[–\]
     alpha: [f64; TERMS],
     terms: usize,
     convention: &'static str,
@@ -184,7 +184,7 @@ impl Along {
 }
 
 impl ValanisLandel for Along {
-    /// With y = αē: ∂w/∂α = (μ/α²)[y(eʸ − 1) − (eʸ − 1 − y)] and ∂w′/∂α = μ ē eʸ.
+    /// With y = αē: ∂w/∂α = (μ/α²)\[y(eʸ − 1) − (eʸ − 1 − y)\] and ∂w′/∂α = μ ē eʸ.
     fn sums(&self, e: &[f64; 3]) -> Sums {
         let mut s = Sums { w: 0.0, dw: [0.0; 3], d2w: [0.0; 3] };
         for ([mu, alpha], [dmu, dalpha]) in self.terms() {

@@ -11,7 +11,7 @@ use crate::math::tensor::{Mat3, Vec3, perpendicular};
 #[derive(Clone, Copy, Debug)]
 pub struct SignedSvd {
     pub u: Mat3,
-    /// s₁ ≥ s₂ ≥ |s₃| [–]
+    /// s₁ ≥ s₂ ≥ |s₃| \[–\]
     pub s: [f64; 3],
     pub v: Mat3,
 }

@@ -1,6 +1,6 @@
 //! Prony series: the isochoric modulus of a rubber that relaxes.
 //!
-//! G(t) = G₀ [1 − Σ g_α (1 − e^{−t/τ_α})] = G∞ + Σ g_α G₀ e^{−t/τ_α}, G∞ = (1 − Σ g_α) G₀
+//! G(t) = G₀ \[1 − Σ g_α (1 − e^{−t/τ_α})\] = G∞ + Σ g_α G₀ e^{−t/τ_α}, G∞ = (1 − Σ g_α) G₀
 //!
 //! The g_α are shares of the instantaneous modulus G₀, as in the Prony tables of Abaqus and Ansys. The constants of a law
 //! give G₀ or G∞. Either way the whole isochoric stress is (1 − ρ) S_iso + Σ β_α h_α, where h_α is what arm α still
@@ -13,7 +13,7 @@
 //!
 //! Source: Simo, *On a fully three-dimensional finite-strain viscoelastic damage model*, CMAME 60, 1987.
 
-/// One term of the series: share g [–] of the instantaneous modulus and relaxation time τ [s].
+/// One term of the series: share g \[–\] of the instantaneous modulus and relaxation time τ \[s\].
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Arm {
     pub g: f64,
@@ -50,9 +50,9 @@ pub enum PronyError {
 /// A valid series, relative to the constants of the law.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Prony {
-    /// ρ [–]: share of the law's isochoric stress that is not there in the long run
+    /// ρ \[–\]: share of the law's isochoric stress that is not there in the long run
     pub relaxed: f64,
-    /// (β [–], τ [s]) of each arm
+    /// (β \[–\], τ \[s\]) of each arm
     pub arms: Vec<(f64, f64)>,
 }
 
@@ -83,7 +83,7 @@ impl Prony {
         Ok(Self { relaxed, arms: arms.iter().map(|arm| (scale * arm.g, arm.tau)).collect() })
     }
 
-    /// G∞ and G₀ over the modulus that the constants give [–].
+    /// G∞ and G₀ over the modulus that the constants give \[–\].
     pub fn limits(&self) -> (f64, f64) {
         let long_term = 1.0 - self.relaxed;
         (long_term, long_term + self.arms.iter().map(|arm| arm.0).sum::<f64>())

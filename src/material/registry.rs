@@ -20,7 +20,7 @@ use super::yeoh::{self, Yeoh};
 use super::{Choice, Law, LawInfo, Moduli, Parameter, moduli};
 use crate::math::units::{self, Dimension, UnitError};
 
-/// Values by key [SI].
+/// Values by key \[SI\].
 pub type Values = BTreeMap<String, f64>;
 
 /// Options by key, each choice of the law once.
@@ -73,7 +73,7 @@ pub static LAWS: &[LawEntry] = &[
 const OTHER_KEYS: [&str; 3] = ["law", "provenance", "source"];
 
 impl LawEntry {
-    /// The law with these values [SI] and options by key.
+    /// The law with these values \[SI\] and options by key.
     pub fn build(&self, values: &Values, options: &BTreeMap<String, String>) -> Result<Box<dyn Law>, LawSpecError> {
         for (key, value) in values {
             check_bounds(std::slice::from_ref(self.key(key)?), key, *value)?;
@@ -85,7 +85,7 @@ impl LawEntry {
         (self.build)(values, &self.info.choices.iter().map(choose).collect::<Result<_, _>>()?)
     }
 
-    /// The law with the values of `info.parameters` in their order [SI], and what it takes where nothing is chosen.
+    /// The law with the values of `info.parameters` in their order \[SI\], and what it takes where nothing is chosen.
     pub fn build_from(&self, values: &[f64]) -> Result<Box<dyn Law>, LawSpecError> {
         self.build_with(values, &[])
     }
@@ -137,7 +137,7 @@ pub fn find(name: &str) -> Result<&'static LawEntry, LawSpecError> {
     })
 }
 
-/// A table as it was read: the law's line of the registry, values [SI] and options by key.
+/// A table as it was read: the law's line of the registry, values \[SI\] and options by key.
 pub type Given = (&'static LawEntry, Values, BTreeMap<String, String>);
 
 /// Reads a law from its table in a file.
@@ -167,7 +167,7 @@ pub fn given(table: &toml::Table) -> Result<Given, LawSpecError> {
     Ok((entry, values, options))
 }
 
-/// A quantity as it stands in a file [SI].
+/// A quantity as it stands in a file \[SI\].
 fn quantity(p: &Parameter, value: &toml::Value) -> Result<f64, LawSpecError> {
     let unit = |source| LawSpecError::Unit { key: p.name, source };
     match value {

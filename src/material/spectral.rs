@@ -7,7 +7,7 @@
 //! A = Σᵢⱼ (∂pᵢ/∂λⱼ) Nᵢ⊗Nⱼ + Σ_{i<j} ½ (pᵢ − pⱼ)/(λᵢ − λⱼ) M⁺ᵢⱼ⊗M⁺ᵢⱼ + ½ (pᵢ + pⱼ)/(λᵢ + λⱼ) M⁻ᵢⱼ⊗M⁻ᵢⱼ,
 //! Nᵢ = uᵢvᵢᵀ, M^±ᵢⱼ = uᵢvⱼᵀ ± uⱼvᵢᵀ
 //!
-//! Repeated stretches: with d = ln λᵢ − ln λⱼ the quotient is (pᵢ − pⱼ)/(λᵢ − λⱼ) = [w′(ēᵢ) − w′(ēⱼ)]/[λᵢλⱼ(eᵈ − 1)] − τⱼ/(λᵢλⱼ), and
+//! Repeated stretches: with d = ln λᵢ − ln λⱼ the quotient is (pᵢ − pⱼ)/(λᵢ − λⱼ) = \[w′(ēᵢ) − w′(ēⱼ)\]/\[λᵢλⱼ(eᵈ − 1)\] − τⱼ/(λᵢλⱼ), and
 //! for w′ = μ(e^{αē} − 1) the bracket is μ e^{αēⱼ}(e^{αd} − 1)/(eᵈ − 1). Both differences are `exp_m1` of a number at hand,
 //! accurate to the last digits however small it is; at d = 0 the ratio is α. No series and no threshold that matters.
 //!
@@ -22,7 +22,7 @@ use super::volumetric::Volumetric;
 use super::{LawError, Response, Want};
 use crate::math::tensor::{Mat3, Vec3};
 
-/// w at the three ēᵢ: W = Σw [J/m³], w′ and w″ [Pa].
+/// w at the three ēᵢ: W = Σw \[J/m³\], w′ and w″ \[Pa\].
 #[derive(Clone, Copy, Debug)]
 pub struct Sums {
     pub w: f64,
@@ -32,13 +32,13 @@ pub struct Sums {
 
 /// A part given by w(ē).
 pub trait ValanisLandel {
-    /// W, w′ and w″ at ē [–], Σē = 0
+    /// W, w′ and w″ at ē \[–\], Σē = 0
     fn sums(&self, e: &[f64; 3]) -> Sums;
-    /// [w′(a) − w′(b)]/(e^{a−b} − 1) [Pa], for a ≥ b also where they coincide
+    /// \[w′(a) − w′(b)\]/(e^{a−b} − 1) \[Pa\], for a ≥ b also where they coincide
     fn quotient(&self, a: f64, b: f64) -> f64;
 }
 
-/// (e^{αd} − 1)/(eᵈ − 1) [–] for d ≥ 0, to the last digits.
+/// (e^{αd} − 1)/(eᵈ − 1) \[–\] for d ≥ 0, to the last digits.
 #[inline]
 pub fn power_quotient(alpha: f64, d: f64) -> f64 {
     // Below 1e-150 the numbers run out before the digits do; the next term is ½α(α − 1)d.

@@ -12,15 +12,15 @@ pub trait Part: Copy + Send + Sync + std::fmt::Debug + 'static {
     /// Of the whole law; its parameters begin with κ
     const INFO: &'static LawInfo;
 
-    /// From the values by key [SI]
+    /// From the values by key \[SI\]
     fn read(values: &Values, chosen: &Chosen) -> Result<Self, LawSpecError>;
-    /// Values of the parameters after κ, in their order [SI]
+    /// Values of the parameters after κ, in their order \[SI\]
     fn values(&self) -> Vec<f64>;
     /// Options chosen after the volumetric part
     fn choices(&self) -> Vec<&'static str> {
         Vec::new()
     }
-    /// Shear modulus at F = I [Pa]
+    /// Shear modulus at F = I \[Pa\]
     fn shear(&self) -> f64;
     /// ψ = W + U, P and A at F
     fn response(&self, u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError>;
@@ -111,7 +111,7 @@ struct Along<W> {
 }
 
 impl<W: Part> Along<W> {
-    /// ∂μ₀/∂θ [Pa]: without U the shear modulus is A₁₂₁₂ at F = I.
+    /// ∂μ₀/∂θ \[Pa\]: without U the shear modulus is A₁₂₁₂ at F = I.
     fn shear(&self) -> f64 {
         let none = Volumetric { kappa: 0.0, ..self.volumetric };
         let response = self.law.part.response_along(&self.rates, &none, &Mat3::identity(), Want::Tangent);
@@ -167,7 +167,7 @@ pub(super) fn rates(law: &dyn Law, given: &Values, key: &str) -> Vec<f64> {
     rates
 }
 
-/// The value of a key that must be there [SI].
+/// The value of a key that must be there \[SI\].
 pub(crate) fn required(law: &'static LawInfo, values: &Values, key: &'static str) -> Result<f64, LawSpecError> {
     values.get(key).copied().ok_or_else(|| {
         let meaning = law.parameters.iter().find(|p| p.name == key).map_or("", |p| p.meaning);

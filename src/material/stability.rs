@@ -24,7 +24,7 @@ pub enum Instability {
 /// Where stability ends.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Limit {
-    /// Stretch λ [–], in simple shear γ [–], to 1e-9 of its distance to the last stable one
+    /// Stretch λ \[–\], in simple shear γ \[–\], to 1e-9 of its distance to the last stable one
     pub amount: f64,
     pub why: Instability,
 }
@@ -47,7 +47,7 @@ impl Stability {
 /// Intervals of a scan in one direction; an unstable interval narrower than one of them may be missed.
 const STEPS: u32 = 200;
 
-/// First amounts, on both sides of the undeformed state, at which the law stops being stable inside `range` [–].
+/// First amounts, on both sides of the undeformed state, at which the law stops being stable inside `range` \[–\].
 pub fn stability(law: &dyn Law, case: LoadCase, range: [f64; 2]) -> Result<Stability, LoadCaseError> {
     let rest = if case == LoadCase::SimpleShear { 0.0 } else { 1.0 };
     for amount in range {

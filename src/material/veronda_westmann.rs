@@ -17,7 +17,7 @@ use super::volumetric::{CHOICES, Volumetric};
 use super::{LawError, LawInfo, Parameter, Response, Want, moduli};
 use crate::math::tensor::Mat3;
 
-/// Largest exponent β(Ī₁ − 3) [–]: e^600 is 1e260.
+/// Largest exponent β(Ī₁ − 3) \[–\]: e^600 is 1e260.
 const LARGEST: f64 = 600.0;
 
 /// Keys in files; κ and ν stand for each other.
@@ -44,9 +44,9 @@ pub static INFO: LawInfo = LawInfo {
 /// Constants of W.
 #[derive(Clone, Copy, Debug)]
 pub struct VerondaWestmann {
-    /// C1 [Pa]
+    /// C1 \[Pa\]
     pub c1: f64,
-    /// β [–]
+    /// β \[–\]
     pub beta: f64,
 }
 

@@ -1,4 +1,4 @@
-//! Volumetric parts U(J) [J/m³] of split laws ψ = ψ_rest(F) + U(J); each has U(1) = U′(1) = 0 and U″(1) = κ.
+//! Volumetric parts U(J) \[J/m³\] of split laws ψ = ψ_rest(F) + U(J); each has U(1) = U′(1) = 0 and U″(1) = κ.
 //!
 //! Sources: ½κ(J − 1)²: Bonet & Wood, *Nonlinear Continuum Mechanics for Finite Element Analysis*, 2nd ed. 2008, ch. 6.
 //! ½κ(ln J)² and ¼κ(J² − 1 − 2 ln J): Simo & Taylor, *Quasi-incompressible finite elasticity in principal stretches*, CMAME 85, 1991;
@@ -53,27 +53,27 @@ pub const CHOICES: &[Choice] = &[CHOICE];
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Volumetric {
     pub kind: VolumetricKind,
-    /// Bulk modulus κ = U″(1) [Pa]
+    /// Bulk modulus κ = U″(1) \[Pa\]
     pub kappa: f64,
 }
 
 impl Volumetric {
-    /// U [J/m³] at J > 0 [–].
+    /// U \[J/m³\] at J > 0 \[–\].
     pub fn u(&self, j: f64) -> f64 {
         self.at(j - 1.0).0
     }
 
-    /// U′ = dU/dJ [Pa] at J > 0 [–]: the pressure, positive in tension.
+    /// U′ = dU/dJ \[Pa\] at J > 0 \[–\]: the pressure, positive in tension.
     pub fn du(&self, j: f64) -> f64 {
         self.at(j - 1.0).1
     }
 
-    /// U″ [Pa] at J > 0 [–].
+    /// U″ \[Pa\] at J > 0 \[–\].
     pub fn d2u(&self, j: f64) -> f64 {
         self.at(j - 1.0).2
     }
 
-    /// U, U′ and U″ at x = J − 1 > −1 [–], which keeps the digits that J near 1 has lost.
+    /// U, U′ and U″ at x = J − 1 > −1 \[–\], which keeps the digits that J near 1 has lost.
     #[inline(always)]
     pub fn at(&self, x: f64) -> (f64, f64, f64) {
         let (kappa, j) = (self.kappa, 1.0 + x);
@@ -92,7 +92,7 @@ impl Volumetric {
         }
     }
 
-    /// G, G′ and G″ [–] at x = J − 1 [–], where U = ½κG² with G = x + O(x²): the measure of volume change of the perturbed Lagrangian
+    /// G, G′ and G″ \[–\] at x = J − 1 \[–\], where U = ½κG² with G = x + O(x²): the measure of volume change of the perturbed Lagrangian
     /// p G − p²/2κ, whose pressure is p = κG and U′ = pG′. The quadratic form is defined for every J, the others for J > 0.
     pub fn gap(&self, x: f64) -> Result<(f64, f64, f64), LawError> {
         let j = 1.0 + x;

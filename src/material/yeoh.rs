@@ -37,10 +37,10 @@ pub static INFO: LawInfo = LawInfo {
     isochoric: true,
 };
 
-/// Constants of W [Pa].
+/// Constants of W \[Pa\].
 #[derive(Clone, Copy, Debug)]
 pub struct Yeoh {
-    /// C10, C20, C30 [Pa]
+    /// C10, C20, C30 \[Pa\]
     pub c: [f64; 3],
     /// How many of them the file gives, trailing zeros left away
     pub terms: usize,

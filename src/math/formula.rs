@@ -41,12 +41,12 @@ impl Formula {
         self.expression.var_names()
     }
 
-    /// Value [SI] at the values of its variables.
+    /// Value \[SI\] at the values of its variables.
     pub fn value(&self, variables: &[f64]) -> f64 {
         self.factor * self.expression.eval(variables).expect("one value per variable")
     }
 
-    /// Value [SI] of a formula in t alone, or in nothing.
+    /// Value \[SI\] of a formula in t alone, or in nothing.
     pub fn at(&self, t: f64) -> f64 {
         self.value(&[t][..self.variables().len()])
     }

@@ -9,7 +9,7 @@ use std::sync::Arc;
 pub struct LowRank {
     /// Per column of B: (row, entry), rows ascending
     pub columns: Vec<Vec<(u32, f64)>>,
-    /// [columns × columns] pattern of S
+    /// \[columns × columns\] pattern of S
     pub inner: Option<SymPattern>,
     /// Per column: rows of K that are eliminated before it
     pub after: Vec<u32>,

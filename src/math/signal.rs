@@ -77,7 +77,7 @@ pub enum Signal {
     /// Piecewise linear through (t, s), constant outside; t strictly ascending
     Table(Vec<(f64, f64)>),
     Product(Vec<Signal>),
-    /// The signal between two times, straight on outside with the slopes `before` and `after` [1/s]: loads of a path whose
+    /// The signal between two times, straight on outside with the slopes `before` and `after` \[1/s\]: loads of a path whose
     /// time runs beyond its protocol
     Continued {
         signal: Box<Signal>,

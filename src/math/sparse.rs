@@ -4,9 +4,9 @@
 #[derive(Clone, Debug, PartialEq)]
 pub struct SymPattern {
     pub n: usize,
-    /// [n + 1]
+    /// \[n + 1\]
     pub col_ptr: Vec<u32>,
-    /// [nnz]
+    /// \[nnz\]
     pub row_idx: Vec<u32>,
 }
 

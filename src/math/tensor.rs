@@ -1,9 +1,9 @@
 //! 3×3 tensors and their 9×9 derivatives.
 //!
-//! Index convention: F[(i, J)] = ∂x_i/∂X_J; a fourth-order tensor A_iJkL = ∂P_iJ/∂F_kL is a [`Mat9`] with row 3i + J and
+//! Index convention: F\[(i, J)\] = ∂x_i/∂X_J; a fourth-order tensor A_iJkL = ∂P_iJ/∂F_kL is a [`Mat9`] with row 3i + J and
 //! column 3k + L.
 
-/// Vector in space, 3 components [SI].
+/// Vector in space, 3 components \[SI\].
 pub type Vec3 = nalgebra::Vector3<f64>;
 /// 3×3 tensor.
 pub type Mat3 = nalgebra::Matrix3<f64>;

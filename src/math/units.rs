@@ -127,7 +127,7 @@ const UNITS: &[(&str, f64, Dimension)] = &[
     ("%", 0.01, Dimension::NONE),
 ];
 
-/// Parses `"18 kPa"`, `"1.07 g/cm^3"`, `"0.1 Pa s"` into SI [unit of `wanted`].
+/// Parses `"18 kPa"`, `"1.07 g/cm^3"`, `"0.1 Pa s"` into SI \[unit of `wanted`\].
 pub fn parse(text: &str, wanted: Dimension) -> Result<f64, UnitError> {
     let owned = || text.trim().to_string();
     match quantity(text)? {

@@ -16,9 +16,9 @@ pub(super) struct RawMesh {
     pub file: PathBuf,
     pub points: Vec<Vec3>,
     pub node_tags: Vec<u64>,
-    /// [points] a node that may belong to no cell: it stands on a lower-dimensional entity of the geometry
+    /// \[points\] a node that may belong to no cell: it stands on a lower-dimensional entity of the geometry
     pub may_be_free: Vec<bool>,
-    /// tet4 cells [4 per cell] and tet10 cells [10 per cell, VTK order], as indices into `points`
+    /// tet4 cells \[4 per cell\] and tet10 cells \[10 per cell, VTK order\], as indices into `points`
     pub tet4: Vec<u32>,
     pub tet10: Vec<u32>,
     pub cell_tags: Vec<u64>,

@@ -9,7 +9,7 @@ use super::embed::{EmbedError, closest_on_triangle, embed};
 use crate::math::tensor::{Mat3, Vec3};
 use rayon::prelude::*;
 
-/// (node, weight) of each point; the first that is further out than `reach` [m] is refused.
+/// (node, weight) of each point; the first that is further out than `reach` \[m\] is refused.
 pub fn attach(mesh: &TetMesh, points: &[Vec3], reach: f64) -> Result<Vec<Vec<(u32, f64)>>, EmbedError> {
     let cells = mesh.facet_cells();
     let boundary: Vec<u32> = mesh.boundary_facets();

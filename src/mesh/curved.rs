@@ -63,7 +63,7 @@ pub fn prisms(
     mesh
 }
 
-/// One octant of a hollow sphere of radii a < b [m], n cells along an edge of the spherical triangle: x = r l/|l| with the
+/// One octant of a hollow sphere of radii a < b \[m\], n cells along an edge of the spherical triangle: x = r l/|l| with the
 /// barycentric l = (1 − s, s − t, t), r = a (b/a)^w. Regions `inner`, `outer` and the planes `xmin`, `ymin`, `zmin`.
 pub fn octant(a: f64, b: f64, n: usize, layers: usize, order: Order) -> TetMesh {
     let ratio = b / a;
@@ -76,7 +76,7 @@ pub fn octant(a: f64, b: f64, n: usize, layers: usize, order: Order) -> TetMesh 
     with_region(mesh, "outer", |p| near(p.norm() / b, 1.0))
 }
 
-/// A cylinder of radius a and this length along z [m]: six sectors, r = a s, angle (part + t/s) 60°. Regions `zmin`, `zmax`
+/// A cylinder of radius a and this length along z \[m\]: six sectors, r = a s, angle (part + t/s) 60°. Regions `zmin`, `zmax`
 /// and `side`.
 pub fn cylinder(a: f64, length: f64, n: usize, layers: usize, order: Order) -> TetMesh {
     let unit = prisms(6, n, layers, order, |part, s, t, w| {
@@ -89,7 +89,7 @@ pub fn cylinder(a: f64, length: f64, n: usize, layers: usize, order: Order) -> T
     with_region(mesh, "side", |p| near(p.x.hypot(p.y) / a, 1.0))
 }
 
-/// A plate of nx × ny × nz boxes over the quadrilateral of these corners [m], counter-clockwise from the image of (0, 0), bilinear
+/// A plate of nx × ny × nz boxes over the quadrilateral of these corners \[m\], counter-clockwise from the image of (0, 0), bilinear
 /// between. Regions as of a block.
 pub fn plate(corners: [[f64; 2]; 4], thickness: f64, divisions: [usize; 3], order: Order) -> TetMesh {
     let [a, b, c, d] = corners;

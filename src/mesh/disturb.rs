@@ -22,7 +22,7 @@ impl TetMesh {
     }
 
     /// Puts slivers into the share `share` of the cells: a node close above the middle of one of its faces cuts a cell into four,
-    /// the lowest of which has the smallest dihedral angle `angle` [rad]. What the mesh can represent stays.
+    /// the lowest of which has the smallest dihedral angle `angle` \[rad\]. What the mesh can represent stays.
     pub fn add_slivers(&mut self, seed: u64, share: f64, angle: f64) {
         let mut random = SplitMix(seed);
         let count = self.cell_count();

@@ -36,7 +36,7 @@ pub enum EmbedError {
 /// Reference coordinates may leave the cell by this much: points on faces belong to both cells.
 const INSIDE: f64 = 1e-9;
 
-/// The cell that holds `at` [m] and the shape functions there. On a face, the cell in which it lies deepest.
+/// The cell that holds `at` \[m\] and the shape functions there. On a face, the cell in which it lies deepest.
 pub fn embed(mesh: &TetMesh, at: Vec3) -> Result<Embedded, EmbedError> {
     let mut best: Option<(f64, u32, [f64; 3])> = None;
     for c in 0..mesh.cell_count() {
@@ -84,7 +84,7 @@ pub(super) fn invert(mesh: &TetMesh, c: usize, at: Vec3) -> Option<[f64; 3]> {
     ((mesh.position(c, xi.into()) - at).norm() <= 1e-12 * mesh.diagonal()).then(|| xi.into())
 }
 
-/// Distance [m] from a point to the nearest boundary facet, curved ones taken as four flat triangles.
+/// Distance \[m\] from a point to the nearest boundary facet, curved ones taken as four flat triangles.
 pub fn distance_to_surface(mesh: &TetMesh, at: Vec3) -> f64 {
     let mut least = f64::INFINITY;
     for f in mesh.boundary_facets() {
@@ -127,7 +127,7 @@ pub fn closest_on_triangle(p: Vec3, a: Vec3, b: Vec3, c: Vec3) -> Vec3 {
     a + (ab * vb + ac * vc) / (va + vb + vc)
 }
 
-/// Weights (node, w_i) of the ball of `radius` [m] around `center` [m], ascending by node; see the head of this file.
+/// Weights (node, w_i) of the ball of `radius` \[m\] around `center` \[m\], ascending by node; see the head of this file.
 /// The centre may lie outside the body as long as the ball meets it: check it with [`embed`] where it must be inside.
 /// Of several bodies it takes the one that holds the centre, or the one with the nearest cell.
 pub fn ball_weights(mesh: &TetMesh, center: Vec3, radius: f64) -> Result<Vec<(u32, f64)>, EmbedError> {

@@ -5,13 +5,13 @@ use super::{Order, TetMesh, quadrature};
 use crate::math::tensor::{Mat3, Vec3};
 
 impl TetMesh {
-    /// Position X(ξ) in cell `c` [m].
+    /// Position X(ξ) in cell `c` \[m\].
     pub fn position(&self, c: usize, xi: [f64; 3]) -> Vec3 {
         let n = cell_shape(self.order, xi);
         self.cell(c).iter().zip(n).map(|(&i, n)| self.points[i as usize] * n).sum()
     }
 
-    /// ∂X/∂ξ in cell `c` [m], column j the derivative along ξ_j.
+    /// ∂X/∂ξ in cell `c` \[m\], column j the derivative along ξ_j.
     pub fn jacobian(&self, c: usize, xi: [f64; 3]) -> Mat3 {
         let g = cell_gradients(self.order, xi);
         let mut jacobian = Mat3::zeros();
@@ -21,7 +21,7 @@ impl TetMesh {
         jacobian
     }
 
-    /// Volume of cell `c` [m³]: det ∂X/∂ξ has degree 3 on tet10, so the rule is exact.
+    /// Volume of cell `c` \[m³\]: det ∂X/∂ξ has degree 3 on tet10, so the rule is exact.
     pub fn cell_volume(&self, c: usize) -> f64 {
         match self.order {
             Order::Linear => self.jacobian(c, [0.0; 3]).determinant() / 6.0,
@@ -32,17 +32,17 @@ impl TetMesh {
         }
     }
 
-    /// Volume of the body [m³].
+    /// Volume of the body \[m³\].
     pub fn volume(&self) -> f64 {
         (0..self.cell_count()).map(|c| self.cell_volume(c)).sum()
     }
 
-    /// Volume of the cells of a region [m³].
+    /// Volume of the cells of a region \[m³\].
     pub fn region_volume(&self, cells: &[u32]) -> f64 {
         cells.iter().map(|&c| self.cell_volume(c as usize)).sum()
     }
 
-    /// Normal times surface element, ∂X/∂ξ × ∂X/∂η, of facet `f` at `xi` [m²]; the integral is Σ w over the triangle rule.
+    /// Normal times surface element, ∂X/∂ξ × ∂X/∂η, of facet `f` at `xi` \[m²\]; the integral is Σ w over the triangle rule.
     pub fn facet_normal(&self, f: usize, xi: [f64; 2]) -> Vec3 {
         let g = facet_gradients(self.order, xi);
         let (mut a, mut b) = (Vec3::zeros(), Vec3::zeros());
@@ -53,28 +53,28 @@ impl TetMesh {
         a.cross(&b)
     }
 
-    /// Area of facet `f` [m²]; of a curved facet by the degree-4 rule.
+    /// Area of facet `f` \[m²\]; of a curved facet by the degree-4 rule.
     pub fn facet_area(&self, f: usize) -> f64 {
         let rule = quadrature::tri(if self.order == Order::Linear { 1 } else { 4 });
         rule.points.iter().zip(&rule.weights).map(|(&p, w)| w * self.facet_normal(f, p).norm()).sum()
     }
 
-    /// Area of the facets of a region [m²].
+    /// Area of the facets of a region \[m²\].
     pub fn region_area(&self, facets: &[u32]) -> f64 {
         facets.iter().map(|&f| self.facet_area(f as usize)).sum()
     }
 
-    /// Mean cell size h = (V/N)^{1/3} [m].
+    /// Mean cell size h = (V/N)^{1/3} \[m\].
     pub fn h(&self) -> f64 {
         (self.volume() / self.cell_count() as f64).cbrt()
     }
 
-    /// Smallest and largest coordinates of the nodes [m].
+    /// Smallest and largest coordinates of the nodes \[m\].
     pub fn bounding_box(&self) -> (Vec3, Vec3) {
         bounds(self.points.iter().copied())
     }
 
-    /// Length of the bounding box's diagonal [m].
+    /// Length of the bounding box's diagonal \[m\].
     pub fn diagonal(&self) -> f64 {
         let (low, high) = self.bounding_box();
         (high - low).norm()

@@ -11,7 +11,7 @@ use super::curved::mapped_block;
 use super::{Order, Region, TetMesh};
 use crate::math::tensor::Vec3;
 
-/// How cells grow: edges of `fine` [m] in the inner layers, then the outer ones.
+/// How cells grow: edges of `fine` \[m\] in the inner layers, then the outer ones.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Growth {
     pub fine: f64,
@@ -20,7 +20,7 @@ pub struct Growth {
 }
 
 impl Growth {
-    /// ρ at a share of the layers [m].
+    /// ρ at a share of the layers \[m\].
     fn radius(&self, share: f64, last: f64) -> f64 {
         let (k, inner) = (share * (self.inner + self.outer) as f64, self.inner as f64);
         let near = self.fine * k.min(inner);
@@ -28,12 +28,12 @@ impl Growth {
     }
 }
 
-/// A quarter, x ≥ 0 and y ≥ 0, of the half ball z ≤ 0 of this radius [m], fine at the origin. Regions `top`, `far`, `xmin`, `ymin`.
+/// A quarter, x ≥ 0 and y ≥ 0, of the half ball z ≤ 0 of this radius \[m\], fine at the origin. Regions `top`, `far`, `xmin`, `ymin`.
 pub fn half_space(radius: f64, growth: Growth, order: Order) -> TetMesh {
     quarter(growth, order, ["top", "far"], |p, share| p * growth.radius(share, radius))
 }
 
-/// A quarter, x ≥ 0 and y ≥ 0, of the lower half of a sphere that stands on the origin [m], fine there. Regions `round`, `middle`, `xmin`,
+/// A quarter, x ≥ 0 and y ≥ 0, of the lower half of a sphere that stands on the origin \[m\], fine there. Regions `round`, `middle`, `xmin`,
 /// `ymin`.
 pub fn half_sphere(radius: f64, growth: Growth, order: Order) -> TetMesh {
     let pole = Vec3::new(0.0, 0.0, 2.0 * radius);

@@ -74,11 +74,11 @@ pub struct Region {
 #[derive(Clone, PartialEq, Debug)]
 pub struct TetMesh {
     pub order: Order,
-    /// [nodes] positions [m]
+    /// \[nodes\] positions \[m\]
     pub points: Vec<Vec3>,
-    /// [cells × order.cell_nodes()] node indices
+    /// \[cells × order.cell_nodes()\] node indices
     pub cells: Vec<u32>,
-    /// [facets × order.facet_nodes()] node indices of the boundary facets
+    /// \[facets × order.facet_nodes()\] node indices of the boundary facets
     pub facets: Vec<u32>,
     /// Regions by name (`root`, `tip`, …). `body`, all cells, is always there.
     pub regions: BTreeMap<String, Region>,

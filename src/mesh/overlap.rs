@@ -11,12 +11,12 @@ use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::math::Vector;
 use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
 
-/// Share of lengths and areas below which a crossing is a touch [–].
+/// Share of lengths and areas below which a crossing is a touch \[–\].
 const TOUCH: f64 = 1e-9;
-/// Share of the size of the smaller body by which one is moved to tell a touch from an overlap [–].
+/// Share of the size of the smaller body by which one is moved to tell a touch from an overlap \[–\].
 const NUDGE: f64 = 1e-6;
 
-/// A place that two meshes both fill [m].
+/// A place that two meshes both fill \[m\].
 pub fn overlap(a: &TetMesh, b: &TetMesh) -> Option<Vec3> {
     let (first, second) = (bounds(a), bounds(b));
     if (0..3).any(|i| first.1[i] < second.0[i] || second.1[i] < first.0[i]) {
@@ -60,7 +60,7 @@ fn bounds(mesh: &TetMesh) -> (Vec3, Vec3) {
     geometry::bounds(mesh.points.iter().copied())
 }
 
-/// A hierarchy of boxes [least, most].
+/// A hierarchy of boxes \[least, most\].
 fn hierarchy(boxes: impl Iterator<Item = (Vec3, Vec3)>) -> Bvh {
     let boxes: Vec<Aabb> = boxes.map(aabb).collect();
     Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes)

@@ -46,7 +46,7 @@ impl TetMesh {
         Some(whole)
     }
 
-    /// [cells] the part that each belongs to, as a node of it: cells of one part are joined by common nodes.
+    /// \[cells\] the part that each belongs to, as a node of it: cells of one part are joined by common nodes.
     pub fn parts(&self) -> Vec<u32> {
         fn root(parent: &mut [u32], mut k: u32) -> u32 {
             while parent[k as usize] != k {

@@ -8,9 +8,9 @@
 #[derive(Clone, PartialEq, Debug)]
 pub struct Rule<const D: usize> {
     pub degree: usize,
-    /// [points] reference coordinates
+    /// \[points\] reference coordinates
     pub points: Vec<[f64; D]>,
-    /// [points] weights, summing to the volume of the reference simplex
+    /// \[points\] weights, summing to the volume of the reference simplex
     pub weights: Vec<f64>,
 }
 

@@ -3,7 +3,7 @@
 use super::TetMesh;
 use crate::math::tensor::Vec3;
 
-/// Radius ratio 3 r_in/r_circ (1 regular, 0 flat) and dihedral angles [deg] over all cells.
+/// Radius ratio 3 r_in/r_circ (1 regular, 0 flat) and dihedral angles \[deg\] over all cells.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Quality {
     pub radius_ratio_min: f64,
@@ -43,7 +43,7 @@ pub fn radius_ratio(x: &[Vec3; 4]) -> f64 {
     108.0 * volume * volume / (area * center.norm())
 }
 
-/// The six dihedral angles [rad].
+/// The six dihedral angles \[rad\].
 pub fn dihedral_angles(x: &[Vec3; 4]) -> [f64; 6] {
     super::element::CELL_EDGES.map(|[i, j]| {
         let rest: Vec<usize> = (0..4).filter(|k| *k != i && *k != j).collect();

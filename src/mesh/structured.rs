@@ -5,7 +5,7 @@ use super::{Order, Region, TetMesh};
 use crate::math::tensor::Vec3;
 use std::collections::{BTreeMap, HashMap};
 
-/// A block [0, lx] × [0, ly] × [0, lz] [m] of nx × ny × nz boxes, each cut into 6 tetrahedra along its diagonal, with
+/// A block \[0, lx\] × \[0, ly\] × \[0, lz\] \[m\] of nx × ny × nz boxes, each cut into 6 tetrahedra along its diagonal, with
 /// the regions `xmin`, `xmax`, `ymin`, `ymax`, `zmin`, `zmax`.
 pub fn block(nx: usize, ny: usize, nz: usize, lx: f64, ly: f64, lz: f64, order: Order) -> TetMesh {
     let node = |i: usize, j: usize, k: usize| (i + (nx + 1) * (j + (ny + 1) * k)) as u32;

@@ -7,7 +7,7 @@ use crate::math::tensor::Vec3;
 use std::collections::HashMap;
 use std::path::Path;
 
-/// Vertices [m] and triangles of a surface.
+/// Vertices \[m\] and triangles of a surface.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Surface {
     pub points: Vec<Vec3>,
@@ -15,7 +15,7 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// [vertices] a third of the area of the triangles around each [m²].
+    /// \[vertices\] a third of the area of the triangles around each \[m²\].
     pub fn areas(&self) -> Vec<f64> {
         let mut areas = vec![0.0; self.points.len()];
         for corners in &self.triangles {

@@ -90,7 +90,7 @@ fn suggestion(near: &Option<String>) -> String {
 /// Two different nodes closer than this fraction of the bounding box's diagonal are duplicates.
 const DUPLICATE: f64 = 1e-9;
 
-/// First pair of nodes at the same place, if any. [pairs in ascending order of the second]
+/// First pair of nodes at the same place, if any. \[pairs in ascending order of the second\]
 pub(super) fn duplicate(points: &[Vec3]) -> Option<(usize, usize)> {
     let (low, high) = geometry::bounds(points.iter().copied());
     let tolerance = DUPLICATE * (high - low).norm();
@@ -116,7 +116,7 @@ pub(super) fn duplicate(points: &[Vec3]) -> Option<(usize, usize)> {
     None
 }
 
-/// Lower bound of det ∂X/∂ξ over cell `c` [m³]: exact on tet4; on tet10 bounded by Bernstein coefficients, which are
+/// Lower bound of det ∂X/∂ξ over cell `c` \[m³\]: exact on tet4; on tet10 bounded by Bernstein coefficients, which are
 /// tightened by subdivision until the sign is certain (Johnen, Remacle & Geuzaine, J. Comput. Phys. 233, 2013).
 pub fn min_det(mesh: &TetMesh, c: usize) -> f64 {
     match mesh.order {

@@ -106,7 +106,7 @@ pub fn parse(file: &Path, data: &[u8], unit_m: f64) -> Result<TetMesh, MeshError
 struct Grid {
     binary: bool,
     positions: Vec<Vec3>,
-    /// [cells + 1] begin of every cell in `nodes`
+    /// \[cells + 1\] begin of every cell in `nodes`
     offsets: Vec<usize>,
     nodes: Vec<i64>,
     types: Vec<i64>,

@@ -12,7 +12,7 @@ pub struct Data<'a> {
     pub name: &'a str,
     /// 1 scalar, 3 vector, 9 tensor (row by row)
     pub components: usize,
-    /// [entities × components]
+    /// \[entities × components\]
     pub values: &'a [f64],
 }
 
@@ -67,7 +67,7 @@ pub fn write_surface(path: &Path, surface: &Surface, vertices: &[Data]) -> Resul
     replace(path, &out)
 }
 
-/// Writes a PVD collection: one VTU file per time [s], named relative to the collection.
+/// Writes a PVD collection: one VTU file per time \[s\], named relative to the collection.
 pub fn write_pvd(path: &Path, steps: &[(f64, String)]) -> Result<(), MeshError> {
     let mut out =
         String::from("<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\">\n<Collection>\n");
@@ -96,7 +96,7 @@ fn bytes(values: impl Iterator<Item = f64>) -> Vec<u8> {
     values.flat_map(f64::to_le_bytes).collect()
 }
 
-/// One inline array: base64 of the number of bytes [u64] and the bytes.
+/// One inline array: base64 of the number of bytes \[u64\] and the bytes.
 fn array(out: &mut String, kind: &str, name: &str, components: usize, data: &[u8]) {
     let name = escape(name);
     write!(out, "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"binary\">")

@@ -9,9 +9,9 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 /// Units per millimetre.
 const PER_MM: f64 = 720.0 / 25.4;
-/// Width of two columns [mm].
+/// Width of two columns \[mm\].
 pub const DOUBLE: f64 = 180.0;
-/// Type sizes: labels and annotations [units].
+/// Type sizes: labels and annotations \[units\].
 pub const LABEL: i32 = 80;
 pub const SMALL: i32 = 70;
 
@@ -46,7 +46,7 @@ pub fn italic(symbol: &str) -> String {
     format!("{}{symbol}{}", ITALIC.0, ITALIC.1)
 }
 
-/// A figure of `width` × `height` [mm]; `under` is raw SVG in units that goes below what `paint` draws.
+/// A figure of `width` × `height` \[mm\]; `under` is raw SVG in units that goes below what `paint` draws.
 pub fn figure(width: f64, height: f64, under: &str, paint: impl FnOnce(&Area)) -> String {
     let (w, h) = (mm(width) as u32, mm(height) as u32);
     let mut svg = String::new();
@@ -102,7 +102,7 @@ pub fn text(area: &Area, s: &str, at: Point, anchor: At, size: i32, color: RGBCo
     put(area, Text::new(s.to_string(), at, style));
 }
 
-/// Rough width of a text [units]; Liberation Sans runs to about half an em per character.
+/// Rough width of a text \[units\]; Liberation Sans runs to about half an em per character.
 pub fn width(s: &str, size: i32) -> i32 {
     let ems: f64 = (s.chars())
         .map(|c| match c {
@@ -122,7 +122,7 @@ pub fn line(area: &Area, points: &[Point], color: RGBColor, width: u32) {
     }
 }
 
-/// Dashes of equal ink and gap [units].
+/// Dashes of equal ink and gap \[units\].
 pub fn dashed(area: &Area, points: &[Point], color: RGBColor, width: u32, dash: f64) {
     let (mut piece, mut left, mut ink): (Vec<Point>, f64, bool) = (vec![], dash, true);
     for w in points.windows(2) {

@@ -8,7 +8,7 @@ use super::table::Table;
 use serde::Deserialize;
 use std::path::Path;
 
-/// The part of `compare.json` that is shown. Misfits are relative [–].
+/// The part of `compare.json` that is shown. Misfits are relative \[–\].
 #[derive(Clone, Debug, Deserialize)]
 struct Stored {
     data: String,

@@ -203,7 +203,7 @@ fn settings(a: &Analysis) -> Table {
     }
 }
 
-/// Time in the effects whose name starts so [s].
+/// Time in the effects whose name starts so \[s\].
 fn contact(r: &CaseRecord) -> f64 {
     r.effects.iter().filter(|e| e.name.starts_with("contact")).map(|e| e.wall_s).sum()
 }

@@ -1,6 +1,6 @@
 //! Reports: read what a run has stored, analyse it, write `summary.json`, figures, tables and `index.html`.
 //!
-//! Nothing is solved here; [`write`] may be called again on a folder to redraw it.
+//! Nothing is solved here; [`write()`] may be called again on a folder to redraw it.
 
 mod calibration;
 mod canvas;

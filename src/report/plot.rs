@@ -44,7 +44,7 @@ impl Axis {
         Self { lo: 10f64.powf(a), hi: 10f64.powf(b), log: true, step: 0.0, label: label.into() }
     }
 
-    /// Position in [0, 1].
+    /// Position in \[0, 1\].
     pub fn place(&self, v: f64) -> f64 {
         if self.log { (v / self.lo).ln() / (self.hi / self.lo).ln() } else { (v - self.lo) / (self.hi - self.lo) }
     }
@@ -121,7 +121,7 @@ pub fn superscript(n: i32) -> String {
 /// A frame between two corners of the sheet, with its axes.
 pub struct Plot<'a, 'b> {
     pub area: &'a Area<'b>,
-    /// Left, top, right, bottom [units]
+    /// Left, top, right, bottom \[units\]
     pub frame: [i32; 4],
     pub x: Axis,
     pub y: Axis,

@@ -39,7 +39,7 @@ impl View {
         Self { right, up: cross(eye, right), eye }
     }
 
-    /// Position on the picture, y downwards [unit of x].
+    /// Position on the picture, y downwards \[unit of x\].
     pub fn project(&self, x: V) -> (f64, f64) {
         (dot(x, self.right), -dot(x, self.up))
     }
@@ -77,9 +77,9 @@ impl Fit {
 pub struct Look<'a> {
     /// Colour of triangle k before shading
     pub color: &'a dyn Fn(usize) -> RGB,
-    /// Colour and width of all edges [units]; `None`: edges take the colour of their triangle
+    /// Colour and width of all edges \[units\]; `None`: edges take the colour of their triangle
     pub edge: Option<(RGB, f64)>,
-    /// Colour and width of silhouette and sharp edges only [units]
+    /// Colour and width of silhouette and sharp edges only \[units\]
     pub outline: Option<(RGB, f64)>,
     /// 0 flat colour … 1 full shading
     pub shade: f64,
@@ -192,7 +192,7 @@ fn feature_sides(points: &[V], triangles: &[[u32; 3]], view: &View) -> Vec<u8> {
     sides
 }
 
-/// viridis (van der Walt & Smith 2015), nine stops; s in [0, 1].
+/// viridis (van der Walt & Smith 2015), nine stops; s in \[0, 1\].
 pub fn viridis(s: f64) -> RGB {
     const STOPS: [[f64; 3]; 9] = [
         [68.0, 1.0, 84.0],

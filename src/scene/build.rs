@@ -42,7 +42,7 @@ pub struct Scene {
     pub title: String,
     pub body: Arc<Body>,
     pub system: System,
-    /// [nodes] X [m]: of the mesh, then four of each rigid body and of each obstacle that moves
+    /// \[nodes\] X \[m\]: of the mesh, then four of each rigid body and of each obstacle that moves
     pub points: Vec<Vec3>,
     /// For the record: law name and constants of the first elastic effect; None where springs are all that is elastic
     pub law: Option<Box<dyn Law>>,
@@ -83,9 +83,9 @@ pub struct NamedCable {
     pub drive: Drive,
     pub by_length: bool,
     pub friction: bool,
-    /// 1/EA [1/N], 0 if it does not stretch
+    /// 1/EA \[1/N\], 0 if it does not stretch
     pub softness: f64,
-    /// Tension at which the drive yields [N], infinite if it never does
+    /// Tension at which the drive yields \[N\], infinite if it never does
     pub most: f64,
 }
 

@@ -246,7 +246,7 @@ impl Builder<'_> {
     }
 }
 
-/// Length between points that are fixed in space [m].
+/// Length between points that are fixed in space \[m\].
 fn fixed_length(pull_point: Vec3, stops: &[Stop]) -> f64 {
     let mut before = (pull_point, true);
     let mut sum = 0.0;

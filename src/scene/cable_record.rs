@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// A cable that went slack, taut, or to the limit of its drive.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CableEvent {
-    /// Time of the first accepted state after it [s]
+    /// Time of the first accepted state after it \[s\]
     pub t: f64,
     pub cable: String,
     pub what: Condition,
@@ -80,7 +80,7 @@ impl NamedCable {
         out
     }
 
-    /// Tension of each segment [N].
+    /// Tension of each segment \[N\].
     fn tensions(&self, state: &State) -> Vec<f64> {
         let n = self.cable.segments();
         match &self.drive {
@@ -90,7 +90,7 @@ impl NamedCable {
         }
     }
 
-    /// Cable that has passed the start of each segment towards the pull point [m]: Σ_{s≥k} (l₀_s + T_s l₀_s/EA − l_s).
+    /// Cable that has passed the start of each segment towards the pull point \[m\]: Σ_{s≥k} (l₀_s + T_s l₀_s/EA − l_s).
     fn passed(&self, tensions: &[f64], lengths: &[f64]) -> Vec<f64> {
         let rest = self.cable.lengths_at_rest();
         let mut sum = 0.0;

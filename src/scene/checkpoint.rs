@@ -26,7 +26,7 @@ pub struct Checkpoint {
     pub(super) control: ControlMemory,
     pub(super) balance: EnergyBalance,
     pub(super) cables: CableLog,
-    /// [points] what was recorded
+    /// \[points\] what was recorded
     pub(super) rows: Vec<Vec<f64>>,
     pub(super) signals: Vec<Vec<f64>>,
     pub(super) peak: Snapshot,

@@ -41,7 +41,7 @@ pub struct Measured {
     pub column: String,
     pub over: String,
     pub source: String,
-    /// [samples]
+    /// \[samples\]
     pub x: Vec<f64>,
     pub y: Vec<f64>,
 }

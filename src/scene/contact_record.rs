@@ -30,13 +30,13 @@ pub(super) enum TransientCoupling {
 /// What a contact is at one state.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContactMoment {
-    /// On the points [N]
+    /// On the points \[N\]
     pub force: Vec3,
-    /// Least distance [m]
+    /// Least distance \[m\]
     pub gap: f64,
     /// Points that are pressed
     pub pressed: usize,
-    /// Their area [m²]
+    /// Their area \[m²\]
     pub area: f64,
 }
 
@@ -107,7 +107,7 @@ impl NamedContact {
         ContactMoment { force, gap, pressed: pressed.count(), area }
     }
 
-    /// (point, force [N]) of the points of its region that feel what they meet.
+    /// (point, force \[N\]) of the points of its region that feel what they meet.
     pub fn forces(&self, x: &[f64], step: Option<&At>) -> Vec<(usize, Vec3)> {
         self.sums(x, step).0
     }
@@ -135,7 +135,7 @@ impl NamedContact {
         values
     }
 
-    /// [3 × nodes] forces at the nodes [N].
+    /// \[3 × nodes\] forces at the nodes \[N\].
     pub fn nodal(&self, x: &[f64], step: Option<&At>, nodes: &mut [f64]) {
         match &self.of {
             TransientCoupling::Points { pressing, friction, .. } => {
@@ -160,7 +160,7 @@ impl NamedContact {
     }
 }
 
-/// (point, force [N]) of the points that feel the obstacle.
+/// (point, force \[N\]) of the points that feel the obstacle.
 fn forces(
     pressing: &dyn Pressing,
     friction: Option<&ContactFriction>,
@@ -204,7 +204,7 @@ fn each_term(
     }
 }
 
-/// (point, force [N]) of the points of the first surface, and the whole force on it.
+/// (point, force \[N\]) of the points of the first surface, and the whole force on it.
 fn on_surface(
     pressing: &PressedSurfaces,
     friction: Option<&SurfaceFriction>,

@@ -12,7 +12,7 @@ pub(super) struct EnergyBalance {
     pub effect: Vec<f64>,
     /// Per constraint: g at the last state
     pub g: Vec<f64>,
-    /// \[unknowns\] residual at the last state [N]
+    /// \[unknowns\] residual at the last state \[N\]
     pub residual: Vec<f64>,
 }
 

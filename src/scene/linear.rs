@@ -20,7 +20,7 @@ pub enum LinearSpec {
     Iterative,
 }
 
-/// A size of memory such as "16 GB" [GB].
+/// A size of memory such as "16 GB" \[GB\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MemorySpec(pub f64);
 

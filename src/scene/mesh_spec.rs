@@ -113,7 +113,7 @@ pub enum PickSpec {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "snake_case")]
 pub enum GridSpec {
-    /// [0, size]: `xmin`, `xmax`, …, `zmax`
+    /// \[0, size\]: `xmin`, `xmax`, …, `zmax`
     Box { size: [Length; 3], divisions: [usize; 3] },
     /// A quadrilateral of this thickness in z, corners counter-clockwise in the plane; regions as of a box
     Plate { corners: [[Length; 2]; 4], thickness: Length, divisions: [usize; 3] },

@@ -152,7 +152,7 @@ fn von_mises(sigma: &Mat3) -> f64 {
     (1.5 * (sigma - Mat3::identity() * (sigma.trace() / 3.0)).norm_squared()).sqrt()
 }
 
-/// [cells] mean Cauchy stress [Pa]; laws that share a cell add up.
+/// \[cells\] mean Cauchy stress \[Pa\]; laws that share a cell add up.
 fn stresses(body: &Body, effects: &[Arc<dyn Stressed>], x: &[f64]) -> Vec<Mat3> {
     let mut out = vec![Mat3::zeros(); body.mesh.cell_count()];
     for effect in effects {
@@ -170,7 +170,7 @@ fn stresses(body: &Body, effects: &[Arc<dyn Stressed>], x: &[f64]) -> Vec<Mat3> 
     out
 }
 
-/// [nodes] mean over the cells there.
+/// \[nodes\] mean over the cells there.
 fn nodal(body: &Body, cells: &[Mat3]) -> Vec<Mat3> {
     let mesh = &body.mesh;
     let mut sums = vec![(Mat3::zeros(), 0.0); mesh.points.len()];

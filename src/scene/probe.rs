@@ -15,7 +15,7 @@ use crate::mesh::{Region, TetMesh, element, quadrature};
 use crate::system::State;
 use std::sync::Arc;
 
-/// Energies since the start [J]: stored and kinetic at the state, dissipated and put in along the path.
+/// Energies since the start \[J\]: stored and kinetic at the state, dissipated and put in along the path.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Energies {
     pub elastic: f64,
@@ -27,7 +27,7 @@ pub struct Energies {
 /// What a probe may look at.
 pub struct Moment<'a> {
     pub state: &'a State,
-    /// [3 × nodes] residual: at prescribed dofs the reaction [N]
+    /// \[3 × nodes\] residual: at prescribed dofs the reaction \[N\]
     pub residual: &'a [f64],
     pub energies: Energies,
     pub scene: &'a Scene,
@@ -62,12 +62,12 @@ impl Mean {
         Self { weights, origin }
     }
 
-    /// Change of the mean position with the motion dx [m].
+    /// Change of the mean position with the motion dx \[m\].
     pub(super) fn moved(&self, dx: &[f64]) -> Vec3 {
         self.weights.iter().map(|&(k, w)| w * Vec3::from_column_slice(&dx[3 * k as usize..][..3])).sum()
     }
 
-    /// Mean position at displacement x [m].
+    /// Mean position at displacement x \[m\].
     pub(super) fn at(&self, x: &[f64]) -> Vec3 {
         self.weights.iter().fold(self.origin, |p, &(k, w)| p + w * Vec3::from_column_slice(&x[3 * k as usize..][..3]))
     }
@@ -182,7 +182,7 @@ pub fn cavity_columns(cavity: &NamedCavity) -> [String; 2] {
     [format!("{}_pressure_Pa", cavity.name), format!("{}_volume_m3", cavity.name)]
 }
 
-/// Pressure [Pa] and volume [m³] of a cavity.
+/// Pressure \[Pa\] and volume \[m³\] of a cavity.
 pub fn record_cavity(cavity: &NamedCavity, state: &State) -> [f64; 2] {
     let pressure = match &cavity.drive {
         Drive::Multiplier(c) => state.lambda[*c],
@@ -191,7 +191,7 @@ pub fn record_cavity(cavity: &NamedCavity, state: &State) -> [f64; 2] {
     [pressure, cavity.cavity.volume(&state.x)]
 }
 
-/// ∫ n dA over deformed facets [m²].
+/// ∫ n dA over deformed facets \[m²\].
 pub(super) fn area_vector(mesh: &TetMesh, facets: &[u32], x: &[f64]) -> Vec3 {
     let rule = quadrature::tri(2);
     let mut sum = Vec3::zeros();
@@ -211,7 +211,7 @@ pub(super) fn area_vector(mesh: &TetMesh, facets: &[u32], x: &[f64]) -> Vec3 {
     sum
 }
 
-/// Angle between two directions [deg], 0 to 180.
+/// Angle between two directions \[deg\], 0 to 180.
 fn angle(a: Vec3, b: Vec3) -> f64 {
     a.cross(&b).norm().atan2(a.dot(&b)).to_degrees()
 }

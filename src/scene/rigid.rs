@@ -17,7 +17,7 @@ use crate::solve::TimeSpan;
 use crate::system::Effect;
 use serde::Deserialize;
 
-/// Stiffness of a rigid body as a multiple of Young's modulus of the stiffest law [–].
+/// Stiffness of a rigid body as a multiple of Young's modulus of the stiffest law \[–\].
 const STIFF: f64 = 1e4;
 /// Points around the rim of a cylinder.
 const RIM: usize = 24;
@@ -50,9 +50,9 @@ pub struct RigidBody {
     pub name: String,
     pub shape: ShapeSpec,
     pub frame: AffineFrame,
-    /// Velocity of the nodes at the start [m/s]
+    /// Velocity of the nodes at the start \[m/s\]
     pub(super) start: [Vec3; 4],
-    /// Points of its surface at rest, each with the radius of a ball about it [m]
+    /// Points of its surface at rest, each with the radius of a ball about it \[m\]
     surface: Vec<(Vec3, f64)>,
 }
 

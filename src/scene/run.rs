@@ -33,7 +33,7 @@ pub struct Run {
     pub written: Vec<usize>,
     /// \[rows × signals\] values of the prescribed signals
     pub signals: Vec<Vec<f64>>,
-    /// The `[[event]]`s that happened
+    /// The `[\[event\]]`s that happened
     pub events: Vec<Fired>,
     pub status: Status,
     /// Error of a signal or of the controller that ended the run
@@ -128,7 +128,7 @@ impl Scene {
         }
     }
 
-    /// The driver of a run, with the settings of `[numerics]`.
+    /// The driver of a run, with the settings of `\[numerics\]`.
     fn driver(&self) -> Driver<'_> {
         let n = &self.spec.numerics;
         let settings = NewtonSettings {
@@ -197,13 +197,13 @@ impl Scene {
         sums.into_iter().map(|(sum, weight)| if weight > 0.0 { sum / weight } else { 1.0 }).collect()
     }
 
-    /// Largest squared displacement of a node [m²].
+    /// Largest squared displacement of a node \[m²\].
     pub(super) fn largest_displacement(&self, x: &[f64]) -> f64 {
         let nodes = x[..3 * self.body.mesh.points.len()].chunks_exact(3);
         nodes.map(|u| u[0] * u[0] + u[1] * u[1] + u[2] * u[2]).fold(0.0, f64::max)
     }
 
-    /// Deformed positions [m].
+    /// Deformed positions \[m\].
     pub fn positions(&self, x: &[f64]) -> Vec<Vec3> {
         let displaced = |(k, p): (usize, &Vec3)| p + Vec3::from_column_slice(&x[3 * k..3 * k + 3]);
         self.body.mesh.points.iter().enumerate().map(displaced).collect()

@@ -2,7 +2,7 @@
 //!
 //! ∂r/∂θ comes from the derivative of the law ([`crate::material::derivative`]) in every effect that takes it: elastic, viscoelastic,
 //! stiffness damping. The derivatives of the states come from [`crate::solve::Differentiator`]; here they go through the probes by
-//! their linearisation. An angle between a fixed a and b(x): dϑ = [(a·b) d|a × b| − |a × b| a·db]/(|a|²|b|²),
+//! their linearisation. An angle between a fixed a and b(x): dϑ = \[(a·b) d|a × b| − |a × b| a·db\]/(|a|²|b|²),
 //! d|a × b| = (a × b)·(a × db)/|a × b|.
 //!
 //! Limits: not the columns of the probes `energy` and `stretch`; what else is not covered is a [`SensitivityError`].
@@ -220,7 +220,7 @@ fn through(probe: &Probe, mesh: &TetMesh, x: &[f64], dx: &[f64], reaction: &[f64
     }
 }
 
-/// Change of the angle between a and b [deg] with db.
+/// Change of the angle between a and b \[deg\] with db.
 fn turned(a: Vec3, b: Vec3, db: Vec3) -> f64 {
     let cross = a.cross(&b);
     let (sine, along) = (cross.norm(), a.cross(&db));
@@ -229,7 +229,7 @@ fn turned(a: Vec3, b: Vec3, db: Vec3) -> f64 {
     ((a.dot(&b) * rate - sine * a.dot(&db)) / (a.norm_squared() * b.norm_squared())).to_degrees()
 }
 
-/// Change of ∫ n dA [m²] with the motion dx: the cross product of the tangents is linear in each.
+/// Change of ∫ n dA \[m²\] with the motion dx: the cross product of the tangents is linear in each.
 fn area_turned(mesh: &TetMesh, facets: &[u32], x: &[f64], dx: &[f64]) -> Vec3 {
     let rule = quadrature::tri(2);
     let mut sum = Vec3::zeros();

@@ -80,7 +80,7 @@ pub enum FunctionSpec {
         signal: SignalSpec,
         by: QuantityText,
     },
-    /// Two columns with a header line: time [s], then the value in `unit`
+    /// Two columns with a header line: time \[s\], then the value in `unit`
     Table {
         file: PathBuf,
         unit: String,

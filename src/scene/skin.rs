@@ -29,19 +29,19 @@ pub struct SkinSpec {
 pub struct NamedSkin {
     pub name: String,
     pub surface: Surface,
-    /// [vertices] (node, weight), Σ w = 1
+    /// \[vertices\] (node, weight), Σ w = 1
     pub weights: Vec<Vec<(u32, f64)>>,
 }
 
 impl NamedSkin {
-    /// [3 × vertices] displacement [m] with that of the nodes x.
+    /// \[3 × vertices\] displacement \[m\] with that of the nodes x.
     pub fn displacement(&self, x: &[f64]) -> Vec<f64> {
         let component =
             |weights: &Vec<(u32, f64)>, i: usize| weights.iter().map(|&(k, w)| w * x[3 * k as usize + i]).sum::<f64>();
         self.weights.iter().flat_map(|w| [0, 1, 2].map(|i| component(w, i))).collect()
     }
 
-    /// (node, area [m²]): the areas of the vertices, taken to the nodes by the transpose.
+    /// (node, area \[m²\]): the areas of the vertices, taken to the nodes by the transpose.
     pub(super) fn nodal_areas(&self) -> Vec<(u32, f64)> {
         let mut nodal = BTreeMap::new();
         for (weights, area) in self.weights.iter().zip(self.surface.areas()) {

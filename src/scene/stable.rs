@@ -7,7 +7,7 @@ use super::builder::Builder;
 use super::spec::{EffectSpec, SceneSpec};
 use crate::material::{Instability, Law, Limit, LoadCase, stability};
 
-/// Largest principal stretch that is looked at [–]
+/// Largest principal stretch that is looked at \[–\]
 const STRETCH: f64 = 2.0;
 
 impl Builder<'_> {

@@ -28,7 +28,7 @@ use crate::math::linear::{dot, norm};
 use crate::math::tensor::Vec3;
 use crate::system::{ContactPoint, State, System, Want};
 
-/// A gap that is closed, as a share of the largest motion of the step [–].
+/// A gap that is closed, as a share of the largest motion of the step \[–\].
 const CLOSED: f64 = 1e-10;
 /// Points that press from which Newton's method is left to itself: W is dense.
 const MANY: usize = 500;

@@ -27,16 +27,16 @@ const NEAR: f64 = 2.0;
 /// What ends a step.
 #[derive(Clone, Copy, PartialEq)]
 enum PathStepEnd {
-    /// ‖Δx‖ [m]
+    /// ‖Δx‖ \[m\]
     Arc(f64),
-    /// t [s]
+    /// t \[s\]
     Time(f64),
 }
 
 /// Where the loads are largest or least along the path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TurningPoint {
-    /// Time of the loads [s]
+    /// Time of the loads \[s\]
     pub t: f64,
     /// The loads grow before it and fall after it
     pub highest: bool,
@@ -53,12 +53,12 @@ pub(super) struct PathPoint {
 /// Follows the path of static equilibria x(s), t(s).
 pub(super) struct PathTracer<'a> {
     system: &'a System,
-    /// Step of the difference ∂r/∂t [s], taken backwards where it would pass `end` [s]
+    /// Step of the difference ∂r/∂t \[s\], taken backwards where it would pass `end` \[s\]
     delta: f64,
     end: f64,
-    /// Displacement of the last step [equations], empty at the start
+    /// Displacement of the last step \[equations\], empty at the start
     last: Vec<f64>,
-    /// Δs of the next step and the longest one [m]
+    /// Δs of the next step and the longest one \[m\]
     length: f64,
     longest: f64,
     /// Arc and time of the last points, newest last, with their states
@@ -67,7 +67,7 @@ pub(super) struct PathTracer<'a> {
 
 /// Response of the linearised system.
 struct Response {
-    /// −K⁻¹ r and −K⁻¹ ∂r/∂t [equations], with the rows held
+    /// −K⁻¹ r and −K⁻¹ ∂r/∂t \[equations\], with the rows held
     residual: Vec<f64>,
     rate: Vec<f64>,
     /// Changes of the multipliers
@@ -275,7 +275,7 @@ impl<'a> PathTracer<'a> {
         dofs.free.iter().map(change).collect()
     }
 
-    /// ‖v‖ of the displacements in v [equations].
+    /// ‖v‖ of the displacements in v \[equations\].
     fn size(&self, v: &[f64]) -> f64 {
         let moving = v.iter().enumerate().filter(|(e, _)| !self.system.dofs.is_scalar(*e));
         moving.map(|(_, v)| v * v).sum::<f64>().sqrt()

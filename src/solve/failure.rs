@@ -17,7 +17,7 @@ pub enum Failure {
     },
     /// No multiplier satisfies the one-sided rows
     Complementarity,
-    /// An effect lets the body move no further: how far the node is from what it must not pass [m]
+    /// An effect lets the body move no further: how far the node is from what it must not pass \[m\]
     Jammed {
         effect: String,
         node: u32,

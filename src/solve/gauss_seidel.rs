@@ -14,7 +14,7 @@ use crate::math::tensor::{Vec3, perpendicular};
 use crate::system::{ContactPoint, Dofs, System};
 
 const SWEEPS: usize = 20_000;
-/// Change of a gap over the last sweep, as a share of the largest gap [–].
+/// Change of a gap over the last sweep, as a share of the largest gap \[–\].
 const EXACT: f64 = 1e-10;
 
 /// A point that presses.
@@ -23,31 +23,31 @@ pub(super) struct Pressed {
     pub place: usize,
     /// Its row of the distance; those of two directions of sliding follow where there is friction
     pub first: usize,
-    /// μ |m| [–] and ε [m]
+    /// μ |m| \[–\] and ε \[m\]
     friction: Option<(f64, f64)>,
 }
 
-/// Points that press, and what their forces do; [rows] each.
+/// Points that press, and what their forces do; \[rows\] each.
 #[derive(Default)]
 pub(super) struct Contacts {
     pub points: Vec<Pressed>,
     /// H as (equation, entry)
     h: Vec<Vec<(usize, f64)>>,
-    /// [equations] K⁻¹ Hᵀ
+    /// \[equations\] K⁻¹ Hᵀ
     pub z: Vec<Vec<f64>>,
-    /// g or sliding without p and λ' − λ [m]
+    /// g or sliding without p and λ' − λ \[m\]
     free: Vec<f64>,
-    /// [rows] W
+    /// \[rows\] W
     w: Vec<Vec<f64>>,
-    /// [constraints] ∂c/∂x K⁻¹ Hᵀ, and H K⁻¹ ∂c/∂x
+    /// \[constraints\] ∂c/∂x K⁻¹ Hᵀ, and H K⁻¹ ∂c/∂x
     cross: Vec<Vec<f64>>,
     back: Vec<Vec<f64>>,
-    /// p [N]
+    /// p \[N\]
     pub p: Vec<f64>,
 }
 
 impl Contacts {
-    /// A point with its gap and its way since the start of the step [m], both without what the solution gives it.
+    /// A point with its gap and its way since the start of the step \[m\], both without what the solution gives it.
     pub fn add(&mut self, system: &System, place: usize, touch: &ContactPoint, (gap, way): (f64, Vec3)) {
         let row = |direction: &Vec3| -> Vec<(usize, f64)> {
             let entries = touch.nodes.iter().zip(&touch.shares).flat_map(|(&node, share)| {
@@ -146,7 +146,7 @@ impl Contacts {
     }
 }
 
-/// What slows the sliding down, as a share of the sliding `u` without it [N/m]: the force is F f(a/ε) where the sliding is a with it, and
+/// What slows the sliding down, as a share of the sliding `u` without it \[N/m\]: the force is F f(a/ε) where the sliding is a with it, and
 /// a + w F f(a/ε) = u; f(y) = 2y − y², and 1 beyond 1.
 fn resistance(u: f64, w: f64, limit: f64, epsilon: f64) -> f64 {
     if u == 0.0 || limit == 0.0 {

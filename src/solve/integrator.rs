@@ -12,7 +12,7 @@ pub enum Integrator {
     /// v = (x − xₙ)/Δt, a = (v − vₙ)/Δt; first order, damps. `linearised`: one Newton iteration a step, accepted as it
     /// is, for comparison with simulators that do so
     ImplicitEuler { linearised: bool },
-    /// Implicit Euler in a loop of its own, [`correction`](super::correction), for comparison: so many integration steps
+    /// Implicit Euler in a loop of its own, `correction`, for comparison: so many integration steps
     /// in each step of the time grid
     FreeMotion { integration_steps: usize },
     /// Backward differentiation of second order with variable steps, on x and on v; the first step is implicit Euler
@@ -151,7 +151,7 @@ impl Integrator {
         }
     }
 
-    /// Largest error |x − x(t)| [m] over `dofs` that the step from `past` to `next`, a finished state, made by itself: the
+    /// Largest error |x − x(t)| \[m\] over `dofs` that the step from `past` to `next`, a finished state, made by itself: the
     /// leading term of the rule on exact past values, with the derivative of x that it needs from the rule's own
     /// accelerations. For the Newmark family this is the estimate of Zienkiewicz & Xie (1991).
     ///

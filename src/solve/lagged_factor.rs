@@ -1,7 +1,7 @@
 //! Directions of Newton's method from the factor of an earlier tangent.
 //!
-//! The linear system of an iteration is [K Hᵀ; H −C] [du; dλ] = [−r − lift; g − carried] with the rows that hold. Conjugate
-//! gradients solve it with [K₀ Hᵀ; H −C] as preconditioner, K₀ being the tangent that was factorised last and K, H the present
+//! The linear system of an iteration is \[K Hᵀ; H −C\] \[du; dλ\] = \[−r − lift; g − carried\] with the rows that hold. Conjugate
+//! gradients solve it with \[K₀ Hᵀ; H −C\] as preconditioner, K₀ being the tangent that was factorised last and K, H the present
 //! ones (Gould, Hribar & Nocedal, SIAM J. Sci. Comput. 23, 2001; Dollar, Gould, Schilders & Wathen, SIAM J. Matrix Anal. 28,
 //! 2006 for C ≠ 0). Each iteration is one product with K and one back-substitution. K₀ is turned with the body first
 //! ([`turns`](super::turns)).
@@ -39,7 +39,7 @@ const SOFTENED: f64 = 0.5;
 pub struct LaggedFactorRecord {
     /// Values of K₀, from which the factor can be made again; empty if none is kept
     pub k: Arc<Vec<f64>>,
-    /// [unknowns] where the body was
+    /// \[unknowns\] where the body was
     pub x: Arc<Vec<f64>>,
     /// Solves with it so far, and in the step at hand
     pub solves: [usize; 2],
@@ -57,7 +57,7 @@ pub(super) struct LaggedFactor {
     pub kept: LaggedFactorRecord,
     /// Factorisations when it was made: later ones have overwritten it
     count: usize,
-    /// [watched × equations] soft directions v with v·K₀ w = δ_vw
+    /// \[watched × equations\] soft directions v with v·K₀ w = δ_vw
     soft: Vec<Vec<f64>>,
     /// From where the body was to where the step begins
     turns: NodalRotations,

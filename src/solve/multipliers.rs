@@ -15,9 +15,9 @@ const PIVOTS: usize = 10_000;
 /// Z = K⁻¹ Hᵀ and S = H Z + compliance of the current factorisation.
 #[derive(Default)]
 pub(super) struct Schur {
-    /// [constraints × equations]; zero for a watched row
+    /// \[constraints × equations\]; zero for a watched row
     pub z: Vec<f64>,
-    /// [constraints × constraints]
+    /// \[constraints × constraints\]
     pub s: Vec<f64>,
     /// Negative eigenvalues of S on the rows that act
     pub negative: usize,
@@ -47,7 +47,7 @@ impl Schur {
         Ok(Self::of(z, system, rows, gradient))
     }
 
-    /// From Z of these rows [constraints × equations].
+    /// From Z of these rows \[constraints × equations\].
     pub fn of(z: Vec<f64>, system: &System, rows: &[usize], gradient: &[Vec<f64>]) -> Self {
         let m = rows.len();
         if m == 0 {

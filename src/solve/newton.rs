@@ -56,29 +56,29 @@ pub struct Newton {
     pub factor: Factor,
     pub sums: Assembled,
     pub assembly_time: Duration,
-    /// ‖diag K‖ of the last tangent [N/m], for the rounding of forces
+    /// ‖diag K‖ of the last tangent \[N/m\], for the rounding of forces
     pub stiffness: f64,
     /// How linear systems are solved
     pub method: Method,
-    /// Length of the body [m], for the rounding floor of the residual
+    /// Length of the body \[m\], for the rounding floor of the residual
     length: f64,
-    /// [constraints] g at the start of the step, where a law of a row looks back
+    /// \[constraints\] g at the start of the step, where a law of a row looks back
     old: Vec<f64>,
-    /// [nodes] X, by which a factor turns with the body; or empty
+    /// \[nodes\] X, by which a factor turns with the body; or empty
     pub points: Vec<Vec3>,
     pub(super) stale: LaggedFactor,
 }
 
 /// NewtonDirection of one iteration.
 pub(super) struct NewtonDirection {
-    /// [3 × nodes]
+    /// \[3 × nodes\]
     pub x: Vec<f64>,
-    /// [constraints] multipliers after the step
+    /// \[constraints\] multipliers after the step
     pub lambda: Vec<f64>,
 }
 
 impl NewtonDirection {
-    /// With du [equations], and the prescribed increment where there is one.
+    /// With du \[equations\], and the prescribed increment where there is one.
     pub fn new(system: &System, increment: Option<&[f64]>, du: &[f64], lambda: Vec<f64>) -> Self {
         let mut x = increment.map_or_else(|| vec![0.0; system.dofs.equation.len()], <[f64]>::to_vec);
         for (&dof, du) in system.dofs.free.iter().zip(du) {
@@ -88,13 +88,13 @@ impl NewtonDirection {
     }
 }
 
-/// Share of a Newton step below which what limits it does not let the body move at all [–].
+/// Share of a Newton step below which what limits it does not let the body move at all \[–\].
 const JAMMED: f64 = 1e-10;
-/// Share of the size of the body below which a gap is rounding [–].
+/// Share of the size of the body below which a gap is rounding \[–\].
 const CLOSED: f64 = 1e-12;
 const CHORD_CONTRACTION: f64 = 0.2;
 pub(super) const HALVINGS: usize = 12;
-/// Share of the largest diagonal entry that the shift counts as the stiffness of a direction without any [–].
+/// Share of the largest diagonal entry that the shift counts as the stiffness of a direction without any \[–\].
 const SOFTEST: f64 = 1e-9;
 
 impl Newton {
@@ -231,7 +231,7 @@ impl Newton {
         result.map_err(Failure::Eval)
     }
 
-    /// Forces that are rounding of F [N]: 4ε ‖diag K‖ L.
+    /// Forces that are rounding of F \[N\]: 4ε ‖diag K‖ L.
     pub(super) fn rounding(&self) -> f64 {
         self.rounding_of(self.stiffness)
     }
@@ -246,7 +246,7 @@ impl Newton {
     }
 
     /// Largest of the scaled errors: ≤ tolerance means converged. Forces are compared with the largest effect's Σ‖r_e‖ or,
-    /// if that is larger, with what makes `floor` [N] small enough.
+    /// if that is larger, with what makes `floor` \[N\] small enough.
     pub(super) fn error(&self, system: &System, state: &State, floor: f64) -> f64 {
         let residual = norm(&system.restrict(&self.sums.r));
         let scale = self.sums.scale.max(floor / self.settings.tolerance);
@@ -346,7 +346,7 @@ impl Newton {
         Ok(NewtonDirection::new(system, increment, &y, lambda))
     }
 
-    /// −r − lift [equations]
+    /// −r − lift \[equations\]
     pub(super) fn right_side(&self, system: &System, lifted: bool) -> Vec<f64> {
         let mut y = system.restrict(&self.sums.r);
         y.iter_mut().zip(&self.sums.lift).for_each(|(y, lift)| *y = -*y - if lifted { *lift } else { 0.0 });
@@ -365,7 +365,7 @@ impl Newton {
     }
 }
 
-/// What is left of the prescribed motion, [3 × nodes], or nothing.
+/// What is left of the prescribed motion, \[3 × nodes\], or nothing.
 pub(super) fn remaining(targets: &[(usize, f64)], state: &State) -> Option<Vec<f64>> {
     if targets.iter().all(|&(dof, value)| state.x[dof] == value) {
         return None;

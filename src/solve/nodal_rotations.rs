@@ -12,7 +12,7 @@ use crate::system::{Dofs, System};
 
 /// Blocks with more nodes than a cell couple places far from each other.
 const MOST_NODES: usize = 10;
-/// Accuracy of an angle [rad], and the iterations for it.
+/// Accuracy of an angle \[rad\], and the iterations for it.
 const ANGLE: f64 = 1e-4;
 const ITERATIONS: usize = 20;
 
@@ -24,7 +24,7 @@ pub(super) struct NodalRotations {
 }
 
 impl NodalRotations {
-    /// From displacements `old` to `new` [unknowns] of nodes at `points`; none if no points are known.
+    /// From displacements `old` to `new` \[unknowns\] of nodes at `points`; none if no points are known.
     pub fn new(system: &System, points: &[Vec3], old: &[f64], new: &[f64]) -> Self {
         let at = |x: &[f64], n: u32| points[n as usize] + Vec3::from_column_slice(&x[3 * n as usize..][..3]);
         let mut sums = vec![Mat3::zeros(); points.len()];

@@ -9,7 +9,7 @@ use super::newton::{HALVINGS, Newton, NewtonDirection};
 use super::{Failure, Step, tangent};
 use crate::system::{State, System, Want};
 
-/// ‖(K + A)⁻¹ r‖/‖du‖ beyond which a step is shortened [–]
+/// ‖(K + A)⁻¹ r‖/‖du‖ beyond which a step is shortened \[–\]
 const GROWTH: f64 = 100.0;
 
 impl Newton {
@@ -57,7 +57,7 @@ impl Newton {
     }
 }
 
-/// ‖v‖ of the displacements in v [equations].
+/// ‖v‖ of the displacements in v \[equations\].
 fn size(system: &System, v: &[f64]) -> f64 {
     let moving = v.iter().enumerate().filter(|(e, _)| !system.dofs.is_scalar(*e));
     moving.map(|(_, v)| v * v).sum::<f64>().sqrt()

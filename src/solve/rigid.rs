@@ -34,13 +34,13 @@ pub struct Motion {
     pub whole: bool,
 }
 
-/// Part of a motion that counts as none [–]: positions in a mesh file have seven digits or more.
+/// Part of a motion that counts as none \[–\]: positions in a mesh file have seven digits or more.
 const NONE: f64 = 1e-6;
 /// ‖K u‖ below this share of ‖|K||u|‖ is rounding: K u of a rigid motion is a sum of some hundred terms.
 const ROUNDING: f64 = 1e-12;
 
 impl Newton {
-    /// Motions without stiffness at this state, of a static step; rigid ones if `points` [nodes] tells where the nodes are.
+    /// Motions without stiffness at this state, of a static step; rigid ones if `points` \[nodes\] tells where the nodes are.
     pub fn free_motions(&mut self, step: &Step, state: &State, points: &[Vec3]) -> Vec<Motion> {
         if self.evaluate(step, &mut state.clone(), Want::Tangent, None).is_err() {
             return Vec::new();
@@ -148,7 +148,7 @@ fn parts(system: &System, nodes: usize) -> Vec<Vec<u32>> {
     found.into_values().collect()
 }
 
-/// The six motions of a part: [nodes] positions from its middle, over its size.
+/// The six motions of a part: \[nodes\] positions from its middle, over its size.
 struct Part<'a> {
     nodes: &'a [u32],
     arms: Vec<Vec3>,
@@ -162,7 +162,7 @@ impl<'a> Part<'a> {
         Self { nodes, arms: nodes.iter().map(|k| (at(k) - middle) / size).collect() }
     }
 
-    /// u of node `i` of the part: c[..3] + c[3..] × arm.
+    /// u of node `i` of the part: c\[..3\] + c\[3..\] × arm.
     fn motion(&self, i: usize, c: &DVector<f64>) -> Vec3 {
         Vec3::new(c[0], c[1], c[2]) + Vec3::new(c[3], c[4], c[5]).cross(&self.arms[i])
     }
@@ -191,7 +191,7 @@ impl<'a> Part<'a> {
         motions
     }
 
-    /// [6 × free motions] basis of the motions without resistance.
+    /// \[6 × free motions\] basis of the motions without resistance.
     fn unresisted(&self, system: &System, sums: &Assembled) -> DMatrix<f64> {
         let (pattern, k, rows) = (&sums.pattern, &sums.k, &sums.gradient);
         let unit = |j: usize| DVector::from_fn(6, |i, _| f64::from(u8::from(i == j)));
@@ -255,7 +255,7 @@ fn right_vectors(a: &DMatrix<f64>, wanted: impl Fn(f64) -> bool) -> DMatrix<f64>
     v.select_columns(&columns)
 }
 
-/// Unit vectors that span the columns [3 × m]: coordinate axes first.
+/// Unit vectors that span the columns \[3 × m\]: coordinate axes first.
 fn directions(columns: &DMatrix<f64>) -> Vec<Vec3> {
     let (mut rest, mut found) = (range(columns), Vec::new());
     for axis in [Vec3::x(), Vec3::y(), Vec3::z()] {
@@ -271,7 +271,7 @@ fn directions(columns: &DMatrix<f64>) -> Vec<Vec3> {
     found
 }
 
-/// Orthonormal basis of what the columns reach [3 × rank]; they are of size 1 or nothing.
+/// Orthonormal basis of what the columns reach \[3 × rank\]; they are of size 1 or nothing.
 fn range(columns: &DMatrix<f64>) -> DMatrix<f64> {
     right_vectors(&columns.transpose(), |s| s > NONE)
 }

@@ -31,7 +31,7 @@ pub struct Differentiator<'a> {
     factored: Vec<f64>,
     /// Per θ: ∂/∂θ of the last state
     pub changes: Vec<State>,
-    /// Per θ: [unknowns] ∂/∂θ of the residual of the last state at fixed x
+    /// Per θ: \[unknowns\] ∂/∂θ of the residual of the last state at fixed x
     residuals: Vec<Vec<f64>>,
 }
 
@@ -136,7 +136,7 @@ impl<'a> Differentiator<'a> {
         Ok(())
     }
 
-    /// Per θ: [unknowns] ∂/∂θ of the residual at prescribed dofs, the reaction, at the end of the last step; not used
+    /// Per θ: \[unknowns\] ∂/∂θ of the residual at prescribed dofs, the reaction, at the end of the last step; not used
     /// elsewhere.
     pub fn reactions(&self, step: &Step, next: &State) -> Result<Vec<Vec<f64>>, Failure> {
         let mut reactions = self.residuals.clone();

@@ -4,7 +4,7 @@ use super::Failure;
 use crate::math::linear::{Factor, Method};
 use crate::system::{Assembled, At, Rates, State, System, Want};
 
-/// A slope ∂a/∂x [1/s²] far above ω² of every mode, so that M = (K(ca) − K(0))/ca keeps its digits beside the stiffness.
+/// A slope ∂a/∂x \[1/s²\] far above ω² of every mode, so that M = (K(ca) − K(0))/ca keeps its digits beside the stiffness.
 const STEEP: f64 = 1e12;
 
 /// Solves M a = −r(x, v, 0, λ) on the free dofs.
@@ -48,7 +48,7 @@ impl Start {
         Ok(Self { sums, mass, factor })
     }
 
-    /// M⁻¹(−r) on the free dofs [unknowns], zero elsewhere; of the residual of the state where none is given [equations].
+    /// M⁻¹(−r) on the free dofs \[unknowns\], zero elsewhere; of the residual of the state where none is given \[equations\].
     pub fn solve(&mut self, system: &System, residual: Option<Vec<f64>>) -> Result<Vec<f64>, Failure> {
         let mut force = residual.unwrap_or_else(|| system.restrict(&self.sums.r));
         for (e, force) in force.iter_mut().enumerate() {

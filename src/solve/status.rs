@@ -5,17 +5,17 @@ use crate::math::linear::LinearError;
 use crate::system::EvalError;
 use std::fmt;
 
-/// How a run ended. t [s] is the time of the last good state.
+/// How a run ended. t \[s\] is the time of the last good state.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Status {
     Converged,
     /// Arc length: the path of equilibria turned back at `limit` and did not come to the end of the stage
     LimitPoint {
         t: f64,
-        /// Time at which the loads were largest [s]
+        /// Time at which the loads were largest \[s\]
         limit: f64,
     },
-    /// The loads passed the largest ones that this path of equilibria carries, those of time `limit` [s]
+    /// The loads passed the largest ones that this path of equilibria carries, those of time `limit` \[s\]
     NoEquilibrium {
         t: f64,
         limit: f64,
@@ -91,7 +91,7 @@ impl Status {
         }
     }
 
-    /// Time of the last good state [s]; none where all is done.
+    /// Time of the last good state \[s\]; none where all is done.
     pub fn t(&self) -> Option<f64> {
         match self {
             Self::Converged => None,
@@ -106,7 +106,7 @@ impl Status {
         }
     }
 
-    /// Time of the largest loads that the path carries [s], where it was found.
+    /// Time of the largest loads that the path carries \[s\], where it was found.
     pub fn limit(&self) -> Option<f64> {
         match self {
             Self::LimitPoint { limit, .. } | Self::NoEquilibrium { limit, .. } => Some(*limit),

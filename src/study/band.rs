@@ -29,11 +29,11 @@ pub struct Band {
     pub case: String,
     pub t_s: Vec<f64>,
     pub y: Vec<f64>,
-    /// [2][t] ends of the band of the constants
+    /// \[2\]\[t\] ends of the band of the constants
     pub constants: [Vec<f64>; 2],
-    /// [t] change to the finest mesh from the next
+    /// \[t\] change to the finest mesh from the next
     pub mesh: Option<Vec<f64>>,
-    /// Largest |y − y₀|, and there: y, band of the constants relative to it [–], share of the mesh [–]
+    /// Largest |y − y₀|, and there: y, band of the constants relative to it \[–\], share of the mesh \[–\]
     pub peak: f64,
     pub below: f64,
     pub above: f64,

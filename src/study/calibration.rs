@@ -1,7 +1,7 @@
 //! What a calibration says in the end: each constant from the finest mesh, with an interval that holds what the rows, the mesh and the
 //! dimensions that are not known exactly leave open.
 //!
-//! Pure: stored cases in, [`Analysis`] out. Of a constant θ, with θᵢ and its 95 % interval [aᵢ, bᵢ] (the wider one of covariance and
+//! Pure: stored cases in, [`Analysis`] out. Of a constant θ, with θᵢ and its 95 % interval \[aᵢ, bᵢ\] (the wider one of covariance and
 //! bootstrap) in the finest case and in every nuisance case i:
 //!
 //! ```text
@@ -38,9 +38,9 @@ pub struct Answer {
     pub case: String,
     pub cells: usize,
     pub constants: Vec<Judged>,
-    /// Relative misfit √(Σr²/Σy²) [–]
+    /// Relative misfit √(Σr²/Σy²) \[–\]
     pub rms_relative: f64,
-    /// Forward solves of the finest case, and its time over the one of a forward solve [–]
+    /// Forward solves of the finest case, and its time over the one of a forward solve \[–\]
     pub solves: usize,
     pub price: f64,
 }
@@ -54,15 +54,15 @@ pub struct Judged {
     pub value: f64,
     /// 95 %: rows, mesh, nuisance; none where the curve does not determine the constant
     pub interval: Option<[f64; 2]>,
-    /// Half-width of the interval of the rows alone, relative [–]
+    /// Half-width of the interval of the rows alone, relative \[–\]
     pub rows: Option<f64>,
-    /// Relative change from the next coarser mesh to the finest [–]
+    /// Relative change from the next coarser mesh to the finest \[–\]
     pub drift: Option<f64>,
     /// Values over the nuisance cases, moved to the finest mesh
     pub nuisance: Option<[f64; 2]>,
     /// Reading by a gauge length
     pub gauge: Option<f64>,
-    /// Its relative error [–]
+    /// Its relative error \[–\]
     pub bias: Option<f64>,
     pub cases: Vec<One>,
 }

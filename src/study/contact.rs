@@ -17,9 +17,9 @@ pub struct ContactRecord {
     pub tested: usize,
     /// Points that were near enough to count
     pub active: usize,
-    /// Time to find them [s]
+    /// Time to find them \[s\]
     pub search_s: f64,
-    /// Time to find how far steps may go [s]
+    /// Time to find how far steps may go \[s\]
     pub detection_s: f64,
 }
 

@@ -1,7 +1,7 @@
 //! Convergence analysis of stored cases: which mesh can be trusted, with what error bar, at what price.
 //!
 //! Pure: records and curves in, [`Analysis`] out; nothing is solved, read or written. The formulae stand in
-//! [`order`], [`fit`], [`family`] and [`curve`], the choice of the reference in [`reference`], the sentences in
+//! [`order`], [`fit`], [`family`] and [`curve`], the choice of the reference in [`mod@reference`], the sentences in
 //! [`verdict`] and [`warnings`].
 
 pub mod curve;
@@ -27,7 +27,7 @@ pub const DECIDING: [&str; 2] = ["bending_angle_deg", "cable_tension_N"];
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct Analysis {
     pub tolerance: f64,
-    /// [variants × quantities]
+    /// \[variants × quantities\]
     pub quantities: Vec<QuantityAnalysis>,
     /// Mesh + formulation, cheapest first
     pub settings: Vec<Setting>,
@@ -101,7 +101,7 @@ impl Analysis {
 pub struct Cases<'a> {
     pub study: &'a StudyRecord,
     pub stored: &'a [StoredCase],
-    /// Time step of the mesh studies [s]
+    /// Time step of the mesh studies \[s\]
     pub dt_s: f64,
     pub shared: bool,
 }
@@ -126,7 +126,7 @@ impl<'a> Cases<'a> {
         (c.dt_s / self.dt_s - 1.0).abs() < 1e-6
     }
 
-    /// Price of a case [s].
+    /// Price of a case \[s\].
     pub fn cost(&self, c: &CaseRecord) -> f64 {
         if self.shared { c.cpu_s } else { c.wall_s }
     }

@@ -10,9 +10,9 @@ use super::record::Series;
 /// One column over time.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Curve {
-    /// [samples] time [s]
+    /// \[samples\] time \[s\]
     pub t: Vec<f64>,
-    /// [samples] value
+    /// \[samples\] value
     pub f: Vec<f64>,
 }
 
@@ -35,7 +35,7 @@ impl Curve {
         self.f[k - 1] * (1.0 - s) + self.f[k] * s
     }
 
-    /// The samples of `self` over the time that both cover [s].
+    /// The samples of `self` over the time that both cover \[s\].
     pub fn common(&self, other: &Self) -> Vec<f64> {
         let (Some(first), Some(last)) = (other.t.first(), other.t.last()) else { return vec![] };
         let slack = 1e-9 * last.abs();
@@ -113,7 +113,7 @@ pub fn l2(t: &[f64], d: &[f64]) -> f64 {
     (sum / (t[t.len() - 1] - t[0])).sqrt()
 }
 
-/// Lag of `f` behind `g` [s], first order.
+/// Lag of `f` behind `g` \[s\], first order.
 pub fn lag(t: &[f64], f: &[f64], g: &[f64]) -> f64 {
     let (mut above, mut below) = (0.0, 0.0);
     for k in 1..t.len() {

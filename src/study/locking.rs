@@ -5,7 +5,7 @@ use super::record::{CaseRecord, StoredCase};
 /// What to do about the alarm.
 pub const REMEDY: &str = "take formulation = \"mixed\", or show by a finer mesh that the answer stays";
 
-/// Pressure scatter [–] of a case that raises the alarm.
+/// Pressure scatter \[–\] of a case that raises the alarm.
 pub fn alarm(c: &CaseRecord) -> Option<f64> {
     c.locking.filter(|l| l.alarm).map(|l| l.pressure_scatter)
 }

@@ -23,7 +23,7 @@ pub struct Analysis {
     pub tolerance: f64,
     /// The member that the others are compared with
     pub reference: String,
-    /// [variants × quantities] those that the protocol imposes apart
+    /// \[variants × quantities\] those that the protocol imposes apart
     pub quantities: Vec<QuantityAnalysis>,
     pub prices: Vec<Price>,
     /// (id, what is wrong)
@@ -52,19 +52,19 @@ pub struct Comparison {
     pub member: String,
     pub case: String,
     pub peak: f64,
-    /// (f̂ − ĝ)/|ĝ| [–]
+    /// (f̂ − ĝ)/|ĝ| \[–\]
     pub peak_difference: f64,
-    /// Change of the difference on the finer mesh [–]
+    /// Change of the difference on the finer mesh \[–\]
     pub mesh_drift: Option<f64>,
-    /// ‖f − g‖₂/‖g‖₂ [–]
+    /// ‖f − g‖₂/‖g‖₂ \[–\]
     pub distance: f64,
-    /// ‖f − g‖∞/|ĝ| [–]
+    /// ‖f − g‖∞/|ĝ| \[–\]
     pub largest: f64,
-    /// Behind the reference [s]
+    /// Behind the reference \[s\]
     pub lag_s: f64,
     /// ∮ f dx over the last cycle, unit of f times unit of x
     pub loop_area: Option<f64>,
-    /// Of the box around the cycle [–]
+    /// Of the box around the cycle \[–\]
     pub loop_share: Option<f64>,
 }
 
@@ -76,7 +76,7 @@ pub struct Price {
     pub cells: usize,
     pub dofs: usize,
     pub cpu_s: f64,
-    /// Over the CPU time of the reference [–]
+    /// Over the CPU time of the reference \[–\]
     pub ratio: f64,
     pub steps: usize,
     pub newton_iterations: usize,

@@ -22,9 +22,9 @@ pub struct Distance {
     /// The common range of `over`, in its unit
     pub from: f64,
     pub to: f64,
-    /// ‖d‖₂/‖m‖₂ [–]
+    /// ‖d‖₂/‖m‖₂ \[–\]
     pub l2: f64,
-    /// max |d|/max |m| [–]
+    /// max |d|/max |m| \[–\]
     pub largest: f64,
 }
 
@@ -32,7 +32,7 @@ pub struct Distance {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Overlay {
     pub measured: Measured,
-    /// [rows]
+    /// \[rows\]
     pub x: Vec<f64>,
     pub y: Vec<f64>,
     pub distance: Option<Distance>,

@@ -46,21 +46,21 @@ pub struct Rung {
     pub dofs: usize,
     pub steps: usize,
     pub newton_iterations: usize,
-    /// T/n [s]
+    /// T/n \[s\]
     pub step_s: f64,
-    /// T/n less that of the rung below [s]
+    /// T/n less that of the rung below \[s\]
     pub added_s: Option<f64>,
-    /// Per effect and constraint: name and time in its evaluations, of a step [s]
+    /// Per effect and constraint: name and time in its evaluations, of a step \[s\]
     pub evaluation_s: Vec<(String, f64)>,
-    /// Of a step [s]: factorisations, solutions with the factor
+    /// Of a step \[s\]: factorisations, solutions with the factor
     pub factorisation_s: f64,
     pub solve_s: f64,
-    /// Per quantity: column, peak, and its change from the rung below [–]
+    /// Per quantity: column, peak, and its change from the rung below \[–\]
     pub quantities: Vec<(String, f64, Option<f64>)>,
 }
 
 impl Rung {
-    /// Time in the evaluations of what this rung adds, of a step [s].
+    /// Time in the evaluations of what this rung adds, of a step \[s\].
     pub fn new_evaluation_s(&self) -> f64 {
         self.evaluation_s.iter().filter(|(name, _)| self.new.contains(name)).map(|e| e.1).sum()
     }

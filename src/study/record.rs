@@ -31,7 +31,7 @@ pub struct CaseRecord {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub law: Option<LawRecord>,
     pub integrator: String,
-    /// Largest time step [s]
+    /// Largest time step \[s\]
     pub dt_s: f64,
     /// `Converged`, `StepTooSmall`, …
     pub status: String,
@@ -41,9 +41,9 @@ pub struct CaseRecord {
     /// What the solver had to do, and where it stopped
     #[serde(default)]
     pub solver: SolverRecord,
-    /// Wall time of the solution, mesh and report apart [s]
+    /// Wall time of the solution, mesh and report apart \[s\]
     pub wall_s: f64,
-    /// CPU time of the thread that solved it [s]
+    /// CPU time of the thread that solved it \[s\]
     pub cpu_s: f64,
     /// Another case ran at the same time: `wall_s` is then no price
     pub shared: bool,
@@ -101,9 +101,9 @@ impl CaseRecord {
 pub struct MeshRecord {
     pub cells: usize,
     pub nodes: usize,
-    /// (V/N)^{1/3} [m]
+    /// (V/N)^{1/3} \[m\]
     pub h_m: f64,
-    /// Smallest radius ratio 3 r_in/r_circ of a cell [–]
+    /// Smallest radius ratio 3 r_in/r_circ of a cell \[–\]
     pub min_quality: f64,
     pub mean_quality: f64,
     pub volume_m3: f64,
@@ -114,7 +114,7 @@ pub struct MeshRecord {
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
 pub struct LawRecord {
     pub name: String,
-    /// Parameter name → value [SI]
+    /// Parameter name → value \[SI\]
     pub parameters: BTreeMap<String, f64>,
     /// What was chosen besides: volumetric part, convention
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
@@ -134,7 +134,7 @@ impl LawRecord {
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
 pub struct EffectRecord {
     pub name: String,
-    /// Time of its evaluations [s]
+    /// Time of its evaluations \[s\]
     pub wall_s: f64,
 }
 
@@ -152,7 +152,7 @@ impl From<&CableEvent> for CableEventRecord {
     }
 }
 
-/// Where the time went [s].
+/// Where the time went \[s\].
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Default)]
 pub struct PhaseRecord {
     pub assembly_s: f64,
@@ -167,9 +167,9 @@ pub struct PhaseRecord {
 /// Of the elastic effect whose pressures scatter most, one with an alarm first; definitions in `docs/theory/elements.md`.
 #[derive(Serialize, Deserialize, Clone, Copy, Debug, PartialEq)]
 pub struct LockingRecord {
-    /// ‖p − p*‖/‖dev τ‖ [–]
+    /// ‖p − p*‖/‖dev τ‖ \[–\]
     pub pressure_scatter: f64,
-    /// Volumetric share of the energy [–]
+    /// Volumetric share of the energy \[–\]
     pub volumetric_share: f64,
     /// The formulation is in displacements alone, the law nearly incompressible, and the scatter above its threshold
     pub alarm: bool,
@@ -204,7 +204,7 @@ pub struct StudyRecord {
     pub question: String,
     /// What was expected before the run
     pub expectation: String,
-    /// Largest error bar that is accepted, as a fraction of the value [–]
+    /// Largest error bar that is accepted, as a fraction of the value \[–\]
     pub tolerance: f64,
     /// Variant → the quantities judged there; an imposed quantity is not listed
     pub quantities: BTreeMap<String, Vec<Quantity>>,
@@ -384,8 +384,8 @@ pub struct StoredCase {
 /// `cases/<id>.csv`: the columns over `t_s`.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Series {
-    /// [samples] time [s]
+    /// \[samples\] time \[s\]
     pub t_s: Vec<f64>,
-    /// Column name → [samples], unit in the name
+    /// Column name → \[samples\], unit in the name
     pub columns: BTreeMap<String, Vec<f64>>,
 }

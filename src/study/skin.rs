@@ -7,17 +7,17 @@ use std::io::Write;
 /// Numbers are kept to five digits of the largest one, far below the resolution of print.
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
 pub struct Skin {
-    /// [nodes] reference positions [m]
+    /// \[nodes\] reference positions \[m\]
     pub points: Vec<[f64; 3]>,
-    /// [triangles] corner nodes, outward
+    /// \[triangles\] corner nodes, outward
     pub triangles: Vec<[u32; 3]>,
-    /// Time of the state below [s]
+    /// Time of the state below \[s\]
     pub t_s: f64,
-    /// [nodes] displacement [m]
+    /// \[nodes\] displacement \[m\]
     pub displacement: Vec<[f64; 3]>,
-    /// [nodes] largest principal stretch, volume-weighted mean over the cells at the node [–]
+    /// \[nodes\] largest principal stretch, volume-weighted mean over the cells at the node \[–\]
     pub stretch: Vec<f64>,
-    /// Polyline of each cable at that time [m], pull point first
+    /// Polyline of each cable at that time \[m\], pull point first
     pub cables: Vec<Vec<[f64; 3]>>,
     /// Rigid bodies and obstacles at that time
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -27,9 +27,9 @@ pub struct Skin {
 /// A rigid body or an obstacle.
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
 pub struct Rigid {
-    /// [vertices] where they are [m]
+    /// \[vertices\] where they are \[m\]
     pub points: Vec<[f64; 3]>,
-    /// [triangles] corners, outward
+    /// \[triangles\] corners, outward
     pub triangles: Vec<[u32; 3]>,
 }
 

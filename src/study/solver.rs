@@ -84,7 +84,7 @@ pub struct TurningRecord {
 
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
 pub struct StopRecord {
-    /// Time of the last good state [s]
+    /// Time of the last good state \[s\]
     pub t_s: f64,
     pub fact: String,
     pub remedy: String,
@@ -96,7 +96,7 @@ pub struct StopRecord {
     /// Index in the mesh
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub node: Option<u32>,
-    /// Where cell or node is at rest [m]
+    /// Where cell or node is at rest \[m\]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub place_m: Option<[f64; 3]>,
     /// The largest loads that the path carries, by name with the unit

@@ -15,7 +15,7 @@ use super::record::{AxisRecord, Quantity, StoredCase, StudyRecord};
 use super::words::{capital, digits, percent, space};
 use serde::Serialize;
 
-/// Steps below this are none [of the largest |y|].
+/// Steps below this are none \[of the largest |y|\].
 const STEP: f64 = 1e-6;
 
 /// Everything that is said about a sweep.
@@ -25,7 +25,7 @@ pub struct Analysis {
     pub axes: Vec<AxisRecord>,
     /// The axes go together: one line of points
     pub list: bool,
-    /// [variants × quantities]
+    /// \[variants × quantities\]
     pub quantities: Vec<QuantityAnalysis>,
     /// (id, what is wrong)
     pub incomplete: Vec<(String, String)>,
@@ -61,9 +61,9 @@ pub struct Point {
 pub struct Along {
     pub axis: String,
     pub trend: Trend,
-    /// Largest (max − min)/max |y| over the lines along this axis [–]
+    /// Largest (max − min)/max |y| over the lines along this axis \[–\]
     pub change: f64,
-    /// Smallest and largest between neighbours, and from end to end of the middle line [–]
+    /// Smallest and largest between neighbours, and from end to end of the middle line \[–\]
     pub elasticity: Option<[f64; 3]>,
 }
 

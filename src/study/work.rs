@@ -20,7 +20,7 @@ pub struct WorkRecord {
     pub factor_flops: f64,
     /// Stored entries of the tangent, one triangle
     pub matrix_nnz: usize,
-    /// Largest resident set of the process while the case ran [bytes]; none where it ran beside another, or where the system
+    /// Largest resident set of the process while the case ran \[bytes\]; none where it ran beside another, or where the system
     /// does not tell
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub memory_bytes: Option<u64>,
@@ -83,7 +83,7 @@ pub(super) fn watch_memory() -> Option<()> {
     std::fs::write("/proc/self/clear_refs", "5").ok()
 }
 
-/// The largest resident set since [`watch_memory`] [bytes].
+/// The largest resident set since [`watch_memory`] \[bytes\].
 pub(super) fn largest_memory() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;

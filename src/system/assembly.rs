@@ -57,29 +57,29 @@ pub struct System {
 /// Sums at one state.
 #[derive(Clone, Debug)]
 pub struct Assembled {
-    /// [unknowns] r(x) + λ ∂c/∂x [N]; at a prescribed dof it is the reaction
+    /// \[unknowns\] r(x) + λ ∂c/∂x \[N\]; at a prescribed dof it is the reaction
     pub r: Vec<f64>,
-    /// Values of K in `pattern` [N/m]
+    /// Values of K in `pattern` \[N/m\]
     pub k: Vec<f64>,
     /// That of the system, with room for parts that met
     pub pattern: Arc<Pattern>,
     /// Where the entries of the system's pattern are in a wider one; empty where there is none
     pub(crate) moved: Vec<u32>,
-    /// What the tangent has beside K, on the equations [N/m]; empty where no effect declares any
+    /// What the tangent has beside K, on the equations \[N/m\]; empty where no effect declares any
     pub skew: SkewMatrix,
-    /// [equations] Σ K_e d of the prescribed increment d, if one was given [N]
+    /// \[equations\] Σ K_e d of the prescribed increment d, if one was given \[N\]
     pub lift: Vec<f64>,
     /// Per constraint: g = target + compliance λ − c
     pub g: Vec<f64>,
     /// Per constraint: ∂c/∂x · d of the prescribed increment d, if one was given
     pub carried: Vec<f64>,
-    /// Per constraint: [equations] ∂c/∂x on the free dofs
+    /// Per constraint: \[equations\] ∂c/∂x on the free dofs
     pub gradient: Vec<Vec<f64>>,
-    /// Largest effect's Σ_e ‖r_e‖ [N]: the yardstick of convergence
+    /// Largest effect's Σ_e ‖r_e‖ \[N\]: the yardstick of convergence
     pub scale: f64,
-    /// Per effect: its energy [J]
+    /// Per effect: its energy \[J\]
     pub energy: Vec<f64>,
-    /// Per effect: what the step dissipates [J], beside the energy of a dissipative one
+    /// Per effect: what the step dissipates \[J\], beside the energy of a dissipative one
     pub dissipated: Vec<f64>,
     /// Wanted: tangents of effects without the negative eigenvalues of their blocks
     pub projected: bool,
@@ -205,7 +205,7 @@ impl System {
         }
     }
 
-    /// Sums residual and, if wanted, tangent. `increment` [unknowns] is a prescribed change whose forces go into `lift`.
+    /// Sums residual and, if wanted, tangent. `increment` \[unknowns\] is a prescribed change whose forces go into `lift`.
     pub fn assemble(
         &self,
         at: &At,
@@ -327,7 +327,7 @@ impl System {
         Ok(())
     }
 
-    /// Residual on the free dofs, [equations].
+    /// Residual on the free dofs, \[equations\].
     pub fn restrict(&self, full: &[f64]) -> Vec<f64> {
         self.dofs.free.iter().map(|&dof| full[dof as usize]).collect()
     }

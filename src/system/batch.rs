@@ -3,13 +3,13 @@
 use super::{At, EvalError, Want};
 use crate::math::lanes::Lanes;
 
-/// Buffers of [`LANES`] blocks of one size side by side, zeroed before each evaluation.
+/// Buffers of [`LANES`](crate::math::lanes::LANES) blocks of one size side by side, zeroed before each evaluation.
 pub struct Batch {
-    /// Π_e [J]
+    /// Π_e \[J\]
     pub energy: Lanes,
-    /// [n] r_e [N]
+    /// \[n\] r_e \[N\]
     pub r: Vec<Lanes>,
-    /// [n × n] K_e row by row; only entries with column ≤ row are read [N/m]
+    /// \[n × n\] K_e row by row; only entries with column ≤ row are read \[N/m\]
     pub k: Vec<Lanes>,
 }
 
@@ -27,8 +27,9 @@ impl Batch {
     }
 }
 
-/// An effect that evaluates [`LANES`] blocks at once: what [`Effect::eval`] gives for each, to rounding.
+/// An effect that evaluates [`LANES`](crate::math::lanes::LANES) blocks at once: what [`Effect::eval`](super::traits::Effect::eval) gives
+/// for each, to rounding.
 pub trait Batched {
-    /// Of the blocks `first` to `first` + [`LANES`] − 1, `first` being a multiple of [`LANES`].
+    /// Of the blocks `first` to `first` + [`LANES`](crate::math::lanes::LANES) − 1, `first` being a multiple of it.
     fn eval(&self, at: &At, first: usize, want: Want, out: &mut Batch) -> Result<(), EvalError>;
 }

@@ -11,18 +11,18 @@ pub struct ContactPoint {
     pub nodes: Vec<u32>,
     /// s: the distance changes by Σ_k s_k m·dz_k
     pub shares: Vec<f64>,
-    /// d [m]
+    /// d \[m\]
     pub gap: f64,
     /// m = ∂d/∂x
     pub normal: Vec3,
-    /// N that it has at this state [N]
+    /// N that it has at this state \[N\]
     pub force: f64,
-    /// μ [–] and ε [m], where there is friction
+    /// μ \[–\] and ε \[m\], where there is friction
     pub friction: Option<(f64, f64)>,
 }
 
 impl ContactPoint {
-    /// Σ_k s_k z_k of displacements [m].
+    /// Σ_k s_k z_k of displacements \[m\].
     pub fn motion(&self, z: &[f64]) -> Vec3 {
         let of_node = |n: u32| Vec3::from_column_slice(&z[3 * n as usize..][..3]);
         self.nodes.iter().zip(&self.shares).map(|(&n, s)| of_node(n) * *s).sum()
@@ -35,9 +35,9 @@ pub trait ContactPoints {
     fn count(&self) -> usize;
     /// Has any of them friction?
     fn slides(&self) -> bool;
-    /// All of them at displacement x, those that are far too, for a step of `dt` [s], which is infinite in statics
+    /// All of them at displacement x, those that are far too, for a step of `dt` \[s\], which is infinite in statics
     fn touches(&self, x: &[f64], dt: f64) -> Vec<ContactPoint>;
-    /// Makes x a state in which its points are pressed with these forces [N]
+    /// Makes x a state in which its points are pressed with these forces \[N\]
     fn press(&self, x: &mut [f64], forces: &[f64]);
 }
 
@@ -51,7 +51,7 @@ impl System {
         self.touching().flat_map(|effect| effect.touches(x, dt)).collect()
     }
 
-    /// Presses these points, in their order, with forces N [N].
+    /// Presses these points, in their order, with forces N \[N\].
     pub fn press(&self, x: &mut [f64], mut forces: &[f64]) {
         for effect in self.touching() {
             let (own, rest) = forces.split_at(effect.count());

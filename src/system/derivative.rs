@@ -35,7 +35,7 @@ pub struct Term {
 }
 
 impl System {
-    /// Adds the change of the residual along the past of `direction` and by θ, at fixed x, to `r` [unknowns].
+    /// Adds the change of the residual along the past of `direction` and by θ, at fixed x, to `r` \[unknowns\].
     pub fn add_change(&self, at: &At, direction: &Direction, terms: &[Term], r: &mut [f64]) -> Result<(), EvalError> {
         let largest = terms.iter().map(|t| t.effect.blocks().largest()).fold(self.largest(), usize::max);
         let mut local = Local::new(largest);
@@ -92,7 +92,7 @@ impl System {
         (at, Direction { history: &direction.history[self.histories(e)], ..*direction })
     }
 
-    /// Adds (K + A) dx + Σ h dλ at the prescribed dofs, for each (dx, dλ), to its `r` [unknowns]: the change of the reactions.
+    /// Adds (K + A) dx + Σ h dλ at the prescribed dofs, for each (dx, dλ), to its `r` \[unknowns\]: the change of the reactions.
     /// Only blocks with a prescribed dof are evaluated.
     pub fn add_reactions(
         &self,

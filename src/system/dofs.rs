@@ -11,7 +11,7 @@ use crate::math::sparse::SymPattern;
 pub struct Prescribed {
     /// 3·node + component
     pub dof: u32,
-    /// [m]
+    /// \[m\]
     pub signal: Signal,
 }
 
@@ -21,9 +21,9 @@ const LAST: usize = 8;
 /// Numbering of the free unknowns. Prescribed ones are eliminated: the reaction is the residual there.
 #[derive(Clone, Debug)]
 pub struct Dofs {
-    /// [3 × nodes + scalars] equation of a dof, [`Dofs::FIXED`] where it is prescribed
+    /// \[3 × nodes + scalars\] equation of a dof, [`Dofs::FIXED`] where it is prescribed
     pub equation: Vec<u32>,
-    /// [equations] dof of an equation
+    /// \[equations\] dof of an equation
     pub free: Vec<u32>,
     /// Dofs below this are displacements
     pub displacements: u32,

@@ -8,13 +8,13 @@ use std::fmt;
 pub enum EvalError {
     /// det F ≤ 0 at a quadrature point of a law that needs J > 0
     Inverted { effect: String, cell: usize, j: f64 },
-    /// Stretched to where the law ends (fully stretched chains): Ī₁ − 3 = i ≥ limit [–]
+    /// Stretched to where the law ends (fully stretched chains): Ī₁ − 3 = i ≥ limit \[–\]
     Locked { effect: String, cell: usize, i: f64, limit: f64 },
     /// Two consecutive guides coincide: the direction of the cable is undefined
     Degenerate { effect: String, segment: usize },
     /// The two nodes of an edge coincide: its direction is undefined
     Coincident { effect: String, nodes: [u32; 2] },
-    /// A point of the surface is on the wrong side of an obstacle [m]
+    /// A point of the surface is on the wrong side of an obstacle \[m\]
     Crossed { effect: String, node: u32, gap: f64 },
 }
 

@@ -14,7 +14,7 @@ use std::sync::Arc;
 pub struct Means {
     /// Per mean: (node, weight); none for a place that does not move
     lists: Vec<Vec<(u32, f64)>>,
-    /// [means × means] Σ_i w_ki w_li
+    /// \[means × means\] Σ_i w_ki w_li
     overlap: Vec<f64>,
 }
 
@@ -35,18 +35,18 @@ impl Means {
         Self { lists: summed.into_iter().map(|sum| sum.into_iter().collect()).collect(), overlap }
     }
 
-    /// w_k of u [unknowns].
+    /// w_k of u \[unknowns\].
     pub fn one(&self, u: &[f64], k: usize) -> Vec3 {
         let of = |&(node, w): &(u32, f64)| w * Vec3::from_column_slice(&u[3 * node as usize..][..3]);
         self.lists[k].iter().map(of).sum()
     }
 
-    /// [3 × means] of u [unknowns].
+    /// \[3 × means\] of u \[unknowns\].
     pub fn of(&self, u: &[f64]) -> Vec<f64> {
         (0..self.lists.len()).flat_map(|k| <[f64; 3]>::from(self.one(u, k))).collect()
     }
 
-    /// B r_w of r_w [3 × means], dof by dof; a dof comes once for every mean that it is in.
+    /// B r_w of r_w \[3 × means\], dof by dof; a dof comes once for every mean that it is in.
     pub fn spread(&self, of_means: &[f64], mut each: impl FnMut(u32, f64)) {
         for (list, r) in self.lists.iter().zip(of_means.chunks_exact(3)) {
             for &(node, w) in list {
@@ -140,7 +140,7 @@ struct Sums {
     energy: f64,
     /// Σ_e ‖B r_e‖
     forces: f64,
-    /// [3 × means] r_w
+    /// \[3 × means\] r_w
     r: Vec<f64>,
 }
 

@@ -43,7 +43,7 @@ impl Cone {
     }
 }
 
-/// All rows at one state; [constraints] each.
+/// All rows at one state; \[constraints\] each.
 #[derive(Clone, Copy)]
 pub struct Rows<'a> {
     pub now: Clock<'a>,
@@ -52,7 +52,7 @@ pub struct Rows<'a> {
     pub lambda: &'a [f64],
     /// g at the start of the step
     pub old: &'a [f64],
-    /// Largest effect's Σ_e ‖r_e‖ [N], the yardstick of forces
+    /// Largest effect's Σ_e ‖r_e‖ \[N\], the yardstick of forces
     pub force: f64,
 }
 

@@ -6,7 +6,7 @@ use super::{Assembled, At, Blocks, Dofs, Local, System};
 pub trait Skew: Send + Sync {
     /// Beside those of the effect: unknowns that A is zero on need not be there.
     fn blocks(&self) -> &Blocks;
-    /// A_e of block `b` in `out.k` [n × n] row by row; only entries with column < row are read.
+    /// A_e of block `b` in `out.k` \[n × n\] row by row; only entries with column < row are read.
     fn eval(&self, at: &At, b: usize, out: &mut Local);
 }
 

@@ -10,17 +10,17 @@ use std::sync::Arc;
 #[derive(Clone, Debug, PartialEq)]
 pub struct State {
     pub t: f64,
-    /// [3 × nodes + scalars] displacement [m], then the second field (pressures, in units that make them lengths)
+    /// \[3 × nodes + scalars\] displacement \[m\], then the second field (pressures, in units that make them lengths)
     pub x: Vec<f64>,
-    /// [3 × nodes] velocity [m/s]
+    /// \[3 × nodes\] velocity \[m/s\]
     pub v: Vec<f64>,
-    /// [3 × nodes] acceleration [m/s²]
+    /// \[3 × nodes\] acceleration \[m/s²\]
     pub a: Vec<f64>,
-    /// [constraints] multipliers, in the unit that pairs with g (cable: tension [N])
+    /// \[constraints\] multipliers, in the unit that pairs with g (cable: tension \[N\])
     pub lambda: Vec<f64>,
     /// What the integrator remembers besides (BDF2: last x and v; generalised-α: algorithmic acceleration)
     pub memory: Vec<f64>,
-    /// Last accepted step [s], 0 at the start
+    /// Last accepted step \[s\], 0 at the start
     pub dt: f64,
     /// What the effects remember, effect by effect and block by block; zero at rest, empty if none remembers
     pub history: Vec<f64>,
@@ -51,7 +51,7 @@ impl State {
     }
 }
 
-/// Slopes of the integrator: ∂v/∂x = cv·I [1/s], ∂a/∂x = ca·I [1/s²]; both 0 in statics.
+/// Slopes of the integrator: ∂v/∂x = cv·I \[1/s\], ∂a/∂x = ca·I \[1/s²\]; both 0 in statics.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Rates {
     pub cv: f64,
@@ -70,7 +70,7 @@ impl Rates {
 #[derive(Clone, Copy)]
 pub struct At<'a> {
     pub t: f64,
-    /// Length of the step [s], infinite in statics: rates vanish
+    /// Length of the step \[s\], infinite in statics: rates vanish
     pub dt: f64,
     pub x: &'a [f64],
     pub v: &'a [f64],
@@ -165,13 +165,13 @@ impl Blocks {
 
 /// Buffers of one block, zeroed before each evaluation.
 pub struct Local {
-    /// Π_e [J], or the share of g
+    /// Π_e \[J\], or the share of g
     pub energy: f64,
-    /// What the step dissipates [J], of a [`Role::Relaxing`]
+    /// What the step dissipates \[J\], of a [`Role::Relaxing`]
     pub dissipated: f64,
-    /// [n] r_e = ∂Π_e/∂x_e [N]
+    /// \[n\] r_e = ∂Π_e/∂x_e \[N\]
     pub r: Vec<f64>,
-    /// [n × n] row by row; only entries with column ≤ row are read. K_e = ∂r/∂x + cv ∂r/∂v + ca ∂r/∂a [N/m]
+    /// \[n × n\] row by row; only entries with column ≤ row are read. K_e = ∂r/∂x + cv ∂r/∂v + ca ∂r/∂a \[N/m\]
     pub k: Vec<f64>,
 }
 
@@ -206,7 +206,7 @@ pub struct Limit {
     pub share: f64,
     /// Node that stops it
     pub node: u32,
-    /// How far that node is from what it must not pass [m]
+    /// How far that node is from what it must not pass \[m\]
     pub gap: f64,
 }
 
@@ -233,7 +233,7 @@ pub trait Effect: Send + Sync {
     fn history(&self) -> usize {
         0
     }
-    /// The history of block `b` at the end of the accepted step `at`. `new` [history] comes with the one at its start.
+    /// The history of block `b` at the end of the accepted step `at`. `new` \[history\] comes with the one at its start.
     fn advance(&self, _at: &At, _b: usize, _new: &mut [f64]) -> Result<(), EvalError> {
         Ok(())
     }
@@ -361,7 +361,7 @@ pub trait Constraint: Send + Sync {
     /// Unit of g: a length or volume to which |g| is compared
     fn scale(&self) -> f64;
     fn target(&self, now: Clock) -> f64;
-    /// ∂g/∂λ ≥ 0: of a cable, how much longer a newton makes it [m/N]. It stores ½ compliance λ² [J].
+    /// ∂g/∂λ ≥ 0: of a cable, how much longer a newton makes it \[m/N\]. It stores ½ compliance λ² \[J\].
     fn compliance(&self) -> f64 {
         0.0
     }
@@ -376,7 +376,7 @@ pub trait Constraint: Send + Sync {
     fn pieces(&self, _c: usize, _rows: &Rows) -> Vec<Piece> {
         Vec::new()
     }
-    /// What row `c` dissipates [J] between two states, `[past, now]` of g and λ of all rows, by the trapezoidal rule.
+    /// What row `c` dissipates \[J\] between two states, `[past, now]` of g and λ of all rows, by the trapezoidal rule.
     fn dissipated(&self, _c: usize, _g: [&[f64]; 2], _lambda: [&[f64]; 2]) -> f64 {
         0.0
     }

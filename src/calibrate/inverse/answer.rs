@@ -11,18 +11,18 @@ pub struct Calibration {
     /// Recorded column
     pub y: String,
     pub constants: Vec<Found>,
-    /// [constants × constants] of the errors as if rows were independent [SI]; none where a direction is not seen
+    /// \[constants × constants\] of the errors as if rows were independent \[SI\]; none where a direction is not seen
     pub covariance: Option<Vec<Vec<f64>>>,
     /// Directions that the curve says nothing about, or hardly anything, in words
     pub unidentified: Vec<String>,
-    /// Block of neighbouring rows that the bootstrap drew [rows]
+    /// Block of neighbouring rows that the bootstrap drew \[rows\]
     pub block: usize,
     pub measured: Measured,
-    /// [rows] the scene at the constants found
+    /// \[rows\] the scene at the constants found
     pub predicted: Vec<f64>,
     /// The scene at the steps of its protocol: x and y
     pub curve: Vec<[f64; 2]>,
-    /// √(Σr²/Σy²) [–]
+    /// √(Σr²/Σy²) \[–\]
     pub rms_relative: f64,
     /// √(Σr²/n), unit of y
     pub rms: f64,
@@ -30,7 +30,7 @@ pub struct Calibration {
     pub runs_p: Option<f64>,
     /// What a fit with a gauge length gives, where there is one
     pub gauge: Option<Gauge>,
-    /// Largest principal stretch in the body at the end, volume percentiles 50, 95 and the largest [–]
+    /// Largest principal stretch in the body at the end, volume percentiles 50, 95 and the largest \[–\]
     pub stretch: [f64; 3],
     pub stability: Vec<Stable>,
     /// Forward solves of the search, failed ones among them, and of the profiles
@@ -39,10 +39,10 @@ pub struct Calibration {
     pub failed: usize,
     /// The search came to its end
     pub settled: bool,
-    /// Mean wall time of a forward solve, and of the derivatives beside it [s]
+    /// Mean wall time of a forward solve, and of the derivatives beside it \[s\]
     pub forward_s: f64,
     pub gradient_s: f64,
-    /// Wall time of all [s]
+    /// Wall time of all \[s\]
     pub wall_s: f64,
 }
 
@@ -76,7 +76,7 @@ pub struct Gauge {
     pub rms_relative: f64,
 }
 
-/// Range of a mode in which the law is stable (Drucker); amounts are λ, in simple shear γ [–].
+/// Range of a mode in which the law is stable (Drucker); amounts are λ, in simple shear γ \[–\].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Stable {
     pub law: String,

@@ -29,14 +29,14 @@ use nalgebra::{DMatrix, DVector};
 use search::{Weights, search};
 use std::time::Instant;
 
-/// What a forward solve may leave of a change that is none: Newton's method stops at 1e-8 [–]
+/// What a forward solve may leave of a change that is none: Newton's method stops at 1e-8 \[–\]
 const ROUNDING: f64 = 1e-7;
 
 /// What is asked for beside scene and curve.
 #[derive(Clone, Debug)]
 pub struct Settings {
     pub weighting: Weighting,
-    /// Length and section of a homogeneous piece [m, m²]: where the search starts, and what it corrects
+    /// Length and section of a homogeneous piece \[m, m²\]: where the search starts, and what it corrects
     pub gauge: Option<[f64; 2]>,
     /// Intervals by profile likelihood too, for some forward solves more
     pub profile: bool,

@@ -33,21 +33,21 @@ pub struct SceneModel {
 pub struct Unknown {
     pub constant: Constant,
     pub parameter: Parameter,
-    /// Value in the scene file [SI]
+    /// Value in the scene file \[SI\]
     pub start: f64,
 }
 
 /// What the model says at some constants.
 pub struct Answer {
-    /// [measured rows]
+    /// \[measured rows\]
     pub y: Vec<f64>,
-    /// [measured rows × constants]
+    /// \[measured rows × constants\]
     pub sensitivities: DMatrix<f64>,
     /// x and y at the steps of the protocol
     pub curve: Vec<[f64; 2]>,
     pub run: Run,
     pub scene: Scene,
-    /// Wall time of the run, and of the derivatives beside it [s]
+    /// Wall time of the run, and of the derivatives beside it \[s\]
     pub forward: f64,
     pub gradient: f64,
 }
@@ -83,7 +83,7 @@ impl SceneModel {
         constants.iter().map(one).collect()
     }
 
-    /// The scene with these constants [SI].
+    /// The scene with these constants \[SI\].
     pub fn scene(&self, values: &[f64]) -> Result<Scene, Failure> {
         let mut spec = self.spec.clone();
         for (u, value) in self.unknown.iter().zip(values) {
@@ -96,7 +96,7 @@ impl SceneModel {
         Scene::build(&self.file, spec, self.text.clone(), self.body.clone()).map_err(|e| Failure::Input(e.into()))
     }
 
-    /// Runs the scene with these constants [SI]; `watch` is called after each step, false stops.
+    /// Runs the scene with these constants \[SI\]; `watch` is called after each step, false stops.
     pub fn answer(
         &self,
         values: &[f64],

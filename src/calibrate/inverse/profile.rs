@@ -10,7 +10,7 @@ use crate::calibrate::statistics;
 use crate::scene::Progress;
 use nalgebra::{DMatrix, DVector};
 
-/// Part of the limit at which an end is found [–]
+/// Part of the limit at which an end is found \[–\]
 const CLOSE: f64 = 0.02;
 const POINTS: usize = 5;
 
@@ -23,7 +23,7 @@ pub struct Best<'a> {
     pub residual: &'a DVector<f64>,
 }
 
-/// Lower and upper end [SI]; `None` where a forward solve fails or none is found.
+/// Lower and upper end \[SI\]; `None` where a forward solve fails or none is found.
 type Ends = [Option<f64>; 2];
 
 /// Both ends per constant and the forward solves they took.

@@ -44,13 +44,13 @@ pub struct Found {
     pub settled: bool,
 }
 
-/// Wants [rows] and the scale ‖wy‖ of the objective.
+/// Wants \[rows\] and the scale ‖wy‖ of the objective.
 pub struct Weights {
     pub w: Vec<f64>,
     pub size: f64,
 }
 
-/// Searches from `start` [SI]. The error is the one of the start itself.
+/// Searches from `start` \[SI\]. The error is the one of the start itself.
 pub fn search(
     model: &SceneModel,
     measured: &Measured,

@@ -45,7 +45,7 @@ pub enum Form {
 /// A term w(λ; θ) with factor c ≥ 0, its shape constant θ searched as a number x without bounds.
 #[derive(Debug)]
 pub struct Family {
-    /// τ/c [–]; not a number where the term is not defined
+    /// τ/c \[–\]; not a number where the term is not defined
     pub tau: fn(f64, [f64; 3]) -> [f64; 3],
     /// ∂τ/∂θ
     pub tau_by_shape: fn(f64, [f64; 3]) -> [f64; 3],
@@ -116,12 +116,12 @@ impl Model {
         }
     }
 
-    /// Nominal stress P [Pa] with these constants [SI] at λ [–]; of a biaxial test both stretches count: [`Model::at`].
+    /// Nominal stress P \[Pa\] with these constants \[SI\] at λ \[–\]; of a biaxial test both stretches count: [`Model::at`].
     pub fn stress(&self, values: &[f64], mode: Mode, stretch: f64) -> f64 {
         self.nominal(values, mode, mode.stretches(stretch, 1.0))
     }
 
-    /// P [Pa] where a sample was taken.
+    /// P \[Pa\] where a sample was taken.
     pub fn at(&self, values: &[f64], sample: &Sample) -> f64 {
         self.nominal(values, sample.mode, sample.stretches())
     }
@@ -161,7 +161,7 @@ impl Model {
         }
     }
 
-    /// The compressible law of scenes with these constants [SI] and κ [Pa].
+    /// The compressible law of scenes with these constants \[SI\] and κ \[Pa\].
     pub fn law(&self, values: &[f64], kappa: f64) -> Result<Box<dyn Law>, LawSpecError> {
         let entry = registry::find(self.law.name)?;
         let named = self.parameters().iter().map(|p| p.name.to_string()).zip(values.iter().copied());

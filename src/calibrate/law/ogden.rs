@@ -34,7 +34,7 @@ fn power(alpha: f64, x: f64) -> f64 {
     if alpha == 0.0 { e } else { (alpha * e).exp_m1() / alpha }
 }
 
-/// ∂/∂α of it: [αe λ^α − (λ^α − 1)]/α², by its series where the difference cancels
+/// ∂/∂α of it: \[αe λ^α − (λ^α − 1)\]/α², by its series where the difference cancels
 fn power_by_alpha(alpha: f64, x: f64) -> f64 {
     let e = x.ln();
     let y = alpha * e;

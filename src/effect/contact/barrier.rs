@@ -13,9 +13,9 @@ use crate::system::Limit;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Barrier {
-    /// d̂ [m]
+    /// d̂ \[m\]
     pub distance: f64,
-    /// κ [Pa/m]; the pressure at d̂/2 is 1.19 κ d̂
+    /// κ \[Pa/m\]; the pressure at d̂/2 is 1.19 κ d̂
     pub stiffness: f64,
 }
 

@@ -17,16 +17,16 @@ use std::sync::Arc;
 /// The law, with the smooth start of sliding.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coulomb {
-    /// μ [–]
+    /// μ \[–\]
     pub coefficient: f64,
-    /// Of a point that sticks, at most [m/s]
+    /// Of a point that sticks, at most \[m/s\]
     pub stick_velocity: f64,
-    /// The same over a static step [m]
+    /// The same over a static step \[m\]
     pub slip: f64,
 }
 
 impl Coulomb {
-    /// ε of a step of `dt` [s], which is infinite in statics [m].
+    /// ε of a step of `dt` \[s\], which is infinite in statics \[m\].
     pub fn threshold(&self, dt: f64) -> f64 {
         if dt.is_finite() { self.stick_velocity * dt } else { self.slip }
     }

@@ -32,7 +32,7 @@ use placement::{Obstacle, Pair, Placed, moved};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-/// Share of a gap that a step leaves [–].
+/// Share of a gap that a step leaves \[–\].
 const LEFT: f64 = 0.1;
 /// Advances of one point over one step.
 const ADVANCES: usize = 200;
@@ -54,7 +54,7 @@ pub struct Counts {
 
 /// A force that presses on a point.
 pub struct Press {
-    /// N [N]
+    /// N \[N\]
     pub force: f64,
     /// Unit vector, away from the obstacle
     pub normal: Vec3,
@@ -63,7 +63,7 @@ pub struct Press {
 }
 
 impl Press {
-    /// Of a pair whose potential falls by `first` [N] with the distance.
+    /// Of a pair whose potential falls by `first` \[N\] with the distance.
     fn new(pair: &Pair, own: &[f64], first: f64) -> Self {
         let size = pair.normal.norm();
         Self { force: first * size, normal: pair.normal / size, shares: pair.shares(own) }
@@ -73,7 +73,7 @@ impl Press {
 /// What presses points on an obstacle.
 pub trait Pressing: Send + Sync {
     fn contact(&self) -> &Contact;
-    /// Nothing presses beyond this distance [m]
+    /// Nothing presses beyond this distance \[m\]
     fn reach(&self) -> f64;
     /// The forces on point `b` at this state
     fn presses(&self, x: &[f64], b: usize) -> Vec<Press>;
@@ -120,19 +120,19 @@ impl Contact {
         self.own
     }
 
-    /// Where point `b` is at displacement x [m].
+    /// Where point `b` is at displacement x \[m\].
     pub fn position(&self, x: &[f64], b: usize) -> Vec3 {
         let p = &self.points[b];
         p.nodes.iter().zip(&p.weights).fold(p.at, |at, (&node, w)| at + moved(x, node) * *w)
     }
 
-    /// How far point `b` moves with dx [m].
+    /// How far point `b` moves with dx \[m\].
     fn motion(&self, dx: &[f64], b: usize) -> Vec3 {
         let p = &self.points[b];
         p.nodes.iter().zip(&p.weights).map(|(&node, w)| moved(dx, node) * *w).sum()
     }
 
-    /// Distance of point `b` at displacement x [m], negative inside.
+    /// Distance of point `b` at displacement x \[m\], negative inside.
     pub fn gap(&self, x: &[f64], b: usize) -> f64 {
         self.gap_from(&self.obstacle.at(x), x, b)
     }
@@ -141,7 +141,7 @@ impl Contact {
         self.obstacle.shape.gap(&placed.local(&self.position(x, b))) - self.points[b].radius
     }
 
-    /// The deepest point at displacement x, with its distance [m].
+    /// The deepest point at displacement x, with its distance \[m\].
     pub fn deepest(&self, x: &[f64]) -> Option<(usize, f64)> {
         let placed = self.obstacle.at(x);
         (0..self.points.len()).map(|b| (b, self.gap_from(&placed, x, b))).min_by(|a, b| a.1.total_cmp(&b.1))

@@ -20,7 +20,7 @@ use std::time::Instant;
 
 pub struct Multiplier {
     pub contact: Arc<Contact>,
-    /// c [N/m]
+    /// c \[N/m\]
     pub stiffness: f64,
     /// What a point that is pressed from outside slides with; in the equilibrium it is an effect of its own
     pub friction: Option<Coulomb>,

@@ -10,7 +10,7 @@ use crate::system::Limit;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Penalty {
-    /// k [Pa/m]
+    /// k \[Pa/m\]
     pub stiffness: f64,
 }
 

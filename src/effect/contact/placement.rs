@@ -16,19 +16,19 @@ use crate::math::tensor::{Mat3, Vec3};
 #[derive(Clone, Debug, PartialEq)]
 pub struct AffineFrame {
     pub nodes: [u32; 4],
-    /// C [m]
+    /// C \[m\]
     pub center: Vec3,
-    /// ℓ [m]
+    /// ℓ \[m\]
     pub length: f64,
 }
 
 impl AffineFrame {
-    /// [4] where the nodes are at rest [m].
+    /// \[4\] where the nodes are at rest \[m\].
     pub fn rest(&self) -> [Vec3; 4] {
         [0, 1, 2, 3].map(|a| self.center + if a == 0 { Vec3::zeros() } else { Vec3::ith(a - 1, self.length) })
     }
 
-    /// [4] where the nodes are at displacement x [m].
+    /// \[4\] where the nodes are at displacement x \[m\].
     pub fn positions(&self, x: &[f64]) -> [Vec3; 4] {
         let rest = self.rest();
         [0, 1, 2, 3].map(|a| rest[a] + moved(x, self.nodes[a]))
@@ -102,7 +102,7 @@ impl Obstacle {
         Placed { obstacle: self, p0: p[0], inverse, shrink }
     }
 
-    /// No point of the obstacle moves further than this with dx [m].
+    /// No point of the obstacle moves further than this with dx \[m\].
     pub(super) fn speed(&self, dx: &[f64]) -> f64 {
         let Some(body) = &self.body else { return 0.0 };
         let d = body.nodes.map(|n| moved(dx, n));

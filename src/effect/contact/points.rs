@@ -8,20 +8,20 @@ use crate::math::tensor::Vec3;
 use crate::mesh::{Order, TetMesh, element, quadrature};
 use std::collections::BTreeMap;
 
-/// Share of the area of a facet that a guard has [–].
+/// Share of the area of a facet that a guard has \[–\].
 const GUARD: f64 = 1e-6;
 
 /// A point of a surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Point {
-    /// X_q [m]
+    /// X_q \[m\]
     pub at: Vec3,
     pub nodes: Vec<u32>,
     /// N_a
     pub weights: Vec<f64>,
-    /// W_q [m²]
+    /// W_q \[m²\]
     pub area: f64,
-    /// Of a ball about the point [m], 0 of a point of a surface
+    /// Of a ball about the point \[m\], 0 of a point of a surface
     pub radius: f64,
 }
 

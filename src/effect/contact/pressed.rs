@@ -11,11 +11,11 @@ use std::sync::Arc;
 
 /// What a distance means.
 pub trait Response: Send + Sync {
-    /// No potential beyond this distance [m]
+    /// No potential beyond this distance \[m\]
     fn reach(&self) -> f64;
     /// Of a point at y in the frame of the shape, with a ball of this radius about it
     fn witnesses(&self, shape: &Shape, y: &Vec3, radius: f64) -> Vec<Witness>;
-    /// φ [J/m²], φ′, φ″; None where it is not defined
+    /// φ \[J/m²\], φ′, φ″; None where it is not defined
     fn potential(&self, d: f64) -> Option<[f64; 3]>;
     fn max_step(&self, contact: &Contact, x: &[f64], dx: &[f64]) -> Option<Limit>;
 }

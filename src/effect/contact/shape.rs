@@ -14,17 +14,17 @@ use parry3d_f64::shape::{
     Ball, Cuboid, Cylinder, HalfSpace, Shape as _, TriMesh, TriMeshFlags, Triangle, TrianglePointLocation,
 };
 
-/// Share of the size of a triangle below which the distance from it is rounding [–].
+/// Share of the size of a triangle below which the distance from it is rounding \[–\].
 const TOUCHING: f64 = 1e-9;
 
 /// Distance of a point from an obstacle, and how it changes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Witness {
-    /// d [m], negative inside
+    /// d \[m\], negative inside
     pub gap: f64,
     /// ∂d/∂y
     pub normal: Vec3,
-    /// ∂²d/∂y² [1/m]
+    /// ∂²d/∂y² \[1/m\]
     pub curvature: Mat3,
 }
 
@@ -91,7 +91,7 @@ impl Shape {
         Ok(Self::Surface(Box::new(mesh.expect("a surface has triangles"))))
     }
 
-    /// The box about the shape, [least, most] of each coordinate; a floor has none.
+    /// The box about the shape, \[least, most\] of each coordinate; a floor has none.
     pub fn bounds(&self) -> Option<[Vec3; 2]> {
         let bounds: Aabb = match self {
             Self::Floor(_) => return None,
@@ -103,7 +103,7 @@ impl Shape {
         Some([from(bounds.mins), from(bounds.maxs)])
     }
 
-    /// Mass [kg], centre of mass [m], and inertia about it [kg m²], with the density [kg/m³]; a floor has none.
+    /// Mass \[kg\], centre of mass \[m\], and inertia about it \[kg m²\], with the density \[kg/m³\]; a floor has none.
     pub fn mass(&self, density: f64) -> (f64, Vec3, Mat3) {
         let properties = match self {
             Self::Floor(s) => s.mass_properties(density),
@@ -141,7 +141,7 @@ impl Shape {
         (from(projection.point), projection.is_inside)
     }
 
-    /// d(y) [m], negative inside.
+    /// d(y) \[m\], negative inside.
     pub fn gap(&self, y: &Vec3) -> f64 {
         match self {
             Self::Floor(_) => y.z,

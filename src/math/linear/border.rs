@@ -6,7 +6,7 @@
 //! ⎣0   SD−1     S    ⎦   w
 //! ```
 //!
-//! Its Schur complement on x is K + B S Bᵀ, and the block of (f, w) is congruent to [0 −1; −1 S], which has m negative eigenvalues. So by
+//! Its Schur complement on x is K + B S Bᵀ, and the block of (f, w) is congruent to \[0 −1; −1 S\], which has m negative eigenvalues. So by
 //! Haynsworth (Linear Algebra Appl. 1, 1968) its negative eigenvalues are those of K + B S Bᵀ and m more, whatever the rank of B and S: S is not
 //! inverted, and a slack cable is no special case. The unknowns of a column are eliminated where it makes little fill. With D = 0 the
 //! pivot of f would be −BᵀK⁻¹B of what is eliminated before, zero for a column without rows and for one too many in a cell; with

@@ -17,7 +17,7 @@ pub enum Linear {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Method {
     pub linear: Linear,
-    /// The largest factor that is made [GB]
+    /// The largest factor that is made \[GB\]
     pub factor_memory: f64,
     /// Or why the matrix is not one for the iterative path
     pub places: Result<Arc<Places>, &'static str>,

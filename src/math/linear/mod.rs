@@ -45,7 +45,7 @@ pub struct Factor {
     in_order: bool,
     /// Try LLᵀ first; off where negative eigenvalues are in the nature of the matrix
     try_llt: bool,
-    /// [unknowns] u at the next factorisation [m]; empty at rest
+    /// \[unknowns\] u at the next factorisation \[m\]; empty at rest
     moved: Vec<f64>,
     /// Negative eigenvalues of the matrix factorised last, by its negative pivots (Sylvester's law of inertia). None are counted on the
     /// iterative path.
@@ -183,7 +183,7 @@ impl Factor {
         }
     }
 
-    /// Displacements [unknowns] at which the next matrix is the tangent: rigid motions are about where the nodes are.
+    /// Displacements \[unknowns\] at which the next matrix is the tangent: rigid motions are about where the nodes are.
     pub fn move_to(&mut self, x: &[f64]) {
         if self.multigrid.is_some() {
             self.moved.clear();

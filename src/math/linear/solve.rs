@@ -62,7 +62,7 @@ impl Factor {
         Ok(())
     }
 
-    /// Without a check; conjugate gradients go to half of the bounds [columns], so that their rounding has room.
+    /// Without a check; conjugate gradients go to half of the bounds \[columns\], so that their rounding has room.
     fn solve_once(&mut self, values: &[f64], columns: &mut [f64], bounds: &[f64]) -> Result<(), LinearError> {
         if self.ready == Ready::Direct {
             self.direct.as_ref().expect("it was factorised").solve(columns);

@@ -12,7 +12,7 @@ use super::blocks::{Block, BlockMatrix};
 
 const FREE: u32 = u32::MAX;
 
-/// [nodes] group of each node, and the number of groups.
+/// \[nodes\] group of each node, and the number of groups.
 pub fn aggregate<const B: usize>(a: &BlockMatrix<B, B>, theta: f64) -> (Vec<u32>, usize) {
     let size = |block: &Block<B, B>| block.iter().flatten().map(|v| v * v).sum::<f64>();
     let n = a.rows();

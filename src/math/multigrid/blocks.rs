@@ -8,11 +8,11 @@ pub type Block<const R: usize, const C: usize, T = f64> = [[T; R]; C];
 pub struct BlockMatrix<const R: usize, const C: usize, T = f64> {
     /// Columns, in blocks
     pub columns: usize,
-    /// [rows + 1]
+    /// \[rows + 1\]
     pub row_ptr: Vec<u32>,
-    /// [blocks]
+    /// \[blocks\]
     pub col: Vec<u32>,
-    /// [blocks]
+    /// \[blocks\]
     pub values: Vec<Block<R, C, T>>,
 }
 

@@ -81,7 +81,7 @@ impl Multigrid {
         Self { pattern, places, nodal, levels: None, size: Size::default() }
     }
 
-    /// The hierarchy of A, the nodes being moved by u [3 × nodes] or at rest.
+    /// The hierarchy of A, the nodes being moved by u \[3 × nodes\] or at rest.
     pub fn set_up(&mut self, values: &[f64], moved: &[f64]) -> Result<(), NotDefinite> {
         self.levels = None;
         self.size = Size { levels: 2, ..Size::default() };

@@ -8,11 +8,11 @@ use crate::math::sparse::SymPattern;
 
 /// The structure, made once for a pattern.
 pub struct Nodal {
-    /// [equations] block and component
+    /// \[equations\] block and component
     component: Vec<(u32, u8)>,
     row_ptr: Vec<u32>,
     col: Vec<u32>,
-    /// [blocks] where the transposed one is
+    /// \[blocks\] where the transposed one is
     mirror: Vec<u32>,
 }
 

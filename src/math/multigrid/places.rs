@@ -13,9 +13,9 @@ use crate::math::tensor::Vec3;
 /// Unknowns of a matrix as displacements of nodes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Places {
-    /// [equations] 3·node + component; those of a node follow each other
+    /// \[equations\] 3·node + component; those of a node follow each other
     pub dofs: Vec<u32>,
-    /// [nodes] X [m]
+    /// \[nodes\] X \[m\]
     pub points: Vec<Vec3>,
 }
 
@@ -27,7 +27,7 @@ impl Places {
         nodes
     }
 
-    /// [equations] index into [`Places::nodes`], and component.
+    /// \[equations\] index into [`Places::nodes`], and component.
     pub fn components(&self) -> Vec<(u32, u8)> {
         let mut block = 0;
         let mut last = self.dofs.first().map_or(0, |dof| dof / 3);
@@ -40,7 +40,7 @@ impl Places {
         self.dofs.iter().map(component).collect()
     }
 
-    /// Per node that has an equation: the six motions, with zeros where it has none. `moved` is [3 × nodes] u [m], or empty at rest.
+    /// Per node that has an equation: the six motions, with zeros where it has none. `moved` is \[3 × nodes\] u \[m\], or empty at rest.
     pub fn rigid_modes(&self, moved: &[f64]) -> Vec<Block<3, 6>> {
         let nodes = self.nodes();
         let at = |&n: &u32| {

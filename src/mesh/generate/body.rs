@@ -81,7 +81,7 @@ impl Body {
         self.parameters.get(name).ok_or_else(|| unknown(&what, name, self.parameters.keys().map(String::as_str)))
     }
 
-    /// All parameters: defaults with `given` [SI] on top.
+    /// All parameters: defaults with `given` \[SI\] on top.
     pub fn resolve(&self, given: &BTreeMap<String, f64>) -> Result<BTreeMap<String, f64>, GenerateError> {
         let mut all = BTreeMap::new();
         for (name, parameter) in &self.parameters {

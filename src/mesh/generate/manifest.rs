@@ -12,7 +12,7 @@ pub struct Manifest {
     pub nodes: usize,
     pub facets: usize,
     pub order: u8,
-    /// (V/N)^{1/3} [m]
+    /// (V/N)^{1/3} \[m\]
     pub h_m: f64,
     pub regions: BTreeMap<String, RegionCount>,
     /// `sicn_min`, `radius_ratio_min`, `dihedral_min_deg`, …
@@ -23,7 +23,7 @@ pub struct Manifest {
     pub volume_cad_m3: Option<f64>,
     /// volume / CAD volume − 1
     pub volume_error: Option<f64>,
-    /// Largest distance of the CAD's sharp edges from the mesh [m]
+    /// Largest distance of the CAD's sharp edges from the mesh \[m\]
     #[serde(default)]
     pub edge_error_m: Option<f64>,
     /// `cable`, …
@@ -46,7 +46,7 @@ pub struct RegionCount {
     pub count: usize,
 }
 
-/// A cable as part of the geometry [m]: guide points from the fixed end on, and the point outside it is pulled from.
+/// A cable as part of the geometry \[m\]: guide points from the fixed end on, and the point outside it is pulled from.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct CablePath {
     pub guides: Vec<[f64; 3]>,

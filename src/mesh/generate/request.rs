@@ -37,7 +37,7 @@ pub struct MeshRequest {
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Source {
-    /// A parametric body; what is not given has its default [SI]
+    /// A parametric body; what is not given has its default \[SI\]
     Body { name: String, parameters: BTreeMap<String, f64> },
     /// STEP, BREP, STL, OBJ or a mesh; `unit_m` is the length of its unit
     File { path: PathBuf, unit_m: f64 },
@@ -54,13 +54,13 @@ pub enum Generator {
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Size {
-    /// Edge length [m]
+    /// Edge length \[m\]
     Length(f64),
     /// Number of cells, met to a relative tolerance
     Cells { count: u64, tolerance: f64 },
 }
 
-/// Within `distance` [m] of a feature of the body the edge length is `length` [m].
+/// Within `distance` \[m\] of a feature of the body the edge length is `length` \[m\].
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Grading {

@@ -54,7 +54,7 @@ pub fn table(store: &Store, analysis: &Analysis) -> Table {
     }
 }
 
-/// Largest error of a case in the deciding quantities [–], with U(f*)/|f*| there.
+/// Largest error of a case in the deciding quantities \[–\], with U(f*)/|f*| there.
 fn worst(analysis: &Analysis, r: &CaseRecord) -> Option<(f64, f64)> {
     let of = analysis.quantities.iter().filter(|q| q.deciding).filter_map(|q| {
         let reference = q.reference.as_ref()?;

@@ -125,7 +125,7 @@ pub fn bent(store: &Store, analysis: &Analysis) -> Option<Figure> {
     Some(Figure { name: "bent".into(), svg, caption })
 }
 
-/// Top and bottom of the colour bar [mm].
+/// Top and bottom of the colour bar \[mm\].
 fn bar_span(height: f64) -> (f64, f64) {
     let tall = (height - 16.0).min(50.0);
     (0.5 * (height - tall) + 2.0, 0.5 * (height + tall) + 2.0)

@@ -20,7 +20,7 @@ struct Dot {
     formulation: usize,
     dofs: f64,
     nnz: f64,
-    /// Smallest, mean and largest [s]
+    /// Smallest, mean and largest \[s\]
     seconds: [f64; 3],
 }
 

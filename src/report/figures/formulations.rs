@@ -13,14 +13,14 @@ const LEFT: f64 = 14.0;
 const GAP: f64 = 16.0;
 const TOP: f64 = 6.0;
 const TALL: f64 = 50.0;
-/// From a frame to the one below it, with numbers, label and title between them [mm].
+/// From a frame to the one below it, with numbers, label and title between them \[mm\].
 const BETWEEN: f64 = 18.0;
 
 /// One mesh of one family.
 struct Dot {
     cells: f64,
     seconds: f64,
-    /// [%]
+    /// \[%\]
     error: f64,
     flagged: bool,
 }

@@ -14,7 +14,7 @@ const LEFT: f64 = 14.0;
 const GAP: f64 = 18.0;
 const LEGEND: f64 = 38.0;
 const TOP: f64 = 6.0;
-/// Largest distance that the lower panels show [of the peak].
+/// Largest distance that the lower panels show \[of the peak\].
 const FAR: f64 = 0.5;
 
 /// A law with its look: seven colours, then the same dashed.
@@ -40,7 +40,7 @@ fn looks(a: &Analysis) -> Vec<Look<'_>> {
     members.map(look).collect()
 }
 
-/// The legend at the right of a figure of this width [mm].
+/// The legend at the right of a figure of this width \[mm\].
 fn key(looks: &[Look], a: &Analysis, area: &Area, width: f64) {
     let entry = |l: &Look| {
         let star = if l.member == a.reference { " (reference)" } else { "" };

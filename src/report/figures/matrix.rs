@@ -7,7 +7,7 @@ use crate::study::robustness::{Analysis, Outcome};
 
 const ROW: f64 = 3.9;
 const COLUMN: f64 = 6.2;
-/// Room for the names of the cases, and for the turned ones of the variants [mm]
+/// Room for the names of the cases, and for the turned ones of the variants \[mm\]
 const NAMES: f64 = 74.0;
 const HEAD: f64 = 34.0;
 /// Rows on a sheet; more go into a second block beside it

@@ -16,9 +16,9 @@ const LEFT: f64 = 15.0;
 const GAP: f64 = 18.0;
 const TOP: f64 = 6.0;
 const TALL: f64 = 46.0;
-/// Room of a legend at the right of a panel [mm]
+/// Room of a legend at the right of a panel \[mm\]
 const LEGEND: f64 = 32.0;
-/// Width of a panel [mm]
+/// Width of a panel \[mm\]
 const EACH: f64 = 52.0;
 
 /// The place of value `k` on an axis; words are counted from 1.

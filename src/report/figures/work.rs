@@ -17,7 +17,7 @@ const EACH: f64 = 70.0;
 const GAP: f64 = 18.0;
 const TOP: f64 = 6.0;
 const TALL: f64 = 44.0;
-/// From one row of panels to the next [mm]
+/// From one row of panels to the next \[mm\]
 const ROW: f64 = TALL + 19.0;
 
 /// What stands along x.

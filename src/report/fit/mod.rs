@@ -10,7 +10,7 @@ use crate::calibrate::{Drawn, FitCurves, Treatment, within};
 use serde::Deserialize;
 use std::path::Path;
 
-/// The part of `fit.json` that a reader is told. Stresses and stiffnesses in Pa, stretches [–].
+/// The part of `fit.json` that a reader is told. Stresses and stiffnesses in Pa, stretches \[–\].
 #[derive(Clone, Debug, Deserialize)]
 pub struct StoredFit {
     pub law: String,
@@ -33,7 +33,7 @@ pub struct StoredFit {
     pub bootstrap: Option<Bootstrap>,
     pub scatter: Option<Scatter>,
     pub otherwise: Vec<Otherwise>,
-    /// `nu` or `kappa` [Pa], as given
+    /// `nu` or `kappa` \[Pa\], as given
     pub partner: Option<std::collections::BTreeMap<String, f64>>,
     pub stability: Vec<Stable>,
     pub misfit: Misfit,
@@ -93,7 +93,7 @@ pub struct Otherwise {
     pub change: f64,
 }
 
-/// Range in which the law is stable; amounts are λ, in simple shear γ [–].
+/// Range in which the law is stable; amounts are λ, in simple shear γ \[–\].
 #[derive(Clone, Debug, Deserialize)]
 pub struct Stable {
     pub mode: String,

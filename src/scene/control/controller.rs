@@ -10,7 +10,7 @@ pub struct Opening<'a> {
     pub columns: &'a [String],
     /// Names of the signals that it may set: those of `kind = "controlled"`
     pub signals: &'a [String],
-    /// Time of the first state [s], not 0 after a restart
+    /// Time of the first state \[s\], not 0 after a restart
     pub t: f64,
     /// What it left in [`Reply::memory`] last, after a restart
     pub memory: &'a Value,
@@ -21,7 +21,7 @@ pub struct Opening<'a> {
 pub struct Seen<'a> {
     /// The recorded row, as [`Opening::columns`] names it
     pub row: &'a [f64],
-    /// Time of the next point [s], at which the signals reach what is set now
+    /// Time of the next point \[s\], at which the signals reach what is set now
     pub next: f64,
 }
 
@@ -84,7 +84,7 @@ pub trait Controller {
         Ok(())
     }
 
-    /// Sets `signals` [SI], as [`Opening::signals`] names them, for the next point of the grid. They come with their values
+    /// Sets `signals` \[SI\], as [`Opening::signals`] names them, for the next point of the grid. They come with their values
     /// so far, and keep them if nothing is set.
     fn step(&mut self, seen: &Seen, signals: &mut [f64]) -> Result<Reply, ControlError>;
 

@@ -38,7 +38,7 @@ pub enum Then {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Fired {
     pub event: String,
-    /// Point of the time grid [s]
+    /// Point of the time grid \[s\]
     pub t_s: f64,
     /// Value of the column there, in its unit
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -24,7 +24,7 @@ pub enum Source {
 pub struct Other {
     pub event: usize,
     pub signal: Signal,
-    /// Time of the passage from the old value [s]
+    /// Time of the passage from the old value \[s\]
     pub over: f64,
 }
 
@@ -49,7 +49,7 @@ pub struct Input {
 pub struct Program {
     /// Index among the others; the own signal if none
     pub other: Option<usize>,
-    /// Time of the switch [s]
+    /// Time of the switch \[s\]
     pub since: f64,
     /// Value at the switch
     pub from: f64,

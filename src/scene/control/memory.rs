@@ -24,7 +24,7 @@ pub struct Past {
     /// Was the condition true at the last point of the grid?
     pub was: bool,
     pub count: usize,
-    /// Time of the last one [s]
+    /// Time of the last one \[s\]
     pub last: Option<f64>,
 }
 

@@ -30,7 +30,7 @@ struct Known<'k> {
     /// Names of the signals
     pub signals: Vec<String>,
     pub cables: Vec<String>,
-    /// End of the last stage [s]
+    /// End of the last stage \[s\]
     pub end: f64,
     /// Smallest and largest value of a column, where they are known
     pub range: &'k dyn Fn(&str) -> Option<(f64, f64)>,

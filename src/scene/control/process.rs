@@ -27,7 +27,7 @@ pub struct Process {
     timeout: Duration,
     columns: Vec<String>,
     signals: Vec<String>,
-    /// Time of the last point it was asked at [s]
+    /// Time of the last point it was asked at \[s\]
     t: f64,
     /// Time spent on its answers
     pub waited: Duration,

@@ -18,15 +18,15 @@ use serde::Serialize;
 pub struct CurveNorms {
     pub id: String,
     pub peak: f64,
-    /// ‖f − f_finer‖₂ [unit of f], 0 for the finest
+    /// ‖f − f_finer‖₂ \[unit of f\], 0 for the finest
     pub l2_to_finer: f64,
-    /// ‖f − f_finer‖∞ [unit of f]
+    /// ‖f − f_finer‖∞ \[unit of f\]
     pub linf_to_finer: f64,
-    /// ‖f − f*‖₂/‖f*‖₂ [–], where there is an f*
+    /// ‖f − f*‖₂/‖f*‖₂ \[–\], where there is an f*
     pub l2_error: Option<f64>,
-    /// Against the finest, positive if later [s]
+    /// Against the finest, positive if later \[s\]
     pub lag_s: f64,
-    /// Where the curve holds two cycles or more [–]
+    /// Where the curve holds two cycles or more \[–\]
     pub cycle_defect: Option<f64>,
 }
 
@@ -40,17 +40,17 @@ pub struct CurveStudy {
     pub order_used: Option<f64>,
     pub convergence_ratio: Option<f64>,
     pub fs: f64,
-    /// Largest GCI(t) over largest |f*| [%]
+    /// Largest GCI(t) over largest |f*| \[%\]
     pub gci_percent: Option<f64>,
-    /// Largest error of the interpolation onto the common grid [unit of f]; 0 if all grids agree
+    /// Largest error of the interpolation onto the common grid \[unit of f\]; 0 if all grids agree
     pub interpolation_error: f64,
-    /// [samples] common grid [s]
+    /// \[samples\] common grid \[s\]
     #[serde(skip)]
     pub t: Vec<f64>,
-    /// [samples] f*(t), empty where no order could be used
+    /// \[samples\] f*(t), empty where no order could be used
     #[serde(skip)]
     pub star: Vec<f64>,
-    /// [samples] GCI(t) [unit of f]
+    /// \[samples\] GCI(t) \[unit of f\]
     #[serde(skip)]
     pub gci: Vec<f64>,
 }

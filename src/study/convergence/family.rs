@@ -4,7 +4,7 @@
 //! |---|---|---|---|
 //! | 4 or more meshes | φ₀ of the least squares | Eça–Hoekstra U | (Fs − 1)ε₁ + σ + \|φ₁ − fit\| if good, else U₁ |
 //! | 3, monotone, ½ ≤ p ≤ formal | Richardson | GCI, Fs = 1.25 | max of (Fs − 1)δ, \|f\*(p) − f\*(formal)\| and \|f\*(p) − f\*(2)\| |
-//! | 3, monotone, other p | Richardson, p cut to [½, formal] | GCI, Fs = 3 | U₁ |
+//! | 3, monotone, other p | Richardson, p cut to \[½, formal\] | GCI, Fs = 3 | U₁ |
 //! | 2 | Richardson with p = min(formal, 2) | GCI, Fs = 3 | U₁ |
 //! | not monotone, or noise above the differences | f₁ | 3·max(ΔM, scatter) | U₁ |
 //!
@@ -22,7 +22,7 @@ use serde::Serialize;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Level {
     pub id: String,
-    /// (V/N)^{1/3} [m]
+    /// (V/N)^{1/3} \[m\]
     pub h: f64,
     pub f: f64,
 }
@@ -33,11 +33,11 @@ pub struct Estimate {
     pub family: String,
     pub role: Role,
     pub formulation: String,
-    /// [meshes] finest first
+    /// \[meshes\] finest first
     pub cases: Vec<String>,
     pub h_m: Vec<f64>,
     pub values: Vec<f64>,
-    /// [meshes − 1] r of neighbours, finest first
+    /// \[meshes − 1\] r of neighbours, finest first
     pub ratios: Vec<f64>,
     pub formal_order: f64,
     pub class: Convergence,
@@ -54,10 +54,10 @@ pub struct Estimate {
     pub gci_percent: Option<f64>,
     pub fs: f64,
     pub fit: Option<Fit>,
-    /// f* and U(f*) [unit of f]
+    /// f* and U(f*) \[unit of f\]
     pub extrapolated: f64,
     pub uncertainty: f64,
-    /// U₁ of the finest mesh [unit of f]
+    /// U₁ of the finest mesh \[unit of f\]
     pub uncertainty_finest: f64,
     pub method: String,
     /// U(f*) is within the tolerance, so that f* can be a reference

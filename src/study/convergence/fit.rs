@@ -29,14 +29,14 @@ pub struct Fit {
     pub powers: (f64, f64),
     /// Order of the free fit αh^p, whichever model was chosen
     pub p: f64,
-    /// Standard deviation of the fit [unit of φ]
+    /// Standard deviation of the fit \[unit of φ\]
     pub sigma: f64,
-    /// Δφ [unit of φ]
+    /// Δφ \[unit of φ\]
     pub range: f64,
     pub fs: f64,
     /// σ < Δφ and a sane p
     pub good: bool,
-    /// [meshes] U of each value [unit of φ]
+    /// \[meshes\] U of each value \[unit of φ\]
     pub uncertainty: Vec<f64>,
 }
 

@@ -54,7 +54,7 @@ impl Convergence {
 pub struct Triple {
     pub r21: f64,
     pub r32: f64,
-    /// R = ε₂₁/ε₃₂ [–], 0 where ε₃₂ vanishes with ε₂₁
+    /// R = ε₂₁/ε₃₂ \[–\], 0 where ε₃₂ vanishes with ε₂₁
     pub ratio: f64,
     /// ln r₂₁/ln r₃₂, the value of R at p = 0
     pub ratio_limit: f64,
@@ -92,7 +92,7 @@ impl Triple {
         self.p.is_some_and(|p| (LEAST_ORDER..=ORDER_SLACK * formal).contains(&p))
     }
 
-    /// f* − f₁ = (f₁ − f₂)/(r₂₁^p − 1) [unit of f].
+    /// f* − f₁ = (f₁ − f₂)/(r₂₁^p − 1) \[unit of f\].
     pub fn correction(&self, p: f64) -> f64 {
         correction(-self.e21, self.r21, p)
     }

@@ -14,12 +14,12 @@ use serde::Serialize;
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct Reference {
     pub value: f64,
-    /// U(f*), disagreement included [unit of f]
+    /// U(f*), disagreement included \[unit of f\]
     pub uncertainty: f64,
     pub family: String,
     pub method: String,
     pub others: Vec<CrossCheck>,
-    /// Largest |f* − f*_other| of a defensible family whose interval does not overlap [unit of f]
+    /// Largest |f* − f*_other| of a defensible family whose interval does not overlap \[unit of f\]
     pub disagreement: f64,
 }
 
@@ -37,9 +37,9 @@ pub struct CrossCheck {
 pub struct CaseError {
     pub id: String,
     pub value: f64,
-    /// |f − f*|/|f*| [–]
+    /// |f − f*|/|f*| \[–\]
     pub error: f64,
-    /// With U(f*) [–]
+    /// With U(f*) \[–\]
     pub bar: f64,
 }
 
@@ -51,7 +51,7 @@ pub struct Noise {
     pub seeds: usize,
     pub h_m: f64,
     pub mean: f64,
-    /// max − min [unit of f]
+    /// max − min \[unit of f\]
     pub scatter: f64,
 }
 
@@ -59,12 +59,12 @@ pub struct Noise {
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct TimeStep {
     pub family: String,
-    /// [cases] Δt [s], smallest first
+    /// \[cases\] Δt \[s\], smallest first
     pub dt_s: Vec<f64>,
     pub values: Vec<f64>,
-    /// Error of the study's step [unit of f], first order assumed: |f(Δt) − f(Δt_min)|·Δt/(Δt − Δt_min)
+    /// Error of the study's step \[unit of f\], first order assumed: |f(Δt) − f(Δt_min)|·Δt/(Δt − Δt_min)
     pub error: f64,
-    /// U₁ of the finest mesh of the sizes [unit of f]
+    /// U₁ of the finest mesh of the sizes \[unit of f\]
     pub mesh_error: f64,
     /// error ≤ mesh_error/10, or rounding
     pub negligible: bool,

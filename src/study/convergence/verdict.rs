@@ -17,10 +17,10 @@ pub struct Setting {
     pub h_m: f64,
     pub family: String,
     pub cases: Vec<String>,
-    /// Mean over the variants [s]
+    /// Mean over the variants \[s\]
     pub cost_s: f64,
     pub bars: Vec<Bar>,
-    /// Largest error bar of the deciding quantities [–]; infinite if one has no reference or no result
+    /// Largest error bar of the deciding quantities \[–\]; infinite if one has no reference or no result
     pub worst: f64,
     /// Title of the quantity with that bar
     pub limited_by: String,
@@ -47,7 +47,7 @@ pub struct Recommendation {
     pub error_bar: f64,
     pub limited_by: String,
     pub cost_s: f64,
-    /// The next better one: label, error bar [–], cost [s]
+    /// The next better one: label, error bar \[–\], cost \[s\]
     pub next: Option<(String, f64, f64)>,
 }
 

@@ -1,7 +1,7 @@
 //! The error of one family over its price, and the price of an error: read off between the cases, extrapolated beyond.
 //!
 //! Between two cases ln c is linear in ln e. Below the least error the law e ∝ c^−s is fitted to all cases of the family
-//! ([`super::growth`], c over e) with its 95 % interval. A family whose error does not fall with its price has no line.
+//! ([`super::growth()`], c over e) with its 95 % interval. A family whose error does not fall with its price has no line.
 
 use super::growth::{Growth, growth};
 use serde::Serialize;
@@ -11,7 +11,7 @@ use serde::Serialize;
 pub struct Line {
     pub family: String,
     pub label: String,
-    /// (price [s], error [–]) from cheap to dear
+    /// (price \[s\], error \[–\]) from cheap to dear
     pub points: Vec<(f64, f64)>,
     /// Price of every level, in their order; none where the errors do not fall
     pub prices: Vec<Option<Price>>,
@@ -25,7 +25,7 @@ pub struct Line {
 pub struct Price {
     pub seconds: f64,
     pub how: How,
-    /// 95 % interval of an extrapolation [s]
+    /// 95 % interval of an extrapolation \[s\]
     pub interval: Option<[f64; 2]>,
 }
 

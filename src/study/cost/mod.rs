@@ -9,7 +9,7 @@
 //! front       settings that no cheaper one beats in error
 //! ```
 //!
-//! Prices of one error are compared between families ([`line`]), and prices are extrapolated over the cells ([`growth`]).
+//! Prices of one error are compared between families ([`mod@line`]), and prices are extrapolated over the cells ([`mod@growth`]).
 
 pub mod growth;
 pub mod line;
@@ -32,7 +32,7 @@ const DISTURBED: f64 = 1.1;
 pub struct Analysis {
     pub tolerance: f64,
     pub levels: Vec<f64>,
-    /// [variants × quantities]
+    /// \[variants × quantities\]
     pub quantities: Vec<QuantityAnalysis>,
     pub growth: Vec<Law>,
     /// (id, what is wrong)
@@ -83,10 +83,10 @@ pub struct Setting {
     pub family: String,
     pub label: String,
     pub cost_s: f64,
-    /// (max − min)/median of the repeats [–]; none of one run
+    /// (max − min)/median of the repeats \[–\]; none of one run
     pub spread: Option<f64>,
     pub value: f64,
-    /// [–] of the peak and of the curve
+    /// \[–\] of the peak and of the curve
     pub errors: [f64; 2],
     /// On the Pareto front of the peak, of the curve
     pub front: [bool; 2],
@@ -115,13 +115,13 @@ pub struct Law {
     pub variant: String,
     pub formulation: String,
     pub of: Grows,
-    /// (cells, value) [s] or [bytes]
+    /// (cells, value) \[s\] or \[bytes\]
     pub points: Vec<(f64, f64)>,
     pub law: Growth,
     /// Twice the most cells
     pub next_cells: f64,
     pub next: Predicted,
-    /// The largest mesh predicted by the others, over what was measured [–]
+    /// The largest mesh predicted by the others, over what was measured \[–\]
     pub check: Option<f64>,
 }
 
@@ -138,7 +138,7 @@ impl QuantityAnalysis {
         format!("{}, {}", self.quantity.label, self.variant_label)
     }
 
-    /// U(f*) of a measure [–].
+    /// U(f*) of a measure \[–\].
     pub fn uncertainty(&self, measure: Measure) -> f64 {
         self.reference.as_ref().map_or(f64::INFINITY, |r| match measure {
             Measure::Peak => r.peak_uncertainty,
@@ -146,7 +146,7 @@ impl QuantityAnalysis {
         })
     }
 
-    /// Error with U(f*) [–].
+    /// Error with U(f*) \[–\].
     pub fn bar(&self, setting: usize, measure: Measure) -> f64 {
         self.settings[setting].errors[measure as usize] + self.uncertainty(measure)
     }

@@ -22,11 +22,11 @@ use serde::Serialize;
 pub struct Reference {
     pub family: String,
     pub method: String,
-    /// f* [unit of f]
+    /// f* \[unit of f\]
     pub peak: f64,
-    /// U(f*)/|f*| [–]
+    /// U(f*)/|f*| \[–\]
     pub peak_uncertainty: f64,
-    /// Relative L2 error of f*(t) [–]
+    /// Relative L2 error of f*(t) \[–\]
     pub curve_uncertainty: f64,
     /// What limits it
     pub reasons: Vec<String>,
@@ -40,7 +40,7 @@ pub fn members<'a>(stored: &'a [StoredCase], family: &FamilyRecord, variant: &st
     stored.iter().filter(|c| c.record.converged()).filter(own).collect()
 }
 
-/// Mean step T/n [s].
+/// Mean step T/n \[s\].
 pub fn step(case: &StoredCase) -> f64 {
     let t = &case.series.t_s;
     let span = t.last().copied().unwrap_or(0.0) - t.first().copied().unwrap_or(0.0);

@@ -1,6 +1,6 @@
 //! Which mesh, element and time step meet a tolerance within a time: coarse pilots, fits, a choice, and what it cannot promise.
 //!
-//! 1. Pilots: every element ([`sizes`]) on its coarsest meshes, while they fit into a quarter of the budget.
+//! 1. Pilots: every element (`sizes`) on its coarsest meshes, while they fit into a quarter of the budget.
 //! 2. Reference: f* of every quantity as in a convergence study, from the pilots of each element.
 //! 3. Fits: error over h and time over counted work ([`model`]); error over the time step from three steps on the coarsest mesh.
 //! 4. Choice: the setting of least time whose expected error, of mesh and step together, is within the tolerance. Errors are those of
@@ -38,9 +38,9 @@ const SHARE: f64 = 0.25;
 pub struct Request<'a> {
     pub file: PathBuf,
     pub changes: Vec<(String, toml::Value)>,
-    /// Largest error of a peak [–]
+    /// Largest error of a peak \[–\]
     pub tolerance: f64,
-    /// For pilots and run together [CPU s]
+    /// For pilots and run together \[CPU s\]
     pub budget_s: f64,
     /// Columns; those of a convergence study if empty
     pub quantities: Vec<String>,
@@ -123,10 +123,10 @@ pub struct Setting {
     /// Changes to the scene, `key=value`
     pub set: Vec<String>,
     pub counted: Counted,
-    /// Largest over the quantities [–]
+    /// Largest over the quantities \[–\]
     pub error: f64,
     pub limited_by: String,
-    /// Known only this well [–]: U(f*) of that quantity
+    /// Known only this well \[–\]: U(f*) of that quantity
     pub uncertainty: f64,
     pub cpu_s: f64,
 }
@@ -139,9 +139,9 @@ pub struct Outcome {
     pub wall_s: f64,
     /// Expected over found
     pub time_ratio: f64,
-    /// Of the quantity that limits, against f* with the run as a further mesh [–]
+    /// Of the quantity that limits, against f* with the run as a further mesh \[–\]
     pub error: f64,
-    /// Known this well [–]
+    /// Known this well \[–\]
     pub uncertainty: f64,
     pub error_ratio: f64,
     /// Column → peak of the run

@@ -5,7 +5,7 @@
 //! time     T = n k (a N + r) + F Φ(flops) + s nnz(L)     per run, scaled to CPU seconds
 //! ```
 //!
-//! n steps, k Newton iterations a step, N cells, F factorisations, s solves: per step as in the largest pilot. a and r [s] an iteration and
+//! n steps, k Newton iterations a step, N cells, F factorisations, s solves: per step as in the largest pilot. a and r \[s\] an iteration and
 //! cell, and the rate of solves, are those of the largest pilot; Φ is the time of one factorisation as a power law of its operations
 //! through all pilots of the element, since large supernodes run faster. flops and nnz(L) of the run itself are counted on its own mesh, by
 //! the symbolic factorisation. Limits: one power of h; iterations that grow with the mesh are not seen.
@@ -34,9 +34,9 @@ pub struct Clock {
     iterations: f64,
     factorisations: f64,
     solves: f64,
-    /// Assembly and the rest, an iteration and cell [s]
+    /// Assembly and the rest, an iteration and cell \[s\]
     cell_s: f64,
-    /// A solve and entry of L [s]
+    /// A solve and entry of L \[s\]
     entry_s: f64,
 }
 

@@ -63,7 +63,7 @@ pub fn run(request: &Request, name: &str, scene: &Scene, watch: &dyn Watch) -> R
 /// Pilots of every choice, in the order of the choices, coarse ones first.
 #[derive(Clone, Debug, Default)]
 pub struct Pilots {
-    /// [choices] converged runs, rising in cells
+    /// \[choices\] converged runs, rising in cells
     pub of: Vec<Vec<StoredCase>>,
     /// (what, why) of those that could not be used
     pub lost: Vec<(String, String)>,

@@ -32,9 +32,9 @@ pub struct Steps {
     /// Changes of the scene that make them
     #[serde(skip)]
     pub changes: Vec<(String, Value)>,
-    /// Column → expected error [–]
+    /// Column → expected error \[–\]
     pub errors: BTreeMap<String, f64>,
-    /// CPU time of a step over that of a step of the scene [–]
+    /// CPU time of a step over that of a step of the scene \[–\]
     pub per_step: f64,
     pub cpu_s: f64,
     pub words: String,

@@ -10,7 +10,7 @@ use crate::study::convergence::peak;
 use crate::study::record::{AxisRecord, Quantity, StoredCase, StudyRecord};
 use serde::Serialize;
 
-/// An answer this far off is poor; beyond it is wrong [–].
+/// An answer this far off is poor; beyond it is wrong \[–\].
 const POOR: f64 = 0.1;
 
 /// A map in every variant.
@@ -30,7 +30,7 @@ pub struct Panel {
     pub variant: String,
     pub label: String,
     pub points: Vec<Point>,
-    /// Share of the points whose answer is right [–]
+    /// Share of the points whose answer is right \[–\]
     pub holds: f64,
     /// Means over the points along each value of x: iterations and cuts a step
     pub iterations: Vec<f64>,

@@ -25,7 +25,7 @@ pub struct Candidates {
     pub edges: Vec<[u32; 2]>,
 }
 
-/// A box [least, most].
+/// A box \[least, most\].
 pub type Span = (Vec3, Vec3);
 
 /// Pairs whose boxes are nearer than `radius`, from the boxes of points and of nodes. Of one surface each pair of edges is met once.
@@ -99,7 +99,7 @@ pub fn least(
     best.get()
 }
 
-/// Distance of two boxes [m].
+/// Distance of two boxes \[m\].
 fn apart(node: &BvhNode, (low, high): Span) -> f64 {
     let from = |v: Vector| Vec3::new(v.x, v.y, v.z);
     (from(node.mins()) - high).sup(&(low - from(node.maxs()))).sup(&Vec3::zeros()).norm()

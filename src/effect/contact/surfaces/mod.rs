@@ -36,9 +36,9 @@ use surface::{Edge, Surface};
 pub use terms::Term;
 use terms::{between, to_triangle};
 
-/// Part of the mean edge that nodes may move before pairs are looked for again [–].
+/// Part of the mean edge that nodes may move before pairs are looked for again \[–\].
 const MARGIN: f64 = 0.1;
-/// Room in the tangent for pairs nearer than so many reaches [–].
+/// Room in the tangent for pairs nearer than so many reaches \[–\].
 const ROOM: f64 = 3.0;
 
 /// Two surfaces, or one.
@@ -47,11 +47,11 @@ pub struct Surfaces {
     first: Surface,
     /// None where the first meets itself
     second: Option<Surface>,
-    /// [nodes of the mesh] X [m]
+    /// \[nodes of the mesh\] X \[m\]
     rest: Vec<Vec3>,
-    /// Nothing is felt beyond this distance [m]
+    /// Nothing is felt beyond this distance \[m\]
     reach: f64,
-    /// Motion of a node that the candidates allow [m]
+    /// Motion of a node that the candidates allow \[m\]
     margin: f64,
     nodes: Vec<u32>,
     known: Mutex<Known>,
@@ -61,7 +61,7 @@ pub struct Surfaces {
 /// What was found last.
 #[derive(Default)]
 struct Known {
-    /// [nodes] displacements there [m]
+    /// \[nodes\] displacements there \[m\]
     at: Vec<Vec3>,
     candidates: Arc<Candidates>,
     /// Displacements of the last evaluation, and its terms
@@ -112,12 +112,12 @@ impl Surfaces {
         }
     }
 
-    /// Place of a node at displacement x [m].
+    /// Place of a node at displacement x \[m\].
     fn node(&self, x: &[f64], k: u32) -> Vec3 {
         self.rest[k as usize] + moved(x, k)
     }
 
-    /// Place of a point at displacement x [m].
+    /// Place of a point at displacement x \[m\].
     fn place(&self, x: &[f64], p: &Point) -> Vec3 {
         p.nodes.iter().zip(&p.weights).fold(p.at, |at, (&k, w)| at + moved(x, k) * *w)
     }
@@ -153,7 +153,7 @@ impl Surfaces {
         self.nodes_within(x, &known.candidates, ROOM * self.reach)
     }
 
-    /// Least distance [m] between parts that share no node, at displacement x; infinite where there is none.
+    /// Least distance \[m\] between parts that share no node, at displacement x; infinite where there is none.
     pub fn gap(&self, x: &[f64]) -> f64 {
         let corners = |pass: &Pass, t: u32| pass.triangles.triangles[t as usize].map(|k| self.node(x, k));
         let ends = |e: &Edge| e.nodes.map(|k| self.node(x, k));
@@ -162,7 +162,7 @@ impl Surfaces {
         least(&self.passes(), &|p| self.place(x, p), &|k| self.node(x, k), &of_point, &of_edges)
     }
 
-    /// A place where an edge goes through a triangle at displacement x [m].
+    /// A place where an edge goes through a triangle at displacement x \[m\].
     pub fn crossing(&self, x: &[f64]) -> Option<Vec3> {
         let passes = self.passes();
         let spot = |at: Vec3| -> Span { (at, at) };

@@ -27,7 +27,7 @@ impl Flight {
         if self.edges { between(&[a, b], &[c, d]) } else { to_triangle(&a, &[b, c, d]) }
     }
 
-    /// The distance falls no faster [m].
+    /// The distance falls no faster \[m\].
     fn speed(&self) -> f64 {
         let mean = self.motion.iter().sum::<Vec3>() / 4.0;
         let most = |list: &[Vec3]| list.iter().map(|m| (m - mean).norm()).fold(0.0, f64::max);

@@ -74,5 +74,5 @@ pub fn on_segments([a, b]: &[Vec3; 2], [c, d]: &[Vec3; 2]) -> [f64; 2] {
     ends.into_iter().min_by(|p, q| apart(p[0], p[1]).total_cmp(&apart(q[0], q[1]))).unwrap_or([0.0; 2])
 }
 
-/// sin² of the angle below which segments are parallel [–].
+/// sin² of the angle below which segments are parallel \[–\].
 pub const PARALLEL: f64 = 1e-12;

@@ -6,7 +6,7 @@ use crate::mesh::flat::edges;
 use crate::mesh::{Order, TetMesh};
 use std::collections::BTreeMap;
 
-/// Shares of their area that the nodes of curved facets have as guards, where the surface is flat and where it is sharp [–].
+/// Shares of their area that the nodes of curved facets have as guards, where the surface is flat and where it is sharp \[–\].
 const FLAT: f64 = 1e-3;
 const SHARP: f64 = 0.1;
 
@@ -14,9 +14,9 @@ const SHARP: f64 = 0.1;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Edge {
     pub nodes: [u32; 2],
-    /// A third of the triangles that have it [m²]
+    /// A third of the triangles that have it \[m²\]
     pub area: f64,
-    /// 0 where its triangles are flat at rest, 1 from a right angle on, and where it has one triangle [–]
+    /// 0 where its triangles are flat at rest, 1 from a right angle on, and where it has one triangle \[–\]
     pub sharp: f64,
 }
 
@@ -96,7 +96,7 @@ impl Surface {
         list.iter().filter(|&&t| !self.triangles[t as usize].iter().any(|k| own.contains(k))).count()
     }
 
-    /// Mean length of the edges at rest [m].
+    /// Mean length of the edges at rest \[m\].
     pub fn size(&self, rest: &[Vec3]) -> f64 {
         let length = |e: &Edge| (rest[e.nodes[0] as usize] - rest[e.nodes[1] as usize]).norm();
         self.edges.iter().map(length).sum::<f64>() / self.edges.len() as f64

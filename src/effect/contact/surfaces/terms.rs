@@ -8,9 +8,9 @@ use super::touch::ContactPoint;
 use crate::effect::contact::Point;
 use crate::math::tensor::Vec3;
 
-/// Share of the area of an edge that it has as a guard, where surfaces are flat [–].
+/// Share of the area of an edge that it has as a guard, where surfaces are flat \[–\].
 const GUARD: f64 = 1e-2;
-/// ε over |u|²|v|² at rest [–].
+/// ε over |u|²|v|² at rest \[–\].
 const BLUNT: f64 = 1e-3;
 
 /// One distance, with what it weighs.
@@ -19,9 +19,9 @@ pub struct Term {
     pub touch: ContactPoint,
     /// Pass and point; none of two edges
     pub point: Option<(usize, u32)>,
-    /// ½ c W, or w [m²]
+    /// ½ c W, or w \[m²\]
     pub weight: f64,
-    /// ε [m⁴] of two edges
+    /// ε \[m⁴\] of two edges
     pub blunt: Option<f64>,
 }
 
@@ -183,13 +183,13 @@ impl Surfaces {
     }
 }
 
-/// Distance of a point from a triangle [m].
+/// Distance of a point from a triangle \[m\].
 pub(super) fn to_triangle(p: &Vec3, corners: &[Vec3; 3]) -> f64 {
     let (_, w) = on_triangle(p, corners);
     (p - (corners[0] * w[0] + corners[1] * w[1] + corners[2] * w[2])).norm()
 }
 
-/// Distance of two segments [m].
+/// Distance of two segments \[m\].
 pub(super) fn between([a, b]: &[Vec3; 2], [c, d]: &[Vec3; 2]) -> f64 {
     let [s, t] = on_segments(&[*a, *b], &[*c, *d]);
     ((a + (b - a) * s) - (c + (d - c) * t)).norm()

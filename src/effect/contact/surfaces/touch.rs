@@ -18,18 +18,18 @@ use nalgebra::Matrix2;
 #[derive(Clone, Debug)]
 pub struct ContactPoint {
     pub nodes: Vec<u32>,
-    /// [nodes] s_k
+    /// \[nodes\] s_k
     pub shares: Vec<f64>,
-    /// [places] s_k,i
+    /// \[places\] s_k,i
     slopes: Vec<Vec<f64>>,
-    /// z [m]
+    /// z \[m\]
     apart: Vec3,
-    /// [places] z_i [m]
+    /// \[places\] z_i \[m\]
     along: Vec<Vec3>,
 }
 
 impl ContactPoint {
-    /// Of nodes at `x` [m], with the shares s and, place by place, their derivatives.
+    /// Of nodes at `x` \[m\], with the shares s and, place by place, their derivatives.
     pub fn new(nodes: Vec<u32>, x: impl Fn(u32) -> Vec3, shares: Vec<f64>, slopes: Vec<Vec<f64>>) -> Self {
         let at: Vec<Vec3> = nodes.iter().map(|&k| x(k)).collect();
         let sum = |s: &Vec<f64>| s.iter().zip(&at).map(|(s, x)| *x * *s).sum::<Vec3>();
@@ -37,7 +37,7 @@ impl ContactPoint {
         Self { nodes, shares, slopes, apart, along }
     }
 
-    /// d [m]
+    /// d \[m\]
     pub fn gap(&self) -> f64 {
         self.apart.norm()
     }
