@@ -8,13 +8,19 @@ use super::cable_record::CableLog;
 use super::control::{ControlError, Memory as ControlMemory};
 use super::energy_balance::EnergyBalance;
 use super::probe::Energies;
-use super::run::Snapshot;
 use crate::math::signal::Ramp;
 use crate::solve::{DriverMemory, GridPosition, LaggedFactorRecord, PastPoint, Prediction, Totals};
 use crate::system::{Rates, State};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
+
+/// A state to be drawn.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Snapshot {
+    pub t: f64,
+    pub x: Vec<f64>,
+}
 
 /// A run at a point of the time grid.
 #[derive(Clone, Debug, PartialEq)]

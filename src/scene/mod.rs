@@ -48,15 +48,15 @@ mod viscoelastic;
 
 pub use body::request;
 pub use build::{Body, Scene};
-pub use checkpoint::{Checkpoint, CheckpointError};
+pub use checkpoint::{Checkpoint, CheckpointError, Snapshot};
 pub use compare::Measured;
 pub use error::{Mistake, SceneError, hint};
 pub use linear::{LinearSpec, LinearWork, MemorySpec};
 pub use mesh_spec::ElementSpec;
 pub use quantity::{Length, Time};
 pub use read::{from_text, read_scene, read_table};
-pub use run::{Progress, Run, Snapshot};
-pub use run_options::{OnProgress, OnSave, OnState, RunOptions};
+pub use run::Run;
+pub use run_options::{OnProgress, OnSave, OnState, Progress, RunOptions};
 pub use sensitivities::{Sensitivities, SensitivityRecorder};
 pub use sensitivity::{Constant, SensitivityError};
 pub use skin::NamedSkin;

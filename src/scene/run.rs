@@ -2,6 +2,7 @@
 
 use super::build::Scene;
 use super::cable_record::{CableEvent, pulling};
+use super::checkpoint::Snapshot;
 use super::control::{ControlError, Fired};
 use super::linear::LinearWork;
 use super::probe::{Energies, Moment, columns, largest_stretch, record_cavity};
@@ -14,15 +15,6 @@ use crate::solve::{Driver, Findings, Newton, NewtonSettings, Status, StepSetting
 use crate::system::{At, Cost, State};
 use std::time::{Duration, Instant};
 
-/// Progress of a run.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Progress {
-    /// Time of the last accepted state \[s\]
-    pub t: f64,
-    /// End of the last stage \[s\]
-    pub end: f64,
-}
-
 /// Result of a run: rows on the time grid, the state farthest from rest, and the cost.
 pub struct Run {
     pub columns: Vec<String>,
@@ -33,7 +25,7 @@ pub struct Run {
     pub written: Vec<usize>,
     /// \[rows × signals\] values of the prescribed signals
     pub signals: Vec<Vec<f64>>,
-    /// The `[\[event\]]`s that happened
+    /// The `[[event]]`s that happened
     pub events: Vec<Fired>,
     pub status: Status,
     /// Error of a signal or of the controller that ended the run
@@ -66,13 +58,6 @@ pub struct Run {
     pub pulling: Option<String>,
     /// Derivatives of the rows, where the options asked for them
     pub sensitivities: Option<Sensitivities>,
-}
-
-/// A state to be drawn.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Snapshot {
-    pub t: f64,
-    pub x: Vec<f64>,
 }
 
 impl Scene {
@@ -128,7 +113,7 @@ impl Scene {
         }
     }
 
-    /// The driver of a run, with the settings of `\[numerics\]`.
+    /// The driver of a run, with the settings of `[numerics]`.
     fn driver(&self) -> Driver<'_> {
         let n = &self.spec.numerics;
         let settings = NewtonSettings {

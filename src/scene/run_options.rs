@@ -2,9 +2,17 @@
 
 use super::checkpoint::Checkpoint;
 use super::control::Controller;
-use super::run::Progress;
 use super::sensitivities::SensitivityRecorder;
 use crate::system::State;
+
+/// Progress of a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// Time of the last accepted state \[s\]
+    pub t: f64,
+    /// End of the last stage \[s\]
+    pub end: f64,
+}
 
 /// Receives a saved state with its label.
 pub type OnSave<'a> = dyn FnMut(&Checkpoint, &str) + 'a;

@@ -1,10 +1,9 @@
 //! Follows a run of a scene: decides its inputs at the points of the time grid, and records rows, energies, cables, states.
 
 use super::build::Scene;
-use super::checkpoint::Checkpoint;
+use super::checkpoint::{Checkpoint, Snapshot};
 use super::control::{ControlError, Opening, Orders};
-use super::run::{Progress, Snapshot};
-use super::run_options::RunOptions;
+use super::run_options::{Progress, RunOptions};
 use crate::solve::{AcceptedStep, GridPoint, Status, Step, StepObserver, TimeSpan};
 use crate::system::State;
 use std::ops::ControlFlow;

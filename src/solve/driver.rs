@@ -4,26 +4,13 @@
 use super::arc_length::ArcLengthSteps;
 use super::contact_correction::CorrectedSteps;
 use super::observer::{AcceptedStep, GridPoint, GridPosition, StepObserver};
-use super::prediction::Prediction;
 use super::start::initial_acceleration_by;
 use super::step_solver::{StepSettings, StepSolver};
 use super::step_strategy::{StepOutcome, StepStrategy};
 use super::subdivided_steps::SubdividedSteps;
-use super::{Findings, Integrator, LaggedFactorRecord, Newton, Status, TimeSpan, Totals};
+use super::{DriverMemory, Findings, Integrator, Newton, Status, TimeSpan, Totals};
 use crate::system::{State, System};
 use std::ops::ControlFlow;
-
-/// Everything that a driver remembers from step to step in addition to the state.
-#[derive(Clone, Debug, PartialEq, Default)]
-pub struct DriverMemory {
-    pub prediction: Prediction,
-    /// How often the nominal step was halved for its time error
-    pub level: u32,
-    /// ‖diag K‖ of the last tangent \[N/m\]
-    pub stiffness: f64,
-    pub lagged_factor: LaggedFactorRecord,
-    pub totals: Totals,
-}
 
 /// Takes a state through time, span by span.
 pub struct Driver<'a> {

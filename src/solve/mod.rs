@@ -4,6 +4,7 @@ mod arc_length;
 mod contact_correction;
 mod diagnosis;
 mod driver;
+mod driver_memory;
 mod equilibrium_path;
 mod failure;
 mod gauss_seidel;
@@ -30,7 +31,8 @@ mod tangent;
 mod time_span;
 mod totals;
 
-pub use driver::{Driver, DriverMemory};
+pub use driver::Driver;
+pub use driver_memory::DriverMemory;
 pub use equilibrium_path::TurningPoint;
 pub use failure::Failure;
 pub use integrator::Integrator;
