@@ -1,5 +1,5 @@
-//! The documentation is true of the code: every key of the files is in the guide, links lead somewhere, command lines
-//! parse, example scenes are read.
+//! The documentation agrees with the code: the reference names every key of the files, links resolve, command lines
+//! parse, example scenes and studies are read.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -14,8 +14,12 @@ fn text(path: impl AsRef<Path>) -> String {
     std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
 }
 
-fn guide() -> String {
-    text("docs/guide.md")
+/// The pages of `docs/reference`, in the order of their names.
+fn reference() -> String {
+    let folder = std::fs::read_dir(root().join("docs/reference")).expect("the folder of the reference");
+    let mut pages: Vec<PathBuf> = folder.flatten().map(|entry| entry.path()).collect();
+    pages.sort();
+    pages.iter().map(text).collect::<Vec<_>>().join("\n")
 }
 
 /// `BendingAngle` → `bending_angle`
@@ -99,124 +103,119 @@ fn code_words(markdown: &str) -> BTreeSet<String> {
 }
 
 fn missing(keys: BTreeSet<String>) -> Vec<String> {
-    let words = code_words(&guide());
+    let words = code_words(&reference());
     keys.into_iter().filter(|key| !words.contains(key)).collect()
 }
 
-#[test]
-fn the_guide_names_every_key_of_a_scene_and_a_study() {
-    let types = [
-        "SceneSpec",
-        "EffectSpec",
-        "StiffnessSpec",
-        "LumpingSpec",
-        "ModuliSpec",
-        "ArmSpec",
-        "ConstraintSpec",
-        "DriveSpec",
-        "StageSpec",
-        "ContinuationSpec",
-        "IntegratorSpec",
-        "ProbeSpec",
-        "SkinSpec",
-    ];
-    let scene = keys_of(&text("src/scene/spec.rs"), &types);
-    for sure in ["viscous_damping", "generalised_alpha", "max_steps", "probe"] {
-        assert!(scene.contains(sure), "the reader of the source missed {sure}: {scene:?}");
+/// All sources of the modules whose types are read from scene and study files.
+fn sources() -> String {
+    fn walk(folder: &Path, out: &mut String) {
+        for entry in std::fs::read_dir(folder).expect("a folder of the project").flatten() {
+            let path = entry.path();
+            if path.is_dir() {
+                walk(&path, out);
+            } else if path.extension().is_some_and(|e| e == "rs") {
+                out.push_str(&text(&path));
+                out.push('\n');
+            }
+        }
     }
-    assert_eq!(missing(scene), Vec::<String>::new(), "not in docs/guide.md");
-    let types = [
-        "MeshSpec",
-        "GradingSpec",
-        "GeneratorSpec",
-        "ElementSpec",
-        "SelectorSpec",
-        "GridSpec",
-        "CopySpec",
-        "DisturbSpec",
-    ];
-    let mesh = keys_of(&text("src/scene/mesh_spec.rs"), &types);
-    for sure in ["tet10", "sphere", "octant", "half_space", "slivers"] {
-        assert!(mesh.contains(sure), "the reader of the source missed {sure}: {mesh:?}");
+    let mut out = String::new();
+    for folder in ["src/scene", "src/study", "src/calibrate/inverse"] {
+        walk(&root().join(folder), &mut out);
     }
-    assert_eq!(missing(mesh), Vec::<String>::new(), "meshes not in docs/guide.md");
-    let hard = keys_of(&text("src/study/stability/spec.rs"), &["SuiteSpec", "MapSpec"]);
-    let checks = keys_of(&text("src/study/stability/check.rs"), &["CheckSpec", "Moment", "Bound"]);
-    assert!(hard.contains("setup") && checks.contains("at_least"), "{hard:?} {checks:?}");
-    assert_eq!(missing(hard.into_iter().chain(checks).collect()), Vec::<String>::new(), "not in docs/guide.md");
-    let numerics = keys_of(&text("src/scene/numerics.rs"), &["NumericsSpec"]);
-    assert!(numerics.contains("time_budget"), "{numerics:?}");
-    assert_eq!(missing(numerics), Vec::<String>::new(), "numerics not in docs/guide.md");
-    let start = keys_of(&text("src/scene/start.rs"), &["StartSpec"]);
-    assert!(start.contains("collapsed") && start.contains("perturbation"), "{start:?}");
-    assert_eq!(missing(start), Vec::<String>::new(), "starts not in docs/guide.md");
-    let cable = keys_of(&text("src/scene/cable.rs"), &["CableSpec", "RingSpec"]);
-    assert!(["EA", "after", "guide_radius"].iter().all(|key| cable.contains(*key)), "{cable:?}");
-    assert_eq!(missing(cable), Vec::<String>::new(), "not in docs/guide.md");
-    let types = ["ContactSpec", "MotionSpec", "TurningSpec", "ResponseSpec"];
-    let contact = keys_of(&text("src/scene/contact_spec.rs"), &types);
-    assert!(["multiplier", "stick_velocity", "about"].iter().all(|key| contact.contains(*key)), "{contact:?}");
-    assert_eq!(missing(contact), Vec::<String>::new(), "not in docs/guide.md");
-    let rigid = keys_of(&text("src/scene/rigid.rs"), &["RigidSpec", "WeightSpec"]);
-    assert!(rigid.contains("spin"), "{rigid:?}");
-    assert_eq!(missing(rigid), Vec::<String>::new(), "not in docs/guide.md");
-    let shape = keys_of(&text("src/scene/shape.rs"), &["ShapeSpec", "TurnSpec"]);
-    assert!(["floor", "turn", "region"].iter().all(|key| shape.contains(*key)), "{shape:?}");
-    assert_eq!(missing(shape), Vec::<String>::new(), "shapes not in docs/guide.md");
-    let signals = keys_of(&text("src/scene/signal.rs"), &["FunctionSpec"]);
-    assert!(signals.contains("raised_cosine") && signals.contains("amplitude"), "{signals:?}");
-    assert_eq!(missing(signals), Vec::<String>::new(), "signals not in docs/guide.md");
-    let events = keys_of(&text("src/scene/control/spec.rs"), &["EventSpec", "WhenSpec", "ThenSpec"]);
-    assert!(events.contains("slack") && events.contains("over"), "{events:?}");
-    assert_eq!(missing(events), Vec::<String>::new(), "events not in docs/guide.md");
-    let compare = keys_of(&text("src/scene/compare.rs"), &["CompareSpec", "MeasuredSpec"]);
-    assert!(compare.contains("over") && compare.contains("unit"), "{compare:?}");
-    assert_eq!(missing(compare), Vec::<String>::new(), "compare not in docs/guide.md");
-    let output = keys_of(&text("src/scene/output.rs"), &["OutputSpec", "FieldsSpec", "FieldSpec", "ScheduleSpec"]);
-    assert!(output.contains("von_mises") && output.contains("every"), "{output:?}");
-    assert_eq!(missing(output), Vec::<String>::new(), "output not in docs/guide.md");
-    let study = keys_of(&text("src/study/spec.rs"), &["StudySpec", "Kind", "VariantSpec", "FamilySpec"]);
-    assert!(study.contains("expectation") && study.contains("members"), "{study:?}");
-    assert_eq!(missing(study), Vec::<String>::new(), "not in docs/guide.md");
-    let axes = keys_of(&text("src/study/axis.rs"), &["AxisSpec", "Combine"]);
-    assert!(axes.contains("values") && axes.contains("list"), "{axes:?}");
-    assert_eq!(missing(axes), Vec::<String>::new(), "not in docs/guide.md");
-    let roles = keys_of(&text("src/study/record.rs"), &["Role", "Quantity"]);
-    assert!(roles.contains("time_step") && roles.contains("symbol"), "{roles:?}");
-    assert_eq!(missing(roles), Vec::<String>::new(), "not in docs/guide.md");
+    out
+}
+
+/// Types that are read from files: those whose name ends with `Spec`, and a few enums of study files.
+fn types_of_files(source: &str) -> Vec<&str> {
+    let heads = ["pub struct ", "pub enum "];
+    let declared = source.lines().filter_map(|line| heads.iter().find_map(|head| line.strip_prefix(head)));
+    let names = declared.map(|rest| rest.split([' ', '<', '(', ';']).next().unwrap_or_default());
+    let others = ["Kind", "Combine", "Moment", "Bound", "Role", "Quantity"];
+    names.filter(|name| name.ends_with("Spec") || others.contains(name)).collect()
 }
 
 #[test]
-fn the_guide_names_every_law_constant_and_body() {
+fn the_reference_names_every_key_of_a_scene_and_a_study() {
+    let source = sources();
+    let keys = keys_of(&source, &types_of_files(&source));
+    let sure = [
+        "viscous_damping",
+        "generalised_alpha",
+        "max_steps",
+        "probe",
+        "tet10",
+        "sphere",
+        "octant",
+        "half_space",
+        "slivers",
+        "setup",
+        "at_least",
+        "time_budget",
+        "collapsed",
+        "perturbation",
+        "EA",
+        "after",
+        "guide_radius",
+        "multiplier",
+        "stick_velocity",
+        "about",
+        "spin",
+        "floor",
+        "turn",
+        "raised_cosine",
+        "amplitude",
+        "slack",
+        "over",
+        "von_mises",
+        "every",
+        "expectation",
+        "members",
+        "values",
+        "list",
+        "time_step",
+        "symbol",
+        "weighting",
+    ];
+    for sure in sure {
+        assert!(keys.contains(sure), "the reader of the source missed {sure}: {keys:?}");
+    }
+    assert_eq!(missing(keys), Vec::<String>::new(), "not in docs/reference");
+}
+
+#[test]
+fn the_reference_names_every_law_constant_and_body() {
     let laws = durometer::material::LAWS;
     let keys = laws.iter().flat_map(|l| l.keys.iter().map(|k| k.name)).chain(laws.iter().map(|l| l.info.name));
-    assert_eq!(missing(keys.map(str::to_string).collect()), Vec::<String>::new(), "not in docs/guide.md");
+    assert_eq!(missing(keys.map(str::to_string).collect()), Vec::<String>::new(), "not in docs/reference");
     let bodies: BTreeSet<String> = durometer::mesh::generate::body::names(root()).into_iter().collect();
     assert!(bodies.contains("finger"));
-    let (described, guide) = (code_words(&text("meshes/README.md")), code_words(&guide()));
+    let (described, reference) = (code_words(&text("meshes/README.md")), code_words(&reference()));
     for body in bodies {
-        assert!(guide.contains(&body) && described.contains(&body), "{body} is not in the guide or meshes/README.md");
+        assert!(reference.contains(&body), "{body} is not in docs/reference");
+        assert!(described.contains(&body), "{body} is not in meshes/README.md");
     }
 }
 
 #[test]
-fn the_theory_has_a_section_for_every_effect_probe_law_and_integrator() {
-    let spec = text("src/scene/spec.rs");
+fn the_explanation_has_a_section_for_every_effect_probe_law_and_integrator() {
+    let spec = sources();
     let sections = [("EffectSpec", "effects"), ("ConstraintSpec", "effects"), ("ProbeSpec", "probes")];
     for (registry, page) in sections.into_iter().chain([("IntegratorSpec", "integrators")]) {
-        let words = code_words(&text(format!("docs/theory/{page}.md")));
+        let words = code_words(&text(format!("docs/explanation/{page}.md")));
         let variants = keys_of(&spec, &[registry]);
         assert!(variants.len() > 2);
         for line in spec.lines().skip_while(|l| !l.contains(&format!("enum {registry} "))).take_while(|l| *l != "}") {
             let name: String = line.trim().chars().take_while(|c| c.is_alphanumeric()).collect();
             if line.starts_with("    ") && !line.starts_with("     ") && name.starts_with(char::is_uppercase) {
-                assert!(words.contains(&snake(&name)), "{} is not in docs/theory/{page}.md", snake(&name));
+                assert!(words.contains(&snake(&name)), "{} is not in docs/explanation/{page}.md", snake(&name));
             }
         }
     }
-    let words = code_words(&text("docs/theory/laws.md"));
+    let words = code_words(&text("docs/explanation/laws.md"));
     for law in durometer::material::LAWS {
-        assert!(words.contains(law.info.name), "{} is not in docs/theory/laws.md", law.info.name);
+        assert!(words.contains(law.info.name), "{} is not in docs/explanation/laws.md", law.info.name);
     }
 }
 
@@ -308,19 +307,11 @@ fn calls(page: &str) -> Vec<Vec<String>> {
 #[test]
 fn command_lines_parse() {
     let mut pages_with_calls = 0;
-    let pages = [
-        "README.md",
-        "docs/guide.md",
-        "docs/decisions/0001-cable-through-patches.md",
-        "docs/decisions/0004-dense-patch-coupling.md",
-        "meshes/README.md",
-        "data/README.md",
-        "studies/finger-convergence/README.md",
-        "studies/finger-control/README.md",
-        "studies/finger-dynamics/README.md",
-        "studies/finger-mass-spring/README.md",
-    ];
-    for page in pages {
+    let mut all = Vec::new();
+    pages(root(), &mut all);
+    let names = all.iter().map(|page| page.strip_prefix(root()).expect("a page of the project").to_string_lossy());
+    for page in names {
+        let page = page.as_ref();
         let calls = calls(page);
         pages_with_calls += usize::from(!calls.is_empty());
         for mut call in calls {
@@ -342,19 +333,22 @@ fn command_lines_parse() {
 }
 
 #[test]
-fn every_flag_is_in_the_guide() {
-    let guide = guide();
-    for command in ["run", "simulate", "mesh", "fit", "check", "report", "doctor"] {
+fn every_flag_is_in_the_reference() {
+    let page = text("docs/reference/commands.md");
+    for command in ["run", "simulate", "plan", "mesh", "fit", "check", "report", "doctor"] {
         let output = Command::new(env!("CARGO_BIN_EXE_durometer")).args([command, "--help"]).output().expect("it runs");
         let help = String::from_utf8_lossy(&output.stdout).into_owned();
-        let section: String = guide
-            .split("\n### ")
+        let section: String = page
+            .split("\n## ")
             .find(|s| s.starts_with(&format!("`durometer {command}")))
-            .unwrap_or_else(|| panic!("the guide has no section on {command}"))
+            .unwrap_or_else(|| panic!("the reference has no section on {command}"))
             .into();
         for flag in help.split_whitespace().filter(|w| w.starts_with("--") && w.len() > 3) {
             let flag = flag.trim_end_matches([',', '.', ':', '=', ']']);
-            assert!(flag == "--help" || section.contains(flag), "{command}: {flag} is not in its section of the guide");
+            assert!(
+                flag == "--help" || section.contains(flag),
+                "{command}: {flag} is not in its section of the reference"
+            );
         }
     }
 }
@@ -363,9 +357,12 @@ fn every_flag_is_in_the_guide() {
 fn example_scenes_and_studies_are_read() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let (mut scenes, mut studies) = (0, 0);
-    for page in ["docs/guide.md", "README.md", "meshes/README.md"] {
-        for block in blocks(&text(page), "toml").iter().filter(|b| b.contains("[[stage]]") || b.contains("[[family]]"))
-        {
+    let mut all = Vec::new();
+    pages(root(), &mut all);
+    for page in all {
+        let markdown = text(&page);
+        let page = page.display();
+        for block in blocks(&markdown, "toml").iter().filter(|b| b.contains("[[stage]]") || b.contains("[[family]]")) {
             if block.contains("[[family]]") {
                 let _: durometer::study::spec::StudySpec =
                     toml::from_str(block).unwrap_or_else(|e| panic!("{page}: {e}"));
@@ -385,7 +382,7 @@ fn example_scenes_and_studies_are_read() {
 fn the_first_example_is_built_from_a_committed_mesh() {
     use durometer::scene::{Body, Scene, read_scene};
     let folder = tempfile::tempdir().expect("a temporary folder");
-    for page in ["docs/guide.md", "README.md"] {
+    for page in ["docs/reference/scene.md", "README.md"] {
         let block =
             blocks(&text(page), "toml").into_iter().find(|b| b.contains("body = \"finger\"")).expect("an example");
         let file = folder.path().join("scene.toml");

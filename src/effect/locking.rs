@@ -15,7 +15,7 @@ use crate::mesh::{Order, TetMesh, element};
 use crate::system::Effect;
 use std::sync::Arc;
 
-/// Scatter above which a displacement-only element is taken for locked \[–\]; calibrated in `docs/theory/elements.md`.
+/// Scatter above which a displacement-only element is taken for locked \[–\]; calibrated in `docs/explanation/elements.md`.
 pub const ALARM: f64 = 0.5;
 
 /// Poisson's ratio below which no volume change can lock: there κ < 4.7 μ, and what scatters is bending that linear cells do

@@ -56,7 +56,10 @@ impl<'a> StepStrategy<'a> for CorrectedSteps {
     fn begin(&mut self, steps: &mut StepSolver<'a>, state: &State, goal: f64) -> Result<(), Status> {
         (self.done, self.origin, self.goal) = (0, state.t, goal);
         let dt = (goal - state.t) / self.count as f64;
-        self.planes = ContactPlanes { points: steps.system.touches_at(&state.x, dt), x: state.x.clone() };
+        self.planes = ContactPlanes {
+            points: steps.system.contact_points(&state.x, dt, &mut steps.newton.sums.caches),
+            x: state.x.clone(),
+        };
         Ok(())
     }
 
@@ -122,7 +125,10 @@ impl Newton {
         self.look_back(step).ok()?;
         while !solved.regularised && solved.iterations < self.settings.max_iterations {
             let dt = step.at(next).dt;
-            let planes = ContactPlanes { points: step.system.touches_at(&next.x, dt), x: next.x.clone() };
+            let planes = ContactPlanes {
+                points: step.system.contact_points(&next.x, dt, &mut self.sums.caches),
+                x: next.x.clone(),
+            };
             if planes.points.iter().filter(|touch| touch.force > 0.0).count() > MANY {
                 return None;
             }
@@ -151,7 +157,7 @@ impl Newton {
     ) -> Result<(), Failure> {
         let system = step.system;
         let mut forces = vec![0.0; planes.points.len()];
-        system.press(&mut next.x, &forces);
+        system.set_contact_forces(&mut next.x, &forces, &mut self.sums.caches);
         let increment = remaining(targets, next);
         self.evaluate(step, next, Want::Tangent, increment.as_deref())?;
         self.stiffness = norm(&self.sums.pattern.diagonal(&self.sums.k));
@@ -188,7 +194,7 @@ impl Newton {
         targets.iter().for_each(|&(dof, value)| next.x[dof] = value);
         next.lambda.copy_from_slice(&direction.lambda);
         contacts.points.iter().for_each(|point| forces[point.place] = contacts.p[point.first]);
-        system.press(&mut next.x, &forces);
+        system.set_contact_forces(&mut next.x, &forces, &mut self.sums.caches);
         self.evaluate(step, next, Want::Residual, None)
     }
 

@@ -1,7 +1,7 @@
 //! Initial values of a step by extrapolation of the last accepted states.
 
 use super::Integrator;
-use crate::system::{State, System};
+use crate::system::{Caches, State, System};
 
 /// Highest degree of the extrapolation.
 const MAX_DEGREE: usize = 6;
@@ -43,7 +43,14 @@ impl Prediction {
     /// Puts the prediction for the time of `next` into its x and λ; false where there are too few states.
     ///
     /// Statics: the polynomial through the last states. Dynamics: x + Δt v + ½Δt² a, multipliers linear.
-    pub(super) fn predict(&self, system: &System, integrator: Integrator, state: &State, next: &mut State) -> bool {
+    pub(super) fn predict(
+        &self,
+        system: &System,
+        integrator: Integrator,
+        state: &State,
+        next: &mut State,
+        caches: &mut Caches,
+    ) -> bool {
         if self.recent.len() < 2 {
             return false;
         }
@@ -61,7 +68,7 @@ impl Prediction {
             }
         }
         let motion: Vec<f64> = next.x.iter().zip(&state.x).map(|(n, x)| n - x).collect();
-        if let Some((_, limit)) = system.max_step(&state.x, &motion) {
+        if let Some((_, limit)) = system.max_step(&state.x, &motion, caches) {
             next.x.iter_mut().zip(&state.x).zip(&motion).for_each(|((n, x), d)| *n = x + limit.share * d);
         }
         for (c, lambda) in next.lambda.iter_mut().enumerate() {

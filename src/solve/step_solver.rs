@@ -55,7 +55,8 @@ impl<'a> StepSolver<'a> {
         let mut next = State { t, ..state.clone() };
         // The linearised step is linearised at the last state: K(xₙ).
         let extrapolate = self.settings.extrapolate && !integrator.is_linearised();
-        let extrapolated = extrapolate && self.prediction.predict(self.system, integrator, state, &mut next);
+        let extrapolated = extrapolate
+            && self.prediction.predict(self.system, integrator, state, &mut next, &mut self.newton.sums.caches);
         let step = Step { system: self.system, integrator, past: state, dt };
         let mut result = self.newton.solve(&step, &mut next);
         if result.is_err() && extrapolated {
