@@ -94,7 +94,7 @@ impl<'a> StepStrategy<'a> for SubdividedSteps {
         }
         // Grow again after two steps in a row, by as much as the time error allows.
         let mut allowed = integrator.halvings(SAFE / self.excess);
-        while self.level > 0 && self.done % 2 == 0 && allowed >= 1.0 {
+        while self.level > 0 && self.done.is_multiple_of(2) && allowed >= 1.0 {
             self.level -= 1;
             self.done /= 2;
             allowed -= 1.0;
