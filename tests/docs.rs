@@ -382,7 +382,7 @@ fn example_scenes_and_studies_are_read() {
 fn the_first_example_is_built_from_a_committed_mesh() {
     use durometer::scene::{Body, Scene, read_scene};
     let folder = tempfile::tempdir().expect("a temporary folder");
-    for page in ["docs/reference/scene.md", "README.md"] {
+    for page in ["docs/reference/scene.md"] {
         let block =
             blocks(&text(page), "toml").into_iter().find(|b| b.contains("body = \"finger\"")).expect("an example");
         let file = folder.path().join("scene.toml");
