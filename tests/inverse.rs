@@ -9,9 +9,9 @@ use durometer::calibrate::inverse::{Calibration, Failure, Measured, MeasuredSpec
 use durometer::material::{LAWS, registry};
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
-use durometer::report;
 use durometer::scene::{Constant, Progress, Scene};
 use durometer::study::record::CaseRecord;
+use durometer::study::report;
 use durometer::study::runner::{self, Options, Watch};
 use durometer::study::spec::Study;
 use std::path::{Path, PathBuf};

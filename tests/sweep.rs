@@ -5,11 +5,11 @@
 #[path = "analysis/synthetic.rs"]
 mod synthetic;
 
-use durometer::report;
-use durometer::study::prices;
+use durometer::study::kinds::prices;
+use durometer::study::kinds::sweep::{Along, Trend, analyse};
 use durometer::study::record::{AxisRecord, EffectRecord, FamilyRecord, Quantity, Role, StoredCase, StudyRecord};
+use durometer::study::report;
 use durometer::study::spec::Study;
-use durometer::study::sweep::{Along, Trend, analyse};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;

@@ -7,13 +7,13 @@
 //! The largest φ whose error is within a quarter of the tolerance in every quantity is taken: what is left belongs to the mesh. In
 //! statics without history the state does not depend on the step, and the scene keeps its own.
 
-use super::pilots::{build, run};
-use super::sizes::Choice;
-use super::{PlanError, Request, Watch};
 use crate::scene::Scene;
-use crate::study::convergence::family::{Level, estimate_of_order};
-use crate::study::convergence::order::LEAST_ORDER;
-use crate::study::convergence::peak;
+use crate::study::curve::peak;
+use crate::study::estimate::family::{Level, estimate_of_order};
+use crate::study::estimate::order::LEAST_ORDER;
+use crate::study::plan::pilots::{build, run};
+use crate::study::plan::sizes::Choice;
+use crate::study::plan::{PlanError, Request, Watch};
 use crate::study::record::{Role, StoredCase};
 use crate::system::Cone;
 use serde::Serialize;
