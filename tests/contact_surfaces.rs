@@ -238,10 +238,10 @@ fn blocks(lower: [usize; 3], upper: [usize; 3], apart: &str, element: &str, rest
 element = "{element}"
 [[mesh.copy]]
 name = "lower"
-grid = {{ box = {{ size = ["10 mm", "10 mm", "10 mm"], divisions = {lower:?} }} }}
+grid = {{ kind = "box", size = ["10 mm", "10 mm", "10 mm"], divisions = {lower:?} }}
 [[mesh.copy]]
 name = "upper"
-grid = {{ box = {{ size = ["10 mm", "10 mm", "10 mm"], divisions = {upper:?} }} }}
+grid = {{ kind = "box", size = ["10 mm", "10 mm", "10 mm"], divisions = {upper:?} }}
 shift = ["0 mm", "0 mm", "{apart}"]
 [laws.rubber]
 law = "neo_hookean"
@@ -441,7 +441,8 @@ fn impact(ratio: f64, friction: f64) -> Scene {
     };
     let rest = format!(
         r#"{ELASTIC}{}{}{}
-[start.moving]
+[start]
+kind = "moving"
 region = "upper.body"
 velocity = ["0.05 m/s", "0.1 m/s", "-1 m/s"]
 [[stage]]
@@ -515,11 +516,11 @@ fn nothing_crosses_in_random_drops() {
 element = "{element}"
 [[mesh.copy]]
 name = "lower"
-grid = {{ box = {{ size = ["10 mm", "10 mm", "10 mm"], divisions = [{n}, {n}, {n}] }} }}
+grid = {{ kind = "box", size = ["10 mm", "10 mm", "10 mm"], divisions = [{n}, {n}, {n}] }}
 shift = ["-5 mm", "-5 mm", "-10 mm"]
 [[mesh.copy]]
 name = "upper"
-grid = {{ box = {{ size = ["6 mm", "6 mm", "6 mm"], divisions = [{n}, {n}, {n}] }} }}
+grid = {{ kind = "box", size = ["6 mm", "6 mm", "6 mm"], divisions = [{n}, {n}, {n}] }}
 turn = {{ axis = {axis:?}, angle = "{angle} deg" }}
 shift = ["{} mm", "{} mm", "11 mm"]
 [laws.rubber]
@@ -535,7 +536,8 @@ mass = "consistent"
 [[constraint]]
 kind = "fixed"
 region = "lower.zmin"
-[start.moving]
+[start]
+kind = "moving"
 region = "upper.body"
 velocity = ["0 m/s", "0 m/s", "-4 m/s"]
 [[stage]]
@@ -710,7 +712,7 @@ fn symmetric_blocks_stay_symmetric() {
     let scene = load(&format!(
         r#"
 [mesh]
-grid = {{ box = {{ size = ["10 mm", "10 mm", "10 mm"], divisions = [3, 3, 3] }} }}
+grid = {{ kind = "box", size = ["10 mm", "10 mm", "10 mm"], divisions = [3, 3, 3] }}
 [[mesh.copy]]
 name = "upper"
 shift = ["0 mm", "0 mm", "0.05 mm"]

@@ -309,8 +309,8 @@ kind = "energy"
     for integrator in [
         "\"implicit_euler\"",
         "\"bdf2\"",
-        "{ generalised_alpha = { rho = 0.5 } }",
-        "{ newmark = { beta = 0.25, gamma = 0.5 } }",
+        "{ kind = \"generalised_alpha\", rho = 0.5 }",
+        "{ kind = \"newmark\", beta = 0.25, gamma = 0.5 }",
     ] {
         let (coarse, fine) = (mismatch(integrator, 0.001), mismatch(integrator, 0.0005));
         println!("energy balance, {integrator}: {coarse:.2e} of the work at 1 ms, {fine:.2e} at 0.5 ms");

@@ -157,24 +157,24 @@ name = "by_length"
 guides = [["0.05 m", "0.8 m", "0.3 m"], ["0.5 m", "0.7 m", "0.5 m"], ["0.9 m", "0.8 m", "0.6 m"]]
 pull_point = ["-0.3 m", "0.9 m", "0.2 m"]
 guide_radius = "0.2 m"
-drive = {{ length = "10 mm" }}
+drive = {{ kind = "length", signal = "10 mm" }}
 [[constraint]]
 kind = "cable"
 name = "by_tension"
 guides = [["0.3 m", "0.2 m", "0.3 m"], ["0.9 m", "0.3 m", "0.6 m"]]
 pull_point = ["-0.3 m", "0.1 m", "0.2 m"]
 guide_radius = "point"
-drive = {{ tension = {{ kind = "ramp", from = "0 N", to = "5 kN", end = "1 s" }} }}
+drive = {{ kind = "tension", signal = {{ kind = "ramp", from = "0 N", to = "5 kN", end = "1 s" }} }}
 [[constraint]]
 kind = "cavity"
 name = "by_pressure"
 region = "xmin"
-drive = {{ pressure = {{ kind = "ramp", from = "0 kPa", to = "20 kPa", end = "1 s" }} }}
+drive = {{ kind = "pressure", signal = {{ kind = "ramp", from = "0 kPa", to = "20 kPa", end = "1 s" }} }}
 [[constraint]]
 kind = "cavity"
 name = "by_volume"
 region = "xmin"
-drive = {{ volume = "10 ml" }}
+drive = {{ kind = "volume", signal = "10 ml" }}
 [[stage]]
 integrator = "bdf2"
 duration = "1 s"

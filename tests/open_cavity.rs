@@ -342,7 +342,7 @@ region = "xmin"
 kind = "cavity"
 region = "zmax"
 open = true
-drive = { pressure = { kind = "ramp", from = "0 kPa", to = "0.04 kPa", end = "1 s" } }
+drive = { kind = "pressure", signal = { kind = "ramp", from = "0 kPa", to = "0.04 kPa", end = "1 s" } }
 [[stage]]
 integrator = "static"
 duration = "1 s"
@@ -407,9 +407,11 @@ tolerance = 1e-10
         assert_eq!(run.status, Status::Converged);
         ["cable_tension_N", "xmax_x_m", "xmax_z_m"].map(|name| *column(&run, name).last().expect("rows"))
     };
-    let [tension, x, z] = end(r#"{ length = { kind = "ramp", from = "0 mm", to = "3 mm", end = "1 s" } }"#);
-    let same =
-        end(&format!("{{ tension = {{ kind = \"ramp\", from = \"0 N\", to = \"{tension:?} N\", end = \"1 s\" }} }}"));
+    let [tension, x, z] =
+        end(r#"{ kind = "length", signal = { kind = "ramp", from = "0 mm", to = "3 mm", end = "1 s" } }"#);
+    let same = end(&format!(
+        "{{ kind = \"tension\", signal = {{ kind = \"ramp\", from = \"0 N\", to = \"{tension:?} N\", end = \"1 s\" }} }}"
+    ));
     println!("tension {tension:.4} N, tip ({x:.6}, {z:.6}) m, back {same:?}");
     assert!(tension > 0.0 && (same[1] - x).abs() < 1e-8 && (same[2] - z).abs() < 1e-8);
 }

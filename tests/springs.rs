@@ -327,7 +327,7 @@ kind = "cable"
 guides = [["20 mm", "5 mm", "2 mm"], ["38 mm", "5 mm", "2 mm"]]
 pull_point = ["-1 mm", "5 mm", "2 mm"]
 guide_radius = "3 mm"
-drive = {{ length = {{ kind = "ramp", from = "0 mm", to = "4 mm", end = "0.2 s" }} }}
+drive = {{ kind = "length", signal = {{ kind = "ramp", from = "0 mm", to = "4 mm", end = "0.2 s" }} }}
 [[stage]]
 integrator = "bdf2"
 duration = "0.2 s"

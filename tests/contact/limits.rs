@@ -134,7 +134,7 @@ components = "z"
 [[constraint]]
 kind = "cavity"
 region = "inner"
-drive = { pressure = { kind = "ramp", from = "0 Pa", to = "1 Pa", end = "1 s" } }
+drive = { kind = "pressure", signal = { kind = "ramp", from = "0 Pa", to = "1 Pa", end = "1 s" } }
 [[contact]]
 region = "outer"
 obstacle = { kind = "floor", point = ["0 m", "0 m", "-100 m"], normal = [0, 0, 1] }
