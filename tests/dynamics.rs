@@ -106,7 +106,7 @@ fn initial_acceleration_is_that_of_gravity() {
             let a = initial_acceleration(&system, &state).unwrap();
             // Σ M a is the weight whatever the distribution.
             let mass = Mass::new(&mesh, &body(&mesh), DENSITY, lumping);
-            let mut out = durometer::system::Local::new(mass.blocks.largest());
+            let mut out = durometer::system::BlockValues::new(mass.blocks.largest());
             let mut force = 0.0;
             for b in 0..mass.blocks.len() {
                 out.r.fill(0.0);

@@ -11,7 +11,7 @@ use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh};
 use durometer::solve::{Integrator, Span, Status, Step, StepSettings, Stepper};
 use durometer::system::{
-    Assembled, At, Blocks, Effect, EvalError, Local, Prescribed, Rates, Role, State, System, Want,
+    Assembled, At, BlockValues, Blocks, Effect, EnergyRole, EvalError, Prescribed, Rates, State, System, Want,
 };
 use std::sync::Arc;
 
@@ -113,7 +113,7 @@ fn the_energy_is_the_work_of_the_step() {
     let eval = |b: usize, x: &[f64]| {
         let rates = Rates::default();
         let at = At { t: 1.0, dt: f64::INFINITY, x, v: &zero, a: &zero, old: &old, history: &[], inputs: &[], rates };
-        let mut out = Local::new(Effect::blocks(&load).size(b));
+        let mut out = BlockValues::new(Effect::blocks(&load).size(b));
         load.eval(&at, b, Want::Residual, &mut out).expect("regular");
         out
     };
@@ -251,10 +251,10 @@ impl Effect for Symmetrised {
     fn blocks(&self) -> &Blocks {
         Effect::blocks(&self.0)
     }
-    fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+    fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
         self.0.eval(at, b, want, out)
     }
-    fn role(&self) -> Role {
+    fn role(&self) -> EnergyRole {
         self.0.role()
     }
     fn intensity(&self, now: Clock) -> f64 {
