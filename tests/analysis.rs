@@ -5,7 +5,7 @@ use durometer::study::estimate::curve::compare;
 use durometer::study::estimate::family::{Estimate, Level, estimate};
 use durometer::study::estimate::fit::least_squares;
 use durometer::study::estimate::order::{Convergence, Triple};
-use durometer::study::kinds::convergence::{Analysis, analyse};
+use durometer::study::kinds::convergence::analysis::{Analysis, analyse};
 use durometer::study::locking;
 use durometer::study::record::*;
 use durometer::study::report;

@@ -6,7 +6,7 @@
 mod synthetic;
 
 use durometer::study::kinds::cost::line::How;
-use durometer::study::kinds::cost::{Grows, Measure, analyse};
+use durometer::study::kinds::cost::analysis::{Grows, Measure, analyse};
 use durometer::study::record::{FamilyRecord, Quantity, Role, StoredCase, StudyRecord};
 use durometer::study::report;
 use durometer::study::work::RepeatRecord;
@@ -54,7 +54,7 @@ const FAMILIES: [Family; 3] = [
     },
     Family {
         name: "fine",
-        role: Role::Overkill,
+        role: Role::Reference,
         formulation: "tet10",
         cells: &[8000, 27_000, 64_000],
         error: 0.03,

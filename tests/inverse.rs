@@ -13,7 +13,7 @@ use durometer::scene::{Constant, Progress, Scene};
 use durometer::study::record::CaseRecord;
 use durometer::study::report;
 use durometer::study::runner::{self, Options, Watch};
-use durometer::study::spec::Study;
+use durometer::study::expand::Study;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use toml::{Table, Value};

@@ -6,10 +6,10 @@
 mod synthetic;
 
 use durometer::study::curve::Curve;
-use durometer::study::kinds::materials::{Comparison, analyse};
+use durometer::study::kinds::materials::analysis::{Comparison, analyse};
 use durometer::study::record::{FamilyRecord, Quantity, Role, Series, StoredCase, StudyRecord};
 use durometer::study::report;
-use durometer::study::spec::Study;
+use durometer::study::expand::Study;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
@@ -48,7 +48,7 @@ fn study() -> (StudyRecord, Vec<StoredCase>) {
     study.kind = "materials".into();
     study.reference = Some("base".into());
     study.variants = vec!["length".into()];
-    study.families = vec![family("laws", Role::Laws), family("fine", Role::Finer)];
+    study.families = vec![family("laws", Role::Members), family("fine", Role::Finer)];
     let q = |name: &str, against| Quantity {
         name: name.into(),
         label: name[..name.rfind('_').unwrap_or(0)].replace('_', " "),

@@ -6,7 +6,7 @@ use durometer::scene::protocol::extremes;
 use durometer::scene::spec::{ConstraintSpec, EffectSpec};
 use durometer::scene::{Body, Scene, SceneSpec, read_scene};
 use durometer::study::runner::check_quantities;
-use durometer::study::spec::Study;
+use durometer::study::expand::Study;
 use durometer::system::Cone;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -5,7 +5,7 @@ use crate::calibrate::inverse::{Calibration, InverseError, Measured, MeasuredSpe
 use crate::math::units::{self, Dimension};
 use crate::scene::Constant;
 use crate::study::record::Quantity;
-use crate::study::spec::Case;
+use crate::study::expand::Case;
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};

@@ -11,7 +11,7 @@ use crate::study::record::{
 use crate::study::runner::input_hash;
 use crate::study::skin::{Rigid, Skin};
 use crate::study::solver::{self, SolverRecord};
-use crate::study::spec::Case;
+use crate::study::expand::Case;
 use crate::study::work::WorkRecord;
 use std::collections::BTreeMap;
 
@@ -51,7 +51,11 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         effects: run
             .costs
             .iter()
-            .map(|(name, time)| EffectRecord { name: name.clone(), wall_s: time.as_secs_f64() })
+            .map(|(name, time)| EffectRecord {
+                name: name.clone(),
+                kind: effect_kind(scene, name).into(),
+                wall_s: time.as_secs_f64(),
+            })
             .collect(),
         phases: PhaseRecord {
             assembly_s: run.assembly.as_secs_f64(),
@@ -81,6 +85,20 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
             version: env!("CARGO_PKG_VERSION").into(),
             scene: scene.text.clone(),
         },
+    }
+}
+
+/// Kind of an effect or constraint by what the scene declares under its name; friction belongs to its contact.
+fn effect_kind<'a>(scene: &Scene, name: &'a str) -> &'a str {
+    let contact = name.strip_suffix("_friction").unwrap_or(name);
+    if scene.contacts.iter().any(|c| c.name == name || c.name == contact) {
+        "contact"
+    } else if scene.cables.iter().any(|c| c.name == name) {
+        "cable"
+    } else if scene.cavities.iter().any(|c| c.name == name) {
+        "cavity"
+    } else {
+        name
     }
 }
 

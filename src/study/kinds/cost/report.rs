@@ -1,24 +1,23 @@
 //! Report of a cost study.
 
-use crate::report::table::Table;
+use crate::report::table::{Table, headings};
 use crate::report::words::{digits, percent, seconds};
 use crate::study::content::Content;
 use crate::study::figures::time;
 use crate::study::kinds::cost::figures::growth;
 use crate::study::kinds::cost::figures::work;
 use crate::study::kinds::cost::line::How;
-use crate::study::kinds::cost::{Analysis, Grows, Measure, QuantityAnalysis, analyse};
+use crate::study::kinds::cost::analysis::{Analysis, Grows, Measure, QuantityAnalysis};
 use crate::study::record::CaseRecord;
 use crate::study::results::Results;
 use crate::study::tables;
 use serde_json::{Map, Value, json};
 
-pub fn content(store: &Results) -> Content {
-    let a = analyse(&store.study, &store.cases);
+pub fn content(store: &Results, a: &Analysis) -> Content {
     let variants = || store.study.variants.iter();
-    let mut figures: Vec<_> = variants().filter_map(|v| work::precision(store, &a, v)).collect();
-    figures.extend(variants().filter_map(|v| work::amounts(store, &a, v)));
-    figures.extend(growth::draw(&a));
+    let mut figures: Vec<_> = variants().filter_map(|v| work::precision(store, a, v)).collect();
+    figures.extend(variants().filter_map(|v| work::amounts(store, a, v)));
+    figures.extend(growth::draw(a));
     figures.extend(variants().filter_map(|v| time::of_variant(store, v, format!("time-{v}"))));
     Content {
         verdict: a.verdict.clone(),
@@ -26,9 +25,9 @@ pub fn content(store: &Results) -> Content {
         facts: a.quantities.iter().filter_map(|q| fact(q, a.tolerance)).collect(),
         sentences: a.quantities.iter().map(|q| q.sentence.clone()).collect(),
         warnings: a.warnings.clone(),
-        analysis: analysis(&a),
-        answer: ("The cheapest setting for an error", cheapest(&a)),
-        tables: vec![prices(&a), laws(&a), settings(&a)],
+        analysis: analysis(a),
+        answer: ("The cheapest setting for an error", cheapest(a)),
+        tables: vec![prices(a), laws(a), settings(a)],
         folded: vec![
             ("Time by phase", phases(store)),
             ("Every case", tables::cases(store)),
@@ -87,10 +86,10 @@ fn cheapest(a: &Analysis) -> Table {
         name: "cheapest",
         caption: "The cheapest setting whose error bar (error with the uncertainty of the reference) is within a level, and the next dearer one \
                   with a smaller error. CPU time.".into(),
-        columns: vec![
+        columns: headings(&[
             ("Quantity", "", false), ("Variant", "", false), ("Of the", "", false), ("Within", "", true), ("Setting", "", false),
             ("Error bar", "%", true), ("Price", "s", true), ("Next better", "", false), ("Error bar", "%", true), ("Price", "s", true),
-        ],
+        ]),
         rows,
         pick: None,
     }
@@ -126,10 +125,10 @@ fn prices(a: &Analysis) -> Table {
         name: "iso-error",
         caption: "What one error of the peak costs in every family: read off between its cases, or from a power law through all of them (with \
                   its 95 % interval), and over the cheapest family.".into(),
-        columns: vec![
+        columns: headings(&[
             ("Quantity", "", false), ("Variant", "", false), ("Error", "", true), ("Family", "", false), ("CPU time", "", true),
             ("Interval", "", true), ("Over the cheapest", "", true), ("From", "", false),
-        ],
+        ]),
         rows,
         pick: None,
     }
@@ -158,10 +157,10 @@ fn laws(a: &Analysis) -> Table {
         name: "growth",
         caption: "Power laws over the cells: exponent with the half width of its 95 % interval, what twice the most cells would take, and as a \
                   check the largest mesh as predicted from the others over what was measured.".into(),
-        columns: vec![
+        columns: headings(&[
             ("Variant", "", false), ("Element", "", false), ("Of", "", false), ("Exponent", "", true), ("±", "", true), ("Meshes", "", true),
             ("Next size", "cells", true), ("Would take", "", true), ("95 % interval", "", true), ("Check", "%", true),
-        ],
+        ]),
         rows,
         pick: None,
     }
@@ -196,19 +195,19 @@ fn settings(a: &Analysis) -> Table {
     Table {
         name: "settings",
         caption: "Every setting, cheapest first: median CPU time with the spread of the repeats, errors against the reference, and what it consists of.".into(),
-        columns: vec![
+        columns: headings(&[
             ("Setting", "", false), ("Quantity", "", false), ("Variant", "", false), ("Price", "s", true), ("Spread", "%", true),
             ("Error of the peak", "%", true), ("Of the curve", "%", true), ("Front", "", false), ("DOFs", "", true), ("nnz(L)", "", true),
             ("Operations", "", true), ("Memory", "MB", true),
-        ],
+        ]),
         rows,
         pick: None,
     }
 }
 
-/// Time in the effects whose name starts so \[s\].
+/// Time in contacts and their friction \[s\].
 fn contact(r: &CaseRecord) -> f64 {
-    r.effects.iter().filter(|e| e.name.starts_with("contact")).map(|e| e.wall_s).sum()
+    r.effects.iter().filter(|e| e.kind == "contact").fold(0.0, |sum, e| sum + e.wall_s)
 }
 
 fn phases(store: &Results) -> Table {
@@ -237,11 +236,11 @@ fn phases(store: &Results) -> Table {
         name: "phases",
         caption: "Wall time of every case by phase. Building (blocks, ordering, pattern) and output stand beside the run, not in it; assembly is that \
                   of all but contact.".into(),
-        columns: vec![
+        columns: headings(&[
             ("Case", "", false), ("Building", "s", true), ("Assembly", "s", true), ("Contact", "s", true), ("Factorisation", "s", true),
             ("Solve", "s", true), ("Rest", "s", true), ("Output", "s", true), ("Run, wall", "s", true), ("Run, CPU", "s", true),
             ("Factorisations", "", true), ("Solves", "", true),
-        ],
+        ]),
         rows,
         pick: None,
     }

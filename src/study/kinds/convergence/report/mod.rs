@@ -7,12 +7,11 @@ pub mod summary;
 use crate::report::words::seconds;
 use crate::study::content::Content;
 use crate::study::kinds::convergence::figures;
-use crate::study::kinds::convergence::{Analysis, analyse};
+use crate::study::kinds::convergence::analysis::{Analysis};
 use crate::study::results::Results;
 use crate::study::tables;
 
-pub fn content(store: &Results) -> Content {
-    let analysis = analyse(&store.study, &store.cases);
+pub fn content(store: &Results, analysis: &Analysis) -> Content {
     Content {
         verdict: analysis.verdict.clone(),
         supported: analysis.recommended.is_some(),

@@ -6,7 +6,7 @@ use crate::report::canvas::{
 use crate::report::figure::{Figure, Sample, UNRESOLVED, legend, style};
 use crate::report::plot::{Axis, Plot, superscript};
 use crate::report::words::capital;
-use crate::study::kinds::cost::{Analysis, MEASURES, Measure, QuantityAnalysis, Setting};
+use crate::study::kinds::cost::analysis::{Analysis, MEASURES, Measure, QuantityAnalysis, Setting};
 use crate::study::record::Role;
 use crate::study::results::Results;
 use plotters::style::Color;
@@ -103,7 +103,7 @@ fn sheet(
 ) -> String {
     let used = |f: &str| shown.iter().any(|q| q.settings.iter().any(|s| s.family == f));
     let mut entries: Vec<(Sample, String)> = (store.study.families.iter())
-        .filter(|f| f.role != Role::Overkill && used(&f.name))
+        .filter(|f| f.role != Role::Reference && used(&f.name))
         .map(|f| {
             let (m, c) = look(store, &f.name);
             (Sample::Mark(m, c), f.name.replace('_', " "))
@@ -133,7 +133,7 @@ fn look(store: &Results, family: &str) -> (Mark, RGB) {
     let variant = |id: &String| store.cases.iter().find(|c| c.record.id == *id).map(|c| c.record.variant.clone());
     let own: Vec<String> = ids(family).iter().filter_map(variant).collect();
     let beside = |name: &str| ids(name).iter().filter_map(variant).any(|v| own.contains(&v));
-    let drawn = store.study.families.iter().filter(|f| f.role != Role::Overkill && beside(&f.name));
+    let drawn = store.study.families.iter().filter(|f| f.role != Role::Reference && beside(&f.name));
     style(drawn.map(|f| f.name.as_str()).position(|name| name == family).unwrap_or(0))
 }
 

@@ -4,7 +4,7 @@ use crate::report::canvas::{Area, At, GREY, INK, LABEL, PALETTE, RGB, SMALL, blo
 use crate::report::figure::{Figure, Sample, legend};
 use crate::report::words::digits;
 use crate::study::kinds::robustness::map::{Grade, Map, Panel};
-use crate::study::record::AxisRecord;
+use crate::study::axis::AxisRecord;
 
 const EACH: f64 = 52.0;
 const LEFT: f64 = 22.0;
