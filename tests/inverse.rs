@@ -205,7 +205,7 @@ kind = "cable"
 guides = [["20 mm", "5 mm", "2 mm"], ["50 mm", "5 mm", "2 mm"]]
 pull_point = ["-6 mm", "5 mm", "2 mm"]
 guide_radius = "point"
-drive = { length = { kind = "ramp", from = "0 mm", to = "4 mm", end = "1 s" } }
+drive = { kind = "length", signal = { kind = "ramp", from = "0 mm", to = "4 mm", end = "1 s" } }
 [[stage]]
 integrator = "static"
 duration = "1 s"

@@ -32,7 +32,7 @@ use std::time::{Duration, Instant};
 Examples:
   durometer simulate studies/finger-dynamics/scene.toml
   durometer simulate my-scene.toml --set mesh.cells=9300 --out out
-  durometer simulate my-scene.toml --set 'constraint.cable.drive={ tension = \"2 N\" }' --vtu
+  durometer simulate my-scene.toml --set 'constraint.cable.drive={ kind = \"tension\", signal = \"2 N\" }' --vtu
   durometer simulate my-scene.toml --save-state \"0.5 s\" --save-state end
   durometer simulate my-scene.toml --restart reports/simulate/my-scene-0.5s.state
   durometer simulate my-scene.toml --controller \"python3 studies/finger-control/pi.py 30\"

@@ -51,10 +51,10 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         effects: run
             .costs
             .iter()
-            .map(|(name, time)| EffectRecord {
-                name: name.clone(),
-                kind: effect_kind(scene, name).into(),
-                wall_s: time.as_secs_f64(),
+            .map(|cost| EffectRecord {
+                name: cost.name.clone(),
+                role: cost.role.map(|role| role.name().into()),
+                wall_s: cost.time.as_secs_f64(),
             })
             .collect(),
         phases: PhaseRecord {
@@ -85,20 +85,6 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
             version: env!("CARGO_PKG_VERSION").into(),
             scene: scene.text.clone(),
         },
-    }
-}
-
-/// Kind of an effect or constraint by what the scene declares under its name; friction belongs to its contact.
-fn effect_kind<'a>(scene: &Scene, name: &'a str) -> &'a str {
-    let contact = name.strip_suffix("_friction").unwrap_or(name);
-    if scene.contacts.iter().any(|c| c.name == name || c.name == contact) {
-        "contact"
-    } else if scene.cables.iter().any(|c| c.name == name) {
-        "cable"
-    } else if scene.cavities.iter().any(|c| c.name == name) {
-        "cavity"
-    } else {
-        name
     }
 }
 

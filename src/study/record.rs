@@ -138,9 +138,8 @@ impl LawRecord {
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
 pub struct EffectRecord {
     pub name: String,
-    /// `contact`, `cable`, `cavity`, or the name of an effect that has none of its own
-    #[serde(default)]
-    pub kind: String,
+    /// Role of an effect in the energy balance; none of a constraint
+    pub role: Option<String>,
     /// Time of its evaluations \[s\]
     pub wall_s: f64,
 }

@@ -205,9 +205,9 @@ fn settings(a: &Analysis) -> Table {
     }
 }
 
-/// Time in contacts and their friction \[s\].
+/// Time in contact and its friction \[s\].
 fn contact(r: &CaseRecord) -> f64 {
-    r.effects.iter().filter(|e| e.kind == "contact").fold(0.0, |sum, e| sum + e.wall_s)
+    r.effects.iter().filter(|e| matches!(e.role.as_deref(), Some("contact" | "friction"))).fold(0.0, |s, e| s + e.wall_s)
 }
 
 fn phases(store: &Results) -> Table {

@@ -27,8 +27,7 @@ const LOADS: [f64; 5] = [0.5, 1.0, 1.5, 2.0, 3.0];
 const RATIOS: [f64; 5] = [0.3, 0.4, 0.45, 0.49, 0.499];
 const MESHES: [f64; 3] = [2.0, 1.0, 0.5];
 /// Keys whose values are signals.
-const SIGNALS: [&str; 8] =
-    ["displacement", "acceleration", "force", "traction", "length", "tension", "pressure", "volume"];
+const SIGNALS: [&str; 5] = ["displacement", "acceleration", "force", "traction", "signal"];
 
 /// Maps and starts around the scene in `file`.
 pub fn around(file: &Path, changes: &[(String, Value)]) -> Result<Expansion<serde_json::Value>, SceneError> {
@@ -125,7 +124,8 @@ fn list<'a>(table: &'a Table, key: &str) -> impl Iterator<Item = (usize, &'a Tab
 /// The same scene with one linearised step per dt; `None` if a stage is static, or has a loop that linearises once anyway.
 fn linearised(table: &Table) -> Option<Table> {
     let iterates = |s: &Table| {
-        let name = s.get("integrator").and_then(Value::as_str);
+        let integrator = s.get("integrator");
+        let name = integrator.and_then(|i| i.as_str().or(i.get("kind")?.as_str()));
         !name.is_some_and(|name| ["static", "implicit_euler_corrected"].contains(&name))
     };
     let dynamic = list(table, "stage").all(|(_, stage)| iterates(stage));
@@ -173,10 +173,10 @@ fn cells(table: &Table, factor: f64) -> Table {
     if let Some(cells) = mesh.get("cells").and_then(Value::as_integer) {
         out.insert("mesh.cells".into(), ((cells as f64 * factor).round() as i64).into());
     }
-    for (shape, grid) in mesh.get("grid").and_then(Value::as_table).into_iter().flatten() {
+    if let Some(grid) = mesh.get("grid") {
         let divisions = grid.get("divisions").and_then(Value::as_array).into_iter().flatten();
         let scaled = divisions.filter_map(Value::as_integer).map(|n| Value::from(((n as f64 * factor) as i64).max(1)));
-        out.insert(format!("mesh.grid.{shape}.divisions"), Value::Array(scaled.collect()));
+        out.insert("mesh.grid.divisions".into(), Value::Array(scaled.collect()));
     }
     out
 }
@@ -186,12 +186,12 @@ fn starts(file: &Path, spec: &SceneSpec, quantity: &Quantity) -> SuiteSpec {
     let law = |table: &Table| table.get("law").and_then(Value::as_str).and_then(|name| registry::find(name).ok());
     let survives = spec.laws.values().all(|table| law(table).is_some_and(|l| l.info.survives_inversion));
     let mut all =
-        vec![("rest", "{}"), ("twisted-90", "start = { twisted = { axis = [1, 0, 0], angle = \"90 deg\" } }")];
+        vec![("rest", "{}"), ("twisted-90", "start = { kind = \"twisted\", axis = [1, 0, 0], angle = \"90 deg\" }")];
     if survives {
         all.extend([
-            ("twisted-4pi", "start = { twisted = { axis = [1, 0, 0], angle = \"720 deg\" } }"),
-            ("random", "start = { random = { size = \"10 mm\", seed = 1 } }"),
-            ("collapsed", "start = { collapsed = { keep = \"\", perturbation = \"1 mm\", seed = 1 } }"),
+            ("twisted-4pi", "start = { kind = \"twisted\", axis = [1, 0, 0], angle = \"720 deg\" }"),
+            ("random", "start = { kind = \"random\", size = \"10 mm\", seed = 1 }"),
+            ("collapsed", "start = { kind = \"collapsed\", keep = \"\", perturbation = \"1 mm\", seed = 1 }"),
         ]);
     }
     let table = |text: &str| if text == "{}" { Table::new() } else { text.parse().expect("valid TOML") };
