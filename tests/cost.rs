@@ -5,8 +5,9 @@
 #[path = "analysis/synthetic.rs"]
 mod synthetic;
 
+use durometer::study::kinds::cost::analyse::analyse;
+use durometer::study::kinds::cost::analysis::{Grows, Measure};
 use durometer::study::kinds::cost::line::How;
-use durometer::study::kinds::cost::analysis::{Grows, Measure, analyse};
 use durometer::study::record::{FamilyRecord, Quantity, Role, StoredCase, StudyRecord};
 use durometer::study::report;
 use durometer::study::work::RepeatRecord;
@@ -88,7 +89,6 @@ fn study() -> (StudyRecord, Vec<StoredCase>) {
     }
     study.kind = "cost".into();
     study.tolerance = 0.01;
-    study.repeats = 3;
     study.variants = vec!["length".into()];
     study.families = (FAMILIES.iter())
         .map(|f| FamilyRecord {
@@ -103,7 +103,7 @@ fn study() -> (StudyRecord, Vec<StoredCase>) {
         label: "cable tension".into(),
         symbol: "T".into(),
         unit: "N".into(),
-        against: None,
+        ..Quantity::default()
     };
     study.quantities = BTreeMap::from([("length".into(), vec![tension])]);
     (study, stored)

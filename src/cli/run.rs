@@ -1,10 +1,10 @@
 //! `durometer run STUDY`
 
 use super::{INCOMPLETE, Outcome, bars::Bars, files};
+use durometer::study::expand::Study;
 use durometer::study::record::CaseRecord;
 use durometer::study::report;
 use durometer::study::runner::{self, Options};
-use durometer::study::expand::Study;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;

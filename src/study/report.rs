@@ -19,8 +19,8 @@ pub fn write(dir: &Path) -> Result<Summary, ReportError> {
         kind: results.study.kind.clone(),
         known: KINDS.map(|kind| kind.name).join(", "),
     })?;
-    let content = (kind.report)(&results)
-        .map_err(|source| ReportError::Malformed { path: dir.join("study.json"), source })?;
+    let content =
+        (kind.report)(&results).map_err(|source| ReportError::Malformed { path: dir.join("study.json"), source })?;
     let summary = summary::summarise(&results, &content);
     let text = serde_json::to_string_pretty(&summary).expect("numbers, strings and string keys only");
     files::write(&dir.join("summary.json"), text.as_bytes())?;

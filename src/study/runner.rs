@@ -3,11 +3,11 @@
 use crate::calibrate::inverse::{Calibration, Failure, InverseError, SceneModel, calibrate};
 use crate::scene::{Body, Constant, Progress, Scene, SceneError, SceneSpec};
 use crate::solve::Status;
+use crate::study::expand::{Case, Study};
 use crate::study::fields::{Fields, USUAL};
 use crate::study::inverse::with_constants;
 use crate::study::outcome::{record, refused, skin};
 use crate::study::record::{CaseRecord, PANICKED, REFUSED, Role};
-use crate::study::expand::{Case, Study};
 use crate::study::store::{Store, StoreError};
 use crate::study::work::{largest_memory, measure, watch_memory};
 use crate::system::State;

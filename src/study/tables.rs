@@ -70,13 +70,7 @@ pub fn cases(store: &Results) -> Table {
     ]);
     columns.extend(judged.iter().map(|q| (format!("Peak {}", q.label), q.unit.clone(), true)));
     columns.extend(headings(&[("Steps", "", true), ("Newton", "", true), ("Wall", "s", true), ("CPU", "s", true)]));
-    Table {
-        name: "cases",
-        caption: "Every case: mesh, outcome, peaks and cost.".into(),
-        columns,
-        rows,
-        pick: None,
-    }
+    Table { name: "cases", caption: "Every case: mesh, outcome, peaks and cost.".into(), columns, rows, pick: None }
 }
 
 /// What every effect and constraint of every case costs. What is not declared has no row.

@@ -3,10 +3,10 @@
 use crate::report::table::{Table, headings};
 use crate::report::words::percent;
 use crate::study::content::Content;
+use crate::study::kinds::calibration::analysis::{Analysis, Answer, Judged, scaled};
 use crate::study::kinds::calibration::band::{Band, band as around};
 use crate::study::kinds::calibration::figures::band;
 use crate::study::kinds::calibration::figures::curves as figures;
-use crate::study::kinds::calibration::analysis::{Analysis, Answer, Judged, scaled};
 use crate::study::results::Results;
 use crate::study::tables;
 use serde_json::{Map, Value, json};

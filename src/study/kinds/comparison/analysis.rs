@@ -13,8 +13,8 @@
 
 use crate::report::words::{capital, digits, percent, space};
 use crate::study::curve::peak;
-use crate::study::kinds::comparison::sequence::{self, Sequence, sequences};
 use crate::study::curve::{Curve, l2, lag};
+use crate::study::kinds::comparison::sequence::{self, Sequence, sequences};
 use crate::study::record::{Quantity, Role, StoredCase, StudyRecord};
 use serde::{Deserialize, Serialize};
 
@@ -279,7 +279,8 @@ fn verdict(a: &Analysis) -> String {
         );
     }
     let worst = |member: &str| {
-        let own = a.quantities.iter().flat_map(|q| q.members.iter().filter(|c| c.member == member).map(move |c| (q, c)));
+        let own =
+            a.quantities.iter().flat_map(|q| q.members.iter().filter(|c| c.member == member).map(move |c| (q, c)));
         own.max_by(|x, y| x.1.largest.total_cmp(&y.1.largest))
     };
     let mut same: Vec<String> = vec![];

@@ -24,7 +24,8 @@ pub fn content(store: &Results, a: &Analysis) -> Content {
     let figures = variants.flat_map(|v| [curves::over_time(store, a, v), curves::loops(store, a, v)]).flatten();
     Content {
         verdict: a.verdict.clone(),
-        supported: a.quantities.iter().any(|q| q.members.len() > 1) || a.sequences.iter().any(|s| s.additions.len() > 1),
+        supported: a.quantities.iter().any(|q| q.members.len() > 1)
+            || a.sequences.iter().any(|s| s.additions.len() > 1),
         facts: facts(a).into_iter().chain(a.sequences.iter().filter_map(span)).collect(),
         sentences: sentences.cloned().collect(),
         warnings: a.warnings.clone(),

@@ -6,8 +6,8 @@
 use crate::study::estimate::curve::CurveStudy;
 use crate::study::estimate::family::Estimate;
 use crate::study::estimate::reference::Reference;
-use crate::study::record::{CaseRecord, FamilyRecord, Quantity, Role, StoredCase, StudyRecord};
 use crate::study::kinds::convergence::errors::{CaseError, Noise, TimeStep};
+use crate::study::record::{CaseRecord, FamilyRecord, Quantity, Role, StoredCase, StudyRecord};
 use serde::Serialize;
 
 /// Everything that is said about a study.

@@ -1,8 +1,8 @@
 //! What the numbers mean for the choice of a mesh: settings with price and error bar, the sentences, the verdict.
 
 use crate::report::words::{capital, digits, percent, seconds, space};
-use crate::study::kinds::convergence::warnings::no_limit;
 use crate::study::kinds::convergence::analysis::{Bar, Cases, QuantityAnalysis, Recommendation, Setting, headline};
+use crate::study::kinds::convergence::warnings::no_limit;
 use crate::study::locking;
 use crate::study::record::Role;
 
@@ -148,9 +148,8 @@ pub fn conclude(
     };
     let next = settings.iter().find(|n| n.cost_s > s.cost_s && n.worst < s.worst);
     let variant = headline(quantities).map(|q| q.variant.as_str());
-    let shown = |id: &&String| {
-        cases.stored.iter().any(|c| c.record.id == **id && Some(c.record.variant.as_str()) == variant)
-    };
+    let shown =
+        |id: &&String| cases.stored.iter().any(|c| c.record.id == **id && Some(c.record.variant.as_str()) == variant);
     let case = s.cases.iter().find(shown).unwrap_or(&s.cases[0]).clone();
     let mut words = format!(
         "{} can be trusted within {}: error bar {} in the worst quantity ({}), {} per case.",

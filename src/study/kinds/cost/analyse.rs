@@ -3,8 +3,8 @@
 use crate::study::curve::peak;
 use crate::study::estimate::growth::growth;
 use crate::study::kinds::cost::analysis::*;
-use crate::study::kinds::cost::reference::{curve_error, members, reference, step};
 use crate::study::kinds::cost::line::Line;
+use crate::study::kinds::cost::reference::{curve_error, members, reference, step};
 use crate::study::kinds::cost::sentence;
 use crate::study::record::{CaseRecord, Quantity, Role, StoredCase, StudyRecord};
 

@@ -12,15 +12,13 @@
 //! Prices of one error are compared between families ([`mod@line`]), and prices are extrapolated over the cells ([`mod@growth`]).
 
 use crate::study::estimate::growth::{Growth, Predicted};
-use crate::study::record::{PhaseRecord, Quantity};
 use crate::study::kinds::cost::line::Line;
 use crate::study::kinds::cost::reference::Reference;
+use crate::study::record::{PhaseRecord, Quantity};
 use serde::Serialize;
 
 /// Errors that every study prices besides its own tolerance.
 pub const LEVELS: [f64; 4] = [0.05, 0.02, 0.01, 0.005];
-/// Wall over CPU seconds from which a run was disturbed.
-const DISTURBED: f64 = 1.1;
 
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct Analysis {

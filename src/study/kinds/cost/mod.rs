@@ -48,8 +48,7 @@ impl Cost {
         // One reference run does not tell its own error
         let alone = self.families.iter().find(|f| f.role == Role::Reference && f.members.len() < 2);
         alone.map_or(Ok(()), |f| {
-            let remedy =
-                "add a coarser member: their difference is what the error of the reference is estimated from";
+            let remedy = "add a coarser member: their difference is what the error of the reference is estimated from";
             Err((format!("family {}", f.name), "a reference of one member".into(), remedy.into()))
         })
     }

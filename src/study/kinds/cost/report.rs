@@ -4,10 +4,10 @@ use crate::report::table::{Table, headings};
 use crate::report::words::{digits, percent, seconds};
 use crate::study::content::Content;
 use crate::study::figures::time;
+use crate::study::kinds::cost::analysis::{Analysis, Grows, Measure, QuantityAnalysis};
 use crate::study::kinds::cost::figures::growth;
 use crate::study::kinds::cost::figures::work;
 use crate::study::kinds::cost::line::How;
-use crate::study::kinds::cost::analysis::{Analysis, Grows, Measure, QuantityAnalysis};
 use crate::study::record::CaseRecord;
 use crate::study::results::Results;
 use crate::study::tables;
@@ -207,7 +207,10 @@ fn settings(a: &Analysis) -> Table {
 
 /// Time in contact and its friction \[s\].
 fn contact(r: &CaseRecord) -> f64 {
-    r.effects.iter().filter(|e| matches!(e.role.as_deref(), Some("contact" | "friction"))).fold(0.0, |s, e| s + e.wall_s)
+    r.effects
+        .iter()
+        .filter(|e| matches!(e.role.as_deref(), Some("contact" | "friction")))
+        .fold(0.0, |s, e| s + e.wall_s)
 }
 
 fn phases(store: &Results) -> Table {

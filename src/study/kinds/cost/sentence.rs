@@ -1,8 +1,8 @@
 //! One sentence per quantity, and the verdict.
 
 use crate::report::words::{capital, digits, percent, seconds, space};
-use crate::study::kinds::cost::line::{How, Line};
 use crate::study::kinds::cost::analysis::{Measure, QuantityAnalysis};
+use crate::study::kinds::cost::line::{How, Line};
 
 /// The cheapest setting that meets the tolerance and what the next better one would cost, for the peak and for the curve.
 pub fn sentence(q: &QuantityAnalysis, tolerance: f64) -> String {

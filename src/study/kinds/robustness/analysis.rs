@@ -5,12 +5,12 @@
 //! another end than the right one, a number that is not finite, a panic, the end of the time.
 
 use crate::report::words::percent;
+use crate::study::kinds::robustness::check::{self, Check, Finding};
+use crate::study::kinds::robustness::map;
+use crate::study::kinds::robustness::map::Map;
 use crate::study::kinds::robustness::outcome::Outcome;
 use crate::study::kinds::robustness::record::{RobustnessRecord, SuiteRecord};
-use crate::study::kinds::robustness::map;
 use crate::study::record::{PANICKED, StoredCase, StudyRecord};
-use crate::study::kinds::robustness::check::{self, Check, Finding};
-use crate::study::kinds::robustness::map::Map;
 use serde::Serialize;
 use std::collections::BTreeMap;
 

@@ -4,11 +4,11 @@
 //! error = |peak − reference|/|reference|
 //! ```
 
-use crate::study::curve::peak;
-use crate::study::kinds::robustness::record::MapRecord;
-use crate::study::kinds::robustness::outcome::Outcome;
-use crate::study::record::{PANICKED, Quantity, StoredCase, StudyRecord};
 use crate::study::axis::AxisRecord;
+use crate::study::curve::peak;
+use crate::study::kinds::robustness::outcome::Outcome;
+use crate::study::kinds::robustness::record::MapRecord;
+use crate::study::record::{PANICKED, Quantity, StoredCase, StudyRecord};
 use serde::Serialize;
 
 /// An answer this far off is poor; beyond it is wrong \[–\].

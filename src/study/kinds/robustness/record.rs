@@ -1,7 +1,7 @@
 //! What a robustness study keeps with its record.
 
-use crate::study::kinds::robustness::check::Check;
 use crate::study::axis::AxisRecord;
+use crate::study::kinds::robustness::check::Check;
 use crate::study::record::Quantity;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;

@@ -2,12 +2,12 @@
 
 use crate::report::table::{Table, headings};
 use crate::study::content::Content;
+use crate::study::kinds::robustness::analysis::{Analysis, Judged};
 use crate::study::kinds::robustness::check::Finding;
 use crate::study::kinds::robustness::figures::failed;
 use crate::study::kinds::robustness::figures::matrix;
 use crate::study::kinds::robustness::figures::region;
 use crate::study::kinds::robustness::map::{Grade, Map};
-use crate::study::kinds::robustness::analysis::{Analysis, Judged};
 use crate::study::kinds::robustness::outcome::Outcome;
 use crate::study::results::Results;
 use crate::study::tables;

@@ -2,8 +2,8 @@
 
 use crate::scene::hint;
 use crate::study::axis::{self, AxisSpec, Combine};
-use crate::study::kinds::robustness::check::{Check, CheckSpec};
 use crate::study::kind::{Expansion, RunRules};
+use crate::study::kinds::robustness::check::{Check, CheckSpec};
 use crate::study::kinds::robustness::record::{MapRecord, RobustnessRecord, SuiteRecord};
 use crate::study::record::{Quantity, REFUSED, Role};
 use crate::study::spec::{FamilySpec, Mistake, VariantSpec};
@@ -57,16 +57,8 @@ pub struct MapSpec {
 }
 
 /// Statuses that a case may be expected to end with.
-const ENDS: [&str; 8] = [
-    "Converged",
-    "LimitPoint",
-    "NoEquilibrium",
-    "Inverted",
-    "Singular",
-    "StepTooSmall",
-    "TimeBudget",
-    REFUSED,
-];
+const ENDS: [&str; 8] =
+    ["Converged", "LimitPoint", "NoEquilibrium", "Inverted", "Singular", "StepTooSmall", "TimeBudget", REFUSED];
 
 /// Families and what is checked in them; the first mistake as place, fact and remedy.
 pub fn expand(

@@ -11,9 +11,9 @@
 //! is one line along its points: what each key does alone cannot be told, and no elasticity is given.
 
 use crate::report::words::{capital, digits, percent, space};
+use crate::study::axis::AxisRecord;
 use crate::study::curve::peak;
 use crate::study::record::{Quantity, StoredCase, StudyRecord};
-use crate::study::axis::AxisRecord;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -253,7 +253,13 @@ fn warnings_of(stored: &[StoredCase], incomplete: &[(String, String)]) -> Vec<St
 }
 
 /// Per quantity, what it depends on, the strongest first.
-fn verdict_of(quantities: &[QuantityAnalysis], tolerance: f64, sweep: &SweepRecord, list: bool, missing: usize) -> String {
+fn verdict_of(
+    quantities: &[QuantityAnalysis],
+    tolerance: f64,
+    sweep: &SweepRecord,
+    list: bool,
+    missing: usize,
+) -> String {
     let known: Vec<&QuantityAnalysis> = quantities.iter().filter(|q| !q.along.is_empty()).collect();
     if known.is_empty() {
         return "No verdict: there are no two converged cases to compare.".into();

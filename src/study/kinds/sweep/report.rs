@@ -3,8 +3,8 @@
 use crate::report::table::{Table, headings};
 use crate::report::words::{digits, percent, space};
 use crate::study::content::Content;
-use crate::study::kinds::sweep::figures;
 use crate::study::kinds::sweep::analysis::{Analysis, QuantityAnalysis, Trend, axis_words};
+use crate::study::kinds::sweep::figures;
 use crate::study::record::CaseRecord;
 use crate::study::results::Results;
 use crate::study::tables;

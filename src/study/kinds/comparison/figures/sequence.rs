@@ -36,7 +36,8 @@ pub fn draw(l: &Sequence) -> Option<Figure> {
     let svg = figure(DOUBLE, TOP + tall + 14.0 + 4.2 * rows, "", |area| {
         let panel = |x: f64, letter: char, title: &str, parts: &dyn Fn(&Addition) -> Vec<(f64, RGB)>| {
             let sum = |r: &Addition| parts(r).iter().map(|p| 1e3 * p.0).sum::<f64>();
-            let longest = Axis::linear([0.0, l.additions.iter().map(sum).fold(0.0, f64::max)].into_iter(), "a step [ms]");
+            let longest =
+                Axis::linear([0.0, l.additions.iter().map(sum).fold(0.0, f64::max)].into_iter(), "a step [ms]");
             let frame = [mm(x), mm(TOP), mm(x + each), mm(TOP + tall)];
             let plot = Plot { area, frame, x: longest, y: Axis::exact(l.additions.len() as f64, 0.0, "") };
             plot.grid_x();

@@ -2,7 +2,7 @@
 
 use crate::report::canvas::{Area, At, INK, LABEL, Mark, PALE, PALETTE, RGB, SMALL, figure, line, mark, mm, text};
 use crate::report::figure::{Figure, Sample, legend};
-use crate::study::kinds::robustness::analysis::{Analysis};
+use crate::study::kinds::robustness::analysis::Analysis;
 use crate::study::kinds::robustness::outcome::Outcome;
 use crate::study::results::Results;
 
