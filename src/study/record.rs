@@ -44,7 +44,7 @@ pub struct CaseRecord {
     pub wall_s: f64,
     /// CPU time of the thread that solved it \[s\]
     pub cpu_s: f64,
-    /// Another case ran at the same time: `wall_s` is then no price
+    /// Another case ran at the same time: `wall_s` is then no measure of its cost
     pub shared: bool,
     pub steps: usize,
     pub newton_iterations: usize,

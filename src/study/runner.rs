@@ -77,7 +77,7 @@ pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> R
     let store = Store::create(dir, &study.record)?;
     // A case that waits has its scene later; the hash of its input tells whether it is up to date
     for case in study.cases.iter().filter(|c| c.after.is_none()) {
-        store.forget_stale(&case.id, &case.text)?;
+        store.forget_outdated(&case.id, &case.text)?;
     }
     let (now, later): (Vec<&Case>, Vec<&Case>) = cases.into_iter().partition(|c| c.after.is_none());
     let mut records =
@@ -203,7 +203,7 @@ fn one(
         false => None,
     };
     let drawn = fields.as_ref().is_none_or(|f| f.collection().is_file());
-    // A run that draws is no price
+    // A run that draws does not measure its cost
     let repeats = if options.vtu { 1 } else { study.repeats(case) };
     let enough = |r: &CaseRecord| r.repeats.len().max(1) >= repeats;
     let kept =

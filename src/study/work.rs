@@ -1,4 +1,4 @@
-//! How much work a case was, whatever the machine; and how its price scatters when it is run again.
+//! How much work a case was, whatever the machine; and how its cost scatters when it is run again.
 
 use crate::scene::{Progress, Run, RunOptions, Scene};
 use crate::solve::Status;

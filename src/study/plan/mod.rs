@@ -272,7 +272,7 @@ fn weigh(
             let set = changes.iter().map(|(key, value)| format!("{key}={value}")).collect();
             let (element, limited_by) = (choice.name.clone(), limited_by.clone());
             out.push(Setting { element, cells, set, counted, error, limited_by, uncertainty, cpu_s });
-            // The next size of this element is dearer still
+            // The next size of this element is more expensive still
             if cpu_s > budget_s {
                 break;
             }

@@ -42,7 +42,7 @@ pub struct Answer {
     pub rms_relative: f64,
     /// Forward solves of the finest case, and its time over the one of a forward solve \[–\]
     pub solves: usize,
-    pub price: f64,
+    pub cost: f64,
 }
 
 /// A constant with all that is known of its error. SI.
@@ -134,7 +134,7 @@ fn answer(study: &StudyRecord, cases: &[Solved], variant: &str) -> Option<Answer
         constants,
         rms_relative: found.rms_relative,
         solves: found.solves,
-        price: found.wall_s / found.forward_s,
+        cost: found.wall_s / found.forward_s,
     })
 }
 

@@ -264,7 +264,7 @@ fn warnings(stored: &[StoredCase], incomplete: &[(String, String)]) -> Vec<Strin
         }
     }
     if stored.iter().any(|c| c.record.shared) {
-        out.push("Cases ran side by side: costs are CPU seconds, and `--jobs 1` gives quieter ones.".into());
+        out.push("Cases ran at the same time: costs are CPU seconds, and `--jobs 1` gives quieter ones.".into());
     }
     out
 }

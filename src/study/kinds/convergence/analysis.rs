@@ -1,4 +1,4 @@
-//! Convergence analysis of stored cases: which mesh can be trusted, with what error bar, at what price.
+//! Convergence analysis of stored cases: which mesh can be trusted, with what error bar, at what cost.
 //!
 //! Pure: records and curves in, [`Analysis`] out; nothing is solved, read or written. The formulae are in
 //! [`crate::study::estimate`], the errors of the cases in [`errors`], the sentences in [`verdict`] and [`warnings`].
@@ -21,7 +21,7 @@ pub struct Analysis {
     pub recommended: Option<Recommendation>,
     /// Cases without a usable result: (id, what is wrong)
     pub incomplete: Vec<(String, String)>,
-    /// `wall_s`, or `cpu_s` if any case ran beside another
+    /// `wall_s`, or `cpu_s` if any case ran at the same time as another
     pub cost: &'static str,
     pub warnings: Vec<String>,
     /// In words, refusals included
@@ -161,7 +161,7 @@ impl<'a> Cases<'a> {
         (c.dt_s / self.dt_s - 1.0).abs() < 1e-6
     }
 
-    /// Price of a case \[s\].
+    /// Cost of a case \[s\].
     pub fn cost(&self, c: &CaseRecord) -> f64 {
         if self.shared { c.cpu_s } else { c.wall_s }
     }

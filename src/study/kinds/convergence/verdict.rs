@@ -1,4 +1,4 @@
-//! What the numbers mean for the choice of a mesh: settings with price and error bar, the sentences, the verdict.
+//! What the numbers mean for the choice of a mesh: settings with cost and error bar, the sentences, the verdict.
 
 use crate::report::words::{capital, digits, percent, seconds, space};
 use crate::study::kinds::convergence::analysis::{Bar, Cases, QuantityAnalysis, Recommendation, Setting, headline};
@@ -75,32 +75,32 @@ fn find<'a>(s: &'a Setting, q: &QuantityAnalysis) -> Option<&'a Bar> {
     s.bars.iter().find(|b| b.variant == q.variant && b.quantity == q.quantity.name)
 }
 
-/// Per quantity: the cheapest setting that meets the tolerance, its bar, its cost, and the price of the next better one.
+/// Per quantity: the cheapest setting that meets the tolerance, its bar, its cost, and the cost of the next better one.
 pub fn sentence(settings: &[Setting], q: &QuantityAnalysis, tolerance: f64) -> String {
     let title = capital(&q.title());
     if !q.supported {
         return format!("{title}: no verdict within {}. {}.", percent(tolerance), capital(&q.reasons.join("; ")));
     }
-    let mut priced: Vec<(&Setting, &Bar)> = settings.iter().filter_map(|s| Some((s, find(s, q)?))).collect();
-    priced.sort_by(|a, b| a.1.cost_s.total_cmp(&b.1.cost_s));
+    let mut by_cost: Vec<(&Setting, &Bar)> = settings.iter().filter_map(|s| Some((s, find(s, q)?))).collect();
+    by_cost.sort_by(|a, b| a.1.cost_s.total_cmp(&b.1.cost_s));
     let reference = q.reference.as_ref().map_or(String::new(), |r| {
         let digits = digits(r.uncertainty);
         let (v, u, unit) = (r.value, r.uncertainty, space(&q.quantity.unit));
         format!(" (reference {v:.digits$}{unit} ± {u:.digits$}{unit} from family {})", r.family)
     });
-    let Some(&(s, b)) = priced.iter().find(|(_, b)| b.bar <= tolerance) else {
-        let best = priced.iter().min_by(|a, b| a.1.bar.total_cmp(&b.1.bar));
+    let Some(&(s, b)) = by_cost.iter().find(|(_, b)| b.bar <= tolerance) else {
+        let best = by_cost.iter().min_by(|a, b| a.1.bar.total_cmp(&b.1.bar));
         let best = best.map_or(String::new(), |(s, b)| {
             format!("; the best, {}, reaches {} for {}", s.label, percent(b.bar), seconds(b.cost_s))
         });
         return format!("{title}: no setting meets {}{best}{reference}.", percent(tolerance));
     };
-    let next = priced.iter().find(|(_, n)| n.cost_s > b.cost_s && n.bar < b.bar).map_or(
-        "; none of the dearer ones is better".to_string(),
+    let next = by_cost.iter().find(|(_, n)| n.cost_s > b.cost_s && n.bar < b.bar).map_or(
+        "; none of the more expensive ones is better".to_string(),
         |(n, nb)| {
             let times = nb.cost_s / b.cost_s;
             let (bar, cost) = (percent(nb.bar), seconds(nb.cost_s));
-            format!("; the next better one, {}, reaches {bar} for {cost} ({times:.1} times the price)", n.label)
+            format!("; the next better one, {}, reaches {bar} for {cost} ({times:.1} times the cost)", n.label)
         },
     );
     format!(

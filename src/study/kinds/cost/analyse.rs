@@ -158,14 +158,14 @@ fn warnings(stored: &[StoredCase], quantities: &[QuantityAnalysis], incomplete: 
     let mut out: Vec<String> = incomplete.iter().map(|(id, what)| format!("{id}: {what}.")).collect();
     let records = || stored.iter().map(|c| &c.record);
     if records().any(|r| r.shared) {
-        out.push("Cases ran side by side: `--jobs 1` gives quieter prices, and the memory of a case.".into());
+        out.push("Cases ran at the same time: `--jobs 1` gives quieter costs, and the memory of a case.".into());
     }
     let ratio = |r: &CaseRecord| r.wall_s / r.cpu_s;
     let disturbed: Vec<f64> = records().map(ratio).filter(|x| *x > DISTURBED).collect();
     if !disturbed.is_empty() {
         out.push(format!(
             "The machine was busy: {} of {} cases took more than {DISTURBED} times their CPU seconds by the clock, one {:.1} times. \
-             Prices are CPU seconds; what shares caches and memory disturbs them too.",
+             Costs are CPU seconds; what shares caches and memory disturbs them too.",
             disturbed.len(),
             stored.len(),
             disturbed.iter().copied().fold(0.0, f64::max)
@@ -176,7 +176,7 @@ fn warnings(stored: &[StoredCase], quantities: &[QuantityAnalysis], incomplete: 
         settings().filter(|s| s.spread.is_some()).max_by(|a, b| a.spread.partial_cmp(&b.spread).expect("finite"))
     {
         let spread = crate::report::words::percent(s.spread.unwrap_or(0.0));
-        out.push(format!("Prices scatter from run to run by up to {spread} of the median ({}).", s.case));
+        out.push(format!("Costs scatter from run to run by up to {spread} of the median ({}).", s.case));
     }
     for q in quantities {
         let title = crate::report::words::capital(&q.title());

@@ -1,15 +1,15 @@
-//! What accuracy costs: settings of mesh, element, time step and solver by price and error.
+//! What accuracy costs: settings of mesh, element, time step and solver by cost and error.
 //!
 //! Pure: stored cases in, [`Analysis`] out. Every converged case of a variant that is not there for the reference is a setting:
 //!
 //! ```text
-//! price       CPU seconds of the run, the median of its repeats; spread (max − min)/median
+//! cost       CPU seconds of the run, the median of its repeats; spread (max − min)/median
 //! error       of the peak |f − f*|/|f*|, of the curve ‖f − f*‖₂/‖f*‖₂          f* from [`reference`]
 //! error bar   error + U(f*): a setting meets a level if its bar does
 //! front       settings that no cheaper one beats in error
 //! ```
 //!
-//! Prices of one error are compared between families ([`mod@line`]), and prices are extrapolated over the cells ([`mod@growth`]).
+//! Costs of one error are compared between families ([`mod@line`]), and costs are extrapolated over the cells ([`mod@growth`]).
 
 use crate::study::estimate::growth::{Growth, Predicted};
 use crate::study::kinds::cost::line::Line;
@@ -17,7 +17,7 @@ use crate::study::kinds::cost::reference::Reference;
 use crate::study::record::{PhaseRecord, Quantity};
 use serde::Serialize;
 
-/// Errors that every study prices besides its own tolerance.
+/// Errors that every study asks for, in addition to its own tolerance.
 pub const LEVELS: [f64; 4] = [0.05, 0.02, 0.01, 0.005];
 
 #[derive(Serialize, Clone, Debug, PartialEq)]
@@ -97,7 +97,7 @@ pub struct Answer {
     pub level: f64,
     /// Index of the setting; none if no bar is within the level
     pub cheapest: Option<usize>,
-    /// The next dearer one with a smaller error
+    /// The next more expensive one with a smaller error
     pub next: Option<usize>,
 }
 

@@ -27,7 +27,7 @@ pub fn content(store: &Results, a: &Analysis) -> Content {
         warnings: a.warnings.clone(),
         analysis: analysis(a),
         answer: ("The cheapest setting for an error", cheapest(a)),
-        tables: vec![prices(a), laws(a), settings(a)],
+        tables: vec![costs(a), laws(a), settings(a)],
         folded: vec![
             ("Time by phase", phases(store)),
             ("Every case", tables::cases(store)),
@@ -39,7 +39,7 @@ pub fn content(store: &Results, a: &Analysis) -> Content {
     }
 }
 
-/// Price of the peak at the tolerance.
+/// Cost of the peak at the tolerance.
 fn fact(q: &QuantityAnalysis, tolerance: f64) -> Option<(String, String)> {
     let s = &q.settings[q.answer(Measure::Peak, tolerance)?.cheapest?];
     Some((seconds(s.cost_s), format!("peak {} within {}, by {}", q.title(), percent(tolerance), s.label)))
@@ -61,7 +61,7 @@ fn hundredths(share: f64) -> String {
     format!("{:.2}", 100.0 * share)
 }
 
-fn price(s: f64) -> String {
+fn cost(s: f64) -> String {
     format!("{s:.*}", digits(s))
 }
 
@@ -72,11 +72,11 @@ fn cheapest(a: &Analysis) -> Table {
             let mut row = vec![q.quantity.label.clone(), q.variant.clone(), x.measure.words().into(), percent(x.level)];
             let bar = |k: usize| hundredths(q.bar(k, x.measure));
             row.extend(match x.cheapest {
-                Some(k) => [q.settings[k].label.clone(), bar(k), price(q.settings[k].cost_s)],
+                Some(k) => [q.settings[k].label.clone(), bar(k), cost(q.settings[k].cost_s)],
                 None => ["none".into(), "–".into(), "–".into()],
             });
             row.extend(match x.next {
-                Some(k) => [q.settings[k].label.clone(), bar(k), price(q.settings[k].cost_s)],
+                Some(k) => [q.settings[k].label.clone(), bar(k), cost(q.settings[k].cost_s)],
                 None => ["–".into(), "–".into(), "–".into()],
             });
             rows.push(row);
@@ -84,27 +84,27 @@ fn cheapest(a: &Analysis) -> Table {
     }
     Table {
         name: "cheapest",
-        caption: "The cheapest setting whose error bar (error with the uncertainty of the reference) is within a level, and the next dearer one \
+        caption: "The cheapest setting whose error bar (error with the uncertainty of the reference) is within a level, and the next more expensive one \
                   with a smaller error. CPU time.".into(),
         columns: headings(&[
             ("Quantity", "", false), ("Variant", "", false), ("Of the", "", false), ("Within", "", true), ("Setting", "", false),
-            ("Error bar", "%", true), ("Price", "s", true), ("Next better", "", false), ("Error bar", "%", true), ("Price", "s", true),
+            ("Error bar", "%", true), ("Cost", "s", true), ("Next better", "", false), ("Error bar", "%", true), ("Cost", "s", true),
         ]),
         rows,
         pick: None,
     }
 }
 
-/// Prices of one error, family by family, over that of the cheapest.
-fn prices(a: &Analysis) -> Table {
+/// Costs of one error, family by family, over that of the cheapest.
+fn costs(a: &Analysis) -> Table {
     let mut rows = vec![];
     for q in &a.quantities {
         for (k, level) in a.levels.iter().enumerate() {
-            let of = |l: &crate::study::kinds::cost::line::Line| l.prices[k].map(|p| p.seconds);
+            let of = |l: &crate::study::kinds::cost::line::Line| l.costs[k].map(|p| p.seconds);
             let least = q.lines.iter().filter_map(of).fold(f64::INFINITY, f64::min);
             for l in &q.lines {
                 let mut row = vec![q.quantity.label.clone(), q.variant.clone(), percent(*level), l.label.clone()];
-                row.extend(match l.prices[k] {
+                row.extend(match l.costs[k] {
                     None => ["–".to_string(), "–".into(), "–".into(), "its errors do not fall to it".into()],
                     Some(p) => [
                         p.words(),
@@ -180,7 +180,7 @@ fn settings(a: &Analysis) -> Table {
                 s.label.clone(),
                 q.quantity.label.clone(),
                 q.variant.clone(),
-                price(s.cost_s),
+                cost(s.cost_s),
                 s.spread.map_or("–".into(), |v| format!("{:.0}", 100.0 * v)),
                 hundredths(s.errors[0]),
                 hundredths(s.errors[1]),
@@ -196,7 +196,7 @@ fn settings(a: &Analysis) -> Table {
         name: "settings",
         caption: "Every setting, cheapest first: median CPU time with the spread of the repeats, errors against the reference, and what it consists of.".into(),
         columns: headings(&[
-            ("Setting", "", false), ("Quantity", "", false), ("Variant", "", false), ("Price", "s", true), ("Spread", "%", true),
+            ("Setting", "", false), ("Quantity", "", false), ("Variant", "", false), ("Cost", "s", true), ("Spread", "%", true),
             ("Error of the peak", "%", true), ("Of the curve", "%", true), ("Front", "", false), ("DOFs", "", true), ("nnz(L)", "", true),
             ("Operations", "", true), ("Memory", "MB", true),
         ]),
@@ -229,9 +229,9 @@ fn phases(store: &Results) -> Table {
                     (r.wall_s - known).max(0.0),
                     p.output_s,
                 ]
-                .map(price),
+                .map(cost),
             );
-            row.extend([price(r.wall_s), price(r.cpu_s), r.work.factorisations.to_string(), r.work.solves.to_string()]);
+            row.extend([cost(r.wall_s), cost(r.cpu_s), r.work.factorisations.to_string(), r.work.solves.to_string()]);
             row
         })
         .collect();

@@ -159,7 +159,7 @@ fn every(a: &Analysis) -> Table {
     };
     Table {
         name: "hard-cases",
-        caption: "Every case with its set-up and its price.".into(),
+        caption: "Every case with its set-up and its cost.".into(),
         columns: headings(&[
             ("Case", "", false),
             ("Set-up", "", false),

@@ -124,7 +124,7 @@ fn points(store: &Results, a: &Analysis) -> Table {
     }
     Table {
         name: "points",
-        caption: "Every point of the sweep: peaks, or the status where there is none, and the price.".into(),
+        caption: "Every point of the sweep: peaks, or the status where there is none, and the cost.".into(),
         columns: headings(&[
             ("Point", "", false),
             ("Control", "", false),

@@ -19,7 +19,7 @@ pub fn content(store: &Results, analysis: &Analysis) -> Content {
         sentences: analysis.quantities.iter().map(|q| q.sentence.clone()).collect(),
         warnings: analysis.warnings.clone(),
         analysis: summary::headline(analysis),
-        answer: ("Which mesh, at what price", quantities::settings(analysis)),
+        answer: ("Which mesh, at what cost", quantities::settings(analysis)),
         tables: vec![quantities::quantities(analysis)],
         folded: vec![
             ("Every case", tables::cases(store)),

@@ -65,14 +65,14 @@ pub fn settings(analysis: &Analysis) -> Table {
     Table {
         name: "settings",
         caption: format!(
-            "Mesh and formulation by price ({}, mean over the variants), with the error bar of the worst deciding quantity.",
+            "Mesh and formulation by cost ({}, mean over the variants), with the error bar of the worst deciding quantity.",
             if analysis.cost == "cpu_s" { "CPU seconds" } else { "wall seconds" }
         ),
         columns: headings(&[
             ("Setting", "", false),
             ("Family", "", false),
             ("h", "mm", true),
-            ("Price", "s", true),
+            ("Cost", "s", true),
             ("Error bar", "%", true),
             ("Limited by", "", false),
             ("Meets the tolerance", "", false),

@@ -1,4 +1,4 @@
-//! Work and precision: error against price, and against what the price is made of.
+//! Work and precision: error against cost, and against what the cost is made of.
 
 use crate::report::canvas::{
     Area, At, DOUBLE, GREY, INK, Mark, RGB, SMALL, dashed, figure, fill, italic, line, mark, mm, text,
@@ -26,19 +26,19 @@ struct Amount {
     of: fn(&Setting) -> Option<f64>,
 }
 
-/// Error of the peak and of the curve of every quantity of a variant over its price.
+/// Error of the peak and of the curve of every quantity of a variant over its cost.
 pub fn precision(store: &Results, a: &Analysis, variant: &str) -> Option<Figure> {
     let shown: Vec<&QuantityAnalysis> =
         a.quantities.iter().filter(|q| q.variant == variant && q.settings.len() > 1).collect();
     if shown.is_empty() {
         return None;
     }
-    let price = Amount { label: "CPU time [s]".into(), title: "", of: |s| Some(s.cost_s) };
+    let cost = Amount { label: "CPU time [s]".into(), title: "", of: |s| Some(s.cost_s) };
     let panels: Vec<(&QuantityAnalysis, Measure)> = shown.iter().flat_map(|q| MEASURES.map(|m| (*q, m))).collect();
     let svg = sheet(store, &shown, panels.len(), |k, area, frame| {
         let (q, measure) = panels[k];
         let title = format!("{} of the {}", measure.words(), q.quantity.label);
-        panel(store, a, q, measure, &price, &title, area, frame, k);
+        panel(store, a, q, measure, &cost, &title, area, frame, k);
     });
     let caption = format!(
         "Work and precision, {}: error of the peak and of the whole curve (mark) and its error bar (whisker) over the CPU time of \
