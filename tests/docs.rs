@@ -364,8 +364,8 @@ fn example_scenes_and_studies_are_read() {
         let page = page.display();
         for block in blocks(&markdown, "toml").iter().filter(|b| b.contains("[[stage]]") || b.contains("[[family]]")) {
             if block.contains("[[family]]") {
-                let _: durometer::study::spec::StudySpec =
-                    toml::from_str(block).unwrap_or_else(|e| panic!("{page}: {e}"));
+                durometer::study::expand::parse(&folder.path().join("study.toml"), block)
+                    .unwrap_or_else(|e| panic!("{page}: {e}"));
                 studies += 1;
                 continue;
             }
