@@ -6,10 +6,11 @@ use super::comparison::limit_of_springs;
 use super::contact_record::NamedContact;
 use super::control::Controls;
 use super::error::{SceneError, hint};
-use super::probe::{Probe, columns};
+use super::recorder::Recorder;
 use super::protocol::NamedSignal;
 use super::rigid::RigidBody;
 use super::skin::NamedSkin;
+use super::parts::probes::ProbeSpec;
 use super::spec::{ConstraintSpec, EffectSpec, SceneSpec};
 use crate::effect::contact::placement::AffineFrame;
 use crate::effect::{Cable, Cavity, CellPoints, Stressed, Viscoelastic};
@@ -56,7 +57,7 @@ pub struct Scene {
     pub cavities: Vec<NamedCavity>,
     pub contacts: Vec<NamedContact>,
     pub rigids: Vec<RigidBody>,
-    pub probes: Vec<Probe>,
+    pub probes: Vec<Box<dyn Recorder>>,
     /// Surfaces that follow the body
     pub skins: Vec<NamedSkin>,
     pub spans: Vec<Span>,
@@ -121,7 +122,33 @@ pub(super) fn part(
     SceneError::Part { file: file.into(), place: place.into(), source: source.into() }
 }
 
+/// Everything that is recorded, in the order of the columns.
+fn recorders<'a>(
+    probes: &'a [Box<dyn Recorder>],
+    cables: &'a [NamedCable],
+    cavities: &'a [NamedCavity],
+    rigids: &'a [RigidBody],
+    contacts: &'a [NamedContact],
+) -> impl Iterator<Item = &'a dyn Recorder> {
+    let probes = probes.iter().map(|r| &**r);
+    let cables = cables.iter().map(|r| r as &dyn Recorder);
+    let cavities = cavities.iter().map(|r| r as &dyn Recorder);
+    let rigids = rigids.iter().map(|r| r as &dyn Recorder);
+    probes.chain(cables).chain(cavities).chain(rigids).chain(contacts.iter().map(|r| r as &dyn Recorder))
+}
+
+/// Names of all recorded columns: time first, iterations last.
+pub(super) fn columns<'a>(recorders: impl Iterator<Item = &'a dyn Recorder>) -> Vec<String> {
+    let own = recorders.flat_map(|r| r.columns());
+    std::iter::once("t_s".into()).chain(own).chain(std::iter::once("newton_iterations".into())).collect()
+}
+
 impl Scene {
+    /// Everything that is recorded, in the order of the columns.
+    pub fn recorders(&self) -> impl Iterator<Item = &dyn Recorder> {
+        recorders(&self.probes, &self.cables, &self.cavities, &self.rigids, &self.contacts)
+    }
+
     /// Assembles the scene on its mesh. `file` is the scene file: paths are relative to it.
     pub fn build(file: &Path, spec: SceneSpec, text: String, body: Arc<Body>) -> Result<Self, SceneError> {
         let mut builder = Builder::new(file, &spec, body.clone())?;
@@ -186,11 +213,7 @@ impl Scene {
         builder.remark_stability(&spec, &laws);
         builder.check_start(&spec, &laws)?;
         let law = laws.into_iter().next();
-        let probe = |(k, probe)| {
-            let place = format!("probe {}", k + 1);
-            let refuse = |e| part(file, &place, e);
-            Probe::new(probe, &body.mesh, &|name| builder.region(&place, name).cloned(), &refuse)
-        };
+        let probe = |(k, probe): (usize, &ProbeSpec)| probe.part().build(&format!("probe {}", k + 1), &builder);
         let probes = spec.probes.iter().enumerate().map(probe).collect::<Result<Vec<_>, _>>()?;
         builder.remark_static(&spec, &spans);
         builder.remark_viscoelastic(&spec, &spans);
@@ -200,7 +223,7 @@ impl Scene {
         let nodes = builder.nodes;
         builder.check_formulas(&spans)?;
         builder.check_output(&spec.output, spans.last().map_or(0.0, |s| s.end))?;
-        let columns = columns(&probes, &cables, &cavities, (&rigids, &contacts));
+        let columns = columns(recorders(&probes, &cables, &cavities, &rigids, &contacts));
         let measured = builder.measured(&spec.comparisons, &columns)?;
         builder.check_continued(&spec, &spans)?;
         let controls = builder.controls(&columns, &cables, &cavities, &spans)?;

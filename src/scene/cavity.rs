@@ -3,6 +3,7 @@
 use super::build::{Drive, NamedCavity};
 use super::builder::Builder;
 use super::error::SceneError;
+use super::recorder::{Change, Moment, Recorder};
 use super::spec::{CavityDriveSpec, ConstraintSpec};
 use crate::effect::{Cavity, CavityPressure, CavityVolume, OpenCavityPressure};
 use crate::math::signal::Signal;
@@ -146,4 +147,27 @@ fn origin(mesh: &TetMesh, facets: &[u32], planes: [Option<f64>; 3]) -> Vec3 {
     let nodes: Vec<u32> = facets.iter().flat_map(|&f| mesh.facet(f as usize)).copied().collect();
     let middle = nodes.iter().map(|&n| mesh.points[n as usize]).sum::<Vec3>() / nodes.len() as f64;
     Vec3::from_fn(|k, _| planes[k].unwrap_or(middle[k]))
+}
+
+impl Recorder for NamedCavity {
+    /// Columns: pressure and volume.
+    fn columns(&self) -> Vec<String> {
+        vec![format!("{}_pressure_Pa", self.name), format!("{}_volume_m3", self.name)]
+    }
+
+    fn record(&self, now: &Moment) -> Vec<f64> {
+        let pressure = match &self.drive {
+            Drive::Multiplier(c) => now.state.lambda[*c],
+            Drive::Prescribed(signal) => signal.at(now.state.clock()),
+        };
+        vec![pressure, self.cavity.volume(&now.state.x)]
+    }
+
+    fn derivative(&self, by: &Change) -> Option<Vec<f64>> {
+        Some(vec![self.drive.answer(by.change), self.cavity.growth(&by.state.x, &by.change.x)])
+    }
+
+    fn is_differentiable(&self) -> bool {
+        true
+    }
 }

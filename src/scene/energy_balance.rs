@@ -1,6 +1,6 @@
 //! Energies of a run: what is stored at the state, and what was put in and dissipated along the path.
 
-use super::probe::Energies;
+use super::recorder::Energies;
 use crate::solve::Newton;
 use crate::system::{At, Role, State, System, Want};
 

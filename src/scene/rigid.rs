@@ -3,6 +3,7 @@
 use super::builder::Builder;
 use super::error::SceneError;
 use super::quantity::{Density, Speed, Spin};
+use super::recorder::{Moment, Recorder};
 use super::shape::ShapeSpec;
 use super::signal::SignalSpec;
 use super::skin::NamedSkin;
@@ -56,17 +57,18 @@ pub struct RigidBody {
     surface: Vec<(Vec3, f64)>,
 }
 
+impl Recorder for RigidBody {
+    /// Columns: position of the centre of mass.
+    fn columns(&self) -> Vec<String> {
+        ["x", "y", "z"].map(|c| format!("{}_{c}_m", self.name)).into()
+    }
+
+    fn record(&self, now: &Moment) -> Vec<f64> {
+        self.frame.positions(&now.state.x)[0].as_slice().to_vec()
+    }
+}
+
 impl RigidBody {
-    /// Names of its columns: where its centre of mass is.
-    pub fn columns(&self) -> [String; 3] {
-        ["x", "y", "z"].map(|c| format!("{}_{c}_m", self.name))
-    }
-
-    /// Values of its columns.
-    pub fn record(&self, x: &[f64]) -> [f64; 3] {
-        self.frame.positions(x)[0].into()
-    }
-
     /// The points of its surface that meet others.
     pub(super) fn points(&self) -> Vec<Point> {
         let area = self.frame.length.powi(2);

@@ -8,6 +8,7 @@ use super::kind::by_kind;
 use super::mesh_spec::MeshSpec;
 use super::numerics::NumericsSpec;
 use super::output::OutputSpec;
+pub use super::parts::probes::ProbeSpec;
 use super::quantity::{Damping, Density, GuideRadius, Length, Modulus, PerSecond, SpringStiffness, Time, Viscosity};
 use super::rigid::RigidSpec;
 use super::signal::SignalSpec;
@@ -16,7 +17,7 @@ use super::start::StartSpec;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
-by_kind!(EffectSpec, ConstraintSpec, DriveSpec, CavityDriveSpec, IntegratorSpec, ProbeSpec);
+by_kind!(EffectSpec, ConstraintSpec, DriveSpec, CavityDriveSpec, IntegratorSpec);
 
 /// Body, mesh, laws, effects, constraints, protocol, probes and numerics of one simulation.
 #[derive(Clone, Debug, Deserialize)]
@@ -289,24 +290,4 @@ pub enum IntegratorSpec {
         #[serde(default)]
         force: bool,
     },
-}
-
-/// One recorded quantity; the kinds are the registry. Cables record tension and length by
-/// themselves, cavities pressure and volume.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
-pub enum ProbeSpec {
-    /// `bending_angle_deg`: angle between the area-mean normals of `tip` now and at the start;
-    /// `chord_angle_deg`: angle of the line from the mean position of `root` to the one of `tip`
-    BendingAngle { root: String, tip: String },
-    /// `<region>_{x,y,z}_m`: area-mean position
-    Position { region: String },
-    /// `<name>_<k>_{x,y,z}_m`: positions of points embedded in the body, counted from 1
-    Markers { name: String, points: Vec<[Length; 3]> },
-    /// `<region>_reaction_{x,y,z}_N`: sum of the reactions
-    Reaction { region: String },
-    /// `elastic_J`, `kinetic_J`, `dissipated_J`, `work_J`
-    Energy {},
-    /// `stretch_median`, `stretch_p95`, `stretch_max` of the largest principal stretch by volume, `min_j`
-    Stretch {},
 }
