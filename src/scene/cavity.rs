@@ -51,13 +51,13 @@ impl Builder<'_> {
         }
         if !rim.is_empty() {
             let [x, y, z] = [origin.x, origin.y, origin.z].map(|v| 1e3 * v);
-            self.remarks.push(format!(
+            self.notes.push(format!(
                 "{name} is open: its volume counts from the cones between the rim and ({x:.4}, {y:.4}, {z:.4}) mm"
             ));
         }
         if planes.is_none() {
-            let remark = "has a free rim: the tangent is not symmetric, and the stability of equilibria is not judged";
-            self.remarks.push(format!("{name} {remark}"));
+            let note = "has a free rim: the tangent is not symmetric, and the stability of equilibria is not judged";
+            self.notes.push(format!("{name} {note}"));
         }
         let drive = match drive {
             CavityDriveSpec::Pressure { signal } => {

@@ -39,6 +39,23 @@ impl EffectSpec {
         }
     }
 
+    /// Whether the effect acts on velocities or accelerations, so that it is at rest in static stages.
+    pub(super) fn needs_rates(&self) -> bool {
+        match self {
+            Self::Inertia { .. }
+            | Self::MassDamping { .. }
+            | Self::ViscousDamping { .. }
+            | Self::StiffnessDamping { .. }
+            | Self::EdgeDampers { .. } => true,
+            Self::Elastic { .. }
+            | Self::Gravity { .. }
+            | Self::Viscoelastic { .. }
+            | Self::EdgeSprings { .. }
+            | Self::PointForce { .. }
+            | Self::Traction { .. } => false,
+        }
+    }
+
     /// `region body, law rubber, formulation mixed`
     pub fn words(&self) -> String {
         let mass = |mass: &LumpingSpec| match mass {

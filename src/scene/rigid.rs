@@ -14,7 +14,6 @@ use crate::effect::contact::shape::Shape;
 use crate::effect::dead_load::DeadLoad;
 use crate::math::tensor::{Mat3, Vec3};
 use crate::math::units::Dimension;
-use crate::solve::Span;
 use crate::system::Effect;
 use serde::Deserialize;
 
@@ -90,16 +89,12 @@ impl Builder<'_> {
         place: &str,
         spec: &RigidSpec,
         nodes: [u32; 4],
-        (spans, modulus): (&[Span], f64),
+        modulus: f64,
         effects: &mut Vec<Box<dyn Effect>>,
     ) -> Result<RigidBody, SceneError> {
         if spec.density.0 <= 0.0 {
             let fact = format!("the density is {} kg/m^3: a body without mass moves under no law", spec.density.0);
             return Err(self.content(place, fact, "give a positive one"));
-        }
-        if let Some(k) = spans.iter().position(|s| s.integrator.is_static()) {
-            let fact = format!("the body is free, and nothing holds it in stage {} (static)", k + 1);
-            return Err(self.content(place, fact, "take a dynamic integrator such as \"bdf2\""));
         }
         if self.body.mesh.regions.contains_key(&spec.name) {
             let fact = format!("the mesh has a region \"{}\" too", spec.name);
