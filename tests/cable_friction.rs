@@ -8,7 +8,7 @@ use durometer::mesh::Order;
 use durometer::mesh::structured::block;
 use durometer::scene::{Run, Scene};
 use durometer::solve::{Integrator, Newton, Status, Step};
-use durometer::system::{Cone, Form, Local, Rows, State, Want};
+use durometer::system::{BlockValues, Cone, ConstraintValues, Form, State, Want};
 
 const RAISED: &str =
     r#"{ kind = "length", signal = { kind = "raised_cosine", amplitude = "8 mm", frequency = "1 Hz" } }"#;
@@ -151,7 +151,7 @@ fn a_cycle_loses_the_area_of_its_loop() {
     let defect = |dt: &str| {
         let scene = beam(&[bent(&format!("friction = {mu}"), RAISED)], dt, Order::Linear);
         let mut lines = Vec::new();
-        let result = scene.run(&mut |_| true, &mut |state| lines.push(scene.cables[0].cable.polyline(&state.x)));
+        let result = common::run_with_states(&scene, &mut |state| lines.push(scene.cables[0].cable.polyline(&state.x)));
         assert_eq!(result.status, Status::Converged);
         let n = 4;
         let tension: Vec<_> = (1..=n).map(|s| column(&result, &format!("cable_tension_{s}_N"))).collect();
@@ -254,7 +254,7 @@ fn derivatives_of_rows_and_of_their_laws() {
     let system = &scene.system;
     let mut random = Random(7);
     let x = random.vector(system.rest().x.len(), 5e-4);
-    let mut local = Local::new(4000);
+    let mut local = BlockValues::new(4000);
     for row in &system.constraints {
         let dofs: Vec<u32> = row.blocks().dofs(0).collect();
         let w = row.means().expect("its guides").of(&x);
@@ -283,7 +283,7 @@ fn derivatives_of_rows_and_of_their_laws() {
     let at = |h: f64| -> Vec<Form> {
         let g: Vec<f64> = g.iter().zip(&dg).map(|(g, d)| g + h * d).collect();
         let lambda: Vec<f64> = state.lambda.iter().zip(&dl).map(|(l, d)| l + h * d).collect();
-        let rows = Rows { now: 0.3.into(), g: &g, lambda: &lambda, old: &old, force: 1.0 };
+        let rows = ConstraintValues { now: 0.3.into(), g: &g, lambda: &lambda, old: &old, force: 1.0 };
         let linked = system.constraints.iter().enumerate().filter(|(_, row)| row.cone() == Cone::Linked);
         let pieces = linked.flat_map(|(c, row)| row.pieces(c, &rows));
         pieces.flat_map(|p| std::iter::once(p.zero).chain(p.while_not_negative.into_iter().map(|w| w.0))).collect()

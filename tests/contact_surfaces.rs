@@ -16,7 +16,7 @@ use durometer::mesh::structured::block;
 use durometer::mesh::{Order, Region, TetMesh};
 use durometer::scene::{Body, Checkpoint, Run, RunOptions, Scene, read_scene};
 use durometer::solve::Status;
-use durometer::system::{At, Local, Rates, Want};
+use durometer::system::{At, BlockValues, Caches, Rates, Want};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -54,7 +54,7 @@ fn whole(pressed: &PressedSurfaces, x: &[f64], want: Want) -> (f64, Vec<f64>, Ve
     let n = x.len();
     let rows = if want == Want::Tangent { n } else { 0 };
     let (mut energy, mut r, mut k) = (0.0, vec![0.0; n], vec![vec![0.0; n]; rows]);
-    for term in pressed.surfaces.terms(x).iter() {
+    for term in pressed.surfaces.terms(x, &mut Caches::default()).iter() {
         let local = eval(pressed, x, term, want);
         energy += local.energy;
         let dofs: Vec<usize> = term.touch.nodes.iter().flat_map(|&k| [0, 1, 2].map(|i| 3 * k as usize + i)).collect();
@@ -70,8 +70,8 @@ fn whole(pressed: &PressedSurfaces, x: &[f64], want: Want) -> (f64, Vec<f64>, Ve
     (energy, r, k)
 }
 
-fn eval(pressed: &PressedSurfaces, x: &[f64], term: &Term, want: Want) -> Local {
-    let mut local = Local::new(3 * term.touch.nodes.len());
+fn eval(pressed: &PressedSurfaces, x: &[f64], term: &Term, want: Want) -> BlockValues {
+    let mut local = BlockValues::new(3 * term.touch.nodes.len());
     pressed.add(x, term, want, &mut local).expect("apart");
     local
 }
@@ -89,7 +89,7 @@ fn forces_and_tangents_are_derivatives() {
             let mesh = two_cells(&mut random, order);
             let pressed = pressed(&mesh, 0.6);
             let x = random.vector(3 * mesh.points.len(), 0.02);
-            let terms = pressed.surfaces.terms(&x);
+            let terms = pressed.surfaces.terms(&x, &mut Caches::default());
             if terms.is_empty() || terms.iter().any(|t| t.touch.gap() < 0.05) {
                 continue;
             }
@@ -175,7 +175,7 @@ fn every_point_feels_a_flat_surface_once() {
         let pressed = PressedSurfaces::new(surfaces, barrier);
         let x = vec![0.0; 3 * both.points.len()];
         let mut sums = BTreeMap::<u32, f64>::new();
-        for term in pressed.surfaces.terms(&x).iter() {
+        for term in pressed.surfaces.terms(&x, &mut Caches::default()).iter() {
             if let Some((0, point)) = term.point {
                 *sums.entry(point).or_default() += eval(&pressed, &x, term, Want::Energy).energy;
             }
@@ -205,8 +205,8 @@ fn friction_balances() {
         let old = random.vector(3 * mesh.points.len(), 0.02);
         let rates = Rates::default();
         let at = At { t: 0.0, dt: 1.0, x: &x, v: &old, a: &old, old: &old, history: &[], inputs: &[], rates };
-        for term in pressed.surfaces.terms(&x).iter().filter(|t| t.weight > 0.0) {
-            let mut local = Local::new(3 * term.touch.nodes.len());
+        for term in pressed.surfaces.terms(&x, &mut Caches::default()).iter().filter(|t| t.weight > 0.0) {
+            let mut local = BlockValues::new(3 * term.touch.nodes.len());
             friction.add(&at, term, Want::Residual, &mut local);
             let Some(press) = pressed.press(&x, term) else { continue };
             let force = |k: usize| Vec3::from_column_slice(&local.r[3 * k..3 * k + 3]);
@@ -474,7 +474,7 @@ fn momentum_stays_and_energy_does_not_grow() {
             let v = |k: usize| Vec3::from_column_slice(&state.v[3 * k..3 * k + 3]);
             momentum.push(masses.iter().enumerate().map(|(k, m)| v(k) * *m).sum());
         };
-        let run = scene.run(&mut |_| true, &mut take);
+        let run = common::run_with_states(&scene, &mut take);
         assert_eq!(run.status, Status::Converged, "{ratio}");
         assert!(column(&run, "between_points").iter().any(|n| *n > 0.0));
         let first = momentum[0];
@@ -560,7 +560,7 @@ max_iterations = 200
                 crossed += crossings(&scene.body.mesh, &state.x, true);
             }
         };
-        let run = scene.run(&mut |_| true, &mut take);
+        let run = common::run_with_states(&scene, &mut take);
         assert_eq!(run.status, Status::Converged, "{case}");
         assert_eq!(crossed + crossings(&scene.body.mesh, &run.last.x, true), 0, "{case}");
         assert!(column(&run, "between_points").iter().any(|n| *n > 0.0), "{case}: no contact");
@@ -660,7 +660,7 @@ fn a_body_that_closes_on_itself_does_not_cross() {
     for (order, friction) in [(Order::Linear, 0.2), (Order::Quadratic, 0.0)] {
         let scene = closing(order, friction);
         let mut crossed = 0;
-        let run = scene.run(&mut |_| true, &mut |state| crossed += crossings(&scene.body.mesh, &state.x, false));
+        let run = common::run_with_states(&scene, &mut |state| crossed += crossings(&scene.body.mesh, &state.x, false));
         assert_eq!(run.status, Status::Converged, "{order:?}");
         assert_eq!(crossed, 0, "{order:?}");
         assert!(last(&run, "itself_points") > 0.0, "{order:?}: the legs do not meet");
@@ -691,15 +691,15 @@ fn thread_counts_do_not_matter() {
 fn a_restart_has_the_bits_of_the_whole_run() {
     let scene = squeezed([2, 2, 2], [3, 3, 2], "tet4", "");
     let whole = common::run(&scene);
-    let mut courses = Vec::new();
-    let mut saved = |checkpoint: &Checkpoint, _: &str| courses.push(checkpoint.clone());
-    let at = whole.rows.iter().map(|row| row[0]).collect();
-    let options = RunOptions { at, saved: Some(&mut saved), ..RunOptions::default() };
-    scene.steer(options, &mut |_| true, &mut |_| {});
-    assert_eq!(courses.len(), whole.rows.len());
-    for from in courses {
-        let options = RunOptions { from: Some(from), ..RunOptions::default() };
-        let again = scene.steer(options, &mut |_| true, &mut |_| {});
+    let mut checkpoints = Vec::new();
+    let mut saved = |checkpoint: &Checkpoint, _: &str| checkpoints.push(checkpoint.clone());
+    let save_at = whole.rows.iter().map(|row| row[0]).collect();
+    let options = RunOptions { save_at, on_save: Some(&mut saved), ..RunOptions::default() };
+    scene.run_with(options);
+    assert_eq!(checkpoints.len(), whole.rows.len());
+    for from in checkpoints {
+        let options = RunOptions { restart: Some(from), ..RunOptions::default() };
+        let again = scene.run_with(options);
         let bits = |run: &Run| run.last.x.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
         assert!(again.status == Status::Converged && bits(&again) == bits(&whole));
         assert_eq!(again.rows, whole.rows);

@@ -12,7 +12,7 @@ use durometer::mesh::structured::block;
 use durometer::scene::overrides::parse;
 use durometer::scene::{Body, Checkpoint, Run, RunOptions, Scene, read_scene};
 use durometer::solve::Status;
-use durometer::system::{At, Batch, Effect, Local, Rates};
+use durometer::system::{At, Batch, BlockValues, Effect, Rates};
 use std::path::Path;
 
 /// Every law on both elements, at states where F differs from I by some 10 %.
@@ -38,13 +38,13 @@ fn cells_side_by_side() {
         for entry in LAWS.iter().filter(|e| e.keys.iter().any(|k| k.name == "E")) {
             let name = entry.info.name;
             let effect = Elastic::new("elastic".into(), &mesh, &cells, law(name, 1e5, 0.4));
-            let batched = effect.batched().expect("the displacement formulation has batches");
+            let batched = effect.capabilities().batched.expect("the displacement formulation has batches");
             let n = effect.blocks().size(0);
             for first in (0..cells.len() / LANES * LANES).step_by(LANES) {
                 let mut batch = Batch::new(n);
                 batched.eval(&at, first, Want::Tangent, &mut batch).expect("not inverted");
                 for lane in 0..LANES {
-                    let mut single = Local::new(n);
+                    let mut single = BlockValues::new(n);
                     effect.eval(&at, first + lane, Want::Tangent, &mut single).expect("not inverted");
                     // The same operations in the same order: no rounding separates them.
                     assert_eq!(single.energy, batch.energy.0[lane], "{name}");
@@ -68,7 +68,7 @@ fn scene(study: &str, changes: &[&str]) -> Scene {
 }
 
 fn run(study: &str, changes: &[&str]) -> Run {
-    let run = scene(study, changes).run(&mut |_| true, &mut |_| {});
+    let run = scene(study, changes).run();
     assert_eq!(run.status, Status::Converged, "{study} {changes:?}");
     run
 }
@@ -182,10 +182,10 @@ fn a_restart_keeps_the_factor() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = folder.path().join("middle.state");
     let mut saved = |checkpoint: &Checkpoint, _: &str| checkpoint.write(&file, &scene).expect("writable");
-    let options = RunOptions { at: vec![0.2], saved: Some(&mut saved), ..RunOptions::default() };
-    let whole = scene.steer(options, &mut |_| true, &mut |_| {});
+    let options = RunOptions { save_at: vec![0.2], on_save: Some(&mut saved), ..RunOptions::default() };
+    let whole = scene.run_with(options);
     let from = Checkpoint::read(&file, &scene).unwrap_or_else(|e| panic!("{e}"));
-    let part = scene.steer(RunOptions { from: Some(from), ..RunOptions::default() }, &mut |_| true, &mut |_| {});
+    let part = scene.run_with(RunOptions { restart: Some(from), ..RunOptions::default() });
     assert_eq!(whole.last, part.last);
     assert_eq!(whole.rows, part.rows);
 }

@@ -26,7 +26,7 @@ fn scene(changes: &[&str]) -> Scene {
 }
 
 fn run(changes: &[&str]) -> Run {
-    let run = scene(changes).run(&mut |_| true, &mut |_| {});
+    let run = scene(changes).run();
     assert_eq!(run.status, Status::Converged, "{changes:?}");
     run
 }
@@ -180,7 +180,7 @@ fn columns_signals_and_costs_are_those_of_what_is_declared() {
     assert!(!bare.columns().iter().any(|c| c.contains("cable") || c.contains("cavity")), "{:?}", bare.columns());
     let signals: Vec<&str> = bare.signals.iter().map(|s| s.name.as_str()).collect();
     assert_eq!(signals, ["body_acceleration_m_s2"]);
-    let costs = |changes: &[&str]| run(changes).costs.into_iter().map(|c| c.0).collect::<Vec<_>>();
+    let costs = |changes: &[&str]| run(changes).costs.into_iter().map(|c| c.name).collect::<Vec<_>>();
     assert_eq!(costs(&[]), ["elastic", "cable"]);
     assert_eq!(costs(&[GRAVITY]), ["elastic", "gravity", "cable"]);
 }

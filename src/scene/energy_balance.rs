@@ -1,8 +1,8 @@
-//! Energies of a run: what is stored at the state, and what was put in and dissipated along the path.
+//! Energies of a run: stored at the state, put in and dissipated along the path.
 
 use super::recorder::Energies;
-use crate::solve::Newton;
-use crate::system::{At, Role, State, System, Want};
+use crate::solve::AcceptedStep;
+use crate::system::{At, EnergyRole, State, System, Want};
 
 /// Integrals along the path.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,30 +29,30 @@ impl EnergyBalance {
         Self { energies: Energies::default(), effect, g, residual: vec![0.0; rest.x.len()] }
     }
 
-    /// Books the step from `past` to `now`; the sums of `newton` belong to `now`.
-    pub(super) fn book(&mut self, system: &System, past: &State, now: &State, newton: &Newton) {
-        let sums = &newton.sums;
+    /// Adds an accepted step.
+    pub(super) fn add_step(&mut self, system: &System, step: &AcceptedStep) {
+        let AcceptedStep { past, now, sums, .. } = *step;
         self.energies.elastic = 0.0;
         self.energies.kinetic = 0.0;
         for (e, effect) in system.effects.iter().enumerate() {
             let energy = sums.energy[e];
             self.energies.dissipated += sums.dissipated[e];
             match effect.role() {
-                Role::Stored | Role::Contact | Role::Relaxing => self.energies.elastic += energy,
-                Role::Kinetic => self.energies.kinetic += energy,
-                Role::Dissipative => self.energies.dissipated += energy,
-                Role::Load => {
+                EnergyRole::Stored | EnergyRole::Contact | EnergyRole::Relaxing => self.energies.elastic += energy,
+                EnergyRole::Kinetic => self.energies.kinetic += energy,
+                EnergyRole::Dissipative | EnergyRole::Friction => self.energies.dissipated += energy,
+                EnergyRole::Load => {
                     let mean = 0.5 * (effect.intensity(past.clock()) + effect.intensity(now.clock()));
                     self.energies.work -= mean * (energy - self.effect[e]);
                 }
-                Role::Follower => {
+                EnergyRole::Follower => {
                     let mean = 0.5 * (effect.intensity(past.clock()) + effect.intensity(now.clock()));
                     self.energies.work -= mean * energy;
                 }
             }
             self.effect[e] = energy;
         }
-        // A row does the work −∫ λ d(target − g): of a cable, tension times what is drawn in, also where its drive yields.
+        // A constraint does the work −∫ λ d(target − g): of a cable, tension times the length drawn in, also where its drive yields.
         for (c, constraint) in system.constraints.iter().enumerate() {
             let mean = 0.5 * (past.lambda[c] + now.lambda[c]);
             let moved = constraint.target(now.clock()) - constraint.target(past.clock()) - (sums.g[c] - self.g[c]);

@@ -8,7 +8,7 @@ use super::linear::LinearSpec;
 use super::spec::{
     CableSpec, CavityDriveSpec, ConstraintSpec, DriveSpec, EffectSpec, FormulationSpec, IntegratorSpec, SceneSpec,
 };
-use crate::solve::{Integrator, Span};
+use crate::solve::{Integrator, TimeSpan};
 use std::path::Path;
 
 /// A combination that is refused.
@@ -25,7 +25,7 @@ impl Refusal {
 }
 
 /// A rule: the refusal of a scene that breaks it.
-type Rule = fn(&SceneSpec, &[Span]) -> Option<Refusal>;
+type Rule = fn(&SceneSpec, &[TimeSpan]) -> Option<Refusal>;
 
 /// All rules, in the order in which they are checked.
 const RULES: [Rule; 10] = [
@@ -42,34 +42,34 @@ const RULES: [Rule; 10] = [
 ];
 
 /// Refuses a scene that breaks a rule.
-pub(super) fn check(file: &Path, spec: &SceneSpec, spans: &[Span]) -> Result<(), SceneError> {
+pub(super) fn check(file: &Path, spec: &SceneSpec, spans: &[TimeSpan]) -> Result<(), SceneError> {
     let Some(Refusal { place, fact, remedy }) = RULES.iter().find_map(|rule| rule(spec, spans)) else {
         return Ok(());
     };
     Err(SceneError::Content { file: file.into(), place, fact, remedy: remedy.into() })
 }
 
-fn is_corrected(span: &Span) -> bool {
+fn is_corrected(span: &TimeSpan) -> bool {
     matches!(span.integrator, Integrator::FreeMotion { .. })
 }
 
-fn is_arc(span: &Span) -> bool {
+fn is_arc(span: &TimeSpan) -> bool {
     matches!(span.integrator, Integrator::ArcLength { .. })
 }
 
-fn time_error_in_statics(spec: &SceneSpec, spans: &[Span]) -> Option<Refusal> {
+fn time_error_in_statics(spec: &SceneSpec, spans: &[TimeSpan]) -> Option<Refusal> {
     spec.numerics.time_error.filter(|_| spans.iter().all(|s| s.integrator.is_static()))?;
     let fact = "time_error where all stages are static: a sequence of equilibria has no time error";
     Refusal::new("numerics", fact, "remove it, or give a stage a dynamic integrator")
 }
 
-fn time_error_of_corrections(spec: &SceneSpec, spans: &[Span]) -> Option<Refusal> {
+fn time_error_of_corrections(spec: &SceneSpec, spans: &[TimeSpan]) -> Option<Refusal> {
     spec.numerics.time_error.filter(|_| spans.iter().any(is_corrected))?;
     let fact = "time_error with implicit_euler_corrected, whose steps cannot be cut";
     Refusal::new("numerics", fact, "remove it, or take integrator = \"implicit_euler\"")
 }
 
-fn rates_in_statics(spec: &SceneSpec, spans: &[Span]) -> Option<Refusal> {
+fn rates_in_statics(spec: &SceneSpec, spans: &[TimeSpan]) -> Option<Refusal> {
     let (k, effect) = spec.effects.iter().enumerate().find(|(_, e)| e.needs_rates())?;
     if spans.iter().any(|s| !s.integrator.is_static()) {
         return None;
@@ -79,7 +79,7 @@ fn rates_in_statics(spec: &SceneSpec, spans: &[Span]) -> Option<Refusal> {
     Refusal::new(format!("effect {} ({kind})", k + 1), format!("{kind} under the static integrator"), remedy)
 }
 
-fn acceleration_without_inertia(spec: &SceneSpec, spans: &[Span]) -> Option<Refusal> {
+fn acceleration_without_inertia(spec: &SceneSpec, spans: &[TimeSpan]) -> Option<Refusal> {
     if spec.effects.iter().any(|e| matches!(e, EffectSpec::Inertia { .. })) {
         return None;
     }
@@ -88,7 +88,7 @@ fn acceleration_without_inertia(spec: &SceneSpec, spans: &[Span]) -> Option<Refu
     Refusal::new(format!("stage {}", k + 1), fact, "add an [[effect]] of kind \"inertia\", or take \"static\"")
 }
 
-fn friction_of_cables_along_an_arc(spec: &SceneSpec, _: &[Span]) -> Option<Refusal> {
+fn friction_of_cables_along_an_arc(spec: &SceneSpec, _: &[TimeSpan]) -> Option<Refusal> {
     let k = spec.stages.iter().position(|s| s.continuation.is_some())?;
     let friction = |c: &ConstraintSpec| matches!(c, ConstraintSpec::Cable(CableSpec { friction: Some(_), .. }));
     spec.constraints.iter().find(|c| friction(c))?;
@@ -97,7 +97,7 @@ fn friction_of_cables_along_an_arc(spec: &SceneSpec, _: &[Span]) -> Option<Refus
     Refusal::new(format!("stage {}", k + 1), fact, remedy)
 }
 
-fn undamped_rule_with_exact_constraints(spec: &SceneSpec, spans: &[Span]) -> Option<Refusal> {
+fn undamped_rule_with_exact_constraints(spec: &SceneSpec, spans: &[TimeSpan]) -> Option<Refusal> {
     let exact = |c: &ConstraintSpec| match c {
         ConstraintSpec::Cable(cable) => cable.friction.is_some() || matches!(cable.drive, DriveSpec::Length { .. }),
         ConstraintSpec::Cavity { drive, .. } => matches!(drive, CavityDriveSpec::Volume { .. }),
@@ -105,7 +105,7 @@ fn undamped_rule_with_exact_constraints(spec: &SceneSpec, spans: &[Span]) -> Opt
     };
     spec.constraints.iter().find(|c| exact(c))?;
     let forced = |k: usize| matches!(spec.stages[k].integrator, IntegratorSpec::Newmark { force: true, .. });
-    let rings = |(k, s): (usize, &Span)| s.integrator.rings_with_constraints() && !forced(k);
+    let rings = |(k, s): (usize, &TimeSpan)| s.integrator.rings_with_constraints() && !forced(k);
     let k = spans.iter().enumerate().position(rings)?;
     let fact = format!(
         "{} is undamped, and rings with a cable driven by length or with friction, or a cavity driven by volume \
@@ -116,14 +116,14 @@ fn undamped_rule_with_exact_constraints(spec: &SceneSpec, spans: &[Span]) -> Opt
     Refusal::new(format!("stage {}", k + 1), fact, remedy)
 }
 
-fn free_body_in_statics(spec: &SceneSpec, spans: &[Span]) -> Option<Refusal> {
+fn free_body_in_statics(spec: &SceneSpec, spans: &[TimeSpan]) -> Option<Refusal> {
     let rigid = spec.rigids.first()?;
     let k = spans.iter().position(|s| s.integrator.is_static())?;
     let fact = format!("the body is free, and nothing holds it in stage {} (static)", k + 1);
     Refusal::new(format!("rigid 1 ({})", rigid.name), fact, "take a dynamic integrator such as \"bdf2\"")
 }
 
-fn contact_along_an_arc(spec: &SceneSpec, spans: &[Span]) -> Option<Refusal> {
+fn contact_along_an_arc(spec: &SceneSpec, spans: &[TimeSpan]) -> Option<Refusal> {
     let contact = spec.contacts.first()?;
     let k = spans.iter().position(is_arc)?;
     let fact = format!("a continuation with contact (stage {})", k + 1);
@@ -131,7 +131,7 @@ fn contact_along_an_arc(spec: &SceneSpec, spans: &[Span]) -> Option<Refusal> {
     Refusal::new(format!("contact 1 ({})", contact.name), fact, remedy)
 }
 
-fn corrections_without_multipliers(spec: &SceneSpec, spans: &[Span]) -> Option<Refusal> {
+fn corrections_without_multipliers(spec: &SceneSpec, spans: &[TimeSpan]) -> Option<Refusal> {
     let k = spans.iter().position(is_corrected)?;
     let other = |c: &&ContactSpec| c.response != ResponseSpec::Multiplier;
     let (n, contact) = spec.contacts.iter().enumerate().find(|(_, c)| other(c))?;
@@ -140,13 +140,13 @@ fn corrections_without_multipliers(spec: &SceneSpec, spans: &[Span]) -> Option<R
     Refusal::new(format!("contact {} ({})", n + 1, contact.name), fact, remedy)
 }
 
-fn iterative_solver(spec: &SceneSpec, spans: &[Span]) -> Option<Refusal> {
+fn iterative_solver(spec: &SceneSpec, spans: &[TimeSpan]) -> Option<Refusal> {
     let why = against_iterations(spec, spans).filter(|_| spec.numerics.linear == LinearSpec::Iterative)?;
     Refusal::new("numerics", format!("linear = \"iterative\" where {why}"), "take linear = \"auto\"")
 }
 
 /// The property of the tangents, if one exists, that rules out the iterative solver.
-pub(super) fn against_iterations(spec: &SceneSpec, spans: &[Span]) -> Option<&'static str> {
+pub(super) fn against_iterations(spec: &SceneSpec, spans: &[TimeSpan]) -> Option<&'static str> {
     let mixed = |e: &EffectSpec| matches!(e, EffectSpec::Elastic { formulation: FormulationSpec::Mixed, .. });
     let multiplier = spec.contacts.iter().any(|c| c.response == ResponseSpec::Multiplier);
     if multiplier || spec.effects.iter().any(mixed) {

@@ -12,8 +12,8 @@ use super::recorder::Change;
 use super::spec::EffectSpec;
 use crate::effect::StiffnessDamping;
 use crate::material::{self, LawSpecError};
-use crate::solve::{Differentiator, Failure, Integrator, Step};
-use crate::system::{Effect, Needs, State, Term};
+use crate::solve::{AcceptedStep, Differentiator, Failure, Step};
+use crate::system::{Capabilities, Effect, Needs, ParameterDerivative, State};
 use std::fmt;
 use std::str::FromStr;
 use std::sync::Arc;
@@ -93,8 +93,8 @@ impl<'a> Sensitivity<'a> {
             return Err(SensitivityError::NotConverged { stage: k + 1, integrator });
         }
         let system = &scene.system;
-        let reads_past = |e: &dyn Effect| e.history() > 0 || e.needs() != Needs::default();
-        if let Some(effect) = system.effects.iter().find(|e| reads_past(&***e) && e.past().is_none()) {
+        let unknown = |c: Capabilities| (c.history.is_some() || c.needs != Needs::default()) && c.past.is_none();
+        if let Some(effect) = system.effects.iter().find(|e| unknown(e.capabilities())) {
             return Err(SensitivityError::Past { effect: effect.name().into() });
         }
         if let Some(contact) = scene.contacts.iter().find(|c| c.slides()) {
@@ -115,21 +115,16 @@ impl<'a> Sensitivity<'a> {
         self.scene.recorders().filter(|r| r.is_differentiable()).flat_map(|r| r.columns()).collect()
     }
 
-    /// Derivatives at the end of a step, where it is on the time grid: \[columns × constants\], in the unit of the column per SI
+    /// Derivatives at the end of a step, where it is recorded: \[columns × constants\], in the unit of the column per SI
     /// unit of the constant.
-    pub(super) fn step(
-        &mut self,
-        integrator: Integrator,
-        past: &State,
-        now: &State,
-        on_grid: bool,
-    ) -> Result<Option<Vec<Vec<f64>>>, Failure> {
-        if !on_grid && integrator.is_static() && now.history.is_empty() {
+    pub(super) fn step(&mut self, step: &AcceptedStep, recorded: bool) -> Result<Option<Vec<Vec<f64>>>, Failure> {
+        let AcceptedStep { integrator, past, now, .. } = *step;
+        if !recorded && integrator.is_static() && now.history.is_empty() {
             return Ok(None);
         }
         let step = Step { system: &self.scene.system, integrator, past, dt: now.t - past.t };
         self.solver.step(&step, now)?;
-        if !on_grid {
+        if !recorded {
             return Ok(None);
         }
         let reactions = self.solver.reactions(&step, now)?;
@@ -144,7 +139,7 @@ impl<'a> Sensitivity<'a> {
 }
 
 /// ∂/∂θ of every effect that takes the law of a constant.
-fn terms(scene: &Scene, constant: &Constant) -> Result<Vec<Term>, SensitivityError> {
+fn terms(scene: &Scene, constant: &Constant) -> Result<Vec<ParameterDerivative>, SensitivityError> {
     let (laws, mesh) = (&scene.spec.laws, &scene.body.mesh);
     let name = constant.to_string();
     let table = laws.get(&constant.law).ok_or_else(|| {
@@ -166,13 +161,13 @@ fn terms(scene: &Scene, constant: &Constant) -> Result<Vec<Term>, SensitivityErr
                 if *law == constant.law {
                     let shared: Arc<dyn Effect> = effect.along(mesh, along()?).into();
                     elastic.push((region, shared.clone()));
-                    found.push(Term { of, effect: Box::new(shared) });
+                    found.push(ParameterDerivative { of, effect: Box::new(shared) });
                 }
             }
             EffectSpec::Viscoelastic { law, .. } => {
                 let effect = relaxing.next().expect("one for each viscoelastic effect");
                 if *law == constant.law {
-                    found.push(Term { of, effect: effect.along(&*along()?) });
+                    found.push(ParameterDerivative { of, effect: effect.along(&*along()?) });
                 }
             }
             _ => {}
@@ -185,7 +180,7 @@ fn terms(scene: &Scene, constant: &Constant) -> Result<Vec<Term>, SensitivityErr
         let EffectSpec::StiffnessDamping { region, beta, stiffness } = spec else { continue };
         let damped = elastic.iter().filter(|(of, _)| of == region).map(|(_, effect)| effect.clone()).collect();
         let damping = StiffnessDamping::new(damped, beta.0, (*stiffness).into(), &mesh.points);
-        found.push(Term { of, effect: Box::new(damping.expect("built once already")) });
+        found.push(ParameterDerivative { of, effect: Box::new(damping.expect("built once already")) });
     }
     Ok(found)
 }

@@ -6,7 +6,7 @@ use super::error::SceneError;
 use super::numerics::NumericsSpec;
 use super::quantity::GuideRadius;
 use super::spec::{ConstraintSpec, EffectSpec, IntegratorSpec, SceneSpec, StageSpec};
-use crate::solve::{Integrator, Span};
+use crate::solve::{Integrator, TimeSpan};
 
 /// More steps than this in one stage are a slip of a unit.
 const MOST_STEPS: f64 = 1e7;
@@ -14,7 +14,7 @@ const MOST_STEPS: f64 = 1e7;
 const MOST_ARCS: usize = 200;
 
 impl Builder<'_> {
-    pub(super) fn spans(&self, stages: &[StageSpec]) -> Result<Vec<Span>, SceneError> {
+    pub(super) fn spans(&self, stages: &[StageSpec]) -> Result<Vec<TimeSpan>, SceneError> {
         let mut start = 0.0;
         let mut spans = Vec::new();
         for (k, stage) in stages.iter().enumerate() {
@@ -70,7 +70,7 @@ impl Builder<'_> {
                 }
             };
             let end = start + stage.duration.0;
-            spans.push(Span { integrator, start, end, dt: stage.dt.0.min(stage.duration.0) });
+            spans.push(TimeSpan { integrator, start, end, dt: stage.dt.0.min(stage.duration.0) });
             start = end;
         }
         if spans.is_empty() {
@@ -83,7 +83,7 @@ impl Builder<'_> {
         Ok(spans)
     }
 
-    pub(super) fn note_static(&mut self, spec: &SceneSpec, spans: &[Span]) {
+    pub(super) fn note_static(&mut self, spec: &SceneSpec, spans: &[TimeSpan]) {
         let stages = spans.iter().filter(|s| s.integrator.is_static()).count();
         let rates: Vec<&str> = spec.effects.iter().filter(|e| e.needs_rates()).map(EffectSpec::kind).collect();
         if stages > 0 && !rates.is_empty() {

@@ -51,7 +51,11 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         effects: run
             .costs
             .iter()
-            .map(|(name, time)| EffectRecord { name: name.clone(), wall_s: time.as_secs_f64() })
+            .map(|cost| EffectRecord {
+                name: cost.name.clone(),
+                role: cost.role.map(|role| role.name().into()),
+                wall_s: cost.time.as_secs_f64(),
+            })
             .collect(),
         phases: PhaseRecord {
             assembly_s: run.assembly.as_secs_f64(),

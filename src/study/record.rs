@@ -134,6 +134,8 @@ impl LawRecord {
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
 pub struct EffectRecord {
     pub name: String,
+    /// Role of an effect in the energy balance; none of a constraint
+    pub role: Option<String>,
     /// Time of its evaluations \[s\]
     pub wall_s: f64,
 }

@@ -2,9 +2,11 @@
 
 use crate::common::{run, scene};
 use crate::setup::CUBE;
+use durometer::effect::contact::Counts;
 use durometer::mesh::Order;
 use durometer::mesh::curved::octant;
 use durometer::mesh::structured::block;
+use durometer::scene::SensitivityRecorder;
 use durometer::solve::Status;
 
 /// What is far away is not looked at twice: each point has its distance computed once, and nothing is added to the tangent.
@@ -40,8 +42,11 @@ friction = 0.3
     let mesh = || block(3, 3, 3, 0.01, 0.01, 0.01, Order::Linear);
     let (with, without) = (scene(mesh(), &text(far)), scene(mesh(), &text("")));
     let (a, b) = (run(&with), run(&without));
-    let counts = with.contacts[0].points().expect("points").counts();
+    let (_, counts) = &a.contacts[0];
     assert_eq!((counts.tested, counts.active), (with.contacts[0].points().expect("points").points.len(), 0));
+    let again = &run(&with).contacts[0].1;
+    let numbers = |c: &Counts| [c.points, c.tested, c.active];
+    assert_eq!(numbers(again), numbers(counts), "counts belong to a run");
     assert_eq!(with.system.pattern.nnz(), without.system.pattern.nnz());
     assert_eq!(a.last.x, b.last.x, "the same bits");
 }
@@ -66,7 +71,7 @@ dt = "5 ms"
         );
         let scene = scene(block(1, 1, 1, 0.01, 0.01, 0.01, Order::Linear), &text);
         let constants = vec!["laws.rubber.E".parse().expect("a constant")];
-        let outcome = scene.run_with_sensitivities(&constants, &mut |_| true, &mut |_| {});
+        let outcome = SensitivityRecorder::new(&scene, &constants);
         assert_eq!(outcome.is_err(), refused);
         if let Err(why) = outcome {
             assert!(why.to_string().contains("contact floor has friction"), "{why}");

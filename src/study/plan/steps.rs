@@ -53,7 +53,7 @@ pub fn steps(
     quantities: &[String],
     watch: &dyn Watch,
 ) -> Result<Steps, PlanError> {
-    let remembers = scene.system.effects.iter().any(|e| e.history() > 0);
+    let remembers = scene.system.effects.iter().any(|e| e.capabilities().history.is_some());
     let linked = scene.system.constraints.iter().any(|c| c.cone() == Cone::Linked);
     if scene.spans.iter().all(|s| s.integrator.is_static()) && !remembers && !linked {
         return Ok(Steps {

@@ -206,9 +206,9 @@ fn settings(a: &Analysis) -> Table {
     }
 }
 
-/// Time in the effects whose name starts so \[s\].
+/// Time in contact and its friction \[s\].
 fn contact(r: &CaseRecord) -> f64 {
-    r.effects.iter().filter(|e| e.name.starts_with("contact")).map(|e| e.wall_s).sum()
+    r.effects.iter().filter(|e| matches!(e.role.as_deref(), Some("contact" | "friction"))).map(|e| e.wall_s).sum()
 }
 
 fn phases(store: &Results) -> Table {

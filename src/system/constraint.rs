@@ -1,10 +1,43 @@
-//! Which multipliers an exact row admits, as a law in linear pieces.
+//! Constraints with multipliers, and the multipliers that each admits.
 //!
-//! A piece is an equation in the values g and multipliers λ of the rows, with the inequalities under which it is the right
-//! one: 0 ≤ g ⟂ λ ≥ 0 is g = 0 while λ ≥ 0, or λ = 0 while g ≥ 0. A law that is curved is linearised at a state.
+//! A law of a multiplier consists of linear pieces. A piece is an equation in the values g and multipliers λ of the constraints, with the
+//! inequalities under which it is the right one: 0 ≤ g ⟂ λ ≥ 0 is g = 0 while λ ≥ 0, or λ = 0 while g ≥ 0. A curved law is linearised at
+//! a state.
 
-use super::Constraint;
+use super::{BlockValues, Blocks, EvalError, Means};
+use crate::material::Want;
 use crate::math::signal::Clock;
+use std::sync::Arc;
+
+/// One exact row g(x, t, λ) = target(t) + compliance·λ − Σ_b c_b(x), with a multiplier λ that is the answer (cable: tension).
+///
+/// The residual gets λ ∂c/∂x, the tangent λ ∂²c/∂x²: with `Π + λ (c − target) − ½ compliance λ²` as the Lagrangian.
+pub trait Constraint: Send + Sync {
+    fn name(&self) -> &str;
+    fn cone(&self) -> Cone;
+    /// Unit of g: a length or volume to which |g| is compared
+    fn scale(&self) -> f64;
+    fn target(&self, now: Clock) -> f64;
+    /// ∂g/∂λ ≥ 0: of a cable, how much longer a newton makes it \[m/N\]. It stores ½ compliance λ² \[J\].
+    fn compliance(&self) -> f64 {
+        0.0
+    }
+    fn blocks(&self) -> &Blocks;
+    /// As [`Effect::means`]
+    fn means(&self) -> Option<&Arc<Means>> {
+        None
+    }
+    /// c_b, ∂c_b/∂x, ∂²c_b/∂x² of block `b` in `energy`, `r`, `k`. A [`Cone::Watched`] row needs no second derivative.
+    fn eval(&self, x: &[f64], b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError>;
+    /// The law of a [`Cone::Linked`] row, which is row `c` of the system.
+    fn pieces(&self, _c: usize, _rows: &ConstraintValues) -> Vec<Piece> {
+        Vec::new()
+    }
+    /// What row `c` dissipates \[J\] between two states, `\[past, now\]` of g and λ of all rows, by the trapezoidal rule.
+    fn dissipated(&self, _c: usize, _g: [&[f64]; 2], _lambda: [&[f64]; 2]) -> f64 {
+        0.0
+    }
+}
 
 /// Which multipliers a row admits.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,7 +78,7 @@ impl Cone {
 
 /// All rows at one state; \[constraints\] each.
 #[derive(Clone, Copy)]
-pub struct Rows<'a> {
+pub struct ConstraintValues<'a> {
     pub now: Clock<'a>,
     /// target + compliance λ − c
     pub g: &'a [f64],
@@ -70,7 +103,7 @@ pub struct Form {
 
 impl Form {
     /// Σ g over `which`, compared with `scale`.
-    pub fn gap(rows: &Rows, which: std::ops::Range<usize>, scale: f64) -> Self {
+    pub fn gap(rows: &ConstraintValues, which: std::ops::Range<usize>, scale: f64) -> Self {
         Self {
             value: rows.g[which.clone()].iter().sum(),
             scale,
@@ -80,7 +113,7 @@ impl Form {
     }
 
     /// λ_c − of.
-    pub fn multiplier(rows: &Rows, c: usize, of: f64) -> Self {
+    pub fn multiplier(rows: &ConstraintValues, c: usize, of: f64) -> Self {
         let value = rows.lambda[c] - of;
         Self { value, scale: rows.lambda[c].abs() + of.abs(), g: Vec::new(), lambda: vec![(c, 1.0)] }
     }
@@ -119,7 +152,7 @@ impl Piece {
 }
 
 /// 0 ≤ λ_c ≤ most: `gap` = 0 between the ends, ≥ 0 at the lower, ≤ 0 at the upper one.
-pub fn between(rows: &Rows, c: usize, gap: Form, most: f64) -> Vec<Piece> {
+pub fn between(rows: &ConstraintValues, c: usize, gap: Form, most: f64) -> Vec<Piece> {
     let lambda = Form::multiplier(rows, c, 0.0);
     let mut held = Piece { zero: gap.clone(), while_not_negative: vec![(lambda.clone(), 1)] };
     let open = Piece { zero: lambda, while_not_negative: vec![(gap.clone(), 0)] };
@@ -132,7 +165,7 @@ pub fn between(rows: &Rows, c: usize, gap: Form, most: f64) -> Vec<Piece> {
 }
 
 /// The law of row `c` at this state; its first piece is the one that holds the body.
-pub fn pieces(constraint: &dyn Constraint, c: usize, rows: &Rows) -> Vec<Piece> {
+pub fn pieces(constraint: &dyn Constraint, c: usize, rows: &ConstraintValues) -> Vec<Piece> {
     let gap = || Form::gap(rows, c..c + 1, constraint.scale());
     match constraint.cone() {
         Cone::Zero => vec![Piece { zero: gap(), while_not_negative: Vec::new() }],
