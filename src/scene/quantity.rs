@@ -51,7 +51,7 @@ quantity! {
     SpringStiffness = STIFFNESS by newtons_per_metre: "A stiffness of a spring (N/m).",
     Damping = DAMPING by newton_seconds_per_metre: "A coefficient of a damper (N s/m).",
     Viscosity = VISCOSITY by pascal_seconds: "A dynamic viscosity (Pa s).",
-    PerSecond = FREQUENCY by per_second: "A rate (1/s).",
+    PerSecond = FREQUENCY by hertz: "A rate (1/s).",
     Speed = VELOCITY by metres_per_second: "A component of a velocity (m/s).",
     Spin = ANGULAR_VELOCITY by radians_per_second: "A component of an angular velocity (rad/s).",
 }
