@@ -46,7 +46,7 @@ impl NodalRotations {
     }
 
     /// v ← R v
-    pub fn turn(&self, v: &mut [f64]) {
+    pub fn rotate(&self, v: &mut [f64]) {
         for (first, r) in &self.of_nodes {
             let turned = r * Vec3::from_column_slice(&v[*first..first + 3]);
             v[*first..first + 3].copy_from_slice(turned.as_slice());
@@ -54,7 +54,7 @@ impl NodalRotations {
     }
 
     /// v ← Rᵀ v
-    pub fn turn_back(&self, v: &mut [f64]) {
+    pub fn rotate_back(&self, v: &mut [f64]) {
         for (first, r) in &self.of_nodes {
             let turned = r.tr_mul(&Vec3::from_column_slice(&v[*first..first + 3]));
             v[*first..first + 3].copy_from_slice(turned.as_slice());

@@ -156,7 +156,7 @@ impl Status {
             Self::Singular { motions, .. } if motions.is_empty() => {
                 "the tangent is singular: some part can move freely".into()
             }
-            Self::Singular { motions, .. } => super::rigid::sentence(motions),
+            Self::Singular { motions, .. } => super::free_motions::sentence(motions),
             Self::TimeBudget { .. } => "the wall time that was allowed is over".into(),
             Self::StepTooSmall { why: why @ (Failure::MaxSteps | Failure::Unloaded), .. } => why.to_string(),
             Self::StepTooSmall { why, .. } => format!("no step however small converges: {why}"),
