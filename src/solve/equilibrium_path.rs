@@ -6,7 +6,7 @@
 //!
 //! Crisfield (Comput. Struct. 13, 1981), the cylindrical form; of the two roots θ the one that keeps to the last direction.
 //! K is not shifted, so unstable equilibria are followed too. The step aims at four iterations: Δs ← Δs √(4/iterations)
-//! (Ramm 1981). Rows take part as long as they stay as they are, taut or slack, during a step.
+//! (Ramm 1981). Constraints take part as long as they stay as they are, taut or slack, during a step.
 //!
 //! Limits: statics without history that grows; a branch that crosses the path is not taken.
 
@@ -25,7 +25,7 @@ const LONGEST: f64 = 10.0;
 /// A step that moves the body more than this many times what the tangent before it says may be a jump.
 const NEAR: f64 = 2.0;
 
-/// What ends a step.
+/// The end of a step.
 #[derive(Clone, Copy, PartialEq)]
 enum PathStepEnd {
     /// ‖Δx‖ \[m\]
@@ -34,7 +34,7 @@ enum PathStepEnd {
     Time(f64),
 }
 
-/// Where the loads are largest or least along the path.
+/// A state where the loads are largest or least along the path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TurningPoint {
     /// Time of the loads \[s\]
@@ -68,7 +68,7 @@ pub(super) struct PathTracer<'a> {
 
 /// Response of the linearised system.
 struct Response {
-    /// −K⁻¹ r and −K⁻¹ ∂r/∂t \[equations\], with the rows held
+    /// −K⁻¹ r and −K⁻¹ ∂r/∂t \[equations\], with the constraints held
     residual: Vec<f64>,
     rate: Vec<f64>,
     /// Changes of the multipliers
@@ -95,8 +95,8 @@ impl<'a> PathTracer<'a> {
         Err(Failure::Unloaded)
     }
 
-    /// Is a state about as far as the loads of the first step would move the body if it stayed as stiff? A jump over a limit
-    /// point goes much farther.
+    /// Whether a state is about as far as the loads of the first step would move the body if it stayed as stiff. A jump over a
+    /// limit point goes much farther.
     pub fn is_near(&self, next: &State) -> bool {
         let from = &self.trail.last().expect("the start").1;
         self.size(&self.difference(&from.x, &next.x)) <= NEAR * self.length
@@ -258,7 +258,7 @@ impl<'a> PathTracer<'a> {
         ))
     }
 
-    /// Rows that take part: equalities and taut ones.
+    /// Constraints that take part: equalities and taut ones.
     fn taut(&self, state: &State) -> Vec<usize> {
         let rows = self.system.constraints.iter().zip(&state.lambda).enumerate();
         rows.filter(|(_, (row, lambda))| row.cone().holds(**lambda)).map(|(c, _)| c).collect()
@@ -283,9 +283,9 @@ impl<'a> PathTracer<'a> {
             return Err(Failure::NotConverged { residual: f64::INFINITY, node: 0 });
         }
         let roots = [1.0, -1.0].map(|sign| (-b + sign * discriminant.sqrt()) / a);
-        // tip + θ ẋ closest to the way gone so far
-        let way = moving(moved);
-        let along = |theta: f64| dot(&tip, &way) + theta * dot(&rate, &way);
+        // tip + θ ẋ closest to the motion so far
+        let motion = moving(moved);
+        let along = |theta: f64| dot(&tip, &motion) + theta * dot(&rate, &motion);
         Ok(if along(roots[0]) >= along(roots[1]) { roots[0] } else { roots[1] })
     }
 

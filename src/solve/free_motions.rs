@@ -1,11 +1,11 @@
-//! Motions that nothing resists, in words.
+//! Motions without resistance, in words.
 //!
 //! A part (what stored energy connects) has the six motions u = e_i and u = e_i × (x − c)/ℓ, c its middle and ℓ its size.
 //! Free are the combinations with u = 0 at every prescribed dof, K u = 0 and ∂c/∂x·u = 0 up to rounding: null vectors of the
 //! 6 columns, found by their singular values. A motion that is not rigid, of a mechanism, is found by inverse iteration on
 //! K + s diag K (Parlett, The Symmetric Eigenvalue Problem, 1998, ch. 4).
 //!
-//! Limits: a motion of several parts together that leaves a row unchanged is found as a mechanism only. K is that of the
+//! Limits: a motion of several parts together that leaves a constraint unchanged is found as a mechanism only. K is that of the
 //! state looked at; at rest it is zero on every rigid motion, under a load it may resist the turning of a pendulum.
 
 use super::Step;
@@ -105,7 +105,7 @@ fn mechanism(solver: &mut NonlinearSolver, system: &System) -> Option<Motion> {
     Some(Motion { kind: MotionKind::Mechanism, direction: direction.into(), node, whole: false })
 }
 
-/// Σ r·e over the free dofs, e a direction of translation without resistance, beside the yardstick of the forces: a load
+/// Σ r·e over the free dofs, e a direction of translation without resistance, compared with the scale of the forces: a load
 /// that no equilibrium carries.
 pub(super) fn pushes(solver: &mut NonlinearSolver, step: &Step, state: &State, motions: &[Motion]) -> bool {
     const BALANCED: f64 = 1e-6;
@@ -201,7 +201,7 @@ impl<'a> Part<'a> {
                 all.fixed_view_mut::<3, 1>(3 * i, j).copy_from(&self.motion(i, &unit(j)));
             }
         }
-        // A straight chain does not move when it turns about itself: motions of nothing are none.
+        // A straight chain does not move when it turns about itself: zero motions do not count.
         let moving = row_space(&all, NONE);
         let held = |row: &usize| system.dofs.equation[3 * self.nodes[row / 3] as usize + row % 3] == Dofs::FIXED;
         let fixed: Vec<usize> = (0..all.nrows()).filter(held).collect();

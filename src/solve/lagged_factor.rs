@@ -1,17 +1,17 @@
 //! Directions of Newton's method from the factor of an earlier tangent.
 //!
-//! The linear system of an iteration is \[K Hᵀ; H −C\] \[du; dλ\] = \[−r − lift; g − carried\] with the rows that hold. Conjugate
+//! The linear system of an iteration is \[K Hᵀ; H −C\] \[du; dλ\] = \[−r − lift; g − carried\] with the constraints that hold. Conjugate
 //! gradients solve it with \[K₀ Hᵀ; H −C\] as preconditioner, K₀ being the tangent that was factorised last and K, H the present
 //! ones (Gould, Hribar & Nocedal, SIAM J. Sci. Comput. 23, 2001; Dollar, Gould, Schilders & Wathen, SIAM J. Matrix Anal. 28,
-//! 2006 for C ≠ 0). Each iteration is one product with K and one back-substitution. K₀ is turned with the body first
-//! ([`turns`](super::rotations)).
+//! 2006 for C ≠ 0). Each iteration is one product with K and one back-substitution. K₀ is rotated with the body
+//! first ([`nodal_rotations`](super::nodal_rotations)).
 //!
 //! Accuracy: ‖residual‖ ≤ min(0.1, √error) of the force at hand, which makes Newton's method converge with the order 3/2 (Dembo,
 //! Eisenstat & Steihaug, SIAM J. Numer. Anal. 19, 1982), and never below a third of the tolerance of the step.
 //!
 //! Renewal: a factor is dropped when its last step took more solves than its steps took on average, the factorisation
 //! included; where conjugate gradients are slow; where K or K₀ is indefinite on the null space of H; and in statics where one of
-//! the softest directions lost half of its stiffness. All by counts, never by the clock, so that the bits of a run stay.
+//! the softest directions lost half of its stiffness. All by counts, never by the clock, so that a run is reproducible bit for bit.
 
 use super::linear_problem::{LinearProblem, NewtonDirection};
 use super::multipliers::Schur;
@@ -24,7 +24,7 @@ use crate::math::tensor::Vec3;
 use crate::system::{Assembled, Rates, System};
 use std::sync::Arc;
 
-/// Products before conjugate gradients give up: a multiple of the price of a factorisation, and the least number.
+/// Products before conjugate gradients give up: a multiple of the cost of a factorisation, and the least number.
 const PATIENCE: (f64, usize) = (1.5, 8);
 /// The loosest relative accuracy of a direction.
 const LOOSEST: f64 = 0.1;
@@ -35,7 +35,7 @@ const WATCHED: usize = 3;
 /// Share of its stiffness at which a watched direction asks for a new factor.
 const SOFTENED: f64 = 0.5;
 
-/// What is known of the tangent K₀ whose factor is kept.
+/// The tangent K₀ whose factor is kept, and its use so far.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LaggedFactorRecord {
     /// Values of K₀, from which the factor can be made again; empty if none is kept
@@ -243,7 +243,7 @@ impl LaggedFactor {
     }
 }
 
-/// The rows that hold in a direction.
+/// The constraints that hold in a direction.
 struct HeldConstraints {
     rows: Vec<usize>,
     /// S⁻¹ on them
