@@ -18,7 +18,7 @@ use std::fmt;
 use std::str::FromStr;
 use std::sync::Arc;
 
-/// A constant of a law, as it stands in the scene file: `laws.rubber.mu`.
+/// A constant of a law by its name in the scene file: `laws.rubber.mu`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Constant {
     /// Name of the table below `laws`
@@ -42,7 +42,7 @@ impl FromStr for Constant {
     }
 }
 
-/// What exact derivatives do not cover.
+/// Reason why a scene has no exact derivatives.
 #[derive(Debug, thiserror::Error)]
 pub enum SensitivityError {
     #[error("\"{text}\" names no constant; write for example laws.rubber.mu")]
@@ -77,7 +77,7 @@ pub enum SensitivityError {
     Surfaces { contact: String },
 }
 
-/// What differentiates the states of a scene.
+/// Differentiates the states of a scene.
 pub(super) struct Sensitivity<'a> {
     scene: &'a Scene,
     pub(super) solver: Differentiator<'a>,
@@ -152,7 +152,7 @@ fn terms(scene: &Scene, constant: &Constant) -> Result<Vec<ParameterDerivative>,
     };
     let (mut stressed, mut relaxing) = (scene.stressed.iter(), scene.relaxing.iter());
     let mut found = Vec::new();
-    // What stiffness damping may look at: region, and ∂/∂θ of the elastic effect there
+    // For stiffness damping: region, and ∂/∂θ of the elastic effect there
     let mut elastic: Vec<(&str, Arc<dyn Effect>)> = Vec::new();
     for (of, spec) in scene.spec.effects.iter().enumerate() {
         match spec {
