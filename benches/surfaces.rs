@@ -7,6 +7,7 @@ use durometer::effect::contact::surfaces::surface::Surface;
 use durometer::math::tensor::{Mat3, Vec3};
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh};
+use durometer::system::Caches;
 
 /// Repetitions, of which the fastest counts.
 const TIMES: usize = 5;
@@ -54,15 +55,16 @@ fn sheets(n: usize) -> (usize, [f64; 2], usize) {
         };
         mesh.points.iter().enumerate().flat_map(lift).collect()
     };
+    let mut caches = Caches::default();
     let (mut best, mut terms) = ([f64::INFINITY; 2], 0);
     for k in 0..TIMES {
         let x = wave(1e-3 * k as f64);
         let start = ThreadTime::now();
-        terms = surfaces.terms(&x).len();
+        terms = surfaces.terms(&x, &mut caches).len();
         best[0] = best[0].min(start.elapsed().as_secs_f64());
         let dx: Vec<f64> = (0..x.len()).map(|i| if i >= 3 * upper && i % 3 == 2 { -5e-5 } else { 0.0 }).collect();
         let start = ThreadTime::now();
-        surfaces.max_step(&x, &dx);
+        surfaces.max_step(&x, &dx, &mut caches);
         best[1] = best[1].min(start.elapsed().as_secs_f64());
     }
     (triangles, best, terms)

@@ -3,7 +3,7 @@
 //! A module may use only modules to its left (a test enforces it):
 //!
 //! ```text
-//! math → mesh → material → system → effect → solve → scene → calibrate → study → report → main
+//! math → mesh → material → system → effect → solve → scene → calibrate → report → study → main
 //! ```
 //!
 //! SI units everywhere inside the code; quantities carry their unit in files (`"18 kPa"`).

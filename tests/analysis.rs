@@ -1,14 +1,14 @@
 //! Convergence analysis against manufactured sequences, and the report from synthetic cases.
 
-use durometer::report;
-use durometer::study::convergence::curve::compare;
-use durometer::study::convergence::family::{Estimate, Level, estimate};
-use durometer::study::convergence::fit::least_squares;
-use durometer::study::convergence::order::{Convergence, Triple};
-use durometer::study::convergence::{Analysis, analyse, peak};
-use durometer::study::curve::Curve;
+use durometer::study::curve::{Curve, peak};
+use durometer::study::estimate::curve::compare;
+use durometer::study::estimate::family::{Estimate, Level, estimate};
+use durometer::study::estimate::fit::least_squares;
+use durometer::study::estimate::order::{Convergence, Triple};
+use durometer::study::kinds::convergence::{Analysis, analyse};
 use durometer::study::locking;
 use durometer::study::record::*;
+use durometer::study::report;
 use std::f64::consts::PI;
 use std::path::Path;
 use synthetic::{SIZES, size, store, study};

@@ -217,7 +217,7 @@ kind = "cable"
 guides = [["35 mm", "7.5 mm", "3 mm"], ["65 mm", "7.5 mm", "3 mm"], ["95 mm", "7.5 mm", "3 mm"]]
 pull_point = ["-10 mm", "7.5 mm", "3 mm"]
 guide_radius = "5 mm"
-drive = {{ length = {{ kind = "raised_cosine", amplitude = "8 mm", frequency = "1 Hz" }} }}
+drive = {{ kind = "length", signal = {{ kind = "raised_cosine", amplitude = "8 mm", frequency = "1 Hz" }} }}
 [[stage]]
 integrator = "static"
 duration = "1 s"
@@ -328,7 +328,9 @@ kind = "energy"
 }
 
 fn ramp_to(quantity: &str, to: f64, unit: &str) -> String {
-    format!("{{ {quantity} = {{ kind = \"ramp\", from = \"0 {unit}\", to = \"{to:.17e} {unit}\", end = \"1 s\" }} }}")
+    format!(
+        "{{ kind = \"{quantity}\", signal = {{ kind = \"ramp\", from = \"0 {unit}\", to = \"{to:.17e} {unit}\", end = \"1 s\" }} }}"
+    )
 }
 
 /// An elastic cable pulled by d is a stiff one pulled by d − T L₀/EA: the same body, the same tension. Then the tension
@@ -356,7 +358,7 @@ fn an_elastic_cable_gives_way_by_its_stretch() {
 /// the peak, as for the stiff cable above).
 #[test]
 fn the_stretch_of_a_cable_is_stored() {
-    let drive = r#"{ length = { kind = "raised_cosine", amplitude = "10 mm", frequency = "1 Hz" } }"#;
+    let drive = r#"{ kind = "length", signal = { kind = "raised_cosine", amplitude = "10 mm", frequency = "1 Hz" } }"#;
     let result = run(&beam_scene("EA = \"8 N\"", drive, "0.025 s"));
     assert_eq!(result.status, Status::Converged);
     let (elastic, work) = (column(&result, "elastic_J"), column(&result, "work_J"));
@@ -373,7 +375,7 @@ fn the_stretch_of_a_cable_is_stored() {
 #[test]
 fn a_limited_drive_yields_and_follows_again() {
     let (limit, rest) = (0.5, 0.105);
-    let drive = r#"{ length = { kind = "raised_cosine", amplitude = "10 mm", frequency = "1 Hz" } }"#;
+    let drive = r#"{ kind = "length", signal = { kind = "raised_cosine", amplitude = "10 mm", frequency = "1 Hz" } }"#;
     let result = run(&beam_scene(&format!("max_tension = \"{limit} N\""), drive, "0.025 s"));
     assert_eq!(result.status, Status::Converged);
     let free = run(&beam_scene("", &ramp_to("tension", limit, "N"), "0.25 s"));
@@ -405,7 +407,7 @@ fn a_limited_drive_yields_and_follows_again() {
 /// Slack in and out of a sine are events at the first step after its zeros at 1/3 s and 2/3 s.
 #[test]
 fn slack_is_an_event() {
-    let drive = r#"{ length = { kind = "sine", amplitude = "5 mm", frequency = "1.5 Hz" } }"#;
+    let drive = r#"{ kind = "length", signal = { kind = "sine", amplitude = "5 mm", frequency = "1.5 Hz" } }"#;
     let result = run(&beam_scene("", drive, "0.05 s"));
     assert_eq!(result.status, Status::Converged);
     let told: Vec<(&str, f64)> = result.cable_events.iter().map(|e| (e.what.name(), e.t)).collect();

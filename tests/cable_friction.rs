@@ -8,9 +8,10 @@ use durometer::mesh::Order;
 use durometer::mesh::structured::block;
 use durometer::scene::{Run, Scene};
 use durometer::solve::{Integrator, Newton, Status, Step};
-use durometer::system::{Cone, Form, Local, Rows, State, Want};
+use durometer::system::{BlockValues, Cone, ConstraintValues, Form, State, Want};
 
-const RAISED: &str = r#"{ length = { kind = "raised_cosine", amplitude = "8 mm", frequency = "1 Hz" } }"#;
+const RAISED: &str =
+    r#"{ kind = "length", signal = { kind = "raised_cosine", amplitude = "8 mm", frequency = "1 Hz" } }"#;
 
 /// A beam of 100 × 15 × 15 mm, clamped at x = 0, with one cable of these keys.
 fn beam(cables: &[String], dt: &str, order: Order) -> Scene {
@@ -206,7 +207,7 @@ fn length_and_tension_are_dual_under_friction() {
     for ea in ["", "EA = \"20 N\""] {
         let ramp = |quantity: &str, to: f64, unit: &str| {
             format!(
-                "{{ {quantity} = {{ kind = \"ramp\", from = \"0 {unit}\", to = \"{to} {unit}\", end = \"1 s\" }} }}"
+                "{{ kind = \"{quantity}\", signal = {{ kind = \"ramp\", from = \"0 {unit}\", to = \"{to} {unit}\", end = \"1 s\" }} }}"
             )
         };
         let keys = |drive: &str| [bent(&format!("friction = 0.2\n{ea}"), drive)];
@@ -253,7 +254,7 @@ fn derivatives_of_rows_and_of_their_laws() {
     let system = &scene.system;
     let mut random = Random(7);
     let x = random.vector(system.rest().x.len(), 5e-4);
-    let mut local = Local::new(4000);
+    let mut local = BlockValues::new(4000);
     for row in &system.constraints {
         let dofs: Vec<u32> = row.blocks().dofs(0).collect();
         let w = row.means().expect("its guides").of(&x);
@@ -282,7 +283,7 @@ fn derivatives_of_rows_and_of_their_laws() {
     let at = |h: f64| -> Vec<Form> {
         let g: Vec<f64> = g.iter().zip(&dg).map(|(g, d)| g + h * d).collect();
         let lambda: Vec<f64> = state.lambda.iter().zip(&dl).map(|(l, d)| l + h * d).collect();
-        let rows = Rows { now: 0.3.into(), g: &g, lambda: &lambda, old: &old, force: 1.0 };
+        let rows = ConstraintValues { now: 0.3.into(), g: &g, lambda: &lambda, old: &old, force: 1.0 };
         let linked = system.constraints.iter().enumerate().filter(|(_, row)| row.cone() == Cone::Linked);
         let pieces = linked.flat_map(|(c, row)| row.pieces(c, &rows));
         pieces.flat_map(|p| std::iter::once(p.zero).chain(p.while_not_negative.into_iter().map(|w| w.0))).collect()
@@ -302,7 +303,10 @@ fn derivatives_of_rows_and_of_their_laws() {
 /// old factor, need few iterations. Without that term the error falls by μ ∂β/∂x a step only.
 #[test]
 fn newton_keeps_its_order() {
-    let text = bent("friction = 0.4", r#"{ length = { kind = "ramp", from = "0 mm", to = "5 mm", end = "1 s" } }"#);
+    let text = bent(
+        "friction = 0.4",
+        r#"{ kind = "length", signal = { kind = "ramp", from = "0 mm", to = "5 mm", end = "1 s" } }"#,
+    );
     let mut scene = beam(&[text], "0.2 s", Order::Linear);
     scene.spec.numerics.reuse_factor = false;
     scene.spec.numerics.extrapolate = false;

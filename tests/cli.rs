@@ -154,7 +154,8 @@ fn a_change_on_the_command_line_changes_the_result() {
     // Statics under an imposed length: the tension is proportional to the stiffness.
     let (soft, stiff) = (tension(&[]), tension(&["laws.rubber.E=200 kPa"]));
     assert!((stiff / soft - 2.0).abs() < 1e-6, "{soft} {stiff}");
-    let imposed = tension(&[r#"constraint.cable.drive={ tension = "0.05 N" }"#, "numerics.tolerance=1e-9"]);
+    let imposed =
+        tension(&[r#"constraint.cable.drive={ kind = "tension", signal = "0.05 N" }"#, "numerics.tolerance=1e-9"]);
     assert_eq!(imposed, 0.05);
 }
 

@@ -16,7 +16,7 @@ use durometer::mesh::structured::block;
 use durometer::mesh::{Order, Region, TetMesh};
 use durometer::scene::{Body, Checkpoint, Run, RunOptions, Scene, read_scene};
 use durometer::solve::Status;
-use durometer::system::{At, Local, Rates, Want};
+use durometer::system::{At, BlockValues, Caches, Rates, Want};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -54,7 +54,7 @@ fn whole(pressed: &PressedSurfaces, x: &[f64], want: Want) -> (f64, Vec<f64>, Ve
     let n = x.len();
     let rows = if want == Want::Tangent { n } else { 0 };
     let (mut energy, mut r, mut k) = (0.0, vec![0.0; n], vec![vec![0.0; n]; rows]);
-    for term in pressed.surfaces.terms(x).iter() {
+    for term in pressed.surfaces.terms(x, &mut Caches::default()).iter() {
         let local = eval(pressed, x, term, want);
         energy += local.energy;
         let dofs: Vec<usize> = term.touch.nodes.iter().flat_map(|&k| [0, 1, 2].map(|i| 3 * k as usize + i)).collect();
@@ -70,8 +70,8 @@ fn whole(pressed: &PressedSurfaces, x: &[f64], want: Want) -> (f64, Vec<f64>, Ve
     (energy, r, k)
 }
 
-fn eval(pressed: &PressedSurfaces, x: &[f64], term: &Term, want: Want) -> Local {
-    let mut local = Local::new(3 * term.touch.nodes.len());
+fn eval(pressed: &PressedSurfaces, x: &[f64], term: &Term, want: Want) -> BlockValues {
+    let mut local = BlockValues::new(3 * term.touch.nodes.len());
     pressed.add(x, term, want, &mut local).expect("apart");
     local
 }
@@ -89,7 +89,7 @@ fn forces_and_tangents_are_derivatives() {
             let mesh = two_cells(&mut random, order);
             let pressed = pressed(&mesh, 0.6);
             let x = random.vector(3 * mesh.points.len(), 0.02);
-            let terms = pressed.surfaces.terms(&x);
+            let terms = pressed.surfaces.terms(&x, &mut Caches::default());
             if terms.is_empty() || terms.iter().any(|t| t.touch.gap() < 0.05) {
                 continue;
             }
@@ -175,7 +175,7 @@ fn every_point_feels_a_flat_surface_once() {
         let pressed = PressedSurfaces::new(surfaces, barrier);
         let x = vec![0.0; 3 * both.points.len()];
         let mut sums = BTreeMap::<u32, f64>::new();
-        for term in pressed.surfaces.terms(&x).iter() {
+        for term in pressed.surfaces.terms(&x, &mut Caches::default()).iter() {
             if let Some((0, point)) = term.point {
                 *sums.entry(point).or_default() += eval(&pressed, &x, term, Want::Energy).energy;
             }
@@ -205,8 +205,8 @@ fn friction_balances() {
         let old = random.vector(3 * mesh.points.len(), 0.02);
         let rates = Rates::default();
         let at = At { t: 0.0, dt: 1.0, x: &x, v: &old, a: &old, old: &old, history: &[], inputs: &[], rates };
-        for term in pressed.surfaces.terms(&x).iter().filter(|t| t.weight > 0.0) {
-            let mut local = Local::new(3 * term.touch.nodes.len());
+        for term in pressed.surfaces.terms(&x, &mut Caches::default()).iter().filter(|t| t.weight > 0.0) {
+            let mut local = BlockValues::new(3 * term.touch.nodes.len());
             friction.add(&at, term, Want::Residual, &mut local);
             let Some(press) = pressed.press(&x, term) else { continue };
             let force = |k: usize| Vec3::from_column_slice(&local.r[3 * k..3 * k + 3]);
@@ -238,10 +238,10 @@ fn blocks(lower: [usize; 3], upper: [usize; 3], apart: &str, element: &str, rest
 element = "{element}"
 [[mesh.copy]]
 name = "lower"
-grid = {{ box = {{ size = ["10 mm", "10 mm", "10 mm"], divisions = {lower:?} }} }}
+grid = {{ kind = "box", size = ["10 mm", "10 mm", "10 mm"], divisions = {lower:?} }}
 [[mesh.copy]]
 name = "upper"
-grid = {{ box = {{ size = ["10 mm", "10 mm", "10 mm"], divisions = {upper:?} }} }}
+grid = {{ kind = "box", size = ["10 mm", "10 mm", "10 mm"], divisions = {upper:?} }}
 shift = ["0 mm", "0 mm", "{apart}"]
 [laws.rubber]
 law = "neo_hookean"
@@ -441,7 +441,8 @@ fn impact(ratio: f64, friction: f64) -> Scene {
     };
     let rest = format!(
         r#"{ELASTIC}{}{}{}
-[start.moving]
+[start]
+kind = "moving"
 region = "upper.body"
 velocity = ["0.05 m/s", "0.1 m/s", "-1 m/s"]
 [[stage]]
@@ -515,11 +516,11 @@ fn nothing_crosses_in_random_drops() {
 element = "{element}"
 [[mesh.copy]]
 name = "lower"
-grid = {{ box = {{ size = ["10 mm", "10 mm", "10 mm"], divisions = [{n}, {n}, {n}] }} }}
+grid = {{ kind = "box", size = ["10 mm", "10 mm", "10 mm"], divisions = [{n}, {n}, {n}] }}
 shift = ["-5 mm", "-5 mm", "-10 mm"]
 [[mesh.copy]]
 name = "upper"
-grid = {{ box = {{ size = ["6 mm", "6 mm", "6 mm"], divisions = [{n}, {n}, {n}] }} }}
+grid = {{ kind = "box", size = ["6 mm", "6 mm", "6 mm"], divisions = [{n}, {n}, {n}] }}
 turn = {{ axis = {axis:?}, angle = "{angle} deg" }}
 shift = ["{} mm", "{} mm", "11 mm"]
 [laws.rubber]
@@ -535,7 +536,8 @@ mass = "consistent"
 [[constraint]]
 kind = "fixed"
 region = "lower.zmin"
-[start.moving]
+[start]
+kind = "moving"
 region = "upper.body"
 velocity = ["0 m/s", "0 m/s", "-4 m/s"]
 [[stage]]
@@ -710,7 +712,7 @@ fn symmetric_blocks_stay_symmetric() {
     let scene = load(&format!(
         r#"
 [mesh]
-grid = {{ box = {{ size = ["10 mm", "10 mm", "10 mm"], divisions = [3, 3, 3] }} }}
+grid = {{ kind = "box", size = ["10 mm", "10 mm", "10 mm"], divisions = [3, 3, 3] }}
 [[mesh.copy]]
 name = "upper"
 shift = ["0 mm", "0 mm", "0.05 mm"]

@@ -66,7 +66,7 @@ law = "rubber"
 moduli = "long_term"
 prony = [{{ g = 0.3, tau = "50 ms" }}]
 {CABLE}
-drive = {{ length = {{ kind = "expression", formula = "4 * t + 100 * max(xmax_z_m - 0.004, 0)", unit = "mm" }} }}
+drive = {{ kind = "length", signal = {{ kind = "expression", formula = "4 * t + 100 * max(xmax_z_m - 0.004, 0)", unit = "mm" }} }}
 [[stage]]
 integrator = "static"
 duration = "0.6 s"
@@ -76,7 +76,7 @@ integrator = "bdf2"
 duration = "30 ms"
 dt = "5 ms"
 [[stage]]
-integrator = {{ generalised_alpha = {{ rho = 0.8 }} }}
+integrator = {{ kind = "generalised_alpha", rho = 0.8 }}
 duration = "30 ms"
 dt = "5 ms"
 [[probe]]
@@ -116,7 +116,8 @@ fn a_restart_has_the_bits_of_the_whole_run() {
 #[test]
 fn a_cable_with_friction_goes_on_with_its_bits() {
     let cable = CABLE.replace("[\"35 mm\", \"5 mm\", \"2 mm\"]", "[\"35 mm\", \"5 mm\", \"8 mm\"]");
-    let drive = r#"{ length = { kind = "expression", formula = "3 * sin(2.5 * PI * t)", unit = "mm" } }"#;
+    let drive =
+        r#"{ kind = "length", signal = { kind = "expression", formula = "3 * sin(2.5 * PI * t)", unit = "mm" } }"#;
     let event =
         "[[event]]\nname = \"loose\"\nwhen = { kind = \"slack\", cable = \"cable\" }\nthen = [{ kind = \"save\" }]\n";
     let more = "friction = 0.3\nEA = \"2 kN\"\n";
@@ -170,7 +171,8 @@ fn restarted_everywhere(scene: &Scene) -> Run {
 /// A run that was cut between two points of the grid goes on from the last one.
 #[test]
 fn an_interrupted_run_can_be_continued() {
-    let scene = pulled(r#"{ length = { kind = "ramp", from = "0 mm", to = "4 mm", end = "1 s" } }"#, "");
+    let scene =
+        pulled(r#"{ kind = "length", signal = { kind = "ramp", from = "0 mm", to = "4 mm", end = "1 s" } }"#, "");
     let whole = run(&scene);
     let mut kept = None;
     let mut saved = |checkpoint: &Checkpoint, label: &str| {
@@ -189,15 +191,15 @@ fn an_interrupted_run_can_be_continued() {
 fn a_state_of_another_scene_is_refused() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = folder.path().join("a.state");
-    let scene = pulled("{ length = \"1 mm\" }", "");
+    let scene = pulled("{ kind = \"length\", signal = \"1 mm\" }", "");
     let mut saved = |checkpoint: &Checkpoint, _: &str| checkpoint.write(&file, &scene).expect("writable");
     let options = RunOptions { at: vec![0.5], saved: Some(&mut saved), ..RunOptions::default() };
     scene.steer(options, &mut |_| true, &mut |_| {});
-    let other = pulled("{ length = \"2 mm\" }", "");
+    let other = pulled("{ kind = \"length\", signal = \"2 mm\" }", "");
     let error = Checkpoint::read(&file, &other).expect_err("another scene").to_string();
     assert!(error.contains("saved of another scene; restart it with the one it belongs to"), "{error}");
     // Numerics may differ: a run that was stuck goes on with more patience.
-    let patient = pulled("{ length = \"1 mm\" }", "[numerics]\ncuts = 20\n");
+    let patient = pulled("{ kind = \"length\", signal = \"1 mm\" }", "[numerics]\ncuts = 20\n");
     assert!(Checkpoint::read(&file, &patient).is_ok());
     let bytes = std::fs::read(&file).expect("just written");
     let mut flipped = bytes.clone();
@@ -215,7 +217,10 @@ fn a_state_of_another_scene_is_refused() {
 /// A formula in t is the function that it says; one in a column is that of the row before, and t that of the row itself.
 #[test]
 fn a_formula_follows_time_and_recorded_columns() {
-    let scene = pulled(r#"{ tension = { kind = "expression", formula = "0.1 * sin(PI * t) ^ 2", unit = "N" } }"#, "");
+    let scene = pulled(
+        r#"{ kind = "tension", signal = { kind = "expression", formula = "0.1 * sin(PI * t) ^ 2", unit = "N" } }"#,
+        "",
+    );
     let plain = run(&scene);
     for (t, tension) in column(&plain, "t_s").into_iter().zip(column(&plain, "cable_tension_N")) {
         let exact = 0.1 * (std::f64::consts::PI * t).sin().powi(2);
@@ -223,7 +228,7 @@ fn a_formula_follows_time_and_recorded_columns() {
         assert!((tension - exact).abs() <= 1e-16, "{t}");
     }
     let scene = pulled(
-        r#"{ tension = { kind = "expression", formula = "20 * t - 1000 * (xmax_z_m - 0.005)", unit = "mN" } }"#,
+        r#"{ kind = "tension", signal = { kind = "expression", formula = "20 * t - 1000 * (xmax_z_m - 0.005)", unit = "mN" } }"#,
         "",
     );
     let fed = run(&scene);
@@ -245,7 +250,7 @@ fn loads_and_friction_cables_follow_inputs() {
     let loads = format!(
         r#"{CABLE}
 friction = 0.2
-drive = {{ tension = {} }}
+drive = {{ kind = "tension", signal = {} }}
 [[effect]]
 kind = "point_force"
 point = ["35 mm", "5 mm", "5 mm"]
@@ -290,7 +295,7 @@ name = "enough"
 when = { kind = "above", column = "cable_tension_N", value = "1 mN" }
 then = [{ kind = "switch", signal = "cable_shortening_m", to = { kind = "ramp", from = "1 mm", to = "0 mm", end = "0.2 s" } }]
 "#;
-    let ramp = r#"{ length = { kind = "ramp", from = "0 mm", to = "4 mm", end = "1 s" } }"#;
+    let ramp = r#"{ kind = "length", signal = { kind = "ramp", from = "0 mm", to = "4 mm", end = "1 s" } }"#;
     let scene = pulled(ramp, event);
     let result = run(&scene);
     let tension = column(&result, "cable_tension_N");
@@ -320,7 +325,8 @@ fn slack_and_time_repeat_as_they_are_told() {
     let event = |name: &str, when: &str, more: &str| {
         format!("[[event]]\nname = \"{name}\"\nwhen = {when}\nthen = [{{ kind = \"save\" }}]\n{more}")
     };
-    let drive = r#"{ length = { kind = "expression", formula = "2 * sin(2 * TAU * t + 0.3)", unit = "mm" } }"#;
+    let drive =
+        r#"{ kind = "length", signal = { kind = "expression", formula = "2 * sin(2 * TAU * t + 0.3)", unit = "mm" } }"#;
     let slack = "{ kind = \"slack\", cable = \"cable\" }";
     let events = [
         event("once", slack, ""),
@@ -351,7 +357,8 @@ fn slack_and_time_repeat_as_they_are_told() {
 #[test]
 fn an_event_stops_the_run_as_planned() {
     let event = "[[event]]\nwhen = { kind = \"below\", column = \"xmax_x_m\", value = \"39.5 mm\" }\nthen = [{ kind = \"stop\" }]\n";
-    let scene = pulled(r#"{ length = { kind = "ramp", from = "0 mm", to = "8 mm", end = "1 s" } }"#, event);
+    let scene =
+        pulled(r#"{ kind = "length", signal = { kind = "ramp", from = "0 mm", to = "8 mm", end = "1 s" } }"#, event);
     let result = run(&scene);
     let x = column(&result, "xmax_x_m");
     let (last, before) = x.split_last().expect("rows");
@@ -369,7 +376,7 @@ fn what_cannot_happen_is_remarked_on() {
         ("{ kind = \"above\", column = \"t_s\", value = \"2 s\" }", "t_s stays between 0 and 1"),
     ] {
         let event = format!("[[event]]\nname = \"never\"\nwhen = {when}\nthen = [{{ kind = \"stop\" }}]\n");
-        let scene = pulled("{ tension = \"1 N\" }", &event);
+        let scene = pulled("{ kind = \"tension\", signal = \"1 N\" }", &event);
         let remark = scene.remarks.iter().find(|r| r.contains("the event \"never\" cannot happen"));
         assert!(remark.is_some_and(|r| r.contains(says)), "{when}: {:?}", scene.remarks);
     }
@@ -378,8 +385,7 @@ fn what_cannot_happen_is_remarked_on() {
 /// A formula without a value ends the run; what was recorded stays.
 #[test]
 fn a_formula_without_a_value_is_an_error_with_partial_results() {
-    let formula =
-        r#"{ length = { kind = "expression", formula = "sqrt(0.0405 - xmax_x_m - 0.001 * t)", unit = "mm" } }"#;
+    let formula = r#"{ kind = "length", signal = { kind = "expression", formula = "sqrt(0.0405 - xmax_x_m - 0.001 * t)", unit = "mm" } }"#;
     let result = run(&pulled(formula, ""));
     assert!(matches!(result.failure, Some(ControlError::NotFinite { .. })), "{:?}", result.failure);
     assert!(result.rows.len() > 1 && result.rows.len() < 11 && result.status.name() == "Interrupted");
@@ -443,7 +449,9 @@ impl Controller for Pi {
 
 #[test]
 fn a_controller_reaches_its_goal_and_survives_a_restart() {
-    let text = format!("{LAW}{CABLE}drive = {{ length = {{ kind = \"controlled\", initial = \"0 mm\" }} }}\n{STATIC}");
+    let text = format!(
+        "{LAW}{CABLE}drive = {{ kind = \"length\", signal = {{ kind = \"controlled\", initial = \"0 mm\" }} }}\n{STATIC}"
+    );
     let scene = bar(&text.replace("duration = \"1 s\"", "duration = \"4 s\""));
     let mut pi = Pi::default();
     let mut middle = None;
@@ -462,7 +470,8 @@ fn a_controller_reaches_its_goal_and_survives_a_restart() {
 }
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
-const CONTROLLED: &str = r#"constraint.cable.drive={ length = { kind = "controlled", initial = "0 mm" } }"#;
+const CONTROLLED: &str =
+    r#"constraint.cable.drive={ kind = "length", signal = { kind = "controlled", initial = "0 mm" } }"#;
 
 /// `simulate` of the small scene into `out`: exit code, standard output and error.
 fn simulate(out: &std::path::Path, more: &[&str]) -> (Option<i32>, String, String) {

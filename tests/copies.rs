@@ -27,7 +27,7 @@ fn scene(element: &str, extra: &str) -> Scene {
     load(&format!(
         r#"
 [mesh]
-grid = {{ box = {{ size = ["40 mm", "10 mm", "10 mm"], divisions = [6, 2, 2] }} }}
+grid = {{ kind = "box", size = ["40 mm", "10 mm", "10 mm"], divisions = [6, 2, 2] }}
 element = "{element}"
 [[mesh.copy]]
 name = "right"
@@ -106,7 +106,7 @@ name = "{name}"
 guides = [["{} mm", "5 mm", "9 mm"], ["{} mm", "5 mm", "9 mm"]]
 pull_point = ["{} mm", "5 mm", "9 mm"]
 guide_radius = "4 mm"
-drive = {{ length = {{ kind = "ramp", from = "0 mm", to = "2 mm", end = "1 s" }} }}
+drive = {{ kind = "length", signal = {{ kind = "ramp", from = "0 mm", to = "2 mm", end = "1 s" }} }}
 "#,
             sign * 20.0,
             sign * 3.0,
@@ -173,7 +173,7 @@ kind = "cable"
 name = "cable-{k}"
 path = "finger-{k}.cable"
 guide_radius = "4 mm"
-drive = {{ length = {{ kind = "ramp", from = "0 mm", to = "12 mm", end = "1 s" }} }}
+drive = {{ kind = "length", signal = {{ kind = "ramp", from = "0 mm", to = "12 mm", end = "1 s" }} }}
 [[contact]]
 name = "grip-{k}"
 region = "finger-{k}.skin"

@@ -5,10 +5,10 @@
 #[path = "analysis/synthetic.rs"]
 mod synthetic;
 
-use durometer::report;
-use durometer::study::cost::line::How;
-use durometer::study::cost::{Grows, Measure, analyse};
+use durometer::study::kinds::cost::line::How;
+use durometer::study::kinds::cost::{Grows, Measure, analyse};
 use durometer::study::record::{FamilyRecord, Quantity, Role, StoredCase, StudyRecord};
+use durometer::study::report;
 use durometer::study::work::RepeatRecord;
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -106,7 +106,7 @@ fn initial_acceleration_is_that_of_gravity() {
             let a = initial_acceleration(&system, &state).unwrap();
             // Σ M a is the weight whatever the distribution.
             let mass = Mass::new(&mesh, &body(&mesh), DENSITY, lumping);
-            let mut out = durometer::system::Local::new(mass.blocks.largest());
+            let mut out = durometer::system::BlockValues::new(mass.blocks.largest());
             let mut force = 0.0;
             for b in 0..mass.blocks.len() {
                 out.r.fill(0.0);
@@ -309,8 +309,8 @@ kind = "energy"
     for integrator in [
         "\"implicit_euler\"",
         "\"bdf2\"",
-        "{ generalised_alpha = { rho = 0.5 } }",
-        "{ newmark = { beta = 0.25, gamma = 0.5 } }",
+        "{ kind = \"generalised_alpha\", rho = 0.5 }",
+        "{ kind = \"newmark\", beta = 0.25, gamma = 0.5 }",
     ] {
         let (coarse, fine) = (mismatch(integrator, 0.001), mismatch(integrator, 0.0005));
         println!("energy balance, {integrator}: {coarse:.2e} of the work at 1 ms, {fine:.2e} at 0.5 ms");

@@ -17,7 +17,7 @@ use durometer::mesh::Order;
 use durometer::scene::Scene;
 use durometer::scene::spec::{ConstraintSpec, EffectSpec};
 use durometer::solve::Integrator;
-use durometer::system::{At, Direction, Effect, Local, Means, Needs, Role, State, System};
+use durometer::system::{At, BlockValues, Effect, EnergyRole, Means, Needs, Perturbation, State, System};
 use std::sync::Arc;
 
 const INTEGRATORS: [Integrator; 7] = [
@@ -157,24 +157,24 @@ name = "by_length"
 guides = [["0.05 m", "0.8 m", "0.3 m"], ["0.5 m", "0.7 m", "0.5 m"], ["0.9 m", "0.8 m", "0.6 m"]]
 pull_point = ["-0.3 m", "0.9 m", "0.2 m"]
 guide_radius = "0.2 m"
-drive = {{ length = "10 mm" }}
+drive = {{ kind = "length", signal = "10 mm" }}
 [[constraint]]
 kind = "cable"
 name = "by_tension"
 guides = [["0.3 m", "0.2 m", "0.3 m"], ["0.9 m", "0.3 m", "0.6 m"]]
 pull_point = ["-0.3 m", "0.1 m", "0.2 m"]
 guide_radius = "point"
-drive = {{ tension = {{ kind = "ramp", from = "0 N", to = "5 kN", end = "1 s" }} }}
+drive = {{ kind = "tension", signal = {{ kind = "ramp", from = "0 N", to = "5 kN", end = "1 s" }} }}
 [[constraint]]
 kind = "cavity"
 name = "by_pressure"
 region = "xmin"
-drive = {{ pressure = {{ kind = "ramp", from = "0 kPa", to = "20 kPa", end = "1 s" }} }}
+drive = {{ kind = "pressure", signal = {{ kind = "ramp", from = "0 kPa", to = "20 kPa", end = "1 s" }} }}
 [[constraint]]
 kind = "cavity"
 name = "by_volume"
 region = "xmin"
-drive = {{ volume = "10 ml" }}
+drive = {{ kind = "volume", signal = "10 ml" }}
 [[stage]]
 integrator = "bdf2"
 duration = "1 s"
@@ -235,9 +235,11 @@ fn seen(means: Option<&Arc<Means>>, all: &[f64]) -> Vec<f64> {
     means.map_or(all.to_vec(), |means| means.of(all))
 }
 
-fn eval(effect: &(dyn Effect + 'static), at: &At, b: usize, want: Want) -> Local {
-    let mut out = Local::new(3 * effect.blocks().nodes(b).len());
-    effect.eval(&At { x: &seen(effect.means(), at.x), ..*at }, b, want, &mut out).expect("the state is regular");
+fn eval(effect: &(dyn Effect + 'static), at: &At, b: usize, want: Want) -> BlockValues {
+    let mut out = BlockValues::new(3 * effect.blocks().nodes(b).len());
+    effect
+        .eval(&At { x: &seen(effect.capabilities().means, at.x), ..*at }, b, want, &mut out)
+        .expect("the state is regular");
     out
 }
 
@@ -245,7 +247,7 @@ fn eval(effect: &(dyn Effect + 'static), at: &At, b: usize, want: Want) -> Local
 fn forces(effect: &(dyn Effect + 'static), at: &At, b: usize) -> Vec<(u32, Vec3)> {
     let (nodes, r) = (effect.blocks().nodes(b), eval(effect, at, b, Want::Residual).r);
     let of_block = nodes.iter().zip(r.chunks_exact(3)).map(|(&node, f)| (node, Vec3::from_column_slice(f)));
-    let Some(means) = effect.means() else { return of_block.collect() };
+    let Some(means) = effect.capabilities().means else { return of_block.collect() };
     let mut of_means = vec![0.0; means.of(at.x).len()];
     of_block.for_each(|(k, f)| of_means[3 * k as usize..][..3].copy_from_slice(f.as_slice()));
     let mut out = Vec::new();
@@ -325,7 +327,11 @@ fn tangent_is_the_derivative_of_the_residual_under_every_integrator() {
                             with_at(integrator, &past, &along(&x, &d, s), |at| eval(effect, at, b, Want::Residual).r)
                         });
                         let label = format!("{name}: effect {e} {}, block {b}, {integrator:?}: (K d)", effect.name());
-                        assert_close(&label, &times(&k, &gather(nodes, &seen(effect.means(), &d))), &differences);
+                        assert_close(
+                            &label,
+                            &times(&k, &gather(nodes, &seen(effect.capabilities().means, &d))),
+                            &differences,
+                        );
                     }
                 }
             }
@@ -342,33 +348,36 @@ fn derivatives_by_what_came_before() {
         let (past, x) = states(Integrator::Bdf2, &scene.system, false, &mut random);
         let [dx, dv, da, dold] = [1.0, 30.0, 300.0, 1.0].map(|size| random.vector(n, size));
         let dhistory = random.vector(past.history.len(), 1e5);
-        let direction = Direction { x: &dx, v: &dv, a: &da, old: &dold, history: &dhistory };
+        let direction = Perturbation { x: &dx, v: &dv, a: &da, old: &dold, history: &dhistory };
         for (e, effect) in scene.system.effects.iter().map(AsRef::as_ref).enumerate() {
-            if effect.history() == 0 && effect.needs() == Needs::default() {
-                assert!(effect.past().is_none(), "{}", effect.name());
+            if effect.capabilities().history_size() == 0 && effect.capabilities().needs == Needs::default() {
+                assert!(effect.capabilities().past.is_none(), "{}", effect.name());
                 continue;
             }
-            let known = effect.past().unwrap_or_else(|| panic!("{} has no derivative", effect.name()));
+            let known = effect.capabilities().past.unwrap_or_else(|| panic!("{} has no derivative", effect.name()));
             for b in (0..effect.blocks().len()).step_by(5) {
                 let label = format!("{name}: effect {e} {}, block {b}", effect.name());
                 with_at(Integrator::Bdf2, &past, &x, |at| {
                     let moved = |s: f64, use_it: &dyn Fn(&At) -> Vec<f64>| {
                         let [v, a] = [along(at.v, &dv, s), along(at.a, &da, s)];
                         let [old, history] = [along(at.old, &dold, s), along(at.history, &dhistory, s)];
-                        let history = if effect.history() > 0 { &history } else { at.history };
+                        let history = if effect.capabilities().history_size() > 0 { &history } else { at.history };
                         use_it(&At { v: &v, a: &a, old: &old, history, ..*at })
                     };
-                    let mut out = Local::new(3 * effect.blocks().nodes(b).len());
+                    let mut out = BlockValues::new(3 * effect.blocks().nodes(b).len());
                     known.along(at, &direction, b, &mut out).expect("the state is regular");
                     let force = difference(|s| moved(s, &|at| eval(effect, at, b, Want::Residual).r));
                     assert_close(&label, &out.r, &force);
-                    let place = b * effect.history()..(b + 1) * effect.history();
+                    let place =
+                        b * effect.capabilities().history_size()..(b + 1) * effect.capabilities().history_size();
                     let mut new = dhistory.get(place.clone()).map_or(Vec::new(), <[f64]>::to_vec);
                     known.advance_along(at, &direction, b, &mut new).expect("the state is regular");
                     let history = difference(|s| {
                         moved(s, &|at| {
                             let mut new = at.history.get(place.clone()).map_or(Vec::new(), <[f64]>::to_vec);
-                            effect.advance(&At { x: &along(&x, &dx, s), ..*at }, b, &mut new).expect("regular");
+                            if let Some(history) = effect.capabilities().history {
+                                history.advance(&At { x: &along(&x, &dx, s), ..*at }, b, &mut new).expect("regular");
+                            }
                             new
                         })
                     });
@@ -392,12 +401,12 @@ fn energy_belongs_to_the_residual() {
         for (e, effect) in scene.system.effects.iter().map(AsRef::as_ref).enumerate() {
             let mut dissipated = 0.0;
             for b in 0..effect.blocks().len() {
-                let local = gather(effect.blocks().nodes(b), &seen(effect.means(), &d));
+                let local = gather(effect.blocks().nodes(b), &seen(effect.capabilities().means, &d));
                 let label = format!("{name}: effect {e} {}, block {b}", effect.name());
                 let now = with_at(integrator, &past, &x, |at| eval(effect, at, b, Want::Residual));
                 match effect.role() {
-                    Role::Stored | Role::Contact | Role::Load => {
-                        let s = if effect.role() == Role::Load { effect.intensity(TIME.into()) } else { 1.0 };
+                    EnergyRole::Stored | EnergyRole::Contact | EnergyRole::Load => {
+                        let s = if effect.role() == EnergyRole::Load { effect.intensity(TIME.into()) } else { 1.0 };
                         assert!(s > 0.0, "{label}: a load of no intensity tests nothing");
                         let energy = difference(|h| {
                             let x = along(&x, &d, h);
@@ -405,7 +414,7 @@ fn energy_belongs_to_the_residual() {
                         });
                         assert_close(&label, &[dot(&now.r, &local)], &energy);
                     }
-                    Role::Kinetic => {
+                    EnergyRole::Kinetic => {
                         with_at(integrator, &past, &x, |at| {
                             let force = eval(effect, &At { a: at.v, ..*at }, b, Want::Residual).r;
                             let energy = difference(|h| {
@@ -417,15 +426,15 @@ fn energy_belongs_to_the_residual() {
                             assert!(half > 0.0 && (half - now.energy).abs() <= 1e-13 * half, "{label}: ½v·Mv");
                         });
                     }
-                    Role::Dissipative => {
+                    EnergyRole::Dissipative | EnergyRole::Friction => {
                         let step: Vec<f64> = x.iter().zip(&past.x).map(|(x, old)| x - old).collect();
                         let step = gather(effect.blocks().nodes(b), &step);
                         let (work, size) = (dot(&now.r, &step), dot(&absolute(&now.r), &absolute(&step)));
                         assert!((work - now.energy).abs() <= 1e-13 * size, "{label}: {work}, booked {}", now.energy);
                         dissipated += work;
                     }
-                    Role::Follower => unreachable!("{label}: those with a rim are in open_cavity.rs"),
-                    Role::Relaxing => {
+                    EnergyRole::Follower => unreachable!("{label}: those with a rim are in open_cavity.rs"),
+                    EnergyRole::Relaxing => {
                         // With f = r − ∂E/∂x the step dissipates ½(fₙ + f)·s(x − old) at old + s(x − old): what is left
                         // without the half of f is linear in s.
                         let step: Vec<f64> = x.iter().zip(&past.x).map(|(x, old)| x - old).collect();
@@ -446,7 +455,7 @@ fn energy_belongs_to_the_residual() {
                 }
             }
             let name = effect.name();
-            assert!(effect.role() != Role::Dissipative || dissipated > 0.0, "{name} dissipates {dissipated} J");
+            assert!(effect.role() != EnergyRole::Dissipative || dissipated > 0.0, "{name} dissipates {dissipated} J");
         }
     });
 }
@@ -520,8 +529,12 @@ fn rate_effects_rest_in_statics() {
     let scene = sample("neo_hookean", Order::Quadratic);
     let mut random = Random(4);
     let (past, x) = states(Integrator::Static, &scene.system, true, &mut random);
-    for effect in
-        scene.system.effects.iter().map(AsRef::as_ref).filter(|e| e.needs().velocity || e.needs().acceleration)
+    for effect in scene
+        .system
+        .effects
+        .iter()
+        .map(AsRef::as_ref)
+        .filter(|e| e.capabilities().needs.velocity || e.capabilities().needs.acceleration)
     {
         for b in 0..effect.blocks().len() {
             let local = with_at(Integrator::Static, &past, &x, |at| eval(effect, at, b, Want::Tangent));
@@ -529,7 +542,8 @@ fn rate_effects_rest_in_statics() {
             assert_eq!(local.energy, 0.0, "{} in statics", effect.name());
         }
     }
-    let rates: Vec<_> = scene.system.effects.iter().filter(|e| e.needs().velocity).map(|e| e.name()).collect();
+    let rates: Vec<_> =
+        scene.system.effects.iter().filter(|e| e.capabilities().needs.velocity).map(|e| e.name()).collect();
     let named = ["stiffness_damping", "stiffness_damping", "inertia", "inertia", "inertia", "mass_damping"];
     assert_eq!(rates, [&named[..], &["viscous_damping"]].concat());
 }
@@ -546,7 +560,7 @@ fn rows_are_consistent() {
             for b in 0..constraint.blocks().len() {
                 let nodes = constraint.blocks().nodes(b);
                 let at = |x: &[f64]| {
-                    let mut out = Local::new(3 * nodes.len());
+                    let mut out = BlockValues::new(3 * nodes.len());
                     constraint
                         .eval(&seen(constraint.means(), x), b, Want::Tangent, &mut out)
                         .expect("the guides are apart");

@@ -12,7 +12,7 @@ use durometer::mesh::structured::block;
 use durometer::scene::overrides::parse;
 use durometer::scene::{Body, Checkpoint, Run, RunOptions, Scene, read_scene};
 use durometer::solve::Status;
-use durometer::system::{At, Batch, Effect, Local, Rates};
+use durometer::system::{At, Batch, BlockValues, Effect, Rates};
 use std::path::Path;
 
 /// Every law on both elements, at states where F differs from I by some 10 %.
@@ -38,13 +38,13 @@ fn cells_side_by_side() {
         for entry in LAWS.iter().filter(|e| e.keys.iter().any(|k| k.name == "E")) {
             let name = entry.info.name;
             let effect = Elastic::new("elastic".into(), &mesh, &cells, law(name, 1e5, 0.4));
-            let batched = effect.batched().expect("the displacement formulation has batches");
+            let batched = effect.capabilities().batched.expect("the displacement formulation has batches");
             let n = effect.blocks().size(0);
             for first in (0..cells.len() / LANES * LANES).step_by(LANES) {
                 let mut batch = Batch::new(n);
                 batched.eval(&at, first, Want::Tangent, &mut batch).expect("not inverted");
                 for lane in 0..LANES {
-                    let mut single = Local::new(n);
+                    let mut single = BlockValues::new(n);
                     effect.eval(&at, first + lane, Want::Tangent, &mut single).expect("not inverted");
                     // The same operations in the same order: no rounding separates them.
                     assert_eq!(single.energy, batch.energy.0[lane], "{name}");

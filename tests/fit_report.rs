@@ -35,7 +35,7 @@ fn files(dir: &Path) -> BTreeMap<String, Vec<u8>> {
 fn the_report_has_its_figure_and_a_redraw_has_the_same_bytes() {
     let dir = tempfile::tempdir().expect("a temporary folder");
     store(dir.path());
-    assert!(report::is_fit(dir.path()));
+    assert!(report::fit::is_fit(dir.path()));
     let answer = report::fit::write(dir.path()).expect("a report");
     assert!(answer.contains("μ = 357 kPa (95 % interval 334 to 380 kPa)"), "{answer}");
     assert!(answer.contains("more than the interval says"), "{answer}");
@@ -122,14 +122,14 @@ fn a_fit_of_every_row_has_one_column() {
 #[test]
 fn the_comparison_of_laws_has_a_table() {
     let dir = tempfile::tempdir().expect("a temporary folder");
-    assert!(report::comparison::write(dir.path()).is_err());
+    assert!(report::fit::comparison::write(dir.path()).is_err());
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/treloar-1944/treloar-1944.csv");
     let mut request = FitRequest::new(data, "all");
     request.options.modes = vec![Mode::Uniaxial];
     request.options.range = Some(StretchRange { from: 1.0, to: 1.6 });
     let laws = compare(&request).expect("the table is part of the project");
     laws.write_json(&dir.path().join("compare.json")).expect("writable");
-    report::comparison::write(dir.path()).expect("a page");
+    report::fit::comparison::write(dir.path()).expect("a page");
     let csv = std::fs::read_to_string(dir.path().join("tables/comparison.csv")).expect("the table");
     let names: Vec<&str> = csv.lines().skip(1).filter_map(|l| l.split(',').next()).collect();
     assert_eq!(names, laws.laws.iter().map(|c| c.label.as_str()).collect::<Vec<_>>());

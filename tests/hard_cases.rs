@@ -3,11 +3,11 @@
 use durometer::math::random::SplitMix;
 use durometer::math::units::{self, Dimension};
 use durometer::mesh::TetMesh;
-use durometer::report::store::{self, Store};
 use durometer::scene::{Body, Progress, Run, Scene, from_text};
 use durometer::solve::Status;
+use durometer::study::kinds::robustness::{Analysis, Outcome, analyse};
 use durometer::study::record::CaseRecord;
-use durometer::study::robustness::{Analysis, Outcome, analyse};
+use durometer::study::results::{self, Results};
 use durometer::study::runner::{self, Options, Watch};
 use durometer::study::spec::{Case, Study};
 use std::path::{Path, PathBuf};
@@ -39,12 +39,12 @@ fn judged(study: &Study, only: Option<&str>) -> Analysis {
     analyse(&store.study, &store.cases)
 }
 
-fn stored(study: &Study, only: Option<&str>) -> Store {
+fn stored(study: &Study, only: Option<&str>) -> Results {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let stop = AtomicBool::new(false);
     let options = Options { jobs: 2, redo: false, only: only.map(String::from), vtu: false, stop: &stop };
     runner::run(study, folder.path(), &options, &Silent).unwrap_or_else(|e| panic!("{e}"));
-    store::read(folder.path()).unwrap_or_else(|e| panic!("{e}"))
+    results::read(folder.path()).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// Every case ends as it should and meets its references; none panics, hangs or leaves a number that is not finite.

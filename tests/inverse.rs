@@ -9,9 +9,9 @@ use durometer::calibrate::inverse::{Calibration, Failure, Measured, MeasuredSpec
 use durometer::material::{LAWS, registry};
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
-use durometer::report;
 use durometer::scene::{Constant, Progress, Scene};
 use durometer::study::record::CaseRecord;
+use durometer::study::report;
 use durometer::study::runner::{self, Options, Watch};
 use durometer::study::spec::Study;
 use std::path::{Path, PathBuf};
@@ -205,7 +205,7 @@ kind = "cable"
 guides = [["20 mm", "5 mm", "2 mm"], ["50 mm", "5 mm", "2 mm"]]
 pull_point = ["-6 mm", "5 mm", "2 mm"]
 guide_radius = "point"
-drive = { length = { kind = "ramp", from = "0 mm", to = "4 mm", end = "1 s" } }
+drive = { kind = "length", signal = { kind = "ramp", from = "0 mm", to = "4 mm", end = "1 s" } }
 [[stage]]
 integrator = "static"
 duration = "1 s"

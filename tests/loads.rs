@@ -10,7 +10,7 @@ use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh};
 use durometer::scene::Scene;
 use durometer::solve::Status;
-use durometer::system::{At, Local, Rates};
+use durometer::system::{At, BlockValues, Rates};
 
 const AT: [f64; 3] = [0.62, 0.45, 0.38];
 
@@ -112,7 +112,7 @@ fn residual(scene: &Scene, effect: usize, t: f64) -> Vec<f64> {
     let at = At { t, dt: 1.0, x: &zero, v: &zero, a: &zero, old: &zero, history: &[], inputs: &[], rates };
     let mut r = zero.clone();
     for b in 0..effect.blocks().len() {
-        let mut out = Local::new(3);
+        let mut out = BlockValues::new(3);
         effect.eval(&at, b, Want::Residual, &mut out).expect("a load is defined everywhere");
         effect.blocks().dofs(b).zip(&out.r).for_each(|(dof, f)| r[dof as usize] += f);
     }

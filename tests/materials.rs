@@ -5,10 +5,10 @@
 #[path = "analysis/synthetic.rs"]
 mod synthetic;
 
-use durometer::report;
 use durometer::study::curve::Curve;
-use durometer::study::materials::{Comparison, analyse};
+use durometer::study::kinds::materials::{Comparison, analyse};
 use durometer::study::record::{FamilyRecord, Quantity, Role, Series, StoredCase, StudyRecord};
+use durometer::study::report;
 use durometer::study::spec::Study;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;

@@ -11,7 +11,7 @@ use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh};
 use durometer::solve::{Integrator, Span, Status, Step, StepSettings, Stepper};
 use durometer::system::{
-    Assembled, At, Blocks, Effect, EvalError, Local, Prescribed, Rates, Role, State, System, Want,
+    Assembled, At, BlockValues, Blocks, Effect, EnergyRole, EvalError, Prescribed, Rates, State, System, Want,
 };
 use std::sync::Arc;
 
@@ -113,7 +113,7 @@ fn the_energy_is_the_work_of_the_step() {
     let eval = |b: usize, x: &[f64]| {
         let rates = Rates::default();
         let at = At { t: 1.0, dt: f64::INFINITY, x, v: &zero, a: &zero, old: &old, history: &[], inputs: &[], rates };
-        let mut out = Local::new(Effect::blocks(&load).size(b));
+        let mut out = BlockValues::new(Effect::blocks(&load).size(b));
         load.eval(&at, b, Want::Residual, &mut out).expect("regular");
         out
     };
@@ -251,10 +251,10 @@ impl Effect for Symmetrised {
     fn blocks(&self) -> &Blocks {
         Effect::blocks(&self.0)
     }
-    fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+    fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
         self.0.eval(at, b, want, out)
     }
-    fn role(&self) -> Role {
+    fn role(&self) -> EnergyRole {
         self.0.role()
     }
     fn intensity(&self, now: Clock) -> f64 {
@@ -342,7 +342,7 @@ region = "xmin"
 kind = "cavity"
 region = "zmax"
 open = true
-drive = { pressure = { kind = "ramp", from = "0 kPa", to = "0.04 kPa", end = "1 s" } }
+drive = { kind = "pressure", signal = { kind = "ramp", from = "0 kPa", to = "0.04 kPa", end = "1 s" } }
 [[stage]]
 integrator = "static"
 duration = "1 s"
@@ -407,9 +407,11 @@ tolerance = 1e-10
         assert_eq!(run.status, Status::Converged);
         ["cable_tension_N", "xmax_x_m", "xmax_z_m"].map(|name| *column(&run, name).last().expect("rows"))
     };
-    let [tension, x, z] = end(r#"{ length = { kind = "ramp", from = "0 mm", to = "3 mm", end = "1 s" } }"#);
-    let same =
-        end(&format!("{{ tension = {{ kind = \"ramp\", from = \"0 N\", to = \"{tension:?} N\", end = \"1 s\" }} }}"));
+    let [tension, x, z] =
+        end(r#"{ kind = "length", signal = { kind = "ramp", from = "0 mm", to = "3 mm", end = "1 s" } }"#);
+    let same = end(&format!(
+        "{{ kind = \"tension\", signal = {{ kind = \"ramp\", from = \"0 N\", to = \"{tension:?} N\", end = \"1 s\" }} }}"
+    ));
     println!("tension {tension:.4} N, tip ({x:.6}, {z:.6}) m, back {same:?}");
     assert!(tension > 0.0 && (same[1] - x).abs() < 1e-8 && (same[2] - z).abs() < 1e-8);
 }

@@ -159,7 +159,7 @@ fn a_load_or_damping_of_no_intensity_changes_no_bit() {
 /// A cable of no tension stands in the factorisation by its guides: the order is another one, and its rounding differs. Newton stops at 1e-8 of the forces, which leaves less than 1e-6 in the columns.
 #[test]
 fn a_cable_of_no_tension_changes_rounding_only() {
-    let cable = "constraint.+={ kind = \"cable\", name = \"idle\", guides = [[\"0.6 cm\", \"0.5 cm\", \"0.8 cm\"], [\"1.7 cm\", \"0.5 cm\", \"0.8 cm\"]], pull_point = [\"-1 cm\", \"0.5 cm\", \"0.8 cm\"], guide_radius = \"2 mm\", drive = { tension = \"0 N\" } }";
+    let cable = "constraint.+={ kind = \"cable\", name = \"idle\", guides = [[\"0.6 cm\", \"0.5 cm\", \"0.8 cm\"], [\"1.7 cm\", \"0.5 cm\", \"0.8 cm\"]], pull_point = [\"-1 cm\", \"0.5 cm\", \"0.8 cm\"], guide_radius = \"2 mm\", drive = { kind = \"tension\", signal = \"0 N\" } }";
     let (base, with) = (run(&[]), run(&[cable]));
     assert!(with.factor_nnz > base.factor_nnz, "the guides of the cable stand in the factorisation");
     for name in ["bending_angle_deg", "cable_tension_N", "elastic_J"] {
@@ -180,7 +180,7 @@ fn columns_signals_and_costs_are_those_of_what_is_declared() {
     assert!(!bare.columns().iter().any(|c| c.contains("cable") || c.contains("cavity")), "{:?}", bare.columns());
     let signals: Vec<&str> = bare.signals.iter().map(|s| s.name.as_str()).collect();
     assert_eq!(signals, ["body_acceleration_m_s2"]);
-    let costs = |changes: &[&str]| run(changes).costs.into_iter().map(|c| c.0).collect::<Vec<_>>();
+    let costs = |changes: &[&str]| run(changes).costs.into_iter().map(|c| c.name).collect::<Vec<_>>();
     assert_eq!(costs(&[]), ["elastic", "cable"]);
     assert_eq!(costs(&[GRAVITY]), ["elastic", "gravity", "cable"]);
 }

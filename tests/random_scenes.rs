@@ -67,7 +67,7 @@ impl Drawn {
         let element = if self.quadratic { "tet10" } else { "tet4" };
         writeln!(
             t,
-            "[mesh]\ngrid = {{ box = {{ size = [\"40 mm\", \"20 mm\", \"20 mm\"], divisions = [{}, {b}, {c}] }} }}\n\
+            "[mesh]\ngrid = {{ kind = \"box\", size = [\"40 mm\", \"20 mm\", \"20 mm\"], divisions = [{}, {b}, {c}] }}\n\
              element = \"{element}\"\ndisturb = {{ nodes = {}, seed = 3 }}",
             2 * a,
             self.disturbed
@@ -93,7 +93,7 @@ impl Drawn {
             "\"static\"",
             "\"implicit_euler\"",
             "\"bdf2\"",
-            "{ generalised_alpha = { rho = 0.5 } }",
+            "{ kind = \"generalised_alpha\", rho = 0.5 }",
             "\"implicit_euler_linearised\"",
             "\"static\"\ncontinuation = \"arc_length\"\nmax_steps = 8",
         ][self.integrator];
@@ -133,7 +133,7 @@ impl Drawn {
                 if self.load == 3 { ramp(5.0, "mm") } else { ramp(0.5, "N") }
             ),
             5 => format!(
-                "[[constraint]]\nkind = \"cavity\"\nregion = \"zmax\"\nopen = true\ndrive = {{ pressure = {} }}",
+                "[[constraint]]\nkind = \"cavity\"\nregion = \"zmax\"\nopen = true\ndrive = {{ kind = \"pressure\", signal = {} }}",
                 ramp(2.0, "kPa")
             ),
             _ => format!(
@@ -143,9 +143,9 @@ impl Drawn {
         };
         writeln!(t, "{load}").expect("a string");
         t += match self.start {
-            1 => "[start.twisted]\naxis = [1, 0, 0]\nangle = \"200 deg\"\n",
-            2 => "[start.random]\nsize = \"20 mm\"\nseed = 5\n",
-            3 => "[start.collapsed]\nkeep = \"x\"\nperturbation = \"1 mm\"\n",
+            1 => "[start]\nkind = \"twisted\"\naxis = [1, 0, 0]\nangle = \"200 deg\"\n",
+            2 => "[start]\nkind = \"random\"\nsize = \"20 mm\"\nseed = 5\n",
+            3 => "[start]\nkind = \"collapsed\"\nkeep = \"x\"\nperturbation = \"1 mm\"\n",
             _ => "",
         };
         writeln!(

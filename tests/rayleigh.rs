@@ -10,7 +10,7 @@ use durometer::math::tensor::{Mat3, Vec3};
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh};
 use durometer::solve::{Integrator, Span, Status, StepSettings, Stepper, initial_acceleration};
-use durometer::system::{At, Effect, Local, Rates, Role, State, System, Want};
+use durometer::system::{At, BlockValues, Effect, EnergyRole, Rates, State, System, Want};
 use std::sync::Arc;
 
 const DENSITY: f64 = 1000.0;
@@ -107,7 +107,7 @@ fn modal_damping_ratio_of_a_bar() {
 fn residual(effect: &dyn Effect, at: &At) -> Vec<f64> {
     let mut r = vec![0.0; at.x.len()];
     for b in 0..effect.blocks().len() {
-        let mut out = Local::new(effect.blocks().size(b));
+        let mut out = BlockValues::new(effect.blocks().size(b));
         effect.eval(at, b, Want::Residual, &mut out).expect("defined");
         effect.blocks().dofs(b).zip(&out.r).for_each(|(dof, f)| r[dof as usize] += f);
     }
@@ -221,7 +221,7 @@ kind = "energy"
 "#
             );
             let scene = scene(block(6, 2, 2, 0.06, 0.01, 0.01, Order::Linear), &text);
-            assert!(scene.system.effects.iter().any(|e| e.role() == Role::Dissipative));
+            assert!(scene.system.effects.iter().any(|e| e.role() == EnergyRole::Dissipative));
             let result = run(&scene);
             assert_eq!(result.status, Status::Converged);
             let [e, k, d, w] = ["elastic_J", "kinetic_J", "dissipated_J", "work_J"].map(|name| column(&result, name));

@@ -262,7 +262,7 @@ fn left_over(start: &str, numerics: &str) -> f64 {
 /// ν = 0.45 half of them end in equilibria of this mesh that are stable though cells are inverted: no solver leaves those.
 #[test]
 fn a_body_comes_back_from_a_random_start() {
-    let start = |seed: u64| format!("[start.random]\nsize = \"1 m\"\nseed = {seed}");
+    let start = |seed: u64| format!("[start]\nkind = \"random\"\nsize = \"1 m\"\nseed = {seed}");
     let left: Vec<f64> = (0..100).map(|seed| left_over(&start(seed), "")).collect();
     let back = left.iter().filter(|l| **l <= 1e-6).count();
     println!("random start: {back} of 100 seeds at rest");
@@ -274,17 +274,20 @@ fn a_body_comes_back_from_a_random_start() {
 #[test]
 fn a_body_comes_back_from_collapse_and_twist() {
     for keep in ["", "x", "xy"] {
-        let left = left_over(&format!("[start.collapsed]\nkeep = \"{keep}\"\nperturbation = \"10 mm\"\nseed = 3"), "");
+        let left = left_over(
+            &format!("[start]\nkind = \"collapsed\"\nkeep = \"{keep}\"\nperturbation = \"10 mm\"\nseed = 3"),
+            "",
+        );
         assert!(left <= 1e-6, "keep = \"{keep}\": {left:e}");
     }
-    let left = left_over("[start.twisted]\naxis = [1, 0, 0]\nangle = \"900 deg\"", "");
+    let left = left_over("[start]\nkind = \"twisted\"\naxis = [1, 0, 0]\nangle = \"900 deg\"", "");
     assert!(left <= 1e-6, "twisted: {left:e}");
 }
 
 /// A law that ends at J = 0 refuses such a start where the scene is read.
 #[test]
 fn a_start_that_the_law_does_not_survive_is_refused() {
-    let text = crumpled("[start.random]\nsize = \"1 m\"", "").replace("stable_neo_hookean", "neo_hookean");
+    let text = crumpled("[start]\nkind = \"random\"\nsize = \"1 m\"", "").replace("stable_neo_hookean", "neo_hookean");
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = folder.path().join("scene.toml");
     std::fs::write(&file, &text).expect("a temporary file");
@@ -303,7 +306,7 @@ fn a_start_that_the_law_does_not_survive_is_refused() {
 /// The budget stops a run, keeps what is there, and changes nothing of what was accepted.
 #[test]
 fn a_time_budget_stops_the_run_and_changes_no_number() {
-    let start = "[start.random]\nsize = \"0.6 m\"\nseed = 5";
+    let start = "[start]\nkind = \"random\"\nsize = \"0.6 m\"\nseed = 5";
     let run = |numerics: &str| {
         let scene = scene(block(2, 2, 2, 1.0, 1.0, 1.0, Order::Linear), &crumpled(start, numerics));
         let run = common::run(&scene);
@@ -324,7 +327,7 @@ fn a_time_budget_stops_the_run_and_changes_no_number() {
 /// Without cuts some of the first 30 starts are lost.
 #[test]
 fn without_cuts_starts_are_lost() {
-    let start = |seed: u64| format!("[start.random]\nsize = \"1 m\"\nseed = {seed}");
+    let start = |seed: u64| format!("[start]\nkind = \"random\"\nsize = \"1 m\"\nseed = {seed}");
     let lost = |numerics: &str| (0..30).filter(|seed| left_over(&start(*seed), numerics) > 1e-6).count();
     let [with, without] = ["", "[numerics]\ncuts = 0"].map(lost);
     println!("of 30 random starts {with} are lost, without cuts {without}");
@@ -341,7 +344,7 @@ fn without_projection_far_starts_are_lost() {
         format!("{head}[[constraint]]{tail}").replace("\"implicit_euler\"", "\"static\"").replace("0.2 s", "6 s")
     };
     let back = |seed: u64, projection: bool| {
-        let start = format!("[start.random]\nsize = \"3 m\"\nseed = {seed}");
+        let start = format!("[start]\nkind = \"random\"\nsize = \"3 m\"\nseed = {seed}");
         let text = statics(crumpled(&start, &format!("[numerics]\ncuts = 0\nprojection = {projection}")));
         let run = common::run(&scene(block(2, 2, 2, 1.0, 1.0, 1.0, Order::Linear), &text));
         assert_eq!(run.totals.projected, usize::from(projection && run.status == Status::Converged));

@@ -55,8 +55,8 @@ tolerance = 1e-12
 reuse_factor = false
 [laws.rubber]
 "#;
-const LENGTH: &str = r#"{ length = { kind = "ramp", from = "0 mm", to = "5 mm", end = "1 s" } }"#;
-const TENSION: &str = r#"{ tension = { kind = "ramp", from = "0 N", to = "0.2 N", end = "1 s" } }"#;
+const LENGTH: &str = r#"{ kind = "length", signal = { kind = "ramp", from = "0 mm", to = "5 mm", end = "1 s" } }"#;
+const TENSION: &str = r#"{ kind = "tension", signal = { kind = "ramp", from = "0 N", to = "0.2 N", end = "1 s" } }"#;
 
 fn text(formulation: &str, drive: &str, law: &Table) -> String {
     SCENE.replace("FORMULATION", formulation).replace("DRIVE", drive) + &toml::to_string(law).expect("a table")

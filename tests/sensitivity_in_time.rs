@@ -15,12 +15,13 @@ use durometer::solve::Status;
 use toml::Table;
 
 /// What is pulled: shortened, let go beyond its length, shortened again.
-const PULL_AND_RELEASE: &str = r#"{ length = { kind = "sum", of = [
+const PULL_AND_RELEASE: &str = r#"{ kind = \"length\", signal = { kind = "sum", of = [
     { kind = "ramp", from = "0 mm", to = "2 mm", end = "10 ms" },
     { kind = "ramp", from = "0 mm", to = "-3.5 mm", start = "10 ms", end = "20 ms" },
     { kind = "ramp", from = "0 mm", to = "4 mm", start = "20 ms", end = "35 ms" }] } }"#;
-const LENGTH: &str = r#"{ length = { kind = "ramp", from = "0 mm", to = "3 mm", end = "20 ms" } }"#;
-const TENSION: &str = r#"{ tension = { kind = "ramp", from = "0 N", to = "0.3 N", end = "20 ms" } }"#;
+const LENGTH: &str = r#"{ kind = \"length\", signal = { kind = "ramp", from = "0 mm", to = "3 mm", end = "20 ms" } }"#;
+const TENSION: &str =
+    r#"{ kind = \"tension\", signal = { kind = "ramp", from = "0 N", to = "0.3 N", end = "20 ms" } }"#;
 const RELAXING: &str = r#"
 [[effect]]
 kind = "viscoelastic"
@@ -141,7 +142,7 @@ fn every_constant_of_every_law() {
 /// Every formulation, statically and then with a start from rest under load: the initial acceleration has a derivative too.
 #[test]
 fn every_formulation() {
-    let stages = [(STATIC, 2), ("{ generalised_alpha = { rho = 0.7 } }", 3)];
+    let stages = [(STATIC, 2), ("{ kind = \"generalised_alpha\", rho = 0.7 }", 3)];
     for (order, formulation) in [
         (Order::Linear, "displacement"),
         (Order::Quadratic, "displacement"),
@@ -160,8 +161,8 @@ fn every_integrator() {
         STATIC,
         "\"implicit_euler\"",
         "\"bdf2\"",
-        "{ generalised_alpha = { rho = 0.8 } }",
-        "{ newmark = { beta = 0.25, gamma = 0.5, force = true } }",
+        "{ kind = \"generalised_alpha\", rho = 0.8 }",
+        "{ kind = \"newmark\", beta = 0.25, gamma = 0.5, force = true }",
     ] {
         for drive in [TENSION, LENGTH] {
             beam(drive, &[("\"implicit_euler\"", 2), (integrator, 4)]).check(&by_nu("neo_hookean"));
@@ -184,7 +185,7 @@ fn a_cable_that_goes_slack() {
 /// of damping.
 #[test]
 fn what_remembers_and_what_damps() {
-    let stages = [("\"bdf2\"", 3), (STATIC, 1), ("{ generalised_alpha = { rho = 0.5 } }", 3)];
+    let stages = [("\"bdf2\"", 3), (STATIC, 1), ("{ kind = \"generalised_alpha\", rho = 0.5 }", 3)];
     for (order, formulation) in [(Order::Linear, "displacement"), (Order::Quadratic, "mixed")] {
         for moduli in ["long_term", "instantaneous"] {
             let effects = RELAXING.replace("MODULI", moduli);
@@ -241,7 +242,8 @@ fn rows_so_far() {
     let (_, whole) = found.unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(whole.rows[..4], cut.rows[..], "the same bits");
 
-    const FAR: &str = r#"{ length = { kind = "ramp", from = "0 mm", to = "33 mm", end = "20 ms" } }"#;
+    const FAR: &str =
+        r#"{ kind = \"length\", signal = { kind = "ramp", from = "0 mm", to = "33 mm", end = "20 ms" } }"#;
     let found = beam(FAR, &[(STATIC, 4)]).build(&law).run_with_sensitivities(&constants, &mut |_| true, &mut |_| {});
     let (run, cut) = found.unwrap_or_else(|e| panic!("{e}"));
     assert_ne!(run.status, Status::Converged);

@@ -10,14 +10,14 @@ use durometer::math::tensor::{Mat3, Vec3};
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh};
 use durometer::solve::{Integrator, Span, Status, StepSettings, Stepper};
-use durometer::system::{At, Effect, EvalError, Local, Prescribed, Rates, Role, State, System, Want};
+use durometer::system::{At, BlockValues, Effect, EnergyRole, EvalError, Prescribed, Rates, State, System, Want};
 use std::collections::BTreeMap;
 
 /// Effect at displacement x, not moving.
-fn eval(effect: &dyn Effect, x: &[f64], b: usize, want: Want) -> Result<Local, EvalError> {
+fn eval(effect: &dyn Effect, x: &[f64], b: usize, want: Want) -> Result<BlockValues, EvalError> {
     let zero = vec![0.0; x.len()];
     let at = At { t: 0.0, dt: 1.0, x, v: &zero, a: &zero, old: x, history: &[], inputs: &[], rates: Rates::default() };
-    let mut out = Local::new(effect.blocks().size(b));
+    let mut out = BlockValues::new(effect.blocks().size(b));
     effect.eval(&at, b, want, &mut out)?;
     Ok(out)
 }
@@ -259,7 +259,7 @@ fn inversion_is_no_error_and_coincident_nodes_are() {
     let zero = vec![0.0; 12];
     let rates = Rates { cv: 1.0, ca: 0.0 };
     let at = At { t: 0.0, dt: 1.0, x: &collapsed, v: &zero, a: &zero, old: &zero, history: &[], inputs: &[], rates };
-    let error = dampers.eval(&at, 0, Want::Residual, &mut Local::new(6)).expect_err("no direction");
+    let error = dampers.eval(&at, 0, Want::Residual, &mut BlockValues::new(6)).expect_err("no direction");
     assert_eq!(error, EvalError::Coincident { effect: "edge_dampers".into(), nodes: [0, 1] });
 }
 
@@ -272,7 +272,7 @@ fn springs_and_dampers_relax_as_one_edge_does() {
     let mesh = regular(a);
     let effects: Vec<Box<dyn Effect>> =
         vec![Box::new(EdgeSprings::uniform(&mesh, &[0], k)), Box::new(EdgeDampers::new(&mesh, &[0], c))];
-    assert_eq!(effects[1].role(), Role::Dissipative);
+    assert_eq!(effects[1].role(), EnergyRole::Dissipative);
     // The middle of the base stays: node 0 moves along x, the others where symmetry takes them.
     let system = System::new(4, effects, vec![], hold(&[0, 1, 2, 3], &[2])[..3].to_vec()).unwrap();
     let mut state = State::rest(4, 0);
@@ -327,7 +327,7 @@ kind = "cable"
 guides = [["20 mm", "5 mm", "2 mm"], ["38 mm", "5 mm", "2 mm"]]
 pull_point = ["-1 mm", "5 mm", "2 mm"]
 guide_radius = "3 mm"
-drive = {{ length = {{ kind = "ramp", from = "0 mm", to = "4 mm", end = "0.2 s" }} }}
+drive = {{ kind = "length", signal = {{ kind = "ramp", from = "0 mm", to = "4 mm", end = "0.2 s" }} }}
 [[stage]]
 integrator = "bdf2"
 duration = "0.2 s"

@@ -15,7 +15,7 @@ use durometer::math::linear::{Factor, dot};
 use durometer::mesh::element::cell_shape;
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh, quadrature};
-use durometer::system::{At, Dofs, Effect, Local, Rates, System, Want};
+use durometer::system::{At, BlockValues, Dofs, Effect, Rates, System, Want};
 use nalgebra::DMatrix;
 
 /// μ = 1, κ = 1: B and M do not depend on κ.
@@ -102,7 +102,7 @@ fn per_cell(mesh: &TetMesh, shear: &System) -> (Vec<Vec<f64>>, DMatrix<f64>) {
         rates: Rates::default(),
     };
     let element = |effect: &dyn Effect, c: usize| {
-        let mut local = Local::new(30);
+        let mut local = BlockValues::new(30);
         effect.eval(&at, c, Want::Tangent, &mut local).expect("at rest");
         local.k
     };

@@ -5,11 +5,11 @@
 #[path = "analysis/synthetic.rs"]
 mod synthetic;
 
-use durometer::report;
-use durometer::study::prices;
+use durometer::study::kinds::prices;
+use durometer::study::kinds::sweep::{Along, Trend, analyse};
 use durometer::study::record::{AxisRecord, EffectRecord, FamilyRecord, Quantity, Role, StoredCase, StudyRecord};
+use durometer::study::report;
 use durometer::study::spec::Study;
-use durometer::study::sweep::{Along, Trend, analyse};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;
@@ -235,7 +235,7 @@ fn a_ladder_adds_up() {
         // Twice as long by the clock, with as much of it in every part
         c.record.wall_s = 2.0 * seconds;
         c.record.shared = false;
-        let record = |(name, s): &(&str, f64)| EffectRecord { name: name.to_string(), wall_s: 2.0 * s };
+        let record = |(name, s): &(&str, f64)| EffectRecord { name: name.to_string(), role: None, wall_s: 2.0 * s };
         c.record.effects = effects.iter().map(record).collect();
         c
     };

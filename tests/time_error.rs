@@ -39,7 +39,7 @@ kind = "cable"
 guides = [["15 mm", "5 mm", "2 mm"], ["35 mm", "5 mm", "2 mm"]]
 pull_point = ["-10 mm", "5 mm", "2 mm"]
 guide_radius = "5 mm"
-drive = {{ length = {{ kind = "ramp", from = "0 mm", to = "2 mm", end = "20 ms" }} }}
+drive = {{ kind = "length", signal = {{ kind = "ramp", from = "0 mm", to = "2 mm", end = "20 ms" }} }}
 [[stage]]
 integrator = "bdf2"
 duration = "3 s"

@@ -398,7 +398,7 @@ fn the_overstress_has_no_pressure() {
     let mut random = common::Random(11);
     for entry in durometer::material::LAWS.iter().filter(|l| l.info.isochoric) {
         let effect = effects(&mesh, entry.info.name).remove(1);
-        let history = random.vector(effect.history() * effect.blocks().len(), 5e3);
+        let history = random.vector(effect.capabilities().history_size() * effect.blocks().len(), 5e3);
         let (x, old) = (random.vector(3 * mesh.points.len(), 0.1), random.vector(3 * mesh.points.len(), 0.1));
         let zero = vec![0.0; x.len()];
         let at = durometer::system::At {
@@ -413,7 +413,7 @@ fn the_overstress_has_no_pressure() {
             rates: Default::default(),
         };
         for b in 0..effect.blocks().len() {
-            let mut out = durometer::system::Local::new(12);
+            let mut out = durometer::system::BlockValues::new(12);
             effect.eval(&at, b, durometer::material::Want::Residual, &mut out).expect("regular");
             let (mut pressure, mut size) = (0.0, 0.0);
             for (k, &node) in effect.blocks().nodes(b).iter().enumerate() {

@@ -124,7 +124,7 @@ fn describe(scene: &Scene) {
     // Effects in the order of the file, then the loads of constraints
     for (k, effect) in scene.system.effects.iter().enumerate() {
         let words = scene.spec.effects.get(k).map_or("load of a constraint".into(), EffectSpec::words);
-        let blocks = match effect.meets() {
+        let blocks = match effect.capabilities().transient.is_some() {
             true => "blocks where parts meet".into(),
             false => format!("{} blocks", effect.blocks().len()),
         };

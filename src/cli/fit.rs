@@ -175,7 +175,7 @@ pub fn main(args: Args) -> Outcome {
         let table = compare(&request)?;
         files::make_folder(&out)?;
         table.write_json(&out.join("compare.json"))?;
-        durometer::report::comparison::write(&out)?;
+        durometer::report::fit::comparison::write(&out)?;
         println!("{}", if args.json { serde_json::to_string_pretty(&table)? } else { table.to_string() });
         return Ok(ExitCode::SUCCESS);
     }

@@ -18,8 +18,8 @@ pub struct Args {
 }
 
 pub fn main(args: Args) -> Outcome {
-    if durometer::report::is_comparison(&args.dir) {
-        durometer::report::comparison::write(&args.dir)?;
+    if durometer::report::fit::is_comparison(&args.dir) {
+        durometer::report::fit::comparison::write(&args.dir)?;
         if args.json {
             println!("{}", std::fs::read_to_string(args.dir.join("compare.json"))?);
         } else {
@@ -27,7 +27,7 @@ pub fn main(args: Args) -> Outcome {
         }
         return Ok(ExitCode::SUCCESS);
     }
-    if durometer::report::is_fit(&args.dir) {
+    if durometer::report::fit::is_fit(&args.dir) {
         let answer = durometer::report::fit::write(&args.dir)?;
         if args.json {
             println!("{}", std::fs::read_to_string(args.dir.join("fit.json"))?);
@@ -36,7 +36,7 @@ pub fn main(args: Args) -> Outcome {
         }
         return Ok(ExitCode::SUCCESS);
     }
-    let summary = durometer::report::write(&args.dir)?;
+    let summary = durometer::study::report::write(&args.dir)?;
     if args.json {
         println!("{}", serde_json::to_string_pretty(&summary)?);
     } else {

@@ -1,8 +1,8 @@
 //! `durometer run STUDY`
 
 use super::{INCOMPLETE, Outcome, bars::Bars, files};
-use durometer::report;
 use durometer::study::record::CaseRecord;
+use durometer::study::report;
 use durometer::study::runner::{self, Options};
 use durometer::study::spec::Study;
 use std::path::PathBuf;

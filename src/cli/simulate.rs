@@ -2,6 +2,7 @@
 
 use super::{INCOMPLETE, Outcome, bars::Bars, files};
 use durometer::math::units::{self, Dimension};
+use durometer::report::words::seconds;
 use durometer::scene::control::Controller;
 use durometer::scene::control::process::Process;
 use durometer::scene::output::ScheduleSpec;
@@ -14,7 +15,6 @@ use durometer::study::overlay::overlays;
 use durometer::study::record::CaseRecord;
 use durometer::study::runner::Watch;
 use durometer::study::store;
-use durometer::study::words::seconds;
 use durometer::system::State;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -32,7 +32,7 @@ use std::time::{Duration, Instant};
 Examples:
   durometer simulate studies/finger-dynamics/scene.toml
   durometer simulate my-scene.toml --set mesh.cells=9300 --out out
-  durometer simulate my-scene.toml --set 'constraint.cable.drive={ tension = \"2 N\" }' --vtu
+  durometer simulate my-scene.toml --set 'constraint.cable.drive={ kind = \"tension\", signal = \"2 N\" }' --vtu
   durometer simulate my-scene.toml --save-state \"0.5 s\" --save-state end
   durometer simulate my-scene.toml --restart reports/simulate/my-scene-0.5s.state
   durometer simulate my-scene.toml --controller \"python3 studies/finger-control/pi.py 30\"
@@ -159,7 +159,7 @@ pub fn main(args: Args) -> Outcome {
     }
     let json = serde_json::to_string_pretty(&record)?;
     store::write(&args.out.join(format!("{name}.json")), &json)?;
-    durometer::report::overlays(&args.out, &name, &overlays(&scene, &run))?;
+    durometer::study::overlay::save(&args.out, &name, &overlays(&scene, &run))?;
     bars.finished(&record, false);
     if !args.json {
         record.remarks[scene.remarks.len()..].iter().for_each(|remark| eprintln!("note: {remark}"));

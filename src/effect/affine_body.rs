@@ -11,7 +11,9 @@
 
 use super::contact::placement::AffineFrame;
 use crate::math::tensor::{Mat3, Vec3};
-use crate::system::{At, Blocks, Direction, Effect, EvalError, Local, Needs, Past, Role, Want};
+use crate::system::{
+    At, BlockValues, Blocks, Capabilities, Effect, EnergyRole, EvalError, Needs, PastDerivative, Perturbation, Want,
+};
 
 /// Mass and its second moments.
 pub struct AffineInertia {
@@ -36,7 +38,7 @@ impl AffineInertia {
     }
 
     /// r += c M y, K += slope M; returns ½ y·My.
-    fn apply(&self, y: &[f64], c: f64, slope: f64, want: Want, out: &mut Local) -> f64 {
+    fn apply(&self, y: &[f64], c: f64, slope: f64, want: Want, out: &mut BlockValues) -> f64 {
         let y: Vec<f64> = self.blocks.dofs(0).map(|dof| y[dof as usize]).collect();
         let mut energy = 0.0;
         for (a, row) in self.mass.iter().enumerate() {
@@ -59,31 +61,31 @@ impl Effect for AffineInertia {
         &self.name
     }
 
-    fn role(&self) -> Role {
-        Role::Kinetic
-    }
-
-    fn needs(&self) -> Needs {
-        Needs { velocity: true, acceleration: true }
+    fn role(&self) -> EnergyRole {
+        EnergyRole::Kinetic
     }
 
     fn blocks(&self) -> &Blocks {
         &self.blocks
     }
 
-    fn eval(&self, at: &At, _: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+    fn eval(&self, at: &At, _: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
         out.energy = self.apply(at.v, 0.0, 0.0, Want::Energy, out);
         self.apply(at.a, 1.0, at.rates.ca, want, out);
         Ok(())
     }
 
-    fn past(&self) -> Option<&dyn Past> {
-        Some(self)
+    fn capabilities(&self) -> Capabilities<'_> {
+        Capabilities {
+            needs: Needs { velocity: true, acceleration: true },
+            past: Some(self),
+            ..Capabilities::default()
+        }
     }
 }
 
-impl Past for AffineInertia {
-    fn along(&self, _: &At, direction: &Direction, _: usize, out: &mut Local) -> Result<(), EvalError> {
+impl PastDerivative for AffineInertia {
+    fn along(&self, _: &At, direction: &Perturbation, _: usize, out: &mut BlockValues) -> Result<(), EvalError> {
         self.apply(direction.a, 1.0, 0.0, Want::Residual, out);
         Ok(())
     }
@@ -110,15 +112,15 @@ impl Effect for Rigidity {
         &self.name
     }
 
-    fn role(&self) -> Role {
-        Role::Stored
+    fn role(&self) -> EnergyRole {
+        EnergyRole::Stored
     }
 
     fn blocks(&self) -> &Blocks {
         &self.blocks
     }
 
-    fn eval(&self, at: &At, _: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+    fn eval(&self, at: &At, _: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
         let a = self.frame.gradient(&self.frame.positions(at.x));
         let e = 0.5 * (a.tr_mul(&a) - Mat3::identity());
         out.energy = self.stiffness * e.norm_squared();

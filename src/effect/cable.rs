@@ -9,7 +9,9 @@
 
 use crate::math::signal::{Clock, Signal};
 use crate::math::tensor::{Mat3, Vec3};
-use crate::system::{At, Blocks, Cone, Constraint, Effect, EvalError, Local, Means, Role, Want};
+use crate::system::{
+    At, BlockValues, Blocks, Capabilities, Cone, Constraint, Effect, EnergyRole, EvalError, Means, Want,
+};
 use std::sync::Arc;
 
 /// A place where the cable touches the body.
@@ -97,7 +99,7 @@ impl Cable {
         s: usize,
         factor: f64,
         want: Want,
-        out: &mut Local,
+        out: &mut BlockValues,
     ) -> Result<(), EvalError> {
         let d = self.direction(w, s);
         let l = d.norm();
@@ -142,8 +144,8 @@ impl Effect for CableTension {
         &self.cable.name
     }
 
-    fn role(&self) -> Role {
-        Role::Load
+    fn role(&self) -> EnergyRole {
+        EnergyRole::Load
     }
 
     fn intensity(&self, now: Clock) -> f64 {
@@ -154,12 +156,12 @@ impl Effect for CableTension {
         &self.cable.blocks
     }
 
-    fn means(&self) -> Option<&Arc<Means>> {
-        Some(&self.cable.means)
+    fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
+        self.cable.segment(at.x, b, self.intensity(at.clock()), want, out)
     }
 
-    fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
-        self.cable.segment(at.x, b, self.intensity(at.clock()), want, out)
+    fn capabilities(&self) -> Capabilities<'_> {
+        Capabilities { means: Some(&self.cable.means), ..Capabilities::default() }
     }
 }
 
@@ -204,7 +206,7 @@ impl Constraint for CableLength {
         Some(&self.cable.means)
     }
 
-    fn eval(&self, w: &[f64], b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+    fn eval(&self, w: &[f64], b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
         self.cable.segment(w, b, 1.0, want, out)
     }
 }

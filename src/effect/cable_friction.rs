@@ -15,7 +15,9 @@
 use super::cable::Cable;
 use crate::math::signal::{Clock, Signal};
 use crate::math::tensor::Vec3;
-use crate::system::{Blocks, Cone, Constraint, EvalError, Form, Local, Means, Piece, Rows, Want, between};
+use crate::system::{
+    BlockValues, Blocks, Cone, Constraint, ConstraintValues, EvalError, Form, Means, Piece, Want, between,
+};
 use std::sync::Arc;
 
 /// Tensions below this share of the largest effect's Σ_e ‖r_e‖ are judged by their size and not by their ratio.
@@ -78,7 +80,7 @@ impl Segment {
     }
 
     /// Law of the guide before this segment.
-    fn guide(&self, c: usize, rows: &Rows) -> Vec<Piece> {
+    fn guide(&self, c: usize, rows: &ConstraintValues) -> Vec<Piece> {
         let (first, rest) = self.places(c);
         let slip = Form::gap(rows, rest.clone(), self.rope.total()).less(rows.old[rest].iter().sum());
         // The angle stands in its row as g = −β.
@@ -132,11 +134,11 @@ impl Constraint for Segment {
         Some(&self.rope.cable.means)
     }
 
-    fn eval(&self, w: &[f64], _b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+    fn eval(&self, w: &[f64], _b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
         self.rope.cable.segment(w, self.s, 1.0, want, out)
     }
 
-    fn pieces(&self, c: usize, rows: &Rows) -> Vec<Piece> {
+    fn pieces(&self, c: usize, rows: &ConstraintValues) -> Vec<Piece> {
         match &self.rope.pull {
             _ if self.s > 0 => self.guide(c, rows),
             Pull::Length { most, .. } => between(rows, c, Form::gap(rows, self.places(c).1, self.rope.total()), *most),
@@ -197,7 +199,7 @@ impl Constraint for Turn {
     }
 
     /// β = ∠(d_{k−1}, d_k), ∂β/∂d_a = −e_a/‖d_a‖ with the unit vector e_a across d_a towards the other direction.
-    fn eval(&self, w: &[f64], _b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+    fn eval(&self, w: &[f64], _b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
         let cable = &self.rope.cable;
         let d = [self.k - 1, self.k].map(|s| cable.direction(w, s));
         if let Some(a) = (0..2).find(|&a| d[a].norm() == 0.0) {

@@ -16,7 +16,7 @@
 use crate::math::signal::{Clock, Signal};
 use crate::math::tensor::Vec3;
 use crate::mesh::{TetMesh, element, quadrature};
-use crate::system::{At, Blocks, Cone, Constraint, Effect, EvalError, Local, Role, Want};
+use crate::system::{At, BlockValues, Blocks, Cone, Constraint, Effect, EnergyRole, EvalError, Want};
 use std::sync::Arc;
 
 /// Shape functions of a facet at a quadrature point, with the weight.
@@ -80,7 +80,7 @@ impl Cavity {
 
     /// ∂V/∂x·dx \[m³\]
     pub fn growth(&self, x: &[f64], dx: &[f64]) -> f64 {
-        let mut out = Local::new(3 * self.nodes);
+        let mut out = BlockValues::new(3 * self.nodes);
         let mut sum = 0.0;
         for b in 0..self.blocks.len() {
             out.r.fill(0.0);
@@ -113,7 +113,7 @@ impl Cavity {
     }
 
     /// −V of facet `b`; gradient and Hessian of it times `factor`.
-    fn facet(&self, x: &[f64], b: usize, factor: f64, want: Want, out: &mut Local) {
+    fn facet(&self, x: &[f64], b: usize, factor: f64, want: Want, out: &mut BlockValues) {
         out.energy = -self.facet_volume(x, b);
         if want == Want::Energy {
             return;
@@ -159,8 +159,8 @@ impl Effect for CavityPressure {
         &self.cavity.name
     }
 
-    fn role(&self) -> Role {
-        Role::Load
+    fn role(&self) -> EnergyRole {
+        EnergyRole::Load
     }
 
     fn intensity(&self, now: Clock) -> f64 {
@@ -171,7 +171,7 @@ impl Effect for CavityPressure {
         &self.cavity.blocks
     }
 
-    fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+    fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
         self.cavity.facet(at.x, b, self.intensity(at.clock()), want, out);
         Ok(())
     }
@@ -208,7 +208,7 @@ impl Constraint for CavityVolume {
         &self.cavity.blocks
     }
 
-    fn eval(&self, x: &[f64], b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+    fn eval(&self, x: &[f64], b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
         self.cavity.facet(x, b, 1.0, want, out);
         Ok(())
     }

@@ -6,7 +6,7 @@ use crate::material::{LaneResponse, Law};
 use crate::math::lanes::{Kernel, LANES, Lanes, Real, widest};
 use crate::math::tensor::{Mat3, Mat9, Vec3};
 use crate::mesh::{Order, TetMesh, element, quadrature};
-use crate::system::{Batch, Blocks, EvalError, Local, Want};
+use crate::system::{Batch, BlockValues, Blocks, EvalError, Want};
 
 /// Nodes of the largest cell.
 const MOST_NODES: usize = 10;
@@ -110,7 +110,7 @@ impl CellPoints {
         b: usize,
         stride: usize,
         want: Want,
-        out: &mut Local,
+        out: &mut BlockValues,
     ) -> Result<(), EvalError> {
         for q in 0..self.points {
             let f = self.deformation_gradient(x, b, q);
@@ -160,7 +160,7 @@ impl CellPoints {
 
     /// r_e += w P ∂N/∂X, K_e += w ∂N/∂X A ∂N/∂X (column ≤ row), where a row of K_e has `stride` entries.
     #[expect(clippy::too_many_arguments, reason = "place, two tensors, and where they go")]
-    pub fn scatter(&self, b: usize, q: usize, stride: usize, p: &Mat3, a: &Mat9, want: Want, out: &mut Local) {
+    pub fn scatter(&self, b: usize, q: usize, stride: usize, p: &Mat3, a: &Mat9, want: Want, out: &mut BlockValues) {
         let w = self.weight(b, q);
         let p: [f64; 9] = std::array::from_fn(|n| p[(n / 3, n % 3)]);
         let mut g = [[0.0; 3]; MOST_NODES];

@@ -4,7 +4,9 @@ use super::cell::CellPoints;
 use super::mass::Mass;
 use crate::math::tensor::{Mat3, ZERO9};
 use crate::mesh::TetMesh;
-use crate::system::{At, Blocks, Direction, Effect, EvalError, Local, Needs, Past, Role, Want};
+use crate::system::{
+    At, BlockValues, Blocks, Capabilities, Effect, EnergyRole, EvalError, Needs, PastDerivative, Perturbation, Want,
+};
 
 /// Mass-proportional damping: r = α M v \[N\], α \[1/s\] (the mass term of Rayleigh 1877).
 pub struct MassDamping {
@@ -17,31 +19,31 @@ impl Effect for MassDamping {
         "mass_damping"
     }
 
-    fn role(&self) -> Role {
-        Role::Dissipative
-    }
-
-    fn needs(&self) -> Needs {
-        Needs { velocity: true, acceleration: false }
+    fn role(&self) -> EnergyRole {
+        EnergyRole::Dissipative
     }
 
     fn blocks(&self) -> &Blocks {
         &self.mass.blocks
     }
 
-    fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+    fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
         self.mass.apply(at.v, b, self.alpha, at.rates.cv, want, out);
         out.energy = work(&self.mass.blocks, at, b, out);
         Ok(())
     }
 
-    fn past(&self) -> Option<&dyn Past> {
-        Some(self)
+    fn capabilities(&self) -> Capabilities<'_> {
+        Capabilities {
+            needs: Needs { velocity: true, acceleration: false },
+            past: Some(self),
+            ..Capabilities::default()
+        }
     }
 }
 
-impl Past for MassDamping {
-    fn along(&self, _: &At, direction: &Direction, b: usize, out: &mut Local) -> Result<(), EvalError> {
+impl PastDerivative for MassDamping {
+    fn along(&self, _: &At, direction: &Perturbation, b: usize, out: &mut BlockValues) -> Result<(), EvalError> {
         self.mass.apply(direction.v, b, self.alpha, 0.0, Want::Residual, out);
         Ok(())
     }
@@ -68,19 +70,15 @@ impl Effect for ViscousDamping {
         "viscous_damping"
     }
 
-    fn role(&self) -> Role {
-        Role::Dissipative
-    }
-
-    fn needs(&self) -> Needs {
-        Needs { velocity: true, acceleration: false }
+    fn role(&self) -> EnergyRole {
+        EnergyRole::Dissipative
     }
 
     fn blocks(&self) -> &Blocks {
         &self.points.blocks
     }
 
-    fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+    fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
         if at.rates.cv == 0.0 {
             // Statics: t only orders the loads, nothing has a rate.
             return Ok(());
@@ -110,14 +108,18 @@ impl Effect for ViscousDamping {
         Ok(())
     }
 
-    fn past(&self) -> Option<&dyn Past> {
-        Some(self)
+    fn capabilities(&self) -> Capabilities<'_> {
+        Capabilities {
+            needs: Needs { velocity: true, acceleration: false },
+            past: Some(self),
+            ..Capabilities::default()
+        }
     }
 }
 
-impl Past for ViscousDamping {
+impl PastDerivative for ViscousDamping {
     /// S_v changes by −(η/Δt) sym(FₙᵀdFₙ).
-    fn along(&self, at: &At, direction: &Direction, b: usize, out: &mut Local) -> Result<(), EvalError> {
+    fn along(&self, at: &At, direction: &Perturbation, b: usize, out: &mut BlockValues) -> Result<(), EvalError> {
         if at.rates.cv == 0.0 {
             return Ok(());
         }
@@ -133,7 +135,7 @@ impl Past for ViscousDamping {
 }
 
 /// r_e·(x − old) of block `b` \[J\].
-pub(super) fn work(blocks: &Blocks, at: &At, b: usize, out: &Local) -> f64 {
+pub(super) fn work(blocks: &Blocks, at: &At, b: usize, out: &BlockValues) -> f64 {
     let dofs = blocks.nodes(b).iter().flat_map(|&n| 3 * n as usize..3 * n as usize + 3);
     dofs.zip(&out.r).map(|(dof, r)| r * (at.x[dof] - at.old[dof])).sum()
 }

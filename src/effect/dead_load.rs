@@ -8,7 +8,7 @@
 use crate::math::signal::{Clock, Signal};
 use crate::math::tensor::Vec3;
 use crate::mesh::{TetMesh, element, quadrature};
-use crate::system::{At, Blocks, Effect, EvalError, Local, Role, Want};
+use crate::system::{At, BlockValues, Blocks, Effect, EnergyRole, EvalError, Want};
 
 /// `direction` is a unit vector, `intensity` its signal \[N\] or \[Pa\].
 pub struct DeadLoad {
@@ -48,8 +48,8 @@ impl Effect for DeadLoad {
         &self.name
     }
 
-    fn role(&self) -> Role {
-        Role::Load
+    fn role(&self) -> EnergyRole {
+        EnergyRole::Load
     }
 
     fn intensity(&self, now: Clock) -> f64 {
@@ -60,7 +60,7 @@ impl Effect for DeadLoad {
         &self.blocks
     }
 
-    fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+    fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
         let dof = 3 * self.blocks.nodes(b)[0] as usize;
         let s = if want > Want::Energy { self.intensity.at(at.clock()) } else { 0.0 };
         for i in 0..3 {

@@ -7,7 +7,9 @@
 use super::damping::work;
 use super::edges::{Edges, add_force, longer};
 use crate::mesh::TetMesh;
-use crate::system::{At, Blocks, Direction, Effect, EvalError, Local, Needs, Past, Role, Want};
+use crate::system::{
+    At, BlockValues, Blocks, Capabilities, Effect, EnergyRole, EvalError, Needs, PastDerivative, Perturbation, Want,
+};
 
 /// A linear damper on each edge.
 pub struct EdgeDampers {
@@ -28,19 +30,15 @@ impl Effect for EdgeDampers {
         "edge_dampers"
     }
 
-    fn role(&self) -> Role {
-        Role::Dissipative
-    }
-
-    fn needs(&self) -> Needs {
-        Needs { velocity: true, acceleration: false }
+    fn role(&self) -> EnergyRole {
+        EnergyRole::Dissipative
     }
 
     fn blocks(&self) -> &Blocks {
         &self.edges.blocks
     }
 
-    fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+    fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
         if at.rates.cv == 0.0 {
             // Statics: t only orders the loads, nothing has a rate.
             return Ok(());
@@ -55,14 +53,18 @@ impl Effect for EdgeDampers {
         Ok(())
     }
 
-    fn past(&self) -> Option<&dyn Past> {
-        Some(self)
+    fn capabilities(&self) -> Capabilities<'_> {
+        Capabilities {
+            needs: Needs { velocity: true, acceleration: false },
+            past: Some(self),
+            ..Capabilities::default()
+        }
     }
 }
 
-impl Past for EdgeDampers {
+impl PastDerivative for EdgeDampers {
     /// The force changes by −(c/Δt) dlₙ, dlₙ = τₙ·(duₙ_j − duₙ_i).
-    fn along(&self, at: &At, direction: &Direction, b: usize, out: &mut Local) -> Result<(), EvalError> {
+    fn along(&self, at: &At, direction: &Perturbation, b: usize, out: &mut BlockValues) -> Result<(), EvalError> {
         if at.rates.cv == 0.0 {
             return Ok(());
         }

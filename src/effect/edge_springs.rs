@@ -10,7 +10,7 @@
 use super::edges::{Edges, add_force, longer};
 use crate::math::tensor::Vec3;
 use crate::mesh::TetMesh;
-use crate::system::{At, Blocks, Effect, EvalError, Local, Role, Want};
+use crate::system::{At, BlockValues, Blocks, Effect, EnergyRole, EvalError, Want};
 
 /// A linear spring on each edge, at rest in the reference configuration.
 pub struct EdgeSprings {
@@ -45,15 +45,15 @@ impl Effect for EdgeSprings {
         "edge_springs"
     }
 
-    fn role(&self) -> Role {
-        Role::Stored
+    fn role(&self) -> EnergyRole {
+        EnergyRole::Stored
     }
 
     fn blocks(&self) -> &Blocks {
         &self.edges.blocks
     }
 
-    fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+    fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
         let (k, rest, stretching) = (self.stiffness[b], self.edges.rest(b), self.edges.stretching(at.x, b));
         let elongation = longer(rest, stretching);
         out.energy = 0.5 * k * elongation * elongation;

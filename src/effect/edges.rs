@@ -5,7 +5,7 @@
 use crate::math::tensor::{Mat3, Vec3};
 use crate::mesh::TetMesh;
 use crate::mesh::element::CELL_EDGES;
-use crate::system::{Blocks, EvalError, Local, Want};
+use crate::system::{BlockValues, Blocks, EvalError, Want};
 
 /// Distinct edges; block `b` is the edge from its first node i to its second node j.
 pub struct Edges {
@@ -63,7 +63,7 @@ impl Edges {
 }
 
 /// r_e = n (−τ, τ) of a force n along an edge, and K_e of its slopes `along` = ∂n/∂l and `across` = n/l \[N/m\].
-pub fn add_force(tau: Vec3, n: f64, along: f64, across: f64, want: Want, out: &mut Local) {
+pub fn add_force(tau: Vec3, n: f64, along: f64, across: f64, want: Want, out: &mut BlockValues) {
     for i in 0..3 {
         out.r[i] -= n * tau[i];
         out.r[3 + i] += n * tau[i];

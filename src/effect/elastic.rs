@@ -7,7 +7,7 @@ use super::locking::Stressed;
 use crate::material::{Law, LawError, Moduli};
 use crate::math::tensor::Mat3;
 use crate::mesh::TetMesh;
-use crate::system::{At, Batch, Batched, Blocks, Effect, EvalError, Local, Role, Want};
+use crate::system::{At, Batch, Batched, BlockValues, Blocks, Capabilities, Effect, EnergyRole, EvalError, Want};
 use std::sync::Arc;
 
 /// A law on the cells of a region.
@@ -28,20 +28,20 @@ impl Effect for Elastic {
         &self.name
     }
 
-    fn role(&self) -> Role {
-        Role::Stored
+    fn role(&self) -> EnergyRole {
+        EnergyRole::Stored
     }
 
     fn blocks(&self) -> &Blocks {
         &self.points.blocks
     }
 
-    fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+    fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
         self.points.integrate(&*self.law, &self.name, at.x, b, self.points.blocks.size(b), want, out)
     }
 
-    fn batched(&self) -> Option<&dyn Batched> {
-        Some(self)
+    fn capabilities(&self) -> Capabilities<'_> {
+        Capabilities { batched: Some(self), ..Capabilities::default() }
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::math::signal::{Clock, Signal};
 use crate::math::tensor::Vec3;
 use crate::mesh::{TetMesh, element, quadrature};
-use crate::system::{At, Blocks, Effect, EvalError, Local, Role, Want};
+use crate::system::{At, BlockValues, Blocks, Effect, EnergyRole, EvalError, Want};
 
 /// Weight of a region; `direction` is a unit vector, `acceleration` its signal \[m/s²\].
 pub struct Gravity {
@@ -40,8 +40,8 @@ impl Effect for Gravity {
         "gravity"
     }
 
-    fn role(&self) -> Role {
-        Role::Load
+    fn role(&self) -> EnergyRole {
+        EnergyRole::Load
     }
 
     fn intensity(&self, now: Clock) -> f64 {
@@ -52,7 +52,7 @@ impl Effect for Gravity {
         &self.blocks
     }
 
-    fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+    fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
         let dof = 3 * self.blocks.nodes(b)[0] as usize;
         let s = if want > Want::Energy { self.acceleration.at(at.clock()) } else { 0.0 };
         for i in 0..3 {

@@ -1,7 +1,9 @@
 //! Inertia: r = M a, ∂r/∂x = ca M; kinetic energy ½ v·Mv.
 
 use super::mass::Mass;
-use crate::system::{At, Blocks, Direction, Effect, EvalError, Local, Needs, Past, Role, Want};
+use crate::system::{
+    At, BlockValues, Blocks, Capabilities, Effect, EnergyRole, EvalError, Needs, PastDerivative, Perturbation, Want,
+};
 
 pub struct Inertia {
     pub mass: Mass,
@@ -12,31 +14,31 @@ impl Effect for Inertia {
         "inertia"
     }
 
-    fn role(&self) -> Role {
-        Role::Kinetic
-    }
-
-    fn needs(&self) -> Needs {
-        Needs { velocity: true, acceleration: true }
+    fn role(&self) -> EnergyRole {
+        EnergyRole::Kinetic
     }
 
     fn blocks(&self) -> &Blocks {
         &self.mass.blocks
     }
 
-    fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+    fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
         out.energy = self.mass.apply(at.v, b, 0.0, 0.0, Want::Energy, out);
         self.mass.apply(at.a, b, 1.0, at.rates.ca, want, out);
         Ok(())
     }
 
-    fn past(&self) -> Option<&dyn Past> {
-        Some(self)
+    fn capabilities(&self) -> Capabilities<'_> {
+        Capabilities {
+            needs: Needs { velocity: true, acceleration: true },
+            past: Some(self),
+            ..Capabilities::default()
+        }
     }
 }
 
-impl Past for Inertia {
-    fn along(&self, _: &At, direction: &Direction, b: usize, out: &mut Local) -> Result<(), EvalError> {
+impl PastDerivative for Inertia {
+    fn along(&self, _: &At, direction: &Perturbation, b: usize, out: &mut BlockValues) -> Result<(), EvalError> {
         self.mass.apply(direction.a, b, 1.0, 0.0, Want::Residual, out);
         Ok(())
     }

@@ -1,7 +1,7 @@
 //! Mass matrices M_ab = ∫ ρ N_a N_b dV and their lumped forms.
 
 use crate::mesh::{Order, TetMesh, element, quadrature};
-use crate::system::{Blocks, Local, Want};
+use crate::system::{BlockValues, Blocks, Want};
 
 /// How the mass of a region is given to its nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,7 +51,7 @@ impl Mass {
     }
 
     /// r_e += c M y, K_e += slope · c M on block `b`; returns ½ y·My.
-    pub fn apply(&self, y: &[f64], b: usize, c: f64, slope: f64, want: Want, out: &mut Local) -> f64 {
+    pub fn apply(&self, y: &[f64], b: usize, c: f64, slope: f64, want: Want, out: &mut BlockValues) -> f64 {
         let nodes = self.blocks.nodes(b);
         let n = nodes.len();
         let m = &self.entries[self.offsets[b]..self.offsets[b] + n * n];

@@ -10,7 +10,7 @@ use super::mixed::add_pressure_tangent;
 use crate::material::{Law, LawError, Moduli, Volumetric};
 use crate::math::tensor::{Mat3, cofactor, det_minus_one};
 use crate::mesh::{Order, TetMesh};
-use crate::system::{At, Blocks, Effect, EvalError, Local, Role, Want};
+use crate::system::{At, BlockValues, Blocks, Effect, EnergyRole, EvalError, Want};
 use std::sync::Arc;
 
 /// A law with a split on the tet10 cells of a region.
@@ -59,15 +59,15 @@ impl Effect for MeanDilatation {
         &self.name
     }
 
-    fn role(&self) -> Role {
-        Role::Stored
+    fn role(&self) -> EnergyRole {
+        EnergyRole::Stored
     }
 
     fn blocks(&self) -> &Blocks {
         &self.points.blocks
     }
 
-    fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+    fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
         let undefined = |e| EvalError::of_law(&self.name, self.points.cells[b] as usize, e);
         let points = self.points.points();
         let (volume, mean) = self.mean_gap(at.x, b).map_err(undefined)?;

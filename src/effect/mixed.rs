@@ -17,7 +17,7 @@ use super::mixed_along::MixedAlong;
 use crate::material::{Law, LawError, Moduli, Volumetric};
 use crate::math::tensor::{Mat3, Mat9, ZERO9, cofactor, det_minus_one};
 use crate::mesh::{Order, TetMesh, element, quadrature};
-use crate::system::{At, Blocks, Effect, EvalError, Local, Role, Want};
+use crate::system::{At, BlockValues, Blocks, Effect, EnergyRole, EvalError, Want};
 use std::sync::Arc;
 
 /// α of the stabilisation on tet4.
@@ -104,15 +104,15 @@ impl Effect for MixedElastic {
         &self.name
     }
 
-    fn role(&self) -> Role {
-        Role::Stored
+    fn role(&self) -> EnergyRole {
+        EnergyRole::Stored
     }
 
     fn blocks(&self) -> &Blocks {
         &self.blocks
     }
 
-    fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+    fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
         let pressures = self.pressures(at.x, b);
         let n = self.blocks.size(b);
         let first = n - 4;

@@ -6,7 +6,7 @@
 
 use super::cell::CellPoints;
 use crate::material::Law;
-use crate::system::{At, Blocks, Effect, EvalError, Local, Role, Want};
+use crate::system::{At, BlockValues, Blocks, Effect, EnergyRole, EvalError, Want};
 use std::sync::Arc;
 
 /// ∂/∂θ of a [`super::MixedElastic`].
@@ -25,15 +25,15 @@ impl Effect for MixedAlong {
         &self.name
     }
 
-    fn role(&self) -> Role {
-        Role::Stored
+    fn role(&self) -> EnergyRole {
+        EnergyRole::Stored
     }
 
     fn blocks(&self) -> &Blocks {
         &self.blocks
     }
 
-    fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+    fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
         let n = self.blocks.size(b);
         self.points.integrate(&*self.rest, &self.name, at.x, b, n, want, out)?;
         let pi: [f64; 4] = std::array::from_fn(|c| at.x[self.blocks.scalars(b)[c] as usize]);

@@ -18,7 +18,7 @@ use super::cavity::{CYCLES, Cavity, Point};
 use crate::math::signal::{Clock, Signal};
 use crate::math::tensor::Vec3;
 use crate::mesh::TetMesh;
-use crate::system::{At, Blocks, Effect, EvalError, Local, Role, Skew, Want};
+use crate::system::{At, BlockValues, Blocks, Capabilities, Effect, EnergyRole, EvalError, SkewTangent, Want};
 use std::sync::Arc;
 
 /// Pressure p(t) \[Pa\] on an open surface with a free rim; a negative one is a vacuum.
@@ -53,8 +53,8 @@ impl Effect for OpenCavityPressure {
         self.cavity.name()
     }
 
-    fn role(&self) -> Role {
-        Role::Follower
+    fn role(&self) -> EnergyRole {
+        EnergyRole::Follower
     }
 
     fn intensity(&self, now: Clock) -> f64 {
@@ -65,7 +65,7 @@ impl Effect for OpenCavityPressure {
         self.cavity.facets()
     }
 
-    fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+    fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
         let p = self.intensity(at.clock());
         for point in self.cavity.points() {
             out.energy += self.swept(at, b, point);
@@ -98,17 +98,17 @@ impl Effect for OpenCavityPressure {
         Ok(())
     }
 
-    fn skew(&self) -> Option<&dyn Skew> {
-        Some(self)
+    fn capabilities(&self) -> Capabilities<'_> {
+        Capabilities { skew: Some(self), ..Capabilities::default() }
     }
 }
 
-impl Skew for OpenCavityPressure {
+impl SkewTangent for OpenCavityPressure {
     fn blocks(&self) -> &Blocks {
         &self.rim
     }
 
-    fn eval(&self, at: &At, b: usize, out: &mut Local) {
+    fn eval(&self, at: &At, b: usize, out: &mut BlockValues) {
         let nodes = self.rim.nodes(b);
         let p = self.intensity(at.clock());
         for (s, weight) in GAUSS {

@@ -9,7 +9,9 @@
 
 use super::damping::work;
 use crate::math::tensor::Vec3;
-use crate::system::{At, Blocks, Direction, Effect, EvalError, Local, Needs, Past, Role, Want};
+use crate::system::{
+    At, BlockValues, Blocks, Capabilities, Effect, EnergyRole, EvalError, Needs, PastDerivative, Perturbation, Want,
+};
 use std::sync::Arc;
 
 /// Where the stiffness is taken.
@@ -59,19 +61,15 @@ impl Effect for StiffnessDamping {
         "stiffness_damping"
     }
 
-    fn role(&self) -> Role {
-        Role::Dissipative
-    }
-
-    fn needs(&self) -> Needs {
-        Needs { velocity: true, acceleration: false }
+    fn role(&self) -> EnergyRole {
+        EnergyRole::Dissipative
     }
 
     fn blocks(&self) -> &Blocks {
         &self.blocks
     }
 
-    fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+    fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
         if at.rates.cv == 0.0 {
             // Statics: t only orders the loads, nothing has a rate.
             return Ok(());
@@ -89,13 +87,17 @@ impl Effect for StiffnessDamping {
         Ok(())
     }
 
-    fn past(&self) -> Option<&dyn Past> {
-        Some(self)
+    fn capabilities(&self) -> Capabilities<'_> {
+        Capabilities {
+            needs: Needs { velocity: true, acceleration: false },
+            past: Some(self),
+            ..Capabilities::default()
+        }
     }
 }
 
-impl Past for StiffnessDamping {
-    fn along(&self, at: &At, direction: &Direction, b: usize, out: &mut Local) -> Result<(), EvalError> {
+impl PastDerivative for StiffnessDamping {
+    fn along(&self, at: &At, direction: &Perturbation, b: usize, out: &mut BlockValues) -> Result<(), EvalError> {
         if at.rates.cv == 0.0 {
             return Ok(());
         }
@@ -118,14 +120,14 @@ impl StiffnessDamping {
     /// \[n × n\] β K of block `b` at displacement x, column ≤ row.
     fn tangent(&self, at: &At, x: &[f64], b: usize) -> Result<Vec<f64>, EvalError> {
         let (effect, block) = self.source[b];
-        let mut elastic = Local::new(self.blocks.size(b));
+        let mut elastic = BlockValues::new(self.blocks.size(b));
         self.damped[effect].eval(&At { x, old: x, ..*at }, block, Want::Tangent, &mut elastic)?;
         elastic.k.iter_mut().for_each(|k| *k *= self.beta);
         Ok(elastic.k)
     }
 
     /// r_e += β (∂K/∂x dₙ) v at xₙ: a third derivative of the energy, which laws do not have; by differences of K.
-    fn turn(&self, at: &At, change: &[f64], b: usize, out: &mut Local) -> Result<(), EvalError> {
+    fn turn(&self, at: &At, change: &[f64], b: usize, out: &mut BlockValues) -> Result<(), EvalError> {
         let dofs: Vec<usize> = self.blocks.dofs(b).map(|dof| dof as usize).collect();
         let mean =
             |i: usize| dofs.iter().skip(i).step_by(3).map(|&dof| change[dof]).sum::<f64>() * 3.0 / dofs.len() as f64;
@@ -149,7 +151,7 @@ impl StiffnessDamping {
 }
 
 /// r_e += factor K v of the symmetric K_e of block `b`.
-fn add_product(k: &[f64], blocks: &Blocks, v: &[f64], b: usize, factor: f64, out: &mut Local) {
+fn add_product(k: &[f64], blocks: &Blocks, v: &[f64], b: usize, factor: f64, out: &mut BlockValues) {
     let n = blocks.size(b);
     let v: Vec<f64> = blocks.dofs(b).map(|dof| factor * v[dof as usize]).collect();
     for row in 0..n {

@@ -29,7 +29,10 @@ use super::remembered::Remembered;
 use crate::material::{LAWS, Law, LawError, Prony, Want};
 use crate::math::tensor::{Mat3, ZERO9, cofactor};
 use crate::mesh::TetMesh;
-use crate::system::{At, Blocks, Direction, Effect, EvalError, Local, Past, Role};
+use crate::system::{
+    At, BlockValues, Blocks, Capabilities, Effect, EnergyRole, EvalError, HistoryVariables, PastDerivative,
+    Perturbation,
+};
 use std::sync::Arc;
 
 /// A law whose stress has no isochoric part to relax.
@@ -123,20 +126,16 @@ impl Effect for Viscoelastic {
         "viscoelastic"
     }
 
-    fn role(&self) -> Role {
-        Role::Relaxing
+    fn role(&self) -> EnergyRole {
+        EnergyRole::Relaxing
     }
 
     fn blocks(&self) -> &Blocks {
         &self.points.blocks
     }
 
-    fn history(&self) -> usize {
-        6 * (1 + self.prony.arms.len()) * self.points.points()
-    }
-
-    fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
-        let history = &at.history[b * self.history()..][..self.history()];
+    fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
+        let history = &at.history[b * self.size()..][..self.size()];
         for q in 0..self.points.points() {
             let memory = self.memory(history, q);
             let (mut c, mut h, mut old) = (0.0, Mat3::zeros(), Mat3::zeros());
@@ -171,8 +170,18 @@ impl Effect for Viscoelastic {
         Ok(())
     }
 
+    fn capabilities(&self) -> Capabilities<'_> {
+        Capabilities { history: Some(self), past: Some(self), ..Capabilities::default() }
+    }
+}
+
+impl HistoryVariables for Viscoelastic {
+    fn size(&self) -> usize {
+        6 * (1 + self.prony.arms.len()) * self.points.points()
+    }
+
     fn advance(&self, at: &At, b: usize, new: &mut [f64]) -> Result<(), EvalError> {
-        let history = &at.history[b * self.history()..][..self.history()];
+        let history = &at.history[b * self.size()..][..self.size()];
         let n = new.len() / self.points.points();
         for (q, new) in new.chunks_exact_mut(n).enumerate() {
             let f = self.points.deformation_gradient(at.x, b, q);
@@ -181,16 +190,12 @@ impl Effect for Viscoelastic {
         }
         Ok(())
     }
-
-    fn past(&self) -> Option<&dyn Past> {
-        Some(self)
-    }
 }
 
-impl Past for Viscoelastic {
+impl PastDerivative for Viscoelastic {
     /// r is linear in what is remembered.
-    fn along(&self, at: &At, direction: &Direction, b: usize, out: &mut Local) -> Result<(), EvalError> {
-        let history = &direction.history[b * self.history()..][..self.history()];
+    fn along(&self, at: &At, direction: &Perturbation, b: usize, out: &mut BlockValues) -> Result<(), EvalError> {
+        let history = &direction.history[b * self.size()..][..self.size()];
         for q in 0..self.points.points() {
             let memory = self.memory(history, q);
             let mut h = Mat3::zeros();
@@ -205,8 +210,8 @@ impl Past for Viscoelastic {
     }
 
     /// dS̃ = ⅔(G:dF) S̃ − F⁻¹dF S̃ + J^{2/3} F⁻¹ dP, dP = ∂²W/∂F² dF.
-    fn advance_along(&self, at: &At, direction: &Direction, b: usize, new: &mut [f64]) -> Result<(), EvalError> {
-        let history = &direction.history[b * self.history()..][..self.history()];
+    fn advance_along(&self, at: &At, direction: &Perturbation, b: usize, new: &mut [f64]) -> Result<(), EvalError> {
+        let history = &direction.history[b * self.size()..][..self.size()];
         let n = new.len() / self.points.points();
         for (q, new) in new.chunks_exact_mut(n).enumerate() {
             let f = self.points.deformation_gradient(at.x, b, q);
@@ -232,21 +237,27 @@ impl Effect for RelaxingAlong {
         self.0.name()
     }
 
-    fn role(&self) -> Role {
-        Role::Relaxing
+    fn role(&self) -> EnergyRole {
+        EnergyRole::Relaxing
     }
 
     fn blocks(&self) -> &Blocks {
         &self.0.points.blocks
     }
 
-    fn history(&self) -> usize {
-        self.0.history()
+    /// That of the effect of ∂W/∂θ with nothing remembered.
+    fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
+        self.0.eval(&At { history: &vec![0.0; at.history.len()], ..*at }, b, want, out)
     }
 
-    /// That of the effect of ∂W/∂θ with nothing remembered.
-    fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
-        self.0.eval(&At { history: &vec![0.0; at.history.len()], ..*at }, b, want, out)
+    fn capabilities(&self) -> Capabilities<'_> {
+        Capabilities { history: Some(self), ..Capabilities::default() }
+    }
+}
+
+impl HistoryVariables for RelaxingAlong {
+    fn size(&self) -> usize {
+        self.0.size()
     }
 
     fn advance(&self, at: &At, b: usize, new: &mut [f64]) -> Result<(), EvalError> {

@@ -2,7 +2,7 @@
 
 use std::fmt;
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 #[derive(Debug)]
 pub enum ReportError {
@@ -74,21 +74,4 @@ impl std::error::Error for ReportError {
             _ => None,
         }
     }
-}
-
-/// Writes a file, through a temporary one beside it: a full disk never leaves half a report.
-pub fn write(path: &Path, bytes: &[u8]) -> Result<(), ReportError> {
-    let error = |source| ReportError::Unwritable { path: path.to_path_buf(), source };
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
-    name.push(".part");
-    let part = path.with_file_name(name);
-    std::fs::write(&part, bytes).and_then(|()| std::fs::rename(&part, path)).map_err(|e| {
-        let _ = std::fs::remove_file(&part);
-        error(e)
-    })
-}
-
-/// Makes a folder with its parents.
-pub fn folder(path: &Path) -> Result<(), ReportError> {
-    std::fs::create_dir_all(path).map_err(|source| ReportError::Unwritable { path: path.to_path_buf(), source })
 }

@@ -1,6 +1,7 @@
 //! SVG is the source of every figure; PNG and PDF are made from it with the embedded font only.
 
-use super::error::{ReportError, write};
+use crate::report::error::ReportError;
+use crate::report::files::write;
 use resvg::{tiny_skia, usvg};
 use std::path::Path;
 use std::sync::{Arc, OnceLock};

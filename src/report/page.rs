@@ -1,11 +1,7 @@
 //! `index.html`: one file that opens from disk, with nothing outside of it.
 
-use super::canvas::DOUBLE;
-use super::content::Content;
-use super::figures::Figure;
-use super::store::Store;
-use super::table::Table;
-use crate::study::locking;
+use crate::report::canvas::DOUBLE;
+use crate::report::figure::Figure;
 
 const STYLE: &str = "
 body{font:17px/1.5 Georgia,'Times New Roman',serif;color:#222;max-width:52rem;margin:3rem auto;padding:0 1.2rem}
@@ -20,46 +16,6 @@ table{border-collapse:collapse;font:13px/1.45 'Liberation Sans',Arial,Helvetica,
 th{font-weight:normal;border-bottom:1px solid #222;text-align:left;vertical-align:bottom}th,td{padding:.22rem .7rem .22rem 0;white-space:nowrap}
 td.n,th.n{text-align:right;font-variant-numeric:tabular-nums}@media print{details:not([open])>*{display:block}}
 details pre{font-size:12px;line-height:1.35;overflow-x:auto;background:#f5f5f5;padding:.8rem}code{font-size:.9em}";
-
-pub fn html(store: &Store, content: &Content) -> String {
-    let s = &store.study;
-    let mut h = String::with_capacity(1 << 20);
-    let class = if content.supported { "verdict" } else { "verdict refused" };
-    h += &format!("<h1>{}</h1>\n<p class=\"lead\">{}</p>\n", escape(&s.study), escape(&s.question));
-    h += &format!("<p class=\"{class}\">{}</p>\n", escape(&content.verdict));
-    if let Some(alarm) = locking::sentence(&store.cases) {
-        h += &format!("<p class=\"verdict refused\">{}</p>\n", escape(&alarm));
-    }
-    h += &facts(&content.facts);
-    h += "<h2>Per quantity</h2>\n";
-    h += &list(content.sentences.iter().cloned());
-    if !content.warnings.is_empty() {
-        h += "<h2>Read this before using the numbers</h2>\n";
-        h += &list(content.warnings.iter().cloned());
-    }
-    h += &format!("<dl><dt>Expectation before the run</dt><dd>{}</dd></dl>\n", escape(&s.expectation));
-    let (heading, answer) = &content.answer;
-    h += &format!("<h2>{heading}</h2>\n{}<h2>Figures</h2>\n", answer.html());
-    for (k, f) in content.figures.iter().enumerate() {
-        h += &drawing(f, k + 1);
-    }
-    h += "<h2>Tables</h2>\n";
-    h += &content.tables.iter().map(Table::html).collect::<String>();
-    for (words, t) in &content.folded {
-        h += &format!("<details><summary>{words} ({} rows)</summary>{}</details>\n", t.rows.len(), t.html());
-    }
-    h += &provenance(store);
-    document(&s.study, &h)
-}
-
-/// The verdict in numbers.
-fn facts(facts: &[(String, String)]) -> String {
-    if facts.is_empty() {
-        return String::new();
-    }
-    let fact = |(value, name): &(String, String)| format!("<div><b>{}</b>{}</div>\n", escape(value), escape(name));
-    format!("<div class=\"facts\">\n{}</div>\n", facts.iter().map(fact).collect::<String>())
-}
 
 /// A whole page around a body.
 pub fn document(title: &str, body: &str) -> String {
@@ -82,34 +38,6 @@ pub fn drawing(f: &Figure, number: usize) -> String {
 /// A bulleted list of plain texts.
 pub fn list(items: impl Iterator<Item = String>) -> String {
     items.fold(String::from("<ul>\n"), |h, item| h + &format!("<li>{}</li>\n", escape(&item))) + "</ul>\n"
-}
-
-fn provenance(store: &Store) -> String {
-    let mut h = String::from("<h2>Provenance</h2>\n");
-    h += &format!("<p>Durometer {}. ", escape(&store.study.version));
-    h += "Every number of this page is in <code>summary.json</code>, every curve in <code>cases/</code>; <code>durometer report</code> draws it again without running a solver.</p>\n";
-    if let Some(c) = store.cases.first().map(|c| &c.record) {
-        let law = c.law.as_ref().map_or("No law: springs".into(), |law| {
-            let constants: Vec<String> = law.parameters.iter().map(|(k, v)| format!("{k} = {v}")).collect();
-            format!("Law {} ({}, SI units)", law.name, constants.join(", "))
-        });
-        h += &format!(
-            "<p>{}, integrator {}. Effects assembled: {}.</p>\n",
-            escape(&law),
-            escape(&c.integrator),
-            escape(&c.effects.iter().map(|e| e.name.as_str()).collect::<Vec<_>>().join(", "))
-        );
-        h += &format!(
-            "<details><summary>Scene of case {}, as resolved</summary><pre>{}</pre></details>\n",
-            escape(&c.id),
-            escape(&c.provenance.scene)
-        );
-    }
-    h += "<details><summary>Inputs (SHA-256)</summary><pre>";
-    for c in &store.cases {
-        h += &format!("{}  {}\n", escape(&c.record.provenance.input_sha256), escape(&c.record.id));
-    }
-    h + "</pre></details>\n"
 }
 
 /// On the page a figure takes the part of the width that it takes of two columns in print.

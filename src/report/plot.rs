@@ -1,6 +1,6 @@
 //! Axes: a frame on the sheet, linear or logarithmic, with ticks and labels.
 
-use super::canvas::{Area, At, INK, LABEL, PALE, Point, SMALL, line, mm, text};
+use crate::report::canvas::{Area, At, INK, LABEL, PALE, Point, SMALL, line, mm, text};
 
 /// One axis: range, scale and label.
 #[derive(Clone, Debug)]
@@ -165,13 +165,13 @@ impl Plot<'_, '_> {
         let [l, t, r, b] = self.frame;
         line(self.area, &[(l, t), (l, b), (r, b)], INK, 6);
         self.ticks_x(names);
-        let mut widest = super::canvas::width("0.00", SMALL);
+        let mut widest = crate::report::canvas::width("0.00", SMALL);
         for (v, name) in self.y.ticks() {
             let y = self.at(self.x.lo, v).1;
             let long = if name.is_empty() { 12 } else { 25 };
             line(self.area, &[(l - long, y), (l, y)], INK, 5);
             if !name.is_empty() {
-                widest = widest.max(super::canvas::width(&name, SMALL));
+                widest = widest.max(crate::report::canvas::width(&name, SMALL));
                 text(self.area, &name, (l - 38, y), At::Right, SMALL, INK);
             }
         }

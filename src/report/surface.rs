@@ -3,7 +3,7 @@
 //! The order is by depth of the centroid. That is enough for slim bodies of triangles that are small beside the
 //! features of the body; long triangles beside small ones may be put in the wrong order.
 
-use super::canvas::RGB;
+use crate::report::canvas::RGB;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 

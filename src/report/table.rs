@@ -1,9 +1,8 @@
 //! Tables, once as data: written as CSV, as LaTeX with booktabs, and set into the page.
 
-use super::error::{ReportError, write};
-use super::page::escape;
-use super::store::Store;
-use crate::study::record::CaseRecord;
+use crate::report::error::ReportError;
+use crate::report::files::write;
+use crate::report::page::escape;
 use std::path::Path;
 
 /// Columns with a heading and a unit; cells are text, ready to print.
@@ -77,97 +76,6 @@ impl Table {
     pub fn save(&self, dir: &Path) -> Result<(), ReportError> {
         write(&dir.join(format!("{}.csv", self.name)), self.csv().as_bytes())?;
         write(&dir.join(format!("{}.tex", self.name)), self.latex().as_bytes())
-    }
-}
-
-/// Megabytes (10⁶ bytes) of the values of the factor, 8 bytes an entry.
-pub fn factor_mb(r: &CaseRecord) -> f64 {
-    8e-6 * r.factor_nnz as f64
-}
-
-/// Every case of a study: mesh, outcome, peaks, cost.
-pub fn cases(store: &Store) -> Table {
-    let rows = (store.cases.iter().map(|c| &c.record))
-        .map(|r| {
-            let probe = |name: &str, n: usize| r.probes.get(name).map_or("–".into(), |p| format!("{:.n$}", p.peak));
-            vec![
-                r.id.clone(),
-                r.formulation.clone(),
-                r.mesh.cells.to_string(),
-                format!("{:.3}", 1e3 * r.mesh.h_m),
-                format!("{:.2}", r.mesh.min_quality),
-                r.dofs.to_string(),
-                r.factor_nnz.to_string(),
-                format!("{:.1}", factor_mb(r)),
-                r.solver.linear.multigrid.as_ref().map_or("direct".into(), |m| format!("{} levels", m.levels)),
-                format!("{}", r.dt_s),
-                if r.converged() { r.status.clone() } else { format!("{} !", r.status) },
-                r.locking.map_or("–".into(), |l| {
-                    format!("{:.2}{}", l.pressure_scatter, if l.alarm { " alarm" } else { "" })
-                }),
-                probe("bending_angle_deg", 3),
-                probe("cable_tension_N", 4),
-                r.steps.to_string(),
-                r.newton_iterations.to_string(),
-                format!("{:.2}{}", r.wall_s, if r.shared { " (shared)" } else { "" }),
-                format!("{:.2}", r.cpu_s),
-            ]
-        })
-        .collect();
-    Table {
-        name: "cases",
-        caption: "Every case: mesh, outcome, peaks and cost.".into(),
-        columns: vec![
-            ("Case", "", false),
-            ("Element", "", false),
-            ("Cells", "", true),
-            ("h", "mm", true),
-            ("Min quality", "", true),
-            ("DOFs", "", true),
-            ("nnz(L)", "", true),
-            ("Factor", "MB", true),
-            ("Linear solver", "", false),
-            ("Δt", "s", true),
-            ("Status", "", false),
-            ("Pressure scatter", "", true),
-            ("Peak angle", "°", true),
-            ("Peak tension", "N", true),
-            ("Steps", "", true),
-            ("Newton", "", true),
-            ("Wall", "s", true),
-            ("CPU", "s", true),
-        ],
-        rows,
-        pick: None,
-    }
-}
-
-/// What every effect and constraint of every case costs. What is not declared has no row.
-pub fn effects(store: &Store) -> Table {
-    let mut rows = vec![];
-    for r in store.cases.iter().map(|c| &c.record) {
-        for e in &r.effects {
-            rows.push(vec![
-                r.id.clone(),
-                e.name.clone(),
-                format!("{:.3}", 1e3 * e.wall_s),
-                format!("{:.3}", 1e3 * e.wall_s / r.steps.max(1) as f64),
-                format!("{:.1}", 100.0 * e.wall_s / r.wall_s),
-            ]);
-        }
-    }
-    Table {
-        name: "effects",
-        caption: "Wall time in the evaluations of every effect and constraint that is assembled.".into(),
-        columns: vec![
-            ("Case", "", false),
-            ("Effect", "", false),
-            ("Time", "ms", true),
-            ("Per step", "ms", true),
-            ("Share of the case", "%", true),
-        ],
-        rows,
-        pick: None,
     }
 }
 

@@ -85,7 +85,7 @@ impl Builder<'_> {
         let most = spec.max_tension.as_ref().map_or(f64::INFINITY, |t| t.0);
         let row = constraints.len();
         let drive = match &spec.drive {
-            DriveSpec::Length(signal) => {
+            DriveSpec::Length { signal } => {
                 let named = format!("{}_shortening_m", spec.name);
                 let shortening = self.signal(place, named, signal, Dimension::LENGTH)?;
                 if softness == 0.0 && most == f64::INFINITY {
@@ -105,7 +105,7 @@ impl Builder<'_> {
                 }
                 Drive::Multiplier(row)
             }
-            DriveSpec::Tension(signal) => {
+            DriveSpec::Tension { signal } => {
                 let named = format!("{}_imposed_tension_N", spec.name);
                 let tension = self.signal(place, named, signal, Dimension::FORCE)?;
                 self.check_tension(place, &tension, spans)?;
@@ -121,7 +121,7 @@ impl Builder<'_> {
                 }
             }
         };
-        let by_length = matches!(spec.drive, DriveSpec::Length(_));
+        let by_length = matches!(spec.drive, DriveSpec::Length { .. });
         let friction = spec.friction.is_some();
         Ok(NamedCable { name: spec.name.clone(), cable, drive, by_length, friction, softness, most })
     }
@@ -149,14 +149,14 @@ impl Builder<'_> {
         {
             return Err(self.content(place, format!("friction is {mu}"), "a coefficient of friction is not negative"));
         }
-        if let DriveSpec::Tension(_) = spec.drive {
+        if let DriveSpec::Tension { .. } = spec.drive {
             if spec.max_tension.is_some() {
                 let fact = "max_tension limits a drive by length, and this one is a tension";
-                return Err(self.content(place, fact, "remove it, or take drive = { length = … }"));
+                return Err(self.content(place, fact, "remove it, or take drive = { kind = \"length\", signal = … }"));
             }
             if spec.axial.is_some() && spec.friction.is_none() {
                 let fact = "under a prescribed tension without friction the body does not feel EA";
-                return Err(self.content(place, fact, "remove it, or take drive = { length = … }"));
+                return Err(self.content(place, fact, "remove it, or take drive = { kind = \"length\", signal = … }"));
             }
         }
         Ok(())

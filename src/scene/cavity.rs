@@ -59,7 +59,7 @@ impl Builder<'_> {
             self.remarks.push(format!("{name} {remark}"));
         }
         let drive = match drive {
-            CavityDriveSpec::Pressure(signal) => {
+            CavityDriveSpec::Pressure { signal } => {
                 let pressure =
                     self.signal(place, format!("{name}_imposed_pressure_Pa"), signal, Dimension::PRESSURE)?;
                 effects.push(match planes {
@@ -68,7 +68,7 @@ impl Builder<'_> {
                 });
                 Drive::Prescribed(pressure)
             }
-            CavityDriveSpec::Volume(signal) => {
+            CavityDriveSpec::Volume { signal } => {
                 let growth = self.signal(place, format!("{name}_growth_m3"), signal, Dimension::VOLUME)?;
                 // The sphere of this area holds more than any other surface
                 let area: f64 = facets.iter().map(|&f| mesh.facet_area(f as usize)).sum();
@@ -111,7 +111,7 @@ impl Builder<'_> {
         mesh: &TetMesh,
         rim: &[Vec<u32>],
     ) -> Result<Option<[Option<f64>; 3]>, SceneError> {
-        let by_volume = matches!(drive, CavityDriveSpec::Volume(_));
+        let by_volume = matches!(drive, CavityDriveSpec::Volume { .. });
         let remedy = "close the surface, hold the rim (kind = \"fixed\"), or let it slide in planes of symmetry \
                       (hold components = \"z\" where such a plane is z = const)";
         match self.planes(mesh, rim) {

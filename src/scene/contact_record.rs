@@ -8,7 +8,7 @@ use crate::effect::contact::surfaces::friction::SurfaceFriction;
 use crate::effect::contact::surfaces::pressed::PressedSurfaces;
 use crate::effect::contact::{Contact, Counts, Pressing};
 use crate::math::tensor::Vec3;
-use crate::system::{At, Effect, Local, Want};
+use crate::system::{At, BlockValues, Caches, Effect, Want};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -80,11 +80,11 @@ impl NamedContact {
         }
     }
 
-    /// What was looked at so far
-    pub fn counts(&self) -> Counts {
+    /// Counts of the run that these caches belong to.
+    pub fn counts(&self, caches: &Caches) -> Counts {
         match &self.of {
-            TransientCoupling::Points { pressing, .. } => pressing.contact().counts(),
-            TransientCoupling::Surfaces { pressing, .. } => pressing.surfaces.counts(),
+            TransientCoupling::Points { pressing, .. } => pressing.contact().counts(caches),
+            TransientCoupling::Surfaces { pressing, .. } => pressing.surfaces.counts(caches),
         }
     }
 
@@ -168,7 +168,7 @@ fn forces(
     step: Option<&At>,
 ) -> Vec<(usize, Vec3)> {
     let contact = pressing.contact();
-    let mut local = Local::new(contact.blocks().largest());
+    let mut local = BlockValues::new(contact.blocks().largest());
     let mut force = |b: usize| {
         let presses = pressing.presses(x, b);
         let mut sum: Vec3 = presses.iter().map(|p| p.normal * p.force).sum();
@@ -181,7 +181,7 @@ fn forces(
     };
     let near: Vec<u32> = match pressing.reach() {
         f64::INFINITY => (0..contact.points.len() as u32).collect(),
-        reach => contact.near(x, reach),
+        reach => contact.near(x, reach, &mut Caches::default()),
     };
     near.into_iter().map(|b| force(b as usize)).filter(|(_, f)| *f != Vec3::zeros()).collect()
 }
@@ -194,8 +194,8 @@ fn each_term(
     step: Option<&At>,
     mut take: impl FnMut(&Term, &[f64]),
 ) {
-    for term in pressing.surfaces.terms(x).iter() {
-        let mut local = Local::new(3 * term.touch.nodes.len());
+    for term in pressing.surfaces.terms(x, &mut Caches::default()).iter() {
+        let mut local = BlockValues::new(3 * term.touch.nodes.len());
         pressing.add(x, term, Want::Residual, &mut local).expect("no accepted state has surfaces that cross");
         if let (Some(friction), Some(at)) = (friction, step) {
             friction.add(at, term, Want::Residual, &mut local);

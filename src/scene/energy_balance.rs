@@ -2,7 +2,7 @@
 
 use super::probe::Energies;
 use crate::solve::Newton;
-use crate::system::{At, Role, State, System, Want};
+use crate::system::{At, EnergyRole, State, System, Want};
 
 /// Integrals along the path.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,14 +38,14 @@ impl EnergyBalance {
             let energy = sums.energy[e];
             self.energies.dissipated += sums.dissipated[e];
             match effect.role() {
-                Role::Stored | Role::Contact | Role::Relaxing => self.energies.elastic += energy,
-                Role::Kinetic => self.energies.kinetic += energy,
-                Role::Dissipative => self.energies.dissipated += energy,
-                Role::Load => {
+                EnergyRole::Stored | EnergyRole::Contact | EnergyRole::Relaxing => self.energies.elastic += energy,
+                EnergyRole::Kinetic => self.energies.kinetic += energy,
+                EnergyRole::Dissipative | EnergyRole::Friction => self.energies.dissipated += energy,
+                EnergyRole::Load => {
                     let mean = 0.5 * (effect.intensity(past.clock()) + effect.intensity(now.clock()));
                     self.energies.work -= mean * (energy - self.effect[e]);
                 }
-                Role::Follower => {
+                EnergyRole::Follower => {
                     let mean = 0.5 * (effect.intensity(past.clock()) + effect.intensity(now.clock()));
                     self.energies.work -= mean * energy;
                 }

@@ -1,10 +1,13 @@
 //! `[mesh]` of a scene.
 
+use super::kind::by_kind;
 use super::quantity::{Angle, Length};
 use super::shape::TurnSpec;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+
+by_kind!(SelectorSpec, GridSpec);
 
 /// `body` with its sizing (a mesh made by our mesher), or `file` with its unit, or `grid`.
 #[derive(Clone, Debug, Deserialize)]
@@ -74,7 +77,7 @@ pub enum ElementSpec {
 }
 
 #[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields, rename_all = "snake_case")]
+#[serde(remote = "Self", deny_unknown_fields, rename_all = "snake_case")]
 pub enum SelectorSpec {
     Box {
         min: [Length; 3],
@@ -111,7 +114,7 @@ pub enum PickSpec {
 
 /// A body of boxes that are cut into six tetrahedra each; its regions have fixed names.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields, rename_all = "snake_case")]
+#[serde(remote = "Self", deny_unknown_fields, rename_all = "snake_case")]
 pub enum GridSpec {
     /// \[0, size\]: `xmin`, `xmax`, …, `zmax`
     Box { size: [Length; 3], divisions: [usize; 3] },

@@ -20,6 +20,7 @@ mod describe;
 mod energy_balance;
 mod error;
 mod grid;
+mod kind;
 mod linear;
 mod loads;
 mod mesh_spec;

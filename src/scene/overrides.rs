@@ -1,5 +1,5 @@
-//! Changes to a scene by path: `mesh.cells=9300`, `constraint.cable.drive={tension="8 N"}`, and new entries at the end of a
-//! list: `effect.+={kind="gravity", …}`.
+//! Changes to a scene by path: `mesh.cells=9300`, `constraint.cable.drive={ kind = "tension", signal = "8 N" }`, and new
+//! entries at the end of a list: `effect.+={ kind = "gravity", … }`.
 
 use super::error::hint;
 use toml::{Table, Value};
@@ -104,12 +104,16 @@ mod tests {
             "[mesh]\ncells = 1\n[[constraint]]\nkind = \"fixed\"\n[[constraint]]\nkind = \"cable\"\n"
                 .parse()
                 .expect("valid TOML");
-        for text in ["mesh.cells=9300", "constraint.cable.drive={tension=\"8 N\"}", "constraint.0.region=root"] {
+        for text in [
+            "mesh.cells=9300",
+            "constraint.cable.drive={ kind = \"tension\", signal = \"8 N\" }",
+            "constraint.0.region=root",
+        ] {
             let (path, value) = parse(text).expect("key=value");
             apply(&mut table, &path, value).expect("the path exists");
         }
         assert_eq!(table["mesh"]["cells"].as_integer(), Some(9300));
-        assert_eq!(table["constraint"][1]["drive"]["tension"].as_str(), Some("8 N"));
+        assert_eq!(table["constraint"][1]["drive"]["signal"].as_str(), Some("8 N"));
         assert_eq!(table["constraint"][0]["region"].as_str(), Some("root"));
         let error = apply(&mut table, "constraint.tendon.drive", Value::Integer(1)).expect_err("no such constraint");
         assert_eq!(

@@ -2,20 +2,13 @@
 
 use super::build::part;
 use super::error::{Line, Mistake, SceneError, explain};
+use super::kind;
 use super::overrides;
 use super::spec::SceneSpec;
 use serde::de::DeserializeOwned;
 use std::ops::Range;
 use std::path::Path;
-use toml::Spanned;
 use toml::de::{DeTable, DeValue};
-
-/// Arrays of tables that choose by `kind`, as do the signals in them.
-const TAGGED: [&str; 3] = ["effect", "constraint", "probe"];
-/// Arrays of tables without a `kind` that hold tables with one.
-const HOLDING: [&str; 3] = ["event", "contact", "rigid"];
-/// Keys in them whose tables have no `kind`: they choose by their only key, or have nothing to choose.
-const PLAIN: [&str; 6] = ["drive", "prony", "rings", "motion", "gravity", "turn"];
 
 /// Reads a scene file, applies `key=value` changes and puts included laws in their place, so that the text that comes
 /// back says it all. Errors carry file, line and remedy.
@@ -63,14 +56,7 @@ pub fn read_table(file: &Path) -> Result<(String, toml::Table), SceneError> {
 pub fn from_text<T: DeserializeOwned>(file: &Path, text: &str, origin: &str) -> Result<T, SceneError> {
     let mut table = DeTable::parse(text).map_err(|e| mistake(file, text, origin, &e, None))?;
     let entries = entries(table.get_ref());
-    for (key, value) in table.get_mut().iter_mut() {
-        let key: &str = key.get_ref().as_ref();
-        match value.get_mut() {
-            DeValue::Array(list) if TAGGED.contains(&key) => list.iter_mut().for_each(nest_kind),
-            DeValue::Array(list) if HOLDING.contains(&key) => list.iter_mut().for_each(nest_below),
-            _ => {}
-        }
-    }
+    kind::first(table.get_mut());
     let read = T::deserialize(toml::Deserializer::from(table));
     read.map_err(|e| {
         let at = e.span().map_or(0, |s| s.start);
@@ -102,45 +88,6 @@ fn entries(table: &DeTable) -> Vec<(usize, Option<String>)> {
     starts
 }
 
-/// `{ kind = "k", a = 1 }` → `{ k = { a = 1 } }`, inside out; all spans stay. Serde buffers what it finds in a table with
-/// a `kind` and forgets where it stood, and it accepts unknown keys beside a kind without keys; a table with one key has
-/// neither fault. A table without `kind` goes under the empty name, which no kind has.
-fn nest_kind(value: &mut Spanned<DeValue>) {
-    let span = value.span();
-    match value.get_mut() {
-        DeValue::Array(list) => list.iter_mut().for_each(nest_kind),
-        DeValue::Table(table) => {
-            for (key, inner) in table.iter_mut() {
-                if PLAIN.contains(&key.get_ref().as_ref()) {
-                    nest_below(inner);
-                } else {
-                    nest_kind(inner);
-                }
-            }
-            let kind = match table.remove("kind").map(|k| (k.span(), k.into_inner())) {
-                Some((at, DeValue::String(kind))) => Spanned::new(at, kind),
-                _ => Spanned::new(span.clone(), "".into()),
-            };
-            let rest = Spanned::new(span, DeValue::Table(std::mem::take(table)));
-            table.insert(kind, rest);
-        }
-        _ => {}
-    }
-}
-
-/// [`nest_kind`] for what stands in a table, or in a list of tables, without `kind`.
-fn nest_below(plain: &mut Spanned<DeValue>) {
-    match plain.get_mut() {
-        DeValue::Array(list) => list.iter_mut().for_each(nest_below),
-        DeValue::Table(table) => {
-            for (key, inner) in table.iter_mut() {
-                if PLAIN.contains(&key.get_ref().as_ref()) { nest_below(inner) } else { nest_kind(inner) }
-            }
-        }
-        _ => {}
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -165,7 +112,10 @@ mod tests {
                 "[[probe]]\nregion = \"tip\"",
                 "s.toml, line 9: probe 1: it has no `kind`; add kind = \"…\" with one of bending_angle",
             ),
-            ("[[probe]]\nkind = 3\nregion = \"tip\"", "s.toml, line 9: probe 1: it has no `kind`"),
+            (
+                "[[probe]]\nkind = 3\nregion = \"tip\"",
+                "s.toml, line 10: probe 1: integer `3`; this must be the name of a kind",
+            ),
             (
                 "[[effect]]\nkind = \"elastic\"\nregion = \"body\"",
                 "s.toml, line 9: effect 1 (elastic): the key `law` is missing; add it",
@@ -181,8 +131,24 @@ mod tests {
                 "line 13: constraint 1 (prescribed): it has no `kind`; add kind = \"…\" with one of raised_cosine, sine",
             ),
             (
-                "[[constraint]]\nkind = \"cable\"\npath = \"cable\"\nguide_radius = \"4 mm\"\ndrive = { lenth = \"1 mm\" }",
-                "line 13: constraint 1 (cable): unknown name `lenth`; did you mean `length`?",
+                "[[constraint]]\nkind = \"cable\"\npath = \"cable\"\nguide_radius = \"4 mm\"\ndrive = { kind = \"lenth\", signal = \"1 mm\" }",
+                "line 13: constraint 1 (cable): unknown kind `lenth`; did you mean `length`? (known: length, tension)",
+            ),
+            (
+                "[[constraint]]\nkind = \"cable\"\npath = \"cable\"\nguide_radius = \"4 mm\"\ndrive = { length = \"1 mm\" }",
+                "line 13: constraint 1 (cable): it has no `kind`; add kind = \"…\" with one of length, tension",
+            ),
+            (
+                "[mesh.regions]\nroot = { min = [\"0 mm\", \"0 mm\", \"0 mm\"], kind = \"bux\" }",
+                "line 10: unknown kind `bux`; did you mean `box`? (known: box, sphere, plane, normal)",
+            ),
+            (
+                "[[stage]]\nintegrator = { kind = \"static\", rho = 0.5 }",
+                "line 10: stage 2: unknown key `rho`; it takes no key but `kind`",
+            ),
+            (
+                "[[stage]]\ndt = \"1 s\"\nduration = \"1 s\"\nintegrator = \"generalised_alpha\"",
+                "line 12: stage 2: the key `rho` is missing; add it",
             ),
             ("[[stages]]\ndt = 1", "s.toml, line 9: stages 1: unknown key `stages`; did you mean `stage`?"),
             ("[mesh]\n", "s.toml, line 9: "),

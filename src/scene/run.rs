@@ -40,8 +40,8 @@ pub struct Run {
     pub failure: Option<ControlError>,
     pub totals: Totals,
     pub findings: Findings,
-    /// Name and time of each effect and constraint
-    pub costs: Vec<(String, Duration)>,
+    /// Evaluations of each effect and constraint
+    pub costs: Vec<Cost>,
     pub assembly: Duration,
     pub factorisation: Duration,
     pub factorisations: usize,
@@ -172,7 +172,7 @@ impl Scene {
             linear: LinearWork::of(factor),
             dofs: self.system.dofs.free.len(),
             peak: checkpoint.peak,
-            contacts: self.contacts.iter().map(|c| (c.name.clone(), c.counts())).collect(),
+            contacts: self.contacts.iter().map(|c| (c.name.clone(), c.counts(&sums.caches))).collect(),
             pulling: pulling.flatten(),
             last: checkpoint.state,
             cable_events: checkpoint.cables.events,
@@ -358,13 +358,13 @@ impl Scene {
     }
 }
 
-/// Times of the evaluations, one entry for rows of one name that follow each other.
-fn by_name(costs: &[Cost]) -> Vec<(String, Duration)> {
-    let mut out: Vec<(String, Duration)> = Vec::new();
+/// Times of the evaluations, one entry for consecutive constraints of one name.
+fn by_name(costs: &[Cost]) -> Vec<Cost> {
+    let mut out: Vec<Cost> = Vec::new();
     for cost in costs {
         match out.last_mut() {
-            Some((name, time)) if *name == cost.name => *time += cost.time,
-            _ => out.push((cost.name.clone(), cost.time)),
+            Some(last) if last.name == cost.name => last.time += cost.time,
+            _ => out.push(cost.clone()),
         }
     }
     out

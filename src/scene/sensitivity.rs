@@ -16,7 +16,7 @@ use crate::material::{self, LawSpecError};
 use crate::math::tensor::Vec3;
 use crate::mesh::{TetMesh, element, quadrature};
 use crate::solve::{Differentiator, Failure, Integrator, Step};
-use crate::system::{Effect, Needs, State, Term};
+use crate::system::{Capabilities, Effect, Needs, ParameterDerivative, State};
 use std::fmt;
 use std::str::FromStr;
 use std::sync::Arc;
@@ -96,8 +96,8 @@ impl<'a> Sensitivity<'a> {
             return Err(SensitivityError::NotConverged { stage: k + 1, integrator });
         }
         let system = &scene.system;
-        let reads_past = |e: &dyn Effect| e.history() > 0 || e.needs() != Needs::default();
-        if let Some(effect) = system.effects.iter().find(|e| reads_past(&***e) && e.past().is_none()) {
+        let unknown = |c: Capabilities| (c.history.is_some() || c.needs != Needs::default()) && c.past.is_none();
+        if let Some(effect) = system.effects.iter().find(|e| unknown(e.capabilities())) {
             return Err(SensitivityError::Past { effect: effect.name().into() });
         }
         if let Some(contact) = scene.contacts.iter().find(|c| c.slides()) {
@@ -146,7 +146,7 @@ impl<'a> Sensitivity<'a> {
 }
 
 /// ∂/∂θ of every effect that takes the law of a constant.
-fn terms(scene: &Scene, constant: &Constant) -> Result<Vec<Term>, SensitivityError> {
+fn terms(scene: &Scene, constant: &Constant) -> Result<Vec<ParameterDerivative>, SensitivityError> {
     let (laws, mesh) = (&scene.spec.laws, &scene.body.mesh);
     let name = constant.to_string();
     let table = laws.get(&constant.law).ok_or_else(|| {
@@ -168,13 +168,13 @@ fn terms(scene: &Scene, constant: &Constant) -> Result<Vec<Term>, SensitivityErr
                 if *law == constant.law {
                     let shared: Arc<dyn Effect> = effect.along(mesh, along()?).into();
                     elastic.push((region, shared.clone()));
-                    found.push(Term { of, effect: Box::new(shared) });
+                    found.push(ParameterDerivative { of, effect: Box::new(shared) });
                 }
             }
             EffectSpec::Viscoelastic { law, .. } => {
                 let effect = relaxing.next().expect("one for each viscoelastic effect");
                 if *law == constant.law {
-                    found.push(Term { of, effect: effect.along(&*along()?) });
+                    found.push(ParameterDerivative { of, effect: effect.along(&*along()?) });
                 }
             }
             _ => {}
@@ -187,7 +187,7 @@ fn terms(scene: &Scene, constant: &Constant) -> Result<Vec<Term>, SensitivityErr
         let EffectSpec::StiffnessDamping { region, beta, stiffness } = spec else { continue };
         let damped = elastic.iter().filter(|(of, _)| of == region).map(|(_, effect)| effect.clone()).collect();
         let damping = StiffnessDamping::new(damped, beta.0, (*stiffness).into(), &mesh.points);
-        found.push(Term { of, effect: Box::new(damping.expect("built once already")) });
+        found.push(ParameterDerivative { of, effect: Box::new(damping.expect("built once already")) });
     }
     Ok(found)
 }

@@ -1,5 +1,6 @@
 //! Shapes of obstacles and rigid bodies as they stand in a scene.
 
+use super::kind::by_kind;
 use super::quantity::{Angle, Length};
 use crate::effect::contact::shape::Shape;
 use crate::math::tensor::{Mat3, Vec3};
@@ -9,9 +10,11 @@ use nalgebra::{Rotation3, Unit};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
+by_kind!(ShapeSpec);
+
 /// What is met: a shape in space, a rigid body of the scene, or another part of the surface. A rigid body has one of the shapes.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
 pub enum ShapeSpec {
     /// What is below the plane through `point`
     Floor {

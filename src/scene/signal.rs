@@ -1,6 +1,7 @@
 //! Signals as they stand in files: a constant `"15 mm"`, or a table with a `kind`.
 
 use super::control::{Input, Source};
+use super::kind::by_kind;
 use super::quantity::QuantityText;
 use crate::math::formula::Formula;
 use crate::math::signal::Signal;
@@ -10,6 +11,8 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, Visitor};
 use std::fmt;
 use std::path::{Path, PathBuf};
+
+by_kind!(FunctionSpec);
 
 /// A signal before its dimension is known; quantities are text. In files a function is a table with a `kind`.
 #[derive(Clone, Debug)]
@@ -53,7 +56,7 @@ impl<'de> Visitor<'de> for TextOrTable {
 }
 
 #[derive(Clone, Debug, Deserialize)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
 pub enum FunctionSpec {
     RaisedCosine {
         amplitude: QuantityText,

@@ -4,6 +4,7 @@ use super::cable::CableSpec;
 use super::compare::CompareSpec;
 use super::contact_spec::ContactSpec;
 use super::control::spec::EventSpec;
+use super::kind::by_kind;
 use super::mesh_spec::MeshSpec;
 use super::numerics::NumericsSpec;
 use super::output::OutputSpec;
@@ -14,6 +15,8 @@ use super::skin::SkinSpec;
 use super::start::StartSpec;
 use serde::Deserialize;
 use std::collections::BTreeMap;
+
+by_kind!(EffectSpec, ConstraintSpec, DriveSpec, CavityDriveSpec, IntegratorSpec, ProbeSpec);
 
 /// Body, mesh, laws, effects, constraints, protocol, probes and numerics of one simulation.
 #[derive(Clone, Debug, Deserialize)]
@@ -54,7 +57,7 @@ pub struct SceneSpec {
 
 /// One effect; the kinds are the registry.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
 pub enum EffectSpec {
     Elastic {
         region: String,
@@ -189,7 +192,7 @@ pub enum LumpingSpec {
 
 /// One constraint or cable; the kinds are the registry.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
 pub enum ConstraintSpec {
     Fixed {
         region: String,
@@ -224,19 +227,27 @@ fn cavity() -> String {
 }
 
 #[derive(Clone, Debug, Deserialize)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
 pub enum DriveSpec {
     /// Shortening of the cable at the pull point
-    Length(SignalSpec),
-    Tension(SignalSpec),
+    Length {
+        signal: SignalSpec,
+    },
+    Tension {
+        signal: SignalSpec,
+    },
 }
 
 #[derive(Clone, Debug, Deserialize)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
 pub enum CavityDriveSpec {
-    Pressure(SignalSpec),
+    Pressure {
+        signal: SignalSpec,
+    },
     /// Growth of the volume
-    Volume(SignalSpec),
+    Volume {
+        signal: SignalSpec,
+    },
 }
 
 /// A stretch of time with one integrator.
@@ -261,7 +272,7 @@ pub enum ContinuationSpec {
 }
 
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
 pub enum IntegratorSpec {
     Static,
     ImplicitEuler,
@@ -283,7 +294,7 @@ pub enum IntegratorSpec {
 /// One recorded quantity; the kinds are the registry. Cables record tension and length by
 /// themselves, cavities pressure and volume.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
 pub enum ProbeSpec {
     /// `bending_angle_deg`: angle between the area-mean normals of `tip` now and at the start;
     /// `chord_angle_deg`: angle of the line from the mean position of `root` to the one of `tip`

@@ -102,8 +102,8 @@ impl Builder<'_> {
             matches!(
                 c,
                 ConstraintSpec::Cable(
-                    CableSpec { drive: DriveSpec::Length(_), .. } | CableSpec { friction: Some(_), .. }
-                ) | ConstraintSpec::Cavity { drive: CavityDriveSpec::Volume(_), .. }
+                    CableSpec { drive: DriveSpec::Length { .. }, .. } | CableSpec { friction: Some(_), .. }
+                ) | ConstraintSpec::Cavity { drive: CavityDriveSpec::Volume { .. }, .. }
             )
         });
         for (k, (span, stage)) in spans.iter().zip(&spec.stages).enumerate() {

@@ -6,6 +6,7 @@
 use super::build::part;
 use super::builder::Builder;
 use super::error::SceneError;
+use super::kind::by_kind;
 use super::quantity::{Angle, Length, Speed};
 use super::{Scene, SceneSpec};
 use crate::material::Law;
@@ -15,9 +16,11 @@ use crate::system::State;
 use nalgebra::{Rotation3, Unit};
 use serde::Deserialize;
 
-/// `[start.random]`, `[start.collapsed]`, `[start.twisted]` or `[start.moving]`.
+by_kind!(StartSpec);
+
+/// `[start]`: `random`, `collapsed`, `twisted` or `moving`.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
 pub enum StartSpec {
     /// Every node anywhere in the cube of this half-width around the middle of the body
     Random {

@@ -43,7 +43,10 @@ impl Stepper<'_> {
     ) -> Status {
         let origin = state.t;
         let dt = (goal - origin) / count as f64;
-        let seen = Seen { touches: self.system.touches_at(&state.x, dt), x: state.x.clone() };
+        let seen = Seen {
+            touches: self.system.contact_points(&state.x, dt, &mut self.newton.sums.caches),
+            x: state.x.clone(),
+        };
         for k in 1..=count {
             if self.is_over() {
                 return Status::TimeBudget { t: state.t };
@@ -97,7 +100,8 @@ impl Newton {
         self.look_back(step).ok()?;
         while !solved.regularised && solved.iterations < self.settings.max_iterations {
             let dt = step.at(next).dt;
-            let seen = Seen { touches: step.system.touches_at(&next.x, dt), x: next.x.clone() };
+            let seen =
+                Seen { touches: step.system.contact_points(&next.x, dt, &mut self.sums.caches), x: next.x.clone() };
             if seen.touches.iter().filter(|touch| touch.force > 0.0).count() > MANY {
                 return None;
             }
@@ -127,7 +131,7 @@ impl Newton {
     ) -> Result<(), Failure> {
         let system = step.system;
         let mut forces = vec![0.0; seen.touches.len()];
-        system.press(&mut next.x, &forces);
+        system.set_contact_forces(&mut next.x, &forces, &mut self.sums.caches);
         let increment = remaining(targets, next);
         self.evaluate(step, next, Want::Tangent, increment.as_deref())?;
         self.stiffness = norm(&self.sums.pattern.diagonal(&self.sums.k));
@@ -164,7 +168,7 @@ impl Newton {
         targets.iter().for_each(|&(dof, value)| next.x[dof] = value);
         next.lambda.copy_from_slice(&direction.lambda);
         contacts.points.iter().for_each(|point| forces[point.place] = contacts.p[point.first]);
-        system.press(&mut next.x, &forces);
+        system.set_contact_forces(&mut next.x, &forces, &mut self.sums.caches);
         self.evaluate(step, next, Want::Residual, None)
     }
 

@@ -74,7 +74,7 @@ impl Stepper<'_> {
         if tracer.is_ok_and(|tracer| !tracer.is_near(next))
             && let Some(TurningPoint { t: limit, node, .. }) = self.limit(state, next.t)
         {
-            let touching = self.system.touches();
+            let touching = self.system.has_contact();
             return Some(Status::NoEquilibrium { t: state.t, limit, node, touching });
         }
         let step = Step { system: self.system, integrator: span.integrator, past: state, dt: next.t - state.t };

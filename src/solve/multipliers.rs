@@ -2,7 +2,7 @@
 
 use super::tangent;
 use crate::math::linear::{Factor, LinearError, dot};
-use crate::system::{Assembled, Cone, Form, Piece, Rows, System, pieces};
+use crate::system::{Assembled, Cone, ConstraintValues, Form, Piece, System, pieces};
 
 /// Share of the largest diagonal of S that is added to that of linked rows: where two rows fix the same length a tension is
 /// open, and it keeps its value. It acts on the step and vanishes with it.
@@ -69,7 +69,12 @@ impl Schur {
 
     /// The multipliers after the step, g' = g + `shift` + S (λ' − λ) under the laws of all rows of the system, and for each row
     /// whether its g decided.
-    pub fn multipliers(&self, system: &System, rows: &Rows, shift: &[f64]) -> Option<(Vec<f64>, Vec<bool>)> {
+    pub fn multipliers(
+        &self,
+        system: &System,
+        rows: &ConstraintValues,
+        shift: &[f64],
+    ) -> Option<(Vec<f64>, Vec<bool>)> {
         let laws: Vec<Vec<Piece>> =
             system.constraints.iter().enumerate().map(|(c, row)| pieces(row.as_ref(), c, rows)).collect();
         let (change, chosen) = change(&self.s, shift, &laws)?;
@@ -96,7 +101,7 @@ pub(super) fn larger(a: f64, b: f64) -> f64 {
 }
 
 /// Largest departure of the rows from their laws, as a share of the scales.
-pub(super) fn error(system: &System, rows: &Rows) -> f64 {
+pub(super) fn error(system: &System, rows: &ConstraintValues) -> f64 {
     let of_row = |c: usize| {
         pieces(system.constraints[c].as_ref(), c, rows).iter().map(Piece::error).fold(f64::INFINITY, f64::min)
     };
@@ -141,7 +146,7 @@ fn change(s: &[f64], shift: &[f64], laws: &[Vec<Piece>]) -> Option<(Vec<f64>, Ve
             laws.iter().zip(&chosen).map(|(law, &p)| Linear::new(&law[p].zero, s, shift)).collect();
         let matrix = nalgebra::DMatrix::from_fn(m, m, |i, j| equations[i].a[j]);
         let rhs = nalgebra::DVector::from_fn(m, |i, _| -equations[i].b);
-        // Rows are in metres or in newtons: each is divided by its largest entry for the pivots.
+        // ConstraintValues are in metres or in newtons: each is divided by its largest entry for the pivots.
         let size: Vec<f64> = matrix.row_iter().map(|row| row.amax()).collect();
         let matrix = nalgebra::DMatrix::from_fn(m, m, |i, j| matrix[(i, j)] / size[i]);
         let rhs = nalgebra::DVector::from_fn(m, |i, _| rhs[i] / size[i]);
@@ -176,7 +181,7 @@ mod tests {
 
     /// Two rows with 0 ≤ λ ≤ most, from λ = 0: g' = q + S λ'.
     fn solve(s: &[f64; 4], q: &[f64; 2], most: f64) -> Vec<f64> {
-        let rows = Rows { now: 0.0.into(), g: q, lambda: &[0.0; 2], old: &[0.0; 2], force: 0.0 };
+        let rows = ConstraintValues { now: 0.0.into(), g: q, lambda: &[0.0; 2], old: &[0.0; 2], force: 0.0 };
         let laws: Vec<_> = (0..2).map(|c| between(&rows, c, Form::gap(&rows, c..c + 1, 1.0), most)).collect();
         change(s, &[0.0; 2], &laws).expect("S is positive definite").0
     }

@@ -5,7 +5,7 @@ use super::multipliers::{self, Schur, larger};
 use super::{Failure, Step, tangent};
 use crate::math::linear::{Factor, LinearError, Method, dot, norm};
 use crate::math::tensor::Vec3;
-use crate::system::{Assembled, Cone, Rows, State, System, Want};
+use crate::system::{Assembled, Cone, ConstraintValues, State, System, Want};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -256,8 +256,14 @@ impl Newton {
     }
 
     /// The rows at `state`, to which the sums belong.
-    pub(super) fn rows<'a>(&'a self, state: &'a State) -> Rows<'a> {
-        Rows { now: state.clock(), g: &self.sums.g, lambda: &state.lambda, old: &self.old, force: self.sums.scale }
+    pub(super) fn rows<'a>(&'a self, state: &'a State) -> ConstraintValues<'a> {
+        ConstraintValues {
+            now: state.clock(),
+            g: &self.sums.g,
+            lambda: &state.lambda,
+            old: &self.old,
+            force: self.sums.scale,
+        }
     }
 
     pub(super) fn worst_node(&self, system: &System) -> u32 {
@@ -355,8 +361,8 @@ impl Newton {
     }
 
     /// The part of the motion dx from x that no effect forbids.
-    pub(super) fn longest(&self, system: &System, x: &[f64], dx: &[f64]) -> Result<f64, Failure> {
-        match system.max_step(x, dx) {
+    pub(super) fn longest(&mut self, system: &System, x: &[f64], dx: &[f64]) -> Result<f64, Failure> {
+        match system.max_step(x, dx, &mut self.sums.caches) {
             None => Ok(1.0),
             Some((effect, limit)) if limit.share < JAMMED || limit.gap < CLOSED * self.length => {
                 Err(Failure::Jammed { effect: effect.into(), node: limit.node, gap: limit.gap })

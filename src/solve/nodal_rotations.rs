@@ -29,7 +29,7 @@ impl Turns {
         let at = |x: &[f64], n: u32| points[n as usize] + Vec3::from_column_slice(&x[3 * n as usize..][..3]);
         let mut sums = vec![Mat3::zeros(); points.len()];
         let small = |nodes: &&[u32]| (2..=MOST_NODES).contains(&nodes.len());
-        let lists = system.effects.iter().filter(|e| e.means().is_none()).map(|e| e.blocks());
+        let lists = system.effects.iter().filter(|e| e.capabilities().means.is_none()).map(|e| e.blocks());
         let blocks = lists.flat_map(|list| (0..list.len()).map(move |b| list.nodes(b)));
         for nodes in blocks.filter(|_| !points.is_empty()).filter(small) {
             let mean = |x: &[f64]| nodes.iter().map(|&n| at(x, n)).sum::<Vec3>() / nodes.len() as f64;

@@ -11,7 +11,7 @@
 use super::{Newton, Step};
 use crate::math::linear::{LinearError, dot, norm};
 use crate::math::tensor::Vec3;
-use crate::system::{Assembled, Dofs, Role, State, System, Want};
+use crate::system::{Assembled, Dofs, EnergyRole, State, System, Want};
 use nalgebra::{DMatrix, DVector};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -131,7 +131,7 @@ fn parts(system: &System, nodes: usize) -> Vec<Vec<u32>> {
     }
     let mut parent: Vec<u32> = (0..nodes as u32).collect();
     let mut stored = vec![false; nodes];
-    for effect in system.effects.iter().filter(|e| matches!(e.role(), Role::Stored | Role::Relaxing)) {
+    for effect in system.effects.iter().filter(|e| matches!(e.role(), EnergyRole::Stored | EnergyRole::Relaxing)) {
         for b in 0..effect.blocks().len() {
             let list = effect.blocks().nodes(b);
             for &node in list {

@@ -6,7 +6,7 @@
 //!
 //! with K and h = ∂c/∂x at the converged state and v̂′, â′ the change at fixed x. With Z = K⁻¹H and S = HᵀZ of the taut rows,
 //! y = −K⁻¹(…), S λ′ = Hᵀy and x′ = y − Z λ′. The integrator maps derivatives of states as it maps states, and effects that
-//! remember bring h′ to the end of the step ([`Past`](crate::system::Past)).
+//! remember bring h′ to the end of the step ([`Past`](crate::system::PastDerivative)).
 //!
 //! Sources: Tortorelli & Michaleris, *Inverse Problems in Engineering* 1, 1994; Kleiber, *Parameter Sensitivity in Nonlinear
 //! Mechanics*, 1997; Choi & Kim, *Structural Sensitivity Analysis and Optimization 2*, 2005.
@@ -17,13 +17,13 @@ use super::multipliers::Schur;
 use super::start::{Start, before};
 use super::{Failure, Integrator, Step, tangent};
 use crate::math::linear::{Factor, LinearError, Method, dot};
-use crate::system::{Assembled, Direction, Rates, State, System, Term, Want};
+use crate::system::{Assembled, ParameterDerivative, Perturbation, Rates, State, System, Want};
 
 /// Derivatives of the state of a run, with a factorisation and sums of its own, beside those of the run.
 pub struct Differentiator<'a> {
     system: &'a System,
     /// Per θ: what makes up ∂r/∂θ
-    by: Vec<Vec<Term>>,
+    by: Vec<Vec<ParameterDerivative>>,
     pub factor: Factor,
     method: Method,
     sums: Assembled,
@@ -37,7 +37,7 @@ pub struct Differentiator<'a> {
 
 impl<'a> Differentiator<'a> {
     /// From rest; each θ with its terms. Linear systems are solved by one way or the other.
-    pub fn new(method: Method, system: &'a System, by: Vec<Vec<Term>>) -> Self {
+    pub fn new(method: Method, system: &'a System, by: Vec<Vec<ParameterDerivative>>) -> Self {
         let factor = Factor::by(method.clone(), system.pattern.clone(), system.scalar_equations() == 0);
         let changes = vec![system.rest(); by.len()];
         let residuals = changes.iter().map(|c| c.x.clone()).collect();
@@ -54,7 +54,7 @@ impl<'a> Differentiator<'a> {
             for (change, terms) in self.changes.iter_mut().zip(&self.by) {
                 let State { x, v, history, lambda, .. } = &*change;
                 let mut residual = vec![0.0; x.len()];
-                let direction = Direction { x, v, a: &still, old: x, history };
+                let direction = Perturbation { x, v, a: &still, old: x, history };
                 system.add_change(&at, &direction, terms, &mut residual).map_err(Failure::Eval)?;
                 let free = system.restrict(x);
                 let mut sum = vec![0.0; free.len()];
@@ -109,7 +109,7 @@ impl<'a> Differentiator<'a> {
             let past = change.clone();
             step.integrator.kinematics(&past, step.dt, &still, &mut change.v, &mut change.a);
             let State { v, a, .. } = &*change;
-            let direction = Direction { x: &still, v, a, old: &past.x, history: &past.history };
+            let direction = Perturbation { x: &still, v, a, old: &past.x, history: &past.history };
             residual.fill(0.0);
             system.add_change(&at, &direction, terms, residual).map_err(Failure::Eval)?;
             let mut y = system.restrict(residual);
@@ -127,7 +127,7 @@ impl<'a> Differentiator<'a> {
             system.dofs.free.iter().zip(y).for_each(|(&dof, y)| change.x[dof as usize] = y);
             step.integrator.kinematics(&past, step.dt, &change.x, &mut change.v, &mut change.a);
             let State { x, v, a, .. } = &*change;
-            let direction = Direction { x, v, a, old: &past.x, history: &past.history };
+            let direction = Perturbation { x, v, a, old: &past.x, history: &past.history };
             let mut history = past.history.clone();
             system.advance_change(&at, &direction, terms, &mut history).map_err(Failure::Eval)?;
             change.history = history;

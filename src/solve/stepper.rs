@@ -276,7 +276,7 @@ impl<'a> Stepper<'a> {
                 return Status::Singular { t: state.t, motions };
             }
             if let Some(TurningPoint { t: limit, node, .. }) = self.limit(state, t) {
-                let touching = self.system.touches();
+                let touching = self.system.has_contact();
                 return Status::NoEquilibrium { t: state.t, limit, node, touching };
             }
         }
@@ -309,7 +309,7 @@ impl<'a> Stepper<'a> {
 
     /// Statics: the polynomial through the last states, of the degree that would have predicted the last one best.
     /// Dynamics: x + Δt v + ½Δt² a, multipliers linear.
-    fn extrapolate(&self, integrator: Integrator, state: &State, next: &mut State) -> bool {
+    fn extrapolate(&mut self, integrator: Integrator, state: &State, next: &mut State) -> bool {
         if self.recent.len() < 2 {
             return false;
         }
@@ -327,7 +327,7 @@ impl<'a> Stepper<'a> {
             }
         }
         let motion: Vec<f64> = next.x.iter().zip(&state.x).map(|(n, x)| n - x).collect();
-        if let Some((_, limit)) = self.system.max_step(&state.x, &motion) {
+        if let Some((_, limit)) = self.system.max_step(&state.x, &motion, &mut self.newton.sums.caches) {
             next.x.iter_mut().zip(&state.x).zip(&motion).for_each(|((n, x), d)| *n = x + limit.share * d);
         }
         for (c, lambda) in next.lambda.iter_mut().enumerate() {

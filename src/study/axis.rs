@@ -3,9 +3,9 @@
 //! A grid has a point for every combination of values, the first axis slowest. A list goes along all axes together: its
 //! k-th point takes the k-th value of each.
 
-use super::record::{AxisRecord, Role};
-use super::spec::FamilySpec;
 use crate::math::units;
+use crate::study::record::{AxisRecord, Role};
+use crate::study::spec::FamilySpec;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 

@@ -1,8 +1,8 @@
 //! Mistakes in a study file that are no matter of syntax: place, fact and remedy of the first one.
 
-use super::record::Role;
-use super::spec::{FamilySpec, Kind, StudySpec, VariantSpec};
 use crate::scene::hint;
+use crate::study::record::Role;
+use crate::study::spec::{FamilySpec, Kind, StudySpec, VariantSpec};
 
 /// Roles and reference that the kind knows: place, fact and remedy of the first mistake.
 pub(super) fn check_roles(spec: &StudySpec) -> Result<(), (String, String, String)> {

@@ -5,7 +5,7 @@
 //! lag τ = −∫ (f − g) ġ dt / ∫ ġ² dt             first order in τ; a change of amplitude is orthogonal to ġ
 //! ```
 
-use super::record::Series;
+use crate::study::record::{Series, StoredCase};
 
 /// One column over time.
 #[derive(Clone, Debug, PartialEq, Default)]
@@ -124,4 +124,21 @@ pub fn lag(t: &[f64], f: &[f64], g: &[f64]) -> f64 {
     }
     // + 0: no negative zero
     if below > 0.0 { above / below + 0.0 } else { 0.0 }
+}
+
+/// Peak of a quantity: the value of largest magnitude. What does not start at zero, like the length of a cable, is
+/// judged by its largest change.
+pub fn peak(case: &StoredCase, quantity: &str) -> Option<f64> {
+    let stored = case.record.probes.get(quantity).map(|p| p.peak);
+    if let Some(mut c) = Curve::of(&case.series, quantity).filter(starts_elsewhere) {
+        let first = c.f[0];
+        c.f.iter_mut().for_each(|f| *f -= first);
+        return Some(c.peak());
+    }
+    stored.or_else(|| Curve::of(&case.series, quantity).map(|c| c.peak())).filter(|v| v.is_finite())
+}
+
+/// Does not start at zero.
+pub fn starts_elsewhere(c: &Curve) -> bool {
+    c.f[0].abs() > 1e-3 * c.peak().abs()
 }

@@ -1,11 +1,11 @@
 //! What a calibration study asks of a case, read from `[calibration]` and from `measured` of its variant.
 
-use super::record::Quantity;
-use super::spec::Case;
 use crate::calibrate::Weighting;
 use crate::calibrate::inverse::{Calibration, InverseError, Measured, MeasuredSpec, Settings};
 use crate::math::units::{self, Dimension};
 use crate::scene::Constant;
+use crate::study::record::Quantity;
+use crate::study::spec::Case;
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};

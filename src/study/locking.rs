@@ -1,6 +1,6 @@
 //! Cases whose pressures look locked: a sentence for every report, and one for a verdict that recommends such a case.
 
-use super::record::{CaseRecord, StoredCase};
+use crate::study::record::{CaseRecord, StoredCase};
 
 /// What to do about the alarm.
 pub const REMEDY: &str = "take formulation = \"mixed\", or show by a finer mesh that the answer stays";

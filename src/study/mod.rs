@@ -1,28 +1,31 @@
-//! Studies: cases, their stored results, and the analysis over them.
+//! Studies: cases, their stored results, the analysis over them and its report.
+//!
+//! [`spec`] expands a study file into cases, [`runner`] runs them, [`store`] and [`record`] say what is kept, [`results`] reads it
+//! back, and [`report`] has the kind of the study ([`kinds`]) analyse and draw it.
 
 pub mod axis;
-pub mod band;
-pub mod calibration;
 mod check;
 pub mod contact;
-pub mod convergence;
-pub mod cost;
+pub mod content;
 pub mod curve;
+pub mod estimate;
 pub mod fields;
+pub mod figures;
 pub mod inverse;
+pub mod kinds;
 pub mod locking;
-pub mod materials;
 pub mod outcome;
 pub mod overlay;
+pub mod page;
 pub mod plan;
-pub mod prices;
 pub mod record;
-pub mod robustness;
+pub mod report;
+pub mod results;
 pub mod runner;
 pub mod skin;
 pub mod solver;
 pub mod spec;
 pub mod store;
-pub mod sweep;
-pub mod words;
+pub mod summary;
+pub mod tables;
 pub mod work;

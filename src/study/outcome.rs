@@ -1,18 +1,18 @@
 //! What is kept of a finished run: its record, and the boundary at the state farthest from rest.
 
-use super::contact::contacts;
-use super::overlay::overlays;
-use super::record::{
-    CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance,
-};
-use super::runner::input_hash;
-use super::skin::{Rigid, Skin};
-use super::solver::{self, SolverRecord};
-use super::spec::Case;
-use super::work::WorkRecord;
 use crate::effect::locking::signs;
 use crate::math::tensor::Vec3;
 use crate::scene::{NamedSkin, Run, Scene};
+use crate::study::contact::contacts;
+use crate::study::overlay::overlays;
+use crate::study::record::{
+    CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance,
+};
+use crate::study::runner::input_hash;
+use crate::study::skin::{Rigid, Skin};
+use crate::study::solver::{self, SolverRecord};
+use crate::study::spec::Case;
+use crate::study::work::WorkRecord;
 use std::collections::BTreeMap;
 
 /// The record of a run; `times` are wall and CPU seconds.
@@ -51,7 +51,11 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         effects: run
             .costs
             .iter()
-            .map(|(name, time)| EffectRecord { name: name.clone(), wall_s: time.as_secs_f64() })
+            .map(|cost| EffectRecord {
+                name: cost.name.clone(),
+                role: cost.role.map(|role| role.name().into()),
+                wall_s: cost.time.as_secs_f64(),
+            })
             .collect(),
         phases: PhaseRecord {
             assembly_s: run.assembly.as_secs_f64(),

@@ -1,14 +1,14 @@
 //! What a finished case leaves on disk, and what every report reads: `cases/<id>.json` beside `cases/<id>.csv`.
 
-use super::contact::ContactRecord;
-use super::overlay::Distance;
-use super::robustness::{MapRecord, SuiteRecord};
-use super::solver::SolverRecord;
-use super::work::{RepeatRecord, WorkRecord};
 use crate::material::Law;
 use crate::scene::cable_record::CableEvent;
 use crate::scene::control::Fired;
 use crate::solve::Status;
+use crate::study::contact::ContactRecord;
+use crate::study::kinds::robustness::{MapRecord, SuiteRecord};
+use crate::study::overlay::Distance;
+use crate::study::solver::SolverRecord;
+use crate::study::work::{RepeatRecord, WorkRecord};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -134,6 +134,8 @@ impl LawRecord {
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
 pub struct EffectRecord {
     pub name: String,
+    /// Role of an effect in the energy balance; none of a constraint
+    pub role: Option<String>,
     /// Time of its evaluations \[s\]
     pub wall_s: f64,
 }

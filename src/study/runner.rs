@@ -1,17 +1,17 @@
 //! Runs the cases of a study side by side, skips what is done, keeps what is finished.
 
-use super::fields::{Fields, USUAL};
-use super::inverse::with_constants;
-use super::outcome::{record, refused, skin};
-use super::record::{CaseRecord, Role};
-use super::robustness::check::Check;
-use super::robustness::{PANICKED, REFUSED};
-use super::spec::{Case, Kind, Study};
-use super::store::{Store, StoreError};
-use super::work::{largest_memory, measure, watch_memory};
 use crate::calibrate::inverse::{Calibration, Failure, InverseError, SceneModel, calibrate};
 use crate::scene::{Body, Constant, Progress, Scene, SceneError, SceneSpec};
 use crate::solve::Status;
+use crate::study::fields::{Fields, USUAL};
+use crate::study::inverse::with_constants;
+use crate::study::kinds::robustness::check::Check;
+use crate::study::kinds::robustness::{PANICKED, REFUSED};
+use crate::study::outcome::{record, refused, skin};
+use crate::study::record::{CaseRecord, Role};
+use crate::study::spec::{Case, Kind, Study};
+use crate::study::store::{Store, StoreError};
+use crate::study::work::{largest_memory, measure, watch_memory};
 use crate::system::State;
 use cpu_time::ThreadTime;
 use sha2::{Digest, Sha256};

@@ -1,14 +1,14 @@
 //! A study as it stands in a TOML file, and the cases that follow from it.
 
-use super::axis::{self, AxisSpec, Combine};
-use super::check::{check_axes, check_names, check_roles};
-use super::inverse::{After, CalibrationSpec, Plan, UseSpec};
-use super::record::{FamilyRecord, Quantity, Role, StudyRecord};
-use super::robustness::around::around;
-use super::robustness::spec::{self as stability, MapSpec, SuiteSpec};
 use crate::calibrate::inverse::MeasuredSpec;
 use crate::math::units::{self, Dimension};
 use crate::scene::{SceneError, SceneSpec, from_text, hint, read_scene, read_table};
+use crate::study::axis::{self, AxisSpec, Combine};
+use crate::study::check::{check_axes, check_names, check_roles};
+use crate::study::inverse::{After, CalibrationSpec, Plan, UseSpec};
+use crate::study::kinds::robustness::around::around;
+use crate::study::kinds::robustness::spec::{self as stability, MapSpec, SuiteSpec};
+use crate::study::record::{FamilyRecord, Quantity, Role, StudyRecord};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -1,9 +1,9 @@
 //! What a case leaves on disk. The record is written last: with it the case counts as done.
 
-use super::record::{CaseRecord, StudyRecord};
-use super::skin::Skin;
 use crate::calibrate::inverse::Calibration;
 use crate::scene::{Run, Scene, Sensitivities};
+use crate::study::record::{CaseRecord, StudyRecord};
+use crate::study::skin::Skin;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 

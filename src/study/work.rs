@@ -1,9 +1,9 @@
 //! How much work a case was, whatever the machine; and how its price scatters when it is run again.
 
-use super::record::Role;
-use super::spec::{Case, Study};
 use crate::scene::{Progress, Run, Scene};
 use crate::solve::Status;
+use crate::study::record::Role;
+use crate::study::spec::{Case, Study};
 use crate::system::State;
 use cpu_time::ThreadTime;
 use serde::{Deserialize, Serialize};

@@ -5,8 +5,11 @@
 use super::means::Coupled;
 use super::projection::project;
 use super::scatter::{Scatter, sum_batches};
-use super::transient_coupling::TransientBlocks;
-use super::{At, Blocks, Cone, Constraint, Dofs, Effect, EvalError, Limit, Local, Means, Prescribed, State, Want};
+use super::transient_coupling::TransientTangents;
+use super::{
+    At, BlockValues, Blocks, Caches, Cone, Constraint, Dofs, Effect, EnergyRole, EvalError, Means, MotionLimit,
+    Prescribed, State, Want,
+};
 use crate::math::linear::norm;
 use crate::math::low_rank::Pattern;
 use crate::math::sparse::{SkewMatrix, SymPattern};
@@ -29,6 +32,8 @@ pub enum SystemError {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cost {
     pub name: String,
+    /// EnergyRole of an effect; None for a constraint
+    pub role: Option<EnergyRole>,
     pub time: Duration,
     pub evaluations: usize,
 }
@@ -55,7 +60,7 @@ pub struct System {
 }
 
 /// Sums at one state.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Assembled {
     /// \[unknowns\] r(x) + λ ∂c/∂x \[N\]; at a prescribed dof it is the reaction
     pub r: Vec<f64>,
@@ -87,6 +92,8 @@ pub struct Assembled {
     pub descending: bool,
     /// Per effect, then per constraint
     pub costs: Vec<Cost>,
+    /// Of the run that these sums belong to
+    pub caches: Caches,
 }
 
 impl System {
@@ -99,7 +106,7 @@ impl System {
         Self::with_scalars(nodes, &[], effects, constraints, prescribed)
     }
 
-    /// With a second field: unknown 3·nodes + k is a scalar, hosted for the numbering by node `hosts[k]`, one of the nodes
+    /// With a second field: unknown 3·nodes + k is a scalar, hosted for the numbering by node `hosts\[k\]`, one of the nodes
     /// of every block it is in.
     pub fn with_scalars(
         nodes: usize,
@@ -121,7 +128,7 @@ impl System {
         let acting = || constraints.iter().filter(|c| c.cone() != Cone::Watched);
         let all = || {
             let of_rows = acting().map(|c| (c.means(), c.blocks()));
-            effects.iter().map(|e| (e.means(), e.blocks())).chain(of_rows)
+            effects.iter().map(|e| (e.capabilities().means, e.blocks())).chain(of_rows)
         };
         let blocks = || all().filter(|(means, _)| means.is_none()).map(|(_, list)| list);
         let coupled = Coupled::new(all().filter_map(|(means, list)| means.map(|means| (means, list))));
@@ -148,7 +155,7 @@ impl System {
             Some(means) => coupled.slots(&pattern, means, list),
             None => slots(&dofs, &pattern, list),
         };
-        let of_effects = effects.iter().map(|e| slots(e.means(), e.blocks()));
+        let of_effects = effects.iter().map(|e| slots(e.capabilities().means, e.blocks()));
         let of_rows = constraints.iter().map(|c| match c.cone() {
             Cone::Watched => Vec::new(),
             _ => slots(c.means(), c.blocks()),
@@ -159,11 +166,11 @@ impl System {
         let mut histories: Vec<Range<usize>> = Vec::new();
         for e in &effects {
             let start = histories.last().map_or(0, |h| h.end);
-            histories.push(start..start + e.blocks().len() * e.history());
+            histories.push(start..start + e.blocks().len() * e.capabilities().history_size());
         }
-        let skewed = (0..effects.len()).filter(|&e| effects[e].skew().is_some()).collect();
-        let meeting = (0..effects.len()).filter(|&e| effects[e].meets()).collect();
-        let slides = effects.iter().filter_map(|e| e.touching()).any(|t| t.slides());
+        let skewed = (0..effects.len()).filter(|&e| effects[e].capabilities().skew.is_some()).collect();
+        let meeting = (0..effects.len()).filter(|&e| effects[e].capabilities().transient.is_some()).collect();
+        let slides = effects.iter().filter_map(|e| e.capabilities().contact_points).any(|points| points.has_friction());
         Ok(Self { effects, constraints, prescribed, dofs, pattern, slots, largest, skewed, meeting, slides, histories })
     }
 
@@ -185,7 +192,8 @@ impl System {
     /// Room for the sums.
     pub fn workspace(&self) -> Assembled {
         let n = self.dofs.free.len();
-        let names = self.effects.iter().map(|e| e.name()).chain(self.constraints.iter().map(|c| c.name()));
+        let of_effects = self.effects.iter().map(|e| (e.name(), Some(e.role())));
+        let names = of_effects.chain(self.constraints.iter().map(|c| (c.name(), None)));
         Assembled {
             r: vec![0.0; self.dofs.equation.len()],
             k: vec![0.0; self.pattern.nnz()],
@@ -201,7 +209,10 @@ impl System {
             dissipated: vec![0.0; self.effects.len()],
             projected: false,
             descending: false,
-            costs: names.map(|n| Cost { name: n.into(), time: Duration::ZERO, evaluations: 0 }).collect(),
+            costs: names
+                .map(|(name, role)| Cost { name: name.into(), role, time: Duration::ZERO, evaluations: 0 })
+                .collect(),
+            caches: Caches::default(),
         }
     }
 
@@ -220,27 +231,28 @@ impl System {
         if want == Want::Tangent {
             out.clear_tangent(self);
         }
-        let mut met = TransientBlocks::default();
-        let mut local = Local::new(self.largest);
+        let mut met = TransientTangents::default();
+        let mut local = BlockValues::new(self.largest);
         for (e, effect) in self.effects.iter().enumerate() {
             let start = Instant::now();
+            let capabilities = effect.capabilities();
             let mut sum = 0.0;
             let mut scatter = Scatter { system: self, list: effect.blocks(), slots: &self.slots[e], next: 0 };
             out.energy[e] = 0.0;
             out.dissipated[e] = 0.0;
             let at = &At { history: &at.history[self.histories[e].clone()], ..*at };
-            let single = match effect.batched().filter(|_| !(out.projected && want == Want::Tangent)) {
+            let single = match capabilities.batched.filter(|_| !(out.projected && want == Want::Tangent)) {
                 Some(batched) => sum_batches(batched, at, want, increment, &mut scatter, (e, &mut sum), out)?,
                 None => 0,
             };
-            if let Some(means) = effect.means() {
+            if let Some(means) = capabilities.means {
                 sum += self.add_effect_by_means((e, means), at, want, increment, out)?;
             }
             if self.meeting.contains(&e) {
                 sum += self.add_meeting((e, &mut met), at, want, increment, out)?;
             }
-            let active = effect.active(at);
-            let all = if effect.means().is_some() { 0 } else { effect.blocks().len() };
+            let active = capabilities.active.map(|list| list.active(at, &mut out.caches));
+            let all = if capabilities.means.is_some() { 0 } else { effect.blocks().len() };
             for i in single..active.as_ref().map_or(all, Vec::len) {
                 let b = active.as_ref().map_or(i, |list| list[i] as usize);
                 let n = effect.blocks().size(b);
@@ -249,7 +261,7 @@ impl System {
                 }
                 local.reset(n, want);
                 effect.eval(at, b, want, &mut local)?;
-                if (out.projected || out.descending && effect.semidefinite()) && want == Want::Tangent {
+                if (out.projected || out.descending && capabilities.semidefinite) && want == Want::Tangent {
                     project(&mut local, n, 3 * effect.blocks().nodes(b).len());
                 }
                 out.energy[e] += local.energy;
@@ -294,8 +306,7 @@ impl System {
             out.costs[i].evaluations += 1;
         }
         if want == Want::Tangent && !self.meeting.is_empty() {
-            let meeting = self.meeting.iter().filter_map(|&e| self.effects[e].meeting(at));
-            out.take_in(self, &met, || meeting.clone().flat_map(|m| m.room(at.x)).collect());
+            out.take_in(self, &met, at.x);
         }
         if want == Want::Tangent && !self.skewed.is_empty() {
             self.add_skew(at, increment, out);
@@ -303,24 +314,28 @@ impl System {
         Ok(())
     }
 
-    /// Is there contact?
-    pub fn touches(&self) -> bool {
-        self.effects.iter().any(|e| matches!(e.role(), super::Role::Contact))
+    /// Whether any effect describes contact.
+    pub fn has_contact(&self) -> bool {
+        self.effects.iter().any(|e| matches!(e.role(), super::EnergyRole::Contact))
     }
 
     /// The longest part of the motion dx from x that all effects allow; None where that is all of it.
-    pub fn max_step(&self, x: &[f64], dx: &[f64]) -> Option<(&str, Limit)> {
-        let limits = self.effects.iter().filter_map(|e| e.max_step(x, dx).map(|limit| (e.name(), limit)));
+    pub fn max_step(&self, x: &[f64], dx: &[f64], caches: &mut Caches) -> Option<(&str, MotionLimit)> {
+        let limits = self.effects.iter().filter_map(|e| {
+            let limit = e.capabilities().step_limit?.max_step(x, dx, caches)?;
+            Some((e.name(), limit))
+        });
         limits.filter(|(_, l)| l.share < 1.0).min_by(|a, b| a.1.share.total_cmp(&b.1.share))
     }
 
     /// The histories at the end of the accepted step `at` into `new`, which comes with those at its start.
     pub fn advance(&self, at: &At, new: &mut [f64], costs: &mut [Cost]) -> Result<(), EvalError> {
-        for (e, effect) in self.effects.iter().enumerate().filter(|(_, e)| e.history() > 0) {
+        for (e, effect) in self.effects.iter().enumerate() {
+            let Some(history) = effect.capabilities().history else { continue };
             let start = Instant::now();
             let at = At { history: &at.history[self.histories[e].clone()], ..*at };
-            for (b, new) in new[self.histories[e].clone()].chunks_exact_mut(effect.history()).enumerate() {
-                effect.advance(&at, b, new)?;
+            for (b, new) in new[self.histories[e].clone()].chunks_exact_mut(history.size()).enumerate() {
+                history.advance(&at, b, new)?;
             }
             costs[e].time += start.elapsed();
         }
@@ -357,7 +372,7 @@ impl System {
 
     /// The values g of all rows at a state.
     pub fn gaps(&self, state: &State) -> Result<Vec<f64>, EvalError> {
-        let mut local = Local::new(self.largest);
+        let mut local = BlockValues::new(self.largest);
         let mut gaps = Vec::with_capacity(self.constraints.len());
         for (row, lambda) in self.constraints.iter().zip(&state.lambda) {
             let mut g = row.target(state.clock()) + row.compliance() * lambda;

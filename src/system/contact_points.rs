@@ -1,13 +1,13 @@
-//! Points that may touch, each as a plane, and whose forces can be given from outside: for corrections, which take contact out of the
-//! equilibrium and put its forces back.
+//! Contact points whose forces can be prescribed. Corrections solve the equilibrium without contact, with every obstacle as a plane, and
+//! then set the contact forces.
 
-use super::System;
+use super::{Caches, System};
 use crate::math::tensor::Vec3;
 
-/// A point and the plane that its obstacle is for it, where it was looked at.
+/// A contact point, and the tangent plane of its obstacle at the state of the search.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContactPoint {
-    /// Nodes of the point, then those of what it meets
+    /// Nodes of the point, then those of the obstacle
     pub nodes: Vec<u32>,
     /// s: the distance changes by Σ_k s_k m·dz_k
     pub shares: Vec<f64>,
@@ -15,7 +15,7 @@ pub struct ContactPoint {
     pub gap: f64,
     /// m = ∂d/∂x
     pub normal: Vec3,
-    /// N that it has at this state \[N\]
+    /// N at this state \[N\]
     pub force: f64,
     /// μ \[–\] and ε \[m\], where there is friction
     pub friction: Option<(f64, f64)>,
@@ -29,33 +29,33 @@ impl ContactPoint {
     }
 }
 
-/// An effect whose forces on its points can be given from outside.
+/// An effect whose forces on its points can be prescribed.
 pub trait ContactPoints {
-    /// Number of its points
+    /// Number of points.
     fn count(&self) -> usize;
-    /// Has any of them friction?
-    fn slides(&self) -> bool;
-    /// All of them at displacement x, those that are far too, for a step of `dt` \[s\], which is infinite in statics
-    fn touches(&self, x: &[f64], dt: f64) -> Vec<ContactPoint>;
-    /// Makes x a state in which its points are pressed with these forces \[N\]
-    fn press(&self, x: &mut [f64], forces: &[f64]);
+    /// Whether the points have friction.
+    fn has_friction(&self) -> bool;
+    /// All points at displacement x, including distant ones, for a step of `dt` \[s\], which is infinite in statics.
+    fn points(&self, x: &[f64], dt: f64, caches: &mut Caches) -> Vec<ContactPoint>;
+    /// Changes x so that the contact forces of the points are these \[N\].
+    fn set_forces(&self, x: &mut [f64], forces: &[f64], caches: &mut Caches);
 }
 
 impl System {
-    fn touching(&self) -> impl Iterator<Item = &dyn ContactPoints> {
-        self.effects.iter().filter_map(|e| e.touching())
+    fn with_contact_points(&self) -> impl Iterator<Item = &dyn ContactPoints> {
+        self.effects.iter().filter_map(|e| e.capabilities().contact_points)
     }
 
-    /// All points of all effects whose forces can be given.
-    pub fn touches_at(&self, x: &[f64], dt: f64) -> Vec<ContactPoint> {
-        self.touching().flat_map(|effect| effect.touches(x, dt)).collect()
+    /// The points of all effects whose contact forces can be prescribed.
+    pub fn contact_points(&self, x: &[f64], dt: f64, caches: &mut Caches) -> Vec<ContactPoint> {
+        self.with_contact_points().flat_map(|effect| effect.points(x, dt, caches)).collect()
     }
 
-    /// Presses these points, in their order, with forces N \[N\].
-    pub fn press(&self, x: &mut [f64], mut forces: &[f64]) {
-        for effect in self.touching() {
+    /// Prescribes the forces N \[N\] of these points, in their order.
+    pub fn set_contact_forces(&self, x: &mut [f64], mut forces: &[f64], caches: &mut Caches) {
+        for effect in self.with_contact_points() {
             let (own, rest) = forces.split_at(effect.count());
-            effect.press(x, own);
+            effect.set_forces(x, own, caches);
             forces = rest;
         }
     }

@@ -1,45 +1,28 @@
 //! Derivatives of residual and history that K on the free dofs does not hold: by what came before a step, by a constant θ of
 //! an effect, and at the prescribed dofs.
 
-use super::{At, Dofs, Effect, EvalError, Local, System, Want};
-
-/// Derivative by a parameter of what an evaluation sees.
-#[derive(Clone, Copy)]
-pub struct Direction<'a> {
-    pub x: &'a [f64],
-    /// Of v and a at fixed x: what K has in cv and ca is not in them
-    pub v: &'a [f64],
-    pub a: &'a [f64],
-    pub old: &'a [f64],
-    /// As in [`At`]: of the whole state for a system, of its blocks for an effect
-    pub history: &'a [f64],
-}
-
-/// How an effect that reads more than x depends on it.
-pub trait Past: Send + Sync {
-    /// The change of r_e along v, a, `old` and the history of `direction`, at fixed x; `direction.x` is not looked at.
-    fn along(&self, at: &At, direction: &Direction, b: usize, out: &mut Local) -> Result<(), EvalError>;
-    /// The change of the history of block `b` at the end of the step, along x, `old` and the history of `direction`. `new`
-    /// comes with the change at the start.
-    fn advance_along(&self, _: &At, _: &Direction, _b: usize, _new: &mut [f64]) -> Result<(), EvalError> {
-        Ok(())
-    }
-}
+use super::{At, BlockValues, Dofs, Effect, EvalError, Perturbation, System, Want};
 
 /// ∂/∂θ of one effect of a system at fixed x, v, a, `old` and history.
-pub struct Term {
+pub struct ParameterDerivative {
     /// Place of the effect in the system
     pub of: usize,
-    /// Its residual is ∂r/∂θ; it sees the history of the effect, and [`Effect::advance`] gives ∂/∂θ of the new one
+    /// Its residual is ∂r/∂θ; it sees the history of the effect, and [`HistoryVariables::advance`](super::HistoryVariables::advance) gives ∂/∂θ of the new one
     pub effect: Box<dyn Effect>,
 }
 
 impl System {
     /// Adds the change of the residual along the past of `direction` and by θ, at fixed x, to `r` \[unknowns\].
-    pub fn add_change(&self, at: &At, direction: &Direction, terms: &[Term], r: &mut [f64]) -> Result<(), EvalError> {
+    pub fn add_change(
+        &self,
+        at: &At,
+        direction: &Perturbation,
+        terms: &[ParameterDerivative],
+        r: &mut [f64],
+    ) -> Result<(), EvalError> {
         let largest = terms.iter().map(|t| t.effect.blocks().largest()).fold(self.largest(), usize::max);
-        let mut local = Local::new(largest);
-        let mut add = |effect: &dyn Effect, change: &dyn Fn(usize, &mut Local) -> Result<(), EvalError>| {
+        let mut local = BlockValues::new(largest);
+        let mut add = |effect: &dyn Effect, change: &dyn Fn(usize, &mut BlockValues) -> Result<(), EvalError>| {
             let blocks = effect.blocks();
             for b in 0..blocks.len() {
                 local.reset(blocks.size(b), Want::Residual);
@@ -49,12 +32,12 @@ impl System {
             Ok(())
         };
         for (e, effect) in self.effects.iter().enumerate() {
-            if let Some(past) = effect.past() {
+            if let Some(past) = effect.capabilities().past {
                 let (at, direction) = self.seen_by(e, at, direction);
                 add(&**effect, &|b, local| past.along(&at, &direction, b, local))?;
             }
         }
-        for Term { of, effect } in terms {
+        for ParameterDerivative { of, effect } in terms {
             let (at, _) = self.seen_by(*of, at, direction);
             add(&**effect, &|b, local| effect.eval(&at, b, Want::Residual, local))?;
         }
@@ -65,20 +48,23 @@ impl System {
     pub fn advance_change(
         &self,
         at: &At,
-        direction: &Direction,
-        terms: &[Term],
+        direction: &Perturbation,
+        terms: &[ParameterDerivative],
         new: &mut [f64],
     ) -> Result<(), EvalError> {
-        for (e, effect) in self.effects.iter().enumerate().filter(|(_, e)| e.history() > 0) {
-            let Some(past) = effect.past() else { continue };
+        for (e, effect) in self.effects.iter().enumerate() {
+            let capabilities = effect.capabilities();
+            let (Some(history), Some(past)) = (capabilities.history, capabilities.past) else { continue };
             let (at, direction) = self.seen_by(e, at, direction);
-            let terms: Vec<&Term> = terms.iter().filter(|t| t.of == e).collect();
-            let mut share = vec![0.0; effect.history()];
-            for (b, new) in new[self.histories(e)].chunks_exact_mut(effect.history()).enumerate() {
+            let terms: Vec<&ParameterDerivative> = terms.iter().filter(|t| t.of == e).collect();
+            let mut share = vec![0.0; history.size()];
+            for (b, new) in new[self.histories(e)].chunks_exact_mut(history.size()).enumerate() {
                 past.advance_along(&at, &direction, b, new)?;
                 for term in &terms {
                     share.fill(0.0);
-                    term.effect.advance(&at, b, &mut share)?;
+                    if let Some(history) = term.effect.capabilities().history {
+                        history.advance(&at, b, &mut share)?;
+                    }
                     new.iter_mut().zip(&share).for_each(|(new, share)| *new += share);
                 }
             }
@@ -87,9 +73,9 @@ impl System {
     }
 
     /// With the histories of effect `e` alone.
-    fn seen_by<'a>(&self, e: usize, at: &At<'a>, direction: &Direction<'a>) -> (At<'a>, Direction<'a>) {
+    fn seen_by<'a>(&self, e: usize, at: &At<'a>, direction: &Perturbation<'a>) -> (At<'a>, Perturbation<'a>) {
         let at = At { history: &at.history[self.histories(e)], ..*at };
-        (at, Direction { history: &direction.history[self.histories(e)], ..*direction })
+        (at, Perturbation { history: &direction.history[self.histories(e)], ..*direction })
     }
 
     /// Adds (K + A) dx + Σ h dλ at the prescribed dofs, for each (dx, dλ), to its `r` \[unknowns\]: the change of the reactions.
@@ -101,12 +87,13 @@ impl System {
         changes: &[(&[f64], &[f64])],
         r: &mut [Vec<f64>],
     ) -> Result<(), EvalError> {
-        let mut local = Local::new(self.largest());
+        let mut local = BlockValues::new(self.largest());
         let fixed = |dof: u32| self.dofs.equation[dof as usize] == Dofs::FIXED;
         for (e, effect) in self.effects.iter().enumerate() {
             let at = &At { history: &at.history[self.histories(e)], ..*at };
-            if let Some(means) = effect.means() {
-                let eval = |x: &[f64], b: usize, out: &mut Local| effect.eval(&At { x, ..*at }, b, Want::Tangent, out);
+            if let Some(means) = effect.capabilities().means {
+                let eval =
+                    |x: &[f64], b: usize, out: &mut BlockValues| effect.eval(&At { x, ..*at }, b, Want::Tangent, out);
                 let changes: Vec<_> = changes.iter().map(|&(dx, _)| (dx, 0.0)).collect();
                 self.add_reactions_by_means((means, effect.blocks()), 1.0, &changes, eval, at.x, r)?;
                 continue;
@@ -129,7 +116,7 @@ impl System {
         });
         for (c, constraint) in self.constraints.iter().enumerate() {
             if let Some(means) = constraint.means() {
-                let eval = |x: &[f64], b: usize, out: &mut Local| constraint.eval(x, b, Want::Tangent, out);
+                let eval = |x: &[f64], b: usize, out: &mut BlockValues| constraint.eval(x, b, Want::Tangent, out);
                 let changes: Vec<_> = changes.iter().map(|&(dx, dlambda)| (dx, dlambda[c])).collect();
                 self.add_reactions_by_means((means, constraint.blocks()), lambda[c], &changes, eval, at.x, r)?;
                 continue;

@@ -2,7 +2,7 @@
 //! give to the body is r = B r_w and K = B S Bᵀ, which is never written out ([`Pattern`]).
 
 use super::projection::project;
-use super::{Assembled, At, Blocks, Cone, Dofs, EvalError, Local, System, Want};
+use super::{Assembled, At, BlockValues, Blocks, Cone, Dofs, EvalError, System, Want};
 use crate::math::low_rank::{LowRank, Pattern};
 use crate::math::sparse::SymPattern;
 use crate::math::tensor::Vec3;
@@ -156,8 +156,9 @@ impl System {
     ) -> Result<f64, EvalError> {
         let effect = &self.effects[e];
         let seen = means.of(at.x);
-        let semidefinite = want == Want::Tangent && (out.projected || out.descending && effect.semidefinite());
-        let eval = |b: usize, local: &mut Local| {
+        let semidefinite =
+            want == Want::Tangent && (out.projected || out.descending && effect.capabilities().semidefinite);
+        let eval = |b: usize, local: &mut BlockValues| {
             effect.eval(&At { x: &seen, ..*at }, b, want, local)?;
             if semidefinite {
                 let n = effect.blocks().size(b);
@@ -182,7 +183,7 @@ impl System {
     ) -> Result<f64, EvalError> {
         let row = &self.constraints[c];
         let seen = means.of(x);
-        let eval = |b: usize, local: &mut Local| row.eval(&seen, b, want, local);
+        let eval = |b: usize, local: &mut BlockValues| row.eval(&seen, b, want, local);
         let watched = row.cone() == Cone::Watched;
         let want = if watched { Want::Residual } else { want };
         let i = self.effects.len() + c;
@@ -207,13 +208,13 @@ impl System {
         i: usize,
         (means, list): (&Means, &Blocks),
         (factor, want, increment): (f64, Want, Option<&[f64]>),
-        eval: impl Fn(usize, &mut Local) -> Result<(), EvalError>,
+        eval: impl Fn(usize, &mut BlockValues) -> Result<(), EvalError>,
         out: &mut Assembled,
     ) -> Result<Sums, EvalError> {
         let moved = increment.filter(|_| want == Want::Tangent).map(|d| means.of(d));
         let mut sums = Sums { energy: 0.0, forces: 0.0, r: vec![0.0; 3 * means.lists.len()] };
         let mut lift = vec![0.0; sums.r.len()];
-        let mut local = Local::new(list.largest());
+        let mut local = BlockValues::new(list.largest());
         let mut slots = self.slots(i).iter();
         for b in 0..list.len() {
             let n = list.size(b);
@@ -251,7 +252,7 @@ impl System {
         (means, list): (&Means, &Blocks),
         lambda: f64,
         changes: &[(&[f64], f64)],
-        eval: impl Fn(&[f64], usize, &mut Local) -> Result<(), EvalError>,
+        eval: impl Fn(&[f64], usize, &mut BlockValues) -> Result<(), EvalError>,
         x: &[f64],
         r: &mut [Vec<f64>],
     ) -> Result<(), EvalError> {
@@ -263,7 +264,7 @@ impl System {
         let seen = means.of(x);
         let moved: Vec<Vec<f64>> = changes.iter().map(|(dx, _)| means.of(dx)).collect();
         let mut forces = vec![vec![0.0; seen.len()]; changes.len()];
-        let mut local = Local::new(list.largest());
+        let mut local = BlockValues::new(list.largest());
         for b in 0..list.len() {
             let dofs: Vec<u32> = list.dofs(b).collect();
             local.reset(dofs.len(), Want::Tangent);

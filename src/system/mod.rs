@@ -4,26 +4,33 @@
 
 mod assembly;
 mod batch;
+mod blocks;
+mod caches;
+mod constraint;
 mod contact_points;
 mod derivative;
 mod dofs;
+mod effect;
 mod error;
 mod means;
 mod projection;
-mod rows;
 mod scatter;
 mod skew;
-mod traits;
+mod state;
 mod transient_coupling;
 
 pub use assembly::{Assembled, Cost, System, SystemError};
 pub use batch::{Batch, Batched};
+pub use blocks::{BlockValues, Blocks};
+pub use caches::{CacheKey, Caches};
+pub use constraint::{Cone, Constraint, ConstraintValues, Form, Piece, between, pieces};
 pub use contact_points::{ContactPoint, ContactPoints};
-pub use derivative::{Direction, Past, Term};
+pub use derivative::ParameterDerivative;
 pub use dofs::{Dofs, Prescribed};
+pub use effect::{
+    ActiveBlocks, Capabilities, Effect, EnergyRole, HistoryVariables, MotionLimit, Needs, PastDerivative, SkewTangent,
+    StepLimit, TransientBlocks, TransientCoupling, Want,
+};
 pub use error::EvalError;
 pub use means::Means;
-pub use rows::{Cone, Form, Piece, Rows, between, pieces};
-pub use skew::Skew;
-pub use traits::{At, Blocks, Constraint, Effect, Limit, Local, Needs, Rates, Role, State, Want};
-pub use transient_coupling::TransientCoupling;
+pub use state::{At, Perturbation, Rates, State};

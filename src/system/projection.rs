@@ -4,11 +4,11 @@
 //! Limits: the displacement part of a block only; couplings to a second field stay. Newton's method with it converges
 //! linearly, since it is another matrix than ∂r/∂x.
 
-use super::Local;
+use super::BlockValues;
 use nalgebra::DMatrix;
 
 /// Of the first `displacements` of the `n` unknowns of a block; leaves a positive semidefinite block as it is.
-pub(super) fn project(local: &mut Local, n: usize, displacements: usize) {
+pub(super) fn project(local: &mut BlockValues, n: usize, displacements: usize) {
     let entry = |i: usize, j: usize| local.k[i.max(j) * n + i.min(j)];
     let eigen = DMatrix::from_fn(displacements, displacements, entry).symmetric_eigen();
     for (value, v) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()).filter(|(e, _)| **e < 0.0) {
@@ -27,7 +27,7 @@ mod tests {
     /// A 3 × 3 block beside a second field: [\[1, 2\], \[2, 1\]] has the eigenvalues 3 and −1, and becomes 3/2 [\[1, 1\], \[1, 1\]].
     #[test]
     fn takes_the_negative_part_away_and_nothing_else() {
-        let mut local = Local::new(4);
+        let mut local = BlockValues::new(4);
         let rows = [[1.0, 0.0, 0.0, 0.0], [2.0, 1.0, 0.0, 0.0], [0.0, 0.0, 5.0, 0.0], [7.0, 8.0, 9.0, -4.0]];
         local.k.copy_from_slice(&rows.concat());
         project(&mut local, 4, 3);

@@ -1,6 +1,6 @@
 //! The way of local blocks into the sums, one at a time or [`LANES`] side by side, in block order.
 
-use super::{Assembled, At, Batch, Batched, Blocks, Dofs, EvalError, Local, System, Want};
+use super::{Assembled, At, Batch, Batched, BlockValues, Blocks, Dofs, EvalError, System, Want};
 use crate::math::lanes::{LANES, Lanes};
 
 /// Adds local blocks to the sums, in block order.
@@ -17,7 +17,7 @@ impl Scatter<'_> {
     pub fn add(
         &mut self,
         b: usize,
-        local: &Local,
+        local: &BlockValues,
         factor: f64,
         want: Want,
         increment: Option<&[f64]>,
@@ -70,7 +70,7 @@ impl Scatter<'_> {
     }
 
     /// lift += K_e d_e, where d is zero on free dofs.
-    pub fn lift(&self, b: usize, local: &Local, factor: f64, d: &[f64], out: &mut Assembled) {
+    pub fn lift(&self, b: usize, local: &BlockValues, factor: f64, d: &[f64], out: &mut Assembled) {
         let n = self.list.size(b);
         for (j, from) in self.list.dofs(b).enumerate() {
             let dj = factor * d[from as usize];
@@ -102,7 +102,7 @@ pub(super) fn sum_batches(
         return Ok(0);
     }
     let n = scatter.list.size(0);
-    let (mut batch, mut local) = (Batch::new(n), Local::new(n));
+    let (mut batch, mut local) = (Batch::new(n), BlockValues::new(n));
     for first in (0..whole).step_by(LANES) {
         batch.reset(n, want);
         batched.eval(at, first, want, &mut batch)?;

@@ -1,14 +1,6 @@
 //! The skew part A of the tangent: only effects that declare one have it, and then on few unknowns.
 
-use super::{Assembled, At, Blocks, Dofs, Local, System};
-
-/// What of the tangent of an effect is not symmetric, A = ½(∂r/∂x − (∂r/∂x)ᵀ).
-pub trait Skew: Send + Sync {
-    /// Beside those of the effect: unknowns that A is zero on need not be there.
-    fn blocks(&self) -> &Blocks;
-    /// A_e of block `b` in `out.k` \[n × n\] row by row; only entries with column < row are read.
-    fn eval(&self, at: &At, b: usize, out: &mut Local);
-}
+use super::{Assembled, At, BlockValues, Dofs, System};
 
 impl System {
     /// Sums A at this state; what it makes of a prescribed `increment` goes into `lift`.
@@ -27,8 +19,8 @@ impl System {
 
     /// (i, j, A_ij) of every block in its order, i and j places in `State::x`; A_ji = −A_ij goes without saying.
     pub(super) fn each_skew(&self, at: &At, mut each: impl FnMut(u32, u32, f64)) {
-        for skew in self.skewed.iter().filter_map(|&e| self.effects[e].skew()) {
-            let mut local = Local::new(skew.blocks().largest());
+        for skew in self.skewed.iter().filter_map(|&e| self.effects[e].capabilities().skew) {
+            let mut local = BlockValues::new(skew.blocks().largest());
             for b in 0..skew.blocks().len() {
                 let dofs: Vec<u32> = skew.blocks().dofs(b).collect();
                 local.k.fill(0.0);

@@ -3,30 +3,21 @@
 
 use super::projection::project;
 use super::scatter::Scatter;
-use super::{Assembled, At, Blocks, Dofs, EvalError, Local, System, Want};
+use super::{Assembled, At, BlockValues, Blocks, Dofs, EvalError, System, Want};
 use crate::math::linear::norm;
 use crate::math::low_rank::Pattern;
 use std::sync::Arc;
 
-/// What an effect couples at one state.
-pub trait TransientCoupling {
-    fn blocks(&self) -> &Blocks;
-    /// Nodes that may soon be coupled, list by list; decided by x alone, so that a run that is resumed has the same room
-    fn room(&self, x: &[f64]) -> Vec<Vec<u32>>;
-    /// As [`Effect::eval`](super::Effect::eval)
-    fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError>;
-}
-
 /// Tangents of blocks that have no slots.
 #[derive(Default)]
-pub(super) struct TransientBlocks {
+pub(super) struct TransientTangents {
     /// Equations of a block, [`Dofs::FIXED`] where a dof is prescribed, and its K_e, row by row
     blocks: Vec<(Vec<u32>, Vec<f64>)>,
 }
 
-impl TransientBlocks {
+impl TransientTangents {
     /// Keeps K_e of a block.
-    pub fn push(&mut self, system: &System, list: &Blocks, b: usize, local: &Local) {
+    pub fn push(&mut self, system: &System, list: &Blocks, b: usize, local: &BlockValues) {
         let n = list.size(b);
         let equations = list.dofs(b).map(|dof| system.dofs.equation[dof as usize]).collect();
         self.blocks.push((equations, local.k[..n * n].to_vec()));
@@ -47,17 +38,19 @@ impl System {
     /// Energy and residual of what effect `e` couples here; its tangents into `met`. Returns Σ‖r_e‖.
     pub(super) fn add_meeting(
         &self,
-        (e, met): (usize, &mut TransientBlocks),
+        (e, met): (usize, &mut TransientTangents),
         at: &At,
         want: Want,
         increment: Option<&[f64]>,
         out: &mut Assembled,
     ) -> Result<f64, EvalError> {
         let effect = &self.effects[e];
-        let Some(meeting) = effect.meeting(at) else { return Ok(0.0) };
+        let capabilities = effect.capabilities();
+        let Some(coupling) = capabilities.transient else { return Ok(0.0) };
+        let meeting = coupling.blocks_at(at, &mut out.caches);
         let list = meeting.blocks();
         let mut scatter = Scatter { system: self, list, slots: &[], next: 0 };
-        let mut local = Local::new(list.largest());
+        let mut local = BlockValues::new(list.largest());
         let mut sum = 0.0;
         for b in 0..list.len() {
             let n = list.size(b);
@@ -67,7 +60,7 @@ impl System {
             sum += norm(&local.r[..n]);
             scatter.add(b, &local, 1.0, Want::Residual, None, out);
             if want == Want::Tangent {
-                if out.projected || out.descending && effect.semidefinite() {
+                if out.projected || out.descending && capabilities.semidefinite {
                     project(&mut local, n, n);
                 }
                 if let Some(d) = increment {
@@ -96,12 +89,15 @@ impl Assembled {
     }
 
     /// Puts K of the blocks that stay, and of those that met, into a pattern that holds both.
-    pub(super) fn take_in(&mut self, system: &System, met: &TransientBlocks, room: impl Fn() -> Vec<Vec<u32>>) {
+    pub(super) fn take_in(&mut self, system: &System, met: &TransientTangents, x: &[f64]) {
         if !met.fits(&self.pattern) {
             let of_nodes = |nodes: &Vec<u32>| -> Vec<u32> {
                 nodes.iter().flat_map(|n| 3 * n..3 * n + 3).map(|dof| system.dofs.equation[dof as usize]).collect()
             };
-            let room: Vec<Vec<u32>> = room().iter().map(of_nodes).collect();
+            let mut room: Vec<Vec<u32>> = Vec::new();
+            for coupling in system.effects.iter().filter_map(|e| e.capabilities().transient) {
+                room.extend(coupling.candidates(x, &mut self.caches).iter().map(of_nodes));
+            }
             let lists = || room.iter().chain(met.blocks.iter().map(|b| &b.0));
             let wider = self.pattern.with_pairs(lists().flat_map(|list| pairs(list)));
             self.moved = system.pattern.slots_in(&wider);

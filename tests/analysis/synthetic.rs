@@ -94,8 +94,8 @@ fn case(m: &Member, variant: &str) -> StoredCase {
         dofs: m.cells * 3 / 4,
         factor_nnz: m.cells * 90,
         effects: vec![
-            EffectRecord { name: "elastic".into(), wall_s: 0.22 * wall },
-            EffectRecord { name: "cable".into(), wall_s: 0.01 * wall },
+            EffectRecord { name: "elastic".into(), role: None, wall_s: 0.22 * wall },
+            EffectRecord { name: "cable".into(), role: None, wall_s: 0.01 * wall },
         ],
         phases: PhaseRecord {
             assembly_s: 0.25 * wall,

@@ -21,7 +21,7 @@ use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh, quadrature};
 use durometer::scene::{Body, Run, Scene, read_scene};
 use durometer::solve::{Integrator, Newton, NewtonSettings, Span, Status, StepSettings, Stepper};
-use durometer::system::{At, Blocks, Effect, EvalError, Local, Prescribed, Role, State, System, Want};
+use durometer::system::{At, BlockValues, Blocks, Effect, EnergyRole, EvalError, Prescribed, State, System, Want};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -207,8 +207,8 @@ impl Effect for DeadLoad {
         "dead_load"
     }
 
-    fn role(&self) -> Role {
-        Role::Load
+    fn role(&self) -> EnergyRole {
+        EnergyRole::Load
     }
 
     fn intensity(&self, now: Clock) -> f64 {
@@ -219,7 +219,7 @@ impl Effect for DeadLoad {
         &self.blocks
     }
 
-    fn eval(&self, at: &At, b: usize, _: Want, out: &mut Local) -> Result<(), EvalError> {
+    fn eval(&self, at: &At, b: usize, _: Want, out: &mut BlockValues) -> Result<(), EvalError> {
         let (dof, s) = (3 * self.blocks.nodes(b)[0] as usize, self.intensity.at(at.clock()));
         for i in 0..3 {
             out.energy -= self.force[3 * b + i] * at.x[dof + i];

@@ -12,7 +12,7 @@ use durometer::effect::contact::{Contact, Point};
 use durometer::material::Want;
 use durometer::math::tensor::Vec3;
 use durometer::mesh::surface_file::Surface;
-use durometer::system::{At, Effect, Local, Rates};
+use durometer::system::{At, BlockValues, Effect, Rates};
 use std::sync::Arc;
 
 /// A tetrahedron with its faces outward.
@@ -68,11 +68,11 @@ fn pair(shape: Shape, moving: bool, scalars: bool) -> Arc<Contact> {
     Arc::new(Contact::with_scalars("c".into(), vec![point], obstacle, scalars.then_some(21)))
 }
 
-fn eval(effect: &dyn Effect, x: &[f64], want: Want) -> Local {
+fn eval(effect: &dyn Effect, x: &[f64], want: Want) -> BlockValues {
     let rest = vec![0.0; x.len()];
     let rates = Rates::default();
     let at = At { t: 0.0, dt: 1.0, x, v: &rest, a: &rest, old: &rest, history: &[], inputs: &[], rates };
-    let mut out = Local::new(effect.blocks().size(0));
+    let mut out = BlockValues::new(effect.blocks().size(0));
     effect.eval(&at, 0, want, &mut out).expect("outside");
     out
 }

@@ -72,7 +72,8 @@ fn a_fast_impact_does_not_tunnel() {
     for speed in [10.0, 100.0, 1000.0] {
         let text = format!(
             r#"{CUBE}
-[start.moving]
+[start]
+kind = "moving"
 velocity = ["{speed} m/s", "0 m/s", "0 m/s"]
 [[contact]]
 name = "wall"
@@ -131,7 +132,8 @@ fn drop_on(obstacle: &str, random: &mut Random) -> (Status, f64) {
     let (a, b) = (v(), v());
     let text = format!(
         r#"{CUBE}
-[start.moving]
+[start]
+kind = "moving"
 velocity = ["{x} m/s", "{y} m/s", "{z} m/s"]
 [[contact]]
 region = "skin"

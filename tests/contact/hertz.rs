@@ -49,7 +49,7 @@ fn press(grid: &str, far: f64, parts: &str, response: &str) -> Pressed {
         r#"
 [mesh]
 element = "tet10"
-grid = {{ {grid} = {{ radius = "{far} m", fine = "{} m", divisions = [4, 4] }} }}
+grid = {{ kind = "{grid}", radius = "{far} m", fine = "{} m", divisions = [4, 4] }}
 [laws.rubber]
 law = "linear"
 E = "100 kPa"

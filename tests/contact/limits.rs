@@ -2,6 +2,7 @@
 
 use crate::common::{run, scene};
 use crate::setup::CUBE;
+use durometer::effect::contact::Counts;
 use durometer::mesh::Order;
 use durometer::mesh::curved::octant;
 use durometer::mesh::structured::block;
@@ -40,8 +41,11 @@ friction = 0.3
     let mesh = || block(3, 3, 3, 0.01, 0.01, 0.01, Order::Linear);
     let (with, without) = (scene(mesh(), &text(far)), scene(mesh(), &text("")));
     let (a, b) = (run(&with), run(&without));
-    let counts = with.contacts[0].points().expect("points").counts();
+    let (_, counts) = &a.contacts[0];
     assert_eq!((counts.tested, counts.active), (with.contacts[0].points().expect("points").points.len(), 0));
+    let again = &run(&with).contacts[0].1;
+    let numbers = |c: &Counts| [c.points, c.tested, c.active];
+    assert_eq!(numbers(again), numbers(counts), "counts belong to a run");
     assert_eq!(with.system.pattern.nnz(), without.system.pattern.nnz());
     assert_eq!(a.last.x, b.last.x, "the same bits");
 }
@@ -134,7 +138,7 @@ components = "z"
 [[constraint]]
 kind = "cavity"
 region = "inner"
-drive = { pressure = { kind = "ramp", from = "0 Pa", to = "1 Pa", end = "1 s" } }
+drive = { kind = "pressure", signal = { kind = "ramp", from = "0 Pa", to = "1 Pa", end = "1 s" } }
 [[contact]]
 region = "outer"
 obstacle = { kind = "floor", point = ["0 m", "0 m", "-100 m"], normal = [0, 0, 1] }

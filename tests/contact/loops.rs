@@ -96,7 +96,7 @@ kind = "cable"
 guides = [["15 mm", "5 mm", "2 mm"], ["35 mm", "5 mm", "2 mm"]]
 pull_point = ["-10 mm", "5 mm", "2 mm"]
 guide_radius = "5 mm"
-drive = {{ length = {{ kind = "ramp", from = "0 mm", to = "3 mm", end = "0.5 s" }} }}
+drive = {{ kind = "length", signal = {{ kind = "ramp", from = "0 mm", to = "3 mm", end = "0.5 s" }} }}
 [[contact]]
 name = "floor"
 region = "zmin"

@@ -5,11 +5,9 @@
 //! apart, whatever the loads. Limits: contact is felt before it is there, at d̂ and less: answers depend on d̂, the less the
 //! smaller it is.
 
-use super::Contact;
 use super::pressed::Response;
 use super::shape::{Shape, Witness};
 use crate::math::tensor::Vec3;
-use crate::system::Limit;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Barrier {
@@ -42,8 +40,8 @@ impl Response for Barrier {
         Some([-stiffness * e * e * ln, first, second])
     }
 
-    fn max_step(&self, contact: &Contact, x: &[f64], dx: &[f64]) -> Option<Limit> {
-        contact.max_step(x, dx)
+    fn limits_motion(&self) -> bool {
+        true
     }
 }
 

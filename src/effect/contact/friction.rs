@@ -11,7 +11,7 @@
 use super::placement::moved;
 use super::{Contact, Press, Pressing};
 use crate::math::tensor::{Mat3, Vec3};
-use crate::system::{At, Blocks, Effect, EvalError, Local, Role, Want};
+use crate::system::{ActiveBlocks, At, BlockValues, Blocks, Caches, Capabilities, Effect, EnergyRole, EvalError, Want};
 use std::sync::Arc;
 
 /// The law, with the smooth start of sliding.
@@ -32,7 +32,7 @@ impl Coulomb {
     }
 
     /// Adds what resists the sliding of a point that is pressed, to a block of `n` unknowns that begins with `nodes`.
-    pub fn add(&self, at: &At, nodes: &[u32], press: &Press, n: usize, want: Want, out: &mut Local) {
+    pub fn add(&self, at: &At, nodes: &[u32], press: &Press, n: usize, want: Want, out: &mut BlockValues) {
         let epsilon = self.threshold(at.dt);
         // No time has passed, and nothing slides.
         if epsilon == 0.0 {
@@ -83,24 +83,29 @@ impl Effect for ContactFriction {
         &self.name
     }
 
-    fn role(&self) -> Role {
-        Role::Dissipative
+    fn role(&self) -> EnergyRole {
+        EnergyRole::Friction
     }
 
     fn blocks(&self) -> &Blocks {
         self.contact().blocks()
     }
 
-    fn active(&self, at: &At) -> Option<Vec<u32>> {
-        let reach = self.pressing.reach();
-        (reach < f64::INFINITY).then(|| self.contact().near(at.x, reach))
-    }
-
-    fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+    fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
         let (nodes, n) = (self.blocks().nodes(b), self.blocks().size(b));
         for press in self.pressing.presses(at.x, b) {
             self.law.add(at, nodes, &press, n, want, out);
         }
         Ok(())
+    }
+
+    fn capabilities(&self) -> Capabilities<'_> {
+        Capabilities { active: (self.pressing.reach() < f64::INFINITY).then_some(self), ..Capabilities::default() }
+    }
+}
+
+impl ActiveBlocks for ContactFriction {
+    fn active(&self, at: &At, caches: &mut Caches) -> Vec<u32> {
+        self.contact().near(at.x, self.pressing.reach(), caches)
     }
 }

@@ -27,9 +27,8 @@ pub mod surfaces;
 pub use points::{Point, Sampling, points};
 
 use crate::math::tensor::Vec3;
-use crate::system::{Blocks, Limit};
+use crate::system::{Blocks, CacheKey, Caches, MotionLimit};
 use placement::{Obstacle, Pair, Placed, moved};
-use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 /// Share of a gap that a step leaves \[–\].
@@ -37,18 +36,18 @@ const LEFT: f64 = 0.1;
 /// Advances of one point over one step.
 const ADVANCES: usize = 200;
 
-/// What was looked at over a run, and how long it took.
+/// Counts and times of the search for contact over a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct Counts {
-    /// Points times evaluations
+    /// Points times searches
     pub points: usize,
     /// Distances computed
     pub tested: usize,
-    /// Points near enough to count
+    /// Points within reach
     pub active: usize,
-    /// Finding the points that are near
+    /// Time to find the points within reach
     pub search: Duration,
-    /// Finding how far a step may go
+    /// Time to find the longest admissible step
     pub detection: Duration,
 }
 
@@ -88,9 +87,23 @@ pub struct Contact {
     blocks: Blocks,
     /// Nodes of a point
     own: usize,
-    /// Place in the frame of the shape and distance there, as computed last
-    known: Mutex<Vec<(Vec3, f64)>>,
-    counts: Mutex<Counts>,
+    key: CacheKey,
+}
+
+/// Search of one contact over a run: the distances that were computed last, and the counts.
+#[derive(Default)]
+struct PointSearch {
+    /// \[points\] position in the frame of the shape, and distance there
+    last: Vec<(Vec3, f64)>,
+    counts: Counts,
+}
+
+impl PointSearch {
+    fn count(&mut self, [points, tested, active]: [usize; 3]) {
+        self.counts.points += points;
+        self.counts.tested += tested;
+        self.counts.active += active;
+    }
 }
 
 impl Contact {
@@ -107,12 +120,18 @@ impl Contact {
             (0..points.len() as u32).map(|k| first.map(|f| f + k).into_iter().collect()).collect();
         let blocks = Blocks::with_scalars(lists.iter().zip(&scalars).map(|(l, s)| (l.as_slice(), s.as_slice())));
         let own = points.first().map_or(0, |p| p.nodes.len());
-        let known = Mutex::new(vec![(Vec3::zeros(), f64::NAN); points.len()]);
-        Self { name, points, obstacle, blocks, own, known, counts: Default::default() }
+        Self { name, points, obstacle, blocks, own, key: CacheKey::default() }
     }
 
-    pub fn counts(&self) -> Counts {
-        *self.counts.lock().expect("counting does not panic")
+    /// Counts of the run that these caches belong to.
+    pub fn counts(&self, caches: &Caches) -> Counts {
+        caches.get::<PointSearch>(&self.key).map_or(Counts::default(), |search| search.counts)
+    }
+
+    fn search<'c>(&self, caches: &'c mut Caches) -> &'c mut PointSearch {
+        let search: &mut PointSearch = caches.entry(&self.key);
+        search.last.resize(self.points.len(), (Vec3::zeros(), f64::NAN));
+        search
     }
 
     /// Nodes of one point.
@@ -148,20 +167,21 @@ impl Contact {
     }
 
     /// Points nearer than `reach`, ascending.
-    pub fn near(&self, x: &[f64], reach: f64) -> Vec<u32> {
+    pub fn near(&self, x: &[f64], reach: f64, caches: &mut Caches) -> Vec<u32> {
         let start = Instant::now();
         let placed = self.obstacle.at(x);
-        let mut known = self.known.lock().expect("no evaluation panics");
+        let search = self.search(caches);
         let mut tested = 0;
         let near: Vec<u32> = (0..self.points.len())
             .filter(|&b| {
                 let local = placed.local(&self.position(x, b));
-                self.bound(&mut known[b], &local, reach + self.points[b].radius, &mut tested)
+                self.bound(&mut search.last[b], &local, reach + self.points[b].radius, &mut tested)
                     < reach + self.points[b].radius
             })
             .map(|b| b as u32)
             .collect();
-        self.count([self.points.len(), tested, near.len()], |c| c.search += start.elapsed());
+        search.count([self.points.len(), tested, near.len()]);
+        search.counts.search += start.elapsed();
         near
     }
 
@@ -176,41 +196,33 @@ impl Contact {
         known.1
     }
 
-    fn count(&self, [points, tested, active]: [usize; 3], time: impl FnOnce(&mut Counts)) {
-        let mut counts = self.counts.lock().expect("counting does not panic");
-        counts.points += points;
-        counts.tested += tested;
-        counts.active += active;
-        time(&mut counts);
-    }
-
     /// The longest part of the motion dx from x on which no point comes nearer than a tenth of its distance.
-    pub fn max_step(&self, x: &[f64], dx: &[f64]) -> Option<Limit> {
+    pub fn max_step(&self, x: &[f64], dx: &[f64], caches: &mut Caches) -> Option<MotionLimit> {
         let start = Instant::now();
         let placed = self.obstacle.at(x);
         let carried = self.obstacle.speed(dx);
-        let mut known = self.known.lock().expect("no evaluation panics");
-        let mut limit: Option<Limit> = None;
+        let search = self.search(caches);
+        let mut limit: Option<MotionLimit> = None;
         let mut tested = 0;
-        for (b, known) in known.iter_mut().enumerate() {
+        for (b, last) in search.last.iter_mut().enumerate() {
             let (at, motion, radius) = (self.position(x, b), self.motion(dx, b), self.points[b].radius);
             let speed = motion.norm() + carried;
             if speed == 0.0 {
                 continue;
             }
             let local = placed.local(&at);
-            let gap =
-                self.bound(known, &local, speed / ((1.0 - LEFT) * placed.shrink()) + radius, &mut tested) - radius;
+            let gap = self.bound(last, &local, speed / ((1.0 - LEFT) * placed.shrink()) + radius, &mut tested) - radius;
             if (1.0 - LEFT) * gap * placed.shrink() >= speed {
                 continue;
             }
             let end = limit.map_or(1.0, |l| l.share);
             let share = self.advance((x, dx), b, gap, speed, end, &mut tested);
             if share < end {
-                limit = Some(Limit { share, node: self.points[b].nodes[0], gap });
+                limit = Some(MotionLimit { share, node: self.points[b].nodes[0], gap });
             }
         }
-        self.count([self.points.len(), tested, 0], |c| c.detection += start.elapsed());
+        search.count([self.points.len(), tested, 0]);
+        search.counts.detection += start.elapsed();
         limit
     }
 

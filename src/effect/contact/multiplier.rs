@@ -14,7 +14,9 @@
 use super::friction::Coulomb;
 use super::placement::Pair;
 use super::{Contact, Press, Pressing};
-use crate::system::{At, Blocks, ContactPoint, ContactPoints, Effect, EvalError, Local, Role, Want};
+use crate::system::{
+    At, BlockValues, Blocks, Caches, Capabilities, ContactPoint, ContactPoints, Effect, EnergyRole, EvalError, Want,
+};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -44,19 +46,15 @@ impl Effect for Multiplier {
         &self.contact.name
     }
 
-    fn role(&self) -> Role {
-        Role::Contact
-    }
-
-    fn touching(&self) -> Option<&dyn ContactPoints> {
-        Some(self)
+    fn role(&self) -> EnergyRole {
+        EnergyRole::Contact
     }
 
     fn blocks(&self) -> &Blocks {
         self.contact.blocks()
     }
 
-    fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+    fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
         let c = self.stiffness;
         let y = self.scalar(at.x, b);
         let n = self.contact.blocks().size(b);
@@ -79,6 +77,10 @@ impl Effect for Multiplier {
         }
         Ok(())
     }
+
+    fn capabilities(&self) -> Capabilities<'_> {
+        Capabilities { contact_points: Some(self), ..Capabilities::default() }
+    }
 }
 
 impl ContactPoints for Multiplier {
@@ -86,13 +88,13 @@ impl ContactPoints for Multiplier {
         self.contact.points.len()
     }
 
-    fn slides(&self) -> bool {
+    fn has_friction(&self) -> bool {
         self.friction.is_some()
     }
 
-    fn touches(&self, x: &[f64], dt: f64) -> Vec<ContactPoint> {
+    fn points(&self, x: &[f64], dt: f64, caches: &mut Caches) -> Vec<ContactPoint> {
         let start = Instant::now();
-        let touch = |b: usize| {
+        let point = |b: usize| {
             let pair = self.pair(x, b);
             ContactPoint {
                 nodes: self.contact.blocks().nodes(b).to_vec(),
@@ -103,19 +105,21 @@ impl ContactPoints for Multiplier {
                 friction: self.friction.map(|law| (law.coefficient, law.threshold(dt))),
             }
         };
-        let touches: Vec<ContactPoint> = (0..ContactPoints::count(self)).map(touch).collect();
-        self.contact.count([touches.len(), touches.len(), 0], |c| c.search += start.elapsed());
-        touches
+        let points: Vec<ContactPoint> = (0..ContactPoints::count(self)).map(point).collect();
+        let search = self.contact.search(caches);
+        search.count([points.len(), points.len(), 0]);
+        search.counts.search += start.elapsed();
+        points
     }
 
     /// held = y − d is N/c where there is a force, and y = 0 where there is none and the point is not inside.
-    fn press(&self, x: &mut [f64], forces: &[f64]) {
+    fn set_forces(&self, x: &mut [f64], forces: &[f64], caches: &mut Caches) {
         for (b, force) in forces.iter().enumerate() {
             let gap = self.contact.gap(x, b);
             x[self.contact.blocks().scalars(b)[0] as usize] =
                 if *force > 0.0 { gap + force / self.stiffness } else { gap.min(0.0) };
         }
-        self.contact.count([0, 0, forces.iter().filter(|f| **f > 0.0).count()], |_| {});
+        self.contact.search(caches).count([0, 0, forces.iter().filter(|f| **f > 0.0).count()]);
     }
 }
 

@@ -2,11 +2,9 @@
 //!
 //! Limits: surfaces enter each other by p/k, and a step that passes through a thin obstacle is not seen.
 
-use super::Contact;
 use super::pressed::Response;
 use super::shape::{Shape, Witness};
 use crate::math::tensor::Vec3;
-use crate::system::Limit;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Penalty {
@@ -28,7 +26,7 @@ impl Response for Penalty {
         Some([0.5 * self.stiffness * depth * depth, self.stiffness * depth, if d < 0.0 { self.stiffness } else { 0.0 }])
     }
 
-    fn max_step(&self, _: &Contact, _: &[f64], _: &[f64]) -> Option<Limit> {
-        None
+    fn limits_motion(&self) -> bool {
+        false
     }
 }

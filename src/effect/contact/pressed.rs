@@ -6,7 +6,10 @@ use super::placement::Pair;
 use super::shape::{Shape, Witness};
 use super::{Contact, Press, Pressing};
 use crate::math::tensor::{Mat3, Vec3};
-use crate::system::{At, Blocks, Effect, EvalError, Limit, Local, Role, Want};
+use crate::system::{
+    ActiveBlocks, At, BlockValues, Blocks, Caches, Capabilities, Effect, EnergyRole, EvalError, MotionLimit, StepLimit,
+    Want,
+};
 use std::sync::Arc;
 
 /// What a distance means.
@@ -17,7 +20,8 @@ pub trait Response: Send + Sync {
     fn witnesses(&self, shape: &Shape, y: &Vec3, radius: f64) -> Vec<Witness>;
     /// φ \[J/m²\], φ′, φ″; None where it is not defined
     fn potential(&self, d: f64) -> Option<[f64; 3]>;
-    fn max_step(&self, contact: &Contact, x: &[f64], dx: &[f64]) -> Option<Limit>;
+    /// Whether no point may pass the obstacle, so that motions have a limit.
+    fn limits_motion(&self) -> bool;
 }
 
 pub struct Pressed<R> {
@@ -48,33 +52,42 @@ impl<R: Response> Effect for Pressed<R> {
         &self.contact.name
     }
 
-    fn role(&self) -> Role {
-        Role::Contact
+    fn role(&self) -> EnergyRole {
+        EnergyRole::Contact
     }
 
     fn blocks(&self) -> &Blocks {
         self.contact.blocks()
     }
 
-    fn active(&self, at: &At) -> Option<Vec<u32>> {
-        Some(self.contact.near(at.x, self.response.reach()))
-    }
-
-    /// A pressure on a round or sharp side turns away from what slides along it: −p W ∂²d/∂y² is negative wherever there is contact.
-    fn semidefinite(&self) -> bool {
-        true
-    }
-
-    fn max_step(&self, x: &[f64], dx: &[f64]) -> Option<Limit> {
-        self.response.max_step(&self.contact, x, dx)
-    }
-
-    fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+    fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
         for (pair, [energy, first, second]) in self.pairs(at.x, b)? {
             out.energy += energy;
             pair.add(&self.contact.points[b].weights, (first, second), self.contact.blocks().size(b), want, out);
         }
         Ok(())
+    }
+
+    fn capabilities(&self) -> Capabilities<'_> {
+        Capabilities {
+            // A pressure on a round or sharp side turns away from what slides along it: −p W ∂²d/∂y² is negative wherever there is contact.
+            semidefinite: true,
+            active: Some(self),
+            step_limit: self.response.limits_motion().then_some(self),
+            ..Capabilities::default()
+        }
+    }
+}
+
+impl<R: Response> ActiveBlocks for Pressed<R> {
+    fn active(&self, at: &At, caches: &mut Caches) -> Vec<u32> {
+        self.contact.near(at.x, self.response.reach(), caches)
+    }
+}
+
+impl<R: Response> StepLimit for Pressed<R> {
+    fn max_step(&self, x: &[f64], dx: &[f64], caches: &mut Caches) -> Option<MotionLimit> {
+        self.contact.max_step(x, dx, caches)
     }
 }
 
@@ -96,7 +109,7 @@ impl<R: Response> Pressing for Pressed<R> {
 
 impl Pair {
     /// Adds the derivatives of a function of the distance with the slopes φ′ and φ″ to a block of `n` unknowns.
-    pub(super) fn add(&self, own: &[f64], (first, second): (f64, f64), n: usize, want: Want, out: &mut Local) {
+    pub(super) fn add(&self, own: &[f64], (first, second): (f64, f64), n: usize, want: Want, out: &mut BlockValues) {
         let s = self.shares(own);
         for (k, share) in s.iter().enumerate() {
             let r = self.normal * (first * share);

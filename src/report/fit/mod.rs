@@ -1,12 +1,15 @@
 //! Report of a fit: `fit.json` in, `figures/`, `tables/` and `index.html` out. Nothing is fitted here.
 
+pub mod comparison;
+mod figure;
 mod page;
 mod tables;
 
-use super::error::{self, ReportError};
-use super::{export, figures, store};
 pub use crate::calibrate::stress_unit;
 use crate::calibrate::{Drawn, FitCurves, Treatment, within};
+use crate::report::error::ReportError;
+use crate::report::export;
+use crate::report::files;
 use serde::Deserialize;
 use std::path::Path;
 
@@ -150,17 +153,17 @@ pub struct Entry {
 /// Writes the report of the fit in `dir` beside its `fit.json` and answers with the result in words.
 pub fn write(dir: &Path) -> Result<String, ReportError> {
     let path = dir.join("fit.json");
-    let fit: StoredFit = store::json(&path)?.ok_or_else(|| ReportError::NotAStudy { path: dir.join("study.json") })?;
+    let fit: StoredFit = files::json(&path)?.ok_or_else(|| ReportError::NotAStudy { path: dir.join("study.json") })?;
     let tables = tables::all(&fit);
-    error::folder(&dir.join("tables"))?;
+    files::folder(&dir.join("tables"))?;
     for table in &tables {
         table.save(&dir.join("tables"))?;
     }
-    let figure = figures::fit::draw(&fit);
+    let figure = figure::draw(&fit);
     let law_file = std::fs::read_to_string(dir.join("law.toml")).ok();
     let page = page::html(&fit, figure.as_ref(), &tables, law_file.as_deref());
-    error::write(&dir.join("index.html"), page.as_bytes())?;
-    error::folder(&dir.join("figures"))?;
+    files::write(&dir.join("index.html"), page.as_bytes())?;
+    files::folder(&dir.join("figures"))?;
     if let Some(figure) = &figure {
         export::save(&dir.join("figures"), &figure.name, &figure.svg)?;
     }
@@ -195,4 +198,14 @@ impl Parameter {
 pub fn stretch(v: f64) -> String {
     let s = format!("{v:.4}");
     s.trim_end_matches('0').trim_end_matches('.').into()
+}
+
+/// Whether the folder holds a comparison of fits (`compare.json`).
+pub fn is_comparison(dir: &Path) -> bool {
+    dir.join("compare.json").is_file()
+}
+
+/// Whether the folder holds a fit (`fit.json`) and no study.
+pub fn is_fit(dir: &Path) -> bool {
+    dir.join("fit.json").is_file() && !dir.join("study.json").is_file()
 }

@@ -1,10 +1,10 @@
 //! `index.html` of a fit.
 
-use super::super::figures::Figure;
-use super::super::page::{document, drawing, escape, list};
-use super::super::table::Table;
-use super::{Entry, StoredFit, stretch};
-use crate::study::words::capital;
+use crate::report::figure::Figure;
+use crate::report::fit::{Entry, StoredFit, stretch};
+use crate::report::page::{document, drawing, escape, list};
+use crate::report::table::Table;
+use crate::report::words::capital;
 
 /// The result in words.
 pub fn answer(fit: &StoredFit) -> String {

@@ -1,7 +1,7 @@
 //! Tables of a fit.
 
-use super::super::table::Table;
-use super::{Misfit, Parameter, Scatter, Specimen, StoredFit, stretch};
+use crate::report::fit::{Misfit, Parameter, Scatter, Specimen, StoredFit, stretch};
+use crate::report::table::Table;
 
 /// Rows of the table of ranges at most
 const RANGES: usize = 14;

@@ -64,7 +64,7 @@ pub struct Reply {
 /// }
 ///
 /// let file = Path::new("tests/cli/scene.toml");
-/// let drive = r#"{ length = { kind = "controlled", initial = "0 mm" } }"#;
+/// let drive = r#"{ kind = "length", signal = { kind = "controlled", initial = "0 mm" } }"#;
 /// let change = durometer::scene::overrides::parse(&format!("constraint.cable.drive={drive}"))?;
 /// let longer = durometer::scene::overrides::parse("stage.0.duration=\"5 s\"")?;
 /// let (spec, text) = read_scene(file, &[change, longer])?;

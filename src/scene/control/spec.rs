@@ -1,8 +1,11 @@
 //! Events as they stand in a scene.
 
+use crate::scene::kind::by_kind;
 use crate::scene::quantity::{QuantityText, Time};
 use crate::scene::signal::SignalSpec;
 use serde::Deserialize;
+
+by_kind!(WhenSpec, ThenSpec);
 
 /// Something that happens once, or every time its condition comes true.
 #[derive(Clone, Debug, Deserialize)]
@@ -19,7 +22,7 @@ pub struct EventSpec {
 
 /// A condition, looked at on the time grid.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
 pub enum WhenSpec {
     /// At a time, and every so often after it
     At {
@@ -47,7 +50,7 @@ pub enum WhenSpec {
 
 /// What happens then.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
 pub enum ThenSpec {
     /// The signal of this name is `to` from then on, its time counted from the event
     Switch {

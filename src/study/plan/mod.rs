@@ -17,11 +17,12 @@ mod words;
 
 pub use sizes::Meshes;
 
-use super::convergence::family::{Estimate, Level, estimate};
-use super::convergence::reference::choose;
-use super::convergence::{DECIDING, peak};
-use super::record::{CaseRecord, Role, StoredCase};
 use crate::scene::{Progress, SceneError};
+use crate::study::curve::peak;
+use crate::study::estimate::family::{Estimate, Level, estimate};
+use crate::study::estimate::reference::choose;
+use crate::study::kinds::convergence::DECIDING;
+use crate::study::record::{CaseRecord, Role, StoredCase};
 use model::{Clock, Counted, error_law};
 use pilots::Pilots;
 use serde::Serialize;

@@ -10,7 +10,7 @@
 //! through all pilots of the element, since large supernodes run faster. flops and nnz(L) of the run itself are counted on its own mesh, by
 //! the symbolic factorisation. Limits: one power of h; iterations that grow with the mesh are not seen.
 
-use crate::study::cost::growth::{Growth, growth};
+use crate::study::estimate::growth::{Growth, growth};
 use crate::study::record::CaseRecord;
 use serde::Serialize;
 

@@ -1,12 +1,12 @@
 //! Coarse runs, element by element and size by size, as long as their share of the budget lasts.
 
-use super::model::{Clock, Counted};
-use super::sizes::Choice;
-use super::{PlanError, Request, Watch};
 use crate::math::linear::Factor;
 use crate::scene::{Body, Scene, read_scene};
 use crate::solve::Status;
 use crate::study::outcome::record;
+use crate::study::plan::model::{Clock, Counted};
+use crate::study::plan::sizes::Choice;
+use crate::study::plan::{PlanError, Request, Watch};
 use crate::study::record::{Series, StoredCase};
 use cpu_time::ThreadTime;
 use std::sync::Arc;

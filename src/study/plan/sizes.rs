@@ -1,8 +1,8 @@
 //! What a plan may choose from: elements, and the meshes of the scene's body that are stored or can be made.
 
-use super::PlanError;
 use crate::mesh::generate::MeshStore;
 use crate::scene::{ElementSpec, SceneError, SceneSpec, request};
+use crate::study::plan::PlanError;
 use std::path::Path;
 use toml::Value;
 

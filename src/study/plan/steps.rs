@@ -7,13 +7,13 @@
 //! The largest φ whose error is within a quarter of the tolerance in every quantity is taken: what is left belongs to the mesh. In
 //! statics without history the state does not depend on the step, and the scene keeps its own.
 
-use super::pilots::{build, run};
-use super::sizes::Choice;
-use super::{PlanError, Request, Watch};
 use crate::scene::Scene;
-use crate::study::convergence::family::{Level, estimate_of_order};
-use crate::study::convergence::order::LEAST_ORDER;
-use crate::study::convergence::peak;
+use crate::study::curve::peak;
+use crate::study::estimate::family::{Level, estimate_of_order};
+use crate::study::estimate::order::LEAST_ORDER;
+use crate::study::plan::pilots::{build, run};
+use crate::study::plan::sizes::Choice;
+use crate::study::plan::{PlanError, Request, Watch};
 use crate::study::record::{Role, StoredCase};
 use crate::system::Cone;
 use serde::Serialize;
@@ -53,7 +53,7 @@ pub fn steps(
     quantities: &[String],
     watch: &dyn Watch,
 ) -> Result<Steps, PlanError> {
-    let remembers = scene.system.effects.iter().any(|e| e.history() > 0);
+    let remembers = scene.system.effects.iter().any(|e| e.capabilities().history.is_some());
     let linked = scene.system.constraints.iter().any(|c| c.cone() == Cone::Linked);
     if scene.spans.iter().all(|s| s.integrator.is_static()) && !remembers && !linked {
         return Ok(Steps {

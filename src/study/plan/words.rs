@@ -1,8 +1,8 @@
 //! A plan in words.
 
-use super::sizes::Meshes;
-use super::{Outcome, Plan, Setting};
-use crate::study::words::{capital, percent, seconds};
+use crate::report::words::{capital, percent, seconds};
+use crate::study::plan::sizes::Meshes;
+use crate::study::plan::{Outcome, Plan, Setting};
 
 /// What a plan cannot promise.
 pub(super) fn promises(plan: &Plan) -> Vec<String> {

@@ -3,7 +3,10 @@
 use super::Term;
 use super::pressed::PressedSurfaces;
 use crate::effect::contact::friction::Coulomb;
-use crate::system::{At, Blocks, Effect, EvalError, Local, Role, TransientCoupling, Want};
+use crate::system::{
+    At, BlockValues, Blocks, Caches, Capabilities, Effect, EnergyRole, EvalError, TransientBlocks, TransientCoupling,
+    Want,
+};
 use std::sync::Arc;
 
 pub struct SurfaceFriction {
@@ -13,7 +16,8 @@ pub struct SurfaceFriction {
     blocks: Blocks,
 }
 
-struct TransientBlocks<'a> {
+/// The terms at one state as blocks.
+struct FrictionTerms<'a> {
     of: &'a SurfaceFriction,
     terms: Arc<Vec<Term>>,
     blocks: Blocks,
@@ -25,7 +29,7 @@ impl SurfaceFriction {
     }
 
     /// Adds the friction of a term to a block of its nodes.
-    pub fn add(&self, at: &At, term: &Term, want: Want, out: &mut Local) {
+    pub fn add(&self, at: &At, term: &Term, want: Want, out: &mut BlockValues) {
         // A term that is taken away again, beside a concave edge, takes its friction away too.
         let Some(press) = self.pressing.press(at.x, term) else { return };
         self.law.add(at, &term.touch.nodes, &press, 3 * term.touch.nodes.len(), want, out);
@@ -37,43 +41,41 @@ impl Effect for SurfaceFriction {
         &self.name
     }
 
-    fn role(&self) -> Role {
-        Role::Dissipative
+    fn role(&self) -> EnergyRole {
+        EnergyRole::Friction
     }
 
     fn blocks(&self) -> &Blocks {
         &self.blocks
     }
 
-    fn eval(&self, _: &At, _: usize, _: Want, _: &mut Local) -> Result<(), EvalError> {
+    fn eval(&self, _: &At, _: usize, _: Want, _: &mut BlockValues) -> Result<(), EvalError> {
         Ok(())
     }
 
-    fn meets(&self) -> bool {
-        true
-    }
-
-    fn meeting<'a>(&'a self, at: &At) -> Option<Box<dyn TransientCoupling + 'a>> {
-        let terms = self.pressing.surfaces.terms(at.x);
-        let blocks = Blocks::new(terms.iter().map(|t| &t.touch.nodes[..]));
-        Some(Box::new(TransientBlocks { of: self, terms, blocks }))
-    }
-
-    fn semidefinite(&self) -> bool {
-        true
+    fn capabilities(&self) -> Capabilities<'_> {
+        Capabilities { semidefinite: true, transient: Some(self), ..Capabilities::default() }
     }
 }
 
-impl TransientCoupling for TransientBlocks<'_> {
+impl TransientCoupling for SurfaceFriction {
+    fn blocks_at<'a>(&'a self, at: &At, caches: &mut Caches) -> Box<dyn TransientBlocks + 'a> {
+        let terms = self.pressing.surfaces.terms(at.x, caches);
+        let blocks = Blocks::new(terms.iter().map(|t| &t.touch.nodes[..]));
+        Box::new(FrictionTerms { of: self, terms, blocks })
+    }
+
+    fn candidates(&self, x: &[f64], caches: &mut Caches) -> Vec<Vec<u32>> {
+        self.pressing.surfaces.coupled_nodes(x, caches)
+    }
+}
+
+impl TransientBlocks for FrictionTerms<'_> {
     fn blocks(&self) -> &Blocks {
         &self.blocks
     }
 
-    fn room(&self, x: &[f64]) -> Vec<Vec<u32>> {
-        self.of.pressing.surfaces.room(x)
-    }
-
-    fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+    fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
         self.of.add(at, &self.terms[b], want, out);
         Ok(())
     }

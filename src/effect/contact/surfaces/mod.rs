@@ -29,8 +29,9 @@ use super::placement::moved;
 use super::{Counts, Point};
 use crate::math::tensor::Vec3;
 use crate::mesh::overlap::pierces;
+use crate::system::{CacheKey, Caches};
 use candidates::{Candidates, Pass, Span, candidates, least, pierced_by_edges};
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 use std::time::Instant;
 use surface::{Edge, Surface};
 pub use terms::Term;
@@ -38,8 +39,8 @@ use terms::{between, to_triangle};
 
 /// Part of the mean edge that nodes may move before pairs are looked for again \[–\].
 const MARGIN: f64 = 0.1;
-/// Room in the tangent for pairs nearer than so many reaches \[–\].
-const ROOM: f64 = 3.0;
+/// Distance below which pairs are in the sparsity pattern of the tangent, in reaches \[–\].
+const PATTERN_REACH: f64 = 3.0;
 
 /// Two surfaces, or one.
 pub struct Surfaces {
@@ -54,18 +55,18 @@ pub struct Surfaces {
     /// Motion of a node that the candidates allow \[m\]
     margin: f64,
     nodes: Vec<u32>,
-    known: Mutex<Known>,
-    counts: Mutex<Counts>,
+    key: CacheKey,
 }
 
-/// What was found last.
+/// Search of two surfaces over a run: the candidates and terms that were found last, and the counts.
 #[derive(Default)]
-struct Known {
-    /// \[nodes\] displacements there \[m\]
+struct SurfaceSearch {
+    /// \[nodes\] displacements at which the candidates were found \[m\]
     at: Vec<Vec3>,
     candidates: Arc<Candidates>,
     /// Displacements of the last evaluation, and its terms
     last: (Vec<Vec3>, Arc<Vec<Term>>),
+    counts: Counts,
 }
 
 impl Surfaces {
@@ -74,12 +75,12 @@ impl Surfaces {
         let mut nodes: Vec<u32> = first.nodes().chain(second.iter().flat_map(Surface::nodes)).collect();
         nodes.sort_unstable();
         nodes.dedup();
-        let (known, counts) = Default::default();
-        Self { name, first, second, rest, reach, margin: MARGIN * size, nodes, known, counts }
+        Self { name, first, second, rest, reach, margin: MARGIN * size, nodes, key: CacheKey::default() }
     }
 
-    pub fn counts(&self) -> Counts {
-        *self.counts.lock().expect("counting does not panic")
+    /// Counts of the run that these caches belong to.
+    pub fn counts(&self, caches: &Caches) -> Counts {
+        caches.get::<SurfaceSearch>(&self.key).map_or(Counts::default(), |search| search.counts)
     }
 
     /// The surface whose forces are recorded.
@@ -127,30 +128,29 @@ impl Surfaces {
     }
 
     /// Terms nearer than the reach at displacement x, point by point, then edge by edge.
-    pub fn terms(&self, x: &[f64]) -> Arc<Vec<Term>> {
+    pub fn terms(&self, x: &[f64], caches: &mut Caches) -> Arc<Vec<Term>> {
         let start = Instant::now();
         let here = self.displacements(x);
-        let mut known = self.known.lock().expect("no evaluation panics");
-        if known.last.0 != here {
-            self.refresh(&mut known, x, &here);
+        let search: &mut SurfaceSearch = caches.entry(&self.key);
+        if search.last.0 != here {
+            self.refresh(search, x, &here);
             let mut tested = 0;
-            let terms = self.near(x, &known.candidates, self.reach, &mut tested);
-            let mut counts = self.counts.lock().expect("counting does not panic");
-            counts.points += self.point_count();
-            counts.tested += tested;
-            counts.active += terms.len();
-            counts.search += start.elapsed();
-            known.last = (here, Arc::new(terms));
+            let terms = self.near(x, &search.candidates, self.reach, &mut tested);
+            search.counts.points += self.point_count();
+            search.counts.tested += tested;
+            search.counts.active += terms.len();
+            search.counts.search += start.elapsed();
+            search.last = (here, Arc::new(terms));
         }
-        known.last.1.clone()
+        search.last.1.clone()
     }
 
-    /// Nodes of pairs that are near enough to have a place in the tangent.
-    pub fn room(&self, x: &[f64]) -> Vec<Vec<u32>> {
+    /// Nodes of the pairs that the sparsity pattern of the tangent includes.
+    pub fn coupled_nodes(&self, x: &[f64], caches: &mut Caches) -> Vec<Vec<u32>> {
         let here = self.displacements(x);
-        let mut known = self.known.lock().expect("no evaluation panics");
-        self.refresh(&mut known, x, &here);
-        self.nodes_within(x, &known.candidates, ROOM * self.reach)
+        let search: &mut SurfaceSearch = caches.entry(&self.key);
+        self.refresh(search, x, &here);
+        self.nodes_within(x, &search.candidates, PATTERN_REACH * self.reach)
     }
 
     /// Least distance \[m\] between parts that share no node, at displacement x; infinite where there is none.
@@ -175,10 +175,10 @@ impl Surfaces {
     }
 
     /// Candidates that hold all pairs nearer than the room as long as no node moves further than the margin from x.
-    fn refresh(&self, known: &mut Known, x: &[f64], here: &[Vec3]) {
-        if known.at.is_empty() || farthest(&known.at, here) > self.margin {
-            known.candidates = Arc::new(self.around(x, ROOM * self.reach + 2.0 * self.margin));
-            known.at = here.to_vec();
+    fn refresh(&self, search: &mut SurfaceSearch, x: &[f64], here: &[Vec3]) {
+        if search.at.is_empty() || farthest(&search.at, here) > self.margin {
+            search.candidates = Arc::new(self.around(x, PATTERN_REACH * self.reach + 2.0 * self.margin));
+            search.at = here.to_vec();
         }
     }
 

@@ -6,11 +6,11 @@
 
 use super::candidates::{Candidates, candidates};
 use super::terms::{between, to_triangle};
-use super::{Surfaces, farthest};
+use super::{SurfaceSearch, Surfaces, farthest};
 use crate::effect::contact::placement::moved;
 use crate::effect::contact::{ADVANCES, LEFT, Point};
 use crate::math::tensor::Vec3;
-use crate::system::Limit;
+use crate::system::{Caches, MotionLimit};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -59,17 +59,18 @@ impl Flight {
 
 impl Surfaces {
     /// The longest part of the motion dx from x on which no pair comes nearer than a tenth of its distance, or of the reach.
-    pub fn max_step(&self, x: &[f64], dx: &[f64]) -> Option<Limit> {
+    pub fn max_step(&self, x: &[f64], dx: &[f64], caches: &mut Caches) -> Option<MotionLimit> {
         let start = Instant::now();
-        let pairs = self.in_reach_of(x, dx);
+        let search: &mut SurfaceSearch = caches.entry(&self.key);
+        let pairs = self.in_reach_of(x, dx, search);
         let passes = self.passes();
-        let mut limit: Option<Limit> = None;
+        let mut limit: Option<MotionLimit> = None;
         let mut tested = 0;
         let mut look = |flight: Flight, node: u32| {
             let end = limit.map_or(1.0, |l| l.share);
             let (share, gap) = flight.longest(self.reach, end, &mut tested);
             if share < end {
-                limit = Some(Limit { share, node, gap });
+                limit = Some(MotionLimit { share, node, gap });
             }
         };
         for (pass, pairs) in passes.iter().zip(&pairs.points) {
@@ -92,24 +93,22 @@ impl Surfaces {
                 Flight { at: nodes.map(|k| self.node(x, k)), motion: nodes.map(|k| moved(dx, k)), edges: true };
             look(flight, i);
         }
-        let mut counts = self.counts.lock().expect("counting does not panic");
-        counts.points += self.point_count();
-        counts.tested += tested;
-        counts.detection += start.elapsed();
+        search.counts.points += self.point_count();
+        search.counts.tested += tested;
+        search.counts.detection += start.elapsed();
         limit
     }
 
     /// Pairs that may come nearer than the reach on the way: those that are known, where the margin covers it.
-    fn in_reach_of(&self, x: &[f64], dx: &[f64]) -> Arc<Candidates> {
+    fn in_reach_of(&self, x: &[f64], dx: &[f64], search: &mut SurfaceSearch) -> Arc<Candidates> {
         let here = self.displacements(x);
         let there: Vec<Vec3> = here.iter().zip(self.displacements(dx)).map(|(a, d)| a + d).collect();
-        let mut known = self.known.lock().expect("no evaluation panics");
         if farthest(&here, &there) <= self.margin {
-            if known.at.is_empty() || farthest(&known.at, &here).max(farthest(&known.at, &there)) > self.margin {
-                known.at.clear();
-                self.refresh(&mut known, x, &here);
+            if search.at.is_empty() || farthest(&search.at, &here).max(farthest(&search.at, &there)) > self.margin {
+                search.at.clear();
+                self.refresh(search, x, &here);
             }
-            return known.candidates.clone();
+            return search.candidates.clone();
         }
         let along = |from: Vec3, motion: Vec3| (from.inf(&(from + motion)), from.sup(&(from + motion)));
         let of_point = |p: &Point| {

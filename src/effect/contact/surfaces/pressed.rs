@@ -8,7 +8,10 @@ use crate::effect::contact::Press;
 use crate::effect::contact::barrier::Barrier;
 use crate::effect::contact::pressed::Response;
 use crate::math::tensor::{Mat3, Vec3};
-use crate::system::{At, Blocks, Effect, EvalError, Limit, Local, Role, TransientCoupling, Want};
+use crate::system::{
+    At, BlockValues, Blocks, Caches, Capabilities, Effect, EnergyRole, EvalError, MotionLimit, StepLimit,
+    TransientBlocks, TransientCoupling, Want,
+};
 use std::sync::Arc;
 
 pub struct PressedSurfaces {
@@ -19,7 +22,7 @@ pub struct PressedSurfaces {
 }
 
 /// The terms at one state as blocks.
-struct TransientBlocks<'a> {
+struct BarrierTerms<'a> {
     of: &'a PressedSurfaces,
     terms: Arc<Vec<Term>>,
     blocks: Blocks,
@@ -39,7 +42,7 @@ impl PressedSurfaces {
     }
 
     /// Energy, r and K of a term into a block of its nodes.
-    pub fn add(&self, x: &[f64], term: &Term, want: Want, out: &mut Local) -> Result<(), EvalError> {
+    pub fn add(&self, x: &[f64], term: &Term, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
         let [energy, first, second] = self.potential(term)?;
         let Some(blunt) = term.blunt else {
             out.energy += energy;
@@ -135,48 +138,53 @@ impl Effect for PressedSurfaces {
         &self.surfaces.name
     }
 
-    fn role(&self) -> Role {
-        Role::Contact
+    fn role(&self) -> EnergyRole {
+        EnergyRole::Contact
     }
 
     fn blocks(&self) -> &Blocks {
         &self.blocks
     }
 
-    fn eval(&self, _: &At, _: usize, _: Want, _: &mut Local) -> Result<(), EvalError> {
+    fn eval(&self, _: &At, _: usize, _: Want, _: &mut BlockValues) -> Result<(), EvalError> {
         Ok(())
     }
 
-    fn meets(&self) -> bool {
-        true
-    }
-
-    fn meeting<'a>(&'a self, at: &At) -> Option<Box<dyn TransientCoupling + 'a>> {
-        let terms = self.surfaces.terms(at.x);
-        let blocks = Blocks::new(terms.iter().map(|t| &t.touch.nodes[..]));
-        Some(Box::new(TransientBlocks { of: self, terms, blocks }))
-    }
-
-    /// As of points: a pressure on what turns or slides is negative somewhere.
-    fn semidefinite(&self) -> bool {
-        true
-    }
-
-    fn max_step(&self, x: &[f64], dx: &[f64]) -> Option<Limit> {
-        self.surfaces.max_step(x, dx)
+    fn capabilities(&self) -> Capabilities<'_> {
+        Capabilities {
+            // As of points: a pressure on what turns or slides is negative somewhere.
+            semidefinite: true,
+            transient: Some(self),
+            step_limit: Some(self),
+            ..Capabilities::default()
+        }
     }
 }
 
-impl TransientCoupling for TransientBlocks<'_> {
+impl StepLimit for PressedSurfaces {
+    fn max_step(&self, x: &[f64], dx: &[f64], caches: &mut Caches) -> Option<MotionLimit> {
+        self.surfaces.max_step(x, dx, caches)
+    }
+}
+
+impl TransientCoupling for PressedSurfaces {
+    fn blocks_at<'a>(&'a self, at: &At, caches: &mut Caches) -> Box<dyn TransientBlocks + 'a> {
+        let terms = self.surfaces.terms(at.x, caches);
+        let blocks = Blocks::new(terms.iter().map(|t| &t.touch.nodes[..]));
+        Box::new(BarrierTerms { of: self, terms, blocks })
+    }
+
+    fn candidates(&self, x: &[f64], caches: &mut Caches) -> Vec<Vec<u32>> {
+        self.surfaces.coupled_nodes(x, caches)
+    }
+}
+
+impl TransientBlocks for BarrierTerms<'_> {
     fn blocks(&self) -> &Blocks {
         &self.blocks
     }
 
-    fn room(&self, x: &[f64]) -> Vec<Vec<u32>> {
-        self.of.surfaces.room(x)
-    }
-
-    fn eval(&self, at: &At, b: usize, want: Want, out: &mut Local) -> Result<(), EvalError> {
+    fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
         self.of.add(at.x, &self.terms[b], want, out)
     }
 }

@@ -11,7 +11,7 @@
 //! Limits: ∂²d jumps where the nearest feature changes; H is singular for parallel edges.
 
 use crate::math::tensor::{Mat3, Vec3};
-use crate::system::{Local, Want};
+use crate::system::{BlockValues, Want};
 use nalgebra::Matrix2;
 
 /// A pair of features at their nearest places.
@@ -75,7 +75,7 @@ impl ContactPoint {
     }
 
     /// Adds r and K of a function of d with the slopes φ′ and φ″.
-    pub fn add(&self, (first, second): (f64, f64), want: Want, out: &mut Local) {
+    pub fn add(&self, (first, second): (f64, f64), want: Want, out: &mut BlockValues) {
         let (n, size) = (self.normal(), 3 * self.nodes.len());
         for (k, share) in self.shares.iter().enumerate() {
             (0..3).for_each(|i| out.r[3 * k + i] += first * share * n[i]);

@@ -1,0 +1,78 @@
+//! Page of `durometer fit --law all`: `compare.json` in, `tables/` and `index.html` out. Nothing is fitted here.
+
+use crate::report::error::ReportError;
+use crate::report::files;
+use crate::report::fit::stretch;
+use crate::report::page::{document, escape};
+use crate::report::table::Table;
+use serde::Deserialize;
+use std::path::Path;
+
+/// The part of `compare.json` that is shown. Misfits are relative \[–\].
+#[derive(Clone, Debug, Deserialize)]
+struct Stored {
+    data: String,
+    modes: Vec<String>,
+    stretch: [f64; 2],
+    rows: usize,
+    laws: Vec<Law>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+struct Law {
+    label: String,
+    constants: usize,
+    misfit: f64,
+    hold_out: Option<f64>,
+    cross_mode: Option<f64>,
+    determined: bool,
+}
+
+/// Writes the page of the comparison in `dir` beside its `compare.json`.
+pub fn write(dir: &Path) -> Result<(), ReportError> {
+    let path = dir.join("compare.json");
+    let stored: Stored = files::json(&path)?.ok_or_else(|| ReportError::NotAStudy { path: path.clone() })?;
+    let table = table(&stored);
+    files::folder(&dir.join("tables"))?;
+    table.save(&dir.join("tables"))?;
+    let title = format!("Every law on {}", stored.data);
+    let [low, high] = stored.stretch.map(stretch);
+    let modes = stored.modes.join(" + ");
+    let about = format!("{} rows ({modes}), stretch {low} to {high}.", stored.rows);
+    let page = format!("<h1>{}</h1>\n<p>{}</p>\n{}", escape(&title), escape(&about), table.html());
+    files::write(&dir.join("index.html"), document(&title, &page).as_bytes())
+}
+
+fn table(stored: &Stored) -> Table {
+    let percent = |v: Option<f64>| match v {
+        None => "–".into(),
+        Some(v) if v > 10.0 => "> 1000".into(),
+        Some(v) => format!("{:.1}", 100.0 * v),
+    };
+    let row = |c: &Law| {
+        vec![
+            c.label.clone(),
+            c.constants.to_string(),
+            percent(Some(c.misfit)),
+            percent(c.hold_out),
+            percent(c.cross_mode),
+            if c.determined { "yes" } else { "no" }.into(),
+        ]
+    };
+    Table {
+        name: "comparison",
+        caption: "Relative misfit of the rows that were fitted, and of rows that were not: the last third of ln λ from the rest, and one \
+                  mode from the others. The best prediction stands first; the misfit of the fit ranks nothing."
+            .into(),
+        columns: vec![
+            ("Law", "", false),
+            ("Constants", "", true),
+            ("Fitted", "%", true),
+            ("Hold-out", "%", true),
+            ("Cross-mode", "%", true),
+            ("All determined", "", false),
+        ],
+        rows: stored.laws.iter().map(row).collect(),
+        pick: stored.laws.first().map(|c| c.label.clone()),
+    }
+}

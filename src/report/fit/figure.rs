@@ -1,0 +1,224 @@
+//! A law beside the data it was fitted to: stress against stretch, residuals below; left the fitted range, right all data.
+
+use crate::calibrate::{Mode, ModeCurves};
+use crate::report::canvas::{
+    Area, At, DOUBLE, GREY, INK, LABEL, Mark, PALETTE, Point, RGB, dashed, figure, fill, hollow, italic, line, mark,
+    mm, text,
+};
+use crate::report::figure::{Figure, Sample, legend};
+use crate::report::fit::{Parameter, StoredFit, stress_unit};
+use crate::report::plot::{Axis, Plot};
+use plotters::style::Color;
+
+/// The fitted range, pale enough for points on top.
+const RANGE: RGB = RGB(0xee, 0xee, 0xee);
+const LEFT: f64 = 15.0;
+const GAP: f64 = 18.0;
+const TOP: f64 = 6.0;
+const TALL: f64 = 50.0;
+const BETWEEN: f64 = 4.0;
+const LOW: f64 = 22.0;
+/// A law is drawn up to this multiple of the largest stress of the data
+const ROOM: f64 = 1.5;
+
+/// Part of the stretches that one column shows.
+struct Window {
+    title: &'static str,
+    /// Smallest and largest λ
+    span: [f64; 2],
+}
+
+/// `None` without a single sample.
+pub fn draw(fit: &StoredFit) -> Option<Figure> {
+    let modes: Vec<&ModeCurves> =
+        fit.curves.modes.iter().filter(|m| !m.fitted.is_empty() || !m.held_out.is_empty()).collect();
+    let all = || modes.iter().flat_map(|m| m.fitted.iter().chain(&m.held_out)).map(|p| p[0]);
+    let [low, high] = [all().fold(1.0, f64::min), all().fold(1.0, f64::max)];
+    if modes.is_empty() || low == high {
+        return None;
+    }
+    let [from, to] = fit.stretch;
+    let beyond = 0.15 * (to.max(1.0) - from.min(1.0)).max(1e-3);
+    let near = [(from.min(1.0) - beyond).max(low), (to.max(1.0) + beyond).min(high)];
+    // A second column where the data go far beyond the fitted range
+    let windows = if high - low > 1.6 * (near[1] - near[0]) {
+        vec![Window { title: "Fitted range", span: near }, Window { title: "All data", span: [low, high] }]
+    } else {
+        vec![Window { title: "All data", span: [low, high] }]
+    };
+    let each = if windows.len() == 2 { (DOUBLE - LEFT - GAP - 3.0) / 2.0 } else { 110.0 };
+    let entries = entries(&modes);
+    let columns = if windows.len() == 2 { 4 } else { 3 };
+    let rows = entries.len().div_ceil(columns);
+    let height = TOP + TALL + BETWEEN + LOW + 13.0 + 4.2 * rows as f64;
+    let width = if windows.len() == 2 { DOUBLE } else { LEFT + each + 5.0 };
+    let step = (width - LEFT) / columns as f64;
+    let svg = figure(width, height, "", |area| {
+        for (k, w) in windows.iter().enumerate() {
+            let x = LEFT + k as f64 * (each + GAP);
+            let upper = [mm(x), mm(TOP), mm(x + each), mm(TOP + TALL)];
+            let base = TOP + TALL + BETWEEN;
+            let lower = [mm(x), mm(base), mm(x + each), mm(base + LOW)];
+            column(area, fit, &modes, w, (upper, lower), ['a', 'b'][k]);
+        }
+        // More constants than three would lie on the curves; they stand in the table
+        let shown = if fit.parameters.len() > 3 { &[] } else { &fit.parameters[..] };
+        let words = shown.iter().map(label);
+        for (k, words) in words.enumerate() {
+            text(area, &words, (mm(LEFT + 3.0), mm(TOP + 4.0 + 4.5 * k as f64)), At::Left, LABEL, INK);
+        }
+        for (k, entry) in entries.into_iter().enumerate() {
+            let at = (
+                mm(LEFT + step * (k % columns) as f64),
+                mm(TOP + TALL + BETWEEN + LOW + 13.5 + 4.2 * (k / columns) as f64),
+            );
+            legend(area, at, &[entry]);
+        }
+    });
+    let caption = format!(
+        "{} against the data of {}: nominal stress over stretch (top), measured minus law (bottom). Filled marks were fitted, open ones were not; the line is dashed where the law predicts. The grey range is the fitted one. Of points that cover each other one is shown; what leaves 1.5 times the largest stress is not.",
+        fit.label, fit.data
+    );
+    Some(Figure { name: "fit".into(), svg, caption })
+}
+
+/// `μ = 357 kPa [334, 380]`
+fn label(p: &Parameter) -> String {
+    let (f, unit, n) = p.scale();
+    let unit = if unit == "–" { String::new() } else { format!(" {unit}") };
+    let interval = p.ends().map_or(String::new(), |[a, b]| format!("  [{:.n$}, {:.n$}]", f * a, f * b));
+    format!("{} = {:.n$}{unit}{interval}", italic(&p.symbol), f * p.value)
+}
+
+fn style(mode: Mode) -> (Mark, RGB) {
+    match mode {
+        Mode::Uniaxial => (Mark::Circle, PALETTE[0]),
+        Mode::Equibiaxial => (Mark::Square, PALETTE[1]),
+        Mode::Planar => (Mark::Triangle, PALETTE[2]),
+        Mode::SimpleShear => (Mark::Diamond, PALETTE[3]),
+        Mode::Biaxial => (Mark::Square, PALETTE[4]),
+    }
+}
+
+fn entries(modes: &[&ModeCurves]) -> Vec<(Sample, String)> {
+    let mut out = vec![];
+    for m in modes {
+        let (shape, color) = style(m.mode);
+        if !m.fitted.is_empty() {
+            out.push((Sample::Mark(shape, color), format!("{}, fitted", m.label)));
+        }
+        if !m.held_out.is_empty() {
+            out.push((Sample::Hollow(shape, color), format!("{}, not fitted", m.label)));
+        }
+    }
+    out.push((Sample::Line(GREY), "law, fitted".into()));
+    if modes.iter().any(|m| !m.held_out.is_empty()) {
+        out.push((Sample::Dashed(GREY), "law, predicted".into()));
+    }
+    out.push((Sample::Block(RANGE), "fitted range".into()));
+    out
+}
+
+fn column(
+    area: &Area,
+    fit: &StoredFit,
+    modes: &[&ModeCurves],
+    w: &Window,
+    (upper, lower): ([i32; 4], [i32; 4]),
+    letter: char,
+) {
+    let [a, b] = w.span;
+    let inside = |p: &&[f64; 2]| p[0] >= a - 1e-9 && p[0] <= b + 1e-9;
+    let points = || modes.iter().flat_map(|m| m.fitted.iter().chain(&m.held_out)).filter(inside);
+    let size = points().map(|p| p[1].abs()).fold(0.0, f64::max);
+    // A law that runs away beyond its range would leave no room for the data
+    let near = |p: &&[f64; 2]| p[1].abs() <= ROOM * size;
+    let curves = || modes.iter().flat_map(|m| &m.curve).filter(inside).filter(near);
+    let (factor, unit) = stress_unit(size);
+    // Margins, so that no mark touches the frame
+    let margin = 0.03 * (b - a);
+    let x = Axis::exact(a - margin, b + margin, &format!("stretch {} [–]", italic("λ")));
+    let values = points().chain(curves()).map(|p| factor * p[1]);
+    let y = Axis::linear(values.chain([0.0]), &format!("nominal stress {} [{unit}]", italic("P")));
+    let plot = Plot { area, frame: upper, x: x.clone(), y };
+    shade(&plot, fit.stretch);
+    plot.grid();
+    for m in modes {
+        law(&plot, m, fit, factor);
+    }
+    let r = if points().count() > 25 { 18 } else { 24 };
+    for m in modes {
+        dots(&plot, m, &m.held_out, &m.fitted, (factor, r), &w.span);
+    }
+    plot.axes(false);
+    plot.title(letter, w.title);
+
+    let shown = |m: &ModeCurves| m.residuals.iter().filter(inside).filter(near).copied().collect::<Vec<[f64; 2]>>();
+    let values = modes.iter().flat_map(|m| shown(m)).map(|p| factor * p[1]).chain([0.0]);
+    let y = Axis::linear(values, &format!("{} − law [{unit}]", italic("P")));
+    // Three intervals are enough for a low panel
+    let y = Axis { step: if (y.hi - y.lo) / y.step > 4.5 { 2.0 * y.step } else { y.step }, ..y };
+    let plot = Plot { area, frame: lower, x, y };
+    shade(&plot, fit.stretch);
+    plot.grid();
+    line(area, &[plot.at(plot.x.lo, 0.0), plot.at(plot.x.hi, 0.0)], GREY, 6);
+    for m in modes {
+        // A residual belongs to a fitted sample if their stretches are the same
+        let (fitted, held): (Vec<[f64; 2]>, Vec<[f64; 2]>) =
+            shown(m).into_iter().partition(|r| m.fitted.iter().any(|p| p[0] == r[0]));
+        dots(&plot, m, &held, &fitted, (factor, r - 4), &w.span);
+    }
+    plot.axes(true);
+}
+
+fn shade(plot: &Plot, [from, to]: [f64; 2]) {
+    let clamp = |v: f64| v.clamp(plot.x.lo, plot.x.hi);
+    let (a, b) = (plot.at(clamp(from), plot.y.lo), plot.at(clamp(to), plot.y.hi));
+    fill(plot.area, &[a, (b.0, a.1), b, (a.0, b.1)], RANGE.to_rgba());
+}
+
+/// Solid over the fitted range of a fitted mode, dashed elsewhere.
+fn law(plot: &Plot, m: &ModeCurves, fit: &StoredFit, factor: f64) {
+    let color = style(m.mode).1;
+    let fitted = |l: f64| !m.fitted.is_empty() && l >= fit.stretch[0].min(1.0) - 1e-9 && l <= fit.stretch[1] + 1e-9;
+    let inside = |v: f64, axis: &Axis| axis.lo <= v && v <= axis.hi;
+    let mut points: Vec<[f64; 2]> =
+        m.curve.iter().copied().filter(|p| inside(p[0], &plot.x) && inside(factor * p[1], &plot.y)).collect();
+    // The end of the fitted range as a point of its own, on the chord
+    for edge in fit.stretch {
+        if let Some(k) = points.windows(2).position(|w| w[0][0] < edge && edge < w[1][0]) {
+            let (a, b) = (points[k], points[k + 1]);
+            let t = (edge - a[0]) / (b[0] - a[0]);
+            points.insert(k + 1, [edge, a[1] + t * (b[1] - a[1])]);
+        }
+    }
+    let mut start = 0;
+    while start + 1 < points.len() {
+        let solid = |k: usize| fitted(0.5 * (points[k][0] + points[k + 1][0]));
+        let end = (start..points.len() - 1).find(|k| solid(*k) != solid(start)).unwrap_or(points.len() - 1);
+        let path: Vec<_> = points[start..=end].iter().map(|p| plot.at(p[0], factor * p[1])).collect();
+        if solid(start) {
+            line(plot.area, &path, color, 10);
+        } else {
+            dashed(plot.area, &path, color, 8, 24.0);
+        }
+        start = end;
+    }
+}
+
+fn dots(plot: &Plot, m: &ModeCurves, held: &[[f64; 2]], fitted: &[[f64; 2]], (factor, r): (f64, i32), span: &[f64; 2]) {
+    let (shape, color) = style(m.mode);
+    let shown = |p: &&[f64; 2]| p[0] >= span[0] - 1e-9 && p[0] <= span[1] + 1e-9;
+    let apart = |points: &[[f64; 2]]| {
+        let mut out: Vec<Point> = vec![];
+        for p in points.iter().filter(shown).map(|p| plot.at(p[0], factor * p[1])) {
+            let near = |q: &Point| (p.0 - q.0).pow(2) + (p.1 - q.1).pow(2) < (r * r * 3) / 2;
+            if !out.last().is_some_and(near) {
+                out.push(p);
+            }
+        }
+        out
+    };
+    apart(held).into_iter().for_each(|p| hollow(plot.area, shape, p, r, color));
+    apart(fitted).into_iter().for_each(|p| mark(plot.area, shape, p, r, color));
+}

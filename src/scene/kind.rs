@@ -1,0 +1,186 @@
+//! Choices in files: `{ kind = "…", … }`, or the name of the kind alone where none of its keys is required.
+//!
+//! An enum whose variants are the kinds derives `Deserialize` with `#[serde(remote = "Self")]` and is then named in
+//! [`by_kind!`]. Serde's own tag buffers the table and so loses the line of every mistake in it; here the table is read in
+//! place, which needs `kind` to be its first key ([`first`]). A table with `kind` elsewhere is buffered, and read all the same.
+
+use super::error::hint;
+use serde::de::value::{MapAccessDeserializer, MapDeserializer};
+use serde::de::{
+    Deserialize, DeserializeSeed, Deserializer, EnumAccess, Error, IgnoredAny, IntoDeserializer, MapAccess,
+    VariantAccess, Visitor,
+};
+use std::fmt;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// Lets enums be chosen by `kind` in files.
+macro_rules! by_kind {
+    ($($name:ty),* $(,)?) => {$(
+        impl<'de> serde::Deserialize<'de> for $name {
+            fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                <$name>::deserialize($crate::scene::kind::ByKind(deserializer))
+            }
+        }
+    )*};
+}
+pub(crate) use by_kind;
+
+/// Moves `kind` to the front of every table below `table`.
+pub(super) fn first(table: &mut DeTable) {
+    if let Some((key, kind)) = table.remove_entry("kind") {
+        let rest = std::mem::take(table);
+        table.insert(key, kind);
+        table.extend(rest);
+    }
+    table.iter_mut().for_each(|(_, value)| below(value));
+}
+
+fn below(value: &mut Spanned<DeValue>) {
+    match value.get_mut() {
+        DeValue::Array(list) => list.iter_mut().for_each(below),
+        DeValue::Table(table) => first(table),
+        _ => {}
+    }
+}
+
+/// Reads an enum from a table with a `kind`, or from the name of a kind.
+pub(crate) struct ByKind<D>(pub(crate) D);
+
+impl<'de, D: Deserializer<'de>> Deserializer<'de> for ByKind<D> {
+    type Error = D::Error;
+
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, D::Error> {
+        self.0.deserialize_any(visitor)
+    }
+
+    fn deserialize_enum<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        kinds: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, D::Error> {
+        self.0.deserialize_any(Choice { kinds, visitor })
+    }
+
+    serde::forward_to_deserialize_any! {
+        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf option unit unit_struct
+        newtype_struct seq tuple tuple_struct map struct identifier ignored_any
+    }
+}
+
+struct Choice<V> {
+    kinds: &'static [&'static str],
+    visitor: V,
+}
+
+impl<'de, V: Visitor<'de>> Visitor<'de> for Choice<V> {
+    type Value = V::Value;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "a table with a `kind`, which is one of {}", self.kinds.join(", "))
+    }
+
+    fn visit_str<E: Error>(self, kind: &str) -> Result<V::Value, E> {
+        let kind = Kind(self.kinds).visit_str(kind)?;
+        let none: MapDeserializer<'de, std::iter::Empty<(&str, &str)>, E> = MapDeserializer::new(std::iter::empty());
+        self.visitor.visit_enum(Chosen { kind, keys: none })
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<V::Value, A::Error> {
+        let missing =
+            || A::Error::custom(format!("it has no `kind`; add kind = \"…\" with one of {}", self.kinds.join(", ")));
+        let Some(key) = map.next_key::<String>()? else { return Err(missing()) };
+        if key == "kind" {
+            let kind = map.next_value_seed(Kind(self.kinds))?;
+            return self.visitor.visit_enum(Chosen { kind, keys: map });
+        }
+        let mut keys = toml::Table::new();
+        keys.insert(key, map.next_value()?);
+        while let Some((key, value)) = map.next_entry()? {
+            keys.insert(key, value);
+        }
+        let kind = keys.remove("kind").ok_or_else(missing)?;
+        let kind = Kind(self.kinds).deserialize(kind).map_err(A::Error::custom)?;
+        let keys = MapDeserializer::new(keys.into_iter());
+        self.visitor.visit_enum(Chosen { kind, keys }).map_err(|e: toml::de::Error| A::Error::custom(e.message()))
+    }
+}
+
+/// A name that must be one of these.
+struct Kind(&'static [&'static str]);
+
+impl<'de> DeserializeSeed<'de> for Kind {
+    type Value = &'static str;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<&'static str, D::Error> {
+        deserializer.deserialize_any(self)
+    }
+}
+
+impl Visitor<'_> for Kind {
+    type Value = &'static str;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "the name of a kind in quotes")
+    }
+
+    fn visit_str<E: Error>(self, kind: &str) -> Result<&'static str, E> {
+        let known = self.0.iter().copied().find(|k| *k == kind);
+        known.ok_or_else(|| E::custom(format!("unknown kind `{kind}`; {}", hint(kind, self.0))))
+    }
+}
+
+/// A kind and the keys in its table.
+struct Chosen<A> {
+    kind: &'static str,
+    keys: A,
+}
+
+impl<'de, A: MapAccess<'de>> EnumAccess<'de> for Chosen<A> {
+    type Error = A::Error;
+    type Variant = Keys<A>;
+
+    fn variant_seed<S: DeserializeSeed<'de>>(self, seed: S) -> Result<(S::Value, Keys<A>), A::Error> {
+        let kind: serde::de::value::StrDeserializer<A::Error> = self.kind.into_deserializer();
+        Ok((seed.deserialize(kind)?, Keys(self.keys)))
+    }
+}
+
+/// The keys of a kind, without `kind`.
+struct Keys<A>(A);
+
+impl<'de, A: MapAccess<'de>> VariantAccess<'de> for Keys<A> {
+    type Error = A::Error;
+
+    fn unit_variant(mut self) -> Result<(), A::Error> {
+        match self.0.next_key_seed(NoKey)? {
+            None => Ok(()),
+            Some(()) => self.0.next_value::<IgnoredAny>().map(|_| ()),
+        }
+    }
+
+    fn newtype_variant_seed<T: DeserializeSeed<'de>>(self, seed: T) -> Result<T::Value, A::Error> {
+        seed.deserialize(MapAccessDeserializer::new(self.0))
+    }
+
+    fn tuple_variant<V: Visitor<'de>>(self, _: usize, visitor: V) -> Result<V::Value, A::Error> {
+        visitor.visit_map(self.0)
+    }
+
+    fn struct_variant<V: Visitor<'de>>(self, _: &'static [&'static str], visitor: V) -> Result<V::Value, A::Error> {
+        visitor.visit_map(self.0)
+    }
+}
+
+/// Refuses every key.
+struct NoKey;
+
+impl<'de> DeserializeSeed<'de> for NoKey {
+    type Value = ();
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<(), D::Error> {
+        let key = String::deserialize(deserializer)?;
+        Err(D::Error::custom(format!("unknown key `{key}`; it takes no key but `kind`")))
+    }
+}

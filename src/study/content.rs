@@ -1,0 +1,37 @@
+//! The part of a report that a kind of study contributes.
+
+use crate::report::figure::Figure;
+use crate::report::table::Table;
+use serde_json::{Map, Value};
+use std::collections::BTreeMap;
+
+/// The part of a report that depends on the kind of the study.
+pub struct Content {
+    pub verdict: String,
+    /// The data support a verdict
+    pub supported: bool,
+    /// The verdict in numbers, for those who read nothing else: (value, what it is)
+    pub facts: Vec<(String, String)>,
+    /// One sentence per quantity
+    pub sentences: Vec<String>,
+    pub warnings: Vec<String>,
+    /// `analysis` of `summary.json`
+    pub analysis: Map<String, Value>,
+    /// The table that answers the question, under a heading of its own
+    pub answer: (&'static str, Table),
+    /// Tables that are shown
+    pub tables: Vec<Table>,
+    /// Tables to unfold, with what they hold
+    pub folded: Vec<(&'static str, Table)>,
+    pub figures: Vec<Figure>,
+    /// Files beside the page: name and text
+    pub files: Vec<(String, String)>,
+    /// Case id → `pass`, `refused` or `fail`, where cases are judged one by one
+    pub outcomes: BTreeMap<String, &'static str>,
+}
+
+impl Content {
+    pub fn all_tables(&self) -> impl Iterator<Item = &Table> {
+        std::iter::once(&self.answer.1).chain(&self.tables).chain(self.folded.iter().map(|(_, t)| t))
+    }
+}

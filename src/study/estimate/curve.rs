@@ -1,0 +1,123 @@
+//! Curves f(t) of one family: norms of differences, phase lag, cycle defect, and a pointwise Richardson curve.
+//!
+//! ```text
+//! ‖d‖₂ = √(1/T ∫ d² dt),  ‖d‖∞ = max |d|        on the common time grid, d between neighbouring meshes
+//! p from ‖f₃ − f₂‖₂/‖f₂ − f₁‖₂ (the fixed point of [`crate::study::estimate::order`], one p for the whole curve)
+//! f*(t) = f₁ + (f₁ − f₂)/(r₂₁^p − 1),   GCI(t) = Fs·|f₁ − f₂|/(r₂₁^p − 1)
+//! ```
+//!
+//! The common grid is the one of the finest mesh, over the time that all curves cover. The others are interpolated
+//! linearly; the error of that, from leaving out every second sample, is a quarter of the defect and is reported.
+
+use crate::study::curve::{Curve, l2, lag};
+use crate::study::estimate::order::{Convergence, ROUNDING, Triple, correction};
+use serde::Serialize;
+
+/// Norms of one curve against the next finer one of its family.
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct CurveNorms {
+    pub id: String,
+    pub peak: f64,
+    /// ‖f − f_finer‖₂ \[unit of f\], 0 for the finest
+    pub l2_to_finer: f64,
+    /// ‖f − f_finer‖∞ \[unit of f\]
+    pub linf_to_finer: f64,
+    /// ‖f − f*‖₂/‖f*‖₂ \[–\], where there is an f*
+    pub l2_error: Option<f64>,
+    /// Against the finest, positive if later \[s\]
+    pub lag_s: f64,
+    /// Where the curve holds two cycles or more \[–\]
+    pub cycle_defect: Option<f64>,
+}
+
+/// The curves of a family on one time grid.
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct CurveStudy {
+    pub norms: Vec<CurveNorms>,
+    /// Order from the ratio of the L2 norms
+    pub observed_order: Option<f64>,
+    /// Order that f*(t) was extrapolated with; assumed where `fs` is 3
+    pub order_used: Option<f64>,
+    pub convergence_ratio: Option<f64>,
+    pub fs: f64,
+    /// Largest GCI(t) over largest |f*| \[%\]
+    pub gci_percent: Option<f64>,
+    /// Largest error of the interpolation onto the common grid \[unit of f\]; 0 if all grids agree
+    pub interpolation_error: f64,
+    /// \[samples\] common grid \[s\]
+    #[serde(skip)]
+    pub t: Vec<f64>,
+    /// \[samples\] f*(t), empty where no order could be used
+    #[serde(skip)]
+    pub star: Vec<f64>,
+    /// \[samples\] GCI(t) \[unit of f\]
+    #[serde(skip)]
+    pub gci: Vec<f64>,
+}
+
+/// `members`: (id, h, curve), finest first. `formal`: order used, with Fs = 3, where none can be observed.
+pub fn compare(members: &[(String, f64, Curve)], formal: f64) -> Option<CurveStudy> {
+    let (_, h1, finest) = members.first()?;
+    let end = members.iter().filter_map(|m| m.2.t.last()).copied().fold(f64::INFINITY, f64::min);
+    let t: Vec<f64> = finest.t.iter().copied().filter(|t| *t <= end * (1.0 + 1e-12)).collect();
+    if t.len() < 2 {
+        return None;
+    }
+    let same = |c: &Curve| c.t.len() >= t.len() && c.t.iter().zip(&t).all(|(a, b)| (a - b).abs() <= 1e-9 * end.abs());
+    let interpolation_error =
+        members.iter().filter(|m| !same(&m.2)).map(|m| m.2.interpolation_error()).fold(0.0, f64::max);
+    let on: Vec<Vec<f64>> = members.iter().map(|m| t.iter().map(|t| m.2.at(*t)).collect()).collect();
+    let difference = |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a - b).collect() };
+    let norm: Vec<f64> = on.windows(2).map(|w| l2(&t, &difference(&w[1], &w[0]))).collect();
+
+    let (mut observed_order, mut convergence_ratio, mut fs, mut used) = (None, None, 3.0, None);
+    if let ([a, b, ..], true) = (&norm[..], members.len() >= 3) {
+        // A scalar with the same differences: f₂ − f₁ = ‖f₂ − f₁‖, f₃ − f₂ = ‖f₃ − f₂‖
+        let triple = Triple::new([*h1, members[1].1, members[2].1], [0.0, *a, a + b]);
+        (observed_order, convergence_ratio) = (triple.p, Some(triple.ratio));
+        if triple.is_sane(formal) {
+            (fs, used) = (1.25, triple.p);
+        } else if triple.class != Convergence::Exact && norm[0] > ROUNDING * finest.peak().abs() {
+            used =
+                Some(triple.p.map_or(formal.min(2.0), |p| p.clamp(crate::study::estimate::order::LEAST_ORDER, formal)));
+        }
+    } else if members.len() == 2 && norm[0] > ROUNDING * finest.peak().abs() {
+        used = Some(formal.min(2.0));
+    }
+    let (mut star, mut gci) = (vec![], vec![]);
+    if let Some(p) = used {
+        let r = members[1].1 / h1;
+        star = on[0].iter().zip(&on[1]).map(|(f1, f2)| f1 + correction(f1 - f2, r, p)).collect();
+        gci = on[0].iter().zip(&on[1]).map(|(f1, f2)| fs * correction((f1 - f2).abs(), r, p)).collect();
+    }
+    let largest = |v: &[f64]| v.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    let norms = (0..members.len())
+        .map(|k| {
+            let d = if k == 0 { vec![0.0; t.len()] } else { difference(&on[k], &on[k - 1]) };
+            CurveNorms {
+                id: members[k].0.clone(),
+                peak: members[k].2.peak(),
+                l2_to_finer: l2(&t, &d),
+                linf_to_finer: largest(&d),
+                l2_error: (!star.is_empty() && l2(&t, &star) > 0.0)
+                    .then(|| l2(&t, &difference(&on[k], &star)) / l2(&t, &star)),
+                lag_s: lag(&t, &on[k], &on[0]),
+                cycle_defect: members[k].2.cycle_defect(),
+            }
+        })
+        .collect();
+    let gci_percent = (!gci.is_empty() && largest(&star) > 0.0).then(|| 100.0 * largest(&gci) / largest(&star));
+    let order_used = used;
+    Some(CurveStudy {
+        norms,
+        observed_order,
+        order_used,
+        convergence_ratio,
+        fs,
+        gci_percent,
+        interpolation_error,
+        t,
+        star,
+        gci,
+    })
+}

@@ -1,0 +1,235 @@
+//! What one family of meshes says about one scalar: its limit f* and an uncertainty U(f*), with the reasons.
+//!
+//! | data | f* | U₁ of the finest | U(f*) |
+//! |---|---|---|---|
+//! | 4 or more meshes | φ₀ of the least squares | Eça–Hoekstra U | (Fs − 1)ε₁ + σ + \|φ₁ − fit\| if good, else U₁ |
+//! | 3, monotone, ½ ≤ p ≤ formal | Richardson | GCI, Fs = 1.25 | max of (Fs − 1)δ, \|f\*(p) − f\*(formal)\| and \|f\*(p) − f\*(2)\| |
+//! | 3, monotone, other p | Richardson, p cut to \[½, formal\] | GCI, Fs = 3 | U₁ |
+//! | 2 | Richardson with p = min(formal, 2) | GCI, Fs = 3 | U₁ |
+//! | not monotone, or noise above the differences | f₁ | 3·max(ΔM, scatter) | U₁ |
+//!
+//! δ = |f₁ − f*|, ΔM = max |fᵢ − fⱼ| (the last row after Eça & Hoekstra, Int. J. Numer. Meth. Fluids 2009). (Fs − 1)δ is
+//! the part of the GCI band that lies beyond f*. Scatter of the mesher enters f* amplified by √((1 + k)² + k²),
+//! k = 1/(r^p − 1), and is added to U(f*) of triples and pairs; in least squares σ carries it. A family of nested meshes
+//! has none.
+
+use crate::study::estimate::fit::{Fit, least_squares};
+use crate::study::estimate::order::{Convergence, LEAST_ORDER, LEAST_RATIO, ROUNDING, Triple, correction};
+use crate::study::record::Role;
+use serde::Serialize;
+
+/// One mesh of a family.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Level {
+    pub id: String,
+    /// (V/N)^{1/3} \[m\]
+    pub h: f64,
+    pub f: f64,
+}
+
+/// The outcome for one family × variant × quantity.
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct Estimate {
+    pub family: String,
+    pub role: Role,
+    pub formulation: String,
+    /// \[meshes\] finest first
+    pub cases: Vec<String>,
+    pub h_m: Vec<f64>,
+    pub values: Vec<f64>,
+    /// \[meshes − 1\] r of neighbours, finest first
+    pub ratios: Vec<f64>,
+    pub formal_order: f64,
+    pub class: Convergence,
+    pub convergence_ratio: Option<f64>,
+    pub ratio_limit: Option<f64>,
+    /// p of the three finest
+    pub observed_order: Option<f64>,
+    /// p of the triple one mesh coarser
+    pub observed_order_coarser: Option<f64>,
+    /// The two agree within 25 % and p ≤ formal; `None` with fewer than four meshes
+    pub asymptotic: Option<bool>,
+    /// Richardson value of the finest triple or pair
+    pub richardson: Option<f64>,
+    pub gci_percent: Option<f64>,
+    pub fs: f64,
+    pub fit: Option<Fit>,
+    /// f* and U(f*) \[unit of f\]
+    pub extrapolated: f64,
+    pub uncertainty: f64,
+    /// U₁ of the finest mesh \[unit of f\]
+    pub uncertainty_finest: f64,
+    pub method: String,
+    /// U(f*) is within the tolerance, so that f* can be a reference
+    pub defensible: bool,
+    /// What stands against it, or limits it
+    pub reasons: Vec<String>,
+}
+
+/// Formal order of a functional by formulation: twice the degree of the displacement (springs are on linear cells).
+pub fn formal_order(formulation: &str) -> f64 {
+    if formulation.starts_with("tet10") { 4.0 } else { 2.0 }
+}
+
+/// [`estimate_of_order`] with the formal order of the formulation.
+pub fn estimate(of: (&str, Role, &str), levels: Vec<Level>, scatter: Option<f64>, tolerance: f64) -> Option<Estimate> {
+    estimate_of_order(of, formal_order(of.2), levels, scatter, tolerance)
+}
+
+/// `q`: formal order; `levels` in any order; `scatter`: max − min over the seeds, where they apply; `tolerance`: fraction of |f*|.
+pub fn estimate_of_order(
+    (family, role, formulation): (&str, Role, &str),
+    q: f64,
+    mut levels: Vec<Level>,
+    scatter: Option<f64>,
+    tolerance: f64,
+) -> Option<Estimate> {
+    levels.sort_by(|a, b| a.h.total_cmp(&b.h));
+    levels.dedup_by(|a, b| (a.h / b.h - 1.0).abs() < 1e-6);
+    if levels.len() < 2 {
+        return None;
+    }
+    let (h, f): (Vec<f64>, Vec<f64>) = levels.iter().map(|l| (l.h, l.f)).unzip();
+    let ratios: Vec<f64> = h.windows(2).map(|w| w[1] / w[0]).collect();
+    let triple =
+        |k: usize| (f.len() >= k + 3).then(|| Triple::new([h[k], h[k + 1], h[k + 2]], [f[k], f[k + 1], f[k + 2]]));
+    let (first, coarser) = (triple(0), triple(1));
+    let spread = f.iter().copied().fold(f64::NEG_INFINITY, f64::max) - f.iter().copied().fold(f64::INFINITY, f64::min);
+    let size = f.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    let class = match first {
+        Some(t) => t.class,
+        None if spread <= ROUNDING * size => Convergence::Exact,
+        None => Convergence::Monotone,
+    };
+    let mut reasons = vec![];
+    if ratios.iter().any(|r| *r < LEAST_RATIO) {
+        let list: Vec<String> = ratios.iter().map(|r| format!("{r:.2}")).collect();
+        reasons.push(format!("size ratios {} (Roache recommends at least {LEAST_RATIO})", list.join(", ")));
+    }
+    let p = first.and_then(|t| t.p);
+    let asymptotic = first
+        .zip(coarser)
+        .map(|(a, b)| a.is_sane(q) && a.p.zip(b.p).is_some_and(|(x, y)| (x - y).abs() <= 0.25 * x.max(y)));
+    let steps: Vec<f64> = f.windows(2).take(2).map(|w| (w[1] - w[0]).abs()).collect();
+    let least = steps.iter().copied().fold(f64::INFINITY, f64::min);
+    let scatter = scatter.filter(|_| role != Role::Nested && class != Convergence::Exact);
+    let noisy = scatter.is_some_and(|s| s > least);
+
+    let (f1, r21) = (f[0], ratios[0]);
+    let mut e = Estimate {
+        family: family.to_string(),
+        role,
+        formulation: formulation.to_string(),
+        cases: levels.iter().map(|l| l.id.clone()).collect(),
+        formal_order: q,
+        class,
+        convergence_ratio: first.map(|t| t.ratio),
+        ratio_limit: first.map(|t| t.ratio_limit),
+        observed_order: p,
+        observed_order_coarser: coarser.and_then(|t| t.p),
+        asymptotic,
+        richardson: None,
+        gci_percent: None,
+        fs: 3.0,
+        fit: least_squares(&h, &f, q),
+        extrapolated: f1,
+        uncertainty: 0.0,
+        uncertainty_finest: 0.0,
+        method: String::new(),
+        defensible: false,
+        reasons: vec![],
+        h_m: h,
+        values: f,
+        ratios,
+    };
+    // Richardson and GCI of the finest triple or pair
+    let assumed = match first {
+        Some(t) if t.is_sane(q) => {
+            e.fs = 1.25;
+            p
+        }
+        Some(t) => t.p.map(|p| p.clamp(LEAST_ORDER, q)),
+        None if class == Convergence::Monotone => Some(q.min(2.0)),
+        None => None,
+    };
+    if let Some(p) = assumed {
+        let shift = correction(f1 - e.values[1], r21, p);
+        e.richardson = Some(f1 + shift);
+        e.gci_percent = (f1 != 0.0).then(|| 100.0 * e.fs * (shift / f1).abs());
+    }
+
+    if class == Convergence::Exact {
+        e.method = "independent of the mesh".into();
+        e.uncertainty = spread;
+        e.uncertainty_finest = spread;
+    } else if noisy {
+        let s = scatter.unwrap_or(0.0);
+        reasons.push(format!("mesh noise {s:.3e} exceeds the difference {least:.3e} of neighbouring meshes"));
+        e.method = "spread (3·ΔM)".into();
+        e.uncertainty_finest = 3.0 * spread.max(s);
+        e.uncertainty = e.uncertainty_finest;
+    } else if let Some(fit) = &e.fit {
+        let (h1, u1) = (e.h_m[0], fit.uncertainty[0]);
+        e.method = format!("least squares {}{}", fit.model, if fit.weighted { ", weighted" } else { "" });
+        e.extrapolated = fit.f0;
+        e.uncertainty_finest = u1;
+        e.uncertainty = if fit.good && asymptotic != Some(false) {
+            (fit.fs - 1.0) * fit.error(h1) + fit.sigma + (f1 - fit.at(h1)).abs()
+        } else {
+            u1
+        };
+    } else if let (Some(p), Some(star)) = (assumed, e.richardson) {
+        let delta = (star - f1).abs();
+        e.extrapolated = star;
+        e.uncertainty_finest = e.fs * delta;
+        let k = 1.0 / (p * r21.ln()).exp_m1();
+        let noise = scatter.unwrap_or(0.0) * 0.5 * ((1.0 + k).powi(2) + k * k).sqrt();
+        // One triple does not show that its p is the asymptotic one: 2 at corners, the formal order elsewhere
+        let other = |p: f64| (star - f1 - correction(f1 - e.values[1], r21, p)).abs();
+        e.uncertainty = noise
+            + if e.fs < 3.0 {
+                ((e.fs - 1.0) * delta).max(other(q)).max(other(q.min(2.0)))
+            } else {
+                e.uncertainty_finest
+            };
+        e.method = match (first.is_some(), e.fs < 3.0) {
+            (true, true) => "Richardson and GCI".into(),
+            (true, false) => format!("Richardson with p cut to {p:.2}, GCI with Fs = 3"),
+            _ => format!("two meshes, p = {p:.0} assumed, GCI with Fs = 3"),
+        };
+    } else {
+        e.method = "spread (3·ΔM)".into();
+        e.uncertainty_finest = 3.0 * spread;
+        e.uncertainty = 3.0 * spread;
+    }
+    match class {
+        Convergence::Oscillatory => {
+            reasons.push(format!("the three finest oscillate, ½(max − min) = {:.3e}", 0.5 * spread))
+        }
+        Convergence::Diverging => reasons.push("the three finest do not converge monotonically".into()),
+        _ => {}
+    }
+    if let Some(p) = p.filter(|_| !first.is_some_and(|t| t.is_sane(q))) {
+        let side = if p > q { "above the formal" } else { "below the least" };
+        reasons.push(format!("observed order {p:.2} is {side} order {}", if p > q { q } else { LEAST_ORDER }));
+    }
+    if let (Some(a), Some(b)) = (p, e.observed_order_coarser)
+        && (a - b).abs() > 0.25 * a.max(b)
+    {
+        reasons.push(format!("orders {a:.2} and {b:.2} of the two triples differ by more than 25 %"));
+    }
+    if e.fit.as_ref().is_some_and(|f| f.sigma >= f.range) {
+        reasons.push("the values scatter about the fit by more than they change from mesh to mesh".into());
+    }
+    let allowed = tolerance * e.extrapolated.abs();
+    e.defensible = e.uncertainty <= allowed && e.uncertainty.is_finite();
+    if !e.defensible {
+        reasons.push(format!(
+            "its uncertainty, {:.2} % of the value, is above the tolerance of {:.3} %",
+            100.0 * e.uncertainty / e.extrapolated.abs(),
+            100.0 * tolerance
+        ));
+    }
+    e.reasons = reasons;
+    Some(e)
+}

@@ -1,0 +1,111 @@
+//! A measured curve beside the scene that reproduces it, the residuals below, and the first constant case by case.
+
+use crate::report::canvas::{
+    At, DOUBLE, GREY, INK, LABEL, Mark, PALETTE, dashed, figure, hollow, italic, line, mark, mm, text,
+};
+use crate::report::figure::{Figure, Sample, legend};
+use crate::report::plot::{Axis, Plot};
+use crate::report::words::capital;
+use crate::study::figures::axis_label;
+use crate::study::kinds::calibration::{Answer, scaled};
+use crate::study::record::{Quantity, Role};
+use crate::study::results::Results;
+
+const LEFT: f64 = 15.0;
+const GAP: f64 = 34.0;
+const TOP: f64 = 6.0;
+const TALL: f64 = 46.0;
+const BETWEEN: f64 = 5.0;
+const LOW: f64 = 22.0;
+/// Measured rows that are drawn at most
+const ROWS: usize = 120;
+
+/// `None` where the case of the answer has no curve.
+pub fn draw(store: &Results, v: &Answer) -> Option<Figure> {
+    let found = store.found.get(&v.case)?;
+    let quantity = store.study.quantities.get(&v.variant)?.iter().find(|q| q.name == found.y)?;
+    let (c, m) = (v.constants.first()?, &found.measured);
+    let each = (DOUBLE - LEFT - GAP - 3.0) / 2.0;
+    let height = TOP + TALL + BETWEEN + LOW + 10.0;
+    let every = m.x.len().div_ceil(ROWS);
+    let rows = || m.x.iter().zip(&m.y).zip(&found.predicted).step_by(every);
+    let svg = figure(DOUBLE, height, "", |area| {
+        let upper = [mm(LEFT), mm(TOP), mm(LEFT + each), mm(TOP + TALL)];
+        let base = TOP + TALL + BETWEEN;
+        let lower = [mm(LEFT), mm(base), mm(LEFT + each), mm(base + LOW)];
+        let xs = found.curve.iter().map(|p| p[0]);
+        let x = Axis::linear(xs, &x_label(quantity, &found.x));
+        let values = found.curve.iter().map(|p| p[1]).chain(m.y.iter().copied());
+        let plot = Plot { area, frame: upper, x: x.clone(), y: Axis::linear(values, &axis_label(quantity, "")) };
+        plot.grid();
+        for ((x, y), _) in rows() {
+            mark(area, Mark::Circle, plot.at(*x, *y), 11, PALETTE[0]);
+        }
+        let (cx, cy): (Vec<f64>, Vec<f64>) = found.curve.iter().map(|p| (p[0], p[1])).unzip();
+        line(area, &plot.path(&cx, &cy), INK, 9);
+        plot.axes(false);
+        plot.title('a', &capital(&quantity.label));
+        let residual = || m.y.iter().zip(&found.predicted).map(|(y, f)| y - f);
+        let label = format!("residual [{}]", quantity.unit);
+        let plot = Plot { area, frame: lower, x, y: Axis::linear(residual().chain([0.0]), &label) };
+        plot.grid();
+        line(area, &[(plot.frame[0], plot.at(cx[0], 0.0).1), (plot.frame[2], plot.at(cx[0], 0.0).1)], GREY, 6);
+        for ((x, y), f) in rows() {
+            mark(area, Mark::Circle, plot.at(*x, y - f), 11, PALETTE[0]);
+        }
+        plot.axes(true);
+        let entries =
+            [(Sample::Mark(Mark::Circle, PALETTE[0]), "measured".into()), (Sample::Line(INK), "simulated".into())];
+        legend(area, (mm(LEFT + 3.0), mm(TOP + 3.0)), &entries);
+        let side = LEFT + each + GAP;
+        let frame = [mm(side), mm(TOP), mm(side + each), mm(base + LOW)];
+        let (factor, unit, _) = scaled(c);
+        let own = c.cases.iter().flat_map(|o| o.interval.unwrap_or([o.value; 2]));
+        let values = own.chain(c.interval.into_iter().flatten()).chain(c.gauge).map(|v| factor * v);
+        let n = c.cases.len();
+        let unit = if unit.is_empty() { "–" } else { unit };
+        let x = Axis::linear(values, &format!("{} [{unit}]", italic(&c.symbol)));
+        let plot = Plot { area, frame, x, y: Axis::exact(-0.7, n as f64 + 0.7, "") };
+        plot.grid_x();
+        let words = |row: f64, s: &str| text(area, s, (mm(side - 2.0), plot.at(0.0, row).1), At::Right, LABEL, INK);
+        for (k, o) in c.cases.iter().enumerate() {
+            let row = (n - k) as f64;
+            let color = if o.role == Role::Sizes { PALETTE[0] } else { PALETTE[1] };
+            let [a, b] = o.interval.unwrap_or([o.value; 2]);
+            line(area, &[plot.at(factor * a, row), plot.at(factor * b, row)], color, 9);
+            mark(area, Mark::Square, plot.at(factor * o.value, row), 20, color);
+            let name = if o.role == Role::Sizes { format!("{} cells", o.cells) } else { o.member.clone() };
+            words(row, &name);
+        }
+        if let Some([a, b]) = c.interval {
+            line(area, &[plot.at(factor * a, 0.0), plot.at(factor * b, 0.0)], INK, 16);
+        }
+        mark(area, Mark::Circle, plot.at(factor * c.value, 0.0), 26, INK);
+        words(0.0, "answer");
+        if let Some(gauge) = c.gauge {
+            let x = plot.at(factor * gauge, 0.0).0;
+            dashed(area, &[(x, plot.frame[1]), (x, plot.frame[3])], GREY, 9, 30.0);
+            hollow(area, Mark::Circle, (x, plot.at(0.0, 0.0).1), 22, GREY);
+        }
+        plot.axis_x();
+        plot.title('b', &c.key);
+    });
+    let gauge = if c.gauge.is_some() { " Dashed: what the gauge length alone would have given." } else { "" };
+    let caption = format!(
+        "The scene at the constants found from {}: (a) measured and simulated, residuals below; (b) {} case by case with the interval of the rows, sizes of the mesh and dimensions over their range, and the answer with its whole interval.{gauge}",
+        m.file, c.key
+    );
+    Some(Figure { name: format!("calibration-{}", v.variant), svg, caption })
+}
+
+/// Signals are named as they are recorded: `grip_x_displacement_m`.
+fn x_label(q: &Quantity, name: &str) -> String {
+    match &q.against {
+        Some(x) if x.name == name => axis_label(x, ""),
+        _ if name == "t_s" => format!("time {} [s]", italic("t")),
+        _ => match name.rsplit_once('_') {
+            Some((words, unit)) => format!("{} [{unit}]", words.replace('_', " ")),
+            None => name.into(),
+        },
+    }
+}

@@ -1,0 +1,4 @@
+//! Figures of a calibration.
+
+pub mod band;
+pub mod curves;

@@ -1,0 +1,201 @@
+//! Report of a calibration, and `law.toml`: the laws of the scene with the constants that were found.
+
+use crate::report::table::Table;
+use crate::report::words::percent;
+use crate::study::content::Content;
+use crate::study::kinds::calibration::band::{Band, band as around};
+use crate::study::kinds::calibration::figures::band;
+use crate::study::kinds::calibration::figures::curves as figures;
+use crate::study::kinds::calibration::{Analysis, Answer, Judged, analyse, scaled};
+use crate::study::results::Results;
+use crate::study::tables;
+use serde_json::{Map, Value, json};
+
+pub fn content(store: &Results) -> Content {
+    let a = analyse(&store.study, &store.cases, &store.found);
+    let of = |v: &Answer| around(&store.study, &store.cases, &store.found, &store.sensitivities, v);
+    let bands: Vec<Band> = a.variants.iter().filter_map(of).collect();
+    let constants_found = a.variants.iter().flat_map(|v| v.constants.iter().map(|c| c.sentence(&v.label)));
+    let figures = a.variants.iter().filter_map(|v| figures::draw(store, v));
+    Content {
+        verdict: a.verdict.clone(),
+        supported: !a.variants.is_empty() && a.variants.iter().flat_map(|v| &v.constants).all(|c| c.interval.is_some()),
+        facts: facts(&a),
+        sentences: constants_found.chain(bands.iter().map(Band::sentence)).collect(),
+        warnings: a.warnings.clone(),
+        analysis: analysis(&a, &bands),
+        answer: ("Which constants, how far to believe them", constants(&a)),
+        tables: vec![by_case(&a), stability(store, &a)],
+        folded: vec![("Every case", tables::cases(store))],
+        figures: figures.chain(bands.iter().map(band::draw)).collect(),
+        files: a.variants.iter().filter_map(|v| law_file(store, &a, v)).collect(),
+        outcomes: Default::default(),
+    }
+}
+
+fn facts(a: &Analysis) -> Vec<(String, String)> {
+    let of = |c: &Judged| {
+        let (f, unit, n) = scaled(c);
+        let mut out = vec![(format!("{:.n$} {unit}", f * c.value), c.key.clone())];
+        out.extend(c.interval.map(|[a, b]| (format!("{:.n$} to {:.n$} {unit}", f * a, f * b), "95 % interval".into())));
+        out.extend(
+            c.bias.map(|b| (format!("{:+.0} %", 100.0 * b).replace('-', "−"), "error of the gauge length".into())),
+        );
+        out
+    };
+    a.variants.iter().flat_map(|v| &v.constants).flat_map(of).collect()
+}
+
+fn analysis(a: &Analysis, bands: &[Band]) -> Map<String, Value> {
+    let mut out = Map::new();
+    for v in &a.variants {
+        out.insert(v.variant.clone(), json!(v));
+    }
+    out.insert("incomplete".into(), json!(a.incomplete));
+    out.insert("use".into(), json!(bands));
+    out
+}
+
+fn constants(a: &Analysis) -> Table {
+    let row = |(v, c): (&Answer, &Judged)| {
+        let (f, unit, n) = scaled(c);
+        let part = |x: Option<f64>| x.map_or("–".into(), |x| format!("{:.2}", 100.0 * x.abs()));
+        let pair = |x: Option<[f64; 2]>| x.map_or("–".into(), |[a, b]| format!("{:.n$} to {:.n$}", f * a, f * b));
+        vec![
+            format!("{}, {}", c.key, v.variant),
+            format!("{:.n$}", f * c.value),
+            unit.to_string(),
+            pair(c.interval),
+            part(c.rows),
+            part(c.drift),
+            pair(c.nuisance),
+            c.gauge.map_or("–".into(), |g| format!("{:.n$}", f * g)),
+            c.bias.map_or("–".into(), |b| format!("{:+.1}", 100.0 * b).replace('-', "−")),
+        ]
+    };
+    Table {
+        name: "constants",
+        caption: "Constants from the finest mesh. Interval: 95 % of rows, drift with the mesh and range of the dimensions not known exactly together; rows: half-width of theirs alone; mesh: change from the next coarser one; gauge: what the same law gives if all travel stretches the gauge length.".into(),
+        columns: vec![
+            ("Constant, curve", "", false),
+            ("Value", "", true),
+            ("Unit", "", false),
+            ("Interval", "", true),
+            ("Rows", "± %", true),
+            ("Mesh", "%", true),
+            ("Dimensions", "", true),
+            ("Gauge", "", true),
+            ("Its error", "%", true),
+        ],
+        rows: a.variants.iter().flat_map(|v| v.constants.iter().map(move |c| (v, c))).map(row).collect(),
+        pick: None,
+    }
+}
+
+fn by_case(a: &Analysis) -> Table {
+    let mut rows = vec![];
+    for c in a.variants.iter().flat_map(|v| &v.constants) {
+        let (f, unit, n) = scaled(c);
+        for o in &c.cases {
+            let interval = o.interval.map_or("–".into(), |[a, b]| format!("{:.n$} to {:.n$}", f * a, f * b));
+            rows.push(vec![
+                o.case.clone(),
+                o.role.words().into(),
+                o.cells.to_string(),
+                c.key.clone(),
+                format!("{:.n$} {unit}", f * o.value),
+                interval,
+                format!("{:.2}", 100.0 * o.rms_relative),
+            ]);
+        }
+    }
+    Table {
+        name: "cases-constants",
+        caption: "Every case with its own interval (rows alone) and its misfit √(Σr²/Σy²).".into(),
+        columns: vec![
+            ("Case", "", false),
+            ("Role", "", false),
+            ("Cells", "", true),
+            ("Constant", "", false),
+            ("Value", "", true),
+            ("Interval", "", true),
+            ("Misfit", "%", true),
+        ],
+        rows,
+        pick: a.variants.first().map(|v| v.case.clone()),
+    }
+}
+
+/// The certificate of the law beside the stretches of the specimen.
+fn stability(store: &Results, a: &Analysis) -> Table {
+    let mut rows = vec![];
+    for v in &a.variants {
+        let found = &store.found[&v.case];
+        for s in &found.stability {
+            let end = |x: Option<f64>, far: f64| x.map_or(format!("beyond {far:.3}"), |x| format!("{x:.3}"));
+            rows.push(vec![
+                v.variant.clone(),
+                format!("laws.{}", s.law),
+                s.mode.replace('_', " "),
+                end(s.below, s.looked[0]),
+                end(s.above, s.looked[1]),
+                format!("{:.3}", found.stretch[2]),
+            ]);
+        }
+    }
+    Table {
+        name: "robustness",
+        caption: "Stretch (in simple shear γ) at which the law with these constants stops being stable (Drucker), beside the largest principal stretch in the specimen.".into(),
+        columns: vec![
+            ("Curve", "", false),
+            ("Law", "", false),
+            ("Mode", "", false),
+            ("Stable from", "", true),
+            ("to", "", true),
+            ("Reached", "", true),
+        ],
+        rows,
+        pick: None,
+    }
+}
+
+/// The law with its provenance; a scene includes it. One law and one variant make `law.toml`, more have their names in it.
+fn law_file(store: &Results, a: &Analysis, v: &Answer) -> Option<(String, String)> {
+    let case = store.cases.iter().find(|c| c.record.id == v.case)?;
+    let found = store.found.get(&v.case)?;
+    let scene: toml::Table = case.record.provenance.scene.parse().ok()?;
+    let name = v.constants.first()?.key.strip_prefix("laws.")?.split('.').next()?.to_string();
+    let mut law = scene.get("laws")?.get(&name)?.as_table()?.clone();
+    law.remove("provenance");
+    let number =
+        |c: &Judged, x: f64| -> toml::Value { if c.unit == "Pa" { format!("{x} Pa").into() } else { x.into() } };
+    let mut p = toml::Table::new();
+    p.insert("method".into(), "inverse analysis of the specimen".into());
+    p.insert("study".into(), store.study.study.clone().into());
+    p.insert("case".into(), v.case.clone().into());
+    p.insert("data".into(), found.measured.file.clone().into());
+    p.insert("sha256".into(), found.measured.sha256.clone().into());
+    p.insert("rows".into(), i64::try_from(found.measured.y.len()).ok()?.into());
+    p.insert("largest_stretch".into(), found.stretch[2].into());
+    p.insert("misfit_relative".into(), found.rms_relative.into());
+    let own =
+        v.constants.iter().filter(|c| c.key.strip_prefix("laws.").is_some_and(|k| k.starts_with(&format!("{name}."))));
+    for c in own {
+        let key = c.key.rsplit('.').next()?;
+        law.insert(key.into(), number(c, c.value));
+        if let Some([low, high]) = c.interval {
+            p.insert(format!("{key}_interval"), vec![number(c, low), number(c, high)].into());
+        }
+    }
+    let warnings: Vec<toml::Value> = a.warnings.iter().map(|w| w.clone().into()).collect();
+    p.insert(
+        "interval".into(),
+        format!("95 % of rows, mesh and dimensions not known exactly; tolerance of the study {}", percent(a.tolerance))
+            .into(),
+    );
+    p.insert("warnings".into(), warnings.into());
+    p.insert("durometer".into(), store.study.version.clone().into());
+    law.insert("provenance".into(), p.into());
+    let file = if a.variants.len() == 1 { "law.toml".into() } else { format!("law-{}.toml", v.variant) };
+    Some((file, toml::to_string(&law).ok()?))
+}

@@ -1,0 +1,110 @@
+//! Errors of the cases against the reference, mesh noise, and the time-step check.
+//!
+//! The error of a case is |f − f*|/|f*|, its error bar (|f − f*| + U(f*))/|f*|.
+
+use crate::study::curve::peak;
+use crate::study::estimate::family::Estimate;
+use crate::study::estimate::order::ROUNDING;
+use crate::study::estimate::reference::Reference;
+use crate::study::kinds::convergence::Cases;
+use crate::study::record::{Role, StoredCase};
+use serde::Serialize;
+
+/// Error of one case in one quantity.
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct CaseError {
+    pub id: String,
+    pub value: f64,
+    /// |f − f*|/|f*| \[–\]
+    pub error: f64,
+    /// With U(f*) \[–\]
+    pub bar: f64,
+}
+
+/// Scatter of the mesher at one size.
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct Noise {
+    pub family: String,
+    pub formulation: String,
+    pub seeds: usize,
+    pub h_m: f64,
+    pub mean: f64,
+    /// max − min \[unit of f\]
+    pub scatter: f64,
+}
+
+/// The time-step error beside the mesh error.
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct TimeStep {
+    pub family: String,
+    /// \[cases\] Δt \[s\], smallest first
+    pub dt_s: Vec<f64>,
+    pub values: Vec<f64>,
+    /// Error of the study's step \[unit of f\], first order assumed: |f(Δt) − f(Δt_min)|·Δt/(Δt − Δt_min)
+    pub error: f64,
+    /// U₁ of the finest mesh of the sizes \[unit of f\]
+    pub mesh_error: f64,
+    /// error ≤ mesh_error/10, or rounding
+    pub negligible: bool,
+}
+
+/// Error of every converged case run with the study's time step.
+pub fn errors(cases: &Cases, variant: &str, quantity: &str, reference: Option<&Reference>) -> Vec<CaseError> {
+    let Some(r) = reference.filter(|r| r.value != 0.0) else { return vec![] };
+    (cases.stored.iter())
+        .filter(|c| c.record.variant == variant && c.record.converged())
+        .filter(|c| cases.at_study_step(&c.record))
+        .filter_map(|c| {
+            let value = peak(c, quantity)?;
+            let off = (value - r.value).abs();
+            let (error, bar) = (off / r.value.abs(), (off + r.uncertainty) / r.value.abs());
+            Some(CaseError { id: c.record.id.clone(), value, error, bar })
+        })
+        .collect()
+}
+
+/// max − min over the seeds of the first family of that role; `None` with fewer than two.
+pub fn noise(cases: &Cases, variant: &str, quantity: &str) -> Option<Noise> {
+    let family = cases.study.families.iter().find(|f| f.role == Role::Seeds)?;
+    let members = cases.of(family, variant);
+    let values: Vec<f64> = members.iter().filter_map(|c| peak(c, quantity)).collect();
+    if values.len() < 2 {
+        return None;
+    }
+    let n = values.len() as f64;
+    let (lo, hi) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
+    Some(Noise {
+        family: family.name.clone(),
+        formulation: family.formulation.clone(),
+        seeds: values.len(),
+        h_m: members.iter().map(|c| c.record.mesh.h_m).sum::<f64>() / n,
+        mean: values.iter().sum::<f64>() / n,
+        scatter: hi - lo,
+    })
+}
+
+/// Compares the study's step with the smallest one of the time-step family, on the same mesh.
+pub fn time_step(cases: &Cases, variant: &str, quantity: &str, estimates: &[Estimate]) -> Option<TimeStep> {
+    let family = cases.study.families.iter().find(|f| f.role == Role::TimeStep)?;
+    let mut members: Vec<&StoredCase> = cases.of(family, variant);
+    // The same mesh at the study's step may be stored under another family
+    let source = members.first()?.record.mesh.source.clone();
+    if !members.iter().any(|c| cases.at_study_step(&c.record)) {
+        members.extend(cases.stored.iter().find(|c| {
+            let r = &c.record;
+            let here = r.variant == variant && r.converged() && r.formulation == family.formulation;
+            here && r.mesh.source == source && cases.at_study_step(r)
+        }));
+    }
+    members.sort_by(|a, b| a.record.dt_s.total_cmp(&b.record.dt_s));
+    let (dt_s, values): (Vec<f64>, Vec<f64>) =
+        members.iter().filter_map(|c| Some((c.record.dt_s, peak(c, quantity)?))).unzip();
+    // If the study's step is itself the smallest, the difference to the next larger one bounds its error
+    let at = members.iter().position(|c| cases.at_study_step(&c.record))?;
+    let other = if at == 0 { 1 } else { 0 };
+    let (a, b) = (values.get(at)?, values.get(other)?);
+    let error = (a - b).abs() * dt_s[at] / (dt_s[at] - dt_s[other]).abs();
+    let mesh_error = estimates.iter().find(|e| e.role == Role::Sizes).map(|e| e.uncertainty_finest)?;
+    let negligible = error <= 0.1 * mesh_error || error <= ROUNDING * a.abs();
+    Some(TimeStep { family: family.name.clone(), dt_s, values, error, mesh_error, negligible })
+}

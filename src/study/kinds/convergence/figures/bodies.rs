@@ -1,0 +1,157 @@
+//! The meshes side by side, and the body at the peak of the protocol.
+
+use crate::report::canvas::{Area, At, DOUBLE, INK, LABEL, PALETTE, RGB, SMALL, figure, italic, line, mm, text};
+use crate::report::figure::Figure;
+use crate::report::plot::Axis;
+use crate::report::surface::{Fit, Look, View, extent, ghost, surface, viridis};
+use crate::report::words::thousands;
+use crate::study::kinds::convergence::Analysis;
+use crate::study::record::{CaseRecord, Role};
+use crate::study::results::Results;
+use crate::study::skin::Skin;
+
+/// Eye of the meshes: from the front, a little to the tip and above.
+const MESH_EYE: [f64; 3] = [0.55, -1.0, 0.45];
+/// Eye of the bent body: almost along the axis of bending, so that the angle is seen.
+const BENT_EYE: [f64; 3] = [0.18, -1.0, 0.22];
+const BODY: RGB = RGB(0xdd, 0xe6, 0xee);
+const EDGE: RGB = RGB(0x33, 0x44, 0x55);
+/// Rigid bodies and obstacles
+const RIGID: RGB = RGB(0xe8, 0xd9, 0xc0);
+
+/// The reference surfaces of the sizes, coarsest first.
+pub fn meshes(store: &Results) -> Option<Figure> {
+    let family = store.study.families.iter().find(|f| f.role == Role::Sizes)?;
+    let mut shown: Vec<(&CaseRecord, &Skin)> = vec![];
+    for c in store.cases.iter().map(|c| &c.record).filter(|r| family.cases.contains(&r.id)) {
+        if let Some(skin) = store.skins.get(&c.id).filter(|_| shown.iter().all(|(r, _)| r.mesh.cells != c.mesh.cells)) {
+            shown.push((c, skin));
+        }
+    }
+    shown.sort_by_key(|(r, _)| r.mesh.cells);
+    let view = View::from(MESH_EYE);
+    let from = extent(shown.iter().flat_map(|(_, s)| &s.points).map(|x| view.project(*x)));
+    if shown.is_empty() || !from.iter().all(|v| v.is_finite()) {
+        return None;
+    }
+    let columns = 2.min(shown.len());
+    let (gap, head) = (6.0, 5.5);
+    let wide = (DOUBLE - gap * (columns as f64 - 1.0) - 2.0) / columns as f64;
+    let tall = wide * (from[3] - from[1]) / (from[2] - from[0]);
+    let rows = shown.len().div_ceil(columns);
+    let height = rows as f64 * (tall + head + 3.0);
+    let corner = |k: usize| {
+        let (i, j) = (k % columns, k / columns);
+        (1.0 + i as f64 * (wide + gap), j as f64 * (tall + head + 3.0))
+    };
+    let mut under = String::new();
+    for (k, (_, skin)) in shown.iter().enumerate() {
+        let (x, y) = corner(k);
+        let fit = Fit::new(from, [mm(x), mm(y + head), mm(x + wide), mm(y + head + tall)]);
+        let look = Look { color: &|_| BODY, edge: Some((EDGE, 2.0)), outline: None, shade: 0.8 };
+        under += &surface(&skin.points, &skin.triangles, &view, &fit, &look);
+    }
+    let svg = figure(DOUBLE, height, &under, |area| {
+        for (k, (r, _)) in shown.iter().enumerate() {
+            let (x, y) = corner(k);
+            let letter = char::from(b'a' + k.min(25) as u8);
+            let cells = thousands(r.mesh.cells);
+            let words = format!("({letter})  {cells} cells, {} = {:.2} mm", italic("h"), 1e3 * r.mesh.h_m);
+            text(area, &words, (mm(x), mm(y + 3.0)), At::Left, LABEL, INK);
+        }
+    });
+    let caption = format!("Meshes of family {} in the reference state.", family.name);
+    Some(Figure { name: "meshes".into(), svg, caption })
+}
+
+/// The recommended case at its peak, or the finest of the sizes.
+pub fn bent(store: &Results, analysis: &Analysis) -> Option<Figure> {
+    let record = |id: &str| store.cases.iter().map(|c| &c.record).find(|r| r.id == id);
+    let chosen = analysis.recommended.as_ref().and_then(|r| Some((record(&r.case)?, store.skins.get(&r.case)?)));
+    let sizes = store.study.families.iter().find(|f| f.role == Role::Sizes);
+    let finest = || {
+        let ids = sizes.iter().flat_map(|f| &f.cases).chain(store.skins.keys());
+        let all = ids.filter_map(|id| Some((record(id)?, store.skins.get(id)?)));
+        all.max_by_key(|(r, _)| (sizes.is_some_and(|f| f.cases.contains(&r.id)), r.mesh.cells))
+    };
+    let (r, skin) = chosen.or_else(finest)?;
+    let view = View::from(BENT_EYE);
+    let moved: Vec<[f64; 3]> =
+        (skin.points.iter().zip(&skin.displacement)).map(|(x, u)| std::array::from_fn(|k| x[k] + u[k])).collect();
+    let cable = skin.cables.iter().flatten();
+    let rigid = skin.rigids.iter().flat_map(|r| &r.points);
+    let from = extent(skin.points.iter().chain(&moved).chain(cable).chain(rigid).map(|x| view.project(*x)));
+    let (wide, bar) = (104.0, 20.0);
+    let tall = (wide * (from[3] - from[1]) / (from[2] - from[0])).min(110.0);
+    if !tall.is_finite() || skin.triangles.is_empty() {
+        return None;
+    }
+    let fit = Fit::new(from, [mm(2.0), mm(2.0), mm(2.0 + wide), mm(2.0 + tall)]);
+    // The top two per cent are left to the end of the scale, so that a notch corner does not take all of it
+    let mut sorted: Vec<f64> = skin.stretch.iter().copied().filter(|v| v.is_finite()).collect();
+    sorted.sort_by(f64::total_cmp);
+    let top = sorted.get(sorted.len() * 98 / 100).copied().unwrap_or(2.0).max(1.001);
+    let value = |k: usize| skin.triangles[k].iter().map(|i| skin.stretch[*i as usize]).sum::<f64>() / 3.0;
+    let color = |k: usize| viridis((value(k) - 1.0) / (top - 1.0));
+    let (grey, pale, dark) = (RGB(0xb4, 0xb4, 0xb4), RGB(0xf6, 0xf6, 0xf6), RGB(0x30, 0x30, 0x30));
+    let mut under = ghost(&skin.points, &skin.triangles, &view, &fit, (grey, pale), "rest");
+    for r in &skin.rigids {
+        let look = Look { color: &|_| RIGID, edge: None, outline: Some((dark, 6.0)), shade: 0.8 };
+        under += &surface(&r.points, &r.triangles, &view, &fit, &look);
+    }
+    let look = Look { color: &color, edge: None, outline: Some((dark, 6.0)), shade: 0.45 };
+    under += &surface(&moved, &skin.triangles, &view, &fit, &look);
+    let total = tall.max(40.0) + 4.0;
+    let bar_at = (wide + 5.0, total, top);
+    under += &gradient(bar_at);
+    let svg = figure(wide + bar + 6.0, total, &under, |area| {
+        for polyline in &skin.cables {
+            let path: Vec<_> = polyline.iter().map(|x| fit.at(view.project(*x))).collect();
+            line(area, &path, RGB(255, 255, 255), 22);
+            line(area, &path, PALETTE[1], 12);
+        }
+        color_bar(area, bar_at);
+    });
+    let clipped = if sorted.last().is_some_and(|m| *m > top * 1.01) {
+        format!(" (2 % of the surface is above {top:.2}, up to {:.2})", sorted[sorted.len() - 1])
+    } else {
+        String::new()
+    };
+    let rigid = if skin.rigids.is_empty() { "" } else { " rigid bodies behind in beige," };
+    let caption = format!(
+        "Case {} at t = {:.2} s: largest principal stretch λ₁{clipped}, cable in red,{rigid} reference outline in grey.",
+        r.id, skin.t_s
+    );
+    Some(Figure { name: "bent".into(), svg, caption })
+}
+
+/// Top and bottom of the colour bar \[mm\].
+fn bar_span(height: f64) -> (f64, f64) {
+    let tall = (height - 16.0).min(50.0);
+    (0.5 * (height - tall) + 2.0, 0.5 * (height + tall) + 2.0)
+}
+
+/// The colours of the bar, as SVG.
+fn gradient((x, height, _): (f64, f64, f64)) -> String {
+    let (a, b) = bar_span(height);
+    let mut svg = String::from("<defs><linearGradient id=\"stretch\" x1=\"0\" y1=\"1\" x2=\"0\" y2=\"0\">");
+    for k in 0..=16 {
+        let c = viridis(f64::from(k) / 16.0);
+        svg += &format!("<stop offset=\"{}\" stop-color=\"rgb({},{},{})\"/>", f64::from(k) / 16.0, c.0, c.1, c.2);
+    }
+    let (x, y, w, h) = (mm(x), mm(a), mm(3.5), mm(b) - mm(a));
+    svg + &format!(
+        "</linearGradient></defs>\n<rect x=\"{x}\" y=\"{y}\" width=\"{w}\" height=\"{h}\" fill=\"url(#stretch)\"/>\n"
+    )
+}
+
+fn color_bar(area: &Area, (x, height, top): (f64, f64, f64)) {
+    let (a, b) = bar_span(height);
+    text(area, &format!("{}₁ [–]", italic("λ")), (mm(x), mm(a - 3.5)), At::Left, LABEL, INK);
+    let axis = Axis::exact(1.0, top, "");
+    for (value, name) in axis.ticks() {
+        let y = mm(b - (b - a) * axis.place(value));
+        line(area, &[(mm(x + 3.5), y), (mm(x + 4.4), y)], INK, 5);
+        text(area, &name, (mm(x + 5.2), y), At::Left, SMALL, INK);
+    }
+}

@@ -1,0 +1,126 @@
+//! What a mesh costs: seconds against unknowns and against entries of the factor, with the exponent of growth.
+
+use crate::report::canvas::{Area, At, DOUBLE, Mark, PALETTE, RGB, SMALL, figure, italic, line, mark, mm, text};
+use crate::report::figure::{Figure, Sample, legend};
+use crate::report::plot::{Axis, Plot};
+use crate::report::words::capital;
+use crate::study::estimate::growth::{Growth, growth};
+use crate::study::kinds::convergence::Analysis;
+use crate::study::record::{CaseRecord, Role};
+use crate::study::results::Results;
+use std::collections::BTreeMap;
+
+const LEFT: f64 = 15.0;
+const GAP: f64 = 18.0;
+const TOP: f64 = 6.0;
+const TALL: f64 = 50.0;
+
+/// One mesh of one formulation, over its variants.
+struct Dot {
+    formulation: usize,
+    dofs: f64,
+    nnz: f64,
+    /// Smallest, mean and largest \[s\]
+    seconds: [f64; 3],
+}
+
+/// A measure of size.
+type Size = fn(&Dot) -> f64;
+
+/// `None` unless some formulation ran on two meshes.
+pub fn draw(store: &Results, analysis: &Analysis) -> Option<Figure> {
+    let role = |r: &CaseRecord| store.study.families.iter().find(|f| f.name == r.family).map(|f| f.role);
+    let cost = |r: &CaseRecord| if analysis.cost == "cpu_s" { r.cpu_s } else { r.wall_s };
+    let mut formulations: Vec<&str> = vec![];
+    // One mesh in several variants is one mark
+    let mut meshes: BTreeMap<(usize, usize, usize, &str), Vec<&CaseRecord>> = BTreeMap::new();
+    for r in store.cases.iter().map(|c| &c.record) {
+        if !r.converged() || cost(r) <= 0.0 || r.factor_nnz == 0 || role(r) == Some(Role::TimeStep) {
+            continue;
+        }
+        let k = formulations.iter().position(|f| *f == r.formulation).unwrap_or_else(|| {
+            formulations.push(&r.formulation);
+            formulations.len() - 1
+        });
+        meshes.entry((k, r.dofs, r.factor_nnz, &r.family)).or_default().push(r);
+    }
+    let dots: Vec<Dot> = (meshes.into_iter())
+        .map(|((formulation, dofs, nnz, _), records)| {
+            let s: Vec<f64> = records.iter().map(|r| cost(r)).collect();
+            let mean = s.iter().sum::<f64>() / s.len() as f64;
+            let (lo, hi) = s.iter().fold((f64::INFINITY, 0.0f64), |(a, b), v| (a.min(*v), b.max(*v)));
+            Dot { formulation, dofs: dofs as f64, nnz: nnz as f64, seconds: [lo, mean, hi] }
+        })
+        .collect();
+    let fits = |k: usize, x: Size| {
+        growth(&dots.iter().filter(|d| d.formulation == k).map(|d| (x(d), d.seconds[1])).collect::<Vec<_>>())
+    };
+    if !(0..formulations.len()).any(|k| fits(k, |d| d.dofs).is_some()) {
+        return None;
+    }
+    let words = if analysis.cost == "cpu_s" { "CPU time" } else { "wall time" };
+    let each = (DOUBLE - LEFT - GAP - 3.0) / 2.0;
+    let svg = figure(DOUBLE, TOP + TALL + 17.0, "", |area| {
+        let size: [(&str, Size); 2] = [("free degrees of freedom", |d| d.dofs), ("entries of the factor", |d| d.nnz)];
+        for (k, (name, x)) in size.into_iter().enumerate() {
+            let left = LEFT + k as f64 * (each + GAP);
+            let frame = [mm(left), mm(TOP), mm(left + each), mm(TOP + TALL)];
+            let label = if k == 0 { format!("{name} {}", italic("n")) } else { format!("{name} nnz({})", italic("L")) };
+            let y = Axis::log(dots.iter().flat_map(|d| d.seconds), &format!("{words} [s]"));
+            let plot = Plot { area, frame, x: Axis::log(dots.iter().map(x), &label), y };
+            let symbol = if k == 0 { italic("n") } else { "nnz".into() };
+            let lines: Vec<Option<Growth>> = (0..formulations.len()).map(|k| fits(k, x)).collect();
+            panel(&plot, &dots, x, &lines, &formulations, &symbol);
+            plot.axes(true);
+            plot.title(['a', 'b'][k], if k == 0 { "Unknowns" } else { "Cholesky factor" });
+        }
+        for (k, name) in formulations.iter().enumerate() {
+            let (m, c) = style(k);
+            legend(
+                area,
+                (mm(LEFT + 30.0 * k as f64), mm(TOP + TALL + 13.5)),
+                &[(Sample::Mark(m, c), name.to_string())],
+            );
+        }
+    });
+    let caption = format!(
+        "{} of a case over its size, per formulation, with the fitted exponent of growth and its standard error. A mark is the mean over the variants of one mesh, its bar the range.",
+        capital(words)
+    );
+    Some(Figure { name: "cost-size".into(), svg, caption })
+}
+
+fn style(k: usize) -> (Mark, RGB) {
+    // The colours that the families of these elements have elsewhere
+    let marks = [Mark::Circle, Mark::Ring, Mark::Down, Mark::Cross, Mark::Square];
+    (marks[k % 5], [PALETTE[0], PALETTE[4], PALETTE[5], PALETTE[6], PALETTE[2]][k % 5])
+}
+
+fn panel(plot: &Plot, dots: &[Dot], x: Size, lines: &[Option<Growth>], names: &[&str], symbol: &str) {
+    plot.grid();
+    let area: &Area = plot.area;
+    let mut written = 0;
+    for (k, growth) in lines.iter().enumerate() {
+        let Some(g) = growth else { continue };
+        let own = || dots.iter().filter(|d| d.formulation == k).map(x);
+        let (a, b) = (own().fold(f64::INFINITY, f64::min), own().fold(0.0, f64::max));
+        let at = |n: f64| plot.at(n, g.at(n));
+        line(area, &[at(a), at(b)], style(k).1, 7);
+        let error = g.error.map_or(String::new(), |e| format!(" ± {e:.2}"));
+        let words = format!("{}: exponent of {symbol} {:.2}{error}", names[k], g.q);
+        let [l, t, ..] = plot.frame;
+        text(area, &words, (l + 40, t + 60 + 85 * written), At::Left, SMALL, style(k).1);
+        written += 1;
+    }
+    for d in dots {
+        let (m, c) = style(d.formulation);
+        let (low, high) = (plot.at(x(d), d.seconds[0]), plot.at(x(d), d.seconds[2]));
+        if low.1 - high.1 > 4 {
+            line(area, &[low, high], c, 4);
+            for end in [low, high] {
+                line(area, &[(end.0 - 14, end.1), (end.0 + 14, end.1)], c, 4);
+            }
+        }
+        mark(area, m, plot.at(x(d), d.seconds[1]), 24, c);
+    }
+}

@@ -1,0 +1,159 @@
+//! What decides (bending angle and tension, if they are judged) against time for the sizes, with the Richardson curve and its GCI band; below each, the
+//! difference to the Richardson curve, where the meshes come apart.
+
+use crate::report::canvas::{DOUBLE, INK, PALETTE, RGB, dashed, figure, fill, italic, line, mm};
+use crate::report::figure::{Figure, Sample, legend};
+use crate::report::plot::{Axis, Plot};
+use crate::report::words::{capital, thousands};
+use crate::study::curve::Curve;
+use crate::study::estimate::curve::CurveStudy;
+use crate::study::figures::axis_label;
+use crate::study::kinds::convergence::{Analysis, DECIDING};
+use crate::study::record::{Quantity, Role, StoredCase};
+use crate::study::results::Results;
+use plotters::style::Color;
+
+/// The band of the GCI, pale enough for lines on top.
+const BAND: RGB = RGB(0xd8, 0xd8, 0xd8);
+
+/// `None` if no case of the sizes has a series in this variant.
+pub fn draw(store: &Results, analysis: &Analysis, variant: &str) -> Option<Figure> {
+    let family = store.study.families.iter().find(|f| f.role == Role::Sizes)?;
+    let mut cases: Vec<&StoredCase> = (store.cases.iter())
+        .filter(|c| family.cases.contains(&c.record.id) && c.record.variant == variant && c.record.converged())
+        .collect();
+    cases.sort_by(|a, b| a.record.mesh.h_m.total_cmp(&b.record.mesh.h_m));
+    cases.truncate(PALETTE.len() - 1);
+    // The recommended case, where it is not one of the sizes, last
+    let sizes = cases.len();
+    if let Some(r) = &analysis.recommended {
+        let here = |c: &&StoredCase| c.record.variant == variant && r.cases.contains(&c.record.id);
+        cases.extend(store.cases.iter().find(here).filter(|c| !family.cases.contains(&c.record.id)));
+    }
+    // Those that decide, wherever they are listed; else the first ones that the variant lists
+    let all: Vec<&Quantity> = store.study.quantities.values().flatten().collect();
+    let deciding: Vec<&Quantity> =
+        DECIDING.iter().filter_map(|name| all.iter().find(|q| q.name == *name).copied()).collect();
+    let own = store.study.quantities.get(variant).into_iter().flatten().take(2);
+    let shown: Vec<&Quantity> = if deciding.is_empty() { own.collect() } else { deciding };
+    let panels: Vec<(Quantity, Option<&CurveStudy>)> = (shown.into_iter())
+        .filter(|q| cases.iter().any(|c| Curve::of(&c.series, &q.name).is_some()))
+        .map(|q| {
+            let study = analysis.find(variant, &q.name);
+            let curves = study.and_then(|q| q.curves.iter().find(|(f, _)| *f == family.name)).map(|(_, c)| c);
+            (q.clone(), curves)
+        })
+        .collect();
+    if panels.is_empty() {
+        return None;
+    }
+    let (left, gap, legend_width) = (14.0, 17.0, 34.0);
+    let each = (DOUBLE - left - legend_width - gap * (panels.len() as f64 - 1.0)) / panels.len() as f64;
+    let (top, tall, low, between) = (6.0, 42.0, 24.0, 5.0);
+    let height = top + tall + between + low + 10.0;
+    let svg = figure(DOUBLE, height, "", |area| {
+        for (k, (quantity, study)) in panels.iter().enumerate() {
+            let x = left + k as f64 * (each + gap);
+            let upper = [mm(x), mm(top), mm(x + each), mm(top + tall)];
+            let lower = [mm(x), mm(top + tall + between), mm(x + each), mm(top + tall + between + low)];
+            panel(area, &cases, quantity, *study, (upper, lower), ['a', 'b', 'c'][k.min(2)]);
+        }
+        let mut entries: Vec<(Sample, String)> = (cases.iter().zip(PALETTE))
+            .map(|(c, color)| {
+                (Sample::Line(color), format!("{} {}", c.record.formulation, thousands(c.record.mesh.cells)))
+            })
+            .collect();
+        if let Some(e) = entries.get_mut(sizes) {
+            e.1 += " *";
+        }
+        if panels.iter().any(|(_, s)| s.is_some_and(|s| !s.star.is_empty())) {
+            entries.push((Sample::Dashed(INK), "Richardson".into()));
+            entries.push((Sample::Block(BAND), "± GCI of the finest".into()));
+        }
+        legend(area, (mm(DOUBLE - legend_width + 4.0), mm(top + 2.0)), &entries);
+    });
+    let words: Vec<String> = panels
+        .iter()
+        .filter_map(|(q, s)| {
+            let s = s.as_ref()?;
+            let p = s.order_used?;
+            Some(match s.observed_order {
+                Some(_) if s.fs < 3.0 => format!("{}: global order p = {p:.2}", q.label),
+                Some(seen) => format!("{}: order {seen:.2} observed, p = {p:.2} used, Fs = 3", q.label),
+                None => format!("{}: no order observed, p = {p:.0} assumed, Fs = 3", q.label),
+            })
+        })
+        .collect();
+    let orders = if words.is_empty() { String::new() } else { format!(" {}.", capital(&words.join("; "))) };
+    let star = if sizes < cases.len() { " The curve with a star is the advised setting." } else { "" };
+    let caption = format!(
+        "{}, family {}: the meshes (element and cells) over time (top) and their difference to the Richardson curve of the family (bottom).{star}{orders}",
+        capital(&store.study.label(variant)),
+        family.name
+    );
+    Some(Figure { name: format!("curves-{variant}"), svg, caption })
+}
+
+fn panel(
+    area: &crate::report::canvas::Area,
+    cases: &[&StoredCase],
+    q: &Quantity,
+    study: Option<&CurveStudy>,
+    (upper, lower): ([i32; 4], [i32; 4]),
+    letter: char,
+) {
+    let curves: Vec<Option<Curve>> = cases.iter().map(|c| Curve::of(&c.series, &q.name)).collect();
+    let all = || curves.iter().flatten();
+    let times = all().flat_map(|c| c.t.iter().copied());
+    let (lo, hi) = times.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(t), b.max(t)));
+    let time = Axis::exact(lo, hi, &format!("time {} [s]", italic("t")));
+    let study = study.filter(|s| !s.star.is_empty());
+    let band = |sign: f64| {
+        study.iter().flat_map(|s| s.star.iter().zip(&s.gci).map(move |(f, g)| f + sign * g)).collect::<Vec<f64>>()
+    };
+    let values = all().flat_map(|c| c.f.iter().copied()).chain(band(1.0)).chain(band(-1.0));
+    let plot = Plot { area, frame: upper, x: time.clone(), y: Axis::linear(values, &axis_label(q, "")) };
+    plot.grid();
+    if let Some(s) = study {
+        // Around f*, of the finest mesh's uncertainty
+        let mut ring = plot.path(&s.t, &band(1.0));
+        ring.extend(plot.path(&s.t, &band(-1.0)).into_iter().rev());
+        fill(area, &ring, BAND.to_rgba());
+    }
+    for (c, color) in curves.iter().zip(PALETTE).rev() {
+        if let Some(c) = c {
+            line(area, &plot.path(&c.t, &c.f), color, 9);
+        }
+    }
+    if let Some(s) = study {
+        dashed(area, &plot.path(&s.t, &s.star), INK, 8, 30.0);
+    }
+    let imposed = if study.is_none() && same(&curves) { ", imposed" } else { "" };
+    plot.axes(study.is_none());
+    plot.title(letter, &format!("{}{imposed}", capital(&q.label)));
+    let Some(s) = study else { return };
+    let star = Curve { t: s.t.clone(), f: s.star.clone() };
+    let off: Vec<Option<Vec<f64>>> =
+        (curves.iter()).map(|c| c.as_ref().map(|c| s.t.iter().map(|t| c.at(*t) - star.at(*t)).collect())).collect();
+    let minus: Vec<f64> = s.gci.iter().map(|g| -g).collect();
+    let values = off.iter().flatten().flatten().chain(&s.gci).chain(&minus).copied();
+    let label = format!("{} − {} [{}]", italic(&q.symbol), italic(&format!("{}*", q.symbol)), q.unit);
+    let plot = Plot { area, frame: lower, x: time, y: Axis::linear(values, &label) };
+    plot.grid();
+    let mut ring = plot.path(&s.t, &s.gci);
+    ring.extend(plot.path(&s.t, &minus).into_iter().rev());
+    fill(area, &ring, BAND.to_rgba());
+    for (d, color) in off.iter().zip(PALETTE).rev() {
+        if let Some(d) = d {
+            line(area, &plot.path(&s.t, d), color, 9);
+        }
+    }
+    dashed(area, &[plot.at(plot.x.lo, 0.0), plot.at(plot.x.hi, 0.0)], INK, 8, 30.0);
+    plot.axes(true);
+}
+
+/// All meshes have one curve, as an imposed quantity has.
+fn same(curves: &[Option<Curve>]) -> bool {
+    let peaks: Vec<f64> = curves.iter().flatten().map(Curve::peak).collect();
+    peaks.len() > 1 && peaks.iter().all(|p| (p - peaks[0]).abs() <= 1e-6 * peaks[0].abs())
+}

@@ -1,0 +1,224 @@
+//! Error against h with the fitted orders, and error against seconds with the Pareto front.
+
+use crate::report::canvas::{Area, At, DOUBLE, GREY, INK, SMALL, dashed, figure, fill, italic, line, mark, mm, text};
+use crate::report::figure::{Figure, Sample, UNRESOLVED, legend, style};
+use crate::report::plot::{Axis, Plot};
+use crate::report::words::capital;
+use crate::study::estimate::family::Estimate;
+use crate::study::kinds::convergence::{Analysis, QuantityAnalysis};
+use crate::study::record::{CaseRecord, Role};
+use crate::study::results::Results;
+use plotters::style::Color;
+
+const LEFT: f64 = 14.0;
+const GAP: f64 = 16.0;
+const TOP: f64 = 6.0;
+const TALL: f64 = 46.0;
+
+/// One case in one panel.
+struct Dot<'a> {
+    record: &'a CaseRecord,
+    family: usize,
+    error: f64,
+    bar: f64,
+    cost: f64,
+}
+
+fn dots<'a>(store: &'a Results, analysis: &Analysis, q: &QuantityAnalysis) -> Vec<Dot<'a>> {
+    (q.errors.iter())
+        .filter_map(|e| {
+            let record = store.cases.iter().map(|c| &c.record).find(|r| r.id == e.id)?;
+            let family = store.study.families.iter().position(|f| f.name == record.family)?;
+            let cost = if analysis.cost == "cpu_s" { record.cpu_s } else { record.wall_s };
+            Some(Dot { record, family, error: 100.0 * e.error, bar: 100.0 * e.bar, cost })
+        })
+        .collect()
+}
+
+/// Shared layout: one panel per deciding quantity with a reference, the legend below.
+fn sheet(
+    store: &Results,
+    analysis: &Analysis,
+    extra: Vec<(Sample, String)>,
+    panel: impl Fn(&Area, [i32; 4], char, &QuantityAnalysis, &[Dot]),
+) -> Option<String> {
+    let shown: Vec<(&QuantityAnalysis, Vec<Dot>)> = (analysis.quantities.iter().filter(|q| q.deciding).take(3))
+        .map(|q| (q, dots(store, analysis, q)))
+        .filter(|(_, d)| d.iter().any(|d| d.error > 0.0))
+        .collect();
+    if shown.is_empty() {
+        return None;
+    }
+    let n = shown.len() as f64;
+    let each = ((DOUBLE - LEFT - 5.0 - GAP * (n - 1.0)) / n).min(70.0);
+    let mut used: Vec<usize> = shown.iter().flat_map(|(_, d)| d.iter().map(|d| d.family)).collect();
+    used.sort_unstable();
+    used.dedup();
+    let mut entries: Vec<(Sample, String)> = (used.iter())
+        .map(|k| {
+            let f = &store.study.families[*k];
+            let (m, c) = style(*k);
+            (Sample::Mark(m, c), crate::report::figure::family_label(&f.name, &f.formulation))
+        })
+        .collect();
+    entries.extend(extra);
+    let rows = entries.len().div_ceil(4);
+    let height = TOP + TALL + 12.5 + 4.2 * rows as f64;
+    Some(figure(DOUBLE, height, "", |area| {
+        for (k, (q, dots)) in shown.iter().enumerate() {
+            let x = LEFT + k as f64 * (each + GAP);
+            let frame = [mm(x), mm(TOP), mm(x + each), mm(TOP + TALL)];
+            panel(area, frame, ['a', 'b', 'c'][k], q, dots);
+        }
+        for (k, entry) in entries.into_iter().enumerate() {
+            let at = (mm(LEFT + 41.0 * (k % 4) as f64), mm(TOP + TALL + 13.5 + 4.2 * (k / 4) as f64));
+            legend(area, at, &[entry]);
+        }
+    }))
+}
+
+/// Percent axis over what is resolved, four decades at most, with room at the top for `lines` of text.
+fn percent_axis(q: &QuantityAnalysis, dots: &[Dot], tolerance: f64, bars: bool, lines: usize) -> Axis {
+    let top = dots.iter().map(|d| if bars { d.bar } else { d.error }).fold(tolerance, f64::max);
+    let unresolved = q.reference.as_ref().map_or(0.0, |r| 100.0 * r.uncertainty / r.value.abs());
+    let least = (1e-4 * top).max(0.2 * unresolved).min(tolerance);
+    let lowest = dots.iter().map(|d| d.error.max(least)).fold(tolerance, f64::min);
+    let room = (top / lowest).powf(0.04 * lines as f64);
+    Axis::log([lowest, tolerance, top, room * top].into_iter(), "error [%]")
+}
+
+/// What is below U(f*) is not resolved, what is below the tolerance is good enough.
+pub(super) fn levels(plot: &Plot, q: &QuantityAnalysis, tolerance: f64) {
+    if let Some(r) = &q.reference {
+        let u = 100.0 * r.uncertainty / r.value.abs();
+        if u > plot.y.lo {
+            let (a, b) = (plot.at(plot.x.lo, u.min(plot.y.hi)), plot.at(plot.x.hi, plot.y.lo));
+            fill(plot.area, &[a, (b.0, a.1), b, (a.0, b.1)], UNRESOLVED.to_rgba());
+        }
+    }
+    plot.grid();
+    dashed(plot.area, &[plot.at(plot.x.lo, tolerance), plot.at(plot.x.hi, tolerance)], INK, 7, 25.0);
+}
+
+pub(super) fn title(q: &QuantityAnalysis) -> String {
+    format!("{}, {}", q.quantity.label, q.variant_label)
+}
+
+fn marks(plot: &Plot, dots: &[Dot], x: impl Fn(&Dot) -> f64) {
+    for d in dots {
+        let (shape, color) = style(d.family);
+        mark(plot.area, shape, plot.at(x(d), d.error.max(plot.y.lo)), 26, color);
+    }
+}
+
+/// The family's model φ(h), from its least squares or its Richardson extrapolation.
+fn model(e: &Estimate, h: f64) -> Option<(f64, f64)> {
+    if let Some(f) = &e.fit {
+        return (f.model == "αh^p").then(|| (f.at(h), f.p));
+    }
+    let (star, p) = (e.richardson?, e.observed_order?);
+    (e.fs < 3.0).then(|| (star + (e.values[0] - star) * (h / e.h_m[0]).powf(p), p))
+}
+
+pub fn against_h(store: &Results, analysis: &Analysis) -> Option<Figure> {
+    let tolerance = 100.0 * analysis.tolerance;
+    let extra = vec![
+        (Sample::Line(GREY), "fit αh^p".replace("h^p", &format!("{}ᵖ", italic("h")))),
+        (Sample::Dashed(INK), "tolerance".into()),
+        (Sample::Block(UNRESOLVED), format!("below U({})", italic("f*"))),
+    ];
+    let svg = sheet(store, analysis, extra, |area, frame, letter, q, dots| {
+        let h = |d: &Dot| 1e3 * d.record.mesh.h_m;
+        let x = Axis::log(dots.iter().map(h), &format!("{} [mm]", italic("h")));
+        let lines = q.estimates.iter().filter(|e| model(e, e.h_m[0]).is_some()).count();
+        let plot = Plot { area, frame, x, y: percent_axis(q, dots, tolerance, false, lines) };
+        levels(&plot, q, tolerance);
+        let mut orders = vec![];
+        for e in &q.estimates {
+            let family = store.study.families.iter().position(|f| f.name == e.family).unwrap_or(0);
+            let Some(reference) = q.reference.as_ref().map(|r| r.value) else { continue };
+            let (a, b) = (e.h_m[0], e.h_m[e.h_m.len() - 1]);
+            let hs: Vec<f64> = (0..=60).map(|k| a * (b / a).powf(f64::from(k) / 60.0)).collect();
+            let y: Vec<Option<(f64, f64)>> = hs.iter().map(|h| model(e, *h)).collect();
+            let path: Vec<_> = (hs.iter().zip(&y))
+                .filter_map(|(h, y)| Some((1e3 * h, 100.0 * ((*y)?.0 - reference).abs() / reference.abs())))
+                .filter(|(_, y)| *y >= plot.y.lo && *y <= plot.y.hi)
+                .map(|(h, y)| plot.at(h, y))
+                .collect();
+            line(area, &path, style(family).1, 7);
+            if let Some((_, p)) = y[0] {
+                orders.push((format!("{p:.2} ({})", e.family), style(family).1));
+            }
+        }
+        // The scatter of the seeds about their mean, as it moves the error
+        if let (Some(n), Some(r)) = (&q.noise, &q.reference) {
+            let family = store.study.families.iter().position(|f| f.name == n.family).unwrap_or(0);
+            let color = style(family).1;
+            let off = (n.mean - r.value).abs();
+            let end = |sign: f64| (100.0 * (off + sign * 0.5 * n.scatter) / r.value.abs()).clamp(plot.y.lo, plot.y.hi);
+            let (a, b) = (plot.at(1e3 * n.h_m, end(-1.0)), plot.at(1e3 * n.h_m, end(1.0)));
+            line(area, &[a, b], color, 8);
+            for p in [a, b] {
+                line(area, &[(p.0 - 30, p.1), (p.0 + 30, p.1)], color, 8);
+            }
+        }
+        marks(&plot, dots, h);
+        plot.axes(true);
+        plot.title(letter, &capital(&title(q)));
+        // Upper left: small h has small errors, so only the tolerance can stand there
+        let [l, t, ..] = frame;
+        let taken = 40 + 85 * orders.len() as i32;
+        let tolerance = plot.at(plot.x.lo, tolerance).1 - t;
+        let from = if (0..taken + 40).contains(&tolerance) { tolerance + 70 } else { 60 };
+        for (k, (words, color)) in orders.iter().enumerate() {
+            let words = format!("{} = {}", italic("p"), words);
+            text(area, &words, (l + 40, t + from + 85 * k as i32), At::Left, SMALL, *color);
+        }
+    })?;
+    let caption = "Error of the peak against the reference value over the mean cell size h, the cube root of volume by cells, with \
+                   the fitted order of each family; the bar is the scatter of the seeds. Errors in the grey zone are smaller than the uncertainty of the reference."
+        .into();
+    Some(Figure { name: "error-h".into(), svg, caption })
+}
+
+pub fn against_cost(store: &Results, analysis: &Analysis) -> Option<Figure> {
+    let tolerance = 100.0 * analysis.tolerance;
+    let words = if analysis.cost == "cpu_s" { "CPU time" } else { "wall time" };
+    let extra = vec![
+        (Sample::Line(GREY), "Pareto front".into()),
+        (Sample::Dashed(INK), "tolerance".into()),
+        (Sample::Block(UNRESOLVED), format!("below U({})", italic("f*"))),
+    ];
+    let svg = sheet(store, analysis, extra, |area, frame, letter, q, dots| {
+        let x = Axis::log(dots.iter().map(|d| d.cost), &format!("{words} [s]"));
+        let plot = Plot { area, frame, x, y: percent_axis(q, dots, tolerance, true, 0) };
+        levels(&plot, q, tolerance);
+        // Seeds show the scatter; a lucky one is no setting to choose
+        let mut order: Vec<&Dot> = dots.iter().filter(|d| store.study.families[d.family].role != Role::Seeds).collect();
+        order.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        let mut front: Vec<(i32, i32)> = vec![];
+        let mut best = f64::INFINITY;
+        for d in order {
+            if d.error < best {
+                best = d.error;
+                let p = plot.at(d.cost, d.error.max(plot.y.lo));
+                front.extend(front.last().map(|last| (p.0, last.1)));
+                front.push(p);
+            }
+        }
+        front.extend(front.last().map(|last| (frame[2], last.1)));
+        line(area, &front, GREY, 8);
+        for d in dots {
+            let (a, b) = (plot.at(d.cost, d.error.max(plot.y.lo)), plot.at(d.cost, d.bar));
+            line(area, &[a, b], style(d.family).1, 4);
+            line(area, &[(b.0 - 14, b.1), (b.0 + 14, b.1)], style(d.family).1, 4);
+        }
+        marks(&plot, dots, |d| d.cost);
+        plot.axes(true);
+        plot.title(letter, &capital(&title(q)));
+    })?;
+    let caption = format!(
+        "Work and precision: error of the peak (mark) and its error bar with U(f*) (whisker) over {words} of the case."
+    );
+    Some(Figure { name: "work-precision".into(), svg, caption })
+}

@@ -1,0 +1,138 @@
+//! What an element saves: error of one line a formulation, over the number of cells (top) and over CPU seconds (bottom).
+
+use crate::report::canvas::{DOUBLE, INK, Mark, RGB, figure, hollow, italic, line, mark, mm};
+use crate::report::figure::{Figure, Sample, UNRESOLVED, legend, style};
+use crate::report::plot::{Axis, Plot};
+use crate::report::words::capital;
+use crate::study::kinds::convergence::figures::errors::{levels, title};
+use crate::study::kinds::convergence::{Analysis, QuantityAnalysis};
+use crate::study::record::Role;
+use crate::study::results::Results;
+
+const LEFT: f64 = 14.0;
+const GAP: f64 = 16.0;
+const TOP: f64 = 6.0;
+const TALL: f64 = 50.0;
+/// From a frame to the one below it, with numbers, label and title between them \[mm\].
+const BETWEEN: f64 = 18.0;
+
+/// One mesh of one family.
+struct Dot {
+    cells: f64,
+    seconds: f64,
+    /// \[%\]
+    error: f64,
+    flagged: bool,
+}
+
+/// Cases of one family, by cells.
+struct Line {
+    family: usize,
+    dots: Vec<Dot>,
+}
+
+fn lines(store: &Results, q: &QuantityAnalysis) -> Vec<Line> {
+    let families = store.study.families.iter().enumerate();
+    let lines = families.filter(|(_, f)| matches!(f.role, Role::Sizes | Role::Element)).map(|(family, f)| {
+        let dot = |id: &String| {
+            let error = 100.0 * q.errors.iter().find(|e| e.id == *id)?.error;
+            let r = &store.cases.iter().find(|c| c.record.id == *id)?.record;
+            let flagged = r.locking.is_some_and(|l| l.alarm);
+            Some(Dot { cells: r.mesh.cells as f64, seconds: r.cpu_s, error, flagged })
+        };
+        let mut dots: Vec<Dot> = f.cases.iter().filter_map(dot).filter(|d| d.error > 0.0 && d.seconds > 0.0).collect();
+        dots.sort_by(|a, b| a.cells.total_cmp(&b.cells));
+        Line { family, dots }
+    });
+    lines.filter(|l| l.dots.len() > 1).collect()
+}
+
+/// Full marks only: an open one is an alarm. The colours are those of the families elsewhere.
+fn look(family: usize) -> (Mark, RGB) {
+    let marks = [Mark::Circle, Mark::Square, Mark::Triangle, Mark::Diamond, Mark::Down];
+    (marks[family % marks.len()], style(family).1)
+}
+
+/// Names that need no table beside the figure.
+fn words(family: &str, formulation: &str) -> String {
+    let name = match formulation {
+        "tet4_up" => "tet4 mixed",
+        "tet10_up" => "tet10 mixed",
+        "tet10_p0" => "tet10 mean dilatation",
+        other => other,
+    };
+    if family == formulation { name.into() } else { format!("{} ({name})", family.replace('_', " ")) }
+}
+
+/// `None` unless two formulations ran on two meshes each.
+pub fn draw(store: &Results, analysis: &Analysis) -> Option<Figure> {
+    let shown: Vec<(&QuantityAnalysis, Vec<Line>)> =
+        (analysis.quantities.iter().filter(|q| q.deciding).take(2)).map(|q| (q, lines(store, q))).collect();
+    let formulation = |l: &Line| &store.study.families[l.family].formulation;
+    let several = |lines: &[Line]| lines.iter().any(|l| formulation(l) != formulation(&lines[0]));
+    if !shown.iter().any(|(_, lines)| several(lines)) {
+        return None;
+    }
+    let dots = || shown.iter().flat_map(|(_, lines)| lines.iter().flat_map(|l| &l.dots));
+    let mut used: Vec<usize> = shown.iter().flat_map(|(_, lines)| lines.iter().map(|l| l.family)).collect();
+    used.sort_unstable();
+    used.dedup();
+    let mut entries: Vec<(Sample, String)> = (used.iter())
+        .map(|k| {
+            let f = &store.study.families[*k];
+            let (m, c) = look(*k);
+            (Sample::Mark(m, c), words(&f.name, &f.formulation))
+        })
+        .collect();
+    if dots().any(|d| d.flagged) {
+        entries.push((Sample::Hollow(Mark::Circle, INK), "open: locking alarm".into()));
+    }
+    entries.push((Sample::Dashed(INK), "tolerance".into()));
+    entries.push((Sample::Block(UNRESOLVED), format!("below U({})", italic("f*"))));
+    let tolerance = 100.0 * analysis.tolerance;
+    let unresolved =
+        |q: &QuantityAnalysis| q.reference.as_ref().map_or(f64::INFINITY, |r| 100.0 * r.uncertainty / r.value.abs());
+    // What is far below U(f*) is luck: it would stretch the axis
+    let least = shown.iter().map(|(q, _)| 0.5 * unresolved(q)).fold(tolerance, f64::min);
+    let y = Axis::log(dots().map(|d| d.error.max(least)).chain([tolerance]), "error [%]");
+    type Abscissa = fn(&Dot) -> f64;
+    let sizes: [(Abscissa, &str); 2] = [(|d| d.cells, "cells"), (|d| d.seconds, "CPU time of the case [s]")];
+    let each = (DOUBLE - LEFT - 5.0 - GAP) / 2.0;
+    let below = TOP + 2.0 * TALL + BETWEEN;
+    let height = below + 12.5 + 4.2 * entries.len().div_ceil(4) as f64;
+    let svg = figure(DOUBLE, height, "", |area| {
+        for (column, (q, lines)) in shown.iter().enumerate() {
+            for (row, (x, name)) in sizes.iter().enumerate() {
+                let (left, top) = (LEFT + column as f64 * (each + GAP), TOP + row as f64 * (TALL + BETWEEN));
+                let frame = [mm(left), mm(top), mm(left + each), mm(top + TALL)];
+                let plot = Plot { area, frame, x: Axis::log(dots().map(x), name), y: y.clone() };
+                levels(&plot, q, tolerance);
+                lines.iter().for_each(|l| curve(&plot, l, x));
+                plot.axes(true);
+                plot.title(['a', 'b', 'c', 'd'][2 * row + column], &capital(&title(q)));
+            }
+        }
+        for (k, entry) in entries.into_iter().enumerate() {
+            let at = (mm(LEFT + 41.0 * (k % 4) as f64), mm(below + 13.5 + 4.2 * (k / 4) as f64));
+            legend(area, at, &[entry]);
+        }
+    });
+    let caption = "Error of the peak against the reference value, one line a formulation: over the number of cells (top) \
+                   and over the CPU seconds of the case (bottom). Open marks raise the locking alarm. Errors in the grey \
+                   zone are smaller than the uncertainty of the reference."
+        .into();
+    Some(Figure { name: "formulations".into(), svg, caption })
+}
+
+fn curve(plot: &Plot, l: &Line, x: &fn(&Dot) -> f64) {
+    let (shape, color) = look(l.family);
+    let at = |d: &Dot| plot.at(x(d), d.error.max(plot.y.lo));
+    line(plot.area, &l.dots.iter().map(at).collect::<Vec<_>>(), color, 8);
+    for d in &l.dots {
+        if d.flagged {
+            hollow(plot.area, shape, at(d), 28, color);
+        } else {
+            mark(plot.area, shape, at(d), 28, color);
+        }
+    }
+}

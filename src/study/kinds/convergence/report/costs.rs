@@ -1,0 +1,66 @@
+//! What a Newton iteration and a digit cost, case by case.
+//!
+//! Digits are −log₁₀ e with e = max(|f − f*|, U(f*))/|f*| of the worst deciding quantity: no more than the reference can
+//! confirm. The bytes are those of the values of L, 8 an entry; indices, K and work space come on top.
+
+use crate::report::table::Table;
+use crate::report::words::digits;
+use crate::study::kinds::convergence::Analysis;
+use crate::study::record::{CaseRecord, Role};
+use crate::study::results::Results;
+use crate::study::tables::factor_mb;
+
+/// One row per case that has an error.
+pub fn table(store: &Results, analysis: &Analysis) -> Table {
+    let seeds = |r: &CaseRecord| store.study.families.iter().any(|f| f.name == r.family && f.role == Role::Seeds);
+    let mut rows = vec![];
+    for r in store.cases.iter().map(|c| &c.record).filter(|r| !seeds(r)) {
+        let Some((error, floor)) = worst(analysis, r) else { continue };
+        let seconds = |s: f64| format!("{s:.*}", digits(s));
+        let found = -error.max(floor).log10();
+        rows.push(vec![
+            r.id.clone(),
+            r.formulation.clone(),
+            r.mesh.cells.to_string(),
+            r.dofs.to_string(),
+            r.factor_nnz.to_string(),
+            format!("{:.1}", factor_mb(r)),
+            r.newton_iterations.to_string(),
+            seconds(r.cpu_s),
+            seconds(1e3 * r.cpu_s / r.newton_iterations.max(1) as f64),
+            format!("{:.2}", 100.0 * error),
+            format!("{found:.2}"),
+            if found > 0.0 { seconds(r.cpu_s / found) } else { "–".into() },
+        ]);
+    }
+    Table {
+        name: "costs",
+        caption: "Unknowns, entries of the factor and bytes of its values, CPU time per Newton iteration, and per digit of the worst deciding quantity. No more digits are counted than the reference has.".into(),
+        columns: vec![
+            ("Case", "", false),
+            ("Element", "", false),
+            ("Cells", "", true),
+            ("DOFs", "", true),
+            ("nnz(L)", "", true),
+            ("Factor", "MB", true),
+            ("Newton", "", true),
+            ("CPU", "s", true),
+            ("CPU/Newton", "ms", true),
+            ("Error", "%", true),
+            ("Digits", "", true),
+            ("CPU/digit", "s", true),
+        ],
+        rows,
+        pick: None,
+    }
+}
+
+/// Largest error of a case in the deciding quantities \[–\], with U(f*)/|f*| there.
+fn worst(analysis: &Analysis, r: &CaseRecord) -> Option<(f64, f64)> {
+    let of = analysis.quantities.iter().filter(|q| q.deciding).filter_map(|q| {
+        let reference = q.reference.as_ref()?;
+        let error = q.errors.iter().find(|e| e.id == r.id)?.error;
+        Some((error, reference.uncertainty / reference.value.abs()))
+    });
+    of.max_by(|a, b| a.0.max(a.1).total_cmp(&b.0.max(b.1)))
+}

@@ -1,0 +1,48 @@
+//! Report of a convergence study.
+
+pub mod costs;
+pub mod quantities;
+pub mod summary;
+
+use crate::report::words::seconds;
+use crate::study::content::Content;
+use crate::study::kinds::convergence::figures;
+use crate::study::kinds::convergence::{Analysis, analyse};
+use crate::study::results::Results;
+use crate::study::tables;
+
+pub fn content(store: &Results) -> Content {
+    let analysis = analyse(&store.study, &store.cases);
+    Content {
+        verdict: analysis.verdict.clone(),
+        supported: analysis.recommended.is_some(),
+        facts: facts(&analysis),
+        sentences: analysis.quantities.iter().map(|q| q.sentence.clone()).collect(),
+        warnings: analysis.warnings.clone(),
+        analysis: summary::headline(&analysis),
+        answer: ("Which mesh, at what price", quantities::settings(&analysis)),
+        tables: vec![quantities::quantities(&analysis)],
+        folded: vec![
+            ("Every case", tables::cases(store)),
+            ("What a digit costs", costs::table(store, &analysis)),
+            ("Time per effect", tables::effects(store)),
+            ("Curves, case by case", quantities::curves(&analysis)),
+        ],
+        figures: figures::draw(store, &analysis),
+        files: vec![],
+        outcomes: Default::default(),
+    }
+}
+
+fn facts(analysis: &Analysis) -> Vec<(String, String)> {
+    let Some(r) = &analysis.recommended else { return vec![] };
+    let mut out = vec![
+        (r.label.clone(), "cheapest setting to trust".into()),
+        (format!("{:.2} %", 100.0 * r.error_bar), format!("error bar, tolerance {:.0} %", 100.0 * analysis.tolerance)),
+        (seconds(r.cost_s), if analysis.cost == "cpu_s" { "of one core per case" } else { "per case" }.into()),
+    ];
+    if let Some((label, bar, cost)) = &r.next {
+        out.push((format!("{:.2} %, {}", 100.0 * bar, seconds(*cost)), format!("next better: {label}")));
+    }
+    out
+}

@@ -1,0 +1,116 @@
+//! Tables of a convergence study.
+
+use crate::report::table::Table;
+use crate::report::words::{digits, space};
+use crate::study::kinds::convergence::{Analysis, QuantityAnalysis};
+
+/// One row per quantity × family.
+pub fn quantities(analysis: &Analysis) -> Table {
+    let mut rows = vec![];
+    for q in &analysis.quantities {
+        for e in &q.estimates {
+            let chosen = q.reference.as_ref().is_some_and(|r| r.family == e.family);
+            let decimals = digits(e.uncertainty.max(1e-4 * e.extrapolated.abs()));
+            let optional = |v: Option<f64>, n: usize| v.map_or("–".into(), |v| format!("{v:.n$}"));
+            rows.push(vec![
+                q.quantity.label.clone(),
+                q.variant.clone(),
+                format!("{} ({})", e.family, e.formulation),
+                e.role.words().into(),
+                e.class.words().into(),
+                optional(e.convergence_ratio, 2),
+                optional(e.observed_order, 2),
+                optional(e.observed_order_coarser, 2),
+                optional(e.gci_percent, 2),
+                format!("{:.decimals$}{}", e.extrapolated, space(&q.quantity.unit)),
+                format!("{:.2}", 100.0 * e.uncertainty / e.extrapolated.abs()),
+                e.method.clone(),
+                if chosen { "reference".into() } else { overlap(q, &e.family) },
+            ]);
+        }
+    }
+    Table {
+        name: "quantities",
+        caption: "Peak of every quantity, per family of meshes: class and ratio R of the three finest, observed order, GCI of the finest mesh, extrapolated value with its uncertainty.".into(),
+        columns: vec![
+            ("Quantity", "", false), ("Control", "", false), ("Family", "", false), ("Role", "", false), ("Class", "", false),
+            ("R", "", true), ("p", "", true), ("p coarser", "", true), ("GCI", "%", true), ("f*", "", true), ("U(f*)", "%", true),
+            ("Method", "", false), ("Cross-check", "", false),
+        ],
+        rows,
+        pick: None,
+    }
+}
+
+fn overlap(q: &QuantityAnalysis, family: &str) -> String {
+    let found = q.reference.iter().flat_map(|r| &r.others).find(|o| o.family == family);
+    found.map_or("–", |o| if o.overlaps { "overlaps" } else { "does not overlap" }).into()
+}
+
+/// One row per mesh and formulation.
+pub fn settings(analysis: &Analysis) -> Table {
+    let rows = (analysis.settings.iter())
+        .map(|s| {
+            vec![
+                s.label.clone(),
+                s.family.clone(),
+                format!("{:.2}", 1e3 * s.h_m),
+                format!("{:.*}", digits(s.cost_s), s.cost_s),
+                if s.worst.is_finite() { format!("{:.2}", 100.0 * s.worst) } else { "–".into() },
+                if s.worst.is_finite() { s.limited_by.clone() } else { "not run in every variant".into() },
+                if s.worst <= analysis.tolerance { "yes" } else { "no" }.into(),
+            ]
+        })
+        .collect();
+    Table {
+        name: "settings",
+        caption: format!(
+            "Mesh and formulation by price ({}, mean over the variants), with the error bar of the worst deciding quantity.",
+            if analysis.cost == "cpu_s" { "CPU seconds" } else { "wall seconds" }
+        ),
+        columns: vec![
+            ("Setting", "", false),
+            ("Family", "", false),
+            ("h", "mm", true),
+            ("Price", "s", true),
+            ("Error bar", "%", true),
+            ("Limited by", "", false),
+            ("Meets the tolerance", "", false),
+        ],
+        rows,
+        pick: analysis.recommended.as_ref().map(|r| r.label.clone()),
+    }
+}
+
+pub fn curves(analysis: &Analysis) -> Table {
+    let mut rows = vec![];
+    for q in &analysis.quantities {
+        for (family, c) in &q.curves {
+            for n in &c.norms {
+                let relative =
+                    |v: f64| if n.peak == 0.0 { "–".into() } else { format!("{:.2}", 100.0 * v / n.peak.abs()) };
+                rows.push(vec![
+                    q.quantity.label.clone(),
+                    family.clone(),
+                    n.id.clone(),
+                    relative(n.l2_to_finer),
+                    relative(n.linf_to_finer),
+                    n.l2_error.map_or("–".into(), |v| format!("{:.2}", 100.0 * v)),
+                    format!("{:.1}", (1e4 * n.lag_s).round() / 10.0 + 0.0),
+                    n.cycle_defect.map_or("–".into(), |v| format!("{:.1e}", v)),
+                    c.observed_order.map_or("–".into(), |p| format!("{p:.2}")),
+                ]);
+            }
+        }
+    }
+    Table {
+        name: "curves",
+        caption: "Curves: norms of the difference to the next finer mesh (of the peak), error against the Richardson curve, phase lag behind the finest, cycle-to-cycle defect (of the range), order of the family.".into(),
+        columns: vec![
+            ("Quantity", "", false), ("Family", "", false), ("Case", "", false), ("L2 to finer", "%", true), ("L∞ to finer", "%", true),
+            ("L2 error", "%", true), ("Lag", "ms", true), ("Cycle defect", "", true), ("p", "", true),
+        ],
+        rows,
+        pick: None,
+    }
+}

@@ -1,0 +1,68 @@
+//! `analysis` of the `summary.json` of a convergence study.
+
+use crate::study::kinds::convergence::{Analysis, DECIDING, QuantityAnalysis};
+use serde_json::{Map, Value, json};
+
+/// Observed order, Richardson value, GCI and ratio of the headline's family, `sizes` if it has them; the rest beside it.
+pub fn headline(analysis: &Analysis) -> Map<String, Value> {
+    let mut out = Map::new();
+    let q = analysis.headline();
+    let sizes = q.and_then(QuantityAnalysis::sizes);
+    // Where the sizes show no order, the family of the reference speaks; `family` says which one it is
+    let e = sizes.filter(|e| e.observed_order.is_some()).or_else(|| {
+        let q = q?;
+        q.reference.as_ref().and_then(|r| q.estimate(&r.family)).or(q.estimates.first())
+    });
+    let r = analysis.recommended.as_ref();
+    // Keys with a unit hold no other one
+    let angle = q.is_some_and(|q| q.quantity.name == DECIDING[0]);
+    let reference = q.and_then(|q| q.reference.as_ref()).filter(|_| angle);
+    let mut put = |key: &str, value: Value| out.insert(key.to_string(), value);
+    put("quantity", json!(q.map(|q| &q.quantity.name)));
+    put("variant", json!(q.map(|q| &q.variant)));
+    put("family", json!(e.map(|e| &e.family)));
+    put("observed_order", json!(e.and_then(|e| e.observed_order)));
+    put("richardson_peak_deg", json!(e.and_then(|e| e.richardson).filter(|_| angle)));
+    put("gci_percent", json!(e.and_then(|e| e.gci_percent)));
+    put("convergence_ratio", json!(e.and_then(|e| e.convergence_ratio)));
+    put("convergence", json!(e.map(|e| e.class)));
+    put("sizes_convergence", json!(sizes.map(|e| e.class)));
+    put("sizes_convergence_ratio", json!(sizes.and_then(|e| e.convergence_ratio)));
+    put("reference_peak_deg", json!(reference.map(|r| r.value)));
+    put("reference_uncertainty_deg", json!(reference.map(|r| r.uncertainty)));
+    put("recommended_case", json!(r.map(|r| &r.case)));
+    put("recommended", json!(r));
+    put("cost", json!(analysis.cost));
+    put("settings", json!(analysis.settings));
+    put("incomplete", json!(analysis.incomplete));
+    for q in &analysis.quantities {
+        let entry = out.entry(q.quantity.name.clone()).or_insert_with(|| json!({}));
+        entry[&q.variant] = quantity(q);
+    }
+    out
+}
+
+fn quantity(q: &QuantityAnalysis) -> Value {
+    let sizes = q.sizes();
+    let curves: Map<String, Value> = q.curves.iter().map(|(f, c)| (f.clone(), json!(c))).collect();
+    let families: Map<String, Value> = q.estimates.iter().map(|e| (e.family.clone(), json!(e))).collect();
+    json!({
+        "label": q.quantity.label,
+        "symbol": q.quantity.symbol,
+        "unit": q.quantity.unit,
+        "deciding": q.deciding,
+        "supported": q.supported,
+        "observed_order": sizes.and_then(|e| e.observed_order),
+        "richardson_peak": sizes.and_then(|e| e.richardson),
+        "gci_percent": sizes.and_then(|e| e.gci_percent),
+        "convergence_ratio": sizes.and_then(|e| e.convergence_ratio),
+        "reference": q.reference,
+        "noise": q.noise,
+        "time_step": q.time_step,
+        "families": families,
+        "curves": curves,
+        "errors": q.errors,
+        "reasons": q.reasons,
+        "sentence": q.sentence,
+    })
+}

@@ -1,0 +1,275 @@
+//! What the numbers mean for the choice of a mesh: settings with price and error bar, the sentences, the verdict.
+
+use crate::report::words::{capital, digits, percent, seconds, space};
+use crate::study::kinds::convergence::warnings::no_limit;
+use crate::study::kinds::convergence::{Cases, QuantityAnalysis};
+use crate::study::locking;
+use crate::study::record::Role;
+use serde::Serialize;
+
+/// A mesh with a formulation, in every variant it was run in.
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct Setting {
+    /// `tet4, 16200 cells`
+    pub label: String,
+    pub formulation: String,
+    pub cells: usize,
+    pub h_m: f64,
+    pub family: String,
+    pub cases: Vec<String>,
+    /// Mean over the variants \[s\]
+    pub cost_s: f64,
+    pub bars: Vec<Bar>,
+    /// Largest error bar of the deciding quantities \[–\]; infinite if one has no reference or no result
+    pub worst: f64,
+    /// Title of the quantity with that bar
+    pub limited_by: String,
+}
+
+/// Error and error bar of a setting in one quantity.
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct Bar {
+    pub variant: String,
+    pub quantity: String,
+    pub value: f64,
+    pub error: f64,
+    pub bar: f64,
+    pub cost_s: f64,
+}
+
+/// The cheapest setting that meets the tolerance in every deciding quantity.
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct Recommendation {
+    /// Id in the variant of the headline
+    pub case: String,
+    pub cases: Vec<String>,
+    pub label: String,
+    pub error_bar: f64,
+    pub limited_by: String,
+    pub cost_s: f64,
+    /// The next better one: label, error bar \[–\], cost \[s\]
+    pub next: Option<(String, f64, f64)>,
+}
+
+/// All settings run with the study's time step, cheapest first. Seeds show the scatter; a lucky one is no choice.
+pub fn settings(cases: &Cases, quantities: &[QuantityAnalysis]) -> Vec<Setting> {
+    let mut out: Vec<(String, Setting)> = vec![];
+    for c in cases.stored.iter().map(|c| &c.record) {
+        let role = cases.study.families.iter().find(|f| f.name == c.family).map(|f| f.role);
+        if !c.converged() || !cases.at_study_step(c) || role == Some(Role::Seeds) {
+            continue;
+        }
+        let key = format!("{}|{}", c.mesh.source, c.formulation);
+        let at = out.iter().position(|(k, _)| *k == key).unwrap_or_else(|| {
+            let label = format!("{}, {} cells", c.formulation, c.mesh.cells);
+            let (formulation, family) = (c.formulation.clone(), c.family.clone());
+            let (cells, h_m) = (c.mesh.cells, c.mesh.h_m);
+            let s = Setting {
+                label,
+                formulation,
+                cells,
+                h_m,
+                family,
+                cases: vec![],
+                cost_s: 0.0,
+                bars: vec![],
+                worst: 0.0,
+                limited_by: String::new(),
+            };
+            out.push((key.clone(), s));
+            out.len() - 1
+        });
+        let s = &mut out[at].1;
+        if s.cases.contains(&c.id) || s.bars.iter().any(|b| b.variant == c.variant) {
+            continue;
+        }
+        s.cases.push(c.id.clone());
+        s.cost_s += cases.cost(c);
+        for q in quantities.iter().filter(|q| q.variant == c.variant) {
+            if let Some(e) = q.errors.iter().find(|e| e.id == c.id) {
+                let (variant, quantity) = (q.variant.clone(), q.quantity.name.clone());
+                s.bars.push(Bar {
+                    variant,
+                    quantity,
+                    value: e.value,
+                    error: e.error,
+                    bar: e.bar,
+                    cost_s: cases.cost(c),
+                });
+            }
+        }
+    }
+    let mut settings: Vec<Setting> = out.into_iter().map(|(_, s)| s).collect();
+    for s in &mut settings {
+        s.cost_s /= s.cases.len() as f64;
+        for q in quantities.iter().filter(|q| q.deciding) {
+            let bar = find(s, q).map_or(f64::INFINITY, |b| b.bar);
+            if bar > s.worst {
+                (s.worst, s.limited_by) = (bar, q.title());
+            }
+        }
+        if !quantities.iter().any(|q| q.deciding) {
+            s.worst = f64::INFINITY;
+        }
+    }
+    settings.sort_by(|a, b| a.cost_s.total_cmp(&b.cost_s));
+    settings
+}
+
+fn find<'a>(s: &'a Setting, q: &QuantityAnalysis) -> Option<&'a Bar> {
+    s.bars.iter().find(|b| b.variant == q.variant && b.quantity == q.quantity.name)
+}
+
+/// Per quantity: the cheapest setting that meets the tolerance, its bar, its cost, and the price of the next better one.
+pub fn sentence(settings: &[Setting], q: &QuantityAnalysis, tolerance: f64) -> String {
+    let title = capital(&q.title());
+    if !q.supported {
+        return format!("{title}: no verdict within {}. {}.", percent(tolerance), capital(&q.reasons.join("; ")));
+    }
+    let mut priced: Vec<(&Setting, &Bar)> = settings.iter().filter_map(|s| Some((s, find(s, q)?))).collect();
+    priced.sort_by(|a, b| a.1.cost_s.total_cmp(&b.1.cost_s));
+    let reference = q.reference.as_ref().map_or(String::new(), |r| {
+        let digits = digits(r.uncertainty);
+        let (v, u, unit) = (r.value, r.uncertainty, space(&q.quantity.unit));
+        format!(" (reference {v:.digits$}{unit} ± {u:.digits$}{unit} from family {})", r.family)
+    });
+    let Some(&(s, b)) = priced.iter().find(|(_, b)| b.bar <= tolerance) else {
+        let best = priced.iter().min_by(|a, b| a.1.bar.total_cmp(&b.1.bar));
+        let best = best.map_or(String::new(), |(s, b)| {
+            format!("; the best, {}, reaches {} for {}", s.label, percent(b.bar), seconds(b.cost_s))
+        });
+        return format!("{title}: no setting meets {}{best}{reference}.", percent(tolerance));
+    };
+    let next = priced.iter().find(|(_, n)| n.cost_s > b.cost_s && n.bar < b.bar).map_or(
+        "; none of the dearer ones is better".to_string(),
+        |(n, nb)| {
+            let times = nb.cost_s / b.cost_s;
+            let (bar, cost) = (percent(nb.bar), seconds(nb.cost_s));
+            format!("; the next better one, {}, reaches {bar} for {cost} ({times:.1} times the price)", n.label)
+        },
+    );
+    format!(
+        "{title}: the cheapest setting that meets {} is {}, with an error bar of {} for {}{next}{reference}.",
+        percent(tolerance),
+        s.label,
+        percent(b.bar),
+        seconds(b.cost_s)
+    )
+}
+
+/// The recommendation, or why there is none.
+pub fn conclude(
+    cases: &Cases,
+    quantities: &[QuantityAnalysis],
+    settings: &[Setting],
+    incomplete: &[(String, String)],
+) -> (Option<Recommendation>, String) {
+    let tolerance = cases.study.tolerance;
+    let refuse = |why: String| (None, format!("No verdict within {}: {why}", percent(tolerance)));
+    if let Some(why) = no_limit(cases) {
+        return refuse(format!(
+            "{why}, so the answer has no limit as h → 0. Give the guides a radius of at least the largest h."
+        ));
+    }
+    let deciding: Vec<&QuantityAnalysis> = quantities.iter().filter(|q| q.deciding).collect();
+    if deciding.is_empty() {
+        return refuse("the study lists no quantity.".into());
+    }
+    let missing = |q: &&&QuantityAnalysis| !q.supported;
+    let unsupported: Vec<String> =
+        (deciding.iter().filter(missing)).map(|q| format!("{} ({})", q.title(), q.reasons.join("; "))).collect();
+    if !unsupported.is_empty() {
+        let lost = match incomplete.len() {
+            0 => String::new(),
+            n => format!(" {n} case(s) without a usable result: {}.", list(incomplete)),
+        };
+        return refuse(format!("the data do not support one for {}.{lost}", unsupported.join(", nor for ")));
+    }
+    let Some(s) = settings.iter().find(|s| s.worst <= tolerance) else {
+        let best = settings.iter().filter(|s| s.worst.is_finite()).min_by(|a, b| a.worst.total_cmp(&b.worst));
+        return refuse(best.map_or("no setting was run in every variant.".into(), |s| {
+            format!("no setting meets it; the best, {}, reaches {} ({}).", s.label, percent(s.worst), s.limited_by)
+        }));
+    };
+    let next = settings.iter().find(|n| n.cost_s > s.cost_s && n.worst < s.worst);
+    let headline = |id: &&String| cases.stored.iter().any(|c| c.record.id == **id && c.record.variant == "tension");
+    let case = s.cases.iter().find(headline).unwrap_or(&s.cases[0]).clone();
+    let mut words = format!(
+        "{} can be trusted within {}: error bar {} in the worst quantity ({}), {} per case.",
+        s.label,
+        percent(tolerance),
+        percent(s.worst),
+        s.limited_by,
+        seconds(s.cost_s)
+    );
+    if let Some(n) = next {
+        let (bar, cost) = (percent(n.worst), seconds(n.cost_s));
+        words += &format!(" The next better one, {}, reaches {bar} for {cost}.", n.label);
+    }
+    words += &locked(cases, s);
+    words += &about_sizes(cases, settings, tolerance);
+    words += &kinematic(quantities);
+    let recommendation = Recommendation {
+        case,
+        cases: s.cases.clone(),
+        label: s.label.clone(),
+        error_bar: s.worst,
+        limited_by: s.limited_by.clone(),
+        cost_s: s.cost_s,
+        next: next.map(|n| (n.label.clone(), n.worst, n.cost_s)),
+    };
+    (Some(recommendation), words)
+}
+
+/// A recommended setting that raises the locking alarm.
+fn locked(cases: &Cases, setting: &Setting) -> String {
+    let of = cases.stored.iter().map(|c| &c.record).filter(|c| setting.cases.contains(&c.id));
+    let worst = of.filter_map(locking::alarm).fold(0.0, f64::max);
+    if worst == 0.0 {
+        return String::new();
+    }
+    format!(
+        " But it raises the locking alarm (pressure scatter {worst:.2}): within the tolerance in the judged quantities, its \
+         pressures are of no use; {}.",
+        locking::REMEDY
+    )
+}
+
+/// The study asks about the sizes: say so if none of them will do.
+fn about_sizes(cases: &Cases, settings: &[Setting], tolerance: f64) -> String {
+    let Some(family) = cases.study.families.iter().find(|f| f.role == Role::Sizes) else { return String::new() };
+    let of: Vec<&Setting> = settings.iter().filter(|s| s.cases.iter().any(|c| family.cases.contains(c))).collect();
+    let best = of.iter().filter(|s| s.worst.is_finite()).min_by(|a, b| a.worst.total_cmp(&b.worst));
+    best.filter(|s| s.worst > tolerance).map_or(String::new(), |s| {
+        let bar = percent(s.worst);
+        format!(
+            " None of the {} meshes of family {} does: the best, {}, has an error bar of {bar} ({}).",
+            of.len(),
+            family.name,
+            s.label,
+            s.limited_by
+        )
+    })
+}
+
+/// Under length control the angle hides the stiffness error that the tension shows.
+fn kinematic(quantities: &[QuantityAnalysis]) -> String {
+    let spread = |name: &str| {
+        let q = quantities.iter().find(|q| q.variant == "length" && q.quantity.name == name)?;
+        let e = q.estimates.iter().find(|e| e.role == Role::Sizes)?;
+        let (first, last) = (e.values.first()?, e.values.last()?);
+        Some(((last - first) / first).abs())
+    };
+    match (spread("bending_angle_deg"), spread("cable_tension_N")) {
+        (Some(a), Some(t)) if a < t / 3.0 => format!(
+            " Under length control the angle is nearly kinematic: from the coarsest to the finest size it moves by {}, the tension by {}; the tension limits.",
+            percent(a),
+            percent(t)
+        ),
+        _ => String::new(),
+    }
+}
+
+fn list(incomplete: &[(String, String)]) -> String {
+    incomplete.iter().map(|(id, _)| id.as_str()).collect::<Vec<_>>().join(", ")
+}

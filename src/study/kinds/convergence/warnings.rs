@@ -1,0 +1,63 @@
+//! What a reader should know before believing the numbers.
+
+use crate::report::words::capital;
+use crate::study::estimate::order::LEAST_RATIO;
+use crate::study::kinds::convergence::{Cases, QuantityAnalysis};
+
+/// One sentence each.
+pub fn warnings(cases: &Cases, quantities: &[QuantityAnalysis], incomplete: &[(String, String)]) -> Vec<String> {
+    let mut out = vec![];
+    for (id, what) in incomplete {
+        out.push(format!("Case {id}: {what}."));
+    }
+    let mut seen = vec![];
+    for e in quantities.iter().flat_map(|q| &q.estimates) {
+        let low: Vec<String> = e.ratios.iter().filter(|r| **r < LEAST_RATIO).map(|r| format!("{r:.2}")).collect();
+        if !low.is_empty() && !seen.contains(&&e.family) {
+            seen.push(&e.family);
+            let (n, all) = (low.len(), e.ratios.len());
+            out.push(format!(
+                "Family {}: {n} of {all} size ratios ({}) are below the 1.3 that Roache recommends.",
+                e.family,
+                low.join(", ")
+            ));
+        }
+    }
+    if cases.shared {
+        out.push("Cases ran side by side: prices are CPU seconds of the solving thread, not wall seconds.".into());
+    }
+    for q in quantities {
+        if let Some(t) = q.time_step.as_ref().filter(|t| !t.negligible) {
+            out.push(format!(
+                "{}: the time-step error {:.2e} is above a tenth of the mesh error {:.2e}.",
+                capital(&q.title()),
+                t.error,
+                t.mesh_error
+            ));
+        }
+        for r in q.reference.iter().flat_map(|r| r.others.iter().filter(|o| !o.overlaps).map(move |o| (r, o))) {
+            let (a, b) = (&r.0.family, &r.1.family);
+            out.push(format!("{}: the intervals of families {a} and {b} do not overlap.", capital(&q.title())));
+        }
+        if let Some(c) = q.curves.iter().find(|(_, c)| c.interpolation_error > 0.01 * c.norms[0].peak.abs()) {
+            out.push(format!(
+                "{}: time grids differ; interpolating them costs {:.1e}.",
+                capital(&q.title()),
+                c.1.interpolation_error
+            ));
+        }
+    }
+    if let Some(why) = no_limit(cases) {
+        out.push(format!("{}: the answer has no limit as h → 0.", capital(why)));
+    }
+    let mut remarks: Vec<&String> = cases.stored.iter().flat_map(|c| &c.record.remarks).collect();
+    remarks.sort();
+    remarks.dedup();
+    out.extend(remarks.into_iter().map(|r| format!("{}.", capital(r))));
+    out
+}
+
+/// Why the answer has no limit, if a case says so.
+pub fn no_limit<'a>(cases: &Cases<'a>) -> Option<&'a str> {
+    cases.stored.iter().find_map(|c| c.record.no_limit.as_deref())
+}

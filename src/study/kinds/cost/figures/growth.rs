@@ -1,0 +1,70 @@
+//! How time and memory grow with the cells: fitted laws, and what twice the most cells would take.
+
+use crate::report::canvas::{At, DOUBLE, PALETTE, SMALL, dashed, figure, hollow, line, mark, mm, text};
+use crate::report::figure::{Figure, Sample, legend, style};
+use crate::report::plot::{Axis, Plot};
+use crate::study::kinds::cost::{Analysis, Grows, Law};
+
+const LEFT: f64 = 15.0;
+const EACH: f64 = 70.0;
+const GAP: f64 = 18.0;
+const TOP: f64 = 6.0;
+const TALL: f64 = 50.0;
+
+/// Of the first variant that has laws.
+pub fn draw(a: &Analysis) -> Option<Figure> {
+    let variant = &a.growth.first()?.variant;
+    let laws: Vec<&Law> = a.growth.iter().filter(|l| l.variant == *variant).collect();
+    let mut formulations: Vec<&str> = laws.iter().map(|l| l.formulation.as_str()).collect();
+    formulations.dedup();
+    let unit = |l: &Law| if l.of == Grows::Time { 1.0 } else { 1e-6 };
+    let look = |l: &Law| style(formulations.iter().position(|f| *f == l.formulation).unwrap_or(0) % PALETTE.len());
+    let kinds: Vec<Grows> =
+        [Grows::Time, Grows::Memory].into_iter().filter(|k| laws.iter().any(|l| l.of == *k)).collect();
+    let svg = figure(DOUBLE, TOP + TALL + 18.0, "", |area| {
+        for (k, kind) in kinds.iter().enumerate() {
+            let own: Vec<&&Law> = laws.iter().filter(|l| l.of == *kind).collect();
+            let (label, title) = match kind {
+                Grows::Time => ("CPU time [s]", "Time of a case"),
+                Grows::Memory => ("largest resident set [MB]", "Memory"),
+            };
+            let left = LEFT + k as f64 * (EACH + GAP);
+            let frame = [mm(left), mm(TOP), mm(left + EACH), mm(TOP + TALL)];
+            let x = Axis::log(own.iter().flat_map(|l| l.points.iter().map(|p| p.0).chain([l.next_cells])), "cells");
+            let value =
+                |l: &Law| l.points.iter().map(|p| p.1).chain([l.next.value]).map(|v| v * unit(l)).collect::<Vec<_>>();
+            let all: Vec<f64> = own.iter().flat_map(|l| value(l)).collect();
+            // Room above for a line of text per law
+            let most = all.iter().copied().fold(0.0, f64::max);
+            let least = all.iter().copied().fold(f64::INFINITY, f64::min);
+            let room = most * (most / least).powf(0.09 * own.len() as f64);
+            let plot = Plot { area, frame, x, y: Axis::log(all.into_iter().chain([room]), label) };
+            plot.grid();
+            for (row, l) in own.iter().enumerate() {
+                let (shape, color) = look(l);
+                let at = |n: f64| plot.at(n, unit(l) * l.law.at(n));
+                let (first, last) = (l.points[0].0, l.points[l.points.len() - 1].0);
+                line(area, &[at(first), at(last)], color, 7);
+                dashed(area, &[at(last), at(l.next_cells)], color, 7, 25.0);
+                for (n, v) in &l.points {
+                    mark(area, shape, plot.at(*n, unit(l) * v), 24, color);
+                }
+                hollow(area, shape, at(l.next_cells), 24, color);
+                let half = l.law.half.map_or(String::new(), |h| format!(" ± {h:.2}"));
+                let words = format!("{}: exponent {:.2}{half}", l.formulation, l.law.q);
+                text(area, &words, (frame[0] + 40, frame[1] + 60 + 85 * row as i32), At::Left, SMALL, color);
+            }
+            plot.axes(true);
+            plot.title(char::from(b'a' + k as u8), title);
+        }
+        for (k, name) in formulations.iter().enumerate() {
+            let (m, c) = style(k % PALETTE.len());
+            let at = (mm(LEFT + 34.0 * k as f64), mm(TOP + TALL + 14.5));
+            legend(area, at, &[(Sample::Mark(m, c), name.to_string())]);
+        }
+    });
+    let caption = "Growth with the cells: measured (full marks), fitted power law with the 95 % interval of its exponent, and what it \
+                   says about twice the most cells before anything is run there (hollow)."
+        .into();
+    Some(Figure { name: "growth".into(), svg, caption })
+}

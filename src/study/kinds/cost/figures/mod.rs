@@ -1,0 +1,4 @@
+//! Figures of a cost study.
+
+pub mod growth;
+pub mod work;

@@ -1,0 +1,195 @@
+//! Work and precision: error against price, and against what the price is made of.
+
+use crate::report::canvas::{
+    Area, At, DOUBLE, GREY, INK, Mark, RGB, SMALL, dashed, figure, fill, italic, line, mark, mm, text,
+};
+use crate::report::figure::{Figure, Sample, UNRESOLVED, legend, style};
+use crate::report::plot::{Axis, Plot, superscript};
+use crate::report::words::capital;
+use crate::study::kinds::cost::{Analysis, MEASURES, Measure, QuantityAnalysis, Setting};
+use crate::study::record::Role;
+use crate::study::results::Results;
+use plotters::style::Color;
+
+const LEFT: f64 = 15.0;
+const EACH: f64 = 70.0;
+const GAP: f64 = 18.0;
+const TOP: f64 = 6.0;
+const TALL: f64 = 44.0;
+/// From one row of panels to the next \[mm\]
+const ROW: f64 = TALL + 19.0;
+
+/// What stands along x.
+struct Amount {
+    label: String,
+    title: &'static str,
+    of: fn(&Setting) -> Option<f64>,
+}
+
+/// Error of the peak and of the curve of every quantity of a variant over its price.
+pub fn precision(store: &Results, a: &Analysis, variant: &str) -> Option<Figure> {
+    let shown: Vec<&QuantityAnalysis> =
+        a.quantities.iter().filter(|q| q.variant == variant && q.settings.len() > 1).collect();
+    if shown.is_empty() {
+        return None;
+    }
+    let price = Amount { label: "CPU time [s]".into(), title: "", of: |s| Some(s.cost_s) };
+    let panels: Vec<(&QuantityAnalysis, Measure)> = shown.iter().flat_map(|q| MEASURES.map(|m| (*q, m))).collect();
+    let svg = sheet(store, &shown, panels.len(), |k, area, frame| {
+        let (q, measure) = panels[k];
+        let title = format!("{} of the {}", measure.words(), q.quantity.label);
+        panel(store, a, q, measure, &price, &title, area, frame, k);
+    });
+    let caption = format!(
+        "Work and precision, {}: error of the peak and of the whole curve (mark) and its error bar (whisker) over the CPU time of \
+         a case. In the grey zone errors are smaller than the uncertainty of the reference.",
+        store.study.label(variant)
+    );
+    Some(Figure { name: format!("work-precision-{variant}"), svg, caption })
+}
+
+/// Error of the first quantity of a variant over unknowns, entries of the factor, operations and memory, as far as they differ.
+pub fn amounts(store: &Results, a: &Analysis, variant: &str) -> Option<Figure> {
+    let q = a.quantities.iter().find(|q| q.variant == variant && q.settings.len() > 1)?;
+    let all = [
+        Amount {
+            label: format!("free degrees of freedom {}", italic("n")),
+            title: "unknowns",
+            of: |s| Some(s.dofs as f64),
+        },
+        Amount {
+            label: format!("entries of the factor nnz({})", italic("L")),
+            title: "Cholesky factor",
+            of: |s| Some(s.factor_nnz as f64),
+        },
+        Amount {
+            label: format!("operations in all factorisations [10{}]", superscript(9)),
+            title: "operations",
+            of: |s| Some(1e-9 * s.flops).filter(|f| *f > 0.0),
+        },
+        Amount {
+            label: "largest resident set [MB]".into(),
+            title: "memory",
+            of: |s| s.memory_bytes.map(|b| 1e-6 * b as f64),
+        },
+    ];
+    let differ = |x: &Amount| {
+        let values = || q.settings.iter().filter_map(x.of);
+        values().fold(0.0, f64::max) > 1.5 * values().fold(f64::INFINITY, f64::min)
+    };
+    // On one mesh memory differs by what other cases have left only
+    let meshes = differ(&all[0]);
+    let amounts: Vec<&Amount> = all.iter().filter(|x| differ(x) && (meshes || x.title != "memory")).collect();
+    if amounts.is_empty() {
+        return None;
+    }
+    let svg = sheet(store, &[q], amounts.len(), |k, area, frame| {
+        panel(store, a, q, Measure::Peak, amounts[k], amounts[k].title, area, frame, k);
+    });
+    let caption = format!(
+        "Error of the peak {}, {}, over what a case consists of: unknowns, entries of the factor, additions and multiplications \
+         of all its factorisations, and the largest resident set of the process.",
+        q.quantity.label, q.variant_label
+    );
+    Some(Figure { name: format!("work-amounts-{variant}"), svg, caption })
+}
+
+/// Panels in two columns with the legend of the families below.
+fn sheet(
+    store: &Results,
+    shown: &[&QuantityAnalysis],
+    panels: usize,
+    paint: impl Fn(usize, &Area, [i32; 4]),
+) -> String {
+    let used = |f: &str| shown.iter().any(|q| q.settings.iter().any(|s| s.family == f));
+    let mut entries: Vec<(Sample, String)> = (store.study.families.iter())
+        .filter(|f| f.role != Role::Overkill && used(&f.name))
+        .map(|f| {
+            let (m, c) = look(store, &f.name);
+            (Sample::Mark(m, c), f.name.replace('_', " "))
+        })
+        .collect();
+    entries.push((Sample::Line(GREY), "Pareto front".into()));
+    entries.push((Sample::Dashed(INK), "tolerance".into()));
+    entries.push((Sample::Block(UNRESOLVED), format!("below U({})", italic("f*"))));
+    let rows = panels.div_ceil(2) as f64;
+    let lines = entries.len().div_ceil(4) as f64;
+    let bottom = TOP + ROW * rows - 6.0;
+    figure(DOUBLE, bottom + 4.2 * lines + 1.0, "", |area| {
+        for k in 0..panels {
+            let (x, y) = (LEFT + (k % 2) as f64 * (EACH + GAP), TOP + (k / 2) as f64 * ROW);
+            paint(k, area, [mm(x), mm(y), mm(x + EACH), mm(y + TALL)]);
+        }
+        for (k, entry) in entries.into_iter().enumerate() {
+            let at = (mm(LEFT + 41.0 * (k % 4) as f64), mm(bottom + 4.2 * (k / 4) as f64));
+            legend(area, at, &[entry]);
+        }
+    })
+}
+
+/// Families of one variant have marks of their own; those of the reference are not drawn.
+fn look(store: &Results, family: &str) -> (Mark, RGB) {
+    let ids = |name: &str| store.study.families.iter().find(|f| f.name == name).map_or(&[][..], |f| &f.cases);
+    let variant = |id: &String| store.cases.iter().find(|c| c.record.id == *id).map(|c| c.record.variant.clone());
+    let own: Vec<String> = ids(family).iter().filter_map(variant).collect();
+    let beside = |name: &str| ids(name).iter().filter_map(variant).any(|v| own.contains(&v));
+    let drawn = store.study.families.iter().filter(|f| f.role != Role::Overkill && beside(&f.name));
+    style(drawn.map(|f| f.name.as_str()).position(|name| name == family).unwrap_or(0))
+}
+
+#[expect(clippy::too_many_arguments)]
+fn panel(
+    store: &Results,
+    a: &Analysis,
+    q: &QuantityAnalysis,
+    measure: Measure,
+    amount: &Amount,
+    title: &str,
+    area: &Area,
+    frame: [i32; 4],
+    k: usize,
+) {
+    let error = |s: &Setting| 100.0 * s.errors[measure as usize];
+    let (tolerance, unknown) = (100.0 * a.tolerance, 100.0 * q.uncertainty(measure));
+    let top = q.settings.iter().map(|s| error(s) + unknown).fold(tolerance, f64::max);
+    let least = (1e-4 * top).max(0.2 * unknown).min(tolerance);
+    let low = q.settings.iter().map(|s| error(s).max(least)).fold(tolerance, f64::min);
+    let x = Axis::log(q.settings.iter().filter_map(amount.of), &amount.label);
+    let plot = Plot { area, frame, x, y: Axis::log([low, tolerance, top].into_iter(), "error [%]") };
+    if unknown > plot.y.lo {
+        let (p, r) = (plot.at(plot.x.lo, unknown.min(plot.y.hi)), plot.at(plot.x.hi, plot.y.lo));
+        fill(area, &[p, (r.0, p.1), r, (p.0, r.1)], UNRESOLVED.to_rgba());
+    }
+    plot.grid();
+    dashed(area, &[plot.at(plot.x.lo, tolerance), plot.at(plot.x.hi, tolerance)], INK, 7, 25.0);
+    let placed: Vec<(&Setting, f64)> = q.settings.iter().filter_map(|s| Some((s, (amount.of)(s)?))).collect();
+    let mut order = placed.clone();
+    order.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let (mut front, mut best): (Vec<(i32, i32)>, f64) = (vec![], f64::INFINITY);
+    for (s, x) in order {
+        if error(s) < best {
+            best = error(s);
+            let p = plot.at(x, best.max(plot.y.lo));
+            front.extend(front.last().map(|last| (p.0, last.1)));
+            front.push(p);
+        }
+    }
+    front.extend(front.last().map(|last| (frame[2], last.1)));
+    line(area, &front, GREY, 8);
+    for (s, x) in &placed {
+        let color = look(store, &s.family).1;
+        let (p, bar) = (plot.at(*x, error(s).max(plot.y.lo)), plot.at(*x, error(s) + unknown));
+        line(area, &[p, bar], color, 4);
+        line(area, &[(bar.0 - 14, bar.1), (bar.0 + 14, bar.1)], color, 4);
+    }
+    for (s, x) in &placed {
+        let (shape, color) = look(store, &s.family);
+        mark(area, shape, plot.at(*x, error(s).max(plot.y.lo)), 26, color);
+    }
+    plot.axes(true);
+    plot.title(char::from(b'a' + k as u8), &capital(title));
+    if placed.len() < q.settings.len() {
+        let missing = format!("{} of {} not measured", q.settings.len() - placed.len(), q.settings.len());
+        text(area, &missing, (frame[2] - mm(1.0), frame[1] + mm(2.5)), At::Right, SMALL, GREY);
+    }
+}

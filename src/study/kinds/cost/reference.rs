@@ -1,0 +1,121 @@
+//! What the settings of a variant are measured against, and how well it is known itself.
+//!
+//! The families of role `overkill`, or without one the families of meshes, are extrapolated as in a convergence study
+//! ([`crate::study::estimate::family`] for the peak, [`crate::study::estimate::curve`] for the curve): over h where the meshes
+//! differ, else over the mean step T/n with the order of the integrator. The family of least uncertainty is the reference, and one
+//! that contradicts it widens the uncertainty.
+//!
+//! ```text
+//! U(f*) of the peak                as in a convergence study
+//! U of the curve, relative in L2   max(U(f*)/|f*|, (Fs − 1)/Fs ‖GCI‖₂/‖f*‖₂) + largest error of the interpolation over the peak
+//! ```
+
+use crate::study::curve::peak;
+use crate::study::curve::{Curve, l2};
+use crate::study::estimate::curve::compare;
+use crate::study::estimate::family::{Estimate, Level, estimate_of_order, formal_order};
+use crate::study::estimate::reference as chosen;
+use crate::study::record::{FamilyRecord, Role, StoredCase, StudyRecord};
+use serde::Serialize;
+
+/// f* and f*(t) with their own errors.
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct Reference {
+    pub family: String,
+    pub method: String,
+    /// f* \[unit of f\]
+    pub peak: f64,
+    /// U(f*)/|f*| \[–\]
+    pub peak_uncertainty: f64,
+    /// Relative L2 error of f*(t) \[–\]
+    pub curve_uncertainty: f64,
+    /// What limits it
+    pub reasons: Vec<String>,
+    #[serde(skip)]
+    pub curve: Curve,
+}
+
+/// Converged cases of a family in a variant.
+pub fn members<'a>(stored: &'a [StoredCase], family: &FamilyRecord, variant: &str) -> Vec<&'a StoredCase> {
+    let own = |c: &&StoredCase| c.record.variant == variant && family.cases.contains(&c.record.id);
+    stored.iter().filter(|c| c.record.converged()).filter(own).collect()
+}
+
+/// Mean step T/n \[s\].
+pub fn step(case: &StoredCase) -> f64 {
+    let t = &case.series.t_s;
+    let span = t.last().copied().unwrap_or(0.0) - t.first().copied().unwrap_or(0.0);
+    span / case.record.steps.max(1) as f64
+}
+
+/// Formal order in the time step, by the name in the record.
+fn order_in_time(integrator: &str) -> f64 {
+    if integrator.starts_with("implicit_euler") { 1.0 } else { 2.0 }
+}
+
+/// Size of a case on the axis that its family refines, and the formal order there.
+fn size(cases: &[&StoredCase]) -> (impl Fn(&StoredCase) -> f64 + use<>, f64) {
+    let first = cases.first().map(|c| c.record.clone());
+    let h = first.as_ref().map_or(0.0, |r| r.mesh.h_m);
+    let meshes = cases.iter().any(|c| (c.record.mesh.h_m / h - 1.0).abs() > 1e-6);
+    let formal =
+        first.map_or(2.0, |r| if meshes { formal_order(&r.formulation) } else { order_in_time(&r.integrator) });
+    (move |c: &StoredCase| if meshes { c.record.mesh.h_m } else { step(c) }, formal)
+}
+
+/// The reference of a quantity in a variant; `None` where no family has two cases.
+pub fn reference(study: &StudyRecord, stored: &[StoredCase], variant: &str, quantity: &str) -> Option<Reference> {
+    let of = |roles: &[Role]| -> Vec<(&FamilyRecord, Estimate)> {
+        let families = study.families.iter().filter(|f| roles.contains(&f.role));
+        families
+            .filter_map(|f| Some((f, extrapolated(f, &members(stored, f, variant), quantity, study.tolerance)?)))
+            .collect()
+    };
+    let mut found = of(&[Role::Overkill]);
+    if found.is_empty() {
+        found = of(&[Role::Sizes, Role::Element]);
+    }
+    let estimates: Vec<Estimate> = found.iter().map(|f| f.1.clone()).collect();
+    let best = chosen::choose(&estimates)?;
+    let (family, estimate) = found.iter().find(|f| f.1.family == best.family)?;
+    let cases = members(stored, family, variant);
+    let (size, formal) = size(&cases);
+    let mut curves: Vec<(String, f64, Curve)> =
+        (cases.iter()).filter_map(|c| Some((c.record.id.clone(), size(c), Curve::of(&c.series, quantity)?))).collect();
+    curves.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let peak_uncertainty = best.uncertainty / best.value.abs();
+    let study = compare(&curves, formal)?;
+    let finest = &curves.first()?.2;
+    let f = if study.star.is_empty() { study.t.iter().map(|t| finest.at(*t)).collect() } else { study.star.clone() };
+    let size = l2(&study.t, &f);
+    let beyond = match study.gci.is_empty() || size == 0.0 {
+        true => 0.0,
+        false => (study.fs - 1.0) / study.fs * l2(&study.t, &study.gci) / size,
+    };
+    let interpolated = study.interpolation_error.max(finest.interpolation_error()) / finest.peak().abs();
+    Some(Reference {
+        family: best.family,
+        method: best.method,
+        peak: best.value,
+        peak_uncertainty,
+        curve_uncertainty: peak_uncertainty.max(beyond) + interpolated,
+        reasons: estimate.reasons.clone(),
+        curve: Curve { t: study.t, f },
+    })
+}
+
+fn extrapolated(family: &FamilyRecord, cases: &[&StoredCase], quantity: &str, tolerance: f64) -> Option<Estimate> {
+    let (size, formal) = size(cases);
+    let level = |c: &&StoredCase| Some(Level { id: c.record.id.clone(), h: size(c), f: peak(c, quantity)? });
+    let levels = cases.iter().filter_map(level).collect();
+    estimate_of_order((&family.name, family.role, &family.formulation), formal, levels, None, tolerance)
+}
+
+/// ‖f − f*‖₂/‖f*‖₂ on the times of f*, f linear between its rows: a user with such steps has no more than those.
+pub fn curve_error(reference: &Reference, case: &StoredCase, quantity: &str) -> Option<f64> {
+    let f = Curve::of(&case.series, quantity)?;
+    let Curve { t, f: star } = &reference.curve;
+    let d: Vec<f64> = t.iter().zip(star).map(|(t, star)| f.at(*t) - star).collect();
+    let whole = l2(t, star);
+    (whole > 0.0).then(|| l2(t, &d) / whole)
+}

@@ -1,0 +1,248 @@
+//! Report of a cost study.
+
+use crate::report::table::Table;
+use crate::report::words::{digits, percent, seconds};
+use crate::study::content::Content;
+use crate::study::figures::time;
+use crate::study::kinds::cost::figures::growth;
+use crate::study::kinds::cost::figures::work;
+use crate::study::kinds::cost::line::How;
+use crate::study::kinds::cost::{Analysis, Grows, Measure, QuantityAnalysis, analyse};
+use crate::study::record::CaseRecord;
+use crate::study::results::Results;
+use crate::study::tables;
+use serde_json::{Map, Value, json};
+
+pub fn content(store: &Results) -> Content {
+    let a = analyse(&store.study, &store.cases);
+    let variants = || store.study.variants.iter();
+    let mut figures: Vec<_> = variants().filter_map(|v| work::precision(store, &a, v)).collect();
+    figures.extend(variants().filter_map(|v| work::amounts(store, &a, v)));
+    figures.extend(growth::draw(&a));
+    figures.extend(variants().filter_map(|v| time::of_variant(store, v, format!("time-{v}"))));
+    Content {
+        verdict: a.verdict.clone(),
+        supported: a.quantities.iter().any(|q| q.answers.iter().any(|x| x.cheapest.is_some())),
+        facts: a.quantities.iter().filter_map(|q| fact(q, a.tolerance)).collect(),
+        sentences: a.quantities.iter().map(|q| q.sentence.clone()).collect(),
+        warnings: a.warnings.clone(),
+        analysis: analysis(&a),
+        answer: ("The cheapest setting for an error", cheapest(&a)),
+        tables: vec![prices(&a), laws(&a), settings(&a)],
+        folded: vec![
+            ("Time by phase", phases(store)),
+            ("Every case", tables::cases(store)),
+            ("Time per effect", tables::effects(store)),
+        ],
+        files: vec![],
+        outcomes: Default::default(),
+        figures,
+    }
+}
+
+/// Price of the peak at the tolerance.
+fn fact(q: &QuantityAnalysis, tolerance: f64) -> Option<(String, String)> {
+    let s = &q.settings[q.answer(Measure::Peak, tolerance)?.cheapest?];
+    Some((seconds(s.cost_s), format!("peak {} within {}, by {}", q.title(), percent(tolerance), s.label)))
+}
+
+fn analysis(a: &Analysis) -> Map<String, Value> {
+    let mut out = Map::new();
+    out.insert("levels".into(), json!(a.levels));
+    out.insert("incomplete".into(), json!(a.incomplete));
+    out.insert("growth".into(), json!(a.growth));
+    for q in &a.quantities {
+        let entry = out.entry(q.quantity.name.clone()).or_insert_with(|| json!({}));
+        entry[&q.variant] = json!(q);
+    }
+    out
+}
+
+fn hundredths(share: f64) -> String {
+    format!("{:.2}", 100.0 * share)
+}
+
+fn price(s: f64) -> String {
+    format!("{s:.*}", digits(s))
+}
+
+fn cheapest(a: &Analysis) -> Table {
+    let mut rows = vec![];
+    for q in &a.quantities {
+        for x in &q.answers {
+            let mut row = vec![q.quantity.label.clone(), q.variant.clone(), x.measure.words().into(), percent(x.level)];
+            let bar = |k: usize| hundredths(q.bar(k, x.measure));
+            row.extend(match x.cheapest {
+                Some(k) => [q.settings[k].label.clone(), bar(k), price(q.settings[k].cost_s)],
+                None => ["none".into(), "–".into(), "–".into()],
+            });
+            row.extend(match x.next {
+                Some(k) => [q.settings[k].label.clone(), bar(k), price(q.settings[k].cost_s)],
+                None => ["–".into(), "–".into(), "–".into()],
+            });
+            rows.push(row);
+        }
+    }
+    Table {
+        name: "cheapest",
+        caption: "The cheapest setting whose error bar (error with the uncertainty of the reference) is within a level, and the next dearer one \
+                  with a smaller error. CPU time.".into(),
+        columns: vec![
+            ("Quantity", "", false), ("Variant", "", false), ("Of the", "", false), ("Within", "", true), ("Setting", "", false),
+            ("Error bar", "%", true), ("Price", "s", true), ("Next better", "", false), ("Error bar", "%", true), ("Price", "s", true),
+        ],
+        rows,
+        pick: None,
+    }
+}
+
+/// Prices of one error, family by family, over that of the cheapest.
+fn prices(a: &Analysis) -> Table {
+    let mut rows = vec![];
+    for q in &a.quantities {
+        for (k, level) in a.levels.iter().enumerate() {
+            let of = |l: &crate::study::kinds::cost::line::Line| l.prices[k].map(|p| p.seconds);
+            let least = q.lines.iter().filter_map(of).fold(f64::INFINITY, f64::min);
+            for l in &q.lines {
+                let mut row = vec![q.quantity.label.clone(), q.variant.clone(), percent(*level), l.label.clone()];
+                row.extend(match l.prices[k] {
+                    None => ["–".to_string(), "–".into(), "–".into(), "its errors do not fall to it".into()],
+                    Some(p) => [
+                        p.words(),
+                        p.interval.map_or("–".into(), |[low, high]| format!("{} to {}", seconds(low), seconds(high))),
+                        format!("{:.*}", digits(p.seconds / least), p.seconds / least),
+                        match p.how {
+                            How::AtMost => "its coarsest case".into(),
+                            How::Between => "between its cases".into(),
+                            How::Extrapolated => "extrapolated".into(),
+                        },
+                    ],
+                });
+                rows.push(row);
+            }
+        }
+    }
+    Table {
+        name: "iso-error",
+        caption: "What one error of the peak costs in every family: read off between its cases, or from a power law through all of them (with \
+                  its 95 % interval), and over the cheapest family.".into(),
+        columns: vec![
+            ("Quantity", "", false), ("Variant", "", false), ("Error", "", true), ("Family", "", false), ("CPU time", "", true),
+            ("Interval", "", true), ("Over the cheapest", "", true), ("From", "", false),
+        ],
+        rows,
+        pick: None,
+    }
+}
+
+fn laws(a: &Analysis) -> Table {
+    let rows = (a.growth.iter())
+        .map(|l| {
+            let shown = |v: f64| if l.of == Grows::Time { seconds(v) } else { format!("{:.0} MB", 1e-6 * v) };
+            let between = |[low, high]: [f64; 2]| format!("{} to {}", shown(low), shown(high));
+            vec![
+                l.variant.clone(),
+                l.formulation.clone(),
+                if l.of == Grows::Time { "CPU time" } else { "memory" }.into(),
+                format!("{:.2}", l.law.q),
+                l.law.half.map_or("–".into(), |h| format!("{h:.2}")),
+                l.law.points.to_string(),
+                format!("{:.0}", l.next_cells),
+                shown(l.next.value),
+                l.next.interval.map_or("–".into(), between),
+                l.check.map_or("–".into(), hundredths),
+            ]
+        })
+        .collect();
+    Table {
+        name: "growth",
+        caption: "Power laws over the cells: exponent with the half width of its 95 % interval, what twice the most cells would take, and as a \
+                  check the largest mesh as predicted from the others over what was measured.".into(),
+        columns: vec![
+            ("Variant", "", false), ("Element", "", false), ("Of", "", false), ("Exponent", "", true), ("±", "", true), ("Meshes", "", true),
+            ("Next size", "cells", true), ("Would take", "", true), ("95 % interval", "", true), ("Check", "%", true),
+        ],
+        rows,
+        pick: None,
+    }
+}
+
+fn settings(a: &Analysis) -> Table {
+    let mut rows = vec![];
+    for q in &a.quantities {
+        for s in &q.settings {
+            let front = match s.front {
+                [true, true] => "peak, curve",
+                [true, false] => "peak",
+                [false, true] => "curve",
+                _ => "–",
+            };
+            rows.push(vec![
+                s.label.clone(),
+                q.quantity.label.clone(),
+                q.variant.clone(),
+                price(s.cost_s),
+                s.spread.map_or("–".into(), |v| format!("{:.0}", 100.0 * v)),
+                hundredths(s.errors[0]),
+                hundredths(s.errors[1]),
+                front.into(),
+                s.dofs.to_string(),
+                s.factor_nnz.to_string(),
+                format!("{:.2e}", s.flops),
+                s.memory_bytes.map_or("–".into(), |b| format!("{:.0}", 1e-6 * b as f64)),
+            ]);
+        }
+    }
+    Table {
+        name: "settings",
+        caption: "Every setting, cheapest first: median CPU time with the spread of the repeats, errors against the reference, and what it consists of.".into(),
+        columns: vec![
+            ("Setting", "", false), ("Quantity", "", false), ("Variant", "", false), ("Price", "s", true), ("Spread", "%", true),
+            ("Error of the peak", "%", true), ("Of the curve", "%", true), ("Front", "", false), ("DOFs", "", true), ("nnz(L)", "", true),
+            ("Operations", "", true), ("Memory", "MB", true),
+        ],
+        rows,
+        pick: None,
+    }
+}
+
+/// Time in contact and its friction \[s\].
+fn contact(r: &CaseRecord) -> f64 {
+    r.effects.iter().filter(|e| matches!(e.role.as_deref(), Some("contact" | "friction"))).map(|e| e.wall_s).sum()
+}
+
+fn phases(store: &Results) -> Table {
+    let rows = (store.cases.iter().map(|c| &c.record))
+        .map(|r| {
+            let p = &r.phases;
+            let known = p.assembly_s + p.factorisation_s + p.solve_s;
+            let mut row = vec![r.id.clone()];
+            row.extend(
+                [
+                    p.build_s,
+                    p.assembly_s - contact(r),
+                    contact(r),
+                    p.factorisation_s,
+                    p.solve_s,
+                    (r.wall_s - known).max(0.0),
+                    p.output_s,
+                ]
+                .map(price),
+            );
+            row.extend([price(r.wall_s), price(r.cpu_s), r.work.factorisations.to_string(), r.work.solves.to_string()]);
+            row
+        })
+        .collect();
+    Table {
+        name: "phases",
+        caption: "Wall time of every case by phase. Building (blocks, ordering, pattern) and output stand beside the run, not in it; assembly is that \
+                  of all but contact.".into(),
+        columns: vec![
+            ("Case", "", false), ("Building", "s", true), ("Assembly", "s", true), ("Contact", "s", true), ("Factorisation", "s", true),
+            ("Solve", "s", true), ("Rest", "s", true), ("Output", "s", true), ("Run, wall", "s", true), ("Run, CPU", "s", true),
+            ("Factorisations", "", true), ("Solves", "", true),
+        ],
+        rows,
+        pick: None,
+    }
+}

@@ -1,0 +1,106 @@
+//! One sentence per quantity, and the verdict.
+
+use crate::report::words::{capital, digits, percent, seconds, space};
+use crate::study::kinds::cost::line::{How, Line};
+use crate::study::kinds::cost::{Measure, QuantityAnalysis};
+
+/// The cheapest setting that meets the tolerance and what the next better one would cost, for the peak and for the curve.
+pub fn sentence(q: &QuantityAnalysis, tolerance: f64) -> String {
+    let Some(r) = &q.reference else {
+        return format!("{}: no reference, so no price.", capital(&q.title()));
+    };
+    let (peak, unit) = (r.peak, space(&q.quantity.unit));
+    let n = digits(r.peak_uncertainty * peak.abs());
+    let half = r.peak_uncertainty * peak.abs();
+    format!(
+        "{}: {}; {}. Reference: peak {peak:.n$}{unit} ± {half:.n$}{unit} from family {}.",
+        capital(&q.title()),
+        cheapest(q, Measure::Peak, tolerance),
+        cheapest(q, Measure::Curve, tolerance),
+        r.family
+    )
+}
+
+fn cheapest(q: &QuantityAnalysis, measure: Measure, tolerance: f64) -> String {
+    let what = format!("of the {}", measure.words());
+    let Some(answer) = q.answer(measure, tolerance) else { return format!("{what} nothing is known") };
+    let Some(k) = answer.cheapest else {
+        let best = (0..q.settings.len()).min_by(|a, b| q.bar(*a, measure).total_cmp(&q.bar(*b, measure)));
+        return match best {
+            Some(b) => format!(
+                "{what} no setting meets {}, the best, {}, has an error bar of {} for {}",
+                percent(tolerance),
+                q.settings[b].label,
+                percent(q.bar(b, measure)),
+                seconds(q.settings[b].cost_s)
+            ),
+            None => format!("{what} there is no setting"),
+        };
+    };
+    let s = &q.settings[k];
+    let next = answer.next.map_or("none of the dearer ones is better".into(), |n| {
+        let better = &q.settings[n];
+        let (bar, price) = (percent(q.bar(n, measure)), seconds(better.cost_s));
+        format!("the next better one, {}, {bar} for {price}", better.label)
+    });
+    let (bar, price) = (percent(q.bar(k, measure)), seconds(s.cost_s));
+    format!("{what} the cheapest setting within {} is {}, {bar} for {price} ({next})", percent(tolerance), s.label)
+}
+
+/// A ratio of prices below is none.
+const RATIO: f64 = 1.5;
+
+/// Dearest over cheapest family at a level, where both have a price of their own: the lines and the ratio.
+fn ratio(q: &QuantityAnalysis, level: usize) -> Option<(&Line, &Line, f64)> {
+    let of = |l: &Line| l.prices.get(level).copied().flatten();
+    let priced: Vec<(&Line, f64)> = q.lines.iter().filter_map(|l| Some((l, of(l)?.seconds))).collect();
+    let cheap = priced.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let dear = priced.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let known = of(dear.0).is_some_and(|p| p.how != How::AtMost);
+    (known && dear.1 > RATIO * cheap.1).then_some((cheap.0, dear.0, dear.1 / cheap.1))
+}
+
+/// `2.4`, `180`, `6e5`
+fn times(x: f64) -> String {
+    if x < 1e4 { format!("{x:.*}", digits(x)) } else { format!("{x:.0e}") }
+}
+
+pub fn verdict(quantities: &[QuantityAnalysis], tolerance: f64, missing: usize) -> String {
+    let mut parts = vec![];
+    for q in quantities {
+        let Some(level) = q.answers.iter().filter(|a| a.measure == Measure::Peak).position(|a| a.level == tolerance)
+        else {
+            continue;
+        };
+        let answer = q.answer(Measure::Peak, tolerance).and_then(|a| a.cheapest);
+        let title = format!("the peak of the {}", q.title());
+        let mut words = match answer {
+            Some(k) => {
+                let s = &q.settings[k];
+                format!("{title} costs {} by {}", seconds(s.cost_s), s.label)
+            }
+            None => format!("no setting is known to meet {title}"),
+        };
+        if let Some((cheap, dear, ratio)) = ratio(q, level) {
+            let price = dear.prices[level].filter(|p| p.how == How::Extrapolated);
+            let own = cheap.prices[level].map_or(f64::NAN, |p| p.seconds);
+            let extrapolated = price.map_or(String::new(), |p| match p.interval {
+                Some([low, high]) => {
+                    format!(" by extrapolation (95 %: {} to {} times)", times(low / own), times(high / own))
+                }
+                None => " by extrapolation".into(),
+            });
+            let ratio = times(ratio);
+            words += &format!(", {} would cost {ratio} times as much as {}{extrapolated}", dear.label, cheap.label);
+        }
+        parts.push(words);
+    }
+    if parts.is_empty() {
+        return "No verdict: no quantity has a reference.".into();
+    }
+    let mut words = format!("Within {}: {}.", percent(tolerance), parts.join("; "));
+    if missing > 0 {
+        words += &format!(" {missing} case(s) have no usable result.");
+    }
+    words
+}

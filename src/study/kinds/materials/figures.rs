@@ -1,0 +1,186 @@
+//! The laws under one protocol: every quantity over time with its difference to the reference law below, and the loop
+//! against what drives it.
+
+use crate::report::canvas::{Area, DOUBLE, PALETTE, RGB, dashed, figure, italic, line, mm};
+use crate::report::figure::{Figure, Sample, legend};
+use crate::report::plot::{Axis, Plot};
+use crate::report::words::capital;
+use crate::study::curve::Curve;
+use crate::study::figures::axis_label;
+use crate::study::kinds::materials::{Analysis, Comparison, QuantityAnalysis};
+use crate::study::record::StoredCase;
+use crate::study::results::Results;
+
+const LEFT: f64 = 14.0;
+const GAP: f64 = 18.0;
+const LEGEND: f64 = 38.0;
+const TOP: f64 = 6.0;
+/// Largest distance that the lower panels show \[of the peak\].
+const FAR: f64 = 0.5;
+
+/// A law with its look: seven colours, then the same dashed.
+struct Look<'a> {
+    member: &'a str,
+    color: RGB,
+    dashed: bool,
+}
+
+impl Look<'_> {
+    fn draw(&self, area: &Area, points: &[(i32, i32)]) {
+        match self.dashed {
+            true => dashed(area, points, self.color, 9, 30.0),
+            false => line(area, points, self.color, 9),
+        }
+    }
+}
+
+/// Every law has one look in all figures.
+fn looks(a: &Analysis) -> Vec<Look<'_>> {
+    let members = a.prices.iter().map(|p| p.member.as_str()).enumerate();
+    let look = |(k, member): (usize, _)| Look { member, color: PALETTE[k % PALETTE.len()], dashed: k >= PALETTE.len() };
+    members.map(look).collect()
+}
+
+/// The legend at the right of a figure of this width \[mm\].
+fn key(looks: &[Look], a: &Analysis, area: &Area, width: f64) {
+    let entry = |l: &Look| {
+        let star = if l.member == a.reference { " (reference)" } else { "" };
+        let sample = if l.dashed { Sample::Dashed(l.color) } else { Sample::Line(l.color) };
+        (sample, format!("{}{star}", l.member.replace('_', " ")))
+    };
+    let entries: Vec<_> = looks.iter().map(entry).collect();
+    legend(area, (mm(width - LEGEND + 4.0), mm(TOP + 2.0)), &entries);
+}
+
+/// Curve of a law in a quantity.
+fn curve<'a>(store: &'a Results, q: &QuantityAnalysis, member: &str, column: &str) -> Option<(&'a StoredCase, Curve)> {
+    let case = &q.laws.iter().find(|c| c.member == member)?.case;
+    let stored = store.cases.iter().find(|c| c.record.id == *case)?;
+    Curve::of(&stored.series, column).map(|c| (stored, c))
+}
+
+/// `None` if the variant has no quantity to compare.
+pub fn over_time(store: &Results, a: &Analysis, variant: &str) -> Option<Figure> {
+    let panels: Vec<&QuantityAnalysis> = a.quantities.iter().filter(|q| q.variant == variant).take(3).collect();
+    if panels.is_empty() {
+        return None;
+    }
+    let looks = looks(a);
+    let n = panels.len() as f64;
+    let each = ((DOUBLE - LEFT - LEGEND - GAP * (n - 1.0)) / n).min(84.0);
+    let width = LEFT + n * each + (n - 1.0) * GAP + LEGEND;
+    let (tall, low, between) = (42.0, 26.0, 5.0);
+    let height = (TOP + tall + between + low + 10.0).max(TOP + 4.2 * looks.len() as f64 + 4.0);
+    let svg = figure(width, height, "", |area| {
+        for (k, q) in panels.iter().enumerate() {
+            let x = LEFT + k as f64 * (each + GAP);
+            let upper = [mm(x), mm(TOP), mm(x + each), mm(TOP + tall)];
+            let lower = [mm(x), mm(TOP + tall + between), mm(x + each), mm(TOP + tall + between + low)];
+            panel(area, store, a, q, &looks, (upper, lower), ['a', 'b', 'c'][k]);
+        }
+        key(&looks, a, area, width);
+    });
+    let far = panels.iter().any(|q| q.laws.iter().any(|c| c.largest > FAR));
+    let far = if far { " Laws off by more than half of the peak are not drawn there." } else { "" };
+    let caption = format!(
+        "The laws under the same protocol, {}: each quantity over time (top) and its difference to {} (bottom).{far} The constants of the laws stand in the scenes; what a finer mesh changes stands in the table.",
+        store.study.label(variant),
+        a.reference
+    );
+    Some(Figure { name: format!("laws-{variant}"), svg, caption })
+}
+
+fn panel(
+    area: &Area,
+    store: &Results,
+    a: &Analysis,
+    q: &QuantityAnalysis,
+    looks: &[Look],
+    (upper, lower): ([i32; 4], [i32; 4]),
+    letter: char,
+) {
+    let of = |member: &str| curve(store, q, member, &q.quantity.name).map(|c| c.1);
+    let curves: Vec<(&Look, Curve)> = looks.iter().filter_map(|l| Some((l, of(l.member)?))).collect();
+    let times = || curves.iter().flat_map(|(_, c)| c.t.iter().copied());
+    let time = Axis::exact(
+        times().fold(f64::INFINITY, f64::min),
+        times().fold(f64::NEG_INFINITY, f64::max),
+        &format!("time {} [s]", italic("t")),
+    );
+    let values = curves.iter().flat_map(|(_, c)| c.f.iter().copied());
+    let plot = Plot { area, frame: upper, x: time.clone(), y: Axis::linear(values, &axis_label(&q.quantity, "")) };
+    plot.grid();
+    for (look, c) in curves.iter().rev() {
+        look.draw(area, &plot.path(&c.t, &c.f));
+    }
+    plot.axes(false);
+    plot.title(letter, &capital(&q.quantity.label));
+    let Some(g) = of(&a.reference) else { return };
+    let near = |look: &Look| q.laws.iter().any(|c| c.member == look.member && c.largest <= FAR);
+    let off: Vec<(&Look, Vec<f64>, Vec<f64>)> = (curves.iter().filter(|(look, _)| near(look)))
+        .map(|(look, c)| {
+            let t = c.common(&g);
+            let d = t.iter().map(|t| c.at(*t) - g.at(*t)).collect();
+            (*look, t, d)
+        })
+        .collect();
+    let values = off.iter().flat_map(|(_, _, d)| d.iter().copied());
+    let symbol = &q.quantity.symbol;
+    let label = format!("{} − {} [{}]", italic(symbol), italic(&format!("{symbol}ref")), q.quantity.unit);
+    let plot = Plot { area, frame: lower, x: time, y: Axis::linear(values, &label) };
+    plot.grid();
+    for (look, t, d) in off.iter().rev() {
+        look.draw(area, &plot.path(t, d));
+    }
+    plot.axes(true);
+}
+
+/// Loses more than a hundredth of the box in a cycle.
+fn is_open(c: &Comparison) -> bool {
+    c.loop_share.is_some_and(|s| s > 0.01)
+}
+
+/// Quantities against what they are drawn against, where a law shows a loop; `None` if none does.
+pub fn loops(store: &Results, a: &Analysis, variant: &str) -> Option<Figure> {
+    let open = |q: &&QuantityAnalysis| q.laws.iter().any(is_open);
+    let panels: Vec<&QuantityAnalysis> =
+        a.quantities.iter().filter(|q| q.variant == variant).filter(open).take(2).collect();
+    if panels.is_empty() {
+        return None;
+    }
+    let shown = |l: &Look| {
+        l.member == a.reference || panels.iter().any(|q| q.laws.iter().any(|c| c.member == l.member && is_open(c)))
+    };
+    let looks: Vec<Look> = looks(a).into_iter().filter(shown).collect();
+    let (each, tall) = (50.0, 46.0);
+    let width = LEFT + panels.len() as f64 * (each + GAP) + LEGEND - GAP;
+    let height = (TOP + tall + 10.0).max(TOP + 4.2 * looks.len() as f64 + 4.0);
+    let svg = figure(width, height, "", |area| {
+        for (k, q) in panels.iter().enumerate() {
+            let Some(against) = &q.quantity.against else { continue };
+            let x = LEFT + k as f64 * (each + GAP);
+            let frame = [mm(x), mm(TOP), mm(x + each), mm(TOP + tall)];
+            let pair = |l: &Look| {
+                let (case, f) = curve(store, q, l.member, &q.quantity.name)?;
+                Some((Curve::of(&case.series, &against.name)?, f))
+            };
+            let curves: Vec<_> = looks.iter().filter_map(|l| Some((l, pair(l)?))).collect();
+            let xs = curves.iter().flat_map(|(_, (x, _))| x.f.iter().copied());
+            let ys = curves.iter().flat_map(|(_, (_, f))| f.f.iter().copied());
+            let x = Axis::linear(xs, &axis_label(against, ""));
+            let plot = Plot { area, frame, x, y: Axis::linear(ys, &axis_label(&q.quantity, "")) };
+            plot.grid();
+            for (look, (x, f)) in curves.iter().rev() {
+                look.draw(area, &plot.path(&x.f, &f.f));
+            }
+            plot.axes(true);
+            plot.title(['a', 'b'][k], &capital(&q.quantity.label));
+        }
+        key(&looks, a, area, width);
+    });
+    let caption = format!(
+        "Loading and unloading, {}, of the laws that show a loop, and of the reference: the area of a loop is lost in every cycle.",
+        store.study.label(variant)
+    );
+    Some(Figure { name: format!("loops-{variant}"), svg, caption })
+}

@@ -1,0 +1,310 @@
+//! Comparison of laws under one protocol: curve distances, differences of the peaks, hysteresis, price.
+//!
+//! Pure: stored cases in, [`Analysis`] out. f is a quantity under a law, g the same under the reference law:
+//!
+//! ```text
+//! difference of the peaks (f̂ − ĝ)/|ĝ|
+//! distance ‖f − g‖₂/‖g‖₂ and ‖f − g‖∞/|ĝ|       over the common time, see [`crate::study::curve`]
+//! loop ∮ f dx over the last cycle of x          for f = T and x = L of a cable: the energy lost in a cycle
+//! loop share |∮ f dx|/(Δf Δx)                    of the box around the cycle: 0 where loading and unloading agree
+//! ```
+//!
+//! What the mesh does to a difference is the change of the difference on a finer mesh (family of role `finer`).
+
+pub mod figures;
+pub mod report;
+
+use crate::report::words::{capital, digits, percent, space};
+use crate::study::curve::peak;
+use crate::study::curve::{Curve, l2, lag};
+use crate::study::record::{Quantity, Role, StoredCase, StudyRecord};
+use serde::Serialize;
+
+/// Everything that is said about a comparison of laws.
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct Analysis {
+    pub tolerance: f64,
+    /// The member that the others are compared with
+    pub reference: String,
+    /// \[variants × quantities\] those that the protocol imposes apart
+    pub quantities: Vec<QuantityAnalysis>,
+    pub prices: Vec<Price>,
+    /// (id, what is wrong)
+    pub incomplete: Vec<(String, String)>,
+    pub warnings: Vec<String>,
+    pub verdict: String,
+}
+
+/// One quantity in one variant.
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct QuantityAnalysis {
+    pub variant: String,
+    /// The variant in words
+    pub variant_label: String,
+    pub quantity: Quantity,
+    /// Peak under the reference law
+    pub peak: f64,
+    /// In the order of the study, the reference among them
+    pub laws: Vec<Comparison>,
+    pub sentence: String,
+}
+
+/// One law against the reference.
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct Comparison {
+    pub member: String,
+    pub case: String,
+    pub peak: f64,
+    /// (f̂ − ĝ)/|ĝ| \[–\]
+    pub peak_difference: f64,
+    /// Change of the difference on the finer mesh \[–\]
+    pub mesh_drift: Option<f64>,
+    /// ‖f − g‖₂/‖g‖₂ \[–\]
+    pub distance: f64,
+    /// ‖f − g‖∞/|ĝ| \[–\]
+    pub largest: f64,
+    /// Behind the reference \[s\]
+    pub lag_s: f64,
+    /// ∮ f dx over the last cycle, unit of f times unit of x
+    pub loop_area: Option<f64>,
+    /// Of the box around the cycle \[–\]
+    pub loop_share: Option<f64>,
+}
+
+/// What a law costs, mean over the variants.
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct Price {
+    pub member: String,
+    pub formulation: String,
+    pub cells: usize,
+    pub dofs: usize,
+    pub cpu_s: f64,
+    /// Over the CPU time of the reference \[–\]
+    pub ratio: f64,
+    pub steps: usize,
+    pub newton_iterations: usize,
+}
+
+impl QuantityAnalysis {
+    /// `peak cable tension, length control`
+    pub fn title(&self) -> String {
+        format!("peak {}, {}", self.quantity.label, self.variant_label)
+    }
+}
+
+/// Analyses what is there; cases that are missing or did not converge are named.
+pub fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis {
+    let reference = study.reference.clone().unwrap_or_default();
+    let mut quantities = vec![];
+    for variant in &study.variants {
+        for quantity in study.quantities.get(variant).into_iter().flatten() {
+            quantities.extend(compare(study, stored, variant, quantity, &reference));
+        }
+    }
+    quantities.retain(|q| q.laws.len() < 2 || q.laws.iter().any(|c| c.largest > 1e-9));
+    let prices = prices(study, stored, &reference);
+    let incomplete = study.incomplete(stored);
+    for q in &mut quantities {
+        q.sentence = sentence(q, &reference, study.tolerance);
+    }
+    let mut analysis = Analysis {
+        tolerance: study.tolerance,
+        reference,
+        quantities,
+        prices,
+        warnings: warnings(stored, &incomplete),
+        incomplete,
+        verdict: String::new(),
+    };
+    analysis.verdict = verdict(&analysis);
+    analysis
+}
+
+/// Converged cases of the families with this role.
+fn of_role<'a>(
+    study: &'a StudyRecord,
+    stored: &'a [StoredCase],
+    role: Role,
+    variant: &'a str,
+) -> impl Iterator<Item = &'a StoredCase> {
+    let families = study.families.iter().filter(move |f| f.role == role);
+    let cases = families.flat_map(|f| &f.cases);
+    cases
+        .filter_map(|id| stored.iter().find(|c| c.record.id == *id))
+        .filter(move |c| c.record.variant == variant && c.record.converged())
+}
+
+fn compare(
+    study: &StudyRecord,
+    stored: &[StoredCase],
+    variant: &str,
+    quantity: &Quantity,
+    reference: &str,
+) -> Option<QuantityAnalysis> {
+    let cases: Vec<&StoredCase> = of_role(study, stored, Role::Laws, variant).collect();
+    let finer: Vec<&StoredCase> = of_role(study, stored, Role::Finer, variant).collect();
+    let base = cases.iter().find(|c| c.record.member == reference)?;
+    let (g, g_peak) = (Curve::of(&base.series, &quantity.name)?, peak(base, &quantity.name)?);
+    let difference = |c: &StoredCase, g_peak: f64| Some((peak(c, &quantity.name)? - g_peak) / g_peak.abs());
+    let finer_of = |member: &str| finer.iter().find(|c| c.record.member == member);
+    let laws = (cases.iter())
+        .filter_map(|c| {
+            let f = Curve::of(&c.series, &quantity.name)?;
+            let t = f.common(&g);
+            let d: Vec<f64> = t.iter().map(|t| f.at(*t) - g.at(*t)).collect();
+            let on: Vec<f64> = t.iter().map(|t| g.at(*t)).collect();
+            let peak_difference = difference(c, g_peak)?;
+            let on_finer = finer_of(&c.record.member).zip(finer_of(reference));
+            let on_finer = on_finer.and_then(|(c, base)| difference(c, peak(base, &quantity.name)?));
+            let x = quantity.against.as_ref().and_then(|x| Curve::of(&c.series, &x.name));
+            let cycle = x.as_ref().and_then(|x| f.hysteresis(x));
+            Some(Comparison {
+                member: c.record.member.clone(),
+                case: c.record.id.clone(),
+                peak: peak(c, &quantity.name)?,
+                peak_difference,
+                mesh_drift: on_finer.map(|d| (d - peak_difference).abs()),
+                distance: l2(&t, &d) / l2(&t, &on),
+                largest: d.iter().fold(0.0, |m: f64, d| m.max(d.abs())) / g_peak.abs(),
+                lag_s: lag(&t, &d.iter().zip(&on).map(|(d, g)| d + g).collect::<Vec<_>>(), &on),
+                loop_area: cycle.map(|c| c.0),
+                loop_share: cycle.map(|c| c.1),
+            })
+        })
+        .collect();
+    let (variant, quantity) = (variant.to_string(), quantity.clone());
+    Some(QuantityAnalysis {
+        variant_label: study.label(&variant),
+        variant,
+        quantity,
+        peak: g_peak,
+        laws,
+        sentence: String::new(),
+    })
+}
+
+fn prices(study: &StudyRecord, stored: &[StoredCase], reference: &str) -> Vec<Price> {
+    let all: Vec<&StoredCase> = study.variants.iter().flat_map(|v| of_role(study, stored, Role::Laws, v)).collect();
+    let mut members: Vec<&str> = vec![];
+    for c in &all {
+        if !members.contains(&c.record.member.as_str()) {
+            members.push(&c.record.member);
+        }
+    }
+    let mut prices: Vec<Price> = (members.iter())
+        .map(|member| {
+            let own: Vec<_> = all.iter().map(|c| &c.record).filter(|r| r.member == *member).collect();
+            Price {
+                member: member.to_string(),
+                formulation: own[0].formulation.clone(),
+                cells: own[0].mesh.cells,
+                dofs: own[0].dofs,
+                cpu_s: own.iter().map(|r| r.cpu_s).sum::<f64>() / own.len() as f64,
+                ratio: f64::NAN,
+                steps: own.iter().map(|r| r.steps).sum::<usize>() / own.len(),
+                newton_iterations: own.iter().map(|r| r.newton_iterations).sum::<usize>() / own.len(),
+            }
+        })
+        .collect();
+    let base = prices.iter().find(|p| p.member == reference).map_or(f64::NAN, |p| p.cpu_s);
+    prices.iter_mut().for_each(|p| p.ratio = p.cpu_s / base);
+    prices
+}
+
+/// `+3.2 %`
+pub fn signed(x: f64) -> String {
+    if x < 0.0 { format!("−{}", percent(-x)) } else { format!("+{}", percent(x)) }
+}
+
+fn sentence(q: &QuantityAnalysis, reference: &str, tolerance: f64) -> String {
+    let unit = space(&q.quantity.unit);
+    let mut words = format!("{}: {:.*}{unit} with {reference}", capital(&q.title()), digits(q.peak), q.peak);
+    let others: Vec<&Comparison> = q.laws.iter().filter(|c| c.member != reference).collect();
+    let (near, far): (Vec<_>, Vec<_>) = others.iter().partition(|c| c.peak_difference.abs() <= tolerance);
+    let list = |laws: &[&&Comparison]| {
+        laws.iter().map(|c| format!("{} {}", c.member, signed(c.peak_difference))).collect::<Vec<_>>().join(", ")
+    };
+    if !near.is_empty() {
+        words += &format!("; within {}: {}", percent(tolerance), list(&near));
+    }
+    if !far.is_empty() {
+        words += &format!("; beyond: {}", list(&far));
+    }
+    let drift = others.iter().filter_map(|c| c.mesh_drift).fold(f64::NAN, f64::max);
+    if drift.is_finite() {
+        words += &format!(". A finer mesh changes these differences by at most {}", percent(drift));
+    }
+    let lossy: Vec<String> = (q.laws.iter())
+        .filter_map(|c| c.loop_share.filter(|s| *s > 0.01).map(|s| format!("{} {}", c.member, percent(s))))
+        .collect();
+    if let (Some(x), false) = (&q.quantity.against, lossy.is_empty()) {
+        words += &format!(". Hysteresis against {}, of the box around a cycle: {}", x.label, lossy.join(", "));
+    }
+    words + "."
+}
+
+fn warnings(stored: &[StoredCase], incomplete: &[(String, String)]) -> Vec<String> {
+    let mut out: Vec<String> = incomplete.iter().map(|(id, what)| format!("{id}: {what}.")).collect();
+    for remark in stored.iter().flat_map(|c| &c.record.remarks) {
+        if !out.contains(remark) {
+            out.push(remark.clone());
+        }
+    }
+    if stored.iter().any(|c| c.record.shared) {
+        out.push("Cases ran side by side: prices are CPU seconds, and `--jobs 1` gives quieter ones.".into());
+    }
+    out
+}
+
+/// Which laws are interchangeable, how far the others are off, what they cost.
+fn verdict(a: &Analysis) -> String {
+    let members: Vec<&str> = a.prices.iter().map(|p| p.member.as_str()).filter(|m| *m != a.reference).collect();
+    if a.quantities.is_empty() || members.is_empty() {
+        return format!(
+            "No verdict: there is no pair of converged cases to compare with {} in a quantity that is not imposed.",
+            a.reference
+        );
+    }
+    let worst = |member: &str| {
+        let own = a.quantities.iter().flat_map(|q| q.laws.iter().filter(|c| c.member == member).map(move |c| (q, c)));
+        own.max_by(|x, y| x.1.largest.total_cmp(&y.1.largest))
+    };
+    let mut same: Vec<String> = vec![];
+    let mut apart: Vec<(f64, String)> = vec![];
+    for member in members {
+        let Some((q, c)) = worst(member) else { continue };
+        if c.largest <= a.tolerance {
+            same.push(format!("{member} ({})", percent(c.largest)));
+        } else {
+            apart.push((
+                c.largest,
+                format!("{member} by {} in the {}, {}", percent(c.largest), q.quantity.label, q.variant_label),
+            ));
+        }
+    }
+    apart.sort_by(|x, y| y.0.total_cmp(&x.0));
+    let apart: Vec<String> = apart.into_iter().map(|x| x.1).collect();
+    let tolerance = percent(a.tolerance);
+    let mut words = match same.is_empty() {
+        true => format!("No law can stand in for {} within {tolerance} of the peak in every curve.", a.reference),
+        false => format!(
+            "Within {tolerance} of the peak, in every curve, {} can stand in for {}.",
+            same.join(", "),
+            a.reference
+        ),
+    };
+    if !apart.is_empty() {
+        words += &format!(" At most they differ: {}.", apart.join("; "));
+    }
+    let ratio = |best: fn(f64, f64) -> f64, start: f64| a.prices.iter().map(|p| p.ratio).fold(start, best);
+    words += &format!(
+        " A law costs {:.2} to {:.2} times as much as {}.",
+        ratio(f64::min, f64::INFINITY),
+        ratio(f64::max, 0.0),
+        a.reference
+    );
+    if !a.incomplete.is_empty() {
+        words += &format!(" {} case(s) have no usable result.", a.incomplete.len());
+    }
+    words
+}

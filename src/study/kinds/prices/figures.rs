@@ -1,0 +1,82 @@
+//! The price list drawn: what a step costs, rung by rung.
+
+use crate::report::canvas::{At, DOUBLE, INK, PALETTE, RGB, SMALL, block, figure, mm, text};
+use crate::report::figure::{Figure, Sample, legend};
+use crate::report::plot::{Axis, Plot};
+use crate::report::words::digits;
+use crate::study::kinds::prices::{Ladder, Rung, milliseconds};
+
+const REST: RGB = RGB(0xd0, 0xd0, 0xd0);
+const ROW: f64 = 7.0;
+const TOP: f64 = 6.0;
+
+/// (a) a step by its parts, (b) the evaluations of the effects alone. `None` without two rungs.
+pub fn draw(l: &Ladder) -> Option<Figure> {
+    if l.rungs.len() < 2 {
+        return None;
+    }
+    let mut effects: Vec<&str> = vec![];
+    for (name, _) in l.rungs.iter().flat_map(|r| &r.evaluation_s) {
+        if !effects.contains(&name.as_str()) {
+            effects.push(name);
+        }
+    }
+    let color = |name: &str| effects.iter().position(|e| *e == name).map_or(REST, |k| PALETTE[k % PALETTE.len()]);
+    let evaluations = |r: &Rung| r.evaluation_s.iter().map(|(n, s)| (*s, color(n))).collect::<Vec<_>>();
+    let whole = |r: &Rung| {
+        let all: f64 = r.evaluation_s.iter().map(|e| e.1).sum();
+        let parts = [all, r.factorisation_s, r.solve_s];
+        let mut out: Vec<(f64, RGB)> = parts.into_iter().zip(PALETTE).collect();
+        out.push(((r.step_s - parts.iter().sum::<f64>()).max(0.0), REST));
+        out
+    };
+    let (left, each, gap) = (34.0, 60.0, 20.0);
+    let tall = ROW * l.rungs.len() as f64;
+    let rows = effects.len().max(4).div_ceil(2) as f64;
+    let svg = figure(DOUBLE, TOP + tall + 14.0 + 4.2 * rows, "", |area| {
+        let panel = |x: f64, letter: char, title: &str, parts: &dyn Fn(&Rung) -> Vec<(f64, RGB)>| {
+            let sum = |r: &Rung| parts(r).iter().map(|p| 1e3 * p.0).sum::<f64>();
+            let longest = Axis::linear([0.0, l.rungs.iter().map(sum).fold(0.0, f64::max)].into_iter(), "a step [ms]");
+            let frame = [mm(x), mm(TOP), mm(x + each), mm(TOP + tall)];
+            let plot = Plot { area, frame, x: longest, y: Axis::exact(l.rungs.len() as f64, 0.0, "") };
+            plot.grid_x();
+            for (k, r) in l.rungs.iter().enumerate() {
+                let mut from = 0.0;
+                for (s, color) in parts(r) {
+                    let to = from + 1e3 * s;
+                    block(area, plot.at(from, k as f64 + 0.17), plot.at(to, k as f64 + 0.83), color);
+                    from = to;
+                }
+                let end = (plot.at(from, 0.0).0 + mm(1.0), plot.at(0.0, k as f64 + 0.5).1);
+                text(area, &format!("{from:.*}", digits(from)), end, At::Left, SMALL, INK);
+            }
+            plot.axis_x();
+            plot.title(letter, title);
+        };
+        panel(left, 'a', "A step by its parts", &whole);
+        panel(left + each + gap, 'b', "Evaluation of the effects", &evaluations);
+        for (k, r) in l.rungs.iter().enumerate() {
+            let at = (mm(left - 2.0), mm(TOP + ROW * (k as f64 + 0.5)));
+            text(area, &r.member.replace('_', " "), at, At::Right, SMALL, INK);
+        }
+        let put = |x: f64, entries: Vec<(Sample, String)>| {
+            for (k, entry) in entries.into_iter().enumerate() {
+                let at = (mm(x + 30.0 * (k % 2) as f64), mm(TOP + tall + 14.5 + 4.2 * (k / 2) as f64));
+                legend(area, at, &[entry]);
+            }
+        };
+        let parts = ["evaluations", "factorisation", "solve"].iter().zip(PALETTE);
+        let parts = parts.map(|(n, c)| (Sample::Block(c), n.to_string()));
+        put(left, parts.chain([(Sample::Block(REST), "rest".into())]).collect());
+        put(left + each + gap, effects.iter().map(|n| (Sample::Block(color(n)), n.to_string())).collect());
+    });
+    let (first, last) = (&l.rungs[0], &l.rungs[l.rungs.len() - 1]);
+    let caption = format!(
+        "What a step costs with effects added one by one, {}, in CPU time: {} with {} alone, {} with all. A row has no part of an effect that is not declared in it.",
+        l.variant_label,
+        milliseconds(first.step_s),
+        first.member.replace('_', " "),
+        milliseconds(last.step_s)
+    );
+    Some(Figure { name: format!("prices-{}", l.variant), svg, caption })
+}

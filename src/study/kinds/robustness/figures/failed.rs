@@ -1,0 +1,55 @@
+//! Pictures of what went wrong: the body of each failed case at the state farthest from rest.
+
+use crate::report::canvas::{At, INK, RGB, SMALL, figure, mm, text};
+use crate::report::figure::Figure;
+use crate::report::surface::{Fit, Look, View, extent, surface};
+use crate::study::kinds::robustness::{Analysis, Outcome};
+use crate::study::results::Results;
+
+const EYE: [f64; 3] = [0.55, -1.0, 0.45];
+const WIDE: f64 = 56.0;
+const TALL: f64 = 42.0;
+/// More than these tell nothing more.
+const MOST: usize = 9;
+
+/// `None` where nothing failed.
+pub fn draw(store: &Results, a: &Analysis) -> Option<Figure> {
+    let failed = a.cases.iter().filter(|c| c.outcome == Outcome::Fail);
+    let shown: Vec<_> = failed
+        .filter_map(|c| Some((c, store.skins.get(&c.case)?)))
+        .filter(|(_, s)| s.displacement.iter().flatten().all(|x| x.is_finite()))
+        .take(MOST)
+        .collect();
+    if shown.is_empty() {
+        return None;
+    }
+    let place = |k: usize| ((k % 3) as f64 * (WIDE + 4.0), (k / 3) as f64 * (TALL + 8.0));
+    let view = View::from(EYE);
+    let mut under = String::new();
+    for (k, (_, skin)) in shown.iter().enumerate() {
+        let moved = skin.points.iter().zip(&skin.displacement);
+        let moved: Vec<[f64; 3]> = moved.map(|(x, u)| std::array::from_fn(|i| x[i] + u[i])).collect();
+        let (x, y) = place(k);
+        let fit = Fit::new(
+            extent(moved.iter().map(|p| view.project(*p))),
+            [mm(x), mm(y + 6.0), mm(x + WIDE), mm(y + 6.0 + TALL)],
+        );
+        let look = Look {
+            color: &|_| RGB(0xdd, 0xe6, 0xee),
+            edge: Some((RGB(0x33, 0x44, 0x55), 2.0)),
+            outline: None,
+            shade: 0.8,
+        };
+        under += &surface(&moved, &skin.triangles, &view, &fit, &look);
+    }
+    let rows = shown.len().div_ceil(3) as f64;
+    let svg = figure(3.0 * WIDE + 8.0, rows * (TALL + 8.0) + 2.0, &under, |area| {
+        for (k, (case, _)) in shown.iter().enumerate() {
+            let (x, y) = place(k);
+            text(area, &format!("{}: {}", case.case, case.status), (mm(x), mm(y + 3.0)), At::Left, SMALL, INK);
+        }
+    });
+    let caption =
+        "Failed cases at the state farthest from rest; the last good state is cases/<id>/last-0000.vtu.".into();
+    Some(Figure { name: "failures".into(), svg, caption })
+}

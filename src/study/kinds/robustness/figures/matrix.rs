@@ -1,0 +1,87 @@
+//! The matrix: hard cases downwards, variants across; a disc passes, a triangle was refused, a cross failed.
+
+use crate::report::canvas::{Area, At, INK, LABEL, Mark, PALE, PALETTE, RGB, SMALL, figure, line, mark, mm, text};
+use crate::report::figure::{Figure, Sample, legend};
+use crate::study::kinds::robustness::{Analysis, Outcome};
+use crate::study::results::Results;
+
+const ROW: f64 = 3.9;
+const COLUMN: f64 = 6.2;
+/// Room for the names of the cases, and for the turned ones of the variants \[mm\]
+const NAMES: f64 = 74.0;
+const HEAD: f64 = 34.0;
+/// Rows on a sheet; more go into a second block beside it
+const TALLEST: usize = 62;
+
+pub fn color(outcome: Outcome) -> (Mark, RGB) {
+    match outcome {
+        Outcome::Pass => (Mark::Circle, PALETTE[0]),
+        Outcome::Refused => (Mark::Triangle, PALETTE[4]),
+        Outcome::Fail => (Mark::Cross, PALETTE[1]),
+    }
+}
+
+/// `None` without a case. One figure for each sheet of rows.
+pub fn draw(store: &Results, a: &Analysis) -> Vec<Figure> {
+    let mut rows: Vec<(&str, &str)> = vec![];
+    for c in &a.cases {
+        if !rows.contains(&(c.suite.as_str(), c.member.as_str())) {
+            rows.push((&c.suite, &c.member));
+        }
+    }
+    let sheets: Vec<&[(&str, &str)]> = rows.chunks(TALLEST).collect();
+    sheets.iter().enumerate().map(|(k, rows)| sheet(store, a, rows, k, sheets.len())).collect()
+}
+
+fn sheet(store: &Results, a: &Analysis, rows: &[(&str, &str)], number: usize, of: usize) -> Figure {
+    let shown = |v: &&String| {
+        let here = |c: &&crate::study::kinds::robustness::Judged| {
+            c.variant == **v && rows.contains(&(c.suite.as_str(), c.member.as_str()))
+        };
+        a.cases.iter().any(|c| here(&c))
+    };
+    let variants: Vec<&String> = store.study.variants.iter().filter(shown).collect();
+    let width = NAMES + COLUMN * variants.len() as f64 + 30.0;
+    let height = HEAD + ROW * rows.len() as f64 + 4.0;
+    let svg = figure(width, height, "", |area| {
+        for (k, variant) in variants.iter().enumerate() {
+            let x = NAMES + COLUMN * (k as f64 + 0.5);
+            let name = store.study.labels.get(*variant).unwrap_or(variant);
+            turned(area, name, x);
+            line(area, &[(mm(x), mm(HEAD)), (mm(x), mm(height - 4.0))], PALE, 4);
+        }
+        let mut before = "";
+        for (k, (suite, member)) in rows.iter().enumerate() {
+            let y = mm(HEAD + ROW * (k as f64 + 0.5));
+            if *suite != before {
+                let top = mm(HEAD + ROW * k as f64);
+                line(area, &[(0, top), (mm(NAMES + COLUMN * variants.len() as f64), top)], PALE, 4);
+                text(area, &suite.replace('-', " "), (mm(0.5), y), At::Left, SMALL, INK);
+                before = suite;
+            }
+            text(area, &member.replace('-', " "), (mm(NAMES - 2.0), y), At::Right, SMALL, INK);
+            for (j, variant) in variants.iter().enumerate() {
+                let found = a.cases.iter().find(|c| c.suite == *suite && c.member == *member && c.variant == **variant);
+                if let Some(c) = found {
+                    let (shape, color) = color(c.outcome);
+                    mark(area, shape, (mm(NAMES + COLUMN * (j as f64 + 0.5)), y), 34, color);
+                }
+            }
+        }
+        let entry = |(o, words): (Outcome, &str)| (Sample::Mark(color(o).0, color(o).1), words.to_string());
+        let entries = [(Outcome::Pass, "pass"), (Outcome::Refused, "refused"), (Outcome::Fail, "fail")].map(entry);
+        legend(area, (mm(width - 24.0), mm(HEAD + 3.0)), &entries);
+    });
+    let part = if of > 1 { format!(" (part {} of {of})", number + 1) } else { String::new() };
+    let caption = format!(
+        "Hard cases{part}: a disc ended as it should and met its references, a triangle has no answer and says why, as is right there, \
+         a cross failed. An empty place was not asked for."
+    );
+    Figure { name: if of > 1 { format!("matrix-{}", number + 1) } else { "matrix".into() }, svg, caption }
+}
+
+/// Names that are too long for a column stand upright.
+fn turned(area: &Area, name: &str, x: f64) {
+    let long = crate::report::canvas::width(name, LABEL) / 2;
+    text(area, name, (mm(x) + mm(1.2), mm(HEAD - 2.0) - long), At::Turned, LABEL, INK);
+}

@@ -1,0 +1,83 @@
+//! Where a scene holds: a map of grades over two axes, one panel for each variant.
+
+use crate::report::canvas::{Area, At, GREY, INK, LABEL, PALETTE, RGB, SMALL, block, figure, italic, mm, text};
+use crate::report::figure::{Figure, Sample, legend};
+use crate::report::words::digits;
+use crate::study::kinds::robustness::map::{Grade, Map, Panel};
+use crate::study::record::AxisRecord;
+
+const EACH: f64 = 52.0;
+const LEFT: f64 = 22.0;
+const GAP: f64 = 8.0;
+const TOP: f64 = 7.0;
+const TALL: f64 = 44.0;
+const LEGEND: f64 = 38.0;
+
+fn look(grade: Grade) -> (RGB, &'static str) {
+    match grade {
+        Grade::Right => (PALETTE[0], "right"),
+        Grade::Unjudged => (RGB(0xf0, 0xe4, 0x42), "no reference"),
+        Grade::Poor => (PALETTE[5], "poor (within 10 %)"),
+        Grade::Wrong => (PALETTE[1], "wrong, without a word"),
+        Grade::Stated => (RGB(0xc8, 0xc8, 0xc8), "stopped, with a status"),
+        Grade::Broken => (RGB(0, 0, 0), "not finite"),
+    }
+}
+
+pub fn draw(map: &Map) -> Figure {
+    let n = map.panels.len() as f64;
+    let width = LEFT + n * EACH + (n - 1.0) * GAP + LEGEND;
+    let svg = figure(width, TOP + TALL + 13.0, "", |area| {
+        for (k, panel) in map.panels.iter().enumerate() {
+            let left = LEFT + k as f64 * (EACH + GAP);
+            squares(area, map, panel, [left, TOP, left + EACH, TOP + TALL], k == 0);
+            let title = format!("({})  {}", char::from(b'a' + k.min(25) as u8), panel.label);
+            text(area, &title, (mm(left), mm(TOP - 2.6)), At::Left, LABEL, INK);
+        }
+        let grades = [Grade::Right, Grade::Unjudged, Grade::Poor, Grade::Wrong, Grade::Stated, Grade::Broken];
+        let used = |g: &Grade| map.panels.iter().flat_map(|p| &p.points).any(|p| p.grade == *g);
+        let entries: Vec<_> =
+            grades.into_iter().filter(used).map(|g| (Sample::Block(look(g).0), look(g).1.to_string())).collect();
+        legend(area, (mm(width - LEGEND + 3.0), mm(TOP + 2.0)), &entries);
+    });
+    let caption = format!(
+        "{} Numbers are peaks of the {} [{}]; right is within the tolerance of the study of the reference of its row.",
+        map.setup, map.quantity.label, map.quantity.unit
+    );
+    Figure { name: format!("map-{}", map.family), svg, caption }
+}
+
+fn squares(area: &Area, map: &Map, panel: &Panel, [left, top, right, bottom]: [f64; 4], names: bool) {
+    let (first, second): (&AxisRecord, &AxisRecord) = (&map.axes[0], &map.axes[1]);
+    let (w, h) = ((right - left) / first.values.len() as f64, (bottom - top) / second.values.len() as f64);
+    for p in &panel.points {
+        let (x, y) = (left + w * p.at[0] as f64, bottom - h * (p.at[1] + 1) as f64);
+        let (color, _) = look(p.grade);
+        block(area, (mm(x) + 3, mm(y) + 3), (mm(x + w) - 3, mm(y + h) - 3), color);
+        let dark = matches!(p.grade, Grade::Right | Grade::Wrong | Grade::Broken);
+        let ink = if dark { RGB(0xff, 0xff, 0xff) } else { INK };
+        let words = match p.peak {
+            Some(peak) if peak.is_finite() => format!("{peak:.*}", digits(1e-1 * peak)).replace('-', "−"),
+            _ => abbreviated(&p.status),
+        };
+        text(area, &words, (mm(x + 0.5 * w), mm(y + 0.5 * h)), At::Middle, SMALL, ink);
+    }
+    for (k, value) in first.values.iter().enumerate() {
+        text(area, value, (mm(left + w * (k as f64 + 0.5)), mm(bottom + 1.5)), At::Below, SMALL, INK);
+    }
+    let name = |axis: &AxisRecord| format!("{} {}", axis.label, italic(&axis.symbol));
+    text(area, &name(first), (mm(0.5 * (left + right)), mm(bottom + 6.0)), At::Below, LABEL, INK);
+    if names {
+        for (k, value) in second.values.iter().enumerate() {
+            text(area, value, (mm(left - 1.5), mm(bottom - h * (k as f64 + 0.5))), At::Right, SMALL, INK);
+        }
+        text(area, &name(second), (mm(left - 15.0), mm(0.5 * (top + bottom))), At::Turned, LABEL, INK);
+    } else {
+        crate::report::canvas::line(area, &[(mm(left), mm(top)), (mm(left), mm(bottom))], GREY, 3);
+    }
+}
+
+/// Capitals of a status, `SS` for `StepTooSmall`.
+fn abbreviated(status: &str) -> String {
+    status.chars().filter(|c| c.is_uppercase()).collect()
+}

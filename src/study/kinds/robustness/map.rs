@@ -1,0 +1,162 @@
+//! Where a scene holds: the peak of a quantity over two axes, against a reference for each value along y.
+//!
+//! ```text
+//! error = |peak − reference|/|reference|
+//! ```
+
+use crate::study::curve::peak;
+use crate::study::kinds::robustness::MapRecord;
+use crate::study::kinds::robustness::Outcome;
+use crate::study::record::{AxisRecord, Quantity, StoredCase, StudyRecord};
+use serde::Serialize;
+
+/// An answer this far off is poor; beyond it is wrong \[–\].
+const POOR: f64 = 0.1;
+
+/// A map in every variant.
+#[derive(Clone, Debug, Serialize, PartialEq)]
+pub struct Map {
+    pub family: String,
+    pub setup: String,
+    pub quantity: Quantity,
+    pub axes: Vec<AxisRecord>,
+    /// Per value along y
+    pub references: Vec<Option<f64>>,
+    pub panels: Vec<Panel>,
+}
+
+#[derive(Clone, Debug, Serialize, PartialEq)]
+pub struct Panel {
+    pub variant: String,
+    pub label: String,
+    pub points: Vec<Point>,
+    /// Share of the points whose answer is right \[–\]
+    pub holds: f64,
+    /// Means over the points along each value of x: iterations and cuts a step
+    pub iterations: Vec<f64>,
+    pub cuts: Vec<f64>,
+}
+
+#[derive(Clone, Debug, Serialize, PartialEq)]
+pub struct Point {
+    pub case: String,
+    /// Index along x and y
+    pub at: [usize; 2],
+    pub grade: Grade,
+    pub status: String,
+    pub peak: Option<f64>,
+    pub error: Option<f64>,
+    pub iterations_per_step: f64,
+    pub cuts: usize,
+}
+
+/// What an answer is worth.
+#[derive(Clone, Copy, Debug, Serialize, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub enum Grade {
+    /// Within the tolerance of the study
+    Right,
+    /// Converged where the reference has no answer
+    Unjudged,
+    /// Within 10 %
+    Poor,
+    /// An answer, and no word that it is wrong
+    Wrong,
+    /// A status instead of an answer
+    Stated,
+    /// Not finite, or a panic
+    Broken,
+}
+
+impl Map {
+    /// A wrong answer without a word is a failure, but where another simulator's step is shown on purpose: only the first variant
+    /// is judged.
+    pub fn outcomes(&self) -> impl Iterator<Item = (String, Outcome)> {
+        self.panels.first().into_iter().flat_map(|p| &p.points).map(|p| {
+            let outcome = match p.grade {
+                Grade::Right | Grade::Unjudged => Outcome::Pass,
+                Grade::Stated => Outcome::Refused,
+                Grade::Poor | Grade::Wrong | Grade::Broken => Outcome::Fail,
+            };
+            (p.case.clone(), outcome)
+        })
+    }
+}
+
+pub(super) fn analyse(map: &MapRecord, study: &StudyRecord, stored: &[StoredCase]) -> Map {
+    let of = |family: &str, variant: Option<&str>, member: &str| {
+        let wanted = |c: &&StoredCase| {
+            let r = &c.record;
+            r.family == family && r.member == member && variant.is_none_or(|v| r.variant == v)
+        };
+        stored.iter().find(wanted)
+    };
+    let variants: Vec<&String> = (study.variants.iter())
+        .filter(|v| stored.iter().any(|c| c.record.family == map.family && c.record.variant == **v))
+        .collect();
+    let reference = |y: usize| {
+        let case = match &map.reference {
+            Some(family) => of(family, None, map.rows.get(y)?),
+            None => {
+                let member = map.points.iter().find(|(_, at)| at[..] == [0, y])?.0;
+                of(&map.family, Some(variants.first()?), member)
+            }
+        };
+        case.filter(|c| c.record.converged()).and_then(|c| peak(c, &map.quantity.name))
+    };
+    let references: Vec<Option<f64>> = (0..map.axes[1].values.len()).map(reference).collect();
+    let panel = |variant: &String| {
+        let mut points: Vec<Point> = (map.points.iter())
+            .filter_map(|(member, at)| {
+                let case = of(&map.family, Some(variant), member)?;
+                Some(point(map, study.tolerance, case, [at[0], at[1]], references[at[1]]))
+            })
+            .collect();
+        points.sort_by_key(|p| (p.at[1], p.at[0]));
+        let right = points.iter().filter(|p| p.grade == Grade::Right).count();
+        let mean = |x: usize, f: &dyn Fn(&Point) -> f64| {
+            let here: Vec<f64> = points.iter().filter(|p| p.at[0] == x).map(f).collect();
+            here.iter().sum::<f64>() / here.len().max(1) as f64
+        };
+        let columns = 0..map.axes[0].values.len();
+        let iterations = columns.clone().map(|x| mean(x, &|p| p.iterations_per_step)).collect();
+        let cuts = columns.map(|x| mean(x, &|p| p.cuts as f64)).collect();
+        let holds = right as f64 / points.len().max(1) as f64;
+        let label = study.labels.get(variant).unwrap_or(variant).clone();
+        Panel { variant: variant.clone(), label, points, holds, iterations, cuts }
+    };
+    Map {
+        family: map.family.clone(),
+        setup: map.setup.clone(),
+        quantity: map.quantity.clone(),
+        axes: map.axes.clone(),
+        panels: variants.into_iter().map(panel).collect(),
+        references,
+    }
+}
+
+fn point(map: &MapRecord, tolerance: f64, case: &StoredCase, at: [usize; 2], reference: Option<f64>) -> Point {
+    let r = &case.record;
+    let found = peak(case, &map.quantity.name).filter(|_| r.converged());
+    let finite = |v: &Vec<f64>| v.iter().all(|x| x.is_finite());
+    let error = found.zip(reference).filter(|(_, r)| *r != 0.0).map(|(p, r)| (p - r).abs() / r.abs());
+    let grade = match (r.converged(), error) {
+        (false, _) if r.status == crate::study::kinds::robustness::PANICKED => Grade::Broken,
+        (false, _) => Grade::Stated,
+        _ if !case.series.columns.values().all(finite) => Grade::Broken,
+        (_, Some(e)) if e > POOR => Grade::Wrong,
+        (_, Some(e)) if e > tolerance => Grade::Poor,
+        (_, Some(_)) => Grade::Right,
+        (_, None) => Grade::Unjudged,
+    };
+    Point {
+        case: r.id.clone(),
+        at,
+        grade,
+        status: r.status.clone(),
+        peak: found,
+        error,
+        iterations_per_step: r.newton_iterations as f64 / r.steps.max(1) as f64,
+        cuts: r.cuts,
+    }
+}

@@ -1,0 +1,211 @@
+//! Report of a study of stability: the matrix, every reference, the maps.
+
+use crate::report::table::Table;
+use crate::study::content::Content;
+use crate::study::kinds::robustness::check::Finding;
+use crate::study::kinds::robustness::figures::failed;
+use crate::study::kinds::robustness::figures::matrix;
+use crate::study::kinds::robustness::figures::region;
+use crate::study::kinds::robustness::map::{Grade, Map};
+use crate::study::kinds::robustness::{Analysis, Judged, Outcome, analyse};
+use crate::study::results::Results;
+use crate::study::tables;
+use serde_json::{Map as Json, json};
+
+pub fn content(store: &Results) -> Content {
+    let a = analyse(&store.study, &store.cases);
+    let failed = || a.cases.iter().filter(|c| c.outcome == Outcome::Fail);
+    let warnings = failed().map(|c| format!("{} fails: {}.", c.case, c.reason.as_deref().unwrap_or("no reason")));
+    let missing = a.missing.iter().map(|(id, what)| format!("{id}: {what}."));
+    let mut analysis = Json::new();
+    analysis.insert("cases".into(), json!(a.cases));
+    analysis.insert("maps".into(), json!(a.maps));
+    analysis.insert("incomplete".into(), json!(a.missing));
+    let maps = a.maps.iter().filter(|m| m.panels.iter().any(|p| !p.points.is_empty()));
+    Content {
+        verdict: a.verdict.clone(),
+        supported: a.count(Outcome::Fail) == 0 && a.missing.is_empty(),
+        facts: facts(&a),
+        sentences: a.suites.iter().filter_map(|s| sentence(&a, &s.family, &s.setup)).chain(words_of_maps(&a)).collect(),
+        warnings: warnings.chain(missing).collect(),
+        analysis,
+        answer: ("References", references(&a)),
+        tables: vec![refusals(&a), table_of_maps(&a)],
+        folded: vec![("Every hard case", every(&a)), ("Every case", tables::cases(store))],
+        files: vec![],
+        figures: matrix::draw(store, &a)
+            .into_iter()
+            .chain(maps.map(region::draw))
+            .chain(failed::draw(store, &a))
+            .collect(),
+        outcomes: a.outcomes().into_iter().map(|(id, o)| (id, o.name())).collect(),
+    }
+}
+
+fn facts(a: &Analysis) -> Vec<(String, String)> {
+    let words = ["pass", "refused with a reason, as is right", "fail"];
+    let outcomes = [Outcome::Pass, Outcome::Refused, Outcome::Fail].into_iter().zip(words);
+    let counts = outcomes.map(|(o, words)| (a.count(o).to_string(), words.to_string()));
+    let findings: usize = a.cases.iter().map(|c| c.findings.len()).sum();
+    let mut out: Vec<_> = if a.cases.is_empty() { vec![] } else { counts.collect() };
+    if findings > 0 {
+        out.push((findings.to_string(), "comparisons with a reference".into()));
+    }
+    out
+}
+
+/// What a suite came to.
+fn sentence(a: &Analysis, suite: &str, setup: &str) -> Option<String> {
+    let own: Vec<&Judged> = a.cases.iter().filter(|c| c.suite == suite).collect();
+    let count = |o: Outcome| own.iter().filter(|c| c.outcome == o).count();
+    if own.is_empty() {
+        return None;
+    }
+    let [pass, refused, fail] = [Outcome::Pass, Outcome::Refused, Outcome::Fail].map(count);
+    let worst = own.iter().flat_map(|c| &c.findings).filter(|f| f.accept > 0.0 && f.error.is_finite());
+    let worst = worst.max_by(|x, y| (x.error / x.accept).total_cmp(&(y.error / y.accept)));
+    let near = worst.map_or(String::new(), |f| {
+        format!("; nearest to its bound: {}, error {:.1e} of {:.0e} accepted", f.what, f.error, f.accept)
+    });
+    let outcome = [(pass, "pass"), (refused, "refused"), (fail, "fail")];
+    let parts: Vec<String> = outcome.iter().filter(|(n, _)| *n > 0).map(|(n, w)| format!("{n} {w}")).collect();
+    Some(format!("{}: {setup} {}{near}.", suite.replace('-', " "), parts.join(", ")).replace("e-", "e−"))
+}
+
+fn words_of_maps(a: &Analysis) -> impl Iterator<Item = String> {
+    a.maps.iter().filter(|m| m.panels.iter().any(|p| !p.points.is_empty())).map(|m| {
+        let counts = m.panels.iter().map(|p| {
+            let n = |g: Grade| p.points.iter().filter(|q| q.grade == g).count();
+            let parts = [
+                (n(Grade::Right), "right"),
+                (n(Grade::Unjudged), "without a reference"),
+                (n(Grade::Poor), "poor"),
+                (n(Grade::Wrong), "wrong without a word"),
+                (n(Grade::Stated), "stopped with a status"),
+                (n(Grade::Broken), "not finite"),
+            ];
+            let parts: Vec<String> = parts.iter().filter(|(n, _)| *n > 0).map(|(n, w)| format!("{n} {w}")).collect();
+            format!("{}: {}", p.label, parts.join(", "))
+        });
+        let counts: Vec<String> = counts.collect();
+        format!("Map {}: {} Of {} points each, {}.", m.family, m.setup, m.panels[0].points.len(), counts.join("; "))
+    })
+}
+
+/// Five digits, whatever the size.
+fn plain(x: f64) -> String {
+    if x == 0.0 || (1e-3..1e5).contains(&x.abs()) { format!("{x:.5}") } else { format!("{x:.4e}") }
+}
+
+fn references(a: &Analysis) -> Table {
+    let row = |c: &Judged, f: &Finding| {
+        vec![
+            c.case.clone(),
+            f.what.clone(),
+            plain(f.measured),
+            plain(f.reference),
+            format!("{:.1e}", f.error),
+            format!("{:.0e}", f.accept),
+            f.source.clone(),
+        ]
+    };
+    Table {
+        name: "references",
+        caption: "Every number that has a reference: where its error is largest, what was measured and what is right, the error \
+                  over the size of the reference, and what is accepted."
+            .into(),
+        columns: vec![
+            ("Case", "", false),
+            ("Quantity", "", false),
+            ("Measured", "", true),
+            ("Reference", "", true),
+            ("Error", "", true),
+            ("Accepted", "", true),
+            ("Source", "", false),
+        ],
+        rows: a.cases.iter().flat_map(|c| c.findings.iter().map(move |f| row(c, f))).collect(),
+        pick: None,
+    }
+}
+
+fn refusals(a: &Analysis) -> Table {
+    let stated = a.cases.iter().filter(|c| c.outcome != Outcome::Pass);
+    let row = |c: &Judged| {
+        let outcome = c.outcome.name().to_string();
+        vec![c.case.clone(), outcome, c.status.clone(), c.reason.clone().unwrap_or_default()]
+    };
+    Table {
+        name: "refusals",
+        caption: "What has no answer, and why.".into(),
+        columns: vec![("Case", "", false), ("Outcome", "", false), ("Status", "", false), ("Reason", "", false)],
+        rows: stated.map(row).collect(),
+        pick: None,
+    }
+}
+
+fn every(a: &Analysis) -> Table {
+    let row = |c: &Judged| {
+        let setup = a.suites.iter().find(|s| s.family == c.suite).map_or("", |s| &s.setup);
+        vec![
+            c.case.clone(),
+            setup.to_string(),
+            c.outcome.name().into(),
+            c.status.clone(),
+            c.steps.to_string(),
+            c.newton_iterations.to_string(),
+            c.cuts.to_string(),
+            format!("{:.3}", c.wall_s),
+        ]
+    };
+    Table {
+        name: "hard-cases",
+        caption: "Every case with its set-up and its price.".into(),
+        columns: vec![
+            ("Case", "", false),
+            ("Set-up", "", false),
+            ("Outcome", "", false),
+            ("Status", "", false),
+            ("Steps", "", true),
+            ("Newton", "", true),
+            ("Cuts", "", true),
+            ("Wall", "s", true),
+        ],
+        rows: a.cases.iter().map(row).collect(),
+        pick: None,
+    }
+}
+
+fn table_of_maps(a: &Analysis) -> Table {
+    let rows = a.maps.iter().flat_map(|m: &Map| {
+        m.panels.iter().flat_map(move |p| {
+            (m.axes[0].values.iter().enumerate()).map(move |(x, value)| {
+                let here: Vec<_> = p.points.iter().filter(|q| q.at[0] == x).collect();
+                let right = here.iter().filter(|q| q.grade == Grade::Right).count();
+                vec![
+                    m.family.clone(),
+                    p.label.clone(),
+                    format!("{} = {value}", m.axes[0].symbol),
+                    format!("{right} of {}", here.len()),
+                    format!("{:.2}", p.iterations[x]),
+                    format!("{:.2}", p.cuts[x]),
+                ]
+            })
+        })
+    });
+    Table {
+        name: "maps",
+        caption: "Along the first axis of each map: points with a right answer, Newton iterations per step and cuts per run, means \
+                  over the other axis."
+            .into(),
+        columns: vec![
+            ("Map", "", false),
+            ("Step", "", false),
+            ("At", "", false),
+            ("Right", "", false),
+            ("Iterations per step", "", true),
+            ("Cuts", "", true),
+        ],
+        rows: rows.collect(),
+        pick: None,
+    }
+}

@@ -1,0 +1,152 @@
+//! `[[suite]]` and `[[map]]` of a study of kind `stability`, as families of cases.
+
+use crate::scene::hint;
+use crate::study::axis::{self, AxisSpec, Combine, Mistake};
+use crate::study::kinds::robustness::check::{Check, CheckSpec};
+use crate::study::kinds::robustness::{MapRecord, SuiteRecord};
+use crate::study::record::{Quantity, Role};
+use crate::study::spec::{FamilySpec, StudySpec};
+use serde::Deserialize;
+use std::path::PathBuf;
+
+/// Scenes that break simulators: rows of the matrix, whose columns are variants.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SuiteSpec {
+    pub name: String,
+    /// The set-up in one line
+    pub setup: String,
+    /// Scene file, relative to the study; that of the study if absent
+    pub scene: Option<PathBuf>,
+    /// Columns of the matrix it is run in, all if absent
+    pub variants: Option<Vec<String>>,
+    /// Changes for all members
+    #[serde(default)]
+    pub set: toml::Table,
+    /// Label of a member → its changes
+    pub members: toml::Table,
+    /// The statuses, or `Refused`, that are right; if absent `Converged` beside a check that wants a converged run, else any
+    /// stated end but the end of the time
+    pub ends: Option<Vec<String>>,
+    #[serde(rename = "check", default)]
+    pub checks: Vec<CheckSpec>,
+    /// Belongs to the quick half
+    #[serde(default)]
+    pub quick: bool,
+}
+
+/// A scene over two axes: where does it hold?
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MapSpec {
+    pub name: String,
+    pub setup: String,
+    pub scene: Option<PathBuf>,
+    /// What is compared, side by side
+    pub variants: Option<Vec<String>>,
+    #[serde(default)]
+    pub set: toml::Table,
+    /// The column whose peak is compared with that of the reference
+    pub quantity: Quantity,
+    /// Two: along x and along y
+    #[serde(rename = "axis")]
+    pub axes: Vec<AxisSpec>,
+    /// Changes that make the case that a row is compared with; if absent, the first value along x in the first variant
+    pub reference: Option<toml::Table>,
+}
+
+/// A study of kind `stability` as families.
+#[derive(Default)]
+pub struct Expanded {
+    pub families: Vec<FamilySpec>,
+    pub suites: Vec<SuiteRecord>,
+    pub maps: Vec<MapRecord>,
+}
+
+/// Statuses that a case may be expected to end with.
+const ENDS: [&str; 8] = [
+    "Converged",
+    "LimitPoint",
+    "NoEquilibrium",
+    "Inverted",
+    "Singular",
+    "StepTooSmall",
+    "TimeBudget",
+    crate::study::kinds::robustness::REFUSED,
+];
+
+/// Families and what is checked in them; the first mistake as place, fact and remedy.
+pub fn expand(spec: &StudySpec) -> Result<Expanded, Mistake> {
+    let mut out = Expanded::default();
+    for suite in &spec.suites {
+        let place = || format!("suite {}", suite.name);
+        if let Some(unknown) = suite.ends.iter().flatten().find(|end| !ENDS.contains(&end.as_str())) {
+            return Err((place(), format!("no run ends with \"{unknown}\""), hint(unknown, &ENDS)));
+        }
+        let members: Vec<String> = suite.members.keys().cloned().collect();
+        let checks = suite.checks.iter().map(|c| Check::new(c, &members));
+        let checks: Vec<Check> = checks.collect::<Result<_, _>>().map_err(|(fact, remedy)| (place(), fact, remedy))?;
+        out.families.push(FamilySpec {
+            name: suite.name.clone(),
+            role: Role::Suite,
+            variants: suite.variants.clone(),
+            set: suite.set.clone(),
+            members: suite.members.clone(),
+            scene: suite.scene.clone(),
+        });
+        out.suites.push(SuiteRecord {
+            family: suite.name.clone(),
+            setup: suite.setup.clone(),
+            ends: suite.ends.clone(),
+            checks,
+            quick: suite.quick,
+        });
+    }
+    for map in &spec.maps {
+        let place = format!("map {}", map.name);
+        if map.axes.len() != 2 {
+            let remedy = "give two [[map.axis]]: along x, then along y";
+            return Err((place, format!("a map has two axes, and this one {}", map.axes.len()), remedy.into()));
+        }
+        let of_map = |(axis, fact, remedy): Mistake| (format!("{place}, {axis}"), fact, remedy);
+        let expanded = axis::expand(&map.axes, Combine::Grid).map_err(of_map)?;
+        let family = |name: &str, variants: Option<Vec<String>>, members| FamilySpec {
+            name: name.into(),
+            role: Role::Map,
+            variants,
+            set: map.set.clone(),
+            members,
+            scene: map.scene.clone(),
+        };
+        let (reference, rows) = match &map.reference {
+            None => (None, vec![]),
+            Some(changes) => {
+                let first = map.variants.as_ref().and_then(|v| v.first().cloned());
+                let first = first.or_else(|| spec.variants.first().map(|v| v.name.clone()));
+                let along = &map.axes[1];
+                let (mut members, mut rows) = (toml::Table::new(), vec![]);
+                for (k, value) in along.values.iter().enumerate() {
+                    let mut set: toml::Table = along.keys.iter().map(|key| (key.clone(), value.clone())).collect();
+                    set.extend(changes.clone());
+                    let label = format!("{}{}", along.name, axis::file_name(&expanded.axes[1].values[k]));
+                    rows.push(label.clone());
+                    members.insert(label, set.into());
+                }
+                let name = format!("{}-reference", map.name);
+                out.families.push(family(&name, Some(first.into_iter().collect()), members));
+                (Some(name), rows)
+            }
+        };
+        out.families.push(family(&map.name, map.variants.clone(), expanded.family.members));
+        out.maps.push(MapRecord {
+            family: map.name.clone(),
+            setup: map.setup.clone(),
+            quantity: map.quantity.clone(),
+            axes: expanded.axes,
+            points: expanded.points,
+            reference,
+            rows,
+        });
+    }
+    Ok(out)
+}

@@ -1,0 +1,201 @@
+//! A sweep: peaks against each swept key, the map over two of them, and the curves over time.
+
+use crate::report::canvas::{
+    Area, At, DOUBLE, INK, LABEL, MARKS, PALETTE, RGB, SMALL, block, figure, italic, line, mark, mm, text,
+};
+use crate::report::figure::{Figure, Sample, legend};
+use crate::report::plot::{Axis, Plot};
+use crate::report::surface::viridis;
+use crate::report::words::{capital, digits};
+use crate::study::curve::Curve;
+use crate::study::figures::axis_label;
+use crate::study::kinds::sweep::{Analysis, Point, QuantityAnalysis};
+use crate::study::record::AxisRecord;
+use crate::study::results::Results;
+
+const LEFT: f64 = 15.0;
+const GAP: f64 = 18.0;
+const TOP: f64 = 6.0;
+const TALL: f64 = 46.0;
+/// Room of a legend at the right of a panel \[mm\]
+const LEGEND: f64 = 32.0;
+/// Width of a panel \[mm\]
+const EACH: f64 = 52.0;
+
+/// The place of value `k` on an axis; words are counted from 1.
+fn place(axis: &AxisRecord, k: usize) -> f64 {
+    axis.numbers.get(k).copied().unwrap_or(k as f64 + 1.0)
+}
+
+/// `Young's modulus E [kPa]`; words are counted: `formulation (1 displacement, 2 mixed)`
+fn words(axis: &AxisRecord) -> String {
+    if axis.numbers.is_empty() {
+        let named: Vec<String> = (1..).zip(&axis.values).map(|(k, v)| format!("{k} {v}")).collect();
+        return format!("{} ({})", axis.label, named.join(", "));
+    }
+    let unit = if axis.unit.is_empty() { String::new() } else { format!(" [{}]", raised(&axis.unit)) };
+    format!("{} {}{unit}", axis.label, italic(&axis.symbol))
+}
+
+/// `g/cm^3` → `g/cm³`
+fn raised(value: &str) -> String {
+    value.replace("^2", "²").replace("^3", "³")
+}
+
+/// Logarithmic where the values span a factor of eight.
+fn scale(axis: &AxisRecord) -> Axis {
+    let values = || (0..axis.values.len()).map(|k| place(axis, k));
+    let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
+    if low > 0.0 && high >= 8.0 * low && !axis.numbers.is_empty() {
+        Axis::log(values(), &words(axis))
+    } else {
+        Axis::linear(values(), &words(axis))
+    }
+}
+
+/// Peak of a quantity against every axis, one panel each, one curve for each value of the next axis; the rest of the axes
+/// stand at their middle value. `None` without two points on a line.
+pub fn against(a: &Analysis, q: &QuantityAnalysis) -> Option<Figure> {
+    if q.along.is_empty() {
+        return None;
+    }
+    let count = if a.list { 1 } else { a.axes.len().min(2) };
+    let width = LEFT + count as f64 * (EACH + LEGEND) + (count as f64 - 1.0) * GAP;
+    let svg = figure(width.min(DOUBLE), TOP + TALL + 11.0, "", |area| {
+        for k in 0..count {
+            let x = LEFT + k as f64 * (EACH + LEGEND + GAP);
+            // Two panels with legends are wider than a page: both are narrowed alike
+            let shrink = ((DOUBLE - LEFT) / (width - LEFT)).min(1.0);
+            let x = LEFT + (x - LEFT) * shrink;
+            panel(area, a, q, k, [x, x + EACH * shrink]);
+        }
+    });
+    let held = if a.axes.len() > 2 && !a.list { " Further axes stand at their middle value." } else { "" };
+    let caption = format!(
+        "{} against {}.{held}",
+        capital(&q.title()),
+        if a.list { "the points of the list" } else { "the swept keys" }
+    );
+    Some(Figure { name: format!("against-{}-{}", q.quantity.name, q.variant), svg, caption })
+}
+
+fn panel(area: &Area, a: &Analysis, q: &QuantityAnalysis, k: usize, [left, right]: [f64; 2]) {
+    let axis = &a.axes[k];
+    let other = (!a.list && a.axes.len() > 1).then(|| (k + 1) % a.axes.len());
+    let middle =
+        |p: &Point| (0..p.at.len()).all(|i| i == k || Some(i) == other || p.at[i] == a.axes[i].values.len() / 2);
+    let lines: Vec<Vec<&Point>> = (q.lines(k, a.list).into_iter()).filter(|l| a.list || middle(l[0])).collect();
+    let y = Axis::linear(lines.iter().flatten().map(|p| p.peak), &axis_label(&q.quantity, ""));
+    let frame = [mm(left), mm(TOP), mm(right), mm(TOP + TALL)];
+    let plot = Plot { area, frame, x: scale(axis), y };
+    plot.grid();
+    let mut entries = vec![];
+    for (n, points) in lines.iter().enumerate() {
+        let (color, shape) = (PALETTE[n % PALETTE.len()], MARKS[n % MARKS.len()]);
+        let x: Vec<f64> = points.iter().map(|p| place(axis, p.at[k])).collect();
+        let y: Vec<f64> = points.iter().map(|p| p.peak).collect();
+        line(area, &plot.path(&x, &y), color, 8);
+        plot.path(&x, &y).into_iter().for_each(|at| mark(area, shape, at, 22, color));
+        if let Some(other) = other {
+            let value = &a.axes[other].values[points[0].at[other]];
+            entries
+                .push((Sample::Mark(shape, color), format!("{} = {}", italic(&a.axes[other].symbol), raised(value))));
+        }
+    }
+    plot.axes(true);
+    plot.title(['a', 'b'][k], &capital(&q.quantity.label));
+    legend(area, (mm(right + 2.5), mm(TOP + 2.0)), &entries);
+}
+
+/// Peaks over the two axes of a grid, one map per quantity; `None` for anything but two axes.
+pub fn map(store: &Results, a: &Analysis, variant: &str) -> Option<Figure> {
+    let maps: Vec<&QuantityAnalysis> =
+        a.quantities.iter().filter(|q| q.variant == variant && !q.points.is_empty()).take(2).collect();
+    let [first, second] = &a.axes[..] else { return None };
+    if a.list || maps.is_empty() {
+        return None;
+    }
+    let each = 62.0;
+    let width = LEFT + 8.0 + maps.len() as f64 * each + (maps.len() as f64 - 1.0) * (GAP + 8.0) + 3.0;
+    let svg = figure(width, TOP + TALL + 13.0, "", |area| {
+        for (k, q) in maps.iter().enumerate() {
+            let x = LEFT + 8.0 + k as f64 * (each + GAP + 8.0);
+            squares(area, q, (first, second), [x, TOP, x + each, TOP + TALL]);
+            let unit = if q.quantity.unit.is_empty() { String::new() } else { format!(" [{}]", q.quantity.unit) };
+            let title = format!("({})  {}{unit}", ['a', 'b'][k], capital(&q.quantity.label));
+            text(area, &title, (mm(x), mm(TOP - 2.4)), At::Left, LABEL, INK);
+        }
+    });
+    let caption =
+        format!("Peaks over the grid, {}. An empty square has no converged case.", store.study.label(variant));
+    Some(Figure { name: format!("map-{variant}"), svg, caption })
+}
+
+fn squares(area: &Area, q: &QuantityAnalysis, (first, second): (&AxisRecord, &AxisRecord), frame: [f64; 4]) {
+    let [left, top, right, bottom] = frame;
+    let (columns, rows) = (first.values.len() as f64, second.values.len() as f64);
+    let (w, h) = ((right - left) / columns, (bottom - top) / rows);
+    let [low, high] = q.range();
+    for p in &q.points {
+        let (x, y) = (left + w * p.at[0] as f64, bottom - h * (p.at[1] + 1) as f64);
+        let share = if high > low { (p.peak - low) / (high - low) } else { 0.5 };
+        block(area, (mm(x), mm(y)), (mm(x + w), mm(y + h)), viridis(share));
+        let ink = if share > 0.6 { INK } else { RGB(0xff, 0xff, 0xff) };
+        let number = format!("{:.*}", digits(1e-1 * p.peak), p.peak).replace('-', "−");
+        text(area, &number, (mm(x + 0.5 * w), mm(y + 0.5 * h)), At::Middle, SMALL, ink);
+    }
+    for (k, value) in first.values.iter().enumerate() {
+        text(area, &raised(value), (mm(left + w * (k as f64 + 0.5)), mm(bottom + 1.5)), At::Below, SMALL, INK);
+    }
+    for (k, value) in second.values.iter().enumerate() {
+        text(area, &raised(value), (mm(left - 1.5), mm(bottom - h * (k as f64 + 0.5))), At::Right, SMALL, INK);
+    }
+    let name = |axis: &AxisRecord| format!("{} {}", axis.label, italic(&axis.symbol));
+    text(area, &name(first), (mm(0.5 * (left + right)), mm(bottom + 6.0)), At::Below, LABEL, INK);
+    text(area, &name(second), (mm(left - 17.0), mm(0.5 * (top + bottom))), At::Turned, LABEL, INK);
+}
+
+/// Quantities over time, coloured by the first axis; the other axes of a grid stand at their middle value.
+pub fn over_time(store: &Results, a: &Analysis, variant: &str) -> Option<Figure> {
+    let panels: Vec<&QuantityAnalysis> =
+        a.quantities.iter().filter(|q| q.variant == variant && !q.points.is_empty()).take(2).collect();
+    let first = a.axes.first()?;
+    if panels.is_empty() {
+        return None;
+    }
+    let middle = |p: &&Point| a.list || (1..p.at.len()).all(|i| p.at[i] == a.axes[i].values.len() / 2);
+    let color = |k: usize| viridis(0.9 * k as f64 / (first.values.len() - 1) as f64);
+    let n = panels.len() as f64;
+    let width = LEFT + n * EACH + (n - 1.0) * GAP + LEGEND + 4.0;
+    let height = (TOP + TALL + 10.0).max(TOP + 4.2 * first.values.len() as f64 + 6.0);
+    let svg = figure(width, height, "", |area| {
+        for (k, q) in panels.iter().enumerate() {
+            let x = LEFT + k as f64 * (EACH + GAP);
+            let curves: Vec<(usize, Curve)> = (q.points.iter().filter(middle))
+                .filter_map(|p| {
+                    let stored = store.cases.iter().find(|c| c.record.id == p.case)?;
+                    Some((p.at[0], Curve::of(&stored.series, &q.quantity.name)?))
+                })
+                .collect();
+            let end = curves.iter().flat_map(|(_, c)| c.t.last().copied()).fold(0.0, f64::max);
+            let y = Axis::linear(curves.iter().flat_map(|(_, c)| c.f.iter().copied()), &axis_label(&q.quantity, ""));
+            let frame = [mm(x), mm(TOP), mm(x + EACH), mm(TOP + TALL)];
+            let plot = Plot { area, frame, x: Axis::exact(0.0, end, &format!("time {} [s]", italic("t"))), y };
+            plot.grid();
+            curves.iter().for_each(|(k, c)| line(area, &plot.path(&c.t, &c.f), color(*k), 9));
+            plot.axes(true);
+            plot.title(['a', 'b'][k], &capital(&q.quantity.label));
+        }
+        let entry =
+            |(k, v): (usize, &String)| (Sample::Line(color(k)), format!("{} = {}", italic(&first.symbol), raised(v)));
+        let entries: Vec<_> = first.values.iter().enumerate().map(entry).collect();
+        legend(area, (mm(width - LEGEND), mm(TOP + 2.0)), &entries);
+    });
+    let held: Vec<String> = (a.axes.iter().skip(1).filter(|_| !a.list))
+        .map(|x| format!("{} = {}", x.symbol, x.values[x.values.len() / 2]))
+        .collect();
+    let held = if held.is_empty() { String::new() } else { format!(", with {}", held.join(", ")) };
+    let caption =
+        format!("The quantities over time, {}, coloured by {}{held}.", store.study.label(variant), first.label);
+    Some(Figure { name: format!("sweep-{variant}"), svg, caption })
+}

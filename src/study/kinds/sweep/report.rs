@@ -1,0 +1,141 @@
+//! Report of a sweep.
+
+use crate::report::table::Table;
+use crate::report::words::{digits, percent, space};
+use crate::study::content::Content;
+use crate::study::kinds::sweep::figures;
+use crate::study::kinds::sweep::{Analysis, QuantityAnalysis, Trend, analyse, axis_words};
+use crate::study::record::CaseRecord;
+use crate::study::results::Results;
+use crate::study::tables;
+use serde_json::{Map, Value, json};
+
+pub fn content(store: &Results) -> Content {
+    let a = analyse(&store.study, &store.cases);
+    let variants = || store.study.variants.iter();
+    let against = a.quantities.iter().filter_map(|q| figures::against(&a, q));
+    let maps = variants().filter_map(|v| figures::map(store, &a, v));
+    Content {
+        verdict: a.verdict.clone(),
+        supported: a.quantities.iter().any(|q| !q.along.is_empty()),
+        facts: a.quantities.iter().filter(|q| !q.points.is_empty()).map(fact).collect(),
+        sentences: a.quantities.iter().map(|q| q.sentence.clone()).collect(),
+        warnings: a.warnings.clone(),
+        analysis: analysis(&a),
+        answer: ("What depends on what", dependence(&a)),
+        tables: vec![points(store, &a)],
+        folded: vec![("Every case", tables::cases(store)), ("Time per effect", tables::effects(store))],
+        files: vec![],
+        outcomes: Default::default(),
+        figures: against.chain(maps).chain(variants().filter_map(|v| figures::over_time(store, &a, v))).collect(),
+    }
+}
+
+/// The range of a peak.
+fn fact(q: &QuantityAnalysis) -> (String, String) {
+    let [low, high] = q.range();
+    let n = digits(1e-1 * low.abs().max(high.abs()));
+    (format!("{low:.n$} to {high:.n$}{}", space(&q.quantity.unit)).replace('-', "−"), q.title())
+}
+
+/// The quantities of every variant under their names, as in the other kinds of study.
+fn analysis(a: &Analysis) -> Map<String, Value> {
+    let mut out = Map::new();
+    out.insert("axes".into(), json!(a.axes));
+    out.insert("incomplete".into(), json!(a.incomplete));
+    for q in &a.quantities {
+        let entry = out.entry(q.quantity.name.clone()).or_insert_with(|| json!({}));
+        entry[&q.variant] = json!(q);
+    }
+    out
+}
+
+fn dependence(a: &Analysis) -> Table {
+    let mut rows = vec![];
+    for q in &a.quantities {
+        for x in &q.along {
+            let trend = match x.trend {
+                Trend::Rising => "rises",
+                Trend::Falling => "falls",
+                Trend::Constant => "constant",
+                Trend::Turning => "turns around",
+                Trend::Mixed => "rises or falls",
+            };
+            let e = |k: usize| x.elasticity.map_or("–".into(), |e| format!("{:.3}", e[k]));
+            rows.push(vec![
+                format!("{}, {}", q.quantity.label, q.variant),
+                axis_words(&a.axes, &x.axis, a.list),
+                trend.into(),
+                format!("{:.2}", 100.0 * x.change),
+                e(2),
+                e(0),
+                e(1),
+            ]);
+        }
+    }
+    Table {
+        name: "dependence",
+        caption: format!(
+            "Peaks along each axis in the order of its values, the others held: trend, largest change over the largest value, and elasticity d ln y/d ln p from end to end of the middle line and, over all lines, smallest and largest between neighbours. Changes within {} count as none.",
+            percent(a.tolerance)
+        ),
+        columns: vec![
+            ("Quantity, control", "", false),
+            ("Along", "", false),
+            ("Trend", "", false),
+            ("Change", "%", true),
+            ("Elasticity", "", true),
+            ("Smallest", "", true),
+            ("Largest", "", true),
+        ],
+        rows,
+        pick: None,
+    }
+}
+
+/// Four digits, whatever the size.
+fn plain(value: f64) -> String {
+    let small = value != 0.0 && value.abs() < 1e-3;
+    if small { format!("{value:.3e}") } else { format!("{value:.*}", digits(1e-2 * value)) }
+}
+
+fn points(store: &Results, a: &Analysis) -> Table {
+    let mut rows = vec![];
+    for c in &store.cases {
+        let r: &CaseRecord = &c.record;
+        let Some(at) = store.study.points.get(&r.member) else { continue };
+        let values = at.iter().zip(&a.axes).map(|(k, axis)| format!("{} = {}", axis.symbol, axis.values[*k]));
+        let values: Vec<String> = values.collect();
+        let quantities = a.quantities.iter().filter(|q| q.variant == r.variant);
+        let peaks = quantities.filter_map(|q| {
+            let peak = q.points.iter().find(|p| p.case == r.id)?.peak;
+            let letter = &q.quantity.symbol;
+            Some(format!("{letter} = {}{}", plain(peak), space(&q.quantity.unit)))
+        });
+        let peaks: Vec<String> = peaks.collect();
+        rows.push(vec![
+            values.join(", "),
+            r.variant.clone(),
+            if peaks.is_empty() { r.status.clone() } else { peaks.join(", ") },
+            r.steps.to_string(),
+            r.newton_iterations.to_string(),
+            r.cuts.to_string(),
+            format!("{:.*}", digits(r.cpu_s), r.cpu_s),
+        ]);
+    }
+    Table {
+        name: "points",
+        caption: "Every point of the sweep: peaks, or the status where there is none, and the price.".into(),
+        columns: vec![
+            ("Point", "", false),
+            ("Control", "", false),
+            ("Peaks", "", false),
+            ("Steps", "", true),
+            ("Newton", "", true),
+            ("Cuts", "", true),
+            ("CPU", "s", true),
+        ],
+        rows,
+        pick: None,
+    }
+}

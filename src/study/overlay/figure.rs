@@ -1,0 +1,48 @@
+//! A measured curve as marks, the recorded one as a line.
+
+use crate::report::canvas::{At, DOUBLE, INK, MARKS, PALETTE, SMALL, figure, hollow, line, mm, text};
+use crate::report::figure::{Figure, Sample, legend};
+use crate::report::plot::{Axis, Plot};
+use crate::study::overlay::Overlay;
+
+/// Name of a column with its unit in brackets.
+fn label(column: &str) -> String {
+    match column.rsplit_once('_') {
+        Some((name, unit @ ("s" | "m" | "m3" | "N" | "Pa" | "J" | "deg"))) => {
+            format!("{} [{}]", name.replace('_', " "), if unit == "deg" { "°" } else { unit })
+        }
+        _ => column.replace('_', " "),
+    }
+}
+
+pub fn draw(name: &str, overlay: &Overlay) -> Figure {
+    let Overlay { measured, x, y, distance } = overlay;
+    let (left, top, wide, tall) = (18.0, 4.0, 100.0, 60.0);
+    let words = distance.as_ref().map_or_else(
+        || vec!["no common range".to_string()],
+        |d| vec![format!("L2 {:.2} %", 100.0 * d.l2), format!("largest {:.2} %", 100.0 * d.largest)],
+    );
+    let svg = figure(DOUBLE, top + tall + 12.0, "", |area| {
+        let both = |a: &[f64], b: &[f64]| a.iter().chain(b).copied().collect::<Vec<_>>().into_iter();
+        let plot = Plot {
+            area,
+            frame: [mm(left), mm(top), mm(left + wide), mm(top + tall)],
+            x: Axis::linear(both(x, &measured.x), &label(&measured.over)),
+            y: Axis::linear(both(y, &measured.y), &label(&measured.column)),
+        };
+        plot.grid();
+        line(area, &plot.path(x, y), PALETTE[0], 10);
+        for at in plot.path(&measured.x, &measured.y) {
+            hollow(area, MARKS[0], at, 22, PALETTE[1]);
+        }
+        plot.axes(true);
+        let at = |row: f64| (mm(left + wide + 6.0), mm(top + 3.0 + 4.2 * row));
+        let entries = [(Sample::Line(PALETTE[0]), "simulated"), (Sample::Hollow(MARKS[0], PALETTE[1]), "measured")];
+        legend(area, at(0.0), &entries.map(|(s, w)| (s, w.to_string())));
+        for (k, words) in words.iter().enumerate() {
+            text(area, words, at(2.5 + k as f64), At::Left, SMALL, INK);
+        }
+    });
+    let caption = format!("{} over {}: {}.", measured.column, measured.over, words.join(", "));
+    Figure { name: name.into(), svg, caption }
+}

@@ -1,0 +1,128 @@
+//! A measured curve laid over a recorded one, and how far apart they are.
+//!
+//! ```text
+//! d = f(x) − m at the measured x within the range of both,  ‖d‖₂/‖m‖₂ with ‖d‖₂ = √(1/X ∫ d² dx),  max |d|/max |m|
+//! ```
+//!
+//! f is linear between its rows. Over another column than time both curves count up to their first turning point in x.
+
+mod figure;
+
+use crate::report::{ReportError, export};
+use crate::scene::{Measured, Run, Scene};
+use crate::study::curve::{Curve, l2};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// Distance of a recorded curve from a measured one.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct Distance {
+    pub column: String,
+    pub over: String,
+    /// File of the measured curve
+    pub file: String,
+    /// Measured points in the range of both
+    pub points: usize,
+    /// The common range of `over`, in its unit
+    pub from: f64,
+    pub to: f64,
+    /// ‖d‖₂/‖m‖₂ \[–\]
+    pub l2: f64,
+    /// max |d|/max |m| \[–\]
+    pub largest: f64,
+}
+
+/// Both curves whole, for a figure, and their distance; none where they have less than two points in common.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Overlay {
+    pub measured: Measured,
+    /// \[rows\]
+    pub x: Vec<f64>,
+    pub y: Vec<f64>,
+    pub distance: Option<Distance>,
+}
+
+/// The overlays that the scene asks for.
+pub fn overlays(scene: &Scene, run: &Run) -> Vec<Overlay> {
+    let column = |name: &str| -> Vec<f64> {
+        let k = run.columns.iter().position(|c| c == name).expect("checked when the scene was built");
+        run.rows.iter().map(|row| row[k]).collect()
+    };
+    let one = |measured: &Measured| {
+        let (x, y) = (column(&measured.over), column(&measured.column));
+        Overlay { distance: distance(measured, &x, &y), measured: measured.clone(), x, y }
+    };
+    scene.measured.iter().map(one).collect()
+}
+
+fn distance(measured: &Measured, x: &[f64], y: &[f64]) -> Option<Distance> {
+    let (m, f) = (branch(&measured.x, &measured.y)?, branch(x, y)?);
+    let t = m.common(&f);
+    let (from, to) = (*t.first()?, *t.last()?);
+    let of = |c: &Curve| -> Vec<f64> { t.iter().map(|t| c.at(*t)).collect() };
+    let (m, f) = (of(&m), of(&f));
+    let d: Vec<f64> = f.iter().zip(&m).map(|(f, m)| f - m).collect();
+    let most = |v: &[f64]| v.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+    let Measured { column, over, source, .. } = measured;
+    let (l2, largest) = (l2(&t, &d) / l2(&t, &m), most(&d) / most(&m));
+    (t.len() >= 2 && l2.is_finite()).then(|| Distance {
+        column: column.clone(),
+        over: over.clone(),
+        file: source.clone(),
+        points: t.len(),
+        from,
+        to,
+        l2,
+        largest,
+    })
+}
+
+/// The curve up to the first turning point of x, by ascending x; none if it turns at once.
+fn branch(x: &[f64], y: &[f64]) -> Option<Curve> {
+    let up = x.get(1)? > x.first()?;
+    let n = 1 + x.windows(2).take_while(|w| w[0] != w[1] && (w[1] > w[0]) == up).count();
+    let (mut t, mut f) = (x[..n].to_vec(), y[..n].to_vec());
+    if !up {
+        t.reverse();
+        f.reverse();
+    }
+    (n >= 2).then_some(Curve { t, f })
+}
+
+/// Draws measured curves over recorded ones: `<name>-compare-1.svg`, `.png`, `.pdf` and so on in `dir`.
+pub fn save(dir: &Path, name: &str, overlays: &[Overlay]) -> Result<(), ReportError> {
+    for (k, overlay) in overlays.iter().enumerate() {
+        let figure = figure::draw(&format!("{name}-compare-{}", k + 1), overlay);
+        export::save(dir, &figure.name, &figure.svg)?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn measured(x: &[f64], y: &[f64]) -> Measured {
+        let name = |s: &str| s.to_string();
+        Measured { column: name("f"), over: name("x"), source: name("m.csv"), x: x.to_vec(), y: y.to_vec() }
+    }
+
+    #[test]
+    fn distance_of_two_lines() {
+        // m = 2x and f = 2.2x on [0, 1]: 10 % in both norms, whatever the grid of f.
+        let d = distance(&measured(&[0.0, 0.5, 1.0, 3.0], &[0.0, 1.0, 2.0, 6.0]), &[0.0, 0.3, 1.0], &[0.0, 0.66, 2.2]);
+        let d = d.expect("a common range");
+        assert_eq!((d.points, d.from, d.to), (3, 0.0, 1.0));
+        assert!((d.l2 - 0.1).abs() < 1e-15 && (d.largest - 0.1).abs() < 1e-15, "{d:?}");
+    }
+
+    #[test]
+    fn a_loop_counts_up_to_its_first_turn() {
+        let (x, y) = ([3.0, 2.0, 1.0, 2.0, 3.0], [0.0, 1.0, 2.0, 7.0, 7.0]);
+        assert_eq!(branch(&x, &y), Some(Curve { t: vec![1.0, 2.0, 3.0], f: vec![2.0, 1.0, 0.0] }));
+        assert_eq!(branch(&[1.0, 1.0], &[0.0, 1.0]), None);
+        let d = distance(&measured(&x, &y), &[3.0, 1.0], &[0.0, 2.0]).expect("a common range");
+        assert_eq!((d.l2, d.largest), (0.0, 0.0));
+        assert_eq!(distance(&measured(&[5.0, 6.0], &[1.0, 1.0]), &[0.0, 1.0], &[0.0, 1.0]), None);
+    }
+}

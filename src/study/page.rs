@@ -1,0 +1,76 @@
+//! `index.html` of a study.
+
+use crate::report::page::{document, drawing, escape, list};
+use crate::report::table::Table;
+use crate::study::content::Content;
+use crate::study::locking;
+use crate::study::results::Results;
+
+/// The whole page.
+pub fn html(store: &Results, content: &Content) -> String {
+    let s = &store.study;
+    let mut h = String::with_capacity(1 << 20);
+    let class = if content.supported { "verdict" } else { "verdict refused" };
+    h += &format!("<h1>{}</h1>\n<p class=\"lead\">{}</p>\n", escape(&s.study), escape(&s.question));
+    h += &format!("<p class=\"{class}\">{}</p>\n", escape(&content.verdict));
+    if let Some(alarm) = locking::sentence(&store.cases) {
+        h += &format!("<p class=\"verdict refused\">{}</p>\n", escape(&alarm));
+    }
+    h += &facts(&content.facts);
+    h += "<h2>Per quantity</h2>\n";
+    h += &list(content.sentences.iter().cloned());
+    if !content.warnings.is_empty() {
+        h += "<h2>Read this before using the numbers</h2>\n";
+        h += &list(content.warnings.iter().cloned());
+    }
+    h += &format!("<dl><dt>Expectation before the run</dt><dd>{}</dd></dl>\n", escape(&s.expectation));
+    let (heading, answer) = &content.answer;
+    h += &format!("<h2>{heading}</h2>\n{}<h2>Figures</h2>\n", answer.html());
+    for (k, f) in content.figures.iter().enumerate() {
+        h += &drawing(f, k + 1);
+    }
+    h += "<h2>Tables</h2>\n";
+    h += &content.tables.iter().map(Table::html).collect::<String>();
+    for (words, t) in &content.folded {
+        h += &format!("<details><summary>{words} ({} rows)</summary>{}</details>\n", t.rows.len(), t.html());
+    }
+    h += &provenance(store);
+    document(&s.study, &h)
+}
+
+/// The verdict in numbers.
+fn facts(facts: &[(String, String)]) -> String {
+    if facts.is_empty() {
+        return String::new();
+    }
+    let fact = |(value, name): &(String, String)| format!("<div><b>{}</b>{}</div>\n", escape(value), escape(name));
+    format!("<div class=\"facts\">\n{}</div>\n", facts.iter().map(fact).collect::<String>())
+}
+
+fn provenance(store: &Results) -> String {
+    let mut h = String::from("<h2>Provenance</h2>\n");
+    h += &format!("<p>Durometer {}. ", escape(&store.study.version));
+    h += "Every number of this page is in <code>summary.json</code>, every curve in <code>cases/</code>; <code>durometer report</code> draws it again without running a solver.</p>\n";
+    if let Some(c) = store.cases.first().map(|c| &c.record) {
+        let law = c.law.as_ref().map_or("No law: springs".into(), |law| {
+            let constants: Vec<String> = law.parameters.iter().map(|(k, v)| format!("{k} = {v}")).collect();
+            format!("Law {} ({}, SI units)", law.name, constants.join(", "))
+        });
+        h += &format!(
+            "<p>{}, integrator {}. Effects assembled: {}.</p>\n",
+            escape(&law),
+            escape(&c.integrator),
+            escape(&c.effects.iter().map(|e| e.name.as_str()).collect::<Vec<_>>().join(", "))
+        );
+        h += &format!(
+            "<details><summary>Scene of case {}, as resolved</summary><pre>{}</pre></details>\n",
+            escape(&c.id),
+            escape(&c.provenance.scene)
+        );
+    }
+    h += "<details><summary>Inputs (SHA-256)</summary><pre>";
+    for c in &store.cases {
+        h += &format!("{}  {}\n", escape(&c.record.provenance.input_sha256), escape(&c.record.id));
+    }
+    h + "</pre></details>\n"
+}

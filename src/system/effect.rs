@@ -1,0 +1,192 @@
+//! The trait of a physical effect, and the optional capabilities of one.
+
+use super::{At, Batched, BlockValues, Blocks, Caches, ContactPoints, EvalError, Means, Perturbation};
+pub use crate::material::Want;
+use crate::math::signal::Clock;
+use std::sync::Arc;
+
+/// One physical contribution to the residual, given block by block (cell, node, cable segment).
+///
+/// Evaluations are pure: what may be kept from one to the next is in the [`Caches`] of the caller, and changes no result.
+pub trait Effect: Send + Sync {
+    fn name(&self) -> &str;
+    /// Place of the effect in the energy balance.
+    fn role(&self) -> EnergyRole;
+    fn blocks(&self) -> &Blocks;
+    /// Energy, r_e and K_e of block `b`. The meaning of the energy depends on [`Effect::role`].
+    fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError>;
+    /// s(t) of a [`EnergyRole::Load`] or [`EnergyRole::Follower`].
+    fn intensity(&self, _now: Clock) -> f64 {
+        1.0
+    }
+    /// Everything optional: by default the effect reads x only and sums all of its blocks.
+    fn capabilities(&self) -> Capabilities<'_> {
+        Capabilities::default()
+    }
+}
+
+/// A shared effect, which probes or other effects read too.
+impl<E: Effect + ?Sized> Effect for Arc<E> {
+    fn name(&self) -> &str {
+        (**self).name()
+    }
+    fn role(&self) -> EnergyRole {
+        (**self).role()
+    }
+    fn blocks(&self) -> &Blocks {
+        (**self).blocks()
+    }
+    fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
+        (**self).eval(at, b, want, out)
+    }
+    fn intensity(&self, now: Clock) -> f64 {
+        (**self).intensity(now)
+    }
+    fn capabilities(&self) -> Capabilities<'_> {
+        (**self).capabilities()
+    }
+}
+
+/// Optional capabilities of an effect; the default has none of them.
+#[derive(Clone, Copy, Default)]
+pub struct Capabilities<'a> {
+    /// Fields that the effect reads in addition to x
+    pub needs: Needs,
+    /// Weighted means by which alone the effect depends on the body: its blocks are then lists of means instead of nodes, and
+    /// [`At::x`] holds the means. Such an effect reads x only, and all of its blocks contribute at every state.
+    pub means: Option<&'a Arc<Means>>,
+    /// Whether Newton's method uses K_e without its negative eigenvalues, because these would make most tangents indefinite
+    pub semidefinite: bool,
+    /// Variables that each block carries from step to step
+    pub history: Option<&'a dyn HistoryVariables>,
+    /// Derivatives by the inputs other than x; absent if there are no such inputs, or if the derivatives are not implemented
+    pub past: Option<&'a dyn PastDerivative>,
+    /// The skew part of ∂r/∂x, which the symmetric K_e does not contain
+    pub skew: Option<&'a dyn SkewTangent>,
+    /// Selection of the blocks that contribute at a state; absent if all do
+    pub active: Option<&'a dyn ActiveBlocks>,
+    /// Blocks that exist at one state only, in addition to those of the effect
+    pub transient: Option<&'a dyn TransientCoupling>,
+    /// MotionLimit of the motion within one iteration or step
+    pub step_limit: Option<&'a dyn StepLimit>,
+    /// Contact points whose forces can be prescribed
+    pub contact_points: Option<&'a dyn ContactPoints>,
+    /// Evaluation of several blocks at once; all blocks then have one size
+    pub batched: Option<&'a dyn Batched>,
+}
+
+impl Capabilities<'_> {
+    /// History variables of one block.
+    pub fn history_size(&self) -> usize {
+        self.history.map_or(0, HistoryVariables::size)
+    }
+}
+
+/// Rates that an effect reads in addition to x; a static integrator has neither.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub struct Needs {
+    pub velocity: bool,
+    pub acceleration: bool,
+}
+
+/// Place of an effect in the energy balance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EnergyRole {
+    /// Energy ψ with r = ∂ψ/∂x
+    Stored,
+    /// Energy ψ with r = ∂ψ/∂x, of parts that are in contact at times and are not held together
+    Contact,
+    /// Energy ½ v·Mv with r = M a
+    Kinetic,
+    /// Energy: dissipation of the step, r·(x − old)
+    Dissipative,
+    /// As [`EnergyRole::Dissipative`], between parts in contact
+    Friction,
+    /// Energy ψ, stored; the part of r beyond ∂ψ/∂x relaxes, and its work over the step is [`BlockValues::dissipated`]
+    Relaxing,
+    /// Energy φ per unit intensity, r = s(t) ∂φ/∂x: the load does the work −∫ s dφ
+    Load,
+    /// A load without a potential. Energy: of the step, ∫ dφ per unit intensity with r = s(t) dφ/dx; its work is −∫ s dφ
+    Follower,
+}
+
+impl EnergyRole {
+    /// The name in records.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Stored => "stored",
+            Self::Contact => "contact",
+            Self::Kinetic => "kinetic",
+            Self::Dissipative => "dissipative",
+            Self::Friction => "friction",
+            Self::Relaxing => "relaxing",
+            Self::Load => "load",
+            Self::Follower => "follower",
+        }
+    }
+}
+
+/// Variables that each block of an effect carries from step to step, zero at rest.
+pub trait HistoryVariables {
+    /// Variables of one block.
+    fn size(&self) -> usize;
+    /// The variables of block `b` at the end of the accepted step `at`. `new` holds those at its start.
+    fn advance(&self, at: &At, b: usize, new: &mut [f64]) -> Result<(), EvalError>;
+}
+
+/// Derivatives of an effect by its inputs other than x.
+pub trait PastDerivative {
+    /// The change of r_e along v, a, `old` and the history of the perturbation, at fixed x; [`Perturbation::x`] is not read.
+    fn along(&self, at: &At, by: &Perturbation, b: usize, out: &mut BlockValues) -> Result<(), EvalError>;
+    /// The change of the history of block `b` at the end of the step, along x, `old` and the history of the perturbation.
+    /// `new` holds the change at the start.
+    fn advance_along(&self, _: &At, _: &Perturbation, _b: usize, _new: &mut [f64]) -> Result<(), EvalError> {
+        Ok(())
+    }
+}
+
+/// The skew part A = ½(∂r/∂x − (∂r/∂x)ᵀ) of the tangent of an effect.
+pub trait SkewTangent {
+    /// Blocks of A, which are not those of the effect: unknowns on which A is zero may be missing.
+    fn blocks(&self) -> &Blocks;
+    /// A_e of block `b` in `out.k` \[n × n\] row by row; only entries with column < row are read.
+    fn eval(&self, at: &At, b: usize, out: &mut BlockValues);
+}
+
+/// Selection of the blocks of an effect that contribute at a state; all blocks have one size.
+pub trait ActiveBlocks {
+    /// Blocks in ascending order.
+    fn active(&self, at: &At, caches: &mut Caches) -> Vec<u32>;
+}
+
+/// Coupling of parts that come into contact at one state and separate again.
+pub trait TransientCoupling {
+    /// The blocks that exist at this state.
+    fn blocks_at<'a>(&'a self, at: &At, caches: &mut Caches) -> Box<dyn TransientBlocks + 'a>;
+    /// Lists of nodes that may be coupled soon. They depend on x alone, so that a resumed run has the same sparsity pattern.
+    fn candidates(&self, x: &[f64], caches: &mut Caches) -> Vec<Vec<u32>>;
+}
+
+/// Blocks that exist at one state.
+pub trait TransientBlocks {
+    fn blocks(&self) -> &Blocks;
+    /// As [`Effect::eval`].
+    fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError>;
+}
+
+/// MotionLimit of the motion within which an effect remains defined.
+pub trait StepLimit {
+    /// The largest admissible share of the motion dx from x; None if all of it is admissible.
+    fn max_step(&self, x: &[f64], dx: &[f64], caches: &mut Caches) -> Option<MotionLimit>;
+}
+
+/// The largest admissible share of a motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MotionLimit {
+    /// Share of the motion, 0 to 1
+    pub share: f64,
+    /// Node that limits the motion
+    pub node: u32,
+    /// Distance of that node from the obstacle \[m\]
+    pub gap: f64,
+}

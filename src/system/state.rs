@@ -1,0 +1,99 @@
+//! The state of a run, and the inputs of one evaluation.
+
+use crate::math::signal::{Clock, Ramp};
+
+/// All that changes during a run. Cloning it is a checkpoint, dropping it a cut step. SI units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct State {
+    pub t: f64,
+    /// \[3 × nodes + scalars\] displacement \[m\], then the second field (pressures, in units that make them lengths)
+    pub x: Vec<f64>,
+    /// \[3 × nodes\] velocity \[m/s\]
+    pub v: Vec<f64>,
+    /// \[3 × nodes\] acceleration \[m/s²\]
+    pub a: Vec<f64>,
+    /// \[constraints\] multipliers, in the unit that pairs with g (cable: tension \[N\])
+    pub lambda: Vec<f64>,
+    /// What the integrator remembers besides (BDF2: last x and v; generalised-α: algorithmic acceleration)
+    pub memory: Vec<f64>,
+    /// Last accepted step \[s\], 0 at the start
+    pub dt: f64,
+    /// What the effects remember, effect by effect and block by block; zero at rest, empty if none remembers
+    pub history: Vec<f64>,
+    /// What is known of the signals that are decided on the way; empty if none is
+    pub inputs: Vec<Ramp>,
+}
+
+impl State {
+    /// The time, for signals.
+    pub fn clock(&self) -> Clock<'_> {
+        Clock { t: self.t, inputs: &self.inputs }
+    }
+
+    /// At rest in the reference configuration.
+    pub fn rest(nodes: usize, constraints: usize) -> Self {
+        let zero = vec![0.0; 3 * nodes];
+        Self {
+            t: 0.0,
+            x: zero.clone(),
+            v: zero.clone(),
+            a: zero,
+            lambda: vec![0.0; constraints],
+            memory: Vec::new(),
+            dt: 0.0,
+            history: Vec::new(),
+            inputs: Vec::new(),
+        }
+    }
+}
+
+/// Slopes of the integrator: ∂v/∂x = cv·I \[1/s\], ∂a/∂x = ca·I \[1/s²\]; both 0 in statics.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct Rates {
+    pub cv: f64,
+    pub ca: f64,
+}
+
+impl Rates {
+    /// Those of steps whose lengths differ by rounding only?
+    pub fn is_near(&self, other: &Self) -> bool {
+        let near = |a: f64, b: f64| (a - b).abs() <= 1e-9 * b.abs();
+        near(self.cv, other.cv) && near(self.ca, other.ca)
+    }
+}
+
+/// What an evaluation sees.
+#[derive(Clone, Copy)]
+pub struct At<'a> {
+    pub t: f64,
+    /// Length of the step \[s\], infinite in statics: rates vanish
+    pub dt: f64,
+    pub x: &'a [f64],
+    pub v: &'a [f64],
+    pub a: &'a [f64],
+    /// x at the start of the step
+    pub old: &'a [f64],
+    /// History at the start of the step: of the whole state for a system, [blocks × [`Effect::history`]] for an effect
+    pub history: &'a [f64],
+    pub inputs: &'a [Ramp],
+    pub rates: Rates,
+}
+
+impl<'a> At<'a> {
+    /// The time, for signals.
+    pub fn clock(&self) -> Clock<'a> {
+        Clock { t: self.t, inputs: self.inputs }
+    }
+}
+
+/// Derivative by a parameter of what an evaluation sees.
+#[derive(Clone, Copy)]
+pub struct Perturbation<'a> {
+    pub x: &'a [f64],
+    /// Of v and a at fixed x: what K has in cv and ca is not in them
+    pub v: &'a [f64],
+    pub a: &'a [f64],
+    pub old: &'a [f64],
+    /// As in [`At`]: of the whole state for a system, of its blocks for an effect
+    pub history: &'a [f64],
+}
