@@ -5,7 +5,7 @@
 
 use super::builder::Builder;
 use super::spec::{EffectSpec, SceneSpec};
-use crate::material::{Instability, Law, Limit, LoadCase, stability};
+use crate::material::{Instability, Law, LoadCase, StabilityLimit, material_stability};
 
 /// Largest principal stretch that is looked at \[–\]
 const STRETCH: f64 = 2.0;
@@ -45,8 +45,8 @@ fn lost(law: &dyn Law, case: LoadCase) -> Vec<String> {
         LoadCase::SimpleShear => ("simple shear", [1.0 / STRETCH - STRETCH, STRETCH - 1.0 / STRETCH]),
     };
     // The range is one of stretches, so that nothing else can be wrong with it
-    let Ok(found) = stability(law, case, range) else { return vec![] };
-    let words = |l: Limit| match l.why {
+    let Ok(found) = material_stability(law, case, range) else { return vec![] };
+    let words = |l: StabilityLimit| match l.why {
         Instability::Drucker => format!("{name} at {:.3}", l.amount),
         why => format!("{name} at {:.3} ({why})", l.amount),
     };
