@@ -95,7 +95,13 @@ fn axis(name: &str, label: &str, symbol: &str, factors: &[f64], changes: &dyn Fn
 /// What is recorded first of: bending angle, position, markers, reaction, cable, cavity.
 fn quantity(spec: &SceneSpec) -> Option<Quantity> {
     let Headline { column, label, symbol, unit } = spec.headline()?;
-    Some(Quantity { name: column, label: label.into(), symbol: symbol.into(), unit: unit.into(), ..Quantity::default() })
+    Some(Quantity {
+        name: column,
+        label: label.into(),
+        symbol: symbol.into(),
+        unit: unit.into(),
+        ..Quantity::default()
+    })
 }
 
 fn list<'a>(table: &'a Table, key: &str) -> impl Iterator<Item = (usize, &'a Table)> {
