@@ -20,7 +20,7 @@ use durometer::mesh::element::{CELL_EDGES, cell_shape, facet_shape};
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh, quadrature};
 use durometer::scene::{Body, Run, RunOptions, Scene, read_scene};
-use durometer::solve::{Driver, Integrator, Newton, NewtonSettings, Status, StepSettings, TimeSpan};
+use durometer::solve::{Driver, Integrator, NewtonSettings, NonlinearSolver, Status, StepSettings, TimeSpan};
 use durometer::system::{At, BlockValues, Blocks, Effect, EnergyRole, EvalError, Prescribed, State, System, Want};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -59,19 +59,14 @@ pub fn law(name: &str, e: f64, nu: f64) -> Box<dyn Law> {
     registry::find(name).and_then(|entry| entry.build_from(&[e, nu])).expect("a law of the registry")
 }
 
-/// The table of the law that `laws.toml` has for this name.
+/// The table of the example of this law.
 pub fn example_table(name: &str) -> toml::Table {
-    let mut all: toml::Table = include_str!("laws.toml").parse().expect("TOML");
-    let toml::Value::Table(mut table) = all.remove(name).unwrap_or_else(|| panic!("no {name} in laws.toml")) else {
-        panic!("{name} in laws.toml is not a table")
-    };
-    table.insert("law".into(), name.into());
-    table
+    registry::find(name).unwrap_or_else(|e| panic!("{e}")).example_table()
 }
 
-/// The law of this table.
+/// The example of this law.
 pub fn example(name: &str) -> Box<dyn Law> {
-    registry::law_from_table(&example_table(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
+    registry::find(name).and_then(|entry| entry.example()).unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
 /// A unit cube of n³ boxes, every corner node moved by up to `amount` h in each direction, also on the surface; edges
@@ -235,8 +230,8 @@ impl Effect for DeadLoad {
 }
 
 /// Newton at this tolerance, on a body of this length [m].
-pub fn newton(system: &System, tolerance: f64, length: f64) -> Newton {
-    Newton::new(system, NewtonSettings { tolerance, ..NewtonSettings::default() }, length)
+pub fn newton(system: &System, tolerance: f64, length: f64) -> NonlinearSolver {
+    NonlinearSolver::new(system, NewtonSettings { tolerance, ..NewtonSettings::default() }, length)
 }
 
 /// Quasi-static loading from rest to t = 1 in equal steps; the state and the sums there. Panics with the status if the
@@ -247,7 +242,7 @@ pub fn statics(mesh: &TetMesh, system: &System, tolerance: f64, steps: usize) ->
     let span = TimeSpan { integrator: Integrator::Static, start: 0.0, end: 1.0, dt: 1.0 / steps as f64 };
     let status = driver.run(span, &mut state, &mut ());
     assert_eq!(status, Status::Converged);
-    (state, driver.steps.newton.sums)
+    (state, driver.steps.solver.equations.sums)
 }
 
 /// Sum of the reactions at nodes [N].
