@@ -5,8 +5,9 @@
 #[path = "analysis/synthetic.rs"]
 mod synthetic;
 
+use durometer::study::kinds::cost::analyse::analyse;
+use durometer::study::kinds::cost::analysis::{Grows, Measure};
 use durometer::study::kinds::cost::line::How;
-use durometer::study::kinds::cost::{Grows, Measure, analyse};
 use durometer::study::record::{FamilyRecord, Quantity, Role, StoredCase, StudyRecord};
 use durometer::study::report;
 use durometer::study::work::RepeatRecord;
@@ -54,7 +55,7 @@ const FAMILIES: [Family; 3] = [
     },
     Family {
         name: "fine",
-        role: Role::Overkill,
+        role: Role::Reference,
         formulation: "tet10",
         cells: &[8000, 27_000, 64_000],
         error: 0.03,
@@ -88,7 +89,6 @@ fn study() -> (StudyRecord, Vec<StoredCase>) {
     }
     study.kind = "cost".into();
     study.tolerance = 0.01;
-    study.repeats = 3;
     study.variants = vec!["length".into()];
     study.families = (FAMILIES.iter())
         .map(|f| FamilyRecord {
@@ -103,7 +103,7 @@ fn study() -> (StudyRecord, Vec<StoredCase>) {
         label: "cable tension".into(),
         symbol: "T".into(),
         unit: "N".into(),
-        against: None,
+        ..Quantity::default()
     };
     study.quantities = BTreeMap::from([("length".into(), vec![tension])]);
     (study, stored)
@@ -132,12 +132,12 @@ fn known_laws_give_their_errors_costs_and_exponents() {
     let at = |level: f64| a.levels.iter().position(|l| *l == level).expect("a level");
     // e = 0.2 (N/1000)^(−2/3): N of an error, and its cost 0.1 (N/1000)^1.5 = 0.1 (0.2/e)^2.25
     for (level, how) in [(0.05, How::Between), (0.005, How::Extrapolated)] {
-        let p = line("tet4").prices[at(level)].expect("errors fall");
+        let p = line("tet4").costs[at(level)].expect("errors fall");
         let exact = 0.1 * (0.2_f64 / level).powf(2.25);
         assert_eq!(p.how, how);
         assert!((p.seconds / exact - 1.0).abs() < 1e-4, "{} for {exact}", p.seconds);
     }
-    let p = line("tet10").prices[at(0.05)].expect("errors fall");
+    let p = line("tet10").costs[at(0.05)].expect("errors fall");
     // e = 0.03 (N/1000)^(−4/3), its cost 2 (0.03/e)^1.125
     assert!((p.seconds / (2.0 * 0.6_f64.powf(1.125)) - 1.0).abs() < 1e-4 && p.how == How::Between, "{p:?}");
 }

@@ -57,7 +57,7 @@ fn unusual_rows_are_logged_and_unreadable_rows_named() {
         "both count (line 9)",
         "smaller than in the row before (order of the file or unloading); the order does not enter the fit, unloading would (line 7)",
         "under tension) (line 10)",
-        "offset was not taken off (line 2)",
+        "offset was not subtracted (line 2)",
     ] {
         assert!(kept.contains(fact), "{fact} not in:\n{kept}");
     }

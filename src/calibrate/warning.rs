@@ -102,7 +102,7 @@ impl fmt::Display for FitWarning {
                 for (k, d) in directions.iter().enumerate() {
                     f.write_str(if k > 0 { "; " } else { "" })?;
                     match d.deviation {
-                        None => write!(f, "unidentifiable: the data do not determine ")?,
+                        None => write!(f, "unidentifiable: the data are insensitive to ")?,
                         Some(s) if s > 10.0 => write!(f, "hardly identifiable (standard deviation above 1000 %): ")?,
                         Some(s) => write!(f, "hardly identifiable (standard deviation {:.0} %): ", 100.0 * s)?,
                     }

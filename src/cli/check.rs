@@ -5,8 +5,8 @@ use durometer::mesh::generate::MeshStore;
 use durometer::scene::protocol::extremes;
 use durometer::scene::spec::{ConstraintSpec, EffectSpec};
 use durometer::scene::{Body, Scene, SceneSpec, read_scene};
+use durometer::study::expand::Study;
 use durometer::study::runner::check_quantities;
-use durometer::study::spec::Study;
 use durometer::system::Cone;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -157,7 +157,7 @@ fn describe(scene: &Scene) {
         println!("stage        {name} from {} s to {} s: {steps} steps of {} s", span.start, span.end, span.dt);
     }
     println!("records      {}", scene.columns().join("\n             "));
-    scene.remarks.iter().for_each(|remark| println!("note         {remark}"));
+    scene.notes.iter().for_each(|note| println!("note         {note}"));
     if let Some(why) = &scene.no_limit {
         println!("note         {why}: the answer has no limit as h → 0, a convergence study refuses its verdict");
     }

@@ -4,6 +4,7 @@ use crate::effect::locking::signs;
 use crate::math::tensor::Vec3;
 use crate::scene::{NamedSkin, Run, Scene};
 use crate::study::contact::contacts;
+use crate::study::expand::Case;
 use crate::study::overlay::overlays;
 use crate::study::record::{
     CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance,
@@ -11,7 +12,6 @@ use crate::study::record::{
 use crate::study::runner::input_hash;
 use crate::study::skin::{Rigid, Skin};
 use crate::study::solver::{self, SolverRecord};
-use crate::study::spec::Case;
 use crate::study::work::WorkRecord;
 use std::collections::BTreeMap;
 
@@ -76,7 +76,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         probes: run.columns.iter().enumerate().skip(1).map(|(k, name)| (name.clone(), probe(run, k))).collect(),
         cable_events: run.cable_events.iter().map(Into::into).collect(),
         contacts: contacts(scene, run),
-        remarks: scene.remarks.iter().cloned().chain(solver::remarks(run)).collect(),
+        remarks: scene.notes.iter().cloned().chain(solver::remarks(run)).collect(),
         distances: overlays(scene, run).into_iter().filter_map(|o| o.distance).collect(),
         events: run.events.clone(),
         no_limit: scene.no_limit.clone(),

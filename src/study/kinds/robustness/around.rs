@@ -10,13 +10,14 @@
 
 use crate::material::registry;
 use crate::math::units;
-use crate::scene::spec::{ConstraintSpec, ProbeSpec};
+use crate::scene::parts::probes::Headline;
 use crate::scene::{SceneError, SceneSpec, read_scene};
 use crate::study::axis::AxisSpec;
+use crate::study::kind::{Expansion, stored};
 use crate::study::kinds::robustness::check::{Bound, CheckSpec, Moment};
-use crate::study::kinds::robustness::spec::{MapSpec, SuiteSpec};
+use crate::study::kinds::robustness::spec::{self, MapSpec, SuiteSpec};
 use crate::study::record::Quantity;
-use crate::study::spec::VariantSpec;
+use crate::study::spec::{VariantSpec, refuse};
 use std::path::Path;
 use toml::{Table, Value};
 
@@ -28,18 +29,11 @@ const MESHES: [f64; 3] = [2.0, 1.0, 0.5];
 /// Keys whose values are signals.
 const SIGNALS: [&str; 5] = ["displacement", "acceleration", "force", "traction", "signal"];
 
-/// What a study of kind `stability` runs around a scene.
-pub struct Around {
-    pub variants: Vec<VariantSpec>,
-    pub suites: Vec<SuiteSpec>,
-    pub maps: Vec<MapSpec>,
-}
-
 /// Maps and starts around the scene in `file`.
-pub fn around(file: &Path, changes: &[(String, Value)]) -> Result<Around, SceneError> {
-    let (spec, text) = read_scene(file, changes)?;
+pub fn around(file: &Path, changes: &[(String, Value)]) -> Result<Expansion<serde_json::Value>, SceneError> {
+    let (scene, text) = read_scene(file, changes)?;
     let table: Table = text.parse().expect("a scene that was read is TOML");
-    let quantity = quantity(&spec).ok_or_else(|| SceneError::Content {
+    let quantity = quantity(&scene).ok_or_else(|| SceneError::Content {
         file: file.into(),
         place: "probe".into(),
         fact: "the scene records nothing that could be compared".into(),
@@ -77,11 +71,12 @@ pub fn around(file: &Path, changes: &[(String, Value)]) -> Result<Around, SceneE
     if varies(&cells) && varies(&load()) {
         maps.push(of("mesh-load", "Mesh against load.", cells, load(), &names[..1]));
     }
-    Ok(Around { variants, suites: vec![starts(file, &spec, &quantity)], maps })
+    let suites = [starts(file, &scene, &quantity)];
+    spec::expand(variants, &suites, &maps).map(stored).map_err(|mistake| refuse(file, mistake))
 }
 
 fn variant(name: &str, label: &str, set: Table) -> VariantSpec {
-    VariantSpec { name: name.into(), label: Some(label.into()), set, quantities: vec![], measured: None }
+    VariantSpec { name: name.into(), label: Some(label.into()), set, quantities: vec![] }
 }
 
 /// Values that are tables of changes: each point changes keys of its own.
@@ -99,26 +94,14 @@ fn axis(name: &str, label: &str, symbol: &str, factors: &[f64], changes: &dyn Fn
 
 /// What is recorded first of: bending angle, position, markers, reaction, cable, cavity.
 fn quantity(spec: &SceneSpec) -> Option<Quantity> {
-    let quantity = |name: String, label: &str, symbol: &str, unit: &str| Quantity {
-        name,
+    let Headline { column, label, symbol, unit } = spec.headline()?;
+    Some(Quantity {
+        name: column,
         label: label.into(),
         symbol: symbol.into(),
         unit: unit.into(),
-        against: None,
-    };
-    let of_probe = |p: &ProbeSpec| match p {
-        ProbeSpec::BendingAngle { .. } => Some(quantity("bending_angle_deg".into(), "bending angle", "θ", "°")),
-        ProbeSpec::Position { region } => Some(quantity(format!("{region}_x_m"), "position", "x", "m")),
-        ProbeSpec::Markers { name, .. } => Some(quantity(format!("{name}_1_x_m"), "position", "x", "m")),
-        ProbeSpec::Reaction { region } => Some(quantity(format!("{region}_reaction_x_N"), "reaction", "R", "N")),
-        _ => None,
-    };
-    let of_constraint = |c: &ConstraintSpec| match c {
-        ConstraintSpec::Cable(cable) => Some(quantity(format!("{}_tension_N", cable.name), "cable tension", "T", "N")),
-        ConstraintSpec::Cavity { name, .. } => Some(quantity(format!("{name}_pressure_Pa"), "pressure", "p", "Pa")),
-        _ => None,
-    };
-    spec.probes.iter().find_map(of_probe).or_else(|| spec.constraints.iter().find_map(of_constraint))
+        ..Quantity::default()
+    })
 }
 
 fn list<'a>(table: &'a Table, key: &str) -> impl Iterator<Item = (usize, &'a Table)> {
