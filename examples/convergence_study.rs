@@ -48,6 +48,7 @@ tolerance = "5 %"
 
 [[variant]]
 name = "stretched"
+label = "stretched"
 quantity = [{ name = "elastic_energy_J", label = "elastic energy", symbol = "W", unit = "J" }]
 
 [[family]]

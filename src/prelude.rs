@@ -16,9 +16,9 @@ pub use crate::scene::{
     Body, Checkpoint, Run, RunOptions, Scene, SceneError, SceneSpec, open_scene, parse_scene, read_scene,
 };
 pub use crate::solve::Status;
+pub use crate::study::expand::Study;
 pub use crate::study::record::CaseRecord;
 pub use crate::study::report::write as write_report;
 pub use crate::study::runner::{Options as StudyOptions, Watch, run as run_study};
-pub use crate::study::spec::Study;
 pub use crate::study::summary::Summary;
 pub use crate::system::{At, Blocks, Constraint, Effect, EvalError, State, System};
