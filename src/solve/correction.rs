@@ -90,7 +90,10 @@ impl Newton {
 
     /// Is the equilibrium to be found by corrections? They see friction as it is, and Newton's method with a tangent that lacks a part.
     pub(super) fn corrects(&self, step: &Step) -> bool {
-        step.system.slides && self.settings.reuse_factor && !self.sums.projected && !step.integrator.is_linearised()
+        step.system.has_frictional_points()
+            && self.settings.reuse_factor
+            && !self.sums.projected
+            && !step.integrator.is_linearised()
     }
 
     /// Corrections from `next` until it is an equilibrium, each with the planes of its own state; None where they do not lead there.
@@ -182,7 +185,7 @@ impl Newton {
         contacts: &mut Contacts,
     ) -> Result<Direction, Failure> {
         let m = state.lambda.len();
-        let free: Vec<f64> = (0..m).map(|c| -self.sums.carried[c] - dot(&self.sums.gradient[c], y)).collect();
+        let free: Vec<f64> = (0..m).map(|c| -self.sums.increment_gap[c] - dot(&self.sums.gradient[c], y)).collect();
         let multipliers = |p: &[f64], cross: &[Vec<f64>]| {
             if m == 0 {
                 return Ok(Vec::new());

@@ -69,8 +69,8 @@ impl Newton {
         self.settings.reuse_factor
             && self.factor.price() >= self.settings.reuse_threshold
             && system.scalar_equations() == 0
-            && system.skewed.is_empty()
-            && system.meeting.is_empty()
+            && !system.has_skew_tangent()
+            && !system.has_transient_coupling()
             && !self.sums.projected
             && system.constraints.iter().all(|c| !matches!(c.cone(), Cone::Linked | Cone::Watched))
     }
@@ -184,7 +184,7 @@ impl Newton {
 
     /// R K₀⁻¹ Rᵀ on columns.
     fn solve_turned(&mut self, columns: &mut [f64]) {
-        let n = self.sums.lift.len();
+        let n = self.sums.increment_force.len();
         columns.chunks_exact_mut(n).for_each(|column| self.stale.turns.turn_back(column));
         self.factor.solve_roughly(columns);
         columns.chunks_exact_mut(n).for_each(|column| self.stale.turns.turn(column));
@@ -215,7 +215,7 @@ impl Newton {
         if self.negative(system, &schur).is_some_and(|n| n > 0) {
             return None;
         }
-        let shift: Vec<f64> = (0..m).map(|c| -self.sums.carried[c] - dot(&self.sums.gradient[c], &x)).collect();
+        let shift: Vec<f64> = (0..m).map(|c| -self.sums.increment_gap[c] - dot(&self.sums.gradient[c], &x)).collect();
         let (mut lambda, holds) = match m {
             0 => Default::default(),
             _ => schur.multipliers(system, &self.rows(state), &shift)?,

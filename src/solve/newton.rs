@@ -203,7 +203,7 @@ impl Newton {
         if step.system.constraints.iter().any(|c| c.cone() == Cone::Linked) {
             self.old = step.system.gaps(step.past).map_err(Failure::Eval)?;
         }
-        self.sums.forget_meetings(step.system);
+        self.sums.reset_pattern(&step.system.pattern);
         Ok(())
     }
 
@@ -343,7 +343,8 @@ impl Newton {
         // r contains λ h with h = ∂c/∂x, so du = y − Σ z (λ' − λ); g' = g − h·du − (what the prescribed motion carries along).
         let mut lambda = vec![0.0; m];
         if m > 0 {
-            let shift: Vec<f64> = (0..m).map(|c| -self.sums.carried[c] - dot(&self.sums.gradient[c], &y)).collect();
+            let shift: Vec<f64> =
+                (0..m).map(|c| -self.sums.increment_gap[c] - dot(&self.sums.gradient[c], &y)).collect();
             (lambda, _) = schur.multipliers(system, &self.rows(state), &shift).ok_or(Failure::Complementarity)?;
             for (z, (new, old)) in schur.z.chunks_exact(y.len()).zip(lambda.iter().zip(&state.lambda)) {
                 let change = new - old;
@@ -356,7 +357,7 @@ impl Newton {
     /// −r − lift \[equations\]
     pub(super) fn right_side(&self, system: &System, lifted: bool) -> Vec<f64> {
         let mut y = system.restrict(&self.sums.r);
-        y.iter_mut().zip(&self.sums.lift).for_each(|(y, lift)| *y = -*y - if lifted { *lift } else { 0.0 });
+        y.iter_mut().zip(&self.sums.increment_force).for_each(|(y, lift)| *y = -*y - if lifted { *lift } else { 0.0 });
         y
     }
 
