@@ -1,4 +1,4 @@
-//! Which unknowns are free, and in which order they are eliminated.
+//! Numbering of the free unknowns in their order of elimination.
 
 use super::Blocks;
 use crate::math::ordering::fill_reducing;

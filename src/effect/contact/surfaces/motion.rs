@@ -1,4 +1,4 @@
-//! How far a motion may go before two surfaces cross: additive continuous collision detection (Li, Kaufman & Jiang, ACM TOG 40,
+//! The longest motion on which two surfaces do not cross: additive continuous collision detection (Li, Kaufman & Jiang, ACM TOG 40,
 //! 2021, §4), pair by pair.
 //!
 //! The distance of a pair falls no faster than its parts move against each other, so d/speed is a safe share of the motion; it is
@@ -36,7 +36,7 @@ impl Flight {
         most(&self.motion[..first]) + most(&self.motion[first..])
     }
 
-    /// How far it may go, at most to `end`, with the distance at the start. Pairs that stay further apart than a tenth of `reach` are free.
+    /// The admissible share of the motion, at most `end`, and the distance at the start. Pairs that stay further apart than a tenth of `reach` are free.
     fn longest(&self, reach: f64, end: f64, tested: &mut usize) -> (f64, f64) {
         *tested += 1;
         let (gap, speed) = (self.distance(0.0), self.speed());

@@ -2,7 +2,7 @@
 
 use crate::math::tensor::Vec3;
 
-/// Which part of a triangle is nearest.
+/// The part of a triangle that is nearest to a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Nearest {
     Corner(usize),
