@@ -138,7 +138,7 @@ fn step(c: &mut Criterion<CpuTime>) {
         let steps = 40;
         group.throughput(Throughput::Elements(steps));
         group.bench_function(BenchmarkId::new("converged steps", name), |b| {
-            b.iter(|| scene.run(&mut |_| true, &mut |_| {}).totals.steps);
+            b.iter(|| scene.run().totals.steps);
         });
     }
     group.finish();

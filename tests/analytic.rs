@@ -7,7 +7,7 @@ use durometer::effect::{Elastic, Gravity};
 use durometer::math::tensor::Vec3;
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh};
-use durometer::solve::{Integrator, Span, Status, StepSettings, Stepper};
+use durometer::solve::{Driver, Integrator, Status, StepSettings, TimeSpan};
 use durometer::system::{Prescribed, State, System};
 
 /// Nominal stress over μ and lateral stretch of ψ = ½μ(I₁ − 3) − μ ln J + ½λ(ln J)² at axial stretch s with free sides:
@@ -207,11 +207,11 @@ fn a_free_body_is_reported_as_such() {
             let effects = vec![elastic(&mesh, law("neo_hookean", 1e5, 0.45)), Box::new(weight) as _];
             let prescribed = hold(&nodes(&mesh, "xmin"), &held);
             let system = System::new(mesh.points.len(), effects, vec![], prescribed).unwrap();
-            let mut stepper =
-                Stepper::new(&system, common::newton(&system, 1e-8, mesh.diagonal()), StepSettings::default());
+            let mut driver =
+                Driver::new(&system, common::newton(&system, 1e-8, mesh.diagonal()), StepSettings::default());
             let mut state = State::rest(mesh.points.len(), 0);
-            let span = Span { integrator: Integrator::Static, start: 0.0, end: 1.0, dt: 0.5 };
-            let status = stepper.run(span, &mut state, |_, _, _, _| true);
+            let span = TimeSpan { integrator: Integrator::Static, start: 0.0, end: 1.0, dt: 0.5 };
+            let status = driver.run(span, &mut state, &mut ());
             println!("free: {free}, {order:?}: {status:?}");
             assert!(matches!(status, Status::Singular { .. }), "free: {free}, {order:?}: {status:?}");
             assert!(state.x.iter().all(|x| x.is_finite()));

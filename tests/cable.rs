@@ -13,7 +13,9 @@ use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh};
 use durometer::scene::overrides::parse;
 use durometer::scene::{Body, Scene, read_scene};
-use durometer::solve::{Integrator, Newton, NewtonSettings, Span, Status, Step, StepSettings, Stepper};
+use durometer::solve::{
+    AcceptedStep, Driver, Integrator, Newton, NewtonSettings, Status, Step, StepSettings, TimeSpan,
+};
 use durometer::system::{Constraint, Effect, State, System, Want};
 use std::sync::Arc;
 
@@ -53,11 +55,12 @@ fn system(mesh: &TetMesh, loads: Vec<Box<dyn Effect>>, rows: Vec<Box<dyn Constra
 
 /// Every accepted state of a quasi-static run over [0, 1].
 fn states(mesh: &TetMesh, system: &System, tolerance: f64, steps: usize) -> (Vec<State>, Status) {
-    let mut stepper = Stepper::new(system, newton(system, tolerance, mesh.diagonal()), StepSettings::default());
+    let mut driver = Driver::new(system, newton(system, tolerance, mesh.diagonal()), StepSettings::default());
     let mut state = State::rest(mesh.points.len(), system.constraints.len());
-    let span = Span { integrator: Integrator::Static, start: 0.0, end: 1.0, dt: 1.0 / steps as f64 };
+    let span = TimeSpan { integrator: Integrator::Static, start: 0.0, end: 1.0, dt: 1.0 / steps as f64 };
     let mut all = Vec::new();
-    let status = stepper.run(span, &mut state, |_, now, _, _| {
+    let status = driver.run(span, &mut state, &mut |step: &AcceptedStep| {
+        let AcceptedStep { now, .. } = *step;
         all.push(now.clone());
         true
     });

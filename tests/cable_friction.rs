@@ -151,7 +151,7 @@ fn a_cycle_loses_the_area_of_its_loop() {
     let defect = |dt: &str| {
         let scene = beam(&[bent(&format!("friction = {mu}"), RAISED)], dt, Order::Linear);
         let mut lines = Vec::new();
-        let result = scene.run(&mut |_| true, &mut |state| lines.push(scene.cables[0].cable.polyline(&state.x)));
+        let result = common::run_with_states(&scene, &mut |state| lines.push(scene.cables[0].cable.polyline(&state.x)));
         assert_eq!(result.status, Status::Converged);
         let n = 4;
         let tension: Vec<_> = (1..=n).map(|s| column(&result, &format!("cable_tension_{s}_N"))).collect();

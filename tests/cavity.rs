@@ -10,7 +10,7 @@ use durometer::effect::{Cavity, CavityPressure, CavityVolume};
 use durometer::math::tensor::{Mat3, Vec3};
 use durometer::mesh::curved::octant;
 use durometer::mesh::{Order, TetMesh};
-use durometer::solve::{Integrator, Span, Status, StepSettings, Stepper};
+use durometer::solve::{AcceptedStep, Driver, Integrator, Status, StepSettings, TimeSpan};
 use durometer::system::{At, Constraint, Prescribed, Rates, State, System, Want};
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -116,10 +116,11 @@ fn sphere(b: f64, [n, layers]: [usize; 2], drive: Drive) -> (TetMesh, System, Ar
 }
 
 fn run(mesh: &TetMesh, system: &System, steps: usize, each: &mut dyn FnMut(&State)) -> Status {
-    let mut stepper = Stepper::new(system, newton(system, 1e-9, mesh.diagonal()), StepSettings::default());
+    let mut driver = Driver::new(system, newton(system, 1e-9, mesh.diagonal()), StepSettings::default());
     let mut state = system.rest();
-    let span = Span { integrator: Integrator::Static, start: 0.0, end: 1.0, dt: 1.0 / steps as f64 };
-    stepper.run(span, &mut state, |_, now, _, on_grid| {
+    let span = TimeSpan { integrator: Integrator::Static, start: 0.0, end: 1.0, dt: 1.0 / steps as f64 };
+    driver.run(span, &mut state, &mut |step: &AcceptedStep| {
+        let AcceptedStep { now, on_grid, .. } = *step;
         if on_grid {
             each(now);
         }
@@ -172,16 +173,17 @@ fn balloon(ratio: f64, mesh: [usize; 2], limit: (f64, f64)) {
 fn traced(ratio: f64, limit: (f64, f64)) {
     let (mesh, system, cavity) = sphere(ratio, [3, 1], Drive::Pressure(1.2 * limit.1));
     let rest = cavity.volume(&vec![0.0; 3 * mesh.points.len()]);
-    let mut stepper = Stepper::new(&system, newton(&system, 1e-9, mesh.diagonal()), StepSettings::default());
+    let mut driver = Driver::new(&system, newton(&system, 1e-9, mesh.diagonal()), StepSettings::default());
     let (mut state, mut curve) = (system.rest(), vec![]);
-    let span = Span { integrator: Integrator::ArcLength { max_steps: 200 }, start: 0.0, end: 1.0, dt: 0.1 };
-    let status = stepper.run(span, &mut state, |_, now, _, _| {
+    let span = TimeSpan { integrator: Integrator::ArcLength { max_steps: 200 }, start: 0.0, end: 1.0, dt: 0.1 };
+    let status = driver.run(span, &mut state, &mut |step: &AcceptedStep| {
+        let AcceptedStep { now, .. } = *step;
         curve.push(((cavity.volume(&now.x) / rest).cbrt(), 1.2 * limit.1 * now.t));
         curve.last().is_some_and(|c| c.0 < 2.2)
     });
     assert!(matches!(status, Status::Interrupted { .. }), "{status}");
     let worst = curve.iter().map(|(l, p)| (p / pressure(*l, ratio) - 1.0).abs()).fold(0.0, f64::max);
-    let top = 1.2 * stepper.findings.turning_points.first().expect("a limit point").t;
+    let top = 1.2 * driver.findings.turning_points.first().expect("a limit point").t;
     println!("B/A = {ratio} by arc length: {} points, worst {worst:.1e}, limit {:.5}", curve.len(), top * limit.1);
     assert!(worst < 0.01 && (top - 1.0).abs() < 0.01, "{worst:e} {top}");
 }

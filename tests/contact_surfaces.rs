@@ -475,7 +475,7 @@ fn momentum_stays_and_energy_does_not_grow() {
             let v = |k: usize| Vec3::from_column_slice(&state.v[3 * k..3 * k + 3]);
             momentum.push(masses.iter().enumerate().map(|(k, m)| v(k) * *m).sum());
         };
-        let run = scene.run(&mut |_| true, &mut take);
+        let run = common::run_with_states(&scene, &mut take);
         assert_eq!(run.status, Status::Converged, "{ratio}");
         assert!(column(&run, "between_points").iter().any(|n| *n > 0.0));
         let first = momentum[0];
@@ -561,7 +561,7 @@ max_iterations = 200
                 crossed += crossings(&scene.body.mesh, &state.x, true);
             }
         };
-        let run = scene.run(&mut |_| true, &mut take);
+        let run = common::run_with_states(&scene, &mut take);
         assert_eq!(run.status, Status::Converged, "{case}");
         assert_eq!(crossed + crossings(&scene.body.mesh, &run.last.x, true), 0, "{case}");
         assert!(column(&run, "between_points").iter().any(|n| *n > 0.0), "{case}: no contact");
@@ -661,7 +661,7 @@ fn a_body_that_closes_on_itself_does_not_cross() {
     for (order, friction) in [(Order::Linear, 0.2), (Order::Quadratic, 0.0)] {
         let scene = closing(order, friction);
         let mut crossed = 0;
-        let run = scene.run(&mut |_| true, &mut |state| crossed += crossings(&scene.body.mesh, &state.x, false));
+        let run = common::run_with_states(&scene, &mut |state| crossed += crossings(&scene.body.mesh, &state.x, false));
         assert_eq!(run.status, Status::Converged, "{order:?}");
         assert_eq!(crossed, 0, "{order:?}");
         assert!(last(&run, "itself_points") > 0.0, "{order:?}: the legs do not meet");
@@ -692,15 +692,15 @@ fn thread_counts_do_not_matter() {
 fn a_restart_has_the_bits_of_the_whole_run() {
     let scene = squeezed([2, 2, 2], [3, 3, 2], "tet4", "");
     let whole = common::run(&scene);
-    let mut courses = Vec::new();
-    let mut saved = |checkpoint: &Checkpoint, _: &str| courses.push(checkpoint.clone());
-    let at = whole.rows.iter().map(|row| row[0]).collect();
-    let options = RunOptions { at, saved: Some(&mut saved), ..RunOptions::default() };
-    scene.steer(options, &mut |_| true, &mut |_| {});
-    assert_eq!(courses.len(), whole.rows.len());
-    for from in courses {
-        let options = RunOptions { from: Some(from), ..RunOptions::default() };
-        let again = scene.steer(options, &mut |_| true, &mut |_| {});
+    let mut checkpoints = Vec::new();
+    let mut saved = |checkpoint: &Checkpoint, _: &str| checkpoints.push(checkpoint.clone());
+    let save_at = whole.rows.iter().map(|row| row[0]).collect();
+    let options = RunOptions { save_at, on_save: Some(&mut saved), ..RunOptions::default() };
+    scene.run_with(options);
+    assert_eq!(checkpoints.len(), whole.rows.len());
+    for from in checkpoints {
+        let options = RunOptions { restart: Some(from), ..RunOptions::default() };
+        let again = scene.run_with(options);
         let bits = |run: &Run| run.last.x.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
         assert!(again.status == Status::Converged && bits(&again) == bits(&whole));
         assert_eq!(again.rows, whole.rows);

@@ -6,8 +6,9 @@ use common::{column, run, scene};
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
 use durometer::scene::control::{ControlError, Controller, Opening, Reply, Seen};
-use durometer::scene::{Checkpoint, CheckpointError, Run, RunOptions, Scene};
+use durometer::scene::{Checkpoint, CheckpointError, Progress, Run, RunOptions, Scene};
 use durometer::solve::Status;
+use durometer::system::State;
 use serde_json::json;
 use std::path::PathBuf;
 
@@ -149,16 +150,24 @@ fn restarted_everywhere(scene: &Scene) -> Run {
     };
     let at: Vec<f64> = whole.rows.iter().map(|row| row[0]).filter(|t| on_grid(*t)).collect();
     let (points, mut count) = (at.len(), 0);
-    let options = RunOptions { at, at_end: true, saved: Some(&mut saved), ..RunOptions::default() };
+    let mut on_state = |_: &State| count += 1;
+    let options = RunOptions {
+        save_at: at,
+        save_end: true,
+        on_save: Some(&mut saved),
+        on_state: Some(&mut on_state),
+        ..RunOptions::default()
+    };
     // To save a state changes nothing.
-    assert_eq!(bits(&scene.steer(options, &mut |_| true, &mut |_| count += 1)), bits(&whole));
+    assert_eq!(bits(&scene.run_with(options)), bits(&whole));
     assert_eq!(count, points);
     assert_eq!(files.len(), points + 1, "each point of the grid, and the end");
     for file in &files {
         let from = Checkpoint::read(file, scene).unwrap_or_else(|e| panic!("{e}"));
         let mut seen = whole.rows[..from.recorded()].iter().filter(|row| on_grid(row[0])).count();
-        let options = RunOptions { from: Some(from), ..RunOptions::default() };
-        let again = scene.steer(options, &mut |_| true, &mut |_| seen += 1);
+        let mut on_state = |_: &State| seen += 1;
+        let options = RunOptions { restart: Some(from), on_state: Some(&mut on_state), ..RunOptions::default() };
+        let again = scene.run_with(options);
         assert_eq!(again.status, Status::Converged);
         assert!(bits(&again) == bits(&whole), "{}", file.display());
         assert_eq!((again.events, again.totals, again.peak), (whole.events.clone(), whole.totals, whole.peak.clone()));
@@ -179,11 +188,17 @@ fn an_interrupted_run_can_be_continued() {
         assert_eq!(label, "end");
         kept = Some(checkpoint.clone());
     };
-    let options = RunOptions { at_end: true, saved: Some(&mut saved), ..RunOptions::default() };
-    let cut = scene.steer(options, &mut |progress| progress.t < 0.55, &mut |_| {});
+    let mut on_progress = |progress: Progress| progress.t < 0.55;
+    let options = RunOptions {
+        save_end: true,
+        on_save: Some(&mut saved),
+        on_progress: Some(&mut on_progress),
+        ..RunOptions::default()
+    };
+    let cut = scene.run_with(options);
     assert_eq!(cut.status.name(), "Interrupted");
-    let options = RunOptions { from: kept, ..RunOptions::default() };
-    let again = scene.steer(options, &mut |_| true, &mut |_| {});
+    let options = RunOptions { restart: kept, ..RunOptions::default() };
+    let again = scene.run_with(options);
     assert!(again.status == Status::Converged && bits(&again) == bits(&whole));
 }
 
@@ -193,8 +208,8 @@ fn a_state_of_another_scene_is_refused() {
     let file = folder.path().join("a.state");
     let scene = pulled("{ kind = \"length\", signal = \"1 mm\" }", "");
     let mut saved = |checkpoint: &Checkpoint, _: &str| checkpoint.write(&file, &scene).expect("writable");
-    let options = RunOptions { at: vec![0.5], saved: Some(&mut saved), ..RunOptions::default() };
-    scene.steer(options, &mut |_| true, &mut |_| {});
+    let options = RunOptions { save_at: vec![0.5], on_save: Some(&mut saved), ..RunOptions::default() };
+    scene.run_with(options);
     let other = pulled("{ kind = \"length\", signal = \"2 mm\" }", "");
     let error = Checkpoint::read(&file, &other).expect_err("another scene").to_string();
     assert!(error.contains("saved of another scene; restart it with the one it belongs to"), "{error}");
@@ -336,9 +351,9 @@ fn slack_and_time_repeat_as_they_are_told() {
     .concat();
     let mut labels = Vec::new();
     let mut saved = |_: &Checkpoint, label: &str| labels.push(label.to_string());
-    let options = RunOptions { saved: Some(&mut saved), ..RunOptions::default() };
+    let options = RunOptions { on_save: Some(&mut saved), ..RunOptions::default() };
     let scene = pulled(drive, &events);
-    let result = scene.steer(options, &mut |_| true, &mut |_| {});
+    let result = scene.run_with(options);
     let tension = column(&result, "cable_tension_N");
     let becomes_slack: Vec<f64> =
         (1..tension.len()).filter(|&k| tension[k] <= 0.0 && tension[k - 1] > 0.0).map(|k| result.rows[k][0]).collect();
@@ -456,15 +471,19 @@ fn a_controller_reaches_its_goal_and_survives_a_restart() {
     let mut pi = Pi::default();
     let mut middle = None;
     let mut saved = |checkpoint: &Checkpoint, _: &str| middle = Some(checkpoint.clone());
-    let options =
-        RunOptions { controller: Some(&mut pi), at: vec![1.5], saved: Some(&mut saved), ..RunOptions::default() };
-    let whole = scene.steer(options, &mut |_| true, &mut |_| {});
+    let options = RunOptions {
+        controller: Some(&mut pi),
+        save_at: vec![1.5],
+        on_save: Some(&mut saved),
+        ..RunOptions::default()
+    };
+    let whole = scene.run_with(options);
     let x = column(&whole, "xmax_x_m");
     assert!((x[0] - 0.04).abs() < 1e-12 && (x[40] - 0.0394).abs() < 2e-5, "{x:?}");
     assert_eq!(pi.ended.as_deref(), Some("Converged at 4"));
     let mut pi = Pi::default();
-    let options = RunOptions { from: middle, controller: Some(&mut pi), ..RunOptions::default() };
-    let again = scene.steer(options, &mut |_| true, &mut |_| {});
+    let options = RunOptions { restart: middle, controller: Some(&mut pi), ..RunOptions::default() };
+    let again = scene.run_with(options);
     assert_eq!(pi.begun_at, whole.rows[15][0]);
     assert!(bits(&again) == bits(&whole));
 }

@@ -9,7 +9,7 @@ use durometer::math::tensor::Vec3;
 use durometer::mesh::embed::ball_weights;
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh};
-use durometer::solve::{Integrator, Span, Status, StepSettings, Stepper, initial_acceleration};
+use durometer::solve::{AcceptedStep, Driver, Integrator, Status, StepSettings, TimeSpan, initial_acceleration};
 use durometer::system::{At, Constraint, Effect, State, System, Want};
 use std::sync::Arc;
 
@@ -43,15 +43,16 @@ fn march(
     if integrator.needs_initial_acceleration() {
         state.a = initial_acceleration(system, state).expect("the mass is regular");
     }
-    let mut stepper = Stepper::new(system, newton(system, tolerance, mesh.diagonal()), StepSettings::default());
-    let span = Span { integrator, start: state.t, end: state.t + steps as f64 * dt, dt };
-    let status = stepper.run(span, state, |past, now, newton, _| {
-        watch(past, now, &newton.sums.energy);
+    let mut driver = Driver::new(system, newton(system, tolerance, mesh.diagonal()), StepSettings::default());
+    let span = TimeSpan { integrator, start: state.t, end: state.t + steps as f64 * dt, dt };
+    let status = driver.run(span, state, &mut |step: &AcceptedStep| {
+        let AcceptedStep { past, now, sums, .. } = *step;
+        watch(past, now, &sums.energy);
         true
     });
     assert_eq!(status, Status::Converged, "{integrator:?}");
-    assert_eq!(stepper.totals.steps, steps, "{integrator:?}: a step was cut");
-    stepper.totals.iterations
+    assert_eq!(driver.totals.steps, steps, "{integrator:?}: a step was cut");
+    driver.totals.iterations
 }
 
 /// Every node falls alike, without strain. Newmark and generalised-α are exact for a constant acceleration; implicit Euler
@@ -360,10 +361,10 @@ fn rest_does_not_depend_on_the_time_step() {
 fn dynamics_keep_a_static_equilibrium() {
     for integrator in [EULER, Integrator::Bdf2, TRAPEZOID, Integrator::GeneralisedAlpha { rho: 0.5 }] {
         let (mesh, system) = bar("neo_hookean", 0.45, |mesh| vec![gravity(mesh, 0.2)]);
-        let mut stepper = Stepper::new(&system, newton(&system, 1e-12, 0.1), StepSettings::default());
+        let mut driver = Driver::new(&system, newton(&system, 1e-12, 0.1), StepSettings::default());
         let mut state = State::rest(mesh.points.len(), 0);
-        let span = Span { integrator: Integrator::Static, start: 0.0, end: 1.0, dt: 1.0 };
-        assert_eq!(stepper.run(span, &mut state, |_, _, _, _| true), Status::Converged);
+        let span = TimeSpan { integrator: Integrator::Static, start: 0.0, end: 1.0, dt: 1.0 };
+        assert_eq!(driver.run(span, &mut state, &mut ()), Status::Converged);
         let start = state.x.clone();
         march(&mesh, &system, integrator, 1e-12, (50, PERIOD / 10.0), &mut state, |_, _, _| {});
         let moved = state.x.iter().zip(&start).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);

@@ -68,7 +68,7 @@ fn scene(study: &str, changes: &[&str]) -> Scene {
 }
 
 fn run(study: &str, changes: &[&str]) -> Run {
-    let run = scene(study, changes).run(&mut |_| true, &mut |_| {});
+    let run = scene(study, changes).run();
     assert_eq!(run.status, Status::Converged, "{study} {changes:?}");
     run
 }
@@ -182,10 +182,10 @@ fn a_restart_keeps_the_factor() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = folder.path().join("middle.state");
     let mut saved = |checkpoint: &Checkpoint, _: &str| checkpoint.write(&file, &scene).expect("writable");
-    let options = RunOptions { at: vec![0.2], saved: Some(&mut saved), ..RunOptions::default() };
-    let whole = scene.steer(options, &mut |_| true, &mut |_| {});
+    let options = RunOptions { save_at: vec![0.2], on_save: Some(&mut saved), ..RunOptions::default() };
+    let whole = scene.run_with(options);
     let from = Checkpoint::read(&file, &scene).unwrap_or_else(|e| panic!("{e}"));
-    let part = scene.steer(RunOptions { from: Some(from), ..RunOptions::default() }, &mut |_| true, &mut |_| {});
+    let part = scene.run_with(RunOptions { restart: Some(from), ..RunOptions::default() });
     assert_eq!(whole.last, part.last);
     assert_eq!(whole.rows, part.rows);
 }

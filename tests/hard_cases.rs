@@ -121,7 +121,7 @@ fn static_scenes() -> Vec<(Case, Arc<Body>)> {
 fn ended(case: &Case, text: &str, body: Arc<Body>) -> Option<Run> {
     let spec = from_text(&case.scene_file, text, "").unwrap_or_else(|e| panic!("{}: {e}", case.id));
     let scene = Scene::build(&case.scene_file, spec, text.into(), body).unwrap_or_else(|e| panic!("{}: {e}", case.id));
-    let run = scene.run(&mut |_| true, &mut |_| {});
+    let run = scene.run();
     (run.status == Status::Converged).then_some(run)
 }
 

@@ -12,7 +12,7 @@ use durometer::math::tensor::Vec3;
 use durometer::mesh::curved::{cylinder, mapped_block, octant};
 use durometer::mesh::validate::min_det;
 use durometer::mesh::{Order, TetMesh};
-use durometer::solve::{Integrator, Span, Status, StepSettings, Stepper};
+use durometer::solve::{Driver, Integrator, Status, StepSettings, TimeSpan};
 use durometer::system::{Prescribed, State, System};
 use std::f64::consts::PI;
 
@@ -25,13 +25,13 @@ fn rubber() -> Box<dyn durometer::material::Law> {
 
 /// The state after four steps and the residual, whose entries at prescribed dofs are the reactions.
 fn solve(mesh: &TetMesh, system: &System) -> (State, Vec<Vec3>) {
-    let mut stepper = Stepper::new(system, newton(system, 1e-9, mesh.diagonal()), StepSettings::default());
+    let mut driver = Driver::new(system, newton(system, 1e-9, mesh.diagonal()), StepSettings::default());
     let mut state = system.rest();
-    let span = Span { integrator: Integrator::Static, start: 0.0, end: 1.0, dt: 0.25 };
-    let status = stepper.run(span, &mut state, |_, _, _, _| true);
+    let span = TimeSpan { integrator: Integrator::Static, start: 0.0, end: 1.0, dt: 0.25 };
+    let status = driver.run(span, &mut state, &mut ());
     assert_eq!(status, Status::Converged);
-    println!("  {} unknowns, {} iterations", system.dofs.free.len(), stepper.totals.iterations);
-    let forces = stepper.newton.sums.r.chunks_exact(3).take(mesh.points.len());
+    println!("  {} unknowns, {} iterations", system.dofs.free.len(), driver.totals.iterations);
+    let forces = driver.steps.newton.sums.r.chunks_exact(3).take(mesh.points.len());
     let forces = forces.map(Vec3::from_column_slice).collect();
     (state, forces)
 }

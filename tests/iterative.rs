@@ -20,7 +20,7 @@ fn scene(study: &str, changes: &[&str]) -> Scene {
 }
 
 fn go(scene: &Scene) -> Run {
-    let run = scene.run(&mut |_| true, &mut |_| {});
+    let run = scene.run();
     assert_eq!(run.status, Status::Converged);
     run
 }
@@ -87,10 +87,10 @@ fn bits_do_not_depend_on_restarts_or_threads() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = folder.path().join("middle.state");
     let mut saved = |checkpoint: &Checkpoint, _: &str| checkpoint.write(&file, &scene).expect("writable");
-    let options = RunOptions { at: vec![0.2], saved: Some(&mut saved), ..RunOptions::default() };
-    let whole = scene.steer(options, &mut |_| true, &mut |_| {});
+    let options = RunOptions { save_at: vec![0.2], on_save: Some(&mut saved), ..RunOptions::default() };
+    let whole = scene.run_with(options);
     let from = Checkpoint::read(&file, &scene).unwrap_or_else(|e| panic!("{e}"));
-    let part = scene.steer(RunOptions { from: Some(from), ..RunOptions::default() }, &mut |_| true, &mut |_| {});
+    let part = scene.run_with(RunOptions { restart: Some(from), ..RunOptions::default() });
     assert_eq!(whole.last, part.last);
     assert_eq!(whole.rows, part.rows);
     for threads in [1, 3] {
@@ -152,7 +152,7 @@ fn the_memory_decides() {
         run.linear
     );
     let mixed = scene("finger-gravity", &["numerics.factor_memory=\"1 MB\"", "numerics.cuts=1"]);
-    let run = mixed.run(&mut |_| true, &mut |_| {});
+    let run = mixed.run();
     let told = run.status.to_string();
     assert!(matches!(run.status, Status::StepTooSmall { .. }), "{told}");
     assert!(told.contains("more than factor_memory") && told.contains("raise numerics.factor_memory"), "{told}");

@@ -125,7 +125,7 @@ fn residual(scene: &Scene, effect: usize, t: f64) -> Vec<f64> {
 fn the_force_is_carried_and_does_its_work() {
     for order in common::ORDERS {
         let scene = loaded(order, "point", "[[probe]]\nkind = \"energy\"");
-        let run = scene.run(&mut |_| true, &mut |_| {});
+        let run = scene.run();
         assert_eq!(run.status, Status::Converged);
         let vector =
             |name: &str, unit: &str| Vec3::from(["x", "y", "z"].map(|c| column(&run, &format!("{name}_{c}_{unit}"))));
@@ -186,7 +186,7 @@ fn a_traction_stretches_a_bar() {
         let scene = loaded(order, "0.25 m", traction);
         let text = off(&scene.text);
         let scene = common::scene(cube(order), &text);
-        let run = scene.run(&mut |_| true, &mut |_| {});
+        let run = scene.run();
         assert_eq!(run.status, Status::Converged);
         for (k, x) in [(1, AT), (2, [0.1, 0.2, 0.3])] {
             let want = [1.1 * x[0], x[1], x[2]];

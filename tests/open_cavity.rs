@@ -9,7 +9,7 @@ use durometer::math::signal::Clock;
 use durometer::math::tensor::Vec3;
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh};
-use durometer::solve::{Integrator, Span, Status, Step, StepSettings, Stepper};
+use durometer::solve::{Driver, Integrator, Status, Step, StepSettings, TimeSpan};
 use durometer::system::{
     Assembled, At, BlockValues, Blocks, Effect, EnergyRole, EvalError, Prescribed, Rates, State, System, Want,
 };
@@ -157,12 +157,12 @@ fn cantilever(boxes: usize, load: f64) -> (TetMesh, System) {
 }
 
 fn end(mesh: &TetMesh, system: &System, integrator: Integrator, steps: usize) -> State {
-    let mut stepper = Stepper::new(system, newton(system, 1e-9, mesh.diagonal()), StepSettings::default());
+    let mut driver = Driver::new(system, newton(system, 1e-9, mesh.diagonal()), StepSettings::default());
     let mut state = system.rest();
-    let span = Span { integrator, start: 0.0, end: 1.0, dt: 1.0 / steps as f64 };
-    let status = stepper.run(span, &mut state, |_, _, _, _| true);
+    let span = TimeSpan { integrator, start: 0.0, end: 1.0, dt: 1.0 / steps as f64 };
+    let status = driver.run(span, &mut state, &mut ());
     assert_eq!(status, Status::Converged);
-    println!("{steps} steps: {} iterations, {} cuts", stepper.totals.iterations, stepper.totals.cuts);
+    println!("{steps} steps: {} iterations, {} cuts", driver.totals.iterations, driver.totals.cuts);
     state
 }
 
@@ -272,16 +272,16 @@ fn after_one_iteration(load: impl Fn(OpenCavityPressure) -> Box<dyn Effect>, del
     let applied = pressure(&mesh, &mesh.regions["zmax"].facets, scaled(10.0));
     let effects = vec![elastic(&mesh, law("neo_hookean", 1.0, 0.0)), load(applied)];
     let system = System::new(mesh.points.len(), effects, vec![], held).expect("a system");
-    let mut stepper = Stepper::new(&system, newton(&system, 1e-12, mesh.diagonal()), StepSettings::default());
+    let mut driver = Driver::new(&system, newton(&system, 1e-12, mesh.diagonal()), StepSettings::default());
     let mut state = system.rest();
-    let span = Span { integrator: Integrator::Static, start: 0.0, end: 1.0, dt: 0.05 };
-    assert_eq!(stepper.run(span, &mut state, |_, _, _, _| true), Status::Converged);
-    stepper.newton.settings.tolerance = 1e-16;
+    let span = TimeSpan { integrator: Integrator::Static, start: 0.0, end: 1.0, dt: 0.05 };
+    assert_eq!(driver.run(span, &mut state, &mut ()), Status::Converged);
+    driver.steps.newton.settings.tolerance = 1e-16;
     let mut iterate = |x: Vec<f64>| {
         let mut next = State { x, ..state.clone() };
         let integrator = Integrator::ImplicitEuler { linearised: true };
         let step = Step { system: &system, integrator, past: &state, dt: 1.0 };
-        assert_eq!(stepper.newton.solve(&step, &mut next).map(|solved| solved.iterations), Ok(1));
+        assert_eq!(driver.steps.newton.solve(&step, &mut next).map(|solved| solved.iterations), Ok(1));
         next.x
     };
     // 1e-12 of the forces of cells is 1e-6 of a motion as soft as this; what is left is taken away.

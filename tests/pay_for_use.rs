@@ -26,7 +26,7 @@ fn scene(changes: &[&str]) -> Scene {
 }
 
 fn run(changes: &[&str]) -> Run {
-    let run = scene(changes).run(&mut |_| true, &mut |_| {});
+    let run = scene(changes).run();
     assert_eq!(run.status, Status::Converged, "{changes:?}");
     run
 }

@@ -175,7 +175,7 @@ fn outcome(text: &str) -> Result<Option<Status>, String> {
     let Ok(body) = Body::load(&file, &spec.mesh, &mut |_| {}) else { return Ok(None) };
     let linearised = text.contains("linearised");
     let Ok(scene) = Scene::build(&file, spec, text, body.into()) else { return Ok(None) };
-    let run = scene.run(&mut |_| true, &mut |_| {});
+    let run = scene.run();
     let steps = run.rows.len();
     let finite = run.rows.iter().flatten().all(|x| x.is_finite());
     // One linearised step does not look at what it leaves behind

@@ -9,7 +9,7 @@ use durometer::material::Law;
 use durometer::math::tensor::{Mat3, Vec3};
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh};
-use durometer::solve::{Integrator, Span, Status, StepSettings, Stepper, initial_acceleration};
+use durometer::solve::{AcceptedStep, Driver, Integrator, Status, StepSettings, TimeSpan, initial_acceleration};
 use durometer::system::{At, BlockValues, Effect, EnergyRole, Rates, State, System, Want};
 use std::sync::Arc;
 
@@ -43,13 +43,14 @@ fn decay((mesh, system): &(TetMesh, System), state: &mut State, steps: usize, dt
     let dof = 3 * nodes(mesh, "xmax")[0] as usize;
     state.a = initial_acceleration(system, state).expect("the mass is regular");
     let mut all = vec![state.x[dof]];
-    let mut stepper = Stepper::new(system, newton(system, 1e-12, mesh.diagonal()), StepSettings::default());
-    let span = Span { integrator: TRAPEZOID, start: state.t, end: state.t + steps as f64 * dt, dt };
-    let status = stepper.run(span, state, |_, now, _, _| {
+    let mut driver = Driver::new(system, newton(system, 1e-12, mesh.diagonal()), StepSettings::default());
+    let span = TimeSpan { integrator: TRAPEZOID, start: state.t, end: state.t + steps as f64 * dt, dt };
+    let status = driver.run(span, state, &mut |step: &AcceptedStep| {
+        let AcceptedStep { now, .. } = *step;
         all.push(now.x[dof]);
         true
     });
-    assert_eq!((status, stepper.totals.steps), (Status::Converged, steps));
+    assert_eq!((status, driver.totals.steps), (Status::Converged, steps));
     all
 }
 

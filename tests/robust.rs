@@ -9,7 +9,9 @@ use durometer::math::signal::Signal;
 use durometer::math::tensor::Vec3;
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh};
-use durometer::solve::{Integrator, Newton, NewtonSettings, Span, Status, Step, StepSettings, Stepper};
+use durometer::solve::{
+    AcceptedStep, Driver, Integrator, Newton, NewtonSettings, Status, Step, StepSettings, TimeSpan,
+};
 use durometer::system::{Effect, Prescribed, System};
 use std::collections::BTreeMap;
 
@@ -126,16 +128,17 @@ fn arc_length_follows_the_truss_through_its_snap() {
     let top = largest_load();
     let load = 1.5 * top;
     let (mesh, system) = (truss(), loaded_truss(load));
-    let mut stepper = Stepper::new(&system, newton(&system, 1e-10, mesh.diagonal()), StepSettings::default());
+    let mut driver = Driver::new(&system, newton(&system, 1e-10, mesh.diagonal()), StepSettings::default());
     let (mut state, mut curve) = (system.rest(), vec![]);
-    let span = Span { integrator: Integrator::ArcLength { max_steps: 200 }, start: 0.0, end: 1.0, dt: 0.05 };
-    let status = stepper.run(span, &mut state, |_, now, _, _| {
+    let span = TimeSpan { integrator: Integrator::ArcLength { max_steps: 200 }, start: 0.0, end: 1.0, dt: 0.05 };
+    let status = driver.run(span, &mut state, &mut |step: &AcceptedStep| {
+        let AcceptedStep { now, .. } = *step;
         curve.push((-now.x[8], load * now.t));
         true
     });
     assert_eq!(status, Status::Converged);
     let off = curve.iter().map(|(w, p)| (p - by_hand(*w)).abs() / top).fold(0.0, f64::max);
-    let turns = &stepper.findings.turning_points;
+    let turns = &driver.findings.turning_points;
     let found: Vec<f64> = turns.iter().map(|p| load * p.t / top).collect();
     println!("truss: {} points, off by {off:.1e}, limit loads over the exact ones {found:?}", curve.len());
     assert!(off < 1e-8, "{off:e}");
@@ -146,7 +149,7 @@ fn arc_length_follows_the_truss_through_its_snap() {
     assert!(curve.last().is_some_and(|c| c.0 > 2.0 * TRUSS.1), "on the other side");
     assert!(curve.iter().any(|(_, p)| *p < -0.9 * top));
     // Between the limit points the equilibrium is unstable, outside it is not.
-    assert_eq!(stepper.findings.unstable.iter().map(|u| u.1).collect::<Vec<_>>(), [1, 0]);
+    assert_eq!(driver.findings.unstable.iter().map(|u| u.1).collect::<Vec<_>>(), [1, 0]);
 }
 
 /// Too few steps: the limit point is stated.
@@ -154,10 +157,10 @@ fn arc_length_follows_the_truss_through_its_snap() {
 fn a_path_that_does_not_arrive_states_its_limit_point() {
     let (top, mesh) = (largest_load(), truss());
     let system = loaded_truss(1.5 * top);
-    let mut stepper = Stepper::new(&system, newton(&system, 1e-10, mesh.diagonal()), StepSettings::default());
+    let mut driver = Driver::new(&system, newton(&system, 1e-10, mesh.diagonal()), StepSettings::default());
     let mut state = system.rest();
-    let span = Span { integrator: Integrator::ArcLength { max_steps: 12 }, start: 0.0, end: 1.0, dt: 0.05 };
-    let status = stepper.run(span, &mut state, |_, _, _, _| true);
+    let span = TimeSpan { integrator: Integrator::ArcLength { max_steps: 12 }, start: 0.0, end: 1.0, dt: 0.05 };
+    let status = driver.run(span, &mut state, &mut ());
     let Status::LimitPoint { limit, .. } = status else { panic!("{status}") };
     assert!((1.5 * limit - 1.0).abs() < 1e-3, "{limit}");
 }
@@ -172,11 +175,11 @@ fn a_limit_point_under_force_is_stated() {
         let system = loaded_truss(1.5 * top);
         let settings = NewtonSettings { tolerance: 1e-10, projection, ..NewtonSettings::default() };
         let newton = Newton::new(&system, settings, mesh.diagonal());
-        let mut stepper = Stepper::new(&system, newton, StepSettings::default());
+        let mut driver = Driver::new(&system, newton, StepSettings::default());
         let mut state = system.rest();
-        let span = Span { integrator: Integrator::Static, start: 0.0, end: 1.0, dt };
-        let status = stepper.run(span, &mut state, |_, _, _, _| true);
-        println!("truss under force, dt = {dt}: {status}; {:?}", stepper.totals);
+        let span = TimeSpan { integrator: Integrator::Static, start: 0.0, end: 1.0, dt };
+        let status = driver.run(span, &mut state, &mut ());
+        println!("truss under force, dt = {dt}: {status}; {:?}", driver.totals);
         let Status::NoEquilibrium { t, limit, node: 2, touching: false } = status else { panic!("{status}") };
         // As by arc length
         assert!(
@@ -201,13 +204,13 @@ fn an_unstable_equilibrium_is_noted() {
     held.extend(hold(&[1], &[2]));
     held.push(Prescribed { dof: 6, signal: ramp(-0.02) });
     let system = System::new(5, effects, vec![], held).expect("a system");
-    let mut stepper = Stepper::new(&system, newton(&system, 1e-10, 0.2), StepSettings::default());
+    let mut driver = Driver::new(&system, newton(&system, 1e-10, 0.2), StepSettings::default());
     let mut state = system.rest();
-    let span = Span { integrator: Integrator::Static, start: 0.0, end: 1.0, dt: 0.25 };
-    assert_eq!(stepper.run(span, &mut state, |_, _, _, _| true), Status::Converged);
+    let span = TimeSpan { integrator: Integrator::Static, start: 0.0, end: 1.0, dt: 0.25 };
+    assert_eq!(driver.run(span, &mut state, &mut ()), Status::Converged);
     assert_eq!(state.x[4], 0.0, "it stays straight");
-    let [(t, 1)] = stepper.findings.unstable[..] else { panic!("{:?}", stepper.findings) };
-    assert!(t <= 0.5 && stepper.totals.unstable >= 3, "{t} {:?}", stepper.totals);
+    let [(t, 1)] = driver.findings.unstable[..] else { panic!("{:?}", driver.findings) };
+    assert!(t <= 0.5 && driver.totals.unstable >= 3, "{t} {:?}", driver.totals);
 }
 
 /// A cube of 2³ boxes, clamped at one face, thrown into disorder and let go.

@@ -10,18 +10,17 @@ use common::{column, example_table};
 use durometer::material::LAWS;
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
-use durometer::scene::{Constant, Scene};
+use durometer::scene::{Constant, Progress, RunOptions, Scene, SensitivityRecorder};
 use durometer::solve::Status;
 use toml::Table;
 
 /// What is pulled: shortened, let go beyond its length, shortened again.
-const PULL_AND_RELEASE: &str = r#"{ kind = \"length\", signal = { kind = "sum", of = [
+const PULL_AND_RELEASE: &str = r#"{ kind = "length", signal = { kind = "sum", of = [
     { kind = "ramp", from = "0 mm", to = "2 mm", end = "10 ms" },
     { kind = "ramp", from = "0 mm", to = "-3.5 mm", start = "10 ms", end = "20 ms" },
     { kind = "ramp", from = "0 mm", to = "4 mm", start = "20 ms", end = "35 ms" }] } }"#;
-const LENGTH: &str = r#"{ kind = \"length\", signal = { kind = "ramp", from = "0 mm", to = "3 mm", end = "20 ms" } }"#;
-const TENSION: &str =
-    r#"{ kind = \"tension\", signal = { kind = "ramp", from = "0 N", to = "0.3 N", end = "20 ms" } }"#;
+const LENGTH: &str = r#"{ kind = "length", signal = { kind = "ramp", from = "0 mm", to = "3 mm", end = "20 ms" } }"#;
+const TENSION: &str = r#"{ kind = "tension", signal = { kind = "ramp", from = "0 N", to = "0.3 N", end = "20 ms" } }"#;
 const RELAXING: &str = r#"
 [[effect]]
 kind = "viscoelastic"
@@ -234,18 +233,22 @@ fn rows_so_far() {
     law.remove("E");
     law.insert("mu".into(), "30 kPa".into());
     let scene = beam(LENGTH, &[("\"bdf2\"", 6)]).build(&law);
-    let found = scene.run_with_sensitivities(&constants, &mut |p| p.t < 0.014, &mut |_| {});
-    let (run, cut) = found.unwrap_or_else(|e| panic!("{e}"));
+    let run_until = |scene: &Scene, end: f64| {
+        let recorder = SensitivityRecorder::new(scene, &constants).unwrap_or_else(|e| panic!("{e}"));
+        let mut on_progress = |p: Progress| p.t < end;
+        let (on_progress, sensitivities) = (Some(&mut on_progress as _), Some(recorder));
+        let mut run = scene.run_with(RunOptions { on_progress, sensitivities, ..RunOptions::default() });
+        let sensitivities = run.sensitivities.take().expect("the options ask for them");
+        (run, sensitivities)
+    };
+    let (run, cut) = run_until(&scene, 0.014);
     assert!(matches!(run.status, Status::Interrupted { .. }), "{}", run.status);
     assert_eq!((run.rows.len(), cut.rows.len(), &cut.stopped), (4, 4, &None));
-    let found = scene.run_with_sensitivities(&constants, &mut |_| true, &mut |_| {});
-    let (_, whole) = found.unwrap_or_else(|e| panic!("{e}"));
+    let (_, whole) = run_until(&scene, f64::INFINITY);
     assert_eq!(whole.rows[..4], cut.rows[..], "the same bits");
 
-    const FAR: &str =
-        r#"{ kind = \"length\", signal = { kind = "ramp", from = "0 mm", to = "33 mm", end = "20 ms" } }"#;
-    let found = beam(FAR, &[(STATIC, 4)]).build(&law).run_with_sensitivities(&constants, &mut |_| true, &mut |_| {});
-    let (run, cut) = found.unwrap_or_else(|e| panic!("{e}"));
+    const FAR: &str = r#"{ kind = "length", signal = { kind = "ramp", from = "0 mm", to = "33 mm", end = "20 ms" } }"#;
+    let (run, cut) = run_until(&beam(FAR, &[(STATIC, 4)]).build(&law), f64::INFINITY);
     assert_ne!(run.status, Status::Converged);
     assert!(cut.rows.len() == run.rows.len() && cut.stopped.is_none(), "{} rows", cut.rows.len());
 }

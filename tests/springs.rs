@@ -9,7 +9,7 @@ use durometer::effect::{EdgeDampers, EdgeSprings};
 use durometer::math::tensor::{Mat3, Vec3};
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh};
-use durometer::solve::{Integrator, Span, Status, StepSettings, Stepper};
+use durometer::solve::{AcceptedStep, Driver, Integrator, Status, StepSettings, TimeSpan};
 use durometer::system::{At, BlockValues, Effect, EnergyRole, EvalError, Prescribed, Rates, State, System, Want};
 use std::collections::BTreeMap;
 
@@ -219,11 +219,12 @@ fn two_bar_truss_snaps_through() {
     held.extend(hold(&[2], &[1]));
     held.push(Prescribed { dof: 8, signal: ramp(-2.0 * h) });
     let system = System::new(3, vec![springs], vec![], held).unwrap();
-    let mut stepper = Stepper::new(&system, newton(&system, 1e-12, mesh.diagonal()), StepSettings::default());
+    let mut driver = Driver::new(&system, newton(&system, 1e-12, mesh.diagonal()), StepSettings::default());
     let (mut state, mut curve) = (system.rest(), Vec::new());
-    let span = Span { integrator: Integrator::Static, start: 0.0, end: 1.0, dt: 0.025 };
-    let status = stepper.run(span, &mut state, |_, now, newton, _| {
-        curve.push((-now.x[8], -newton.sums.r[8]));
+    let span = TimeSpan { integrator: Integrator::Static, start: 0.0, end: 1.0, dt: 0.025 };
+    let status = driver.run(span, &mut state, &mut |step: &AcceptedStep| {
+        let AcceptedStep { now, sums, .. } = *step;
+        curve.push((-now.x[8], -sums.r[8]));
         true
     });
     assert_eq!(status, Status::Converged);
@@ -278,10 +279,11 @@ fn springs_and_dampers_relax_as_one_edge_does() {
     let mut state = State::rest(4, 0);
     state.x = affine(&mesh, &(blown * Mat3::identity()));
     let (mut elongation, mut worst) = (blown * a, 0.0_f64);
-    let mut stepper = Stepper::new(&system, newton(&system, 1e-12, a), StepSettings::default());
+    let mut driver = Driver::new(&system, newton(&system, 1e-12, a), StepSettings::default());
     let integrator = Integrator::ImplicitEuler { linearised: false };
-    let span = Span { integrator, start: 0.0, end: 10.0 * dt, dt };
-    let status = stepper.run(span, &mut state, |past, now, newton, _| {
+    let span = TimeSpan { integrator, start: 0.0, end: 10.0 * dt, dt };
+    let status = driver.run(span, &mut state, &mut |step: &AcceptedStep| {
+        let AcceptedStep { past, now, sums, .. } = *step;
         let next = elongation / (1.0 + k * dt / c);
         let l = (mesh.points[3] - mesh.points[0] + Vec3::from_column_slice(&now.x[9..])
             - Vec3::from_column_slice(&now.x[..3]))
@@ -289,8 +291,8 @@ fn springs_and_dampers_relax_as_one_edge_does() {
         worst = worst.max((l - a - next).abs() / elongation);
         let stored = 6.0 * 0.5 * k * next * next;
         let lost = 6.0 * c * (next - elongation).powi(2) / (now.t - past.t);
-        worst = worst.max((newton.sums.energy[0] - stored).abs() / stored);
-        worst = worst.max((newton.sums.energy[1] - lost).abs() / lost);
+        worst = worst.max((sums.energy[0] - stored).abs() / stored);
+        worst = worst.max((sums.energy[1] - lost).abs() / lost);
         elongation = next;
         true
     });

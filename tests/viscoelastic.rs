@@ -1,4 +1,4 @@
-//! Viscoelastic overstress: relaxation, stick_velocity, storage and loss moduli, order in time, rotation, energy, cut steps.
+//! Viscoelastic overstress: relaxation, creep, storage and loss moduli, order in time, rotation, energy, cut steps.
 //!
 //! Closed forms for G(t) = G∞ + Σ β_α G∞ e^{−t/τ_α}. The recursion treats a jump within a step of length Δt as one at the
 //! middle of the step, exactly: e^{−(t − Δt/2)/τ}.
@@ -12,7 +12,9 @@ use durometer::math::signal::Signal;
 use durometer::math::tensor::{Mat3, Vec3};
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh};
-use durometer::solve::{Integrator, NewtonSettings, Span, Status, StepSettings, Stepper, initial_acceleration};
+use durometer::solve::{
+    AcceptedStep, Driver, Integrator, NewtonSettings, Status, StepSettings, TimeSpan, initial_acceleration,
+};
 use durometer::system::{Effect, Prescribed, System};
 use std::f64::consts::TAU;
 
@@ -46,16 +48,17 @@ fn drive(mesh: &TetMesh, law: &str, (steps, dt): (usize, f64), f: impl Fn(f64) -
         }
     }
     let system = System::new(mesh.points.len(), effects(mesh, law), vec![], prescribed).expect("a system");
-    let mut stepper = Stepper::new(&system, newton(&system, 1e-11, mesh.diagonal()), StepSettings::default());
+    let mut driver = Driver::new(&system, newton(&system, 1e-11, mesh.diagonal()), StepSettings::default());
     let (mut state, mut rows) = (system.rest(), Vec::new());
-    let span = Span { integrator: EULER, start: 0.0, end: steps as f64 * dt, dt };
-    let status = stepper.run(span, &mut state, |_, now, newton, _| {
-        let force = |k: usize| Vec3::from_column_slice(&newton.sums.r[3 * k..3 * k + 3]);
+    let span = TimeSpan { integrator: EULER, start: 0.0, end: steps as f64 * dt, dt };
+    let status = driver.run(span, &mut state, &mut |step: &AcceptedStep| {
+        let AcceptedStep { now, sums, .. } = *step;
+        let force = |k: usize| Vec3::from_column_slice(&sums.r[3 * k..3 * k + 3]);
         let virial: Mat3 = mesh.points.iter().enumerate().map(|(k, p)| force(k) * p.transpose()).sum();
-        rows.push((now.t, virial / mesh.volume(), newton.sums.dissipated[1]));
+        rows.push((now.t, virial / mesh.volume(), sums.dissipated[1]));
         true
     });
-    assert_eq!((status, stepper.totals.cuts), (Status::Converged, 0));
+    assert_eq!((status, driver.totals.cuts), (Status::Converged, 0));
     rows
 }
 
@@ -229,7 +232,7 @@ fn a_superposed_rotation_turns_the_stress_with_it() {
     }
 }
 
-/// Small-strain stick_velocity under a traction σ that jumps: ε = σ[1/9κ + J(t)/3], J(t) = (1/G∞)[1 − β/(1 + β) e^{−t/τ(1+β)}] for one
+/// Small-strain creep under a traction σ that jumps: ε = σ[1/9κ + J(t)/3], J(t) = (1/G∞)[1 − β/(1 + β) e^{−t/τ(1+β)}] for one
 /// arm, quasi-static under implicit Euler. σ = 1e-5 E; Δt = τ/100, jump at Δt/2: (Δt/τ)² and σ/E are below 1e-4.
 #[test]
 fn a_loaded_block_creeps() {
@@ -249,19 +252,20 @@ fn a_loaded_block_creeps() {
     let symmetry = [("xmin", 0), ("ymin", 1), ("zmin", 2)];
     let held = symmetry.iter().flat_map(|(face, c)| hold(&nodes(&mesh, face), &[*c])).collect();
     let system = System::new(mesh.points.len(), effects, vec![], held).expect("a system");
-    let mut stepper = Stepper::new(&system, newton(&system, 1e-10, mesh.diagonal()), StepSettings::default());
+    let mut driver = Driver::new(&system, newton(&system, 1e-10, mesh.diagonal()), StepSettings::default());
     let mut state = system.rest();
     let tip = 3 * nodes(&mesh, "xmax")[0] as usize;
-    let span = Span { integrator: EULER, start: 0.0, end: 300.0 * dt, dt };
+    let span = TimeSpan { integrator: EULER, start: 0.0, end: 300.0 * dt, dt };
     let mut worst = 0.0_f64;
-    let status = stepper.run(span, &mut state, |_, now, _, _| {
+    let status = driver.run(span, &mut state, &mut |step: &AcceptedStep| {
+        let AcceptedStep { now, .. } = *step;
         let left = beta / (1.0 + beta) * (-(now.t - 0.5 * dt) / (tau * (1.0 + beta))).exp();
         let expected = sigma * (1.0 / (9.0 * hooke.kappa) + (1.0 - left) / (3.0 * hooke.mu));
         worst = worst.max((now.x[tip] / 0.01 / expected - 1.0).abs());
         true
     });
     assert_eq!(status, Status::Converged);
-    println!("stick_velocity: off by {worst:.1e} at most");
+    println!("creep: off by {worst:.1e} at most");
     assert!(worst <= 2e-4, "{worst:e}");
 }
 
@@ -347,20 +351,21 @@ fn cut_steps_leave_no_trace() {
     // Few iterations, so that the whole step fails.
     let settings = NewtonSettings { max_iterations: 4, ..NewtonSettings::default() };
     let steps = StepSettings { extrapolate: false, ..StepSettings::default() };
-    let stepper = || Stepper::new(&system, durometer::solve::Newton::new(&system, settings, mesh.diagonal()), steps);
-    let mut cut = stepper();
+    let driver = || Driver::new(&system, durometer::solve::Newton::new(&system, settings, mesh.diagonal()), steps);
+    let mut cut = driver();
     let (mut state, mut times) = (system.rest(), vec![0.0]);
-    let span = Span { integrator: EULER, start: 0.0, end: 0.2, dt: 0.1 };
-    let status = cut.run(span, &mut state, |_, now, _, _| {
+    let span = TimeSpan { integrator: EULER, start: 0.0, end: 0.2, dt: 0.1 };
+    let status = cut.run(span, &mut state, &mut |step: &AcceptedStep| {
+        let AcceptedStep { now, .. } = *step;
         times.push(now.t);
         true
     });
     assert_eq!(status, Status::Converged);
     assert!(cut.totals.cuts > 0, "nothing was cut");
-    let (mut again, mut direct) = (system.rest(), stepper());
+    let (mut again, mut direct) = (system.rest(), driver());
     for pair in times.windows(2) {
-        let span = Span { integrator: EULER, start: pair[0], end: pair[1], dt: pair[1] - pair[0] };
-        assert_eq!(direct.run(span, &mut again, |_, _, _, _| true), Status::Converged);
+        let span = TimeSpan { integrator: EULER, start: pair[0], end: pair[1], dt: pair[1] - pair[0] };
+        assert_eq!(direct.run(span, &mut again, &mut ()), Status::Converged);
     }
     assert_eq!(direct.totals.cuts, 0);
     assert!(state.history.iter().any(|h| *h != 0.0));
@@ -378,10 +383,10 @@ fn the_next_stage_starts_with_the_overstress_of_the_last() {
     let pulled = nodes(&mesh, "xmax").into_iter().map(|k| Prescribed { dof: 3 * k, signal: pull.clone() });
     let prescribed = hold(&nodes(&mesh, "xmin"), &[0, 1, 2]).into_iter().chain(pulled).collect();
     let system = System::new(mesh.points.len(), effects, vec![], prescribed).expect("a system");
-    let mut stepper = Stepper::new(&system, newton(&system, 1e-11, mesh.diagonal()), StepSettings::default());
+    let mut driver = Driver::new(&system, newton(&system, 1e-11, mesh.diagonal()), StepSettings::default());
     let mut state = system.rest();
-    let span = Span { integrator: EULER, start: 0.0, end: 0.02, dt: 0.001 };
-    assert_eq!(stepper.run(span, &mut state, |_, _, _, _| true), Status::Converged);
+    let span = TimeSpan { integrator: EULER, start: 0.0, end: 0.02, dt: 0.001 };
+    assert_eq!(driver.run(span, &mut state, &mut ()), Status::Converged);
     let a = system.restrict(&initial_acceleration(&system, &state).expect("the mass is regular"));
     let before = system.restrict(&state.a);
     let size = common::largest(&before);

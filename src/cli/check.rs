@@ -89,7 +89,7 @@ fn build(
 }
 
 fn steps(scene: &Scene) -> usize {
-    scene.spans.iter().map(durometer::solve::Span::steps).sum()
+    scene.spans.iter().map(durometer::solve::TimeSpan::steps).sum()
 }
 
 /// The kinds that the scene does not declare.

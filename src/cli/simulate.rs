@@ -6,7 +6,9 @@ use durometer::report::words::seconds;
 use durometer::scene::control::Controller;
 use durometer::scene::control::process::Process;
 use durometer::scene::output::ScheduleSpec;
-use durometer::scene::{Body, Checkpoint, CheckpointError, Constant, RunOptions, Scene, read_scene};
+use durometer::scene::{
+    Body, Checkpoint, CheckpointError, Constant, RunOptions, Scene, SensitivityRecorder, read_scene,
+};
 use durometer::solve::Status;
 use durometer::study::fields::{Fields, USUAL};
 use durometer::study::locking::REMEDY;
@@ -84,7 +86,7 @@ pub fn main(args: Args) -> Outcome {
     let build_s = building.elapsed().as_secs_f64();
     let constants: Vec<Constant> = args.sensitivity.iter().map(|text| text.parse()).collect::<Result<_, _>>()?;
     let from = args.restart.as_ref().map(|file| Checkpoint::read(file, &scene)).transpose()?;
-    let (at, at_end) = times(&args.save_state, &scene)?;
+    let (save_at, save_end) = times(&args.save_state, &scene)?;
     files::make_folder(&args.out)?;
     let mut controller = controller(&args, &scene)?;
     if !args.json {
@@ -112,14 +114,8 @@ pub fn main(args: Args) -> Outcome {
             Err(e) => unsaved = unsaved.take().or(Some(e)),
         }
     };
-    let options = RunOptions {
-        from,
-        controller: controller.as_mut().map(|c| c as &mut dyn Controller),
-        at,
-        at_end,
-        saved: Some(&mut save),
-    };
-    let (wall, cpu) = (Instant::now(), cpu_time::ThreadTime::now());
+    let recorder = |constants: &[Constant]| SensitivityRecorder::new(&scene, constants);
+    let sensitivities = (!constants.is_empty()).then(|| recorder(&constants)).transpose()?;
     let mut watch = |progress| {
         bars.progress(&name, progress);
         !stop.load(Ordering::Relaxed)
@@ -130,14 +126,20 @@ pub fn main(args: Args) -> Outcome {
         }
         (number, past) = (number + 1, Some(state.t));
     };
-    let (run, sensitivities) = match constants.is_empty() {
-        true => (scene.steer(options, &mut watch, &mut points), None),
-        false => scene
-            .run_with_sensitivities(&constants, &mut watch, &mut points)
-            .map(|(run, sensitivities)| (run, Some(sensitivities)))?,
+    let options = RunOptions {
+        restart: from,
+        controller: controller.as_mut().map(|c| c as &mut dyn Controller),
+        save_at,
+        save_end,
+        on_save: Some(&mut save),
+        on_progress: Some(&mut watch),
+        on_state: Some(&mut points),
+        sensitivities,
     };
-    // Derivatives and the answers of a controller are no part of the price of the run.
-    let mut aside = sensitivities.as_ref().map_or((0.0, 0.0), |s| (s.wall, s.cpu));
+    let (wall, cpu) = (Instant::now(), cpu_time::ThreadTime::now());
+    let run = scene.run_with(options);
+    // Derivatives and the answers of a controller are no part of the cost of the run.
+    let mut aside = run.sensitivities.as_ref().map_or((0.0, 0.0), |s| (s.wall, s.cpu));
     if let Some(controller) = controller {
         aside.0 += controller.waited.as_secs_f64();
     }
@@ -151,7 +153,7 @@ pub fn main(args: Args) -> Outcome {
     record.phases.build_s = build_s;
     store::write(&args.out.join(format!("{name}.csv")), &store::csv(&run))?;
     store::write(&args.out.join(format!("{name}.signals.csv")), &store::signals_csv(&scene, &run))?;
-    if let Some(sensitivities) = &sensitivities {
+    if let Some(sensitivities) = &run.sensitivities {
         store::write(
             &args.out.join(format!("{name}.sensitivities.csv")),
             &store::sensitivities_csv(&run, sensitivities),
@@ -208,7 +210,7 @@ pub fn main(args: Args) -> Outcome {
     if let Some(why) = &run.failure {
         eprintln!("not complete: {why}");
     }
-    let stopped = sensitivities.and_then(|s| s.stopped);
+    let stopped = run.sensitivities.and_then(|s| s.stopped);
     if let Some((t, why)) = &stopped {
         eprintln!("not complete: no derivative at t = {t} s: {why}");
     }

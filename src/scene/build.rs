@@ -19,7 +19,7 @@ use crate::math::tensor::Vec3;
 use crate::math::units::Dimension;
 use crate::mesh::TetMesh;
 use crate::mesh::generate::CablePath;
-use crate::solve::{Integrator, Span};
+use crate::solve::{Integrator, TimeSpan};
 use crate::system::{Constraint, Effect, State, System};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -59,7 +59,7 @@ pub struct Scene {
     pub probes: Vec<Probe>,
     /// Surfaces that follow the body
     pub skins: Vec<NamedSkin>,
-    pub spans: Vec<Span>,
+    pub spans: Vec<TimeSpan>,
     /// What is prescribed over time: shortenings, tensions, displacements, accelerations
     pub signals: Vec<NamedSignal>,
     /// What is decided on the way: events, inputs

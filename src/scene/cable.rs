@@ -12,7 +12,7 @@ use crate::math::tensor::Vec3;
 use crate::math::units::Dimension;
 use crate::mesh::embed::{ball_weights, embed};
 use crate::mesh::validate::point;
-use crate::solve::Span;
+use crate::solve::TimeSpan;
 use crate::system::{Constraint, Effect};
 use serde::Deserialize;
 use std::sync::Arc;
@@ -70,7 +70,7 @@ impl Builder<'_> {
         &mut self,
         place: &str,
         spec: &CableSpec,
-        spans: &[Span],
+        spans: &[TimeSpan],
         effects: &mut Vec<Box<dyn Effect>>,
         constraints: &mut Vec<Box<dyn Constraint>>,
     ) -> Result<NamedCable, SceneError> {
@@ -228,7 +228,13 @@ impl Builder<'_> {
     }
 
     /// What runs through the body is all that can get shorter. What is decided on the way shows in the run.
-    fn check_shortening(&self, place: &str, shortening: &Signal, free: f64, spans: &[Span]) -> Result<(), SceneError> {
+    fn check_shortening(
+        &self,
+        place: &str,
+        shortening: &Signal,
+        free: f64,
+        spans: &[TimeSpan],
+    ) -> Result<(), SceneError> {
         if shortening.has_inputs() {
             return Ok(());
         }

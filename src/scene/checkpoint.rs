@@ -8,24 +8,27 @@ use super::cable_record::CableLog;
 use super::control::{ControlError, Memory as ControlMemory};
 use super::energy_balance::EnergyBalance;
 use super::probe::Energies;
-use super::run::Snapshot;
 use crate::math::signal::Ramp;
-use crate::solve::{Kept, Memory, Totals};
+use crate::solve::{DriverMemory, GridPosition, LaggedFactorRecord, PastPoint, Prediction, Totals};
 use crate::system::{Rates, State};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 
+/// A state to be drawn.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Snapshot {
+    pub t: f64,
+    pub x: Vec<f64>,
+}
+
 /// A run at a point of the time grid.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Checkpoint {
     pub state: State,
-    /// Index of the stage, and of the step in it
-    pub(super) span: usize,
-    pub(super) step: usize,
-    /// Have events and controller had their turn at this point?
-    pub(super) decided: bool,
-    pub(super) memory: Memory,
+    /// Index of the stage, and of the step in it. Events and controller have had their turn at this point
+    pub(super) position: GridPosition,
+    pub(super) memory: DriverMemory,
     pub(super) control: ControlMemory,
     pub(super) balance: EnergyBalance,
     pub(super) cables: CableLog,
@@ -82,9 +85,8 @@ impl Checkpoint {
         let outcome = scene.controls.start(&mut control, &mut state, record);
         let (rows, signals) = (vec![record(&state)], vec![scene.signal_values(&state)]);
         let peak = Snapshot { t: 0.0, x: state.x.clone() };
-        let memory = Memory::default();
-        let (span, step, decided, cables) = (0, 0, false, CableLog::default());
-        (Self { state, span, step, decided, memory, control, balance, cables, rows, signals, peak }, outcome)
+        let (position, memory, cables) = (GridPosition::default(), DriverMemory::default(), CableLog::default());
+        (Self { state, position, memory, control, balance, cables, rows, signals, peak }, outcome)
     }
 
     /// Rows that were recorded up to here.
@@ -103,9 +105,9 @@ impl Checkpoint {
             scene_sha256: identity(scene),
             mesh_sha256: scene.body.sha256.clone(),
             payload_sha256: sha256(&payload),
-            span: self.span,
-            step: self.step,
-            degree: self.memory.degree,
+            span: self.position.span,
+            step: self.position.step,
+            degree: self.memory.prediction.degree,
             level: self.memory.level,
             totals: self.memory.totals,
             control: self.control.clone(),
@@ -161,13 +163,13 @@ impl Checkpoint {
         let ramps = inputs.iter().flat_map(|r| [r.start, r.from, r.end, r.to]).collect();
         let state = [scalars, x.clone(), v.clone(), a.clone(), lambda.clone(), memory.clone(), history.clone(), ramps];
         let flat = |rows: &[Vec<f64>]| rows.concat();
-        let Kept { k, x: placed, solves, steps, rates, worn } = &self.memory.kept;
+        let LaggedFactorRecord { k, x: placed, solves, steps, rates, worn } = &self.memory.lagged_factor;
         let counts = [solves[0], solves[1], *steps, usize::from(*worn)].map(|n| n as f64);
         let kept_factor =
             [k.to_vec(), placed.to_vec(), [counts[0], counts[1], counts[2], counts[3], rates.cv, rates.ca].to_vec()];
         let balance = [self.balance.effect.clone(), self.balance.g.clone(), self.balance.residual.clone()];
         let kept = [flat(&self.rows), flat(&self.signals), self.peak.x.clone()];
-        let recent = self.memory.recent.iter().flat_map(|(t, x, lambda)| [vec![*t], x.clone(), lambda.clone()]);
+        let recent = self.memory.prediction.recent.iter().flat_map(|p| [vec![p.t], p.x.clone(), p.lambda.clone()]);
         state.into_iter().chain(balance).chain(kept).chain(kept_factor).chain(recent).collect()
     }
 
@@ -192,7 +194,7 @@ impl Checkpoint {
         let placed = arrays.next().filter(|x| x.len() == n || k.is_empty())?;
         let [all, here, steps, worn, cv, ca] = arrays.next()?[..] else { return None };
         let solves = [all as usize, here as usize];
-        let kept = Kept {
+        let lagged_factor = LaggedFactorRecord {
             k: k.into(),
             x: placed.into(),
             solves,
@@ -202,15 +204,20 @@ impl Checkpoint {
         };
         let mut recent = Vec::new();
         while let Some(t) = arrays.next() {
-            recent.push((*t.first()?, arrays.next().filter(|x| x.len() == n)?, arrays.next()?));
+            let (x, lambda) = (arrays.next().filter(|x| x.len() == n)?, arrays.next()?);
+            recent.push(PastPoint { t: *t.first()?, x, lambda });
         }
         let energies = Energies { elastic, kinetic, dissipated, work };
         Some(Self {
             state: State { t, x, v, a, lambda, memory, dt, history, inputs },
-            span: head.span,
-            step: head.step,
-            decided: true,
-            memory: Memory { recent, degree: head.degree, level: head.level, stiffness, kept, totals: head.totals },
+            position: GridPosition { span: head.span, step: head.step },
+            memory: DriverMemory {
+                prediction: Prediction { recent, degree: head.degree },
+                level: head.level,
+                stiffness,
+                lagged_factor,
+                totals: head.totals,
+            },
             control: head.control,
             balance: EnergyBalance { energies, effect, g, residual },
             cables: head.cables,

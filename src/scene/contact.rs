@@ -18,7 +18,7 @@ use crate::effect::contact::shape::Shape;
 use crate::effect::contact::{Contact, Point, Pressing, Sampling, points};
 use crate::math::tensor::{Mat3, Vec3};
 use crate::mesh::validate::point;
-use crate::solve::{Integrator, Span};
+use crate::solve::{Integrator, TimeSpan};
 use crate::system::Effect;
 use std::sync::Arc;
 
@@ -27,7 +27,7 @@ impl Builder<'_> {
     pub(super) fn contacts(
         &mut self,
         spec: &SceneSpec,
-        spans: &[Span],
+        spans: &[TimeSpan],
         gathered: &mut Gathered,
         effects: &mut Vec<Box<dyn Effect>>,
     ) -> Result<(Vec<RigidBody>, Vec<NamedContact>), SceneError> {
@@ -57,7 +57,7 @@ impl Builder<'_> {
                 let fact = format!("a continuation beside contact (stage {})", k + 1);
                 return Err(self.content(&place, fact, "take integrator = \"static\" without `continuation`"));
             }
-            let looks_once = |s: &Span| matches!(s.integrator, Integrator::FreeMotion { .. });
+            let looks_once = |s: &TimeSpan| matches!(s.integrator, Integrator::FreeMotion { .. });
             if let Some(k) = spans.iter().position(looks_once).filter(|_| contact.response != ResponseSpec::Multiplier)
             {
                 let fact = format!("{} beside implicit_euler_corrected (stage {})", contact.response.name(), k + 1);

@@ -1,7 +1,7 @@
-//! Energies of a run: what is stored at the state, and what was put in and dissipated along the path.
+//! Energies of a run: stored at the state, put in and dissipated along the path.
 
 use super::probe::Energies;
-use crate::solve::Newton;
+use crate::solve::AcceptedStep;
 use crate::system::{At, EnergyRole, State, System, Want};
 
 /// Integrals along the path.
@@ -29,9 +29,9 @@ impl EnergyBalance {
         Self { energies: Energies::default(), effect, g, residual: vec![0.0; rest.x.len()] }
     }
 
-    /// Books the step from `past` to `now`; the sums of `newton` belong to `now`.
-    pub(super) fn book(&mut self, system: &System, past: &State, now: &State, newton: &Newton) {
-        let sums = &newton.sums;
+    /// Adds an accepted step.
+    pub(super) fn add_step(&mut self, system: &System, step: &AcceptedStep) {
+        let AcceptedStep { past, now, sums, .. } = *step;
         self.energies.elastic = 0.0;
         self.energies.kinetic = 0.0;
         for (e, effect) in system.effects.iter().enumerate() {
@@ -52,7 +52,7 @@ impl EnergyBalance {
             }
             self.effect[e] = energy;
         }
-        // A row does the work −∫ λ d(target − g): of a cable, tension times what is drawn in, also where its drive yields.
+        // A constraint does the work −∫ λ d(target − g): of a cable, tension times the length drawn in, also where its drive yields.
         for (c, constraint) in system.constraints.iter().enumerate() {
             let mean = 0.5 * (past.lambda[c] + now.lambda[c]);
             let moved = constraint.target(now.clock()) - constraint.target(past.clock()) - (sums.g[c] - self.g[c]);

@@ -7,7 +7,7 @@ use super::signal::SignalSpec;
 use super::spec::SceneSpec;
 use crate::math::signal::Signal;
 use crate::math::units::Dimension;
-use crate::solve::{Integrator, Span};
+use crate::solve::{Integrator, TimeSpan};
 
 /// A prescribed function of time; the unit is at the end of the name.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,7 +22,7 @@ const SAMPLES: usize = 4;
 const ROUNDING: f64 = 1e-12;
 
 /// Smallest and largest value over the stages, each with its time: ((t, s), (t, s)).
-pub fn extremes(signal: &Signal, spans: &[Span]) -> ((f64, f64), (f64, f64)) {
+pub fn extremes(signal: &Signal, spans: &[TimeSpan]) -> ((f64, f64), (f64, f64)) {
     let first = (spans.first().map_or(0.0, |s| s.start), f64::NAN);
     let mut found = (first, first);
     for span in spans {
@@ -61,7 +61,7 @@ impl Builder<'_> {
     }
 
     /// A formula must have a value wherever it is looked at.
-    pub(super) fn check_formulas(&self, spans: &[Span]) -> Result<(), SceneError> {
+    pub(super) fn check_formulas(&self, spans: &[TimeSpan]) -> Result<(), SceneError> {
         for NamedSignal { name, signal } in self.signals.iter().filter(|s| !s.signal.has_inputs()) {
             let times = spans.iter().flat_map(|s| (0..=s.steps().min(100_000)).map(|k| s.point(k)));
             if let Some((t, value)) = times.map(|t| (t, signal.at(t))).find(|(_, value)| !value.is_finite()) {
@@ -74,14 +74,14 @@ impl Builder<'_> {
     }
 
     /// Loads of an arc-length stage go on beyond the first and the last time of the protocol, as they do in it on average.
-    pub(super) fn continue_signals(&mut self, spans: &[Span]) {
-        let end = |s: &Span| (s.start, s.end, matches!(s.integrator, Integrator::ArcLength { .. }));
+    pub(super) fn continue_signals(&mut self, spans: &[TimeSpan]) {
+        let end = |s: &TimeSpan| (s.start, s.end, matches!(s.integrator, Integrator::ArcLength { .. }));
         let ends = spans.first().map(end).zip(spans.last().map(end));
         self.continued = ends.filter(|(first, last)| first.2 || last.2).map(|(first, last)| [first, last]);
     }
 
     /// The points of a continuation are its own, so that nothing can be decided at them.
-    pub(super) fn check_continued(&self, spec: &SceneSpec, spans: &[Span]) -> Result<(), SceneError> {
+    pub(super) fn check_continued(&self, spec: &SceneSpec, spans: &[TimeSpan]) -> Result<(), SceneError> {
         let decided = !spec.events.is_empty() || self.signals.iter().any(|s| s.signal.has_inputs());
         let arc = spans.iter().position(|s| matches!(s.integrator, Integrator::ArcLength { .. }));
         let Some(k) = arc.filter(|_| decided) else { return Ok(()) };
@@ -102,7 +102,7 @@ impl Builder<'_> {
     }
 
     /// A cable cannot push: T(t) ≥ 0. What is decided on the way is cut at 0.
-    pub(super) fn check_tension(&self, place: &str, tension: &Signal, spans: &[Span]) -> Result<(), SceneError> {
+    pub(super) fn check_tension(&self, place: &str, tension: &Signal, spans: &[TimeSpan]) -> Result<(), SceneError> {
         if tension.has_inputs() {
             return Ok(());
         }
@@ -115,7 +115,7 @@ impl Builder<'_> {
     }
 
     /// Where a cable is slack.
-    pub(super) fn remark_let_out(&mut self, name: &str, shortening: &Signal, spans: &[Span]) {
+    pub(super) fn remark_let_out(&mut self, name: &str, shortening: &Signal, spans: &[TimeSpan]) {
         if shortening.has_inputs() {
             return;
         }

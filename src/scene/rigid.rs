@@ -13,7 +13,7 @@ use crate::effect::contact::shape::Shape;
 use crate::effect::dead_load::DeadLoad;
 use crate::math::tensor::{Mat3, Vec3};
 use crate::math::units::Dimension;
-use crate::solve::Span;
+use crate::solve::TimeSpan;
 use crate::system::Effect;
 use serde::Deserialize;
 
@@ -88,7 +88,7 @@ impl Builder<'_> {
         place: &str,
         spec: &RigidSpec,
         nodes: [u32; 4],
-        (spans, modulus): (&[Span], f64),
+        (spans, modulus): (&[TimeSpan], f64),
         effects: &mut Vec<Box<dyn Effect>>,
     ) -> Result<RigidBody, SceneError> {
         if spec.density.0 <= 0.0 {

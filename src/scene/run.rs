@@ -1,29 +1,21 @@
-//! One run of a scene: steps, records, energies. Neither prints nor writes.
+//! One run of a scene and its result. Neither prints nor writes.
 
 use super::build::Scene;
 use super::cable_record::{CableEvent, pulling};
-use super::checkpoint::Checkpoint;
-use super::control::{ControlError, Fired, Opening};
+use super::checkpoint::Snapshot;
+use super::control::{ControlError, Fired};
 use super::linear::LinearWork;
 use super::probe::{Energies, Moment, columns, largest_stretch, record_cavity};
 use super::run_options::RunOptions;
-use super::sensitivities::Recorder;
+use super::run_recorder::RunRecorder;
+use super::sensitivities::{Sensitivities, SensitivityRecorder};
 use crate::effect::contact::Counts;
 use crate::math::tensor::Vec3;
-use crate::solve::{
-    Findings, Integrator, Newton, NewtonSettings, Status, Step, StepSettings, Stepper, Totals, initial_acceleration_by,
-};
+use crate::solve::{Driver, Findings, Newton, NewtonSettings, Status, StepSettings, Totals};
 use crate::system::{At, Cost, State};
 use std::time::{Duration, Instant};
 
-/// Where a run stands.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Progress {
-    pub t: f64,
-    pub end: f64,
-}
-
-/// Result of a run: rows on the time grid, the state of largest load, and what it cost.
+/// Result of a run: rows on the time grid, the state farthest from rest, and the cost.
 pub struct Run {
     pub columns: Vec<String>,
     /// \[rows × columns\] on the time grid, and after every dynamic step where `time_error` sets their length; the first column is
@@ -31,12 +23,12 @@ pub struct Run {
     pub rows: Vec<Vec<f64>>,
     /// Rows that are written, by `output.series`: all, or those that are due and the last one
     pub written: Vec<usize>,
-    /// \[rows × signals\] what was prescribed
+    /// \[rows × signals\] values of the prescribed signals
     pub signals: Vec<Vec<f64>>,
     /// The `[[event]]`s that happened
     pub events: Vec<Fired>,
     pub status: Status,
-    /// Why it could not be steered any further
+    /// Error of a signal or of the controller that ended the run
     pub failure: Option<ControlError>,
     pub totals: Totals,
     pub findings: Findings,
@@ -62,95 +54,36 @@ pub struct Run {
     pub cable_events: Vec<CableEvent>,
     /// Name and counts of each contact
     pub contacts: Vec<(String, Counts)>,
-    /// Which cables pulled where the run could not go on, and what to do
+    /// The cables that pulled where the run could not go on, and a remedy
     pub pulling: Option<String>,
-}
-
-/// A state to be drawn.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Snapshot {
-    pub t: f64,
-    pub x: Vec<f64>,
+    /// Derivatives of the rows, where the options asked for them
+    pub sensitivities: Option<Sensitivities>,
 }
 
 impl Scene {
-    /// Runs all stages. `watch` is called after each accepted step; false stops the run. `states` receives each state on
-    /// the time grid.
-    pub fn run(&self, watch: &mut dyn FnMut(Progress) -> bool, states: &mut dyn FnMut(&State)) -> Run {
-        self.steer(RunOptions::default(), watch, states)
+    /// Runs all stages.
+    pub fn run(&self) -> Run {
+        self.run_with(RunOptions::default())
     }
 
-    /// [`Scene::run`] from a saved state, with a controller, and with states to be saved.
-    pub fn steer(
-        &self,
-        options: RunOptions,
-        watch: &mut dyn FnMut(Progress) -> bool,
-        states: &mut dyn FnMut(&State),
-    ) -> Run {
-        self.follow(options, watch, states, None)
-    }
-
-    /// The same, with derivatives where there is a recorder for them.
-    pub(super) fn follow(
-        &self,
-        mut options: RunOptions,
-        watch: &mut dyn FnMut(Progress) -> bool,
-        states: &mut dyn FnMut(&State),
-        sensitivities: Option<&mut Recorder>,
-    ) -> Run {
-        let n = &self.spec.numerics;
-        let newton = NewtonSettings {
-            tolerance: n.tolerance,
-            max_iterations: n.max_iterations,
-            line_search: n.line_search,
-            reuse_factor: n.reuse_factor,
-            reuse_threshold: n.reuse_threshold,
-            projection: n.projection,
-        };
-        let mut newton = Newton::by(self.method(), &self.system, newton, self.body.mesh.diagonal());
-        newton.points.clone_from(&self.points);
-        let steps = StepSettings { cuts: n.cuts, extrapolate: n.extrapolate, time_error: n.time_error.map(|l| l.0) };
-        let mut stepper = Stepper::new(&self.system, newton, steps);
-        stepper.points = &self.points;
-        let budget = n.time_budget.and_then(|b| Duration::try_from_secs_f64(b.0).ok());
-        stepper.deadline = budget.and_then(|b| Instant::now().checked_add(b));
-        let mut failure = None;
-        let mut checkpoint = match options.from.take() {
-            Some(checkpoint) => {
-                stepper.resume(checkpoint.memory.clone());
-                checkpoint
-            }
-            None => {
-                let (checkpoint, outcome) = Checkpoint::new(self);
-                failure = outcome.err();
-                states(&checkpoint.state);
-                checkpoint
-            }
-        };
-        if let (Some(controller), None) = (&mut options.controller, &failure) {
-            let (columns, signals) = (self.columns(), self.controls.controlled());
-            let Checkpoint { state, control, .. } = &checkpoint;
-            let opening = Opening { columns: &columns, signals: &signals, t: state.t, memory: &control.controller };
-            failure = controller.begin(&opening).err();
+    /// Runs all stages with callbacks, a controller, derivatives, from a saved state, or with states to be saved.
+    pub fn run_with(&self, options: RunOptions) -> Run {
+        let mut driver = self.driver();
+        let from = options.restart.as_ref().map(|checkpoint| checkpoint.position);
+        if let Some(checkpoint) = &options.restart {
+            driver.resume(checkpoint.memory.clone());
         }
-        let status = match failure {
-            Some(_) => Status::Interrupted { t: checkpoint.state.t },
-            None => self.all_stages(
-                &mut checkpoint,
-                &mut stepper,
-                &mut options,
-                (&mut failure, sensitivities),
-                watch,
-                states,
-            ),
+        let mut recorder = RunRecorder::new(self, options);
+        let mut state = recorder.checkpoint.state.clone();
+        let status = match recorder.failure {
+            Some(_) => Status::Interrupted { t: state.t },
+            None => driver.run_spans(&self.spans, from, &mut state, &mut recorder),
         };
-        if let (Some(controller), Some(row)) = (&mut options.controller, checkpoint.rows.last()) {
-            controller.end(row, status.name());
-        }
+        let (checkpoint, options, failure) = recorder.finish(&status);
         let stuck =
             matches!(status, Status::StepTooSmall { .. } | Status::Inverted { .. } | Status::NoEquilibrium { .. });
-        let pulling = stuck.then(|| pulling(&self.cables, &checkpoint.state));
-        let Newton { factor, sums, assembly_time, .. } = &stepper.newton;
+        let pulling = stuck.then(|| pulling(&self.cables, &state));
+        let Newton { factor, sums, assembly_time, .. } = &driver.steps.newton;
         Run {
             columns: self.columns(),
             written: self.written(&checkpoint.rows),
@@ -159,8 +92,8 @@ impl Scene {
             events: checkpoint.control.log,
             status,
             failure,
-            totals: stepper.totals,
-            findings: stepper.findings,
+            totals: driver.totals,
+            findings: driver.findings,
             costs: by_name(&sums.costs),
             assembly: *assembly_time,
             factorisation: factor.factor_time,
@@ -174,127 +107,31 @@ impl Scene {
             peak: checkpoint.peak,
             contacts: self.contacts.iter().map(|c| (c.name.clone(), c.counts(&sums.caches))).collect(),
             pulling: pulling.flatten(),
-            last: checkpoint.state,
+            last: state,
             cable_events: checkpoint.cables.events,
+            sensitivities: options.sensitivities.map(SensitivityRecorder::finish),
         }
     }
 
-    /// From where `checkpoint` is to the end, or to where it stops.
-    fn all_stages(
-        &self,
-        checkpoint: &mut Checkpoint,
-        stepper: &mut Stepper,
-        options: &mut RunOptions,
-        (failure, mut sensitivities): (&mut Option<ControlError>, Option<&mut Recorder>),
-        watch: &mut dyn FnMut(Progress) -> bool,
-        states: &mut dyn FnMut(&State),
-    ) -> Status {
-        let end = self.spans.last().map_or(0.0, |s| s.end);
-        // The last point of the grid, for a run that ends between two.
-        let mut kept = None;
-        while checkpoint.span < self.spans.len() {
-            let span = self.spans[checkpoint.span];
-            if checkpoint.step == 0 && !checkpoint.decided {
-                if span.integrator.needs_initial_acceleration() {
-                    match initial_acceleration_by(self.method(), &self.system, &checkpoint.state) {
-                        Ok(a) => checkpoint.state.a = a,
-                        Err(why) => {
-                            options.save_end(kept.as_ref());
-                            return Status::StepTooSmall { t: checkpoint.state.t, why };
-                        }
-                    }
-                }
-                stepper.begin(span.integrator, &mut checkpoint.state);
-                if let Some(sensitivities) = &mut sensitivities {
-                    sensitivities.begin(span.integrator, &checkpoint.state);
-                }
-            }
-            while checkpoint.step < span.steps() {
-                let goal = span.point(checkpoint.step + 1);
-                match self.decide(checkpoint, stepper, options, Some(goal)) {
-                    Ok(true) => {
-                        options.save_end(Some(checkpoint));
-                        return Status::Converged;
-                    }
-                    Ok(false) => {}
-                    Err(why) => {
-                        *failure = Some(why);
-                        options.save_end(kept.as_ref());
-                        return Status::Interrupted { t: checkpoint.state.t };
-                    }
-                }
-                if options.at_end {
-                    kept = Some(checkpoint.clone());
-                }
-                let Checkpoint { state, balance, cables, rows, signals, peak, .. } = &mut *checkpoint;
-                let every = stepper.settings.time_error.is_some() && !span.integrator.is_static();
-                let mut iterations = 0;
-                let mut accepted = |past: &State, now: &State, newton: &Newton, on_grid: bool| {
-                    balance.book(&self.system, past, now, newton);
-                    cables.note(&self.cables, now);
-                    let recorded = on_grid || every;
-                    if let Some(sensitivities) = &mut sensitivities {
-                        sensitivities.step(span.integrator, past, now, recorded);
-                    }
-                    iterations += newton.iterations;
-                    if recorded {
-                        let since_last = std::mem::take(&mut iterations);
-                        let dt = now.t - past.t;
-                        let step = Step { system: &self.system, integrator: span.integrator, past, dt };
-                        let at = step.at(now);
-                        rows.push(self.record(now, Some(&at), &newton.sums.r, balance.energies, since_last));
-                        signals.push(self.signal_values(now));
-                        if on_grid {
-                            states(now);
-                        }
-                        if self.size(&now.x) > self.size(&peak.x) {
-                            *peak = Snapshot { t: now.t, x: now.x.clone() };
-                        }
-                    }
-                    watch(Progress { t: now.t, end })
-                };
-                let (status, steps) = match span.integrator {
-                    // Its points are its own: nothing is decided in between
-                    Integrator::ArcLength { max_steps } => {
-                        (stepper.trace(span, max_steps, state, &mut accepted), span.steps())
-                    }
-                    _ => (stepper.advance(span, state, goal, &mut accepted), 1),
-                };
-                if status != Status::Converged {
-                    options.save_end(kept.as_ref());
-                    return status;
-                }
-                (checkpoint.step, checkpoint.decided) = (checkpoint.step + steps, false);
-            }
-            (checkpoint.span, checkpoint.step) = (checkpoint.span + 1, 0);
-        }
-        if let Err(why) = self.decide(checkpoint, stepper, options, None) {
-            *failure = Some(why);
-        }
-        options.save_end(Some(checkpoint));
-        Status::Converged
-    }
-
-    /// What happens at a point of the grid, unless it has happened; true to end the run here.
-    fn decide(
-        &self,
-        checkpoint: &mut Checkpoint,
-        stepper: &Stepper,
-        options: &mut RunOptions,
-        next: Option<f64>,
-    ) -> Result<bool, ControlError> {
-        if std::mem::replace(&mut checkpoint.decided, true) {
-            return Ok(false);
-        }
-        let Checkpoint { state, control, rows, .. } = &mut *checkpoint;
-        let row = rows.last().expect("the first row is the state at rest");
-        let controller = options.controller.as_deref_mut();
-        let orders = self.controls.decide(control, state, row, next, controller)?;
-        if options.wants_states() {
-            checkpoint.memory = stepper.memory();
-            options.save(checkpoint, orders.save);
-        }
-        Ok(orders.stop)
+    /// The driver of a run, with the settings of `[numerics]`.
+    fn driver(&self) -> Driver<'_> {
+        let n = &self.spec.numerics;
+        let settings = NewtonSettings {
+            tolerance: n.tolerance,
+            max_iterations: n.max_iterations,
+            line_search: n.line_search,
+            reuse_factor: n.reuse_factor,
+            reuse_threshold: n.reuse_threshold,
+            projection: n.projection,
+        };
+        let mut newton = Newton::by(self.method(), &self.system, settings, self.body.mesh.diagonal());
+        newton.points.clone_from(&self.points);
+        let steps = StepSettings { cuts: n.cuts, extrapolate: n.extrapolate, time_error: n.time_error.map(|l| l.0) };
+        let mut driver = Driver::new(&self.system, newton, steps);
+        driver.steps.points = &self.points;
+        let budget = n.time_budget.and_then(|b| Duration::try_from_secs_f64(b.0).ok());
+        driver.steps.deadline = budget.and_then(|b| Instant::now().checked_add(b));
+        driver
     }
 
     fn written(&self, rows: &[Vec<f64>]) -> Vec<usize> {
@@ -346,7 +183,7 @@ impl Scene {
     }
 
     /// Largest squared displacement of a node \[m²\].
-    fn size(&self, x: &[f64]) -> f64 {
+    pub(super) fn largest_displacement(&self, x: &[f64]) -> f64 {
         let nodes = x[..3 * self.body.mesh.points.len()].chunks_exact(3);
         nodes.map(|u| u[0] * u[0] + u[1] * u[1] + u[2] * u[2]).fold(0.0, f64::max)
     }

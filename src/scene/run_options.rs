@@ -1,43 +1,60 @@
-//! How a run is steered: where it starts, who sets its signals, which states it leaves behind.
+//! Options of a run: its start, who sets its signals, who follows it, and the states it saves.
 
 use super::checkpoint::Checkpoint;
 use super::control::Controller;
+use super::sensitivities::SensitivityRecorder;
+use crate::system::State;
 
-/// Receives a state with its label.
-pub type Save<'a> = dyn FnMut(&Checkpoint, &str) + 'a;
+/// Progress of a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// Time of the last accepted state \[s\]
+    pub t: f64,
+    /// End of the last stage \[s\]
+    pub end: f64,
+}
 
-/// Nothing of it is needed for a plain run.
+/// Receives a saved state with its label.
+pub type OnSave<'a> = dyn FnMut(&Checkpoint, &str) + 'a;
+/// Receives the progress after each accepted step; returns false to stop the run.
+pub type OnProgress<'a> = dyn FnMut(Progress) -> bool + 'a;
+/// Receives each state on the time grid, the first one included.
+pub type OnState<'a> = dyn FnMut(&State) + 'a;
+
+/// Options of [`Scene::run_with`](super::Scene::run_with); a plain run needs none of them.
 #[derive(Default)]
 pub struct RunOptions<'a> {
+    pub on_progress: Option<&'a mut OnProgress<'a>>,
+    pub on_state: Option<&'a mut OnState<'a>>,
     /// A saved state to go on from
-    pub from: Option<Checkpoint>,
-    pub controller: Option<&'a mut dyn Controller>,
+    pub restart: Option<Checkpoint>,
+    pub controller: Option<&'a mut (dyn Controller + 'a)>,
+    /// Computes the derivatives of the recorded rows in the same pass; not together with `restart`
+    pub sensitivities: Option<SensitivityRecorder<'a>>,
     /// Times at which a state is saved: at the first point of the grid that is not before \[s\]
-    pub at: Vec<f64>,
+    pub save_at: Vec<f64>,
     /// Save the last state too; of a run that ends between two points of the grid, that of the last point
-    pub at_end: bool,
-    /// Receives the states, with what tells them apart: `0.5s`, `end`
-    pub saved: Option<&'a mut Save<'a>>,
+    pub save_end: bool,
+    /// Receives the saved states, with labels that tell them apart: `0.5s`, `end`
+    pub on_save: Option<&'a mut OnSave<'a>>,
 }
 
 impl RunOptions<'_> {
-    pub(super) fn wants_states(&self) -> bool {
-        self.saved.is_some()
+    pub(super) fn saves_states(&self) -> bool {
+        self.on_save.is_some()
     }
 
-    /// Hands the state over if it is time, or if an event asks for it.
-    pub(super) fn save(&mut self, checkpoint: &Checkpoint, asked: bool) {
-        let t = checkpoint.state.t;
-        let due = self.at.iter().any(|at| t >= at - 1e-9 * at.abs());
-        self.at.retain(|at| t < at - 1e-9 * at.abs());
-        if let (Some(saved), true) = (&mut self.saved, due || asked) {
-            saved(checkpoint, &format!("{t}s"));
-        }
+    /// Whether the state at `t` \[s\] is to be saved; times that have passed are forgotten.
+    pub(super) fn is_due(&mut self, t: f64) -> bool {
+        let reached = |at: &f64| t >= at - 1e-9 * at.abs();
+        let due = self.save_at.iter().any(reached);
+        self.save_at.retain(|at| !reached(at));
+        due
     }
 
-    pub(super) fn save_end(&mut self, checkpoint: Option<&Checkpoint>) {
-        if let (Some(saved), Some(checkpoint), true) = (&mut self.saved, checkpoint, self.at_end) {
-            saved(checkpoint, "end");
+    pub(super) fn save(&mut self, checkpoint: &Checkpoint, label: &str) {
+        if let Some(on_save) = &mut self.on_save {
+            on_save(checkpoint, label);
         }
     }
 }

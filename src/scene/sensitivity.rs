@@ -15,7 +15,7 @@ use crate::effect::StiffnessDamping;
 use crate::material::{self, LawSpecError};
 use crate::math::tensor::Vec3;
 use crate::mesh::{TetMesh, element, quadrature};
-use crate::solve::{Differentiator, Failure, Integrator, Step};
+use crate::solve::{AcceptedStep, Differentiator, Failure, Step};
 use crate::system::{Capabilities, Effect, Needs, ParameterDerivative, State};
 use std::fmt;
 use std::str::FromStr;
@@ -121,21 +121,16 @@ impl<'a> Sensitivity<'a> {
         probes.flat_map(Probe::columns).chain(cables).chain(cavities).collect()
     }
 
-    /// Derivatives at the end of a step, where it is on the time grid: \[columns × constants\], in the unit of the column per SI
+    /// Derivatives at the end of a step, where it is recorded: \[columns × constants\], in the unit of the column per SI
     /// unit of the constant.
-    pub(super) fn step(
-        &mut self,
-        integrator: Integrator,
-        past: &State,
-        now: &State,
-        on_grid: bool,
-    ) -> Result<Option<Vec<Vec<f64>>>, Failure> {
-        if !on_grid && integrator.is_static() && now.history.is_empty() {
+    pub(super) fn step(&mut self, step: &AcceptedStep, recorded: bool) -> Result<Option<Vec<Vec<f64>>>, Failure> {
+        let AcceptedStep { integrator, past, now, .. } = *step;
+        if !recorded && integrator.is_static() && now.history.is_empty() {
             return Ok(None);
         }
         let step = Step { system: &self.scene.system, integrator, past, dt: now.t - past.t };
         self.solver.step(&step, now)?;
-        if !on_grid {
+        if !recorded {
             return Ok(None);
         }
         let reactions = self.solver.reactions(&step, now)?;

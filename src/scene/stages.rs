@@ -6,7 +6,7 @@ use super::error::SceneError;
 use super::numerics::NumericsSpec;
 use super::quantity::GuideRadius;
 use super::spec::{CavityDriveSpec, ConstraintSpec, DriveSpec, EffectSpec, IntegratorSpec, SceneSpec, StageSpec};
-use crate::solve::{Integrator, Span};
+use crate::solve::{Integrator, TimeSpan};
 
 /// More steps than this in one stage are a slip of a unit.
 const MOST_STEPS: f64 = 1e7;
@@ -14,7 +14,7 @@ const MOST_STEPS: f64 = 1e7;
 const MOST_ARCS: usize = 200;
 
 impl Builder<'_> {
-    pub(super) fn spans(&self, stages: &[StageSpec]) -> Result<Vec<Span>, SceneError> {
+    pub(super) fn spans(&self, stages: &[StageSpec]) -> Result<Vec<TimeSpan>, SceneError> {
         let mut start = 0.0;
         let mut spans = Vec::new();
         for (k, stage) in stages.iter().enumerate() {
@@ -70,7 +70,7 @@ impl Builder<'_> {
                 }
             };
             let end = start + stage.duration.0;
-            spans.push(Span { integrator, start, end, dt: stage.dt.0.min(stage.duration.0) });
+            spans.push(TimeSpan { integrator, start, end, dt: stage.dt.0.min(stage.duration.0) });
             start = end;
         }
         if spans.is_empty() {
@@ -84,7 +84,7 @@ impl Builder<'_> {
     }
 
     /// Rate effects need a dynamic stage, dynamic stages need inertia or damping, undamped rules and rows do not go together.
-    pub(super) fn check_rates(&self, spec: &SceneSpec, spans: &[Span]) -> Result<(), SceneError> {
+    pub(super) fn check_rates(&self, spec: &SceneSpec, spans: &[TimeSpan]) -> Result<(), SceneError> {
         let dynamic = spans.iter().any(|s| !s.integrator.is_static());
         for (k, effect) in spec.effects.iter().enumerate().filter(|(_, e)| e.needs_rates()) {
             if !dynamic {
@@ -134,7 +134,7 @@ impl Builder<'_> {
         Ok(())
     }
 
-    pub(super) fn remark_static(&mut self, spec: &SceneSpec, spans: &[Span]) {
+    pub(super) fn remark_static(&mut self, spec: &SceneSpec, spans: &[TimeSpan]) {
         let stages = spans.iter().filter(|s| s.integrator.is_static()).count();
         let rates: Vec<&str> = spec.effects.iter().filter(|e| e.needs_rates()).map(EffectSpec::kind).collect();
         if stages > 0 && !rates.is_empty() {
@@ -160,7 +160,7 @@ impl Builder<'_> {
         no_limit
     }
 
-    pub(super) fn check_numerics(&self, n: &NumericsSpec, spans: &[Span]) -> Result<(), SceneError> {
+    pub(super) fn check_numerics(&self, n: &NumericsSpec, spans: &[TimeSpan]) -> Result<(), SceneError> {
         if !(n.tolerance > 0.0 && n.tolerance < 1.0) {
             let fact = format!("tolerance = {}", n.tolerance);
             return Err(self.content("numerics", fact, "it lies between 0 and 1, for example 1e-8"));
@@ -177,7 +177,7 @@ impl Builder<'_> {
             let fact = "time_error where all stages are static: a sequence of equilibria has no time error";
             return Err(self.content("numerics", fact, "remove it, or give a stage a dynamic integrator"));
         }
-        let looks_once = |s: &Span| matches!(s.integrator, Integrator::FreeMotion { .. });
+        let looks_once = |s: &TimeSpan| matches!(s.integrator, Integrator::FreeMotion { .. });
         if n.time_error.is_some() && spans.iter().any(looks_once) {
             let fact = "time_error beside implicit_euler_corrected, whose steps cannot be cut";
             return Err(self.content("numerics", fact, "remove it, or take integrator = \"implicit_euler\""));

@@ -6,7 +6,7 @@ use super::error::SceneError;
 use super::spec::{ArmSpec, EffectSpec, ModuliSpec, SceneSpec};
 use crate::effect::Viscoelastic;
 use crate::material::{Arm, Constants, Prony};
-use crate::solve::Span;
+use crate::solve::TimeSpan;
 
 impl Builder<'_> {
     pub(super) fn viscoelastic(
@@ -58,7 +58,7 @@ impl Builder<'_> {
     }
 
     /// What the series stands for, and which stages do not see it.
-    pub(super) fn remark_viscoelastic(&mut self, spec: &SceneSpec, spans: &[Span]) {
+    pub(super) fn remark_viscoelastic(&mut self, spec: &SceneSpec, spans: &[TimeSpan]) {
         for effect in &spec.effects {
             let EffectSpec::Viscoelastic { law, moduli, prony, .. } = effect else { continue };
             let kept = 1.0 - prony.iter().map(|arm| arm.g).sum::<f64>();

@@ -14,8 +14,8 @@
 //! the softest directions lost half of its stiffness. All by counts, never by the clock, so that the bits of a run stay.
 
 use super::multipliers::Schur;
-use super::newton::Direction;
-use super::nodal_rotations::Turns;
+use super::newton::NewtonDirection;
+use super::nodal_rotations::NodalRotations;
 use super::{Newton, Step};
 use crate::math::linear::{dot, norm};
 use crate::math::pcg::{Outcome, pcg};
@@ -36,7 +36,7 @@ const SOFTENED: f64 = 0.5;
 
 /// What is known of the tangent K₀ whose factor is kept.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Kept {
+pub struct LaggedFactorRecord {
     /// Values of K₀, from which the factor can be made again; empty if none is kept
     pub k: Arc<Vec<f64>>,
     /// \[unknowns\] where the body was
@@ -54,13 +54,13 @@ pub struct Kept {
 /// The factor that is kept, and the directions that are watched.
 #[derive(Default)]
 pub(super) struct LaggedFactor {
-    pub kept: Kept,
+    pub kept: LaggedFactorRecord,
     /// Factorisations when it was made: later ones have overwritten it
     count: usize,
     /// \[watched × equations\] soft directions v with v·K₀ w = δ_vw
     soft: Vec<Vec<f64>>,
     /// From where the body was to where the step begins
-    turns: Turns,
+    turns: NodalRotations,
 }
 
 impl Newton {
@@ -76,12 +76,12 @@ impl Newton {
     }
 
     /// What a saved run has to know of it; nothing if the factor was overwritten.
-    pub(super) fn kept(&self) -> Kept {
-        if self.stale.count == self.factor.count { self.stale.kept.clone() } else { Kept::default() }
+    pub(super) fn lagged_factor_record(&self) -> LaggedFactorRecord {
+        if self.stale.count == self.factor.count { self.stale.kept.clone() } else { LaggedFactorRecord::default() }
     }
 
     /// Takes over what a saved run had kept.
-    pub(super) fn resume_factor(&mut self, kept: Kept, system: &System) {
+    pub(super) fn resume_factor(&mut self, kept: LaggedFactorRecord, system: &System) {
         self.factor.move_to(&kept.x);
         if !kept.k.is_empty() && self.factor.factorise(&kept.k).is_ok() {
             self.keep_factor(system, kept.k.to_vec(), &kept.x, kept.rates);
@@ -91,8 +91,9 @@ impl Newton {
 
     /// The factor of `k`, just made and not shifted, may serve later steps.
     pub(super) fn keep_factor(&mut self, system: &System, k: Vec<f64>, x: &[f64], rates: Rates) {
-        self.stale.kept = Kept { k: k.into(), rates, x: x.to_vec().into(), ..Kept::default() };
-        self.stale.turns = Turns::default();
+        self.stale.kept =
+            LaggedFactorRecord { k: k.into(), rates, x: x.to_vec().into(), ..LaggedFactorRecord::default() };
+        self.stale.turns = NodalRotations::default();
         self.stale.count = self.factor.count;
         let watches = rates == Rates::default() && self.factor.counts();
         self.stale.soft = if watches { self.softest(system) } else { Vec::new() };
@@ -122,7 +123,7 @@ impl Newton {
     /// A step ended: is the factor worth keeping?
     pub(super) fn judge_factor(&mut self) {
         let price = self.factor.price();
-        let Kept { solves: [all, here], steps, worn, .. } = &mut self.stale.kept;
+        let LaggedFactorRecord { solves: [all, here], steps, worn, .. } = &mut self.stale.kept;
         *all += *here;
         *steps += 1;
         *worn = *here as f64 > (price + *all as f64) / *steps as f64;
@@ -198,9 +199,9 @@ impl Newton {
         state: &State,
         increment: Option<&[f64]>,
         (error, first): (f64, bool),
-    ) -> Option<Direction> {
+    ) -> Option<NewtonDirection> {
         if first {
-            self.stale.turns = Turns::new(system, &self.points, &self.stale.kept.x, &state.x);
+            self.stale.turns = NodalRotations::new(system, &self.points, &self.stale.kept.x, &state.x);
         }
         let (n, m) = (system.dofs.free.len(), state.lambda.len());
         let rhs = self.right_side(system, increment.is_some());
@@ -261,7 +262,7 @@ impl Newton {
         for (&c, d) in held.rows.iter().zip(&rest[n..]) {
             lambda[c] = system.constraints[c].cone().admit(lambda[c] + d);
         }
-        Some(Direction::new(system, increment, &x, lambda))
+        Some(NewtonDirection::new(system, increment, &x, lambda))
     }
 }
 

@@ -3,7 +3,7 @@
 //! Source: Crisfield, *Non-linear Finite Element Analysis of Solids and Structures 1*, 1991, ch. 9.5, with bounds of its own. Limits: a
 //! tangent with a skew part has no energy along its direction and takes [`residual_search`](super::residual_search).
 
-use super::newton::{Direction, HALVINGS, Newton};
+use super::newton::{HALVINGS, Newton, NewtonDirection};
 use super::{Failure, Step};
 use crate::math::linear::dot;
 use crate::system::{State, Want};
@@ -18,7 +18,7 @@ impl Newton {
         step: &Step,
         next: &mut State,
         targets: &[(usize, f64)],
-        direction: Direction,
+        direction: NewtonDirection,
     ) -> Result<bool, Failure> {
         let system = step.system;
         let free = system.restrict(&direction.x);

@@ -39,7 +39,7 @@ impl Default for NewtonSettings {
 
 /// A converged solve.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Solved {
+pub struct Solution {
     pub iterations: usize,
     /// Negative eigenvalues of the constrained tangent at the last factorisation; 0 at a stable equilibrium, and where the
     /// tangent is not symmetric. None where they were not counted: conjugate gradients met none on their way
@@ -58,8 +58,8 @@ pub struct Newton {
     pub assembly_time: Duration,
     /// ‖diag K‖ of the last tangent \[N/m\], for the rounding of forces
     pub stiffness: f64,
-    /// Of the last solve that converged
-    pub iterations: usize,
+    /// How linear systems are solved
+    pub method: Method,
     /// Length of the body \[m\], for the rounding floor of the residual
     length: f64,
     /// \[constraints\] g at the start of the step, where a law of a row looks back
@@ -69,15 +69,15 @@ pub struct Newton {
     pub(super) stale: LaggedFactor,
 }
 
-/// Direction of one iteration.
-pub(super) struct Direction {
+/// NewtonDirection of one iteration.
+pub(super) struct NewtonDirection {
     /// \[3 × nodes\]
     pub x: Vec<f64>,
     /// \[constraints\] multipliers after the step
     pub lambda: Vec<f64>,
 }
 
-impl Direction {
+impl NewtonDirection {
     /// With du \[equations\], and the prescribed increment where there is one.
     pub fn new(system: &System, increment: Option<&[f64]>, du: &[f64], lambda: Vec<f64>) -> Self {
         let mut x = increment.map_or_else(|| vec![0.0; system.dofs.equation.len()], <[f64]>::to_vec);
@@ -106,11 +106,11 @@ impl Newton {
     pub fn by(method: Method, system: &System, settings: NewtonSettings, length: f64) -> Self {
         Self {
             settings,
-            factor: Factor::by(method, system.pattern.clone(), system.scalar_equations() == 0),
+            factor: Factor::by(method.clone(), system.pattern.clone(), system.scalar_equations() == 0),
             sums: Assembled { descending: true, ..system.workspace() },
             assembly_time: Duration::ZERO,
             stiffness: 0.0,
-            iterations: 0,
+            method,
             length,
             old: vec![0.0; system.constraints.len()],
             points: Vec::new(),
@@ -120,7 +120,7 @@ impl Newton {
 
     /// Iterates from `next.x`, `next.lambda` (the guess) to equilibrium at `next.t`; fills x, v, a and λ of `next` and brings
     /// its history, that of the last state, to the end of the step. On failure `next` is garbage.
-    pub fn solve(&mut self, step: &Step, next: &mut State) -> Result<Solved, Failure> {
+    pub fn solve(&mut self, step: &Step, next: &mut State) -> Result<Solution, Failure> {
         let system = step.system;
         if self.corrects(step) {
             let mut trial = next.clone();
@@ -150,7 +150,6 @@ impl Newton {
             let done = small && (below || last_chance || self.error(system, next, 0.0) <= self.settings.tolerance);
             below = small;
             if done || solved.iterations > 0 && step.integrator.is_linearised() {
-                self.iterations = solved.iterations;
                 self.advance_history(step, next)?;
                 self.judge_factor();
                 return Ok(solved);
@@ -289,7 +288,7 @@ impl Newton {
         step: &Step,
         next: &State,
         keep: bool,
-        solved: &mut Solved,
+        solved: &mut Solution,
     ) -> Result<Schur, Failure> {
         let system = step.system;
         let mut shift = 0.0;
@@ -336,7 +335,7 @@ impl Newton {
         state: &State,
         increment: Option<&[f64]>,
         schur: &Schur,
-    ) -> Result<Direction, Failure> {
+    ) -> Result<NewtonDirection, Failure> {
         let m = state.lambda.len();
         let mut y = self.right_side(system, increment.is_some());
         tangent::solve(&mut self.factor, &self.sums, &mut y).map_err(Failure::Linear)?;
@@ -351,7 +350,7 @@ impl Newton {
                 y.iter_mut().zip(z).for_each(|(y, z)| *y -= z * change);
             }
         }
-        Ok(Direction::new(system, increment, &y, lambda))
+        Ok(NewtonDirection::new(system, increment, &y, lambda))
     }
 
     /// −r − lift \[equations\]

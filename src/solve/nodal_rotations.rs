@@ -18,12 +18,12 @@ const ITERATIONS: usize = 20;
 
 /// Rotations of nodes; none where nothing has turned.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Turns {
+pub(super) struct NodalRotations {
     /// First of the three equations of a node, and R
     of_nodes: Vec<(usize, Mat3)>,
 }
 
-impl Turns {
+impl NodalRotations {
     /// From displacements `old` to `new` \[unknowns\] of nodes at `points`; none if no points are known.
     pub fn new(system: &System, points: &[Vec3], old: &[f64], new: &[f64]) -> Self {
         let at = |x: &[f64], n: u32| points[n as usize] + Vec3::from_column_slice(&x[3 * n as usize..][..3]);

@@ -5,7 +5,7 @@
 //! no other: a slender body that bends is stretched on the way, its residual grows, and the next iteration takes that away.
 //! A monotone test costs twice the iterations on a strip of L/h = 50.
 
-use super::newton::{Direction, HALVINGS, Newton};
+use super::newton::{HALVINGS, Newton, NewtonDirection};
 use super::{Failure, Step, tangent};
 use crate::system::{State, System, Want};
 
@@ -19,7 +19,7 @@ impl Newton {
         step: &Step,
         next: &mut State,
         targets: &[(usize, f64)],
-        direction: Direction,
+        direction: NewtonDirection,
     ) -> Result<bool, Failure> {
         let system = step.system;
         let whole = size(system, &system.restrict(&direction.x));

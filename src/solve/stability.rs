@@ -4,14 +4,14 @@
 
 use super::Step;
 use super::multipliers::Schur;
-use super::newton::{Newton, Solved};
+use super::newton::{Newton, Solution};
 use crate::system::{State, System, Want};
 
 impl Newton {
     /// Before the first iteration. What an earlier factorisation counted holds as long as there is no new one.
-    pub(super) fn unsolved(&self) -> Solved {
+    pub(super) fn unsolved(&self) -> Solution {
         let unstable_modes = self.factor.multigrid().is_none().then_some(0);
-        Solved { iterations: 0, unstable_modes, regularised: false, projected: self.sums.projected }
+        Solution { iterations: 0, unstable_modes, regularised: false, projected: self.sums.projected }
     }
 
     /// Negative eigenvalues of the constrained tangent at a converged state; none where it has no factorisation, or where they are

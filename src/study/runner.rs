@@ -1,7 +1,7 @@
 //! Runs the cases of a study side by side, skips what is done, keeps what is finished.
 
 use crate::calibrate::inverse::{Calibration, Failure, InverseError, SceneModel, calibrate};
-use crate::scene::{Body, Constant, Progress, Scene, SceneError, SceneSpec};
+use crate::scene::{Body, Constant, Progress, RunOptions, Scene, SceneError, SceneSpec, SensitivityRecorder};
 use crate::solve::Status;
 use crate::study::fields::{Fields, USUAL};
 use crate::study::inverse::with_constants;
@@ -248,8 +248,15 @@ fn one(
             return Ok((scene, run, None, times, all));
         }
         let (wall, cpu) = (Instant::now(), ThreadTime::now());
-        let (run, sensitivities) =
-            scene.run_with_sensitivities(constants, &mut go_on, &mut states).map_err(InverseError::from)?;
+        let recorder = SensitivityRecorder::new(&scene, constants).map_err(InverseError::from)?;
+        let options = RunOptions {
+            on_progress: Some(&mut go_on),
+            on_state: Some(&mut states),
+            sensitivities: Some(recorder),
+            ..RunOptions::default()
+        };
+        let mut run = scene.run_with(options);
+        let sensitivities = run.sensitivities.take().expect("the options ask for them");
         let times =
             (wall.elapsed().as_secs_f64() - sensitivities.wall, cpu.elapsed().as_secs_f64() - sensitivities.cpu);
         Ok::<_, RunError>((scene, run, Some(sensitivities), times, vec![]))

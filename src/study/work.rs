@@ -1,6 +1,6 @@
 //! How much work a case was, whatever the machine; and how its price scatters when it is run again.
 
-use crate::scene::{Progress, Run, Scene};
+use crate::scene::{Progress, Run, RunOptions, Scene};
 use crate::solve::Status;
 use crate::study::record::Role;
 use crate::study::spec::{Case, Study};
@@ -53,10 +53,15 @@ pub(super) fn measure(
     loop {
         let (wall, cpu) = (Instant::now(), ThreadTime::now());
         let first = runs.is_empty();
-        let run = scene.run(go_on, &mut |state| {
+        let mut on_state = |state: &State| {
             if first {
                 states(state);
             }
+        };
+        let run = scene.run_with(RunOptions {
+            on_progress: Some(go_on),
+            on_state: Some(&mut on_state),
+            ..RunOptions::default()
         });
         let times = RepeatRecord { wall_s: wall.elapsed().as_secs_f64(), cpu_s: cpu.elapsed().as_secs_f64() };
         let done = run.status == Status::Converged;

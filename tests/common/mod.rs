@@ -19,8 +19,8 @@ use durometer::math::tensor::Vec3;
 use durometer::mesh::element::{CELL_EDGES, cell_shape, facet_shape};
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh, quadrature};
-use durometer::scene::{Body, Run, Scene, read_scene};
-use durometer::solve::{Integrator, Newton, NewtonSettings, Span, Status, StepSettings, Stepper};
+use durometer::scene::{Body, Run, RunOptions, Scene, read_scene};
+use durometer::solve::{Driver, Integrator, Newton, NewtonSettings, Status, StepSettings, TimeSpan};
 use durometer::system::{At, BlockValues, Blocks, Effect, EnergyRole, EvalError, Prescribed, State, System, Want};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -242,12 +242,12 @@ pub fn newton(system: &System, tolerance: f64, length: f64) -> Newton {
 /// Quasi-static loading from rest to t = 1 in equal steps; the state and the sums there. Panics with the status if the
 /// run does not converge.
 pub fn statics(mesh: &TetMesh, system: &System, tolerance: f64, steps: usize) -> (State, durometer::system::Assembled) {
-    let mut stepper = Stepper::new(system, newton(system, tolerance, mesh.diagonal()), StepSettings::default());
+    let mut driver = Driver::new(system, newton(system, tolerance, mesh.diagonal()), StepSettings::default());
     let mut state = system.rest();
-    let span = Span { integrator: Integrator::Static, start: 0.0, end: 1.0, dt: 1.0 / steps as f64 };
-    let status = stepper.run(span, &mut state, |_, _, _, _| true);
+    let span = TimeSpan { integrator: Integrator::Static, start: 0.0, end: 1.0, dt: 1.0 / steps as f64 };
+    let status = driver.run(span, &mut state, &mut ());
     assert_eq!(status, Status::Converged);
-    (state, stepper.newton.sums)
+    (state, driver.steps.newton.sums)
 }
 
 /// Sum of the reactions at nodes [N].
@@ -267,7 +267,12 @@ pub fn scene(mesh: TetMesh, text: &str) -> Scene {
 
 /// Runs a scene to its end.
 pub fn run(scene: &Scene) -> Run {
-    scene.run(&mut |_| true, &mut |_| {})
+    scene.run()
+}
+
+/// Runs a scene to its end; each state on the time grid goes to `on_state`.
+pub fn run_with_states<'a>(scene: &Scene, on_state: &'a mut (dyn FnMut(&State) + 'a)) -> Run {
+    scene.run_with(RunOptions { on_state: Some(on_state), ..RunOptions::default() })
 }
 
 /// A column of a run by its name.

@@ -1,6 +1,6 @@
 //! Contact in dynamics: sliding and sticking, impacts and drops that do not cross.
 
-use crate::common::{Random, column, run, scene};
+use crate::common::{Random, column, run, run_with_states, scene};
 use crate::setup::{CUBE, RESPONSES};
 use durometer::math::tensor::Vec3;
 use durometer::mesh::Order;
@@ -99,7 +99,7 @@ tolerance = 1e-10
         }
         let scene = scene(mesh, &text);
         let mut momenta = Vec::new();
-        let run = scene.run(&mut |_| true, &mut |state| {
+        let run = run_with_states(&scene, &mut |state| {
             momenta.push(mass.iter().enumerate().map(|(k, m)| m * state.v[3 * k]).sum::<f64>());
             let (b, gap) = scene.contacts[0].points().expect("points").deepest(&state.x).expect("points");
             assert!(gap > 0.0, "{speed} m/s: point {b} is inside");
@@ -152,7 +152,7 @@ max_iterations = 200
     mesh.points.iter_mut().for_each(|p| *p += Vec3::new(2e-3 * a, 2e-3 * b, 0.016) - Vec3::new(0.005, 0.005, 0.0));
     let scene = scene(mesh, &text);
     let mut least = f64::INFINITY;
-    let run = scene.run(&mut |_| true, &mut |state| {
+    let run = run_with_states(&scene, &mut |state| {
         least = least.min(scene.contacts[0].points().expect("points").deepest(&state.x).expect("points").1);
     });
     (run.status, least)

@@ -6,6 +6,7 @@ use durometer::effect::contact::Counts;
 use durometer::mesh::Order;
 use durometer::mesh::curved::octant;
 use durometer::mesh::structured::block;
+use durometer::scene::SensitivityRecorder;
 use durometer::solve::Status;
 
 /// What is far away is not looked at twice: each point has its distance computed once, and nothing is added to the tangent.
@@ -70,7 +71,7 @@ dt = "5 ms"
         );
         let scene = scene(block(1, 1, 1, 0.01, 0.01, 0.01, Order::Linear), &text);
         let constants = vec!["laws.rubber.E".parse().expect("a constant")];
-        let outcome = scene.run_with_sensitivities(&constants, &mut |_| true, &mut |_| {});
+        let outcome = SensitivityRecorder::new(&scene, &constants);
         assert_eq!(outcome.is_err(), refused);
         if let Err(why) = outcome {
             assert!(why.to_string().contains("contact floor has friction"), "{why}");

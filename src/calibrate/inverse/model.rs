@@ -8,7 +8,7 @@ use crate::material::Parameter;
 use crate::material::registry::given;
 use crate::math::units::Dimension;
 use crate::scene::protocol::extremes;
-use crate::scene::{Body, Constant, Progress, Run, Scene, SceneSpec};
+use crate::scene::{Body, Constant, Progress, Run, RunOptions, Scene, SceneSpec, SensitivityRecorder};
 use crate::solve::Status;
 use nalgebra::DMatrix;
 use std::path::PathBuf;
@@ -106,8 +106,10 @@ impl SceneModel {
         let scene = self.scene(values)?;
         let constants: Vec<Constant> = self.unknown.iter().map(|u| u.constant.clone()).collect();
         let begin = Instant::now();
-        let (run, sensitivities) =
-            scene.run_with_sensitivities(&constants, watch, &mut |_| {}).map_err(|e| Failure::Input(e.into()))?;
+        let recorder = SensitivityRecorder::new(&scene, &constants).map_err(|e| Failure::Input(e.into()))?;
+        let options = RunOptions { on_progress: Some(watch), sensitivities: Some(recorder), ..RunOptions::default() };
+        let mut run = scene.run_with(options);
+        let sensitivities = run.sensitivities.take().expect("the options ask for them");
         let column = |names: &[String]| names.iter().position(|c| *c == self.y);
         let Some(of_sensitivities) = column(&sensitivities.columns) else {
             let fact = match scene.check_column(&self.y) {

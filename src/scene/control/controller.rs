@@ -72,7 +72,7 @@ pub struct Reply {
 /// let scene = Scene::build(file, spec, text, body.into())?;
 /// let mut controller = Integrating { angle: 0 };
 /// let options = RunOptions { controller: Some(&mut controller), ..RunOptions::default() };
-/// let run = scene.steer(options, &mut |_| true, &mut |_| {});
+/// let run = scene.run_with(options);
 /// let angle = scene.columns().iter().position(|c| c == "bending_angle_deg").expect("recorded");
 /// let last = run.rows.last().expect("a row")[angle];
 /// assert!((last - 10.0).abs() < 0.5, "{last}");

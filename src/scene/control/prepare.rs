@@ -12,7 +12,7 @@ use crate::scene::builder::Builder;
 use crate::scene::error::{SceneError, hint};
 use crate::scene::protocol::extremes;
 use crate::scene::signal::{SignalError, SignalSpec, Site};
-use crate::solve::Span;
+use crate::solve::TimeSpan;
 use std::path::Path;
 
 /// Collects inputs while the signals of a scene are built.
@@ -139,7 +139,7 @@ impl Builder<'_> {
         columns: &[String],
         cables: &[NamedCable],
         cavities: &[NamedCavity],
-        spans: &[Span],
+        spans: &[TimeSpan],
     ) -> Result<Controls, SceneError> {
         let end = spans.last().map_or(0.0, |s| s.end);
         let imposed = |drive: &Drive, floor: f64| match drive {

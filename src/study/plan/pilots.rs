@@ -1,7 +1,7 @@
 //! Coarse runs, element by element and size by size, as long as their share of the budget lasts.
 
 use crate::math::linear::Factor;
-use crate::scene::{Body, Scene, read_scene};
+use crate::scene::{Body, RunOptions, Scene, read_scene};
 use crate::solve::Status;
 use crate::study::outcome::record;
 use crate::study::plan::model::{Clock, Counted};
@@ -33,7 +33,7 @@ pub fn count(scene: &Scene) -> Counted {
         cells: scene.body.mesh.cell_count(),
         dofs: scene.system.dofs.free.len(),
         h_m: scene.body.mesh.h(),
-        steps: scene.spans.iter().map(crate::solve::Span::steps).sum(),
+        steps: scene.spans.iter().map(crate::solve::TimeSpan::steps).sum(),
         factor_nnz: factor.nnz(),
         factor_flops: factor.flops(),
     }
@@ -47,7 +47,7 @@ pub fn run(request: &Request, name: &str, scene: &Scene, watch: &dyn Watch) -> R
         watch.progress(name, progress);
         !request.stop.load(Ordering::Relaxed)
     };
-    let run = scene.run(&mut go_on, &mut |_| {});
+    let run = scene.run_with(RunOptions { on_progress: Some(&mut go_on), ..RunOptions::default() });
     let times = (wall.elapsed().as_secs_f64(), cpu.elapsed().as_secs_f64());
     if matches!(run.status, Status::Interrupted { .. }) {
         return Err(PlanError::Stopped);

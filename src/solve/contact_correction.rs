@@ -20,8 +20,10 @@
 
 use super::gauss_seidel::Contacts;
 use super::multipliers::Schur;
-use super::newton::{Direction, remaining};
-use super::{Failure, Newton, Solved, Span, Status, Step, Stepper, tangent};
+use super::newton::{NewtonDirection, remaining};
+use super::step_solver::StepSolver;
+use super::step_strategy::{SolvedStep, Stability, StepOutcome, StepStrategy};
+use super::{Failure, Integrator, Newton, Solution, Status, Step, TimeSpan, TurningPoint, tangent};
 use crate::math::linear::{dot, norm};
 use crate::math::tensor::Vec3;
 use crate::system::{ContactPoint, State, System, Want};
@@ -31,59 +33,82 @@ const CLOSED: f64 = 1e-10;
 /// Points that press from which Newton's method is left to itself: W is dense.
 const MANY: usize = 500;
 
-impl Stepper<'_> {
-    /// One step of the time grid: one search for contact, and `count` integration steps.
-    pub(super) fn advance_freely(
-        &mut self,
-        span: Span,
-        count: usize,
-        state: &mut State,
-        goal: f64,
-        accepted: &mut impl FnMut(&State, &State, &Newton, bool) -> bool,
-    ) -> Status {
-        let origin = state.t;
-        let dt = (goal - origin) / count as f64;
-        let seen = Seen {
-            touches: self.system.contact_points(&state.x, dt, &mut self.newton.sums.caches),
-            x: state.x.clone(),
-        };
-        for k in 1..=count {
-            if self.is_over() {
-                return Status::TimeBudget { t: state.t };
-            }
-            let t = if k == count { goal } else { origin + (goal - origin) * k as f64 / count as f64 };
-            let step = Step { system: self.system, integrator: span.integrator, past: state, dt: t - state.t };
-            let mut next = State { t, ..state.clone() };
-            let solved = match self.newton.move_and_correct(&step, &seen, &mut next) {
-                Ok(solved) => solved,
-                Err(why) => return Status::stopped(state.t, why),
-            };
-            span.integrator.finish(state, step.dt, &mut next);
-            let past = std::mem::replace(state, next);
-            self.count(&solved);
-            self.remember(state);
-            if !accepted(&past, state, &self.newton, k == count) {
-                return Status::Interrupted { t: state.t };
-            }
-        }
-        Status::Converged
+/// Steps of one correction each, a given number of them after each search for contact.
+pub(super) struct CorrectedSteps {
+    integrator: Integrator,
+    count: usize,
+    /// Steps since the search
+    done: usize,
+    /// Start and end of the step of the time grid \[s\]
+    origin: f64,
+    goal: f64,
+    planes: ContactPlanes,
+}
+
+impl CorrectedSteps {
+    pub fn new(span: TimeSpan, count: usize) -> Self {
+        let planes = ContactPlanes::default();
+        Self { integrator: span.integrator, count, done: 0, origin: 0.0, goal: 0.0, planes }
     }
 }
 
-/// What the search for contact saw.
-struct Seen {
-    touches: Vec<ContactPoint>,
+impl<'a> StepStrategy<'a> for CorrectedSteps {
+    fn begin(&mut self, steps: &mut StepSolver<'a>, state: &State, goal: f64) -> Result<(), Status> {
+        (self.done, self.origin, self.goal) = (0, state.t, goal);
+        let dt = (goal - state.t) / self.count as f64;
+        self.planes = ContactPlanes {
+            points: steps.system.contact_points(&state.x, dt, &mut steps.newton.sums.caches),
+            x: state.x.clone(),
+        };
+        Ok(())
+    }
+
+    fn step(&mut self, steps: &mut StepSolver<'a>, state: &State) -> StepOutcome {
+        let k = self.done + 1;
+        let on_grid = k == self.count;
+        let t =
+            if on_grid { self.goal } else { self.origin + (self.goal - self.origin) * k as f64 / self.count as f64 };
+        let step = Step { system: steps.system, integrator: self.integrator, past: state, dt: t - state.t };
+        let mut next = State { t, ..state.clone() };
+        match steps.newton.move_and_correct(&step, &self.planes, &mut next) {
+            Err(why) => StepOutcome::Failed(Status::stopped(state.t, why)),
+            Ok(solution) => {
+                self.integrator.finish(state, step.dt, &mut next);
+                StepOutcome::Solved(Box::new(SolvedStep { next, solution, on_grid, coarse: false }))
+            }
+        }
+    }
+
+    fn accepted(
+        &mut self,
+        _: &mut StepSolver<'a>,
+        _: &State,
+        _: &State,
+        _: &Solution,
+    ) -> (Stability, Option<TurningPoint>) {
+        self.done += 1;
+        (Stability::NotJudged, None)
+    }
+
+    fn is_done(&self) -> bool {
+        self.done == self.count
+    }
+}
+
+/// Obstacles as planes, one for each contact point, as they were when contact was searched.
+#[derive(Default)]
+struct ContactPlanes {
+    points: Vec<ContactPoint>,
     /// Displacement then
     x: Vec<f64>,
 }
 
 impl Newton {
     /// From `past` to the end of the step: free motion, then one correction.
-    fn move_and_correct(&mut self, step: &Step, seen: &Seen, next: &mut State) -> Result<Solved, Failure> {
-        let mut solved = Solved { iterations: 1, ..self.unsolved() };
+    fn move_and_correct(&mut self, step: &Step, planes: &ContactPlanes, next: &mut State) -> Result<Solution, Failure> {
+        let mut solved = Solution { iterations: 1, ..self.unsolved() };
         self.look_back(step)?;
-        self.correct(step, seen, next, &step.targets(next), &mut solved)?;
-        self.iterations = solved.iterations;
+        self.correct(step, planes, next, &step.targets(next), &mut solved)?;
         self.advance_history(step, next)?;
         Ok(solved)
     }
@@ -97,22 +122,23 @@ impl Newton {
     }
 
     /// Corrections from `next` until it is an equilibrium, each with the planes of its own state; None where they do not lead there.
-    pub(super) fn correct_repeatedly(&mut self, step: &Step, next: &mut State) -> Option<Solved> {
+    pub(super) fn correct_repeatedly(&mut self, step: &Step, next: &mut State) -> Option<Solution> {
         let targets = step.targets(next);
         let mut solved = self.unsolved();
         self.look_back(step).ok()?;
         while !solved.regularised && solved.iterations < self.settings.max_iterations {
             let dt = step.at(next).dt;
-            let seen =
-                Seen { touches: step.system.contact_points(&next.x, dt, &mut self.sums.caches), x: next.x.clone() };
-            if seen.touches.iter().filter(|touch| touch.force > 0.0).count() > MANY {
+            let planes = ContactPlanes {
+                points: step.system.contact_points(&next.x, dt, &mut self.sums.caches),
+                x: next.x.clone(),
+            };
+            if planes.points.iter().filter(|touch| touch.force > 0.0).count() > MANY {
                 return None;
             }
-            self.correct(step, &seen, next, &targets, &mut solved).ok()?;
+            self.correct(step, &planes, next, &targets, &mut solved).ok()?;
             solved.iterations += 1;
             let error = self.error(step.system, next, self.rounding());
             if error <= self.settings.tolerance {
-                self.iterations = solved.iterations;
                 self.advance_history(step, next).ok()?;
                 return Some(solved);
             }
@@ -127,13 +153,13 @@ impl Newton {
     fn correct(
         &mut self,
         step: &Step,
-        seen: &Seen,
+        planes: &ContactPlanes,
         next: &mut State,
         targets: &[(usize, f64)],
-        solved: &mut Solved,
+        solved: &mut Solution,
     ) -> Result<(), Failure> {
         let system = step.system;
-        let mut forces = vec![0.0; seen.touches.len()];
+        let mut forces = vec![0.0; planes.points.len()];
         system.set_contact_forces(&mut next.x, &forces, &mut self.sums.caches);
         let increment = remaining(targets, next);
         self.evaluate(step, next, Want::Tangent, increment.as_deref())?;
@@ -143,16 +169,16 @@ impl Newton {
         tangent::solve(&mut self.factor, &self.sums, &mut y).map_err(Failure::Linear)?;
         let mut contacts = Contacts::default();
         // Points that press already, then those that would cross.
-        let mut fresh: Vec<usize> = (0..forces.len()).filter(|&k| seen.touches[k].force > 0.0).collect();
+        let mut fresh: Vec<usize> = (0..forces.len()).filter(|&k| planes.points[k].force > 0.0).collect();
         let mut looked_at = vec![false; forces.len()];
         let direction = loop {
             for &k in &fresh {
-                let touch = &seen.touches[k];
+                let touch = &planes.points[k];
                 looked_at[k] = true;
                 // Without du on the free dofs.
                 let carried = increment.as_ref().map_or(Vec3::zeros(), |d| touch.motion(d));
                 let since = |then: &[f64]| touch.motion(&next.x) - touch.motion(then) + carried;
-                let gap = touch.gap + touch.normal.dot(&since(&seen.x));
+                let gap = touch.gap + touch.normal.dot(&since(&planes.x));
                 contacts.add(system, k, touch, (gap, since(&step.past.x)));
             }
             let mut columns = contacts.columns(y.len());
@@ -160,9 +186,9 @@ impl Newton {
             contacts.respond(&columns, &y, &schur, &self.sums.gradient);
             let direction = self.direction_under(system, next, increment.as_deref(), (&y, &schur), &mut contacts)?;
             let size = direction.x[..system.dofs.displacements as usize].iter().fold(0.0, |m: f64, d| m.max(d.abs()));
-            let way: Vec<f64> = next.x.iter().zip(&direction.x).zip(&seen.x).map(|((x, d), s)| x + d - s).collect();
+            let way: Vec<f64> = next.x.iter().zip(&direction.x).zip(&planes.x).map(|((x, d), s)| x + d - s).collect();
             let crossed = |touch: &ContactPoint| touch.gap + touch.normal.dot(&touch.motion(&way)) < -CLOSED * size;
-            fresh = (0..forces.len()).filter(|&k| !looked_at[k] && crossed(&seen.touches[k])).collect();
+            fresh = (0..forces.len()).filter(|&k| !looked_at[k] && crossed(&planes.points[k])).collect();
             if fresh.is_empty() {
                 break direction;
             }
@@ -183,7 +209,7 @@ impl Newton {
         increment: Option<&[f64]>,
         (y, schur): (&[f64], &Schur),
         contacts: &mut Contacts,
-    ) -> Result<Direction, Failure> {
+    ) -> Result<NewtonDirection, Failure> {
         let m = state.lambda.len();
         let free: Vec<f64> = (0..m).map(|c| -self.sums.increment_gap[c] - dot(&self.sums.gradient[c], y)).collect();
         let multipliers = |p: &[f64], cross: &[Vec<f64>]| {
@@ -202,6 +228,6 @@ impl Newton {
         for (z, p) in contacts.z.iter().zip(&contacts.p) {
             du.iter_mut().zip(z).for_each(|(du, z)| *du += z * p);
         }
-        Ok(Direction::new(system, increment, &du, lambda))
+        Ok(NewtonDirection::new(system, increment, &du, lambda))
     }
 }

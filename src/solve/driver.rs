@@ -1,0 +1,169 @@
+//! The loop over the spans of a run, the points of their time grids, and the steps in between. A step that did not converge is
+//! never accepted.
+
+use super::arc_length::ArcLengthSteps;
+use super::contact_correction::CorrectedSteps;
+use super::observer::{AcceptedStep, GridPoint, GridPosition, StepObserver};
+use super::start::initial_acceleration_by;
+use super::step_solver::{StepSettings, StepSolver};
+use super::step_strategy::{StepOutcome, StepStrategy};
+use super::subdivided_steps::SubdividedSteps;
+use super::{DriverMemory, Findings, Integrator, Newton, Status, TimeSpan, Totals};
+use crate::system::{State, System};
+use std::ops::ControlFlow;
+
+/// Takes a state through time, span by span.
+pub struct Driver<'a> {
+    pub steps: StepSolver<'a>,
+    pub totals: Totals,
+    pub findings: Findings,
+    /// How often the nominal step is halved for its time error
+    level: u32,
+}
+
+impl<'a> Driver<'a> {
+    pub fn new(system: &'a System, newton: Newton, settings: StepSettings) -> Self {
+        let steps = StepSolver::new(system, newton, settings);
+        Self { steps, totals: Totals::default(), findings: Findings::default(), level: 0 }
+    }
+
+    /// Goes on where another driver was.
+    pub fn resume(&mut self, memory: DriverMemory) {
+        let DriverMemory { prediction, level, stiffness, lagged_factor, totals } = memory;
+        (self.steps.prediction, self.level, self.totals) = (prediction, level, totals);
+        self.steps.newton.stiffness = stiffness;
+        self.steps.newton.resume_factor(lagged_factor, self.steps.system);
+    }
+
+    /// Runs one span from `state` to its end.
+    pub fn run(&mut self, span: TimeSpan, state: &mut State, observer: &mut dyn StepObserver) -> Status {
+        self.run_spans(&[span], None, state, observer)
+    }
+
+    /// Runs the spans from `state`; from a position in their grids after a restart, where nothing is decided again.
+    pub fn run_spans(
+        &mut self,
+        spans: &[TimeSpan],
+        from: Option<GridPosition>,
+        state: &mut State,
+        observer: &mut dyn StepObserver,
+    ) -> Status {
+        match self.all_spans(spans, from, state, observer) {
+            ControlFlow::Continue(()) => Status::Converged,
+            ControlFlow::Break(status) => status,
+        }
+    }
+
+    fn all_spans(
+        &mut self,
+        spans: &[TimeSpan],
+        from: Option<GridPosition>,
+        state: &mut State,
+        observer: &mut dyn StepObserver,
+    ) -> ControlFlow<Status> {
+        let mut resumed = from.is_some();
+        let mut position = from.unwrap_or_default();
+        while let Some(span) = spans.get(position.span) {
+            if position.step == 0 && !resumed {
+                self.begin(span, state)?;
+                observer.span_begins(span, state);
+            }
+            let mut strategy = strategy(span, self.level);
+            while position.step < span.steps() {
+                let goal = span.point(position.step + 1);
+                if !std::mem::take(&mut resumed) {
+                    let point = GridPoint { position, next: Some(goal), memory: &|| self.memory() };
+                    observer.grid_point(&point, state)?;
+                }
+                self.advance(span, strategy.as_mut(), state, goal, observer)?;
+                position.step = if strategy.ignores_grid() { span.steps() } else { position.step + 1 };
+            }
+            position = GridPosition { span: position.span + 1, step: 0 };
+        }
+        if resumed {
+            return ControlFlow::Continue(());
+        }
+        observer.grid_point(&GridPoint { position, next: None, memory: &|| self.memory() }, state)
+    }
+
+    /// Makes `state` the first one of a span.
+    fn begin(&mut self, span: &TimeSpan, state: &mut State) -> ControlFlow<Status> {
+        if span.integrator.needs_initial_acceleration() {
+            match initial_acceleration_by(self.steps.newton.method.clone(), self.steps.system, state) {
+                Ok(a) => state.a = a,
+                Err(why) => return ControlFlow::Break(Status::StepTooSmall { t: state.t, why }),
+            }
+        }
+        span.integrator.begin(state);
+        self.level = 0;
+        self.steps.prediction.recent.clear();
+        self.steps.prediction.remember(state);
+        ControlFlow::Continue(())
+    }
+
+    /// From `state` to `goal`, the next point of the time grid.
+    fn advance(
+        &mut self,
+        span: &TimeSpan,
+        strategy: &mut dyn StepStrategy<'a>,
+        state: &mut State,
+        goal: f64,
+        observer: &mut dyn StepObserver,
+    ) -> ControlFlow<Status> {
+        if let Err(status) = strategy.begin(&mut self.steps, state, goal) {
+            return ControlFlow::Break(status);
+        }
+        while !strategy.is_done() {
+            if self.steps.is_over() {
+                return ControlFlow::Break(Status::TimeBudget { t: state.t });
+            }
+            let solved = match strategy.step(&mut self.steps, state) {
+                StepOutcome::Solved(solved) => *solved,
+                StepOutcome::Cut => {
+                    self.totals.cuts += 1;
+                    continue;
+                }
+                StepOutcome::Repeat => {
+                    self.totals.repeated += 1;
+                    continue;
+                }
+                StepOutcome::Failed(status) => return ControlFlow::Break(status),
+            };
+            let (integrator, solution) = (span.integrator, solved.solution);
+            let past = std::mem::replace(state, solved.next);
+            self.totals.add(&solution);
+            self.totals.coarse += usize::from(solved.coarse);
+            self.steps.prediction.remember(state);
+            let (iterations, sums, on_grid) = (solution.iterations, &self.steps.newton.sums, solved.on_grid);
+            let step = AcceptedStep { integrator, past: &past, now: state, iterations, sums, on_grid };
+            if observer.accepted(&step).is_break() {
+                return ControlFlow::Break(Status::Interrupted { t: state.t });
+            }
+            let (stability, turning_point) = strategy.accepted(&mut self.steps, &past, state, &solution);
+            self.findings.note(&mut self.totals, integrator.is_static(), state.t, stability);
+            self.findings.turning_points.extend(turning_point);
+        }
+        self.level = strategy.level();
+        ControlFlow::Continue(())
+    }
+
+    /// Everything that the next step needs in addition to the state to give the same bits.
+    fn memory(&self) -> DriverMemory {
+        DriverMemory {
+            prediction: self.steps.prediction.clone(),
+            level: self.level,
+            stiffness: self.steps.newton.stiffness,
+            lagged_factor: self.steps.newton.lagged_factor_record(),
+            totals: self.totals,
+        }
+    }
+}
+
+/// The strategy of a span, whose nominal step is halved `level` times already.
+fn strategy<'a>(span: &TimeSpan, level: u32) -> Box<dyn StepStrategy<'a> + 'a> {
+    match span.integrator {
+        Integrator::ArcLength { max_steps } => Box::new(ArcLengthSteps::new(*span, max_steps)),
+        Integrator::FreeMotion { integration_steps } => Box::new(CorrectedSteps::new(*span, integration_steps)),
+        _ => Box::new(SubdividedSteps::new(*span, level)),
+    }
+}

@@ -1,0 +1,15 @@
+//! The memory of a run from step to step, which a checkpoint holds.
+
+use super::{LaggedFactorRecord, Prediction, Totals};
+
+/// Everything that a driver remembers from step to step in addition to the state.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct DriverMemory {
+    pub prediction: Prediction,
+    /// How often the nominal step was halved for its time error
+    pub level: u32,
+    /// ‖diag K‖ of the last tangent \[N/m\]
+    pub stiffness: f64,
+    pub lagged_factor: LaggedFactorRecord,
+    pub totals: Totals,
+}

@@ -1,0 +1,285 @@
+//! Arc length: the time t of the loads is an unknown, the length of the step in the displacements is given.
+//!
+//! ```text
+//! r(x, t) = 0,  ‖x − x₀‖² = Δs²,  Δx ← Δx + K⁻¹(−r) + θ ẋ,  ẋ = −K⁻¹ ∂r/∂t,  θ from ‖Δx‖ = Δs
+//! ```
+//!
+//! Crisfield (Comput. Struct. 13, 1981), the cylindrical form; of the two roots θ the one that keeps to the last direction.
+//! K is not shifted, so unstable equilibria are followed too. The step aims at four iterations: Δs ← Δs √(4/iterations)
+//! (Ramm 1981). Rows take part as long as they stay as they are, taut or slack, during a step.
+//!
+//! Limits: statics without history that grows; a branch that crosses the path is not taken.
+
+use super::newton::Newton;
+use super::{Failure, Integrator, Solution, Step, tangent};
+use crate::math::linear::{LinearError, dot, norm};
+use crate::system::{State, System, Want};
+use nalgebra::{DMatrix, DVector};
+
+/// Iterations that the step length aims at.
+const WANTED: f64 = 4.0;
+/// A step is never longer than this many first ones.
+const LONGEST: f64 = 10.0;
+
+/// A step that moves the body more than this many times what the tangent before it says may be a jump.
+const NEAR: f64 = 2.0;
+
+/// What ends a step.
+#[derive(Clone, Copy, PartialEq)]
+enum PathStepEnd {
+    /// ‖Δx‖ \[m\]
+    Arc(f64),
+    /// t \[s\]
+    Time(f64),
+}
+
+/// Where the loads are largest or least along the path.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TurningPoint {
+    /// Time of the loads \[s\]
+    pub t: f64,
+    /// The loads grow before it and fall after it
+    pub highest: bool,
+    /// The node that moves most there
+    pub node: u32,
+}
+
+/// An accepted point of the path.
+pub(super) struct PathPoint {
+    pub state: State,
+    pub solution: Solution,
+}
+
+/// Follows the path of static equilibria x(s), t(s).
+pub(super) struct PathTracer<'a> {
+    system: &'a System,
+    /// Step of the difference ∂r/∂t \[s\], taken backwards where it would pass `end` \[s\]
+    delta: f64,
+    end: f64,
+    /// Displacement of the last step \[equations\], empty at the start
+    last: Vec<f64>,
+    /// Δs of the next step and the longest one \[m\]
+    length: f64,
+    longest: f64,
+    /// Arc and time of the last points, newest last, with their states
+    trail: Vec<(f64, State)>,
+}
+
+/// Response of the linearised system.
+struct Response {
+    /// −K⁻¹ r and −K⁻¹ ∂r/∂t \[equations\], with the rows held
+    residual: Vec<f64>,
+    rate: Vec<f64>,
+    /// Changes of the multipliers
+    lambda: [Vec<f64>; 2],
+}
+
+impl<'a> PathTracer<'a> {
+    /// From an equilibrium towards `end`, with a first step of the length that the loads of `dt` cause there.
+    pub fn new(newton: &mut Newton, system: &'a System, state: &State, end: f64, dt: f64) -> Result<Self, Failure> {
+        let trail = vec![(0.0, state.clone())];
+        let mut tracer = Self { system, delta: 1e-4 * dt, end, last: Vec::new(), length: 0.0, longest: 0.0, trail };
+        let (response, _) = tracer.linearise(newton, state, &mut state.clone())?;
+        tracer.length = dt * tracer.size(&response.rate);
+        tracer.longest = LONGEST * tracer.length;
+        if tracer.length > 0.0 && tracer.length.is_finite() {
+            return Ok(tracer);
+        }
+        Err(Failure::Unloaded)
+    }
+
+    /// Is a state about as far as the loads of the first step would move the body if it stayed as stiff? A jump over a limit
+    /// point goes much farther.
+    pub fn is_near(&self, next: &State) -> bool {
+        let from = &self.trail.last().expect("the start").1;
+        self.size(&self.difference(&from.x, &next.x)) <= NEAR * self.length
+    }
+
+    /// One step of the present length, not beyond the end.
+    pub fn step(&mut self, newton: &mut Newton) -> Result<PathPoint, Failure> {
+        let mut point = self.reach(newton, PathStepEnd::Arc(self.length))?;
+        if point.state.t >= self.end {
+            point = self.reach(newton, PathStepEnd::Time(self.end))?;
+        }
+        let grown = self.length * (WANTED / point.solution.iterations as f64).sqrt().clamp(0.5, 2.0);
+        let from = &self.trail.last().expect("the start").1;
+        self.last = self.difference(&from.x, &point.state.x);
+        let arc = self.trail.last().expect("the start").0 + norm(&self.last);
+        self.trail.push((arc, point.state.clone()));
+        if self.trail.len() > 3 {
+            self.trail.remove(0);
+        }
+        self.length = grown.min(self.longest);
+        Ok(point)
+    }
+
+    /// Halves the length of the next step.
+    pub fn halve(&mut self) {
+        self.length *= 0.5;
+    }
+
+    /// One step, whose length is halved at most `cuts` times.
+    pub fn step_with_cuts(&mut self, newton: &mut Newton, cuts: u32) -> Result<PathPoint, Failure> {
+        for _ in 0..cuts {
+            match self.step(newton) {
+                Ok(point) => return Ok(point),
+                Err(_) => self.halve(),
+            }
+        }
+        self.step(newton)
+    }
+
+    /// The turning point between the last three points, if there is one: the top of the parabola through them, solved for.
+    pub fn turning_point(&self, newton: &mut Newton) -> Option<TurningPoint> {
+        let [(s0, a), (s1, b), (s2, c)] = &self.trail[..] else { return None };
+        let (before, after) = (b.t - a.t, c.t - b.t);
+        if before * after >= 0.0 {
+            return None;
+        }
+        let (low, high) = (before / (s1 - s0), after / (s2 - s1));
+        // t′ at the middles of the two steps, linear in between
+        let top = 0.5 * (s0 + s1) + 0.5 * (s2 - s0) * low / (low - high);
+        let direction = self.difference(&a.x, &b.x);
+        let from = Self { last: direction, trail: vec![(*s0, a.clone())], ..*self };
+        let solved = from.reach(newton, PathStepEnd::Arc(top - s0)).ok();
+        let highest = before > 0.0;
+        let better = |t: f64| if highest { t.max(b.t) } else { t.min(b.t) };
+        let moved = self.difference(&a.x, &c.x);
+        let most = (0..moved.len()).max_by(|i, j| moved[*i].abs().total_cmp(&moved[*j].abs()))?;
+        let t = better(solved.map_or(b.t, |point| point.state.t));
+        Some(TurningPoint { t, highest, node: self.system.dofs.free[most] / 3 })
+    }
+
+    /// Newton's method from the last point to `end`.
+    fn reach(&self, newton: &mut Newton, end: PathStepEnd) -> Result<PathPoint, Failure> {
+        let start = &self.trail.last().expect("the start").1;
+        let mut next = start.clone();
+        let (mut moved, mut iterations) = (vec![0.0; self.system.dofs.free.len()], 0);
+        let rows = self.taut(start);
+        loop {
+            let (response, unstable_modes) = self.linearise(newton, start, &mut next)?;
+            let theta = match end {
+                PathStepEnd::Time(t) => t - next.t,
+                PathStepEnd::Arc(length) => self.root(&moved, &response, length)?,
+            };
+            for (i, (u, v)) in response.residual.iter().zip(&response.rate).enumerate() {
+                moved[i] += u + theta * v;
+                next.x[self.system.dofs.free[i] as usize] += u + theta * v;
+            }
+            for (k, &c) in rows.iter().enumerate() {
+                next.lambda[c] += response.lambda[0][k] + theta * response.lambda[1][k];
+            }
+            next.t = if let PathStepEnd::Time(t) = end { t } else { next.t + theta };
+            iterations += 1;
+            self.evaluate(newton, start, &mut next, Want::Residual)?;
+            let error = newton.error(self.system, &next, newton.rounding_here());
+            if error <= newton.settings.tolerance {
+                newton.advance_history(&self.at(start), &mut next)?;
+                let solution = Solution { iterations, unstable_modes, regularised: false, projected: false };
+                return Ok(PathPoint { state: next, solution });
+            }
+            if iterations == newton.settings.max_iterations || !error.is_finite() {
+                return Err(Failure::NotConverged { residual: error, node: newton.worst_node(self.system) });
+            }
+        }
+    }
+
+    fn at<'b>(&self, past: &'b State) -> Step<'b>
+    where
+        'a: 'b,
+    {
+        Step { system: self.system, integrator: Integrator::Static, past, dt: 1.0 }
+    }
+
+    /// Sums at `next`, whose prescribed dofs are put where they belong at its time.
+    fn evaluate(&self, newton: &mut Newton, past: &State, next: &mut State, want: Want) -> Result<(), Failure> {
+        for p in &self.system.prescribed {
+            next.x[p.dof as usize] = p.signal.at(next.t);
+        }
+        newton.evaluate(&self.at(past), next, want, None)
+    }
+
+    /// Solves K du + Σ h dλ = −r, h·du = g and the same for ∂/∂t; the negative eigenvalues of the constrained tangent.
+    fn linearise(
+        &self,
+        newton: &mut Newton,
+        past: &State,
+        next: &mut State,
+    ) -> Result<(Response, Option<usize>), Failure> {
+        let delta = if next.t + self.delta <= self.end { self.delta } else { -self.delta };
+        let mut later = State { t: next.t + delta, ..next.clone() };
+        self.evaluate(newton, past, &mut later, Want::Residual)?;
+        let (force, gap) = (self.system.restrict(&newton.sums.r), newton.sums.g.clone());
+        self.evaluate(newton, past, next, Want::Tangent)?;
+        let now = self.system.restrict(&newton.sums.r);
+        newton.fit_factor(self.system);
+        newton.factor.move_to(&next.x);
+        newton.factor.factorise(&newton.sums.k).map_err(Failure::Linear)?;
+        let schur = newton.schur(self.system)?;
+        let n = now.len();
+        let mut both: Vec<f64> = now.iter().map(|r| -r).collect();
+        both.extend(force.iter().zip(&now).map(|(later, now)| (now - later) / delta));
+        tangent::solve(&mut newton.factor, &newton.sums, &mut both).map_err(Failure::Linear)?;
+        let (rows, m) = (self.taut(past), newton.sums.g.len());
+        let s = DMatrix::from_fn(rows.len(), rows.len(), |i, j| schur.s[rows[i] * m + rows[j]]).lu();
+        let mut lambda = [Vec::new(), Vec::new()];
+        for (y, (dl, rate)) in both.chunks_exact_mut(n).zip(lambda.iter_mut().zip([false, true])) {
+            let target = |c: usize| if rate { (gap[c] - newton.sums.g[c]) / delta } else { newton.sums.g[c] };
+            let wanted = |i: usize, _| dot(&newton.sums.gradient[rows[i]], y) - target(rows[i]);
+            let change = DVector::from_fn(rows.len(), wanted);
+            let change = if rows.is_empty() { change } else { s.solve(&change).ok_or(SINGULAR)? };
+            for (&c, dl) in rows.iter().zip(&change) {
+                y.iter_mut().zip(&schur.z[c * n..(c + 1) * n]).for_each(|(y, z)| *y -= dl * z);
+            }
+            *dl = change.iter().copied().collect();
+        }
+        let rate = both.split_off(n);
+        Ok((Response { residual: both, rate, lambda }, newton.negative(self.system, &schur)))
+    }
+
+    /// Rows that take part: equalities and taut ones.
+    fn taut(&self, state: &State) -> Vec<usize> {
+        let rows = self.system.constraints.iter().zip(&state.lambda).enumerate();
+        rows.filter(|(_, (row, lambda))| row.cone().holds(**lambda)).map(|(c, _)| c).collect()
+    }
+
+    /// θ with ‖Δx + du + θ ẋ‖ = Δs: forward along the last direction, at the start with the loads.
+    fn root(&self, moved: &[f64], response: &Response, length: f64) -> Result<f64, Failure> {
+        let moving = |v: &[f64]| -> Vec<f64> {
+            let free = v.iter().enumerate().filter(|(e, _)| !self.system.dofs.is_scalar(*e));
+            free.map(|(_, v)| *v).collect()
+        };
+        let rate = moving(&response.rate);
+        let tip: Vec<f64> = moving(moved).iter().zip(moving(&response.residual)).map(|(a, b)| a + b).collect();
+        let (a, b, c) = (dot(&rate, &rate), dot(&tip, &rate), dot(&tip, &tip) - length * length);
+        let first = moved.iter().all(|m| *m == 0.0);
+        if first {
+            let forward = if self.last.is_empty() { 1.0 } else { dot(&rate, &moving(&self.last)).signum() };
+            return Ok(forward * length / a.sqrt());
+        }
+        let discriminant = b * b - a * c;
+        if discriminant.is_nan() || discriminant < 0.0 {
+            return Err(Failure::NotConverged { residual: f64::INFINITY, node: 0 });
+        }
+        let roots = [1.0, -1.0].map(|sign| (-b + sign * discriminant.sqrt()) / a);
+        // tip + θ ẋ closest to the way gone so far
+        let way = moving(moved);
+        let along = |theta: f64| dot(&tip, &way) + theta * dot(&rate, &way);
+        Ok(if along(roots[0]) >= along(roots[1]) { roots[0] } else { roots[1] })
+    }
+
+    /// Free displacements from one state to the other; zero for the second field.
+    fn difference(&self, from: &[f64], to: &[f64]) -> Vec<f64> {
+        let dofs = &self.system.dofs;
+        let change = |dof: &u32| if *dof < dofs.displacements { to[*dof as usize] - from[*dof as usize] } else { 0.0 };
+        dofs.free.iter().map(change).collect()
+    }
+
+    /// ‖v‖ of the displacements in v \[equations\].
+    fn size(&self, v: &[f64]) -> f64 {
+        let moving = v.iter().enumerate().filter(|(e, _)| !self.system.dofs.is_scalar(*e));
+        moving.map(|(_, v)| v * v).sum::<f64>().sqrt()
+    }
+}
+
+const SINGULAR: Failure = Failure::Linear(LinearError::Singular);

@@ -1,0 +1,84 @@
+//! Solves single steps: initial values, fallbacks, time error.
+
+use super::prediction::Prediction;
+use super::{Failure, Integrator, Newton, Solution, Step};
+use crate::math::tensor::Vec3;
+use crate::system::{State, System};
+use std::time::Instant;
+
+/// Step control.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StepSettings {
+    /// A step is halved at most this often before the run stops
+    pub cuts: u32,
+    /// Start each step from the extrapolation of the last ones
+    pub extrapolate: bool,
+    /// Largest error \[m\] that a dynamic step may make by itself; without it all steps are the nominal ones
+    pub time_error: Option<f64>,
+}
+
+impl Default for StepSettings {
+    fn default() -> Self {
+        Self { cuts: 10, extrapolate: true, time_error: None }
+    }
+}
+
+/// Solves single steps for the [step strategies](super::step_strategy).
+pub struct StepSolver<'a> {
+    pub system: &'a System,
+    pub newton: Newton,
+    pub settings: StepSettings,
+    /// \[nodes\] X, to name rigid motions by; or empty
+    pub points: &'a [Vec3],
+    /// The run stops when this is over
+    pub deadline: Option<Instant>,
+    pub(super) prediction: Prediction,
+}
+
+impl<'a> StepSolver<'a> {
+    pub(super) fn new(system: &'a System, newton: Newton, settings: StepSettings) -> Self {
+        Self { system, newton, settings, points: &[], deadline: None, prediction: Prediction::default() }
+    }
+
+    pub(super) fn is_over(&self) -> bool {
+        self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
+    }
+
+    /// One step to time `t`: from the extrapolation, then from the last state, then with projected tangents.
+    pub(super) fn solve(
+        &mut self,
+        integrator: Integrator,
+        state: &State,
+        t: f64,
+    ) -> Result<(State, Solution), Failure> {
+        let dt = t - state.t;
+        let mut next = State { t, ..state.clone() };
+        // The linearised step is linearised at the last state: K(xₙ).
+        let extrapolate = self.settings.extrapolate && !integrator.is_linearised();
+        let extrapolated = extrapolate
+            && self.prediction.predict(self.system, integrator, state, &mut next, &mut self.newton.sums.caches);
+        let step = Step { system: self.system, integrator, past: state, dt };
+        let mut result = self.newton.solve(&step, &mut next);
+        if result.is_err() && extrapolated {
+            next = State { t, ..state.clone() };
+            result = self.newton.solve(&step, &mut next);
+        }
+        if result.is_err() && self.newton.settings.projection && !integrator.is_linearised() {
+            next = State { t, ..state.clone() };
+            self.newton.sums.projected = true;
+            result = self.newton.solve(&step, &mut next);
+            self.newton.sums.projected = false;
+        }
+        let solution = result?;
+        integrator.finish(state, dt, &mut next);
+        Ok((next, solution))
+    }
+
+    /// Time error of a step by itself, as a multiple of the allowed one; 0 where none is asked for.
+    pub(super) fn time_error(&self, integrator: Integrator, past: &State, next: &State) -> f64 {
+        let Some(allowed) = self.settings.time_error.filter(|_| !integrator.is_static()) else { return 0.0 };
+        let dofs = &self.system.dofs;
+        let moving: Vec<u32> = dofs.free.iter().copied().filter(|&dof| dof < dofs.displacements).collect();
+        integrator.local_error(past, next, &moving) / allowed
+    }
+}

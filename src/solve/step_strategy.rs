@@ -1,0 +1,74 @@
+//! The interface of the ways to get from one point of the time grid to the next.
+
+use super::step_solver::StepSolver;
+use super::{Solution, Status, TurningPoint};
+use crate::system::State;
+
+/// Chooses and solves the steps between two points of the time grid. The [`Driver`](super::Driver) calls `begin`, then `step`
+/// until `is_done`, with `accepted` after each step that it accepted.
+pub(super) trait StepStrategy<'a> {
+    /// Prepares the steps from `state` to the time `goal` \[s\].
+    fn begin(&mut self, steps: &mut StepSolver<'a>, state: &State, goal: f64) -> Result<(), Status>;
+
+    /// Tries one step from `state`.
+    fn step(&mut self, steps: &mut StepSolver<'a>, state: &State) -> StepOutcome;
+
+    /// The last step was accepted and observed: its findings, and preparations for the next one.
+    fn accepted(
+        &mut self,
+        steps: &mut StepSolver<'a>,
+        past: &State,
+        now: &State,
+        solution: &Solution,
+    ) -> (Stability, Option<TurningPoint>);
+
+    /// Whether the goal is reached.
+    fn is_done(&self) -> bool;
+
+    /// Whether the strategy goes to the end of the span at once, without its time grid.
+    fn ignores_grid(&self) -> bool {
+        false
+    }
+
+    /// How often the nominal step is halved.
+    fn level(&self) -> u32 {
+        0
+    }
+}
+
+/// Result of one trial step.
+pub(super) enum StepOutcome {
+    Solved(Box<SolvedStep>),
+    /// The step did not converge; a shorter one is to be tried
+    Cut,
+    /// The time error of the step was too large; a shorter one is to be tried
+    Repeat,
+    /// No step is possible
+    Failed(Status),
+}
+
+/// A step to be accepted.
+pub(super) struct SolvedStep {
+    pub next: State,
+    pub solution: Solution,
+    /// Whether it ends at a point of the time grid
+    pub on_grid: bool,
+    /// Whether its time error is too large, and it cannot be cut any more
+    pub coarse: bool,
+}
+
+/// Stability of an accepted equilibrium.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Stability {
+    NotJudged,
+    /// The linear solver does not count negative eigenvalues
+    NotCounted,
+    /// Number of negative eigenvalues of the constrained tangent
+    UnstableModes(usize),
+}
+
+impl From<Option<usize>> for Stability {
+    fn from(modes: Option<usize>) -> Self {
+        modes.map_or(Self::NotCounted, Self::UnstableModes)
+    }
+}

@@ -1,0 +1,60 @@
+//! Counts of a run, and findings about the equilibria it passed.
+
+use super::{Solution, Stability, TurningPoint};
+
+/// Counts over a run.
+#[derive(Clone, Copy, Debug, PartialEq, Default, serde::Serialize, serde::Deserialize)]
+pub struct Totals {
+    pub steps: usize,
+    pub iterations: usize,
+    pub cuts: usize,
+    /// Steps that were solved, and repeated in parts since their time error was too large
+    pub repeated: usize,
+    /// Steps whose time error was too large, and that could not be cut any more
+    pub coarse: usize,
+    /// Steps whose tangent had to be shifted towards positive definiteness
+    pub regularised: usize,
+    /// Steps that converged with projected blocks only
+    pub projected: usize,
+    /// Accepted states whose tangent had negative eigenvalues: beyond a bifurcation or a limit point
+    pub unstable: usize,
+    /// Accepted states where negative eigenvalues were not counted: the iterative method meets them by chance only
+    #[serde(default)]
+    pub uncounted: usize,
+}
+
+impl Totals {
+    /// Adds an accepted step.
+    pub(super) fn add(&mut self, solution: &Solution) {
+        self.steps += 1;
+        self.iterations += solution.iterations;
+        self.regularised += usize::from(solution.regularised);
+        self.projected += usize::from(solution.projected);
+    }
+}
+
+/// Turning points and changes of stability along the path of equilibria.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct Findings {
+    /// Arc length: states where the loads were largest or least
+    pub turning_points: Vec<TurningPoint>,
+    /// Static stages: time \[s\] and number of negative eigenvalues of the constrained tangent, wherever the number changes
+    pub unstable: Vec<(f64, usize)>,
+}
+
+impl Findings {
+    /// Notes the stability of the accepted state at time `t` \[s\].
+    pub(super) fn note(&mut self, totals: &mut Totals, is_static: bool, t: f64, stability: Stability) {
+        match stability {
+            Stability::NotJudged => {}
+            Stability::NotCounted => totals.uncounted += 1,
+            Stability::UnstableModes(modes) => {
+                totals.unstable += usize::from(modes > 0);
+                let known = self.unstable.last().map_or(0, |last| last.1);
+                if is_static && modes != known {
+                    self.unstable.push((t, modes));
+                }
+            }
+        }
+    }
+}
