@@ -11,7 +11,7 @@ use super::run_recorder::RunRecorder;
 use super::sensitivities::{Sensitivities, SensitivityRecorder};
 use crate::effect::contact::Counts;
 use crate::math::tensor::Vec3;
-use crate::solve::{Driver, Findings, Newton, NewtonSettings, Status, StepSettings, Totals};
+use crate::solve::{Driver, Findings, NewtonSettings, NonlinearSolver, Status, StepSettings, Totals};
 use crate::system::{At, Cost, State};
 use std::time::{Duration, Instant};
 
@@ -83,7 +83,8 @@ impl Scene {
         let stuck =
             matches!(status, Status::StepTooSmall { .. } | Status::Inverted { .. } | Status::NoEquilibrium { .. });
         let pulling = stuck.then(|| pulling(&self.cables, &state));
-        let Newton { factor, sums, assembly_time, .. } = &driver.steps.newton;
+        let NonlinearSolver { equations, linear, .. } = &driver.steps.solver;
+        let (factor, sums) = (&linear.factor, &equations.sums);
         Run {
             columns: self.columns(),
             written: self.written(&checkpoint.rows),
@@ -95,7 +96,7 @@ impl Scene {
             totals: driver.totals,
             findings: driver.findings,
             costs: by_name(&sums.costs),
-            assembly: *assembly_time,
+            assembly: equations.assembly_time,
             factorisation: factor.factor_time,
             factorisations: factor.count,
             solve: factor.solve_time,
@@ -124,10 +125,10 @@ impl Scene {
             reuse_threshold: n.reuse_threshold,
             projection: n.projection,
         };
-        let mut newton = Newton::by(self.method(), &self.system, settings, self.body.mesh.diagonal());
-        newton.points.clone_from(&self.points);
+        let mut solver = NonlinearSolver::with_method(self.method(), &self.system, settings, self.body.mesh.diagonal());
+        solver.linear.points.clone_from(&self.points);
         let steps = StepSettings { cuts: n.cuts, extrapolate: n.extrapolate, time_error: n.time_error.map(|l| l.0) };
-        let mut driver = Driver::new(&self.system, newton, steps);
+        let mut driver = Driver::new(&self.system, solver, steps);
         driver.steps.points = &self.points;
         let budget = n.time_budget.and_then(|b| Duration::try_from_secs_f64(b.0).ok());
         driver.steps.deadline = budget.and_then(|b| Instant::now().checked_add(b));

@@ -21,7 +21,7 @@ use std::fmt;
 use std::str::FromStr;
 use std::sync::Arc;
 
-/// A constant of a law, as it stands in the scene file: `laws.rubber.mu`.
+/// A constant of a law by its name in the scene file: `laws.rubber.mu`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Constant {
     /// Name of the table below `laws`
@@ -45,7 +45,7 @@ impl FromStr for Constant {
     }
 }
 
-/// What exact derivatives do not cover.
+/// Reason why a scene has no exact derivatives.
 #[derive(Debug, thiserror::Error)]
 pub enum SensitivityError {
     #[error("\"{text}\" names no constant; write for example laws.rubber.mu")]
@@ -80,7 +80,7 @@ pub enum SensitivityError {
     Surfaces { contact: String },
 }
 
-/// What differentiates the states of a scene.
+/// Differentiates the states of a scene.
 pub(super) struct Sensitivity<'a> {
     scene: &'a Scene,
     pub(super) solver: Differentiator<'a>,
@@ -154,7 +154,7 @@ fn terms(scene: &Scene, constant: &Constant) -> Result<Vec<ParameterDerivative>,
     };
     let (mut stressed, mut relaxing) = (scene.stressed.iter(), scene.relaxing.iter());
     let mut found = Vec::new();
-    // What stiffness damping may look at: region, and ∂/∂θ of the elastic effect there
+    // For stiffness damping: region, and ∂/∂θ of the elastic effect there
     let mut elastic: Vec<(&str, Arc<dyn Effect>)> = Vec::new();
     for (of, spec) in scene.spec.effects.iter().enumerate() {
         match spec {
@@ -199,7 +199,7 @@ fn changes(scene: &Scene, state: &State, change: &State, reaction: &[f64]) -> Ve
     out
 }
 
-/// Change of what a probe records; None where it has no derivative here.
+/// Change of the values that a probe records; none where they have no derivative here.
 fn through(probe: &Probe, mesh: &TetMesh, x: &[f64], dx: &[f64], reaction: &[f64]) -> Option<Vec<f64>> {
     match probe {
         Probe::BendingAngle { root, tip, facets } => {

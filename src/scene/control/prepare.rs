@@ -24,7 +24,7 @@ pub(in crate::scene) struct SignalBuilder<'a> {
 /// Place, fact and remedy.
 type Refusal = (String, String, String);
 
-/// What a scene knows of its columns.
+/// The columns and signals of a scene by name.
 struct Known<'k> {
     pub columns: &'k [String],
     /// Names of the signals
@@ -133,7 +133,7 @@ impl<'a> SignalBuilder<'a> {
 }
 
 impl Builder<'_> {
-    /// What is decided on the way, once all names are known.
+    /// Inputs and events, once all names are known.
     pub(in crate::scene) fn controls(
         &mut self,
         columns: &[String],
@@ -228,7 +228,7 @@ fn condition(spec: &EventSpec, known: &Known) -> Result<When, (String, String)> 
     })
 }
 
-/// Why the condition cannot come true, where that is known.
+/// Reason why the condition cannot become true, where that is known.
 fn never(name: &str, when: When, known: &Known) -> Option<String> {
     let column = match when {
         When::At { .. } => return None,

@@ -1,4 +1,4 @@
-//! Events as they stand in a scene.
+//! Events as a scene file describes them.
 
 use crate::scene::kind::by_kind;
 use crate::scene::quantity::{QuantityText, Time};
@@ -48,7 +48,7 @@ pub enum WhenSpec {
     },
 }
 
-/// What happens then.
+/// An action.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
 pub enum ThenSpec {
