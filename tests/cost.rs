@@ -5,8 +5,9 @@
 #[path = "analysis/synthetic.rs"]
 mod synthetic;
 
+use durometer::study::kinds::cost::analyse::analyse;
+use durometer::study::kinds::cost::analysis::{Grows, Measure};
 use durometer::study::kinds::cost::line::How;
-use durometer::study::kinds::cost::{Grows, Measure, analyse};
 use durometer::study::record::{FamilyRecord, Quantity, Role, StoredCase, StudyRecord};
 use durometer::study::report;
 use durometer::study::work::RepeatRecord;
@@ -27,10 +28,10 @@ struct Family {
     role: Role,
     formulation: &'static str,
     cells: &'static [usize],
-    /// Error of the peak at x = 1, its order, and the price of a thousand cells [s]
+    /// Error of the peak at x = 1, its order, and the cost of a thousand cells [s]
     error: f64,
     order: f64,
-    price: f64,
+    cost: f64,
 }
 
 const FAMILIES: [Family; 3] = [
@@ -41,7 +42,7 @@ const FAMILIES: [Family; 3] = [
         cells: &[1000, 4000, 9000, 30_000],
         error: 0.2,
         order: 2.0,
-        price: 0.1,
+        cost: 0.1,
     },
     Family {
         name: "tet10",
@@ -50,16 +51,16 @@ const FAMILIES: [Family; 3] = [
         cells: &[500, 1000, 3000],
         error: 0.03,
         order: 4.0,
-        price: 2.0,
+        cost: 2.0,
     },
     Family {
         name: "fine",
-        role: Role::Overkill,
+        role: Role::Reference,
         formulation: "tet10",
         cells: &[8000, 27_000, 64_000],
         error: 0.03,
         order: 4.0,
-        price: 2.0,
+        cost: 2.0,
     },
 ];
 
@@ -76,7 +77,7 @@ fn study() -> (StudyRecord, Vec<StoredCase>) {
             (r.family, r.variant, r.member) = (f.name.into(), "length".into(), cells.to_string());
             (r.formulation, r.mesh.cells, r.mesh.h_m) = (f.formulation.into(), cells, 1e-3 * x(cells));
             (r.dofs, r.factor_nnz) = (3 * cells, 90 * cells);
-            r.cpu_s = f.price * n.powf(1.5);
+            r.cpu_s = f.cost * n.powf(1.5);
             r.wall_s = 1.02 * r.cpu_s;
             r.repeats = [0.95, 1.0, 1.1].map(|k| RepeatRecord { wall_s: k * r.wall_s, cpu_s: k * r.cpu_s }).into();
             r.work.memory_bytes = Some((5e7 * n.powf(1.2)) as u64);
@@ -88,7 +89,6 @@ fn study() -> (StudyRecord, Vec<StoredCase>) {
     }
     study.kind = "cost".into();
     study.tolerance = 0.01;
-    study.repeats = 3;
     study.variants = vec!["length".into()];
     study.families = (FAMILIES.iter())
         .map(|f| FamilyRecord {
@@ -103,16 +103,16 @@ fn study() -> (StudyRecord, Vec<StoredCase>) {
         label: "cable tension".into(),
         symbol: "T".into(),
         unit: "N".into(),
-        against: None,
+        ..Quantity::default()
     };
     study.quantities = BTreeMap::from([("length".into(), vec![tension])]);
     (study, stored)
 }
 
-/// The three finest of order 4 extrapolate to the limit, to the rounding of differences of 1e-7 of the value; so errors and prices are those of
+/// The three finest of order 4 extrapolate to the limit, to the rounding of differences of 1e-7 of the value; so errors and costs are those of
 /// the formulae. Memory is rounded to bytes, 1e-8 of it.
 #[test]
-fn known_laws_give_their_errors_prices_and_exponents() {
+fn known_laws_give_their_errors_costs_and_exponents() {
     let (study, stored) = study();
     let a = analyse(&study, &stored);
     let q = &a.quantities[0];
@@ -130,15 +130,15 @@ fn known_laws_give_their_errors_prices_and_exponents() {
     }
     let line = |name: &str| q.lines.iter().find(|l| l.family == name).expect("a line");
     let at = |level: f64| a.levels.iter().position(|l| *l == level).expect("a level");
-    // e = 0.2 (N/1000)^(−2/3): N of an error, and its price 0.1 (N/1000)^1.5 = 0.1 (0.2/e)^2.25
+    // e = 0.2 (N/1000)^(−2/3): N of an error, and its cost 0.1 (N/1000)^1.5 = 0.1 (0.2/e)^2.25
     for (level, how) in [(0.05, How::Between), (0.005, How::Extrapolated)] {
-        let p = line("tet4").prices[at(level)].expect("errors fall");
+        let p = line("tet4").costs[at(level)].expect("errors fall");
         let exact = 0.1 * (0.2_f64 / level).powf(2.25);
         assert_eq!(p.how, how);
         assert!((p.seconds / exact - 1.0).abs() < 1e-4, "{} for {exact}", p.seconds);
     }
-    let p = line("tet10").prices[at(0.05)].expect("errors fall");
-    // e = 0.03 (N/1000)^(−4/3), its price 2 (0.03/e)^1.125
+    let p = line("tet10").costs[at(0.05)].expect("errors fall");
+    // e = 0.03 (N/1000)^(−4/3), its cost 2 (0.03/e)^1.125
     assert!((p.seconds / (2.0 * 0.6_f64.powf(1.125)) - 1.0).abs() < 1e-4 && p.how == How::Between, "{p:?}");
 }
 
@@ -253,7 +253,7 @@ fn a_cost_study_runs_from_end_to_end() {
 }
 
 /// A finger of one load step. Times differ from run to run, so what is asserted holds for any choice: it is the cheapest that is expected to
-/// meet the tolerance, its cells were not among those too dear, and the error it then has is within the factor 2 that a plan aims at. That error
+/// meet the tolerance, its cells were not among those too expensive, and the error it then has is within the factor 2 that a plan aims at. That error
 /// is known to U(f*) of a few per cent, well below the 40 % asked for.
 #[test]
 fn a_plan_is_made_and_carried_out() {

@@ -335,7 +335,7 @@ fn command_lines_parse() {
 #[test]
 fn every_flag_is_in_the_reference() {
     let page = text("docs/reference/commands.md");
-    for command in ["run", "simulate", "plan", "mesh", "fit", "check", "report", "doctor"] {
+    for command in ["run", "robustness", "simulate", "plan", "mesh", "fit", "check", "report", "doctor"] {
         let output = Command::new(env!("CARGO_BIN_EXE_durometer")).args([command, "--help"]).output().expect("it runs");
         let help = String::from_utf8_lossy(&output.stdout).into_owned();
         let section: String = page
@@ -364,8 +364,8 @@ fn example_scenes_and_studies_are_read() {
         let page = page.display();
         for block in blocks(&markdown, "toml").iter().filter(|b| b.contains("[[stage]]") || b.contains("[[family]]")) {
             if block.contains("[[family]]") {
-                let _: durometer::study::spec::StudySpec =
-                    toml::from_str(block).unwrap_or_else(|e| panic!("{page}: {e}"));
+                durometer::study::expand::parse(&folder.path().join("study.toml"), block)
+                    .unwrap_or_else(|e| panic!("{page}: {e}"));
                 studies += 1;
                 continue;
             }

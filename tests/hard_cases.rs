@@ -5,11 +5,13 @@ use durometer::math::units::{self, Dimension};
 use durometer::mesh::TetMesh;
 use durometer::scene::{Body, Progress, Run, Scene, from_text};
 use durometer::solve::Status;
-use durometer::study::kinds::robustness::{Analysis, Outcome, analyse};
-use durometer::study::record::CaseRecord;
+use durometer::study::expand::{Case, Study};
+use durometer::study::kinds::robustness::analysis::{Analysis, analyse};
+use durometer::study::kinds::robustness::outcome::Outcome;
+use durometer::study::kinds::robustness::record::RobustnessRecord;
+use durometer::study::record::{CaseRecord, StudyRecord};
 use durometer::study::results::{self, Results};
 use durometer::study::runner::{self, Options, Watch};
-use durometer::study::spec::{Case, Study};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -30,13 +32,19 @@ fn file() -> PathBuf {
 
 fn quick(changes: &[(&str, Value)]) -> Study {
     let changes: Vec<_> = changes.iter().map(|(key, value)| (key.to_string(), value.clone())).collect();
-    Study::read(&file(), &changes).unwrap_or_else(|e| panic!("{e}")).quick()
+    let mut study = Study::read(&file(), &changes).unwrap_or_else(|e| panic!("{e}"));
+    study.only_quick();
+    study
+}
+
+fn kept(study: &StudyRecord) -> RobustnessRecord {
+    serde_json::from_value(study.details.clone()).expect("suites and maps")
 }
 
 /// Runs the cases whose id contains `only`.
 fn judged(study: &Study, only: Option<&str>) -> Analysis {
     let store = stored(study, only);
-    analyse(&store.study, &store.cases)
+    analyse(&store.study, &kept(&store.study), &store.cases)
 }
 
 fn stored(study: &Study, only: Option<&str>) -> Results {
@@ -91,7 +99,7 @@ fn the_fast_path_gives_what_the_slow_one_does() {
 #[test]
 fn every_suite_has_a_setup_and_ends_that_exist() {
     let study = Study::read(&file(), &[]).unwrap_or_else(|e| panic!("{e}"));
-    assert!(study.record.suites.iter().all(|s| s.setup.ends_with('.')), "a setup is a sentence");
+    assert!(kept(&study.record).suites.iter().all(|s| s.setup.ends_with('.')), "a setup is a sentence");
     assert!(study.cases.len() >= 300, "{} cases", study.cases.len());
 }
 
@@ -309,9 +317,8 @@ fn the_suite_notices_what_is_switched_off() {
 #[test]
 fn maps_are_drawn_around_a_scene() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/hard-cases/scenes");
-    let around =
-        |name: &str| Study::read_around(&file(), Some(&folder.join(name)), &[]).unwrap_or_else(|e| panic!("{e}"));
-    let maps = |s: &Study| s.record.maps.iter().map(|m| m.family.clone()).collect::<Vec<_>>();
+    let around = |name: &str| Study::around(&folder.join(name), &[]).unwrap_or_else(|e| panic!("{e}"));
+    let maps = |s: &Study| kept(&s.record).maps.iter().map(|m| m.family.clone()).collect::<Vec<_>>();
     let beam = around("beam.toml");
     assert_eq!(
         (maps(&beam), beam.record.variants.len()),

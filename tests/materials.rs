@@ -1,4 +1,4 @@
-//! Comparison of laws: curves with known differences, loops with a known area, refusals.
+//! Comparison of members with a reference: curves with known differences, loops with a known area, refusals.
 
 // It serves the tests of another kind of study too.
 #[allow(dead_code)]
@@ -6,10 +6,10 @@
 mod synthetic;
 
 use durometer::study::curve::Curve;
-use durometer::study::kinds::materials::{Comparison, analyse};
+use durometer::study::expand::Study;
+use durometer::study::kinds::comparison::analysis::{self, Analysis, Comparison, ComparisonRecord};
 use durometer::study::record::{FamilyRecord, Quantity, Role, Series, StoredCase, StudyRecord};
 use durometer::study::report;
-use durometer::study::spec::Study;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
@@ -45,22 +45,27 @@ fn study() -> (StudyRecord, Vec<StoredCase>) {
     let ids = |family: &str| stored.iter().filter(|c| c.record.family == family).map(|c| c.record.id.clone()).collect();
     let family =
         |name: &str, role| FamilyRecord { name: name.into(), role, formulation: "tet10".into(), cases: ids(name) };
-    study.kind = "materials".into();
-    study.reference = Some("base".into());
+    study.kind = "comparison".into();
+    study.details = serde_json::json!({ "reference": "base" });
     study.variants = vec!["length".into()];
-    study.families = vec![family("laws", Role::Laws), family("fine", Role::Finer)];
+    study.families = vec![family("laws", Role::Members), family("fine", Role::Finer)];
     let q = |name: &str, against| Quantity {
         name: name.into(),
         label: name[..name.rfind('_').unwrap_or(0)].replace('_', " "),
         symbol: "q".into(),
         unit: "N".into(),
         against,
+        ..Quantity::default()
     };
     let length = q("cable_length_m", None);
     // The imposed length is the same under every law and is left out.
     let tension = q("cable_tension_N", Some(Box::new(length.clone())));
     study.quantities = BTreeMap::from([("length".into(), vec![tension, length])]);
     (study, stored)
+}
+
+fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis {
+    analysis::analyse(study, &ComparisonRecord { reference: "base".into() }, stored)
 }
 
 /// The sums over 200 samples a cycle are exact for sines up to rounding, the interpolation of a peak between them is
@@ -70,7 +75,8 @@ fn differences_and_loops_have_their_closed_forms() {
     let (study, stored) = study();
     let a = analyse(&study, &stored);
     assert_eq!(a.quantities.len(), 1, "the length is imposed: {:?}", a.quantities);
-    let law = |member: &str| -> &Comparison { a.quantities[0].laws.iter().find(|c| c.member == member).expect(member) };
+    let law =
+        |member: &str| -> &Comparison { a.quantities[0].members.iter().find(|c| c.member == member).expect(member) };
     let close = |got: f64, want: f64, tolerance: f64| assert!((got - want).abs() <= tolerance, "{got} is not {want}");
     close(law("stiff").peak_difference, 0.2, 1e-12);
     close(law("stiff").distance, 0.2, 1e-12);
@@ -89,8 +95,8 @@ fn differences_and_loops_have_their_closed_forms() {
     close(law("lossy").loop_share.expect("a cycle"), PI / 4.0 * 0.3_f64.sin() * polygon, box_error);
     // First order in the lag: tan δ for δ, over ω = 2π
     close(law("lossy").lag_s, 0.3_f64.sin() / (2.0 * PI), 1e-3);
-    let price = a.prices.iter().find(|p| p.member == "stiff").expect("a price");
-    close(price.ratio, 1.2, 1e-12);
+    let cost = a.costs.iter().find(|p| p.member == "stiff").expect("a cost");
+    close(cost.ratio, 1.2, 1e-12);
     for words in ["near", "can stand in for base", "stiff by 20 %", "lossy by 15 %"] {
         assert!(a.verdict.contains(words), "{words}: {}", a.verdict);
     }
@@ -117,9 +123,11 @@ fn the_report_holds_both_figures() {
     let dir = tempfile::tempdir().expect("temporary folder");
     synthetic::store(dir.path(), &study());
     let summary = report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
-    assert_eq!(summary.kind, "materials");
-    assert!(summary.analysis["cable_tension_N"]["length"]["laws"].is_array());
-    for file in ["figures/laws-length.svg", "figures/loops-length.pdf", "tables/prices.csv", "tables/comparison.tex"] {
+    assert_eq!(summary.kind, "comparison");
+    assert!(summary.analysis["cable_tension_N"]["length"]["members"].is_array());
+    for file in
+        ["figures/comparison-length.svg", "figures/loops-length.pdf", "tables/costs.csv", "tables/comparison.tex"]
+    {
         assert!(dir.path().join(file).is_file(), "{file}");
     }
 }
@@ -140,25 +148,31 @@ fn roles_and_reference_must_fit_the_kind() {
     let dir = tempfile::tempdir().expect("temporary folder");
     std::fs::copy("tests/cli/scene.toml", dir.path().join("scene.toml")).expect("copied");
     let refuse = |change: &dyn Fn(String) -> String| {
-        let text = "kind = \"materials\"\nquestion = \"?\"\nexpectation = \"!\"\nscene = \"scene.toml\"\ntolerance = \"5 %\"\nreference = \"soft\"\n\
+        let text = "kind = \"comparison\"\nquestion = \"?\"\nexpectation = \"!\"\nscene = \"scene.toml\"\ntolerance = \"5 %\"\nreference = \"soft\"\n\
             [[variant]]\nname = \"length\"\nquantity = [{ name = \"cable_tension_N\", label = \"T\", symbol = \"T\", unit = \"N\" }]\n\
-            [[family]]\nname = \"laws\"\nrole = \"laws\"\n[family.members]\nsoft = {}\nstiff = { \"stage.0.dt\" = \"0.5 s\" }\n";
+            [[family]]\nname = \"laws\"\nrole = \"members\"\n[family.members]\nsoft = {}\nstiff = { \"stage.0.dt\" = \"0.5 s\" }\n";
         let file = dir.path().join("study.toml");
         std::fs::write(&file, change(text.into())).expect("written");
         Study::read(&file, &[]).map(|s| s.cases.len()).map_err(|e| e.to_string())
     };
     assert_eq!(refuse(&|t| t), Ok(2));
     let cases: [(&dyn Fn(String) -> String, &str); 5] = [
-        (&|t| t.replace("reference = \"soft\"\n", ""), "name the law that the others are compared with: soft, stiff"),
+        (
+            &|t| t.replace("reference = \"soft\"\n", ""),
+            "name the member that the others are compared with: soft, stiff",
+        ),
         (&|t| t.replace("reference = \"soft\"", "reference = \"sotf\""), "did you mean `soft`?"),
-        (&|t| t.replace("role = \"laws\"", "role = \"sizes\""), "has no role \"sizes\"; the roles are laws, finer"),
-        (&|t| t.replace("role = \"laws\"", "role = \"finer\""), "0 families have the role \"laws\""),
+        (
+            &|t| t.replace("role = \"members\"", "role = \"sizes\""),
+            "has no role \"sizes\"; the roles are members, finer, cumulative",
+        ),
+        (&|t| t.replace("role = \"members\"", "role = \"finer\""), "0 families have the role \"laws\""),
         (
             &|t| {
-                t.replace("kind = \"materials\"", "kind = \"convergence\"")
-                    .replace("role = \"laws\"", "role = \"sizes\"")
+                t.replace("kind = \"comparison\"", "kind = \"convergence\"")
+                    .replace("role = \"members\"", "role = \"sizes\"")
             },
-            "finds its reference itself",
+            "unknown key `reference`",
         ),
     ];
     for (change, message) in cases {

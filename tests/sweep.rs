@@ -1,18 +1,27 @@
-//! Sweeps and price lists: closed forms of trend and elasticity, the points that axes make, refusals, a run from end to end.
+//! Sweeps and cumulative comparisons: closed forms of trend and elasticity, the points that axes make, refusals, a run from end to end.
 
 // It serves the tests of another kind of study too.
 #[allow(dead_code)]
 #[path = "analysis/synthetic.rs"]
 mod synthetic;
 
-use durometer::study::kinds::prices;
-use durometer::study::kinds::sweep::{Along, Trend, analyse};
-use durometer::study::record::{AxisRecord, EffectRecord, FamilyRecord, Quantity, Role, StoredCase, StudyRecord};
+use durometer::study::axis::AxisRecord;
+use durometer::study::expand::Study;
+use durometer::study::kinds::comparison;
+use durometer::study::kinds::sweep::analysis::{self, Along, Analysis, SweepRecord, Trend};
+use durometer::study::record::{EffectRecord, FamilyRecord, Quantity, Role, StoredCase, StudyRecord};
 use durometer::study::report;
-use durometer::study::spec::Study;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;
+
+fn sweep_of(study: &StudyRecord) -> SweepRecord {
+    serde_json::from_value(study.details.clone()).expect("the record of a sweep")
+}
+
+fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis {
+    analysis::analyse(study, &sweep_of(study), stored)
+}
 
 fn axis(name: &str, values: &[f64]) -> AxisRecord {
     AxisRecord {
@@ -51,13 +60,14 @@ fn study(p: &[f64], q: &[f64], y: impl Fn(f64, f64) -> f64) -> (StudyRecord, Vec
     study.variants = vec!["length".into()];
     study.families =
         vec![FamilyRecord { name: "sweep".into(), role: Role::Grid, formulation: "tet10".into(), cases: ids }];
-    (study.axes, study.points) = (vec![axis("p", p), axis("q", q)], points);
+    let sweep = SweepRecord { axes: vec![axis("p", p), axis("q", q)], points };
+    study.details = serde_json::to_value(sweep).expect("numbers and strings");
     let tension = Quantity {
         name: "cable_tension_N".into(),
         label: "cable tension".into(),
         symbol: "T".into(),
         unit: "N".into(),
-        against: None,
+        ..Quantity::default()
     };
     study.quantities = BTreeMap::from([("length".into(), vec![tension])]);
     (study, stored)
@@ -153,8 +163,8 @@ fn a_grid_combines_and_a_list_goes_along() {
     let study = study.expect("a grid");
     let members: Vec<&str> = study.cases.iter().map(|c| c.member.as_str()).collect();
     assert_eq!(members, ["E50kPa_nu0.2", "E50kPa_nu0.3", "E0.1MPa_nu0.2", "E0.1MPa_nu0.3"]);
-    assert_eq!(study.record.axes[0].numbers, [50.0, 100.0]);
-    assert_eq!(study.record.points["E0.1MPa_nu0.2"], [1, 0]);
+    assert_eq!(sweep_of(&study.record).axes[0].numbers, [50.0, 100.0]);
+    assert_eq!(sweep_of(&study.record).points["E0.1MPa_nu0.2"], [1, 0]);
     assert!(study.cases[2].text.contains("E = \"0.1 MPa\"") && study.cases[2].text.contains("nu = 0.2"));
     let (_keep, study) = written(&format!("kind = \"sweep\"\ncombine = \"list\"\n{E}{NU}"));
     let members: Vec<String> = study.expect("a list").cases.into_iter().map(|c| c.member).collect();
@@ -164,11 +174,11 @@ fn a_grid_combines_and_a_list_goes_along() {
 #[test]
 fn mistakes_in_axes_are_named() {
     let refused = |text: &str| written(text).1.err().unwrap_or_else(|| panic!("{text} must be refused"));
-    let family = "[[family]]\nname = \"f\"\nrole = \"ladder\"\n[family.members]\na = {}\n";
+    let family = "[[family]]\nname = \"f\"\nrole = \"cumulative\"\n[family.members]\na = {}\n";
     for (text, words) in [
         ("kind = \"sweep\"".to_string(), "study: the sweep has no axis; add an [[axis]]"),
-        (format!("kind = \"sweep\"\n{E}{family}"), "family: a sweep makes its cases from its axes; remove"),
-        (format!("kind = \"prices\"\n{NU}{family}"), "axis: a study of kind \"prices\" has none; take kind"),
+        (format!("kind = \"sweep\"\n{E}{family}"), "unknown key `family`"),
+        (format!("kind = \"comparison\"\n{NU}{family}"), "axis: a study of kind \"prices\" has none; take kind"),
         (format!("kind = \"sweep\"\n{E}{E}"), "axis 2: another one is called \"E\" too"),
         (format!("kind = \"sweep\"\n{}", E.replace("0.1 MPa", "2 mm")), "axis E: \"2 mm\" has the wrong dimension"),
         (
@@ -184,10 +194,10 @@ fn mistakes_in_axes_are_named() {
             "axis nu: it has 3 values and the first axis 2; in a list",
         ),
         (
-            format!("kind = \"prices\"\n{family}{}", family.replace("\"f\"", "\"g\"")),
-            "variant length: two families are run in it; a variant has one ladder",
+            format!("kind = \"comparison\"\n{family}{}", family.replace("\"f\"", "\"g\"")),
+            "variant length: two families are run in it; a variant has one cumulative family",
         ),
-        (format!("kind = \"sweep\"\nreference = \"a\"\n{E}"), "reference: a study of kind \"sweep\" has none"),
+        (format!("kind = \"sweep\"\nreference = \"a\"\n{E}"), "unknown key `reference`"),
     ] {
         let said = refused(&text);
         assert!(said.contains(words), "{words}: {said}");
@@ -216,16 +226,16 @@ fn a_sweep_runs_from_end_to_end() {
     assert!(out.join("index.html").is_file());
 }
 
-/// A ladder adds its changes; two rungs of known times have known prices.
+/// The changes of a cumulative family add up; two members of known times have known costs.
 #[test]
-fn a_ladder_adds_up() {
+fn a_cumulative_family_adds_up() {
     let gravity = "{ kind = \"gravity\", region = \"body\", density = \"1 g/cm^3\", direction = [0, 0, -1], acceleration = \"1 m/s^2\" }";
     let (_keep, study) = written(&format!(
-        "kind = \"prices\"\n[[family]]\nname = \"f\"\nrole = \"ladder\"\n[family.members]\na = {{}}\nb = {{ \"effect.+\" = {gravity} }}\nc = {{ \"numerics.cuts\" = 3 }}\n"
+        "kind = \"comparison\"\n[[family]]\nname = \"f\"\nrole = \"cumulative\"\n[family.members]\na = {{}}\nb = {{ \"effect.+\" = {gravity} }}\nc = {{ \"numerics.cuts\" = 3 }}\n"
     ));
-    let study = study.expect("a ladder");
+    let study = study.expect("a cumulative family");
     let effects: Vec<usize> = study.cases.iter().map(|c| c.spec.effects.len()).collect();
-    assert_eq!(effects, [1, 2, 2], "the rung above keeps what the rung below has added");
+    assert_eq!(effects, [1, 2, 2], "a member keeps what the one before has added");
     let (_, cases) = synthetic::study();
     let timed = |k: usize, seconds: f64, effects: &[(&str, f64)]| {
         let mut c = cases[0].clone();
@@ -240,17 +250,21 @@ fn a_ladder_adds_up() {
         c
     };
     let stored = [timed(0, 1.0, &[("elastic", 0.5)]), timed(1, 1.4, &[("elastic", 0.6), ("gravity", 0.1)])];
-    let a = prices::analyse(&study.record, &stored);
-    let rungs = &a.ladders[0].rungs;
-    assert_eq!(rungs.len(), 2, "{rungs:?}");
-    assert_eq!(rungs[1].new, ["gravity"]);
-    assert!((rungs[1].step_s - 0.14).abs() < 1e-15 && (rungs[1].added_s.expect("a rung below") - 0.04).abs() < 1e-15);
-    assert!((rungs[1].new_evaluation_s() - 0.01).abs() < 1e-15);
+    let a = comparison::analysis::analyse(&study.record, &Default::default(), &stored);
+    let added = &a.sequences[0].additions;
+    assert_eq!(added.len(), 2, "{added:?}");
+    assert_eq!(added[1].new, ["gravity"]);
+    assert!(
+        (added[1].step_s - 0.14).abs() < 1e-15 && (added[1].added_s.expect("a member before") - 0.04).abs() < 1e-15
+    );
+    assert!((added[1].new_evaluation_s() - 0.01).abs() < 1e-15);
     assert!(a.warnings.iter().any(|w| w.contains("f-length-c: has no result")), "{:?}", a.warnings);
     let dir = tempfile::tempdir().expect("temporary folder");
     synthetic::store(dir.path(), &(study.record.clone(), stored.to_vec()));
     report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
-    for file in ["figures/prices-length.pdf", "tables/prices.csv", "tables/evaluations.csv", "tables/answers.csv"] {
+    for file in
+        ["figures/sequence-length.pdf", "tables/sequence-costs.csv", "tables/evaluations.csv", "tables/answers.csv"]
+    {
         assert!(dir.path().join(file).is_file(), "{file}");
     }
 }

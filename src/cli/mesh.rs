@@ -3,7 +3,7 @@
 use super::{Outcome, files};
 use durometer::mesh::generate::MeshStore;
 use durometer::scene::{Body, read_scene, request};
-use durometer::study::spec::Study;
+use durometer::study::expand::Study;
 use std::path::PathBuf;
 use std::process::ExitCode;
 

@@ -8,6 +8,7 @@ mod fit;
 mod mesh;
 mod plan;
 mod report;
+mod robustness;
 mod run;
 mod simulate;
 
@@ -19,7 +20,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Mesh-convergence studies, hyperelastic calibration and paper figures for soft-robot simulation.
 ///
 /// The usual way: `durometer run finger-convergence` simulates a finger on several meshes and writes a report that says
-/// which mesh can be trusted, with what error bar and at what price. `durometer check FILE` says what a file would do.
+/// which mesh can be trusted, with what error bar and at what cost. `durometer check FILE` says what a file would do.
 #[derive(Parser)]
 #[command(
     name = "durometer",
@@ -45,6 +46,7 @@ enum Command {
     Simulate(simulate::Args),
     Mesh(mesh::Args),
     Plan(plan::Args),
+    Robustness(robustness::Args),
     Fit(Box<fit::Args>),
     Check(check::Args),
     Report(report::Args),
@@ -69,6 +71,7 @@ pub fn main() -> ExitCode {
         Command::Simulate(args) => simulate::main(args),
         Command::Mesh(args) => mesh::main(args),
         Command::Plan(args) => plan::main(args),
+        Command::Robustness(args) => robustness::main(args),
         Command::Fit(args) => fit::main(*args),
         Command::Check(args) => check::main(args),
         Command::Report(args) => report::main(args),

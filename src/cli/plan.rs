@@ -32,7 +32,7 @@ pub struct Args {
     /// Time for pilots and run together, on one core
     #[arg(long, value_name = "TIME")]
     budget: String,
-    /// Recorded column that is judged, several times [default: bending angle and cable tension, if recorded]
+    /// Recorded column that is judged, several times [default: every recorded angle and cable tension]
     #[arg(long, value_name = "COLUMN")]
     quantity: Vec<String>,
     /// Make the run that is advised, and say how good the prediction was

@@ -1,10 +1,10 @@
 //! `durometer run STUDY`
 
 use super::{INCOMPLETE, Outcome, bars::Bars, files};
+use durometer::study::expand::Study;
 use durometer::study::record::CaseRecord;
 use durometer::study::report;
 use durometer::study::runner::{self, Options};
-use durometer::study::spec::Study;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
@@ -21,7 +21,6 @@ Examples:
   durometer run finger-convergence --only tet10       these cases; the report shows what exists
   durometer run finger-convergence --set laws.rubber.nu=0.49 --out reports/nu-49
   durometer run my-study/study.toml --json > summary.json
-  durometer run hard-cases --scene my-scene.toml      where does this scene hold? time step, load, ν, mesh, start
 
 Exit codes: 0 every case converged, 2 bad input, 3 some case did not complete or Ctrl-C stopped the run.")]
 pub struct Args {
@@ -30,7 +29,7 @@ pub struct Args {
     /// Folder of the results [default: reports/<study>]
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Cases that run side by side [default: one per core; 1 for prices that nothing disturbs]
+    /// Cases that run at the same time [default: one per core; 1 for costs that nothing disturbs]
     #[arg(long, value_parser = super::at_least_one)]
     jobs: Option<usize>,
     /// Run also what is done
@@ -45,12 +44,6 @@ pub struct Args {
     /// Write fields of every case for ParaView (VTU, PVD) into cases/<id>/; runs also what is done without them
     #[arg(long)]
     vtu: bool,
-    /// Draw the maps of a study of kind stability around this scene, and run nothing else of it
-    #[arg(long, value_name = "FILE")]
-    scene: Option<PathBuf>,
-    /// Of a study of kind stability, the quick half only
-    #[arg(long, conflicts_with = "scene")]
-    quick: bool,
     /// Print summary.json instead of progress
     #[arg(long)]
     json: bool,
@@ -58,19 +51,29 @@ pub struct Args {
 
 pub fn main(args: Args) -> Outcome {
     let file = files::find(&args.study, "study.toml")?;
-    let scene = args.scene.as_ref().map(|scene| files::find(scene, "scene.toml")).transpose()?;
-    let mut study = Study::read_around(&file, scene.as_deref(), &super::changes(&args.set)?)?;
-    if args.quick {
-        study = study.quick();
-    }
-    let around = args.scene.as_ref().and_then(|s| s.file_stem()).map(|s| format!("-{}", s.to_string_lossy()));
-    let folder = format!("{}{}", study.name, around.unwrap_or_default());
-    let dir = args.out.unwrap_or_else(|| PathBuf::from("reports").join(folder));
-    let jobs = args.jobs.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, Into::into));
+    let study = Study::read(&file, &super::changes(&args.set)?)?;
+    let Args { out, jobs, redo, only, vtu, json, .. } = args;
+    execute(&study, How { out, jobs, redo, only, vtu, json })
+}
+
+/// How a study is run, from the command line.
+pub struct How {
+    pub out: Option<PathBuf>,
+    pub jobs: Option<usize>,
+    pub redo: bool,
+    pub only: Option<String>,
+    pub vtu: bool,
+    pub json: bool,
+}
+
+/// Runs the cases of a study and writes its report.
+pub fn execute(study: &Study, how: How) -> Outcome {
+    let dir = how.out.unwrap_or_else(|| PathBuf::from("reports").join(&study.name));
+    let jobs = how.jobs.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, Into::into));
     let stop = super::stop_flag();
-    let options = Options { jobs, redo: args.redo, only: args.only, vtu: args.vtu, stop };
-    let bars = Bars::of(study.cases.iter().filter(|c| options.wants(&c.id)).count(), args.json);
-    let records = runner::run(&study, &dir, &options, &bars)?;
+    let options = Options { jobs, redo: how.redo, only: how.only, vtu: how.vtu, stop };
+    let bars = Bars::of(study.cases.iter().filter(|c| options.wants(&c.id)).count(), how.json);
+    let records = runner::run(study, &dir, &options, &bars)?;
     if stop.load(Ordering::Relaxed) {
         let (kept, all) = (records.len(), study.cases.len());
         eprintln!("stopped: {kept} of {all} cases are finished and kept in {}; run again to go on", dir.display());
@@ -78,7 +81,7 @@ pub fn main(args: Args) -> Outcome {
     }
     let summary = report::write(&dir)?;
     let failed: Vec<&CaseRecord> = records.iter().filter(|r| !r.converged()).collect();
-    if args.json {
+    if how.json {
         println!("{}", serde_json::to_string_pretty(&summary)?);
     } else {
         println!("\n{}\n\nreport: {}", summary.verdict, dir.join("index.html").display());

@@ -10,10 +10,15 @@ pub struct Table {
     pub name: &'static str,
     pub caption: String,
     /// (heading, unit, numbers?)
-    pub columns: Vec<(&'static str, &'static str, bool)>,
+    pub columns: Vec<(String, String, bool)>,
     pub rows: Vec<Vec<String>>,
     /// First cell of the row that is the answer
     pub pick: Option<String>,
+}
+
+/// Columns from literals: heading, unit, and whether they hold numbers.
+pub fn headings(columns: &[(&str, &str, bool)]) -> Vec<(String, String, bool)> {
+    columns.iter().map(|(heading, unit, number)| (heading.to_string(), unit.to_string(), *number)).collect()
 }
 
 /// On the page a negative number has a minus sign, not a hyphen.
@@ -26,8 +31,8 @@ fn minus(cell: &str) -> String {
 
 impl Table {
     fn heading(&self, k: usize) -> String {
-        let (name, unit, _) = self.columns[k];
-        if unit.is_empty() { name.into() } else { format!("{name} [{unit}]") }
+        let (name, unit, _) = &self.columns[k];
+        if unit.is_empty() { name.clone() } else { format!("{name} [{unit}]") }
     }
 
     pub fn html(&self) -> String {

@@ -4,9 +4,9 @@
 //! k-th point takes the k-th value of each.
 
 use crate::math::units;
-use crate::study::record::{AxisRecord, Role};
-use crate::study::spec::FamilySpec;
-use serde::Deserialize;
+use crate::study::record::Role;
+use crate::study::spec::{FamilySpec, Mistake};
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// `[[axis]]` of a study.
@@ -30,6 +30,23 @@ pub struct AxisSpec {
     pub names: Option<Vec<String>>,
 }
 
+/// What a sweep changes: keys of the scene that take the same values.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct AxisRecord {
+    pub name: String,
+    pub keys: Vec<String>,
+    /// In words: `Young's modulus`
+    pub label: String,
+    /// Letter in tables and on axes: `E`
+    pub symbol: String,
+    /// Unit of the numbers
+    pub unit: String,
+    /// In their order, as they stand in the study
+    pub values: Vec<String>,
+    /// The same as numbers of `unit`; empty where the values are words
+    pub numbers: Vec<f64>,
+}
+
 /// How several axes go together.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Default)]
 #[serde(rename_all = "snake_case")]
@@ -38,9 +55,6 @@ pub enum Combine {
     Grid,
     List,
 }
-
-/// Place, fact and remedy.
-pub(super) type Mistake = (String, String, String);
 
 /// A sweep as a family of cases.
 pub struct Expanded {
@@ -131,7 +145,7 @@ fn as_text(value: &toml::Value) -> String {
 }
 
 /// What of a value can stand in the name of a file: `1.07 g/cm^3` → `1.07g-cm3`.
-pub(super) fn file_name(value: &str) -> String {
+pub fn file_name(value: &str) -> String {
     let kept = |c: char| match c {
         ' ' | '^' | '"' => None,
         c if c.is_alphanumeric() || "._-".contains(c) => Some(c),

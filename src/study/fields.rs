@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 /// What is written where nothing is chosen.
 pub const USUAL: [FieldSpec; 2] = [FieldSpec::Displacement, FieldSpec::Stretch];
 
-/// Writes `<name>-0000.vtu`, … and `<name>.pvd`, and the same of every skin as `<name>-<skin>`. What writing took is kept, so that it does not count as a price.
+/// Writes `<name>-0000.vtu`, … and `<name>.pvd`, and the same of every skin as `<name>-<skin>`. What writing took is kept, so that it does not count as cost.
 pub struct Fields {
     dir: PathBuf,
     name: String,

@@ -1,17 +1,18 @@
 //! Studies: cases, their stored results, the analysis over them and its report.
 //!
-//! [`spec`] expands a study file into cases, [`runner`] runs them, [`store`] and [`record`] say what is kept, [`results`] reads it
+//! [`expand`] expands a study file into cases, [`runner`] runs them, [`store`] and [`record`] say what is kept, [`results`] reads it
 //! back, and [`report`] has the kind of the study ([`kinds`]) analyse and draw it.
 
 pub mod axis;
-mod check;
 pub mod contact;
 pub mod content;
 pub mod curve;
 pub mod estimate;
+pub mod expand;
 pub mod fields;
 pub mod figures;
 pub mod inverse;
+pub mod kind;
 pub mod kinds;
 pub mod locking;
 pub mod outcome;

@@ -4,6 +4,7 @@ use crate::effect::locking::signs;
 use crate::math::tensor::Vec3;
 use crate::scene::{NamedSkin, Run, Scene};
 use crate::study::contact::contacts;
+use crate::study::expand::Case;
 use crate::study::overlay::overlays;
 use crate::study::record::{
     CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance,
@@ -11,7 +12,6 @@ use crate::study::record::{
 use crate::study::runner::input_hash;
 use crate::study::skin::{Rigid, Skin};
 use crate::study::solver::{self, SolverRecord};
-use crate::study::spec::Case;
 use crate::study::work::WorkRecord;
 use std::collections::BTreeMap;
 

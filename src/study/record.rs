@@ -5,7 +5,6 @@ use crate::scene::cable_record::CableEvent;
 use crate::scene::control::Fired;
 use crate::solve::Status;
 use crate::study::contact::ContactRecord;
-use crate::study::kinds::robustness::{MapRecord, SuiteRecord};
 use crate::study::overlay::Distance;
 use crate::study::solver::SolverRecord;
 use crate::study::work::{RepeatRecord, WorkRecord};
@@ -45,7 +44,7 @@ pub struct CaseRecord {
     pub wall_s: f64,
     /// CPU time of the thread that solved it \[s\]
     pub cpu_s: f64,
-    /// Another case ran at the same time: `wall_s` is then no price
+    /// Another case ran at the same time: `wall_s` is then no measure of its cost
     pub shared: bool,
     pub steps: usize,
     pub newton_iterations: usize,
@@ -89,6 +88,11 @@ pub struct CaseRecord {
     pub no_limit: Option<String>,
     pub provenance: Provenance,
 }
+
+/// Status of a scene that was refused before the run.
+pub const REFUSED: &str = "Refused";
+/// Status of a run that ended in a panic: a bug of this program.
+pub const PANICKED: &str = "Panicked";
 
 impl CaseRecord {
     /// Only then its results count.
@@ -216,55 +220,16 @@ pub struct StudyRecord {
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub labels: BTreeMap<String, String>,
     pub families: Vec<FamilyRecord>,
-    /// The member that the others are compared with
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub reference: Option<String>,
-    /// `sweep`: the keys that were swept
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub axes: Vec<AxisRecord>,
-    /// `sweep`: member → index of its value on every axis
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub points: BTreeMap<String, Vec<usize>>,
-    /// `cost`: how often a case is run
-    #[serde(default = "once", skip_serializing_if = "is_once")]
-    pub repeats: usize,
-    /// `stability`: what is checked in its families
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub suites: Vec<SuiteRecord>,
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub maps: Vec<MapRecord>,
+    /// What its kind keeps besides
+    #[serde(default, skip_serializing_if = "serde_json::Value::is_null")]
+    pub details: serde_json::Value,
     pub version: String,
 }
 
-fn once() -> usize {
-    1
-}
-
-fn is_once(repeats: &usize) -> bool {
-    *repeats == 1
-}
-
-/// What a sweep changes: keys of the scene that take the same values.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
-pub struct AxisRecord {
-    pub name: String,
-    pub keys: Vec<String>,
-    /// In words: `Young's modulus`
-    pub label: String,
-    /// Letter in tables and on axes: `E`
-    pub symbol: String,
-    /// Unit of the numbers
-    pub unit: String,
-    /// In their order, as they stand in the study
-    pub values: Vec<String>,
-    /// The same as numbers of `unit`; empty where the values are words
-    pub numbers: Vec<f64>,
-}
-
 impl StudyRecord {
-    /// A variant in words: `ν = 0.49`, or `length control`.
+    /// A variant in words: its label, or its name.
     pub fn label(&self, variant: &str) -> String {
-        self.labels.get(variant).cloned().unwrap_or_else(|| format!("{variant} control"))
+        self.labels.get(variant).cloned().unwrap_or_else(|| variant.to_string())
     }
 
     /// Cases without a usable result: (id, what is wrong).
@@ -288,7 +253,7 @@ impl StudyRecord {
 }
 
 /// A recorded quantity of interest: a column of `cases/<id>.csv`.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Default)]
 pub struct Quantity {
     /// Column, with its unit as the suffix: `bending_angle_deg`
     pub name: String,
@@ -301,6 +266,12 @@ pub struct Quantity {
     /// What it is drawn against besides time, where the loop between the two means something: `cable_length_m`
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub against: Option<Box<Quantity>>,
+    /// It decides which setting a convergence study recommends; where no quantity of a variant does, all of them decide
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub deciding: bool,
+    /// A convergence study is summarised by this quantity, in its variant
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub headline: bool,
 }
 
 /// Cases that differ in one thing only.
@@ -330,20 +301,20 @@ pub enum Role {
     Element,
     /// One mesh, several time steps
     TimeStep,
-    /// One mesh, several laws
-    Laws,
-    /// The same laws on a finer mesh
+    /// One mesh, several laws, formulations or effects
+    Members,
+    /// The same members on a finer mesh
     Finer,
     /// The points of a sweep
     Grid,
     /// Effects added one by one
-    Ladder,
+    Cumulative,
     /// A dimension that is not known exactly, over its range
     Nuisance,
     /// One mesh, several settings of the solver
     Solver,
-    /// Far finer than needed, for the reference
-    Overkill,
+    /// A reference run, far finer than needed
+    Reference,
     /// Where a law is used with the constants that were found, from coarse to fine
     Use,
     /// Scenes that break simulators
@@ -362,13 +333,13 @@ impl Role {
             Self::Seeds => "seeds",
             Self::Element => "element",
             Self::TimeStep => "time step",
-            Self::Laws => "laws",
+            Self::Members => "members",
             Self::Finer => "finer",
             Self::Grid => "grid",
-            Self::Ladder => "ladder",
+            Self::Cumulative => "cumulative",
             Self::Nuisance => "nuisance",
             Self::Solver => "solver",
-            Self::Overkill => "overkill",
+            Self::Reference => "reference",
             Self::Use => "use",
             Self::Suite => "suite",
             Self::Map => "map",

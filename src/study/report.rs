@@ -14,13 +14,13 @@ use std::path::Path;
 /// `summary.json` comes first: a figure that cannot be drawn does not cost the numbers.
 pub fn write(dir: &Path) -> Result<Summary, ReportError> {
     let results = results::read(dir)?;
-    let kind = KINDS.iter().find(|(kind, _)| *kind == results.study.kind);
-    let (_, analyse) = kind.ok_or_else(|| ReportError::Kind {
+    let kind = KINDS.iter().find(|kind| kind.name == results.study.kind).ok_or_else(|| ReportError::Kind {
         path: dir.join("study.json"),
         kind: results.study.kind.clone(),
-        known: KINDS.map(|(kind, _)| kind).join(", "),
+        known: KINDS.map(|kind| kind.name).join(", "),
     })?;
-    let content = analyse(&results);
+    let content =
+        (kind.report)(&results).map_err(|source| ReportError::Malformed { path: dir.join("study.json"), source })?;
     let summary = summary::summarise(&results, &content);
     let text = serde_json::to_string_pretty(&summary).expect("numbers, strings and string keys only");
     files::write(&dir.join("summary.json"), text.as_bytes())?;

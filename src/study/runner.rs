@@ -3,13 +3,11 @@
 use crate::calibrate::inverse::{Calibration, Failure, InverseError, SceneModel, calibrate};
 use crate::scene::{Body, Constant, Progress, RunOptions, Scene, SceneError, SceneSpec, SensitivityRecorder};
 use crate::solve::Status;
+use crate::study::expand::{Case, Study};
 use crate::study::fields::{Fields, USUAL};
 use crate::study::inverse::with_constants;
-use crate::study::kinds::robustness::check::Check;
-use crate::study::kinds::robustness::{PANICKED, REFUSED};
 use crate::study::outcome::{record, refused, skin};
-use crate::study::record::{CaseRecord, Role};
-use crate::study::spec::{Case, Kind, Study};
+use crate::study::record::{CaseRecord, PANICKED, REFUSED, Role};
 use crate::study::store::{Store, StoreError};
 use crate::study::work::{largest_memory, measure, watch_memory};
 use crate::system::State;
@@ -79,7 +77,7 @@ pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> R
     let store = Store::create(dir, &study.record)?;
     // A case that waits has its scene later; the hash of its input tells whether it is up to date
     for case in study.cases.iter().filter(|c| c.after.is_none()) {
-        store.forget_stale(&case.id, &case.text)?;
+        store.forget_outdated(&case.id, &case.text)?;
     }
     let (now, later): (Vec<&Case>, Vec<&Case>) = cases.into_iter().partition(|c| c.after.is_none());
     let mut records =
@@ -123,7 +121,7 @@ fn side_by_side(
             body => body,
         };
         let size = match body {
-            Err(_) if study.keeps_refusals() => 0,
+            Err(_) if study.rules.keep_refusals => 0,
             body => body?.mesh.points.len(),
         };
         sizes.insert(case.id.clone(), size);
@@ -131,7 +129,7 @@ fn side_by_side(
     // The largest first, so that the last ones to end are short. Where memory is measured the smallest: what a large case
     // leaves with the allocator must not count as that of a small one.
     cases.sort_by_key(|(c, _)| std::cmp::Reverse(sizes[&c.id]));
-    if study.record.kind == Kind::Cost.name() {
+    if study.rules.smallest_first {
         cases.reverse();
     }
     let (next, running) = (AtomicUsize::new(0), AtomicUsize::new(0));
@@ -144,7 +142,7 @@ fn side_by_side(
                         break;
                     }
                     let run = || one(study, case, constants, store, options, &running, watch);
-                    match if study.keeps_refusals() { kept(case, store, &running, watch, run) } else { run() } {
+                    match if study.rules.keep_refusals { kept(case, store, &running, watch, run) } else { run() } {
                         Ok(Some(record)) => lock(&records).push(record),
                         Ok(None) => {}
                         Err(error) => {
@@ -205,7 +203,7 @@ fn one(
         false => None,
     };
     let drawn = fields.as_ref().is_none_or(|f| f.collection().is_file());
-    // A run that draws is no price
+    // A run that draws does not measure its cost
     let repeats = if options.vtu { 1 } else { study.repeats(case) };
     let enough = |r: &CaseRecord| r.repeats.len().max(1) >= repeats;
     let kept =
@@ -271,7 +269,7 @@ fn one(
         let (wall, cpu) = fields.finish()?;
         times = (times.0 - wall, times.1 - cpu);
     }
-    if study.keeps_refusals() && run.status != Status::Converged {
+    if study.rules.keep_refusals && run.status != Status::Converged {
         let mut last = Fields::new(store.folder(&case.id)?, "last", &USUAL);
         last.add(&scene, &run.last, 0);
         last.finish()?;
@@ -336,11 +334,8 @@ pub fn check_quantities(study: &Study, case: &Case, scene: &Scene) -> Result<(),
         return Err(RunError::Controlled { file: case.scene_file.clone(), signal });
     }
     let refuse = |fact| RunError::Quantity { file: study.file.clone(), variant: case.variant.clone(), fact };
-    if study.keeps_refusals() {
-        let suite = study.record.suites.iter().find(|s| s.family == case.family);
-        let columns = suite.into_iter().flat_map(|s| &s.checks).flat_map(Check::columns);
-        let map = study.record.maps.iter().find(|m| m.family == case.family).map(|m| m.quantity.name.clone());
-        return columns.chain(map).find_map(|c| scene.check_column(&c).err()).map_or(Ok(()), |fact| Err(refuse(fact)));
+    if let Some(columns) = study.columns.get(&case.family) {
+        return columns.iter().find_map(|c| scene.check_column(c).err()).map_or(Ok(()), |fact| Err(refuse(fact)));
     }
     let quantities = study.record.quantities.get(&case.variant).into_iter().flatten();
     let mut checks = std::iter::once(scene.check_time()).chain(quantities.map(|q| scene.check_column(&q.name)));

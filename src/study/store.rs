@@ -40,7 +40,7 @@ impl Store {
 
     /// A stored record of this case made from another scene or by another version no longer counts: a report must not mix
     /// them. The time series stays.
-    pub fn forget_stale(&self, id: &str, scene: &str) -> Result<(), StoreError> {
+    pub fn forget_outdated(&self, id: &str, scene: &str) -> Result<(), StoreError> {
         let path = self.path(id, "json");
         let Ok(text) = std::fs::read_to_string(&path) else { return Ok(()) };
         let fresh = serde_json::from_str::<CaseRecord>(&text)

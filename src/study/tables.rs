@@ -1,7 +1,8 @@
 //! Tables that every kind of study shows: all cases, and the time of their effects.
 
-use crate::report::table::Table;
-use crate::study::record::CaseRecord;
+use crate::report::table::{Table, headings};
+use crate::report::words::digits;
+use crate::study::record::{CaseRecord, Quantity};
 use crate::study::results::Results;
 
 /// Megabytes (10⁶ bytes) of the values of the factor, 8 bytes an entry.
@@ -9,12 +10,26 @@ pub fn factor_mb(r: &CaseRecord) -> f64 {
     8e-6 * r.factor_nnz as f64
 }
 
+/// The quantities that some variant judges, once each.
+fn quantities(store: &Results) -> Vec<&Quantity> {
+    let mut out: Vec<&Quantity> = vec![];
+    for q in store.study.variants.iter().filter_map(|v| store.study.quantities.get(v)).flatten() {
+        if out.iter().all(|known| known.name != q.name) {
+            out.push(q);
+        }
+    }
+    out
+}
+
 /// Every case of a study: mesh, outcome, peaks, cost.
 pub fn cases(store: &Results) -> Table {
+    let judged = quantities(store);
     let rows = (store.cases.iter().map(|c| &c.record))
         .map(|r| {
-            let probe = |name: &str, n: usize| r.probes.get(name).map_or("–".into(), |p| format!("{:.n$}", p.peak));
-            vec![
+            let peak = |q: &&Quantity| {
+                r.probes.get(&q.name).map_or("–".into(), |p| format!("{:.*}", digits(1e-3 * p.peak), p.peak))
+            };
+            let mesh = vec![
                 r.id.clone(),
                 r.formulation.clone(),
                 r.mesh.cells.to_string(),
@@ -29,41 +44,33 @@ pub fn cases(store: &Results) -> Table {
                 r.locking.map_or("–".into(), |l| {
                     format!("{:.2}{}", l.pressure_scatter, if l.alarm { " alarm" } else { "" })
                 }),
-                probe("bending_angle_deg", 3),
-                probe("cable_tension_N", 4),
+            ];
+            let cost = vec![
                 r.steps.to_string(),
                 r.newton_iterations.to_string(),
                 format!("{:.2}{}", r.wall_s, if r.shared { " (shared)" } else { "" }),
                 format!("{:.2}", r.cpu_s),
-            ]
+            ];
+            mesh.into_iter().chain(judged.iter().map(peak)).chain(cost).collect()
         })
         .collect();
-    Table {
-        name: "cases",
-        caption: "Every case: mesh, outcome, peaks and cost.".into(),
-        columns: vec![
-            ("Case", "", false),
-            ("Element", "", false),
-            ("Cells", "", true),
-            ("h", "mm", true),
-            ("Min quality", "", true),
-            ("DOFs", "", true),
-            ("nnz(L)", "", true),
-            ("Factor", "MB", true),
-            ("Linear solver", "", false),
-            ("Δt", "s", true),
-            ("Status", "", false),
-            ("Pressure scatter", "", true),
-            ("Peak angle", "°", true),
-            ("Peak tension", "N", true),
-            ("Steps", "", true),
-            ("Newton", "", true),
-            ("Wall", "s", true),
-            ("CPU", "s", true),
-        ],
-        rows,
-        pick: None,
-    }
+    let mut columns = headings(&[
+        ("Case", "", false),
+        ("Element", "", false),
+        ("Cells", "", true),
+        ("h", "mm", true),
+        ("Min quality", "", true),
+        ("DOFs", "", true),
+        ("nnz(L)", "", true),
+        ("Factor", "MB", true),
+        ("Linear solver", "", false),
+        ("Δt", "s", true),
+        ("Status", "", false),
+        ("Pressure scatter", "", true),
+    ]);
+    columns.extend(judged.iter().map(|q| (format!("Peak {}", q.label), q.unit.clone(), true)));
+    columns.extend(headings(&[("Steps", "", true), ("Newton", "", true), ("Wall", "s", true), ("CPU", "s", true)]));
+    Table { name: "cases", caption: "Every case: mesh, outcome, peaks and cost.".into(), columns, rows, pick: None }
 }
 
 /// What every effect and constraint of every case costs. What is not declared has no row.
@@ -83,13 +90,13 @@ pub fn effects(store: &Results) -> Table {
     Table {
         name: "effects",
         caption: "Wall time in the evaluations of every effect and constraint that is assembled.".into(),
-        columns: vec![
+        columns: headings(&[
             ("Case", "", false),
             ("Effect", "", false),
             ("Time", "ms", true),
             ("Per step", "ms", true),
             ("Share of the case", "%", true),
-        ],
+        ]),
         rows,
         pick: None,
     }

@@ -1,9 +1,7 @@
-//! How much work a case was, whatever the machine; and how its price scatters when it is run again.
+//! How much work a case was, whatever the machine; and how its cost scatters when it is run again.
 
 use crate::scene::{Progress, Run, RunOptions, Scene};
 use crate::solve::Status;
-use crate::study::record::Role;
-use crate::study::spec::{Case, Study};
 use crate::system::State;
 use cpu_time::ThreadTime;
 use serde::{Deserialize, Serialize};
@@ -31,14 +29,6 @@ pub struct WorkRecord {
 pub struct RepeatRecord {
     pub wall_s: f64,
     pub cpu_s: f64,
-}
-
-impl Study {
-    /// How often a case is run. What is far finer than needed is a reference, and no price.
-    pub fn repeats(&self, case: &Case) -> usize {
-        let role = self.record.families.iter().find(|f| f.name == case.family).map(|f| f.role);
-        if role == Some(Role::Overkill) { 1 } else { self.record.repeats }
-    }
 }
 
 /// Runs the scene `repeats` times. Returns the run of median CPU time, its wall and CPU seconds, and those of all. All runs give the

@@ -129,7 +129,7 @@ pub fn study() -> (StudyRecord, Vec<StoredCase>) {
         label: label.into(),
         symbol: symbol.into(),
         unit: unit.into(),
-        against: None,
+        ..Quantity::default()
     };
     let angle = || q("bending_angle_deg", "bending angle", "θ", "°");
     let roles = [
@@ -158,14 +158,9 @@ pub fn study() -> (StudyRecord, Vec<StoredCase>) {
             ("tension".to_string(), vec![angle()]),
         ]),
         variants: vec!["length".into(), "tension".into()],
-        labels: BTreeMap::new(),
+        labels: ["length", "tension"].map(|v| (v.to_string(), format!("{v} control"))).into(),
         families: families.into(),
-        reference: None,
-        axes: vec![],
-        points: BTreeMap::new(),
-        repeats: 1,
-        suites: vec![],
-        maps: vec![],
+        details: serde_json::Value::Null,
         version: "0.1.0".into(),
     };
     (study, cases)

@@ -4,7 +4,7 @@ use crate::report::error::ReportError;
 use crate::report::files;
 use crate::report::fit::stretch;
 use crate::report::page::{document, escape};
-use crate::report::table::Table;
+use crate::report::table::{Table, headings};
 use serde::Deserialize;
 use std::path::Path;
 
@@ -64,14 +64,14 @@ fn table(stored: &Stored) -> Table {
         caption: "Relative misfit of the rows that were fitted, and of rows that were not: the last third of ln λ from the rest, and one \
                   mode from the others. The best prediction stands first; the misfit of the fit ranks nothing."
             .into(),
-        columns: vec![
+        columns: headings(&[
             ("Law", "", false),
             ("Constants", "", true),
             ("Fitted", "%", true),
             ("Hold-out", "%", true),
             ("Cross-mode", "%", true),
             ("All determined", "", false),
-        ],
+        ]),
         rows: stored.laws.iter().map(row).collect(),
         pick: stored.laws.first().map(|c| c.label.clone()),
     }

@@ -1,7 +1,7 @@
 //! Tables of a fit.
 
 use crate::report::fit::{Misfit, Parameter, Scatter, Specimen, StoredFit, stretch};
-use crate::report::table::Table;
+use crate::report::table::{Table, headings};
 
 /// Rows of the table of ranges at most
 const RANGES: usize = 14;
@@ -54,7 +54,7 @@ fn parameters(fit: &StoredFit) -> Table {
             "Constants of {}. The interval is {}. The last column is what a fitted range that ends earlier would have given.",
             fit.label, fit.interval_assumption
         ),
-        columns: vec![
+        columns: headings(&[
             ("Symbol", "", false),
             ("Name", "", false),
             ("Unit", "", false),
@@ -63,7 +63,7 @@ fn parameters(fit: &StoredFit) -> Table {
             ("95 % from", "", true),
             ("95 % to", "", true),
             ("Over shorter ranges", "", true),
-        ],
+        ]),
         rows,
         pick: None,
     }
@@ -102,13 +102,13 @@ fn intervals(fit: &StoredFit) -> Option<Table> {
         caption: format!(
             "95 % intervals by three methods. Covariance and profile take the errors for independent; the bootstrap does not.{drawn}"
         ),
-        columns: vec![
+        columns: headings(&[
             ("Symbol", "", false),
             ("Unit", "", false),
             ("Covariance", "", true),
             ("Profile likelihood", "", true),
             ("Bootstrap", "", true),
-        ],
+        ]),
         rows: fit.parameters.iter().enumerate().map(row).collect(),
         pick: None,
     })
@@ -136,7 +136,7 @@ fn otherwise(fit: &StoredFit) -> Table {
     Table {
         name: "treatments",
         caption: "What the choice and treatment of the rows did to the answer: the constants with and without, and how far the stresses of the two laws are apart over the fitted rows.".into(),
-        columns: vec![("Rows", "", false), ("Count", "", true), ("Constants", "", true), ("Stresses apart", "%", true)],
+        columns: headings(&[("Rows", "", false), ("Count", "", true), ("Constants", "", true), ("Stresses apart", "%", true)]),
         rows,
         pick: Some("as fitted".into()),
     }
@@ -167,7 +167,7 @@ fn specimens(fit: &StoredFit, s: &Scatter) -> Table {
     Table {
         name: "specimens",
         caption: "Each specimen fitted alone. The level is its stresses over those of the fit to all rows.".into(),
-        columns: vec![("Specimen", "", false), ("Rows", "", true), ("Level", "", true), ("Constants", "", true)],
+        columns: headings(&[("Specimen", "", false), ("Rows", "", true), ("Level", "", true), ("Constants", "", true)]),
         rows,
         pick: None,
     }
@@ -190,7 +190,7 @@ fn misfits(fit: &StoredFit) -> Table {
     Table {
         name: "predictions",
         caption: "The law against the rows that were fitted, and as a prediction of those that were not. Bias below zero: the law is too soft.".into(),
-        columns: vec![
+        columns: headings(&[
             ("Mode", "", false),
             ("Rows", "", false),
             ("Count", "", true),
@@ -198,7 +198,7 @@ fn misfits(fit: &StoredFit) -> Table {
             ("Rms", "%", true),
             ("Bias", "%", true),
             ("Largest", "%", true),
-        ],
+        ]),
         rows,
         pick: None,
     }
@@ -217,7 +217,7 @@ fn stability(fit: &StoredFit) -> Table {
         caption:
             "Where the law stops being stable (Drucker), nearly incompressible: stretches, in simple shear the shear."
                 .into(),
-        columns: vec![("Mode", "", false), ("Lost below", "", true), ("Lost above", "", true)],
+        columns: headings(&[("Mode", "", false), ("Lost below", "", true), ("Lost above", "", true)]),
         rows: rows.collect(),
         pick: None,
     }
@@ -271,7 +271,7 @@ fn ranges(fit: &StoredFit) -> Table {
     Table {
         name: "ranges",
         caption: format!("The same fit over a range that ends earlier or later.{all}"),
-        columns,
+        columns: headings(&columns),
         rows,
         pick: Some(format!("{} (fitted)", stretch(fit.stretch[1]))),
     }

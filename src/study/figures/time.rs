@@ -76,7 +76,7 @@ pub fn of_variant(store: &Results, variant: &str, name: String) -> Option<Figure
         put(left - 8.0, 27.0, &phases);
         put(left + each + gap, 22.0, &effects);
     });
-    let shared = if rows.iter().any(|r| r.shared) { " Cases ran side by side." } else { "" };
+    let shared = if rows.iter().any(|r| r.shared) { " Cases ran at the same time." } else { "" };
     let caption = format!(
         "Share of the wall time per case ({}), total beside the bar: (a) by phase, (b) by effect, the rest being linear algebra and output.{shared}",
         store.study.label(variant)

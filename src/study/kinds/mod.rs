@@ -1,26 +1,20 @@
 //! The kinds of study, one folder each. A new kind is one folder and one line in [`KINDS`].
 
 pub mod calibration;
+pub mod comparison;
 pub mod convergence;
 pub mod cost;
-pub mod materials;
-pub mod prices;
 pub mod robustness;
 pub mod sweep;
 
-use crate::study::content::Content;
-use crate::study::results::Results;
+use crate::study::kind::Kind;
 
-/// Analyses the stored cases of a kind.
-pub type Analyse = fn(&Results) -> Content;
-
-/// `kind` of a study → its analysis.
-pub const KINDS: [(&str, Analyse); 7] = [
-    ("convergence", convergence::report::content),
-    ("materials", materials::report::content),
-    ("calibration", calibration::report::content),
-    ("sweep", sweep::report::content),
-    ("prices", prices::report::content),
-    ("cost", cost::report::content),
-    ("robustness", robustness::report::content),
+/// Registry of the kinds.
+pub const KINDS: [Kind; 6] = [
+    Kind::of::<convergence::Convergence>(),
+    Kind::of::<comparison::Comparison>(),
+    Kind::of::<sweep::Sweep>(),
+    Kind::of::<cost::Cost>(),
+    Kind::of::<calibration::CalibrationStudy>(),
+    Kind::of::<robustness::Robustness>(),
 ];

@@ -21,7 +21,6 @@ use crate::scene::{Progress, SceneError};
 use crate::study::curve::peak;
 use crate::study::estimate::family::{Estimate, Level, estimate};
 use crate::study::estimate::reference::choose;
-use crate::study::kinds::convergence::DECIDING;
 use crate::study::record::{CaseRecord, Role, StoredCase};
 use model::{Clock, Counted, error_law};
 use pilots::Pilots;
@@ -207,7 +206,7 @@ pub fn plan(request: &Request, watch: &dyn Watch) -> Result<Planned, PlanError> 
     Ok(Planned { plan, choices, pilots })
 }
 
-/// The columns to be judged: those asked for, else those that decide a convergence study.
+/// The columns to be judged: those asked for, else every recorded angle and cable tension.
 fn quantities(request: &Request, scene: &crate::scene::Scene) -> Result<Vec<String>, PlanError> {
     let refuse = |fact: String| PlanError::Quantity { file: request.file.clone(), fact };
     scene.check_time().map_err(refuse)?;
@@ -217,11 +216,11 @@ fn quantities(request: &Request, scene: &crate::scene::Scene) -> Result<Vec<Stri
         )));
     }
     let recorded = scene.columns();
-    let usual = DECIDING.iter().map(|q| q.to_string()).filter(|q| recorded.contains(q));
+    let usual = recorded.iter().filter(|c| c.ends_with("_deg") || c.ends_with("_tension_N")).cloned();
     let all: Vec<String> = if request.quantities.is_empty() { usual.collect() } else { request.quantities.clone() };
     all.iter().try_for_each(|q| scene.check_column(q)).map_err(refuse)?;
     match all.is_empty() {
-        true => Err(refuse(format!("it records neither {}; name a column with --quantity", DECIDING.join(" nor ")))),
+        true => Err(refuse("it records neither an angle nor a cable tension; name a column with --quantity".into())),
         false => Ok(all),
     }
 }
@@ -273,7 +272,7 @@ fn weigh(
             let set = changes.iter().map(|(key, value)| format!("{key}={value}")).collect();
             let (element, limited_by) = (choice.name.clone(), limited_by.clone());
             out.push(Setting { element, cells, set, counted, error, limited_by, uncertainty, cpu_s });
-            // The next size of this element is dearer still
+            // The next size of this element is more expensive still
             if cpu_s > budget_s {
                 break;
             }

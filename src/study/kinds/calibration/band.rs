@@ -15,7 +15,7 @@
 use crate::calibrate::inverse::Calibration;
 use crate::report::words::{digits, percent, space};
 use crate::study::curve::Curve;
-use crate::study::kinds::calibration::Answer;
+use crate::study::kinds::calibration::analysis::Answer;
 use crate::study::record::{Quantity, Role, Series, StoredCase, StudyRecord};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -113,7 +113,7 @@ fn moved(answer: &Answer) -> Vec<Vec<f64>> {
         let sizes = first.cases.iter().enumerate().filter(|(_, o)| o.role == Role::Sizes);
         sizes.min_by_key(|(_, o)| o.cells.abs_diff(cells)).map(|(k, _)| k)
     };
-    let change = |(k, o): (usize, &crate::study::kinds::calibration::One)| {
+    let change = |(k, o): (usize, &crate::study::kinds::calibration::analysis::One)| {
         let base = near(o.cells)?;
         Some(answer.constants.iter().map(|c| c.cases[k].value - c.cases[base].value).collect())
     };

@@ -1,18 +1,17 @@
 //! Report of a calibration, and `law.toml`: the laws of the scene with the constants that were found.
 
-use crate::report::table::Table;
+use crate::report::table::{Table, headings};
 use crate::report::words::percent;
 use crate::study::content::Content;
+use crate::study::kinds::calibration::analysis::{Analysis, Answer, Judged, scaled};
 use crate::study::kinds::calibration::band::{Band, band as around};
 use crate::study::kinds::calibration::figures::band;
 use crate::study::kinds::calibration::figures::curves as figures;
-use crate::study::kinds::calibration::{Analysis, Answer, Judged, analyse, scaled};
 use crate::study::results::Results;
 use crate::study::tables;
 use serde_json::{Map, Value, json};
 
-pub fn content(store: &Results) -> Content {
-    let a = analyse(&store.study, &store.cases, &store.found);
+pub fn content(store: &Results, a: &Analysis) -> Content {
     let of = |v: &Answer| around(&store.study, &store.cases, &store.found, &store.sensitivities, v);
     let bands: Vec<Band> = a.variants.iter().filter_map(of).collect();
     let constants_found = a.variants.iter().flat_map(|v| v.constants.iter().map(|c| c.sentence(&v.label)));
@@ -20,15 +19,15 @@ pub fn content(store: &Results) -> Content {
     Content {
         verdict: a.verdict.clone(),
         supported: !a.variants.is_empty() && a.variants.iter().flat_map(|v| &v.constants).all(|c| c.interval.is_some()),
-        facts: facts(&a),
+        facts: facts(a),
         sentences: constants_found.chain(bands.iter().map(Band::sentence)).collect(),
         warnings: a.warnings.clone(),
-        analysis: analysis(&a, &bands),
-        answer: ("Which constants, how far to believe them", constants(&a)),
-        tables: vec![by_case(&a), stability(store, &a)],
+        analysis: analysis(a, &bands),
+        answer: ("Which constants, how far to believe them", constants(a)),
+        tables: vec![by_case(a), stability(store, a)],
         folded: vec![("Every case", tables::cases(store))],
         figures: figures.chain(bands.iter().map(band::draw)).collect(),
-        files: a.variants.iter().filter_map(|v| law_file(store, &a, v)).collect(),
+        files: a.variants.iter().filter_map(|v| law_file(store, a, v)).collect(),
         outcomes: Default::default(),
     }
 }
@@ -76,7 +75,7 @@ fn constants(a: &Analysis) -> Table {
     Table {
         name: "constants",
         caption: "Constants from the finest mesh. Interval: 95 % of rows, drift with the mesh and range of the dimensions not known exactly together; rows: half-width of theirs alone; mesh: change from the next coarser one; gauge: what the same law gives if all travel stretches the gauge length.".into(),
-        columns: vec![
+        columns: headings(&[
             ("Constant, curve", "", false),
             ("Value", "", true),
             ("Unit", "", false),
@@ -86,7 +85,7 @@ fn constants(a: &Analysis) -> Table {
             ("Dimensions", "", true),
             ("Gauge", "", true),
             ("Its error", "%", true),
-        ],
+        ]),
         rows: a.variants.iter().flat_map(|v| v.constants.iter().map(move |c| (v, c))).map(row).collect(),
         pick: None,
     }
@@ -112,7 +111,7 @@ fn by_case(a: &Analysis) -> Table {
     Table {
         name: "cases-constants",
         caption: "Every case with its own interval (rows alone) and its misfit √(Σr²/Σy²).".into(),
-        columns: vec![
+        columns: headings(&[
             ("Case", "", false),
             ("Role", "", false),
             ("Cells", "", true),
@@ -120,7 +119,7 @@ fn by_case(a: &Analysis) -> Table {
             ("Value", "", true),
             ("Interval", "", true),
             ("Misfit", "%", true),
-        ],
+        ]),
         rows,
         pick: a.variants.first().map(|v| v.case.clone()),
     }
@@ -146,14 +145,14 @@ fn stability(store: &Results, a: &Analysis) -> Table {
     Table {
         name: "robustness",
         caption: "Stretch (in simple shear γ) at which the law with these constants stops being stable (Drucker), beside the largest principal stretch in the specimen.".into(),
-        columns: vec![
+        columns: headings(&[
             ("Curve", "", false),
             ("Law", "", false),
             ("Mode", "", false),
             ("Stable from", "", true),
             ("to", "", true),
             ("Reached", "", true),
-        ],
+        ]),
         rows,
         pick: None,
     }

@@ -1,55 +1,10 @@
-//! What the numbers mean for the choice of a mesh: settings with price and error bar, the sentences, the verdict.
+//! What the numbers mean for the choice of a mesh: settings with cost and error bar, the sentences, the verdict.
 
 use crate::report::words::{capital, digits, percent, seconds, space};
+use crate::study::kinds::convergence::analysis::{Bar, Cases, QuantityAnalysis, Recommendation, Setting, headline};
 use crate::study::kinds::convergence::warnings::no_limit;
-use crate::study::kinds::convergence::{Cases, QuantityAnalysis};
 use crate::study::locking;
 use crate::study::record::Role;
-use serde::Serialize;
-
-/// A mesh with a formulation, in every variant it was run in.
-#[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct Setting {
-    /// `tet4, 16200 cells`
-    pub label: String,
-    pub formulation: String,
-    pub cells: usize,
-    pub h_m: f64,
-    pub family: String,
-    pub cases: Vec<String>,
-    /// Mean over the variants \[s\]
-    pub cost_s: f64,
-    pub bars: Vec<Bar>,
-    /// Largest error bar of the deciding quantities \[–\]; infinite if one has no reference or no result
-    pub worst: f64,
-    /// Title of the quantity with that bar
-    pub limited_by: String,
-}
-
-/// Error and error bar of a setting in one quantity.
-#[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct Bar {
-    pub variant: String,
-    pub quantity: String,
-    pub value: f64,
-    pub error: f64,
-    pub bar: f64,
-    pub cost_s: f64,
-}
-
-/// The cheapest setting that meets the tolerance in every deciding quantity.
-#[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct Recommendation {
-    /// Id in the variant of the headline
-    pub case: String,
-    pub cases: Vec<String>,
-    pub label: String,
-    pub error_bar: f64,
-    pub limited_by: String,
-    pub cost_s: f64,
-    /// The next better one: label, error bar \[–\], cost \[s\]
-    pub next: Option<(String, f64, f64)>,
-}
 
 /// All settings run with the study's time step, cheapest first. Seeds show the scatter; a lucky one is no choice.
 pub fn settings(cases: &Cases, quantities: &[QuantityAnalysis]) -> Vec<Setting> {
@@ -120,32 +75,32 @@ fn find<'a>(s: &'a Setting, q: &QuantityAnalysis) -> Option<&'a Bar> {
     s.bars.iter().find(|b| b.variant == q.variant && b.quantity == q.quantity.name)
 }
 
-/// Per quantity: the cheapest setting that meets the tolerance, its bar, its cost, and the price of the next better one.
+/// Per quantity: the cheapest setting that meets the tolerance, its bar, its cost, and the cost of the next better one.
 pub fn sentence(settings: &[Setting], q: &QuantityAnalysis, tolerance: f64) -> String {
     let title = capital(&q.title());
     if !q.supported {
         return format!("{title}: no verdict within {}. {}.", percent(tolerance), capital(&q.reasons.join("; ")));
     }
-    let mut priced: Vec<(&Setting, &Bar)> = settings.iter().filter_map(|s| Some((s, find(s, q)?))).collect();
-    priced.sort_by(|a, b| a.1.cost_s.total_cmp(&b.1.cost_s));
+    let mut by_cost: Vec<(&Setting, &Bar)> = settings.iter().filter_map(|s| Some((s, find(s, q)?))).collect();
+    by_cost.sort_by(|a, b| a.1.cost_s.total_cmp(&b.1.cost_s));
     let reference = q.reference.as_ref().map_or(String::new(), |r| {
         let digits = digits(r.uncertainty);
         let (v, u, unit) = (r.value, r.uncertainty, space(&q.quantity.unit));
         format!(" (reference {v:.digits$}{unit} ± {u:.digits$}{unit} from family {})", r.family)
     });
-    let Some(&(s, b)) = priced.iter().find(|(_, b)| b.bar <= tolerance) else {
-        let best = priced.iter().min_by(|a, b| a.1.bar.total_cmp(&b.1.bar));
+    let Some(&(s, b)) = by_cost.iter().find(|(_, b)| b.bar <= tolerance) else {
+        let best = by_cost.iter().min_by(|a, b| a.1.bar.total_cmp(&b.1.bar));
         let best = best.map_or(String::new(), |(s, b)| {
             format!("; the best, {}, reaches {} for {}", s.label, percent(b.bar), seconds(b.cost_s))
         });
         return format!("{title}: no setting meets {}{best}{reference}.", percent(tolerance));
     };
-    let next = priced.iter().find(|(_, n)| n.cost_s > b.cost_s && n.bar < b.bar).map_or(
-        "; none of the dearer ones is better".to_string(),
+    let next = by_cost.iter().find(|(_, n)| n.cost_s > b.cost_s && n.bar < b.bar).map_or(
+        "; none of the more expensive ones is better".to_string(),
         |(n, nb)| {
             let times = nb.cost_s / b.cost_s;
             let (bar, cost) = (percent(nb.bar), seconds(nb.cost_s));
-            format!("; the next better one, {}, reaches {bar} for {cost} ({times:.1} times the price)", n.label)
+            format!("; the next better one, {}, reaches {bar} for {cost} ({times:.1} times the cost)", n.label)
         },
     );
     format!(
@@ -192,8 +147,10 @@ pub fn conclude(
         }));
     };
     let next = settings.iter().find(|n| n.cost_s > s.cost_s && n.worst < s.worst);
-    let headline = |id: &&String| cases.stored.iter().any(|c| c.record.id == **id && c.record.variant == "tension");
-    let case = s.cases.iter().find(headline).unwrap_or(&s.cases[0]).clone();
+    let variant = headline(quantities).map(|q| q.variant.as_str());
+    let shown =
+        |id: &&String| cases.stored.iter().any(|c| c.record.id == **id && Some(c.record.variant.as_str()) == variant);
+    let case = s.cases.iter().find(shown).unwrap_or(&s.cases[0]).clone();
     let mut words = format!(
         "{} can be trusted within {}: error bar {} in the worst quantity ({}), {} per case.",
         s.label,
@@ -208,7 +165,7 @@ pub fn conclude(
     }
     words += &locked(cases, s);
     words += &about_sizes(cases, settings, tolerance);
-    words += &kinematic(quantities);
+    words += &insensitive(quantities);
     let recommendation = Recommendation {
         case,
         cases: s.cases.clone(),
@@ -252,22 +209,33 @@ fn about_sizes(cases: &Cases, settings: &[Setting], tolerance: f64) -> String {
     })
 }
 
-/// Under length control the angle hides the stiffness error that the tension shows.
-fn kinematic(quantities: &[QuantityAnalysis]) -> String {
-    let spread = |name: &str| {
-        let q = quantities.iter().find(|q| q.variant == "length" && q.quantity.name == name)?;
-        let e = q.estimates.iter().find(|e| e.role == Role::Sizes)?;
+/// A deciding quantity that hardly depends on the mesh hides the error that another one shows in the same variant.
+fn insensitive(quantities: &[QuantityAnalysis]) -> String {
+    let spread = |q: &QuantityAnalysis| {
+        let e = q.sizes()?;
         let (first, last) = (e.values.first()?, e.values.last()?);
         Some(((last - first) / first).abs())
     };
-    match (spread("bending_angle_deg"), spread("cable_tension_N")) {
-        (Some(a), Some(t)) if a < t / 3.0 => format!(
-            " Under length control the angle is nearly kinematic: from the coarsest to the finest size it moves by {}, the tension by {}; the tension limits.",
-            percent(a),
-            percent(t)
-        ),
-        _ => String::new(),
+    let deciding: Vec<(&QuantityAnalysis, f64)> =
+        quantities.iter().filter(|q| q.deciding).filter_map(|q| Some((q, spread(q)?))).collect();
+    let mut words = String::new();
+    for (q, least) in &deciding {
+        let others = deciding.iter().filter(|(other, _)| other.variant == q.variant);
+        let Some((limit, most)) = others.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, most)| *least < most / 3.0)
+        else {
+            continue;
+        };
+        words += &format!(
+            " {}: from the coarsest to the finest size the {} moves by {} only, the {} by {}; the {} limits.",
+            capital(&q.variant_label),
+            q.quantity.label,
+            percent(*least),
+            limit.quantity.label,
+            percent(*most),
+            limit.quantity.label
+        );
     }
+    words
 }
 
 fn list(incomplete: &[(String, String)]) -> String {

@@ -2,7 +2,7 @@
 
 use crate::report::words::capital;
 use crate::study::estimate::order::LEAST_RATIO;
-use crate::study::kinds::convergence::{Cases, QuantityAnalysis};
+use crate::study::kinds::convergence::analysis::{Cases, QuantityAnalysis};
 
 /// One sentence each.
 pub fn warnings(cases: &Cases, quantities: &[QuantityAnalysis], incomplete: &[(String, String)]) -> Vec<String> {
@@ -24,7 +24,7 @@ pub fn warnings(cases: &Cases, quantities: &[QuantityAnalysis], incomplete: &[(S
         }
     }
     if cases.shared {
-        out.push("Cases ran side by side: prices are CPU seconds of the solving thread, not wall seconds.".into());
+        out.push("Cases ran at the same time: costs are CPU seconds of the solving thread, not wall seconds.".into());
     }
     for q in quantities {
         if let Some(t) = q.time_step.as_ref().filter(|t| !t.negligible) {

@@ -1,354 +1,75 @@
-//! What accuracy costs: settings of mesh, element, time step and solver by price and error.
-//!
-//! Pure: stored cases in, [`Analysis`] out. Every converged case of a variant that is not there for the reference is a setting:
-//!
-//! ```text
-//! price       CPU seconds of the run, the median of its repeats; spread (max − min)/median
-//! error       of the peak |f − f*|/|f*|, of the curve ‖f − f*‖₂/‖f*‖₂          f* from [`reference`]
-//! error bar   error + U(f*): a setting meets a level if its bar does
-//! front       settings that no cheaper one beats in error
-//! ```
-//!
-//! Prices of one error are compared between families ([`mod@line`]), and prices are extrapolated over the cells ([`mod@growth`]).
+//! Cost: what accuracy costs, by mesh, element, time step and solver.
 
+pub mod analyse;
+pub mod analysis;
 pub mod figures;
 pub mod line;
 pub mod reference;
 pub mod report;
 pub mod sentence;
 
-use crate::study::curve::peak;
-use crate::study::estimate::growth::{Growth, Predicted, growth};
-use crate::study::record::{CaseRecord, PhaseRecord, Quantity, Role, StoredCase, StudyRecord};
-use line::Line;
-use reference::{Reference, curve_error, members, reference, step};
-use serde::Serialize;
+use crate::scene::SceneError;
+use crate::study::content::Content;
+use crate::study::kind::{Expansion, RunRules, StudyKind};
+use crate::study::record::Role;
+use crate::study::results::Results;
+use crate::study::spec::{FamilySpec, Mistake, VariantSpec, check_quantities, check_roles, refuse};
+use analyse::analyse;
+use analysis::Analysis;
+use serde::Deserialize;
+use std::path::Path;
 
-/// Errors that every study prices besides its own tolerance.
-pub const LEVELS: [f64; 4] = [0.05, 0.02, 0.01, 0.005];
-/// Wall over CPU seconds from which a run was disturbed.
-const DISTURBED: f64 = 1.1;
-
-#[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct Analysis {
-    pub tolerance: f64,
-    pub levels: Vec<f64>,
-    /// \[variants × quantities\]
-    pub quantities: Vec<QuantityAnalysis>,
-    pub growth: Vec<Law>,
-    /// (id, what is wrong)
-    pub incomplete: Vec<(String, String)>,
-    pub warnings: Vec<String>,
-    pub verdict: String,
+/// Keys of a cost study.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Cost {
+    #[serde(rename = "variant", default)]
+    pub variants: Vec<VariantSpec>,
+    #[serde(rename = "family", default)]
+    pub families: Vec<FamilySpec>,
+    /// Runs of every case, for the scatter of its cost
+    #[serde(default = "once")]
+    pub repeats: usize,
 }
 
-/// What is judged: the peak, or the whole curve.
-#[derive(Serialize, Clone, Copy, Debug, PartialEq, Eq)]
-#[serde(rename_all = "snake_case")]
-pub enum Measure {
-    Peak,
-    Curve,
+fn once() -> usize {
+    1
 }
 
-pub const MEASURES: [Measure; 2] = [Measure::Peak, Measure::Curve];
+const ROLES: [Role; 5] = [Role::Sizes, Role::Element, Role::TimeStep, Role::Solver, Role::Reference];
 
-impl Measure {
-    pub fn words(self) -> &'static str {
-        match self {
-            Self::Peak => "peak",
-            Self::Curve => "curve",
+impl Cost {
+    fn check(&self) -> Result<(), Mistake> {
+        check_quantities(&self.variants)?;
+        check_roles(Self::NAME, &self.families, &ROLES)?;
+        if self.repeats == 0 {
+            return Err(("repeats".into(), "no run at all".into(), "give 1 or more, for example 3".into()));
         }
-    }
-}
-
-/// One quantity in one variant.
-#[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct QuantityAnalysis {
-    pub variant: String,
-    /// The variant in words
-    pub variant_label: String,
-    pub quantity: Quantity,
-    pub reference: Option<Reference>,
-    /// Cheapest first
-    pub settings: Vec<Setting>,
-    /// Of the peak, one per family with two settings or more
-    pub lines: Vec<Line>,
-    pub answers: Vec<Answer>,
-    pub sentence: String,
-}
-
-/// A case as something to choose.
-#[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct Setting {
-    pub case: String,
-    pub family: String,
-    pub label: String,
-    pub cost_s: f64,
-    /// (max − min)/median of the repeats \[–\]; none of one run
-    pub spread: Option<f64>,
-    pub value: f64,
-    /// \[–\] of the peak and of the curve
-    pub errors: [f64; 2],
-    /// On the Pareto front of the peak, of the curve
-    pub front: [bool; 2],
-    pub dofs: usize,
-    pub factor_nnz: usize,
-    /// Of all factorisations
-    pub flops: f64,
-    pub memory_bytes: Option<u64>,
-    pub phases: PhaseRecord,
-}
-
-/// The cheapest setting for a level.
-#[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct Answer {
-    pub measure: Measure,
-    pub level: f64,
-    /// Index of the setting; none if no bar is within the level
-    pub cheapest: Option<usize>,
-    /// The next dearer one with a smaller error
-    pub next: Option<usize>,
-}
-
-/// How time or memory grow with the cells of one formulation.
-#[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct Law {
-    pub variant: String,
-    pub formulation: String,
-    pub of: Grows,
-    /// (cells, value) \[s\] or \[bytes\]
-    pub points: Vec<(f64, f64)>,
-    pub law: Growth,
-    /// Twice the most cells
-    pub next_cells: f64,
-    pub next: Predicted,
-    /// The largest mesh predicted by the others, over what was measured \[–\]
-    pub check: Option<f64>,
-}
-
-#[derive(Serialize, Clone, Copy, Debug, PartialEq, Eq)]
-#[serde(rename_all = "snake_case")]
-pub enum Grows {
-    Time,
-    Memory,
-}
-
-impl QuantityAnalysis {
-    /// `cable tension, length control`
-    pub fn title(&self) -> String {
-        format!("{}, {}", self.quantity.label, self.variant_label)
-    }
-
-    /// U(f*) of a measure \[–\].
-    pub fn uncertainty(&self, measure: Measure) -> f64 {
-        self.reference.as_ref().map_or(f64::INFINITY, |r| match measure {
-            Measure::Peak => r.peak_uncertainty,
-            Measure::Curve => r.curve_uncertainty,
+        // One reference run does not tell its own error
+        let alone = self.families.iter().find(|f| f.role == Role::Reference && f.members.len() < 2);
+        alone.map_or(Ok(()), |f| {
+            let remedy = "add a coarser member: their difference is what the error of the reference is estimated from";
+            Err((format!("family {}", f.name), "a reference of one member".into(), remedy.into()))
         })
     }
-
-    /// Error with U(f*) \[–\].
-    pub fn bar(&self, setting: usize, measure: Measure) -> f64 {
-        self.settings[setting].errors[measure as usize] + self.uncertainty(measure)
-    }
-
-    pub fn answer(&self, measure: Measure, level: f64) -> Option<&Answer> {
-        self.answers.iter().find(|a| a.measure == measure && a.level == level)
-    }
 }
 
-/// Analyses what is there; cases that are missing or did not converge are named.
-pub fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis {
-    let mut levels = LEVELS.to_vec();
-    if !levels.contains(&study.tolerance) {
-        levels.push(study.tolerance);
-        levels.sort_by(|a, b| b.total_cmp(a));
-    }
-    let mut quantities = vec![];
-    for variant in &study.variants {
-        for quantity in study.quantities.get(variant).into_iter().flatten() {
-            quantities.push(analyse_quantity(study, stored, variant, quantity, &levels));
-        }
-    }
-    let growth = laws(study, stored);
-    let incomplete = study.incomplete(stored);
-    let warnings = warnings(stored, &quantities, &incomplete);
-    let verdict = sentence::verdict(&quantities, study.tolerance, incomplete.len());
-    Analysis { tolerance: study.tolerance, levels, quantities, growth, incomplete, warnings, verdict }
-}
+impl StudyKind for Cost {
+    const NAME: &'static str = "cost";
+    type Details = ();
+    type Analysis = Analysis;
 
-fn analyse_quantity(
-    study: &StudyRecord,
-    stored: &[StoredCase],
-    variant: &str,
-    quantity: &Quantity,
-    levels: &[f64],
-) -> QuantityAnalysis {
-    let reference = reference(study, stored, variant, &quantity.name);
-    let mut settings = vec![];
-    for family in study.families.iter().filter(|f| f.role != Role::Overkill) {
-        for case in members(stored, family, variant) {
-            let known = settings.iter().any(|s: &Setting| s.case == case.record.id);
-            let found = reference.as_ref().filter(|_| !known).and_then(|r| {
-                let value = peak(case, &quantity.name)?;
-                let errors = [(value - r.peak).abs() / r.peak.abs(), curve_error(r, case, &quantity.name)?];
-                errors.iter().all(|e| e.is_finite()).then(|| setting(case, &family.name, family.role, value, errors))
-            });
-            settings.extend(found);
-        }
+    fn expand(self, file: &Path) -> Result<Expansion<()>, SceneError> {
+        self.check().map_err(|mistake| refuse(file, mistake))?;
+        let rules = RunRules { repeats: self.repeats, smallest_first: true, ..RunRules::default() };
+        Ok(Expansion { rules, ..Expansion::new(self.variants, self.families, ()) })
     }
-    settings.sort_by(|a, b| a.cost_s.total_cmp(&b.cost_s));
-    for m in MEASURES {
-        let mut best = f64::INFINITY;
-        for s in &mut settings {
-            s.front[m as usize] = s.errors[m as usize] < best;
-            best = best.min(s.errors[m as usize]);
-        }
-    }
-    let line = |f: &crate::study::record::FamilyRecord| {
-        let of = |s: &&Setting| f.cases.contains(&s.case);
-        let points = settings.iter().filter(of).map(|s| (s.cost_s, s.errors[0])).collect();
-        let label = if f.name == f.formulation { f.name.clone() } else { f.name.replace('_', " ") };
-        Line::new(&f.name, label, points, levels)
-    };
-    let lines = study.families.iter().filter(|f| f.role != Role::Overkill).filter_map(line).collect();
-    let mut q = QuantityAnalysis {
-        variant: variant.into(),
-        variant_label: study.label(variant),
-        quantity: quantity.clone(),
-        reference,
-        settings,
-        lines,
-        answers: vec![],
-        sentence: String::new(),
-    };
-    for measure in MEASURES {
-        for &level in levels {
-            let cheapest = (0..q.settings.len()).find(|&k| q.bar(k, measure) <= level);
-            let next = cheapest.and_then(|c| {
-                let error = |k: usize| q.settings[k].errors[measure as usize];
-                (c + 1..q.settings.len()).find(|&k| error(k) < error(c))
-            });
-            q.answers.push(Answer { measure, level, cheapest, next });
-        }
-    }
-    q.sentence = sentence::sentence(&q, study.tolerance);
-    q
-}
 
-fn setting(case: &StoredCase, family: &str, role: Role, value: f64, errors: [f64; 2]) -> Setting {
-    let r = &case.record;
-    let family_words = family.replace('_', " ");
-    let label = match role {
-        Role::TimeStep => format!("{family_words}, Δt = {}", milliseconds(step(case))),
-        Role::Solver => format!("{family_words} {}", r.member),
-        _ => format!("{}, {} cells", r.formulation, r.mesh.cells),
-    };
-    let cpu = || r.repeats.iter().map(|t| t.cpu_s);
-    let spread =
-        (r.repeats.len() > 1).then(|| (cpu().fold(0.0, f64::max) - cpu().fold(f64::INFINITY, f64::min)) / r.cpu_s);
-    Setting {
-        case: r.id.clone(),
-        family: family.into(),
-        label,
-        cost_s: r.cpu_s,
-        spread,
-        value,
-        errors,
-        front: [false; 2],
-        dofs: r.dofs,
-        factor_nnz: r.factor_nnz,
-        flops: r.work.factor_flops * r.work.factorisations as f64,
-        memory_bytes: r.work.memory_bytes,
-        phases: r.phases.clone(),
+    fn analyse(results: &Results, (): &()) -> Analysis {
+        analyse(&results.study, &results.cases)
     }
-}
 
-/// `10 ms`, `2.5 ms`
-fn milliseconds(s: f64) -> String {
-    let ms = (1e6 * s).round() / 1e3;
-    format!("{ms} ms")
-}
-
-/// Time and memory over the cells, per variant and formulation with three meshes or more.
-fn laws(study: &StudyRecord, stored: &[StoredCase]) -> Vec<Law> {
-    let mut out = vec![];
-    let meshes = |f: &&crate::study::record::FamilyRecord| matches!(f.role, Role::Sizes | Role::Element);
-    for variant in &study.variants {
-        for family in study.families.iter().filter(meshes) {
-            let cases = members(stored, family, variant);
-            for of in [Grows::Time, Grows::Memory] {
-                let value = |r: &CaseRecord| match of {
-                    Grows::Time => Some(r.cpu_s),
-                    Grows::Memory => r.work.memory_bytes.map(|b| b as f64),
-                };
-                let mut points: Vec<(f64, f64)> =
-                    cases.iter().filter_map(|c| Some((c.record.mesh.cells as f64, value(&c.record)?))).collect();
-                points.sort_by(|a, b| a.0.total_cmp(&b.0));
-                let (Some(law), Some((last, others))) = (growth(&points), points.split_last()) else { continue };
-                if law.points < 3 {
-                    continue;
-                }
-                let check = growth(others).map(|g| g.at(last.0) / last.1);
-                let next_cells = 2.0 * last.0;
-                let (variant, formulation) = (variant.clone(), family.formulation.clone());
-                let next = law.predict(next_cells);
-                out.push(Law { variant, formulation, of, points, law, next_cells, next, check });
-            }
-        }
+    fn report(results: &Results, analysis: &Analysis) -> Content {
+        report::content(results, analysis)
     }
-    out
-}
-
-fn warnings(stored: &[StoredCase], quantities: &[QuantityAnalysis], incomplete: &[(String, String)]) -> Vec<String> {
-    let mut out: Vec<String> = incomplete.iter().map(|(id, what)| format!("{id}: {what}.")).collect();
-    let records = || stored.iter().map(|c| &c.record);
-    if records().any(|r| r.shared) {
-        out.push("Cases ran side by side: `--jobs 1` gives quieter prices, and the memory of a case.".into());
-    }
-    let ratio = |r: &CaseRecord| r.wall_s / r.cpu_s;
-    let disturbed: Vec<f64> = records().map(ratio).filter(|x| *x > DISTURBED).collect();
-    if !disturbed.is_empty() {
-        out.push(format!(
-            "The machine was busy: {} of {} cases took more than {DISTURBED} times their CPU seconds by the clock, one {:.1} times. \
-             Prices are CPU seconds; what shares caches and memory disturbs them too.",
-            disturbed.len(),
-            stored.len(),
-            disturbed.iter().copied().fold(0.0, f64::max)
-        ));
-    }
-    let settings = || quantities.iter().flat_map(|q| &q.settings);
-    if let Some(s) =
-        settings().filter(|s| s.spread.is_some()).max_by(|a, b| a.spread.partial_cmp(&b.spread).expect("finite"))
-    {
-        let spread = crate::report::words::percent(s.spread.unwrap_or(0.0));
-        out.push(format!("Prices scatter from run to run by up to {spread} of the median ({}).", s.case));
-    }
-    for q in quantities {
-        let title = crate::report::words::capital(&q.title());
-        let Some(r) = &q.reference else {
-            out.push(format!("{title}: no family has the two cases that a reference needs."));
-            continue;
-        };
-        let signs =
-            |family: &str, above: bool| q.settings.iter().any(|s| s.family == family && (s.value > r.peak) == above);
-        let lucky = q.lines.iter().filter(|l| signs(&l.family, true) && signs(&l.family, false));
-        let lucky: Vec<&str> = lucky.map(|l| l.label.as_str()).collect();
-        if !lucky.is_empty() {
-            out.push(format!(
-                "{title}: the error changes its sign along {}; where it is least there, that is luck, and the next mesh or step need not be better.",
-                lucky.join(", ")
-            ));
-        }
-        let known = r.peak_uncertainty.max(r.curve_uncertainty);
-        if LEVELS.iter().any(|l| *l < known) {
-            out.push(format!(
-                "{title}: the reference itself is known to {} (peak) and {} (curve); no setting can be said to meet less.{}",
-                crate::report::words::percent(r.peak_uncertainty),
-                crate::report::words::percent(r.curve_uncertainty),
-                if r.reasons.is_empty() { String::new() } else { format!(" {}.", crate::report::words::capital(&r.reasons.join("; "))) }
-            ));
-        }
-    }
-    out
 }

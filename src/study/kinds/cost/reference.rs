@@ -71,7 +71,7 @@ pub fn reference(study: &StudyRecord, stored: &[StoredCase], variant: &str, quan
             .filter_map(|f| Some((f, extrapolated(f, &members(stored, f, variant), quantity, study.tolerance)?)))
             .collect()
     };
-    let mut found = of(&[Role::Overkill]);
+    let mut found = of(&[Role::Reference]);
     if found.is_empty() {
         found = of(&[Role::Sizes, Role::Element]);
     }

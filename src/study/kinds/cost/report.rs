@@ -1,24 +1,23 @@
 //! Report of a cost study.
 
-use crate::report::table::Table;
+use crate::report::table::{Table, headings};
 use crate::report::words::{digits, percent, seconds};
 use crate::study::content::Content;
 use crate::study::figures::time;
+use crate::study::kinds::cost::analysis::{Analysis, Grows, Measure, QuantityAnalysis};
 use crate::study::kinds::cost::figures::growth;
 use crate::study::kinds::cost::figures::work;
 use crate::study::kinds::cost::line::How;
-use crate::study::kinds::cost::{Analysis, Grows, Measure, QuantityAnalysis, analyse};
 use crate::study::record::CaseRecord;
 use crate::study::results::Results;
 use crate::study::tables;
 use serde_json::{Map, Value, json};
 
-pub fn content(store: &Results) -> Content {
-    let a = analyse(&store.study, &store.cases);
+pub fn content(store: &Results, a: &Analysis) -> Content {
     let variants = || store.study.variants.iter();
-    let mut figures: Vec<_> = variants().filter_map(|v| work::precision(store, &a, v)).collect();
-    figures.extend(variants().filter_map(|v| work::amounts(store, &a, v)));
-    figures.extend(growth::draw(&a));
+    let mut figures: Vec<_> = variants().filter_map(|v| work::precision(store, a, v)).collect();
+    figures.extend(variants().filter_map(|v| work::amounts(store, a, v)));
+    figures.extend(growth::draw(a));
     figures.extend(variants().filter_map(|v| time::of_variant(store, v, format!("time-{v}"))));
     Content {
         verdict: a.verdict.clone(),
@@ -26,9 +25,9 @@ pub fn content(store: &Results) -> Content {
         facts: a.quantities.iter().filter_map(|q| fact(q, a.tolerance)).collect(),
         sentences: a.quantities.iter().map(|q| q.sentence.clone()).collect(),
         warnings: a.warnings.clone(),
-        analysis: analysis(&a),
-        answer: ("The cheapest setting for an error", cheapest(&a)),
-        tables: vec![prices(&a), laws(&a), settings(&a)],
+        analysis: analysis(a),
+        answer: ("The cheapest setting for an error", cheapest(a)),
+        tables: vec![costs(a), laws(a), settings(a)],
         folded: vec![
             ("Time by phase", phases(store)),
             ("Every case", tables::cases(store)),
@@ -40,7 +39,7 @@ pub fn content(store: &Results) -> Content {
     }
 }
 
-/// Price of the peak at the tolerance.
+/// Cost of the peak at the tolerance.
 fn fact(q: &QuantityAnalysis, tolerance: f64) -> Option<(String, String)> {
     let s = &q.settings[q.answer(Measure::Peak, tolerance)?.cheapest?];
     Some((seconds(s.cost_s), format!("peak {} within {}, by {}", q.title(), percent(tolerance), s.label)))
@@ -62,7 +61,7 @@ fn hundredths(share: f64) -> String {
     format!("{:.2}", 100.0 * share)
 }
 
-fn price(s: f64) -> String {
+fn cost(s: f64) -> String {
     format!("{s:.*}", digits(s))
 }
 
@@ -73,11 +72,11 @@ fn cheapest(a: &Analysis) -> Table {
             let mut row = vec![q.quantity.label.clone(), q.variant.clone(), x.measure.words().into(), percent(x.level)];
             let bar = |k: usize| hundredths(q.bar(k, x.measure));
             row.extend(match x.cheapest {
-                Some(k) => [q.settings[k].label.clone(), bar(k), price(q.settings[k].cost_s)],
+                Some(k) => [q.settings[k].label.clone(), bar(k), cost(q.settings[k].cost_s)],
                 None => ["none".into(), "–".into(), "–".into()],
             });
             row.extend(match x.next {
-                Some(k) => [q.settings[k].label.clone(), bar(k), price(q.settings[k].cost_s)],
+                Some(k) => [q.settings[k].label.clone(), bar(k), cost(q.settings[k].cost_s)],
                 None => ["–".into(), "–".into(), "–".into()],
             });
             rows.push(row);
@@ -85,27 +84,27 @@ fn cheapest(a: &Analysis) -> Table {
     }
     Table {
         name: "cheapest",
-        caption: "The cheapest setting whose error bar (error with the uncertainty of the reference) is within a level, and the next dearer one \
+        caption: "The cheapest setting whose error bar (error with the uncertainty of the reference) is within a level, and the next more expensive one \
                   with a smaller error. CPU time.".into(),
-        columns: vec![
+        columns: headings(&[
             ("Quantity", "", false), ("Variant", "", false), ("Of the", "", false), ("Within", "", true), ("Setting", "", false),
-            ("Error bar", "%", true), ("Price", "s", true), ("Next better", "", false), ("Error bar", "%", true), ("Price", "s", true),
-        ],
+            ("Error bar", "%", true), ("Cost", "s", true), ("Next better", "", false), ("Error bar", "%", true), ("Cost", "s", true),
+        ]),
         rows,
         pick: None,
     }
 }
 
-/// Prices of one error, family by family, over that of the cheapest.
-fn prices(a: &Analysis) -> Table {
+/// Costs of one error, family by family, over that of the cheapest.
+fn costs(a: &Analysis) -> Table {
     let mut rows = vec![];
     for q in &a.quantities {
         for (k, level) in a.levels.iter().enumerate() {
-            let of = |l: &crate::study::kinds::cost::line::Line| l.prices[k].map(|p| p.seconds);
+            let of = |l: &crate::study::kinds::cost::line::Line| l.costs[k].map(|p| p.seconds);
             let least = q.lines.iter().filter_map(of).fold(f64::INFINITY, f64::min);
             for l in &q.lines {
                 let mut row = vec![q.quantity.label.clone(), q.variant.clone(), percent(*level), l.label.clone()];
-                row.extend(match l.prices[k] {
+                row.extend(match l.costs[k] {
                     None => ["–".to_string(), "–".into(), "–".into(), "its errors do not fall to it".into()],
                     Some(p) => [
                         p.words(),
@@ -126,10 +125,10 @@ fn prices(a: &Analysis) -> Table {
         name: "iso-error",
         caption: "What one error of the peak costs in every family: read off between its cases, or from a power law through all of them (with \
                   its 95 % interval), and over the cheapest family.".into(),
-        columns: vec![
+        columns: headings(&[
             ("Quantity", "", false), ("Variant", "", false), ("Error", "", true), ("Family", "", false), ("CPU time", "", true),
             ("Interval", "", true), ("Over the cheapest", "", true), ("From", "", false),
-        ],
+        ]),
         rows,
         pick: None,
     }
@@ -158,10 +157,10 @@ fn laws(a: &Analysis) -> Table {
         name: "growth",
         caption: "Power laws over the cells: exponent with the half width of its 95 % interval, what twice the most cells would take, and as a \
                   check the largest mesh as predicted from the others over what was measured.".into(),
-        columns: vec![
+        columns: headings(&[
             ("Variant", "", false), ("Element", "", false), ("Of", "", false), ("Exponent", "", true), ("±", "", true), ("Meshes", "", true),
             ("Next size", "cells", true), ("Would take", "", true), ("95 % interval", "", true), ("Check", "%", true),
-        ],
+        ]),
         rows,
         pick: None,
     }
@@ -181,7 +180,7 @@ fn settings(a: &Analysis) -> Table {
                 s.label.clone(),
                 q.quantity.label.clone(),
                 q.variant.clone(),
-                price(s.cost_s),
+                cost(s.cost_s),
                 s.spread.map_or("–".into(), |v| format!("{:.0}", 100.0 * v)),
                 hundredths(s.errors[0]),
                 hundredths(s.errors[1]),
@@ -196,11 +195,11 @@ fn settings(a: &Analysis) -> Table {
     Table {
         name: "settings",
         caption: "Every setting, cheapest first: median CPU time with the spread of the repeats, errors against the reference, and what it consists of.".into(),
-        columns: vec![
-            ("Setting", "", false), ("Quantity", "", false), ("Variant", "", false), ("Price", "s", true), ("Spread", "%", true),
+        columns: headings(&[
+            ("Setting", "", false), ("Quantity", "", false), ("Variant", "", false), ("Cost", "s", true), ("Spread", "%", true),
             ("Error of the peak", "%", true), ("Of the curve", "%", true), ("Front", "", false), ("DOFs", "", true), ("nnz(L)", "", true),
             ("Operations", "", true), ("Memory", "MB", true),
-        ],
+        ]),
         rows,
         pick: None,
     }
@@ -208,7 +207,10 @@ fn settings(a: &Analysis) -> Table {
 
 /// Time in contact and its friction \[s\].
 fn contact(r: &CaseRecord) -> f64 {
-    r.effects.iter().filter(|e| matches!(e.role.as_deref(), Some("contact" | "friction"))).map(|e| e.wall_s).sum()
+    r.effects
+        .iter()
+        .filter(|e| matches!(e.role.as_deref(), Some("contact" | "friction")))
+        .fold(0.0, |s, e| s + e.wall_s)
 }
 
 fn phases(store: &Results) -> Table {
@@ -227,9 +229,9 @@ fn phases(store: &Results) -> Table {
                     (r.wall_s - known).max(0.0),
                     p.output_s,
                 ]
-                .map(price),
+                .map(cost),
             );
-            row.extend([price(r.wall_s), price(r.cpu_s), r.work.factorisations.to_string(), r.work.solves.to_string()]);
+            row.extend([cost(r.wall_s), cost(r.cpu_s), r.work.factorisations.to_string(), r.work.solves.to_string()]);
             row
         })
         .collect();
@@ -237,11 +239,11 @@ fn phases(store: &Results) -> Table {
         name: "phases",
         caption: "Wall time of every case by phase. Building (blocks, ordering, pattern) and output stand beside the run, not in it; assembly is that \
                   of all but contact.".into(),
-        columns: vec![
+        columns: headings(&[
             ("Case", "", false), ("Building", "s", true), ("Assembly", "s", true), ("Contact", "s", true), ("Factorisation", "s", true),
             ("Solve", "s", true), ("Rest", "s", true), ("Output", "s", true), ("Run, wall", "s", true), ("Run, CPU", "s", true),
             ("Factorisations", "", true), ("Solves", "", true),
-        ],
+        ]),
         rows,
         pick: None,
     }

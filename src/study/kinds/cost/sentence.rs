@@ -1,13 +1,13 @@
 //! One sentence per quantity, and the verdict.
 
 use crate::report::words::{capital, digits, percent, seconds, space};
+use crate::study::kinds::cost::analysis::{Measure, QuantityAnalysis};
 use crate::study::kinds::cost::line::{How, Line};
-use crate::study::kinds::cost::{Measure, QuantityAnalysis};
 
 /// The cheapest setting that meets the tolerance and what the next better one would cost, for the peak and for the curve.
 pub fn sentence(q: &QuantityAnalysis, tolerance: f64) -> String {
     let Some(r) = &q.reference else {
-        return format!("{}: no reference, so no price.", capital(&q.title()));
+        return format!("{}: no reference, so no cost can be given.", capital(&q.title()));
     };
     let (peak, unit) = (r.peak, space(&q.quantity.unit));
     let n = digits(r.peak_uncertainty * peak.abs());
@@ -38,26 +38,26 @@ fn cheapest(q: &QuantityAnalysis, measure: Measure, tolerance: f64) -> String {
         };
     };
     let s = &q.settings[k];
-    let next = answer.next.map_or("none of the dearer ones is better".into(), |n| {
+    let next = answer.next.map_or("none of the more expensive ones is better".into(), |n| {
         let better = &q.settings[n];
-        let (bar, price) = (percent(q.bar(n, measure)), seconds(better.cost_s));
-        format!("the next better one, {}, {bar} for {price}", better.label)
+        let (bar, cost) = (percent(q.bar(n, measure)), seconds(better.cost_s));
+        format!("the next better one, {}, {bar} for {cost}", better.label)
     });
-    let (bar, price) = (percent(q.bar(k, measure)), seconds(s.cost_s));
-    format!("{what} the cheapest setting within {} is {}, {bar} for {price} ({next})", percent(tolerance), s.label)
+    let (bar, cost) = (percent(q.bar(k, measure)), seconds(s.cost_s));
+    format!("{what} the cheapest setting within {} is {}, {bar} for {cost} ({next})", percent(tolerance), s.label)
 }
 
-/// A ratio of prices below is none.
+/// A ratio of costs below is none.
 const RATIO: f64 = 1.5;
 
-/// Dearest over cheapest family at a level, where both have a price of their own: the lines and the ratio.
+/// Most expensive over cheapest family at a level, where both have a cost of their own: the lines and the ratio.
 fn ratio(q: &QuantityAnalysis, level: usize) -> Option<(&Line, &Line, f64)> {
-    let of = |l: &Line| l.prices.get(level).copied().flatten();
-    let priced: Vec<(&Line, f64)> = q.lines.iter().filter_map(|l| Some((l, of(l)?.seconds))).collect();
-    let cheap = priced.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
-    let dear = priced.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
-    let known = of(dear.0).is_some_and(|p| p.how != How::AtMost);
-    (known && dear.1 > RATIO * cheap.1).then_some((cheap.0, dear.0, dear.1 / cheap.1))
+    let of = |l: &Line| l.costs.get(level).copied().flatten();
+    let by_cost: Vec<(&Line, f64)> = q.lines.iter().filter_map(|l| Some((l, of(l)?.seconds))).collect();
+    let cheap = by_cost.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let expensive = by_cost.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let known = of(expensive.0).is_some_and(|p| p.how != How::AtMost);
+    (known && expensive.1 > RATIO * cheap.1).then_some((cheap.0, expensive.0, expensive.1 / cheap.1))
 }
 
 /// `2.4`, `180`, `6e5`
@@ -81,17 +81,18 @@ pub fn verdict(quantities: &[QuantityAnalysis], tolerance: f64, missing: usize) 
             }
             None => format!("no setting is known to meet {title}"),
         };
-        if let Some((cheap, dear, ratio)) = ratio(q, level) {
-            let price = dear.prices[level].filter(|p| p.how == How::Extrapolated);
-            let own = cheap.prices[level].map_or(f64::NAN, |p| p.seconds);
-            let extrapolated = price.map_or(String::new(), |p| match p.interval {
+        if let Some((cheap, expensive, ratio)) = ratio(q, level) {
+            let cost = expensive.costs[level].filter(|p| p.how == How::Extrapolated);
+            let own = cheap.costs[level].map_or(f64::NAN, |p| p.seconds);
+            let extrapolated = cost.map_or(String::new(), |p| match p.interval {
                 Some([low, high]) => {
                     format!(" by extrapolation (95 %: {} to {} times)", times(low / own), times(high / own))
                 }
                 None => " by extrapolation".into(),
             });
             let ratio = times(ratio);
-            words += &format!(", {} would cost {ratio} times as much as {}{extrapolated}", dear.label, cheap.label);
+            words +=
+                &format!(", {} would cost {ratio} times as much as {}{extrapolated}", expensive.label, cheap.label);
         }
         parts.push(words);
     }

@@ -13,10 +13,11 @@ use crate::math::units;
 use crate::scene::spec::{ConstraintSpec, ProbeSpec};
 use crate::scene::{SceneError, SceneSpec, read_scene};
 use crate::study::axis::AxisSpec;
+use crate::study::kind::{Expansion, stored};
 use crate::study::kinds::robustness::check::{Bound, CheckSpec, Moment};
-use crate::study::kinds::robustness::spec::{MapSpec, SuiteSpec};
+use crate::study::kinds::robustness::spec::{self, MapSpec, SuiteSpec};
 use crate::study::record::Quantity;
-use crate::study::spec::VariantSpec;
+use crate::study::spec::{VariantSpec, refuse};
 use std::path::Path;
 use toml::{Table, Value};
 
@@ -28,18 +29,11 @@ const MESHES: [f64; 3] = [2.0, 1.0, 0.5];
 /// Keys whose values are signals.
 const SIGNALS: [&str; 5] = ["displacement", "acceleration", "force", "traction", "signal"];
 
-/// What a study of kind `stability` runs around a scene.
-pub struct Around {
-    pub variants: Vec<VariantSpec>,
-    pub suites: Vec<SuiteSpec>,
-    pub maps: Vec<MapSpec>,
-}
-
 /// Maps and starts around the scene in `file`.
-pub fn around(file: &Path, changes: &[(String, Value)]) -> Result<Around, SceneError> {
-    let (spec, text) = read_scene(file, changes)?;
+pub fn around(file: &Path, changes: &[(String, Value)]) -> Result<Expansion<serde_json::Value>, SceneError> {
+    let (scene, text) = read_scene(file, changes)?;
     let table: Table = text.parse().expect("a scene that was read is TOML");
-    let quantity = quantity(&spec).ok_or_else(|| SceneError::Content {
+    let quantity = quantity(&scene).ok_or_else(|| SceneError::Content {
         file: file.into(),
         place: "probe".into(),
         fact: "the scene records nothing that could be compared".into(),
@@ -77,11 +71,12 @@ pub fn around(file: &Path, changes: &[(String, Value)]) -> Result<Around, SceneE
     if varies(&cells) && varies(&load()) {
         maps.push(of("mesh-load", "Mesh against load.", cells, load(), &names[..1]));
     }
-    Ok(Around { variants, suites: vec![starts(file, &spec, &quantity)], maps })
+    let suites = [starts(file, &scene, &quantity)];
+    spec::expand(variants, &suites, &maps).map(stored).map_err(|mistake| refuse(file, mistake))
 }
 
 fn variant(name: &str, label: &str, set: Table) -> VariantSpec {
-    VariantSpec { name: name.into(), label: Some(label.into()), set, quantities: vec![], measured: None }
+    VariantSpec { name: name.into(), label: Some(label.into()), set, quantities: vec![] }
 }
 
 /// Values that are tables of changes: each point changes keys of its own.
@@ -104,7 +99,7 @@ fn quantity(spec: &SceneSpec) -> Option<Quantity> {
         label: label.into(),
         symbol: symbol.into(),
         unit: unit.into(),
-        against: None,
+        ..Quantity::default()
     };
     let of_probe = |p: &ProbeSpec| match p {
         ProbeSpec::BendingAngle { .. } => Some(quantity("bending_angle_deg".into(), "bending angle", "θ", "°")),

@@ -1,19 +1,19 @@
-//! Report of a study of stability: the matrix, every reference, the maps.
+//! Report of a robustness study: the matrix, every reference, the maps.
 
-use crate::report::table::Table;
+use crate::report::table::{Table, headings};
 use crate::study::content::Content;
+use crate::study::kinds::robustness::analysis::{Analysis, Judged};
 use crate::study::kinds::robustness::check::Finding;
 use crate::study::kinds::robustness::figures::failed;
 use crate::study::kinds::robustness::figures::matrix;
 use crate::study::kinds::robustness::figures::region;
 use crate::study::kinds::robustness::map::{Grade, Map};
-use crate::study::kinds::robustness::{Analysis, Judged, Outcome, analyse};
+use crate::study::kinds::robustness::outcome::Outcome;
 use crate::study::results::Results;
 use crate::study::tables;
 use serde_json::{Map as Json, json};
 
-pub fn content(store: &Results) -> Content {
-    let a = analyse(&store.study, &store.cases);
+pub fn content(store: &Results, a: &Analysis) -> Content {
     let failed = || a.cases.iter().filter(|c| c.outcome == Outcome::Fail);
     let warnings = failed().map(|c| format!("{} fails: {}.", c.case, c.reason.as_deref().unwrap_or("no reason")));
     let missing = a.missing.iter().map(|(id, what)| format!("{id}: {what}."));
@@ -25,18 +25,18 @@ pub fn content(store: &Results) -> Content {
     Content {
         verdict: a.verdict.clone(),
         supported: a.count(Outcome::Fail) == 0 && a.missing.is_empty(),
-        facts: facts(&a),
-        sentences: a.suites.iter().filter_map(|s| sentence(&a, &s.family, &s.setup)).chain(words_of_maps(&a)).collect(),
+        facts: facts(a),
+        sentences: a.suites.iter().filter_map(|s| sentence(a, &s.family, &s.setup)).chain(words_of_maps(a)).collect(),
         warnings: warnings.chain(missing).collect(),
         analysis,
-        answer: ("References", references(&a)),
-        tables: vec![refusals(&a), table_of_maps(&a)],
-        folded: vec![("Every hard case", every(&a)), ("Every case", tables::cases(store))],
+        answer: ("References", references(a)),
+        tables: vec![refusals(a), table_of_maps(a)],
+        folded: vec![("Every hard case", every(a)), ("Every case", tables::cases(store))],
         files: vec![],
-        figures: matrix::draw(store, &a)
+        figures: matrix::draw(store, a)
             .into_iter()
             .chain(maps.map(region::draw))
-            .chain(failed::draw(store, &a))
+            .chain(failed::draw(store, a))
             .collect(),
         outcomes: a.outcomes().into_iter().map(|(id, o)| (id, o.name())).collect(),
     }
@@ -114,7 +114,7 @@ fn references(a: &Analysis) -> Table {
         caption: "Every number that has a reference: where its error is largest, what was measured and what is right, the error \
                   over the size of the reference, and what is accepted."
             .into(),
-        columns: vec![
+        columns: headings(&[
             ("Case", "", false),
             ("Quantity", "", false),
             ("Measured", "", true),
@@ -122,7 +122,7 @@ fn references(a: &Analysis) -> Table {
             ("Error", "", true),
             ("Accepted", "", true),
             ("Source", "", false),
-        ],
+        ]),
         rows: a.cases.iter().flat_map(|c| c.findings.iter().map(move |f| row(c, f))).collect(),
         pick: None,
     }
@@ -137,7 +137,7 @@ fn refusals(a: &Analysis) -> Table {
     Table {
         name: "refusals",
         caption: "What has no answer, and why.".into(),
-        columns: vec![("Case", "", false), ("Outcome", "", false), ("Status", "", false), ("Reason", "", false)],
+        columns: headings(&[("Case", "", false), ("Outcome", "", false), ("Status", "", false), ("Reason", "", false)]),
         rows: stated.map(row).collect(),
         pick: None,
     }
@@ -159,8 +159,8 @@ fn every(a: &Analysis) -> Table {
     };
     Table {
         name: "hard-cases",
-        caption: "Every case with its set-up and its price.".into(),
-        columns: vec![
+        caption: "Every case with its set-up and its cost.".into(),
+        columns: headings(&[
             ("Case", "", false),
             ("Set-up", "", false),
             ("Outcome", "", false),
@@ -169,7 +169,7 @@ fn every(a: &Analysis) -> Table {
             ("Newton", "", true),
             ("Cuts", "", true),
             ("Wall", "s", true),
-        ],
+        ]),
         rows: a.cases.iter().map(row).collect(),
         pick: None,
     }
@@ -197,14 +197,14 @@ fn table_of_maps(a: &Analysis) -> Table {
         caption: "Along the first axis of each map: points with a right answer, Newton iterations per step and cuts per run, means \
                   over the other axis."
             .into(),
-        columns: vec![
+        columns: headings(&[
             ("Map", "", false),
             ("Step", "", false),
             ("At", "", false),
             ("Right", "", false),
             ("Iterations per step", "", true),
             ("Cuts", "", true),
-        ],
+        ]),
         rows: rows.collect(),
         pick: None,
     }

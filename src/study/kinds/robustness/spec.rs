@@ -1,11 +1,12 @@
-//! `[[suite]]` and `[[map]]` of a study of kind `stability`, as families of cases.
+//! `[[suite]]` and `[[map]]` of a study of kind `robustness`, as families of cases.
 
 use crate::scene::hint;
-use crate::study::axis::{self, AxisSpec, Combine, Mistake};
+use crate::study::axis::{self, AxisSpec, Combine};
+use crate::study::kind::{Expansion, RunRules};
 use crate::study::kinds::robustness::check::{Check, CheckSpec};
-use crate::study::kinds::robustness::{MapRecord, SuiteRecord};
-use crate::study::record::{Quantity, Role};
-use crate::study::spec::{FamilySpec, StudySpec};
+use crate::study::kinds::robustness::record::{MapRecord, RobustnessRecord, SuiteRecord};
+use crate::study::record::{Quantity, REFUSED, Role};
+use crate::study::spec::{FamilySpec, Mistake, VariantSpec};
 use serde::Deserialize;
 use std::path::PathBuf;
 
@@ -55,30 +56,29 @@ pub struct MapSpec {
     pub reference: Option<toml::Table>,
 }
 
-/// A study of kind `stability` as families.
-#[derive(Default)]
-pub struct Expanded {
-    pub families: Vec<FamilySpec>,
-    pub suites: Vec<SuiteRecord>,
-    pub maps: Vec<MapRecord>,
-}
-
 /// Statuses that a case may be expected to end with.
-const ENDS: [&str; 8] = [
-    "Converged",
-    "LimitPoint",
-    "NoEquilibrium",
-    "Inverted",
-    "Singular",
-    "StepTooSmall",
-    "TimeBudget",
-    crate::study::kinds::robustness::REFUSED,
-];
+const ENDS: [&str; 8] =
+    ["Converged", "LimitPoint", "NoEquilibrium", "Inverted", "Singular", "StepTooSmall", "TimeBudget", REFUSED];
 
 /// Families and what is checked in them; the first mistake as place, fact and remedy.
-pub fn expand(spec: &StudySpec) -> Result<Expanded, Mistake> {
-    let mut out = Expanded::default();
-    for suite in &spec.suites {
+pub fn expand(
+    variants: Vec<VariantSpec>,
+    suites: &[SuiteSpec],
+    maps: &[MapSpec],
+) -> Result<Expansion<RobustnessRecord>, Mistake> {
+    let rules = RunRules { keep_refusals: true, share_cases: false, ..RunRules::default() };
+    let mut out = Expansion { rules, ..Expansion::new(variants, vec![], RobustnessRecord::default()) };
+    for suite in suites {
+        expand_suite(suite, &mut out)?;
+    }
+    for map in maps {
+        expand_map(map, &mut out)?;
+    }
+    Ok(out)
+}
+
+fn expand_suite(suite: &SuiteSpec, out: &mut Expansion<RobustnessRecord>) -> Result<(), Mistake> {
+    {
         let place = || format!("suite {}", suite.name);
         if let Some(unknown) = suite.ends.iter().flatten().find(|end| !ENDS.contains(&end.as_str())) {
             return Err((place(), format!("no run ends with \"{unknown}\""), hint(unknown, &ENDS)));
@@ -94,7 +94,8 @@ pub fn expand(spec: &StudySpec) -> Result<Expanded, Mistake> {
             members: suite.members.clone(),
             scene: suite.scene.clone(),
         });
-        out.suites.push(SuiteRecord {
+        out.columns.insert(suite.name.clone(), checks.iter().flat_map(Check::columns).collect());
+        out.details.suites.push(SuiteRecord {
             family: suite.name.clone(),
             setup: suite.setup.clone(),
             ends: suite.ends.clone(),
@@ -102,7 +103,11 @@ pub fn expand(spec: &StudySpec) -> Result<Expanded, Mistake> {
             quick: suite.quick,
         });
     }
-    for map in &spec.maps {
+    Ok(())
+}
+
+fn expand_map(map: &MapSpec, out: &mut Expansion<RobustnessRecord>) -> Result<(), Mistake> {
+    {
         let place = format!("map {}", map.name);
         if map.axes.len() != 2 {
             let remedy = "give two [[map.axis]]: along x, then along y";
@@ -122,7 +127,7 @@ pub fn expand(spec: &StudySpec) -> Result<Expanded, Mistake> {
             None => (None, vec![]),
             Some(changes) => {
                 let first = map.variants.as_ref().and_then(|v| v.first().cloned());
-                let first = first.or_else(|| spec.variants.first().map(|v| v.name.clone()));
+                let first = first.or_else(|| out.variants.first().map(|v| v.name.clone()));
                 let along = &map.axes[1];
                 let (mut members, mut rows) = (toml::Table::new(), vec![]);
                 for (k, value) in along.values.iter().enumerate() {
@@ -138,7 +143,8 @@ pub fn expand(spec: &StudySpec) -> Result<Expanded, Mistake> {
             }
         };
         out.families.push(family(&map.name, map.variants.clone(), expanded.family.members));
-        out.maps.push(MapRecord {
+        out.columns.insert(map.name.clone(), vec![map.quantity.name.clone()]);
+        out.details.maps.push(MapRecord {
             family: map.name.clone(),
             setup: map.setup.clone(),
             quantity: map.quantity.clone(),
@@ -148,5 +154,5 @@ pub fn expand(spec: &StudySpec) -> Result<Expanded, Mistake> {
             rows,
         });
     }
-    Ok(out)
+    Ok(())
 }

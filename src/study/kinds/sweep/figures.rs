@@ -7,10 +7,10 @@ use crate::report::figure::{Figure, Sample, legend};
 use crate::report::plot::{Axis, Plot};
 use crate::report::surface::viridis;
 use crate::report::words::{capital, digits};
+use crate::study::axis::AxisRecord;
 use crate::study::curve::Curve;
 use crate::study::figures::axis_label;
-use crate::study::kinds::sweep::{Analysis, Point, QuantityAnalysis};
-use crate::study::record::AxisRecord;
+use crate::study::kinds::sweep::analysis::{Analysis, Point, QuantityAnalysis};
 use crate::study::results::Results;
 
 const LEFT: f64 = 15.0;

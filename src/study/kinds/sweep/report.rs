@@ -1,33 +1,32 @@
 //! Report of a sweep.
 
-use crate::report::table::Table;
+use crate::report::table::{Table, headings};
 use crate::report::words::{digits, percent, space};
 use crate::study::content::Content;
+use crate::study::kinds::sweep::analysis::{Analysis, QuantityAnalysis, Trend, axis_words};
 use crate::study::kinds::sweep::figures;
-use crate::study::kinds::sweep::{Analysis, QuantityAnalysis, Trend, analyse, axis_words};
 use crate::study::record::CaseRecord;
 use crate::study::results::Results;
 use crate::study::tables;
 use serde_json::{Map, Value, json};
 
-pub fn content(store: &Results) -> Content {
-    let a = analyse(&store.study, &store.cases);
+pub fn content(store: &Results, a: &Analysis) -> Content {
     let variants = || store.study.variants.iter();
-    let against = a.quantities.iter().filter_map(|q| figures::against(&a, q));
-    let maps = variants().filter_map(|v| figures::map(store, &a, v));
+    let against = a.quantities.iter().filter_map(|q| figures::against(a, q));
+    let maps = variants().filter_map(|v| figures::map(store, a, v));
     Content {
         verdict: a.verdict.clone(),
         supported: a.quantities.iter().any(|q| !q.along.is_empty()),
         facts: a.quantities.iter().filter(|q| !q.points.is_empty()).map(fact).collect(),
         sentences: a.quantities.iter().map(|q| q.sentence.clone()).collect(),
         warnings: a.warnings.clone(),
-        analysis: analysis(&a),
-        answer: ("What depends on what", dependence(&a)),
-        tables: vec![points(store, &a)],
+        analysis: analysis(a),
+        answer: ("What depends on what", dependence(a)),
+        tables: vec![points(store, a)],
         folded: vec![("Every case", tables::cases(store)), ("Time per effect", tables::effects(store))],
         files: vec![],
         outcomes: Default::default(),
-        figures: against.chain(maps).chain(variants().filter_map(|v| figures::over_time(store, &a, v))).collect(),
+        figures: against.chain(maps).chain(variants().filter_map(|v| figures::over_time(store, a, v))).collect(),
     }
 }
 
@@ -79,7 +78,7 @@ fn dependence(a: &Analysis) -> Table {
             "Peaks along each axis in the order of its values, the others held: trend, largest change over the largest value, and elasticity d ln y/d ln p from end to end of the middle line and, over all lines, smallest and largest between neighbours. Changes within {} count as none.",
             percent(a.tolerance)
         ),
-        columns: vec![
+        columns: headings(&[
             ("Quantity, control", "", false),
             ("Along", "", false),
             ("Trend", "", false),
@@ -87,7 +86,7 @@ fn dependence(a: &Analysis) -> Table {
             ("Elasticity", "", true),
             ("Smallest", "", true),
             ("Largest", "", true),
-        ],
+        ]),
         rows,
         pick: None,
     }
@@ -103,7 +102,7 @@ fn points(store: &Results, a: &Analysis) -> Table {
     let mut rows = vec![];
     for c in &store.cases {
         let r: &CaseRecord = &c.record;
-        let Some(at) = store.study.points.get(&r.member) else { continue };
+        let Some(at) = a.points.get(&r.member) else { continue };
         let values = at.iter().zip(&a.axes).map(|(k, axis)| format!("{} = {}", axis.symbol, axis.values[*k]));
         let values: Vec<String> = values.collect();
         let quantities = a.quantities.iter().filter(|q| q.variant == r.variant);
@@ -125,8 +124,8 @@ fn points(store: &Results, a: &Analysis) -> Table {
     }
     Table {
         name: "points",
-        caption: "Every point of the sweep: peaks, or the status where there is none, and the price.".into(),
-        columns: vec![
+        caption: "Every point of the sweep: peaks, or the status where there is none, and the cost.".into(),
+        columns: headings(&[
             ("Point", "", false),
             ("Control", "", false),
             ("Peaks", "", false),
@@ -134,7 +133,7 @@ fn points(store: &Results, a: &Analysis) -> Table {
             ("Newton", "", true),
             ("Cuts", "", true),
             ("CPU", "s", true),
-        ],
+        ]),
         rows,
         pick: None,
     }

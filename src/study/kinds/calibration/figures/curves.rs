@@ -7,7 +7,7 @@ use crate::report::figure::{Figure, Sample, legend};
 use crate::report::plot::{Axis, Plot};
 use crate::report::words::capital;
 use crate::study::figures::axis_label;
-use crate::study::kinds::calibration::{Answer, scaled};
+use crate::study::kinds::calibration::analysis::{Answer, scaled};
 use crate::study::record::{Quantity, Role};
 use crate::study::results::Results;
 

@@ -5,7 +5,7 @@ use crate::report::figure::Figure;
 use crate::report::plot::Axis;
 use crate::report::surface::{Fit, Look, View, extent, ghost, surface, viridis};
 use crate::report::words::thousands;
-use crate::study::kinds::convergence::Analysis;
+use crate::study::kinds::convergence::analysis::Analysis;
 use crate::study::record::{CaseRecord, Role};
 use crate::study::results::Results;
 use crate::study::skin::Skin;

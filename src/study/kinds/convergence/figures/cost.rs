@@ -5,7 +5,7 @@ use crate::report::figure::{Figure, Sample, legend};
 use crate::report::plot::{Axis, Plot};
 use crate::report::words::capital;
 use crate::study::estimate::growth::{Growth, growth};
-use crate::study::kinds::convergence::Analysis;
+use crate::study::kinds::convergence::analysis::Analysis;
 use crate::study::record::{CaseRecord, Role};
 use crate::study::results::Results;
 use std::collections::BTreeMap;

@@ -8,7 +8,7 @@ use crate::report::words::{capital, thousands};
 use crate::study::curve::Curve;
 use crate::study::estimate::curve::CurveStudy;
 use crate::study::figures::axis_label;
-use crate::study::kinds::convergence::{Analysis, DECIDING};
+use crate::study::kinds::convergence::analysis::Analysis;
 use crate::study::record::{Quantity, Role, StoredCase};
 use crate::study::results::Results;
 use plotters::style::Color;
@@ -31,9 +31,12 @@ pub fn draw(store: &Results, analysis: &Analysis, variant: &str) -> Option<Figur
         cases.extend(store.cases.iter().find(here).filter(|c| !family.cases.contains(&c.record.id)));
     }
     // Those that decide, wherever they are listed; else the first ones that the variant lists
-    let all: Vec<&Quantity> = store.study.quantities.values().flatten().collect();
-    let deciding: Vec<&Quantity> =
-        DECIDING.iter().filter_map(|name| all.iter().find(|q| q.name == *name).copied()).collect();
+    let mut deciding: Vec<&Quantity> = vec![];
+    for q in analysis.quantities.iter().map(|q| &q.quantity).filter(|q| q.deciding || q.headline) {
+        if deciding.iter().all(|known| known.name != q.name) {
+            deciding.push(q);
+        }
+    }
     let own = store.study.quantities.get(variant).into_iter().flatten().take(2);
     let shown: Vec<&Quantity> = if deciding.is_empty() { own.collect() } else { deciding };
     let panels: Vec<(Quantity, Option<&CurveStudy>)> = (shown.into_iter())

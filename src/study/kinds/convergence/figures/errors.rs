@@ -5,7 +5,7 @@ use crate::report::figure::{Figure, Sample, UNRESOLVED, legend, style};
 use crate::report::plot::{Axis, Plot};
 use crate::report::words::capital;
 use crate::study::estimate::family::Estimate;
-use crate::study::kinds::convergence::{Analysis, QuantityAnalysis};
+use crate::study::kinds::convergence::analysis::{Analysis, QuantityAnalysis};
 use crate::study::record::{CaseRecord, Role};
 use crate::study::results::Results;
 use plotters::style::Color;

@@ -8,7 +8,7 @@ pub mod formulations;
 
 use crate::report::figure::Figure;
 use crate::study::figures::time;
-use crate::study::kinds::convergence::Analysis;
+use crate::study::kinds::convergence::analysis::Analysis;
 use crate::study::results::Results;
 
 /// Every figure that the stored data allow.

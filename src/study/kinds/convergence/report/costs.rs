@@ -3,9 +3,9 @@
 //! Digits are −log₁₀ e with e = max(|f − f*|, U(f*))/|f*| of the worst deciding quantity: no more than the reference can
 //! confirm. The bytes are those of the values of L, 8 an entry; indices, K and work space come on top.
 
-use crate::report::table::Table;
+use crate::report::table::{Table, headings};
 use crate::report::words::digits;
-use crate::study::kinds::convergence::Analysis;
+use crate::study::kinds::convergence::analysis::Analysis;
 use crate::study::record::{CaseRecord, Role};
 use crate::study::results::Results;
 use crate::study::tables::factor_mb;
@@ -36,7 +36,7 @@ pub fn table(store: &Results, analysis: &Analysis) -> Table {
     Table {
         name: "costs",
         caption: "Unknowns, entries of the factor and bytes of its values, CPU time per Newton iteration, and per digit of the worst deciding quantity. No more digits are counted than the reference has.".into(),
-        columns: vec![
+        columns: headings(&[
             ("Case", "", false),
             ("Element", "", false),
             ("Cells", "", true),
@@ -49,7 +49,7 @@ pub fn table(store: &Results, analysis: &Analysis) -> Table {
             ("Error", "%", true),
             ("Digits", "", true),
             ("CPU/digit", "s", true),
-        ],
+        ]),
         rows,
         pick: None,
     }

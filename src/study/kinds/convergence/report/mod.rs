@@ -6,29 +6,28 @@ pub mod summary;
 
 use crate::report::words::seconds;
 use crate::study::content::Content;
+use crate::study::kinds::convergence::analysis::Analysis;
 use crate::study::kinds::convergence::figures;
-use crate::study::kinds::convergence::{Analysis, analyse};
 use crate::study::results::Results;
 use crate::study::tables;
 
-pub fn content(store: &Results) -> Content {
-    let analysis = analyse(&store.study, &store.cases);
+pub fn content(store: &Results, analysis: &Analysis) -> Content {
     Content {
         verdict: analysis.verdict.clone(),
         supported: analysis.recommended.is_some(),
-        facts: facts(&analysis),
+        facts: facts(analysis),
         sentences: analysis.quantities.iter().map(|q| q.sentence.clone()).collect(),
         warnings: analysis.warnings.clone(),
-        analysis: summary::headline(&analysis),
-        answer: ("Which mesh, at what price", quantities::settings(&analysis)),
-        tables: vec![quantities::quantities(&analysis)],
+        analysis: summary::headline(analysis),
+        answer: ("Which mesh, at what cost", quantities::settings(analysis)),
+        tables: vec![quantities::quantities(analysis)],
         folded: vec![
             ("Every case", tables::cases(store)),
-            ("What a digit costs", costs::table(store, &analysis)),
+            ("What a digit costs", costs::table(store, analysis)),
             ("Time per effect", tables::effects(store)),
-            ("Curves, case by case", quantities::curves(&analysis)),
+            ("Curves, case by case", quantities::curves(analysis)),
         ],
-        figures: figures::draw(store, &analysis),
+        figures: figures::draw(store, analysis),
         files: vec![],
         outcomes: Default::default(),
     }

@@ -1,8 +1,8 @@
 //! Tables of a convergence study.
 
-use crate::report::table::Table;
+use crate::report::table::{Table, headings};
 use crate::report::words::{digits, space};
-use crate::study::kinds::convergence::{Analysis, QuantityAnalysis};
+use crate::study::kinds::convergence::analysis::{Analysis, QuantityAnalysis};
 
 /// One row per quantity × family.
 pub fn quantities(analysis: &Analysis) -> Table {
@@ -32,11 +32,11 @@ pub fn quantities(analysis: &Analysis) -> Table {
     Table {
         name: "quantities",
         caption: "Peak of every quantity, per family of meshes: class and ratio R of the three finest, observed order, GCI of the finest mesh, extrapolated value with its uncertainty.".into(),
-        columns: vec![
+        columns: headings(&[
             ("Quantity", "", false), ("Control", "", false), ("Family", "", false), ("Role", "", false), ("Class", "", false),
             ("R", "", true), ("p", "", true), ("p coarser", "", true), ("GCI", "%", true), ("f*", "", true), ("U(f*)", "%", true),
             ("Method", "", false), ("Cross-check", "", false),
-        ],
+        ]),
         rows,
         pick: None,
     }
@@ -65,18 +65,18 @@ pub fn settings(analysis: &Analysis) -> Table {
     Table {
         name: "settings",
         caption: format!(
-            "Mesh and formulation by price ({}, mean over the variants), with the error bar of the worst deciding quantity.",
+            "Mesh and formulation by cost ({}, mean over the variants), with the error bar of the worst deciding quantity.",
             if analysis.cost == "cpu_s" { "CPU seconds" } else { "wall seconds" }
         ),
-        columns: vec![
+        columns: headings(&[
             ("Setting", "", false),
             ("Family", "", false),
             ("h", "mm", true),
-            ("Price", "s", true),
+            ("Cost", "s", true),
             ("Error bar", "%", true),
             ("Limited by", "", false),
             ("Meets the tolerance", "", false),
-        ],
+        ]),
         rows,
         pick: analysis.recommended.as_ref().map(|r| r.label.clone()),
     }
@@ -106,10 +106,10 @@ pub fn curves(analysis: &Analysis) -> Table {
     Table {
         name: "curves",
         caption: "Curves: norms of the difference to the next finer mesh (of the peak), error against the Richardson curve, phase lag behind the finest, cycle-to-cycle defect (of the range), order of the family.".into(),
-        columns: vec![
+        columns: headings(&[
             ("Quantity", "", false), ("Family", "", false), ("Case", "", false), ("L2 to finer", "%", true), ("L∞ to finer", "%", true),
             ("L2 error", "%", true), ("Lag", "ms", true), ("Cycle defect", "", true), ("p", "", true),
-        ],
+        ]),
         rows,
         pick: None,
     }

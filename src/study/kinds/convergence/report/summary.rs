@@ -1,6 +1,6 @@
 //! `analysis` of the `summary.json` of a convergence study.
 
-use crate::study::kinds::convergence::{Analysis, DECIDING, QuantityAnalysis};
+use crate::study::kinds::convergence::analysis::{Analysis, QuantityAnalysis};
 use serde_json::{Map, Value, json};
 
 /// Observed order, Richardson value, GCI and ratio of the headline's family, `sizes` if it has them; the rest beside it.
@@ -14,22 +14,21 @@ pub fn headline(analysis: &Analysis) -> Map<String, Value> {
         q.reference.as_ref().and_then(|r| q.estimate(&r.family)).or(q.estimates.first())
     });
     let r = analysis.recommended.as_ref();
-    // Keys with a unit hold no other one
-    let angle = q.is_some_and(|q| q.quantity.name == DECIDING[0]);
-    let reference = q.and_then(|q| q.reference.as_ref()).filter(|_| angle);
+    let reference = q.and_then(|q| q.reference.as_ref());
     let mut put = |key: &str, value: Value| out.insert(key.to_string(), value);
     put("quantity", json!(q.map(|q| &q.quantity.name)));
+    put("unit", json!(q.map(|q| &q.quantity.unit)));
     put("variant", json!(q.map(|q| &q.variant)));
     put("family", json!(e.map(|e| &e.family)));
     put("observed_order", json!(e.and_then(|e| e.observed_order)));
-    put("richardson_peak_deg", json!(e.and_then(|e| e.richardson).filter(|_| angle)));
+    put("richardson_peak", json!(e.and_then(|e| e.richardson)));
     put("gci_percent", json!(e.and_then(|e| e.gci_percent)));
     put("convergence_ratio", json!(e.and_then(|e| e.convergence_ratio)));
     put("convergence", json!(e.map(|e| e.class)));
     put("sizes_convergence", json!(sizes.map(|e| e.class)));
     put("sizes_convergence_ratio", json!(sizes.and_then(|e| e.convergence_ratio)));
-    put("reference_peak_deg", json!(reference.map(|r| r.value)));
-    put("reference_uncertainty_deg", json!(reference.map(|r| r.uncertainty)));
+    put("reference_peak", json!(reference.map(|r| r.value)));
+    put("reference_uncertainty", json!(reference.map(|r| r.uncertainty)));
     put("recommended_case", json!(r.map(|r| &r.case)));
     put("recommended", json!(r));
     put("cost", json!(analysis.cost));

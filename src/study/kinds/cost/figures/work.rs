@@ -1,4 +1,4 @@
-//! Work and precision: error against price, and against what the price is made of.
+//! Work and precision: error against cost, and against what the cost is made of.
 
 use crate::report::canvas::{
     Area, At, DOUBLE, GREY, INK, Mark, RGB, SMALL, dashed, figure, fill, italic, line, mark, mm, text,
@@ -6,7 +6,7 @@ use crate::report::canvas::{
 use crate::report::figure::{Figure, Sample, UNRESOLVED, legend, style};
 use crate::report::plot::{Axis, Plot, superscript};
 use crate::report::words::capital;
-use crate::study::kinds::cost::{Analysis, MEASURES, Measure, QuantityAnalysis, Setting};
+use crate::study::kinds::cost::analysis::{Analysis, MEASURES, Measure, QuantityAnalysis, Setting};
 use crate::study::record::Role;
 use crate::study::results::Results;
 use plotters::style::Color;
@@ -26,19 +26,19 @@ struct Amount {
     of: fn(&Setting) -> Option<f64>,
 }
 
-/// Error of the peak and of the curve of every quantity of a variant over its price.
+/// Error of the peak and of the curve of every quantity of a variant over its cost.
 pub fn precision(store: &Results, a: &Analysis, variant: &str) -> Option<Figure> {
     let shown: Vec<&QuantityAnalysis> =
         a.quantities.iter().filter(|q| q.variant == variant && q.settings.len() > 1).collect();
     if shown.is_empty() {
         return None;
     }
-    let price = Amount { label: "CPU time [s]".into(), title: "", of: |s| Some(s.cost_s) };
+    let cost = Amount { label: "CPU time [s]".into(), title: "", of: |s| Some(s.cost_s) };
     let panels: Vec<(&QuantityAnalysis, Measure)> = shown.iter().flat_map(|q| MEASURES.map(|m| (*q, m))).collect();
     let svg = sheet(store, &shown, panels.len(), |k, area, frame| {
         let (q, measure) = panels[k];
         let title = format!("{} of the {}", measure.words(), q.quantity.label);
-        panel(store, a, q, measure, &price, &title, area, frame, k);
+        panel(store, a, q, measure, &cost, &title, area, frame, k);
     });
     let caption = format!(
         "Work and precision, {}: error of the peak and of the whole curve (mark) and its error bar (whisker) over the CPU time of \
@@ -103,7 +103,7 @@ fn sheet(
 ) -> String {
     let used = |f: &str| shown.iter().any(|q| q.settings.iter().any(|s| s.family == f));
     let mut entries: Vec<(Sample, String)> = (store.study.families.iter())
-        .filter(|f| f.role != Role::Overkill && used(&f.name))
+        .filter(|f| f.role != Role::Reference && used(&f.name))
         .map(|f| {
             let (m, c) = look(store, &f.name);
             (Sample::Mark(m, c), f.name.replace('_', " "))
@@ -133,7 +133,7 @@ fn look(store: &Results, family: &str) -> (Mark, RGB) {
     let variant = |id: &String| store.cases.iter().find(|c| c.record.id == *id).map(|c| c.record.variant.clone());
     let own: Vec<String> = ids(family).iter().filter_map(variant).collect();
     let beside = |name: &str| ids(name).iter().filter_map(variant).any(|v| own.contains(&v));
-    let drawn = store.study.families.iter().filter(|f| f.role != Role::Overkill && beside(&f.name));
+    let drawn = store.study.families.iter().filter(|f| f.role != Role::Reference && beside(&f.name));
     style(drawn.map(|f| f.name.as_str()).position(|name| name == family).unwrap_or(0))
 }
 

@@ -3,7 +3,8 @@
 use crate::report::canvas::{At, INK, RGB, SMALL, figure, mm, text};
 use crate::report::figure::Figure;
 use crate::report::surface::{Fit, Look, View, extent, surface};
-use crate::study::kinds::robustness::{Analysis, Outcome};
+use crate::study::kinds::robustness::analysis::Analysis;
+use crate::study::kinds::robustness::outcome::Outcome;
 use crate::study::results::Results;
 
 const EYE: [f64; 3] = [0.55, -1.0, 0.45];

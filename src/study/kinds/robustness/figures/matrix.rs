@@ -2,7 +2,8 @@
 
 use crate::report::canvas::{Area, At, INK, LABEL, Mark, PALE, PALETTE, RGB, SMALL, figure, line, mark, mm, text};
 use crate::report::figure::{Figure, Sample, legend};
-use crate::study::kinds::robustness::{Analysis, Outcome};
+use crate::study::kinds::robustness::analysis::Analysis;
+use crate::study::kinds::robustness::outcome::Outcome;
 use crate::study::results::Results;
 
 const ROW: f64 = 3.9;
@@ -35,7 +36,7 @@ pub fn draw(store: &Results, a: &Analysis) -> Vec<Figure> {
 
 fn sheet(store: &Results, a: &Analysis, rows: &[(&str, &str)], number: usize, of: usize) -> Figure {
     let shown = |v: &&String| {
-        let here = |c: &&crate::study::kinds::robustness::Judged| {
+        let here = |c: &&crate::study::kinds::robustness::analysis::Judged| {
             c.variant == **v && rows.contains(&(c.suite.as_str(), c.member.as_str()))
         };
         a.cases.iter().any(|c| here(&c))

@@ -3,8 +3,8 @@
 use crate::report::canvas::{Area, At, GREY, INK, LABEL, PALETTE, RGB, SMALL, block, figure, italic, mm, text};
 use crate::report::figure::{Figure, Sample, legend};
 use crate::report::words::digits;
+use crate::study::axis::AxisRecord;
 use crate::study::kinds::robustness::map::{Grade, Map, Panel};
-use crate::study::record::AxisRecord;
 
 const EACH: f64 = 52.0;
 const LEFT: f64 = 22.0;

@@ -1,6 +1,6 @@
-//! Comparison of laws under one protocol: curve distances, differences of the peaks, hysteresis, price.
+//! Members compared with a reference under one protocol: curve distances, differences of the peaks, hysteresis, cost.
 //!
-//! Pure: stored cases in, [`Analysis`] out. f is a quantity under a law, g the same under the reference law:
+//! Pure: stored cases in, [`Analysis`] out. f is a quantity of a member, g the same of the reference:
 //!
 //! ```text
 //! difference of the peaks (f̂ − ĝ)/|ĝ|
@@ -11,16 +11,22 @@
 //!
 //! What the mesh does to a difference is the change of the difference on a finer mesh (family of role `finer`).
 
-pub mod figures;
-pub mod report;
-
 use crate::report::words::{capital, digits, percent, space};
 use crate::study::curve::peak;
 use crate::study::curve::{Curve, l2, lag};
+use crate::study::kinds::comparison::sequence::{self, Sequence, sequences};
 use crate::study::record::{Quantity, Role, StoredCase, StudyRecord};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
-/// Everything that is said about a comparison of laws.
+/// The member that the others are compared with, as it is stored with the study.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, PartialEq)]
+pub struct ComparisonRecord {
+    /// Empty where all families add up: each member is compared with the one before it
+    #[serde(default)]
+    pub reference: String,
+}
+
+/// Everything that is said about a comparison.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct Analysis {
     pub tolerance: f64,
@@ -28,7 +34,9 @@ pub struct Analysis {
     pub reference: String,
     /// \[variants × quantities\] those that the protocol imposes apart
     pub quantities: Vec<QuantityAnalysis>,
-    pub prices: Vec<Price>,
+    pub costs: Vec<MemberCost>,
+    /// Effects added one by one, per variant
+    pub sequences: Vec<Sequence>,
     /// (id, what is wrong)
     pub incomplete: Vec<(String, String)>,
     pub warnings: Vec<String>,
@@ -42,14 +50,14 @@ pub struct QuantityAnalysis {
     /// The variant in words
     pub variant_label: String,
     pub quantity: Quantity,
-    /// Peak under the reference law
+    /// Peak of the reference
     pub peak: f64,
     /// In the order of the study, the reference among them
-    pub laws: Vec<Comparison>,
+    pub members: Vec<Comparison>,
     pub sentence: String,
 }
 
-/// One law against the reference.
+/// One member against the reference.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct Comparison {
     pub member: String,
@@ -71,9 +79,9 @@ pub struct Comparison {
     pub loop_share: Option<f64>,
 }
 
-/// What a law costs, mean over the variants.
+/// What a member costs, mean over the variants.
 #[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct Price {
+pub struct MemberCost {
     pub member: String,
     pub formulation: String,
     pub cells: usize,
@@ -93,16 +101,17 @@ impl QuantityAnalysis {
 }
 
 /// Analyses what is there; cases that are missing or did not converge are named.
-pub fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis {
-    let reference = study.reference.clone().unwrap_or_default();
+pub fn analyse(study: &StudyRecord, comparison: &ComparisonRecord, stored: &[StoredCase]) -> Analysis {
+    let reference = comparison.reference.clone();
     let mut quantities = vec![];
     for variant in &study.variants {
         for quantity in study.quantities.get(variant).into_iter().flatten() {
             quantities.extend(compare(study, stored, variant, quantity, &reference));
         }
     }
-    quantities.retain(|q| q.laws.len() < 2 || q.laws.iter().any(|c| c.largest > 1e-9));
-    let prices = prices(study, stored, &reference);
+    quantities.retain(|q| q.members.len() < 2 || q.members.iter().any(|c| c.largest > 1e-9));
+    let costs = costs(study, stored, &reference);
+    let sequences = sequences(study, stored);
     let incomplete = study.incomplete(stored);
     for q in &mut quantities {
         q.sentence = sentence(q, &reference, study.tolerance);
@@ -111,12 +120,16 @@ pub fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis {
         tolerance: study.tolerance,
         reference,
         quantities,
-        prices,
+        costs,
+        sequences,
         warnings: warnings(stored, &incomplete),
         incomplete,
         verdict: String::new(),
     };
-    analysis.verdict = verdict(&analysis);
+    analysis.verdict = match analysis.sequences.is_empty() {
+        true => verdict(&analysis),
+        false => sequence::verdict(&analysis.sequences, analysis.incomplete.len()),
+    };
     analysis
 }
 
@@ -141,13 +154,13 @@ fn compare(
     quantity: &Quantity,
     reference: &str,
 ) -> Option<QuantityAnalysis> {
-    let cases: Vec<&StoredCase> = of_role(study, stored, Role::Laws, variant).collect();
+    let cases: Vec<&StoredCase> = of_role(study, stored, Role::Members, variant).collect();
     let finer: Vec<&StoredCase> = of_role(study, stored, Role::Finer, variant).collect();
     let base = cases.iter().find(|c| c.record.member == reference)?;
     let (g, g_peak) = (Curve::of(&base.series, &quantity.name)?, peak(base, &quantity.name)?);
     let difference = |c: &StoredCase, g_peak: f64| Some((peak(c, &quantity.name)? - g_peak) / g_peak.abs());
     let finer_of = |member: &str| finer.iter().find(|c| c.record.member == member);
-    let laws = (cases.iter())
+    let members = (cases.iter())
         .filter_map(|c| {
             let f = Curve::of(&c.series, &quantity.name)?;
             let t = f.common(&g);
@@ -178,23 +191,23 @@ fn compare(
         variant,
         quantity,
         peak: g_peak,
-        laws,
+        members,
         sentence: String::new(),
     })
 }
 
-fn prices(study: &StudyRecord, stored: &[StoredCase], reference: &str) -> Vec<Price> {
-    let all: Vec<&StoredCase> = study.variants.iter().flat_map(|v| of_role(study, stored, Role::Laws, v)).collect();
+fn costs(study: &StudyRecord, stored: &[StoredCase], reference: &str) -> Vec<MemberCost> {
+    let all: Vec<&StoredCase> = study.variants.iter().flat_map(|v| of_role(study, stored, Role::Members, v)).collect();
     let mut members: Vec<&str> = vec![];
     for c in &all {
         if !members.contains(&c.record.member.as_str()) {
             members.push(&c.record.member);
         }
     }
-    let mut prices: Vec<Price> = (members.iter())
+    let mut costs: Vec<MemberCost> = (members.iter())
         .map(|member| {
             let own: Vec<_> = all.iter().map(|c| &c.record).filter(|r| r.member == *member).collect();
-            Price {
+            MemberCost {
                 member: member.to_string(),
                 formulation: own[0].formulation.clone(),
                 cells: own[0].mesh.cells,
@@ -206,9 +219,9 @@ fn prices(study: &StudyRecord, stored: &[StoredCase], reference: &str) -> Vec<Pr
             }
         })
         .collect();
-    let base = prices.iter().find(|p| p.member == reference).map_or(f64::NAN, |p| p.cpu_s);
-    prices.iter_mut().for_each(|p| p.ratio = p.cpu_s / base);
-    prices
+    let base = costs.iter().find(|p| p.member == reference).map_or(f64::NAN, |p| p.cpu_s);
+    costs.iter_mut().for_each(|p| p.ratio = p.cpu_s / base);
+    costs
 }
 
 /// `+3.2 %`
@@ -219,10 +232,10 @@ pub fn signed(x: f64) -> String {
 fn sentence(q: &QuantityAnalysis, reference: &str, tolerance: f64) -> String {
     let unit = space(&q.quantity.unit);
     let mut words = format!("{}: {:.*}{unit} with {reference}", capital(&q.title()), digits(q.peak), q.peak);
-    let others: Vec<&Comparison> = q.laws.iter().filter(|c| c.member != reference).collect();
+    let others: Vec<&Comparison> = q.members.iter().filter(|c| c.member != reference).collect();
     let (near, far): (Vec<_>, Vec<_>) = others.iter().partition(|c| c.peak_difference.abs() <= tolerance);
-    let list = |laws: &[&&Comparison]| {
-        laws.iter().map(|c| format!("{} {}", c.member, signed(c.peak_difference))).collect::<Vec<_>>().join(", ")
+    let list = |members: &[&&Comparison]| {
+        members.iter().map(|c| format!("{} {}", c.member, signed(c.peak_difference))).collect::<Vec<_>>().join(", ")
     };
     if !near.is_empty() {
         words += &format!("; within {}: {}", percent(tolerance), list(&near));
@@ -234,7 +247,7 @@ fn sentence(q: &QuantityAnalysis, reference: &str, tolerance: f64) -> String {
     if drift.is_finite() {
         words += &format!(". A finer mesh changes these differences by at most {}", percent(drift));
     }
-    let lossy: Vec<String> = (q.laws.iter())
+    let lossy: Vec<String> = (q.members.iter())
         .filter_map(|c| c.loop_share.filter(|s| *s > 0.01).map(|s| format!("{} {}", c.member, percent(s))))
         .collect();
     if let (Some(x), false) = (&q.quantity.against, lossy.is_empty()) {
@@ -251,14 +264,14 @@ fn warnings(stored: &[StoredCase], incomplete: &[(String, String)]) -> Vec<Strin
         }
     }
     if stored.iter().any(|c| c.record.shared) {
-        out.push("Cases ran side by side: prices are CPU seconds, and `--jobs 1` gives quieter ones.".into());
+        out.push("Cases ran at the same time: costs are CPU seconds, and `--jobs 1` gives quieter ones.".into());
     }
     out
 }
 
-/// Which laws are interchangeable, how far the others are off, what they cost.
+/// Which members are interchangeable, how far the others are off, what they cost.
 fn verdict(a: &Analysis) -> String {
-    let members: Vec<&str> = a.prices.iter().map(|p| p.member.as_str()).filter(|m| *m != a.reference).collect();
+    let members: Vec<&str> = a.costs.iter().map(|p| p.member.as_str()).filter(|m| *m != a.reference).collect();
     if a.quantities.is_empty() || members.is_empty() {
         return format!(
             "No verdict: there is no pair of converged cases to compare with {} in a quantity that is not imposed.",
@@ -266,7 +279,8 @@ fn verdict(a: &Analysis) -> String {
         );
     }
     let worst = |member: &str| {
-        let own = a.quantities.iter().flat_map(|q| q.laws.iter().filter(|c| c.member == member).map(move |c| (q, c)));
+        let own =
+            a.quantities.iter().flat_map(|q| q.members.iter().filter(|c| c.member == member).map(move |c| (q, c)));
         own.max_by(|x, y| x.1.largest.total_cmp(&y.1.largest))
     };
     let mut same: Vec<String> = vec![];
@@ -286,7 +300,7 @@ fn verdict(a: &Analysis) -> String {
     let apart: Vec<String> = apart.into_iter().map(|x| x.1).collect();
     let tolerance = percent(a.tolerance);
     let mut words = match same.is_empty() {
-        true => format!("No law can stand in for {} within {tolerance} of the peak in every curve.", a.reference),
+        true => format!("No member can stand in for {} within {tolerance} of the peak in every curve.", a.reference),
         false => format!(
             "Within {tolerance} of the peak, in every curve, {} can stand in for {}.",
             same.join(", "),
@@ -296,9 +310,9 @@ fn verdict(a: &Analysis) -> String {
     if !apart.is_empty() {
         words += &format!(" At most they differ: {}.", apart.join("; "));
     }
-    let ratio = |best: fn(f64, f64) -> f64, start: f64| a.prices.iter().map(|p| p.ratio).fold(start, best);
+    let ratio = |best: fn(f64, f64) -> f64, start: f64| a.costs.iter().map(|p| p.ratio).fold(start, best);
     words += &format!(
-        " A law costs {:.2} to {:.2} times as much as {}.",
+        " A member costs {:.2} to {:.2} times as much as {}.",
         ratio(f64::min, f64::INFINITY),
         ratio(f64::max, 0.0),
         a.reference

@@ -1,29 +1,29 @@
-//! The price list drawn: what a step costs, rung by rung.
+//! What a step costs with effects added one by one.
 
 use crate::report::canvas::{At, DOUBLE, INK, PALETTE, RGB, SMALL, block, figure, mm, text};
 use crate::report::figure::{Figure, Sample, legend};
 use crate::report::plot::{Axis, Plot};
 use crate::report::words::digits;
-use crate::study::kinds::prices::{Ladder, Rung, milliseconds};
+use crate::study::kinds::comparison::sequence::{Addition, Sequence, milliseconds};
 
 const REST: RGB = RGB(0xd0, 0xd0, 0xd0);
 const ROW: f64 = 7.0;
 const TOP: f64 = 6.0;
 
-/// (a) a step by its parts, (b) the evaluations of the effects alone. `None` without two rungs.
-pub fn draw(l: &Ladder) -> Option<Figure> {
-    if l.rungs.len() < 2 {
+/// (a) a step by its parts, (b) the evaluations of the effects alone. `None` without two members.
+pub fn draw(l: &Sequence) -> Option<Figure> {
+    if l.additions.len() < 2 {
         return None;
     }
     let mut effects: Vec<&str> = vec![];
-    for (name, _) in l.rungs.iter().flat_map(|r| &r.evaluation_s) {
+    for (name, _) in l.additions.iter().flat_map(|r| &r.evaluation_s) {
         if !effects.contains(&name.as_str()) {
             effects.push(name);
         }
     }
     let color = |name: &str| effects.iter().position(|e| *e == name).map_or(REST, |k| PALETTE[k % PALETTE.len()]);
-    let evaluations = |r: &Rung| r.evaluation_s.iter().map(|(n, s)| (*s, color(n))).collect::<Vec<_>>();
-    let whole = |r: &Rung| {
+    let evaluations = |r: &Addition| r.evaluation_s.iter().map(|(n, s)| (*s, color(n))).collect::<Vec<_>>();
+    let whole = |r: &Addition| {
         let all: f64 = r.evaluation_s.iter().map(|e| e.1).sum();
         let parts = [all, r.factorisation_s, r.solve_s];
         let mut out: Vec<(f64, RGB)> = parts.into_iter().zip(PALETTE).collect();
@@ -31,16 +31,17 @@ pub fn draw(l: &Ladder) -> Option<Figure> {
         out
     };
     let (left, each, gap) = (34.0, 60.0, 20.0);
-    let tall = ROW * l.rungs.len() as f64;
+    let tall = ROW * l.additions.len() as f64;
     let rows = effects.len().max(4).div_ceil(2) as f64;
     let svg = figure(DOUBLE, TOP + tall + 14.0 + 4.2 * rows, "", |area| {
-        let panel = |x: f64, letter: char, title: &str, parts: &dyn Fn(&Rung) -> Vec<(f64, RGB)>| {
-            let sum = |r: &Rung| parts(r).iter().map(|p| 1e3 * p.0).sum::<f64>();
-            let longest = Axis::linear([0.0, l.rungs.iter().map(sum).fold(0.0, f64::max)].into_iter(), "a step [ms]");
+        let panel = |x: f64, letter: char, title: &str, parts: &dyn Fn(&Addition) -> Vec<(f64, RGB)>| {
+            let sum = |r: &Addition| parts(r).iter().map(|p| 1e3 * p.0).sum::<f64>();
+            let longest =
+                Axis::linear([0.0, l.additions.iter().map(sum).fold(0.0, f64::max)].into_iter(), "a step [ms]");
             let frame = [mm(x), mm(TOP), mm(x + each), mm(TOP + tall)];
-            let plot = Plot { area, frame, x: longest, y: Axis::exact(l.rungs.len() as f64, 0.0, "") };
+            let plot = Plot { area, frame, x: longest, y: Axis::exact(l.additions.len() as f64, 0.0, "") };
             plot.grid_x();
-            for (k, r) in l.rungs.iter().enumerate() {
+            for (k, r) in l.additions.iter().enumerate() {
                 let mut from = 0.0;
                 for (s, color) in parts(r) {
                     let to = from + 1e3 * s;
@@ -55,7 +56,7 @@ pub fn draw(l: &Ladder) -> Option<Figure> {
         };
         panel(left, 'a', "A step by its parts", &whole);
         panel(left + each + gap, 'b', "Evaluation of the effects", &evaluations);
-        for (k, r) in l.rungs.iter().enumerate() {
+        for (k, r) in l.additions.iter().enumerate() {
             let at = (mm(left - 2.0), mm(TOP + ROW * (k as f64 + 0.5)));
             text(area, &r.member.replace('_', " "), at, At::Right, SMALL, INK);
         }
@@ -70,7 +71,7 @@ pub fn draw(l: &Ladder) -> Option<Figure> {
         put(left, parts.chain([(Sample::Block(REST), "rest".into())]).collect());
         put(left + each + gap, effects.iter().map(|n| (Sample::Block(color(n)), n.to_string())).collect());
     });
-    let (first, last) = (&l.rungs[0], &l.rungs[l.rungs.len() - 1]);
+    let (first, last) = (&l.additions[0], &l.additions[l.additions.len() - 1]);
     let caption = format!(
         "What a step costs with effects added one by one, {}, in CPU time: {} with {} alone, {} with all. A row has no part of an effect that is not declared in it.",
         l.variant_label,
@@ -78,5 +79,5 @@ pub fn draw(l: &Ladder) -> Option<Figure> {
         first.member.replace('_', " "),
         milliseconds(last.step_s)
     );
-    Some(Figure { name: format!("prices-{}", l.variant), svg, caption })
+    Some(Figure { name: format!("sequence-{}", l.variant), svg, caption })
 }

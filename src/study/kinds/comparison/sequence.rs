@@ -1,104 +1,83 @@
-//! The price list of effects: one scene with effects added one by one (a family of role `ladder`).
+//! What effects cost that are added one by one: a family whose changes add up (role `cumulative`).
 //!
-//! Pure: stored cases in, [`Analysis`] out. A rung has the effects of the rungs below and its own:
+//! A member has the effects of the members before it and its own:
 //!
 //! ```text
-//! price of a rung     T/n            T CPU seconds of the run, n its steps
-//! added               T/n of the rung less that of the rung below: with all that follows (iterations, factorisations)
+//! cost of a step      T/n            T CPU seconds of the run, n its steps
+//! added               T/n of the member less that of the one before: with all that follows (iterations, factorisations)
 //! evaluation          t T/(W n)      t wall seconds in the evaluations of one effect, W those of the run
 //! ```
 //!
 //! The factor T/W takes out, on average, what other programs on the machine took.
-
-pub mod figures;
-pub mod report;
 
 use crate::report::words::{digits, percent};
 use crate::study::curve::peak;
 use crate::study::record::{CaseRecord, Role, StoredCase, StudyRecord};
 use serde::Serialize;
 
-/// The ladder of every variant.
+/// The members of a variant in the order in which their effects are added.
 #[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct Analysis {
-    pub tolerance: f64,
-    pub ladders: Vec<Ladder>,
-    /// (id, what is wrong)
-    pub incomplete: Vec<(String, String)>,
-    pub warnings: Vec<String>,
-    pub verdict: String,
-}
-
-#[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct Ladder {
+pub struct Sequence {
     pub variant: String,
     /// The variant in words
     pub variant_label: String,
-    /// Lowest first
-    pub rungs: Vec<Rung>,
+    pub additions: Vec<Addition>,
     pub sentence: String,
 }
 
 /// A scene with its effects, and what a step of it costs.
 #[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct Rung {
+pub struct Addition {
     pub member: String,
     pub case: String,
-    /// Effects and constraints that the rung below has not
+    /// Effects and constraints that the member before has not
     pub new: Vec<String>,
     pub dofs: usize,
     pub steps: usize,
     pub newton_iterations: usize,
     /// T/n \[s\]
     pub step_s: f64,
-    /// T/n less that of the rung below \[s\]
+    /// T/n less that of the member before \[s\]
     pub added_s: Option<f64>,
     /// Per effect and constraint: name and time in its evaluations, of a step \[s\]
     pub evaluation_s: Vec<(String, f64)>,
     /// Of a step \[s\]: factorisations, solutions with the factor
     pub factorisation_s: f64,
     pub solve_s: f64,
-    /// Per quantity: column, peak, and its change from the rung below \[–\]
+    /// Per quantity: column, peak, and its change from the member before \[–\]
     pub quantities: Vec<(String, f64, Option<f64>)>,
 }
 
-impl Rung {
-    /// Time in the evaluations of what this rung adds, of a step \[s\].
+impl Addition {
+    /// Time in the evaluations of what this member adds, of a step \[s\].
     pub fn new_evaluation_s(&self) -> f64 {
         self.evaluation_s.iter().filter(|(name, _)| self.new.contains(name)).map(|e| e.1).sum()
     }
 }
 
-/// Analyses what is there; a rung without a converged case is left out, and named.
-pub fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis {
-    let ids = || study.families.iter().filter(|f| f.role == Role::Ladder).flat_map(|f| &f.cases);
-    let ladders: Vec<Ladder> = (study.variants.iter())
-        .map(|variant| {
-            let cases = ids().filter_map(|id| stored.iter().find(|c| c.record.id == *id));
-            let own: Vec<&StoredCase> =
-                cases.filter(|c| c.record.variant == *variant && c.record.converged() && c.record.steps > 0).collect();
-            let rungs: Vec<Rung> =
-                (0..own.len()).map(|k| rung(study, own[k], k.checked_sub(1).map(|below| own[below]))).collect();
-            let variant_label = study.label(variant);
-            let sentence = sentence_of(&variant_label, &rungs);
-            Ladder { variant: variant.clone(), variant_label, rungs, sentence }
-        })
-        .collect();
-    let incomplete = study.incomplete(stored);
-    let mut warnings: Vec<String> = incomplete.iter().map(|(id, what)| format!("{id}: {what}.")).collect();
-    if stored.iter().any(|c| c.record.shared) {
-        warnings.push("Cases ran side by side: `--jobs 1` gives quieter prices.".into());
-    }
-    let verdict = verdict_of(&ladders, incomplete.len());
-    Analysis { tolerance: study.tolerance, ladders, incomplete, warnings, verdict }
+/// The sequence of every variant that has one; a member without a converged case is left out.
+pub fn sequences(study: &StudyRecord, stored: &[StoredCase]) -> Vec<Sequence> {
+    let families: Vec<_> = study.families.iter().filter(|f| f.role == Role::Cumulative).collect();
+    let of = |variant: &String| {
+        let ids = families.iter().flat_map(|f| &f.cases);
+        let cases = ids.filter_map(|id| stored.iter().find(|c| c.record.id == *id));
+        let own: Vec<&StoredCase> =
+            cases.filter(|c| c.record.variant == *variant && c.record.converged() && c.record.steps > 0).collect();
+        let additions: Vec<Addition> =
+            (0..own.len()).map(|k| addition(study, own[k], k.checked_sub(1).map(|before| own[before]))).collect();
+        let variant_label = study.label(variant);
+        let sentence = sentence_of(&variant_label, &additions);
+        Sequence { variant: variant.clone(), variant_label, additions, sentence }
+    };
+    if families.is_empty() { vec![] } else { study.variants.iter().map(of).collect() }
 }
 
-fn rung(study: &StudyRecord, case: &StoredCase, below: Option<&StoredCase>) -> Rung {
+fn addition(study: &StudyRecord, case: &StoredCase, before: Option<&StoredCase>) -> Addition {
     let r = &case.record;
     let step_s = |r: &CaseRecord| r.cpu_s / r.steps as f64;
     let part_s = |s: f64| s * step_s(r) / r.wall_s;
     // Two cables are two entries: names may repeat
-    let mut old: Vec<&str> = below.iter().flat_map(|c| &c.record.effects).map(|e| e.name.as_str()).collect();
+    let mut old: Vec<&str> = before.iter().flat_map(|c| &c.record.effects).map(|e| e.name.as_str()).collect();
     let mut new = vec![];
     for e in &r.effects {
         match old.iter().position(|name| *name == e.name) {
@@ -109,11 +88,11 @@ fn rung(study: &StudyRecord, case: &StoredCase, below: Option<&StoredCase>) -> R
     let quantities = (study.quantities.get(&r.variant).into_iter().flatten())
         .filter_map(|q| {
             let value = peak(case, &q.name)?;
-            let change = below.and_then(|c| peak(c, &q.name)).filter(|b| *b != 0.0).map(|b| (value - b) / b.abs());
+            let change = before.and_then(|c| peak(c, &q.name)).filter(|b| *b != 0.0).map(|b| (value - b) / b.abs());
             Some((q.name.clone(), value, change))
         })
         .collect();
-    Rung {
+    Addition {
         member: r.member.clone(),
         case: r.id.clone(),
         new,
@@ -121,7 +100,7 @@ fn rung(study: &StudyRecord, case: &StoredCase, below: Option<&StoredCase>) -> R
         steps: r.steps,
         newton_iterations: r.newton_iterations,
         step_s: step_s(r),
-        added_s: below.map(|c| step_s(r) - step_s(&c.record)),
+        added_s: before.map(|c| step_s(r) - step_s(&c.record)),
         evaluation_s: r.effects.iter().map(|e| (e.name.clone(), part_s(e.wall_s))).collect(),
         factorisation_s: part_s(r.phases.factorisation_s),
         solve_s: part_s(r.phases.solve_s),
@@ -135,9 +114,9 @@ pub fn milliseconds(s: f64) -> String {
     format!("{ms:.*} ms", digits(ms)).replace('-', "−")
 }
 
-fn sentence_of(label: &str, rungs: &[Rung]) -> String {
-    let [first, above @ ..] = rungs else { return format!("{label}: no rung has a converged case.") };
-    let one = |r: &Rung| {
+fn sentence_of(label: &str, additions: &[Addition]) -> String {
+    let [first, above @ ..] = additions else { return format!("{label}: no member has a converged case.") };
+    let one = |r: &Addition| {
         let added = r.added_s.map_or(String::new(), |s| {
             let sign = if s < 0.0 { "−" } else { "+" };
             format!("{sign}{}", milliseconds(s.abs()))
@@ -149,18 +128,18 @@ fn sentence_of(label: &str, rungs: &[Rung]) -> String {
     if list.is_empty() { start + "." } else { format!("{start}; added one after the other, {}.", list.join(", ")) }
 }
 
-/// What evaluation costs most and least beside the whole.
-fn verdict_of(ladders: &[Ladder], missing: usize) -> String {
+/// Share of every evaluation in a step with all effects.
+pub fn verdict(sequences: &[Sequence], missing: usize) -> String {
     let mut parts = vec![];
-    for ladder in ladders {
-        let Some(top) = ladder.rungs.last() else { continue };
+    for sequence in sequences {
+        let Some(top) = sequence.additions.last() else { continue };
         let mut all = top.evaluation_s.clone();
         all.sort_by(|a, b| b.1.total_cmp(&a.1));
         let shares: Vec<String> = all.iter().map(|(n, s)| format!("{n} {}", percent(s / top.step_s))).collect();
         let factor = percent(top.factorisation_s / top.step_s);
         parts.push(format!(
             "With everything declared, {}, a step takes {}: {}, factorisations {factor}",
-            ladder.variant_label,
+            sequence.variant_label,
             milliseconds(top.step_s),
             shares.join(", ")
         ));

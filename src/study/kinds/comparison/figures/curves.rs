@@ -1,4 +1,4 @@
-//! The laws under one protocol: every quantity over time with its difference to the reference law below, and the loop
+//! The members under one protocol: every quantity over time with its difference to the reference below, and the loop
 //! against what drives it.
 
 use crate::report::canvas::{Area, DOUBLE, PALETTE, RGB, dashed, figure, italic, line, mm};
@@ -7,7 +7,7 @@ use crate::report::plot::{Axis, Plot};
 use crate::report::words::capital;
 use crate::study::curve::Curve;
 use crate::study::figures::axis_label;
-use crate::study::kinds::materials::{Analysis, Comparison, QuantityAnalysis};
+use crate::study::kinds::comparison::analysis::{Analysis, Comparison, QuantityAnalysis};
 use crate::study::record::StoredCase;
 use crate::study::results::Results;
 
@@ -18,7 +18,7 @@ const TOP: f64 = 6.0;
 /// Largest distance that the lower panels show \[of the peak\].
 const FAR: f64 = 0.5;
 
-/// A law with its look: seven colours, then the same dashed.
+/// A member with its look: seven colours, then the same dashed.
 struct Look<'a> {
     member: &'a str,
     color: RGB,
@@ -34,9 +34,9 @@ impl Look<'_> {
     }
 }
 
-/// Every law has one look in all figures.
+/// Every member has one look in all figures.
 fn looks(a: &Analysis) -> Vec<Look<'_>> {
-    let members = a.prices.iter().map(|p| p.member.as_str()).enumerate();
+    let members = a.costs.iter().map(|p| p.member.as_str()).enumerate();
     let look = |(k, member): (usize, _)| Look { member, color: PALETTE[k % PALETTE.len()], dashed: k >= PALETTE.len() };
     members.map(look).collect()
 }
@@ -52,9 +52,9 @@ fn key(looks: &[Look], a: &Analysis, area: &Area, width: f64) {
     legend(area, (mm(width - LEGEND + 4.0), mm(TOP + 2.0)), &entries);
 }
 
-/// Curve of a law in a quantity.
+/// Curve of a member in a quantity.
 fn curve<'a>(store: &'a Results, q: &QuantityAnalysis, member: &str, column: &str) -> Option<(&'a StoredCase, Curve)> {
-    let case = &q.laws.iter().find(|c| c.member == member)?.case;
+    let case = &q.members.iter().find(|c| c.member == member)?.case;
     let stored = store.cases.iter().find(|c| c.record.id == *case)?;
     Curve::of(&stored.series, column).map(|c| (stored, c))
 }
@@ -80,14 +80,14 @@ pub fn over_time(store: &Results, a: &Analysis, variant: &str) -> Option<Figure>
         }
         key(&looks, a, area, width);
     });
-    let far = panels.iter().any(|q| q.laws.iter().any(|c| c.largest > FAR));
-    let far = if far { " Laws off by more than half of the peak are not drawn there." } else { "" };
+    let far = panels.iter().any(|q| q.members.iter().any(|c| c.largest > FAR));
+    let far = if far { " Members off by more than half of the peak are not drawn there." } else { "" };
     let caption = format!(
-        "The laws under the same protocol, {}: each quantity over time (top) and its difference to {} (bottom).{far} The constants of the laws stand in the scenes; what a finer mesh changes stands in the table.",
+        "The members under the same protocol, {}: each quantity over time (top) and its difference to {} (bottom).{far} What a finer mesh changes is in the table.",
         store.study.label(variant),
         a.reference
     );
-    Some(Figure { name: format!("laws-{variant}"), svg, caption })
+    Some(Figure { name: format!("comparison-{variant}"), svg, caption })
 }
 
 fn panel(
@@ -116,7 +116,7 @@ fn panel(
     plot.axes(false);
     plot.title(letter, &capital(&q.quantity.label));
     let Some(g) = of(&a.reference) else { return };
-    let near = |look: &Look| q.laws.iter().any(|c| c.member == look.member && c.largest <= FAR);
+    let near = |look: &Look| q.members.iter().any(|c| c.member == look.member && c.largest <= FAR);
     let off: Vec<(&Look, Vec<f64>, Vec<f64>)> = (curves.iter().filter(|(look, _)| near(look)))
         .map(|(look, c)| {
             let t = c.common(&g);
@@ -140,16 +140,16 @@ fn is_open(c: &Comparison) -> bool {
     c.loop_share.is_some_and(|s| s > 0.01)
 }
 
-/// Quantities against what they are drawn against, where a law shows a loop; `None` if none does.
+/// Quantities against what they are drawn against, where a member shows a loop; `None` if none does.
 pub fn loops(store: &Results, a: &Analysis, variant: &str) -> Option<Figure> {
-    let open = |q: &&QuantityAnalysis| q.laws.iter().any(is_open);
+    let open = |q: &&QuantityAnalysis| q.members.iter().any(is_open);
     let panels: Vec<&QuantityAnalysis> =
         a.quantities.iter().filter(|q| q.variant == variant).filter(open).take(2).collect();
     if panels.is_empty() {
         return None;
     }
     let shown = |l: &Look| {
-        l.member == a.reference || panels.iter().any(|q| q.laws.iter().any(|c| c.member == l.member && is_open(c)))
+        l.member == a.reference || panels.iter().any(|q| q.members.iter().any(|c| c.member == l.member && is_open(c)))
     };
     let looks: Vec<Look> = looks(a).into_iter().filter(shown).collect();
     let (each, tall) = (50.0, 46.0);
@@ -179,7 +179,7 @@ pub fn loops(store: &Results, a: &Analysis, variant: &str) -> Option<Figure> {
         key(&looks, a, area, width);
     });
     let caption = format!(
-        "Loading and unloading, {}, of the laws that show a loop, and of the reference: the area of a loop is lost in every cycle.",
+        "Loading and unloading, {}, of the members that show a loop, and of the reference: the area of a loop is lost in every cycle.",
         store.study.label(variant)
     );
     Some(Figure { name: format!("loops-{variant}"), svg, caption })

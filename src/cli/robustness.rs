@@ -1,0 +1,57 @@
+//! `durometer robustness [SCENE]`
+
+use super::run::{How, execute};
+use super::{Outcome, files};
+use durometer::study::expand::Study;
+use std::path::{Path, PathBuf};
+
+/// Map where a scene holds: its answers over time step, load, Poisson's ratio, mesh and start
+///
+/// Every answer is compared with that of the smallest time step. Without a scene, the study hard-cases is run: scenes that
+/// break simulators.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  durometer robustness my-scene.toml
+  durometer robustness finger-dynamics --only map-dt-load
+  durometer robustness --quick                        the hard cases without their maps, in about a minute
+
+Exit codes: 0 every case converged, 2 bad input, 3 some case did not complete or Ctrl-C stopped the run.")]
+pub struct Args {
+    /// Scene file (TOML), or the name of a folder in studies/
+    scene: Option<PathBuf>,
+    /// Only the quick half of the hard cases
+    #[arg(long, conflicts_with = "scene")]
+    quick: bool,
+    /// Folder of the results [default: reports/robustness-<scene>, or reports/hard-cases]
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Cases that run at the same time [default: one per core]
+    #[arg(long, value_parser = super::at_least_one)]
+    jobs: Option<usize>,
+    /// Run also what is done
+    #[arg(long)]
+    redo: bool,
+    /// Only cases whose id contains this text
+    #[arg(long, value_name = "CASE")]
+    only: Option<String>,
+    /// Change a key of the scene, e.g. --set laws.rubber.nu=0.49
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Print summary.json instead of progress
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn main(args: Args) -> Outcome {
+    let changes = super::changes(&args.set)?;
+    let mut study = match &args.scene {
+        Some(scene) => Study::around(&files::find(scene, "scene.toml")?, &changes)?,
+        None => Study::read(&files::find(Path::new("hard-cases"), "study.toml")?, &changes)?,
+    };
+    if args.quick {
+        study.only_quick();
+    }
+    let Args { out, jobs, redo, only, json, .. } = args;
+    execute(&study, How { out, jobs, redo, only, vtu: false, json })
+}

@@ -1,0 +1,340 @@
+//! A study file expanded into cases.
+
+use crate::math::units::{self, Dimension};
+use crate::scene::{SceneError, SceneSpec, from_text, hint, read_scene, read_table};
+use crate::study::inverse::{After, Plan, UseSpec};
+use crate::study::kind::{Expansion, RunRules};
+use crate::study::kinds::robustness::record::RobustnessRecord;
+use crate::study::kinds::{KINDS, robustness};
+use crate::study::record::{FamilyRecord, Quantity, Role, StudyRecord};
+use crate::study::spec::{FamilySpec, VariantSpec, check_names, refuse};
+use serde::Deserialize;
+use serde::de::{Deserializer, Error};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// The keys of `studies/<name>/study.toml` that every kind has.
+#[derive(Clone, Debug, Deserialize)]
+pub struct StudySpec {
+    pub kind: KindName,
+    pub question: String,
+    /// What is expected, written before the run
+    pub expectation: String,
+    /// Scene file, relative to the study
+    pub scene: PathBuf,
+    /// Largest error bar that is accepted, as a fraction or in %
+    pub tolerance: String,
+}
+
+/// A name in the registry of kinds.
+#[derive(Clone, Debug)]
+pub struct KindName(pub String);
+
+impl<'de> Deserialize<'de> for KindName {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        const NAMES: [&str; KINDS.len()] = {
+            let mut names = [""; KINDS.len()];
+            let mut k = 0;
+            while k < KINDS.len() {
+                names[k] = KINDS[k].name;
+                k += 1;
+            }
+            names
+        };
+        let name = String::deserialize(deserializer)?;
+        if NAMES.contains(&name.as_str()) { Ok(Self(name)) } else { Err(D::Error::unknown_variant(&name, &NAMES)) }
+    }
+}
+
+/// One scene to be run.
+#[derive(Clone, Debug)]
+pub struct Case {
+    pub id: String,
+    pub family: String,
+    pub variant: String,
+    pub member: String,
+    pub scene_file: PathBuf,
+    pub spec: SceneSpec,
+    /// The scene with all its changes
+    pub text: String,
+    /// Constants to be found; without them the scene is run as it is
+    pub plan: Option<Arc<Plan>>,
+    /// Waits for the constants of a calibration
+    pub after: Option<After>,
+}
+
+/// A study and its cases.
+#[derive(Clone, Debug)]
+pub struct Study {
+    pub name: String,
+    pub file: PathBuf,
+    pub record: StudyRecord,
+    pub rules: RunRules,
+    /// Family → columns its cases must record, where they are not those of the quantities of the variant
+    pub columns: BTreeMap<String, Vec<String>>,
+    pub cases: Vec<Case>,
+}
+
+/// The text of a study file as its common keys and what its kind makes of the others.
+pub fn parse(file: &Path, text: &str) -> Result<(StudySpec, Expansion<serde_json::Value>), SceneError> {
+    let spec: StudySpec = from_text(file, text, "")?;
+    let kind = KINDS.iter().find(|k| k.name == spec.kind.0).expect("the name was read from the registry");
+    let expansion = (kind.expand)(file, text)?;
+    Ok((spec, expansion))
+}
+
+impl Study {
+    /// Reads `study.toml` and expands it. `changes` are made to every case, last.
+    pub fn read(file: &Path, changes: &[(String, toml::Value)]) -> Result<Self, SceneError> {
+        let (text, table) = read_table(file)?;
+        if table.contains_key("mesh") && !table.contains_key("family") {
+            let (place, fact) = ("file".into(), "this is a scene, not a study".into());
+            return Err(refuse(file, (place, fact, "run it with: durometer simulate".into())));
+        }
+        let (spec, expansion) = parse(file, &text)?;
+        let base = file.parent().unwrap_or(Path::new(""));
+        let scene = base.join(&spec.scene);
+        read_table(&scene).map_err(|e| SceneError::Part {
+            file: file.into(),
+            place: "scene".into(),
+            source: e.into(),
+        })?;
+        let name = std::path::absolute(base)
+            .ok()
+            .and_then(|p| p.file_name().map(|n| n.to_string_lossy().into_owned()))
+            .unwrap_or_else(|| "study".into());
+        let changes = Changes { given: changes, first: false };
+        Self::assemble(&name, file, &scene, spec, expansion, &changes)
+    }
+
+    /// The robustness maps around a scene of one's own. The maps vary the scene with the changes.
+    pub fn around(scene: &Path, changes: &[(String, toml::Value)]) -> Result<Self, SceneError> {
+        let scene = std::path::absolute(scene).unwrap_or_else(|_| scene.into());
+        let expansion = robustness::around::around(&scene, changes)?;
+        let spec = StudySpec {
+            kind: KindName("robustness".into()),
+            question: "Where does this scene hold?".into(),
+            expectation: "Wherever the scene converges, its answer agrees with that of the smallest time step.".into(),
+            scene: scene.clone(),
+            tolerance: "2 %".into(),
+        };
+        let stem = scene.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+        let changes = Changes { given: changes, first: true };
+        Self::assemble(&format!("robustness-{stem}"), &scene, &scene, spec, expansion, &changes)
+    }
+
+    fn assemble(
+        name: &str,
+        file: &Path,
+        scene: &Path,
+        spec: StudySpec,
+        expansion: Expansion<serde_json::Value>,
+        changes: &Changes,
+    ) -> Result<Self, SceneError> {
+        let tolerance = tolerance(&spec.tolerance).map_err(|mistake| refuse(file, mistake))?;
+        let known: Vec<String> = expansion.variants.iter().map(|v| v.name.clone()).collect();
+        let labels: Vec<String> = expansion.families.iter().map(|f| f.name.clone()).collect();
+        for (what, names) in [("variant", &known), ("family", &labels)] {
+            check_names(names)
+                .map_err(|(k, fact, remedy)| refuse(file, (format!("{what} {}", k + 1), fact, remedy.into())))?;
+        }
+        let mut cases = Cases { file, scene, expansion: &expansion, changes, all: vec![] };
+        let mut families = expansion.families.iter().map(|f| cases.family(f)).collect::<Result<Vec<_>, _>>()?;
+        let mut quantities: BTreeMap<String, Vec<Quantity>> =
+            expansion.variants.iter().map(|v| (v.name.clone(), v.quantities.clone())).collect();
+        if let Some(usage) = &expansion.usage {
+            let more = uses(file, usage, &known, changes.given)?;
+            let (ids, formulation) = (more.iter().map(|c| c.id.clone()).collect(), more[0].spec.formulation());
+            families.push(FamilyRecord { name: "use".into(), role: Role::Use, formulation, cases: ids });
+            quantities.extend(more.iter().map(|c| (c.variant.clone(), vec![usage.quantity.clone()])));
+            cases.all.extend(more);
+        }
+        let cases = cases.all;
+        if cases.is_empty() {
+            let remedy = "a study needs a [[variant]] and a [[family]] with at least one member";
+            return Err(refuse(file, ("study".into(), "it has no case".into(), remedy.into())));
+        }
+        let named = |v: &VariantSpec| Some((v.name.clone(), v.label.clone()?));
+        let record = StudyRecord {
+            study: name.into(),
+            kind: spec.kind.0,
+            question: spec.question,
+            expectation: spec.expectation,
+            tolerance,
+            quantities,
+            labels: expansion.variants.iter().filter_map(named).collect(),
+            variants: known,
+            families,
+            details: expansion.details,
+            version: env!("CARGO_PKG_VERSION").into(),
+        };
+        let Expansion { rules, columns, .. } = expansion;
+        Ok(Self { name: name.into(), file: file.into(), record, rules, columns, cases })
+    }
+
+    /// Runs of a case. What is far finer than needed is a reference, whose cost is not asked for.
+    pub fn repeats(&self, case: &Case) -> usize {
+        let role = self.record.families.iter().find(|f| f.name == case.family).map(|f| f.role);
+        if role == Some(Role::Reference) { 1 } else { self.rules.repeats }
+    }
+
+    /// Only the suites of a robustness study that are marked as quick.
+    pub fn only_quick(&mut self) {
+        let mut kept: RobustnessRecord = serde_json::from_value(self.record.details.clone()).unwrap_or_default();
+        kept.maps.clear();
+        kept.suites.retain(|suite| suite.quick);
+        self.record.families.retain(|f| kept.suites.iter().any(|s| s.family == f.name));
+        let families = &self.record.families;
+        self.cases.retain(|c| families.iter().any(|f| f.cases.contains(&c.id)));
+        self.record.details = serde_json::to_value(kept).expect("numbers, strings and string keys only");
+    }
+}
+
+fn tolerance(text: &str) -> Result<f64, (String, String, String)> {
+    let place = || "tolerance".to_string();
+    let tolerance = units::parse(text, Dimension::NONE)
+        .map_err(|e| (place(), e.to_string(), "write for example \"2 %\"".to_string()))?;
+    if tolerance > 0.0 && tolerance < 1.0 {
+        return Ok(tolerance);
+    }
+    Err((place(), format!("it is {tolerance}"), "it lies between 0 and 1; write for example \"2 %\"".into()))
+}
+
+/// Changes of the command line, made before or after those of the study.
+struct Changes<'a> {
+    given: &'a [(String, toml::Value)],
+    first: bool,
+}
+
+/// The cases of a study as they are found, family after family.
+struct Cases<'a> {
+    file: &'a Path,
+    scene: &'a Path,
+    expansion: &'a Expansion<serde_json::Value>,
+    changes: &'a Changes<'a>,
+    all: Vec<Case>,
+}
+
+impl Cases<'_> {
+    fn family(&mut self, family: &FamilySpec) -> Result<FamilyRecord, SceneError> {
+        let file = self.file;
+        let mistake = |place: String, fact: String, remedy: String| refuse(file, (place, fact, remedy));
+        let base = file.parent().unwrap_or(Path::new(""));
+        let scene_file = family.scene.as_ref().map_or_else(|| self.scene.to_path_buf(), |own| base.join(own));
+        let expansion = self.expansion;
+        let known: Vec<String> = expansion.variants.iter().map(|v| v.name.clone()).collect();
+        let wanted = family.variants.as_ref().unwrap_or(&known);
+        if let Some(unknown) = wanted.iter().find(|w| !known.contains(w)) {
+            let fact = format!("there is no variant \"{unknown}\"");
+            return Err(mistake(format!("family {}", family.name), fact, hint(unknown, &known)));
+        }
+        let members: Vec<String> = family.members.keys().cloned().collect();
+        let place = format!("family {}: members", family.name);
+        check_names(&members).map_err(|(_, fact, remedy)| mistake(place, fact, remedy.into()))?;
+        let mut ids: Vec<String> = Vec::new();
+        let mut formulation = String::new();
+        for variant in expansion.variants.iter().filter(|v| wanted.contains(&v.name)) {
+            // The changes of the members before, where they add up
+            let mut before: Vec<(String, toml::Value)> = Vec::new();
+            for (label, member) in &family.members {
+                let place = format!("family {}, member {label}, variant {}", family.name, variant.name);
+                let Some(member) = member.as_table() else {
+                    let remedy = "write { \"mesh.cells\" = 4500 }".into();
+                    return Err(mistake(place, "it is not a table".into(), remedy));
+                };
+                let pairs = |set: &toml::Table| set.clone().into_iter().collect::<Vec<_>>();
+                let own = [pairs(&variant.set), pairs(&family.set), before.clone(), pairs(member)].concat();
+                if family.role == Role::Cumulative {
+                    before.extend(pairs(member));
+                }
+                let (id, found) = self.case((family, variant, label), &scene_file, &own, &place)?;
+                ids.push(id);
+                formulation = found;
+            }
+        }
+        Ok(FamilyRecord { name: family.name.clone(), role: family.role, formulation, cases: ids })
+    }
+
+    /// Id and formulation of a case, which is a new one unless the same scene is run already.
+    fn case(
+        &mut self,
+        (family, variant, label): (&FamilySpec, &VariantSpec, &String),
+        scene_file: &Path,
+        own: &[(String, toml::Value)],
+        place: &str,
+    ) -> Result<(String, String), SceneError> {
+        let given = self.changes.given;
+        let all = if self.changes.first { [given, own] } else { [own, given] }.concat();
+        let (spec, text) = read_scene(scene_file, &all).map_err(|e| {
+            // The fault is that of the study if the scene alone is sound and the changes of the study are not
+            let sound = |changes: &[_]| read_scene(scene_file, changes).is_ok();
+            if sound(&[]) && !sound(own) { e.caused_by(self.file, place) } else { e }
+        })?;
+        let formulation = spec.formulation();
+        let expansion = self.expansion;
+        let shared = |c: &&Case| c.text == text && (expansion.plans.is_empty() || c.variant == variant.name);
+        if let Some(same) = self.all.iter().find(shared).filter(|_| expansion.rules.share_cases) {
+            return Ok((same.id.clone(), formulation));
+        }
+        let id = format!("{}-{}-{label}", family.name, variant.name);
+        if self.all.iter().any(|c| c.id == id) {
+            let fact = format!("another case is called {id} too");
+            let remedy = "rename the family, the variant or the member".into();
+            return Err(refuse(self.file, (place.into(), fact, remedy)));
+        }
+        self.all.push(Case {
+            id: id.clone(),
+            family: family.name.clone(),
+            variant: variant.name.clone(),
+            member: label.clone(),
+            scene_file: scene_file.to_path_buf(),
+            spec,
+            text,
+            plan: expansion.plans.get(&variant.name).cloned(),
+            after: None,
+        });
+        Ok((id, formulation))
+    }
+}
+
+/// Cases of `[use]`, one per variant and member.
+fn uses(
+    file: &Path,
+    usage: &UseSpec,
+    variants: &[String],
+    changes: &[(String, toml::Value)],
+) -> Result<Vec<Case>, SceneError> {
+    let content = |fact: String, remedy: &str| SceneError::Content {
+        file: file.into(),
+        place: "use".into(),
+        fact,
+        remedy: remedy.into(),
+    };
+    let scene_file = file.parent().unwrap_or(Path::new("")).join(&usage.scene);
+    let members: Vec<String> = usage.members.keys().cloned().collect();
+    check_names(&members).map_err(|(_, fact, remedy)| content(fact, remedy))?;
+    let mut cases = vec![];
+    for variant in variants {
+        for (label, member) in &usage.members {
+            let Some(member) = member.as_table() else {
+                return Err(content(format!("member {label} is not a table"), "write { \"mesh.cells\" = 4500 }"));
+            };
+            let own = [&usage.set, member].into_iter().flatten().map(|(k, v)| (k.clone(), v.clone()));
+            let all: Vec<_> = own.chain(changes.iter().cloned()).collect();
+            let (spec, text) = read_scene(&scene_file, &all)?;
+            if !spec.laws.contains_key(&usage.law) {
+                let known: Vec<&String> = spec.laws.keys().collect();
+                return Err(content(format!("its scene has no law \"{}\"", usage.law), &hint(&usage.law, &known)));
+            }
+            let after = Some(After { variant: variant.clone(), law: usage.law.clone() });
+            let (id, family, variant) = (format!("use-{variant}-{label}"), "use".into(), format!("use-{variant}"));
+            let (member, scene_file) = (label.clone(), scene_file.clone());
+            cases.push(Case { id, family, variant, member, scene_file, spec, text, plan: None, after });
+        }
+    }
+    match cases.is_empty() {
+        true => Err(content("it has no member".into(), "add [use.members] with one mesh at least, two for its share")),
+        false => Ok(cases),
+    }
+}

@@ -1,0 +1,184 @@
+//! The trait of a kind of study.
+
+use crate::scene::{SceneError, from_text};
+use crate::study::content::Content;
+use crate::study::inverse::{Plan, UseSpec};
+use crate::study::results::Results;
+use crate::study::spec::{FamilySpec, VariantSpec};
+use serde::de::{DeserializeOwned, DeserializeSeed, Deserializer, IgnoredAny, MapAccess, Visitor};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::fmt;
+use std::marker::PhantomData;
+use std::path::Path;
+use std::sync::Arc;
+
+/// A kind of study. The implementing type holds the keys of a study file that only this kind has; keys of other kinds are
+/// unknown keys.
+pub trait StudyKind: DeserializeOwned {
+    /// `kind` of the study file
+    const NAME: &'static str;
+    /// What the analysis needs to know of the study file; `details` of `study.json`
+    type Details: Serialize + DeserializeOwned;
+    type Analysis;
+
+    /// The variants and families of cases that follow from the keys.
+    fn expand(self, file: &Path) -> Result<Expansion<Self::Details>, SceneError>;
+
+    /// Analyses the cases that have a result. Cases that are missing or did not converge are named, not guessed.
+    fn analyse(results: &Results, details: &Self::Details) -> Self::Analysis;
+
+    /// Words, tables and figures of the analysis.
+    fn report(results: &Results, analysis: &Self::Analysis) -> Content;
+}
+
+/// What a study file of some kind asks for.
+pub struct Expansion<D> {
+    pub variants: Vec<VariantSpec>,
+    pub families: Vec<FamilySpec>,
+    pub rules: RunRules,
+    /// Family → columns its cases must record, where they are not those of the quantities of the variant
+    pub columns: BTreeMap<String, Vec<String>>,
+    /// Variant → constants to be found in its cases
+    pub plans: BTreeMap<String, Arc<Plan>>,
+    /// Scene that takes the constants found
+    pub usage: Option<UseSpec>,
+    pub details: D,
+}
+
+impl<D> Expansion<D> {
+    pub fn new(variants: Vec<VariantSpec>, families: Vec<FamilySpec>, details: D) -> Self {
+        Self {
+            variants,
+            families,
+            rules: RunRules::default(),
+            columns: BTreeMap::new(),
+            plans: BTreeMap::new(),
+            usage: None,
+            details,
+        }
+    }
+}
+
+/// How the cases of a study are run.
+#[derive(Clone, Debug)]
+pub struct RunRules {
+    /// Runs of every case but those of a reference; the one of median CPU time is kept
+    pub repeats: usize,
+    /// Smallest case first, so that memory left with the allocator by a large case does not count as that of a small one
+    pub smallest_first: bool,
+    /// A scene that is refused is a result, and the other cases go on
+    pub keep_refusals: bool,
+    /// Cases of the same scene are run once
+    pub share_cases: bool,
+}
+
+impl Default for RunRules {
+    fn default() -> Self {
+        Self { repeats: 1, smallest_first: false, keep_refusals: false, share_cases: true }
+    }
+}
+
+/// An entry of the registry of kinds.
+#[derive(Clone, Copy)]
+pub struct Kind {
+    pub name: &'static str,
+    /// Reads the keys of this kind from the text of a study file.
+    pub expand: fn(&Path, &str) -> Result<Expansion<serde_json::Value>, SceneError>,
+    /// Analyses and reports stored cases; the error says what is wrong with `details` of `study.json`.
+    pub report: fn(&Results) -> Result<Content, serde_json::Error>,
+}
+
+impl Kind {
+    pub const fn of<K: StudyKind>() -> Self {
+        Self { name: K::NAME, expand: expand::<K>, report: report::<K> }
+    }
+}
+
+fn expand<K: StudyKind>(file: &Path, text: &str) -> Result<Expansion<serde_json::Value>, SceneError> {
+    let OwnKeys(kind) = from_text::<OwnKeys<K>>(file, text, "")?;
+    Ok(stored(kind.expand(file)?))
+}
+
+/// The expansion with its details as they are stored.
+pub fn stored<D: Serialize>(e: Expansion<D>) -> Expansion<serde_json::Value> {
+    let details = serde_json::to_value(e.details).expect("numbers, strings and string keys only");
+    let Expansion { variants, families, rules, columns, plans, usage, .. } = e;
+    Expansion { variants, families, rules, columns, plans, usage, details }
+}
+
+fn report<K: StudyKind>(results: &Results) -> Result<Content, serde_json::Error> {
+    let details = K::Details::deserialize(&results.study.details)?;
+    Ok(K::report(results, &K::analyse(results, &details)))
+}
+
+/// Keys of a study file that every kind has.
+pub const COMMON_KEYS: [&str; 5] = ["kind", "question", "expectation", "scene", "tolerance"];
+
+/// A value read from a table without [`COMMON_KEYS`]; mistakes keep their place in the text.
+struct OwnKeys<T>(T);
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for OwnKeys<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_map(OwnKeysVisitor(PhantomData))
+    }
+}
+
+struct OwnKeysVisitor<T>(PhantomData<T>);
+
+impl<'de, T: Deserialize<'de>> Visitor<'de> for OwnKeysVisitor<T> {
+    type Value = OwnKeys<T>;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str("a table")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
+        T::deserialize(serde::de::value::MapAccessDeserializer::new(WithoutCommon(map))).map(OwnKeys)
+    }
+}
+
+struct WithoutCommon<A>(A);
+
+impl<'de, A: MapAccess<'de>> MapAccess<'de> for WithoutCommon<A> {
+    type Error = A::Error;
+
+    fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, A::Error> {
+        let mut seed = Some(seed);
+        loop {
+            match self.0.next_key_seed(KeySeed(&mut seed))? {
+                None => return Ok(None),
+                Some(Some(own)) => return Ok(Some(own)),
+                Some(None) => drop(self.0.next_value::<IgnoredAny>()?),
+            }
+        }
+    }
+
+    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, A::Error> {
+        self.0.next_value_seed(seed)
+    }
+}
+
+/// Gives a key to the seed, unless it is a common one.
+struct KeySeed<'a, K>(&'a mut Option<K>);
+
+impl<'de, K: DeserializeSeed<'de>> DeserializeSeed<'de> for KeySeed<'_, K> {
+    type Value = Option<K::Value>;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Self::Value, D::Error> {
+        deserializer.deserialize_str(self)
+    }
+}
+
+impl<'de, K: DeserializeSeed<'de>> Visitor<'de> for KeySeed<'_, K> {
+    type Value = Option<K::Value>;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str("a key")
+    }
+
+    fn visit_str<E: serde::de::Error>(self, key: &str) -> Result<Self::Value, E> {
+        let own = self.0.take_if(|_| !COMMON_KEYS.contains(&key));
+        own.map(|seed| seed.deserialize(serde::de::value::StrDeserializer::new(key))).transpose()
+    }
+}

@@ -1,0 +1,4 @@
+//! Figures of a comparison.
+
+pub mod curves;
+pub mod sequence;

@@ -1,0 +1,248 @@
+//! Report of a comparison.
+
+use crate::report::table::{Table, headings};
+use crate::report::words::{digits, percent, space};
+use crate::study::content::Content;
+use crate::study::kinds::comparison::analysis::{Analysis, QuantityAnalysis, signed};
+use crate::study::kinds::comparison::figures::{curves, sequence};
+use crate::study::kinds::comparison::sequence::{Sequence, milliseconds};
+use crate::study::results::Results;
+use crate::study::tables;
+use serde_json::{Map, Value, json};
+
+pub fn content(store: &Results, a: &Analysis) -> Content {
+    let variants = store.study.variants.iter();
+    let cumulative = !a.sequences.is_empty();
+    let sentences = a.quantities.iter().map(|q| &q.sentence).chain(a.sequences.iter().map(|s| &s.sentence));
+    let (mut shown, answer) = match cumulative {
+        true => (vec![evaluations(a), answers(store, a)], ("What each addition costs", sequence_costs(a))),
+        false => (vec![], ("Which member, at what cost", member_costs(a))),
+    };
+    if !a.quantities.is_empty() || !cumulative {
+        shown.insert(0, comparison(a));
+    }
+    let figures = variants.flat_map(|v| [curves::over_time(store, a, v), curves::loops(store, a, v)]).flatten();
+    Content {
+        verdict: a.verdict.clone(),
+        supported: a.quantities.iter().any(|q| q.members.len() > 1)
+            || a.sequences.iter().any(|s| s.additions.len() > 1),
+        facts: facts(a).into_iter().chain(a.sequences.iter().filter_map(span)).collect(),
+        sentences: sentences.cloned().collect(),
+        warnings: a.warnings.clone(),
+        analysis: analysis(a),
+        answer,
+        tables: shown,
+        folded: vec![("Every case", tables::cases(store)), ("Time per effect", tables::effects(store))],
+        files: vec![],
+        outcomes: Default::default(),
+        figures: figures.chain(a.sequences.iter().filter_map(sequence::draw)).collect(),
+    }
+}
+
+/// The widest spread of a peak.
+fn facts(a: &Analysis) -> Vec<(String, String)> {
+    let fact = |q: &QuantityAnalysis| {
+        let d = || q.members.iter().map(|c| c.peak_difference);
+        let (lo, hi) = (d().fold(f64::INFINITY, f64::min), d().fold(f64::NEG_INFINITY, f64::max));
+        (format!("{} to {}", signed(lo), signed(hi)), format!("{}, against {}", q.title(), a.reference))
+    };
+    a.quantities.iter().map(fact).collect()
+}
+
+/// The quantities of every variant under their names, as in the other kinds of study.
+fn analysis(a: &Analysis) -> Map<String, Value> {
+    let mut out = Map::new();
+    out.insert("reference".into(), json!(a.reference));
+    out.insert("costs".into(), json!(a.costs));
+    out.insert("incomplete".into(), json!(a.incomplete));
+    a.sequences.iter().for_each(|s| drop(out.insert(s.variant.clone(), json!(s))));
+    for q in &a.quantities {
+        let entry = out.entry(q.quantity.name.clone()).or_insert_with(|| json!({}));
+        entry[&q.variant] = json!(q);
+    }
+    out
+}
+
+fn member_costs(a: &Analysis) -> Table {
+    let rows = (a.costs.iter())
+        .map(|p| {
+            vec![
+                p.member.clone(),
+                p.formulation.clone(),
+                p.cells.to_string(),
+                p.dofs.to_string(),
+                format!("{:.*}", digits(p.cpu_s), p.cpu_s),
+                format!("{:.2}", p.ratio),
+                format!("{:.2}", p.newton_iterations as f64 / p.steps.max(1) as f64),
+                format!("{:.1}", 1e3 * p.cpu_s / p.newton_iterations.max(1) as f64),
+            ]
+        })
+        .collect();
+    Table {
+        name: "costs",
+        caption: "Cost of every member under the same protocol, mean over the variants; in bold the reference.".into(),
+        columns: headings(&[
+            ("Member", "", false),
+            ("Element", "", false),
+            ("Cells", "", true),
+            ("DOFs", "", true),
+            ("CPU", "s", true),
+            ("Relative", "", true),
+            ("Iterations per step", "", true),
+            ("CPU per iteration", "ms", true),
+        ]),
+        rows,
+        pick: Some(a.reference.clone()),
+    }
+}
+
+fn comparison(a: &Analysis) -> Table {
+    let mut rows = vec![];
+    for q in &a.quantities {
+        for c in &q.members {
+            let optional = |v: Option<f64>| v.map_or("–".into(), |v| format!("{:.2}", 100.0 * v));
+            rows.push(vec![
+                format!("{}, {}", q.quantity.label, q.variant),
+                c.member.clone(),
+                format!("{:.*}{}", digits(1e-2 * q.peak), c.peak, space(&q.quantity.unit)),
+                format!("{:.2}", 100.0 * c.peak_difference),
+                optional(c.mesh_drift),
+                format!("{:.2}", 100.0 * c.distance),
+                format!("{:.2}", 100.0 * c.largest),
+                format!("{:.1}", 1e3 * c.lag_s),
+                optional(c.loop_share),
+            ]);
+        }
+    }
+    Table {
+        name: "comparison",
+        caption: format!(
+            "Every member against {}: peak and its difference, what a finer mesh changes in the difference, distance of the curves (‖f − g‖₂/‖g‖₂ and ‖f − g‖∞ over the peak), lag, hysteresis as the share of the box around a cycle. Tolerance {}.",
+            a.reference,
+            percent(a.tolerance)
+        ),
+        columns: headings(&[
+            ("Quantity, variant", "", false),
+            ("Member", "", false),
+            ("Peak", "", true),
+            ("Difference", "%", true),
+            ("Mesh", "%", true),
+            ("L2", "%", true),
+            ("L∞", "%", true),
+            ("Lag", "ms", true),
+            ("Loop", "%", true),
+        ]),
+        rows,
+        pick: None,
+    }
+}
+
+/// A step with the first effects and with all.
+fn span(l: &Sequence) -> Option<(String, String)> {
+    let (first, last) = (l.additions.first()?, l.additions.last()?);
+    let range = format!("{} to {}", milliseconds(first.step_s), milliseconds(last.step_s));
+    Some((range, format!("a step, {} to {}, {}", first.member, last.member, l.variant_label)))
+}
+
+/// Milliseconds with their sign.
+fn ms(s: f64) -> String {
+    let ms = 1e3 * s;
+    format!("{ms:.*}", digits(ms) + 1)
+}
+
+fn sequence_costs(a: &Analysis) -> Table {
+    let mut rows = vec![];
+    for l in &a.sequences {
+        for r in &l.additions {
+            rows.push(vec![
+                r.member.clone(),
+                l.variant.clone(),
+                r.new.join(", "),
+                ms(r.step_s),
+                r.added_s.map_or("–".into(), ms),
+                ms(r.new_evaluation_s()),
+                ms(r.factorisation_s),
+                format!("{:.2}", r.newton_iterations as f64 / r.steps as f64),
+                ms(r.step_s * r.steps as f64 / r.newton_iterations.max(1) as f64),
+                r.dofs.to_string(),
+            ]);
+        }
+    }
+    Table {
+        name: "sequence-costs",
+        caption: "Each row has the effects of the rows above and its own. Added: the step less that of the row above, with the iterations and factorisations that follow from the effect; evaluation: the time in the new effect itself. CPU time.".into(),
+        columns: headings(&[
+            ("Scene with", "", false),
+            ("Variant", "", false),
+            ("New", "", false),
+            ("Step", "ms", true),
+            ("Added", "ms", true),
+            ("Evaluation", "ms", true),
+            ("Factorisation", "ms", true),
+            ("Iterations per step", "", true),
+            ("Iteration", "ms", true),
+            ("DOFs", "", true),
+        ]),
+        rows,
+        pick: None,
+    }
+}
+
+fn evaluations(a: &Analysis) -> Table {
+    let mut rows = vec![];
+    for l in &a.sequences {
+        for r in &l.additions {
+            for (name, s) in &r.evaluation_s {
+                let share = format!("{:.2}", 100.0 * s / r.step_s);
+                rows.push(vec![r.member.clone(), l.variant.clone(), name.clone(), ms(*s), share]);
+            }
+        }
+    }
+    Table {
+        name: "evaluations",
+        caption: "CPU time in the evaluations of each effect and constraint that is assembled, per step. An effect that is not \
+                  declared has none."
+            .into(),
+        columns: headings(&[
+            ("Scene with", "", false),
+            ("Variant", "", false),
+            ("Effect", "", false),
+            ("Evaluation", "ms", true),
+            ("Share of the step", "%", true),
+        ]),
+        rows,
+        pick: None,
+    }
+}
+
+fn answers(store: &Results, a: &Analysis) -> Table {
+    let mut rows = vec![];
+    for l in &a.sequences {
+        let own = store.study.quantities.get(&l.variant);
+        for r in &l.additions {
+            for (column, peak, change) in &r.quantities {
+                let label = own.into_iter().flatten().find(|q| q.name == *column);
+                rows.push(vec![
+                    r.member.clone(),
+                    l.variant.clone(),
+                    label.map_or(column.clone(), |q| format!("{} [{}]", q.label, q.unit)),
+                    format!("{peak:.*}", digits(1e-2 * peak)),
+                    change.map_or("–".into(), |c| format!("{:.3}", 100.0 * c)),
+                ]);
+            }
+        }
+    }
+    Table {
+        name: "answers",
+        caption: "What each addition does to the answer: peaks, and their change from the row above.".into(),
+        columns: headings(&[
+            ("Scene with", "", false),
+            ("Variant", "", false),
+            ("Quantity", "", false),
+            ("Peak", "", true),
+            ("Change", "%", true),
+        ]),
+        rows,
+        pick: None,
+    }
+}

@@ -1,0 +1,208 @@
+//! The analysis of the stored cases of a cost study.
+
+use crate::study::curve::peak;
+use crate::study::estimate::growth::growth;
+use crate::study::kinds::cost::analysis::*;
+use crate::study::kinds::cost::line::Line;
+use crate::study::kinds::cost::reference::{curve_error, members, reference, step};
+use crate::study::kinds::cost::sentence;
+use crate::study::record::{CaseRecord, Quantity, Role, StoredCase, StudyRecord};
+
+/// Wall over CPU seconds from which a run was disturbed.
+const DISTURBED: f64 = 1.1;
+
+/// Analyses what is there; cases that are missing or did not converge are named.
+pub fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis {
+    let mut levels = LEVELS.to_vec();
+    if !levels.contains(&study.tolerance) {
+        levels.push(study.tolerance);
+        levels.sort_by(|a, b| b.total_cmp(a));
+    }
+    let mut quantities = vec![];
+    for variant in &study.variants {
+        for quantity in study.quantities.get(variant).into_iter().flatten() {
+            quantities.push(analyse_quantity(study, stored, variant, quantity, &levels));
+        }
+    }
+    let growth = laws(study, stored);
+    let incomplete = study.incomplete(stored);
+    let warnings = warnings(stored, &quantities, &incomplete);
+    let verdict = sentence::verdict(&quantities, study.tolerance, incomplete.len());
+    Analysis { tolerance: study.tolerance, levels, quantities, growth, incomplete, warnings, verdict }
+}
+
+fn analyse_quantity(
+    study: &StudyRecord,
+    stored: &[StoredCase],
+    variant: &str,
+    quantity: &Quantity,
+    levels: &[f64],
+) -> QuantityAnalysis {
+    let reference = reference(study, stored, variant, &quantity.name);
+    let mut settings = vec![];
+    for family in study.families.iter().filter(|f| f.role != Role::Reference) {
+        for case in members(stored, family, variant) {
+            let known = settings.iter().any(|s: &Setting| s.case == case.record.id);
+            let found = reference.as_ref().filter(|_| !known).and_then(|r| {
+                let value = peak(case, &quantity.name)?;
+                let errors = [(value - r.peak).abs() / r.peak.abs(), curve_error(r, case, &quantity.name)?];
+                errors.iter().all(|e| e.is_finite()).then(|| setting(case, &family.name, family.role, value, errors))
+            });
+            settings.extend(found);
+        }
+    }
+    settings.sort_by(|a, b| a.cost_s.total_cmp(&b.cost_s));
+    for m in MEASURES {
+        let mut best = f64::INFINITY;
+        for s in &mut settings {
+            s.front[m as usize] = s.errors[m as usize] < best;
+            best = best.min(s.errors[m as usize]);
+        }
+    }
+    let line = |f: &crate::study::record::FamilyRecord| {
+        let of = |s: &&Setting| f.cases.contains(&s.case);
+        let points = settings.iter().filter(of).map(|s| (s.cost_s, s.errors[0])).collect();
+        let label = if f.name == f.formulation { f.name.clone() } else { f.name.replace('_', " ") };
+        Line::new(&f.name, label, points, levels)
+    };
+    let lines = study.families.iter().filter(|f| f.role != Role::Reference).filter_map(line).collect();
+    let mut q = QuantityAnalysis {
+        variant: variant.into(),
+        variant_label: study.label(variant),
+        quantity: quantity.clone(),
+        reference,
+        settings,
+        lines,
+        answers: vec![],
+        sentence: String::new(),
+    };
+    for measure in MEASURES {
+        for &level in levels {
+            let cheapest = (0..q.settings.len()).find(|&k| q.bar(k, measure) <= level);
+            let next = cheapest.and_then(|c| {
+                let error = |k: usize| q.settings[k].errors[measure as usize];
+                (c + 1..q.settings.len()).find(|&k| error(k) < error(c))
+            });
+            q.answers.push(Answer { measure, level, cheapest, next });
+        }
+    }
+    q.sentence = sentence::sentence(&q, study.tolerance);
+    q
+}
+
+fn setting(case: &StoredCase, family: &str, role: Role, value: f64, errors: [f64; 2]) -> Setting {
+    let r = &case.record;
+    let family_words = family.replace('_', " ");
+    let label = match role {
+        Role::TimeStep => format!("{family_words}, Δt = {}", milliseconds(step(case))),
+        Role::Solver => format!("{family_words} {}", r.member),
+        _ => format!("{}, {} cells", r.formulation, r.mesh.cells),
+    };
+    let cpu = || r.repeats.iter().map(|t| t.cpu_s);
+    let spread =
+        (r.repeats.len() > 1).then(|| (cpu().fold(0.0, f64::max) - cpu().fold(f64::INFINITY, f64::min)) / r.cpu_s);
+    Setting {
+        case: r.id.clone(),
+        family: family.into(),
+        label,
+        cost_s: r.cpu_s,
+        spread,
+        value,
+        errors,
+        front: [false; 2],
+        dofs: r.dofs,
+        factor_nnz: r.factor_nnz,
+        flops: r.work.factor_flops * r.work.factorisations as f64,
+        memory_bytes: r.work.memory_bytes,
+        phases: r.phases.clone(),
+    }
+}
+
+/// `10 ms`, `2.5 ms`
+fn milliseconds(s: f64) -> String {
+    let ms = (1e6 * s).round() / 1e3;
+    format!("{ms} ms")
+}
+
+/// Time and memory over the cells, per variant and formulation with three meshes or more.
+fn laws(study: &StudyRecord, stored: &[StoredCase]) -> Vec<Law> {
+    let mut out = vec![];
+    let meshes = |f: &&crate::study::record::FamilyRecord| matches!(f.role, Role::Sizes | Role::Element);
+    for variant in &study.variants {
+        for family in study.families.iter().filter(meshes) {
+            let cases = members(stored, family, variant);
+            for of in [Grows::Time, Grows::Memory] {
+                let value = |r: &CaseRecord| match of {
+                    Grows::Time => Some(r.cpu_s),
+                    Grows::Memory => r.work.memory_bytes.map(|b| b as f64),
+                };
+                let mut points: Vec<(f64, f64)> =
+                    cases.iter().filter_map(|c| Some((c.record.mesh.cells as f64, value(&c.record)?))).collect();
+                points.sort_by(|a, b| a.0.total_cmp(&b.0));
+                let (Some(law), Some((last, others))) = (growth(&points), points.split_last()) else { continue };
+                if law.points < 3 {
+                    continue;
+                }
+                let check = growth(others).map(|g| g.at(last.0) / last.1);
+                let next_cells = 2.0 * last.0;
+                let (variant, formulation) = (variant.clone(), family.formulation.clone());
+                let next = law.predict(next_cells);
+                out.push(Law { variant, formulation, of, points, law, next_cells, next, check });
+            }
+        }
+    }
+    out
+}
+
+fn warnings(stored: &[StoredCase], quantities: &[QuantityAnalysis], incomplete: &[(String, String)]) -> Vec<String> {
+    let mut out: Vec<String> = incomplete.iter().map(|(id, what)| format!("{id}: {what}.")).collect();
+    let records = || stored.iter().map(|c| &c.record);
+    if records().any(|r| r.shared) {
+        out.push("Cases ran at the same time: `--jobs 1` gives quieter costs, and the memory of a case.".into());
+    }
+    let ratio = |r: &CaseRecord| r.wall_s / r.cpu_s;
+    let disturbed: Vec<f64> = records().map(ratio).filter(|x| *x > DISTURBED).collect();
+    if !disturbed.is_empty() {
+        out.push(format!(
+            "The machine was busy: {} of {} cases took more than {DISTURBED} times their CPU seconds by the clock, one {:.1} times. \
+             Costs are CPU seconds; what shares caches and memory disturbs them too.",
+            disturbed.len(),
+            stored.len(),
+            disturbed.iter().copied().fold(0.0, f64::max)
+        ));
+    }
+    let settings = || quantities.iter().flat_map(|q| &q.settings);
+    if let Some(s) =
+        settings().filter(|s| s.spread.is_some()).max_by(|a, b| a.spread.partial_cmp(&b.spread).expect("finite"))
+    {
+        let spread = crate::report::words::percent(s.spread.unwrap_or(0.0));
+        out.push(format!("Costs scatter from run to run by up to {spread} of the median ({}).", s.case));
+    }
+    for q in quantities {
+        let title = crate::report::words::capital(&q.title());
+        let Some(r) = &q.reference else {
+            out.push(format!("{title}: no family has the two cases that a reference needs."));
+            continue;
+        };
+        let signs =
+            |family: &str, above: bool| q.settings.iter().any(|s| s.family == family && (s.value > r.peak) == above);
+        let lucky = q.lines.iter().filter(|l| signs(&l.family, true) && signs(&l.family, false));
+        let lucky: Vec<&str> = lucky.map(|l| l.label.as_str()).collect();
+        if !lucky.is_empty() {
+            out.push(format!(
+                "{title}: the error changes its sign along {}; where it is least there, that is luck, and the next mesh or step need not be better.",
+                lucky.join(", ")
+            ));
+        }
+        let known = r.peak_uncertainty.max(r.curve_uncertainty);
+        if LEVELS.iter().any(|l| *l < known) {
+            out.push(format!(
+                "{title}: the reference itself is known to {} (peak) and {} (curve); no setting can be said to meet less.{}",
+                crate::report::words::percent(r.peak_uncertainty),
+                crate::report::words::percent(r.curve_uncertainty),
+                if r.reasons.is_empty() { String::new() } else { format!(" {}.", crate::report::words::capital(&r.reasons.join("; "))) }
+            ));
+        }
+    }
+    out
+}

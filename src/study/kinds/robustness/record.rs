@@ -1,0 +1,46 @@
+//! What a robustness study keeps with its record.
+
+use crate::study::axis::AxisRecord;
+use crate::study::kinds::robustness::check::Check;
+use crate::study::record::Quantity;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// The suites and maps of a study.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, PartialEq)]
+pub struct RobustnessRecord {
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub suites: Vec<SuiteRecord>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub maps: Vec<MapRecord>,
+}
+
+/// A suite as it is stored with the study.
+#[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
+pub struct SuiteRecord {
+    pub family: String,
+    pub setup: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ends: Option<Vec<String>>,
+    #[serde(default)]
+    pub checks: Vec<Check>,
+    pub quick: bool,
+}
+
+/// A map as it is stored with the study.
+#[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
+pub struct MapRecord {
+    pub family: String,
+    pub setup: String,
+    pub quantity: Quantity,
+    /// Along x, along y
+    pub axes: Vec<AxisRecord>,
+    /// Member → index along x and y
+    pub points: BTreeMap<String, Vec<usize>>,
+    /// Family of the references
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reference: Option<String>,
+    /// Its member for each value along y
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub rows: Vec<String>,
+}

@@ -1,0 +1,285 @@
+//! What a quantity does along the keys that were swept: trend, range, elasticity.
+//!
+//! Pure: stored cases in, [`Analysis`] out. y is the peak of a quantity at a point of the sweep, p the value of a swept key:
+//!
+//! ```text
+//! change along an axis      (max y − min y)/max |y|, the others held; the largest over them
+//! elasticity                ln(y₂/y₁)/ln(p₂/p₁) between neighbours: exact for y = c pᵉ; where p > 0 and y keeps its sign
+//! ```
+//!
+//! A step of less than 1e-6 of the largest |y| is none: the solver leaves 1e-8 in the residual. A list whose axes go together
+//! is one line along its points: what each key does alone cannot be told, and no elasticity is given.
+
+use crate::report::words::{capital, digits, percent, space};
+use crate::study::axis::AxisRecord;
+use crate::study::curve::peak;
+use crate::study::record::{Quantity, StoredCase, StudyRecord};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// Steps below this are none \[of the largest |y|\].
+const STEP: f64 = 1e-6;
+
+/// What was swept, as it is stored with the study.
+#[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
+pub struct SweepRecord {
+    /// The keys that were swept
+    pub axes: Vec<AxisRecord>,
+    /// Member → index of its value on every axis
+    pub points: BTreeMap<String, Vec<usize>>,
+}
+
+/// Everything that is said about a sweep.
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct Analysis {
+    pub tolerance: f64,
+    pub axes: Vec<AxisRecord>,
+    /// Member → index of its value on every axis
+    pub points: BTreeMap<String, Vec<usize>>,
+    /// The axes go together: one line of points
+    pub list: bool,
+    /// \[variants × quantities\]
+    pub quantities: Vec<QuantityAnalysis>,
+    /// (id, what is wrong)
+    pub incomplete: Vec<(String, String)>,
+    pub warnings: Vec<String>,
+    pub verdict: String,
+}
+
+/// One quantity in one variant.
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct QuantityAnalysis {
+    pub variant: String,
+    /// The variant in words
+    pub variant_label: String,
+    pub quantity: Quantity,
+    pub points: Vec<Point>,
+    /// Per axis; of a list the first one, for all together
+    pub along: Vec<Along>,
+    pub sentence: String,
+}
+
+/// A converged case of the sweep.
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct Point {
+    pub case: String,
+    pub member: String,
+    /// Index of its value on every axis
+    pub at: Vec<usize>,
+    pub peak: f64,
+}
+
+/// What a quantity does along one axis.
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct Along {
+    pub axis: String,
+    pub trend: Trend,
+    /// Largest (max − min)/max |y| over the lines along this axis \[–\]
+    pub change: f64,
+    /// Smallest and largest between neighbours, and from end to end of the middle line \[–\]
+    pub elasticity: Option<[f64; 3]>,
+}
+
+/// From the first value of the axis to the last.
+#[derive(Serialize, Clone, Copy, Debug, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub enum Trend {
+    Rising,
+    Falling,
+    /// No step is one
+    Constant,
+    /// Up and down on one line
+    Turning,
+    /// Up on some lines, down on others
+    Mixed,
+}
+
+impl QuantityAnalysis {
+    /// `peak cable tension, length control`
+    pub fn title(&self) -> String {
+        format!("peak {}, {}", self.quantity.label, self.variant_label)
+    }
+
+    /// Smallest and largest peak.
+    pub fn range(&self) -> [f64; 2] {
+        let peaks = || self.points.iter().map(|p| p.peak);
+        [peaks().fold(f64::INFINITY, f64::min), peaks().fold(f64::NEG_INFINITY, f64::max)]
+    }
+
+    /// The points that differ in axis `k` only, in its order; of a list all of them.
+    pub fn lines(&self, k: usize, list: bool) -> Vec<Vec<&Point>> {
+        let mut lines: Vec<Vec<&Point>> = vec![];
+        for p in &self.points {
+            let same = |q: &Point| list || (0..p.at.len()).all(|i| i == k || q.at[i] == p.at[i]);
+            match lines.iter_mut().find(|line| same(line[0])) {
+                Some(line) => line.push(p),
+                None => lines.push(vec![p]),
+            }
+        }
+        lines.iter_mut().for_each(|line| line.sort_by_key(|p| p.at[k]));
+        lines
+    }
+}
+
+/// Analyses what is there; cases that are missing or did not converge are named.
+pub fn analyse(study: &StudyRecord, sweep: &SweepRecord, stored: &[StoredCase]) -> Analysis {
+    let list = sweep.axes.len() > 1 && sweep.points.values().all(|at| at.iter().all(|k| *k == at[0]));
+    let mut quantities = vec![];
+    for variant in &study.variants {
+        for quantity in study.quantities.get(variant).into_iter().flatten() {
+            let points: Vec<Point> = (stored.iter().filter(|c| c.record.variant == *variant && c.record.converged()))
+                .filter_map(|c| {
+                    let (case, member) = (c.record.id.clone(), c.record.member.clone());
+                    let at = sweep.points.get(&member)?.clone();
+                    Some(Point { case, member, at, peak: peak(c, &quantity.name)? })
+                })
+                .collect();
+            let (variant_label, quantity) = (study.label(variant), quantity.clone());
+            let (variant, along, sentence) = (variant.clone(), vec![], String::new());
+            let mut q = QuantityAnalysis { variant, variant_label, quantity, points, along, sentence };
+            let axes = sweep.axes.iter().enumerate().take(if list { 1 } else { sweep.axes.len() });
+            q.along = axes.filter_map(|(k, axis)| along_axis(&q, k, axis, list)).collect();
+            q.sentence = sentence_of(&q, study.tolerance, &sweep.axes, list);
+            quantities.push(q);
+        }
+    }
+    let incomplete = study.incomplete(stored);
+    let warnings = warnings_of(stored, &incomplete);
+    let verdict = verdict_of(&quantities, study.tolerance, sweep, list, incomplete.len());
+    let (tolerance, axes) = (study.tolerance, sweep.axes.clone());
+    Analysis { tolerance, axes, points: sweep.points.clone(), list, quantities, incomplete, warnings, verdict }
+}
+
+/// `None` if no line has two points.
+fn along_axis(q: &QuantityAnalysis, k: usize, axis: &AxisRecord, list: bool) -> Option<Along> {
+    let lines: Vec<Vec<&Point>> = q.lines(k, list).into_iter().filter(|l| l.len() > 1).collect();
+    let middle = lines.get(lines.len() / 2)?;
+    let size = q.points.iter().map(|p| p.peak.abs()).fold(0.0, f64::max);
+    let trend = lines.iter().map(|l| trend_of(l, STEP * size)).reduce(|a, b| match (a, b) {
+        (a, b) if a == b => a,
+        (Trend::Constant, other) | (other, Trend::Constant) => other,
+        (Trend::Turning, _) | (_, Trend::Turning) => Trend::Turning,
+        _ => Trend::Mixed,
+    })?;
+    let change = |line: &Vec<&Point>| {
+        let peaks = || line.iter().map(|p| p.peak);
+        let (low, high) = (peaks().fold(f64::INFINITY, f64::min), peaks().fold(f64::NEG_INFINITY, f64::max));
+        let largest = low.abs().max(high.abs());
+        if largest > 0.0 { (high - low) / largest } else { 0.0 }
+    };
+    let exponent = |a: &Point, b: &Point| -> Option<f64> {
+        let (p, y) = (axis.numbers.get(b.at[k])? / axis.numbers.get(a.at[k])?, b.peak / a.peak);
+        let positive = axis.numbers.iter().all(|p| *p > 0.0) && y > 0.0 && y.is_finite();
+        positive.then(|| y.ln() / p.ln())
+    };
+    let between: Option<Vec<f64>> = lines.iter().flat_map(|l| l.windows(2).map(|w| exponent(w[0], w[1]))).collect();
+    let ends = exponent(middle[0], middle[middle.len() - 1]);
+    // Without a step the quotient is rounding
+    let elasticity = between.zip(ends).filter(|_| !list && trend != Trend::Constant).map(|(all, ends)| {
+        [all.iter().copied().fold(f64::INFINITY, f64::min), all.iter().copied().fold(f64::NEG_INFINITY, f64::max), ends]
+    });
+    let change = lines.iter().map(change).fold(0.0, f64::max);
+    Some(Along { axis: axis.name.clone(), trend, change, elasticity })
+}
+
+fn trend_of(line: &[&Point], step: f64) -> Trend {
+    let steps = || line.windows(2).map(|w| w[1].peak - w[0].peak);
+    match (steps().any(|d| d > step), steps().any(|d| d < -step)) {
+        (true, true) => Trend::Turning,
+        (true, false) => Trend::Rising,
+        (false, true) => Trend::Falling,
+        (false, false) => Trend::Constant,
+    }
+}
+
+/// `Young's modulus E`, of a list `the points of the list`
+pub fn axis_words(study: &[AxisRecord], name: &str, list: bool) -> String {
+    match study.iter().find(|a| a.name == *name) {
+        Some(axis) if !list => format!("{} {}", axis.label, axis.symbol),
+        _ => "the points of the list".into(),
+    }
+}
+
+fn sentence_of(q: &QuantityAnalysis, tolerance: f64, axes: &[AxisRecord], list: bool) -> String {
+    if q.along.is_empty() {
+        return format!("{}: too few converged cases to say anything.", capital(&q.title()));
+    }
+    let [low, high] = q.range();
+    let n = digits(1e-1 * low.abs().max(high.abs()));
+    let mut words = format!("{}: {low:.n$} to {high:.n$}{}", capital(&q.title()), space(&q.quantity.unit));
+    for a in &q.along {
+        let axis = axis_words(axes, &a.axis, list);
+        let lines = q.lines(axes.iter().position(|x| x.name == a.axis).unwrap_or(0), list).len();
+        let everywhere = if lines > 1 { ", whatever the others are" } else { "" };
+        // Numbers that fall in the file: the words follow the number, not the order
+        let down = axes.iter().any(|x| x.name == a.axis && x.numbers.windows(2).any(|w| w[1] < w[0]));
+        let change = percent(a.change);
+        words += &match (a.trend, down) {
+            (Trend::Constant, _) => format!(". It does not depend on {axis}"),
+            _ if a.change <= tolerance => {
+                format!(". It hardly depends on {axis}: by at most {change}, within {}", percent(tolerance))
+            }
+            (Trend::Turning, _) => format!(". Along {axis} it turns around, and changes by up to {change}"),
+            (Trend::Mixed, _) => {
+                format!(". Along {axis} it rises or falls, depending on the others, by up to {change}")
+            }
+            (Trend::Rising, false) | (Trend::Falling, true) => {
+                format!(". It rises with {axis}{everywhere}, by up to {change}")
+            }
+            (Trend::Falling, false) | (Trend::Rising, true) => {
+                format!(". It falls with {axis}{everywhere}, by up to {change}")
+            }
+        };
+        if let Some([least, most, ends]) = a.elasticity.filter(|_| a.change > tolerance) {
+            words += &format!(" (elasticity {ends:.2} from end to end, {least:.2} to {most:.2} between neighbours)");
+        }
+    }
+    (words + ".").replace("(elasticity -", "(elasticity −").replace(", -", ", −").replace(" to -", " to −")
+}
+
+fn warnings_of(stored: &[StoredCase], incomplete: &[(String, String)]) -> Vec<String> {
+    let mut out: Vec<String> = incomplete.iter().map(|(id, what)| format!("{id}: {what}.")).collect();
+    for remark in stored.iter().flat_map(|c| &c.record.remarks) {
+        if !out.contains(remark) {
+            out.push(remark.clone());
+        }
+    }
+    let mut sizes: Vec<usize> = stored.iter().map(|c| c.record.mesh.cells).collect();
+    sizes.dedup();
+    if sizes.len() == 1 {
+        out.push("All points share one mesh: what the mesh does to a value or to a trend is not judged here.".into());
+    }
+    out
+}
+
+/// Per quantity, what it depends on, the strongest first.
+fn verdict_of(
+    quantities: &[QuantityAnalysis],
+    tolerance: f64,
+    sweep: &SweepRecord,
+    list: bool,
+    missing: usize,
+) -> String {
+    let known: Vec<&QuantityAnalysis> = quantities.iter().filter(|q| !q.along.is_empty()).collect();
+    if known.is_empty() {
+        return "No verdict: there are no two converged cases to compare.".into();
+    }
+    let one = |q: &&QuantityAnalysis| {
+        let mut strong: Vec<&Along> = q.along.iter().filter(|a| a.change > tolerance).collect();
+        strong.sort_by(|a, b| b.change.total_cmp(&a.change));
+        let name = format!("the peak {} ({})", q.quantity.label, q.variant_label);
+        let words: Vec<String> = (strong.iter())
+            .map(|a| format!("{} (up to {})", axis_words(&sweep.axes, &a.axis, list), percent(a.change)))
+            .collect();
+        match words.is_empty() {
+            true => format!("{name} stays within {}", percent(tolerance)),
+            false => format!("{name} changes with {}", words.join(", then ")),
+        }
+    };
+    let all: Vec<String> = known.iter().map(one).collect();
+    let mut words = format!("Over {} points {}.", sweep.points.len(), all.join("; "));
+    if missing > 0 {
+        words += &format!(" {missing} case(s) have no usable result.");
+    }
+    words
+}
