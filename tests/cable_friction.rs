@@ -7,7 +7,7 @@ use common::{Random, column, newton, run, scene};
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
 use durometer::scene::{Run, Scene};
-use durometer::solve::{Integrator, Newton, Status, Step};
+use durometer::solve::{Integrator, NonlinearSolver, Status, Step};
 use durometer::system::{BlockValues, Cone, ConstraintValues, Form, State, Want};
 
 const RAISED: &str =
@@ -322,7 +322,7 @@ fn newton_keeps_its_order() {
 fn a_dropped_step_leaves_no_slip() {
     let scene = beam(&[bent("friction = 0.3", RAISED)], "0.1 s", Order::Linear);
     let system = &scene.system;
-    let solve = |newton: &mut Newton, past: &State, t: f64| {
+    let solve = |newton: &mut NonlinearSolver, past: &State, t: f64| {
         let mut next = State { t, ..past.clone() };
         let step = Step { system, integrator: Integrator::Static, past, dt: t - past.t };
         newton.solve(&step, &mut next).map(|_| next)

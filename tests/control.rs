@@ -212,7 +212,7 @@ fn a_state_of_another_scene_is_refused() {
     scene.run_with(options);
     let other = pulled("{ kind = \"length\", signal = \"2 mm\" }", "");
     let error = Checkpoint::read(&file, &other).expect_err("another scene").to_string();
-    assert!(error.contains("saved of another scene; restart it with the one it belongs to"), "{error}");
+    assert!(error.contains("saved from another scene; restart it with the one it belongs to"), "{error}");
     // Numerics may differ: a run that was stuck goes on with more patience.
     let patient = pulled("{ kind = \"length\", signal = \"1 mm\" }", "[numerics]\ncuts = 20\n");
     assert!(Checkpoint::read(&file, &patient).is_ok());
@@ -392,8 +392,8 @@ fn what_cannot_happen_is_remarked_on() {
     ] {
         let event = format!("[[event]]\nname = \"never\"\nwhen = {when}\nthen = [{{ kind = \"stop\" }}]\n");
         let scene = pulled("{ kind = \"tension\", signal = \"1 N\" }", &event);
-        let remark = scene.remarks.iter().find(|r| r.contains("the event \"never\" cannot happen"));
-        assert!(remark.is_some_and(|r| r.contains(says)), "{when}: {:?}", scene.remarks);
+        let note = scene.notes.iter().find(|r| r.contains("the event \"never\" cannot happen"));
+        assert!(note.is_some_and(|r| r.contains(says)), "{when}: {:?}", scene.notes);
     }
 }
 
@@ -525,7 +525,7 @@ fn the_command_line_saves_and_restarts() {
     }
     let (code, _, error) =
         simulate(&again, &["--restart", state.to_str().expect("UTF-8"), "--set", "laws.rubber.nu=0.4"]);
-    assert!(code == Some(2) && error.contains("saved of another scene"), "{error}");
+    assert!(code == Some(2) && error.contains("saved from another scene"), "{error}");
     for when in ["2 s", "0.3", "soon"] {
         let (code, _, error) = simulate(&again, &["--save-state", when]);
         assert!(code == Some(2) && error.contains("--save-state"), "{error}");

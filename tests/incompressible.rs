@@ -31,7 +31,7 @@ fn solve(mesh: &TetMesh, system: &System) -> (State, Vec<Vec3>) {
     let status = driver.run(span, &mut state, &mut ());
     assert_eq!(status, Status::Converged);
     println!("  {} unknowns, {} iterations", system.dofs.free.len(), driver.totals.iterations);
-    let forces = driver.steps.newton.sums.r.chunks_exact(3).take(mesh.points.len());
+    let forces = driver.steps.solver.equations.sums.r.chunks_exact(3).take(mesh.points.len());
     let forces = forces.map(Vec3::from_column_slice).collect();
     (state, forces)
 }

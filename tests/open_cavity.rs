@@ -273,12 +273,12 @@ fn after_one_iteration(load: impl Fn(OpenCavityPressure) -> Box<dyn Effect>, del
     let mut state = system.rest();
     let span = TimeSpan { integrator: Integrator::Static, start: 0.0, end: 1.0, dt: 0.05 };
     assert_eq!(driver.run(span, &mut state, &mut ()), Status::Converged);
-    driver.steps.newton.settings.tolerance = 1e-16;
+    driver.steps.solver.settings.tolerance = 1e-16;
     let mut iterate = |x: Vec<f64>| {
         let mut next = State { x, ..state.clone() };
         let integrator = Integrator::ImplicitEuler { linearised: true };
         let step = Step { system: &system, integrator, past: &state, dt: 1.0 };
-        assert_eq!(driver.steps.newton.solve(&step, &mut next).map(|solved| solved.iterations), Ok(1));
+        assert_eq!(driver.steps.solver.solve(&step, &mut next).map(|solved| solved.iterations), Ok(1));
         next.x
     };
     // 1e-12 of the forces of cells is 1e-6 of a motion as soft as this; what is left is taken away.

@@ -10,7 +10,8 @@ use durometer::math::tensor::Vec3;
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh};
 use durometer::solve::{
-    AcceptedStep, Driver, Integrator, Newton, NewtonSettings, Status, Step, StepSettings, TimeSpan,
+    AcceptedStep, Driver, Integrator, NewtonSettings, NonlinearSolver, Status, Step, StepSettings, TimeSpan,
+    free_motions,
 };
 use durometer::system::{Effect, Prescribed, System};
 use std::collections::BTreeMap;
@@ -21,7 +22,7 @@ fn free(mesh: &TetMesh, held: Vec<Prescribed>) -> String {
     let system = System::new(mesh.points.len(), effects, vec![], held).expect("a system");
     let rest = system.rest();
     let step = Step { system: &system, integrator: Integrator::Static, past: &rest, dt: 1.0 };
-    let motions = newton(&system, 1e-8, mesh.diagonal()).free_motions(&step, &rest, &mesh.points);
+    let motions = free_motions(&mut newton(&system, 1e-8, mesh.diagonal()), &step, &rest, &mesh.points);
     if motions.is_empty() { String::new() } else { Status::Singular { t: 0.0, motions }.fact() }
 }
 
@@ -81,7 +82,7 @@ fn a_mechanism_is_named_by_its_node() {
     let system = System::new(3, vec![springs], vec![], held).expect("a system");
     let rest = system.rest();
     let step = Step { system: &system, integrator: Integrator::Static, past: &rest, dt: 1.0 };
-    let motions = newton(&system, 1e-8, 0.2).free_motions(&step, &rest, &points);
+    let motions = free_motions(&mut newton(&system, 1e-8, 0.2), &step, &rest, &points);
     let fact = Status::Singular { t: 0.0, motions }.fact();
     assert_eq!(fact, "node 1 can move along y without resistance: the parts around it form a mechanism");
 }
@@ -174,7 +175,7 @@ fn a_limit_point_under_force_is_stated() {
     for (dt, projection) in [(0.1, false), (1.0, false), (0.1, true)] {
         let system = loaded_truss(1.5 * top);
         let settings = NewtonSettings { tolerance: 1e-10, projection, ..NewtonSettings::default() };
-        let newton = Newton::new(&system, settings, mesh.diagonal());
+        let newton = NonlinearSolver::new(&system, settings, mesh.diagonal());
         let mut driver = Driver::new(&system, newton, StepSettings::default());
         let mut state = system.rest();
         let span = TimeSpan { integrator: Integrator::Static, start: 0.0, end: 1.0, dt };

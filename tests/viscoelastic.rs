@@ -351,7 +351,8 @@ fn cut_steps_leave_no_trace() {
     // Few iterations, so that the whole step fails.
     let settings = NewtonSettings { max_iterations: 4, ..NewtonSettings::default() };
     let steps = StepSettings { extrapolate: false, ..StepSettings::default() };
-    let driver = || Driver::new(&system, durometer::solve::Newton::new(&system, settings, mesh.diagonal()), steps);
+    let driver =
+        || Driver::new(&system, durometer::solve::NonlinearSolver::new(&system, settings, mesh.diagonal()), steps);
     let mut cut = driver();
     let (mut state, mut times) = (system.rest(), vec![0.0]);
     let span = TimeSpan { integrator: EULER, start: 0.0, end: 0.2, dt: 0.1 };

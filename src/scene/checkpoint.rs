@@ -1,4 +1,4 @@
-//! Where a run stands at a point of the time grid: all that it needs to go on with the same bits.
+//! A run at a point of the time grid: everything that it needs to go on bit for bit.
 //!
 //! A saved state is one line of JSON, which says what it belongs to, and then the numbers as 64-bit floats, lowest byte
 //! first. It holds what was recorded so far, so a run that goes on from it writes the same files as one that was not cut.
@@ -7,7 +7,7 @@ use super::build::Scene;
 use super::cable_record::CableLog;
 use super::control::{ControlError, Memory as ControlMemory};
 use super::energy_balance::EnergyBalance;
-use super::probe::Energies;
+use super::recorder::Energies;
 use crate::math::signal::Ramp;
 use crate::solve::{DriverMemory, GridPosition, LaggedFactorRecord, PastPoint, Prediction, Totals};
 use crate::system::{Rates, State};
@@ -38,7 +38,7 @@ pub struct Checkpoint {
     pub(super) peak: Snapshot,
 }
 
-/// Why a saved state cannot be used.
+/// Reason why a saved state cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum CheckpointError {
     #[error("{}: cannot be read: {reason}; check the path", file.display())]
@@ -47,14 +47,14 @@ pub enum CheckpointError {
     Unwritable { file: PathBuf, reason: String },
     #[error("{}: this is no saved state: {fact}; take a file that --save-state has written", file.display())]
     NotAState { file: PathBuf, fact: String },
-    #[error("{}: it was saved of another {what}; restart it with the one it belongs to{hint}", file.display())]
+    #[error("{}: it was saved from another {what}; restart it with the one it belongs to{hint}", file.display())]
     Elsewhere { file: PathBuf, what: &'static str, hint: &'static str },
     #[error("{}: the file is damaged: {fact}; save the state again", file.display())]
     Damaged { file: PathBuf, fact: String },
 }
 
 const FORMAT: &str = "durometer state 2";
-/// Keys of a scene that a restart may change: they do not say what is simulated.
+/// Keys of a scene that a restart may change, since the simulation does not depend on them.
 const FREE: [&str; 4] = ["title", "numerics", "output", "compare"];
 
 #[derive(Serialize, Deserialize)]
@@ -89,7 +89,7 @@ impl Checkpoint {
         (Self { state, position, memory, control, balance, cables, rows, signals, peak }, outcome)
     }
 
-    /// Rows that were recorded up to here.
+    /// Number of rows recorded so far.
     pub fn recorded(&self) -> usize {
         self.rows.len()
     }
@@ -232,7 +232,7 @@ fn rows(flat: Vec<f64>, columns: usize) -> Vec<Vec<f64>> {
     flat.chunks_exact(columns).map(<[f64]>::to_vec).collect()
 }
 
-/// As many rows as there are, also of no columns.
+/// `count` rows, also where there are no columns.
 fn rows_of(flat: Vec<f64>, columns: usize, count: usize) -> Vec<Vec<f64>> {
     if columns == 0 { vec![Vec::new(); count] } else { rows(flat, columns) }
 }
@@ -241,7 +241,7 @@ fn sha256(bytes: &[u8]) -> String {
     Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect()
 }
 
-/// SHA-256 of what is simulated: the scene without the keys that do not matter, and its signals with their tables.
+/// SHA-256 of the scene without the keys that do not matter, and of its signals with their tables.
 fn identity(scene: &Scene) -> String {
     let mut table: toml::Table = scene.text.parse().expect("the text was read");
     FREE.iter().for_each(|key| drop(table.remove(*key)));

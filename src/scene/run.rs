@@ -1,17 +1,18 @@
 //! One run of a scene and its result. Neither prints nor writes.
 
-use super::build::Scene;
+use super::build::{Scene, columns};
 use super::cable_record::{CableEvent, pulling};
 use super::checkpoint::Snapshot;
 use super::control::{ControlError, Fired};
 use super::linear::LinearWork;
-use super::probe::{Energies, Moment, columns, largest_stretch, record_cavity};
+use super::parts::probes::stretch::largest_stretch;
+use super::recorder::{Energies, Moment};
 use super::run_options::RunOptions;
 use super::run_recorder::RunRecorder;
 use super::sensitivities::{Sensitivities, SensitivityRecorder};
 use crate::effect::contact::Counts;
 use crate::math::tensor::Vec3;
-use crate::solve::{Driver, Findings, Newton, NewtonSettings, Status, StepSettings, Totals};
+use crate::solve::{Driver, Findings, NewtonSettings, NonlinearSolver, Status, StepSettings, Totals};
 use crate::system::{At, Cost, State};
 use std::time::{Duration, Instant};
 
@@ -83,7 +84,8 @@ impl Scene {
         let stuck =
             matches!(status, Status::StepTooSmall { .. } | Status::Inverted { .. } | Status::NoEquilibrium { .. });
         let pulling = stuck.then(|| pulling(&self.cables, &state));
-        let Newton { factor, sums, assembly_time, .. } = &driver.steps.newton;
+        let NonlinearSolver { equations, linear, .. } = &driver.steps.solver;
+        let (factor, sums) = (&linear.factor, &equations.sums);
         Run {
             columns: self.columns(),
             written: self.written(&checkpoint.rows),
@@ -95,7 +97,7 @@ impl Scene {
             totals: driver.totals,
             findings: driver.findings,
             costs: by_name(&sums.costs),
-            assembly: *assembly_time,
+            assembly: equations.assembly_time,
             factorisation: factor.factor_time,
             factorisations: factor.count,
             solve: factor.solve_time,
@@ -124,10 +126,10 @@ impl Scene {
             reuse_threshold: n.reuse_threshold,
             projection: n.projection,
         };
-        let mut newton = Newton::by(self.method(), &self.system, settings, self.body.mesh.diagonal());
-        newton.points.clone_from(&self.points);
+        let mut solver = NonlinearSolver::with_method(self.method(), &self.system, settings, self.body.mesh.diagonal());
+        solver.linear.points.clone_from(&self.points);
         let steps = StepSettings { cuts: n.cuts, extrapolate: n.extrapolate, time_error: n.time_error.map(|l| l.0) };
-        let mut driver = Driver::new(&self.system, newton, steps);
+        let mut driver = Driver::new(&self.system, solver, steps);
         driver.steps.points = &self.points;
         let budget = n.time_budget.and_then(|b| Duration::try_from_secs_f64(b.0).ok());
         driver.steps.deadline = budget.and_then(|b| Instant::now().checked_add(b));
@@ -145,7 +147,7 @@ impl Scene {
 
     /// Names of the recorded columns.
     pub fn columns(&self) -> Vec<String> {
-        columns(&self.probes, &self.cables, &self.cavities, (&self.rigids, &self.contacts))
+        columns(self.recorders())
     }
 
     pub(super) fn record(
@@ -156,14 +158,9 @@ impl Scene {
         energies: Energies,
         iterations: usize,
     ) -> Vec<f64> {
-        let moment = Moment { state, residual, energies, scene: self };
-        let probes = self.probes.iter().flat_map(|p| p.record(&moment));
-        let cables = self.cables.iter().flat_map(|c| c.record(state));
-        let cavities = self.cavities.iter().flat_map(|c| record_cavity(c, state));
-        let rigids = self.rigids.iter().flat_map(|b| b.record(&state.x));
-        let contacts = rigids.chain(self.contacts.iter().flat_map(|c| c.record(&state.x, step)));
-        let last = std::iter::once(iterations as f64);
-        std::iter::once(state.t).chain(probes).chain(cables).chain(cavities).chain(contacts).chain(last).collect()
+        let moment = Moment { scene: self, state, step, residual, energies };
+        let values = self.recorders().flat_map(|r| r.record(&moment));
+        std::iter::once(state.t).chain(values).chain(std::iter::once(iterations as f64)).collect()
     }
 
     /// Largest principal stretch at each node: mean over the cells there, weighted with their volume.

@@ -36,7 +36,7 @@ impl ArcLengthSteps<'_> {
 
 impl<'a> StepStrategy<'a> for ArcLengthSteps<'a> {
     fn begin(&mut self, steps: &mut StepSolver<'a>, state: &State, _: f64) -> Result<(), Status> {
-        let tracer = PathTracer::new(&mut steps.newton, steps.system, state, self.span.end, self.span.dt);
+        let tracer = PathTracer::new(&mut steps.solver, steps.system, state, self.span.end, self.span.dt);
         match tracer {
             Ok(tracer) => self.tracer = Some(tracer),
             Err(why) => return Err(diagnose_path(steps, self.span, state, why)),
@@ -49,7 +49,7 @@ impl<'a> StepStrategy<'a> for ArcLengthSteps<'a> {
             return StepOutcome::Failed(self.exhausted(state.t));
         }
         let tracer = self.tracer.as_mut().expect("begin makes it");
-        let point = match tracer.step(&mut steps.newton) {
+        let point = match tracer.step(&mut steps.solver) {
             Ok(point) => point,
             Err(why) if self.cuts == steps.settings.cuts => {
                 return StepOutcome::Failed(diagnose_path(steps, self.span, state, why));
@@ -82,7 +82,7 @@ impl<'a> StepStrategy<'a> for ArcLengthSteps<'a> {
         solution: &Solution,
     ) -> (Stability, Option<TurningPoint>) {
         let tracer = self.tracer.as_ref().expect("begin makes it");
-        let turn = tracer.turning_point(&mut steps.newton);
+        let turn = tracer.turning_point(&mut steps.solver);
         if let Some(turn) = turn {
             self.limit = Some(self.limit.map_or(turn.t, |known: f64| known.max(turn.t)));
         }

@@ -1,5 +1,6 @@
 //! Reasons why a step is impossible, as a status.
 
+use super::free_motions::{free_motions, pushes};
 use super::limit_points::limit_point;
 use super::step_solver::StepSolver;
 use super::{Failure, Integrator, Status, Step, TimeSpan, TurningPoint};
@@ -16,8 +17,8 @@ pub(super) fn pushes_unheld_body(
         return None;
     }
     let step = Step { system: steps.system, integrator, past: state, dt: goal - state.t };
-    let motions = steps.newton.free_motions(&step, state, steps.points);
-    let pushed = steps.newton.pushes(&step, &State { t: goal, ..state.clone() }, &motions);
+    let motions = free_motions(&mut steps.solver, &step, state, steps.points);
+    let pushed = pushes(&mut steps.solver, &step, &State { t: goal, ..state.clone() }, &motions);
     pushed.then_some(Status::Singular { t: state.t, motions })
 }
 
@@ -25,7 +26,7 @@ pub(super) fn pushes_unheld_body(
 pub(super) fn diagnose(steps: &mut StepSolver, span: TimeSpan, state: &State, t: f64, why: Failure) -> Status {
     if span.integrator.is_static() && !matches!(why, Failure::Jammed { .. }) {
         let step = Step { system: steps.system, integrator: span.integrator, past: state, dt: t - state.t };
-        let motions = steps.newton.free_motions(&step, state, steps.points);
+        let motions = free_motions(&mut steps.solver, &step, state, steps.points);
         if !motions.is_empty() {
             return Status::Singular { t: state.t, motions };
         }
@@ -40,6 +41,6 @@ pub(super) fn diagnose(steps: &mut StepSolver, span: TimeSpan, state: &State, t:
 /// The reason why the path of equilibria cannot be followed from `state`.
 pub(super) fn diagnose_path(steps: &mut StepSolver, span: TimeSpan, state: &State, why: Failure) -> Status {
     let step = Step { system: steps.system, integrator: span.integrator, past: state, dt: 1.0 };
-    let motions = steps.newton.free_motions(&step, state, steps.points);
+    let motions = free_motions(&mut steps.solver, &step, state, steps.points);
     if motions.is_empty() { Status::stopped(state.t, why) } else { Status::Singular { t: state.t, motions } }
 }

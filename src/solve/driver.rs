@@ -2,13 +2,13 @@
 //! never accepted.
 
 use super::arc_length::ArcLengthSteps;
-use super::contact_correction::CorrectedSteps;
+use super::corrected_steps::CorrectedSteps;
 use super::observer::{AcceptedStep, GridPoint, GridPosition, StepObserver};
 use super::start::initial_acceleration_by;
 use super::step_solver::{StepSettings, StepSolver};
 use super::step_strategy::{StepOutcome, StepStrategy};
 use super::subdivided_steps::SubdividedSteps;
-use super::{DriverMemory, Findings, Integrator, Newton, Status, TimeSpan, Totals};
+use super::{DriverMemory, Findings, Integrator, NonlinearSolver, Status, TimeSpan, Totals};
 use crate::system::{State, System};
 use std::ops::ControlFlow;
 
@@ -22,8 +22,8 @@ pub struct Driver<'a> {
 }
 
 impl<'a> Driver<'a> {
-    pub fn new(system: &'a System, newton: Newton, settings: StepSettings) -> Self {
-        let steps = StepSolver::new(system, newton, settings);
+    pub fn new(system: &'a System, solver: NonlinearSolver, settings: StepSettings) -> Self {
+        let steps = StepSolver::new(system, solver, settings);
         Self { steps, totals: Totals::default(), findings: Findings::default(), level: 0 }
     }
 
@@ -31,8 +31,8 @@ impl<'a> Driver<'a> {
     pub fn resume(&mut self, memory: DriverMemory) {
         let DriverMemory { prediction, level, stiffness, lagged_factor, totals } = memory;
         (self.steps.prediction, self.level, self.totals) = (prediction, level, totals);
-        self.steps.newton.stiffness = stiffness;
-        self.steps.newton.resume_factor(lagged_factor, self.steps.system);
+        self.steps.solver.equations.stiffness = stiffness;
+        self.steps.solver.linear.resume(lagged_factor, self.steps.system);
     }
 
     /// Runs one span from `state` to its end.
@@ -89,7 +89,7 @@ impl<'a> Driver<'a> {
     /// Makes `state` the first one of a span.
     fn begin(&mut self, span: &TimeSpan, state: &mut State) -> ControlFlow<Status> {
         if span.integrator.needs_initial_acceleration() {
-            match initial_acceleration_by(self.steps.newton.method.clone(), self.steps.system, state) {
+            match initial_acceleration_by(self.steps.solver.linear.method.clone(), self.steps.system, state) {
                 Ok(a) => state.a = a,
                 Err(why) => return ControlFlow::Break(Status::StepTooSmall { t: state.t, why }),
             }
@@ -134,7 +134,7 @@ impl<'a> Driver<'a> {
             self.totals.add(&solution);
             self.totals.coarse += usize::from(solved.coarse);
             self.steps.prediction.remember(state);
-            let (iterations, sums, on_grid) = (solution.iterations, &self.steps.newton.sums, solved.on_grid);
+            let (iterations, sums, on_grid) = (solution.iterations, &self.steps.solver.equations.sums, solved.on_grid);
             let step = AcceptedStep { integrator, past: &past, now: state, iterations, sums, on_grid };
             if observer.accepted(&step).is_break() {
                 return ControlFlow::Break(Status::Interrupted { t: state.t });
@@ -152,8 +152,8 @@ impl<'a> Driver<'a> {
         DriverMemory {
             prediction: self.steps.prediction.clone(),
             level: self.level,
-            stiffness: self.steps.newton.stiffness,
-            lagged_factor: self.steps.newton.lagged_factor_record(),
+            stiffness: self.steps.solver.equations.stiffness,
+            lagged_factor: self.steps.solver.linear.lagged_factor_record(),
             totals: self.totals,
         }
     }

@@ -6,11 +6,12 @@
 //!
 //! Crisfield (Comput. Struct. 13, 1981), the cylindrical form; of the two roots θ the one that keeps to the last direction.
 //! K is not shifted, so unstable equilibria are followed too. The step aims at four iterations: Δs ← Δs √(4/iterations)
-//! (Ramm 1981). Rows take part as long as they stay as they are, taut or slack, during a step.
+//! (Ramm 1981). Constraints take part as long as they stay as they are, taut or slack, during a step.
 //!
 //! Limits: statics without history that grows; a branch that crosses the path is not taken.
 
-use super::newton::Newton;
+use super::convergence::{AtRounding, Convergence};
+use super::nonlinear_solver::NonlinearSolver;
 use super::{Failure, Integrator, Solution, Step, tangent};
 use crate::math::linear::{LinearError, dot, norm};
 use crate::system::{State, System, Want};
@@ -24,7 +25,7 @@ const LONGEST: f64 = 10.0;
 /// A step that moves the body more than this many times what the tangent before it says may be a jump.
 const NEAR: f64 = 2.0;
 
-/// What ends a step.
+/// The end of a step.
 #[derive(Clone, Copy, PartialEq)]
 enum PathStepEnd {
     /// ‖Δx‖ \[m\]
@@ -33,7 +34,7 @@ enum PathStepEnd {
     Time(f64),
 }
 
-/// Where the loads are largest or least along the path.
+/// A state where the loads are largest or least along the path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TurningPoint {
     /// Time of the loads \[s\]
@@ -67,7 +68,7 @@ pub(super) struct PathTracer<'a> {
 
 /// Response of the linearised system.
 struct Response {
-    /// −K⁻¹ r and −K⁻¹ ∂r/∂t \[equations\], with the rows held
+    /// −K⁻¹ r and −K⁻¹ ∂r/∂t \[equations\], with the constraints held
     residual: Vec<f64>,
     rate: Vec<f64>,
     /// Changes of the multipliers
@@ -76,10 +77,16 @@ struct Response {
 
 impl<'a> PathTracer<'a> {
     /// From an equilibrium towards `end`, with a first step of the length that the loads of `dt` cause there.
-    pub fn new(newton: &mut Newton, system: &'a System, state: &State, end: f64, dt: f64) -> Result<Self, Failure> {
+    pub fn new(
+        solver: &mut NonlinearSolver,
+        system: &'a System,
+        state: &State,
+        end: f64,
+        dt: f64,
+    ) -> Result<Self, Failure> {
         let trail = vec![(0.0, state.clone())];
         let mut tracer = Self { system, delta: 1e-4 * dt, end, last: Vec::new(), length: 0.0, longest: 0.0, trail };
-        let (response, _) = tracer.linearise(newton, state, &mut state.clone())?;
+        let (response, _) = tracer.linearise(solver, state, &mut state.clone())?;
         tracer.length = dt * tracer.size(&response.rate);
         tracer.longest = LONGEST * tracer.length;
         if tracer.length > 0.0 && tracer.length.is_finite() {
@@ -88,18 +95,18 @@ impl<'a> PathTracer<'a> {
         Err(Failure::Unloaded)
     }
 
-    /// Is a state about as far as the loads of the first step would move the body if it stayed as stiff? A jump over a limit
-    /// point goes much farther.
+    /// Whether a state is about as far as the loads of the first step would move the body if it stayed as stiff. A jump over a
+    /// limit point goes much farther.
     pub fn is_near(&self, next: &State) -> bool {
         let from = &self.trail.last().expect("the start").1;
         self.size(&self.difference(&from.x, &next.x)) <= NEAR * self.length
     }
 
     /// One step of the present length, not beyond the end.
-    pub fn step(&mut self, newton: &mut Newton) -> Result<PathPoint, Failure> {
-        let mut point = self.reach(newton, PathStepEnd::Arc(self.length))?;
+    pub fn step(&mut self, solver: &mut NonlinearSolver) -> Result<PathPoint, Failure> {
+        let mut point = self.reach(solver, PathStepEnd::Arc(self.length))?;
         if point.state.t >= self.end {
-            point = self.reach(newton, PathStepEnd::Time(self.end))?;
+            point = self.reach(solver, PathStepEnd::Time(self.end))?;
         }
         let grown = self.length * (WANTED / point.solution.iterations as f64).sqrt().clamp(0.5, 2.0);
         let from = &self.trail.last().expect("the start").1;
@@ -119,18 +126,18 @@ impl<'a> PathTracer<'a> {
     }
 
     /// One step, whose length is halved at most `cuts` times.
-    pub fn step_with_cuts(&mut self, newton: &mut Newton, cuts: u32) -> Result<PathPoint, Failure> {
+    pub fn step_with_cuts(&mut self, solver: &mut NonlinearSolver, cuts: u32) -> Result<PathPoint, Failure> {
         for _ in 0..cuts {
-            match self.step(newton) {
+            match self.step(solver) {
                 Ok(point) => return Ok(point),
                 Err(_) => self.halve(),
             }
         }
-        self.step(newton)
+        self.step(solver)
     }
 
     /// The turning point between the last three points, if there is one: the top of the parabola through them, solved for.
-    pub fn turning_point(&self, newton: &mut Newton) -> Option<TurningPoint> {
+    pub fn turning_point(&self, solver: &mut NonlinearSolver) -> Option<TurningPoint> {
         let [(s0, a), (s1, b), (s2, c)] = &self.trail[..] else { return None };
         let (before, after) = (b.t - a.t, c.t - b.t);
         if before * after >= 0.0 {
@@ -141,7 +148,7 @@ impl<'a> PathTracer<'a> {
         let top = 0.5 * (s0 + s1) + 0.5 * (s2 - s0) * low / (low - high);
         let direction = self.difference(&a.x, &b.x);
         let from = Self { last: direction, trail: vec![(*s0, a.clone())], ..*self };
-        let solved = from.reach(newton, PathStepEnd::Arc(top - s0)).ok();
+        let solved = from.reach(solver, PathStepEnd::Arc(top - s0)).ok();
         let highest = before > 0.0;
         let better = |t: f64| if highest { t.max(b.t) } else { t.min(b.t) };
         let moved = self.difference(&a.x, &c.x);
@@ -151,13 +158,14 @@ impl<'a> PathTracer<'a> {
     }
 
     /// Newton's method from the last point to `end`.
-    fn reach(&self, newton: &mut Newton, end: PathStepEnd) -> Result<PathPoint, Failure> {
+    fn reach(&self, solver: &mut NonlinearSolver, end: PathStepEnd) -> Result<PathPoint, Failure> {
         let start = &self.trail.last().expect("the start").1;
         let mut next = start.clone();
         let (mut moved, mut iterations) = (vec![0.0; self.system.dofs.free.len()], 0);
         let rows = self.taut(start);
+        let mut convergence = Convergence::new(solver.settings.tolerance, AtRounding::Accept);
         loop {
-            let (response, unstable_modes) = self.linearise(newton, start, &mut next)?;
+            let (response, unstable_modes) = self.linearise(solver, start, &mut next)?;
             let theta = match end {
                 PathStepEnd::Time(t) => t - next.t,
                 PathStepEnd::Arc(length) => self.root(&moved, &response, length)?,
@@ -171,15 +179,17 @@ impl<'a> PathTracer<'a> {
             }
             next.t = if let PathStepEnd::Time(t) = end { t } else { next.t + theta };
             iterations += 1;
-            self.evaluate(newton, start, &mut next, Want::Residual)?;
-            let error = newton.error(self.system, &next, newton.rounding_here());
-            if error <= newton.settings.tolerance {
-                newton.advance_history(&self.at(start), &mut next)?;
+            self.evaluate(solver, start, &mut next, Want::Residual)?;
+            let settings = solver.settings;
+            let error = solver.equations.error_at_tangent(self.system, &next, settings.tolerance);
+            let last = iterations == settings.max_iterations;
+            if convergence.is_converged(error, true, last) {
+                solver.equations.advance_history(&self.at(start), &mut next)?;
                 let solution = Solution { iterations, unstable_modes, regularised: false, projected: false };
                 return Ok(PathPoint { state: next, solution });
             }
-            if iterations == newton.settings.max_iterations || !error.is_finite() {
-                return Err(Failure::NotConverged { residual: error, node: newton.worst_node(self.system) });
+            if last || !error.above_rounding.is_finite() {
+                return Err(solver.not_converged(self.system, error.above_rounding));
             }
         }
     }
@@ -192,40 +202,48 @@ impl<'a> PathTracer<'a> {
     }
 
     /// Sums at `next`, whose prescribed dofs are put where they belong at its time.
-    fn evaluate(&self, newton: &mut Newton, past: &State, next: &mut State, want: Want) -> Result<(), Failure> {
+    fn evaluate(
+        &self,
+        solver: &mut NonlinearSolver,
+        past: &State,
+        next: &mut State,
+        want: Want,
+    ) -> Result<(), Failure> {
         for p in &self.system.prescribed {
             next.x[p.dof as usize] = p.signal.at(next.t);
         }
-        newton.evaluate(&self.at(past), next, want, None)
+        solver.equations.evaluate(&self.at(past), next, want, None)
     }
 
     /// Solves K du + Σ h dλ = −r, h·du = g and the same for ∂/∂t; the negative eigenvalues of the constrained tangent.
     fn linearise(
         &self,
-        newton: &mut Newton,
+        solver: &mut NonlinearSolver,
         past: &State,
         next: &mut State,
     ) -> Result<(Response, Option<usize>), Failure> {
         let delta = if next.t + self.delta <= self.end { self.delta } else { -self.delta };
         let mut later = State { t: next.t + delta, ..next.clone() };
-        self.evaluate(newton, past, &mut later, Want::Residual)?;
-        let (force, gap) = (self.system.restrict(&newton.sums.r), newton.sums.g.clone());
-        self.evaluate(newton, past, next, Want::Tangent)?;
-        let now = self.system.restrict(&newton.sums.r);
-        newton.fit_factor(self.system);
-        newton.factor.move_to(&next.x);
-        newton.factor.factorise(&newton.sums.k).map_err(Failure::Linear)?;
-        let schur = newton.schur(self.system)?;
+        self.evaluate(solver, past, &mut later, Want::Residual)?;
+        let (force, gap) = (self.system.restrict(&solver.equations.sums.r), solver.equations.sums.g.clone());
+        self.evaluate(solver, past, next, Want::Tangent)?;
+        let now = self.system.restrict(&solver.equations.sums.r);
+        solver.linear.fit(self.system, &solver.equations.sums);
+        solver.linear.factor.move_to(&next.x);
+        solver.linear.factor.factorise(&solver.equations.sums.k).map_err(Failure::Linear)?;
+        let schur = solver.linear.schur(self.system, &solver.equations.sums)?;
         let n = now.len();
         let mut both: Vec<f64> = now.iter().map(|r| -r).collect();
         both.extend(force.iter().zip(&now).map(|(later, now)| (now - later) / delta));
-        tangent::solve(&mut newton.factor, &newton.sums, &mut both).map_err(Failure::Linear)?;
-        let (rows, m) = (self.taut(past), newton.sums.g.len());
+        tangent::solve(&mut solver.linear.factor, &solver.equations.sums, &mut both).map_err(Failure::Linear)?;
+        let (rows, m) = (self.taut(past), solver.equations.sums.g.len());
         let s = DMatrix::from_fn(rows.len(), rows.len(), |i, j| schur.s[rows[i] * m + rows[j]]).lu();
         let mut lambda = [Vec::new(), Vec::new()];
         for (y, (dl, rate)) in both.chunks_exact_mut(n).zip(lambda.iter_mut().zip([false, true])) {
-            let target = |c: usize| if rate { (gap[c] - newton.sums.g[c]) / delta } else { newton.sums.g[c] };
-            let wanted = |i: usize, _| dot(&newton.sums.gradient[rows[i]], y) - target(rows[i]);
+            let target = |c: usize| {
+                if rate { (gap[c] - solver.equations.sums.g[c]) / delta } else { solver.equations.sums.g[c] }
+            };
+            let wanted = |i: usize, _| dot(&solver.equations.sums.gradient[rows[i]], y) - target(rows[i]);
             let change = DVector::from_fn(rows.len(), wanted);
             let change = if rows.is_empty() { change } else { s.solve(&change).ok_or(SINGULAR)? };
             for (&c, dl) in rows.iter().zip(&change) {
@@ -234,10 +252,13 @@ impl<'a> PathTracer<'a> {
             *dl = change.iter().copied().collect();
         }
         let rate = both.split_off(n);
-        Ok((Response { residual: both, rate, lambda }, newton.negative(self.system, &schur)))
+        Ok((
+            Response { residual: both, rate, lambda },
+            solver.linear.negative(self.system, &solver.equations.sums, &schur),
+        ))
     }
 
-    /// Rows that take part: equalities and taut ones.
+    /// Constraints that take part: equalities and taut ones.
     fn taut(&self, state: &State) -> Vec<usize> {
         let rows = self.system.constraints.iter().zip(&state.lambda).enumerate();
         rows.filter(|(_, (row, lambda))| row.cone().holds(**lambda)).map(|(c, _)| c).collect()
@@ -262,9 +283,9 @@ impl<'a> PathTracer<'a> {
             return Err(Failure::NotConverged { residual: f64::INFINITY, node: 0 });
         }
         let roots = [1.0, -1.0].map(|sign| (-b + sign * discriminant.sqrt()) / a);
-        // tip + θ ẋ closest to the way gone so far
-        let way = moving(moved);
-        let along = |theta: f64| dot(&tip, &way) + theta * dot(&rate, &way);
+        // tip + θ ẋ closest to the motion so far
+        let motion = moving(moved);
+        let along = |theta: f64| dot(&tip, &motion) + theta * dot(&rate, &motion);
         Ok(if along(roots[0]) >= along(roots[1]) { roots[0] } else { roots[1] })
     }
 

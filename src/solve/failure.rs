@@ -1,21 +1,21 @@
-//! Why one nonlinear solve failed, in a sentence.
+//! Reasons for the failure of one nonlinear solve, in a sentence.
 
 use crate::math::linear::LinearError;
 use crate::system::EvalError;
 use std::fmt;
 
-/// Why a nonlinear solve did not converge.
+/// Reason why a nonlinear solve did not converge.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Failure {
     /// The effect is not defined at the state reached
     Eval(EvalError),
     Linear(LinearError),
-    /// Too many iterations or no decrease: the residual relative to its yardstick, and the node where it is largest
+    /// Too many iterations or no decrease: the residual relative to its scale, and the node where it is largest
     NotConverged {
         residual: f64,
         node: u32,
     },
-    /// No multiplier satisfies the one-sided rows
+    /// No multiplier satisfies the one-sided constraints
     Complementarity,
     /// An effect lets the body move no further: how far the node is from what it must not pass \[m\]
     Jammed {

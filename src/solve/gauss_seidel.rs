@@ -1,5 +1,5 @@
-//! Forces of points on planes, p, under complementarity and friction: Gauss–Seidel over the points (Jourdan, Alart & Jean, Comput. Methods
-//! Appl. Mech. Eng. 155, 1998), with all rows of the system as one more block, whose multipliers are solved for exactly.
+//! Forces p of points on planes under complementarity and friction, by Gauss–Seidel over the points (Jourdan, Alart & Jean, Comput. Methods
+//! Appl. Mech. Eng. 155, 1998), with all constraints of the system as one more block, whose multipliers are solved for exactly.
 //!
 //! ```text
 //! g = g_free + W p      W = H K⁻¹ Hᵀ      0 ≤ g_n ⟂ p_n ≥ 0      p_t = −μ p_n f(|g_t|/ε) g_t/|g_t|
@@ -17,17 +17,17 @@ const SWEEPS: usize = 20_000;
 /// Change of a gap over the last sweep, as a share of the largest gap \[–\].
 const EXACT: f64 = 1e-10;
 
-/// A point that presses.
+/// A point under pressure.
 pub(super) struct Pressed {
     /// Place in the list of all
     pub place: usize,
-    /// Its row of the distance; those of two directions of sliding follow where there is friction
+    /// Index of its normal component; those of two directions of sliding follow where there is friction
     pub first: usize,
     /// μ |m| \[–\] and ε \[m\]
     friction: Option<(f64, f64)>,
 }
 
-/// Points that press, and what their forces do; \[rows\] each.
+/// Points under pressure, and the response to their forces; one entry for each component of a force.
 #[derive(Default)]
 pub(super) struct Contacts {
     pub points: Vec<Pressed>,
@@ -47,8 +47,8 @@ pub(super) struct Contacts {
 }
 
 impl Contacts {
-    /// A point with its gap and its way since the start of the step \[m\], both without what the solution gives it.
-    pub fn add(&mut self, system: &System, place: usize, touch: &ContactPoint, (gap, way): (f64, Vec3)) {
+    /// Adds a point with its gap and its displacement since the start of the step \[m\], both without those of the solution.
+    pub fn add(&mut self, system: &System, place: usize, touch: &ContactPoint, (gap, displacement): (f64, Vec3)) {
         let row = |direction: &Vec3| -> Vec<(usize, f64)> {
             let entries = touch.nodes.iter().zip(&touch.shares).flat_map(|(&node, share)| {
                 (0..3).map(move |i| (system.dofs.equation[3 * node as usize + i], share * direction[i]))
@@ -57,7 +57,7 @@ impl Contacts {
             free.map(|(equation, entry)| (equation as usize, entry)).collect()
         };
         let normal = row(&touch.normal);
-        // What is prescribed altogether cannot be corrected.
+        // A point that is prescribed altogether cannot be corrected.
         if normal.is_empty() {
             return;
         }
@@ -69,14 +69,14 @@ impl Contacts {
             let one = perpendicular(&(touch.normal / size));
             for along in [one, touch.normal.cross(&one) / size] {
                 self.h.push(row(&along));
-                self.free.push(along.dot(&way));
+                self.free.push(along.dot(&displacement));
             }
         }
         let friction = touch.friction.map(|(coefficient, epsilon)| (coefficient * size, epsilon));
         self.points.push(Pressed { place, first, friction });
     }
 
-    /// Hᵀ of the rows that were added last, column after column.
+    /// Hᵀ of the components that were added last, column after column.
     pub fn columns(&self, equations: usize) -> Vec<f64> {
         let fresh = &self.h[self.z.len()..];
         let mut columns = vec![0.0; fresh.len() * equations];
@@ -86,7 +86,7 @@ impl Contacts {
         columns
     }
 
-    /// Takes what these rows do, `columns` = K⁻¹ Hᵀ; y = K⁻¹ (−r).
+    /// Takes the response to these components, `columns` = K⁻¹ Hᵀ; y = K⁻¹ (−r).
     pub fn respond(&mut self, columns: &[f64], y: &[f64], schur: &Schur, gradient: &[Vec<f64>]) {
         let along = |row: &[(usize, f64)], v: &[f64]| row.iter().map(|&(e, entry)| entry * v[e]).sum::<f64>();
         let known = self.z.len();
@@ -146,7 +146,7 @@ impl Contacts {
     }
 }
 
-/// What slows the sliding down, as a share of the sliding `u` without it \[N/m\]: the force is F f(a/ε) where the sliding is a with it, and
+/// Resistance to sliding, as a share of the sliding `u` without it \[N/m\]: the force is F f(a/ε) where the sliding is a with it, and
 /// a + w F f(a/ε) = u; f(y) = 2y − y², and 1 beyond 1.
 fn resistance(u: f64, w: f64, limit: f64, epsilon: f64) -> f64 {
     if u == 0.0 || limit == 0.0 {

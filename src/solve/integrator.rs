@@ -2,7 +2,7 @@
 
 use crate::system::{Rates, State};
 
-/// How velocity and acceleration follow from the displacement at the end of a step.
+/// Rule by which velocity and acceleration follow from the displacement at the end of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Integrator {
     /// No rates: a sequence of equilibria; t only orders the loads
@@ -12,7 +12,7 @@ pub enum Integrator {
     /// v = (x − xₙ)/Δt, a = (v − vₙ)/Δt; first order, damps. `linearised`: one Newton iteration a step, accepted as it
     /// is, for comparison with simulators that do so
     ImplicitEuler { linearised: bool },
-    /// Implicit Euler in a loop of its own, `correction`, for comparison: so many integration steps
+    /// Implicit Euler with corrections by contact, [`corrected_steps`](super::corrected_steps), for comparison: so many integration steps
     /// in each step of the time grid
     FreeMotion { integration_steps: usize },
     /// Backward differentiation of second order with variable steps, on x and on v; the first step is implicit Euler
@@ -82,7 +82,7 @@ impl Integrator {
         }
     }
 
-    /// What the integrator will remember of `state`, its first state.
+    /// Sets the memory of the integrator at `state`, its first state.
     pub fn begin(self, state: &mut State) {
         state.dt = 0.0;
         state.memory = if self.alpha().is_some() { state.a.clone() } else { Vec::new() };
@@ -170,7 +170,7 @@ impl Integrator {
         share.abs() * dt * dt * dofs.iter().map(|&i| change(i as usize).abs()).fold(0.0, f64::max)
     }
 
-    /// How often a step must be halved for its local error to fall by `factor`.
+    /// Number of halvings of a step after which its local error has fallen by `factor`.
     pub fn halvings(self, factor: f64) -> f64 {
         factor.log2() / f64::from(self.order() + 1)
     }
@@ -226,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn slopes_are_the_derivatives_of_the_kinematics() {
+    fn rates_are_the_derivatives_of_the_kinematics() {
         for integrator in ALL {
             let mut past = State { x: vec![0.3], v: vec![-1.0], a: vec![2.0], ..State::rest(0, 0) };
             integrator.begin(&mut past);
@@ -247,7 +247,7 @@ mod tests {
         }
     }
 
-    /// One step of x'' = −ω² x from exact values, of which q stands where the rule has it: α_f − α_m of a step away.
+    /// One step of x'' = −ω² x from exact values, with q where the rule has it: α_f − α_m of a step away.
     #[test]
     fn the_local_error_is_that_of_one_step_from_exact_values() {
         let (omega, t0, dt, before) = (std::f64::consts::TAU, 0.3, 1e-3, 0.8e-3);

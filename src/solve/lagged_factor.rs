@@ -1,29 +1,30 @@
 //! Directions of Newton's method from the factor of an earlier tangent.
 //!
-//! The linear system of an iteration is \[K Hᵀ; H −C\] \[du; dλ\] = \[−r − lift; g − carried\] with the rows that hold. Conjugate
+//! The linear system of an iteration is \[K Hᵀ; H −C\] \[du; dλ\] = \[−r − lift; g − carried\] with the constraints that hold. Conjugate
 //! gradients solve it with \[K₀ Hᵀ; H −C\] as preconditioner, K₀ being the tangent that was factorised last and K, H the present
 //! ones (Gould, Hribar & Nocedal, SIAM J. Sci. Comput. 23, 2001; Dollar, Gould, Schilders & Wathen, SIAM J. Matrix Anal. 28,
-//! 2006 for C ≠ 0). Each iteration is one product with K and one back-substitution. K₀ is turned with the body first
-//! ([`turns`](super::turns)).
+//! 2006 for C ≠ 0). Each iteration is one product with K and one back-substitution. K₀ is rotated with the body
+//! first ([`nodal_rotations`](super::nodal_rotations)).
 //!
 //! Accuracy: ‖residual‖ ≤ min(0.1, √error) of the force at hand, which makes Newton's method converge with the order 3/2 (Dembo,
 //! Eisenstat & Steihaug, SIAM J. Numer. Anal. 19, 1982), and never below a third of the tolerance of the step.
 //!
 //! Renewal: a factor is dropped when its last step took more solves than its steps took on average, the factorisation
 //! included; where conjugate gradients are slow; where K or K₀ is indefinite on the null space of H; and in statics where one of
-//! the softest directions lost half of its stiffness. All by counts, never by the clock, so that the bits of a run stay.
+//! the softest directions lost half of its stiffness. All by counts, never by the clock, so that a run is reproducible bit for bit.
 
+use super::linear_problem::{LinearProblem, NewtonDirection};
 use super::multipliers::Schur;
-use super::newton::NewtonDirection;
 use super::nodal_rotations::NodalRotations;
-use super::{Newton, Step};
-use crate::math::linear::{dot, norm};
+use super::stability::negative_eigenvalues;
+use crate::math::linear::{Factor, dot, norm};
 use crate::math::pcg::{Outcome, pcg};
 use crate::math::random::SplitMix;
-use crate::system::{Cone, Rates, State, System};
+use crate::math::tensor::Vec3;
+use crate::system::{Assembled, Rates, System};
 use std::sync::Arc;
 
-/// Products before conjugate gradients give up: a multiple of the price of a factorisation, and the least number.
+/// Products before conjugate gradients give up: a multiple of the cost of a factorisation, and the least number.
 const PATIENCE: (f64, usize) = (1.5, 8);
 /// The loosest relative accuracy of a direction.
 const LOOSEST: f64 = 0.1;
@@ -34,7 +35,7 @@ const WATCHED: usize = 3;
 /// Share of its stiffness at which a watched direction asks for a new factor.
 const SOFTENED: f64 = 0.5;
 
-/// What is known of the tangent K₀ whose factor is kept.
+/// The tangent K₀ whose factor is kept, and its use so far.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LaggedFactorRecord {
     /// Values of K₀, from which the factor can be made again; empty if none is kept
@@ -54,98 +55,72 @@ pub struct LaggedFactorRecord {
 /// The factor that is kept, and the directions that are watched.
 #[derive(Default)]
 pub(super) struct LaggedFactor {
-    pub kept: LaggedFactorRecord,
+    record: LaggedFactorRecord,
     /// Factorisations when it was made: later ones have overwritten it
     count: usize,
     /// \[watched × equations\] soft directions v with v·K₀ w = δ_vw
     soft: Vec<Vec<f64>>,
     /// From where the body was to where the step begins
-    turns: NodalRotations,
+    rotations: NodalRotations,
 }
 
-impl Newton {
-    /// Can directions come from an old factor here? K is to be symmetric, and definite where the rows hold.
-    pub(super) fn keeps_factors(&self, system: &System) -> bool {
-        self.settings.reuse_factor
-            && self.factor.price() >= self.settings.reuse_threshold
-            && system.scalar_equations() == 0
-            && system.skewed.is_empty()
-            && system.meeting.is_empty()
-            && !self.sums.projected
-            && system.constraints.iter().all(|c| !matches!(c.cone(), Cone::Linked | Cone::Watched))
+impl LaggedFactor {
+    /// The record for a checkpoint; empty if the factor was overwritten.
+    pub fn record(&self, factor: &Factor) -> LaggedFactorRecord {
+        if self.count == factor.count { self.record.clone() } else { LaggedFactorRecord::default() }
     }
 
-    /// What a saved run has to know of it; nothing if the factor was overwritten.
-    pub(super) fn lagged_factor_record(&self) -> LaggedFactorRecord {
-        if self.stale.count == self.factor.count { self.stale.kept.clone() } else { LaggedFactorRecord::default() }
-    }
-
-    /// Takes over what a saved run had kept.
-    pub(super) fn resume_factor(&mut self, kept: LaggedFactorRecord, system: &System) {
-        self.factor.move_to(&kept.x);
-        if !kept.k.is_empty() && self.factor.factorise(&kept.k).is_ok() {
-            self.keep_factor(system, kept.k.to_vec(), &kept.x, kept.rates);
-            self.stale.kept = kept;
+    /// Makes the factor of a record again.
+    pub fn resume(&mut self, factor: &mut Factor, record: LaggedFactorRecord, system: &System) {
+        factor.move_to(&record.x);
+        if !record.k.is_empty() && factor.factorise(&record.k).is_ok() {
+            self.keep(factor, system, record.k.to_vec(), &record.x, record.rates);
+            self.record = record;
         }
     }
 
-    /// The factor of `k`, just made and not shifted, may serve later steps.
-    pub(super) fn keep_factor(&mut self, system: &System, k: Vec<f64>, x: &[f64], rates: Rates) {
-        self.stale.kept =
-            LaggedFactorRecord { k: k.into(), rates, x: x.to_vec().into(), ..LaggedFactorRecord::default() };
-        self.stale.turns = NodalRotations::default();
-        self.stale.count = self.factor.count;
-        let watches = rates == Rates::default() && self.factor.counts();
-        self.stale.soft = if watches { self.softest(system) } else { Vec::new() };
+    /// Keeps the factor of `k`, just made and not shifted, for later steps.
+    pub fn keep(&mut self, factor: &mut Factor, system: &System, k: Vec<f64>, x: &[f64], rates: Rates) {
+        self.record = LaggedFactorRecord { k: k.into(), rates, x: x.to_vec().into(), ..LaggedFactorRecord::default() };
+        self.rotations = NodalRotations::default();
+        self.count = factor.count;
+        let watches = rates == Rates::default() && factor.counts();
+        self.soft = if watches { self.softest(factor, system) } else { Vec::new() };
     }
 
-    /// On the iterative path: a hierarchy of the present tangent, for a direction that is no more accurate than the error asks for.
-    pub(super) fn renew_hierarchy(&mut self, step: &Step, next: &State) -> bool {
-        if self.factor.multigrid().is_none() {
-            return false;
-        }
-        self.fit_factor(step.system);
-        self.factor.move_to(&next.x);
-        let stands = self.factor.factorise(&self.sums.k).is_ok() && !self.factor.fell_back();
-        if stands {
-            self.keep_factor(step.system, self.sums.k.clone(), &next.x, step.rates());
-        }
-        stands
+    /// Whether the factor may serve a direction of a step with these rates.
+    pub fn serves(&self, factor: &Factor, rates: Rates, first: bool) -> bool {
+        let Self { record, count, .. } = self;
+        let is_valid = !record.k.is_empty() && *count == factor.count && record.rates.is_near(&rates);
+        is_valid && !(first && record.worn)
     }
 
-    /// Is there a factor for a direction of this step?
-    pub(super) fn has_factor(&self, rates: Rates, first: bool) -> bool {
-        let LaggedFactor { kept, count, .. } = &self.stale;
-        let stands = !kept.k.is_empty() && *count == self.factor.count && kept.rates.is_near(&rates);
-        stands && !(first && kept.worn)
-    }
-
-    /// A step ended: is the factor worth keeping?
-    pub(super) fn judge_factor(&mut self) {
-        let price = self.factor.price();
-        let LaggedFactorRecord { solves: [all, here], steps, worn, .. } = &mut self.stale.kept;
+    /// A step ended: decides whether the factor is worth keeping.
+    pub fn judge(&mut self, factor: &Factor) {
+        let cost = factor.price();
+        let LaggedFactorRecord { solves: [all, here], steps, worn, .. } = &mut self.record;
         *all += *here;
         *steps += 1;
-        *worn = *here as f64 > (price + *all as f64) / *steps as f64;
+        *worn = *here as f64 > (cost + *all as f64) / *steps as f64;
         *here = 0;
     }
 
     /// K₀⁻¹ on random directions: the softest ones of the body prevail. K₀-orthonormal.
-    fn softest(&mut self, system: &System) -> Vec<Vec<f64>> {
+    fn softest(&self, factor: &mut Factor, system: &System) -> Vec<Vec<f64>> {
         let n = system.dofs.free.len();
         let mut random = SplitMix(1);
         let mut columns: Vec<f64> = (0..WATCHED * n).map(|_| random.unit() - 0.5).collect();
-        self.factor.solve_roughly(&mut columns);
+        factor.solve_roughly(&mut columns);
         let mut soft: Vec<Vec<f64>> = Vec::new();
         let mut product = vec![0.0; n];
         for column in columns.chunks_exact(n) {
             let mut v = column.to_vec();
-            system.pattern.multiply(&self.stale.kept.k, &v, &mut product);
+            system.pattern.multiply(&self.record.k, &v, &mut product);
             for w in &soft {
                 let share = dot(w, &product);
                 v.iter_mut().zip(w).for_each(|(v, w)| *v -= share * w);
             }
-            system.pattern.multiply(&self.stale.kept.k, &v, &mut product);
+            system.pattern.multiply(&self.record.k, &v, &mut product);
             let size = dot(&v, &product);
             if size > 0.0 {
                 soft.push(v.iter().map(|v| v / size.sqrt()).collect());
@@ -154,26 +129,26 @@ impl Newton {
         soft
     }
 
-    /// Has a watched direction, made to keep the rows, lost much of its stiffness? On the null space of H it is 1 − |Hv|²_S⁻¹
-    /// under K₀.
-    fn has_softened(&self, system: &System, schur: &Schur, held: &Held) -> bool {
+    /// Whether a watched direction, made to keep the constraints, lost much of its stiffness. On the null space of H it is
+    /// 1 − |Hv|²_S⁻¹ under K₀.
+    fn has_softened(&self, system: &System, sums: &Assembled, schur: &Schur, held: &HeldConstraints) -> bool {
         let mut product = vec![0.0; system.dofs.free.len()];
-        let w = self.stale.soft.len();
+        let w = self.soft.len();
         if w == 0 {
             return false;
         }
         let (mut now, mut then) = (nalgebra::DMatrix::zeros(w, w), nalgebra::DMatrix::identity(w, w));
         let mut moved = Vec::new();
-        let mut soft = self.stale.soft.clone();
-        soft.iter_mut().for_each(|v| self.stale.turns.turn(v));
-        let crossings: Vec<Vec<f64>> = soft.iter().map(|v| held.cross(&self.sums.gradient, v)).collect();
+        let mut soft = self.soft.clone();
+        soft.iter_mut().for_each(|v| self.rotations.rotate(v));
+        let crossings: Vec<Vec<f64>> = soft.iter().map(|v| held.cross(&sums.gradient, v)).collect();
         for (mut v, crossing) in soft.into_iter().zip(&crossings) {
             let multipliers = held.multipliers(crossing);
             held.subtract(schur, &multipliers, &mut v);
             moved.push((v, multipliers));
         }
         for j in 0..w {
-            system.pattern.multiply(&self.sums.k, &moved[j].0, &mut product);
+            system.pattern.multiply(&sums.k, &moved[j].0, &mut product);
             for i in 0..w {
                 now[(i, j)] = dot(&moved[i].0, &product);
                 then[(i, j)] -= dot(&crossings[i], &moved[j].1);
@@ -184,59 +159,61 @@ impl Newton {
     }
 
     /// R K₀⁻¹ Rᵀ on columns.
-    fn solve_turned(&mut self, columns: &mut [f64]) {
-        let n = self.sums.lift.len();
-        columns.chunks_exact_mut(n).for_each(|column| self.stale.turns.turn_back(column));
-        self.factor.solve_roughly(columns);
-        columns.chunks_exact_mut(n).for_each(|column| self.stale.turns.turn(column));
+    fn solve_rotated(&self, factor: &mut Factor, n: usize, columns: &mut [f64]) {
+        columns.chunks_exact_mut(n).for_each(|column| self.rotations.rotate_back(column));
+        factor.solve_roughly(columns);
+        columns.chunks_exact_mut(n).for_each(|column| self.rotations.rotate(column));
     }
 
-    /// The direction of an iteration by the factor that is kept; None where it does not serve. `error` is that of the state, where
-    /// the step begins if it is the `first`.
-    pub(super) fn direction_by_old_factor(
+    /// The direction of an iteration; none where the factor does not serve. `error` is that of the state, which is the start of
+    /// the step if it is the `first`. The direction is as accurate as `error` and the `tolerance` of the step ask for.
+    pub fn direction(
         &mut self,
-        system: &System,
-        state: &State,
-        increment: Option<&[f64]>,
-        (error, first): (f64, bool),
+        factor: &mut Factor,
+        points: &[Vec3],
+        problem: &LinearProblem,
+        tolerance: f64,
+        error: f64,
+        first: bool,
     ) -> Option<NewtonDirection> {
+        let (system, state, sums) = (problem.system(), problem.state, &problem.equations.sums);
         if first {
-            self.stale.turns = NodalRotations::new(system, &self.points, &self.stale.kept.x, &state.x);
+            self.rotations = NodalRotations::new(system, points, &self.record.x, &state.x);
         }
         let (n, m) = (system.dofs.free.len(), state.lambda.len());
-        let rhs = self.right_side(system, increment.is_some());
+        let rhs = problem.right_side();
         let mut columns = rhs.clone();
-        self.sums.gradient.iter().for_each(|h| columns.extend(h));
-        self.solve_turned(&mut columns);
-        self.stale.kept.solves[1] += 1 + m;
+        sums.gradient.iter().for_each(|h| columns.extend(h));
+        self.solve_rotated(factor, n, &mut columns);
+        self.record.solves[1] += 1 + m;
         let z = columns.split_off(n);
         let mut x = columns;
         let rows: Vec<usize> = (0..m).collect();
-        let schur = Schur::of(z, system, &rows, &self.sums.gradient);
-        if self.negative(system, &schur).is_some_and(|n| n > 0) {
+        let schur = Schur::of(z, system, &rows, &sums.gradient);
+        if negative_eigenvalues(factor, system, sums, &schur).is_some_and(|n| n > 0) {
             return None;
         }
-        let shift: Vec<f64> = (0..m).map(|c| -self.sums.carried[c] - dot(&self.sums.gradient[c], &x)).collect();
+        let shift = problem.shift(&x);
         let (mut lambda, holds) = match m {
             0 => Default::default(),
-            _ => schur.multipliers(system, &self.rows(state), &shift)?,
+            _ => schur.multipliers(system, &problem.equations.rows(state), &shift)?,
         };
-        let held = Held::new(holds, &schur, m)?;
-        if first && self.has_softened(system, &schur, &held) {
+        let held = HeldConstraints::new(holds, &schur, m)?;
+        if first && self.has_softened(system, sums, &schur, &held) {
             return None;
         }
         let change: Vec<f64> = lambda.iter().zip(&state.lambda).map(|(new, old)| new - old).collect();
         schur.z.chunks_exact(n).zip(&change).for_each(|(z, d)| x.iter_mut().zip(z).for_each(|(x, z)| *x -= z * d));
         let mut left = vec![0.0; n];
-        system.pattern.multiply(&self.sums.k, &x, &mut left);
+        system.pattern.multiply(&sums.k, &x, &mut left);
         left.iter_mut().zip(&rhs).for_each(|(left, rhs)| *left = rhs - *left);
-        let gradient = &self.sums.gradient;
+        let gradient = &sums.gradient;
         gradient.iter().zip(&change).for_each(|(h, d)| left.iter_mut().zip(h).for_each(|(l, h)| *l -= h * d));
-        let enough = ENOUGH * self.settings.tolerance * self.sums.scale;
+        let enough = ENOUGH * tolerance * sums.scale;
         let bound = enough.max(LOOSEST.min(error.sqrt()) * norm(&rhs));
         left.resize(n + held.rows.len(), 0.0);
-        let most = self.factor.patience(PATIENCE.0).max(PATIENCE.1);
-        let (values, factor, turns) = (&self.sums.k, &mut self.factor, &self.stale.turns);
+        let most = factor.patience(PATIENCE.0).max(PATIENCE.1);
+        let (values, rotations) = (&sums.k, &self.rotations);
         let multiply = |v: &[f64]| {
             let mut product = vec![0.0; v.len()];
             system.pattern.multiply(values, &v[..n], &mut product[..n]);
@@ -247,33 +224,33 @@ impl Newton {
         };
         let precondition = |r: &[f64]| {
             let mut z = r[..n].to_vec();
-            turns.turn_back(&mut z);
+            rotations.rotate_back(&mut z);
             factor.solve_roughly(&mut z);
-            turns.turn(&mut z);
+            rotations.rotate(&mut z);
             let multipliers = held.multipliers(&held.cross(gradient, &z));
             held.subtract(&schur, &multipliers, &mut z);
             z.extend(multipliers);
             z
         };
         let (outcome, iterations) = pcg(multiply, precondition, &left, bound, most);
-        self.stale.kept.solves[1] += iterations;
+        self.record.solves[1] += iterations;
         let Outcome::Solved(rest) = outcome else { return None };
         x.iter_mut().zip(&rest).for_each(|(x, d)| *x += d);
         for (&c, d) in held.rows.iter().zip(&rest[n..]) {
             lambda[c] = system.constraints[c].cone().admit(lambda[c] + d);
         }
-        Some(NewtonDirection::new(system, increment, &x, lambda))
+        Some(problem.direction(&x, lambda))
     }
 }
 
-/// The rows that hold in a direction.
-struct Held {
+/// The constraints that hold in a direction.
+struct HeldConstraints {
     rows: Vec<usize>,
     /// S⁻¹ on them
     inverse: nalgebra::DMatrix<f64>,
 }
 
-impl Held {
+impl HeldConstraints {
     fn new(holds: Vec<bool>, schur: &Schur, m: usize) -> Option<Self> {
         let rows: Vec<usize> = (0..m).filter(|&c| holds[c]).collect();
         let s = nalgebra::DMatrix::from_fn(rows.len(), rows.len(), |i, j| schur.s[rows[i] * m + rows[j]]);

@@ -20,7 +20,7 @@ pub(super) fn jumped(
     if !span.integrator.is_static() || !(solution.regularised || solution.projected) {
         return None;
     }
-    let tracer = PathTracer::new(&mut steps.newton, steps.system, state, next.t, next.t - state.t);
+    let tracer = PathTracer::new(&mut steps.solver, steps.system, state, next.t, next.t - state.t);
     if tracer.is_ok_and(|tracer| !tracer.is_near(next))
         && let Some(TurningPoint { t: limit, node, .. }) = limit_point(steps, state, next.t)
     {
@@ -28,7 +28,7 @@ pub(super) fn jumped(
         return Some(Status::NoEquilibrium { t: state.t, limit, node, touching });
     }
     let step = Step { system: steps.system, integrator: span.integrator, past: state, dt: next.t - state.t };
-    let again = steps.newton.evaluate(&step, &mut next.clone(), Want::Residual, None);
+    let again = steps.solver.equations.evaluate(&step, &mut next.clone(), Want::Residual, None);
     again.err().map(|why| Status::stopped(state.t, why))
 }
 
@@ -38,8 +38,8 @@ pub(super) fn limit_point(steps: &mut StepSolver, state: &State, t: f64) -> Opti
     // Short steps place the limit well, and the first one must still rise: it may be much closer than t.
     let mut dt = 0.1 * (t - state.t);
     let mut tracer = loop {
-        let mut tracer = PathTracer::new(&mut steps.newton, steps.system, state, t, dt).ok()?;
-        let point = tracer.step_with_cuts(&mut steps.newton, cuts).ok()?;
+        let mut tracer = PathTracer::new(&mut steps.solver, steps.system, state, t, dt).ok()?;
+        let point = tracer.step_with_cuts(&mut steps.solver, cuts).ok()?;
         if point.state.t == t {
             return None;
         }
@@ -55,10 +55,11 @@ pub(super) fn limit_point(steps: &mut StepSolver, state: &State, t: f64) -> Opti
         if steps.is_over() {
             return None;
         }
-        let point = tracer.step_with_cuts(&mut steps.newton, cuts).ok()?;
-        if let Some(turn) = tracer.turning_point(&mut steps.newton) {
+        let point = tracer.step_with_cuts(&mut steps.solver, cuts).ok()?;
+        if let Some(turn) = tracer.turning_point(&mut steps.solver) {
             // Beyond a limit point the tangent has lost its definiteness, where it has any; after a path that doubled back it has not.
-            let lost = point.solution.unstable_modes.is_some_and(|n| n > 0) || !steps.newton.sums.skew.is_empty();
+            let lost =
+                point.solution.unstable_modes.is_some_and(|n| n > 0) || !steps.solver.equations.sums.skew.is_empty();
             return Some(turn).filter(|turn| turn.highest && lost);
         }
         if point.state.t == t {

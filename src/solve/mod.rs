@@ -1,25 +1,45 @@
 //! The nonlinear solution in time. Sees only `math` and `system`, never an effect by name.
+//!
+//! From the outside in:
+//!
+//! | Step | Where | Decides |
+//! |---|---|---|
+//! | A run | [`Driver::run_spans`] in `driver` | order of spans and grid points, deadline, counts; calls the [`StepObserver`] |
+//! | From one grid point to the next | a `StepStrategy`: `subdivided_steps`, `arc_length`, `corrected_steps` | the length of each step: when it is cut, repeated, grows again |
+//! | One step | `StepSolver::solve` in `step_solver` | initial values (`prediction`) and fallbacks; `diagnosis` and `limit_points` name the reason of a failure |
+//! | Nonlinear solve | [`NonlinearSolver::solve`] in `newton`, `contact_correction` with `gauss_seidel`, or `equilibrium_path` for arc length | the iterations; `convergence` holds the acceptance test, `equations` the error it sees, `globalisation` the length along a direction |
+//! | Linear system | [`LinearSystem`] in `linear_system` | factorisation, shift to positive definiteness, when a factor is reused (`lagged_factor`), the constraints (`multipliers`), skew parts (`tangent`) |
+//!
+//! [`Integrator`] maps displacements to velocities and accelerations, [`Step`] is the step to be solved, [`Status`] the end of a run
+//! with its remedy. [`Differentiator`] takes derivatives of the states of a run by parameters.
 
 mod arc_length;
 mod contact_correction;
+mod convergence;
+mod corrected_steps;
 mod diagnosis;
 mod driver;
 mod driver_memory;
+mod equations;
 mod equilibrium_path;
 mod failure;
+mod free_motions;
 mod gauss_seidel;
+mod globalisation;
 mod integrator;
 mod lagged_factor;
 mod limit_points;
-mod line_search;
+mod linear_problem;
+mod linear_system;
 mod multipliers;
 mod newton;
+mod newton_settings;
 mod nodal_rotations;
+mod nonlinear_solver;
 mod observer;
 mod prediction;
-mod residual_search;
-mod rigid;
 mod sensitivity;
+mod solution;
 mod stability;
 mod start;
 mod status;
@@ -33,15 +53,19 @@ mod totals;
 
 pub use driver::Driver;
 pub use driver_memory::DriverMemory;
+pub use equations::Equations;
 pub use equilibrium_path::TurningPoint;
 pub use failure::Failure;
+pub use free_motions::{Motion, MotionKind, free_motions};
 pub use integrator::Integrator;
 pub use lagged_factor::LaggedFactorRecord;
-pub use newton::{Newton, NewtonSettings, Solution};
+pub use linear_system::LinearSystem;
+pub use newton_settings::NewtonSettings;
+pub use nonlinear_solver::NonlinearSolver;
 pub use observer::{AcceptedStep, GridPoint, GridPosition, StepObserver};
 pub use prediction::{PastPoint, Prediction};
-pub use rigid::{Motion, MotionKind};
 pub use sensitivity::Differentiator;
+pub use solution::Solution;
 pub use start::{initial_acceleration, initial_acceleration_by};
 pub use status::{Culprit, Status};
 pub use step::Step;

@@ -1,15 +1,15 @@
-//! The few dense rows beside K: step of the multipliers from the Schur complement, under the laws of the rows.
+//! The few dense constraints in addition to K: step of the multipliers from the Schur complement, under the laws of the constraints.
 
 use super::tangent;
 use crate::math::linear::{Factor, LinearError, dot};
 use crate::system::{Assembled, Cone, ConstraintValues, Form, Piece, System, pieces};
 
-/// Share of the largest diagonal of S that is added to that of linked rows: where two rows fix the same length a tension is
+/// Share of the largest diagonal of S that is added to that of linked constraints: where two of them fix the same length a tension is
 /// open, and it keeps its value. It acts on the step and vanishes with it.
 const PROXIMAL: f64 = 1e-9;
-/// Rounding of a row as a share of its scale.
+/// Rounding of a constraint as a share of its scale.
 const ROUNDING: f64 = 1e-14;
-/// Pieces that are tried: m rows need a few times m.
+/// Pieces that are tried: m constraints need a few times m.
 const PIVOTS: usize = 10_000;
 
 /// Z = K⁻¹ Hᵀ and S = H Z + compliance of the current factorisation.
@@ -19,12 +19,12 @@ pub(super) struct Schur {
     pub z: Vec<f64>,
     /// \[constraints × constraints\]
     pub s: Vec<f64>,
-    /// Negative eigenvalues of S on the rows that act
+    /// Negative eigenvalues of S on the constraints that act
     pub negative: usize,
 }
 
 impl Schur {
-    /// Of these rows of the system, each with its gradient; `factor` holds the K of `sums`.
+    /// Of these constraints of the system, each with its gradient; `factor` holds the K of `sums`.
     pub fn new(
         factor: &mut Factor,
         sums: &Assembled,
@@ -67,8 +67,8 @@ impl Schur {
         Self { z, s, negative }
     }
 
-    /// The multipliers after the step, g' = g + `shift` + S (λ' − λ) under the laws of all rows of the system, and for each row
-    /// whether its g decided.
+    /// The multipliers after the step, g' = g + `shift` + S (λ' − λ) under the laws of all constraints of the system, and for
+    /// each of them whether its g decided.
     pub fn multipliers(
         &self,
         system: &System,
@@ -100,7 +100,7 @@ pub(super) fn larger(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }
 
-/// Largest departure of the rows from their laws, as a share of the scales.
+/// Largest departure of the constraints from their laws, as a share of the scales.
 pub(super) fn error(system: &System, rows: &ConstraintValues) -> f64 {
     let of_row = |c: usize| {
         pieces(system.constraints[c].as_ref(), c, rows).iter().map(Piece::error).fold(f64::INFINITY, f64::min)
@@ -128,7 +128,7 @@ impl Linear {
         Self { a, b }
     }
 
-    /// Is it negative beyond the rounding of its terms?
+    /// Whether it is negative beyond the rounding of its terms.
     fn violated(&self, change: &[f64], scale: f64) -> bool {
         let size = self.a.iter().zip(change).map(|(a, x)| (a * x).abs()).sum::<f64>() + self.b.abs() + scale;
         dot(&self.a, change) + self.b < -ROUNDING * size
@@ -136,7 +136,7 @@ impl Linear {
 }
 
 /// Δλ under the laws, and the piece of each row, by principal pivoting with the least index (Murty 1974; he proves it finite for laws 0 ≤ g ⟂ λ ≥ 0
-/// and an S whose principal minors are positive): all rows start with their first piece, and the first inequality that
+/// and an S whose principal minors are positive): all constraints start with their first piece, and the first inequality that
 /// does not hold names the next piece of its row.
 fn change(s: &[f64], shift: &[f64], laws: &[Vec<Piece>]) -> Option<(Vec<f64>, Vec<usize>)> {
     let m = laws.len();
@@ -146,7 +146,7 @@ fn change(s: &[f64], shift: &[f64], laws: &[Vec<Piece>]) -> Option<(Vec<f64>, Ve
             laws.iter().zip(&chosen).map(|(law, &p)| Linear::new(&law[p].zero, s, shift)).collect();
         let matrix = nalgebra::DMatrix::from_fn(m, m, |i, j| equations[i].a[j]);
         let rhs = nalgebra::DVector::from_fn(m, |i, _| -equations[i].b);
-        // ConstraintValues are in metres or in newtons: each is divided by its largest entry for the pivots.
+        // Constraints are in metres or in newtons: each is divided by its largest entry for the pivots.
         let size: Vec<f64> = matrix.row_iter().map(|row| row.amax()).collect();
         let matrix = nalgebra::DMatrix::from_fn(m, m, |i, j| matrix[(i, j)] / size[i]);
         let rhs = nalgebra::DVector::from_fn(m, |i, _| rhs[i] / size[i]);
@@ -179,7 +179,7 @@ mod tests {
     use super::*;
     use crate::system::between;
 
-    /// Two rows with 0 ≤ λ ≤ most, from λ = 0: g' = q + S λ'.
+    /// Two constraints with 0 ≤ λ ≤ most, from λ = 0: g' = q + S λ'.
     fn solve(s: &[f64; 4], q: &[f64; 2], most: f64) -> Vec<f64> {
         let rows = ConstraintValues { now: 0.0.into(), g: q, lambda: &[0.0; 2], old: &[0.0; 2], force: 0.0 };
         let laws: Vec<_> = (0..2).map(|c| between(&rows, c, Form::gap(&rows, c..c + 1, 1.0), most)).collect();

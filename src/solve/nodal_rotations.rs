@@ -1,10 +1,10 @@
-//! How far the surroundings of each node have turned between two states: R_a is the rotation in
+//! Rotation of the surroundings of each node between two states: R_a is the rotation in
 //! Σ_e∋a Σ_n∈e (x_n − x̄_e)(x⁰_n − x̄⁰_e)ᵀ, over the blocks e with few nodes and the nodes n in them.
 //!
-//! A soft body turns much more than it strains, and its tangent turns with it: K ≈ R K₀ Rᵀ. So R K₀⁻¹ Rᵀ stands for K⁻¹ much
-//! longer than K₀⁻¹ does (Hecht, Lee, Shewchuk & O'Brien, ACM Trans. Graph. 31, 2012, use the same for corotational bodies).
+//! A soft body rotates much more than it strains, and its tangent rotates with it: K ≈ R K₀ Rᵀ. So R K₀⁻¹ Rᵀ approximates K⁻¹
+//! much longer than K₀⁻¹ does (Hecht, Lee, Shewchuk & O'Brien, ACM Trans. Graph. 31, 2012, use the same for corotational bodies).
 //!
-//! Limits: a node with a prescribed component does not turn. Rotations by the iteration of Müller et al. (MIG 2016), which finds
+//! Limits: a node with a prescribed component does not rotate. Rotations by the iteration of Müller et al. (MIG 2016), which finds
 //! one for flat and inverted surroundings too.
 
 use crate::math::tensor::{Mat3, Vec3};
@@ -16,7 +16,7 @@ const MOST_NODES: usize = 10;
 const ANGLE: f64 = 1e-4;
 const ITERATIONS: usize = 20;
 
-/// Rotations of nodes; none where nothing has turned.
+/// Rotations of nodes; none where nothing has rotated.
 #[derive(Clone, Debug, Default)]
 pub(super) struct NodalRotations {
     /// First of the three equations of a node, and R
@@ -46,7 +46,7 @@ impl NodalRotations {
     }
 
     /// v ← R v
-    pub fn turn(&self, v: &mut [f64]) {
+    pub fn rotate(&self, v: &mut [f64]) {
         for (first, r) in &self.of_nodes {
             let turned = r * Vec3::from_column_slice(&v[*first..first + 3]);
             v[*first..first + 3].copy_from_slice(turned.as_slice());
@@ -54,7 +54,7 @@ impl NodalRotations {
     }
 
     /// v ← Rᵀ v
-    pub fn turn_back(&self, v: &mut [f64]) {
+    pub fn rotate_back(&self, v: &mut [f64]) {
         for (first, r) in &self.of_nodes {
             let turned = r.tr_mul(&Vec3::from_column_slice(&v[*first..first + 3]));
             v[*first..first + 3].copy_from_slice(turned.as_slice());

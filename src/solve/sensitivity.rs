@@ -2,15 +2,15 @@
 //! r(x, v, a, xₙ, hₙ; θ) + λ h(x) = 0 and g(x) = target − c(x), where v and a are linear in x and the past
 //! (xₙ, vₙ, aₙ, qₙ). So
 //!
-//! K x′ + Σ h λ′ = −(∂r/∂θ + ∂r/∂v v̂′ + ∂r/∂a â′ + ∂r/∂xₙ xₙ′ + ∂r/∂hₙ hₙ′), h·x′ = 0 on a taut row, λ′ = 0 on a slack one,
+//! K x′ + Σ h λ′ = −(∂r/∂θ + ∂r/∂v v̂′ + ∂r/∂a â′ + ∂r/∂xₙ xₙ′ + ∂r/∂hₙ hₙ′), h·x′ = 0 on a taut constraint, λ′ = 0 on a slack one,
 //!
-//! with K and h = ∂c/∂x at the converged state and v̂′, â′ the change at fixed x. With Z = K⁻¹H and S = HᵀZ of the taut rows,
+//! with K and h = ∂c/∂x at the converged state and v̂′, â′ the change at fixed x. With Z = K⁻¹H and S = HᵀZ of the taut constraints,
 //! y = −K⁻¹(…), S λ′ = Hᵀy and x′ = y − Z λ′. The integrator maps derivatives of states as it maps states, and effects that
 //! remember bring h′ to the end of the step ([`Past`](crate::system::PastDerivative)).
 //!
 //! Sources: Tortorelli & Michaleris, *Inverse Problems in Engineering* 1, 1994; Kleiber, *Parameter Sensitivity in Nonlinear
 //! Mechanics*, 1997; Choi & Kim, *Structural Sensitivity Analysis and Optimization 2*, 2005.
-//! Limits: converged states; prescribed motions and targets that do not depend on θ; at a row that is just taut (λ = 0 and
+//! Limits: converged states; prescribed motions and targets that do not depend on θ; at a constraint that is just taut (λ = 0 and
 //! g = 0) the answer has two derivatives, and the one of the slack side is given.
 
 use super::multipliers::Schur;
@@ -19,7 +19,7 @@ use super::{Failure, Integrator, Step, tangent};
 use crate::math::linear::{Factor, LinearError, Method, dot};
 use crate::system::{Assembled, ParameterDerivative, Perturbation, Rates, State, System, Want};
 
-/// Derivatives of the state of a run, with a factorisation and sums of its own, beside those of the run.
+/// Derivatives of the state of a run, with a factorisation and sums of its own, in addition to those of the run.
 pub struct Differentiator<'a> {
     system: &'a System,
     /// Per θ: what makes up ∂r/∂θ
@@ -36,7 +36,7 @@ pub struct Differentiator<'a> {
 }
 
 impl<'a> Differentiator<'a> {
-    /// From rest; each θ with its terms. Linear systems are solved by one way or the other.
+    /// From rest; each θ with its terms. `method` chooses between direct and iterative linear solvers.
     pub fn new(method: Method, system: &'a System, by: Vec<Vec<ParameterDerivative>>) -> Self {
         let factor = Factor::by(method.clone(), system.pattern.clone(), system.scalar_equations() == 0);
         let changes = vec![system.rest(); by.len()];
@@ -98,7 +98,7 @@ impl<'a> Differentiator<'a> {
             factor.factorise(&sums.k).map_err(Failure::Linear)?;
             self.factored.clone_from(&sums.k);
         }
-        // A slack row is none: it is dropped from H.
+        // A slack constraint is dropped from H.
         let taut: Vec<usize> = (0..lambda.len()).filter(|&c| system.constraints[c].cone().holds(lambda[c])).collect();
         let rows: Vec<Vec<f64>> = taut.iter().map(|&c| sums.gradient[c].clone()).collect();
         let Schur { z, s, .. } = Schur::new(factor, sums, system, &taut, &rows).map_err(Failure::Linear)?;

@@ -4,7 +4,7 @@ use super::Failure;
 use crate::math::linear::{Factor, Method};
 use crate::system::{Assembled, At, Rates, State, System, Want};
 
-/// A slope ∂a/∂x \[1/s²\] far above ω² of every mode, so that M = (K(ca) − K(0))/ca keeps its digits beside the stiffness.
+/// A derivative ∂a/∂x \[1/s²\] far above ω² of every mode, so that M = (K(ca) − K(0))/ca keeps its digits next to the stiffness.
 const STEEP: f64 = 1e12;
 
 /// Solves M a = −r(x, v, 0, λ) on the free dofs.
@@ -12,7 +12,7 @@ pub fn initial_acceleration(system: &System, state: &State) -> Result<Vec<f64>, 
     initial_acceleration_by(Method::default(), system, state)
 }
 
-/// The same, solved by one way or the other.
+/// The same, with this choice between direct and iterative linear solvers.
 pub fn initial_acceleration_by(method: Method, system: &System, state: &State) -> Result<Vec<f64>, Failure> {
     let zero = vec![0.0; state.x.len()];
     Start::new(method, system, state, &zero)?.solve(system, None)
@@ -61,7 +61,7 @@ impl Start {
     }
 }
 
-/// What an evaluation before the first step sees. No time passes: what relaxes has its force of the last state.
+/// Inputs of an evaluation before the first step. No time passes: relaxing effects have the force of the last state.
 pub(super) fn before<'a>(state: &'a State, a: &'a [f64], rates: Rates) -> At<'a> {
     let State { t, x, v, history, inputs, .. } = state;
     At { t: *t, dt: 0.0, x, v, a, old: x, history, inputs, rates }

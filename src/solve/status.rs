@@ -1,15 +1,15 @@
-//! How a run ended: a value with the last good time, the fact, the culprit and the remedy.
+//! The end of a run: a value with the last good time, the fact, the culprit and the remedy.
 
 use super::{Failure, Motion};
 use crate::math::linear::LinearError;
 use crate::system::EvalError;
 use std::fmt;
 
-/// How a run ended. t \[s\] is the time of the last good state.
+/// The end of a run. t \[s\] is the time of the last good state.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Status {
     Converged,
-    /// Arc length: the path of equilibria turned back at `limit` and did not come to the end of the stage
+    /// Arc length: the path of equilibria turned back at `limit` and did not reach the end of the stage
     LimitPoint {
         t: f64,
         /// Time at which the loads were largest \[s\]
@@ -21,7 +21,7 @@ pub enum Status {
         limit: f64,
         /// Node that moves most where the path turns
         node: u32,
-        /// There is contact, beside which no path is followed
+        /// Whether there is contact, with which no path is followed
         touching: bool,
     },
     /// A cell would invert and the law is not defined there
@@ -55,7 +55,7 @@ pub enum Status {
     },
 }
 
-/// Where a run failed.
+/// The place of a failure.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Culprit {
     pub effect: Option<String>,
@@ -137,7 +137,7 @@ impl Status {
         }
     }
 
-    /// What happened, without the time.
+    /// The fact, without the time.
     pub fn fact(&self) -> String {
         match self {
             Self::Converged => "converged".into(),
@@ -156,7 +156,7 @@ impl Status {
             Self::Singular { motions, .. } if motions.is_empty() => {
                 "the tangent is singular: some part can move freely".into()
             }
-            Self::Singular { motions, .. } => super::rigid::sentence(motions),
+            Self::Singular { motions, .. } => super::free_motions::sentence(motions),
             Self::TimeBudget { .. } => "the wall time that was allowed is over".into(),
             Self::StepTooSmall { why: why @ (Failure::MaxSteps | Failure::Unloaded), .. } => why.to_string(),
             Self::StepTooSmall { why, .. } => format!("no step however small converges: {why}"),
@@ -164,7 +164,7 @@ impl Status {
         }
     }
 
-    /// What to do about it.
+    /// The remedy.
     pub fn remedy(&self) -> &'static str {
         match self {
             Self::Converged => "",

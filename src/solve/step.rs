@@ -1,4 +1,4 @@
-//! The step to be solved, and what the effects see at its end.
+//! The step to be solved, and the inputs of an evaluation at its end.
 
 use super::Integrator;
 use crate::system::{At, Rates, State, System};
@@ -13,7 +13,7 @@ pub struct Step<'a> {
 }
 
 impl Step<'_> {
-    /// What an evaluation at `next` sees, once v and a of `next` belong to its x.
+    /// Inputs of an evaluation at `next`, once v and a of `next` belong to its x.
     pub fn at<'b>(&'b self, next: &'b State) -> At<'b> {
         let State { t, x, v, a, inputs, .. } = next;
         let Self { integrator, past, dt, .. } = *self;
@@ -33,6 +33,16 @@ impl Step<'_> {
     /// Prescribed dofs with their values at the end of the step.
     pub fn targets(&self, next: &State) -> Vec<(usize, f64)> {
         self.system.prescribed.iter().map(|p| (p.dof as usize, p.signal.at(next.clock()))).collect()
+    }
+
+    /// \[3 × nodes\] the prescribed motion that is left from `state`; none if there is none.
+    pub(super) fn remaining(&self, targets: &[(usize, f64)], state: &State) -> Option<Vec<f64>> {
+        if targets.iter().all(|&(dof, value)| state.x[dof] == value) {
+            return None;
+        }
+        let mut increment = vec![0.0; state.x.len()];
+        targets.iter().for_each(|&(dof, value)| increment[dof] = value - state.x[dof]);
+        Some(increment)
     }
 
     /// ∂v/∂x and ∂a/∂x of the step.

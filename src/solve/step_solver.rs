@@ -1,7 +1,7 @@
 //! Solves single steps: initial values, fallbacks, time error.
 
 use super::prediction::Prediction;
-use super::{Failure, Integrator, Newton, Solution, Step};
+use super::{Failure, Integrator, NonlinearSolver, Solution, Step};
 use crate::math::tensor::Vec3;
 use crate::system::{State, System};
 use std::time::Instant;
@@ -26,7 +26,7 @@ impl Default for StepSettings {
 /// Solves single steps for the [step strategies](super::step_strategy).
 pub struct StepSolver<'a> {
     pub system: &'a System,
-    pub newton: Newton,
+    pub solver: NonlinearSolver,
     pub settings: StepSettings,
     /// \[nodes\] X, to name rigid motions by; or empty
     pub points: &'a [Vec3],
@@ -36,8 +36,8 @@ pub struct StepSolver<'a> {
 }
 
 impl<'a> StepSolver<'a> {
-    pub(super) fn new(system: &'a System, newton: Newton, settings: StepSettings) -> Self {
-        Self { system, newton, settings, points: &[], deadline: None, prediction: Prediction::default() }
+    pub(super) fn new(system: &'a System, solver: NonlinearSolver, settings: StepSettings) -> Self {
+        Self { system, solver, settings, points: &[], deadline: None, prediction: Prediction::default() }
     }
 
     pub(super) fn is_over(&self) -> bool {
@@ -56,18 +56,24 @@ impl<'a> StepSolver<'a> {
         // The linearised step is linearised at the last state: K(xₙ).
         let extrapolate = self.settings.extrapolate && !integrator.is_linearised();
         let extrapolated = extrapolate
-            && self.prediction.predict(self.system, integrator, state, &mut next, &mut self.newton.sums.caches);
+            && self.prediction.predict(
+                self.system,
+                integrator,
+                state,
+                &mut next,
+                &mut self.solver.equations.sums.caches,
+            );
         let step = Step { system: self.system, integrator, past: state, dt };
-        let mut result = self.newton.solve(&step, &mut next);
+        let mut result = self.solver.solve(&step, &mut next);
         if result.is_err() && extrapolated {
             next = State { t, ..state.clone() };
-            result = self.newton.solve(&step, &mut next);
+            result = self.solver.solve(&step, &mut next);
         }
-        if result.is_err() && self.newton.settings.projection && !integrator.is_linearised() {
+        if result.is_err() && self.solver.settings.projection && !integrator.is_linearised() {
             next = State { t, ..state.clone() };
-            self.newton.sums.projected = true;
-            result = self.newton.solve(&step, &mut next);
-            self.newton.sums.projected = false;
+            self.solver.equations.sums.projected = true;
+            result = self.solver.solve(&step, &mut next);
+            self.solver.equations.sums.projected = false;
         }
         let solution = result?;
         integrator.finish(state, dt, &mut next);

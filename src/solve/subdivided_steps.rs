@@ -90,7 +90,7 @@ impl<'a> StepStrategy<'a> for SubdividedSteps {
         let mut modes = solution.unstable_modes;
         if integrator.is_static() && (modes.is_some_and(|n| n > 0) || last) {
             let step = Step { system: steps.system, integrator, past, dt: now.t - past.t };
-            modes = steps.newton.unstable_modes(&step, now).or(modes);
+            modes = steps.solver.unstable_modes(&step, now).or(modes);
         }
         // Grow again after two steps in a row, by as much as the time error allows.
         let mut allowed = integrator.halvings(SAFE / self.excess);

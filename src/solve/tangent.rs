@@ -1,6 +1,6 @@
 //! The linear systems of a step, (K + A) X = B: K symmetric and factorised, A the skew part that a follower load has.
 //!
-//! Without A this is the direct solve. With it GMRES takes (I + K⁻¹A) x = K⁻¹ b: A stands on a rim only and is small beside
+//! Without A this is the direct solve. With it GMRES takes (I + K⁻¹A) x = K⁻¹ b: A acts on a rim only and is small compared with
 //! K, so a few products do. K alone need not be definite.
 
 use crate::math::gmres::gmres;

@@ -20,7 +20,7 @@ use durometer::mesh::element::{CELL_EDGES, cell_shape, facet_shape};
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh, quadrature};
 use durometer::scene::{Body, Run, RunOptions, Scene, read_scene};
-use durometer::solve::{Driver, Integrator, Newton, NewtonSettings, Status, StepSettings, TimeSpan};
+use durometer::solve::{Driver, Integrator, NewtonSettings, NonlinearSolver, Status, StepSettings, TimeSpan};
 use durometer::system::{At, BlockValues, Blocks, Effect, EnergyRole, EvalError, Prescribed, State, System, Want};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -230,8 +230,8 @@ impl Effect for DeadLoad {
 }
 
 /// Newton at this tolerance, on a body of this length [m].
-pub fn newton(system: &System, tolerance: f64, length: f64) -> Newton {
-    Newton::new(system, NewtonSettings { tolerance, ..NewtonSettings::default() }, length)
+pub fn newton(system: &System, tolerance: f64, length: f64) -> NonlinearSolver {
+    NonlinearSolver::new(system, NewtonSettings { tolerance, ..NewtonSettings::default() }, length)
 }
 
 /// Quasi-static loading from rest to t = 1 in equal steps; the state and the sums there. Panics with the status if the
@@ -242,7 +242,7 @@ pub fn statics(mesh: &TetMesh, system: &System, tolerance: f64, steps: usize) ->
     let span = TimeSpan { integrator: Integrator::Static, start: 0.0, end: 1.0, dt: 1.0 / steps as f64 };
     let status = driver.run(span, &mut state, &mut ());
     assert_eq!(status, Status::Converged);
-    (state, driver.steps.newton.sums)
+    (state, driver.steps.solver.equations.sums)
 }
 
 /// Sum of the reactions at nodes [N].

@@ -1,9 +1,9 @@
-//! Code that closes the loop: at each point of the time grid it sees what was recorded and sets signals for the next one.
+//! Code that closes the loop: at each point of the time grid it sees the recorded row and sets signals for the next point.
 
 use super::ControlError;
 use serde_json::Value;
 
-/// What a controller is told before the first step.
+/// Information for a controller before the first step.
 #[derive(Clone, Copy, Debug)]
 pub struct Opening<'a> {
     /// Names of the recorded columns, the first is `t_s`
@@ -12,11 +12,11 @@ pub struct Opening<'a> {
     pub signals: &'a [String],
     /// Time of the first state \[s\], not 0 after a restart
     pub t: f64,
-    /// What it left in [`Reply::memory`] last, after a restart
+    /// The last [`Reply::memory`], after a restart
     pub memory: &'a Value,
 }
 
-/// What it sees at a point of the time grid.
+/// Information for a controller at a point of the time grid.
 #[derive(Clone, Copy, Debug)]
 pub struct Seen<'a> {
     /// The recorded row, as [`Opening::columns`] names it
@@ -25,14 +25,14 @@ pub struct Seen<'a> {
     pub next: f64,
 }
 
-/// What else a controller may ask for.
+/// Further requests of a controller.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Reply {
     /// End the run here
     pub stop: bool,
     /// Save a state to restart from
     pub save: bool,
-    /// To be kept in saved states and handed back after a restart
+    /// Kept in saved states and given back after a restart
     pub memory: Value,
 }
 
@@ -57,7 +57,7 @@ pub struct Reply {
 ///     }
 ///
 ///     fn step(&mut self, seen: &Seen, signals: &mut [f64]) -> Result<Reply, ControlError> {
-///         // [m] per [°]: about one over the slope of the finger
+///         // [m] per [°]: about the inverse sensitivity of the finger
 ///         signals[0] += 1e-4 * (10.0 - seen.row[self.angle]);
 ///         Ok(Reply::default())
 ///     }

@@ -1,4 +1,4 @@
-//! Why a run that is steered could not go on; what was recorded so far is kept.
+//! Reasons why signals or a controller end a run; the rows recorded so far are kept.
 
 /// A signal or a controller that cannot be used any more.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -1,4 +1,4 @@
-//! Events on the time grid: when one happens and what it does.
+//! Events on the time grid: their conditions and actions.
 
 use super::Controls;
 use super::memory::Memory;
@@ -21,7 +21,7 @@ pub enum When {
     Below { column: usize, value: f64 },
 }
 
-/// What an event does.
+/// An action of an event.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Then {
     /// Input, index among its other signals, name of the signal
@@ -51,14 +51,14 @@ pub struct Fired {
 const SLACK: f64 = 1e-9;
 
 impl Controls {
-    /// Conditions at the first point: what is true there does not come true.
+    /// Looks at the conditions at the first point: one that is true there does not become true later.
     pub(super) fn look(&self, memory: &mut Memory, row: &[f64]) {
         for (event, past) in self.events.iter().zip(&mut memory.events) {
             past.was = event.when.crossed(row);
         }
     }
 
-    /// The events of this point of the grid, logged; their switches are in force. Returns what else they do.
+    /// The events of this point of the grid, logged; their switches are in force. Returns their other actions.
     pub(super) fn fire(&self, memory: &mut Memory, row: &[f64], now: &[f64]) -> Vec<Then> {
         let (t, mut rest) = (row[0], Vec::new());
         for (e, event) in self.events.iter().enumerate() {

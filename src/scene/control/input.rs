@@ -1,6 +1,6 @@
-//! Signals that are decided on the way: by events, by recorded columns, from outside.
+//! Signals that are decided during a run: by events, by recorded columns, from outside.
 //!
-//! An input is decided at each point tₙ of the time grid for the next one, tₙ₊₁, from what was recorded at tₙ. Within the step
+//! An input is decided at each point tₙ of the time grid for the next one, tₙ₊₁, from the row recorded at tₙ. Within the step
 //! it is linear, so a step that is cut sees a part of the change only. An evaluation looks it up in the state and stays pure.
 
 use super::memory::Memory;
@@ -8,7 +8,7 @@ use super::{ControlError, Controls};
 use crate::math::formula::Formula;
 use crate::math::signal::{Clock, Ramp, Signal};
 
-/// Where the value of an input comes from.
+/// Source of the value of an input.
 #[derive(Clone, Debug)]
 pub enum Source {
     /// A signal that events replace by others
@@ -44,7 +44,7 @@ pub struct Input {
     pub source: Source,
 }
 
-/// Which signal an input follows.
+/// The signal that an input follows.
 #[derive(Clone, Copy, Debug, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Program {
     /// Index among the others; the own signal if none

@@ -1,4 +1,4 @@
-//! What events, inputs and controllers remember between the points of the time grid; a part of every saved state.
+//! Memory of events, inputs and controllers between the points of the time grid; a part of every saved state.
 
 use super::input::{Program, Source};
 use super::{Controls, Fired};
@@ -6,22 +6,22 @@ use serde::{Deserialize, Serialize};
 
 #[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize)]
 pub struct Memory {
-    /// Per input: what it follows
+    /// Per input: the signal that it follows
     pub programs: Vec<Program>,
     /// Per input: the value set from outside
     pub outside: Vec<f64>,
     /// Per event
     pub events: Vec<Past>,
-    /// What happened so far
+    /// Events so far
     pub log: Vec<Fired>,
-    /// What the controller asked to keep
+    /// Memory of the controller
     pub controller: serde_json::Value,
 }
 
 /// Past of an event.
 #[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]
 pub struct Past {
-    /// Was the condition true at the last point of the grid?
+    /// Whether the condition was true at the last point of the grid
     pub was: bool,
     pub count: usize,
     /// Time of the last one \[s\]

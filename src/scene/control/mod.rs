@@ -1,4 +1,4 @@
-//! Protocols that are decided on the way: events, formulas of recorded columns, controllers.
+//! Protocols that are decided during a run: events, formulas of recorded columns, controllers.
 //!
 //! All is decided at the points of the time grid, in this order: events, the controller, then every input for the next
 //! point. Nothing here is called within a step.
@@ -30,7 +30,7 @@ pub struct Controls {
     events: Vec<Event>,
 }
 
-/// What a point of the grid asks of the run.
+/// Requests of a point of the grid to the run.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Orders {
     pub stop: bool,
@@ -43,7 +43,7 @@ impl Controls {
         self.outside().map(|k| self.inputs[k].signal.clone()).collect()
     }
 
-    /// Is any signal decided on the way?
+    /// Whether any signal is decided during the run.
     pub fn has_inputs(&self) -> bool {
         !self.inputs.is_empty()
     }

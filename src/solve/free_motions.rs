@@ -1,14 +1,15 @@
-//! Motions that nothing resists, in words.
+//! Motions without resistance, in words.
 //!
 //! A part (what stored energy connects) has the six motions u = e_i and u = e_i × (x − c)/ℓ, c its middle and ℓ its size.
 //! Free are the combinations with u = 0 at every prescribed dof, K u = 0 and ∂c/∂x·u = 0 up to rounding: null vectors of the
 //! 6 columns, found by their singular values. A motion that is not rigid, of a mechanism, is found by inverse iteration on
 //! K + s diag K (Parlett, The Symmetric Eigenvalue Problem, 1998, ch. 4).
 //!
-//! Limits: a motion of several parts together that leaves a row unchanged is found as a mechanism only. K is that of the
+//! Limits: a motion of several parts together that leaves a constraint unchanged is found as a mechanism only. K is that of the
 //! state looked at; at rest it is zero on every rigid motion, under a load it may resist the turning of a pendulum.
 
-use super::{Newton, Step};
+use super::Step;
+use super::nonlinear_solver::NonlinearSolver;
 use crate::math::linear::{LinearError, dot, norm};
 use crate::math::tensor::Vec3;
 use crate::system::{Assembled, Dofs, EnergyRole, State, System, Want};
@@ -39,85 +40,84 @@ const NONE: f64 = 1e-6;
 /// ‖K u‖ below this share of ‖|K||u|‖ is rounding: K u of a rigid motion is a sum of some hundred terms.
 const ROUNDING: f64 = 1e-12;
 
-impl Newton {
-    /// Motions without stiffness at this state, of a static step; rigid ones if `points` \[nodes\] tells where the nodes are.
-    pub fn free_motions(&mut self, step: &Step, state: &State, points: &[Vec3]) -> Vec<Motion> {
-        if self.evaluate(step, &mut state.clone(), Want::Tangent, None).is_err() {
-            return Vec::new();
+/// Motions without stiffness at this state, of a static step; rigid ones if `points` \[nodes\] tells where the nodes are.
+pub fn free_motions(solver: &mut NonlinearSolver, step: &Step, state: &State, points: &[Vec3]) -> Vec<Motion> {
+    if solver.equations.evaluate(step, &mut state.clone(), Want::Tangent, None).is_err() {
+        return Vec::new();
+    }
+    let mut motions = Vec::new();
+    let parts = if points.is_empty() { Vec::new() } else { parts(step.system, points.len()) };
+    for nodes in &parts {
+        let part = Part::new(nodes, points, &state.x);
+        motions = part.free(step.system, &solver.equations.sums, parts.len() == 1);
+        if !motions.is_empty() {
+            break;
         }
-        let mut motions = Vec::new();
-        let parts = if points.is_empty() { Vec::new() } else { parts(step.system, points.len()) };
-        for nodes in &parts {
-            let part = Part::new(nodes, points, &state.x);
-            motions = part.free(step.system, &self.sums, parts.len() == 1);
-            if !motions.is_empty() {
+    }
+    if motions.is_empty() {
+        motions.extend(mechanism(solver, step.system));
+    }
+    motions
+}
+
+/// Inverse iteration with s at the rounding of K: the Rayleigh quotient of a free motion is of the size of s or less, that
+/// of a slender body still a thousand times it.
+fn mechanism(solver: &mut NonlinearSolver, system: &System) -> Option<Motion> {
+    let NonlinearSolver { equations, linear, .. } = solver;
+    linear.fit(system, &equations.sums);
+    let (pattern, k) = (&equations.sums.pattern, &equations.sums.k);
+    let mut diagonal = pattern.diagonal(k);
+    let largest = diagonal.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
+    // A direction without any stiffness would have no weight, and would not be found.
+    diagonal.iter_mut().for_each(|d| *d = d.abs().max(ROUNDING * largest));
+    let mut shifted = k.clone();
+    for j in 0..pattern.n {
+        shifted[pattern.on_diagonal(j)] += ROUNDING * diagonal[j];
+    }
+    let mut mode: Vec<f64> = (1..=pattern.n).map(|i| (i as f64 * 0.618_033_988_75).fract()).collect();
+    let factorised = linear.factor.factorise(&shifted);
+    if factorised.as_ref().is_err_and(|why| *why != LinearError::Singular) {
+        return None;
+    }
+    if factorised.is_ok() {
+        for _ in 0..3 {
+            let size = norm(&mode);
+            mode.iter_mut().zip(&diagonal).for_each(|(x, d)| *x *= d / size);
+            if linear.factor.solve(&shifted, &mut mode).is_err() {
                 break;
             }
         }
-        if motions.is_empty() {
-            motions.extend(self.mechanism(step.system));
-        }
-        motions
-    }
-
-    /// Inverse iteration with s at the rounding of K: the Rayleigh quotient of a free motion is of the size of s or less, that
-    /// of a slender body still a thousand times it.
-    fn mechanism(&mut self, system: &System) -> Option<Motion> {
-        self.fit_factor(system);
-        let (pattern, k) = (&self.sums.pattern, &self.sums.k);
-        let mut diagonal = pattern.diagonal(k);
-        let largest = diagonal.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
-        // A direction without any stiffness would have no weight, and would not be found.
-        diagonal.iter_mut().for_each(|d| *d = d.abs().max(ROUNDING * largest));
-        let mut shifted = k.clone();
-        for j in 0..pattern.n {
-            shifted[pattern.on_diagonal(j)] += ROUNDING * diagonal[j];
-        }
-        let mut mode: Vec<f64> = (1..=pattern.n).map(|i| (i as f64 * 0.618_033_988_75).fract()).collect();
-        let factorised = self.factor.factorise(&shifted);
-        if factorised.as_ref().is_err_and(|why| *why != LinearError::Singular) {
+        let mut force = vec![0.0; pattern.n];
+        pattern.multiply(k, &mode, &mut force);
+        let yardstick: f64 = mode.iter().zip(&diagonal).map(|(x, d)| d * x * x).sum();
+        if dot(&mode, &force).abs() > ROUNDING * yardstick {
             return None;
         }
-        if factorised.is_ok() {
-            for _ in 0..3 {
-                let size = norm(&mode);
-                mode.iter_mut().zip(&diagonal).for_each(|(x, d)| *x *= d / size);
-                if self.factor.solve(&shifted, &mut mode).is_err() {
-                    break;
-                }
-            }
-            let mut force = vec![0.0; pattern.n];
-            pattern.multiply(k, &mode, &mut force);
-            let yardstick: f64 = mode.iter().zip(&diagonal).map(|(x, d)| d * x * x).sum();
-            if dot(&mode, &force).abs() > ROUNDING * yardstick {
-                return None;
-            }
-        }
-        let moving = |e: &usize| !system.dofs.is_scalar(*e);
-        let most = (0..pattern.n).filter(moving).max_by(|a, b| mode[*a].abs().total_cmp(&mode[*b].abs()))?;
-        let node = system.dofs.free[most] / 3;
-        let component = |i: u32| match system.dofs.equation[(3 * node + i) as usize] {
-            Dofs::FIXED => 0.0,
-            e => mode[e as usize],
-        };
-        let direction = unit([0, 1, 2].map(component).into())?;
-        Some(Motion { kind: MotionKind::Mechanism, direction: direction.into(), node, whole: false })
     }
+    let moving = |e: &usize| !system.dofs.is_scalar(*e);
+    let most = (0..pattern.n).filter(moving).max_by(|a, b| mode[*a].abs().total_cmp(&mode[*b].abs()))?;
+    let node = system.dofs.free[most] / 3;
+    let component = |i: u32| match system.dofs.equation[(3 * node + i) as usize] {
+        Dofs::FIXED => 0.0,
+        e => mode[e as usize],
+    };
+    let direction = unit([0, 1, 2].map(component).into())?;
+    Some(Motion { kind: MotionKind::Mechanism, direction: direction.into(), node, whole: false })
+}
 
-    /// Σ r·e over the free dofs, e a direction of translation without resistance, beside the yardstick of the forces: a load
-    /// that no equilibrium carries.
-    pub(super) fn pushes(&mut self, step: &Step, state: &State, motions: &[Motion]) -> bool {
-        const BALANCED: f64 = 1e-6;
-        if self.evaluate(step, &mut state.clone(), Want::Residual, None).is_err() {
-            return false;
-        }
-        let along = |m: &Motion| {
-            let dofs = step.system.dofs.free.iter().filter(|dof| **dof < step.system.dofs.displacements);
-            dofs.map(|&dof| self.sums.r[dof as usize] * m.direction[dof as usize % 3]).sum::<f64>()
-        };
-        let translations = motions.iter().filter(|m| m.kind == MotionKind::Translation && m.whole);
-        translations.into_iter().any(|m| along(m).abs() > BALANCED * self.sums.scale)
+/// Σ r·e over the free dofs, e a direction of translation without resistance, compared with the scale of the forces: a load
+/// that no equilibrium carries.
+pub(super) fn pushes(solver: &mut NonlinearSolver, step: &Step, state: &State, motions: &[Motion]) -> bool {
+    const BALANCED: f64 = 1e-6;
+    if solver.equations.evaluate(step, &mut state.clone(), Want::Residual, None).is_err() {
+        return false;
     }
+    let along = |m: &Motion| {
+        let dofs = step.system.dofs.free.iter().filter(|dof| **dof < step.system.dofs.displacements);
+        dofs.map(|&dof| solver.equations.sums.r[dof as usize] * m.direction[dof as usize % 3]).sum::<f64>()
+    };
+    let translations = motions.iter().filter(|m| m.kind == MotionKind::Translation && m.whole);
+    translations.into_iter().any(|m| along(m).abs() > BALANCED * solver.equations.sums.scale)
 }
 
 /// Nodes that stored energy connects, part by part.
@@ -201,7 +201,7 @@ impl<'a> Part<'a> {
                 all.fixed_view_mut::<3, 1>(3 * i, j).copy_from(&self.motion(i, &unit(j)));
             }
         }
-        // A straight chain does not move when it turns about itself: motions of nothing are none.
+        // A straight chain does not move when it turns about itself: zero motions do not count.
         let moving = row_space(&all, NONE);
         let held = |row: &usize| system.dofs.equation[3 * self.nodes[row / 3] as usize + row % 3] == Dofs::FIXED;
         let fixed: Vec<usize> = (0..all.nrows()).filter(held).collect();

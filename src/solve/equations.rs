@@ -1,0 +1,153 @@
+//! The equations of the step at hand, assembled: residual, tangent, constraints, and the error of a state.
+
+use super::multipliers::{self, larger};
+use super::{Failure, Step};
+use crate::math::linear::norm;
+use crate::system::{Assembled, Cone, ConstraintValues, State, System, Want};
+use std::time::{Duration, Instant};
+
+/// Share of a Newton step below which its limit does not let the body move at all \[–\].
+const JAMMED: f64 = 1e-10;
+/// Share of the size of the body below which a gap is rounding \[–\].
+const CLOSED: f64 = 1e-12;
+
+/// Sums over the effects, and what is needed to judge them.
+pub struct Equations {
+    pub sums: Assembled,
+    /// Wall time of all evaluations
+    pub assembly_time: Duration,
+    /// ‖diag K‖ of the last tangent \[N/m\], for the rounding of forces
+    pub stiffness: f64,
+    /// Length of the body \[m\], for the rounding of forces
+    length: f64,
+    /// \[constraints\] g at the start of the step, where the law of a constraint depends on it
+    old: Vec<f64>,
+}
+
+/// Error of a state: the larger one of forces and of constraints, as shares of their scales.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct ScaledError {
+    /// With forces compared with the largest effect's Σ‖r_e‖
+    pub exact: f64,
+    /// The same, but forces that are rounding of the stiffest part count as no more than the tolerance
+    pub above_rounding: f64,
+}
+
+impl Equations {
+    pub(super) fn new(system: &System, length: f64) -> Self {
+        Self {
+            sums: Assembled { descending: true, ..system.workspace() },
+            assembly_time: Duration::ZERO,
+            stiffness: 0.0,
+            length,
+            old: vec![0.0; system.constraints.len()],
+        }
+    }
+
+    /// Begins a step: takes what the laws of the constraints need of the last state, and drops the room in the tangent that the
+    /// last step asked for.
+    pub(super) fn begin(&mut self, step: &Step) -> Result<(), Failure> {
+        if step.system.constraints.iter().any(|c| c.cone() == Cone::Linked) {
+            self.old = step.system.gaps(step.past).map_err(Failure::Eval)?;
+        }
+        self.sums.forget_meetings(step.system);
+        Ok(())
+    }
+
+    pub(super) fn evaluate(
+        &mut self,
+        step: &Step,
+        next: &mut State,
+        want: Want,
+        increment: Option<&[f64]>,
+    ) -> Result<(), Failure> {
+        let start = Instant::now();
+        let State { x, v, a, .. } = next;
+        step.integrator.kinematics(step.past, step.dt, x, v, a);
+        let result = step.system.assemble(&step.at(next), &next.lambda, want, increment, &mut self.sums);
+        self.assembly_time += start.elapsed();
+        result.map_err(Failure::Eval)
+    }
+
+    /// The same for the tangent of an iteration, whose stiffness is noted.
+    pub(super) fn linearise(
+        &mut self,
+        step: &Step,
+        next: &mut State,
+        increment: Option<&[f64]>,
+    ) -> Result<(), Failure> {
+        self.evaluate(step, next, Want::Tangent, increment)?;
+        self.stiffness = self.present_stiffness();
+        Ok(())
+    }
+
+    /// Brings the history of `next`, the solution of the step, to the end of the step.
+    pub(super) fn advance_history(&mut self, step: &Step, next: &mut State) -> Result<(), Failure> {
+        let start = Instant::now();
+        let mut history = std::mem::take(&mut next.history);
+        let result = step.system.advance(&step.at(next), &mut history, &mut self.sums.costs);
+        next.history = history;
+        self.assembly_time += start.elapsed();
+        result.map_err(Failure::Eval)
+    }
+
+    /// Error of the state that the sums belong to. Forces below 4ε ‖diag K‖ L are rounding.
+    pub(super) fn error(&self, system: &System, state: &State, tolerance: f64) -> ScaledError {
+        self.error_at_stiffness(system, state, tolerance, self.stiffness)
+    }
+
+    /// The same with ‖diag K‖ of the tangent in the sums.
+    pub(super) fn error_at_tangent(&self, system: &System, state: &State, tolerance: f64) -> ScaledError {
+        self.error_at_stiffness(system, state, tolerance, self.present_stiffness())
+    }
+
+    fn present_stiffness(&self) -> f64 {
+        norm(&self.sums.pattern.diagonal(&self.sums.k))
+    }
+
+    fn error_at_stiffness(&self, system: &System, state: &State, tolerance: f64, stiffness: f64) -> ScaledError {
+        let residual = norm(&system.restrict(&self.sums.r));
+        let rows = multipliers::error(system, &self.rows(state));
+        let scaled = |floor: f64| {
+            let scale = self.sums.scale.max(floor / tolerance);
+            larger(if residual == 0.0 { 0.0 } else { residual / scale }, rows)
+        };
+        let rounding = 4.0 * f64::EPSILON * stiffness * self.length;
+        ScaledError { exact: scaled(0.0), above_rounding: scaled(rounding) }
+    }
+
+    /// The constraints at `state`, which the sums belong to.
+    pub(super) fn rows<'a>(&'a self, state: &'a State) -> ConstraintValues<'a> {
+        ConstraintValues {
+            now: state.clock(),
+            g: &self.sums.g,
+            lambda: &state.lambda,
+            old: &self.old,
+            force: self.sums.scale,
+        }
+    }
+
+    /// −r − lift \[equations\]; the lift only where a prescribed increment is left.
+    pub(super) fn right_side(&self, system: &System, lifted: bool) -> Vec<f64> {
+        let mut y = system.restrict(&self.sums.r);
+        y.iter_mut().zip(&self.sums.lift).for_each(|(y, lift)| *y = -*y - if lifted { *lift } else { 0.0 });
+        y
+    }
+
+    /// Node with the largest component of the residual.
+    pub(super) fn worst_node(&self, system: &System) -> u32 {
+        let largest = |a: &&u32, b: &&u32| self.sums.r[**a as usize].abs().total_cmp(&self.sums.r[**b as usize].abs());
+        system.dofs.free.iter().max_by(largest).map_or(0, |dof| dof / 3)
+    }
+
+    /// The share of the motion dx from x that no effect forbids.
+    pub(super) fn longest(&mut self, system: &System, x: &[f64], dx: &[f64]) -> Result<f64, Failure> {
+        match system.max_step(x, dx, &mut self.sums.caches) {
+            None => Ok(1.0),
+            Some((effect, limit)) if limit.share < JAMMED || limit.gap < CLOSED * self.length => {
+                Err(Failure::Jammed { effect: effect.into(), node: limit.node, gap: limit.gap })
+            }
+            Some((_, limit)) => Ok(limit.share),
+        }
+    }
+}

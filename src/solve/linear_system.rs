@@ -1,0 +1,163 @@
+//! The strategy for the linear systems: direct or iterative, by a fresh or by a lagged factor, with K shifted towards positive
+//! definiteness where the constrained tangent is not, and the constraints by a Schur complement.
+
+use super::equations::Equations;
+use super::lagged_factor::{LaggedFactor, LaggedFactorRecord};
+use super::linear_problem::{LinearProblem, NewtonDirection};
+use super::multipliers::Schur;
+use super::newton_settings::NewtonSettings;
+use super::stability::negative_eigenvalues;
+use super::{Failure, Solution, Step};
+use crate::math::linear::{Factor, LinearError, Method};
+use crate::math::tensor::Vec3;
+use crate::system::{Assembled, Cone, State, System};
+use std::sync::Arc;
+
+/// Share of the largest diagonal entry that the shift counts as the stiffness of a direction without any \[–\].
+const SOFTEST: f64 = 1e-9;
+/// First shift, as a share of the diagonal, its growth, and the share beyond which nothing is gained \[–\].
+const SHIFT: (f64, f64, f64) = (1e-3, 10.0, 1e3);
+
+/// Solves the linear systems of a run. Its factor is reused from step to step.
+pub struct LinearSystem {
+    /// The choice between the direct and the iterative method
+    pub method: Method,
+    pub factor: Factor,
+    /// \[nodes\] X, by which a lagged factor is rotated with the body; or empty
+    pub points: Vec<Vec3>,
+    lagged: LaggedFactor,
+}
+
+impl LinearSystem {
+    pub(super) fn new(method: Method, system: &System) -> Self {
+        let factor = Factor::by(method.clone(), system.pattern.clone(), system.scalar_equations() == 0);
+        Self { method, factor, points: Vec::new(), lagged: LaggedFactor::default() }
+    }
+
+    /// Whether directions may come from a lagged factor. K is to be symmetric, and definite where the constraints hold.
+    pub(super) fn reuses_factors(&self, settings: &NewtonSettings, system: &System, sums: &Assembled) -> bool {
+        settings.reuse_factor
+            && self.factor.price() >= settings.reuse_threshold
+            && system.scalar_equations() == 0
+            && system.skewed.is_empty()
+            && system.meeting.is_empty()
+            && !sums.projected
+            && system.constraints.iter().all(|c| !matches!(c.cone(), Cone::Linked | Cone::Watched))
+    }
+
+    /// The direction of an iteration by the lagged factor, or by a new hierarchy of the iterative method; none where these do not
+    /// serve. `error` is that of the state, which is the start of the step if it is the `first`.
+    pub(super) fn direction_by_lagged_factor(
+        &mut self,
+        problem: &LinearProblem,
+        tolerance: f64,
+        error: f64,
+        first: bool,
+    ) -> Option<NewtonDirection> {
+        let Self { factor, points, lagged, .. } = self;
+        let serves = lagged.serves(factor, problem.step.rates(), first);
+        let found = serves.then(|| lagged.direction(factor, points, problem, tolerance, error, first)).flatten();
+        if found.is_some() || !self.renew_hierarchy(problem) {
+            return found;
+        }
+        let Self { factor, points, lagged, .. } = self;
+        lagged.direction(factor, points, problem, tolerance, error, first)
+    }
+
+    /// Iterative method: a hierarchy of the present tangent, for a direction that is no more accurate than the error asks for.
+    fn renew_hierarchy(&mut self, problem: &LinearProblem) -> bool {
+        if self.factor.multigrid().is_none() {
+            return false;
+        }
+        let sums = &problem.equations.sums;
+        self.fit(problem.system(), sums);
+        self.factor.move_to(&problem.state.x);
+        let renewed = self.factor.factorise(&sums.k).is_ok() && !self.factor.fell_back();
+        if renewed {
+            let (x, rates) = (&problem.state.x, problem.step.rates());
+            self.lagged.keep(&mut self.factor, problem.system(), sums.k.clone(), x, rates);
+        }
+        renewed
+    }
+
+    /// Fits the factor to the pattern of the tangent: the order of elimination is that of the system as long as there is no contact
+    /// between surfaces.
+    pub(super) fn fit(&mut self, system: &System, sums: &Assembled) {
+        let in_order = Arc::ptr_eq(&sums.pattern, &system.pattern);
+        self.factor.take_pattern(&sums.pattern, in_order);
+    }
+
+    /// Schur complement of all constraints, with the current factorisation.
+    pub(super) fn schur(&mut self, system: &System, sums: &Assembled) -> Result<Schur, Failure> {
+        let rows: Vec<usize> = (0..system.constraints.len()).collect();
+        Schur::new(&mut self.factor, sums, system, &rows, &sums.gradient).map_err(Failure::Linear)
+    }
+
+    /// Negative eigenvalues of the constrained tangent that is factorised; none where they are not counted.
+    pub(super) fn negative(&self, system: &System, sums: &Assembled, schur: &Schur) -> Option<usize> {
+        negative_eigenvalues(&self.factor, system, sums, schur)
+    }
+
+    /// Factorises K, shifts it where the constrained tangent has negative eigenvalues, and forms S = H K⁻¹ Hᵀ. The factor of a
+    /// K that is not shifted may be kept for later steps.
+    pub(super) fn factorise(
+        &mut self,
+        step: &Step,
+        next: &State,
+        equations: &mut Equations,
+        keep: bool,
+        solution: &mut Solution,
+    ) -> Result<Schur, Failure> {
+        let (system, sums) = (step.system, &mut equations.sums);
+        let mut shift = 0.0;
+        self.fit(system, sums);
+        self.factor.move_to(&next.x);
+        let own = sums.pattern.diagonal(&sums.k);
+        let alone: Vec<f64> = (0..own.len()).map(|j| sums.k[sums.pattern.on_diagonal(j)]).collect();
+        let largest = own.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
+        loop {
+            let factorised = self.factor.factorise(&sums.k).map_err(Failure::Linear);
+            match factorised.and_then(|()| self.schur(system, sums)) {
+                Ok(schur) => {
+                    let unstable = self.negative(system, sums, &schur);
+                    if shift == 0.0 {
+                        solution.unstable_modes = unstable;
+                    }
+                    if unstable.is_none_or(|n| n == 0) || shift > SHIFT.2 {
+                        if keep && shift == 0.0 && !self.factor.fell_back() {
+                            self.lagged.keep(&mut self.factor, system, sums.k.clone(), &next.x, step.rates());
+                        }
+                        return Ok(schur);
+                    }
+                }
+                Err(failure @ Failure::Linear(LinearError::TooLarge { .. })) => return Err(failure),
+                Err(failure) if shift > SHIFT.2 => return Err(failure),
+                Err(_) => {}
+            }
+            // Shift by a growing fraction of the diagonal: a step between Newton's and steepest descent.
+            let larger = if shift == 0.0 { SHIFT.0 } else { SHIFT.1 * shift };
+            for (j, own) in own.iter().enumerate() {
+                let k = sums.pattern.on_diagonal(j);
+                let away = if system.dofs.is_scalar(j) { -larger } else { larger };
+                sums.k[k] = alone[j] + away * own.abs().max(SOFTEST * largest);
+            }
+            shift = larger;
+            solution.regularised = true;
+        }
+    }
+
+    /// A step ended: decides whether the lagged factor is kept for the next one.
+    pub(super) fn end_step(&mut self) {
+        self.lagged.judge(&self.factor);
+    }
+
+    /// The lagged factor as a checkpoint holds it; empty if it was overwritten.
+    pub(super) fn lagged_factor_record(&self) -> LaggedFactorRecord {
+        self.lagged.record(&self.factor)
+    }
+
+    /// Makes the lagged factor of a checkpoint again.
+    pub(super) fn resume(&mut self, record: LaggedFactorRecord, system: &System) {
+        self.lagged.resume(&mut self.factor, record, system);
+    }
+}

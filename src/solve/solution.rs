@@ -1,0 +1,14 @@
+//! A converged nonlinear solve.
+
+/// A converged solve.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Solution {
+    pub iterations: usize,
+    /// Negative eigenvalues of the constrained tangent at the last factorisation; 0 at a stable equilibrium, and where the
+    /// tangent is not symmetric. None where they were not counted, and conjugate gradients met none
+    pub unstable_modes: Option<usize>,
+    /// Whether a tangent was shifted towards positive definiteness
+    pub regularised: bool,
+    /// Whether negative eigenvalues of blocks of the tangent were removed
+    pub projected: bool,
+}
