@@ -392,8 +392,8 @@ fn what_cannot_happen_is_remarked_on() {
     ] {
         let event = format!("[[event]]\nname = \"never\"\nwhen = {when}\nthen = [{{ kind = \"stop\" }}]\n");
         let scene = pulled("{ kind = \"tension\", signal = \"1 N\" }", &event);
-        let remark = scene.remarks.iter().find(|r| r.contains("the event \"never\" cannot happen"));
-        assert!(remark.is_some_and(|r| r.contains(says)), "{when}: {:?}", scene.remarks);
+        let note = scene.notes.iter().find(|r| r.contains("the event \"never\" cannot happen"));
+        assert!(note.is_some_and(|r| r.contains(says)), "{when}: {:?}", scene.notes);
     }
 }
 

@@ -57,7 +57,7 @@ fn unusual_rows_are_logged_and_unreadable_rows_named() {
         "both count (line 9)",
         "smaller than in the row before (order of the file or unloading); the order does not enter the fit, unloading would (line 7)",
         "under tension) (line 10)",
-        "offset was not taken off (line 2)",
+        "offset was not subtracted (line 2)",
     ] {
         assert!(kept.contains(fact), "{fact} not in:\n{kept}");
     }
@@ -88,8 +88,8 @@ fn bad_tables_are_refused_with_fact_and_remedy() {
         ("stretch,stress (MPa),stress 2 (MPa)\n1.1,0.1,1\n", &["may be any of", "--stress-column"]),
         ("stretch,nominal stress (MPa)\n", &["no rows below the column names"]),
         ("stretch,nominal stress (MPa)\nx,1\n", &["line 2", "not a number"]),
-        ("stretch,nominal stress (MPa)\n1.1,0.1\n", &["holds 1 rows", "2 are needed"]),
-        ("stretch,nominal stress (MPa)\n1,0.1\n1,0.2\n", &["holds 0 rows"]),
+        ("stretch,nominal stress (MPa)\n1.1,0.1\n", &["holds 1 data points", "2 are needed"]),
+        ("stretch,nominal stress (MPa)\n1,0.1\n1,0.2\n", &["holds 0 data points"]),
         ("mode,stretch,nominal stress (MPa)\ntorsion,1.1,0.1\n", &["line 2", "\"torsion\" is not a mode"]),
         ("", &["the file is empty"]),
     ] {
@@ -109,7 +109,7 @@ fn requests_that_cannot_be_met_are_refused() {
         fit_experiment(&two, &options).expect_err("must be refused").to_string()
     };
     assert!(ask(&|_| {}).contains("several modes (uniaxial, planar); pass --mode"));
-    assert!(ask(&|o| o.modes = vec![Mode::Equibiaxial]).contains("no equibiaxial rows; present: uniaxial, planar"));
+    assert!(ask(&|o| o.modes = vec![Mode::Equibiaxial]).contains("no equibiaxial data; present: uniaxial, planar"));
     assert!(ask(&|o| o.law = "neo_hokean".into()).contains("did you mean \"neo_hookean\"?"));
     let half = Some(Partner::Nu(0.5));
     assert!(ask(&|o| (o.modes, o.partner) = (vec![Mode::Uniaxial], half)).contains("below 0.5"));

@@ -24,7 +24,7 @@ fn table(model: Model, values: &[f64], [low, high]: [f64; 2], errors: &[f64]) ->
 }
 
 fn fitted(e: &Experiment, model: Model, bootstrap: usize) -> FitResult {
-    let mut o = FitOptions::new(model.law.name);
+    let mut o = FitOptions::new(model.name());
     (o.terms, o.bootstrap) = (Some(model.terms), bootstrap);
     fit_experiment(e, &o).unwrap_or_else(|e| panic!("{}: {e}", model.label()))
 }

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 #[test]
 fn stresses_are_those_of_the_scenes_law() {
     for model in models() {
-        let values = truth(model.law.name, model.terms);
+        let values = truth(model.name(), model.terms);
         let law = model.law(&values, 1e9).unwrap_or_else(|e| panic!("{}: {e}", model.label()));
         for mode in Mode::PULLED.into_iter().chain([Mode::SimpleShear]) {
             assert_eq!(model.stress(&values, mode, 1.0), 0.0, "{} {mode}", model.label());
@@ -45,8 +45,8 @@ fn stresses_are_those_of_the_scenes_law() {
 #[test]
 fn clean_data_give_every_law_back() {
     for model in models() {
-        let values = truth(model.law.name, model.terms);
-        let range = if model.law.name == "ogden" { [0.4, 6.0] } else { [0.5, 3.0] };
+        let values = truth(model.name(), model.terms);
+        let range = if model.name() == "ogden" { [0.4, 6.0] } else { [0.5, 3.0] };
         for scale in [1.0, 1e-3, 1e3] {
             let clean = samples(model, &values, &Mode::PULLED, range, 25, |p| p * scale);
             let r = fitted(model, &Mode::PULLED, clean);
@@ -79,8 +79,8 @@ fn clean_data_give_every_law_back() {
 #[test]
 fn noisy_data_give_intervals_that_hold_the_truth() {
     for (seed, model) in models().into_iter().enumerate().filter(|(_, m)| m.terms < 4) {
-        let values = truth(model.law.name, model.terms);
-        let range = if model.law.name == "ogden" { [0.4, 6.0] } else { [0.5, 3.0] };
+        let values = truth(model.name(), model.terms);
+        let range = if model.name() == "ogden" { [0.4, 6.0] } else { [0.5, 3.0] };
         let clean = samples(model, &values, &Mode::PULLED, range, 60, |p| p);
         let top = 0.01 * clean.iter().map(|s| s.stress.abs()).fold(0.0, f64::max) * 0.2;
         let mut noise = Random(seed as u64 + 77);
@@ -145,7 +145,7 @@ fn biaxial_stresses_are_those_of_scenes() {
     use durometer::material::Want;
     use durometer::math::tensor::Mat3;
     for model in models() {
-        let values = truth(model.law.name, model.terms);
+        let values = truth(model.name(), model.terms);
         let law = model.law(&values, 1e9).expect("constants of a rubber");
         for (a, b) in [(1.5, 1.2), (1.2, 1.5), (0.7, 1.6), (1.8, 1.0)] {
             let sample = Sample { mode: Mode::Biaxial, stretch: a, second: b, stress: 0.0, line: 1, specimen: 0 };
@@ -231,7 +231,10 @@ fn weights_by_noise_listen_to_the_quiet_mode() {
     let mut o = options(model, &modes);
     o.weighting = Weighting::Noise;
     let message = fit_experiment(&e, &o).expect_err("four rows").to_string();
-    assert!(message.contains("uniaxial rows do not give a noise level") && message.contains("--noise"), "{message}");
+    assert!(
+        message.contains("uniaxial data points do not give a noise level") && message.contains("--noise"),
+        "{message}"
+    );
     o.noise = Some(1e3);
     let r = fit_experiment(&e, &o).expect("given");
     assert!(r.noise.iter().all(|n| n.given && n.std_pa == 1e3));

@@ -80,7 +80,7 @@ fn true_and_raw_columns_become_nominal() {
 
     choice.dimensions.set("area", "20 mm^2").expect("valid");
     let message = read(&raw, &choice).expect_err("6 × 3 is not 20").to_string();
-    assert!(message.contains("20.0000 mm² in one way and 18.0000 mm²"), "{message}");
+    assert!(message.contains("20.0000 mm² from one set of dimensions and 18.0000 mm² from another"), "{message}");
     let message = choice.dimensions.set("width", "-3 mm").expect_err("negative").to_string();
     assert!(message.contains("width") && message.contains("above zero"), "{message}");
 }

@@ -226,7 +226,7 @@ nu = 0.45
     let angle = text("bending_angle_deg");
     let blind = found(&angle, &made(&angle, x.clone()));
     assert_eq!((blind.constants[0].interval, blind.constants[0].std_error), (None, None));
-    assert!(blind.unidentified[0].contains("say nothing about μ"), "{:?}", blind.unidentified);
+    assert!(blind.unidentified[0].contains("insensitive to μ"), "{:?}", blind.unidentified);
     let mut tension = text("cable_tension_N");
     let measured = made(&tension, x);
     tension.unknown[0].start = 40e3;

@@ -158,6 +158,6 @@ fn the_memory_decides() {
     assert!(told.contains("more than factor_memory") && told.contains("raise numerics.factor_memory"), "{told}");
     assert_eq!(
         run.linear.why,
-        "pressures of a mixed formulation or multipliers of a contact stand beside the displacements"
+        "pressures of a mixed formulation or multipliers of a contact are unknown next to the displacements"
     );
 }

@@ -14,7 +14,7 @@ use toml::{Table, Value};
 
 const BOUND: f64 = 1e-8;
 
-/// F within 0.25 of the unit matrix, so that no law of `laws.toml` is at its limit.
+/// F within 0.25 of the unit matrix, so that no example of a law is at its limit.
 fn near(random: &mut Random) -> Mat3 {
     Mat3::identity() + Mat3::from_fn(|_, _| random.around(0.25))
 }

@@ -1,4 +1,4 @@
-//! Intervals by the bootstrap: the fit repeated on rows drawn again from the table.
+//! Intervals by the bootstrap: the fit repeated on resampled data points.
 //!
 //! Rows of a testing machine are correlated, so they are drawn in blocks of neighbours in λ, per mode, closed to a circle (Politis &
 //! Romano, in Exploring the Limits of Bootstrap, 1992). The block is twice the lag at which the correlation of the residuals
@@ -6,8 +6,8 @@
 //! specimens are drawn. The interval is that of the percentiles 2.5 and 97.5 (Efron & Tibshirani, An Introduction to the
 //! Bootstrap, 1993, ch. 13).
 //!
-//! Each sample has its own seed, so the answer does not depend on the thread count. Limits: too narrow for few rows or specimens
-//! (by √((n − 1)/n) at least), and for correlation longer than n/8 rows; a misfit of the law is drawn again like noise.
+//! Each sample has its own seed, so the answer does not depend on the thread count. Limits: too narrow for few data points or specimens
+//! (by √((n − 1)/n) at least), and for correlation longer than n/8 data points; a misfit of the law is resampled like noise.
 
 use super::solve::{LawFit, Setting, constants};
 use super::{Mode, Sample};
@@ -21,7 +21,7 @@ use std::fmt;
 pub struct Bootstrap {
     /// Fits that were made
     pub samples: usize,
-    /// Samples without enough different rows, or without an answer: not counted
+    /// Samples without enough different data points, or without an answer: not counted
     pub failed: usize,
     pub drawn: Drawn,
     pub seed: u64,
@@ -31,7 +31,7 @@ pub struct Bootstrap {
     pub intervals: Vec<[f64; 2]>,
 }
 
-/// What is drawn.
+/// Unit of resampling.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Drawn {
@@ -47,8 +47,8 @@ pub enum Drawn {
 impl fmt::Display for Drawn {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Rows { block: 1 } => f.write_str("rows"),
-            Self::Rows { block } => write!(f, "blocks of {block} rows"),
+            Self::Rows { block: 1 } => f.write_str("data points"),
+            Self::Rows { block } => write!(f, "blocks of {block} data points"),
             Self::Specimens { specimens } => write!(f, "{specimens} specimens"),
         }
     }
@@ -60,7 +60,7 @@ const SEED: u64 = 0x00d0_3e7e;
 /// Samples that have to succeed for a percentile to mean something
 const LEAST: usize = 40;
 
-/// `groups`: the fitted rows, specimen by specimen. `None` where fewer than 40 samples could be fitted.
+/// `groups`: the fitted data points, specimen by specimen. `None` where fewer than 40 samples could be fitted.
 pub fn bootstrap(setting: &Setting, groups: &[Vec<Sample>], answer: &LawFit, samples: usize) -> Option<Bootstrap> {
     let (drawn, plan) = if groups.len() >= SPECIMENS {
         (Drawn::Specimens { specimens: groups.len() }, Plan::Specimens(groups))
@@ -132,7 +132,7 @@ impl Plan<'_> {
 }
 
 impl Strip {
-    /// As many rows as there are.
+    /// As many data points as there are.
     fn draw(&self, random: &mut SplitMix) -> Vec<Sample> {
         let n = self.rows.len();
         let starts: Vec<usize> = (0..n.div_ceil(self.block)).map(|_| random.below(n)).collect();

@@ -1,4 +1,4 @@
-//! `card.toml`: what a table does not say of itself. It lies beside the table and names it.
+//! `card.toml`: information that a table lacks. It lies next to the table and names it.
 
 use super::{ColumnChoice, Dimensions, FitError, Mode, Preparation};
 use serde::{Deserialize, Serialize};
@@ -43,7 +43,7 @@ pub struct Card {
     /// `gauge_length`, `width`, `thickness`, `diameter`, `area` with their units; other keys are free
     #[serde(default)]
     pub specimen: toml::Table,
-    /// What is done to the rows before a fit
+    /// Treatment of the rows before a fit
     #[serde(default)]
     pub preparation: Preparation,
 }
@@ -54,22 +54,22 @@ impl Card {
         toml::from_str(&text).map_err(|e| FitError::Card { path: path.into(), message: e.to_string() })
     }
 
-    /// What it states of the table.
+    /// Its statements on the table.
     pub fn choice(&self) -> Result<ColumnChoice, FitError> {
         let dimensions = Dimensions::of_card(&self.specimen)?;
         Ok(ColumnChoice { dimensions, strain_measurement: self.strain_measurement.clone(), ..self.columns.clone() })
     }
 
-    /// The given card; else the `card.toml` beside the table, if it names this table.
+    /// The given card; else the `card.toml` next to the table, if it names this table.
     pub fn find(given: Option<&Path>, data: &Path) -> Result<Option<Self>, FitError> {
         if let Some(path) = given {
             return Self::read(path).map(Some);
         }
-        let beside = data.with_file_name("card.toml");
-        if !beside.is_file() {
+        let neighbour = data.with_file_name("card.toml");
+        if !neighbour.is_file() {
             return Ok(None);
         }
-        let card = Self::read(&beside)?;
+        let card = Self::read(&neighbour)?;
         Ok(data.file_name().is_some_and(|name| name == card.file.as_str()).then_some(card))
     }
 }

@@ -1,11 +1,11 @@
-//! Where a fitted law stops being stable, mode by mode: [`crate::material::stability()`] on the law of scenes.
+//! Range of material stability of a fitted law, mode by mode: [`material_stability()`] of the law of scenes.
 //!
 //! The law is made nearly incompressible, κ = 1e5 of the Neo-Hookean modulus of the data, which moves the loss of stability by about
-//! 1e-5. Looked at: tension up to L = 1.5 times the largest stretch of the table and at least 3, compression until a principal stretch
+//! 1e-5. The range examined: tension up to L = 1.5 times the largest stretch of the table and at least 3, compression until a principal stretch
 //! reaches L or 1/L, simple shear with principal stretches L and 1/L.
 
-use super::law::Model;
-use crate::material::{LoadCase, stability};
+use super::Model;
+use crate::material::{LoadCase, StabilityLimit, material_stability};
 use serde::Serialize;
 
 /// Range of one mode of deformation in which the law is stable (Drucker).
@@ -13,7 +13,7 @@ use serde::Serialize;
 pub struct StableRange {
     /// uniaxial, equibiaxial, planar, simple_shear
     pub mode: &'static str,
-    /// Range that was looked at: λ \[–\], in simple shear γ \[–\]
+    /// Range that was examined: λ \[–\], in simple shear γ \[–\]
     pub looked: [f64; 2],
     /// First amount below rest at which stability is lost; `None`: none in the range
     pub below: Option<f64>,
@@ -51,8 +51,8 @@ pub fn certificate(model: Model, values: &[f64], modulus: f64, largest: f64) -> 
     let top = (1.5 * largest).max(3.0);
     let one = |(case, mode): (LoadCase, &'static str)| {
         let looked = range(case, top);
-        let found = stability(law.as_ref(), case, looked).ok()?;
-        let amount = |limit: Option<crate::material::Limit>| limit.map(|l| l.amount);
+        let found = material_stability(law.as_ref(), case, looked).ok()?;
+        let amount = |limit: Option<StabilityLimit>| limit.map(|l| l.amount);
         Some(StableRange { mode, looked, below: amount(found.below), above: amount(found.above) })
     };
     CASES.into_iter().filter_map(one).collect()

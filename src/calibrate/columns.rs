@@ -6,7 +6,7 @@ use super::{Dimensions, FitError, Mode};
 use crate::math::units::{self, Dimension};
 use serde::{Deserialize, Serialize};
 
-/// What a card or the user states of a table; what is `None` is detected.
+/// Statements of a card or the user on a table; a field that is `None` is detected.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ColumnChoice {
@@ -110,7 +110,7 @@ pub fn find_header(lines: &[Line], choice: &ColumnChoice) -> Option<usize> {
     };
     let found = || (0..lines.len()).filter(|k| is_header(&lines[*k]));
     let has_numbers = |l: &Line| l.cells.iter().filter(|c| is_number(c)).count() >= 2;
-    // A line of units may stand between
+    // A line of units may follow
     let above_numbers = |k: &usize| {
         let units = with_units(&lines[*k], lines.get(k + 1)).1;
         lines.get(k + 1 + usize::from(units)).is_some_and(has_numbers)
@@ -248,7 +248,7 @@ fn stress_column(
         return Err(FitError::NoUnit { file: file.into(), column: name, flag: "stress-unit", example: one });
     };
     if let Some(stated) = stated.filter(|s| *s != unit) {
-        notes.push(format!("column \"{name}\" is read in {unit} as asked, its name says {stated}"));
+        notes.push(format!("column \"{name}\" is read in {unit} as requested, its name says {stated}"));
     }
     match units::parse(&format!("1 {unit}"), dimension) {
         Ok(factor) => Ok(Column { at, name, kind, unit, stated: true, factor }),

@@ -1,13 +1,13 @@
-//! Every law on the same rows, ranked by what it predicts of rows that it did not see.
+//! Every law on the same data, ranked by its prediction of data that were not fitted.
 //!
-//! Two predictions, each as √(Σr²/ΣP²) over the rows left out: *hold-out*, the last third of ln λ of every fitted mode from the rest of
+//! Two predictions, each as √(Σr²/ΣP²) over the data points left out: *hold-out*, the last third of ln λ of every fitted mode from the rest of
 //! them; *cross-mode*, each fitted mode from the other ones (with one fitted mode: the other modes of the table from it). The score is the worse
 //! of the two. The misfit of the fit itself falls with every constant and ranks nothing.
 
 use super::fit::{Choice, choose, read};
 use super::misfit::residuals;
 use super::solve::{Setting, solve};
-use super::{Experiment, FITS, FitError, FitOptions, FitRequest, Misfit, Mode, Model, Sample};
+use super::{Experiment, FitError, FitOptions, FitRequest, Misfit, Mode, Model, Sample, fittable_laws};
 use serde::Serialize;
 use std::fmt;
 use std::path::Path;
@@ -15,7 +15,7 @@ use std::path::Path;
 /// Part of ln λ from rest that is fitted where the rest is held out \[–\]
 const KEPT: f64 = 2.0 / 3.0;
 
-/// One law. Misfits are relative \[–\]; `None`: there are too few rows for it, or no other mode.
+/// One law. Misfits are relative \[–\]; `None`: there are too few data points for it, or no other mode.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Compared {
     pub law: &'static str,
@@ -51,9 +51,9 @@ pub fn compare(request: &FitRequest) -> Result<Comparison, FitError> {
 pub fn compare_experiment(experiment: &Experiment, options: &FitOptions) -> Result<Comparison, FitError> {
     let choice = choose(experiment, options)?;
     let mut laws = Vec::new();
-    for law in FITS {
-        for terms in law.terms {
-            let model = Model::new(law.name, Some(*terms)).expect("a number of the list");
+    for law in fittable_laws() {
+        for terms in law.fit.iter().flat_map(|f| f.term_counts) {
+            let model = Model::new(law.info.name, Some(*terms)).expect("a number of the list");
             laws.push(one(experiment, options, &choice, model)?);
         }
     }
@@ -87,7 +87,7 @@ fn one(experiment: &Experiment, options: &FitOptions, choice: &Choice, model: Mo
     };
     let score = [hold_out, cross_mode].into_iter().flatten().reduce(f64::max);
     Ok(Compared {
-        law: model.law.name,
+        law: model.name(),
         terms: model.terms,
         label: model.label(),
         constants: model.parameters().len(),
@@ -103,7 +103,7 @@ fn misfit(setting: &Setting, values: &[f64], samples: &[Sample]) -> f64 {
     Misfit::of(&residuals(samples, |s| setting.model.at(values, s))).map_or(f64::NAN, |m| m.rms_relative)
 }
 
-/// Misfit on the picked rows of `from` after a fit to the rows of `fitted` that are not picked.
+/// Misfit on the picked data points of `from` after a fit to those of `fitted` that are not picked.
 fn predict(setting: &Setting, fitted: &[Sample], from: &[Sample], picked: &dyn Fn(&Sample) -> bool) -> Option<f64> {
     let rest: Vec<Sample> = fitted.iter().filter(|s| !picked(s)).copied().collect();
     let asked: Vec<Sample> = from.iter().filter(|s| picked(s)).copied().collect();
@@ -126,8 +126,8 @@ impl fmt::Display for Comparison {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let modes: Vec<_> = self.modes.iter().map(|m| m.name()).collect();
         let [low, high] = self.stretch;
-        writeln!(f, "{} ({}), stretch {low} to {high}, {} rows", self.data, modes.join(" + "), self.rows)?;
-        writeln!(f, "relative misfit [%] of rows that were not fitted, the best prediction first\n")?;
+        writeln!(f, "{} ({}), stretch {low} to {high}, {} data points", self.data, modes.join(" + "), self.rows)?;
+        writeln!(f, "relative misfit [%] of data that were not fitted, the best prediction first\n")?;
         writeln!(f, "{:30} {:>9} {:>8} {:>9} {:>11}", "law", "constants", "fitted", "hold-out", "cross-mode")?;
         let percent = |v: Option<f64>| match v {
             None => "–".into(),

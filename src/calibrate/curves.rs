@@ -1,4 +1,4 @@
-//! What a figure of a fit needs; drawing is done elsewhere.
+//! Data of a figure of a fit; drawing is done elsewhere.
 
 use super::{Mode, Model, Residual, Sample};
 use serde::{Deserialize, Serialize};

@@ -12,7 +12,7 @@ use std::fmt;
 use std::ops::Range;
 use std::str::FromStr;
 
-/// What of a table with several branches is fitted.
+/// The part of a table with several branches that is fitted.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub enum Cycle {
@@ -62,8 +62,8 @@ impl fmt::Display for Cycle {
     }
 }
 
-/// Part of the largest |ln λ| by which rows have to come back to turn \[–\]
-const TURN: f64 = 0.02;
+/// Part of the largest |ln λ| by which rows have to come back to end a branch \[–\]
+const REVERSAL: f64 = 0.02;
 /// Rows of a branch that counts, and part of all rows that such branches hold
 const LEAST: usize = 5;
 const HELD: f64 = 0.8;
@@ -78,14 +78,14 @@ pub struct Branch {
 /// Branches in the order of the rows.
 pub fn branches(samples: &[&Sample]) -> Vec<Branch> {
     let a: Vec<f64> = samples.iter().map(|s| s.stretch.ln().abs()).collect();
-    let turn = TURN * a.iter().copied().fold(0.0, f64::max);
+    let reversal = REVERSAL * a.iter().copied().fold(0.0, f64::max);
     let mut found = Vec::new();
     let (mut loading, mut start, mut extreme) = (true, 0, 0);
     for k in 1..a.len() {
         let ahead = if loading { a[k] - a[extreme] } else { a[extreme] - a[k] };
         if ahead >= 0.0 {
             extreme = k;
-        } else if ahead < -turn {
+        } else if ahead < -reversal {
             found.push(Branch { loading, rows: start..extreme + 1 });
             (loading, start, extreme) = (!loading, extreme + 1, k);
         }
@@ -147,7 +147,7 @@ mod tests {
         // Two runs one after the other: the jump back is no branch of its own
         let runs = [&up[..], &up[..]].concat();
         assert_eq!(found(&runs).map(|l| l.len()), Some(2));
-        // Noise of 1 % of the range turns nothing
+        // Noise of 1 % of the range makes no branch
         let noisy: Vec<f64> = up.iter().enumerate().map(|(k, l)| l + 0.005 * f64::from(k as u32 % 2)).collect();
         assert_eq!(found(&noisy), None);
         let shuffled: Vec<f64> = (0..40).map(|k| 1.0 + f64::from(k * 17 % 40) / 40.0).collect();

@@ -1,4 +1,4 @@
-//! Dimensions of a test piece: what turns a force into a nominal stress and a displacement into a strain.
+//! Dimensions of a test piece, which convert a force into a nominal stress and a displacement into a strain.
 //!
 //! P = F/A with A = width × thickness, ¼π diameter², or as given; e = u/L with the gauge length L.
 
@@ -21,7 +21,7 @@ pub struct Dimensions {
     pub area: Option<f64>,
 }
 
-/// Two ways to the cross-section have to agree within this part \[–\]
+/// Cross-sections from different dimensions have to agree within this part \[–\]
 const AGREE: f64 = 0.01;
 
 impl Dimensions {
@@ -70,7 +70,7 @@ impl Dimensions {
         Ok(found)
     }
 
-    /// Those of the lines above a table, `Specimen Thickness (mm);3`: what is not understood is left away.
+    /// Those of the lines above a table, `Specimen Thickness (mm);3`: lines that are not understood are ignored.
     pub fn of_header(header: &[(String, String)]) -> Self {
         let mut found = Self::default();
         for (name, value) in header {
@@ -117,17 +117,17 @@ impl Dimensions {
     pub fn section(&self, file: &str, column: &str) -> Result<(f64, String), FitError> {
         let mm = |v: f64| format!("{:.6}", 1e3 * v).trim_end_matches('0').trim_end_matches('.').to_string();
         let sides = self.width.zip(self.thickness);
-        let ways = [
+        let sections = [
             self.area.map(|a| (a, "as given".to_string())),
             sides.map(|(w, t)| (w * t, format!("{} mm × {} mm", mm(w), mm(t)))),
             self.diameter
                 .map(|d| (0.25 * std::f64::consts::PI * d * d, format!("of a circle with diameter {} mm", mm(d)))),
         ];
-        let ways: Vec<_> = ways.into_iter().flatten().collect();
-        let Some((area, how)) = ways.first().cloned() else {
+        let sections: Vec<_> = sections.into_iter().flatten().collect();
+        let Some((area, how)) = sections.first().cloned() else {
             return Err(FitError::NoSection { file: file.into(), column: column.into() });
         };
-        match ways.iter().find(|(other, _)| (other / area - 1.0).abs() > AGREE) {
+        match sections.iter().find(|(other, _)| (other / area - 1.0).abs() > AGREE) {
             Some((other, _)) => Err(FitError::Sections { file: file.into(), first: 1e6 * area, second: 1e6 * other }),
             None => Ok((area, format!("{:.6} mm² ({how})", 1e6 * area))),
         }

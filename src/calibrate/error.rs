@@ -64,7 +64,9 @@ pub enum FitError {
          in card.toml under [specimen]"
     )]
     NoSection { file: String, column: String },
-    #[error("{file}: the cross-section is {first:.4} mm² in one way and {second:.4} mm² in another; give one of them")]
+    #[error(
+        "{file}: the cross-section is {first:.4} mm² from one set of dimensions and {second:.4} mm² from another; give one of them"
+    )]
     Sections { file: String, first: f64, second: f64 },
     #[error(
         "{file}: column \"{column}\" is a displacement: give the length that it stretches with --gauge-length, or gauge_length in card.toml \
@@ -73,12 +75,12 @@ pub enum FitError {
     NoLength { file: String, column: String },
     #[error("{file}: --cycle {asked} asks for a loading that is not there: the table has {found}")]
     NoCycle { file: String, asked: usize, found: usize },
-    #[error("{file}: --zero {asked}: the {mode} test has {rows} rows; give a number from 1 to half of them")]
+    #[error("{file}: --zero {asked}: the {mode} test has {rows} data points; give a number from 1 to half of them")]
     Zero { file: String, mode: Mode, asked: usize, rows: usize },
     #[error("{file}: --toe \"{level}\": {reason}")]
     Toe { file: String, level: String, reason: String },
     #[error(
-        "the {mode} rows do not give a noise level ({rows} rows of different stretch that vary about a smooth curve; 5 are needed): pass \
+        "the {mode} data points do not give a noise level ({rows} of different stretch that vary about a smooth curve; 5 are needed): pass \
          --noise with the standard deviation of the stress, such as --noise \"2 kPa\""
     )]
     NoNoise { mode: Mode, rows: usize },
@@ -102,19 +104,19 @@ pub enum FitError {
         list(present)
     )]
     ChooseMode { file: String, present: Vec<Mode> },
-    #[error("{file}: holds no {mode} rows; present: {}", list(present))]
+    #[error("{file}: holds no {mode} data; present: {}", list(present))]
     AbsentMode { file: String, mode: Mode, present: Vec<Mode> },
     #[error("law \"{name}\" cannot be fitted; did you mean \"{nearest}\"? Known: {}", list(known))]
     UnknownLaw { name: String, nearest: &'static str, known: Vec<&'static str> },
     #[error("range \"{text}\": {reason}; write two stretches such as --range 1..1.6")]
     Range { text: String, reason: &'static str },
     #[error(
-        "stretch {from} to {to} holds {rows} rows that say something about the law, {needed} are needed; the data \
+        "stretch {from} to {to} holds {rows} data points that carry information on the law, {needed} are needed; the data \
          reach from {data_from} to {data_to}: widen --range"
     )]
     TooFewRows { from: f64, to: f64, rows: usize, needed: usize, data_from: f64, data_to: f64 },
     #[error(
-        "every stress in the fitted rows is zero: any law would get zero stiffness; check the stress column and its unit"
+        "every stress in the fitted range is zero: any law would get zero stiffness; check the stress column and its unit"
     )]
     ZeroStress,
     #[error(

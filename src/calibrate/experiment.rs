@@ -1,4 +1,4 @@
-//! A table as typed samples. Nothing is changed silently: the audit log says what was done to which line.
+//! A table as typed samples. Nothing is changed silently: the audit log lists every change with its lines.
 
 use super::columns::{self, Columns};
 use super::intake::{self, Conversion};
@@ -36,7 +36,7 @@ impl Sample {
     }
 }
 
-/// What the machine recorded in one row, unchanged, where the table has it.
+/// The record of the machine in one row, unchanged, where the table has it.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct RawRow {
     /// Line of the file, counted from 1
@@ -76,7 +76,7 @@ pub struct Experiment {
 }
 
 impl Experiment {
-    /// Reads a table. `card`: else the one beside the table. `choice` overrides the card. `mode`: of every row, where
+    /// Reads a table. `card`: else the one next to the table. `choice` overrides the card. `mode`: of every row, where
     /// no column gives it.
     pub fn read(path: &Path, card: Option<&Path>, choice: &ColumnChoice, mode: Option<Mode>) -> Result<Self, FitError> {
         let bytes = std::fs::read(path).map_err(|source| FitError::Read { path: path.into(), source })?;
@@ -209,7 +209,7 @@ fn find_header(file: &str, text: &str, choice: &ColumnChoice) -> Result<(char, V
     }
     let strain = choice.strain.as_ref().map_or("stretch, strain or displacement".into(), |n| format!("name \"{n}\""));
     let stress = choice.stress.as_ref().map_or("stress or force".into(), |n| format!("name \"{n}\""));
-    Err(FitError::Columns { file: file.into(), missing: format!("{strain} beside one of {stress}"), found })
+    Err(FitError::Columns { file: file.into(), missing: format!("{strain} with one of {stress}"), found })
 }
 
 fn decimal_mark(

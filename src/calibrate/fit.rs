@@ -1,4 +1,4 @@
-//! From a request to a result: choose rows, fit, judge.
+//! From a request to a result: choose data points, fit, judge.
 
 use super::bootstrap::bootstrap;
 use super::certificate::certificate;
@@ -7,12 +7,11 @@ use super::misfit::residuals;
 use super::result::interval_assumption;
 use super::solve::{LawFit, Setting, solve};
 use super::specimen::scatter;
-use super::term::invariants;
 use super::{
     Experiment, FitCurves, FitError, FitOptions, FitRequest, FitResult, Misfit, Mode, Model, Otherwise, RangeRow,
     Sample, StretchRange, Weighting, noise, profile,
 };
-use crate::material::registry;
+use crate::material::principal::invariants;
 
 /// Reads a table and fits a law to it.
 pub fn fit(request: &FitRequest) -> Result<FitResult, FitError> {
@@ -63,11 +62,11 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
         stretch,
     );
     let mut result = FitResult {
-        law: model.law.name,
+        law: model.name(),
         label: model.label(),
         terms: model.terms,
-        formula: model.law.formula,
-        law_source: model.law.source,
+        formula: model.form.formula,
+        law_source: model.form.source,
         data: experiment.file.clone(),
         data_sha256: experiment.sha256.clone(),
         data_source: experiment.card.as_ref().map(|c| citation(&c.source)).filter(|c| !c.is_empty()),
@@ -104,7 +103,7 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
     Ok(result)
 }
 
-/// The fit under every other treatment of the rows.
+/// The fit under every other treatment of the data points.
 fn otherwise(
     experiment: &Experiment,
     setting: &Setting,
@@ -130,7 +129,7 @@ fn by_specimen(rows: &[Sample], specimens: usize) -> Vec<Vec<Sample>> {
     (0..specimens).map(|k| rows.iter().filter(|s| s.specimen == k).copied().collect()).collect()
 }
 
-/// The rows of a fit.
+/// The data points of a fit.
 pub(super) struct Choice {
     pub modes: Vec<Mode>,
     pub range: StretchRange,
@@ -139,7 +138,7 @@ pub(super) struct Choice {
     pub stretch: [f64; 2],
 }
 
-/// Chooses modes and rows as asked; refuses too few of them.
+/// Chooses modes and data points as requested; refuses too few of them.
 pub(super) fn choose(experiment: &Experiment, options: &FitOptions) -> Result<Choice, FitError> {
     let modes = choose_modes(experiment, &options.modes)?;
     let range = options.range.unwrap_or(StretchRange::ALL);
@@ -191,7 +190,7 @@ pub(super) fn extent(stretches: impl Iterator<Item = f64>) -> [f64; 2] {
     stretches.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], s| [a.min(s), b.max(s)])
 }
 
-/// Rows at stretches other than 1 that a fit needs, whatever the law; with fewer rows than constants the result says what they leave open.
+/// Data points at stretches other than 1 that a fit needs for any law; with fewer data points than constants the result names the directions that they leave open.
 const ROWS: usize = 2;
 
 fn check_rows(experiment: &Experiment, modes: &[Mode], range: StretchRange, fitted: &[Sample]) -> Result<(), FitError> {
@@ -206,10 +205,9 @@ fn check_rows(experiment: &Experiment, modes: &[Mode], range: StretchRange, fitt
 }
 
 fn check_volumetric(model: Model, option: &str) -> Result<String, FitError> {
-    let entry = registry::find(model.law.name).expect("laws that are fitted are laws of scenes");
     let refuse = |remedy| Err(FitError::Volumetric { option: option.into(), remedy });
-    match entry.info.choices.iter().find(|c| c.name == "volumetric") {
-        None => refuse(format!("law {} has no choice of a volumetric part; leave it away", model.law.name)),
+    match model.law.info.choices.iter().find(|c| c.name == "volumetric") {
+        None => refuse(format!("law {} has no choice of a volumetric part; omit it", model.name())),
         Some(c) if !c.options.contains(&option) => refuse(format!("take one of {}", c.options.join(", "))),
         Some(_) => Ok(option.into()),
     }

@@ -1,4 +1,4 @@
-//! What the data determine: intervals from the Jacobian, and by name the directions they say nothing about.
+//! Identifiability: intervals from the Jacobian, and the names of the directions that the data do not determine.
 //!
 //! S = J diag(z)/‖wP‖ are sensitivities to relative changes of the constants, z = |value|. With S = UΣVᵀ, the residual r and
 //! s² = ‖r‖²/(n − p), the change along the direction v_k has the standard deviation s/(‖wP‖σ_k), relative to the constants. A constant
@@ -7,8 +7,8 @@
 //!
 //! Limits: the interval is that of the law linearised at the answer, and does not know of constraints that hold the answer back.
 
-use super::law::unit;
 use super::linear::padded;
+use super::model::unit;
 use super::{Direction, Estimate, statistics};
 use crate::material::Parameter;
 use crate::math::units::Dimension;
@@ -21,7 +21,7 @@ const PART: f64 = 1e-6;
 /// Relative standard deviation of a direction from which on the data do not determine it \[–\]
 const LOOSE: f64 = 1.0;
 
-/// Constants with their intervals, and what is not determined.
+/// Constants with their intervals, and the directions that are not determined.
 #[derive(Clone, Debug, Default)]
 pub struct Identified {
     pub estimates: Vec<Estimate>,
@@ -29,7 +29,7 @@ pub struct Identified {
 }
 
 /// `residual` and `jacobian` \[weighted Pa\], (n) and (n, p); `size` = ‖wP‖; a relative change of the constants that changes the
-/// stresses by a smaller part than `rounding` is not seen.
+/// stresses by a smaller part than `rounding` counts as not determined.
 pub fn identify(
     parameters: &[Parameter],
     values: &[f64],
@@ -78,7 +78,7 @@ pub fn identify(
         let names: Vec<&str> = parameters.iter().map(|q| q.symbol).collect();
         let alike = parameters.iter().all(|q| q.dimension == Dimension::PRESSURE);
         let known = (alike && told.len() == 1 && p == 2).then(|| {
-            // The combination that the rows see is Σ (v/z) θ
+            // The combination that the data determine is Σ (v/z) θ
             let seen: Vec<f64> = vt.row(told[0]).iter().zip(&scale).map(|(v, z)| v / z).collect();
             combination(&seen, &names)
         });
@@ -99,7 +99,7 @@ fn combination(parts: &[f64], names: &[&str]) -> String {
     text
 }
 
-/// `changing C10 by +1 %, C01 by −0.97 % together`, or the name of one: parts below a hundredth of the largest are left away.
+/// `changing C10 by +1 %, C01 by −0.97 % together`, or the name of one: parts below a hundredth of the largest are omitted.
 fn changes(v: &[f64], names: &[&str], values: &[f64]) -> String {
     let largest = v.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs())).unwrap_or(1.0);
     // z = |value|: a relative change of a negative constant has the other sign

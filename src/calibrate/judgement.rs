@@ -1,14 +1,13 @@
-//! What is said about a fit: predictions, range of validity, warnings.
+//! Judgement of a fit: predictions, range of validity, warnings.
 
 use super::certificate::{self, CASES};
 use super::fit::extent;
-use super::law::Form;
 use super::solve::{LawFit, ROUNDING, median};
 use super::{
     AuditKind, Estimate, Experiment, FitResult, FitWarning, Loss, Misfit, Mode, Model, Partner, Prediction,
     PredictionKind, Residual, SolverCheck, StableRange, StretchRange, Treatment, Validity, statistics,
 };
-use crate::material::{LawEntry, registry};
+use crate::material::FitTerms;
 
 pub fn predictions(all: &[Residual], modes: &[Mode], range: StretchRange) -> Vec<Prediction> {
     let mut found = Vec::new();
@@ -33,7 +32,7 @@ pub fn predictions(all: &[Residual], modes: &[Mode], range: StretchRange) -> Vec
     found
 }
 
-/// Rows before a range can be judged: the first ones are small, and mostly noise.
+/// Data points before a range can be judged: the first ones are small, and mostly noise.
 const LEAST_ROWS: usize = 3;
 
 pub fn validity(all: &[Residual], modes: &[Mode], tolerance: f64) -> Validity {
@@ -47,7 +46,7 @@ pub fn validity(all: &[Residual], modes: &[Mode], tolerance: f64) -> Validity {
         for (k, row) in rows.iter().enumerate() {
             r2 += row.residual.powi(2);
             p2 += row.measured.powi(2);
-            // Good again beyond a range where it was bad is no range to trust.
+            // A range beyond one where the fit was bad is not to be trusted.
             if k + 1 >= first {
                 if r2 > tolerance * tolerance * p2 {
                     break;
@@ -121,7 +120,7 @@ pub fn warnings(
     found
 }
 
-/// What the rows that were left out without being asked for would have given: the last loading, else every row.
+/// The answer of a choice of data points that was not requested: the last loading, else every data point.
 fn cycles(result: &FitResult) -> Option<FitWarning> {
     let unasked = || result.otherwise.iter().filter(|o| o.unasked);
     let other = unasked().find(|o| o.treatment == Treatment::LastLoading).or_else(|| unasked().next())?;
@@ -129,7 +128,7 @@ fn cycles(result: &FitResult) -> Option<FitWarning> {
     Some(FitWarning::Cycles { treatment: other.treatment, change: other.change, answer: all.join(", ") })
 }
 
-/// Constants with a finite interval that holds zero, of laws that can do without them.
+/// Constants with a finite interval that contains zero, of laws that do not need them.
 fn may_be_zero(result: &FitResult) -> Option<FitWarning> {
     let holds_zero =
         |e: &&Estimate| e.std_error.is_finite() && e.value != 0.0 && e.interval[0] <= 0.0 && e.interval[1] >= 0.0;
@@ -159,7 +158,7 @@ fn held(answer: &LawFit) -> Vec<FitWarning> {
     Mode::ALL.into_iter().filter_map(of).collect()
 }
 
-/// Modes in which stability ends within the principal stretches that the fitted rows reach along their direction.
+/// Modes in which material stability ends within the principal stretches that the fitted data points reach in their direction.
 fn unstable(result: &FitResult, model: Model) -> Option<FitWarning> {
     let reach = result.stretch[1].max(1.0 / result.stretch[0]);
     let of = |r: &StableRange| {
@@ -169,18 +168,18 @@ fn unstable(result: &FitResult, model: Model) -> Option<FitWarning> {
         above.or(r.below.filter(|b| *b >= low)).map(|at| (r.mode, at))
     };
     let lost: Vec<_> = result.stability.iter().filter_map(of).collect();
-    let linear = matches!(model.law.form, Form::Linear(_));
+    let linear = matches!(model.form.terms, FitTerms::Linear(_));
     (!lost.is_empty()).then_some(FitWarning::Unstable { lost, reach, linear })
 }
 
-/// Robust standard deviations off the neighbours, part of the own stress and of the largest one from which on a row is an outlier \[–\]
+/// Robust standard deviations off the neighbours, part of the own stress and of the largest one from which on a data point is an outlier \[–\]
 const OFF: f64 = 8.0;
 const PART: f64 = 0.5;
 const SMALL: f64 = 0.05;
-/// Fewer rows have no neighbourhood
+/// Fewer data points have no neighbourhood
 const FEW: usize = 10;
 
-/// Rows whose residual differs from the median of their neighbours' (two on each side, same mode): a misfit of the law is smooth, an
+/// Data points whose residual differs from the median of their neighbours' (two on each side, same mode): a misfit of the law is smooth, an
 /// outlier is not.
 fn outliers(rows: &[Residual]) -> Option<FitWarning> {
     let off = |k: usize| {
@@ -199,13 +198,13 @@ fn outliers(rows: &[Residual]) -> Option<FitWarning> {
     (!lines.is_empty()).then_some(FitWarning::Outliers { lines })
 }
 
-/// Lateral stress of a compressible law that changes the slope of tension by less than this is not worth a word \[–\]
-const SLOPE: f64 = 0.01;
+/// Relative change of the stiffness in tension by lateral stress below which there is no warning \[–\]
+const STIFFNESS_CHANGE: f64 = 0.01;
 
 /// A compressible law with the fitted shear modulus μ has E = 2(1 + ν)μ in tension where the data, taken as incompressible, had 3μ.
 fn compressible(result: &FitResult, model: Model, mu: Option<f64>) -> Option<FitWarning> {
-    let chosen = |e: &LawEntry| e.info.choices.iter().any(|c| c.name == "volumetric" && c.default.is_none());
-    let needs_volumetric = registry::find(model.law.name).is_ok_and(chosen) && result.volumetric.is_none();
+    let chosen = model.law.info.choices.iter().any(|c| c.name == "volumetric" && c.default.is_none());
+    let needs_volumetric = chosen && result.volumetric.is_none();
     let nu = match (result.partner, mu) {
         (None, _) => return Some(FitWarning::NoPartner { volumetric: needs_volumetric }),
         (Some(Partner::Nu(nu)), _) => nu,
@@ -213,13 +212,13 @@ fn compressible(result: &FitResult, model: Model, mu: Option<f64>) -> Option<Fit
         (Some(Partner::Kappa(_)), None) => return None,
     };
     let slope_relative = 2.0 * (1.0 + nu) / 3.0 - 1.0;
-    (slope_relative.abs() > SLOPE).then_some(FitWarning::Compressible { nu, slope_relative })
+    (slope_relative.abs() > STIFFNESS_CHANGE).then_some(FitWarning::Compressible { nu, slope_relative })
 }
 
 /// Shear moduli of rubbers \[Pa\], from the softest silicones to nearly hard compounds
 const RUBBER: std::ops::RangeInclusive<f64> = 1e3..=1e7;
 
-/// A stiffness that is none of a rubber: usually a unit that was misread.
+/// A stiffness outside the range of rubbers: usually a unit that was misread.
 fn stiffness(mu: f64, unit: &str) -> Option<FitWarning> {
     use crate::math::units::{Dimension, parse};
     if RUBBER.contains(&mu) {

@@ -2,16 +2,16 @@
 //!
 //! min ½‖Ax − p̂‖² subject to Σₖ xₖ Qₖ(λ) − δ Q₀(λ) ⪰ 0 at sampled λ
 //!
-//! Qₖ is the second derivative of term k within Σ de = 0 (2 × 2, [`Slopes::in_plane`](super::term::Slopes::in_plane)), Q₀ that of the
+//! Qₖ is the second derivative of term k within Σ de = 0 (2 × 2, [`PrincipalDerivatives::in_plane`](PrincipalDerivatives::in_plane)), Q₀ that of the
 //! Neo-Hookean law fitted to the same rows: Drucker's stability with a margin δ. [\[a, b\], \[b, d\]] ⪰ 0 ⇔ a + d ≥ ‖(a − d, 2b)‖.
 //!
 //! With A = UΣVᵀ of columns scaled to length 1 the QP is written in y = ΣVᵀx, where its matrix is the identity. If the least squares
-//! by the same SVD meet every cone, they are the minimum of the convex problem and are taken, as they have more digits; the
+//! by the same SVD satisfy every cone, they are the minimum of the convex problem and are taken, as they have more digits; the
 //! two then have to agree.
 
 use super::rows::{Rows, beside};
-use super::term::{Slopes, of_invariants};
 use super::{FitError, Mode, SolverCheck};
+use crate::material::principal::{PrincipalDerivatives, of_invariants};
 use crate::material::yeoh::Yeoh;
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SecondOrderConeT, SolverStatus, SupportedConeT};
@@ -48,16 +48,20 @@ struct Cone {
     reference: [f64; 3],
 }
 
-fn lorentz(s: &Slopes) -> [f64; 3] {
+fn lorentz(s: &PrincipalDerivatives) -> [f64; 3] {
     let [a, b, d] = s.in_plane();
     [a + d, a - d, 2.0 * b]
 }
 
 impl Cone {
-    fn at(slopes: fn(usize, [f64; 3]) -> Slopes, terms: usize, (mode, stretch): (Mode, f64)) -> Self {
+    fn at(
+        derivatives: fn(usize, [f64; 3]) -> PrincipalDerivatives,
+        terms: usize,
+        (mode, stretch): (Mode, f64),
+    ) -> Self {
         let s = mode.stretches(stretch, 1.0);
         let neo_hooke = of_invariants(&Yeoh { c: [0.5, 0.0, 0.0], terms: 1 }, s);
-        Self { terms: (0..terms).map(|k| lorentz(&slopes(k, s))).collect(), reference: lorentz(&neo_hooke) }
+        Self { terms: (0..terms).map(|k| lorentz(&derivatives(k, s))).collect(), reference: lorentz(&neo_hooke) }
     }
 
     /// Slack over the stiffness of the Neo-Hookean law \[–\]; negative where the cone is left.
@@ -67,16 +71,16 @@ impl Cone {
     }
 }
 
-/// `always`: solve the QP also where least squares meet every cone, for the comparison.
+/// `always`: solve the QP also where least squares satisfy every cone, for the comparison.
 pub fn solve(
-    slopes: fn(usize, [f64; 3]) -> Slopes,
+    derivatives: fn(usize, [f64; 3]) -> PrincipalDerivatives,
     terms: usize,
     rows: &Rows,
     stable: &[(Mode, f64)],
     always: bool,
 ) -> Result<Linear, FitError> {
-    let columns: Vec<_> = (0..terms).map(|k| rows.column(|s| slopes(k, s).tau)).collect();
-    // A column of zeros keeps its length: no row sees the term, whatever its factor
+    let columns: Vec<_> = (0..terms).map(|k| rows.column(|s| derivatives(k, s).tau)).collect();
+    // A column of zeros keeps its length: no data point depends on the term, whatever its factor
     let length: Vec<f64> = columns.iter().map(|c| if c.norm() > 0.0 { c.norm() } else { 1.0 }).collect();
     let scaled: Vec<_> = columns.iter().zip(&length).map(|(c, n)| c / *n).collect();
     let a = padded(&beside(&scaled), terms);
@@ -88,7 +92,7 @@ pub fn solve(
     let natural = |z: DVector<f64>| DVector::from_iterator(terms, z.iter().zip(&length).map(|(z, n)| z / n));
     let z = DVector::from_fn(terms, |k, _| if sigma[k] > RANK * largest { d[k] / sigma[k] } else { 0.0 });
     let free = natural(vt.transpose() * z);
-    let cones: Vec<Cone> = stable.iter().map(|p| Cone::at(slopes, terms, *p)).collect();
+    let cones: Vec<Cone> = stable.iter().map(|p| Cone::at(derivatives, terms, *p)).collect();
     let inside = cones.iter().all(|c| c.slack(&free) >= 0.0);
     let pascal = |x: &DVector<f64>| x.iter().map(|x| x * rows.unit).collect::<Vec<_>>();
     if inside && !always {
@@ -133,7 +137,7 @@ fn quadratic(
     used: &[usize],
 ) -> Result<DVector<f64>, FitError> {
     let n = g.len();
-    // 1e-12: directions that no row sees stay where the cones leave them, near zero
+    // 1e-12: directions that no data point determines stay where the cones leave them, near zero
     let diagonal: Vec<Vec<f64>> =
         (0..n).map(|i| (0..n).map(|j| if i == j { g[i] * g[i] + 1e-12 } else { 0.0 }).collect()).collect();
     let q: Vec<f64> = (0..n).map(|k| -g[k] * d[k]).collect();

@@ -1,9 +1,9 @@
-//! How far a law is from samples.
+//! Misfit between a law and samples.
 
 use super::{Mode, Sample};
 use serde::Serialize;
 
-/// One sample beside the law.
+/// One sample compared with the law.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct Residual {
     pub mode: Mode,
@@ -39,7 +39,7 @@ pub fn residuals(samples: &[Sample], law: impl Fn(&Sample) -> f64) -> Vec<Residu
     rows
 }
 
-/// Misfit over some rows. With residuals rᵢ = Pᵢ − P(λᵢ):
+/// Misfit over some data points. With residuals rᵢ = Pᵢ − P(λᵢ):
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct Misfit {
     pub rows: usize,
@@ -49,14 +49,14 @@ pub struct Misfit {
     pub rms_relative: f64,
     /// max |rᵢ| \[Pa\]
     pub max_pa: f64,
-    /// max |rᵢ/Pᵢ| over rows with Pᵢ ≠ 0 \[–\]
+    /// max |rᵢ/Pᵢ| over data points with Pᵢ ≠ 0 \[–\]
     pub max_relative: f64,
     /// −Σrᵢ/Σ|Pᵢ| \[–\]: negative where the law is too soft
     pub bias_relative: f64,
 }
 
 impl Misfit {
-    /// `None` without rows
+    /// `None` without data points
     pub fn of(rows: &[Residual]) -> Option<Self> {
         if rows.is_empty() {
             return None;

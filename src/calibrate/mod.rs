@@ -1,6 +1,6 @@
 //! Calibration: from a tensile table to the constants of a law, with an interval and a judgement.
 //!
-//! [`fit()`] is the way in: it reads a table ([`Experiment`]), fits a law of [`FITS`] to closed-form stresses and answers with
+//! [`fit()`] is the entry point: it reads a table ([`Experiment`]), fits one of the [`fittable_laws`] to closed-form stresses and returns a
 //! [`FitResult`]. Nothing here prints or draws; [`FitCurves`] is what a figure needs, [`FitResult::write_json`] and
 //! [`FitResult::write_law`] store the answer.
 
@@ -20,11 +20,11 @@ mod identify;
 mod intake;
 pub mod inverse;
 mod judgement;
-mod law;
 mod law_file;
 mod linear;
 mod misfit;
 mod mode;
+mod model;
 mod names;
 mod noise;
 mod nonnegative;
@@ -39,7 +39,6 @@ mod solve;
 mod specimen;
 pub(crate) mod statistics;
 mod table;
-mod term;
 mod warning;
 mod words;
 
@@ -55,10 +54,10 @@ pub use dimensions::Dimensions;
 pub use error::FitError;
 pub use experiment::{Experiment, RawRow, Sample};
 pub use fit::{fit, fit_experiment};
-pub use law::{FITS, Fittable, Model};
 pub use law_file::{read_law_file, read_law_table};
 pub use misfit::{Misfit, Residual};
 pub use mode::Mode;
+pub use model::{Model, fittable_laws};
 pub use names::{StrainKind, StressKind};
 pub use prepare::{Alternative, Preparation, Treatment};
 pub use request::{FitOptions, FitRequest, Loss, Partner, StretchRange, Weighting};

@@ -1,10 +1,10 @@
-//! What a column holds, by the words of its name: as testing machines write them in English, German and French.
+//! Content of a column by the words of its name, as testing machines write them in English, German and French.
 
 use crate::math::units::{self, Dimension};
 use serde::{Deserialize, Serialize};
 use std::str::FromStr;
 
-/// What a strain column holds, with e = λ − 1.
+/// Content of a strain column, with e = λ − 1.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum StrainKind {
@@ -18,7 +18,7 @@ pub enum StrainKind {
     Displacement,
 }
 
-/// What a stress column holds.
+/// Content of a stress column.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum StressKind {
@@ -199,7 +199,7 @@ pub fn unit(name: &str) -> Option<String> {
     last(&[' ']).or_else(|| last(&['_'])).or_else(|| last(&['/', ',']))
 }
 
-/// True of a unit that stands without brackets; "in" and "s" may be words.
+/// True of a unit that is written without brackets; "in" and "s" may be words.
 pub fn is_unit(word: &str) -> bool {
     matches!(word, "%" | "mm" | "cm" | "N" | "kN" | "mN")
         || units::parse(&format!("1 {word}"), Dimension::PRESSURE).is_ok()

@@ -1,10 +1,10 @@
-//! Weights of rows, and the noise of a test from its own rows.
+//! Weights of data points, and the noise of a test from its own data.
 //!
 //! w = 1; 1/|P| with a floor; 1/σ of the mode. σ² = mean of dᵢ²/(1 + aᵢ² + bᵢ²), dᵢ = Pᵢ − aᵢPᵢ₋₁ − bᵢPᵢ₊₁, with a and b of the straight
-//! line between the neighbours in λ: what varies from row to row cannot be the law.
+//! line between the neighbours in λ: variation from one data point to the next cannot be the law.
 //!
-//! Source: Gasser, Sroka & Jennen-Steinmetz, Biometrika 73 (1986) 625–633. Limits: takes the rows for independent (correlated errors give
-//! too small a σ) and the curve for straight over three rows (coarse tables give too large a one).
+//! Source: Gasser, Sroka & Jennen-Steinmetz, Biometrika 73 (1986) 625–633. Limits: takes the data points for independent (correlated errors give
+//! too small a σ) and the curve for straight over three data points (coarse tables give too large a one).
 
 use super::{FitError, Mode, Sample, Weighting};
 use serde::{Deserialize, Serialize};
@@ -15,13 +15,13 @@ pub struct ModeNoise {
     pub mode: Mode,
     /// \[Pa\]
     pub std_pa: f64,
-    /// False where it was estimated from the rows
+    /// False where it was estimated from the data
     pub given: bool,
 }
 
 /// Smallest |P| that a relative weight divides by, over the largest |P| of the mode \[–\]
 pub const FLOOR: f64 = 0.05;
-/// Rows of different stretch that make an estimate
+/// Data points of different stretch that an estimate needs
 const LEAST: usize = 5;
 
 /// The noise of each mode, as given or estimated.
@@ -58,7 +58,7 @@ pub fn weights(samples: &[Sample], weighting: Weighting, noise: &[ModeNoise]) ->
     let tops = Mode::ALL.map(largest);
     let one = |s: &Sample| match weighting {
         Weighting::Absolute => Ok(1.0),
-        // A mode without stress has no scale: its rows count as much as the largest row of all
+        // A mode without stress has no scale: its data points have the weight of the largest data point of all
         Weighting::Relative => {
             let top = tops[s.mode as usize];
             let all = tops.iter().copied().fold(0.0, f64::max);

@@ -1,11 +1,11 @@
-//! What is done to the rows before a fit, and only where it is asked for: order of time, choice of a loading, zero of the stress, toe.
+//! Treatment of the data points before a fit, on request only: order of time, choice of a loading, zero of the stress, toe.
 //!
-//! *Zero*: the mean stress of the first N rows is taken off every stress. *Toe*: the slack of a test piece before it carries. The
-//! straight line of least squares through the rows from the first of three in a row above the noise level p to the last one below 3p
-//! meets zero stress at the strain e₀, which is taken off every strain; rows before the line are left out. Source: ASTM D638-14, annex
+//! *Zero*: the mean stress of the first N rows is subtracted from every stress. *Toe*: the slack of a test piece before it carries. The
+//! straight line of least squares through the data points from the first of three in succession above the noise level p to the last one below 3p
+//! reaches zero stress at the strain e₀, which is subtracted from every strain; data points before the line are left out. Source: ASTM D638-14, annex
 //! A1, which takes the steepest part: rubbers are steepest at the start or at the end.
 //!
-//! Limits: a rubber that softens bends the line, which moves e₀ by −3(p/E)² (p/E the strain at the level, Neo-Hookean law).
+//! Limits: a rubber that softens curves the line, which moves e₀ by −3(p/E)² (p/E the strain at the level, Neo-Hookean law).
 
 use super::cycle::{self, Cycle};
 use super::experiment::{Experiment, RawRow, Sample};
@@ -14,13 +14,13 @@ use crate::math::units::{self, Dimension};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// What is asked of the rows; `None`: they stay as they are.
+/// The requested treatment of the data points; `None`: they are taken as they are.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Preparation {
     /// `None`: the first loading, with a warning where there are more branches
     pub cycle: Option<Cycle>,
-    /// Rows whose mean stress becomes zero
+    /// Number of first data points whose mean stress becomes zero
     pub zero: Option<usize>,
     /// Noise level, such as `2 kPa`
     pub toe: Option<String>,
@@ -62,13 +62,13 @@ impl Treatment {
 #[derive(Clone, Debug)]
 pub struct Alternative {
     pub treatment: Treatment,
-    /// True where the treatment that was taken was not asked for
+    /// True where the treatment that was taken was not requested
     pub unasked: bool,
     pub samples: Vec<Sample>,
 }
 
 impl Alternative {
-    /// Alternatives of several tables: those without this one stay as they are.
+    /// Alternatives of several tables: those without this one are taken as they are.
     pub fn pool(parts: &[Experiment]) -> Vec<Self> {
         use Treatment::{EveryRow, LastLoading, WithoutToe, WithoutZero};
         let of = |treatment: Treatment| {
@@ -84,13 +84,13 @@ impl Alternative {
     }
 }
 
-/// Rows above the level that begin the line, and rows that make one
+/// Data points above the level that begin the line, and data points of a line
 const BEGIN: usize = 3;
 /// The line ends at this multiple of the level
 const END: f64 = 3.0;
 
 impl Experiment {
-    /// The rows that are fitted, treated as asked; a card completes what is asked.
+    /// The data points that are fitted, treated as requested; a card completes the request.
     pub fn prepare(mut self, asked: &Preparation) -> Result<Self, FitError> {
         let asked = self.card.as_ref().map_or_else(|| asked.clone(), |c| asked.or(&c.preparation));
         self.sort_by_time();
@@ -123,7 +123,7 @@ impl Experiment {
         Ok(self)
     }
 
-    /// Rows in the order of time, where that is the order of the test: fewer turns of the stretch than in the order of the file.
+    /// Data points in the order of time, where that is the order of the test: fewer reversals of the stretch than in the order of the file.
     fn sort_by_time(&mut self) {
         let time = |raw: &[RawRow], s: &Sample| raw.iter().find(|r| r.line == s.line).and_then(|r| r.time);
         let times: Option<Vec<f64>> = self.raw.iter().map(|r| r.time).collect();
@@ -135,14 +135,14 @@ impl Experiment {
             let [a, b] = [a, b].map(|s| time(&self.raw, s).expect("every row has a time"));
             a.total_cmp(&b)
         });
-        let turns = |samples: &[Sample]| {
+        let reversals = |samples: &[Sample]| {
             let of = |m: Mode| {
                 let own: Vec<&Sample> = samples.iter().filter(|s| s.mode == m).collect();
                 cycle::branches(&own).len()
             };
             Mode::ALL.map(of).iter().sum::<usize>()
         };
-        if turns(&sorted) < turns(&self.samples) {
+        if reversals(&sorted) < reversals(&self.samples) {
             self.samples = sorted;
             self.audit.add(
                 AuditKind::Changed,
@@ -150,18 +150,17 @@ impl Experiment {
                 lines,
             );
         } else {
-            let message =
-                "time goes back, but the stretch does not turn more often in the order of the file: the order was kept";
+            let message = "time goes back, but the stretch does not reverse more often in the order of the file: the order was kept";
             self.audit.add(AuditKind::Kept, message, lines);
         }
     }
 
-    /// The rows of one loading of each mode that has several branches.
+    /// The data points of one loading of each mode that has several branches.
     fn of_cycle(&self, samples: &[Sample], cycle: Cycle) -> Result<Vec<Sample>, FitError> {
         let mut found = vec![];
         for mode in self.modes() {
             let own: Vec<&Sample> = samples.iter().filter(|s| s.mode == mode).collect();
-            // Directions of a biaxial test turn at different times
+            // Directions of a biaxial test reverse at different times
             let loadings = (mode != Mode::Biaxial).then(|| cycle::loadings(&own)).flatten();
             // Without branches the table is one loading
             let loadings = loadings.unwrap_or_else(|| vec![Range { start: 0, end: own.len() }]);
@@ -228,7 +227,7 @@ impl Experiment {
         Ok(samples)
     }
 
-    /// Takes the mean stress of the first rows off; in a biaxial test of each direction alone.
+    /// Subtracts the mean stress of the first data points; in a biaxial test of each direction alone.
     fn zero(&self, samples: &mut [Sample], mode: Mode, n: usize) -> Result<(String, Vec<u64>), FitError> {
         let own: Vec<usize> = (0..samples.len()).filter(|k| samples[*k].mode == mode).collect();
         let directions = if mode == Mode::Biaxial { 2 } else { 1 };
@@ -251,17 +250,17 @@ impl Experiment {
     }
 }
 
-/// Shifts the strain of a mode to where the line meets zero stress, and drops the rows before the line. Says what and which lines.
+/// Shifts the strain of a mode to where the line reaches zero stress, and drops the data points before the line. Returns the change and the lines.
 fn shift(samples: &mut Vec<Sample>, mode: Mode, level: f64) -> Result<(String, Vec<u64>), String> {
     if mode == Mode::Biaxial {
         return Err("a biaxial test has two strains, and no single toe".into());
     }
     let own: Vec<Sample> = samples.iter().filter(|s| s.mode == mode).copied().collect();
-    // Compression points the other way
+    // Compression has the opposite sign
     let side = own.iter().map(|s| mode.strain(s.stretch)).sum::<f64>().signum();
     let above = |s: &Sample| side * s.stress >= level;
     let Some(first) = own.windows(BEGIN).position(|w| w.iter().all(above)) else {
-        return Err(format!("no {BEGIN} {mode} rows in a row lie above it; give a lower level"));
+        return Err(format!("no {BEGIN} successive {mode} data points lie above it; give a lower level"));
     };
     let line = own[first..].iter().take_while(|s| side * s.stress < END * level).count().max(BEGIN);
     let points: Vec<(f64, f64)> = own[first..first + line].iter().map(|s| (mode.strain(s.stretch), s.stress)).collect();
@@ -271,7 +270,7 @@ fn shift(samples: &mut Vec<Sample>, mode: Mode, level: f64) -> Result<(String, V
         / points.iter().map(|(x, _)| (x - e).powi(2)).sum::<f64>();
     if !(slope > 0.0 && slope.is_finite()) {
         return Err(format!(
-            "the stress does not rise with the strain in the {} {mode} rows after it is reached",
+            "the stress does not rise with the strain in the {} {mode} data points after it is reached",
             points.len()
         ));
     }

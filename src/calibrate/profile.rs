@@ -1,4 +1,4 @@
-//! Intervals by profile likelihood: how far one constant can go while all others do what they can to make up for it.
+//! Intervals by profile likelihood: the range of one constant while all others are refitted.
 //!
 //! S(θⱼ) = min over the other constants of Σ wᵢ²rᵢ²; the interval is S(θⱼ) ≤ S(θ̂)(1 + t²/(n − p)), t = t₀.₉₇₅(n − p).
 //!
@@ -9,9 +9,10 @@
 //! Terms whose factor vanished stay away, and both of their constants are open. Limits: assumes independent errors of one size, as the covariance does; a lower minimum elsewhere is not looked for; the cones of
 //! stability are not followed, so there is none where they hold the answer back.
 
-use super::law::{Form, Model};
+use super::Model;
 use super::solve::{LawFit, ROUNDING};
 use super::{Sample, statistics};
+use crate::material::FitTerms;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -30,8 +31,8 @@ struct Profile<'a> {
     least: f64,
 }
 
-/// Both ends per constant \[SI\], infinite where open; `None` where stability holds the answer back, no row is left to judge by, or the rows
-/// meet the law to rounding.
+/// Both ends per constant \[SI\], infinite where open; `None` where stability holds the answer back, no degree of freedom is left, or the data points
+/// agree with the law to rounding.
 pub fn intervals(model: Model, samples: &[Sample], answer: &LawFit) -> Option<Vec<[f64; 2]>> {
     let p = answer.values.len();
     let free = samples.len().checked_sub(p).filter(|n| *n > 0 && answer.active.is_empty())?;
@@ -53,16 +54,16 @@ pub fn intervals(model: Model, samples: &[Sample], answer: &LawFit) -> Option<Ve
 impl Profile<'_> {
     /// Constants of a term with a factor of zero
     fn vanished(&self, k: usize) -> bool {
-        matches!(self.model.law.form, Form::Separable(_)) && self.answer[k / 2 * 2] == 0.0
+        matches!(self.model.form.terms, FitTerms::Separable(_)) && self.answer[k / 2 * 2] == 0.0
     }
 
     /// `None` where the law is not defined or a factor is negative.
     fn square(&self, values: &[f64]) -> Option<f64> {
         let of = |(s, w): (&Sample, &f64)| (w * (s.stress - self.model.at(values, s))).powi(2);
         let sum: f64 = self.samples.iter().zip(self.weight).map(of).sum();
-        let admitted = match &self.model.law.form {
-            Form::Linear(_) => true,
-            Form::Separable(f) => values.chunks_exact(2).all(|v| v[0] / (f.factor)(v[1]).0 >= 0.0),
+        let admitted = match &self.model.form.terms {
+            FitTerms::Linear(_) => true,
+            FitTerms::Separable(f) => values.chunks_exact(2).all(|v| v[0] / (f.factor)(v[1]).0 >= 0.0),
         };
         (admitted && sum.is_finite()).then_some(sum)
     }
@@ -162,7 +163,7 @@ impl Profile<'_> {
     }
 
     fn stop_at_zero(&self, values: &mut [f64], others: &[usize]) {
-        if let Form::Separable(f) = &self.model.law.form {
+        if let FitTerms::Separable(f) = &self.model.form.terms {
             for k in others.iter().filter(|k| **k % 2 == 0) {
                 if values[*k] / (f.factor)(values[k + 1]).0 < 0.0 {
                     values[*k] = 0.0;

@@ -1,11 +1,11 @@
-//! What is unusual about a table: rows that take part as they are, and reasons to doubt all of it.
+//! Unusual features of a table: rows that take part as they are, and reasons to doubt all of it.
 
 use super::columns::Columns;
 use super::names::StrainKind;
 use super::{Audit, AuditKind, Mode, Sample};
 use std::collections::HashMap;
 
-/// Unusual rows: they take part as they are.
+/// Logs unusual rows; they take part as they are.
 pub fn rows(audit: &mut Audit, samples: &[Sample]) {
     let mut seen: HashMap<(Mode, u64), f64> = HashMap::new();
     let mut last: HashMap<Mode, f64> = HashMap::new();
@@ -36,7 +36,7 @@ pub fn rows(audit: &mut Audit, samples: &[Sample]) {
         back,
     );
     audit.add_rows(kept, "stress has the sign against its stretch (negative under tension)", against);
-    audit.add_rows(kept, "stress is not zero at stretch 1; the offset was not taken off", offset);
+    audit.add_rows(kept, "stress is not zero at stretch 1; the offset was not subtracted", offset);
 }
 
 pub fn doubts(

@@ -1,4 +1,4 @@
-//! What is asked of a fit.
+//! The request for a fit.
 
 use super::{ColumnChoice, FitError, Mode, Preparation};
 use serde::{Deserialize, Serialize};
@@ -52,7 +52,7 @@ pub enum Partner {
 }
 
 impl Partner {
-    /// Refuses what no stable compressible law can take.
+    /// Refuses a value that no stable compressible law can have.
     pub fn check(self) -> Result<Self, FitError> {
         match self {
             Self::Nu(nu) if !(nu > -1.0 && nu < 0.5) => Err(FitError::Partner {
@@ -72,19 +72,19 @@ impl Partner {
     }
 }
 
-/// What counts as an error of one row.
+/// Measure of the error of one data point.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Weighting {
-    /// Every pascal counts alike
+    /// Every pascal has the same weight
     Absolute,
-    /// Every per cent counts alike; below 5 % of the largest stress of the mode, every pascal
+    /// Every per cent has the same weight; below 5 % of the largest stress of the mode, every pascal
     Relative,
-    /// Every standard deviation of the noise counts alike, which each mode has its own of
+    /// Every standard deviation of the noise of its mode has the same weight
     Noise,
 }
 
-/// How much a row far off counts.
+/// Weight of data points far from the law.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Loss {
@@ -117,20 +117,20 @@ impl FromStr for Loss {
     }
 }
 
-/// What of an experiment is fitted, and to what.
+/// Choice of the data, the law and the method of a fit.
 #[derive(Clone, Debug)]
 pub struct FitOptions {
-    /// A name of [`super::FITS`]
+    /// Name of a law of [`super::fittable_laws`]
     pub law: String,
     /// `None`: the usual number of terms of the law
     pub terms: Option<usize>,
     /// Modes fitted together; empty: the only mode of the table (several are refused)
     pub modes: Vec<Mode>,
-    /// `None`: every row. No other default is defensible without knowing the use of the law; how the answer depends on
+    /// `None`: every data point. No other default is defensible without knowing the use of the law; how the answer depends on
     /// the range is part of the result.
     pub range: Option<StretchRange>,
     pub weighting: Weighting,
-    /// Standard deviation of the stress \[Pa\] for [`Weighting::Noise`]; `None`: each mode's rows tell
+    /// Standard deviation of the stress \[Pa\] for [`Weighting::Noise`]; `None`: estimated from the data of each mode
     pub noise: Option<f64>,
     pub loss: Loss,
     /// Stretches over which a linear law is kept stable in every mode; `None`: the fitted modes over the fitted range
@@ -139,9 +139,9 @@ pub struct FitOptions {
     pub partner: Option<Partner>,
     /// Volumetric part of the law file; `None`: the scene has to add it
     pub volumetric: Option<String>,
-    /// Fits to rows that are drawn again, for intervals that know of correlated rows; 0: none
+    /// Fits to resampled data, for intervals that take correlated data points into account; 0: none
     pub bootstrap: usize,
-    /// Relative misfit up to which the law is said to describe the data \[–\]
+    /// Relative misfit up to which the law describes the data \[–\]
     pub tolerance: f64,
 }
 
@@ -164,13 +164,13 @@ impl FitOptions {
     }
 }
 
-/// A fit as asked for on the command line.
+/// A fit as the command line requests it.
 #[derive(Clone, Debug)]
 pub struct FitRequest {
     pub data: PathBuf,
     /// Tables of further specimens of the same test
     pub more: Vec<PathBuf>,
-    /// `None`: the `card.toml` beside the table, if it names the table
+    /// `None`: the `card.toml` next to the table, if it names the table
     pub card: Option<PathBuf>,
     pub columns: ColumnChoice,
     pub preparation: Preparation,

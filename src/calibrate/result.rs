@@ -23,18 +23,18 @@ pub struct Estimate {
     pub interval: [f64; 2],
 }
 
-/// A change of the constants that the data do not see, or hardly.
+/// A change of the constants that the data do not determine, or hardly.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Direction {
     /// `changing C10 by +1 %, C01 by −0.97 % together`, or the name of one
     pub changes: String,
-    /// The combination that the data do see, where it is a single one
+    /// The combination that the data determine, where it is a single one
     pub known: Option<String>,
-    /// Standard deviation along the direction, relative to the constants \[–\]; `None`: the rows do not see it at all
+    /// Standard deviation along the direction, relative to the constants \[–\]; `None`: the data do not depend on it at all
     pub deviation: Option<f64>,
 }
 
-/// What the interval takes for granted.
+/// Assumptions of the interval.
 pub fn interval_assumption(weighting: Weighting, loss: Loss) -> String {
     let size = match weighting {
         Weighting::Absolute => "of one size",
@@ -49,7 +49,7 @@ pub fn interval_assumption(weighting: Weighting, loss: Loss) -> String {
     )
 }
 
-/// Rows that were not fitted.
+/// Data points that were not fitted.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PredictionKind {
@@ -57,16 +57,16 @@ pub enum PredictionKind {
     OutsideRange,
     /// Another mode, same range of λ
     OtherModeInRange,
-    /// Another mode, every row
+    /// Another mode, every data point
     OtherMode,
 }
 
-/// Error of the law on rows that were not fitted.
+/// Error of the law on data points that were not fitted.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct Prediction {
     pub kind: PredictionKind,
     pub mode: Mode,
-    /// Smallest and largest λ of these rows \[–\]
+    /// Smallest and largest λ of these data points \[–\]
     pub stretch: [f64; 2],
     pub misfit: Misfit,
 }
@@ -82,15 +82,15 @@ pub struct RangeRow {
     pub rms_relative: f64,
 }
 
-/// The same fit to rows that were treated otherwise.
+/// The same fit to data that were treated otherwise.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Otherwise {
     pub treatment: Treatment,
-    /// True where the treatment that was taken was not asked for
+    /// True where the treatment that was taken was not requested
     pub unasked: bool,
     pub rows: usize,
     pub parameters: Vec<Estimate>,
-    /// √(Σ(P′ − P)²/ΣP²) of the two laws over the fitted rows \[–\]
+    /// √(Σ(P′ − P)²/ΣP²) of the two laws over the fitted data points \[–\]
     pub change: f64,
 }
 
@@ -98,7 +98,7 @@ pub struct Otherwise {
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct Validity {
     pub tolerance: f64,
-    /// `None`: nowhere, or no rows on that side
+    /// `None`: nowhere, or no data on that side
     pub compression_to: Option<f64>,
     pub tension_to: Option<f64>,
 }
@@ -119,11 +119,11 @@ pub struct FitResult {
     pub data_source: Option<String>,
     pub version: &'static str,
     pub modes: Vec<Mode>,
-    /// As asked; `None`: every row
+    /// As requested; `None`: every data point
     pub asked_range: Option<StretchRange>,
     /// Smallest and largest fitted λ
     pub stretch: [f64; 2],
-    /// Rows that take part; rows at λ = 1 with zero stress say nothing and are not counted
+    /// Data points that take part; those at λ = 1 with zero stress carry no information and are not counted
     pub rows: usize,
     pub weighting: Weighting,
     /// By mode, where the weights ask for it
@@ -131,17 +131,17 @@ pub struct FitResult {
     pub loss: Loss,
     pub parameters: Vec<Estimate>,
     pub interval_assumption: String,
-    /// 95 % by profile likelihood, infinite where open; `None` where stability holds the answer back or no row is left to judge by
+    /// 95 % by profile likelihood, infinite where open; `None` where the stability constraint is active or no degree of freedom is left
     pub profile: Option<Vec<[f64; 2]>>,
-    /// 95 % from rows or specimens drawn again, where it was asked for
+    /// 95 % from resampled data points or specimens, on request
     pub bootstrap: Option<Bootstrap>,
     /// Between specimens, where there are several
     pub scatter: Option<Scatter>,
-    /// What the treatment of the rows did to the answer
+    /// The answer under other treatments of the data
     pub otherwise: Vec<Otherwise>,
-    /// What the data say nothing about, or hardly anything
+    /// Directions that the data do not determine, or hardly
     pub unidentified: Vec<Direction>,
-    /// Where the law is stable, by mode
+    /// Range of material stability, by mode
     pub stability: Vec<StableRange>,
     pub partner: Option<Partner>,
     /// Volumetric part of the law file, as given
@@ -193,7 +193,7 @@ impl fmt::Display for FitResult {
         let modes: Vec<_> = self.modes.iter().map(|m| m.name()).collect();
         writeln!(
             f,
-            "{} on {} ({}), stretch {} to {}, {} rows",
+            "{} on {} ({}), stretch {} to {}, {} data points",
             self.label,
             self.data,
             modes.join(" + "),
@@ -206,13 +206,18 @@ impl fmt::Display for FitResult {
         writeln!(f, "misfit {:.2} % rms, {:.3} {unit}", 100.0 * self.misfit.rms_relative, factor * self.misfit.rms_pa)?;
         for n in &self.noise {
             let (factor, unit) = stress_unit(n.std_pa);
-            let how = if n.given { "as given" } else { "from row to row" };
+            let how = if n.given { "as given" } else { "from point to point" };
             writeln!(f, "noise of {}: {:.3} {unit}, {how}", n.mode, factor * n.std_pa)?;
         }
         for o in &self.otherwise {
             let all: Vec<_> = o.parameters.iter().map(|e| format!("{} = {}", e.symbol, e.print(e.value))).collect();
             let (words, percent) = (o.treatment.words(), 100.0 * o.change);
-            writeln!(f, "{words} ({} rows): {}; the stresses differ by {percent:.1} % rms", o.rows, all.join(", "))?;
+            writeln!(
+                f,
+                "{words} ({} data points): {}; the stresses differ by {percent:.1} % rms",
+                o.rows,
+                all.join(", ")
+            )?;
         }
         for (e, ends) in self.parameters.iter().zip(self.profile.iter().flatten()) {
             writeln!(f, "profile likelihood: {} from {}", e.symbol, e.span(*ends))?;
@@ -249,11 +254,11 @@ impl fmt::Display for FitResult {
             let what = match p.kind {
                 PredictionKind::OutsideRange => "outside the range",
                 PredictionKind::OtherModeInRange => "not fitted, same range",
-                PredictionKind::OtherMode => "not fitted, every row",
+                PredictionKind::OtherMode => "not fitted, every data point",
             };
             writeln!(
                 f,
-                "{} {what} ({} rows, stretch {} to {}): {:.1} % rms",
+                "{} {what} ({} data points, stretch {} to {}): {:.1} % rms",
                 p.mode,
                 p.misfit.rows,
                 p.stretch[0],

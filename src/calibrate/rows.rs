@@ -1,4 +1,4 @@
-//! The samples of a fit as weighted rows without units.
+//! The samples of a fit as rows of a weighted least-squares problem without units.
 //!
 //! Row i is wᵢPᵢ/N with N = ‖wP‖, so that factors of a law come out in units of N \[Pa\] and the sum of squares is the relative
 //! misfit squared.
@@ -6,7 +6,7 @@
 use super::{FitError, Mode, Sample};
 use nalgebra::{DMatrix, DVector};
 
-/// Data that are nearly orthogonal to a Neo-Hookean law say nothing on the stiffness of a rubber \[–\]
+/// Data that are nearly orthogonal to a Neo-Hookean law do not determine the stiffness of a rubber \[–\]
 const LEAST_COSINE: f64 = 0.02;
 
 /// Weighted rows.
@@ -31,7 +31,7 @@ impl Rows {
             return Err(FitError::ZeroStress);
         }
         let places: Vec<_> = samples.iter().map(|s| (s.mode, s.stretches())).collect();
-        // A unit that makes factors of the order 1: the Neo-Hookean μ of the rows
+        // A unit that makes factors of the order 1: the Neo-Hookean μ of the data
         let g: Vec<f64> = places.iter().zip(weight).map(|((m, s), w)| w * m.nominal(s.map(|l| l * l), s[0])).collect();
         let length = g.iter().map(|x| x * x).sum::<f64>().sqrt();
         let cosine = g.iter().zip(&weighted).map(|(g, p)| g * p).sum::<f64>() / (length * norm);

@@ -2,17 +2,17 @@
 //!
 //! The factors are eliminated (variable projection: Golub & Pereyra, SIAM J. Numer. Anal. 10, 1973; gradient and Gauss–Newton matrix
 //! after Kaufman, BIT 15, 1975): f(θ) = min_{c ≥ 0} ½‖Φ(θ)c − p̂‖², and argmin's trust region (Steihaug's conjugate gradients) searches θ
-//! alone, from several starts. Gauss–Newton steps in all constants then finish to rounding. From the answer to much the same rows they go
+//! alone, from several starts. Gauss–Newton steps in all constants then finish to rounding. From the answer to nearly the same data they go
 //! alone; the trust region is called where they do not settle, or a term without a factor would come back.
 //!
 //! The starts are the best of all choices of N different points of a grid of θ: five that differ in more than one point (where N is three or
 //! more), then the next best. Columns of the grid are reduced by one QR, so that a choice costs N × N.
 
-use super::law::Family;
 use super::linear::padded;
 use super::nonnegative::{nonnegative, reduce};
 use super::rows::{Rows, beside};
 use super::{FitError, SolverCheck};
+use crate::material::ShapedTerm;
 use argmin::core::{CostFunction, Error, Executor, Gradient, Hessian, State};
 use argmin::solver::trustregion::{Steihaug, TrustRegion};
 use nalgebra::{DMatrix, DVector};
@@ -29,7 +29,7 @@ const GRADIENT: f64 = 1e-6;
 const SAME: f64 = 1e-6;
 /// Part of the misfit that is none: r along the columns where no step lowers it, gain by other factors \[–\]
 const FLAT: f64 = 1e-7;
-/// Fall of the misfit in a step that ends a fit; of one among many, n of whose rows leave √(2nε) of a standard error
+/// Fall of the misfit in a step that ends a fit; of one among many, n of whose data points leave √(2nε) of a standard error
 const ROUNDING: f64 = 1e-13;
 const NEAR: f64 = 1e-10;
 /// Value of the objective where the law is not defined \[–\]: a step into it is taken back
@@ -48,7 +48,7 @@ pub struct Separable {
 
 /// The objective with its factors eliminated.
 struct Projected<'a> {
-    family: &'a Family,
+    family: &'a ShapedTerm,
     rows: &'a Rows,
     reach: f64,
 }
@@ -72,7 +72,7 @@ impl Projected<'_> {
     }
 
     /// c_k ∂φ/∂x of each term
-    fn slopes(&self, x: &[f64], c: &[f64]) -> Vec<DVector<f64>> {
+    fn derivatives(&self, x: &[f64], c: &[f64]) -> Vec<DVector<f64>> {
         let one = |(x, c): (&f64, &f64)| {
             let (theta, by) = (self.family.shape)(*x, self.reach);
             self.rows.column(|s| (self.family.tau_by_shape)(theta, s)) * (*c * by)
@@ -96,16 +96,16 @@ impl Projected<'_> {
     /// Kaufman's Jacobian: c_k ∂φ/∂x without its part in the span of the terms that count, and the residual.
     fn jacobian(&self, x: &[f64]) -> Option<(DMatrix<f64>, DVector<f64>)> {
         let p = self.at(x)?;
-        let mut slopes = self.slopes(x, &p.c);
+        let mut derivatives = self.derivatives(x, &p.c);
         let support: Vec<_> = p.columns.iter().zip(&p.c).filter(|(_, c)| **c > 0.0).map(|(a, _)| a.clone()).collect();
         if !support.is_empty() {
             let q = padded(&beside(&support), support.len()).qr().q();
-            for s in &mut slopes {
+            for s in &mut derivatives {
                 let long = s.clone().resize_vertically(q.nrows(), 0.0);
                 *s = (&long - &q * (q.transpose() * &long)).resize_vertically(self.rows.len(), 0.0);
             }
         }
-        Some((beside(&slopes), p.residual))
+        Some((beside(&derivatives), p.residual))
     }
 }
 
@@ -136,9 +136,9 @@ impl Hessian for Projected<'_> {
     }
 }
 
-/// `warm`: the only start, where a fit to much the same rows is known.
+/// `warm`: the only start, where a fit to nearly the same data is known.
 pub fn solve(
-    family: &Family,
+    family: &ShapedTerm,
     terms: usize,
     rows: &Rows,
     reach: f64,
@@ -214,7 +214,7 @@ fn starts(problem: &Projected<'_>, terms: usize) -> Vec<Vec<f64>> {
 }
 
 /// argmin's trust region has no test of its own: it runs in legs until the gradient is small or the objective stays.
-fn search(family: &Family, rows: &Rows, reach: f64, start: &[f64]) -> Result<Vec<f64>, FitError> {
+fn search(family: &ShapedTerm, rows: &Rows, reach: f64, start: &[f64]) -> Result<Vec<f64>, FitError> {
     let fail = |e: Error| FitError::Solver { solver: "argmin", status: e.to_string() };
     let own = || Projected { family, rows, reach };
     let mut x = start.to_vec();
@@ -263,8 +263,9 @@ fn finish(problem: &Projected<'_>, mut x: Vec<f64>, flat: f64) -> Option<End> {
     let mut settled = false;
     for _ in 0..30 {
         let own: Vec<usize> = (0..x.len()).filter(|k| c[*k] > 0.0).collect();
-        let slopes = problem.slopes(&x, &c);
-        let j: Vec<_> = own.iter().map(|k| columns[*k].clone()).chain(own.iter().map(|k| slopes[*k].clone())).collect();
+        let derivatives = problem.derivatives(&x, &c);
+        let j: Vec<_> =
+            own.iter().map(|k| columns[*k].clone()).chain(own.iter().map(|k| derivatives[*k].clone())).collect();
         if j.is_empty() {
             break;
         }
@@ -286,7 +287,7 @@ fn finish(problem: &Projected<'_>, mut x: Vec<f64>, flat: f64) -> Option<End> {
         };
         let better = (0..12).filter_map(|n| moved(0.5_f64.powi(n))).find(|(_, _, _, new)| new.norm() < r.norm());
         let Some((next, factors, there, residual)) = better else {
-            // What a full step would gain is rounding
+            // The gain of a full step would be rounding
             settled = d.norm() <= FLAT * r.norm();
             break;
         };

@@ -1,16 +1,17 @@
 //! One fit of one law to some samples: weights, solver, intervals.
 
+use super::Model;
 use super::identify::{self, Identified};
-use super::law::{Form, Model};
 use super::linear::{self, Points};
 use super::noise;
 use super::noise::ModeNoise;
 use super::rows::Rows;
 use super::{FitError, Loss, Sample, Weighting, separable, statistics};
+use crate::material::FitTerms;
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
-/// What is known of the numerical quality of an answer.
+/// Numerical quality of an answer.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum SolverCheck {
@@ -22,7 +23,7 @@ pub enum SolverCheck {
     Starts { starts: usize, agree: usize },
 }
 
-/// What stays the same in all fits of a request.
+/// Settings that are the same in all fits of a request.
 #[derive(Clone, Debug)]
 pub struct Setting {
     pub model: Model,
@@ -36,7 +37,7 @@ pub struct Setting {
     pub stable: Points,
 }
 
-/// An answer with what follows from it.
+/// An answer with its intervals and checks.
 #[derive(Clone, Debug)]
 pub struct LawFit {
     /// Values of the constants \[SI\]
@@ -44,12 +45,12 @@ pub struct LawFit {
     pub identified: Identified,
     /// `None` where a single solver was enough (fits of parts of the data)
     pub check: Option<SolverCheck>,
-    /// Where stability holds the answer back
+    /// Points at which the stability constraint is active
     pub active: Points,
-    /// Two-sided p-value of a departure of the data from the law \[–\]; `None` with too few rows or data that the law
-    /// meets to rounding
+    /// Two-sided p-value of a departure of the data from the law \[–\]; `None` with too few data points or data that agree with
+    /// the law to rounding
     pub departure_p: Option<f64>,
-    /// Neo-Hookean modulus of the same rows \[Pa\], a measure of size
+    /// Neo-Hookean modulus of the same data \[Pa\], a measure of size
     pub modulus: f64,
     /// w of each sample, with Huber's loss in it
     pub weight: Vec<f64>,
@@ -65,7 +66,7 @@ const HUBER: f64 = 1.345;
 const REWEIGHTED: usize = 60;
 const SETTLED: f64 = 1e-6;
 
-/// `near`: the answer to much the same samples; then one solver and one start are enough.
+/// `near`: the answer to nearly the same samples; then one solver and one start are enough.
 pub fn solve(setting: &Setting, samples: &[Sample], near: Option<&LawFit>) -> Result<LawFit, FitError> {
     judge(setting, samples, constants(setting, samples, near)?)
 }
@@ -120,12 +121,12 @@ fn weighted(setting: &Setting, samples: &[Sample], weight: &[f64], near: Option<
         weight: weight.to_vec(),
         at,
     };
-    match &setting.model.law.form {
-        Form::Linear(slopes) => {
-            let found = linear::solve(*slopes, setting.model.terms, &rows, &setting.stable, near.is_none())?;
+    match &setting.model.form.terms {
+        FitTerms::Linear(derivatives) => {
+            let found = linear::solve(*derivatives, setting.model.terms, &rows, &setting.stable, near.is_none())?;
             Ok(bare(found.values, found.check, found.active, vec![]))
         }
-        Form::Separable(family) => {
+        FitTerms::Separable(family) => {
             let warm = near.map(|n| n.at.as_slice());
             let found = separable::solve(family, setting.model.terms, &rows, setting.reach, warm)?;
             // + 0: a factor that vanished has no sign

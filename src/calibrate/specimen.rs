@@ -1,10 +1,10 @@
-//! Several specimens of one test: the mean of the constants, their scatter, and a specimen that stands apart.
+//! Several specimens of one test: the mean of the constants, their scatter, and a specimen that is an outlier.
 //!
 //! Each specimen is fitted alone. The constants have the mean ± t₀.₉₇₅(k − 1) s/√k over k specimens (exact for normal scatter between
 //! specimens). The level of specimen i is Σ Pᵢ P̂/Σ P̂² with the stresses P̂ of the fit to all rows: how stiff it is as a whole. One
 //! specimen is named where max |level − mean|/s exceeds Grubbs' bound (k − 1)/√k · √(t²/(k − 2 + t²)), t = t₁₋₀.₀₂₅/ₖ(k − 2).
 //!
-//! Source: Grubbs, Ann. Math. Statist. 21 (1950) 27–58. Limits: names one specimen at most; says nothing of two; a specimen of another
+//! Source: Grubbs, Ann. Math. Statist. 21 (1950) 27–58. Limits: names one specimen at most; does not detect two; a specimen of another
 //! shape and the same level is not seen.
 
 use super::bootstrap::deviation;
@@ -18,11 +18,11 @@ pub struct Specimen {
     pub file: String,
     pub rows: usize,
     pub parameters: Vec<Estimate>,
-    /// Its stresses over those of the fit to all rows \[–\]
+    /// Its stresses over those of the fit to all data points \[–\]
     pub level: f64,
 }
 
-/// What differs between specimens.
+/// Scatter between specimens.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Scatter {
     pub specimens: Vec<Specimen>,
@@ -32,11 +32,11 @@ pub struct Scatter {
     pub deviations: Vec<f64>,
     /// 95 % interval of each mean \[SI\]
     pub intervals: Vec<[f64; 2]>,
-    /// File of the specimen that stands apart
+    /// File of the specimen that is an outlier
     pub outlier: Option<String>,
 }
 
-/// `None` with one specimen. `groups`: the fitted rows of each.
+/// `None` with one specimen. `groups`: the fitted data points of each.
 pub fn scatter(
     setting: &Setting,
     names: &[String],

@@ -1,4 +1,4 @@
-//! Student's t and the runs test, exact for any number of rows.
+//! Student's t and the runs test, exact for any number of data points.
 
 /// P(|T| ≤ t) for Student's t with ν degrees of freedom \[–\].
 ///
@@ -20,7 +20,7 @@ pub fn t_probability(t: f64, nu: usize) -> f64 {
     if odd { std::f64::consts::FRAC_2_PI * (theta + sin * sum) } else { sin * sum }
 }
 
-/// t with P(|T| ≤ t) = `confidence` \[–\], by bisection to the last bit.
+/// t with P(|T| ≤ t) = `confidence` \[–\], by bisection to the last digit.
 pub fn t_quantile(confidence: f64, nu: usize) -> f64 {
     let mut high = 1.0;
     while t_probability(high, nu) < confidence {
@@ -55,7 +55,7 @@ pub fn few_runs(positive: &[bool]) -> Option<(usize, f64)> {
     let log_choose = |n: usize, k: usize| {
         if k > n { f64::NEG_INFINITY } else { log_factorial[n] - log_factorial[k] - log_factorial[n - k] }
     };
-    let ways = |r: usize| {
+    let arrangements = |r: usize| {
         let k = r / 2;
         if r.is_multiple_of(2) {
             2.0 * (log_choose(a - 1, k - 1) + log_choose(b - 1, k - 1) - log_choose(n, a)).exp()
@@ -64,7 +64,7 @@ pub fn few_runs(positive: &[bool]) -> Option<(usize, f64)> {
                 + (log_choose(a - 1, k - 1) + log_choose(b - 1, k) - log_choose(n, a)).exp()
         }
     };
-    Some((runs, (2..=runs).map(ways).sum::<f64>().min(1.0)))
+    Some((runs, (2..=runs).map(arrangements).sum::<f64>().min(1.0)))
 }
 
 #[cfg(test)]

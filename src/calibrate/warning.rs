@@ -24,7 +24,7 @@ pub enum FitWarning {
     NoPartner { volumetric: bool },
     /// Directions that the data say nothing about, or hardly anything
     Unidentifiable { directions: Vec<Direction> },
-    /// Modes and amounts at which stability ends, within the largest principal stretch of the fitted rows
+    /// Modes and amounts at which stability ends, within the largest principal stretch of the fitted data
     Unstable { lost: Vec<(&'static str, f64)>, reach: f64, linear: bool },
     /// Least squares alone would give a law that is unstable at these stretches of a mode
     Held { mode: Mode, range: [f64; 2] },
@@ -32,13 +32,13 @@ pub enum FitWarning {
     OneMode { mode: Mode },
     /// Rows far off their neighbours
     Outliers { lines: Vec<u64> },
-    /// A specimen whose stresses, over those of the fit to all, stand apart from the other ones
+    /// A specimen whose stresses, over those of the fit to all, differ from the others as an outlier
     Specimen { file: String, level: f64 },
     /// The bootstrap interval is wider than the one of the covariance, in which constant and how many times
     Narrow { symbol: &'static str, ratio: f64, drawn: Drawn },
-    /// Intervals of these constants hold zero: a law without them describes the rows as well
+    /// Intervals of these constants contain zero: a law without them describes the data equally well
     MayBeZero { symbols: Vec<&'static str> },
-    /// A choice of rows that was not asked for, and what another one gives
+    /// A choice of data that was not requested, and the answer of another one
     Cycles { treatment: Treatment, change: f64, answer: String },
     /// A single start found the reported minimum
     Starts { starts: usize },
@@ -72,7 +72,7 @@ impl fmt::Display for FitWarning {
                 let side = if *bias_relative < 0.0 { "low" } else { "high" };
                 write!(
                     f,
-                    "{mode} rows in the same range are predicted {:.1} % too {side} (rms {:.1} %)",
+                    "{mode} data points in the same range are predicted {:.1} % too {side} (rms {:.1} %)",
                     100.0 * bias_relative.abs(),
                     100.0 * rms_relative
                 )
@@ -87,7 +87,7 @@ impl fmt::Display for FitWarning {
             Self::Data { message } => f.write_str(message),
             Self::Compressible { nu, slope_relative } => write!(
                 f,
-                "with nu = {nu:.4} a compressible law has the slope 2(1 + nu)mu in small tension, {:.1} % off the 3 mu of \
+                "with nu = {nu:.4} a compressible law has the stiffness 2(1 + nu)mu in small tension, {:.1} % off the 3 mu of \
                  the data, which were taken as incompressible",
                 100.0 * slope_relative
             ),
@@ -102,7 +102,7 @@ impl fmt::Display for FitWarning {
                 for (k, d) in directions.iter().enumerate() {
                     f.write_str(if k > 0 { "; " } else { "" })?;
                     match d.deviation {
-                        None => write!(f, "unidentifiable: the data say nothing about ")?,
+                        None => write!(f, "unidentifiable: the data are insensitive to ")?,
                         Some(s) if s > 10.0 => write!(f, "hardly identifiable (standard deviation above 1000 %): ")?,
                         Some(s) => write!(f, "hardly identifiable (standard deviation {:.0} %): ", 100.0 * s)?,
                     }
@@ -118,7 +118,7 @@ impl fmt::Display for FitWarning {
                     lost.iter().map(|(mode, at)| format!("{} beyond {at:.4}", mode.replace('_', " "))).collect();
                 write!(
                     f,
-                    "the law is not stable in {}, though principal stretches up to {reach:.4} were fitted: do not use it there, fit \
+                    "the law loses material stability in {}, although principal stretches up to {reach:.4} were fitted: do not use it there, fit \
                      these modes too",
                     words.join(", ")
                 )?;
@@ -126,36 +126,36 @@ impl fmt::Display for FitWarning {
             }
             Self::Held { mode, range: [low, high] } => write!(
                 f,
-                "least squares alone give a law that is unstable in {mode} (stretch {low:.4} to {high:.4}); the condition of \
-                 stability holds the answer back, and the intervals do not know of it"
+                "least squares alone give a law that is unstable in {mode} (stretch {low:.4} to {high:.4}); the condition of material \
+                 stability limits the answer, and the intervals do not account for it"
             ),
             Self::OneMode { mode } => write!(
                 f,
-                "only {mode} tests: nothing checks this law of several constants in other modes; bending sees tension \
-                 and compression, a membrane sees equibiaxial tension"
+                "only {mode} tests: nothing checks this law of several constants in other modes; bending involves tension \
+                 and compression, a membrane is under equibiaxial tension"
             ),
             Self::Outliers { lines } => {
                 let shown: Vec<_> = lines.iter().take(8).map(u64::to_string).collect();
                 let more = if lines.len() > 8 { format!(" and {} more", lines.len() - 8) } else { String::new() };
                 write!(
                     f,
-                    "rows far off their neighbours pull at the fit (lines {}{more}); pass --loss huber, or leave them out",
+                    "data points far from their neighbours influence the fit (lines {}{more}); pass --loss huber, or leave them out",
                     shown.join(", ")
                 )
             }
             Self::Specimen { file, level } => write!(
                 f,
-                "specimen {file} stands apart: its stresses are {level:.2} times those of the fit to all, more than the scatter of the others \
+                "specimen {file} is an outlier: its stresses are {level:.2} times those of the fit to all, more than the scatter of the others \
                  explains (Grubbs' test, 5 %); look for the cause before leaving it out"
             ),
             Self::Narrow { symbol, ratio, drawn } => write!(
                 f,
-                "the interval of {symbol} is {ratio:.1} times as wide in the bootstrap of {drawn}: what is drawn is not independent, \
-                 believe the wider one"
+                "the interval of {symbol} is {ratio:.1} times as wide in the bootstrap of {drawn}: the resampled units are not independent, \
+                 use the wider one"
             ),
             Self::MayBeZero { symbols } => write!(
                 f,
-                "the intervals of {} hold zero: these rows do not tell whether the law needs them; take a law with fewer constants, widen the \
+                "the intervals of {} contain zero: these data do not show whether the law needs them; take a law with fewer constants, widen the \
                  range or add modes",
                 symbols.join(", ")
             ),

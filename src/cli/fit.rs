@@ -12,7 +12,7 @@ use std::process::ExitCode;
 /// Fit a law to tensile data (CSV) and write law.toml, which a scene can include
 ///
 /// The table is a CSV with a column of stretch, strain or displacement and one of stress or force, units in the header, in
-/// card.toml beside it, or by the flags. Nothing is changed silently: the audit log says what was converted and which rows were unusual.
+/// card.toml next to it, or by the flags. Nothing is changed silently: the audit log lists conversions and unusual rows.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -28,7 +28,7 @@ Examples:
 A scene includes the result with:  [laws.rubber]  include = \"law.toml\"
 Laws: neo_hookean, mooney_rivlin (--terms 2, 3, 5), yeoh (1 to 3), ogden (1 to 4), gent, arruda_boyce, veronda_westmann.
 
-Exit codes: 0 done, 2 bad input, 3 the data do not determine every constant (which, is said).")]
+Exit codes: 0 done, 2 bad input, 3 the data do not determine every constant (the output names them).")]
 pub struct Args {
     /// Tensile data (CSV); several files are specimens of the same test
     #[arg(required = true)]
@@ -48,7 +48,7 @@ pub struct Args {
     /// Mode to fit: uniaxial, equibiaxial, planar, simple_shear, biaxial; several times, or with commas, to fit several together
     #[arg(long, visible_alias = "modes", value_delimiter = ',')]
     mode: Vec<Mode>,
-    /// What counts alike in every row: a pascal (absolute), a per cent (relative), a standard deviation of its mode (noise)
+    /// Error that has the same weight in every data point: a pascal (absolute), a per cent (relative), a standard deviation of its mode (noise)
     #[arg(long, visible_alias = "weighting", default_value = "absolute")]
     weight: Weighting,
     /// Standard deviation of the stress for --weight noise, e.g. "2 kPa" [default: from row to row, by mode]
@@ -72,7 +72,7 @@ pub struct Args {
     /// Fits to rows (of three or more tables: specimens) drawn again, for intervals that know of correlated rows; 0: none
     #[arg(long, default_value_t = 200, value_name = "N")]
     bootstrap: usize,
-    /// Data card [default: card.toml beside the table]
+    /// Data card [default: card.toml next to the table]
     #[arg(long)]
     card: Option<PathBuf>,
     /// Name of the column of strain or stretch, if the table's header does not give it away
@@ -87,10 +87,10 @@ pub struct Args {
     /// Second stress column of a biaxial test
     #[arg(long)]
     stress_column_2: Option<String>,
-    /// What the strain column holds: stretch, engineering, true (logarithmic) or displacement
+    /// Content of the strain column: stretch, engineering, true (logarithmic) or displacement
     #[arg(long)]
     strain_kind: Option<StrainKind>,
-    /// What the stress column holds: nominal, true (Cauchy) or force
+    /// Content of the stress column: nominal, true (Cauchy) or force
     #[arg(long)]
     stress_kind: Option<StressKind>,
     /// Unit of the strain column: %, 1, or a length
@@ -102,7 +102,7 @@ pub struct Args {
     /// Decimal mark, where the table does not give it away: point or comma
     #[arg(long)]
     decimal: Option<Decimal>,
-    /// What measured the strain: crosshead, extensometer, …
+    /// Instrument that measured the strain: crosshead, extensometer, …
     #[arg(long)]
     strain_from: Option<String>,
     /// Undeformed length that a displacement stretches (in simple shear, the thickness that it shears), e.g. "33 mm"
@@ -126,7 +126,7 @@ pub struct Args {
     /// Take the mean stress of the first N rows off every stress
     #[arg(long, value_name = "N")]
     zero: Option<usize>,
-    /// Shift the strain to where the rows above this noise level meet zero stress, e.g. "2 kPa"
+    /// Shift the strain to where the line through the data above this noise level reaches zero stress, e.g. "2 kPa"
     #[arg(long, value_name = "STRESS")]
     toe: Option<String>,
     /// Print fit.json instead of words

@@ -90,7 +90,7 @@ pub fn main(args: Args) -> Outcome {
     files::make_folder(&args.out)?;
     let mut controller = controller(&args, &scene)?;
     if !args.json {
-        scene.remarks.iter().for_each(|remark| eprintln!("note: {remark}"));
+        scene.notes.iter().for_each(|note| eprintln!("note: {note}"));
     }
     bars.started(&name);
     let stop = super::stop_flag();
@@ -164,7 +164,7 @@ pub fn main(args: Args) -> Outcome {
     durometer::study::overlay::save(&args.out, &name, &overlays(&scene, &run))?;
     bars.finished(&record, false);
     if !args.json {
-        record.remarks[scene.remarks.len()..].iter().for_each(|remark| eprintln!("note: {remark}"));
+        record.remarks[scene.notes.len()..].iter().for_each(|note| eprintln!("note: {note}"));
     }
     if let Some(l) = record.locking.filter(|l| l.alarm && !args.json) {
         let scatter = l.pressure_scatter;

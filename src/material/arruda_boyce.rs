@@ -11,17 +11,22 @@
 //! Limits: J > 0. The series does not lock: at Ī₁ → 3λ_m², where the chains of the inverse Langevin function are fully stretched, it stays finite
 //! and too soft.
 
-use super::isochoric::{self, Along, Parametric, Partials, Strain};
-use super::registry::{Chosen, LawSpecError, Values};
-use super::split::{Part, required};
+use super::entry::LawEntry;
+use super::fit_form::{FitForm, FitTerms, ShapedTerm};
+use super::isochoric::{Along, Parametric, Partials, Strain};
+use super::law::LawInfo;
+use super::parameter::{Chosen, LawSpecError, Parameter, Values};
+use super::principal::{invariants, of_invariants, tau};
+use super::response::{LawError, Response, Want};
+use super::split::{Part, Split, required};
 use super::volumetric::{CHOICES, Volumetric};
-use super::{LawError, LawInfo, Parameter, Response, Want, moduli};
+use super::{isochoric, moduli};
 use crate::math::tensor::Mat3;
 
 /// c_n of the series of the inverse Langevin function.
 pub const SERIES: [f64; 5] = [1.0 / 2.0, 1.0 / 20.0, 11.0 / 1050.0, 19.0 / 7000.0, 519.0 / 673_750.0];
 
-/// Keys in files; κ and ν stand for each other.
+/// Keys in files; either κ or ν is given.
 pub const KEYS: &[Parameter] = &[
     moduli::NU,
     moduli::KAPPA,
@@ -40,6 +45,30 @@ pub static INFO: LawInfo = LawInfo {
     survives_inversion: false,
     objective: true,
     isochoric: true,
+};
+
+/// The law in the registry.
+pub const ENTRY: LawEntry = Split::<ArrudaBoyce>::entry(KEYS, &[200e3, 30e3, 2.5]).with_fit(FIT);
+
+/// The incompressible law in tests with homogeneous deformation.
+const FIT: FitForm = FitForm {
+    formula: "P = 2μ g Σ n c_n (I₁/λ_m²)^{n−1}, n = 1 … 5, c = 1/2, 1/20, 11/1050, 19/7000, 519/673750, g = λ − λ⁻² uniaxial, λ − λ⁻⁵ equibiaxial, λ − λ⁻³ planar",
+    source: "Arruda & Boyce, J. Mech. Phys. Solids 41 (1993)",
+    parameters: KEYS.split_at(2).1,
+    term_counts: &[1],
+    default_count: 1,
+    terms: FitTerms::Separable(ShapedTerm {
+        tau: |limit, s| of_invariants(&ArrudaBoyce { mu: 1.0, limit }, s).tau,
+        tau_by_shape: |limit, s| {
+            let ratio = (3.0 + invariants(s).0) / (limit * limit);
+            let powers =
+                (0..).zip(SERIES).map(|(n, c)| f64::from(n + 1) * c * f64::from(-2 * n) * ratio.powi(n) / limit);
+            tau(powers.sum(), 0.0, s)
+        },
+        shape: |x, _| (1.0 + x.exp(), x.exp()),
+        grid: &[-7.0, -6.0, -5.0, -4.0, -3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0],
+        factor: |_| (1.0, 0.0),
+    }),
 };
 
 /// Constants of W.

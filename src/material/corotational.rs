@@ -9,8 +9,12 @@
 //! finite at J = 0. R jumps where s₂ + s₃ = 0 (strongly inverted or collapsed to a line): ψ is continuous there with a concave kink.
 
 use super::assemble::{Row9, add_dyad, isotropic, rows};
+use super::entry::LawEntry;
+use super::law::{Law, LawInfo};
+use super::moduli;
+use super::moduli::Moduli;
 use super::polar::SignedSvd;
-use super::{Law, LawError, LawInfo, Moduli, Response, Want, moduli};
+use super::response::{LawError, Response, Want};
 use crate::math::tensor::Mat3;
 
 pub static INFO: LawInfo = LawInfo {
@@ -25,6 +29,9 @@ pub static INFO: LawInfo = LawInfo {
     objective: true,
     isochoric: false,
 };
+
+/// The law in the registry.
+pub const ENTRY: LawEntry = LawEntry::elastic(&INFO, |v, _| Ok(Box::new(Corotational(Moduli::from_map(v)?))));
 
 /// Smallest s_i + s_j \[–\] by which the derivative of R is divided. Below it ∂R/∂F, infinite at the kink, is cut off at
 /// 2/(s_i + s_j) = 2e6; above it A is exact.

@@ -6,14 +6,19 @@
 //!
 //! Limits: J > 0 and Ī₁ − 3 < J_m, refused beyond: there the chains are fully stretched and ψ is infinite.
 
-use super::isochoric::{self, Along, Parametric, Partials, Strain};
-use super::registry::{Chosen, LawSpecError, Values};
-use super::split::{Part, required};
+use super::entry::LawEntry;
+use super::fit_form::{FitForm, FitTerms, ShapedTerm};
+use super::isochoric::{Along, Parametric, Partials, Strain};
+use super::law::LawInfo;
+use super::parameter::{Chosen, LawSpecError, Parameter, Values};
+use super::principal::{invariants, of_invariants, tau};
+use super::response::{LawError, Response, Want};
+use super::split::{Part, Split, required};
 use super::volumetric::{CHOICES, Volumetric};
-use super::{LawError, LawInfo, Parameter, Response, Want, moduli};
+use super::{isochoric, moduli};
 use crate::math::tensor::Mat3;
 
-/// Keys in files; κ and ν stand for each other.
+/// Keys in files; either κ or ν is given.
 pub const KEYS: &[Parameter] = &[
     moduli::NU,
     moduli::KAPPA,
@@ -32,6 +37,29 @@ pub static INFO: LawInfo = LawInfo {
     survives_inversion: false,
     objective: true,
     isochoric: true,
+};
+
+/// The law in the registry.
+pub const ENTRY: LawEntry = Split::<Gent>::entry(KEYS, &[200e3, 35e3, 20.0]).with_fit(FIT);
+
+/// The incompressible law in tests with homogeneous deformation.
+const FIT: FitForm = FitForm {
+    formula: "P = μ g/(1 − i/J_m), i = I₁ − 3, g = λ − λ⁻² uniaxial, λ − λ⁻⁵ equibiaxial, λ − λ⁻³ planar",
+    source: "Gent, Rubber Chem. Technol. 69 (1996)",
+    parameters: KEYS.split_at(2).1,
+    term_counts: &[1],
+    default_count: 1,
+    terms: FitTerms::Separable(ShapedTerm {
+        tau: |limit, s| of_invariants(&Gent { mu: 1.0, limit }, s).tau,
+        tau_by_shape: |limit, s| {
+            let i = invariants(s).0;
+            // w₁ = ½J_m/(J_m − i)
+            tau(-0.5 * i / (limit - i).powi(2), 0.0, s)
+        },
+        shape: |x, reach| (reach * (1.0 + x.exp()), reach * x.exp()),
+        grid: &[-7.0, -6.0, -5.0, -4.0, -3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0],
+        factor: |_| (1.0, 0.0),
+    }),
 };
 
 /// Constants of W.
@@ -77,13 +105,8 @@ impl Strain for Gent {
             return Err(LawError::Locked { i, limit });
         }
         let t = i / limit;
-        let slope = 0.5 * mu / (1.0 - t);
-        Ok(Partials {
-            w: -0.5 * mu * limit * (-t).ln_1p(),
-            w1: slope,
-            w11: slope / (limit * (1.0 - t)),
-            ..Partials::default()
-        })
+        let w1 = 0.5 * mu / (1.0 - t);
+        Ok(Partials { w: -0.5 * mu * limit * (-t).ln_1p(), w1, w11: w1 / (limit * (1.0 - t)), ..Partials::default() })
     }
 }
 

@@ -14,8 +14,8 @@
 
 use super::assemble::{add_dyad, isotropic, rows};
 use super::kinematics::{Invariants, exp_m1_minus_y};
+use super::response::{LawError, Response, Want};
 use super::volumetric::Volumetric;
-use super::{LawError, Response, Want};
 use crate::math::tensor::{Mat3, Mat9};
 
 /// W \[J/m³\] and its derivatives \[Pa\] by Ī₁ and Ī₂.

@@ -2,7 +2,7 @@
 
 use crate::math::tensor::{Mat3, cofactor, det_minus_one};
 
-use super::LawError;
+use super::response::LawError;
 
 /// Invariants of one F, each without cancellation.
 #[derive(Clone, Copy, Debug)]
@@ -115,9 +115,9 @@ mod tests {
         }
     }
 
-    /// Both branches meet: the direct difference loses no more than a few digits at the switch.
+    /// Both branches agree: the direct difference loses no more than a few digits at the switch.
     #[test]
-    fn branches_meet() {
+    fn branches_agree_at_the_switch() {
         for s in [-1.0, 1.0] {
             let x = s * 0.1999999;
             assert!((x_minus_ln_1p(x) / (x - x.ln_1p()) - 1.0).abs() < 1e-14);

@@ -8,7 +8,11 @@
 //! Limits: not objective; a rotation by θ gives the strain cos θ − 1, so only for rotations of less than a few degrees.
 
 use super::assemble::{isotropic, rows};
-use super::{Law, LawError, LawInfo, Moduli, Response, Want, moduli};
+use super::entry::LawEntry;
+use super::law::{Law, LawInfo};
+use super::moduli;
+use super::moduli::Moduli;
+use super::response::{LawError, Response, Want};
 use crate::math::tensor::Mat3;
 
 pub static INFO: LawInfo = LawInfo {
@@ -23,6 +27,9 @@ pub static INFO: LawInfo = LawInfo {
     objective: false,
     isochoric: false,
 };
+
+/// The law in the registry.
+pub const ENTRY: LawEntry = LawEntry::elastic(&INFO, |v, _| Ok(Box::new(Linear(Moduli::from_map(v)?))));
 
 /// Hooke's law in the symmetric part of F − I.
 #[derive(Clone, Copy, Debug)]

@@ -5,7 +5,8 @@
 //! P/μ = λ − λ⁻² (uniaxial), λ − λ⁻⁵ (equibiaxial), λ − λ⁻³ (planar), γ (simple shear). Source: Treloar, *The Physics of
 //! Rubber Elasticity*, 3rd ed. 1975, ch. 5.
 
-use super::{Law, LawError, Response, Want};
+use super::law::Law;
+use super::response::{LawError, Response, Want};
 use crate::math::tensor::Mat3;
 
 /// A homogeneous deformation; its amount is the stretch λ \[–\], or the shear γ \[–\] of simple shear.
@@ -30,10 +31,10 @@ pub struct Homogeneous {
     /// Nominal stress \[Pa\]: P₁₁, in simple shear P₁₂
     pub stress: f64,
     /// dstress/d(amount) along the equilibrium path \[Pa\]
-    pub slope: f64,
+    pub stiffness: f64,
 }
 
-/// Why a load case has no state.
+/// Reason why a load case has no state.
 #[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
 pub enum LoadCaseError {
     #[error("{case:?} at {amount}: a stretch is a positive finite number (1 = undeformed, not the strain)")]
@@ -120,13 +121,13 @@ impl LoadCase {
         let r = law.eval(&f, Want::Tangent)?;
         let (driven, free) = self.moving();
         let sum = |row: usize, columns: &[usize]| columns.iter().map(|c| r.a[row][*c]).sum::<f64>();
-        let mut slope = sum(driven[0], driven);
+        let mut stiffness = sum(driven[0], driven);
         if let Some(&side) = free.first() {
             // Along P_side = 0: da/d(amount) = −(∂P_side/∂amount)/(∂P_side/∂a)
-            slope -= sum(driven[0], free) * sum(side, driven) / sum(side, free);
+            stiffness -= sum(driven[0], free) * sum(side, driven) / sum(side, free);
         }
         let stress = if self == Self::SimpleShear { r.p[(0, 1)] } else { r.p[(0, 0)] };
-        Ok(Homogeneous { f, lateral: a, stress, slope })
+        Ok(Homogeneous { f, lateral: a, stress, stiffness })
     }
 
     /// Lateral stretch a \[–\] with P_side(a) = 0 to rounding: Newton inside a bracket, bisection where it would leave it.
@@ -156,13 +157,13 @@ impl LoadCase {
         }
         let mut a = 0.5 * (lo + hi);
         for _ in 0..200 {
-            let (p, slope) = side(a)?;
+            let (p, stiffness) = side(a)?;
             if p < 0.0 {
                 lo = a;
             } else {
                 hi = a;
             }
-            let newton = a - p / slope;
+            let newton = a - p / stiffness;
             let next = if lo < newton && newton < hi { newton } else { 0.5 * (lo + hi) };
             // Two ulp: the next step would move by rounding only
             if (newton - a).abs() <= 2.0 * f64::EPSILON * a || p == 0.0 || next == a {
@@ -240,7 +241,7 @@ mod tests {
     #[test]
     fn incompressible_limit_of_every_split_law() {
         for entry in LAWS {
-            let law = super::super::example(entry);
+            let law = entry.example().expect("the example of a law");
             let name = entry.info.name;
             if law.split().is_none() {
                 assert!(LoadCase::Planar.incompressible(law.as_ref(), 1.1).is_err(), "{name}");
@@ -276,12 +277,12 @@ mod tests {
         }
     }
 
-    /// Every law, every case: the free face is free, the slope is the derivative of the stress (central difference, h = 1e-4:
+    /// Every law, every case: the free face is free, the stiffness is the derivative of the stress (central difference, h = 1e-4:
     /// h² P‴/6 and ε P/h both below 1e-7 of the stiffness here), and the state at 1 is undeformed.
     #[test]
     fn every_law_and_case() {
         for entry in LAWS {
-            let law = super::super::example(entry);
+            let law = entry.example().expect("the example of a law");
             let stiffness = law.small_strain().kappa;
             for case in LoadCase::ALL {
                 let label = format!("{} {case:?}", entry.info.name);
@@ -296,8 +297,12 @@ mod tests {
                         }
                     }
                     let h = 1e-4;
-                    let slope = (at(amount + h).stress - at(amount - h).stress) / (2.0 * h);
-                    assert!((s.slope - slope).abs() < 1e-6 * stiffness, "{label} {amount}: {} not {slope}", s.slope);
+                    let difference = (at(amount + h).stress - at(amount - h).stress) / (2.0 * h);
+                    assert!(
+                        (s.stiffness - difference).abs() < 1e-6 * stiffness,
+                        "{label} {amount}: {} not {difference}",
+                        s.stiffness
+                    );
                 }
             }
         }

@@ -2,11 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use super::registry::LawSpecError;
-use super::{Law, Parameter};
+use super::parameter::{LawSpecError, Parameter, check_bounds};
 use crate::math::units::Dimension;
 
-/// Consistent elastic constants: a pair that was given is kept to the last bit, the others follow.
+/// Consistent elastic constants: a pair that was given is kept exactly, the others follow.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Moduli {
     /// Young's modulus E \[Pa\]
@@ -28,7 +27,7 @@ const E: Parameter = Parameter {
     bounds: (0.0, f64::INFINITY),
     meaning: "Young's modulus",
 };
-pub(crate) const NU: Parameter =
+pub const NU: Parameter =
     Parameter { name: "nu", symbol: "ν", dimension: Dimension::NONE, bounds: (-1.0, 0.5), meaning: "Poisson's ratio" };
 const MU: Parameter = Parameter {
     name: "mu",
@@ -44,7 +43,7 @@ const LAMBDA: Parameter = Parameter {
     bounds: (f64::NEG_INFINITY, f64::INFINITY),
     meaning: "Lamé's first constant",
 };
-pub(crate) const KAPPA: Parameter = Parameter {
+pub const KAPPA: Parameter = Parameter {
     name: "kappa",
     symbol: "κ",
     dimension: Dimension::PRESSURE,
@@ -55,7 +54,7 @@ pub(crate) const KAPPA: Parameter = Parameter {
 /// The independent pair of a law with two elastic constants: its bounds are a box, unlike those of (μ, λ).
 pub const PAIR: &[Parameter] = &[E, NU];
 
-/// Every constant that may stand in a file; exactly two are taken.
+/// Every constant that a file may give; exactly two are required.
 pub const KEYS: &[Parameter] = &[E, NU, MU, LAMBDA, KAPPA];
 
 impl Moduli {
@@ -78,7 +77,7 @@ impl Moduli {
         let order = |name: &str| KEYS.iter().position(|p| p.name == name).unwrap_or(KEYS.len());
         let ((first, p), (second, q)) = if order(a.0) <= order(b.0) { (a, b) } else { (b, a) };
         for (name, value) in [(first, p), (second, q)] {
-            super::registry::check_bounds(KEYS, name, value)?;
+            check_bounds(KEYS, name, value)?;
         }
         let m = match (first, second) {
             ("E", "nu") => {
@@ -168,6 +167,16 @@ impl Moduli {
         Self { e: by("E"), nu: by("nu"), mu, lambda: by("lambda"), kappa }
     }
 
+    /// Rates of (E, ν) by `key`, the other constant that was given held: with the gradients g by (μ, κ), g_key·d = 1 and
+    /// g_other·d = 0.
+    pub(crate) fn rates(&self, given: &BTreeMap<String, f64>, key: &str) -> Vec<f64> {
+        let other = given.keys().find(|k| *k != key).map_or("", String::as_str);
+        let ([a, b], [c, d]) = (self.gradient(key), self.gradient(other));
+        let determinant = a * d - b * c;
+        let Self { e, nu, .. } = self.shifted(d / determinant, -c / determinant);
+        vec![e, nu]
+    }
+
     /// ∂/∂μ and ∂/∂κ of a constant of [`KEYS`], from E = 9κμ/(3κ + μ) and ν = (3κ − 2μ)/(6κ + 2μ).
     fn gradient(&self, name: &str) -> [f64; 2] {
         let Self { mu, kappa, .. } = *self;
@@ -198,17 +207,6 @@ impl Moduli {
         }
         Ok(self)
     }
-}
-
-/// Rates of (E, ν) of a law of two constants by `key`, the other one that was given held: with the gradients g by (μ, κ),
-/// g_key·d = 1 and g_other·d = 0.
-pub(super) fn rates(law: &dyn Law, given: &BTreeMap<String, f64>, key: &str) -> Vec<f64> {
-    let m = law.small_strain();
-    let other = given.keys().find(|k| *k != key).map_or("", String::as_str);
-    let ([a, b], [c, d]) = (m.gradient(key), m.gradient(other));
-    let determinant = a * d - b * c;
-    let Moduli { e, nu, .. } = m.shifted(d / determinant, -c / determinant);
-    vec![e, nu]
 }
 
 #[cfg(test)]

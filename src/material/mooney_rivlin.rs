@@ -6,16 +6,21 @@
 //!
 //! Sources: Mooney 1940; Rivlin 1948; Rivlin & Saunders, *Phil. Trans. R. Soc. A* 243, 1951, for the polynomial.
 //!
-//! Limits: J > 0. C01 < 0, and negative terms of higher order, lose stability at some stretch; see [`super::stability()`].
+//! Limits: J > 0. C01 < 0, and negative terms of higher order, lose stability at some stretch; see [`super::material_stability()`].
 
-use super::isochoric::{self, Along, Parametric, Partials, Strain};
-use super::registry::{Chosen, LawSpecError, Values};
-use super::split::{self, Part, required};
+use super::entry::LawEntry;
+use super::fit_form::{FitForm, FitTerms};
+use super::isochoric::{Along, Parametric, Partials, Strain};
+use super::law::LawInfo;
+use super::parameter::{Chosen, LawSpecError, Parameter, Values};
+use super::principal::of_invariants;
+use super::response::{LawError, Response, Want};
+use super::split::{Part, Split, required};
 use super::volumetric::{CHOICES, Volumetric};
-use super::{LawError, LawInfo, Parameter, Response, Want, moduli};
+use super::{isochoric, moduli, split};
 use crate::math::tensor::Mat3;
 
-/// Keys in files; κ and ν stand for each other.
+/// Keys in files; either κ or ν is given.
 pub const KEYS: &[Parameter] = &[
     moduli::NU,
     moduli::KAPPA,
@@ -39,12 +44,29 @@ pub static INFO: LawInfo = LawInfo {
     isochoric: true,
 };
 
+/// The law in the registry.
+pub const ENTRY: LawEntry = Split::<MooneyRivlin>::entry(KEYS, &[200e3, 12e3, 5e3, 1e3, 0.5e3, 0.2e3]).with_fit(FIT);
+
+/// The incompressible law in tests with homogeneous deformation.
+const FIT: FitForm = FitForm {
+    formula: "P = 2(1 − λ⁻³)(λψ₁ + ψ₂) uniaxial, 2(λ − λ⁻⁵)(ψ₁ + λ²ψ₂) equibiaxial, 2(λ − λ⁻³)(ψ₁ + ψ₂) planar, ψ₁ = C10 + C11 k + 2 C20 i, ψ₂ = C01 + C11 i + 2 C02 k, i = I₁ − 3, k = I₂ − 3",
+    source: "Rivlin & Saunders, Phil. Trans. R. Soc. A 243 (1951)",
+    parameters: KEYS.split_at(2).1,
+    term_counts: &[2, 3, 5],
+    default_count: 2,
+    terms: FitTerms::Linear(|k, s| {
+        let mut c = [0.0; 5];
+        c[k] = 1.0;
+        of_invariants(&MooneyRivlin { c, terms: 5 }, s)
+    }),
+};
+
 /// Constants of W \[Pa\].
 #[derive(Clone, Copy, Debug)]
 pub struct MooneyRivlin {
     /// C10, C01, C11, C20, C02 \[Pa\]
     pub c: [f64; 5],
-    /// How many of them the file gives, trailing zeros left away
+    /// Number of constants that the file gives, without trailing zeros
     pub terms: usize,
 }
 

@@ -7,11 +7,20 @@
 //! Limits: J > 0 only. Not polyconvex: (ln J)² is concave in J beyond J = e, so strong dilatation softens.
 
 use super::assemble::{Row9, isotropic, rows};
+use super::entry::LawEntry;
+use super::fit_form::{FitForm, FitTerms};
 use super::kinematics::Invariants;
+use super::law::{Law, LawInfo};
+use super::moduli;
+use super::moduli::Moduli;
+use super::parameter::Parameter;
+use super::principal::of_invariants;
+use super::response::{LaneResponse, LawError, Response, Want};
 use super::volumetric::{Volumetric, VolumetricKind};
-use super::{LaneResponse, Law, LawError, LawInfo, Moduli, Response, Want, moduli};
+use super::yeoh::Yeoh;
 use crate::math::lanes::{Kernel, LANES, Lanes, Real, widest};
 use crate::math::tensor::Mat3;
+use crate::math::units::Dimension;
 
 pub static INFO: LawInfo = LawInfo {
     name: "neo_hookean",
@@ -24,6 +33,27 @@ pub static INFO: LawInfo = LawInfo {
     survives_inversion: false,
     objective: true,
     isochoric: false,
+};
+
+/// The law in the registry.
+pub const ENTRY: LawEntry =
+    LawEntry::elastic(&INFO, |v, _| Ok(Box::new(NeoHookean(Moduli::from_map(v)?)))).with_fit(FIT);
+
+/// The incompressible law in tests with homogeneous deformation.
+const FIT: FitForm = FitForm {
+    formula: "P = μ(λ − λ⁻²) uniaxial, μ(λ − λ⁻⁵) equibiaxial, μ(λ − λ⁻³) planar",
+    source: "Treloar, The Physics of Rubber Elasticity, 3rd ed. (1975), chapter 4",
+    parameters: &[Parameter {
+        name: "mu",
+        symbol: "μ",
+        dimension: Dimension::PRESSURE,
+        bounds: (0.0, f64::INFINITY),
+        meaning: "shear modulus at small strain",
+    }],
+    term_counts: &[1],
+    default_count: 1,
+    // C10 = ½μ of Yeoh's first term
+    terms: FitTerms::Linear(|_, s| of_invariants(&Yeoh { c: [0.5, 0.0, 0.0], terms: 1 }, s)),
 };
 
 /// Neo-Hookean law in ln J.

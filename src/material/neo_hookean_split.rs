@@ -2,7 +2,7 @@
 //!
 //! ψ = ½μ(J^{−2/3} I₁ − 3) + U(J), I₁ = F:F
 //!
-//! U(J) = ½κ(J − 1)² where no other is chosen: this pair is what the name stands for.
+//! U(J) = ½κ(J − 1)² where no other is chosen: this pair is usually meant by the name.
 //!
 //! Source: Simo & Hughes, *Computational Inelasticity*, 1998, ch. 9 for the split; U(J) = ½κ(J − 1)² as in Bonet & Wood, 2nd ed.
 //! 2008, ch. 6.
@@ -10,9 +10,14 @@
 //! Limits: J > 0 only. U = ½κ(J − 1)² stays finite at J = 0: the barrier there comes from J^{−2/3} alone, and a purely volumetric collapse has
 //! none. Near incompressibility (κ ≫ μ) use a mixed formulation.
 
-use super::isochoric::{self, Partials, Strain};
+use super::entry::LawEntry;
+use super::isochoric::{Partials, Strain};
+use super::law::{Law, LawInfo};
+use super::moduli::Moduli;
+use super::parameter::Choice;
+use super::response::{LawError, Response, Want};
 use super::volumetric::{CHOICE, Volumetric, VolumetricKind};
-use super::{Choice, Law, LawError, LawInfo, Moduli, Response, Want, moduli};
+use super::{isochoric, moduli};
 use crate::math::tensor::Mat3;
 
 pub static INFO: LawInfo = LawInfo {
@@ -27,6 +32,11 @@ pub static INFO: LawInfo = LawInfo {
     objective: true,
     isochoric: true,
 };
+
+/// The law in the registry.
+pub const ENTRY: LawEntry = LawEntry::elastic(&INFO, |v, c| {
+    Ok(Box::new(NeoHookeanSplit { hooke: Moduli::from_map(v)?, volumetric: VolumetricKind::chosen(c) }))
+});
 
 /// Neo-Hookean law with an isochoric and a volumetric part.
 #[derive(Clone, Copy, Debug)]

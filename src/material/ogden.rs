@@ -13,14 +13,18 @@
 //! Source: Ogden, *Large deformation isotropic elasticity – on the correlation of theory and experiment for incompressible rubberlike solids*,
 //! Proc. R. Soc. A 326, 1972; the conventions after the manuals of the programs.
 //!
-//! Limits: J > 0. Terms of opposite signs of μ_n α_n may lose stability at some stretch; see [`super::stability()`].
+//! Limits: J > 0. Terms of opposite signs of μ_n α_n may lose stability at some stretch; see [`super::material_stability()`].
 
+use super::entry::LawEntry;
+use super::fit_form::{FitForm, FitTerms, ShapedTerm};
 use super::kinematics::exp_m1_minus_y;
-use super::registry::{Chosen, LawSpecError, Values};
-use super::spectral::{self, Sums, ValanisLandel, power_quotient};
-use super::split::{Part, required};
+use super::law::LawInfo;
+use super::parameter::{Choice, Chosen, LawSpecError, Parameter, Values};
+use super::response::{LawError, Response, Want};
+use super::spectral::{Sums, ValanisLandel, power_quotient};
+use super::split::{Part, Split, required};
 use super::volumetric::{CHOICE, Volumetric};
-use super::{Choice, LawError, LawInfo, Parameter, Response, Want, moduli};
+use super::{moduli, spectral};
 use crate::math::tensor::Mat3;
 
 /// Largest number of terms.
@@ -34,7 +38,7 @@ const fn alpha(name: &'static str, symbol: &'static str) -> Parameter {
     Parameter::number(name, symbol, f64::NEG_INFINITY, "exponent of the term, not zero")
 }
 
-/// Keys in files; κ and ν stand for each other.
+/// Keys in files; either κ or ν is given.
 pub const KEYS: &[Parameter] = &[
     moduli::NU,
     moduli::KAPPA,
@@ -69,6 +73,26 @@ pub static INFO: LawInfo = LawInfo {
     survives_inversion: false,
     objective: true,
     isochoric: true,
+};
+
+/// The law in the registry.
+pub const ENTRY: LawEntry = Split::<Ogden>::entry(KEYS, &[200e3, 10e3, 3.0, -8e3, -4.0, 2e3, 1.0]).with_fit(FIT);
+
+/// The incompressible law in tests with homogeneous deformation.
+const FIT: FitForm = FitForm {
+    formula: "P = Σ μ_n (λ^{α_n − 1} − λ₃^{α_n}/λ), λ₃ = λ^{−1/2} uniaxial, λ⁻² equibiaxial, λ⁻¹ planar; μ_n α_n ≥ 0",
+    source: "Ogden, Proc. R. Soc. A 326 (1972)",
+    parameters: KEYS.split_at(2).1,
+    term_counts: &[1, 2, 3, 4],
+    default_count: 3,
+    terms: FitTerms::Separable(ShapedTerm {
+        // w = (Σ λ^α − 3)/α², so that τᵢ = λᵢ^α/α; less 1/α, which is a pressure: smooth where α changes its sign
+        tau: |alpha, s| s.map(|x| power(alpha, x)),
+        tau_by_shape: |alpha, s| s.map(|x| power_by_alpha(alpha, x)),
+        shape: |x, _| (x, 1.0),
+        grid: &[-12.0, -8.0, -5.0, -3.0, -2.0, -1.0, 0.6, 1.3, 2.0, 3.0, 4.5, 6.5, 9.0, 13.0, 18.0],
+        factor: |alpha| (1.0 / alpha, -1.0 / (alpha * alpha)),
+    }),
 };
 
 /// Constants of W.
@@ -133,11 +157,11 @@ impl Part for Ogden {
     fn response_along(&self, rates: &[f64], u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError> {
         let mut along = Along { law: *self, mu: [0.0; TERMS], alpha: [0.0; TERMS] };
         for (n, rates) in rates.chunks_exact(2).enumerate() {
-            let ([given, turn], mu, alpha) = ([rates[0], rates[1]], self.mu[n], self.alpha[n]);
-            along.alpha[n] = turn;
+            let ([given, dalpha], mu, alpha) = ([rates[0], rates[1]], self.mu[n], self.alpha[n]);
+            along.alpha[n] = dalpha;
             along.mu[n] = match self.convention {
-                "abaqus" => (2.0 * given - mu * turn) / alpha,
-                "febio" => (given - mu * turn) / alpha,
+                "abaqus" => (2.0 * given - mu * dalpha) / alpha,
+                "febio" => (given - mu * dalpha) / alpha,
                 _ => given,
             };
         }
@@ -205,9 +229,28 @@ impl ValanisLandel for Along {
         // d/(eᵈ − 1); below 1e-150 the numbers run out before the digits do.
         let ratio = if d < 1e-150 { 1.0 } else { d / d.exp_m1() };
         let term = |([mu, alpha], [dmu, dalpha]): ([f64; 2], [f64; 2])| {
-            let turned = b * power_quotient(alpha, d) + ratio * (alpha * d).exp();
-            (alpha * b).exp() * (dmu * power_quotient(alpha, d) + dalpha * mu * turned)
+            let by_alpha = b * power_quotient(alpha, d) + ratio * (alpha * d).exp();
+            (alpha * b).exp() * (dmu * power_quotient(alpha, d) + dalpha * mu * by_alpha)
         };
         self.terms().map(term).sum()
     }
+}
+
+/// (λ^α − 1)/α
+fn power(alpha: f64, x: f64) -> f64 {
+    let e = x.ln();
+    if alpha == 0.0 { e } else { (alpha * e).exp_m1() / alpha }
+}
+
+/// ∂/∂α of it: \[αe λ^α − (λ^α − 1)\]/α², by its series where the difference cancels
+fn power_by_alpha(alpha: f64, x: f64) -> f64 {
+    let e = x.ln();
+    let y = alpha * e;
+    if y.abs() < 1e-2 {
+        // e²(1/2 + y/3 + y²/8 + y³/30 + y⁴/144 + y⁵/840): the next term is y⁶/5760 < 2e-16
+        let series = [1.0 / 840.0, 1.0 / 144.0, 1.0 / 30.0, 1.0 / 8.0, 1.0 / 3.0, 0.5];
+        return e * e * series.iter().fold(0.0, |s, c| s * y + c);
+    }
+    let grown = y.exp_m1();
+    (y + (y - 1.0) * grown) / (alpha * alpha)
 }

@@ -28,8 +28,8 @@ impl SignedSvd {
         let mut v = [Vec3::x(), Vec3::y(), Vec3::z()];
         // Quadratic convergence: 4 or 5 sweeps; the bound only guards the loop.
         for _ in 0..20 {
-            let turned = rotate(&mut g, &mut v, 0, 1) | rotate(&mut g, &mut v, 1, 2) | rotate(&mut g, &mut v, 0, 2);
-            if !turned {
+            let rotated = rotate(&mut g, &mut v, 0, 1) | rotate(&mut g, &mut v, 1, 2) | rotate(&mut g, &mut v, 0, 2);
+            if !rotated {
                 break;
             }
         }
@@ -59,7 +59,7 @@ impl SignedSvd {
     }
 }
 
-/// One Jacobi rotation that makes columns p and q of G orthogonal, with the same turn of V. False where they already are.
+/// One Jacobi rotation that makes columns p and q of G orthogonal, with the same rotation of V; false where they already are.
 #[inline(always)]
 fn rotate(g: &mut [Vec3; 3], v: &mut [Vec3; 3], p: usize, q: usize) -> bool {
     const TOLERANCE: f64 = 4.0 * f64::EPSILON * f64::EPSILON;

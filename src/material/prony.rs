@@ -3,8 +3,8 @@
 //! G(t) = G₀ \[1 − Σ g_α (1 − e^{−t/τ_α})\] = G∞ + Σ g_α G₀ e^{−t/τ_α}, G∞ = (1 − Σ g_α) G₀
 //!
 //! The g_α are shares of the instantaneous modulus G₀, as in the Prony tables of Abaqus and Ansys. The constants of a law
-//! give G₀ or G∞. Either way the whole isochoric stress is (1 − ρ) S_iso + Σ β_α h_α, where h_α is what arm α still
-//! remembers of the law's isochoric stress S_iso, all of it after a jump and nothing in the long run:
+//! give G₀ or G∞. In both cases the whole isochoric stress is (1 − ρ) S_iso + Σ β_α h_α, where h_α is the part of the isochoric
+//! stress S_iso that arm α has not relaxed, all of it after a jump and nothing in the long run:
 //!
 //! | constants are | ρ | β_α |
 //! |---|---|---|

@@ -1,143 +1,65 @@
 //! The list of laws, and how a law is read from a file: `law = "neo_hookean"`, `E = "100 kPa"`, `nu = 0.45`.
 
 use std::collections::BTreeMap;
+use std::sync::{PoisonError, RwLock};
 
-use super::arruda_boyce::{self, ArrudaBoyce};
-use super::corotational::{self, Corotational};
-pub use super::error::LawSpecError;
-use super::gent::{self, Gent};
-use super::linear::{self, Linear};
-use super::mooney_rivlin::{self, MooneyRivlin};
-use super::neo_hookean::{self, NeoHookean};
-use super::neo_hookean_split::{self, NeoHookeanSplit};
-use super::ogden::{self, Ogden};
-use super::split::{self, Part, Split};
-use super::st_venant_kirchhoff::{self, StVenantKirchhoff};
-use super::stable_neo_hookean::{self, StableNeoHookean};
-use super::veronda_westmann::{self, VerondaWestmann};
-use super::volumetric::VolumetricKind;
-use super::yeoh::{self, Yeoh};
-use super::{Choice, Law, LawInfo, Moduli, Parameter, moduli};
+use super::entry::LawEntry;
+use super::law::Law;
+use super::parameter::{LawSpecError, Parameter, Values, hint};
+use super::{
+    arruda_boyce, corotational, gent, linear, mooney_rivlin, neo_hookean, neo_hookean_split, ogden,
+    st_venant_kirchhoff, stable_neo_hookean, veronda_westmann, yeoh,
+};
 use crate::math::units::{self, Dimension, UnitError};
 
-/// Values by key \[SI\].
-pub type Values = BTreeMap<String, f64>;
-
-/// Options by key, each choice of the law once.
-pub type Chosen = BTreeMap<&'static str, &'static str>;
-
-type Build = fn(&Values, &Chosen) -> Result<Box<dyn Law>, LawSpecError>;
-
-/// Rates of [`Law::values`] by one of the keys that were given, the others held.
-type Rates = fn(&dyn Law, &Values, &str) -> Vec<f64>;
-
-/// One line of the registry.
-#[derive(Debug)]
-pub struct LawEntry {
-    pub info: &'static LawInfo,
-    /// Keys taken from a file: the parameters or what they can be computed from
-    pub keys: &'static [Parameter],
-    build: Build,
-    pub(super) rates: Rates,
-}
-
-/// A law of two elastic constants, any two of E, ν, μ, λ, κ.
-const fn elastic(info: &'static LawInfo, build: Build) -> LawEntry {
-    LawEntry { info, keys: moduli::KEYS, build, rates: moduli::rates }
-}
-
-/// A law W + U(J); `keys` are its parameters and `nu`.
-const fn parted<W: Part>(keys: &'static [Parameter]) -> LawEntry {
-    LawEntry { info: W::INFO, keys, build: Split::<W>::read, rates: split::rates }
-}
-
-/// Every law. A new law is one file and one line here.
+/// Every law of the library. A new law is one file and one line here.
 pub static LAWS: &[LawEntry] = &[
-    elastic(&linear::INFO, |v, _| Ok(Box::new(Linear(Moduli::from_map(v)?)))),
-    elastic(&corotational::INFO, |v, _| Ok(Box::new(Corotational(Moduli::from_map(v)?)))),
-    elastic(&st_venant_kirchhoff::INFO, |v, _| Ok(Box::new(StVenantKirchhoff(Moduli::from_map(v)?)))),
-    elastic(&neo_hookean::INFO, |v, _| Ok(Box::new(NeoHookean(Moduli::from_map(v)?)))),
-    elastic(&neo_hookean_split::INFO, |v, c| {
-        Ok(Box::new(NeoHookeanSplit { hooke: Moduli::from_map(v)?, volumetric: VolumetricKind::chosen(c) }))
-    }),
-    elastic(&stable_neo_hookean::INFO, |v, _| Ok(Box::new(StableNeoHookean::new(Moduli::from_map(v)?)))),
-    parted::<MooneyRivlin>(mooney_rivlin::KEYS),
-    parted::<Yeoh>(yeoh::KEYS),
-    parted::<Ogden>(ogden::KEYS),
-    parted::<Gent>(gent::KEYS),
-    parted::<ArrudaBoyce>(arruda_boyce::KEYS),
-    parted::<VerondaWestmann>(veronda_westmann::KEYS),
+    linear::ENTRY,
+    corotational::ENTRY,
+    st_venant_kirchhoff::ENTRY,
+    neo_hookean::ENTRY,
+    neo_hookean_split::ENTRY,
+    stable_neo_hookean::ENTRY,
+    mooney_rivlin::ENTRY,
+    yeoh::ENTRY,
+    ogden::ENTRY,
+    gent::ENTRY,
+    arruda_boyce::ENTRY,
+    veronda_westmann::ENTRY,
 ];
+
+/// Laws that programs have added to those of the library.
+static REGISTERED: RwLock<Vec<&'static LawEntry>> = RwLock::new(Vec::new());
+
+/// Adds a law that is defined outside of the library, so that scenes and fits of this process can name it. Refuses a name that exists.
+pub fn register(entry: LawEntry) -> Result<&'static LawEntry, LawSpecError> {
+    let mut registered = REGISTERED.write().unwrap_or_else(PoisonError::into_inner);
+    if LAWS.iter().chain(registered.iter().copied()).any(|e| e.info.name == entry.info.name) {
+        return Err(LawSpecError::NameTaken { name: entry.info.name });
+    }
+    let entry: &'static LawEntry = Box::leak(Box::new(entry));
+    registered.push(entry);
+    Ok(entry)
+}
+
+/// The laws of the library and the registered ones.
+pub fn laws() -> Vec<&'static LawEntry> {
+    LAWS.iter().chain(REGISTERED.read().unwrap_or_else(PoisonError::into_inner).iter().copied()).collect()
+}
 
 /// Keys of a law table that are not parameters of the law: its name, and where its numbers come from.
 const OTHER_KEYS: [&str; 3] = ["law", "provenance", "source"];
 
-impl LawEntry {
-    /// The law with these values \[SI\] and options by key.
-    pub fn build(&self, values: &Values, options: &BTreeMap<String, String>) -> Result<Box<dyn Law>, LawSpecError> {
-        for (key, value) in values {
-            check_bounds(std::slice::from_ref(self.key(key)?), key, *value)?;
-        }
-        if let Some(key) = options.keys().find(|key| self.choice(key).is_none()) {
-            return Err(self.unknown(key));
-        }
-        let choose = |c: &'static Choice| self.choose(c, options.get(c.name).map(String::as_str));
-        (self.build)(values, &self.info.choices.iter().map(choose).collect::<Result<_, _>>()?)
-    }
-
-    /// The law with the values of `info.parameters` in their order \[SI\], and what it takes where nothing is chosen.
-    pub fn build_from(&self, values: &[f64]) -> Result<Box<dyn Law>, LawSpecError> {
-        self.build_with(values, &[])
-    }
-
-    /// The law with the values of `info.parameters` and the options of `info.choices` in their order: the inverse of [`Law::values`] and
-    /// [`Law::choices`].
-    pub fn build_with(&self, values: &[f64], options: &[&str]) -> Result<Box<dyn Law>, LawSpecError> {
-        let keys = self.info.parameters.iter().map(|p| p.name.to_string());
-        let names = self.info.choices.iter().map(|c| c.name.to_string());
-        let options = names.zip(options.iter().map(ToString::to_string)).collect();
-        self.build(&keys.zip(values.iter().copied()).collect(), &options)
-    }
-
-    fn choice(&self, key: &str) -> Option<&'static Choice> {
-        self.info.choices.iter().find(|c| c.name == key)
-    }
-
-    fn choose(
-        &self,
-        choice: &'static Choice,
-        option: Option<&str>,
-    ) -> Result<(&'static str, &'static str), LawSpecError> {
-        let Some(option) = option.or(choice.default) else {
-            return Err(LawSpecError::NotChosen { law: self.info.name, choice });
-        };
-        let known = choice.options.iter().find(|o| **o == option);
-        known.map(|o| (choice.name, *o)).ok_or_else(|| LawSpecError::UnknownOption {
-            key: choice.name,
-            option: option.to_string(),
-            hint: hint(option, choice.options.iter().copied()),
-        })
-    }
-
-    fn key(&self, key: &str) -> Result<&'static Parameter, LawSpecError> {
-        self.keys.iter().find(|p| p.name == key).ok_or_else(|| self.unknown(key))
-    }
-
-    fn unknown(&self, key: &str) -> LawSpecError {
-        let known = self.keys.iter().map(|p| p.name).chain(self.info.choices.iter().map(|c| c.name));
-        LawSpecError::UnknownKey { law: self.info.name, key: key.to_string(), hint: hint(key, known) }
-    }
-}
-
 /// The entry of this name.
 pub fn find(name: &str) -> Result<&'static LawEntry, LawSpecError> {
-    LAWS.iter().find(|e| e.info.name == name).ok_or_else(|| LawSpecError::UnknownLaw {
+    let laws = laws();
+    laws.iter().copied().find(|e| e.info.name == name).ok_or_else(|| LawSpecError::UnknownLaw {
         name: name.to_string(),
-        hint: hint(name, LAWS.iter().map(|e| e.info.name)),
+        hint: hint(name, laws.iter().map(|e| e.info.name)),
     })
 }
 
-/// A table as it was read: the law's line of the registry, values \[SI\] and options by key.
+/// Contents of a law table: the entry of the law, values \[SI\] and options by key.
 pub type Given = (&'static LawEntry, Values, BTreeMap<String, String>);
 
 /// Reads a law from its table in a file.
@@ -146,13 +68,23 @@ pub fn law_from_table(table: &toml::Table) -> Result<Box<dyn Law>, LawSpecError>
     entry.build(&values, &options)
 }
 
+/// Reads the entry, the values and the options of a law table.
 pub fn given(table: &toml::Table) -> Result<Given, LawSpecError> {
     let name = match table.get("law") {
         Some(toml::Value::String(name)) => name,
         Some(other) => return Err(LawSpecError::NameNotText { found: other.to_string() }),
-        None => return Err(LawSpecError::NoName { known: LAWS.iter().map(|e| e.info.name).collect() }),
+        None => return Err(LawSpecError::NoName { known: laws().iter().map(|e| e.info.name).collect() }),
     };
     let entry = find(name)?;
+    let (values, options) = given_as(entry, table)?;
+    Ok((entry, values, options))
+}
+
+/// Reads the values \[SI\] and the options of a table of this law.
+pub(super) fn given_as(
+    entry: &LawEntry,
+    table: &toml::Table,
+) -> Result<(Values, BTreeMap<String, String>), LawSpecError> {
     let (mut values, mut options) = (Values::new(), BTreeMap::new());
     for (key, value) in table.iter().filter(|(key, _)| !OTHER_KEYS.contains(&key.as_str())) {
         if let Some(choice) = entry.choice(key) {
@@ -164,10 +96,10 @@ pub fn given(table: &toml::Table) -> Result<Given, LawSpecError> {
             values.insert(key.clone(), quantity(entry.key(key)?, value)?);
         }
     }
-    Ok((entry, values, options))
+    Ok((values, options))
 }
 
-/// A quantity as it stands in a file \[SI\].
+/// The quantity of a file \[SI\].
 fn quantity(p: &Parameter, value: &toml::Value) -> Result<f64, LawSpecError> {
     let unit = |source| LawSpecError::Unit { key: p.name, source };
     match value {
@@ -178,28 +110,6 @@ fn quantity(p: &Parameter, value: &toml::Value) -> Result<f64, LawSpecError> {
             Err(unit(UnitError::Missing { text: value.to_string(), wanted: p.dimension }))
         }
         _ => Err(LawSpecError::NotAQuantity { key: p.name, found: value.to_string(), example: p.dimension.example() }),
-    }
-}
-
-/// Refuses a value outside the open interval of its parameter, and NaN.
-pub(crate) fn check_bounds(keys: &[Parameter], key: &str, value: f64) -> Result<(), LawSpecError> {
-    let Some(p) = keys.iter().find(|p| p.name == key) else { return Ok(()) };
-    let (lower, upper) = p.bounds;
-    if lower < value && value < upper {
-        Ok(())
-    } else if key == "nu" && value >= 0.5 {
-        Err(LawSpecError::Incompressible { nu: value })
-    } else {
-        Err(LawSpecError::OutOfBounds { key: p.name, meaning: p.meaning, value, lower, upper })
-    }
-}
-
-/// `; did you mean …?` or the whole list, where nothing is near.
-fn hint<'a>(word: &str, known: impl Iterator<Item = &'a str> + Clone) -> String {
-    let near = known.clone().map(|k| (strsim::jaro_winkler(&word.to_lowercase(), &k.to_lowercase()), k));
-    match near.max_by(|a, b| a.0.total_cmp(&b.0)) {
-        Some((score, k)) if score > 0.7 => format!("did you mean `{k}`?"),
-        _ => format!("known: {}", known.collect::<Vec<_>>().join(", ")),
     }
 }
 

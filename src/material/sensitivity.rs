@@ -1,11 +1,12 @@
 //! Derivative of a law by a constant as its file gives it: ∂ψ/∂θ, ∂P/∂θ and ∂A/∂θ as functions of F.
 //!
 //! A law differentiates by its own values ([`Law::along`]); here the rates of those values follow from the key of the file, by
-//! the chain rule: a law of two constants is given by any two of E, ν, μ, λ, κ, the others by κ or ν. The keys that stand in
-//! the file beside θ are held.
+//! the chain rule: a law of two constants is given by any two of E, ν, μ, λ, κ, the others by κ or ν. The other keys of the
+//! file are held.
 
+use super::law::Law;
+use super::parameter::LawSpecError;
 use super::registry::given;
-use super::{Law, LawSpecError};
 
 /// ∂/∂`key` of the law of this table.
 pub fn derivative(table: &toml::Table, key: &str) -> Result<Box<dyn Law>, LawSpecError> {

@@ -18,8 +18,8 @@
 use super::assemble::{Row9, add_dyad, isotropic, rows};
 use super::kinematics::Invariants;
 use super::polar::SignedSvd;
+use super::response::{LawError, Response, Want};
 use super::volumetric::Volumetric;
-use super::{LawError, Response, Want};
 use crate::math::tensor::{Mat3, Vec3};
 
 /// w at the three ēᵢ: W = Σw \[J/m³\], w′ and w″ \[Pa\].
@@ -86,13 +86,13 @@ fn eigen(mut a: Mat3) -> ([f64; 3], Mat3) {
     let mut v = Mat3::identity();
     let tolerance = 0.25 * f64::EPSILON * a.norm();
     for _ in 0..20 {
-        let mut turned = false;
+        let mut rotated = false;
         for (p, q) in [(0, 1), (1, 2), (0, 2)] {
             let c = a[(p, q)];
             if c.abs() <= tolerance {
                 continue;
             }
-            turned = true;
+            rotated = true;
             let zeta = (a[(q, q)] - a[(p, p)]) / (2.0 * c);
             let t = 1.0_f64.copysign(zeta) / (zeta.abs() + (1.0 + zeta * zeta).sqrt());
             let cos = 1.0 / (1.0 + t * t).sqrt();
@@ -106,7 +106,7 @@ fn eigen(mut a: Mat3) -> ([f64; 3], Mat3) {
                 (v[(n, p)], v[(n, q)]) = (cos * v[(n, p)] - sin * v[(n, q)], sin * v[(n, p)] + cos * v[(n, q)]);
             }
         }
-        if !turned {
+        if !rotated {
             break;
         }
     }

@@ -1,10 +1,13 @@
 //! Laws with an isochoric and a volumetric part: ψ = W(F̄) + U(J), F̄ = J^{−1/3} F.
 //!
-//! A law brings W ([`Part`]); U(J), its constant from `kappa` or `nu`, and the trait [`Law`] come from here.
+//! A law implements [`Part`], which describes W; U(J), its constant from `kappa` or `nu`, and the trait [`Law`] are provided here.
 
-use super::registry::{Chosen, LawSpecError, Values};
+use super::entry::LawEntry;
+use super::law::{Law, LawInfo};
+use super::moduli::Moduli;
+use super::parameter::{Chosen, LawSpecError, Parameter, Values};
+use super::response::{LawError, Response, Want};
 use super::volumetric::{Volumetric, VolumetricKind};
-use super::{Law, LawError, LawInfo, Moduli, Response, Want};
 use crate::math::tensor::Mat3;
 
 /// An isochoric part W with its constants.
@@ -43,8 +46,13 @@ impl<W: Part> Split<W> {
         Ok(Self { part, volumetric, hooke })
     }
 
+    /// The entry of the registry; `keys` are the parameters and `nu`, `sample` the values of the parameters of an example.
+    pub const fn entry(keys: &'static [Parameter], sample: &'static [f64]) -> LawEntry {
+        LawEntry::new(W::INFO, keys, sample, Self::read, rates)
+    }
+
     /// From a table: the constants of W, `volumetric`, and exactly one of `kappa` and `nu`.
-    pub(crate) fn read(values: &Values, chosen: &Chosen) -> Result<Box<dyn Law>, LawSpecError> {
+    fn read(values: &Values, chosen: &Chosen) -> Result<Box<dyn Law>, LawSpecError> {
         let part = W::read(values, chosen)?;
         let mu = shear(&part)?;
         let of_nu = |nu: f64| Moduli::from_pair(("nu", nu), ("mu", mu));
@@ -152,7 +160,7 @@ impl<W: Part> Law for Along<W> {
 }
 
 /// Rates of (κ, values of W) by `key`, where κ or ν was given: at fixed ν, κ = 2μ₀(1 + ν)/(3(1 − 2ν)) follows μ₀.
-pub(super) fn rates(law: &dyn Law, given: &Values, key: &str) -> Vec<f64> {
+fn rates(law: &dyn Law, given: &Values, key: &str) -> Vec<f64> {
     let mut rates = vec![0.0; law.values().len()];
     if let Some(k) = law.info().parameters.iter().position(|p| p.name == key) {
         rates[k] = 1.0;
@@ -168,15 +176,15 @@ pub(super) fn rates(law: &dyn Law, given: &Values, key: &str) -> Vec<f64> {
 }
 
 /// The value of a key that must be there \[SI\].
-pub(crate) fn required(law: &'static LawInfo, values: &Values, key: &'static str) -> Result<f64, LawSpecError> {
+pub fn required(law: &'static LawInfo, values: &Values, key: &'static str) -> Result<f64, LawSpecError> {
     values.get(key).copied().ok_or_else(|| {
         let meaning = law.parameters.iter().find(|p| p.name == key).map_or("", |p| p.meaning);
         LawSpecError::Missing { law: law.name, key, meaning }
     })
 }
 
-/// The values of terms that may be absent: what is not given is zero, and the tail of zeros that nobody gave is left away.
-pub(crate) fn terms<const N: usize>(values: &Values, keys: [&str; N]) -> ([f64; N], usize) {
+/// The values of terms that may be absent: a term that is not given is zero, and zeros at the end that are not given are omitted.
+pub fn terms<const N: usize>(values: &Values, keys: [&str; N]) -> ([f64; N], usize) {
     let given = keys.iter().rposition(|k| values.contains_key(*k)).map_or(0, |n| n + 1);
     (keys.map(|k| values.get(k).copied().unwrap_or(0.0)), given)
 }

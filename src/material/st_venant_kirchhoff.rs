@@ -5,10 +5,14 @@
 //! Source: Bonet & Wood, *Nonlinear Continuum Mechanics for Finite Element Analysis*, 2nd ed. 2008, ch. 6.
 //!
 //! Limits: large rotation, small strain. In compression it softens, the uniaxial stress E λ(λ² − 1)/2 from λ = 1/√3 on, and
-//! vanishes at λ = 0; it does not see the sign of J, so a reflected cell is stress-free and stays reflected.
+//! vanishes at λ = 0; it does not depend on the sign of J, so a reflected cell is stress-free and stays reflected.
 
 use super::assemble::{isotropic, rows};
-use super::{Law, LawError, LawInfo, Moduli, Response, Want, moduli};
+use super::entry::LawEntry;
+use super::law::{Law, LawInfo};
+use super::moduli;
+use super::moduli::Moduli;
+use super::response::{LawError, Response, Want};
 use crate::math::tensor::Mat3;
 
 pub static INFO: LawInfo = LawInfo {
@@ -23,6 +27,9 @@ pub static INFO: LawInfo = LawInfo {
     objective: true,
     isochoric: false,
 };
+
+/// The law in the registry.
+pub const ENTRY: LawEntry = LawEntry::elastic(&INFO, |v, _| Ok(Box::new(StVenantKirchhoff(Moduli::from_map(v)?))));
 
 /// St Venant–Kirchhoff law.
 #[derive(Clone, Copy, Debug)]

@@ -13,8 +13,12 @@
 //! bounds it only by the penalty ½λ(J − α)². In tension the uniaxial response is Neo-Hookean with 4/3 μ_L at large stretch.
 
 use super::assemble::{add_dyad, isotropic, rows};
+use super::entry::LawEntry;
 use super::kinematics::{Invariants, x_minus_ln_1p};
-use super::{Law, LawError, LawInfo, Moduli, Response, Want, moduli};
+use super::law::{Law, LawInfo};
+use super::moduli;
+use super::moduli::Moduli;
+use super::response::{LawError, Response, Want};
 use crate::math::tensor::Mat3;
 
 pub static INFO: LawInfo = LawInfo {
@@ -29,6 +33,9 @@ pub static INFO: LawInfo = LawInfo {
     objective: true,
     isochoric: false,
 };
+
+/// The law in the registry.
+pub const ENTRY: LawEntry = LawEntry::elastic(&INFO, |v, _| Ok(Box::new(StableNeoHookean::new(Moduli::from_map(v)?))));
 
 /// Stable Neo-Hookean law, made from Hooke's constants.
 #[derive(Clone, Copy, Debug)]
@@ -72,7 +79,7 @@ impl Law for StableNeoHookean {
         // ½(I₁ − 3) − ½ ln((I₁ + 1)/4) − ¾x = ⅜[I₁ − 3 − 2x] + ½[q − ln(1 + q)], q = (I₁ − 3)/4
         let mut r = Response::energy(mu * (0.375 * k.i_2x + 0.5 * x_minus_ln_1p(0.25 * k.i)) + 0.5 * lambda * x * x);
         if want >= Want::Residual {
-            // 1 − 1/(I₁ + 1) = I₁/(I₁ + 1): exactly ¾ at F = I, so that P(I) = 0 to the last bit
+            // 1 − 1/(I₁ + 1) = I₁/(I₁ + 1): exactly ¾ at F = I, so that P(I) = 0 exactly
             let i1 = k.i + 3.0;
             let c = mu * (i1 / (i1 + 1.0));
             let p = lambda * x - 0.75 * mu;

@@ -7,20 +7,25 @@
 //! Source: Veronda & Westmann, *Mechanical characterization of skin – finite deformations*, J. Biomech. 3, 1970; the split form as in the FEBio theory
 //! manual.
 //!
-//! Limits: J > 0. The second term is negative: stability is lost in compression for small β, see [`super::stability()`]. Refused
+//! Limits: J > 0. The second term is negative: stability is lost in compression for small β, see [`super::material_stability()`]. Refused
 //! where the exponential leaves the range of numbers.
 
-use super::isochoric::{self, Along, Parametric, Partials, Strain};
-use super::registry::{Chosen, LawSpecError, Values};
-use super::split::{Part, required};
+use super::entry::LawEntry;
+use super::fit_form::{FitForm, FitTerms, ShapedTerm};
+use super::isochoric::{Along, Parametric, Partials, Strain};
+use super::law::LawInfo;
+use super::parameter::{Chosen, LawSpecError, Parameter, Values};
+use super::principal::{invariants, of_invariants, tau};
+use super::response::{LawError, Response, Want};
+use super::split::{Part, Split, required};
 use super::volumetric::{CHOICES, Volumetric};
-use super::{LawError, LawInfo, Parameter, Response, Want, moduli};
+use super::{isochoric, moduli};
 use crate::math::tensor::Mat3;
 
 /// Largest exponent β(Ī₁ − 3) \[–\]: e^600 is 1e260.
 const LARGEST: f64 = 600.0;
 
-/// Keys in files; κ and ν stand for each other.
+/// Keys in files; either κ or ν is given.
 pub const KEYS: &[Parameter] = &[
     moduli::NU,
     moduli::KAPPA,
@@ -39,6 +44,28 @@ pub static INFO: LawInfo = LawInfo {
     survives_inversion: false,
     objective: true,
     isochoric: true,
+};
+
+/// The law in the registry.
+pub const ENTRY: LawEntry = Split::<VerondaWestmann>::entry(KEYS, &[200e3, 60e3, 0.6]).with_fit(FIT);
+
+/// The incompressible law in tests with homogeneous deformation.
+const FIT: FitForm = FitForm {
+    formula: "P = 2(1 − λ⁻³)(λψ₁ + ψ₂) uniaxial, 2(λ − λ⁻⁵)(ψ₁ + λ²ψ₂) equibiaxial, 2(λ − λ⁻³)(ψ₁ + ψ₂) planar, ψ₁ = C1βe^{βi}, ψ₂ = −½C1β, i = I₁ − 3",
+    source: "Veronda & Westmann, J. Biomech. 3 (1970)",
+    parameters: KEYS.split_at(2).1,
+    term_counts: &[1],
+    default_count: 1,
+    terms: FitTerms::Separable(ShapedTerm {
+        tau: |beta, s| of_invariants(&VerondaWestmann { c1: 1.0, beta }, s).tau,
+        tau_by_shape: |beta, s| {
+            let y = beta * invariants(s).0;
+            tau((1.0 + y) * y.exp(), -0.5, s)
+        },
+        shape: |x, _| (x.exp(), x.exp()),
+        grid: &[-7.0, -6.0, -5.0, -4.0, -3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0],
+        factor: |_| (1.0, 0.0),
+    }),
 };
 
 /// Constants of W.
@@ -85,8 +112,8 @@ impl Strain for VerondaWestmann {
             return Err(LawError::Locked { i, limit: LARGEST / beta });
         }
         let exp = c1 * y.exp_m1();
-        let slope = beta * (exp + c1);
-        Ok(Partials { w: exp - half * k, w1: slope, w2: -half, w11: beta * slope, ..Partials::default() })
+        let w1 = beta * (exp + c1);
+        Ok(Partials { w: exp - half * k, w1, w2: -half, w11: beta * w1, ..Partials::default() })
     }
 }
 

@@ -5,8 +5,8 @@
 //! Holzapfel, *Nonlinear Solid Mechanics*, 2000, ch. 6.
 
 use super::kinematics::x_minus_ln_1p;
-use super::registry::Chosen;
-use super::{Choice, LawError};
+use super::parameter::{Choice, Chosen};
+use super::response::LawError;
 
 /// The form of U(J).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -38,7 +38,7 @@ impl VolumetricKind {
     }
 }
 
-/// `volumetric = "…"` in files; which one is a choice of physics, so there is none where it is not said.
+/// `volumetric = "…"` in files; the form is a choice of physics, so that there is no default.
 pub const CHOICE: Choice = Choice {
     name: "volumetric",
     options: &["quadratic", "logarithmic", "simo_taylor"],
@@ -119,7 +119,7 @@ impl Volumetric {
 mod tests {
     use super::*;
 
-    /// U(1) = U′(1) = 0, U″(1) = κ to the last bit; the derivatives against central differences, h = 1e-4 J: truncation h²U‴/6 ≈ 1e-8 U‴.
+    /// U(1) = U′(1) = 0, U″(1) = κ exactly; the derivatives against central differences, h = 1e-4 J: truncation h²U‴/6 ≈ 1e-8 U‴.
     #[test]
     fn derivatives() {
         for kind in VolumetricKind::ALL {
@@ -153,7 +153,7 @@ mod tests {
         }
     }
 
-    /// G″ of Simo and Taylor's form, by the central difference of G′ with h = 1e-3 at x = 0, where (G′² + GG″) does not see it.
+    /// G″ of Simo and Taylor's form, by the central difference of G′ with h = 1e-3 at x = 0, where (G′² + GG″) does not contain it.
     #[test]
     fn second_derivative_of_the_gap() {
         let v = Volumetric { kind: VolumetricKind::SimoTaylor, kappa: 1.0 };

@@ -6,16 +6,21 @@
 //!
 //! Source: Yeoh, *Some forms of the strain energy function for rubber*, Rubber Chem. Technol. 66, 1993.
 //!
-//! Limits: J > 0. C20 < 0 (the usual S shape) may lose stability before C30 > 0 restores it; see [`super::stability()`].
+//! Limits: J > 0. C20 < 0 (the usual S shape) may lose stability before C30 > 0 restores it; see [`super::material_stability()`].
 
-use super::isochoric::{self, Along, Parametric, Partials, Strain};
-use super::registry::{Chosen, LawSpecError, Values};
-use super::split::{self, Part, required};
+use super::entry::LawEntry;
+use super::fit_form::{FitForm, FitTerms};
+use super::isochoric::{Along, Parametric, Partials, Strain};
+use super::law::LawInfo;
+use super::parameter::{Chosen, LawSpecError, Parameter, Values};
+use super::principal::of_invariants;
+use super::response::{LawError, Response, Want};
+use super::split::{Part, Split, required};
 use super::volumetric::{CHOICES, Volumetric};
-use super::{LawError, LawInfo, Parameter, Response, Want, moduli};
+use super::{isochoric, moduli, split};
 use crate::math::tensor::Mat3;
 
-/// Keys in files; κ and ν stand for each other.
+/// Keys in files; either κ or ν is given.
 pub const KEYS: &[Parameter] = &[
     moduli::NU,
     moduli::KAPPA,
@@ -37,12 +42,29 @@ pub static INFO: LawInfo = LawInfo {
     isochoric: true,
 };
 
+/// The law in the registry.
+pub const ENTRY: LawEntry = Split::<Yeoh>::entry(KEYS, &[200e3, 18e3, -1e3, 0.3e3]).with_fit(FIT);
+
+/// The incompressible law in tests with homogeneous deformation.
+const FIT: FitForm = FitForm {
+    formula: "P = 2ψ₁(λ − λ⁻²) uniaxial, 2ψ₁(λ − λ⁻⁵) equibiaxial, 2ψ₁(λ − λ⁻³) planar, ψ₁ = C10 + 2 C20 i + 3 C30 i², i = I₁ − 3",
+    source: "Yeoh, Rubber Chem. Technol. 66 (1993)",
+    parameters: KEYS.split_at(2).1,
+    term_counts: &[1, 2, 3],
+    default_count: 3,
+    terms: FitTerms::Linear(|k, s| {
+        let mut c = [0.0; 3];
+        c[k] = 1.0;
+        of_invariants(&Yeoh { c, terms: 3 }, s)
+    }),
+};
+
 /// Constants of W \[Pa\].
 #[derive(Clone, Copy, Debug)]
 pub struct Yeoh {
     /// C10, C20, C30 \[Pa\]
     pub c: [f64; 3],
-    /// How many of them the file gives, trailing zeros left away
+    /// Number of constants that the file gives, without trailing zeros
     pub terms: usize,
 }
 

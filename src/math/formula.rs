@@ -30,7 +30,7 @@ impl fmt::Debug for Formula {
 }
 
 impl Formula {
-    /// The message says what cannot be read.
+    /// The message names the part that cannot be read.
     pub fn new(text: &str, factor: f64) -> Result<Self, String> {
         let expression = Arc::new(exmex::parse::<f64>(text).map_err(|e| e.msg().to_string())?);
         Ok(Self { text: text.into(), factor, expression })

@@ -13,7 +13,7 @@ pub const LANES: usize = 4;
 #[repr(align(32))]
 pub struct Lanes(pub [f64; LANES]);
 
-/// What a kernel computes with: `f64` or [`Lanes`].
+/// Number type of a kernel: `f64` or [`Lanes`].
 pub trait Real: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + AddAssign {
     /// The same number everywhere.
     fn of(x: f64) -> Self;

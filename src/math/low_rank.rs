@@ -4,7 +4,7 @@
 use super::sparse::SymPattern;
 use std::sync::Arc;
 
-/// Where B S Bᵀ stands, and B itself.
+/// Position of B S Bᵀ in the matrix, and B itself.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LowRank {
     /// Per column of B: (row, entry), rows ascending

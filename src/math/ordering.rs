@@ -76,7 +76,7 @@ fn nested_dissection(graph: &SymPattern) -> Vec<u32> {
     order.into_iter().map(|v| v as u32).collect()
 }
 
-/// What the elimination tree of an order says, and what the factorisation costs.
+/// Results of the elimination tree of an order, and the cost of the factorisation.
 struct Analysis {
     /// Steps so that every subtree is contiguous
     post: Vec<u32>,

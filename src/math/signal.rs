@@ -77,7 +77,7 @@ pub enum Signal {
     /// Piecewise linear through (t, s), constant outside; t strictly ascending
     Table(Vec<(f64, f64)>),
     Product(Vec<Signal>),
-    /// The signal between two times, straight on outside with the slopes `before` and `after` \[1/s\]: loads of a path whose
+    /// The signal between two times, continued linearly outside with the slopes `before` and `after` \[1/s\]: loads of a path whose
     /// time runs beyond its protocol
     Continued {
         signal: Box<Signal>,
@@ -87,7 +87,7 @@ pub enum Signal {
         after: f64,
     },
     Sum(Vec<Signal>),
-    /// C (cos θ − 1) + S sin θ with θ(t) in radians: the way of a point that turns about an axis
+    /// C (cos θ − 1) + S sin θ with θ(t) in radians: the displacement of a point that rotates about an axis
     Turn {
         angle: Box<Signal>,
         cosine: f64,

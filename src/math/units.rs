@@ -1,4 +1,4 @@
-//! Quantities with units, as they stand in files: `"18 kPa"`, `"7.5 mm"`, `"1.07 g/cm^3"`. Inside the code all is SI.
+//! Quantities with units, as files give them: `"18 kPa"`, `"7.5 mm"`, `"1.07 g/cm^3"`. Inside the code all is SI.
 
 use std::fmt;
 
@@ -64,7 +64,7 @@ impl Dimension {
     }
 }
 
-/// Why a quantity could not be read.
+/// Reason why a quantity could not be read.
 #[derive(Clone, PartialEq, Debug)]
 pub enum UnitError {
     NotANumber { text: String },
@@ -150,7 +150,7 @@ pub fn in_unit(text: &str, unit: &str) -> Result<f64, UnitError> {
     let unknown = |unit| UnitError::Unknown { text: text.trim().into(), unit };
     let (factor, dimension) = parse_unit(unit).map_err(unknown)?;
     let (value, own) = split(text)?;
-    // The number that stands there, not one that went to SI and back.
+    // The number of the text, not one that went to SI and back.
     if own == unit { Ok(value) } else { parse(text, dimension).map(|value| value / factor) }
 }
 

@@ -16,7 +16,7 @@ pub(super) struct RawMesh {
     pub file: PathBuf,
     pub points: Vec<Vec3>,
     pub node_tags: Vec<u64>,
-    /// \[points\] a node that may belong to no cell: it stands on a lower-dimensional entity of the geometry
+    /// \[points\] a node that may belong to no cell: it lies on a lower-dimensional entity of the geometry
     pub may_be_free: Vec<bool>,
     /// tet4 cells \[4 per cell\] and tet10 cells \[10 per cell, VTK order\], as indices into `points`
     pub tet4: Vec<u32>,
@@ -79,7 +79,7 @@ impl RawMesh {
         }
     }
 
-    /// Keeps the nodes of the cells, renumbered in file order. A node without a cell is dropped if it stands on a
+    /// Keeps the nodes of the cells, renumbered in file order. A node without a cell is dropped if it lies on a
     /// lower-dimensional entity (centres of arcs, points that only carry a size) and an error otherwise.
     fn used_nodes(&mut self, mut cells: Vec<u32>, unit_m: f64) -> Result<(Vec<Vec3>, Vec<u32>), MeshError> {
         let mut used = vec![false; self.points.len()];
@@ -101,7 +101,7 @@ impl RawMesh {
         Ok((kept.iter().map(|&i| self.points[i] * unit_m).collect(), cells))
     }
 
-    /// Makes all volumes positive: a file with the opposite convention is turned as a whole, a single inverted cell is an
+    /// Makes all volumes positive: a file with the opposite convention is reoriented as a whole, a single inverted cell is an
     /// error, and so is one without volume or a curved one that folds over.
     fn orient(&self, mesh: &mut TetMesh) -> Result<(), MeshError> {
         let count = mesh.cell_count();

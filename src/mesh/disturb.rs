@@ -22,7 +22,7 @@ impl TetMesh {
     }
 
     /// Puts slivers into the share `share` of the cells: a node close above the middle of one of its faces cuts a cell into four,
-    /// the lowest of which has the smallest dihedral angle `angle` \[rad\]. What the mesh can represent stays.
+    /// the lowest of which has the smallest dihedral angle `angle` \[rad\]. The functions that the mesh can represent are kept.
     pub fn add_slivers(&mut self, seed: u64, share: f64, angle: f64) {
         let mut random = SplitMix(seed);
         let count = self.cell_count();
@@ -102,7 +102,7 @@ mod tests {
     use crate::mesh::structured::block;
     use crate::mesh::validate::min_det;
 
-    /// The angle is met by bisection; no worse cell is made, none folds, the body stays.
+    /// The angle is found by bisection; no worse cell is made, none folds, and the body is kept.
     #[test]
     fn slivers_are_as_flat_as_asked_for() {
         for order in [Order::Linear, Order::Quadratic] {

@@ -128,7 +128,7 @@ pub fn closest_on_triangle(p: Vec3, a: Vec3, b: Vec3, c: Vec3) -> Vec3 {
 }
 
 /// Weights (node, w_i) of the ball of `radius` \[m\] around `center` \[m\], ascending by node; see the head of this file.
-/// The centre may lie outside the body as long as the ball meets it: check it with [`embed`] where it must be inside.
+/// The centre may lie outside the body as long as the ball intersects it: check it with [`embed`] where it must be inside.
 /// Of several bodies it takes the one that holds the centre, or the one with the nearest cell.
 pub fn ball_weights(mesh: &TetMesh, center: Vec3, radius: f64) -> Result<Vec<(u32, f64)>, EmbedError> {
     let ball = Ball { mesh, center, radius, rule: quadrature::tet(5) };

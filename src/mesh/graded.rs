@@ -3,7 +3,7 @@
 //! The cubes max(s, t, w) = k/n of a block of n³ boxes become spheres about the point, of radius ρ = `fine` k for k ≤ `inner`, then growing
 //! by one ratio up to `radius` at k = n = inner + outer. Kuhn cells have faces in the planes s = t, t = w, w = s, where this map has kinks.
 //!
-//! The sphere is the half-space turned inside out: y ↦ N + 4R² (y − N)/|y − N|² with N = 2R e_z takes z ≤ 0 to the ball of
+//! The sphere is the inversion of the half-space: y ↦ N + 4R² (y − N)/|y − N|² with N = 2R e_z takes z ≤ 0 to the ball of
 //! radius R about R e_z, and the half ball of radius 2R to its lower half. It is conformal: cells keep their shape.
 //! Limits: far layers are n boxes wide and few deep, for fields that fade out.
 
@@ -33,13 +33,13 @@ pub fn half_space(radius: f64, growth: Growth, order: Order) -> TetMesh {
     quarter(growth, order, ["top", "far"], |p, share| p * growth.radius(share, radius))
 }
 
-/// A quarter, x ≥ 0 and y ≥ 0, of the lower half of a sphere that stands on the origin \[m\], fine there. Regions `round`, `middle`, `xmin`,
+/// A quarter, x ≥ 0 and y ≥ 0, of the lower half of a sphere that rests on the origin \[m\], fine there. Regions `round`, `middle`, `xmin`,
 /// `ymin`.
 pub fn half_sphere(radius: f64, growth: Growth, order: Order) -> TetMesh {
     let pole = Vec3::new(0.0, 0.0, 2.0 * radius);
     let inverse = |y: Vec3| pole + (y - pole) * (4.0 * radius * radius / (y - pole).norm_squared());
     let flat = |p: Vec3, share: f64| p * growth.radius(share, 2.0 * radius);
-    // The inversion turns cells over, and so does the exchange of two axes.
+    // The inversion reverses the orientation of cells, and so does the exchange of two axes.
     quarter(growth, order, ["round", "middle"], |p, share| inverse(flat(Vec3::new(p.y, p.x, p.z), share)))
 }
 

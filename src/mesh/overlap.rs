@@ -1,6 +1,6 @@
 //! Do two meshes share space? Middles of cells of one that lie in the other, and edges of one surface that pierce the other.
 //!
-//! Faces that touch share no space. Curved facets count as flat triangles.
+//! Faces in contact share no volume. Curved facets count as flat triangles.
 
 use super::embed::{cell_bounds, invert};
 use super::flat::edges;
@@ -11,9 +11,9 @@ use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::math::Vector;
 use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
 
-/// Share of lengths and areas below which a crossing is a touch \[–\].
+/// Share of lengths and areas below which a crossing counts as contact \[–\].
 const TOUCH: f64 = 1e-9;
-/// Share of the size of the smaller body by which one is moved to tell a touch from an overlap \[–\].
+/// Share of the size of the smaller body by which one is moved to distinguish contact from overlap \[–\].
 const NUDGE: f64 = 1e-6;
 
 /// A place that two meshes both fill \[m\].
@@ -33,7 +33,7 @@ pub fn overlap(a: &TetMesh, b: &TetMesh) -> Option<Vec3> {
     others.into_iter().all(|away| shared(away).is_some()).then_some(place)
 }
 
-/// Corners of a tetrahedron about the origin, along no axis of a mesh. What only touches comes apart in one of these directions; meshes whose
+/// Corners of a tetrahedron about the origin, along no axis of a mesh. Bodies that are only in contact separate in one of these directions; meshes whose
 /// edges and faces lie on each other cross properly in all of them.
 fn corners() -> [Vec3; 4] {
     let turn = Rotation3::from_euler_angles(0.3, 0.5, 0.7);
@@ -41,7 +41,7 @@ fn corners() -> [Vec3; 4] {
 }
 
 /// Where the segment from `p` to `q` goes through the inside of a triangle, as a share of its length; none where it lies in its
-/// plane or touches its border (Möller & Trumbore, J. Graph. Tools 2, 1997).
+/// plane or lies on its border (Möller & Trumbore, J. Graph. Tools 2, 1997).
 pub fn pierces(p: &Vec3, q: &Vec3, [a, b, c]: &[Vec3; 3]) -> Option<f64> {
     let (u, v, along) = (b - a, c - a, q - p);
     let across = along.cross(&v);

@@ -1,4 +1,4 @@
-//! Regions by position instead of by name. What they pick depends on the mesh and is flagged so.
+//! Regions by position instead of by name. Their content depends on the mesh, and they are marked accordingly.
 
 use super::validate::{MeshError, point};
 use super::{Region, TetMesh};
@@ -17,7 +17,7 @@ pub enum Selector {
     Normal { direction: Vec3, angle: f64 },
 }
 
-/// What a selector picks. A facet or cell is picked when all its corners are.
+/// Entities picked by a selector. A facet or cell is picked when all its corners are.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Pick {
     Nodes,

@@ -16,7 +16,7 @@ pub fn block(nx: usize, ny: usize, nz: usize, lx: f64, ly: f64, lz: f64, order: 
             mesh.points.extend((0..=nx).map(|i| Vec3::new(at(i, nx, lx), at(j, ny, ly), at(k, nz, lz))));
         }
     }
-    // Every permutation of the axes is a path from corner (0,0,0) to (1,1,1); odd ones are turned to positive volume.
+    // Every permutation of the axes is a path from corner (0,0,0) to (1,1,1); odd ones are reoriented to positive volume.
     const PATHS: [([usize; 3], bool); 6] = [
         ([0, 1, 2], true),
         ([1, 2, 0], true),

@@ -51,7 +51,7 @@ pub fn read_surface(path: &Path, unit_m: f64) -> Result<Surface, MeshError> {
     Ok(surface)
 }
 
-/// Binary files have 84 + 50 n bytes, whatever their header says.
+/// Binary files have 84 + 50 n bytes, independently of their header.
 fn stl(data: &[u8]) -> Result<Surface, String> {
     let count = data.get(80..84).map(|b| u32::from_le_bytes(b.try_into().expect("four bytes")) as usize);
     let corners: Vec<[f32; 3]> = match count.filter(|n| data.len() == 84 + 50 * n) {

@@ -1,4 +1,4 @@
-//! What can be wrong with a mesh, as typed errors: the place, the fact, the remedy.
+//! Defects of a mesh as typed errors: the place, the fact, the remedy.
 
 use super::element::CELL_NODES;
 use super::{Order, TetMesh, geometry};
@@ -43,7 +43,7 @@ pub enum MeshError {
     Format { file: PathBuf, fact: String, remedy: String },
     #[error("{place}: expected {wanted}, found \"{found}\"; the file is damaged, write it again")]
     Syntax { place: Place, wanted: String, found: String },
-    #[error("{place}: the file ends where {wanted} should stand; it is truncated, write or copy it again")]
+    #[error("{place}: the file ends where {wanted} should follow; it is truncated, write or copy it again")]
     Truncated { place: Place, wanted: String },
     #[error("{}: mixed-cell mesh: {kinds}; only tetrahedra of one order are read: remesh the body with tetrahedra", file.display())]
     MixedCells { file: PathBuf, kinds: String },
@@ -151,7 +151,7 @@ fn min_bernstein(j: &[Mat3; 4]) -> f64 {
     least
 }
 
-/// Splits a tetrahedron given by what stands at its corners into 8 of equal volume.
+/// Splits a tetrahedron, given by its corners, into 8 of equal volume.
 pub(super) fn split<T: Clone>(corner: &[T; 4], middle: impl Fn(&T, &T) -> T) -> [[T; 4]; 8] {
     let c = corner;
     let [m01, m12, m02, m03, m13, m23] = super::element::CELL_EDGES.map(|[a, b]| middle(&c[a], &c[b]));

@@ -6,7 +6,7 @@ use super::grid::{disturb, grid, mesh_hash};
 use super::mesh_spec::{ElementSpec, GeneratorSpec, MeshSpec};
 use crate::math::units::{self, Dimension};
 use crate::mesh::generate::body::Body as Declared;
-use crate::mesh::generate::{Generator, Grading, MeshRequest, MeshStore, Size, Source};
+use crate::mesh::generate::{GenerateError, Generator, Grading, MeshRequest, MeshStore, Size, Source};
 use crate::mesh::{self, Order, TetMesh};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -21,9 +21,20 @@ impl Body {
     /// Reads, finds or makes the mesh of a scene. `file` is the scene file, for messages and relative paths; `progress`
     /// gets the lines of the mesher.
     pub fn load(file: &Path, spec: &MeshSpec, progress: &mut dyn FnMut(&str)) -> Result<Self, SceneError> {
+        Self::load_from(file, spec, None, progress)
+    }
+
+    /// The same with the bodies and the cache of a mesh store; without one it is looked for when it is needed
+    /// ([`MeshStore::find`]).
+    pub fn load_from(
+        file: &Path,
+        spec: &MeshSpec,
+        store: Option<&MeshStore>,
+        progress: &mut dyn FnMut(&str),
+    ) -> Result<Self, SceneError> {
         let mut body = match spec.copies[..] {
-            [] => Self::sound(file, spec, progress)?,
-            _ => Self::of_copies(file, spec, progress)?,
+            [] => Self::sound(file, spec, store, progress)?,
+            _ => Self::of_copies(file, spec, store, progress)?,
         };
         if let Some(worse) = &spec.disturb {
             disturb(file, worse, &mut body.mesh)?;
@@ -32,7 +43,18 @@ impl Body {
         Ok(body)
     }
 
-    pub(super) fn sound(file: &Path, spec: &MeshSpec, progress: &mut dyn FnMut(&str)) -> Result<Self, SceneError> {
+    /// A mesh that is given directly.
+    pub fn of_mesh(mesh: TetMesh) -> Self {
+        let sha256 = mesh_hash(&mesh);
+        Self { mesh, paths: BTreeMap::new(), source: "mesh".into(), sha256 }
+    }
+
+    pub(super) fn sound(
+        file: &Path,
+        spec: &MeshSpec,
+        store: Option<&MeshStore>,
+        progress: &mut dyn FnMut(&str),
+    ) -> Result<Self, SceneError> {
         let fail = |e: Box<dyn std::error::Error + Send + Sync>| part(file, "mesh", e);
         check_source(file, spec)?;
         if let Some(boxes) = &spec.grid {
@@ -46,8 +68,8 @@ impl Body {
             check_element(file, spec, &mesh)?;
             return Self::new(file, mesh, BTreeMap::new(), &path);
         }
-        let request = request(file, spec)?;
-        let store = MeshStore::find().map_err(|e| fail(e.into()))?;
+        let request = request_from(file, spec, store)?;
+        let store = given_or_found(store).map_err(|e| fail(e.into()))?;
         let made = store.mesh(&request, progress).map_err(|e| fail(e.into()))?;
         Self::new(file, made.mesh, made.manifest.paths, &made.path)
     }
@@ -73,7 +95,7 @@ fn volume_mesh(file: &Path, spec: &MeshSpec) -> Option<std::path::PathBuf> {
         .then(|| file.parent().unwrap_or(Path::new("")).join(name))
 }
 
-/// Has the table a source of its own?
+/// Whether the table has a source of its own.
 pub(super) fn has_source(spec: &MeshSpec) -> bool {
     spec.grid.is_some() || spec.body.is_some() || spec.file.is_some()
 }
@@ -91,7 +113,7 @@ fn check_source(file: &Path, spec: &MeshSpec) -> Result<(), SceneError> {
             ("parameters", !spec.parameters.is_empty()),
         ];
         return match idle(&others).or(idle(&made(spec))) {
-            Some(key) => Err(content(file, format!("`{key}` has no effect beside `grid`"), "remove one of the two")),
+            Some(key) => Err(content(file, format!("`{key}` has no effect next to `grid`"), "remove one of the two")),
             None => Ok(()),
         };
     }
@@ -151,12 +173,20 @@ fn check_element(file: &Path, spec: &MeshSpec, mesh: &TetMesh) -> Result<(), Sce
     Err(content(file, fact, "change one of the two"))
 }
 
-/// The request that a `[mesh]` table stands for.
+fn given_or_found(store: Option<&MeshStore>) -> Result<MeshStore, GenerateError> {
+    store.map_or_else(MeshStore::find, |store| Ok(store.clone()))
+}
+
+/// The request to the mesher that a `[mesh]` table describes.
 pub fn request(file: &Path, spec: &MeshSpec) -> Result<MeshRequest, SceneError> {
+    request_from(file, spec, None)
+}
+
+fn request_from(file: &Path, spec: &MeshSpec, store: Option<&MeshStore>) -> Result<MeshRequest, SceneError> {
     check_source(file, spec)?;
     let base = file.parent().unwrap_or(Path::new(""));
     let source = match (&spec.body, &spec.file) {
-        (Some(name), None) => Source::Body { name: name.clone(), parameters: parameters(file, name, spec)? },
+        (Some(name), None) => Source::Body { name: name.clone(), parameters: parameters(file, name, spec, store)? },
         (None, Some(path)) => Source::File { path: base.join(path), unit_m: unit_m(file, spec)? },
         _ => return Err(content(file, "the mesh is a grid, which takes no mesher", "run the scene as it is")),
     };
@@ -190,9 +220,14 @@ pub fn request(file: &Path, spec: &MeshSpec) -> Result<MeshRequest, SceneError> 
     })
 }
 
-fn parameters(file: &Path, name: &str, spec: &MeshSpec) -> Result<BTreeMap<String, f64>, SceneError> {
+fn parameters(
+    file: &Path,
+    name: &str,
+    spec: &MeshSpec,
+    store: Option<&MeshStore>,
+) -> Result<BTreeMap<String, f64>, SceneError> {
     let fail = |e| part(file, "mesh.parameters", e);
-    let store = MeshStore::find().map_err(fail)?;
+    let store = given_or_found(store).map_err(fail)?;
     let declared = Declared::load(&store.home, name).map_err(|e| part(file, "mesh.body", e))?;
     let value = |(key, text): (&String, &String)| Ok((key.clone(), declared.parse(key, text).map_err(fail)?));
     spec.parameters.iter().map(value).collect()

@@ -1,14 +1,16 @@
 //! From a [`SceneSpec`] to a [`System`]: meshes, regions, laws, effects, constraints.
 
-use super::builder::{Builder, Gathered};
+use super::builder::{Builder, Gathered, LawSource};
 use super::compare::Measured;
 use super::comparison::limit_of_springs;
 use super::contact_record::NamedContact;
 use super::control::Controls;
 use super::error::{SceneError, hint};
-use super::probe::{Probe, columns};
+use super::parts::probes::ProbeSpec;
 use super::protocol::NamedSignal;
+use super::recorder::Recorder;
 use super::rigid::RigidBody;
+use super::rules;
 use super::skin::NamedSkin;
 use super::spec::{ConstraintSpec, EffectSpec, SceneSpec};
 use crate::effect::contact::placement::AffineFrame;
@@ -18,11 +20,11 @@ use crate::math::signal::Signal;
 use crate::math::tensor::Vec3;
 use crate::math::units::Dimension;
 use crate::mesh::TetMesh;
-use crate::mesh::generate::CablePath;
+use crate::mesh::generate::{CablePath, MeshStore};
 use crate::solve::{Integrator, TimeSpan};
 use crate::system::{Constraint, Effect, State, System};
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// A mesh and what its maker says of it.
@@ -56,7 +58,7 @@ pub struct Scene {
     pub cavities: Vec<NamedCavity>,
     pub contacts: Vec<NamedContact>,
     pub rigids: Vec<RigidBody>,
-    pub probes: Vec<Probe>,
+    pub probes: Vec<Box<dyn Recorder>>,
     /// Surfaces that follow the body
     pub skins: Vec<NamedSkin>,
     pub spans: Vec<TimeSpan>,
@@ -70,7 +72,7 @@ pub struct Scene {
     /// The scene as it was read, with its changes
     pub text: String,
     /// Regions that depend on the mesh, effects that rest in static stages, …
-    pub remarks: Vec<String>,
+    pub notes: Vec<String>,
     /// Why the answer has no limit as h → 0
     pub no_limit: Option<String>,
 }
@@ -121,14 +123,132 @@ pub(super) fn part(
     SceneError::Part { file: file.into(), place: place.into(), source: source.into() }
 }
 
+/// Everything that is recorded, in the order of the columns.
+fn recorders<'a>(
+    probes: &'a [Box<dyn Recorder>],
+    cables: &'a [NamedCable],
+    cavities: &'a [NamedCavity],
+    rigids: &'a [RigidBody],
+    contacts: &'a [NamedContact],
+) -> impl Iterator<Item = &'a dyn Recorder> {
+    let probes = probes.iter().map(|r| &**r);
+    let cables = cables.iter().map(|r| r as &dyn Recorder);
+    let cavities = cavities.iter().map(|r| r as &dyn Recorder);
+    let rigids = rigids.iter().map(|r| r as &dyn Recorder);
+    probes.chain(cables).chain(cavities).chain(rigids).chain(contacts.iter().map(|r| r as &dyn Recorder))
+}
+
+/// Names of all recorded columns: time first, iterations last.
+pub(super) fn columns<'a>(recorders: impl Iterator<Item = &'a dyn Recorder>) -> Vec<String> {
+    let own = recorders.flat_map(|r| r.columns());
+    std::iter::once("t_s".into()).chain(own).chain(std::iter::once("newton_iterations".into())).collect()
+}
+
+/// What a file cannot hold: laws, effects and recorders from Rust.
+#[derive(Default)]
+struct Additions {
+    laws: BTreeMap<String, LawSource>,
+    effects: Vec<Box<dyn Effect>>,
+    recorders: Vec<Box<dyn Recorder>>,
+}
+
+/// Builds a scene from its specification, and from laws, effects, recorders and a mesh of the caller.
+pub struct SceneBuilder {
+    spec: SceneSpec,
+    file: PathBuf,
+    text: Option<String>,
+    body: Option<Arc<Body>>,
+    store: Option<MeshStore>,
+    additions: Additions,
+}
+
+impl SceneBuilder {
+    /// Starts from a specification.
+    pub fn new(spec: SceneSpec) -> Self {
+        let (file, additions) = (PathBuf::from("scene"), Additions::default());
+        Self { spec, file, text: None, body: None, store: None, additions }
+    }
+
+    /// The file of the scene, for messages; paths in the scene are relative to it.
+    pub fn file(self, file: impl Into<PathBuf>) -> Self {
+        Self { file: file.into(), ..self }
+    }
+
+    /// The scene as text, for the record; the specification as Rust prints it if absent.
+    pub fn text(self, text: impl Into<String>) -> Self {
+        Self { text: Some(text.into()), ..self }
+    }
+
+    /// A body in place of the one that `[mesh]` names.
+    pub fn body(self, body: Arc<Body>) -> Self {
+        Self { body: Some(body), ..self }
+    }
+
+    /// A mesh in place of the one that `[mesh]` names.
+    pub fn mesh(self, mesh: TetMesh) -> Self {
+        self.body(Arc::new(Body::of_mesh(mesh)))
+    }
+
+    /// Where bodies and made meshes are kept; [`MeshStore::find`] if absent.
+    pub fn store(self, store: MeshStore) -> Self {
+        Self { store: Some(store), ..self }
+    }
+
+    /// A law that effects of the scene take by this name; `make` is called once or twice for each of them.
+    pub fn law(mut self, name: impl Into<String>, make: impl Fn() -> Box<dyn Law> + 'static) -> Self {
+        self.additions.laws.insert(name.into(), Box::new(make));
+        self
+    }
+
+    /// An effect next to those of the specification.
+    pub fn effect(mut self, effect: Box<dyn Effect>) -> Self {
+        self.additions.effects.push(effect);
+        self
+    }
+
+    /// A recorder, whose columns follow those of the probes.
+    pub fn recorder(mut self, recorder: Box<dyn Recorder>) -> Self {
+        self.additions.recorders.push(recorder);
+        self
+    }
+
+    /// The scene, ready to run.
+    pub fn build(self) -> Result<Scene, SceneError> {
+        let Self { spec, file, text, body, store, additions } = self;
+        let load = || Body::load_from(&file, &spec.mesh, store.as_ref(), &mut |_| {}).map(Arc::new);
+        let body = body.map_or_else(load, Ok)?;
+        let text = text.unwrap_or_else(|| format!("{spec:#?}"));
+        Scene::assemble(&file, (spec, text), body, additions)
+    }
+}
+
 impl Scene {
-    /// Assembles the scene on its mesh. `file` is the scene file: paths are relative to it.
+    /// Everything that is recorded, in the order of the columns.
+    pub fn recorders(&self) -> impl Iterator<Item = &dyn Recorder> {
+        recorders(&self.probes, &self.cables, &self.cavities, &self.rigids, &self.contacts)
+    }
+
+    /// A scene from its specification, with the mesh that it names; paths are relative to the current folder.
+    pub fn new(spec: SceneSpec) -> Result<Self, SceneError> {
+        SceneBuilder::new(spec).build()
+    }
+
+    /// A scene that was read from `file`, on its mesh; paths are relative to the file. `text` is kept for the record.
     pub fn build(file: &Path, spec: SceneSpec, text: String, body: Arc<Body>) -> Result<Self, SceneError> {
-        let mut builder = Builder::new(file, &spec, body.clone())?;
+        SceneBuilder::new(spec).file(file).text(text).body(body).build()
+    }
+
+    fn assemble(
+        file: &Path,
+        (spec, text): (SceneSpec, String),
+        body: Arc<Body>,
+        Additions { laws: own_laws, effects: own_effects, recorders: own_recorders }: Additions,
+    ) -> Result<Self, SceneError> {
+        let mut builder = Builder::new(file, &spec, &own_laws, body.clone())?;
         let spans = builder.spans(&spec.stages)?;
-        builder.check_numerics(&spec.numerics, &spans)?;
+        builder.check_numerics(&spec.numerics)?;
         builder.continue_signals(&spans);
-        builder.check_rates(&spec, &spans)?;
+        rules::check(file, &spec, &spans)?;
         builder.attach_skins(&spec.skins)?;
         let mut gathered = Gathered::default();
         // What damps the stiffness of other effects is built after them, and keeps its place.
@@ -176,38 +296,38 @@ impl Scene {
                 cavities.push(builder.cavity(&place, constraint, &mut effects, &mut constraints)?);
             }
         }
-        let (rigids, contacts) = builder.contacts(&spec, &spans, &mut gathered, &mut effects)?;
+        let (rigids, contacts) = builder.contacts(&spec, &mut gathered, &mut effects)?;
         let Gathered { stored, points: elastic, stressed, relaxing, hosts, laws } = gathered;
-        if stored.is_empty() {
+        if stored.is_empty() && own_effects.is_empty() {
             let remedy = "add an [[effect]] with kind = \"elastic\", or \"edge_springs\"";
             return Err(builder.content("effect", "no effect is elastic", remedy));
         }
-        builder.check_cover(&elastic)?;
-        builder.remark_stability(&spec, &laws);
+        if !stored.is_empty() {
+            builder.check_cover(&elastic)?;
+        }
+        effects.extend(own_effects);
+        builder.note_stability(&spec, &laws);
         builder.check_start(&spec, &laws)?;
         let law = laws.into_iter().next();
-        let probe = |(k, probe)| {
-            let place = format!("probe {}", k + 1);
-            let refuse = |e| part(file, &place, e);
-            Probe::new(probe, &body.mesh, &|name| builder.region(&place, name).cloned(), &refuse)
-        };
-        let probes = spec.probes.iter().enumerate().map(probe).collect::<Result<Vec<_>, _>>()?;
-        builder.remark_static(&spec, &spans);
-        builder.remark_viscoelastic(&spec, &spans);
-        let causes = [builder.remark_patches(&spec), limit_of_springs(&spec)];
+        let probe = |(k, probe): (usize, &ProbeSpec)| probe.part().build(&format!("probe {}", k + 1), &builder);
+        let mut probes = spec.probes.iter().enumerate().map(probe).collect::<Result<Vec<_>, _>>()?;
+        probes.extend(own_recorders);
+        builder.note_static(&spec, &spans);
+        builder.note_viscoelastic(&spec, &spans);
+        let causes = [builder.note_patches(&spec), limit_of_springs(&spec)];
         let causes: Vec<String> = causes.into_iter().flatten().chain(std::mem::take(&mut builder.no_limits)).collect();
         let no_limit = (!causes.is_empty()).then(|| causes.join(", and "));
         let nodes = builder.nodes;
         builder.check_formulas(&spans)?;
         builder.check_output(&spec.output, spans.last().map_or(0.0, |s| s.end))?;
-        let columns = columns(&probes, &cables, &cavities, (&rigids, &contacts));
+        let columns = columns(recorders(&probes, &cables, &cavities, &rigids, &contacts));
         let measured = builder.measured(&spec.comparisons, &columns)?;
         builder.check_continued(&spec, &spans)?;
         let controls = builder.controls(&columns, &cables, &cavities, &spans)?;
         let skins = std::mem::take(&mut builder.skins);
         let frames = rigids.iter().map(|b| &b.frame).chain(contacts.iter().filter_map(NamedContact::moving));
         let points = body.mesh.points.iter().copied().chain(frames.flat_map(AffineFrame::rest)).collect();
-        let (prescribed, signals, remarks) = builder.finish();
+        let (prescribed, signals, notes) = builder.finish();
         let system = System::with_scalars(nodes, &hosts, effects, constraints, prescribed)
             .map_err(|e| part(file, "scene", e))?;
         let title = spec.title.clone();
@@ -232,10 +352,9 @@ impl Scene {
             measured,
             spec,
             text,
-            remarks,
+            notes,
             no_limit,
         };
-        scene.check_linear(file)?;
         match columns.iter().enumerate().find(|(k, c)| columns[..*k].contains(c)) {
             None => Ok(scene),
             Some((_, twice)) => Err(SceneError::Content {

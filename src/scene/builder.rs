@@ -24,6 +24,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+/// Makes a law.
+pub type LawSource = Box<dyn Fn() -> Box<dyn Law>>;
+
 /// What effects leave for later ones, for the system, for probes and for the record.
 #[derive(Default)]
 pub(super) struct Gathered {
@@ -65,13 +68,15 @@ pub(super) struct Builder<'a> {
     pub(super) body: Arc<Body>,
     regions: BTreeMap<String, Region>,
     laws: &'a BTreeMap<String, toml::Table>,
+    /// Laws from Rust, by name
+    own_laws: &'a BTreeMap<String, LawSource>,
     /// Dof → its motion and who prescribed it
     prescribed: BTreeMap<u32, (Signal, String)>,
     pub(super) signals: Vec<NamedSignal>,
     pub(super) signal_builder: SignalBuilder<'a>,
     /// Beyond the protocol: its first and last stage, where they are continued
     pub(super) continued: Option<[(f64, f64, bool); 2]>,
-    pub(super) remarks: Vec<String>,
+    pub(super) notes: Vec<String>,
     /// Why the answer has no limit as h → 0, found while building
     pub(super) no_limits: Vec<String>,
     pub(super) skins: Vec<NamedSkin>,
@@ -82,10 +87,15 @@ pub(super) struct Builder<'a> {
 }
 
 impl<'a> Builder<'a> {
-    pub(super) fn new(file: &'a Path, spec: &'a SceneSpec, body: Arc<Body>) -> Result<Self, SceneError> {
+    pub(super) fn new(
+        file: &'a Path,
+        spec: &'a SceneSpec,
+        own_laws: &'a BTreeMap<String, LawSource>,
+        body: Arc<Body>,
+    ) -> Result<Self, SceneError> {
         let base = file.parent().unwrap_or(Path::new("")).to_path_buf();
         let mut regions = body.mesh.regions.clone();
-        let mut remarks = Vec::new();
+        let mut notes = Vec::new();
         for (name, selector) in &spec.mesh.regions {
             let place = format!("mesh.regions.{name}");
             if regions.contains_key(name) {
@@ -100,7 +110,7 @@ impl<'a> Builder<'a> {
             })?;
             let region = selector.selector().select(&body.mesh, selector.pick()).map_err(|e| part(file, &place, e))?;
             regions.insert(name.clone(), region);
-            remarks.push(format!("region {name} is picked by a selector: its extent changes with the mesh (O(h))"));
+            notes.push(format!("region {name} is picked by a selector: its extent changes with the mesh (O(h))"));
         }
         let (prescribed, signals) = (BTreeMap::new(), Vec::new());
         let (no_limits, skins, continued) = (Vec::new(), Vec::new(), None);
@@ -114,10 +124,11 @@ impl<'a> Builder<'a> {
             body,
             regions,
             laws,
+            own_laws,
             prescribed,
             signals,
             signal_builder,
-            remarks,
+            notes,
             continued,
             no_limits,
             skins,
@@ -131,16 +142,15 @@ impl<'a> Builder<'a> {
         self.signals.iter().any(|s| s.name == name)
     }
 
-    /// What was gathered: prescribed dofs, signals, remarks.
+    /// What was gathered: prescribed dofs, signals, notes.
     pub(super) fn finish(self) -> (Vec<Prescribed>, Vec<NamedSignal>, Vec<String>) {
-        let mut remarks = self.remarks;
+        let mut notes = self.notes;
         if self.prescribed.is_empty() {
-            remarks
-                .push("nothing is held: in a static stage the body can move freely (add a `fixed` constraint)".into());
+            notes.push("nothing is held: in a static stage the body can move freely (add a `fixed` constraint)".into());
         }
         let of_body = self.prescribed.into_iter().map(|(dof, (signal, _))| (dof, signal));
         let prescribed = of_body.chain(self.carried).map(|(dof, signal)| Prescribed { dof, signal }).collect();
-        (prescribed, self.signals, remarks)
+        (prescribed, self.signals, notes)
     }
 
     pub(super) fn content(&self, place: &str, fact: impl Into<String>, remedy: impl Into<String>) -> SceneError {
@@ -164,8 +174,11 @@ impl<'a> Builder<'a> {
     }
 
     pub(super) fn law(&self, place: &str, name: &str) -> Result<Box<dyn Law>, SceneError> {
+        if let Some(law) = self.own_laws.get(name) {
+            return Ok(law());
+        }
         let Some(table) = self.laws.get(name) else {
-            let known: Vec<&String> = self.laws.keys().collect();
+            let known: Vec<&String> = self.laws.keys().chain(self.own_laws.keys()).collect();
             let fact = format!("there is no table [laws.{name}]");
             return Err(self.content(place, fact, hint(name, &known)));
         };

@@ -91,7 +91,7 @@ impl Builder<'_> {
                 if softness == 0.0 && most == f64::INFINITY {
                     self.check_shortening(place, &shortening, rest - fixed, spans)?;
                 }
-                self.remark_let_out(&spec.name, &shortening, spans);
+                self.note_let_out(&spec.name, &shortening, spans);
                 match spec.friction {
                     Some(mu) => {
                         let pull = Pull::Length { shortening, most };

@@ -1,6 +1,7 @@
 //! What a run records of its cables: columns, going slack and taut, and what to do where a pull ends a run.
 
 use super::build::{Drive, NamedCable};
+use super::recorder::{Change, Moment, Recorder};
 use crate::system::State;
 use serde::{Deserialize, Serialize};
 
@@ -34,10 +35,10 @@ impl Condition {
     }
 }
 
-impl NamedCable {
+impl Recorder for NamedCable {
     /// Columns: tension at the pull point and length; what was taken in where that is not the change of length; with friction
     /// the tension at the end, of each segment, and the slip through each guide.
-    pub fn columns(&self) -> Vec<String> {
+    fn columns(&self) -> Vec<String> {
         let name = &self.name;
         let mut out = vec![format!("{name}_tension_N"), format!("{name}_length_m")];
         if self.friction || self.softness > 0.0 || self.most < f64::INFINITY {
@@ -53,7 +54,8 @@ impl NamedCable {
     }
 
     /// Values of its columns, SI.
-    pub fn record(&self, state: &State) -> Vec<f64> {
+    fn record(&self, now: &Moment) -> Vec<f64> {
+        let state = now.state;
         let tensions = self.tensions(state);
         let lengths = self.cable.lengths(&state.x);
         let mut out = vec![tensions[0], lengths.iter().sum()];
@@ -71,15 +73,23 @@ impl NamedCable {
     }
 
     /// Change of its columns with a change of the state; none of a cable with friction.
-    pub fn changes(&self, state: &State, change: &State) -> Vec<f64> {
+    fn derivative(&self, by: &Change) -> Option<Vec<f64>> {
+        let (state, change) = (by.state, by.change);
         let tension = self.drive.answer(change);
         let length = self.cable.lengthening(&state.x, &change.x);
         let rest: f64 = self.cable.lengths_at_rest().iter().sum();
         let mut out = vec![tension, length, self.softness * rest * tension - length];
         out.truncate(self.columns().len());
-        out
+        Some(out)
     }
 
+    /// Cables with friction are refused before.
+    fn is_differentiable(&self) -> bool {
+        true
+    }
+}
+
+impl NamedCable {
     /// Tension of each segment \[N\].
     fn tensions(&self, state: &State) -> Vec<f64> {
         let n = self.cable.segments();

@@ -3,6 +3,7 @@
 use super::build::{Drive, NamedCavity};
 use super::builder::Builder;
 use super::error::SceneError;
+use super::recorder::{Change, Moment, Recorder};
 use super::spec::{CavityDriveSpec, ConstraintSpec};
 use crate::effect::{Cavity, CavityPressure, CavityVolume, OpenCavityPressure};
 use crate::math::signal::Signal;
@@ -50,13 +51,13 @@ impl Builder<'_> {
         }
         if !rim.is_empty() {
             let [x, y, z] = [origin.x, origin.y, origin.z].map(|v| 1e3 * v);
-            self.remarks.push(format!(
+            self.notes.push(format!(
                 "{name} is open: its volume counts from the cones between the rim and ({x:.4}, {y:.4}, {z:.4}) mm"
             ));
         }
         if planes.is_none() {
-            let remark = "has a free rim: the tangent is not symmetric, and the stability of equilibria is not judged";
-            self.remarks.push(format!("{name} {remark}"));
+            let note = "has a free rim: the tangent is not symmetric, and the stability of equilibria is not judged";
+            self.notes.push(format!("{name} {note}"));
         }
         let drive = match drive {
             CavityDriveSpec::Pressure { signal } => {
@@ -146,4 +147,27 @@ fn origin(mesh: &TetMesh, facets: &[u32], planes: [Option<f64>; 3]) -> Vec3 {
     let nodes: Vec<u32> = facets.iter().flat_map(|&f| mesh.facet(f as usize)).copied().collect();
     let middle = nodes.iter().map(|&n| mesh.points[n as usize]).sum::<Vec3>() / nodes.len() as f64;
     Vec3::from_fn(|k, _| planes[k].unwrap_or(middle[k]))
+}
+
+impl Recorder for NamedCavity {
+    /// Columns: pressure and volume.
+    fn columns(&self) -> Vec<String> {
+        vec![format!("{}_pressure_Pa", self.name), format!("{}_volume_m3", self.name)]
+    }
+
+    fn record(&self, now: &Moment) -> Vec<f64> {
+        let pressure = match &self.drive {
+            Drive::Multiplier(c) => now.state.lambda[*c],
+            Drive::Prescribed(signal) => signal.at(now.state.clock()),
+        };
+        vec![pressure, self.cavity.volume(&now.state.x)]
+    }
+
+    fn derivative(&self, by: &Change) -> Option<Vec<f64>> {
+        Some(vec![self.drive.answer(by.change), self.cavity.growth(&by.state.x, &by.change.x)])
+    }
+
+    fn is_differentiable(&self) -> bool {
+        true
+    }
 }

@@ -7,7 +7,7 @@ use super::build::Scene;
 use super::cable_record::CableLog;
 use super::control::{ControlError, Memory as ControlMemory};
 use super::energy_balance::EnergyBalance;
-use super::probe::Energies;
+use super::recorder::Energies;
 use crate::math::signal::Ramp;
 use crate::solve::{DriverMemory, GridPosition, LaggedFactorRecord, PastPoint, Prediction, Totals};
 use crate::system::{Rates, State};

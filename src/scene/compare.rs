@@ -70,7 +70,8 @@ impl Builder<'_> {
                 }
             }
             let factor = |name: &str, unit: &str| {
-                in_unit_of(name, &format!("1 {unit}")).map_err(|e| part(self.file, format!("{place}: {name}"), e))
+                in_unit_of(name, &format!("1 {unit}").as_str().into())
+                    .map_err(|e| part(self.file, format!("{place}: {name}"), e))
             };
             let factors = [factor(&spec.over, &spec.x.unit)?, factor(&spec.column, &spec.y.unit)?];
             let path = self.file.parent().unwrap_or(Path::new("")).join(&spec.file);

@@ -18,7 +18,6 @@ use crate::effect::contact::shape::Shape;
 use crate::effect::contact::{Contact, Point, Pressing, Sampling, points};
 use crate::math::tensor::{Mat3, Vec3};
 use crate::mesh::validate::point;
-use crate::solve::{Integrator, TimeSpan};
 use crate::system::Effect;
 use std::sync::Arc;
 
@@ -27,7 +26,6 @@ impl Builder<'_> {
     pub(super) fn contacts(
         &mut self,
         spec: &SceneSpec,
-        spans: &[TimeSpan],
         gathered: &mut Gathered,
         effects: &mut Vec<Box<dyn Effect>>,
     ) -> Result<(Vec<RigidBody>, Vec<NamedContact>), SceneError> {
@@ -44,7 +42,7 @@ impl Builder<'_> {
                 let fact = format!("another rigid body is called \"{}\" too", rigid.name);
                 return Err(self.content(&place, fact, "give each a `name` of its own"));
             }
-            bodies.push(self.rigid(&place, rigid, four(), (spans, stiffest), effects)?);
+            bodies.push(self.rigid(&place, rigid, four(), stiffest, effects)?);
         }
         let mut contacts = Vec::<NamedContact>::new();
         for (k, contact) in spec.contacts.iter().enumerate() {
@@ -52,17 +50,6 @@ impl Builder<'_> {
             if contacts.iter().any(|c| c.name == contact.name) {
                 let fact = format!("another contact is called \"{}\" too", contact.name);
                 return Err(self.content(&place, fact, "give each a `name` of its own"));
-            }
-            if let Some(k) = spans.iter().position(|s| matches!(s.integrator, Integrator::ArcLength { .. })) {
-                let fact = format!("a continuation beside contact (stage {})", k + 1);
-                return Err(self.content(&place, fact, "take integrator = \"static\" without `continuation`"));
-            }
-            let looks_once = |s: &TimeSpan| matches!(s.integrator, Integrator::FreeMotion { .. });
-            if let Some(k) = spans.iter().position(looks_once).filter(|_| contact.response != ResponseSpec::Multiplier)
-            {
-                let fact = format!("{} beside implicit_euler_corrected (stage {})", contact.response.name(), k + 1);
-                let remedy = "take response = \"multiplier\" (of an obstacle that is no region): this loop corrects by multipliers";
-                return Err(self.content(&place, fact, remedy));
             }
             let moved = contact.motion.as_ref().map(|_| four());
             contacts.push(self.contact(&place, contact, (&bodies, moved), gathered, effects)?);

@@ -1,6 +1,7 @@
 //! What is recorded of a contact: force on its points, least distance, points that are pressed and their area.
 
 use super::contact_spec::ResponseSpec;
+use super::recorder::{Moment, Recorder};
 use crate::effect::contact::friction::ContactFriction;
 use crate::effect::contact::placement::AffineFrame;
 use crate::effect::contact::surfaces::Term;
@@ -27,25 +28,60 @@ pub(super) enum TransientCoupling {
     Surfaces { pressing: Arc<PressedSurfaces>, friction: Option<Arc<SurfaceFriction>> },
 }
 
-/// What a contact is at one state.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ContactMoment {
-    /// On the points \[N\]
-    pub force: Vec3,
+/// State of a contact at one moment: its inputs of every column.
+struct Sums {
+    /// Force on the region \[N\]
+    force: Vec3,
+    /// Without friction \[N\]
+    normal: Vec3,
     /// Least distance \[m\]
-    pub gap: f64,
-    /// Points that are pressed
-    pub pressed: usize,
+    gap: f64,
+    /// Number of points that press
+    pressed: usize,
     /// Their area \[m²\]
-    pub area: f64,
+    area: f64,
+}
+
+/// A recorded value of a contact.
+struct Column {
+    end: &'static str,
+    value: fn(&Sums) -> f64,
+    /// Recorded only where there is friction
+    friction: bool,
+}
+
+const fn column(end: &'static str, friction: bool, value: fn(&Sums) -> f64) -> Column {
+    Column { end, value, friction }
+}
+
+/// Every column of a contact, in its order: one line each.
+const COLUMNS: [Column; 9] = [
+    column("force_x_N", false, |s| s.force.x),
+    column("force_y_N", false, |s| s.force.y),
+    column("force_z_N", false, |s| s.force.z),
+    column("gap_m", false, |s| s.gap),
+    column("points", false, |s| s.pressed as f64),
+    column("area_m2", false, |s| s.area),
+    column("normal_x_N", true, |s| s.normal.x),
+    column("normal_y_N", true, |s| s.normal.y),
+    column("normal_z_N", true, |s| s.normal.z),
+];
+
+impl Recorder for NamedContact {
+    fn columns(&self) -> Vec<String> {
+        self.own_columns().map(|c| format!("{}_{}", self.name, c.end)).collect()
+    }
+
+    fn record(&self, now: &Moment) -> Vec<f64> {
+        let sums = self.moment(&now.state.x, now.step);
+        self.own_columns().map(|c| (c.value)(&sums)).collect()
+    }
 }
 
 impl NamedContact {
-    /// Names of its columns.
-    pub fn columns(&self) -> Vec<String> {
-        let ends = ["force_x_N", "force_y_N", "force_z_N", "gap_m", "points", "area_m2"];
-        let normal: &[&str] = if self.slides() { &["normal_x_N", "normal_y_N", "normal_z_N"] } else { &[] };
-        ends.iter().chain(normal).map(|end| format!("{}_{end}", self.name)).collect()
+    fn own_columns(&self) -> impl Iterator<Item = &'static Column> {
+        let slides = self.slides();
+        COLUMNS.iter().filter(move |c| slides || !c.friction)
     }
 
     /// The four nodes of an obstacle with a motion.
@@ -56,7 +92,7 @@ impl NamedContact {
         }
     }
 
-    /// Has it friction?
+    /// Whether it has friction.
     pub fn slides(&self) -> bool {
         match &self.of {
             TransientCoupling::Points { friction, .. } => friction.is_some(),
@@ -89,7 +125,7 @@ impl NamedContact {
     }
 
     /// Sums over the points of its region; friction is there where a step led to the state. What a surface does to itself has the sum 0.
-    pub fn moment(&self, x: &[f64], step: Option<&At>) -> ContactMoment {
+    fn moment(&self, x: &[f64], step: Option<&At>) -> Sums {
         let (forces, force) = self.sums(x, step);
         let (points, gap) = match &self.of {
             TransientCoupling::Points { pressing, .. } => {
@@ -104,7 +140,9 @@ impl NamedContact {
         let pressed = forces.iter().filter(|f| f.1.norm() > least);
         // An empty sum is −0.
         let area = pressed.clone().map(|f| points[f.0].area).sum::<f64>() + 0.0;
-        ContactMoment { force, gap, pressed: pressed.count(), area }
+        let without_friction = || self.forces(x, None).iter().map(|f| f.1).sum();
+        let normal = if self.slides() { without_friction() } else { force };
+        Sums { force, normal, gap, pressed: pressed.count(), area }
     }
 
     /// (point, force \[N\]) of the points of its region that feel what they meet.
@@ -122,17 +160,6 @@ impl NamedContact {
             }
             TransientCoupling::Surfaces { pressing, friction } => on_surface(pressing, friction.as_deref(), x, step),
         }
-    }
-
-    /// Values of its columns; with friction, the resultant without it too.
-    pub fn record(&self, x: &[f64], step: Option<&At>) -> Vec<f64> {
-        let ContactMoment { force, gap, pressed, area } = self.moment(x, step);
-        let mut values = vec![force.x, force.y, force.z, gap, pressed as f64, area];
-        if self.slides() {
-            let normal: Vec3 = self.forces(x, None).iter().map(|f| f.1).sum();
-            values.extend(normal.iter());
-        }
-        values
     }
 
     /// \[3 × nodes\] forces at the nodes \[N\].

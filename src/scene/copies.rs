@@ -7,7 +7,7 @@ use super::grid::{grid, mesh_hash};
 use super::mesh_spec::{CopySpec, MeshSpec};
 use super::shape::{ShapeFault, TurnSpec};
 use crate::math::tensor::{Mat3, Vec3};
-use crate::mesh::generate::CablePath;
+use crate::mesh::generate::{CablePath, MeshStore};
 use crate::mesh::overlap::overlap;
 use crate::mesh::validate::point;
 use crate::mesh::{Region, TetMesh};
@@ -16,14 +16,19 @@ use std::path::Path;
 
 impl Body {
     /// All bodies of `mesh.copy` as one mesh. Regions and cable paths are called `copy.region` and `copy.path`.
-    pub(super) fn of_copies(file: &Path, spec: &MeshSpec, progress: &mut dyn FnMut(&str)) -> Result<Self, SceneError> {
+    pub(super) fn of_copies(
+        file: &Path,
+        spec: &MeshSpec,
+        store: Option<&MeshStore>,
+        progress: &mut dyn FnMut(&str),
+    ) -> Result<Self, SceneError> {
         check_names(file, &spec.copies)?;
         let own = spec.copies.iter().all(|c| c.grid.is_some());
         if own && has_source(spec) {
             let fact = "every copy has a grid of its own, and nothing takes the mesh of [mesh]";
             return Err(content(file, fact, "remove `grid` from one of the copies, or the source from [mesh]"));
         }
-        let base = if own { None } else { Some(Self::sound(file, spec, progress)?) };
+        let base = if own { None } else { Some(Self::sound(file, spec, store, progress)?) };
         let (mut named, mut paths) = (Vec::<(String, TetMesh)>::new(), BTreeMap::new());
         for copy in &spec.copies {
             let (a, b) = placement(file, copy)?;

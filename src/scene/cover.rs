@@ -21,7 +21,7 @@ impl Builder<'_> {
             return Err(self.content("effect", fact, remedy));
         }
         if twice > 0 {
-            self.remarks.push(format!("{twice} cells have more than one elastic effect: their stiffnesses add up"));
+            self.notes.push(format!("{twice} cells have more than one elastic effect: their stiffnesses add up"));
         }
         Ok(())
     }

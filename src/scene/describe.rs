@@ -1,5 +1,6 @@
 //! What can be declared, and what a declared effect is in words: where it acts, with which law, in which form.
 
+use super::parts::probes::{Headline, ProbeSpec};
 use super::quantity::GuideRadius;
 use super::spec::{ConstraintSpec, EffectSpec, FormulationSpec, LumpingSpec, ModuliSpec, SceneSpec, StiffnessSpec};
 use crate::mesh::validate::point;
@@ -35,6 +36,23 @@ impl EffectSpec {
             Self::EdgeDampers { .. } => "edge_dampers",
             Self::PointForce { .. } => "point_force",
             Self::Traction { .. } => "traction",
+        }
+    }
+
+    /// Whether the effect acts on velocities or accelerations, so that it is at rest in static stages.
+    pub(super) fn needs_rates(&self) -> bool {
+        match self {
+            Self::Inertia { .. }
+            | Self::MassDamping { .. }
+            | Self::ViscousDamping { .. }
+            | Self::StiffnessDamping { .. }
+            | Self::EdgeDampers { .. } => true,
+            Self::Elastic { .. }
+            | Self::Gravity { .. }
+            | Self::Viscoelastic { .. }
+            | Self::EdgeSprings { .. }
+            | Self::PointForce { .. }
+            | Self::Traction { .. } => false,
         }
     }
 
@@ -115,6 +133,23 @@ impl ConstraintSpec {
 }
 
 impl SceneSpec {
+    /// The quantity by which runs are compared where nothing else is said: of the first probe that has one, else of the
+    /// first cable or cavity.
+    pub fn headline(&self) -> Option<Headline> {
+        let of_constraint = |c: &ConstraintSpec| match c {
+            ConstraintSpec::Cable(cable) => {
+                let column = format!("{}_tension_N", cable.name);
+                Some(Headline { column, label: "cable tension", symbol: "T", unit: "N" })
+            }
+            ConstraintSpec::Cavity { name, .. } => {
+                Some(Headline { column: format!("{name}_pressure_Pa"), label: "pressure", symbol: "p", unit: "Pa" })
+            }
+            ConstraintSpec::Fixed { .. } | ConstraintSpec::Prescribed { .. } => None,
+        };
+        let of_probes = self.probes.iter().find_map(ProbeSpec::headline);
+        of_probes.or_else(|| self.constraints.iter().find_map(of_constraint))
+    }
+
     /// Element and formulation in one word: `tet4`, `tet10`, `tet4_up`, `tet10_up`, `tet10_p0`; `mass_spring` where springs
     /// are all that is elastic.
     pub fn formulation(&self) -> String {

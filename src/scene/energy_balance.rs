@@ -1,6 +1,6 @@
 //! Energies of a run: stored at the state, put in and dissipated along the path.
 
-use super::probe::Energies;
+use super::recorder::Energies;
 use crate::solve::AcceptedStep;
 use crate::system::{At, EnergyRole, State, System, Want};
 

@@ -1,13 +1,11 @@
 //! How the linear systems of a scene are solved: `[numerics] linear` and `factor_memory`, and what a run says of it.
 
 use super::build::Scene;
-use super::error::SceneError;
+use super::rules::against_iterations;
 use crate::math::linear::{Factor, Linear, Method};
 use crate::math::multigrid::{Places, Size};
-use crate::solve::Integrator;
 use serde::Deserialize;
 use serde::de::{Deserializer, Error};
-use std::path::Path;
 use std::sync::Arc;
 
 /// `linear`: by the counts of the factor, or as asked for.
@@ -75,32 +73,7 @@ impl Scene {
             LinearSpec::Iterative => Linear::Iterative,
         };
         let places = || Arc::new(Places { dofs: self.system.dofs.free.clone(), points: self.points.clone() });
-        let places = self.against_iterations().map_or_else(|| Ok(places()), Err);
+        let places = against_iterations(&self.spec, &self.spans).map_or_else(|| Ok(places()), Err);
         Method { linear, factor_memory: numerics.factor_memory.0, places }
-    }
-
-    /// Why its tangents are not ones for the iterative path.
-    fn against_iterations(&self) -> Option<&'static str> {
-        if self.system.scalar_equations() > 0 {
-            Some("pressures of a mixed formulation or multipliers of a contact stand beside the displacements")
-        } else if self.points.len() > self.body.mesh.points.len() {
-            Some("the nodes of a rigid body are not those of a mesh")
-        } else if self.spans.iter().any(|s| matches!(s.integrator, Integrator::ArcLength { .. })) {
-            Some("arc length goes through unstable equilibria, whose tangents are indefinite")
-        } else {
-            None
-        }
-    }
-
-    pub(super) fn check_linear(&self, file: &Path) -> Result<(), SceneError> {
-        match self.against_iterations().filter(|_| self.spec.numerics.linear == LinearSpec::Iterative) {
-            None => Ok(()),
-            Some(why) => Err(SceneError::Content {
-                file: file.into(),
-                place: "numerics".into(),
-                fact: format!("linear = \"iterative\" where {why}"),
-                remedy: "take linear = \"auto\"".into(),
-            }),
-        }
     }
 }

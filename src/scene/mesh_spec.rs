@@ -10,7 +10,7 @@ use std::path::PathBuf;
 by_kind!(SelectorSpec, GridSpec);
 
 /// `body` with its sizing (a mesh made by our mesher), or `file` with its unit, or `grid`.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MeshSpec {
     pub body: Option<String>,

@@ -1,4 +1,45 @@
-//! Scenes: what stands in a TOML file becomes a system, runs, and is recorded.
+//! Scenes: the parts of a simulation, read from a TOML file or written in Rust with the same types, become a system that
+//! runs and is recorded.
+//!
+//! ```
+//! use durometer::scene::spec::*;
+//! use durometer::scene::Scene;
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let mm = |x: f64| Length::metres(1e-3 * x);
+//! let law = "law = 'neo_hookean'\nE = '1 MPa'\nnu = 0.3".parse()?;
+//! let spec = SceneSpec {
+//!     mesh: MeshSpec {
+//!         grid: Some(GridSpec::Box { size: [mm(30.0), mm(10.0), mm(10.0)], divisions: [3, 1, 1] }),
+//!         ..MeshSpec::default()
+//!     },
+//!     laws: [("rubber".to_string(), law)].into(),
+//!     effects: vec![EffectSpec::Elastic {
+//!         region: "body".into(),
+//!         law: "rubber".into(),
+//!         formulation: FormulationSpec::Displacement,
+//!     }],
+//!     constraints: vec![
+//!         ConstraintSpec::Fixed { region: "xmin".into(), components: "xyz".into() },
+//!         ConstraintSpec::Prescribed {
+//!             region: "xmax".into(),
+//!             components: "x".into(),
+//!             displacement: SignalSpec::ramp(0.0, 3e-3, 0.0, 1.0),
+//!         },
+//!     ],
+//!     stages: vec![StageSpec::new(IntegratorSpec::Static, Time::seconds(1.0), Time::seconds(0.5))],
+//!     probes: vec![Reaction { region: "xmax".into() }.into()],
+//!     ..SceneSpec::default()
+//! };
+//! let scene = Scene::new(spec)?;
+//! let run = scene.run(&mut |_| true, &mut |_| {});
+//! let force = run.columns.iter().position(|c| c == "xmax_reaction_x_N").expect("recorded");
+//! assert!(run.rows.last().expect("at rest at least")[force] > 0.0);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! [`SceneBuilder`] adds what a file cannot hold: laws, effects, recorders, a mesh.
 
 mod body;
 mod build;
@@ -28,11 +69,13 @@ mod motion;
 mod numerics;
 pub mod output;
 pub mod overrides;
-pub mod probe;
+pub mod parts;
 pub mod protocol;
 mod quantity;
 mod read;
+mod recorder;
 pub mod rigid;
+mod rules;
 mod run;
 mod run_options;
 mod run_recorder;
@@ -48,7 +91,8 @@ mod start;
 mod viscoelastic;
 
 pub use body::request;
-pub use build::{Body, Scene};
+pub use build::{Body, Scene, SceneBuilder};
+pub use builder::LawSource;
 pub use checkpoint::{Checkpoint, CheckpointError, Snapshot};
 pub use compare::Measured;
 pub use error::{Mistake, SceneError, hint};
@@ -56,6 +100,7 @@ pub use linear::{LinearSpec, LinearWork, MemorySpec};
 pub use mesh_spec::ElementSpec;
 pub use quantity::{Length, Time};
 pub use read::{from_text, read_scene, read_table};
+pub use recorder::{Change, Energies, Moment, Recorder};
 pub use run::Run;
 pub use run_options::{OnProgress, OnSave, OnState, Progress, RunOptions};
 pub use sensitivities::{Sensitivities, SensitivityRecorder};

@@ -115,14 +115,14 @@ impl Builder<'_> {
     }
 
     /// Where a cable is slack.
-    pub(super) fn remark_let_out(&mut self, name: &str, shortening: &Signal, spans: &[TimeSpan]) {
+    pub(super) fn note_let_out(&mut self, name: &str, shortening: &Signal, spans: &[TimeSpan]) {
         if shortening.has_inputs() {
             return;
         }
         let ((t, least), (_, most)) = extremes(shortening, spans);
         if least < -ROUNDING * most.abs() {
             let mm = -least * 1e3;
-            self.remarks.push(format!("{name} is let out by up to {mm:.4} mm (t = {t:.4} s): it may be slack there"));
+            self.notes.push(format!("{name} is let out by up to {mm:.4} mm (t = {t:.4} s): it may be slack there"));
         }
     }
 }

@@ -1,14 +1,37 @@
-//! Quantities in files as typed values: each refuses a missing or wrong unit where it stands.
+//! Quantities as typed values: in files with their unit, in Rust in SI ([`Length::metres`] or `0.01.into()`).
 
-use crate::math::units::{self, Dimension};
+use crate::math::units::{self, Dimension, UnitError};
 use serde::de::{Deserializer, Error, Visitor};
 use std::fmt;
+use std::str::FromStr;
 
 /// A value in SI whose dimension is part of its type.
 macro_rules! quantity {
-    ($($name:ident = $dimension:ident),* $(,)?) => {$(
-        #[derive(Clone, Copy, Debug, PartialEq)]
+    ($($name:ident = $dimension:ident by $unit:ident: $what:literal),* $(,)?) => {$(
+        #[doc = $what]
+        #[derive(Clone, Copy, Debug, PartialEq, PartialOrd, Default)]
         pub struct $name(pub f64);
+
+        impl $name {
+            /// The quantity of this value in SI.
+            pub const fn $unit(value: f64) -> Self {
+                Self(value)
+            }
+        }
+
+        impl From<f64> for $name {
+            fn from(value: f64) -> Self {
+                Self(value)
+            }
+        }
+
+        impl FromStr for $name {
+            type Err = UnitError;
+
+            fn from_str(text: &str) -> Result<Self, UnitError> {
+                units::parse(text, Dimension::$dimension).map(Self)
+            }
+        }
 
         impl<'de> serde::Deserialize<'de> for $name {
             fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
@@ -19,27 +42,54 @@ macro_rules! quantity {
 }
 
 quantity! {
-    Length = LENGTH,
-    Force = FORCE,
-    Time = TIME,
-    Angle = ANGLE,
-    Density = DENSITY,
-    Modulus = PRESSURE,
-    SpringStiffness = STIFFNESS,
-    Damping = DAMPING,
-    Viscosity = VISCOSITY,
-    PerSecond = FREQUENCY,
-    Speed = VELOCITY,
-    Spin = ANGULAR_VELOCITY,
+    Length = LENGTH by metres: "A length (m).",
+    Force = FORCE by newtons: "A force (N).",
+    Time = TIME by seconds: "A time (s).",
+    Angle = ANGLE by radians: "An angle (rad).",
+    Density = DENSITY by kilograms_per_cubic_metre: "A mass density (kg/m³).",
+    Modulus = PRESSURE by pascals: "A modulus or pressure (Pa).",
+    SpringStiffness = STIFFNESS by newtons_per_metre: "A stiffness of a spring (N/m).",
+    Damping = DAMPING by newton_seconds_per_metre: "A coefficient of a damper (N s/m).",
+    Viscosity = VISCOSITY by pascal_seconds: "A dynamic viscosity (Pa s).",
+    PerSecond = FREQUENCY by hertz: "A rate (1/s).",
+    Speed = VELOCITY by metres_per_second: "A component of a velocity (m/s).",
+    Spin = ANGULAR_VELOCITY by radians_per_second: "A component of an angular velocity (rad/s).",
 }
 
-/// A quantity whose dimension is known later only; a bare number stands for itself and is refused where a unit is due.
+/// A quantity whose dimension follows from where it is used.
 #[derive(Clone, Debug, PartialEq)]
-pub struct QuantityText(pub String);
+pub enum Quantity {
+    /// As in files, `"15 mm"`; a bare number is refused where a unit is needed
+    Text(String),
+    /// In SI, from Rust
+    Si(f64),
+}
 
-impl<'de> serde::Deserialize<'de> for QuantityText {
+impl Quantity {
+    /// The value in SI.
+    pub fn value(&self, dimension: Dimension) -> Result<f64, UnitError> {
+        match self {
+            Self::Text(text) => units::parse(text, dimension),
+            Self::Si(value) => Ok(*value),
+        }
+    }
+}
+
+impl From<f64> for Quantity {
+    fn from(value: f64) -> Self {
+        Self::Si(value)
+    }
+}
+
+impl From<&str> for Quantity {
+    fn from(text: &str) -> Self {
+        Self::Text(text.into())
+    }
+}
+
+impl<'de> serde::Deserialize<'de> for Quantity {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(Bare).map(Self)
+        deserializer.deserialize_any(Bare).map(Self::Text)
     }
 }
 
@@ -91,12 +141,13 @@ impl Visitor<'_> for Text {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum GuideRadius {
     Point,
+    /// Radius (m)
     Ball(f64),
 }
 
 impl<'de> serde::Deserialize<'de> for GuideRadius {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let QuantityText(text) = QuantityText::deserialize(deserializer)?;
+        let text = deserializer.deserialize_any(Bare)?;
         if text == "point" {
             return Ok(Self::Point);
         }

@@ -3,6 +3,7 @@
 use super::builder::Builder;
 use super::error::SceneError;
 use super::quantity::{Density, Speed, Spin};
+use super::recorder::{Moment, Recorder};
 use super::shape::ShapeSpec;
 use super::signal::SignalSpec;
 use super::skin::NamedSkin;
@@ -13,7 +14,6 @@ use crate::effect::contact::shape::Shape;
 use crate::effect::dead_load::DeadLoad;
 use crate::math::tensor::{Mat3, Vec3};
 use crate::math::units::Dimension;
-use crate::solve::TimeSpan;
 use crate::system::Effect;
 use serde::Deserialize;
 
@@ -56,17 +56,18 @@ pub struct RigidBody {
     surface: Vec<(Vec3, f64)>,
 }
 
+impl Recorder for RigidBody {
+    /// Columns: position of the centre of mass.
+    fn columns(&self) -> Vec<String> {
+        ["x", "y", "z"].map(|c| format!("{}_{c}_m", self.name)).into()
+    }
+
+    fn record(&self, now: &Moment) -> Vec<f64> {
+        self.frame.positions(&now.state.x)[0].as_slice().to_vec()
+    }
+}
+
 impl RigidBody {
-    /// Names of its columns: where its centre of mass is.
-    pub fn columns(&self) -> [String; 3] {
-        ["x", "y", "z"].map(|c| format!("{}_{c}_m", self.name))
-    }
-
-    /// Values of its columns.
-    pub fn record(&self, x: &[f64]) -> [f64; 3] {
-        self.frame.positions(x)[0].into()
-    }
-
     /// The points of its surface that meet others.
     pub(super) fn points(&self) -> Vec<Point> {
         let area = self.frame.length.powi(2);
@@ -88,16 +89,12 @@ impl Builder<'_> {
         place: &str,
         spec: &RigidSpec,
         nodes: [u32; 4],
-        (spans, modulus): (&[TimeSpan], f64),
+        modulus: f64,
         effects: &mut Vec<Box<dyn Effect>>,
     ) -> Result<RigidBody, SceneError> {
         if spec.density.0 <= 0.0 {
             let fact = format!("the density is {} kg/m^3: a body without mass moves under no law", spec.density.0);
             return Err(self.content(place, fact, "give a positive one"));
-        }
-        if let Some(k) = spans.iter().position(|s| s.integrator.is_static()) {
-            let fact = format!("the body is free, and nothing holds it in stage {} (static)", k + 1);
-            return Err(self.content(place, fact, "take a dynamic integrator such as \"bdf2\""));
         }
         if self.body.mesh.regions.contains_key(&spec.name) {
             let fact = format!("the mesh has a region \"{}\" too", spec.name);

@@ -1,11 +1,12 @@
 //! One run of a scene and its result. Neither prints nor writes.
 
-use super::build::Scene;
+use super::build::{Scene, columns};
 use super::cable_record::{CableEvent, pulling};
 use super::checkpoint::Snapshot;
 use super::control::{ControlError, Fired};
 use super::linear::LinearWork;
-use super::probe::{Energies, Moment, columns, largest_stretch, record_cavity};
+use super::parts::probes::stretch::largest_stretch;
+use super::recorder::{Energies, Moment};
 use super::run_options::RunOptions;
 use super::run_recorder::RunRecorder;
 use super::sensitivities::{Sensitivities, SensitivityRecorder};
@@ -146,7 +147,7 @@ impl Scene {
 
     /// Names of the recorded columns.
     pub fn columns(&self) -> Vec<String> {
-        columns(&self.probes, &self.cables, &self.cavities, (&self.rigids, &self.contacts))
+        columns(self.recorders())
     }
 
     pub(super) fn record(
@@ -157,14 +158,9 @@ impl Scene {
         energies: Energies,
         iterations: usize,
     ) -> Vec<f64> {
-        let moment = Moment { state, residual, energies, scene: self };
-        let probes = self.probes.iter().flat_map(|p| p.record(&moment));
-        let cables = self.cables.iter().flat_map(|c| c.record(state));
-        let cavities = self.cavities.iter().flat_map(|c| record_cavity(c, state));
-        let rigids = self.rigids.iter().flat_map(|b| b.record(&state.x));
-        let contacts = rigids.chain(self.contacts.iter().flat_map(|c| c.record(&state.x, step)));
-        let last = std::iter::once(iterations as f64);
-        std::iter::once(state.t).chain(probes).chain(cables).chain(cavities).chain(contacts).chain(last).collect()
+        let moment = Moment { scene: self, state, step, residual, energies };
+        let values = self.recorders().flat_map(|r| r.record(&moment));
+        std::iter::once(state.t).chain(values).chain(std::iter::once(iterations as f64)).collect()
     }
 
     /// Largest principal stretch at each node: mean over the cells there, weighted with their volume.

@@ -1,20 +1,17 @@
 //! Exact derivatives of recorded columns by the constants of the laws.
 //!
 //! ∂r/∂θ comes from the derivative of the law ([`crate::material::derivative`]) in every effect that takes it: elastic, viscoelastic,
-//! stiffness damping. The derivatives of the states come from [`crate::solve::Differentiator`]; here they go through the probes by
-//! their linearisation. An angle between a fixed a and b(x): dϑ = \[(a·b) d|a × b| − |a × b| a·db\]/(|a|²|b|²),
-//! d|a × b| = (a × b)·(a × db)/|a × b|.
+//! stiffness damping. The derivatives of the states come from [`crate::solve::Differentiator`]; here they go through the
+//! recorders ([`super::Recorder::derivative`]).
 //!
-//! Limits: not the columns of the probes `energy` and `stretch`; what else is not covered is a [`SensitivityError`].
+//! Limits: only the columns of recorders with a derivative, so not those of the probes `energy` and `stretch`; what else is not covered is a [`SensitivityError`].
 
 use super::build::Scene;
 use super::error::hint;
-use super::probe::{Probe, area_vector, cavity_columns};
+use super::recorder::Change;
 use super::spec::EffectSpec;
 use crate::effect::StiffnessDamping;
 use crate::material::{self, LawSpecError};
-use crate::math::tensor::Vec3;
-use crate::mesh::{TetMesh, element, quadrature};
 use crate::solve::{AcceptedStep, Differentiator, Failure, Step};
 use crate::system::{Capabilities, Effect, Needs, ParameterDerivative, State};
 use std::fmt;
@@ -115,10 +112,7 @@ impl<'a> Sensitivity<'a> {
 
     /// Recorded columns that have a derivative, in their order.
     pub(super) fn columns(&self) -> Vec<String> {
-        let probes = self.scene.probes.iter().filter(|p| !matches!(p, Probe::Energy | Probe::Stretch));
-        let cables = self.scene.cables.iter().flat_map(|c| c.columns());
-        let cavities = self.scene.cavities.iter().flat_map(cavity_columns);
-        probes.flat_map(Probe::columns).chain(cables).chain(cavities).collect()
+        self.scene.recorders().filter(|r| r.is_differentiable()).flat_map(|r| r.columns()).collect()
     }
 
     /// Derivatives at the end of a step, where it is recorded: \[columns × constants\], in the unit of the column per SI
@@ -135,7 +129,11 @@ impl<'a> Sensitivity<'a> {
         }
         let reactions = self.solver.reactions(&step, now)?;
         let all = self.solver.changes.iter().zip(&reactions);
-        let all: Vec<Vec<f64>> = all.map(|(change, reaction)| changes(self.scene, now, change, reaction)).collect();
+        let derivatives = |(change, reaction): (&State, &Vec<f64>)| {
+            let by = Change { scene: self.scene, state: now, change, reaction };
+            self.scene.recorders().filter_map(|r| r.derivative(&by)).flatten().collect()
+        };
+        let all: Vec<Vec<f64>> = all.map(derivatives).collect();
         Ok(Some((0..self.columns().len()).map(|k| all.iter().map(|values| values[k]).collect()).collect()))
     }
 }
@@ -185,68 +183,4 @@ fn terms(scene: &Scene, constant: &Constant) -> Result<Vec<ParameterDerivative>,
         found.push(ParameterDerivative { of, effect: Box::new(damping.expect("built once already")) });
     }
     Ok(found)
-}
-
-/// Change of each of [`Sensitivity::columns`] with that of the state and of the reactions.
-fn changes(scene: &Scene, state: &State, change: &State, reaction: &[f64]) -> Vec<f64> {
-    let through = |probe| through(probe, &scene.body.mesh, &state.x, &change.x, reaction);
-    let probes = scene.probes.iter().filter_map(through);
-    let mut out: Vec<f64> = probes.flatten().collect();
-    scene.cables.iter().for_each(|cable| out.extend(cable.changes(state, change)));
-    for cavity in &scene.cavities {
-        out.extend([cavity.drive.answer(change), cavity.cavity.growth(&state.x, &change.x)]);
-    }
-    out
-}
-
-/// Change of the values that a probe records; none where they have no derivative here.
-fn through(probe: &Probe, mesh: &TetMesh, x: &[f64], dx: &[f64], reaction: &[f64]) -> Option<Vec<f64>> {
-    match probe {
-        Probe::BendingAngle { root, tip, facets } => {
-            let chord = turned(tip.origin - root.origin, tip.at(x) - root.at(x), tip.moved(dx) - root.moved(dx));
-            if facets.is_empty() {
-                return Some(vec![chord]);
-            }
-            let rest = area_vector(mesh, facets, &vec![0.0; x.len()]);
-            Some(vec![turned(rest, area_vector(mesh, facets, x), area_turned(mesh, facets, x, dx)), chord])
-        }
-        Probe::Position { mean, .. } => Some(mean.moved(dx).as_slice().to_vec()),
-        Probe::Markers { points, .. } => Some(points.iter().flat_map(|p| p.moved(dx).data.0[0]).collect()),
-        Probe::Reaction { nodes, .. } => {
-            let sum = |i: usize| nodes.iter().map(|&k| reaction[3 * k as usize + i]).sum();
-            Some((0..3).map(sum).collect())
-        }
-        Probe::Energy | Probe::Stretch => None,
-    }
-}
-
-/// Change of the angle between a and b \[deg\] with db.
-fn turned(a: Vec3, b: Vec3, db: Vec3) -> f64 {
-    let cross = a.cross(&b);
-    let (sine, along) = (cross.norm(), a.cross(&db));
-    // Where a and b are parallel the angle grows whatever the direction.
-    let rate = if sine > 0.0 { cross.dot(&along) / sine } else { along.norm() };
-    ((a.dot(&b) * rate - sine * a.dot(&db)) / (a.norm_squared() * b.norm_squared())).to_degrees()
-}
-
-/// Change of ∫ n dA \[m²\] with the motion dx: the cross product of the tangents is linear in each.
-fn area_turned(mesh: &TetMesh, facets: &[u32], x: &[f64], dx: &[f64]) -> Vec3 {
-    let rule = quadrature::tri(2);
-    let mut sum = Vec3::zeros();
-    for &f in facets {
-        for (&xi, w) in rule.points.iter().zip(&rule.weights) {
-            let gradients = element::facet_gradients(mesh.order, xi);
-            let [mut a, mut b, mut da, mut db] = [Vec3::zeros(); 4];
-            for (&k, g) in mesh.facet(f as usize).iter().zip(gradients) {
-                let at = |v: &[f64]| Vec3::from_column_slice(&v[3 * k as usize..][..3]);
-                let (p, dp) = (mesh.points[k as usize] + at(x), at(dx));
-                a += p * g[0];
-                b += p * g[1];
-                da += dp * g[0];
-                db += dp * g[1];
-            }
-            sum += (da.cross(&b) + a.cross(&db)) * *w;
-        }
-    }
-    sum
 }

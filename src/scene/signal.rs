@@ -2,7 +2,7 @@
 
 use super::control::{Input, Source};
 use super::kind::by_kind;
-use super::quantity::QuantityText;
+use super::quantity::Quantity;
 use crate::math::formula::Formula;
 use crate::math::signal::Signal;
 use crate::math::units::{self, Dimension, UnitError};
@@ -14,11 +14,53 @@ use std::path::{Path, PathBuf};
 
 by_kind!(FunctionSpec);
 
-/// A signal before its dimension is known; quantities are text. In files a function is a table with a `kind`.
+/// A signal before its dimension is known: a constant, or a function, which in files is a table with a `kind`.
 #[derive(Clone, Debug)]
 pub enum SignalSpec {
-    Constant(QuantityText),
+    Constant(Quantity),
     Function(Box<FunctionSpec>),
+}
+
+impl SignalSpec {
+    /// A function of time.
+    fn function(function: FunctionSpec) -> Self {
+        Self::Function(Box::new(function))
+    }
+
+    /// A straight line between two values and times, constant before and after (SI).
+    pub fn ramp(from: f64, to: f64, start: f64, end: f64) -> Self {
+        let start = Some(start.into());
+        Self::function(FunctionSpec::Ramp { from: from.into(), to: to.into(), start, end: end.into() })
+    }
+
+    /// From 0 to the amplitude and back, `frequency` times a second (SI).
+    pub fn raised_cosine(amplitude: f64, frequency: f64) -> Self {
+        Self::function(FunctionSpec::RaisedCosine { amplitude: amplitude.into(), frequency: frequency.into() })
+    }
+
+    /// A sine from 0 on (SI).
+    pub fn sine(amplitude: f64, frequency: f64) -> Self {
+        Self::function(FunctionSpec::Sine { amplitude: amplitude.into(), frequency: frequency.into(), phase: None })
+    }
+
+    /// A signal that a controller sets, with its value before the first decision (SI).
+    pub fn controlled(initial: f64) -> Self {
+        Self::function(FunctionSpec::Controlled { initial: initial.into() })
+    }
+}
+
+impl From<f64> for SignalSpec {
+    /// A constant (SI).
+    fn from(value: f64) -> Self {
+        Self::Constant(value.into())
+    }
+}
+
+impl From<&str> for SignalSpec {
+    /// A constant with its unit: `"15 mm"`.
+    fn from(text: &str) -> Self {
+        Self::Constant(text.into())
+    }
 }
 
 impl<'de> Deserialize<'de> for SignalSpec {
@@ -38,7 +80,7 @@ impl<'de> Visitor<'de> for TextOrTable {
     }
 
     fn visit_str<E: Error>(self, text: &str) -> Result<SignalSpec, E> {
-        Ok(SignalSpec::Constant(QuantityText(text.into())))
+        Ok(SignalSpec::Constant(text.into()))
     }
 
     fn visit_f64<E: Error>(self, value: f64) -> Result<SignalSpec, E> {
@@ -59,29 +101,29 @@ impl<'de> Visitor<'de> for TextOrTable {
 #[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
 pub enum FunctionSpec {
     RaisedCosine {
-        amplitude: QuantityText,
-        frequency: QuantityText,
+        amplitude: Quantity,
+        frequency: Quantity,
     },
     Sine {
-        amplitude: QuantityText,
-        frequency: QuantityText,
+        amplitude: Quantity,
+        frequency: Quantity,
         #[serde(default)]
-        phase: Option<QuantityText>,
+        phase: Option<Quantity>,
     },
     Ramp {
-        from: QuantityText,
-        to: QuantityText,
+        from: Quantity,
+        to: Quantity,
         #[serde(default)]
-        start: Option<QuantityText>,
-        end: QuantityText,
+        start: Option<Quantity>,
+        end: Quantity,
     },
     Hold {
         signal: SignalSpec,
-        at: QuantityText,
+        at: Quantity,
     },
     Delay {
         signal: SignalSpec,
-        by: QuantityText,
+        by: Quantity,
     },
     /// Two columns with a header line: time \[s\], then the value in `unit`
     Table {
@@ -102,7 +144,7 @@ pub enum FunctionSpec {
     },
     /// Set by a controller
     Controlled {
-        initial: QuantityText,
+        initial: Quantity,
     },
 }
 
@@ -155,8 +197,8 @@ pub enum SignalError {
 impl SignalSpec {
     /// The signal of this dimension.
     pub(super) fn build(&self, dimension: Dimension, site: &mut Site) -> Result<Signal, SignalError> {
-        let parse = |q: &QuantityText, d| units::parse(&q.0, d);
-        let time = |q: &QuantityText| parse(q, Dimension::TIME);
+        let parse = |q: &Quantity, d| q.value(d);
+        let time = |q: &Quantity| parse(q, Dimension::TIME);
         let function = match self {
             Self::Constant(text) => return Ok(Signal::Constant(parse(text, dimension)?)),
             Self::Function(function) => function.as_ref(),

@@ -1,25 +1,32 @@
 //! A scene as it stands in a TOML file. Unknown keys are refused; there is no default physics.
 
-use super::cable::CableSpec;
-use super::compare::CompareSpec;
-use super::contact_spec::ContactSpec;
-use super::control::spec::EventSpec;
+pub use super::cable::{CableSpec, RingSpec};
+pub use super::compare::{CompareSpec, MeasuredSpec};
+pub use super::contact_spec::{ContactSpec, MotionSpec, ResponseSpec, TurningSpec};
+pub use super::control::spec::{EventSpec, ThenSpec, WhenSpec};
 use super::kind::by_kind;
-use super::mesh_spec::MeshSpec;
-use super::numerics::NumericsSpec;
-use super::output::OutputSpec;
-use super::quantity::{Damping, Density, GuideRadius, Length, Modulus, PerSecond, SpringStiffness, Time, Viscosity};
-use super::rigid::RigidSpec;
-use super::signal::SignalSpec;
-use super::skin::SkinSpec;
-use super::start::StartSpec;
+pub use super::mesh_spec::{
+    CopySpec, DisturbSpec, ElementSpec, GeneratorSpec, GradingSpec, GridSpec, MeshSpec, PickSpec, SelectorSpec,
+};
+pub use super::numerics::NumericsSpec;
+pub use super::output::{FieldSpec, FieldsSpec, OutputSpec, ScheduleSpec};
+pub use super::parts::probes::{BendingAngle, Energy, Markers, Position, ProbeSpec, Reaction, Stretch};
+pub use super::quantity::{
+    Angle, Damping, Density, Force, GuideRadius, Length, Modulus, PerSecond, Quantity, Speed, Spin, SpringStiffness,
+    Time, Viscosity,
+};
+pub use super::rigid::{RigidSpec, WeightSpec};
+pub use super::shape::{ShapeSpec, TurnSpec};
+pub use super::signal::{FunctionSpec, SignalSpec};
+pub use super::skin::SkinSpec;
+pub use super::start::StartSpec;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
-by_kind!(EffectSpec, ConstraintSpec, DriveSpec, CavityDriveSpec, IntegratorSpec, ProbeSpec);
+by_kind!(EffectSpec, ConstraintSpec, DriveSpec, CavityDriveSpec, IntegratorSpec);
 
 /// Body, mesh, laws, effects, constraints, protocol, probes and numerics of one simulation.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SceneSpec {
     /// What the scene shows, for the report
@@ -264,6 +271,13 @@ pub struct StageSpec {
     pub integration_steps: Option<usize>,
 }
 
+impl StageSpec {
+    /// A stage with steps of `dt`.
+    pub fn new(integrator: IntegratorSpec, duration: Time, dt: Time) -> Self {
+        Self { integrator, duration, dt, continuation: None, max_steps: None, integration_steps: None }
+    }
+}
+
 /// How a static stage goes on where the loads are no longer enough to tell the states apart.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
 #[serde(rename_all = "snake_case")]
@@ -289,24 +303,4 @@ pub enum IntegratorSpec {
         #[serde(default)]
         force: bool,
     },
-}
-
-/// One recorded quantity; the kinds are the registry. Cables record tension and length by
-/// themselves, cavities pressure and volume.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
-pub enum ProbeSpec {
-    /// `bending_angle_deg`: angle between the area-mean normals of `tip` now and at the start;
-    /// `chord_angle_deg`: angle of the line from the mean position of `root` to the one of `tip`
-    BendingAngle { root: String, tip: String },
-    /// `<region>_{x,y,z}_m`: area-mean position
-    Position { region: String },
-    /// `<name>_<k>_{x,y,z}_m`: positions of points embedded in the body, counted from 1
-    Markers { name: String, points: Vec<[Length; 3]> },
-    /// `<region>_reaction_{x,y,z}_N`: sum of the reactions
-    Reaction { region: String },
-    /// `elastic_J`, `kinetic_J`, `dissipated_J`, `work_J`
-    Energy {},
-    /// `stretch_median`, `stretch_p95`, `stretch_max` of the largest principal stretch by volume, `min_j`
-    Stretch {},
 }

@@ -1,18 +1,18 @@
-//! Remarks on laws that lose stability at stretches a soft robot sees.
+//! Notes on laws that lose stability at stretches a soft robot sees.
 //!
 //! Looked at: every homogeneous mode as long as all principal stretches lie between ½ and 2 (an incompressible guess: uniaxial and planar
 //! ½ to 2, equibiaxial 1/√2 to √2, simple shear to λ − 1/λ at λ = 2). What a run reaches is recorded by the probe `stretch`.
 
 use super::builder::Builder;
 use super::spec::{EffectSpec, SceneSpec};
-use crate::material::{Instability, Law, Limit, LoadCase, stability};
+use crate::material::{Instability, Law, LoadCase, StabilityLimit, material_stability};
 
 /// Largest principal stretch that is looked at \[–\]
 const STRETCH: f64 = 2.0;
 
 impl Builder<'_> {
-    /// `laws`: of the elastic effects of the scene, in their order. One remark per law, with the modes and amounts.
-    pub(super) fn remark_stability(&mut self, spec: &SceneSpec, laws: &[Box<dyn Law>]) {
+    /// `laws`: of the elastic effects of the scene, in their order. One note per law, with the modes and amounts.
+    pub(super) fn note_stability(&mut self, spec: &SceneSpec, laws: &[Box<dyn Law>]) {
         let elastic = |e: &EffectSpec| match e {
             EffectSpec::Elastic { law, .. } => Some(law.clone()),
             _ => None,
@@ -22,15 +22,15 @@ impl Builder<'_> {
             if lost.is_empty() {
                 continue;
             }
-            let remark = format!(
+            let note = format!(
                 "laws.{name} ({}) is not stable at every principal stretch from {} to {STRETCH}: {}; beyond, results are not to be \
                  trusted",
                 law.info().name,
                 1.0 / STRETCH,
                 lost.join(", ")
             );
-            if !self.remarks.contains(&remark) {
-                self.remarks.push(remark);
+            if !self.notes.contains(&note) {
+                self.notes.push(note);
             }
         }
     }
@@ -45,8 +45,8 @@ fn lost(law: &dyn Law, case: LoadCase) -> Vec<String> {
         LoadCase::SimpleShear => ("simple shear", [1.0 / STRETCH - STRETCH, STRETCH - 1.0 / STRETCH]),
     };
     // The range is one of stretches, so that nothing else can be wrong with it
-    let Ok(found) = stability(law, case, range) else { return vec![] };
-    let words = |l: Limit| match l.why {
+    let Ok(found) = material_stability(law, case, range) else { return vec![] };
+    let words = |l: StabilityLimit| match l.why {
         Instability::Drucker => format!("{name} at {:.3}", l.amount),
         why => format!("{name} at {:.3} ({why})", l.amount),
     };

@@ -5,7 +5,7 @@ use super::cable::CableSpec;
 use super::error::SceneError;
 use super::numerics::NumericsSpec;
 use super::quantity::GuideRadius;
-use super::spec::{CavityDriveSpec, ConstraintSpec, DriveSpec, EffectSpec, IntegratorSpec, SceneSpec, StageSpec};
+use super::spec::{ConstraintSpec, EffectSpec, IntegratorSpec, SceneSpec, StageSpec};
 use crate::solve::{Integrator, TimeSpan};
 
 /// More steps than this in one stage are a slip of a unit.
@@ -83,67 +83,16 @@ impl Builder<'_> {
         Ok(spans)
     }
 
-    /// Rate effects need a dynamic stage, dynamic stages need inertia or damping, undamped rules and rows do not go together.
-    pub(super) fn check_rates(&self, spec: &SceneSpec, spans: &[TimeSpan]) -> Result<(), SceneError> {
-        let dynamic = spans.iter().any(|s| !s.integrator.is_static());
-        for (k, effect) in spec.effects.iter().enumerate().filter(|(_, e)| e.needs_rates()) {
-            if !dynamic {
-                let place = format!("effect {} ({})", k + 1, effect.kind());
-                let fact = format!("{} under the static integrator", effect.kind());
-                return Err(self.content(
-                    &place,
-                    fact,
-                    "remove the effect, or give a stage a dynamic integrator such as \"bdf2\"",
-                ));
-            }
-        }
-        let inertia = spec.effects.iter().any(|e| matches!(e, EffectSpec::Inertia { .. }));
-        let exact_row = spec.constraints.iter().any(|c| {
-            matches!(
-                c,
-                ConstraintSpec::Cable(
-                    CableSpec { drive: DriveSpec::Length { .. }, .. } | CableSpec { friction: Some(_), .. }
-                ) | ConstraintSpec::Cavity { drive: CavityDriveSpec::Volume { .. }, .. }
-            )
-        });
-        for (k, (span, stage)) in spans.iter().zip(&spec.stages).enumerate() {
-            let place = format!("stage {}", k + 1);
-            let name = span.integrator.name();
-            if span.integrator.needs_initial_acceleration() && !inertia {
-                let fact = format!("{name} without inertia");
-                return Err(self.content(&place, fact, "add an [[effect]] of kind \"inertia\", or take \"static\""));
-            }
-            let friction = |c: &ConstraintSpec| matches!(c, ConstraintSpec::Cable(CableSpec { friction: Some(_), .. }));
-            if stage.continuation.is_some() && spec.constraints.iter().any(friction) {
-                let fact = "a continuation beside a cable with friction, whose tensions depend on the way";
-                return Err(self.content(
-                    &place,
-                    fact,
-                    "remove the friction, or drive the cable by length step by step",
-                ));
-            }
-            let forced = matches!(stage.integrator, IntegratorSpec::Newmark { force: true, .. });
-            if exact_row && span.integrator.rings_with_constraints() && !forced {
-                return Err(self.content(
-                    &place,
-                    format!("{name} is undamped, and rings with a cable driven by length or with friction, or a cavity driven by volume (Cardona & Géradin 1989)"),
-                    "take \"bdf2\" or generalised_alpha with rho < 1, or set force = true in newmark",
-                ));
-            }
-        }
-        Ok(())
-    }
-
-    pub(super) fn remark_static(&mut self, spec: &SceneSpec, spans: &[TimeSpan]) {
+    pub(super) fn note_static(&mut self, spec: &SceneSpec, spans: &[TimeSpan]) {
         let stages = spans.iter().filter(|s| s.integrator.is_static()).count();
         let rates: Vec<&str> = spec.effects.iter().filter(|e| e.needs_rates()).map(EffectSpec::kind).collect();
         if stages > 0 && !rates.is_empty() {
-            self.remarks.push(format!("{} rest in the {stages} static stage(s)", rates.join(", ")));
+            self.notes.push(format!("{} rest in the {stages} static stage(s)", rates.join(", ")));
         }
     }
 
-    /// Remarks on patches smaller than h; returns the reason why a cable through points has no limit as h → 0.
-    pub(super) fn remark_patches(&mut self, spec: &SceneSpec) -> Option<String> {
+    /// Notes on patches smaller than h; returns the reason why a cable through points has no limit as h → 0.
+    pub(super) fn note_patches(&mut self, spec: &SceneSpec) -> Option<String> {
         let h = self.body.mesh.h();
         let mut no_limit = None;
         for constraint in &spec.constraints {
@@ -152,7 +101,7 @@ impl Builder<'_> {
                     no_limit = Some(format!("the {name} acts through points"));
                 }
                 ConstraintSpec::Cable(CableSpec { name, guide_radius: GuideRadius::Ball(r), .. }) if *r < h => self
-                    .remarks
+                    .notes
                     .push(format!("{name}: the guide radius {:.3} mm is below h = {:.3} mm", r * 1e3, h * 1e3)),
                 _ => {}
             }
@@ -160,7 +109,7 @@ impl Builder<'_> {
         no_limit
     }
 
-    pub(super) fn check_numerics(&self, n: &NumericsSpec, spans: &[TimeSpan]) -> Result<(), SceneError> {
+    pub(super) fn check_numerics(&self, n: &NumericsSpec) -> Result<(), SceneError> {
         if !(n.tolerance > 0.0 && n.tolerance < 1.0) {
             let fact = format!("tolerance = {}", n.tolerance);
             return Err(self.content("numerics", fact, "it lies between 0 and 1, for example 1e-8"));
@@ -173,15 +122,6 @@ impl Builder<'_> {
             let fact = format!("time_error = {} m", error.0);
             return Err(self.content("numerics", fact, "give a positive length, for example \"0.05 mm\""));
         }
-        if n.time_error.is_some() && spans.iter().all(|s| s.integrator.is_static()) {
-            let fact = "time_error where all stages are static: a sequence of equilibria has no time error";
-            return Err(self.content("numerics", fact, "remove it, or give a stage a dynamic integrator"));
-        }
-        let looks_once = |s: &TimeSpan| matches!(s.integrator, Integrator::FreeMotion { .. });
-        if n.time_error.is_some() && spans.iter().any(looks_once) {
-            let fact = "time_error beside implicit_euler_corrected, whose steps cannot be cut";
-            return Err(self.content("numerics", fact, "remove it, or take integrator = \"implicit_euler\""));
-        }
         if n.reuse_threshold.is_nan() || n.reuse_threshold < 0.0 {
             let fact = format!("reuse_threshold = {}", n.reuse_threshold);
             return Err(self.content("numerics", fact, "give a number of back-substitutions, 0 or more"));
@@ -190,23 +130,5 @@ impl Builder<'_> {
             return Err(self.content("numerics", "max_iterations = 0", "allow at least one iteration"));
         }
         Ok(())
-    }
-}
-
-impl EffectSpec {
-    pub(super) fn needs_rates(&self) -> bool {
-        match self {
-            Self::Inertia { .. }
-            | Self::MassDamping { .. }
-            | Self::ViscousDamping { .. }
-            | Self::StiffnessDamping { .. }
-            | Self::EdgeDampers { .. } => true,
-            Self::Elastic { .. }
-            | Self::Gravity { .. }
-            | Self::Viscoelastic { .. }
-            | Self::EdgeSprings { .. }
-            | Self::PointForce { .. }
-            | Self::Traction { .. } => false,
-        }
     }
 }

@@ -58,7 +58,7 @@ impl Builder<'_> {
     }
 
     /// What the series stands for, and which stages do not see it.
-    pub(super) fn remark_viscoelastic(&mut self, spec: &SceneSpec, spans: &[TimeSpan]) {
+    pub(super) fn note_viscoelastic(&mut self, spec: &SceneSpec, spans: &[TimeSpan]) {
         for effect in &spec.effects {
             let EffectSpec::Viscoelastic { law, moduli, prony, .. } = effect else { continue };
             let kept = 1.0 - prony.iter().map(|arm| arm.g).sum::<f64>();
@@ -66,14 +66,14 @@ impl Builder<'_> {
                 ModuliSpec::LongTerm => format!("of the long term, {:.4} of them act at once", 1.0 / kept),
                 ModuliSpec::Instantaneous => format!("of the instant, {kept:.4} of them are left in the long run"),
             };
-            self.remarks.push(format!("viscoelastic: the constants of {law} are those {given}"));
+            self.notes.push(format!("viscoelastic: the constants of {law} are those {given}"));
             if spans.iter().any(|s| s.integrator.is_static()) {
-                self.remarks.push("viscoelastic: static stages see the long-term response".into());
+                self.notes.push("viscoelastic: static stages see the long-term response".into());
             }
             let shortest = prony.iter().map(|arm| arm.tau.0).fold(f64::INFINITY, f64::min);
             for (k, span) in spans.iter().enumerate().filter(|(_, s)| !s.integrator.is_static() && s.dt > shortest) {
                 let dt = span.dt;
-                self.remarks.push(format!("viscoelastic: dt = {dt} s of stage {} is above tau = {shortest} s", k + 1));
+                self.notes.push(format!("viscoelastic: dt = {dt} s of stage {} is above tau = {shortest} s", k + 1));
             }
         }
     }

@@ -110,6 +110,8 @@ impl Study {
 
     /// The robustness maps around a scene of one's own. The maps vary the scene with the changes.
     pub fn around(scene: &Path, changes: &[(String, toml::Value)]) -> Result<Self, SceneError> {
+        // A mistake in the scene names the file as it was given
+        read_scene(scene, changes)?;
         let scene = std::path::absolute(scene).unwrap_or_else(|_| scene.into());
         let expansion = robustness::around::around(&scene, changes)?;
         let spec = StudySpec {

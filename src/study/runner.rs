@@ -1,7 +1,9 @@
 //! Runs the cases of a study side by side, skips what is done, keeps what is finished.
 
 use crate::calibrate::inverse::{Calibration, Failure, InverseError, SceneModel, calibrate};
-use crate::scene::{Body, Constant, Progress, RunOptions, Scene, SceneError, SceneSpec, SensitivityRecorder};
+use crate::scene::{
+    Body, Constant, Progress, Run, RunOptions, Scene, SceneError, SceneSpec, Sensitivities, SensitivityRecorder,
+};
 use crate::solve::Status;
 use crate::study::expand::{Case, Study};
 use crate::study::fields::{Fields, USUAL};
@@ -9,7 +11,7 @@ use crate::study::inverse::with_constants;
 use crate::study::outcome::{record, refused, skin};
 use crate::study::record::{CaseRecord, PANICKED, REFUSED, Role};
 use crate::study::store::{Store, StoreError};
-use crate::study::work::{largest_memory, measure, watch_memory};
+use crate::study::work::{RepeatRecord, largest_memory, measure, watch_memory};
 use crate::system::State;
 use cpu_time::ThreadTime;
 use sha2::{Digest, Sha256};
@@ -220,73 +222,111 @@ fn one(
         watch.progress(&case.id, progress);
         !options.stop.load(Ordering::Relaxed)
     };
-    let body = Arc::new(body);
-    let found = match find(case, &body, &mut go_on) {
-        Ok(found) => found,
-        Err(error) => {
-            running.fetch_sub(1, Ordering::SeqCst);
-            return error.map_or(Ok(None), Err);
-        }
-    };
-    // The case of a calibration is its scene at the constants that were found
-    let spec = found.as_ref().map_or_else(|| case.spec.clone(), |f| f.1.clone());
-    let building = Instant::now();
-    let scene = Scene::build(&case.scene_file, spec, case.text.clone(), body);
-    let build_s = building.elapsed().as_secs_f64();
-    let checked = scene.map_err(RunError::from).and_then(|scene| check_quantities(study, case, &scene).map(|()| scene));
-    let outcome = checked.map(|scene| {
-        let mut number = 0..;
-        let mut states = |state: &State| {
-            if let Some(fields) = &mut fields {
-                fields.add(&scene, state, number.next().expect("there is always a next number"));
-            }
-        };
-        if constants.is_empty() {
-            let (run, times, all) = measure(&scene, repeats, &mut go_on, &mut states);
-            return Ok((scene, run, None, times, all));
-        }
-        let (wall, cpu) = (Instant::now(), ThreadTime::now());
-        let recorder = SensitivityRecorder::new(&scene, constants).map_err(InverseError::from)?;
-        let options = RunOptions {
-            on_progress: Some(&mut go_on),
-            on_state: Some(&mut states),
-            sensitivities: Some(recorder),
-            ..RunOptions::default()
-        };
-        let mut run = scene.run_with(options);
-        let sensitivities = run.sensitivities.take().expect("the options ask for them");
-        let times =
-            (wall.elapsed().as_secs_f64() - sensitivities.wall, cpu.elapsed().as_secs_f64() - sensitivities.cpu);
-        Ok::<_, RunError>((scene, run, Some(sensitivities), times, vec![]))
-    });
+    let solved = solve(study, case, constants, Arc::new(body), repeats, &mut fields, &mut go_on);
     running.fetch_sub(1, Ordering::SeqCst);
     let memory = watched.filter(|()| !shared).and_then(|()| largest_memory());
-    let (scene, run, sensitivities, mut times, all) = outcome??;
-    if matches!(run.status, Status::Interrupted { .. }) && run.failure.is_none() {
+    let Some(mut solved) = solved? else { return Ok(None) };
+    if matches!(solved.run.status, Status::Interrupted { .. }) && solved.run.failure.is_none() {
         return Ok(None);
     }
     if let Some(fields) = fields {
         let (wall, cpu) = fields.finish()?;
-        times = (times.0 - wall, times.1 - cpu);
+        solved.times = (solved.times.0 - wall, solved.times.1 - cpu);
     }
-    if study.rules.keep_refusals && run.status != Status::Converged {
+    if study.rules.keep_refusals && solved.run.status != Status::Converged {
         let mut last = Fields::new(store.folder(&case.id)?, "last", &USUAL);
-        last.add(&scene, &run.last, 0);
+        last.add(&solved.scene, &solved.run.last, 0);
         last.finish()?;
     }
+    let record = keep(case, store, &solved, (shared, memory, input_sha256))?;
+    watch.finished(&record, false);
+    Ok(Some(record))
+}
+
+/// A case with its run.
+struct Solved {
+    scene: Scene,
+    run: Run,
+    /// Constants that were found before the run
+    found: Option<Calibration>,
+    sensitivities: Option<Sensitivities>,
+    build_s: f64,
+    /// Wall and CPU seconds of the run
+    times: (f64, f64),
+    /// Of every run, where there are several
+    repeats: Vec<RepeatRecord>,
+}
+
+/// Finds the constants of a case that asks for some, and runs its scene. `None`: stopped.
+fn solve(
+    study: &Study,
+    case: &Case,
+    constants: &[Constant],
+    body: Arc<Body>,
+    repeats: usize,
+    fields: &mut Option<Fields>,
+    go_on: &mut dyn FnMut(Progress) -> bool,
+) -> Result<Option<Solved>, RunError> {
+    let found = match find(case, &body, go_on) {
+        Ok(found) => found,
+        Err(error) => return error.map_or(Ok(None), Err),
+    };
+    // The case of a calibration is its scene at the constants that were found
+    let (found, spec) = found.map_or_else(|| (None, case.spec.clone()), |(found, spec)| (Some(found), spec));
+    let building = Instant::now();
+    let scene = Scene::build(&case.scene_file, spec, case.text.clone(), body);
+    let build_s = building.elapsed().as_secs_f64();
+    let scene = scene?;
+    check_quantities(study, case, &scene)?;
+    let mut number = 0..;
+    let mut states = |state: &State| {
+        if let Some(fields) = fields.as_mut() {
+            fields.add(&scene, state, number.next().expect("there is always a next number"));
+        }
+    };
+    let (run, sensitivities, times, all) = if constants.is_empty() {
+        let (run, times, all) = measure(&scene, repeats, go_on, &mut states);
+        (run, None, times, all)
+    } else {
+        let (wall, cpu) = (Instant::now(), ThreadTime::now());
+        let recorder = SensitivityRecorder::new(&scene, constants).map_err(InverseError::from)?;
+        let mut run = scene.run_with(RunOptions {
+            on_progress: Some(go_on),
+            on_state: Some(&mut states),
+            sensitivities: Some(recorder),
+            ..RunOptions::default()
+        });
+        let sensitivities = run.sensitivities.take().expect("the options ask for them");
+        let times =
+            (wall.elapsed().as_secs_f64() - sensitivities.wall, cpu.elapsed().as_secs_f64() - sensitivities.cpu);
+        (run, Some(sensitivities), times, vec![])
+    };
+    let repeats = if repeats > 1 { all } else { vec![] };
+    Ok(Some(Solved { scene, run, found, sensitivities, build_s, times, repeats }))
+}
+
+/// Stores what a case has left; the record comes last. With it: whether another case ran at the same time, the memory of
+/// the process, the hash of the input.
+fn keep(
+    case: &Case,
+    store: &Store,
+    solved: &Solved,
+    (shared, memory, input_sha256): (bool, Option<u64>, String),
+) -> Result<CaseRecord, RunError> {
+    let Solved { scene, run, .. } = solved;
     let writing = Instant::now();
-    let skin = skin(&scene, &run);
-    let mut record = record(&scene, &run, times);
+    let skin = skin(scene, run);
+    let mut record = record(scene, run, solved.times);
     record.id.clone_from(&case.id);
     record.family.clone_from(&case.family);
     record.variant.clone_from(&case.variant);
     record.member.clone_from(&case.member);
     record.shared = shared;
     record.provenance.input_sha256 = input_sha256;
-    if let Some(sensitivities) = &sensitivities {
-        store.save_sensitivities(&case.id, &run, sensitivities)?;
+    if let Some(sensitivities) = &solved.sensitivities {
+        store.save_sensitivities(&case.id, run, sensitivities)?;
     }
-    if let Some((calibration, _)) = &found {
+    if let Some(calibration) = &solved.found {
         store.save_calibration(&case.id, calibration)?;
         if !calibration.settled && record.converged() {
             record.status = "SearchNotSettled".into();
@@ -294,12 +334,11 @@ fn one(
             record.status_detail = Some(detail.into());
         }
     }
-    (record.phases.build_s, record.work.memory_bytes) = (build_s, memory);
-    record.repeats = if repeats > 1 { all } else { vec![] };
+    (record.phases.build_s, record.work.memory_bytes) = (solved.build_s, memory);
+    record.repeats.clone_from(&solved.repeats);
     record.phases.output_s = writing.elapsed().as_secs_f64();
-    store.save(&record, &run, &skin)?;
-    watch.finished(&record, false);
-    Ok(Some(record))
+    store.save(&record, run, &skin)?;
+    Ok(record)
 }
 
 /// Finds the constants of a case of a calibration; with the scene that has them. `Err(None)`: stopped. A scene that cannot be solved at

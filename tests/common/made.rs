@@ -1,9 +1,9 @@
 //! Samples of every law with known constants.
 
 use durometer::calibrate::{
-    ColumnChoice, Experiment, FITS, FitOptions, FitResult, Mode, Model, Sample, fit_experiment,
+    ColumnChoice, Experiment, FitOptions, FitResult, Mode, Model, Sample, fit_experiment, fittable_laws,
 };
-use durometer::material::LoadCase;
+use durometer::material::{LoadCase, registry};
 
 /// Constants of a rubber for every law and number of terms.
 pub fn truth(law: &str, terms: usize) -> Vec<f64> {
@@ -16,12 +16,20 @@ pub fn truth(law: &str, terms: usize) -> Vec<f64> {
         "gent" => vec![0.3e6, 80.0],
         "arruda_boyce" => vec![0.27e6, 5.0],
         "veronda_westmann" => vec![0.6e6, 0.3],
-        other => panic!("no example of {other}"),
+        // The example of the registry, without the bulk modulus of a split law
+        other => {
+            let entry = registry::find(other).expect("registered");
+            let skipped = usize::from(entry.info.parameters[0].name == "kappa");
+            entry.sample[skipped..][..terms].to_vec()
+        }
     }
 }
 
 pub fn models() -> Vec<Model> {
-    let all = FITS.iter().flat_map(|f| f.terms.iter().map(|n| Model::new(f.name, Some(*n)).expect("registered")));
+    let all = fittable_laws().into_iter().flat_map(|e| {
+        let counts = e.fit.iter().flat_map(|f| f.term_counts);
+        counts.map(|n| Model::new(e.info.name, Some(*n)).expect("registered"))
+    });
     all.collect()
 }
 
@@ -64,7 +72,7 @@ pub fn samples(
 }
 
 pub fn options(model: Model, modes: &[Mode]) -> FitOptions {
-    let mut o = FitOptions::new(model.law.name);
+    let mut o = FitOptions::new(model.name());
     (o.terms, o.modes) = (Some(model.terms), modes.to_vec());
     o
 }

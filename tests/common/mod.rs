@@ -59,19 +59,14 @@ pub fn law(name: &str, e: f64, nu: f64) -> Box<dyn Law> {
     registry::find(name).and_then(|entry| entry.build_from(&[e, nu])).expect("a law of the registry")
 }
 
-/// The table of the law that `laws.toml` has for this name.
+/// The table of the example of this law.
 pub fn example_table(name: &str) -> toml::Table {
-    let mut all: toml::Table = include_str!("laws.toml").parse().expect("TOML");
-    let toml::Value::Table(mut table) = all.remove(name).unwrap_or_else(|| panic!("no {name} in laws.toml")) else {
-        panic!("{name} in laws.toml is not a table")
-    };
-    table.insert("law".into(), name.into());
-    table
+    registry::find(name).unwrap_or_else(|e| panic!("{e}")).example_table()
 }
 
-/// The law of this table.
+/// The example of this law.
 pub fn example(name: &str) -> Box<dyn Law> {
-    registry::law_from_table(&example_table(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
+    registry::find(name).and_then(|entry| entry.example()).unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
 /// A unit cube of n³ boxes, every corner node moved by up to `amount` h in each direction, also on the surface; edges

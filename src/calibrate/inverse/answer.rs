@@ -1,4 +1,4 @@
-//! The answer of an inverse analysis, as it is stored beside its case.
+//! The answer of an inverse analysis, as it is stored with its case.
 
 use super::Measured;
 use serde::{Deserialize, Serialize};
@@ -11,14 +11,14 @@ pub struct Calibration {
     /// Recorded column
     pub y: String,
     pub constants: Vec<Found>,
-    /// \[constants × constants\] of the errors as if rows were independent \[SI\]; none where a direction is not seen
+    /// \[constants × constants\] of the errors as if data points were independent \[SI\]; none where a direction is not determined
     pub covariance: Option<Vec<Vec<f64>>>,
-    /// Directions that the curve says nothing about, or hardly anything, in words
+    /// Directions that the curve does not determine, or hardly, in words
     pub unidentified: Vec<String>,
-    /// Block of neighbouring rows that the bootstrap drew \[rows\]
+    /// Block of neighbouring data points that the bootstrap drew \[data points\]
     pub block: usize,
     pub measured: Measured,
-    /// \[rows\] the scene at the constants found
+    /// \[data points\] the scene with the constants found
     pub predicted: Vec<f64>,
     /// The scene at the steps of its protocol: x and y
     pub curve: Vec<[f64; 2]>,
@@ -28,7 +28,7 @@ pub struct Calibration {
     pub rms: f64,
     /// Probability that signs in random order show as few runs over x; none where all are equal
     pub runs_p: Option<f64>,
-    /// What a fit with a gauge length gives, where there is one
+    /// Result of a fit with a gauge length, where there is one
     pub gauge: Option<Gauge>,
     /// Largest principal stretch in the body at the end, volume percentiles 50, 95 and the largest \[–\]
     pub stretch: [f64; 3],
@@ -39,7 +39,7 @@ pub struct Calibration {
     pub failed: usize,
     /// The search came to its end
     pub settled: bool,
-    /// Mean wall time of a forward solve, and of the derivatives beside it \[s\]
+    /// Mean wall time of a forward solve, and additional time of the derivatives \[s\]
     pub forward_s: f64,
     pub gradient_s: f64,
     /// Wall time of all \[s\]
@@ -58,11 +58,11 @@ pub struct Found {
     pub value: f64,
     /// None where the data do not determine the constant
     pub std_error: Option<f64>,
-    /// 95 % as if rows were independent
+    /// 95 % as if data points were independent
     pub interval: Option<[f64; 2]>,
     /// 95 % by profile likelihood, where it was asked for; an end that was not found is open
     pub profile: Option<[Option<f64>; 2]>,
-    /// 95 % from blocks of rows drawn again
+    /// 95 % from resampled blocks of data points
     pub bootstrap: Option<[f64; 2]>,
 }
 

@@ -31,12 +31,10 @@ pub enum InverseError {
     #[error("measured.y.is = \"{name}\": {fact}")]
     NoColumn { name: String, fact: String },
     #[error(
-        "{name} goes back and forth, so a curve over it is not unique; compare over t_s, or take a protocol that goes one way"
+        "{name} goes back and forth, so a curve over it is not unique; compare over t_s, or take a protocol that moves in one direction"
     )]
     NotMonotone { name: String },
-    #[error(
-        "the protocol moves {name} from {from} to {to}, and only {rows} measured rows lie there; widen the protocol"
-    )]
+    #[error("the protocol moves {name} from {from} to {to}, and only {rows} data points lie there; widen the protocol")]
     NoOverlap { name: String, from: f64, to: f64, rows: usize },
     #[error("every measured value is zero: any constants would fit it; check the column and its unit")]
     Zero,

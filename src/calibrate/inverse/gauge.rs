@@ -1,4 +1,4 @@
-//! What the usual reading of a tensile test gives: all travel stretches a gauge length of one section, λ = 1 + x/L, P = y/A, fitted
+//! The usual evaluation of a tensile test: the whole displacement stretches a gauge length of one cross-section, λ = 1 + x/L, P = y/A, fitted
 //! with the closed form of the same law. It starts the search, and its error is what the specimen corrects.
 
 use super::answer::Gauge;
@@ -15,10 +15,10 @@ pub fn fit(
 ) -> Option<Gauge> {
     let law = &model.unknown.first()?.constant.law;
     let (entry, values, _) = given(model.spec.laws.get(law)?).ok()?;
-    let fitted = Model::new(entry.info.name, None).ok()?.law;
-    let own = fitted.parameters.iter().filter(|p| values.contains_key(p.name)).count();
-    let terms = fitted.terms.iter().copied().find(|t| {
-        let parameters = Model { law: fitted, terms: *t }.parameters();
+    let fitted = Model::new(entry.info.name, None).ok()?;
+    let own = fitted.form.parameters.iter().filter(|p| values.contains_key(p.name)).count();
+    let terms = fitted.form.term_counts.iter().copied().find(|t| {
+        let parameters = Model { terms: *t, ..fitted }.parameters();
         parameters.len() == own && parameters.iter().all(|p| values.contains_key(p.name))
     })?;
     let sample = |((x, y), line): ((&f64, &f64), &u64)| Sample {

@@ -1,4 +1,4 @@
-//! What the rows say of the errors of the constants, without another forward solve.
+//! Errors of the constants from the data points, without another forward solve.
 
 use super::super::{bootstrap, linear::padded, statistics};
 use crate::math::random::SplitMix;
@@ -30,7 +30,7 @@ pub fn few_runs(x: &[f64], residual: &DVector<f64>) -> Option<f64> {
     statistics::few_runs(&signs).map(|(_, p)| p)
 }
 
-/// Length of the blocks and percentiles 2.5 and 97.5 of the constants, refitted by one Gauss–Newton step to rows drawn in blocks of
+/// Length of the blocks and percentiles 2.5 and 97.5 of the constants, refitted by one Gauss–Newton step to data points drawn in blocks of
 /// neighbours in x, closed to a circle.
 pub fn drawn_again(
     x: &[f64],

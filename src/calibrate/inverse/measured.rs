@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 
-/// Where a measured curve stands and what it is compared with.
+/// Location of a measured curve and the quantities it is compared with.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MeasuredSpec {
@@ -28,9 +28,9 @@ pub struct ColumnSpec {
     pub column: String,
     /// Unit of its numbers; `1` for none
     pub unit: String,
-    /// What the numbers are multiplied with: a gauge length makes a strain a displacement, an area a stress a force
+    /// Factor of the numbers: a gauge length makes a strain a displacement, an area a stress a force
     pub times: Option<String>,
-    /// What it is in the scene: x a prescribed signal or `t_s`, y a recorded column
+    /// Its quantity in the scene: x a prescribed signal or `t_s`, y a recorded column
     pub is: String,
 }
 
@@ -44,7 +44,7 @@ pub struct Measured {
     pub y: Vec<f64>,
     /// Line of the file of each row, counted from 1
     pub lines: Vec<u64>,
-    /// What was left out and why
+    /// Notes on data that were left out, with the reason
     pub notes: Vec<String>,
 }
 
@@ -91,10 +91,7 @@ impl Measured {
             }
         }
         if outside > 0 {
-            out.notes.push(format!(
-                "of {} rows {outside} outside the range that was asked for left out",
-                out.x.len() + outside
-            ));
+            out.notes.push(format!("of {} rows {outside} outside the requested range left out", out.x.len() + outside));
         }
         if out.x.is_empty() {
             let reason = out.notes.first().cloned().unwrap_or_else(|| "it has no rows".into());

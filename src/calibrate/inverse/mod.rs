@@ -3,8 +3,8 @@
 //! min ½Σ wᵢ²(ŷ(xᵢ; θ) − yᵢ)² with ŷ from a scene, ∂ŷ/∂θ exact ([`crate::scene::Scene::run_with_sensitivities`]). A specimen is then what it is: its wide ends
 //! stretch too, and the travel of the crosshead needs no gauge length.
 //!
-//! Intervals: covariance of the linearised problem, and a bootstrap in blocks of neighbouring rows whose refits are single Gauss–Newton
-//! steps (Shao & Tu, *The Jackknife and Bootstrap*, 1995, ch. 8): θ* = θ̂ + (JₛᵀJₛ)⁻¹Jₛᵀrₛ of the rows s that were drawn.
+//! Intervals: covariance of the linearised problem, and a bootstrap in blocks of neighbouring data points whose refits are single Gauss–Newton
+//! steps (Shao & Tu, *The Jackknife and Bootstrap*, 1995, ch. 8): θ* = θ̂ + (JₛᵀJₛ)⁻¹Jₛᵀrₛ of the data points s that were drawn.
 
 mod answer;
 mod error;
@@ -22,17 +22,17 @@ pub use model::{Failure, SceneModel, Unknown, written};
 
 use super::certificate::{CASES, range};
 use super::{Direction, FitWarning, Weighting, identify, noise};
-use crate::material::stability;
-use crate::scene::probe::stretches;
+use crate::material::{StabilityLimit, material_stability};
+use crate::scene::parts::probes::stretch::stretches;
 use crate::scene::{Progress, Scene};
 use nalgebra::{DMatrix, DVector};
 use search::{Weights, search};
 use std::time::Instant;
 
-/// What a forward solve may leave of a change that is none: Newton's method stops at 1e-8 \[–\]
+/// Differences below this one are errors of the forward solve: Newton's method stops at 1e-8 \[–\]
 const ROUNDING: f64 = 1e-7;
 
-/// What is asked for beside scene and curve.
+/// Options in addition to scene and curve.
 #[derive(Clone, Debug)]
 pub struct Settings {
     pub weighting: Weighting,
@@ -131,7 +131,7 @@ pub fn calibrate(
     Ok((calibration, answer.scene))
 }
 
-/// Leaves out the rows that the protocol does not reach.
+/// Leaves out the data points that the protocol does not reach.
 fn keep(measured: &mut Measured, reached: &[bool], name: &str) {
     let lost = reached.iter().filter(|r| !**r).count();
     if lost == 0 {
@@ -143,7 +143,7 @@ fn keep(measured: &mut Measured, reached: &[bool], name: &str) {
     measured.lines = chosen.iter().map(|k| measured.lines[*k]).collect();
     measured
         .notes
-        .push(format!("of {} rows {lost} beyond what the protocol reaches in {name} left out", reached.len()));
+        .push(format!("of {} data points {lost} beyond the range of the protocol in {name} left out", reached.len()));
 }
 
 /// w and ‖wy‖.
@@ -168,15 +168,15 @@ fn words(directions: &[Direction]) -> Vec<String> {
     directions.iter().map(one).collect()
 }
 
-/// Where the laws of the scene stop being stable, up to 1.5 times the largest stretch in it.
+/// Range of material stability of the laws of the scene, up to 1.5 times the largest stretch in it.
 fn certificate(scene: &Scene, largest: f64) -> Vec<Stable> {
     let top = (1.5 * largest).max(2.0);
     let of = |(name, table): (&String, &toml::Table)| {
         let law = crate::material::law_from_table(table).ok()?;
         let one = |(case, mode): (crate::material::LoadCase, &str)| {
             let looked = range(case, top);
-            let found = stability(law.as_ref(), case, looked).ok()?;
-            let amount = |limit: Option<crate::material::Limit>| limit.map(|l| l.amount);
+            let found = material_stability(law.as_ref(), case, looked).ok()?;
+            let amount = |limit: Option<StabilityLimit>| limit.map(|l| l.amount);
             let (below, above) = (amount(found.below), amount(found.above));
             Some(Stable { law: name.clone(), mode: mode.into(), looked, below, above })
         };

@@ -37,22 +37,22 @@ pub struct Unknown {
     pub start: f64,
 }
 
-/// What the model says at some constants.
+/// Results of the model for some constants.
 pub struct Answer {
-    /// \[measured rows\]
+    /// \[data points\]
     pub y: Vec<f64>,
-    /// \[measured rows × constants\]
+    /// \[data points × constants\]
     pub sensitivities: DMatrix<f64>,
     /// x and y at the steps of the protocol
     pub curve: Vec<[f64; 2]>,
     pub run: Run,
     pub scene: Scene,
-    /// Wall time of the run, and of the derivatives beside it \[s\]
+    /// Wall time of the run, and additional time of the derivatives \[s\]
     pub forward: f64,
     pub gradient: f64,
 }
 
-/// Why there is no answer at some constants.
+/// Reason why there is no answer for some constants.
 pub enum Failure {
     /// The scene or the data are wrong, whatever the constants
     Input(InverseError),
@@ -65,7 +65,7 @@ pub enum Failure {
 }
 
 impl SceneModel {
-    /// The unknowns of a scene as they stand in its file.
+    /// The unknowns of a scene with the values of its file.
     pub fn unknowns(spec: &SceneSpec, constants: &[Constant]) -> Result<Vec<Unknown>, InverseError> {
         let one = |c: &Constant| {
             let refuse = |fact: String| InverseError::Constant { constant: c.to_string(), fact };
@@ -154,7 +154,7 @@ impl SceneModel {
         Ok(times.map(|t| found.signal.at(t)).collect())
     }
 
-    /// Which measured rows the protocol reaches.
+    /// Whether the protocol reaches each data point.
     pub fn reached(&self, measured: &Measured) -> Result<Vec<bool>, Failure> {
         let start: Vec<f64> = self.unknown.iter().map(|u| u.start).collect();
         let scene = self.scene(&start)?;
@@ -179,7 +179,7 @@ impl SceneModel {
     }
 }
 
-/// A constant as it stands in a scene file, with all its digits.
+/// A constant as a scene file gives it, with all its digits.
 pub fn written(parameter: &Parameter, value: f64) -> toml::Value {
     match parameter.dimension {
         Dimension::PRESSURE => format!("{value} Pa").into(),

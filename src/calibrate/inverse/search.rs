@@ -33,7 +33,7 @@ const ITERATIONS: u64 = 40;
 /// Singular values below this part of the largest do not stretch the region further
 const FLAT: f64 = 1e-4;
 
-/// What a search found.
+/// Result of a search.
 pub struct Found {
     pub values: Vec<f64>,
     pub answer: Answer,
@@ -44,7 +44,7 @@ pub struct Found {
     pub settled: bool,
 }
 
-/// Wants \[rows\] and the scale ‖wy‖ of the objective.
+/// Wants \[data points\] and the scale ‖wy‖ of the objective.
 pub struct Weights {
     pub w: Vec<f64>,
     pub size: f64,
@@ -267,7 +267,7 @@ impl<O, S: Solver<O, At>> Solver<O, At> for UntilSettled<S> {
         let p = g.len();
         let g = DVector::from_column_slice(g);
         let h = DMatrix::from_fn(p, p, |i, k| h[i][k]);
-        // Directions that the data do not see have no step either
+        // Directions that the data do not determine have no step either
         let svd = h.svd(true, true);
         let step = svd.solve(&g, 1e-14 * svd.singular_values.max()).unwrap_or_else(|_| DVector::zeros(p));
         let decrease = 0.5 * g.dot(&step);

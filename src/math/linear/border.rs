@@ -19,7 +19,7 @@ use crate::math::ordering::minimum_degree;
 use crate::math::sparse::SymPattern;
 use std::sync::Arc;
 
-/// The bordered matrix: where everything stands in it, and its values.
+/// The bordered matrix: the positions of its entries and their values.
 pub(super) struct Border {
     pub pattern: Arc<SymPattern>,
     /// Place of each row of K, of f and of w
@@ -71,7 +71,7 @@ impl Border {
             values[bordered.slot(i, j).expect("the pattern was made of these") as usize] += value;
         };
         let own = |i: u32| k[pattern.on_diagonal(i as usize)].abs();
-        // The stiffness that a mean meets says how large D may be without hiding that of the body.
+        // The stiffness along a mean limits how large D may be without hiding that of the body.
         let mut d = inner.multiply_abs(s, &vec![1.0; inner.n]);
         for (d, column) in d.iter_mut().zip(columns) {
             let stiffness = *d + column.iter().map(|&(i, b)| b * b * own(i)).sum::<f64>();

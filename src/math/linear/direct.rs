@@ -13,7 +13,7 @@ use faer::sparse::linalg::cholesky::{
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, Par, Side};
 
-/// Which factorisation stands in the buffers.
+/// The factorisation held in the buffers.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Kind {
     None,
@@ -30,7 +30,7 @@ pub struct Direct {
     n: usize,
     symbolic: SymbolicCholesky<u32>,
     l: Vec<f64>,
-    /// L in single precision, for [`Direct::solve_roughly`]; empty until it is asked for
+    /// L in single precision, for [`Direct::solve_roughly`]; empty until it is needed
     single: Vec<f32>,
     kind: Kind,
 }

@@ -1,9 +1,9 @@
-//! Which way a matrix is solved: by counts, never by the clock or by the machine.
+//! Choice of the method for a matrix: by counts, never by the clock or by the machine.
 
 use crate::math::multigrid::Places;
 use std::sync::Arc;
 
-/// What the user asks for.
+/// Choice of the user.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Linear {
     /// By the counts of the factor
@@ -30,7 +30,7 @@ impl Default for Method {
     }
 }
 
-/// What a factorisation would take.
+/// Cost of a factorisation.
 #[derive(Clone, Copy)]
 pub(super) struct Cost {
     /// Entries of L

@@ -24,7 +24,7 @@ use method::Cost;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// What stands ready to solve with.
+/// The prepared solver.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Ready {
     None,
@@ -83,7 +83,7 @@ impl Factor {
         Self::with(pattern.into(), Method::default(), false, true)
     }
 
-    /// For matrices that are expected to be positive definite, or are of saddle points, by one way or the other.
+    /// For matrices that are expected to be positive definite, or are of saddle points, directly or iteratively.
     pub fn by(method: Method, pattern: Arc<Pattern>, definite: bool) -> Self {
         let places =
             if definite { method.places } else { method.places.and(Err("the tangent is that of a saddle point")) };
@@ -208,7 +208,7 @@ impl Factor {
             return Err(LinearError::Singular);
         }
         let Some(multigrid) = &mut self.multigrid else { return self.factorise_directly(values) };
-        // What a factorisation left, which needs its memory for itself.
+        // Memory of an earlier factorisation, which a new one needs.
         self.direct = None;
         if multigrid.set_up(&values[..self.pattern.sparse.nnz()], &self.moved).is_ok() {
             self.ready = Ready::Iterative;

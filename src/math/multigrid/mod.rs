@@ -38,8 +38,8 @@ const COARSENING: f64 = 1.5;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NotDefinite;
 
-/// A level with blocks of B × B, and the way to the next. In single precision, which halves the memory traffic: the same rounded numbers
-/// are met on the way down and up, so M⁻¹ is symmetric to the rounding of double precision.
+/// A level with blocks of B × B, and the transfer to the next. In single precision, which halves the memory traffic: the same rounded numbers
+/// are used on the way down and up, so M⁻¹ is symmetric to the rounding of double precision.
 struct Level<const B: usize> {
     a: BlockMatrix<B, B, f32>,
     /// Of the blocks of the diagonal
@@ -57,7 +57,7 @@ pub struct Multigrid {
     pub size: Size,
 }
 
-/// What a hierarchy is, in numbers.
+/// Size of a hierarchy in numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Size {
     /// Levels, the bottom included

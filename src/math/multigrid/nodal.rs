@@ -1,6 +1,6 @@
 //! A symmetric matrix of scalar entries as blocks of 3 × 3, node by node.
 //!
-//! A component without an equation has a one on the diagonal and nothing beside it.
+//! A component without an equation has a one on the diagonal and nothing else in its row.
 
 use super::blocks::{Block, BlockMatrix};
 use super::places::Places;

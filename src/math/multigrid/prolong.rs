@@ -10,7 +10,7 @@
 use super::blocks::{Block, BlockMatrix, add_product, subtract_product};
 use crate::math::random::SplitMix;
 
-/// Share of a motion that must be left beside the motions before it in a group: nodes on a line have five, one node has three.
+/// Share of a motion that must be independent of the motions before it in a group: nodes on a line have five, one node has three.
 const RANK: f64 = 1e-8;
 /// Products for the largest eigenvalue: an estimate within some per cent is enough, ω may be up to 2/ρ.
 const PRODUCTS: usize = 12;
@@ -55,7 +55,7 @@ fn orthonormalise<const B: usize>(q: &mut [Block<B, 6>], nodes: &[usize], r: &mu
     }
 }
 
-/// ρ(D⁻¹A) from below, by x·Ax/x·Dx of the power method; none where it meets a motion without positive stiffness.
+/// ρ(D⁻¹A) from below, by x·Ax/x·Dx of the power method; none where there is a motion without positive stiffness.
 pub fn largest_eigenvalue<const B: usize>(a: &BlockMatrix<B, B>, inverse: &[Block<B, B>]) -> Option<f64> {
     let mut random = SplitMix(1);
     let mut x: Vec<[f64; B]> = (0..a.rows()).map(|_| std::array::from_fn(|_| random.unit() - 0.5)).collect();

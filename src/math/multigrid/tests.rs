@@ -227,19 +227,19 @@ fn iterations_do_not_grow_with_the_mesh() {
     let count = |nu: f64| sizes.map(|size| block(size, nu, Hold::Clamped).iterations());
     let (soft, hard) = (count(0.3), count(0.49));
     assert!(soft.iter().all(|&n| n <= 23), "{soft:?}");
-    // Linear tetrahedra lock near incompressibility: the price is a factor of three to four.
+    // Linear tetrahedra lock near incompressibility: the cost is a factor of three to four.
     assert!(hard.iter().all(|&n| n <= 75), "{hard:?}");
 }
 
-/// Modes about where the nodes are: a body that is turned by 90° needs those of its place, and then as many iterations as before.
+/// Modes about the current positions: a body that is rotated by 90° needs the modes of its position, and then as many iterations as before.
 #[test]
 fn motions_are_those_of_the_place() {
     let body = block([24, 3, 3], 0.3, Hold::Clamped);
-    // Turned about z: x′ = −y, y′ = x; tangents turn with the body.
+    // Rotated about z: x′ = −y, y′ = x; tangents rotate with the body.
     let turned: Vec<f64> = body.places.points.iter().flat_map(|p| [-p.y - p.x, p.x - p.y, 0.0]).collect();
     let modes = body.places.rigid_modes(&turned);
     let still = body.places.rigid_modes(&[]);
-    // e_z × (x − x̄) of the turned body is the turned field.
+    // e_z × (x − x̄) of the rotated body is the rotated field.
     for (m, s) in modes.iter().zip(&still).skip(200) {
         let field = [-s[5][1], s[5][0], s[5][2]];
         assert!(field.iter().zip(m[5]).all(|(a, b)| (a - b).abs() < 1e-12));
@@ -269,8 +269,8 @@ fn both_paths_have_the_same_answer() {
     assert_eq!(iterative.multigrid().expect("iterative").size.levels, 2);
 }
 
-/// K − σ diag K is indefinite: this matrix is factorised, its negative eigenvalues counted, and the next one goes the iterative way again.
-/// Without the memory it is an error that says so.
+/// K − σ diag K is indefinite: this matrix is factorised, its negative eigenvalues counted, and the next one is solved iteratively again.
+/// Without the memory it is an error that reports it.
 #[test]
 fn negative_curvature_is_factorised() {
     let body = block([12, 3, 3], 0.3, Hold::Clamped);

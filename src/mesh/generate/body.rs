@@ -20,7 +20,7 @@ pub struct Body {
     pub regions: BTreeMap<String, Part>,
     #[serde(default)]
     pub paths: BTreeMap<String, Part>,
-    /// What a graded size can refer to
+    /// Features that a graded size can refer to
     #[serde(default)]
     pub features: BTreeMap<String, Part>,
 }
@@ -64,7 +64,7 @@ impl Body {
         Ok(body)
     }
 
-    /// Reads a parameter as it stands in a scene: `"7.5 mm"`, `"4"` → SI value.
+    /// Reads a parameter as a scene gives it: `"7.5 mm"`, `"4"` → SI value.
     pub fn parse(&self, name: &str, text: &str) -> Result<f64, GenerateError> {
         let parameter = self.parameter(name)?;
         let fact = |e: units::UnitError| GenerateError::Parameter {

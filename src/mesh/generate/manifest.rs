@@ -1,9 +1,9 @@
-//! What the mesher says about a mesh it made. Lengths in metres.
+//! The manifest that the mesher writes for a mesh. Lengths in metres.
 
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// The manifest that stands beside every generated mesh.
+/// The manifest stored next to every generated mesh.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Manifest {
     /// The request as the mesher read it
@@ -34,7 +34,7 @@ pub struct Manifest {
     pub versions: BTreeMap<String, Option<String>>,
     #[serde(default)]
     pub wall_s: Option<f64>,
-    /// Whatever else the mesher had to say
+    /// Other entries of the mesher
     #[serde(flatten)]
     pub notes: BTreeMap<String, serde_json::Value>,
 }

@@ -19,7 +19,7 @@ use super::{MeshError, TetMesh, read};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// Why there is no mesh.
+/// Reason why there is no mesh.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 pub enum GenerateError {
     #[error("no folder meshes/meshgen here or above; run inside the project, or set DUROMETER_HOME to its folder")]
@@ -40,7 +40,7 @@ pub enum GenerateError {
     Refused { fact: String, remedy: String },
     #[error("the mesher failed: {fact}{}{}", hint(remedy), tail(lines))]
     Failed { fact: String, remedy: String, lines: Vec<String> },
-    #[error("the mesher died ({status}) before it wrote a mesh; try another size or seed{}", tail(lines))]
+    #[error("the mesher stopped ({status}) before it wrote a mesh; try another size or seed{}", tail(lines))]
     Died { status: String, lines: Vec<String> },
     #[error("{}: {fact}; delete the mesh and its manifest: they are made again", file.display())]
     Manifest { file: PathBuf, fact: String },
@@ -64,7 +64,7 @@ fn tail(lines: &[String]) -> String {
     if lines.is_empty() { String::new() } else { format!("; it last said:\n  {}", lines.join("\n  ")) }
 }
 
-/// A mesh with what is known about it.
+/// A mesh with its manifest.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Generated {
     pub mesh: TetMesh,
@@ -213,7 +213,7 @@ impl MeshStore {
     }
 }
 
-/// The manifest beside a mesh file.
+/// The manifest next to a mesh file.
 pub fn manifest_path(mesh: &Path) -> PathBuf {
     let text = mesh.to_string_lossy();
     let stem = text.strip_suffix(".gz").unwrap_or(&text);

@@ -1,4 +1,4 @@
-//! The process behind the mesher: calling it, setting up its environment, saying what it lacks.
+//! The process behind the mesher: calling it, setting up its environment, and finding what is missing.
 
 use super::{GenerateError, MeshStore};
 use serde::Deserialize;
@@ -106,7 +106,7 @@ impl MeshStore {
         Ok(())
     }
 
-    /// What the mesher needs and whether it is there, with the command for what is not.
+    /// Requirements of the mesher and whether they are met, with the command that installs a missing one.
     pub fn diagnose(&self) -> Vec<Check> {
         let setup = || Some("durometer doctor --setup".to_string());
         let check = |what: &str, ok: bool, detail: String, remedy: Option<String>| Check {
@@ -155,7 +155,7 @@ impl MeshStore {
     }
 }
 
-/// The mesher's own account of its packages.
+/// The report of the mesher on its packages.
 #[derive(Deserialize)]
 struct Examination {
     versions: BTreeMap<String, Option<String>>,

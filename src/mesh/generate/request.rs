@@ -1,4 +1,4 @@
-//! What to mesh and how finely: the request to the mesher and the name of its answer.
+//! The request to the mesher (geometry and size) and the name of its answer.
 
 use super::GenerateError;
 use super::body::Body;
@@ -15,7 +15,7 @@ pub struct MeshRequest {
     pub source: Source,
     #[serde(default)]
     pub generator: Generator,
-    /// None only for files that are volume meshes already, or where CGAL's criteria say it all
+    /// None only for files that are volume meshes already, or where CGAL's criteria give the size
     pub size: Option<Size>,
     /// Each into 8, so often (gmsh)
     #[serde(default)]
@@ -56,7 +56,7 @@ pub enum Generator {
 pub enum Size {
     /// Edge length \[m\]
     Length(f64),
-    /// Number of cells, met to a relative tolerance
+    /// Number of cells, reached to a relative tolerance
     Cells { count: u64, tolerance: f64 },
 }
 

@@ -133,7 +133,7 @@ fn every_way_the_mesher_can_end_has_its_error() {
     assert_eq!(error, "the mesher failed: no elements in volume 1; try another size; it last said:\n  Meshing 3D");
     let error = run("for i in 1 2 3 4 5 6 7 8 9 10 11 12 13; do echo line $i >&2; done; kill -9 $$");
     assert!(
-        error.starts_with("the mesher died (signal: 9 (SIGKILL)) before it wrote a mesh; try another size or seed"),
+        error.starts_with("the mesher stopped (signal: 9 (SIGKILL)) before it wrote a mesh; try another size or seed"),
         "{error}"
     );
     assert!(error.ends_with("line 12\n  line 13") && !error.contains("line 1\n"), "{error}");

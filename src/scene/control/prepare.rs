@@ -6,11 +6,12 @@ use super::input::{Input, Other, Source, Variable};
 use super::spec::{EventSpec, ThenSpec, WhenSpec};
 use crate::math::formula::Formula;
 use crate::math::signal::Signal;
-use crate::math::units::{self, Dimension, UnitError};
+use crate::math::units::{Dimension, UnitError};
 use crate::scene::build::{Drive, NamedCable, NamedCavity};
 use crate::scene::builder::Builder;
 use crate::scene::error::{SceneError, hint};
 use crate::scene::protocol::extremes;
+use crate::scene::quantity::Quantity;
 use crate::scene::signal::{SignalError, SignalSpec, Site};
 use crate::solve::TimeSpan;
 use std::path::Path;
@@ -80,7 +81,7 @@ impl<'a> SignalBuilder<'a> {
         Ok(Signal::Input(self.inputs.len() - 1))
     }
 
-    /// All names are known now. Returns remarks too.
+    /// All names are known now. Returns notes too.
     fn finish(mut self, known: &Known) -> Result<(Controls, Vec<String>), Refusal> {
         let mut inputs = std::mem::take(&mut self.inputs);
         for input in &mut inputs {
@@ -88,7 +89,7 @@ impl<'a> SignalBuilder<'a> {
             *variables =
                 resolve(formula, known).map_err(|(fact, remedy)| (format!("signal {}", input.signal), fact, remedy))?;
         }
-        let (mut events, mut remarks) = (Vec::<Event>::new(), Vec::new());
+        let (mut events, mut notes) = (Vec::<Event>::new(), Vec::new());
         for (e, spec) in self.specs.iter().enumerate() {
             let (place, name) = (self.place(e), self.name(e));
             let refuse = |fact: String, remedy: String| (place.clone(), fact, remedy);
@@ -96,7 +97,7 @@ impl<'a> SignalBuilder<'a> {
                 return Err(refuse(format!("another event is called \"{name}\" too"), "give each its `name`".into()));
             }
             let when = condition(spec, known).map_err(|(fact, remedy)| refuse(fact, remedy))?;
-            remarks.extend(never(&name, when, known));
+            notes.extend(never(&name, when, known));
             if spec.then.is_empty() {
                 return Err(refuse("nothing happens".into(), "list at least one action in `then`".into()));
             }
@@ -128,7 +129,7 @@ impl<'a> SignalBuilder<'a> {
             }
             events.push(Event { name, when, then, repeat: spec.repeat });
         }
-        Ok((Controls { inputs, events }, remarks))
+        Ok((Controls { inputs, events }, notes))
     }
 }
 
@@ -168,9 +169,9 @@ impl Builder<'_> {
             range: &range,
         };
         let signal_builder = std::mem::replace(&mut self.signal_builder, SignalBuilder::new(&[]));
-        let (controls, remarks) =
+        let (controls, notes) =
             signal_builder.finish(&known).map_err(|(place, fact, remedy)| self.content(&place, fact, remedy))?;
-        self.remarks.extend(remarks);
+        self.notes.extend(notes);
         Ok(controls)
     }
 }
@@ -195,7 +196,7 @@ fn condition(spec: &EventSpec, known: &Known) -> Result<When, (String, String)> 
         }
         column(&format!("{cable}_tension_N"), known)
     };
-    let threshold = |name: &str, value: &str| {
+    let threshold = |name: &str, value: &Quantity| {
         let index = column(name, known)?;
         let value = in_unit_of(name, value).map_err(|e| (e.to_string(), format!("the column is {name}")))?;
         Ok::<_, (String, String)>((index, value))
@@ -216,11 +217,11 @@ fn condition(spec: &EventSpec, known: &Known) -> Result<When, (String, String)> 
             When::At { t, every }
         }
         WhenSpec::Above { column, value } => {
-            let (column, value) = threshold(column, &value.0)?;
+            let (column, value) = threshold(column, value)?;
             When::Above { column, value }
         }
         WhenSpec::Below { column, value } => {
-            let (column, value) = threshold(column, &value.0)?;
+            let (column, value) = threshold(column, value)?;
             When::Below { column, value }
         }
         WhenSpec::Slack { cable } => When::Below { column: tension(cable)?, value: 0.0 },
@@ -246,7 +247,7 @@ fn never(name: &str, when: When, known: &Known) -> Option<String> {
 }
 
 /// Value of a quantity in the unit at the end of the name of a column.
-pub(in crate::scene) fn in_unit_of(column: &str, text: &str) -> Result<f64, UnitError> {
+pub(in crate::scene) fn in_unit_of(column: &str, quantity: &Quantity) -> Result<f64, UnitError> {
     let dimension = match column.rsplit('_').next().unwrap_or_default() {
         "s" => Dimension::TIME,
         "m" => Dimension::LENGTH,
@@ -254,10 +255,10 @@ pub(in crate::scene) fn in_unit_of(column: &str, text: &str) -> Result<f64, Unit
         "N" => Dimension::FORCE,
         "Pa" => Dimension::PRESSURE,
         "J" => Dimension::ENERGY,
-        "deg" => return units::parse(text, Dimension::ANGLE).map(f64::to_degrees),
+        "deg" => return quantity.value(Dimension::ANGLE).map(f64::to_degrees),
         _ => Dimension::NONE,
     };
-    units::parse(text, dimension)
+    quantity.value(dimension)
 }
 
 #[cfg(test)]
@@ -274,10 +275,10 @@ mod tests {
             ("elastic_J", "2 mN m", 2e-3),
             ("stretch_p95", "1.4", 1.4),
         ] {
-            let read = in_unit_of(column, text).unwrap_or_else(|e| panic!("{e}"));
+            let read = in_unit_of(column, &text.into()).unwrap_or_else(|e| panic!("{e}"));
             assert!((read - value).abs() <= 4.0 * f64::EPSILON * value, "{column}: {read}");
         }
-        assert!(in_unit_of("bending_angle_deg", "30").is_err());
-        assert!(in_unit_of("cable_tension_N", "3 mm").is_err());
+        assert!(in_unit_of("bending_angle_deg", &"30".into()).is_err());
+        assert!(in_unit_of("cable_tension_N", &"3 mm".into()).is_err());
     }
 }

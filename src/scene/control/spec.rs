@@ -1,7 +1,7 @@
 //! Events as a scene file describes them.
 
 use crate::scene::kind::by_kind;
-use crate::scene::quantity::{QuantityText, Time};
+use crate::scene::quantity::{Quantity, Time};
 use crate::scene::signal::SignalSpec;
 use serde::Deserialize;
 
@@ -32,12 +32,12 @@ pub enum WhenSpec {
     /// A recorded column comes to the value from below
     Above {
         column: String,
-        value: QuantityText,
+        value: Quantity,
     },
     /// A recorded column comes to the value from above
     Below {
         column: String,
-        value: QuantityText,
+        value: Quantity,
     },
     /// A cable that was taut carries nothing
     Slack {

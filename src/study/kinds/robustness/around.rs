@@ -10,7 +10,7 @@
 
 use crate::material::registry;
 use crate::math::units;
-use crate::scene::spec::{ConstraintSpec, ProbeSpec};
+use crate::scene::parts::probes::Headline;
 use crate::scene::{SceneError, SceneSpec, read_scene};
 use crate::study::axis::AxisSpec;
 use crate::study::kind::{Expansion, stored};
@@ -94,26 +94,14 @@ fn axis(name: &str, label: &str, symbol: &str, factors: &[f64], changes: &dyn Fn
 
 /// What is recorded first of: bending angle, position, markers, reaction, cable, cavity.
 fn quantity(spec: &SceneSpec) -> Option<Quantity> {
-    let quantity = |name: String, label: &str, symbol: &str, unit: &str| Quantity {
-        name,
+    let Headline { column, label, symbol, unit } = spec.headline()?;
+    Some(Quantity {
+        name: column,
         label: label.into(),
         symbol: symbol.into(),
         unit: unit.into(),
         ..Quantity::default()
-    };
-    let of_probe = |p: &ProbeSpec| match p {
-        ProbeSpec::BendingAngle { .. } => Some(quantity("bending_angle_deg".into(), "bending angle", "θ", "°")),
-        ProbeSpec::Position { region } => Some(quantity(format!("{region}_x_m"), "position", "x", "m")),
-        ProbeSpec::Markers { name, .. } => Some(quantity(format!("{name}_1_x_m"), "position", "x", "m")),
-        ProbeSpec::Reaction { region } => Some(quantity(format!("{region}_reaction_x_N"), "reaction", "R", "N")),
-        _ => None,
-    };
-    let of_constraint = |c: &ConstraintSpec| match c {
-        ConstraintSpec::Cable(cable) => Some(quantity(format!("{}_tension_N", cable.name), "cable tension", "T", "N")),
-        ConstraintSpec::Cavity { name, .. } => Some(quantity(format!("{name}_pressure_Pa"), "pressure", "p", "Pa")),
-        _ => None,
-    };
-    spec.probes.iter().find_map(of_probe).or_else(|| spec.constraints.iter().find_map(of_constraint))
+    })
 }
 
 fn list<'a>(table: &'a Table, key: &str) -> impl Iterator<Item = (usize, &'a Table)> {

@@ -1,6 +1,6 @@
-//! Terms of an incompressible energy ψ = Σ c w, by their slopes in eᵢ = ln λᵢ.
+//! Terms of an incompressible energy ψ = Σ c w, by their derivatives in eᵢ = ln λᵢ.
 //!
-//! τᵢ = ∂w/∂eᵢ, Dᵢⱼ = ∂τᵢ/∂eⱼ. Direction 3 is free of stress in every [`Mode`](super::Mode), which fixes the pressure:
+//! τᵢ = ∂w/∂eᵢ, Dᵢⱼ = ∂τᵢ/∂eⱼ. Direction 3 is free of stress in every test that is fitted, which fixes the pressure:
 //!
 //! P = (τ₁ − τ₃)/λ₁, in simple shear P₁₂ = (τ₁ − τ₃)/(λ₁ + λ₁⁻¹)
 //!
@@ -9,11 +9,11 @@
 //!
 //! Source: Ogden, *Non-linear Elastic Deformations*, 1984, ch. 6; Treloar, *The Physics of Rubber Elasticity*, 3rd ed. 1975, ch. 5.
 
-use crate::material::isochoric::{Partials, Strain};
+use super::isochoric::{Partials, Strain};
 
-/// Slopes of one term with factor 1.
+/// Derivatives of one term with factor 1.
 #[derive(Clone, Copy, Debug)]
-pub struct Slopes {
+pub struct PrincipalDerivatives {
     /// τᵢ \[–\]
     pub tau: [f64; 3],
     /// Dᵢⱼ \[–\]
@@ -25,8 +25,8 @@ pub fn invariants(s: [f64; 3]) -> (f64, f64) {
     (s.iter().map(|x| x * x).sum::<f64>() - 3.0, s.iter().map(|x| 1.0 / (x * x)).sum::<f64>() - 3.0)
 }
 
-/// Slopes of a law of the invariants; not a number where the law is not defined.
-pub fn of_invariants(law: &impl Strain, s: [f64; 3]) -> Slopes {
+/// Derivatives of a law of the invariants; not a number where the law is not defined.
+pub fn of_invariants(law: &impl Strain, s: [f64; 3]) -> PrincipalDerivatives {
     let (i, k) = invariants(s);
     let nan = Partials { w1: f64::NAN, ..Partials::default() };
     let w = law.partials(i, k).unwrap_or(nan);
@@ -38,7 +38,7 @@ pub fn of_invariants(law: &impl Strain, s: [f64; 3]) -> Slopes {
         };
         [0, 1, 2].map(entry)
     };
-    Slopes { tau: tau(w.w1, w.w2, s), d: [0, 1, 2].map(row) }
+    PrincipalDerivatives { tau: tau(w.w1, w.w2, s), d: [0, 1, 2].map(row) }
 }
 
 /// τ \[–\] of w₁ and w₂.
@@ -46,9 +46,9 @@ pub fn tau(w1: f64, w2: f64, s: [f64; 3]) -> [f64; 3] {
     s.map(|x| 2.0 * (w1 * x * x - w2 / (x * x)))
 }
 
-impl Slopes {
-    /// The second derivative in the plane Σde = 0 as (q₁₁, q₁₂, q₂₂) for de = (u, v, −u − v): Drucker's stability is its being
-    /// positive definite.
+impl PrincipalDerivatives {
+    /// The second derivative in the plane Σde = 0 as (q₁₁, q₁₂, q₂₂) for de = (u, v, −u − v): Drucker's
+    /// stability requires it to be positive definite.
     pub fn in_plane(&self) -> [f64; 3] {
         let d = &self.d;
         [d[0][0] - 2.0 * d[0][2] + d[2][2], d[0][1] - d[0][2] - d[1][2] + d[2][2], d[1][1] - 2.0 * d[1][2] + d[2][2]]
@@ -57,13 +57,13 @@ impl Slopes {
 
 #[cfg(test)]
 mod tests {
+    use super::super::mooney_rivlin::MooneyRivlin;
     use super::*;
-    use crate::material::mooney_rivlin::MooneyRivlin;
 
     /// Against differences of ψ along e: τ is its gradient and D its Hessian within Σe = 0 (h = 1e-4: h²ψ⁗/12 and εψ/h² are below
     /// 1e-6 of ψ″ here).
     #[test]
-    fn slopes_are_derivatives_of_the_energy() {
+    fn tau_and_d_are_derivatives_of_the_energy() {
         let law = MooneyRivlin { c: [1.0, 0.4, -0.2, 0.3, 0.1], terms: 5 };
         let energy = |e: [f64; 3]| {
             let (i, k) = invariants(e.map(f64::exp));

@@ -5,10 +5,12 @@
 //!
 //! Source: Drucker 1959; for rubber as in Ogden, *Non-linear Elastic Deformations*, 1984, ch. 6 (Hill's inequality in ln λ).
 
-use super::{Law, LawError, LoadCase, LoadCaseError, Want};
+use super::law::Law;
+use super::load_case::{LoadCase, LoadCaseError};
+use super::response::{LawError, Want};
 use crate::math::tensor::{Mat3, Vec3};
 
-/// Why a law is not used beyond an amount.
+/// Reason why a law is not used beyond an amount.
 #[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
 pub enum Instability {
     /// A change of the stretches exists that does no positive work
@@ -21,24 +23,24 @@ pub enum Instability {
     Law(LawError),
 }
 
-/// Where stability ends.
+/// End of the stable range.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Limit {
+pub struct StabilityLimit {
     /// Stretch λ \[–\], in simple shear γ \[–\], to 1e-9 of its distance to the last stable one
     pub amount: f64,
     pub why: Instability,
 }
 
-/// Ends of the stable range around the undeformed state; None: stable up to the end of the range that was asked for.
+/// Ends of the stable range around the undeformed state; None: stable up to the end of the requested range.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Stability {
+pub struct MaterialStability {
     /// Going down from the undeformed state
-    pub below: Option<Limit>,
+    pub below: Option<StabilityLimit>,
     /// Going up
-    pub above: Option<Limit>,
+    pub above: Option<StabilityLimit>,
 }
 
-impl Stability {
+impl MaterialStability {
     pub fn holds(&self) -> bool {
         self.below.is_none() && self.above.is_none()
     }
@@ -48,24 +50,24 @@ impl Stability {
 const STEPS: u32 = 200;
 
 /// First amounts, on both sides of the undeformed state, at which the law stops being stable inside `range` \[–\].
-pub fn stability(law: &dyn Law, case: LoadCase, range: [f64; 2]) -> Result<Stability, LoadCaseError> {
+pub fn material_stability(law: &dyn Law, case: LoadCase, range: [f64; 2]) -> Result<MaterialStability, LoadCaseError> {
     let rest = if case == LoadCase::SimpleShear { 0.0 } else { 1.0 };
     for amount in range {
         if !amount.is_finite() || (case != LoadCase::SimpleShear && amount <= 0.0) {
             return Err(LoadCaseError::NotAStretch { case, amount });
         }
     }
-    Ok(Stability {
+    Ok(MaterialStability {
         below: first(law, case, rest, range[0].min(rest)),
         above: first(law, case, rest, range[1].max(rest)),
     })
 }
 
 /// The first amount between `rest` and `end` that is not stable: a scan, equal steps in ln λ (in γ), then bisection.
-fn first(law: &dyn Law, case: LoadCase, rest: f64, end: f64) -> Option<Limit> {
+fn first(law: &dyn Law, case: LoadCase, rest: f64, end: f64) -> Option<StabilityLimit> {
     let at = |t: f64| if case == LoadCase::SimpleShear { end * t } else { end.powf(t) };
     if let Err(why) = check(law, case, rest) {
-        return Some(Limit { amount: rest, why });
+        return Some(StabilityLimit { amount: rest, why });
     }
     let (mut stable, mut step) = (0.0, None);
     for n in 1..=STEPS {
@@ -84,7 +86,7 @@ fn first(law: &dyn Law, case: LoadCase, rest: f64, end: f64) -> Option<Limit> {
             Err(reason) => (unstable, why) = (t, reason),
         }
     }
-    Some(Limit { amount: at(unstable), why })
+    Some(StabilityLimit { amount: at(unstable), why })
 }
 
 /// Whether the law is stable at this amount.
@@ -111,7 +113,7 @@ fn check(law: &dyn Law, case: LoadCase, amount: f64) -> Result<(), Instability> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::material::{LAWS, example, registry};
+    use crate::material::{LAWS, registry};
 
     fn build(name: &str, values: &[f64]) -> Box<dyn Law> {
         let entry = registry::find(name).expect("registered");
@@ -133,7 +135,7 @@ mod tests {
             let mid = 0.5 * (lo + hi);
             if stiffness(mid) > 0.0 { lo = mid } else { hi = mid }
         }
-        let got = stability(law.as_ref(), LoadCase::Uniaxial, [0.8, 4.0]).expect("a range of stretches");
+        let got = material_stability(law.as_ref(), LoadCase::Uniaxial, [0.8, 4.0]).expect("a range of stretches");
         let above = got.above.expect("C20 < 0 ends somewhere");
         assert_eq!((got.below, above.why), (None, Instability::Drucker));
         assert!((above.amount / lo - 1.0).abs() < 1e-4, "{} not {lo}", above.amount);
@@ -144,7 +146,7 @@ mod tests {
     fn stable_laws_are() {
         for law in [build("yeoh", &[4e7, 20e3]), build("mooney_rivlin", &[4e7, 15e3, 5e3])] {
             for case in LoadCase::ALL {
-                let got = stability(law.as_ref(), case, [0.3, 4.0]).expect("a range");
+                let got = material_stability(law.as_ref(), case, [0.3, 4.0]).expect("a range");
                 assert!(got.holds(), "{} {case:?}: {got:?}", law.info().name);
             }
         }
@@ -155,7 +157,8 @@ mod tests {
     #[test]
     fn the_mode_matters() {
         let law = build("mooney_rivlin", &[4e9, 20e3, -2e3]);
-        let at = |case| stability(law.as_ref(), case, [1.0, 4.0]).expect("a range").above.expect("lost").amount;
+        let at =
+            |case| material_stability(law.as_ref(), case, [1.0, 4.0]).expect("a range").above.expect("lost").amount;
         assert!((at(LoadCase::Uniaxial) / 10.0_f64.sqrt() - 1.0).abs() < 1e-3, "{}", at(LoadCase::Uniaxial));
         let l = at(LoadCase::Equibiaxial);
         let tau = |l: f64| (l * l - l.powi(-4)) * (20e3 - 2e3 * l * l);
@@ -166,7 +169,8 @@ mod tests {
     #[test]
     fn locking_is_an_end() {
         let law = build("gent", &[3e9, 30e3, 2.0]);
-        let limit = stability(law.as_ref(), LoadCase::Uniaxial, [0.9, 3.0]).expect("a range").above.expect("it locks");
+        let limit =
+            material_stability(law.as_ref(), LoadCase::Uniaxial, [0.9, 3.0]).expect("a range").above.expect("it locks");
         assert!(matches!(limit.why, Instability::Law(LawError::Locked { .. })), "{limit:?}");
         assert!((limit.amount - 2.0).abs() < 1e-3, "{limit:?}");
     }
@@ -174,14 +178,18 @@ mod tests {
     #[test]
     fn every_law_is_stable_at_rest_and_ranges_are_checked() {
         for entry in LAWS {
-            let law = example(entry);
+            let law = entry.example().expect("the example of a law");
             for case in LoadCase::ALL {
                 let small = if case == LoadCase::SimpleShear { [-0.01, 0.01] } else { [0.99, 1.01] };
-                assert!(stability(law.as_ref(), case, small).expect("a range").holds(), "{} {case:?}", law.info().name);
+                assert!(
+                    material_stability(law.as_ref(), case, small).expect("a range").holds(),
+                    "{} {case:?}",
+                    law.info().name
+                );
             }
         }
-        let law = example(&LAWS[0]);
-        assert!(stability(law.as_ref(), LoadCase::Uniaxial, [0.0, 2.0]).is_err());
-        assert!(stability(law.as_ref(), LoadCase::Uniaxial, [0.5, f64::NAN]).is_err());
+        let law = LAWS[0].example().expect("the example of a law");
+        assert!(material_stability(law.as_ref(), LoadCase::Uniaxial, [0.0, 2.0]).is_err());
+        assert!(material_stability(law.as_ref(), LoadCase::Uniaxial, [0.5, f64::NAN]).is_err());
     }
 }

@@ -1,7 +1,63 @@
-//! What a table of a law can have wrong with it: the fact and the remedy.
+//! Parameters and choices of a law as files give them, and the errors of a table.
 
-use super::Choice;
-use crate::math::units::UnitError;
+use std::collections::BTreeMap;
+
+use crate::math::units::{Dimension, UnitError};
+
+/// A parameter, declared once: parsing, messages, fit bounds and docs derive from it.
+#[derive(Clone, Copy, Debug)]
+pub struct Parameter {
+    /// Key in files, e.g. `mu`
+    pub name: &'static str,
+    /// Symbol in formulae, e.g. `μ`
+    pub symbol: &'static str,
+    pub dimension: Dimension,
+    /// Open interval in SI: lower < value < upper
+    pub bounds: (f64, f64),
+    pub meaning: &'static str,
+}
+
+impl Parameter {
+    /// A stiffness \[Pa\] above `lower`.
+    pub const fn modulus(name: &'static str, symbol: &'static str, lower: f64, meaning: &'static str) -> Self {
+        Self { name, symbol, dimension: Dimension::PRESSURE, bounds: (lower, f64::INFINITY), meaning }
+    }
+
+    /// A number \[–\] above `lower`.
+    pub const fn number(name: &'static str, symbol: &'static str, lower: f64, meaning: &'static str) -> Self {
+        Self { name, symbol, dimension: Dimension::NONE, bounds: (lower, f64::INFINITY), meaning }
+    }
+}
+
+/// A form of the law to choose by name, e.g. `volumetric = "quadratic"`.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Choice {
+    /// Key in files
+    pub name: &'static str,
+    pub options: &'static [&'static str],
+    /// Option taken where the key is absent; without one the key is required
+    pub default: Option<&'static str>,
+    pub meaning: &'static str,
+}
+
+/// Values by key \[SI\].
+pub type Values = BTreeMap<String, f64>;
+
+/// Options by key, each choice of the law once.
+pub type Chosen = BTreeMap<&'static str, &'static str>;
+
+/// Refuses a value outside the open interval of its parameter, and NaN.
+pub(crate) fn check_bounds(keys: &[Parameter], key: &str, value: f64) -> Result<(), LawSpecError> {
+    let Some(p) = keys.iter().find(|p| p.name == key) else { return Ok(()) };
+    let (lower, upper) = p.bounds;
+    if lower < value && value < upper {
+        Ok(())
+    } else if key == "nu" && value >= 0.5 {
+        Err(LawSpecError::Incompressible { nu: value })
+    } else {
+        Err(LawSpecError::OutOfBounds { key: p.name, meaning: p.meaning, value, lower, upper })
+    }
+}
 
 /// Why a law could not be made from its table.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
@@ -12,6 +68,8 @@ pub enum LawSpecError {
     NameNotText { found: String },
     #[error("there is no law `{name}`; {hint}")]
     UnknownLaw { name: String, hint: String },
+    #[error("there is already a law `{name}`; register this one under another name")]
+    NameTaken { name: &'static str },
     #[error("law `{law}` has no parameter `{key}`; {hint}")]
     UnknownKey { law: &'static str, key: String, hint: String },
     #[error("`{key}`: {source}")]
@@ -63,4 +121,13 @@ match &given[..] {
     ZeroExponent { key: &'static str },
     #[error("`{key}` is not given, so nothing depends on it; give it a value, or take one of {}", given.join(", "))]
     NotGiven { key: String, given: Vec<String> },
+}
+
+/// The nearest known word as a suggestion, or the whole list where none is near.
+pub(super) fn hint<'a>(word: &str, known: impl Iterator<Item = &'a str> + Clone) -> String {
+    let near = known.clone().map(|k| (strsim::jaro_winkler(&word.to_lowercase(), &k.to_lowercase()), k));
+    match near.max_by(|a, b| a.0.total_cmp(&b.0)) {
+        Some((score, k)) if score > 0.7 => format!("did you mean `{k}`?"),
+        _ => format!("known: {}", known.collect::<Vec<_>>().join(", ")),
+    }
 }

@@ -1,0 +1,130 @@
+//! Laws that can be fitted, each with its number of terms.
+
+use std::collections::BTreeMap;
+
+use super::{FitError, Mode, Sample};
+use crate::material::parameter::{LawSpecError, Parameter, Values};
+use crate::material::{FitForm, FitTerms, Law, LawEntry, laws};
+use crate::math::units::Dimension;
+
+/// The laws that can be fitted.
+pub fn fittable_laws() -> Vec<&'static LawEntry> {
+    laws().into_iter().filter(|e| e.fit.is_some()).collect()
+}
+
+/// A law with its number of terms.
+#[derive(Clone, Copy, Debug)]
+pub struct Model {
+    pub law: &'static LawEntry,
+    pub form: &'static FitForm,
+    pub terms: usize,
+}
+
+impl Model {
+    /// `terms`: the usual number where none is asked for.
+    pub fn new(name: &str, terms: Option<usize>) -> Result<Self, FitError> {
+        let known = fittable_laws();
+        let (law, form) = known
+            .iter()
+            .filter(|e| e.info.name == name)
+            .find_map(|e| e.fit.as_ref().map(|form| (*e, form)))
+            .ok_or_else(|| unknown(name, &known))?;
+        let terms = terms.unwrap_or(form.default_count);
+        if form.term_counts.contains(&terms) {
+            Ok(Self { law, form, terms })
+        } else {
+            Err(FitError::Terms { law: law.info.name, terms, known: form.term_counts })
+        }
+    }
+
+    /// Name of the law.
+    pub fn name(&self) -> &'static str {
+        self.law.info.name
+    }
+
+    /// `ogden with 3 terms`, or the name where there is no choice
+    pub fn label(&self) -> String {
+        if self.form.term_counts.len() == 1 {
+            self.name().into()
+        } else {
+            format!("{} with {} term{}", self.name(), self.terms, if self.terms == 1 { "" } else { "s" })
+        }
+    }
+
+    /// The constants that are fitted.
+    pub fn parameters(&self) -> &'static [Parameter] {
+        match self.form.terms {
+            FitTerms::Linear(_) => &self.form.parameters[..self.terms],
+            FitTerms::Separable(_) => &self.form.parameters[..2 * self.terms],
+        }
+    }
+
+    /// Nominal stress P \[Pa\] with these constants \[SI\] at λ \[–\]; of a biaxial test both stretches count: [`Model::at`].
+    pub fn stress(&self, values: &[f64], mode: Mode, stretch: f64) -> f64 {
+        self.nominal(values, mode, mode.stretches(stretch, 1.0))
+    }
+
+    /// P \[Pa\] where a sample was taken.
+    pub fn at(&self, values: &[f64], sample: &Sample) -> f64 {
+        self.nominal(values, sample.mode, sample.stretches())
+    }
+
+    fn nominal(&self, values: &[f64], mode: Mode, s: [f64; 3]) -> f64 {
+        match &self.form.terms {
+            FitTerms::Linear(derivatives) => {
+                let terms = values.iter().enumerate().map(|(k, c)| c * mode.nominal(derivatives(k, s).tau, s[0]));
+                terms.sum()
+            }
+            FitTerms::Separable(f) => {
+                let terms = values.chunks_exact(2).map(|v| {
+                    let c = v[0] / (f.factor)(v[1]).0;
+                    c * mode.nominal((f.tau)(v[1], s), s[0])
+                });
+                terms.sum()
+            }
+        }
+    }
+
+    /// ∂P/∂value of each constant where a sample was taken.
+    pub fn sensitivities(&self, values: &[f64], sample: &Sample) -> Vec<f64> {
+        let (mode, s) = (sample.mode, sample.stretches());
+        match &self.form.terms {
+            FitTerms::Linear(derivatives) => {
+                (0..values.len()).map(|k| mode.nominal(derivatives(k, s).tau, s[0])).collect()
+            }
+            FitTerms::Separable(f) => {
+                let one = |v: &[f64]| {
+                    // P = m φ/s: with c = m/s, ∂P/∂θ = c(φ′ − φ s′/s)
+                    let (m, theta) = (v[0], v[1]);
+                    let (scale, by) = (f.factor)(theta);
+                    let phi = mode.nominal((f.tau)(theta, s), s[0]);
+                    let by_shape = mode.nominal((f.tau_by_shape)(theta, s), s[0]);
+                    [phi / scale, m / scale * (by_shape - phi * by / scale)]
+                };
+                values.chunks_exact(2).flat_map(one).collect()
+            }
+        }
+    }
+
+    /// The compressible law of scenes with these constants \[SI\] and κ \[Pa\].
+    pub fn law(&self, values: &[f64], kappa: f64) -> Result<Box<dyn Law>, LawSpecError> {
+        let named = self.parameters().iter().map(|p| p.name.to_string()).zip(values.iter().copied());
+        let values: Values = named.chain([("kappa".to_string(), kappa)]).collect();
+        let volumetric = self.law.info.choices.iter().find(|c| c.name == "volumetric" && c.default.is_none());
+        let options: BTreeMap<_, _> =
+            volumetric.map(|c| (c.name.to_string(), "quadratic".to_string())).into_iter().collect();
+        self.law.build(&values, &options)
+    }
+}
+
+/// Unit of a constant in SI.
+pub fn unit(p: &Parameter) -> &'static str {
+    if p.dimension == Dimension::PRESSURE { "Pa" } else { "–" }
+}
+
+/// The error that names the nearest law.
+fn unknown(name: &str, known: &[&'static LawEntry]) -> FitError {
+    let distance = |e: &&LawEntry| strsim::jaro_winkler(e.info.name, name);
+    let nearest = known.iter().max_by(|a, b| distance(a).total_cmp(&distance(b))).map_or("", |e| e.info.name);
+    FitError::UnknownLaw { name: name.into(), nearest, known: known.iter().map(|e| e.info.name).collect() }
+}

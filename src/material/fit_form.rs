@@ -1,0 +1,46 @@
+//! The form in which a law is fitted to tests with homogeneous, incompressible deformation.
+//!
+//! P = Σ_k m_k φ_k(λ): linear in the factors m of its terms. Where a law has shape constants θ (an exponent, a limit of the chains) each
+//! term has one of them.
+
+use super::parameter::Parameter;
+use super::principal::PrincipalDerivatives;
+
+/// Description of a law for a fit.
+#[derive(Clone, Copy, Debug)]
+pub struct FitForm {
+    /// Nominal stress as text
+    pub formula: &'static str,
+    pub source: &'static str,
+    /// Fitted constants in the order of files, those of the last terms at the end
+    pub parameters: &'static [Parameter],
+    /// Numbers of terms that can be chosen
+    pub term_counts: &'static [usize],
+    /// The number of terms taken where none is chosen
+    pub default_count: usize,
+    pub terms: FitTerms,
+}
+
+/// Dependence of the stress on the fitted constants.
+#[derive(Clone, Copy, Debug)]
+pub enum FitTerms {
+    /// Linear: derivatives of term k with factor 1. The number of terms is the number of constants.
+    Linear(fn(usize, [f64; 3]) -> PrincipalDerivatives),
+    /// A factor m and a shape constant θ per term, alternating
+    Separable(ShapedTerm),
+}
+
+/// A term w(λ; θ) with factor c ≥ 0, its shape constant θ searched as a number x without bounds.
+#[derive(Clone, Copy, Debug)]
+pub struct ShapedTerm {
+    /// τ/c \[–\]; not a number where the term is not defined
+    pub tau: fn(f64, [f64; 3]) -> [f64; 3],
+    /// ∂τ/∂θ
+    pub tau_by_shape: fn(f64, [f64; 3]) -> [f64; 3],
+    /// θ and ∂θ/∂x at x, with the largest I₁ − 3 of the table
+    pub shape: fn(f64, f64) -> (f64, f64),
+    /// x where the search may start, ascending; |x| stays below twice the largest
+    pub grid: &'static [f64],
+    /// s and s′ at θ of the factor of files m = s(θ)c
+    pub factor: fn(f64) -> (f64, f64),
+}

@@ -1,0 +1,63 @@
+//! The trait of constitutive laws.
+
+use super::moduli::Moduli;
+use super::parameter::{Choice, Parameter};
+use super::response::{LaneResponse, LawError, Response, Want};
+use super::volumetric::Volumetric;
+use crate::math::lanes::{LANES, Lanes};
+use crate::math::tensor::Mat3;
+
+/// Description of a law.
+#[derive(Debug)]
+pub struct LawInfo {
+    /// Name in files, e.g. `neo_hookean`
+    pub name: &'static str,
+    /// ψ as text, in the letters of the code
+    pub formula: &'static str,
+    /// Author, year, equation
+    pub source: &'static str,
+    /// Where it is not to be used
+    pub limits: &'static str,
+    /// Independent parameters; their bounds form a box, so a fit may move each alone
+    pub parameters: &'static [Parameter],
+    /// Number of the last parameters that may be absent: terms that are zero then
+    pub optional: usize,
+    pub choices: &'static [Choice],
+    /// Defined (finite ψ, P, A) for J ≤ 0; `limits` tells whether it also drives inverted cells back
+    pub survives_inversion: bool,
+    /// ψ(QF) = ψ(F) for every rotation Q
+    pub objective: bool,
+    /// ψ without U(J) does not depend on the volume, so that the mean stress is U′(J) alone
+    pub isochoric: bool,
+}
+
+/// A constitutive law with its constants.
+pub trait Law: Send + Sync + std::fmt::Debug {
+    fn info(&self) -> &'static LawInfo;
+    /// Values of the parameters in the order of `info().parameters` \[SI\]; optional ones that are absent are omitted at the end
+    fn values(&self) -> Vec<f64>;
+    /// The chosen options, in the order of `info().choices`
+    fn choices(&self) -> Vec<&'static str> {
+        Vec::new()
+    }
+    /// Hooke's constants of the tangent at F = I
+    fn small_strain(&self) -> Moduli;
+    /// ψ, P and A at F
+    fn eval(&self, f: &Mat3, want: Want) -> Result<Response, LawError>;
+    /// The same at [`LANES`] deformation gradients, given by rows; where one is refused, its lane and why.
+    fn eval_lanes(&self, f: &[Lanes; 9], want: Want, out: &mut LaneResponse) -> Result<(), (usize, LawError)> {
+        for lane in 0..LANES {
+            let f = Mat3::from_fn(|i, j| f[3 * i + j].0[lane]);
+            out.set(lane, &self.eval(&f, want).map_err(|e| (lane, e))?, want);
+        }
+        Ok(())
+    }
+    /// ψ = ψ_rest(F) + U(J): the law without its volumetric part, and that part, for mixed formulations; None for laws without
+    /// such a split. Where [`LawInfo::isochoric`] holds, ψ_rest(cF) = ψ_rest(F).
+    fn split(&self) -> Option<(Box<dyn Law>, Volumetric)> {
+        None
+    }
+    /// ∂/∂θ, where [`Law::values`] change by `rates` per unit of θ: a function of F with a ψ, P, A and split of its own, and
+    /// rates where a law has constants. It is not a material (its moduli may have any sign) and is not differentiated again.
+    fn along(&self, rates: &[f64]) -> Box<dyn Law>;
+}

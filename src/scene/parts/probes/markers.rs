@@ -1,0 +1,60 @@
+//! Probe `markers`: `<name>_<k>_{x,y,z}_m`, the positions of points embedded in the body, counted from 1.
+
+use super::mean::Mean;
+use super::{Headline, Probe};
+use crate::math::tensor::Vec3;
+use crate::mesh::embed::embed;
+use crate::scene::build::part;
+use crate::scene::builder::Builder;
+use crate::scene::error::SceneError;
+use crate::scene::quantity::Length;
+use crate::scene::recorder::{Change, Moment, Recorder};
+use serde::Deserialize;
+
+/// Positions of points embedded in the body.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Markers {
+    pub name: String,
+    pub points: Vec<[Length; 3]>,
+}
+
+impl Probe for Markers {
+    fn build(&self, place: &str, builder: &Builder) -> Result<Box<dyn Recorder>, SceneError> {
+        let marker = |p: &[Length; 3]| {
+            let origin = Vec3::new(p[0].0, p[1].0, p[2].0);
+            let embedded = embed(&builder.body.mesh, origin).map_err(|e| part(builder.file, place, e))?;
+            Ok(Mean::of_point(origin, embedded.weights))
+        };
+        let points = self.points.iter().map(marker).collect::<Result<_, SceneError>>()?;
+        Ok(Box::new(Recorded { name: self.name.clone(), points }))
+    }
+
+    fn headline(&self) -> Option<Headline> {
+        Some(Headline { column: format!("{}_1_x_m", self.name), label: "position", symbol: "x", unit: "m" })
+    }
+}
+
+struct Recorded {
+    name: String,
+    points: Vec<Mean>,
+}
+
+impl Recorder for Recorded {
+    fn columns(&self) -> Vec<String> {
+        let name = &self.name;
+        (1..=self.points.len()).flat_map(|k| ["x", "y", "z"].map(|c| format!("{name}_{k}_{c}_m"))).collect()
+    }
+
+    fn record(&self, now: &Moment) -> Vec<f64> {
+        self.points.iter().flat_map(|p| p.at(&now.state.x).data.0[0]).collect()
+    }
+
+    fn derivative(&self, by: &Change) -> Option<Vec<f64>> {
+        Some(self.points.iter().flat_map(|p| p.moved(&by.change.x).data.0[0]).collect())
+    }
+
+    fn is_differentiable(&self) -> bool {
+        true
+    }
+}

@@ -1,0 +1,50 @@
+//! Mean position of a region.
+
+use crate::math::tensor::Vec3;
+use crate::mesh::{Region, TetMesh, element, quadrature};
+
+/// Area mean over facets as weights of nodes; for regions without facets the plain mean of the nodes.
+#[derive(Clone, Debug)]
+pub struct Mean {
+    weights: Vec<(u32, f64)>,
+    pub(super) origin: Vec3,
+}
+
+impl Mean {
+    /// The mean over a region.
+    pub fn new(mesh: &TetMesh, region: &Region) -> Self {
+        let mut weights = vec![0.0; mesh.points.len()];
+        if region.facets.is_empty() {
+            mesh.nodes_of(region).iter().for_each(|&k| weights[k as usize] = 1.0);
+        }
+        let rule = quadrature::tri(4);
+        for &f in &region.facets {
+            for (&xi, w) in rule.points.iter().zip(&rule.weights) {
+                let area = w * mesh.facet_normal(f as usize, xi).norm();
+                for (&node, n) in mesh.facet(f as usize).iter().zip(element::facet_shape(mesh.order, xi)) {
+                    weights[node as usize] += area * n;
+                }
+            }
+        }
+        let total: f64 = weights.iter().sum();
+        let weights: Vec<(u32, f64)> =
+            (0..).zip(weights).filter(|(_, w)| *w != 0.0).map(|(k, w)| (k, w / total)).collect();
+        let origin = weights.iter().map(|&(k, w)| mesh.points[k as usize] * w).sum();
+        Self { weights, origin }
+    }
+
+    /// A point that moves with weights of nodes.
+    pub(super) fn of_point(origin: Vec3, weights: Vec<(u32, f64)>) -> Self {
+        Self { weights, origin }
+    }
+
+    /// Change of the mean position with the motion dx \[m\].
+    pub(super) fn moved(&self, dx: &[f64]) -> Vec3 {
+        self.weights.iter().map(|&(k, w)| w * Vec3::from_column_slice(&dx[3 * k as usize..][..3])).sum()
+    }
+
+    /// Mean position at displacement x \[m\].
+    pub(super) fn at(&self, x: &[f64]) -> Vec3 {
+        self.weights.iter().fold(self.origin, |p, &(k, w)| p + w * Vec3::from_column_slice(&x[3 * k as usize..][..3]))
+    }
+}

@@ -1,0 +1,49 @@
+//! Probe `position`: `<region>_{x,y,z}_m`, the area-mean position of a region.
+
+use super::mean::Mean;
+use super::{Headline, Probe};
+use crate::scene::builder::Builder;
+use crate::scene::error::SceneError;
+use crate::scene::recorder::{Change, Moment, Recorder};
+use serde::Deserialize;
+
+/// Area-mean position of a region.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Position {
+    pub region: String,
+}
+
+impl Probe for Position {
+    fn build(&self, place: &str, builder: &Builder) -> Result<Box<dyn Recorder>, SceneError> {
+        let mean = Mean::new(&builder.body.mesh, builder.region(place, &self.region)?);
+        Ok(Box::new(Recorded { name: self.region.clone(), mean }))
+    }
+
+    fn headline(&self) -> Option<Headline> {
+        Some(Headline { column: format!("{}_x_m", self.region), label: "position", symbol: "x", unit: "m" })
+    }
+}
+
+struct Recorded {
+    name: String,
+    mean: Mean,
+}
+
+impl Recorder for Recorded {
+    fn columns(&self) -> Vec<String> {
+        ["x", "y", "z"].map(|c| format!("{}_{c}_m", self.name)).into()
+    }
+
+    fn record(&self, now: &Moment) -> Vec<f64> {
+        self.mean.at(&now.state.x).as_slice().to_vec()
+    }
+
+    fn derivative(&self, by: &Change) -> Option<Vec<f64>> {
+        Some(self.mean.moved(&by.change.x).as_slice().to_vec())
+    }
+
+    fn is_differentiable(&self) -> bool {
+        true
+    }
+}

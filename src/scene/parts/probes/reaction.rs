@@ -1,0 +1,54 @@
+//! Probe `reaction`: `<region>_reaction_{x,y,z}_N`, the sum of the reactions on a region.
+
+use super::{Headline, Probe};
+use crate::scene::builder::Builder;
+use crate::scene::error::SceneError;
+use crate::scene::recorder::{Change, Moment, Recorder};
+use serde::Deserialize;
+
+/// Sum of the reactions on a region.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Reaction {
+    pub region: String,
+}
+
+impl Probe for Reaction {
+    fn build(&self, place: &str, builder: &Builder) -> Result<Box<dyn Recorder>, SceneError> {
+        let nodes = builder.body.mesh.nodes_of(builder.region(place, &self.region)?);
+        Ok(Box::new(Recorded { name: self.region.clone(), nodes }))
+    }
+
+    fn headline(&self) -> Option<Headline> {
+        Some(Headline { column: format!("{}_reaction_x_N", self.region), label: "reaction", symbol: "R", unit: "N" })
+    }
+}
+
+struct Recorded {
+    name: String,
+    nodes: Vec<u32>,
+}
+
+impl Recorded {
+    fn sum(&self, residual: &[f64]) -> Vec<f64> {
+        (0..3).map(|i| self.nodes.iter().map(|&k| residual[3 * k as usize + i]).sum()).collect()
+    }
+}
+
+impl Recorder for Recorded {
+    fn columns(&self) -> Vec<String> {
+        ["x", "y", "z"].map(|c| format!("{}_reaction_{c}_N", self.name)).into()
+    }
+
+    fn record(&self, now: &Moment) -> Vec<f64> {
+        self.sum(now.residual)
+    }
+
+    fn derivative(&self, by: &Change) -> Option<Vec<f64>> {
+        Some(self.sum(by.reaction))
+    }
+
+    fn is_differentiable(&self) -> bool {
+        true
+    }
+}

@@ -1,0 +1,71 @@
+//! Recorders: what a run writes into its table at every accepted step, one value per column.
+
+use super::build::Scene;
+use crate::system::{At, State};
+
+/// Energies since the start \[J\]: stored and kinetic at the state, dissipated and put in along the path.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct Energies {
+    pub elastic: f64,
+    pub kinetic: f64,
+    pub dissipated: f64,
+    pub work: f64,
+}
+
+/// An accepted state with the quantities known there.
+pub struct Moment<'a> {
+    pub scene: &'a Scene,
+    pub state: &'a State,
+    /// The step that led to the state; none at the start of a run
+    pub step: Option<&'a At<'a>>,
+    /// \[3 × nodes\] residual: at prescribed dofs the reaction \[N\]
+    pub residual: &'a [f64],
+    pub energies: Energies,
+}
+
+/// Derivative of an accepted state by a parameter.
+pub struct Change<'a> {
+    pub scene: &'a Scene,
+    pub state: &'a State,
+    /// Derivative of the state
+    pub change: &'a State,
+    /// \[3 × nodes\] derivative of the reactions
+    pub reaction: &'a [f64],
+}
+
+/// Columns of the table of a run.
+///
+/// ```
+/// use durometer::scene::{Moment, Recorder};
+///
+/// /// Largest displacement in x.
+/// struct Reach;
+///
+/// impl Recorder for Reach {
+///     fn columns(&self) -> Vec<String> {
+///         vec!["reach_m".into()]
+///     }
+///
+///     fn record(&self, now: &Moment) -> Vec<f64> {
+///         let nodes = now.scene.body.mesh.points.len();
+///         vec![(0..nodes).map(|k| now.state.x[3 * k]).fold(0.0, f64::max)]
+///     }
+/// }
+/// ```
+pub trait Recorder: Send + Sync {
+    /// Names of the columns, with the unit at the end.
+    fn columns(&self) -> Vec<String>;
+
+    /// Values of the columns, in SI but for angles in degrees.
+    fn record(&self, now: &Moment) -> Vec<f64>;
+
+    /// Derivatives of the columns; none where they have no derivative.
+    fn derivative(&self, _: &Change) -> Option<Vec<f64>> {
+        None
+    }
+
+    /// Whether [`Recorder::derivative`] gives values.
+    fn is_differentiable(&self) -> bool {
+        false
+    }
+}
