@@ -66,10 +66,13 @@ fn symmetric_and_skew_part_make_the_tangent() {
         let (up, down) = (force(0.1), force(-0.1));
         for i in 0..free.len() {
             let exact = (up[i] - down[i]) / 0.2;
-            let sum = symmetric[i] + skew[i] + sums.lift[i];
+            let sum = symmetric[i] + skew[i] + sums.increment_force[i];
             assert!((sum - exact).abs() < 1e-13, "{order:?} {i}: {sum}, {exact}");
         }
-        assert!(norm(&skew) > 0.05 * norm(&symmetric) && norm(&sums.lift) > 0.05 * norm(&symmetric), "{order:?}");
+        assert!(
+            norm(&skew) > 0.05 * norm(&symmetric) && norm(&sums.increment_force) > 0.05 * norm(&symmetric),
+            "{order:?}"
+        );
         // Only unknowns of the rim
         let rim: Vec<u32> = mesh.rim(&facets).concat();
         let of_rim = |e: u32| rim.contains(&(system.dofs.free[e as usize] / 3));
