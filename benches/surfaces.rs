@@ -2,8 +2,8 @@
 //! near enough that a part of their points is felt. Prints the time per triangle and the slope of its logarithm.
 
 use cpu_time::ThreadTime;
-use durometer::effect::contact::surfaces::Surfaces;
 use durometer::effect::contact::surfaces::surface::Surface;
+use durometer::effect::contact::surfaces::{Surfaces, max_step};
 use durometer::math::tensor::{Mat3, Vec3};
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh};
@@ -64,7 +64,7 @@ fn sheets(n: usize) -> (usize, [f64; 2], usize) {
         best[0] = best[0].min(start.elapsed().as_secs_f64());
         let dx: Vec<f64> = (0..x.len()).map(|i| if i >= 3 * upper && i % 3 == 2 { -5e-5 } else { 0.0 }).collect();
         let start = ThreadTime::now();
-        surfaces.max_step(&x, &dx, &mut caches);
+        max_step(&surfaces, &x, &dx, &mut caches);
         best[1] = best[1].min(start.elapsed().as_secs_f64());
     }
     (triangles, best, terms)

@@ -57,7 +57,8 @@ fn whole(pressed: &PressedSurfaces, x: &[f64], want: Want) -> (f64, Vec<f64>, Ve
     for term in pressed.surfaces.terms(x, &mut Caches::default()).iter() {
         let local = eval(pressed, x, term, want);
         energy += local.energy;
-        let dofs: Vec<usize> = term.touch.nodes.iter().flat_map(|&k| [0, 1, 2].map(|i| 3 * k as usize + i)).collect();
+        let dofs: Vec<usize> =
+            term.distance.nodes.iter().flat_map(|&k| [0, 1, 2].map(|i| 3 * k as usize + i)).collect();
         for (i, &to) in dofs.iter().enumerate() {
             r[to] += local.r[i];
             if want == Want::Tangent {
@@ -71,7 +72,7 @@ fn whole(pressed: &PressedSurfaces, x: &[f64], want: Want) -> (f64, Vec<f64>, Ve
 }
 
 fn eval(pressed: &PressedSurfaces, x: &[f64], term: &Term, want: Want) -> BlockValues {
-    let mut local = BlockValues::new(3 * term.touch.nodes.len());
+    let mut local = BlockValues::new(3 * term.distance.nodes.len());
     pressed.add(x, term, want, &mut local).expect("apart");
     local
 }
@@ -90,11 +91,11 @@ fn forces_and_tangents_are_derivatives() {
             let pressed = pressed(&mesh, 0.6);
             let x = random.vector(3 * mesh.points.len(), 0.02);
             let terms = pressed.surfaces.terms(&x, &mut Caches::default());
-            if terms.is_empty() || terms.iter().any(|t| t.touch.gap() < 0.05) {
+            if terms.is_empty() || terms.iter().any(|t| t.distance.gap() < 0.05) {
                 continue;
             }
             for t in terms.iter() {
-                let kind = match (t.point, t.touch.nodes.len(), t.weight > 0.0) {
+                let kind = match (t.point, t.distance.nodes.len(), t.weight > 0.0) {
                     (None, ..) => "edges".to_string(),
                     (_, n, positive) => format!("{n} nodes, {}", if positive { "+" } else { "-" }),
                 };
@@ -153,7 +154,7 @@ fn every_point_feels_a_flat_surface_once() {
     let barrier = Barrier { distance: 0.1, stiffness: 3.0 };
     let one = |d: f64| if d < 0.1 { -3.0 * (d - 0.1f64).powi(2) * (d / 0.1).ln() } else { 0.0 };
     for _ in 0..300 {
-        // A box that stands on its corner
+        // A box on its corner
         let turn = nalgebra::Rotation3::from_euler_angles(0.7, 0.6, random.around(3.0)).into_inner();
         let mut tip = cell.image(&turn, &Vec3::zeros());
         let lowest = tip.points.iter().copied().min_by(|a, b| a.z.total_cmp(&b.z)).expect("nodes");
@@ -206,11 +207,11 @@ fn friction_balances() {
         let rates = Rates::default();
         let at = At { t: 0.0, dt: 1.0, x: &x, v: &old, a: &old, old: &old, history: &[], inputs: &[], rates };
         for term in pressed.surfaces.terms(&x, &mut Caches::default()).iter().filter(|t| t.weight > 0.0) {
-            let mut local = BlockValues::new(3 * term.touch.nodes.len());
+            let mut local = BlockValues::new(3 * term.distance.nodes.len());
             friction.add(&at, term, Want::Residual, &mut local);
             let Some(press) = pressed.press(&x, term) else { continue };
             let force = |k: usize| Vec3::from_column_slice(&local.r[3 * k..3 * k + 3]);
-            let n = term.touch.nodes.len();
+            let n = term.distance.nodes.len();
             let total: Vec3 = (0..n).map(force).sum();
             assert!(total.norm() < 1e-13 * (1.0 + press.force));
             let own = force(0);
@@ -378,7 +379,7 @@ fn a_uniform_pressure_through_meshes_that_do_not_match() {
 }
 
 /// A block whose partner is a thousand times stiffer, and ten thousand times, feels what a rigid floor is: the difference of the
-/// forces is that of the strain of the partner, 1/ratio, beside a thousandth from the two ways to weigh the gap.
+/// forces is that of the strain of the partner, 1/ratio, apart from a thousandth by the two methods of weighting the gap.
 #[test]
 fn a_stiff_partner_is_a_rigid_obstacle() {
     let laws = |ratio: f64| {

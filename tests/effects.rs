@@ -601,12 +601,12 @@ fn assembled_tangent_is_the_derivative_of_the_assembled_residual() {
             let mut product = vec![0.0; system.dofs.free.len()];
             system.pattern.multiply(&now.k, &system.restrict(&free), &mut product);
             assert_close(&format!("{name}, {integrator:?}: K d"), &product, &residual(&free));
-            assert_close(&format!("{name}, {integrator:?}: lift"), &now.lift, &residual(&held));
+            assert_close(&format!("{name}, {integrator:?}: lift"), &now.increment_force, &residual(&held));
             let row = |d: &[f64]| difference(|s| vec![-sums(&along(&x, d, s), Want::Residual, None).g[0]]);
             let slope = dot(&now.gradient[0], &system.restrict(&free));
             assert_close(&format!("{name}, {integrator:?}: h·d"), &[slope], &row(&free));
-            assert!(now.carried[0] != 0.0, "a guide next to the fixed face is carried by it");
-            assert_close(&format!("{name}, {integrator:?}: carried"), &now.carried, &row(&held));
+            assert!(now.increment_gap[0] != 0.0, "a guide next to the fixed face is carried by it");
+            assert_close(&format!("{name}, {integrator:?}: carried"), &now.increment_gap, &row(&held));
         }
     });
 }

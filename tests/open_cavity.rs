@@ -66,10 +66,13 @@ fn symmetric_and_skew_part_make_the_tangent() {
         let (up, down) = (force(0.1), force(-0.1));
         for i in 0..free.len() {
             let exact = (up[i] - down[i]) / 0.2;
-            let sum = symmetric[i] + skew[i] + sums.lift[i];
+            let sum = symmetric[i] + skew[i] + sums.increment_force[i];
             assert!((sum - exact).abs() < 1e-13, "{order:?} {i}: {sum}, {exact}");
         }
-        assert!(norm(&skew) > 0.05 * norm(&symmetric) && norm(&sums.lift) > 0.05 * norm(&symmetric), "{order:?}");
+        assert!(
+            norm(&skew) > 0.05 * norm(&symmetric) && norm(&sums.increment_force) > 0.05 * norm(&symmetric),
+            "{order:?}"
+        );
         // Only unknowns of the rim
         let rim: Vec<u32> = mesh.rim(&facets).concat();
         let of_rim = |e: u32| rim.contains(&(system.dofs.free[e as usize] / 3));
@@ -387,9 +390,9 @@ fn derivatives_see_the_skew_part() {
     println!("worst {:.1e}", common::sensitivities::check("open cavity", &law, &build));
 }
 
-/// A row beside it: the tension that a length of cable asks for, prescribed as a load, gives the same state.
+/// A constraint in addition to it: the tension that a length of cable asks for, prescribed as a load, gives the same state.
 #[test]
-fn a_cable_beside_it_is_dual() {
+fn a_cable_with_it_is_dual() {
     let end = |drive: &str| {
         let cable = format!(
             r#"

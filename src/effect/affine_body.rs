@@ -1,5 +1,5 @@
 //! A free rigid body as an affine one that is very stiff (Lan et al., Affine body dynamics, ACM TOG 41, 2022, §3): four nodes
-//! p_a carry it by x = Σ_a w_a(X) p_a, and only what changes lengths is resisted.
+//! p_a carry it by x = Σ_a w_a(X) p_a, and only changes of length are resisted.
 //!
 //! ```text
 //! M_ab = ∫ ρ w_a w_b dV        Ψ = K ‖E‖², E = ½(AᵀA − I), A = ∂x/∂X        ∂Ψ/∂A = 2 K A E
@@ -37,8 +37,8 @@ impl AffineInertia {
         Self { name, blocks: Blocks::new(std::iter::once(&frame.nodes[..])), mass: m }
     }
 
-    /// r += c M y, K += slope M; returns ½ y·My.
-    fn apply(&self, y: &[f64], c: f64, slope: f64, want: Want, out: &mut BlockValues) -> f64 {
+    /// r += c M y, K += rate M; returns ½ y·My.
+    fn apply(&self, y: &[f64], c: f64, rate: f64, want: Want, out: &mut BlockValues) -> f64 {
         let y: Vec<f64> = self.blocks.dofs(0).map(|dof| y[dof as usize]).collect();
         let mut energy = 0.0;
         for (a, row) in self.mass.iter().enumerate() {
@@ -47,7 +47,7 @@ impl AffineInertia {
                     out.r[3 * a + i] += c * m * y[3 * b + i];
                     energy += 0.5 * m * y[3 * a + i] * y[3 * b + i];
                     if want == Want::Tangent && b <= a {
-                        out.k[(3 * a + i) * 12 + 3 * b + i] += slope * m;
+                        out.k[(3 * a + i) * 12 + 3 * b + i] += rate * m;
                     }
                 }
             }
@@ -91,7 +91,7 @@ impl PastDerivative for AffineInertia {
     }
 }
 
-/// What keeps the lengths.
+/// Stiffness against changes of length.
 pub struct Rigidity {
     name: String,
     frame: AffineFrame,

@@ -3,7 +3,7 @@
 //!
 //! A guide is a patch: the weighted mean of the body's motion over a ball, because a point force in 3-D has infinite
 //! compliance. A ring is a guide without a body: it stays where it is. Driven by tension the cable is a load T(t) with the
-//! potential T·L; driven by length it is the exact row g = L₀ − d(t) + T L₀/EA − L(x) ≥ 0 ⟂ T ≥ 0, and the multiplier is the
+//! potential T·L; driven by length it is the exact constraint g = L₀ − d(t) + T L₀/EA − L(x) ≥ 0 ⟂ T ≥ 0, and the multiplier is the
 //! tension, T ≤ T_max where the drive yields. Limits: without friction T is the same everywhere ([`super::cable_friction`] has it);
 //! the elastic cable is linear, its strain T/EA small.
 

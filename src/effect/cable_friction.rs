@@ -1,15 +1,15 @@
 //! Cable with friction at its guides by the capstan law (Euler 1769, Eytelwein 1808): T_{k−1}/T_k = e^{±μβ_k} where the cable
 //! slips, anything between where it sticks.
 //!
-//! Each segment s has a tension T_s, the multiplier of its row g_s = l₀_s + T_s l₀_s/EA − l_s(x). The cable that has passed
+//! Each segment s has a tension T_s, the multiplier of its constraint g_s = l₀_s + T_s l₀_s/EA − l_s(x). The cable that has passed
 //! guide k towards the pull point since the start is a_k = Σ_{s≥k} g_s, and the cable taken in at the pull point is
-//! a_0 = d(t) + Σ_s g_s, g_0 holding −d(t) besides. So the laws of the n rows are, with the slip Δa_k over the step,
+//! a_0 = d(t) + Σ_s g_s, g_0 holding −d(t) besides. So the laws of the n constraints are, with the slip Δa_k over the step,
 //!
 //! pull point: Σ_s g_s = 0 while 0 ≤ T_0 ≤ T_max, or T_0 = T(t);
 //! guide k: Δa_k = 0 while e^{−μβ_k} ≤ T_{k−1}/T_k ≤ e^{μβ_k}; T_{k−1} = e^{μβ_k} T_k while Δa_k ≥ 0; T_k = e^{μβ_k} T_{k−1} while Δa_k ≤ 0.
 //!
-//! The wrap angle β_k between segments k−1 and k is a watched row, so that its change enters Newton's step. The slip is a
-//! function of x and T: the state needs no memory beside them. Work and loss: T_0 Δa_0 goes in, Σ (T_{k−1} − T_k) Δa_k ≥ 0 is lost.
+//! The wrap angle β_k between segments k−1 and k is a constraint of its own that exerts no force, so that its change enters Newton's step. The slip is a
+//! function of x and T: the state needs no further history. Work and loss: T_0 Δa_0 goes in, Σ (T_{k−1} − T_k) Δa_k ≥ 0 is lost.
 //! Limits: β_k has a kink where the cable is straight, and its gradient is taken as zero there.
 
 use super::cable::Cable;
@@ -23,7 +23,7 @@ use std::sync::Arc;
 /// Tensions below this share of the largest effect's Σ_e ‖r_e‖ are judged by their size and not by their ratio.
 const FAINT: f64 = 1e-3;
 
-/// What pulls at a cable with friction.
+/// The drive of a cable with friction.
 #[derive(Clone, Debug)]
 pub enum Pull {
     /// d(t) \[m\], and T_max \[N\] at which the drive yields, infinite if it never does
@@ -32,7 +32,7 @@ pub enum Pull {
     Tension(Signal),
 }
 
-/// What its rows share.
+/// Data that the constraints of one cable share.
 struct Rope {
     cable: Arc<Cable>,
     pull: Pull,
@@ -44,14 +44,14 @@ struct Rope {
     rest: Vec<f64>,
 }
 
-/// The rows of a cable with friction, in their order: n segments, then the wrap angles of the n − 1 guides between them.
+/// The constraints of a cable with friction, in their order: n segments, then the wrap angles of the n − 1 guides between them.
 /// `softness` is 1/EA \[1/N\].
-pub fn rows(cable: Arc<Cable>, pull: Pull, friction: f64, softness: f64) -> Vec<Box<dyn Constraint>> {
+pub fn constraints(cable: Arc<Cable>, pull: Pull, friction: f64, softness: f64) -> Vec<Box<dyn Constraint>> {
     let rest = cable.lengths_at_rest();
     let n = rest.len();
     let rope = Arc::new(Rope { cable, pull, friction, softness, rest });
     let segments = (0..n).map(|s| Box::new(Segment::new(rope.clone(), s)) as Box<dyn Constraint>);
-    segments.chain((1..n).map(|k| Box::new(Turn::new(rope.clone(), k)) as Box<dyn Constraint>)).collect()
+    segments.chain((1..n).map(|k| Box::new(WrapAngle::new(rope.clone(), k)) as Box<dyn Constraint>)).collect()
 }
 
 impl Rope {
@@ -73,24 +73,24 @@ impl Segment {
         Self { rope, s, blocks }
     }
 
-    /// Row of the first segment, and rows from this segment on, where this is row `c`.
+    /// Indices of the constraint of the first segment, and of those from this segment on, where `c` is the index of this one.
     fn places(&self, c: usize) -> (usize, std::ops::Range<usize>) {
         let first = c - self.s;
         (first, c..first + self.rope.rest.len())
     }
 
-    /// Law of the guide before this segment.
-    fn guide(&self, c: usize, rows: &ConstraintValues) -> Vec<Piece> {
+    /// The law of the guide before this segment.
+    fn guide(&self, c: usize, all: &ConstraintValues) -> Vec<Piece> {
         let (first, rest) = self.places(c);
-        let slip = Form::gap(rows, rest.clone(), self.rope.total()).less(rows.old[rest].iter().sum());
-        // The angle stands in its row as g = −β.
-        let turn = first + self.rope.rest.len() + self.s - 1;
-        let ratio = (-self.rope.friction * rows.g[turn]).exp();
+        let slip = Form::gap(all, rest.clone(), self.rope.total()).less(all.old[rest].iter().sum());
+        // The constraint of the angle has the value g = −β.
+        let angle = first + self.rope.rest.len() + self.s - 1;
+        let ratio = (-self.rope.friction * all.g[angle]).exp();
         // e^{μβ} T_a − T_b
         let spare = |a: usize, b: usize| Form {
-            value: ratio * rows.lambda[a] - rows.lambda[b],
-            scale: ratio * rows.lambda[a].abs() + rows.lambda[b].abs() + FAINT * rows.force,
-            g: vec![(turn, -self.rope.friction * ratio * rows.lambda[a])],
+            value: ratio * all.lambda[a] - all.lambda[b],
+            scale: ratio * all.lambda[a].abs() + all.lambda[b].abs() + FAINT * all.force,
+            g: vec![(angle, -self.rope.friction * ratio * all.lambda[a])],
             lambda: vec![(a, ratio), (b, -1.0)],
         };
         let (towards, away) = (spare(c, c - 1), spare(c - 1, c));
@@ -138,12 +138,12 @@ impl Constraint for Segment {
         self.rope.cable.segment(w, self.s, 1.0, want, out)
     }
 
-    fn pieces(&self, c: usize, rows: &ConstraintValues) -> Vec<Piece> {
+    fn pieces(&self, c: usize, all: &ConstraintValues) -> Vec<Piece> {
         match &self.rope.pull {
-            _ if self.s > 0 => self.guide(c, rows),
-            Pull::Length { most, .. } => between(rows, c, Form::gap(rows, self.places(c).1, self.rope.total()), *most),
+            _ if self.s > 0 => self.guide(c, all),
+            Pull::Length { most, .. } => between(all, c, Form::gap(all, self.places(c).1, self.rope.total()), *most),
             Pull::Tension(tension) => {
-                let zero = Form::multiplier(rows, c, tension.at(rows.now).max(0.0));
+                let zero = Form::multiplier(all, c, tension.at(all.now).max(0.0));
                 vec![Piece { zero, while_not_negative: Vec::new() }]
             }
         }
@@ -153,27 +153,27 @@ impl Constraint for Segment {
         if self.s == 0 {
             return 0.0;
         }
-        let slip = self.places(c).1.map(|row| g[1][row] - g[0][row]).sum::<f64>();
+        let slip = self.places(c).1.map(|s| g[1][s] - g[0][s]).sum::<f64>();
         let drop = |lambda: &[f64]| lambda[c - 1] - lambda[c];
         0.5 * (drop(lambda[0]) + drop(lambda[1])) * slip
     }
 }
 
 /// The wrap angle β_k of the guide between segments k − 1 and k; one block, of the guides at their ends.
-struct Turn {
+struct WrapAngle {
     rope: Arc<Rope>,
     k: usize,
     blocks: Blocks,
 }
 
-impl Turn {
+impl WrapAngle {
     fn new(rope: Arc<Rope>, k: usize) -> Self {
         let guides: Vec<u32> = (k.saturating_sub(2) as u32..=k as u32).collect();
         Self { rope, k, blocks: Blocks::new(std::iter::once(&guides[..])) }
     }
 }
 
-impl Constraint for Turn {
+impl Constraint for WrapAngle {
     fn name(&self) -> &str {
         &self.rope.cable.name
     }
@@ -210,15 +210,15 @@ impl Constraint for Turn {
         if want == Want::Energy {
             return Ok(());
         }
-        let slope = |a: usize| {
+        let gradient = |a: usize| {
             let across = tau[1 - a] - tau[a] * tau[a].dot(&tau[1 - a]);
             across.try_normalize(0.0).map_or(Vec3::zeros(), |e| -e / d[a].norm())
         };
         // d_{k−1} runs to the guide itself, d_k from it to the next one; before the first guide there is the pull point.
-        let (before, after) = (slope(0), slope(1));
+        let (before, after) = (gradient(0), gradient(1));
         let of_guides = [-before, before - after, after];
-        for (r, slope) in out.r.chunks_exact_mut(3).zip(&of_guides[3 - self.blocks.nodes(0).len()..]) {
-            r.copy_from_slice(slope.as_slice());
+        for (r, gradient) in out.r.chunks_exact_mut(3).zip(&of_guides[3 - self.blocks.nodes(0).len()..]) {
+            r.copy_from_slice(gradient.as_slice());
         }
         Ok(())
     }

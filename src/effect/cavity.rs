@@ -9,7 +9,7 @@
 //! 1984). The same holds for an open surface whose rim is held, or slides in planes through o: the cones between the rim
 //! and o do not change. V then is the volume of the cones, and of the cavity up to a constant.
 //!
-//! Under a prescribed pressure the cavity is the load −p(t) V; under a prescribed growth it is the exact row
+//! Under a prescribed pressure the cavity is the load −p(t) V; under a prescribed growth it is the exact constraint
 //! g = V(x) − V₀ − ΔV(t) = 0, and the multiplier is the pressure. A limit point of the pressure is passed by volume.
 //! The integrals are exact on tet4 and curved tet10 facets (a polynomial of degree 4).
 

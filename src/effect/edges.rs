@@ -21,7 +21,7 @@ impl Edges {
         Self { blocks: Blocks::new(pairs.iter().map(|p| &p[..])), rest }
     }
 
-    /// The edges between the corners of some cells, ascending, and beside each the volume of the cells around it \[m³\].
+    /// The edges between the corners of some cells, ascending, and next to each the volume of the cells around it \[m³\].
     pub fn of_cells(mesh: &TetMesh, cells: &[u32]) -> (Self, Vec<f64>) {
         let sides = |c: u32| {
             let nodes = mesh.cell(c as usize);

@@ -1,4 +1,4 @@
-//! Signs of volumetric locking: pressures that no smooth field follows.
+//! Indicators of volumetric locking: pressures that differ from every smooth field.
 //!
 //! With τ = P Fᵀ, p = tr τ/3 and p* the lumped L2 projection of p on continuous linear functions (Oden & Brauchli 1971, the
 //! recovery of Zienkiewicz & Zhu 1987), p*_a = ∫ N_a p dV / ∫ N_a dV:
@@ -22,20 +22,20 @@ pub const ALARM: f64 = 0.5;
 /// not follow.
 pub const COMPRESSIBLE: f64 = 0.4;
 
-/// An elastic effect of a law: its stress can be looked at, and it can be differentiated by the constants.
+/// An elastic effect of a law, with access to its stress and its derivatives by the constants.
 pub trait Stressed: Send + Sync {
     fn points(&self) -> &Arc<CellPoints>;
-    /// Is the volume change penalised point by point, with no pressure in between? Only then there is locking to look for.
+    /// Whether the volume change is penalised point by point, without a pressure field; only such elements can lock.
     fn displacement_only(&self) -> bool;
     /// Hooke's constants at F = I
     fn moduli(&self) -> Moduli;
-    /// P \[Pa\] at the points of block `b`, as it stands in the residual.
+    /// P \[Pa\] at the points of block `b`, as in the residual.
     fn stress(&self, x: &[f64], b: usize) -> Result<Vec<Mat3>, LawError>;
     /// ∂/∂θ of this effect, on its blocks, from ∂/∂θ of its law ([`Law::along`]): its residual is ∂r/∂θ at fixed x.
     fn along(&self, mesh: &TetMesh, law: Box<dyn Law>) -> Box<dyn Effect>;
 }
 
-/// What the pressures of a state look like.
+/// Measures of the pressure field at a state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Signs {
     /// ‖p − p*‖/‖dev τ‖ \[–\]

@@ -3,7 +3,7 @@
 use crate::mesh::{Order, TetMesh, element, quadrature};
 use crate::system::{BlockValues, Blocks, Want};
 
-/// How the mass of a region is given to its nodes.
+/// Distribution of the mass of a region to its nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lumping {
     /// ∫ ρ N_a N_b dV, degree-4 rule on tet10
@@ -50,8 +50,8 @@ impl Mass {
         Self { blocks: Blocks::new(nodes.chunks(1)), offsets: (0..nodes.len()).collect(), entries, total }
     }
 
-    /// r_e += c M y, K_e += slope · c M on block `b`; returns ½ y·My.
-    pub fn apply(&self, y: &[f64], b: usize, c: f64, slope: f64, want: Want, out: &mut BlockValues) -> f64 {
+    /// r_e += c M y, K_e += rate · c M on block `b`; returns ½ y·My.
+    pub fn apply(&self, y: &[f64], b: usize, c: f64, rate: f64, want: Want, out: &mut BlockValues) -> f64 {
         let nodes = self.blocks.nodes(b);
         let n = nodes.len();
         let m = &self.entries[self.offsets[b]..self.offsets[b] + n * n];
@@ -65,7 +65,7 @@ impl Mass {
                     out.r[3 * row + i] += c * entry * y[from + i];
                     energy += 0.5 * entry * y[to + i] * y[from + i];
                     if want == Want::Tangent && column <= row {
-                        out.k[(3 * row + i) * 3 * n + 3 * column + i] += slope * c * entry;
+                        out.k[(3 * row + i) * 3 * n + 3 * column + i] += rate * c * entry;
                     }
                 }
             }

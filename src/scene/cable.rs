@@ -95,7 +95,7 @@ impl Builder<'_> {
                 match spec.friction {
                     Some(mu) => {
                         let pull = Pull::Length { shortening, most };
-                        constraints.extend(cable_friction::rows(cable.clone(), pull, mu, softness));
+                        constraints.extend(cable_friction::constraints(cable.clone(), pull, mu, softness));
                     }
                     None => {
                         let compliance = softness * rest;
@@ -111,7 +111,12 @@ impl Builder<'_> {
                 self.check_tension(place, &tension, spans)?;
                 match spec.friction {
                     Some(mu) => {
-                        constraints.extend(cable_friction::rows(cable.clone(), Pull::Tension(tension), mu, softness));
+                        constraints.extend(cable_friction::constraints(
+                            cable.clone(),
+                            Pull::Tension(tension),
+                            mu,
+                            softness,
+                        ));
                         Drive::Multiplier(row)
                     }
                     None => {

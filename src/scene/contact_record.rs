@@ -177,7 +177,7 @@ impl NamedContact {
             }
             TransientCoupling::Surfaces { pressing, friction } => {
                 each_term(pressing, friction.as_deref(), x, step, |term, r| {
-                    for (&node, r) in term.touch.nodes.iter().zip(r.chunks_exact(3)) {
+                    for (&node, r) in term.distance.nodes.iter().zip(r.chunks_exact(3)) {
                         let to = &mut nodes[3 * node as usize..3 * node as usize + 3];
                         to.iter_mut().zip(r).for_each(|(sum, r)| *sum -= r);
                     }
@@ -222,7 +222,7 @@ fn each_term(
     mut take: impl FnMut(&Term, &[f64]),
 ) {
     for term in pressing.surfaces.terms(x, &mut Caches::default()).iter() {
-        let mut local = BlockValues::new(3 * term.touch.nodes.len());
+        let mut local = BlockValues::new(3 * term.distance.nodes.len());
         pressing.add(x, term, Want::Residual, &mut local).expect("no accepted state has surfaces that cross");
         if let (Some(friction), Some(at)) = (friction, step) {
             friction.add(at, term, Want::Residual, &mut local);
@@ -244,7 +244,7 @@ fn on_surface(
     each_term(pressing, friction, x, step, |term, r| {
         let sum = |r: &[f64]| -r.chunks_exact(3).map(Vec3::from_column_slice).sum::<Vec3>();
         match term.point {
-            _ if surfaces.meets_itself() => all += sum(r),
+            _ if surfaces.is_self_contact() => all += sum(r),
             None => all += sum(&r[..6]),
             Some((0, _)) => all += sum(&r[..3 * own]),
             // What a point of the other surface feels, the first feels the other way.

@@ -66,7 +66,7 @@ pub(super) fn move_and_correct(
 /// that lacks a part.
 pub(super) fn uses_corrections(solver: &NonlinearSolver, step: &Step) -> bool {
     let is_plain = !solver.equations.sums.projected && !step.integrator.is_linearised();
-    step.system.slides && solver.settings.reuse_factor && is_plain
+    step.system.has_frictional_points() && solver.settings.reuse_factor && is_plain
 }
 
 /// Corrections from `next` until it is an equilibrium, each with the planes of its own state; none where they do not lead to one.

@@ -50,7 +50,7 @@ impl Equations {
         if step.system.constraints.iter().any(|c| c.cone() == Cone::Linked) {
             self.old = step.system.gaps(step.past).map_err(Failure::Eval)?;
         }
-        self.sums.forget_meetings(step.system);
+        self.sums.reset_pattern(&step.system.pattern);
         Ok(())
     }
 
@@ -130,7 +130,7 @@ impl Equations {
     /// −r − lift \[equations\]; the lift only where a prescribed increment is left.
     pub(super) fn right_side(&self, system: &System, lifted: bool) -> Vec<f64> {
         let mut y = system.restrict(&self.sums.r);
-        y.iter_mut().zip(&self.sums.lift).for_each(|(y, lift)| *y = -*y - if lifted { *lift } else { 0.0 });
+        y.iter_mut().zip(&self.sums.increment_force).for_each(|(y, lift)| *y = -*y - if lifted { *lift } else { 0.0 });
         y
     }
 

@@ -37,7 +37,7 @@ impl<'a> LinearProblem<'a> {
     /// Change of g \[constraints\] with the free displacements `y` \[equations\] and the prescribed motion.
     pub fn shift(&self, y: &[f64]) -> Vec<f64> {
         let sums = &self.equations.sums;
-        (0..self.state.lambda.len()).map(|c| -sums.carried[c] - dot(&sums.gradient[c], y)).collect()
+        (0..self.state.lambda.len()).map(|c| -sums.increment_gap[c] - dot(&sums.gradient[c], y)).collect()
     }
 
     /// The direction with free displacements `du` \[equations\].

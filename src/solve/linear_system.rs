@@ -39,8 +39,8 @@ impl LinearSystem {
         settings.reuse_factor
             && self.factor.relative_cost() >= settings.reuse_threshold
             && system.scalar_equations() == 0
-            && system.skewed.is_empty()
-            && system.meeting.is_empty()
+            && !system.has_skew_tangent()
+            && !system.has_transient_coupling()
             && !sums.projected
             && system.constraints.iter().all(|c| !matches!(c.cone(), Cone::Linked | Cone::Watched))
     }

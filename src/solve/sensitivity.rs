@@ -17,7 +17,10 @@ use super::multipliers::Schur;
 use super::start::{Start, before};
 use super::{Failure, Integrator, Step, tangent};
 use crate::math::linear::{Factor, LinearError, Method, dot};
-use crate::system::{Assembled, ParameterDerivative, Perturbation, Rates, State, System, Want};
+use crate::system::{
+    Assembled, ParameterDerivative, Perturbation, Rates, State, System, Want, add_history_derivative, add_reactions,
+    add_residual_derivative,
+};
 
 /// Derivatives of the state of a run, with a factorisation and sums of its own, in addition to those of the run.
 pub struct Differentiator<'a> {
@@ -55,7 +58,7 @@ impl<'a> Differentiator<'a> {
                 let State { x, v, history, lambda, .. } = &*change;
                 let mut residual = vec![0.0; x.len()];
                 let direction = Perturbation { x, v, a: &still, old: x, history };
-                system.add_change(&at, &direction, terms, &mut residual).map_err(Failure::Eval)?;
+                add_residual_derivative(system, &at, &direction, terms, &mut residual).map_err(Failure::Eval)?;
                 let free = system.restrict(x);
                 let mut sum = vec![0.0; free.len()];
                 start.sums.pattern.multiply(&start.sums.k, &free, &mut sum);
@@ -111,7 +114,7 @@ impl<'a> Differentiator<'a> {
             let State { v, a, .. } = &*change;
             let direction = Perturbation { x: &still, v, a, old: &past.x, history: &past.history };
             residual.fill(0.0);
-            system.add_change(&at, &direction, terms, residual).map_err(Failure::Eval)?;
+            add_residual_derivative(system, &at, &direction, terms, residual).map_err(Failure::Eval)?;
             let mut y = system.restrict(residual);
             y.iter_mut().for_each(|y| *y = -*y);
             tangent::solve(factor, sums, &mut y).map_err(Failure::Linear)?;
@@ -129,7 +132,7 @@ impl<'a> Differentiator<'a> {
             let State { x, v, a, .. } = &*change;
             let direction = Perturbation { x, v, a, old: &past.x, history: &past.history };
             let mut history = past.history.clone();
-            system.advance_change(&at, &direction, terms, &mut history).map_err(Failure::Eval)?;
+            add_history_derivative(system, &at, &direction, terms, &mut history).map_err(Failure::Eval)?;
             change.history = history;
             step.integrator.finish(&past, step.dt, change);
         }
@@ -142,7 +145,7 @@ impl<'a> Differentiator<'a> {
         let mut reactions = self.residuals.clone();
         let directions: Vec<(&[f64], &[f64])> = self.changes.iter().map(|c| (&c.x[..], &c.lambda[..])).collect();
         let at = step.at(next);
-        self.system.add_reactions(&at, &next.lambda, &directions, &mut reactions).map_err(Failure::Eval)?;
+        add_reactions(self.system, &at, &next.lambda, &directions, &mut reactions).map_err(Failure::Eval)?;
         Ok(reactions)
     }
 }

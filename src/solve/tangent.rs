@@ -13,7 +13,7 @@ pub(super) fn solve(factor: &mut Factor, sums: &Assembled, columns: &mut [f64]) 
     if sums.skew.is_empty() {
         return Ok(());
     }
-    for column in columns.chunks_exact_mut(sums.lift.len()) {
+    for column in columns.chunks_exact_mut(sums.increment_force.len()) {
         let apply = |v: &[f64]| {
             let mut product = vec![0.0; v.len()];
             sums.skew.add_product(v, &mut product);

@@ -1,9 +1,9 @@
-//! Blocks of one size evaluated side by side.
+//! Simultaneous evaluation of several blocks of one size.
 
 use super::{At, EvalError, Want};
 use crate::math::lanes::Lanes;
 
-/// Buffers of [`LANES`](crate::math::lanes::LANES) blocks of one size side by side, zeroed before each evaluation.
+/// Buffers of [`LANES`](crate::math::lanes::LANES) blocks of one size, zeroed before each evaluation.
 pub struct Batch {
     /// Π_e \[J\]
     pub energy: Lanes,
@@ -27,9 +27,9 @@ impl Batch {
     }
 }
 
-/// An effect that evaluates [`LANES`](crate::math::lanes::LANES) blocks at once: what [`Effect::eval`](super::traits::Effect::eval) gives
+/// An effect that evaluates [`LANES`](crate::math::lanes::LANES) blocks at once: what [`Effect::eval`](super::Effect::eval) gives
 /// for each, to rounding.
 pub trait Batched {
-    /// Of the blocks `first` to `first` + [`LANES`](crate::math::lanes::LANES) − 1, `first` being a multiple of it.
+    /// The blocks `first` to `first` + LANES − 1, where `first` is a multiple of LANES.
     fn eval(&self, at: &At, first: usize, want: Want, out: &mut Batch) -> Result<(), EvalError>;
 }

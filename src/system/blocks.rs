@@ -17,7 +17,7 @@ impl Blocks {
         Self::with_scalars(lists.map(|nodes| (nodes, &[][..])))
     }
 
-    /// Node list and unknowns of the second field (their places in `State::x`) of each block.
+    /// Node list and unknowns of the second field (their indices in `State::x`) of each block.
     pub fn with_scalars<'a>(lists: impl Iterator<Item = (&'a [u32], &'a [u32])>) -> Self {
         let (mut out, mut count) = (Self::default(), 0);
         out.offsets.push(0);
@@ -51,7 +51,7 @@ impl Blocks {
         &self.scalars[self.scalar_offsets[b] as usize..self.scalar_offsets[b + 1] as usize]
     }
 
-    /// Places in `State::x` of the unknowns of block `b`: 3·node + component node by node, then the scalars.
+    /// Indices in `State::x` of the unknowns of block `b`: 3·node + component node by node, then the scalars.
     pub fn dofs(&self, b: usize) -> impl Iterator<Item = u32> + '_ {
         let displacements = self.nodes(b).iter().flat_map(|&n| 3 * n..3 * n + 3);
         displacements.chain(self.scalars(b).iter().copied())
@@ -70,9 +70,9 @@ impl Blocks {
 
 /// Buffers of one block, zeroed before each evaluation.
 pub struct BlockValues {
-    /// Π_e \[J\], or the share of g
+    /// Π_e \[J\], or the share of g in a constraint
     pub energy: f64,
-    /// What the step dissipates \[J\], of a [`EnergyRole::Relaxing`]
+    /// Dissipation of the step \[J\], of an effect that relaxes
     pub dissipated: f64,
     /// \[n\] r_e = ∂Π_e/∂x_e \[N\]
     pub r: Vec<f64>,
@@ -85,15 +85,23 @@ impl BlockValues {
         Self { energy: 0.0, dissipated: 0.0, r: vec![0.0; n], k: vec![0.0; n * n] }
     }
 
-    /// r += factor K_e dx on the chosen rows; the dofs are those of the block.
-    pub(super) fn add_product(&self, dofs: &[u32], row: impl Fn(u32) -> bool, factor: f64, dx: &[f64], r: &mut [f64]) {
+    /// r += factor K_e dx at the chosen dofs; `dofs` are those of the block.
+    pub(super) fn add_product(
+        &self,
+        dofs: &[u32],
+        chosen: impl Fn(u32) -> bool,
+        factor: f64,
+        dx: &[f64],
+        r: &mut [f64],
+    ) {
         let n = dofs.len();
-        for (i, &to) in dofs.iter().enumerate().filter(|(_, to)| row(**to)) {
+        for (i, &to) in dofs.iter().enumerate().filter(|(_, to)| chosen(**to)) {
             let entry = |(j, from): (usize, &u32)| self.k[i.max(j) * n + i.min(j)] * dx[*from as usize];
             r[to as usize] += factor * dofs.iter().enumerate().map(entry).sum::<f64>();
         }
     }
 
+    /// Zeroes the entries of a block of `n` unknowns.
     pub(super) fn reset(&mut self, n: usize, want: Want) {
         self.energy = 0.0;
         self.dissipated = 0.0;

@@ -9,53 +9,55 @@ use crate::material::Want;
 use crate::math::signal::Clock;
 use std::sync::Arc;
 
-/// One exact row g(x, t, λ) = target(t) + compliance·λ − Σ_b c_b(x), with a multiplier λ that is the answer (cable: tension).
+/// One exact condition g(x, t, λ) = target(t) + compliance·λ − Σ_b c_b(x), whose multiplier λ is an unknown (cable: tension).
 ///
 /// The residual gets λ ∂c/∂x, the tangent λ ∂²c/∂x²: with `Π + λ (c − target) − ½ compliance λ²` as the Lagrangian.
 pub trait Constraint: Send + Sync {
     fn name(&self) -> &str;
+    /// The multipliers that the constraint admits.
     fn cone(&self) -> Cone;
-    /// Unit of g: a length or volume to which |g| is compared
+    /// Length or volume with which |g| is compared.
     fn scale(&self) -> f64;
     fn target(&self, now: Clock) -> f64;
-    /// ∂g/∂λ ≥ 0: of a cable, how much longer a newton makes it \[m/N\]. It stores ½ compliance λ² \[J\].
+    /// ∂g/∂λ ≥ 0: of a cable, the elongation per newton \[m/N\]. It stores ½ compliance λ² \[J\].
     fn compliance(&self) -> f64 {
         0.0
     }
     fn blocks(&self) -> &Blocks;
-    /// As [`Effect::means`]
+    /// As [`Capabilities::means`](super::Capabilities::means).
     fn means(&self) -> Option<&Arc<Means>> {
         None
     }
-    /// c_b, ∂c_b/∂x, ∂²c_b/∂x² of block `b` in `energy`, `r`, `k`. A [`Cone::Watched`] row needs no second derivative.
+    /// c_b, ∂c_b/∂x, ∂²c_b/∂x² of block `b` in `energy`, `r`, `k`. A [`Cone::Watched`] constraint needs no second derivative.
     fn eval(&self, x: &[f64], b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError>;
-    /// The law of a [`Cone::Linked`] row, which is row `c` of the system.
-    fn pieces(&self, _c: usize, _rows: &ConstraintValues) -> Vec<Piece> {
+    /// The law of a [`Cone::Linked`] constraint, which is constraint `c` of the system.
+    fn pieces(&self, _c: usize, _all: &ConstraintValues) -> Vec<Piece> {
         Vec::new()
     }
-    /// What row `c` dissipates \[J\] between two states, `\[past, now\]` of g and λ of all rows, by the trapezoidal rule.
+    /// Dissipation of constraint `c` \[J\] between two states by the trapezoidal rule, from g and λ of all constraints at the past
+    /// and at the present state.
     fn dissipated(&self, _c: usize, _g: [&[f64]; 2], _lambda: [&[f64]; 2]) -> f64 {
         0.0
     }
 }
 
-/// Which multipliers a row admits.
+/// The multipliers that a constraint admits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Cone {
-    /// g = 0, λ free
+    /// An equality: g = 0, λ is free
     Zero,
-    /// g ≥ 0 ⟂ λ ≥ 0
+    /// A unilateral constraint: g ≥ 0 ⟂ λ ≥ 0
     NonNegative,
-    /// 0 ≤ λ ≤ this: g = 0 between the ends, g ≥ 0 at λ = 0, g ≤ 0 at the upper one
+    /// A unilateral constraint with the largest multiplier λ_max, 0 ≤ λ ≤ λ_max: g = 0 between the ends, g ≥ 0 at λ = 0, g ≤ 0 at the upper one
     AtMost(f64),
-    /// λ ≥ 0 with a law of its own, [`Constraint::pieces`]
+    /// λ ≥ 0 with a law that involves other constraints, [`Constraint::pieces`]
     Linked,
-    /// λ = 0: other rows look at g
+    /// No force, λ = 0: the laws of other constraints depend on g
     Watched,
 }
 
 impl Cone {
-    /// The nearest multiplier that is admitted.
+    /// The admissible multiplier that is nearest to λ.
     pub fn admit(self, lambda: f64) -> f64 {
         match self {
             Self::Zero => lambda,
@@ -65,7 +67,7 @@ impl Cone {
         }
     }
 
-    /// Does the row hold the body with this multiplier, so that g stays zero under small changes?
+    /// Whether the constraint is active with this multiplier, so that g stays zero under small changes.
     pub fn holds(self, lambda: f64) -> bool {
         match self {
             Self::Zero => true,
@@ -76,7 +78,7 @@ impl Cone {
     }
 }
 
-/// All rows at one state; \[constraints\] each.
+/// Values of all constraints at one state.
 #[derive(Clone, Copy)]
 pub struct ConstraintValues<'a> {
     pub now: Clock<'a>,
@@ -85,27 +87,27 @@ pub struct ConstraintValues<'a> {
     pub lambda: &'a [f64],
     /// g at the start of the step
     pub old: &'a [f64],
-    /// Largest effect's Σ_e ‖r_e‖ \[N\], the yardstick of forces
+    /// Largest effect's Σ_e ‖r_e‖ \[N\], the scale of forces
     pub force: f64,
 }
 
-/// A function of the rows near a state.
+/// A linear function of the values g and multipliers λ of the constraints near a state.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Form {
     pub value: f64,
-    /// What |value| is compared with
+    /// Magnitude with which |value| is compared
     pub scale: f64,
-    /// (row, ∂/∂g)
+    /// (constraint, ∂/∂g)
     pub g: Vec<(usize, f64)>,
-    /// (row, ∂/∂λ)
+    /// (constraint, ∂/∂λ)
     pub lambda: Vec<(usize, f64)>,
 }
 
 impl Form {
     /// Σ g over `which`, compared with `scale`.
-    pub fn gap(rows: &ConstraintValues, which: std::ops::Range<usize>, scale: f64) -> Self {
+    pub fn gap(all: &ConstraintValues, which: std::ops::Range<usize>, scale: f64) -> Self {
         Self {
-            value: rows.g[which.clone()].iter().sum(),
+            value: all.g[which.clone()].iter().sum(),
             scale,
             g: which.map(|c| (c, 1.0)).collect(),
             ..Self::default()
@@ -113,30 +115,31 @@ impl Form {
     }
 
     /// λ_c − of.
-    pub fn multiplier(rows: &ConstraintValues, c: usize, of: f64) -> Self {
-        let value = rows.lambda[c] - of;
-        Self { value, scale: rows.lambda[c].abs() + of.abs(), g: Vec::new(), lambda: vec![(c, 1.0)] }
+    pub fn multiplier(all: &ConstraintValues, c: usize, of: f64) -> Self {
+        let value = all.lambda[c] - of;
+        Self { value, scale: all.lambda[c].abs() + of.abs(), g: Vec::new(), lambda: vec![(c, 1.0)] }
     }
 
     /// −f.
     pub fn negative(&self) -> Self {
-        let turn = |list: &[(usize, f64)]| list.iter().map(|&(c, d)| (c, -d)).collect();
-        Self { value: -self.value, scale: self.scale, g: turn(&self.g), lambda: turn(&self.lambda) }
+        let negated = |list: &[(usize, f64)]| list.iter().map(|&(c, d)| (c, -d)).collect();
+        Self { value: -self.value, scale: self.scale, g: negated(&self.g), lambda: negated(&self.lambda) }
     }
 
-    /// f less a constant.
+    /// f − constant.
     pub fn less(mut self, constant: f64) -> Self {
         self.value -= constant;
         self
     }
 
-    /// |value| as a share of its scale.
+    /// |value| relative to its scale.
     fn error(&self) -> f64 {
         if self.value == 0.0 { 0.0 } else { self.value.abs() / self.scale }
     }
 }
 
-/// `zero` = 0 while each of `while_not_negative` is, and else the piece of that place.
+/// One piece of a law: `zero` = 0 holds while each function of `while_not_negative` is not negative. Where one is negative, the piece with
+/// the index next to it holds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Piece {
     pub zero: Form,
@@ -144,36 +147,36 @@ pub struct Piece {
 }
 
 impl Piece {
-    /// How far the rows are from this piece, as a share of the scales.
+    /// Residual of this piece, relative to the scales.
     pub fn error(&self) -> f64 {
         let violated = self.while_not_negative.iter().filter(|(f, _)| f.value < 0.0);
         violated.map(|(f, _)| f.error()).fold(self.zero.error(), f64::max)
     }
 }
 
-/// 0 ≤ λ_c ≤ most: `gap` = 0 between the ends, ≥ 0 at the lower, ≤ 0 at the upper one.
-pub fn between(rows: &ConstraintValues, c: usize, gap: Form, most: f64) -> Vec<Piece> {
-    let lambda = Form::multiplier(rows, c, 0.0);
+/// The law 0 ≤ λ_c ≤ most: `gap` = 0 between the ends, ≥ 0 at the lower, ≤ 0 at the upper one.
+pub fn between(all: &ConstraintValues, c: usize, gap: Form, most: f64) -> Vec<Piece> {
+    let lambda = Form::multiplier(all, c, 0.0);
     let mut held = Piece { zero: gap.clone(), while_not_negative: vec![(lambda.clone(), 1)] };
     let open = Piece { zero: lambda, while_not_negative: vec![(gap.clone(), 0)] };
     if most == f64::INFINITY {
         return vec![held, open];
     }
-    let limit = Form::multiplier(rows, c, most);
+    let limit = Form::multiplier(all, c, most);
     held.while_not_negative.push((limit.negative(), 2));
     vec![held, open, Piece { zero: limit, while_not_negative: vec![(gap.negative(), 0)] }]
 }
 
-/// The law of row `c` at this state; its first piece is the one that holds the body.
-pub fn pieces(constraint: &dyn Constraint, c: usize, rows: &ConstraintValues) -> Vec<Piece> {
-    let gap = || Form::gap(rows, c..c + 1, constraint.scale());
+/// The law of constraint `c` at this state; in its first piece the constraint is active.
+pub fn pieces(constraint: &dyn Constraint, c: usize, all: &ConstraintValues) -> Vec<Piece> {
+    let gap = || Form::gap(all, c..c + 1, constraint.scale());
     match constraint.cone() {
         Cone::Zero => vec![Piece { zero: gap(), while_not_negative: Vec::new() }],
-        Cone::NonNegative => between(rows, c, gap(), f64::INFINITY),
-        Cone::AtMost(most) => between(rows, c, gap(), most),
-        Cone::Linked => constraint.pieces(c, rows),
+        Cone::NonNegative => between(all, c, gap(), f64::INFINITY),
+        Cone::AtMost(most) => between(all, c, gap(), most),
+        Cone::Linked => constraint.pieces(c, all),
         Cone::Watched => {
-            vec![Piece { zero: Form::multiplier(rows, c, 0.0), while_not_negative: Vec::new() }]
+            vec![Piece { zero: Form::multiplier(all, c, 0.0), while_not_negative: Vec::new() }]
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Contact points whose forces can be prescribed. Corrections solve the equilibrium without contact, with every obstacle as a plane, and
 //! then set the contact forces.
 
-use super::{Caches, System};
+use super::Caches;
 use crate::math::tensor::Vec3;
 
 /// A contact point, and the tangent plane of its obstacle at the state of the search.
@@ -39,24 +39,4 @@ pub trait ContactPoints {
     fn points(&self, x: &[f64], dt: f64, caches: &mut Caches) -> Vec<ContactPoint>;
     /// Changes x so that the contact forces of the points are these \[N\].
     fn set_forces(&self, x: &mut [f64], forces: &[f64], caches: &mut Caches);
-}
-
-impl System {
-    fn with_contact_points(&self) -> impl Iterator<Item = &dyn ContactPoints> {
-        self.effects.iter().filter_map(|e| e.capabilities().contact_points)
-    }
-
-    /// The points of all effects whose contact forces can be prescribed.
-    pub fn contact_points(&self, x: &[f64], dt: f64, caches: &mut Caches) -> Vec<ContactPoint> {
-        self.with_contact_points().flat_map(|effect| effect.points(x, dt, caches)).collect()
-    }
-
-    /// Prescribes the forces N \[N\] of these points, in their order.
-    pub fn set_contact_forces(&self, x: &mut [f64], mut forces: &[f64], caches: &mut Caches) {
-        for effect in self.with_contact_points() {
-            let (own, rest) = forces.split_at(effect.count());
-            effect.set_forces(x, own, caches);
-            forces = rest;
-        }
-    }
 }

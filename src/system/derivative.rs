@@ -1,137 +1,80 @@
-//! Derivatives of residual and history that K on the free dofs does not hold: by what came before a step, by a constant θ of
-//! an effect, and at the prescribed dofs.
+//! Derivatives of residual and history at fixed x: by the inputs of the step other than x, and by a parameter θ of an effect.
 
-use super::{At, BlockValues, Dofs, Effect, EvalError, Perturbation, System, Want};
+use super::{At, BlockValues, Blocks, Effect, EvalError, Perturbation, System, Want};
 
 /// ∂/∂θ of one effect of a system at fixed x, v, a, `old` and history.
 pub struct ParameterDerivative {
-    /// Place of the effect in the system
+    /// Index of the effect in the system
     pub of: usize,
-    /// Its residual is ∂r/∂θ; it sees the history of the effect, and [`HistoryVariables::advance`](super::HistoryVariables::advance) gives ∂/∂θ of the new one
+    /// Its residual is ∂r/∂θ; it reads the history of the effect, and
+    /// [`HistoryVariables::advance`](super::HistoryVariables::advance) gives ∂/∂θ of the new one
     pub effect: Box<dyn Effect>,
 }
 
-impl System {
-    /// Adds the change of the residual along the past of `direction` and by θ, at fixed x, to `r` \[unknowns\].
-    pub fn add_change(
-        &self,
-        at: &At,
-        direction: &Perturbation,
-        terms: &[ParameterDerivative],
-        r: &mut [f64],
-    ) -> Result<(), EvalError> {
-        let largest = terms.iter().map(|t| t.effect.blocks().largest()).fold(self.largest(), usize::max);
-        let mut local = BlockValues::new(largest);
-        let mut add = |effect: &dyn Effect, change: &dyn Fn(usize, &mut BlockValues) -> Result<(), EvalError>| {
-            let blocks = effect.blocks();
-            for b in 0..blocks.len() {
-                local.reset(blocks.size(b), Want::Residual);
-                change(b, &mut local)?;
-                blocks.dofs(b).zip(&local.r).for_each(|(dof, value)| r[dof as usize] += value);
-            }
-            Ok(())
-        };
-        for (e, effect) in self.effects.iter().enumerate() {
-            if let Some(past) = effect.capabilities().past {
-                let (at, direction) = self.seen_by(e, at, direction);
-                add(&**effect, &|b, local| past.along(&at, &direction, b, local))?;
-            }
+/// Adds the change of the residual by the perturbed inputs and by θ, at fixed x, to `r` \[unknowns\].
+pub fn add_residual_derivative(
+    system: &System,
+    at: &At,
+    by: &Perturbation,
+    parameters: &[ParameterDerivative],
+    r: &mut [f64],
+) -> Result<(), EvalError> {
+    for (e, effect) in system.effects.iter().enumerate() {
+        if let Some(past) = effect.capabilities().past {
+            let (at, by) = (system.inputs_of(e, at), perturbation_of(system, e, by));
+            add_blocks(effect.blocks(), r, |b, values| past.along(&at, &by, b, values))?;
         }
-        for ParameterDerivative { of, effect } in terms {
-            let (at, _) = self.seen_by(*of, at, direction);
-            add(&**effect, &|b, local| effect.eval(&at, b, Want::Residual, local))?;
-        }
-        Ok(())
     }
+    for ParameterDerivative { of, effect } in parameters {
+        let at = system.inputs_of(*of, at);
+        add_blocks(effect.blocks(), r, |b, values| effect.eval(&at, b, Want::Residual, values))?;
+    }
+    Ok(())
+}
 
-    /// The change of the history along `direction` and by θ into `new`, which comes with the change at the start of the step.
-    pub fn advance_change(
-        &self,
-        at: &At,
-        direction: &Perturbation,
-        terms: &[ParameterDerivative],
-        new: &mut [f64],
-    ) -> Result<(), EvalError> {
-        for (e, effect) in self.effects.iter().enumerate() {
-            let capabilities = effect.capabilities();
-            let (Some(history), Some(past)) = (capabilities.history, capabilities.past) else { continue };
-            let (at, direction) = self.seen_by(e, at, direction);
-            let terms: Vec<&ParameterDerivative> = terms.iter().filter(|t| t.of == e).collect();
-            let mut share = vec![0.0; history.size()];
-            for (b, new) in new[self.histories(e)].chunks_exact_mut(history.size()).enumerate() {
-                past.advance_along(&at, &direction, b, new)?;
-                for term in &terms {
-                    share.fill(0.0);
-                    if let Some(history) = term.effect.capabilities().history {
-                        history.advance(&at, b, &mut share)?;
-                    }
-                    new.iter_mut().zip(&share).for_each(|(new, share)| *new += share);
-                }
+/// The change of the history by the perturbation and by θ into `new`, which holds the change at the start of the step.
+pub fn add_history_derivative(
+    system: &System,
+    at: &At,
+    by: &Perturbation,
+    parameters: &[ParameterDerivative],
+    new: &mut [f64],
+) -> Result<(), EvalError> {
+    for (e, effect) in system.effects.iter().enumerate() {
+        let capabilities = effect.capabilities();
+        let (Some(history), Some(past)) = (capabilities.history, capabilities.past) else { continue };
+        let (at, by) = (system.inputs_of(e, at), perturbation_of(system, e, by));
+        let of_parameters = parameters.iter().filter(|p| p.of == e);
+        let parameters: Vec<_> = of_parameters.filter_map(|p| p.effect.capabilities().history).collect();
+        let mut share = vec![0.0; history.size()];
+        for (b, new) in new[system.history_of(e)].chunks_exact_mut(history.size()).enumerate() {
+            past.advance_along(&at, &by, b, new)?;
+            for parameter in &parameters {
+                share.fill(0.0);
+                parameter.advance(&at, b, &mut share)?;
+                new.iter_mut().zip(&share).for_each(|(new, share)| *new += share);
             }
         }
-        Ok(())
     }
+    Ok(())
+}
 
-    /// With the histories of effect `e` alone.
-    fn seen_by<'a>(&self, e: usize, at: &At<'a>, direction: &Perturbation<'a>) -> (At<'a>, Perturbation<'a>) {
-        let at = At { history: &at.history[self.histories(e)], ..*at };
-        (at, Perturbation { history: &direction.history[self.histories(e)], ..*direction })
+/// Adds r of every block.
+fn add_blocks(
+    blocks: &Blocks,
+    r: &mut [f64],
+    eval: impl Fn(usize, &mut BlockValues) -> Result<(), EvalError>,
+) -> Result<(), EvalError> {
+    let mut values = BlockValues::new(blocks.largest());
+    for b in 0..blocks.len() {
+        values.reset(blocks.size(b), Want::Residual);
+        eval(b, &mut values)?;
+        blocks.dofs(b).zip(&values.r).for_each(|(dof, value)| r[dof as usize] += value);
     }
+    Ok(())
+}
 
-    /// Adds (K + A) dx + Σ h dλ at the prescribed dofs, for each (dx, dλ), to its `r` \[unknowns\]: the change of the reactions.
-    /// Only blocks with a prescribed dof are evaluated.
-    pub fn add_reactions(
-        &self,
-        at: &At,
-        lambda: &[f64],
-        changes: &[(&[f64], &[f64])],
-        r: &mut [Vec<f64>],
-    ) -> Result<(), EvalError> {
-        let mut local = BlockValues::new(self.largest());
-        let fixed = |dof: u32| self.dofs.equation[dof as usize] == Dofs::FIXED;
-        for (e, effect) in self.effects.iter().enumerate() {
-            let at = &At { history: &at.history[self.histories(e)], ..*at };
-            if let Some(means) = effect.capabilities().means {
-                let eval =
-                    |x: &[f64], b: usize, out: &mut BlockValues| effect.eval(&At { x, ..*at }, b, Want::Tangent, out);
-                let changes: Vec<_> = changes.iter().map(|&(dx, _)| (dx, 0.0)).collect();
-                self.add_reactions_by_means((means, effect.blocks()), 1.0, &changes, eval, at.x, r)?;
-                continue;
-            }
-            for b in (0..effect.blocks().len()).filter(|&b| effect.blocks().dofs(b).any(fixed)) {
-                let dofs: Vec<u32> = effect.blocks().dofs(b).collect();
-                local.reset(dofs.len(), Want::Tangent);
-                effect.eval(at, b, Want::Tangent, &mut local)?;
-                for (&(dx, _), r) in changes.iter().zip(&mut *r) {
-                    local.add_product(&dofs, fixed, 1.0, dx, r);
-                }
-            }
-        }
-        self.each_skew(at, |i, j, a| {
-            for (&(dx, _), r) in changes.iter().zip(&mut *r) {
-                for (to, value) in [(i, a * dx[j as usize]), (j, -a * dx[i as usize])] {
-                    r[to as usize] += if fixed(to) { value } else { 0.0 };
-                }
-            }
-        });
-        for (c, constraint) in self.constraints.iter().enumerate() {
-            if let Some(means) = constraint.means() {
-                let eval = |x: &[f64], b: usize, out: &mut BlockValues| constraint.eval(x, b, Want::Tangent, out);
-                let changes: Vec<_> = changes.iter().map(|&(dx, dlambda)| (dx, dlambda[c])).collect();
-                self.add_reactions_by_means((means, constraint.blocks()), lambda[c], &changes, eval, at.x, r)?;
-                continue;
-            }
-            for b in (0..constraint.blocks().len()).filter(|&b| constraint.blocks().dofs(b).any(fixed)) {
-                let dofs: Vec<u32> = constraint.blocks().dofs(b).collect();
-                local.reset(dofs.len(), Want::Tangent);
-                constraint.eval(at.x, b, Want::Tangent, &mut local)?;
-                for (&(dx, dlambda), r) in changes.iter().zip(&mut *r) {
-                    local.add_product(&dofs, fixed, lambda[c], dx, r);
-                    let rows = dofs.iter().zip(&local.r).filter(|(dof, _)| fixed(**dof));
-                    rows.for_each(|(&dof, h)| r[dof as usize] += h * dlambda[c]);
-                }
-            }
-        }
-        Ok(())
-    }
+/// With the history of effect `e` alone.
+fn perturbation_of<'a>(system: &System, e: usize, by: &Perturbation<'a>) -> Perturbation<'a> {
+    Perturbation { history: &by.history[system.history_of(e)], ..*by }
 }

@@ -1,7 +1,6 @@
-//! Which unknowns are free, and in which order they are eliminated.
+//! Numbering of the free unknowns in their order of elimination.
 
 use super::Blocks;
-use super::means::Coupled;
 use crate::math::ordering::fill_reducing;
 use crate::math::signal::Signal;
 use crate::math::sparse::SymPattern;
@@ -15,7 +14,18 @@ pub struct Prescribed {
     pub signal: Signal,
 }
 
-/// Nodes that are eliminated after all means: without them a body that only what acts on the means holds has a regular K.
+/// Weighted means as vertices of the elimination graph.
+#[derive(Default)]
+pub(super) struct MeanGraph {
+    /// Number of means
+    pub count: usize,
+    /// Pairs of means in one block
+    pub pairs: Vec<(u32, u32)>,
+    /// (mean, node)
+    pub nodes: Vec<(u32, u32)>,
+}
+
+/// Nodes that are eliminated after all means. Without them K would be singular in a body that is held through means alone.
 const LAST: usize = 8;
 
 /// Numbering of the free unknowns. Prescribed ones are eliminated: the reaction is the residual there.
@@ -27,7 +37,7 @@ pub struct Dofs {
     pub free: Vec<u32>,
     /// Dofs below this are displacements
     pub displacements: u32,
-    /// Per mean by which something sees the body: equations that are eliminated before it
+    /// Per mean: equations that are eliminated before it
     pub after: Vec<u32>,
 }
 
@@ -35,13 +45,13 @@ impl Dofs {
     pub const FIXED: u32 = u32::MAX;
 
     /// Numbers the free dofs in the elimination order of the node graph (3×3 blocks stay together); a scalar of the second
-    /// field follows the node that hosts it. A mean is a vertex of the graph too, coupled to its nodes and to the means that it acts with.
+    /// field follows the node that hosts it. A mean is a vertex of the graph too, coupled to its nodes and to the means in its blocks.
     pub(super) fn new<'a>(
         nodes: usize,
         hosts: &[u32],
         prescribed: &[Prescribed],
         blocks: impl Iterator<Item = &'a Blocks> + Clone,
-        coupled: &Coupled,
+        means: &MeanGraph,
     ) -> Self {
         let displacements = 3 * nodes as u32;
         let mut equation = vec![0; 3 * nodes + hosts.len()];
@@ -59,11 +69,11 @@ impl Dofs {
             })
         });
         let first = nodes as u32;
-        let of_means = coupled.pairs.iter().map(|&(k, l)| (first + k, first + l));
-        let to_nodes = coupled.nodes.iter().map(|&(k, node)| (first + k, node));
-        let graph = SymPattern::from_pairs(nodes + coupled.count, pairs.chain(of_means).chain(to_nodes));
+        let of_means = means.pairs.iter().map(|&(k, l)| (first + k, first + l));
+        let to_nodes = means.nodes.iter().map(|&(k, node)| (first + k, node));
+        let graph = SymPattern::from_pairs(nodes + means.count, pairs.chain(of_means).chain(to_nodes));
         let order = means_before_the_last_nodes(fill_reducing(&graph), first);
-        let (mut free, mut after) = (Vec::with_capacity(equation.len()), vec![0; coupled.count]);
+        let (mut free, mut after) = (Vec::with_capacity(equation.len()), vec![0; means.count]);
         for node in order {
             if node >= first {
                 after[(node - first) as usize] = free.len() as u32;
@@ -79,7 +89,7 @@ impl Dofs {
         Self { equation, free, displacements, after }
     }
 
-    /// Is equation `e` one of the second field?
+    /// Whether equation `e` belongs to the second field.
     pub fn is_scalar(&self, e: usize) -> bool {
         self.free[e] >= self.displacements
     }

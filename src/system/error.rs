@@ -1,14 +1,14 @@
-//! Why an effect has no value at a state.
+//! Errors of evaluations.
 
 use crate::material::LawError;
 use std::fmt;
 
-/// An effect that is not defined at this state: the step must be shortened.
+/// An effect is not defined at this state; a shorter step may avoid it.
 #[derive(Clone, Debug, PartialEq)]
 pub enum EvalError {
     /// det F ≤ 0 at a quadrature point of a law that needs J > 0
     Inverted { effect: String, cell: usize, j: f64 },
-    /// Stretched to where the law ends (fully stretched chains): Ī₁ − 3 = i ≥ limit \[–\]
+    /// Stretched beyond the range of the law (fully stretched chains): Ī₁ − 3 = i ≥ limit \[–\]
     Locked { effect: String, cell: usize, i: f64, limit: f64 },
     /// Two consecutive guides coincide: the direction of the cable is undefined
     Degenerate { effect: String, segment: usize },
@@ -42,7 +42,7 @@ impl fmt::Display for EvalError {
 impl std::error::Error for EvalError {}
 
 impl EvalError {
-    /// Effect, cell and node that it is about.
+    /// Effect, cell and node at which the error occurred.
     pub fn place(&self) -> (&str, Option<usize>, Option<u32>) {
         match self {
             Self::Inverted { effect, cell, .. } | Self::Locked { effect, cell, .. } => (effect, Some(*cell), None),

@@ -1,36 +1,43 @@
-//! The waist of the program: effects and constraints give local contributions, [`System`] sums them.
+//! The core interface of the program: effects and constraints give local contributions, and [`System`] sums them.
 //!
-//! Nothing is in the sum unless it is in the list: there is no gravity, damping or dt field and no flag here.
+//! Nothing enters the sum unless it is in the list of effects and constraints: there are no fields or flags for gravity, damping or a time
+//! step here.
 
+mod assembled;
 mod assembly;
 mod batch;
 mod blocks;
 mod caches;
 mod constraint;
 mod contact_points;
+mod contribution;
 mod derivative;
 mod dofs;
 mod effect;
+mod equations;
 mod error;
 mod means;
 mod projection;
-mod scatter;
+mod reactions;
 mod skew;
+mod sparsity;
 mod state;
-mod transient_coupling;
+mod transient;
 
-pub use assembly::{Assembled, Cost, System, SystemError};
+pub use assembled::{Assembled, Cost};
 pub use batch::{Batch, Batched};
 pub use blocks::{BlockValues, Blocks};
 pub use caches::{CacheKey, Caches};
 pub use constraint::{Cone, Constraint, ConstraintValues, Form, Piece, between, pieces};
 pub use contact_points::{ContactPoint, ContactPoints};
-pub use derivative::ParameterDerivative;
+pub use derivative::{ParameterDerivative, add_history_derivative, add_residual_derivative};
 pub use dofs::{Dofs, Prescribed};
 pub use effect::{
     ActiveBlocks, Capabilities, Effect, EnergyRole, HistoryVariables, MotionLimit, Needs, PastDerivative, SkewTangent,
     StepLimit, TransientBlocks, TransientCoupling, Want,
 };
+pub use equations::{System, SystemError};
 pub use error::EvalError;
 pub use means::Means;
+pub use reactions::add_reactions;
 pub use state::{At, Perturbation, Rates, State};

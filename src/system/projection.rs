@@ -24,7 +24,7 @@ pub(super) fn project(local: &mut BlockValues, n: usize, displacements: usize) {
 mod tests {
     use super::*;
 
-    /// A 3 × 3 block beside a second field: [\[1, 2\], \[2, 1\]] has the eigenvalues 3 and −1, and becomes 3/2 [\[1, 1\], \[1, 1\]].
+    /// A 3 × 3 block next to a second field: [\[1, 2\], \[2, 1\]] has the eigenvalues 3 and −1, and becomes 3/2 [\[1, 1\], \[1, 1\]].
     #[test]
     fn takes_the_negative_part_away_and_nothing_else() {
         let mut local = BlockValues::new(4);

@@ -2,7 +2,7 @@
 
 use crate::math::signal::{Clock, Ramp};
 
-/// All that changes during a run. Cloning it is a checkpoint, dropping it a cut step. SI units.
+/// Everything that changes during a run, in SI units. A clone of it is a checkpoint of the mechanics.
 #[derive(Clone, Debug, PartialEq)]
 pub struct State {
     pub t: f64,
@@ -14,13 +14,13 @@ pub struct State {
     pub a: Vec<f64>,
     /// \[constraints\] multipliers, in the unit that pairs with g (cable: tension \[N\])
     pub lambda: Vec<f64>,
-    /// What the integrator remembers besides (BDF2: last x and v; generalised-α: algorithmic acceleration)
+    /// Further variables of the integrator (BDF2: last x and v; generalised-α: algorithmic acceleration)
     pub memory: Vec<f64>,
     /// Last accepted step \[s\], 0 at the start
     pub dt: f64,
-    /// What the effects remember, effect by effect and block by block; zero at rest, empty if none remembers
+    /// History variables of the effects, effect by effect and block by block; zero at rest, empty if no effect has any
     pub history: Vec<f64>,
-    /// What is known of the signals that are decided on the way; empty if none is
+    /// The known part of the signals that a controller decides during the run; empty if there are none
     pub inputs: Vec<Ramp>,
 }
 
@@ -47,7 +47,7 @@ impl State {
     }
 }
 
-/// Slopes of the integrator: ∂v/∂x = cv·I \[1/s\], ∂a/∂x = ca·I \[1/s²\]; both 0 in statics.
+/// Derivatives of the rates by x that the integrator implies: ∂v/∂x = cv·I \[1/s\], ∂a/∂x = ca·I \[1/s²\]; both 0 in statics.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Rates {
     pub cv: f64,
@@ -55,14 +55,14 @@ pub struct Rates {
 }
 
 impl Rates {
-    /// Those of steps whose lengths differ by rounding only?
+    /// Whether both belong to steps whose lengths differ by rounding only.
     pub fn is_near(&self, other: &Self) -> bool {
         let near = |a: f64, b: f64| (a - b).abs() <= 1e-9 * b.abs();
         near(self.cv, other.cv) && near(self.ca, other.ca)
     }
 }
 
-/// What an evaluation sees.
+/// Inputs of one evaluation.
 #[derive(Clone, Copy)]
 pub struct At<'a> {
     pub t: f64,
@@ -73,7 +73,7 @@ pub struct At<'a> {
     pub a: &'a [f64],
     /// x at the start of the step
     pub old: &'a [f64],
-    /// History at the start of the step: of the whole state for a system, [blocks × [`Effect::history`]] for an effect
+    /// History at the start of the step: of the whole state for a system, [blocks × `HistoryVariables::size`] for an effect
     pub history: &'a [f64],
     pub inputs: &'a [Ramp],
     pub rates: Rates,
@@ -86,11 +86,11 @@ impl<'a> At<'a> {
     }
 }
 
-/// Derivative by a parameter of what an evaluation sees.
+/// Derivatives of the inputs of an evaluation by a parameter.
 #[derive(Clone, Copy)]
 pub struct Perturbation<'a> {
     pub x: &'a [f64],
-    /// Of v and a at fixed x: what K has in cv and ca is not in them
+    /// Of v and a at fixed x, without the part that K contains through cv and ca
     pub v: &'a [f64],
     pub a: &'a [f64],
     pub old: &'a [f64],

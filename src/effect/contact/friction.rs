@@ -5,7 +5,7 @@
 //! creeps by less than ε in a step. ε = stick_velocity speed · Δt in dynamics, and a length in statics.
 //!
 //! N and n are those of the state itself, so friction obeys Coulomb's law at the end of every step. The tangent is that of a
-//! fixed N and n: symmetric and positive semidefinite, at the price of linear convergence (∂N/∂x is left out).
+//! fixed N and n: symmetric and positive semidefinite, at the cost of linear convergence (∂N/∂x is left out).
 //! Energy: what the step dissipates, Σ F_t·u. Limits: a load slowly moves what sticks; isotropic; no viscosity.
 
 use super::placement::moved;

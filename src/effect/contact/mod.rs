@@ -1,15 +1,15 @@
-//! Contact of points of a surface with a rigid obstacle: which points are near, how near, and how far they may move.
+//! Contact of points of a surface with a rigid obstacle: search for near points, their distances, and the longest admissible motion.
 //!
 //! A point of the surface is x_q = X_q + Σ_a N_a u_a with an area W_q, and its distance d_q from the obstacle is that of
-//! [`shape`] in the frame of [`placement`]. What a distance means is a response: [`barrier`], [`penalty`], [`multiplier`];
-//! what resists sliding is [`friction`].
+//! [`shape`] in the frame of [`placement`]. The law of pressure against distance is a response: [`barrier`], [`penalty`], [`multiplier`];
+//! the resistance to sliding is [`friction`].
 //!
 //! For each point the last distance that was computed, and where, are kept: d changes no faster than the point moves, so most
-//! points need no query. The bounds decide what is computed, never what comes out.
+//! points need no query. The bounds determine how much is computed, never the result.
 //!
 //! The longest step is found by additive continuous collision detection (Li, Kaufman & Jiang, Codimensional incremental potential
 //! contact, ACM TOG 40, 2021, §4): it needs lower bounds of distances only, and no roots.
-//! Two deformable surfaces meet in [`surfaces`].
+//! Contact of deformable surfaces is in [`surfaces`].
 //!
 //! Limits: points see the obstacle, the obstacle does not see what lies between them: an edge or a sphere of radius R enters
 //! a facet of size h by up to h²/8R.
@@ -51,7 +51,7 @@ pub struct Counts {
     pub detection: Duration,
 }
 
-/// A force that presses on a point.
+/// A normal force on a point.
 pub struct Press {
     /// N \[N\]
     pub force: f64,
@@ -69,10 +69,10 @@ impl Press {
     }
 }
 
-/// What presses points on an obstacle.
+/// A response that exerts normal forces on points.
 pub trait Pressing: Send + Sync {
     fn contact(&self) -> &Contact;
-    /// Nothing presses beyond this distance \[m\]
+    /// There is no force beyond this distance \[m\]
     fn reach(&self) -> f64;
     /// The forces on point `b` at this state
     fn presses(&self, x: &[f64], b: usize) -> Vec<Press>;
@@ -145,7 +145,7 @@ impl Contact {
         p.nodes.iter().zip(&p.weights).fold(p.at, |at, (&node, w)| at + moved(x, node) * *w)
     }
 
-    /// How far point `b` moves with dx \[m\].
+    /// Displacement of point `b` in the motion dx \[m\].
     fn motion(&self, dx: &[f64], b: usize) -> Vec3 {
         let p = &self.points[b];
         p.nodes.iter().zip(&p.weights).map(|(&node, w)| moved(dx, node) * *w).sum()
@@ -196,7 +196,7 @@ impl Contact {
         known.1
     }
 
-    /// The longest part of the motion dx from x on which no point comes nearer than a tenth of its distance.
+    /// The largest share of the motion dx from x on which no point comes nearer than a tenth of its distance.
     pub fn max_step(&self, x: &[f64], dx: &[f64], caches: &mut Caches) -> Option<MotionLimit> {
         let start = Instant::now();
         let placed = self.obstacle.at(x);
@@ -226,7 +226,7 @@ impl Contact {
         limit
     }
 
-    /// How far point `b` may go, at most to `end`.
+    /// The admissible share of the motion of point `b`, at most `end`.
     fn advance(&self, (x, dx): (&[f64], &[f64]), b: usize, gap: f64, speed: f64, end: f64, tested: &mut usize) -> f64 {
         let distance = |share: f64| {
             let placed = self.obstacle.along(x, dx, share);

@@ -24,7 +24,7 @@ pub struct Multiplier {
     pub contact: Arc<Contact>,
     /// c \[N/m\]
     pub stiffness: f64,
-    /// What a point that is pressed from outside slides with; in the equilibrium it is an effect of its own
+    /// Friction of points whose forces are prescribed; in the equilibrium friction is an effect of its own
     pub friction: Option<Coulomb>,
 }
 

@@ -57,7 +57,7 @@ pub struct Obstacle {
     pub origin: Vec3,
     /// Axes of the frame of the shape in its columns
     pub axes: Mat3,
-    /// What carries it; None where it is fixed
+    /// The affine body that moves it; None if it is fixed
     pub body: Option<AffineFrame>,
 }
 

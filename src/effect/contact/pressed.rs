@@ -12,7 +12,7 @@ use crate::system::{
 };
 use std::sync::Arc;
 
-/// What a distance means.
+/// Law of the pressure against the distance.
 pub trait Response: Send + Sync {
     /// No potential beyond this distance \[m\]
     fn reach(&self) -> f64;

@@ -1,7 +1,7 @@
 //! Coulomb friction between surfaces: that of [`friction`](crate::effect::contact::friction) on every term.
 
-use super::Term;
 use super::pressed::PressedSurfaces;
+use super::terms::Term;
 use crate::effect::contact::friction::Coulomb;
 use crate::system::{
     At, BlockValues, Blocks, Caches, Capabilities, Effect, EnergyRole, EvalError, TransientBlocks, TransientCoupling,
@@ -30,9 +30,9 @@ impl SurfaceFriction {
 
     /// Adds the friction of a term to a block of its nodes.
     pub fn add(&self, at: &At, term: &Term, want: Want, out: &mut BlockValues) {
-        // A term that is taken away again, beside a concave edge, takes its friction away too.
+        // A term that is taken away again, next to a concave edge, takes its friction away too.
         let Some(press) = self.pressing.press(at.x, term) else { return };
-        self.law.add(at, &term.touch.nodes, &press, 3 * term.touch.nodes.len(), want, out);
+        self.law.add(at, &term.distance.nodes, &press, 3 * term.distance.nodes.len(), want, out);
     }
 }
 
@@ -61,7 +61,7 @@ impl Effect for SurfaceFriction {
 impl TransientCoupling for SurfaceFriction {
     fn blocks_at<'a>(&'a self, at: &At, caches: &mut Caches) -> Box<dyn TransientBlocks + 'a> {
         let terms = self.pressing.surfaces.terms(at.x, caches);
-        let blocks = Blocks::new(terms.iter().map(|t| &t.touch.nodes[..]));
+        let blocks = Blocks::new(terms.iter().map(|t| &t.distance.nodes[..]));
         Box::new(FrictionTerms { of: self, terms, blocks })
     }
 

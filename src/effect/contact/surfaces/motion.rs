@@ -1,12 +1,13 @@
-//! How far a motion may go before two surfaces cross: additive continuous collision detection (Li, Kaufman & Jiang, ACM TOG 40,
+//! The longest motion on which two surfaces do not cross: additive continuous collision detection (Li, Kaufman & Jiang, ACM TOG 40,
 //! 2021, §4), pair by pair.
 //!
 //! The distance of a pair falls no faster than its parts move against each other, so d/speed is a safe share of the motion; it is
 //! taken until a tenth of the distance is left. What all nodes of a pair do in common does not count.
 
 use super::candidates::{Candidates, candidates};
-use super::terms::{between, to_triangle};
-use super::{SurfaceSearch, Surfaces, farthest};
+use super::nearest::{between, to_triangle};
+use super::pair::Surfaces;
+use super::search::{SurfaceSearch, farthest};
 use crate::effect::contact::placement::moved;
 use crate::effect::contact::{ADVANCES, LEFT, Point};
 use crate::math::tensor::Vec3;
@@ -35,7 +36,7 @@ impl Flight {
         most(&self.motion[..first]) + most(&self.motion[first..])
     }
 
-    /// How far it may go, at most to `end`, with the distance at the start. Pairs that stay further apart than a tenth of `reach` are free.
+    /// The admissible share of the motion, at most `end`, and the distance at the start. Pairs that stay further apart than a tenth of `reach` are free.
     fn longest(&self, reach: f64, end: f64, tested: &mut usize) -> (f64, f64) {
         *tested += 1;
         let (gap, speed) = (self.distance(0.0), self.speed());
@@ -57,65 +58,63 @@ impl Flight {
     }
 }
 
-impl Surfaces {
-    /// The longest part of the motion dx from x on which no pair comes nearer than a tenth of its distance, or of the reach.
-    pub fn max_step(&self, x: &[f64], dx: &[f64], caches: &mut Caches) -> Option<MotionLimit> {
-        let start = Instant::now();
-        let search: &mut SurfaceSearch = caches.entry(&self.key);
-        let pairs = self.in_reach_of(x, dx, search);
-        let passes = self.passes();
-        let mut limit: Option<MotionLimit> = None;
-        let mut tested = 0;
-        let mut look = |flight: Flight, node: u32| {
-            let end = limit.map_or(1.0, |l| l.share);
-            let (share, gap) = flight.longest(self.reach, end, &mut tested);
-            if share < end {
-                limit = Some(MotionLimit { share, node, gap });
-            }
-        };
-        for (pass, pairs) in passes.iter().zip(&pairs.points) {
-            for &[p, t] in pairs {
-                let point = &pass.points.points[p as usize];
-                let [a, b, c] = pass.triangles.triangles[t as usize];
-                let nodes = [a, b, c];
-                let own: Vec3 = point.nodes.iter().zip(&point.weights).map(|(&k, w)| moved(dx, k) * *w).sum();
-                let [q, r, s] = nodes.map(|k| self.node(x, k));
-                let [dq, dr, ds] = nodes.map(|k| moved(dx, k));
-                let flight = Flight { at: [self.place(x, point), q, r, s], motion: [own, dq, dr, ds], edges: false };
-                look(flight, point.nodes[0]);
-            }
+/// The longest part of the motion dx from x on which no pair comes nearer than a tenth of its distance, or of the reach.
+pub fn max_step(surfaces: &Surfaces, x: &[f64], dx: &[f64], caches: &mut Caches) -> Option<MotionLimit> {
+    let start = Instant::now();
+    let search: &mut SurfaceSearch = caches.entry(&surfaces.key);
+    let pairs = in_reach_of(surfaces, x, dx, search);
+    let passes = surfaces.passes();
+    let mut limit: Option<MotionLimit> = None;
+    let mut tested = 0;
+    let mut look = |flight: Flight, node: u32| {
+        let end = limit.map_or(1.0, |l| l.share);
+        let (share, gap) = flight.longest(surfaces.reach, end, &mut tested);
+        if share < end {
+            limit = Some(MotionLimit { share, node, gap });
         }
-        let (first, second) = (&passes[0].points.edges, &passes[0].triangles.edges);
-        for &[a, b] in &pairs.edges {
-            let ([i, j], [k, l]) = (first[a as usize].nodes, second[b as usize].nodes);
-            let nodes = [i, j, k, l];
-            let flight =
-                Flight { at: nodes.map(|k| self.node(x, k)), motion: nodes.map(|k| moved(dx, k)), edges: true };
-            look(flight, i);
+    };
+    for (pass, pairs) in passes.iter().zip(&pairs.points) {
+        for &[p, t] in pairs {
+            let point = &pass.points.points[p as usize];
+            let [a, b, c] = pass.triangles.triangles[t as usize];
+            let nodes = [a, b, c];
+            let own: Vec3 = point.nodes.iter().zip(&point.weights).map(|(&k, w)| moved(dx, k) * *w).sum();
+            let [q, r, s] = nodes.map(|k| surfaces.node(x, k));
+            let [dq, dr, ds] = nodes.map(|k| moved(dx, k));
+            let flight = Flight { at: [surfaces.place(x, point), q, r, s], motion: [own, dq, dr, ds], edges: false };
+            look(flight, point.nodes[0]);
         }
-        search.counts.points += self.point_count();
-        search.counts.tested += tested;
-        search.counts.detection += start.elapsed();
-        limit
     }
+    let (first, second) = (&passes[0].points.edges, &passes[0].triangles.edges);
+    for &[a, b] in &pairs.edges {
+        let ([i, j], [k, l]) = (first[a as usize].nodes, second[b as usize].nodes);
+        let nodes = [i, j, k, l];
+        let flight =
+            Flight { at: nodes.map(|k| surfaces.node(x, k)), motion: nodes.map(|k| moved(dx, k)), edges: true };
+        look(flight, i);
+    }
+    search.counts.points += surfaces.point_count();
+    search.counts.tested += tested;
+    search.counts.detection += start.elapsed();
+    limit
+}
 
-    /// Pairs that may come nearer than the reach on the way: those that are known, where the margin covers it.
-    fn in_reach_of(&self, x: &[f64], dx: &[f64], search: &mut SurfaceSearch) -> Arc<Candidates> {
-        let here = self.displacements(x);
-        let there: Vec<Vec3> = here.iter().zip(self.displacements(dx)).map(|(a, d)| a + d).collect();
-        if farthest(&here, &there) <= self.margin {
-            if search.at.is_empty() || farthest(&search.at, &here).max(farthest(&search.at, &there)) > self.margin {
-                search.at.clear();
-                self.refresh(search, x, &here);
-            }
-            return search.candidates.clone();
+/// Pairs that may come nearer than the reach on the way: those that are known, where the margin covers it.
+fn in_reach_of(surfaces: &Surfaces, x: &[f64], dx: &[f64], search: &mut SurfaceSearch) -> Arc<Candidates> {
+    let here = surfaces.displacements(x);
+    let there: Vec<Vec3> = here.iter().zip(surfaces.displacements(dx)).map(|(a, d)| a + d).collect();
+    if farthest(&here, &there) <= surfaces.margin {
+        if search.at.is_empty() || farthest(&search.at, &here).max(farthest(&search.at, &there)) > surfaces.margin {
+            search.at.clear();
+            surfaces.refresh(search, x, &here);
         }
-        let along = |from: Vec3, motion: Vec3| (from.inf(&(from + motion)), from.sup(&(from + motion)));
-        let of_point = |p: &Point| {
-            let motion = p.nodes.iter().zip(&p.weights).map(|(&k, w)| moved(dx, k) * *w).sum();
-            along(self.place(x, p), motion)
-        };
-        let of_node = |k: u32| along(self.node(x, k), moved(dx, k));
-        Arc::new(candidates(&self.passes(), self.reach, &of_point, &of_node))
+        return search.candidates.clone();
     }
+    let along = |from: Vec3, motion: Vec3| (from.inf(&(from + motion)), from.sup(&(from + motion)));
+    let of_point = |p: &Point| {
+        let motion = p.nodes.iter().zip(&p.weights).map(|(&k, w)| moved(dx, k) * *w).sum();
+        along(surfaces.place(x, p), motion)
+    };
+    let of_node = |k: u32| along(surfaces.node(x, k), moved(dx, k));
+    Arc::new(candidates(&surfaces.passes(), surfaces.reach, &of_point, &of_node))
 }

@@ -2,7 +2,7 @@
 
 use crate::math::tensor::Vec3;
 
-/// Which part of a triangle is nearest.
+/// The part of a triangle that is nearest to a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Nearest {
     Corner(usize),
@@ -76,3 +76,15 @@ pub fn on_segments([a, b]: &[Vec3; 2], [c, d]: &[Vec3; 2]) -> [f64; 2] {
 
 /// sin² of the angle below which segments are parallel \[–\].
 pub const PARALLEL: f64 = 1e-12;
+
+/// Distance of a point from a triangle \[m\].
+pub fn to_triangle(p: &Vec3, corners: &[Vec3; 3]) -> f64 {
+    let (_, w) = on_triangle(p, corners);
+    (p - (corners[0] * w[0] + corners[1] * w[1] + corners[2] * w[2])).norm()
+}
+
+/// Distance of two segments \[m\].
+pub fn between([a, b]: &[Vec3; 2], [c, d]: &[Vec3; 2]) -> f64 {
+    let [s, t] = on_segments(&[*a, *b], &[*c, *d]);
+    ((a + (b - a) * s) - (c + (d - c) * t)).norm()
+}

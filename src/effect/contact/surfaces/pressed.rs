@@ -3,7 +3,9 @@
 //! Π = w m(c) b(d): r = w (m b′ ∂d + b m′ ∂c), K = w (m (b″ ∂d ∂dᵀ + b′ ∂²d) + m′ b′ (∂c ∂dᵀ + ∂d ∂cᵀ) + b (m″ ∂c ∂cᵀ + m′ ∂²c)), with
 //! c = |u × v|² = |u|²|v|² − (u·v)² of the edges u and v, and m = 1 of a point.
 
-use super::{Surfaces, Term};
+use super::motion;
+use super::pair::Surfaces;
+use super::terms::Term;
 use crate::effect::contact::Press;
 use crate::effect::contact::barrier::Barrier;
 use crate::effect::contact::pressed::Response;
@@ -35,9 +37,9 @@ impl PressedSurfaces {
 
     /// w (b, b′, b″), with m where that is a point's.
     fn potential(&self, term: &Term) -> Result<[f64; 3], EvalError> {
-        let gap = term.touch.gap();
+        let gap = term.distance.gap();
         let crossed =
-            || EvalError::Crossed { effect: self.surfaces.name.clone(), node: term.touch.nodes[0], gap: -gap };
+            || EvalError::Crossed { effect: self.surfaces.name.clone(), node: term.distance.nodes[0], gap: -gap };
         Ok(self.barrier.potential(gap).ok_or_else(crossed)?.map(|v| v * term.weight))
     }
 
@@ -46,13 +48,13 @@ impl PressedSurfaces {
         let [energy, first, second] = self.potential(term)?;
         let Some(blunt) = term.blunt else {
             out.energy += energy;
-            term.touch.add((first, second), want, out);
+            term.distance.add((first, second), want, out);
             return Ok(());
         };
         let cross = self.cross(x, term);
         let [m, slope, bend] = cross.bluntness(blunt);
         out.energy += m * energy;
-        term.touch.add((m * first, m * second), want, out);
+        term.distance.add((m * first, m * second), want, out);
         if slope == 0.0 {
             return Ok(());
         }
@@ -63,8 +65,8 @@ impl PressedSurfaces {
         if want < Want::Tangent {
             return Ok(());
         }
-        let normal = term.touch.normal();
-        let dd = [0, 1, 2, 3].map(|k| normal * term.touch.shares[k]);
+        let normal = term.distance.normal();
+        let dd = [0, 1, 2, 3].map(|k| normal * term.distance.shares[k]);
         for k in 0..4 {
             for l in 0..=k {
                 let mixed = dc[k] * dd[l].transpose() + dd[k] * dc[l].transpose();
@@ -83,11 +85,11 @@ impl PressedSurfaces {
     pub fn press(&self, x: &[f64], term: &Term) -> Option<Press> {
         let [_, first, _] = self.potential(term).ok()?;
         let force = -first * term.blunt.map_or(1.0, |blunt| self.cross(x, term).bluntness(blunt)[0]);
-        (force != 0.0).then(|| Press { force, normal: term.touch.normal(), shares: term.touch.shares.clone() })
+        (force != 0.0).then(|| Press { force, normal: term.distance.normal(), shares: term.distance.shares.clone() })
     }
 
     fn cross(&self, x: &[f64], term: &Term) -> Cross {
-        let n = [0, 1, 2, 3].map(|k| self.surfaces.node(x, term.touch.nodes[k]));
+        let n = [0, 1, 2, 3].map(|k| self.surfaces.node(x, term.distance.nodes[k]));
         Cross { u: n[1] - n[0], v: n[3] - n[2] }
     }
 }
@@ -163,14 +165,14 @@ impl Effect for PressedSurfaces {
 
 impl StepLimit for PressedSurfaces {
     fn max_step(&self, x: &[f64], dx: &[f64], caches: &mut Caches) -> Option<MotionLimit> {
-        self.surfaces.max_step(x, dx, caches)
+        motion::max_step(&self.surfaces, x, dx, caches)
     }
 }
 
 impl TransientCoupling for PressedSurfaces {
     fn blocks_at<'a>(&'a self, at: &At, caches: &mut Caches) -> Box<dyn TransientBlocks + 'a> {
         let terms = self.surfaces.terms(at.x, caches);
-        let blocks = Blocks::new(terms.iter().map(|t| &t.touch.nodes[..]));
+        let blocks = Blocks::new(terms.iter().map(|t| &t.distance.nodes[..]));
         Box::new(BarrierTerms { of: self, terms, blocks })
     }
 

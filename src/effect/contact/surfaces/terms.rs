@@ -1,10 +1,10 @@
 //! The terms of the potential at one state: which features are near, how often each counts, and with which weight.
 
-use super::Surfaces;
 use super::candidates::{Candidates, Pass};
-use super::nearest::{Nearest, PARALLEL, on_segment, on_segments, on_triangle};
+use super::nearest::{Nearest, PARALLEL, between, on_segment, on_segments, on_triangle, to_triangle};
+use super::pair::Surfaces;
+use super::pair_distance::PairDistance;
 use super::surface::Edge;
-use super::touch::ContactPoint;
 use crate::effect::contact::Point;
 use crate::math::tensor::Vec3;
 
@@ -13,10 +13,10 @@ const GUARD: f64 = 1e-2;
 /// ε over |u|²|v|² at rest \[–\].
 const BLUNT: f64 = 1e-3;
 
-/// One distance, with what it weighs.
+/// A distance and its weight.
 #[derive(Clone, Debug)]
 pub struct Term {
-    pub touch: ContactPoint,
+    pub distance: PairDistance,
     /// Pass and point; none of two edges
     pub point: Option<(usize, u32)>,
     /// ½ c W, or w \[m²\]
@@ -33,164 +33,159 @@ enum Feature {
     Face(u32),
 }
 
-impl Surfaces {
-    /// All terms nearer than `reach`, of the candidates.
-    pub(super) fn near(&self, x: &[f64], of: &Candidates, reach: f64, tested: &mut usize) -> Vec<Term> {
-        let mut found = Vec::new();
-        let passes = self.passes();
-        for (k, (pass, pairs)) in passes.iter().zip(&of.points).enumerate() {
-            for pairs in pairs.chunk_by(|a, b| a[0] == b[0]) {
-                *tested += pairs.len();
-                self.at_point(x, pass, (k, pairs), reach, &mut found);
-            }
+/// All terms nearer than `reach`, of the candidates.
+pub(super) fn near(surfaces: &Surfaces, x: &[f64], of: &Candidates, reach: f64, tested: &mut usize) -> Vec<Term> {
+    let mut found = Vec::new();
+    let passes = surfaces.passes();
+    for (k, (pass, pairs)) in passes.iter().zip(&of.points).enumerate() {
+        for pairs in pairs.chunk_by(|a, b| a[0] == b[0]) {
+            *tested += pairs.len();
+            at_point(surfaces, x, pass, (k, pairs), reach, &mut found);
         }
-        let (first, second) = (&passes[0].points.edges, &passes[0].triangles.edges);
-        for &[a, b] in &of.edges {
-            *tested += 1;
-            found.extend(self.at_edges(x, &first[a as usize], &second[b as usize], reach));
-        }
-        found
     }
-
-    /// Nodes of the candidates that are nearer than `reach`, pair by pair.
-    pub(super) fn nodes_within(&self, x: &[f64], of: &Candidates, reach: f64) -> Vec<Vec<u32>> {
-        let mut found = Vec::new();
-        let passes = self.passes();
-        for (pass, pairs) in passes.iter().zip(&of.points) {
-            for &[p, t] in pairs {
-                let (point, nodes) = (&pass.points.points[p as usize], pass.triangles.triangles[t as usize]);
-                if to_triangle(&self.place(x, point), &nodes.map(|k| self.node(x, k))) < reach {
-                    found.push([&point.nodes[..], &nodes].concat());
-                }
-            }
-        }
-        let (first, second) = (&passes[0].points.edges, &passes[0].triangles.edges);
-        for &[a, b] in &of.edges {
-            let (a, b) = (first[a as usize].nodes, second[b as usize].nodes);
-            if between(&a.map(|k| self.node(x, k)), &b.map(|k| self.node(x, k))) < reach {
-                found.push([a, b].concat());
-            }
-        }
-        found
+    let (first, second) = (&passes[0].points.edges, &passes[0].triangles.edges);
+    for &[a, b] in &of.edges {
+        *tested += 1;
+        found.extend(at_edges(surfaces, x, &first[a as usize], &second[b as usize], reach));
     }
+    found
+}
 
-    /// The features near one point, of the triangles in `pairs`.
-    fn at_point(&self, x: &[f64], pass: &Pass, (k, pairs): (usize, &[[u32; 2]]), reach: f64, found: &mut Vec<Term>) {
-        let index = pairs[0][0];
-        let point = &pass.points.points[index as usize];
-        let p = self.place(x, point);
-        let mut features = Vec::<(Feature, i32)>::new();
-        let mut count = |feature: Feature, often: i32| match features.iter_mut().find(|f| f.0 == feature) {
-            Some(known) => known.1 += often,
-            None => features.push((feature, often)),
-        };
-        let (mut sides, mut corners) = (Vec::new(), Vec::new());
-        for &[_, t] in pairs {
-            let nodes = pass.triangles.triangles[t as usize];
-            let (nearest, weights) = on_triangle(&p, &nodes.map(|k| self.node(x, k)));
-            let at: Vec3 = nodes.iter().zip(weights).map(|(&k, w)| self.node(x, k) * w).sum();
-            if (p - at).norm() >= reach {
-                continue;
+/// Nodes of the candidates that are nearer than `reach`, pair by pair.
+pub(super) fn nodes_within(surfaces: &Surfaces, x: &[f64], of: &Candidates, reach: f64) -> Vec<Vec<u32>> {
+    let mut found = Vec::new();
+    let passes = surfaces.passes();
+    for (pass, pairs) in passes.iter().zip(&of.points) {
+        for &[p, t] in pairs {
+            let (point, nodes) = (&pass.points.points[p as usize], pass.triangles.triangles[t as usize]);
+            if to_triangle(&surfaces.place(x, point), &nodes.map(|k| surfaces.node(x, k))) < reach {
+                found.push([&point.nodes[..], &nodes].concat());
             }
-            let side = |i: usize| [nodes[i].min(nodes[(i + 1) % 3]), nodes[i].max(nodes[(i + 1) % 3])];
+        }
+    }
+    let (first, second) = (&passes[0].points.edges, &passes[0].triangles.edges);
+    for &[a, b] in &of.edges {
+        let (a, b) = (first[a as usize].nodes, second[b as usize].nodes);
+        if between(&a.map(|k| surfaces.node(x, k)), &b.map(|k| surfaces.node(x, k))) < reach {
+            found.push([a, b].concat());
+        }
+    }
+    found
+}
+
+/// The features near one point, of the triangles in `pairs`.
+fn at_point(
+    surfaces: &Surfaces,
+    x: &[f64],
+    pass: &Pass,
+    (k, pairs): (usize, &[[u32; 2]]),
+    reach: f64,
+    found: &mut Vec<Term>,
+) {
+    let index = pairs[0][0];
+    let point = &pass.points.points[index as usize];
+    let p = surfaces.place(x, point);
+    let mut features = Vec::<(Feature, i32)>::new();
+    let mut count = |feature: Feature, often: i32| match features.iter_mut().find(|f| f.0 == feature) {
+        Some(known) => known.1 += often,
+        None => features.push((feature, often)),
+    };
+    let (mut sides, mut corners) = (Vec::new(), Vec::new());
+    for &[_, t] in pairs {
+        let nodes = pass.triangles.triangles[t as usize];
+        let (nearest, weights) = on_triangle(&p, &nodes.map(|k| surfaces.node(x, k)));
+        let at: Vec3 = nodes.iter().zip(weights).map(|(&k, w)| surfaces.node(x, k) * w).sum();
+        if (p - at).norm() >= reach {
+            continue;
+        }
+        let side = |i: usize| [nodes[i].min(nodes[(i + 1) % 3]), nodes[i].max(nodes[(i + 1) % 3])];
+        count(
+            match nearest {
+                Nearest::Corner(i) => Feature::Corner(nodes[i]),
+                Nearest::Side(i) => Feature::Side(side(i)),
+                Nearest::Face => Feature::Face(t),
+            },
+            1,
+        );
+        sides.extend((0..3).map(side));
+        corners.extend(nodes);
+    }
+    sides.sort_unstable();
+    sides.dedup();
+    for side in sides {
+        let again = pass.triangles.at_side(&side, &point.nodes).saturating_sub(1) as i32;
+        let [a, b] = side.map(|k| surfaces.node(x, k));
+        let t = on_segment(&p, &a, &b);
+        if again > 0 && (p - (a + (b - a) * t)).norm() < reach {
+            let end = |k: usize| Feature::Corner(side[k]);
             count(
-                match nearest {
-                    Nearest::Corner(i) => Feature::Corner(nodes[i]),
-                    Nearest::Side(i) => Feature::Side(side(i)),
-                    Nearest::Face => Feature::Face(t),
+                if t == 0.0 {
+                    end(0)
+                } else if t == 1.0 {
+                    end(1)
+                } else {
+                    Feature::Side(side)
                 },
-                1,
+                -again,
             );
-            sides.extend((0..3).map(side));
-            corners.extend(nodes);
         }
-        sides.sort_unstable();
-        sides.dedup();
-        for side in sides {
-            let again = pass.triangles.at_side(&side, &point.nodes).saturating_sub(1) as i32;
-            let [a, b] = side.map(|k| self.node(x, k));
-            let t = on_segment(&p, &a, &b);
-            if again > 0 && (p - (a + (b - a) * t)).norm() < reach {
-                let end = |k: usize| Feature::Corner(side[k]);
-                count(
-                    if t == 0.0 {
-                        end(0)
-                    } else if t == 1.0 {
-                        end(1)
-                    } else {
-                        Feature::Side(side)
-                    },
-                    -again,
-                );
-            }
-        }
-        corners.sort_unstable();
-        corners.dedup();
-        for corner in corners {
-            let closes = pass.triangles.closes(corner, &point.nodes);
-            if closes != 0 && (p - self.node(x, corner)).norm() < reach {
-                count(Feature::Corner(corner), closes);
-            }
-        }
-        let term = |(feature, often): (Feature, i32)| Term {
-            touch: self.touch(x, &p, point, pass, feature),
-            point: Some((k, index)),
-            weight: 0.5 * f64::from(often) * point.area,
-            blunt: None,
-        };
-        found.extend(features.into_iter().filter(|f| f.1 != 0).map(term));
     }
-
-    fn touch(&self, x: &[f64], p: &Vec3, point: &Point, pass: &Pass, feature: Feature) -> ContactPoint {
-        let own = point.nodes.len();
-        let still = |slopes: &[f64]| [vec![0.0; own], slopes.to_vec()].concat();
-        let (nodes, weights, slopes): (Vec<u32>, Vec<f64>, Vec<Vec<f64>>) = match feature {
-            Feature::Corner(k) => (vec![k], vec![1.0], vec![]),
-            Feature::Side(side) => {
-                let [a, b] = side.map(|k| self.node(x, k));
-                let t = on_segment(p, &a, &b);
-                (side.to_vec(), vec![1.0 - t, t], vec![still(&[1.0, -1.0])])
-            }
-            Feature::Face(t) => {
-                let nodes = pass.triangles.triangles[t as usize];
-                let (_, weights) = on_triangle(p, &nodes.map(|k| self.node(x, k)));
-                (nodes.to_vec(), weights.to_vec(), vec![still(&[1.0, -1.0, 0.0]), still(&[1.0, 0.0, -1.0])])
-            }
-        };
-        let shares = point.weights.iter().copied().chain(weights.iter().map(|w| -w)).collect();
-        ContactPoint::new([point.nodes.clone(), nodes].concat(), |k| self.node(x, k), shares, slopes)
-    }
-
-    fn at_edges(&self, x: &[f64], first: &Edge, second: &Edge, reach: f64) -> Option<Term> {
-        let ends = |e: &Edge| e.nodes.map(|k| self.node(x, k));
-        let ([a, b], [c, d]) = (ends(first), ends(second));
-        let [s, t] = on_segments(&[a, b], &[c, d]);
-        let (u, v) = (b - a, d - c);
-        let apart = (a + u * s) - (c + v * t);
-        let parallel = u.cross(&v).norm_squared() <= PARALLEL * u.norm_squared() * v.norm_squared();
-        if apart.norm() >= reach || parallel {
-            return None;
+    corners.sort_unstable();
+    corners.dedup();
+    for corner in corners {
+        let closes = pass.triangles.closes(corner, &point.nodes);
+        if closes != 0 && (p - surfaces.node(x, corner)).norm() < reach {
+            count(Feature::Corner(corner), closes);
         }
-        let free = |t: f64| t != 0.0 && t != 1.0;
-        let slopes = [(free(s), vec![-1.0, 1.0, 0.0, 0.0]), (free(t), vec![0.0, 0.0, 1.0, -1.0])];
-        let slopes = slopes.into_iter().filter(|s| s.0).map(|s| s.1).collect();
-        let nodes = [first.nodes, second.nodes].concat();
-        let touch = ContactPoint::new(nodes, |k| self.node(x, k), vec![1.0 - s, s, t - 1.0, -t], slopes);
-        let square = |e: &Edge| (self.rest[e.nodes[0] as usize] - self.rest[e.nodes[1] as usize]).norm_squared();
-        let blunt = Some(BLUNT * square(first) * square(second));
-        let share = GUARD + (1.0 - GUARD) * first.sharp * second.sharp;
-        Some(Term { touch, point: None, weight: 0.5 * share * (first.area + second.area), blunt })
     }
+    let term = |(feature, often): (Feature, i32)| Term {
+        distance: at_feature(surfaces, x, &p, point, pass, feature),
+        point: Some((k, index)),
+        weight: 0.5 * f64::from(often) * point.area,
+        blunt: None,
+    };
+    found.extend(features.into_iter().filter(|f| f.1 != 0).map(term));
 }
 
-/// Distance of a point from a triangle \[m\].
-pub(super) fn to_triangle(p: &Vec3, corners: &[Vec3; 3]) -> f64 {
-    let (_, w) = on_triangle(p, corners);
-    (p - (corners[0] * w[0] + corners[1] * w[1] + corners[2] * w[2])).norm()
+/// Distance of a point from a feature.
+fn at_feature(surfaces: &Surfaces, x: &[f64], p: &Vec3, point: &Point, pass: &Pass, feature: Feature) -> PairDistance {
+    let own = point.nodes.len();
+    let still = |slopes: &[f64]| [vec![0.0; own], slopes.to_vec()].concat();
+    let (nodes, weights, slopes): (Vec<u32>, Vec<f64>, Vec<Vec<f64>>) = match feature {
+        Feature::Corner(k) => (vec![k], vec![1.0], vec![]),
+        Feature::Side(side) => {
+            let [a, b] = side.map(|k| surfaces.node(x, k));
+            let t = on_segment(p, &a, &b);
+            (side.to_vec(), vec![1.0 - t, t], vec![still(&[1.0, -1.0])])
+        }
+        Feature::Face(t) => {
+            let nodes = pass.triangles.triangles[t as usize];
+            let (_, weights) = on_triangle(p, &nodes.map(|k| surfaces.node(x, k)));
+            (nodes.to_vec(), weights.to_vec(), vec![still(&[1.0, -1.0, 0.0]), still(&[1.0, 0.0, -1.0])])
+        }
+    };
+    let shares = point.weights.iter().copied().chain(weights.iter().map(|w| -w)).collect();
+    PairDistance::new([point.nodes.clone(), nodes].concat(), |k| surfaces.node(x, k), shares, slopes)
 }
 
-/// Distance of two segments \[m\].
-pub(super) fn between([a, b]: &[Vec3; 2], [c, d]: &[Vec3; 2]) -> f64 {
-    let [s, t] = on_segments(&[*a, *b], &[*c, *d]);
-    ((a + (b - a) * s) - (c + (d - c) * t)).norm()
+/// The term of two edges, unless they are parallel or too far apart.
+fn at_edges(surfaces: &Surfaces, x: &[f64], first: &Edge, second: &Edge, reach: f64) -> Option<Term> {
+    let ends = |e: &Edge| e.nodes.map(|k| surfaces.node(x, k));
+    let ([a, b], [c, d]) = (ends(first), ends(second));
+    let [s, t] = on_segments(&[a, b], &[c, d]);
+    let (u, v) = (b - a, d - c);
+    let apart = (a + u * s) - (c + v * t);
+    let parallel = u.cross(&v).norm_squared() <= PARALLEL * u.norm_squared() * v.norm_squared();
+    if apart.norm() >= reach || parallel {
+        return None;
+    }
+    let free = |t: f64| t != 0.0 && t != 1.0;
+    let slopes = [(free(s), vec![-1.0, 1.0, 0.0, 0.0]), (free(t), vec![0.0, 0.0, 1.0, -1.0])];
+    let slopes = slopes.into_iter().filter(|s| s.0).map(|s| s.1).collect();
+    let nodes = [first.nodes, second.nodes].concat();
+    let distance = PairDistance::new(nodes, |k| surfaces.node(x, k), vec![1.0 - s, s, t - 1.0, -t], slopes);
+    let square = |e: &Edge| (surfaces.rest[e.nodes[0] as usize] - surfaces.rest[e.nodes[1] as usize]).norm_squared();
+    let blunt = Some(BLUNT * square(first) * square(second));
+    let share = GUARD + (1.0 - GUARD) * first.sharp * second.sharp;
+    Some(Term { distance, point: None, weight: 0.5 * share * (first.area + second.area), blunt })
 }

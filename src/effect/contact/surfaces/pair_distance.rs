@@ -16,7 +16,7 @@ use nalgebra::Matrix2;
 
 /// A pair of features at their nearest places.
 #[derive(Clone, Debug)]
-pub struct ContactPoint {
+pub struct PairDistance {
     pub nodes: Vec<u32>,
     /// \[nodes\] s_k
     pub shares: Vec<f64>,
@@ -28,7 +28,7 @@ pub struct ContactPoint {
     along: Vec<Vec3>,
 }
 
-impl ContactPoint {
+impl PairDistance {
     /// Of nodes at `x` \[m\], with the shares s and, place by place, their derivatives.
     pub fn new(nodes: Vec<u32>, x: impl Fn(u32) -> Vec3, shares: Vec<f64>, slopes: Vec<Vec<f64>>) -> Self {
         let at: Vec<Vec3> = nodes.iter().map(|&k| x(k)).collect();
@@ -74,7 +74,7 @@ impl ContactPoint {
         }
     }
 
-    /// Adds r and K of a function of d with the slopes φ′ and φ″.
+    /// Adds r and K of a function of d with the derivatives φ′ and φ″.
     pub fn add(&self, (first, second): (f64, f64), want: Want, out: &mut BlockValues) {
         let (n, size) = (self.normal(), 3 * self.nodes.len());
         for (k, share) in self.shares.iter().enumerate() {

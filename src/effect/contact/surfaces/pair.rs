@@ -1,0 +1,104 @@
+//! Geometry of the two surfaces at a state.
+
+use super::candidates::{Pass, Span, least, pierced_by_edges};
+use super::nearest::{between, to_triangle};
+use super::surface::{Edge, Surface};
+use crate::effect::contact::Point;
+use crate::effect::contact::placement::moved;
+use crate::math::tensor::Vec3;
+use crate::mesh::overlap::pierces;
+use crate::system::CacheKey;
+
+/// Part of the mean edge that nodes may move before pairs are looked for again \[–\].
+const MARGIN: f64 = 0.1;
+/// Two surfaces, or one.
+pub struct Surfaces {
+    pub name: String,
+    pub(super) first: Surface,
+    /// None for contact of the first with itself
+    pub(super) second: Option<Surface>,
+    /// \[nodes of the mesh\] X \[m\]
+    pub(super) rest: Vec<Vec3>,
+    /// Pairs that are farther apart do not interact \[m\]
+    pub(super) reach: f64,
+    /// Motion of a node that the candidates allow \[m\]
+    pub(super) margin: f64,
+    /// Nodes of both, ascending
+    pub(super) nodes: Vec<u32>,
+    pub(super) key: CacheKey,
+}
+
+impl Surfaces {
+    pub fn new(name: String, first: Surface, second: Option<Surface>, rest: Vec<Vec3>, reach: f64) -> Self {
+        let size = second.as_ref().map_or(f64::INFINITY, |s| s.size(&rest)).min(first.size(&rest));
+        let mut nodes: Vec<u32> = first.nodes().chain(second.iter().flat_map(Surface::nodes)).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        Self { name, first, second, rest, reach, margin: MARGIN * size, nodes, key: CacheKey::default() }
+    }
+
+    /// The surface whose forces are recorded.
+    pub fn first(&self) -> &Surface {
+        &self.first
+    }
+
+    /// Points of both.
+    pub fn point_count(&self) -> usize {
+        self.first.points.len() + self.second.as_ref().map_or(0, |s| s.points.len())
+    }
+
+    /// Whether this is contact of one surface with itself.
+    pub fn is_self_contact(&self) -> bool {
+        self.second.is_none()
+    }
+
+    /// Whether both surfaces share nodes.
+    pub fn is_joined(&self) -> bool {
+        let Some(second) = &self.second else { return true };
+        let own: Vec<u32> = self.first.nodes().collect();
+        second.nodes().any(|k| own.binary_search(&k).is_ok())
+    }
+
+    pub(super) fn passes(&self) -> Vec<Pass<'_>> {
+        let pass = |points, triangles| Pass { points, triangles };
+        match &self.second {
+            None => vec![pass(&self.first, &self.first)],
+            Some(second) => vec![pass(&self.first, second), pass(second, &self.first)],
+        }
+    }
+
+    /// Place of a node at displacement x \[m\].
+    pub(super) fn node(&self, x: &[f64], k: u32) -> Vec3 {
+        self.rest[k as usize] + moved(x, k)
+    }
+
+    /// Place of a point at displacement x \[m\].
+    pub(super) fn place(&self, x: &[f64], p: &Point) -> Vec3 {
+        p.nodes.iter().zip(&p.weights).fold(p.at, |at, (&k, w)| at + moved(x, k) * *w)
+    }
+
+    pub(super) fn displacements(&self, x: &[f64]) -> Vec<Vec3> {
+        self.nodes.iter().map(|&k| moved(x, k)).collect()
+    }
+
+    /// Least distance \[m\] between parts that share no node, at displacement x; infinite where there is none.
+    pub fn gap(&self, x: &[f64]) -> f64 {
+        let corners = |pass: &Pass, t: u32| pass.triangles.triangles[t as usize].map(|k| self.node(x, k));
+        let ends = |e: &Edge| e.nodes.map(|k| self.node(x, k));
+        let of_point = |pass: &Pass, p: &Point, t: u32| to_triangle(&self.place(x, p), &corners(pass, t));
+        let of_edges = |a: &Edge, b: &Edge| between(&ends(a), &ends(b));
+        least(&self.passes(), &|p| self.place(x, p), &|k| self.node(x, k), &of_point, &of_edges)
+    }
+
+    /// A place where an edge goes through a triangle at displacement x \[m\].
+    pub fn crossing(&self, x: &[f64]) -> Option<Vec3> {
+        let passes = self.passes();
+        let spot = |at: Vec3| -> Span { (at, at) };
+        let node = |k: u32| self.node(x, k);
+        let found = pierced_by_edges(&passes, &|k| spot(node(k)));
+        found.into_iter().find_map(|(edge, triangle)| {
+            let [a, b] = edge.map(node);
+            Some(a + (b - a) * pierces(&a, &b, &triangle.map(node))?)
+        })
+    }
+}

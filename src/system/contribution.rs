@@ -1,0 +1,86 @@
+//! Contributions to the sums: what is evaluated block by block, how the local unknowns map to those of the system, and the weight.
+
+use super::{At, BlockValues, Blocks, Constraint, Effect, EvalError, Means, TransientBlocks, Want};
+use std::borrow::Cow;
+
+/// Local evaluations of one effect or constraint.
+pub(super) enum Kernel<'a> {
+    Effect(&'a dyn Effect),
+    /// Blocks of an effect that exist at this state only
+    Transient(Box<dyn TransientBlocks + 'a>),
+    Constraint(&'a dyn Constraint),
+}
+
+impl Kernel<'_> {
+    pub fn blocks(&self) -> &Blocks {
+        match self {
+            Self::Effect(effect) => effect.blocks(),
+            Self::Transient(blocks) => blocks.blocks(),
+            Self::Constraint(constraint) => constraint.blocks(),
+        }
+    }
+
+    /// Energy (or c), r and K of block `b`.
+    pub fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
+        match self {
+            Self::Effect(effect) => effect.eval(at, b, want, out),
+            Self::Transient(blocks) => blocks.eval(at, b, want, out),
+            Self::Constraint(constraint) => constraint.eval(at.x, b, want, out),
+        }
+    }
+}
+
+/// Map from the local unknowns of blocks to those of the system.
+#[derive(Clone, Copy)]
+pub(super) enum Coupling<'a> {
+    /// The unknowns of the blocks are dofs; slot in K of each local entry with column ≤ row, block after block
+    Dofs(&'a [u32]),
+    /// The unknowns are weighted means of the displacement; the slots are those of the inner matrix of the low-rank part
+    Means(&'a Means, &'a [u32]),
+    /// The unknowns are dofs of a block that has no slots: it is inserted into a widened pattern after all others
+    Transient,
+}
+
+/// The sums of the system that a contribution enters.
+#[derive(Clone, Copy)]
+pub(super) enum Receiver {
+    /// Energy and dissipation of this effect
+    Effect(usize),
+    /// Value and gradient of this constraint
+    Constraint(usize),
+}
+
+/// One summand of residual, tangent, and values of constraints.
+pub(super) struct Contribution<'a> {
+    pub kernel: Kernel<'a>,
+    pub coupling: Coupling<'a>,
+    pub receiver: Receiver,
+    /// Factor of r and K in the sums: 1 of an effect, λ of a constraint, None of a constraint that does not act on the body
+    pub weight: Option<f64>,
+    /// Whether the blocks of the tangent lose their negative eigenvalues
+    pub projected: bool,
+}
+
+impl<'a> Contribution<'a> {
+    /// The means through which it depends on the body, if it does.
+    pub fn means(&self) -> Option<&'a Means> {
+        match self.coupling {
+            Coupling::Means(means, _) => Some(means),
+            _ => None,
+        }
+    }
+
+    pub fn is_transient(&self) -> bool {
+        matches!(self.coupling, Coupling::Transient)
+    }
+
+    /// Positions that its kernel reads: the means of x where it depends on the body through means.
+    pub fn positions<'x>(&self, x: &'x [f64]) -> Cow<'x, [f64]> {
+        self.means().map_or(x.into(), |means| means.of(x).into())
+    }
+
+    /// |weight|, 0 of a constraint that does not act on the body.
+    pub fn size(&self) -> f64 {
+        self.weight.map_or(0.0, f64::abs)
+    }
+}

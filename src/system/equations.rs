@@ -1,0 +1,230 @@
+//! The system of equations: effects, constraints, and the sparsity that follows from them.
+
+use super::contribution::{Contribution, Coupling, Kernel, Receiver};
+use super::sparsity::{Sparsity, TangentBlocks};
+use super::{
+    Assembled, At, Blocks, Caches, Cone, Constraint, ContactPoint, ContactPoints, Cost, Dofs, Effect, EnergyRole,
+    EvalError, Means, MotionLimit, Prescribed, State,
+};
+use crate::math::low_rank::Pattern;
+use std::ops::Range;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// Why a system cannot be built.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SystemError {
+    #[error("degree of freedom {component} of node {node} is prescribed twice; remove one of the two constraints")]
+    PrescribedTwice { node: u32, component: u32 },
+    #[error("the scene has no effect: add at least an [[effect]] of kind \"elastic\"")]
+    NoEffect,
+    #[error("every node is prescribed: there is nothing to solve")]
+    NothingFree,
+}
+
+/// Effects, constraints, and the sparsity that follows from them.
+pub struct System {
+    pub effects: Vec<Box<dyn Effect>>,
+    pub constraints: Vec<Box<dyn Constraint>>,
+    pub prescribed: Vec<Prescribed>,
+    pub dofs: Dofs,
+    /// Of all blocks but the transient ones
+    pub pattern: Arc<Pattern>,
+    /// Per effect, then per constraint: slot of each local entry with column ≤ row, block after block
+    slots: Vec<Vec<u32>>,
+    /// Unknowns of the largest block
+    largest: usize,
+    /// Per effect: range of its variables in the history of the state
+    histories: Vec<Range<usize>>,
+}
+
+impl System {
+    pub fn new(
+        nodes: usize,
+        effects: Vec<Box<dyn Effect>>,
+        constraints: Vec<Box<dyn Constraint>>,
+        prescribed: Vec<Prescribed>,
+    ) -> Result<Self, SystemError> {
+        Self::with_scalars(nodes, &[], effects, constraints, prescribed)
+    }
+
+    /// With a second field: unknown 3·nodes + k is a scalar. For the numbering it belongs to node `hosts[k]`, which is one of the nodes
+    /// of every block that contains the scalar.
+    pub fn with_scalars(
+        nodes: usize,
+        hosts: &[u32],
+        effects: Vec<Box<dyn Effect>>,
+        constraints: Vec<Box<dyn Constraint>>,
+        prescribed: Vec<Prescribed>,
+    ) -> Result<Self, SystemError> {
+        if effects.is_empty() {
+            return Err(SystemError::NoEffect);
+        }
+        let mut seen = vec![false; 3 * nodes];
+        for p in &prescribed {
+            if std::mem::replace(&mut seen[p.dof as usize], true) {
+                return Err(SystemError::PrescribedTwice { node: p.dof / 3, component: p.dof % 3 });
+            }
+        }
+        let none = Blocks::default();
+        let of_effects = effects.iter().map(|e| (e.capabilities().means, e.blocks()));
+        let of_constraints = constraints.iter().map(|c| match c.cone() {
+            // An observed constraint has no part in the tangent.
+            Cone::Watched => (None, &none),
+            _ => (c.means(), c.blocks()),
+        });
+        let all: Vec<TangentBlocks> = of_effects.chain(of_constraints).collect();
+        let Sparsity { dofs, pattern, slots } =
+            Sparsity::new(nodes, hosts, &prescribed, &all).ok_or(SystemError::NothingFree)?;
+        let lists = effects.iter().map(|e| e.blocks()).chain(constraints.iter().map(|c| c.blocks()));
+        let largest = lists.map(Blocks::largest).max().unwrap_or(0);
+        let mut histories: Vec<Range<usize>> = Vec::new();
+        for e in &effects {
+            let start = histories.last().map_or(0, |h| h.end);
+            histories.push(start..start + e.blocks().len() * e.capabilities().history_size());
+        }
+        let pattern = Arc::new(pattern);
+        Ok(Self { effects, constraints, prescribed, dofs, pattern, slots, largest, histories })
+    }
+
+    /// Range of the variables of effect `e` in the history of the state.
+    pub(super) fn history_of(&self, e: usize) -> Range<usize> {
+        self.histories[e].clone()
+    }
+
+    /// Unknowns of the largest block, transient ones apart.
+    pub(super) fn largest(&self) -> usize {
+        self.largest
+    }
+
+    /// Inputs of effect `e`: of the history its own part.
+    pub(super) fn inputs_of<'a>(&self, e: usize, at: &At<'a>) -> At<'a> {
+        At { history: &at.history[self.history_of(e)], ..*at }
+    }
+
+    /// Contribution of effect `e`, without its transient blocks.
+    pub(super) fn effect(&self, e: usize) -> Contribution<'_> {
+        let effect = &*self.effects[e];
+        Contribution {
+            kernel: Kernel::Effect(effect),
+            coupling: self.coupling(e, effect.capabilities().means),
+            receiver: Receiver::Effect(e),
+            weight: Some(1.0),
+            projected: false,
+        }
+    }
+
+    /// Contribution of constraint `c` with the multiplier λ.
+    pub(super) fn constraint(&self, c: usize, lambda: f64) -> Contribution<'_> {
+        let constraint = &*self.constraints[c];
+        Contribution {
+            kernel: Kernel::Constraint(constraint),
+            coupling: self.coupling(self.effects.len() + c, constraint.means()),
+            receiver: Receiver::Constraint(c),
+            weight: (constraint.cone() != Cone::Watched).then_some(lambda),
+            projected: false,
+        }
+    }
+
+    fn coupling<'a>(&'a self, i: usize, means: Option<&'a Arc<Means>>) -> Coupling<'a> {
+        match means {
+            Some(means) => Coupling::Means(means, &self.slots[i]),
+            None => Coupling::Dofs(&self.slots[i]),
+        }
+    }
+
+    /// Empty sums, and the workspace of a run.
+    pub fn workspace(&self) -> Assembled {
+        let of_effects = self.effects.iter().map(|e| (e.name(), Some(e.role())));
+        let names = of_effects.chain(self.constraints.iter().map(|c| (c.name(), None)));
+        let cost = |(name, role): (&str, _)| Cost { name: name.into(), role, time: Duration::ZERO, evaluations: 0 };
+        Assembled::new(self.dofs.equation.len(), self.dofs.free.len(), self.pattern.clone(), names.map(cost).collect())
+    }
+
+    /// Whether any effect describes contact.
+    pub fn has_contact(&self) -> bool {
+        self.effects.iter().any(|e| e.role() == EnergyRole::Contact)
+    }
+
+    /// Whether the tangent of any effect has a skew part.
+    pub fn has_skew_tangent(&self) -> bool {
+        self.effects.iter().any(|e| e.capabilities().skew.is_some())
+    }
+
+    /// Whether any effect has blocks that exist at one state only.
+    pub fn has_transient_coupling(&self) -> bool {
+        self.effects.iter().any(|e| e.capabilities().transient.is_some())
+    }
+
+    /// Whether there are contact points with friction whose forces can be prescribed.
+    pub fn has_frictional_points(&self) -> bool {
+        self.with_contact_points().any(ContactPoints::has_friction)
+    }
+
+    fn with_contact_points(&self) -> impl Iterator<Item = &dyn ContactPoints> {
+        self.effects.iter().filter_map(|e| e.capabilities().contact_points)
+    }
+
+    /// The points of all effects whose contact forces can be prescribed.
+    pub fn contact_points(&self, x: &[f64], dt: f64, caches: &mut Caches) -> Vec<ContactPoint> {
+        self.with_contact_points().flat_map(|effect| effect.points(x, dt, caches)).collect()
+    }
+
+    /// Prescribes the forces N \[N\] of these points, in their order.
+    pub fn set_contact_forces(&self, x: &mut [f64], mut forces: &[f64], caches: &mut Caches) {
+        for effect in self.with_contact_points() {
+            let (own, rest) = forces.split_at(effect.count());
+            effect.set_forces(x, own, caches);
+            forces = rest;
+        }
+    }
+
+    /// The largest share of the motion dx from x that all effects admit; None if all of it is admissible.
+    pub fn max_step(&self, x: &[f64], dx: &[f64], caches: &mut Caches) -> Option<(&str, MotionLimit)> {
+        let limits = self.effects.iter().filter_map(|e| {
+            let limit = e.capabilities().step_limit?.max_step(x, dx, caches)?;
+            Some((e.name(), limit))
+        });
+        limits.filter(|(_, l)| l.share < 1.0).min_by(|a, b| a.1.share.total_cmp(&b.1.share))
+    }
+
+    /// The histories at the end of the accepted step `at` into `new`, which holds those at its start.
+    pub fn advance(&self, at: &At, new: &mut [f64], costs: &mut [Cost]) -> Result<(), EvalError> {
+        for (e, effect) in self.effects.iter().enumerate() {
+            let Some(history) = effect.capabilities().history else { continue };
+            let start = Instant::now();
+            let at = self.inputs_of(e, at);
+            for (b, new) in new[self.history_of(e)].chunks_exact_mut(history.size()).enumerate() {
+                history.advance(&at, b, new)?;
+            }
+            costs[e].time += start.elapsed();
+        }
+        Ok(())
+    }
+
+    /// The components on the free dofs, \[equations\].
+    pub fn restrict(&self, full: &[f64]) -> Vec<f64> {
+        self.dofs.free.iter().map(|&dof| full[dof as usize]).collect()
+    }
+
+    /// A state at rest in the reference configuration.
+    pub fn rest(&self) -> State {
+        let zero = vec![0.0; self.dofs.equation.len()];
+        State {
+            t: 0.0,
+            x: zero.clone(),
+            v: zero.clone(),
+            a: zero,
+            lambda: vec![0.0; self.constraints.len()],
+            memory: Vec::new(),
+            dt: 0.0,
+            history: vec![0.0; self.histories.last().map_or(0, |h| h.end)],
+            inputs: Vec::new(),
+        }
+    }
+
+    /// Number of equations of the second field, which is the number of negative pivots at a stable equilibrium.
+    pub fn scalar_equations(&self) -> usize {
+        (0..self.dofs.free.len()).filter(|&e| self.dofs.is_scalar(e)).count()
+    }
+}

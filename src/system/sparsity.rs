@@ -1,0 +1,142 @@
+//! Sparsity of the tangent: numbering of the unknowns, pattern of K, and the slot in it of every local entry.
+
+use super::dofs::MeanGraph;
+use super::{Blocks, Dofs, Means, Prescribed};
+use crate::math::low_rank::{LowRank, Pattern};
+use crate::math::sparse::SymPattern;
+use std::rc::Rc;
+use std::sync::Arc;
+
+/// Blocks that enter the tangent, and the means through which they depend on the body, if they do.
+pub(super) type TangentBlocks<'a> = (Option<&'a Arc<Means>>, &'a Blocks);
+
+/// Numbering, pattern and slots.
+pub(super) struct Sparsity {
+    pub dofs: Dofs,
+    pub pattern: Pattern,
+    /// Per list of blocks: slot of each local entry with column ≤ row, block after block
+    pub slots: Vec<Vec<u32>>,
+}
+
+impl Sparsity {
+    /// Of these lists of blocks; None if every dof is prescribed.
+    pub fn new(nodes: usize, hosts: &[u32], prescribed: &[Prescribed], all: &[TangentBlocks]) -> Option<Self> {
+        let direct = || all.iter().filter(|(means, _)| means.is_none()).map(|(_, list)| *list);
+        let coupled = CoupledMeans::new(all);
+        let dofs = Dofs::new(nodes, hosts, prescribed, direct(), &coupled.graph);
+        if dofs.free.is_empty() {
+            return None;
+        }
+        let pattern = {
+            let dofs = &dofs;
+            let pairs = direct().flat_map(move |list| {
+                (0..list.len()).flat_map(move |b| {
+                    let equations = equations(dofs, list, b);
+                    (0..equations.len()).flat_map(move |i| {
+                        let equations = equations.clone();
+                        (0..i).map(move |j| (equations[i], equations[j]))
+                    })
+                })
+            });
+            let free = pairs.filter(|p| p.0 != Dofs::FIXED && p.1 != Dofs::FIXED);
+            let sparse = SymPattern::from_pairs(dofs.free.len(), free);
+            Pattern { low_rank: coupled.low_rank(dofs).into(), ..sparse.into() }
+        };
+        let of_blocks = |(means, list): &TangentBlocks| match means {
+            Some(means) => coupled.slots(&pattern, means, list),
+            None => slots(&dofs, &pattern, list),
+        };
+        let slots = all.iter().map(of_blocks).collect();
+        Some(Self { dofs, pattern, slots })
+    }
+}
+
+fn equations(dofs: &Dofs, list: &Blocks, b: usize) -> Rc<[u32]> {
+    list.dofs(b).map(|dof| dofs.equation[dof as usize]).collect()
+}
+
+/// Slots of the entries of blocks of dofs, [`Dofs::FIXED`] where a dof is prescribed.
+fn slots(dofs: &Dofs, pattern: &Pattern, list: &Blocks) -> Vec<u32> {
+    let mut out = Vec::new();
+    for b in 0..list.len() {
+        let equations = equations(dofs, list, b);
+        for (i, &row) in equations.iter().enumerate() {
+            for &column in &equations[..=i] {
+                out.push(if row == Dofs::FIXED || column == Dofs::FIXED {
+                    Dofs::FIXED
+                } else {
+                    pattern.slot(row, column).expect("the pattern holds every pair of a block")
+                });
+            }
+        }
+    }
+    out
+}
+
+/// The means of a system, each set once, and their couplings.
+struct CoupledMeans<'a> {
+    /// Set of means and the index of its first one
+    sets: Vec<(&'a Arc<Means>, u32)>,
+    graph: MeanGraph,
+}
+
+impl<'a> CoupledMeans<'a> {
+    fn new(all: &[TangentBlocks<'a>]) -> Self {
+        let mut out = Self { sets: Vec::new(), graph: MeanGraph::default() };
+        for (means, list) in all.iter().filter_map(|&(means, list)| Some((means?, list))) {
+            let first = out.first(means).unwrap_or_else(|| {
+                let first = out.graph.count as u32;
+                let of_mean = |(k, list): (u32, &Vec<(u32, f64)>)| list.iter().map(|n| (k, n.0)).collect::<Vec<_>>();
+                out.graph.nodes.extend((first..).zip(means.lists()).flat_map(of_mean));
+                out.sets.push((means, first));
+                out.graph.count += means.len();
+                first
+            });
+            for b in 0..list.len() {
+                let block = list.nodes(b);
+                let pairs = block.iter().enumerate().flat_map(|(a, &k)| block[..=a].iter().map(move |&l| (k, l)));
+                out.graph.pairs.extend(pairs.map(|(k, l)| (first + k, first + l)));
+            }
+        }
+        out
+    }
+
+    /// Index of the first mean of a set.
+    fn first(&self, means: &Arc<Means>) -> Option<u32> {
+        self.sets.iter().find(|(set, _)| Arc::ptr_eq(set, means)).map(|(_, first)| *first)
+    }
+
+    /// B on the free dofs, three columns per mean, and the pattern of S.
+    fn low_rank(&self, dofs: &Dofs) -> LowRank {
+        if self.graph.count == 0 {
+            return LowRank::default();
+        }
+        let lists = self.sets.iter().flat_map(|(means, _)| means.lists());
+        let column = |list: &Vec<(u32, f64)>, i: u32| {
+            let entries = list.iter().map(|&(node, w)| (dofs.equation[(3 * node + i) as usize], w));
+            let mut entries: Vec<(u32, f64)> = entries.filter(|(equation, _)| *equation != Dofs::FIXED).collect();
+            entries.sort_by_key(|(equation, _)| *equation);
+            entries
+        };
+        let columns = lists.flat_map(|list| (0..3).map(move |i| column(list, i))).collect();
+        let components = (0..3).flat_map(|i| (0..3).map(move |j| (i, j)));
+        let pairs = self.graph.pairs.iter();
+        let pairs = pairs.flat_map(|&(k, l)| components.clone().map(move |(i, j)| (3 * k + i, 3 * l + j)));
+        let after = dofs.after.iter().flat_map(|&equations| [equations; 3]).collect();
+        LowRank { columns, inner: Some(SymPattern::from_pairs(3 * self.graph.count, pairs)), after }
+    }
+
+    /// Slots in S of the entries of blocks of means.
+    fn slots(&self, pattern: &Pattern, means: &Arc<Means>, list: &Blocks) -> Vec<u32> {
+        let first = 3 * self.first(means).expect("its means are in the list");
+        let mut out = Vec::new();
+        for b in 0..list.len() {
+            let columns: Vec<u32> = list.dofs(b).map(|dof| first + dof).collect();
+            for (i, &row) in columns.iter().enumerate() {
+                let slot = |column: &u32| pattern.inner_slot(row, *column).expect("S holds every pair of a block");
+                out.extend(columns[..=i].iter().map(slot));
+            }
+        }
+        out
+    }
+}
