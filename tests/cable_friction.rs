@@ -46,7 +46,7 @@ region = "xmax"
     scene(block(12, 2, 2, 0.1, 0.015, 0.015, order), &text)
 }
 
-/// Guides at height z, the first one beside the line of the others so that the cable turns at rest too.
+/// Guides at height z, the first one off the line of the others so that the cable turns at rest too.
 fn bent(friction: &str, drive: &str) -> String {
     format!(
         r#"
@@ -143,7 +143,7 @@ fn without_friction_it_is_the_plain_cable() {
 }
 
 /// A load–unload cycle. At every state each guide is inside its cone with the angle of the line as it is, and slips only at the end of it
-/// that resists; on the way back the guides turn round one after the other; what is lost grows, and is the loop of tension over
+/// that resists; on the return the guides turn round one after the other; what is lost grows, and is the loop of tension over
 /// what was drawn in. Both are trapezoidal sums: they differ by O(dt²), 1e-2 of the loop at 80 steps and a fourth at twice that.
 #[test]
 fn a_cycle_loses_the_area_of_its_loop() {

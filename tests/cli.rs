@@ -69,7 +69,7 @@ fn help_names_every_command_and_each_has_an_example() {
         let options = own.split("Options:").nth(1).expect("options").split("Example").next().expect("a part");
         let (mut lines, mut bare) = (options.lines().peekable(), Vec::new());
         while let Some(line) = lines.next().map(str::trim) {
-            // The words stand beside the option or below it.
+            // The words are next to the option or below it.
             let words =
                 line.split("  ").nth(1).is_some() || lines.peek().is_some_and(|next| next.starts_with("      "));
             if line.starts_with("--") && !words {
@@ -161,7 +161,7 @@ fn a_change_on_the_command_line_changes_the_result() {
 
 /// C10 + C01λ² falls below zero at λ = 1.58, and in equibiaxial tension stability ends before, within the stretches that are looked at.
 #[test]
-fn a_law_that_loses_stability_is_remarked() {
+fn a_law_that_loses_stability_is_noted() {
     let law =
         r#"laws.rubber={ law = "mooney_rivlin", C10 = "20 kPa", C01 = "-8 kPa", nu = 0.49, volumetric = "quadratic" }"#;
     let said = call(&["check", SCENE, "--set", law], 0);
@@ -227,7 +227,7 @@ fn finished_cases_are_kept_and_done_again_only_when_asked() {
     assert_eq!(drawn, json(&read(&dir.join("summary.json"))));
 }
 
-/// Removes what may differ: times, whether a case ran beside another, and the memory of the whole process.
+/// Removes what may differ: times, whether a case ran at the same time as another, and the memory of the whole process.
 fn timeless(value: &mut Value) {
     match value {
         Value::Object(map) => {
@@ -331,7 +331,7 @@ fn an_interrupted_run_goes_on_where_it_stopped() {
     assert_eq!(parts.count(), 0, "no half-written file is left");
 }
 
-/// The finger of the SoftRobots plugin, where its mesh is at hand: with guide patches and with points.
+/// The finger of the SoftRobots plugin, where its mesh is available: with guide patches and with points.
 #[test]
 fn the_plugins_finger_runs_with_its_cable_and_root_box() {
     let shared = std::env::var_os("DUROMETER_SHARED").map_or_else(|| Path::new(ROOT).join("../shared"), PathBuf::from);

@@ -154,7 +154,7 @@ fn every_point_feels_a_flat_surface_once() {
     let barrier = Barrier { distance: 0.1, stiffness: 3.0 };
     let one = |d: f64| if d < 0.1 { -3.0 * (d - 0.1f64).powi(2) * (d / 0.1).ln() } else { 0.0 };
     for _ in 0..300 {
-        // A box that stands on its corner
+        // A box on its corner
         let turn = nalgebra::Rotation3::from_euler_angles(0.7, 0.6, random.around(3.0)).into_inner();
         let mut tip = cell.image(&turn, &Vec3::zeros());
         let lowest = tip.points.iter().copied().min_by(|a, b| a.z.total_cmp(&b.z)).expect("nodes");
@@ -379,7 +379,7 @@ fn a_uniform_pressure_through_meshes_that_do_not_match() {
 }
 
 /// A block whose partner is a thousand times stiffer, and ten thousand times, feels what a rigid floor is: the difference of the
-/// forces is that of the strain of the partner, 1/ratio, beside a thousandth from the two ways to weigh the gap.
+/// forces is that of the strain of the partner, 1/ratio, apart from a thousandth by the two methods of weighting the gap.
 #[test]
 fn a_stiff_partner_is_a_rigid_obstacle() {
     let laws = |ratio: f64| {

@@ -1,4 +1,4 @@
-//! Runs that are decided on the way: states to restart from, formulas of recorded columns, events, controllers.
+//! Signals that are determined during the run: states to restart from, formulas of recorded columns, events, controllers.
 
 mod common;
 
@@ -256,7 +256,7 @@ fn a_formula_follows_time_and_recorded_columns() {
     }
 }
 
-/// Loads and cables with friction take what is decided on the way, as cables without and cavities do.
+/// Loads and cables with friction take signals that are determined during the run, as cables without and cavities do.
 #[test]
 fn loads_and_friction_cables_follow_inputs() {
     let formula = |gain: f64, unit: &str| {
@@ -383,7 +383,7 @@ fn an_event_stops_the_run_as_planned() {
 
 /// A constant threshold cannot be crossed, nor can 200° be: that is said before the run.
 #[test]
-fn what_cannot_happen_is_remarked_on() {
+fn an_event_that_cannot_happen_is_noted() {
     for (when, says) in [
         ("{ kind = \"above\", column = \"cable_tension_N\", value = \"2 N\" }", "stays between 1 and 1"),
         ("{ kind = \"below\", column = \"cable_tension_N\", value = \"2 N\" }", "stays between 1 and 1"),

@@ -227,10 +227,10 @@ fn images_are_sound() {
     }
 }
 
-/// Apart, touching with whole faces, overlapping by a corner, one in the other, the same place twice, and two crossed bars
+/// Apart, in contact with whole faces, overlapping by a corner, one in the other, the same place twice, and two crossed bars
 /// whose cells are longer than the bars are thick.
 #[test]
-fn tells_a_touch_from_an_overlap() {
+fn contact_is_told_from_overlap() {
     let at = |mesh: &TetMesh, b: [f64; 3]| mesh.image(&Mat3::identity(), &Vec3::from(b));
     for order in [Order::Linear, Order::Quadratic] {
         let cube = block(2, 2, 2, 1.0, 1.0, 1.0, order);

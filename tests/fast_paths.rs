@@ -90,7 +90,7 @@ const SCENES: [(&str, &[&str]); 6] = [
 /// At the tolerance 1e-8 the tension of the finger scatters by 3e-5 of itself, since block forces are that much larger than the
 /// force at the cable. At 1e-11 it is 3e-8; 1e-6 leaves room for bodies that are softer in some direction.
 #[test]
-fn a_kept_factor_leads_to_the_same_states() {
+fn a_lagged_factor_leads_to_the_same_states() {
     for (study, changes) in SCENES {
         let fast = run(study, &[changes, &[TIGHT, KEEP]].concat());
         let slow = run(study, &[changes, &[TIGHT, FRESH]].concat());
@@ -106,11 +106,11 @@ fn a_kept_factor_leads_to_the_same_states() {
     }
 }
 
-/// A rigid brick falls on a soft block that stands on a floor, both with friction. The nodes of the brick have no place in the mesh, and turn with a
-/// kept factor like all others. Friction leaves a part of its tangent out, so states agree to the tolerance of the equilibrium,
+/// A rigid brick falls on a soft block on a floor, both with friction. The nodes of the brick have no place in the mesh, and turn with a
+/// lagged factor like all others. Friction leaves a part of its tangent out, so states agree to the tolerance of the equilibrium,
 /// 1e-11 of the sum of all forces, over the stiffness; 1e-6 of the largest displacement leaves room for the brick, which is free.
 #[test]
-fn a_kept_factor_serves_beside_contact_and_rigid_bodies() {
+fn a_lagged_factor_serves_with_contact_and_rigid_bodies() {
     let run = |changes: &str| {
         let text = format!(
             r#"
@@ -164,18 +164,19 @@ tolerance = 1e-11
         assert_eq!(run.status, Status::Converged, "{changes}");
         run
     };
-    let (kept, price, fresh) = (run("reuse_threshold = 0"), run("reuse_threshold = 1e9"), run("reuse_factor = false"));
+    let (kept, replaced, fresh) =
+        (run("reuse_threshold = 0"), run("reuse_threshold = 1e9"), run("reuse_factor = false"));
     assert!(column(&fresh, "top_force_z_N").iter().any(|f| *f < -0.01), "they met");
     let size = fresh.last.x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-    for other in [&kept, &price] {
+    for other in [&kept, &replaced] {
         let apart = other.last.x.iter().zip(&fresh.last.x).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
         println!("{apart:e} m of {size:e} m, {} of {} factorisations", other.factorisations, fresh.factorisations);
         assert!(apart <= 1e-6 * size, "{apart:e} m of {size:e} m");
     }
-    assert!(kept.factorisations < price.factorisations, "{} of {}", kept.factorisations, price.factorisations);
+    assert!(kept.factorisations < replaced.factorisations, "{} of {}", kept.factorisations, replaced.factorisations);
 }
 
-/// A saved state holds the matrix whose factor is kept.
+/// A saved state holds the matrix of the lagged factor.
 #[test]
 fn a_restart_keeps_the_factor() {
     let scene = scene("finger-convergence", &[KEEP, "stage.0.duration=\"0.4 s\""]);

@@ -174,11 +174,11 @@ fn a_card_with_an_unknown_key_is_refused() {
     assert!(message.contains("card.toml") && message.contains("stress_units"), "{message}");
 }
 
-/// Tensile tables of seven silicones lie beside a checkout, not in it: DUROMETER_SHARED, else `../shared`.
+/// Tensile tables of seven silicones lie next to a checkout, not in it: DUROMETER_SHARED, else `../shared`.
 #[test]
 fn silicone_tables_go_through_untouched() {
-    let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared");
-    let shared = std::env::var_os("DUROMETER_SHARED").map_or_else(beside, PathBuf::from);
+    let neighbour = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared");
+    let shared = std::env::var_os("DUROMETER_SHARED").map_or_else(neighbour, PathBuf::from);
     let folder = shared.join("data/tensile");
     if !folder.is_dir() {
         println!("skipped: the silicone tables are not here; set DUROMETER_SHARED to the folder above data/tensile");

@@ -1,4 +1,4 @@
-//! Intervals of a fit beside the covariance: profile likelihood and the bootstrap, against closed forms and coverage.
+//! Intervals of a fit in addition to the covariance: profile likelihood and the bootstrap, against closed forms and coverage.
 
 mod common;
 
@@ -157,7 +157,7 @@ fn the_bootstrap_does_not_depend_on_threads() {
 /// Five specimens whose stiffness scatters by 3 %, the last one 40 % stiffer. Each constant alone is Σ gP/Σg² of its rows; mean, deviation
 /// and t₀.₉₇₅(4) = 2.776 by hand.
 #[test]
-fn specimens_scatter_and_one_stands_apart() {
+fn specimens_scatter_and_one_is_an_outlier() {
     let model = Model::new("neo_hookean", None).expect("registered");
     let moduli = [0.297e6, 0.309e6, 0.3e6, 0.294e6, 0.42e6];
     let folder = tempfile::tempdir().expect("a temporary folder");

@@ -65,7 +65,7 @@ fn the_report_has_its_figure_and_a_redraw_has_the_same_bytes() {
 }
 
 #[test]
-fn the_page_stands_alone_and_says_what_the_fit_says() {
+fn the_page_needs_no_other_file_and_agrees_with_the_fit() {
     let dir = tempfile::tempdir().expect("a temporary folder");
     store(dir.path());
     report::fit::write(dir.path()).expect("a report");
@@ -73,7 +73,7 @@ fn the_page_stands_alone_and_says_what_the_fit_says() {
     for outside in ["src=", "<link", "<script", "@import", "url(http"] {
         assert!(!page.contains(outside), "{outside}");
     }
-    // Links lead to files beside the page
+    // Links lead to files next to the page
     for link in page.split("href=\"").skip(1).filter_map(|l| l.split('"').next()) {
         assert!(link.starts_with('#') || dir.path().join(link).is_file(), "{link}");
     }

@@ -113,7 +113,7 @@ fn laws_are_ranked_by_what_they_predict() {
     );
 }
 
-/// The law files beside the uniaxial Neo-Hookean one, all of three modes: file, law, terms, largest stretch.
+/// The law files other than the uniaxial Neo-Hookean one, all of three modes: file, law, terms, largest stretch.
 const COMMITTED: [(&str, &str, Option<usize>, f64); 6] = [
     ("neo-hookean-three-modes.toml", "neo_hookean", None, 1.6),
     ("mooney-rivlin.toml", "mooney_rivlin", Some(2), 1.6),
@@ -174,8 +174,8 @@ fn the_committed_laws_are_reproduced() {
 /// Every law on every silicone table, untouched: see tests/fit_intake.rs for the folder.
 #[test]
 fn silicone_tables_take_every_law() {
-    let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared");
-    let shared = std::env::var_os("DUROMETER_SHARED").map_or_else(beside, PathBuf::from);
+    let neighbour = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared");
+    let shared = std::env::var_os("DUROMETER_SHARED").map_or_else(neighbour, PathBuf::from);
     let folder = shared.join("data/tensile");
     if !folder.is_dir() {
         println!("skipped: the silicone tables are not here; set DUROMETER_SHARED to the folder above data/tensile");

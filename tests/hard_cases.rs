@@ -134,7 +134,7 @@ fn ended(case: &Case, text: &str, body: Arc<Body>) -> Option<Run> {
 }
 
 /// Largest difference of the last rows over the largest value that the column takes, iterations apart. Columns that are
-/// nothing but rounding beside their kind (reactions across the load, say) count by the largest of the same unit. Quantiles
+/// nothing but rounding compared with their kind (reactions across the load, say) count by the largest of the same unit. Quantiles
 /// of the stretch over cells jump from a cell to another where two weigh alike, and are left out.
 fn difference(a: &Run, b: &Run, factor: impl Fn(&str) -> f64) -> f64 {
     let unit = |name: &str| name.rsplit('_').next().unwrap_or_default().to_string();
@@ -233,7 +233,7 @@ struct Similar {
     time: f64,
 }
 
-/// Exponents of length, mass and time of what stands in the scenes.
+/// Exponents of length, mass and time of the quantities in the scenes.
 const DIMENSIONS: [(Dimension, [i32; 3]); 9] = [
     (Dimension::LENGTH, [1, 0, 0]),
     (Dimension::VOLUME, [3, 0, 0]),
@@ -313,7 +313,7 @@ fn the_suite_notices_what_is_switched_off() {
     }
 }
 
-/// Around a scene: its signals, steps, ν and mesh are varied where it has them, and dynamic scenes stand beside the linearised step.
+/// Around a scene: its signals, steps, ν and mesh are varied where it has them, and dynamic scenes are compared with the linearised step.
 #[test]
 fn maps_are_drawn_around_a_scene() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/hard-cases/scenes");

@@ -1,6 +1,6 @@
 //! Closed forms of incompressible Neo-Hookean bodies at large strain, on curved meshes: thick sphere, torsion, bending.
 //!
-//! ν = 0.49999 stands for ½: κ/μ = 5·10⁴, so stresses of the size of μ change J by 2·10⁻⁵, and the forces by as much times
+//! ν = 0.49999 represents ½: κ/μ = 5·10⁴, so stresses of the size of μ change J by 2·10⁻⁵, and the forces by as much times
 //! some units.
 
 mod common;

@@ -324,7 +324,7 @@ fn band(study: &Study, folder: &Path, summary: &report::Summary) {
             Scene::build(&case.scene_file, spec, scene.to_string(), body.into()).unwrap_or_else(|e| panic!("{e}"));
         let angle = *common::column(&common::run(&built), "bending_angle_deg").last().expect("a row");
         let band_end = last(&band["constants"][end]);
-        println!("{member}: {angle} beside the end of the band {band_end}, peak {peak}");
+        println!("{member}: {angle}, end of the band {band_end}, peak {peak}");
         assert!((band_end - angle).abs() < 4e-3 * peak && (band_end - peak).abs() > 2e-2 * peak, "{member}");
     }
 }

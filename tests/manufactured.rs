@@ -115,7 +115,7 @@ fn every_formulation_has_the_order_of_theory_when_compressible() {
     }
 }
 
-/// The displacement formulation is still on its way to the order of theory: printed, and at least twice as wrong as the
+/// The displacement formulation has not reached the order of theory yet: printed, and at least twice as wrong as the
 /// mixed one on the same mesh.
 #[test]
 fn locking_free_formulations_keep_the_order_at_nu_4999() {

@@ -390,9 +390,9 @@ fn derivatives_see_the_skew_part() {
     println!("worst {:.1e}", common::sensitivities::check("open cavity", &law, &build));
 }
 
-/// A row beside it: the tension that a length of cable asks for, prescribed as a load, gives the same state.
+/// A constraint in addition to it: the tension that a length of cable asks for, prescribed as a load, gives the same state.
 #[test]
-fn a_cable_beside_it_is_dual() {
+fn a_cable_with_it_is_dual() {
     let end = |drive: &str| {
         let cable = format!(
             r#"

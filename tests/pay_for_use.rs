@@ -112,7 +112,7 @@ fn what_is_not_declared_is_not_executed() {
 }
 
 /// Twice the steps do not execute one instruction more in what knows the kinds of effects: the registries are left behind
-/// when the system is built, so a kind more in them cannot make a step dearer. 0.1 % leaves room for hashes that differ.
+/// when the system is built, so a kind more in them cannot make a step more expensive. 0.1 % leaves room for hashes that differ.
 #[test]
 fn a_step_does_not_see_the_registry() {
     let (Some(short), Some(long)) = (instructions(&[]), instructions(&["stage.0.duration=\"2 s\""])) else { return };
@@ -156,12 +156,12 @@ fn a_load_or_damping_of_no_intensity_changes_no_bit() {
     }
 }
 
-/// A cable of no tension stands in the factorisation by its guides: the order is another one, and its rounding differs. Newton stops at 1e-8 of the forces, which leaves less than 1e-6 in the columns.
+/// A cable of no tension is part of the factorisation by its guides: the order is another one, and its rounding differs. Newton stops at 1e-8 of the forces, which leaves less than 1e-6 in the columns.
 #[test]
 fn a_cable_of_no_tension_changes_rounding_only() {
     let cable = "constraint.+={ kind = \"cable\", name = \"idle\", guides = [[\"0.6 cm\", \"0.5 cm\", \"0.8 cm\"], [\"1.7 cm\", \"0.5 cm\", \"0.8 cm\"]], pull_point = [\"-1 cm\", \"0.5 cm\", \"0.8 cm\"], guide_radius = \"2 mm\", drive = { kind = \"tension\", signal = \"0 N\" } }";
     let (base, with) = (run(&[]), run(&[cable]));
-    assert!(with.factor_nnz > base.factor_nnz, "the guides of the cable stand in the factorisation");
+    assert!(with.factor_nnz > base.factor_nnz, "the guides of the cable are part of the factorisation");
     for name in ["bending_angle_deg", "cable_tension_N", "elastic_J"] {
         let column = |run: &Run| {
             let k = run.columns.iter().position(|c| c == name).expect("recorded");

@@ -1,4 +1,4 @@
-//! Every refusal has a small bad file in `tests/bad/scenes/` and beside it the message it must give, compared exactly.
+//! Every refusal has a small bad file in `tests/bad/scenes/` and next to it the message it must give, compared exactly.
 //! `DUROMETER_BLESS=1 cargo test --test refuse` writes the messages anew: read them before you commit them.
 #![cfg(unix)]
 
@@ -59,7 +59,7 @@ fn said(output: &Output) -> String {
     format!("{}exit code {code}\n", String::from_utf8_lossy(&output.stderr))
 }
 
-/// Compares with the message that stands in `<name>.txt`, or writes it.
+/// Compares with the message in `<name>.txt`, or writes it.
 fn compare(name: &str, said: &str, wrong: &mut Vec<String>) {
     let path = Path::new(ROOT).join(SCENES).join(format!("{name}.txt"));
     if std::env::var_os("DUROMETER_BLESS").is_some() {
@@ -186,7 +186,7 @@ fn an_unwritable_output_is_named() {
         assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
         assert!(said.contains(out) && said.contains("--out"), "{arguments:?}: {said}");
     }
-    // A full disk: /dev/full takes no byte, whatever file it stands for.
+    // A full disk: /dev/full takes no byte, whatever file it represents.
     if !Path::new("/dev/full").exists() {
         println!("skipped: this system has no /dev/full");
         return;

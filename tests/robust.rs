@@ -36,7 +36,7 @@ fn rigid_motions_are_named() {
             let near = |p: &Vec3| (p - Vec3::from(wanted)).norm() < 1e-9;
             mesh.points.iter().position(near).expect("a node there") as u32
         };
-        let (origin, beside, across) = (at([0.0; 3]), at([0.0, 0.02, 0.0]), at([0.02, 0.02, 0.0]));
+        let (origin, sideways, across) = (at([0.0; 3]), at([0.0, 0.02, 0.0]), at([0.02, 0.02, 0.0]));
         let face = |name: &str, components: &[u32]| hold(&nodes(&mesh, name), components);
         let all = [0, 1, 2];
         for (held, words) in [
@@ -46,15 +46,15 @@ fn rigid_motions_are_named() {
             (face("xmin", &[1, 2]), "it can translate in x and rotate about y and z"),
             ([face("xmin", &[0]), face("ymin", &[1])].concat(), "it can translate in z"),
             (hold(&[origin], &all), "it can rotate about x, y and z"),
-            (hold(&[origin, beside], &all), "it can rotate about y"),
+            (hold(&[origin, sideways], &all), "it can rotate about y"),
             (hold(&[origin, across], &all), "it can rotate about (0.71, 0.71, 0.00)"),
             // A hinge that slides: held across its axis only
-            (hold(&[origin, beside], &[0, 2]), "it can translate in y and rotate about y"),
+            (hold(&[origin, sideways], &[0, 2]), "it can translate in y and rotate about y"),
         ] {
             assert_eq!(free(&mesh, held), format!("nothing holds the body: {words}"), "{order:?}");
         }
         assert_eq!(free(&mesh, face("xmin", &all)), "", "{order:?}: a clamped body is held");
-        assert_eq!(free(&mesh, hold(&[origin, beside, across], &all)), "", "{order:?}: three points hold a body");
+        assert_eq!(free(&mesh, hold(&[origin, sideways, across], &all)), "", "{order:?}: three points hold a body");
     }
 }
 

@@ -1,6 +1,6 @@
 //! Derivatives by the constants of laws through time steps: every law, formulation and integrator, cables, what relaxes and
 //! what damps, on blocks of 18 cells, every row against differences of whole runs (`common/sensitivities.rs`). The beams bend easily
-//! beside the block forces that the residual is compared with, so the runs take full Newton steps, whose last one leaves far
+//! compared with the block forces that the residual is compared with, so the runs take full Newton steps, whose last one leaves far
 //! less than the tolerance.
 
 mod common;
@@ -37,7 +37,7 @@ struct Beam {
     formulation: &'static str,
     drive: &'static str,
     stages: Vec<(&'static str, usize)>,
-    /// Effects beside elasticity, inertia and gravity
+    /// Effects in addition to elasticity, inertia and gravity
     effects: String,
 }
 

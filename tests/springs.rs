@@ -104,7 +104,7 @@ fn block_of_equal_springs_by_hand() {
         let e = Vec3::from(goes.map(|g| a * f64::from(g)));
         let d = e + gradient * e;
         let elongation = d.norm() - e.norm();
-        // Along an axis that the edge does not go, it stands on every layer of nodes.
+        // Along an axis that the edge does not go, it is on every layer of nodes.
         let layers = |i: usize| n[i] + 1 - goes[i] as usize;
         total += (layers(0) * layers(1) * layers(2)) as f64 * 0.5 * k * elongation * elongation;
         if goes[0] == 1 {

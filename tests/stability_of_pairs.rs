@@ -187,7 +187,7 @@ fn equal_order_is_stable_by_its_stabilisation_only() {
 
 /// P2/P0 on tetrahedra has no unknown that moves one face along its normal (that takes the bubble of the face), and here β
 /// falls with h: no pressure is spurious, β > 0, but there is no bound. Displacements converge (tests/manufactured.rs), at
-/// the price of the largest pressure error of the three.
+/// the cost of the largest pressure error of the three.
 #[test]
 fn cell_pressures_have_no_spurious_mode() {
     let betas = cubes(Order::Quadratic, [1, 2, 4]).map(|mesh| {

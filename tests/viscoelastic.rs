@@ -396,7 +396,7 @@ fn the_next_stage_starts_with_the_overstress_of_the_last() {
     assert!(size > 0.0 && error <= 1e-6 * size, "{error:e} of {size:e}");
 }
 
-/// The bulk does not relax and is not touched: the overstress of every isochoric law has no mean stress, P:F = 0, at any
+/// The bulk does not relax and is not affected: the overstress of every isochoric law has no mean stress, P:F = 0, at any
 /// history. One tet4 cell gives P by its virial; rounding of a few dozen terms.
 #[test]
 fn the_overstress_has_no_pressure() {

@@ -154,7 +154,7 @@ impl Moduli {
     }
 
     /// Rates of all five for the rates of E \[Pa\] and ν \[–\].
-    pub(crate) fn along(&self, rates: &[f64]) -> Self {
+    pub fn along(&self, rates: &[f64]) -> Self {
         let [e, nu] = [rates[0], rates[1]];
         let mu = (0.5 * e - self.mu * nu) / (1.0 + self.nu);
         let kappa = (e / 3.0 + 2.0 * self.kappa * nu) / (1.0 - 2.0 * self.nu);

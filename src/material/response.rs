@@ -30,7 +30,7 @@ impl Response {
     }
 }
 
-/// Responses at [`LANES`] deformation gradients. Parts that were not wanted keep their values.
+/// Responses at [`LANES`](crate::math::lanes::LANES) deformation gradients. Parts that were not wanted keep their values.
 #[derive(Clone, Debug)]
 pub struct LaneResponse {
     /// ψ \[J/m³\]

@@ -1,6 +1,6 @@
 //! The report of a study: reads what a run has stored, analyses it, writes `summary.json`, figures, tables and `index.html`.
 //!
-//! Nothing is solved here; [`write`] may be called again on a folder to redraw it.
+//! Nothing is solved here; [`write()`] may be called again on a folder to redraw it.
 
 use crate::report::{ReportError, export, files};
 use crate::study::kinds::KINDS;

@@ -21,13 +21,13 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
-/// What a run may tell while it goes on.
+/// Follows the run of a study; what it does not implement is ignored.
 pub trait Watch: Sync {
-    /// The mesher says something about the mesh of a case.
-    fn meshing(&self, case: &str, line: &str);
-    fn started(&self, case: &str);
-    fn progress(&self, case: &str, progress: Progress);
-    fn finished(&self, record: &CaseRecord, skipped: bool);
+    /// A line of the mesher about the mesh of a case.
+    fn meshing(&self, _case: &str, _line: &str) {}
+    fn started(&self, _case: &str) {}
+    fn progress(&self, _case: &str, _progress: Progress) {}
+    fn finished(&self, _record: &CaseRecord, _skipped: bool) {}
 }
 
 /// Why a study stopped; results that were finished before stay.

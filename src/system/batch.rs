@@ -27,7 +27,7 @@ impl Batch {
     }
 }
 
-/// An effect that evaluates [`LANES`](crate::math::lanes::LANES) blocks at once: what [`Effect::eval`](super::traits::Effect::eval) gives
+/// An effect that evaluates [`LANES`](crate::math::lanes::LANES) blocks at once: what [`Effect::eval`](super::Effect::eval) gives
 /// for each, to rounding.
 pub trait Batched {
     /// The blocks `first` to `first` + LANES − 1, where `first` is a multiple of LANES.

@@ -125,7 +125,7 @@ tolerance = 1e-10
     }
 }
 
-/// A drop of a small block on an obstacle, from a random place at a random speed; the least gap on the way.
+/// A drop of a small block on an obstacle, from a random place at a random speed; the least gap during the motion.
 fn drop_on(obstacle: &str, random: &mut Random) -> (Status, f64) {
     let mut v = || random.around(3.0);
     let (x, y, z) = (v(), v(), -5.0 + v());
@@ -167,18 +167,18 @@ const OBSTACLES: [&str; 4] = [
 
 fn drops(count: usize) {
     let mut random = Random(11);
-    let (mut stopped, mut touched) = (0, 0);
+    let (mut stopped, mut hits) = (0, 0);
     for k in 0..count {
         let (status, least) = drop_on(OBSTACLES[k % 4], &mut random);
         assert!(least > 0.0, "drop {k} crossed: {least}");
-        touched += usize::from(least < 1e-3);
+        hits += usize::from(least < 1e-3);
         stopped += usize::from(status != Status::Converged);
         if status != Status::Converged {
             println!("drop {k}: {status}");
         }
     }
-    println!("{count} drops, {touched} touched, {stopped} stopped early");
-    assert!(touched > count / 2);
+    println!("{count} drops, {hits} hit the obstacle, {stopped} stopped early");
+    assert!(hits > count / 2);
     assert_eq!(stopped, 0);
 }
 

@@ -16,7 +16,7 @@ const NU: f64 = 0.3;
 const DEPTH: f64 = 0.0025;
 /// Start of the obstacle [m]
 const GAP: f64 = 1e-4;
-/// Radius of the half ball that stands for the half-space [m]
+/// Radius of the half ball that represents the half-space [m]
 const FAR: f64 = 10.0;
 
 /// E* = E/(1 − ν²) [Pa]

@@ -110,9 +110,9 @@ dt = "0.1 s"
     assert!(run.status.to_string().contains("reduce the load or the motion of the obstacle"), "{}", run.status);
 }
 
-/// A balloon, one octant of B/A = 2, bursts at P = 0.816 μ, with a floor far below it: the remedy names no continuation, which is refused beside contact.
+/// A balloon, one octant of B/A = 2, bursts at P = 0.816 μ, with a floor far below it: the remedy names no continuation, which is refused with contact.
 #[test]
-fn a_limit_point_beside_contact_has_a_remedy_that_can_be_taken() {
+fn a_limit_point_with_contact_has_a_remedy_that_can_be_taken() {
     let text = r#"
 [mesh]
 body = "octant"

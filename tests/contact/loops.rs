@@ -116,7 +116,7 @@ tolerance = 1e-11
 
 /// Where nothing moves any more, one correction is the equilibrium: cable and contact are solved for together. Viscosity has a time of
 /// η/E = 20 ms, so that after 1.5 s e^{-75} of the motion is left; Newton's tolerance is 1e-11 of the sum of all forces, which is some
-/// hundred times the force at hand.
+/// hundred times the force that acts.
 #[test]
 fn at_rest_a_correction_is_the_equilibrium() {
     let still = pulled(FLOOR, &format!("{MONOLITHIC}\nduration = \"2 s\"\ndt = \"10 ms\""));
@@ -135,7 +135,7 @@ fn at_rest_a_correction_is_the_equilibrium() {
     }
 }
 
-/// On the way there it is off by an error of first order in both steps: that of one linearisation, and that of planes as old as the last
+/// Until then it is off by an error of first order in both steps: that of one linearisation, and that of planes as old as the last
 /// search. The monolithic loop with the same integration steps is the reference, so that the error of implicit Euler drops out.
 #[test]
 fn the_error_of_one_correction_is_of_first_order() {

@@ -6,7 +6,7 @@ use durometer::math::tensor::Vec3;
 use durometer::solve::Status;
 use nalgebra::{Rotation3, Unit};
 
-/// A box that turns about an axis beside it and moves: X goes to P + R (X − P) + s e, to rounding.
+/// A box that turns about an axis outside of it and moves: X goes to P + R (X − P) + s e, to rounding.
 #[test]
 fn an_obstacle_turns_about_its_axis_and_moves() {
     let scene = soft_block(

@@ -7,7 +7,7 @@ use durometer::scene::{Run, Scene};
 
 pub const RESPONSES: [&str; 3] = ["barrier", "penalty", "multiplier"];
 
-/// A block on its way: law, mass, and all of its surface as `skin`.
+/// A moving block: law, mass, and all of its surface as `skin`.
 pub const CUBE: &str = r#"
 [mesh]
 body = "block"

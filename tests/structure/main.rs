@@ -155,6 +155,51 @@ impl<'ast> Visit<'ast> for Functions<'_> {
     }
 }
 
+/// Files of one kind each, and the files that may name them: their registry, and the root of their module. So a new
+/// kind is its own file or folder and one line.
+struct Registry {
+    /// Kind of a file, by its name and text; none for other files.
+    kind: fn(&Source) -> Option<&str>,
+    named_by: &'static [&'static str],
+}
+
+const REGISTRIES: [Registry; 2] = [
+    // A law declares itself.
+    Registry {
+        kind: |source| {
+            let law = source.name.starts_with("src/material/") && source.text.contains("const ENTRY: LawEntry");
+            law.then_some(source.name.as_str())
+        },
+        named_by: &["src/material/registry.rs", "src/material/mod.rs"],
+    },
+    // A kind of study is a folder.
+    Registry {
+        kind: |source| source.name.strip_prefix("src/study/kinds/")?.split_once('/').map(|(folder, _)| folder),
+        named_by: &["src/study/kinds/mod.rs"],
+    },
+];
+
+/// Kinds may use each other; nothing else names one of them.
+#[test]
+#[ignore = "some kinds are still named by general code"]
+fn a_kind_is_named_by_its_registry_alone() {
+    let sources = rust_files("src");
+    let names = Names::new(&sources);
+    let mut wrong = Vec::new();
+    for registry in &REGISTRIES {
+        let kinds: BTreeSet<&str> = sources.iter().filter_map(|source| (registry.kind)(source)).collect();
+        assert!(kinds.len() > 4, "the kinds have moved: {kinds:?}");
+        for edge in names.edges() {
+            let (from, to) = (&sources[edge.from], &sources[edge.to]);
+            let general = (registry.kind)(from).is_none() && !registry.named_by.contains(&from.name.as_str());
+            if general && (registry.kind)(to).is_some() {
+                wrong.push(format!("{}:{}: {} in {}", from.name, edge.line, edge.path, to.name));
+            }
+        }
+    }
+    assert_none(&wrong, "let the kind offer it through its registry, or move what is general out of the kind");
+}
+
 #[test]
 fn the_library_neither_prints_nor_exits() {
     assert_none(&loud(&rust_files("src")), "return an error or a result; only the command line prints and exits");

@@ -1,0 +1,24 @@
+//! The types and functions of most programs that use the library: `use durometer::prelude::*;`.
+//!
+//! The examples of the repository use nothing else.
+
+pub use crate::calibrate::{Experiment, FitError, FitOptions, FitRequest, FitResult, Mode, StretchRange, fit};
+pub use crate::material::kinematics::Invariants;
+pub use crate::material::{
+    Law, LawEntry, LawError, LawInfo, Moduli, Parameter, Response, Want, check_law, law_from_table, moduli, register,
+};
+pub use crate::math::tensor::{Mat3, Vec3};
+pub use crate::math::units::{self, Dimension};
+pub use crate::mesh::structured::block;
+pub use crate::mesh::{Order, TetMesh};
+pub use crate::scene::control::{ControlError, Controller, Opening, Reply, Seen};
+pub use crate::scene::{
+    Body, Checkpoint, Run, RunOptions, Scene, SceneError, SceneSpec, open_scene, parse_scene, read_scene,
+};
+pub use crate::solve::Status;
+pub use crate::study::expand::Study;
+pub use crate::study::record::CaseRecord;
+pub use crate::study::report::write as write_report;
+pub use crate::study::runner::{Options as StudyOptions, Watch, run as run_study};
+pub use crate::study::summary::Summary;
+pub use crate::system::{At, Blocks, Constraint, Effect, EvalError, State, System};
