@@ -209,7 +209,7 @@ fn friction_balances() {
         for term in pressed.surfaces.terms(&x, &mut Caches::default()).iter().filter(|t| t.weight > 0.0) {
             let mut local = BlockValues::new(3 * term.distance.nodes.len());
             friction.add(&at, term, Want::Residual, &mut local);
-            let Some(press) = pressed.press(&x, term) else { continue };
+            let Some(press) = pressed.normal_force(&x, term) else { continue };
             let force = |k: usize| Vec3::from_column_slice(&local.r[3 * k..3 * k + 3]);
             let n = term.distance.nodes.len();
             let total: Vec3 = (0..n).map(force).sum();

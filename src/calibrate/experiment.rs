@@ -3,7 +3,7 @@
 use super::columns::{self, Columns};
 use super::intake::{self, Conversion};
 use super::table::{self, Decimal, Line};
-use super::{Alternative, Audit, AuditEntry, AuditKind, Card, ColumnChoice, Dimensions, FitError, Mode, remarks};
+use super::{Alternative, Audit, AuditEntry, AuditKind, Card, ColumnChoice, Dimensions, FitError, Mode, unusual};
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
@@ -113,8 +113,8 @@ impl Experiment {
         let conversion = Conversion::new(file, &columns, dimensions, &mut audit)?;
         let (samples, raw) = intake::read_rows(file, body, &conversion, decimal, mode, &mut audit)?;
         intake::check_percent(file, &columns, &samples)?;
-        remarks::rows(&mut audit, &samples);
-        remarks::doubts(&mut audit, &samples, &columns, choice.strain_measurement.as_deref(), &header);
+        unusual::rows(&mut audit, &samples);
+        unusual::doubts(&mut audit, &samples, &columns, choice.strain_measurement.as_deref(), &header);
         let sha256 = Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect();
         Ok(Self {
             file: file.into(),

@@ -7,6 +7,7 @@ use super::misfit::residuals;
 use super::result::interval_assumption;
 use super::solve::{LawFit, Setting, solve};
 use super::specimen::scatter;
+use super::statistics::extent;
 use super::{
     Experiment, FitCurves, FitError, FitOptions, FitRequest, FitResult, Misfit, Mode, Model, Otherwise, RangeRow,
     Sample, StretchRange, Weighting, noise, profile,
@@ -184,10 +185,6 @@ fn choose_modes(experiment: &Experiment, asked: &[Mode]) -> Result<Vec<Mode>, Fi
         return Err(FitError::AbsentMode { file: experiment.file.clone(), mode, present });
     }
     Ok(Mode::ALL.into_iter().filter(|m| asked.contains(m)).collect())
-}
-
-pub(super) fn extent(stretches: impl Iterator<Item = f64>) -> [f64; 2] {
-    stretches.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], s| [a.min(s), b.max(s)])
 }
 
 /// Data points at stretches other than 1 that a fit needs for any law; with fewer data points than constants the result names the directions that they leave open.

@@ -7,8 +7,8 @@
 //!
 //! Limits: the interval is that of the law linearised at the answer, and does not know of constraints that hold the answer back.
 
-use super::linear::padded;
 use super::model::unit;
+use super::rows::padded;
 use super::{Direction, Estimate, statistics};
 use crate::material::Parameter;
 use crate::math::units::Dimension;

@@ -1,8 +1,8 @@
 //! Judgement of a fit: predictions, range of validity, warnings.
 
 use super::certificate::{self, CASES};
-use super::fit::extent;
 use super::solve::{LawFit, ROUNDING, median};
+use super::statistics::extent;
 use super::{
     AuditKind, Estimate, Experiment, FitResult, FitWarning, Loss, Misfit, Mode, Model, Partner, Prediction,
     PredictionKind, Residual, SolverCheck, StableRange, StretchRange, Treatment, Validity, statistics,

@@ -9,7 +9,7 @@
 //! by the same SVD satisfy every cone, they are the minimum of the convex problem and are taken, as they have more digits; the
 //! two then have to agree.
 
-use super::rows::{Rows, beside};
+use super::rows::{Rows, padded, side_by_side};
 use super::{FitError, Mode, SolverCheck};
 use crate::material::principal::{PrincipalDerivatives, of_invariants};
 use crate::material::yeoh::Yeoh;
@@ -83,7 +83,7 @@ pub fn solve(
     // A column of zeros keeps its length: no data point depends on the term, whatever its factor
     let length: Vec<f64> = columns.iter().map(|c| if c.norm() > 0.0 { c.norm() } else { 1.0 }).collect();
     let scaled: Vec<_> = columns.iter().zip(&length).map(|(c, n)| c / *n).collect();
-    let a = padded(&beside(&scaled), terms);
+    let a = padded(&side_by_side(&scaled), terms);
     let target = rows.target.clone().resize_vertically(a.nrows(), 0.0);
     let svd = a.clone().svd(true, true);
     let (u, sigma, vt) = (svd.u.expect("asked for"), svd.singular_values, svd.v_t.expect("asked for"));
@@ -167,10 +167,4 @@ fn quadratic(
         SolverStatus::Solved | SolverStatus::AlmostSolved => Ok(DVector::from_vec(solver.solution.x.clone())),
         status => Err(fail(format!("{status:?}"))),
     }
-}
-
-/// At least as many rows as columns, zeros below.
-pub fn padded(a: &DMatrix<f64>, columns: usize) -> DMatrix<f64> {
-    let n = a.nrows().max(columns);
-    a.clone().resize_vertically(n, 0.0)
 }

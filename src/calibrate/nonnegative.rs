@@ -1,6 +1,6 @@
 //! Least squares with factors that are not negative, for a handful of columns: exact, by trying every subset.
 
-use super::linear::padded;
+use super::rows::padded;
 use nalgebra::{DMatrix, DVector};
 
 /// R and Qᵀp of the QR of a matrix: all that least squares in its columns need.

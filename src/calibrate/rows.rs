@@ -55,6 +55,12 @@ impl Rows {
 }
 
 /// Columns side by side.
-pub fn beside(columns: &[DVector<f64>]) -> DMatrix<f64> {
+pub fn side_by_side(columns: &[DVector<f64>]) -> DMatrix<f64> {
     DMatrix::from_columns(columns)
+}
+
+/// At least as many rows as columns, zeros below.
+pub fn padded(a: &DMatrix<f64>, columns: usize) -> DMatrix<f64> {
+    let n = a.nrows().max(columns);
+    a.clone().resize_vertically(n, 0.0)
 }

@@ -8,9 +8,8 @@
 //! The starts are the best of all choices of N different points of a grid of θ: five that differ in more than one point (where N is three or
 //! more), then the next best. Columns of the grid are reduced by one QR, so that a choice costs N × N.
 
-use super::linear::padded;
 use super::nonnegative::{nonnegative, reduce};
-use super::rows::{Rows, beside};
+use super::rows::{Rows, padded, side_by_side};
 use super::{FitError, SolverCheck};
 use crate::material::ShapedTerm;
 use argmin::core::{CostFunction, Error, Executor, Gradient, Hessian, State};
@@ -87,7 +86,7 @@ impl Projected<'_> {
     /// `None` where the law is not defined.
     fn at(&self, x: &[f64]) -> Option<Point> {
         let columns = self.columns(x)?;
-        let (r, d) = reduce(&beside(&columns), &self.rows.target);
+        let (r, d) = reduce(&side_by_side(&columns), &self.rows.target);
         let c = nonnegative(&r, &d, &(0..x.len()).collect::<Vec<_>>()).0;
         let residual = self.residual(&columns, &c);
         Some(Point { c, columns, residual })
@@ -99,13 +98,13 @@ impl Projected<'_> {
         let mut derivatives = self.derivatives(x, &p.c);
         let support: Vec<_> = p.columns.iter().zip(&p.c).filter(|(_, c)| **c > 0.0).map(|(a, _)| a.clone()).collect();
         if !support.is_empty() {
-            let q = padded(&beside(&support), support.len()).qr().q();
+            let q = padded(&side_by_side(&support), support.len()).qr().q();
             for s in &mut derivatives {
                 let long = s.clone().resize_vertically(q.nrows(), 0.0);
                 *s = (&long - &q * (q.transpose() * &long)).resize_vertically(self.rows.len(), 0.0);
             }
         }
-        Some((beside(&derivatives), p.residual))
+        Some((side_by_side(&derivatives), p.residual))
     }
 }
 
@@ -184,7 +183,7 @@ fn starts(problem: &Projected<'_>, terms: usize) -> Vec<Vec<f64>> {
     if grid.len() < terms {
         return vec![];
     }
-    let (r, d) = reduce(&beside(&columns), &problem.rows.target);
+    let (r, d) = reduce(&side_by_side(&columns), &problem.rows.target);
     let mut choices: Vec<Vec<usize>> = vec![vec![]];
     for _ in 0..terms {
         let longer = |c: Vec<usize>| {
@@ -272,7 +271,7 @@ fn finish(problem: &Projected<'_>, mut x: Vec<f64>, flat: f64) -> Option<End> {
         let size: Vec<f64> = j.iter().map(|c| if c.norm() > 0.0 { c.norm() } else { 1.0 }).collect();
         let scaled: Vec<_> = j.iter().zip(&size).map(|(c, n)| c / *n).collect();
         // The step is that of the columns: their triangle has the same singular values
-        let (triangle, d) = reduce(&beside(&scaled), &r);
+        let (triangle, d) = reduce(&side_by_side(&scaled), &r);
         let svd = triangle.svd(true, true);
         let Ok(step) = svd.solve(&d, 1e-10 * svd.singular_values.max()) else { break };
         let moved = |t: f64| {

@@ -6,22 +6,9 @@ use super::linear::{self, Points};
 use super::noise;
 use super::noise::ModeNoise;
 use super::rows::Rows;
-use super::{FitError, Loss, Sample, Weighting, separable, statistics};
+use super::{FitError, Loss, Sample, SolverCheck, Weighting, separable, statistics};
 use crate::material::FitTerms;
 use nalgebra::{DMatrix, DVector};
-use serde::Serialize;
-
-/// Numerical quality of an answer.
-#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
-#[serde(tag = "kind", rename_all = "snake_case")]
-pub enum SolverCheck {
-    /// The QP of clarabel against least squares by SVD: difference of the stresses over the data \[–\]
-    Convex { relative_difference: f64, allowed: f64 },
-    /// The QP of clarabel alone: a stability constraint holds the answer back
-    Constrained,
-    /// Trust region of argmin from several starts, and how many of them ended in the reported minimum
-    Starts { starts: usize, agree: usize },
-}
 
 /// Settings that are the same in all fits of a request.
 #[derive(Clone, Debug)]

@@ -67,6 +67,11 @@ pub fn few_runs(positive: &[bool]) -> Option<(usize, f64)> {
     Some((runs, (2..=runs).map(arrangements).sum::<f64>().min(1.0)))
 }
 
+/// Smallest and largest of some values; \[∞, −∞\] of none.
+pub fn extent(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    values.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], s| [a.min(s), b.max(s)])
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

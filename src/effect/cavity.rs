@@ -20,7 +20,7 @@ use crate::system::{At, BlockValues, Blocks, Cone, Constraint, Effect, EnergyRol
 use std::sync::Arc;
 
 /// Shape functions of a facet at a quadrature point, with the weight.
-pub(super) struct Point {
+pub(super) struct FacetPoint {
     pub weight: f64,
     pub n: [f64; 6],
     /// ∂N/∂ξ, ∂N/∂η
@@ -35,7 +35,7 @@ pub struct Cavity {
     blocks: Blocks,
     /// \[blocks × nodes of a facet\] X \[m\]
     reference: Vec<Vec3>,
-    points: Vec<Point>,
+    points: Vec<FacetPoint>,
     /// Nodes of a facet
     nodes: usize,
 }
@@ -44,7 +44,7 @@ impl Cavity {
     /// On boundary facets of the body; `origin` lies in every plane in which the rim slides.
     pub fn new(name: String, mesh: &TetMesh, facets: &[u32], origin: Vec3) -> Self {
         let rule = quadrature::tri(4);
-        let points = rule.points.iter().zip(&rule.weights).map(|(&xi, &weight)| Point {
+        let points = rule.points.iter().zip(&rule.weights).map(|(&xi, &weight)| FacetPoint {
             weight,
             n: element::facet_shape(mesh.order, xi),
             d: element::facet_gradients(mesh.order, xi),
@@ -69,7 +69,7 @@ impl Cavity {
         &self.blocks
     }
 
-    pub(super) fn points(&self) -> &[Point] {
+    pub(super) fn points(&self) -> &[FacetPoint] {
         &self.points
     }
 
@@ -97,7 +97,7 @@ impl Cavity {
     }
 
     /// x − o, x,ξ and x,η at a quadrature point.
-    pub(super) fn frame(&self, x: &[f64], b: usize, point: &Point) -> [Vec3; 3] {
+    pub(super) fn frame(&self, x: &[f64], b: usize, point: &FacetPoint) -> [Vec3; 3] {
         (0..self.nodes).fold([Vec3::zeros(); 3], |[at, u, v], a| {
             let p = self.position(x, b, a);
             [at + point.n[a] * p, u + point.d[a][0] * p, v + point.d[a][1] * p]
@@ -105,7 +105,7 @@ impl Cavity {
     }
 
     fn facet_volume(&self, x: &[f64], b: usize) -> f64 {
-        let cone = |point: &Point| {
+        let cone = |point: &FacetPoint| {
             let [at, u, v] = self.frame(x, b, point);
             -point.weight / 3.0 * at.dot(&u.cross(&v))
         };
@@ -122,7 +122,7 @@ impl Cavity {
         for point in &self.points {
             let [at, u, v] = self.frame(x, b, point);
             let w = factor * point.weight / 3.0;
-            let Point { n: shape, d, .. } = point;
+            let FacetPoint { n: shape, d, .. } = point;
             for a in 0..self.nodes {
                 let g = w * (shape[a] * u.cross(&v) + d[a][0] * v.cross(&at) + d[a][1] * at.cross(&u));
                 out.r[3 * a..3 * a + 3].iter_mut().zip(g.iter()).for_each(|(r, g)| *r += g);

@@ -14,7 +14,7 @@
 //! Energy of a step: ∫ dx·n dA over the surface that moves straight from its last state, by Simpson's rule, which is exact:
 //! the swept volume, with the sign of the load's φ. The integrals are exact on tet4 and curved tet10 facets.
 
-use super::cavity::{CYCLES, Cavity, Point};
+use super::cavity::{CYCLES, Cavity, FacetPoint};
 use crate::math::signal::{Clock, Signal};
 use crate::math::tensor::Vec3;
 use crate::mesh::TetMesh;
@@ -40,7 +40,7 @@ impl OpenCavityPressure {
     }
 
     /// ∫ (x − xₙ)·n dA over the way from xₙ to x \[m³\].
-    fn swept(&self, at: &At, b: usize, point: &Point) -> f64 {
+    fn swept(&self, at: &At, b: usize, point: &FacetPoint) -> f64 {
         let [now, u, v] = self.cavity.frame(at.x, b, point);
         let [old, p, q] = self.cavity.frame(at.old, b, point);
         let middle = (u + p).cross(&(v + q));
@@ -74,7 +74,7 @@ impl Effect for OpenCavityPressure {
             }
             let [_, u, v] = self.cavity.frame(at.x, b, point);
             let (w, normal) = (p * point.weight, u.cross(&v));
-            let Point { n: shape, d, .. } = point;
+            let FacetPoint { n: shape, d, .. } = point;
             let nodes = self.cavity.facets().nodes(b).len();
             for a in 0..nodes {
                 for i in 0..3 {

@@ -55,13 +55,13 @@ impl Invariants {
         if self.near { self.x.ln_1p() } else { self.j.ln() }
     }
 
-    /// I₁ − 3 − 2 ln J \[–\] ≥ 0, for J > 0 and with ln J at hand: \[I₁ − 3 − 2x\] + 2\[x − ln(1 + x)\] near F = I.
+    /// I₁ − 3 − 2 ln J \[–\] ≥ 0, for J > 0 and with ln J given: \[I₁ − 3 − 2x\] + 2\[x − ln(1 + x)\] near F = I.
     #[inline(always)]
     pub fn i_2ln(&self, ln_j: f64) -> f64 {
         if self.near { self.i_2x + 2.0 * x_minus_ln_1p(self.x) } else { self.i - 2.0 * ln_j }
     }
 
-    /// I₁(K) − 3 − 2 ln det K \[–\] of K = cof F, det K = J², with ln J at hand: I₂ − 3 − 4 ln J since I₂ = K:K. Near F = I from
+    /// I₁(K) − 3 − 2 ln det K \[–\] of K = cof F, det K = J², with ln J given: I₂ − 3 − 4 ln J since I₂ = K:K. Near F = I from
     /// K − I = tr H I − Hᵀ + cof H.
     #[inline(always)]
     pub fn second_2ln(&self, f: &Mat3, ln_j: f64) -> f64 {

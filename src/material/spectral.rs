@@ -8,7 +8,7 @@
 //! Nᵢ = uᵢvᵢᵀ, M^±ᵢⱼ = uᵢvⱼᵀ ± uⱼvᵢᵀ
 //!
 //! Repeated stretches: with d = ln λᵢ − ln λⱼ the quotient is (pᵢ − pⱼ)/(λᵢ − λⱼ) = \[w′(ēᵢ) − w′(ēⱼ)\]/\[λᵢλⱼ(eᵈ − 1)\] − τⱼ/(λᵢλⱼ), and
-//! for w′ = μ(e^{αē} − 1) the bracket is μ e^{αēⱼ}(e^{αd} − 1)/(eᵈ − 1). Both differences are `exp_m1` of a number at hand,
+//! for w′ = μ(e^{αē} − 1) the bracket is μ e^{αēⱼ}(e^{αd} − 1)/(eᵈ − 1). Both differences are `exp_m1` of a given number,
 //! accurate to the last digits however small it is; at d = 0 the ratio is α. No series and no threshold that matters.
 //!
 //! Near F = I the stretches come from the eigenvalues of FᵀF − I, formed without cancellation; elsewhere from the SVD of F, which keeps the

@@ -1,7 +1,7 @@
 //! Numbers side by side: the same arithmetic on one number or on [`LANES`] of them, written once.
 //!
 //! A [`Lanes`] is an array; the compiler makes vector instructions of it. [`widest`] runs a kernel with those of the processor at
-//! hand. No product and sum are fused, so one lane has the bits of the arithmetic on one number, whatever the processor.
+//! use. No product and sum are fused, so one lane has the bits of the arithmetic on one number, whatever the processor.
 
 use std::ops::{Add, AddAssign, Mul, Sub};
 

@@ -138,7 +138,7 @@ impl Signal {
 }
 
 impl Signal {
-    /// Is a part of it decided on the way?
+    /// Whether a part of it is decided during the run.
     pub fn has_inputs(&self) -> bool {
         match self {
             Self::Input(_) => true,

@@ -15,7 +15,7 @@ use crate::effect::contact::penalty::Penalty;
 use crate::effect::contact::placement::{AffineFrame, Obstacle};
 use crate::effect::contact::pressed::{Pressed, Response};
 use crate::effect::contact::shape::Shape;
-use crate::effect::contact::{Contact, Point, Pressing, Sampling, points};
+use crate::effect::contact::{Contact, NormalForces, Sampling, SurfacePoint, points};
 use crate::math::tensor::{Mat3, Vec3};
 use crate::mesh::validate::point;
 use crate::system::Effect;
@@ -98,7 +98,7 @@ impl Builder<'_> {
         });
         let contact = Arc::new(Contact::with_scalars(name.clone(), points, obstacle, scalars));
         self.check_apart(place, &contact, spec.response)?;
-        let pressing: Arc<dyn Pressing> = match spec.response {
+        let pressing: Arc<dyn NormalForces> = match spec.response {
             ResponseSpec::Barrier => press(&contact, Barrier { distance, stiffness: modulus / distance }, effects),
             ResponseSpec::Penalty => press(&contact, Penalty { stiffness: modulus / distance }, effects),
             ResponseSpec::Multiplier => {
@@ -141,7 +141,7 @@ impl Builder<'_> {
         region: &str,
         bodies: &[RigidBody],
         sampling: Sampling,
-    ) -> Result<Vec<Point>, SceneError> {
+    ) -> Result<Vec<SurfacePoint>, SceneError> {
         if let Some(body) = bodies.iter().find(|b| b.name == region) {
             return Ok(body.points());
         }
@@ -226,7 +226,7 @@ fn press<R: Response + 'static>(
     contact: &Arc<Contact>,
     response: R,
     effects: &mut Vec<Box<dyn Effect>>,
-) -> Arc<dyn Pressing> {
+) -> Arc<dyn NormalForces> {
     let shared = Arc::new(Pressed { contact: contact.clone(), response });
     effects.push(Box::new(shared.clone()));
     shared

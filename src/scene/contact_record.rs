@@ -7,7 +7,7 @@ use crate::effect::contact::placement::AffineFrame;
 use crate::effect::contact::surfaces::Term;
 use crate::effect::contact::surfaces::friction::SurfaceFriction;
 use crate::effect::contact::surfaces::pressed::PressedSurfaces;
-use crate::effect::contact::{Contact, Counts, Pressing};
+use crate::effect::contact::{Contact, Counts, NormalForces};
 use crate::math::tensor::Vec3;
 use crate::system::{At, BlockValues, Caches, Effect, Want};
 use std::collections::BTreeMap;
@@ -23,7 +23,7 @@ pub struct NamedContact {
 /// What meets what.
 pub(super) enum TransientCoupling {
     /// Points an obstacle
-    Points { pressing: Arc<dyn Pressing>, moves: bool, friction: Option<Arc<ContactFriction>> },
+    Points { pressing: Arc<dyn NormalForces>, moves: bool, friction: Option<Arc<ContactFriction>> },
     /// Deformable surfaces
     Surfaces { pressing: Arc<PressedSurfaces>, friction: Option<Arc<SurfaceFriction>> },
 }
@@ -189,7 +189,7 @@ impl NamedContact {
 
 /// (point, force \[N\]) of the points that feel the obstacle.
 fn forces(
-    pressing: &dyn Pressing,
+    pressing: &dyn NormalForces,
     friction: Option<&ContactFriction>,
     x: &[f64],
     step: Option<&At>,
@@ -197,7 +197,7 @@ fn forces(
     let contact = pressing.contact();
     let mut local = BlockValues::new(contact.blocks().largest());
     let mut force = |b: usize| {
-        let presses = pressing.presses(x, b);
+        let presses = pressing.normal_forces(x, b);
         let mut sum: Vec3 = presses.iter().map(|p| p.normal * p.force).sum();
         if let (Some(friction), Some(at)) = (friction, step) {
             local.r.fill(0.0);

@@ -8,7 +8,7 @@ use super::shape::ShapeSpec;
 use super::signal::SignalSpec;
 use super::skin::NamedSkin;
 use crate::effect::affine_body::{AffineInertia, Rigidity};
-use crate::effect::contact::Point;
+use crate::effect::contact::SurfacePoint;
 use crate::effect::contact::placement::AffineFrame;
 use crate::effect::contact::shape::Shape;
 use crate::effect::dead_load::DeadLoad;
@@ -69,9 +69,9 @@ impl Recorder for RigidBody {
 
 impl RigidBody {
     /// The points of its surface that meet others.
-    pub(super) fn points(&self) -> Vec<Point> {
+    pub(super) fn points(&self) -> Vec<SurfacePoint> {
         let area = self.frame.length.powi(2);
-        let point = |(at, radius): &(Vec3, f64)| Point {
+        let point = |(at, radius): &(Vec3, f64)| SurfacePoint {
             at: *at,
             nodes: self.frame.nodes.to_vec(),
             weights: self.frame.weights(at).to_vec(),

@@ -97,7 +97,7 @@ impl LaggedFactor {
 
     /// A step ended: decides whether the factor is worth keeping.
     pub fn judge(&mut self, factor: &Factor) {
-        let cost = factor.price();
+        let cost = factor.relative_cost();
         let LaggedFactorRecord { solves: [all, here], steps, worn, .. } = &mut self.record;
         *all += *here;
         *steps += 1;

@@ -37,7 +37,7 @@ impl LinearSystem {
     /// Whether directions may come from a lagged factor. K is to be symmetric, and definite where the constraints hold.
     pub(super) fn reuses_factors(&self, settings: &NewtonSettings, system: &System, sums: &Assembled) -> bool {
         settings.reuse_factor
-            && self.factor.price() >= settings.reuse_threshold
+            && self.factor.relative_cost() >= settings.reuse_threshold
             && system.scalar_equations() == 0
             && !system.has_skew_tangent()
             && !system.has_transient_coupling()

@@ -1,6 +1,6 @@
 //! Errors of the constants from the data points, without another forward solve.
 
-use super::super::{bootstrap, linear::padded, statistics};
+use super::super::{bootstrap, rows::padded, statistics};
 use crate::math::random::SplitMix;
 use nalgebra::{DMatrix, DVector};
 

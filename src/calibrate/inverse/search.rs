@@ -10,7 +10,7 @@
 
 use super::Measured;
 use super::model::{Answer, Failure, SceneModel, Unknown};
-use crate::calibrate::linear::padded;
+use crate::calibrate::rows::padded;
 use crate::scene::Progress;
 use argmin::core::{
     CostFunction, Error, Executor, Gradient, Hessian, IterState, KV, Problem, Solver, State, TerminationReason,

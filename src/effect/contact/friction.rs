@@ -9,7 +9,7 @@
 //! Energy: what the step dissipates, Σ F_t·u. Limits: a load slowly moves what sticks; isotropic; no viscosity.
 
 use super::placement::moved;
-use super::{Contact, Press, Pressing};
+use super::{Contact, NormalForce, NormalForces};
 use crate::math::tensor::{Mat3, Vec3};
 use crate::system::{ActiveBlocks, At, BlockValues, Blocks, Caches, Capabilities, Effect, EnergyRole, EvalError, Want};
 use std::sync::Arc;
@@ -32,7 +32,7 @@ impl Coulomb {
     }
 
     /// Adds what resists the sliding of a point that is pressed, to a block of `n` unknowns that begins with `nodes`.
-    pub fn add(&self, at: &At, nodes: &[u32], press: &Press, n: usize, want: Want, out: &mut BlockValues) {
+    pub fn add(&self, at: &At, nodes: &[u32], press: &NormalForce, n: usize, want: Want, out: &mut BlockValues) {
         let epsilon = self.threshold(at.dt);
         // No time has passed, and nothing slides.
         if epsilon == 0.0 {
@@ -68,7 +68,7 @@ impl Coulomb {
 
 pub struct ContactFriction {
     pub name: String,
-    pub pressing: Arc<dyn Pressing>,
+    pub pressing: Arc<dyn NormalForces>,
     pub law: Coulomb,
 }
 
@@ -93,7 +93,7 @@ impl Effect for ContactFriction {
 
     fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
         let (nodes, n) = (self.blocks().nodes(b), self.blocks().size(b));
-        for press in self.pressing.presses(at.x, b) {
+        for press in self.pressing.normal_forces(at.x, b) {
             self.law.add(at, nodes, &press, n, want, out);
         }
         Ok(())

@@ -24,7 +24,7 @@ pub mod pressed;
 pub mod shape;
 pub mod surfaces;
 
-pub use points::{Point, Sampling, points};
+pub use points::{Sampling, SurfacePoint, points};
 
 use crate::math::tensor::Vec3;
 use crate::system::{Blocks, CacheKey, Caches, MotionLimit};
@@ -52,7 +52,7 @@ pub struct Counts {
 }
 
 /// A normal force on a point.
-pub struct Press {
+pub struct NormalForce {
     /// N \[N\]
     pub force: f64,
     /// Unit vector, away from the obstacle
@@ -61,7 +61,7 @@ pub struct Press {
     pub shares: Vec<f64>,
 }
 
-impl Press {
+impl NormalForce {
     /// Of a pair whose potential falls by `first` \[N\] with the distance.
     fn new(pair: &Pair, own: &[f64], first: f64) -> Self {
         let size = pair.normal.norm();
@@ -70,18 +70,18 @@ impl Press {
 }
 
 /// A response that exerts normal forces on points.
-pub trait Pressing: Send + Sync {
+pub trait NormalForces: Send + Sync {
     fn contact(&self) -> &Contact;
     /// There is no force beyond this distance \[m\]
     fn reach(&self) -> f64;
     /// The forces on point `b` at this state
-    fn presses(&self, x: &[f64], b: usize) -> Vec<Press>;
+    fn normal_forces(&self, x: &[f64], b: usize) -> Vec<NormalForce>;
 }
 
 /// Points against one obstacle.
 pub struct Contact {
     pub name: String,
-    pub points: Vec<Point>,
+    pub points: Vec<SurfacePoint>,
     pub obstacle: Obstacle,
     /// One block a point: its nodes, then the four of the obstacle
     blocks: Blocks,
@@ -108,12 +108,12 @@ impl PointSearch {
 
 impl Contact {
     /// Points of one number of nodes each.
-    pub fn new(name: String, points: Vec<Point>, obstacle: Obstacle) -> Self {
+    pub fn new(name: String, points: Vec<SurfacePoint>, obstacle: Obstacle) -> Self {
         Self::with_scalars(name, points, obstacle, None)
     }
 
     /// With a scalar for each point, whose places in `State::x` start at `first`.
-    pub fn with_scalars(name: String, points: Vec<Point>, obstacle: Obstacle, first: Option<u32>) -> Self {
+    pub fn with_scalars(name: String, points: Vec<SurfacePoint>, obstacle: Obstacle, first: Option<u32>) -> Self {
         let of_obstacle: &[u32] = obstacle.body.as_ref().map_or(&[], |b| &b.nodes);
         let lists: Vec<Vec<u32>> = points.iter().map(|p| [&p.nodes, of_obstacle].concat()).collect();
         let scalars: Vec<Vec<u32>> =

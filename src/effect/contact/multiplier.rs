@@ -13,7 +13,7 @@
 
 use super::friction::Coulomb;
 use super::placement::Pair;
-use super::{Contact, Press, Pressing};
+use super::{Contact, NormalForce, NormalForces};
 use crate::system::{
     At, BlockValues, Blocks, Caches, Capabilities, ContactPoint, ContactPoints, Effect, EnergyRole, EvalError, Want,
 };
@@ -123,7 +123,7 @@ impl ContactPoints for Multiplier {
     }
 }
 
-impl Pressing for Multiplier {
+impl NormalForces for Multiplier {
     fn contact(&self) -> &Contact {
         &self.contact
     }
@@ -132,10 +132,10 @@ impl Pressing for Multiplier {
         f64::INFINITY
     }
 
-    fn presses(&self, x: &[f64], b: usize) -> Vec<Press> {
+    fn normal_forces(&self, x: &[f64], b: usize) -> Vec<NormalForce> {
         let pair = self.pair(x, b);
         let force = self.stiffness * (self.scalar(x, b) - pair.gap).max(0.0);
-        let press = (force > 0.0).then(|| Press::new(&pair, &self.contact.points[b].weights, force));
+        let press = (force > 0.0).then(|| NormalForce::new(&pair, &self.contact.points[b].weights, force));
         press.into_iter().collect()
     }
 }

@@ -13,7 +13,7 @@ const GUARD: f64 = 1e-6;
 
 /// A point of a surface.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Point {
+pub struct SurfacePoint {
     /// X_q \[m\]
     pub at: Vec3,
     pub nodes: Vec<u32>,
@@ -35,7 +35,7 @@ pub enum Sampling {
 }
 
 /// Points of facets of a mesh at rest, all with one number of nodes.
-pub fn points(mesh: &TetMesh, facets: &[u32], sampling: Sampling) -> Vec<Point> {
+pub fn points(mesh: &TetMesh, facets: &[u32], sampling: Sampling) -> Vec<SurfacePoint> {
     if mesh.order == Order::Linear || sampling == Sampling::Nodes {
         return nodes(mesh, facets);
     }
@@ -50,11 +50,11 @@ pub fn points(mesh: &TetMesh, facets: &[u32], sampling: Sampling) -> Vec<Point> 
             let weights = element::facet_shape(mesh.order, xi)[..list.len()].to_vec();
             let part = w * mesh.facet_normal(f as usize, xi).norm();
             area += part;
-            out.push(Point { at: at(&weights), nodes: list.to_vec(), weights, area: part, radius: 0.0 });
+            out.push(SurfacePoint { at: at(&weights), nodes: list.to_vec(), weights, area: part, radius: 0.0 });
         }
         for a in (0..list.len()).filter(|&a| guarded.insert(list[a])) {
             let weights: Vec<f64> = (0..list.len()).map(|k| if k == a { 1.0 } else { 0.0 }).collect();
-            out.push(Point { at: at(&weights), nodes: list.to_vec(), weights, area: GUARD * area, radius: 0.0 });
+            out.push(SurfacePoint { at: at(&weights), nodes: list.to_vec(), weights, area: GUARD * area, radius: 0.0 });
         }
     }
     out
@@ -62,7 +62,7 @@ pub fn points(mesh: &TetMesh, facets: &[u32], sampling: Sampling) -> Vec<Point> 
 
 /// Every node with a part of the areas of its facets: a third each on tet4; 1/12 at a corner and 1/4 at a mid-edge on tet10,
 /// those of the four triangles between the six nodes.
-fn nodes(mesh: &TetMesh, facets: &[u32]) -> Vec<Point> {
+fn nodes(mesh: &TetMesh, facets: &[u32]) -> Vec<SurfacePoint> {
     let mut areas = BTreeMap::new();
     let rule = quadrature::tri(4);
     for &f in facets {
@@ -77,7 +77,7 @@ fn nodes(mesh: &TetMesh, facets: &[u32]) -> Vec<Point> {
             *areas.entry(node).or_insert(0.0) += share * area;
         }
     }
-    let point = |(node, area): (u32, f64)| Point {
+    let point = |(node, area): (u32, f64)| SurfacePoint {
         at: mesh.points[node as usize],
         nodes: vec![node],
         weights: vec![1.0],

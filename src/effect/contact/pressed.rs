@@ -4,7 +4,7 @@
 
 use super::placement::Pair;
 use super::shape::{Shape, Witness};
-use super::{Contact, Press, Pressing};
+use super::{Contact, NormalForce, NormalForces};
 use crate::math::tensor::{Mat3, Vec3};
 use crate::system::{
     ActiveBlocks, At, BlockValues, Blocks, Caches, Capabilities, Effect, EnergyRole, EvalError, MotionLimit, StepLimit,
@@ -91,7 +91,7 @@ impl<R: Response> StepLimit for Pressed<R> {
     }
 }
 
-impl<R: Response> Pressing for Pressed<R> {
+impl<R: Response> NormalForces for Pressed<R> {
     fn contact(&self) -> &Contact {
         &self.contact
     }
@@ -100,9 +100,9 @@ impl<R: Response> Pressing for Pressed<R> {
         self.response.reach()
     }
 
-    fn presses(&self, x: &[f64], b: usize) -> Vec<Press> {
+    fn normal_forces(&self, x: &[f64], b: usize) -> Vec<NormalForce> {
         let own = &self.contact.points[b].weights;
-        let press = |(pair, [_, first, _]): (Pair, [f64; 3])| Press::new(&pair, own, -first);
+        let press = |(pair, [_, first, _]): (Pair, [f64; 3])| NormalForce::new(&pair, own, -first);
         self.pairs(x, b).into_iter().flatten().map(press).filter(|p| p.force > 0.0).collect()
     }
 }

@@ -2,9 +2,9 @@
 //! not; and where the factor is too large, conjugate gradients to the same residual, with a multigrid hierarchy
 //! ([`multigrid`](super::multigrid)) of the sparse part.
 //!
-//! The unknowns are numbered in elimination order before the matrix is assembled, so the factorisation permutes nothing. Which of
-//! the two ways is taken is decided by counts ([`Method`]), so the same matrix goes the same way everywhere. Where conjugate gradients meet
-//! negative curvature or are slow, this matrix is factorised, if [`Method::factor_memory`] allows it.
+//! The unknowns are numbered in elimination order before the matrix is assembled, so the factorisation permutes nothing. The choice
+//! between the two methods is made by counts ([`Method`]), so that it is the same for one matrix on every machine. Where conjugate gradients
+//! find negative curvature or are slow, this matrix is factorised, if [`Method::factor_memory`] allows it.
 
 mod border;
 mod bordered;
@@ -143,12 +143,12 @@ impl Factor {
         self.multigrid.as_ref()
     }
 
-    /// Did the last factorisation count negative eigenvalues?
+    /// Whether the last factorisation counted negative eigenvalues.
     pub fn counts(&self) -> bool {
         self.ready == Ready::Direct
     }
 
-    /// Stands something other than the chosen path, for this matrix only?
+    /// Whether another method than the chosen one is used, for this matrix only.
     pub fn fell_back(&self) -> bool {
         self.multigrid.is_some() && self.ready == Ready::Direct
     }
@@ -162,7 +162,7 @@ impl Factor {
     }
 
     /// Back-substitutions that a factorisation costs, by counts; or applications of the hierarchy that its set-up costs.
-    pub fn price(&self) -> f64 {
+    pub fn relative_cost(&self) -> f64 {
         match &self.multigrid {
             Some(_) => CYCLES_PER_SET_UP,
             None => self.nnz() as f64 / self.pattern.n as f64 / ENTRIES_PER_SOLVE,
@@ -170,8 +170,8 @@ impl Factor {
     }
 
     /// Iterations with an old factor that pay at most, by counts.
-    pub fn patience(&self, prices: f64) -> usize {
-        if self.multigrid.is_some() { PATIENCE } else { (prices * self.price()).ceil() as usize }
+    pub fn patience(&self, solves: f64) -> usize {
+        if self.multigrid.is_some() { PATIENCE } else { (solves * self.relative_cost()).ceil() as usize }
     }
 
     /// Additions and multiplications of one factorisation: Σ over the columns of L of the square of their length. Of one set-up on

@@ -85,7 +85,7 @@ impl<const R: usize, const C: usize> BlockMatrix<R, C> {
     /// A B, row by row (Gustavson, ACM Trans. Math. Softw. 4, 1978).
     pub fn times<const D: usize>(&self, other: &BlockMatrix<C, D>) -> BlockMatrix<R, D> {
         let mut product = BlockMatrix { columns: other.columns, row_ptr: vec![0], col: Vec::new(), values: Vec::new() };
-        // Where the blocks of the row at hand are, by column; of other rows where `seen` is set.
+        // Where the blocks of the current row are, by column; of other rows where `seen` is set.
         let (mut place, mut seen) = (vec![0u32; other.columns], vec![u32::MAX; other.columns]);
         for i in 0..self.rows() {
             let start = product.col.len();

@@ -39,7 +39,7 @@ const COARSENING: f64 = 1.5;
 pub struct NotDefinite;
 
 /// A level with blocks of B × B, and the transfer to the next. In single precision, which halves the memory traffic: the same rounded numbers
-/// are used on the way down and up, so M⁻¹ is symmetric to the rounding of double precision.
+/// are used for restriction and prolongation, so M⁻¹ is symmetric to the rounding of double precision.
 struct Level<const B: usize> {
     a: BlockMatrix<B, B, f32>,
     /// Of the blocks of the diagonal

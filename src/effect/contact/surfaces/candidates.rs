@@ -3,7 +3,7 @@
 //! Pairs that share a node are none. The lists are in ascending order.
 
 use super::surface::{Edge, Surface};
-use crate::effect::contact::Point;
+use crate::effect::contact::SurfacePoint;
 use crate::math::tensor::Vec3;
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::math::Vector;
@@ -32,7 +32,7 @@ pub type Span = (Vec3, Vec3);
 pub fn candidates(
     passes: &[Pass],
     radius: f64,
-    of_point: &dyn Fn(&Point) -> Span,
+    of_point: &dyn Fn(&SurfacePoint) -> Span,
     of_node: &dyn Fn(u32) -> Span,
 ) -> Candidates {
     let over = |nodes: &[u32]| nodes.iter().map(|&k| of_node(k)).reduce(join).expect("a triangle or an edge has nodes");
@@ -66,9 +66,9 @@ pub fn candidates(
 /// Least distance of all pairs; boxes that are further than what is known are not looked into.
 pub fn least(
     passes: &[Pass],
-    of_point: &dyn Fn(&Point) -> Vec3,
+    of_point: &dyn Fn(&SurfacePoint) -> Vec3,
     of_node: &dyn Fn(u32) -> Vec3,
-    to_triangle: &dyn Fn(&Pass, &Point, u32) -> f64,
+    to_triangle: &dyn Fn(&Pass, &SurfacePoint, u32) -> f64,
     between: &dyn Fn(&Edge, &Edge) -> f64,
 ) -> f64 {
     let spot = |k: u32| (of_node(k), of_node(k));

@@ -31,7 +31,7 @@ impl SurfaceFriction {
     /// Adds the friction of a term to a block of its nodes.
     pub fn add(&self, at: &At, term: &Term, want: Want, out: &mut BlockValues) {
         // A term that is taken away again, next to a concave edge, takes its friction away too.
-        let Some(press) = self.pressing.press(at.x, term) else { return };
+        let Some(press) = self.pressing.normal_force(at.x, term) else { return };
         self.law.add(at, &term.distance.nodes, &press, 3 * term.distance.nodes.len(), want, out);
     }
 }

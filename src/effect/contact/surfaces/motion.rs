@@ -9,7 +9,7 @@ use super::nearest::{between, to_triangle};
 use super::pair::Surfaces;
 use super::search::{SurfaceSearch, farthest};
 use crate::effect::contact::placement::moved;
-use crate::effect::contact::{ADVANCES, LEFT, Point};
+use crate::effect::contact::{ADVANCES, LEFT, SurfacePoint};
 use crate::math::tensor::Vec3;
 use crate::system::{Caches, MotionLimit};
 use std::sync::Arc;
@@ -111,7 +111,7 @@ fn in_reach_of(surfaces: &Surfaces, x: &[f64], dx: &[f64], search: &mut SurfaceS
         return search.candidates.clone();
     }
     let along = |from: Vec3, motion: Vec3| (from.inf(&(from + motion)), from.sup(&(from + motion)));
-    let of_point = |p: &Point| {
+    let of_point = |p: &SurfacePoint| {
         let motion = p.nodes.iter().zip(&p.weights).map(|(&k, w)| moved(dx, k) * *w).sum();
         along(surfaces.place(x, p), motion)
     };

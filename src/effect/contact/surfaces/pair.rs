@@ -3,7 +3,7 @@
 use super::candidates::{Pass, Span, least, pierced_by_edges};
 use super::nearest::{between, to_triangle};
 use super::surface::{Edge, Surface};
-use crate::effect::contact::Point;
+use crate::effect::contact::SurfacePoint;
 use crate::effect::contact::placement::moved;
 use crate::math::tensor::Vec3;
 use crate::mesh::overlap::pierces;
@@ -73,7 +73,7 @@ impl Surfaces {
     }
 
     /// Place of a point at displacement x \[m\].
-    pub(super) fn place(&self, x: &[f64], p: &Point) -> Vec3 {
+    pub(super) fn place(&self, x: &[f64], p: &SurfacePoint) -> Vec3 {
         p.nodes.iter().zip(&p.weights).fold(p.at, |at, (&k, w)| at + moved(x, k) * *w)
     }
 
@@ -85,7 +85,7 @@ impl Surfaces {
     pub fn gap(&self, x: &[f64]) -> f64 {
         let corners = |pass: &Pass, t: u32| pass.triangles.triangles[t as usize].map(|k| self.node(x, k));
         let ends = |e: &Edge| e.nodes.map(|k| self.node(x, k));
-        let of_point = |pass: &Pass, p: &Point, t: u32| to_triangle(&self.place(x, p), &corners(pass, t));
+        let of_point = |pass: &Pass, p: &SurfacePoint, t: u32| to_triangle(&self.place(x, p), &corners(pass, t));
         let of_edges = |a: &Edge, b: &Edge| between(&ends(a), &ends(b));
         least(&self.passes(), &|p| self.place(x, p), &|k| self.node(x, k), &of_point, &of_edges)
     }

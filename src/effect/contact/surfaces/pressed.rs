@@ -6,7 +6,7 @@
 use super::motion;
 use super::pair::Surfaces;
 use super::terms::Term;
-use crate::effect::contact::Press;
+use crate::effect::contact::NormalForce;
 use crate::effect::contact::barrier::Barrier;
 use crate::effect::contact::pressed::Response;
 use crate::math::tensor::{Mat3, Vec3};
@@ -82,10 +82,14 @@ impl PressedSurfaces {
     }
 
     /// The force of a term, as friction sees it.
-    pub fn press(&self, x: &[f64], term: &Term) -> Option<Press> {
+    pub fn normal_force(&self, x: &[f64], term: &Term) -> Option<NormalForce> {
         let [_, first, _] = self.potential(term).ok()?;
         let force = -first * term.blunt.map_or(1.0, |blunt| self.cross(x, term).bluntness(blunt)[0]);
-        (force != 0.0).then(|| Press { force, normal: term.distance.normal(), shares: term.distance.shares.clone() })
+        (force != 0.0).then(|| NormalForce {
+            force,
+            normal: term.distance.normal(),
+            shares: term.distance.shares.clone(),
+        })
     }
 
     fn cross(&self, x: &[f64], term: &Term) -> Cross {

@@ -1,6 +1,6 @@
 //! A surface of flat triangles with the points that carry pressure, and what hangs together in it.
 
-use crate::effect::contact::{Point, Sampling, points};
+use crate::effect::contact::{Sampling, SurfacePoint, points};
 use crate::math::tensor::Vec3;
 use crate::mesh::flat::edges;
 use crate::mesh::{Order, TetMesh};
@@ -22,7 +22,7 @@ pub struct Edge {
 
 /// Facets of a mesh.
 pub struct Surface {
-    pub points: Vec<Point>,
+    pub points: Vec<SurfacePoint>,
     pub triangles: Vec<[u32; 3]>,
     pub edges: Vec<Edge>,
     /// Triangles about an edge, and about a node

@@ -5,7 +5,7 @@ use super::nearest::{Nearest, PARALLEL, between, on_segment, on_segments, on_tri
 use super::pair::Surfaces;
 use super::pair_distance::PairDistance;
 use super::surface::Edge;
-use crate::effect::contact::Point;
+use crate::effect::contact::SurfacePoint;
 use crate::math::tensor::Vec3;
 
 /// Share of the area of an edge that it has as a guard, where surfaces are flat \[–\].
@@ -148,7 +148,14 @@ fn at_point(
 }
 
 /// Distance of a point from a feature.
-fn at_feature(surfaces: &Surfaces, x: &[f64], p: &Vec3, point: &Point, pass: &Pass, feature: Feature) -> PairDistance {
+fn at_feature(
+    surfaces: &Surfaces,
+    x: &[f64],
+    p: &Vec3,
+    point: &SurfacePoint,
+    pass: &Pass,
+    feature: Feature,
+) -> PairDistance {
     let own = point.nodes.len();
     let still = |slopes: &[f64]| [vec![0.0; own], slopes.to_vec()].concat();
     let (nodes, weights, slopes): (Vec<u32>, Vec<f64>, Vec<Vec<f64>>) = match feature {

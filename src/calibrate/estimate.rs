@@ -1,0 +1,27 @@
+//! Fitted constants with their intervals, and directions that the data do not determine.
+
+use serde::Serialize;
+
+/// A parameter with its 95 % interval \[SI\].
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct Estimate {
+    pub name: &'static str,
+    pub symbol: &'static str,
+    /// SI unit
+    pub unit: &'static str,
+    pub value: f64,
+    /// Infinite where the data do not determine the constant
+    pub std_error: f64,
+    pub interval: [f64; 2],
+}
+
+/// A change of the constants that the data do not determine, or hardly.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct Direction {
+    /// `changing C10 by +1 %, C01 by −0.97 % together`, or the name of one
+    pub changes: String,
+    /// The combination that the data determine, where it is a single one
+    pub known: Option<String>,
+    /// Standard deviation along the direction, relative to the constants \[–\]; `None`: the data do not depend on it at all
+    pub deviation: Option<f64>,
+}
