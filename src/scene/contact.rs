@@ -17,7 +17,7 @@ use crate::effect::contact::pressed::{Pressed, Response};
 use crate::effect::contact::shape::Shape;
 use crate::effect::contact::{Contact, NormalForces, Sampling, SurfacePoint, points};
 use crate::math::tensor::{Mat3, Vec3};
-use crate::mesh::validate::point;
+use crate::mesh::error::point;
 use crate::system::Effect;
 use std::sync::Arc;
 

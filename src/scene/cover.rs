@@ -3,7 +3,7 @@
 use super::builder::Builder;
 use super::error::SceneError;
 use crate::effect::CellPoints;
-use crate::mesh::validate::point;
+use crate::mesh::error::point;
 use std::sync::Arc;
 
 impl Builder<'_> {
