@@ -11,7 +11,7 @@ use crate::math::signal::Signal;
 use crate::math::tensor::Vec3;
 use crate::math::units::Dimension;
 use crate::mesh::embed::{ball_weights, embed};
-use crate::mesh::validate::point;
+use crate::mesh::error::point;
 use crate::scene::protocol::{check_tension, note_let_out};
 use crate::solve::TimeSpan;
 use crate::system::{Constraint, Effect};

@@ -10,7 +10,7 @@ use crate::math::signal::Signal;
 use crate::math::tensor::Vec3;
 use crate::math::units::Dimension;
 use crate::mesh::TetMesh;
-use crate::mesh::validate::point;
+use crate::mesh::error::point;
 use crate::system::{Constraint, Effect};
 use std::f64::consts::PI;
 use std::sync::Arc;

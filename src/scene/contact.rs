@@ -14,7 +14,7 @@ use crate::effect::contact::penalty::Penalty;
 use crate::effect::contact::placement::{AffineFrame, Obstacle};
 use crate::effect::contact::pressed::{Pressed, Response};
 use crate::effect::contact::{Contact, NormalForces, Sampling, SurfacePoint, points};
-use crate::mesh::validate::point;
+use crate::mesh::error::point;
 use crate::scene::contact_surfaces::build_surfaces;
 use crate::scene::motion::carry;
 use crate::scene::rigid::build_rigid;

@@ -10,7 +10,7 @@ use crate::effect::contact::surfaces::Surfaces;
 use crate::effect::contact::surfaces::friction::SurfaceFriction;
 use crate::effect::contact::surfaces::pressed::PressedSurfaces;
 use crate::effect::contact::surfaces::surface::Surface;
-use crate::mesh::validate::point;
+use crate::mesh::error::point;
 use crate::system::Effect;
 use std::sync::Arc;
 

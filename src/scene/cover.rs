@@ -3,7 +3,7 @@
 use super::builder::Builder;
 use super::error::SceneError;
 use crate::effect::CellPoints;
-use crate::mesh::validate::point;
+use crate::mesh::error::point;
 use std::sync::Arc;
 
 /// Every cell belongs to an effect that stores energy; two at the same place add up, which is said.
