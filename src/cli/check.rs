@@ -146,7 +146,7 @@ fn describe(scene: &Scene) {
     println!("unknowns     {}, {} entries in the tangent", scene.system.dofs.free.len(), scene.system.pattern.nnz());
     for s in &scene.signals {
         if s.signal.has_inputs() {
-            println!("signal       {}, decided on the way", s.name);
+            println!("signal       {}, decided during the run", s.name);
             continue;
         }
         let ((_, low), (t, high)) = extremes(&s.signal, &scene.spans);

@@ -22,7 +22,7 @@ pub struct Args {
     /// Change a key, e.g. --set mesh.cells=9300
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Keep the meshes beside their body (meshes/<body>/), to be committed, instead of in meshes/cache
+    /// Keep the meshes in the folder of their body (meshes/<body>/), to be committed, instead of in meshes/cache
     #[arg(long)]
     keep: bool,
 }

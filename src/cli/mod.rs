@@ -53,7 +53,7 @@ enum Command {
     Doctor(doctor::Args),
 }
 
-/// What a command came to.
+/// Exit code of a command, or the error that ended it.
 type Outcome = Result<ExitCode, Box<dyn std::error::Error>>;
 
 /// Exit code when some case did not complete.

@@ -164,7 +164,7 @@ pub fn main(args: Args) -> Outcome {
     durometer::study::overlay::save(&args.out, &name, &overlays(&scene, &run))?;
     bars.finished(&record, false);
     if !args.json {
-        record.remarks[scene.notes.len()..].iter().for_each(|note| eprintln!("note: {note}"));
+        record.notes[scene.notes.len()..].iter().for_each(|note| eprintln!("note: {note}"));
     }
     if let Some(l) = record.locking.filter(|l| l.alarm && !args.json) {
         let scatter = l.pressure_scatter;
@@ -198,7 +198,7 @@ pub fn main(args: Args) -> Outcome {
             );
         }
         states.iter().for_each(|file| println!("state:   {}", file.display()));
-        println!("{}", price(&record));
+        println!("{}", costs(&record));
         println!("results: {}", args.out.join(format!("{name}.csv")).display());
         if drawn {
             println!("fields:  {} (open it in ParaView)", args.out.join(format!("{name}.pvd")).display());
@@ -218,7 +218,7 @@ pub fn main(args: Args) -> Outcome {
     Ok(if complete { ExitCode::SUCCESS } else { ExitCode::from(INCOMPLETE) })
 }
 
-/// When states are saved: times [s], and at the end?
+/// Times at which states are saved \[s\], and whether the last state is saved too.
 fn times(when: &[String], scene: &Scene) -> Result<(Vec<f64>, bool), String> {
     let end = scene.spans.last().map_or(0.0, |s| s.end);
     let mut times = Vec::new();
@@ -257,7 +257,7 @@ fn controller(args: &Args, scene: &Scene) -> Result<Option<Process>, Box<dyn std
 }
 
 /// Where the time went: every effect and constraint that is assembled, then the linear algebra.
-fn price(record: &CaseRecord) -> String {
+fn costs(record: &CaseRecord) -> String {
     let share = |(name, s): (&str, f64)| format!("{name} {} ({:.0} %)", seconds(s), 100.0 * s / record.wall_s);
     let effects = record.effects.iter().map(|e| (e.name.as_str(), e.wall_s));
     let p = &record.phases;

@@ -1,4 +1,4 @@
-//! What is kept of a finished run: its record, and the boundary at the state farthest from rest.
+//! Results kept of a finished run: its record, and the boundary at the state farthest from rest.
 
 use crate::effect::locking::signs;
 use crate::math::tensor::Vec3;
@@ -76,7 +76,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         probes: run.columns.iter().enumerate().skip(1).map(|(k, name)| (name.clone(), probe(run, k))).collect(),
         cable_events: run.cable_events.iter().map(Into::into).collect(),
         contacts: contacts(scene, run),
-        remarks: scene.notes.iter().cloned().chain(solver::remarks(run)).collect(),
+        notes: scene.notes.iter().cloned().chain(solver::notes(run)).collect(),
         distances: overlays(scene, run).into_iter().filter_map(|o| o.distance).collect(),
         events: run.events.clone(),
         no_limit: scene.no_limit.clone(),

@@ -63,7 +63,7 @@ pub struct Options<'a> {
 }
 
 impl Options<'_> {
-    /// Is this case to be run (or kept)?
+    /// Whether this case is to be run (or kept).
     pub fn wants(&self, id: &str) -> bool {
         self.only.as_ref().is_none_or(|only| id.contains(only.as_str()))
     }
@@ -103,7 +103,7 @@ fn ready(study: &Study, case: &Case, records: &[CaseRecord], store: &Store) -> O
     with_constants(case, after, source, &store.calibration(&finest.id)?)
 }
 
-/// Runs cases, with the derivatives by the constants beside each.
+/// Runs cases, each together with the derivatives by the constants.
 fn side_by_side(
     study: &Study,
     mut cases: Vec<(Case, Vec<Constant>)>,

@@ -150,7 +150,7 @@ pub struct Entry {
     pub lines: Vec<u64>,
 }
 
-/// Writes the report of the fit in `dir` beside its `fit.json` and answers with the result in words.
+/// Writes the report of the fit in `dir`, next to its `fit.json`, and answers with the result in words.
 pub fn write(dir: &Path) -> Result<String, ReportError> {
     let path = dir.join("fit.json");
     let fit: StoredFit = files::json(&path)?.ok_or_else(|| ReportError::NotAStudy { path: dir.join("study.json") })?;

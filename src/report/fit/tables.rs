@@ -114,7 +114,7 @@ fn intervals(fit: &StoredFit) -> Option<Table> {
     })
 }
 
-/// What the treatment of the rows did to the answer.
+/// Effect of the treatment of the rows on the fitted constants.
 fn otherwise(fit: &StoredFit) -> Table {
     let constants = |parameters: &[Parameter]| {
         let one = |(p, own): (&Parameter, &Parameter)| {
