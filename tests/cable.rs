@@ -4,10 +4,11 @@ mod common;
 
 use common::{column, elastic, hold, law, newton, nodes, ramp, run, scene};
 use durometer::effect::{Cable, CableLength, CableTension, Guide};
-use durometer::math::linear::{Factor, norm};
+use durometer::math::linear::Factor;
 use durometer::math::low_rank::{LowRank, Pattern};
 use durometer::math::signal::Signal;
 use durometer::math::tensor::{Mat3, Vec3};
+use durometer::math::vector::norm;
 use durometer::mesh::embed::{ball_weights, embed};
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh};

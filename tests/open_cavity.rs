@@ -4,9 +4,9 @@ mod common;
 
 use common::{Random, column, distorted_cube, elastic, hold, largest, law, newton, nodes, ramp, scene};
 use durometer::effect::{Cavity, CavityPressure, OpenCavityPressure};
-use durometer::math::linear::norm;
 use durometer::math::signal::Clock;
 use durometer::math::tensor::Vec3;
+use durometer::math::vector::norm;
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh};
 use durometer::solve::{Driver, Integrator, Status, Step, StepSettings, TimeSpan};

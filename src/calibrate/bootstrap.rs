@@ -9,7 +9,7 @@
 //! Each sample has its own seed, so the answer does not depend on the thread count. Limits: too narrow for few data points or specimens
 //! (by √((n − 1)/n) at least), and for correlation longer than n/8 data points; a misfit of the law is resampled like noise.
 
-use super::solve::{LawFit, Setting, constants};
+use super::solve::{LawFit, LawSetting, constants};
 use super::{Mode, Sample};
 use crate::math::random::SplitMix;
 use rayon::prelude::*;
@@ -61,7 +61,7 @@ const SEED: u64 = 0x00d0_3e7e;
 const LEAST: usize = 40;
 
 /// `groups`: the fitted data points, specimen by specimen. `None` where fewer than 40 samples could be fitted.
-pub fn bootstrap(setting: &Setting, groups: &[Vec<Sample>], answer: &LawFit, samples: usize) -> Option<Bootstrap> {
+pub fn bootstrap(setting: &LawSetting, groups: &[Vec<Sample>], answer: &LawFit, samples: usize) -> Option<Bootstrap> {
     let (drawn, plan) = if groups.len() >= SPECIMENS {
         (Drawn::Specimens { specimens: groups.len() }, Plan::Specimens(groups))
     } else {
@@ -141,7 +141,7 @@ impl Strip {
     }
 }
 
-fn strips(setting: &Setting, samples: &[Sample], answer: &LawFit) -> Vec<Strip> {
+fn strips(setting: &LawSetting, samples: &[Sample], answer: &LawFit) -> Vec<Strip> {
     let of = |mode: Mode| {
         let own = samples.iter().zip(&answer.weight).filter(|(s, _)| s.mode == mode);
         let residual = |s: &Sample, w: f64| w * (s.stress - setting.model.at(&answer.values, s));

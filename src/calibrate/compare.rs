@@ -6,7 +6,7 @@
 
 use super::fit::{Choice, choose, read};
 use super::misfit::residuals;
-use super::solve::{Setting, solve};
+use super::solve::{LawSetting, solve};
 use super::{Experiment, FitError, FitOptions, FitRequest, Misfit, Mode, Model, Sample, fittable_laws};
 use serde::Serialize;
 use std::fmt;
@@ -99,12 +99,12 @@ fn one(experiment: &Experiment, options: &FitOptions, choice: &Choice, model: Mo
     })
 }
 
-fn misfit(setting: &Setting, values: &[f64], samples: &[Sample]) -> f64 {
+fn misfit(setting: &LawSetting, values: &[f64], samples: &[Sample]) -> f64 {
     Misfit::of(&residuals(samples, |s| setting.model.at(values, s))).map_or(f64::NAN, |m| m.rms_relative)
 }
 
 /// Misfit on the picked data points of `from` after a fit to those of `fitted` that are not picked.
-fn predict(setting: &Setting, fitted: &[Sample], from: &[Sample], picked: &dyn Fn(&Sample) -> bool) -> Option<f64> {
+fn predict(setting: &LawSetting, fitted: &[Sample], from: &[Sample], picked: &dyn Fn(&Sample) -> bool) -> Option<f64> {
     let rest: Vec<Sample> = fitted.iter().filter(|s| !picked(s)).copied().collect();
     let asked: Vec<Sample> = from.iter().filter(|s| picked(s)).copied().collect();
     if asked.is_empty() || rest.len() <= setting.model.parameters().len() {

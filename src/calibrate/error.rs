@@ -1,14 +1,10 @@
 //! Why a fit was refused: the fact and the remedy.
 
-use super::Mode;
+use super::{Mode, UnknownMode};
 use std::path::PathBuf;
 
 fn list<T: std::fmt::Display>(items: &[T]) -> String {
     items.iter().map(T::to_string).collect::<Vec<_>>().join(", ")
-}
-
-fn at_line(line: &Option<u64>) -> String {
-    line.map(|l| format!("line {l}: ")).unwrap_or_default()
 }
 
 #[derive(Debug, thiserror::Error)]
@@ -90,11 +86,8 @@ pub enum FitError {
     Unit { file: String, column: String, unit: String, wanted: &'static str, example: &'static str, flag: &'static str },
     #[error("{file}: no row holds both a stretch and a stress; the first row left out: {reason}")]
     NoRows { file: String, reason: String },
-    #[error(
-        "{}\"{word}\" is not a mode of deformation; known: uniaxial, equibiaxial, planar (pure_shear), simple_shear, biaxial",
-        at_line(line)
-    )]
-    ModeWord { line: Option<u64>, word: String },
+    #[error(transparent)]
+    Mode(#[from] UnknownMode),
     #[error(
         "{file}: does not say how the test piece was stretched; pass --mode uniaxial, equibiaxial, planar, simple_shear or biaxial"
     )]

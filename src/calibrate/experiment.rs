@@ -3,53 +3,12 @@
 use super::columns::{self, Columns};
 use super::intake::{self, Conversion};
 use super::table::{self, Decimal, Line};
-use super::{Alternative, Audit, AuditEntry, AuditKind, Card, ColumnChoice, Dimensions, FitError, Mode, unusual};
-use serde::Serialize;
+use super::{
+    Alternative, Audit, AuditEntry, AuditKind, Card, ColumnChoice, Dimensions, FitError, Mode, RawRow, Sample,
+    Treatment, unusual,
+};
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
-
-/// One measured stress. A row of a biaxial table makes two samples.
-#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
-pub struct Sample {
-    pub mode: Mode,
-    /// λ \[–\] in the loaded direction; in simple shear the principal stretch, γ = λ − λ⁻¹
-    pub stretch: f64,
-    /// λ₂ \[–\] of a biaxial test; 1 where the mode gives it
-    pub second: f64,
-    /// Nominal stress P \[Pa\]: force over undeformed area
-    pub stress: f64,
-    /// Line of the file, counted from 1
-    pub line: u64,
-    /// Which of several files, counted from 0
-    pub specimen: usize,
-}
-
-impl Sample {
-    /// False at λ = 1 with P = 0: every law goes through this point, and the test was zeroed there.
-    pub fn is_informative(&self) -> bool {
-        self.stretch != 1.0 || self.second != 1.0 || self.stress != 0.0
-    }
-
-    /// Principal stretches \[–\]: loaded, second, free.
-    pub fn stretches(&self) -> [f64; 3] {
-        self.mode.stretches(self.stretch, self.second)
-    }
-}
-
-/// The record of the machine in one row, unchanged, where the table has it.
-#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
-pub struct RawRow {
-    /// Line of the file, counted from 1
-    pub line: u64,
-    /// Which of several files, counted from 0
-    pub specimen: usize,
-    /// In the unit of the table
-    pub time: Option<f64>,
-    /// \[m\]
-    pub displacement: Option<f64>,
-    /// \[N\]
-    pub force: Option<f64>,
-}
 
 /// A test as read.
 #[derive(Clone, Debug)]
@@ -94,7 +53,7 @@ impl Experiment {
         mode: Option<Mode>,
     ) -> Result<Self, FitError> {
         let mut audit = Audit::default();
-        let choice = card.as_ref().map_or(Ok(choice.clone()), |c| Ok(choice.or(&c.choice()?)))?;
+        let choice = card.as_ref().map_or(Ok::<_, FitError>(choice.clone()), |c| Ok(choice.or(&c.choice()?)))?;
         let (text, replaced) = table::decode(bytes);
         if replaced {
             audit.add(AuditKind::Intake, "the file is not UTF-8; unreadable characters were replaced", vec![]);
@@ -156,7 +115,7 @@ impl Experiment {
             }
         }
         let several = parts.len() > 1;
-        let alternatives = Alternative::pool(&parts);
+        let alternatives = pool_alternatives(&parts);
         let mut parts = parts.into_iter();
         let mut all = parts.next().expect("a request has a table");
         if several {
@@ -180,6 +139,21 @@ impl Experiment {
     pub fn modes(&self) -> Vec<Mode> {
         Mode::ALL.into_iter().filter(|m| self.samples.iter().any(|s| s.mode == *m)).collect()
     }
+}
+
+/// Alternatives of several tables: those without this one are taken as they are.
+fn pool_alternatives(parts: &[Experiment]) -> Vec<Alternative> {
+    use Treatment::{EveryRow, LastLoading, WithoutToe, WithoutZero};
+    let of = |treatment: Treatment| {
+        let own = |e: &Experiment| e.alternatives.iter().find(|a| a.treatment == treatment).cloned();
+        let unasked = parts.iter().filter_map(own).map(|a| a.unasked).reduce(|a, b| a || b)?;
+        let one = |(k, e): (usize, &Experiment)| {
+            let samples = own(e).map_or_else(|| e.samples.clone(), |a| a.samples);
+            samples.into_iter().map(move |s| Sample { specimen: k, ..s })
+        };
+        Some(Alternative { treatment, unasked, samples: parts.iter().enumerate().flat_map(one).collect() })
+    };
+    [WithoutZero, WithoutToe, LastLoading, EveryRow].into_iter().filter_map(of).collect()
 }
 
 fn pair(cells: &[String]) -> (String, String) {

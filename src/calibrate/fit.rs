@@ -5,7 +5,7 @@ use super::certificate::certificate;
 use super::judgement::{predictions, validity, warnings};
 use super::misfit::residuals;
 use super::result::interval_assumption;
-use super::solve::{LawFit, Setting, solve};
+use super::solve::{LawFit, LawSetting, solve};
 use super::specimen::scatter;
 use super::statistics::extent;
 use super::{
@@ -107,7 +107,7 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
 /// The fit under every other treatment of the data points.
 fn otherwise(
     experiment: &Experiment,
-    setting: &Setting,
+    setting: &LawSetting,
     fitted: &[Sample],
     answer: &LawFit,
     is_fitted: impl Fn(&Sample) -> bool,
@@ -156,13 +156,13 @@ impl Choice {
         experiment: &Experiment,
         options: &FitOptions,
         model: Model,
-    ) -> Result<Setting, FitError> {
+    ) -> Result<LawSetting, FitError> {
         let invariant = |s: &Sample| invariants(s.stretches()).0;
         let noise = match options.weighting {
             Weighting::Noise => noise::of_modes(&self.fitted, &self.modes, options.noise)?,
             Weighting::Absolute | Weighting::Relative => vec![],
         };
-        Ok(Setting {
+        Ok(LawSetting {
             model,
             weighting: options.weighting,
             noise,
@@ -243,7 +243,7 @@ fn range_dependence(
     experiment: &Experiment,
     modes: &[Mode],
     from: f64,
-    setting: &Setting,
+    setting: &LawSetting,
     answer: &LawFit,
 ) -> Vec<RangeRow> {
     let own = |s: &&Sample| modes.contains(&s.mode) && s.stretch >= from && s.is_informative();

@@ -4,10 +4,9 @@
 //! under load, F/A of a force. In simple shear γ = e or u/L, and σ₁₂ = P₁₂.
 
 use super::columns::Columns;
-use super::experiment::RawRow;
 use super::names::{StrainKind, StressKind};
 use super::table::{self, Decimal, Line};
-use super::{Audit, AuditKind, Dimensions, FitError, Mode, Sample};
+use super::{Audit, AuditKind, Dimensions, FitError, Mode, RawRow, Sample, UnknownMode};
 
 /// Strains beyond are not believed of a column without a unit \[–\]: rubbers break before, and percent reach there at once
 const LARGEST: f64 = 20.0;
@@ -148,8 +147,9 @@ pub fn read_rows(
             }
         };
         let mode = match columns.mode {
-            Some(i) => Mode::from_word(cell(i))
-                .ok_or_else(|| FitError::ModeWord { line: Some(line.number), word: cell(i).into() })?,
+            Some(i) => {
+                Mode::from_word(cell(i)).ok_or_else(|| UnknownMode { line: Some(line.number), word: cell(i).into() })?
+            }
             None => whole_file.ok_or_else(|| FitError::NoMode { file: file.into() })?,
         };
         if (mode == Mode::Biaxial) != (columns.axes.len() == 2) {

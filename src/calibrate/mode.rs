@@ -1,6 +1,5 @@
 //! Homogeneous modes of deformation of an incompressible test piece.
 
-use super::FitError;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
@@ -92,9 +91,24 @@ impl fmt::Display for Mode {
     }
 }
 
+/// A word that names no mode of deformation, with its line in a table.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[error(
+    "{}\"{word}\" is not a mode of deformation; known: uniaxial, equibiaxial, planar (pure_shear), simple_shear, biaxial",
+    at_line(line)
+)]
+pub struct UnknownMode {
+    pub line: Option<u64>,
+    pub word: String,
+}
+
+fn at_line(line: &Option<u64>) -> String {
+    line.map(|l| format!("line {l}: ")).unwrap_or_default()
+}
+
 impl FromStr for Mode {
-    type Err = FitError;
-    fn from_str(word: &str) -> Result<Self, FitError> {
-        Self::from_word(word).ok_or_else(|| FitError::ModeWord { line: None, word: word.into() })
+    type Err = UnknownMode;
+    fn from_str(word: &str) -> Result<Self, UnknownMode> {
+        Self::from_word(word).ok_or_else(|| UnknownMode { line: None, word: word.into() })
     }
 }

@@ -8,81 +8,9 @@
 //! Limits: a rubber that softens curves the line, which moves e₀ by −3(p/E)² (p/E the strain at the level, Neo-Hookean law).
 
 use super::cycle::{self, Cycle};
-use super::experiment::{Experiment, RawRow, Sample};
-use super::{AuditKind, FitError, Mode};
+use super::{Alternative, AuditKind, Experiment, FitError, Mode, Preparation, RawRow, Sample, Treatment};
 use crate::math::units::{self, Dimension};
-use serde::{Deserialize, Serialize};
 use std::ops::Range;
-
-/// The requested treatment of the data points; `None`: they are taken as they are.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Preparation {
-    /// `None`: the first loading, with a warning where there are more branches
-    pub cycle: Option<Cycle>,
-    /// Number of first data points whose mean stress becomes zero
-    pub zero: Option<usize>,
-    /// Noise level, such as `2 kPa`
-    pub toe: Option<String>,
-}
-
-impl Preparation {
-    /// This one, completed by another one.
-    fn or(&self, other: &Self) -> Self {
-        Self {
-            cycle: self.cycle.or(other.cycle),
-            zero: self.zero.or(other.zero),
-            toe: self.toe.clone().or_else(|| other.toe.clone()),
-        }
-    }
-}
-
-/// A treatment that was not chosen.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Treatment {
-    WithoutZero,
-    WithoutToe,
-    LastLoading,
-    EveryRow,
-}
-
-impl Treatment {
-    pub fn words(self) -> &'static str {
-        match self {
-            Self::WithoutZero => "without zeroing",
-            Self::WithoutToe => "without toe compensation",
-            Self::LastLoading => "on the last loading",
-            Self::EveryRow => "on every row, unloading too",
-        }
-    }
-}
-
-/// The samples under another treatment.
-#[derive(Clone, Debug)]
-pub struct Alternative {
-    pub treatment: Treatment,
-    /// True where the treatment that was taken was not requested
-    pub unasked: bool,
-    pub samples: Vec<Sample>,
-}
-
-impl Alternative {
-    /// Alternatives of several tables: those without this one are taken as they are.
-    pub fn pool(parts: &[Experiment]) -> Vec<Self> {
-        use Treatment::{EveryRow, LastLoading, WithoutToe, WithoutZero};
-        let of = |treatment: Treatment| {
-            let own = |e: &Experiment| e.alternatives.iter().find(|a| a.treatment == treatment).cloned();
-            let unasked = parts.iter().filter_map(own).map(|a| a.unasked).reduce(|a, b| a || b)?;
-            let one = |(k, e): (usize, &Experiment)| {
-                let samples = own(e).map_or_else(|| e.samples.clone(), |a| a.samples);
-                samples.into_iter().map(move |s| Sample { specimen: k, ..s })
-            };
-            Some(Self { treatment, unasked, samples: parts.iter().enumerate().flat_map(one).collect() })
-        };
-        [WithoutZero, WithoutToe, LastLoading, EveryRow].into_iter().filter_map(of).collect()
-    }
-}
 
 /// Data points above the level that begin the line, and data points of a line
 const BEGIN: usize = 3;

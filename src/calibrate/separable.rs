@@ -53,7 +53,7 @@ struct Projected<'a> {
 }
 
 /// Best factors at some shapes.
-struct Point {
+struct Projection {
     c: Vec<f64>,
     columns: Vec<DVector<f64>>,
     residual: DVector<f64>,
@@ -84,12 +84,12 @@ impl Projected<'_> {
     }
 
     /// `None` where the law is not defined.
-    fn at(&self, x: &[f64]) -> Option<Point> {
+    fn at(&self, x: &[f64]) -> Option<Projection> {
         let columns = self.columns(x)?;
         let (r, d) = reduce(&side_by_side(&columns), &self.rows.target);
         let c = nonnegative(&r, &d, &(0..x.len()).collect::<Vec<_>>()).0;
         let residual = self.residual(&columns, &c);
-        Some(Point { c, columns, residual })
+        Some(Projection { c, columns, residual })
     }
 
     /// Kaufman's Jacobian: c_k ∂φ/∂x without its part in the span of the terms that count, and the residual.
@@ -258,7 +258,7 @@ struct End {
 /// Gauss–Newton in all constants of the terms that count, each step halved until the misfit falls; it ends where the misfit falls by less
 /// than the part `flat`.
 fn finish(problem: &Projected<'_>, mut x: Vec<f64>, flat: f64) -> Option<End> {
-    let Point { mut c, mut columns, residual: mut r } = problem.at(&x)?;
+    let Projection { mut c, mut columns, residual: mut r } = problem.at(&x)?;
     let mut settled = false;
     for _ in 0..30 {
         let own: Vec<usize> = (0..x.len()).filter(|k| c[*k] > 0.0).collect();

@@ -12,7 +12,7 @@ use nalgebra::{DMatrix, DVector};
 
 /// Settings that are the same in all fits of a request.
 #[derive(Clone, Debug)]
-pub struct Setting {
+pub struct LawSetting {
     pub model: Model,
     pub weighting: Weighting,
     /// Standard deviation of the stress by mode \[Pa\], where the weights ask for it
@@ -54,12 +54,12 @@ const REWEIGHTED: usize = 60;
 const SETTLED: f64 = 1e-6;
 
 /// `near`: the answer to nearly the same samples; then one solver and one start are enough.
-pub fn solve(setting: &Setting, samples: &[Sample], near: Option<&LawFit>) -> Result<LawFit, FitError> {
+pub fn solve(setting: &LawSetting, samples: &[Sample], near: Option<&LawFit>) -> Result<LawFit, FitError> {
     judge(setting, samples, constants(setting, samples, near)?)
 }
 
 /// The same without intervals.
-pub fn constants(setting: &Setting, samples: &[Sample], near: Option<&LawFit>) -> Result<LawFit, FitError> {
+pub fn constants(setting: &LawSetting, samples: &[Sample], near: Option<&LawFit>) -> Result<LawFit, FitError> {
     let base = noise::weights(samples, setting.weighting, &setting.noise)?;
     let mut found = weighted(setting, samples, &base, near)?;
     let mut weight = base.clone();
@@ -80,7 +80,7 @@ pub fn constants(setting: &Setting, samples: &[Sample], near: Option<&LawFit>) -
 }
 
 /// √ of Huber's weights min(1, kσ/|r|) times the base weight, σ = 1.4826 median |r| (Huber, Robust Statistics, 1981, ch. 7).
-fn huber(setting: &Setting, samples: &[Sample], base: &[f64], values: &[f64]) -> Vec<f64> {
+fn huber(setting: &LawSetting, samples: &[Sample], base: &[f64], values: &[f64]) -> Vec<f64> {
     let off = |(s, w): (&Sample, &f64)| (w * (s.stress - setting.model.at(values, s))).abs();
     let r: Vec<f64> = samples.iter().zip(base).map(off).collect();
     let size = samples.iter().zip(base).map(|(s, w)| (w * s.stress).powi(2)).sum::<f64>() / samples.len() as f64;
@@ -96,7 +96,12 @@ pub fn median(values: &[f64]) -> f64 {
 }
 
 /// The constants with these weights.
-fn weighted(setting: &Setting, samples: &[Sample], weight: &[f64], near: Option<&LawFit>) -> Result<LawFit, FitError> {
+fn weighted(
+    setting: &LawSetting,
+    samples: &[Sample],
+    weight: &[f64],
+    near: Option<&LawFit>,
+) -> Result<LawFit, FitError> {
     let rows = Rows::new(samples, weight)?;
     let bare = |values, check, active, at| LawFit {
         values,
@@ -124,7 +129,7 @@ fn weighted(setting: &Setting, samples: &[Sample], weight: &[f64], near: Option<
     }
 }
 
-fn judge(setting: &Setting, samples: &[Sample], mut found: LawFit) -> Result<LawFit, FitError> {
+fn judge(setting: &LawSetting, samples: &[Sample], mut found: LawFit) -> Result<LawFit, FitError> {
     let (model, weight) = (setting.model, found.weight.clone());
     let p: Vec<f64> = samples.iter().map(|s| model.at(&found.values, s)).collect();
     let zip = || samples.iter().zip(&weight).zip(&p);

@@ -8,7 +8,7 @@
 //! shape and the same level is not seen.
 
 use super::bootstrap::deviation;
-use super::solve::{LawFit, Setting, solve};
+use super::solve::{LawFit, LawSetting, solve};
 use super::{Estimate, FitError, Sample, statistics};
 use serde::Serialize;
 
@@ -38,7 +38,7 @@ pub struct Scatter {
 
 /// `None` with one specimen. `groups`: the fitted data points of each.
 pub fn scatter(
-    setting: &Setting,
+    setting: &LawSetting,
     names: &[String],
     groups: &[Vec<Sample>],
     answer: &LawFit,

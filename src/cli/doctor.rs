@@ -23,11 +23,11 @@ pub struct Args {
 pub fn main(args: Args) -> Outcome {
     let mut store = MeshStore::find()?;
     if args.setup {
-        store.setup_environment(&mut |line| eprintln!("{line}"))?;
+        store.mesher().setup_environment(&mut |line| eprintln!("{line}"))?;
         store = MeshStore::find()?;
     }
     let mut sound = true;
-    for check in store.diagnose() {
+    for check in store.mesher().diagnose() {
         let mark = match (check.ok, check.optional) {
             (true, _) => "ok     ",
             (false, true) => "absent ",

@@ -3,7 +3,8 @@
 //! Source: Saad & Schultz, SIAM J. Sci. Stat. Comput. 7, 1986, algorithm 3: Arnoldi's basis by modified Gram–Schmidt, the least
 //! squares by Givens rotations. Limits: for an M near the identity, which takes a few products; every one is kept.
 
-use super::linear::{LinearError, dot, norm};
+use super::linear::LinearError;
+use super::vector::{dot, norm};
 
 /// ‖b − M x‖/‖b‖
 const TOLERANCE: f64 = 1e-10;

@@ -13,3 +13,4 @@ pub mod signal;
 pub mod sparse;
 pub mod tensor;
 pub mod units;
+pub mod vector;

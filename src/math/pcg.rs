@@ -4,7 +4,7 @@
 //! Nocedal, SIAM J. Sci. Comput. 23, 2001: A need be positive definite only where P⁻¹ leads to. Limits: it says so where A is not, and
 //! gives up where P is too far from A.
 
-use super::linear::{dot, norm};
+use super::vector::{dot, norm};
 
 /// How a solve ended.
 #[derive(Clone, Debug, PartialEq)]

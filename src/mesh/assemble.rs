@@ -1,7 +1,8 @@
 //! From what a file holds to a checked [`TetMesh`]: units, orientation, boundary, regions.
 
 use super::element::CELL_FACES;
-use super::validate::{self, MeshError};
+use super::error::MeshError;
+use super::validate;
 use super::{Order, Region, TetMesh};
 use crate::math::tensor::Vec3;
 use std::collections::{BTreeMap, HashMap};

@@ -1,6 +1,6 @@
 //! Reads words, lines and binary numbers from bytes and knows the place of whatever goes wrong.
 
-use super::validate::{MeshError, Place, Spot};
+use super::error::{MeshError, Place, Spot};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 

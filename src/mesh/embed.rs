@@ -6,8 +6,9 @@
 //! density, and with it a force on the ball has a finite work-conjugate displacement (a point force has none).
 
 use super::element::{CELL_EDGES, CELL_NODES, cell_shape};
+use super::error::point;
 use super::flat::pieces;
-use super::validate::{point, split};
+use super::validate::split;
 use super::{Order, TetMesh, geometry, quadrature};
 use crate::math::tensor::Vec3;
 use nalgebra::{Matrix4, Vector4};

@@ -1,6 +1,6 @@
 //! Reads a mesh file by its name: `.msh`, `.msh.gz`, `.vtk`, `.vtk.gz`.
 
-use super::validate::MeshError;
+use super::error::MeshError;
 use super::{TetMesh, msh, vtk};
 use std::io::Read;
 use std::path::Path;

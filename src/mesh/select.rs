@@ -1,6 +1,6 @@
 //! Regions by position instead of by name. Their content depends on the mesh, and they are marked accordingly.
 
-use super::validate::{MeshError, point};
+use super::error::{MeshError, point};
 use super::{Region, TetMesh};
 use crate::math::tensor::Vec3;
 

@@ -2,7 +2,7 @@
 //!
 //! Vertices of an STL at the same place become one; no other cleaning is done, and the surface need not be closed.
 
-use super::validate::MeshError;
+use super::error::MeshError;
 use crate::math::tensor::Vec3;
 use std::collections::HashMap;
 use std::path::Path;

@@ -1,91 +1,9 @@
-//! Defects of a mesh as typed errors: the place, the fact, the remedy.
+//! Search for defects of a mesh: nodes at one place, cells that fold over.
 
 use super::element::CELL_NODES;
 use super::{Order, TetMesh, geometry};
 use crate::math::tensor::{Mat3, Vec3};
 use std::collections::HashMap;
-use std::fmt;
-use std::path::PathBuf;
-
-/// Where in a file: text files count lines, binary ones bytes.
-#[derive(Clone, PartialEq, Eq, Debug)]
-pub struct Place {
-    pub file: PathBuf,
-    pub at: Option<Spot>,
-}
-
-/// A line (from 1) or a byte offset (from 0).
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Spot {
-    Line(usize),
-    Byte(usize),
-}
-
-impl fmt::Display for Place {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.file.display())?;
-        match self.at {
-            Some(Spot::Line(line)) => write!(f, ", line {line}"),
-            Some(Spot::Byte(byte)) => write!(f, ", byte {byte}"),
-            None => Ok(()),
-        }
-    }
-}
-
-/// Why a mesh was refused. Cells and nodes carry the numbers of the file they come from.
-#[derive(Clone, PartialEq, Debug, thiserror::Error)]
-pub enum MeshError {
-    #[error("{}: cannot be read: {reason}; check the path and its permissions", file.display())]
-    Unreadable { file: PathBuf, reason: String },
-    #[error("{}: cannot be written: {reason}; check the folder, its permissions and the free space", file.display())]
-    Unwritable { file: PathBuf, reason: String },
-    #[error("{}: {fact}; {remedy}", file.display())]
-    Format { file: PathBuf, fact: String, remedy: String },
-    #[error("{place}: expected {wanted}, found \"{found}\"; the file is damaged, write it again")]
-    Syntax { place: Place, wanted: String, found: String },
-    #[error("{place}: the file ends where {wanted} should follow; it is truncated, write or copy it again")]
-    Truncated { place: Place, wanted: String },
-    #[error("{}: mixed-cell mesh: {kinds}; only tetrahedra of one order are read: remesh the body with tetrahedra", file.display())]
-    MixedCells { file: PathBuf, kinds: String },
-    #[error("{}: no tetrahedra ({found}); mesh the volume, or save its elements too (gmsh: Mesh.SaveAll = 1 or a physical volume)", file.display())]
-    NoCells { file: PathBuf, found: String },
-    #[error("{}: {owner} refers to node {node}, which the file does not define; write the file again", file.display())]
-    UnknownNode { file: PathBuf, owner: String, node: u64 },
-    #[error("{}: node {node} is defined twice; write the file again", file.display())]
-    NodeTwice { file: PathBuf, node: u64 },
-    #[error("{}: node {node} has a coordinate that is not finite; the file is damaged, write it again", file.display())]
-    NotFinite { file: PathBuf, node: u64 },
-    #[error("{}: orphan node {node} at {} belongs to no cell ({count} such nodes); delete it, its motion is undefined", file.display(), point(at))]
-    OrphanNode { file: PathBuf, node: u64, at: Vec3, count: usize },
-    #[error("{}: nodes {first} and {second} are both at {}: a duplicate node is a crack; merge them (gmsh: Coherence Mesh)", file.display(), point(at))]
-    DuplicateNode { file: PathBuf, first: u64, second: u64, at: Vec3 },
-    #[error("{}: cell {cell} has zero volume ({volume:.3e} m^3); remove or remesh it", file.display())]
-    ZeroVolume { file: PathBuf, cell: u64, volume: f64 },
-    #[error("{}: cell {cell} is inverted (volume {volume:.3e} m^3; {count} of {cells} cells); renumber its nodes or remesh", file.display())]
-    InvertedCell { file: PathBuf, cell: u64, volume: f64, count: usize, cells: usize },
-    #[error("{}: curved cell {cell} folds over: its det J reaches {min_det:.3e} m^3; use a smaller size there, or order 1", file.display())]
-    FoldedCell { file: PathBuf, cell: u64, min_det: f64 },
-    #[error("{}: facet {facet} of region {region} is no face of any cell; save the volume next to it", file.display())]
-    LooseFacet { file: PathBuf, facet: u64, region: String },
-    #[error("{}: a face of cell {cell} is shared by three or more cells; remove the duplicated cells", file.display())]
-    SharedFace { file: PathBuf, cell: u64 },
-    #[error("{}: region \"body\" holds {count} of {cells} cells; the name is kept for the whole body, rename the group", file.display())]
-    PartialBody { file: PathBuf, count: usize, cells: usize },
-    #[error("the mesh has no region {name}{}", suggestion(near))]
-    NoRegion { name: String, near: Option<String> },
-    #[error("{selector} selects nothing; the mesh fills {} to {}", point(low), point(high))]
-    EmptySelection { selector: String, low: Vec3, high: Vec3 },
-}
-
-/// A position for messages, in millimetres.
-pub(crate) fn point(p: &Vec3) -> String {
-    let mm = |x: f64| (x * 1e9).round() / 1e6 + 0.0;
-    format!("({}, {}, {}) mm", mm(p.x), mm(p.y), mm(p.z))
-}
-
-fn suggestion(near: &Option<String>) -> String {
-    near.as_ref().map_or_else(String::new, |n| format!("; did you mean {n}?"))
-}
 
 /// Two different nodes closer than this fraction of the bounding box's diagonal are duplicates.
 const DUPLICATE: f64 = 1e-9;

@@ -7,7 +7,7 @@
 use super::TetMesh;
 use super::assemble::RawMesh;
 use super::cursor::Cursor;
-use super::validate::MeshError;
+use super::error::MeshError;
 use crate::math::tensor::Vec3;
 use std::collections::BTreeMap;
 use std::path::Path;

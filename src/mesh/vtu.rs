@@ -1,7 +1,7 @@
 //! Writes VTU files (XML unstructured grid, base64) and PVD collections for ParaView.
 
+use super::error::MeshError;
 use super::surface_file::Surface;
-use super::validate::MeshError;
 use super::{Order, TetMesh};
 use base64::Engine;
 use std::fmt::Write;

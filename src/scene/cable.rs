@@ -11,7 +11,8 @@ use crate::math::signal::Signal;
 use crate::math::tensor::Vec3;
 use crate::math::units::Dimension;
 use crate::mesh::embed::{ball_weights, embed};
-use crate::mesh::validate::point;
+use crate::mesh::error::point;
+use crate::scene::protocol::{check_tension, note_let_out};
 use crate::solve::TimeSpan;
 use crate::system::{Constraint, Effect};
 use serde::Deserialize;
@@ -65,190 +66,183 @@ struct Stop {
     guide: Guide,
 }
 
-impl Builder<'_> {
-    pub(super) fn cable(
-        &mut self,
-        place: &str,
-        spec: &CableSpec,
-        spans: &[TimeSpan],
-        effects: &mut Vec<Box<dyn Effect>>,
-        constraints: &mut Vec<Box<dyn Constraint>>,
-    ) -> Result<NamedCable, SceneError> {
-        self.check_values(place, spec)?;
-        let (pull_point, stops) = self.stops(place, spec)?;
-        let fixed = fixed_length(pull_point, &stops);
-        let guides = stops.into_iter().map(|s| s.guide).collect();
-        let cable = Arc::new(Cable::new(spec.name.clone(), pull_point, guides));
-        let lengths = cable.lengths_at_rest();
-        let rest: f64 = lengths.iter().sum();
-        let softness = spec.axial.as_ref().map_or(0.0, |ea| 1.0 / ea.0);
-        let most = spec.max_tension.as_ref().map_or(f64::INFINITY, |t| t.0);
-        let row = constraints.len();
-        let drive = match &spec.drive {
-            DriveSpec::Length { signal } => {
-                let named = format!("{}_shortening_m", spec.name);
-                let shortening = self.signal(place, named, signal, Dimension::LENGTH)?;
-                if softness == 0.0 && most == f64::INFINITY {
-                    self.check_shortening(place, &shortening, rest - fixed, spans)?;
-                }
-                self.note_let_out(&spec.name, &shortening, spans);
-                match spec.friction {
-                    Some(mu) => {
-                        let pull = Pull::Length { shortening, most };
-                        constraints.extend(cable_friction::constraints(cable.clone(), pull, mu, softness));
-                    }
-                    None => {
-                        let compliance = softness * rest;
-                        let row = CableLength { cable: cable.clone(), shortening, rest, compliance, most };
-                        constraints.push(Box::new(row));
-                    }
-                }
-                Drive::Multiplier(row)
+pub(super) fn build_cable(
+    builder: &mut Builder,
+    place: &str,
+    spec: &CableSpec,
+    spans: &[TimeSpan],
+    effects: &mut Vec<Box<dyn Effect>>,
+    constraints: &mut Vec<Box<dyn Constraint>>,
+) -> Result<NamedCable, SceneError> {
+    check_values(builder, place, spec)?;
+    let (pull_point, stops) = find_stops(builder, place, spec)?;
+    let fixed = fixed_length(pull_point, &stops);
+    let guides = stops.into_iter().map(|s| s.guide).collect();
+    let cable = Arc::new(Cable::new(spec.name.clone(), pull_point, guides));
+    let lengths = cable.lengths_at_rest();
+    let rest: f64 = lengths.iter().sum();
+    let softness = spec.axial.as_ref().map_or(0.0, |ea| 1.0 / ea.0);
+    let most = spec.max_tension.as_ref().map_or(f64::INFINITY, |t| t.0);
+    let row = constraints.len();
+    let drive = match &spec.drive {
+        DriveSpec::Length { signal } => {
+            let named = format!("{}_shortening_m", spec.name);
+            let shortening = builder.signal(place, named, signal, Dimension::LENGTH)?;
+            if softness == 0.0 && most == f64::INFINITY {
+                check_shortening(builder, place, &shortening, rest - fixed, spans)?;
             }
-            DriveSpec::Tension { signal } => {
-                let named = format!("{}_imposed_tension_N", spec.name);
-                let tension = self.signal(place, named, signal, Dimension::FORCE)?;
-                self.check_tension(place, &tension, spans)?;
-                match spec.friction {
-                    Some(mu) => {
-                        constraints.extend(cable_friction::constraints(
-                            cable.clone(),
-                            Pull::Tension(tension),
-                            mu,
-                            softness,
-                        ));
-                        Drive::Multiplier(row)
-                    }
-                    None => {
-                        effects.push(Box::new(CableTension { cable: cable.clone(), tension: tension.clone() }));
-                        Drive::Prescribed(tension)
-                    }
+            note_let_out(builder, &spec.name, &shortening, spans);
+            match spec.friction {
+                Some(mu) => {
+                    let pull = Pull::Length { shortening, most };
+                    constraints.extend(cable_friction::constraints(cable.clone(), pull, mu, softness));
+                }
+                None => {
+                    let compliance = softness * rest;
+                    let row = CableLength { cable: cable.clone(), shortening, rest, compliance, most };
+                    constraints.push(Box::new(row));
                 }
             }
-        };
-        let by_length = matches!(spec.drive, DriveSpec::Length { .. });
-        let friction = spec.friction.is_some();
-        Ok(NamedCable { name: spec.name.clone(), cable, drive, by_length, friction, softness, most })
-    }
+            Drive::Multiplier(row)
+        }
+        DriveSpec::Tension { signal } => {
+            let named = format!("{}_imposed_tension_N", spec.name);
+            let tension = builder.signal(place, named, signal, Dimension::FORCE)?;
+            check_tension(builder, place, &tension, spans)?;
+            match spec.friction {
+                Some(mu) => {
+                    constraints.extend(cable_friction::constraints(
+                        cable.clone(),
+                        Pull::Tension(tension),
+                        mu,
+                        softness,
+                    ));
+                    Drive::Multiplier(row)
+                }
+                None => {
+                    effects.push(Box::new(CableTension { cable: cable.clone(), tension: tension.clone() }));
+                    Drive::Prescribed(tension)
+                }
+            }
+        }
+    };
+    let by_length = matches!(spec.drive, DriveSpec::Length { .. });
+    let friction = spec.friction.is_some();
+    Ok(NamedCable { name: spec.name.clone(), cable, drive, by_length, friction, softness, most })
+}
 
-    fn check_values(&self, place: &str, spec: &CableSpec) -> Result<(), SceneError> {
-        if let GuideRadius::Ball(radius) = spec.guide_radius {
-            let fact = format!("guide_radius is {} mm", radius * 1e3);
-            if radius <= 0.0 {
-                return Err(self.content(place, fact, "give a positive length, at least the size of a cell"));
-            }
-            let diagonal = self.body.mesh.diagonal();
-            if radius > diagonal {
-                let fact = format!("{fact}, and the body is {:.4} mm from corner to corner", diagonal * 1e3);
-                return Err(self.content(place, fact, "a guide would be the mean of the whole body; check the unit"));
-            }
+fn check_values(builder: &Builder, place: &str, spec: &CableSpec) -> Result<(), SceneError> {
+    if let GuideRadius::Ball(radius) = spec.guide_radius {
+        let fact = format!("guide_radius is {} mm", radius * 1e3);
+        if radius <= 0.0 {
+            return Err(builder.content(place, fact, "give a positive length, at least the size of a cell"));
         }
-        let positive = |key: &str, value: &Option<Force>, remedy: &str| match value {
-            Some(v) if v.0 <= 0.0 => Err(self.content(place, format!("{key} is {} N", v.0), remedy)),
-            _ => Ok(()),
-        };
-        positive("EA", &spec.axial, "give a positive one, or none for a cable that does not stretch")?;
-        positive("max_tension", &spec.max_tension, "give a positive one, or none for a drive that never yields")?;
-        if let Some(mu) = spec.friction
-            && !(mu >= 0.0 && mu.is_finite())
-        {
-            return Err(self.content(place, format!("friction is {mu}"), "a coefficient of friction is not negative"));
+        let diagonal = builder.body.mesh.diagonal();
+        if radius > diagonal {
+            let fact = format!("{fact}, and the body is {:.4} mm from corner to corner", diagonal * 1e3);
+            return Err(builder.content(place, fact, "a guide would be the mean of the whole body; check the unit"));
         }
-        if let DriveSpec::Tension { .. } = spec.drive {
-            if spec.max_tension.is_some() {
-                let fact = "max_tension limits a drive by length, and this one is a tension";
-                return Err(self.content(place, fact, "remove it, or take drive = { kind = \"length\", signal = … }"));
-            }
-            if spec.axial.is_some() && spec.friction.is_none() {
-                let fact = "under a prescribed tension without friction the body does not feel EA";
-                return Err(self.content(place, fact, "remove it, or take drive = { kind = \"length\", signal = … }"));
-            }
-        }
-        Ok(())
     }
+    let positive = |key: &str, value: &Option<Force>, remedy: &str| match value {
+        Some(v) if v.0 <= 0.0 => Err(builder.content(place, format!("{key} is {} N", v.0), remedy)),
+        _ => Ok(()),
+    };
+    positive("EA", &spec.axial, "give a positive one, or none for a cable that does not stretch")?;
+    positive("max_tension", &spec.max_tension, "give a positive one, or none for a drive that never yields")?;
+    if let Some(mu) = spec.friction
+        && !(mu >= 0.0 && mu.is_finite())
+    {
+        return Err(builder.content(place, format!("friction is {mu}"), "a coefficient of friction is not negative"));
+    }
+    if let DriveSpec::Tension { .. } = spec.drive {
+        if spec.max_tension.is_some() {
+            let fact = "max_tension limits a drive by length, and this one is a tension";
+            return Err(builder.content(place, fact, "remove it, or take drive = { kind = \"length\", signal = … }"));
+        }
+        if spec.axial.is_some() && spec.friction.is_none() {
+            let fact = "under a prescribed tension without friction the body does not feel EA";
+            return Err(builder.content(place, fact, "remove it, or take drive = { kind = \"length\", signal = … }"));
+        }
+    }
+    Ok(())
+}
 
-    /// The pull point and the places from there to the end.
-    fn stops(&self, place: &str, spec: &CableSpec) -> Result<(Vec3, Vec<Stop>), SceneError> {
-        let (points, pull) = match (&spec.path, &spec.guides, &spec.pull_point) {
-            (Some(path), None, None) => {
-                let Some(known) = self.body.paths.get(path) else {
-                    let names: Vec<&String> = self.body.paths.keys().collect();
-                    let remedy = format!("{}; or give `guides` and `pull_point`", hint(path, &names));
-                    return Err(self.content(place, format!("the mesh has no path \"{path}\""), remedy));
-                };
-                (known.guides.iter().map(|p| Vec3::from(*p)).collect::<Vec<_>>(), Vec3::from(known.pull_point))
-            }
-            (None, Some(guides), Some(pull)) => (guides.iter().map(vector).collect(), vector(pull)),
-            _ => {
-                let fact = "a cable runs along a path";
-                return Err(self.content(place, fact, "give either `path`, or both `guides` and `pull_point`"));
-            }
-        };
-        if points.is_empty() {
-            return Err(self.content(place, "the cable has no guide", "give at least one point inside the body"));
+/// The pull point and the places from there to the end.
+fn find_stops(builder: &Builder, place: &str, spec: &CableSpec) -> Result<(Vec3, Vec<Stop>), SceneError> {
+    let (points, pull) = match (&spec.path, &spec.guides, &spec.pull_point) {
+        (Some(path), None, None) => {
+            let Some(known) = builder.body.paths.get(path) else {
+                let names: Vec<&String> = builder.body.paths.keys().collect();
+                let remedy = format!("{}; or give `guides` and `pull_point`", hint(path, &names));
+                return Err(builder.content(place, format!("the mesh has no path \"{path}\""), remedy));
+            };
+            (known.guides.iter().map(|p| Vec3::from(*p)).collect::<Vec<_>>(), Vec3::from(known.pull_point))
         }
-        if let Some((k, ring)) = spec.rings.iter().enumerate().find(|(_, r)| r.after >= points.len()) {
-            let fact = format!(
-                "ring {} stands after guide {}, and the cable ends at guide {}",
-                k + 1,
-                ring.after,
-                points.len()
-            );
-            return Err(self.content(place, fact, "a cable ends in the body: place its rings before the last guide"));
+        (None, Some(guides), Some(pull)) => (guides.iter().map(vector).collect(), vector(pull)),
+        _ => {
+            let fact = "a cable runs along a path";
+            return Err(builder.content(place, fact, "give either `path`, or both `guides` and `pull_point`"));
         }
-        let mut stops = Vec::new();
-        for (k, &at) in points.iter().enumerate() {
-            for (r, ring) in spec.rings.iter().enumerate().filter(|(_, ring)| ring.after == k) {
-                let guide = Guide { point: vector(&ring.at), weights: Vec::new() };
-                stops.push(Stop { name: format!("ring {}", r + 1), fixed: true, guide });
-            }
-            let guide = self.guide(&format!("{place}: guide {}", k + 1), at, spec.guide_radius)?;
-            stops.push(Stop { name: format!("guide {}", k + 1), fixed: false, guide });
-        }
-        let mut before = (pull, "the pull point".to_string());
-        for stop in &stops {
-            if (stop.guide.point - before.0).norm() <= 1e-9 * self.body.mesh.diagonal() {
-                let fact = format!("{} coincides with {} at {}", stop.name, before.1, point(&before.0));
-                return Err(self.content(place, fact, "the cable has no direction between them: move or remove one"));
-            }
-            before = (stop.guide.point, stop.name.clone());
-        }
-        Ok((pull, stops))
+    };
+    if points.is_empty() {
+        return Err(builder.content(place, "the cable has no guide", "give at least one point inside the body"));
     }
+    if let Some((k, ring)) = spec.rings.iter().enumerate().find(|(_, r)| r.after >= points.len()) {
+        let fact =
+            format!("ring {} stands after guide {}, and the cable ends at guide {}", k + 1, ring.after, points.len());
+        return Err(builder.content(place, fact, "a cable ends in the body: place its rings before the last guide"));
+    }
+    let mut stops = Vec::new();
+    for (k, &at) in points.iter().enumerate() {
+        for (r, ring) in spec.rings.iter().enumerate().filter(|(_, ring)| ring.after == k) {
+            let guide = Guide { point: vector(&ring.at), weights: Vec::new() };
+            stops.push(Stop { name: format!("ring {}", r + 1), fixed: true, guide });
+        }
+        let guide = build_guide(builder, &format!("{place}: guide {}", k + 1), at, spec.guide_radius)?;
+        stops.push(Stop { name: format!("guide {}", k + 1), fixed: false, guide });
+    }
+    let mut before = (pull, "the pull point".to_string());
+    for stop in &stops {
+        if (stop.guide.point - before.0).norm() <= 1e-9 * builder.body.mesh.diagonal() {
+            let fact = format!("{} coincides with {} at {}", stop.name, before.1, point(&before.0));
+            return Err(builder.content(place, fact, "the cable has no direction between them: move or remove one"));
+        }
+        before = (stop.guide.point, stop.name.clone());
+    }
+    Ok((pull, stops))
+}
 
-    /// A guide point must lie inside the body, also where a ball would still find some of it.
-    fn guide(&self, place: &str, at: Vec3, radius: GuideRadius) -> Result<Guide, SceneError> {
-        let mesh = &self.body.mesh;
-        let embedded = embed(mesh, at).map_err(|e| part(self.file, place, e))?;
-        let weights = match radius {
-            GuideRadius::Point => embedded.weights,
-            GuideRadius::Ball(radius) => ball_weights(mesh, at, radius).map_err(|e| part(self.file, place, e))?,
-        };
-        Ok(Guide { point: at, weights })
-    }
+/// A guide point must lie inside the body, also where a ball would still find some of it.
+fn build_guide(builder: &Builder, place: &str, at: Vec3, radius: GuideRadius) -> Result<Guide, SceneError> {
+    let mesh = &builder.body.mesh;
+    let embedded = embed(mesh, at).map_err(|e| part(builder.file, place, e))?;
+    let weights = match radius {
+        GuideRadius::Point => embedded.weights,
+        GuideRadius::Ball(radius) => ball_weights(mesh, at, radius).map_err(|e| part(builder.file, place, e))?,
+    };
+    Ok(Guide { point: at, weights })
+}
 
-    /// What runs through the body is all that can get shorter. What is decided on the way shows in the run.
-    fn check_shortening(
-        &self,
-        place: &str,
-        shortening: &Signal,
-        free: f64,
-        spans: &[TimeSpan],
-    ) -> Result<(), SceneError> {
-        if shortening.has_inputs() {
-            return Ok(());
-        }
-        let (_, (t, most)) = extremes(shortening, spans);
-        // What has no value is refused with its formula.
-        if most < free || !most.is_finite() {
-            return Ok(());
-        }
-        let (mm, free) = (most * 1e3, free * 1e3);
-        let fact = format!(
-            "the cable is shortened by {mm:.4} mm at t = {t:.4} s, and only {free:.4} mm of it can get shorter"
-        );
-        Err(self.content(place, fact, "pull less, or let the drive yield with max_tension"))
+/// What runs through the body is all that can get shorter. What is decided on the way shows in the run.
+fn check_shortening(
+    builder: &Builder,
+    place: &str,
+    shortening: &Signal,
+    free: f64,
+    spans: &[TimeSpan],
+) -> Result<(), SceneError> {
+    if shortening.has_inputs() {
+        return Ok(());
     }
+    let (_, (t, most)) = extremes(shortening, spans);
+    // What has no value is refused with its formula.
+    if most < free || !most.is_finite() {
+        return Ok(());
+    }
+    let (mm, free) = (most * 1e3, free * 1e3);
+    let fact =
+        format!("the cable is shortened by {mm:.4} mm at t = {t:.4} s, and only {free:.4} mm of it can get shorter");
+    Err(builder.content(place, fact, "pull less, or let the drive yield with max_tension"))
 }
 
 /// Length between points that are fixed in space \[m\].

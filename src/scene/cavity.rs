@@ -10,134 +10,131 @@ use crate::math::signal::Signal;
 use crate::math::tensor::Vec3;
 use crate::math::units::Dimension;
 use crate::mesh::TetMesh;
-use crate::mesh::validate::point;
+use crate::mesh::error::point;
 use crate::system::{Constraint, Effect};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-impl Builder<'_> {
-    /// A cavity with its load or its row. To be called when everything that is held is known.
-    pub(super) fn cavity(
-        &mut self,
-        place: &str,
-        spec: &ConstraintSpec,
-        effects: &mut Vec<Box<dyn Effect>>,
-        constraints: &mut Vec<Box<dyn Constraint>>,
-    ) -> Result<NamedCavity, SceneError> {
-        let ConstraintSpec::Cavity { name, region, drive, open } = spec else {
-            unreachable!("called for cavities only");
-        };
-        let body = self.body.clone();
-        let mesh = &body.mesh;
-        let facets = self.region(place, region)?.facets.clone();
-        if facets.is_empty() {
-            let fact = format!("region \"{region}\" holds no facets");
-            return Err(self.content(place, fact, "a cavity is a part of the surface: take a facet region"));
-        }
-        let boundary = mesh.boundary_facets();
-        if let Some(&f) = facets.iter().find(|f| boundary.binary_search(f).is_err()) {
-            let at = point(&mesh.points[mesh.facet(f as usize)[0] as usize]);
-            let fact = format!("the facet at {at} has the body on both sides");
-            return Err(self.content(place, fact, "take facets of the boundary only"));
-        }
-        let rim = mesh.rim(&facets);
-        let planes = self.check_rim(place, (region, *open, drive), mesh, &rim)?;
-        let origin = origin(mesh, &facets, planes.unwrap_or_default());
-        let cavity = Arc::new(Cavity::new(name.clone(), mesh, &facets, origin));
-        let rest = cavity.volume(&vec![0.0; 3 * mesh.points.len()]);
-        if rim.is_empty() && rest <= 0.0 {
-            let fact = format!("the surface \"{region}\" encloses {:.4} mm^3: the body is inside of it", rest * 1e9);
-            return Err(self.content(place, fact, "take the surface of a hollow, with the body around it"));
-        }
-        if !rim.is_empty() {
-            let [x, y, z] = [origin.x, origin.y, origin.z].map(|v| 1e3 * v);
-            self.notes.push(format!(
-                "{name} is open: its volume counts from the cones between the rim and ({x:.4}, {y:.4}, {z:.4}) mm"
-            ));
-        }
-        if planes.is_none() {
-            let note = "has a free rim: the tangent is not symmetric, and the stability of equilibria is not judged";
-            self.notes.push(format!("{name} {note}"));
-        }
-        let drive = match drive {
-            CavityDriveSpec::Pressure { signal } => {
-                let pressure =
-                    self.signal(place, format!("{name}_imposed_pressure_Pa"), signal, Dimension::PRESSURE)?;
-                effects.push(match planes {
-                    Some(_) => Box::new(CavityPressure { cavity: cavity.clone(), pressure: pressure.clone() }),
-                    None => Box::new(OpenCavityPressure::new(cavity.clone(), mesh, &facets, pressure.clone())),
-                });
-                Drive::Prescribed(pressure)
-            }
-            CavityDriveSpec::Volume { signal } => {
-                let growth = self.signal(place, format!("{name}_growth_m3"), signal, Dimension::VOLUME)?;
-                // The sphere of this area holds more than any other surface
-                let area: f64 = facets.iter().map(|&f| mesh.facet_area(f as usize)).sum();
-                let scale = area.powf(1.5) / (6.0 * PI.sqrt());
-                constraints.push(Box::new(CavityVolume { cavity: cavity.clone(), growth, rest, scale }));
-                Drive::Multiplier(constraints.len() - 1)
-            }
-        };
-        Ok(NamedCavity { name: name.clone(), cavity, drive })
+/// A cavity with its load or its row. To be called when everything that is held is known.
+pub(super) fn build_cavity(
+    builder: &mut Builder,
+    place: &str,
+    spec: &ConstraintSpec,
+    effects: &mut Vec<Box<dyn Effect>>,
+    constraints: &mut Vec<Box<dyn Constraint>>,
+) -> Result<NamedCavity, SceneError> {
+    let ConstraintSpec::Cavity { name, region, drive, open } = spec else {
+        unreachable!("called for cavities only");
+    };
+    let body = builder.body.clone();
+    let mesh = &body.mesh;
+    let facets = builder.region(place, region)?.facets.clone();
+    if facets.is_empty() {
+        let fact = format!("region \"{region}\" holds no facets");
+        return Err(builder.content(place, fact, "a cavity is a part of the surface: take a facet region"));
     }
-
-    /// The planes in which a rim slides that is not held; where it is free.
-    fn planes(&self, mesh: &TetMesh, rim: &[Vec<u32>]) -> Result<[Option<f64>; 3], Vec3> {
-        let held = |node: u32, k: u32| self.motion(3 * node + k);
-        let mut planes: [Option<f64>; 3] = [None; 3];
-        for edge in rim {
-            if edge.iter().all(|&node| (0..3).all(|k| held(node, k) == Some(&Signal::Constant(0.0)))) {
-                continue;
-            }
-            let in_plane = |k: &usize| {
-                let level = mesh.points[edge[0] as usize][*k];
-                let flat = edge.iter().all(|&n| (mesh.points[n as usize][*k] - level).abs() <= 1e-9 * mesh.diagonal());
-                flat && edge.iter().all(|&n| held(n, *k as u32) == Some(&Signal::Constant(0.0)))
-            };
-            let plane = (0..3).filter(in_plane).find(|&k| {
-                let level = mesh.points[edge[0] as usize][k];
-                planes[k].is_none_or(|known| (known - level).abs() <= 1e-9 * mesh.diagonal())
+    let boundary = mesh.boundary_facets();
+    if let Some(&f) = facets.iter().find(|f| boundary.binary_search(f).is_err()) {
+        let at = point(&mesh.points[mesh.facet(f as usize)[0] as usize]);
+        let fact = format!("the facet at {at} has the body on both sides");
+        return Err(builder.content(place, fact, "take facets of the boundary only"));
+    }
+    let rim = mesh.rim(&facets);
+    let planes = check_rim(builder, place, (region, *open, drive), mesh, &rim)?;
+    let origin = origin(mesh, &facets, planes.unwrap_or_default());
+    let cavity = Arc::new(Cavity::new(name.clone(), mesh, &facets, origin));
+    let rest = cavity.volume(&vec![0.0; 3 * mesh.points.len()]);
+    if rim.is_empty() && rest <= 0.0 {
+        let fact = format!("the surface \"{region}\" encloses {:.4} mm^3: the body is inside of it", rest * 1e9);
+        return Err(builder.content(place, fact, "take the surface of a hollow, with the body around it"));
+    }
+    if !rim.is_empty() {
+        let [x, y, z] = [origin.x, origin.y, origin.z].map(|v| 1e3 * v);
+        builder.notes.push(format!(
+            "{name} is open: its volume counts from the cones between the rim and ({x:.4}, {y:.4}, {z:.4}) mm"
+        ));
+    }
+    if planes.is_none() {
+        let note = "has a free rim: the tangent is not symmetric, and the stability of equilibria is not judged";
+        builder.notes.push(format!("{name} {note}"));
+    }
+    let drive = match drive {
+        CavityDriveSpec::Pressure { signal } => {
+            let pressure = builder.signal(place, format!("{name}_imposed_pressure_Pa"), signal, Dimension::PRESSURE)?;
+            effects.push(match planes {
+                Some(_) => Box::new(CavityPressure { cavity: cavity.clone(), pressure: pressure.clone() }),
+                None => Box::new(OpenCavityPressure::new(cavity.clone(), mesh, &facets, pressure.clone())),
             });
-            let k = plane.ok_or(mesh.points[edge[0] as usize])?;
-            planes[k] = Some(mesh.points[edge[0] as usize][k]);
+            Drive::Prescribed(pressure)
         }
-        Ok(planes)
-    }
+        CavityDriveSpec::Volume { signal } => {
+            let growth = builder.signal(place, format!("{name}_growth_m3"), signal, Dimension::VOLUME)?;
+            // The sphere of this area holds more than any other surface
+            let area: f64 = facets.iter().map(|&f| mesh.facet_area(f as usize)).sum();
+            let scale = area.powf(1.5) / (6.0 * PI.sqrt());
+            constraints.push(Box::new(CavityVolume { cavity: cavity.clone(), growth, rest, scale }));
+            Drive::Multiplier(constraints.len() - 1)
+        }
+    };
+    Ok(NamedCavity { name: name.clone(), cavity, drive })
+}
 
-    /// May this surface be driven so? The planes of its rim, none where the rim is free.
-    fn check_rim(
-        &self,
-        place: &str,
-        (region, open, drive): (&str, bool, &CavityDriveSpec),
-        mesh: &TetMesh,
-        rim: &[Vec<u32>],
-    ) -> Result<Option<[Option<f64>; 3]>, SceneError> {
-        let by_volume = matches!(drive, CavityDriveSpec::Volume { .. });
-        let remedy = "close the surface, hold the rim (kind = \"fixed\"), or let it slide in planes of symmetry \
-                      (hold components = \"z\" where such a plane is z = const)";
-        match self.planes(mesh, rim) {
-            _ if open && rim.is_empty() => {
-                let fact = format!("open = true, and the surface \"{region}\" is closed");
-                Err(self.content(place, fact, "remove `open`"))
+/// The planes in which a rim slides that is not held; where it is free.
+fn rim_planes(builder: &Builder, mesh: &TetMesh, rim: &[Vec<u32>]) -> Result<[Option<f64>; 3], Vec3> {
+    let held = |node: u32, k: u32| builder.motion(3 * node + k);
+    let mut planes: [Option<f64>; 3] = [None; 3];
+    for edge in rim {
+        if edge.iter().all(|&node| (0..3).all(|k| held(node, k) == Some(&Signal::Constant(0.0)))) {
+            continue;
+        }
+        let in_plane = |k: &usize| {
+            let level = mesh.points[edge[0] as usize][*k];
+            let flat = edge.iter().all(|&n| (mesh.points[n as usize][*k] - level).abs() <= 1e-9 * mesh.diagonal());
+            flat && edge.iter().all(|&n| held(n, *k as u32) == Some(&Signal::Constant(0.0)))
+        };
+        let plane = (0..3).filter(in_plane).find(|&k| {
+            let level = mesh.points[edge[0] as usize][k];
+            planes[k].is_none_or(|known| (known - level).abs() <= 1e-9 * mesh.diagonal())
+        });
+        let k = plane.ok_or(mesh.points[edge[0] as usize])?;
+        planes[k] = Some(mesh.points[edge[0] as usize][k]);
+    }
+    Ok(planes)
+}
+
+/// May this surface be driven so? The planes of its rim, none where the rim is free.
+fn check_rim(
+    builder: &Builder,
+    place: &str,
+    (region, open, drive): (&str, bool, &CavityDriveSpec),
+    mesh: &TetMesh,
+    rim: &[Vec<u32>],
+) -> Result<Option<[Option<f64>; 3]>, SceneError> {
+    let by_volume = matches!(drive, CavityDriveSpec::Volume { .. });
+    let remedy = "close the surface, hold the rim (kind = \"fixed\"), or let it slide in planes of symmetry \
+                  (hold components = \"z\" where such a plane is z = const)";
+    match rim_planes(builder, mesh, rim) {
+        _ if open && rim.is_empty() => {
+            let fact = format!("open = true, and the surface \"{region}\" is closed");
+            Err(builder.content(place, fact, "remove `open`"))
+        }
+        Ok(_) if open => {
+            let fact = format!("open = true, and no part of the rim of the surface \"{region}\" is free");
+            Err(builder.content(place, fact, "remove `open`"))
+        }
+        Ok(planes) => Ok(Some(planes)),
+        Err(_) if open && !by_volume => Ok(None),
+        Err(at) => {
+            let fact = format!("the surface \"{region}\" is open, and its rim is free at {}", point(&at));
+            if by_volume {
+                let fact = format!("{fact}: it holds no volume that could be given");
+                return Err(builder.content(
+                    place,
+                    fact,
+                    format!("drive it by pressure with open = true, or {remedy}"),
+                ));
             }
-            Ok(_) if open => {
-                let fact = format!("open = true, and no part of the rim of the surface \"{region}\" is free");
-                Err(self.content(place, fact, "remove `open`"))
-            }
-            Ok(planes) => Ok(Some(planes)),
-            Err(_) if open && !by_volume => Ok(None),
-            Err(at) => {
-                let fact = format!("the surface \"{region}\" is open, and its rim is free at {}", point(&at));
-                if by_volume {
-                    let fact = format!("{fact}: it holds no volume that could be given");
-                    return Err(self.content(
-                        place,
-                        fact,
-                        format!("drive it by pressure with open = true, or {remedy}"),
-                    ));
-                }
-                Err(self.content(place, fact, format!("set open = true if it is to stay free; or {remedy}")))
-            }
+            Err(builder.content(place, fact, format!("set open = true if it is to stay free; or {remedy}")))
         }
     }
 }

@@ -9,75 +9,77 @@ use crate::mesh::Order;
 use crate::system::Effect;
 use std::sync::Arc;
 
-impl Builder<'_> {
-    pub(super) fn edge_springs(
-        &self,
-        place: &str,
-        region: &str,
-        stiffness: Option<SpringStiffness>,
-        modulus: Option<Modulus>,
-        gathered: &mut Gathered,
-    ) -> Result<Box<dyn Effect>, SceneError> {
-        let cells = self.linear_cells(place, region)?;
-        let mesh = &self.body.mesh;
-        let positive = |key: &str, value: f64, unit: &str| {
-            let fact = || format!("{key} is {value} {unit}");
-            if value > 0.0 { Ok(value) } else { Err(self.content(place, fact(), "give a positive one")) }
-        };
-        let springs = match (stiffness, modulus) {
-            (Some(k), None) => EdgeSprings::uniform(mesh, cells, positive("stiffness", k.0, "N/m")?),
-            (None, Some(e)) => EdgeSprings::of_modulus(mesh, cells, positive("E", e.0, "Pa")?),
-            (both, _) => {
-                let fact = if both.is_some() { "both `stiffness` and `E`" } else { "neither `stiffness` nor `E`" };
-                let remedy =
-                    "give `stiffness` (\"20 N/m\", the same on every edge) or `E` (\"100 kPa\", Young's modulus)";
-                return Err(self.content(place, fact, remedy));
-            }
-        };
-        gathered.points.push(Arc::new(CellPoints::new(mesh, cells)));
-        Ok(gathered.store(region, springs))
-    }
+pub(super) fn build_edge_springs(
+    builder: &Builder,
+    place: &str,
+    region: &str,
+    stiffness: Option<SpringStiffness>,
+    modulus: Option<Modulus>,
+    gathered: &mut Gathered,
+) -> Result<Box<dyn Effect>, SceneError> {
+    let cells = linear_cells(builder, place, region)?;
+    let mesh = &builder.body.mesh;
+    let positive = |key: &str, value: f64, unit: &str| {
+        let fact = || format!("{key} is {value} {unit}");
+        if value > 0.0 { Ok(value) } else { Err(builder.content(place, fact(), "give a positive one")) }
+    };
+    let springs = match (stiffness, modulus) {
+        (Some(k), None) => EdgeSprings::uniform(mesh, cells, positive("stiffness", k.0, "N/m")?),
+        (None, Some(e)) => EdgeSprings::of_modulus(mesh, cells, positive("E", e.0, "Pa")?),
+        (both, _) => {
+            let fact = if both.is_some() { "both `stiffness` and `E`" } else { "neither `stiffness` nor `E`" };
+            let remedy = "give `stiffness` (\"20 N/m\", the same on every edge) or `E` (\"100 kPa\", Young's modulus)";
+            return Err(builder.content(place, fact, remedy));
+        }
+    };
+    gathered.points.push(Arc::new(CellPoints::new(mesh, cells)));
+    Ok(gathered.store(region, springs))
+}
 
-    pub(super) fn edge_dampers(&self, place: &str, region: &str, c: f64) -> Result<Box<dyn Effect>, SceneError> {
-        if c < 0.0 {
-            return Err(self.content(place, format!("damping is {c} N s/m"), "damping is not negative"));
-        }
-        Ok(Box::new(EdgeDampers::new(&self.body.mesh, self.linear_cells(place, region)?, c)))
+pub(super) fn build_edge_dampers(
+    builder: &Builder,
+    place: &str,
+    region: &str,
+    c: f64,
+) -> Result<Box<dyn Effect>, SceneError> {
+    if c < 0.0 {
+        return Err(builder.content(place, format!("damping is {c} N s/m"), "damping is not negative"));
     }
+    Ok(Box::new(EdgeDampers::new(&builder.body.mesh, linear_cells(builder, place, region)?, c)))
+}
 
-    pub(super) fn stiffness_damping(
-        &self,
-        place: &str,
-        region: &str,
-        beta: f64,
-        stiffness: StiffnessSpec,
-        gathered: &Gathered,
-    ) -> Result<Box<dyn Effect>, SceneError> {
-        if beta < 0.0 {
-            return Err(self.content(place, format!("beta is {beta} s"), "damping is not negative"));
-        }
-        let of_region = gathered.stored.iter().filter(|(name, _)| name == region);
-        let damped: Vec<Arc<dyn Effect>> = of_region.map(|(_, effect)| effect.clone()).collect();
-        if damped.is_empty() {
-            let known: Vec<&String> = gathered.stored.iter().map(|(name, _)| name).collect();
-            let fact = format!("no elastic effect and no springs have the region \"{region}\"");
-            return Err(self.content(place, fact, hint(region, &known)));
-        }
-        let damping = StiffnessDamping::new(damped, beta, stiffness.into(), &self.body.mesh.points);
-        let damping = damping.ok_or_else(|| {
-            let remedy = "take formulation = \"displacement\" or \"mean_dilatation\", or viscous_damping";
-            self.content(place, "stiffness damping of a mixed formulation is not defined", remedy)
-        })?;
-        Ok(Box::new(damping))
+pub(super) fn build_stiffness_damping(
+    builder: &Builder,
+    place: &str,
+    region: &str,
+    beta: f64,
+    stiffness: StiffnessSpec,
+    gathered: &Gathered,
+) -> Result<Box<dyn Effect>, SceneError> {
+    if beta < 0.0 {
+        return Err(builder.content(place, format!("beta is {beta} s"), "damping is not negative"));
     }
+    let of_region = gathered.stored.iter().filter(|(name, _)| name == region);
+    let damped: Vec<Arc<dyn Effect>> = of_region.map(|(_, effect)| effect.clone()).collect();
+    if damped.is_empty() {
+        let known: Vec<&String> = gathered.stored.iter().map(|(name, _)| name).collect();
+        let fact = format!("no elastic effect and no springs have the region \"{region}\"");
+        return Err(builder.content(place, fact, hint(region, &known)));
+    }
+    let damping = StiffnessDamping::new(damped, beta, stiffness.into(), &builder.body.mesh.points);
+    let damping = damping.ok_or_else(|| {
+        let remedy = "take formulation = \"displacement\" or \"mean_dilatation\", or viscous_damping";
+        builder.content(place, "stiffness damping of a mixed formulation is not defined", remedy)
+    })?;
+    Ok(Box::new(damping))
+}
 
-    fn linear_cells(&self, place: &str, region: &str) -> Result<&[u32], SceneError> {
-        if self.body.mesh.order == Order::Quadratic {
-            let fact = "springs on the halves of a straight edge do not hold its mid-node";
-            return Err(self.content(place, fact, "take mesh.element = \"tet4\"; mesh.levels = 1 splits the edges"));
-        }
-        self.cells(place, region)
+fn linear_cells<'b>(builder: &'b Builder, place: &str, region: &str) -> Result<&'b [u32], SceneError> {
+    if builder.body.mesh.order == Order::Quadratic {
+        let fact = "springs on the halves of a straight edge do not hold its mid-node";
+        return Err(builder.content(place, fact, "take mesh.element = \"tet4\"; mesh.levels = 1 splits the edges"));
     }
+    builder.cells(place, region)
 }
 
 impl From<StiffnessSpec> for Stiffness {

@@ -3,7 +3,7 @@
 use super::parts::probes::{Headline, ProbeSpec};
 use super::quantity::GuideRadius;
 use super::spec::{ConstraintSpec, EffectSpec, FormulationSpec, LumpingSpec, ModuliSpec, SceneSpec, StiffnessSpec};
-use crate::mesh::validate::point;
+use crate::mesh::error::point;
 use nalgebra::Vector3;
 
 impl EffectSpec {

@@ -58,6 +58,7 @@ pub mod control;
 mod copies;
 mod cover;
 mod describe;
+mod effects;
 mod energy_balance;
 mod error;
 mod grid;

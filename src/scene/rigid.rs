@@ -6,13 +6,12 @@ use super::quantity::{Density, Speed, Spin};
 use super::recorder::{Moment, Recorder};
 use super::shape::ShapeSpec;
 use super::signal::SignalSpec;
-use super::skin::NamedSkin;
 use crate::effect::affine_body::{AffineInertia, Rigidity};
 use crate::effect::contact::SurfacePoint;
 use crate::effect::contact::placement::AffineFrame;
 use crate::effect::contact::shape::Shape;
 use crate::effect::dead_load::DeadLoad;
-use crate::math::tensor::{Mat3, Vec3};
+use crate::math::tensor::Vec3;
 use crate::math::units::Dimension;
 use crate::system::Effect;
 use serde::Deserialize;
@@ -21,8 +20,6 @@ use serde::Deserialize;
 const STIFF: f64 = 1e4;
 /// Points around the rim of a cylinder.
 const RIM: usize = 24;
-/// Parts around a round body that is drawn.
-const ROUND: u32 = 48;
 
 /// A body that moves as a whole.
 #[derive(Clone, Debug, Deserialize)]
@@ -82,85 +79,47 @@ impl RigidBody {
     }
 }
 
-impl Builder<'_> {
-    /// A rigid body on its four nodes, with its effects.
-    pub(super) fn rigid(
-        &mut self,
-        place: &str,
-        spec: &RigidSpec,
-        nodes: [u32; 4],
-        modulus: f64,
-        effects: &mut Vec<Box<dyn Effect>>,
-    ) -> Result<RigidBody, SceneError> {
-        if spec.density.0 <= 0.0 {
-            let fact = format!("the density is {} kg/m^3: a body without mass moves under no law", spec.density.0);
-            return Err(self.content(place, fact, "give a positive one"));
-        }
-        if self.body.mesh.regions.contains_key(&spec.name) {
-            let fact = format!("the mesh has a region \"{}\" too", spec.name);
-            return Err(self.content(place, fact, "choose another name"));
-        }
-        self.check_name(place, &spec.name)?;
-        if let ShapeSpec::Floor { .. } = spec.shape {
-            return Err(self.content(place, "a floor has no end, and no mass", "take a box"));
-        }
-        let (shape, origin, axes) = self.shape(place, &spec.shape)?;
-        let (mass, center, inertia) = shape.mass(spec.density.0);
-        let (center, inertia) = (origin + axes * center, axes * inertia * axes.transpose());
-        let volume = mass / spec.density.0;
-        let frame = AffineFrame { nodes, center, length: volume.cbrt() };
-        effects.push(Box::new(AffineInertia::new(format!("{}_inertia", spec.name), &frame, mass, &inertia)));
-        let stiffness = STIFF * modulus * volume;
-        effects.push(Box::new(Rigidity::new(format!("{}_rigidity", spec.name), frame.clone(), stiffness)));
-        if let Some(WeightSpec { direction, acceleration }) = &spec.gravity {
-            let column = format!("{}_acceleration_m_s2", spec.name);
-            let (direction, signal) = self.dead(place, *direction, acceleration, Dimension::ACCELERATION, column)?;
-            let name = format!("{}_weight", spec.name);
-            effects.push(Box::new(DeadLoad::new(name, &[(nodes[0], mass)], direction, signal)));
-        }
-        self.draw(place, &spec.name, &shape, (origin, axes), Some(&frame))?;
-        let surface = corners(&spec.shape, &shape).into_iter().map(|(p, r)| (origin + axes * p, r)).collect();
-        let velocity = spec.velocity.map_or(Vec3::zeros(), |v| Vec3::from(v.map(|v| v.0)));
-        let spin = spec.spin.map_or(Vec3::zeros(), |w| Vec3::from(w.map(|w| w.0)));
-        let start = frame.rest().map(|p| velocity + spin.cross(&(p - center)));
-        Ok(RigidBody { start, name: spec.name.clone(), shape: spec.shape.clone(), frame, surface })
+/// A rigid body on its four nodes, with its effects.
+pub(super) fn build_rigid(
+    builder: &mut Builder,
+    place: &str,
+    spec: &RigidSpec,
+    nodes: [u32; 4],
+    modulus: f64,
+    effects: &mut Vec<Box<dyn Effect>>,
+) -> Result<RigidBody, SceneError> {
+    if spec.density.0 <= 0.0 {
+        let fact = format!("the density is {} kg/m^3: a body without mass moves under no law", spec.density.0);
+        return Err(builder.content(place, fact, "give a positive one"));
     }
-}
-
-impl Builder<'_> {
-    /// Bodies and obstacles are drawn beside the fields, like skins.
-    pub(super) fn draw(
-        &mut self,
-        place: &str,
-        name: &str,
-        shape: &Shape,
-        (origin, axes): (Vec3, Mat3),
-        carried: Option<&AffineFrame>,
-    ) -> Result<(), SceneError> {
-        let Some(mut surface) = shape.triangles(ROUND) else { return Ok(()) };
-        if self.skins.iter().any(|s| s.name == name) {
-            let fact = format!("another surface is called \"{name}\" too");
-            return Err(self.content(place, fact, "give each skin, rigid body and contact a `name` of its own"));
-        }
-        surface.points.iter_mut().for_each(|p| *p = origin + axes * *p);
-        let weights = |p: &Vec3| {
-            let of = |frame: &AffineFrame| frame.nodes.into_iter().zip(frame.weights(p)).collect();
-            carried.map_or(Vec::new(), of)
-        };
-        let weights = surface.points.iter().map(weights).collect();
-        self.skins.push(NamedSkin { name: name.into(), surface, weights });
-        Ok(())
+    if builder.body.mesh.regions.contains_key(&spec.name) {
+        let fact = format!("the mesh has a region \"{}\" too", spec.name);
+        return Err(builder.content(place, fact, "choose another name"));
     }
-
-    /// Names of bodies and contacts are parts of the names of columns and files.
-    pub(super) fn check_name(&self, place: &str, name: &str) -> Result<(), SceneError> {
-        let fits = |c: char| c.is_alphanumeric() || "_-".contains(c);
-        if !name.is_empty() && name.chars().all(fits) {
-            return Ok(());
-        }
-        let fact = format!("\"{name}\" cannot be part of a file name");
-        Err(self.content(place, fact, "use letters, digits, \"-\" and \"_\""))
+    builder.check_name(place, &spec.name)?;
+    if let ShapeSpec::Floor { .. } = spec.shape {
+        return Err(builder.content(place, "a floor has no end, and no mass", "take a box"));
     }
+    let (shape, origin, axes) = builder.shape(place, &spec.shape)?;
+    let (mass, center, inertia) = shape.mass(spec.density.0);
+    let (center, inertia) = (origin + axes * center, axes * inertia * axes.transpose());
+    let volume = mass / spec.density.0;
+    let frame = AffineFrame { nodes, center, length: volume.cbrt() };
+    effects.push(Box::new(AffineInertia::new(format!("{}_inertia", spec.name), &frame, mass, &inertia)));
+    let stiffness = STIFF * modulus * volume;
+    effects.push(Box::new(Rigidity::new(format!("{}_rigidity", spec.name), frame.clone(), stiffness)));
+    if let Some(WeightSpec { direction, acceleration }) = &spec.gravity {
+        let column = format!("{}_acceleration_m_s2", spec.name);
+        let (direction, signal) = builder.dead(place, *direction, acceleration, Dimension::ACCELERATION, column)?;
+        let name = format!("{}_weight", spec.name);
+        effects.push(Box::new(DeadLoad::new(name, &[(nodes[0], mass)], direction, signal)));
+    }
+    builder.draw(place, &spec.name, &shape, (origin, axes), Some(&frame))?;
+    let surface = corners(&spec.shape, &shape).into_iter().map(|(p, r)| (origin + axes * p, r)).collect();
+    let velocity = spec.velocity.map_or(Vec3::zeros(), |v| Vec3::from(v.map(|v| v.0)));
+    let spin = spec.spin.map_or(Vec3::zeros(), |w| Vec3::from(w.map(|w| w.0)));
+    let start = frame.rest().map(|p| velocity + spin.cross(&(p - center)));
+    Ok(RigidBody { start, name: spec.name.clone(), shape: spec.shape.clone(), frame, surface })
 }
 
 /// Points that make up a shape in its frame, with the radii of balls about them.

@@ -2,7 +2,7 @@
 
 use super::multipliers::{self, larger};
 use super::{Failure, Step};
-use crate::math::linear::norm;
+use crate::math::vector::norm;
 use crate::system::{Assembled, Cone, ConstraintValues, State, System, Want};
 use std::time::{Duration, Instant};
 

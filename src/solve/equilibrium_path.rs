@@ -13,7 +13,8 @@
 use super::convergence::{AtRounding, Convergence};
 use super::nonlinear_solver::NonlinearSolver;
 use super::{Failure, Integrator, Solution, Step, tangent};
-use crate::math::linear::{LinearError, dot, norm};
+use crate::math::linear::LinearError;
+use crate::math::vector::{dot, norm};
 use crate::system::{State, System, Want};
 use nalgebra::{DMatrix, DVector};
 

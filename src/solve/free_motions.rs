@@ -10,8 +10,9 @@
 
 use super::Step;
 use super::nonlinear_solver::NonlinearSolver;
-use crate::math::linear::{LinearError, dot, norm};
+use crate::math::linear::LinearError;
 use crate::math::tensor::Vec3;
+use crate::math::vector::{dot, norm};
 use crate::system::{Assembled, Dofs, EnergyRole, State, System, Want};
 use nalgebra::{DMatrix, DVector};
 

@@ -9,8 +9,8 @@
 
 use super::Failure;
 use super::multipliers::Schur;
-use crate::math::linear::dot;
 use crate::math::tensor::{Vec3, perpendicular};
+use crate::math::vector::dot;
 use crate::system::{ContactPoint, Dofs, System};
 
 const SWEEPS: usize = 20_000;

@@ -15,7 +15,8 @@ use super::equations::Equations;
 use super::linear_problem::NewtonDirection;
 use super::newton_settings::NewtonSettings;
 use super::{Failure, Step, tangent};
-use crate::math::linear::{Factor, dot};
+use crate::math::linear::Factor;
+use crate::math::vector::dot;
 use crate::system::{State, System, Want};
 
 /// Trial steps of a line search.

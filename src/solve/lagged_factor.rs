@@ -17,10 +17,11 @@ use super::linear_problem::{LinearProblem, NewtonDirection};
 use super::multipliers::Schur;
 use super::nodal_rotations::NodalRotations;
 use super::stability::negative_eigenvalues;
-use crate::math::linear::{Factor, dot, norm};
+use crate::math::linear::Factor;
 use crate::math::pcg::{Outcome, pcg};
 use crate::math::random::SplitMix;
 use crate::math::tensor::Vec3;
+use crate::math::vector::{dot, norm};
 use crate::system::{Assembled, Rates, System};
 use std::sync::Arc;
 

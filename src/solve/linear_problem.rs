@@ -3,7 +3,8 @@
 use super::equations::Equations;
 use super::multipliers::Schur;
 use super::{Failure, Step, tangent};
-use crate::math::linear::{Factor, dot};
+use crate::math::linear::Factor;
+use crate::math::vector::dot;
 use crate::system::{State, System};
 
 /// The state of one iteration, with its equations linearised there.

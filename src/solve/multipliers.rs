@@ -1,7 +1,8 @@
 //! The few dense constraints in addition to K: step of the multipliers from the Schur complement, under the laws of the constraints.
 
 use super::tangent;
-use crate::math::linear::{Factor, LinearError, dot};
+use crate::math::linear::{Factor, LinearError};
+use crate::math::vector::dot;
 use crate::system::{Assembled, Cone, ConstraintValues, Form, Piece, System, pieces};
 
 /// Share of the largest diagonal of S that is added to that of linked constraints: where two of them fix the same length a tension is

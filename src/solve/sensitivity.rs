@@ -16,7 +16,8 @@
 use super::multipliers::Schur;
 use super::start::{Start, before};
 use super::{Failure, Integrator, Step, tangent};
-use crate::math::linear::{Factor, LinearError, Method, dot};
+use crate::math::linear::{Factor, LinearError, Method};
+use crate::math::vector::dot;
 use crate::system::{
     Assembled, ParameterDerivative, Perturbation, Rates, State, System, Want, add_history_derivative, add_reactions,
     add_residual_derivative,

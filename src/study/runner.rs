@@ -38,7 +38,7 @@ pub enum RunError {
     #[error(transparent)]
     Store(#[from] StoreError),
     #[error(transparent)]
-    Fields(#[from] crate::mesh::validate::MeshError),
+    Fields(#[from] crate::mesh::error::MeshError),
     #[error(transparent)]
     Inverse(#[from] InverseError),
     #[error("no case is called like \"{only}\"; the cases are: {known}")]

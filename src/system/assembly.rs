@@ -8,7 +8,7 @@ use super::skew;
 use super::transient::TransientTangents;
 use super::{Assembled, At, Batch, Batched, BlockValues, Blocks, Dofs, EvalError, Means, State, System, Want};
 use crate::math::lanes::{LANES, Lanes};
-use crate::math::linear::norm;
+use crate::math::vector::norm;
 use std::time::Instant;
 
 impl System {

@@ -144,7 +144,7 @@ impl Coordinates {
 
 /// Value, gradient and Gauss–Newton matrix at z.
 #[derive(Clone)]
-struct Point {
+struct SearchPoint {
     z: Vec<f64>,
     f: f64,
     gradient: Vec<f64>,
@@ -157,7 +157,7 @@ struct Objective<'a> {
     weights: &'a Weights,
     coordinates: Coordinates,
     watch: RefCell<&'a mut dyn FnMut(Progress) -> bool>,
-    last: RefCell<Option<Point>>,
+    last: RefCell<Option<SearchPoint>>,
     best: RefCell<Option<(Vec<f64>, f64, Answer)>>,
     solves: Cell<usize>,
     failed: Cell<usize>,
@@ -182,7 +182,7 @@ impl Objective<'_> {
             Err(failure) => {
                 self.failed.set(self.failed.get() + 1);
                 let (gradient, matrix) = (vec![0.0; p], vec![vec![0.0; p]; p]);
-                *self.last.borrow_mut() = Some(Point { z: z.to_vec(), f: WALL, gradient, matrix });
+                *self.last.borrow_mut() = Some(SearchPoint { z: z.to_vec(), f: WALL, gradient, matrix });
                 Some(failure)
             }
         }
@@ -197,13 +197,13 @@ impl Objective<'_> {
         let f = 0.5 * r.norm_squared();
         let matrix = (j.transpose() * &j).row_iter().map(|r| r.iter().copied().collect()).collect();
         let gradient = (j.transpose() * &r).iter().copied().collect();
-        *self.last.borrow_mut() = Some(Point { z: z.to_vec(), f, gradient, matrix });
+        *self.last.borrow_mut() = Some(SearchPoint { z: z.to_vec(), f, gradient, matrix });
         if self.best.borrow().as_ref().is_none_or(|(_, least, _)| f < *least) {
             *self.best.borrow_mut() = Some((z.to_vec(), f, answer));
         }
     }
 
-    fn at(&self, z: &[f64]) -> Result<Point, Error> {
+    fn at(&self, z: &[f64]) -> Result<SearchPoint, Error> {
         match self.evaluate(z) {
             Some(failure @ (Failure::Input(_) | Failure::Interrupted)) => {
                 *self.stop.borrow_mut() = Some(failure);

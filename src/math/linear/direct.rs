@@ -1,7 +1,7 @@
 //! LLᵀ and LDLᵀ of sparse matrices of one pattern, by supernodes.
 
-use super::norm;
 use crate::math::sparse::SymPattern;
+use crate::math::vector::norm;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::mat::MatMut;
 use faer::sparse::linalg::SupernodalThreshold;

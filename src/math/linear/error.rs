@@ -1,6 +1,6 @@
 //! Why a linear system was not solved.
 
-use super::solve::MOST;
+use super::method::MOST_ITERATIONS;
 use std::fmt;
 
 /// A matrix without a usable factorisation.
@@ -32,7 +32,7 @@ impl fmt::Display for LinearError {
             ),
             Self::Slow { gigabytes } => write!(
                 f,
-                "conjugate gradients do not solve for the tangent in {MOST} iterations, and its factor of {gigabytes:.1} GB is larger than \
+                "conjugate gradients do not solve for the tangent in {MOST_ITERATIONS} iterations, and its factor of {gigabytes:.1} GB is larger than \
                  factor_memory"
             ),
             Self::TooLarge { gigabytes } => write!(

@@ -3,6 +3,9 @@
 use crate::math::multigrid::Places;
 use std::sync::Arc;
 
+/// Iterations of conjugate gradients for one right side.
+pub(super) const MOST_ITERATIONS: usize = 600;
+
 /// Choice of the user.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Linear {

@@ -2,8 +2,11 @@
 //!
 //! A column that conjugate gradients do not solve is solved by a factorisation of its own, where the memory allows one.
 
-use super::{Factor, LinearError, Ready, norm};
+use super::error::LinearError;
+use super::factor::{Factor, Ready};
+use super::method::MOST_ITERATIONS;
 use crate::math::pcg::{Outcome, pcg};
+use crate::math::vector::norm;
 use std::time::Instant;
 
 /// Largest accepted ‖Ax − b‖/‖b‖ of a solve, after refinement.
@@ -11,8 +14,6 @@ const SOLVE_TOLERANCE: f64 = 1e-9;
 /// A residual of this share of ‖|A||x|‖ is rounding: slender bodies and stiffness ratios have no smaller one, and x is the
 /// exact solution of a matrix that differs from A in its last digits (Oettli & Prager 1964).
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
-/// Iterations of conjugate gradients for one right side.
-pub(super) const MOST: usize = 600;
 
 impl Factor {
     /// Solves A X = B in place; `columns` of length n one after the other. Checks the residual and refines twice at most.
@@ -80,7 +81,7 @@ impl Factor {
             z
         };
         for (b, bound) in columns.chunks_exact_mut(self.pattern.n).zip(bounds) {
-            let (outcome, iterations) = pcg(multiply, precondition, b, 0.5 * bound, MOST);
+            let (outcome, iterations) = pcg(multiply, precondition, b, 0.5 * bound, MOST_ITERATIONS);
             self.gradients[0] += 1;
             self.gradients[1] += iterations;
             self.solves += iterations;

@@ -1,12 +1,13 @@
 //! Blocks of linear tetrahedra, linear elasticity, E = 1: node positions off the grid by up to 15 % of its width, held at x = 0.
 
 use super::*;
-use crate::math::linear::{Factor, Linear, LinearError, Method, dot, norm};
+use crate::math::linear::{Factor, Linear, LinearError, Method};
 use crate::math::low_rank::Pattern;
 use crate::math::ordering::fill_reducing;
 use crate::math::pcg::{Outcome, pcg};
 use crate::math::random::SplitMix;
 use crate::math::tensor::{Mat3, Vec3};
+use crate::math::vector::{dot, norm};
 
 struct Body {
     pattern: Arc<SymPattern>,

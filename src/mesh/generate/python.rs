@@ -1,6 +1,6 @@
 //! The process behind the mesher: calling it, setting up its environment, and finding what is missing.
 
-use super::{GenerateError, MeshStore};
+use super::error::GenerateError;
 use serde::Deserialize;
 use std::collections::{BTreeMap, VecDeque};
 use std::io::{BufRead, BufReader, Read, Seek, Write};
@@ -66,11 +66,18 @@ fn run(command: &mut Command, input: &str, progress: &mut dyn FnMut(&str)) -> st
     Ok(Output { status: child.wait()?, stdout, lines: lines.into() })
 }
 
-impl MeshStore {
+/// The mesher of a project: its folder and the Python that runs it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Mesher<'a> {
+    pub home: &'a Path,
+    pub python: &'a Path,
+}
+
+impl Mesher<'_> {
     /// `python -m meshgen` with the project's meshes on its path.
     fn meshgen(&self) -> Command {
-        let mut command = Command::new(&self.python);
-        command.args(["-m", "meshgen"]).current_dir(&self.home);
+        let mut command = Command::new(self.python);
+        command.args(["-m", "meshgen"]).current_dir(self.home);
         command
             .env("PYTHONPATH", self.home.join("meshes"))
             .env("PYTHONUNBUFFERED", "1")
@@ -81,7 +88,7 @@ impl MeshStore {
     /// Creates `.venv` in the project and installs the pinned packages of the mesher. `progress` gets pip's lines.
     pub fn setup_environment(&self, progress: &mut dyn FnMut(&str)) -> Result<(), GenerateError> {
         let own = self.home.join(".venv/bin/python");
-        let system = if self.python == own { Path::new("python3") } else { &self.python };
+        let system = if self.python == own { Path::new("python3") } else { self.python };
         let mut steps = Vec::new();
         if !own.exists() {
             let mut venv = Command::new(system);
@@ -95,7 +102,7 @@ impl MeshStore {
             let text = describe(&command);
             progress(&text);
             let failed = |lines| GenerateError::Setup { command: text.clone(), remedy: remedy.into(), lines };
-            let output = run(command.current_dir(&self.home), "", progress).map_err(|e| failed(vec![e.to_string()]))?;
+            let output = run(command.current_dir(self.home), "", progress).map_err(|e| failed(vec![e.to_string()]))?;
             let said = output.stdout.lines().map(str::to_string);
             said.clone().for_each(|line| progress(&line));
             if !output.status.success() {
@@ -119,7 +126,7 @@ impl MeshStore {
         let home = self.home.join("meshes/meshgen");
         let mut checks = vec![check("meshes/meshgen", home.is_dir(), home.display().to_string(), None)];
         let version =
-            Command::new(&self.python).args(["-c", "import sys; print('%d.%d.%d' % sys.version_info[:3])"]).output();
+            Command::new(self.python).args(["-c", "import sys; print('%d.%d.%d' % sys.version_info[:3])"]).output();
         let install = || Some("apt-get install -y python3 python3-venv".to_string());
         let version = match version {
             Ok(out) if out.status.success() => String::from_utf8_lossy(&out.stdout).trim().to_string(),
@@ -152,6 +159,35 @@ impl MeshStore {
             Err(e) => checks.push(check("mesher", false, e.to_string(), setup())),
         }
         checks
+    }
+
+    /// One request to the mesher; returns the manifest as JSON.
+    pub(super) fn call(
+        &self,
+        request: &serde_json::Value,
+        name: &str,
+        progress: &mut dyn FnMut(&str),
+    ) -> Result<String, GenerateError> {
+        let missing = |reason: String| GenerateError::NotInstalled { name: name.into(), reason };
+        let output = run(&mut self.meshgen(), &request.to_string(), progress)
+            .map_err(|e| missing(format!("{}: {e}", self.python.display())))?;
+        if output.status.success() {
+            return Ok(output.stdout);
+        }
+        let said = serde_json::from_str::<Refusal>(&output.stdout);
+        let lines = output.lines;
+        match (output.status.code(), said) {
+            (_, Ok(Refusal { error, .. })) if error.starts_with("the mesher is not installed") => {
+                Err(missing(error.trim_start_matches("the mesher is not installed: ").to_string()))
+            }
+            (Some(2), Ok(Refusal { error, hint })) => Err(GenerateError::Refused { fact: error, remedy: hint }),
+            (_, Ok(Refusal { error, hint })) => Err(GenerateError::Failed { fact: error, remedy: hint, lines }),
+            // Python itself refuses before the mesher runs: too old, or no such module.
+            (Some(1), Err(_)) if lines.iter().any(|l| l.contains("No module named")) => {
+                Err(missing(lines.last().cloned().unwrap_or_default()))
+            }
+            (_, Err(_)) => Err(GenerateError::Died { status: output.status.to_string(), lines }),
+        }
     }
 }
 
@@ -193,33 +229,4 @@ impl Examination {
 fn describe(command: &Command) -> String {
     let words = std::iter::once(command.get_program()).chain(command.get_args());
     words.map(|w| w.to_string_lossy()).collect::<Vec<_>>().join(" ")
-}
-
-/// One request to the mesher; returns the manifest as JSON.
-pub(super) fn call(
-    store: &MeshStore,
-    request: &serde_json::Value,
-    name: &str,
-    progress: &mut dyn FnMut(&str),
-) -> Result<String, GenerateError> {
-    let missing = |reason: String| GenerateError::NotInstalled { name: name.into(), reason };
-    let output = run(&mut store.meshgen(), &request.to_string(), progress)
-        .map_err(|e| missing(format!("{}: {e}", store.python.display())))?;
-    if output.status.success() {
-        return Ok(output.stdout);
-    }
-    let said = serde_json::from_str::<Refusal>(&output.stdout);
-    let lines = output.lines;
-    match (output.status.code(), said) {
-        (_, Ok(Refusal { error, .. })) if error.starts_with("the mesher is not installed") => {
-            Err(missing(error.trim_start_matches("the mesher is not installed: ").to_string()))
-        }
-        (Some(2), Ok(Refusal { error, hint })) => Err(GenerateError::Refused { fact: error, remedy: hint }),
-        (_, Ok(Refusal { error, hint })) => Err(GenerateError::Failed { fact: error, remedy: hint, lines }),
-        // Python itself refuses before the mesher runs: too old, or no such module.
-        (Some(1), Err(_)) if lines.iter().any(|l| l.contains("No module named")) => {
-            Err(missing(lines.last().cloned().unwrap_or_default()))
-        }
-        (_, Err(_)) => Err(GenerateError::Died { status: output.status.to_string(), lines }),
-    }
 }

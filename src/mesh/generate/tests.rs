@@ -3,6 +3,7 @@
 use super::*;
 use crate::mesh::{MeshError, structured, vtu};
 use std::os::unix::fs::PermissionsExt;
+use std::path::Path;
 
 const BODY: &str = r#"
 version = 3
@@ -160,14 +161,20 @@ fn the_doctor_names_the_missing_library_and_its_package() {
 "meshio":{"error":"No module named meshio","missing_library":null}},"fix":[]}"#;
     let script = format!("case \"$*\" in *--doctor) cat <<'END'\n{answer}\nEND\n;; -c*) echo 3.12.1;; esac");
     let (_folder, store) = project(&script);
-    let checks = store.diagnose();
+    let checks = store.mesher().diagnose();
     let find = |what: &str| checks.iter().find(|c| c.what == what).unwrap_or_else(|| panic!("{what} in {checks:?}"));
     assert!(find("python").ok && find("meshes/meshgen").ok && find("cgal").ok && find("cgal").optional);
     let help = "apt-get install -y --no-install-recommends libglu1-mesa";
     assert_eq!((find("gmsh").ok, find("gmsh").remedy.as_deref()), (false, Some(help)));
     assert_eq!(find("meshio").remedy.as_deref(), Some("durometer doctor --setup"));
     let absent = MeshStore { python: "no-such-python".into(), ..store };
-    assert!(absent.diagnose().iter().any(|c| !c.ok && c.remedy.as_deref().is_some_and(|r| r.starts_with("apt-get"))));
+    assert!(
+        absent
+            .mesher()
+            .diagnose()
+            .iter()
+            .any(|c| !c.ok && c.remedy.as_deref().is_some_and(|r| r.starts_with("apt-get")))
+    );
 }
 
 #[test]
@@ -177,10 +184,10 @@ fn setup_creates_the_environment_and_says_where_it_failed() {
         "mkdir -p .venv/bin && printf '#!/bin/sh\\necho pip \"$@\"\\n' > .venv/bin/python && chmod +x .venv/bin/python";
     let (_folder, store) = project(script);
     let mut lines = Vec::new();
-    store.setup_environment(&mut |l| lines.push(l.to_string())).unwrap_or_else(|e| panic!("{e}"));
+    store.mesher().setup_environment(&mut |l| lines.push(l.to_string())).unwrap_or_else(|e| panic!("{e}"));
     assert!(lines.last().is_some_and(|l| l.ends_with("-r meshes/meshgen/requirements.txt")), "{lines:?}");
     let (_folder, store) = project("echo ensurepip is not available >&2; exit 1");
-    let error = store.setup_environment(&mut |_| {}).expect_err("venv fails").to_string();
+    let error = store.mesher().setup_environment(&mut |_| {}).expect_err("venv fails").to_string();
     assert!(
         error.contains("-m venv .venv")
             && error.contains("ensurepip")

@@ -42,7 +42,7 @@ pub fn choices(file: &Path, spec: &SceneSpec) -> Result<(Vec<Choice>, Meshes), P
         return Err(PlanError::EdgeLength { file: file.into() });
     }
     let store = MeshStore::find().map_err(|e| PlanError::Mesh(e.to_string()))?;
-    let able = store.diagnose().iter().all(|c| c.ok || c.optional);
+    let able = store.mesher().diagnose().iter().all(|c| c.ok || c.optional);
     let meshes = if able { Meshes::Made } else { Meshes::Stored };
     let mut out = vec![];
     for element in [ElementSpec::Tet4, ElementSpec::Tet10] {

@@ -1,0 +1,47 @@
+//! One measured stress, and the record of the machine in one row.
+
+use super::Mode;
+use serde::Serialize;
+
+/// One measured stress. A row of a biaxial table makes two samples.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+pub struct Sample {
+    pub mode: Mode,
+    /// λ \[–\] in the loaded direction; in simple shear the principal stretch, γ = λ − λ⁻¹
+    pub stretch: f64,
+    /// λ₂ \[–\] of a biaxial test; 1 where the mode gives it
+    pub second: f64,
+    /// Nominal stress P \[Pa\]: force over undeformed area
+    pub stress: f64,
+    /// Line of the file, counted from 1
+    pub line: u64,
+    /// Which of several files, counted from 0
+    pub specimen: usize,
+}
+
+impl Sample {
+    /// False at λ = 1 with P = 0: every law goes through this point, and the test was zeroed there.
+    pub fn is_informative(&self) -> bool {
+        self.stretch != 1.0 || self.second != 1.0 || self.stress != 0.0
+    }
+
+    /// Principal stretches \[–\]: loaded, second, free.
+    pub fn stretches(&self) -> [f64; 3] {
+        self.mode.stretches(self.stretch, self.second)
+    }
+}
+
+/// The record of the machine in one row, unchanged, where the table has it.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+pub struct RawRow {
+    /// Line of the file, counted from 1
+    pub line: u64,
+    /// Which of several files, counted from 0
+    pub specimen: usize,
+    /// In the unit of the table
+    pub time: Option<f64>,
+    /// \[m\]
+    pub displacement: Option<f64>,
+    /// \[N\]
+    pub force: Option<f64>,
+}

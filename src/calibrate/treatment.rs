@@ -1,0 +1,57 @@
+//! Treatments of the data points before a fit, as requested and as not chosen.
+
+use super::{Cycle, Sample};
+use serde::{Deserialize, Serialize};
+
+/// The requested treatment of the data points; `None`: they are taken as they are.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Preparation {
+    /// `None`: the first loading, with a warning where there are more branches
+    pub cycle: Option<Cycle>,
+    /// Number of first data points whose mean stress becomes zero
+    pub zero: Option<usize>,
+    /// Noise level, such as `2 kPa`
+    pub toe: Option<String>,
+}
+
+impl Preparation {
+    /// This one, completed by another one.
+    pub(super) fn or(&self, other: &Self) -> Self {
+        Self {
+            cycle: self.cycle.or(other.cycle),
+            zero: self.zero.or(other.zero),
+            toe: self.toe.clone().or_else(|| other.toe.clone()),
+        }
+    }
+}
+
+/// A treatment that was not chosen.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Treatment {
+    WithoutZero,
+    WithoutToe,
+    LastLoading,
+    EveryRow,
+}
+
+impl Treatment {
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::WithoutZero => "without zeroing",
+            Self::WithoutToe => "without toe compensation",
+            Self::LastLoading => "on the last loading",
+            Self::EveryRow => "on every row, unloading too",
+        }
+    }
+}
+
+/// The samples under another treatment.
+#[derive(Clone, Debug)]
+pub struct Alternative {
+    pub treatment: Treatment,
+    /// True where the treatment that was taken was not requested
+    pub unasked: bool,
+    pub samples: Vec<Sample>,
+}

@@ -1,0 +1,302 @@
+//! The prepared solver of matrices of one pattern: a factorisation, or the hierarchy that takes its place.
+
+use super::bordered::Bordered;
+use super::error::LinearError;
+use super::method::{Cost, Method, gigabytes};
+use crate::math::low_rank::Pattern;
+use crate::math::multigrid::Multigrid;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// The prepared solver.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Ready {
+    None,
+    Direct,
+    Iterative,
+}
+
+/// Factorisation of matrices of one pattern, or what takes its place. Symbolic work is done once; buffers are reused.
+pub struct Factor {
+    pub(super) pattern: Arc<Pattern>,
+    method: Method,
+    /// Unless the iterative path is taken and had no need of it
+    pub(super) direct: Option<Bordered>,
+    /// On the iterative path
+    pub(super) multigrid: Option<Multigrid>,
+    pub(super) ready: Ready,
+    /// The unknowns are numbered in elimination order
+    in_order: bool,
+    /// Try LLᵀ first; off where negative eigenvalues are in the nature of the matrix
+    try_llt: bool,
+    /// \[unknowns\] u at the next factorisation \[m\]; empty at rest
+    moved: Vec<f64>,
+    /// Negative eigenvalues of the matrix factorised last, by its negative pivots (Sylvester's law of inertia). None are counted on the
+    /// iterative path.
+    pub negative_eigenvalues: usize,
+    /// Why this path was taken
+    pub why: String,
+    /// Numeric factorisations, or set-ups of a hierarchy, so far.
+    pub count: usize,
+    /// Of them factorisations where the iterative path gave up
+    pub fallbacks: usize,
+    /// Right sides solved for so far; on the iterative path hierarchies applied, one an iteration of conjugate gradients
+    pub solves: usize,
+    /// Right sides solved for by conjugate gradients to the full accuracy, and their iterations
+    pub gradients: [usize; 2],
+    pub factor_time: Duration,
+    pub solve_time: Duration,
+}
+
+/// Entries of a column of L, on average, for which a factorisation takes as long as one back-substitution (measured on bodies
+/// of 12 000 to 25 000 unknowns).
+const ENTRIES_PER_SOLVE: f64 = 45.0;
+/// Applications of a hierarchy that take as long as its set-up (measured on bodies of 45 000 to 290 000 unknowns).
+const CYCLES_PER_SET_UP: f64 = 20.0;
+/// Iterations that are worth a new hierarchy.
+const PATIENCE: usize = 150;
+
+impl Factor {
+    /// For matrices that are expected to be positive definite.
+    pub fn new(pattern: impl Into<Arc<Pattern>>) -> Self {
+        Self::with(pattern.into(), Method::default(), true, true)
+    }
+
+    /// For matrices of saddle points: LDLᵀ at once.
+    pub fn indefinite(pattern: impl Into<Arc<Pattern>>) -> Self {
+        Self::with(pattern.into(), Method::default(), false, true)
+    }
+
+    /// For matrices that are expected to be positive definite, or are of saddle points, directly or iteratively.
+    pub fn by(method: Method, pattern: Arc<Pattern>, definite: bool) -> Self {
+        let places =
+            if definite { method.places } else { method.places.and(Err("the tangent is that of a saddle point")) };
+        Self::with(pattern, Method { places, ..method }, definite, true)
+    }
+
+    /// For another pattern of the same size, with an elimination order of its own; counts and times go on.
+    pub fn take_pattern(&mut self, pattern: &Arc<Pattern>, in_order: bool) {
+        if Arc::ptr_eq(&self.pattern, pattern) {
+            return;
+        }
+        if self.pattern == *pattern {
+            self.pattern = pattern.clone();
+            return;
+        }
+        let start = Instant::now();
+        let Self { count, fallbacks, solves, gradients, factor_time, solve_time, .. } = *self;
+        let other = Self::with(pattern.clone(), self.method.clone(), self.try_llt, in_order);
+        let factor_time = factor_time + start.elapsed();
+        *self = Self { count, fallbacks, solves, gradients, solve_time, factor_time, ..other };
+    }
+
+    fn with(pattern: Arc<Pattern>, method: Method, try_llt: bool, in_order: bool) -> Self {
+        let mut direct = (!method.is_asked_for()).then(|| Bordered::new(&pattern, in_order)).flatten();
+        let cost = direct.as_ref().map(|d| Cost { nnz: d.nnz(), flops: d.flops(), matrix: pattern.nnz() });
+        let (places, why) = method.choose(cost);
+        let multigrid = places.map(|places| Multigrid::new(pattern.sparse.clone(), places));
+        if multigrid.is_some() {
+            direct = None;
+        }
+        Self {
+            pattern,
+            method,
+            direct,
+            multigrid,
+            ready: Ready::None,
+            in_order,
+            try_llt,
+            moved: Vec::new(),
+            negative_eigenvalues: 0,
+            why,
+            count: 0,
+            fallbacks: 0,
+            solves: 0,
+            gradients: [0; 2],
+            factor_time: Duration::ZERO,
+            solve_time: Duration::ZERO,
+        }
+    }
+
+    pub fn pattern(&self) -> &Pattern {
+        &self.pattern
+    }
+
+    /// The hierarchy, on the iterative path.
+    pub fn multigrid(&self) -> Option<&Multigrid> {
+        self.multigrid.as_ref()
+    }
+
+    /// Whether the last factorisation counted negative eigenvalues.
+    pub fn counts(&self) -> bool {
+        self.ready == Ready::Direct
+    }
+
+    /// Whether another method than the chosen one is used, for this matrix only.
+    pub fn fell_back(&self) -> bool {
+        self.multigrid.is_some() && self.ready == Ready::Direct
+    }
+
+    /// Stored entries of the factor L, or of the hierarchy.
+    pub fn nnz(&self) -> usize {
+        match (&self.multigrid, &self.direct) {
+            (Some(multigrid), _) => multigrid.size.entries,
+            (None, direct) => direct.as_ref().map_or(0, Bordered::nnz),
+        }
+    }
+
+    /// Back-substitutions that a factorisation costs, by counts; or applications of the hierarchy that its set-up costs.
+    pub fn relative_cost(&self) -> f64 {
+        match &self.multigrid {
+            Some(_) => CYCLES_PER_SET_UP,
+            None => self.nnz() as f64 / self.pattern.n as f64 / ENTRIES_PER_SOLVE,
+        }
+    }
+
+    /// Iterations with an old factor that pay at most, by counts.
+    pub fn patience(&self, solves: f64) -> usize {
+        if self.multigrid.is_some() { PATIENCE } else { (solves * self.relative_cost()).ceil() as usize }
+    }
+
+    /// Additions and multiplications of one factorisation: Σ over the columns of L of the square of their length. Of one set-up on
+    /// the iterative path.
+    pub fn flops(&self) -> f64 {
+        match (&self.multigrid, &self.direct) {
+            (Some(multigrid), _) => multigrid.size.set_up,
+            (None, direct) => direct.as_ref().map_or(0.0, Bordered::flops),
+        }
+    }
+
+    /// Displacements \[unknowns\] at which the next matrix is the tangent: rigid motions are about where the nodes are.
+    pub fn move_to(&mut self, x: &[f64]) {
+        if self.multigrid.is_some() {
+            self.moved.clear();
+            self.moved.extend_from_slice(x);
+        }
+    }
+
+    /// Factorises A: LLᵀ, and where a pivot is not positive, LDLᵀ with the negative pivots counted. On the iterative path a hierarchy is
+    /// set up.
+    pub fn factorise(&mut self, values: &[f64]) -> Result<(), LinearError> {
+        let start = Instant::now();
+        let result = self.factorise_untimed(values);
+        self.factor_time += start.elapsed();
+        result
+    }
+
+    fn factorise_untimed(&mut self, values: &[f64]) -> Result<(), LinearError> {
+        self.count += 1;
+        self.ready = Ready::None;
+        self.negative_eigenvalues = 0;
+        if values.iter().any(|v| !v.is_finite()) {
+            return Err(LinearError::Singular);
+        }
+        let Some(multigrid) = &mut self.multigrid else { return self.factorise_directly(values) };
+        // Memory of an earlier factorisation, which a new one needs.
+        self.direct = None;
+        if multigrid.set_up(&values[..self.pattern.sparse.nnz()], &self.moved).is_ok() {
+            self.ready = Ready::Iterative;
+            return Ok(());
+        }
+        self.fall_back(values, true)
+    }
+
+    /// The same, on the iterative path too where the memory allows it: negative eigenvalues are counted.
+    pub fn factorise_counting(&mut self, values: &[f64]) -> Result<(), LinearError> {
+        if self.multigrid.is_none() {
+            return self.factorise(values);
+        }
+        let start = Instant::now();
+        self.count += 1;
+        let result = self.fall_back(values, true);
+        self.factor_time += start.elapsed();
+        result
+    }
+
+    /// The matrix is not one for conjugate gradients, or they are slow: it is factorised where that is allowed.
+    pub(super) fn fall_back(&mut self, values: &[f64], indefinite: bool) -> Result<(), LinearError> {
+        self.ready = Ready::None;
+        self.fallbacks += 1;
+        self.multigrid.iter_mut().for_each(Multigrid::clear);
+        self.direct = Bordered::new(&self.pattern, self.in_order);
+        self.factorise_directly(values).map_err(|why| match why {
+            LinearError::TooLarge { gigabytes } if indefinite => LinearError::Indefinite { gigabytes },
+            LinearError::TooLarge { gigabytes } => LinearError::Slow { gigabytes },
+            other => other,
+        })
+    }
+
+    fn factorise_directly(&mut self, values: &[f64]) -> Result<(), LinearError> {
+        let Some(direct) = self.direct.as_mut() else {
+            return Err(LinearError::TooLarge { gigabytes: gigabytes(u32::MAX as usize) });
+        };
+        let gigabytes = gigabytes(direct.nnz());
+        if gigabytes > self.method.factor_memory {
+            return Err(LinearError::TooLarge { gigabytes });
+        }
+        if !(self.try_llt && direct.definite(&self.pattern, values)) {
+            self.negative_eigenvalues = direct.indefinite(&self.pattern, values).map_err(|_| LinearError::Singular)?;
+        }
+        self.ready = Ready::Direct;
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::sparse::SymPattern;
+
+    /// Tridiagonal (−1, d, −1): eigenvalues d − 2 cos(kπ/(n+1)).
+    fn tridiagonal(n: usize, d: f64) -> (SymPattern, Vec<f64>) {
+        let pattern = SymPattern::from_pairs(n, (1..n as u32).map(|i| (i, i - 1)));
+        let mut values = vec![-1.0; pattern.nnz()];
+        for j in 0..n {
+            values[pattern.slot(j as u32, j as u32).expect("diagonal") as usize] = d;
+        }
+        (pattern, values)
+    }
+
+    #[test]
+    fn solves_and_counts_negative_eigenvalues() {
+        let n = 40;
+        for d in [2.5, 1.1, -0.3] {
+            let (pattern, values) = tridiagonal(n, d);
+            let x: Vec<f64> = (0..n).map(|i| (i as f64).sin()).collect();
+            let mut b = vec![0.0; n];
+            pattern.multiply(&values, &x, &mut b);
+            let mut factor = Factor::new(pattern);
+            factor.factorise(&values).expect("regular");
+            let negative =
+                (1..=n).filter(|&k| d < 2.0 * (k as f64 * std::f64::consts::PI / (n as f64 + 1.0)).cos()).count();
+            assert_eq!(factor.negative_eigenvalues, negative, "d = {d}");
+            factor.solve(&values, &mut b).expect("accurate");
+            // Condition number below 100, so 1e-12 leaves two digits of room.
+            assert!(b.iter().zip(&x).all(|(b, x)| (b - x).abs() < 1e-12), "d = {d}");
+        }
+    }
+
+    /// Condition number below 100 and single precision, ε = 6e-8: 1e-4 leaves room for a few roundings a row.
+    #[test]
+    fn solves_roughly_in_single_precision() {
+        for d in [2.5, -0.3] {
+            let (pattern, values) = tridiagonal(40, d);
+            let x: Vec<f64> = (0..40).map(|i| (i as f64).sin()).collect();
+            let mut b = vec![0.0; 40];
+            pattern.multiply(&values, &x, &mut b);
+            b.iter_mut().for_each(|b| *b *= 1e-60);
+            let mut factor = Factor::new(pattern);
+            factor.factorise(&values).expect("regular");
+            factor.solve_roughly(&mut b);
+            assert!(b.iter().zip(&x).all(|(b, x)| (b * 1e60 - x).abs() < 1e-4), "d = {d}");
+        }
+    }
+
+    #[test]
+    fn names_a_singular_matrix() {
+        let pattern = SymPattern::from_pairs(2, [(1, 0)].into_iter());
+        let mut factor = Factor::new(pattern);
+        assert_eq!(factor.factorise(&[0.0, 0.0, 0.0]), Err(LinearError::Singular));
+        assert_eq!(factor.factorise(&[1.0, f64::NAN, 1.0]), Err(LinearError::Singular));
+    }
+}

@@ -1,0 +1,49 @@
+//! Reasons why there is no mesh.
+
+use crate::mesh::MeshError;
+use std::path::{Path, PathBuf};
+
+/// Reason why there is no mesh.
+#[derive(Clone, PartialEq, Debug, thiserror::Error)]
+pub enum GenerateError {
+    #[error("no folder meshes/meshgen here or above; run inside the project, or set DUROMETER_HOME to its folder")]
+    NoHome,
+    #[error("unknown {what} {name}; {hint}")]
+    Unknown { what: String, name: String, hint: String },
+    #[error("{body}: parameter {name}: {fact}")]
+    Parameter { body: String, name: String, fact: String },
+    #[error("{}: {fact}; correct the declaration", file.display())]
+    Declaration { file: PathBuf, fact: String },
+    #[error("mesh request: {fact}; {remedy}")]
+    Request { fact: String, remedy: String },
+    #[error("{}: {reason}; check the path, its permissions and the free space", file.display())]
+    Io { file: PathBuf, reason: String },
+    #[error("no mesh {name} is stored and the mesher is not installed ({reason}); run: durometer doctor --setup")]
+    NotInstalled { name: String, reason: String },
+    #[error("the mesher refused the request: {fact}{}", hint(remedy))]
+    Refused { fact: String, remedy: String },
+    #[error("the mesher failed: {fact}{}{}", hint(remedy), tail(lines))]
+    Failed { fact: String, remedy: String, lines: Vec<String> },
+    #[error("the mesher stopped ({status}) before it wrote a mesh; try another size or seed{}", tail(lines))]
+    Died { status: String, lines: Vec<String> },
+    #[error("{}: {fact}; delete the mesh and its manifest: they are made again", file.display())]
+    Manifest { file: PathBuf, fact: String },
+    #[error("setting up the mesher failed at: {command}{}; {remedy}", tail(lines))]
+    Setup { command: String, remedy: String, lines: Vec<String> },
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+}
+
+impl GenerateError {
+    pub(super) fn io(file: &Path, error: &std::io::Error) -> Self {
+        Self::Io { file: file.to_path_buf(), reason: error.to_string() }
+    }
+}
+
+fn hint(remedy: &str) -> String {
+    if remedy.is_empty() { String::new() } else { format!("; {remedy}") }
+}
+
+fn tail(lines: &[String]) -> String {
+    if lines.is_empty() { String::new() } else { format!("; it last said:\n  {}", lines.join("\n  ")) }
+}

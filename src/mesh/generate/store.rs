@@ -1,0 +1,177 @@
+//! The project's meshes: found by the hash of their request, else made now and kept.
+
+use super::error::GenerateError;
+use super::manifest::Manifest;
+use super::python::Mesher;
+use super::request::{MeshRequest, Size};
+use crate::mesh::{TetMesh, read};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU32, Ordering};
+
+/// A mesh with its manifest.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Generated {
+    pub mesh: TetMesh,
+    pub manifest: Manifest,
+    /// The first 16 hex digits of the hash of the request
+    pub name: String,
+    pub path: PathBuf,
+    /// The mesher was called for it
+    pub made: bool,
+}
+
+/// The project's folder, where meshes are kept, and the Python that makes new ones.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct MeshStore {
+    pub home: PathBuf,
+    pub python: PathBuf,
+}
+
+impl MeshStore {
+    /// Finds the project: DUROMETER_HOME, else upward from the current folder, else where the program was built. Python:
+    /// DUROMETER_PYTHON, else the project's `.venv`, else `python3`.
+    pub fn find() -> Result<Self, GenerateError> {
+        let is_home = |p: &Path| p.join("meshes/meshgen").is_dir();
+        let home = match std::env::var_os("DUROMETER_HOME") {
+            Some(home) => Some(PathBuf::from(home)).filter(|p| is_home(p)),
+            None => {
+                let here = std::env::current_dir().unwrap_or_default();
+                let above = here.ancestors().find(|p| is_home(p)).map(Path::to_path_buf);
+                above.or_else(|| Some(PathBuf::from(env!("CARGO_MANIFEST_DIR"))).filter(|p| is_home(p)))
+            }
+        };
+        let home = home.ok_or(GenerateError::NoHome)?;
+        let python = std::env::var_os("DUROMETER_PYTHON").map(PathBuf::from);
+        Ok(Self { python: python.unwrap_or_else(|| Self::default_python(&home)), home })
+    }
+
+    /// The project's own Python if it is set up, else the system's.
+    pub fn default_python(home: &Path) -> PathBuf {
+        let own = home.join(".venv/bin/python");
+        if own.exists() { own } else { "python3".into() }
+    }
+
+    /// The mesher of this project.
+    pub fn mesher(&self) -> Mesher<'_> {
+        Mesher { home: &self.home, python: &self.python }
+    }
+
+    /// Where the answer to a request is stored: committed with its body, else in the cache. None: nowhere yet.
+    pub fn stored(&self, request: &MeshRequest) -> Result<Option<PathBuf>, GenerateError> {
+        let (_, name) = request.resolve(&self.home)?;
+        Ok(self.lookup(request, &name))
+    }
+
+    /// The numbers of cells that a request can ask for, with all else as in this one, and find stored; rising.
+    pub fn stored_sizes(&self, request: &MeshRequest) -> Result<Vec<u64>, GenerateError> {
+        let Some(Size::Cells { tolerance, .. }) = request.size else { return Ok(vec![]) };
+        let mut counts = vec![];
+        for folder in [request.folder(), "cache"] {
+            for entry in std::fs::read_dir(self.home.join("meshes").join(folder)).into_iter().flatten().flatten() {
+                if entry.path().extension().is_some_and(|x| x == "json") {
+                    let asked = read_manifest(&entry.path())?.request["size"]["cells"].as_u64();
+                    counts.extend(asked);
+                }
+            }
+        }
+        counts.sort_unstable();
+        counts.dedup();
+        let stored = |count: &u64| {
+            let request = MeshRequest { size: Some(Size::Cells { count: *count, tolerance }), ..request.clone() };
+            self.stored(&request).map(|found| found.is_some())
+        };
+        let mut out = vec![];
+        for count in counts {
+            if stored(&count)? {
+                out.push(count);
+            }
+        }
+        Ok(out)
+    }
+
+    fn lookup(&self, request: &MeshRequest, name: &str) -> Option<PathBuf> {
+        let file = |folder: &str| self.home.join("meshes").join(folder).join(format!("{name}.msh.gz"));
+        [file(request.folder()), file("cache")].into_iter().find(|p| p.is_file())
+    }
+
+    /// The mesh of a request: a stored one, else made now and kept in `meshes/cache`. `progress` gets the mesher's lines.
+    pub fn mesh(&self, request: &MeshRequest, progress: &mut dyn FnMut(&str)) -> Result<Generated, GenerateError> {
+        let (json, name) = request.resolve(&self.home)?;
+        let stored = self.lookup(request, &name);
+        let made = stored.is_none();
+        let path = match stored {
+            Some(path) => path,
+            None => self.make(json, &name, progress)?,
+        };
+        let manifest = read_manifest(&manifest_path(&path))?;
+        Ok(Generated { mesh: read(&path, 1.0)?, manifest, name, path, made })
+    }
+
+    /// Keeps a mesh: as [`MeshStore::mesh`], then moved from the cache to `meshes/<body>`. Returns the mesh file.
+    pub fn commit(&self, request: &MeshRequest, progress: &mut dyn FnMut(&str)) -> Result<PathBuf, GenerateError> {
+        let generated = self.mesh(request, progress)?;
+        let folder = self.home.join("meshes").join(request.folder());
+        std::fs::create_dir_all(&folder).map_err(|e| GenerateError::io(&folder, &e))?;
+        let target = folder.join(format!("{}.msh.gz", generated.name));
+        if target != generated.path {
+            for (from, to) in
+                [(manifest_path(&generated.path), manifest_path(&target)), (generated.path, target.clone())]
+            {
+                std::fs::rename(&from, &to).map_err(|e| GenerateError::io(&to, &e))?;
+            }
+        }
+        Ok(target)
+    }
+
+    /// Calls the mesher. It writes under a temporary name; the manifest is renamed first, so a mesh has always one.
+    fn make(
+        &self,
+        mut json: serde_json::Value,
+        name: &str,
+        progress: &mut dyn FnMut(&str),
+    ) -> Result<PathBuf, GenerateError> {
+        static CALLS: AtomicU32 = AtomicU32::new(0);
+        let cache = self.home.join("meshes/cache");
+        std::fs::create_dir_all(&cache).map_err(|e| GenerateError::io(&cache, &e))?;
+        let call = CALLS.fetch_add(1, Ordering::Relaxed);
+        let part = cache.join(format!(".{name}-{}-{call}.msh.gz", std::process::id()));
+        let target = cache.join(format!("{name}.msh.gz"));
+        json["output"] = serde_json::json!(part);
+        let answer = self.mesher().call(&json, name, progress).and_then(|answer| {
+            let manifest = manifest_path(&part);
+            let bad = |e: serde_json::Error| GenerateError::Manifest { file: manifest.clone(), fact: e.to_string() };
+            let mut value: serde_json::Value = serde_json::from_str(&answer).map_err(bad)?;
+            if let Some(request) = value.get_mut("request").and_then(|r| r.as_object_mut()) {
+                request.shift_remove("output");
+            }
+            // Nothing that cannot be read back is kept.
+            serde_json::from_value::<Manifest>(value.clone()).map_err(bad)?;
+            read(&part, 1.0)?;
+            let text = serde_json::to_string_pretty(&value).map_err(bad)? + "\n";
+            std::fs::write(&manifest, text).map_err(|e| GenerateError::io(&manifest, &e))?;
+            for (from, to) in [(manifest, manifest_path(&target)), (part.clone(), target.clone())] {
+                std::fs::rename(&from, &to).map_err(|e| GenerateError::io(&to, &e))?;
+            }
+            Ok(target)
+        });
+        if answer.is_err() {
+            std::fs::remove_file(&part).ok();
+            std::fs::remove_file(manifest_path(&part)).ok();
+        }
+        answer
+    }
+}
+
+/// The manifest next to a mesh file.
+pub fn manifest_path(mesh: &Path) -> PathBuf {
+    let text = mesh.to_string_lossy();
+    let stem = text.strip_suffix(".gz").unwrap_or(&text);
+    PathBuf::from(format!("{}.json", stem.strip_suffix(".msh").unwrap_or(stem)))
+}
+
+/// Reads a manifest.
+pub fn read_manifest(path: &Path) -> Result<Manifest, GenerateError> {
+    let bad = |fact: String| GenerateError::Manifest { file: path.to_path_buf(), fact };
+    let text = std::fs::read_to_string(path).map_err(|e| bad(e.to_string()))?;
+    serde_json::from_str(&text).map_err(|e| bad(e.to_string()))
+}

@@ -1,0 +1,75 @@
+//! Tetrahedra with boundary facets and named regions.
+
+use super::{MeshError, Order};
+use crate::math::tensor::Vec3;
+use std::collections::BTreeMap;
+
+/// A named set of cells, facets or nodes; indices into the mesh, ascending, without repeats.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Region {
+    pub cells: Vec<u32>,
+    pub facets: Vec<u32>,
+    /// Nodes named by themselves (selectors); the nodes of `cells` and `facets` are not repeated here.
+    pub nodes: Vec<u32>,
+    /// The selector that made it depends on the mesh (box, sphere): an O(h) boundary condition.
+    pub depends_on_mesh: bool,
+}
+
+/// Tetrahedra, all of one order, with boundary facets and named regions. Lengths in metres.
+///
+/// Node order is VTK's: corners 0–3, then mid-edges (0,1) (1,2) (0,2) (0,3) (1,3) (2,3); facets: corners 0–2, then
+/// (0,1) (1,2) (2,0), outward by the right-hand rule. Every cell has positive volume.
+#[derive(Clone, PartialEq, Debug)]
+pub struct TetMesh {
+    pub order: Order,
+    /// \[nodes\] positions \[m\]
+    pub points: Vec<Vec3>,
+    /// \[cells × order.cell_nodes()\] node indices
+    pub cells: Vec<u32>,
+    /// \[facets × order.facet_nodes()\] node indices of the boundary facets
+    pub facets: Vec<u32>,
+    /// Regions by name (`root`, `tip`, …). `body`, all cells, is always there.
+    pub regions: BTreeMap<String, Region>,
+}
+
+impl TetMesh {
+    /// Number of cells.
+    pub fn cell_count(&self) -> usize {
+        self.cells.len() / self.order.cell_nodes()
+    }
+
+    /// Number of boundary facets.
+    pub fn facet_count(&self) -> usize {
+        self.facets.len() / self.order.facet_nodes()
+    }
+
+    /// Nodes of cell `c`.
+    pub fn cell(&self, c: usize) -> &[u32] {
+        let n = self.order.cell_nodes();
+        &self.cells[c * n..(c + 1) * n]
+    }
+
+    /// Nodes of facet `f`.
+    pub fn facet(&self, f: usize) -> &[u32] {
+        let n = self.order.facet_nodes();
+        &self.facets[f * n..(f + 1) * n]
+    }
+
+    /// All nodes of a region (of its cells, facets and nodes), ascending, without repeats.
+    pub fn nodes_of(&self, region: &Region) -> Vec<u32> {
+        let mut nodes = region.nodes.clone();
+        nodes.extend(region.cells.iter().flat_map(|&c| self.cell(c as usize)));
+        nodes.extend(region.facets.iter().flat_map(|&f| self.facet(f as usize)));
+        nodes.sort_unstable();
+        nodes.dedup();
+        nodes
+    }
+
+    /// The region `name`, or an error with the nearest name there is.
+    pub fn region(&self, name: &str) -> Result<&Region, MeshError> {
+        let distance = |other: &&String| strsim::damerau_levenshtein(name, other);
+        let near =
+            || self.regions.keys().min_by_key(distance).filter(|n| distance(n) <= 2.max(name.len() / 3)).cloned();
+        self.regions.get(name).ok_or_else(|| MeshError::NoRegion { name: name.into(), near: near() })
+    }
+}
