@@ -301,11 +301,9 @@ fn verdict(a: &Analysis) -> String {
     let tolerance = percent(a.tolerance);
     let mut words = match same.is_empty() {
         true => format!("No member can replace {} within {tolerance} of the peak in every curve.", a.reference),
-        false => format!(
-            "Within {tolerance} of the peak, in every curve, {} can replace {}.",
-            same.join(", "),
-            a.reference
-        ),
+        false => {
+            format!("Within {tolerance} of the peak, in every curve, {} can replace {}.", same.join(", "), a.reference)
+        }
     };
     if !apart.is_empty() {
         words += &format!(" At most they differ: {}.", apart.join("; "));
