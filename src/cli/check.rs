@@ -1,6 +1,7 @@
 //! `durometer check FILE`
 
-use super::{Outcome, files};
+use super::files;
+use super::outcome::Outcome;
 use durometer::mesh::generate::MeshStore;
 use durometer::scene::protocol::extremes;
 use durometer::scene::spec::{ConstraintSpec, EffectSpec};
@@ -34,7 +35,7 @@ pub struct Args {
 
 pub fn main(args: Args) -> Outcome {
     let file = files::find_any(&args.file)?;
-    let changes = super::changes(&args.set)?;
+    let changes = super::arguments::changes(&args.set)?;
     if files::is_study(&file) {
         return study(&Study::read(&file, &changes)?);
     }

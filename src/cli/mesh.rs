@@ -1,6 +1,7 @@
 //! `durometer mesh FILE`
 
-use super::{Outcome, files};
+use super::files;
+use super::outcome::Outcome;
 use durometer::mesh::generate::MeshStore;
 use durometer::scene::{Body, read_scene, request};
 use durometer::study::expand::Study;
@@ -29,7 +30,7 @@ pub struct Args {
 
 pub fn main(args: Args) -> Outcome {
     let file = files::find_any(&args.file)?;
-    let changes = super::changes(&args.set)?;
+    let changes = super::arguments::changes(&args.set)?;
     let scenes = if files::is_study(&file) {
         let cases = Study::read(&file, &changes)?.cases;
         cases.into_iter().map(|c| (c.scene_file, c.spec.mesh)).collect()

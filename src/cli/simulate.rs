@@ -1,6 +1,7 @@
 //! `durometer simulate SCENE`
 
-use super::{INCOMPLETE, Outcome, bars::Bars, files};
+use super::outcome::{INCOMPLETE, Outcome};
+use super::{bars::Bars, files};
 use durometer::math::units::{self, Dimension};
 use durometer::report::words::seconds;
 use durometer::scene::control::Controller;
@@ -77,7 +78,7 @@ pub struct Args {
 
 pub fn main(args: Args) -> Outcome {
     let file = files::find(&args.scene, "scene.toml")?;
-    let (spec, text) = read_scene(&file, &super::changes(&args.set)?)?;
+    let (spec, text) = read_scene(&file, &super::arguments::changes(&args.set)?)?;
     let name = file.file_stem().map_or_else(|| "scene".into(), |n| n.to_string_lossy().into_owned());
     let bars = Bars::new(args.json);
     let body = Body::load(&file, &spec.mesh, &mut |line| bars.meshing(&name, line))?;
@@ -93,7 +94,7 @@ pub fn main(args: Args) -> Outcome {
         scene.notes.iter().for_each(|note| eprintln!("note: {note}"));
     }
     bars.started(&name);
-    let stop = super::stop_flag();
+    let stop = super::interrupt::stop_flag();
     let chosen = scene.spec.output.fields.as_ref();
     let (what, schedule) = match chosen {
         Some(chosen) => (chosen.what.as_slice(), chosen.schedule()),

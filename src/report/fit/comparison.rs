@@ -2,7 +2,7 @@
 
 use crate::report::error::ReportError;
 use crate::report::files;
-use crate::report::fit::stretch;
+use crate::report::fit::stored::stretch;
 use crate::report::page::{document, escape};
 use crate::report::table::{Table, headings};
 use serde::Deserialize;

@@ -1,12 +1,13 @@
 //! A law and the data it was fitted to: stress against stretch, residuals below; left the fitted range, right all data.
 
+use crate::calibrate::stress_unit;
 use crate::calibrate::{Mode, ModeCurves};
 use crate::report::canvas::{
     Area, At, DOUBLE, GREY, INK, LABEL, Mark, PALETTE, Point, RGB, dashed, figure, fill, hollow, italic, line, mark,
     mm, text,
 };
 use crate::report::figure::{Figure, Sample, legend};
-use crate::report::fit::{Parameter, StoredFit, stress_unit};
+use crate::report::fit::stored::{Parameter, StoredFit};
 use crate::report::plot::{Axis, Plot};
 use plotters::style::Color;
 

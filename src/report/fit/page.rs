@@ -1,7 +1,7 @@
 //! `index.html` of a fit.
 
 use crate::report::figure::Figure;
-use crate::report::fit::{Entry, StoredFit, stretch};
+use crate::report::fit::stored::{Entry, StoredFit, stretch};
 use crate::report::page::{document, drawing, escape, list};
 use crate::report::table::Table;
 use crate::report::words::capital;

@@ -1,6 +1,6 @@
 //! Tables of a fit.
 
-use crate::report::fit::{Misfit, Parameter, Scatter, Specimen, StoredFit, stretch};
+use crate::report::fit::stored::{Misfit, Parameter, Scatter, Specimen, StoredFit, stretch};
 use crate::report::table::{Table, headings};
 
 /// Rows of the table of ranges at most
