@@ -1,4 +1,4 @@
-//! What a record keeps of the contacts of a run.
+//! The contacts of a run as its record keeps them.
 
 use crate::effect::contact::Counts;
 use crate::scene::parts::contact::record::NamedContact;
