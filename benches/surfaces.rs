@@ -7,7 +7,7 @@ use durometer::effect::contact::surfaces::{Surfaces, max_step};
 use durometer::math::tensor::{Mat3, Vec3};
 use durometer::mesh::parts::{image, side_by_side};
 use durometer::mesh::structured::block;
-use durometer::mesh::{Order, TetMesh};
+use durometer::mesh::Order;
 use durometer::system::Caches;
 
 /// Repetitions, of which the fastest counts.
