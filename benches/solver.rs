@@ -1,4 +1,4 @@
-//! What a step is made of: assembly per cell, one factorisation, one converged step of the finger. Prints ratios that do
+//! Parts of a step: assembly per cell, one factorisation, one converged step of the finger. Prints ratios that do
 //! not depend on the machine; nothing is asserted.
 
 use cpu_time::ThreadTime;

@@ -618,7 +618,8 @@ fn closing(order: Order, friction: f64) -> Scene {
 [mesh]
 body = "block"
 {}{}
-[mesh.regions.foot.box]
+[mesh.regions.foot]
+kind = "box"
 min = ["-1 mm", "-1 mm", "-1 mm"]
 max = ["99 mm", "99 mm", "0.1 mm"]
 [laws.rubber]

@@ -97,7 +97,7 @@ fn differences_and_loops_have_their_closed_forms() {
     close(law("lossy").lag_s, 0.3_f64.sin() / (2.0 * PI), 1e-3);
     let cost = a.costs.iter().find(|p| p.member == "stiff").expect("a cost");
     close(cost.ratio, 1.2, 1e-12);
-    for words in ["near", "can stand in for base", "stiff by 20 %", "lossy by 15 %"] {
+    for words in ["near", "can replace base", "stiff by 20 %", "lossy by 15 %"] {
         assert!(a.verdict.contains(words), "{words}: {}", a.verdict);
     }
     assert!(a.quantities[0].sentence.contains("at most 2 %"), "{}", a.quantities[0].sentence);

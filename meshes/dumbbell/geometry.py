@@ -16,7 +16,7 @@ from meshgen.geometry import SNAP, Geometry, boundary_faces, lies_between, plane
 def build(params: dict) -> Geometry:
     """Build the specimen in the current gmsh model. `params` in mm, as named in body.toml."""
     end, gauge, grip = params["length"] / 2, params["gauge_length"] / 2, params["grip_distance"] / 2
-    angle = meeting_angle(params)
+    angle = junction_angle(params)
     check(params, angle)
     extrude_outline(params, angle)
     volumes = cut_across([-grip, -gauge, gauge, grip], params)
@@ -35,7 +35,7 @@ def build(params: dict) -> Geometry:
     return Geometry(volumes, regions, features={"gauge": narrow})
 
 
-def meeting_angle(p: dict) -> float:
+def junction_angle(p: dict) -> float:
     """Angle of both arcs, from the straight edge to where they meet [rad]."""
     rise = (p["grip_width"] - p["gauge_width"]) / 2
     cosine = 1 - rise / (p["inner_radius"] + p["outer_radius"])

@@ -1,4 +1,4 @@
-"""The parametric bodies: folders beside `meshgen` with a `body.toml` and a `geometry.py`."""
+"""The parametric bodies: folders next to `meshgen` with a `body.toml` and a `geometry.py`."""
 
 import importlib
 import tomllib

@@ -54,7 +54,7 @@ def named(geometry: Geometry) -> Geometry:
 
 
 def read_cad(path: Path, scale: float) -> Geometry:
-    """Solids of a CAD file; touching ones share their faces."""
+    """Solids of a CAD file; those in contact share their faces."""
     if path.suffix.lower() != ".brep":
         if abs(scale - 1) > 1e-9:
             raise BadRequest(f"{path.name} states its own unit and is converted to mm", "give unit_m = 0.001")

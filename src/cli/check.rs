@@ -1,6 +1,7 @@
 //! `durometer check FILE`
 
-use super::{Outcome, files};
+use super::files;
+use super::outcome::Outcome;
 use durometer::mesh::generate::MeshStore;
 use durometer::scene::protocol::extremes;
 use durometer::scene::spec::{ConstraintSpec, EffectSpec};
@@ -34,7 +35,7 @@ pub struct Args {
 
 pub fn main(args: Args) -> Outcome {
     let file = files::find_any(&args.file)?;
-    let changes = super::changes(&args.set)?;
+    let changes = super::arguments::changes(&args.set)?;
     if files::is_study(&file) {
         return study(&Study::read(&file, &changes)?);
     }
@@ -146,7 +147,7 @@ fn describe(scene: &Scene) {
     println!("unknowns     {}, {} entries in the tangent", scene.system.dofs.free.len(), scene.system.pattern.nnz());
     for s in &scene.signals {
         if s.signal.has_inputs() {
-            println!("signal       {}, decided on the way", s.name);
+            println!("signal       {}, decided during the run", s.name);
             continue;
         }
         let ((_, low), (t, high)) = extremes(&s.signal, &scene.spans);

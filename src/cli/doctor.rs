@@ -1,6 +1,6 @@
 //! `durometer doctor`
 
-use super::Outcome;
+use super::outcome::{BAD_INPUT, Outcome};
 use durometer::mesh::generate::MeshStore;
 use std::process::ExitCode;
 
@@ -42,5 +42,5 @@ pub fn main(args: Args) -> Outcome {
     if !sound {
         println!("\nOnly new meshes need what is missing: studies on stored meshes run without it.");
     }
-    Ok(if sound { ExitCode::SUCCESS } else { ExitCode::from(super::BAD_INPUT) })
+    Ok(if sound { ExitCode::SUCCESS } else { ExitCode::from(BAD_INPUT) })
 }

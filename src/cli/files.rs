@@ -1,4 +1,4 @@
-//! Which file a name on the command line stands for.
+//! Resolution of a name on the command line to its file.
 
 use durometer::mesh::generate::MeshStore;
 use durometer::scene::{hint, read_table};

@@ -1,6 +1,7 @@
 //! `durometer fit CSV… --law LAW`
 
-use super::{INCOMPLETE, Outcome, files};
+use super::files;
+use super::outcome::{INCOMPLETE, Outcome};
 use durometer::calibrate::{
     Cycle, Decimal, Dimensions, FitRequest, Loss, Mode, Partner, StrainKind, StressKind, StretchRange, Weighting,
     compare, fit,

@@ -1,6 +1,7 @@
 //! `durometer mesh FILE`
 
-use super::{Outcome, files};
+use super::files;
+use super::outcome::Outcome;
 use durometer::mesh::generate::MeshStore;
 use durometer::mesh::quality::Quality;
 use durometer::scene::{Body, read_scene, request};
@@ -23,14 +24,14 @@ pub struct Args {
     /// Change a key, e.g. --set mesh.cells=9300
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Keep the meshes beside their body (meshes/<body>/), to be committed, instead of in meshes/cache
+    /// Keep the meshes in the folder of their body (meshes/<body>/), to be committed, instead of in meshes/cache
     #[arg(long)]
     keep: bool,
 }
 
 pub fn main(args: Args) -> Outcome {
     let file = files::find_any(&args.file)?;
-    let changes = super::changes(&args.set)?;
+    let changes = super::arguments::changes(&args.set)?;
     let scenes = if files::is_study(&file) {
         let cases = Study::read(&file, &changes)?.cases;
         cases.into_iter().map(|c| (c.scene_file, c.spec.mesh)).collect()

@@ -1,11 +1,14 @@
 //! Commands of `durometer`. Exit codes: 0 done, 2 bad input, 3 a case did not complete.
 
+mod arguments;
 mod bars;
 mod check;
 mod doctor;
 mod files;
 mod fit;
+mod interrupt;
 mod mesh;
+mod outcome;
 mod plan;
 mod report;
 mod robustness;
@@ -13,9 +16,8 @@ mod run;
 mod simulate;
 
 use clap::{Parser, Subcommand};
-use durometer::scene::overrides;
+use outcome::BAD_INPUT;
 use std::process::ExitCode;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Mesh-convergence studies, hyperelastic calibration and paper figures for soft-robot simulation.
 ///
@@ -53,13 +55,6 @@ enum Command {
     Doctor(doctor::Args),
 }
 
-/// What a command came to.
-type Outcome = Result<ExitCode, Box<dyn std::error::Error>>;
-
-/// Exit code when some case did not complete.
-const INCOMPLETE: u8 = 3;
-const BAD_INPUT: u8 = 2;
-
 pub fn main() -> ExitCode {
     let command = Cli::parse().command;
     // A reader that closes the pipe (`| head`) ends the program quietly; a controller that ends must not.
@@ -81,29 +76,4 @@ pub fn main() -> ExitCode {
         eprintln!("error: {error}");
         ExitCode::from(BAD_INPUT)
     })
-}
-
-/// `--set key=value`, several times. A step into a list is its index from 0, or the `name` or `kind` of an entry.
-fn changes(set: &[String]) -> Result<Vec<(String, toml::Value)>, overrides::OverrideError> {
-    set.iter().map(|text| overrides::parse(text)).collect()
-}
-
-fn at_least_one(text: &str) -> Result<usize, String> {
-    text.parse().ok().filter(|n| *n > 0).ok_or_else(|| "at least one case runs at a time; give 1 or more".into())
-}
-
-/// Set by Ctrl-C: what is finished is kept, what runs is dropped. A second Ctrl-C ends the program at once.
-fn stop_flag() -> &'static AtomicBool {
-    static STOP: AtomicBool = AtomicBool::new(false);
-    static ONCE: std::sync::Once = std::sync::Once::new();
-    ONCE.call_once(|| {
-        let handler = || {
-            if STOP.swap(true, Ordering::SeqCst) {
-                std::process::exit(130);
-            }
-        };
-        // Without a handler Ctrl-C still ends the program; finished cases are on disk in any case.
-        ctrlc::set_handler(handler).ok();
-    });
-    &STOP
 }

@@ -1,6 +1,7 @@
 //! `durometer plan SCENE`
 
-use super::{INCOMPLETE, Outcome, bars::Bars, files};
+use super::outcome::{INCOMPLETE, Outcome};
+use super::{bars::Bars, files};
 use durometer::math::units::{self, Dimension};
 use durometer::scene::Progress;
 use durometer::solve::Status;
@@ -81,8 +82,8 @@ pub fn main(args: Args) -> Outcome {
         return Err(format!("--budget: it is {budget_s} s; give a positive time, for example \"10 min\"").into());
     }
     let file = files::find(&args.scene, "scene.toml")?;
-    let stop = super::stop_flag();
-    let (changes, quantities) = (super::changes(&args.set)?, args.quantity);
+    let stop = super::interrupt::stop_flag();
+    let (changes, quantities) = (super::arguments::changes(&args.set)?, args.quantity);
     let request = Request { file, changes, tolerance, budget_s, quantities, stop };
     let shown = Shown(Bars::new(args.json));
     let name = request.file.parent().and_then(|p| p.file_name()).map_or("scene".into(), |n| n.to_string_lossy());

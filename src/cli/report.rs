@@ -1,6 +1,6 @@
 //! `durometer report DIR`
 
-use super::Outcome;
+use super::outcome::Outcome;
 use std::path::PathBuf;
 use std::process::ExitCode;
 

@@ -1,7 +1,8 @@
 //! `durometer robustness [SCENE]`
 
+use super::files;
+use super::outcome::Outcome;
 use super::run::{How, execute};
-use super::{Outcome, files};
 use durometer::study::expand::Study;
 use std::path::{Path, PathBuf};
 
@@ -27,7 +28,7 @@ pub struct Args {
     #[arg(long)]
     out: Option<PathBuf>,
     /// Cases that run at the same time [default: one per core]
-    #[arg(long, value_parser = super::at_least_one)]
+    #[arg(long, value_parser = super::arguments::at_least_one)]
     jobs: Option<usize>,
     /// Run also what is done
     #[arg(long)]
@@ -44,7 +45,7 @@ pub struct Args {
 }
 
 pub fn main(args: Args) -> Outcome {
-    let changes = super::changes(&args.set)?;
+    let changes = super::arguments::changes(&args.set)?;
     let mut study = match &args.scene {
         Some(scene) => Study::around(&files::find(scene, "scene.toml")?, &changes)?,
         None => Study::read(&files::find(Path::new("hard-cases"), "study.toml")?, &changes)?,

@@ -1,6 +1,7 @@
 //! `durometer run STUDY`
 
-use super::{INCOMPLETE, Outcome, bars::Bars, files};
+use super::outcome::{INCOMPLETE, Outcome};
+use super::{bars::Bars, files};
 use durometer::study::expand::Study;
 use durometer::study::record::CaseRecord;
 use durometer::study::report;
@@ -30,7 +31,7 @@ pub struct Args {
     #[arg(long)]
     out: Option<PathBuf>,
     /// Cases that run at the same time [default: one per core; 1 for costs that nothing disturbs]
-    #[arg(long, value_parser = super::at_least_one)]
+    #[arg(long, value_parser = super::arguments::at_least_one)]
     jobs: Option<usize>,
     /// Run also what is done
     #[arg(long)]
@@ -51,7 +52,7 @@ pub struct Args {
 
 pub fn main(args: Args) -> Outcome {
     let file = files::find(&args.study, "study.toml")?;
-    let study = Study::read(&file, &super::changes(&args.set)?)?;
+    let study = Study::read(&file, &super::arguments::changes(&args.set)?)?;
     let Args { out, jobs, redo, only, vtu, json, .. } = args;
     execute(&study, How { out, jobs, redo, only, vtu, json })
 }
@@ -70,7 +71,7 @@ pub struct How {
 pub fn execute(study: &Study, how: How) -> Outcome {
     let dir = how.out.unwrap_or_else(|| PathBuf::from("reports").join(&study.name));
     let jobs = how.jobs.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, Into::into));
-    let stop = super::stop_flag();
+    let stop = super::interrupt::stop_flag();
     let options = Options { jobs, redo: how.redo, only: how.only, vtu: how.vtu, stop };
     let bars = Bars::of(study.cases.iter().filter(|c| options.wants(&c.id)).count(), how.json);
     let records = runner::run(study, &dir, &options, &bars)?;

@@ -1,6 +1,7 @@
 //! `durometer simulate SCENE`
 
-use super::{INCOMPLETE, Outcome, bars::Bars, files};
+use super::outcome::{INCOMPLETE, Outcome};
+use super::{bars::Bars, files};
 use durometer::math::units::{self, Dimension};
 use durometer::report::words::seconds;
 use durometer::scene::control::Controller;
@@ -77,7 +78,7 @@ pub struct Args {
 
 pub fn main(args: Args) -> Outcome {
     let file = files::find(&args.scene, "scene.toml")?;
-    let (spec, text) = read_scene(&file, &super::changes(&args.set)?)?;
+    let (spec, text) = read_scene(&file, &super::arguments::changes(&args.set)?)?;
     let name = file.file_stem().map_or_else(|| "scene".into(), |n| n.to_string_lossy().into_owned());
     let bars = Bars::new(args.json);
     let body = Body::load(&file, &spec.mesh, &mut |line| bars.meshing(&name, line))?;
@@ -93,7 +94,7 @@ pub fn main(args: Args) -> Outcome {
         scene.notes.iter().for_each(|note| eprintln!("note: {note}"));
     }
     bars.started(&name);
-    let stop = super::stop_flag();
+    let stop = super::interrupt::stop_flag();
     let chosen = scene.spec.output.fields.as_ref();
     let (what, schedule) = match chosen {
         Some(chosen) => (chosen.what.as_slice(), chosen.schedule()),
@@ -164,7 +165,7 @@ pub fn main(args: Args) -> Outcome {
     durometer::study::overlay::save(&args.out, &name, &overlays(&scene, &run))?;
     bars.finished(&record, false);
     if !args.json {
-        record.remarks[scene.notes.len()..].iter().for_each(|note| eprintln!("note: {note}"));
+        record.notes[scene.notes.len()..].iter().for_each(|note| eprintln!("note: {note}"));
     }
     if let Some(l) = record.locking.filter(|l| l.alarm && !args.json) {
         let scatter = l.pressure_scatter;
@@ -198,7 +199,7 @@ pub fn main(args: Args) -> Outcome {
             );
         }
         states.iter().for_each(|file| println!("state:   {}", file.display()));
-        println!("{}", price(&record));
+        println!("{}", costs(&record));
         println!("results: {}", args.out.join(format!("{name}.csv")).display());
         if drawn {
             println!("fields:  {} (open it in ParaView)", args.out.join(format!("{name}.pvd")).display());
@@ -218,7 +219,7 @@ pub fn main(args: Args) -> Outcome {
     Ok(if complete { ExitCode::SUCCESS } else { ExitCode::from(INCOMPLETE) })
 }
 
-/// When states are saved: times [s], and at the end?
+/// Times at which states are saved \[s\], and whether the last state is saved too.
 fn times(when: &[String], scene: &Scene) -> Result<(Vec<f64>, bool), String> {
     let end = scene.spans.last().map_or(0.0, |s| s.end);
     let mut times = Vec::new();
@@ -257,7 +258,7 @@ fn controller(args: &Args, scene: &Scene) -> Result<Option<Process>, Box<dyn std
 }
 
 /// Where the time went: every effect and constraint that is assembled, then the linear algebra.
-fn price(record: &CaseRecord) -> String {
+fn costs(record: &CaseRecord) -> String {
     let share = |(name, s): (&str, f64)| format!("{name} {} ({:.0} %)", seconds(s), 100.0 * s / record.wall_s);
     let effects = record.effects.iter().map(|e| (e.name.as_str(), e.wall_s));
     let p = &record.phases;

@@ -14,7 +14,7 @@ use crate::system::{
 };
 use std::sync::Arc;
 
-/// A place where the cable touches the body.
+/// A point at which the cable is in contact with the body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Guide {
     /// X_k \[m\]

@@ -64,7 +64,7 @@ pub fn figure(width: f64, height: f64, under: &str, paint: impl FnOnce(&Area)) -
         .replace(ITALIC.1, "</tspan>")
 }
 
-/// Anchor of a text: which point of it stands at the position.
+/// Anchor of a text: the point of it that lies at the position.
 #[derive(Clone, Copy)]
 pub enum At {
     Left,

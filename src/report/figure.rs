@@ -1,4 +1,4 @@
-//! What figures have in common: the figure itself, its legend, marks and colours by number.
+//! Common parts of figures: the figure itself, its legend, marks and colours by number.
 
 use crate::report::canvas::{Area, At, INK, MARKS, Mark, PALETTE, Point, RGB, SMALL, line, mark, mm, text};
 
@@ -9,7 +9,7 @@ pub struct Figure {
     pub caption: String,
 }
 
-/// What the sample of a legend looks like.
+/// Appearance of the sample of a legend entry.
 pub enum Sample {
     Line(RGB),
     Dashed(RGB),

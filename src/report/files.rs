@@ -10,7 +10,7 @@ pub fn json<T: DeserializeOwned>(path: &Path) -> Result<Option<T>, ReportError> 
     read_with(path, |bytes| serde_json::from_slice(bytes))
 }
 
-/// What `parse` makes of a file; `None` if the file does not exist.
+/// Contents of a file as read by `parse`; `None` if the file does not exist.
 pub fn read_with<T>(
     path: &Path,
     parse: impl Fn(&[u8]) -> Result<T, serde_json::Error>,
@@ -24,7 +24,7 @@ pub fn read_with<T>(
     }
 }
 
-/// Writes a file, through a temporary one beside it: a full disk never leaves half a report.
+/// Writes a file, through a temporary one in the same folder: a full disk never leaves half a report.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), ReportError> {
     let error = |source| ReportError::Unwritable { path: path.to_path_buf(), source };
     let mut name = path.file_name().unwrap_or_default().to_os_string();

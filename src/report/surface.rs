@@ -1,7 +1,7 @@
 //! Draws a triangulated surface: orthographic, back faces removed, far triangles first, flat shading, thin edges.
 //!
-//! The order is by depth of the centroid. That is enough for slim bodies of triangles that are small beside the
-//! features of the body; long triangles beside small ones may be put in the wrong order.
+//! The order is by depth of the centroid. That is enough for slim bodies of triangles that are small compared with the
+//! features of the body; long triangles next to small ones may be put in the wrong order.
 
 use crate::report::canvas::RGB;
 use std::collections::BTreeMap;

@@ -2,27 +2,43 @@
 
 use super::builder::{Builder, Gathered, LawSource};
 use super::compare::Measured;
-use super::comparison::limit_of_springs;
-use super::contact_record::NamedContact;
 use super::control::Controls;
 use super::error::{SceneError, hint};
+use super::parts::cable::NamedCable;
+use super::parts::cavity::NamedCavity;
+use super::parts::contact::record::NamedContact;
+use super::parts::edge_springs::limit_of_springs;
 use super::parts::probes::ProbeSpec;
+use super::parts::rigid::RigidBody;
 use super::protocol::NamedSignal;
 use super::recorder::Recorder;
-use super::rigid::RigidBody;
 use super::rules;
 use super::skin::NamedSkin;
 use super::spec::{ConstraintSpec, EffectSpec, SceneSpec};
 use crate::effect::contact::placement::AffineFrame;
-use crate::effect::{Cable, Cavity, CellPoints, Stressed, Viscoelastic};
+use crate::effect::{CellPoints, Stressed, Viscoelastic};
 use crate::material::Law;
 use crate::math::signal::Signal;
 use crate::math::tensor::Vec3;
 use crate::math::units::Dimension;
 use crate::mesh::TetMesh;
 use crate::mesh::generate::{CablePath, MeshStore};
+use crate::scene::compare::read_measured;
+use crate::scene::control::build_controls;
+use crate::scene::cover::check_cover;
+use crate::scene::effects::build_effect;
+use crate::scene::output::check_output;
+use crate::scene::parts::cable::build_cable;
+use crate::scene::parts::cavity::build_cavity;
+use crate::scene::parts::contact::build_contacts;
+use crate::scene::parts::viscoelastic::{check_viscoelastic, note_viscoelastic};
+use crate::scene::protocol::{check_continued, check_formulas};
+use crate::scene::skin::attach_skins;
+use crate::scene::stable::note_stability;
+use crate::scene::stages::{build_spans, check_numerics, note_patches, note_static};
+use crate::scene::start::check_start;
 use crate::solve::{Integrator, TimeSpan};
-use crate::system::{Constraint, Effect, State, System};
+use crate::system::{Constraint, Effect, System};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -75,44 +91,6 @@ pub struct Scene {
     pub notes: Vec<String>,
     /// Why the answer has no limit as h → 0
     pub no_limit: Option<String>,
-}
-
-/// A cable with its drive, for probes.
-pub struct NamedCable {
-    pub name: String,
-    pub cable: Arc<Cable>,
-    /// The tension at the pull point; with friction the multipliers of the other segments follow
-    pub drive: Drive,
-    pub by_length: bool,
-    pub friction: bool,
-    /// 1/EA \[1/N\], 0 if it does not stretch
-    pub softness: f64,
-    /// Tension at which the drive yields \[N\], infinite if it never does
-    pub most: f64,
-}
-
-/// A cavity with its drive, for probes.
-pub struct NamedCavity {
-    pub name: String,
-    pub cavity: Arc<Cavity>,
-    pub drive: Drive,
-}
-
-/// Where the tension of a cable or the pressure of a cavity comes from.
-pub enum Drive {
-    /// Index of the constraint whose multiplier it is
-    Multiplier(usize),
-    Prescribed(Signal),
-}
-
-impl Drive {
-    /// Change of the tension or pressure: what is prescribed does not change.
-    pub(super) fn answer(&self, change: &State) -> f64 {
-        match self {
-            Self::Multiplier(c) => change.lambda[*c],
-            Self::Prescribed(_) => 0.0,
-        }
-    }
 }
 
 pub(super) fn part(
@@ -244,12 +222,12 @@ impl Scene {
         body: Arc<Body>,
         Additions { laws: own_laws, effects: own_effects, recorders: own_recorders }: Additions,
     ) -> Result<Self, SceneError> {
-        let mut builder = Builder::new(file, &spec, &own_laws, body.clone())?;
-        let spans = builder.spans(&spec.stages)?;
-        builder.check_numerics(&spec.numerics)?;
+        let builder = &mut Builder::new(file, &spec, &own_laws, body.clone())?;
+        let spans = build_spans(builder, &spec.stages)?;
+        check_numerics(builder, &spec.numerics)?;
         builder.continue_signals(&spans);
         rules::check(file, &spec, &spans)?;
-        builder.attach_skins(&spec.skins)?;
+        attach_skins(builder, &spec.skins)?;
         let mut gathered = Gathered::default();
         // What damps the stiffness of other effects is built after them, and keeps its place.
         let mut order: Vec<usize> = (0..spec.effects.len()).collect();
@@ -258,10 +236,10 @@ impl Scene {
         for k in order {
             let effect = &spec.effects[k];
             let place = format!("effect {} ({})", k + 1, effect.kind());
-            built.insert(k, builder.effect(&place, effect, &mut gathered)?);
+            built.insert(k, build_effect(builder, &place, effect, &mut gathered)?);
         }
         let mut effects: Vec<Box<dyn Effect>> = built.into_values().collect();
-        builder.check_viscoelastic(&spec)?;
+        check_viscoelastic(builder, &spec)?;
         let (mut constraints, mut cables) = (Vec::<Box<dyn Constraint>>::new(), Vec::<NamedCable>::new());
         for (k, constraint) in spec.constraints.iter().enumerate() {
             let place = format!("constraint {} ({})", k + 1, constraint.kind());
@@ -279,7 +257,7 @@ impl Scene {
                         let fact = format!("another cable is called \"{}\" too", cable.name);
                         return Err(builder.content(&place, fact, "give each cable a `name` of its own"));
                     }
-                    cables.push(builder.cable(&place, cable, &spans, &mut effects, &mut constraints)?);
+                    cables.push(build_cable(builder, &place, cable, &spans, &mut effects, &mut constraints)?);
                 }
                 // What is held decides whether a cavity may be open
                 ConstraintSpec::Cavity { .. } => {}
@@ -293,37 +271,37 @@ impl Scene {
                     let fact = format!("another cable or cavity is called \"{name}\" too");
                     return Err(builder.content(&place, fact, "give each a `name` of its own"));
                 }
-                cavities.push(builder.cavity(&place, constraint, &mut effects, &mut constraints)?);
+                cavities.push(build_cavity(builder, &place, constraint, &mut effects, &mut constraints)?);
             }
         }
-        let (rigids, contacts) = builder.contacts(&spec, &mut gathered, &mut effects)?;
+        let (rigids, contacts) = build_contacts(builder, &spec, &mut gathered, &mut effects)?;
         let Gathered { stored, points: elastic, stressed, relaxing, hosts, laws } = gathered;
         if stored.is_empty() && own_effects.is_empty() {
             let remedy = "add an [[effect]] with kind = \"elastic\", or \"edge_springs\"";
             return Err(builder.content("effect", "no effect is elastic", remedy));
         }
         if !stored.is_empty() {
-            builder.check_cover(&elastic)?;
+            check_cover(builder, &elastic)?;
         }
         effects.extend(own_effects);
-        builder.note_stability(&spec, &laws);
-        builder.check_start(&spec, &laws)?;
+        note_stability(builder, &spec, &laws);
+        check_start(builder, &spec, &laws)?;
         let law = laws.into_iter().next();
-        let probe = |(k, probe): (usize, &ProbeSpec)| probe.part().build(&format!("probe {}", k + 1), &builder);
+        let probe = |(k, probe): (usize, &ProbeSpec)| probe.part().build(&format!("probe {}", k + 1), builder);
         let mut probes = spec.probes.iter().enumerate().map(probe).collect::<Result<Vec<_>, _>>()?;
         probes.extend(own_recorders);
-        builder.note_static(&spec, &spans);
-        builder.note_viscoelastic(&spec, &spans);
-        let causes = [builder.note_patches(&spec), limit_of_springs(&spec)];
+        note_static(builder, &spec, &spans);
+        note_viscoelastic(builder, &spec, &spans);
+        let causes = [note_patches(builder, &spec), limit_of_springs(&spec)];
         let causes: Vec<String> = causes.into_iter().flatten().chain(std::mem::take(&mut builder.no_limits)).collect();
         let no_limit = (!causes.is_empty()).then(|| causes.join(", and "));
         let nodes = builder.nodes;
-        builder.check_formulas(&spans)?;
-        builder.check_output(&spec.output, spans.last().map_or(0.0, |s| s.end))?;
+        check_formulas(builder, &spans)?;
+        check_output(builder, &spec.output, spans.last().map_or(0.0, |s| s.end))?;
         let columns = columns(recorders(&probes, &cables, &cavities, &rigids, &contacts));
-        let measured = builder.measured(&spec.comparisons, &columns)?;
-        builder.check_continued(&spec, &spans)?;
-        let controls = builder.controls(&columns, &cables, &cavities, &spans)?;
+        let measured = read_measured(builder, &spec.comparisons, &columns)?;
+        check_continued(builder, &spec, &spans)?;
+        let controls = build_controls(builder, &columns, &cables, &cavities, &spans)?;
         let skins = std::mem::take(&mut builder.skins);
         let frames = rigids.iter().map(|b| &b.frame).chain(contacts.iter().filter_map(NamedContact::moving));
         let points = body.mesh.points.iter().copied().chain(frames.flat_map(AffineFrame::rest)).collect();

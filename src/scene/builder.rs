@@ -6,19 +6,21 @@ use super::error::{SceneError, hint};
 use super::mesh_spec::{PickSpec, SelectorSpec};
 use super::protocol::NamedSignal;
 use super::quantity::Length;
+use super::shape::{ShapeFault, ShapeSpec};
+use super::signal::SignalSpec;
 use super::skin::NamedSkin;
-use super::spec::{EffectSpec, FormulationSpec, LumpingSpec, SceneSpec};
-use crate::effect::{
-    CellPoints, Elastic, Gravity, Inertia, Lumping, Mass, MassDamping, MeanDilatation, MixedElastic, Stressed,
-    Viscoelastic, ViscousDamping, pressure_hosts,
-};
+use super::spec::{LumpingSpec, SceneSpec};
+use crate::effect::contact::placement::AffineFrame;
+use crate::effect::contact::shape::Shape;
+use crate::effect::{CellPoints, Lumping, Stressed, Viscoelastic};
 use crate::material::{self, Law};
 use crate::math::signal::Signal;
-use crate::math::tensor::Vec3;
+use crate::math::tensor::{Mat3, Vec3};
 use crate::math::units::Dimension;
+use crate::mesh::Region;
 use crate::mesh::error::point;
 use crate::mesh::select::{Pick, Selector};
-use crate::mesh::{Order, Region};
+use crate::solve::{Integrator, TimeSpan};
 use crate::system::{Effect, Prescribed};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -52,7 +54,7 @@ impl Gathered {
     }
 
     /// Shares an effect of a law with its points and stresses.
-    fn solid(&mut self, region: &str, effect: impl Effect + Stressed + 'static) -> Box<dyn Effect> {
+    pub(super) fn solid(&mut self, region: &str, effect: impl Effect + Stressed + 'static) -> Box<dyn Effect> {
         let shared = Arc::new(effect);
         self.points.push(shared.points().clone());
         self.stressed.push(shared.clone());
@@ -60,6 +62,9 @@ impl Gathered {
         Box::new(shared)
     }
 }
+
+/// Parts around a round body that is drawn.
+const ROUND: u32 = 48;
 
 /// Reads the parts of a scene against its mesh.
 pub(super) struct Builder<'a> {
@@ -143,14 +148,15 @@ impl<'a> Builder<'a> {
     }
 
     /// What was gathered: prescribed dofs, signals, notes.
-    pub(super) fn finish(self) -> (Vec<Prescribed>, Vec<NamedSignal>, Vec<String>) {
-        let mut notes = self.notes;
+    pub(super) fn finish(&mut self) -> (Vec<Prescribed>, Vec<NamedSignal>, Vec<String>) {
+        let mut notes = std::mem::take(&mut self.notes);
         if self.prescribed.is_empty() {
             notes.push("nothing is held: in a static stage the body can move freely (add a `fixed` constraint)".into());
         }
-        let of_body = self.prescribed.into_iter().map(|(dof, (signal, _))| (dof, signal));
-        let prescribed = of_body.chain(self.carried).map(|(dof, signal)| Prescribed { dof, signal }).collect();
-        (prescribed, self.signals, notes)
+        let of_body = std::mem::take(&mut self.prescribed).into_iter().map(|(dof, (signal, _))| (dof, signal));
+        let prescribed =
+            of_body.chain(std::mem::take(&mut self.carried)).map(|(dof, signal)| Prescribed { dof, signal }).collect();
+        (prescribed, std::mem::take(&mut self.signals), notes)
     }
 
     pub(super) fn content(&self, place: &str, fact: impl Into<String>, remedy: impl Into<String>) -> SceneError {
@@ -173,6 +179,13 @@ impl<'a> Builder<'a> {
         Ok(cells)
     }
 
+    pub(super) fn positive_density(&self, place: &str, density: f64) -> Result<f64, SceneError> {
+        if density > 0.0 {
+            return Ok(density);
+        }
+        Err(self.content(place, format!("the density is {density:.4} kg/m^3"), "give a positive one"))
+    }
+
     pub(super) fn law(&self, place: &str, name: &str) -> Result<Box<dyn Law>, SceneError> {
         if let Some(law) = self.own_laws.get(name) {
             return Ok(law());
@@ -184,103 +197,6 @@ impl<'a> Builder<'a> {
         };
         let place = format!("laws.{name}");
         material::law_from_table(table).map_err(|e| part(self.file, place, e))
-    }
-
-    pub(super) fn effect(
-        &mut self,
-        place: &str,
-        spec: &EffectSpec,
-        gathered: &mut Gathered,
-    ) -> Result<Box<dyn Effect>, SceneError> {
-        let body = self.body.clone();
-        let mesh = &body.mesh;
-        let positive = |rho: f64| {
-            let fact = || format!("the density is {rho:.4} kg/m^3");
-            if rho > 0.0 { Ok(rho) } else { Err(self.content(place, fact(), "give a positive one")) }
-        };
-        let mass = |region: &str, rho: f64, lumping: LumpingSpec| {
-            Ok::<_, SceneError>(Mass::new(mesh, self.cells(place, region)?, positive(rho)?, lumping.into()))
-        };
-        Ok(match spec {
-            EffectSpec::Elastic { region, law, formulation } => {
-                let cells = self.cells(place, region)?;
-                let (name, built) = ("elastic".to_string(), self.law(place, law)?);
-                let info = built.info().name;
-                gathered.laws.push(self.law(place, law)?);
-                match formulation {
-                    FormulationSpec::Displacement => gathered.solid(region, Elastic::new(name, mesh, cells, built)),
-                    FormulationSpec::Mixed => {
-                        let first = (3 * self.nodes + gathered.hosts.len()) as u32;
-                        let effect = MixedElastic::new(name, mesh, cells, &*built, first)
-                            .ok_or_else(|| self.no_split(place, info))?;
-                        gathered.hosts.extend(pressure_hosts(mesh, cells));
-                        gathered.solid(region, effect)
-                    }
-                    FormulationSpec::MeanDilatation if mesh.order == Order::Linear => {
-                        let fact = "mean_dilatation on tet4 is the displacement formulation";
-                        return Err(self.content(
-                            place,
-                            fact,
-                            "take formulation = \"mixed\", or mesh.element = \"tet10\"",
-                        ));
-                    }
-                    FormulationSpec::MeanDilatation => {
-                        let effect = MeanDilatation::new(name, mesh, cells, &*built)
-                            .ok_or_else(|| self.no_split(place, info))?;
-                        gathered.solid(region, effect)
-                    }
-                }
-            }
-            EffectSpec::Inertia { region, density, mass: lumping } => {
-                Box::new(Inertia { mass: mass(region, density.0, *lumping)? })
-            }
-            EffectSpec::MassDamping { region, density, mass: lumping, alpha } => {
-                if alpha.0 < 0.0 {
-                    return Err(self.content(place, format!("alpha is {} 1/s", alpha.0), "damping is not negative"));
-                }
-                Box::new(MassDamping { alpha: alpha.0, mass: mass(region, density.0, *lumping)? })
-            }
-            EffectSpec::ViscousDamping { region, eta } => {
-                if eta.0 < 0.0 {
-                    return Err(self.content(place, format!("eta is {} Pa s", eta.0), "a viscosity is not negative"));
-                }
-                Box::new(ViscousDamping::new(mesh, self.cells(place, region)?, eta.0))
-            }
-            EffectSpec::Viscoelastic { region, law, moduli, prony } => {
-                let shared = Arc::new(self.viscoelastic(place, region, law, *moduli, prony)?);
-                gathered.relaxing.push(shared.clone());
-                Box::new(shared)
-            }
-            EffectSpec::StiffnessDamping { region, beta, stiffness } => {
-                self.stiffness_damping(place, region, beta.0, *stiffness, gathered)?
-            }
-            EffectSpec::EdgeSprings { region, stiffness, modulus } => {
-                self.edge_springs(place, region, *stiffness, *modulus, gathered)?
-            }
-            EffectSpec::EdgeDampers { region, damping } => self.edge_dampers(place, region, damping.0)?,
-            EffectSpec::PointForce { name, point, radius, direction, force } => {
-                Box::new(self.point_force(place, name, (point, *radius), *direction, force)?)
-            }
-            EffectSpec::Traction { name, region, skin, direction, traction } => {
-                Box::new(self.traction(place, name, (region, skin), *direction, traction)?)
-            }
-            EffectSpec::Gravity { region, density, direction, acceleration } => {
-                let direction = Vec3::from(*direction);
-                if direction.norm() == 0.0 || !direction.norm().is_finite() {
-                    return Err(self.content(place, "the direction has no length", "write for example [0, 0, -1]"));
-                }
-                let density = positive(density.0)?;
-                let name = format!("{region}_acceleration_m_s2");
-                let acceleration = self.signal(place, name, acceleration, Dimension::ACCELERATION)?;
-                let cells = self.cells(place, region)?;
-                Box::new(Gravity::new(mesh, cells, density, direction.normalize(), acceleration))
-            }
-        })
-    }
-
-    fn no_split(&self, place: &str, law: &str) -> SceneError {
-        let fact = format!("the law {law} has no volumetric part of its own");
-        self.content(place, fact, "take a law with a split such as neo_hookean, or formulation = \"displacement\"")
     }
 
     pub(super) fn prescribe(
@@ -315,6 +231,115 @@ impl<'a> Builder<'a> {
     /// What is prescribed for a dof.
     pub(super) fn motion(&self, dof: u32) -> Option<&Signal> {
         self.prescribed.get(&dof).map(|(signal, _)| signal)
+    }
+
+    pub(super) fn contact_facets(&self, place: &str, region: &str) -> Result<&[u32], SceneError> {
+        let facets = &self.region(place, region)?.facets;
+        if facets.is_empty() {
+            let fact = format!("region \"{region}\" holds no facets");
+            return Err(self.content(place, fact, "contact is of a part of the surface: take a facet region"));
+        }
+        Ok(facets)
+    }
+
+    /// A shape with its frame in space.
+    pub(super) fn shape(&self, place: &str, spec: &ShapeSpec) -> Result<(Shape, Vec3, Mat3), SceneError> {
+        spec.build(&self.base).map_err(|why| match why {
+            ShapeFault::Content(fact, remedy) => self.content(place, fact, remedy),
+            ShapeFault::Part(source) => part(self.file, place, source),
+        })
+    }
+
+    /// Unit direction and signal of a dead load; the signal is recorded as `column`.
+    pub(super) fn dead(
+        &mut self,
+        place: &str,
+        direction: [f64; 3],
+        spec: &SignalSpec,
+        dimension: Dimension,
+        column: String,
+    ) -> Result<(Vec3, Signal), SceneError> {
+        let direction = Vec3::from(direction);
+        if direction.norm() == 0.0 || !direction.norm().is_finite() {
+            return Err(self.content(place, "the direction has no length", "write for example [0, 0, -1]"));
+        }
+        if self.records(&column) {
+            let fact = format!("the signal {column} is recorded already");
+            return Err(self.content(place, fact, "give each load a `name` of its own"));
+        }
+        let signal = self.signal(place, column, spec, dimension)?;
+        Ok((direction.normalize(), signal))
+    }
+
+    /// The signal of this name, with the unit at its end; it is recorded and can be switched by it.
+    pub(super) fn signal(
+        &mut self,
+        place: &str,
+        name: String,
+        spec: &SignalSpec,
+        d: Dimension,
+    ) -> Result<Signal, SceneError> {
+        let built = self.signal_builder.signal(&name, spec, d, &self.base);
+        let signal = built.map_err(|(event, e)| part(self.file, event.unwrap_or_else(|| place.into()), e))?;
+        let signal = self.continued(signal);
+        // The same motion of one region by two entries is one signal.
+        if !self.signals.iter().any(|s| s.name == name) {
+            self.signals.push(NamedSignal { name, signal: signal.clone() });
+        }
+        Ok(signal)
+    }
+
+    /// Loads of an arc-length stage go on beyond the first and the last time of the protocol, as they do in it on average.
+    pub(super) fn continue_signals(&mut self, spans: &[TimeSpan]) {
+        let end = |s: &TimeSpan| (s.start, s.end, matches!(s.integrator, Integrator::ArcLength { .. }));
+        let ends = spans.first().map(end).zip(spans.last().map(end));
+        self.continued = ends.filter(|(first, last)| first.2 || last.2).map(|(first, last)| [first, last]);
+    }
+
+    pub(super) fn continued(&self, signal: Signal) -> Signal {
+        let Some([first, last]) = self.continued.filter(|_| !signal.has_inputs()) else { return signal };
+        let slope = |(start, end, arc): (f64, f64, bool)| {
+            if arc { (signal.at(end) - signal.at(start)) / (end - start) } else { 0.0 }
+        };
+        let (before, after) = (slope(first), slope(last));
+        if before == 0.0 && after == 0.0 {
+            return signal;
+        }
+        Signal::Continued { signal: Box::new(signal), from: first.0, to: last.1, before, after }
+    }
+
+    /// Bodies and obstacles are drawn beside the fields, like skins.
+    pub(super) fn draw(
+        &mut self,
+        place: &str,
+        name: &str,
+        shape: &Shape,
+        (origin, axes): (Vec3, Mat3),
+        carried: Option<&AffineFrame>,
+    ) -> Result<(), SceneError> {
+        let Some(mut surface) = shape.triangles(ROUND) else { return Ok(()) };
+        if self.skins.iter().any(|s| s.name == name) {
+            let fact = format!("another surface is called \"{name}\" too");
+            return Err(self.content(place, fact, "give each skin, rigid body and contact a `name` of its own"));
+        }
+        surface.points.iter_mut().for_each(|p| *p = origin + axes * *p);
+        let weights = |p: &Vec3| {
+            let of = |frame: &AffineFrame| frame.nodes.into_iter().zip(frame.weights(p)).collect();
+            carried.map_or(Vec::new(), of)
+        };
+        let weights = surface.points.iter().map(weights).collect();
+        self.skins.push(NamedSkin { name: name.into(), surface, weights });
+        Ok(())
+    }
+
+    /// Names of bodies and contacts are parts of the names of columns and files.
+    pub(super) fn check_name(&self, place: &str, name: &str) -> Result<(), SceneError> {
+        let fits = |c: char| c.is_alphanumeric() || "_-".contains(c);
+        if !name.is_empty() && name.chars().all(fits) {
+            return Ok(());
+        }
+        let fact = format!("\"{name}\" cannot be part of a file name");
+        Err(self.content(place, fact, "use letters, digits, \"-\" and \"_\""))
     }
 }
 

@@ -58,30 +58,32 @@ enum MeasuredError {
     Short { file: String },
 }
 
-impl Builder<'_> {
-    /// The measured curves, with what they are compared with among `columns`.
-    pub(super) fn measured(&self, specs: &[CompareSpec], columns: &[String]) -> Result<Vec<Measured>, SceneError> {
-        let one = |(k, spec): (usize, &CompareSpec)| {
-            let place = format!("compare {} ({})", k + 1, spec.column);
-            for name in [&spec.column, &spec.over] {
-                if !columns.contains(name) {
-                    let fact = format!("the scene records no \"{name}\"");
-                    return Err(self.content(&place, fact, hint(name, columns)));
-                }
+/// The measured curves, with what they are compared with among `columns`.
+pub(super) fn read_measured(
+    builder: &Builder,
+    specs: &[CompareSpec],
+    columns: &[String],
+) -> Result<Vec<Measured>, SceneError> {
+    let one = |(k, spec): (usize, &CompareSpec)| {
+        let place = format!("compare {} ({})", k + 1, spec.column);
+        for name in [&spec.column, &spec.over] {
+            if !columns.contains(name) {
+                let fact = format!("the scene records no \"{name}\"");
+                return Err(builder.content(&place, fact, hint(name, columns)));
             }
-            let factor = |name: &str, unit: &str| {
-                in_unit_of(name, &format!("1 {unit}").as_str().into())
-                    .map_err(|e| part(self.file, format!("{place}: {name}"), e))
-            };
-            let factors = [factor(&spec.over, &spec.x.unit)?, factor(&spec.column, &spec.y.unit)?];
-            let path = self.file.parent().unwrap_or(Path::new("")).join(&spec.file);
-            let (x, y) = read(&path, [&spec.x.column, &spec.y.column]).map_err(|e| part(self.file, &place, e))?;
-            let [x, y] = [(x, factors[0]), (y, factors[1])].map(|(v, f)| v.into_iter().map(|v| v * f).collect());
-            let source = spec.file.display().to_string();
-            Ok(Measured { column: spec.column.clone(), over: spec.over.clone(), source, x, y })
+        }
+        let factor = |name: &str, unit: &str| {
+            in_unit_of(name, &format!("1 {unit}").as_str().into())
+                .map_err(|e| part(builder.file, format!("{place}: {name}"), e))
         };
-        specs.iter().enumerate().map(one).collect()
-    }
+        let factors = [factor(&spec.over, &spec.x.unit)?, factor(&spec.column, &spec.y.unit)?];
+        let path = builder.file.parent().unwrap_or(Path::new("")).join(&spec.file);
+        let (x, y) = read(&path, [&spec.x.column, &spec.y.column]).map_err(|e| part(builder.file, &place, e))?;
+        let [x, y] = [(x, factors[0]), (y, factors[1])].map(|(v, f)| v.into_iter().map(|v| v * f).collect());
+        let source = spec.file.display().to_string();
+        Ok(Measured { column: spec.column.clone(), over: spec.over.clone(), source, x, y })
+    };
+    specs.iter().enumerate().map(one).collect()
 }
 
 fn read(path: &Path, names: [&String; 2]) -> Result<(Vec<f64>, Vec<f64>), MeasuredError> {

@@ -1,12 +1,9 @@
 //! How the linear systems of a scene are solved: `[numerics] linear` and `factor_memory`, and what a run says of it.
 
-use super::build::Scene;
-use super::rules::against_iterations;
-use crate::math::linear::{Factor, Linear, Method};
-use crate::math::multigrid::{Places, Size};
+use crate::math::linear::Factor;
+use crate::math::multigrid::Size;
 use serde::Deserialize;
 use serde::de::{Deserializer, Error};
-use std::sync::Arc;
 
 /// `linear`: by the counts of the factor, or as asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Deserialize)]
@@ -60,20 +57,5 @@ impl LinearWork {
     pub(super) fn of(factor: &Factor) -> Self {
         let hierarchy = factor.multigrid().map(|m| m.size);
         Self { why: factor.why.clone(), hierarchy, gradients: factor.gradients, fallbacks: factor.fallbacks }
-    }
-}
-
-impl Scene {
-    /// How to choose between the direct and the iterative path.
-    pub fn method(&self) -> Method {
-        let numerics = &self.spec.numerics;
-        let linear = match numerics.linear {
-            LinearSpec::Auto => Linear::Auto,
-            LinearSpec::Direct => Linear::Direct,
-            LinearSpec::Iterative => Linear::Iterative,
-        };
-        let places = || Arc::new(Places { dofs: self.system.dofs.free.clone(), points: self.points.clone() });
-        let places = against_iterations(&self.spec, &self.spans).map_or_else(|| Ok(places()), Err);
-        Method { linear, factor_memory: numerics.factor_memory.0, places }
     }
 }

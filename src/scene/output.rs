@@ -81,70 +81,66 @@ impl ScheduleSpec {
     }
 }
 
-impl Builder<'_> {
-    pub(super) fn check_output(&self, spec: &OutputSpec, end: f64) -> Result<(), SceneError> {
-        let fields = spec.fields.as_ref().map(|f| ("output.fields", f.schedule()));
-        for (place, ScheduleSpec { every, times }) in
-            fields.into_iter().chain(spec.series.clone().map(|s| ("output.series", s)))
-        {
-            if every.is_some_and(|every| every.0 <= 0.0) {
-                return Err(self.content(place, "`every` is not positive", "give the time from one to the next"));
-            }
-            if let Some(t) = times.iter().find(|t| !(0.0..=end * (1.0 + 1e-9)).contains(&t.0)) {
-                let remedy = format!("take times from 0 to {end} s, the end of the last stage");
-                return Err(self.content(place, format!("the run has no t = {} s", t.0), remedy));
-            }
+pub(super) fn check_output(builder: &Builder, spec: &OutputSpec, end: f64) -> Result<(), SceneError> {
+    let fields = spec.fields.as_ref().map(|f| ("output.fields", f.schedule()));
+    for (place, ScheduleSpec { every, times }) in
+        fields.into_iter().chain(spec.series.clone().map(|s| ("output.series", s)))
+    {
+        if every.is_some_and(|every| every.0 <= 0.0) {
+            return Err(builder.content(place, "`every` is not positive", "give the time from one to the next"));
         }
-        if spec.fields.as_ref().is_some_and(|f| f.what.is_empty()) {
-            return Err(self.content("output.fields", "`what` is empty", "list fields such as \"displacement\""));
+        if let Some(t) = times.iter().find(|t| !(0.0..=end * (1.0 + 1e-9)).contains(&t.0)) {
+            let remedy = format!("take times from 0 to {end} s, the end of the last stage");
+            return Err(builder.content(place, format!("the run has no t = {} s", t.0), remedy));
         }
-        Ok(())
     }
+    if spec.fields.as_ref().is_some_and(|f| f.what.is_empty()) {
+        return Err(builder.content("output.fields", "`what` is empty", "list fields such as \"displacement\""));
+    }
+    Ok(())
 }
 
-impl Scene {
-    /// The fields of a state.
-    pub fn fields(&self, state: &State, what: &[FieldSpec]) -> Vec<Field> {
-        let stress = what.iter().any(|f| matches!(f, FieldSpec::Stress | FieldSpec::VonMises | FieldSpec::Pressure));
-        let tensors = || {
-            let cells = stresses(&self.body, &self.stressed, &state.x);
-            [(nodal(&self.body, &cells), true), (cells, false)]
-        };
-        let stress = stress.then(tensors);
-        let displacements = 3 * self.body.mesh.points.len();
-        let mut out = Vec::new();
-        for field in what {
-            let node = |name, components, values| Field { name, components, values, at_nodes: true };
-            let (name, components, of): (_, _, fn(&Mat3) -> Vec<f64>) = match field {
-                FieldSpec::Displacement => {
-                    out.push(node("displacement_m", 3, state.x[..displacements].to_vec()));
-                    continue;
-                }
-                FieldSpec::Velocity => {
-                    out.push(node("velocity_m_s", 3, state.v[..displacements].to_vec()));
-                    continue;
-                }
-                FieldSpec::ContactForce => {
-                    let mut forces = vec![0.0; displacements];
-                    self.contacts.iter().for_each(|c| c.nodal(&state.x, None, &mut forces));
-                    out.push(node("contact_force_N", 3, forces));
-                    continue;
-                }
-                FieldSpec::Stretch => {
-                    out.push(node("stretch", 1, self.nodal_stretch(&state.x)));
-                    continue;
-                }
-                FieldSpec::Stress => ("stress_Pa", 9, |s| s.transpose().as_slice().to_vec()),
-                FieldSpec::VonMises => ("von_mises_Pa", 1, |s| vec![von_mises(s)]),
-                FieldSpec::Pressure => ("pressure_Pa", 1, |s| vec![-s.trace() / 3.0]),
-            };
-            for (tensors, at_nodes) in stress.iter().flatten() {
-                let values = tensors.iter().flat_map(of).collect();
-                out.push(Field { name, components, values, at_nodes: *at_nodes });
+/// The fields of a state.
+pub(super) fn fields(scene: &Scene, state: &State, what: &[FieldSpec]) -> Vec<Field> {
+    let stress = what.iter().any(|f| matches!(f, FieldSpec::Stress | FieldSpec::VonMises | FieldSpec::Pressure));
+    let tensors = || {
+        let cells = stresses(&scene.body, &scene.stressed, &state.x);
+        [(nodal(&scene.body, &cells), true), (cells, false)]
+    };
+    let stress = stress.then(tensors);
+    let displacements = 3 * scene.body.mesh.points.len();
+    let mut out = Vec::new();
+    for field in what {
+        let node = |name, components, values| Field { name, components, values, at_nodes: true };
+        let (name, components, of): (_, _, fn(&Mat3) -> Vec<f64>) = match field {
+            FieldSpec::Displacement => {
+                out.push(node("displacement_m", 3, state.x[..displacements].to_vec()));
+                continue;
             }
+            FieldSpec::Velocity => {
+                out.push(node("velocity_m_s", 3, state.v[..displacements].to_vec()));
+                continue;
+            }
+            FieldSpec::ContactForce => {
+                let mut forces = vec![0.0; displacements];
+                scene.contacts.iter().for_each(|c| c.nodal(&state.x, None, &mut forces));
+                out.push(node("contact_force_N", 3, forces));
+                continue;
+            }
+            FieldSpec::Stretch => {
+                out.push(node("stretch", 1, scene.nodal_stretch(&state.x)));
+                continue;
+            }
+            FieldSpec::Stress => ("stress_Pa", 9, |s| s.transpose().as_slice().to_vec()),
+            FieldSpec::VonMises => ("von_mises_Pa", 1, |s| vec![von_mises(s)]),
+            FieldSpec::Pressure => ("pressure_Pa", 1, |s| vec![-s.trace() / 3.0]),
+        };
+        for (tensors, at_nodes) in stress.iter().flatten() {
+            let values = tensors.iter().flat_map(of).collect();
+            out.push(Field { name, components, values, at_nodes: *at_nodes });
         }
-        out
     }
+    out
 }
 
 /// √(3/2 s:s), s the deviator.

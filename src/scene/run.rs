@@ -1,19 +1,26 @@
 //! One run of a scene and its result. Neither prints nor writes.
 
 use super::build::{Scene, columns};
-use super::cable_record::{CableEvent, pulling};
 use super::checkpoint::Snapshot;
 use super::control::{ControlError, Fired};
-use super::linear::LinearWork;
+use super::linear::{LinearSpec, LinearWork};
+use super::output::{Field, FieldSpec, fields};
+use super::parts::cable::{CableEvent, pulling};
 use super::parts::probes::stretch::largest_stretch;
 use super::recorder::{Energies, Moment};
+use super::rules::against_iterations;
 use super::run_options::RunOptions;
 use super::run_recorder::RunRecorder;
 use super::sensitivities::{Sensitivities, SensitivityRecorder};
+use super::start::first_state;
 use crate::effect::contact::Counts;
+use crate::math::linear::{Linear, Method};
+use crate::math::multigrid::Places;
+use crate::math::signal::Clock;
 use crate::math::tensor::Vec3;
 use crate::solve::{Driver, Findings, NewtonSettings, NonlinearSolver, Status, StepSettings, Totals};
 use crate::system::{At, Cost, State};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Result of a run: rows on the time grid, the state farthest from rest, and the cost.
@@ -62,6 +69,35 @@ pub struct Run {
 }
 
 impl Scene {
+    /// The state that a run starts from.
+    pub fn start(&self) -> State {
+        first_state(self)
+    }
+
+    /// The fields of a state.
+    pub fn fields(&self, state: &State, what: &[FieldSpec]) -> Vec<Field> {
+        fields(self, state, what)
+    }
+
+    /// Values of the prescribed signals at a state.
+    pub fn signal_values(&self, state: &State) -> Vec<f64> {
+        let now: Clock = state.clock();
+        self.signals.iter().map(|s| s.signal.at(now)).collect()
+    }
+
+    /// How to choose between the direct and the iterative path.
+    pub fn method(&self) -> Method {
+        let numerics = &self.spec.numerics;
+        let linear = match numerics.linear {
+            LinearSpec::Auto => Linear::Auto,
+            LinearSpec::Direct => Linear::Direct,
+            LinearSpec::Iterative => Linear::Iterative,
+        };
+        let places = || Arc::new(Places { dofs: self.system.dofs.free.clone(), points: self.points.clone() });
+        let places = against_iterations(&self.spec, &self.spans).map_or_else(|| Ok(places()), Err);
+        Method { linear, factor_memory: numerics.factor_memory.0, places }
+    }
+
     /// Runs all stages.
     pub fn run(&self) -> Run {
         self.run_with(RunOptions::default())

@@ -92,7 +92,7 @@ impl<'de> Visitor<'de> for TextOrTable {
     }
 
     fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<SignalSpec, A::Error> {
-        let function = FunctionSpec::deserialize(MapAccessDeserializer::new(map))?;
+        let function = <FunctionSpec as Deserialize>::deserialize(MapAccessDeserializer::new(map))?;
         Ok(SignalSpec::Function(Box::new(function)))
     }
 }

@@ -51,36 +51,34 @@ impl NamedSkin {
     }
 }
 
-impl Builder<'_> {
-    /// Reads the skins and attaches them to the body.
-    pub(super) fn attach_skins(&mut self, specs: &[SkinSpec]) -> Result<(), SceneError> {
-        for (k, spec) in specs.iter().enumerate() {
-            let place = format!("skin {}", k + 1);
-            let fits = |c: char| c.is_alphanumeric() || "_-".contains(c);
-            if spec.name.is_empty() || !spec.name.chars().all(fits) {
-                let fact = format!("\"{}\" cannot be part of a file name", spec.name);
-                return Err(self.content(&place, fact, "use letters, digits, \"-\" and \"_\""));
-            }
-            if self.skins.iter().any(|s| s.name == spec.name) {
-                let fact = format!("another skin is called \"{}\" too", spec.name);
-                return Err(self.content(&place, fact, "give each skin a `name` of its own"));
-            }
-            let fail = |e| part(self.file, &place, e);
-            let unit =
-                units::parse(&format!("1 {}", spec.unit), Dimension::LENGTH).map_err(|e| part(self.file, &place, e))?;
-            let surface = read_surface(&self.base.join(&spec.file), unit).map_err(|e| part(self.file, &place, e))?;
-            let weights = attach(&self.body.mesh, &surface.points, spec.reach.0).map_err(fail)?;
-            self.skins.push(NamedSkin { name: spec.name.clone(), surface, weights });
+/// Reads the skins and attaches them to the body.
+pub(super) fn attach_skins(builder: &mut Builder, specs: &[SkinSpec]) -> Result<(), SceneError> {
+    for (k, spec) in specs.iter().enumerate() {
+        let place = format!("skin {}", k + 1);
+        let fits = |c: char| c.is_alphanumeric() || "_-".contains(c);
+        if spec.name.is_empty() || !spec.name.chars().all(fits) {
+            let fact = format!("\"{}\" cannot be part of a file name", spec.name);
+            return Err(builder.content(&place, fact, "use letters, digits, \"-\" and \"_\""));
         }
-        Ok(())
+        if builder.skins.iter().any(|s| s.name == spec.name) {
+            let fact = format!("another skin is called \"{}\" too", spec.name);
+            return Err(builder.content(&place, fact, "give each skin a `name` of its own"));
+        }
+        let fail = |e| part(builder.file, &place, e);
+        let unit =
+            units::parse(&format!("1 {}", spec.unit), Dimension::LENGTH).map_err(|e| part(builder.file, &place, e))?;
+        let surface = read_surface(&builder.base.join(&spec.file), unit).map_err(|e| part(builder.file, &place, e))?;
+        let weights = attach(&builder.body.mesh, &surface.points, spec.reach.0).map_err(fail)?;
+        builder.skins.push(NamedSkin { name: spec.name.clone(), surface, weights });
     }
+    Ok(())
+}
 
-    /// The nodal areas of a skin.
-    pub(super) fn skin_areas(&self, place: &str, name: &str) -> Result<Vec<(u32, f64)>, SceneError> {
-        let skin = self.skins.iter().find(|s| s.name == name).ok_or_else(|| {
-            let known: Vec<&String> = self.skins.iter().map(|s| &s.name).collect();
-            self.content(place, format!("there is no skin \"{name}\""), hint(name, &known))
-        })?;
-        Ok(skin.nodal_areas())
-    }
+/// The nodal areas of a skin.
+pub(super) fn skin_areas(builder: &Builder, place: &str, name: &str) -> Result<Vec<(u32, f64)>, SceneError> {
+    let skin = builder.skins.iter().find(|s| s.name == name).ok_or_else(|| {
+        let known: Vec<&String> = builder.skins.iter().map(|s| &s.name).collect();
+        builder.content(place, format!("there is no skin \"{name}\""), hint(name, &known))
+    })?;
+    Ok(skin.nodal_areas())
 }

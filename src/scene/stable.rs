@@ -10,28 +10,26 @@ use crate::material::{Instability, Law, LoadCase, StabilityLimit, material_stabi
 /// Largest principal stretch that is looked at \[–\]
 const STRETCH: f64 = 2.0;
 
-impl Builder<'_> {
-    /// `laws`: of the elastic effects of the scene, in their order. One note per law, with the modes and amounts.
-    pub(super) fn note_stability(&mut self, spec: &SceneSpec, laws: &[Box<dyn Law>]) {
-        let elastic = |e: &EffectSpec| match e {
-            EffectSpec::Elastic { law, .. } => Some(law.clone()),
-            _ => None,
-        };
-        for (name, law) in spec.effects.iter().filter_map(elastic).zip(laws) {
-            let lost: Vec<String> = LoadCase::ALL.into_iter().flat_map(|case| lost(law.as_ref(), case)).collect();
-            if lost.is_empty() {
-                continue;
-            }
-            let note = format!(
-                "laws.{name} ({}) is not stable at every principal stretch from {} to {STRETCH}: {}; beyond, results are not to be \
-                 trusted",
-                law.info().name,
-                1.0 / STRETCH,
-                lost.join(", ")
-            );
-            if !self.notes.contains(&note) {
-                self.notes.push(note);
-            }
+/// `laws`: of the elastic effects of the scene, in their order. One note per law, with the modes and amounts.
+pub(super) fn note_stability(builder: &mut Builder, spec: &SceneSpec, laws: &[Box<dyn Law>]) {
+    let elastic = |e: &EffectSpec| match e {
+        EffectSpec::Elastic { law, .. } => Some(law.clone()),
+        _ => None,
+    };
+    for (name, law) in spec.effects.iter().filter_map(elastic).zip(laws) {
+        let lost: Vec<String> = LoadCase::ALL.into_iter().flat_map(|case| lost(law.as_ref(), case)).collect();
+        if lost.is_empty() {
+            continue;
+        }
+        let note = format!(
+            "laws.{name} ({}) is not stable at every principal stretch from {} to {STRETCH}: {}; beyond, results are not to be \
+             trusted",
+            law.info().name,
+            1.0 / STRETCH,
+            lost.join(", ")
+        );
+        if !builder.notes.contains(&note) {
+            builder.notes.push(note);
         }
     }
 }

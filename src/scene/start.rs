@@ -43,99 +43,94 @@ pub enum StartSpec {
     Moving { region: Option<String>, velocity: [Speed; 3] },
 }
 
-impl Builder<'_> {
-    /// Refuses a start that no run can leave.
-    pub(super) fn check_start(&self, spec: &SceneSpec, laws: &[Box<dyn Law>]) -> Result<(), SceneError> {
-        let place = "start";
-        match &spec.start {
-            Some(StartSpec::Random { size, .. }) if size.0 <= 0.0 => {
-                let fact = format!("size = {} mm", size.0 * 1e3);
-                return Err(self.content(place, fact, "give a positive length, for example that of the body"));
-            }
-            Some(StartSpec::Collapsed { keep, perturbation, .. }) => {
-                if !keep.chars().all(|c| "xyz".contains(c)) || keep.len() > 2 {
-                    let fact = format!("keep = \"{keep}\"");
-                    return Err(self.content(
-                        place,
-                        fact,
-                        "write \"\" for a point, \"x\" for a line, \"xy\" for a plane",
-                    ));
-                }
-                if perturbation.0 <= 0.0 {
-                    let fact = format!("perturbation = {} mm", perturbation.0 * 1e3);
-                    let remedy = "give a positive length: exactly collapsed cells have no direction to come back in";
-                    return Err(self.content(place, fact, remedy));
-                }
-            }
-            Some(StartSpec::Twisted { axis, .. }) if Vec3::from(*axis).norm() == 0.0 => {
-                return Err(self.content(place, "the axis has no length", "write for example [1, 0, 0]"));
-            }
-            Some(StartSpec::Moving { region: Some(name), .. }) => {
-                self.body.mesh.region(name).map_err(|e| part(self.file, place, e))?;
-            }
-            _ => {}
+/// Refuses a start that no run can leave.
+pub(super) fn check_start(builder: &Builder, spec: &SceneSpec, laws: &[Box<dyn Law>]) -> Result<(), SceneError> {
+    let place = "start";
+    match &spec.start {
+        Some(StartSpec::Random { size, .. }) if size.0 <= 0.0 => {
+            let fact = format!("size = {} mm", size.0 * 1e3);
+            return Err(builder.content(place, fact, "give a positive length, for example that of the body"));
         }
-        let inverts = matches!(spec.start, Some(StartSpec::Random { .. } | StartSpec::Collapsed { .. }));
-        if let Some(law) = laws.iter().find(|law| inverts && !law.info().survives_inversion) {
-            let fact = format!("the start inverts cells, where the law {} is not defined", law.info().name);
-            return Err(self.content(place, fact, "take stable_neo_hookean"));
+        Some(StartSpec::Collapsed { keep, perturbation, .. }) => {
+            if !keep.chars().all(|c| "xyz".contains(c)) || keep.len() > 2 {
+                let fact = format!("keep = \"{keep}\"");
+                return Err(builder.content(
+                    place,
+                    fact,
+                    "write \"\" for a point, \"x\" for a line, \"xy\" for a plane",
+                ));
+            }
+            if perturbation.0 <= 0.0 {
+                let fact = format!("perturbation = {} mm", perturbation.0 * 1e3);
+                let remedy = "give a positive length: exactly collapsed cells have no direction to come back in";
+                return Err(builder.content(place, fact, remedy));
+            }
         }
-        Ok(())
+        Some(StartSpec::Twisted { axis, .. }) if Vec3::from(*axis).norm() == 0.0 => {
+            return Err(builder.content(place, "the axis has no length", "write for example [1, 0, 0]"));
+        }
+        Some(StartSpec::Moving { region: Some(name), .. }) => {
+            builder.body.mesh.region(name).map_err(|e| part(builder.file, place, e))?;
+        }
+        _ => {}
     }
+    let inverts = matches!(spec.start, Some(StartSpec::Random { .. } | StartSpec::Collapsed { .. }));
+    if let Some(law) = laws.iter().find(|law| inverts && !law.info().survives_inversion) {
+        let fact = format!("the start inverts cells, where the law {} is not defined", law.info().name);
+        return Err(builder.content(place, fact, "take stable_neo_hookean"));
+    }
+    Ok(())
 }
 
-impl Scene {
-    /// The state that a run starts from.
-    pub fn start(&self) -> State {
-        let mut state = self.system.rest();
-        for body in &self.rigids {
-            for (node, v) in body.frame.nodes.iter().zip(body.start) {
-                state.v[3 * *node as usize..3 * *node as usize + 3].copy_from_slice(v.as_slice());
-            }
+/// The state that a run starts from.
+pub(super) fn first_state(scene: &Scene) -> State {
+    let mut state = scene.system.rest();
+    for body in &scene.rigids {
+        for (node, v) in body.frame.nodes.iter().zip(body.start) {
+            state.v[3 * *node as usize..3 * *node as usize + 3].copy_from_slice(v.as_slice());
         }
-        let Some(start) = &self.spec.start else { return state };
-        let points = &self.body.mesh.points;
-        let (low, high) = self.body.mesh.bounding_box();
-        let middle = 0.5 * (low + high);
-        let moving = match start {
-            StartSpec::Moving { region: Some(name), .. } => self.body.mesh.regions.get(name),
-            _ => None,
-        };
-        let moving = moving.map(|region| self.body.mesh.nodes_of(region));
-        let seed = match start {
-            StartSpec::Random { seed, .. } | StartSpec::Collapsed { seed, .. } => *seed,
-            StartSpec::Twisted { .. } | StartSpec::Moving { .. } => 0,
-        };
-        let mut random = SplitMix(seed);
-        let mut around = |size: f64| Vec3::from_fn(|_, _| size * (2.0 * random.unit() - 1.0));
-        for (k, p) in points.iter().enumerate() {
-            if let StartSpec::Moving { velocity, .. } = start
-                && moving.as_ref().is_none_or(|list| list.binary_search(&(k as u32)).is_ok())
-            {
-                (0..3).for_each(|i| state.v[3 * k + i] = velocity[i].0);
-            }
-            let place = match start {
-                StartSpec::Moving { .. } => *p,
-                StartSpec::Random { size, .. } => middle + around(size.0),
-                StartSpec::Collapsed { keep, perturbation, .. } => {
-                    let kept = |i: usize| keep.contains(["x", "y", "z"][i]);
-                    Vec3::from_fn(|i, _| if kept(i) { p[i] } else { middle[i] }) + around(perturbation.0)
-                }
-                StartSpec::Twisted { axis, angle } => {
-                    let axis = Unit::new_normalize(Vec3::from(*axis));
-                    let heights = points.iter().map(|p| p.dot(&axis));
-                    let (least, most) =
-                        heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), h| (l.min(h), m.max(h)));
-                    let share = (p.dot(&axis) - least) / (most - least);
-                    middle + Rotation3::from_axis_angle(&axis, angle.0 * share) * (p - middle)
-                }
-            };
-            state.x[3 * k..3 * k + 3].copy_from_slice((place - p).as_slice());
-        }
-        for p in &self.system.prescribed {
-            state.x[p.dof as usize] = p.signal.at(0.0);
-            state.v[p.dof as usize] = 0.0;
-        }
-        state
     }
+    let Some(start) = &scene.spec.start else { return state };
+    let points = &scene.body.mesh.points;
+    let (low, high) = scene.body.mesh.bounding_box();
+    let middle = 0.5 * (low + high);
+    let moving = match start {
+        StartSpec::Moving { region: Some(name), .. } => scene.body.mesh.regions.get(name),
+        _ => None,
+    };
+    let moving = moving.map(|region| scene.body.mesh.nodes_of(region));
+    let seed = match start {
+        StartSpec::Random { seed, .. } | StartSpec::Collapsed { seed, .. } => *seed,
+        StartSpec::Twisted { .. } | StartSpec::Moving { .. } => 0,
+    };
+    let mut random = SplitMix(seed);
+    let mut around = |size: f64| Vec3::from_fn(|_, _| size * (2.0 * random.unit() - 1.0));
+    for (k, p) in points.iter().enumerate() {
+        if let StartSpec::Moving { velocity, .. } = start
+            && moving.as_ref().is_none_or(|list| list.binary_search(&(k as u32)).is_ok())
+        {
+            (0..3).for_each(|i| state.v[3 * k + i] = velocity[i].0);
+        }
+        let place = match start {
+            StartSpec::Moving { .. } => *p,
+            StartSpec::Random { size, .. } => middle + around(size.0),
+            StartSpec::Collapsed { keep, perturbation, .. } => {
+                let kept = |i: usize| keep.contains(["x", "y", "z"][i]);
+                Vec3::from_fn(|i, _| if kept(i) { p[i] } else { middle[i] }) + around(perturbation.0)
+            }
+            StartSpec::Twisted { axis, angle } => {
+                let axis = Unit::new_normalize(Vec3::from(*axis));
+                let heights = points.iter().map(|p| p.dot(&axis));
+                let (least, most) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), h| (l.min(h), m.max(h)));
+                let share = (p.dot(&axis) - least) / (most - least);
+                middle + Rotation3::from_axis_angle(&axis, angle.0 * share) * (p - middle)
+            }
+        };
+        state.x[3 * k..3 * k + 3].copy_from_slice((place - p).as_slice());
+    }
+    for p in &scene.system.prescribed {
+        state.x[p.dof as usize] = p.signal.at(0.0);
+        state.v[p.dof as usize] = 0.0;
+    }
+    state
 }

@@ -13,7 +13,7 @@ pub(super) struct ArcLengthSteps<'a> {
     max_steps: usize,
     tracer: Option<PathTracer<'a>>,
     taken: usize,
-    /// Cuts of the step at hand
+    /// Cuts of the current step
     cuts: u32,
     /// Time of the largest loads so far, where the path turned \[s\]
     limit: Option<f64>,

@@ -31,8 +31,8 @@ pub(super) fn diagnose(steps: &mut StepSolver, span: TimeSpan, state: &State, t:
             return Status::Singular { t: state.t, motions };
         }
         if let Some(TurningPoint { t: limit, node, .. }) = limit_point(steps, state, t) {
-            let touching = steps.system.has_contact();
-            return Status::NoEquilibrium { t: state.t, limit, node, touching };
+            let in_contact = steps.system.has_contact();
+            return Status::NoEquilibrium { t: state.t, limit, node, in_contact };
         }
     }
     Status::stopped(state.t, why)

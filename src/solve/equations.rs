@@ -1,4 +1,4 @@
-//! The equations of the step at hand, assembled: residual, tangent, constraints, and the error of a state.
+//! The equations of the current step, assembled: residual, tangent, constraints, and the error of a state.
 
 use super::multipliers::{self, larger};
 use super::{Failure, Step};

@@ -6,7 +6,7 @@
 //! 2006 for C ≠ 0). Each iteration is one product with K and one back-substitution. K₀ is rotated with the body
 //! first ([`nodal_rotations`](super::nodal_rotations)).
 //!
-//! Accuracy: ‖residual‖ ≤ min(0.1, √error) of the force at hand, which makes Newton's method converge with the order 3/2 (Dembo,
+//! Accuracy: ‖residual‖ ≤ min(0.1, √error) of the current force, which makes Newton's method converge with the order 3/2 (Dembo,
 //! Eisenstat & Steihaug, SIAM J. Numer. Anal. 19, 1982), and never below a third of the tolerance of the step.
 //!
 //! Renewal: a factor is dropped when its last step took more solves than its steps took on average, the factorisation
@@ -36,14 +36,14 @@ const WATCHED: usize = 3;
 /// Share of its stiffness at which a watched direction asks for a new factor.
 const SOFTENED: f64 = 0.5;
 
-/// The tangent K₀ whose factor is kept, and its use so far.
+/// The tangent K₀ that was factorised for reuse, and its use so far.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LaggedFactorRecord {
     /// Values of K₀, from which the factor can be made again; empty if none is kept
     pub k: Arc<Vec<f64>>,
     /// \[unknowns\] where the body was
     pub x: Arc<Vec<f64>>,
-    /// Solves with it so far, and in the step at hand
+    /// Solves with it so far, and in the current step
     pub solves: [usize; 2],
     /// Steps that it served
     pub steps: usize,

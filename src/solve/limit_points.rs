@@ -24,8 +24,8 @@ pub(super) fn jumped(
     if tracer.is_ok_and(|tracer| !tracer.is_near(next))
         && let Some(TurningPoint { t: limit, node, .. }) = limit_point(steps, state, next.t)
     {
-        let touching = steps.system.has_contact();
-        return Some(Status::NoEquilibrium { t: state.t, limit, node, touching });
+        let in_contact = steps.system.has_contact();
+        return Some(Status::NoEquilibrium { t: state.t, limit, node, in_contact });
     }
     let step = Step { system: steps.system, integrator: span.integrator, past: state, dt: next.t - state.t };
     let again = steps.solver.equations.evaluate(&step, &mut next.clone(), Want::Residual, None);

@@ -146,7 +146,7 @@ impl LinearSystem {
         }
     }
 
-    /// A step ended: decides whether the lagged factor is kept for the next one.
+    /// A step ended: decides whether the next one reuses the lagged factor.
     pub(super) fn end_step(&mut self) {
         self.lagged.judge(&self.factor);
     }

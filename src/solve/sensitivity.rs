@@ -96,7 +96,7 @@ impl<'a> Differentiator<'a> {
         let (at, lambda) = (step.at(next), &next.lambda);
         system.assemble(&at, lambda, Want::Tangent, None, sums).map_err(Failure::Eval)?;
         if sums.k != self.factored {
-            // What a failed factorisation leaves is not to be used.
+            // The remains of a failed factorisation are not to be used.
             self.factored.clear();
             factor.move_to(&next.x);
             factor.factorise(&sums.k).map_err(Failure::Linear)?;

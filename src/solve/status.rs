@@ -22,7 +22,7 @@ pub enum Status {
         /// Node that moves most where the path turns
         node: u32,
         /// Whether there is contact, with which no path is followed
-        touching: bool,
+        in_contact: bool,
     },
     /// A cell would invert and the law is not defined there
     Inverted {
@@ -32,7 +32,7 @@ pub enum Status {
     /// Nothing resists some motion of the body, or of a part of it
     Singular {
         t: f64,
-        /// The motions; none where the tangent has no factorisation and no motion stands out
+        /// The motions; none where the tangent has no factorisation and no motion dominates
         motions: Vec<Motion>,
     },
     /// The wall time that was allowed is over
@@ -169,7 +169,7 @@ impl Status {
         match self {
             Self::Converged => "",
             Self::LimitPoint { .. } => "raise max_steps to follow it further, or drive by volume or displacement",
-            Self::NoEquilibrium { touching: true, .. } => {
+            Self::NoEquilibrium { in_contact: true, .. } => {
                 "stay below, take a dynamic stage, or drive by length, volume or displacement"
             }
             Self::NoEquilibrium { .. } => {

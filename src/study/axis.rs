@@ -30,7 +30,7 @@ pub struct AxisSpec {
     pub names: Option<Vec<String>>,
 }
 
-/// What a sweep changes: keys of the scene that take the same values.
+/// Axis of a sweep: keys of the scene that take the same values.
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
 pub struct AxisRecord {
     pub name: String,
@@ -41,7 +41,7 @@ pub struct AxisRecord {
     pub symbol: String,
     /// Unit of the numbers
     pub unit: String,
-    /// In their order, as they stand in the study
+    /// In their order, as written in the study
     pub values: Vec<String>,
     /// The same as numbers of `unit`; empty where the values are words
     pub numbers: Vec<f64>,
@@ -118,7 +118,7 @@ impl AxisSpec {
         }
         let values = self.names.clone().unwrap_or_else(|| self.values.iter().map(as_text).collect::<Vec<String>>());
         if let Some(k) = (1..values.len()).find(|&k| values[..k].contains(&values[k])) {
-            return refuse(format!("the value {} stands twice", values[k]), "remove one");
+            return refuse(format!("the value {} is given twice", values[k]), "remove one");
         }
         let numeric = values.iter().any(|v| v.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)));
         let mut numbers = vec![];
@@ -139,12 +139,12 @@ impl AxisSpec {
     }
 }
 
-/// A value as it stands in the file, without quotes.
+/// A value as it is written in the file, without quotes.
 fn as_text(value: &toml::Value) -> String {
     value.as_str().map_or_else(|| value.to_string(), str::to_string)
 }
 
-/// What of a value can stand in the name of a file: `1.07 g/cm^3` → `1.07g-cm3`.
+/// The part of a value that may appear in the name of a file: `1.07 g/cm^3` → `1.07g-cm3`.
 pub fn file_name(value: &str) -> String {
     let kept = |c: char| match c {
         ' ' | '^' | '"' => None,

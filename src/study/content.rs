@@ -24,7 +24,7 @@ pub struct Content {
     /// Tables to unfold, with what they hold
     pub folded: Vec<(&'static str, Table)>,
     pub figures: Vec<Figure>,
-    /// Files beside the page: name and text
+    /// Files in addition to the page: name and text
     pub files: Vec<(String, String)>,
     /// Case id → `pass`, `refused` or `fail`, where cases are judged one by one
     pub outcomes: BTreeMap<String, &'static str>,

@@ -19,7 +19,7 @@ use std::sync::Arc;
 pub struct StudySpec {
     pub kind: KindName,
     pub question: String,
-    /// What is expected, written before the run
+    /// The expectation, written before the run
     pub expectation: String,
     /// Scene file, relative to the study
     pub scene: PathBuf,

@@ -9,7 +9,7 @@ use cpu_time::ThreadTime;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// What is written where nothing is chosen.
+/// The fields written where none are chosen.
 pub const USUAL: [FieldSpec; 2] = [FieldSpec::Displacement, FieldSpec::Stretch];
 
 /// Writes `<name>-0000.vtu`, … and `<name>.pvd`, and the same of every skin as `<name>-<skin>`. What writing took is kept, so that it does not count as cost.

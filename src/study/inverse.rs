@@ -1,4 +1,4 @@
-//! What a calibration study asks of a case, read from `[calibration]` and from `measured` of its variant.
+//! The task that a calibration study sets a case, read from `[calibration]` and from `measured` of its variant.
 
 use crate::calibrate::Weighting;
 use crate::calibrate::inverse::{Calibration, InverseError, Measured, MeasuredSpec, Settings};
@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 pub struct CalibrationSpec {
     /// Constants to be found, as in the scene: `laws.rubber.mu`. They start at its values.
     pub unknown: Vec<String>,
-    /// What counts as an error of a row
+    /// Measure of the error of a data point
     pub weighting: Weighting,
     /// The homogeneous piece that the usual reading of the test takes for the whole
     pub gauge: Option<GaugeSpec>,
@@ -40,7 +40,7 @@ pub struct UseSpec {
     pub scene: PathBuf,
     /// Its law that is replaced by the one with the constants that were found
     pub law: String,
-    /// What is watched
+    /// The quantity that is compared
     pub quantity: Quantity,
     /// Changes for all members
     #[serde(default)]

@@ -18,7 +18,7 @@ use std::sync::Arc;
 pub trait StudyKind: DeserializeOwned {
     /// `kind` of the study file
     const NAME: &'static str;
-    /// What the analysis needs to know of the study file; `details` of `study.json`
+    /// Part of the study file that the analysis needs; `details` of `study.json`
     type Details: Serialize + DeserializeOwned;
     type Analysis;
 
@@ -32,7 +32,7 @@ pub trait StudyKind: DeserializeOwned {
     fn report(results: &Results, analysis: &Self::Analysis) -> Content;
 }
 
-/// What a study file of some kind asks for.
+/// The cases and details that a study file of some kind asks for.
 pub struct Expansion<D> {
     pub variants: Vec<VariantSpec>,
     pub families: Vec<FamilySpec>,

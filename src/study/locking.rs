@@ -2,7 +2,7 @@
 
 use crate::study::record::{CaseRecord, StoredCase};
 
-/// What to do about the alarm.
+/// Remedy for the alarm.
 pub const REMEDY: &str = "take formulation = \"mixed\", or show by a finer mesh that the answer stays";
 
 /// Pressure scatter \[–\] of a case that raises the alarm.

@@ -1,4 +1,4 @@
-//! What is kept of a finished run: its record, and the boundary at the state farthest from rest.
+//! Results kept of a finished run: its record, and the boundary at the state farthest from rest.
 
 use crate::effect::locking::signs;
 use crate::math::tensor::Vec3;
@@ -11,10 +11,10 @@ use crate::study::overlay::overlays;
 use crate::study::record::{
     CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance,
 };
-use crate::study::runner::input_hash;
 use crate::study::skin::{Rigid, Skin};
 use crate::study::solver::{self, SolverRecord};
 use crate::study::work::WorkRecord;
+use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 
 /// The record of a run; `times` are wall and CPU seconds.
@@ -78,7 +78,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         probes: run.columns.iter().enumerate().skip(1).map(|(k, name)| (name.clone(), probe(run, k))).collect(),
         cable_events: run.cable_events.iter().map(Into::into).collect(),
         contacts: contacts(scene, run),
-        remarks: scene.notes.iter().cloned().chain(solver::remarks(run)).collect(),
+        notes: scene.notes.iter().cloned().chain(solver::notes(run)).collect(),
         distances: overlays(scene, run).into_iter().filter_map(|o| o.distance).collect(),
         events: run.events.clone(),
         no_limit: scene.no_limit.clone(),
@@ -166,4 +166,14 @@ fn rigids(scene: &Scene, x: &[f64]) -> Vec<Rigid> {
         }
     };
     scene.skins.iter().filter(|s| of_contact(&s.name)).map(place).collect()
+}
+
+/// SHA-256 of everything that decides the result: scene, mesh, version.
+pub fn input_hash(scene: &str, mesh_sha256: &str) -> String {
+    let mut hash = Sha256::new();
+    for part in [scene, mesh_sha256, env!("CARGO_PKG_VERSION")] {
+        hash.update(part.len().to_le_bytes());
+        hash.update(part);
+    }
+    hash.finalize().iter().map(|b| format!("{b:02x}")).collect()
 }

@@ -1,8 +1,8 @@
-//! What a finished case leaves on disk, and what every report reads: `cases/<id>.json` beside `cases/<id>.csv`.
+//! Record of a finished case on disk, which every report reads: `cases/<id>.json` next to `cases/<id>.csv`.
 
 use crate::material::Law;
-use crate::scene::cable_record::CableEvent;
 use crate::scene::control::Fired;
+use crate::scene::parts::cable::CableEvent;
 use crate::solve::Status;
 use crate::study::contact::ContactRecord;
 use crate::study::overlay::Distance;
@@ -20,7 +20,7 @@ pub struct CaseRecord {
     pub family: String,
     /// Variant of the scene: `length` or `tension`
     pub variant: String,
-    /// What tells it from the rest of its family: a size, a law
+    /// Value that distinguishes it from the rest of its family: a size, a law
     #[serde(default)]
     pub member: String,
     pub mesh: MeshRecord,
@@ -37,7 +37,7 @@ pub struct CaseRecord {
     /// What, where and the remedy, if the status is not `Converged`
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub status_detail: Option<String>,
-    /// What the solver had to do, and where it stopped
+    /// Work of the solver, and where it stopped
     #[serde(default)]
     pub solver: SolverRecord,
     /// Wall time of the solution, mesh and report apart \[s\]
@@ -71,12 +71,12 @@ pub struct CaseRecord {
     /// Cables that went slack, taut, or to the limit of their drive
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub cable_events: Vec<CableEventRecord>,
-    /// What each contact looked at
+    /// Pairs and points examined by each contact
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub contacts: Vec<ContactRecord>,
-    /// What a reader should know: regions that depend on the mesh, patches smaller than the cells, …
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub remarks: Vec<String>,
+    /// Notes for the reader: regions that depend on the mesh, patches smaller than the cells, …
+    #[serde(default, rename = "remarks", skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
     /// Distances from measured curves
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub distances: Vec<Distance>,
@@ -120,7 +120,7 @@ pub struct LawRecord {
     pub name: String,
     /// Parameter name → value \[SI\]
     pub parameters: BTreeMap<String, f64>,
-    /// What was chosen besides: volumetric part, convention
+    /// Further choices: volumetric part, convention
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub choices: BTreeMap<String, String>,
 }
@@ -200,7 +200,7 @@ pub struct Provenance {
     pub scene: String,
 }
 
-/// What a study is and which cases belong to it: `study.json`, beside the folder `cases/`.
+/// Description of a study and the cases that belong to it: `study.json`, next to the folder `cases/`.
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
 pub struct StudyRecord {
     /// Name of the study, as its folder is called
@@ -208,7 +208,7 @@ pub struct StudyRecord {
     /// `convergence`, `materials`, …
     pub kind: String,
     pub question: String,
-    /// What was expected before the run
+    /// The expectation before the run
     pub expectation: String,
     /// Largest error bar that is accepted, as a fraction of the value \[–\]
     pub tolerance: f64,
@@ -220,7 +220,7 @@ pub struct StudyRecord {
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub labels: BTreeMap<String, String>,
     pub families: Vec<FamilyRecord>,
-    /// What its kind keeps besides
+    /// Further details that its kind keeps
     #[serde(default, skip_serializing_if = "serde_json::Value::is_null")]
     pub details: serde_json::Value,
     pub version: String,
@@ -263,7 +263,7 @@ pub struct Quantity {
     pub symbol: String,
     /// Unit as printed: `°`
     pub unit: String,
-    /// What it is drawn against besides time, where the loop between the two means something: `cable_length_m`
+    /// Quantity against which it is drawn in addition to time, where the loop between the two means something: `cable_length_m`
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub against: Option<Box<Quantity>>,
     /// It decides which setting a convergence study recommends; where no quantity of a variant does, all of them decide
@@ -285,7 +285,7 @@ pub struct FamilyRecord {
     pub cases: Vec<String>,
 }
 
-/// What a family of cases is there to show.
+/// Purpose of a family of cases.
 #[derive(Serialize, Deserialize, Clone, Copy, Debug, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum Role {

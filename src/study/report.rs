@@ -9,7 +9,7 @@ pub use crate::study::summary::Summary;
 use crate::study::{page, results};
 use std::path::Path;
 
-/// Writes the report of the study in `dir` beside its cases.
+/// Writes the report of the study in `dir`, next to its cases.
 ///
 /// `summary.json` comes first: a figure that cannot be drawn does not cost the numbers.
 pub fn write(dir: &Path) -> Result<Summary, ReportError> {

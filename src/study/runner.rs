@@ -8,13 +8,12 @@ use crate::solve::Status;
 use crate::study::expand::{Case, Study};
 use crate::study::fields::{Fields, USUAL};
 use crate::study::inverse::with_constants;
-use crate::study::outcome::{record, refused, skin};
+use crate::study::outcome::{input_hash, record, refused, skin};
 use crate::study::record::{CaseRecord, PANICKED, REFUSED, Role};
 use crate::study::store::{Store, StoreError};
 use crate::study::work::{RepeatRecord, largest_memory, measure, watch_memory};
 use crate::system::State;
 use cpu_time::ThreadTime;
-use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -63,7 +62,7 @@ pub struct Options<'a> {
 }
 
 impl Options<'_> {
-    /// Is this case to be run (or kept)?
+    /// Whether this case is to be run (or kept).
     pub fn wants(&self, id: &str) -> bool {
         self.only.as_ref().is_none_or(|only| id.contains(only.as_str()))
     }
@@ -103,7 +102,7 @@ fn ready(study: &Study, case: &Case, records: &[CaseRecord], store: &Store) -> O
     with_constants(case, after, source, &store.calibration(&finest.id)?)
 }
 
-/// Runs cases, with the derivatives by the constants beside each.
+/// Runs cases, each together with the derivatives by the constants.
 fn side_by_side(
     study: &Study,
     mut cases: Vec<(Case, Vec<Constant>)>,
@@ -379,14 +378,4 @@ pub fn check_quantities(study: &Study, case: &Case, scene: &Scene) -> Result<(),
     let quantities = study.record.quantities.get(&case.variant).into_iter().flatten();
     let mut checks = std::iter::once(scene.check_time()).chain(quantities.map(|q| scene.check_column(&q.name)));
     checks.find_map(Result::err).map_or(Ok(()), |fact| Err(refuse(fact)))
-}
-
-/// SHA-256 of everything that decides the result: scene, mesh, version.
-pub fn input_hash(scene: &str, mesh_sha256: &str) -> String {
-    let mut hash = Sha256::new();
-    for part in [scene, mesh_sha256, env!("CARGO_PKG_VERSION")] {
-        hash.update(part.len().to_le_bytes());
-        hash.update(part);
-    }
-    hash.finalize().iter().map(|b| format!("{b:02x}")).collect()
 }

@@ -1,4 +1,4 @@
-//! What the solver had to do in a case and where it stopped, for the record and for `summary.json`.
+//! Work of the solver in a case, and where it stopped, for the record and for `summary.json`.
 
 use crate::math::tensor::Vec3;
 use crate::scene::{LinearWork, Run, Scene};
@@ -78,7 +78,7 @@ pub struct TurningRecord {
     pub t_s: f64,
     /// The loads are largest there, else least
     pub highest: bool,
-    /// What is prescribed there, by its name with the unit
+    /// Prescribed values there, by name with the unit
     pub signals: BTreeMap<String, f64>,
 }
 
@@ -157,8 +157,8 @@ pub fn detail(scene: &Scene, run: &Run) -> Option<String> {
     Some(format!("{status}{stated}{pulling}"))
 }
 
-/// What a reader should know of the path, in words.
-pub fn remarks(run: &Run) -> Vec<String> {
+/// Notes on the path for the reader, in words.
+pub fn notes(run: &Run) -> Vec<String> {
     let mut out = Vec::new();
     if let Some((t, modes)) = run.findings.unstable.first() {
         out.push(format!(

@@ -1,4 +1,4 @@
-//! What a case leaves on disk. The record is written last: with it the case counts as done.
+//! Files of a case on disk. The record is written last: with it the case counts as done.
 
 use crate::calibrate::inverse::Calibration;
 use crate::scene::{Run, Scene, Sensitivities};
@@ -66,12 +66,12 @@ impl Store {
         write(&self.path(&record.id, "json"), &json(record))
     }
 
-    /// What was found in a case of a calibration.
+    /// Saves the result of a case of a calibration.
     pub fn save_calibration(&self, id: &str, found: &Calibration) -> Result<(), StoreError> {
         write(&self.path(id, "fit.json"), &json(found))
     }
 
-    /// What was found there before.
+    /// The saved result of a case of a calibration, if there is one.
     pub fn calibration(&self, id: &str) -> Option<Calibration> {
         serde_json::from_str(&std::fs::read_to_string(self.path(id, "fit.json")).ok()?).ok()
     }

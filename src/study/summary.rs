@@ -15,7 +15,7 @@ pub struct Summary {
     pub question: String,
     pub tolerance: f64,
     pub cases: Vec<CaseSummary>,
-    /// What the kind of the study has to say
+    /// Part of the summary that depends on the kind of the study
     pub analysis: Map<String, Value>,
     pub warnings: Vec<String>,
     pub verdict: String,

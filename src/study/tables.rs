@@ -73,7 +73,7 @@ pub fn cases(store: &Results) -> Table {
     Table { name: "cases", caption: "Every case: mesh, outcome, peaks and cost.".into(), columns, rows, pick: None }
 }
 
-/// What every effect and constraint of every case costs. What is not declared has no row.
+/// Cost of every effect and constraint of every case. An effect that is not declared has no row.
 pub fn effects(store: &Results) -> Table {
     let mut rows = vec![];
     for r in store.cases.iter().map(|c| &c.record) {

@@ -18,7 +18,7 @@ pub struct WorkRecord {
     pub factor_flops: f64,
     /// Stored entries of the tangent, one triangle
     pub matrix_nnz: usize,
-    /// Largest resident set of the process while the case ran \[bytes\]; none where it ran beside another, or where the system
+    /// Largest resident set of the process while the case ran \[bytes\]; none where it ran alongside another, or where the system
     /// does not tell
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub memory_bytes: Option<u64>,

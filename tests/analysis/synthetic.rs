@@ -111,7 +111,7 @@ fn case(m: &Member, variant: &str) -> StoredCase {
         distances: vec![],
         events: vec![],
         contacts: Vec::new(),
-        remarks: vec![],
+        notes: vec![],
         cable_events: vec![],
         no_limit: None,
         provenance: Provenance {

@@ -151,6 +151,6 @@ duration = "1 s"
 dt = "0.125 s"
 "#;
     let run = run(&scene(octant(1.0, 2.0, 3, 1, Order::Quadratic), text));
-    let Status::NoEquilibrium { touching: true, .. } = run.status else { panic!("{}", run.status) };
+    let Status::NoEquilibrium { in_contact: true, .. } = run.status else { panic!("{}", run.status) };
     assert!(!run.status.remedy().contains("arc_length"), "{}", run.status);
 }

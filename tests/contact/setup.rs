@@ -24,7 +24,8 @@ kind = "inertia"
 region = "body"
 density = "1000 kg/m^3"
 mass = "lumped"
-[mesh.regions.skin.box]
+[mesh.regions.skin]
+kind = "box"
 min = ["-1 m", "-1 m", "-1 m"]
 max = ["1 m", "1 m", "1 m"]
 pick = "facets"

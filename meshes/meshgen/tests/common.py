@@ -52,8 +52,8 @@ class Case(unittest.TestCase):
         """The manifest of a request that must succeed."""
         code, answer = self.ask(*args, **kwargs)
         self.assertEqual(code, 0, answer)
-        beside = self.path(re.sub(r"\.msh(\.gz)?$", ".json", answer["request"]["output"]))
-        self.assertEqual(json.loads(Path(beside).read_text()), answer)
+        answer_path = self.path(re.sub(r"\.msh(\.gz)?$", ".json", answer["request"]["output"]))
+        self.assertEqual(json.loads(Path(answer_path).read_text()), answer)
         return answer
 
     def refused(self, code: int, words: str, *args, **kwargs) -> dict:

@@ -1,7 +1,7 @@
 //! Points of a surface that contact looks at: nodes with a share of the area, or quadrature points.
 //!
 //! Nodes of tet4 facets take a third of each, which is ∫ N_a dA: a uniform pressure comes out uniform. On tet10 facets ∫ N_a dA
-//! is zero at the corners, so pressures stand at the six points of a rule of degree 4 there. Corners between them might still
+//! is zero at the corners, so pressures are evaluated at the six points of a rule of degree 4 there. Corners between them might still
 //! cross an obstacle: they are guards, with a millionth of the area.
 
 use crate::math::tensor::Vec3;

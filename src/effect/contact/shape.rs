@@ -15,7 +15,7 @@ use parry3d_f64::shape::{
 };
 
 /// Share of the size of a triangle below which the distance from it is rounding \[–\].
-const TOUCHING: f64 = 1e-9;
+const ON_SURFACE: f64 = 1e-9;
 
 /// Distance of a point from an obstacle, and how it changes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -179,7 +179,7 @@ impl Shape {
                 if across.norm() < s.radius {
                     return sharp(y, &p, inside, flat, || Vec3::ith(1, p.y.signum()));
                 }
-                // The rim: p turns with y by R/ρ of the way of y.
+                // The rim: p turns with y by R/ρ of the displacement of y.
                 let around = Vec3::y().cross(&radial);
                 sharp(y, &p, inside, around * around.transpose() * (s.radius / across.norm()), || radial)
             }
@@ -253,7 +253,7 @@ fn on_triangle(
         _ => Mat3::identity() - plane * plane.transpose(),
     };
     // y − p has no direction where its length is the rounding of p, and a face has its own.
-    let near = (y - p).norm() < TOUCHING * (b - a).norm().max((c - a).norm());
+    let near = (y - p).norm() < ON_SURFACE * (b - a).norm().max((c - a).norm());
     let face = !matches!(location, TrianglePointLocation::OnVertex(_) | TrianglePointLocation::OnEdge(..));
     if solid && (face || near) {
         return Witness { gap: plane.dot(&(y - p)), normal: plane, curvature: Mat3::zeros() };

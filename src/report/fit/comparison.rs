@@ -2,7 +2,7 @@
 
 use crate::report::error::ReportError;
 use crate::report::files;
-use crate::report::fit::stretch;
+use crate::report::fit::stored::stretch;
 use crate::report::page::{document, escape};
 use crate::report::table::{Table, headings};
 use serde::Deserialize;
@@ -28,7 +28,7 @@ struct Law {
     determined: bool,
 }
 
-/// Writes the page of the comparison in `dir` beside its `compare.json`.
+/// Writes the page of the comparison in `dir`, next to its `compare.json`.
 pub fn write(dir: &Path) -> Result<(), ReportError> {
     let path = dir.join("compare.json");
     let stored: Stored = files::json(&path)?.ok_or_else(|| ReportError::NotAStudy { path: path.clone() })?;
@@ -62,7 +62,7 @@ fn table(stored: &Stored) -> Table {
     Table {
         name: "comparison",
         caption: "Relative misfit of the rows that were fitted, and of rows that were not: the last third of ln λ from the rest, and one \
-                  mode from the others. The best prediction stands first; the misfit of the fit ranks nothing."
+                  mode from the others. The best prediction comes first; the misfit of the fit ranks nothing."
             .into(),
         columns: headings(&[
             ("Law", "", false),

@@ -1,12 +1,13 @@
-//! A law beside the data it was fitted to: stress against stretch, residuals below; left the fitted range, right all data.
+//! A law and the data it was fitted to: stress against stretch, residuals below; left the fitted range, right all data.
 
+use crate::calibrate::stress_unit;
 use crate::calibrate::{Mode, ModeCurves};
 use crate::report::canvas::{
     Area, At, DOUBLE, GREY, INK, LABEL, Mark, PALETTE, Point, RGB, dashed, figure, fill, hollow, italic, line, mark,
     mm, text,
 };
 use crate::report::figure::{Figure, Sample, legend};
-use crate::report::fit::{Parameter, StoredFit, stress_unit};
+use crate::report::fit::stored::{Parameter, StoredFit};
 use crate::report::plot::{Axis, Plot};
 use plotters::style::Color;
 
@@ -61,7 +62,7 @@ pub fn draw(fit: &StoredFit) -> Option<Figure> {
             let lower = [mm(x), mm(base), mm(x + each), mm(base + LOW)];
             column(area, fit, &modes, w, (upper, lower), ['a', 'b'][k]);
         }
-        // More constants than three would lie on the curves; they stand in the table
+        // More constants than three would lie on the curves; they are listed in the table
         let shown = if fit.parameters.len() > 3 { &[] } else { &fit.parameters[..] };
         let words = shown.iter().map(label);
         for (k, words) in words.enumerate() {
@@ -135,7 +136,7 @@ fn column(
     let near = |p: &&[f64; 2]| p[1].abs() <= ROOM * size;
     let curves = || modes.iter().flat_map(|m| &m.curve).filter(inside).filter(near);
     let (factor, unit) = stress_unit(size);
-    // Margins, so that no mark touches the frame
+    // Margins, so that no mark reaches the frame
     let margin = 0.03 * (b - a);
     let x = Axis::exact(a - margin, b + margin, &format!("stretch {} [–]", italic("λ")));
     let values = points().chain(curves()).map(|p| factor * p[1]);

@@ -1,7 +1,7 @@
 //! `index.html` of a fit.
 
 use crate::report::figure::Figure;
-use crate::report::fit::{Entry, StoredFit, stretch};
+use crate::report::fit::stored::{Entry, StoredFit, stretch};
 use crate::report::page::{document, drawing, escape, list};
 use crate::report::table::Table;
 use crate::report::words::capital;
@@ -79,7 +79,7 @@ pub fn html(fit: &StoredFit, figure: Option<&Figure>, tables: &[Table], law_file
     h += "<h2>Provenance</h2>\n<dl>";
     let mut put = |name: &str, value: &str| h += &format!("<dt>{name}</dt><dd>{}</dd>\n", escape(value));
     put("Law", &format!("{}. {}", fit.formula, fit.law_source));
-    put("Data", fit.data_source.as_deref().unwrap_or("no source is stated (a card.toml beside the table would)"));
+    put("Data", fit.data_source.as_deref().unwrap_or("no source is stated (a card.toml next to the table would)"));
     put("SHA-256 of the table", &fit.data_sha256);
     put("Program", &format!("Durometer {}", fit.version));
     h += "</dl>\n<p>Every number and curve of this page is in <code>fit.json</code>; <code>durometer report</code> draws it again without fitting.</p>\n";

@@ -1,6 +1,6 @@
 //! Tables of a fit.
 
-use crate::report::fit::{Misfit, Parameter, Scatter, Specimen, StoredFit, stretch};
+use crate::report::fit::stored::{Misfit, Parameter, Scatter, Specimen, StoredFit, stretch};
 use crate::report::table::{Table, headings};
 
 /// Rows of the table of ranges at most
@@ -114,7 +114,7 @@ fn intervals(fit: &StoredFit) -> Option<Table> {
     })
 }
 
-/// What the treatment of the rows did to the answer.
+/// Effect of the treatment of the rows on the fitted constants.
 fn otherwise(fit: &StoredFit) -> Table {
     let constants = |parameters: &[Parameter]| {
         let one = |(p, own): (&Parameter, &Parameter)| {

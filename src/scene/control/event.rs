@@ -1,8 +1,6 @@
 //! Events on the time grid: their conditions and actions.
 
-use super::Controls;
-use super::memory::Memory;
-use serde::{Deserialize, Serialize};
+use super::memory::{Fired, Memory};
 
 /// An event of a scene.
 #[derive(Clone, Debug)]
@@ -34,62 +32,47 @@ pub enum Then {
     Save,
 }
 
-/// An event that happened.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Fired {
-    pub event: String,
-    /// Point of the time grid \[s\]
-    pub t_s: f64,
-    /// Value of the column there, in its unit
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub value: Option<f64>,
-    /// `switch cable_shortening_m`, `stop`, `save`
-    pub did: Vec<String>,
-}
-
 /// Rounding of a time on the grid, as a share of it.
 const SLACK: f64 = 1e-9;
 
-impl Controls {
-    /// Looks at the conditions at the first point: one that is true there does not become true later.
-    pub(super) fn look(&self, memory: &mut Memory, row: &[f64]) {
-        for (event, past) in self.events.iter().zip(&mut memory.events) {
-            past.was = event.when.crossed(row);
-        }
+/// Looks at the conditions at the first point: one that is true there does not become true later.
+pub(super) fn look(events: &[Event], memory: &mut Memory, row: &[f64]) {
+    for (event, past) in events.iter().zip(&mut memory.events) {
+        past.was = event.when.crossed(row);
     }
+}
 
-    /// The events of this point of the grid, logged; their switches are in force. Returns their other actions.
-    pub(super) fn fire(&self, memory: &mut Memory, row: &[f64], now: &[f64]) -> Vec<Then> {
-        let (t, mut rest) = (row[0], Vec::new());
-        for (e, event) in self.events.iter().enumerate() {
-            let past = &mut memory.events[e];
-            let is = event.when.crossed(row);
-            let due = match event.when {
-                When::At { t: first, every } => {
-                    let next = every.map_or(first, |every| first + past.count as f64 * every);
-                    (past.count == 0 || every.is_some()) && t >= next - SLACK * next.abs()
-                }
-                _ => is && !past.was && (event.repeat || past.count == 0),
-            };
-            past.was = is;
-            if !due {
-                continue;
+/// The events of this point of the grid, logged; their switches are in force. Returns their other actions.
+pub(super) fn fire(events: &[Event], memory: &mut Memory, row: &[f64], now: &[f64]) -> Vec<Then> {
+    let (t, mut rest) = (row[0], Vec::new());
+    for (e, event) in events.iter().enumerate() {
+        let past = &mut memory.events[e];
+        let is = event.when.crossed(row);
+        let due = match event.when {
+            When::At { t: first, every } => {
+                let next = every.map_or(first, |every| first + past.count as f64 * every);
+                (past.count == 0 || every.is_some()) && t >= next - SLACK * next.abs()
             }
-            (past.count, past.last) = (past.count + 1, Some(t));
-            for then in &event.then {
-                match then {
-                    Then::Switch { input, other, .. } => {
-                        let program = &mut memory.programs[*input];
-                        (program.other, program.since, program.from) = (Some(*other), t, now[*input]);
-                    }
-                    other => rest.push(other.clone()),
-                }
-            }
-            let did = event.then.iter().map(Then::words).collect();
-            memory.log.push(Fired { event: event.name.clone(), t_s: t, value: event.when.value(row), did });
+            _ => is && !past.was && (event.repeat || past.count == 0),
+        };
+        past.was = is;
+        if !due {
+            continue;
         }
-        rest
+        (past.count, past.last) = (past.count + 1, Some(t));
+        for then in &event.then {
+            match then {
+                Then::Switch { input, other, .. } => {
+                    let program = &mut memory.programs[*input];
+                    (program.other, program.since, program.from) = (Some(*other), t, now[*input]);
+                }
+                other => rest.push(other.clone()),
+            }
+        }
+        let did = event.then.iter().map(Then::words).collect();
+        memory.log.push(Fired { event: event.name.clone(), t_s: t, value: event.when.value(row), did });
     }
+    rest
 }
 
 impl When {

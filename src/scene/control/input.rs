@@ -3,8 +3,8 @@
 //! An input is decided at each point tₙ of the time grid for the next one, tₙ₊₁, from the row recorded at tₙ. Within the step
 //! it is linear, so a step that is cut sees a part of the change only. An evaluation looks it up in the state and stays pure.
 
-use super::memory::Memory;
-use super::{ControlError, Controls};
+use super::ControlError;
+use super::memory::{Memory, Program};
 use crate::math::formula::Formula;
 use crate::math::signal::{Clock, Ramp, Signal};
 
@@ -44,50 +44,37 @@ pub struct Input {
     pub source: Source,
 }
 
-/// The signal that an input follows.
-#[derive(Clone, Copy, Debug, PartialEq, Default, serde::Serialize, serde::Deserialize)]
-pub struct Program {
-    /// Index among the others; the own signal if none
-    pub other: Option<usize>,
-    /// Time of the switch \[s\]
-    pub since: f64,
-    /// Value at the switch
-    pub from: f64,
-}
-
-impl Controls {
-    /// Values of all inputs at `t`, from the columns recorded last. Those that others use come first in the list.
-    pub(super) fn values(&self, memory: &Memory, row: &[f64], t: f64) -> Result<Vec<f64>, ControlError> {
-        let mut ahead: Vec<Ramp> = Vec::with_capacity(self.inputs.len());
-        for (k, input) in self.inputs.iter().enumerate() {
-            let value = match &input.source {
-                Source::Switched { own, others } => {
-                    let Program { other, since, from } = memory.programs[k];
-                    let clock = |t| Clock { t, inputs: &ahead };
-                    match other.map(|i| &others[i]) {
-                        None => own.at(clock(t)),
-                        Some(Other { signal, over, .. }) => {
-                            let goal = signal.at(clock(t - since));
-                            let share = if *over > 0.0 { ((t - since) / over).min(1.0) } else { 1.0 };
-                            if share < 1.0 { from + share * (goal - from) } else { goal }
-                        }
+/// Values of all inputs at `t`, from the columns recorded last. Those that others use come first in the list.
+pub(super) fn values(inputs: &[Input], memory: &Memory, row: &[f64], t: f64) -> Result<Vec<f64>, ControlError> {
+    let mut ahead: Vec<Ramp> = Vec::with_capacity(inputs.len());
+    for (k, input) in inputs.iter().enumerate() {
+        let value = match &input.source {
+            Source::Switched { own, others } => {
+                let Program { other, since, from } = memory.programs[k];
+                let clock = |t| Clock { t, inputs: &ahead };
+                match other.map(|i| &others[i]) {
+                    None => own.at(clock(t)),
+                    Some(Other { signal, over, .. }) => {
+                        let goal = signal.at(clock(t - since));
+                        let share = if *over > 0.0 { ((t - since) / over).min(1.0) } else { 1.0 };
+                        if share < 1.0 { from + share * (goal - from) } else { goal }
                     }
                 }
-                Source::Formula { formula, event, variables } => {
-                    let since = event.and_then(|e| memory.events[e].last).unwrap_or(0.0);
-                    let variable = |v: &Variable| match v {
-                        Variable::Time => t - since,
-                        Variable::Column(c) => row[*c],
-                    };
-                    formula.value(&variables.iter().map(variable).collect::<Vec<_>>())
-                }
-                Source::Controlled { .. } => memory.outside[k],
-            };
-            if !value.is_finite() {
-                return Err(ControlError::NotFinite { signal: input.signal.clone(), value, t });
             }
-            ahead.push(Ramp::constant(value));
+            Source::Formula { formula, event, variables } => {
+                let since = event.and_then(|e| memory.events[e].last).unwrap_or(0.0);
+                let variable = |v: &Variable| match v {
+                    Variable::Time => t - since,
+                    Variable::Column(c) => row[*c],
+                };
+                formula.value(&variables.iter().map(variable).collect::<Vec<_>>())
+            }
+            Source::Controlled { .. } => memory.outside[k],
+        };
+        if !value.is_finite() {
+            return Err(ControlError::NotFinite { signal: input.signal.clone(), value, t });
         }
-        Ok(ahead.iter().map(|ramp| ramp.to).collect())
+        ahead.push(Ramp::constant(value));
     }
+    Ok(ahead.iter().map(|ramp| ramp.to).collect())
 }

@@ -1,9 +1,8 @@
 //! Memory of events, inputs and controllers between the points of the time grid; a part of every saved state.
 
-use super::input::{Program, Source};
-use super::{Controls, Fired};
 use serde::{Deserialize, Serialize};
 
+/// Memory of a run at a point of the grid.
 #[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize)]
 pub struct Memory {
     /// Per input: the signal that it follows
@@ -28,15 +27,26 @@ pub struct Past {
     pub last: Option<f64>,
 }
 
-impl Controls {
-    /// Before the first step.
-    pub fn memory(&self) -> Memory {
-        let initial = |source: &Source| if let Source::Controlled { initial } = source { *initial } else { 0.0 };
-        Memory {
-            programs: vec![Program::default(); self.inputs.len()],
-            outside: self.inputs.iter().map(|i| initial(&i.source)).collect(),
-            events: vec![Past::default(); self.events.len()],
-            ..Memory::default()
-        }
-    }
+/// The signal that an input follows.
+#[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]
+pub struct Program {
+    /// Index among the others; the own signal if none
+    pub other: Option<usize>,
+    /// Time of the switch \[s\]
+    pub since: f64,
+    /// Value at the switch
+    pub from: f64,
+}
+
+/// An event that happened.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Fired {
+    pub event: String,
+    /// Point of the time grid \[s\]
+    pub t_s: f64,
+    /// Value of the column there, in its unit
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub value: Option<f64>,
+    /// `switch cable_shortening_m`, `stop`, `save`
+    pub did: Vec<String>,
 }

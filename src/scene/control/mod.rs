@@ -14,14 +14,15 @@ pub mod spec;
 
 pub use controller::{Controller, Opening, Reply, Seen};
 pub use error::ControlError;
-pub use event::Fired;
-pub use memory::Memory;
-pub(super) use prepare::{SignalBuilder, in_unit_of};
+pub use memory::{Fired, Memory};
+pub(super) use prepare::{SignalBuilder, build_controls, in_unit_of};
 
-use crate::math::signal::{Clock, Ramp};
+use crate::math::signal::Ramp;
 use crate::system::State;
-use event::{Event, Then};
+use event::{Event, Then, fire, look};
+use input::values;
 pub(super) use input::{Input, Source};
+use memory::{Past, Program};
 
 /// Inputs and events of a scene.
 #[derive(Clone, Debug, Default)]
@@ -38,6 +39,17 @@ pub struct Orders {
 }
 
 impl Controls {
+    /// Memory before the first step.
+    pub fn memory(&self) -> Memory {
+        let initial = |source: &Source| if let Source::Controlled { initial } = source { *initial } else { 0.0 };
+        Memory {
+            programs: vec![Program::default(); self.inputs.len()],
+            outside: self.inputs.iter().map(|i| initial(&i.source)).collect(),
+            events: vec![Past::default(); self.events.len()],
+            ..Memory::default()
+        }
+    }
+
     /// Names of the signals that are set from outside.
     pub fn controlled(&self) -> Vec<String> {
         self.outside().map(|k| self.inputs[k].signal.clone()).collect()
@@ -63,9 +75,9 @@ impl Controls {
             return Ok(());
         }
         state.inputs = vec![Ramp::constant(0.0); self.inputs.len()];
-        let values = self.values(memory, &record(state), state.t)?;
+        let values = values(&self.inputs, memory, &record(state), state.t)?;
         state.inputs = values.into_iter().map(Ramp::constant).collect();
-        self.look(memory, &record(state));
+        look(&self.events, memory, &record(state));
         Ok(())
     }
 
@@ -79,7 +91,7 @@ impl Controls {
         controller: Option<&mut (dyn Controller + 'c)>,
     ) -> Result<Orders, ControlError> {
         let now: Vec<f64> = state.inputs.iter().map(|ramp| ramp.at(state.t)).collect();
-        let rest = self.fire(memory, row, &now);
+        let rest = fire(&self.events, memory, row, &now);
         let mut orders = Orders { stop: rest.contains(&Then::Stop), save: rest.contains(&Then::Save) };
         let Some(next) = next else { return Ok(orders) };
         if let Some(controller) = controller {
@@ -91,18 +103,10 @@ impl Controls {
             memory.controller = reply.memory;
         }
         if !self.inputs.is_empty() {
-            let values = self.values(memory, row, next)?;
+            let values = values(&self.inputs, memory, row, next)?;
             let ramps = now.into_iter().zip(values);
             state.inputs = ramps.map(|(from, to)| Ramp { start: state.t, from, end: next, to }).collect();
         }
         Ok(orders)
-    }
-}
-
-impl super::Scene {
-    /// Values of the prescribed signals at a state.
-    pub fn signal_values(&self, state: &State) -> Vec<f64> {
-        let now: Clock = state.clock();
-        self.signals.iter().map(|s| s.signal.at(now)).collect()
     }
 }

@@ -7,9 +7,11 @@ use super::spec::{EventSpec, ThenSpec, WhenSpec};
 use crate::math::formula::Formula;
 use crate::math::signal::Signal;
 use crate::math::units::{Dimension, UnitError};
-use crate::scene::build::{Drive, NamedCable, NamedCavity};
 use crate::scene::builder::Builder;
 use crate::scene::error::{SceneError, hint};
+use crate::scene::parts::cable::NamedCable;
+use crate::scene::parts::cavity::NamedCavity;
+use crate::scene::parts::drive::Drive;
 use crate::scene::protocol::extremes;
 use crate::scene::quantity::Quantity;
 use crate::scene::signal::{SignalError, SignalSpec, Site};
@@ -133,47 +135,45 @@ impl<'a> SignalBuilder<'a> {
     }
 }
 
-impl Builder<'_> {
-    /// Inputs and events, once all names are known.
-    pub(in crate::scene) fn controls(
-        &mut self,
-        columns: &[String],
-        cables: &[NamedCable],
-        cavities: &[NamedCavity],
-        spans: &[TimeSpan],
-    ) -> Result<Controls, SceneError> {
-        let end = spans.last().map_or(0.0, |s| s.end);
-        let imposed = |drive: &Drive, floor: f64| match drive {
-            Drive::Prescribed(signal) if !signal.has_inputs() => {
-                let ((_, low), (_, high)) = extremes(signal, spans);
-                Some((low.max(floor), high.max(floor)))
-            }
+/// Inputs and events, once all names are known.
+pub(in crate::scene) fn build_controls(
+    builder: &mut Builder,
+    columns: &[String],
+    cables: &[NamedCable],
+    cavities: &[NamedCavity],
+    spans: &[TimeSpan],
+) -> Result<Controls, SceneError> {
+    let end = spans.last().map_or(0.0, |s| s.end);
+    let imposed = |drive: &Drive, floor: f64| match drive {
+        Drive::Prescribed(signal) if !signal.has_inputs() => {
+            let ((_, low), (_, high)) = extremes(signal, spans);
+            Some((low.max(floor), high.max(floor)))
+        }
+        _ => None,
+    };
+    let range = |column: &str| {
+        let cable = cables.iter().find(|c| column == format!("{}_tension_N", c.name));
+        let cavity = cavities.iter().find(|c| column == format!("{}_pressure_Pa", c.name));
+        match (cable, cavity) {
+            (Some(cable), _) => imposed(&cable.drive, 0.0),
+            (_, Some(cavity)) => imposed(&cavity.drive, f64::NEG_INFINITY),
+            _ if column == "t_s" => Some((0.0, end)),
+            _ if column.ends_with("_angle_deg") => Some((0.0, 180.0)),
             _ => None,
-        };
-        let range = |column: &str| {
-            let cable = cables.iter().find(|c| column == format!("{}_tension_N", c.name));
-            let cavity = cavities.iter().find(|c| column == format!("{}_pressure_Pa", c.name));
-            match (cable, cavity) {
-                (Some(cable), _) => imposed(&cable.drive, 0.0),
-                (_, Some(cavity)) => imposed(&cavity.drive, f64::NEG_INFINITY),
-                _ if column == "t_s" => Some((0.0, end)),
-                _ if column.ends_with("_angle_deg") => Some((0.0, 180.0)),
-                _ => None,
-            }
-        };
-        let known = Known {
-            columns,
-            signals: self.signals.iter().map(|s| s.name.clone()).collect(),
-            cables: cables.iter().map(|c| c.name.clone()).collect(),
-            end,
-            range: &range,
-        };
-        let signal_builder = std::mem::replace(&mut self.signal_builder, SignalBuilder::new(&[]));
-        let (controls, notes) =
-            signal_builder.finish(&known).map_err(|(place, fact, remedy)| self.content(&place, fact, remedy))?;
-        self.notes.extend(notes);
-        Ok(controls)
-    }
+        }
+    };
+    let known = Known {
+        columns,
+        signals: builder.signals.iter().map(|s| s.name.clone()).collect(),
+        cables: cables.iter().map(|c| c.name.clone()).collect(),
+        end,
+        range: &range,
+    };
+    let signal_builder = std::mem::replace(&mut builder.signal_builder, SignalBuilder::new(&[]));
+    let (controls, notes) =
+        signal_builder.finish(&known).map_err(|(place, fact, remedy)| builder.content(&place, fact, remedy))?;
+    builder.notes.extend(notes);
+    Ok(controls)
 }
 
 fn column(name: &str, known: &Known) -> Result<usize, (String, String)> {

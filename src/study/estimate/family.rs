@@ -1,4 +1,4 @@
-//! What one family of meshes says about one scalar: its limit f* and an uncertainty U(f*), with the reasons.
+//! Evidence of one family of meshes about one scalar: its limit f* and an uncertainty U(f*), with the reasons.
 //!
 //! | data | f* | U₁ of the finest | U(f*) |
 //! |---|---|---|---|
@@ -62,7 +62,7 @@ pub struct Estimate {
     pub method: String,
     /// U(f*) is within the tolerance, so that f* can be a reference
     pub defensible: bool,
-    /// What stands against it, or limits it
+    /// Reasons that speak against it or limit it
     pub reasons: Vec<String>,
 }
 

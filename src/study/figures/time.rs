@@ -78,7 +78,7 @@ pub fn of_variant(store: &Results, variant: &str, name: String) -> Option<Figure
     });
     let shared = if rows.iter().any(|r| r.shared) { " Cases ran at the same time." } else { "" };
     let caption = format!(
-        "Share of the wall time per case ({}), total beside the bar: (a) by phase, (b) by effect, the rest being linear algebra and output.{shared}",
+        "Share of the wall time per case ({}), total next to the bar: (a) by phase, (b) by effect, the rest being linear algebra and output.{shared}",
         store.study.label(variant)
     );
     Some(Figure { name, svg, caption })

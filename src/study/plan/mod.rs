@@ -34,7 +34,7 @@ use steps::Steps;
 /// Share of the budget for the pilots.
 const SHARE: f64 = 0.25;
 
-/// What is asked.
+/// Request for a plan.
 pub struct Request<'a> {
     pub file: PathBuf,
     pub changes: Vec<(String, toml::Value)>,
@@ -48,7 +48,7 @@ pub struct Request<'a> {
     pub stop: &'a AtomicBool,
 }
 
-/// What a plan may tell while it goes on.
+/// Observer of a plan in progress.
 pub trait Watch {
     fn line(&self, line: &str);
     fn started(&self, name: &str);
@@ -229,7 +229,7 @@ fn peaks(case: &StoredCase, quantities: &[String]) -> BTreeMap<String, f64> {
     quantities.iter().filter_map(|q| Some((q.clone(), peak(case, q)?))).collect()
 }
 
-/// What each element says of the limit.
+/// Estimate of the limit by each element.
 fn estimates(choices: &[Choice], pilots: &Pilots, quantity: &str, tolerance: f64) -> Vec<Estimate> {
     let level = |c: &StoredCase| Some(Level { id: c.record.id.clone(), h: c.record.mesh.h_m, f: peak(c, quantity)? });
     let one = |(choice, own): (&Choice, &Vec<StoredCase>)| {

@@ -1,4 +1,4 @@
-//! What pilots say of a run that has not been made: its error by a power law of h, its time by counted work.
+//! Prediction, from pilots, of a run that has not been made: its error by a power law of h, its time by counted work.
 //!
 //! ```text
 //! error    e(h) = α hᵖ through |f(hᵢ) − f*|/|f*| of the pilots of one element
@@ -14,7 +14,7 @@ use crate::study::estimate::growth::{Growth, growth};
 use crate::study::record::CaseRecord;
 use serde::Serialize;
 
-/// What a run consists of before it is made.
+/// Size of a run, counted before it is made.
 #[derive(Serialize, Clone, Copy, Debug, PartialEq)]
 pub struct Counted {
     pub cells: usize,

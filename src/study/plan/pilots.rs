@@ -25,7 +25,7 @@ pub fn build(request: &Request, changes: &[(String, Value)], watch: &dyn Watch) 
     Ok(Scene::build(&request.file, spec, text, Arc::new(body))?)
 }
 
-/// What a run of the scene would consist of.
+/// Counts of a run of the scene, without running it.
 pub fn count(scene: &Scene) -> Counted {
     // By the direct path, as the pilots go: the work of the iterative one is known after its set-up only.
     let factor = Factor::new(scene.system.pattern.clone());
@@ -87,7 +87,7 @@ pub fn run_all(request: &Request, choices: &[Choice], share_s: f64, watch: &dyn 
             let name = format!("{}, {cells} cells", choice.name);
             let scene = match build(request, &choice.changes(cells), watch) {
                 Ok(scene) => scene,
-                // The scene as it stands was built before: it is this element that does not fit it
+                // The unchanged scene was built before: it is this element that does not fit it
                 Err(PlanError::Scene(e)) => {
                     pilots.lost.push((choice.name.clone(), e.to_string()));
                     open[k] = false;

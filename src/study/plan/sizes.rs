@@ -1,4 +1,4 @@
-//! What a plan may choose from: elements, and the meshes of the scene's body that are stored or can be made.
+//! Choices of a plan: elements, and the meshes of the scene's body that are stored or can be made.
 
 use crate::mesh::generate::MeshStore;
 use crate::scene::{ElementSpec, SceneError, SceneSpec, request};
@@ -51,7 +51,7 @@ pub fn choices(file: &Path, spec: &SceneSpec) -> Result<(Vec<Choice>, Meshes), P
         let request = request(file, &mesh)?;
         let mut sizes = store.stored_sizes(&request).map_err(|e| PlanError::Mesh(e.to_string()))?;
         if able {
-            // A made one beside a stored one of nearly its size would be no new level
+            // A generated mesh next to a stored one of nearly its size would be no new level
             let mut cells = COARSEST;
             while cells < MOST {
                 if sizes.iter().all(|s| (*s as f64 / cells).ln().abs() > 0.5 * RATIO.ln()) {

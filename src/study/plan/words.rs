@@ -4,7 +4,7 @@ use crate::report::words::{capital, percent, seconds};
 use crate::study::plan::sizes::Meshes;
 use crate::study::plan::{Outcome, Plan, Setting};
 
-/// What a plan cannot promise.
+/// Limits of a plan: the promises it cannot make.
 pub(super) fn promises(plan: &Plan) -> Vec<String> {
     let mut out = vec![];
     for q in &plan.quantities {

@@ -99,7 +99,7 @@ pub fn max_step(surfaces: &Surfaces, x: &[f64], dx: &[f64], caches: &mut Caches)
     limit
 }
 
-/// Pairs that may come nearer than the reach on the way: those that are known, where the margin covers it.
+/// Pairs that may come nearer than the reach during the motion: those that are known, where the margin covers it.
 fn in_reach_of(surfaces: &Surfaces, x: &[f64], dx: &[f64], search: &mut SurfaceSearch) -> Arc<Candidates> {
     let here = surfaces.displacements(x);
     let there: Vec<Vec3> = here.iter().zip(surfaces.displacements(dx)).map(|(a, d)| a + d).collect();

@@ -1,4 +1,4 @@
-//! What a calibration says in the end: each constant from the finest mesh, with an interval that holds what the rows, the mesh and the
+//! Result of a calibration: each constant from the finest mesh, with an interval that holds what the rows, the mesh and the
 //! dimensions that are not known exactly leave open.
 //!
 //! Pure: stored cases in, [`Analysis`] out. Of a constant θ, with θᵢ and its 95 % interval \[aᵢ, bᵢ\] (the wider one of covariance and
@@ -28,7 +28,7 @@ pub struct Analysis {
     pub verdict: String,
 }
 
-/// What one measured curve says.
+/// Result of one measured curve.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct Answer {
     pub variant: String,
@@ -163,7 +163,7 @@ fn judge(cases: &[Solved], finest: &Solved, k: usize) -> Judged {
         Some([a - mesh, b + mesh])
     });
     let gauge = finest.found.gauge.as_ref().and_then(|g| g.values[k]);
-    // A case of two families stands in the list once
+    // A case of two families is listed once
     let mut listed: Vec<&Solved> = vec![];
     for s in cases {
         if !listed.iter().any(|o| o.stored.record.id == s.stored.record.id) {
@@ -221,7 +221,7 @@ pub fn with_interval(c: &Judged) -> String {
 }
 
 impl Judged {
-    /// What makes up the interval, and what a gauge length would have given.
+    /// The contributions to the interval, and the result a gauge length would have given, in words.
     pub fn sentence(&self, label: &str) -> String {
         let mut words = format!("{} from {label}: {}", self.key, with_interval(self));
         if let Some(rows) = self.rows {
@@ -299,8 +299,8 @@ fn warnings(
             ));
         }
     }
-    for remark in stored.iter().flat_map(|c| &c.record.remarks) {
-        add(remark.clone());
+    for note in stored.iter().flat_map(|c| &c.record.notes) {
+        add(note.clone());
     }
     out
 }

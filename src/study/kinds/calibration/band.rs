@@ -1,4 +1,4 @@
-//! What the errors of constants and the mesh leave open where a law is used: a band around a curve y(t).
+//! Uncertainty that the errors of constants and the mesh leave where a law is used: a band around a curve y(t).
 //!
 //! With the derivatives g = ∂y/∂θ at the constants found, C their covariance, δᵢ the change of θ in nuisance case i and d the drift with
 //! the mesh of the specimen:

@@ -22,7 +22,7 @@ use std::sync::Arc;
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CalibrationStudy {
-    /// What is to be found
+    /// The constants that are to be found
     pub calibration: CalibrationSpec,
     #[serde(rename = "variant", default)]
     pub variants: Vec<MeasuredVariantSpec>,

@@ -125,7 +125,7 @@ fn by_case(a: &Analysis) -> Table {
     }
 }
 
-/// The certificate of the law beside the stretches of the specimen.
+/// The certificate of the law next to the stretches of the specimen.
 fn stability(store: &Results, a: &Analysis) -> Table {
     let mut rows = vec![];
     for v in &a.variants {
@@ -144,7 +144,7 @@ fn stability(store: &Results, a: &Analysis) -> Table {
     }
     Table {
         name: "robustness",
-        caption: "Stretch (in simple shear γ) at which the law with these constants stops being stable (Drucker), beside the largest principal stretch in the specimen.".into(),
+        caption: "Stretch (in simple shear γ) at which the law with these constants stops being stable (Drucker), and the largest principal stretch in the specimen.".into(),
         columns: headings(&[
             ("Curve", "", false),
             ("Law", "", false),

@@ -79,7 +79,7 @@ pub struct Comparison {
     pub loop_share: Option<f64>,
 }
 
-/// What a member costs, mean over the variants.
+/// Cost of a member, mean over the variants.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct MemberCost {
     pub member: String,
@@ -258,9 +258,9 @@ fn sentence(q: &QuantityAnalysis, reference: &str, tolerance: f64) -> String {
 
 fn warnings(stored: &[StoredCase], incomplete: &[(String, String)]) -> Vec<String> {
     let mut out: Vec<String> = incomplete.iter().map(|(id, what)| format!("{id}: {what}.")).collect();
-    for remark in stored.iter().flat_map(|c| &c.record.remarks) {
-        if !out.contains(remark) {
-            out.push(remark.clone());
+    for note in stored.iter().flat_map(|c| &c.record.notes) {
+        if !out.contains(note) {
+            out.push(note.clone());
         }
     }
     if stored.iter().any(|c| c.record.shared) {
@@ -300,12 +300,10 @@ fn verdict(a: &Analysis) -> String {
     let apart: Vec<String> = apart.into_iter().map(|x| x.1).collect();
     let tolerance = percent(a.tolerance);
     let mut words = match same.is_empty() {
-        true => format!("No member can stand in for {} within {tolerance} of the peak in every curve.", a.reference),
-        false => format!(
-            "Within {tolerance} of the peak, in every curve, {} can stand in for {}.",
-            same.join(", "),
-            a.reference
-        ),
+        true => format!("No member can replace {} within {tolerance} of the peak in every curve.", a.reference),
+        false => {
+            format!("Within {tolerance} of the peak, in every curve, {} can replace {}.", same.join(", "), a.reference)
+        }
     };
     if !apart.is_empty() {
         words += &format!(" At most they differ: {}.", apart.join("; "));

@@ -1,4 +1,4 @@
-//! What effects cost that are added one by one: a family whose changes add up (role `cumulative`).
+//! Cost of effects that are added one by one: a family whose changes add up (role `cumulative`).
 //!
 //! A member has the effects of the members before it and its own:
 //!

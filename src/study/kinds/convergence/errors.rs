@@ -33,7 +33,7 @@ pub struct Noise {
     pub scatter: f64,
 }
 
-/// The time-step error beside the mesh error.
+/// The time-step error compared with the mesh error.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct TimeStep {
     pub family: String,

@@ -1,4 +1,4 @@
-//! What the numbers mean for the choice of a mesh: settings with cost and error bar, the sentences, the verdict.
+//! Conclusions for the choice of a mesh: settings with cost and error bar, the sentences, the verdict.
 
 use crate::report::words::{capital, digits, percent, seconds, space};
 use crate::study::kinds::convergence::analysis::{Bar, Cases, QuantityAnalysis, Recommendation, Setting, headline};

@@ -1,4 +1,4 @@
-//! What a reader should know before believing the numbers.
+//! Warnings that a reader should know before trusting the numbers.
 
 use crate::report::words::capital;
 use crate::study::estimate::order::LEAST_RATIO;
@@ -50,10 +50,10 @@ pub fn warnings(cases: &Cases, quantities: &[QuantityAnalysis], incomplete: &[(S
     if let Some(why) = no_limit(cases) {
         out.push(format!("{}: the answer has no limit as h → 0.", capital(why)));
     }
-    let mut remarks: Vec<&String> = cases.stored.iter().flat_map(|c| &c.record.remarks).collect();
-    remarks.sort();
-    remarks.dedup();
-    out.extend(remarks.into_iter().map(|r| format!("{}.", capital(r))));
+    let mut notes: Vec<&String> = cases.stored.iter().flat_map(|c| &c.record.notes).collect();
+    notes.sort();
+    notes.dedup();
+    out.extend(notes.into_iter().map(|r| format!("{}.", capital(r))));
     out
 }
 

@@ -1,4 +1,4 @@
-//! What accuracy costs: settings of mesh, element, time step and solver by cost and error.
+//! Cost of accuracy: settings of mesh, element, time step and solver by cost and error.
 //!
 //! Pure: stored cases in, [`Analysis`] out. Every converged case of a variant that is not there for the reference is a setting:
 //!
@@ -33,7 +33,7 @@ pub struct Analysis {
     pub verdict: String,
 }
 
-/// What is judged: the peak, or the whole curve.
+/// The error that is judged: of the peak, or of the whole curve.
 #[derive(Serialize, Clone, Copy, Debug, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum Measure {

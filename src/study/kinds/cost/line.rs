@@ -20,7 +20,7 @@ pub struct Line {
     pub law: Option<Growth>,
 }
 
-/// What an error costs.
+/// Cost of an error.
 #[derive(Serialize, Clone, Copy, Debug, PartialEq)]
 pub struct LevelCost {
     pub seconds: f64,

@@ -1,6 +1,6 @@
-//! What the settings of a variant are measured against, and how well it is known itself.
+//! The reference against which the settings of a variant are measured, and its own uncertainty.
 //!
-//! The families of role `overkill`, or without one the families of meshes, are extrapolated as in a convergence study
+//! The families of role `reference`, or without one the families of meshes, are extrapolated as in a convergence study
 //! ([`crate::study::estimate::family`] for the peak, [`crate::study::estimate::curve`] for the curve): over h where the meshes
 //! differ, else over the mean step T/n with the order of the integrator. The family of least uncertainty is the reference, and one
 //! that contradicts it widens the uncertainty.
@@ -29,7 +29,7 @@ pub struct Reference {
     pub peak_uncertainty: f64,
     /// Relative L2 error of f*(t) \[–\]
     pub curve_uncertainty: f64,
-    /// What limits it
+    /// Reasons that limit it
     pub reasons: Vec<String>,
     #[serde(skip)]
     pub curve: Curve,

@@ -237,7 +237,7 @@ fn phases(store: &Results) -> Table {
         .collect();
     Table {
         name: "phases",
-        caption: "Wall time of every case by phase. Building (blocks, ordering, pattern) and output stand beside the run, not in it; assembly is that \
+        caption: "Wall time of every case by phase. Building (blocks, ordering, pattern) and output are not part of the run; assembly is that \
                   of all but contact.".into(),
         columns: headings(&[
             ("Case", "", false), ("Building", "s", true), ("Assembly", "s", true), ("Contact", "s", true), ("Factorisation", "s", true),

@@ -1,4 +1,4 @@
-//! What happens to scenes that break simulators: the matrix of case × variant, and maps of where a scene holds.
+//! Results of scenes that break simulators: the matrix of case × variant, and maps of where a scene holds.
 //!
 //! Pure: stored cases in, [`Analysis`] out. A case passes when it ends as it should and meets its references; it is refused when it
 //! ends with a stated reason instead of an answer, where that is right; everything else is a failure: a reference that was missed,

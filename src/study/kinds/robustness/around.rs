@@ -92,7 +92,7 @@ fn axis(name: &str, label: &str, symbol: &str, factors: &[f64], changes: &dyn Fn
     }
 }
 
-/// What is recorded first of: bending angle, position, markers, reaction, cable, cavity.
+/// The first recorded quantity in this order: bending angle, position, markers, reaction, cable, cavity.
 fn quantity(spec: &SceneSpec) -> Option<Quantity> {
     let Headline { column, label, symbol, unit } = spec.headline()?;
     Some(Quantity {

@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CheckSpec {
-    /// What is compared, in words
+    /// The comparison, in words
     pub what: String,
     pub measured: String,
     /// Formula of the reference; or `like`, or `first`
@@ -88,7 +88,7 @@ pub struct Check {
     pub variants: Option<Vec<String>>,
 }
 
-/// What a check came to.
+/// Result of a check.
 #[derive(Clone, Debug, Serialize, PartialEq)]
 pub struct Finding {
     pub what: String,
@@ -154,7 +154,7 @@ impl Check {
             .collect()
     }
 
-    /// Does it speak of this case?
+    /// Whether it applies to this case.
     pub fn applies(&self, case: &StoredCase) -> bool {
         let within = |list: &Option<Vec<String>>, name: &String| list.as_ref().is_none_or(|l| l.contains(name));
         let itself = self.like.as_ref() == Some(&case.record.member);

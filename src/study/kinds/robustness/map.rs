@@ -51,7 +51,7 @@ pub struct Point {
     pub cuts: usize,
 }
 
-/// What an answer is worth.
+/// Trustworthiness of an answer.
 #[derive(Clone, Copy, Debug, Serialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum Grade {

@@ -1,8 +1,8 @@
-//! What a case of a robustness study came to.
+//! Outcome of a case of a robustness study.
 
 use serde::Serialize;
 
-/// What a case came to.
+/// Outcome of a case.
 #[derive(Clone, Copy, Debug, Serialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {

@@ -1,4 +1,4 @@
-//! What a robustness study keeps with its record.
+//! Details that a robustness study keeps with its record.
 
 use crate::study::axis::AxisRecord;
 use crate::study::kinds::robustness::check::Check;

@@ -54,7 +54,7 @@ fn facts(a: &Analysis) -> Vec<(String, String)> {
     out
 }
 
-/// What a suite came to.
+/// Result of a suite, in words.
 fn sentence(a: &Analysis, suite: &str, setup: &str) -> Option<String> {
     let own: Vec<&Judged> = a.cases.iter().filter(|c| c.suite == suite).collect();
     let count = |o: Outcome| own.iter().filter(|c| c.outcome == o).count();

@@ -26,7 +26,7 @@ pub struct SuiteSpec {
     pub set: toml::Table,
     /// Label of a member → its changes
     pub members: toml::Table,
-    /// The statuses, or `Refused`, that are right; if absent `Converged` beside a check that wants a converged run, else any
+    /// The statuses, or `Refused`, that are right; if absent `Converged` with a check that wants a converged run, else any
     /// stated end but the end of the time
     pub ends: Option<Vec<String>>,
     #[serde(rename = "check", default)]
@@ -36,14 +36,14 @@ pub struct SuiteSpec {
     pub quick: bool,
 }
 
-/// A scene over two axes: where does it hold?
+/// Map of the region over two axes in which a scene can be solved.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MapSpec {
     pub name: String,
     pub setup: String,
     pub scene: Option<PathBuf>,
-    /// What is compared, side by side
+    /// Variants that are compared, side by side
     pub variants: Option<Vec<String>>,
     #[serde(default)]
     pub set: toml::Table,

@@ -1,4 +1,4 @@
-//! What a quantity does along the keys that were swept: trend, range, elasticity.
+//! Behaviour of a quantity along the keys that were swept: trend, range, elasticity.
 //!
 //! Pure: stored cases in, [`Analysis`] out. y is the peak of a quantity at a point of the sweep, p the value of a swept key:
 //!
@@ -20,7 +20,7 @@ use std::collections::BTreeMap;
 /// Steps below this are none \[of the largest |y|\].
 const STEP: f64 = 1e-6;
 
-/// What was swept, as it is stored with the study.
+/// Axes of a sweep, as they are stored with the study.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 pub struct SweepRecord {
     /// The keys that were swept
@@ -69,7 +69,7 @@ pub struct Point {
     pub peak: f64,
 }
 
-/// What a quantity does along one axis.
+/// Behaviour of a quantity along one axis.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct Along {
     pub axis: String,
@@ -239,9 +239,9 @@ fn sentence_of(q: &QuantityAnalysis, tolerance: f64, axes: &[AxisRecord], list: 
 
 fn warnings_of(stored: &[StoredCase], incomplete: &[(String, String)]) -> Vec<String> {
     let mut out: Vec<String> = incomplete.iter().map(|(id, what)| format!("{id}: {what}.")).collect();
-    for remark in stored.iter().flat_map(|c| &c.record.remarks) {
-        if !out.contains(remark) {
-            out.push(remark.clone());
+    for note in stored.iter().flat_map(|c| &c.record.notes) {
+        if !out.contains(note) {
+            out.push(note.clone());
         }
     }
     let mut sizes: Vec<usize> = stored.iter().map(|c| c.record.mesh.cells).collect();

@@ -54,7 +54,7 @@ fn scale(axis: &AxisRecord) -> Axis {
 }
 
 /// Peak of a quantity against every axis, one panel each, one curve for each value of the next axis; the rest of the axes
-/// stand at their middle value. `None` without two points on a line.
+/// are kept at their middle value. `None` without two points on a line.
 pub fn against(a: &Analysis, q: &QuantityAnalysis) -> Option<Figure> {
     if q.along.is_empty() {
         return None;
@@ -70,7 +70,7 @@ pub fn against(a: &Analysis, q: &QuantityAnalysis) -> Option<Figure> {
             panel(area, a, q, k, [x, x + EACH * shrink]);
         }
     });
-    let held = if a.axes.len() > 2 && !a.list { " Further axes stand at their middle value." } else { "" };
+    let held = if a.axes.len() > 2 && !a.list { " Further axes are kept at their middle value." } else { "" };
     let caption = format!(
         "{} against {}.{held}",
         capital(&q.title()),
@@ -155,7 +155,7 @@ fn squares(area: &Area, q: &QuantityAnalysis, (first, second): (&AxisRecord, &Ax
     text(area, &name(second), (mm(left - 17.0), mm(0.5 * (top + bottom))), At::Turned, LABEL, INK);
 }
 
-/// Quantities over time, coloured by the first axis; the other axes of a grid stand at their middle value.
+/// Quantities over time, coloured by the first axis; the other axes of a grid are kept at their middle value.
 pub fn over_time(store: &Results, a: &Analysis, variant: &str) -> Option<Figure> {
     let panels: Vec<&QuantityAnalysis> =
         a.quantities.iter().filter(|q| q.variant == variant && !q.points.is_empty()).take(2).collect();

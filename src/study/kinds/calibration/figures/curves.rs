@@ -1,4 +1,4 @@
-//! A measured curve beside the scene that reproduces it, the residuals below, and the first constant case by case.
+//! A measured curve together with the scene that reproduces it, the residuals below, and the first constant case by case.
 
 use crate::report::canvas::{
     At, DOUBLE, GREY, INK, LABEL, Mark, PALETTE, dashed, figure, hollow, italic, line, mark, mm, text,

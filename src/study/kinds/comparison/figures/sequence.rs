@@ -1,4 +1,4 @@
-//! What a step costs with effects added one by one.
+//! Cost of a step with effects added one by one.
 
 use crate::report::canvas::{At, DOUBLE, INK, PALETTE, RGB, SMALL, block, figure, mm, text};
 use crate::report::figure::{Figure, Sample, legend};

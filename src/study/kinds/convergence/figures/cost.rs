@@ -1,4 +1,4 @@
-//! What a mesh costs: seconds against unknowns and against entries of the factor, with the exponent of growth.
+//! Cost of a mesh: seconds against unknowns and against entries of the factor, with the exponent of growth.
 
 use crate::report::canvas::{Area, At, DOUBLE, Mark, PALETTE, RGB, SMALL, figure, italic, line, mark, mm, text};
 use crate::report::figure::{Figure, Sample, legend};

@@ -1,4 +1,4 @@
-//! What decides (bending angle and tension, if they are judged) against time for the sizes, with the Richardson curve and its GCI band; below each, the
+//! The deciding quantities (bending angle and tension, if they are judged) against time for the sizes, with the Richardson curve and its GCI band; below each, the
 //! difference to the Richardson curve, where the meshes come apart.
 
 use crate::report::canvas::{DOUBLE, INK, PALETTE, RGB, dashed, figure, fill, italic, line, mm};

@@ -87,7 +87,7 @@ fn percent_axis(q: &QuantityAnalysis, dots: &[Dot], tolerance: f64, bars: bool, 
     Axis::log([lowest, tolerance, top, room * top].into_iter(), "error [%]")
 }
 
-/// What is below U(f*) is not resolved, what is below the tolerance is good enough.
+/// Marks two levels: errors below U(f*) are not resolved, errors below the tolerance are good enough.
 pub(super) fn levels(plot: &Plot, q: &QuantityAnalysis, tolerance: f64) {
     if let Some(r) = &q.reference {
         let u = 100.0 * r.uncertainty / r.value.abs();
@@ -165,7 +165,7 @@ pub fn against_h(store: &Results, analysis: &Analysis) -> Option<Figure> {
         marks(&plot, dots, h);
         plot.axes(true);
         plot.title(letter, &capital(&title(q)));
-        // Upper left: small h has small errors, so only the tolerance can stand there
+        // Upper left: small h has small errors, so only the tolerance can lie there
         let [l, t, ..] = frame;
         let taken = 40 + 85 * orders.len() as i32;
         let tolerance = plot.at(plot.x.lo, tolerance).1 - t;

@@ -1,4 +1,4 @@
-//! What an element saves: error of one line a formulation, over the number of cells (top) and over CPU seconds (bottom).
+//! Savings by the element: error of one line a formulation, over the number of cells (top) and over CPU seconds (bottom).
 
 use crate::report::canvas::{DOUBLE, INK, Mark, RGB, figure, hollow, italic, line, mark, mm};
 use crate::report::figure::{Figure, Sample, UNRESOLVED, legend, style};
@@ -53,7 +53,7 @@ fn look(family: usize) -> (Mark, RGB) {
     (marks[family % marks.len()], style(family).1)
 }
 
-/// Names that need no table beside the figure.
+/// Names that need no table next to the figure.
 fn words(family: &str, formulation: &str) -> String {
     let name = match formulation {
         "tet4_up" => "tet4 mixed",
@@ -92,7 +92,7 @@ pub fn draw(store: &Results, analysis: &Analysis) -> Option<Figure> {
     let tolerance = 100.0 * analysis.tolerance;
     let unresolved =
         |q: &QuantityAnalysis| q.reference.as_ref().map_or(f64::INFINITY, |r| 100.0 * r.uncertainty / r.value.abs());
-    // What is far below U(f*) is luck: it would stretch the axis
+    // An error far below U(f*) is luck: it would stretch the axis
     let least = shown.iter().map(|(q, _)| 0.5 * unresolved(q)).fold(tolerance, f64::min);
     let y = Axis::log(dots().map(|d| d.error.max(least)).chain([tolerance]), "error [%]");
     type Abscissa = fn(&Dot) -> f64;

@@ -1,4 +1,4 @@
-//! What a Newton iteration and a digit cost, case by case.
+//! Cost of a Newton iteration and of a digit, case by case.
 //!
 //! Digits are −log₁₀ e with e = max(|f − f*|, U(f*))/|f*| of the worst deciding quantity: no more than the reference can
 //! confirm. The bytes are those of the values of L, 8 an entry; indices, K and work space come on top.

@@ -3,7 +3,7 @@
 use crate::study::kinds::convergence::analysis::{Analysis, QuantityAnalysis};
 use serde_json::{Map, Value, json};
 
-/// Observed order, Richardson value, GCI and ratio of the headline's family, `sizes` if it has them; the rest beside it.
+/// Observed order, Richardson value, GCI and ratio of the headline's family, `sizes` if it has them; then the other quantities.
 pub fn headline(analysis: &Analysis) -> Map<String, Value> {
     let mut out = Map::new();
     let q = analysis.headline();

@@ -19,7 +19,7 @@ const TALL: f64 = 44.0;
 /// From one row of panels to the next \[mm\]
 const ROW: f64 = TALL + 19.0;
 
-/// What stands along x.
+/// The amount along the x axis.
 struct Amount {
     label: String,
     title: &'static str,
@@ -132,8 +132,8 @@ fn look(store: &Results, family: &str) -> (Mark, RGB) {
     let ids = |name: &str| store.study.families.iter().find(|f| f.name == name).map_or(&[][..], |f| &f.cases);
     let variant = |id: &String| store.cases.iter().find(|c| c.record.id == *id).map(|c| c.record.variant.clone());
     let own: Vec<String> = ids(family).iter().filter_map(variant).collect();
-    let beside = |name: &str| ids(name).iter().filter_map(variant).any(|v| own.contains(&v));
-    let drawn = store.study.families.iter().filter(|f| f.role != Role::Reference && beside(&f.name));
+    let shown_together = |name: &str| ids(name).iter().filter_map(variant).any(|v| own.contains(&v));
+    let drawn = store.study.families.iter().filter(|f| f.role != Role::Reference && shown_together(&f.name));
     style(drawn.map(|f| f.name.as_str()).position(|name| name == family).unwrap_or(0))
 }
 

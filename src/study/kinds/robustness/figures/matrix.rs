@@ -11,7 +11,7 @@ const COLUMN: f64 = 6.2;
 /// Room for the names of the cases, and for the turned ones of the variants \[mm\]
 const NAMES: f64 = 74.0;
 const HEAD: f64 = 34.0;
-/// Rows on a sheet; more go into a second block beside it
+/// Rows on a sheet; more go into a second block next to it
 const TALLEST: usize = 62;
 
 pub fn color(outcome: Outcome) -> (Mark, RGB) {

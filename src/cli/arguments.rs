@@ -1,0 +1,13 @@
+//! Arguments that several commands share.
+
+use durometer::scene::overrides;
+
+/// `--set key=value`, several times. A step into a list is its index from 0, or the `name` or `kind` of an entry.
+pub fn changes(set: &[String]) -> Result<Vec<(String, toml::Value)>, overrides::OverrideError> {
+    set.iter().map(|text| overrides::parse(text)).collect()
+}
+
+/// A number of cases that run at a time.
+pub fn at_least_one(text: &str) -> Result<usize, String> {
+    text.parse().ok().filter(|n| *n > 0).ok_or_else(|| "at least one case runs at a time; give 1 or more".into())
+}

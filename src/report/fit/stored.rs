@@ -1,0 +1,168 @@
+//! A fit as `fit.json` stores it, and its constants in words.
+
+use crate::calibrate::{Drawn, FitCurves, Treatment, within};
+use serde::Deserialize;
+
+/// The part of `fit.json` that a reader is told. Stresses and stiffnesses in Pa, stretches \[–\].
+#[derive(Clone, Debug, Deserialize)]
+pub struct StoredFit {
+    /// Name with the number of terms
+    pub label: String,
+    pub formula: String,
+    pub law_source: String,
+    pub data: String,
+    pub data_sha256: String,
+    pub data_source: Option<String>,
+    pub version: String,
+    pub modes: Vec<String>,
+    /// Smallest and largest fitted λ
+    pub stretch: [f64; 2],
+    pub rows: usize,
+    pub parameters: Vec<Parameter>,
+    pub interval_assumption: String,
+    /// JSON has no infinity: `None` where an end is open
+    pub profile: Option<Vec<[Option<f64>; 2]>>,
+    pub bootstrap: Option<Bootstrap>,
+    pub scatter: Option<Scatter>,
+    pub otherwise: Vec<Otherwise>,
+    /// `nu` or `kappa` \[Pa\], as given
+    pub partner: Option<std::collections::BTreeMap<String, f64>>,
+    pub stability: Vec<Stable>,
+    pub misfit: Misfit,
+    pub validity: Validity,
+    pub predictions: Vec<Prediction>,
+    pub range_dependence: Vec<Range>,
+    /// Per parameter, over ranges that end earlier
+    pub range_spread: Vec<[f64; 2]>,
+    pub warnings: Vec<Warning>,
+    /// The warnings in words
+    pub messages: Vec<String>,
+    pub curves: FitCurves,
+    pub audit: Vec<Entry>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+pub struct Parameter {
+    pub name: String,
+    pub symbol: String,
+    pub unit: String,
+    pub value: f64,
+    /// JSON has no infinity: `None` where the data do not determine the constant
+    pub std_error: Option<f64>,
+    pub interval: [Option<f64>; 2],
+}
+
+#[derive(Clone, Debug, Deserialize)]
+pub struct Bootstrap {
+    pub samples: usize,
+    pub failed: usize,
+    pub drawn: Drawn,
+    pub intervals: Vec<[f64; 2]>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+pub struct Scatter {
+    pub specimens: Vec<Specimen>,
+    pub means: Vec<f64>,
+    pub deviations: Vec<f64>,
+    pub intervals: Vec<[f64; 2]>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+pub struct Specimen {
+    pub file: String,
+    pub rows: usize,
+    pub parameters: Vec<Parameter>,
+    pub level: f64,
+}
+
+/// The same fit to rows that were treated otherwise.
+#[derive(Clone, Debug, Deserialize)]
+pub struct Otherwise {
+    pub treatment: Treatment,
+    pub rows: usize,
+    pub parameters: Vec<Parameter>,
+    pub change: f64,
+}
+
+/// Range in which the law is stable; amounts are λ, in simple shear γ \[–\].
+#[derive(Clone, Debug, Deserialize)]
+pub struct Stable {
+    pub mode: String,
+    pub looked: [f64; 2],
+    pub below: Option<f64>,
+    pub above: Option<f64>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+pub struct Misfit {
+    pub rows: usize,
+    pub rms_relative: f64,
+    pub max_relative: f64,
+    pub bias_relative: f64,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+pub struct Validity {
+    pub tolerance: f64,
+    pub compression_to: Option<f64>,
+    pub tension_to: Option<f64>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+pub struct Prediction {
+    pub kind: String,
+    pub mode: String,
+    pub stretch: [f64; 2],
+    pub misfit: Misfit,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+pub struct Range {
+    pub to: f64,
+    pub rows: usize,
+    pub parameters: Vec<Parameter>,
+    pub rms_relative: f64,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+pub struct Warning {
+    pub kind: String,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+pub struct Entry {
+    pub kind: String,
+    pub message: String,
+    pub lines: Vec<u64>,
+}
+
+impl Parameter {
+    /// Both ends of the interval, where the data determine the constant.
+    pub fn ends(&self) -> Option<[f64; 2]> {
+        Some([self.interval[0]?, self.interval[1]?])
+    }
+
+    /// Factor, printed unit and decimals: two digits of the half-width of the interval, four of the value at most.
+    pub fn scale(&self) -> (f64, &str, usize) {
+        within(self.value, &self.unit, self.ends())
+    }
+
+    /// `357 kPa (95 % interval 334 to 380 kPa)`
+    pub fn words(&self) -> String {
+        let (f, unit, n) = self.scale();
+        let unit = if unit == "–" { String::new() } else { format!(" {unit}") };
+        match self.ends() {
+            Some([a, b]) => {
+                format!("{:.n$}{unit} (95 % interval {:.n$} to {:.n$}{unit})", f * self.value, f * a, f * b)
+            }
+            None => format!("{:.n$}{unit} (not determined by the data)", f * self.value),
+        }
+    }
+}
+
+/// A stretch without the noise of a unit conversion: 1.97727, not 1.9772699999999999.
+pub fn stretch(v: f64) -> String {
+    let s = format!("{v:.4}");
+    s.trim_end_matches('0').trim_end_matches('.').into()
+}

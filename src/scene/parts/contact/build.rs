@@ -1,0 +1,214 @@
+//! Contact of a scene: which points, which obstacle, which response, and the effects that follow.
+
+use crate::effect::contact::barrier::Barrier;
+use crate::effect::contact::friction::{ContactFriction, Coulomb};
+use crate::effect::contact::multiplier::Multiplier;
+use crate::effect::contact::penalty::Penalty;
+use crate::effect::contact::placement::{AffineFrame, Obstacle};
+use crate::effect::contact::pressed::{Pressed, Response};
+use crate::effect::contact::{Contact, NormalForces, Sampling, SurfacePoint, points};
+use crate::mesh::error::point;
+use crate::scene::builder::{Builder, Gathered};
+use crate::scene::error::{SceneError, hint};
+use crate::scene::parts::contact::motion::carry;
+use crate::scene::parts::contact::record::{NamedContact, TransientCoupling};
+use crate::scene::parts::contact::spec::{ContactSpec, ResponseSpec};
+use crate::scene::parts::contact::surfaces::build_surfaces;
+use crate::scene::parts::rigid::RigidBody;
+use crate::scene::parts::rigid::build_rigid;
+use crate::scene::shape::ShapeSpec;
+use crate::scene::spec::SceneSpec;
+use crate::system::Effect;
+use std::sync::Arc;
+
+/// All rigid bodies and contacts, with their effects.
+pub(in crate::scene) fn build_contacts(
+    builder: &mut Builder,
+    spec: &SceneSpec,
+    gathered: &mut Gathered,
+    effects: &mut Vec<Box<dyn Effect>>,
+) -> Result<(Vec<RigidBody>, Vec<NamedContact>), SceneError> {
+    let mut next = builder.body.mesh.points.len() as u32;
+    let mut four = || {
+        next += 4;
+        [next - 4, next - 3, next - 2, next - 1]
+    };
+    let stiffest = gathered.laws.iter().map(|law| law.small_strain().e).fold(0.0, f64::max);
+    let mut bodies = Vec::<RigidBody>::new();
+    for (k, rigid) in spec.rigids.iter().enumerate() {
+        let place = format!("rigid {} ({})", k + 1, rigid.name);
+        if bodies.iter().any(|b| b.name == rigid.name) {
+            let fact = format!("another rigid body is called \"{}\" too", rigid.name);
+            return Err(builder.content(&place, fact, "give each a `name` of its own"));
+        }
+        bodies.push(build_rigid(builder, &place, rigid, four(), stiffest, effects)?);
+    }
+    let mut contacts = Vec::<NamedContact>::new();
+    for (k, contact) in spec.contacts.iter().enumerate() {
+        let place = format!("contact {} ({})", k + 1, contact.name);
+        if contacts.iter().any(|c| c.name == contact.name) {
+            let fact = format!("another contact is called \"{}\" too", contact.name);
+            return Err(builder.content(&place, fact, "give each a `name` of its own"));
+        }
+        let moved = contact.motion.as_ref().map(|_| four());
+        contacts.push(build_contact(builder, &place, contact, (&bodies, moved), gathered, effects)?);
+    }
+    Ok((bodies, contacts))
+}
+
+/// A contact with its effects, the pressing one first.
+pub(in crate::scene) fn build_contact(
+    builder: &mut Builder,
+    place: &str,
+    spec: &ContactSpec,
+    (bodies, moved): (&[RigidBody], Option<[u32; 4]>),
+    gathered: &mut Gathered,
+    effects: &mut Vec<Box<dyn Effect>>,
+) -> Result<NamedContact, SceneError> {
+    builder.check_name(place, &spec.name)?;
+    if !(spec.friction >= 0.0 && spec.friction.is_finite()) {
+        let fact = format!("friction = {}", spec.friction);
+        return Err(builder.content(place, fact, "a coefficient of friction is not negative"));
+    }
+    let h = builder.body.mesh.h();
+    let distance = positive_or(builder, place, "distance", spec.distance.map(|l| l.0), 0.01 * h)?;
+    let stiffest = gathered.laws.iter().map(|law| law.small_strain().e).fold(0.0, f64::max);
+    if stiffest == 0.0 && spec.modulus.is_none() {
+        let fact = "no law of the scene gives the pressure that the response is scaled with";
+        return Err(builder.content(place, fact, "give modulus, of the size of Young's modulus of the body"));
+    }
+    let modulus = positive_or(builder, place, "modulus", spec.modulus.map(|m| m.0), stiffest)?;
+    let size = builder.body.mesh.diagonal();
+    let stick_velocity = positive_or(builder, place, "stick_velocity", spec.stick_velocity.map(|s| s.0), 1e-3 * size)?;
+    let slip = positive_or(builder, place, "slip", spec.slip.map(|l| l.0), 1e-3 * h)?;
+    let law = Coulomb { coefficient: spec.friction, stick_velocity, slip };
+    if let ShapeSpec::Region { region } = &spec.obstacle {
+        let barrier = Barrier { distance, stiffness: modulus / distance };
+        return build_surfaces(builder, place, spec, region, (barrier, law), effects);
+    }
+    let sampling = if spec.response == ResponseSpec::Multiplier { Sampling::Nodes } else { Sampling::Pressures };
+    let points = contact_points(builder, place, &spec.region, bodies, sampling)?;
+    let obstacle = build_obstacle(builder, place, spec, bodies, moved)?;
+    let name = spec.name.clone();
+    let scalars = (spec.response == ResponseSpec::Multiplier).then(|| {
+        let first = (3 * builder.nodes + gathered.hosts.len()) as u32;
+        gathered.hosts.extend(points.iter().map(|p| p.nodes[0]));
+        first
+    });
+    let contact = Arc::new(Contact::with_scalars(name.clone(), points, obstacle, scalars));
+    check_apart(builder, place, &contact, spec.response)?;
+    let pressing: Arc<dyn NormalForces> = match spec.response {
+        ResponseSpec::Barrier => press(&contact, Barrier { distance, stiffness: modulus / distance }, effects),
+        ResponseSpec::Penalty => press(&contact, Penalty { stiffness: modulus / distance }, effects),
+        ResponseSpec::Multiplier => {
+            let shared = Arc::new(Multiplier {
+                contact,
+                stiffness: modulus * h,
+                friction: (spec.friction > 0.0).then_some(law),
+            });
+            effects.push(Box::new(shared.clone()));
+            shared
+        }
+    };
+    let friction = (spec.friction > 0.0).then(|| {
+        let (name, pressing) = (format!("{name}_friction"), pressing.clone());
+        let friction = Arc::new(ContactFriction { name, pressing, law });
+        effects.push(Box::new(friction.clone()));
+        friction
+    });
+    let of = TransientCoupling::Points { pressing, moves: spec.motion.is_some(), friction };
+    Ok(NamedContact { name, response: spec.response, of })
+}
+
+pub(in crate::scene) fn positive_or(
+    builder: &Builder,
+    place: &str,
+    key: &str,
+    given: Option<f64>,
+    otherwise: f64,
+) -> Result<f64, SceneError> {
+    match given {
+        None => Ok(otherwise),
+        Some(value) if value > 0.0 && value.is_finite() => Ok(value),
+        Some(value) => Err(builder.content(place, format!("{key} = {value} (SI)"), "it must be positive")),
+    }
+}
+
+fn contact_points(
+    builder: &Builder,
+    place: &str,
+    region: &str,
+    bodies: &[RigidBody],
+    sampling: Sampling,
+) -> Result<Vec<SurfacePoint>, SceneError> {
+    if let Some(body) = bodies.iter().find(|b| b.name == region) {
+        return Ok(body.points());
+    }
+    Ok(points(&builder.body.mesh, builder.contact_facets(place, region)?, sampling))
+}
+
+fn build_obstacle(
+    builder: &mut Builder,
+    place: &str,
+    spec: &ContactSpec,
+    bodies: &[RigidBody],
+    moved: Option<[u32; 4]>,
+) -> Result<Obstacle, SceneError> {
+    let shape = match &spec.obstacle {
+        ShapeSpec::Rigid { body: name } => {
+            let Some(body) = bodies.iter().find(|b| b.name == *name) else {
+                let known: Vec<&str> = bodies.iter().map(|b| b.name.as_str()).collect();
+                let fact = format!("there is no [[rigid]] \"{name}\"");
+                return Err(builder.content(place, fact, hint(name, &known)));
+            };
+            if spec.region == *name {
+                return Err(builder.content(place, format!("\"{name}\" meets itself"), "take another obstacle"));
+            }
+            if spec.motion.is_some() {
+                let fact = format!("\"{name}\" is free, and has a motion");
+                return Err(builder.content(place, fact, "remove `motion`, or give a shape in space"));
+            }
+            let (shape, origin, axes) = builder.shape(place, &body.shape)?;
+            return Ok(Obstacle { shape, origin, axes, body: Some(body.frame.clone()) });
+        }
+        shape => shape,
+    };
+    let (shape, origin, axes) = builder.shape(place, shape)?;
+    let body: Option<AffineFrame> = match (&spec.motion, moved) {
+        (Some(motion), Some(_)) if motion.turn.is_some() && shape.bounds().is_none() => {
+            let fact = "a floor that turns: it has no end, and no bound on how fast it moves";
+            return Err(builder.content(place, fact, "take a box"));
+        }
+        (Some(motion), Some(nodes)) => Some(carry(builder, place, &spec.name, motion, origin, nodes)?),
+        _ => None,
+    };
+    builder.draw(place, &spec.name, &shape, (origin, axes), body.as_ref())?;
+    Ok(Obstacle { shape, origin, axes, body })
+}
+
+/// Refuses bodies that are inside of each other at rest, or touch where a barrier keeps them apart.
+fn check_apart(builder: &Builder, place: &str, contact: &Contact, response: ResponseSpec) -> Result<(), SceneError> {
+    let rest = vec![0.0; 3 * builder.nodes];
+    let Some((b, gap)) = contact.deepest(&rest) else { return Ok(()) };
+    let rounding = 1e-9 * builder.body.mesh.diagonal();
+    let at = point(&contact.points[b].at);
+    if gap < -rounding {
+        let fact = format!("the surface is {:.4} mm inside of the obstacle at {at}", -gap * 1e3);
+        return Err(builder.content(place, fact, "move one of the two apart"));
+    }
+    if gap <= rounding && response == ResponseSpec::Barrier {
+        let fact = format!("the surface touches the obstacle at {at}, and a barrier keeps them apart");
+        return Err(builder.content(place, fact, "leave a gap, for example of `distance`, or take another response"));
+    }
+    Ok(())
+}
+
+fn press<R: Response + 'static>(
+    contact: &Arc<Contact>,
+    response: R,
+    effects: &mut Vec<Box<dyn Effect>>,
+) -> Arc<dyn NormalForces> {
+    let shared = Arc::new(Pressed { contact: contact.clone(), response });
+    effects.push(Box::new(shared.clone()));
+    shared
+}

@@ -1,0 +1,142 @@
+//! Rigid bodies of a scene: their shape, mass, weight, and the points that meet others.
+
+use crate::effect::affine_body::{AffineInertia, Rigidity};
+use crate::effect::contact::SurfacePoint;
+use crate::effect::contact::placement::AffineFrame;
+use crate::effect::contact::shape::Shape;
+use crate::effect::dead_load::DeadLoad;
+use crate::math::tensor::Vec3;
+use crate::math::units::Dimension;
+use crate::scene::builder::Builder;
+use crate::scene::error::SceneError;
+use crate::scene::quantity::{Density, Speed, Spin};
+use crate::scene::recorder::{Moment, Recorder};
+use crate::scene::shape::ShapeSpec;
+use crate::scene::signal::SignalSpec;
+use crate::system::Effect;
+use serde::Deserialize;
+
+/// Stiffness of a rigid body as a multiple of Young's modulus of the stiffest law \[–\].
+const STIFF: f64 = 1e4;
+/// Points around the rim of a cylinder.
+const RIM: usize = 24;
+
+/// A body that moves as a whole.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RigidSpec {
+    pub name: String,
+    pub shape: ShapeSpec,
+    pub density: Density,
+    pub gravity: Option<WeightSpec>,
+    /// At the start
+    pub velocity: Option<[Speed; 3]>,
+    /// At the start
+    pub spin: Option<[Spin; 3]>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WeightSpec {
+    pub direction: [f64; 3],
+    pub acceleration: SignalSpec,
+}
+
+/// A rigid body of the system.
+pub struct RigidBody {
+    pub name: String,
+    pub shape: ShapeSpec,
+    pub frame: AffineFrame,
+    /// Velocity of the nodes at the start \[m/s\]
+    pub(in crate::scene) start: [Vec3; 4],
+    /// Points of its surface at rest, each with the radius of a ball about it \[m\]
+    surface: Vec<(Vec3, f64)>,
+}
+
+impl Recorder for RigidBody {
+    /// Columns: position of the centre of mass.
+    fn columns(&self) -> Vec<String> {
+        ["x", "y", "z"].map(|c| format!("{}_{c}_m", self.name)).into()
+    }
+
+    fn record(&self, now: &Moment) -> Vec<f64> {
+        self.frame.positions(&now.state.x)[0].as_slice().to_vec()
+    }
+}
+
+impl RigidBody {
+    /// The points of its surface that meet others.
+    pub(in crate::scene) fn points(&self) -> Vec<SurfacePoint> {
+        let area = self.frame.length.powi(2);
+        let point = |(at, radius): &(Vec3, f64)| SurfacePoint {
+            at: *at,
+            nodes: self.frame.nodes.to_vec(),
+            weights: self.frame.weights(at).to_vec(),
+            area: area / self.surface.len() as f64,
+            radius: *radius,
+        };
+        self.surface.iter().map(point).collect()
+    }
+}
+
+/// A rigid body on its four nodes, with its effects.
+pub(in crate::scene) fn build_rigid(
+    builder: &mut Builder,
+    place: &str,
+    spec: &RigidSpec,
+    nodes: [u32; 4],
+    modulus: f64,
+    effects: &mut Vec<Box<dyn Effect>>,
+) -> Result<RigidBody, SceneError> {
+    if spec.density.0 <= 0.0 {
+        let fact = format!("the density is {} kg/m^3: a body without mass moves under no law", spec.density.0);
+        return Err(builder.content(place, fact, "give a positive one"));
+    }
+    if builder.body.mesh.regions.contains_key(&spec.name) {
+        let fact = format!("the mesh has a region \"{}\" too", spec.name);
+        return Err(builder.content(place, fact, "choose another name"));
+    }
+    builder.check_name(place, &spec.name)?;
+    if let ShapeSpec::Floor { .. } = spec.shape {
+        return Err(builder.content(place, "a floor has no end, and no mass", "take a box"));
+    }
+    let (shape, origin, axes) = builder.shape(place, &spec.shape)?;
+    let (mass, center, inertia) = shape.mass(spec.density.0);
+    let (center, inertia) = (origin + axes * center, axes * inertia * axes.transpose());
+    let volume = mass / spec.density.0;
+    let frame = AffineFrame { nodes, center, length: volume.cbrt() };
+    effects.push(Box::new(AffineInertia::new(format!("{}_inertia", spec.name), &frame, mass, &inertia)));
+    let stiffness = STIFF * modulus * volume;
+    effects.push(Box::new(Rigidity::new(format!("{}_rigidity", spec.name), frame.clone(), stiffness)));
+    if let Some(WeightSpec { direction, acceleration }) = &spec.gravity {
+        let column = format!("{}_acceleration_m_s2", spec.name);
+        let (direction, signal) = builder.dead(place, *direction, acceleration, Dimension::ACCELERATION, column)?;
+        let name = format!("{}_weight", spec.name);
+        effects.push(Box::new(DeadLoad::new(name, &[(nodes[0], mass)], direction, signal)));
+    }
+    builder.draw(place, &spec.name, &shape, (origin, axes), Some(&frame))?;
+    let surface = corners(&spec.shape, &shape).into_iter().map(|(p, r)| (origin + axes * p, r)).collect();
+    let velocity = spec.velocity.map_or(Vec3::zeros(), |v| Vec3::from(v.map(|v| v.0)));
+    let spin = spec.spin.map_or(Vec3::zeros(), |w| Vec3::from(w.map(|w| w.0)));
+    let start = frame.rest().map(|p| velocity + spin.cross(&(p - center)));
+    Ok(RigidBody { start, name: spec.name.clone(), shape: spec.shape.clone(), frame, surface })
+}
+
+/// Points that make up a shape in its frame, with the radii of balls about them.
+fn corners(spec: &ShapeSpec, shape: &Shape) -> Vec<(Vec3, f64)> {
+    let Some([low, high]) = shape.bounds() else { return Vec::new() };
+    match spec {
+        ShapeSpec::Sphere { radius, .. } => vec![(Vec3::zeros(), radius.0)],
+        ShapeSpec::Cylinder { .. } => {
+            let angle = |k: usize| std::f64::consts::TAU * k as f64 / RIM as f64;
+            let rim =
+                |y: f64| (0..RIM).map(move |k| (Vec3::new(high.x * angle(k).cos(), y, high.x * angle(k).sin()), 0.0));
+            rim(low.y).chain(rim(high.y)).collect()
+        }
+        ShapeSpec::Surface { .. } => shape.triangles(0).into_iter().flat_map(|s| s.points).map(|v| (v, 0.0)).collect(),
+        _ => {
+            let corner = |k: usize| Vec3::from_fn(|i, _| if k >> i & 1 == 0 { low[i] } else { high[i] });
+            (0..8).map(|k| (corner(k), 0.0)).collect()
+        }
+    }
+}
