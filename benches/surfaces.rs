@@ -5,9 +5,9 @@ use cpu_time::ThreadTime;
 use durometer::effect::contact::surfaces::surface::Surface;
 use durometer::effect::contact::surfaces::{Surfaces, max_step};
 use durometer::math::tensor::{Mat3, Vec3};
+use durometer::mesh::Order;
 use durometer::mesh::parts::{image, side_by_side};
 use durometer::mesh::structured::block;
-use durometer::mesh::Order;
 use durometer::system::Caches;
 
 /// Repetitions, of which the fastest counts.

@@ -43,6 +43,7 @@ pub(super) fn push_boundary(mesh: &mut TetMesh, faces: &Faces, known: impl Fn(&[
     });
 }
 
+/// Corners of a face in ascending order, its key.
 pub(super) fn sorted(mut corners: [u32; 3]) -> [u32; 3] {
     corners.sort_unstable();
     corners
