@@ -2,41 +2,43 @@
 
 use super::builder::{Builder, Gathered, LawSource};
 use super::compare::Measured;
-use super::comparison::limit_of_springs;
-use super::contact_record::NamedContact;
 use super::control::Controls;
 use super::error::{SceneError, hint};
+use super::parts::cable::NamedCable;
+use super::parts::cavity::NamedCavity;
+use super::parts::contact::record::NamedContact;
+use super::parts::edge_springs::limit_of_springs;
 use super::parts::probes::ProbeSpec;
+use super::parts::rigid::RigidBody;
 use super::protocol::NamedSignal;
 use super::recorder::Recorder;
-use super::rigid::RigidBody;
 use super::rules;
 use super::skin::NamedSkin;
 use super::spec::{ConstraintSpec, EffectSpec, SceneSpec};
 use crate::effect::contact::placement::AffineFrame;
-use crate::effect::{Cable, Cavity, CellPoints, Stressed, Viscoelastic};
+use crate::effect::{CellPoints, Stressed, Viscoelastic};
 use crate::material::Law;
 use crate::math::signal::Signal;
 use crate::math::tensor::Vec3;
 use crate::math::units::Dimension;
 use crate::mesh::TetMesh;
 use crate::mesh::generate::{CablePath, MeshStore};
-use crate::scene::cable::build_cable;
-use crate::scene::cavity::build_cavity;
 use crate::scene::compare::read_measured;
-use crate::scene::contact::build_contacts;
 use crate::scene::control::build_controls;
 use crate::scene::cover::check_cover;
 use crate::scene::effects::build_effect;
 use crate::scene::output::check_output;
+use crate::scene::parts::cable::build_cable;
+use crate::scene::parts::cavity::build_cavity;
+use crate::scene::parts::contact::build_contacts;
+use crate::scene::parts::viscoelastic::{check_viscoelastic, note_viscoelastic};
 use crate::scene::protocol::{check_continued, check_formulas};
 use crate::scene::skin::attach_skins;
 use crate::scene::stable::note_stability;
 use crate::scene::stages::{build_spans, check_numerics, note_patches, note_static};
 use crate::scene::start::check_start;
-use crate::scene::viscoelastic::{check_viscoelastic, note_viscoelastic};
 use crate::solve::{Integrator, TimeSpan};
-use crate::system::{Constraint, Effect, State, System};
+use crate::system::{Constraint, Effect, System};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -89,44 +91,6 @@ pub struct Scene {
     pub notes: Vec<String>,
     /// Why the answer has no limit as h → 0
     pub no_limit: Option<String>,
-}
-
-/// A cable with its drive, for probes.
-pub struct NamedCable {
-    pub name: String,
-    pub cable: Arc<Cable>,
-    /// The tension at the pull point; with friction the multipliers of the other segments follow
-    pub drive: Drive,
-    pub by_length: bool,
-    pub friction: bool,
-    /// 1/EA \[1/N\], 0 if it does not stretch
-    pub softness: f64,
-    /// Tension at which the drive yields \[N\], infinite if it never does
-    pub most: f64,
-}
-
-/// A cavity with its drive, for probes.
-pub struct NamedCavity {
-    pub name: String,
-    pub cavity: Arc<Cavity>,
-    pub drive: Drive,
-}
-
-/// Where the tension of a cable or the pressure of a cavity comes from.
-pub enum Drive {
-    /// Index of the constraint whose multiplier it is
-    Multiplier(usize),
-    Prescribed(Signal),
-}
-
-impl Drive {
-    /// Change of the tension or pressure: what is prescribed does not change.
-    pub(super) fn answer(&self, change: &State) -> f64 {
-        match self {
-            Self::Multiplier(c) => change.lambda[*c],
-            Self::Prescribed(_) => 0.0,
-        }
-    }
 }
 
 pub(super) fn part(

@@ -179,6 +179,13 @@ impl<'a> Builder<'a> {
         Ok(cells)
     }
 
+    pub(super) fn positive_density(&self, place: &str, density: f64) -> Result<f64, SceneError> {
+        if density > 0.0 {
+            return Ok(density);
+        }
+        Err(self.content(place, format!("the density is {density:.4} kg/m^3"), "give a positive one"))
+    }
+
     pub(super) fn law(&self, place: &str, name: &str) -> Result<Box<dyn Law>, SceneError> {
         if let Some(law) = self.own_laws.get(name) {
             return Ok(law());

@@ -2,9 +2,9 @@
 //!
 //! A mistake in the values of one part is refused where that part is built; what is here needs two parts to be seen.
 
-use super::contact_spec::{ContactSpec, ResponseSpec};
 use super::error::SceneError;
 use super::linear::LinearSpec;
+use super::parts::contact::spec::{ContactSpec, ResponseSpec};
 use super::spec::{
     CableSpec, CavityDriveSpec, ConstraintSpec, DriveSpec, EffectSpec, FormulationSpec, IntegratorSpec, SceneSpec,
 };

@@ -1,11 +1,11 @@
 //! One run of a scene and its result. Neither prints nor writes.
 
 use super::build::{Scene, columns};
-use super::cable_record::{CableEvent, pulling};
 use super::checkpoint::Snapshot;
 use super::control::{ControlError, Fired};
 use super::linear::{LinearSpec, LinearWork};
 use super::output::{Field, FieldSpec, fields};
+use super::parts::cable::{CableEvent, pulling};
 use super::parts::probes::stretch::largest_stretch;
 use super::recorder::{Energies, Moment};
 use super::rules::against_iterations;

@@ -1,8 +1,6 @@
 //! A scene as it stands in a TOML file. Unknown keys are refused; there is no default physics.
 
-pub use super::cable::{CableSpec, RingSpec};
 pub use super::compare::{CompareSpec, MeasuredSpec};
-pub use super::contact_spec::{ContactSpec, MotionSpec, ResponseSpec, TurningSpec};
 pub use super::control::spec::{EventSpec, ThenSpec, WhenSpec};
 use super::kind::by_kind;
 pub use super::mesh_spec::{
@@ -10,12 +8,14 @@ pub use super::mesh_spec::{
 };
 pub use super::numerics::NumericsSpec;
 pub use super::output::{FieldSpec, FieldsSpec, OutputSpec, ScheduleSpec};
+pub use super::parts::cable::{CableSpec, RingSpec};
+pub use super::parts::contact::spec::{ContactSpec, MotionSpec, ResponseSpec, TurningSpec};
 pub use super::parts::probes::{BendingAngle, Energy, Markers, Position, ProbeSpec, Reaction, Stretch};
+pub use super::parts::rigid::{RigidSpec, WeightSpec};
 pub use super::quantity::{
     Angle, Damping, Density, Force, GuideRadius, Length, Modulus, PerSecond, Quantity, Speed, Spin, SpringStiffness,
     Time, Viscosity,
 };
-pub use super::rigid::{RigidSpec, WeightSpec};
 pub use super::shape::{ShapeSpec, TurnSpec};
 pub use super::signal::{FunctionSpec, SignalSpec};
 pub use super::skin::SkinSpec;

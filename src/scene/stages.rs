@@ -1,9 +1,9 @@
 //! The stages of a scene, and what may stand in which.
 
 use super::builder::Builder;
-use super::cable::CableSpec;
 use super::error::SceneError;
 use super::numerics::NumericsSpec;
+use super::parts::cable::CableSpec;
 use super::quantity::GuideRadius;
 use super::spec::{ConstraintSpec, EffectSpec, IntegratorSpec, SceneSpec, StageSpec};
 use crate::solve::{Integrator, TimeSpan};

@@ -1,7 +1,7 @@
 //! The contacts of a run as its record keeps them.
 
 use crate::effect::contact::Counts;
-use crate::scene::contact_record::NamedContact;
+use crate::scene::parts::contact::record::NamedContact;
 use crate::scene::{Run, Scene};
 use serde::{Deserialize, Serialize};
 

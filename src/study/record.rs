@@ -1,8 +1,8 @@
 //! Record of a finished case on disk, which every report reads: `cases/<id>.json` next to `cases/<id>.csv`.
 
 use crate::material::Law;
-use crate::scene::cable_record::CableEvent;
 use crate::scene::control::Fired;
+use crate::scene::parts::cable::CableEvent;
 use crate::solve::Status;
 use crate::study::contact::ContactRecord;
 use crate::study::overlay::Distance;

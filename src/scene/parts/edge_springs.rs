@@ -1,15 +1,16 @@
-//! Effects for comparison with other simulators: springs and dampers on edges, stiffness-proportional damping.
+//! Springs and dampers on the edges of a mesh, for comparison with other simulators.
 
-use super::builder::{Builder, Gathered};
-use super::error::{SceneError, hint};
-use super::quantity::{Modulus, SpringStiffness};
-use super::spec::{EffectSpec, SceneSpec, StiffnessSpec};
-use crate::effect::{CellPoints, EdgeDampers, EdgeSprings, Stiffness, StiffnessDamping};
+use crate::effect::{CellPoints, EdgeDampers, EdgeSprings};
 use crate::mesh::Order;
+use crate::scene::builder::{Builder, Gathered};
+use crate::scene::error::SceneError;
+use crate::scene::quantity::{Modulus, SpringStiffness};
+use crate::scene::spec::{EffectSpec, SceneSpec};
 use crate::system::Effect;
 use std::sync::Arc;
 
-pub(super) fn build_edge_springs(
+/// Springs of one stiffness, or of a modulus.
+pub(in crate::scene) fn build_edge_springs(
     builder: &Builder,
     place: &str,
     region: &str,
@@ -36,7 +37,8 @@ pub(super) fn build_edge_springs(
     Ok(gathered.store(region, springs))
 }
 
-pub(super) fn build_edge_dampers(
+/// Dampers of one constant.
+pub(in crate::scene) fn build_edge_dampers(
     builder: &Builder,
     place: &str,
     region: &str,
@@ -48,32 +50,6 @@ pub(super) fn build_edge_dampers(
     Ok(Box::new(EdgeDampers::new(&builder.body.mesh, linear_cells(builder, place, region)?, c)))
 }
 
-pub(super) fn build_stiffness_damping(
-    builder: &Builder,
-    place: &str,
-    region: &str,
-    beta: f64,
-    stiffness: StiffnessSpec,
-    gathered: &Gathered,
-) -> Result<Box<dyn Effect>, SceneError> {
-    if beta < 0.0 {
-        return Err(builder.content(place, format!("beta is {beta} s"), "damping is not negative"));
-    }
-    let of_region = gathered.stored.iter().filter(|(name, _)| name == region);
-    let damped: Vec<Arc<dyn Effect>> = of_region.map(|(_, effect)| effect.clone()).collect();
-    if damped.is_empty() {
-        let known: Vec<&String> = gathered.stored.iter().map(|(name, _)| name).collect();
-        let fact = format!("no elastic effect and no springs have the region \"{region}\"");
-        return Err(builder.content(place, fact, hint(region, &known)));
-    }
-    let damping = StiffnessDamping::new(damped, beta, stiffness.into(), &builder.body.mesh.points);
-    let damping = damping.ok_or_else(|| {
-        let remedy = "take formulation = \"displacement\" or \"mean_dilatation\", or viscous_damping";
-        builder.content(place, "stiffness damping of a mixed formulation is not defined", remedy)
-    })?;
-    Ok(Box::new(damping))
-}
-
 fn linear_cells<'b>(builder: &'b Builder, place: &str, region: &str) -> Result<&'b [u32], SceneError> {
     if builder.body.mesh.order == Order::Quadratic {
         let fact = "springs on the halves of a straight edge do not hold its mid-node";
@@ -82,17 +58,8 @@ fn linear_cells<'b>(builder: &'b Builder, place: &str, region: &str) -> Result<&
     builder.cells(place, region)
 }
 
-impl From<StiffnessSpec> for Stiffness {
-    fn from(spec: StiffnessSpec) -> Self {
-        match spec {
-            StiffnessSpec::Initial => Self::Initial,
-            StiffnessSpec::Last => Self::Last,
-        }
-    }
-}
-
-/// Why the answer of a body of springs has no limit as h → 0.
-pub(super) fn limit_of_springs(spec: &SceneSpec) -> Option<String> {
+/// Reason why the response of a body of springs has no limit as h → 0.
+pub(in crate::scene) fn limit_of_springs(spec: &SceneSpec) -> Option<String> {
     let why = |effect: &EffectSpec| match effect {
         EffectSpec::EdgeSprings { stiffness: Some(_), .. } => {
             Some("springs of one stiffness on every edge stiffen the body as 1/h")

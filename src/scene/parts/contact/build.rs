@@ -1,12 +1,5 @@
 //! Contact of a scene: which points, which obstacle, which response, and the effects that follow.
 
-use super::builder::{Builder, Gathered};
-use super::contact_record::{NamedContact, TransientCoupling};
-use super::contact_spec::{ContactSpec, ResponseSpec};
-use super::error::{SceneError, hint};
-use super::rigid::RigidBody;
-use super::shape::ShapeSpec;
-use super::spec::SceneSpec;
 use crate::effect::contact::barrier::Barrier;
 use crate::effect::contact::friction::{ContactFriction, Coulomb};
 use crate::effect::contact::multiplier::Multiplier;
@@ -15,14 +8,21 @@ use crate::effect::contact::placement::{AffineFrame, Obstacle};
 use crate::effect::contact::pressed::{Pressed, Response};
 use crate::effect::contact::{Contact, NormalForces, Sampling, SurfacePoint, points};
 use crate::mesh::error::point;
-use crate::scene::contact_surfaces::build_surfaces;
-use crate::scene::motion::carry;
-use crate::scene::rigid::build_rigid;
+use crate::scene::builder::{Builder, Gathered};
+use crate::scene::error::{SceneError, hint};
+use crate::scene::parts::contact::motion::carry;
+use crate::scene::parts::contact::record::{NamedContact, TransientCoupling};
+use crate::scene::parts::contact::spec::{ContactSpec, ResponseSpec};
+use crate::scene::parts::contact::surfaces::build_surfaces;
+use crate::scene::parts::rigid::RigidBody;
+use crate::scene::parts::rigid::build_rigid;
+use crate::scene::shape::ShapeSpec;
+use crate::scene::spec::SceneSpec;
 use crate::system::Effect;
 use std::sync::Arc;
 
 /// All rigid bodies and contacts, with their effects.
-pub(super) fn build_contacts(
+pub(in crate::scene) fn build_contacts(
     builder: &mut Builder,
     spec: &SceneSpec,
     gathered: &mut Gathered,
@@ -57,7 +57,7 @@ pub(super) fn build_contacts(
 }
 
 /// A contact with its effects, the pressing one first.
-pub(super) fn build_contact(
+pub(in crate::scene) fn build_contact(
     builder: &mut Builder,
     place: &str,
     spec: &ContactSpec,
@@ -120,7 +120,7 @@ pub(super) fn build_contact(
     Ok(NamedContact { name, response: spec.response, of })
 }
 
-pub(super) fn positive_or(
+pub(in crate::scene) fn positive_or(
     builder: &Builder,
     place: &str,
     key: &str,

@@ -1,7 +1,5 @@
 //! What is recorded of a contact: force on its points, least distance, points that are pressed and their area.
 
-use super::contact_spec::ResponseSpec;
-use super::recorder::{Moment, Recorder};
 use crate::effect::contact::friction::ContactFriction;
 use crate::effect::contact::placement::AffineFrame;
 use crate::effect::contact::surfaces::Term;
@@ -9,6 +7,8 @@ use crate::effect::contact::surfaces::friction::SurfaceFriction;
 use crate::effect::contact::surfaces::pressed::PressedSurfaces;
 use crate::effect::contact::{Contact, Counts, NormalForces};
 use crate::math::tensor::Vec3;
+use crate::scene::parts::contact::spec::ResponseSpec;
+use crate::scene::recorder::{Moment, Recorder};
 use crate::system::{At, BlockValues, Caches, Effect, Want};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -17,11 +17,11 @@ use std::sync::Arc;
 pub struct NamedContact {
     pub name: String,
     pub response: ResponseSpec,
-    pub(super) of: TransientCoupling,
+    pub(in crate::scene) of: TransientCoupling,
 }
 
 /// What meets what.
-pub(super) enum TransientCoupling {
+pub(in crate::scene) enum TransientCoupling {
     /// Points an obstacle
     Points { pressing: Arc<dyn NormalForces>, moves: bool, friction: Option<Arc<ContactFriction>> },
     /// Deformable surfaces
@@ -85,7 +85,7 @@ impl NamedContact {
     }
 
     /// The four nodes of an obstacle with a motion.
-    pub(super) fn moving(&self) -> Option<&AffineFrame> {
+    pub(in crate::scene) fn moving(&self) -> Option<&AffineFrame> {
         match &self.of {
             TransientCoupling::Points { pressing, moves: true, .. } => pressing.contact().obstacle.body.as_ref(),
             _ => None,

@@ -1,22 +1,29 @@
 //! Cavities of a scene: which facets, closed or with a rim that is held or declared free, and what drives them.
 
-use super::build::{Drive, NamedCavity};
-use super::builder::Builder;
-use super::error::SceneError;
-use super::recorder::{Change, Moment, Recorder};
-use super::spec::{CavityDriveSpec, ConstraintSpec};
+use super::drive::Drive;
 use crate::effect::{Cavity, CavityPressure, CavityVolume, OpenCavityPressure};
 use crate::math::signal::Signal;
 use crate::math::tensor::Vec3;
 use crate::math::units::Dimension;
 use crate::mesh::TetMesh;
 use crate::mesh::error::point;
+use crate::scene::builder::Builder;
+use crate::scene::error::SceneError;
+use crate::scene::recorder::{Change, Moment, Recorder};
+use crate::scene::spec::{CavityDriveSpec, ConstraintSpec};
 use crate::system::{Constraint, Effect};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
+/// A cavity with its drive, for probes.
+pub struct NamedCavity {
+    pub name: String,
+    pub cavity: Arc<Cavity>,
+    pub drive: Drive,
+}
+
 /// A cavity with its load or its row. To be called when everything that is held is known.
-pub(super) fn build_cavity(
+pub(in crate::scene) fn build_cavity(
     builder: &mut Builder,
     place: &str,
     spec: &ConstraintSpec,

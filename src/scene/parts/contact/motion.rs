@@ -4,16 +4,16 @@
 //! obstacle are prescribed so at the end of each step. Within a step they go straight, and the obstacle is a little smaller than itself on the
 //! way: cos(Δθ/2) of its size.
 
-use super::builder::Builder;
-use super::contact_spec::{MotionSpec, TurningSpec};
-use super::error::SceneError;
 use crate::effect::contact::placement::AffineFrame;
 use crate::math::signal::Signal;
 use crate::math::tensor::Vec3;
 use crate::math::units::Dimension;
+use crate::scene::builder::Builder;
+use crate::scene::error::SceneError;
+use crate::scene::parts::contact::spec::{MotionSpec, TurningSpec};
 
 /// The four nodes that carry an obstacle along its motion.
-pub(super) fn carry(
+pub(in crate::scene) fn carry(
     builder: &mut Builder,
     place: &str,
     name: &str,

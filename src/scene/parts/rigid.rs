@@ -1,11 +1,5 @@
 //! Rigid bodies of a scene: their shape, mass, weight, and the points that meet others.
 
-use super::builder::Builder;
-use super::error::SceneError;
-use super::quantity::{Density, Speed, Spin};
-use super::recorder::{Moment, Recorder};
-use super::shape::ShapeSpec;
-use super::signal::SignalSpec;
 use crate::effect::affine_body::{AffineInertia, Rigidity};
 use crate::effect::contact::SurfacePoint;
 use crate::effect::contact::placement::AffineFrame;
@@ -13,6 +7,12 @@ use crate::effect::contact::shape::Shape;
 use crate::effect::dead_load::DeadLoad;
 use crate::math::tensor::Vec3;
 use crate::math::units::Dimension;
+use crate::scene::builder::Builder;
+use crate::scene::error::SceneError;
+use crate::scene::quantity::{Density, Speed, Spin};
+use crate::scene::recorder::{Moment, Recorder};
+use crate::scene::shape::ShapeSpec;
+use crate::scene::signal::SignalSpec;
 use crate::system::Effect;
 use serde::Deserialize;
 
@@ -48,7 +48,7 @@ pub struct RigidBody {
     pub shape: ShapeSpec,
     pub frame: AffineFrame,
     /// Velocity of the nodes at the start \[m/s\]
-    pub(super) start: [Vec3; 4],
+    pub(in crate::scene) start: [Vec3; 4],
     /// Points of its surface at rest, each with the radius of a ball about it \[m\]
     surface: Vec<(Vec3, f64)>,
 }
@@ -66,7 +66,7 @@ impl Recorder for RigidBody {
 
 impl RigidBody {
     /// The points of its surface that meet others.
-    pub(super) fn points(&self) -> Vec<SurfacePoint> {
+    pub(in crate::scene) fn points(&self) -> Vec<SurfacePoint> {
         let area = self.frame.length.powi(2);
         let point = |(at, radius): &(Vec3, f64)| SurfacePoint {
             at: *at,
@@ -80,7 +80,7 @@ impl RigidBody {
 }
 
 /// A rigid body on its four nodes, with its effects.
-pub(super) fn build_rigid(
+pub(in crate::scene) fn build_rigid(
     builder: &mut Builder,
     place: &str,
     spec: &RigidSpec,

@@ -1,14 +1,14 @@
 //! The viscoelastic effect of a scene: its series, and the elastic effect that it belongs to.
 
-use super::build::part;
-use super::builder::Builder;
-use super::error::SceneError;
-use super::spec::{ArmSpec, EffectSpec, ModuliSpec, SceneSpec};
 use crate::effect::Viscoelastic;
 use crate::material::{Arm, Constants, Prony};
+use crate::scene::build::part;
+use crate::scene::builder::Builder;
+use crate::scene::error::SceneError;
+use crate::scene::spec::{ArmSpec, EffectSpec, ModuliSpec, SceneSpec};
 use crate::solve::TimeSpan;
 
-pub(super) fn build_viscoelastic(
+pub(in crate::scene) fn build_viscoelastic(
     builder: &Builder,
     place: &str,
     region: &str,
@@ -27,7 +27,7 @@ pub(super) fn build_viscoelastic(
 }
 
 /// Each cell of a viscoelastic effect is elastic with the same law, and belongs to one such effect only.
-pub(super) fn check_viscoelastic(builder: &Builder, spec: &SceneSpec) -> Result<(), SceneError> {
+pub(in crate::scene) fn check_viscoelastic(builder: &Builder, spec: &SceneSpec) -> Result<(), SceneError> {
     let mut relaxing = vec![0; builder.body.mesh.cell_count()];
     for (k, effect) in spec.effects.iter().enumerate() {
         let EffectSpec::Viscoelastic { region, law, .. } = effect else { continue };
@@ -57,7 +57,7 @@ pub(super) fn check_viscoelastic(builder: &Builder, spec: &SceneSpec) -> Result<
 }
 
 /// What the series stands for, and which stages do not see it.
-pub(super) fn note_viscoelastic(builder: &mut Builder, spec: &SceneSpec, spans: &[TimeSpan]) {
+pub(in crate::scene) fn note_viscoelastic(builder: &mut Builder, spec: &SceneSpec, spans: &[TimeSpan]) {
     for effect in &spec.effects {
         let EffectSpec::Viscoelastic { law, moduli, prony, .. } = effect else { continue };
         let kept = 1.0 - prony.iter().map(|arm| arm.g).sum::<f64>();

@@ -1,9 +1,5 @@
 //! Contact of two deformable surfaces of a scene, or of one with itself.
 
-use super::builder::Builder;
-use super::contact_record::{NamedContact, TransientCoupling};
-use super::contact_spec::{ContactSpec, ResponseSpec};
-use super::error::SceneError;
 use crate::effect::contact::barrier::Barrier;
 use crate::effect::contact::friction::Coulomb;
 use crate::effect::contact::surfaces::Surfaces;
@@ -11,11 +7,15 @@ use crate::effect::contact::surfaces::friction::SurfaceFriction;
 use crate::effect::contact::surfaces::pressed::PressedSurfaces;
 use crate::effect::contact::surfaces::surface::Surface;
 use crate::mesh::error::point;
+use crate::scene::builder::Builder;
+use crate::scene::error::SceneError;
+use crate::scene::parts::contact::record::{NamedContact, TransientCoupling};
+use crate::scene::parts::contact::spec::{ContactSpec, ResponseSpec};
 use crate::system::Effect;
 use std::sync::Arc;
 
 /// A contact with its effects, the pressing one first.
-pub(super) fn build_surfaces(
+pub(in crate::scene) fn build_surfaces(
     builder: &mut Builder,
     place: &str,
     spec: &ContactSpec,

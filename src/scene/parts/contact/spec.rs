@@ -1,8 +1,8 @@
 //! `[[contact]]` as it stands in a scene.
 
-use super::quantity::{Length, Modulus, Speed};
-use super::shape::ShapeSpec;
-use super::signal::SignalSpec;
+use crate::scene::quantity::{Length, Modulus, Speed};
+use crate::scene::shape::ShapeSpec;
+use crate::scene::signal::SignalSpec;
 use serde::Deserialize;
 
 /// A part of the surface, or a rigid body, against an obstacle.
