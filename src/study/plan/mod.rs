@@ -9,144 +9,32 @@
 //! The uncertainty of f* is not in the expected error: the plan states it apart, as what it cannot promise. After the run f* is estimated
 //! again with the run as a further mesh, and the error of the run against it is compared with the expected one.
 
+mod error;
 pub mod model;
 mod pilots;
+mod request;
+mod settings;
 mod sizes;
 mod steps;
 mod words;
 
+pub use error::PlanError;
+pub use request::{Request, Watch};
+pub use settings::{Outcome, Pilot, Plan, Setting};
 pub use sizes::Meshes;
 
-use crate::scene::{Progress, SceneError};
 use crate::study::curve::peak;
 use crate::study::estimate::family::{Estimate, Level, estimate};
 use crate::study::estimate::reference::choose;
 use crate::study::record::{CaseRecord, Role, StoredCase};
-use model::{Clock, Counted, error_law};
+use model::{Clock, error_law};
 use pilots::Pilots;
-use serde::Serialize;
 use sizes::Choice;
 use std::collections::BTreeMap;
-use std::path::PathBuf;
-use std::sync::atomic::AtomicBool;
 use steps::Steps;
 
 /// Share of the budget for the pilots.
 const SHARE: f64 = 0.25;
-
-/// Request for a plan.
-pub struct Request<'a> {
-    pub file: PathBuf,
-    pub changes: Vec<(String, toml::Value)>,
-    /// Largest error of a peak \[–\]
-    pub tolerance: f64,
-    /// For pilots and run together \[CPU s\]
-    pub budget_s: f64,
-    /// Columns; those of a convergence study if empty
-    pub quantities: Vec<String>,
-    /// Set to stop
-    pub stop: &'a AtomicBool,
-}
-
-/// Observer of a plan in progress.
-pub trait Watch {
-    fn line(&self, line: &str);
-    fn started(&self, name: &str);
-    fn progress(&self, name: &str, progress: Progress);
-    fn finished(&self, record: &CaseRecord);
-}
-
-/// Why there is no plan.
-#[derive(Debug, thiserror::Error)]
-pub enum PlanError {
-    #[error(transparent)]
-    Scene(Box<SceneError>),
-    #[error("{}: its mesh comes in one size, and a plan chooses the size; give a `body` with `cells`, or a CAD or surface file with `cells`", file.display())]
-    OneMesh { file: PathBuf },
-    #[error("{}: mesh.size is given, and a plan chooses mesh.cells; replace it by `cells`", file.display())]
-    EdgeLength { file: PathBuf },
-    #[error("{}: fewer than three sizes of its body are stored, and the mesher is not installed; run: durometer doctor --setup", file.display())]
-    FewMeshes { file: PathBuf },
-    #[error("{0}")]
-    Mesh(String),
-    #[error("{}: {fact}", file.display())]
-    Quantity { file: PathBuf, fact: String },
-    #[error("no element came through three pilots within a quarter of the budget ({spent:.0} s spent{}); raise --budget, or take a larger dt", told(.lost))]
-    FewPilots { spent: f64, lost: Vec<(String, String)> },
-    #[error("stopped")]
-    Stopped,
-}
-
-fn told(lost: &[(String, String)]) -> String {
-    lost.iter().map(|(what, why)| format!("; {what}: {why}")).collect()
-}
-
-/// The answer.
-#[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct Plan {
-    pub tolerance: f64,
-    pub budget_s: f64,
-    pub meshes: Meshes,
-    pub quantities: Vec<String>,
-    /// Column → f* and U(f*)/|f*| from the pilots
-    pub references: BTreeMap<String, (f64, f64)>,
-    pub pilots: Vec<Pilot>,
-    pub pilots_cpu_s: f64,
-    pub steps: Steps,
-    /// Every setting that was weighed, by time
-    pub weighed: Vec<Setting>,
-    pub chosen: Option<Setting>,
-    /// The chosen one is expected within tolerance and budget
-    pub meets: bool,
-    /// Pilots that could not be used: (what, why)
-    pub lost: Vec<(String, String)>,
-    pub promises: Vec<String>,
-    /// How good the prediction was, once the run was made
-    pub outcome: Option<Outcome>,
-}
-
-#[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct Pilot {
-    pub name: String,
-    pub cells: usize,
-    pub cpu_s: f64,
-    /// Column → peak
-    pub peaks: BTreeMap<String, f64>,
-}
-
-/// A mesh and element with what is expected of it.
-#[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct Setting {
-    pub element: String,
-    /// As to be asked for
-    pub cells: u64,
-    /// Changes to the scene, `key=value`
-    pub set: Vec<String>,
-    pub counted: Counted,
-    /// Largest over the quantities \[–\]
-    pub error: f64,
-    pub limited_by: String,
-    /// Known only this well \[–\]: U(f*) of that quantity
-    pub uncertainty: f64,
-    pub cpu_s: f64,
-}
-
-/// Expected and found.
-#[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct Outcome {
-    pub status: String,
-    pub cpu_s: f64,
-    pub wall_s: f64,
-    /// Expected over found
-    pub time_ratio: f64,
-    /// Of the quantity that limits, against f* with the run as a further mesh \[–\]
-    pub error: f64,
-    /// Known this well \[–\]
-    pub uncertainty: f64,
-    pub error_ratio: f64,
-    /// Column → peak of the run
-    pub peaks: BTreeMap<String, f64>,
-}
 
 /// A plan with what is needed to carry it out.
 pub struct Planned {

@@ -1,8 +1,8 @@
 //! Choices of a plan: elements, and the meshes of the scene's body that are stored or can be made.
 
 use crate::mesh::generate::MeshStore;
-use crate::scene::{ElementSpec, SceneError, SceneSpec, request};
-use crate::study::plan::PlanError;
+use crate::scene::{ElementSpec, SceneSpec, request};
+use crate::study::plan::error::PlanError;
 use std::path::Path;
 use toml::Value;
 
@@ -87,11 +87,5 @@ impl Choice {
     pub fn changes(&self, cells: u64) -> Vec<(String, Value)> {
         let cells = ("mesh.cells".to_string(), Value::Integer(cells as i64));
         self.set.iter().cloned().chain([cells]).collect()
-    }
-}
-
-impl From<SceneError> for PlanError {
-    fn from(error: SceneError) -> Self {
-        Self::Scene(Box::new(error))
     }
 }

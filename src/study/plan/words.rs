@@ -1,8 +1,8 @@
 //! A plan in words.
 
 use crate::report::words::{capital, percent, seconds};
+use crate::study::plan::settings::{Outcome, Plan, Setting};
 use crate::study::plan::sizes::Meshes;
-use crate::study::plan::{Outcome, Plan, Setting};
 
 /// Limits of a plan: the promises it cannot make.
 pub(super) fn promises(plan: &Plan) -> Vec<String> {

@@ -1,0 +1,28 @@
+//! The request for a plan, and who follows its progress.
+
+use crate::scene::Progress;
+use crate::study::record::CaseRecord;
+use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
+
+/// Request for a plan.
+pub struct Request<'a> {
+    pub file: PathBuf,
+    pub changes: Vec<(String, toml::Value)>,
+    /// Largest error of a peak \[–\]
+    pub tolerance: f64,
+    /// For pilots and run together \[CPU s\]
+    pub budget_s: f64,
+    /// Columns; those of a convergence study if empty
+    pub quantities: Vec<String>,
+    /// Set to stop
+    pub stop: &'a AtomicBool,
+}
+
+/// Observer of a plan in progress.
+pub trait Watch {
+    fn line(&self, line: &str);
+    fn started(&self, name: &str);
+    fn progress(&self, name: &str, progress: Progress);
+    fn finished(&self, record: &CaseRecord);
+}

@@ -1,0 +1,74 @@
+//! A plan: the settings that were weighed, the chosen one, and how the prediction compares with the run.
+
+use crate::study::plan::model::Counted;
+use crate::study::plan::sizes::Meshes;
+use crate::study::plan::steps::Steps;
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// The plan: references from the pilots, settings by time, and the choice.
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct Plan {
+    pub tolerance: f64,
+    pub budget_s: f64,
+    pub meshes: Meshes,
+    pub quantities: Vec<String>,
+    /// Column → f* and U(f*)/|f*| from the pilots
+    pub references: BTreeMap<String, (f64, f64)>,
+    pub pilots: Vec<Pilot>,
+    pub pilots_cpu_s: f64,
+    pub steps: Steps,
+    /// Every setting that was weighed, by time
+    pub weighed: Vec<Setting>,
+    pub chosen: Option<Setting>,
+    /// The chosen one is expected within tolerance and budget
+    pub meets: bool,
+    /// Pilots that could not be used: (what, why)
+    pub lost: Vec<(String, String)>,
+    pub promises: Vec<String>,
+    /// How good the prediction was, once the run was made
+    pub outcome: Option<Outcome>,
+}
+
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct Pilot {
+    pub name: String,
+    pub cells: usize,
+    pub cpu_s: f64,
+    /// Column → peak
+    pub peaks: BTreeMap<String, f64>,
+}
+
+/// A mesh and element with what is expected of it.
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct Setting {
+    pub element: String,
+    /// As to be asked for
+    pub cells: u64,
+    /// Changes to the scene, `key=value`
+    pub set: Vec<String>,
+    pub counted: Counted,
+    /// Largest over the quantities \[–\]
+    pub error: f64,
+    pub limited_by: String,
+    /// Known only this well \[–\]: U(f*) of that quantity
+    pub uncertainty: f64,
+    pub cpu_s: f64,
+}
+
+/// Expected and found.
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct Outcome {
+    pub status: String,
+    pub cpu_s: f64,
+    pub wall_s: f64,
+    /// Expected over found
+    pub time_ratio: f64,
+    /// Of the quantity that limits, against f* with the run as a further mesh \[–\]
+    pub error: f64,
+    /// Known this well \[–\]
+    pub uncertainty: f64,
+    pub error_ratio: f64,
+    /// Column → peak of the run
+    pub peaks: BTreeMap<String, f64>,
+}
