@@ -1,7 +1,8 @@
 //! The mesh of a scene: read from a volume mesh file, or found or made by the mesher.
 
-use super::build::{Body, part};
+use super::build::Body;
 use super::error::SceneError;
+use super::error::part;
 use super::grid::{disturb, grid, mesh_hash};
 use super::mesh_spec::{ElementSpec, GeneratorSpec, MeshSpec};
 use crate::math::units::{self, Dimension};

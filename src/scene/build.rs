@@ -4,7 +4,7 @@ use super::builder::{Builder, Gathered, LawSource};
 use super::compare::Measured;
 use super::constraints::{Constrained, build_constraints};
 use super::control::Controls;
-use super::error::{SceneError, hint};
+use super::error::{SceneError, hint, part};
 use super::parts::cable::NamedCable;
 use super::parts::cavity::NamedCavity;
 use super::parts::contact::record::NamedContact;
@@ -88,14 +88,6 @@ pub struct Scene {
     pub notes: Vec<String>,
     /// Why the answer has no limit as h → 0
     pub no_limit: Option<String>,
-}
-
-pub(super) fn part(
-    file: &Path,
-    place: impl Into<String>,
-    source: impl Into<Box<dyn std::error::Error + Send + Sync>>,
-) -> SceneError {
-    SceneError::Part { file: file.into(), place: place.into(), source: source.into() }
 }
 
 /// Everything that is recorded, in the order of the columns.

@@ -1,7 +1,8 @@
 //! Regions, laws, effects, cables and prescribed motions of a scene on its mesh.
 
-use super::build::{Body, part};
+use super::build::Body;
 use super::control::SignalBuilder;
+use super::error::part;
 use super::error::{SceneError, hint};
 use super::mesh_spec::{PickSpec, SelectorSpec};
 use super::protocol::NamedSignal;

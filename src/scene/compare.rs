@@ -1,8 +1,8 @@
 //! Measured curves in CSV files, to be laid over recorded ones.
 
-use super::build::part;
 use super::builder::Builder;
 use super::control::in_unit_of;
+use super::error::part;
 use super::error::{SceneError, hint};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};

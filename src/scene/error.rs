@@ -125,6 +125,15 @@ pub fn hint<T: AsRef<str>>(word: &str, known: &[T]) -> String {
     }
 }
 
+/// A mistake in a part of a scene, from its own error.
+pub(super) fn part(
+    file: &Path,
+    place: impl Into<String>,
+    source: impl Into<Box<dyn std::error::Error + Send + Sync>>,
+) -> SceneError {
+    SceneError::Part { file: file.into(), place: place.into(), source: source.into() }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

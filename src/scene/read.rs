@@ -1,6 +1,6 @@
 //! From text to a [`SceneSpec`]: every mistake is reported with its line, its table and the nearest known key.
 
-use super::build::part;
+use super::error::part;
 use super::error::{Line, Mistake, SceneError, explain};
 use super::kind;
 use super::overrides;

@@ -1,8 +1,8 @@
 //! Skins of a scene: surfaces from files that follow the body and are written with its fields. They have no stiffness and
 //! no mass; a traction on one reaches the nodes by the transpose of the map that moves it.
 
-use super::build::part;
 use super::builder::Builder;
+use super::error::part;
 use super::error::{SceneError, hint};
 use super::quantity::Length;
 use crate::math::units::{self, Dimension};

@@ -3,9 +3,9 @@
 //! Nodes that are held or prescribed stay where their signals put them at t = 0. Nothing moves at the start but what `moving` and
 //! rigid bodies say.
 
-use super::build::part;
 use super::builder::Builder;
 use super::error::SceneError;
+use super::error::part;
 use super::kind::by_kind;
 use super::quantity::{Angle, Length, Speed};
 use super::{Scene, SceneSpec};

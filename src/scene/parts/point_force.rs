@@ -4,9 +4,9 @@ use crate::effect::dead_load::DeadLoad;
 use crate::math::tensor::Vec3;
 use crate::math::units::Dimension;
 use crate::mesh::embed::{ball_weights, embed};
-use crate::scene::build::part;
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
+use crate::scene::error::part;
 use crate::scene::quantity::{GuideRadius, Length};
 use crate::scene::signal::SignalSpec;
 

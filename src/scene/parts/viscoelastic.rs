@@ -2,9 +2,9 @@
 
 use crate::effect::Viscoelastic;
 use crate::material::{Arm, Constants, Prony};
-use crate::scene::build::part;
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
+use crate::scene::error::part;
 use crate::scene::spec::{ArmSpec, EffectSpec, ModuliSpec, SceneSpec};
 use crate::solve::TimeSpan;
 
