@@ -5,8 +5,9 @@ use cpu_time::ThreadTime;
 use durometer::effect::contact::surfaces::surface::Surface;
 use durometer::effect::contact::surfaces::{Surfaces, max_step};
 use durometer::math::tensor::{Mat3, Vec3};
+use durometer::mesh::Order;
+use durometer::mesh::parts::{image, side_by_side};
 use durometer::mesh::structured::block;
-use durometer::mesh::{Order, TetMesh};
 use durometer::system::Caches;
 
 /// Repetitions, of which the fastest counts.
@@ -40,8 +41,8 @@ fn main() {
 fn sheets(n: usize) -> (usize, [f64; 2], usize) {
     let size = 1e-3 * n as f64;
     let sheet = block(n, n, 1, size, size, 1e-3, Order::Linear);
-    let above = sheet.image(&Mat3::identity(), &(Vec3::z() * 1.02e-3));
-    let mesh = TetMesh::side_by_side(&[("a".into(), sheet), ("b".into(), above)]).expect("two");
+    let above = image(&sheet, &Mat3::identity(), &(Vec3::z() * 1.02e-3));
+    let mesh = side_by_side(&[("a".into(), sheet), ("b".into(), above)]).expect("two");
     let surface = |name: &str| Surface::new(&mesh, &mesh.regions[name].facets);
     let (first, second) = (surface("b.zmin"), surface("a.zmax"));
     let triangles = first.triangles.len() + second.triangles.len();

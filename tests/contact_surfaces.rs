@@ -11,7 +11,9 @@ use durometer::effect::contact::surfaces::pressed::PressedSurfaces;
 use durometer::effect::contact::surfaces::surface::Surface;
 use durometer::effect::contact::surfaces::{Surfaces, Term};
 use durometer::math::tensor::Vec3;
+use durometer::mesh::boundary::boundary_facets;
 use durometer::mesh::element::CELL_FACES;
+use durometer::mesh::parts::{image, side_by_side};
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, Region, TetMesh};
 use durometer::scene::{Body, Checkpoint, Run, RunOptions, Scene, read_scene};
@@ -31,16 +33,16 @@ fn two_cells(random: &mut Random, order: Order) -> TetMesh {
     let middle = |m: &TetMesh| m.points.iter().sum::<Vec3>() / m.points.len() as f64;
     let centred = |m: TetMesh, to: Vec3| {
         let from = middle(&m);
-        m.image(&nalgebra::Matrix3::identity(), &(to - from))
+        image(&m, &nalgebra::Matrix3::identity(), &(to - from))
     };
-    let first = centred(mesh.image(&a, &Vec3::zeros()), Vec3::zeros());
-    let second = centred(mesh.image(&b, &Vec3::zeros()), away);
+    let first = centred(image(&mesh, &a, &Vec3::zeros()), Vec3::zeros());
+    let second = centred(image(&mesh, &b, &Vec3::zeros()), away);
     let with_skin = |mut m: TetMesh| {
-        let facets = m.boundary_facets();
+        let facets = boundary_facets(&m);
         m.regions.insert("skin".into(), Region { facets, ..Region::default() });
         m
     };
-    TetMesh::side_by_side(&[("a".into(), with_skin(first)), ("b".into(), with_skin(second))]).expect("two")
+    side_by_side(&[("a".into(), with_skin(first)), ("b".into(), with_skin(second))]).expect("two")
 }
 
 fn pressed(mesh: &TetMesh, reach: f64) -> PressedSurfaces {
@@ -156,7 +158,7 @@ fn every_point_feels_a_flat_surface_once() {
     for _ in 0..300 {
         // A box on its corner
         let turn = nalgebra::Rotation3::from_euler_angles(0.7, 0.6, random.around(3.0)).into_inner();
-        let mut tip = cell.image(&turn, &Vec3::zeros());
+        let mut tip = image(&cell, &turn, &Vec3::zeros());
         let lowest = tip.points.iter().copied().min_by(|a, b| a.z.total_cmp(&b.z)).expect("nodes");
         let place = match random.unit() {
             u if u < 0.3 => Vec3::new(0.5, 0.5, 0.0),
@@ -164,13 +166,13 @@ fn every_point_feels_a_flat_surface_once() {
             _ => Vec3::new(random.around(0.6) + 0.5, random.around(0.6) + 0.5, 0.0),
         };
         let d = 0.03 + 0.06 * random.unit();
-        tip = tip.image(&nalgebra::Matrix3::identity(), &(place + Vec3::z() * (0.5 + d) - lowest));
+        tip = image(&tip, &nalgebra::Matrix3::identity(), &(place + Vec3::z() * (0.5 + d) - lowest));
         let skin = |mut m: TetMesh| {
-            let facets = m.boundary_facets();
+            let facets = boundary_facets(&m);
             m.regions.insert("skin".into(), Region { facets, ..Region::default() });
             m
         };
-        let both = TetMesh::side_by_side(&[("a".into(), skin(mesh.clone())), ("b".into(), skin(tip))]).expect("two");
+        let both = side_by_side(&[("a".into(), skin(mesh.clone())), ("b".into(), skin(tip))]).expect("two");
         let surface = |name: &str| Surface::new(&both, &both.regions[name].facets);
         let surfaces = Surfaces::new("c".into(), surface("b.skin"), Some(surface("a.skin")), both.points.clone(), 0.1);
         let pressed = PressedSurfaces::new(surfaces, barrier);
@@ -312,7 +314,7 @@ fn crossings(mesh: &TetMesh, x: &[f64], two: bool) -> usize {
         Order::Quadratic => &[[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]],
     };
     let (mut triangles, mut edges) = (Vec::new(), BTreeSet::new());
-    for f in mesh.boundary_facets() {
+    for f in boundary_facets(mesh) {
         let nodes = mesh.facet(f as usize);
         for piece in pieces {
             let t = piece.map(|k| nodes[k]);

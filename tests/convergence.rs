@@ -12,6 +12,7 @@ use common::{DeadLoad, elastic, law, move_to, ramp, statics, surface};
 use durometer::material::{Law, Want};
 use durometer::math::tensor::{Mat3, Vec3};
 use durometer::mesh::Order;
+use durometer::mesh::disturb::distort;
 use durometer::mesh::structured::block;
 use durometer::system::System;
 
@@ -59,7 +60,7 @@ impl Wave {
 fn orders(name: &str, amplitude: f64, order: Order, n: usize) -> [f64; 2] {
     let run = |n: usize| {
         let mut mesh = block(n, n, n, 1.0, 1.0, 1.0, order);
-        mesh.distort(5, 0.1);
+        distort(&mut mesh, 5, 0.1);
         let (wave, law) = (Wave::new(amplitude), law(name, 1.0, 0.3));
         let load = DeadLoad::body(&mesh, ramp(1.0), |x| wave.force(law.as_ref(), x));
         let prescribed = move_to(&mesh, &surface(&mesh), |x| wave.u(x));

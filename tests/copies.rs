@@ -4,7 +4,10 @@ mod common;
 
 use common::column;
 use durometer::math::tensor::{Mat3, Vec3};
+use durometer::mesh::boundary::boundary_facets;
+use durometer::mesh::disturb::distort;
 use durometer::mesh::overlap::overlap;
+use durometer::mesh::parts::{image, parts, side_by_side};
 use durometer::mesh::structured::block;
 use durometer::mesh::validate::min_det;
 use durometer::mesh::{Order, TetMesh};
@@ -201,13 +204,13 @@ friction = 0
 fn images_are_sound() {
     for order in [Order::Linear, Order::Quadratic] {
         let mut mesh = block(2, 2, 2, 0.2, 0.1, 0.1, order);
-        mesh.distort(5, 0.1);
+        distort(&mut mesh, 5, 0.1);
         let turn = nalgebra::Rotation3::from_euler_angles(0.4, 0.2, -0.7).into_inner();
         let mirror = Mat3::from_diagonal(&Vec3::new(-1.0, 1.0, 1.0));
         let away = Vec3::new(-0.3, 0.0, 0.0);
-        let other = mesh.image(&(turn * mirror), &away);
+        let other = image(&mesh, &(turn * mirror), &away);
         let named = [("a".to_string(), mesh.clone()), ("b".to_string(), other)];
-        let whole = TetMesh::side_by_side(&named).expect("two meshes");
+        let whole = side_by_side(&named).expect("two meshes");
         assert!((0..whole.cell_count()).all(|c| min_det(&whole, c) > 0.0));
         assert!((whole.volume() / mesh.volume() - 2.0).abs() < 1e-13);
         let flux = |m: &TetMesh| -> f64 {
@@ -216,11 +219,11 @@ fn images_are_sound() {
         };
         // Gauss: ∮ x·n dA = 3 V on flat facets.
         assert!((flux(&whole) / (3.0 * whole.volume()) - 1.0).abs() < 1e-12);
-        assert_eq!(whole.boundary_facets().len(), 2 * mesh.boundary_facets().len());
+        assert_eq!(boundary_facets(&whole).len(), 2 * boundary_facets(&mesh).len());
         let area = |r: &str| whole.region_area(&whole.regions[r].facets);
         assert!((area("b.xmin") - area("a.xmin")).abs() < 1e-15);
         assert!((area("xmin") - 2.0 * area("a.xmin")).abs() < 1e-15);
-        let parts = whole.parts();
+        let parts = parts(&whole);
         let half = mesh.cell_count();
         assert!(parts[..half].iter().all(|p| *p == 0));
         assert!(parts[half..].iter().all(|p| *p == mesh.points.len() as u32));
@@ -231,7 +234,7 @@ fn images_are_sound() {
 /// whose cells are longer than the bars are thick.
 #[test]
 fn contact_is_told_from_overlap() {
-    let at = |mesh: &TetMesh, b: [f64; 3]| mesh.image(&Mat3::identity(), &Vec3::from(b));
+    let at = |mesh: &TetMesh, b: [f64; 3]| image(mesh, &Mat3::identity(), &Vec3::from(b));
     for order in [Order::Linear, Order::Quadratic] {
         let cube = block(2, 2, 2, 1.0, 1.0, 1.0, order);
         for (away, shared) in [

@@ -60,6 +60,88 @@ fn constraint_kind(spec: &ConstraintSpec) -> usize {
     }
 }
 
+/// Springs with each stiffness, and dampers.
+const EDGES: &str = r#"
+[[effect]]
+kind = "edge_springs"
+region = "body"
+stiffness = "30 kN/m"
+[[effect]]
+kind = "edge_springs"
+region = "body"
+E = "100 kPa"
+[[effect]]
+kind = "edge_dampers"
+region = "body"
+damping = "500 N s/m"
+"#;
+
+/// Loads, dampers, constraints and the stage.
+const LOADS_AND_CONSTRAINTS: &str = r#"[[effect]]
+kind = "gravity"
+region = "body"
+density = "1000 kg/m^3"
+direction = [1, -2, 3]
+acceleration = { kind = "ramp", from = "0 m/s^2", to = "30 m/s^2", end = "1 s" }
+[[effect]]
+kind = "point_force"
+point = ["0.6 m", "0.5 m", "0.4 m"]
+radius = "0.3 m"
+direction = [1, 1, -1]
+force = { kind = "ramp", from = "0 N", to = "9 kN", end = "1 s" }
+[[effect]]
+kind = "traction"
+region = "ymax"
+direction = [0, 2, 1]
+traction = { kind = "ramp", from = "0 kPa", to = "9 kPa", end = "1 s" }
+[[effect]]
+kind = "mass_damping"
+region = "body"
+density = "900 kg/m^3"
+mass = "consistent"
+alpha = "3 /s"
+[[effect]]
+kind = "viscous_damping"
+region = "body"
+eta = "2 kPa s"
+[[constraint]]
+kind = "fixed"
+region = "xmin"
+[[constraint]]
+kind = "prescribed"
+region = "xmax"
+components = "xz"
+displacement = { kind = "ramp", from = "0 mm", to = "80 mm", end = "1 s" }
+[[constraint]]
+kind = "cable"
+name = "by_length"
+guides = [["0.05 m", "0.8 m", "0.3 m"], ["0.5 m", "0.7 m", "0.5 m"], ["0.9 m", "0.8 m", "0.6 m"]]
+pull_point = ["-0.3 m", "0.9 m", "0.2 m"]
+guide_radius = "0.2 m"
+drive = { kind = "length", signal = "10 mm" }
+[[constraint]]
+kind = "cable"
+name = "by_tension"
+guides = [["0.3 m", "0.2 m", "0.3 m"], ["0.9 m", "0.3 m", "0.6 m"]]
+pull_point = ["-0.3 m", "0.1 m", "0.2 m"]
+guide_radius = "point"
+drive = { kind = "tension", signal = { kind = "ramp", from = "0 N", to = "5 kN", end = "1 s" } }
+[[constraint]]
+kind = "cavity"
+name = "by_pressure"
+region = "xmin"
+drive = { kind = "pressure", signal = { kind = "ramp", from = "0 kPa", to = "20 kPa", end = "1 s" } }
+[[constraint]]
+kind = "cavity"
+name = "by_volume"
+region = "xmin"
+drive = { kind = "volume", signal = "10 ml" }
+[[stage]]
+integrator = "bdf2"
+duration = "1 s"
+dt = "0.1 s"
+"#;
+
 /// Every kind once (the viscoelastic one where the law has an isochoric part), inertia with each lumping, springs with each
 /// stiffness, the law given; what acts on edges on tet4 only. Moduli, densities and viscosities make forces of one size.
 fn sample(law: &str, order: Order) -> Scene {
@@ -75,25 +157,7 @@ moduli = "instantaneous"
 prony = [{ g = 0.3, tau = "10 ms" }, { g = 0.2, tau = "0.1 s" }]
 "#;
     let isochoric = LAWS.iter().any(|entry| entry.info.name == law && entry.info.isochoric);
-    let edges = match order {
-        Order::Linear => {
-            r#"
-[[effect]]
-kind = "edge_springs"
-region = "body"
-stiffness = "30 kN/m"
-[[effect]]
-kind = "edge_springs"
-region = "body"
-E = "100 kPa"
-[[effect]]
-kind = "edge_dampers"
-region = "body"
-damping = "500 N s/m"
-"#
-        }
-        Order::Quadratic => "",
-    };
+    let edges = if order == Order::Linear { EDGES } else { "" };
     let text = format!(
         r#"
 [mesh]
@@ -116,70 +180,7 @@ region = "body"
 law = "rubber"
 {}{}
 {edges}
-[[effect]]
-kind = "gravity"
-region = "body"
-density = "1000 kg/m^3"
-direction = [1, -2, 3]
-acceleration = {{ kind = "ramp", from = "0 m/s^2", to = "30 m/s^2", end = "1 s" }}
-[[effect]]
-kind = "point_force"
-point = ["0.6 m", "0.5 m", "0.4 m"]
-radius = "0.3 m"
-direction = [1, 1, -1]
-force = {{ kind = "ramp", from = "0 N", to = "9 kN", end = "1 s" }}
-[[effect]]
-kind = "traction"
-region = "ymax"
-direction = [0, 2, 1]
-traction = {{ kind = "ramp", from = "0 kPa", to = "9 kPa", end = "1 s" }}
-[[effect]]
-kind = "mass_damping"
-region = "body"
-density = "900 kg/m^3"
-mass = "consistent"
-alpha = "3 /s"
-[[effect]]
-kind = "viscous_damping"
-region = "body"
-eta = "2 kPa s"
-[[constraint]]
-kind = "fixed"
-region = "xmin"
-[[constraint]]
-kind = "prescribed"
-region = "xmax"
-components = "xz"
-displacement = {{ kind = "ramp", from = "0 mm", to = "80 mm", end = "1 s" }}
-[[constraint]]
-kind = "cable"
-name = "by_length"
-guides = [["0.05 m", "0.8 m", "0.3 m"], ["0.5 m", "0.7 m", "0.5 m"], ["0.9 m", "0.8 m", "0.6 m"]]
-pull_point = ["-0.3 m", "0.9 m", "0.2 m"]
-guide_radius = "0.2 m"
-drive = {{ kind = "length", signal = "10 mm" }}
-[[constraint]]
-kind = "cable"
-name = "by_tension"
-guides = [["0.3 m", "0.2 m", "0.3 m"], ["0.9 m", "0.3 m", "0.6 m"]]
-pull_point = ["-0.3 m", "0.1 m", "0.2 m"]
-guide_radius = "point"
-drive = {{ kind = "tension", signal = {{ kind = "ramp", from = "0 N", to = "5 kN", end = "1 s" }} }}
-[[constraint]]
-kind = "cavity"
-name = "by_pressure"
-region = "xmin"
-drive = {{ kind = "pressure", signal = {{ kind = "ramp", from = "0 kPa", to = "20 kPa", end = "1 s" }} }}
-[[constraint]]
-kind = "cavity"
-name = "by_volume"
-region = "xmin"
-drive = {{ kind = "volume", signal = "10 ml" }}
-[[stage]]
-integrator = "bdf2"
-duration = "1 s"
-dt = "0.1 s"
-"#,
+{LOADS_AND_CONSTRAINTS}"#,
         common::example_table(law),
         masses.concat(),
         if isochoric { relaxing } else { "" },

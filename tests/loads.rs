@@ -5,6 +5,7 @@ mod common;
 use common::{Random, scene};
 use durometer::material::Want;
 use durometer::math::tensor::{Mat3, Vec3};
+use durometer::mesh::disturb::distort;
 use durometer::mesh::embed::embed;
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh};
@@ -17,7 +18,7 @@ const AT: [f64; 3] = [0.62, 0.45, 0.38];
 /// A unit cube with flat sides and inner nodes moved.
 fn cube(order: Order) -> TetMesh {
     let mut mesh = block(2, 2, 2, 1.0, 1.0, 1.0, order);
-    mesh.distort(5, 0.1);
+    distort(&mut mesh, 5, 0.1);
     mesh
 }
 

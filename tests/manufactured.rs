@@ -18,6 +18,7 @@ use common::{DeadLoad, law, move_to, nodes, ramp, statics};
 use durometer::material::{Law, Want};
 use durometer::math::tensor::{Mat3, Vec3};
 use durometer::mesh::Order;
+use durometer::mesh::disturb::distort;
 use durometer::mesh::structured::block;
 
 /// The motion, with μ/κ.
@@ -66,7 +67,7 @@ impl Shears {
 /// traction P N on the others: with every side given a motion, locking hides in the pressure.
 fn run(order: Order, formulation: Formulation, nu: f64, n: usize) -> [f64; 2] {
     let mut mesh = block(n, n, n, 1.0, 1.0, 1.0, order);
-    mesh.distort(5, 0.1);
+    distort(&mut mesh, 5, 0.1);
     let law = law("neo_hookean_split", 2.0 * (1.0 + nu), nu);
     let motion = Shears { amplitude: 0.1, compressibility: 1.0 / law.small_strain().kappa };
     let (mut held, mut loaded) = (vec![], (0..mesh.facet_count() as u32).collect::<Vec<_>>());

@@ -1,6 +1,7 @@
 //! Mesh files: what is read, and one bad file per refusal in `tests/bad/`.
 
 use durometer::math::tensor::Vec3;
+use durometer::mesh::boundary::boundary_facets;
 use durometer::mesh::validate::min_det;
 use durometer::mesh::{self, MeshError, Order, TetMesh};
 use std::io::Write;
@@ -25,7 +26,7 @@ fn volume_of_surface(mesh: &TetMesh) -> f64 {
         };
         rule.points.iter().zip(&rule.weights).map(term).sum::<f64>()
     };
-    mesh.boundary_facets().into_iter().map(flux).sum::<f64>() / 3.0
+    boundary_facets(mesh).into_iter().map(flux).sum::<f64>() / 3.0
 }
 
 /// Two unit cubes side by side along x, as gmsh 4.15 writes them, in every format.
@@ -58,7 +59,7 @@ fn physical_groups_become_regions() {
             assert!(mesh.nodes_of(region).iter().all(|&i| (mesh.points[i as usize].x - x).abs() < 1e-12));
         }
         // The face between the cubes is a region, but no boundary.
-        let boundary = mesh.boundary_facets();
+        let boundary = boundary_facets(&mesh);
         assert!(mesh.regions["middle"].facets.iter().all(|f| !boundary.contains(f)));
         assert_eq!(boundary.len() + mesh.regions["middle"].facets.len(), mesh.facet_count());
         let error = mesh.region("rot").expect_err("not there").to_string();

@@ -7,6 +7,7 @@ use durometer::effect::{Cavity, CavityPressure, OpenCavityPressure};
 use durometer::math::signal::Clock;
 use durometer::math::tensor::Vec3;
 use durometer::math::vector::norm;
+use durometer::mesh::rim::rim;
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh};
 use durometer::solve::{Driver, Integrator, Status, Step, StepSettings, TimeSpan};
@@ -74,7 +75,7 @@ fn symmetric_and_skew_part_make_the_tangent() {
             "{order:?}"
         );
         // Only unknowns of the rim
-        let rim: Vec<u32> = mesh.rim(&facets).concat();
+        let rim: Vec<u32> = rim(&mesh, &facets).concat();
         let of_rim = |e: u32| rim.contains(&(system.dofs.free[e as usize] / 3));
         assert!(sums.skew.entries.iter().all(|&(i, j, _)| of_rim(i) && of_rim(j)));
     }
@@ -92,7 +93,7 @@ fn the_force_is_the_pressure_times_the_vector_area() {
         let sum: Vec3 = assemble(&system, &x, None).r.chunks_exact(3).map(Vec3::from_column_slice).sum();
         let at = |k: u32| mesh.points[k as usize] + Vec3::from_column_slice(&x[3 * k as usize..][..3]);
         let mut area = Vec3::zeros();
-        for edge in mesh.rim(&facets) {
+        for edge in rim(&mesh, &facets) {
             let (a, b) = (at(edge[0]), at(edge[1]));
             let bulge = edge.get(2).map_or(Vec3::zeros(), |&k| at(k) - (a + b) / 2.0);
             for s in [0.5 - 0.5 / 3f64.sqrt(), 0.5 + 0.5 / 3f64.sqrt()] {

@@ -61,6 +61,42 @@ fn drawn() -> impl Strategy<Value = Drawn> {
 }
 
 impl Drawn {
+    /// The table of the load.
+    fn load(&self) -> String {
+        let ramp = |top: f64, unit: &str| {
+            format!("{{ kind = \"ramp\", from = \"0 {unit}\", to = \"{} {unit}\", end = \"1 s\" }}", top * self.size)
+        };
+        match self.load {
+            0 => format!(
+                "[[effect]]\nkind = \"gravity\"\nregion = \"body\"\ndensity = \"1000 kg/m^3\"\ndirection = [1, 0, -1]\nacceleration = {}",
+                ramp(9.81, "m/s^2")
+            ),
+            1 => format!(
+                "[[effect]]\nkind = \"traction\"\nregion = \"xmax\"\ndirection = [-1, 0, 0.1]\ntraction = {}",
+                ramp(5.0, "kPa")
+            ),
+            2 => format!(
+                "[[constraint]]\nkind = \"prescribed\"\nregion = \"xmax\"\ncomponents = \"xz\"\ndisplacement = {}",
+                ramp(-5.0, "mm")
+            ),
+            3 | 4 => format!(
+                "[[constraint]]\nkind = \"cable\"\npull_point = [\"-10 mm\", \"10 mm\", \"5 mm\"]\nguides = [[\"15 mm\", \"10 mm\", \"5 mm\"], \
+                 [\"35 mm\", \"10 mm\", \"5 mm\"]]\nguide_radius = \"6 mm\"\nfriction = {}\ndrive = {{ {} = {} }}",
+                0.1 * (self.held % 2) as f64,
+                if self.load == 3 { "length" } else { "tension" },
+                if self.load == 3 { ramp(5.0, "mm") } else { ramp(0.5, "N") }
+            ),
+            5 => format!(
+                "[[constraint]]\nkind = \"cavity\"\nregion = \"zmax\"\nopen = true\ndrive = {{ kind = \"pressure\", signal = {} }}",
+                ramp(2.0, "kPa")
+            ),
+            _ => format!(
+                "[[effect]]\nkind = \"point_force\"\npoint = [\"39 mm\", \"10 mm\", \"10 mm\"]\nradius = \"6 mm\"\ndirection = [0, 0, 1]\nforce = {}",
+                ramp(0.2, "N")
+            ),
+        }
+    }
+
     fn text(&self) -> String {
         let mut t = String::new();
         let [a, b, c] = self.divisions;
@@ -109,39 +145,7 @@ impl Drawn {
             2 => "[[constraint]]\nkind = \"fixed\"\nregion = \"xmin\"\ncomponents = \"x\"\n",
             _ => "",
         };
-        let ramp = |top: f64, unit: &str| {
-            format!("{{ kind = \"ramp\", from = \"0 {unit}\", to = \"{} {unit}\", end = \"1 s\" }}", top * self.size)
-        };
-        let load = match self.load {
-            0 => format!(
-                "[[effect]]\nkind = \"gravity\"\nregion = \"body\"\ndensity = \"1000 kg/m^3\"\ndirection = [1, 0, -1]\nacceleration = {}",
-                ramp(9.81, "m/s^2")
-            ),
-            1 => format!(
-                "[[effect]]\nkind = \"traction\"\nregion = \"xmax\"\ndirection = [-1, 0, 0.1]\ntraction = {}",
-                ramp(5.0, "kPa")
-            ),
-            2 => format!(
-                "[[constraint]]\nkind = \"prescribed\"\nregion = \"xmax\"\ncomponents = \"xz\"\ndisplacement = {}",
-                ramp(-5.0, "mm")
-            ),
-            3 | 4 => format!(
-                "[[constraint]]\nkind = \"cable\"\npull_point = [\"-10 mm\", \"10 mm\", \"5 mm\"]\nguides = [[\"15 mm\", \"10 mm\", \"5 mm\"], \
-                 [\"35 mm\", \"10 mm\", \"5 mm\"]]\nguide_radius = \"6 mm\"\nfriction = {}\ndrive = {{ {} = {} }}",
-                0.1 * (self.held % 2) as f64,
-                if self.load == 3 { "length" } else { "tension" },
-                if self.load == 3 { ramp(5.0, "mm") } else { ramp(0.5, "N") }
-            ),
-            5 => format!(
-                "[[constraint]]\nkind = \"cavity\"\nregion = \"zmax\"\nopen = true\ndrive = {{ kind = \"pressure\", signal = {} }}",
-                ramp(2.0, "kPa")
-            ),
-            _ => format!(
-                "[[effect]]\nkind = \"point_force\"\npoint = [\"39 mm\", \"10 mm\", \"10 mm\"]\nradius = \"6 mm\"\ndirection = [0, 0, 1]\nforce = {}",
-                ramp(0.2, "N")
-            ),
-        };
-        writeln!(t, "{load}").expect("a string");
+        writeln!(t, "{}", self.load()).expect("a string");
         t += match self.start {
             1 => "[start]\nkind = \"twisted\"\naxis = [1, 0, 0]\nangle = \"200 deg\"\n",
             2 => "[start]\nkind = \"random\"\nsize = \"20 mm\"\nseed = 5\n",

@@ -13,6 +13,7 @@ use durometer::effect::{Elastic, MixedElastic, pressure_hosts};
 use durometer::material::Law;
 use durometer::math::linear::Factor;
 use durometer::math::vector::dot;
+use durometer::mesh::disturb::distort;
 use durometer::mesh::element::cell_shape;
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh, quadrature};
@@ -149,7 +150,7 @@ fn beta(shear: &System, columns: &[Vec<f64>], c: Option<&DMatrix<f64>>, mass: DM
 fn cubes<const N: usize>(order: Order, sizes: [usize; N]) -> [TetMesh; N] {
     sizes.map(|n| {
         let mut mesh = block(n, n, n, 1.0, 1.0, 1.0, order);
-        mesh.distort(3, 0.1);
+        distort(&mut mesh, 3, 0.1);
         mesh
     })
 }

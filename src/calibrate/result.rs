@@ -180,6 +180,19 @@ impl fmt::Display for FitResult {
         writeln!(f, "{}", self.answer())?;
         let (factor, unit) = stress_unit(self.misfit.rms_pa);
         writeln!(f, "misfit {:.2} % rms, {:.3} {unit}", 100.0 * self.misfit.rms_relative, factor * self.misfit.rms_pa)?;
+        self.write_noise(f)?;
+        self.write_intervals(f)?;
+        self.write_validity(f)?;
+        for warning in &self.warnings {
+            writeln!(f, "warning: {warning}")?;
+        }
+        Ok(())
+    }
+}
+
+impl FitResult {
+    /// Noise levels, and the answer under other treatments.
+    fn write_noise(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for n in &self.noise {
             let (factor, unit) = stress_unit(n.std_pa);
             let how = if n.given { "as given" } else { "from point to point" };
@@ -195,6 +208,11 @@ impl fmt::Display for FitResult {
                 all.join(", ")
             )?;
         }
+        Ok(())
+    }
+
+    /// Intervals in addition to those of the covariance.
+    fn write_intervals(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (e, ends) in self.parameters.iter().zip(self.profile.iter().flatten()) {
             writeln!(f, "profile likelihood: {} from {}", e.symbol, e.span(*ends))?;
         }
@@ -221,6 +239,11 @@ impl fmt::Display for FitResult {
         for (e, ends) in self.parameters.iter().zip(&self.range_spread) {
             writeln!(f, "ranges that end earlier give {} from {}", e.symbol, e.span(*ends))?;
         }
+        Ok(())
+    }
+
+    /// Where the law describes the data, what it predicts, and where it is stable.
+    fn write_validity(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let percent = 100.0 * self.validity.tolerance;
         match self.validity.tension_to {
             Some(to) => writeln!(f, "within {percent:.0} % rms of the data from stretch 1 to {to}")?,
@@ -246,9 +269,6 @@ impl fmt::Display for FitResult {
             let from = r.below.map_or(format!("{:.3}", r.looked[0]), |b| format!("{b:.3} (lost)"));
             let to = r.above.map_or(format!("{:.3}", r.looked[1]), |a| format!("{a:.3} (lost)"));
             writeln!(f, "stable in {} from {from} to {to}", r.mode)?;
-        }
-        for warning in &self.warnings {
-            writeln!(f, "warning: {warning}")?;
         }
         Ok(())
     }

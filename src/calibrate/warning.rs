@@ -48,18 +48,7 @@ impl fmt::Display for FitWarning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Systematic { runs, runs_p, departure_p, rms_relative } => {
-                write!(f, "the law does not describe this range: its residuals have a pattern (")?;
-                if let (Some(runs), Some(p)) = (runs, runs_p) {
-                    write!(f, "{runs} runs of sign, p = {p:.2e}; ")?;
-                }
-                if let Some(p) = departure_p {
-                    write!(f, "stiffness changes with stretch, p = {p:.2e}; ")?;
-                }
-                write!(
-                    f,
-                    "rms {:.2} %): the interval is too narrow and the constant depends on the range",
-                    100.0 * rms_relative
-                )
+                write_systematic(f, (*runs, *runs_p), *departure_p, *rms_relative)
             }
             Self::Misfit { rms_relative, tolerance } => write!(
                 f,
@@ -77,13 +66,7 @@ impl fmt::Display for FitWarning {
                     100.0 * rms_relative
                 )
             }
-            Self::Stiffness { mu_pa, unit, instead } => {
-                write!(f, "μ = {mu_pa:.4e} Pa is outside 1 kPa to 10 MPa, the range of rubbers")?;
-                match instead {
-                    Some(other) => write!(f, "; are the stresses in {other} rather than {unit}? Pass --stress-unit"),
-                    None => write!(f, "; check the stress column and its unit ({unit})"),
-                }
-            }
+            Self::Stiffness { mu_pa, unit, instead } => write_stiffness(f, *mu_pa, unit, *instead),
             Self::Data { message } => f.write_str(message),
             Self::Compressible { nu, slope_relative } => write!(
                 f,
@@ -98,32 +81,8 @@ impl fmt::Display for FitWarning {
                 )?;
                 f.write_str(if *volumetric { "; the scene also names `volumetric`" } else { "" })
             }
-            Self::Unidentifiable { directions } => {
-                for (k, d) in directions.iter().enumerate() {
-                    f.write_str(if k > 0 { "; " } else { "" })?;
-                    match d.deviation {
-                        None => write!(f, "unidentifiable: the data are insensitive to ")?,
-                        Some(s) if s > 10.0 => write!(f, "hardly identifiable (standard deviation above 1000 %): ")?,
-                        Some(s) => write!(f, "hardly identifiable (standard deviation {:.0} %): ", 100.0 * s)?,
-                    }
-                    f.write_str(&d.changes)?;
-                    if let Some(known) = &d.known {
-                        write!(f, "; they determine {known}")?;
-                    }
-                }
-                f.write_str(". Widen the range, add modes, or take a law with fewer constants")
-            }
-            Self::Unstable { lost, reach, linear } => {
-                let words: Vec<_> =
-                    lost.iter().map(|(mode, at)| format!("{} beyond {at:.4}", mode.replace('_', " "))).collect();
-                write!(
-                    f,
-                    "the law loses material stability in {}, although principal stretches up to {reach:.4} were fitted: do not use it there, fit \
-                     these modes too",
-                    words.join(", ")
-                )?;
-                if *linear { write!(f, ", or pass --stable {:.3}..{reach:.3}", 1.0 / reach) } else { Ok(()) }
-            }
+            Self::Unidentifiable { directions } => write_unidentifiable(f, directions),
+            Self::Unstable { lost, reach, linear } => write_unstable(f, lost, *reach, *linear),
             Self::Held { mode, range: [low, high] } => write!(
                 f,
                 "least squares alone give a law that is unstable in {mode} (stretch {low:.4} to {high:.4}); the condition of material \
@@ -134,15 +93,7 @@ impl fmt::Display for FitWarning {
                 "only {mode} tests: nothing checks this law of several constants in other modes; bending involves tension \
                  and compression, a membrane is under equibiaxial tension"
             ),
-            Self::Outliers { lines } => {
-                let shown: Vec<_> = lines.iter().take(8).map(u64::to_string).collect();
-                let more = if lines.len() > 8 { format!(" and {} more", lines.len() - 8) } else { String::new() };
-                write!(
-                    f,
-                    "data points far from their neighbours influence the fit (lines {}{more}); pass --loss huber, or leave them out",
-                    shown.join(", ")
-                )
-            }
+            Self::Outliers { lines } => write_outliers(f, lines),
             Self::Specimen { file, level } => write!(
                 f,
                 "specimen {file} is an outlier: its stresses are {level:.2} times those of the fit to all, more than the scatter of the others \
@@ -172,4 +123,65 @@ impl fmt::Display for FitWarning {
             ),
         }
     }
+}
+
+fn write_systematic(
+    f: &mut fmt::Formatter<'_>,
+    (runs, runs_p): (Option<usize>, Option<f64>),
+    departure_p: Option<f64>,
+    rms_relative: f64,
+) -> fmt::Result {
+    write!(f, "the law does not describe this range: its residuals have a pattern (")?;
+    if let (Some(runs), Some(p)) = (runs, runs_p) {
+        write!(f, "{runs} runs of sign, p = {p:.2e}; ")?;
+    }
+    if let Some(p) = departure_p {
+        write!(f, "stiffness changes with stretch, p = {p:.2e}; ")?;
+    }
+    write!(f, "rms {:.2} %): the interval is too narrow and the constant depends on the range", 100.0 * rms_relative)
+}
+
+fn write_stiffness(f: &mut fmt::Formatter<'_>, mu_pa: f64, unit: &str, instead: Option<&str>) -> fmt::Result {
+    write!(f, "μ = {mu_pa:.4e} Pa is outside 1 kPa to 10 MPa, the range of rubbers")?;
+    match instead {
+        Some(other) => write!(f, "; are the stresses in {other} rather than {unit}? Pass --stress-unit"),
+        None => write!(f, "; check the stress column and its unit ({unit})"),
+    }
+}
+
+fn write_unidentifiable(f: &mut fmt::Formatter<'_>, directions: &[Direction]) -> fmt::Result {
+    for (k, d) in directions.iter().enumerate() {
+        f.write_str(if k > 0 { "; " } else { "" })?;
+        match d.deviation {
+            None => write!(f, "unidentifiable: the data are insensitive to ")?,
+            Some(s) if s > 10.0 => write!(f, "hardly identifiable (standard deviation above 1000 %): ")?,
+            Some(s) => write!(f, "hardly identifiable (standard deviation {:.0} %): ", 100.0 * s)?,
+        }
+        f.write_str(&d.changes)?;
+        if let Some(known) = &d.known {
+            write!(f, "; they determine {known}")?;
+        }
+    }
+    f.write_str(". Widen the range, add modes, or take a law with fewer constants")
+}
+
+fn write_unstable(f: &mut fmt::Formatter<'_>, lost: &[(&str, f64)], reach: f64, linear: bool) -> fmt::Result {
+    let words: Vec<_> = lost.iter().map(|(mode, at)| format!("{} beyond {at:.4}", mode.replace('_', " "))).collect();
+    write!(
+        f,
+        "the law loses material stability in {}, although principal stretches up to {reach:.4} were fitted: do not use it there, fit \
+         these modes too",
+        words.join(", ")
+    )?;
+    if linear { write!(f, ", or pass --stable {:.3}..{reach:.3}", 1.0 / reach) } else { Ok(()) }
+}
+
+fn write_outliers(f: &mut fmt::Formatter<'_>, lines: &[u64]) -> fmt::Result {
+    let shown: Vec<_> = lines.iter().take(8).map(u64::to_string).collect();
+    let more = if lines.len() > 8 { format!(" and {} more", lines.len() - 8) } else { String::new() };
+    write!(
+        f,
+        "data points far from their neighbours influence the fit (lines {}{more}); pass --loss huber, or leave them out",
+        shown.join(", ")
+    )
 }

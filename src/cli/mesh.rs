@@ -3,6 +3,7 @@
 use super::files;
 use super::outcome::Outcome;
 use durometer::mesh::generate::MeshStore;
+use durometer::mesh::quality::Quality;
 use durometer::scene::{Body, read_scene, request};
 use durometer::study::expand::Study;
 use std::path::PathBuf;
@@ -48,7 +49,7 @@ pub fn main(args: Args) -> Outcome {
             MeshStore::find()?.commit(&request(&file, &spec)?, &mut |line| eprintln!("{line}"))?;
         }
         let body = Body::load(&file, &spec, &mut |line| eprintln!("{line}"))?;
-        let (mesh, quality) = (&body.mesh, body.mesh.quality());
+        let (mesh, quality) = (&body.mesh, Quality::of(&body.mesh));
         println!(
             "{:28} {:>7} cells {:>6} nodes  h {:.3} mm  radius ratio min {:.3} mean {:.3}  dihedral {:.1}–{:.1}°",
             body.source,

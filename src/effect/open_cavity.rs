@@ -18,6 +18,7 @@ use super::cavity::{CYCLES, Cavity, FacetPoint};
 use crate::math::signal::{Clock, Signal};
 use crate::math::tensor::Vec3;
 use crate::mesh::TetMesh;
+use crate::mesh::rim::rim;
 use crate::system::{At, BlockValues, Blocks, Capabilities, Effect, EnergyRole, EvalError, SkewTangent, Want};
 use std::sync::Arc;
 
@@ -34,7 +35,7 @@ pub struct OpenCavityPressure {
 impl OpenCavityPressure {
     /// On the facets of the cavity, which are these facets of the mesh.
     pub fn new(cavity: Arc<Cavity>, mesh: &TetMesh, facets: &[u32], pressure: Signal) -> Self {
-        let edges = mesh.rim(facets);
+        let edges = rim(mesh, facets);
         let reference = edges.iter().flatten().map(|&k| mesh.points[k as usize]).collect();
         Self { cavity, pressure, rim: Blocks::new(edges.iter().map(Vec::as_slice)), reference }
     }

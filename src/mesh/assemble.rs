@@ -1,6 +1,6 @@
 //! From what a file holds to a checked [`TetMesh`]: units, orientation, boundary, regions.
 
-use super::element::CELL_FACES;
+use super::boundary::{Faces, push_boundary, push_facet, sorted};
 use super::error::MeshError;
 use super::validate;
 use super::{Order, Region, TetMesh};
@@ -177,14 +177,9 @@ impl RawMesh {
         {
             return Err(MeshError::PartialBody { file: self.file, count: body.cells.len(), cells });
         }
-        mesh.add_body();
+        add_body(mesh);
         Ok(())
     }
-}
-
-fn sorted(mut corners: [u32; 3]) -> [u32; 3] {
-    corners.sort_unstable();
-    corners
 }
 
 fn ascending(mut list: Vec<u32>) -> Vec<u32> {
@@ -193,73 +188,8 @@ fn ascending(mut list: Vec<u32>) -> Vec<u32> {
     list
 }
 
-/// Faces of all cells by their sorted corners: (first cell, its local face, number of cells).
-struct Faces(HashMap<[u32; 3], (u32, u8, u8)>);
-
-impl Faces {
-    /// Fails with a cell of which a face belongs to three cells.
-    fn of(mesh: &TetMesh) -> Result<Self, usize> {
-        let mut faces = HashMap::with_capacity(mesh.cell_count() * 5 / 2);
-        for c in 0..mesh.cell_count() {
-            for (f, face) in CELL_FACES.iter().enumerate() {
-                let key = sorted([0, 1, 2].map(|k| mesh.cell(c)[face[k]]));
-                let entry = faces.entry(key).or_insert((c as u32, f as u8, 0u8));
-                entry.2 += 1;
-                if entry.2 > 2 {
-                    return Err(c);
-                }
-            }
-        }
-        Ok(Self(faces))
-    }
-}
-
-/// Appends local face `face` of `cell`, outward of that cell.
-fn push_facet(mesh: &mut TetMesh, cell: u32, face: u8) -> u32 {
-    let count = mesh.order.facet_nodes();
-    let nodes: Vec<u32> = CELL_FACES[face as usize][..count].iter().map(|&k| mesh.cell(cell as usize)[k]).collect();
-    mesh.facets.extend(nodes);
-    (mesh.facet_count() - 1) as u32
-}
-
-/// Appends the boundary faces that `known` does not name, in the order of cells.
-fn push_boundary(mesh: &mut TetMesh, faces: &Faces, known: impl Fn(&[u32; 3]) -> bool) {
-    let mut rest: Vec<(u32, u8)> =
-        faces.0.iter().filter(|(key, v)| v.2 == 1 && !known(key)).map(|(_, v)| (v.0, v.1)).collect();
-    rest.sort_unstable();
-    rest.into_iter().for_each(|(cell, face)| {
-        push_facet(mesh, cell, face);
-    });
-}
-
-impl TetMesh {
-    /// Sets the region `body` to all cells.
-    pub(super) fn add_body(&mut self) {
-        let cells = (0..self.cell_count() as u32).collect();
-        self.regions.insert("body".into(), Region { cells, ..Region::default() });
-    }
-
-    /// Sets the facets to the whole boundary, in the order of cells. Drops facets that were there.
-    pub(super) fn add_boundary(&mut self) {
-        self.facets.clear();
-        let faces = Faces::of(self).expect("a mesh made here has at most two cells at a face");
-        push_boundary(self, &faces, |_| false);
-    }
-
-    /// For every facet the cell it is outward of, and whether it lies inside the body (between two regions).
-    pub fn facet_cells(&self) -> Vec<(u32, bool)> {
-        let faces = Faces::of(self).expect("a checked mesh has at most two cells at a face");
-        let cell = |f: usize| {
-            let key = sorted([0, 1, 2].map(|k| self.facet(f)[k]));
-            let &(cell, _, count) = faces.0.get(&key).expect("a facet is a face of a cell");
-            (cell, count == 2)
-        };
-        (0..self.facet_count()).map(cell).collect()
-    }
-
-    /// The facets on the surface of the body, without those between two regions.
-    pub fn boundary_facets(&self) -> Vec<u32> {
-        let inside = self.facet_cells();
-        (0..self.facet_count() as u32).filter(|&f| !inside[f as usize].1).collect()
-    }
+/// Sets the region `body` to all cells.
+pub(super) fn add_body(mesh: &mut TetMesh) {
+    let cells = (0..mesh.cell_count() as u32).collect();
+    mesh.regions.insert("body".into(), Region { cells, ..Region::default() });
 }

@@ -5,14 +5,15 @@
 //! followed exactly.
 
 use super::TetMesh;
+use super::boundary::{boundary_facets, facet_cells};
 use super::embed::{EmbedError, closest_on_triangle, embed};
 use crate::math::tensor::{Mat3, Vec3};
 use rayon::prelude::*;
 
 /// (node, weight) of each point; the first that is further out than `reach` \[m\] is refused.
 pub fn attach(mesh: &TetMesh, points: &[Vec3], reach: f64) -> Result<Vec<Vec<(u32, f64)>>, EmbedError> {
-    let cells = mesh.facet_cells();
-    let boundary: Vec<u32> = mesh.boundary_facets();
+    let cells = facet_cells(mesh);
+    let boundary: Vec<u32> = boundary_facets(mesh);
     let one = |at: &Vec3| match embed(mesh, *at) {
         Ok(inside) => Ok(inside.weights),
         Err(EmbedError::Outside { distance, .. }) if distance <= reach => {
@@ -43,6 +44,7 @@ fn continued(mesh: &TetMesh, cell: usize, at: Vec3) -> Vec<(u32, f64)> {
 mod tests {
     use super::*;
     use crate::mesh::Order;
+    use crate::mesh::disturb::distort;
     use crate::mesh::structured::block;
 
     /// Inside, on the surface and 0.5 mm outside: Σ w = 1 and Σ w X = X to rounding, so every affine motion is followed.
@@ -50,7 +52,7 @@ mod tests {
     fn affine_motions_are_followed_inside_and_outside() {
         for order in [Order::Linear, Order::Quadratic] {
             let mut mesh = block(3, 2, 2, 0.03, 0.02, 0.02, order);
-            mesh.distort(3, 0.1);
+            distort(&mut mesh, 3, 0.1);
             let points = [[0.011, 0.007, 0.013], [0.03, 0.01, 0.01], [0.0305, 0.012, 0.004], [0.01, 0.0203, -0.0002]];
             let points = points.map(Vec3::from);
             let weights = attach(&mesh, &points, 0.001).expect("near enough");

@@ -5,9 +5,11 @@
 //! follows every affine motion of the body exactly as the material point c does; as h → 0 the weights tend to a fixed
 //! density, and with it a force on the ball has a finite work-conjugate displacement (a point force has none).
 
+use super::boundary::boundary_facets;
 use super::element::{CELL_EDGES, CELL_NODES, cell_shape};
 use super::error::point;
 use super::flat::pieces;
+use super::parts::parts;
 use super::validate::split;
 use super::{Order, TetMesh, geometry, quadrature};
 use crate::math::tensor::Vec3;
@@ -88,7 +90,7 @@ pub(super) fn invert(mesh: &TetMesh, c: usize, at: Vec3) -> Option<[f64; 3]> {
 /// Distance \[m\] from a point to the nearest boundary facet, curved ones taken as four flat triangles.
 pub fn distance_to_surface(mesh: &TetMesh, at: Vec3) -> f64 {
     let mut least = f64::INFINITY;
-    for f in mesh.boundary_facets() {
+    for f in boundary_facets(mesh) {
         let nodes = mesh.facet(f as usize);
         for piece in pieces(mesh.order) {
             let [a, b, c] = piece.map(|k| mesh.points[nodes[k] as usize]);
@@ -157,7 +159,7 @@ pub fn ball_weights(mesh: &TetMesh, center: Vec3, radius: f64) -> Result<Vec<(u3
 
 /// Those of the cells that are of the body about `center`.
 fn of_one_part(mesh: &TetMesh, center: Vec3, cells: Vec<usize>) -> Vec<usize> {
-    let parts = mesh.parts();
+    let parts = parts(mesh);
     let Some(&first) = cells.first() else { return cells };
     if cells.iter().all(|&c| parts[c] == parts[first]) {
         return cells;
@@ -249,6 +251,7 @@ impl Ball<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::disturb::distort;
     use crate::mesh::structured::block;
 
     fn mean(mesh: &TetMesh, weights: &[(u32, f64)], f: impl Fn(&Vec3) -> f64) -> f64 {
@@ -259,7 +262,7 @@ mod tests {
     fn points_and_balls_follow_affine_motions() {
         for order in [Order::Linear, Order::Quadratic] {
             let mut mesh = block(5, 4, 3, 0.05, 0.04, 0.03, order);
-            mesh.distort(3, 0.15);
+            distort(&mut mesh, 3, 0.15);
             let at = Vec3::new(0.0221, 0.0173, 0.0042);
             let point = embed(&mesh, at).expect("inside").weights;
             // The second ball is cut by the surface z = 0.

@@ -12,15 +12,13 @@ pub fn pieces(order: Order) -> &'static [[usize; 3]] {
     }
 }
 
-impl TetMesh {
-    /// Nodes of the flat triangles of facets, facet by facet.
-    pub fn flat_triangles(&self, facets: &[u32]) -> Vec<[u32; 3]> {
-        let of_facet = |&f: &u32| {
-            let nodes = self.facet(f as usize);
-            pieces(self.order).iter().map(|piece| piece.map(|k| nodes[k]))
-        };
-        facets.iter().flat_map(of_facet).collect()
-    }
+/// Nodes of the flat triangles of facets, facet by facet.
+pub fn flat_triangles(mesh: &TetMesh, facets: &[u32]) -> Vec<[u32; 3]> {
+    let of_facet = |&f: &u32| {
+        let nodes = mesh.facet(f as usize);
+        pieces(mesh.order).iter().map(|piece| piece.map(|k| nodes[k]))
+    };
+    facets.iter().flat_map(of_facet).collect()
 }
 
 /// Edges of triangles, each once, ascending, with the number of triangles that have it.

@@ -2,6 +2,7 @@
 
 mod assemble;
 pub mod attach;
+pub mod boundary;
 mod cursor;
 pub mod curved;
 pub mod disturb;

@@ -2,8 +2,11 @@
 //!
 //! Faces in contact share no volume. Curved facets count as flat triangles.
 
+use super::boundary::boundary_facets;
 use super::embed::{cell_bounds, invert};
 use super::flat::edges;
+use super::flat::flat_triangles;
+use super::parts::image;
 use super::{TetMesh, geometry};
 use crate::math::tensor::{Mat3, Vec3};
 use nalgebra::Rotation3;
@@ -24,7 +27,7 @@ pub fn overlap(a: &TetMesh, b: &TetMesh) -> Option<Vec3> {
     }
     let size = (first.1 - first.0).norm().min((second.1 - second.0).norm());
     let shared = |away: Vec3| {
-        let moved = a.image(&Mat3::identity(), &(away * (NUDGE * size)));
+        let moved = image(a, &Mat3::identity(), &(away * (NUDGE * size)));
         let both = [(&moved, b), (b, &moved)];
         both.iter().find_map(|(a, b)| inside(a, b)).or_else(|| both.iter().find_map(|(a, b)| pierced(a, b)))
     };
@@ -89,10 +92,10 @@ fn inside(a: &TetMesh, b: &TetMesh) -> Option<Vec3> {
 
 /// A place where an edge of the surface of `a` pierces the surface of `b`.
 fn pierced(a: &TetMesh, b: &TetMesh) -> Option<Vec3> {
-    let corners = b.flat_triangles(&b.boundary_facets());
+    let corners = flat_triangles(b, &boundary_facets(b));
     let triangles: Vec<[Vec3; 3]> = corners.iter().map(|t| t.map(|k| b.points[k as usize])).collect();
     let boxes = hierarchy(triangles.iter().map(|t| geometry::bounds(t.iter().copied())));
-    let ends = edges(&a.flat_triangles(&a.boundary_facets()));
+    let ends = edges(&flat_triangles(a, &boundary_facets(a)));
     ends.into_iter().find_map(|(ends, _)| {
         let [p, q] = ends.map(|k| a.points[k as usize]);
         let around = aabb(geometry::bounds([p, q].into_iter()));

@@ -12,13 +12,13 @@ pub struct Quality {
     pub dihedral_max_deg: f64,
 }
 
-impl TetMesh {
-    /// The quality of the cells; curved edges count as straight.
-    pub fn quality(&self) -> Quality {
-        let count = self.cell_count();
+impl Quality {
+    /// Quality of the cells of a mesh; curved edges count as straight.
+    pub fn of(mesh: &TetMesh) -> Self {
+        let count = mesh.cell_count();
         let (mut least, mut sum, mut low, mut high) = (f64::INFINITY, 0.0, f64::INFINITY, 0.0_f64);
         for c in 0..count {
-            let corners: [Vec3; 4] = std::array::from_fn(|k| self.points[self.cell(c)[k] as usize]);
+            let corners: [Vec3; 4] = std::array::from_fn(|k| mesh.points[mesh.cell(c)[k] as usize]);
             let ratio = radius_ratio(&corners);
             least = least.min(ratio);
             sum += ratio;
@@ -29,7 +29,7 @@ impl TetMesh {
         }
         let mean = sum / count as f64;
         let (dihedral_min_deg, dihedral_max_deg) = (low.to_degrees(), high.to_degrees());
-        Quality { radius_ratio_min: least, radius_ratio_mean: mean, dihedral_min_deg, dihedral_max_deg }
+        Self { radius_ratio_min: least, radius_ratio_mean: mean, dihedral_min_deg, dihedral_max_deg }
     }
 }
 

@@ -1,5 +1,6 @@
 //! Regions by position instead of by name. Their content depends on the mesh, and they are marked accordingly.
 
+use super::boundary::{boundary_facets, facet_cells};
 use super::error::{MeshError, point};
 use super::{Region, TetMesh};
 use crate::math::tensor::Vec3;
@@ -37,7 +38,7 @@ impl Selector {
                 Pick::Facets => region.facets = facets,
                 Pick::Nodes => region.nodes = mesh.nodes_of(&Region { facets, ..Region::default() }),
                 Pick::Cells => {
-                    let cells = mesh.facet_cells();
+                    let cells = facet_cells(mesh);
                     region.cells = facets.iter().map(|&f| cells[f as usize].0).collect();
                     region.cells.sort_unstable();
                     region.cells.dedup();
@@ -49,7 +50,7 @@ impl Selector {
                 Pick::Nodes => region.nodes = (0..mesh.points.len() as u32).filter(held).collect(),
                 Pick::Facets => {
                     let all = |f: &u32| mesh.facet(*f as usize)[..3].iter().all(held);
-                    region.facets = mesh.boundary_facets().into_iter().filter(all).collect();
+                    region.facets = boundary_facets(mesh).into_iter().filter(all).collect();
                 }
                 Pick::Cells => {
                     let all = |c: &u32| mesh.cell(*c as usize)[..4].iter().all(held);
@@ -79,7 +80,7 @@ impl Selector {
         let least = angle.cos() - 1e-12;
         let facing =
             |f: &u32| mesh.facet_normal(*f as usize, [1.0 / 3.0; 2]).normalize().dot(&direction.normalize()) >= least;
-        mesh.boundary_facets().into_iter().filter(facing).collect()
+        boundary_facets(mesh).into_iter().filter(facing).collect()
     }
 
     fn describe(&self) -> String {

@@ -1,5 +1,7 @@
 //! Blocks of Kuhn tetrahedra, made here without a mesher: for tests, benches and the smallest scenes.
 
+use super::assemble::add_body;
+use super::boundary::add_boundary;
 use super::element::CELL_EDGES;
 use super::{Order, Region, TetMesh};
 use crate::math::tensor::Vec3;
@@ -44,8 +46,8 @@ pub fn block(nx: usize, ny: usize, nz: usize, lx: f64, ly: f64, lz: f64, order: 
         Order::Linear => mesh.cells = linear,
         Order::Quadratic => add_mid_nodes(&mut mesh, &linear),
     }
-    mesh.add_boundary();
-    mesh.add_body();
+    add_boundary(&mut mesh);
+    add_body(&mut mesh);
     for (axis, (names, l)) in
         [(["xmin", "xmax"], lx), (["ymin", "ymax"], ly), (["zmin", "zmax"], lz)].into_iter().enumerate()
     {
@@ -80,13 +82,14 @@ fn add_mid_nodes(mesh: &mut TetMesh, linear: &[u32]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::disturb::distort;
     use crate::mesh::validate::min_det;
 
     #[test]
     fn a_block_fills_its_box_and_its_surface_closes() {
         for order in [Order::Linear, Order::Quadratic] {
             let mut mesh = block(3, 2, 4, 0.3, 0.1, 0.2, order);
-            mesh.distort(7, 0.2);
+            distort(&mut mesh, 7, 0.2);
             assert_eq!((mesh.cell_count(), mesh.facet_count()), (144, 104));
             assert!((mesh.volume() / 0.006 - 1.0).abs() < 1e-13);
             assert!((0..144).all(|c| min_det(&mesh, c) > 0.0));

@@ -2,6 +2,7 @@
 
 use super::builder::{Builder, Gathered, LawSource};
 use super::compare::Measured;
+use super::constraints::{Constrained, build_constraints};
 use super::control::Controls;
 use super::error::{SceneError, hint};
 use super::parts::cable::NamedCable;
@@ -14,22 +15,18 @@ use super::protocol::NamedSignal;
 use super::recorder::Recorder;
 use super::rules;
 use super::skin::NamedSkin;
-use super::spec::{ConstraintSpec, EffectSpec, SceneSpec};
+use super::spec::SceneSpec;
 use crate::effect::contact::placement::AffineFrame;
 use crate::effect::{CellPoints, Stressed, Viscoelastic};
 use crate::material::Law;
-use crate::math::signal::Signal;
 use crate::math::tensor::Vec3;
-use crate::math::units::Dimension;
 use crate::mesh::TetMesh;
 use crate::mesh::generate::{CablePath, MeshStore};
 use crate::scene::compare::read_measured;
 use crate::scene::control::build_controls;
 use crate::scene::cover::check_cover;
-use crate::scene::effects::build_effect;
+use crate::scene::effects::build_effects;
 use crate::scene::output::check_output;
-use crate::scene::parts::cable::build_cable;
-use crate::scene::parts::cavity::build_cavity;
 use crate::scene::parts::contact::build_contacts;
 use crate::scene::parts::viscoelastic::{check_viscoelastic, note_viscoelastic};
 use crate::scene::protocol::{check_continued, check_formulas};
@@ -38,7 +35,7 @@ use crate::scene::stable::note_stability;
 use crate::scene::stages::{build_spans, check_numerics, note_patches, note_static};
 use crate::scene::start::check_start;
 use crate::solve::{Integrator, TimeSpan};
-use crate::system::{Constraint, Effect, System};
+use crate::system::{Effect, System};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -78,9 +75,9 @@ pub struct Scene {
     /// Surfaces that follow the body
     pub skins: Vec<NamedSkin>,
     pub spans: Vec<TimeSpan>,
-    /// What is prescribed over time: shortenings, tensions, displacements, accelerations
+    /// Signals prescribed over time: shortenings, tensions, displacements, accelerations
     pub signals: Vec<NamedSignal>,
-    /// What is decided on the way: events, inputs
+    /// Decisions during the run: events, inputs
     pub controls: Controls,
     /// Measured curves to compare with
     pub measured: Vec<Measured>,
@@ -122,7 +119,7 @@ pub(super) fn columns<'a>(recorders: impl Iterator<Item = &'a dyn Recorder>) -> 
     std::iter::once("t_s".into()).chain(own).chain(std::iter::once("newton_iterations".into())).collect()
 }
 
-/// What a file cannot hold: laws, effects and recorders from Rust.
+/// Additions that a file cannot hold: laws, effects and recorders from Rust.
 #[derive(Default)]
 struct Additions {
     laws: BTreeMap<String, LawSource>,
@@ -229,51 +226,9 @@ impl Scene {
         rules::check(file, &spec, &spans)?;
         attach_skins(builder, &spec.skins)?;
         let mut gathered = Gathered::default();
-        // What damps the stiffness of other effects is built after them, and keeps its place.
-        let mut order: Vec<usize> = (0..spec.effects.len()).collect();
-        order.sort_by_key(|&k| matches!(spec.effects[k], EffectSpec::StiffnessDamping { .. }));
-        let mut built = BTreeMap::new();
-        for k in order {
-            let effect = &spec.effects[k];
-            let place = format!("effect {} ({})", k + 1, effect.kind());
-            built.insert(k, build_effect(builder, &place, effect, &mut gathered)?);
-        }
-        let mut effects: Vec<Box<dyn Effect>> = built.into_values().collect();
+        let mut effects = build_effects(builder, &spec.effects, &mut gathered)?;
         check_viscoelastic(builder, &spec)?;
-        let (mut constraints, mut cables) = (Vec::<Box<dyn Constraint>>::new(), Vec::<NamedCable>::new());
-        for (k, constraint) in spec.constraints.iter().enumerate() {
-            let place = format!("constraint {} ({})", k + 1, constraint.kind());
-            match constraint {
-                ConstraintSpec::Fixed { region, components } => {
-                    builder.prescribe(&place, region, components, &Signal::Constant(0.0))?;
-                }
-                ConstraintSpec::Prescribed { region, components, displacement } => {
-                    let name = format!("{region}_{components}_displacement_m");
-                    let signal = builder.signal(&place, name, displacement, Dimension::LENGTH)?;
-                    builder.prescribe(&place, region, components, &signal)?;
-                }
-                ConstraintSpec::Cable(cable) => {
-                    if cables.iter().any(|c| c.name == cable.name) {
-                        let fact = format!("another cable is called \"{}\" too", cable.name);
-                        return Err(builder.content(&place, fact, "give each cable a `name` of its own"));
-                    }
-                    cables.push(build_cable(builder, &place, cable, &spans, &mut effects, &mut constraints)?);
-                }
-                // What is held decides whether a cavity may be open
-                ConstraintSpec::Cavity { .. } => {}
-            }
-        }
-        let mut cavities = Vec::<NamedCavity>::new();
-        for (k, constraint) in spec.constraints.iter().enumerate() {
-            if let ConstraintSpec::Cavity { name, .. } = constraint {
-                let place = format!("constraint {} (cavity)", k + 1);
-                if cavities.iter().any(|c| c.name == *name) || cables.iter().any(|c| c.name == *name) {
-                    let fact = format!("another cable or cavity is called \"{name}\" too");
-                    return Err(builder.content(&place, fact, "give each a `name` of its own"));
-                }
-                cavities.push(build_cavity(builder, &place, constraint, &mut effects, &mut constraints)?);
-            }
-        }
+        let Constrained { constraints, cables, cavities } = build_constraints(builder, &spec, &spans, &mut effects)?;
         let (rigids, contacts) = build_contacts(builder, &spec, &mut gathered, &mut effects)?;
         let Gathered { stored, points: elastic, stressed, relaxing, hosts, laws } = gathered;
         if stored.is_empty() && own_effects.is_empty() {
@@ -292,9 +247,7 @@ impl Scene {
         probes.extend(own_recorders);
         note_static(builder, &spec, &spans);
         note_viscoelastic(builder, &spec, &spans);
-        let causes = [note_patches(builder, &spec), limit_of_springs(&spec)];
-        let causes: Vec<String> = causes.into_iter().flatten().chain(std::mem::take(&mut builder.no_limits)).collect();
-        let no_limit = (!causes.is_empty()).then(|| causes.join(", and "));
+        let no_limit = reasons_of_no_limit(builder, &spec);
         let nodes = builder.nodes;
         check_formulas(builder, &spans)?;
         check_output(builder, &spec.output, spans.last().map_or(0.0, |s| s.end))?;
@@ -333,15 +286,8 @@ impl Scene {
             notes,
             no_limit,
         };
-        match columns.iter().enumerate().find(|(k, c)| columns[..*k].contains(c)) {
-            None => Ok(scene),
-            Some((_, twice)) => Err(SceneError::Content {
-                file: file.into(),
-                place: "probe".into(),
-                fact: format!("the column {twice} would be recorded twice"),
-                remedy: "remove one of the two [[probe]]s".into(),
-            }),
-        }
+        check_columns(file, &columns)?;
+        Ok(scene)
     }
 
     /// Refuses a scene whose time runs back, where curves over time are to be compared.
@@ -361,5 +307,25 @@ impl Scene {
             return Ok(());
         }
         Err(format!("the scene records no \"{name}\"; {}", hint(name, &columns[1..])))
+    }
+}
+
+/// Reasons why the response has no limit as h → 0, joined.
+fn reasons_of_no_limit(builder: &mut Builder, spec: &SceneSpec) -> Option<String> {
+    let causes = [note_patches(builder, spec), limit_of_springs(spec)];
+    let causes: Vec<String> = causes.into_iter().flatten().chain(std::mem::take(&mut builder.no_limits)).collect();
+    (!causes.is_empty()).then(|| causes.join(", and "))
+}
+
+/// Refuses a column that would be recorded twice.
+fn check_columns(file: &Path, columns: &[String]) -> Result<(), SceneError> {
+    match columns.iter().enumerate().find(|(k, c)| columns[..*k].contains(c)) {
+        None => Ok(()),
+        Some((_, twice)) => Err(SceneError::Content {
+            file: file.into(),
+            place: "probe".into(),
+            fact: format!("the column {twice} would be recorded twice"),
+            remedy: "remove one of the two [[probe]]s".into(),
+        }),
     }
 }

@@ -29,7 +29,7 @@ use std::sync::Arc;
 /// Makes a law.
 pub type LawSource = Box<dyn Fn() -> Box<dyn Law>>;
 
-/// What effects leave for later ones, for the system, for probes and for the record.
+/// Results of effects for later ones, for the system, for probes and for the record.
 #[derive(Default)]
 pub(super) struct Gathered {
     /// Effects that store energy, by their region
@@ -142,12 +142,12 @@ impl<'a> Builder<'a> {
         })
     }
 
-    /// Is a signal of this name recorded?
+    /// Whether a signal of this name is recorded.
     pub(super) fn records(&self, name: &str) -> bool {
         self.signals.iter().any(|s| s.name == name)
     }
 
-    /// What was gathered: prescribed dofs, signals, notes.
+    /// Prescribed dofs, signals and notes that were gathered.
     pub(super) fn finish(&mut self) -> (Vec<Prescribed>, Vec<NamedSignal>, Vec<String>) {
         let mut notes = std::mem::take(&mut self.notes);
         if self.prescribed.is_empty() {
@@ -228,7 +228,7 @@ impl<'a> Builder<'a> {
         Ok(())
     }
 
-    /// What is prescribed for a dof.
+    /// The motion prescribed for a dof.
     pub(super) fn motion(&self, dof: u32) -> Option<&Signal> {
         self.prescribed.get(&dof).map(|(signal, _)| signal)
     }
@@ -308,7 +308,7 @@ impl<'a> Builder<'a> {
         Signal::Continued { signal: Box::new(signal), from: first.0, to: last.1, before, after }
     }
 
-    /// Bodies and obstacles are drawn beside the fields, like skins.
+    /// Bodies and obstacles are drawn in addition to the fields, like skins.
     pub(super) fn draw(
         &mut self,
         place: &str,

@@ -165,12 +165,12 @@ impl Checkpoint {
         let flat = |rows: &[Vec<f64>]| rows.concat();
         let LaggedFactorRecord { k, x: placed, solves, steps, rates, worn } = &self.memory.lagged_factor;
         let counts = [solves[0], solves[1], *steps, usize::from(*worn)].map(|n| n as f64);
-        let kept_factor =
+        let lagged_factor =
             [k.to_vec(), placed.to_vec(), [counts[0], counts[1], counts[2], counts[3], rates.cv, rates.ca].to_vec()];
         let balance = [self.balance.effect.clone(), self.balance.g.clone(), self.balance.residual.clone()];
         let kept = [flat(&self.rows), flat(&self.signals), self.peak.x.clone()];
         let recent = self.memory.prediction.recent.iter().flat_map(|p| [vec![p.t], p.x.clone(), p.lambda.clone()]);
-        state.into_iter().chain(balance).chain(kept).chain(kept_factor).chain(recent).collect()
+        state.into_iter().chain(balance).chain(kept).chain(lagged_factor).chain(recent).collect()
     }
 
     fn from_arrays(head: Head, arrays: Vec<Vec<f64>>, scene: &Scene) -> Option<Self> {

@@ -7,9 +7,11 @@ use super::grid::{grid, mesh_hash};
 use super::mesh_spec::{CopySpec, MeshSpec};
 use super::shape::{ShapeFault, TurnSpec};
 use crate::math::tensor::{Mat3, Vec3};
+use crate::mesh::boundary::boundary_facets;
 use crate::mesh::error::point;
 use crate::mesh::generate::{CablePath, MeshStore};
 use crate::mesh::overlap::overlap;
+use crate::mesh::parts::{image, side_by_side};
 use crate::mesh::{Region, TetMesh};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -37,9 +39,9 @@ impl Body {
                     for (path, cable) in &base.paths {
                         paths.insert(format!("{}.{path}", copy.name), carried(cable, &a, &b));
                     }
-                    base.mesh.image(&a, &b)
+                    image(&base.mesh, &a, &b)
                 }
-                (Some(boxes), _) => grid(file, boxes, spec.element)?.image(&a, &b),
+                (Some(boxes), _) => image(&grid(file, boxes, spec.element)?, &a, &b),
                 (None, None) => unreachable!("a copy without a grid has the mesh"),
             };
             let mesh = with_skin(mesh);
@@ -51,7 +53,7 @@ impl Body {
             }
             named.push((copy.name.clone(), mesh));
         }
-        let mesh = TetMesh::side_by_side(&named).expect("there is a copy");
+        let mesh = side_by_side(&named).expect("there is a copy");
         let sha256 = mesh_hash(&mesh);
         let source = base.map_or("grid".into(), |b| b.source);
         Ok(Self { mesh, paths, source, sha256 })
@@ -60,7 +62,7 @@ impl Body {
 
 /// With its whole boundary as the region `skin`, unless it has one.
 fn with_skin(mut mesh: TetMesh) -> TetMesh {
-    let facets = mesh.boundary_facets();
+    let facets = boundary_facets(&mesh);
     mesh.regions.entry("skin".into()).or_insert(Region { facets, ..Region::default() });
     mesh
 }

@@ -1,4 +1,4 @@
-//! What can be declared, and what a declared effect is in words: where it acts, with which law, in which form.
+//! Kinds that can be declared, and the description of a declared effect: its region, law and form.
 
 use super::parts::probes::{Headline, ProbeSpec};
 use super::quantity::GuideRadius;

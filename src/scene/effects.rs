@@ -13,10 +13,29 @@ use super::parts::viscoelastic::build_viscoelastic;
 use super::parts::viscous_damping::build_viscous_damping;
 use super::spec::EffectSpec;
 use crate::system::Effect;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
+/// All effects of a scene, in the order of the file.
+pub(super) fn build_effects(
+    builder: &mut Builder,
+    specs: &[EffectSpec],
+    gathered: &mut Gathered,
+) -> Result<Vec<Box<dyn Effect>>, SceneError> {
+    // Damping by the stiffness of other effects is built after them, and keeps its place in the list.
+    let mut order: Vec<usize> = (0..specs.len()).collect();
+    order.sort_by_key(|&k| matches!(specs[k], EffectSpec::StiffnessDamping { .. }));
+    let mut built = BTreeMap::new();
+    for k in order {
+        let effect = &specs[k];
+        let place = format!("effect {} ({})", k + 1, effect.kind());
+        built.insert(k, build_effect(builder, &place, effect, gathered)?);
+    }
+    Ok(built.into_values().collect())
+}
+
 /// The effect that a specification describes; what later effects need of it is gathered.
-pub(super) fn build_effect(
+fn build_effect(
     builder: &mut Builder,
     place: &str,
     spec: &EffectSpec,

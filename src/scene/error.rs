@@ -29,10 +29,10 @@ impl SceneError {
     }
 }
 
-/// What the reader stumbled over, with the line it stands in.
+/// A mistake found by the reader, with its line.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mistake {
-    /// Where the text comes from, if it is not the file as it stands: `with the change mesh.cells`
+    /// Where the text comes from, if it is not the unchanged file: `with the change mesh.cells`
     pub origin: String,
     pub line: Option<Line>,
     /// `effect 3 (gravity)`
@@ -103,7 +103,7 @@ pub fn explain(message: &str) -> String {
             format!("unknown name `{word}`; {}", hint(word, known))
         }
         Some((word, _)) if message.starts_with("missing field") => format!("the key `{word}` is missing; add it"),
-        Some((word, _)) if message.starts_with("duplicate field") => format!("`{word}` stands twice; remove one"),
+        Some((word, _)) if message.starts_with("duplicate field") => format!("`{word}` is given twice; remove one"),
         _ if message.starts_with("invalid type") => {
             let message = message.replace(", expected ", "; this must be ").replace("invalid type: ", "");
             message.replace("this must be struct variant ", "this must be a table of the keys of ")

@@ -3,6 +3,7 @@
 use super::error::SceneError;
 use super::mesh_spec::{DisturbSpec, ElementSpec, GridSpec};
 use super::quantity::Length;
+use crate::mesh::disturb::{add_slivers, distort};
 use crate::mesh::graded::{Growth, half_space, half_sphere};
 use crate::mesh::validate::min_det;
 use crate::mesh::{TetMesh, curved, structured};
@@ -71,7 +72,7 @@ pub fn disturb(file: &Path, spec: &DisturbSpec, mesh: &mut TetMesh) -> Result<()
         let fact = format!("nodes = {}, slivers = {}", spec.nodes, spec.slivers);
         return refuse(fact, "both are shares between 0 and 1");
     }
-    mesh.distort(spec.seed, spec.nodes);
+    distort(mesh, spec.seed, spec.nodes);
     if let Some(c) = (0..mesh.cell_count()).find(|&c| min_det(mesh, c) <= 0.0) {
         return refuse(format!("nodes = {} folds cell {c}", spec.nodes), "take less: 0.1 is safe on grids");
     }
@@ -83,7 +84,7 @@ pub fn disturb(file: &Path, spec: &DisturbSpec, mesh: &mut TetMesh) -> Result<()
         }
         None => Ok(()),
         Some(angle) => {
-            mesh.add_slivers(spec.seed, spec.slivers, angle.0);
+            add_slivers(mesh, spec.seed, spec.slivers, angle.0);
             Ok(())
         }
     }

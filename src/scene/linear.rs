@@ -1,4 +1,4 @@
-//! How the linear systems of a scene are solved: `[numerics] linear` and `factor_memory`, and what a run says of it.
+//! Solution of the linear systems of a scene: `[numerics] linear` and `factor_memory`, and its record in a run.
 
 use crate::math::linear::Factor;
 use crate::math::multigrid::Size;

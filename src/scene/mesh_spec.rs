@@ -102,7 +102,7 @@ pub enum SelectorSpec {
     Normal { direction: [f64; 3], angle: Angle },
 }
 
-/// What a selector picks; a facet or cell is picked when all its corners are.
+/// Entities that a selector picks; a facet or cell is picked when all its corners are.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Default)]
 #[serde(rename_all = "snake_case")]
 pub enum PickSpec {
@@ -127,7 +127,7 @@ pub enum GridSpec {
     /// A quarter of a half ball below z = 0: `top`, `far`, `xmin`, `ymin`; cells of `fine` at the origin in so many layers, then
     /// growing in so many
     HalfSpace { radius: Length, fine: Length, divisions: [usize; 2] },
-    /// A quarter of the lower half of a sphere that stands on the origin: `round`, `middle`, `xmin`, `ymin`
+    /// A quarter of the lower half of a sphere that rests on the origin: `round`, `middle`, `xmin`, `ymin`
     HalfSphere { radius: Length, fine: Length, divisions: [usize; 2] },
 }
 

@@ -46,6 +46,7 @@ mod build;
 mod builder;
 mod checkpoint;
 mod compare;
+mod constraints;
 pub mod control;
 mod copies;
 mod cover;

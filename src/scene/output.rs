@@ -1,4 +1,4 @@
-//! What a run writes beside its record, and when: fields for ParaView, rows of the time series.
+//! Output of a run in addition to its record, and its schedule: fields for ParaView, rows of the time series.
 //!
 //! Stress fields are those of the elastic effects, σ = P Fᵀ/J. A cell has the mean over its quadrature points, a node the
 //! mean over the cells there, both weighted with the reference volume; von Mises' stress and the pressure −tr σ/3 are those of
@@ -71,7 +71,7 @@ impl FieldsSpec {
 }
 
 impl ScheduleSpec {
-    /// Is something due at `t`, after the point of the grid at `past`? The first state is always.
+    /// Whether output is due at `t`, after the point of the grid at `past`. The first state always is.
     pub fn due(&self, past: Option<f64>, t: f64) -> bool {
         let Some(past) = past else { return true };
         let passed = |at: f64, t: f64| at <= t + 1e-9 * t.abs();

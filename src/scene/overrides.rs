@@ -27,7 +27,7 @@ const LISTS: [&str; 7] = ["effect", "constraint", "stage", "probe", "skin", "con
 const OPTIONAL: [&str; 2] = ["mesh", "numerics"];
 
 /// Sets the value at a dotted path. In an array of tables a step is an index, or the `name` or `kind` of an entry. Only the
-/// last key may be new; below `mesh` and at `numerics` also the tables on the way, whose keys the reader checks. The step `+`
+/// last key may be new; below `mesh` and at `numerics` also the tables in between, whose keys the reader checks. The step `+`
 /// of a list adds an entry, or a list of them, at its end.
 pub fn apply(table: &mut Table, path: &str, value: Value) -> Result<(), OverrideError> {
     let steps: Vec<&str> = path.split('.').collect();
@@ -37,7 +37,7 @@ pub fn apply(table: &mut Table, path: &str, value: Value) -> Result<(), Override
     {
         let entries = table.entry(list).or_insert_with(|| Value::Array(vec![]));
         let more = if let Value::Array(more) = value { more } else { vec![value] };
-        // What is no list is refused by the reader of the scene
+        // A value that is no list is refused by the reader of the scene
         entries.as_array_mut().into_iter().for_each(|entries| entries.extend(more.iter().cloned()));
         return Ok(());
     }

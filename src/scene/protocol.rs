@@ -1,4 +1,4 @@
-//! What is prescribed over time, by name, and what of it a cable can follow.
+//! Signals prescribed over time, by name, and the limits within which a cable can follow them.
 
 use super::builder::Builder;
 use super::error::SceneError;
@@ -56,11 +56,11 @@ pub(super) fn check_continued(builder: &Builder, spec: &SceneSpec, spans: &[Time
     let decided = !spec.events.is_empty() || builder.signals.iter().any(|s| s.signal.has_inputs());
     let arc = spans.iter().position(|s| matches!(s.integrator, Integrator::ArcLength { .. }));
     let Some(k) = arc.filter(|_| decided) else { return Ok(()) };
-    let fact = "a continuation beside events, or signals that are decided on the way";
+    let fact = "a continuation together with events, or with signals that are decided during the run";
     Err(builder.content(&format!("stage {}", k + 1), fact, "take integrator = \"static\" without `continuation`"))
 }
 
-/// A cable cannot push: T(t) ≥ 0. What is decided on the way is cut at 0.
+/// A cable cannot push: T(t) ≥ 0. A signal that is decided during the run is cut at 0.
 pub(super) fn check_tension(
     builder: &Builder,
     place: &str,

@@ -58,7 +58,7 @@ pub enum SensitivityError {
     )]
     NotConverged { stage: usize, integrator: &'static str },
     #[error(
-        "the signals are decided on the way, and their derivatives are not followed; remove events and formulas of columns"
+        "the signals are decided during the run, and their derivatives are not followed; remove events and formulas of columns"
     )]
     Decided,
     #[error("the effect {effect} reads what came before a step and has no derivative by it; remove it")]

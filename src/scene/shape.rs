@@ -1,4 +1,4 @@
-//! Shapes of obstacles and rigid bodies as they stand in a scene.
+//! Shapes of obstacles and rigid bodies of a scene.
 
 use super::kind::by_kind;
 use super::quantity::{Angle, Length};
@@ -12,11 +12,11 @@ use std::path::{Path, PathBuf};
 
 by_kind!(ShapeSpec);
 
-/// What is met: a shape in space, a rigid body of the scene, or another part of the surface. A rigid body has one of the shapes.
+/// An obstacle: a shape in space, a rigid body of the scene, or another part of the surface. A rigid body has one of the shapes.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
 pub enum ShapeSpec {
-    /// What is below the plane through `point`
+    /// The half-space below the plane through `point`
     Floor {
         point: [Length; 3],
         normal: [f64; 3],

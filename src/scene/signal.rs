@@ -1,4 +1,4 @@
-//! Signals as they stand in files: a constant `"15 mm"`, or a table with a `kind`.
+//! Signals in files: a constant `"15 mm"`, or a table with a `kind`.
 
 use super::control::{Input, Source};
 use super::kind::by_kind;
@@ -69,7 +69,7 @@ impl<'de> Deserialize<'de> for SignalSpec {
     }
 }
 
-/// Decides by what stands there, so that errors inside a table keep their place.
+/// Decides by the type of the value, so that errors inside a table keep their place.
 struct TextOrTable;
 
 impl<'de> Visitor<'de> for TextOrTable {
@@ -190,7 +190,7 @@ pub enum SignalError {
     Formula { text: String, why: String },
     #[error("within hold and delay a formula takes t only, not {0}: what was recorded earlier is not kept")]
     Delayed(String),
-    #[error("a `controlled` signal stands alone; add what else is to act in the controller")]
+    #[error("a `controlled` signal cannot be combined with others; add what else is to act in the controller")]
     Controlled,
 }
 

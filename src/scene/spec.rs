@@ -1,4 +1,4 @@
-//! A scene as it stands in a TOML file. Unknown keys are refused; there is no default physics.
+//! A scene as it is given in a TOML file. Unknown keys are refused; there is no default physics.
 
 pub use super::compare::{CompareSpec, MeasuredSpec};
 pub use super::control::spec::{EventSpec, ThenSpec, WhenSpec};
@@ -29,7 +29,7 @@ by_kind!(EffectSpec, ConstraintSpec, DriveSpec, CavityDriveSpec, IntegratorSpec)
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SceneSpec {
-    /// What the scene shows, for the report
+    /// Subject of the scene, for the report
     #[serde(default)]
     pub title: String,
     pub mesh: MeshSpec,
@@ -176,7 +176,7 @@ pub enum StiffnessSpec {
     Last,
 }
 
-/// How a law meets the element.
+/// Formulation of a law in the elements.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Default)]
 #[serde(rename_all = "snake_case")]
 pub enum FormulationSpec {
@@ -296,7 +296,7 @@ pub enum IntegratorSpec {
     GeneralisedAlpha {
         rho: f64,
     },
-    /// `force = true` allows the undamped rule beside constraints
+    /// `force = true` allows the undamped rule together with constraints
     Newmark {
         beta: f64,
         gamma: f64,

@@ -1,4 +1,4 @@
-//! The stages of a scene, and what may stand in which.
+//! The stages of a scene, and what each of them allows.
 
 use super::builder::Builder;
 use super::error::SceneError;

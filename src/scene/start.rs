@@ -1,4 +1,4 @@
-//! States to start from that are not rest: what robustness is tested with, and what a body looks like that was crumpled.
+//! Initial states other than rest: those by which robustness is tested, and crumpled bodies.
 //!
 //! Nodes that are held or prescribed stay where their signals put them at t = 0. Nothing moves at the start but what `moving` and
 //! rigid bodies say.

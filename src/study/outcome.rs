@@ -2,6 +2,8 @@
 
 use crate::effect::locking::signs;
 use crate::math::tensor::Vec3;
+use crate::mesh::boundary::boundary_facets;
+use crate::mesh::quality::Quality;
 use crate::scene::{NamedSkin, Run, Scene};
 use crate::study::contact::contacts;
 use crate::study::expand::Case;
@@ -18,7 +20,7 @@ use std::collections::BTreeMap;
 /// The record of a run; `times` are wall and CPU seconds.
 pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
     let mesh = &scene.body.mesh;
-    let quality = mesh.quality();
+    let quality = Quality::of(mesh);
     CaseRecord {
         id: String::new(),
         family: String::new(),
@@ -127,8 +129,7 @@ pub fn skin(scene: &Scene, run: &Run) -> Skin {
     let stretch = scene.nodal_stretch(&run.peak.x);
     let mut local = BTreeMap::new();
     let mut nodes = Vec::new();
-    let triangles = mesh
-        .boundary_facets()
+    let triangles = boundary_facets(mesh)
         .iter()
         .map(|&f| {
             let corners = &mesh.facet(f as usize)[..3];

@@ -38,6 +38,18 @@ fn members() -> Vec<Member> {
     out
 }
 
+fn mesh_of(m: &Member) -> MeshRecord {
+    MeshRecord {
+        cells: m.cells,
+        nodes: m.cells / 4,
+        h_m: size(m.cells),
+        min_quality: 0.31,
+        mean_quality: 0.75,
+        volume_m3: VOLUME,
+        source: format!("block-{}-{}-{}", m.cells, m.formulation, m.noise),
+    }
+}
+
 fn case(m: &Member, variant: &str) -> StoredCase {
     let h = size(m.cells) / size(4_500);
     let quadratic = m.formulation == "tet10";
@@ -65,15 +77,7 @@ fn case(m: &Member, variant: &str) -> StoredCase {
         family: m.family.into(),
         variant: variant.into(),
         member: m.name.clone(),
-        mesh: MeshRecord {
-            cells: m.cells,
-            nodes: m.cells / 4,
-            h_m: size(m.cells),
-            min_quality: 0.31,
-            mean_quality: 0.75,
-            volume_m3: VOLUME,
-            source: format!("block-{}-{}-{}", m.cells, m.formulation, m.noise),
-        },
+        mesh: mesh_of(m),
         formulation: m.formulation.into(),
         law: Some(LawRecord {
             name: "neo_hookean".into(),

@@ -4,6 +4,7 @@ use crate::common::{ORDERS, largest, run, scene};
 use crate::setup::{RESPONSES, last, soft_block};
 use durometer::effect::dead_load::nodal_areas;
 use durometer::math::tensor::Vec3;
+use durometer::mesh::disturb::distort;
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh};
 use durometer::scene::Scene;
@@ -12,7 +13,7 @@ use durometer::solve::Status;
 /// A distorted block of 20 × 20 × 10 mm.
 fn slab(order: Order) -> TetMesh {
     let mut mesh = block(4, 4, 2, 0.02, 0.02, 0.01, order);
-    mesh.distort(3, 0.15);
+    distort(&mut mesh, 3, 0.15);
     mesh
 }
 

@@ -21,7 +21,7 @@ pub use measured::{ColumnSpec, Measured, MeasuredSpec};
 pub use model::{Failure, SceneModel, Unknown, written};
 
 use super::certificate::{CASES, range};
-use super::{Direction, FitWarning, Weighting, identify, noise};
+use super::{Direction, Estimate, FitWarning, Weighting, identify, noise};
 use crate::material::{StabilityLimit, material_stability};
 use crate::scene::parts::probes::stretch::stretches;
 use crate::scene::{Progress, Scene};
@@ -83,20 +83,8 @@ pub fn calibrate(
         true => profile::ends(model, &measured, &weights, &best, watch)?,
         false => (vec![[None; 2]; values.len()], 0),
     };
-    let finite = |x: f64| x.is_finite().then_some(x);
-    let constants = (identified.estimates.iter().zip(&model.unknown).zip(&start).enumerate())
-        .map(|(k, ((e, u), start))| Found {
-            key: u.constant.to_string(),
-            symbol: e.symbol.into(),
-            unit: e.unit.into(),
-            start: *start,
-            value: e.value,
-            std_error: finite(e.std_error),
-            interval: finite(e.std_error).map(|_| e.interval),
-            profile: settings.profile.then_some(ends[k]),
-            bootstrap: drawn.as_ref().map(|d| d[k]).filter(|_| e.std_error.is_finite()),
-        })
-        .collect();
+    let profiled = settings.profile.then_some(&ends[..]);
+    let constants = constants(model, &identified.estimates, &start, profiled, drawn.as_deref());
     let square = |v: &mut dyn Iterator<Item = f64>| v.map(|r| r * r).sum::<f64>();
     let r2 = square(&mut measured.y.iter().zip(&answer.y).map(|(a, b)| a - b));
     let y2 = square(&mut measured.y.iter().copied());
@@ -129,6 +117,30 @@ pub fn calibrate(
         measured,
     };
     Ok((calibration, answer.scene))
+}
+
+/// The constants with their intervals; `profiled`: ends by profile likelihood, `drawn`: of resampled blocks.
+fn constants(
+    model: &SceneModel,
+    estimates: &[Estimate],
+    start: &[f64],
+    profiled: Option<&[[Option<f64>; 2]]>,
+    drawn: Option<&[[f64; 2]]>,
+) -> Vec<Found> {
+    let finite = |x: f64| x.is_finite().then_some(x);
+    (estimates.iter().zip(&model.unknown).zip(start).enumerate())
+        .map(|(k, ((e, u), start))| Found {
+            key: u.constant.to_string(),
+            symbol: e.symbol.into(),
+            unit: e.unit.into(),
+            start: *start,
+            value: e.value,
+            std_error: finite(e.std_error),
+            interval: finite(e.std_error).map(|_| e.interval),
+            profile: profiled.map(|ends| ends[k]),
+            bootstrap: drawn.map(|d| d[k]).filter(|_| e.std_error.is_finite()),
+        })
+        .collect()
 }
 
 /// Leaves out the data points that the protocol does not reach.

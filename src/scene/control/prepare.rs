@@ -237,7 +237,7 @@ fn never(name: &str, when: When, known: &Known) -> Option<String> {
     };
     let column = &known.columns[column];
     let (low, high) = (known.range)(column)?;
-    // What is so from the start does not come true.
+    // A condition that is true from the start does not become true.
     let reached = match when {
         When::At { .. } => true,
         When::Above { value, .. } => low < value && value <= high,

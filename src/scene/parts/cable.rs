@@ -75,7 +75,7 @@ pub struct NamedCable {
     pub most: f64,
 }
 
-/// A place on the way of a cable, as messages name it, with what is fixed in space.
+/// A point on the path of a cable: its name in messages, and whether it is fixed in space.
 struct Stop {
     name: String,
     fixed: bool,
@@ -205,7 +205,7 @@ fn find_stops(builder: &Builder, place: &str, spec: &CableSpec) -> Result<(Vec3,
     }
     if let Some((k, ring)) = spec.rings.iter().enumerate().find(|(_, r)| r.after >= points.len()) {
         let fact =
-            format!("ring {} stands after guide {}, and the cable ends at guide {}", k + 1, ring.after, points.len());
+            format!("ring {} is after guide {}, and the cable ends at guide {}", k + 1, ring.after, points.len());
         return Err(builder.content(place, fact, "a cable ends in the body: place its rings before the last guide"));
     }
     let mut stops = Vec::new();
@@ -239,7 +239,7 @@ fn build_guide(builder: &Builder, place: &str, at: Vec3, radius: GuideRadius) ->
     Ok(Guide { point: at, weights })
 }
 
-/// What runs through the body is all that can get shorter. What is decided on the way shows in the run.
+/// Refuses a shortening by more than the length inside the body. A signal that is decided during the run is not checked here.
 fn check_shortening(
     builder: &Builder,
     place: &str,
@@ -251,7 +251,7 @@ fn check_shortening(
         return Ok(());
     }
     let (_, (t, most)) = extremes(shortening, spans);
-    // What has no value is refused with its formula.
+    // A signal without a value is refused with its formula.
     if most < free || !most.is_finite() {
         return Ok(());
     }
@@ -283,7 +283,7 @@ pub struct CableEvent {
     pub what: Condition,
 }
 
-/// How a cable that is driven by length stands.
+/// Condition of a cable that is driven by length.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Condition {
@@ -384,7 +384,7 @@ impl NamedCable {
         out
     }
 
-    /// How it stands; nothing for one that is driven by tension.
+    /// Its condition; `None` for a cable driven by tension.
     fn condition(&self, state: &State) -> Option<Condition> {
         let tension = self.tensions(state)[0];
         self.by_length.then_some(match tension {

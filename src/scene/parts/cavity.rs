@@ -6,7 +6,9 @@ use crate::math::signal::Signal;
 use crate::math::tensor::Vec3;
 use crate::math::units::Dimension;
 use crate::mesh::TetMesh;
+use crate::mesh::boundary::boundary_facets;
 use crate::mesh::error::point;
+use crate::mesh::rim::rim;
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
 use crate::scene::recorder::{Change, Moment, Recorder};
@@ -40,13 +42,13 @@ pub(in crate::scene) fn build_cavity(
         let fact = format!("region \"{region}\" holds no facets");
         return Err(builder.content(place, fact, "a cavity is a part of the surface: take a facet region"));
     }
-    let boundary = mesh.boundary_facets();
+    let boundary = boundary_facets(mesh);
     if let Some(&f) = facets.iter().find(|f| boundary.binary_search(f).is_err()) {
         let at = point(&mesh.points[mesh.facet(f as usize)[0] as usize]);
         let fact = format!("the facet at {at} has the body on both sides");
         return Err(builder.content(place, fact, "take facets of the boundary only"));
     }
-    let rim = mesh.rim(&facets);
+    let rim = rim(mesh, &facets);
     let planes = check_rim(builder, place, (region, *open, drive), mesh, &rim)?;
     let origin = origin(mesh, &facets, planes.unwrap_or_default());
     let cavity = Arc::new(Cavity::new(name.clone(), mesh, &facets, origin));

@@ -56,7 +56,7 @@ pub(in crate::scene) fn check_viscoelastic(builder: &Builder, spec: &SceneSpec) 
     Ok(())
 }
 
-/// What the series stands for, and which stages do not see it.
+/// Notes the meaning of the constants, and the stages in which the effect does not act.
 pub(in crate::scene) fn note_viscoelastic(builder: &mut Builder, spec: &SceneSpec, spans: &[TimeSpan]) {
     for effect in &spec.effects {
         let EffectSpec::Viscoelastic { law, moduli, prony, .. } = effect else { continue };

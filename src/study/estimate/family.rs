@@ -115,7 +115,7 @@ pub fn estimate_of_order(
     let scatter = scatter.filter(|_| role != Role::Nested && class != Convergence::Exact);
     let noisy = scatter.is_some_and(|s| s > least);
 
-    let (f1, r21) = (f[0], ratios[0]);
+    let f1 = f[0];
     let mut e = Estimate {
         family: family.to_string(),
         role,
@@ -142,85 +142,9 @@ pub fn estimate_of_order(
         values: f,
         ratios,
     };
-    // Richardson and GCI of the finest triple or pair
-    let assumed = match first {
-        Some(t) if t.is_sane(q) => {
-            e.fs = 1.25;
-            p
-        }
-        Some(t) => t.p.map(|p| p.clamp(LEAST_ORDER, q)),
-        None if class == Convergence::Monotone => Some(q.min(2.0)),
-        None => None,
-    };
-    if let Some(p) = assumed {
-        let shift = correction(f1 - e.values[1], r21, p);
-        e.richardson = Some(f1 + shift);
-        e.gci_percent = (f1 != 0.0).then(|| 100.0 * e.fs * (shift / f1).abs());
-    }
-
-    if class == Convergence::Exact {
-        e.method = "independent of the mesh".into();
-        e.uncertainty = spread;
-        e.uncertainty_finest = spread;
-    } else if noisy {
-        let s = scatter.unwrap_or(0.0);
-        reasons.push(format!("mesh noise {s:.3e} exceeds the difference {least:.3e} of neighbouring meshes"));
-        e.method = "spread (3·ΔM)".into();
-        e.uncertainty_finest = 3.0 * spread.max(s);
-        e.uncertainty = e.uncertainty_finest;
-    } else if let Some(fit) = &e.fit {
-        let (h1, u1) = (e.h_m[0], fit.uncertainty[0]);
-        e.method = format!("least squares {}{}", fit.model, if fit.weighted { ", weighted" } else { "" });
-        e.extrapolated = fit.f0;
-        e.uncertainty_finest = u1;
-        e.uncertainty = if fit.good && asymptotic != Some(false) {
-            (fit.fs - 1.0) * fit.error(h1) + fit.sigma + (f1 - fit.at(h1)).abs()
-        } else {
-            u1
-        };
-    } else if let (Some(p), Some(star)) = (assumed, e.richardson) {
-        let delta = (star - f1).abs();
-        e.extrapolated = star;
-        e.uncertainty_finest = e.fs * delta;
-        let k = 1.0 / (p * r21.ln()).exp_m1();
-        let noise = scatter.unwrap_or(0.0) * 0.5 * ((1.0 + k).powi(2) + k * k).sqrt();
-        // One triple does not show that its p is the asymptotic one: 2 at corners, the formal order elsewhere
-        let other = |p: f64| (star - f1 - correction(f1 - e.values[1], r21, p)).abs();
-        e.uncertainty = noise
-            + if e.fs < 3.0 {
-                ((e.fs - 1.0) * delta).max(other(q)).max(other(q.min(2.0)))
-            } else {
-                e.uncertainty_finest
-            };
-        e.method = match (first.is_some(), e.fs < 3.0) {
-            (true, true) => "Richardson and GCI".into(),
-            (true, false) => format!("Richardson with p cut to {p:.2}, GCI with Fs = 3"),
-            _ => format!("two meshes, p = {p:.0} assumed, GCI with Fs = 3"),
-        };
-    } else {
-        e.method = "spread (3·ΔM)".into();
-        e.uncertainty_finest = 3.0 * spread;
-        e.uncertainty = 3.0 * spread;
-    }
-    match class {
-        Convergence::Oscillatory => {
-            reasons.push(format!("the three finest oscillate, ½(max − min) = {:.3e}", 0.5 * spread))
-        }
-        Convergence::Diverging => reasons.push("the three finest do not converge monotonically".into()),
-        _ => {}
-    }
-    if let Some(p) = p.filter(|_| !first.is_some_and(|t| t.is_sane(q))) {
-        let side = if p > q { "above the formal" } else { "below the least" };
-        reasons.push(format!("observed order {p:.2} is {side} order {}", if p > q { q } else { LEAST_ORDER }));
-    }
-    if let (Some(a), Some(b)) = (p, e.observed_order_coarser)
-        && (a - b).abs() > 0.25 * a.max(b)
-    {
-        reasons.push(format!("orders {a:.2} and {b:.2} of the two triples differ by more than 25 %"));
-    }
-    if e.fit.as_ref().is_some_and(|f| f.sigma >= f.range) {
-        reasons.push("the values scatter about the fit by more than they change from mesh to mesh".into());
-    }
+    let assumed = set_richardson(&mut e, first);
+    set_uncertainty(&mut e, &Differences { spread, least, scatter, noisy, assumed }, &mut reasons);
+    add_limits(&e, first.is_some_and(|t| t.is_sane(q)), spread, &mut reasons);
     let allowed = tolerance * e.extrapolated.abs();
     e.defensible = e.uncertainty <= allowed && e.uncertainty.is_finite();
     if !e.defensible {
@@ -232,4 +156,111 @@ pub fn estimate_of_order(
     }
     e.reasons = reasons;
     Some(e)
+}
+
+/// Sets Richardson's limit and the GCI of the finest triple or pair. Returns the order that they assume.
+fn set_richardson(e: &mut Estimate, first: Option<Triple>) -> Option<f64> {
+    let (q, f1) = (e.formal_order, e.values[0]);
+    let assumed = match first {
+        Some(t) if t.is_sane(q) => {
+            e.fs = 1.25;
+            t.p
+        }
+        Some(t) => t.p.map(|p| p.clamp(LEAST_ORDER, q)),
+        None if e.class == Convergence::Monotone => Some(q.min(2.0)),
+        None => None,
+    };
+    if let Some(p) = assumed {
+        let shift = correction(f1 - e.values[1], e.ratios[0], p);
+        e.richardson = Some(f1 + shift);
+        e.gci_percent = (f1 != 0.0).then(|| 100.0 * e.fs * (shift / f1).abs());
+    }
+    assumed
+}
+
+/// Facts about the values of a family on which its uncertainty depends.
+struct Differences {
+    /// max − min over the meshes
+    spread: f64,
+    /// The smaller step between the three finest meshes
+    least: f64,
+    /// max − min over the seeds, where they apply
+    scatter: Option<f64>,
+    /// The scatter exceeds the smaller step.
+    noisy: bool,
+    /// Order of Richardson's limit
+    assumed: Option<f64>,
+}
+
+/// Sets limit, method and uncertainties.
+fn set_uncertainty(e: &mut Estimate, d: &Differences, reasons: &mut Vec<String>) {
+    let (q, f1, r21) = (e.formal_order, e.values[0], e.ratios[0]);
+    if e.class == Convergence::Exact {
+        e.method = "independent of the mesh".into();
+        e.uncertainty = d.spread;
+        e.uncertainty_finest = d.spread;
+    } else if d.noisy {
+        let s = d.scatter.unwrap_or(0.0);
+        reasons.push(format!("mesh noise {s:.3e} exceeds the difference {:.3e} of neighbouring meshes", d.least));
+        e.method = "spread (3·ΔM)".into();
+        e.uncertainty_finest = 3.0 * d.spread.max(s);
+        e.uncertainty = e.uncertainty_finest;
+    } else if let Some(fit) = &e.fit {
+        let (h1, u1) = (e.h_m[0], fit.uncertainty[0]);
+        e.method = format!("least squares {}{}", fit.model, if fit.weighted { ", weighted" } else { "" });
+        e.extrapolated = fit.f0;
+        e.uncertainty_finest = u1;
+        e.uncertainty = if fit.good && e.asymptotic != Some(false) {
+            (fit.fs - 1.0) * fit.error(h1) + fit.sigma + (f1 - fit.at(h1)).abs()
+        } else {
+            u1
+        };
+    } else if let (Some(p), Some(star)) = (d.assumed, e.richardson) {
+        let delta = (star - f1).abs();
+        e.extrapolated = star;
+        e.uncertainty_finest = e.fs * delta;
+        let k = 1.0 / (p * r21.ln()).exp_m1();
+        let noise = d.scatter.unwrap_or(0.0) * 0.5 * ((1.0 + k).powi(2) + k * k).sqrt();
+        // One triple does not show that its p is the asymptotic one: 2 at corners, the formal order elsewhere
+        let other = |p: f64| (star - f1 - correction(f1 - e.values[1], r21, p)).abs();
+        e.uncertainty = noise
+            + if e.fs < 3.0 {
+                ((e.fs - 1.0) * delta).max(other(q)).max(other(q.min(2.0)))
+            } else {
+                e.uncertainty_finest
+            };
+        e.method = match (e.convergence_ratio.is_some(), e.fs < 3.0) {
+            (true, true) => "Richardson and GCI".into(),
+            (true, false) => format!("Richardson with p cut to {p:.2}, GCI with Fs = 3"),
+            _ => format!("two meshes, p = {p:.0} assumed, GCI with Fs = 3"),
+        };
+    } else {
+        e.method = "spread (3·ΔM)".into();
+        e.uncertainty_finest = 3.0 * d.spread;
+        e.uncertainty = 3.0 * d.spread;
+    }
+}
+
+/// Appends what limits the estimate: the kind of convergence, the observed orders, the scatter about the fit.
+fn add_limits(e: &Estimate, is_sane: bool, spread: f64, reasons: &mut Vec<String>) {
+    let (q, p) = (e.formal_order, e.observed_order);
+    match e.class {
+        Convergence::Oscillatory => {
+            reasons.push(format!("the three finest oscillate, ½(max − min) = {:.3e}", 0.5 * spread))
+        }
+        Convergence::Diverging => reasons.push("the three finest do not converge monotonically".into()),
+        _ => {}
+    }
+    if let Some(p) = p.filter(|_| !is_sane) {
+        let side = if p > q { "above the formal" } else { "below the least" };
+        reasons.push(format!("observed order {p:.2} is {side} order {}", if p > q { q } else { LEAST_ORDER }));
+    }
+    if let (Some(a), Some(b)) = (p, e.observed_order_coarser)
+        && (a - b).abs() > 0.25 * a.max(b)
+    {
+        reasons.push(format!("orders {a:.2} and {b:.2} of the two triples differ by more than 25 %"));
+    }
+    if e.fit.as_ref().is_some_and(|f| f.sigma >= f.range) {
+        reasons.push("the values scatter about the fit by more than they change from mesh to mesh".into());
+    }
 }

@@ -3,6 +3,7 @@
 use crate::effect::contact::{Sampling, SurfacePoint, points};
 use crate::math::tensor::Vec3;
 use crate::mesh::flat::edges;
+use crate::mesh::flat::flat_triangles;
 use crate::mesh::{Order, TetMesh};
 use std::collections::BTreeMap;
 
@@ -32,7 +33,7 @@ pub struct Surface {
 
 impl Surface {
     pub fn new(mesh: &TetMesh, facets: &[u32]) -> Self {
-        let triangles = mesh.flat_triangles(facets);
+        let triangles = flat_triangles(mesh, facets);
         let (mut sides, mut stars) = (BTreeMap::<[u32; 2], Vec<u32>>::new(), BTreeMap::<u32, Vec<u32>>::new());
         for (t, &[a, b, c]) in (0..).zip(&triangles) {
             for [i, j] in [[a, b], [b, c], [c, a]] {

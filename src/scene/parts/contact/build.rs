@@ -162,7 +162,7 @@ fn build_obstacle(
                 return Err(builder.content(place, fact, hint(name, &known)));
             };
             if spec.region == *name {
-                return Err(builder.content(place, format!("\"{name}\" meets itself"), "take another obstacle"));
+                return Err(builder.content(place, format!("\"{name}\" is its own obstacle"), "take another obstacle"));
             }
             if spec.motion.is_some() {
                 let fact = format!("\"{name}\" is free, and has a motion");
@@ -197,7 +197,7 @@ fn check_apart(builder: &Builder, place: &str, contact: &Contact, response: Resp
         return Err(builder.content(place, fact, "move one of the two apart"));
     }
     if gap <= rounding && response == ResponseSpec::Barrier {
-        let fact = format!("the surface touches the obstacle at {at}, and a barrier keeps them apart");
+        let fact = format!("the surface is in contact with the obstacle at {at}, and a barrier keeps them apart");
         return Err(builder.content(place, fact, "leave a gap, for example of `distance`, or take another response"));
     }
     Ok(())

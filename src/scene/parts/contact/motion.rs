@@ -1,8 +1,8 @@
 //! Motion of obstacles: a translation along a direction and a rotation about an axis, by signals.
 //!
 //! A point X goes to P + R(θ)(X − P) + s e, with R(θ) v = v + (cos θ − 1)(v − k kᵀv) + sin θ k × v (Rodrigues). The four nodes that carry the
-//! obstacle are prescribed so at the end of each step. Within a step they go straight, and the obstacle is a little smaller than itself on the
-//! way: cos(Δθ/2) of its size.
+//! obstacle are prescribed so at the end of each step. Within a step they go straight, and the obstacle is a little smaller in
+//! between: cos(Δθ/2) of its size.
 
 use crate::effect::contact::placement::AffineFrame;
 use crate::math::signal::Signal;

@@ -1,4 +1,4 @@
-//! What is recorded of a contact: force on its points, least distance, points that are pressed and their area.
+//! Record of a contact: force on its points, least distance, points that are pressed and their area.
 
 use crate::effect::contact::friction::ContactFriction;
 use crate::effect::contact::placement::AffineFrame;
@@ -20,9 +20,9 @@ pub struct NamedContact {
     pub(in crate::scene) of: TransientCoupling,
 }
 
-/// What meets what.
+/// The two sides of a contact.
 pub(in crate::scene) enum TransientCoupling {
-    /// Points an obstacle
+    /// Points of the body, and an obstacle
     Points { pressing: Arc<dyn NormalForces>, moves: bool, friction: Option<Arc<ContactFriction>> },
     /// Deformable surfaces
     Surfaces { pressing: Arc<PressedSurfaces>, friction: Option<Arc<SurfaceFriction>> },
@@ -145,7 +145,7 @@ impl NamedContact {
         Sums { force, normal, gap, pressed: pressed.count(), area }
     }
 
-    /// (point, force \[N\]) of the points of its region that feel what they meet.
+    /// (point, force \[N\]) of the points of its region that are in contact.
     pub fn forces(&self, x: &[f64], step: Option<&At>) -> Vec<(usize, Vec3)> {
         self.sums(x, step).0
     }
@@ -247,7 +247,7 @@ fn on_surface(
             _ if surfaces.is_self_contact() => all += sum(r),
             None => all += sum(&r[..6]),
             Some((0, _)) => all += sum(&r[..3 * own]),
-            // What a point of the other surface feels, the first feels the other way.
+            // The force on a point of the other surface acts on the first with the opposite sign.
             Some(_) => all -= sum(&r[..3 * own]),
         }
         if let Some((0, point)) = term.point {

@@ -1,4 +1,4 @@
-//! `[[contact]]` as it stands in a scene.
+//! `[[contact]]` of a scene.
 
 use crate::scene::quantity::{Length, Modulus, Speed};
 use crate::scene::shape::ShapeSpec;

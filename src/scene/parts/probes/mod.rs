@@ -31,7 +31,7 @@ pub(in crate::scene) trait Probe {
     /// The recorder on the mesh of the scene.
     fn build(&self, place: &str, builder: &Builder) -> Result<Box<dyn Recorder>, SceneError>;
 
-    /// The quantity that stands for the probe, if one does.
+    /// The quantity that represents the probe, if it has one.
     fn headline(&self) -> Option<Headline> {
         None
     }
@@ -85,7 +85,7 @@ pub enum ProbeSpec {
 }
 
 impl ProbeSpec {
-    /// The quantity that stands for the probe, if one does.
+    /// The quantity that represents the probe, if it has one.
     pub fn headline(&self) -> Option<Headline> {
         self.part().headline()
     }
