@@ -5,7 +5,7 @@ use crate::scene::control::Fired;
 use crate::scene::parts::cable::CableEvent;
 use crate::solve::Status;
 use crate::study::contact::ContactRecord;
-use crate::study::overlay::Distance;
+use crate::study::overlay::distance::Distance;
 use crate::study::solver::SolverRecord;
 use crate::study::work::{RepeatRecord, WorkRecord};
 use serde::{Deserialize, Serialize};

@@ -3,7 +3,7 @@
 use crate::report::canvas::{At, DOUBLE, INK, MARKS, PALETTE, SMALL, figure, hollow, line, mm, text};
 use crate::report::figure::{Figure, Sample, legend};
 use crate::report::plot::{Axis, Plot};
-use crate::study::overlay::Overlay;
+use crate::study::overlay::distance::Overlay;
 
 /// Name of a column with its unit in brackets.
 fn label(column: &str) -> String {

@@ -6,41 +6,14 @@
 //!
 //! f is linear between its rows. Over another column than time both curves count up to their first turning point in x.
 
+pub mod distance;
 mod figure;
 
 use crate::report::{ReportError, export};
 use crate::scene::{Measured, Run, Scene};
 use crate::study::curve::{Curve, l2};
-use serde::{Deserialize, Serialize};
+use distance::{Distance, Overlay};
 use std::path::Path;
-
-/// Distance of a recorded curve from a measured one.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
-pub struct Distance {
-    pub column: String,
-    pub over: String,
-    /// File of the measured curve
-    pub file: String,
-    /// Measured points in the range of both
-    pub points: usize,
-    /// The common range of `over`, in its unit
-    pub from: f64,
-    pub to: f64,
-    /// ‖d‖₂/‖m‖₂ \[–\]
-    pub l2: f64,
-    /// max |d|/max |m| \[–\]
-    pub largest: f64,
-}
-
-/// Both curves whole, for a figure, and their distance; none where they have less than two points in common.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Overlay {
-    pub measured: Measured,
-    /// \[rows\]
-    pub x: Vec<f64>,
-    pub y: Vec<f64>,
-    pub distance: Option<Distance>,
-}
 
 /// The overlays that the scene asks for.
 pub fn overlays(scene: &Scene, run: &Run) -> Vec<Overlay> {

@@ -3,7 +3,8 @@
 use crate::study::curve::{Curve, peak, starts_elsewhere};
 use crate::study::estimate::family::Level;
 use crate::study::estimate::{curve, family, reference};
-use crate::study::kinds::convergence::analysis::{Analysis, Cases, QuantityAnalysis};
+use crate::study::kinds::convergence::analysis::{Analysis, QuantityAnalysis};
+use crate::study::kinds::convergence::cases::Cases;
 use crate::study::kinds::convergence::{errors, verdict, warnings};
 use crate::study::record::{Quantity, Role, StoredCase, StudyRecord};
 

@@ -7,7 +7,7 @@ use crate::study::estimate::curve::CurveStudy;
 use crate::study::estimate::family::Estimate;
 use crate::study::estimate::reference::Reference;
 use crate::study::kinds::convergence::errors::{CaseError, Noise, TimeStep};
-use crate::study::record::{CaseRecord, FamilyRecord, Quantity, Role, StoredCase, StudyRecord};
+use crate::study::record::{Quantity, Role};
 use serde::Serialize;
 
 /// Everything that is said about a study.
@@ -130,39 +130,4 @@ pub struct Recommendation {
     pub cost_s: f64,
     /// The next better one: label, error bar \[–\], cost \[s\]
     pub next: Option<(String, f64, f64)>,
-}
-
-/// The stored cases by family and variant.
-pub struct Cases<'a> {
-    pub study: &'a StudyRecord,
-    pub stored: &'a [StoredCase],
-    /// Time step of the mesh studies \[s\]
-    pub dt_s: f64,
-    pub shared: bool,
-}
-
-impl<'a> Cases<'a> {
-    pub fn new(study: &'a StudyRecord, stored: &'a [StoredCase]) -> Self {
-        let sizes = study.families.iter().find(|f| f.role == Role::Sizes).or(study.families.first());
-        let of = |id: &String| stored.iter().find(|c| c.record.id == *id);
-        let dt_s = sizes.and_then(|f| f.cases.iter().find_map(of)).map_or(f64::NAN, |c| c.record.dt_s);
-        Self { study, stored, dt_s, shared: stored.iter().any(|c| c.record.shared) }
-    }
-
-    /// Converged cases of a family in a variant.
-    pub fn of(&self, family: &FamilyRecord, variant: &str) -> Vec<&'a StoredCase> {
-        (self.stored.iter())
-            .filter(|c| c.record.converged() && c.record.variant == variant && family.cases.contains(&c.record.id))
-            .collect()
-    }
-
-    /// Runs with the time step of the mesh studies.
-    pub fn at_study_step(&self, c: &CaseRecord) -> bool {
-        (c.dt_s / self.dt_s - 1.0).abs() < 1e-6
-    }
-
-    /// Cost of a case \[s\].
-    pub fn cost(&self, c: &CaseRecord) -> f64 {
-        if self.shared { c.cpu_s } else { c.wall_s }
-    }
 }

@@ -2,6 +2,7 @@
 
 pub mod analyse;
 pub mod analysis;
+pub mod cases;
 pub mod errors;
 pub mod figures;
 pub mod report;

@@ -1,7 +1,8 @@
 //! Conclusions for the choice of a mesh: settings with cost and error bar, the sentences, the verdict.
 
 use crate::report::words::{capital, digits, percent, seconds, space};
-use crate::study::kinds::convergence::analysis::{Bar, Cases, QuantityAnalysis, Recommendation, Setting, headline};
+use crate::study::kinds::convergence::analysis::{Bar, QuantityAnalysis, Recommendation, Setting, headline};
+use crate::study::kinds::convergence::cases::Cases;
 use crate::study::kinds::convergence::warnings::no_limit;
 use crate::study::locking;
 use crate::study::record::Role;

@@ -2,7 +2,8 @@
 
 use crate::report::words::capital;
 use crate::study::estimate::order::LEAST_RATIO;
-use crate::study::kinds::convergence::analysis::{Cases, QuantityAnalysis};
+use crate::study::kinds::convergence::analysis::QuantityAnalysis;
+use crate::study::kinds::convergence::cases::Cases;
 
 /// One sentence each.
 pub fn warnings(cases: &Cases, quantities: &[QuantityAnalysis], incomplete: &[(String, String)]) -> Vec<String> {

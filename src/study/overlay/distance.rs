@@ -1,0 +1,32 @@
+//! A measured and a recorded curve, and their distance.
+
+use crate::scene::Measured;
+use serde::{Deserialize, Serialize};
+
+/// Distance of a recorded curve from a measured one.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct Distance {
+    pub column: String,
+    pub over: String,
+    /// File of the measured curve
+    pub file: String,
+    /// Measured points in the range of both
+    pub points: usize,
+    /// The common range of `over`, in its unit
+    pub from: f64,
+    pub to: f64,
+    /// ‖d‖₂/‖m‖₂ \[–\]
+    pub l2: f64,
+    /// max |d|/max |m| \[–\]
+    pub largest: f64,
+}
+
+/// Both curves whole, for a figure, and their distance; none where they have less than two points in common.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Overlay {
+    pub measured: Measured,
+    /// \[rows\]
+    pub x: Vec<f64>,
+    pub y: Vec<f64>,
+    pub distance: Option<Distance>,
+}
