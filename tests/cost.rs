@@ -116,7 +116,7 @@ fn known_laws_give_their_errors_costs_and_exponents() {
     let (study, stored) = study();
     let a = analyse(&study, &stored);
     let q = &a.quantities[0];
-    let reference = q.reference.as_ref().expect("an overkill family");
+    let reference = q.reference.as_ref().expect("a family of the role reference");
     assert_eq!(reference.family, "fine");
     assert!((reference.peak / LIMIT - 1.0).abs() < 1e-7, "{}", reference.peak);
     assert_eq!(q.settings.len(), 7, "cases of the reference are no settings");
@@ -207,7 +207,7 @@ coarse = { "stage.0.dt" = "0.25 s" }
 fine = { "stage.0.dt" = "0.125 s" }
 [[family]]
 name = "fine"
-role = "overkill"
+role = "reference"
 [family.members]
 a = { "stage.0.dt" = "0.0625 s" }
 b = { "stage.0.dt" = "0.03125 s" }

@@ -114,7 +114,8 @@ fn sources() -> String {
             let path = entry.path();
             if path.is_dir() {
                 walk(&path, out);
-            } else if path.extension().is_some_and(|e| e == "rs") {
+            } else if path.extension().is_some_and(|e| e == "rs") && !path.ends_with("scene/quantity.rs") {
+                // The values of quantities hold no keys.
                 out.push_str(&text(&path));
                 out.push('\n');
             }
@@ -302,6 +303,8 @@ fn calls(page: &str) -> Vec<Vec<String>> {
     let lines: Vec<String> =
         blocks(&text(page), "sh").iter().flat_map(|b| b.lines().map(str::to_string).collect::<Vec<_>>()).collect();
     let heads = ["durometer ", "cargo run --release -- "];
+    let command = |line: &'_ String| line.split(" #").next().map(str::to_string);
+    let lines: Vec<String> = lines.iter().filter_map(command).collect();
     lines.iter().filter_map(|l| heads.iter().find_map(|h| l.strip_prefix(h))).map(words).collect()
 }
 

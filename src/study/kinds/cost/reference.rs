@@ -1,6 +1,6 @@
 //! What the settings of a variant are measured against, and how well it is known itself.
 //!
-//! The families of role `overkill`, or without one the families of meshes, are extrapolated as in a convergence study
+//! The families of the role `reference`, or without one the families of meshes, are extrapolated as in a convergence study
 //! ([`crate::study::estimate::family`] for the peak, [`crate::study::estimate::curve`] for the curve): over h where the meshes
 //! differ, else over the mean step T/n with the order of the integrator. The family of least uncertainty is the reference, and one
 //! that contradicts it widens the uncertainty.
