@@ -298,14 +298,12 @@ fn words(line: &str) -> Vec<String> {
     out.into_iter().filter(|w| !w.is_empty()).collect()
 }
 
-/// The arguments of every line that calls the program.
+/// The arguments of every line that calls the program, without the comment at its end.
 fn calls(page: &str) -> Vec<Vec<String>> {
-    let lines: Vec<String> =
-        blocks(&text(page), "sh").iter().flat_map(|b| b.lines().map(str::to_string).collect::<Vec<_>>()).collect();
+    let blocks = blocks(&text(page), "sh");
+    let lines = blocks.iter().flat_map(|b| b.lines()).map(|line| line.split(" #").next().unwrap_or_default());
     let heads = ["durometer ", "cargo run --release -- "];
-    let command = |line: &'_ String| line.split(" #").next().map(str::to_string);
-    let lines: Vec<String> = lines.iter().filter_map(command).collect();
-    lines.iter().filter_map(|l| heads.iter().find_map(|h| l.strip_prefix(h))).map(words).collect()
+    lines.filter_map(|l| heads.iter().find_map(|h| l.strip_prefix(h))).map(words).collect()
 }
 
 #[test]
