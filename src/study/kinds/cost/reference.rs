@@ -1,10 +1,6 @@
 //! The reference against which the settings of a variant are measured, and its own uncertainty.
 //!
-<<<<<<< HEAD
 //! The families of role `reference`, or without one the families of meshes, are extrapolated as in a convergence study
-=======
-//! The families of the role `reference`, or without one the families of meshes, are extrapolated as in a convergence study
->>>>>>> main
 //! ([`crate::study::estimate::family`] for the peak, [`crate::study::estimate::curve`] for the curve): over h where the meshes
 //! differ, else over the mean step T/n with the order of the integrator. The family of least uncertainty is the reference, and one
 //! that contradicts it widens the uncertainty.
