@@ -8,7 +8,7 @@ use durometer::scene::control::Controller;
 use durometer::scene::control::process::Process;
 use durometer::scene::output::ScheduleSpec;
 use durometer::scene::{
-    Body, Checkpoint, CheckpointError, Constant, RunOptions, Scene, SensitivityRecorder, read_scene,
+    Body, Checkpoint, CheckpointError, Constant, Run, RunOptions, Scene, SensitivityRecorder, read_scene,
 };
 use durometer::solve::Status;
 use durometer::study::fields::{Fields, USUAL};
@@ -19,7 +19,7 @@ use durometer::study::record::CaseRecord;
 use durometer::study::runner::Watch;
 use durometer::study::store;
 use durometer::system::State;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -95,18 +95,7 @@ pub fn main(args: Args) -> Outcome {
     }
     bars.started(&name);
     let stop = super::interrupt::stop_flag();
-    let chosen = scene.spec.output.fields.as_ref();
-    let (what, schedule) = match chosen {
-        Some(chosen) => (chosen.what.as_slice(), chosen.schedule()),
-        None => (&USUAL[..], ScheduleSpec::default()),
-    };
-    let drawn = args.vtu || chosen.is_some();
-    let mut fields = drawn.then(|| Fields::new(&args.out, &name, what));
-    // Points of the grid so far, and the time of the last one.
-    let (mut number, mut past) = match &from {
-        Some(checkpoint) => (checkpoint.recorded(), Some(checkpoint.state.t)),
-        None => (0, None),
-    };
+    let mut drawing = Drawing::new(&args, &name, &scene, from.as_ref());
     let (mut states, mut unsaved) = (Vec::new(), None::<CheckpointError>);
     let mut save = |checkpoint: &Checkpoint, label: &str| {
         let file = args.out.join(format!("{name}-{label}.state"));
@@ -121,12 +110,7 @@ pub fn main(args: Args) -> Outcome {
         bars.progress(&name, progress);
         !stop.load(Ordering::Relaxed)
     };
-    let mut points = |state: &State| {
-        if let Some(fields) = fields.as_mut().filter(|_| schedule.due(past, state.t)) {
-            fields.add(&scene, state, number);
-        }
-        (number, past) = (number + 1, Some(state.t));
-    };
+    let mut points = |state: &State| drawing.add(&scene, state);
     let options = RunOptions {
         restart: from,
         controller: controller.as_mut().map(|c| c as &mut dyn Controller),
@@ -139,65 +123,22 @@ pub fn main(args: Args) -> Outcome {
     };
     let (wall, cpu) = (Instant::now(), cpu_time::ThreadTime::now());
     let run = scene.run_with(options);
-    // Derivatives and the answers of a controller are no part of the cost of the run.
-    let mut aside = run.sensitivities.as_ref().map_or((0.0, 0.0), |s| (s.wall, s.cpu));
-    if let Some(controller) = controller {
-        aside.0 += controller.waited.as_secs_f64();
-    }
-    let mut times = (wall.elapsed().as_secs_f64() - aside.0, cpu.elapsed().as_secs_f64() - aside.1);
-    if let Some(fields) = fields {
-        let (wall, cpu) = fields.finish()?;
-        times = (times.0 - wall, times.1 - cpu);
-    }
+    let mut times = (wall.elapsed().as_secs_f64(), cpu.elapsed().as_secs_f64());
+    // Derivatives, the answers of a controller and the writing of fields are no part of the cost of the run.
+    let aside = run.sensitivities.as_ref().map_or((0.0, 0.0), |s| (s.wall, s.cpu));
+    let waited = controller.map_or(0.0, |c| c.waited.as_secs_f64());
+    let drawn = drawing.fields.is_some();
+    let written = drawing.fields.map(Fields::finish).transpose()?.unwrap_or_default();
+    times = (times.0 - aside.0 - waited - written.0, times.1 - aside.1 - written.1);
     let mut record = outcome::record(&scene, &run, times);
     record.id.clone_from(&name);
     record.phases.build_s = build_s;
-    store::write(&args.out.join(format!("{name}.csv")), &store::csv(&run))?;
-    store::write(&args.out.join(format!("{name}.signals.csv")), &store::signals_csv(&scene, &run))?;
-    if let Some(sensitivities) = &run.sensitivities {
-        store::write(
-            &args.out.join(format!("{name}.sensitivities.csv")),
-            &store::sensitivities_csv(&run, sensitivities),
-        )?;
-    }
-    let json = serde_json::to_string_pretty(&record)?;
-    store::write(&args.out.join(format!("{name}.json")), &json)?;
-    durometer::study::overlay::save(&args.out, &name, &overlays(&scene, &run))?;
+    let json = write(&args.out, &name, &scene, &run, &record)?;
     bars.finished(&record, false);
-    if !args.json {
-        record.notes[scene.notes.len()..].iter().for_each(|note| eprintln!("note: {note}"));
-    }
-    if let Some(l) = record.locking.filter(|l| l.alarm && !args.json) {
-        let scatter = l.pressure_scatter;
-        eprintln!("locking alarm: the pressures scatter by {scatter:.2} of the deviatoric stress; {REMEDY}");
-    }
     if args.json {
         println!("{json}");
     } else {
-        for (probe, value) in &record.probes {
-            let (peak, last) = (plain(value.peak), plain(value.last));
-            println!("{probe:28} peak {peak:>12} at {:.3} s   final {last:>12}", value.peak_t_s);
-        }
-        for e in &record.events {
-            let value = e.value.map_or_else(String::new, |v| format!(" (at {})", plain(v)));
-            println!("event {} at {:.4} s{value}: {}", e.event, e.t_s, e.did.join(", "));
-        }
-        for d in &record.distances {
-            let (l2, largest) = (100.0 * d.l2, 100.0 * d.largest);
-            println!("{} over {} is off {} by {l2:.2} % (L2), {largest:.2} % (largest)", d.column, d.over, d.file);
-        }
-        for c in &record.contacts {
-            println!(
-                "contact {}: {} points, seen {} times, {} distances computed, {} active; search {}, collision detection {}",
-                c.name,
-                c.points,
-                c.seen,
-                c.tested,
-                c.active,
-                seconds(c.search_s),
-                seconds(c.detection_s)
-            );
-        }
+        print(&record, scene.notes.len());
         states.iter().for_each(|file| println!("state:   {}", file.display()));
         println!("{}", costs(&record));
         println!("results: {}", args.out.join(format!("{name}.csv")).display());
@@ -205,18 +146,107 @@ pub fn main(args: Args) -> Outcome {
             println!("fields:  {} (open it in ParaView)", args.out.join(format!("{name}.pvd")).display());
         }
     }
-    if let Some(why) = unsaved {
-        return Err(why.into());
+    match unsaved {
+        Some(why) => Err(why.into()),
+        None => Ok(completion(&run)),
     }
+}
+
+/// The fields that a run writes at the points of the time grid that are due.
+struct Drawing {
+    fields: Option<Fields>,
+    schedule: ScheduleSpec,
+    /// Points of the grid so far
+    number: usize,
+    /// Time of the last one \[s\]
+    past: Option<f64>,
+}
+
+impl Drawing {
+    /// The fields that the scene or `--vtu` asks for; a run that is continued continues their numbers.
+    fn new(args: &Args, name: &str, scene: &Scene, from: Option<&Checkpoint>) -> Self {
+        let chosen = scene.spec.output.fields.as_ref();
+        let (what, schedule) = match chosen {
+            Some(chosen) => (chosen.what.as_slice(), chosen.schedule()),
+            None => (&USUAL[..], ScheduleSpec::default()),
+        };
+        let fields = (args.vtu || chosen.is_some()).then(|| Fields::new(&args.out, name, what));
+        let (number, past) = from.map_or((0, None), |c| (c.recorded(), Some(c.state.t)));
+        Self { fields, schedule, number, past }
+    }
+
+    fn add(&mut self, scene: &Scene, state: &State) {
+        if let Some(fields) = self.fields.as_mut().filter(|_| self.schedule.due(self.past, state.t)) {
+            fields.add(scene, state, self.number);
+        }
+        (self.number, self.past) = (self.number + 1, Some(state.t));
+    }
+}
+
+/// Writes the time series, the signals, the sensitivities, the record and the overlays; returns the record as JSON.
+fn write(
+    out: &Path,
+    name: &str,
+    scene: &Scene,
+    run: &Run,
+    record: &CaseRecord,
+) -> Result<String, Box<dyn std::error::Error>> {
+    store::write(&out.join(format!("{name}.csv")), &store::csv(run))?;
+    store::write(&out.join(format!("{name}.signals.csv")), &store::signals_csv(scene, run))?;
+    if let Some(sensitivities) = &run.sensitivities {
+        let text = store::sensitivities_csv(run, sensitivities);
+        store::write(&out.join(format!("{name}.sensitivities.csv")), &text)?;
+    }
+    let json = serde_json::to_string_pretty(record)?;
+    store::write(&out.join(format!("{name}.json")), &json)?;
+    durometer::study::overlay::save(out, name, &overlays(scene, run))?;
+    Ok(json)
+}
+
+/// Prints what a run found; `known` notes are printed before it.
+fn print(record: &CaseRecord, known: usize) {
+    record.notes[known..].iter().for_each(|note| eprintln!("note: {note}"));
+    if let Some(l) = record.locking.as_ref().filter(|l| l.alarm) {
+        let scatter = l.pressure_scatter;
+        eprintln!("locking alarm: the pressures scatter by {scatter:.2} of the deviatoric stress; {REMEDY}");
+    }
+    for (probe, value) in &record.probes {
+        let (peak, last) = (plain(value.peak), plain(value.last));
+        println!("{probe:28} peak {peak:>12} at {:.3} s   final {last:>12}", value.peak_t_s);
+    }
+    for e in &record.events {
+        let value = e.value.map_or_else(String::new, |v| format!(" (at {})", plain(v)));
+        println!("event {} at {:.4} s{value}: {}", e.event, e.t_s, e.did.join(", "));
+    }
+    for d in &record.distances {
+        let (l2, largest) = (100.0 * d.l2, 100.0 * d.largest);
+        println!("{} over {} is off {} by {l2:.2} % (L2), {largest:.2} % (largest)", d.column, d.over, d.file);
+    }
+    for c in &record.contacts {
+        println!(
+            "contact {}: {} points, seen {} times, {} distances computed, {} active; search {}, collision detection {}",
+            c.name,
+            c.points,
+            c.seen,
+            c.tested,
+            c.active,
+            seconds(c.search_s),
+            seconds(c.detection_s)
+        );
+    }
+}
+
+/// The exit code of a run; an incomplete one says why.
+fn completion(run: &Run) -> ExitCode {
     if let Some(why) = &run.failure {
         eprintln!("not complete: {why}");
     }
-    let stopped = run.sensitivities.and_then(|s| s.stopped);
-    if let Some((t, why)) = &stopped {
+    let stopped = run.sensitivities.as_ref().and_then(|s| s.stopped.as_ref());
+    if let Some((t, why)) = stopped {
         eprintln!("not complete: no derivative at t = {t} s: {why}");
     }
     let complete = run.status == Status::Converged && stopped.is_none();
-    Ok(if complete { ExitCode::SUCCESS } else { ExitCode::from(INCOMPLETE) })
+    if complete { ExitCode::SUCCESS } else { ExitCode::from(INCOMPLETE) }
 }
 
 /// Times at which states are saved \[s\], and whether the last state is saved too.

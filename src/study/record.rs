@@ -75,7 +75,7 @@ pub struct CaseRecord {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub contacts: Vec<ContactRecord>,
     /// Notes for the reader: regions that depend on the mesh, patches smaller than the cells, …
-    #[serde(default, rename = "remarks", skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
     /// Distances from measured curves
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
