@@ -464,7 +464,7 @@ fn the_geometric_stiffness_of_the_cable_makes_the_tangent_definite() {
     };
     for pull in [15, 45] {
         let cells = "mesh.cells=1770";
-        let with = built(&[cells, &format!("constraint.cable.drive.length.to=\"{pull} mm\"")]);
+        let with = built(&[cells, &format!("constraint.cable.drive.signal.to=\"{pull} mm\"")]);
         let run = run(&with);
         assert_eq!(run.status, Status::Converged);
         let whole = negative_eigenvalues(&with, &run.last, &run.last);

@@ -603,7 +603,7 @@ fn closing(order: Order, friction: f64) -> Scene {
     let mesh = carved(&grid, |p| p.z < 0.003 || !(0.006..0.009).contains(&p.x));
     let top = |name: &str, x: f64| {
         format!(
-            "[mesh.regions.{name}.box]\nmin = [\"{} mm\", \"-1 mm\", \"14 mm\"]\nmax = [\"{} mm\", \"9 mm\", \"19 mm\"]\n",
+            "[mesh.regions.{name}]\nkind = \"box\"\nmin = [\"{} mm\", \"-1 mm\", \"14 mm\"]\nmax = [\"{} mm\", \"9 mm\", \"19 mm\"]\n",
             x - 0.1,
             x + 0.1
         )

@@ -300,7 +300,7 @@ fn words(line: &str) -> Vec<String> {
 
 /// The arguments of every line that calls the program, without the comment at its end.
 fn calls(page: &str) -> Vec<Vec<String>> {
-    let blocks = blocks(&text(page), "sh");
+    let blocks = blocks(&text(page).replace("\\\n", " "), "sh");
     let lines = blocks.iter().flat_map(|b| b.lines()).map(|line| line.split(" #").next().unwrap_or_default());
     let heads = ["durometer ", "cargo run --release -- "];
     lines.filter_map(|l| heads.iter().find_map(|h| l.strip_prefix(h))).map(words).collect()
@@ -366,6 +366,10 @@ fn example_scenes_and_studies_are_read() {
         let page = page.display();
         for block in blocks(&markdown, "toml").iter().filter(|b| b.contains("[[stage]]") || b.contains("[[family]]")) {
             if block.contains("[[family]]") {
+                for name in block.lines().filter_map(|line| line.strip_prefix("file = \"")?.strip_suffix(".csv\"")) {
+                    let measured = root().join("data/synthetic-dumbbell/pull.csv");
+                    std::fs::copy(measured, folder.path().join(format!("{name}.csv"))).expect("a file is copied");
+                }
                 durometer::study::expand::parse(&folder.path().join("study.toml"), block)
                     .unwrap_or_else(|e| panic!("{page}: {e}"));
                 studies += 1;

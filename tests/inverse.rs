@@ -42,7 +42,10 @@ region = "middle"
 components = "x"
 displacement = {{ kind = "ramp", from = "0 mm", to = "{to}", end = "1 s" }}
 [mesh.regions.middle]
-plane = {{ point = ["15 mm", "0 mm", "0 mm"], normal = [1, 0, 0], tolerance = "0.1 mm" }}
+kind = "plane"
+point = ["15 mm", "0 mm", "0 mm"]
+normal = [1, 0, 0]
+tolerance = "0.1 mm"
 [[stage]]
 integrator = "static"
 duration = "1 s"

@@ -166,7 +166,7 @@ fn roles_and_reference_must_fit_the_kind() {
             &|t| t.replace("role = \"members\"", "role = \"sizes\""),
             "has no role \"sizes\"; the roles are members, finer, cumulative",
         ),
-        (&|t| t.replace("role = \"members\"", "role = \"finer\""), "0 families have the role \"laws\""),
+        (&|t| t.replace("role = \"members\"", "role = \"finer\""), "0 families have the role \"members\""),
         (
             &|t| {
                 t.replace("kind = \"comparison\"", "kind = \"convergence\"")

@@ -81,7 +81,7 @@ impl Drawn {
             ),
             3 | 4 => format!(
                 "[[constraint]]\nkind = \"cable\"\npull_point = [\"-10 mm\", \"10 mm\", \"5 mm\"]\nguides = [[\"15 mm\", \"10 mm\", \"5 mm\"], \
-                 [\"35 mm\", \"10 mm\", \"5 mm\"]]\nguide_radius = \"6 mm\"\nfriction = {}\ndrive = {{ {} = {} }}",
+                 [\"35 mm\", \"10 mm\", \"5 mm\"]]\nguide_radius = \"6 mm\"\nfriction = {}\ndrive = {{ kind = \"{}\", signal = {} }}",
                 0.1 * (self.held % 2) as f64,
                 if self.load == 3 { "length" } else { "tension" },
                 if self.load == 3 { ramp(5.0, "mm") } else { ramp(0.5, "N") }

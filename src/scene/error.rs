@@ -96,6 +96,9 @@ pub fn explain(message: &str) -> String {
         Some((&"", kinds)) if message.starts_with("unknown variant") => {
             format!("it has no `kind`; add kind = \"…\" with one of {}", kinds.join(", "))
         }
+        Some((word, [])) if message.starts_with("unknown field") => {
+            format!("unknown key `{word}`; it takes no key but `kind`")
+        }
         Some((word, known)) if message.starts_with("unknown field") => {
             format!("unknown key `{word}`; {}", hint(word, known))
         }

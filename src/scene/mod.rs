@@ -32,7 +32,7 @@
 //!     ..SceneSpec::default()
 //! };
 //! let scene = Scene::new(spec)?;
-//! let run = scene.run(&mut |_| true, &mut |_| {});
+//! let run = scene.run();
 //! let force = run.columns.iter().position(|c| c == "xmax_reaction_x_N").expect("recorded");
 //! assert!(run.rows.last().expect("at rest at least")[force] > 0.0);
 //! # Ok(())

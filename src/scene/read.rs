@@ -77,6 +77,7 @@ fn entries(table: &DeTable) -> Vec<(usize, Option<String>)> {
     for (key, value) in table {
         let DeValue::Array(list) = value.get_ref() else {
             starts.push((key.span().start, None));
+            tables_below(value.get_ref(), &mut starts);
             continue;
         };
         for (k, entry) in list.iter().enumerate() {
@@ -86,6 +87,15 @@ fn entries(table: &DeTable) -> Vec<(usize, Option<String>)> {
         }
     }
     starts
+}
+
+/// Tables below a top-level key may be given anywhere in the file, each under a header of its own.
+fn tables_below(value: &DeValue, starts: &mut Vec<(usize, Option<String>)>) {
+    let DeValue::Table(table) = value else { return };
+    for (key, value) in table {
+        starts.push((key.span().start, None));
+        tables_below(value.get_ref(), starts);
+    }
 }
 
 #[cfg(test)]

@@ -135,6 +135,7 @@ pub fn study() -> (StudyRecord, Vec<StoredCase>) {
         unit: unit.into(),
         ..Quantity::default()
     };
+    let deciding = |quantity: Quantity| Quantity { deciding: true, ..quantity };
     let angle = || q("bending_angle_deg", "bending angle", "θ", "°");
     let roles = [
         ("sizes", Role::Sizes, "tet4"),
@@ -158,8 +159,8 @@ pub fn study() -> (StudyRecord, Vec<StoredCase>) {
         expectation: "Linear tetrahedra lock; the tension shows it, the angle under length control does not.".into(),
         tolerance: 0.05,
         quantities: BTreeMap::from([
-            ("length".to_string(), vec![angle(), q("cable_tension_N", "cable tension", "T", "N")]),
-            ("tension".to_string(), vec![angle()]),
+            ("length".to_string(), vec![deciding(angle()), deciding(q("cable_tension_N", "cable tension", "T", "N"))]),
+            ("tension".to_string(), vec![Quantity { headline: true, ..angle() }]),
         ]),
         variants: vec!["length".into(), "tension".into()],
         labels: ["length", "tension"].map(|v| (v.to_string(), format!("{v} control"))).into(),

@@ -113,7 +113,7 @@ fn list<'a>(table: &'a Table, key: &str) -> impl Iterator<Item = (usize, &'a Tab
 fn linearised(table: &Table) -> Option<Table> {
     let iterates = |s: &Table| {
         let integrator = s.get("integrator");
-        let name = integrator.and_then(|i| i.as_str().or(i.get("kind")?.as_str()));
+        let name = integrator.and_then(|i| i.as_str().or_else(|| i.get("kind")?.as_str()));
         !name.is_some_and(|name| ["static", "implicit_euler_corrected"].contains(&name))
     };
     let dynamic = list(table, "stage").all(|(_, stage)| iterates(stage));
