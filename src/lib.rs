@@ -84,7 +84,7 @@
 //! use durometer::prelude::*;
 //!
 //! let mut request = FitRequest::new("data/treloar-1944/treloar-1944.csv", "neo_hookean");
-//! request.modes = vec![Mode::Uniaxial];
+//! request.options.modes = vec![Mode::Uniaxial];
 //! request.options.range = Some(StretchRange { from: 1.0, to: 1.5 });
 //! let result = fit(&request)?;
 //! let mu = &result.parameters[0];
