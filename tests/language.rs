@@ -178,7 +178,6 @@ fn banned(file: &str) -> Vec<(usize, String)> {
 }
 
 #[test]
-#[ignore = "the old terms are being replaced"]
 fn only_terms_of_the_field_are_used() {
     let offenders: Vec<String> = texts(READ, ENDINGS)
         .iter()
@@ -213,7 +212,6 @@ fn faults_of_comments(file: &str) -> Vec<(usize, String)> {
 }
 
 #[test]
-#[ignore = "the comments are being rewritten"]
 fn doc_comments_are_sentences_that_name_the_thing() {
     let offenders: Vec<String> = texts(&["src", "examples", "benches"], &["rs"])
         .iter()

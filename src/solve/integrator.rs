@@ -12,7 +12,7 @@ pub enum Integrator {
     /// v = (x − xₙ)/Δt, a = (v − vₙ)/Δt; first order, damps. `linearised`: one Newton iteration a step, accepted as it
     /// is, for comparison with simulators that do so
     ImplicitEuler { linearised: bool },
-    /// Implicit Euler with corrections by contact, [`corrected_steps`](super::corrected_steps), for comparison: so many integration steps
+    /// Implicit Euler with corrections by contact, `corrected_steps`, for comparison: so many integration steps
     /// in each step of the time grid
     FreeMotion { integration_steps: usize },
     /// Backward differentiation of second order with variable steps, on x and on v; the first step is implicit Euler

@@ -23,7 +23,7 @@ impl Default for StepSettings {
     }
 }
 
-/// Solves single steps for the [step strategies](super::step_strategy).
+/// Solves single steps for the step strategies.
 pub struct StepSolver<'a> {
     pub system: &'a System,
     pub solver: NonlinearSolver,

@@ -8,7 +8,7 @@ pub struct TimeSpan {
     pub integrator: Integrator,
     pub start: f64,
     pub end: f64,
-    /// Nominal step [s]; the grid start + k·dt is hit whatever was cut
+    /// Nominal step \[s\]; the grid start + k·dt is hit whatever was cut
     pub dt: f64,
 }
 

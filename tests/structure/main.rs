@@ -91,7 +91,6 @@ fn cycles_among(sources: &[Source]) -> Vec<String> {
 }
 
 #[test]
-#[ignore = "a few types are still spread over more files"]
 fn a_type_is_implemented_in_at_most_two_files() {
     let sources = rust_files("src");
     let names = Names::new(&sources);
@@ -108,7 +107,6 @@ fn a_type_is_implemented_in_at_most_two_files() {
 }
 
 #[test]
-#[ignore = "a few functions are still too long"]
 fn functions_are_short() {
     let folders = ["src", "tests", "examples", "benches"];
     let mut wrong = Vec::new();

@@ -1,6 +1,6 @@
 //! Inverse analysis: constants of laws from a curve measured on a whole specimen or robot, by simulating it.
 //!
-//! min ½Σ wᵢ²(ŷ(xᵢ; θ) − yᵢ)² with ŷ from a scene, ∂ŷ/∂θ exact ([`crate::scene::Scene::run_with_sensitivities`]). A specimen is then what it is: its wide ends
+//! min ½Σ wᵢ²(ŷ(xᵢ; θ) − yᵢ)² with ŷ from a scene, ∂ŷ/∂θ exact ([`crate::scene::Scene::run_with`]). A specimen is then what it is: its wide ends
 //! stretch too, and the travel of the crosshead needs no gauge length.
 //!
 //! Intervals: covariance of the linearised problem, and a bootstrap in blocks of neighbouring data points whose refits are single Gauss–Newton

@@ -1,7 +1,7 @@
 //! Convergence analysis of stored cases: which mesh can be trusted, with what error bar, at what cost.
 //!
 //! Pure: records and curves in, [`Analysis`] out; nothing is solved, read or written. The formulae are in
-//! [`crate::study::estimate`], the errors of the cases in [`errors`], the sentences in [`verdict`] and [`warnings`].
+//! [`crate::study::estimate`], the errors of the cases in [`super::errors`], the sentences in [`super::verdict`] and [`super::warnings`].
 
 use crate::study::estimate::curve::CurveStudy;
 use crate::study::estimate::family::Estimate;

@@ -9,7 +9,7 @@
 //! front       settings that no cheaper one beats in error
 //! ```
 //!
-//! Costs of one error are compared between families ([`mod@line`]), and costs are extrapolated over the cells ([`growth`](mod@crate::study::estimate::growth)).
+//! Costs of one error are compared between families ([`super::line`](mod@super::line)), and costs are extrapolated over the cells ([`growth`](mod@crate::study::estimate::growth)).
 
 use crate::study::estimate::growth::{Growth, Predicted};
 use crate::study::kinds::cost::line::Line;
