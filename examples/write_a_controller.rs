@@ -67,7 +67,7 @@ impl Controller for Integrating {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scene = parse_scene(SCENE)?;
-    let mut controller = Integrating { target: 10.0, gain: 5e-5, angle: 0 };
+    let mut controller = Integrating { target: 10.0, gain: 1e-4, angle: 0 };
     let run = scene.run_with(RunOptions { controller: Some(&mut controller), ..RunOptions::default() });
     assert_eq!(run.status, Status::Converged);
     let angle = controller.angle;

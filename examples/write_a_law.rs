@@ -113,7 +113,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scene = parse_scene(SCENE)?;
     let run = scene.run();
     assert_eq!(run.status, Status::Converged);
-    let energy = run.columns.iter().position(|name| name == "elastic_energy_J").expect("the probe records it");
+    let energy = run.columns.iter().position(|name| name == "elastic_J").expect("the probe records it");
     let last = run.rows.last().expect("at least one state")[energy];
     println!("stored energy at 20 % stretch: {last:.3e} J");
     // A free bar would store ½Eε²V = 2 mJ; clamped ends and finite strain change that by less than a third.
