@@ -8,7 +8,8 @@ use durometer::scene::control::Controller;
 use durometer::scene::control::process::Process;
 use durometer::scene::output::ScheduleSpec;
 use durometer::scene::{
-    Body, Checkpoint, CheckpointError, Constant, Run, RunOptions, Scene, SensitivityRecorder, read_scene,
+    Body, Checkpoint, CheckpointError, Constant, ErrorEstimate, ErrorEstimator, Run, RunOptions, Scene,
+    SensitivityRecorder, read_scene,
 };
 use durometer::solve::Status;
 use durometer::study::fields::{Fields, USUAL};
@@ -59,6 +60,11 @@ pub struct Args {
     /// --sensitivity laws.rubber.mu, several times; not in implicit_euler_linearised or _corrected
     #[arg(long, value_name = "CONSTANT", conflicts_with_all = ["save_state", "restart", "controller"])]
     sensitivity: Vec<String>,
+    /// Estimate the discretisation error of a recorded quantity, several times, or of all; writes <name>.errors.csv. Solves the
+    /// static scene again on an enriched mesh at the time of the largest departure
+    #[arg(long, value_name = "COLUMN", num_args = 0..=1, default_missing_value = "all",
+          conflicts_with_all = ["restart", "controller"])]
+    error: Vec<String>,
     /// Save a state to restart from at a time (\"0.5 s\"), or at the `end`; several times
     #[arg(long, value_name = "WHEN")]
     save_state: Vec<String>,
@@ -110,7 +116,11 @@ pub fn main(args: Args) -> Outcome {
         bars.progress(&name, progress);
         !stop.load(Ordering::Relaxed)
     };
-    let mut points = |state: &State| drawing.add(&scene, state);
+    let mut estimator = (!args.error.is_empty()).then(|| ErrorEstimator::new(&scene)).transpose()?;
+    let mut points = |state: &State| {
+        drawing.add(&scene, state);
+        estimator.iter_mut().for_each(|estimator| estimator.add(state));
+    };
     let options = RunOptions {
         restart: from,
         controller: controller.as_mut().map(|c| c as &mut dyn Controller),
@@ -134,12 +144,14 @@ pub fn main(args: Args) -> Outcome {
     record.id.clone_from(&name);
     record.phases.build_s = build_s;
     let json = write(&args.out, &name, &scene, &run, &record)?;
+    let errors = estimator.map(|estimator| estimate(&estimator, &args, &name, &run)).transpose()?;
     bars.finished(&record, false);
     if args.json {
         println!("{json}");
     } else {
         print(&record, scene.notes.len());
         states.iter().for_each(|file| println!("state:   {}", file.display()));
+        errors.iter().for_each(print_errors);
         println!("{}", costs(&record));
         println!("results: {}", args.out.join(format!("{name}.csv")).display());
         if drawn {
@@ -150,6 +162,32 @@ pub fn main(args: Args) -> Outcome {
         Some(why) => Err(why.into()),
         None => Ok(completion(&run)),
     }
+}
+
+/// Estimates the errors that are asked for, and writes them.
+fn estimate(
+    estimator: &ErrorEstimator,
+    args: &Args,
+    name: &str,
+    run: &Run,
+) -> Result<ErrorEstimate, Box<dyn std::error::Error>> {
+    let all = args.error.iter().any(|column| column == "all");
+    let found = estimator.estimate(run, if all { &[] } else { &args.error })?;
+    store::write(&args.out.join(format!("{name}.errors.csv")), &store::errors_csv(&found))?;
+    Ok(found)
+}
+
+fn print_errors(found: &ErrorEstimate) {
+    for q in &found.quantities {
+        let (value, corrected, uncertainty) = (plain(q.value), plain(q.corrected), plain(q.uncertainty));
+        println!(
+            "{:28} error bar {:>12} of {value:>12}; corrected {corrected} ± {uncertainty}",
+            q.column,
+            plain(q.bar)
+        );
+    }
+    let (cpu, dofs) = (seconds(found.cpu), found.dofs);
+    println!("errors:  {} solution(s) with {dofs} equations in {cpu}", found.solves);
 }
 
 /// The fields that a run writes at the points of the time grid that are due.

@@ -8,6 +8,7 @@ pub mod curved;
 pub mod disturb;
 pub mod element;
 pub mod embed;
+pub mod enrich;
 pub mod error;
 pub mod flat;
 pub mod generate;

@@ -55,6 +55,8 @@ pub struct Body {
 /// A scene ready to run.
 pub struct Scene {
     pub title: String,
+    /// The file of the scene, for messages and relative paths
+    pub file: PathBuf,
     pub body: Arc<Body>,
     pub system: System,
     /// \[nodes\] X \[m\]: of the mesh, then four of each rigid body and of each obstacle that moves
@@ -256,6 +258,7 @@ impl Scene {
         let title = spec.title.clone();
         let scene = Self {
             title,
+            file: file.into(),
             body,
             system,
             points,

@@ -152,7 +152,7 @@ impl Scene {
     }
 
     /// The driver of a run, with the settings of `[numerics]`.
-    fn driver(&self) -> Driver<'_> {
+    pub(super) fn driver(&self) -> Driver<'_> {
         let n = &self.spec.numerics;
         let settings = NewtonSettings {
             tolerance: n.tolerance,

@@ -1,7 +1,7 @@
 //! Files of a case on disk. The record is written last: with it the case counts as done.
 
 use crate::calibrate::inverse::Calibration;
-use crate::scene::{Run, Scene, Sensitivities};
+use crate::scene::{ErrorEstimate, Run, Scene, Sensitivities};
 use crate::study::record::{CaseRecord, StudyRecord};
 use crate::study::skin::Skin;
 use std::fmt::Write;
@@ -118,6 +118,16 @@ pub fn sensitivities_csv(run: &Run, sensitivities: &Sensitivities) -> String {
         let values = sensitivities.iter().flatten().map(ToString::to_string);
         text += &std::iter::once(row[0].to_string()).chain(values).collect::<Vec<_>>().join(",");
         text.push('\n');
+    }
+    text
+}
+
+/// Estimated errors of recorded quantities, one line each.
+pub fn errors_csv(estimate: &ErrorEstimate) -> String {
+    let mut text = "quantity,t_s,value,enriched,corrected,uncertainty,bar\n".to_string();
+    for q in &estimate.quantities {
+        let numbers = [q.t, q.value, q.enriched, q.corrected, q.uncertainty, q.bar].map(|number| number.to_string());
+        text += &format!("{},{}\n", q.column, numbers.join(","));
     }
     text
 }

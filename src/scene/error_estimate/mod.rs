@@ -1,0 +1,177 @@
+//! Discretisation error of recorded quantities, estimated from one run.
+//!
+//! At the time at which a quantity departs most from its start, the equilibrium is solved again in an enriched space that contains the
+//! space of the run (hierarchical or two-level estimate: R. E. Bank & R. K. Smith, *SIAM J. Numer. Anal.* 30 (1993) 921–935). The
+//! change e = J⁺ − J is the part of the error that the enrichment sees. If the error of J falls with the q-th power of h, then
+//!
+//! ```text
+//! J_exact − J = c e,   c = 1/(1 − 2^{-q})                  each cell split into eight
+//! J_exact − J = c e,   1/(1 + ϱ) ≤ c ≤ 1/(1 − ϱ)           linear cells raised to quadratic ones, ϱ the share of the error that stays
+//! ```
+//!
+//! The order q is not known from one run: the bounds of c in [`Enrichment::factors`] are those that the coverage study supports.
+//!
+//! Limits: statics, and only what does not depend on the path (no friction, no viscoelasticity); facets and mid-nodes stay where the
+//! mesh has them, so the difference between mesh and true geometry is not seen.
+
+mod enrichment;
+mod refusal;
+
+pub use enrichment::Enrichment;
+pub use refusal::EstimateError;
+
+use super::recorder::Energies;
+use super::{Run, Scene};
+use crate::math::signal::Ramp;
+use crate::solve::{Integrator, Step};
+use crate::system::State;
+use enrichment::EnrichedScene;
+use std::time::Instant;
+
+/// Error of one recorded quantity.
+#[derive(Clone, Debug, PartialEq)]
+pub struct QuantityError {
+    /// Recorded column
+    pub column: String,
+    /// Time of the largest departure from the start, at which the error is estimated \[s\]
+    pub t: f64,
+    /// J of the run there
+    pub value: f64,
+    /// J⁺ of the enriched space
+    pub enriched: f64,
+    /// J + c e in the middle of the bounds of c
+    pub corrected: f64,
+    /// Half width of the bounds of the exact value about `corrected`
+    pub uncertainty: f64,
+    /// Largest |J_exact − J| within the bounds
+    pub bar: f64,
+}
+
+/// Errors of quantities of a run, and what it cost to find them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ErrorEstimate {
+    pub enrichment: Enrichment,
+    pub quantities: Vec<QuantityError>,
+    /// Equations of the enriched space
+    pub dofs: usize,
+    /// Times at which the enriched space was solved
+    pub solves: usize,
+    pub factorisations: usize,
+    /// Wall and CPU time \[s\]
+    pub wall: f64,
+    pub cpu: f64,
+}
+
+/// A state of the run from which the enriched solution starts.
+struct Kept {
+    t: f64,
+    x: Vec<f64>,
+    lambda: Vec<f64>,
+    inputs: Vec<Ramp>,
+}
+
+/// Estimates errors of a run: it follows the states of the run, and solves in the enriched space afterwards.
+pub struct ErrorEstimator<'a> {
+    scene: &'a Scene,
+    enrichment: Enrichment,
+    states: Vec<Kept>,
+}
+
+impl<'a> ErrorEstimator<'a> {
+    /// For a run of this scene; an error where the scene has no estimate.
+    pub fn new(scene: &'a Scene) -> Result<Self, EstimateError> {
+        Self::with(scene, Enrichment::usual(scene.body.mesh.order))
+    }
+
+    /// The same in this enriched space.
+    pub fn with(scene: &'a Scene, enrichment: Enrichment) -> Result<Self, EstimateError> {
+        refusal::check(scene)?;
+        Ok(Self { scene, enrichment, states: Vec::new() })
+    }
+
+    /// Takes a state on the time grid: the [`on_state`](super::RunOptions::on_state) of the run.
+    pub fn add(&mut self, state: &State) {
+        let State { t, x, lambda, inputs, .. } = state;
+        self.states.push(Kept { t: *t, x: x.clone(), lambda: lambda.clone(), inputs: inputs.clone() });
+    }
+
+    /// Errors of these columns of the run, or of all that are functions of the state.
+    pub fn estimate(&self, run: &Run, columns: &[String]) -> Result<ErrorEstimate, EstimateError> {
+        let (wall, cpu) = (Instant::now(), cpu_time::ThreadTime::now());
+        let columns = self.columns(run, columns)?;
+        let enriched = EnrichedScene::new(self.scene, self.enrichment)?;
+        let mut peaks: Vec<(usize, Vec<usize>)> = Vec::new();
+        for column in columns {
+            let row = peak(run, column);
+            match peaks.iter_mut().find(|(known, _)| *known == row) {
+                Some((_, own)) => own.push(column),
+                None => peaks.push((row, vec![column])),
+            }
+        }
+        let (mut quantities, mut factorisations) = (Vec::new(), 0);
+        for (row, columns) in &peaks {
+            let (values, count) = self.solve(&enriched, &self.states[*row])?;
+            factorisations += count;
+            let of = |&column: &usize| self.error(run, *row, column, values[column]);
+            quantities.extend(columns.iter().map(|column| (*column, of(column))));
+        }
+        quantities.sort_by_key(|(column, _)| *column);
+        Ok(ErrorEstimate {
+            enrichment: self.enrichment,
+            quantities: quantities.into_iter().map(|(_, error)| error).collect(),
+            dofs: enriched.scene.system.dofs.free.len(),
+            solves: peaks.len(),
+            factorisations,
+            wall: wall.elapsed().as_secs_f64(),
+            cpu: cpu.elapsed().as_secs_f64(),
+        })
+    }
+
+    /// Indices of columns; those that are functions of the state, and all of them where none is named.
+    fn columns(&self, run: &Run, names: &[String]) -> Result<Vec<usize>, EstimateError> {
+        let of_state: Vec<String> =
+            self.scene.recorders().filter(|r| r.is_differentiable()).flat_map(|r| r.columns()).collect();
+        let names = if names.is_empty() { &of_state } else { names };
+        let index = |name: &String| {
+            let known = of_state.contains(name).then(|| run.columns.iter().position(|c| c == name)).flatten();
+            known.ok_or_else(|| EstimateError::Column { name: name.clone(), known: of_state.clone() })
+        };
+        names.iter().map(index).collect()
+    }
+
+    /// The columns in the enriched space, from the solution of the run at the same time.
+    fn solve(&self, enriched: &EnrichedScene, kept: &Kept) -> Result<(Vec<f64>, usize), EstimateError> {
+        let scene = &enriched.scene;
+        let past = enriched.prolong(self.scene, kept);
+        let step = Step { system: &scene.system, integrator: Integrator::Static, past: &past, dt: 1.0 };
+        let mut next = past.clone();
+        let mut solver = scene.driver().steps.solver;
+        let failed = |why| EstimateError::NotSolved { t: kept.t, why };
+        solver.solve(&step, &mut next).map_err(failed)?;
+        let at = step.at(&next);
+        let values = scene.record(&next, Some(&at), &solver.equations.sums.r, Energies::default(), 0);
+        Ok((values, solver.linear.factor.count))
+    }
+
+    fn error(&self, run: &Run, row: usize, column: usize, enriched: f64) -> QuantityError {
+        let value = run.rows[row][column];
+        let change = enriched - value;
+        let [least, most] = self.enrichment.factors(self.scene.body.mesh.order);
+        QuantityError {
+            column: run.columns[column].clone(),
+            t: run.rows[row][0],
+            value,
+            enriched,
+            corrected: value + 0.5 * (least + most) * change,
+            uncertainty: 0.5 * (most - least) * change.abs(),
+            bar: most * change.abs(),
+        }
+    }
+}
+
+/// Row of the largest departure from the start.
+fn peak(run: &Run, column: usize) -> usize {
+    let first = run.rows[0][column];
+    let departure = |row: usize| (run.rows[row][column] - first).abs();
+    (0..run.rows.len()).max_by(|a, b| departure(*a).total_cmp(&departure(*b))).unwrap_or(0)
+}

@@ -1,0 +1,53 @@
+//! Scenes and quantities that have no estimate from one run, with the reason and the remedy.
+
+use crate::scene::error::hint;
+use crate::scene::{Scene, SceneError};
+use crate::solve::{Failure, Integrator};
+
+/// Reason why a run has no error estimate.
+#[derive(Debug, thiserror::Error)]
+pub enum EstimateError {
+    #[error(
+        "stage {stage} is {integrator}: the error of a run in time is not estimated from one run; take a family of meshes, or \
+         integrator = {{ kind = \"static\" }}"
+    )]
+    NotStatic { stage: usize, integrator: &'static str },
+    #[error(
+        "{part} depends on the path of loading, which the estimate from one state does not follow; take a family of meshes, or remove it"
+    )]
+    Path { part: String },
+    #[error("{why}, so the answer has no limit as h → 0, and no error")]
+    NoLimit { why: String },
+    #[error(
+        "the scene has a mesh, laws, effects or recorders from Rust that are not known for the enriched mesh: {why}"
+    )]
+    Additions { why: String },
+    #[error("{name} is not estimated, only what is a function of the state; {}", hint(name, known))]
+    Column { name: String, known: Vec<String> },
+    #[error("the enriched mesh makes a scene that is refused: {0}")]
+    Enriched(#[from] SceneError),
+    #[error("no equilibrium on the enriched mesh at t = {t} s: {why}; take a family of meshes")]
+    NotSolved { t: f64, why: Failure },
+}
+
+/// Refuses a scene whose states are not functions of the loads at the same time.
+pub(super) fn check(scene: &Scene) -> Result<(), EstimateError> {
+    let stages = scene.spans.iter().enumerate();
+    if let Some((k, span)) = stages.clone().find(|(_, span)| span.integrator != Integrator::Static) {
+        return Err(EstimateError::NotStatic { stage: k + 1, integrator: span.integrator.name() });
+    }
+    let path = |part: String| Err(EstimateError::Path { part });
+    if let Some(effect) = scene.system.effects.iter().find(|e| e.capabilities().history.is_some()) {
+        return path(format!("the effect {}", effect.name()));
+    }
+    if let Some(cable) = scene.cables.iter().find(|c| c.friction) {
+        return path(format!("the friction of the {}", cable.name));
+    }
+    if let Some(contact) = scene.contacts.iter().find(|c| c.slides() || c.points().is_none()) {
+        return path(format!("the contact {}", contact.name));
+    }
+    match &scene.no_limit {
+        Some(why) => Err(EstimateError::NoLimit { why: why.clone() }),
+        None => Ok(()),
+    }
+}
