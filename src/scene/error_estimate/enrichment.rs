@@ -7,6 +7,7 @@ use crate::mesh::{Order, TetMesh};
 use crate::scene::build::{Body, SceneBuilder};
 use crate::scene::spec::{EffectSpec, ElementSpec, FormulationSpec};
 use crate::scene::{Scene, SceneSpec};
+use crate::solve::Status;
 use crate::system::State;
 use std::sync::Arc;
 
@@ -76,6 +77,20 @@ impl EnrichedScene {
         match same.iter().find(|(_, same)| !same) {
             Some((what, _)) => Err(EstimateError::Additions { why: format!("its {what} differ") }),
             None => Ok(Self { scene: fine, map }),
+        }
+    }
+
+    /// The columns at time `t` by the protocol from its start, and the factorisations for them.
+    pub fn run_until(&mut self, t: f64) -> Result<(Vec<f64>, usize), EstimateError> {
+        let mut spans = self.scene.spans.clone();
+        spans.retain(|span| span.start < t);
+        spans.iter_mut().for_each(|span| span.end = span.end.min(t));
+        let whole = std::mem::replace(&mut self.scene.spans, spans);
+        let run = self.scene.run();
+        self.scene.spans = whole;
+        match (run.status, run.rows.last()) {
+            (Status::Converged, Some(row)) => Ok((row.clone(), run.factorisations)),
+            (status, _) => Err(EstimateError::NotSolved { t, status: status.name() }),
         }
     }
 

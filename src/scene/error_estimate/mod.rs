@@ -99,7 +99,7 @@ impl<'a> ErrorEstimator<'a> {
     pub fn estimate(&self, run: &Run, columns: &[String]) -> Result<ErrorEstimate, EstimateError> {
         let (wall, cpu) = (Instant::now(), cpu_time::ThreadTime::now());
         let columns = self.columns(run, columns)?;
-        let enriched = EnrichedScene::new(self.scene, self.enrichment)?;
+        let mut enriched = EnrichedScene::new(self.scene, self.enrichment)?;
         let mut peaks: Vec<(usize, Vec<usize>)> = Vec::new();
         for column in columns {
             let row = peak(run, column);
@@ -110,7 +110,7 @@ impl<'a> ErrorEstimator<'a> {
         }
         let (mut quantities, mut factorisations) = (Vec::new(), 0);
         for (row, columns) in &peaks {
-            let (values, count) = self.solve(&enriched, &self.states[*row])?;
+            let (values, count) = self.solve(&mut enriched, &self.states[*row])?;
             factorisations += count;
             let of = |&column: &usize| self.error(run, *row, column, values[column]);
             quantities.extend(columns.iter().map(|column| (*column, of(column))));
@@ -139,17 +139,18 @@ impl<'a> ErrorEstimator<'a> {
         names.iter().map(index).collect()
     }
 
-    /// The columns in the enriched space, from the solution of the run at the same time.
-    fn solve(&self, enriched: &EnrichedScene, kept: &Kept) -> Result<(Vec<f64>, usize), EstimateError> {
-        let scene = &enriched.scene;
+    /// The columns in the enriched space at the time of a state of the run: by Newton's method from that state, or, where it does not
+    /// converge from there, by the protocol up to that time.
+    fn solve(&self, enriched: &mut EnrichedScene, kept: &Kept) -> Result<(Vec<f64>, usize), EstimateError> {
         let past = enriched.prolong(self.scene, kept);
+        let scene = &enriched.scene;
         let step = Step { system: &scene.system, integrator: Integrator::Static, past: &past, dt: 1.0 };
         let mut next = past.clone();
         let mut solver = scene.driver().steps.solver;
-        let failed = |why| EstimateError::NotSolved { t: kept.t, why };
-        solver.solve(&step, &mut next).map_err(failed)?;
-        let at = step.at(&next);
-        let values = scene.record(&next, Some(&at), &solver.equations.sums.r, Energies::default(), 0);
+        if solver.solve(&step, &mut next).is_err() {
+            return enriched.run_until(kept.t);
+        }
+        let values = scene.record(&next, Some(&step.at(&next)), &solver.equations.sums.r, Energies::default(), 0);
         Ok((values, solver.linear.factor.count))
     }
 

@@ -2,7 +2,7 @@
 
 use crate::scene::error::hint;
 use crate::scene::{Scene, SceneError};
-use crate::solve::{Failure, Integrator};
+use crate::solve::Integrator;
 
 /// Reason why a run has no error estimate.
 #[derive(Debug, thiserror::Error)]
@@ -26,8 +26,8 @@ pub enum EstimateError {
     Column { name: String, known: Vec<String> },
     #[error("the enriched mesh makes a scene that is refused: {0}")]
     Enriched(#[from] SceneError),
-    #[error("no equilibrium on the enriched mesh at t = {t} s: {why}; take a family of meshes")]
-    NotSolved { t: f64, why: Failure },
+    #[error("the enriched mesh has no solution at t = {t} s ({status}); take a family of meshes")]
+    NotSolved { t: f64, status: &'static str },
 }
 
 /// Refuses a scene whose states are not functions of the loads at the same time.
