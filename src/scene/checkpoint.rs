@@ -163,8 +163,8 @@ impl Checkpoint {
         let ramps = inputs.iter().flat_map(|r| [r.start, r.from, r.end, r.to]).collect();
         let state = [scalars, x.clone(), v.clone(), a.clone(), lambda.clone(), memory.clone(), history.clone(), ramps];
         let flat = |rows: &[Vec<f64>]| rows.concat();
-        let LaggedFactorRecord { k, x: placed, solves, steps, rates, worn } = &self.memory.lagged_factor;
-        let counts = [solves[0], solves[1], *steps, usize::from(*worn)].map(|n| n as f64);
+        let LaggedFactorRecord { k, x: placed, solves, steps, rates, renew } = &self.memory.lagged_factor;
+        let counts = [solves[0], solves[1], *steps, usize::from(*renew)].map(|n| n as f64);
         let lagged_factor =
             [k.to_vec(), placed.to_vec(), [counts[0], counts[1], counts[2], counts[3], rates.cv, rates.ca].to_vec()];
         let balance = [self.balance.effect.clone(), self.balance.g.clone(), self.balance.residual.clone()];
@@ -192,7 +192,7 @@ impl Checkpoint {
         let peak = Snapshot { t: peak, x: arrays.next().filter(|x| x.len() == n)? };
         let k = arrays.next().filter(|k| k.is_empty() || k.len() == system.pattern.nnz())?;
         let placed = arrays.next().filter(|x| x.len() == n || k.is_empty())?;
-        let [all, here, steps, worn, cv, ca] = arrays.next()?[..] else { return None };
+        let [all, here, steps, renew, cv, ca] = arrays.next()?[..] else { return None };
         let solves = [all as usize, here as usize];
         let lagged_factor = LaggedFactorRecord {
             k: k.into(),
@@ -200,7 +200,7 @@ impl Checkpoint {
             solves,
             steps: steps as usize,
             rates: Rates { cv, ca },
-            worn: worn == 1.0,
+            renew: renew == 1.0,
         };
         let mut recent = Vec::new();
         while let Some(t) = arrays.next() {

@@ -8,7 +8,7 @@
 //! | From one grid point to the next | a `StepStrategy`: `subdivided_steps`, `arc_length`, `corrected_steps` | the length of each step: when it is cut, repeated, grows again |
 //! | One step | `StepSolver::solve` in `step_solver` | initial values (`prediction`) and fallbacks; `diagnosis` and `limit_points` name the reason of a failure |
 //! | Nonlinear solve | [`NonlinearSolver::solve`] in `newton`, `contact_correction` with `gauss_seidel`, or `equilibrium_path` for arc length | the iterations; `convergence` holds the acceptance test, `equations` the error it sees, `globalisation` the length along a direction |
-//! | Linear system | [`LinearSystem`] in `linear_system` | factorisation, shift to positive definiteness, when a factor is reused (`lagged_factor`), the constraints (`multipliers`), skew parts (`tangent`) |
+//! | Linear system | [`LinearSystem`] in `linear_system` | factorisation, shift to positive definiteness, when the factor of an earlier step is reused (`lagged_factor`), the constraints (`multipliers`), skew parts (`tangent`) |
 //!
 //! [`Integrator`] maps displacements to velocities and accelerations, [`Step`] is the step to be solved, [`Status`] the end of a run
 //! with its remedy. [`Differentiator`] takes derivatives of the states of a run by parameters.
