@@ -108,7 +108,7 @@ impl Checkpoint {
             span: self.position.span,
             step: self.position.step,
             degree: self.memory.prediction.degree,
-            level: self.memory.level,
+            level: self.memory.cuts,
             totals: self.memory.totals,
             control: self.control.clone(),
             cables: self.cables.clone(),
@@ -213,7 +213,7 @@ impl Checkpoint {
             position: GridPosition { span: head.span, step: head.step },
             memory: DriverMemory {
                 prediction: Prediction { recent, degree: head.degree },
-                level: head.level,
+                cuts: head.level,
                 stiffness,
                 lagged_factor,
                 totals: head.totals,

@@ -121,17 +121,17 @@ impl<'a> PathTracer<'a> {
         Ok(point)
     }
 
-    /// Halves the length of the next step.
-    pub fn halve(&mut self) {
+    /// Cuts the next step: halves its length.
+    pub fn cut(&mut self) {
         self.length *= 0.5;
     }
 
-    /// One step, whose length is halved at most `cuts` times.
+    /// One step that is cut at most `cuts` times.
     pub fn step_with_cuts(&mut self, solver: &mut NonlinearSolver, cuts: u32) -> Result<PathPoint, Failure> {
         for _ in 0..cuts {
             match self.step(solver) {
                 Ok(point) => return Ok(point),
-                Err(_) => self.halve(),
+                Err(_) => self.cut(),
             }
         }
         self.step(solver)
@@ -164,7 +164,7 @@ impl<'a> PathTracer<'a> {
         let mut next = start.clone();
         let (mut moved, mut iterations) = (vec![0.0; self.system.dofs.free.len()], 0);
         let rows = self.taut(start);
-        let mut convergence = Convergence::new(solver.settings.tolerance, AtRounding::Accept);
+        let mut convergence = Convergence::new(&solver.settings, Integrator::Static, AtRounding::Accept);
         loop {
             let (response, unstable_modes) = self.linearise(solver, start, &mut next)?;
             let theta = match end {
@@ -181,15 +181,13 @@ impl<'a> PathTracer<'a> {
             next.t = if let PathStepEnd::Time(t) = end { t } else { next.t + theta };
             iterations += 1;
             self.evaluate(solver, start, &mut next, Want::Residual)?;
-            let settings = solver.settings;
-            let error = solver.equations.error_at_tangent(self.system, &next, settings.tolerance);
-            let last = iterations == settings.max_iterations;
-            if convergence.is_converged(error, true, last) {
+            let error = solver.equations.error_at_tangent(self.system, &next, solver.settings.tolerance);
+            if convergence.accepts(error, true, iterations) {
                 solver.equations.advance_history(&self.at(start), &mut next)?;
                 let solution = Solution { iterations, unstable_modes, regularised: false, projected: false };
                 return Ok(PathPoint { state: next, solution });
             }
-            if last || !error.above_rounding.is_finite() {
+            if convergence.is_last(iterations) || !error.above_rounding.is_finite() {
                 return Err(solver.not_converged(self.system, error.above_rounding));
             }
         }

@@ -27,8 +27,7 @@ impl NonlinearSolver {
             }
         }
         let targets = step.targets(next);
-        let is_linearised = step.integrator.is_linearised();
-        let mut convergence = Convergence::new(self.settings.tolerance, AtRounding::IterateOnceMore);
+        let mut convergence = Convergence::new(&self.settings, step.integrator, AtRounding::IterateOnceMore);
         self.equations.begin(step)?;
         self.equations.evaluate(step, next, Want::Residual, None)?;
         let mut newton = NewtonIteration::new(self, step);
@@ -39,14 +38,12 @@ impl NonlinearSolver {
                 return Err(Failure::NotConverged { residual: error.above_rounding, node: 0 });
             }
             let iterations = newton.solution.iterations;
-            let last = iterations == newton.solver.settings.max_iterations;
-            let converged = convergence.is_converged(error, increment.is_none(), last);
-            if converged || iterations > 0 && is_linearised {
+            if convergence.accepts(error, increment.is_none(), iterations) {
                 newton.solver.equations.advance_history(step, next)?;
                 newton.solver.linear.end_step();
                 return Ok(newton.solution);
             }
-            if last {
+            if convergence.is_last(iterations) {
                 return Err(newton.solver.not_converged(step.system, error.above_rounding));
             }
             newton.iterate(next, &targets, increment.as_deref(), error.above_rounding)?;

@@ -1,4 +1,5 @@
-//! Nominal steps, halved where a step does not converge or where its time error is too large, and doubled again.
+//! Nominal steps, cut where a step does not converge or where its time error is too large, and doubled again. A cut halves the step;
+//! [`StepSettings::cuts`](super::StepSettings::cuts) limits their number.
 
 use super::diagnosis::{diagnose, pushes_unheld_body};
 use super::limit_points::jumped;
@@ -10,11 +11,12 @@ use crate::system::State;
 /// Share of the allowed time error that the next step is expected to make.
 const SAFE: f64 = 0.8;
 
-/// Steps of length (nominal step)/2^level, the level changing as convergence and time error ask for.
-pub(super) struct SubdividedSteps {
+/// Steps of length (nominal step)/2^cuts, with as many cuts as convergence and time error ask for.
+pub(super) struct CutSteps {
     span: TimeSpan,
-    level: u32,
-    /// done/2^level of the nominal step is behind
+    /// Cuts of the nominal step at present
+    cuts: u32,
+    /// done/2^cuts of the nominal step is behind
     done: u64,
     /// Start and end of the nominal step \[s\]
     origin: f64,
@@ -23,34 +25,34 @@ pub(super) struct SubdividedSteps {
     excess: f64,
 }
 
-impl SubdividedSteps {
-    pub fn new(span: TimeSpan, level: u32) -> Self {
-        Self { span, level, done: 0, origin: 0.0, goal: 0.0, excess: 0.0 }
+impl CutSteps {
+    pub fn new(span: TimeSpan, cuts: u32) -> Self {
+        Self { span, cuts, done: 0, origin: 0.0, goal: 0.0, excess: 0.0 }
     }
 
-    /// After a step that did not converge: shorter, or why not.
+    /// After a step that did not converge: cuts it, or says why not.
     fn cut(&mut self, steps: &mut StepSolver, state: &State, t: f64, why: Failure) -> StepOutcome {
-        let first = self.level == 0 && self.done == 0;
+        let first = self.cuts == 0 && self.done == 0;
         if first && let Some(status) = pushes_unheld_body(steps, self.span.integrator, state, self.goal) {
             return StepOutcome::Failed(status);
         }
-        if self.level == steps.settings.cuts {
+        if self.cuts == steps.settings.cuts {
             return StepOutcome::Failed(diagnose(steps, self.span, state, t, why));
         }
-        self.level += 1;
+        self.cuts += 1;
         self.done *= 2;
         StepOutcome::Cut
     }
 }
 
-impl<'a> StepStrategy<'a> for SubdividedSteps {
+impl<'a> StepStrategy<'a> for CutSteps {
     fn begin(&mut self, _: &mut StepSolver<'a>, state: &State, goal: f64) -> Result<(), Status> {
         (self.done, self.origin, self.goal) = (0, state.t, goal);
         Ok(())
     }
 
     fn step(&mut self, steps: &mut StepSolver<'a>, state: &State) -> StepOutcome {
-        let (integrator, whole) = (self.span.integrator, 1u64 << self.level);
+        let (integrator, whole) = (self.span.integrator, 1u64 << self.cuts);
         let on_grid = self.done + 1 == whole;
         let part = || self.origin + (self.goal - self.origin) * (self.done + 1) as f64 / whole as f64;
         let t = if on_grid { self.goal } else { part() };
@@ -59,11 +61,11 @@ impl<'a> StepStrategy<'a> for SubdividedSteps {
             Err(why) => return self.cut(steps, state, t, why),
         };
         self.excess = steps.time_error(integrator, state, &next);
-        if self.excess > 1.0 && self.level < steps.settings.cuts {
-            let halvings = integrator.halvings(self.excess / SAFE).ceil().min(64.0) as u32;
-            let halvings = halvings.clamp(1, steps.settings.cuts - self.level);
-            self.level += halvings;
-            self.done <<= halvings;
+        if self.excess > 1.0 && self.cuts < steps.settings.cuts {
+            let more = integrator.cuts_for(self.excess / SAFE).ceil().min(64.0) as u32;
+            let more = more.clamp(1, steps.settings.cuts - self.cuts);
+            self.cuts += more;
+            self.done <<= more;
             return StepOutcome::Repeat;
         }
         match jumped(steps, self.span, state, &next, &solution) {
@@ -93,9 +95,9 @@ impl<'a> StepStrategy<'a> for SubdividedSteps {
             modes = steps.solver.unstable_modes(&step, now).or(modes);
         }
         // Grow again after two steps in a row, by as much as the time error allows.
-        let mut allowed = integrator.halvings(SAFE / self.excess);
-        while self.level > 0 && self.done.is_multiple_of(2) && allowed >= 1.0 {
-            self.level -= 1;
+        let mut allowed = integrator.cuts_for(SAFE / self.excess);
+        while self.cuts > 0 && self.done.is_multiple_of(2) && allowed >= 1.0 {
+            self.cuts -= 1;
             self.done /= 2;
             allowed -= 1.0;
         }
@@ -103,10 +105,10 @@ impl<'a> StepStrategy<'a> for SubdividedSteps {
     }
 
     fn is_done(&self) -> bool {
-        self.done == 1u64 << self.level
+        self.done == 1u64 << self.cuts
     }
 
-    fn level(&self) -> u32 {
-        self.level
+    fn cuts(&self) -> u32 {
+        self.cuts
     }
 }
