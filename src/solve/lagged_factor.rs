@@ -141,20 +141,20 @@ impl LaggedFactor {
             return false;
         }
         let (mut now, mut then) = (nalgebra::DMatrix::zeros(w, w), nalgebra::DMatrix::identity(w, w));
-        let mut moved = Vec::new();
+        let mut constrained = Vec::new();
         let mut soft = self.soft.clone();
         soft.iter_mut().for_each(|v| self.rotations.rotate(v));
         let crossings: Vec<Vec<f64>> = soft.iter().map(|v| held.cross(&sums.gradient, v)).collect();
         for (mut v, crossing) in soft.into_iter().zip(&crossings) {
             let multipliers = held.multipliers(crossing);
             held.subtract(schur, &multipliers, &mut v);
-            moved.push((v, multipliers));
+            constrained.push((v, multipliers));
         }
         for j in 0..w {
-            system.pattern.multiply(&sums.k, &moved[j].0, &mut product);
+            system.pattern.multiply(&sums.k, &constrained[j].0, &mut product);
             for i in 0..w {
-                now[(i, j)] = dot(&moved[i].0, &product);
-                then[(i, j)] -= dot(&crossings[i], &moved[j].1);
+                now[(i, j)] = dot(&constrained[i].0, &product);
+                then[(i, j)] -= dot(&crossings[i], &constrained[j].1);
             }
         }
         // now − ½ then is definite as long as no combination fell to one half.

@@ -16,6 +16,7 @@ mod dofs;
 mod effect;
 mod equations;
 mod error;
+pub mod friction;
 mod means;
 mod projection;
 mod reactions;
