@@ -1,7 +1,7 @@
 //! `durometer check FILE`
 
 use super::files;
-use super::outcome::Outcome;
+use super::outcome::{CommandResult, Outcome};
 use durometer::mesh::generate::MeshStore;
 use durometer::scene::protocol::extremes;
 use durometer::scene::spec::{ConstraintSpec, EffectSpec};
@@ -11,7 +11,6 @@ use durometer::study::runner::check_quantities;
 use durometer::system::Cone;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 use std::sync::Arc;
 
 /// Validate a scene or study and say what would be simulated, without running it
@@ -33,7 +32,7 @@ pub struct Args {
     set: Vec<String>,
 }
 
-pub fn main(args: Args) -> Outcome {
+pub fn main(args: Args) -> CommandResult {
     let file = files::find_any(&args.file)?;
     let changes = super::arguments::changes(&args.set)?;
     if files::is_study(&file) {
@@ -41,10 +40,10 @@ pub fn main(args: Args) -> Outcome {
     }
     let (spec, text) = read_scene(&file, &changes)?;
     describe(&build(&file, spec, text, &mut BTreeMap::new())?);
-    Ok(ExitCode::SUCCESS)
+    Ok(Outcome::Complete)
 }
 
-fn study(study: &Study) -> Outcome {
+fn study(study: &Study) -> CommandResult {
     println!("study {} ({}): {}", study.name, study.record.kind, study.record.question);
     println!("{} cases; tolerance {} %", study.cases.len(), study.record.tolerance * 100.0);
     println!("\n  {:32} {:11} {:>8} {:>9} {:>6}", "case", "", "cells", "unknowns", "steps");
@@ -70,7 +69,7 @@ fn study(study: &Study) -> Outcome {
         println!("\n{id} in detail:");
         describe(&scene);
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(Outcome::Complete)
 }
 
 /// The scene on its mesh; meshes are kept by what they are made of.

@@ -1,14 +1,13 @@
 //! `durometer fit CSV… --law LAW`
 
 use super::files;
-use super::outcome::{INCOMPLETE, Outcome};
+use super::outcome::{CommandResult, Outcome};
 use durometer::calibrate::{
     Cycle, Decimal, Dimensions, FitRequest, Loss, Mode, Partner, StrainKind, StressKind, StretchRange, Weighting,
     compare, fit,
 };
 use durometer::math::units::{self, Dimension};
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 /// Fit a law to tensile data (CSV) and write law.toml, which a scene can include
 ///
@@ -135,7 +134,7 @@ pub struct Args {
     json: bool,
 }
 
-pub fn main(args: Args) -> Outcome {
+pub fn main(args: Args) -> CommandResult {
     let mut request = FitRequest::new(&args.csv[0], &args.law);
     request.more = args.csv[1..].to_vec();
     request.card = args.card;
@@ -178,7 +177,7 @@ pub fn main(args: Args) -> Outcome {
         table.write_json(&out.join("compare.json"))?;
         durometer::report::fit::comparison::write(&out)?;
         println!("{}", if args.json { serde_json::to_string_pretty(&table)? } else { table.to_string() });
-        return Ok(ExitCode::SUCCESS);
+        return Ok(Outcome::Complete);
     }
     let result = fit(&request)?;
     files::make_folder(&out)?;
@@ -191,5 +190,5 @@ pub fn main(args: Args) -> Outcome {
         println!("{result}");
         println!("results: {}, report: {}", out.join("law.toml").display(), out.join("index.html").display());
     }
-    Ok(if result.is_determined() { ExitCode::SUCCESS } else { ExitCode::from(INCOMPLETE) })
+    Ok(if result.is_determined() { Outcome::Complete } else { Outcome::NotDetermined })
 }

@@ -1,7 +1,7 @@
 //! `durometer robustness [SCENE]`
 
 use super::files;
-use super::outcome::Outcome;
+use super::outcome::CommandResult;
 use super::run::{How, execute};
 use durometer::study::expand::Study;
 use std::path::{Path, PathBuf};
@@ -44,7 +44,7 @@ pub struct Args {
     json: bool,
 }
 
-pub fn main(args: Args) -> Outcome {
+pub fn main(args: Args) -> CommandResult {
     let changes = super::arguments::changes(&args.set)?;
     let mut study = match &args.scene {
         Some(scene) => Study::around(&files::find(scene, "scene.toml")?, &changes)?,

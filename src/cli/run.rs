@@ -1,13 +1,12 @@
 //! `durometer run STUDY`
 
-use super::outcome::{INCOMPLETE, Outcome};
+use super::outcome::{CommandResult, Outcome};
 use super::{bars::Bars, files};
 use durometer::study::expand::Study;
 use durometer::study::record::CaseRecord;
 use durometer::study::report;
 use durometer::study::runner::{self, Options};
 use std::path::PathBuf;
-use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 
 /// Run a study: every case that has no result yet, then the report
@@ -50,7 +49,7 @@ pub struct Args {
     json: bool,
 }
 
-pub fn main(args: Args) -> Outcome {
+pub fn main(args: Args) -> CommandResult {
     let file = files::find(&args.study, "study.toml")?;
     let study = Study::read(&file, &super::arguments::changes(&args.set)?)?;
     let Args { out, jobs, redo, only, vtu, json, .. } = args;
@@ -68,7 +67,7 @@ pub struct How {
 }
 
 /// Runs the cases of a study and writes its report.
-pub fn execute(study: &Study, how: How) -> Outcome {
+pub fn execute(study: &Study, how: How) -> CommandResult {
     let dir = how.out.unwrap_or_else(|| PathBuf::from("reports").join(&study.name));
     let jobs = how.jobs.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, Into::into));
     let stop = super::interrupt::stop_flag();
@@ -78,7 +77,7 @@ pub fn execute(study: &Study, how: How) -> Outcome {
     if stop.load(Ordering::Relaxed) {
         let (kept, all) = (records.len(), study.cases.len());
         eprintln!("stopped: {kept} of {all} cases are finished and kept in {}; run again to go on", dir.display());
-        return Ok(ExitCode::from(INCOMPLETE));
+        return Ok(Outcome::Interrupted);
     }
     let summary = report::write(&dir)?;
     let failed: Vec<&CaseRecord> = records.iter().filter(|r| !r.converged()).collect();
@@ -91,5 +90,5 @@ pub fn execute(study: &Study, how: How) -> Outcome {
         let detail = record.status_detail.as_deref().unwrap_or_default();
         eprintln!("not complete: {}: {}: {detail}", record.id, record.status);
     }
-    Ok(if failed.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(INCOMPLETE) })
+    Ok(if failed.is_empty() { Outcome::Complete } else { Outcome::RunIncomplete })
 }
