@@ -11,7 +11,7 @@ use crate::mesh::error::point;
 use crate::scene::builder::{Builder, Gathered};
 use crate::scene::error::{SceneError, hint};
 use crate::scene::parts::contact::motion::carry;
-use crate::scene::parts::contact::record::{NamedContact, TransientCoupling};
+use crate::scene::parts::contact::record::{ContactSides, NamedContact};
 use crate::scene::parts::contact::spec::{ContactSpec, ResponseSpec};
 use crate::scene::parts::contact::surfaces::build_surfaces;
 use crate::scene::parts::rigid::RigidBody;
@@ -116,7 +116,7 @@ pub(in crate::scene) fn build_contact(
         effects.push(Box::new(friction.clone()));
         friction
     });
-    let of = TransientCoupling::Points { pressing, moves: spec.motion.is_some(), friction };
+    let of = ContactSides::Points { pressing, moves: spec.motion.is_some(), friction };
     Ok(NamedContact { name, response: spec.response, of })
 }
 

@@ -9,7 +9,7 @@ use crate::effect::contact::surfaces::surface::Surface;
 use crate::mesh::error::point;
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
-use crate::scene::parts::contact::record::{NamedContact, TransientCoupling};
+use crate::scene::parts::contact::record::{ContactSides, NamedContact};
 use crate::scene::parts::contact::spec::{ContactSpec, ResponseSpec};
 use crate::system::Effect;
 use std::sync::Arc;
@@ -44,7 +44,7 @@ pub(in crate::scene) fn build_surfaces(
         effects.push(Box::new(friction.clone()));
         friction
     });
-    let of = TransientCoupling::Surfaces { pressing, friction };
+    let of = ContactSides::Surfaces { pressing, friction };
     Ok(NamedContact { name: spec.name.clone(), response: spec.response, of })
 }
 
