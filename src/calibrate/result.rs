@@ -1,7 +1,7 @@
 //! The answer of a fit.
 
+use super::constant_format::stress_unit;
 use super::noise::ModeNoise;
-use super::words::stress_unit;
 use super::{
     Audit, Bootstrap, Direction, Estimate, FitCurves, FitError, FitWarning, Loss, Misfit, Mode, Partner, Residual,
     Scatter, SolverCheck, StableRange, StretchRange, Treatment, Weighting,

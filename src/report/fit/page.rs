@@ -2,9 +2,9 @@
 
 use crate::report::figure::Figure;
 use crate::report::fit::stored::{Entry, StoredFit, stretch};
+use crate::report::numbers::capital;
 use crate::report::page::{document, drawing, escape, list};
 use crate::report::table::Table;
-use crate::report::words::capital;
 
 /// The result in words.
 pub fn answer(fit: &StoredFit) -> String {

@@ -12,7 +12,7 @@
 //! Nuisance cases have the coarser mesh: their differences to the nominal one are moved to the finest.
 
 use crate::calibrate::inverse::{Calibration, Found};
-use crate::report::words::{digits, percent};
+use crate::report::numbers::{digits, percent};
 use crate::study::record::{Role, StoredCase, StudyRecord};
 use serde::Serialize;
 use std::collections::BTreeMap;

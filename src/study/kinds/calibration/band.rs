@@ -13,7 +13,7 @@
 //! Linear in θ: good while the band is narrow. The first three add up to the band of the constants.
 
 use crate::calibrate::inverse::Calibration;
-use crate::report::words::{digits, percent, space};
+use crate::report::numbers::{digits, percent, space};
 use crate::study::curve::Curve;
 use crate::study::kinds::calibration::analysis::Answer;
 use crate::study::record::{Quantity, Role, Series, StoredCase, StudyRecord};

@@ -1,7 +1,7 @@
 //! Report of a calibration, and `law.toml`: the laws of the scene with the constants that were found.
 
+use crate::report::numbers::percent;
 use crate::report::table::{Table, headings};
-use crate::report::words::percent;
 use crate::study::content::Content;
 use crate::study::kinds::calibration::analysis::{Analysis, Answer, Judged, scaled};
 use crate::study::kinds::calibration::band::{Band, band as around};

@@ -11,7 +11,7 @@
 //!
 //! What the mesh does to a difference is the change of the difference on a finer mesh (family of role `finer`).
 
-use crate::report::words::{capital, digits, percent, space};
+use crate::report::numbers::{capital, digits, percent, space};
 use crate::study::curve::peak;
 use crate::study::curve::{Curve, l2, lag};
 use crate::study::kinds::comparison::sequence::{self, Sequence, sequences};

@@ -1,7 +1,7 @@
 //! Report of a comparison.
 
+use crate::report::numbers::{digits, percent, space};
 use crate::report::table::{Table, headings};
-use crate::report::words::{digits, percent, space};
 use crate::study::content::Content;
 use crate::study::kinds::comparison::analysis::{Analysis, QuantityAnalysis, signed};
 use crate::study::kinds::comparison::figures::{curves, sequence};

@@ -10,7 +10,7 @@
 //!
 //! The factor T/W takes out, on average, what other programs on the machine took.
 
-use crate::report::words::{digits, percent};
+use crate::report::numbers::{digits, percent};
 use crate::study::curve::peak;
 use crate::study::record::{CaseRecord, Role, StoredCase, StudyRecord};
 use serde::Serialize;

@@ -1,6 +1,6 @@
 //! Conclusions for the choice of a mesh: settings with cost and error bar, the sentences, the verdict.
 
-use crate::report::words::{capital, digits, percent, seconds, space};
+use crate::report::numbers::{capital, digits, percent, seconds, space};
 use crate::study::kinds::convergence::analysis::{Bar, QuantityAnalysis, Recommendation, Setting, headline};
 use crate::study::kinds::convergence::cases::Cases;
 use crate::study::kinds::convergence::warnings::no_limit;

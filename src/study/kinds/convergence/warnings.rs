@@ -1,6 +1,6 @@
 //! Warnings that a reader should know before trusting the numbers.
 
-use crate::report::words::capital;
+use crate::report::numbers::capital;
 use crate::study::estimate::order::LEAST_RATIO;
 use crate::study::kinds::convergence::analysis::QuantityAnalysis;
 use crate::study::kinds::convergence::cases::Cases;
@@ -18,7 +18,7 @@ pub fn warnings(cases: &Cases, quantities: &[QuantityAnalysis], incomplete: &[(S
             seen.push(&e.family);
             let (n, all) = (low.len(), e.ratios.len());
             out.push(format!(
-                "Family {}: {n} of {all} size ratios ({}) are below the 1.3 that Roache recommends.",
+                "Family {}: {n} of {all} size ratios ({}) are below the {LEAST_RATIO} that Roache recommends.",
                 e.family,
                 low.join(", ")
             ));

@@ -175,11 +175,11 @@ fn warnings(stored: &[StoredCase], quantities: &[QuantityAnalysis], incomplete: 
     if let Some(s) =
         settings().filter(|s| s.spread.is_some()).max_by(|a, b| a.spread.partial_cmp(&b.spread).expect("finite"))
     {
-        let spread = crate::report::words::percent(s.spread.unwrap_or(0.0));
+        let spread = crate::report::numbers::percent(s.spread.unwrap_or(0.0));
         out.push(format!("Costs scatter from run to run by up to {spread} of the median ({}).", s.case));
     }
     for q in quantities {
-        let title = crate::report::words::capital(&q.title());
+        let title = crate::report::numbers::capital(&q.title());
         let Some(r) = &q.reference else {
             out.push(format!("{title}: no family has the two cases that a reference needs."));
             continue;
@@ -198,9 +198,9 @@ fn warnings(stored: &[StoredCase], quantities: &[QuantityAnalysis], incomplete: 
         if LEVELS.iter().any(|l| *l < known) {
             out.push(format!(
                 "{title}: the reference itself is known to {} (peak) and {} (curve); no setting can be said to meet less.{}",
-                crate::report::words::percent(r.peak_uncertainty),
-                crate::report::words::percent(r.curve_uncertainty),
-                if r.reasons.is_empty() { String::new() } else { format!(" {}.", crate::report::words::capital(&r.reasons.join("; "))) }
+                crate::report::numbers::percent(r.peak_uncertainty),
+                crate::report::numbers::percent(r.curve_uncertainty),
+                if r.reasons.is_empty() { String::new() } else { format!(" {}.", crate::report::numbers::capital(&r.reasons.join("; "))) }
             ));
         }
     }

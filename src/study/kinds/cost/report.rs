@@ -1,7 +1,7 @@
 //! Report of a cost study.
 
+use crate::report::numbers::{digits, percent, seconds};
 use crate::report::table::{Table, headings};
-use crate::report::words::{digits, percent, seconds};
 use crate::study::content::Content;
 use crate::study::figures::time;
 use crate::study::kinds::cost::analysis::{Analysis, Grows, Measure, QuantityAnalysis};

@@ -1,6 +1,6 @@
 //! One sentence per quantity, and the verdict.
 
-use crate::report::words::{capital, digits, percent, seconds, space};
+use crate::report::numbers::{capital, digits, percent, seconds, space};
 use crate::study::kinds::cost::analysis::{Measure, QuantityAnalysis};
 use crate::study::kinds::cost::line::{How, Line};
 

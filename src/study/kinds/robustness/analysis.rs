@@ -4,7 +4,7 @@
 //! ends with a stated reason instead of an answer, where that is right; everything else is a failure: a reference that was missed,
 //! another end than the right one, a number that is not finite, a panic, the end of the time.
 
-use crate::report::words::percent;
+use crate::report::numbers::percent;
 use crate::study::kinds::robustness::check::{self, Check, Finding};
 use crate::study::kinds::robustness::map;
 use crate::study::kinds::robustness::map::Map;

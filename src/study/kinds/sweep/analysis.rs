@@ -10,7 +10,7 @@
 //! A step of less than 1e-6 of the largest |y| is none: the solver leaves 1e-8 in the residual. A list whose axes go together
 //! is one line along its points: what each key does alone cannot be told, and no elasticity is given.
 
-use crate::report::words::{capital, digits, percent, space};
+use crate::report::numbers::{capital, digits, percent, space};
 use crate::study::axis::AxisRecord;
 use crate::study::curve::peak;
 use crate::study::record::{Quantity, StoredCase, StudyRecord};

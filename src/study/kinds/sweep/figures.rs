@@ -4,9 +4,9 @@ use crate::report::canvas::{
     Area, At, DOUBLE, INK, LABEL, MARKS, PALETTE, RGB, SMALL, block, figure, italic, line, mark, mm, text,
 };
 use crate::report::figure::{Figure, Sample, legend};
+use crate::report::numbers::{capital, digits};
 use crate::report::plot::{Axis, Plot};
 use crate::report::surface::viridis;
-use crate::report::words::{capital, digits};
 use crate::study::axis::AxisRecord;
 use crate::study::curve::Curve;
 use crate::study::figures::axis_label;

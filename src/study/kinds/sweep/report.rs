@@ -1,7 +1,7 @@
 //! Report of a sweep.
 
+use crate::report::numbers::{digits, percent, space};
 use crate::report::table::{Table, headings};
-use crate::report::words::{digits, percent, space};
 use crate::study::content::Content;
 use crate::study::kinds::sweep::analysis::{Analysis, QuantityAnalysis, Trend, axis_words};
 use crate::study::kinds::sweep::figures;

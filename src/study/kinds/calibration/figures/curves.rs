@@ -4,8 +4,8 @@ use crate::report::canvas::{
     At, DOUBLE, GREY, INK, LABEL, Mark, PALETTE, dashed, figure, hollow, italic, line, mark, mm, text,
 };
 use crate::report::figure::{Figure, Sample, legend};
+use crate::report::numbers::capital;
 use crate::report::plot::{Axis, Plot};
-use crate::report::words::capital;
 use crate::study::figures::axis_label;
 use crate::study::kinds::calibration::analysis::{Answer, scaled};
 use crate::study::record::{Quantity, Role};

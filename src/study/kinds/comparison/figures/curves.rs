@@ -3,8 +3,8 @@
 
 use crate::report::canvas::{Area, DOUBLE, PALETTE, RGB, dashed, figure, italic, line, mm};
 use crate::report::figure::{Figure, Sample, legend};
+use crate::report::numbers::capital;
 use crate::report::plot::{Axis, Plot};
-use crate::report::words::capital;
 use crate::study::curve::Curve;
 use crate::study::figures::axis_label;
 use crate::study::kinds::comparison::analysis::{Analysis, Comparison, QuantityAnalysis};

@@ -2,8 +2,8 @@
 
 use crate::report::canvas::{Area, At, DOUBLE, Mark, PALETTE, RGB, SMALL, figure, italic, line, mark, mm, text};
 use crate::report::figure::{Figure, Sample, legend};
+use crate::report::numbers::capital;
 use crate::report::plot::{Axis, Plot};
-use crate::report::words::capital;
 use crate::study::estimate::growth::{Growth, growth};
 use crate::study::kinds::convergence::analysis::Analysis;
 use crate::study::record::{CaseRecord, Role};

@@ -3,8 +3,8 @@
 
 use crate::report::canvas::{DOUBLE, INK, PALETTE, RGB, dashed, figure, fill, italic, line, mm};
 use crate::report::figure::{Figure, Sample, legend};
+use crate::report::numbers::{capital, thousands};
 use crate::report::plot::{Axis, Plot};
-use crate::report::words::{capital, thousands};
 use crate::study::curve::Curve;
 use crate::study::estimate::curve::CurveStudy;
 use crate::study::figures::axis_label;

@@ -4,7 +4,7 @@ pub mod costs;
 pub mod quantities;
 pub mod summary;
 
-use crate::report::words::seconds;
+use crate::report::numbers::seconds;
 use crate::study::content::Content;
 use crate::study::kinds::convergence::analysis::Analysis;
 use crate::study::kinds::convergence::figures;

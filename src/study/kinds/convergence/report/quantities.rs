@@ -1,7 +1,7 @@
 //! Tables of a convergence study.
 
+use crate::report::numbers::{digits, space};
 use crate::report::table::{Table, headings};
-use crate::report::words::{digits, space};
 use crate::study::kinds::convergence::analysis::{Analysis, QuantityAnalysis};
 
 /// One row per quantity × family.

@@ -1,4 +1,4 @@
-//! Numbers as they are printed in sentences and tables.
+//! Numbers as they are printed in sentences and tables: rounding, units, names of magnitudes.
 
 /// `3.42 %`, `12 %`, and whole numbers as such: `5 %`.
 pub fn percent(x: f64) -> String {
@@ -27,7 +27,7 @@ pub fn digits(x: f64) -> usize {
     if x == 0.0 || !x.is_finite() { 1 } else { (1 - x.abs().log10().floor() as i32).clamp(0, 6) as usize }
 }
 
-/// Units but the degree sign stand after a space.
+/// Units but the degree sign follow a space.
 pub fn space(unit: &str) -> String {
     if unit == "°" || unit.is_empty() { unit.to_string() } else { format!(" {unit}") }
 }
