@@ -1,4 +1,4 @@
-//! Indicators of volumetric locking: pressures that differ from every smooth field.
+//! Scatter of the pressures, an indicator of volumetric locking: pressures that differ from every smooth field.
 //!
 //! With τ = P Fᵀ, p = tr τ/3 and p* the lumped L2 projection of p on continuous linear functions (Oden & Brauchli 1971, the
 //! recovery of Zienkiewicz & Zhu 1987), p*_a = ∫ N_a p dV / ∫ N_a dV:
@@ -35,9 +35,9 @@ pub trait Stressed: Send + Sync {
     fn along(&self, mesh: &TetMesh, law: Box<dyn Law>) -> Box<dyn Effect>;
 }
 
-/// Measures of the pressure field at a state.
+/// Scatter of the pressure field at a state, and whether it raises the locking alarm.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Signs {
+pub struct PressureScatter {
     /// ‖p − p*‖/‖dev τ‖ \[–\]
     pub scatter: f64,
     /// Volumetric share of the energy \[–\]
@@ -46,7 +46,7 @@ pub struct Signs {
 }
 
 /// None where nothing is sheared, and where the law is not defined.
-pub fn signs(effect: &dyn Stressed, x: &[f64]) -> Option<Signs> {
+pub fn pressure_scatter(effect: &dyn Stressed, x: &[f64]) -> Option<PressureScatter> {
     let points = effect.points();
     let shape: Vec<[f64; 10]> = points.reference().iter().map(|&xi| element::cell_shape(Order::Linear, xi)).collect();
     let corners = |b: usize| points.blocks.nodes(b)[..4].iter().map(|&k| k as usize);
@@ -74,5 +74,5 @@ pub fn signs(effect: &dyn Stressed, x: &[f64]) -> Option<Signs> {
     let (volumetric, shear) = (size / (2.0 * kappa), deviator / (4.0 * mu));
     let (scatter, share) = ((scatter / deviator).sqrt(), volumetric / (volumetric + shear));
     let alarm = effect.displacement_only() && nu >= COMPRESSIBLE && scatter > ALARM;
-    (deviator > 0.0).then_some(Signs { scatter, share, alarm })
+    (deviator > 0.0).then_some(PressureScatter { scatter, share, alarm })
 }
