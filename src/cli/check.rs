@@ -8,7 +8,7 @@ use durometer::scene::spec::{ConstraintSpec, EffectSpec};
 use durometer::scene::{Body, Scene, SceneSpec, read_scene};
 use durometer::study::expand::Study;
 use durometer::study::runner::check_quantities;
-use durometer::system::Cone;
+use durometer::system::ConstraintKind;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -132,7 +132,7 @@ fn describe(scene: &Scene) {
     }
     for rows in scene.system.constraints.chunk_by(|a, b| a.name() == b.name()) {
         let blocks: usize = rows.iter().map(|row| row.blocks().len()).sum();
-        match rows.iter().filter(|row| row.cone() != Cone::Watched).count() {
+        match rows.iter().filter(|row| row.kind() != ConstraintKind::Monitored).count() {
             1 => println!("constraint   {} (exact row with multiplier, {blocks} blocks)", rows[0].name()),
             n => println!("constraint   {} ({n} exact rows with multipliers, {blocks} blocks)", rows[0].name()),
         }

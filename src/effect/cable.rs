@@ -10,7 +10,7 @@
 use crate::math::signal::{Clock, Signal};
 use crate::math::tensor::{Mat3, Vec3};
 use crate::system::{
-    At, BlockValues, Blocks, Capabilities, Cone, Constraint, Effect, EnergyRole, EvalError, Means, Want,
+    At, BlockValues, Blocks, Capabilities, Constraint, ConstraintKind, Effect, EnergyRole, EvalError, Means, Want,
 };
 use std::sync::Arc;
 
@@ -185,8 +185,8 @@ impl Constraint for CableLength {
         &self.cable.name
     }
 
-    fn cone(&self) -> Cone {
-        if self.most < f64::INFINITY { Cone::AtMost(self.most) } else { Cone::NonNegative }
+    fn kind(&self) -> ConstraintKind {
+        if self.most < f64::INFINITY { ConstraintKind::Bounded(self.most) } else { ConstraintKind::Unilateral }
     }
 
     fn compliance(&self) -> f64 {

@@ -260,7 +260,7 @@ impl<'a> PathTracer<'a> {
     /// Constraints that take part: equalities and taut ones.
     fn taut(&self, state: &State) -> Vec<usize> {
         let rows = self.system.constraints.iter().zip(&state.lambda).enumerate();
-        rows.filter(|(_, (row, lambda))| row.cone().holds(**lambda)).map(|(c, _)| c).collect()
+        rows.filter(|(_, (row, lambda))| row.kind().holds(**lambda)).map(|(c, _)| c).collect()
     }
 
     /// θ with ‖Δx + du + θ ẋ‖ = Δs: forward along the last direction, at the start with the loads.

@@ -240,7 +240,7 @@ impl LaggedFactor {
         let Outcome::Solved(rest) = outcome else { return None };
         x.iter_mut().zip(&rest).for_each(|(x, d)| *x += d);
         for (&c, d) in held.rows.iter().zip(&rest[n..]) {
-            lambda[c] = system.constraints[c].cone().admit(lambda[c] + d);
+            lambda[c] = system.constraints[c].kind().admit(lambda[c] + d);
         }
         Some(problem.direction(&x, lambda))
     }

@@ -13,7 +13,7 @@ use super::stability::negative_eigenvalues;
 use super::{Failure, Solution, Step};
 use crate::math::linear::{Factor, LinearError, Method};
 use crate::math::tensor::Vec3;
-use crate::system::{Assembled, Cone, State, System};
+use crate::system::{Assembled, ConstraintKind, State, System};
 use std::sync::Arc;
 
 /// Share of the largest diagonal entry that the shift counts as the stiffness of a direction without any \[–\].
@@ -45,7 +45,10 @@ impl LinearSystem {
             && !system.has_skew_tangent()
             && !system.has_transient_coupling()
             && !sums.projected
-            && system.constraints.iter().all(|c| !matches!(c.cone(), Cone::Linked | Cone::Watched))
+            && system
+                .constraints
+                .iter()
+                .all(|c| !matches!(c.kind(), ConstraintKind::Linked | ConstraintKind::Monitored))
     }
 
     /// The direction of an iteration by the lagged factor, or by a new hierarchy of the iterative method; none where neither

@@ -16,7 +16,7 @@ use crate::study::plan::pilots::{build, run};
 use crate::study::plan::request::{Request, Watch};
 use crate::study::plan::sizes::Choice;
 use crate::study::record::{Role, StoredCase};
-use crate::system::Cone;
+use crate::system::ConstraintKind;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use toml::Value;
@@ -55,7 +55,7 @@ pub fn steps(
     watch: &dyn Watch,
 ) -> Result<Steps, PlanError> {
     let remembers = scene.system.effects.iter().any(|e| e.capabilities().history.is_some());
-    let linked = scene.system.constraints.iter().any(|c| c.cone() == Cone::Linked);
+    let linked = scene.system.constraints.iter().any(|c| c.kind() == ConstraintKind::Linked);
     if scene.spans.iter().all(|s| s.integrator.is_static()) && !remembers && !linked {
         return Ok(Steps {
             factor: 1.0,
