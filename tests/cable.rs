@@ -46,7 +46,7 @@ fn length(cable: &Cable, x: &[f64]) -> f64 {
 }
 
 fn by_length(mesh: &TetMesh, cable: &Arc<Cable>, shortening: Signal) -> Box<dyn Constraint> {
-    let rest = length(&cable, &vec![0.0; 3 * mesh.points.len()]);
+    let rest = length(cable, &vec![0.0; 3 * mesh.points.len()]);
     Box::new(CableLength { cable: cable.clone(), shortening, rest, compliance: 0.0, most: f64::INFINITY })
 }
 
@@ -97,8 +97,8 @@ fn length_and_tension_are_dual() {
             let loads = cables.iter().zip(&first.lambda).map(|(c, t)| by_tension(c, ramp(*t))).collect();
             let second = last(&mesh, &system(&mesh, loads, vec![]), 1e-12, 4);
             for (c, pull) in cables.iter().zip(pulls) {
-                let rest = length(&c, &vec![0.0; first.x.len()]);
-                let (a, b) = (length(&c, &first.x), length(&c, &second.x));
+                let rest = length(c, &vec![0.0; first.x.len()]);
+                let (a, b) = (length(c, &first.x), length(c, &second.x));
                 println!("duality {order:?}: T = {:?} N, lengths differ by {:.1e}", first.lambda, (a - b) / rest);
                 assert!((a - (rest - pull)).abs() <= 1e-8 * rest, "the length is imposed");
                 assert!((a - b).abs() <= 1e-8 * rest, "{order:?}: {a} by length, {b} by tension");
@@ -106,7 +106,7 @@ fn length_and_tension_are_dual() {
             // And back: the length that the tension gave needs that tension.
             let rows = cables
                 .iter()
-                .map(|c| by_length(&mesh, c, ramp(length(&c, &vec![0.0; first.x.len()]) - length(&c, &second.x))))
+                .map(|c| by_length(&mesh, c, ramp(length(c, &vec![0.0; first.x.len()]) - length(c, &second.x))))
                 .collect();
             let third = last(&mesh, &system(&mesh, vec![], rows), 1e-12, 4);
             for (a, b) in first.lambda.iter().zip(&third.lambda) {
