@@ -6,7 +6,7 @@
 use super::build::Scene;
 use super::control::{ControlError, Memory as ControlMemory};
 use super::energy_balance::EnergyBalance;
-use super::parts::cable::CableLog;
+use super::parts::constraints::CableLog;
 use super::recorder::Energies;
 use crate::math::signal::Ramp;
 use crate::solve::{DriverMemory, GridPosition, LaggedFactorRecord, PastPoint, Prediction, Totals};

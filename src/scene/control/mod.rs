@@ -10,12 +10,14 @@ mod input;
 mod memory;
 mod prepare;
 pub mod process;
+mod signals;
 pub mod spec;
 
 pub use controller::{Controller, Opening, Reply, Seen};
 pub use error::ControlError;
 pub use memory::{Fired, Memory};
-pub(super) use prepare::{SignalBuilder, build_controls, in_unit_of};
+pub(super) use prepare::{build_controls, in_unit_of};
+pub(super) use signals::SignalBuilder;
 
 use crate::math::signal::Ramp;
 use crate::system::State;
