@@ -196,11 +196,12 @@ impl Scene {
         let tables =
             Tables { regions: &spec.mesh.regions, laws: &spec.laws, own_laws: &own_laws, events: &spec.events };
         let moving = spec.contacts.iter().filter(|c| c.motion.is_some()).count();
-        let builder = &mut Builder::new(file, &tables, body.clone(), spec.rigids.len() + moving)?;
+        let mut built = Builder::new(file, &tables, body.clone(), spec.rigids.len() + moving)?;
+        let builder = &mut built;
         let spans = build_spans(builder, &spec.stages)?;
         check_numerics(builder, &spec.numerics)?;
-        builder.set_spans(spans.clone());
-        rules::check(file, &spec, &spans)?;
+        builder.set_spans(spans);
+        rules::check(file, &spec, &builder.spans)?;
         attach_skins(builder, &spec.skins)?;
         build_effects(builder, &spec.effects)?;
         let (cables, cavities) = build_constraints(builder, &spec.constraints)?;
@@ -214,18 +215,17 @@ impl Scene {
         note_effects(builder, &spec.effects);
         let no_limit = reasons_of_no_limit(builder, &spec);
         check_formulas(builder)?;
-        check_output(builder, &spec.output, spans.last().map_or(0.0, |s| s.end))?;
+        check_output(builder, &spec.output)?;
         let columns = columns(recorders(&probes, &cables, &cavities, &rigids, &contacts));
         let measured = read_measured(builder, &spec.comparisons, &columns)?;
         check_continued(builder, !spec.events.is_empty())?;
         let controls = build_controls(builder, &columns, &cables, &cavities)?;
-        let skins = std::mem::take(&mut builder.skins);
         let frames = rigids.iter().map(|b| &b.frame).chain(contacts.iter().filter_map(NamedContact::moving));
         let points = body.mesh.points.iter().copied().chain(frames.flat_map(AffineFrame::rest)).collect();
         let (prescribed, signals, notes) = builder.finish();
-        let (effects, constraints) = (std::mem::take(&mut builder.effects), std::mem::take(&mut builder.constraints));
-        let Gathered { points: elastic, stressed, relaxing, hosts, laws, .. } = std::mem::take(&mut builder.gathered);
-        let system = System::with_scalars(builder.nodes, &hosts, effects, constraints, prescribed)
+        let Builder { nodes, effects, constraints, gathered, spans, skins, .. } = built;
+        let Gathered { points: elastic, stressed, relaxing, hosts, laws, .. } = gathered;
+        let system = System::with_scalars(nodes, &hosts, effects, constraints, prescribed)
             .map_err(|e| part(file, "scene", e))?;
         let law = laws.into_iter().next().map(|l| l.law);
         let title = spec.title.clone();

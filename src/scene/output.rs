@@ -73,7 +73,8 @@ impl ScheduleSpec {
 }
 
 /// Refuses times that a run does not reach, and output of nothing.
-pub(super) fn check_output(builder: &Builder, spec: &OutputSpec, end: f64) -> Result<(), SceneError> {
+pub(super) fn check_output(builder: &Builder, spec: &OutputSpec) -> Result<(), SceneError> {
+    let end = builder.spans.last().map_or(0.0, |s| s.end);
     let fields = spec.fields.as_ref().map(|f| ("output.fields", f.schedule()));
     for (place, ScheduleSpec { every, times }) in
         fields.into_iter().chain(spec.series.clone().map(|s| ("output.series", s)))
