@@ -4,7 +4,7 @@
 //! first. It holds what was recorded so far, so a run that goes on from it writes the same files as one that was not cut.
 
 use super::build::Scene;
-use super::control::{ControlError, Memory as ControlMemory};
+use super::control::{ControlError, ControlMemory};
 use super::energy_balance::EnergyBalance;
 use super::parts::constraints::CableLog;
 use super::recorder::Energies;

@@ -8,7 +8,7 @@
 //! fixed N and n: symmetric and positive semidefinite, at the cost of linear convergence (∂N/∂x is left out).
 //! Energy: what the step dissipates, Σ F_t·u. Limits: a load slowly moves what sticks; isotropic; no viscosity.
 
-use super::placement::moved;
+use super::placement::displacement;
 use super::{Contact, NormalForce, NormalForces};
 use crate::math::tensor::{Mat3, Vec3};
 use crate::system::{ActiveBlocks, At, BlockValues, Blocks, Caches, Capabilities, Effect, EnergyRole, EvalError, Want};
@@ -38,7 +38,8 @@ impl Coulomb {
         if epsilon == 0.0 {
             return;
         }
-        let u: Vec3 = nodes.iter().zip(&press.shares).map(|(&k, s)| (moved(at.x, k) - moved(at.old, k)) * *s).sum();
+        let u: Vec3 =
+            nodes.iter().zip(&press.shares).map(|(&k, s)| (displacement(at.x, k) - displacement(at.old, k)) * *s).sum();
         let u = u - press.normal * press.normal.dot(&u);
         let (limit, size) = (self.coefficient * press.force, u.norm());
         // f/|u| and f′ at |u|

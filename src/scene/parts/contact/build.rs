@@ -46,8 +46,8 @@ pub(in crate::scene) fn build_contacts(
             let fact = format!("another contact is called \"{}\" too", contact.name);
             return Err(builder.content(&place, fact, "give each a `name` of its own"));
         }
-        let moved = contact.motion.as_ref().map(|_| four());
-        contacts.push(build_contact(builder, &place, contact, (&bodies, moved))?);
+        let carriers = contact.motion.as_ref().map(|_| four());
+        contacts.push(build_contact(builder, &place, contact, (&bodies, carriers))?);
     }
     Ok((bodies, contacts))
 }
@@ -62,7 +62,7 @@ fn build_contact(
     builder: &mut Builder,
     place: &str,
     spec: &ContactSpec,
-    (bodies, moved): (&[RigidBody], Option<[u32; 4]>),
+    (bodies, carriers): (&[RigidBody], Option<[u32; 4]>),
 ) -> Result<NamedContact, SceneError> {
     builder.check_name(place, &spec.name)?;
     if !(spec.friction >= 0.0 && spec.friction.is_finite()) {
@@ -87,7 +87,7 @@ fn build_contact(
     }
     let sampling = if spec.response == ResponseSpec::Multiplier { Sampling::Nodes } else { Sampling::Pressures };
     let points = contact_points(builder, place, &spec.region, bodies, sampling)?;
-    let obstacle = build_obstacle(builder, place, spec, bodies, moved)?;
+    let obstacle = build_obstacle(builder, place, spec, bodies, carriers)?;
     let name = spec.name.clone();
     let scalars = (spec.response == ResponseSpec::Multiplier).then(|| {
         let first = (3 * builder.nodes + builder.gathered.hosts.len()) as u32;
@@ -151,7 +151,7 @@ fn build_obstacle(
     place: &str,
     spec: &ContactSpec,
     bodies: &[RigidBody],
-    moved: Option<[u32; 4]>,
+    carriers: Option<[u32; 4]>,
 ) -> Result<Obstacle, SceneError> {
     let shape = match &spec.obstacle {
         ShapeSpec::Rigid { body: name } => {
@@ -173,7 +173,7 @@ fn build_obstacle(
         shape => shape,
     };
     let (shape, origin, axes) = builder.shape(place, shape)?;
-    let body: Option<AffineFrame> = match (&spec.motion, moved) {
+    let body: Option<AffineFrame> = match (&spec.motion, carriers) {
         (Some(motion), Some(_)) if motion.turn.is_some() && shape.bounds().is_none() => {
             let fact = "a floor that turns: it has no end, and no bound on how fast it moves";
             return Err(builder.content(place, fact, "take a box"));
