@@ -11,7 +11,7 @@ pub use crate::math::tensor::{Mat3, Vec3};
 pub use crate::math::units::{self, Dimension};
 pub use crate::mesh::structured::block;
 pub use crate::mesh::{Order, TetMesh};
-pub use crate::scene::control::{ControlError, Controller, Opening, Reply, Seen};
+pub use crate::scene::control::{ControlError, Controller, Observation, Opening, Reply};
 pub use crate::scene::{
     Body, Checkpoint, Run, RunOptions, Scene, SceneError, SceneSpec, open_scene, parse_scene, read_scene,
 };

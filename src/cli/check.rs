@@ -140,8 +140,8 @@ fn describe(scene: &Scene) {
     println!("prescribed   {} degrees of freedom", scene.system.prescribed.len());
     let effects: Vec<&str> = scene.spec.effects.iter().map(EffectSpec::kind).collect();
     let constraints: Vec<&str> = scene.spec.constraints.iter().map(ConstraintSpec::kind).collect();
-    println!("not there    effects: {}", absent(&EffectSpec::KINDS, &effects));
-    println!("             constraints: {}", absent(&ConstraintSpec::KINDS, &constraints));
+    println!("not there    effects: {}", absent(EffectSpec::KINDS, &effects));
+    println!("             constraints: {}", absent(ConstraintSpec::KINDS, &constraints));
     println!("nothing else is assembled");
     println!("unknowns     {}, {} entries in the tangent", scene.system.dofs.free.len(), scene.system.pattern.nnz());
     for s in &scene.signals {

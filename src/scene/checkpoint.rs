@@ -4,9 +4,9 @@
 //! first. It holds what was recorded so far, so a run that goes on from it writes the same files as one that was not cut.
 
 use super::build::Scene;
-use super::control::{ControlError, Memory as ControlMemory};
+use super::control::{ControlError, ControlMemory};
 use super::energy_balance::EnergyBalance;
-use super::parts::cable::CableLog;
+use super::parts::constraints::CableLog;
 use super::recorder::Energies;
 use crate::math::signal::Ramp;
 use crate::solve::{DriverMemory, GridPosition, LaggedFactorRecord, PastPoint, Prediction, Totals};

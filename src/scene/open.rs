@@ -1,6 +1,7 @@
 //! A scene ready to run in one call: from its file, or from its text.
 
-use super::build::{Body, Scene};
+use super::body::Body;
+use super::build::Scene;
 use super::error::SceneError;
 use super::read::{from_text, read_scene};
 use super::spec::SceneSpec;

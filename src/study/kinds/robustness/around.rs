@@ -10,7 +10,7 @@
 
 use crate::material::registry;
 use crate::math::units;
-use crate::scene::parts::probes::Headline;
+use crate::scene::Headline;
 use crate::scene::{SceneError, SceneSpec, read_scene};
 use crate::study::axis::AxisSpec;
 use crate::study::kind::{Expansion, stored};

@@ -1,6 +1,7 @@
-//! Cavities of a scene: which facets, closed or with a rim that is held or declared free, and what drives them.
+//! Constraint `cavity`: facets, closed or with a rim that is held or declared free, with air or liquid behind them.
 
 use super::drive::Drive;
+use super::part::ConstraintPart;
 use crate::effect::{Cavity, CavityPressure, CavityVolume, OpenCavityPressure};
 use crate::math::signal::Signal;
 use crate::math::tensor::Vec3;
@@ -11,11 +12,62 @@ use crate::mesh::error::point;
 use crate::mesh::rim::rim;
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
-use crate::scene::recorder::{Change, Moment, Recorder};
-use crate::scene::spec::{CavityDriveSpec, ConstraintSpec};
-use crate::system::{Constraint, Effect};
+use crate::scene::kind::by_kind;
+use crate::scene::recorder::{Change, Headline, Moment, Recorder};
+use crate::scene::signal::SignalSpec;
+use serde::Deserialize;
 use std::f64::consts::PI;
 use std::sync::Arc;
+
+by_kind!(CavityDriveSpec);
+
+/// Air or liquid behind the facets of a region.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CavitySpec {
+    #[serde(default = "cavity")]
+    pub name: String,
+    pub region: String,
+    pub drive: CavityDriveSpec,
+    /// The surface is open and its rim free
+    #[serde(default)]
+    pub open: bool,
+}
+
+fn cavity() -> String {
+    "cavity".into()
+}
+
+/// Drive of a cavity.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
+pub enum CavityDriveSpec {
+    Pressure {
+        signal: SignalSpec,
+    },
+    /// Growth of the volume
+    Volume {
+        signal: SignalSpec,
+    },
+}
+
+impl CavityDriveSpec {
+    /// Whether the volume is prescribed, and the pressure follows.
+    fn is_by_volume(&self) -> bool {
+        matches!(self, Self::Volume { .. })
+    }
+}
+
+impl ConstraintPart for CavitySpec {
+    fn headline(&self) -> Option<Headline> {
+        let column = format!("{}_pressure_Pa", self.name);
+        Some(Headline { column, label: "pressure", symbol: "p", unit: "Pa" })
+    }
+
+    fn is_exact(&self) -> bool {
+        self.drive.is_by_volume()
+    }
+}
 
 /// A cavity with its drive, for probes.
 pub struct NamedCavity {
@@ -28,13 +80,8 @@ pub struct NamedCavity {
 pub(in crate::scene) fn build_cavity(
     builder: &mut Builder,
     place: &str,
-    spec: &ConstraintSpec,
-    effects: &mut Vec<Box<dyn Effect>>,
-    constraints: &mut Vec<Box<dyn Constraint>>,
+    CavitySpec { name, region, drive, open }: &CavitySpec,
 ) -> Result<NamedCavity, SceneError> {
-    let ConstraintSpec::Cavity { name, region, drive, open } = spec else {
-        unreachable!("called for cavities only");
-    };
     let body = builder.body.clone();
     let mesh = &body.mesh;
     let facets = builder.region(place, region)?.facets.clone();
@@ -70,7 +117,7 @@ pub(in crate::scene) fn build_cavity(
     let drive = match drive {
         CavityDriveSpec::Pressure { signal } => {
             let pressure = builder.signal(place, format!("{name}_imposed_pressure_Pa"), signal, Dimension::PRESSURE)?;
-            effects.push(match planes {
+            builder.effects.push(match planes {
                 Some(_) => Box::new(CavityPressure { cavity: cavity.clone(), pressure: pressure.clone() }),
                 None => Box::new(OpenCavityPressure::new(cavity.clone(), mesh, &facets, pressure.clone())),
             });
@@ -81,8 +128,8 @@ pub(in crate::scene) fn build_cavity(
             // The sphere of this area holds more than any other surface
             let area: f64 = facets.iter().map(|&f| mesh.facet_area(f as usize)).sum();
             let scale = area.powf(1.5) / (6.0 * PI.sqrt());
-            constraints.push(Box::new(CavityVolume { cavity: cavity.clone(), growth, rest, scale }));
-            Drive::Multiplier(constraints.len() - 1)
+            builder.constraints.push(Box::new(CavityVolume { cavity: cavity.clone(), growth, rest, scale }));
+            Drive::Multiplier(builder.constraints.len() - 1)
         }
     };
     Ok(NamedCavity { name: name.clone(), cavity, drive })
@@ -119,7 +166,7 @@ fn check_rim(
     mesh: &TetMesh,
     rim: &[Vec<u32>],
 ) -> Result<Option<[Option<f64>; 3]>, SceneError> {
-    let by_volume = matches!(drive, CavityDriveSpec::Volume { .. });
+    let by_volume = drive.is_by_volume();
     let remedy = "close the surface, hold the rim (kind = \"fixed\"), or let it slide in planes of symmetry \
                   (hold components = \"z\" where such a plane is z = const)";
     match rim_planes(builder, mesh, rim) {
