@@ -5,7 +5,9 @@ use durometer::math::units::{self, Dimension};
 use durometer::mesh::TetMesh;
 use durometer::scene::{Body, Progress, Run, Scene, from_text};
 use durometer::solve::Status;
-use durometer::study::expand::{Case, Study};
+use durometer::study::case::Case;
+use durometer::study::expand::Study;
+use durometer::study::kind::Extent;
 use durometer::study::kinds::robustness::analysis::{Analysis, analyse};
 use durometer::study::kinds::robustness::outcome::Outcome;
 use durometer::study::kinds::robustness::record::RobustnessRecord;
@@ -32,9 +34,7 @@ fn file() -> PathBuf {
 
 fn quick(changes: &[(&str, Value)]) -> Study {
     let changes: Vec<_> = changes.iter().map(|(key, value)| (key.to_string(), value.clone())).collect();
-    let mut study = Study::read(&file(), &changes).unwrap_or_else(|e| panic!("{e}"));
-    study.only_quick();
-    study
+    Study::read_extent(&file(), &changes, Extent::Quick).unwrap_or_else(|e| panic!("{e}"))
 }
 
 fn kept(study: &StudyRecord) -> RobustnessRecord {

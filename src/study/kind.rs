@@ -21,6 +21,14 @@ pub trait StudyKind: DeserializeOwned {
     /// Part of the study file that the analysis needs; `details` of `study.json`
     type Details: Serialize + DeserializeOwned;
     type Analysis;
+    /// The study of this kind around a scene that has no study file, where there is one
+    const AROUND: Option<Around> = None;
+
+    /// The keys of the quick half of the study: all of them, where the kind has none that takes long.
+    #[must_use]
+    fn quick(self) -> Self {
+        self
+    }
 
     /// The variants and families of cases that follow from the keys.
     fn expand(self, file: &Path) -> Result<Expansion<Self::Details>, SceneError>;
@@ -30,6 +38,24 @@ pub trait StudyKind: DeserializeOwned {
 
     /// Words, tables and figures of the analysis.
     fn report(results: &Results, analysis: &Self::Analysis) -> Content;
+}
+
+/// How much of a study is asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Extent {
+    Whole,
+    /// See [`StudyKind::quick`]
+    Quick,
+}
+
+/// A study around a scene of one's own.
+#[derive(Clone, Copy)]
+pub struct Around {
+    pub question: &'static str,
+    pub expectation: &'static str,
+    pub tolerance: &'static str,
+    /// The cases that follow from a scene with its changes.
+    pub expand: fn(&Path, &[(String, toml::Value)]) -> Result<Expansion<serde_json::Value>, SceneError>,
 }
 
 /// The cases and details that a study file of some kind asks for.
@@ -84,19 +110,21 @@ impl Default for RunRules {
 pub struct Kind {
     pub name: &'static str,
     /// Reads the keys of this kind from the text of a study file.
-    pub expand: fn(&Path, &str) -> Result<Expansion<serde_json::Value>, SceneError>,
+    pub expand: fn(&Path, &str, Extent) -> Result<Expansion<serde_json::Value>, SceneError>,
+    pub around: Option<Around>,
     /// Analyses and reports stored cases; the error says what is wrong with `details` of `study.json`.
     pub report: fn(&Results) -> Result<Content, serde_json::Error>,
 }
 
 impl Kind {
     pub const fn of<K: StudyKind>() -> Self {
-        Self { name: K::NAME, expand: expand::<K>, report: report::<K> }
+        Self { name: K::NAME, expand: expand::<K>, around: K::AROUND, report: report::<K> }
     }
 }
 
-fn expand<K: StudyKind>(file: &Path, text: &str) -> Result<Expansion<serde_json::Value>, SceneError> {
+fn expand<K: StudyKind>(file: &Path, text: &str, extent: Extent) -> Result<Expansion<serde_json::Value>, SceneError> {
     let OwnKeys(kind) = from_text::<OwnKeys<K>>(file, text, "")?;
+    let kind = if extent == Extent::Quick { kind.quick() } else { kind };
     Ok(stored(kind.expand(file)?))
 }
 

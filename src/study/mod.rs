@@ -4,6 +4,7 @@
 //! back, and [`report`] has the kind of the study ([`kinds`]) analyse and draw it.
 
 pub mod axis;
+pub mod case;
 pub mod contact;
 pub mod content;
 pub mod curve;

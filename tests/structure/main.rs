@@ -179,7 +179,6 @@ const REGISTRIES: [Registry; 2] = [
 
 /// Kinds may use each other; nothing else names one of them.
 #[test]
-#[ignore = "some kinds are still named by general code"]
 fn a_kind_is_named_by_its_registry_alone() {
     let sources = rust_files("src");
     let names = Names::new(&sources);

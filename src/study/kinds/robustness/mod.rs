@@ -12,7 +12,7 @@ pub mod spec;
 
 use crate::scene::SceneError;
 use crate::study::content::Content;
-use crate::study::kind::{Expansion, StudyKind};
+use crate::study::kind::{Around, Expansion, StudyKind};
 use crate::study::results::Results;
 use crate::study::spec::{VariantSpec, refuse};
 use analysis::{Analysis, analyse};
@@ -39,6 +39,14 @@ impl StudyKind for Robustness {
     const NAME: &'static str = "robustness";
     type Details = RobustnessRecord;
     type Analysis = Analysis;
+    const AROUND: Option<Around> = Some(around::AROUND);
+
+    /// The suites that are marked as quick.
+    fn quick(mut self) -> Self {
+        self.maps.clear();
+        self.suites.retain(|suite| suite.quick);
+        self
+    }
 
     fn expand(self, file: &Path) -> Result<Expansion<RobustnessRecord>, SceneError> {
         spec::expand(self.variants, &self.suites, &self.maps).map_err(|mistake| refuse(file, mistake))
