@@ -2,7 +2,7 @@
 
 use crate::calibrate::inverse::Calibration;
 use crate::scene::{Constant, SceneSpec};
-use crate::study::inverse::Plan;
+use crate::study::inverse::CalibrationPlan;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -18,7 +18,7 @@ pub struct Case {
     /// The scene with all its changes
     pub text: String,
     /// Constants to be found; without them the scene is run as it is
-    pub plan: Option<Arc<Plan>>,
+    pub plan: Option<Arc<CalibrationPlan>>,
     /// Waits for the constants of a calibration
     pub after: Option<After>,
 }

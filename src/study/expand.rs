@@ -130,7 +130,7 @@ impl Study {
             check_names(names)
                 .map_err(|(k, fact, remedy)| refuse(file, (format!("{what} {}", k + 1), fact, remedy.into())))?;
         }
-        let mut cases = Cases { file, scene, expansion: &expansion, changes, all: vec![] };
+        let mut cases = CaseList { file, scene, expansion: &expansion, changes, all: vec![] };
         let mut families = expansion.families.iter().map(|f| cases.family(f)).collect::<Result<Vec<_>, _>>()?;
         let mut quantities: BTreeMap<String, Vec<Quantity>> =
             expansion.variants.iter().map(|v| (v.name.clone(), v.quantities.clone())).collect();
@@ -188,7 +188,7 @@ struct Changes<'a> {
 }
 
 /// The cases of a study as they are found, family after family.
-struct Cases<'a> {
+struct CaseList<'a> {
     file: &'a Path,
     scene: &'a Path,
     expansion: &'a Expansion<serde_json::Value>,
@@ -196,7 +196,7 @@ struct Cases<'a> {
     all: Vec<Case>,
 }
 
-impl Cases<'_> {
+impl CaseList<'_> {
     fn family(&mut self, family: &FamilySpec) -> Result<FamilyRecord, SceneError> {
         let file = self.file;
         let mistake = |place: String, fact: String, remedy: String| refuse(file, (place, fact, remedy));
@@ -278,7 +278,7 @@ impl Cases<'_> {
     }
 }
 
-/// Cases of `[use]`, one per variant and member.
+/// CaseList of `[use]`, one per variant and member.
 fn uses(
     file: &Path,
     usage: &UseSpec,

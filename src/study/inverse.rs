@@ -50,7 +50,7 @@ pub struct UseSpec {
 
 /// A case of a calibration.
 #[derive(Clone, Debug)]
-pub struct Plan {
+pub struct CalibrationPlan {
     pub constants: Vec<Constant>,
     pub measured: Measured,
     pub x: String,
@@ -60,7 +60,7 @@ pub struct Plan {
     pub sha256: String,
 }
 
-impl Plan {
+impl CalibrationPlan {
     /// `base`: folder of the study.
     pub fn new(base: &Path, spec: &CalibrationSpec, measured: &MeasuredSpec) -> Result<Self, InverseError> {
         let constants = spec.unknown.iter().map(|text| text.parse()).collect::<Result<Vec<Constant>, _>>()?;

@@ -1,8 +1,9 @@
 //! The trait of a kind of study.
 
 use crate::scene::{SceneError, from_text};
+use crate::study::analysis::Analysis;
 use crate::study::content::Content;
-use crate::study::inverse::{Plan, UseSpec};
+use crate::study::inverse::{CalibrationPlan, UseSpec};
 use crate::study::results::Results;
 use crate::study::spec::{FamilySpec, VariantSpec};
 use serde::de::{DeserializeOwned, DeserializeSeed, Deserializer, IgnoredAny, MapAccess, Visitor};
@@ -20,7 +21,8 @@ pub trait StudyKind: DeserializeOwned {
     const NAME: &'static str;
     /// Part of the study file that the analysis needs; `details` of `study.json`
     type Details: Serialize + DeserializeOwned;
-    type Analysis;
+    /// What only this kind finds; the rest of an analysis is the same for every kind
+    type Findings;
     /// The study of this kind around a scene that has no study file, where there is one
     const AROUND: Option<Around> = None;
 
@@ -34,10 +36,10 @@ pub trait StudyKind: DeserializeOwned {
     fn expand(self, file: &Path) -> Result<Expansion<Self::Details>, SceneError>;
 
     /// Analyses the cases that have a result. Cases that are missing or did not converge are named, not guessed.
-    fn analyse(results: &Results, details: &Self::Details) -> Self::Analysis;
+    fn analyse(results: &Results, details: &Self::Details) -> Analysis<Self::Findings>;
 
     /// Words, tables and figures of the analysis.
-    fn report(results: &Results, analysis: &Self::Analysis) -> Content;
+    fn report(results: &Results, analysis: &Analysis<Self::Findings>) -> Content;
 }
 
 /// How much of a study is asked for.
@@ -66,7 +68,7 @@ pub struct Expansion<D> {
     /// Family → columns its cases must record, where they are not those of the quantities of the variant
     pub columns: BTreeMap<String, Vec<String>>,
     /// Variant → constants to be found in its cases
-    pub plans: BTreeMap<String, Arc<Plan>>,
+    pub plans: BTreeMap<String, Arc<CalibrationPlan>>,
     /// Scene that takes the constants found
     pub usage: Option<UseSpec>,
     pub details: D,
