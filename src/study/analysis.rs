@@ -25,7 +25,7 @@ impl<T> Deref for Analysis<T> {
     }
 }
 
-/// What is said about one quantity in one variant; `T` is what only the kind of study finds.
+/// All that is said about one quantity in one variant; `T` is what only the kind of study finds.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct ByQuantity<T> {
     pub variant: String,

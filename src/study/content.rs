@@ -32,7 +32,7 @@ pub struct Content {
 }
 
 impl Content {
-    /// What every analysis says, with the table that answers the question; the kind adds its own.
+    /// The frame of an analysis, with the table that answers the question; the kind adds its own.
     pub fn new<T>(analysis: &Analysis<T>, supported: bool, answer: (&'static str, Table)) -> Self {
         Self {
             verdict: analysis.verdict.clone(),

@@ -21,7 +21,7 @@ pub trait StudyKind: DeserializeOwned {
     const NAME: &'static str;
     /// Part of the study file that the analysis needs; `details` of `study.json`
     type Details: Serialize + DeserializeOwned;
-    /// What only this kind finds; the rest of an analysis is the same for every kind
+    /// Findings of this kind alone; the rest of an analysis is the same for every kind
     type Findings;
     /// The study of this kind around a scene that has no study file, where there is one
     const AROUND: Option<Around> = None;

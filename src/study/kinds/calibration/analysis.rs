@@ -18,7 +18,7 @@ use crate::study::record::{Role, StoredCase, StudyRecord};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// What a calibration finds.
+/// Findings of a calibration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CalibrationFindings {
     pub variants: Vec<CalibratedVariant>,

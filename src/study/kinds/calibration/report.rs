@@ -31,7 +31,7 @@ pub fn content(store: &Results, a: &Analysis<CalibrationFindings>) -> Content {
     }
 }
 
-fn facts(a: &Analysis<CalibrationFindings>) -> Vec<(String, String)> {
+fn facts(a: &CalibrationFindings) -> Vec<(String, String)> {
     let of = |c: &CalibratedConstant| {
         let (f, unit, n) = scaled(c);
         let mut out = vec![(format!("{:.n$} {unit}", f * c.value), c.key.clone())];
@@ -54,7 +54,7 @@ fn analysis(a: &Analysis<CalibrationFindings>, bands: &[Band]) -> Map<String, Va
     out
 }
 
-fn constants(a: &Analysis<CalibrationFindings>) -> Table {
+fn constants(a: &CalibrationFindings) -> Table {
     let row = |(v, c): (&CalibratedVariant, &CalibratedConstant)| {
         let (f, unit, n) = scaled(c);
         let part = |x: Option<f64>| x.map_or("–".into(), |x| format!("{:.2}", 100.0 * x.abs()));
@@ -90,7 +90,7 @@ fn constants(a: &Analysis<CalibrationFindings>) -> Table {
     }
 }
 
-fn by_case(a: &Analysis<CalibrationFindings>) -> Table {
+fn by_case(a: &CalibrationFindings) -> Table {
     let mut rows = vec![];
     for c in a.variants.iter().flat_map(|v| &v.constants) {
         let (f, unit, n) = scaled(c);
@@ -125,7 +125,7 @@ fn by_case(a: &Analysis<CalibrationFindings>) -> Table {
 }
 
 /// The certificate of the law next to the stretches of the specimen.
-fn stability(store: &Results, a: &Analysis<CalibrationFindings>) -> Table {
+fn stability(store: &Results, a: &CalibrationFindings) -> Table {
     let mut rows = vec![];
     for v in &a.variants {
         let found = &store.found[&v.case];

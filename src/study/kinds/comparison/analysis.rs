@@ -27,7 +27,7 @@ pub struct ComparisonRecord {
     pub reference: String,
 }
 
-/// What a comparison finds.
+/// Findings of a comparison.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ComparisonFindings {
     /// The member that the others are compared with

@@ -37,7 +37,7 @@ pub fn content(store: &Results, a: &Analysis<ComparisonFindings>) -> Content {
 }
 
 /// The widest spread of a peak.
-fn facts(a: &Analysis<ComparisonFindings>) -> Vec<(String, String)> {
+fn facts(a: &ComparisonFindings) -> Vec<(String, String)> {
     let fact = |q: &ByQuantity<MemberDifferences>| {
         let d = || q.members.iter().map(|c| c.peak_difference);
         let (lo, hi) = (d().fold(f64::INFINITY, f64::min), d().fold(f64::NEG_INFINITY, f64::max));
@@ -57,7 +57,7 @@ fn analysis(a: &Analysis<ComparisonFindings>) -> Map<String, Value> {
     out
 }
 
-fn member_costs(a: &Analysis<ComparisonFindings>) -> Table {
+fn member_costs(a: &ComparisonFindings) -> Table {
     let rows = (a.costs.iter())
         .map(|p| {
             vec![
@@ -144,7 +144,7 @@ fn ms(s: f64) -> String {
     format!("{ms:.*}", digits(ms) + 1)
 }
 
-fn sequence_costs(a: &Analysis<ComparisonFindings>) -> Table {
+fn sequence_costs(a: &ComparisonFindings) -> Table {
     let mut rows = vec![];
     for l in &a.sequences {
         for r in &l.additions {
@@ -182,7 +182,7 @@ fn sequence_costs(a: &Analysis<ComparisonFindings>) -> Table {
     }
 }
 
-fn evaluations(a: &Analysis<ComparisonFindings>) -> Table {
+fn evaluations(a: &ComparisonFindings) -> Table {
     let mut rows = vec![];
     for l in &a.sequences {
         for r in &l.additions {
@@ -209,7 +209,7 @@ fn evaluations(a: &Analysis<ComparisonFindings>) -> Table {
     }
 }
 
-fn answers(store: &Results, a: &Analysis<ComparisonFindings>) -> Table {
+fn answers(store: &Results, a: &ComparisonFindings) -> Table {
     let mut rows = vec![];
     for l in &a.sequences {
         let own = store.study.quantities.get(&l.variant);

@@ -11,7 +11,7 @@ use crate::study::kinds::convergence::errors::{CaseError, Noise, TimeStep};
 use crate::study::record::Role;
 use serde::Serialize;
 
-/// What a convergence study finds.
+/// Findings of a convergence study.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ConvergenceFindings {
     /// \[variants × quantities\]

@@ -21,7 +21,7 @@ use serde::Serialize;
 /// Errors that every study asks for, in addition to its own tolerance.
 pub const LEVELS: [f64; 4] = [0.05, 0.02, 0.01, 0.005];
 
-/// What a cost study finds.
+/// Findings of a cost study.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CostFindings {
     pub levels: Vec<f64>,

@@ -59,7 +59,7 @@ fn cost(s: f64) -> String {
     format!("{s:.*}", digits(s))
 }
 
-fn cheapest(a: &Analysis<CostFindings>) -> Table {
+fn cheapest(a: &CostFindings) -> Table {
     let mut rows = vec![];
     for q in &a.quantities {
         for x in &q.answers {
@@ -90,7 +90,7 @@ fn cheapest(a: &Analysis<CostFindings>) -> Table {
 }
 
 /// Costs of one error, family by family, over that of the cheapest.
-fn costs(a: &Analysis<CostFindings>) -> Table {
+fn costs(a: &CostFindings) -> Table {
     let mut rows = vec![];
     for q in &a.quantities {
         for (k, level) in a.levels.iter().enumerate() {
@@ -128,7 +128,7 @@ fn costs(a: &Analysis<CostFindings>) -> Table {
     }
 }
 
-fn laws(a: &Analysis<CostFindings>) -> Table {
+fn laws(a: &CostFindings) -> Table {
     let rows = (a.growth.iter())
         .map(|l| {
             let shown = |v: f64| if l.of == Grows::Time { seconds(v) } else { format!("{:.0} MB", 1e-6 * v) };
@@ -160,7 +160,7 @@ fn laws(a: &Analysis<CostFindings>) -> Table {
     }
 }
 
-fn settings(a: &Analysis<CostFindings>) -> Table {
+fn settings(a: &CostFindings) -> Table {
     let mut rows = vec![];
     for q in &a.quantities {
         for s in &q.settings {

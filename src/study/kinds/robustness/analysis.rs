@@ -34,7 +34,7 @@ pub struct JudgedCase {
     pub wall_s: f64,
 }
 
-/// What a robustness study finds.
+/// Findings of a robustness study.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RobustnessFindings {
     pub suites: Vec<SuiteRecord>,

@@ -37,7 +37,7 @@ pub fn content(store: &Results, a: &Analysis<RobustnessFindings>) -> Content {
     }
 }
 
-fn facts(a: &Analysis<RobustnessFindings>) -> Vec<(String, String)> {
+fn facts(a: &RobustnessFindings) -> Vec<(String, String)> {
     let words = ["pass", "refused with a reason, as is right", "fail"];
     let outcomes = [CaseOutcome::Pass, CaseOutcome::Refused, CaseOutcome::Fail].into_iter().zip(words);
     let counts = outcomes.map(|(o, words)| (a.count(o).to_string(), words.to_string()));
@@ -50,7 +50,7 @@ fn facts(a: &Analysis<RobustnessFindings>) -> Vec<(String, String)> {
 }
 
 /// Result of a suite, in words.
-fn sentence(a: &Analysis<RobustnessFindings>, suite: &str, setup: &str) -> Option<String> {
+fn sentence(a: &RobustnessFindings, suite: &str, setup: &str) -> Option<String> {
     let own: Vec<&JudgedCase> = a.cases.iter().filter(|c| c.suite == suite).collect();
     let count = |o: CaseOutcome| own.iter().filter(|c| c.outcome == o).count();
     if own.is_empty() {
@@ -67,7 +67,7 @@ fn sentence(a: &Analysis<RobustnessFindings>, suite: &str, setup: &str) -> Optio
     Some(format!("{}: {setup} {}{near}.", suite.replace('-', " "), parts.join(", ")).replace("e-", "e−"))
 }
 
-fn words_of_maps(a: &Analysis<RobustnessFindings>) -> impl Iterator<Item = String> {
+fn words_of_maps(a: &RobustnessFindings) -> impl Iterator<Item = String> {
     a.maps.iter().filter(|m| m.panels.iter().any(|p| !p.points.is_empty())).map(|m| {
         let counts = m.panels.iter().map(|p| {
             let n = |g: Grade| p.points.iter().filter(|q| q.grade == g).count();
@@ -92,7 +92,7 @@ fn plain(x: f64) -> String {
     if x == 0.0 || (1e-3..1e5).contains(&x.abs()) { format!("{x:.5}") } else { format!("{x:.4e}") }
 }
 
-fn references(a: &Analysis<RobustnessFindings>) -> Table {
+fn references(a: &RobustnessFindings) -> Table {
     let row = |c: &JudgedCase, f: &CheckResult| {
         vec![
             c.case.clone(),
@@ -123,7 +123,7 @@ fn references(a: &Analysis<RobustnessFindings>) -> Table {
     }
 }
 
-fn refusals(a: &Analysis<RobustnessFindings>) -> Table {
+fn refusals(a: &RobustnessFindings) -> Table {
     let stated = a.cases.iter().filter(|c| c.outcome != CaseOutcome::Pass);
     let row = |c: &JudgedCase| {
         let outcome = c.outcome.name().to_string();
@@ -138,7 +138,7 @@ fn refusals(a: &Analysis<RobustnessFindings>) -> Table {
     }
 }
 
-fn every(a: &Analysis<RobustnessFindings>) -> Table {
+fn every(a: &RobustnessFindings) -> Table {
     let row = |c: &JudgedCase| {
         let setup = a.suites.iter().find(|s| s.family == c.suite).map_or("", |s| &s.setup);
         vec![
@@ -170,7 +170,7 @@ fn every(a: &Analysis<RobustnessFindings>) -> Table {
     }
 }
 
-fn table_of_maps(a: &Analysis<RobustnessFindings>) -> Table {
+fn table_of_maps(a: &RobustnessFindings) -> Table {
     let rows = a.maps.iter().flat_map(|m: &Map| {
         m.panels.iter().flat_map(move |p| {
             (m.axes[0].values.iter().enumerate()).map(move |(x, value)| {

@@ -30,7 +30,7 @@ pub struct SweepRecord {
     pub points: BTreeMap<String, Vec<usize>>,
 }
 
-/// What a sweep finds.
+/// Findings of a sweep.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SweepFindings {
     pub axes: Vec<AxisRecord>,

@@ -7,7 +7,7 @@ use crate::report::figure::{Figure, Sample, legend};
 use crate::report::plot::{Axis, Plot};
 use crate::report::surface::viridis;
 use crate::report::words::{capital, digits};
-use crate::study::analysis::{Analysis, ByQuantity};
+use crate::study::analysis::ByQuantity;
 use crate::study::axis::AxisRecord;
 use crate::study::curve::Curve;
 use crate::study::figures::axis_label;
@@ -56,7 +56,7 @@ fn scale(axis: &AxisRecord) -> Axis {
 
 /// Peak of a quantity against every axis, one panel each, one curve for each value of the next axis; the rest of the axes
 /// are kept at their middle value. `None` without two points on a line.
-pub fn against(a: &Analysis<SweepFindings>, q: &ByQuantity<Dependence>) -> Option<Figure> {
+pub fn against(a: &SweepFindings, q: &ByQuantity<Dependence>) -> Option<Figure> {
     if q.along.is_empty() {
         return None;
     }
@@ -80,7 +80,7 @@ pub fn against(a: &Analysis<SweepFindings>, q: &ByQuantity<Dependence>) -> Optio
     Some(Figure { name: format!("against-{}-{}", q.quantity.name, q.variant), svg, caption })
 }
 
-fn panel(area: &Area, a: &Analysis<SweepFindings>, q: &ByQuantity<Dependence>, k: usize, [left, right]: [f64; 2]) {
+fn panel(area: &Area, a: &SweepFindings, q: &ByQuantity<Dependence>, k: usize, [left, right]: [f64; 2]) {
     let axis = &a.axes[k];
     let other = (!a.list && a.axes.len() > 1).then(|| (k + 1) % a.axes.len());
     let middle =
@@ -109,7 +109,7 @@ fn panel(area: &Area, a: &Analysis<SweepFindings>, q: &ByQuantity<Dependence>, k
 }
 
 /// Peaks over the two axes of a grid, one map per quantity; `None` for anything but two axes.
-pub fn map(store: &Results, a: &Analysis<SweepFindings>, variant: &str) -> Option<Figure> {
+pub fn map(store: &Results, a: &SweepFindings, variant: &str) -> Option<Figure> {
     let maps: Vec<&ByQuantity<Dependence>> =
         a.quantities.iter().filter(|q| q.variant == variant && !q.points.is_empty()).take(2).collect();
     let [first, second] = &a.axes[..] else { return None };
@@ -157,7 +157,7 @@ fn squares(area: &Area, q: &ByQuantity<Dependence>, (first, second): (&AxisRecor
 }
 
 /// Quantities over time, coloured by the first axis; the other axes of a grid are kept at their middle value.
-pub fn over_time(store: &Results, a: &Analysis<SweepFindings>, variant: &str) -> Option<Figure> {
+pub fn over_time(store: &Results, a: &SweepFindings, variant: &str) -> Option<Figure> {
     let panels: Vec<&ByQuantity<Dependence>> =
         a.quantities.iter().filter(|q| q.variant == variant && !q.points.is_empty()).take(2).collect();
     let first = a.axes.first()?;

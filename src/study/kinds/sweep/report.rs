@@ -92,7 +92,7 @@ fn plain(value: f64) -> String {
     if small { format!("{value:.3e}") } else { format!("{value:.*}", digits(1e-2 * value)) }
 }
 
-fn points(store: &Results, a: &Analysis<SweepFindings>) -> Table {
+fn points(store: &Results, a: &SweepFindings) -> Table {
     let mut rows = vec![];
     for c in &store.cases {
         let r: &CaseRecord = &c.record;

@@ -5,7 +5,7 @@ use crate::report::canvas::{Area, DOUBLE, PALETTE, RGB, dashed, figure, italic, 
 use crate::report::figure::{Figure, Sample, legend};
 use crate::report::plot::{Axis, Plot};
 use crate::report::words::capital;
-use crate::study::analysis::{Analysis, ByQuantity};
+use crate::study::analysis::ByQuantity;
 use crate::study::curve::Curve;
 use crate::study::figures::axis_label;
 use crate::study::kinds::comparison::analysis::{ComparedMember, ComparisonFindings, MemberDifferences};
@@ -36,14 +36,14 @@ impl Look<'_> {
 }
 
 /// Every member has one look in all figures.
-fn looks(a: &Analysis<ComparisonFindings>) -> Vec<Look<'_>> {
+fn looks(a: &ComparisonFindings) -> Vec<Look<'_>> {
     let members = a.costs.iter().map(|p| p.member.as_str()).enumerate();
     let look = |(k, member): (usize, _)| Look { member, color: PALETTE[k % PALETTE.len()], dashed: k >= PALETTE.len() };
     members.map(look).collect()
 }
 
 /// The legend at the right of a figure of this width \[mm\].
-fn key(looks: &[Look], a: &Analysis<ComparisonFindings>, area: &Area, width: f64) {
+fn key(looks: &[Look], a: &ComparisonFindings, area: &Area, width: f64) {
     let entry = |l: &Look| {
         let star = if l.member == a.reference { " (reference)" } else { "" };
         let sample = if l.dashed { Sample::Dashed(l.color) } else { Sample::Line(l.color) };
@@ -66,7 +66,7 @@ fn curve<'a>(
 }
 
 /// `None` if the variant has no quantity to compare.
-pub fn over_time(store: &Results, a: &Analysis<ComparisonFindings>, variant: &str) -> Option<Figure> {
+pub fn over_time(store: &Results, a: &ComparisonFindings, variant: &str) -> Option<Figure> {
     let panels: Vec<&ByQuantity<MemberDifferences>> =
         a.quantities.iter().filter(|q| q.variant == variant).take(3).collect();
     if panels.is_empty() {
@@ -100,7 +100,7 @@ pub fn over_time(store: &Results, a: &Analysis<ComparisonFindings>, variant: &st
 fn panel(
     area: &Area,
     store: &Results,
-    a: &Analysis<ComparisonFindings>,
+    a: &ComparisonFindings,
     q: &ByQuantity<MemberDifferences>,
     looks: &[Look],
     (upper, lower): ([i32; 4], [i32; 4]),
@@ -148,7 +148,7 @@ fn is_open(c: &ComparedMember) -> bool {
 }
 
 /// Quantities against what they are drawn against, where a member shows a loop; `None` if none does.
-pub fn loops(store: &Results, a: &Analysis<ComparisonFindings>, variant: &str) -> Option<Figure> {
+pub fn loops(store: &Results, a: &ComparisonFindings, variant: &str) -> Option<Figure> {
     let open = |q: &&ByQuantity<MemberDifferences>| q.members.iter().any(is_open);
     let panels: Vec<&ByQuantity<MemberDifferences>> =
         a.quantities.iter().filter(|q| q.variant == variant).filter(open).take(2).collect();

@@ -4,7 +4,6 @@ use crate::report::canvas::{Area, At, DOUBLE, Mark, PALETTE, RGB, SMALL, figure,
 use crate::report::figure::{Figure, Sample, legend};
 use crate::report::plot::{Axis, Plot};
 use crate::report::words::capital;
-use crate::study::analysis::Analysis;
 use crate::study::estimate::growth::{Growth, growth};
 use crate::study::kinds::convergence::analysis::ConvergenceFindings;
 use crate::study::record::{CaseRecord, Role};
@@ -29,7 +28,7 @@ struct MeshCost {
 type Size = fn(&MeshCost) -> f64;
 
 /// `None` unless some formulation ran on two meshes.
-pub fn draw(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Option<Figure> {
+pub fn draw(store: &Results, analysis: &ConvergenceFindings) -> Option<Figure> {
     let role = |r: &CaseRecord| store.study.families.iter().find(|f| f.name == r.family).map(|f| f.role);
     let cost = |r: &CaseRecord| if analysis.cost == "cpu_s" { r.cpu_s } else { r.wall_s };
     let mut formulations: Vec<&str> = vec![];

@@ -5,7 +5,6 @@ use crate::report::canvas::{DOUBLE, INK, PALETTE, RGB, dashed, figure, fill, ita
 use crate::report::figure::{Figure, Sample, legend};
 use crate::report::plot::{Axis, Plot};
 use crate::report::words::{capital, thousands};
-use crate::study::analysis::Analysis;
 use crate::study::curve::Curve;
 use crate::study::estimate::curve::CurveStudy;
 use crate::study::figures::axis_label;
@@ -18,7 +17,7 @@ use plotters::style::Color;
 const BAND: RGB = RGB(0xd8, 0xd8, 0xd8);
 
 /// `None` if no case of the sizes has a series in this variant.
-pub fn draw(store: &Results, analysis: &Analysis<ConvergenceFindings>, variant: &str) -> Option<Figure> {
+pub fn draw(store: &Results, analysis: &ConvergenceFindings, variant: &str) -> Option<Figure> {
     let family = store.study.families.iter().find(|f| f.role == Role::Sizes)?;
     let mut cases: Vec<&StoredCase> = (store.cases.iter())
         .filter(|c| family.cases.contains(&c.record.id) && c.record.variant == variant && c.record.converged())

@@ -25,11 +25,7 @@ struct ErrorDot<'a> {
     cost: f64,
 }
 
-fn dots<'a>(
-    store: &'a Results,
-    analysis: &Analysis<ConvergenceFindings>,
-    q: &ByQuantity<MeshErrors>,
-) -> Vec<ErrorDot<'a>> {
+fn dots<'a>(store: &'a Results, analysis: &ConvergenceFindings, q: &ByQuantity<MeshErrors>) -> Vec<ErrorDot<'a>> {
     (q.errors.iter())
         .filter_map(|e| {
             let record = store.cases.iter().map(|c| &c.record).find(|r| r.id == e.id)?;
@@ -43,7 +39,7 @@ fn dots<'a>(
 /// Shared layout: one panel per deciding quantity with a reference, the legend below.
 fn sheet(
     store: &Results,
-    analysis: &Analysis<ConvergenceFindings>,
+    analysis: &ConvergenceFindings,
     extra: Vec<(Sample, String)>,
     panel: impl Fn(&Area, [i32; 4], char, &ByQuantity<MeshErrors>, &[ErrorDot]),
 ) -> Option<String> {

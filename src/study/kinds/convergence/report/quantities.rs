@@ -6,7 +6,7 @@ use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::kinds::convergence::analysis::{ConvergenceFindings, MeshErrors};
 
 /// One row per quantity × family.
-pub fn quantities(analysis: &Analysis<ConvergenceFindings>) -> Table {
+pub fn quantities(analysis: &ConvergenceFindings) -> Table {
     let mut rows = vec![];
     for q in &analysis.quantities {
         for e in &q.estimates {
@@ -83,7 +83,7 @@ pub fn settings(analysis: &Analysis<ConvergenceFindings>) -> Table {
     }
 }
 
-pub fn curves(analysis: &Analysis<ConvergenceFindings>) -> Table {
+pub fn curves(analysis: &ConvergenceFindings) -> Table {
     let mut rows = vec![];
     for q in &analysis.quantities {
         for (family, c) in &q.curves {

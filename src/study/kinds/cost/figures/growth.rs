@@ -3,7 +3,6 @@
 use crate::report::canvas::{At, DOUBLE, PALETTE, SMALL, dashed, figure, hollow, line, mark, mm, text};
 use crate::report::figure::{Figure, Sample, legend, style};
 use crate::report::plot::{Axis, Plot};
-use crate::study::analysis::Analysis;
 use crate::study::kinds::cost::analysis::{CostFindings, Grows, GrowthLaw};
 
 const LEFT: f64 = 15.0;
@@ -13,7 +12,7 @@ const TOP: f64 = 6.0;
 const TALL: f64 = 50.0;
 
 /// Of the first variant that has laws.
-pub fn draw(a: &Analysis<CostFindings>) -> Option<Figure> {
+pub fn draw(a: &CostFindings) -> Option<Figure> {
     let variant = &a.growth.first()?.variant;
     let laws: Vec<&GrowthLaw> = a.growth.iter().filter(|l| l.variant == *variant).collect();
     let mut formulations: Vec<&str> = laws.iter().map(|l| l.formulation.as_str()).collect();

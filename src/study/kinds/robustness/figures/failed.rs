@@ -3,7 +3,6 @@
 use crate::report::canvas::{At, INK, RGB, SMALL, figure, mm, text};
 use crate::report::figure::Figure;
 use crate::report::surface::{Fit, Look, View, extent, surface};
-use crate::study::analysis::Analysis;
 use crate::study::kinds::robustness::analysis::RobustnessFindings;
 use crate::study::kinds::robustness::outcome::CaseOutcome;
 use crate::study::results::Results;
@@ -15,7 +14,7 @@ const TALL: f64 = 42.0;
 const MOST: usize = 9;
 
 /// `None` where nothing failed.
-pub fn draw(store: &Results, a: &Analysis<RobustnessFindings>) -> Option<Figure> {
+pub fn draw(store: &Results, a: &RobustnessFindings) -> Option<Figure> {
     let failed = a.cases.iter().filter(|c| c.outcome == CaseOutcome::Fail);
     let shown: Vec<_> = failed
         .filter_map(|c| Some((c, store.skins.get(&c.case)?)))

@@ -2,7 +2,6 @@
 
 use crate::report::canvas::{Area, At, INK, LABEL, Mark, PALE, PALETTE, RGB, SMALL, figure, line, mark, mm, text};
 use crate::report::figure::{Figure, Sample, legend};
-use crate::study::analysis::Analysis;
 use crate::study::kinds::robustness::analysis::RobustnessFindings;
 use crate::study::kinds::robustness::outcome::CaseOutcome;
 use crate::study::results::Results;
@@ -24,7 +23,7 @@ pub fn color(outcome: CaseOutcome) -> (Mark, RGB) {
 }
 
 /// `None` without a case. One figure for each sheet of rows.
-pub fn draw(store: &Results, a: &Analysis<RobustnessFindings>) -> Vec<Figure> {
+pub fn draw(store: &Results, a: &RobustnessFindings) -> Vec<Figure> {
     let mut rows: Vec<(&str, &str)> = vec![];
     for c in &a.cases {
         if !rows.contains(&(c.suite.as_str(), c.member.as_str())) {
@@ -35,7 +34,7 @@ pub fn draw(store: &Results, a: &Analysis<RobustnessFindings>) -> Vec<Figure> {
     sheets.iter().enumerate().map(|(k, rows)| sheet(store, a, rows, k, sheets.len())).collect()
 }
 
-fn sheet(store: &Results, a: &Analysis<RobustnessFindings>, rows: &[(&str, &str)], number: usize, of: usize) -> Figure {
+fn sheet(store: &Results, a: &RobustnessFindings, rows: &[(&str, &str)], number: usize, of: usize) -> Figure {
     let shown = |v: &&String| {
         let here = |c: &&crate::study::kinds::robustness::analysis::JudgedCase| {
             c.variant == **v && rows.contains(&(c.suite.as_str(), c.member.as_str()))
