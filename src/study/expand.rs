@@ -4,7 +4,7 @@ use crate::math::units::{self, Dimension};
 use crate::scene::{SceneError, from_text, hint, read_scene, read_table};
 use crate::study::case::{After, Case};
 use crate::study::inverse::UseSpec;
-use crate::study::kind::{Expansion, Extent, RunRules};
+use crate::study::kind::{Extent, RunRules, StoredExpansion};
 use crate::study::kinds::KINDS;
 use crate::study::record::{FamilyRecord, Quantity, Role, StudyRecord};
 use crate::study::spec::{FamilySpec, VariantSpec, check_names, refuse};
@@ -59,7 +59,7 @@ pub struct Study {
 }
 
 /// The text of a study file as its common keys and what its kind makes of the others.
-pub fn parse(file: &Path, text: &str, extent: Extent) -> Result<(StudySpec, Expansion<serde_json::Value>), SceneError> {
+pub fn parse(file: &Path, text: &str, extent: Extent) -> Result<(StudySpec, StoredExpansion), SceneError> {
     let spec: StudySpec = from_text(file, text, "")?;
     let kind = KINDS.iter().find(|k| k.name == spec.kind.0).expect("the name was read from the registry");
     let expansion = (kind.expand)(file, text, extent)?;
@@ -120,7 +120,7 @@ impl Study {
         file: &Path,
         scene: &Path,
         spec: StudySpec,
-        expansion: Expansion<serde_json::Value>,
+        expansion: StoredExpansion,
         changes: &Changes,
     ) -> Result<Self, SceneError> {
         let tolerance = tolerance(&spec.tolerance).map_err(|mistake| refuse(file, mistake))?;
@@ -160,7 +160,7 @@ impl Study {
             details: expansion.details,
             version: env!("CARGO_PKG_VERSION").into(),
         };
-        let Expansion { rules, columns, .. } = expansion;
+        let StoredExpansion { rules, columns, .. } = expansion;
         Ok(Self { name: name.into(), file: file.into(), record, rules, columns, cases })
     }
 
@@ -191,7 +191,7 @@ struct Changes<'a> {
 struct CaseList<'a> {
     file: &'a Path,
     scene: &'a Path,
-    expansion: &'a Expansion<serde_json::Value>,
+    expansion: &'a StoredExpansion,
     changes: &'a Changes<'a>,
     all: Vec<Case>,
 }

@@ -50,14 +50,16 @@ pub enum Extent {
     Quick,
 }
 
+/// The cases that follow from a scene with its changes.
+pub type ExpandScene = fn(&Path, &[(String, toml::Value)]) -> Result<StoredExpansion, SceneError>;
+
 /// A study around a scene of one's own.
 #[derive(Clone, Copy)]
 pub struct Around {
     pub question: &'static str,
     pub expectation: &'static str,
     pub tolerance: &'static str,
-    /// The cases that follow from a scene with its changes.
-    pub expand: fn(&Path, &[(String, toml::Value)]) -> Result<Expansion<serde_json::Value>, SceneError>,
+    pub expand: ExpandScene,
 }
 
 /// The cases and details that a study file of some kind asks for.
@@ -73,6 +75,9 @@ pub struct Expansion<D> {
     pub usage: Option<UseSpec>,
     pub details: D,
 }
+
+/// An expansion with the details as `study.json` holds them.
+pub type StoredExpansion = Expansion<serde_json::Value>;
 
 impl<D> Expansion<D> {
     pub fn new(variants: Vec<VariantSpec>, families: Vec<FamilySpec>, details: D) -> Self {
@@ -112,7 +117,7 @@ impl Default for RunRules {
 pub struct Kind {
     pub name: &'static str,
     /// Reads the keys of this kind from the text of a study file.
-    pub expand: fn(&Path, &str, Extent) -> Result<Expansion<serde_json::Value>, SceneError>,
+    pub expand: fn(&Path, &str, Extent) -> Result<StoredExpansion, SceneError>,
     pub around: Option<Around>,
     /// Analyses and reports stored cases; the error says what is wrong with `details` of `study.json`.
     pub report: fn(&Results) -> Result<Content, serde_json::Error>,
@@ -124,14 +129,14 @@ impl Kind {
     }
 }
 
-fn expand<K: StudyKind>(file: &Path, text: &str, extent: Extent) -> Result<Expansion<serde_json::Value>, SceneError> {
+fn expand<K: StudyKind>(file: &Path, text: &str, extent: Extent) -> Result<StoredExpansion, SceneError> {
     let OwnKeys(kind) = from_text::<OwnKeys<K>>(file, text, "")?;
     let kind = if extent == Extent::Quick { kind.quick() } else { kind };
     Ok(stored(kind.expand(file)?))
 }
 
-/// The expansion with its details as they are stored.
-pub fn stored<D: Serialize>(e: Expansion<D>) -> Expansion<serde_json::Value> {
+/// The expansion with its details as `study.json` holds them.
+pub fn stored<D: Serialize>(e: Expansion<D>) -> StoredExpansion {
     let details = serde_json::to_value(e.details).expect("numbers, strings and string keys only");
     let Expansion { variants, families, rules, columns, plans, usage, .. } = e;
     Expansion { variants, families, rules, columns, plans, usage, details }

@@ -13,7 +13,7 @@ use crate::math::units;
 use crate::scene::parts::probes::Headline;
 use crate::scene::{SceneError, SceneSpec, read_scene};
 use crate::study::axis::AxisSpec;
-use crate::study::kind::{Around, Expansion, stored};
+use crate::study::kind::{Around, StoredExpansion, stored};
 use crate::study::kinds::robustness::check::{Bound, CheckSpec, Moment};
 use crate::study::kinds::robustness::spec::{self, MapSpec, SuiteSpec};
 use crate::study::record::Quantity;
@@ -38,7 +38,7 @@ pub const AROUND: Around = Around {
 };
 
 /// Maps and starts around the scene in `file`.
-fn around(file: &Path, changes: &[(String, Value)]) -> Result<Expansion<serde_json::Value>, SceneError> {
+fn around(file: &Path, changes: &[(String, Value)]) -> Result<StoredExpansion, SceneError> {
     let (scene, text) = read_scene(file, changes)?;
     let table: Table = text.parse().expect("a scene that was read is TOML");
     let quantity = quantity(&scene).ok_or_else(|| SceneError::Content {
