@@ -370,8 +370,12 @@ fn example_scenes_and_studies_are_read() {
                     let measured = root().join("data/synthetic-dumbbell/pull.csv");
                     std::fs::copy(measured, folder.path().join(format!("{name}.csv"))).expect("a file is copied");
                 }
-                durometer::study::expand::parse(&folder.path().join("study.toml"), block)
-                    .unwrap_or_else(|e| panic!("{page}: {e}"));
+                durometer::study::expand::parse(
+                    &folder.path().join("study.toml"),
+                    block,
+                    durometer::study::kind::Extent::Whole,
+                )
+                .unwrap_or_else(|e| panic!("{page}: {e}"));
                 studies += 1;
                 continue;
             }

@@ -5,7 +5,7 @@ use super::{bars::Bars, files};
 use durometer::math::units::{self, Dimension};
 use durometer::scene::Progress;
 use durometer::solve::Status;
-use durometer::study::plan::{PlanError, Request, Watch as Watches, plan};
+use durometer::study::plan::{PlanError, PlanWatch, Request, plan};
 use durometer::study::record::CaseRecord;
 use durometer::study::runner::Watch;
 use durometer::study::store;
@@ -52,7 +52,7 @@ pub struct Args {
 /// Bars, and the lines of the mesher.
 struct Shown(Bars);
 
-impl Watches for Shown {
+impl PlanWatch for Shown {
     fn line(&self, line: &str) {
         self.0.meshing("plan", line);
     }

@@ -4,6 +4,7 @@ use super::files;
 use super::outcome::CommandResult;
 use super::run::{How, execute};
 use durometer::study::expand::Study;
+use durometer::study::kind::Extent;
 use std::path::{Path, PathBuf};
 
 /// Map where a scene holds: its answers over time step, load, Poisson's ratio, mesh and start
@@ -46,13 +47,11 @@ pub struct Args {
 
 pub fn main(args: Args) -> CommandResult {
     let changes = super::arguments::changes(&args.set)?;
-    let mut study = match &args.scene {
+    let extent = if args.quick { Extent::Quick } else { Extent::Whole };
+    let study = match &args.scene {
         Some(scene) => Study::around(&files::find(scene, "scene.toml")?, &changes)?,
-        None => Study::read(&files::find(Path::new("hard-cases"), "study.toml")?, &changes)?,
+        None => Study::read_extent(&files::find(Path::new("hard-cases"), "study.toml")?, &changes, extent)?,
     };
-    if args.quick {
-        study.only_quick();
-    }
     let Args { out, jobs, redo, only, json, .. } = args;
     execute(&study, How { out, jobs, redo, only, vtu: false, json })
 }

@@ -3,7 +3,9 @@
 //! [`expand`] expands a study file into cases, [`runner`] runs them, [`store`] and [`record`] say what is kept, [`results`] reads it
 //! back, and [`report`] has the kind of the study ([`kinds`]) analyse and draw it.
 
+pub mod analysis;
 pub mod axis;
+pub mod case;
 pub mod contact;
 pub mod content;
 pub mod curve;

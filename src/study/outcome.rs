@@ -5,8 +5,8 @@ use crate::math::tensor::Vec3;
 use crate::mesh::boundary::boundary_facets;
 use crate::mesh::quality::Quality;
 use crate::scene::{NamedSkin, Run, Scene};
+use crate::study::case::Case;
 use crate::study::contact::contacts;
-use crate::study::expand::Case;
 use crate::study::overlay::overlays;
 use crate::study::record::{
     CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance,

@@ -5,9 +5,9 @@ use crate::scene::{
     Body, Constant, Progress, Run, RunOptions, Scene, SceneError, SceneSpec, Sensitivities, SensitivityRecorder,
 };
 use crate::solve::Status;
-use crate::study::expand::{Case, Study};
+use crate::study::case::Case;
+use crate::study::expand::Study;
 use crate::study::fields::{Fields, USUAL};
-use crate::study::inverse::with_constants;
 use crate::study::outcome::{input_hash, record, refused, skin};
 use crate::study::record::{CaseRecord, PANICKED, REFUSED, Role};
 use crate::study::store::{Store, StoreError};
@@ -99,7 +99,7 @@ fn ready(study: &Study, case: &Case, records: &[CaseRecord], store: &Store) -> O
     let own = records.iter().filter(|r| r.variant == after.variant && r.converged());
     let finest = own.filter(of_sizes).max_by_key(|r| r.mesh.cells)?;
     let source = study.cases.iter().find(|c| c.id == finest.id)?;
-    with_constants(case, after, source, &store.calibration(&finest.id)?)
+    case.with_constants(source, &store.calibration(&finest.id)?)
 }
 
 /// Runs cases, each together with the derivatives by the constants.

@@ -200,7 +200,6 @@ fn kind_of_part<'a>(source: &'a Source, folder: &str) -> Option<&'a str> {
 
 /// Kinds may use each other; nothing else names one of them.
 #[test]
-#[ignore = "some kinds are still named by general code"]
 fn a_kind_is_named_by_its_registry_alone() {
     let sources = rust_files("src");
     let names = Names::new(&sources);

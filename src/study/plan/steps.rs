@@ -13,7 +13,7 @@ use crate::study::estimate::family::{Level, estimate_of_order};
 use crate::study::estimate::order::LEAST_ORDER;
 use crate::study::plan::error::PlanError;
 use crate::study::plan::pilots::{build, run};
-use crate::study::plan::request::{Request, Watch};
+use crate::study::plan::request::{PlanWatch, Request};
 use crate::study::plan::sizes::Choice;
 use crate::study::record::{Role, StoredCase};
 use crate::system::ConstraintKind;
@@ -52,7 +52,7 @@ pub fn steps(
     scene: &Scene,
     (choice, coarsest): (&Choice, &StoredCase),
     quantities: &[String],
-    watch: &dyn Watch,
+    watch: &dyn PlanWatch,
 ) -> Result<Steps, PlanError> {
     let remembers = scene.system.effects.iter().any(|e| e.capabilities().history.is_some());
     let linked = scene.system.constraints.iter().any(|c| c.kind() == ConstraintKind::Linked);

@@ -1,40 +1,31 @@
 //! Convergence analysis of stored cases: which mesh can be trusted, with what error bar, at what cost.
 //!
-//! Pure: records and curves in, [`Analysis`] out; nothing is solved, read or written. The formulae are in
+//! Pure: records and curves in, [`ConvergenceFindings`] out; nothing is solved, read or written. The formulae are in
 //! [`crate::study::estimate`], the errors of the cases in [`super::errors`], the sentences in [`super::verdict`] and [`super::warnings`].
 
+use crate::study::analysis::ByQuantity;
 use crate::study::estimate::curve::CurveStudy;
 use crate::study::estimate::family::Estimate;
 use crate::study::estimate::reference::Reference;
 use crate::study::kinds::convergence::errors::{CaseError, Noise, TimeStep};
-use crate::study::record::{Quantity, Role};
+use crate::study::record::Role;
 use serde::Serialize;
 
-/// Everything that is said about a study.
-#[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct Analysis {
-    pub tolerance: f64,
+/// Findings of a convergence study.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ConvergenceFindings {
     /// \[variants × quantities\]
-    pub quantities: Vec<QuantityAnalysis>,
+    pub quantities: Vec<ByQuantity<MeshErrors>>,
     /// Mesh + formulation, cheapest first
-    pub settings: Vec<Setting>,
+    pub settings: Vec<MeshSetting>,
     pub recommended: Option<Recommendation>,
-    /// Cases without a usable result: (id, what is wrong)
-    pub incomplete: Vec<(String, String)>,
     /// `wall_s`, or `cpu_s` if any case ran at the same time as another
     pub cost: &'static str,
-    pub warnings: Vec<String>,
-    /// In words, refusals included
-    pub verdict: String,
 }
 
-/// One quantity in one variant.
-#[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct QuantityAnalysis {
-    pub variant: String,
-    /// The variant in words
-    pub variant_label: String,
-    pub quantity: Quantity,
+/// Errors of the meshes in one quantity.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeshErrors {
     pub deciding: bool,
     /// Judged by its largest change, since it does not start at zero
     pub change: bool,
@@ -50,10 +41,9 @@ pub struct QuantityAnalysis {
     pub supported: bool,
     /// Why not, or what limits it
     pub reasons: Vec<String>,
-    pub sentence: String,
 }
 
-impl QuantityAnalysis {
+impl MeshErrors {
     pub fn estimate(&self, family: &str) -> Option<&Estimate> {
         self.estimates.iter().find(|e| e.family == family)
     }
@@ -62,27 +52,26 @@ impl QuantityAnalysis {
     pub fn sizes(&self) -> Option<&Estimate> {
         self.estimates.iter().find(|e| e.role == Role::Sizes)
     }
-
-    /// `peak bending angle, tension control`
-    pub fn title(&self) -> String {
-        let what = if self.change { "largest change of" } else { "peak" };
-        format!("{what} {}, {}", self.quantity.label, self.variant_label)
-    }
 }
 
-impl Analysis {
-    pub fn find(&self, variant: &str, quantity: &str) -> Option<&QuantityAnalysis> {
+/// `peak bending angle, tension control`
+pub fn title(q: &ByQuantity<MeshErrors>) -> String {
+    if q.change { format!("largest change of {}", q.title()) } else { q.peak_title() }
+}
+
+impl ConvergenceFindings {
+    pub fn find(&self, variant: &str, quantity: &str) -> Option<&ByQuantity<MeshErrors>> {
         self.quantities.iter().find(|q| q.variant == variant && q.quantity.name == quantity)
     }
 
     /// The quantity that the study names for its summary, else the first one that decides and has an estimate.
-    pub fn headline(&self) -> Option<&QuantityAnalysis> {
+    pub fn headline(&self) -> Option<&ByQuantity<MeshErrors>> {
         headline(&self.quantities)
     }
 }
 
-/// The quantity that summarises a study, see [`Analysis::headline`].
-pub fn headline(quantities: &[QuantityAnalysis]) -> Option<&QuantityAnalysis> {
+/// The quantity that summarises a study, see [`ConvergenceFindings::headline`].
+pub fn headline(quantities: &[ByQuantity<MeshErrors>]) -> Option<&ByQuantity<MeshErrors>> {
     let estimated = || quantities.iter().filter(|q| !q.estimates.is_empty());
     let named = estimated().find(|q| q.quantity.headline);
     named.or_else(|| estimated().find(|q| q.deciding)).or(quantities.first())
@@ -90,7 +79,7 @@ pub fn headline(quantities: &[QuantityAnalysis]) -> Option<&QuantityAnalysis> {
 
 /// A mesh with a formulation, in every variant it was run in.
 #[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct Setting {
+pub struct MeshSetting {
     /// `tet4, 16200 cells`
     pub label: String,
     pub formulation: String,

@@ -10,20 +10,21 @@ pub mod verdict;
 pub mod warnings;
 
 use crate::scene::SceneError;
+use crate::study::analysis::Analysis;
 use crate::study::content::Content;
 use crate::study::kind::{Expansion, StudyKind};
 use crate::study::record::Role;
 use crate::study::results::Results;
 use crate::study::spec::{FamilySpec, VariantSpec, check_quantities, check_roles, refuse};
 use analyse::analyse;
-use analysis::Analysis;
+use analysis::ConvergenceFindings;
 use serde::Deserialize;
 use std::path::Path;
 
 /// Keys of a convergence study.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Convergence {
+pub struct ConvergenceStudy {
     #[serde(rename = "variant", default)]
     pub variants: Vec<VariantSpec>,
     #[serde(rename = "family", default)]
@@ -32,10 +33,10 @@ pub struct Convergence {
 
 const ROLES: [Role; 6] = [Role::Sizes, Role::Nested, Role::Remeshed, Role::Seeds, Role::Element, Role::TimeStep];
 
-impl StudyKind for Convergence {
+impl StudyKind for ConvergenceStudy {
     const NAME: &'static str = "convergence";
     type Details = ();
-    type Analysis = Analysis;
+    type Findings = ConvergenceFindings;
 
     fn expand(self, file: &Path) -> Result<Expansion<()>, SceneError> {
         let checked = check_quantities(&self.variants).and_then(|()| check_roles(Self::NAME, &self.families, &ROLES));
@@ -43,11 +44,11 @@ impl StudyKind for Convergence {
         Ok(Expansion::new(self.variants, self.families, ()))
     }
 
-    fn analyse(results: &Results, (): &()) -> Analysis {
+    fn analyse(results: &Results, (): &()) -> Analysis<ConvergenceFindings> {
         analyse(&results.study, &results.cases)
     }
 
-    fn report(results: &Results, analysis: &Analysis) -> Content {
+    fn report(results: &Results, analysis: &Analysis<ConvergenceFindings>) -> Content {
         report::content(results, analysis)
     }
 }

@@ -1,12 +1,13 @@
 //! Warnings that a reader should know before trusting the numbers.
 
 use crate::report::numbers::capital;
+use crate::study::analysis::ByQuantity;
 use crate::study::estimate::order::LEAST_RATIO;
-use crate::study::kinds::convergence::analysis::QuantityAnalysis;
+use crate::study::kinds::convergence::analysis::{MeshErrors, title};
 use crate::study::kinds::convergence::cases::Cases;
 
 /// One sentence each.
-pub fn warnings(cases: &Cases, quantities: &[QuantityAnalysis], incomplete: &[(String, String)]) -> Vec<String> {
+pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>], incomplete: &[(String, String)]) -> Vec<String> {
     let mut out = vec![];
     for (id, what) in incomplete {
         out.push(format!("Case {id}: {what}."));
@@ -31,19 +32,19 @@ pub fn warnings(cases: &Cases, quantities: &[QuantityAnalysis], incomplete: &[(S
         if let Some(t) = q.time_step.as_ref().filter(|t| !t.negligible) {
             out.push(format!(
                 "{}: the time-step error {:.2e} is above a tenth of the mesh error {:.2e}.",
-                capital(&q.title()),
+                capital(&title(q)),
                 t.error,
                 t.mesh_error
             ));
         }
         for r in q.reference.iter().flat_map(|r| r.others.iter().filter(|o| !o.overlaps).map(move |o| (r, o))) {
             let (a, b) = (&r.0.family, &r.1.family);
-            out.push(format!("{}: the intervals of families {a} and {b} do not overlap.", capital(&q.title())));
+            out.push(format!("{}: the intervals of families {a} and {b} do not overlap.", capital(&title(q))));
         }
         if let Some(c) = q.curves.iter().find(|(_, c)| c.interpolation_error > 0.01 * c.norms[0].peak.abs()) {
             out.push(format!(
                 "{}: time grids differ; interpolating them costs {:.1e}.",
-                capital(&q.title()),
+                capital(&title(q)),
                 c.1.interpolation_error
             ));
         }

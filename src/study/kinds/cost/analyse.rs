@@ -1,51 +1,53 @@
 //! The analysis of the stored cases of a cost study.
 
+use crate::study::analysis::{self, Analysis, ByQuantity};
 use crate::study::curve::peak;
 use crate::study::estimate::growth::growth;
 use crate::study::kinds::cost::analysis::*;
 use crate::study::kinds::cost::line::Line;
 use crate::study::kinds::cost::reference::{curve_error, members, reference, step};
 use crate::study::kinds::cost::sentence;
-use crate::study::record::{CaseRecord, Quantity, Role, StoredCase, StudyRecord};
+use crate::study::record::{CaseRecord, Role, StoredCase, StudyRecord};
 
 /// Wall over CPU seconds from which a run was disturbed.
 const DISTURBED: f64 = 1.1;
 
 /// Analyses what is there; cases that are missing or did not converge are named.
-pub fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis {
+pub fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis<CostFindings> {
     let mut levels = LEVELS.to_vec();
     if !levels.contains(&study.tolerance) {
         levels.push(study.tolerance);
         levels.sort_by(|a, b| b.total_cmp(a));
     }
-    let mut quantities = vec![];
-    for variant in &study.variants {
-        for quantity in study.quantities.get(variant).into_iter().flatten() {
-            quantities.push(analyse_quantity(study, stored, variant, quantity, &levels));
-        }
+    let mut quantities = ByQuantity::each(study, |variant, quantity| {
+        Some(cost_of_accuracy(study, stored, variant, &quantity.name, &levels))
+    });
+    for q in &mut quantities {
+        q.sentence = sentence::sentence(q, study.tolerance);
     }
     let growth = laws(study, stored);
     let incomplete = study.incomplete(stored);
     let warnings = warnings(stored, &quantities, &incomplete);
     let verdict = sentence::verdict(&quantities, study.tolerance, incomplete.len());
-    Analysis { tolerance: study.tolerance, levels, quantities, growth, incomplete, warnings, verdict }
+    let found = CostFindings { levels, quantities, growth };
+    Analysis { tolerance: study.tolerance, found, incomplete, warnings, verdict }
 }
 
-fn analyse_quantity(
+fn cost_of_accuracy(
     study: &StudyRecord,
     stored: &[StoredCase],
     variant: &str,
-    quantity: &Quantity,
+    quantity: &str,
     levels: &[f64],
-) -> QuantityAnalysis {
-    let reference = reference(study, stored, variant, &quantity.name);
+) -> CostOfAccuracy {
+    let reference = reference(study, stored, variant, quantity);
     let mut settings = vec![];
     for family in study.families.iter().filter(|f| f.role != Role::Reference) {
         for case in members(stored, family, variant) {
-            let known = settings.iter().any(|s: &Setting| s.case == case.record.id);
+            let known = settings.iter().any(|s: &CostedCase| s.case == case.record.id);
             let found = reference.as_ref().filter(|_| !known).and_then(|r| {
-                let value = peak(case, &quantity.name)?;
-                let errors = [(value - r.peak).abs() / r.peak.abs(), curve_error(r, case, &quantity.name)?];
+                let value = peak(case, quantity)?;
+                let errors = [(value - r.peak).abs() / r.peak.abs(), curve_error(r, case, quantity)?];
                 errors.iter().all(|e| e.is_finite()).then(|| setting(case, &family.name, family.role, value, errors))
             });
             settings.extend(found);
@@ -60,22 +62,13 @@ fn analyse_quantity(
         }
     }
     let line = |f: &crate::study::record::FamilyRecord| {
-        let of = |s: &&Setting| f.cases.contains(&s.case);
+        let of = |s: &&CostedCase| f.cases.contains(&s.case);
         let points = settings.iter().filter(of).map(|s| (s.cost_s, s.errors[0])).collect();
         let label = if f.name == f.formulation { f.name.clone() } else { f.name.replace('_', " ") };
         Line::new(&f.name, label, points, levels)
     };
     let lines = study.families.iter().filter(|f| f.role != Role::Reference).filter_map(line).collect();
-    let mut q = QuantityAnalysis {
-        variant: variant.into(),
-        variant_label: study.label(variant),
-        quantity: quantity.clone(),
-        reference,
-        settings,
-        lines,
-        answers: vec![],
-        sentence: String::new(),
-    };
+    let mut q = CostOfAccuracy { reference, settings, lines, answers: vec![] };
     for measure in MEASURES {
         for &level in levels {
             let cheapest = (0..q.settings.len()).find(|&k| q.bar(k, measure) <= level);
@@ -83,14 +76,13 @@ fn analyse_quantity(
                 let error = |k: usize| q.settings[k].errors[measure as usize];
                 (c + 1..q.settings.len()).find(|&k| error(k) < error(c))
             });
-            q.answers.push(Answer { measure, level, cheapest, next });
+            q.answers.push(Cheapest { measure, level, cheapest, next });
         }
     }
-    q.sentence = sentence::sentence(&q, study.tolerance);
     q
 }
 
-fn setting(case: &StoredCase, family: &str, role: Role, value: f64, errors: [f64; 2]) -> Setting {
+fn setting(case: &StoredCase, family: &str, role: Role, value: f64, errors: [f64; 2]) -> CostedCase {
     let r = &case.record;
     let family_words = family.replace('_', " ");
     let label = match role {
@@ -101,7 +93,7 @@ fn setting(case: &StoredCase, family: &str, role: Role, value: f64, errors: [f64
     let cpu = || r.repeats.iter().map(|t| t.cpu_s);
     let spread =
         (r.repeats.len() > 1).then(|| (cpu().fold(0.0, f64::max) - cpu().fold(f64::INFINITY, f64::min)) / r.cpu_s);
-    Setting {
+    CostedCase {
         case: r.id.clone(),
         family: family.into(),
         label,
@@ -125,7 +117,7 @@ fn milliseconds(s: f64) -> String {
 }
 
 /// Time and memory over the cells, per variant and formulation with three meshes or more.
-fn laws(study: &StudyRecord, stored: &[StoredCase]) -> Vec<Law> {
+fn laws(study: &StudyRecord, stored: &[StoredCase]) -> Vec<GrowthLaw> {
     let mut out = vec![];
     let meshes = |f: &&crate::study::record::FamilyRecord| matches!(f.role, Role::Sizes | Role::Element);
     for variant in &study.variants {
@@ -147,15 +139,19 @@ fn laws(study: &StudyRecord, stored: &[StoredCase]) -> Vec<Law> {
                 let next_cells = 2.0 * last.0;
                 let (variant, formulation) = (variant.clone(), family.formulation.clone());
                 let next = law.predict(next_cells);
-                out.push(Law { variant, formulation, of, points, law, next_cells, next, check });
+                out.push(GrowthLaw { variant, formulation, of, points, law, next_cells, next, check });
             }
         }
     }
     out
 }
 
-fn warnings(stored: &[StoredCase], quantities: &[QuantityAnalysis], incomplete: &[(String, String)]) -> Vec<String> {
-    let mut out: Vec<String> = incomplete.iter().map(|(id, what)| format!("{id}: {what}.")).collect();
+fn warnings(
+    stored: &[StoredCase],
+    quantities: &[ByQuantity<CostOfAccuracy>],
+    incomplete: &[(String, String)],
+) -> Vec<String> {
+    let mut out = analysis::warnings(incomplete);
     let records = || stored.iter().map(|c| &c.record);
     if records().any(|r| r.shared) {
         out.push("Cases ran at the same time: `--jobs 1` gives quieter costs, and the memory of a case.".into());

@@ -1,6 +1,6 @@
 //! Cost of accuracy: settings of mesh, element, time step and solver by cost and error.
 //!
-//! Pure: stored cases in, [`Analysis`] out. Every converged case of a variant that is not there for the reference is a setting:
+//! Pure: stored cases in, [`CostFindings`] out. Every converged case of a variant that is not there for the reference is a setting:
 //!
 //! ```text
 //! cost       CPU seconds of the run, the median of its repeats; spread (max − min)/median
@@ -11,26 +11,23 @@
 //!
 //! Costs of one error are compared between families ([`super::line`](mod@super::line)), and costs are extrapolated over the cells ([`growth`](mod@crate::study::estimate::growth)).
 
+use crate::study::analysis::ByQuantity;
 use crate::study::estimate::growth::{Growth, Predicted};
 use crate::study::kinds::cost::line::Line;
-use crate::study::kinds::cost::reference::Reference;
-use crate::study::record::{PhaseRecord, Quantity};
+use crate::study::kinds::cost::reference::ReferenceCurve;
+use crate::study::record::PhaseRecord;
 use serde::Serialize;
 
 /// Errors that every study asks for, in addition to its own tolerance.
 pub const LEVELS: [f64; 4] = [0.05, 0.02, 0.01, 0.005];
 
-#[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct Analysis {
-    pub tolerance: f64,
+/// Findings of a cost study.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CostFindings {
     pub levels: Vec<f64>,
     /// \[variants × quantities\]
-    pub quantities: Vec<QuantityAnalysis>,
-    pub growth: Vec<Law>,
-    /// (id, what is wrong)
-    pub incomplete: Vec<(String, String)>,
-    pub warnings: Vec<String>,
-    pub verdict: String,
+    pub quantities: Vec<ByQuantity<CostOfAccuracy>>,
+    pub growth: Vec<GrowthLaw>,
 }
 
 /// The error that is judged: of the peak, or of the whole curve.
@@ -52,25 +49,20 @@ impl Measure {
     }
 }
 
-/// One quantity in one variant.
+/// Costs and errors in one quantity.
 #[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct QuantityAnalysis {
-    pub variant: String,
-    /// The variant in words
-    pub variant_label: String,
-    pub quantity: Quantity,
-    pub reference: Option<Reference>,
+pub struct CostOfAccuracy {
+    pub reference: Option<ReferenceCurve>,
     /// Cheapest first
-    pub settings: Vec<Setting>,
+    pub settings: Vec<CostedCase>,
     /// Of the peak, one per family with two settings or more
     pub lines: Vec<Line>,
-    pub answers: Vec<Answer>,
-    pub sentence: String,
+    pub answers: Vec<Cheapest>,
 }
 
 /// A case as something to choose.
 #[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct Setting {
+pub struct CostedCase {
     pub case: String,
     pub family: String,
     pub label: String,
@@ -92,7 +84,7 @@ pub struct Setting {
 
 /// The cheapest setting for a level.
 #[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct Answer {
+pub struct Cheapest {
     pub measure: Measure,
     pub level: f64,
     /// Index of the setting; none if no bar is within the level
@@ -103,7 +95,7 @@ pub struct Answer {
 
 /// How time or memory grow with the cells of one formulation.
 #[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct Law {
+pub struct GrowthLaw {
     pub variant: String,
     pub formulation: String,
     pub of: Grows,
@@ -124,12 +116,7 @@ pub enum Grows {
     Memory,
 }
 
-impl QuantityAnalysis {
-    /// `cable tension, length control`
-    pub fn title(&self) -> String {
-        format!("{}, {}", self.quantity.label, self.variant_label)
-    }
-
+impl CostOfAccuracy {
     /// U(f*) of a measure \[–\].
     pub fn uncertainty(&self, measure: Measure) -> f64 {
         self.reference.as_ref().map_or(f64::INFINITY, |r| match measure {
@@ -143,7 +130,7 @@ impl QuantityAnalysis {
         self.settings[setting].errors[measure as usize] + self.uncertainty(measure)
     }
 
-    pub fn answer(&self, measure: Measure, level: f64) -> Option<&Answer> {
+    pub fn answer(&self, measure: Measure, level: f64) -> Option<&Cheapest> {
         self.answers.iter().find(|a| a.measure == measure && a.level == level)
     }
 }

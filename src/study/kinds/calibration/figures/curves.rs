@@ -7,7 +7,7 @@ use crate::report::figure::{Figure, Sample, legend};
 use crate::report::numbers::capital;
 use crate::report::plot::{Axis, Plot};
 use crate::study::figures::axis_label;
-use crate::study::kinds::calibration::analysis::{Answer, scaled};
+use crate::study::kinds::calibration::analysis::{CalibratedVariant, scaled};
 use crate::study::record::{Quantity, Role};
 use crate::study::results::Results;
 
@@ -21,7 +21,7 @@ const LOW: f64 = 22.0;
 const ROWS: usize = 120;
 
 /// `None` where the case of the answer has no curve.
-pub fn draw(store: &Results, v: &Answer) -> Option<Figure> {
+pub fn draw(store: &Results, v: &CalibratedVariant) -> Option<Figure> {
     let found = store.found.get(&v.case)?;
     let quantity = store.study.quantities.get(&v.variant)?.iter().find(|q| q.name == found.y)?;
     let (c, m) = (v.constants.first()?, &found.measured);

@@ -8,7 +8,7 @@ use crate::report::plot::{Axis, Plot};
 use crate::study::curve::Curve;
 use crate::study::estimate::curve::CurveStudy;
 use crate::study::figures::axis_label;
-use crate::study::kinds::convergence::analysis::Analysis;
+use crate::study::kinds::convergence::analysis::ConvergenceFindings;
 use crate::study::record::{Quantity, Role, StoredCase};
 use crate::study::results::Results;
 use plotters::style::Color;
@@ -17,7 +17,7 @@ use plotters::style::Color;
 const BAND: RGB = RGB(0xd8, 0xd8, 0xd8);
 
 /// `None` if no case of the sizes has a series in this variant.
-pub fn draw(store: &Results, analysis: &Analysis, variant: &str) -> Option<Figure> {
+pub fn draw(store: &Results, analysis: &ConvergenceFindings, variant: &str) -> Option<Figure> {
     let family = store.study.families.iter().find(|f| f.role == Role::Sizes)?;
     let mut cases: Vec<&StoredCase> = (store.cases.iter())
         .filter(|c| family.cases.contains(&c.record.id) && c.record.variant == variant && c.record.converged())
