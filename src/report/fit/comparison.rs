@@ -38,7 +38,7 @@ pub fn write(dir: &Path) -> Result<(), ReportError> {
     let title = format!("Every law on {}", stored.data);
     let [low, high] = stored.stretch.map(stretch);
     let modes = stored.modes.join(" + ");
-    let about = format!("{} rows ({modes}), stretch {low} to {high}.", stored.rows);
+    let about = format!("{} data points ({modes}), stretch {low} to {high}.", stored.rows);
     let page = format!("<h1>{}</h1>\n<p>{}</p>\n{}", escape(&title), escape(&about), table.html());
     files::write(&dir.join("index.html"), document(&title, &page).as_bytes())
 }

@@ -12,7 +12,7 @@ pub fn answer(fit: &StoredFit) -> String {
     let [a, b] = fit.stretch.map(stretch);
     let percent = 100.0 * fit.misfit.rms_relative;
     let mut out = format!(
-        "{}: {} fitted to {} rows ({}, stretch {a} to {b}), misfit {percent:.1} % rms.",
+        "{}: {} fitted to {} data points ({}, stretch {a} to {b}), misfit {percent:.1} % rms.",
         constants.join("; "),
         fit.label,
         fit.rows,
@@ -74,7 +74,7 @@ pub fn html(fit: &StoredFit, figure: Option<&Figure>, tables: &[Table], law_file
     h += "<h2>Numbers</h2>\n";
     h += &tables.iter().map(Table::html).collect::<String>();
     h += "<h2>What was done to the data</h2>\n";
-    h += "<p>Nothing is changed silently; rows that are not listed took part as they are.</p>\n";
+    h += "<p>Nothing is changed silently; data points that are not listed were used unchanged.</p>\n";
     h += &list(fit.audit.iter().map(line));
     h += "<h2>Provenance</h2>\n<dl>";
     let mut put = |name: &str, value: &str| h += &format!("<dt>{name}</dt><dd>{}</dd>\n", escape(value));

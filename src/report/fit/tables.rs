@@ -135,7 +135,7 @@ fn otherwise(fit: &StoredFit) -> Table {
     }));
     Table {
         name: "treatments",
-        caption: "What the choice and treatment of the rows did to the answer: the constants with and without, and how far the stresses of the two laws are apart over the fitted rows.".into(),
+        caption: "Effect of the choice and treatment of the data points on the answer: the constants with and without it, and the distance between the stresses of the two laws over the fitted data points.".into(),
         columns: headings(&[("Rows", "", false), ("Count", "", true), ("Constants", "", true), ("Stresses apart", "%", true)]),
         rows,
         pick: Some("as fitted".into()),
@@ -166,7 +166,8 @@ fn specimens(fit: &StoredFit, s: &Scatter) -> Table {
     }));
     Table {
         name: "specimens",
-        caption: "Each specimen fitted alone. The level is its stresses over those of the fit to all rows.".into(),
+        caption: "Each specimen fitted alone. The level is its stresses over those of the fit to all data points."
+            .into(),
         columns: headings(&[("Specimen", "", false), ("Rows", "", true), ("Level", "", true), ("Constants", "", true)]),
         rows,
         pick: None,
@@ -189,7 +190,7 @@ fn misfits(fit: &StoredFit) -> Table {
     rows.extend(fit.predictions.iter().map(|p| row(kind(&p.kind), p.mode.clone(), p.stretch, &p.misfit)));
     Table {
         name: "predictions",
-        caption: "The law against the rows that were fitted, and as a prediction of those that were not. Bias below zero: the law is too soft.".into(),
+        caption: "The law against the data points that were fitted, and as a prediction of those that were not. Bias below zero: the law is too soft.".into(),
         columns: headings(&[
             ("Mode", "", false),
             ("Rows", "", false),
@@ -228,7 +229,7 @@ fn kind(name: &str) -> &str {
     match name {
         "outside_range" => "predicted, outside the range",
         "other_mode_in_range" => "predicted, same range",
-        "other_mode" => "predicted, every row",
+        "other_mode" => "predicted, every data point",
         other => other,
     }
 }

@@ -74,13 +74,13 @@ fn constants(a: &Analysis) -> Table {
     };
     Table {
         name: "constants",
-        caption: "Constants from the finest mesh. Interval: 95 % of rows, drift with the mesh and range of the dimensions not known exactly together; rows: half-width of theirs alone; mesh: change from the next coarser one; gauge: what the same law gives if all travel stretches the gauge length.".into(),
+        caption: "Constants from the finest mesh. Interval: 95 %, from the data, the drift with the mesh and the range of the dimensions not known exactly together; data: half-width from the data alone; mesh: change from the next coarser one; gauge: what the same law gives if all travel stretches the gauge length.".into(),
         columns: headings(&[
             ("Constant, curve", "", false),
             ("Value", "", true),
             ("Unit", "", false),
             ("Interval", "", true),
-            ("Rows", "± %", true),
+            ("Data", "± %", true),
             ("Mesh", "%", true),
             ("Dimensions", "", true),
             ("Gauge", "", true),
@@ -110,7 +110,7 @@ fn by_case(a: &Analysis) -> Table {
     }
     Table {
         name: "cases-constants",
-        caption: "Every case with its own interval (rows alone) and its misfit √(Σr²/Σy²).".into(),
+        caption: "Every case with its own interval (data alone) and its misfit √(Σr²/Σy²).".into(),
         columns: headings(&[
             ("Case", "", false),
             ("Role", "", false),
@@ -189,8 +189,11 @@ fn law_file(store: &Results, a: &Analysis, v: &Answer) -> Option<(String, String
     let warnings: Vec<toml::Value> = a.warnings.iter().map(|w| w.clone().into()).collect();
     p.insert(
         "interval".into(),
-        format!("95 % of rows, mesh and dimensions not known exactly; tolerance of the study {}", percent(a.tolerance))
-            .into(),
+        format!(
+            "95 % from data, mesh and dimensions not known exactly; tolerance of the study {}",
+            percent(a.tolerance)
+        )
+        .into(),
     );
     p.insert("warnings".into(), warnings.into());
     p.insert("durometer".into(), store.study.version.clone().into());
