@@ -384,6 +384,23 @@ fn example_scenes_and_studies_are_read() {
     assert!(scenes >= 3 && studies >= 1, "{scenes} scenes, {studies} studies");
 }
 
+/// Types that the column "in the code" of the notation names are types of the source.
+#[test]
+fn the_notation_names_types_that_exist() {
+    let source = files_below(&root().join("src"), "rs").iter().map(text).collect::<Vec<_>>().join("\n");
+    let declared = |name: &str| ["struct", "enum", "trait"].iter().any(|kind| {
+        let head = format!("{kind} {name}");
+        source.match_indices(&head).any(|(at, _)| !source[at + head.len()..].starts_with(|c: char| c.is_alphanumeric()))
+    });
+    let page = text("docs/explanation/notation.md");
+    let cells = page.lines().filter(|line| line.starts_with('|')).filter_map(|line| line.split('|').nth(2));
+    let names = cells.flat_map(|cell| cell.split('`').skip(1).step_by(2)).filter_map(|name| name.split("::").next());
+    let types: Vec<&str> = names.filter(|name| name.starts_with(|c: char| c.is_uppercase()) && *name != "EA").collect();
+    assert!(types.len() > 10, "{types:?}");
+    let unknown: Vec<&&str> = types.iter().filter(|name| !declared(name)).collect();
+    assert!(unknown.is_empty(), "docs/explanation/notation.md names types that do not exist: {unknown:?}");
+}
+
 #[test]
 fn the_first_example_is_built_from_a_committed_mesh() {
     use durometer::scene::{Body, Scene, read_scene};
