@@ -22,7 +22,7 @@ fn volume(mesh: &TetMesh, u: &[f64]) -> f64 {
     (0..mesh.cell_count()).map(one).sum()
 }
 
-/// What a run writes into its table at every step. The `[[probe]]`s of a scene file implement the same trait.
+/// The columns are written at every step. The `[[probe]]`s of a scene file implement the same trait.
 impl Recorder for Volume {
     /// Names end with their unit.
     fn columns(&self) -> Vec<String> {

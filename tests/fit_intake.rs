@@ -53,7 +53,7 @@ fn unusual_rows_are_logged_and_unreadable_rows_named() {
     }
     let kept = log_of(&e, AuditKind::Kept);
     for fact in [
-        "counts each time (line 8)",
+        "each occurrence counts (line 8)",
         "both count (line 9)",
         "smaller than in the data point before (order of the file or unloading); the order does not enter the fit, unloading would (line 7)",
         "under tension) (line 10)",

@@ -72,4 +72,4 @@ pub use specimen::{Scatter, Specimen};
 pub use table::Decimal;
 pub use treatment::{Alternative, Preparation, Treatment};
 pub use warning::FitWarning;
-pub use words::{stress_unit, within};
+pub use words::{stress_unit, stretch_text, within};

@@ -1,7 +1,8 @@
 //! `index.html` of a fit.
 
+use crate::calibrate::stretch_text;
 use crate::report::figure::Figure;
-use crate::report::fit::stored::{Entry, StoredFit, stretch};
+use crate::report::fit::stored::{Entry, StoredFit};
 use crate::report::page::{document, drawing, escape, list};
 use crate::report::table::Table;
 use crate::report::words::capital;
@@ -9,7 +10,7 @@ use crate::report::words::capital;
 /// The result in words.
 pub fn answer(fit: &StoredFit) -> String {
     let constants: Vec<String> = fit.parameters.iter().map(|p| format!("{} = {}", p.symbol, p.words())).collect();
-    let [a, b] = fit.stretch.map(stretch);
+    let [a, b] = fit.stretch.map(stretch_text);
     let percent = 100.0 * fit.misfit.rms_relative;
     let mut out = format!(
         "{}: {} fitted to {} data points ({}, stretch {a} to {b}), misfit {percent:.1} % rms.",
@@ -21,15 +22,15 @@ pub fn answer(fit: &StoredFit) -> String {
     let tolerance = 100.0 * fit.validity.tolerance;
     out += &match (fit.validity.tension_to, fit.validity.compression_to) {
         (Some(to), None) => {
-            format!(" It stays within {tolerance:.0} % rms of these tests up to stretch {}.", stretch(to))
+            format!(" It stays within {tolerance:.0} % rms of these tests up to stretch {}.", stretch_text(to))
         }
         (None, Some(to)) => {
-            format!(" It stays within {tolerance:.0} % rms of these tests down to stretch {}.", stretch(to))
+            format!(" It stays within {tolerance:.0} % rms of these tests down to stretch {}.", stretch_text(to))
         }
         (Some(to), Some(from)) => format!(
             " It stays within {tolerance:.0} % rms of these tests from stretch {} to {}.",
-            stretch(from),
-            stretch(to)
+            stretch_text(from),
+            stretch_text(to)
         ),
         (None, None) => format!(" It is nowhere within {tolerance:.0} % rms of these tests."),
     };
