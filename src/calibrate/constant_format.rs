@@ -11,6 +11,12 @@ pub fn stress_unit(size: f64) -> (f64, &'static str) {
     }
 }
 
+/// A stretch without the noise of a unit conversion: 1.97727, not 1.9772699999999999.
+pub fn stretch_text(v: f64) -> String {
+    let s = format!("{v:.4}");
+    s.trim_end_matches('0').trim_end_matches('.').into()
+}
+
 /// Decimals that leave two digits of the half-width of an interval, and four of the value at most.
 pub fn decimals(value: f64, half: f64) -> usize {
     let size = half.abs().max(1e-2 * value.abs());

@@ -52,7 +52,7 @@ pub use card::{Card, Source};
 pub use certificate::StableRange;
 pub use columns::ColumnChoice;
 pub use compare::{Compared, Comparison, compare, compare_experiment};
-pub use constant_format::{stress_unit, within};
+pub use constant_format::{stress_unit, stretch_text, within};
 pub use curves::{FitCurves, ModeCurves};
 pub use cycle::Cycle;
 pub use dimensions::Dimensions;

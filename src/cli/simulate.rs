@@ -221,9 +221,10 @@ fn print(record: &CaseRecord, known: usize) {
         let (l2, largest) = (100.0 * d.l2, 100.0 * d.largest);
         println!("{} over {} is off {} by {l2:.2} % (L2), {largest:.2} % (largest)", d.column, d.over, d.file);
     }
-    for c in &record.contacts {
+    // Contacts that are solved for with multipliers have no counts.
+    for c in record.contacts.iter().filter(|c| c.seen > 0) {
         println!(
-            "contact {}: {} points, seen {} times, {} distances computed, {} active; search {}, collision detection {}",
+            "contact {}: {} points, examined {} times in all, {} distances computed, {} active; search {}, collision detection {}",
             c.name,
             c.points,
             c.seen,

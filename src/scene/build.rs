@@ -15,6 +15,7 @@ use super::parts::probes::build_probes;
 use super::parts::rigid::RigidBody;
 use super::parts::skin::attach_skins;
 use super::protocol::NamedSignal;
+use super::read::{from_text, read_scene};
 use super::recorder::Recorder;
 use super::rules;
 use super::skin::NamedSkin;
@@ -118,6 +119,19 @@ impl SceneBuilder {
         Self { spec, file, text: None, body: None, store: None, additions }
     }
 
+    /// Starts from a scene file, which names the files of the scene relative to itself.
+    pub fn open(file: &Path) -> Result<Self, SceneError> {
+        let (spec, text) = read_scene(file, &[])?;
+        Ok(Self::new(spec).file(file).text(text))
+    }
+
+    /// Starts from the text of a scene in TOML. Files that it names are found from the current folder; laws are given in
+    /// the text itself, without `include`.
+    pub fn parse(text: &str) -> Result<Self, SceneError> {
+        let file = Path::new("scene.toml");
+        Ok(Self::new(from_text(file, text, "")?).file(file).text(text))
+    }
+
     /// The file of the scene, for messages; paths in the scene are relative to it.
     pub fn file(self, file: impl Into<PathBuf>) -> Self {
         Self { file: file.into(), ..self }
@@ -161,11 +175,19 @@ impl SceneBuilder {
         self
     }
 
+    /// The body of the scene, which is read or made at the first call: an effect of the caller is built on its mesh.
+    pub fn load(&mut self) -> Result<Arc<Body>, SceneError> {
+        if let Some(body) = &self.body {
+            return Ok(body.clone());
+        }
+        let body = Body::load_from(&self.file, &self.spec.mesh, self.store.as_ref(), &mut |_| {})?;
+        Ok(self.body.insert(Arc::new(body)).clone())
+    }
+
     /// The scene, ready to run.
-    pub fn build(self) -> Result<Scene, SceneError> {
-        let Self { spec, file, text, body, store, additions } = self;
-        let load = || Body::load_from(&file, &spec.mesh, store.as_ref(), &mut |_| {}).map(Arc::new);
-        let body = body.map_or_else(load, Ok)?;
+    pub fn build(mut self) -> Result<Scene, SceneError> {
+        let body = self.load()?;
+        let Self { spec, file, text, additions, .. } = self;
         let text = text.unwrap_or_else(|| format!("{spec:#?}"));
         Scene::assemble(&file, (spec, text), body, additions)
     }

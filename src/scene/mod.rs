@@ -37,8 +37,8 @@
 //! };
 //! let scene = Scene::new(spec)?;
 //! let run = scene.run();
-//! let force = run.columns.iter().position(|c| c == "xmax_reaction_x_N").expect("recorded");
-//! assert!(run.rows.last().expect("at rest at least")[force] > 0.0);
+//! let force = run.column("xmax_reaction_x_N").expect("the probe records it");
+//! assert!(force.last().is_some_and(|last| *last > 0.0));
 //! # Ok(())
 //! # }
 //! ```

@@ -69,6 +69,14 @@ pub struct Run {
     pub sensitivities: Option<Sensitivities>,
 }
 
+impl Run {
+    /// Values of a recorded column, one per row; none if no column has this name.
+    pub fn column(&self, name: &str) -> Option<Vec<f64>> {
+        let k = self.columns.iter().position(|c| c == name)?;
+        Some(self.rows.iter().map(|row| row[k]).collect())
+    }
+}
+
 impl Scene {
     /// The state that a run starts from.
     pub fn start(&self) -> State {

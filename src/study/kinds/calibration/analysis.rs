@@ -1,4 +1,4 @@
-//! Result of a calibration: each constant from the finest mesh, with an interval that holds what the rows, the mesh and the
+//! Result of a calibration: each constant from the finest mesh, with an interval that holds what the data, the mesh and the
 //! dimensions that are not known exactly leave open.
 //!
 //! Pure: stored cases in, [`CalibrationFindings`] out. Of a constant θ, with θᵢ and its 95 % interval \[aᵢ, bᵢ\] (the wider one of covariance and
@@ -48,9 +48,9 @@ pub struct CalibratedConstant {
     pub symbol: String,
     pub unit: String,
     pub value: f64,
-    /// 95 %: rows, mesh, nuisance; none where the curve does not determine the constant
+    /// 95 %: data, mesh, nuisance; none where the curve does not determine the constant
     pub interval: Option<[f64; 2]>,
-    /// Half-width of the interval of the rows alone, relative \[–\]
+    /// Half-width of the interval of the data alone, relative \[–\]
     pub rows: Option<f64>,
     /// Relative change from the next coarser mesh to the finest \[–\]
     pub drift: Option<f64>,
@@ -220,7 +220,7 @@ impl CalibratedConstant {
     pub fn sentence(&self, label: &str) -> String {
         let mut words = format!("{} from {label}: {}", self.key, with_interval(self));
         if let Some(rows) = self.rows {
-            words += &format!("; the rows alone leave ±{}", percent(rows));
+            words += &format!("; the scatter of the data alone leaves ±{}", percent(rows));
         }
         if let Some(drift) = self.drift {
             words += &format!(", the finer mesh changes it by {}", percent(drift.abs()));
@@ -283,7 +283,7 @@ fn warnings(
         }
         if c.runs_p.is_some_and(|p| p < 0.025) {
             add(format!(
-                "{id}: the residuals have a pattern (runs of sign, p = {:.1e}): the law does not describe the curve to the scatter of its rows, and the covariance is too narrow.",
+                "{id}: the residuals have a pattern (runs of sign, p = {:.1e}): the law does not describe the curve within the scatter of its data, and the covariance is too narrow.",
                 c.runs_p.unwrap_or_default()
             ));
         }

@@ -4,7 +4,7 @@
 //! the mesh of the specimen:
 //!
 //! ```text
-//! rows        ± t₀.₉₇₅ √(gᵀCg), C widened until the bootstrap has room in it
+//! data        ± t₀.₉₇₅ √(gᵀCg), C widened until the bootstrap has room in it
 //! dimensions  from minᵢ g·δᵢ to maxᵢ g·δᵢ, 0 among them
 //! specimen    ± |g·d|
 //! mesh        |y(finest) − y(next)| of the scene itself, apart

@@ -1,7 +1,7 @@
 //! Report of a calibration, and `law.toml`: the laws of the scene with the constants that were found.
 
-use crate::report::table::{Table, headings};
 use crate::report::numbers::percent;
+use crate::report::table::{Table, headings};
 use crate::study::analysis::Analysis;
 use crate::study::content::Content;
 use crate::study::kinds::calibration::analysis::{CalibratedConstant, CalibratedVariant, CalibrationFindings, scaled};
@@ -73,13 +73,13 @@ fn constants(a: &CalibrationFindings) -> Table {
     };
     Table {
         name: "constants",
-        caption: "Constants from the finest mesh. Interval: 95 % of rows, drift with the mesh and range of the dimensions not known exactly together; rows: half-width of theirs alone; mesh: change from the next coarser one; gauge: what the same law gives if all travel stretches the gauge length.".into(),
+        caption: "Constants from the finest mesh. Interval: 95 %, from the data, the drift with the mesh and the range of the dimensions not known exactly together; data: half-width from the data alone; mesh: change from the next coarser one; gauge: what the same law gives if all travel stretches the gauge length.".into(),
         columns: headings(&[
             ("Constant, curve", "", false),
             ("Value", "", true),
             ("Unit", "", false),
             ("Interval", "", true),
-            ("Rows", "± %", true),
+            ("Data", "± %", true),
             ("Mesh", "%", true),
             ("Dimensions", "", true),
             ("Gauge", "", true),
@@ -109,7 +109,7 @@ fn by_case(a: &CalibrationFindings) -> Table {
     }
     Table {
         name: "cases-constants",
-        caption: "Every case with its own interval (rows alone) and its misfit √(Σr²/Σy²).".into(),
+        caption: "Every case with its own interval (data alone) and its misfit √(Σr²/Σy²).".into(),
         columns: headings(&[
             ("Case", "", false),
             ("Role", "", false),
@@ -189,8 +189,11 @@ fn law_file(store: &Results, a: &Analysis<CalibrationFindings>, v: &CalibratedVa
     let warnings: Vec<toml::Value> = a.warnings.iter().map(|w| w.clone().into()).collect();
     p.insert(
         "interval".into(),
-        format!("95 % of rows, mesh and dimensions not known exactly; tolerance of the study {}", percent(a.tolerance))
-            .into(),
+        format!(
+            "95 % from data, mesh and dimensions not known exactly; tolerance of the study {}",
+            percent(a.tolerance)
+        )
+        .into(),
     );
     p.insert("warnings".into(), warnings.into());
     p.insert("durometer".into(), store.study.version.clone().into());

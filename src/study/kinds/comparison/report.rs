@@ -1,7 +1,7 @@
 //! Report of a comparison.
 
-use crate::report::table::{Table, headings};
 use crate::report::numbers::{digits, percent, space};
+use crate::report::table::{Table, headings};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::content::Content;
 use crate::study::kinds::comparison::analysis::{ComparisonFindings, MemberDifferences, signed};

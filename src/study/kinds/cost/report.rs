@@ -1,7 +1,7 @@
 //! Report of a cost study.
 
-use crate::report::table::{Table, headings};
 use crate::report::numbers::{digits, percent, seconds};
+use crate::report::table::{Table, headings};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::content::Content;
 use crate::study::figures::time;

@@ -4,9 +4,9 @@ use crate::report::canvas::{
     Area, At, DOUBLE, INK, LABEL, MARKS, PALETTE, RGB, SMALL, block, figure, italic, line, mark, mm, text,
 };
 use crate::report::figure::{Figure, Sample, legend};
+use crate::report::numbers::{capital, digits};
 use crate::report::plot::{Axis, Plot};
 use crate::report::surface::viridis;
-use crate::report::numbers::{capital, digits};
 use crate::study::analysis::ByQuantity;
 use crate::study::axis::AxisRecord;
 use crate::study::curve::Curve;

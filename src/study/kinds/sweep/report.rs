@@ -1,7 +1,7 @@
 //! Report of a sweep.
 
-use crate::report::table::{Table, headings};
 use crate::report::numbers::{digits, percent, space};
+use crate::report::table::{Table, headings};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::content::Content;
 use crate::study::kinds::sweep::analysis::{Dependence, SweepFindings, Trend, axis_words};

@@ -17,7 +17,7 @@ const TOP: f64 = 6.0;
 const TALL: f64 = 46.0;
 const BETWEEN: f64 = 5.0;
 const LOW: f64 = 22.0;
-/// Measured rows that are drawn at most
+/// Measured points that are drawn at most
 const ROWS: usize = 120;
 
 /// `None` where the case of the answer has no curve.
@@ -92,7 +92,7 @@ pub fn draw(store: &Results, v: &CalibratedVariant) -> Option<Figure> {
     });
     let gauge = if c.gauge.is_some() { " Dashed: what the gauge length alone would have given." } else { "" };
     let caption = format!(
-        "The scene at the constants found from {}: (a) measured and simulated, residuals below; (b) {} case by case with the interval of the rows, sizes of the mesh and dimensions over their range, and the answer with its whole interval.{gauge}",
+        "The scene at the constants found from {}: (a) measured and simulated, residuals below; (b) {} case by case with the interval from the data, sizes of the mesh and dimensions over their range, and the answer with its whole interval.{gauge}",
         m.file, c.key
     );
     Some(Figure { name: format!("calibration-{}", v.variant), svg, caption })

@@ -3,8 +3,8 @@
 
 use crate::report::canvas::{Area, DOUBLE, PALETTE, RGB, dashed, figure, italic, line, mm};
 use crate::report::figure::{Figure, Sample, legend};
-use crate::report::plot::{Axis, Plot};
 use crate::report::numbers::capital;
+use crate::report::plot::{Axis, Plot};
 use crate::study::analysis::ByQuantity;
 use crate::study::curve::Curve;
 use crate::study::figures::axis_label;

@@ -2,9 +2,9 @@
 
 use crate::report::canvas::{Area, At, DOUBLE, INK, LABEL, PALETTE, RGB, SMALL, figure, italic, line, mm, text};
 use crate::report::figure::Figure;
+use crate::report::numbers::thousands;
 use crate::report::plot::Axis;
 use crate::report::surface::{Fit, Look, View, extent, ghost, surface, viridis};
-use crate::report::numbers::thousands;
 use crate::study::kinds::convergence::analysis::ConvergenceFindings;
 use crate::study::record::{CaseRecord, Role};
 use crate::study::results::Results;

@@ -2,8 +2,8 @@
 
 use crate::report::canvas::{Area, At, DOUBLE, GREY, INK, SMALL, dashed, figure, fill, italic, line, mark, mm, text};
 use crate::report::figure::{Figure, Sample, UNRESOLVED, legend, style};
-use crate::report::plot::{Axis, Plot};
 use crate::report::numbers::capital;
+use crate::report::plot::{Axis, Plot};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::estimate::family::Estimate;
 use crate::study::kinds::convergence::analysis::{ConvergenceFindings, MeshErrors};

@@ -2,8 +2,8 @@
 
 use crate::report::canvas::{DOUBLE, INK, Mark, RGB, figure, hollow, italic, line, mark, mm};
 use crate::report::figure::{Figure, Sample, UNRESOLVED, legend, style};
-use crate::report::plot::{Axis, Plot};
 use crate::report::numbers::capital;
+use crate::report::plot::{Axis, Plot};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::kinds::convergence::analysis::{ConvergenceFindings, MeshErrors};
 use crate::study::kinds::convergence::figures::errors::levels;

@@ -3,8 +3,8 @@
 //! Digits are −log₁₀ e with e = max(|f − f*|, U(f*))/|f*| of the worst deciding quantity: no more than the reference can
 //! confirm. The bytes are those of the values of L, 8 an entry; indices, K and work space come on top.
 
-use crate::report::table::{Table, headings};
 use crate::report::numbers::digits;
+use crate::report::table::{Table, headings};
 use crate::study::kinds::convergence::analysis::ConvergenceFindings;
 use crate::study::record::{CaseRecord, Role};
 use crate::study::results::Results;

@@ -1,7 +1,7 @@
 //! Tables of a convergence study.
 
-use crate::report::table::{Table, headings};
 use crate::report::numbers::{digits, space};
+use crate::report::table::{Table, headings};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::kinds::convergence::analysis::{ConvergenceFindings, MeshErrors};
 

@@ -4,8 +4,8 @@ use crate::report::canvas::{
     Area, At, DOUBLE, GREY, INK, Mark, RGB, SMALL, dashed, figure, fill, italic, line, mark, mm, text,
 };
 use crate::report::figure::{Figure, Sample, UNRESOLVED, legend, style};
-use crate::report::plot::{Axis, Plot, superscript};
 use crate::report::numbers::capital;
+use crate::report::plot::{Axis, Plot, superscript};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::kinds::cost::analysis::{CostFindings, CostOfAccuracy, CostedCase, MEASURES, Measure};
 use crate::study::record::Role;
