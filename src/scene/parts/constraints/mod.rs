@@ -1,5 +1,5 @@
 //! Constraints of a scene. One file or folder per kind, a line in each of the three lists below, and its place in
-//! [`build_constraints`].
+//! `build_constraints`.
 
 mod cable;
 mod cavity;
