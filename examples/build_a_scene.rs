@@ -22,19 +22,19 @@ fn bar() -> Result<SceneSpec, Box<dyn std::error::Error>> {
             ..MeshSpec::default()
         },
         laws: [("rubber".to_string(), law)].into(),
-        effects: vec![EffectSpec::Elastic {
-            region: "body".into(),
-            law: "rubber".into(),
-            formulation: FormulationSpec::Displacement,
-        }],
+        effects: vec![
+            ElasticSpec { region: "body".into(), law: "rubber".into(), formulation: FormulationSpec::Displacement }
+                .into(),
+        ],
         constraints: vec![
-            ConstraintSpec::Fixed { region: "xmin".into(), components: "xyz".into() },
-            ConstraintSpec::Prescribed {
+            FixedSpec { region: "xmin".into(), components: "xyz".into() }.into(),
+            PrescribedSpec {
                 region: "xmax".into(),
                 components: "x".into(),
                 // From 0 at t = 0 s to the length of the bar at t = 1 s
                 displacement: SignalSpec::ramp(0.0, SIZE[0], 0.0, 1.0),
-            },
+            }
+            .into(),
         ],
         stages: vec![StageSpec::new(IntegratorSpec::Static, Time::seconds(1.0), Time::seconds(0.1))],
         probes: vec![Reaction { region: "xmax".into() }.into()],

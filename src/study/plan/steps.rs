@@ -10,7 +10,7 @@
 use crate::scene::Scene;
 use crate::study::curve::peak;
 use crate::study::estimate::family::{Level, estimate_of_order};
-use crate::study::estimate::order::LEAST_ORDER;
+use crate::study::estimate::richardson::LEAST_ORDER;
 use crate::study::plan::error::PlanError;
 use crate::study::plan::pilots::{build, run};
 use crate::study::plan::request::{PlanWatch, Request};

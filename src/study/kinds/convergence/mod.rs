@@ -1,10 +1,13 @@
 //! Convergence: which mesh can be trusted, with what error bar, at what cost.
+//!
+//! `analysis` goes from the stored cases to the `findings`: estimates of each family ([`crate::study::estimate`], which also says what
+//! limits them), `errors` of the cases against the reference, `warnings`, and the recommendation or refusal in words (`verdict`).
 
-pub mod analyse;
 pub mod analysis;
 pub mod cases;
 pub mod errors;
 pub mod figures;
+pub mod findings;
 pub mod report;
 pub mod verdict;
 pub mod warnings;
@@ -16,8 +19,8 @@ use crate::study::kind::{Expansion, StudyKind};
 use crate::study::record::Role;
 use crate::study::results::Results;
 use crate::study::spec::{FamilySpec, VariantSpec, check_quantities, check_roles, refuse};
-use analyse::analyse;
-use analysis::ConvergenceFindings;
+use analysis::analyse;
+use findings::ConvergenceFindings;
 use serde::Deserialize;
 use std::path::Path;
 

@@ -2,9 +2,8 @@
 
 use crate::report::numbers::{capital, digits, percent, seconds, space};
 use crate::study::analysis::ByQuantity;
-use crate::study::kinds::convergence::analysis::{Bar, MeshErrors, MeshSetting, Recommendation, headline, title};
 use crate::study::kinds::convergence::cases::Cases;
-use crate::study::kinds::convergence::warnings::no_limit;
+use crate::study::kinds::convergence::findings::{Bar, MeshErrors, MeshSetting, Recommendation, headline, title};
 use crate::study::locking;
 use crate::study::record::Role;
 
@@ -123,7 +122,7 @@ pub fn conclude(
 ) -> (Option<Recommendation>, String) {
     let tolerance = cases.study.tolerance;
     let refuse = |why: String| (None, format!("No verdict within {}: {why}", percent(tolerance)));
-    if let Some(why) = no_limit(cases) {
+    if let Some(why) = cases.no_limit() {
         return refuse(format!(
             "{why}, so the answer has no limit as h → 0. Give the guides a radius of at least the largest h."
         ));

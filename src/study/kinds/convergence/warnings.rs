@@ -2,9 +2,9 @@
 
 use crate::report::numbers::capital;
 use crate::study::analysis::ByQuantity;
-use crate::study::estimate::order::LEAST_RATIO;
-use crate::study::kinds::convergence::analysis::{MeshErrors, title};
+use crate::study::estimate::richardson::LEAST_RATIO;
 use crate::study::kinds::convergence::cases::Cases;
+use crate::study::kinds::convergence::findings::{MeshErrors, title};
 
 /// One sentence each.
 pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>], incomplete: &[(String, String)]) -> Vec<String> {
@@ -49,7 +49,7 @@ pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>], incomplete
             ));
         }
     }
-    if let Some(why) = no_limit(cases) {
+    if let Some(why) = cases.no_limit() {
         out.push(format!("{}: the answer has no limit as h → 0.", capital(why)));
     }
     let mut notes: Vec<&String> = cases.stored.iter().flat_map(|c| &c.record.notes).collect();
@@ -57,9 +57,4 @@ pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>], incomplete
     notes.dedup();
     out.extend(notes.into_iter().map(|r| format!("{}.", capital(r))));
     out
-}
-
-/// Why the answer has no limit, if a case says so.
-pub fn no_limit<'a>(cases: &Cases<'a>) -> Option<&'a str> {
-    cases.stored.iter().find_map(|c| c.record.no_limit.as_deref())
 }

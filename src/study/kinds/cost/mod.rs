@@ -1,8 +1,8 @@
 //! Cost: what accuracy costs, by mesh, element, time step and solver.
 
-pub mod analyse;
 pub mod analysis;
 pub mod figures;
+pub mod findings;
 pub mod line;
 pub mod reference;
 pub mod report;
@@ -15,8 +15,8 @@ use crate::study::kind::{Expansion, RunRules, StudyKind};
 use crate::study::record::Role;
 use crate::study::results::Results;
 use crate::study::spec::{FamilySpec, Mistake, VariantSpec, check_quantities, check_roles, refuse};
-use analyse::analyse;
-use analysis::CostFindings;
+use analysis::analyse;
+use findings::CostFindings;
 use serde::Deserialize;
 use std::path::Path;
 

@@ -2,7 +2,7 @@
 
 use crate::report::numbers::{capital, digits, percent, seconds, space};
 use crate::study::analysis::{ByQuantity, without_result};
-use crate::study::kinds::cost::analysis::{CostOfAccuracy, Measure};
+use crate::study::kinds::cost::findings::{CostOfAccuracy, Measure};
 use crate::study::kinds::cost::line::{How, Line};
 
 /// The cheapest setting that meets the tolerance and what the next better one would cost, for the peak and for the curve.

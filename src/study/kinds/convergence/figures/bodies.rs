@@ -5,7 +5,7 @@ use crate::report::figure::Figure;
 use crate::report::numbers::thousands;
 use crate::report::plot::Axis;
 use crate::report::surface::{Fit, Look, View, extent, ghost, surface, viridis};
-use crate::study::kinds::convergence::analysis::ConvergenceFindings;
+use crate::study::kinds::convergence::findings::ConvergenceFindings;
 use crate::study::record::{CaseRecord, Role};
 use crate::study::results::Results;
 use crate::study::skin::Skin;

@@ -5,7 +5,7 @@ use crate::report::figure::{Figure, Sample, legend};
 use crate::report::numbers::capital;
 use crate::report::plot::{Axis, Plot};
 use crate::study::estimate::growth::{Growth, growth};
-use crate::study::kinds::convergence::analysis::ConvergenceFindings;
+use crate::study::kinds::convergence::findings::ConvergenceFindings;
 use crate::study::record::{CaseRecord, Role};
 use crate::study::results::Results;
 use std::collections::BTreeMap;

@@ -7,8 +7,9 @@ use crate::report::numbers::{capital, thousands};
 use crate::report::plot::{Axis, Plot};
 use crate::study::curve::Curve;
 use crate::study::estimate::curve::CurveStudy;
+use crate::study::estimate::richardson::CAUTIOUS_FACTOR;
 use crate::study::figures::axis_label;
-use crate::study::kinds::convergence::analysis::ConvergenceFindings;
+use crate::study::kinds::convergence::findings::ConvergenceFindings;
 use crate::study::record::{Quantity, Role, StoredCase};
 use crate::study::results::Results;
 use plotters::style::Color;
@@ -81,7 +82,7 @@ pub fn draw(store: &Results, analysis: &ConvergenceFindings, variant: &str) -> O
             let s = s.as_ref()?;
             let p = s.order_used?;
             Some(match s.observed_order {
-                Some(_) if s.fs < 3.0 => format!("{}: global order p = {p:.2}", q.label),
+                Some(_) if s.fs < CAUTIOUS_FACTOR => format!("{}: global order p = {p:.2}", q.label),
                 Some(seen) => format!("{}: order {seen:.2} observed, p = {p:.2} used, Fs = 3", q.label),
                 None => format!("{}: no order observed, p = {p:.0} assumed, Fs = 3", q.label),
             })

@@ -6,7 +6,8 @@ use crate::report::numbers::capital;
 use crate::report::plot::{Axis, Plot};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::estimate::family::Estimate;
-use crate::study::kinds::convergence::analysis::{ConvergenceFindings, MeshErrors};
+use crate::study::estimate::richardson::CAUTIOUS_FACTOR;
+use crate::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
 use crate::study::record::{CaseRecord, Role};
 use crate::study::results::Results;
 use plotters::style::Color;
@@ -115,7 +116,7 @@ fn model(e: &Estimate, h: f64) -> Option<(f64, f64)> {
         return (f.model == "αh^p").then(|| (f.at(h), f.p));
     }
     let (star, p) = (e.richardson?, e.observed_order?);
-    (e.fs < 3.0).then(|| (star + (e.values[0] - star) * (h / e.h_m[0]).powf(p), p))
+    (e.fs < CAUTIOUS_FACTOR).then(|| (star + (e.values[0] - star) * (h / e.h_m[0]).powf(p), p))
 }
 
 pub fn against_h(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Option<Figure> {

@@ -5,8 +5,8 @@ use crate::report::figure::{Figure, Sample, UNRESOLVED, legend, style};
 use crate::report::numbers::capital;
 use crate::report::plot::{Axis, Plot};
 use crate::study::analysis::{Analysis, ByQuantity};
-use crate::study::kinds::convergence::analysis::{ConvergenceFindings, MeshErrors};
 use crate::study::kinds::convergence::figures::errors::levels;
+use crate::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
 use crate::study::record::Role;
 use crate::study::results::Results;
 

@@ -9,7 +9,7 @@ pub mod formulations;
 use crate::report::figure::Figure;
 use crate::study::analysis::Analysis;
 use crate::study::figures::time;
-use crate::study::kinds::convergence::analysis::ConvergenceFindings;
+use crate::study::kinds::convergence::findings::ConvergenceFindings;
 use crate::study::results::Results;
 
 /// Every figure that the stored data allow.

@@ -5,7 +5,7 @@
 
 use crate::report::numbers::digits;
 use crate::report::table::{Table, headings};
-use crate::study::kinds::convergence::analysis::ConvergenceFindings;
+use crate::study::kinds::convergence::findings::ConvergenceFindings;
 use crate::study::record::{CaseRecord, Role};
 use crate::study::results::Results;
 use crate::study::tables::factor_mb;

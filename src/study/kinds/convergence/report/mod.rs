@@ -7,8 +7,8 @@ pub mod summary;
 use crate::report::numbers::seconds;
 use crate::study::analysis::Analysis;
 use crate::study::content::Content;
-use crate::study::kinds::convergence::analysis::ConvergenceFindings;
 use crate::study::kinds::convergence::figures;
+use crate::study::kinds::convergence::findings::ConvergenceFindings;
 use crate::study::results::Results;
 use crate::study::tables;
 

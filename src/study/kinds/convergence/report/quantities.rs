@@ -3,7 +3,7 @@
 use crate::report::numbers::{digits, space};
 use crate::report::table::{Table, headings};
 use crate::study::analysis::{Analysis, ByQuantity};
-use crate::study::kinds::convergence::analysis::{ConvergenceFindings, MeshErrors};
+use crate::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
 
 /// One row per quantity × family.
 pub fn quantities(analysis: &ConvergenceFindings) -> Table {

@@ -1,7 +1,7 @@
 //! `analysis` of the `summary.json` of a convergence study.
 
 use crate::study::analysis::{Analysis, ByQuantity, by_name};
-use crate::study::kinds::convergence::analysis::{ConvergenceFindings, MeshErrors};
+use crate::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
 use serde_json::{Map, Value, json};
 
 /// Observed order, Richardson value, GCI and ratio of the headline's family, `sizes` if it has them; then the other quantities.

@@ -3,7 +3,7 @@
 use crate::report::canvas::{At, DOUBLE, PALETTE, SMALL, dashed, figure, hollow, line, mark, mm, text};
 use crate::report::figure::{Figure, Sample, legend, style};
 use crate::report::plot::{Axis, Plot};
-use crate::study::kinds::cost::analysis::{CostFindings, Grows, GrowthLaw};
+use crate::study::kinds::cost::findings::{CostFindings, Grows, GrowthLaw};
 
 const LEFT: f64 = 15.0;
 const EACH: f64 = 70.0;

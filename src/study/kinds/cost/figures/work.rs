@@ -7,7 +7,7 @@ use crate::report::figure::{Figure, Sample, UNRESOLVED, legend, style};
 use crate::report::numbers::capital;
 use crate::report::plot::{Axis, Plot, superscript};
 use crate::study::analysis::{Analysis, ByQuantity};
-use crate::study::kinds::cost::analysis::{CostFindings, CostOfAccuracy, CostedCase, MEASURES, Measure};
+use crate::study::kinds::cost::findings::{CostFindings, CostOfAccuracy, CostedCase, MEASURES, Measure};
 use crate::study::record::Role;
 use crate::study::results::Results;
 use plotters::style::Color;

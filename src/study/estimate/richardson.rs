@@ -24,6 +24,14 @@ pub const ORDER_SLACK: f64 = 1.05;
 /// Differences below this fraction of the value are rounding of the nonlinear solve (residual tolerance 1e-8).
 pub const ROUNDING: f64 = 1e-7;
 
+/// Safety factor Fs of the grid convergence index (Roache 1998): 1.25 where three meshes or more show a sane order, else 3.
+pub fn safety_factor(is_sane: bool) -> f64 {
+    if is_sane { 1.25 } else { CAUTIOUS_FACTOR }
+}
+
+/// Safety factor where the order is assumed, and of differences where there is none.
+pub const CAUTIOUS_FACTOR: f64 = 3.0;
+
 /// How three values approach their limit, judged by R = ε₂₁/ε₃₂.
 #[derive(Serialize, Clone, Copy, Debug, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]

@@ -12,7 +12,7 @@
 //! αh^p is kept while its p is sane. An order above q is replaced by αh^{q/2} or αh^q, one below ½ by any of the three
 //! models with fixed exponents; each is fitted weighted and not, and the smallest σ is taken.
 
-use crate::study::estimate::order::{LEAST_ORDER, ORDER_SLACK};
+use crate::study::estimate::richardson::{CAUTIOUS_FACTOR, LEAST_ORDER, ORDER_SLACK, safety_factor};
 use serde::Serialize;
 
 /// The model that was chosen, and its uncertainty per mesh.
@@ -92,7 +92,7 @@ pub fn least_squares(h: &[f64], f: &[f64], q: f64) -> Option<Fit> {
         }
     };
     let good = sane_p && chosen.sigma < range;
-    let fs = if sane_p { 1.25 } else { 3.0 };
+    let fs = safety_factor(sane_p);
     let scale = |k: usize| chosen.powers.get(k).map_or(0.0, |p| chosen.c[k + 1] / h1.powf(*p));
     let mut fit = Fit {
         model: model_name(&chosen.powers, sane_p, q),
@@ -113,7 +113,11 @@ pub fn least_squares(h: &[f64], f: &[f64], q: f64) -> Option<Fit> {
         .zip(f)
         .map(|(h, f)| {
             let (e, off) = (fit.error(*h), (f - fit.at(*h)).abs());
-            if fit.sigma < range { fs * e + fit.sigma + off } else { 3.0 * fit.sigma / range * (e + fit.sigma + off) }
+            if fit.sigma < range {
+                fs * e + fit.sigma + off
+            } else {
+                CAUTIOUS_FACTOR * fit.sigma / range * (e + fit.sigma + off)
+            }
         })
         .collect();
     Some(fit)
