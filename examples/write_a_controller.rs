@@ -59,8 +59,8 @@ impl Controller for Integrating {
         Ok(())
     }
 
-    fn step(&mut self, seen: &Seen, signals: &mut [f64]) -> Result<Reply, ControlError> {
-        signals[0] += self.gain * (self.target - seen.row[self.angle]);
+    fn step(&mut self, observation: &Observation, signals: &mut [f64]) -> Result<Reply, ControlError> {
+        signals[0] += self.gain * (self.target - observation.row[self.angle]);
         Ok(Reply::default())
     }
 }

@@ -1,6 +1,7 @@
 //! The types and functions of most programs that use the library: `use durometer::prelude::*;`.
 //!
-//! The examples of the repository use nothing else.
+//! The examples of the repository use nothing else, apart from [`scene::spec`](crate::scene::spec), which has the parts
+//! of a scene for a program that writes one in Rust.
 
 pub use crate::calibrate::{Experiment, FitError, FitOptions, FitRequest, FitResult, Mode, StretchRange, fit};
 pub use crate::material::kinematics::Invariants;
@@ -10,10 +11,11 @@ pub use crate::material::{
 pub use crate::math::tensor::{Mat3, Vec3};
 pub use crate::math::units::{self, Dimension};
 pub use crate::mesh::structured::block;
-pub use crate::mesh::{Order, TetMesh};
-pub use crate::scene::control::{ControlError, Controller, Opening, Reply, Seen};
+pub use crate::mesh::{MeshError, Order, TetMesh};
+pub use crate::scene::control::{ControlError, Controller, Observation, Opening, Reply};
 pub use crate::scene::{
-    Body, Checkpoint, Run, RunOptions, Scene, SceneError, SceneSpec, open_scene, parse_scene, read_scene,
+    Body, Checkpoint, Moment, Recorder, Run, RunOptions, Scene, SceneBuilder, SceneError, SceneSpec, open_scene,
+    parse_scene, read_scene,
 };
 pub use crate::solve::Status;
 pub use crate::study::expand::Study;
@@ -21,4 +23,4 @@ pub use crate::study::record::CaseRecord;
 pub use crate::study::report::write as write_report;
 pub use crate::study::runner::{Options as StudyOptions, Watch, run as run_study};
 pub use crate::study::summary::Summary;
-pub use crate::system::{At, Blocks, Constraint, Effect, EvalError, State, System};
+pub use crate::system::{At, BlockValues, Blocks, Constraint, Effect, EnergyRole, EvalError, Rates, State, System};

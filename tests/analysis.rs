@@ -1,12 +1,13 @@
 //! Convergence analysis against manufactured sequences, and the report from synthetic cases.
 
+use durometer::study::analysis::Analysis;
 use durometer::study::curve::{Curve, peak};
 use durometer::study::estimate::curve::compare;
 use durometer::study::estimate::family::{Estimate, Level, estimate};
-use durometer::study::estimate::fit::least_squares;
-use durometer::study::estimate::order::{Convergence, Triple};
-use durometer::study::kinds::convergence::analyse::analyse;
-use durometer::study::kinds::convergence::analysis::Analysis;
+use durometer::study::estimate::least_squares::least_squares;
+use durometer::study::estimate::richardson::{Convergence, Triple};
+use durometer::study::kinds::convergence::analysis::analyse;
+use durometer::study::kinds::convergence::findings::ConvergenceFindings;
 use durometer::study::locking;
 use durometer::study::record::*;
 use durometer::study::report;
@@ -140,7 +141,7 @@ fn what_does_not_start_at_zero_is_judged_by_its_change() {
     assert_eq!(peak(&cases[0], "bending_angle_deg"), Some(top));
 }
 
-fn refused(a: &Analysis, why: &str) {
+fn refused(a: &Analysis<ConvergenceFindings>, why: &str) {
     assert!(a.recommended.is_none() && a.verdict.starts_with("No verdict") && a.verdict.contains(why), "{}", a.verdict);
 }
 

@@ -8,7 +8,7 @@ use durometer::mesh::Order;
 use durometer::mesh::structured::block;
 use durometer::scene::{Run, Scene};
 use durometer::solve::{Integrator, NonlinearSolver, Status, Step};
-use durometer::system::{BlockValues, Cone, ConstraintValues, Form, State, Want};
+use durometer::system::{BlockValues, ConstraintKind, ConstraintValues, LinearFunction, State, Want};
 
 const RAISED: &str =
     r#"{ kind = "length", signal = { kind = "raised_cosine", amplitude = "8 mm", frequency = "1 Hz" } }"#;
@@ -280,13 +280,13 @@ fn derivatives_of_rows_and_of_their_laws() {
     let state = State { x, lambda: (0..m).map(|_| random.unit()).collect(), ..system.rest() };
     let (g, old) = (system.gaps(&state).expect("defined"), vec![0.0; m]);
     let (dg, dl) = (random.vector(m, 1.0), random.vector(m, 1.0));
-    let at = |h: f64| -> Vec<Form> {
+    let at = |h: f64| -> Vec<LinearFunction> {
         let g: Vec<f64> = g.iter().zip(&dg).map(|(g, d)| g + h * d).collect();
         let lambda: Vec<f64> = state.lambda.iter().zip(&dl).map(|(l, d)| l + h * d).collect();
         let rows = ConstraintValues { now: 0.3.into(), g: &g, lambda: &lambda, old: &old, force: 1.0 };
-        let linked = system.constraints.iter().enumerate().filter(|(_, row)| row.cone() == Cone::Linked);
-        let pieces = linked.flat_map(|(c, row)| row.pieces(c, &rows));
-        pieces.flat_map(|p| std::iter::once(p.zero).chain(p.while_not_negative.into_iter().map(|w| w.0))).collect()
+        let linked = system.constraints.iter().enumerate().filter(|(_, row)| row.kind() == ConstraintKind::Linked);
+        let pieces = linked.flat_map(|(c, row)| row.linked_law(c, &rows));
+        pieces.flat_map(|p| std::iter::once(p.equation).chain(p.inequalities.into_iter().map(|w| w.0))).collect()
     };
     let h = 1e-6;
     let (now, plus, minus) = (at(0.0), at(h), at(-h));

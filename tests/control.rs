@@ -5,7 +5,7 @@ mod common;
 use common::{column, run, scene};
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
-use durometer::scene::control::{ControlError, Controller, Opening, Reply, Seen};
+use durometer::scene::control::{ControlError, Controller, Observation, Opening, Reply};
 use durometer::scene::{Checkpoint, CheckpointError, Progress, Run, RunOptions, Scene};
 use durometer::solve::Status;
 use durometer::system::State;
@@ -450,9 +450,9 @@ impl Controller for Pi {
         Ok(())
     }
 
-    fn step(&mut self, seen: &Seen, signals: &mut [f64]) -> Result<Reply, ControlError> {
-        let error = seen.row[self.column] - 0.0394;
-        self.sum += error * (seen.next - seen.row[0]);
+    fn step(&mut self, observation: &Observation, signals: &mut [f64]) -> Result<Reply, ControlError> {
+        let error = observation.row[self.column] - 0.0394;
+        self.sum += error * (observation.next - observation.row[0]);
         signals[0] = (0.3 * error + 8.0 * self.sum).max(0.0);
         Ok(Reply { memory: json!(self.sum), ..Reply::default() })
     }

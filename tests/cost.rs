@@ -5,8 +5,8 @@
 #[path = "analysis/synthetic.rs"]
 mod synthetic;
 
-use durometer::study::kinds::cost::analyse::analyse;
-use durometer::study::kinds::cost::analysis::{Grows, Measure};
+use durometer::study::kinds::cost::analysis::analyse;
+use durometer::study::kinds::cost::findings::{Grows, Measure};
 use durometer::study::kinds::cost::line::How;
 use durometer::study::record::{FamilyRecord, Quantity, Role, StoredCase, StudyRecord};
 use durometer::study::report;

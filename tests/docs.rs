@@ -109,6 +109,11 @@ fn missing(keys: BTreeSet<String>) -> Vec<String> {
 
 /// All sources of the modules whose types are read from scene and study files.
 fn sources() -> String {
+    sources_in(&["src/scene", "src/study", "src/calibrate/inverse"])
+}
+
+/// All sources below some folders.
+fn sources_in(folders: &[&str]) -> String {
     fn walk(folder: &Path, out: &mut String) {
         for entry in std::fs::read_dir(folder).expect("a folder of the project").flatten() {
             let path = entry.path();
@@ -122,7 +127,7 @@ fn sources() -> String {
         }
     }
     let mut out = String::new();
-    for folder in ["src/scene", "src/study", "src/calibrate/inverse"] {
+    for folder in folders {
         walk(&root().join(folder), &mut out);
     }
     out
@@ -370,8 +375,12 @@ fn example_scenes_and_studies_are_read() {
                     let measured = root().join("data/synthetic-dumbbell/pull.csv");
                     std::fs::copy(measured, folder.path().join(format!("{name}.csv"))).expect("a file is copied");
                 }
-                durometer::study::expand::parse(&folder.path().join("study.toml"), block)
-                    .unwrap_or_else(|e| panic!("{page}: {e}"));
+                durometer::study::expand::parse(
+                    &folder.path().join("study.toml"),
+                    block,
+                    durometer::study::kind::Extent::Whole,
+                )
+                .unwrap_or_else(|e| panic!("{page}: {e}"));
                 studies += 1;
                 continue;
             }
@@ -382,6 +391,27 @@ fn example_scenes_and_studies_are_read() {
         }
     }
     assert!(scenes >= 3 && studies >= 1, "{scenes} scenes, {studies} studies");
+}
+
+/// Types that the column "in the code" of the notation names are types of the source.
+#[test]
+fn the_notation_names_types_that_exist() {
+    let source = sources_in(&["src"]);
+    let declared = |name: &str| {
+        ["struct", "enum", "trait"].iter().any(|kind| {
+            let head = format!("{kind} {name}");
+            source
+                .match_indices(&head)
+                .any(|(at, _)| !source[at + head.len()..].starts_with(|c: char| c.is_alphanumeric()))
+        })
+    };
+    let page = text("docs/explanation/notation.md");
+    let cells = page.lines().filter(|line| line.starts_with('|')).filter_map(|line| line.split('|').nth(2));
+    let names = cells.flat_map(|cell| cell.split('`').skip(1).step_by(2)).filter_map(|name| name.split("::").next());
+    let types: Vec<&str> = names.filter(|name| name.starts_with(|c: char| c.is_uppercase()) && *name != "EA").collect();
+    assert!(types.len() > 10, "{types:?}");
+    let unknown: Vec<&&str> = types.iter().filter(|name| !declared(name)).collect();
+    assert!(unknown.is_empty(), "docs/explanation/notation.md names types that do not exist: {unknown:?}");
 }
 
 #[test]

@@ -37,26 +37,26 @@ const BOUND: f64 = 1e-9;
 /// Number of the kind: a new kind has no arm, and this file says where its sample belongs.
 fn effect_kind(spec: &EffectSpec) -> usize {
     match spec {
-        EffectSpec::Elastic { .. } => 0,
-        EffectSpec::Inertia { .. } => 1,
-        EffectSpec::Gravity { .. } => 2,
-        EffectSpec::MassDamping { .. } => 3,
-        EffectSpec::ViscousDamping { .. } => 4,
-        EffectSpec::StiffnessDamping { .. } => 5,
-        EffectSpec::EdgeSprings { .. } => 6,
-        EffectSpec::EdgeDampers { .. } => 7,
-        EffectSpec::Viscoelastic { .. } => 8,
-        EffectSpec::PointForce { .. } => 9,
-        EffectSpec::Traction { .. } => 10,
+        EffectSpec::Elastic(_) => 0,
+        EffectSpec::Inertia(_) => 1,
+        EffectSpec::Gravity(_) => 2,
+        EffectSpec::MassDamping(_) => 3,
+        EffectSpec::ViscousDamping(_) => 4,
+        EffectSpec::StiffnessDamping(_) => 5,
+        EffectSpec::EdgeSprings(_) => 6,
+        EffectSpec::EdgeDampers(_) => 7,
+        EffectSpec::Viscoelastic(_) => 8,
+        EffectSpec::PointForce(_) => 9,
+        EffectSpec::Traction(_) => 10,
     }
 }
 
 fn constraint_kind(spec: &ConstraintSpec) -> usize {
     match spec {
-        ConstraintSpec::Fixed { .. } => 0,
-        ConstraintSpec::Prescribed { .. } => 1,
-        ConstraintSpec::Cable { .. } => 2,
-        ConstraintSpec::Cavity { .. } => 3,
+        ConstraintSpec::Fixed(_) => 0,
+        ConstraintSpec::Prescribed(_) => 1,
+        ConstraintSpec::Cable(_) => 2,
+        ConstraintSpec::Cavity(_) => 3,
     }
 }
 

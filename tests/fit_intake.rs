@@ -53,16 +53,16 @@ fn unusual_rows_are_logged_and_unreadable_rows_named() {
     }
     let kept = log_of(&e, AuditKind::Kept);
     for fact in [
-        "counts each time (line 8)",
+        "each occurrence counts (line 8)",
         "both count (line 9)",
-        "smaller than in the row before (order of the file or unloading); the order does not enter the fit, unloading would (line 7)",
+        "smaller than in the data point before (order of the file or unloading); the order does not enter the fit, unloading would (line 7)",
         "under tension) (line 10)",
         "offset was not subtracted (line 2)",
     ] {
         assert!(kept.contains(fact), "{fact} not in:\n{kept}");
     }
     assert_eq!(e.samples.len(), 7);
-    assert!(log_of(&e, AuditKind::Doubt).contains("5 of 12 rows could not be read"));
+    assert!(log_of(&e, AuditKind::Doubt).contains("5 of 12 data points could not be read"));
 }
 
 #[test]
@@ -82,11 +82,11 @@ fn bad_tables_are_refused_with_fact_and_remedy() {
         ("stretch,stress (MPa)\n1,0.1\n81,0.3\n", &["a stretch of 81", "--strain-unit 1"]),
         ("strain;stress (MPa)\n1,250;1,125\n2,500;2,250\n", &["\"1,250\" may be a decimal", "--decimal comma"]),
         ("strain,stress (MPa)\n0,1,0,5\n0,2,0,9\n", &["line 2 has 4 cells under 2 names", "export it with ;"]),
-        ("shear strain,stress (MPa),mode\n0.1,0.5,biaxial\n", &["biaxial rows need --mode biaxial"]),
+        ("shear strain,stress (MPa),mode\n0.1,0.5,biaxial\n", &["biaxial data points need --mode biaxial"]),
         ("stretch,nominal stress\n1.1,0.1\n", &["\"nominal stress\" has no unit", "--stress-unit MPa"]),
         ("stretch,nominal stress (mpa)\n1.1,0.1\n", &["unit \"mpa\"", "MPa"]),
         ("stretch,stress (MPa),stress 2 (MPa)\n1.1,0.1,1\n", &["may be any of", "--stress-column"]),
-        ("stretch,nominal stress (MPa)\n", &["no rows below the column names"]),
+        ("stretch,nominal stress (MPa)\n", &["no data below the column names"]),
         ("stretch,nominal stress (MPa)\nx,1\n", &["line 2", "not a number"]),
         ("stretch,nominal stress (MPa)\n1.1,0.1\n", &["holds 1 data points", "2 are needed"]),
         ("stretch,nominal stress (MPa)\n1,0.1\n1,0.2\n", &["holds 0 data points"]),

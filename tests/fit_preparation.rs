@@ -122,8 +122,8 @@ fn toe_and_offset_are_handled_and_logged() {
     let shift = raw - (first.stretch - 1.0);
     assert!((shift - slack).abs() < 1e-3, "{shift}");
     let changed = log_of(&e, AuditKind::Changed);
-    assert!(changed.contains("first 30 rows") && changed.contains("meets zero stress at 0.0"), "{changed}");
-    assert!(log_of(&e, AuditKind::LeftOut).contains("uniaxial rows of the toe"));
+    assert!(changed.contains("first 30 data points") && changed.contains("reaches zero stress at 0.0"), "{changed}");
+    assert!(log_of(&e, AuditKind::LeftOut).contains("uniaxial data points of the toe"));
     // Of μ: noise 200 Pa over 350 rows of up to 200 kPa, 1e-4, and the offset of 700 Pa, known to 200/√30 = 37 Pa: 1e-3 of μ at most
     let r = fitted(&e);
     assert!((r.parameters[0].value / MU - 1.0).abs() < 5e-3, "{}", r.parameters[0].value / MU);
@@ -167,7 +167,7 @@ fn cycles_are_told_apart() {
         let e = with(cycle);
         assert_eq!(e.samples.len(), rows, "{cycle:?}");
         assert!((mu(&e) / (factor * MU) - 1.0).abs() < 1e-12, "{cycle:?}");
-        assert!(log_of(&e, AuditKind::LeftOut).contains("rows of other branches"));
+        assert!(log_of(&e, AuditKind::LeftOut).contains("data points of other branches"));
     }
     assert_eq!(with(Some(Cycle::All)).samples.len(), 78);
     let warned = |e: &Experiment| fitted(e).warnings.into_iter().find(|w| matches!(w, FitWarning::Cycles { .. }));

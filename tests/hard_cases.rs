@@ -5,9 +5,12 @@ use durometer::math::units::{self, Dimension};
 use durometer::mesh::TetMesh;
 use durometer::scene::{Body, Progress, Run, Scene, from_text};
 use durometer::solve::Status;
-use durometer::study::expand::{Case, Study};
-use durometer::study::kinds::robustness::analysis::{Analysis, analyse};
-use durometer::study::kinds::robustness::outcome::Outcome;
+use durometer::study::analysis::Analysis;
+use durometer::study::case::Case;
+use durometer::study::expand::Study;
+use durometer::study::kind::Extent;
+use durometer::study::kinds::robustness::analysis::{RobustnessFindings, analyse};
+use durometer::study::kinds::robustness::outcome::CaseOutcome;
 use durometer::study::kinds::robustness::record::RobustnessRecord;
 use durometer::study::record::{CaseRecord, StudyRecord};
 use durometer::study::results::{self, Results};
@@ -32,9 +35,7 @@ fn file() -> PathBuf {
 
 fn quick(changes: &[(&str, Value)]) -> Study {
     let changes: Vec<_> = changes.iter().map(|(key, value)| (key.to_string(), value.clone())).collect();
-    let mut study = Study::read(&file(), &changes).unwrap_or_else(|e| panic!("{e}"));
-    study.only_quick();
-    study
+    Study::read_extent(&file(), &changes, Extent::Quick).unwrap_or_else(|e| panic!("{e}"))
 }
 
 fn kept(study: &StudyRecord) -> RobustnessRecord {
@@ -42,7 +43,7 @@ fn kept(study: &StudyRecord) -> RobustnessRecord {
 }
 
 /// Runs the cases whose id contains `only`.
-fn judged(study: &Study, only: Option<&str>) -> Analysis {
+fn judged(study: &Study, only: Option<&str>) -> Analysis<RobustnessFindings> {
     let store = stored(study, only);
     analyse(&store.study, &kept(&store.study), &store.cases)
 }
@@ -60,11 +61,11 @@ fn stored(study: &Study, only: Option<&str>) -> Results {
 fn the_quick_half_is_right() {
     let a = judged(&quick(&[]), None);
     println!("{}", a.verdict);
-    let failed: Vec<String> = (a.cases.iter().filter(|c| c.outcome == Outcome::Fail))
+    let failed: Vec<String> = (a.cases.iter().filter(|c| c.outcome == CaseOutcome::Fail))
         .map(|c| format!("{}: {}", c.case, c.reason.as_deref().unwrap_or_default()))
         .collect();
     assert_eq!(failed, Vec::<String>::new());
-    assert!(a.cases.len() >= 60 && a.missing.is_empty(), "{} cases", a.cases.len());
+    assert!(a.cases.len() >= 60 && a.incomplete.is_empty(), "{} cases", a.cases.len());
     let compared: usize = a.cases.iter().map(|c| c.findings.len()).sum();
     assert!(compared >= 60, "{compared} comparisons with a reference");
 }
@@ -309,7 +310,7 @@ fn the_suite_notices_what_is_switched_off() {
         ("numerics.projection", Value::from(false), "projected-tet10-twice"),
     ] {
         let a = judged(&quick(&[(key, value)]), Some(only));
-        assert_eq!(a.count(Outcome::Fail), 1, "{only} does not need {key}: {}", a.verdict);
+        assert_eq!(a.count(CaseOutcome::Fail), 1, "{only} does not need {key}: {}", a.verdict);
     }
 }
 

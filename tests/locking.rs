@@ -5,7 +5,7 @@ mod common;
 use common::cook::{bent, rubber, tip};
 use common::formulation::{Formulation, formulated, solid, stressed};
 use common::*;
-use durometer::effect::locking::signs;
+use durometer::effect::pressure_scatter::pressure_scatter;
 use durometer::math::tensor::Vec3;
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
@@ -23,16 +23,19 @@ fn cooks_membrane() {
             (Order::Quadratic, Formulation::MeanDilatation, 0.01),
         ] {
             let (mesh, x) = bent(32, order, formulation, mirrored);
-            let (u, signs) =
-                (tip(&mesh, &x), signs(&*stressed(&mesh, rubber(), formulation), &x).expect("a sheared body"));
+            let (u, found) = (
+                tip(&mesh, &x),
+                pressure_scatter(&*stressed(&mesh, rubber(), formulation), &x).expect("a sheared body"),
+            );
             assert!((u / 6.93 - 1.0).abs() < accept, "{order:?} {formulation:?} mirrored {mirrored}: {u}");
-            assert!(signs.scatter < 0.5 && !signs.alarm, "{order:?} {formulation:?} mirrored {mirrored}: {signs:?}");
+            assert!(found.scatter < 0.5 && !found.alarm, "{order:?} {formulation:?} mirrored {mirrored}: {found:?}");
         }
         let (mesh, x) = bent(32, Order::Linear, Formulation::Displacement, mirrored);
-        let signs = signs(&*stressed(&mesh, rubber(), Formulation::Displacement), &x).expect("a sheared body");
+        let found =
+            pressure_scatter(&*stressed(&mesh, rubber(), Formulation::Displacement), &x).expect("a sheared body");
         let locked = tip(&mesh, &x);
         assert!(locked < 0.75 * 6.93, "tet4 displacement gives {locked}: no lock?");
-        assert!(signs.alarm && signs.scatter > 5.0, "the alarm is silent: {signs:?}");
+        assert!(found.alarm && found.scatter > 5.0, "the alarm is silent: {found:?}");
     }
 }
 
@@ -46,10 +49,10 @@ fn uniaxial_tension_has_no_scatter() {
         let stressed = stressed(&mesh, law("neo_hookean", 3.0, nu), Formulation::Displacement);
         let stretch = Vec3::new(1.0, -nu, -nu) * strain;
         let x: Vec<f64> = mesh.points.iter().flat_map(|p| [0, 1, 2].map(|i| stretch[i] * p[i])).collect();
-        let found = signs(&*stressed, &x).expect("a sheared body");
+        let found = pressure_scatter(&*stressed, &x).expect("a sheared body");
         assert!(found.scatter < 1e-8 && !found.alarm, "{order:?}: {found:?}");
         assert!((found.share / ((1.0 - 2.0 * nu) / 3.0) - 1.0).abs() < 1e-4, "{order:?}: {found:?}");
-        assert!(signs(&*stressed, &vec![0.0; x.len()]).is_none(), "nothing is sheared at rest");
+        assert!(pressure_scatter(&*stressed, &vec![0.0; x.len()]).is_none(), "nothing is sheared at rest");
     }
 }
 
@@ -65,7 +68,7 @@ fn compressible_bending_is_silent() {
         let system = solid(&mesh, rubber(), Formulation::Displacement, vec![Box::new(load)], held);
         let (state, _) = statics(&mesh, &system, 1e-8, 1);
         let stressed = stressed(&mesh, rubber(), Formulation::Displacement);
-        let found = signs(&*stressed, &state.x).expect("a sheared body");
+        let found = pressure_scatter(&*stressed, &state.x).expect("a sheared body");
         assert_eq!(found.alarm, alarm, "ν = {nu}: {found:?}");
     }
 }

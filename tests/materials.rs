@@ -5,9 +5,10 @@
 #[path = "analysis/synthetic.rs"]
 mod synthetic;
 
+use durometer::study::analysis::Analysis;
 use durometer::study::curve::Curve;
 use durometer::study::expand::Study;
-use durometer::study::kinds::comparison::analysis::{self, Analysis, Comparison, ComparisonRecord};
+use durometer::study::kinds::comparison::analysis::{self, ComparedMember, ComparisonFindings, ComparisonRecord};
 use durometer::study::record::{FamilyRecord, Quantity, Role, Series, StoredCase, StudyRecord};
 use durometer::study::report;
 use std::collections::BTreeMap;
@@ -64,7 +65,7 @@ fn study() -> (StudyRecord, Vec<StoredCase>) {
     (study, stored)
 }
 
-fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis {
+fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis<ComparisonFindings> {
     analysis::analyse(study, &ComparisonRecord { reference: "base".into() }, stored)
 }
 
@@ -75,8 +76,9 @@ fn differences_and_loops_have_their_closed_forms() {
     let (study, stored) = study();
     let a = analyse(&study, &stored);
     assert_eq!(a.quantities.len(), 1, "the length is imposed: {:?}", a.quantities);
-    let law =
-        |member: &str| -> &Comparison { a.quantities[0].members.iter().find(|c| c.member == member).expect(member) };
+    let law = |member: &str| -> &ComparedMember {
+        a.quantities[0].members.iter().find(|c| c.member == member).expect(member)
+    };
     let close = |got: f64, want: f64, tolerance: f64| assert!((got - want).abs() <= tolerance, "{got} is not {want}");
     close(law("stiff").peak_difference, 0.2, 1e-12);
     close(law("stiff").distance, 0.2, 1e-12);

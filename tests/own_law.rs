@@ -13,6 +13,7 @@ use durometer::material::{
     Values, Volumetric, Want, check_law, derivative, law_from_table, moduli, register,
 };
 use durometer::math::tensor::Mat3;
+use durometer::math::units::Dimension;
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
 use durometer::solve::Status;
@@ -29,8 +30,8 @@ struct Demiray {
 const KEYS: &[Parameter] = &[
     moduli::NU,
     moduli::KAPPA,
-    Parameter::modulus("mu", "μ", 0.0, "shear modulus at F = I"),
-    Parameter::number("b", "b", 0.0, "rate of the exponential"),
+    Parameter::new("mu", "μ", Dimension::PRESSURE, Parameter::POSITIVE, "shear modulus at F = I"),
+    Parameter::new("b", "b", Dimension::NONE, Parameter::POSITIVE, "rate of the exponential"),
 ];
 
 static INFO: LawInfo = LawInfo {

@@ -3,6 +3,7 @@
 
 use durometer::material::LAWS;
 use durometer::scene::overrides::parse;
+use durometer::scene::spec::{ConstraintSpec, EffectSpec};
 use durometer::scene::{Body, Run, Scene, read_scene};
 use durometer::solve::Status;
 use std::collections::BTreeMap;
@@ -87,13 +88,13 @@ fn effect_files() -> Vec<String> {
     names
 }
 
-/// The scene has `elastic` (with its cells and its locking signs), a cable, and a Neo-Hookean law. The compiler folds
+/// The scene has `elastic` (with its cells and the scatter of its pressures), a cable, and a Neo-Hookean law. The compiler folds
 /// functions of the same code into one, whose lines are those of either, so a few instructions of a getter may be counted in
 /// a file that was not meant: fewer than cells are allowed, and one pass over a body takes at least one for each.
 #[test]
 fn what_is_not_declared_is_not_executed() {
     let Some(counts) = instructions(&[]) else { return };
-    let declared = ["cable.rs", "cell.rs", "elastic.rs", "locking.rs"];
+    let declared = ["cable.rs", "cell.rs", "elastic.rs", "pressure_scatter.rs"];
     for name in effect_files() {
         let n = of(&counts, &format!("effect/{name}"));
         match declared.contains(&name.as_str()) {
@@ -116,7 +117,9 @@ fn what_is_not_declared_is_not_executed() {
 #[test]
 fn a_step_does_not_see_the_registry() {
     let (Some(short), Some(long)) = (instructions(&[]), instructions(&["stage.0.duration=\"2 s\""])) else { return };
-    for file in ["scene/spec.rs", "scene/build.rs", "scene/builder.rs", "scene/stages.rs", "material/registry.rs"] {
+    for file in
+        ["scene/parts/effects/mod.rs", "scene/build.rs", "scene/builder.rs", "scene/stages.rs", "material/registry.rs"]
+    {
         let (a, b) = (of(&short, file), of(&long, file));
         assert!(a > 0, "{file} was not seen at all");
         assert!(a.abs_diff(b) as f64 <= 1e-3 * a as f64, "{file}: {a} instructions for 4 steps, {b} for 8");
@@ -199,18 +202,11 @@ fn check_names_what_is_not_there() {
         line.split(", ").map(String::from).collect()
     };
     let absent = after("not there    effects: ");
-    let source = std::fs::read_to_string(root().join("src/scene/spec.rs")).expect("the specification");
-    let variants = |name: &str| {
-        let body = source.split(&format!("pub enum {name} {{")).nth(1).and_then(|t| t.split("\n}").next());
-        let lines = body.expect("an enum").lines().filter(|l| l.starts_with("    ") && !l.starts_with("     "));
-        let names = lines.map(|l| l.trim().chars().take_while(|c| c.is_alphanumeric()).collect::<String>());
-        names.filter(|n| n.starts_with(char::is_uppercase)).count()
-    };
-    assert_eq!(absent.len() + 2, variants("EffectSpec"), "{absent:?}");
+    assert_eq!(absent.len() + 2, EffectSpec::KINDS.len(), "{absent:?}");
     assert!(!absent.contains(&"gravity".to_string()) && absent.contains(&"viscoelastic".to_string()), "{absent:?}");
     let absent = after("             constraints: ");
     assert_eq!(absent, ["prescribed", "cavity"]);
-    assert_eq!(absent.len() + 2, variants("ConstraintSpec"));
+    assert_eq!(absent.len() + 2, ConstraintSpec::KINDS.len());
     assert!(said.contains("elastic (48 blocks): region body, law rubber, formulation displacement"), "{said}");
     assert!(said.contains("gravity (") && said.contains("towards [0.0, 0.0, -1.0]"), "{said}");
 }

@@ -5,10 +5,11 @@
 #[path = "analysis/synthetic.rs"]
 mod synthetic;
 
+use durometer::study::analysis::Analysis;
 use durometer::study::axis::AxisRecord;
 use durometer::study::expand::Study;
 use durometer::study::kinds::comparison;
-use durometer::study::kinds::sweep::analysis::{self, Along, Analysis, SweepRecord, Trend};
+use durometer::study::kinds::sweep::analysis::{self, Along, SweepFindings, SweepRecord, Trend};
 use durometer::study::record::{EffectRecord, FamilyRecord, Quantity, Role, StoredCase, StudyRecord};
 use durometer::study::report;
 use std::collections::BTreeMap;
@@ -19,7 +20,7 @@ fn sweep_of(study: &StudyRecord) -> SweepRecord {
     serde_json::from_value(study.details.clone()).expect("the record of a sweep")
 }
 
-fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis {
+fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis<SweepFindings> {
     analysis::analyse(study, &sweep_of(study), stored)
 }
 

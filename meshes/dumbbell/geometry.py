@@ -1,7 +1,7 @@
 """CAD of the tensile specimen: an extruded outline, cut into ends, transitions and gauge.
 
 The outline rises from the narrow part to the end by two arcs, concave and convex, tangent to the
-straight edges and to each other: with R and r their radii and t the angle where they meet,
+straight edges and to each other: with R and r their radii and t the angle at their junction,
 (R + r)(1 - cos t) = (grip_width - gauge_width) / 2, over a length of (R + r) sin t.
 """
 
@@ -36,7 +36,7 @@ def build(params: dict) -> Geometry:
 
 
 def junction_angle(p: dict) -> float:
-    """Angle of both arcs, from the straight edge to where they meet [rad]."""
+    """Angle of both arcs, from the straight edge to their junction [rad]."""
     rise = (p["grip_width"] - p["gauge_width"]) / 2
     cosine = 1 - rise / (p["inner_radius"] + p["outer_radius"])
     if not 0 < cosine < 1:

@@ -1,7 +1,7 @@
 """CAD of an octant of the tensile specimen between its grips, cut at the end of the narrow part.
 
 Two arcs, concave and convex, tangent to the straight edges and to each other, lead from the narrow part
-to the end: with R and r their radii and t the angle where they meet,
+to the end: with R and r their radii and t the angle at their junction,
 (R + r)(1 - cos t) = (grip_width - gauge_width) / 2, over a length of (R + r) sin t.
 """
 

@@ -65,7 +65,7 @@ def notch_spans(p: dict) -> list:
 
 
 def cable_path(p: dict) -> dict:
-    """Guide points two per phalanx, and the pull point in front of the root [mm]."""
+    """Two guide points per phalanx, and the pull point in front of the root [mm]."""
     phalanx, pitch = phalanx_length(p), phalanx_length(p) + p["notch_width"]
     xs = []
     for i in range(int(p["phalanges"])):

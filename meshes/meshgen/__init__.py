@@ -1,1 +1,1 @@
-"""meshgen: tetrahedral meshes of Durometer's bodies. JSON request in, MSH 4.1 and JSON manifest out."""
+"""meshgen: tetrahedral meshes of Durometer's bodies. It reads a request in JSON and writes MSH 4.1 and a manifest in JSON."""

@@ -1,6 +1,6 @@
 """`python -m meshgen < request.json`: one JSON manifest on stdout, progress on stderr.
 
-Exit codes: 0 done, 2 bad request, 3 the mesher failed. `--doctor` says what is installed and what is missing."""
+Exit codes: 0 done, 2 bad request, 3 the mesher failed. `--doctor` lists installed and missing packages."""
 
 import json
 import os
@@ -22,7 +22,7 @@ def main() -> int:
 
 
 def private_stdout():
-    """Keep stdout for the answer alone: whatever libraries print goes to stderr."""
+    """Reserve stdout for the answer: output of libraries goes to stderr."""
     ours = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)
     return ours

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from .errors import BadRequest
 
-HOME = Path(__file__).resolve().parent.parent
+HOME = Path(__file__).absolute().parent.parent
 
 
 @cache

@@ -1,6 +1,6 @@
 """CGAL's Mesh_3 on a polyhedral domain: Delaunay refinement of the volume inside a triangle surface.
 
-It knows neither sharp edges nor labels: edges come out rounded, regions are recovered afterwards."""
+Sharp edges and labels are not passed to it: edges are rounded, and regions are recovered afterwards."""
 
 import os
 import random
@@ -16,7 +16,7 @@ from .gmsh_driver import log
 from .mesh import assemble, boundary
 from .request import CGAL_LENGTHS, Request
 
-# Criteria where the request is silent; the lengths as fractions of the edge length.
+# Default criteria; lengths as fractions of the edge length.
 DEFAULTS = {"facet_angle": 25.0, "cell_ratio": 3.0, "facet_size": 1.0, "facet_approximation": 0.1, "cell_size": 1.0}
 OPTIMISERS = {"odt": False, "lloyd": False, "perturb": True, "exude": True}
 CONVERGENCE, FREEZE = 0.02, 0.01  # of odt and lloyd, CGAL's defaults
@@ -61,19 +61,19 @@ def mesh(request: Request, geometry: Geometry, volume: float) -> tuple:
 
 
 def criteria_for(request: Request, length: float, scale: float) -> dict:
-    """The criteria [degrees, 1, m]: those of the request, else defaults for the length; lengths times `scale`."""
+    """The criteria [degrees, 1, m]: those of the request, otherwise defaults for the length; lengths are multiplied by `scale`."""
     values = {name: value * (length if name in CGAL_LENGTHS else 1) for name, value in DEFAULTS.items()}
     values |= {name: value for name, value in request.cgal.items() if name in DEFAULTS}
     return {name: value * (scale if name in CGAL_LENGTHS else 1) for name, value in values.items()}
 
 
 def switches(request: Request) -> dict:
-    """Which optimisers run: as requested, else perturbation and exudation if the request wants optimising."""
+    """Optimisers to run: those requested, otherwise perturbation and exudation if the request asks for optimisation."""
     return {name: request.cgal.get(name, default and request.optimise) for name, default in OPTIMISERS.items()}
 
 
 def load():
-    """CGAL's module, held on one core: on several, its refinement is parallel and not reproducible (nor faster)."""
+    """CGAL's module, restricted to one core: on several, its refinement is parallel, not reproducible and no faster."""
     cores = sorted(os.sched_getaffinity(0))
     os.sched_setaffinity(0, {cores[os.getpid() % len(cores)]})
     try:
@@ -84,7 +84,7 @@ def load():
 
 
 def make_polyhedron(points: np.ndarray, triangles: np.ndarray):
-    """A CGAL polyhedron from outward triangles."""
+    """CGAL polyhedron of outward triangles."""
     from CGAL.CGAL_Kernel import Point_3
     from CGAL.CGAL_Polyhedron_3 import Polyhedron_3, Polyhedron_modifier
 
@@ -106,7 +106,7 @@ def make_polyhedron(points: np.ndarray, triangles: np.ndarray):
 
 
 def make_mesh(cgal, polyhedron, criteria: dict, optimisers: dict) -> tuple:
-    """Points [mm] and cells of one run of CGAL. Optimisers run without time limit, so the result is reproducible."""
+    """Points [mm] and cells of one run of CGAL. Optimisers have no time limit, so that the result is reproducible."""
     wanted = cgal.Default_mesh_criteria()
     wanted.facet_angle(criteria["facet_angle"])
     wanted.cell_radius_edge_ratio(criteria["cell_ratio"])

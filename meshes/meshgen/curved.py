@@ -1,4 +1,4 @@
-"""Second-order meshes whose mid-nodes lie on the CAD: make sure that no curved cell is folded."""
+"""Second-order meshes whose mid-nodes lie on the CAD: ensures that no curved cell is folded."""
 
 import gmsh
 import numpy as np
@@ -13,11 +13,11 @@ ROUNDS = 12
 
 
 def untangle(collect_cells, log) -> int:
-    """Repair cells whose Jacobian is not safely positive; returns how many edges had to leave the CAD.
+    """Repair cells whose Jacobian is not safely positive; returns the number of edges that had to leave the CAD.
 
     Mid-nodes inside the body may follow those on the boundary: a few rounds of averaging their bulge
-    (distance from the middle of the edge) over the bad cells and their neighbours. What is still bad
-    then has its edges straightened by half, again and again, boundary or not."""
+    (distance from the middle of the edge) over the bad cells and their neighbours. The edges of cells that
+    are still bad are then straightened by half repeatedly, on the boundary as well."""
     points, cells = collect_cells()
     bad = relative_jacobian(points, cells) < SMALLEST
     if not bad.any():

@@ -1,4 +1,4 @@
-"""What is installed, what is missing, and the command that helps."""
+"""Installed and missing packages, with the command that installs them."""
 
 import importlib
 import re
@@ -25,7 +25,7 @@ PIP = "python -m pip install -r meshes/meshgen/requirements.txt"
 
 
 def examine() -> dict:
-    """Import every package. `ok` tells whether gmsh meshes can be made; `errors` and `fix` say what is missing."""
+    """Import every package. `ok` tells whether gmsh meshes can be made; `errors` and `fix` state what is missing."""
     errors, fix = {}, set()
     for name, module in MODULES.items():
         try:

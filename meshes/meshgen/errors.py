@@ -1,8 +1,8 @@
-"""The two ways in which a request can end without a mesh."""
+"""Errors of requests that end without a mesh."""
 
 
 class MeshgenError(Exception):
-    """An error with a remedy: `error` says what and where, `hint` what to do about it."""
+    """An error with a remedy: `error` states what is wrong and where, `hint` what to do about it."""
 
     exit_code = 3
 
@@ -16,12 +16,12 @@ class MeshgenError(Exception):
 
 
 class BadRequest(MeshgenError):
-    """The request cannot be meant: unknown key, impossible parameter, unreadable file."""
+    """The request is not valid: unknown key, impossible parameter, unreadable file."""
 
     exit_code = 2
 
 
 class MesherFailed(MeshgenError):
-    """The request is fine, but the mesher gave up on it."""
+    """The request is valid, but the mesher could not fulfil it."""
 
     exit_code = 3

@@ -1,4 +1,4 @@
-"""What a body's `geometry.py` returns, and helpers to tell CAD faces apart.
+"""Result of a body's `geometry.py`, and functions that distinguish CAD faces.
 
 The CAD is built in millimetres, because OpenCASCADE's tolerances are absolute (1e-7).
 """
@@ -20,7 +20,7 @@ class Geometry:
     regions   name -> (dim, entity tags); facet regions share no face
     paths     name -> {"guides": [[x, y, z]], "pull_point": [x, y, z], "guide_radius": r}, in mm
     features  grading feature -> list of face tags, or of points [x, y, z] in mm
-    volume    enclosed volume in mm³, where the kernel cannot tell it (surfaces without CAD)
+    volume    enclosed volume in mm³, where the CAD kernel does not know it (surfaces without CAD)
     rebuild   builds the same model again, where clearing the mesh would destroy it (surfaces without CAD)
     """
 
@@ -32,7 +32,7 @@ class Geometry:
     rebuild: Callable | None = None
 
     def clear_mesh(self) -> None:
-        """Back to the bare geometry."""
+        """Restore the geometry without a mesh."""
         if self.rebuild:
             self.rebuild()
         else:
@@ -63,7 +63,7 @@ def lies_between(face: int, axis: int, low: float, high: float) -> bool:
 
 
 def sort_faces(volumes: list, rules: list, rest: str) -> dict:
-    """Give every outer face to the first rule (name, predicate) that wants it, otherwise to `rest`."""
+    """Assign every outer face to the first rule (name, predicate) that accepts it, otherwise to `rest`."""
     regions = {name: (2, []) for name, _ in rules}
     regions[rest] = (2, [])
     for face in boundary_faces(volumes):

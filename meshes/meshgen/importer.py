@@ -19,7 +19,7 @@ FLAT_CELLS = {"vertex", "line", "line3", "triangle", "triangle6"}
 
 
 def is_mesh(request: Request) -> bool:
-    """Whether the file holds a volume mesh, which is taken over as it is."""
+    """Whether the file holds a volume mesh, which is used unchanged."""
     path = Path(request.parameters["path"])
     if not path.is_file():
         raise BadRequest(f"no file {path}", "check parameters.path")
@@ -100,7 +100,7 @@ def read_surface(path: Path, scale: float) -> Geometry:
 
 
 def load(path: Path):
-    """The file through meshio; its errors, exits included, become a BadRequest."""
+    """Read the file with meshio; its errors, including exits, become a BadRequest."""
     import meshio
 
     try:

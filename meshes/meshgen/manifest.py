@@ -1,4 +1,4 @@
-"""The manifest: what was asked, what came out, how good it is."""
+"""The manifest: the request, the resulting mesh and its quality."""
 
 import json
 import re
@@ -13,7 +13,7 @@ from .versions import versions
 def build(request, mesh: TetMesh, volume_cad: float | None, paths: dict, notes: dict) -> dict:
     """The manifest of a mesh. Lengths in metres; volume_cad is null when the input was a mesh already.
 
-    The request is kept as it came, but for the folder of its output: the files may move."""
+    The request is kept unchanged, except for the folder of its output, because the files may be moved."""
     volume = quality.volume(mesh)
     return {
         "request": request.raw | {"output": Path(request.output).name},

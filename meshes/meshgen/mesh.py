@@ -1,4 +1,4 @@
-"""The mesh between mesher and file: nodes, tetrahedra, boundary triangles, regions. Metres, gmsh's node order."""
+"""Mesh between the mesher and the file: nodes, tetrahedra, boundary triangles, regions. Metres, gmsh's node order."""
 
 from dataclasses import dataclass, field
 
@@ -32,7 +32,7 @@ def assemble(points, cells, cell_labels: dict, facet_labels: dict, exclusive: bo
     cell_labels   region -> boolean mask over cells
     facet_labels  region -> (k, 3) corner nodes of its triangles, in any orientation
     Drops unused nodes, makes cells positive and facets outward, rounds coordinates to 12 digits of the
-    body's size, and makes sure that the facet regions together are the boundary, each facet once (if exclusive).
+    body's size, and ensures that the facet regions together form the boundary, each facet once (if exclusive).
     """
     used, inverse = np.unique(cells, return_inverse=True)
     cells = inverse.reshape(np.shape(cells))
@@ -63,7 +63,7 @@ def rounded(points: np.ndarray) -> np.ndarray:
 
 
 def oriented(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
-    """Cells of positive volume: all are turned when all are negative, inverted or flat ones are refused."""
+    """Cells of positive volume: all are reversed if all are negative; single inverted or flat cells are refused."""
     volumes = corner_volumes(points, cells)
     if np.all(volumes < 0):
         swap = [1, 0, 2, 3] if cells.shape[1] == 4 else [1, 0, 2, 3, 4, 6, 5, 9, 8, 7]

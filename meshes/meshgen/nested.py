@@ -1,4 +1,4 @@
-"""Uniform refinement: every cell into 8, the new boundary nodes on the CAD."""
+"""Uniform refinement: every cell is split into 8, with the new boundary nodes on the CAD."""
 
 import gmsh
 import numpy as np
@@ -24,9 +24,9 @@ OCTAHEDRON = [
 
 
 def refine(collect_cells, log) -> int:
-    """Refine the mesh of the current model once; returns how many edges `curved.untangle` straightened.
+    """Refine the mesh of the current model once; returns the number of edges that `curved.untangle` straightened.
 
-    The mesh becomes a second-order one, whose curved cells are made safe first, and its nodes become the
+    The mesh is converted to second order, folded cells are repaired, and its nodes become the
     corners of the children; nodes keep their CAD entity and parameters for the next level."""
     gmsh.model.mesh.setOrder(2)
     straightened = curved.untangle(collect_cells, log)

@@ -13,7 +13,7 @@ TO_BERNSTEIN = np.linalg.inv(BERNSTEIN)
 
 def report(mesh: TetMesh) -> dict:
     """The manifest's `quality`. Shapes are those of the straight cells; `jacobian_min` (order 2 only) is the
-    smallest Bernstein coefficient of det J over the cell's straight 6V: positive means valid everywhere."""
+    smallest Bernstein coefficient of det J over the cell's straight 6V: if it is positive, the cell is valid everywhere."""
     sicn, ratio, dihedral = shapes(mesh.points, mesh.cells)
     quality = {
         "sicn_min": sicn.min(),
@@ -36,7 +36,7 @@ def volume(mesh: TetMesh) -> float:
 
 
 def shapes(points: np.ndarray, cells: np.ndarray) -> tuple:
-    """SICN, radius ratio 3r/R and dihedral angles [degrees] of the straight cells; 1 is the regular one.
+    """SICN, radius ratio 3r/R and dihedral angles [degrees] of the straight cells; 1 is that of the regular tetrahedron.
 
     SICN is gmsh's signed inverse condition number: 3 det S / (|S| |adj S|), S = J · (regular)^-1."""
     x = points[cells[:, :4]]

@@ -1,4 +1,4 @@
-"""What CGAL forgets: regions by projection on the CAD faces, and how far the sharp edges were rounded. In mm."""
+"""Recovery after CGAL: regions by projection on the CAD faces, and the rounding of sharp edges. Lengths in mm."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from .geometry import MM, Geometry, boundary_faces
 from .gmsh_driver import collect_elements, collect_nodes
 
 PER_CIRCLE = 48  # triangles around a full circle of the CAD
-SHARP = np.cos(np.radians(20))  # faces that meet at more than 20° make a sharp edge
+SHARP = np.cos(np.radians(20))  # faces at an angle of more than 20° form a sharp edge
 CHUNK = 2_000_000  # distances at a time
 
 
@@ -41,7 +41,7 @@ def skin(geometry: Geometry, size: float) -> Skin:
 
 def facet_regions(points: np.ndarray, facets: np.ndarray, skin: Skin, geometry: Geometry) -> dict:
     """Rows of the facets in every facet region: each facet goes to the CAD face that is nearest to its centre,
-    where a normal that differs by an angle a counts like a distance of (1 - cos a) times the facet's size."""
+    where a normal that differs by an angle a counts as a distance of (1 - cos a) times the facet's size."""
     corners = points[facets]
     centres, normals, sizes = corners.mean(axis=1), *unit_normals(corners)
     tags = np.unique(skin.face)

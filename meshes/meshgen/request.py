@@ -1,4 +1,4 @@
-"""The request: what to mesh, how finely, with which generator, and where to write it. Lengths in metres."""
+"""The request: the body, the size of its cells, the generator and the output. Lengths in metres."""
 
 import difflib
 import json
@@ -15,7 +15,7 @@ CGAL_SWITCHES = ("odt", "lloyd", "perturb", "exude")
 
 @dataclass
 class Request:
-    """A validated request. Exactly one of `length` [m] and `cells` is set, unless CGAL's criteria say it all."""
+    """A validated request. Exactly one of `length` [m] and `cells` is set, unless CGAL's criteria determine the size."""
 
     body: str
     parameters: dict
@@ -80,7 +80,7 @@ def read_size(request: Request, size: dict) -> None:
 
 
 def check_combination(request: Request) -> None:
-    """What one generator can do and the other cannot."""
+    """Refuse options that the chosen generator does not have."""
     sized = request.length or request.cells
     if request.generator == "cgal":
         if not sized and not all(name in request.cgal for name in CGAL_LENGTHS):

@@ -1,4 +1,4 @@
-"""Where the mesh is fine: edge length, graded features, target cell counts."""
+"""Size of the cells: edge length, graded features, target cell counts."""
 
 import math
 import random
@@ -15,7 +15,7 @@ BLIND = 12  # attempts within which the target must have been bracketed
 
 
 def apply(length: float, wave: int, request, geometry) -> None:
-    """Set gmsh's size fields: `length` [m] everywhere, less near graded features.
+    """Set gmsh's size fields: `length` [m] everywhere, smaller near graded features.
 
     A feature's length holds up to `distance` from it and grows to the base length over another `distance`.
     A wave other than 0 varies the base length smoothly in space by 5 %: see `noise`."""
@@ -37,8 +37,8 @@ def apply(length: float, wave: int, request, geometry) -> None:
 def noise(h: float, wave: int) -> str:
     """A formula for the base length [mm]: constant for wave 0, else a plane wave of random direction and phase.
 
-    The seed of a request chooses the wave, so that meshes of different seeds are different samples of the
-    same size; gmsh's own random seed moves hardly a node."""
+    The seed of a request chooses the wave, so that meshes with different seeds are different samples of the
+    same size; gmsh's own random seed hardly changes the mesh."""
     if wave == 0:
         return f"{h:.17g}"
     draw = random.Random(wave)
@@ -74,8 +74,8 @@ def add_field(kind: str, lists: dict, **values) -> int:
 def find_length(generate, volume: float, target: int, tolerance: float, log) -> tuple:
     """The edge length [m] and jitter for which generate(length, jitter) makes `target` cells within the tolerance.
 
-    Secant in log length against log count, kept inside the bracket of what was tried. The count jumps where
-    an edge of the CAD gets another division; once the bracket is that narrow, other waves of the size
+    Secant method in log length and log count, within the bracket of previous attempts. The count jumps where
+    an edge of the CAD is divided differently; once the bracket is as narrow as such a jump, other waves of the size
     field (jitter 1, 2, …) are tried around it. The last call of generate() is the accepted one."""
     goal, tried = math.log(target), []
     scatter = random.Random(0)
@@ -111,7 +111,7 @@ def coarse(tried: list) -> list:
 
 
 def is_stuck(tried: list) -> bool:
-    """Whether the lengths with too many and with too few cells have met without a hit."""
+    """Whether the lengths with too many and with too few cells have converged without reaching the target."""
     return bool(fine(tried) and coarse(tried)) and min(coarse(tried))[0] - max(fine(tried))[0] < 2e-3
 
 

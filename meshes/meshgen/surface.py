@@ -8,7 +8,7 @@ from .errors import BadRequest
 
 
 def oriented(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """The triangles turned outward; refuses a surface that is not closed and manifold."""
+    """The triangles oriented outward; refuses a surface that is not closed and manifold."""
     edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     owner = np.tile(np.arange(len(triangles)), 3)
     forward = edges[:, 0] < edges[:, 1]
@@ -29,7 +29,7 @@ def oriented(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 
 
 def walk(neighbours: list) -> tuple:
-    """Part number of every triangle, and whether it must be turned to agree with the first of its part."""
+    """Part number of every triangle, and whether it must be reversed to agree with the first of its part."""
     part, turned = np.full(len(neighbours), -1), np.zeros(len(neighbours), bool)
     number = -1
     for start in range(len(neighbours)):
@@ -50,7 +50,7 @@ def walk(neighbours: list) -> tuple:
 
 
 def refuse(points: np.ndarray, edges: np.ndarray, counts: np.ndarray) -> None:
-    """Say where a surface is open or branches."""
+    """Raise an error that states where a surface is open or branches."""
     where = np.round(points[edges[0]].mean(axis=0), 6).tolist()
     if np.any(counts == 1):
         raise BadRequest(f"the surface is not closed: {np.sum(counts == 1)} border edges, one near {where}", "close the holes")

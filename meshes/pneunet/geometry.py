@@ -1,4 +1,4 @@
-"""CAD of a bending actuator with a row of air chambers (PneuNet): bellows on a base that does not stretch as easily."""
+"""CAD of a bending actuator with a row of air chambers (PneuNet): bellows on a base that stretches less."""
 
 import gmsh
 

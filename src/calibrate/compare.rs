@@ -4,6 +4,7 @@
 //! them; *cross-mode*, each fitted mode from the other ones (with one fitted mode: the other modes of the table from it). The score is the worse
 //! of the two. The misfit of the fit itself falls with every constant and ranks nothing.
 
+use super::constant_format::stretch_text;
 use super::fit::{Choice, choose, read};
 use super::misfit::residuals;
 use super::solve::{LawSetting, solve};
@@ -125,7 +126,7 @@ impl Comparison {
 impl fmt::Display for Comparison {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let modes: Vec<_> = self.modes.iter().map(|m| m.name()).collect();
-        let [low, high] = self.stretch;
+        let [low, high] = self.stretch.map(stretch_text);
         writeln!(f, "{} ({}), stretch {low} to {high}, {} data points", self.data, modes.join(" + "), self.rows)?;
         writeln!(f, "relative misfit [%] of data that were not fitted, the best prediction first\n")?;
         writeln!(f, "{:30} {:>9} {:>8} {:>9} {:>11}", "law", "constants", "fitted", "hold-out", "cross-mode")?;

@@ -35,7 +35,7 @@ pub enum FitError {
     )]
     TwoColumns { file: String, what: &'static str, flag: &'static str, candidates: Vec<String> },
     #[error(
-        "{file}: line {line}: biaxial rows need --mode biaxial for the whole table, and two columns each of strain and stress"
+        "{file}: line {line}: biaxial data points need --mode biaxial for the whole table, and two columns each of strain and stress"
     )]
     BiaxialRow { file: String, line: u64 },
     #[error(
@@ -84,7 +84,7 @@ pub enum FitError {
         "{file}: column \"{column}\": unit \"{unit}\" is not one of {wanted}; write it as in \"{example}\", or pass --{flag}"
     )]
     Unit { file: String, column: String, unit: String, wanted: &'static str, example: &'static str, flag: &'static str },
-    #[error("{file}: no row holds both a stretch and a stress; the first row left out: {reason}")]
+    #[error("{file}: no line holds both a stretch and a stress; the first line left out: {reason}")]
     NoRows { file: String, reason: String },
     #[error(transparent)]
     Mode(#[from] UnknownMode),
@@ -133,7 +133,7 @@ pub enum FitError {
     #[error("{first} and {second} hold the same bytes; give each specimen once")]
     SameFile { first: String, second: String },
     #[error(
-        "{file}: only {rows} of its rows take part, fewer than the law has constants; leave the file out, or widen --range"
+        "{file}: only {rows} of its data points take part, fewer than the law has constants; leave the file out, or widen --range"
     )]
     ShortSpecimen { file: String, rows: usize },
     #[error("{}: {message}", path.display())]

@@ -72,7 +72,7 @@ impl Experiment {
         let conversion = Conversion::new(file, &columns, dimensions, &mut audit)?;
         let (samples, raw) = intake::read_rows(file, body, &conversion, decimal, mode, &mut audit)?;
         intake::check_percent(file, &columns, &samples)?;
-        unusual::rows(&mut audit, &samples);
+        unusual::data_points(&mut audit, &samples);
         unusual::doubts(&mut audit, &samples, &columns, choice.strain_measurement.as_deref(), &header);
         let sha256 = Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect();
         Ok(Self {
@@ -236,6 +236,6 @@ fn whole_file_mode(
             (Mode::Uniaxial, format!("because the header says \"{key}: {value}\""))
         }
     };
-    audit.add(AuditKind::Intake, format!("every row is {mode}, {why}"), vec![]);
+    audit.add(AuditKind::Intake, format!("every data point is {mode}, {why}"), vec![]);
     Some(mode)
 }

@@ -47,7 +47,7 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
     let groups = by_specimen(&fitted, experiment.specimens.len());
     let stress = |s: &Sample| model.at(&answer.values, s);
     let own = residuals(&fitted, stress);
-    let misfit = Misfit::of(&own).expect("the rows were counted");
+    let misfit = Misfit::of(&own).expect("the data points were counted");
     let samples: Vec<Sample> = experiment.samples.iter().copied().filter(Sample::is_informative).collect();
     let all = residuals(&samples, stress);
     let range_dependence = range_dependence(experiment, &modes, range.from, &setting, &answer);

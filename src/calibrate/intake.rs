@@ -179,7 +179,7 @@ pub fn read_rows(
     }
     if samples.is_empty() {
         let first = left_out.first().map(|(line, reason)| format!("line {line}: {reason}"));
-        let reason = first.unwrap_or("there are no rows below the column names".into());
+        let reason = first.unwrap_or("there are no data below the column names".into());
         return Err(FitError::NoRows { file: file.into(), reason });
     }
     for (number, reason) in left_out {

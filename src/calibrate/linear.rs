@@ -11,8 +11,9 @@
 
 use super::rows::{Rows, padded, side_by_side};
 use super::{FitError, Mode, SolverCheck};
-use crate::material::principal::{PrincipalDerivatives, of_invariants};
-use crate::material::yeoh::Yeoh;
+use crate::material::FitTerms;
+use crate::material::principal::PrincipalDerivatives;
+use crate::material::registry::find;
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SecondOrderConeT, SolverStatus, SupportedConeT};
 use nalgebra::{DMatrix, DVector};
@@ -28,6 +29,9 @@ const ACTIVE: f64 = 1e-5;
 
 /// The QP begins with every fifth point
 const SPARSE: usize = 5;
+
+/// Derivatives of term k with factor 1 at principal stretches.
+type Derivatives = fn(usize, [f64; 3]) -> PrincipalDerivatives;
 
 /// Where the law has to be stable.
 pub type Points = Vec<(Mode, f64)>;
@@ -53,15 +57,19 @@ fn lorentz(s: &PrincipalDerivatives) -> [f64; 3] {
     [a + d, a - d, 2.0 * b]
 }
 
+/// The Neo-Hookean law, linear in its one constant μ.
+fn neo_hookean() -> Derivatives {
+    match find("neo_hookean").ok().and_then(|entry| entry.fit).map(|form| form.terms) {
+        Some(FitTerms::Linear(derivatives)) => derivatives,
+        _ => unreachable!("the library has the law, with a form for fits"),
+    }
+}
+
 impl Cone {
-    fn at(
-        derivatives: fn(usize, [f64; 3]) -> PrincipalDerivatives,
-        terms: usize,
-        (mode, stretch): (Mode, f64),
-    ) -> Self {
+    fn at(derivatives: Derivatives, terms: usize, neo_hookean: Derivatives, (mode, stretch): (Mode, f64)) -> Self {
         let s = mode.stretches(stretch, 1.0);
-        let neo_hooke = of_invariants(&Yeoh { c: [0.5, 0.0, 0.0], terms: 1 }, s);
-        Self { terms: (0..terms).map(|k| lorentz(&derivatives(k, s))).collect(), reference: lorentz(&neo_hooke) }
+        let reference = lorentz(&neo_hookean(0, s));
+        Self { terms: (0..terms).map(|k| lorentz(&derivatives(k, s))).collect(), reference }
     }
 
     /// Slack over the stiffness of the Neo-Hookean law \[–\]; negative where the cone is left.
@@ -73,7 +81,7 @@ impl Cone {
 
 /// `always`: solve the QP also where least squares satisfy every cone, for the comparison.
 pub fn solve(
-    derivatives: fn(usize, [f64; 3]) -> PrincipalDerivatives,
+    derivatives: Derivatives,
     terms: usize,
     rows: &Rows,
     stable: &[(Mode, f64)],
@@ -92,7 +100,8 @@ pub fn solve(
     let natural = |z: DVector<f64>| DVector::from_iterator(terms, z.iter().zip(&length).map(|(z, n)| z / n));
     let z = DVector::from_fn(terms, |k, _| if sigma[k] > RANK * largest { d[k] / sigma[k] } else { 0.0 });
     let free = natural(vt.transpose() * z);
-    let cones: Vec<Cone> = stable.iter().map(|p| Cone::at(derivatives, terms, *p)).collect();
+    let neo_hookean = neo_hookean();
+    let cones: Vec<Cone> = stable.iter().map(|p| Cone::at(derivatives, terms, neo_hookean, *p)).collect();
     let inside = cones.iter().all(|c| c.slack(&free) >= 0.0);
     let pascal = |x: &DVector<f64>| x.iter().map(|x| x * rows.unit).collect::<Vec<_>>();
     if inside && !always {

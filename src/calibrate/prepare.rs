@@ -1,6 +1,6 @@
 //! Treatment of the data points before a fit, on request only: order of time, choice of a loading, zero of the stress, toe.
 //!
-//! *Zero*: the mean stress of the first N rows is subtracted from every stress. *Toe*: the slack of a test piece before it carries. The
+//! *Zero*: the mean stress of the first N data points is subtracted from every stress. *Toe*: the slack of a test piece before it carries. The
 //! straight line of least squares through the data points from the first of three in succession above the noise level p to the last one below 3p
 //! reaches zero stress at the strain e₀, which is subtracted from every strain; data points before the line are left out. Source: ASTM D638-14, annex
 //! A1, which takes the steepest part: rubbers are steepest at the start or at the end.
@@ -60,7 +60,7 @@ impl Experiment {
             (self.raw.windows(2).zip(times.windows(2))).filter(|(_, t)| t[1] < t[0]).map(|(r, _)| r[1].line).collect();
         let mut sorted = self.samples.clone();
         sorted.sort_by(|a, b| {
-            let [a, b] = [a, b].map(|s| time(&self.raw, s).expect("every row has a time"));
+            let [a, b] = [a, b].map(|s| time(&self.raw, s).expect("every data point has a time"));
             a.total_cmp(&b)
         });
         let reversals = |samples: &[Sample]| {
@@ -74,7 +74,7 @@ impl Experiment {
             self.samples = sorted;
             self.audit.add(
                 AuditKind::Changed,
-                "rows were put into the order of the time column, which goes back",
+                "data points were put into the order of the time column, which goes back",
                 lines,
             );
         } else {
@@ -95,7 +95,7 @@ impl Experiment {
             let range = cycle::pick(&self.file, &loadings, own.len(), cycle)?;
             found.extend(own[range].iter().map(|s| **s));
         }
-        let place = |s: &Sample| samples.iter().position(|o| o == s).expect("a row of the table");
+        let place = |s: &Sample| samples.iter().position(|o| o == s).expect("a data point of the table");
         if self.modes().len() > 1 {
             found.sort_by_key(place);
         }
@@ -116,7 +116,7 @@ impl Experiment {
             Some(cycle) => format!("as asked, --cycle {cycle}"),
             None => "the first loading is fitted".into(),
         };
-        let message = format!("rows of other branches ({what}; the table has {} loadings)", counts.join(", "));
+        let message = format!("data points of other branches ({what}; the table has {} loadings)", counts.join(", "));
         self.audit.add(AuditKind::LeftOut, message, lines);
     }
 
@@ -144,7 +144,7 @@ impl Experiment {
             for mode in self.modes() {
                 let (message, gone) = shift(&mut samples, mode, level).map_err(refuse)?;
                 entries.push((AuditKind::Changed, (message, vec![])));
-                entries.push((AuditKind::LeftOut, (format!("{mode} rows of the toe, before the line"), gone)));
+                entries.push((AuditKind::LeftOut, (format!("{mode} data points of the toe, before the line"), gone)));
             }
         }
         for (kind, (message, lines)) in
@@ -171,7 +171,7 @@ impl Experiment {
             offsets.push(format!("{offset:.1} Pa"));
         }
         let message = format!(
-            "the mean stress of the first {n} rows, {}, was taken off every {mode} stress",
+            "the mean stress of the first {n} data points, {}, was subtracted from every {mode} stress",
             offsets.join(" and ")
         );
         Ok((message, lines))
@@ -213,7 +213,7 @@ fn shift(samples: &mut Vec<Sample>, mode: Mode, level: f64) -> Result<(String, V
     let moved = samples.iter_mut().filter(|s| s.mode == mode);
     moved.for_each(|s| s.stretch = mode.stretch(mode.strain(s.stretch) - origin));
     let message = format!(
-        "{mode} strain was shifted by {:+.6}: the line through lines {from} to {to} ({} rows, slope {slope:.4e} Pa) meets zero stress at \
+        "{mode} strain was shifted by {:+.6}: the line through lines {from} to {to} ({} data points, slope {slope:.4e} Pa) reaches zero stress at \
          {origin:.6}",
         -origin,
         points.len()

@@ -1,7 +1,7 @@
 //! The answer of a fit.
 
+use super::constant_format::{stress_unit, stretch_text};
 use super::noise::ModeNoise;
-use super::words::stress_unit;
 use super::{
     Audit, Bootstrap, Direction, Estimate, FitCurves, FitError, FitWarning, Loss, Misfit, Mode, Partner, Residual,
     Scatter, SolverCheck, StableRange, StretchRange, Treatment, Weighting,
@@ -173,8 +173,8 @@ impl fmt::Display for FitResult {
             self.label,
             self.data,
             modes.join(" + "),
-            self.stretch[0],
-            self.stretch[1],
+            stretch_text(self.stretch[0]),
+            stretch_text(self.stretch[1]),
             self.rows
         )?;
         writeln!(f, "{}", self.answer())?;
@@ -246,8 +246,10 @@ impl FitResult {
     fn write_validity(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let percent = 100.0 * self.validity.tolerance;
         match self.validity.tension_to {
-            Some(to) => writeln!(f, "within {percent:.0} % rms of the data from stretch 1 to {to}")?,
-            None => writeln!(f, "nowhere in tension within {percent:.0} % rms of the data")?,
+            Some(to) => {
+                writeln!(f, "within {percent:.0} % rms of the data from stretch 1 to {}", stretch_text(to))?;
+            }
+            None => writeln!(f, "at no stretch in tension within {percent:.0} % rms of the data")?,
         }
         for p in &self.predictions {
             let what = match p.kind {
@@ -260,8 +262,8 @@ impl FitResult {
                 "{} {what} ({} data points, stretch {} to {}): {:.1} % rms",
                 p.mode,
                 p.misfit.rows,
-                p.stretch[0],
-                p.stretch[1],
+                stretch_text(p.stretch[0]),
+                stretch_text(p.stretch[1]),
                 100.0 * p.misfit.rms_relative
             )?;
         }

@@ -42,7 +42,7 @@ impl Treatment {
             Self::WithoutZero => "without zeroing",
             Self::WithoutToe => "without toe compensation",
             Self::LastLoading => "on the last loading",
-            Self::EveryRow => "on every row, unloading too",
+            Self::EveryRow => "on every data point, unloading too",
         }
     }
 }

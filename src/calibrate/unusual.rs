@@ -1,16 +1,16 @@
-//! Unusual features of a table: rows that take part as they are, and reasons to doubt all of it.
+//! Unusual features of a table: data points that are used unchanged, and reasons to doubt all of it.
 
 use super::columns::Columns;
 use super::names::StrainKind;
 use super::{Audit, AuditKind, Mode, Sample};
 use std::collections::HashMap;
 
-/// Logs unusual rows; they take part as they are.
-pub fn rows(audit: &mut Audit, samples: &[Sample]) {
+/// Logs unusual data points, which are used unchanged.
+pub fn data_points(audit: &mut Audit, samples: &[Sample]) {
     let mut seen: HashMap<(Mode, u64), f64> = HashMap::new();
     let mut last: HashMap<Mode, f64> = HashMap::new();
     let (mut twice, mut repeats, mut back, mut against, mut offset) = (vec![], vec![], vec![], vec![], vec![]);
-    // Of a biaxial row two samples share a line, and either direction may be held or go back
+    // The two samples of a biaxial data point share a line, and either direction may be held or go back
     for s in samples.iter().filter(|s| s.mode != Mode::Biaxial) {
         match seen.insert((s.mode, s.stretch.to_bits()), s.stress) {
             Some(p) if p == s.stress => twice.push(s.line),
@@ -27,11 +27,11 @@ pub fn rows(audit: &mut Audit, samples: &[Sample]) {
         }
     }
     let kept = AuditKind::Kept;
-    audit.add_rows(kept, "row occurs before with the same stretch and stress; it counts each time", twice);
+    audit.add_rows(kept, "data point occurs before with the same stretch and stress; each occurrence counts", twice);
     audit.add_rows(kept, "stretch occurs before with another stress; both count", repeats);
     audit.add_rows(
         kept,
-        "stretch is smaller than in the row before (order of the file or unloading); the order does not enter the fit, \
+        "stretch is smaller than in the data point before (order of the file or unloading); the order does not enter the fit, \
          unloading would",
         back,
     );
@@ -73,7 +73,7 @@ pub fn doubts(
     }
     let unread = samples.len() + audit.of(AuditKind::LeftOut).count();
     if samples.len() * 10 < unread * 9 {
-        let message = format!("{} of {unread} rows could not be read", unread - samples.len());
+        let message = format!("{} of {unread} data points could not be read", unread - samples.len());
         audit.add(AuditKind::Doubt, message, vec![]);
     }
 }

@@ -1,17 +1,16 @@
 //! `durometer check FILE`
 
 use super::files;
-use super::outcome::Outcome;
+use super::outcome::{CommandResult, Outcome};
 use durometer::mesh::generate::MeshStore;
 use durometer::scene::protocol::extremes;
 use durometer::scene::spec::{ConstraintSpec, EffectSpec};
 use durometer::scene::{Body, Scene, SceneSpec, read_scene};
 use durometer::study::expand::Study;
 use durometer::study::runner::check_quantities;
-use durometer::system::Cone;
+use durometer::system::ConstraintKind;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 use std::sync::Arc;
 
 /// Validate a scene or study and say what would be simulated, without running it
@@ -33,7 +32,7 @@ pub struct Args {
     set: Vec<String>,
 }
 
-pub fn main(args: Args) -> Outcome {
+pub fn main(args: Args) -> CommandResult {
     let file = files::find_any(&args.file)?;
     let changes = super::arguments::changes(&args.set)?;
     if files::is_study(&file) {
@@ -41,10 +40,10 @@ pub fn main(args: Args) -> Outcome {
     }
     let (spec, text) = read_scene(&file, &changes)?;
     describe(&build(&file, spec, text, &mut BTreeMap::new())?);
-    Ok(ExitCode::SUCCESS)
+    Ok(Outcome::Complete)
 }
 
-fn study(study: &Study) -> Outcome {
+fn study(study: &Study) -> CommandResult {
     println!("study {} ({}): {}", study.name, study.record.kind, study.record.question);
     println!("{} cases; tolerance {} %", study.cases.len(), study.record.tolerance * 100.0);
     println!("\n  {:32} {:11} {:>8} {:>9} {:>6}", "case", "", "cells", "unknowns", "steps");
@@ -70,7 +69,7 @@ fn study(study: &Study) -> Outcome {
         println!("\n{id} in detail:");
         describe(&scene);
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(Outcome::Complete)
 }
 
 /// The scene on its mesh; meshes are kept by what they are made of.
@@ -133,7 +132,7 @@ fn describe(scene: &Scene) {
     }
     for rows in scene.system.constraints.chunk_by(|a, b| a.name() == b.name()) {
         let blocks: usize = rows.iter().map(|row| row.blocks().len()).sum();
-        match rows.iter().filter(|row| row.cone() != Cone::Watched).count() {
+        match rows.iter().filter(|row| row.kind() != ConstraintKind::Monitored).count() {
             1 => println!("constraint   {} (exact row with multiplier, {blocks} blocks)", rows[0].name()),
             n => println!("constraint   {} ({n} exact rows with multipliers, {blocks} blocks)", rows[0].name()),
         }
@@ -141,8 +140,8 @@ fn describe(scene: &Scene) {
     println!("prescribed   {} degrees of freedom", scene.system.prescribed.len());
     let effects: Vec<&str> = scene.spec.effects.iter().map(EffectSpec::kind).collect();
     let constraints: Vec<&str> = scene.spec.constraints.iter().map(ConstraintSpec::kind).collect();
-    println!("not there    effects: {}", absent(&EffectSpec::KINDS, &effects));
-    println!("             constraints: {}", absent(&ConstraintSpec::KINDS, &constraints));
+    println!("not there    effects: {}", absent(EffectSpec::KINDS, &effects));
+    println!("             constraints: {}", absent(ConstraintSpec::KINDS, &constraints));
     println!("nothing else is assembled");
     println!("unknowns     {}, {} entries in the tangent", scene.system.dofs.free.len(), scene.system.pattern.nnz());
     for s in &scene.signals {

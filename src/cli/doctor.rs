@@ -1,8 +1,7 @@
 //! `durometer doctor`
 
-use super::outcome::{BAD_INPUT, Outcome};
+use super::outcome::{CommandResult, Outcome};
 use durometer::mesh::generate::MeshStore;
-use std::process::ExitCode;
 
 /// Say what is missing on this machine, with the exact commands
 ///
@@ -20,7 +19,7 @@ pub struct Args {
     setup: bool,
 }
 
-pub fn main(args: Args) -> Outcome {
+pub fn main(args: Args) -> CommandResult {
     let mut store = MeshStore::find()?;
     if args.setup {
         store.mesher().setup_environment(&mut |line| eprintln!("{line}"))?;
@@ -42,5 +41,5 @@ pub fn main(args: Args) -> Outcome {
     if !sound {
         println!("\nOnly new meshes need what is missing: studies on stored meshes run without it.");
     }
-    Ok(if sound { ExitCode::SUCCESS } else { ExitCode::from(BAD_INPUT) })
+    Ok(if sound { Outcome::Complete } else { Outcome::NotReady })
 }

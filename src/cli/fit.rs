@@ -1,19 +1,18 @@
 //! `durometer fit CSV… --law LAW`
 
 use super::files;
-use super::outcome::{INCOMPLETE, Outcome};
+use super::outcome::{CommandResult, Outcome};
 use durometer::calibrate::{
     Cycle, Decimal, Dimensions, FitRequest, Loss, Mode, Partner, StrainKind, StressKind, StretchRange, Weighting,
     compare, fit,
 };
 use durometer::math::units::{self, Dimension};
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 /// Fit a law to tensile data (CSV) and write law.toml, which a scene can include
 ///
 /// The table is a CSV with a column of stretch, strain or displacement and one of stress or force, units in the header, in
-/// card.toml next to it, or by the flags. Nothing is changed silently: the audit log lists conversions and unusual rows.
+/// card.toml next to it, or by the flags. Nothing is changed silently: the audit log lists conversions and unusual data points.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -43,7 +42,7 @@ pub struct Args {
     /// Folder of the results [default: reports/fit-<name of the table>-<law>]
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Stretches that are fitted, e.g. 1..1.6 [default: every row]
+    /// Stretches that are fitted, e.g. 1..1.6 [default: every data point]
     #[arg(long)]
     range: Option<StretchRange>,
     /// Mode to fit: uniaxial, equibiaxial, planar, simple_shear, biaxial; several times, or with commas, to fit several together
@@ -52,10 +51,10 @@ pub struct Args {
     /// Error that has the same weight in every data point: a pascal (absolute), a per cent (relative), a standard deviation of its mode (noise)
     #[arg(long, visible_alias = "weighting", default_value = "absolute")]
     weight: Weighting,
-    /// Standard deviation of the stress for --weight noise, e.g. "2 kPa" [default: from row to row, by mode]
+    /// Standard deviation of the stress for --weight noise, e.g. "2 kPa" [default: from point to point, by mode]
     #[arg(long)]
     noise: Option<String>,
-    /// squares, or huber: rows far off pull less
+    /// squares, or huber: outliers have less weight
     #[arg(long, default_value = "squares")]
     loss: Loss,
     /// Stretches over which mooney_rivlin and yeoh are kept stable in every mode [default: fitted modes, fitted range]
@@ -70,7 +69,7 @@ pub struct Args {
     /// Volumetric part of the law file: quadratic, logarithmic, simo_taylor; without it the scene names one
     #[arg(long)]
     volumetric: Option<String>,
-    /// Fits to rows (of three or more tables: specimens) drawn again, for intervals that know of correlated rows; 0: none
+    /// Fits to resampled data points (specimens, of three or more tables), for intervals that allow for correlated data; 0: none
     #[arg(long, default_value_t = 200, value_name = "N")]
     bootstrap: usize,
     /// Data card [default: card.toml next to the table]
@@ -124,7 +123,7 @@ pub struct Args {
     /// Rows of a table that loads and unloads: first-loading, last-loading, a number from 1 on, all [default: first-loading, with a warning]
     #[arg(long)]
     cycle: Option<Cycle>,
-    /// Take the mean stress of the first N rows off every stress
+    /// Subtract the mean stress of the first N data points from every stress
     #[arg(long, value_name = "N")]
     zero: Option<usize>,
     /// Shift the strain to where the line through the data above this noise level reaches zero stress, e.g. "2 kPa"
@@ -135,7 +134,7 @@ pub struct Args {
     json: bool,
 }
 
-pub fn main(args: Args) -> Outcome {
+pub fn main(args: Args) -> CommandResult {
     let mut request = FitRequest::new(&args.csv[0], &args.law);
     request.more = args.csv[1..].to_vec();
     request.card = args.card;
@@ -178,7 +177,7 @@ pub fn main(args: Args) -> Outcome {
         table.write_json(&out.join("compare.json"))?;
         durometer::report::fit::comparison::write(&out)?;
         println!("{}", if args.json { serde_json::to_string_pretty(&table)? } else { table.to_string() });
-        return Ok(ExitCode::SUCCESS);
+        return Ok(Outcome::Complete);
     }
     let result = fit(&request)?;
     files::make_folder(&out)?;
@@ -191,5 +190,5 @@ pub fn main(args: Args) -> Outcome {
         println!("{result}");
         println!("results: {}, report: {}", out.join("law.toml").display(), out.join("index.html").display());
     }
-    Ok(if result.is_determined() { ExitCode::SUCCESS } else { ExitCode::from(INCOMPLETE) })
+    Ok(if result.is_determined() { Outcome::Complete } else { Outcome::NotDetermined })
 }

@@ -1,13 +1,12 @@
 //! `durometer mesh FILE`
 
 use super::files;
-use super::outcome::Outcome;
+use super::outcome::{CommandResult, Outcome};
 use durometer::mesh::generate::MeshStore;
 use durometer::mesh::quality::Quality;
 use durometer::scene::{Body, read_scene, request};
 use durometer::study::expand::Study;
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 /// Make (or find) the meshes of a scene or study and say how good they are
 ///
@@ -29,7 +28,7 @@ pub struct Args {
     keep: bool,
 }
 
-pub fn main(args: Args) -> Outcome {
+pub fn main(args: Args) -> CommandResult {
     let file = files::find_any(&args.file)?;
     let changes = super::arguments::changes(&args.set)?;
     let scenes = if files::is_study(&file) {
@@ -62,5 +61,5 @@ pub fn main(args: Args) -> Outcome {
             quality.dihedral_max_deg
         );
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(Outcome::Complete)
 }

@@ -1,4 +1,4 @@
-//! Commands of `durometer`. Exit codes: 0 done, 2 bad input, 3 a case did not complete.
+//! Commands of `durometer`. Their exit codes are in `outcome`.
 
 mod arguments;
 mod bars;
@@ -16,7 +16,6 @@ mod run;
 mod simulate;
 
 use clap::{Parser, Subcommand};
-use outcome::BAD_INPUT;
 use std::process::ExitCode;
 
 /// Mesh-convergence studies, hyperelastic calibration and paper figures for soft-robot simulation.
@@ -61,7 +60,7 @@ pub fn main() -> ExitCode {
     if !matches!(&command, Command::Simulate(args) if args.controller.is_some()) {
         sigpipe::reset();
     }
-    let outcome = match command {
+    let result = match command {
         Command::Run(args) => run::main(args),
         Command::Simulate(args) => simulate::main(args),
         Command::Mesh(args) => mesh::main(args),
@@ -72,8 +71,8 @@ pub fn main() -> ExitCode {
         Command::Report(args) => report::main(args),
         Command::Doctor(args) => doctor::main(args),
     };
-    outcome.unwrap_or_else(|error| {
+    if let Err(error) = &result {
         eprintln!("error: {error}");
-        ExitCode::from(BAD_INPUT)
-    })
+    }
+    outcome::exit_code(&result)
 }

@@ -1,11 +1,32 @@
-//! Result of a command and its exit codes.
+//! How a command ended, and its exit code.
 
 use std::process::ExitCode;
 
-/// Exit code of a command, or the error that ended it.
-pub type Outcome = Result<ExitCode, Box<dyn std::error::Error>>;
+/// End of a command, or the error that ended it: refused input, or a file that cannot be read or written.
+pub type CommandResult = Result<Outcome, Box<dyn std::error::Error>>;
 
-/// Exit code when some case did not complete.
-pub const INCOMPLETE: u8 = 3;
-/// Exit code when the input is refused.
-pub const BAD_INPUT: u8 = 2;
+/// End of a command that ran.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// Everything that was asked for is done, and its result can be used
+    Complete,
+    /// `doctor`: something that new meshes need is missing on this machine
+    NotReady,
+    /// `run`, `robustness`, `plan`: Ctrl-C ended the command before its result was written
+    Interrupted,
+    /// `run`, `robustness`, `simulate`: a run, or a derivative of it, did not reach its end
+    RunIncomplete,
+    /// `plan`: no setting is expected to meet the tolerance within the budget, or the advised run did not complete
+    NotWithinBudget,
+    /// `fit`: the data do not determine the constants
+    NotDetermined,
+}
+
+/// Exit code of a command: 0 done, 2 refused or not ready, 3 ran without a complete result.
+pub fn exit_code(result: &CommandResult) -> ExitCode {
+    ExitCode::from(match result {
+        Ok(Outcome::Complete) => 0,
+        Err(_) | Ok(Outcome::NotReady) => 2,
+        Ok(Outcome::Interrupted | Outcome::RunIncomplete | Outcome::NotWithinBudget | Outcome::NotDetermined) => 3,
+    })
+}

@@ -1,16 +1,15 @@
 //! `durometer plan SCENE`
 
-use super::outcome::{INCOMPLETE, Outcome};
+use super::outcome::{CommandResult, Outcome};
 use super::{bars::Bars, files};
 use durometer::math::units::{self, Dimension};
 use durometer::scene::Progress;
 use durometer::solve::Status;
-use durometer::study::plan::{PlanError, Request, Watch as Watches, plan};
+use durometer::study::plan::{PlanError, PlanWatch, Request, plan};
 use durometer::study::record::CaseRecord;
 use durometer::study::runner::Watch;
 use durometer::study::store;
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 /// Say which mesh, element and time step meet a tolerance within a time
 ///
@@ -53,7 +52,7 @@ pub struct Args {
 /// Bars, and the lines of the mesher.
 struct Shown(Bars);
 
-impl Watches for Shown {
+impl PlanWatch for Shown {
     fn line(&self, line: &str) {
         self.0.meshing("plan", line);
     }
@@ -68,7 +67,7 @@ impl Watches for Shown {
     }
 }
 
-pub fn main(args: Args) -> Outcome {
+pub fn main(args: Args) -> CommandResult {
     let within =
         |what: &str, text: &str, dimension| units::parse(text, dimension).map_err(|e| format!("--{what}: {e}"));
     let tolerance = within("tolerance", &args.tolerance, Dimension::NONE)?;
@@ -97,7 +96,7 @@ pub fn main(args: Args) -> Outcome {
     let plan = match made {
         Err(PlanError::Stopped) => {
             eprintln!("stopped: nothing was written");
-            return Ok(ExitCode::from(INCOMPLETE));
+            return Ok(Outcome::Interrupted);
         }
         plan => plan?,
     };
@@ -109,5 +108,5 @@ pub fn main(args: Args) -> Outcome {
         false => println!("\n{}\n\nwritten: {}", plan.lines().join("\n"), out.join("plan.json").display()),
     }
     let complete = plan.outcome.as_ref().is_none_or(|o| o.status == Status::Converged.name());
-    Ok(if plan.meets && complete { ExitCode::SUCCESS } else { ExitCode::from(INCOMPLETE) })
+    Ok(if plan.meets && complete { Outcome::Complete } else { Outcome::NotWithinBudget })
 }

@@ -1,8 +1,7 @@
 //! `durometer report DIR`
 
-use super::outcome::Outcome;
+use super::outcome::{CommandResult, Outcome};
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 /// Draw the report of a study, a fit or a comparison of fits again from its stored results
 #[derive(clap::Args)]
@@ -17,7 +16,7 @@ pub struct Args {
     json: bool,
 }
 
-pub fn main(args: Args) -> Outcome {
+pub fn main(args: Args) -> CommandResult {
     if durometer::report::fit::is_comparison(&args.dir) {
         durometer::report::fit::comparison::write(&args.dir)?;
         if args.json {
@@ -25,7 +24,7 @@ pub fn main(args: Args) -> Outcome {
         } else {
             println!("report: {}", args.dir.join("index.html").display());
         }
-        return Ok(ExitCode::SUCCESS);
+        return Ok(Outcome::Complete);
     }
     if durometer::report::fit::is_fit(&args.dir) {
         let answer = durometer::report::fit::write(&args.dir)?;
@@ -34,7 +33,7 @@ pub fn main(args: Args) -> Outcome {
         } else {
             println!("{answer}\n\nreport: {}", args.dir.join("index.html").display());
         }
-        return Ok(ExitCode::SUCCESS);
+        return Ok(Outcome::Complete);
     }
     let summary = durometer::study::report::write(&args.dir)?;
     if args.json {
@@ -42,5 +41,5 @@ pub fn main(args: Args) -> Outcome {
     } else {
         println!("{}\n\nreport: {}", summary.verdict, args.dir.join("index.html").display());
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(Outcome::Complete)
 }

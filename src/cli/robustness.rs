@@ -1,15 +1,16 @@
 //! `durometer robustness [SCENE]`
 
 use super::files;
-use super::outcome::Outcome;
+use super::outcome::CommandResult;
 use super::run::{How, execute};
 use durometer::study::expand::Study;
+use durometer::study::kind::Extent;
 use std::path::{Path, PathBuf};
 
 /// Map where a scene holds: its answers over time step, load, Poisson's ratio, mesh and start
 ///
 /// Every answer is compared with that of the smallest time step. Without a scene, the study hard-cases is run: scenes that
-/// break simulators.
+/// break simulators. The study of a scene is called robustness-<scene>.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -24,35 +25,19 @@ pub struct Args {
     /// Only the quick half of the hard cases
     #[arg(long, conflicts_with = "scene")]
     quick: bool,
-    /// Folder of the results [default: reports/robustness-<scene>, or reports/hard-cases]
-    #[arg(long)]
-    out: Option<PathBuf>,
-    /// Cases that run at the same time [default: one per core]
-    #[arg(long, value_parser = super::arguments::at_least_one)]
-    jobs: Option<usize>,
-    /// Run also what is done
-    #[arg(long)]
-    redo: bool,
-    /// Only cases whose id contains this text
-    #[arg(long, value_name = "CASE")]
-    only: Option<String>,
     /// Change a key of the scene, e.g. --set laws.rubber.nu=0.49
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Print summary.json instead of progress
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    how: How,
 }
 
-pub fn main(args: Args) -> Outcome {
+pub fn main(args: Args) -> CommandResult {
     let changes = super::arguments::changes(&args.set)?;
-    let mut study = match &args.scene {
+    let extent = if args.quick { Extent::Quick } else { Extent::Whole };
+    let study = match &args.scene {
         Some(scene) => Study::around(&files::find(scene, "scene.toml")?, &changes)?,
-        None => Study::read(&files::find(Path::new("hard-cases"), "study.toml")?, &changes)?,
+        None => Study::read_extent(&files::find(Path::new("hard-cases"), "study.toml")?, &changes, extent)?,
     };
-    if args.quick {
-        study.only_quick();
-    }
-    let Args { out, jobs, redo, only, json, .. } = args;
-    execute(&study, How { out, jobs, redo, only, vtu: false, json })
+    execute(&study, args.how, false)
 }

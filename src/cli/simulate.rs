@@ -1,9 +1,9 @@
 //! `durometer simulate SCENE`
 
-use super::outcome::{INCOMPLETE, Outcome};
+use super::outcome::{CommandResult, Outcome};
 use super::{bars::Bars, files};
 use durometer::math::units::{self, Dimension};
-use durometer::report::words::seconds;
+use durometer::report::numbers::seconds;
 use durometer::scene::control::Controller;
 use durometer::scene::control::process::Process;
 use durometer::scene::output::ScheduleSpec;
@@ -21,7 +21,6 @@ use durometer::study::runner::Watch;
 use durometer::study::store;
 use durometer::system::State;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
@@ -82,7 +81,7 @@ pub struct Args {
     json: bool,
 }
 
-pub fn main(args: Args) -> Outcome {
+pub fn main(args: Args) -> CommandResult {
     let file = files::find(&args.scene, "scene.toml")?;
     let (spec, text) = read_scene(&file, &super::arguments::changes(&args.set)?)?;
     let name = file.file_stem().map_or_else(|| "scene".into(), |n| n.to_string_lossy().into_owned());
@@ -260,9 +259,10 @@ fn print(record: &CaseRecord, known: usize) {
         let (l2, largest) = (100.0 * d.l2, 100.0 * d.largest);
         println!("{} over {} is off {} by {l2:.2} % (L2), {largest:.2} % (largest)", d.column, d.over, d.file);
     }
-    for c in &record.contacts {
+    // Contacts that are solved for with multipliers have no counts.
+    for c in record.contacts.iter().filter(|c| c.seen > 0) {
         println!(
-            "contact {}: {} points, seen {} times, {} distances computed, {} active; search {}, collision detection {}",
+            "contact {}: {} points, examined {} times in all, {} distances computed, {} active; search {}, collision detection {}",
             c.name,
             c.points,
             c.seen,
@@ -274,8 +274,8 @@ fn print(record: &CaseRecord, known: usize) {
     }
 }
 
-/// The exit code of a run; an incomplete one says why.
-fn completion(run: &Run) -> ExitCode {
+/// How a run ended; an incomplete one says why.
+fn completion(run: &Run) -> Outcome {
     if let Some(why) = &run.failure {
         eprintln!("not complete: {why}");
     }
@@ -284,7 +284,7 @@ fn completion(run: &Run) -> ExitCode {
         eprintln!("not complete: no derivative at t = {t} s: {why}");
     }
     let complete = run.status == Status::Converged && stopped.is_none();
-    if complete { ExitCode::SUCCESS } else { ExitCode::from(INCOMPLETE) }
+    if complete { Outcome::Complete } else { Outcome::RunIncomplete }
 }
 
 /// Times at which states are saved \[s\], and whether the last state is saved too.

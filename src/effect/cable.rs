@@ -10,7 +10,7 @@
 use crate::math::signal::{Clock, Signal};
 use crate::math::tensor::{Mat3, Vec3};
 use crate::system::{
-    At, BlockValues, Blocks, Capabilities, Cone, Constraint, Effect, EnergyRole, EvalError, Means, Want,
+    At, BlockValues, Blocks, Capabilities, Constraint, ConstraintKind, Effect, EnergyRole, EvalError, Means, Want,
 };
 use std::sync::Arc;
 
@@ -45,24 +45,23 @@ impl Cable {
 
     /// The polyline at displacement x: pull point, then the guides \[m\].
     pub fn polyline(&self, x: &[f64]) -> Vec<Vec3> {
-        let guides = self.points.iter().enumerate().map(|(k, point)| point + self.means.one(x, k));
-        std::iter::once(self.pull_point).chain(guides).collect()
+        let w = self.means.of(x);
+        std::iter::once(self.pull_point).chain((0..self.segments()).map(|k| self.guide(&w, k))).collect()
     }
 
-    /// L(x) \[m\]
-    pub fn length(&self, x: &[f64]) -> f64 {
-        self.lengths(x).iter().sum()
-    }
-
-    /// Lengths of the segments \[m\], from the pull point on.
+    /// Lengths of the segments \[m\], from the pull point on. L(x) is their sum.
     pub fn lengths(&self, x: &[f64]) -> Vec<f64> {
-        self.polyline(x).windows(2).map(|w| (w[1] - w[0]).norm()).collect()
+        self.segment_lengths(&self.means.of(x))
     }
 
     /// The same where nothing has moved.
     pub fn lengths_at_rest(&self) -> Vec<f64> {
-        let points: Vec<Vec3> = std::iter::once(self.pull_point).chain(self.points.iter().copied()).collect();
-        points.windows(2).map(|w| (w[1] - w[0]).norm()).collect()
+        self.segment_lengths(&vec![0.0; 3 * self.segments()])
+    }
+
+    /// Lengths of the segments \[m\], with w \[3 × guides\].
+    fn segment_lengths(&self, w: &[f64]) -> Vec<f64> {
+        (0..self.segments()).map(|s| self.direction(w, s).norm()).collect()
     }
 
     /// Number of segments.
@@ -77,19 +76,23 @@ impl Cable {
 
     /// Change of the length \[m\] with the motion dx \[m\] at displacement x: Σ_s τ_s·(dp_{s+1} − dp_s).
     pub fn lengthening(&self, x: &[f64], dx: &[f64]) -> f64 {
-        let points = self.polyline(x);
-        let moved = |k: usize| self.means.one(dx, k);
+        let w = self.means.of(x);
+        let motion = |k: usize| self.means.one(dx, k);
         let segment = |s: usize| {
-            let start = s.checked_sub(1).map_or(Vec3::zeros(), moved);
-            (points[s + 1] - points[s]).normalize().dot(&(moved(s) - start))
+            let start = s.checked_sub(1).map_or(Vec3::zeros(), motion);
+            self.direction(&w, s).normalize().dot(&(motion(s) - start))
         };
         (0..self.segments()).map(segment).sum()
     }
 
+    /// p of guide `k` \[m\], with w \[3 × guides\].
+    fn guide(&self, w: &[f64], k: usize) -> Vec3 {
+        self.points[k] + Vec3::from_column_slice(&w[3 * k..3 * k + 3])
+    }
+
     /// Segment `s` as a vector \[m\], with w \[3 × guides\].
     pub(super) fn direction(&self, w: &[f64], s: usize) -> Vec3 {
-        let guide = |k: usize| self.points[k] + Vec3::from_column_slice(&w[3 * k..3 * k + 3]);
-        guide(s) - s.checked_sub(1).map_or(self.pull_point, guide)
+        self.guide(w, s) - s.checked_sub(1).map_or(self.pull_point, |k| self.guide(w, k))
     }
 
     /// Length of segment `s`, its gradient ∓τ and its Hessian ±(I − ττᵀ)/l by w, all times `factor` but the length.
@@ -182,8 +185,8 @@ impl Constraint for CableLength {
         &self.cable.name
     }
 
-    fn cone(&self) -> Cone {
-        if self.most < f64::INFINITY { Cone::AtMost(self.most) } else { Cone::NonNegative }
+    fn kind(&self) -> ConstraintKind {
+        if self.most < f64::INFINITY { ConstraintKind::Bounded(self.most) } else { ConstraintKind::Unilateral }
     }
 
     fn compliance(&self) -> f64 {

@@ -16,7 +16,8 @@ use super::cable::Cable;
 use crate::math::signal::{Clock, Signal};
 use crate::math::tensor::Vec3;
 use crate::system::{
-    BlockValues, Blocks, Cone, Constraint, ConstraintValues, EvalError, Form, Means, Piece, Want, between,
+    BlockValues, Blocks, Constraint, ConstraintKind, ConstraintValues, EvalError, LawPiece, LinearFunction, Means,
+    Want, bounded_multiplier,
 };
 use std::sync::Arc;
 
@@ -80,14 +81,14 @@ impl Segment {
     }
 
     /// The law of the guide before this segment.
-    fn guide(&self, c: usize, all: &ConstraintValues) -> Vec<Piece> {
+    fn guide(&self, c: usize, all: &ConstraintValues) -> Vec<LawPiece> {
         let (first, rest) = self.places(c);
-        let slip = Form::gap(all, rest.clone(), self.rope.total()).less(all.old[rest].iter().sum());
+        let slip = LinearFunction::gap(all, rest.clone(), self.rope.total()).less(all.old[rest].iter().sum());
         // The constraint of the angle has the value g = −β.
         let angle = first + self.rope.rest.len() + self.s - 1;
         let ratio = (-self.rope.friction * all.g[angle]).exp();
         // e^{μβ} T_a − T_b
-        let spare = |a: usize, b: usize| Form {
+        let spare = |a: usize, b: usize| LinearFunction {
             value: ratio * all.lambda[a] - all.lambda[b],
             scale: ratio * all.lambda[a].abs() + all.lambda[b].abs() + FAINT * all.force,
             g: vec![(angle, -self.rope.friction * ratio * all.lambda[a])],
@@ -95,9 +96,9 @@ impl Segment {
         };
         let (towards, away) = (spare(c, c - 1), spare(c - 1, c));
         vec![
-            Piece { zero: slip.clone(), while_not_negative: vec![(towards.clone(), 1), (away.clone(), 2)] },
-            Piece { zero: towards, while_not_negative: vec![(slip.clone(), 0)] },
-            Piece { zero: away, while_not_negative: vec![(slip.negative(), 0)] },
+            LawPiece { equation: slip.clone(), inequalities: vec![(towards.clone(), 1), (away.clone(), 2)] },
+            LawPiece { equation: towards, inequalities: vec![(slip.clone(), 0)] },
+            LawPiece { equation: away, inequalities: vec![(slip.negative(), 0)] },
         ]
     }
 }
@@ -107,8 +108,8 @@ impl Constraint for Segment {
         &self.rope.cable.name
     }
 
-    fn cone(&self) -> Cone {
-        Cone::Linked
+    fn kind(&self) -> ConstraintKind {
+        ConstraintKind::Linked
     }
 
     fn scale(&self) -> f64 {
@@ -138,13 +139,15 @@ impl Constraint for Segment {
         self.rope.cable.segment(w, self.s, 1.0, want, out)
     }
 
-    fn pieces(&self, c: usize, all: &ConstraintValues) -> Vec<Piece> {
+    fn linked_law(&self, c: usize, all: &ConstraintValues) -> Vec<LawPiece> {
         match &self.rope.pull {
             _ if self.s > 0 => self.guide(c, all),
-            Pull::Length { most, .. } => between(all, c, Form::gap(all, self.places(c).1, self.rope.total()), *most),
+            Pull::Length { most, .. } => {
+                bounded_multiplier(all, c, LinearFunction::gap(all, self.places(c).1, self.rope.total()), *most)
+            }
             Pull::Tension(tension) => {
-                let zero = Form::multiplier(all, c, tension.at(all.now).max(0.0));
-                vec![Piece { zero, while_not_negative: Vec::new() }]
+                let equation = LinearFunction::multiplier(all, c, tension.at(all.now).max(0.0));
+                vec![LawPiece { equation, inequalities: Vec::new() }]
             }
         }
     }
@@ -178,8 +181,8 @@ impl Constraint for WrapAngle {
         &self.rope.cable.name
     }
 
-    fn cone(&self) -> Cone {
-        Cone::Watched
+    fn kind(&self) -> ConstraintKind {
+        ConstraintKind::Monitored
     }
 
     fn scale(&self) -> f64 {

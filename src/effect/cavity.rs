@@ -16,7 +16,7 @@
 use crate::math::signal::{Clock, Signal};
 use crate::math::tensor::Vec3;
 use crate::mesh::{TetMesh, element, quadrature};
-use crate::system::{At, BlockValues, Blocks, Cone, Constraint, Effect, EnergyRole, EvalError, Want};
+use crate::system::{At, BlockValues, Blocks, Constraint, ConstraintKind, Effect, EnergyRole, EvalError, Want};
 use std::sync::Arc;
 
 /// Shape functions of a facet at a quadrature point, with the weight.
@@ -192,8 +192,8 @@ impl Constraint for CavityVolume {
         &self.cavity.name
     }
 
-    fn cone(&self) -> Cone {
-        Cone::Zero
+    fn kind(&self) -> ConstraintKind {
+        ConstraintKind::Equality
     }
 
     fn scale(&self) -> f64 {

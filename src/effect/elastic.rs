@@ -3,7 +3,7 @@
 //! Displacement formulation: tet4 with one point, tet10 with four. tet4 locks as ν → ½.
 
 use super::cell::CellPoints;
-use super::locking::Stressed;
+use super::pressure_scatter::Stressed;
 use crate::material::{Law, LawError, Moduli};
 use crate::math::tensor::Mat3;
 use crate::mesh::TetMesh;

@@ -5,8 +5,8 @@
 //! Taylor–Hood. On tet4 it is the displacement formulation itself, and is refused there.
 
 use super::cell::CellPoints;
-use super::locking::Stressed;
 use super::mixed::add_pressure_tangent;
+use super::pressure_scatter::Stressed;
 use crate::material::{Law, LawError, Moduli, Volumetric};
 use crate::math::tensor::{Mat3, cofactor, det_minus_one};
 use crate::mesh::{Order, TetMesh};

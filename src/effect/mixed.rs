@@ -12,8 +12,8 @@
 //! symmetric and indefinite with one negative eigenvalue a pressure.
 
 use super::cell::CellPoints;
-use super::locking::Stressed;
 use super::mixed_along::MixedAlong;
+use super::pressure_scatter::Stressed;
 use crate::material::{Law, LawError, Moduli, Volumetric};
 use crate::math::tensor::{Mat3, Mat9, ZERO9, cofactor, det_minus_one};
 use crate::mesh::{Order, TetMesh, element, quadrature};

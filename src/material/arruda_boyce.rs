@@ -22,6 +22,7 @@ use super::split::{Part, Split, required};
 use super::volumetric::{CHOICES, Volumetric};
 use super::{isochoric, moduli};
 use crate::math::tensor::Mat3;
+use crate::math::units::Dimension;
 
 /// c_n of the series of the inverse Langevin function.
 pub const SERIES: [f64; 5] = [1.0 / 2.0, 1.0 / 20.0, 11.0 / 1050.0, 19.0 / 7000.0, 519.0 / 673_750.0];
@@ -30,8 +31,20 @@ pub const SERIES: [f64; 5] = [1.0 / 2.0, 1.0 / 20.0, 11.0 / 1050.0, 19.0 / 7000.
 pub const KEYS: &[Parameter] = &[
     moduli::NU,
     moduli::KAPPA,
-    Parameter::modulus("mu", "μ", 0.0, "constant of the chain statistics, below the shear modulus at F = I"),
-    Parameter::number("lambda_m", "λ_m", 1.0, "stretch at which the chains are fully stretched"),
+    Parameter::new(
+        "mu",
+        "μ",
+        Dimension::PRESSURE,
+        Parameter::POSITIVE,
+        "constant of the chain statistics, below the shear modulus at F = I",
+    ),
+    Parameter::new(
+        "lambda_m",
+        "λ_m",
+        Dimension::NONE,
+        (1.0, f64::INFINITY),
+        "stretch at which the chains are fully stretched",
+    ),
 ];
 
 pub static INFO: LawInfo = LawInfo {

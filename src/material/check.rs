@@ -121,23 +121,26 @@ fn ensure(condition: bool, text: impl FnOnce() -> String) -> Check {
 }
 
 /// Seeded draws of states and laws.
-struct Random(SplitMix);
+pub struct Random(SplitMix);
 
 impl Random {
-    fn seed(seed: u64) -> Self {
+    /// Draws that follow from this number.
+    pub fn seed(seed: u64) -> Self {
         Self(SplitMix(seed))
     }
 
+    /// A number in [0, 1).
     fn unit(&mut self) -> f64 {
         self.0.unit()
     }
 
-    fn between(&mut self, lower: f64, upper: f64) -> f64 {
+    /// A number in [lower, upper).
+    pub fn between(&mut self, lower: f64, upper: f64) -> f64 {
         lower + (upper - lower) * self.unit()
     }
 
     /// A rotation: a random unit quaternion.
-    fn rotation(&mut self) -> Mat3 {
+    pub fn rotation(&mut self) -> Mat3 {
         let q = nalgebra::Quaternion::new(
             self.between(-1.0, 1.0),
             self.between(-1.0, 1.0),
@@ -178,7 +181,7 @@ impl Random {
     }
 
     /// F with principal stretches in [0.3, 3], inverted on request, and its distance ρ to the nearest singularity of any law.
-    fn gradient(&mut self, inverted: bool) -> (Mat3, f64) {
+    pub fn gradient(&mut self, inverted: bool) -> (Mat3, f64) {
         self.gradient_within(inverted, 1.0)
     }
 

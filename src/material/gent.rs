@@ -17,13 +17,20 @@ use super::split::{Part, Split, required};
 use super::volumetric::{CHOICES, Volumetric};
 use super::{isochoric, moduli};
 use crate::math::tensor::Mat3;
+use crate::math::units::Dimension;
 
 /// Keys in files; either κ or ν is given.
 pub const KEYS: &[Parameter] = &[
     moduli::NU,
     moduli::KAPPA,
-    Parameter::modulus("mu", "μ", 0.0, "shear modulus at F = I"),
-    Parameter::number("J_m", "J_m", 0.0, "Ī₁ − 3 at which the chains are fully stretched"),
+    Parameter::new("mu", "μ", Dimension::PRESSURE, Parameter::POSITIVE, "shear modulus at F = I"),
+    Parameter::new(
+        "J_m",
+        "J_m",
+        Dimension::NONE,
+        Parameter::POSITIVE,
+        "Ī₁ − 3 at which the chains are fully stretched",
+    ),
 ];
 
 pub static INFO: LawInfo = LawInfo {

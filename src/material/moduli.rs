@@ -20,36 +20,11 @@ pub struct Moduli {
     pub kappa: f64,
 }
 
-const E: Parameter = Parameter {
-    name: "E",
-    symbol: "E",
-    dimension: Dimension::PRESSURE,
-    bounds: (0.0, f64::INFINITY),
-    meaning: "Young's modulus",
-};
-pub const NU: Parameter =
-    Parameter { name: "nu", symbol: "ν", dimension: Dimension::NONE, bounds: (-1.0, 0.5), meaning: "Poisson's ratio" };
-const MU: Parameter = Parameter {
-    name: "mu",
-    symbol: "μ",
-    dimension: Dimension::PRESSURE,
-    bounds: (0.0, f64::INFINITY),
-    meaning: "shear modulus",
-};
-const LAMBDA: Parameter = Parameter {
-    name: "lambda",
-    symbol: "λ",
-    dimension: Dimension::PRESSURE,
-    bounds: (f64::NEG_INFINITY, f64::INFINITY),
-    meaning: "Lamé's first constant",
-};
-pub const KAPPA: Parameter = Parameter {
-    name: "kappa",
-    symbol: "κ",
-    dimension: Dimension::PRESSURE,
-    bounds: (0.0, f64::INFINITY),
-    meaning: "bulk modulus",
-};
+const E: Parameter = Parameter::new("E", "E", Dimension::PRESSURE, Parameter::POSITIVE, "Young's modulus");
+pub const NU: Parameter = Parameter::new("nu", "ν", Dimension::NONE, (-1.0, 0.5), "Poisson's ratio");
+const MU: Parameter = Parameter::new("mu", "μ", Dimension::PRESSURE, Parameter::POSITIVE, "shear modulus");
+const LAMBDA: Parameter = Parameter::new("lambda", "λ", Dimension::PRESSURE, Parameter::ANY, "Lamé's first constant");
+pub const KAPPA: Parameter = Parameter::new("kappa", "κ", Dimension::PRESSURE, Parameter::POSITIVE, "bulk modulus");
 
 /// The independent pair of a law with two elastic constants: its bounds are a box, unlike those of (μ, λ).
 pub const PAIR: &[Parameter] = &[E, NU];

@@ -19,16 +19,17 @@ use super::split::{Part, Split, required};
 use super::volumetric::{CHOICES, Volumetric};
 use super::{isochoric, moduli, split};
 use crate::math::tensor::Mat3;
+use crate::math::units::Dimension;
 
 /// Keys in files; either κ or ν is given.
 pub const KEYS: &[Parameter] = &[
     moduli::NU,
     moduli::KAPPA,
-    Parameter::modulus("C10", "C10", f64::NEG_INFINITY, "factor of Ī₁ − 3"),
-    Parameter::modulus("C01", "C01", f64::NEG_INFINITY, "factor of Ī₂ − 3"),
-    Parameter::modulus("C11", "C11", f64::NEG_INFINITY, "factor of (Ī₁ − 3)(Ī₂ − 3)"),
-    Parameter::modulus("C20", "C20", f64::NEG_INFINITY, "factor of (Ī₁ − 3)²"),
-    Parameter::modulus("C02", "C02", f64::NEG_INFINITY, "factor of (Ī₂ − 3)²"),
+    Parameter::new("C10", "C10", Dimension::PRESSURE, Parameter::ANY, "factor of Ī₁ − 3"),
+    Parameter::new("C01", "C01", Dimension::PRESSURE, Parameter::ANY, "factor of Ī₂ − 3"),
+    Parameter::new("C11", "C11", Dimension::PRESSURE, Parameter::ANY, "factor of (Ī₁ − 3)(Ī₂ − 3)"),
+    Parameter::new("C20", "C20", Dimension::PRESSURE, Parameter::ANY, "factor of (Ī₁ − 3)²"),
+    Parameter::new("C02", "C02", Dimension::PRESSURE, Parameter::ANY, "factor of (Ī₂ − 3)²"),
 ];
 
 pub static INFO: LawInfo = LawInfo {

@@ -26,16 +26,17 @@ use super::split::{Part, Split, required};
 use super::volumetric::{CHOICE, Volumetric};
 use super::{moduli, spectral};
 use crate::math::tensor::Mat3;
+use crate::math::units::Dimension;
 
 /// Largest number of terms.
 pub const TERMS: usize = 4;
 
 const fn mu(name: &'static str, symbol: &'static str) -> Parameter {
-    Parameter::modulus(name, symbol, f64::NEG_INFINITY, "factor of the term, in the chosen convention")
+    Parameter::new(name, symbol, Dimension::PRESSURE, Parameter::ANY, "factor of the term, in the chosen convention")
 }
 
 const fn alpha(name: &'static str, symbol: &'static str) -> Parameter {
-    Parameter::number(name, symbol, f64::NEG_INFINITY, "exponent of the term, not zero")
+    Parameter::new(name, symbol, Dimension::NONE, Parameter::ANY, "exponent of the term, not zero")
 }
 
 /// Keys in files; either κ or ν is given.

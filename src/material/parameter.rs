@@ -12,20 +12,26 @@ pub struct Parameter {
     /// Symbol in formulae, e.g. `μ`
     pub symbol: &'static str,
     pub dimension: Dimension,
-    /// Open interval in SI: lower < value < upper
+    /// Open interval in SI units: lower < value < upper
     pub bounds: (f64, f64),
     pub meaning: &'static str,
 }
 
 impl Parameter {
-    /// A stiffness \[Pa\] above `lower`.
-    pub const fn modulus(name: &'static str, symbol: &'static str, lower: f64, meaning: &'static str) -> Self {
-        Self { name, symbol, dimension: Dimension::PRESSURE, bounds: (lower, f64::INFINITY), meaning }
-    }
+    /// Bounds of a value above zero.
+    pub const POSITIVE: (f64, f64) = (0.0, f64::INFINITY);
+    /// Bounds of a value of either sign.
+    pub const ANY: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
 
-    /// A number \[–\] above `lower`.
-    pub const fn number(name: &'static str, symbol: &'static str, lower: f64, meaning: &'static str) -> Self {
-        Self { name, symbol, dimension: Dimension::NONE, bounds: (lower, f64::INFINITY), meaning }
+    /// The key in files, the symbol in formulae, the dimension, the open interval of values \[SI\], the meaning.
+    pub const fn new(
+        name: &'static str,
+        symbol: &'static str,
+        dimension: Dimension,
+        bounds: (f64, f64),
+        meaning: &'static str,
+    ) -> Self {
+        Self { name, symbol, dimension, bounds, meaning }
     }
 }
 

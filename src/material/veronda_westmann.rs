@@ -21,6 +21,7 @@ use super::split::{Part, Split, required};
 use super::volumetric::{CHOICES, Volumetric};
 use super::{isochoric, moduli};
 use crate::math::tensor::Mat3;
+use crate::math::units::Dimension;
 
 /// Largest exponent β(Ī₁ − 3) \[–\]: e^600 is 1e260.
 const LARGEST: f64 = 600.0;
@@ -29,8 +30,8 @@ const LARGEST: f64 = 600.0;
 pub const KEYS: &[Parameter] = &[
     moduli::NU,
     moduli::KAPPA,
-    Parameter::modulus("C1", "C1", 0.0, "factor of the exponential"),
-    Parameter::number("beta", "β", 0.0, "rate of the exponential"),
+    Parameter::new("C1", "C1", Dimension::PRESSURE, Parameter::POSITIVE, "factor of the exponential"),
+    Parameter::new("beta", "β", Dimension::NONE, Parameter::POSITIVE, "rate of the exponential"),
 ];
 
 pub static INFO: LawInfo = LawInfo {

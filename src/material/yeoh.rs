@@ -19,14 +19,15 @@ use super::split::{Part, Split, required};
 use super::volumetric::{CHOICES, Volumetric};
 use super::{isochoric, moduli, split};
 use crate::math::tensor::Mat3;
+use crate::math::units::Dimension;
 
 /// Keys in files; either κ or ν is given.
 pub const KEYS: &[Parameter] = &[
     moduli::NU,
     moduli::KAPPA,
-    Parameter::modulus("C10", "C10", 0.0, "half of the shear modulus at F = I"),
-    Parameter::modulus("C20", "C20", f64::NEG_INFINITY, "factor of (Ī₁ − 3)²"),
-    Parameter::modulus("C30", "C30", f64::NEG_INFINITY, "factor of (Ī₁ − 3)³"),
+    Parameter::new("C10", "C10", Dimension::PRESSURE, Parameter::POSITIVE, "half of the shear modulus at F = I"),
+    Parameter::new("C20", "C20", Dimension::PRESSURE, Parameter::ANY, "factor of (Ī₁ − 3)²"),
+    Parameter::new("C30", "C30", Dimension::PRESSURE, Parameter::ANY, "factor of (Ī₁ − 3)³"),
 ];
 
 pub static INFO: LawInfo = LawInfo {

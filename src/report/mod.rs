@@ -8,10 +8,10 @@ pub mod export;
 pub mod figure;
 pub mod files;
 pub mod fit;
+pub mod numbers;
 pub mod page;
 pub mod plot;
 pub mod surface;
 pub mod table;
-pub mod words;
 
 pub use error::ReportError;

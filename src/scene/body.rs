@@ -1,13 +1,12 @@
 //! The mesh of a scene: read from a volume mesh file, or found or made by the mesher.
 
-use super::build::Body;
 use super::error::SceneError;
 use super::error::part;
 use super::grid::{disturb, grid, mesh_hash};
 use super::mesh_spec::{ElementSpec, GeneratorSpec, MeshSpec};
 use crate::math::units::{self, Dimension};
 use crate::mesh::generate::body::Body as Declared;
-use crate::mesh::generate::{GenerateError, Generator, Grading, MeshRequest, MeshStore, Size, Source};
+use crate::mesh::generate::{CablePath, GenerateError, Generator, Grading, MeshRequest, MeshStore, Size, Source};
 use crate::mesh::{self, Order, TetMesh};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -17,6 +16,18 @@ use std::path::Path;
 const CELL_TOLERANCE: f64 = 0.02;
 /// Files that hold tetrahedra and are read as they are; others go through the mesher.
 const VOLUME_MESHES: [&str; 4] = [".msh", ".msh.gz", ".vtk", ".vtk.gz"];
+
+/// A mesh and what its maker says of it.
+#[derive(Debug)]
+pub struct Body {
+    pub mesh: TetMesh,
+    /// Cable paths by name
+    pub paths: BTreeMap<String, CablePath>,
+    /// File name, for provenance
+    pub source: String,
+    /// SHA-256 of the file
+    pub sha256: String,
+}
 
 impl Body {
     /// Reads, finds or makes the mesh of a scene. `file` is the scene file, for messages and relative paths; `progress`
@@ -75,12 +86,7 @@ impl Body {
         Self::new(file, made.mesh, made.manifest.paths, &made.path)
     }
 
-    fn new(
-        file: &Path,
-        mesh: TetMesh,
-        paths: BTreeMap<String, mesh::generate::CablePath>,
-        source: &Path,
-    ) -> Result<Self, SceneError> {
+    fn new(file: &Path, mesh: TetMesh, paths: BTreeMap<String, CablePath>, source: &Path) -> Result<Self, SceneError> {
         let bytes = std::fs::read(source).map_err(|e| part(file, "mesh", e))?;
         let sha256 = Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect();
         let source = source.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());

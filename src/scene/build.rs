@@ -1,56 +1,39 @@
 //! From a [`SceneSpec`] to a [`System`]: meshes, regions, laws, effects, constraints.
 
-use super::builder::{Builder, Gathered, LawSource};
-use super::compare::Measured;
-use super::constraints::{Constrained, build_constraints};
-use super::control::Controls;
+use super::body::Body;
+use super::builder::{Builder, Gathered, LawSource, Tables};
+use super::compare::{Measured, read_measured};
+use super::control::{Controls, build_controls};
+use super::cover::check_cover;
 use super::error::{SceneError, hint, part};
-use super::parts::cable::NamedCable;
-use super::parts::cavity::NamedCavity;
-use super::parts::contact::record::NamedContact;
-use super::parts::edge_springs::limit_of_springs;
-use super::parts::probes::ProbeSpec;
+use super::numerics::check_numerics;
+use super::output::check_output;
+use super::parts::constraints::{NamedCable, NamedCavity, build_constraints, note_constraints};
+use super::parts::contact::{NamedContact, build_contacts};
+use super::parts::effects::{build_effects, no_limit, note_effects};
+use super::parts::probes::build_probes;
 use super::parts::rigid::RigidBody;
+use super::parts::skin::attach_skins;
 use super::protocol::NamedSignal;
+use super::read::{from_text, read_scene};
 use super::recorder::Recorder;
 use super::rules;
 use super::skin::NamedSkin;
 use super::spec::SceneSpec;
+use super::stable::note_stability;
+use super::stages::{build_spans, check_continued, check_formulas};
+use super::start::check_start;
 use crate::effect::contact::placement::AffineFrame;
 use crate::effect::{CellPoints, Stressed, Viscoelastic};
 use crate::material::Law;
 use crate::math::tensor::Vec3;
 use crate::mesh::TetMesh;
-use crate::mesh::generate::{CablePath, MeshStore};
-use crate::scene::compare::read_measured;
-use crate::scene::control::build_controls;
-use crate::scene::cover::check_cover;
-use crate::scene::effects::build_effects;
-use crate::scene::output::check_output;
-use crate::scene::parts::contact::build_contacts;
-use crate::scene::parts::viscoelastic::{check_viscoelastic, note_viscoelastic};
-use crate::scene::protocol::{check_continued, check_formulas};
-use crate::scene::skin::attach_skins;
-use crate::scene::stable::note_stability;
-use crate::scene::stages::{build_spans, check_numerics, note_patches, note_static};
-use crate::scene::start::check_start;
+use crate::mesh::generate::MeshStore;
 use crate::solve::{Integrator, TimeSpan};
 use crate::system::{Effect, System};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-
-/// A mesh and what its maker says of it.
-#[derive(Debug)]
-pub struct Body {
-    pub mesh: TetMesh,
-    /// Cable paths by name
-    pub paths: BTreeMap<String, CablePath>,
-    /// File name, for provenance
-    pub source: String,
-    /// SHA-256 of the file
-    pub sha256: String,
-}
 
 /// A scene ready to run.
 pub struct Scene {
@@ -138,6 +121,19 @@ impl SceneBuilder {
         Self { spec, file, text: None, body: None, store: None, additions }
     }
 
+    /// Starts from a scene file, which names the files of the scene relative to itself.
+    pub fn open(file: &Path) -> Result<Self, SceneError> {
+        let (spec, text) = read_scene(file, &[])?;
+        Ok(Self::new(spec).file(file).text(text))
+    }
+
+    /// Starts from the text of a scene in TOML. Files that it names are found from the current folder; laws are given in
+    /// the text itself, without `include`.
+    pub fn parse(text: &str) -> Result<Self, SceneError> {
+        let file = Path::new("scene.toml");
+        Ok(Self::new(from_text(file, text, "")?).file(file).text(text))
+    }
+
     /// The file of the scene, for messages; paths in the scene are relative to it.
     pub fn file(self, file: impl Into<PathBuf>) -> Self {
         Self { file: file.into(), ..self }
@@ -181,11 +177,19 @@ impl SceneBuilder {
         self
     }
 
+    /// The body of the scene, which is read or made at the first call: an effect of the caller is built on its mesh.
+    pub fn load(&mut self) -> Result<Arc<Body>, SceneError> {
+        if let Some(body) = &self.body {
+            return Ok(body.clone());
+        }
+        let body = Body::load_from(&self.file, &self.spec.mesh, self.store.as_ref(), &mut |_| {})?;
+        Ok(self.body.insert(Arc::new(body)).clone())
+    }
+
     /// The scene, ready to run.
-    pub fn build(self) -> Result<Scene, SceneError> {
-        let Self { spec, file, text, body, store, additions } = self;
-        let load = || Body::load_from(&file, &spec.mesh, store.as_ref(), &mut |_| {}).map(Arc::new);
-        let body = body.map_or_else(load, Ok)?;
+    pub fn build(mut self) -> Result<Scene, SceneError> {
+        let body = self.load()?;
+        let Self { spec, file, text, additions, .. } = self;
         let text = text.unwrap_or_else(|| format!("{spec:#?}"));
         Scene::assemble(&file, (spec, text), body, additions)
     }
@@ -213,48 +217,41 @@ impl Scene {
         body: Arc<Body>,
         Additions { laws: own_laws, effects: own_effects, recorders: own_recorders }: Additions,
     ) -> Result<Self, SceneError> {
-        let builder = &mut Builder::new(file, &spec, &own_laws, body.clone())?;
+        let tables =
+            Tables { regions: &spec.mesh.regions, laws: &spec.laws, own_laws: &own_laws, events: &spec.events };
+        let moving = spec.contacts.iter().filter(|c| c.motion.is_some()).count();
+        let mut built = Builder::new(file, &tables, body.clone(), spec.rigids.len() + moving)?;
+        let builder = &mut built;
         let spans = build_spans(builder, &spec.stages)?;
         check_numerics(builder, &spec.numerics)?;
-        builder.continue_signals(&spans);
-        rules::check(file, &spec, &spans)?;
+        builder.set_spans(spans);
+        rules::check(file, &spec, &builder.spans)?;
         attach_skins(builder, &spec.skins)?;
-        let mut gathered = Gathered::default();
-        let mut effects = build_effects(builder, &spec.effects, &mut gathered)?;
-        check_viscoelastic(builder, &spec)?;
-        let Constrained { constraints, cables, cavities } = build_constraints(builder, &spec, &spans, &mut effects)?;
-        let (rigids, contacts) = build_contacts(builder, &spec, &mut gathered, &mut effects)?;
-        let Gathered { stored, points: elastic, stressed, relaxing, hosts, laws } = gathered;
-        if stored.is_empty() && own_effects.is_empty() {
-            let remedy = "add an [[effect]] with kind = \"elastic\", or \"edge_springs\"";
-            return Err(builder.content("effect", "no effect is elastic", remedy));
-        }
-        if !stored.is_empty() {
-            check_cover(builder, &elastic)?;
-        }
-        effects.extend(own_effects);
-        note_stability(builder, &spec, &laws);
-        check_start(builder, &spec, &laws)?;
-        let law = laws.into_iter().next();
-        let probe = |(k, probe): (usize, &ProbeSpec)| probe.part().build(&format!("probe {}", k + 1), builder);
-        let mut probes = spec.probes.iter().enumerate().map(probe).collect::<Result<Vec<_>, _>>()?;
+        build_effects(builder, &spec.effects)?;
+        let (cables, cavities) = build_constraints(builder, &spec.constraints)?;
+        let (rigids, contacts) = build_contacts(builder, &spec.rigids, &spec.contacts)?;
+        check_elastic(builder, own_effects.is_empty())?;
+        builder.effects.extend(own_effects);
+        note_stability(builder);
+        check_start(builder, spec.start.as_ref())?;
+        let mut probes = build_probes(builder, &spec.probes)?;
         probes.extend(own_recorders);
-        note_static(builder, &spec, &spans);
-        note_viscoelastic(builder, &spec, &spans);
+        note_effects(builder, &spec.effects);
         let no_limit = reasons_of_no_limit(builder, &spec);
-        let nodes = builder.nodes;
-        check_formulas(builder, &spans)?;
-        check_output(builder, &spec.output, spans.last().map_or(0.0, |s| s.end))?;
+        check_formulas(builder)?;
+        check_output(builder, &spec.output)?;
         let columns = columns(recorders(&probes, &cables, &cavities, &rigids, &contacts));
         let measured = read_measured(builder, &spec.comparisons, &columns)?;
-        check_continued(builder, &spec, &spans)?;
-        let controls = build_controls(builder, &columns, &cables, &cavities, &spans)?;
-        let skins = std::mem::take(&mut builder.skins);
+        check_continued(builder, !spec.events.is_empty())?;
+        let controls = build_controls(builder, &columns, &cables, &cavities)?;
         let frames = rigids.iter().map(|b| &b.frame).chain(contacts.iter().filter_map(NamedContact::moving));
         let points = body.mesh.points.iter().copied().chain(frames.flat_map(AffineFrame::rest)).collect();
         let (prescribed, signals, notes) = builder.finish();
+        let Builder { nodes, effects, constraints, gathered, spans, skins, .. } = built;
+        let Gathered { points: elastic, stressed, relaxing, hosts, laws, .. } = gathered;
         let system = System::with_scalars(nodes, &hosts, effects, constraints, prescribed)
             .map_err(|e| part(file, "scene", e))?;
+        let law = laws.into_iter().next().map(|l| l.law);
         let title = spec.title.clone();
         let scene = Self {
             title,
@@ -305,11 +302,23 @@ impl Scene {
     }
 }
 
+/// Refuses a scene in which a cell resists no deformation.
+fn check_elastic(builder: &mut Builder, is_from_file: bool) -> Result<(), SceneError> {
+    if !builder.gathered.stored.is_empty() {
+        return check_cover(builder);
+    }
+    if is_from_file {
+        let remedy = "add an [[effect]] with kind = \"elastic\", or \"edge_springs\"";
+        return Err(builder.content("effect", "no effect is elastic", remedy));
+    }
+    Ok(())
+}
+
 /// Reasons why the response has no limit as h → 0, joined.
 fn reasons_of_no_limit(builder: &mut Builder, spec: &SceneSpec) -> Option<String> {
-    let causes = [note_patches(builder, spec), limit_of_springs(spec)];
+    let causes = [note_constraints(builder, &spec.constraints), no_limit(&spec.effects)];
     let causes: Vec<String> = causes.into_iter().flatten().chain(std::mem::take(&mut builder.no_limits)).collect();
-    (!causes.is_empty()).then(|| causes.join(", and "))
+    (!causes.is_empty()).then(|| causes.join(", "))
 }
 
 /// Refuses a column that would be recorded twice.

@@ -1,28 +1,25 @@
-//! Regions, laws, effects, cables and prescribed motions of a scene on its mesh.
+//! Regions, laws, signals and prescribed motions of a scene on its mesh, and what its parts build on them. It knows no part.
 
-use super::build::Body;
+use super::body::Body;
 use super::control::SignalBuilder;
-use super::error::part;
-use super::error::{SceneError, hint};
-use super::mesh_spec::{PickSpec, SelectorSpec};
+use super::control::spec::EventSpec;
+use super::error::{SceneError, hint, part};
+use super::mesh_spec::SelectorSpec;
 use super::protocol::NamedSignal;
-use super::quantity::Length;
 use super::shape::{ShapeFault, ShapeSpec};
 use super::signal::SignalSpec;
 use super::skin::NamedSkin;
-use super::spec::{LumpingSpec, SceneSpec};
 use crate::effect::contact::placement::AffineFrame;
 use crate::effect::contact::shape::Shape;
-use crate::effect::{CellPoints, Lumping, Stressed, Viscoelastic};
+use crate::effect::{CellPoints, Stressed, Viscoelastic};
 use crate::material::{self, Law};
 use crate::math::signal::Signal;
 use crate::math::tensor::{Mat3, Vec3};
 use crate::math::units::Dimension;
 use crate::mesh::Region;
 use crate::mesh::error::point;
-use crate::mesh::select::{Pick, Selector};
 use crate::solve::{Integrator, TimeSpan};
-use crate::system::{Effect, Prescribed};
+use crate::system::{Constraint, Effect, Prescribed};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -30,7 +27,7 @@ use std::sync::Arc;
 /// Makes a law.
 pub type LawSource = Box<dyn Fn() -> Box<dyn Law>>;
 
-/// Results of effects for later ones, for the system, for probes and for the record.
+/// Results of effects for later parts, for the system, for probes and for the record.
 #[derive(Default)]
 pub(super) struct Gathered {
     /// Effects that store energy, by their region
@@ -43,7 +40,19 @@ pub(super) struct Gathered {
     pub(super) relaxing: Vec<Arc<Viscoelastic>>,
     /// Nodes that host the second field
     pub(super) hosts: Vec<u32>,
-    pub(super) laws: Vec<Box<dyn Law>>,
+    /// Laws of the elastic effects, in their order
+    pub(super) laws: Vec<ElasticLaw>,
+    /// Cell → number of the effect by which it relaxes
+    pub(super) relaxed: BTreeMap<u32, usize>,
+}
+
+/// The law of an elastic effect.
+pub(super) struct ElasticLaw {
+    /// Name of its table
+    pub(super) name: String,
+    /// Region of the effect
+    pub(super) region: String,
+    pub(super) law: Box<dyn Law>,
 }
 
 impl Gathered {
@@ -81,7 +90,7 @@ pub(super) struct Builder<'a> {
     pub(super) signals: Vec<NamedSignal>,
     pub(super) signal_builder: SignalBuilder<'a>,
     /// Beyond the protocol: its first and last stage, where they are continued
-    pub(super) continued: Option<[(f64, f64, bool); 2]>,
+    continued: Option<[(f64, f64, bool); 2]>,
     pub(super) notes: Vec<String>,
     /// Why the answer has no limit as h → 0, found while building
     pub(super) no_limits: Vec<String>,
@@ -90,19 +99,33 @@ pub(super) struct Builder<'a> {
     pub(super) nodes: usize,
     /// (dof, motion) of the nodes of obstacles
     pub(super) carried: Vec<(u32, Signal)>,
+    /// Stages
+    pub(super) spans: Vec<TimeSpan>,
+    pub(super) effects: Vec<Box<dyn Effect>>,
+    pub(super) constraints: Vec<Box<dyn Constraint>>,
+    pub(super) gathered: Gathered,
+}
+
+/// Tables of a scene that its parts refer to by name.
+pub(super) struct Tables<'a> {
+    pub(super) regions: &'a BTreeMap<String, SelectorSpec>,
+    pub(super) laws: &'a BTreeMap<String, toml::Table>,
+    /// Laws from Rust
+    pub(super) own_laws: &'a BTreeMap<String, LawSource>,
+    pub(super) events: &'a [EventSpec],
 }
 
 impl<'a> Builder<'a> {
+    /// On a mesh; `carriers` is the number of bodies and obstacles that are carried by four nodes of their own.
     pub(super) fn new(
         file: &'a Path,
-        spec: &'a SceneSpec,
-        own_laws: &'a BTreeMap<String, LawSource>,
+        tables: &Tables<'a>,
         body: Arc<Body>,
+        carriers: usize,
     ) -> Result<Self, SceneError> {
-        let base = file.parent().unwrap_or(Path::new("")).to_path_buf();
         let mut regions = body.mesh.regions.clone();
         let mut notes = Vec::new();
-        for (name, selector) in &spec.mesh.regions {
+        for (name, selector) in tables.regions {
             let place = format!("mesh.regions.{name}");
             if regions.contains_key(name) {
                 let (fact, remedy) = ("the mesh has a region of this name".into(), "choose another name".into());
@@ -118,28 +141,26 @@ impl<'a> Builder<'a> {
             regions.insert(name.clone(), region);
             notes.push(format!("region {name} is picked by a selector: its extent changes with the mesh (O(h))"));
         }
-        let (prescribed, signals) = (BTreeMap::new(), Vec::new());
-        let (no_limits, skins, continued) = (Vec::new(), Vec::new(), None);
-        let signal_builder = SignalBuilder::new(&spec.events);
-        let laws = &spec.laws;
-        let moved = spec.contacts.iter().filter(|c| c.motion.is_some()).count();
-        let nodes = body.mesh.points.len() + 4 * (spec.rigids.len() + moved);
         Ok(Self {
             file,
-            base,
+            base: file.parent().unwrap_or(Path::new("")).to_path_buf(),
+            nodes: body.mesh.points.len() + 4 * carriers,
             body,
             regions,
-            laws,
-            own_laws,
-            prescribed,
-            signals,
-            signal_builder,
+            laws: tables.laws,
+            own_laws: tables.own_laws,
+            prescribed: BTreeMap::new(),
+            signals: Vec::new(),
+            signal_builder: SignalBuilder::new(tables.events),
+            continued: None,
             notes,
-            continued,
-            no_limits,
-            skins,
-            nodes,
+            no_limits: Vec::new(),
+            skins: Vec::new(),
             carried: Vec::new(),
+            spans: Vec::new(),
+            effects: Vec::new(),
+            constraints: Vec::new(),
+            gathered: Gathered::default(),
         })
     }
 
@@ -290,14 +311,16 @@ impl<'a> Builder<'a> {
         Ok(signal)
     }
 
-    /// Loads of an arc-length stage go on beyond the first and the last time of the protocol, as they do in it on average.
-    pub(super) fn continue_signals(&mut self, spans: &[TimeSpan]) {
+    /// Takes the stages. Loads of an arc-length stage go on beyond the first and the last time of the protocol, as they do in
+    /// it on average.
+    pub(super) fn set_spans(&mut self, spans: Vec<TimeSpan>) {
         let end = |s: &TimeSpan| (s.start, s.end, matches!(s.integrator, Integrator::ArcLength { .. }));
         let ends = spans.first().map(end).zip(spans.last().map(end));
         self.continued = ends.filter(|(first, last)| first.2 || last.2).map(|(first, last)| [first, last]);
+        self.spans = spans;
     }
 
-    pub(super) fn continued(&self, signal: Signal) -> Signal {
+    fn continued(&self, signal: Signal) -> Signal {
         let Some([first, last]) = self.continued.filter(|_| !signal.has_inputs()) else { return signal };
         let slope = |(start, end, arc): (f64, f64, bool)| {
             if arc { (signal.at(end) - signal.at(start)) / (end - start) } else { 0.0 }
@@ -333,6 +356,14 @@ impl<'a> Builder<'a> {
         Ok(())
     }
 
+    /// The skin of this name.
+    pub(super) fn skin(&self, place: &str, name: &str) -> Result<&NamedSkin, SceneError> {
+        self.skins.iter().find(|s| s.name == name).ok_or_else(|| {
+            let known: Vec<&String> = self.skins.iter().map(|s| &s.name).collect();
+            self.content(place, format!("there is no skin \"{name}\""), hint(name, &known))
+        })
+    }
+
     /// Names of bodies and contacts are parts of the names of columns and files.
     pub(super) fn check_name(&self, place: &str, name: &str) -> Result<(), SceneError> {
         let fits = |c: char| c.is_alphanumeric() || "_-".contains(c);
@@ -341,59 +372,5 @@ impl<'a> Builder<'a> {
         }
         let fact = format!("\"{name}\" cannot be part of a file name");
         Err(self.content(place, fact, "use letters, digits, \"-\" and \"_\""))
-    }
-}
-
-impl From<LumpingSpec> for Lumping {
-    fn from(spec: LumpingSpec) -> Self {
-        match spec {
-            LumpingSpec::Consistent => Self::Consistent,
-            LumpingSpec::Lumped => Self::Lumped,
-            LumpingSpec::Uniform => Self::Uniform,
-        }
-    }
-}
-
-impl SelectorSpec {
-    pub(super) fn selector(&self) -> Selector {
-        let vector = |p: &[Length; 3]| Vec3::new(p[0].0, p[1].0, p[2].0);
-        match self {
-            Self::Box { min, max, .. } => Selector::Box { min: vector(min), max: vector(max) },
-            Self::Sphere { center, radius, .. } => Selector::Sphere { center: vector(center), radius: radius.0 },
-            Self::Plane { point, normal, tolerance, .. } => {
-                Selector::Plane { point: vector(point), normal: Vec3::from(*normal), tolerance: tolerance.0 }
-            }
-            Self::Normal { direction, angle } => Selector::Normal { direction: Vec3::from(*direction), angle: angle.0 },
-        }
-    }
-
-    fn pick(&self) -> Pick {
-        match self {
-            Self::Box { pick, .. } | Self::Sphere { pick, .. } | Self::Plane { pick, .. } => match pick {
-                PickSpec::Nodes => Pick::Nodes,
-                PickSpec::Facets => Pick::Facets,
-                PickSpec::Cells => Pick::Cells,
-            },
-            Self::Normal { .. } => Pick::Facets,
-        }
-    }
-
-    /// Fact and remedy of a selector that cannot select.
-    fn check(&self) -> Result<(), (String, &'static str)> {
-        match self {
-            Self::Box { min, max, .. } if min.iter().zip(max).any(|(a, b)| a.0 > b.0) => {
-                Err(("`min` is beyond `max`".into(), "give the lower corner as `min`"))
-            }
-            Self::Sphere { radius, .. } if radius.0 <= 0.0 => {
-                Err((format!("the radius is {} mm", radius.0 * 1e3), "it must be positive"))
-            }
-            Self::Plane { normal, .. } if Vec3::from(*normal).norm() == 0.0 => {
-                Err(("the normal has no length".into(), "write for example [1, 0, 0]"))
-            }
-            Self::Plane { tolerance, .. } if tolerance.0 < 0.0 => {
-                Err((format!("the tolerance is {} mm", tolerance.0 * 1e3), "it must not be negative"))
-            }
-            _ => Ok(()),
-        }
     }
 }

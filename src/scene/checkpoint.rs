@@ -4,9 +4,9 @@
 //! first. It holds what was recorded so far, so a run that goes on from it writes the same files as one that was not cut.
 
 use super::build::Scene;
-use super::control::{ControlError, Memory as ControlMemory};
+use super::control::{ControlError, ControlMemory};
 use super::energy_balance::EnergyBalance;
-use super::parts::cable::CableLog;
+use super::parts::constraints::CableLog;
 use super::recorder::Energies;
 use crate::math::signal::Ramp;
 use crate::solve::{DriverMemory, GridPosition, LaggedFactorRecord, PastPoint, Prediction, Totals};
@@ -108,7 +108,7 @@ impl Checkpoint {
             span: self.position.span,
             step: self.position.step,
             degree: self.memory.prediction.degree,
-            level: self.memory.level,
+            level: self.memory.cuts,
             totals: self.memory.totals,
             control: self.control.clone(),
             cables: self.cables.clone(),
@@ -163,8 +163,8 @@ impl Checkpoint {
         let ramps = inputs.iter().flat_map(|r| [r.start, r.from, r.end, r.to]).collect();
         let state = [scalars, x.clone(), v.clone(), a.clone(), lambda.clone(), memory.clone(), history.clone(), ramps];
         let flat = |rows: &[Vec<f64>]| rows.concat();
-        let LaggedFactorRecord { k, x: placed, solves, steps, rates, worn } = &self.memory.lagged_factor;
-        let counts = [solves[0], solves[1], *steps, usize::from(*worn)].map(|n| n as f64);
+        let LaggedFactorRecord { k, x: placed, solves, steps, rates, renew } = &self.memory.lagged_factor;
+        let counts = [solves[0], solves[1], *steps, usize::from(*renew)].map(|n| n as f64);
         let lagged_factor =
             [k.to_vec(), placed.to_vec(), [counts[0], counts[1], counts[2], counts[3], rates.cv, rates.ca].to_vec()];
         let balance = [self.balance.effect.clone(), self.balance.g.clone(), self.balance.residual.clone()];
@@ -192,7 +192,7 @@ impl Checkpoint {
         let peak = Snapshot { t: peak, x: arrays.next().filter(|x| x.len() == n)? };
         let k = arrays.next().filter(|k| k.is_empty() || k.len() == system.pattern.nnz())?;
         let placed = arrays.next().filter(|x| x.len() == n || k.is_empty())?;
-        let [all, here, steps, worn, cv, ca] = arrays.next()?[..] else { return None };
+        let [all, here, steps, renew, cv, ca] = arrays.next()?[..] else { return None };
         let solves = [all as usize, here as usize];
         let lagged_factor = LaggedFactorRecord {
             k: k.into(),
@@ -200,7 +200,7 @@ impl Checkpoint {
             solves,
             steps: steps as usize,
             rates: Rates { cv, ca },
-            worn: worn == 1.0,
+            renew: renew == 1.0,
         };
         let mut recent = Vec::new();
         while let Some(t) = arrays.next() {
@@ -213,7 +213,7 @@ impl Checkpoint {
             position: GridPosition { span: head.span, step: head.step },
             memory: DriverMemory {
                 prediction: Prediction { recent, degree: head.degree },
-                level: head.level,
+                cuts: head.level,
                 stiffness,
                 lagged_factor,
                 totals: head.totals,

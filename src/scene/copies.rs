@@ -1,7 +1,6 @@
 //! Several bodies in one scene: images of the mesh, or grids of their own. Each has its whole boundary as the region `skin`.
 
-use super::body::{content, has_source};
-use super::build::Body;
+use super::body::{Body, content, has_source};
 use super::error::SceneError;
 use super::error::part;
 use super::grid::{grid, mesh_hash};

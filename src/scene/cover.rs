@@ -2,15 +2,13 @@
 
 use super::builder::Builder;
 use super::error::SceneError;
-use crate::effect::CellPoints;
 use crate::mesh::error::point;
-use std::sync::Arc;
 
 /// Every cell belongs to an effect that stores energy; two at the same place add up, which is said.
-pub(super) fn check_cover(builder: &mut Builder, stored: &[Arc<CellPoints>]) -> Result<(), SceneError> {
+pub(super) fn check_cover(builder: &mut Builder) -> Result<(), SceneError> {
     let body = builder.body.clone();
     let mut count = vec![0u32; body.mesh.cell_count()];
-    stored.iter().flat_map(|points| &points.cells).for_each(|&c| count[c as usize] += 1);
+    builder.gathered.points.iter().flat_map(|points| &points.cells).for_each(|&c| count[c as usize] += 1);
     let (bare, twice) = (count.iter().filter(|n| **n == 0).count(), count.iter().filter(|n| **n > 1).count());
     if let Some(c) = count.iter().position(|n| *n == 0) {
         let at = point(&body.mesh.position(c, [0.25; 3]));

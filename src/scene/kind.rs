@@ -1,8 +1,9 @@
 //! Choices in files: `{ kind = "…", … }`, or the name of the kind alone where none of its keys is required.
 //!
 //! An enum whose variants are the kinds derives `Deserialize` with `#[serde(remote = "Self")]` and is then named in
-//! [`by_kind!`]. Serde's own tag buffers the table and so loses the line of every mistake in it; here the table is read in
-//! place, which needs `kind` to be its first key ([`first`]). A table with `kind` elsewhere is buffered, and read all the same.
+//! [`by_kind!`]; [`registry!`] declares one whose kinds have a file each. Serde's own tag buffers the table and so loses the line
+//! of every mistake in it; here the table is read in place, which needs `kind` to be its first key ([`first`]). A table with
+//! `kind` elsewhere is buffered, and read all the same.
 
 use super::error::hint;
 use serde::de::value::{MapAccessDeserializer, MapDeserializer};
@@ -25,6 +26,52 @@ macro_rules! by_kind {
     )*};
 }
 pub(crate) use by_kind;
+
+/// Declares a registry: an enum with a line for each kind, which names its specification and the name of the kind in files.
+macro_rules! registry {
+    ($part:ident; $(#[$attribute:meta])* pub enum $registry:ident { $($kind:ident($spec:ident) = $name:literal,)* }) => {
+        $(#[$attribute])*
+        #[derive(Clone, Debug, serde::Deserialize)]
+        #[serde(remote = "Self")]
+        pub enum $registry {
+            $(
+                #[allow(missing_docs)]
+                #[serde(rename = $name)]
+                $kind($spec),
+            )*
+        }
+
+        $crate::scene::kind::by_kind!($registry);
+
+        impl $registry {
+            /// Every kind, as in files.
+            pub const KINDS: &[&str] = &[$($name),*];
+
+            /// Name of the kind, as in files.
+            pub fn kind(&self) -> &'static str {
+                match self {
+                    $(Self::$kind(_) => $name,)*
+                }
+            }
+
+            /// The specification of the kind.
+            pub(in crate::scene) fn part(&self) -> &dyn $part {
+                match self {
+                    $(Self::$kind(part) => part,)*
+                }
+            }
+        }
+
+        $(
+            impl From<$spec> for $registry {
+                fn from(part: $spec) -> Self {
+                    Self::$kind(part)
+                }
+            }
+        )*
+    };
+}
+pub(crate) use registry;
 
 /// Moves `kind` to the front of every table below `table`.
 pub(super) fn first(table: &mut DeTable) {

@@ -3,6 +3,8 @@
 use super::kind::by_kind;
 use super::quantity::{Angle, Length};
 use super::shape::TurnSpec;
+use crate::math::tensor::Vec3;
+use crate::mesh::select::{Pick, Selector};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -159,4 +161,50 @@ pub struct DisturbSpec {
     pub angle: Option<Angle>,
     #[serde(default)]
     pub seed: u64,
+}
+
+impl SelectorSpec {
+    /// The selector on a mesh.
+    pub(super) fn selector(&self) -> Selector {
+        let vector = |p: &[Length; 3]| Vec3::new(p[0].0, p[1].0, p[2].0);
+        match self {
+            Self::Box { min, max, .. } => Selector::Box { min: vector(min), max: vector(max) },
+            Self::Sphere { center, radius, .. } => Selector::Sphere { center: vector(center), radius: radius.0 },
+            Self::Plane { point, normal, tolerance, .. } => {
+                Selector::Plane { point: vector(point), normal: Vec3::from(*normal), tolerance: tolerance.0 }
+            }
+            Self::Normal { direction, angle } => Selector::Normal { direction: Vec3::from(*direction), angle: angle.0 },
+        }
+    }
+
+    /// Entities that it picks.
+    pub(super) fn pick(&self) -> Pick {
+        match self {
+            Self::Box { pick, .. } | Self::Sphere { pick, .. } | Self::Plane { pick, .. } => match pick {
+                PickSpec::Nodes => Pick::Nodes,
+                PickSpec::Facets => Pick::Facets,
+                PickSpec::Cells => Pick::Cells,
+            },
+            Self::Normal { .. } => Pick::Facets,
+        }
+    }
+
+    /// Fact and remedy of a selector that cannot select.
+    pub(super) fn check(&self) -> Result<(), (String, &'static str)> {
+        match self {
+            Self::Box { min, max, .. } if min.iter().zip(max).any(|(a, b)| a.0 > b.0) => {
+                Err(("`min` is beyond `max`".into(), "give the lower corner as `min`"))
+            }
+            Self::Sphere { radius, .. } if radius.0 <= 0.0 => {
+                Err((format!("the radius is {} mm", radius.0 * 1e3), "it must be positive"))
+            }
+            Self::Plane { normal, .. } if Vec3::from(*normal).norm() == 0.0 => {
+                Err(("the normal has no length".into(), "write for example [1, 0, 0]"))
+            }
+            Self::Plane { tolerance, .. } if tolerance.0 < 0.0 => {
+                Err((format!("the tolerance is {} mm", tolerance.0 * 1e3), "it must not be negative"))
+            }
+            _ => Ok(()),
+        }
+    }
 }

@@ -14,18 +14,22 @@
 //!         ..MeshSpec::default()
 //!     },
 //!     laws: [("rubber".to_string(), law)].into(),
-//!     effects: vec![EffectSpec::Elastic {
-//!         region: "body".into(),
-//!         law: "rubber".into(),
-//!         formulation: FormulationSpec::Displacement,
-//!     }],
+//!     effects: vec![
+//!         ElasticSpec {
+//!             region: "body".into(),
+//!             law: "rubber".into(),
+//!             formulation: FormulationSpec::Displacement,
+//!         }
+//!         .into(),
+//!     ],
 //!     constraints: vec![
-//!         ConstraintSpec::Fixed { region: "xmin".into(), components: "xyz".into() },
-//!         ConstraintSpec::Prescribed {
+//!         FixedSpec { region: "xmin".into(), components: "xyz".into() }.into(),
+//!         PrescribedSpec {
 //!             region: "xmax".into(),
 //!             components: "x".into(),
 //!             displacement: SignalSpec::ramp(0.0, 3e-3, 0.0, 1.0),
-//!         },
+//!         }
+//!         .into(),
 //!     ],
 //!     stages: vec![StageSpec::new(IntegratorSpec::Static, Time::seconds(1.0), Time::seconds(0.5))],
 //!     probes: vec![Reaction { region: "xmax".into() }.into()],
@@ -33,8 +37,8 @@
 //! };
 //! let scene = Scene::new(spec)?;
 //! let run = scene.run();
-//! let force = run.columns.iter().position(|c| c == "xmax_reaction_x_N").expect("recorded");
-//! assert!(run.rows.last().expect("at rest at least")[force] > 0.0);
+//! let force = run.column("xmax_reaction_x_N").expect("the probe records it");
+//! assert!(force.last().is_some_and(|last| *last > 0.0));
 //! # Ok(())
 //! # }
 //! ```
@@ -46,15 +50,14 @@ mod build;
 mod builder;
 mod checkpoint;
 mod compare;
-mod constraints;
 pub mod control;
 mod copies;
 mod cover;
 mod describe;
-mod effects;
 mod energy_balance;
 mod error;
 pub mod error_estimate;
+mod fields;
 mod grid;
 mod kind;
 mod linear;
@@ -81,9 +84,10 @@ pub mod spec;
 mod stable;
 mod stages;
 mod start;
+pub mod stretch;
 
-pub use body::request;
-pub use build::{Body, Scene, SceneBuilder};
+pub use body::{Body, request};
+pub use build::{Scene, SceneBuilder};
 pub use builder::LawSource;
 pub use checkpoint::{Checkpoint, CheckpointError, Snapshot};
 pub use compare::Measured;
@@ -94,7 +98,7 @@ pub use mesh_spec::ElementSpec;
 pub use open::{open_scene, parse_scene};
 pub use quantity::{Length, Time};
 pub use read::{from_text, read_scene, read_table};
-pub use recorder::{Change, Energies, Moment, Recorder};
+pub use recorder::{Change, Energies, Headline, Moment, Recorder};
 pub use run::Run;
 pub use run_options::{OnProgress, OnSave, OnState, Progress, RunOptions};
 pub use sensitivities::{Sensitivities, SensitivityRecorder};

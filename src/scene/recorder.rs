@@ -1,6 +1,6 @@
 //! Recorders: what a run writes into its table at every accepted step, one value per column.
 
-use super::build::Scene;
+use super::body::Body;
 use crate::system::{At, State};
 
 /// Energies since the start \[J\]: stored and kinetic at the state, dissipated and put in along the path.
@@ -14,7 +14,7 @@ pub struct Energies {
 
 /// An accepted state with the quantities known there.
 pub struct Moment<'a> {
-    pub scene: &'a Scene,
+    pub body: &'a Body,
     pub state: &'a State,
     /// The step that led to the state; none at the start of a run
     pub step: Option<&'a At<'a>>,
@@ -25,12 +25,22 @@ pub struct Moment<'a> {
 
 /// Derivative of an accepted state by a parameter.
 pub struct Change<'a> {
-    pub scene: &'a Scene,
+    pub body: &'a Body,
     pub state: &'a State,
     /// Derivative of the state
     pub change: &'a State,
     /// \[3 × nodes\] derivative of the reactions
     pub reaction: &'a [f64],
+}
+
+/// A quantity by which runs of one scene are compared where a study names none.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Headline {
+    /// Recorded column
+    pub column: String,
+    pub label: &'static str,
+    pub symbol: &'static str,
+    pub unit: &'static str,
 }
 
 /// Columns of the table of a run.
@@ -47,7 +57,7 @@ pub struct Change<'a> {
 ///     }
 ///
 ///     fn record(&self, now: &Moment) -> Vec<f64> {
-///         let nodes = now.scene.body.mesh.points.len();
+///         let nodes = now.body.mesh.points.len();
 ///         vec![(0..nodes).map(|k| now.state.x[3 * k]).fold(0.0, f64::max)]
 ///     }
 /// }

@@ -5,9 +5,9 @@
 use super::error::SceneError;
 use super::linear::LinearSpec;
 use super::parts::contact::spec::{ContactSpec, ResponseSpec};
-use super::spec::{
-    CableSpec, CavityDriveSpec, ConstraintSpec, DriveSpec, EffectSpec, FormulationSpec, IntegratorSpec, SceneSpec,
-};
+use super::parts::effects::EffectSpec;
+use super::spec::SceneSpec;
+use super::stages::IntegratorSpec;
 use crate::solve::{Integrator, TimeSpan};
 use std::path::Path;
 
@@ -80,7 +80,7 @@ fn rates_in_statics(spec: &SceneSpec, spans: &[TimeSpan]) -> Option<Refusal> {
 }
 
 fn acceleration_without_inertia(spec: &SceneSpec, spans: &[TimeSpan]) -> Option<Refusal> {
-    if spec.effects.iter().any(|e| matches!(e, EffectSpec::Inertia { .. })) {
+    if spec.effects.iter().any(|e| matches!(e, EffectSpec::Inertia(_))) {
         return None;
     }
     let k = spans.iter().position(|s| s.integrator.needs_initial_acceleration())?;
@@ -90,20 +90,14 @@ fn acceleration_without_inertia(spec: &SceneSpec, spans: &[TimeSpan]) -> Option<
 
 fn friction_of_cables_along_an_arc(spec: &SceneSpec, _: &[TimeSpan]) -> Option<Refusal> {
     let k = spec.stages.iter().position(|s| s.continuation.is_some())?;
-    let friction = |c: &ConstraintSpec| matches!(c, ConstraintSpec::Cable(CableSpec { friction: Some(_), .. }));
-    spec.constraints.iter().find(|c| friction(c))?;
+    spec.constraints.iter().find(|c| c.has_friction())?;
     let fact = "a continuation with a cable with friction, whose tensions depend on the path";
     let remedy = "remove the friction, or drive the cable by length step by step";
     Refusal::new(format!("stage {}", k + 1), fact, remedy)
 }
 
 fn undamped_rule_with_exact_constraints(spec: &SceneSpec, spans: &[TimeSpan]) -> Option<Refusal> {
-    let exact = |c: &ConstraintSpec| match c {
-        ConstraintSpec::Cable(cable) => cable.friction.is_some() || matches!(cable.drive, DriveSpec::Length { .. }),
-        ConstraintSpec::Cavity { drive, .. } => matches!(drive, CavityDriveSpec::Volume { .. }),
-        ConstraintSpec::Fixed { .. } | ConstraintSpec::Prescribed { .. } => false,
-    };
-    spec.constraints.iter().find(|c| exact(c))?;
+    spec.constraints.iter().find(|c| c.is_exact())?;
     let forced = |k: usize| matches!(spec.stages[k].integrator, IntegratorSpec::Newmark { force: true, .. });
     let rings = |(k, s): (usize, &TimeSpan)| s.integrator.rings_with_constraints() && !forced(k);
     let k = spans.iter().enumerate().position(rings)?;
@@ -147,7 +141,7 @@ fn iterative_solver(spec: &SceneSpec, spans: &[TimeSpan]) -> Option<Refusal> {
 
 /// The property of the tangents, if one exists, that rules out the iterative solver.
 pub(super) fn against_iterations(spec: &SceneSpec, spans: &[TimeSpan]) -> Option<&'static str> {
-    let mixed = |e: &EffectSpec| matches!(e, EffectSpec::Elastic { formulation: FormulationSpec::Mixed, .. });
+    let mixed = |e: &EffectSpec| matches!(e, EffectSpec::Elastic(elastic) if elastic.formulation.is_mixed());
     let multiplier = spec.contacts.iter().any(|c| c.response == ResponseSpec::Multiplier);
     if multiplier || spec.effects.iter().any(mixed) {
         Some("pressures of a mixed formulation or multipliers of a contact are unknown next to the displacements")

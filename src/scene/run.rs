@@ -3,16 +3,17 @@
 use super::build::{Scene, columns};
 use super::checkpoint::Snapshot;
 use super::control::{ControlError, Fired};
+use super::fields::fields;
 use super::linear::{LinearSpec, LinearWork};
-use super::output::{Field, FieldSpec, fields};
-use super::parts::cable::{CableEvent, pulling};
-use super::parts::probes::stretch::largest_stretch;
+use super::output::{Field, FieldSpec};
+use super::parts::constraints::{CableEvent, pulling};
 use super::recorder::{Energies, Moment};
 use super::rules::against_iterations;
 use super::run_options::RunOptions;
 use super::run_recorder::RunRecorder;
 use super::sensitivities::{Sensitivities, SensitivityRecorder};
-use super::start::first_state;
+use super::start::set_start;
+use super::stretch::largest_stretch;
 use crate::effect::contact::Counts;
 use crate::math::linear::{Linear, Method};
 use crate::math::multigrid::Places;
@@ -68,10 +69,27 @@ pub struct Run {
     pub sensitivities: Option<Sensitivities>,
 }
 
+impl Run {
+    /// Values of a recorded column, one per row; none if no column has this name.
+    pub fn column(&self, name: &str) -> Option<Vec<f64>> {
+        let k = self.columns.iter().position(|c| c == name)?;
+        Some(self.rows.iter().map(|row| row[k]).collect())
+    }
+}
+
 impl Scene {
     /// The state that a run starts from.
     pub fn start(&self) -> State {
-        first_state(self)
+        let mut state = self.system.rest();
+        for body in &self.rigids {
+            for (node, v) in body.frame.nodes.iter().zip(body.start) {
+                state.v[3 * *node as usize..3 * *node as usize + 3].copy_from_slice(v.as_slice());
+            }
+        }
+        if let Some(start) = &self.spec.start {
+            set_start(start, &self.body, &self.system, &mut state);
+        }
+        state
     }
 
     /// The fields of a state.
@@ -194,7 +212,7 @@ impl Scene {
         energies: Energies,
         iterations: usize,
     ) -> Vec<f64> {
-        let moment = Moment { scene: self, state, step, residual, energies };
+        let moment = Moment { body: &self.body, state, step, residual, energies };
         let values = self.recorders().flat_map(|r| r.record(&moment));
         std::iter::once(state.t).chain(values).chain(std::iter::once(iterations as f64)).collect()
     }

@@ -130,7 +130,7 @@ impl<'a> Sensitivity<'a> {
         let reactions = self.solver.reactions(&step, now)?;
         let all = self.solver.changes.iter().zip(&reactions);
         let derivatives = |(change, reaction): (&State, &Vec<f64>)| {
-            let by = Change { scene: self.scene, state: now, change, reaction };
+            let by = Change { body: &self.scene.body, state: now, change, reaction };
             self.scene.recorders().filter_map(|r| r.derivative(&by)).flatten().collect()
         };
         let all: Vec<Vec<f64>> = all.map(derivatives).collect();
@@ -156,17 +156,17 @@ fn terms(scene: &Scene, constant: &Constant) -> Result<Vec<ParameterDerivative>,
     let mut elastic: Vec<(&str, Arc<dyn Effect>)> = Vec::new();
     for (of, spec) in scene.spec.effects.iter().enumerate() {
         match spec {
-            EffectSpec::Elastic { region, law, .. } => {
+            EffectSpec::Elastic(solid) => {
                 let effect = stressed.next().expect("one for each elastic effect");
-                if *law == constant.law {
+                if solid.law == constant.law {
                     let shared: Arc<dyn Effect> = effect.along(mesh, along()?).into();
-                    elastic.push((region, shared.clone()));
+                    elastic.push((&solid.region, shared.clone()));
                     found.push(ParameterDerivative { of, effect: Box::new(shared) });
                 }
             }
-            EffectSpec::Viscoelastic { law, .. } => {
+            EffectSpec::Viscoelastic(viscoelastic) => {
                 let effect = relaxing.next().expect("one for each viscoelastic effect");
-                if *law == constant.law {
+                if viscoelastic.law == constant.law {
                     found.push(ParameterDerivative { of, effect: effect.along(&*along()?) });
                 }
             }
@@ -177,9 +177,9 @@ fn terms(scene: &Scene, constant: &Constant) -> Result<Vec<ParameterDerivative>,
         return Err(SensitivityError::Unused { constant: name });
     }
     for (of, spec) in scene.spec.effects.iter().enumerate() {
-        let EffectSpec::StiffnessDamping { region, beta, stiffness } = spec else { continue };
-        let damped = elastic.iter().filter(|(of, _)| of == region).map(|(_, effect)| effect.clone()).collect();
-        let damping = StiffnessDamping::new(damped, beta.0, (*stiffness).into(), &mesh.points);
+        let EffectSpec::StiffnessDamping(spec) = spec else { continue };
+        let damped = elastic.iter().filter(|(of, _)| *of == spec.region).map(|(_, effect)| effect.clone()).collect();
+        let damping = StiffnessDamping::new(damped, spec.beta.0, spec.stiffness.into(), &mesh.points);
         found.push(ParameterDerivative { of, effect: Box::new(damping.expect("built once already")) });
     }
     Ok(found)

@@ -1,29 +1,7 @@
-//! Skins of a scene: surfaces from files that follow the body and are written with its fields. They have no stiffness and
-//! no mass; a traction on one reaches the nodes by the transpose of the map that moves it.
+//! Surfaces that follow the body and are written with its fields. They have no stiffness and no mass.
 
-use super::builder::Builder;
-use super::error::part;
-use super::error::{SceneError, hint};
-use super::quantity::Length;
-use crate::math::units::{self, Dimension};
-use crate::mesh::attach::attach;
-use crate::mesh::surface_file::{Surface, read_surface};
-use serde::Deserialize;
+use crate::mesh::surface_file::Surface;
 use std::collections::BTreeMap;
-use std::path::PathBuf;
-
-/// A surface that follows the body, to be written with its fields.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct SkinSpec {
-    pub name: String,
-    /// STL or OBJ
-    pub file: PathBuf,
-    /// Unit of length of the file
-    pub unit: String,
-    /// Vertices may be this far outside of the body
-    pub reach: Length,
-}
 
 /// A surface with the nodes that move its vertices.
 pub struct NamedSkin {
@@ -49,36 +27,4 @@ impl NamedSkin {
         }
         nodal.into_iter().filter(|(_, area)| *area != 0.0).collect()
     }
-}
-
-/// Reads the skins and attaches them to the body.
-pub(super) fn attach_skins(builder: &mut Builder, specs: &[SkinSpec]) -> Result<(), SceneError> {
-    for (k, spec) in specs.iter().enumerate() {
-        let place = format!("skin {}", k + 1);
-        let fits = |c: char| c.is_alphanumeric() || "_-".contains(c);
-        if spec.name.is_empty() || !spec.name.chars().all(fits) {
-            let fact = format!("\"{}\" cannot be part of a file name", spec.name);
-            return Err(builder.content(&place, fact, "use letters, digits, \"-\" and \"_\""));
-        }
-        if builder.skins.iter().any(|s| s.name == spec.name) {
-            let fact = format!("another skin is called \"{}\" too", spec.name);
-            return Err(builder.content(&place, fact, "give each skin a `name` of its own"));
-        }
-        let fail = |e| part(builder.file, &place, e);
-        let unit =
-            units::parse(&format!("1 {}", spec.unit), Dimension::LENGTH).map_err(|e| part(builder.file, &place, e))?;
-        let surface = read_surface(&builder.base.join(&spec.file), unit).map_err(|e| part(builder.file, &place, e))?;
-        let weights = attach(&builder.body.mesh, &surface.points, spec.reach.0).map_err(fail)?;
-        builder.skins.push(NamedSkin { name: spec.name.clone(), surface, weights });
-    }
-    Ok(())
-}
-
-/// The nodal areas of a skin.
-pub(super) fn skin_areas(builder: &Builder, place: &str, name: &str) -> Result<Vec<(u32, f64)>, SceneError> {
-    let skin = builder.skins.iter().find(|s| s.name == name).ok_or_else(|| {
-        let known: Vec<&String> = builder.skins.iter().map(|s| &s.name).collect();
-        builder.content(place, format!("there is no skin \"{name}\""), hint(name, &known))
-    })?;
-    Ok(skin.nodal_areas())
 }

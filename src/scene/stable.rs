@@ -3,20 +3,15 @@
 //! Looked at: every homogeneous mode as long as all principal stretches lie between ½ and 2 (an incompressible guess: uniaxial and planar
 //! ½ to 2, equibiaxial 1/√2 to √2, simple shear to λ − 1/λ at λ = 2). What a run reaches is recorded by the probe `stretch`.
 
-use super::builder::Builder;
-use super::spec::{EffectSpec, SceneSpec};
+use super::builder::{Builder, ElasticLaw};
 use crate::material::{Instability, Law, LoadCase, StabilityLimit, material_stability};
 
 /// Largest principal stretch that is looked at \[–\]
 const STRETCH: f64 = 2.0;
 
-/// `laws`: of the elastic effects of the scene, in their order. One note per law, with the modes and amounts.
-pub(super) fn note_stability(builder: &mut Builder, spec: &SceneSpec, laws: &[Box<dyn Law>]) {
-    let elastic = |e: &EffectSpec| match e {
-        EffectSpec::Elastic { law, .. } => Some(law.clone()),
-        _ => None,
-    };
-    for (name, law) in spec.effects.iter().filter_map(elastic).zip(laws) {
+/// Adds one note per law of an elastic effect, with the modes and amounts.
+pub(super) fn note_stability(builder: &mut Builder) {
+    for ElasticLaw { name, law, .. } in &builder.gathered.laws {
         let lost: Vec<String> = LoadCase::ALL.into_iter().flat_map(|case| lost(law.as_ref(), case)).collect();
         if lost.is_empty() {
             continue;

@@ -1,18 +1,69 @@
-//! The stages of a scene, and what each of them allows.
+//! The stages of a scene, each with an integrator, and what the signals must allow in them.
 
 use super::builder::Builder;
 use super::error::SceneError;
-use super::numerics::NumericsSpec;
-use super::parts::cable::CableSpec;
-use super::quantity::GuideRadius;
-use super::spec::{ConstraintSpec, EffectSpec, IntegratorSpec, SceneSpec, StageSpec};
+use super::kind::by_kind;
+use super::protocol::NamedSignal;
+use super::quantity::Time;
 use crate::solve::{Integrator, TimeSpan};
+use serde::Deserialize;
+
+by_kind!(IntegratorSpec);
 
 /// More steps than this in one stage are a slip of a unit.
 const MOST_STEPS: f64 = 1e7;
 /// Steps that an arc-length stage may take if nothing else is said, or ten times the nominal ones if that is more.
 const MOST_ARCS: usize = 200;
 
+/// A stretch of time with one integrator.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StageSpec {
+    pub integrator: IntegratorSpec,
+    pub duration: Time,
+    pub dt: Time,
+    pub continuation: Option<ContinuationSpec>,
+    /// Of a continuation
+    pub max_steps: Option<usize>,
+    /// In each `dt` of the loop that looks for contact once a step
+    pub integration_steps: Option<usize>,
+}
+
+impl StageSpec {
+    /// A stage with steps of `dt`.
+    pub fn new(integrator: IntegratorSpec, duration: Time, dt: Time) -> Self {
+        Self { integrator, duration, dt, continuation: None, max_steps: None, integration_steps: None }
+    }
+}
+
+/// How a static stage goes on where the loads are no longer enough to tell the states apart.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
+#[serde(rename_all = "snake_case")]
+pub enum ContinuationSpec {
+    ArcLength,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
+#[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
+pub enum IntegratorSpec {
+    Static,
+    ImplicitEuler,
+    ImplicitEulerLinearised,
+    ImplicitEulerCorrected,
+    Bdf2,
+    GeneralisedAlpha {
+        rho: f64,
+    },
+    /// `force = true` allows the undamped rule together with constraints
+    Newmark {
+        beta: f64,
+        gamma: f64,
+        #[serde(default)]
+        force: bool,
+    },
+}
+
+/// The stages of a scene in time.
 pub(super) fn build_spans(builder: &Builder, stages: &[StageSpec]) -> Result<Vec<TimeSpan>, SceneError> {
     let mut start = 0.0;
     let mut spans = Vec::new();
@@ -82,51 +133,24 @@ pub(super) fn build_spans(builder: &Builder, stages: &[StageSpec]) -> Result<Vec
     Ok(spans)
 }
 
-pub(super) fn note_static(builder: &mut Builder, spec: &SceneSpec, spans: &[TimeSpan]) {
-    let stages = spans.iter().filter(|s| s.integrator.is_static()).count();
-    let rates: Vec<&str> = spec.effects.iter().filter(|e| e.needs_rates()).map(EffectSpec::kind).collect();
-    if stages > 0 && !rates.is_empty() {
-        builder.notes.push(format!("{} rest in the {stages} static stage(s)", rates.join(", ")));
-    }
-}
-
-/// Notes on patches smaller than h; returns the reason why a cable through points has no limit as h → 0.
-pub(super) fn note_patches(builder: &mut Builder, spec: &SceneSpec) -> Option<String> {
-    let h = builder.body.mesh.h();
-    let mut no_limit = None;
-    for constraint in &spec.constraints {
-        match constraint {
-            ConstraintSpec::Cable(CableSpec { name, guide_radius: GuideRadius::Point, .. }) => {
-                no_limit = Some(format!("the {name} acts through points"));
-            }
-            ConstraintSpec::Cable(CableSpec { name, guide_radius: GuideRadius::Ball(r), .. }) if *r < h => {
-                builder.notes.push(format!("{name}: the guide radius {:.3} mm is below h = {:.3} mm", r * 1e3, h * 1e3))
-            }
-            _ => {}
+/// A formula must have a value wherever it is looked at.
+pub(super) fn check_formulas(builder: &Builder) -> Result<(), SceneError> {
+    for NamedSignal { name, signal } in builder.signals.iter().filter(|s| !s.signal.has_inputs()) {
+        let times = builder.spans.iter().flat_map(|s| (0..=s.steps().min(100_000)).map(|k| s.point(k)));
+        if let Some((t, value)) = times.map(|t| (t, signal.at(t))).find(|(_, value)| !value.is_finite()) {
+            let fact = format!("it is {value} at t = {t} s");
+            let remedy = "keep the formula defined there, for example by max(x, 0)";
+            return Err(builder.content(&format!("signal {name}"), fact, remedy));
         }
     }
-    no_limit
+    Ok(())
 }
 
-pub(super) fn check_numerics(builder: &Builder, n: &NumericsSpec) -> Result<(), SceneError> {
-    if !(n.tolerance > 0.0 && n.tolerance < 1.0) {
-        let fact = format!("tolerance = {}", n.tolerance);
-        return Err(builder.content("numerics", fact, "it lies between 0 and 1, for example 1e-8"));
-    }
-    if let Some(budget) = n.time_budget.filter(|b| b.0 <= 0.0) {
-        let fact = format!("time_budget = {} s", budget.0);
-        return Err(builder.content("numerics", fact, "give a positive time, for example \"10 min\""));
-    }
-    if let Some(error) = n.time_error.filter(|e| !(e.0 > 0.0 && e.0.is_finite())) {
-        let fact = format!("time_error = {} m", error.0);
-        return Err(builder.content("numerics", fact, "give a positive length, for example \"0.05 mm\""));
-    }
-    if n.reuse_threshold.is_nan() || n.reuse_threshold < 0.0 {
-        let fact = format!("reuse_threshold = {}", n.reuse_threshold);
-        return Err(builder.content("numerics", fact, "give a number of back-substitutions, 0 or more"));
-    }
-    if n.max_iterations == 0 {
-        return Err(builder.content("numerics", "max_iterations = 0", "allow at least one iteration"));
-    }
-    Ok(())
+/// The points of a continuation are its own, so that nothing can be decided at them.
+pub(super) fn check_continued(builder: &Builder, has_events: bool) -> Result<(), SceneError> {
+    let decided = has_events || builder.signals.iter().any(|s| s.signal.has_inputs());
+    let arc = builder.spans.iter().position(|s| matches!(s.integrator, Integrator::ArcLength { .. }));
+    let Some(k) = arc.filter(|_| decided) else { return Ok(()) };
+    let fact = "a continuation together with events, or with signals that are decided during the run";
+    Err(builder.content(&format!("stage {}", k + 1), fact, "take integrator = \"static\" without `continuation`"))
 }

@@ -3,16 +3,14 @@
 //! Nodes that are held or prescribed stay where their signals put them at t = 0. Nothing moves at the start but what `moving` and
 //! rigid bodies say.
 
+use super::body::Body;
 use super::builder::Builder;
-use super::error::SceneError;
-use super::error::part;
+use super::error::{SceneError, part};
 use super::kind::by_kind;
 use super::quantity::{Angle, Length, Speed};
-use super::{Scene, SceneSpec};
-use crate::material::Law;
 use crate::math::random::SplitMix;
 use crate::math::tensor::Vec3;
-use crate::system::State;
+use crate::system::{State, System};
 use nalgebra::{Rotation3, Unit};
 use serde::Deserialize;
 
@@ -44,9 +42,9 @@ pub enum StartSpec {
 }
 
 /// Refuses a start that no run can leave.
-pub(super) fn check_start(builder: &Builder, spec: &SceneSpec, laws: &[Box<dyn Law>]) -> Result<(), SceneError> {
+pub(super) fn check_start(builder: &Builder, start: Option<&StartSpec>) -> Result<(), SceneError> {
     let place = "start";
-    match &spec.start {
+    match start {
         Some(StartSpec::Random { size, .. }) if size.0 <= 0.0 => {
             let fact = format!("size = {} mm", size.0 * 1e3);
             return Err(builder.content(place, fact, "give a positive length, for example that of the body"));
@@ -74,31 +72,25 @@ pub(super) fn check_start(builder: &Builder, spec: &SceneSpec, laws: &[Box<dyn L
         }
         _ => {}
     }
-    let inverts = matches!(spec.start, Some(StartSpec::Random { .. } | StartSpec::Collapsed { .. }));
-    if let Some(law) = laws.iter().find(|law| inverts && !law.info().survives_inversion) {
+    let inverts = matches!(start, Some(StartSpec::Random { .. } | StartSpec::Collapsed { .. }));
+    let mut laws = builder.gathered.laws.iter().map(|l| &l.law);
+    if let Some(law) = laws.find(|law| inverts && !law.info().survives_inversion) {
         let fact = format!("the start inverts cells, where the law {} is not defined", law.info().name);
         return Err(builder.content(place, fact, "take stable_neo_hookean"));
     }
     Ok(())
 }
 
-/// The state that a run starts from.
-pub(super) fn first_state(scene: &Scene) -> State {
-    let mut state = scene.system.rest();
-    for body in &scene.rigids {
-        for (node, v) in body.frame.nodes.iter().zip(body.start) {
-            state.v[3 * *node as usize..3 * *node as usize + 3].copy_from_slice(v.as_slice());
-        }
-    }
-    let Some(start) = &scene.spec.start else { return state };
-    let points = &scene.body.mesh.points;
-    let (low, high) = scene.body.mesh.bounding_box();
+/// Moves a system at rest to its initial state.
+pub(super) fn set_start(start: &StartSpec, body: &Body, system: &System, state: &mut State) {
+    let points = &body.mesh.points;
+    let (low, high) = body.mesh.bounding_box();
     let middle = 0.5 * (low + high);
     let moving = match start {
-        StartSpec::Moving { region: Some(name), .. } => scene.body.mesh.regions.get(name),
+        StartSpec::Moving { region: Some(name), .. } => body.mesh.regions.get(name),
         _ => None,
     };
-    let moving = moving.map(|region| scene.body.mesh.nodes_of(region));
+    let moving = moving.map(|region| body.mesh.nodes_of(region));
     let seed = match start {
         StartSpec::Random { seed, .. } | StartSpec::Collapsed { seed, .. } => *seed,
         StartSpec::Twisted { .. } | StartSpec::Moving { .. } => 0,
@@ -128,9 +120,8 @@ pub(super) fn first_state(scene: &Scene) -> State {
         };
         state.x[3 * k..3 * k + 3].copy_from_slice((place - p).as_slice());
     }
-    for p in &scene.system.prescribed {
+    for p in &system.prescribed {
         state.x[p.dof as usize] = p.signal.at(0.0);
         state.v[p.dof as usize] = 0.0;
     }
-    state
 }

@@ -56,7 +56,7 @@ impl<'a> StepStrategy<'a> for ArcLengthSteps<'a> {
             }
             Err(_) => {
                 self.cuts += 1;
-                tracer.halve();
+                tracer.cut();
                 return StepOutcome::Cut;
             }
         };

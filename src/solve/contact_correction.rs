@@ -73,9 +73,9 @@ pub(super) fn uses_corrections(solver: &NonlinearSolver, step: &Step) -> bool {
 pub(super) fn correct_repeatedly(solver: &mut NonlinearSolver, step: &Step, next: &mut State) -> Option<Solution> {
     let targets = step.targets(next);
     let mut solution = solver.no_solution_yet();
-    let mut convergence = Convergence::new(solver.settings.tolerance, AtRounding::Accept);
+    let mut convergence = Convergence::new(&solver.settings, step.integrator, AtRounding::Accept);
     solver.equations.begin(step).ok()?;
-    while !solution.regularised && solution.iterations < solver.settings.max_iterations {
+    while !solution.regularised && !convergence.is_last(solution.iterations) {
         let dt = step.at(next).dt;
         let planes = ContactPlanes::new(solver, step.system, &next.x, dt);
         if planes.pressed().len() > MANY {
@@ -84,8 +84,7 @@ pub(super) fn correct_repeatedly(solver: &mut NonlinearSolver, step: &Step, next
         correct(solver, step, &planes, next, &targets, &mut solution).ok()?;
         solution.iterations += 1;
         let error = solver.equations.error(step.system, next, solver.settings.tolerance);
-        let last = solution.iterations == solver.settings.max_iterations;
-        if convergence.is_converged(error, true, last) {
+        if convergence.accepts(error, true, solution.iterations) {
             solver.equations.advance_history(step, next).ok()?;
             return Some(solution);
         }

@@ -3,11 +3,12 @@
 
 use super::arc_length::ArcLengthSteps;
 use super::corrected_steps::CorrectedSteps;
+use super::cut_steps::CutSteps;
 use super::observer::{AcceptedStep, GridPoint, GridPosition, StepObserver};
 use super::start::initial_acceleration_by;
-use super::step_solver::{StepSettings, StepSolver};
+use super::step_settings::StepSettings;
+use super::step_solver::StepSolver;
 use super::step_strategy::{StepOutcome, StepStrategy};
-use super::subdivided_steps::SubdividedSteps;
 use super::{DriverMemory, Findings, Integrator, NonlinearSolver, Status, TimeSpan, Totals};
 use crate::system::{State, System};
 use std::ops::ControlFlow;
@@ -17,20 +18,20 @@ pub struct Driver<'a> {
     pub steps: StepSolver<'a>,
     pub totals: Totals,
     pub findings: Findings,
-    /// How often the nominal step is halved for its time error
-    level: u32,
+    /// Cuts of the nominal step at present
+    cuts: u32,
 }
 
 impl<'a> Driver<'a> {
     pub fn new(system: &'a System, solver: NonlinearSolver, settings: StepSettings) -> Self {
         let steps = StepSolver::new(system, solver, settings);
-        Self { steps, totals: Totals::default(), findings: Findings::default(), level: 0 }
+        Self { steps, totals: Totals::default(), findings: Findings::default(), cuts: 0 }
     }
 
     /// Goes on where another driver was.
     pub fn resume(&mut self, memory: DriverMemory) {
-        let DriverMemory { prediction, level, stiffness, lagged_factor, totals } = memory;
-        (self.steps.prediction, self.level, self.totals) = (prediction, level, totals);
+        let DriverMemory { prediction, cuts, stiffness, lagged_factor, totals } = memory;
+        (self.steps.prediction, self.cuts, self.totals) = (prediction, cuts, totals);
         self.steps.solver.equations.stiffness = stiffness;
         self.steps.solver.linear.resume(lagged_factor, self.steps.system);
     }
@@ -68,7 +69,7 @@ impl<'a> Driver<'a> {
                 self.begin(span, state)?;
                 observer.span_begins(span, state);
             }
-            let mut strategy = strategy(span, self.level);
+            let mut strategy = strategy(span, self.cuts);
             while position.step < span.steps() {
                 let goal = span.point(position.step + 1);
                 if !std::mem::take(&mut resumed) {
@@ -95,7 +96,7 @@ impl<'a> Driver<'a> {
             }
         }
         span.integrator.begin(state);
-        self.level = 0;
+        self.cuts = 0;
         self.steps.prediction.recent.clear();
         self.steps.prediction.remember(state);
         ControlFlow::Continue(())
@@ -143,7 +144,7 @@ impl<'a> Driver<'a> {
             self.findings.note(&mut self.totals, integrator.is_static(), state.t, stability);
             self.findings.turning_points.extend(turning_point);
         }
-        self.level = strategy.level();
+        self.cuts = strategy.cuts();
         ControlFlow::Continue(())
     }
 
@@ -151,7 +152,7 @@ impl<'a> Driver<'a> {
     fn memory(&self) -> DriverMemory {
         DriverMemory {
             prediction: self.steps.prediction.clone(),
-            level: self.level,
+            cuts: self.cuts,
             stiffness: self.steps.solver.equations.stiffness,
             lagged_factor: self.steps.solver.linear.lagged_factor_record(),
             totals: self.totals,
@@ -159,11 +160,11 @@ impl<'a> Driver<'a> {
     }
 }
 
-/// The strategy of a span, whose nominal step is halved `level` times already.
-fn strategy<'a>(span: &TimeSpan, level: u32) -> Box<dyn StepStrategy<'a> + 'a> {
+/// The strategy of a span, whose nominal step has `cuts` cuts already.
+fn strategy<'a>(span: &TimeSpan, cuts: u32) -> Box<dyn StepStrategy<'a> + 'a> {
     match span.integrator {
         Integrator::ArcLength { max_steps } => Box::new(ArcLengthSteps::new(*span, max_steps)),
         Integrator::FreeMotion { integration_steps } => Box::new(CorrectedSteps::new(*span, integration_steps)),
-        _ => Box::new(SubdividedSteps::new(*span, level)),
+        _ => Box::new(CutSteps::new(*span, cuts)),
     }
 }

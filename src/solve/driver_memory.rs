@@ -6,8 +6,8 @@ use super::{LaggedFactorRecord, Prediction, Totals};
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct DriverMemory {
     pub prediction: Prediction,
-    /// How often the nominal step was halved for its time error
-    pub level: u32,
+    /// Cuts of the nominal step at present
+    pub cuts: u32,
     /// ‖diag K‖ of the last tangent \[N/m\]
     pub stiffness: f64,
     pub lagged_factor: LaggedFactorRecord,

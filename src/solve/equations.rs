@@ -3,7 +3,7 @@
 use super::multipliers::{self, larger};
 use super::{Failure, Step};
 use crate::math::vector::norm;
-use crate::system::{Assembled, Cone, ConstraintValues, State, System, Want};
+use crate::system::{Assembled, ConstraintKind, ConstraintValues, State, System, Want};
 use std::time::{Duration, Instant};
 
 /// Share of a Newton step below which its limit does not let the body move at all \[–\].
@@ -47,7 +47,7 @@ impl Equations {
     /// Begins a step: takes what the laws of the constraints need of the last state, and drops the room in the tangent that the
     /// last step asked for.
     pub(super) fn begin(&mut self, step: &Step) -> Result<(), Failure> {
-        if step.system.constraints.iter().any(|c| c.cone() == Cone::Linked) {
+        if step.system.constraints.iter().any(|c| c.kind() == ConstraintKind::Linked) {
             self.old = step.system.gaps(step.past).map_err(Failure::Eval)?;
         }
         self.sums.reset_pattern(&step.system.pattern);

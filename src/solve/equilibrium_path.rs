@@ -121,17 +121,17 @@ impl<'a> PathTracer<'a> {
         Ok(point)
     }
 
-    /// Halves the length of the next step.
-    pub fn halve(&mut self) {
+    /// Cuts the next step: halves its length.
+    pub fn cut(&mut self) {
         self.length *= 0.5;
     }
 
-    /// One step, whose length is halved at most `cuts` times.
+    /// One step that is cut at most `cuts` times.
     pub fn step_with_cuts(&mut self, solver: &mut NonlinearSolver, cuts: u32) -> Result<PathPoint, Failure> {
         for _ in 0..cuts {
             match self.step(solver) {
                 Ok(point) => return Ok(point),
-                Err(_) => self.halve(),
+                Err(_) => self.cut(),
             }
         }
         self.step(solver)
@@ -152,8 +152,8 @@ impl<'a> PathTracer<'a> {
         let solved = from.reach(solver, PathStepEnd::Arc(top - s0)).ok();
         let highest = before > 0.0;
         let better = |t: f64| if highest { t.max(b.t) } else { t.min(b.t) };
-        let moved = self.difference(&a.x, &c.x);
-        let most = (0..moved.len()).max_by(|i, j| moved[*i].abs().total_cmp(&moved[*j].abs()))?;
+        let change = self.difference(&a.x, &c.x);
+        let most = (0..change.len()).max_by(|i, j| change[*i].abs().total_cmp(&change[*j].abs()))?;
         let t = better(solved.map_or(b.t, |point| point.state.t));
         Some(TurningPoint { t, highest, node: self.system.dofs.free[most] / 3 })
     }
@@ -162,17 +162,17 @@ impl<'a> PathTracer<'a> {
     fn reach(&self, solver: &mut NonlinearSolver, end: PathStepEnd) -> Result<PathPoint, Failure> {
         let start = &self.trail.last().expect("the start").1;
         let mut next = start.clone();
-        let (mut moved, mut iterations) = (vec![0.0; self.system.dofs.free.len()], 0);
+        let (mut increment, mut iterations) = (vec![0.0; self.system.dofs.free.len()], 0);
         let rows = self.taut(start);
-        let mut convergence = Convergence::new(solver.settings.tolerance, AtRounding::Accept);
+        let mut convergence = Convergence::new(&solver.settings, Integrator::Static, AtRounding::Accept);
         loop {
             let (response, unstable_modes) = self.linearise(solver, start, &mut next)?;
             let theta = match end {
                 PathStepEnd::Time(t) => t - next.t,
-                PathStepEnd::Arc(length) => self.root(&moved, &response, length)?,
+                PathStepEnd::Arc(length) => self.root(&increment, &response, length)?,
             };
             for (i, (u, v)) in response.residual.iter().zip(&response.rate).enumerate() {
-                moved[i] += u + theta * v;
+                increment[i] += u + theta * v;
                 next.x[self.system.dofs.free[i] as usize] += u + theta * v;
             }
             for (k, &c) in rows.iter().enumerate() {
@@ -181,15 +181,13 @@ impl<'a> PathTracer<'a> {
             next.t = if let PathStepEnd::Time(t) = end { t } else { next.t + theta };
             iterations += 1;
             self.evaluate(solver, start, &mut next, Want::Residual)?;
-            let settings = solver.settings;
-            let error = solver.equations.error_at_tangent(self.system, &next, settings.tolerance);
-            let last = iterations == settings.max_iterations;
-            if convergence.is_converged(error, true, last) {
+            let error = solver.equations.error_at_tangent(self.system, &next, solver.settings.tolerance);
+            if convergence.accepts(error, true, iterations) {
                 solver.equations.advance_history(&self.at(start), &mut next)?;
                 let solution = Solution { iterations, unstable_modes, regularised: false, projected: false };
                 return Ok(PathPoint { state: next, solution });
             }
-            if last || !error.above_rounding.is_finite() {
+            if convergence.is_last(iterations) || !error.above_rounding.is_finite() {
                 return Err(solver.not_converged(self.system, error.above_rounding));
             }
         }
@@ -262,19 +260,19 @@ impl<'a> PathTracer<'a> {
     /// Constraints that take part: equalities and taut ones.
     fn taut(&self, state: &State) -> Vec<usize> {
         let rows = self.system.constraints.iter().zip(&state.lambda).enumerate();
-        rows.filter(|(_, (row, lambda))| row.cone().holds(**lambda)).map(|(c, _)| c).collect()
+        rows.filter(|(_, (row, lambda))| row.kind().holds(**lambda)).map(|(c, _)| c).collect()
     }
 
     /// θ with ‖Δx + du + θ ẋ‖ = Δs: forward along the last direction, at the start with the loads.
-    fn root(&self, moved: &[f64], response: &Response, length: f64) -> Result<f64, Failure> {
+    fn root(&self, increment: &[f64], response: &Response, length: f64) -> Result<f64, Failure> {
         let moving = |v: &[f64]| -> Vec<f64> {
             let free = v.iter().enumerate().filter(|(e, _)| !self.system.dofs.is_scalar(*e));
             free.map(|(_, v)| *v).collect()
         };
         let rate = moving(&response.rate);
-        let tip: Vec<f64> = moving(moved).iter().zip(moving(&response.residual)).map(|(a, b)| a + b).collect();
+        let tip: Vec<f64> = moving(increment).iter().zip(moving(&response.residual)).map(|(a, b)| a + b).collect();
         let (a, b, c) = (dot(&rate, &rate), dot(&tip, &rate), dot(&tip, &tip) - length * length);
-        let first = moved.iter().all(|m| *m == 0.0);
+        let first = increment.iter().all(|m| *m == 0.0);
         if first {
             let forward = if self.last.is_empty() { 1.0 } else { dot(&rate, &moving(&self.last)).signum() };
             return Ok(forward * length / a.sqrt());
@@ -285,7 +283,7 @@ impl<'a> PathTracer<'a> {
         }
         let roots = [1.0, -1.0].map(|sign| (-b + sign * discriminant.sqrt()) / a);
         // tip + θ ẋ closest to the motion so far
-        let motion = moving(moved);
+        let motion = moving(increment);
         let along = |theta: f64| dot(&tip, &motion) + theta * dot(&rate, &motion);
         Ok(if along(roots[0]) >= along(roots[1]) { roots[0] } else { roots[1] })
     }

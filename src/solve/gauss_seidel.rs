@@ -5,13 +5,15 @@
 //! g = g_free + W p      W = H K⁻¹ Hᵀ      0 ≤ g_n ⟂ p_n ≥ 0      p_t = −μ p_n f(|g_t|/ε) g_t/|g_t|
 //! ```
 //!
+//! The friction law f is in [`friction`](crate::system::friction).
+//!
 //! Limits: W is dense, so it is for some hundreds of points. Where more points hold a body than it needs, the sum of p is unique, p is not.
 
 use super::Failure;
 use super::multipliers::Schur;
 use crate::math::tensor::{Vec3, perpendicular};
 use crate::math::vector::dot;
-use crate::system::{ContactPoint, Dofs, System};
+use crate::system::{ContactPoint, Dofs, System, friction};
 
 const SWEEPS: usize = 20_000;
 /// Change of a gap over the last sweep, as a share of the largest gap \[–\].
@@ -48,15 +50,15 @@ pub(super) struct Contacts {
 
 impl Contacts {
     /// Adds a point with its gap and its displacement since the start of the step \[m\], both without those of the solution.
-    pub fn add(&mut self, system: &System, place: usize, touch: &ContactPoint, (gap, displacement): (f64, Vec3)) {
+    pub fn add(&mut self, system: &System, place: usize, point: &ContactPoint, (gap, displacement): (f64, Vec3)) {
         let row = |direction: &Vec3| -> Vec<(usize, f64)> {
-            let entries = touch.nodes.iter().zip(&touch.shares).flat_map(|(&node, share)| {
+            let entries = point.nodes.iter().zip(&point.shares).flat_map(|(&node, share)| {
                 (0..3).map(move |i| (system.dofs.equation[3 * node as usize + i], share * direction[i]))
             });
             let free = entries.filter(|(equation, _)| *equation != Dofs::FIXED);
             free.map(|(equation, entry)| (equation as usize, entry)).collect()
         };
-        let normal = row(&touch.normal);
+        let normal = row(&point.normal);
         // A point that is prescribed altogether cannot be corrected.
         if normal.is_empty() {
             return;
@@ -64,15 +66,15 @@ impl Contacts {
         let first = self.h.len();
         self.h.push(normal);
         self.free.push(gap);
-        let size = touch.normal.norm();
-        if touch.friction.is_some() {
-            let one = perpendicular(&(touch.normal / size));
-            for along in [one, touch.normal.cross(&one) / size] {
+        let size = point.normal.norm();
+        if point.friction.is_some() {
+            let one = perpendicular(&(point.normal / size));
+            for along in [one, point.normal.cross(&one) / size] {
                 self.h.push(row(&along));
                 self.free.push(along.dot(&displacement));
             }
         }
-        let friction = touch.friction.map(|(coefficient, epsilon)| (coefficient * size, epsilon));
+        let friction = point.friction.map(|(coefficient, epsilon)| (coefficient * size, epsilon));
         self.points.push(Pressed { place, first, friction });
     }
 
@@ -113,8 +115,8 @@ impl Contacts {
             for k in 0..self.points.len() {
                 let before = self.p.clone();
                 self.press(k, &lambda, old);
-                let moved = |i: usize| self.w[i][i] * (self.p[i] - before[i]).abs();
-                change = (0..self.p.len()).map(moved).fold(change, f64::max);
+                let gap_change = |i: usize| self.w[i][i] * (self.p[i] - before[i]).abs();
+                change = (0..self.p.len()).map(gap_change).fold(change, f64::max);
             }
             if change <= EXACT * size {
                 return multipliers(&self.p, &self.cross);
@@ -139,41 +141,9 @@ impl Contacts {
             // The larger eigenvalue takes both directions for one.
             let w = 0.5 * (w(1, 1) + w(2, 2)) + (0.25 * (w(1, 1) - w(2, 2)).powi(2) + w(1, 2) * w(2, 1)).sqrt();
             let free = [1, 2].map(|i| value(&p, n + i) - w * p[n + i]);
-            let force = resistance(free[0].hypot(free[1]), w, coefficient * pressed, epsilon);
+            let force = friction::resistance(free[0].hypot(free[1]), w, coefficient * pressed, epsilon);
             [1, 2].iter().zip(free).for_each(|(i, free)| p[n + i] = -force * free);
         }
         self.p = p;
-    }
-}
-
-/// Resistance to sliding, as a share of the sliding `u` without it \[N/m\]: the force is F f(a/ε) where the sliding is a with it, and
-/// a + w F f(a/ε) = u; f(y) = 2y − y², and 1 beyond 1.
-fn resistance(u: f64, w: f64, limit: f64, epsilon: f64) -> f64 {
-    if u == 0.0 || limit == 0.0 {
-        return 0.0;
-    }
-    if u >= epsilon + w * limit {
-        return limit / u;
-    }
-    // (wF/ε²) a² − (1 + 2wF/ε) a + u = 0, the smaller root, without cancellation.
-    let (square, linear) = (w * limit / (epsilon * epsilon), 1.0 + 2.0 * w * limit / epsilon);
-    let y = 2.0 * u / (linear + (linear * linear - 4.0 * square * u).sqrt()) / epsilon;
-    limit * (2.0 - y) * y / u
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The sliding that is left and the force obey both laws; 1e-12 is 1e4 roundings.
-    #[test]
-    fn resistance_is_that_of_the_sliding_that_is_left() {
-        let (w, limit, epsilon) = (2.0, 3.0, 0.5);
-        for u in [1e-6, 0.3, 2.0, 6.4, 6.5, 6.6, 40.0] {
-            let force = resistance(u, w, limit, epsilon) * u;
-            let y = (u - w * force) / epsilon;
-            let law = limit * if y < 1.0 { 2.0 * y - y * y } else { 1.0 };
-            assert!(y > 0.0 && (force - law).abs() <= 1e-12 * limit, "u = {u}: {force} for {law}");
-        }
     }
 }

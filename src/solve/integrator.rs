@@ -170,8 +170,8 @@ impl Integrator {
         share.abs() * dt * dt * dofs.iter().map(|&i| change(i as usize).abs()).fold(0.0, f64::max)
     }
 
-    /// Number of halvings of a step after which its local error has fallen by `factor`.
-    pub fn halvings(self, factor: f64) -> f64 {
+    /// Number of cuts of a step, each a halving, after which its local error has fallen by `factor`.
+    pub fn cuts_for(self, factor: f64) -> f64 {
         factor.log2() / f64::from(self.order() + 1)
     }
 

@@ -9,9 +9,11 @@
 //! Accuracy: ‖residual‖ ≤ min(0.1, √error) of the current force, which makes Newton's method converge with the order 3/2 (Dembo,
 //! Eisenstat & Steihaug, SIAM J. Numer. Anal. 19, 1982), and never below a third of the tolerance of the step.
 //!
-//! Renewal: a factor is dropped when its last step took more solves than its steps took on average, the factorisation
-//! included; where conjugate gradients are slow; where K or K₀ is indefinite on the null space of H; and in statics where one of
-//! the softest directions lost half of its stiffness. All by counts, never by the clock, so that a run is reproducible bit for bit.
+//! Reuse: [`LinearSystem::may_reuse_factor`](super::LinearSystem) decides whether the equations of a step allow it at all. After
+//! each step, [`LaggedFactor::decide_reuse`] decides whether the next one reuses the factor: not where the step took more solves
+//! than the steps of the factor took on average, the factorisation included. Within a step, [`LaggedFactor::direction`] declines
+//! where conjugate gradients are slow; where K or K₀ is indefinite on the null space of H; and in statics where one of the softest
+//! directions lost half of its stiffness. All by counts, never by the clock, so that a run is reproducible bit for bit.
 
 use super::linear_problem::{LinearProblem, NewtonDirection};
 use super::multipliers::Schur;
@@ -45,12 +47,12 @@ pub struct LaggedFactorRecord {
     pub x: Arc<Vec<f64>>,
     /// Solves with it so far, and in the current step
     pub solves: [usize; 2],
-    /// Steps that it served
+    /// Steps that used it
     pub steps: usize,
     /// ∂v/∂x and ∂a/∂x in K₀
     pub rates: Rates,
-    /// The next step takes a new one
-    pub worn: bool,
+    /// The next step does not reuse it, and begins with a new one
+    pub renew: bool,
 }
 
 /// The factor that is kept, and the directions that are watched.
@@ -75,13 +77,13 @@ impl LaggedFactor {
     pub fn resume(&mut self, factor: &mut Factor, record: LaggedFactorRecord, system: &System) {
         factor.move_to(&record.x);
         if !record.k.is_empty() && factor.factorise(&record.k).is_ok() {
-            self.keep(factor, system, record.k.to_vec(), &record.x, record.rates);
+            self.store(factor, system, record.k.to_vec(), &record.x, record.rates);
             self.record = record;
         }
     }
 
-    /// Keeps the factor of `k`, just made and not shifted, for later steps.
-    pub fn keep(&mut self, factor: &mut Factor, system: &System, k: Vec<f64>, x: &[f64], rates: Rates) {
+    /// Stores what the reuse of the factor of `k`, just made and not shifted, needs.
+    pub fn store(&mut self, factor: &mut Factor, system: &System, k: Vec<f64>, x: &[f64], rates: Rates) {
         self.record = LaggedFactorRecord { k: k.into(), rates, x: x.to_vec().into(), ..LaggedFactorRecord::default() };
         self.rotations = NodalRotations::default();
         self.count = factor.count;
@@ -89,20 +91,20 @@ impl LaggedFactor {
         self.soft = if watches { self.softest(factor, system) } else { Vec::new() };
     }
 
-    /// Whether the factor may serve a direction of a step with these rates.
-    pub fn serves(&self, factor: &Factor, rates: Rates, first: bool) -> bool {
+    /// Whether the factor may be reused for a direction of a step with these rates; not for the `first` one if the last step decided so.
+    pub fn may_be_reused(&self, factor: &Factor, rates: Rates, first: bool) -> bool {
         let Self { record, count, .. } = self;
         let is_valid = !record.k.is_empty() && *count == factor.count && record.rates.is_near(&rates);
-        is_valid && !(first && record.worn)
+        is_valid && !(first && record.renew)
     }
 
-    /// A step ended: decides whether the factor is worth keeping.
-    pub fn judge(&mut self, factor: &Factor) {
+    /// A step ended: decides whether the next one reuses the factor.
+    pub fn decide_reuse(&mut self, factor: &Factor) {
         let cost = factor.relative_cost();
-        let LaggedFactorRecord { solves: [all, here], steps, worn, .. } = &mut self.record;
+        let LaggedFactorRecord { solves: [all, here], steps, renew, .. } = &mut self.record;
         *all += *here;
         *steps += 1;
-        *worn = *here as f64 > (cost + *all as f64) / *steps as f64;
+        *renew = *here as f64 > (cost + *all as f64) / *steps as f64;
         *here = 0;
     }
 
@@ -139,20 +141,20 @@ impl LaggedFactor {
             return false;
         }
         let (mut now, mut then) = (nalgebra::DMatrix::zeros(w, w), nalgebra::DMatrix::identity(w, w));
-        let mut moved = Vec::new();
+        let mut constrained = Vec::new();
         let mut soft = self.soft.clone();
         soft.iter_mut().for_each(|v| self.rotations.rotate(v));
         let crossings: Vec<Vec<f64>> = soft.iter().map(|v| held.cross(&sums.gradient, v)).collect();
         for (mut v, crossing) in soft.into_iter().zip(&crossings) {
             let multipliers = held.multipliers(crossing);
             held.subtract(schur, &multipliers, &mut v);
-            moved.push((v, multipliers));
+            constrained.push((v, multipliers));
         }
         for j in 0..w {
-            system.pattern.multiply(&sums.k, &moved[j].0, &mut product);
+            system.pattern.multiply(&sums.k, &constrained[j].0, &mut product);
             for i in 0..w {
-                now[(i, j)] = dot(&moved[i].0, &product);
-                then[(i, j)] -= dot(&crossings[i], &moved[j].1);
+                now[(i, j)] = dot(&constrained[i].0, &product);
+                then[(i, j)] -= dot(&crossings[i], &constrained[j].1);
             }
         }
         // now − ½ then is definite as long as no combination fell to one half.
@@ -166,7 +168,7 @@ impl LaggedFactor {
         columns.chunks_exact_mut(n).for_each(|column| self.rotations.rotate(column));
     }
 
-    /// The direction of an iteration; none where the factor does not serve. `error` is that of the state, which is the start of
+    /// The direction of an iteration; none where the factor is not to be reused. `error` is that of the state, which is the start of
     /// the step if it is the `first`. The direction is as accurate as `error` and the `tolerance` of the step ask for.
     pub fn direction(
         &mut self,
@@ -238,7 +240,7 @@ impl LaggedFactor {
         let Outcome::Solved(rest) = outcome else { return None };
         x.iter_mut().zip(&rest).for_each(|(x, d)| *x += d);
         for (&c, d) in held.rows.iter().zip(&rest[n..]) {
-            lambda[c] = system.constraints[c].cone().admit(lambda[c] + d);
+            lambda[c] = system.constraints[c].kind().admit(lambda[c] + d);
         }
         Some(problem.direction(&x, lambda))
     }

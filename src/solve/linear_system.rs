@@ -1,5 +1,8 @@
 //! The strategy for the linear systems: direct or iterative, by a fresh or by a lagged factor, with K shifted towards positive
 //! definiteness where the constrained tangent is not, and the constraints by a Schur complement.
+//!
+//! Whether a step may reuse a factor of an earlier step is decided by [`LinearSystem::may_reuse_factor`]; whether the next step does,
+//! in [`lagged_factor`](super::lagged_factor).
 
 use super::equations::Equations;
 use super::lagged_factor::{LaggedFactor, LaggedFactorRecord};
@@ -10,7 +13,7 @@ use super::stability::negative_eigenvalues;
 use super::{Failure, Solution, Step};
 use crate::math::linear::{Factor, LinearError, Method};
 use crate::math::tensor::Vec3;
-use crate::system::{Assembled, Cone, State, System};
+use crate::system::{Assembled, ConstraintKind, State, System};
 use std::sync::Arc;
 
 /// Share of the largest diagonal entry that the shift counts as the stiffness of a direction without any \[–\].
@@ -34,19 +37,22 @@ impl LinearSystem {
         Self { method, factor, points: Vec::new(), lagged: LaggedFactor::default() }
     }
 
-    /// Whether directions may come from a lagged factor. K is to be symmetric, and definite where the constraints hold.
-    pub(super) fn reuses_factors(&self, settings: &NewtonSettings, system: &System, sums: &Assembled) -> bool {
+    /// Whether the equations allow the reuse of a lagged factor. K is to be symmetric, and definite where the constraints hold.
+    pub(super) fn may_reuse_factor(&self, settings: &NewtonSettings, system: &System, sums: &Assembled) -> bool {
         settings.reuse_factor
             && self.factor.relative_cost() >= settings.reuse_threshold
             && system.scalar_equations() == 0
             && !system.has_skew_tangent()
             && !system.has_transient_coupling()
             && !sums.projected
-            && system.constraints.iter().all(|c| !matches!(c.cone(), Cone::Linked | Cone::Watched))
+            && system
+                .constraints
+                .iter()
+                .all(|c| !matches!(c.kind(), ConstraintKind::Linked | ConstraintKind::Monitored))
     }
 
-    /// The direction of an iteration by the lagged factor, or by a new hierarchy of the iterative method; none where these do not
-    /// serve. `error` is that of the state, which is the start of the step if it is the `first`.
+    /// The direction of an iteration by the lagged factor, or by a new hierarchy of the iterative method; none where neither
+    /// gives one. `error` is that of the state, which is the start of the step if it is the `first`.
     pub(super) fn direction_by_lagged_factor(
         &mut self,
         problem: &LinearProblem,
@@ -55,8 +61,8 @@ impl LinearSystem {
         first: bool,
     ) -> Option<NewtonDirection> {
         let Self { factor, points, lagged, .. } = self;
-        let serves = lagged.serves(factor, problem.step.rates(), first);
-        let found = serves.then(|| lagged.direction(factor, points, problem, tolerance, error, first)).flatten();
+        let reused = lagged.may_be_reused(factor, problem.step.rates(), first);
+        let found = reused.then(|| lagged.direction(factor, points, problem, tolerance, error, first)).flatten();
         if found.is_some() || !self.renew_hierarchy(problem) {
             return found;
         }
@@ -75,7 +81,7 @@ impl LinearSystem {
         let renewed = self.factor.factorise(&sums.k).is_ok() && !self.factor.fell_back();
         if renewed {
             let (x, rates) = (&problem.state.x, problem.step.rates());
-            self.lagged.keep(&mut self.factor, problem.system(), sums.k.clone(), x, rates);
+            self.lagged.store(&mut self.factor, problem.system(), sums.k.clone(), x, rates);
         }
         renewed
     }
@@ -99,13 +105,13 @@ impl LinearSystem {
     }
 
     /// Factorises K, shifts it where the constrained tangent has negative eigenvalues, and forms S = H K⁻¹ Hᵀ. The factor of a
-    /// K that is not shifted may be kept for later steps.
+    /// K that is not shifted is stored `for_reuse`.
     pub(super) fn factorise(
         &mut self,
         step: &Step,
         next: &State,
         equations: &mut Equations,
-        keep: bool,
+        for_reuse: bool,
         solution: &mut Solution,
     ) -> Result<Schur, Failure> {
         let (system, sums) = (step.system, &mut equations.sums);
@@ -124,8 +130,8 @@ impl LinearSystem {
                         solution.unstable_modes = unstable;
                     }
                     if unstable.is_none_or(|n| n == 0) || shift > SHIFT.2 {
-                        if keep && shift == 0.0 && !self.factor.fell_back() {
-                            self.lagged.keep(&mut self.factor, system, sums.k.clone(), &next.x, step.rates());
+                        if for_reuse && shift == 0.0 && !self.factor.fell_back() {
+                            self.lagged.store(&mut self.factor, system, sums.k.clone(), &next.x, step.rates());
                         }
                         return Ok(schur);
                     }
@@ -148,7 +154,7 @@ impl LinearSystem {
 
     /// A step ended: decides whether the next one reuses the lagged factor.
     pub(super) fn end_step(&mut self) {
-        self.lagged.judge(&self.factor);
+        self.lagged.decide_reuse(&self.factor);
     }
 
     /// The lagged factor as a checkpoint holds it; empty if it was overwritten.

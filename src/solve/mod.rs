@@ -5,10 +5,10 @@
 //! | Step | Where | Decides |
 //! |---|---|---|
 //! | A run | [`Driver::run_spans`] in `driver` | order of spans and grid points, deadline, counts; calls the [`StepObserver`] |
-//! | From one grid point to the next | a `StepStrategy`: `subdivided_steps`, `arc_length`, `corrected_steps` | the length of each step: when it is cut, repeated, grows again |
+//! | From one grid point to the next | a `StepStrategy`: `cut_steps`, `arc_length`, `corrected_steps` | the length of each step: when it is cut (at most [`StepSettings::cuts`] times), repeated, grows again |
 //! | One step | `StepSolver::solve` in `step_solver` | initial values (`prediction`) and fallbacks; `diagnosis` and `limit_points` name the reason of a failure |
 //! | Nonlinear solve | [`NonlinearSolver::solve`] in `newton`, `contact_correction` with `gauss_seidel`, or `equilibrium_path` for arc length | the iterations; `convergence` holds the acceptance test, `equations` the error it sees, `globalisation` the length along a direction |
-//! | Linear system | [`LinearSystem`] in `linear_system` | factorisation, shift to positive definiteness, when a factor is reused (`lagged_factor`), the constraints (`multipliers`), skew parts (`tangent`) |
+//! | Linear system | [`LinearSystem`] in `linear_system` | factorisation, shift to positive definiteness, when the factor of an earlier step is reused (`lagged_factor`), the constraints (`multipliers`), skew parts (`tangent`) |
 //!
 //! [`Integrator`] maps displacements to velocities and accelerations, [`Step`] is the step to be solved, [`Status`] the end of a run
 //! with its remedy. [`Differentiator`] takes derivatives of the states of a run by parameters.
@@ -17,6 +17,7 @@ mod arc_length;
 mod contact_correction;
 mod convergence;
 mod corrected_steps;
+mod cut_steps;
 mod diagnosis;
 mod driver;
 mod driver_memory;
@@ -44,9 +45,9 @@ mod stability;
 mod start;
 mod status;
 mod step;
+mod step_settings;
 mod step_solver;
 mod step_strategy;
-mod subdivided_steps;
 mod tangent;
 mod time_span;
 mod totals;
@@ -69,7 +70,8 @@ pub use solution::Solution;
 pub use start::{initial_acceleration, initial_acceleration_by};
 pub use status::{Culprit, Status};
 pub use step::Step;
-pub use step_solver::{StepSettings, StepSolver};
+pub use step_settings::StepSettings;
+pub use step_solver::StepSolver;
 use step_strategy::Stability;
 pub use time_span::TimeSpan;
 pub use totals::{Findings, Totals};

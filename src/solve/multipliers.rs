@@ -3,7 +3,7 @@
 use super::tangent;
 use crate::math::linear::{Factor, LinearError};
 use crate::math::vector::dot;
-use crate::system::{Assembled, Cone, ConstraintValues, Form, Piece, System, pieces};
+use crate::system::{Assembled, ConstraintKind, ConstraintValues, LawPiece, LinearFunction, System, constraint_law};
 
 /// Share of the largest diagonal of S that is added to that of linked constraints: where two of them fix the same length a tension is
 /// open, and it keeps its value. It acts on the step and vanishes with it.
@@ -16,7 +16,7 @@ const PIVOTS: usize = 10_000;
 /// Z = K⁻¹ Hᵀ and S = H Z + compliance of the current factorisation.
 #[derive(Default)]
 pub(super) struct Schur {
-    /// \[constraints × equations\]; zero for a watched row
+    /// \[constraints × equations\]; zero for a monitored constraint
     pub z: Vec<f64>,
     /// \[constraints × constraints\]
     pub s: Vec<f64>,
@@ -37,7 +37,8 @@ impl Schur {
         if m == 0 {
             return Ok(Self::default());
         }
-        let acting: Vec<usize> = (0..m).filter(|&i| system.constraints[rows[i]].cone() != Cone::Watched).collect();
+        let acting: Vec<usize> =
+            (0..m).filter(|&i| system.constraints[rows[i]].kind() != ConstraintKind::Monitored).collect();
         let mut solved: Vec<f64> = acting.iter().flat_map(|&i| gradient[i].iter().copied()).collect();
         tangent::solve(factor, sums, &mut solved)?;
         let n = gradient[0].len();
@@ -55,8 +56,8 @@ impl Schur {
             return Self::default();
         }
         let n = gradient[0].len();
-        let cones: Vec<Cone> = rows.iter().map(|&c| system.constraints[c].cone()).collect();
-        let acting: Vec<usize> = (0..m).filter(|&i| cones[i] != Cone::Watched).collect();
+        let kinds: Vec<ConstraintKind> = rows.iter().map(|&c| system.constraints[c].kind()).collect();
+        let acting: Vec<usize> = (0..m).filter(|&i| kinds[i] != ConstraintKind::Monitored).collect();
         let mut s: Vec<f64> = (0..m * m).map(|ij| dot(&gradient[ij / m], &z[(ij % m) * n..(ij % m + 1) * n])).collect();
         (0..m).for_each(|i| s[i * m + i] += system.constraints[rows[i]].compliance());
         let symmetric = nalgebra::DMatrix::from_fn(acting.len(), acting.len(), |a, b| {
@@ -64,7 +65,7 @@ impl Schur {
         });
         let negative = symmetric.symmetric_eigenvalues().iter().filter(|&&e| e < 0.0).count();
         let most = largest(&s, m);
-        (0..m).filter(|&i| cones[i] == Cone::Linked).for_each(|i| s[i * m + i] += PROXIMAL * most);
+        (0..m).filter(|&i| kinds[i] == ConstraintKind::Linked).for_each(|i| s[i * m + i] += PROXIMAL * most);
         Self { z, s, negative }
     }
 
@@ -76,18 +77,18 @@ impl Schur {
         rows: &ConstraintValues,
         shift: &[f64],
     ) -> Option<(Vec<f64>, Vec<bool>)> {
-        let laws: Vec<Vec<Piece>> =
-            system.constraints.iter().enumerate().map(|(c, row)| pieces(row.as_ref(), c, rows)).collect();
+        let laws: Vec<Vec<LawPiece>> =
+            system.constraints.iter().enumerate().map(|(c, row)| constraint_law(row.as_ref(), c, rows)).collect();
         let (change, chosen) = change(&self.s, shift, &laws)?;
         let softest = largest(&self.s, laws.len());
         let settle = |c: usize| {
             let row = &system.constraints[c];
-            let lambda = row.cone().admit(rows.lambda[c] + change[c]);
+            let lambda = row.kind().admit(rows.lambda[c] + change[c]);
             // A linked multiplier that moves the body by rounding only is none.
-            let noise = if row.cone() == Cone::Linked { ROUNDING * row.scale() / softest } else { 0.0 };
+            let noise = if row.kind() == ConstraintKind::Linked { ROUNDING * row.scale() / softest } else { 0.0 };
             if lambda.abs() <= noise { 0.0 } else { lambda }
         };
-        let holds = laws.iter().zip(chosen).map(|(law, piece)| !law[piece].zero.g.is_empty()).collect();
+        let holds = laws.iter().zip(chosen).map(|(law, piece)| !law[piece].equation.g.is_empty()).collect();
         Some(((0..laws.len()).map(settle).collect(), holds))
     }
 }
@@ -104,28 +105,31 @@ pub(super) fn larger(a: f64, b: f64) -> f64 {
 /// Largest departure of the constraints from their laws, as a share of the scales.
 pub(super) fn error(system: &System, rows: &ConstraintValues) -> f64 {
     let of_row = |c: usize| {
-        pieces(system.constraints[c].as_ref(), c, rows).iter().map(Piece::error).fold(f64::INFINITY, f64::min)
+        constraint_law(system.constraints[c].as_ref(), c, rows)
+            .iter()
+            .map(LawPiece::error)
+            .fold(f64::INFINITY, f64::min)
     };
     let finite = |c: usize| rows.g[c].is_finite() && rows.lambda[c].is_finite();
     let error = |c: usize| if finite(c) { of_row(c) } else { f64::NAN };
     (0..system.constraints.len()).map(error).fold(0.0, larger)
 }
 
-/// A form after the step, as Σ a_j Δλ_j + b.
+/// A linear function after the step, as Σ a_j Δλ_j + b.
 struct Linear {
     a: Vec<f64>,
     b: f64,
 }
 
 impl Linear {
-    fn new(form: &Form, s: &[f64], shift: &[f64]) -> Self {
+    fn new(function: &LinearFunction, s: &[f64], shift: &[f64]) -> Self {
         let m = shift.len();
-        let (mut a, mut b) = (vec![0.0; m], form.value);
-        for &(i, d) in &form.g {
+        let (mut a, mut b) = (vec![0.0; m], function.value);
+        for &(i, d) in &function.g {
             a.iter_mut().zip(&s[i * m..(i + 1) * m]).for_each(|(a, s)| *a += d * s);
             b += d * shift[i];
         }
-        form.lambda.iter().for_each(|&(j, d)| a[j] += d);
+        function.lambda.iter().for_each(|&(j, d)| a[j] += d);
         Self { a, b }
     }
 
@@ -139,12 +143,12 @@ impl Linear {
 /// Δλ under the laws, and the piece of each row, by principal pivoting with the least index (Murty 1974; he proves it finite for laws 0 ≤ g ⟂ λ ≥ 0
 /// and an S whose principal minors are positive): all constraints start with their first piece, and the first inequality that
 /// does not hold names the next piece of its row.
-fn change(s: &[f64], shift: &[f64], laws: &[Vec<Piece>]) -> Option<(Vec<f64>, Vec<usize>)> {
+fn change(s: &[f64], shift: &[f64], laws: &[Vec<LawPiece>]) -> Option<(Vec<f64>, Vec<usize>)> {
     let m = laws.len();
     let mut chosen = vec![0; m];
     for _ in 0..PIVOTS {
         let equations: Vec<Linear> =
-            laws.iter().zip(&chosen).map(|(law, &p)| Linear::new(&law[p].zero, s, shift)).collect();
+            laws.iter().zip(&chosen).map(|(law, &p)| Linear::new(&law[p].equation, s, shift)).collect();
         let matrix = nalgebra::DMatrix::from_fn(m, m, |i, j| equations[i].a[j]);
         let rhs = nalgebra::DVector::from_fn(m, |i, _| -equations[i].b);
         // Constraints are in metres or in newtons: each is divided by its largest entry for the pivots.
@@ -154,8 +158,8 @@ fn change(s: &[f64], shift: &[f64], laws: &[Vec<Piece>]) -> Option<(Vec<f64>, Ve
         let mut change: Vec<f64> = matrix.lu().solve(&rhs)?.iter().copied().collect();
         // A multiplier that its piece fixes has no rounding.
         for (i, equation) in equations.iter().enumerate() {
-            if laws[i][chosen[i]].zero.g.is_empty() && laws[i][chosen[i]].zero.lambda.len() == 1 {
-                let j = laws[i][chosen[i]].zero.lambda[0].0;
+            if laws[i][chosen[i]].equation.g.is_empty() && laws[i][chosen[i]].equation.lambda.len() == 1 {
+                let j = laws[i][chosen[i]].equation.lambda[0].0;
                 change[j] = -equation.b / equation.a[j];
             }
         }
@@ -163,8 +167,8 @@ fn change(s: &[f64], shift: &[f64], laws: &[Vec<Piece>]) -> Option<(Vec<f64>, Ve
             return None;
         }
         let wrong = (0..m).find_map(|i| {
-            let held = &laws[i][chosen[i]].while_not_negative;
-            let broken = held.iter().find(|(f, _)| Linear::new(f, s, shift).violated(&change, f.scale));
+            let inequalities = &laws[i][chosen[i]].inequalities;
+            let broken = inequalities.iter().find(|(f, _)| Linear::new(f, s, shift).violated(&change, f.scale));
             broken.map(|(_, next)| (i, *next))
         });
         match wrong {
@@ -178,12 +182,13 @@ fn change(s: &[f64], shift: &[f64], laws: &[Vec<Piece>]) -> Option<(Vec<f64>, Ve
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::system::between;
+    use crate::system::bounded_multiplier;
 
     /// Two constraints with 0 ≤ λ ≤ most, from λ = 0: g' = q + S λ'.
     fn solve(s: &[f64; 4], q: &[f64; 2], most: f64) -> Vec<f64> {
         let rows = ConstraintValues { now: 0.0.into(), g: q, lambda: &[0.0; 2], old: &[0.0; 2], force: 0.0 };
-        let laws: Vec<_> = (0..2).map(|c| between(&rows, c, Form::gap(&rows, c..c + 1, 1.0), most)).collect();
+        let laws: Vec<_> =
+            (0..2).map(|c| bounded_multiplier(&rows, c, LinearFunction::gap(&rows, c..c + 1, 1.0), most)).collect();
         change(s, &[0.0; 2], &laws).expect("S is positive definite").0
     }
 

@@ -12,7 +12,7 @@ use super::nonlinear_solver::NonlinearSolver;
 use super::{Failure, Solution, Step};
 use crate::system::{State, Want};
 
-/// A factorisation serves another iteration of its step if the last one reduced the error by this factor \[–\].
+/// A factorisation of the step is used for another iteration if the last one reduced the error by this factor \[–\].
 const CHORD_CONTRACTION: f64 = 0.2;
 
 impl NonlinearSolver {
@@ -27,8 +27,7 @@ impl NonlinearSolver {
             }
         }
         let targets = step.targets(next);
-        let is_linearised = step.integrator.is_linearised();
-        let mut convergence = Convergence::new(self.settings.tolerance, AtRounding::IterateOnceMore);
+        let mut convergence = Convergence::new(&self.settings, step.integrator, AtRounding::IterateOnceMore);
         self.equations.begin(step)?;
         self.equations.evaluate(step, next, Want::Residual, None)?;
         let mut newton = NewtonIteration::new(self, step);
@@ -39,14 +38,12 @@ impl NonlinearSolver {
                 return Err(Failure::NotConverged { residual: error.above_rounding, node: 0 });
             }
             let iterations = newton.solution.iterations;
-            let last = iterations == newton.solver.settings.max_iterations;
-            let converged = convergence.is_converged(error, increment.is_none(), last);
-            if converged || iterations > 0 && is_linearised {
+            if convergence.accepts(error, increment.is_none(), iterations) {
                 newton.solver.equations.advance_history(step, next)?;
                 newton.solver.linear.end_step();
                 return Ok(newton.solution);
             }
-            if last {
+            if convergence.is_last(iterations) {
                 return Err(newton.solver.not_converged(step.system, error.above_rounding));
             }
             newton.iterate(next, &targets, increment.as_deref(), error.above_rounding)?;
@@ -59,8 +56,8 @@ struct NewtonIteration<'a> {
     solver: &'a mut NonlinearSolver,
     step: &'a Step<'a>,
     solution: Solution,
-    /// Whether directions may come from a lagged factor
-    lags: bool,
+    /// Whether the lagged factor of an earlier step may be reused
+    may_reuse_factor: bool,
     /// Schur complement of the factorisation of this step, if there is one
     schur: Option<Schur>,
     /// Error before the last iteration; 0 after a damped one, whose factorisation is not used again
@@ -70,9 +67,9 @@ struct NewtonIteration<'a> {
 impl<'a> NewtonIteration<'a> {
     fn new(solver: &'a mut NonlinearSolver, step: &'a Step<'a>) -> Self {
         let (solution, sums) = (solver.no_solution_yet(), &solver.equations.sums);
-        let lags =
-            solver.linear.reuses_factors(&solver.settings, step.system, sums) && !step.integrator.is_linearised();
-        Self { solver, step, solution, lags, schur: None, last_error: f64::INFINITY }
+        let may_reuse_factor =
+            solver.linear.may_reuse_factor(&solver.settings, step.system, sums) && !step.integrator.is_linearised();
+        Self { solver, step, solution, may_reuse_factor, schur: None, last_error: f64::INFINITY }
     }
 
     /// One iteration from a state of this error.
@@ -101,7 +98,7 @@ impl<'a> NewtonIteration<'a> {
     ) -> Result<NewtonDirection, Failure> {
         let (step, first) = (self.step, self.solution.iterations == 0);
         let NonlinearSolver { settings, equations, linear } = &mut *self.solver;
-        if self.lags {
+        if self.may_reuse_factor {
             equations.linearise(step, next, increment)?;
             let problem = LinearProblem { step, equations, state: next, increment };
             let found = linear.direction_by_lagged_factor(&problem, settings.tolerance, error, first);
@@ -110,14 +107,14 @@ impl<'a> NewtonIteration<'a> {
             }
         }
         let contracts = error < CHORD_CONTRACTION * self.last_error;
-        let reuses = settings.reuse_factor && !self.lags && increment.is_none() && contracts;
-        let schur = match self.schur.take().filter(|_| reuses) {
+        let is_chord = settings.reuse_factor && !self.may_reuse_factor && increment.is_none() && contracts;
+        let schur = match self.schur.take().filter(|_| is_chord) {
             Some(schur) => schur,
             None => {
-                if !self.lags {
+                if !self.may_reuse_factor {
                     equations.linearise(step, next, increment)?;
                 }
-                linear.factorise(step, next, equations, self.lags, &mut self.solution)?
+                linear.factorise(step, next, equations, self.may_reuse_factor, &mut self.solution)?
             }
         };
         let problem = LinearProblem { step, equations, state: next, increment };

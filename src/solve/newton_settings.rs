@@ -7,7 +7,7 @@ pub struct NewtonSettings {
     pub tolerance: f64,
     pub max_iterations: usize,
     pub line_search: bool,
-    /// Reuse a factorisation as long as it serves, from step to step too; without it every iteration has its own
+    /// Reuse factorisations, from step to step too (`lagged_factor`); without it every iteration has its own
     pub reuse_factor: bool,
     /// A factorisation that costs at least so many back-substitutions is reused from step to step
     pub reuse_threshold: f64,

@@ -72,7 +72,7 @@ impl Prediction {
             next.x.iter_mut().zip(&state.x).zip(&motion).for_each(|((n, x), d)| *n = x + limit.share * d);
         }
         for (c, lambda) in next.lambda.iter_mut().enumerate() {
-            *lambda = system.constraints[c].cone().admit(*lambda);
+            *lambda = system.constraints[c].kind().admit(*lambda);
         }
         true
     }

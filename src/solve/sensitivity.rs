@@ -103,7 +103,7 @@ impl<'a> Differentiator<'a> {
             self.factored.clone_from(&sums.k);
         }
         // A slack constraint is dropped from H.
-        let taut: Vec<usize> = (0..lambda.len()).filter(|&c| system.constraints[c].cone().holds(lambda[c])).collect();
+        let taut: Vec<usize> = (0..lambda.len()).filter(|&c| system.constraints[c].kind().holds(lambda[c])).collect();
         let rows: Vec<Vec<f64>> = taut.iter().map(|&c| sums.gradient[c].clone()).collect();
         let Schur { z, s, .. } = Schur::new(factor, sums, system, &taut, &rows).map_err(Failure::Linear)?;
         let (n, m) = (system.dofs.free.len(), taut.len());

@@ -1,27 +1,11 @@
 //! Solves single steps: initial values, fallbacks, time error.
 
 use super::prediction::Prediction;
+use super::step_settings::StepSettings;
 use super::{Failure, Integrator, NonlinearSolver, Solution, Step};
 use crate::math::tensor::Vec3;
 use crate::system::{State, System};
 use std::time::Instant;
-
-/// Step control.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StepSettings {
-    /// A step is halved at most this often before the run stops
-    pub cuts: u32,
-    /// Start each step from the extrapolation of the last ones
-    pub extrapolate: bool,
-    /// Largest error \[m\] that a dynamic step may make by itself; without it all steps are the nominal ones
-    pub time_error: Option<f64>,
-}
-
-impl Default for StepSettings {
-    fn default() -> Self {
-        Self { cuts: 10, extrapolate: true, time_error: None }
-    }
-}
 
 /// Solves single steps for the step strategies.
 pub struct StepSolver<'a> {

@@ -30,8 +30,8 @@ pub(super) trait StepStrategy<'a> {
         false
     }
 
-    /// How often the nominal step is halved.
-    fn level(&self) -> u32 {
+    /// Cuts of the nominal step at present.
+    fn cuts(&self) -> u32 {
         0
     }
 }

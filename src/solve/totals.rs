@@ -7,6 +7,7 @@ use super::{Solution, Stability, TurningPoint};
 pub struct Totals {
     pub steps: usize,
     pub iterations: usize,
+    /// Cuts of steps that did not converge
     pub cuts: usize,
     /// Steps that were solved, and repeated in parts since their time error was too large
     pub repeated: usize,

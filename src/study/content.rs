@@ -2,6 +2,7 @@
 
 use crate::report::figure::Figure;
 use crate::report::table::Table;
+use crate::study::analysis::Analysis;
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
 
@@ -31,6 +32,24 @@ pub struct Content {
 }
 
 impl Content {
+    /// The frame of an analysis, with the table that answers the question; the kind adds its own.
+    pub fn new<T>(analysis: &Analysis<T>, supported: bool, answer: (&'static str, Table)) -> Self {
+        Self {
+            verdict: analysis.verdict.clone(),
+            supported,
+            facts: vec![],
+            sentences: vec![],
+            warnings: analysis.warnings.clone(),
+            analysis: Map::new(),
+            answer,
+            tables: vec![],
+            folded: vec![],
+            figures: vec![],
+            files: vec![],
+            outcomes: BTreeMap::new(),
+        }
+    }
+
     pub fn all_tables(&self) -> impl Iterator<Item = &Table> {
         std::iter::once(&self.answer.1).chain(&self.tables).chain(self.folded.iter().map(|(_, t)| t))
     }

@@ -1,18 +1,17 @@
 //! A study file expanded into cases.
 
 use crate::math::units::{self, Dimension};
-use crate::scene::{SceneError, SceneSpec, from_text, hint, read_scene, read_table};
-use crate::study::inverse::{After, Plan, UseSpec};
-use crate::study::kind::{Expansion, RunRules};
-use crate::study::kinds::robustness::record::RobustnessRecord;
-use crate::study::kinds::{KINDS, robustness};
+use crate::scene::{SceneError, from_text, hint, read_scene, read_table};
+use crate::study::case::{After, Case};
+use crate::study::inverse::UseSpec;
+use crate::study::kind::{Extent, RunRules, StoredExpansion};
+use crate::study::kinds::KINDS;
 use crate::study::record::{FamilyRecord, Quantity, Role, StudyRecord};
 use crate::study::spec::{FamilySpec, VariantSpec, check_names, refuse};
 use serde::Deserialize;
 use serde::de::{Deserializer, Error};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 /// The keys of `studies/<name>/study.toml` that every kind has.
 #[derive(Clone, Debug, Deserialize)]
@@ -47,23 +46,6 @@ impl<'de> Deserialize<'de> for KindName {
     }
 }
 
-/// One scene to be run.
-#[derive(Clone, Debug)]
-pub struct Case {
-    pub id: String,
-    pub family: String,
-    pub variant: String,
-    pub member: String,
-    pub scene_file: PathBuf,
-    pub spec: SceneSpec,
-    /// The scene with all its changes
-    pub text: String,
-    /// Constants to be found; without them the scene is run as it is
-    pub plan: Option<Arc<Plan>>,
-    /// Waits for the constants of a calibration
-    pub after: Option<After>,
-}
-
 /// A study and its cases.
 #[derive(Clone, Debug)]
 pub struct Study {
@@ -77,22 +59,27 @@ pub struct Study {
 }
 
 /// The text of a study file as its common keys and what its kind makes of the others.
-pub fn parse(file: &Path, text: &str) -> Result<(StudySpec, Expansion<serde_json::Value>), SceneError> {
+pub fn parse(file: &Path, text: &str, extent: Extent) -> Result<(StudySpec, StoredExpansion), SceneError> {
     let spec: StudySpec = from_text(file, text, "")?;
     let kind = KINDS.iter().find(|k| k.name == spec.kind.0).expect("the name was read from the registry");
-    let expansion = (kind.expand)(file, text)?;
+    let expansion = (kind.expand)(file, text, extent)?;
     Ok((spec, expansion))
 }
 
 impl Study {
     /// Reads `study.toml` and expands it. `changes` are made to every case, last.
     pub fn read(file: &Path, changes: &[(String, toml::Value)]) -> Result<Self, SceneError> {
+        Self::read_extent(file, changes, Extent::Whole)
+    }
+
+    /// Reads as much of `study.toml` as `extent` says, and expands it.
+    pub fn read_extent(file: &Path, changes: &[(String, toml::Value)], extent: Extent) -> Result<Self, SceneError> {
         let (text, table) = read_table(file)?;
         if table.contains_key("mesh") && !table.contains_key("family") {
             let (place, fact) = ("file".into(), "this is a scene, not a study".into());
             return Err(refuse(file, (place, fact, "run it with: durometer simulate".into())));
         }
-        let (spec, expansion) = parse(file, &text)?;
+        let (spec, expansion) = parse(file, &text, extent)?;
         let base = file.parent().unwrap_or(Path::new(""));
         let scene = base.join(&spec.scene);
         read_table(&scene).map_err(|e| SceneError::Part {
@@ -108,22 +95,24 @@ impl Study {
         Self::assemble(&name, file, &scene, spec, expansion, &changes)
     }
 
-    /// The robustness maps around a scene of one's own. The maps vary the scene with the changes.
+    /// The study around a scene of one's own, of the kind that offers one. It varies the scene with the changes.
     pub fn around(scene: &Path, changes: &[(String, toml::Value)]) -> Result<Self, SceneError> {
         // A mistake in the scene names the file as it was given
         read_scene(scene, changes)?;
         let scene = std::path::absolute(scene).unwrap_or_else(|_| scene.into());
-        let expansion = robustness::around::around(&scene, changes)?;
+        let offers = KINDS.iter().find_map(|kind| Some((kind.name, kind.around?)));
+        let (kind, around) = offers.expect("a kind of study offers one around a scene");
+        let expansion = (around.expand)(&scene, changes)?;
         let spec = StudySpec {
-            kind: KindName("robustness".into()),
-            question: "Where does this scene hold?".into(),
-            expectation: "Wherever the scene converges, its answer agrees with that of the smallest time step.".into(),
+            kind: KindName(kind.into()),
+            question: around.question.into(),
+            expectation: around.expectation.into(),
             scene: scene.clone(),
-            tolerance: "2 %".into(),
+            tolerance: around.tolerance.into(),
         };
         let stem = scene.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
         let changes = Changes { given: changes, first: true };
-        Self::assemble(&format!("robustness-{stem}"), &scene, &scene, spec, expansion, &changes)
+        Self::assemble(&format!("{kind}-{stem}"), &scene, &scene, spec, expansion, &changes)
     }
 
     fn assemble(
@@ -131,7 +120,7 @@ impl Study {
         file: &Path,
         scene: &Path,
         spec: StudySpec,
-        expansion: Expansion<serde_json::Value>,
+        expansion: StoredExpansion,
         changes: &Changes,
     ) -> Result<Self, SceneError> {
         let tolerance = tolerance(&spec.tolerance).map_err(|mistake| refuse(file, mistake))?;
@@ -141,7 +130,7 @@ impl Study {
             check_names(names)
                 .map_err(|(k, fact, remedy)| refuse(file, (format!("{what} {}", k + 1), fact, remedy.into())))?;
         }
-        let mut cases = Cases { file, scene, expansion: &expansion, changes, all: vec![] };
+        let mut cases = CaseList { file, scene, expansion: &expansion, changes, all: vec![] };
         let mut families = expansion.families.iter().map(|f| cases.family(f)).collect::<Result<Vec<_>, _>>()?;
         let mut quantities: BTreeMap<String, Vec<Quantity>> =
             expansion.variants.iter().map(|v| (v.name.clone(), v.quantities.clone())).collect();
@@ -171,7 +160,7 @@ impl Study {
             details: expansion.details,
             version: env!("CARGO_PKG_VERSION").into(),
         };
-        let Expansion { rules, columns, .. } = expansion;
+        let StoredExpansion { rules, columns, .. } = expansion;
         Ok(Self { name: name.into(), file: file.into(), record, rules, columns, cases })
     }
 
@@ -179,17 +168,6 @@ impl Study {
     pub fn repeats(&self, case: &Case) -> usize {
         let role = self.record.families.iter().find(|f| f.name == case.family).map(|f| f.role);
         if role == Some(Role::Reference) { 1 } else { self.rules.repeats }
-    }
-
-    /// Only the suites of a robustness study that are marked as quick.
-    pub fn only_quick(&mut self) {
-        let mut kept: RobustnessRecord = serde_json::from_value(self.record.details.clone()).unwrap_or_default();
-        kept.maps.clear();
-        kept.suites.retain(|suite| suite.quick);
-        self.record.families.retain(|f| kept.suites.iter().any(|s| s.family == f.name));
-        let families = &self.record.families;
-        self.cases.retain(|c| families.iter().any(|f| f.cases.contains(&c.id)));
-        self.record.details = serde_json::to_value(kept).expect("numbers, strings and string keys only");
     }
 }
 
@@ -210,15 +188,15 @@ struct Changes<'a> {
 }
 
 /// The cases of a study as they are found, family after family.
-struct Cases<'a> {
+struct CaseList<'a> {
     file: &'a Path,
     scene: &'a Path,
-    expansion: &'a Expansion<serde_json::Value>,
+    expansion: &'a StoredExpansion,
     changes: &'a Changes<'a>,
     all: Vec<Case>,
 }
 
-impl Cases<'_> {
+impl CaseList<'_> {
     fn family(&mut self, family: &FamilySpec) -> Result<FamilyRecord, SceneError> {
         let file = self.file;
         let mistake = |place: String, fact: String, remedy: String| refuse(file, (place, fact, remedy));
@@ -300,7 +278,7 @@ impl Cases<'_> {
     }
 }
 
-/// Cases of `[use]`, one per variant and member.
+/// CaseList of `[use]`, one per variant and member.
 fn uses(
     file: &Path,
     usage: &UseSpec,

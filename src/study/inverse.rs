@@ -1,10 +1,9 @@
 //! The task that a calibration study sets a case, read from `[calibration]` and from `measured` of its variant.
 
 use crate::calibrate::Weighting;
-use crate::calibrate::inverse::{Calibration, InverseError, Measured, MeasuredSpec, Settings};
+use crate::calibrate::inverse::{InverseError, Measured, MeasuredSpec, Settings};
 use crate::math::units::{self, Dimension};
 use crate::scene::Constant;
-use crate::study::expand::Case;
 use crate::study::record::Quantity;
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
@@ -49,37 +48,9 @@ pub struct UseSpec {
     pub members: toml::Table,
 }
 
-/// A case that waits for the constants of a calibration.
-#[derive(Clone, Debug)]
-pub struct After {
-    /// Variant whose finest mesh gives them
-    pub variant: String,
-    /// Law of this case that is replaced
-    pub law: String,
-}
-
-/// The case with the law of `source` and the constants found there, and these constants as they are called in it.
-pub fn with_constants(case: &Case, after: &After, source: &Case, found: &Calibration) -> Option<(Case, Vec<Constant>)> {
-    let plan = source.plan.as_ref()?;
-    let name = &plan.constants.first()?.law;
-    let mut law = source.spec.laws.get(name)?.clone();
-    law.remove("provenance");
-    let own = plan.constants.iter().zip(&found.constants).filter(|(c, _)| c.law == *name);
-    let mut constants = vec![];
-    for (c, f) in own {
-        law.insert(c.key.clone(), if f.unit == "Pa" { format!("{} Pa", f.value).into() } else { f.value.into() });
-        constants.push(Constant { law: after.law.clone(), key: c.key.clone() });
-    }
-    let mut scene: toml::Table = case.text.parse().ok()?;
-    scene.get_mut("laws")?.as_table_mut()?.insert(after.law.clone(), law.clone().into());
-    let mut case = Case { text: toml::to_string(&scene).ok()?, ..case.clone() };
-    case.spec.laws.insert(after.law.clone(), law);
-    Some((case, constants))
-}
-
 /// A case of a calibration.
 #[derive(Clone, Debug)]
-pub struct Plan {
+pub struct CalibrationPlan {
     pub constants: Vec<Constant>,
     pub measured: Measured,
     pub x: String,
@@ -89,7 +60,7 @@ pub struct Plan {
     pub sha256: String,
 }
 
-impl Plan {
+impl CalibrationPlan {
     /// `base`: folder of the study.
     pub fn new(base: &Path, spec: &CalibrationSpec, measured: &MeasuredSpec) -> Result<Self, InverseError> {
         let constants = spec.unknown.iter().map(|text| text.parse()).collect::<Result<Vec<Constant>, _>>()?;

@@ -1,8 +1,9 @@
 //! The trait of a kind of study.
 
 use crate::scene::{SceneError, from_text};
+use crate::study::analysis::Analysis;
 use crate::study::content::Content;
-use crate::study::inverse::{Plan, UseSpec};
+use crate::study::inverse::{CalibrationPlan, UseSpec};
 use crate::study::results::Results;
 use crate::study::spec::{FamilySpec, VariantSpec};
 use serde::de::{DeserializeOwned, DeserializeSeed, Deserializer, IgnoredAny, MapAccess, Visitor};
@@ -20,16 +21,45 @@ pub trait StudyKind: DeserializeOwned {
     const NAME: &'static str;
     /// Part of the study file that the analysis needs; `details` of `study.json`
     type Details: Serialize + DeserializeOwned;
-    type Analysis;
+    /// Findings of this kind alone; the rest of an analysis is the same for every kind
+    type Findings;
+    /// The study of this kind around a scene that has no study file, where there is one
+    const AROUND: Option<Around> = None;
+
+    /// The keys of the quick half of the study: all of them, where the kind has none that takes long.
+    #[must_use]
+    fn quick(self) -> Self {
+        self
+    }
 
     /// The variants and families of cases that follow from the keys.
     fn expand(self, file: &Path) -> Result<Expansion<Self::Details>, SceneError>;
 
     /// Analyses the cases that have a result. Cases that are missing or did not converge are named, not guessed.
-    fn analyse(results: &Results, details: &Self::Details) -> Self::Analysis;
+    fn analyse(results: &Results, details: &Self::Details) -> Analysis<Self::Findings>;
 
     /// Words, tables and figures of the analysis.
-    fn report(results: &Results, analysis: &Self::Analysis) -> Content;
+    fn report(results: &Results, analysis: &Analysis<Self::Findings>) -> Content;
+}
+
+/// How much of a study is asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Extent {
+    Whole,
+    /// See [`StudyKind::quick`]
+    Quick,
+}
+
+/// The cases that follow from a scene with its changes.
+pub type ExpandScene = fn(&Path, &[(String, toml::Value)]) -> Result<StoredExpansion, SceneError>;
+
+/// A study around a scene of one's own.
+#[derive(Clone, Copy)]
+pub struct Around {
+    pub question: &'static str,
+    pub expectation: &'static str,
+    pub tolerance: &'static str,
+    pub expand: ExpandScene,
 }
 
 /// The cases and details that a study file of some kind asks for.
@@ -40,11 +70,14 @@ pub struct Expansion<D> {
     /// Family → columns its cases must record, where they are not those of the quantities of the variant
     pub columns: BTreeMap<String, Vec<String>>,
     /// Variant → constants to be found in its cases
-    pub plans: BTreeMap<String, Arc<Plan>>,
+    pub plans: BTreeMap<String, Arc<CalibrationPlan>>,
     /// Scene that takes the constants found
     pub usage: Option<UseSpec>,
     pub details: D,
 }
+
+/// An expansion with the details as `study.json` holds them.
+pub type StoredExpansion = Expansion<serde_json::Value>;
 
 impl<D> Expansion<D> {
     pub fn new(variants: Vec<VariantSpec>, families: Vec<FamilySpec>, details: D) -> Self {
@@ -84,24 +117,26 @@ impl Default for RunRules {
 pub struct Kind {
     pub name: &'static str,
     /// Reads the keys of this kind from the text of a study file.
-    pub expand: fn(&Path, &str) -> Result<Expansion<serde_json::Value>, SceneError>,
+    pub expand: fn(&Path, &str, Extent) -> Result<StoredExpansion, SceneError>,
+    pub around: Option<Around>,
     /// Analyses and reports stored cases; the error says what is wrong with `details` of `study.json`.
     pub report: fn(&Results) -> Result<Content, serde_json::Error>,
 }
 
 impl Kind {
     pub const fn of<K: StudyKind>() -> Self {
-        Self { name: K::NAME, expand: expand::<K>, report: report::<K> }
+        Self { name: K::NAME, expand: expand::<K>, around: K::AROUND, report: report::<K> }
     }
 }
 
-fn expand<K: StudyKind>(file: &Path, text: &str) -> Result<Expansion<serde_json::Value>, SceneError> {
+fn expand<K: StudyKind>(file: &Path, text: &str, extent: Extent) -> Result<StoredExpansion, SceneError> {
     let OwnKeys(kind) = from_text::<OwnKeys<K>>(file, text, "")?;
+    let kind = if extent == Extent::Quick { kind.quick() } else { kind };
     Ok(stored(kind.expand(file)?))
 }
 
-/// The expansion with its details as they are stored.
-pub fn stored<D: Serialize>(e: Expansion<D>) -> Expansion<serde_json::Value> {
+/// The expansion with its details as `study.json` holds them.
+pub fn stored<D: Serialize>(e: Expansion<D>) -> StoredExpansion {
     let details = serde_json::to_value(e.details).expect("numbers, strings and string keys only");
     let Expansion { variants, families, rules, columns, plans, usage, .. } = e;
     Expansion { variants, families, rules, columns, plans, usage, details }

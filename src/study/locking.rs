@@ -1,5 +1,7 @@
 //! Cases whose pressures look locked: a sentence for every report, and one for a verdict that recommends such a case.
 
+use crate::effect::pressure_scatter::ALARM;
+use crate::report::numbers::percent;
 use crate::study::record::{CaseRecord, StoredCase};
 
 /// Remedy for the alarm.
@@ -25,8 +27,9 @@ pub fn sentence(stored: &[StoredCase]) -> Option<String> {
     let words: Vec<String> = formulations.iter().map(each).collect();
     (!words.is_empty()).then(|| {
         format!(
-            "Locking alarm: pressures that scatter from cell to cell by more than half of the deviatoric stress in {}. \
+            "Locking alarm: pressures that scatter from cell to cell by more than {} of the deviatoric stress in {}. \
              Their stiffness is partly the mesh's: {REMEDY}.",
+            percent(ALARM),
             words.join(" and ")
         )
     })

@@ -1,9 +1,17 @@
 //! Studies: cases, their stored results, the analysis over them and its report.
 //!
-//! [`expand`] expands a study file into cases, [`runner`] runs them, [`store`] and [`record`] say what is kept, [`results`] reads it
-//! back, and [`report`] has the kind of the study ([`kinds`]) analyse and draw it.
+//! | Step | File |
+//! |---|---|
+//! | From a study file to its cases | [`expand`], and the kind of the study in [`kinds`] |
+//! | Which cases run, and which stored result is reused | [`runner`] |
+//! | Content of a stored result, and where it is kept | [`record`], [`store`] |
+//! | Reading stored results back | [`results`] |
+//! | Analysis, verdict, tables and figures | the kind of the study in [`kinds`], on [`estimate`] |
+//! | The page and `summary.json` | [`report`], [`page`], [`summary`] |
 
+pub mod analysis;
 pub mod axis;
+pub mod case;
 pub mod contact;
 pub mod content;
 pub mod curve;

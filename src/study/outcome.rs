@@ -1,12 +1,12 @@
 //! Results kept of a finished run: its record, and the boundary at the state farthest from rest.
 
-use crate::effect::locking::signs;
+use crate::effect::pressure_scatter::pressure_scatter;
 use crate::math::tensor::Vec3;
 use crate::mesh::boundary::boundary_facets;
 use crate::mesh::quality::Quality;
 use crate::scene::{NamedSkin, Run, Scene};
+use crate::study::case::Case;
 use crate::study::contact::contacts;
-use crate::study::expand::Case;
 use crate::study::overlay::overlays;
 use crate::study::record::{
     CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance,
@@ -110,8 +110,8 @@ pub fn refused(case: &Case, status: &str, why: String) -> CaseRecord {
 }
 
 fn locking(scene: &Scene, run: &Run) -> Option<LockingRecord> {
-    let signs = scene.stressed.iter().filter_map(|e| signs(&**e, &run.peak.x));
-    let worst = signs.max_by(|a, b| a.alarm.cmp(&b.alarm).then(a.scatter.total_cmp(&b.scatter)))?;
+    let scatters = scene.stressed.iter().filter_map(|e| pressure_scatter(&**e, &run.peak.x));
+    let worst = scatters.max_by(|a, b| a.alarm.cmp(&b.alarm).then(a.scatter.total_cmp(&b.scatter)))?;
     Some(LockingRecord { pressure_scatter: worst.scatter, volumetric_share: worst.share, alarm: worst.alarm })
 }
 

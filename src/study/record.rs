@@ -2,7 +2,7 @@
 
 use crate::material::Law;
 use crate::scene::control::Fired;
-use crate::scene::parts::cable::CableEvent;
+use crate::scene::parts::constraints::CableEvent;
 use crate::solve::Status;
 use crate::study::contact::ContactRecord;
 use crate::study::overlay::distance::Distance;

@@ -5,9 +5,9 @@ use crate::scene::{
     Body, Constant, Progress, Run, RunOptions, Scene, SceneError, SceneSpec, Sensitivities, SensitivityRecorder,
 };
 use crate::solve::Status;
-use crate::study::expand::{Case, Study};
+use crate::study::case::Case;
+use crate::study::expand::Study;
 use crate::study::fields::{Fields, USUAL};
-use crate::study::inverse::with_constants;
 use crate::study::outcome::{input_hash, record, refused, skin};
 use crate::study::record::{CaseRecord, PANICKED, REFUSED, Role};
 use crate::study::store::{Store, StoreError};
@@ -99,7 +99,7 @@ fn ready(study: &Study, case: &Case, records: &[CaseRecord], store: &Store) -> O
     let own = records.iter().filter(|r| r.variant == after.variant && r.converged());
     let finest = own.filter(of_sizes).max_by_key(|r| r.mesh.cells)?;
     let source = study.cases.iter().find(|c| c.id == finest.id)?;
-    with_constants(case, after, source, &store.calibration(&finest.id)?)
+    case.with_constants(source, &store.calibration(&finest.id)?)
 }
 
 /// Runs cases, each together with the derivatives by the constants.
@@ -142,8 +142,12 @@ fn side_by_side(
                     if options.stop.load(Ordering::Relaxed) || lock(&failure).is_some() {
                         break;
                     }
-                    let run = || one(study, case, constants, store, options, &running, watch);
-                    match if study.rules.keep_refusals { kept(case, store, &running, watch, run) } else { run() } {
+                    let run = || run_or_reuse(study, case, constants, store, options, &running, watch);
+                    match if study.rules.keep_refusals {
+                        recording_refusals(case, store, &running, watch, run)
+                    } else {
+                        run()
+                    } {
                         Ok(Some(record)) => lock(&records).push(record),
                         Ok(None) => {}
                         Err(error) => {
@@ -165,7 +169,7 @@ fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
 }
 
 /// A study of hard cases goes on where a scene is refused or, by a bug, its run panics: both are results.
-fn kept(
+fn recording_refusals(
     case: &Case,
     store: &Store,
     running: &AtomicUsize,
@@ -187,7 +191,7 @@ fn kept(
     Ok(Some(record))
 }
 
-fn one(
+fn run_or_reuse(
     study: &Study,
     case: &Case,
     constants: &[Constant],
@@ -237,7 +241,7 @@ fn one(
         last.add(&solved.scene, &solved.run.last, 0);
         last.finish()?;
     }
-    let record = keep(case, store, &solved, (shared, memory, input_sha256))?;
+    let record = store_result(case, store, &solved, (shared, memory, input_sha256))?;
     watch.finished(&record, false);
     Ok(Some(record))
 }
@@ -306,7 +310,7 @@ fn solve(
 
 /// Stores what a case has left; the record comes last. With it: whether another case ran at the same time, the memory of
 /// the process, the hash of the input.
-fn keep(
+fn store_result(
     case: &Case,
     store: &Store,
     solved: &Solved,

@@ -1,7 +1,7 @@
 //! Tables that every kind of study shows: all cases, and the time of their effects.
 
+use crate::report::numbers::digits;
 use crate::report::table::{Table, headings};
-use crate::report::words::digits;
 use crate::study::record::{CaseRecord, Quantity};
 use crate::study::results::Results;
 

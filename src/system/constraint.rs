@@ -1,8 +1,8 @@
-//! Constraints with multipliers, and the multipliers that each admits.
+//! Constraints with multipliers, the kinds of constraints, and the laws of their multipliers.
 //!
-//! A law of a multiplier consists of linear pieces. A piece is an equation in the values g and multipliers λ of the constraints, with the
-//! inequalities under which it is the right one: 0 ≤ g ⟂ λ ≥ 0 is g = 0 while λ ≥ 0, or λ = 0 while g ≥ 0. A curved law is linearised at
-//! a state.
+//! A law ([`constraint_law`]) is a complementarity condition and consists of linear pieces ([`LawPiece`]). A piece is an equation in
+//! the values g and multipliers λ of the constraints, with the inequalities under which it is active: 0 ≤ g ⟂ λ ≥ 0 is g = 0 while
+//! λ ≥ 0, or λ = 0 while g ≥ 0. A curved law is linearised at a state.
 
 use super::{BlockValues, Blocks, EvalError, Means};
 use crate::material::Want;
@@ -14,8 +14,8 @@ use std::sync::Arc;
 /// The residual gets λ ∂c/∂x, the tangent λ ∂²c/∂x²: with `Π + λ (c − target) − ½ compliance λ²` as the Lagrangian.
 pub trait Constraint: Send + Sync {
     fn name(&self) -> &str;
-    /// The multipliers that the constraint admits.
-    fn cone(&self) -> Cone;
+    /// Decides which multipliers are admissible.
+    fn kind(&self) -> ConstraintKind;
     /// Length or volume with which |g| is compared.
     fn scale(&self) -> f64;
     fn target(&self, now: Clock) -> f64;
@@ -28,10 +28,10 @@ pub trait Constraint: Send + Sync {
     fn means(&self) -> Option<&Arc<Means>> {
         None
     }
-    /// c_b, ∂c_b/∂x, ∂²c_b/∂x² of block `b` in `energy`, `r`, `k`. A [`Cone::Watched`] constraint needs no second derivative.
+    /// c_b, ∂c_b/∂x, ∂²c_b/∂x² of block `b` in `energy`, `r`, `k`. A [`ConstraintKind::Monitored`] constraint needs no second derivative.
     fn eval(&self, x: &[f64], b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError>;
-    /// The law of a [`Cone::Linked`] constraint, which is constraint `c` of the system.
-    fn pieces(&self, _c: usize, _all: &ConstraintValues) -> Vec<Piece> {
+    /// The law of a [`ConstraintKind::Linked`] constraint, which is constraint `c` of the system.
+    fn linked_law(&self, _c: usize, _all: &ConstraintValues) -> Vec<LawPiece> {
         Vec::new()
     }
     /// Dissipation of constraint `c` \[J\] between two states by the trapezoidal rule, from g and λ of all constraints at the past
@@ -41,39 +41,39 @@ pub trait Constraint: Send + Sync {
     }
 }
 
-/// The multipliers that a constraint admits.
+/// The kinds of constraints, by the multipliers that they admit.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Cone {
+pub enum ConstraintKind {
     /// An equality: g = 0, λ is free
-    Zero,
+    Equality,
     /// A unilateral constraint: g ≥ 0 ⟂ λ ≥ 0
-    NonNegative,
+    Unilateral,
     /// A unilateral constraint with the largest multiplier λ_max, 0 ≤ λ ≤ λ_max: g = 0 between the ends, g ≥ 0 at λ = 0, g ≤ 0 at the upper one
-    AtMost(f64),
-    /// λ ≥ 0 with a law that involves other constraints, [`Constraint::pieces`]
+    Bounded(f64),
+    /// λ ≥ 0 with a law that involves other constraints, [`Constraint::linked_law`]
     Linked,
-    /// No force, λ = 0: the laws of other constraints depend on g
-    Watched,
+    /// A function g without force, λ = 0, on which the laws of other constraints depend
+    Monitored,
 }
 
-impl Cone {
+impl ConstraintKind {
     /// The admissible multiplier that is nearest to λ.
     pub fn admit(self, lambda: f64) -> f64 {
         match self {
-            Self::Zero => lambda,
-            Self::NonNegative | Self::Linked => lambda.max(0.0),
-            Self::AtMost(most) => lambda.clamp(0.0, most),
-            Self::Watched => 0.0,
+            Self::Equality => lambda,
+            Self::Unilateral | Self::Linked => lambda.max(0.0),
+            Self::Bounded(most) => lambda.clamp(0.0, most),
+            Self::Monitored => 0.0,
         }
     }
 
     /// Whether the constraint is active with this multiplier, so that g stays zero under small changes.
     pub fn holds(self, lambda: f64) -> bool {
         match self {
-            Self::Zero => true,
-            Self::NonNegative | Self::Linked => lambda > 0.0,
-            Self::AtMost(most) => lambda > 0.0 && lambda < most,
-            Self::Watched => false,
+            Self::Equality => true,
+            Self::Unilateral | Self::Linked => lambda > 0.0,
+            Self::Bounded(most) => lambda > 0.0 && lambda < most,
+            Self::Monitored => false,
         }
     }
 }
@@ -93,7 +93,7 @@ pub struct ConstraintValues<'a> {
 
 /// A linear function of the values g and multipliers λ of the constraints near a state.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Form {
+pub struct LinearFunction {
     pub value: f64,
     /// Magnitude with which |value| is compared
     pub scale: f64,
@@ -103,7 +103,7 @@ pub struct Form {
     pub lambda: Vec<(usize, f64)>,
 }
 
-impl Form {
+impl LinearFunction {
     /// Σ g over `which`, compared with `scale`.
     pub fn gap(all: &ConstraintValues, which: std::ops::Range<usize>, scale: f64) -> Self {
         Self {
@@ -138,45 +138,45 @@ impl Form {
     }
 }
 
-/// One piece of a law: `zero` = 0 holds while each function of `while_not_negative` is not negative. Where one is negative, the piece with
-/// the index next to it holds.
+/// One piece of a law: `equation` = 0 holds while each function of `inequalities` is ≥ 0. Where one is negative, the piece with the
+/// index next to it is active instead.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Piece {
-    pub zero: Form,
-    pub while_not_negative: Vec<(Form, usize)>,
+pub struct LawPiece {
+    pub equation: LinearFunction,
+    pub inequalities: Vec<(LinearFunction, usize)>,
 }
 
-impl Piece {
+impl LawPiece {
     /// Residual of this piece, relative to the scales.
     pub fn error(&self) -> f64 {
-        let violated = self.while_not_negative.iter().filter(|(f, _)| f.value < 0.0);
-        violated.map(|(f, _)| f.error()).fold(self.zero.error(), f64::max)
+        let violated = self.inequalities.iter().filter(|(f, _)| f.value < 0.0);
+        violated.map(|(f, _)| f.error()).fold(self.equation.error(), f64::max)
     }
 }
 
 /// The law 0 ≤ λ_c ≤ most: `gap` = 0 between the ends, ≥ 0 at the lower, ≤ 0 at the upper one.
-pub fn between(all: &ConstraintValues, c: usize, gap: Form, most: f64) -> Vec<Piece> {
-    let lambda = Form::multiplier(all, c, 0.0);
-    let mut held = Piece { zero: gap.clone(), while_not_negative: vec![(lambda.clone(), 1)] };
-    let open = Piece { zero: lambda, while_not_negative: vec![(gap.clone(), 0)] };
+pub fn bounded_multiplier(all: &ConstraintValues, c: usize, gap: LinearFunction, most: f64) -> Vec<LawPiece> {
+    let lambda = LinearFunction::multiplier(all, c, 0.0);
+    let mut held = LawPiece { equation: gap.clone(), inequalities: vec![(lambda.clone(), 1)] };
+    let open = LawPiece { equation: lambda, inequalities: vec![(gap.clone(), 0)] };
     if most == f64::INFINITY {
         return vec![held, open];
     }
-    let limit = Form::multiplier(all, c, most);
-    held.while_not_negative.push((limit.negative(), 2));
-    vec![held, open, Piece { zero: limit, while_not_negative: vec![(gap.negative(), 0)] }]
+    let limit = LinearFunction::multiplier(all, c, most);
+    held.inequalities.push((limit.negative(), 2));
+    vec![held, open, LawPiece { equation: limit, inequalities: vec![(gap.negative(), 0)] }]
 }
 
 /// The law of constraint `c` at this state; in its first piece the constraint is active.
-pub fn pieces(constraint: &dyn Constraint, c: usize, all: &ConstraintValues) -> Vec<Piece> {
-    let gap = || Form::gap(all, c..c + 1, constraint.scale());
-    match constraint.cone() {
-        Cone::Zero => vec![Piece { zero: gap(), while_not_negative: Vec::new() }],
-        Cone::NonNegative => between(all, c, gap(), f64::INFINITY),
-        Cone::AtMost(most) => between(all, c, gap(), most),
-        Cone::Linked => constraint.pieces(c, all),
-        Cone::Watched => {
-            vec![Piece { zero: Form::multiplier(all, c, 0.0), while_not_negative: Vec::new() }]
+pub fn constraint_law(constraint: &dyn Constraint, c: usize, all: &ConstraintValues) -> Vec<LawPiece> {
+    let gap = || LinearFunction::gap(all, c..c + 1, constraint.scale());
+    match constraint.kind() {
+        ConstraintKind::Equality => vec![LawPiece { equation: gap(), inequalities: Vec::new() }],
+        ConstraintKind::Unilateral => bounded_multiplier(all, c, gap(), f64::INFINITY),
+        ConstraintKind::Bounded(most) => bounded_multiplier(all, c, gap(), most),
+        ConstraintKind::Linked => constraint.linked_law(c, all),
+        ConstraintKind::Monitored => {
+            vec![LawPiece { equation: LinearFunction::multiplier(all, c, 0.0), inequalities: Vec::new() }]
         }
     }
 }

@@ -3,8 +3,8 @@
 use super::contribution::{Contribution, Coupling, Kernel, Receiver};
 use super::sparsity::{Sparsity, TangentBlocks};
 use super::{
-    Assembled, At, Blocks, Caches, Cone, Constraint, ContactPoint, ContactPoints, Cost, Dofs, Effect, EnergyRole,
-    EvalError, Means, MotionLimit, Prescribed, State,
+    Assembled, At, Blocks, Caches, Constraint, ConstraintKind, ContactPoint, ContactPoints, Cost, Dofs, Effect,
+    EnergyRole, EvalError, Means, MotionLimit, Prescribed, State,
 };
 use crate::math::low_rank::Pattern;
 use std::ops::Range;
@@ -68,9 +68,9 @@ impl System {
         }
         let none = Blocks::default();
         let of_effects = effects.iter().map(|e| (e.capabilities().means, e.blocks()));
-        let of_constraints = constraints.iter().map(|c| match c.cone() {
-            // An observed constraint has no part in the tangent.
-            Cone::Watched => (None, &none),
+        let of_constraints = constraints.iter().map(|c| match c.kind() {
+            // A monitored constraint has no part in the tangent.
+            ConstraintKind::Monitored => (None, &none),
             _ => (c.means(), c.blocks()),
         });
         let all: Vec<TangentBlocks> = of_effects.chain(of_constraints).collect();
@@ -121,7 +121,7 @@ impl System {
             kernel: Kernel::Constraint(constraint),
             coupling: self.coupling(self.effects.len() + c, constraint.means()),
             receiver: Receiver::Constraint(c),
-            weight: (constraint.cone() != Cone::Watched).then_some(lambda),
+            weight: (constraint.kind() != ConstraintKind::Monitored).then_some(lambda),
             projected: false,
         }
     }

@@ -16,6 +16,7 @@ mod dofs;
 mod effect;
 mod equations;
 mod error;
+pub mod friction;
 mod means;
 mod projection;
 mod reactions;
@@ -28,7 +29,9 @@ pub use assembled::{Assembled, Cost};
 pub use batch::{Batch, Batched};
 pub use blocks::{BlockValues, Blocks};
 pub use caches::{CacheKey, Caches};
-pub use constraint::{Cone, Constraint, ConstraintValues, Form, Piece, between, pieces};
+pub use constraint::{
+    Constraint, ConstraintKind, ConstraintValues, LawPiece, LinearFunction, bounded_multiplier, constraint_law,
+};
 pub use contact_points::{ContactPoint, ContactPoints};
 pub use derivative::{ParameterDerivative, add_history_derivative, add_residual_derivative};
 pub use dofs::{Dofs, Prescribed};

@@ -272,8 +272,7 @@ pub fn run_with_states<'a>(scene: &Scene, on_state: &'a mut (dyn FnMut(&State) +
 
 /// A column of a run by its name.
 pub fn column(run: &Run, name: &str) -> Vec<f64> {
-    let k = run.columns.iter().position(|c| c == name).unwrap_or_else(|| panic!("no {name} in {:?}", run.columns));
-    run.rows.iter().map(|row| row[k]).collect()
+    run.column(name).unwrap_or_else(|| panic!("no {name} in {:?}", run.columns))
 }
 
 /// Largest absolute value.

@@ -24,7 +24,7 @@ pub enum InverseError {
         path.display()
     )]
     Decimal { path: PathBuf, cell: String },
-    #[error("{}: no row holds both numbers: {reason}", path.display())]
+    #[error("{}: no line holds both numbers: {reason}", path.display())]
     NoRows { path: PathBuf, reason: String },
     #[error("measured.x.is = \"{name}\": the scene prescribes no such signal; take one of: {known}, t_s")]
     NoSignal { name: String, known: String },

@@ -91,10 +91,13 @@ impl Measured {
             }
         }
         if outside > 0 {
-            out.notes.push(format!("of {} rows {outside} outside the requested range left out", out.x.len() + outside));
+            out.notes.push(format!(
+                "{outside} of {} data points lie outside the requested range and were left out",
+                out.x.len() + outside
+            ));
         }
         if out.x.is_empty() {
-            let reason = out.notes.first().cloned().unwrap_or_else(|| "it has no rows".into());
+            let reason = out.notes.first().cloned().unwrap_or_else(|| "it has no data points".into());
             return Err(InverseError::NoRows { path, reason });
         }
         Ok(out)

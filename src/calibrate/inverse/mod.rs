@@ -23,7 +23,7 @@ pub use model::{Failure, SceneModel, Unknown, written};
 use super::certificate::{CASES, range};
 use super::{Direction, Estimate, FitWarning, Weighting, identify, noise};
 use crate::material::{StabilityLimit, material_stability};
-use crate::scene::parts::probes::stretch::stretches;
+use crate::scene::stretch::stretches;
 use crate::scene::{Progress, Scene};
 use nalgebra::{DMatrix, DVector};
 use search::{Weights, search};

@@ -1,16 +1,17 @@
 //! Coulomb friction of the points of a contact: |F_t| ≤ μ N, opposite to the sliding.
 //!
-//! With the sliding over the step u = (I − nnᵀ) Σ_k s_k (z_k − z_k^old) and a smooth start of it (Li et al., Incremental potential
-//! contact, 2020, eq. 13), F_t = −μ N f(|u|/ε) u/|u|, f(y) = 2y − y² for y < 1, and 1 beyond. A point sticks while f < 1: it
-//! creeps by less than ε in a step. ε = stick_velocity speed · Δt in dynamics, and a length in statics.
+//! With the sliding over the step u = (I − nnᵀ) Σ_k s_k (z_k − z_k^old) and a smooth start of it, F_t = −μ N f(|u|/ε) u/|u|
+//! with f of [`friction`](crate::system::friction). A point sticks while f < 1: it creeps by less than ε in a step.
+//! ε = stick velocity · Δt in dynamics, and a length in statics.
 //!
 //! N and n are those of the state itself, so friction obeys Coulomb's law at the end of every step. The tangent is that of a
 //! fixed N and n: symmetric and positive semidefinite, at the cost of linear convergence (∂N/∂x is left out).
 //! Energy: what the step dissipates, Σ F_t·u. Limits: a load slowly moves what sticks; isotropic; no viscosity.
 
-use super::placement::moved;
+use super::placement::displacement;
 use super::{Contact, NormalForce, NormalForces};
 use crate::math::tensor::{Mat3, Vec3};
+use crate::system::friction::regularised;
 use crate::system::{ActiveBlocks, At, BlockValues, Blocks, Caches, Capabilities, Effect, EnergyRole, EvalError, Want};
 use std::sync::Arc;
 
@@ -38,14 +39,11 @@ impl Coulomb {
         if epsilon == 0.0 {
             return;
         }
-        let u: Vec3 = nodes.iter().zip(&press.shares).map(|(&k, s)| (moved(at.x, k) - moved(at.old, k)) * *s).sum();
+        let u: Vec3 =
+            nodes.iter().zip(&press.shares).map(|(&k, s)| (displacement(at.x, k) - displacement(at.old, k)) * *s).sum();
         let u = u - press.normal * press.normal.dot(&u);
         let (limit, size) = (self.coefficient * press.force, u.norm());
-        // f/|u| and f′ at |u|
-        let (ratio, slope) = match size < epsilon {
-            true => ((2.0 - size / epsilon) / epsilon, 2.0 * (1.0 - size / epsilon) / epsilon),
-            false => (1.0 / size, 0.0),
-        };
+        let (ratio, slope) = regularised(size, epsilon);
         out.energy += limit * ratio * size * size;
         for (k, s) in press.shares.iter().enumerate() {
             (0..3).for_each(|i| out.r[3 * k + i] += limit * ratio * s * u[i]);

@@ -28,7 +28,7 @@ pub use points::{Sampling, SurfacePoint, points};
 
 use crate::math::tensor::Vec3;
 use crate::system::{Blocks, CacheKey, Caches, MotionLimit};
-use placement::{Obstacle, Pair, Placed, moved};
+use placement::{Obstacle, Pair, Placed, displacement};
 use std::time::{Duration, Instant};
 
 /// Share of a gap that a step leaves \[–\].
@@ -142,13 +142,13 @@ impl Contact {
     /// Where point `b` is at displacement x \[m\].
     pub fn position(&self, x: &[f64], b: usize) -> Vec3 {
         let p = &self.points[b];
-        p.nodes.iter().zip(&p.weights).fold(p.at, |at, (&node, w)| at + moved(x, node) * *w)
+        p.nodes.iter().zip(&p.weights).fold(p.at, |at, (&node, w)| at + displacement(x, node) * *w)
     }
 
     /// Displacement of point `b` in the motion dx \[m\].
     fn motion(&self, dx: &[f64], b: usize) -> Vec3 {
         let p = &self.points[b];
-        p.nodes.iter().zip(&p.weights).map(|(&node, w)| moved(dx, node) * *w).sum()
+        p.nodes.iter().zip(&p.weights).map(|(&node, w)| displacement(dx, node) * *w).sum()
     }
 
     /// Distance of point `b` at displacement x \[m\], negative inside.

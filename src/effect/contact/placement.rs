@@ -31,7 +31,7 @@ impl AffineFrame {
     /// \[4\] where the nodes are at displacement x \[m\].
     pub fn positions(&self, x: &[f64]) -> [Vec3; 4] {
         let rest = self.rest();
-        [0, 1, 2, 3].map(|a| rest[a] + moved(x, self.nodes[a]))
+        [0, 1, 2, 3].map(|a| rest[a] + displacement(x, self.nodes[a]))
     }
 
     /// A
@@ -47,7 +47,7 @@ impl AffineFrame {
 }
 
 /// Displacement of a node.
-pub(super) fn moved(x: &[f64], node: u32) -> Vec3 {
+pub(super) fn displacement(x: &[f64], node: u32) -> Vec3 {
     Vec3::from_column_slice(&x[3 * node as usize..][..3])
 }
 
@@ -95,7 +95,7 @@ impl Obstacle {
             return Placed { obstacle: self, p0: Vec3::zeros(), inverse: Mat3::identity(), shrink: 1.0 };
         };
         let mut p = body.positions(x);
-        p.iter_mut().zip(body.nodes).for_each(|(p, node)| *p += moved(dx, node) * share);
+        p.iter_mut().zip(body.nodes).for_each(|(p, node)| *p += displacement(dx, node) * share);
         let a = body.gradient(&p);
         // A collapsed body has no inside: the distance 0 stops the step.
         let (inverse, shrink) = a.try_inverse().map_or((Mat3::identity(), 0.0), |i| (i, a.singular_values().min()));
@@ -105,7 +105,7 @@ impl Obstacle {
     /// No point of the obstacle moves further than this with dx \[m\].
     pub(super) fn speed(&self, dx: &[f64]) -> f64 {
         let Some(body) = &self.body else { return 0.0 };
-        let d = body.nodes.map(|n| moved(dx, n));
+        let d = body.nodes.map(|n| displacement(dx, n));
         let Some([low, high]) = self.shape.bounds() else { return d[0].norm() };
         let corner = |k: usize| Vec3::from_fn(|i, _| if k >> i & 1 == 0 { low[i] } else { high[i] });
         let place = |k: usize| body.weights(&(self.origin + self.axes * corner(k)));

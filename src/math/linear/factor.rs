@@ -30,7 +30,7 @@ pub struct Factor {
     /// Try LLᵀ first; off where negative eigenvalues are in the nature of the matrix
     try_llt: bool,
     /// \[unknowns\] u at the next factorisation \[m\]; empty at rest
-    moved: Vec<f64>,
+    displacement: Vec<f64>,
     /// Negative eigenvalues of the matrix factorised last, by its negative pivots (Sylvester's law of inertia). None are counted on the
     /// iterative path.
     pub negative_eigenvalues: usize,
@@ -106,7 +106,7 @@ impl Factor {
             ready: Ready::None,
             in_order,
             try_llt,
-            moved: Vec::new(),
+            displacement: Vec::new(),
             negative_eigenvalues: 0,
             why,
             count: 0,
@@ -170,8 +170,8 @@ impl Factor {
     /// Displacements \[unknowns\] at which the next matrix is the tangent: rigid motions are about where the nodes are.
     pub fn move_to(&mut self, x: &[f64]) {
         if self.multigrid.is_some() {
-            self.moved.clear();
-            self.moved.extend_from_slice(x);
+            self.displacement.clear();
+            self.displacement.extend_from_slice(x);
         }
     }
 
@@ -194,7 +194,7 @@ impl Factor {
         let Some(multigrid) = &mut self.multigrid else { return self.factorise_directly(values) };
         // Memory of an earlier factorisation, which a new one needs.
         self.direct = None;
-        if multigrid.set_up(&values[..self.pattern.sparse.nnz()], &self.moved).is_ok() {
+        if multigrid.set_up(&values[..self.pattern.sparse.nnz()], &self.displacement).is_ok() {
             self.ready = Ready::Iterative;
             return Ok(());
         }

@@ -81,12 +81,12 @@ impl Multigrid {
         Self { pattern, places, nodal, levels: None, size: Size::default() }
     }
 
-    /// The hierarchy of A, the nodes being moved by u \[3 × nodes\] or at rest.
-    pub fn set_up(&mut self, values: &[f64], moved: &[f64]) -> Result<(), NotDefinite> {
+    /// The hierarchy of A, the nodes being displaced by u \[3 × nodes\] or at rest.
+    pub fn set_up(&mut self, values: &[f64], displacement: &[f64]) -> Result<(), NotDefinite> {
         self.levels = None;
         self.size = Size { levels: 2, ..Size::default() };
         let a = self.nodal.matrix(&self.pattern, values);
-        let modes = self.places.rigid_modes(moved);
+        let modes = self.places.rigid_modes(displacement);
         let finest = a.entries() as f64;
         let (fine, mut a, mut modes) = self.level(a, &modes, STRONG)?;
         let mut coarse = Vec::new();

@@ -40,12 +40,12 @@ impl Places {
         self.dofs.iter().map(component).collect()
     }
 
-    /// Per node that has an equation: the six motions, with zeros where it has none. `moved` is \[3 × nodes\] u \[m\], or empty at rest.
-    pub fn rigid_modes(&self, moved: &[f64]) -> Vec<Block<3, 6>> {
+    /// Per node that has an equation: the six motions, with zeros where it has none. `displacement` is \[3 × nodes\] u \[m\], or empty at rest.
+    pub fn rigid_modes(&self, displacement: &[f64]) -> Vec<Block<3, 6>> {
         let nodes = self.nodes();
         let at = |&n: &u32| {
             let n = n as usize;
-            let u = moved.get(3 * n..3 * n + 3).map_or_else(Vec3::zeros, Vec3::from_column_slice);
+            let u = displacement.get(3 * n..3 * n + 3).map_or_else(Vec3::zeros, Vec3::from_column_slice);
             self.points[n] + u
         };
         let centre = nodes.iter().map(at).sum::<Vec3>() / nodes.len() as f64;

@@ -1,8 +1,8 @@
 //! Page of `durometer fit --law all`: `compare.json` in, `tables/` and `index.html` out. Nothing is fitted here.
 
+use crate::calibrate::stretch_text;
 use crate::report::error::ReportError;
 use crate::report::files;
-use crate::report::fit::stored::stretch;
 use crate::report::page::{document, escape};
 use crate::report::table::{Table, headings};
 use serde::Deserialize;
@@ -36,9 +36,9 @@ pub fn write(dir: &Path) -> Result<(), ReportError> {
     files::folder(&dir.join("tables"))?;
     table.save(&dir.join("tables"))?;
     let title = format!("Every law on {}", stored.data);
-    let [low, high] = stored.stretch.map(stretch);
+    let [low, high] = stored.stretch.map(stretch_text);
     let modes = stored.modes.join(" + ");
-    let about = format!("{} rows ({modes}), stretch {low} to {high}.", stored.rows);
+    let about = format!("{} data points ({modes}), stretch {low} to {high}.", stored.rows);
     let page = format!("<h1>{}</h1>\n<p>{}</p>\n{}", escape(&title), escape(&about), table.html());
     files::write(&dir.join("index.html"), document(&title, &page).as_bytes())
 }

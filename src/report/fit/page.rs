@@ -1,18 +1,19 @@
 //! `index.html` of a fit.
 
+use crate::calibrate::stretch_text;
 use crate::report::figure::Figure;
-use crate::report::fit::stored::{Entry, StoredFit, stretch};
+use crate::report::fit::stored::{Entry, StoredFit};
+use crate::report::numbers::capital;
 use crate::report::page::{document, drawing, escape, list};
 use crate::report::table::Table;
-use crate::report::words::capital;
 
 /// The result in words.
 pub fn answer(fit: &StoredFit) -> String {
     let constants: Vec<String> = fit.parameters.iter().map(|p| format!("{} = {}", p.symbol, p.words())).collect();
-    let [a, b] = fit.stretch.map(stretch);
+    let [a, b] = fit.stretch.map(stretch_text);
     let percent = 100.0 * fit.misfit.rms_relative;
     let mut out = format!(
-        "{}: {} fitted to {} rows ({}, stretch {a} to {b}), misfit {percent:.1} % rms.",
+        "{}: {} fitted to {} data points ({}, stretch {a} to {b}), misfit {percent:.1} % rms.",
         constants.join("; "),
         fit.label,
         fit.rows,
@@ -21,15 +22,15 @@ pub fn answer(fit: &StoredFit) -> String {
     let tolerance = 100.0 * fit.validity.tolerance;
     out += &match (fit.validity.tension_to, fit.validity.compression_to) {
         (Some(to), None) => {
-            format!(" It stays within {tolerance:.0} % rms of these tests up to stretch {}.", stretch(to))
+            format!(" It stays within {tolerance:.0} % rms of these tests up to stretch {}.", stretch_text(to))
         }
         (None, Some(to)) => {
-            format!(" It stays within {tolerance:.0} % rms of these tests down to stretch {}.", stretch(to))
+            format!(" It stays within {tolerance:.0} % rms of these tests down to stretch {}.", stretch_text(to))
         }
         (Some(to), Some(from)) => format!(
             " It stays within {tolerance:.0} % rms of these tests from stretch {} to {}.",
-            stretch(from),
-            stretch(to)
+            stretch_text(from),
+            stretch_text(to)
         ),
         (None, None) => format!(" It is nowhere within {tolerance:.0} % rms of these tests."),
     };
@@ -74,7 +75,7 @@ pub fn html(fit: &StoredFit, figure: Option<&Figure>, tables: &[Table], law_file
     h += "<h2>Numbers</h2>\n";
     h += &tables.iter().map(Table::html).collect::<String>();
     h += "<h2>What was done to the data</h2>\n";
-    h += "<p>Nothing is changed silently; rows that are not listed took part as they are.</p>\n";
+    h += "<p>Nothing is changed silently; data points that are not listed were used unchanged.</p>\n";
     h += &list(fit.audit.iter().map(line));
     h += "<h2>Provenance</h2>\n<dl>";
     let mut put = |name: &str, value: &str| h += &format!("<dt>{name}</dt><dd>{}</dd>\n", escape(value));

@@ -160,9 +160,3 @@ impl Parameter {
         }
     }
 }
-
-/// A stretch without the noise of a unit conversion: 1.97727, not 1.9772699999999999.
-pub fn stretch(v: f64) -> String {
-    let s = format!("{v:.4}");
-    s.trim_end_matches('0').trim_end_matches('.').into()
-}

@@ -1,6 +1,7 @@
 //! Tables of a fit.
 
-use crate::report::fit::stored::{Misfit, Parameter, Scatter, Specimen, StoredFit, stretch};
+use crate::calibrate::stretch_text;
+use crate::report::fit::stored::{Misfit, Parameter, Scatter, Specimen, StoredFit};
 use crate::report::table::{Table, headings};
 
 /// Rows of the table of ranges at most
@@ -135,8 +136,8 @@ fn otherwise(fit: &StoredFit) -> Table {
     }));
     Table {
         name: "treatments",
-        caption: "What the choice and treatment of the rows did to the answer: the constants with and without, and how far the stresses of the two laws are apart over the fitted rows.".into(),
-        columns: headings(&[("Rows", "", false), ("Count", "", true), ("Constants", "", true), ("Stresses apart", "%", true)]),
+        caption: "Effect of the choice and treatment of the data points on the answer: the constants with and without it, and the distance between the stresses of the two laws over the fitted data points.".into(),
+        columns: headings(&[("Data points", "", false), ("Number", "", true), ("Constants", "", true), ("Difference of stresses", "%", true)]),
         rows,
         pick: Some("as fitted".into()),
     }
@@ -166,8 +167,14 @@ fn specimens(fit: &StoredFit, s: &Scatter) -> Table {
     }));
     Table {
         name: "specimens",
-        caption: "Each specimen fitted alone. The level is its stresses over those of the fit to all rows.".into(),
-        columns: headings(&[("Specimen", "", false), ("Rows", "", true), ("Level", "", true), ("Constants", "", true)]),
+        caption: "Each specimen fitted alone. The level is its stresses over those of the fit to all data points."
+            .into(),
+        columns: headings(&[
+            ("Specimen", "", false),
+            ("Data points", "", true),
+            ("Level", "", true),
+            ("Constants", "", true),
+        ]),
         rows,
         pick: None,
     }
@@ -179,7 +186,7 @@ fn misfits(fit: &StoredFit) -> Table {
             mode,
             what.into(),
             m.rows.to_string(),
-            format!("{} to {}", stretch(a), stretch(b)),
+            format!("{} to {}", stretch_text(a), stretch_text(b)),
             format!("{:.1}", 100.0 * m.rms_relative),
             format!("{:+.1}", 100.0 * m.bias_relative).replace('-', "−"),
             format!("{:.1}", 100.0 * m.max_relative),
@@ -189,11 +196,11 @@ fn misfits(fit: &StoredFit) -> Table {
     rows.extend(fit.predictions.iter().map(|p| row(kind(&p.kind), p.mode.clone(), p.stretch, &p.misfit)));
     Table {
         name: "predictions",
-        caption: "The law against the rows that were fitted, and as a prediction of those that were not. Bias below zero: the law is too soft.".into(),
+        caption: "The law against the data points that were fitted, and as a prediction of those that were not. Bias below zero: the law is too soft.".into(),
         columns: headings(&[
             ("Mode", "", false),
-            ("Rows", "", false),
-            ("Count", "", true),
+            ("Data points", "", false),
+            ("Number", "", true),
             ("Stretch", "", true),
             ("Rms", "%", true),
             ("Bias", "%", true),
@@ -208,7 +215,7 @@ fn stability(fit: &StoredFit) -> Table {
     let rows = fit.stability.iter().map(|r| {
         let end = |lost: Option<f64>, looked: f64| match lost {
             Some(at) => format!("{at:.4}"),
-            None => format!("not lost down or up to {}", stretch(looked)),
+            None => format!("not lost down or up to {}", stretch_text(looked)),
         };
         vec![r.mode.replace('_', " "), end(r.below, r.looked[0]), end(r.above, r.looked[1])]
     });
@@ -228,7 +235,7 @@ fn kind(name: &str) -> &str {
     match name {
         "outside_range" => "predicted, outside the range",
         "other_mode_in_range" => "predicted, same range",
-        "other_mode" => "predicted, every row",
+        "other_mode" => "predicted, every data point",
         other => other,
     }
 }
@@ -247,7 +254,7 @@ fn ranges(fit: &StoredFit) -> Table {
         .map(|k| {
             let r = &fit.range_dependence[*k];
             let mark = if own(k) { " (fitted)" } else { "" };
-            let mut cells = vec![format!("{}{mark}", stretch(r.to)), r.rows.to_string()];
+            let mut cells = vec![format!("{}{mark}", stretch_text(r.to)), r.rows.to_string()];
             let value = |(p, (f, unit, n)): (&Parameter, &(f64, &str, usize))| {
                 let unit = if *unit == "–" { String::new() } else { format!(" {unit}") };
                 format!("{} = {:.n$}{unit}", p.symbol, f * p.value, n = *n)
@@ -263,7 +270,7 @@ fn ranges(fit: &StoredFit) -> Table {
         .collect();
     let all =
         if picked.len() < n { format!(" {} of {n} ranges; all are in fit.json.", picked.len()) } else { String::new() };
-    let mut columns = vec![("Largest stretch", "", true), ("Rows", "", true), ("Value", "", true)];
+    let mut columns = vec![("Largest stretch", "", true), ("Data points", "", true), ("Value", "", true)];
     if head.len() == 1 {
         columns.push(("95 % interval", "", true));
     }
@@ -273,6 +280,6 @@ fn ranges(fit: &StoredFit) -> Table {
         caption: format!("The same fit over a range that ends earlier or later.{all}"),
         columns: headings(&columns),
         rows,
-        pick: Some(format!("{} (fitted)", stretch(fit.stretch[1]))),
+        pick: Some(format!("{} (fitted)", stretch_text(fit.stretch[1]))),
     }
 }

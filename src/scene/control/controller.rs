@@ -18,7 +18,7 @@ pub struct Opening<'a> {
 
 /// Information for a controller at a point of the time grid.
 #[derive(Clone, Copy, Debug)]
-pub struct Seen<'a> {
+pub struct Observation<'a> {
     /// The recorded row, as [`Opening::columns`] names it
     pub row: &'a [f64],
     /// Time of the next point \[s\], at which the signals reach what is set now
@@ -41,7 +41,7 @@ pub struct Reply {
 /// An integrating controller that holds a bending angle of 10° by shortening the cable:
 ///
 /// ```
-/// use durometer::scene::control::{ControlError, Controller, Opening, Reply, Seen};
+/// use durometer::scene::control::{ControlError, Controller, Observation, Opening, Reply};
 /// use durometer::scene::{Body, Scene, RunOptions, read_scene};
 /// use std::path::Path;
 ///
@@ -56,9 +56,9 @@ pub struct Reply {
 ///         Ok(())
 ///     }
 ///
-///     fn step(&mut self, seen: &Seen, signals: &mut [f64]) -> Result<Reply, ControlError> {
+///     fn step(&mut self, observation: &Observation, signals: &mut [f64]) -> Result<Reply, ControlError> {
 ///         // [m] per [°]: about the inverse sensitivity of the finger
-///         signals[0] += 1e-4 * (10.0 - seen.row[self.angle]);
+///         signals[0] += 1e-4 * (10.0 - observation.row[self.angle]);
 ///         Ok(Reply::default())
 ///     }
 /// }
@@ -86,7 +86,7 @@ pub trait Controller {
 
     /// Sets `signals` \[SI\], as [`Opening::signals`] names them, for the next point of the grid. They come with their values
     /// so far, and keep them if nothing is set.
-    fn step(&mut self, seen: &Seen, signals: &mut [f64]) -> Result<Reply, ControlError>;
+    fn step(&mut self, observation: &Observation, signals: &mut [f64]) -> Result<Reply, ControlError>;
 
     /// After the last step, with the last row and the name of the status.
     fn end(&mut self, _row: &[f64], _status: &str) {}

@@ -1,6 +1,6 @@
 //! Events on the time grid: their conditions and actions.
 
-use super::memory::{Fired, Memory};
+use super::memory::{ControlMemory, Fired};
 
 /// An event of a scene.
 #[derive(Clone, Debug)]
@@ -36,14 +36,14 @@ pub enum Then {
 const SLACK: f64 = 1e-9;
 
 /// Looks at the conditions at the first point: one that is true there does not become true later.
-pub(super) fn look(events: &[Event], memory: &mut Memory, row: &[f64]) {
+pub(super) fn look(events: &[Event], memory: &mut ControlMemory, row: &[f64]) {
     for (event, past) in events.iter().zip(&mut memory.events) {
         past.was = event.when.crossed(row);
     }
 }
 
 /// The events of this point of the grid, logged; their switches are in force. Returns their other actions.
-pub(super) fn fire(events: &[Event], memory: &mut Memory, row: &[f64], now: &[f64]) -> Vec<Then> {
+pub(super) fn fire(events: &[Event], memory: &mut ControlMemory, row: &[f64], now: &[f64]) -> Vec<Then> {
     let (t, mut rest) = (row[0], Vec::new());
     for (e, event) in events.iter().enumerate() {
         let past = &mut memory.events[e];

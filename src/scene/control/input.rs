@@ -4,7 +4,7 @@
 //! it is linear, so a step that is cut sees a part of the change only. An evaluation looks it up in the state and stays pure.
 
 use super::ControlError;
-use super::memory::{Memory, Program};
+use super::memory::{ControlMemory, Program};
 use crate::math::formula::Formula;
 use crate::math::signal::{Clock, Ramp, Signal};
 
@@ -45,7 +45,7 @@ pub struct Input {
 }
 
 /// Values of all inputs at `t`, from the columns recorded last. Those that others use come first in the list.
-pub(super) fn values(inputs: &[Input], memory: &Memory, row: &[f64], t: f64) -> Result<Vec<f64>, ControlError> {
+pub(super) fn values(inputs: &[Input], memory: &ControlMemory, row: &[f64], t: f64) -> Result<Vec<f64>, ControlError> {
     let mut ahead: Vec<Ramp> = Vec::with_capacity(inputs.len());
     for (k, input) in inputs.iter().enumerate() {
         let value = match &input.source {

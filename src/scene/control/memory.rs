@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// Memory of a run at a point of the grid.
 #[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize)]
-pub struct Memory {
+pub struct ControlMemory {
     /// Per input: the signal that it follows
     pub programs: Vec<Program>,
     /// Per input: the value set from outside

@@ -10,12 +10,14 @@ mod input;
 mod memory;
 mod prepare;
 pub mod process;
+mod signals;
 pub mod spec;
 
-pub use controller::{Controller, Opening, Reply, Seen};
+pub use controller::{Controller, Observation, Opening, Reply};
 pub use error::ControlError;
-pub use memory::{Fired, Memory};
-pub(super) use prepare::{SignalBuilder, build_controls, in_unit_of};
+pub use memory::{ControlMemory, Fired};
+pub(super) use prepare::{build_controls, in_unit_of};
+pub(super) use signals::SignalBuilder;
 
 use crate::math::signal::Ramp;
 use crate::system::State;
@@ -40,13 +42,13 @@ pub struct Orders {
 
 impl Controls {
     /// Memory before the first step.
-    pub fn memory(&self) -> Memory {
+    pub fn memory(&self) -> ControlMemory {
         let initial = |source: &Source| if let Source::Controlled { initial } = source { *initial } else { 0.0 };
-        Memory {
+        ControlMemory {
             programs: vec![Program::default(); self.inputs.len()],
             outside: self.inputs.iter().map(|i| initial(&i.source)).collect(),
             events: vec![Past::default(); self.events.len()],
-            ..Memory::default()
+            ..ControlMemory::default()
         }
     }
 
@@ -67,7 +69,7 @@ impl Controls {
     /// Inputs at the start. `record` gives the recorded row at a state; formulas see the one without inputs.
     pub(super) fn start(
         &self,
-        memory: &mut Memory,
+        memory: &mut ControlMemory,
         state: &mut State,
         record: impl Fn(&State) -> Vec<f64>,
     ) -> Result<(), ControlError> {
@@ -84,7 +86,7 @@ impl Controls {
     /// Decides at the state whose row was recorded, for the time `next` if there is one.
     pub(super) fn decide<'c>(
         &self,
-        memory: &mut Memory,
+        memory: &mut ControlMemory,
         state: &mut State,
         row: &[f64],
         next: Option<f64>,
@@ -97,7 +99,7 @@ impl Controls {
         if let Some(controller) = controller {
             let outside: Vec<usize> = self.outside().collect();
             let mut signals: Vec<f64> = outside.iter().map(|&k| memory.outside[k]).collect();
-            let reply = controller.step(&Seen { row, next }, &mut signals)?;
+            let reply = controller.step(&Observation { row, next }, &mut signals)?;
             outside.iter().zip(signals).for_each(|(&k, value)| memory.outside[k] = value);
             orders = Orders { stop: orders.stop || reply.stop, save: orders.save || reply.save };
             memory.controller = reply.memory;

@@ -2,27 +2,16 @@
 
 use super::Controls;
 use super::event::{Event, Then, When};
-use super::input::{Input, Other, Source, Variable};
+use super::input::{Input, Source, Variable};
+use super::signals::SignalBuilder;
 use super::spec::{EventSpec, ThenSpec, WhenSpec};
 use crate::math::formula::Formula;
-use crate::math::signal::Signal;
 use crate::math::units::{Dimension, UnitError};
 use crate::scene::builder::Builder;
 use crate::scene::error::{SceneError, hint};
-use crate::scene::parts::cable::NamedCable;
-use crate::scene::parts::cavity::NamedCavity;
-use crate::scene::parts::drive::Drive;
+use crate::scene::parts::constraints::{Drive, NamedCable, NamedCavity};
 use crate::scene::protocol::extremes;
 use crate::scene::quantity::Quantity;
-use crate::scene::signal::{SignalError, SignalSpec, Site};
-use crate::solve::TimeSpan;
-use std::path::Path;
-
-/// Collects inputs while the signals of a scene are built.
-pub(in crate::scene) struct SignalBuilder<'a> {
-    specs: &'a [EventSpec],
-    inputs: Vec<Input>,
-}
 
 /// Place, fact and remedy.
 type Refusal = (String, String, String);
@@ -39,50 +28,7 @@ struct Known<'k> {
     pub range: &'k dyn Fn(&str) -> Option<(f64, f64)>,
 }
 
-impl<'a> SignalBuilder<'a> {
-    pub(in crate::scene) fn new(specs: &'a [EventSpec]) -> Self {
-        Self { specs, inputs: Vec::new() }
-    }
-
-    /// Name of event `e` for messages and the log.
-    fn name(&self, e: usize) -> String {
-        self.specs[e].name.clone().unwrap_or_else(|| format!("event {}", e + 1))
-    }
-
-    fn place(&self, e: usize) -> String {
-        let name = self.specs[e].name.as_ref().map_or_else(String::new, |n| format!(" ({n})"));
-        format!("event {}{name}", e + 1)
-    }
-
-    /// The signal of this name, with what events replace it by. An error comes with the event that it is in.
-    pub(in crate::scene) fn signal(
-        &mut self,
-        name: &str,
-        spec: &SignalSpec,
-        dimension: Dimension,
-        base: &Path,
-    ) -> Result<Signal, (Option<String>, SignalError)> {
-        let mut site = Site { base, name, inputs: &mut self.inputs, event: None, depth: 0, delayed: false };
-        let own = spec.build(dimension, &mut site).map_err(|e| (None, e))?;
-        let mut others = Vec::new();
-        for e in 0..self.specs.len() {
-            for then in &self.specs[e].then {
-                let ThenSpec::Switch { signal, to, over } = then else { continue };
-                if signal != name {
-                    continue;
-                }
-                let mut site = Site { base, name, inputs: &mut self.inputs, event: Some(e), depth: 0, delayed: false };
-                let signal = to.build(dimension, &mut site).map_err(|error| (Some(self.place(e)), error))?;
-                others.push(Other { event: e, signal, over: over.map_or(0.0, |t| t.0) });
-            }
-        }
-        if others.is_empty() {
-            return Ok(own);
-        }
-        self.inputs.push(Input { signal: name.into(), source: Source::Switched { own, others } });
-        Ok(Signal::Input(self.inputs.len() - 1))
-    }
-
+impl SignalBuilder<'_> {
     /// All names are known now. Returns notes too.
     fn finish(mut self, known: &Known) -> Result<(Controls, Vec<String>), Refusal> {
         let mut inputs = std::mem::take(&mut self.inputs);
@@ -141,12 +87,11 @@ pub(in crate::scene) fn build_controls(
     columns: &[String],
     cables: &[NamedCable],
     cavities: &[NamedCavity],
-    spans: &[TimeSpan],
 ) -> Result<Controls, SceneError> {
-    let end = spans.last().map_or(0.0, |s| s.end);
+    let end = builder.spans.last().map_or(0.0, |s| s.end);
     let imposed = |drive: &Drive, floor: f64| match drive {
         Drive::Prescribed(signal) if !signal.has_inputs() => {
-            let ((_, low), (_, high)) = extremes(signal, spans);
+            let ((_, low), (_, high)) = extremes(signal, &builder.spans);
             Some((low.max(floor), high.max(floor)))
         }
         _ => None,

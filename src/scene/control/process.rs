@@ -10,7 +10,7 @@
 //!
 //! All keys of an answer may be absent. Numbers are read and written so that no bit is lost. Standard error is passed on.
 
-use super::{ControlError, Controller, Opening, Reply, Seen};
+use super::{ControlError, Controller, Observation, Opening, Reply};
 use crate::scene::error::hint;
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
@@ -134,10 +134,10 @@ impl Controller for Process {
         if ready { Ok(()) } else { Err(self.refuse(&line, "it is not ready".into(), "answer {\"ready\": true}")) }
     }
 
-    fn step(&mut self, seen: &Seen, signals: &mut [f64]) -> Result<Reply, ControlError> {
-        self.t = seen.row[0];
+    fn step(&mut self, observation: &Observation, signals: &mut [f64]) -> Result<Reply, ControlError> {
+        self.t = observation.row[0];
         let values: Map<String, Value> = self.signals.iter().cloned().zip(signals.iter().map(|v| json!(v))).collect();
-        let question = json!({ "next_s": seen.next, "columns": self.named(seen.row), "signals": values });
+        let question = json!({ "next_s": observation.next, "columns": self.named(observation.row), "signals": values });
         let (answer, line) = self.ask::<Answer>(&question)?;
         for (name, value) in &answer.signals {
             let Some(k) = self.signals.iter().position(|s| s == name) else {

@@ -4,8 +4,9 @@ use super::{EstimateError, Kept};
 use crate::effect::pressure_hosts;
 use crate::mesh::enrich::Enriched;
 use crate::mesh::{Order, TetMesh};
-use crate::scene::build::{Body, SceneBuilder};
-use crate::scene::spec::{EffectSpec, ElementSpec, FormulationSpec};
+use crate::scene::body::Body;
+use crate::scene::build::SceneBuilder;
+use crate::scene::spec::{EffectSpec, ElasticSpec, ElementSpec, FormulationSpec};
 use crate::scene::{Scene, SceneSpec};
 use crate::solve::Status;
 use crate::system::State;
@@ -49,6 +50,18 @@ impl Enrichment {
     }
 }
 
+/// The scene with quadratic cells, with a pressure field in addition where it `mixed` can have one: displacements alone may still lock.
+fn raised(spec: &SceneSpec, mixed: bool) -> SceneSpec {
+    let mut spec = spec.clone();
+    spec.mesh.element = ElementSpec::Tet10;
+    for effect in spec.effects.iter_mut().filter(|_| mixed) {
+        if let EffectSpec::Elastic(elastic) = effect {
+            elastic.formulation = FormulationSpec::Mixed;
+        }
+    }
+    spec
+}
+
 /// The scene on the enriched mesh, and the map of states to it.
 pub(super) struct EnrichedScene {
     pub scene: Scene,
@@ -61,14 +74,15 @@ impl EnrichedScene {
             Enrichment::Split => Enriched::by_splitting(&scene.body.mesh),
             Enrichment::Raise => Enriched::by_raising(&scene.body.mesh),
         };
-        let mut spec = scene.spec.clone();
-        if enrichment == Enrichment::Raise {
-            spec.mesh.element = ElementSpec::Tet10;
-        }
         let Body { paths, source, sha256, .. } = &*scene.body;
         let body =
             Body { mesh: map.mesh.clone(), paths: paths.clone(), source: source.clone(), sha256: sha256.clone() };
-        let fine = SceneBuilder::new(spec).file(&scene.file).body(Arc::new(body)).build()?;
+        let body = Arc::new(body);
+        let build = |spec: SceneSpec| SceneBuilder::new(spec).file(&scene.file).body(body.clone()).build();
+        let fine = match enrichment {
+            Enrichment::Split => build(scene.spec.clone())?,
+            Enrichment::Raise => build(raised(&scene.spec, true)).or_else(|_| build(raised(&scene.spec, false)))?,
+        };
         let same = [
             ("effects", fine.system.effects.len() == scene.system.effects.len()),
             ("constraints", fine.system.constraints.len() == scene.system.constraints.len()),
@@ -112,14 +126,22 @@ impl EnrichedScene {
         state
     }
 
-    /// Pressures of the mixed effects, which are linear between corners. The unknown is p ℓ/μ with the mean cell size ℓ.
+    /// Pressures of the mixed effects, which are linear between corners; zero where the run has none. The unknown is p ℓ/μ with the mean
+    /// cell size ℓ.
     fn pressures(&self, spec: &SceneSpec, mesh: &TetMesh, values: &[f64]) -> Vec<f64> {
         let fine = &self.scene.body.mesh;
         let scale = fine.h() / mesh.h();
         let (mut out, mut first) = (Vec::new(), 0);
-        for effect in &spec.effects {
-            let EffectSpec::Elastic { region, formulation: FormulationSpec::Mixed, .. } = effect else { continue };
-            let hosts = |mesh: &TetMesh| pressure_hosts(mesh, &mesh.regions[region].cells);
+        for (before, now) in spec.effects.iter().zip(&self.scene.spec.effects) {
+            let (Some(before), Some(now)) = (elastic(before), elastic(now)) else { continue };
+            if now.formulation != FormulationSpec::Mixed {
+                continue;
+            }
+            let hosts = |mesh: &TetMesh| pressure_hosts(mesh, &mesh.regions[&now.region].cells);
+            if before.formulation != FormulationSpec::Mixed {
+                out.extend(hosts(fine).iter().map(|_| 0.0));
+                continue;
+            }
             let own = hosts(mesh);
             let at = |node: &u32| values[first + own.binary_search(node).expect("a corner between corners")];
             let value = |node: &u32| -> f64 { self.map.corner_weights[node].iter().map(|(k, w)| w * at(k)).sum() };
@@ -127,5 +149,12 @@ impl EnrichedScene {
             first += own.len();
         }
         out
+    }
+}
+
+fn elastic(effect: &EffectSpec) -> Option<&ElasticSpec> {
+    match effect {
+        EffectSpec::Elastic(elastic) => Some(elastic),
+        _ => None,
     }
 }

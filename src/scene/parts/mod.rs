@@ -1,17 +1,10 @@
-//! Parts of a scene: one file per kind, with its specification, its construction and what is recorded of it.
+//! Parts of a scene, each in a file or folder with its specification, its construction and its record.
+//!
+//! Effects, constraints and probes come in kinds; the `mod.rs` of their folder is the registry.
 
-pub mod cable;
-pub mod cavity;
+pub mod constraints;
 pub mod contact;
-pub mod drive;
-pub(super) mod edge_springs;
-pub(super) mod elastic;
-pub(super) mod gravity;
-pub(super) mod inertia;
-pub(super) mod point_force;
+pub mod effects;
 pub mod probes;
 pub mod rigid;
-pub(super) mod stiffness_damping;
-pub(super) mod traction;
-pub(super) mod viscoelastic;
-pub(super) mod viscous_damping;
+pub mod skin;

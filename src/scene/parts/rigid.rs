@@ -13,7 +13,6 @@ use crate::scene::quantity::{Density, Speed, Spin};
 use crate::scene::recorder::{Moment, Recorder};
 use crate::scene::shape::ShapeSpec;
 use crate::scene::signal::SignalSpec;
-use crate::system::Effect;
 use serde::Deserialize;
 
 /// Stiffness of a rigid body as a multiple of Young's modulus of the stiffest law \[–\].
@@ -86,7 +85,6 @@ pub(in crate::scene) fn build_rigid(
     spec: &RigidSpec,
     nodes: [u32; 4],
     modulus: f64,
-    effects: &mut Vec<Box<dyn Effect>>,
 ) -> Result<RigidBody, SceneError> {
     if spec.density.0 <= 0.0 {
         let fact = format!("the density is {} kg/m^3: a body without mass moves under no law", spec.density.0);
@@ -105,14 +103,14 @@ pub(in crate::scene) fn build_rigid(
     let (center, inertia) = (origin + axes * center, axes * inertia * axes.transpose());
     let volume = mass / spec.density.0;
     let frame = AffineFrame { nodes, center, length: volume.cbrt() };
-    effects.push(Box::new(AffineInertia::new(format!("{}_inertia", spec.name), &frame, mass, &inertia)));
+    builder.effects.push(Box::new(AffineInertia::new(format!("{}_inertia", spec.name), &frame, mass, &inertia)));
     let stiffness = STIFF * modulus * volume;
-    effects.push(Box::new(Rigidity::new(format!("{}_rigidity", spec.name), frame.clone(), stiffness)));
+    builder.effects.push(Box::new(Rigidity::new(format!("{}_rigidity", spec.name), frame.clone(), stiffness)));
     if let Some(WeightSpec { direction, acceleration }) = &spec.gravity {
         let column = format!("{}_acceleration_m_s2", spec.name);
         let (direction, signal) = builder.dead(place, *direction, acceleration, Dimension::ACCELERATION, column)?;
         let name = format!("{}_weight", spec.name);
-        effects.push(Box::new(DeadLoad::new(name, &[(nodes[0], mass)], direction, signal)));
+        builder.effects.push(Box::new(DeadLoad::new(name, &[(nodes[0], mass)], direction, signal)));
     }
     builder.draw(place, &spec.name, &shape, (origin, axes), Some(&frame))?;
     let surface = corners(&spec.shape, &shape).into_iter().map(|(p, r)| (origin + axes * p, r)).collect();

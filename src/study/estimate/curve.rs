@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! ‖d‖₂ = √(1/T ∫ d² dt),  ‖d‖∞ = max |d|        on the common time grid, d between neighbouring meshes
-//! p from ‖f₃ − f₂‖₂/‖f₂ − f₁‖₂ (the fixed point of [`crate::study::estimate::order`], one p for the whole curve)
+//! p from ‖f₃ − f₂‖₂/‖f₂ − f₁‖₂ (the fixed point of [`crate::study::estimate::richardson`], one p for the whole curve)
 //! f*(t) = f₁ + (f₁ − f₂)/(r₂₁^p − 1),   GCI(t) = Fs·|f₁ − f₂|/(r₂₁^p − 1)
 //! ```
 //!
@@ -10,7 +10,9 @@
 //! linearly; the error of that, from leaving out every second sample, is a quarter of the defect and is reported.
 
 use crate::study::curve::{Curve, l2, lag};
-use crate::study::estimate::order::{Convergence, ROUNDING, Triple, correction};
+use crate::study::estimate::richardson::{
+    CAUTIOUS_FACTOR, Convergence, LEAST_ORDER, ROUNDING, Triple, correction, safety_factor,
+};
 use serde::Serialize;
 
 /// Norms of one curve against the next finer one of its family.
@@ -70,16 +72,15 @@ pub fn compare(members: &[(String, f64, Curve)], formal: f64) -> Option<CurveStu
     let difference = |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a - b).collect() };
     let norm: Vec<f64> = on.windows(2).map(|w| l2(&t, &difference(&w[1], &w[0]))).collect();
 
-    let (mut observed_order, mut convergence_ratio, mut fs, mut used) = (None, None, 3.0, None);
+    let (mut observed_order, mut convergence_ratio, mut fs, mut used) = (None, None, CAUTIOUS_FACTOR, None);
     if let ([a, b, ..], true) = (&norm[..], members.len() >= 3) {
         // A scalar with the same differences: f₂ − f₁ = ‖f₂ − f₁‖, f₃ − f₂ = ‖f₃ − f₂‖
         let triple = Triple::new([*h1, members[1].1, members[2].1], [0.0, *a, a + b]);
         (observed_order, convergence_ratio) = (triple.p, Some(triple.ratio));
         if triple.is_sane(formal) {
-            (fs, used) = (1.25, triple.p);
+            (fs, used) = (safety_factor(true), triple.p);
         } else if triple.class != Convergence::Exact && norm[0] > ROUNDING * finest.peak().abs() {
-            used =
-                Some(triple.p.map_or(formal.min(2.0), |p| p.clamp(crate::study::estimate::order::LEAST_ORDER, formal)));
+            used = Some(triple.p.map_or(formal.min(2.0), |p| p.clamp(LEAST_ORDER, formal)));
         }
     } else if members.len() == 2 && norm[0] > ROUNDING * finest.peak().abs() {
         used = Some(formal.min(2.0));

@@ -13,8 +13,10 @@
 //! k = 1/(r^p − 1), and is added to U(f*) of triples and pairs; in least squares σ carries it. A family of nested meshes
 //! has none.
 
-use crate::study::estimate::fit::{Fit, least_squares};
-use crate::study::estimate::order::{Convergence, LEAST_ORDER, LEAST_RATIO, ROUNDING, Triple, correction};
+use crate::study::estimate::least_squares::{Fit, least_squares};
+use crate::study::estimate::richardson::{
+    CAUTIOUS_FACTOR, Convergence, LEAST_ORDER, LEAST_RATIO, ROUNDING, Triple, correction, safety_factor,
+};
 use crate::study::record::Role;
 use serde::Serialize;
 
@@ -130,7 +132,7 @@ pub fn estimate_of_order(
         asymptotic,
         richardson: None,
         gci_percent: None,
-        fs: 3.0,
+        fs: CAUTIOUS_FACTOR,
         fit: least_squares(&h, &f, q),
         extrapolated: f1,
         uncertainty: 0.0,
@@ -163,7 +165,7 @@ fn set_richardson(e: &mut Estimate, first: Option<Triple>) -> Option<f64> {
     let (q, f1) = (e.formal_order, e.values[0]);
     let assumed = match first {
         Some(t) if t.is_sane(q) => {
-            e.fs = 1.25;
+            e.fs = safety_factor(true);
             t.p
         }
         Some(t) => t.p.map(|p| p.clamp(LEAST_ORDER, q)),
@@ -203,7 +205,7 @@ fn set_uncertainty(e: &mut Estimate, d: &Differences, reasons: &mut Vec<String>)
         let s = d.scatter.unwrap_or(0.0);
         reasons.push(format!("mesh noise {s:.3e} exceeds the difference {:.3e} of neighbouring meshes", d.least));
         e.method = "spread (3·ΔM)".into();
-        e.uncertainty_finest = 3.0 * d.spread.max(s);
+        e.uncertainty_finest = CAUTIOUS_FACTOR * d.spread.max(s);
         e.uncertainty = e.uncertainty_finest;
     } else if let Some(fit) = &e.fit {
         let (h1, u1) = (e.h_m[0], fit.uncertainty[0]);
@@ -224,20 +226,20 @@ fn set_uncertainty(e: &mut Estimate, d: &Differences, reasons: &mut Vec<String>)
         // One triple does not show that its p is the asymptotic one: 2 at corners, the formal order elsewhere
         let other = |p: f64| (star - f1 - correction(f1 - e.values[1], r21, p)).abs();
         e.uncertainty = noise
-            + if e.fs < 3.0 {
+            + if e.fs < CAUTIOUS_FACTOR {
                 ((e.fs - 1.0) * delta).max(other(q)).max(other(q.min(2.0)))
             } else {
                 e.uncertainty_finest
             };
-        e.method = match (e.convergence_ratio.is_some(), e.fs < 3.0) {
+        e.method = match (e.convergence_ratio.is_some(), e.fs < CAUTIOUS_FACTOR) {
             (true, true) => "Richardson and GCI".into(),
             (true, false) => format!("Richardson with p cut to {p:.2}, GCI with Fs = 3"),
             _ => format!("two meshes, p = {p:.0} assumed, GCI with Fs = 3"),
         };
     } else {
         e.method = "spread (3·ΔM)".into();
-        e.uncertainty_finest = 3.0 * d.spread;
-        e.uncertainty = 3.0 * d.spread;
+        e.uncertainty_finest = CAUTIOUS_FACTOR * d.spread;
+        e.uncertainty = CAUTIOUS_FACTOR * d.spread;
     }
 }
 

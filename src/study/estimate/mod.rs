@@ -1,9 +1,18 @@
 //! Values and errors estimated from several meshes or time steps: observed order, Richardson extrapolation, grid convergence
 //! index, least squares, references, and the growth of costs.
+//!
+//! | Question | File |
+//! |---|---|
+//! | Order, limit and kind of convergence of three meshes; safety factors and thresholds | `richardson` |
+//! | Order and limit of four meshes or more | `least_squares` |
+//! | f* ± U(f*) of one family, and what limits it | `family` |
+//! | The reference among the families | `reference` |
+//! | Curves over time in place of one number | `curve` |
+//! | Power laws of cost over size | `growth` |
 
 pub mod curve;
 pub mod family;
-pub mod fit;
 pub mod growth;
-pub mod order;
+pub mod least_squares;
 pub mod reference;
+pub mod richardson;

@@ -4,7 +4,7 @@
 //! against it: do f* ± U(f*) overlap? Where another defensible family disagrees, U(f*) grows to reach its value.
 
 use crate::study::estimate::family::Estimate;
-use crate::study::estimate::order::ROUNDING;
+use crate::study::estimate::richardson::ROUNDING;
 use serde::Serialize;
 
 /// f* ± U(f*) and who says so.

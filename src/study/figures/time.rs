@@ -2,9 +2,9 @@
 
 use crate::report::canvas::{Area, At, DOUBLE, INK, PALETTE, RGB, SMALL, block, figure, mm, text};
 use crate::report::figure::{Figure, Sample, legend};
+use crate::report::numbers::digits;
+use crate::report::numbers::thousands;
 use crate::report::plot::{Axis, Plot};
-use crate::report::words::digits;
-use crate::report::words::thousands;
 use crate::study::record::{CaseRecord, Role};
 use crate::study::results::Results;
 

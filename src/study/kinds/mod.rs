@@ -11,10 +11,10 @@ use crate::study::kind::Kind;
 
 /// Registry of the kinds.
 pub const KINDS: [Kind; 6] = [
-    Kind::of::<convergence::Convergence>(),
-    Kind::of::<comparison::Comparison>(),
-    Kind::of::<sweep::Sweep>(),
-    Kind::of::<cost::Cost>(),
+    Kind::of::<convergence::ConvergenceStudy>(),
+    Kind::of::<comparison::ComparisonStudy>(),
+    Kind::of::<sweep::SweepStudy>(),
+    Kind::of::<cost::CostStudy>(),
     Kind::of::<calibration::CalibrationStudy>(),
-    Kind::of::<robustness::Robustness>(),
+    Kind::of::<robustness::RobustnessStudy>(),
 ];

@@ -17,10 +17,7 @@ use std::path::Path;
 
 /// The overlays that the scene asks for.
 pub fn overlays(scene: &Scene, run: &Run) -> Vec<Overlay> {
-    let column = |name: &str| -> Vec<f64> {
-        let k = run.columns.iter().position(|c| c == name).expect("checked when the scene was built");
-        run.rows.iter().map(|row| row[k]).collect()
-    };
+    let column = |name: &str| run.column(name).expect("checked when the scene was built");
     let one = |measured: &Measured| {
         let (x, y) = (column(&measured.over), column(&measured.column));
         Overlay { distance: distance(measured, &x, &y), measured: measured.clone(), x, y }

@@ -19,7 +19,7 @@ mod steps;
 mod words;
 
 pub use error::PlanError;
-pub use request::{Request, Watch};
+pub use request::{PlanWatch, Request};
 pub use settings::{Outcome, Pilot, Plan, Setting};
 pub use sizes::Meshes;
 
@@ -44,7 +44,7 @@ pub struct Planned {
 }
 
 /// Runs the pilots and weighs the settings.
-pub fn plan(request: &Request, watch: &dyn Watch) -> Result<Planned, PlanError> {
+pub fn plan(request: &Request, watch: &dyn PlanWatch) -> Result<Planned, PlanError> {
     let scene = pilots::build(request, &[], watch)?;
     let quantities = quantities(request, &scene)?;
     let (choices, meshes) = sizes::choices(&request.file, &scene.spec)?;
@@ -135,7 +135,7 @@ fn weigh(
     references: &BTreeMap<String, (f64, f64)>,
     steps: &Steps,
     budget_s: f64,
-    watch: &dyn Watch,
+    watch: &dyn PlanWatch,
 ) -> Result<Vec<Setting>, PlanError> {
     let mut out = vec![];
     for (choice, own) in choices.iter().zip(&pilots.of) {
@@ -171,7 +171,7 @@ fn weigh(
 
 impl Planned {
     /// Makes the run that was chosen and compares it with what was expected.
-    pub fn carry_out(&mut self, request: &Request, watch: &dyn Watch) -> Result<(), PlanError> {
+    pub fn carry_out(&mut self, request: &Request, watch: &dyn PlanWatch) -> Result<(), PlanError> {
         let Some(chosen) = self.plan.chosen.clone() else { return Ok(()) };
         let k = self.choices.iter().position(|c| c.name == chosen.element).expect("chosen among them");
         let changes = [self.plan.steps.changes.clone(), self.choices[k].changes(chosen.cells)].concat();

@@ -6,7 +6,7 @@ use crate::solve::Status;
 use crate::study::outcome::record;
 use crate::study::plan::error::PlanError;
 use crate::study::plan::model::{Clock, Counted};
-use crate::study::plan::request::{Request, Watch};
+use crate::study::plan::request::{PlanWatch, Request};
 use crate::study::plan::sizes::Choice;
 use crate::study::record::{Series, StoredCase};
 use cpu_time::ThreadTime;
@@ -19,7 +19,7 @@ use toml::Value;
 const MOST: usize = 4;
 
 /// A scene with changes, on its mesh.
-pub fn build(request: &Request, changes: &[(String, Value)], watch: &dyn Watch) -> Result<Scene, PlanError> {
+pub fn build(request: &Request, changes: &[(String, Value)], watch: &dyn PlanWatch) -> Result<Scene, PlanError> {
     let all: Vec<_> = request.changes.iter().chain(changes).cloned().collect();
     let (spec, text) = read_scene(&request.file, &all)?;
     let body = Body::load(&request.file, &spec.mesh, &mut |line| watch.line(line))?;
@@ -41,7 +41,7 @@ pub fn count(scene: &Scene) -> Counted {
 }
 
 /// Runs a scene. Stopped by the user is an error; whatever else happens is in the status of the record.
-pub fn run(request: &Request, name: &str, scene: &Scene, watch: &dyn Watch) -> Result<StoredCase, PlanError> {
+pub fn run(request: &Request, name: &str, scene: &Scene, watch: &dyn PlanWatch) -> Result<StoredCase, PlanError> {
     watch.started(name);
     let (wall, cpu) = (Instant::now(), ThreadTime::now());
     let mut go_on = |progress| {
@@ -72,7 +72,12 @@ pub struct Pilots {
 }
 
 /// Goes through the sizes, all elements at each, while what the next pilot is expected to take fits into `share_s`.
-pub fn run_all(request: &Request, choices: &[Choice], share_s: f64, watch: &dyn Watch) -> Result<Pilots, PlanError> {
+pub fn run_all(
+    request: &Request,
+    choices: &[Choice],
+    share_s: f64,
+    watch: &dyn PlanWatch,
+) -> Result<Pilots, PlanError> {
     let mut pilots = Pilots { of: vec![vec![]; choices.len()], ..Pilots::default() };
     let mut open: Vec<bool> = choices.iter().map(|_| true).collect();
     for level in 0..MOST {

@@ -20,7 +20,7 @@ pub struct Request<'a> {
 }
 
 /// Observer of a plan in progress.
-pub trait Watch {
+pub trait PlanWatch {
     fn line(&self, line: &str);
     fn started(&self, name: &str);
     fn progress(&self, name: &str, progress: Progress);

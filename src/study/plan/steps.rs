@@ -10,13 +10,13 @@
 use crate::scene::Scene;
 use crate::study::curve::peak;
 use crate::study::estimate::family::{Level, estimate_of_order};
-use crate::study::estimate::order::LEAST_ORDER;
+use crate::study::estimate::richardson::LEAST_ORDER;
 use crate::study::plan::error::PlanError;
 use crate::study::plan::pilots::{build, run};
-use crate::study::plan::request::{Request, Watch};
+use crate::study::plan::request::{PlanWatch, Request};
 use crate::study::plan::sizes::Choice;
 use crate::study::record::{Role, StoredCase};
-use crate::system::Cone;
+use crate::system::ConstraintKind;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use toml::Value;
@@ -52,10 +52,10 @@ pub fn steps(
     scene: &Scene,
     (choice, coarsest): (&Choice, &StoredCase),
     quantities: &[String],
-    watch: &dyn Watch,
+    watch: &dyn PlanWatch,
 ) -> Result<Steps, PlanError> {
     let remembers = scene.system.effects.iter().any(|e| e.capabilities().history.is_some());
-    let linked = scene.system.constraints.iter().any(|c| c.cone() == Cone::Linked);
+    let linked = scene.system.constraints.iter().any(|c| c.kind() == ConstraintKind::Linked);
     if scene.spans.iter().all(|s| s.integrator.is_static()) && !remembers && !linked {
         return Ok(Steps {
             factor: 1.0,

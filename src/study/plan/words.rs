@@ -1,6 +1,6 @@
 //! A plan in words.
 
-use crate::report::words::{capital, percent, seconds};
+use crate::report::numbers::{capital, percent, seconds};
 use crate::study::plan::settings::{Outcome, Plan, Setting};
 use crate::study::plan::sizes::Meshes;
 

@@ -8,7 +8,7 @@ use super::candidates::{Candidates, candidates};
 use super::nearest::{between, to_triangle};
 use super::pair::Surfaces;
 use super::search::{SurfaceSearch, farthest};
-use crate::effect::contact::placement::moved;
+use crate::effect::contact::placement::displacement;
 use crate::effect::contact::{ADVANCES, LEFT, SurfacePoint};
 use crate::math::tensor::Vec3;
 use crate::system::{Caches, MotionLimit};
@@ -78,9 +78,9 @@ pub fn max_step(surfaces: &Surfaces, x: &[f64], dx: &[f64], caches: &mut Caches)
             let point = &pass.points.points[p as usize];
             let [a, b, c] = pass.triangles.triangles[t as usize];
             let nodes = [a, b, c];
-            let own: Vec3 = point.nodes.iter().zip(&point.weights).map(|(&k, w)| moved(dx, k) * *w).sum();
+            let own: Vec3 = point.nodes.iter().zip(&point.weights).map(|(&k, w)| displacement(dx, k) * *w).sum();
             let [q, r, s] = nodes.map(|k| surfaces.node(x, k));
-            let [dq, dr, ds] = nodes.map(|k| moved(dx, k));
+            let [dq, dr, ds] = nodes.map(|k| displacement(dx, k));
             let flight = Flight { at: [surfaces.place(x, point), q, r, s], motion: [own, dq, dr, ds], edges: false };
             look(flight, point.nodes[0]);
         }
@@ -90,7 +90,7 @@ pub fn max_step(surfaces: &Surfaces, x: &[f64], dx: &[f64], caches: &mut Caches)
         let ([i, j], [k, l]) = (first[a as usize].nodes, second[b as usize].nodes);
         let nodes = [i, j, k, l];
         let flight =
-            Flight { at: nodes.map(|k| surfaces.node(x, k)), motion: nodes.map(|k| moved(dx, k)), edges: true };
+            Flight { at: nodes.map(|k| surfaces.node(x, k)), motion: nodes.map(|k| displacement(dx, k)), edges: true };
         look(flight, i);
     }
     search.counts.points += surfaces.point_count();
@@ -112,9 +112,9 @@ fn in_reach_of(surfaces: &Surfaces, x: &[f64], dx: &[f64], search: &mut SurfaceS
     }
     let along = |from: Vec3, motion: Vec3| (from.inf(&(from + motion)), from.sup(&(from + motion)));
     let of_point = |p: &SurfacePoint| {
-        let motion = p.nodes.iter().zip(&p.weights).map(|(&k, w)| moved(dx, k) * *w).sum();
+        let motion = p.nodes.iter().zip(&p.weights).map(|(&k, w)| displacement(dx, k) * *w).sum();
         along(surfaces.place(x, p), motion)
     };
-    let of_node = |k: u32| along(surfaces.node(x, k), moved(dx, k));
+    let of_node = |k: u32| along(surfaces.node(x, k), displacement(dx, k));
     Arc::new(candidates(&surfaces.passes(), surfaces.reach, &of_point, &of_node))
 }

@@ -4,7 +4,7 @@ use super::candidates::{Pass, Span, least, pierced_by_edges};
 use super::nearest::{between, to_triangle};
 use super::surface::{Edge, Surface};
 use crate::effect::contact::SurfacePoint;
-use crate::effect::contact::placement::moved;
+use crate::effect::contact::placement::displacement;
 use crate::math::tensor::Vec3;
 use crate::mesh::overlap::pierces;
 use crate::system::CacheKey;
@@ -69,16 +69,16 @@ impl Surfaces {
 
     /// Place of a node at displacement x \[m\].
     pub(super) fn node(&self, x: &[f64], k: u32) -> Vec3 {
-        self.rest[k as usize] + moved(x, k)
+        self.rest[k as usize] + displacement(x, k)
     }
 
     /// Place of a point at displacement x \[m\].
     pub(super) fn place(&self, x: &[f64], p: &SurfacePoint) -> Vec3 {
-        p.nodes.iter().zip(&p.weights).fold(p.at, |at, (&k, w)| at + moved(x, k) * *w)
+        p.nodes.iter().zip(&p.weights).fold(p.at, |at, (&k, w)| at + displacement(x, k) * *w)
     }
 
     pub(super) fn displacements(&self, x: &[f64]) -> Vec<Vec3> {
-        self.nodes.iter().map(|&k| moved(x, k)).collect()
+        self.nodes.iter().map(|&k| displacement(x, k)).collect()
     }
 
     /// Least distance \[m\] between parts that share no node, at displacement x; infinite where there is none.

@@ -52,15 +52,15 @@ impl PressedSurfaces {
             return Ok(());
         };
         let cross = self.cross(x, term);
-        let [m, slope, bend] = cross.bluntness(blunt);
+        let [m, dm, ddm] = cross.bluntness(blunt);
         out.energy += m * energy;
         term.distance.add((m * first, m * second), want, out);
-        if slope == 0.0 {
+        if dm == 0.0 {
             return Ok(());
         }
         let dc = cross.slopes();
         for (k, dc) in dc.iter().enumerate() {
-            (0..3).for_each(|i| out.r[3 * k + i] += energy * slope * dc[i]);
+            (0..3).for_each(|i| out.r[3 * k + i] += energy * dm * dc[i]);
         }
         if want < Want::Tangent {
             return Ok(());
@@ -70,9 +70,9 @@ impl PressedSurfaces {
         for k in 0..4 {
             for l in 0..=k {
                 let mixed = dc[k] * dd[l].transpose() + dd[k] * dc[l].transpose();
-                let entry = mixed * (slope * first)
-                    + dc[k] * dc[l].transpose() * (bend * energy)
-                    + cross.second(k, l) * (slope * energy);
+                let entry = mixed * (dm * first)
+                    + dc[k] * dc[l].transpose() * (ddm * energy)
+                    + cross.second(k, l) * (dm * energy);
                 for (i, j) in (0..9).map(|e| (e / 3, e % 3)) {
                     out.k[(3 * k + i) * 12 + 3 * l + j] += entry[(i, j)];
                 }

@@ -8,62 +8,61 @@ use crate::effect::contact::placement::{AffineFrame, Obstacle};
 use crate::effect::contact::pressed::{Pressed, Response};
 use crate::effect::contact::{Contact, NormalForces, Sampling, SurfacePoint, points};
 use crate::mesh::error::point;
-use crate::scene::builder::{Builder, Gathered};
+use crate::scene::builder::Builder;
 use crate::scene::error::{SceneError, hint};
 use crate::scene::parts::contact::motion::carry;
-use crate::scene::parts::contact::record::{NamedContact, TransientCoupling};
+use crate::scene::parts::contact::record::{ContactSides, NamedContact};
 use crate::scene::parts::contact::spec::{ContactSpec, ResponseSpec};
 use crate::scene::parts::contact::surfaces::build_surfaces;
-use crate::scene::parts::rigid::RigidBody;
-use crate::scene::parts::rigid::build_rigid;
+use crate::scene::parts::rigid::{RigidBody, RigidSpec, build_rigid};
 use crate::scene::shape::ShapeSpec;
-use crate::scene::spec::SceneSpec;
-use crate::system::Effect;
 use std::sync::Arc;
 
 /// All rigid bodies and contacts, with their effects.
 pub(in crate::scene) fn build_contacts(
     builder: &mut Builder,
-    spec: &SceneSpec,
-    gathered: &mut Gathered,
-    effects: &mut Vec<Box<dyn Effect>>,
+    rigids: &[RigidSpec],
+    specs: &[ContactSpec],
 ) -> Result<(Vec<RigidBody>, Vec<NamedContact>), SceneError> {
     let mut next = builder.body.mesh.points.len() as u32;
     let mut four = || {
         next += 4;
         [next - 4, next - 3, next - 2, next - 1]
     };
-    let stiffest = gathered.laws.iter().map(|law| law.small_strain().e).fold(0.0, f64::max);
+    let stiffest = stiffest(builder);
     let mut bodies = Vec::<RigidBody>::new();
-    for (k, rigid) in spec.rigids.iter().enumerate() {
+    for (k, rigid) in rigids.iter().enumerate() {
         let place = format!("rigid {} ({})", k + 1, rigid.name);
         if bodies.iter().any(|b| b.name == rigid.name) {
             let fact = format!("another rigid body is called \"{}\" too", rigid.name);
             return Err(builder.content(&place, fact, "give each a `name` of its own"));
         }
-        bodies.push(build_rigid(builder, &place, rigid, four(), stiffest, effects)?);
+        bodies.push(build_rigid(builder, &place, rigid, four(), stiffest)?);
     }
     let mut contacts = Vec::<NamedContact>::new();
-    for (k, contact) in spec.contacts.iter().enumerate() {
+    for (k, contact) in specs.iter().enumerate() {
         let place = format!("contact {} ({})", k + 1, contact.name);
         if contacts.iter().any(|c| c.name == contact.name) {
             let fact = format!("another contact is called \"{}\" too", contact.name);
             return Err(builder.content(&place, fact, "give each a `name` of its own"));
         }
-        let moved = contact.motion.as_ref().map(|_| four());
-        contacts.push(build_contact(builder, &place, contact, (&bodies, moved), gathered, effects)?);
+        let carriers = contact.motion.as_ref().map(|_| four());
+        contacts.push(build_contact(builder, &place, contact, (&bodies, carriers))?);
     }
     Ok((bodies, contacts))
 }
 
+/// Young's modulus of the stiffest law \[Pa\], 0 without one.
+fn stiffest(builder: &Builder) -> f64 {
+    builder.gathered.laws.iter().map(|l| l.law.small_strain().e).fold(0.0, f64::max)
+}
+
 /// A contact with its effects, the pressing one first.
-pub(in crate::scene) fn build_contact(
+fn build_contact(
     builder: &mut Builder,
     place: &str,
     spec: &ContactSpec,
-    (bodies, moved): (&[RigidBody], Option<[u32; 4]>),
-    gathered: &mut Gathered,
-    effects: &mut Vec<Box<dyn Effect>>,
+    (bodies, carriers): (&[RigidBody], Option<[u32; 4]>),
 ) -> Result<NamedContact, SceneError> {
     builder.check_name(place, &spec.name)?;
     if !(spec.friction >= 0.0 && spec.friction.is_finite()) {
@@ -72,7 +71,7 @@ pub(in crate::scene) fn build_contact(
     }
     let h = builder.body.mesh.h();
     let distance = positive_or(builder, place, "distance", spec.distance.map(|l| l.0), 0.01 * h)?;
-    let stiffest = gathered.laws.iter().map(|law| law.small_strain().e).fold(0.0, f64::max);
+    let stiffest = stiffest(builder);
     if stiffest == 0.0 && spec.modulus.is_none() {
         let fact = "no law of the scene gives the pressure that the response is scaled with";
         return Err(builder.content(place, fact, "give modulus, of the size of Young's modulus of the body"));
@@ -84,43 +83,43 @@ pub(in crate::scene) fn build_contact(
     let law = Coulomb { coefficient: spec.friction, stick_velocity, slip };
     if let ShapeSpec::Region { region } = &spec.obstacle {
         let barrier = Barrier { distance, stiffness: modulus / distance };
-        return build_surfaces(builder, place, spec, region, (barrier, law), effects);
+        return build_surfaces(builder, place, spec, region, (barrier, law));
     }
     let sampling = if spec.response == ResponseSpec::Multiplier { Sampling::Nodes } else { Sampling::Pressures };
     let points = contact_points(builder, place, &spec.region, bodies, sampling)?;
-    let obstacle = build_obstacle(builder, place, spec, bodies, moved)?;
+    let obstacle = build_obstacle(builder, place, spec, bodies, carriers)?;
     let name = spec.name.clone();
     let scalars = (spec.response == ResponseSpec::Multiplier).then(|| {
-        let first = (3 * builder.nodes + gathered.hosts.len()) as u32;
-        gathered.hosts.extend(points.iter().map(|p| p.nodes[0]));
+        let first = (3 * builder.nodes + builder.gathered.hosts.len()) as u32;
+        builder.gathered.hosts.extend(points.iter().map(|p| p.nodes[0]));
         first
     });
     let contact = Arc::new(Contact::with_scalars(name.clone(), points, obstacle, scalars));
     check_apart(builder, place, &contact, spec.response)?;
     let pressing: Arc<dyn NormalForces> = match spec.response {
-        ResponseSpec::Barrier => press(&contact, Barrier { distance, stiffness: modulus / distance }, effects),
-        ResponseSpec::Penalty => press(&contact, Penalty { stiffness: modulus / distance }, effects),
+        ResponseSpec::Barrier => press(&contact, Barrier { distance, stiffness: modulus / distance }, builder),
+        ResponseSpec::Penalty => press(&contact, Penalty { stiffness: modulus / distance }, builder),
         ResponseSpec::Multiplier => {
             let shared = Arc::new(Multiplier {
                 contact,
                 stiffness: modulus * h,
                 friction: (spec.friction > 0.0).then_some(law),
             });
-            effects.push(Box::new(shared.clone()));
+            builder.effects.push(Box::new(shared.clone()));
             shared
         }
     };
     let friction = (spec.friction > 0.0).then(|| {
         let (name, pressing) = (format!("{name}_friction"), pressing.clone());
         let friction = Arc::new(ContactFriction { name, pressing, law });
-        effects.push(Box::new(friction.clone()));
+        builder.effects.push(Box::new(friction.clone()));
         friction
     });
-    let of = TransientCoupling::Points { pressing, moves: spec.motion.is_some(), friction };
+    let of = ContactSides::Points { pressing, moves: spec.motion.is_some(), friction };
     Ok(NamedContact { name, response: spec.response, of })
 }
 
-pub(in crate::scene) fn positive_or(
+fn positive_or(
     builder: &Builder,
     place: &str,
     key: &str,
@@ -152,7 +151,7 @@ fn build_obstacle(
     place: &str,
     spec: &ContactSpec,
     bodies: &[RigidBody],
-    moved: Option<[u32; 4]>,
+    carriers: Option<[u32; 4]>,
 ) -> Result<Obstacle, SceneError> {
     let shape = match &spec.obstacle {
         ShapeSpec::Rigid { body: name } => {
@@ -174,7 +173,7 @@ fn build_obstacle(
         shape => shape,
     };
     let (shape, origin, axes) = builder.shape(place, shape)?;
-    let body: Option<AffineFrame> = match (&spec.motion, moved) {
+    let body: Option<AffineFrame> = match (&spec.motion, carriers) {
         (Some(motion), Some(_)) if motion.turn.is_some() && shape.bounds().is_none() => {
             let fact = "a floor that turns: it has no end, and no bound on how fast it moves";
             return Err(builder.content(place, fact, "take a box"));
@@ -203,12 +202,8 @@ fn check_apart(builder: &Builder, place: &str, contact: &Contact, response: Resp
     Ok(())
 }
 
-fn press<R: Response + 'static>(
-    contact: &Arc<Contact>,
-    response: R,
-    effects: &mut Vec<Box<dyn Effect>>,
-) -> Arc<dyn NormalForces> {
+fn press<R: Response + 'static>(contact: &Arc<Contact>, response: R, builder: &mut Builder) -> Arc<dyn NormalForces> {
     let shared = Arc::new(Pressed { contact: contact.clone(), response });
-    effects.push(Box::new(shared.clone()));
+    builder.effects.push(Box::new(shared.clone()));
     shared
 }

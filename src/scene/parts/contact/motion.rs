@@ -51,13 +51,13 @@ pub(in crate::scene) fn carry(
     let frame = AffineFrame { nodes, center, length: builder.body.mesh.diagonal() };
     for (node, at) in nodes.into_iter().zip(frame.rest()) {
         for i in 0..3 {
-            let moved = along.iter().map(|(e, s)| Signal::Product(vec![Signal::Constant(e[i]), s.clone()]));
-            let turned = turn.iter().map(|(axis, about, angle)| {
+            let translation = along.iter().map(|(e, s)| Signal::Product(vec![Signal::Constant(e[i]), s.clone()]));
+            let rotation = turn.iter().map(|(axis, about, angle)| {
                 let v = at - about;
                 let (cosine, sine) = ((v - axis * axis.dot(&v))[i], axis.cross(&v)[i]);
                 Signal::Turn { angle: Box::new(angle.clone()), cosine, sine }
             });
-            builder.carried.push((3 * node + i as u32, Signal::Sum(moved.chain(turned).collect())));
+            builder.carried.push((3 * node + i as u32, Signal::Sum(translation.chain(rotation).collect())));
         }
     }
     Ok(frame)

@@ -17,11 +17,11 @@ use std::sync::Arc;
 pub struct NamedContact {
     pub name: String,
     pub response: ResponseSpec,
-    pub(in crate::scene) of: TransientCoupling,
+    pub(in crate::scene) of: ContactSides,
 }
 
 /// The two sides of a contact.
-pub(in crate::scene) enum TransientCoupling {
+pub(in crate::scene) enum ContactSides {
     /// Points of the body, and an obstacle
     Points { pressing: Arc<dyn NormalForces>, moves: bool, friction: Option<Arc<ContactFriction>> },
     /// Deformable surfaces
@@ -34,7 +34,7 @@ struct Sums {
     force: Vec3,
     /// Without friction \[N\]
     normal: Vec3,
-    /// Least distance \[m\]
+    /// Least distance, negative where there is penetration \[m\]: the column `gap_m`
     gap: f64,
     /// Number of points that press
     pressed: usize,
@@ -87,7 +87,7 @@ impl NamedContact {
     /// The four nodes of an obstacle with a motion.
     pub(in crate::scene) fn moving(&self) -> Option<&AffineFrame> {
         match &self.of {
-            TransientCoupling::Points { pressing, moves: true, .. } => pressing.contact().obstacle.body.as_ref(),
+            ContactSides::Points { pressing, moves: true, .. } => pressing.contact().obstacle.body.as_ref(),
             _ => None,
         }
     }
@@ -95,32 +95,32 @@ impl NamedContact {
     /// Whether it has friction.
     pub fn slides(&self) -> bool {
         match &self.of {
-            TransientCoupling::Points { friction, .. } => friction.is_some(),
-            TransientCoupling::Surfaces { friction, .. } => friction.is_some(),
+            ContactSides::Points { friction, .. } => friction.is_some(),
+            ContactSides::Surfaces { friction, .. } => friction.is_some(),
         }
     }
 
     /// The points that meet an obstacle; none of deformable surfaces
     pub fn points(&self) -> Option<&Contact> {
         match &self.of {
-            TransientCoupling::Points { pressing, .. } => Some(pressing.contact()),
-            TransientCoupling::Surfaces { .. } => None,
+            ContactSides::Points { pressing, .. } => Some(pressing.contact()),
+            ContactSides::Surfaces { .. } => None,
         }
     }
 
     /// Number of points
     pub fn point_count(&self) -> usize {
         match &self.of {
-            TransientCoupling::Points { pressing, .. } => pressing.contact().points.len(),
-            TransientCoupling::Surfaces { pressing, .. } => pressing.surfaces.point_count(),
+            ContactSides::Points { pressing, .. } => pressing.contact().points.len(),
+            ContactSides::Surfaces { pressing, .. } => pressing.surfaces.point_count(),
         }
     }
 
     /// Counts of the run that these caches belong to.
     pub fn counts(&self, caches: &Caches) -> Counts {
         match &self.of {
-            TransientCoupling::Points { pressing, .. } => pressing.contact().counts(caches),
-            TransientCoupling::Surfaces { pressing, .. } => pressing.surfaces.counts(caches),
+            ContactSides::Points { pressing, .. } => pressing.contact().counts(caches),
+            ContactSides::Surfaces { pressing, .. } => pressing.surfaces.counts(caches),
         }
     }
 
@@ -128,13 +128,11 @@ impl NamedContact {
     fn moment(&self, x: &[f64], step: Option<&At>) -> Sums {
         let (forces, force) = self.sums(x, step);
         let (points, gap) = match &self.of {
-            TransientCoupling::Points { pressing, .. } => {
+            ContactSides::Points { pressing, .. } => {
                 let contact = pressing.contact();
                 (&contact.points, contact.deepest(x).map_or(pressing.reach(), |d| d.1))
             }
-            TransientCoupling::Surfaces { pressing, .. } => {
-                (&pressing.surfaces.first().points, pressing.surfaces.gap(x))
-            }
+            ContactSides::Surfaces { pressing, .. } => (&pressing.surfaces.first().points, pressing.surfaces.gap(x)),
         };
         let least = 1e-9 * forces.iter().map(|f| f.1.norm()).fold(0.0, f64::max);
         let pressed = forces.iter().filter(|f| f.1.norm() > least);
@@ -153,19 +151,19 @@ impl NamedContact {
     /// The same, and the whole force on the region.
     fn sums(&self, x: &[f64], step: Option<&At>) -> (Vec<(usize, Vec3)>, Vec3) {
         match &self.of {
-            TransientCoupling::Points { pressing, friction, .. } => {
+            ContactSides::Points { pressing, friction, .. } => {
                 let forces = forces(&**pressing, friction.as_deref(), x, step);
                 let sum = forces.iter().map(|f| f.1).sum();
                 (forces, sum)
             }
-            TransientCoupling::Surfaces { pressing, friction } => on_surface(pressing, friction.as_deref(), x, step),
+            ContactSides::Surfaces { pressing, friction } => on_surface(pressing, friction.as_deref(), x, step),
         }
     }
 
     /// \[3 × nodes\] forces at the nodes \[N\].
     pub fn nodal(&self, x: &[f64], step: Option<&At>, nodes: &mut [f64]) {
         match &self.of {
-            TransientCoupling::Points { pressing, friction, .. } => {
+            ContactSides::Points { pressing, friction, .. } => {
                 for (b, force) in forces(&**pressing, friction.as_deref(), x, step) {
                     let p = &pressing.contact().points[b];
                     for (&node, w) in p.nodes.iter().zip(&p.weights) {
@@ -175,7 +173,7 @@ impl NamedContact {
                     }
                 }
             }
-            TransientCoupling::Surfaces { pressing, friction } => {
+            ContactSides::Surfaces { pressing, friction } => {
                 each_term(pressing, friction.as_deref(), x, step, |term, r| {
                     for (&node, r) in term.distance.nodes.iter().zip(r.chunks_exact(3)) {
                         let to = &mut nodes[3 * node as usize..3 * node as usize + 3];

@@ -9,9 +9,8 @@ use crate::effect::contact::surfaces::surface::Surface;
 use crate::mesh::error::point;
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
-use crate::scene::parts::contact::record::{NamedContact, TransientCoupling};
+use crate::scene::parts::contact::record::{ContactSides, NamedContact};
 use crate::scene::parts::contact::spec::{ContactSpec, ResponseSpec};
-use crate::system::Effect;
 use std::sync::Arc;
 
 /// A contact with its effects, the pressing one first.
@@ -21,7 +20,6 @@ pub(in crate::scene) fn build_surfaces(
     spec: &ContactSpec,
     region: &str,
     (barrier, law): (Barrier, Coulomb),
-    effects: &mut Vec<Box<dyn Effect>>,
 ) -> Result<NamedContact, SceneError> {
     if spec.response != ResponseSpec::Barrier {
         let fact = format!("deformable surfaces meet by a barrier, and the response is \"{}\"", spec.response.name());
@@ -38,13 +36,13 @@ pub(in crate::scene) fn build_surfaces(
     let surfaces = Surfaces::new(spec.name.clone(), first, second, mesh.points.clone(), barrier.distance);
     check_surfaces(builder, place, &surfaces, barrier.distance)?;
     let pressing = Arc::new(PressedSurfaces::new(surfaces, barrier));
-    effects.push(Box::new(pressing.clone()));
+    builder.effects.push(Box::new(pressing.clone()));
     let friction = (law.coefficient > 0.0).then(|| {
         let friction = Arc::new(SurfaceFriction::new(format!("{}_friction", spec.name), pressing.clone(), law));
-        effects.push(Box::new(friction.clone()));
+        builder.effects.push(Box::new(friction.clone()));
         friction
     });
-    let of = TransientCoupling::Surfaces { pressing, friction };
+    let of = ContactSides::Surfaces { pressing, friction };
     Ok(NamedContact { name: spec.name.clone(), response: spec.response, of })
 }
 

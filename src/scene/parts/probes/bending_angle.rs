@@ -2,12 +2,12 @@
 //! `chord_angle_deg`: angle of the line from the mean position of `root` to the one of `tip`.
 
 use super::mean::Mean;
-use super::{Headline, Probe};
+use super::part::Probe;
 use crate::math::tensor::Vec3;
 use crate::mesh::{TetMesh, element, quadrature};
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
-use crate::scene::recorder::{Change, Moment, Recorder};
+use crate::scene::recorder::{Change, Headline, Moment, Recorder};
 use serde::Deserialize;
 
 /// Angle by which a tip has turned and moved about a root.
@@ -46,7 +46,7 @@ impl Recorder for Recorded {
     }
 
     fn record(&self, now: &Moment) -> Vec<f64> {
-        let (mesh, x) = (&now.scene.body.mesh, &now.state.x);
+        let (mesh, x) = (&now.body.mesh, &now.state.x);
         let Self { root, tip, facets } = self;
         let chord = angle(tip.origin - root.origin, tip.at(x) - root.at(x));
         if facets.is_empty() {
@@ -57,7 +57,7 @@ impl Recorder for Recorded {
     }
 
     fn derivative(&self, by: &Change) -> Option<Vec<f64>> {
-        let (mesh, x, dx) = (&by.scene.body.mesh, &by.state.x, &by.change.x);
+        let (mesh, x, dx) = (&by.body.mesh, &by.state.x, &by.change.x);
         let Self { root, tip, facets } = self;
         let chord = turned(tip.origin - root.origin, tip.at(x) - root.at(x), tip.moved(dx) - root.moved(dx));
         if facets.is_empty() {

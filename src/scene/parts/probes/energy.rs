@@ -1,6 +1,6 @@
 //! Probe `energy`: `elastic_J`, `kinetic_J`, `dissipated_J`, `work_J`.
 
-use super::Probe;
+use super::part::Probe;
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
 use crate::scene::recorder::{Energies, Moment, Recorder};

@@ -1,14 +1,14 @@
 //! Probe `markers`: `<name>_<k>_{x,y,z}_m`, the positions of points embedded in the body, counted from 1.
 
 use super::mean::Mean;
-use super::{Headline, Probe};
+use super::part::Probe;
 use crate::math::tensor::Vec3;
 use crate::mesh::embed::embed;
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
 use crate::scene::error::part;
 use crate::scene::quantity::Length;
-use crate::scene::recorder::{Change, Moment, Recorder};
+use crate::scene::recorder::{Change, Headline, Moment, Recorder};
 use serde::Deserialize;
 
 /// Positions of points embedded in the body.

@@ -1,10 +1,10 @@
 //! Probe `position`: `<region>_{x,y,z}_m`, the area-mean position of a region.
 
 use super::mean::Mean;
-use super::{Headline, Probe};
+use super::part::Probe;
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
-use crate::scene::recorder::{Change, Moment, Recorder};
+use crate::scene::recorder::{Change, Headline, Moment, Recorder};
 use serde::Deserialize;
 
 /// Area-mean position of a region.

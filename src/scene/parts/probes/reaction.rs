@@ -1,9 +1,9 @@
 //! Probe `reaction`: `<region>_reaction_{x,y,z}_N`, the sum of the reactions on a region.
 
-use super::{Headline, Probe};
+use super::part::Probe;
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
-use crate::scene::recorder::{Change, Moment, Recorder};
+use crate::scene::recorder::{Change, Headline, Moment, Recorder};
 use serde::Deserialize;
 
 /// Sum of the reactions on a region.

@@ -1,7 +1,7 @@
-//! Result of a calibration: each constant from the finest mesh, with an interval that holds what the rows, the mesh and the
+//! Result of a calibration: each constant from the finest mesh, with an interval that holds what the data, the mesh and the
 //! dimensions that are not known exactly leave open.
 //!
-//! Pure: stored cases in, [`Analysis`] out. Of a constant θ, with θᵢ and its 95 % interval \[aᵢ, bᵢ\] (the wider one of covariance and
+//! Pure: stored cases in, [`CalibrationFindings`] out. Of a constant θ, with θᵢ and its 95 % interval \[aᵢ, bᵢ\] (the wider one of covariance and
 //! bootstrap) in the finest case and in every nuisance case i:
 //!
 //! ```text
@@ -12,32 +12,28 @@
 //! Nuisance cases have the coarser mesh: their differences to the nominal one are moved to the finest.
 
 use crate::calibrate::inverse::{Calibration, Found};
-use crate::report::words::{digits, percent};
+use crate::report::numbers::{digits, percent};
+use crate::study::analysis::{self, Analysis};
 use crate::study::record::{Role, StoredCase, StudyRecord};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Everything that is said about a calibration.
-#[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct Analysis {
-    pub tolerance: f64,
-    pub variants: Vec<Answer>,
-    /// (id, what is wrong)
-    pub incomplete: Vec<(String, String)>,
-    pub warnings: Vec<String>,
-    pub verdict: String,
+/// Findings of a calibration.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CalibrationFindings {
+    pub variants: Vec<CalibratedVariant>,
 }
 
 /// Result of one measured curve.
 #[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct Answer {
+pub struct CalibratedVariant {
     pub variant: String,
     /// The variant in words
     pub label: String,
     /// The case on the finest mesh
     pub case: String,
     pub cells: usize,
-    pub constants: Vec<Judged>,
+    pub constants: Vec<CalibratedConstant>,
     /// Relative misfit √(Σr²/Σy²) \[–\]
     pub rms_relative: f64,
     /// Forward solves of the finest case, and its time over the one of a forward solve \[–\]
@@ -47,14 +43,14 @@ pub struct Answer {
 
 /// A constant with all that is known of its error. SI.
 #[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct Judged {
+pub struct CalibratedConstant {
     pub key: String,
     pub symbol: String,
     pub unit: String,
     pub value: f64,
-    /// 95 %: rows, mesh, nuisance; none where the curve does not determine the constant
+    /// 95 %: data, mesh, nuisance; none where the curve does not determine the constant
     pub interval: Option<[f64; 2]>,
-    /// Half-width of the interval of the rows alone, relative \[–\]
+    /// Half-width of the interval of the data alone, relative \[–\]
     pub rows: Option<f64>,
     /// Relative change from the next coarser mesh to the finest \[–\]
     pub drift: Option<f64>,
@@ -64,12 +60,12 @@ pub struct Judged {
     pub gauge: Option<f64>,
     /// Its relative error \[–\]
     pub bias: Option<f64>,
-    pub cases: Vec<One>,
+    pub cases: Vec<ConstantInCase>,
 }
 
 /// A constant in one case.
 #[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct One {
+pub struct ConstantInCase {
     pub case: String,
     pub member: String,
     pub role: Role,
@@ -80,25 +76,24 @@ pub struct One {
 }
 
 /// A case that has an answer.
-struct Solved<'a> {
+struct SolvedSearch<'a> {
     stored: &'a StoredCase,
     found: &'a Calibration,
     role: Role,
 }
 
-pub fn analyse(study: &StudyRecord, stored: &[StoredCase], found: &BTreeMap<String, Calibration>) -> Analysis {
+pub fn analyse(
+    study: &StudyRecord,
+    stored: &[StoredCase],
+    found: &BTreeMap<String, Calibration>,
+) -> Analysis<CalibrationFindings> {
     let incomplete = study.incomplete(stored);
-    let variants = study.variants.iter().filter_map(|v| answer(study, &solved(study, stored, found, v), v)).collect();
-    let mut analysis = Analysis {
-        tolerance: study.tolerance,
-        variants,
-        warnings: warnings(stored, found, &incomplete),
-        incomplete,
-        verdict: String::new(),
-    };
-    analysis.warnings.splice(0..0, analysis.variants.iter().flat_map(|a| doubts(a, study.tolerance)));
-    analysis.verdict = verdict(&analysis);
-    analysis
+    let variants: Vec<CalibratedVariant> =
+        study.variants.iter().filter_map(|v| answer(study, &solved(study, stored, found, v), v)).collect();
+    let doubts = variants.iter().flat_map(|a| doubts(a, study.tolerance));
+    let warnings = doubts.chain(warnings(stored, found, &incomplete)).collect();
+    let verdict = verdict(&variants, study.tolerance);
+    Analysis { tolerance: study.tolerance, found: CalibrationFindings { variants }, incomplete, warnings, verdict }
 }
 
 /// Cases of a variant with an answer, the sizes from coarse to fine first.
@@ -107,13 +102,13 @@ fn solved<'a>(
     stored: &'a [StoredCase],
     found: &'a BTreeMap<String, Calibration>,
     variant: &str,
-) -> Vec<Solved<'a>> {
+) -> Vec<SolvedSearch<'a>> {
     let of = |role: Role| {
         let ids = study.families.iter().filter(move |f| f.role == role).flat_map(|f| &f.cases);
         let cases = ids.filter_map(|id| stored.iter().find(|c| c.record.id == *id && c.record.variant == variant));
         let converged = cases.filter(|c| c.record.converged());
-        let mut all: Vec<Solved> =
-            converged.filter_map(|c| Some(Solved { stored: c, found: found.get(&c.record.id)?, role })).collect();
+        let mut all: Vec<SolvedSearch> =
+            converged.filter_map(|c| Some(SolvedSearch { stored: c, found: found.get(&c.record.id)?, role })).collect();
         all.sort_by_key(|s| s.stored.record.mesh.cells * usize::from(role == Role::Sizes));
         all
     };
@@ -122,13 +117,13 @@ fn solved<'a>(
     all
 }
 
-fn answer(study: &StudyRecord, cases: &[Solved], variant: &str) -> Option<Answer> {
+fn answer(study: &StudyRecord, cases: &[SolvedSearch], variant: &str) -> Option<CalibratedVariant> {
     let finest = cases.iter().rfind(|s| s.role == Role::Sizes).or(cases.first())?;
     let constants = (0..finest.found.constants.len()).map(|k| judge(cases, finest, k)).collect();
     let found = finest.found;
-    Some(Answer {
+    Some(CalibratedVariant {
         variant: variant.into(),
-        label: study.labels.get(variant).cloned().unwrap_or_else(|| variant.into()),
+        label: study.label(variant),
         case: finest.stored.record.id.clone(),
         cells: finest.stored.record.mesh.cells,
         constants,
@@ -138,13 +133,13 @@ fn answer(study: &StudyRecord, cases: &[Solved], variant: &str) -> Option<Answer
     })
 }
 
-fn judge(cases: &[Solved], finest: &Solved, k: usize) -> Judged {
+fn judge(cases: &[SolvedSearch], finest: &SolvedSearch, k: usize) -> CalibratedConstant {
     let own: &Found = &finest.found.constants[k];
-    let sizes: Vec<&Solved> = cases.iter().filter(|s| s.role == Role::Sizes).collect();
+    let sizes: Vec<&SolvedSearch> = cases.iter().filter(|s| s.role == Role::Sizes).collect();
     let before = sizes.len().checked_sub(2).map(|i| sizes[i].found.constants[k].value);
     let drift = before.map(|v| own.value - v);
     // A nuisance case is compared with the size on its own mesh
-    let cells = |s: &Solved| s.stored.record.mesh.cells;
+    let cells = |s: &SolvedSearch| s.stored.record.mesh.cells;
     let spread: Vec<(f64, Option<[f64; 2]>)> = (cases.iter().filter(|s| s.role == Role::Nuisance))
         .map(|s| {
             let near = sizes.iter().min_by_key(|o| cells(o).abs_diff(cells(s)));
@@ -164,13 +159,13 @@ fn judge(cases: &[Solved], finest: &Solved, k: usize) -> Judged {
     });
     let gauge = finest.found.gauge.as_ref().and_then(|g| g.values[k]);
     // A case of two families is listed once
-    let mut listed: Vec<&Solved> = vec![];
+    let mut listed: Vec<&SolvedSearch> = vec![];
     for s in cases {
         if !listed.iter().any(|o| o.stored.record.id == s.stored.record.id) {
             listed.push(s);
         }
     }
-    Judged {
+    CalibratedConstant {
         key: own.key.clone(),
         symbol: own.symbol.clone(),
         unit: own.unit.clone(),
@@ -185,9 +180,9 @@ fn judge(cases: &[Solved], finest: &Solved, k: usize) -> Judged {
     }
 }
 
-fn one(s: &Solved, k: usize) -> One {
+fn one(s: &SolvedSearch, k: usize) -> ConstantInCase {
     let c = &s.found.constants[k];
-    One {
+    ConstantInCase {
         case: s.stored.record.id.clone(),
         member: s.stored.record.member.clone(),
         role: s.role,
@@ -199,7 +194,7 @@ fn one(s: &Solved, k: usize) -> One {
 }
 
 /// A constant in its printed unit: value or end of an interval.
-pub fn scaled(c: &Judged) -> (f64, &str, usize) {
+pub fn scaled(c: &CalibratedConstant) -> (f64, &str, usize) {
     let (factor, unit) = match (c.unit.as_str(), c.value.abs()) {
         ("Pa", s) if s >= 2e6 => (1e-6, "MPa"),
         ("Pa", s) if s >= 2e3 => (1e-3, "kPa"),
@@ -211,7 +206,7 @@ pub fn scaled(c: &Judged) -> (f64, &str, usize) {
 }
 
 /// `98.9 kPa (95 % interval 97.1 to 100.8 kPa)`
-pub fn with_interval(c: &Judged) -> String {
+pub fn with_interval(c: &CalibratedConstant) -> String {
     let (f, unit, n) = scaled(c);
     let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
     match c.interval {
@@ -220,12 +215,12 @@ pub fn with_interval(c: &Judged) -> String {
     }
 }
 
-impl Judged {
+impl CalibratedConstant {
     /// The contributions to the interval, and the result a gauge length would have given, in words.
     pub fn sentence(&self, label: &str) -> String {
         let mut words = format!("{} from {label}: {}", self.key, with_interval(self));
         if let Some(rows) = self.rows {
-            words += &format!("; the rows alone leave ±{}", percent(rows));
+            words += &format!("; the scatter of the data alone leaves ±{}", percent(rows));
         }
         if let Some(drift) = self.drift {
             words += &format!(", the finer mesh changes it by {}", percent(drift.abs()));
@@ -247,7 +242,7 @@ impl Judged {
 }
 
 /// Reasons not to take an answer at its word.
-fn doubts(a: &Answer, tolerance: f64) -> Vec<String> {
+fn doubts(a: &CalibratedVariant, tolerance: f64) -> Vec<String> {
     let mut out = vec![];
     for c in &a.constants {
         match c.drift {
@@ -269,7 +264,7 @@ fn warnings(
     found: &BTreeMap<String, Calibration>,
     incomplete: &[(String, String)],
 ) -> Vec<String> {
-    let mut out: Vec<String> = incomplete.iter().map(|(id, what)| format!("{id}: {what}.")).collect();
+    let mut out = analysis::warnings(incomplete);
     let mut add = |text: String| {
         if !out.contains(&text) {
             out.push(text);
@@ -288,7 +283,7 @@ fn warnings(
         }
         if c.runs_p.is_some_and(|p| p < 0.025) {
             add(format!(
-                "{id}: the residuals have a pattern (runs of sign, p = {:.1e}): the law does not describe the curve to the scatter of its rows, and the covariance is too narrow.",
+                "{id}: the residuals have a pattern (runs of sign, p = {:.1e}): the law does not describe the curve within the scatter of its data, and the covariance is too narrow.",
                 c.runs_p.unwrap_or_default()
             ));
         }
@@ -299,29 +294,27 @@ fn warnings(
             ));
         }
     }
-    for note in stored.iter().flat_map(|c| &c.record.notes) {
-        add(note.clone());
-    }
+    analysis::add_notes(&mut out, stored);
     out
 }
 
-fn verdict(a: &Analysis) -> String {
-    let of = |answer: &Answer| {
+fn verdict(variants: &[CalibratedVariant], tolerance: f64) -> String {
+    let of = |answer: &CalibratedVariant| {
         let constants = answer.constants.iter().map(|c| format!("{} = {}", c.symbol, with_interval(c)));
         format!("{} from {}", constants.collect::<Vec<_>>().join(", "), answer.label)
     };
-    if a.variants.is_empty() {
+    if variants.is_empty() {
         return "No verdict: no case found its constants.".into();
     }
-    let mut words = a.variants.iter().map(of).collect::<Vec<_>>().join("; ") + ".";
-    let all = || a.variants.iter().flat_map(|v| &v.constants);
+    let mut words = variants.iter().map(of).collect::<Vec<_>>().join("; ") + ".";
+    let all = || variants.iter().flat_map(|v| &v.constants);
     if all().any(|c| c.interval.is_none()) {
         words += " The curve does not determine every constant.";
     }
     let drift = all().filter_map(|c| c.drift).fold(0.0f64, |m, d| m.max(d.abs()));
     if all().any(|c| c.drift.is_none()) {
         words += " Drift with the mesh is not known: one mesh only.";
-    } else if drift > a.tolerance {
+    } else if drift > tolerance {
         words += &format!(" The mesh still moves them by up to {}.", percent(drift));
     } else {
         words += &format!(" A finer mesh moves them by at most {}.", percent(drift));

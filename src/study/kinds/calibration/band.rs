@@ -4,7 +4,7 @@
 //! the mesh of the specimen:
 //!
 //! ```text
-//! rows        ± t₀.₉₇₅ √(gᵀCg), C widened until the bootstrap has room in it
+//! data        ± t₀.₉₇₅ √(gᵀCg), C widened until the bootstrap has room in it
 //! dimensions  from minᵢ g·δᵢ to maxᵢ g·δᵢ, 0 among them
 //! specimen    ± |g·d|
 //! mesh        |y(finest) − y(next)| of the scene itself, apart
@@ -13,9 +13,9 @@
 //! Linear in θ: good while the band is narrow. The first three add up to the band of the constants.
 
 use crate::calibrate::inverse::Calibration;
-use crate::report::words::{digits, percent, space};
+use crate::report::numbers::{digits, percent, space};
 use crate::study::curve::Curve;
-use crate::study::kinds::calibration::analysis::Answer;
+use crate::study::kinds::calibration::analysis::CalibratedVariant;
 use crate::study::record::{Quantity, Role, Series, StoredCase, StudyRecord};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -45,7 +45,7 @@ pub fn band(
     stored: &[StoredCase],
     found: &BTreeMap<String, Calibration>,
     sensitivities: &BTreeMap<String, Series>,
-    answer: &Answer,
+    answer: &CalibratedVariant,
 ) -> Option<Band> {
     let own = format!("use-{}", answer.variant);
     let quantity = study.quantities.get(&own)?.first()?.clone();
@@ -106,14 +106,14 @@ pub fn band(
 }
 
 /// Change of the constants in every nuisance case from the size on its own mesh.
-fn moved(answer: &Answer) -> Vec<Vec<f64>> {
+fn moved(answer: &CalibratedVariant) -> Vec<Vec<f64>> {
     let Some(first) = answer.constants.first() else { return vec![] };
     let nuisance = first.cases.iter().enumerate().filter(|(_, o)| o.role == Role::Nuisance);
     let near = |cells: usize| {
         let sizes = first.cases.iter().enumerate().filter(|(_, o)| o.role == Role::Sizes);
         sizes.min_by_key(|(_, o)| o.cells.abs_diff(cells)).map(|(k, _)| k)
     };
-    let change = |(k, o): (usize, &crate::study::kinds::calibration::analysis::One)| {
+    let change = |(k, o): (usize, &crate::study::kinds::calibration::analysis::ConstantInCase)| {
         let base = near(o.cells)?;
         Some(answer.constants.iter().map(|c| c.cases[k].value - c.cases[base].value).collect())
     };

@@ -7,13 +7,14 @@ pub mod report;
 
 use crate::calibrate::inverse::MeasuredSpec;
 use crate::scene::SceneError;
+use crate::study::analysis::Analysis;
 use crate::study::content::Content;
-use crate::study::inverse::{CalibrationSpec, Plan, UseSpec};
+use crate::study::inverse::{CalibrationPlan, CalibrationSpec, UseSpec};
 use crate::study::kind::{Expansion, StudyKind};
 use crate::study::record::{Quantity, Role};
 use crate::study::results::Results;
 use crate::study::spec::{FamilySpec, VariantSpec, check_quantities, check_roles, refuse};
-use analysis::{Analysis, analyse};
+use analysis::{CalibrationFindings, analyse};
 use serde::Deserialize;
 use std::path::Path;
 use std::sync::Arc;
@@ -53,7 +54,7 @@ const ROLES: [Role; 2] = [Role::Sizes, Role::Nuisance];
 impl StudyKind for CalibrationStudy {
     const NAME: &'static str = "calibration";
     type Details = ();
-    type Analysis = Analysis;
+    type Findings = CalibrationFindings;
 
     fn expand(self, file: &Path) -> Result<Expansion<()>, SceneError> {
         let Self { calibration, variants, families, usage } = self;
@@ -64,7 +65,7 @@ impl StudyKind for CalibrationStudy {
         }
         let base = file.parent().unwrap_or(Path::new(""));
         let plan = |v: &MeasuredVariantSpec| {
-            let plan = Plan::new(base, &calibration, &v.measured).map_err(|e| SceneError::Part {
+            let plan = CalibrationPlan::new(base, &calibration, &v.measured).map_err(|e| SceneError::Part {
                 file: file.into(),
                 place: format!("variant {}", v.name),
                 source: e.into(),
@@ -82,11 +83,11 @@ impl StudyKind for CalibrationStudy {
         Ok(Expansion { plans, usage, ..Expansion::new(variants, families, ()) })
     }
 
-    fn analyse(results: &Results, (): &()) -> Analysis {
+    fn analyse(results: &Results, (): &()) -> Analysis<CalibrationFindings> {
         analyse(&results.study, &results.cases, &results.found)
     }
 
-    fn report(results: &Results, analysis: &Analysis) -> Content {
+    fn report(results: &Results, analysis: &Analysis<CalibrationFindings>) -> Content {
         report::content(results, analysis)
     }
 }

@@ -1,9 +1,10 @@
 //! Report of a calibration, and `law.toml`: the laws of the scene with the constants that were found.
 
+use crate::report::numbers::percent;
 use crate::report::table::{Table, headings};
-use crate::report::words::percent;
+use crate::study::analysis::Analysis;
 use crate::study::content::Content;
-use crate::study::kinds::calibration::analysis::{Analysis, Answer, Judged, scaled};
+use crate::study::kinds::calibration::analysis::{CalibratedConstant, CalibratedVariant, CalibrationFindings, scaled};
 use crate::study::kinds::calibration::band::{Band, band as around};
 use crate::study::kinds::calibration::figures::band;
 use crate::study::kinds::calibration::figures::curves as figures;
@@ -11,29 +12,27 @@ use crate::study::results::Results;
 use crate::study::tables;
 use serde_json::{Map, Value, json};
 
-pub fn content(store: &Results, a: &Analysis) -> Content {
-    let of = |v: &Answer| around(&store.study, &store.cases, &store.found, &store.sensitivities, v);
+pub fn content(store: &Results, a: &Analysis<CalibrationFindings>) -> Content {
+    let of = |v: &CalibratedVariant| around(&store.study, &store.cases, &store.found, &store.sensitivities, v);
     let bands: Vec<Band> = a.variants.iter().filter_map(of).collect();
     let constants_found = a.variants.iter().flat_map(|v| v.constants.iter().map(|c| c.sentence(&v.label)));
     let figures = a.variants.iter().filter_map(|v| figures::draw(store, v));
+    let supported =
+        !a.variants.is_empty() && a.variants.iter().flat_map(|v| &v.constants).all(|c| c.interval.is_some());
     Content {
-        verdict: a.verdict.clone(),
-        supported: !a.variants.is_empty() && a.variants.iter().flat_map(|v| &v.constants).all(|c| c.interval.is_some()),
         facts: facts(a),
         sentences: constants_found.chain(bands.iter().map(Band::sentence)).collect(),
-        warnings: a.warnings.clone(),
         analysis: analysis(a, &bands),
-        answer: ("Which constants, how far to believe them", constants(a)),
         tables: vec![by_case(a), stability(store, a)],
         folded: vec![("Every case", tables::cases(store))],
         figures: figures.chain(bands.iter().map(band::draw)).collect(),
         files: a.variants.iter().filter_map(|v| law_file(store, a, v)).collect(),
-        outcomes: Default::default(),
+        ..Content::new(a, supported, ("Which constants, how far to believe them", constants(a)))
     }
 }
 
-fn facts(a: &Analysis) -> Vec<(String, String)> {
-    let of = |c: &Judged| {
+fn facts(a: &CalibrationFindings) -> Vec<(String, String)> {
+    let of = |c: &CalibratedConstant| {
         let (f, unit, n) = scaled(c);
         let mut out = vec![(format!("{:.n$} {unit}", f * c.value), c.key.clone())];
         out.extend(c.interval.map(|[a, b]| (format!("{:.n$} to {:.n$} {unit}", f * a, f * b), "95 % interval".into())));
@@ -45,7 +44,7 @@ fn facts(a: &Analysis) -> Vec<(String, String)> {
     a.variants.iter().flat_map(|v| &v.constants).flat_map(of).collect()
 }
 
-fn analysis(a: &Analysis, bands: &[Band]) -> Map<String, Value> {
+fn analysis(a: &Analysis<CalibrationFindings>, bands: &[Band]) -> Map<String, Value> {
     let mut out = Map::new();
     for v in &a.variants {
         out.insert(v.variant.clone(), json!(v));
@@ -55,8 +54,8 @@ fn analysis(a: &Analysis, bands: &[Band]) -> Map<String, Value> {
     out
 }
 
-fn constants(a: &Analysis) -> Table {
-    let row = |(v, c): (&Answer, &Judged)| {
+fn constants(a: &CalibrationFindings) -> Table {
+    let row = |(v, c): (&CalibratedVariant, &CalibratedConstant)| {
         let (f, unit, n) = scaled(c);
         let part = |x: Option<f64>| x.map_or("–".into(), |x| format!("{:.2}", 100.0 * x.abs()));
         let pair = |x: Option<[f64; 2]>| x.map_or("–".into(), |[a, b]| format!("{:.n$} to {:.n$}", f * a, f * b));
@@ -74,13 +73,13 @@ fn constants(a: &Analysis) -> Table {
     };
     Table {
         name: "constants",
-        caption: "Constants from the finest mesh. Interval: 95 % of rows, drift with the mesh and range of the dimensions not known exactly together; rows: half-width of theirs alone; mesh: change from the next coarser one; gauge: what the same law gives if all travel stretches the gauge length.".into(),
+        caption: "Constants from the finest mesh. Interval: 95 %, from the data, the drift with the mesh and the range of the dimensions not known exactly together; data: half-width from the data alone; mesh: change from the next coarser one; gauge: what the same law gives if all travel stretches the gauge length.".into(),
         columns: headings(&[
             ("Constant, curve", "", false),
             ("Value", "", true),
             ("Unit", "", false),
             ("Interval", "", true),
-            ("Rows", "± %", true),
+            ("Data", "± %", true),
             ("Mesh", "%", true),
             ("Dimensions", "", true),
             ("Gauge", "", true),
@@ -91,7 +90,7 @@ fn constants(a: &Analysis) -> Table {
     }
 }
 
-fn by_case(a: &Analysis) -> Table {
+fn by_case(a: &CalibrationFindings) -> Table {
     let mut rows = vec![];
     for c in a.variants.iter().flat_map(|v| &v.constants) {
         let (f, unit, n) = scaled(c);
@@ -110,7 +109,7 @@ fn by_case(a: &Analysis) -> Table {
     }
     Table {
         name: "cases-constants",
-        caption: "Every case with its own interval (rows alone) and its misfit √(Σr²/Σy²).".into(),
+        caption: "Every case with its own interval (data alone) and its misfit √(Σr²/Σy²).".into(),
         columns: headings(&[
             ("Case", "", false),
             ("Role", "", false),
@@ -126,7 +125,7 @@ fn by_case(a: &Analysis) -> Table {
 }
 
 /// The certificate of the law next to the stretches of the specimen.
-fn stability(store: &Results, a: &Analysis) -> Table {
+fn stability(store: &Results, a: &CalibrationFindings) -> Table {
     let mut rows = vec![];
     for v in &a.variants {
         let found = &store.found[&v.case];
@@ -159,15 +158,16 @@ fn stability(store: &Results, a: &Analysis) -> Table {
 }
 
 /// The law with its provenance; a scene includes it. One law and one variant make `law.toml`, more have their names in it.
-fn law_file(store: &Results, a: &Analysis, v: &Answer) -> Option<(String, String)> {
+fn law_file(store: &Results, a: &Analysis<CalibrationFindings>, v: &CalibratedVariant) -> Option<(String, String)> {
     let case = store.cases.iter().find(|c| c.record.id == v.case)?;
     let found = store.found.get(&v.case)?;
     let scene: toml::Table = case.record.provenance.scene.parse().ok()?;
     let name = v.constants.first()?.key.strip_prefix("laws.")?.split('.').next()?.to_string();
     let mut law = scene.get("laws")?.get(&name)?.as_table()?.clone();
     law.remove("provenance");
-    let number =
-        |c: &Judged, x: f64| -> toml::Value { if c.unit == "Pa" { format!("{x} Pa").into() } else { x.into() } };
+    let number = |c: &CalibratedConstant, x: f64| -> toml::Value {
+        if c.unit == "Pa" { format!("{x} Pa").into() } else { x.into() }
+    };
     let mut p = toml::Table::new();
     p.insert("method".into(), "inverse analysis of the specimen".into());
     p.insert("study".into(), store.study.study.clone().into());
@@ -189,8 +189,11 @@ fn law_file(store: &Results, a: &Analysis, v: &Answer) -> Option<(String, String
     let warnings: Vec<toml::Value> = a.warnings.iter().map(|w| w.clone().into()).collect();
     p.insert(
         "interval".into(),
-        format!("95 % of rows, mesh and dimensions not known exactly; tolerance of the study {}", percent(a.tolerance))
-            .into(),
+        format!(
+            "95 % from data, mesh and dimensions not known exactly; tolerance of the study {}",
+            percent(a.tolerance)
+        )
+        .into(),
     );
     p.insert("warnings".into(), warnings.into());
     p.insert("durometer".into(), store.study.version.clone().into());

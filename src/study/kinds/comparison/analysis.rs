@@ -1,6 +1,6 @@
 //! Members compared with a reference under one protocol: curve distances, differences of the peaks, hysteresis, cost.
 //!
-//! Pure: stored cases in, [`Analysis`] out. f is a quantity of a member, g the same of the reference:
+//! Pure: stored cases in, [`ComparisonFindings`] out. f is a quantity of a member, g the same of the reference:
 //!
 //! ```text
 //! difference of the peaks (f̂ − ĝ)/|ĝ|
@@ -11,7 +11,8 @@
 //!
 //! What the mesh does to a difference is the change of the difference on a finer mesh (family of role `finer`).
 
-use crate::report::words::{capital, digits, percent, space};
+use crate::report::numbers::{capital, digits, percent, space};
+use crate::study::analysis::{self, Analysis, ByQuantity};
 use crate::study::curve::peak;
 use crate::study::curve::{Curve, l2, lag};
 use crate::study::kinds::comparison::sequence::{self, Sequence, sequences};
@@ -26,40 +27,30 @@ pub struct ComparisonRecord {
     pub reference: String,
 }
 
-/// Everything that is said about a comparison.
-#[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct Analysis {
-    pub tolerance: f64,
+/// Findings of a comparison.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ComparisonFindings {
     /// The member that the others are compared with
     pub reference: String,
     /// \[variants × quantities\] those that the protocol imposes apart
-    pub quantities: Vec<QuantityAnalysis>,
+    pub quantities: Vec<ByQuantity<MemberDifferences>>,
     pub costs: Vec<MemberCost>,
     /// Effects added one by one, per variant
     pub sequences: Vec<Sequence>,
-    /// (id, what is wrong)
-    pub incomplete: Vec<(String, String)>,
-    pub warnings: Vec<String>,
-    pub verdict: String,
 }
 
-/// One quantity in one variant.
+/// The members in one quantity.
 #[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct QuantityAnalysis {
-    pub variant: String,
-    /// The variant in words
-    pub variant_label: String,
-    pub quantity: Quantity,
+pub struct MemberDifferences {
     /// Peak of the reference
     pub peak: f64,
     /// In the order of the study, the reference among them
-    pub members: Vec<Comparison>,
-    pub sentence: String,
+    pub members: Vec<ComparedMember>,
 }
 
 /// One member against the reference.
 #[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct Comparison {
+pub struct ComparedMember {
     pub member: String,
     pub case: String,
     pub peak: f64,
@@ -93,22 +84,15 @@ pub struct MemberCost {
     pub newton_iterations: usize,
 }
 
-impl QuantityAnalysis {
-    /// `peak cable tension, length control`
-    pub fn title(&self) -> String {
-        format!("peak {}, {}", self.quantity.label, self.variant_label)
-    }
-}
-
 /// Analyses what is there; cases that are missing or did not converge are named.
-pub fn analyse(study: &StudyRecord, comparison: &ComparisonRecord, stored: &[StoredCase]) -> Analysis {
+pub fn analyse(
+    study: &StudyRecord,
+    comparison: &ComparisonRecord,
+    stored: &[StoredCase],
+) -> Analysis<ComparisonFindings> {
     let reference = comparison.reference.clone();
-    let mut quantities = vec![];
-    for variant in &study.variants {
-        for quantity in study.quantities.get(variant).into_iter().flatten() {
-            quantities.extend(compare(study, stored, variant, quantity, &reference));
-        }
-    }
+    let mut quantities =
+        ByQuantity::each(study, |variant, quantity| compare(study, stored, variant, quantity, &reference));
     quantities.retain(|q| q.members.len() < 2 || q.members.iter().any(|c| c.largest > 1e-9));
     let costs = costs(study, stored, &reference);
     let sequences = sequences(study, stored);
@@ -116,21 +100,12 @@ pub fn analyse(study: &StudyRecord, comparison: &ComparisonRecord, stored: &[Sto
     for q in &mut quantities {
         q.sentence = sentence(q, &reference, study.tolerance);
     }
-    let mut analysis = Analysis {
-        tolerance: study.tolerance,
-        reference,
-        quantities,
-        costs,
-        sequences,
-        warnings: warnings(stored, &incomplete),
-        incomplete,
-        verdict: String::new(),
+    let found = ComparisonFindings { reference, quantities, costs, sequences };
+    let verdict = match found.sequences.is_empty() {
+        true => verdict(&found, study.tolerance, incomplete.len()),
+        false => sequence::verdict(&found.sequences, incomplete.len()),
     };
-    analysis.verdict = match analysis.sequences.is_empty() {
-        true => verdict(&analysis),
-        false => sequence::verdict(&analysis.sequences, analysis.incomplete.len()),
-    };
-    analysis
+    Analysis { tolerance: study.tolerance, found, warnings: warnings(stored, &incomplete), incomplete, verdict }
 }
 
 /// Converged cases of the families with this role.
@@ -153,7 +128,7 @@ fn compare(
     variant: &str,
     quantity: &Quantity,
     reference: &str,
-) -> Option<QuantityAnalysis> {
+) -> Option<MemberDifferences> {
     let cases: Vec<&StoredCase> = of_role(study, stored, Role::Members, variant).collect();
     let finer: Vec<&StoredCase> = of_role(study, stored, Role::Finer, variant).collect();
     let base = cases.iter().find(|c| c.record.member == reference)?;
@@ -171,7 +146,7 @@ fn compare(
             let on_finer = on_finer.and_then(|(c, base)| difference(c, peak(base, &quantity.name)?));
             let x = quantity.against.as_ref().and_then(|x| Curve::of(&c.series, &x.name));
             let cycle = x.as_ref().and_then(|x| f.hysteresis(x));
-            Some(Comparison {
+            Some(ComparedMember {
                 member: c.record.member.clone(),
                 case: c.record.id.clone(),
                 peak: peak(c, &quantity.name)?,
@@ -185,15 +160,7 @@ fn compare(
             })
         })
         .collect();
-    let (variant, quantity) = (variant.to_string(), quantity.clone());
-    Some(QuantityAnalysis {
-        variant_label: study.label(&variant),
-        variant,
-        quantity,
-        peak: g_peak,
-        members,
-        sentence: String::new(),
-    })
+    Some(MemberDifferences { peak: g_peak, members })
 }
 
 fn costs(study: &StudyRecord, stored: &[StoredCase], reference: &str) -> Vec<MemberCost> {
@@ -229,12 +196,12 @@ pub fn signed(x: f64) -> String {
     if x < 0.0 { format!("−{}", percent(-x)) } else { format!("+{}", percent(x)) }
 }
 
-fn sentence(q: &QuantityAnalysis, reference: &str, tolerance: f64) -> String {
+fn sentence(q: &ByQuantity<MemberDifferences>, reference: &str, tolerance: f64) -> String {
     let unit = space(&q.quantity.unit);
-    let mut words = format!("{}: {:.*}{unit} with {reference}", capital(&q.title()), digits(q.peak), q.peak);
-    let others: Vec<&Comparison> = q.members.iter().filter(|c| c.member != reference).collect();
+    let mut words = format!("{}: {:.*}{unit} with {reference}", capital(&q.peak_title()), digits(q.peak), q.peak);
+    let others: Vec<&ComparedMember> = q.members.iter().filter(|c| c.member != reference).collect();
     let (near, far): (Vec<_>, Vec<_>) = others.iter().partition(|c| c.peak_difference.abs() <= tolerance);
-    let list = |members: &[&&Comparison]| {
+    let list = |members: &[&&ComparedMember]| {
         members.iter().map(|c| format!("{} {}", c.member, signed(c.peak_difference))).collect::<Vec<_>>().join(", ")
     };
     if !near.is_empty() {
@@ -257,12 +224,8 @@ fn sentence(q: &QuantityAnalysis, reference: &str, tolerance: f64) -> String {
 }
 
 fn warnings(stored: &[StoredCase], incomplete: &[(String, String)]) -> Vec<String> {
-    let mut out: Vec<String> = incomplete.iter().map(|(id, what)| format!("{id}: {what}.")).collect();
-    for note in stored.iter().flat_map(|c| &c.record.notes) {
-        if !out.contains(note) {
-            out.push(note.clone());
-        }
-    }
+    let mut out = analysis::warnings(incomplete);
+    analysis::add_notes(&mut out, stored);
     if stored.iter().any(|c| c.record.shared) {
         out.push("Cases ran at the same time: costs are CPU seconds, and `--jobs 1` gives quieter ones.".into());
     }
@@ -270,7 +233,7 @@ fn warnings(stored: &[StoredCase], incomplete: &[(String, String)]) -> Vec<Strin
 }
 
 /// Which members are interchangeable, how far the others are off, what they cost.
-fn verdict(a: &Analysis) -> String {
+fn verdict(a: &ComparisonFindings, tolerance: f64, missing: usize) -> String {
     let members: Vec<&str> = a.costs.iter().map(|p| p.member.as_str()).filter(|m| *m != a.reference).collect();
     if a.quantities.is_empty() || members.is_empty() {
         return format!(
@@ -287,7 +250,7 @@ fn verdict(a: &Analysis) -> String {
     let mut apart: Vec<(f64, String)> = vec![];
     for member in members {
         let Some((q, c)) = worst(member) else { continue };
-        if c.largest <= a.tolerance {
+        if c.largest <= tolerance {
             same.push(format!("{member} ({})", percent(c.largest)));
         } else {
             apart.push((
@@ -298,7 +261,7 @@ fn verdict(a: &Analysis) -> String {
     }
     apart.sort_by(|x, y| y.0.total_cmp(&x.0));
     let apart: Vec<String> = apart.into_iter().map(|x| x.1).collect();
-    let tolerance = percent(a.tolerance);
+    let tolerance = percent(tolerance);
     let mut words = match same.is_empty() {
         true => format!("No member can replace {} within {tolerance} of the peak in every curve.", a.reference),
         false => {
@@ -315,8 +278,5 @@ fn verdict(a: &Analysis) -> String {
         ratio(f64::max, 0.0),
         a.reference
     );
-    if !a.incomplete.is_empty() {
-        words += &format!(" {} case(s) have no usable result.", a.incomplete.len());
-    }
-    words
+    words + &analysis::without_result(missing)
 }

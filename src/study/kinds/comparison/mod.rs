@@ -6,19 +6,20 @@ pub mod report;
 pub mod sequence;
 
 use crate::scene::{SceneError, hint};
+use crate::study::analysis::Analysis;
 use crate::study::content::Content;
 use crate::study::kind::{Expansion, StudyKind};
 use crate::study::record::Role;
 use crate::study::results::Results;
 use crate::study::spec::{FamilySpec, Mistake, VariantSpec, check_quantities, check_roles, refuse};
-use analysis::{Analysis, ComparisonRecord, analyse};
+use analysis::{ComparisonFindings, ComparisonRecord, analyse};
 use serde::Deserialize;
 use std::path::Path;
 
 /// Keys of a comparison.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Comparison {
+pub struct ComparisonStudy {
     #[serde(rename = "variant", default)]
     pub variants: Vec<VariantSpec>,
     #[serde(rename = "family", default)]
@@ -29,7 +30,7 @@ pub struct Comparison {
 
 const ROLES: [Role; 3] = [Role::Members, Role::Finer, Role::Cumulative];
 
-impl Comparison {
+impl ComparisonStudy {
     fn check(&self) -> Result<(), Mistake> {
         check_quantities(&self.variants)?;
         check_roles(Self::NAME, &self.families, &ROLES)?;
@@ -67,10 +68,10 @@ impl Comparison {
     }
 }
 
-impl StudyKind for Comparison {
+impl StudyKind for ComparisonStudy {
     const NAME: &'static str = "comparison";
     type Details = ComparisonRecord;
-    type Analysis = Analysis;
+    type Findings = ComparisonFindings;
 
     fn expand(self, file: &Path) -> Result<Expansion<ComparisonRecord>, SceneError> {
         self.check().map_err(|mistake| refuse(file, mistake))?;
@@ -78,11 +79,11 @@ impl StudyKind for Comparison {
         Ok(Expansion::new(self.variants, self.families, details))
     }
 
-    fn analyse(results: &Results, comparison: &ComparisonRecord) -> Analysis {
+    fn analyse(results: &Results, comparison: &ComparisonRecord) -> Analysis<ComparisonFindings> {
         analyse(&results.study, comparison, &results.cases)
     }
 
-    fn report(results: &Results, analysis: &Analysis) -> Content {
+    fn report(results: &Results, analysis: &Analysis<ComparisonFindings>) -> Content {
         report::content(results, analysis)
     }
 }

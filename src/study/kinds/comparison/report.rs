@@ -1,16 +1,17 @@
 //! Report of a comparison.
 
+use crate::report::numbers::{digits, percent, space};
 use crate::report::table::{Table, headings};
-use crate::report::words::{digits, percent, space};
+use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::content::Content;
-use crate::study::kinds::comparison::analysis::{Analysis, QuantityAnalysis, signed};
+use crate::study::kinds::comparison::analysis::{ComparisonFindings, MemberDifferences, signed};
 use crate::study::kinds::comparison::figures::{curves, sequence};
 use crate::study::kinds::comparison::sequence::{Sequence, milliseconds};
 use crate::study::results::Results;
 use crate::study::tables;
 use serde_json::{Map, Value, json};
 
-pub fn content(store: &Results, a: &Analysis) -> Content {
+pub fn content(store: &Results, a: &Analysis<ComparisonFindings>) -> Content {
     let variants = store.study.variants.iter();
     let cumulative = !a.sequences.is_empty();
     let sentences = a.quantities.iter().map(|q| &q.sentence).chain(a.sequences.iter().map(|s| &s.sentence));
@@ -22,48 +23,41 @@ pub fn content(store: &Results, a: &Analysis) -> Content {
         shown.insert(0, comparison(a));
     }
     let figures = variants.flat_map(|v| [curves::over_time(store, a, v), curves::loops(store, a, v)]).flatten();
+    let supported =
+        a.quantities.iter().any(|q| q.members.len() > 1) || a.sequences.iter().any(|s| s.additions.len() > 1);
     Content {
-        verdict: a.verdict.clone(),
-        supported: a.quantities.iter().any(|q| q.members.len() > 1)
-            || a.sequences.iter().any(|s| s.additions.len() > 1),
         facts: facts(a).into_iter().chain(a.sequences.iter().filter_map(span)).collect(),
         sentences: sentences.cloned().collect(),
-        warnings: a.warnings.clone(),
         analysis: analysis(a),
-        answer,
         tables: shown,
         folded: vec![("Every case", tables::cases(store)), ("Time per effect", tables::effects(store))],
-        files: vec![],
-        outcomes: Default::default(),
         figures: figures.chain(a.sequences.iter().filter_map(sequence::draw)).collect(),
+        ..Content::new(a, supported, answer)
     }
 }
 
 /// The widest spread of a peak.
-fn facts(a: &Analysis) -> Vec<(String, String)> {
-    let fact = |q: &QuantityAnalysis| {
+fn facts(a: &ComparisonFindings) -> Vec<(String, String)> {
+    let fact = |q: &ByQuantity<MemberDifferences>| {
         let d = || q.members.iter().map(|c| c.peak_difference);
         let (lo, hi) = (d().fold(f64::INFINITY, f64::min), d().fold(f64::NEG_INFINITY, f64::max));
-        (format!("{} to {}", signed(lo), signed(hi)), format!("{}, against {}", q.title(), a.reference))
+        (format!("{} to {}", signed(lo), signed(hi)), format!("{}, against {}", q.peak_title(), a.reference))
     };
     a.quantities.iter().map(fact).collect()
 }
 
 /// The quantities of every variant under their names, as in the other kinds of study.
-fn analysis(a: &Analysis) -> Map<String, Value> {
+fn analysis(a: &Analysis<ComparisonFindings>) -> Map<String, Value> {
     let mut out = Map::new();
     out.insert("reference".into(), json!(a.reference));
     out.insert("costs".into(), json!(a.costs));
     out.insert("incomplete".into(), json!(a.incomplete));
     a.sequences.iter().for_each(|s| drop(out.insert(s.variant.clone(), json!(s))));
-    for q in &a.quantities {
-        let entry = out.entry(q.quantity.name.clone()).or_insert_with(|| json!({}));
-        entry[&q.variant] = json!(q);
-    }
+    out.extend(ByQuantity::as_json(&a.quantities));
     out
 }
 
-fn member_costs(a: &Analysis) -> Table {
+fn member_costs(a: &ComparisonFindings) -> Table {
     let rows = (a.costs.iter())
         .map(|p| {
             vec![
@@ -96,7 +90,7 @@ fn member_costs(a: &Analysis) -> Table {
     }
 }
 
-fn comparison(a: &Analysis) -> Table {
+fn comparison(a: &Analysis<ComparisonFindings>) -> Table {
     let mut rows = vec![];
     for q in &a.quantities {
         for c in &q.members {
@@ -150,7 +144,7 @@ fn ms(s: f64) -> String {
     format!("{ms:.*}", digits(ms) + 1)
 }
 
-fn sequence_costs(a: &Analysis) -> Table {
+fn sequence_costs(a: &ComparisonFindings) -> Table {
     let mut rows = vec![];
     for l in &a.sequences {
         for r in &l.additions {
@@ -188,7 +182,7 @@ fn sequence_costs(a: &Analysis) -> Table {
     }
 }
 
-fn evaluations(a: &Analysis) -> Table {
+fn evaluations(a: &ComparisonFindings) -> Table {
     let mut rows = vec![];
     for l in &a.sequences {
         for r in &l.additions {
@@ -215,7 +209,7 @@ fn evaluations(a: &Analysis) -> Table {
     }
 }
 
-fn answers(store: &Results, a: &Analysis) -> Table {
+fn answers(store: &Results, a: &ComparisonFindings) -> Table {
     let mut rows = vec![];
     for l in &a.sequences {
         let own = store.study.quantities.get(&l.variant);

@@ -10,7 +10,8 @@
 //!
 //! The factor T/W takes out, on average, what other programs on the machine took.
 
-use crate::report::words::{digits, percent};
+use crate::report::numbers::{digits, percent};
+use crate::study::analysis::without_result;
 use crate::study::curve::peak;
 use crate::study::record::{CaseRecord, Role, StoredCase, StudyRecord};
 use serde::Serialize;
@@ -147,9 +148,5 @@ pub fn verdict(sequences: &[Sequence], missing: usize) -> String {
     if parts.is_empty() {
         return "No verdict: no case converged.".into();
     }
-    let mut words = parts.join(". ") + ".";
-    if missing > 0 {
-        words += &format!(" {missing} case(s) have no usable result.");
-    }
-    words
+    parts.join(". ") + "." + &without_result(missing)
 }

@@ -1,133 +1,80 @@
-//! Convergence analysis of stored cases: which mesh can be trusted, with what error bar, at what cost.
-//!
-//! Pure: records and curves in, [`Analysis`] out; nothing is solved, read or written. The formulae are in
-//! [`crate::study::estimate`], the errors of the cases in [`super::errors`], the sentences in [`super::verdict`] and [`super::warnings`].
+//! The analysis of the stored cases of a convergence study.
 
-use crate::study::estimate::curve::CurveStudy;
-use crate::study::estimate::family::Estimate;
-use crate::study::estimate::reference::Reference;
-use crate::study::kinds::convergence::errors::{CaseError, Noise, TimeStep};
-use crate::study::record::{Quantity, Role};
-use serde::Serialize;
+use crate::study::analysis::{Analysis, ByQuantity};
+use crate::study::curve::{Curve, peak, starts_elsewhere};
+use crate::study::estimate::family::Level;
+use crate::study::estimate::{curve, family, reference};
+use crate::study::kinds::convergence::cases::Cases;
+use crate::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
+use crate::study::kinds::convergence::{errors, verdict, warnings};
+use crate::study::record::{Role, StoredCase, StudyRecord};
 
-/// Everything that is said about a study.
-#[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct Analysis {
-    pub tolerance: f64,
-    /// \[variants × quantities\]
-    pub quantities: Vec<QuantityAnalysis>,
-    /// Mesh + formulation, cheapest first
-    pub settings: Vec<Setting>,
-    pub recommended: Option<Recommendation>,
-    /// Cases without a usable result: (id, what is wrong)
-    pub incomplete: Vec<(String, String)>,
-    /// `wall_s`, or `cpu_s` if any case ran at the same time as another
-    pub cost: &'static str,
-    pub warnings: Vec<String>,
-    /// In words, refusals included
-    pub verdict: String,
-}
-
-/// One quantity in one variant.
-#[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct QuantityAnalysis {
-    pub variant: String,
-    /// The variant in words
-    pub variant_label: String,
-    pub quantity: Quantity,
-    pub deciding: bool,
-    /// Judged by its largest change, since it does not start at zero
-    pub change: bool,
-    /// One per family of meshes with two or more results
-    pub estimates: Vec<Estimate>,
-    /// (family, curves)
-    pub curves: Vec<(String, CurveStudy)>,
-    pub noise: Option<Noise>,
-    pub time_step: Option<TimeStep>,
-    pub reference: Option<Reference>,
-    pub errors: Vec<CaseError>,
-    /// A reference within the tolerance exists
-    pub supported: bool,
-    /// Why not, or what limits it
-    pub reasons: Vec<String>,
-    pub sentence: String,
-}
-
-impl QuantityAnalysis {
-    pub fn estimate(&self, family: &str) -> Option<&Estimate> {
-        self.estimates.iter().find(|e| e.family == family)
+/// Analyses what is there; cases that are missing or did not converge are named, not guessed.
+pub fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis<ConvergenceFindings> {
+    let cases = Cases::new(study, stored);
+    let mut quantities = ByQuantity::each(study, |variant, quantity| {
+        let any = study.quantities[variant].iter().any(|q| q.deciding || q.headline);
+        let deciding = !any || quantity.deciding || quantity.headline;
+        Some(mesh_errors(&cases, variant, &quantity.name, deciding))
+    });
+    let incomplete = study.incomplete(stored);
+    let settings = verdict::settings(&cases, &quantities);
+    for q in &mut quantities {
+        q.sentence = verdict::sentence(&settings, q, study.tolerance);
     }
+    let warnings = warnings::warnings(&cases, &quantities, &incomplete);
+    let (recommended, verdict) = verdict::conclude(&cases, &quantities, &settings, &incomplete);
+    let cost = if cases.shared { "cpu_s" } else { "wall_s" };
+    let found = ConvergenceFindings { quantities, settings, recommended, cost };
+    Analysis { tolerance: study.tolerance, found, incomplete, warnings, verdict }
+}
 
-    /// The family the study is about.
-    pub fn sizes(&self) -> Option<&Estimate> {
-        self.estimates.iter().find(|e| e.role == Role::Sizes)
+fn mesh_errors(cases: &Cases, variant: &str, quantity: &str, deciding: bool) -> MeshErrors {
+    let study = cases.study;
+    let noise = errors::noise(cases, variant, quantity);
+    let (mut estimates, mut curves) = (vec![], vec![]);
+    for f in &study.families {
+        if matches!(f.role, Role::Seeds | Role::TimeStep) {
+            continue;
+        }
+        let members = cases.of(f, variant);
+        let level =
+            |c: &&StoredCase| Some(Level { id: c.record.id.clone(), h: c.record.mesh.h_m, f: peak(c, quantity)? });
+        let scatter = noise.as_ref().filter(|n| n.formulation == f.formulation).map(|n| n.scatter);
+        let levels = members.iter().filter_map(level).collect();
+        estimates.extend(family::estimate((&f.name, f.role, &f.formulation), levels, scatter, study.tolerance));
+        let mut series: Vec<_> = (members.iter())
+            .filter_map(|c| Some((c.record.id.clone(), c.record.mesh.h_m, Curve::of(&c.series, quantity)?)))
+            .collect();
+        series.sort_by(|a, b| a.1.total_cmp(&b.1));
+        if series.len() >= 2 {
+            let formal = family::formal_order(&f.formulation);
+            curves.extend(curve::compare(&series, formal).map(|c| (f.name.clone(), c)));
+        }
     }
-
-    /// `peak bending angle, tension control`
-    pub fn title(&self) -> String {
-        let what = if self.change { "largest change of" } else { "peak" };
-        format!("{what} {}, {}", self.quantity.label, self.variant_label)
+    let of_variant = cases.stored.iter().filter(|c| c.record.variant == variant);
+    let change = of_variant.filter_map(|c| Curve::of(&c.series, quantity)).any(|c| starts_elsewhere(&c));
+    let reference = reference::choose(&estimates);
+    let errors = errors::errors(cases, variant, quantity, reference.as_ref());
+    let time_step = errors::time_step(cases, variant, quantity, &estimates);
+    let supported = reference.as_ref().is_some_and(|r| r.uncertainty <= study.tolerance * r.value.abs());
+    let mut reasons = vec![];
+    match &reference {
+        None => reasons.push("no family of meshes has two converged cases".to_string()),
+        Some(r) if !supported => {
+            for e in &estimates {
+                reasons.extend(e.reasons.iter().map(|reason| format!("{}: {reason}", e.family)));
+            }
+            if r.disagreement > study.tolerance * r.value.abs() {
+                reasons.push("the families disagree by more than the tolerance".into());
+            }
+        }
+        Some(r) => reasons.extend(
+            r.others
+                .iter()
+                .filter(|o| !o.overlaps)
+                .map(|o| format!("the interval of family {} does not overlap the one of {}", o.family, r.family)),
+        ),
     }
-}
-
-impl Analysis {
-    pub fn find(&self, variant: &str, quantity: &str) -> Option<&QuantityAnalysis> {
-        self.quantities.iter().find(|q| q.variant == variant && q.quantity.name == quantity)
-    }
-
-    /// The quantity that the study names for its summary, else the first one that decides and has an estimate.
-    pub fn headline(&self) -> Option<&QuantityAnalysis> {
-        headline(&self.quantities)
-    }
-}
-
-/// The quantity that summarises a study, see [`Analysis::headline`].
-pub fn headline(quantities: &[QuantityAnalysis]) -> Option<&QuantityAnalysis> {
-    let estimated = || quantities.iter().filter(|q| !q.estimates.is_empty());
-    let named = estimated().find(|q| q.quantity.headline);
-    named.or_else(|| estimated().find(|q| q.deciding)).or(quantities.first())
-}
-
-/// A mesh with a formulation, in every variant it was run in.
-#[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct Setting {
-    /// `tet4, 16200 cells`
-    pub label: String,
-    pub formulation: String,
-    pub cells: usize,
-    pub h_m: f64,
-    pub family: String,
-    pub cases: Vec<String>,
-    /// Mean over the variants \[s\]
-    pub cost_s: f64,
-    pub bars: Vec<Bar>,
-    /// Largest error bar of the deciding quantities \[–\]; infinite if one has no reference or no result
-    pub worst: f64,
-    /// Title of the quantity with that bar
-    pub limited_by: String,
-}
-
-/// Error and error bar of a setting in one quantity.
-#[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct Bar {
-    pub variant: String,
-    pub quantity: String,
-    pub value: f64,
-    pub error: f64,
-    pub bar: f64,
-    pub cost_s: f64,
-}
-
-/// The cheapest setting that meets the tolerance in every deciding quantity.
-#[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct Recommendation {
-    /// Id in the variant of the headline
-    pub case: String,
-    pub cases: Vec<String>,
-    pub label: String,
-    pub error_bar: f64,
-    pub limited_by: String,
-    pub cost_s: f64,
-    /// The next better one: label, error bar \[–\], cost \[s\]
-    pub next: Option<(String, f64, f64)>,
+    MeshErrors { deciding, change, estimates, curves, noise, time_step, reference, errors, supported, reasons }
 }

@@ -35,4 +35,8 @@ impl<'a> Cases<'a> {
     pub fn cost(&self, c: &CaseRecord) -> f64 {
         if self.shared { c.cpu_s } else { c.wall_s }
     }
+    /// Reason why the answer has no limit as h → 0, if a case names one.
+    pub fn no_limit(&self) -> Option<&'a str> {
+        self.stored.iter().find_map(|c| c.record.no_limit.as_deref())
+    }
 }

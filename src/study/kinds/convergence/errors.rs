@@ -4,8 +4,8 @@
 
 use crate::study::curve::peak;
 use crate::study::estimate::family::Estimate;
-use crate::study::estimate::order::ROUNDING;
 use crate::study::estimate::reference::Reference;
+use crate::study::estimate::richardson::ROUNDING;
 use crate::study::kinds::convergence::cases::Cases;
 use crate::study::record::{Role, StoredCase};
 use serde::Serialize;

@@ -1,29 +1,33 @@
 //! Convergence: which mesh can be trusted, with what error bar, at what cost.
+//!
+//! `analysis` goes from the stored cases to the `findings`: estimates of each family ([`crate::study::estimate`], which also says what
+//! limits them), `errors` of the cases against the reference, `warnings`, and the recommendation or refusal in words (`verdict`).
 
-pub mod analyse;
 pub mod analysis;
 pub mod cases;
 pub mod errors;
 pub mod figures;
+pub mod findings;
 pub mod report;
 pub mod verdict;
 pub mod warnings;
 
 use crate::scene::SceneError;
+use crate::study::analysis::Analysis;
 use crate::study::content::Content;
 use crate::study::kind::{Expansion, StudyKind};
 use crate::study::record::Role;
 use crate::study::results::Results;
 use crate::study::spec::{FamilySpec, VariantSpec, check_quantities, check_roles, refuse};
-use analyse::analyse;
-use analysis::Analysis;
+use analysis::analyse;
+use findings::ConvergenceFindings;
 use serde::Deserialize;
 use std::path::Path;
 
 /// Keys of a convergence study.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Convergence {
+pub struct ConvergenceStudy {
     #[serde(rename = "variant", default)]
     pub variants: Vec<VariantSpec>,
     #[serde(rename = "family", default)]
@@ -32,10 +36,10 @@ pub struct Convergence {
 
 const ROLES: [Role; 6] = [Role::Sizes, Role::Nested, Role::Remeshed, Role::Seeds, Role::Element, Role::TimeStep];
 
-impl StudyKind for Convergence {
+impl StudyKind for ConvergenceStudy {
     const NAME: &'static str = "convergence";
     type Details = ();
-    type Analysis = Analysis;
+    type Findings = ConvergenceFindings;
 
     fn expand(self, file: &Path) -> Result<Expansion<()>, SceneError> {
         let checked = check_quantities(&self.variants).and_then(|()| check_roles(Self::NAME, &self.families, &ROLES));
@@ -43,11 +47,11 @@ impl StudyKind for Convergence {
         Ok(Expansion::new(self.variants, self.families, ()))
     }
 
-    fn analyse(results: &Results, (): &()) -> Analysis {
+    fn analyse(results: &Results, (): &()) -> Analysis<ConvergenceFindings> {
         analyse(&results.study, &results.cases)
     }
 
-    fn report(results: &Results, analysis: &Analysis) -> Content {
+    fn report(results: &Results, analysis: &Analysis<ConvergenceFindings>) -> Content {
         report::content(results, analysis)
     }
 }

@@ -1,15 +1,15 @@
 //! Conclusions for the choice of a mesh: settings with cost and error bar, the sentences, the verdict.
 
-use crate::report::words::{capital, digits, percent, seconds, space};
-use crate::study::kinds::convergence::analysis::{Bar, QuantityAnalysis, Recommendation, Setting, headline};
+use crate::report::numbers::{capital, digits, percent, seconds, space};
+use crate::study::analysis::ByQuantity;
 use crate::study::kinds::convergence::cases::Cases;
-use crate::study::kinds::convergence::warnings::no_limit;
+use crate::study::kinds::convergence::findings::{Bar, MeshErrors, MeshSetting, Recommendation, headline, title};
 use crate::study::locking;
 use crate::study::record::Role;
 
 /// All settings run with the study's time step, cheapest first. Seeds show the scatter; a lucky one is no choice.
-pub fn settings(cases: &Cases, quantities: &[QuantityAnalysis]) -> Vec<Setting> {
-    let mut out: Vec<(String, Setting)> = vec![];
+pub fn settings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Vec<MeshSetting> {
+    let mut out: Vec<(String, MeshSetting)> = vec![];
     for c in cases.stored.iter().map(|c| &c.record) {
         let role = cases.study.families.iter().find(|f| f.name == c.family).map(|f| f.role);
         if !c.converged() || !cases.at_study_step(c) || role == Some(Role::Seeds) {
@@ -20,7 +20,7 @@ pub fn settings(cases: &Cases, quantities: &[QuantityAnalysis]) -> Vec<Setting> 
             let label = format!("{}, {} cells", c.formulation, c.mesh.cells);
             let (formulation, family) = (c.formulation.clone(), c.family.clone());
             let (cells, h_m) = (c.mesh.cells, c.mesh.h_m);
-            let s = Setting {
+            let s = MeshSetting {
                 label,
                 formulation,
                 cells,
@@ -55,13 +55,13 @@ pub fn settings(cases: &Cases, quantities: &[QuantityAnalysis]) -> Vec<Setting> 
             }
         }
     }
-    let mut settings: Vec<Setting> = out.into_iter().map(|(_, s)| s).collect();
+    let mut settings: Vec<MeshSetting> = out.into_iter().map(|(_, s)| s).collect();
     for s in &mut settings {
         s.cost_s /= s.cases.len() as f64;
         for q in quantities.iter().filter(|q| q.deciding) {
             let bar = find(s, q).map_or(f64::INFINITY, |b| b.bar);
             if bar > s.worst {
-                (s.worst, s.limited_by) = (bar, q.title());
+                (s.worst, s.limited_by) = (bar, title(q));
             }
         }
         if !quantities.iter().any(|q| q.deciding) {
@@ -72,17 +72,17 @@ pub fn settings(cases: &Cases, quantities: &[QuantityAnalysis]) -> Vec<Setting> 
     settings
 }
 
-fn find<'a>(s: &'a Setting, q: &QuantityAnalysis) -> Option<&'a Bar> {
+fn find<'a>(s: &'a MeshSetting, q: &ByQuantity<MeshErrors>) -> Option<&'a Bar> {
     s.bars.iter().find(|b| b.variant == q.variant && b.quantity == q.quantity.name)
 }
 
 /// Per quantity: the cheapest setting that meets the tolerance, its bar, its cost, and the cost of the next better one.
-pub fn sentence(settings: &[Setting], q: &QuantityAnalysis, tolerance: f64) -> String {
-    let title = capital(&q.title());
+pub fn sentence(settings: &[MeshSetting], q: &ByQuantity<MeshErrors>, tolerance: f64) -> String {
+    let title = capital(&title(q));
     if !q.supported {
         return format!("{title}: no verdict within {}. {}.", percent(tolerance), capital(&q.reasons.join("; ")));
     }
-    let mut by_cost: Vec<(&Setting, &Bar)> = settings.iter().filter_map(|s| Some((s, find(s, q)?))).collect();
+    let mut by_cost: Vec<(&MeshSetting, &Bar)> = settings.iter().filter_map(|s| Some((s, find(s, q)?))).collect();
     by_cost.sort_by(|a, b| a.1.cost_s.total_cmp(&b.1.cost_s));
     let reference = q.reference.as_ref().map_or(String::new(), |r| {
         let digits = digits(r.uncertainty);
@@ -116,24 +116,24 @@ pub fn sentence(settings: &[Setting], q: &QuantityAnalysis, tolerance: f64) -> S
 /// The recommendation, or why there is none.
 pub fn conclude(
     cases: &Cases,
-    quantities: &[QuantityAnalysis],
-    settings: &[Setting],
+    quantities: &[ByQuantity<MeshErrors>],
+    settings: &[MeshSetting],
     incomplete: &[(String, String)],
 ) -> (Option<Recommendation>, String) {
     let tolerance = cases.study.tolerance;
     let refuse = |why: String| (None, format!("No verdict within {}: {why}", percent(tolerance)));
-    if let Some(why) = no_limit(cases) {
+    if let Some(why) = cases.no_limit() {
         return refuse(format!(
             "{why}, so the answer has no limit as h → 0. Give the guides a radius of at least the largest h."
         ));
     }
-    let deciding: Vec<&QuantityAnalysis> = quantities.iter().filter(|q| q.deciding).collect();
+    let deciding: Vec<&ByQuantity<MeshErrors>> = quantities.iter().filter(|q| q.deciding).collect();
     if deciding.is_empty() {
         return refuse("the study lists no quantity.".into());
     }
-    let missing = |q: &&&QuantityAnalysis| !q.supported;
+    let missing = |q: &&&ByQuantity<MeshErrors>| !q.supported;
     let unsupported: Vec<String> =
-        (deciding.iter().filter(missing)).map(|q| format!("{} ({})", q.title(), q.reasons.join("; "))).collect();
+        (deciding.iter().filter(missing)).map(|q| format!("{} ({})", title(q), q.reasons.join("; "))).collect();
     if !unsupported.is_empty() {
         let lost = match incomplete.len() {
             0 => String::new(),
@@ -180,7 +180,7 @@ pub fn conclude(
 }
 
 /// A recommended setting that raises the locking alarm.
-fn locked(cases: &Cases, setting: &Setting) -> String {
+fn locked(cases: &Cases, setting: &MeshSetting) -> String {
     let of = cases.stored.iter().map(|c| &c.record).filter(|c| setting.cases.contains(&c.id));
     let worst = of.filter_map(locking::alarm).fold(0.0, f64::max);
     if worst == 0.0 {
@@ -194,9 +194,9 @@ fn locked(cases: &Cases, setting: &Setting) -> String {
 }
 
 /// The study asks about the sizes: say so if none of them will do.
-fn about_sizes(cases: &Cases, settings: &[Setting], tolerance: f64) -> String {
+fn about_sizes(cases: &Cases, settings: &[MeshSetting], tolerance: f64) -> String {
     let Some(family) = cases.study.families.iter().find(|f| f.role == Role::Sizes) else { return String::new() };
-    let of: Vec<&Setting> = settings.iter().filter(|s| s.cases.iter().any(|c| family.cases.contains(c))).collect();
+    let of: Vec<&MeshSetting> = settings.iter().filter(|s| s.cases.iter().any(|c| family.cases.contains(c))).collect();
     let best = of.iter().filter(|s| s.worst.is_finite()).min_by(|a, b| a.worst.total_cmp(&b.worst));
     best.filter(|s| s.worst > tolerance).map_or(String::new(), |s| {
         let bar = percent(s.worst);
@@ -211,13 +211,13 @@ fn about_sizes(cases: &Cases, settings: &[Setting], tolerance: f64) -> String {
 }
 
 /// A deciding quantity that hardly depends on the mesh hides the error that another one shows in the same variant.
-fn insensitive(quantities: &[QuantityAnalysis]) -> String {
-    let spread = |q: &QuantityAnalysis| {
+fn insensitive(quantities: &[ByQuantity<MeshErrors>]) -> String {
+    let spread = |q: &ByQuantity<MeshErrors>| {
         let e = q.sizes()?;
         let (first, last) = (e.values.first()?, e.values.last()?);
         Some(((last - first) / first).abs())
     };
-    let deciding: Vec<(&QuantityAnalysis, f64)> =
+    let deciding: Vec<(&ByQuantity<MeshErrors>, f64)> =
         quantities.iter().filter(|q| q.deciding).filter_map(|q| Some((q, spread(q)?))).collect();
     let mut words = String::new();
     for (q, least) in &deciding {

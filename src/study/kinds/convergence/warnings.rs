@@ -1,12 +1,13 @@
 //! Warnings that a reader should know before trusting the numbers.
 
-use crate::report::words::capital;
-use crate::study::estimate::order::LEAST_RATIO;
-use crate::study::kinds::convergence::analysis::QuantityAnalysis;
+use crate::report::numbers::capital;
+use crate::study::analysis::ByQuantity;
+use crate::study::estimate::richardson::LEAST_RATIO;
 use crate::study::kinds::convergence::cases::Cases;
+use crate::study::kinds::convergence::findings::{MeshErrors, title};
 
 /// One sentence each.
-pub fn warnings(cases: &Cases, quantities: &[QuantityAnalysis], incomplete: &[(String, String)]) -> Vec<String> {
+pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>], incomplete: &[(String, String)]) -> Vec<String> {
     let mut out = vec![];
     for (id, what) in incomplete {
         out.push(format!("Case {id}: {what}."));
@@ -18,7 +19,7 @@ pub fn warnings(cases: &Cases, quantities: &[QuantityAnalysis], incomplete: &[(S
             seen.push(&e.family);
             let (n, all) = (low.len(), e.ratios.len());
             out.push(format!(
-                "Family {}: {n} of {all} size ratios ({}) are below the 1.3 that Roache recommends.",
+                "Family {}: {n} of {all} size ratios ({}) are below the {LEAST_RATIO} that Roache recommends.",
                 e.family,
                 low.join(", ")
             ));
@@ -31,24 +32,24 @@ pub fn warnings(cases: &Cases, quantities: &[QuantityAnalysis], incomplete: &[(S
         if let Some(t) = q.time_step.as_ref().filter(|t| !t.negligible) {
             out.push(format!(
                 "{}: the time-step error {:.2e} is above a tenth of the mesh error {:.2e}.",
-                capital(&q.title()),
+                capital(&title(q)),
                 t.error,
                 t.mesh_error
             ));
         }
         for r in q.reference.iter().flat_map(|r| r.others.iter().filter(|o| !o.overlaps).map(move |o| (r, o))) {
             let (a, b) = (&r.0.family, &r.1.family);
-            out.push(format!("{}: the intervals of families {a} and {b} do not overlap.", capital(&q.title())));
+            out.push(format!("{}: the intervals of families {a} and {b} do not overlap.", capital(&title(q))));
         }
         if let Some(c) = q.curves.iter().find(|(_, c)| c.interpolation_error > 0.01 * c.norms[0].peak.abs()) {
             out.push(format!(
                 "{}: time grids differ; interpolating them costs {:.1e}.",
-                capital(&q.title()),
+                capital(&title(q)),
                 c.1.interpolation_error
             ));
         }
     }
-    if let Some(why) = no_limit(cases) {
+    if let Some(why) = cases.no_limit() {
         out.push(format!("{}: the answer has no limit as h → 0.", capital(why)));
     }
     let mut notes: Vec<&String> = cases.stored.iter().flat_map(|c| &c.record.notes).collect();
@@ -56,9 +57,4 @@ pub fn warnings(cases: &Cases, quantities: &[QuantityAnalysis], incomplete: &[(S
     notes.dedup();
     out.extend(notes.into_iter().map(|r| format!("{}.", capital(r))));
     out
-}
-
-/// Why the answer has no limit, if a case says so.
-pub fn no_limit<'a>(cases: &Cases<'a>) -> Option<&'a str> {
-    cases.stored.iter().find_map(|c| c.record.no_limit.as_deref())
 }

@@ -1,149 +1,204 @@
-//! Cost of accuracy: settings of mesh, element, time step and solver by cost and error.
-//!
-//! Pure: stored cases in, [`Analysis`] out. Every converged case of a variant that is not there for the reference is a setting:
-//!
-//! ```text
-//! cost       CPU seconds of the run, the median of its repeats; spread (max − min)/median
-//! error       of the peak |f − f*|/|f*|, of the curve ‖f − f*‖₂/‖f*‖₂          f* from [`reference`]
-//! error bar   error + U(f*): a setting meets a level if its bar does
-//! front       settings that no cheaper one beats in error
-//! ```
-//!
-//! Costs of one error are compared between families ([`super::line`](mod@super::line)), and costs are extrapolated over the cells ([`growth`](mod@crate::study::estimate::growth)).
+//! The analysis of the stored cases of a cost study.
 
-use crate::study::estimate::growth::{Growth, Predicted};
+use crate::study::analysis::{self, Analysis, ByQuantity};
+use crate::study::curve::peak;
+use crate::study::estimate::growth::growth;
+use crate::study::kinds::cost::findings::*;
 use crate::study::kinds::cost::line::Line;
-use crate::study::kinds::cost::reference::Reference;
-use crate::study::record::{PhaseRecord, Quantity};
-use serde::Serialize;
+use crate::study::kinds::cost::reference::{curve_error, members, reference, step};
+use crate::study::kinds::cost::sentence;
+use crate::study::record::{CaseRecord, Role, StoredCase, StudyRecord};
 
-/// Errors that every study asks for, in addition to its own tolerance.
-pub const LEVELS: [f64; 4] = [0.05, 0.02, 0.01, 0.005];
+/// Wall over CPU seconds from which a run was disturbed.
+const DISTURBED: f64 = 1.1;
 
-#[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct Analysis {
-    pub tolerance: f64,
-    pub levels: Vec<f64>,
-    /// \[variants × quantities\]
-    pub quantities: Vec<QuantityAnalysis>,
-    pub growth: Vec<Law>,
-    /// (id, what is wrong)
-    pub incomplete: Vec<(String, String)>,
-    pub warnings: Vec<String>,
-    pub verdict: String,
+/// Analyses what is there; cases that are missing or did not converge are named.
+pub fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis<CostFindings> {
+    let mut levels = LEVELS.to_vec();
+    if !levels.contains(&study.tolerance) {
+        levels.push(study.tolerance);
+        levels.sort_by(|a, b| b.total_cmp(a));
+    }
+    let mut quantities = ByQuantity::each(study, |variant, quantity| {
+        Some(cost_of_accuracy(study, stored, variant, &quantity.name, &levels))
+    });
+    for q in &mut quantities {
+        q.sentence = sentence::sentence(q, study.tolerance);
+    }
+    let growth = laws(study, stored);
+    let incomplete = study.incomplete(stored);
+    let warnings = warnings(stored, &quantities, &incomplete);
+    let verdict = sentence::verdict(&quantities, study.tolerance, incomplete.len());
+    let found = CostFindings { levels, quantities, growth };
+    Analysis { tolerance: study.tolerance, found, incomplete, warnings, verdict }
 }
 
-/// The error that is judged: of the peak, or of the whole curve.
-#[derive(Serialize, Clone, Copy, Debug, PartialEq, Eq)]
-#[serde(rename_all = "snake_case")]
-pub enum Measure {
-    Peak,
-    Curve,
-}
-
-pub const MEASURES: [Measure; 2] = [Measure::Peak, Measure::Curve];
-
-impl Measure {
-    pub fn words(self) -> &'static str {
-        match self {
-            Self::Peak => "peak",
-            Self::Curve => "curve",
+fn cost_of_accuracy(
+    study: &StudyRecord,
+    stored: &[StoredCase],
+    variant: &str,
+    quantity: &str,
+    levels: &[f64],
+) -> CostOfAccuracy {
+    let reference = reference(study, stored, variant, quantity);
+    let mut settings = vec![];
+    for family in study.families.iter().filter(|f| f.role != Role::Reference) {
+        for case in members(stored, family, variant) {
+            let known = settings.iter().any(|s: &CostedCase| s.case == case.record.id);
+            let found = reference.as_ref().filter(|_| !known).and_then(|r| {
+                let value = peak(case, quantity)?;
+                let errors = [(value - r.peak).abs() / r.peak.abs(), curve_error(r, case, quantity)?];
+                errors.iter().all(|e| e.is_finite()).then(|| setting(case, &family.name, family.role, value, errors))
+            });
+            settings.extend(found);
         }
     }
-}
-
-/// One quantity in one variant.
-#[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct QuantityAnalysis {
-    pub variant: String,
-    /// The variant in words
-    pub variant_label: String,
-    pub quantity: Quantity,
-    pub reference: Option<Reference>,
-    /// Cheapest first
-    pub settings: Vec<Setting>,
-    /// Of the peak, one per family with two settings or more
-    pub lines: Vec<Line>,
-    pub answers: Vec<Answer>,
-    pub sentence: String,
-}
-
-/// A case as something to choose.
-#[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct Setting {
-    pub case: String,
-    pub family: String,
-    pub label: String,
-    pub cost_s: f64,
-    /// (max − min)/median of the repeats \[–\]; none of one run
-    pub spread: Option<f64>,
-    pub value: f64,
-    /// \[–\] of the peak and of the curve
-    pub errors: [f64; 2],
-    /// On the Pareto front of the peak, of the curve
-    pub front: [bool; 2],
-    pub dofs: usize,
-    pub factor_nnz: usize,
-    /// Of all factorisations
-    pub flops: f64,
-    pub memory_bytes: Option<u64>,
-    pub phases: PhaseRecord,
-}
-
-/// The cheapest setting for a level.
-#[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct Answer {
-    pub measure: Measure,
-    pub level: f64,
-    /// Index of the setting; none if no bar is within the level
-    pub cheapest: Option<usize>,
-    /// The next more expensive one with a smaller error
-    pub next: Option<usize>,
-}
-
-/// How time or memory grow with the cells of one formulation.
-#[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct Law {
-    pub variant: String,
-    pub formulation: String,
-    pub of: Grows,
-    /// (cells, value) \[s\] or \[bytes\]
-    pub points: Vec<(f64, f64)>,
-    pub law: Growth,
-    /// Twice the most cells
-    pub next_cells: f64,
-    pub next: Predicted,
-    /// The largest mesh predicted by the others, over what was measured \[–\]
-    pub check: Option<f64>,
-}
-
-#[derive(Serialize, Clone, Copy, Debug, PartialEq, Eq)]
-#[serde(rename_all = "snake_case")]
-pub enum Grows {
-    Time,
-    Memory,
-}
-
-impl QuantityAnalysis {
-    /// `cable tension, length control`
-    pub fn title(&self) -> String {
-        format!("{}, {}", self.quantity.label, self.variant_label)
+    settings.sort_by(|a, b| a.cost_s.total_cmp(&b.cost_s));
+    for m in MEASURES {
+        let mut best = f64::INFINITY;
+        for s in &mut settings {
+            s.front[m as usize] = s.errors[m as usize] < best;
+            best = best.min(s.errors[m as usize]);
+        }
     }
-
-    /// U(f*) of a measure \[–\].
-    pub fn uncertainty(&self, measure: Measure) -> f64 {
-        self.reference.as_ref().map_or(f64::INFINITY, |r| match measure {
-            Measure::Peak => r.peak_uncertainty,
-            Measure::Curve => r.curve_uncertainty,
-        })
+    let line = |f: &crate::study::record::FamilyRecord| {
+        let of = |s: &&CostedCase| f.cases.contains(&s.case);
+        let points = settings.iter().filter(of).map(|s| (s.cost_s, s.errors[0])).collect();
+        let label = if f.name == f.formulation { f.name.clone() } else { f.name.replace('_', " ") };
+        Line::new(&f.name, label, points, levels)
+    };
+    let lines = study.families.iter().filter(|f| f.role != Role::Reference).filter_map(line).collect();
+    let mut q = CostOfAccuracy { reference, settings, lines, answers: vec![] };
+    for measure in MEASURES {
+        for &level in levels {
+            let cheapest = (0..q.settings.len()).find(|&k| q.bar(k, measure) <= level);
+            let next = cheapest.and_then(|c| {
+                let error = |k: usize| q.settings[k].errors[measure as usize];
+                (c + 1..q.settings.len()).find(|&k| error(k) < error(c))
+            });
+            q.answers.push(Cheapest { measure, level, cheapest, next });
+        }
     }
+    q
+}
 
-    /// Error with U(f*) \[–\].
-    pub fn bar(&self, setting: usize, measure: Measure) -> f64 {
-        self.settings[setting].errors[measure as usize] + self.uncertainty(measure)
+fn setting(case: &StoredCase, family: &str, role: Role, value: f64, errors: [f64; 2]) -> CostedCase {
+    let r = &case.record;
+    let family_words = family.replace('_', " ");
+    let label = match role {
+        Role::TimeStep => format!("{family_words}, Δt = {}", milliseconds(step(case))),
+        Role::Solver => format!("{family_words} {}", r.member),
+        _ => format!("{}, {} cells", r.formulation, r.mesh.cells),
+    };
+    let cpu = || r.repeats.iter().map(|t| t.cpu_s);
+    let spread =
+        (r.repeats.len() > 1).then(|| (cpu().fold(0.0, f64::max) - cpu().fold(f64::INFINITY, f64::min)) / r.cpu_s);
+    CostedCase {
+        case: r.id.clone(),
+        family: family.into(),
+        label,
+        cost_s: r.cpu_s,
+        spread,
+        value,
+        errors,
+        front: [false; 2],
+        dofs: r.dofs,
+        factor_nnz: r.factor_nnz,
+        flops: r.work.factor_flops * r.work.factorisations as f64,
+        memory_bytes: r.work.memory_bytes,
+        phases: r.phases.clone(),
     }
+}
 
-    pub fn answer(&self, measure: Measure, level: f64) -> Option<&Answer> {
-        self.answers.iter().find(|a| a.measure == measure && a.level == level)
+/// `10 ms`, `2.5 ms`
+fn milliseconds(s: f64) -> String {
+    let ms = (1e6 * s).round() / 1e3;
+    format!("{ms} ms")
+}
+
+/// Time and memory over the cells, per variant and formulation with three meshes or more.
+fn laws(study: &StudyRecord, stored: &[StoredCase]) -> Vec<GrowthLaw> {
+    let mut out = vec![];
+    let meshes = |f: &&crate::study::record::FamilyRecord| matches!(f.role, Role::Sizes | Role::Element);
+    for variant in &study.variants {
+        for family in study.families.iter().filter(meshes) {
+            let cases = members(stored, family, variant);
+            for of in [Grows::Time, Grows::Memory] {
+                let value = |r: &CaseRecord| match of {
+                    Grows::Time => Some(r.cpu_s),
+                    Grows::Memory => r.work.memory_bytes.map(|b| b as f64),
+                };
+                let mut points: Vec<(f64, f64)> =
+                    cases.iter().filter_map(|c| Some((c.record.mesh.cells as f64, value(&c.record)?))).collect();
+                points.sort_by(|a, b| a.0.total_cmp(&b.0));
+                let (Some(law), Some((last, others))) = (growth(&points), points.split_last()) else { continue };
+                if law.points < 3 {
+                    continue;
+                }
+                let check = growth(others).map(|g| g.at(last.0) / last.1);
+                let next_cells = 2.0 * last.0;
+                let (variant, formulation) = (variant.clone(), family.formulation.clone());
+                let next = law.predict(next_cells);
+                out.push(GrowthLaw { variant, formulation, of, points, law, next_cells, next, check });
+            }
+        }
     }
+    out
+}
+
+fn warnings(
+    stored: &[StoredCase],
+    quantities: &[ByQuantity<CostOfAccuracy>],
+    incomplete: &[(String, String)],
+) -> Vec<String> {
+    let mut out = analysis::warnings(incomplete);
+    let records = || stored.iter().map(|c| &c.record);
+    if records().any(|r| r.shared) {
+        out.push("Cases ran at the same time: `--jobs 1` gives quieter costs, and the memory of a case.".into());
+    }
+    let ratio = |r: &CaseRecord| r.wall_s / r.cpu_s;
+    let disturbed: Vec<f64> = records().map(ratio).filter(|x| *x > DISTURBED).collect();
+    if !disturbed.is_empty() {
+        out.push(format!(
+            "The machine was busy: {} of {} cases took more than {DISTURBED} times their CPU seconds by the clock, one {:.1} times. \
+             Costs are CPU seconds; what shares caches and memory disturbs them too.",
+            disturbed.len(),
+            stored.len(),
+            disturbed.iter().copied().fold(0.0, f64::max)
+        ));
+    }
+    let settings = || quantities.iter().flat_map(|q| &q.settings);
+    if let Some(s) =
+        settings().filter(|s| s.spread.is_some()).max_by(|a, b| a.spread.partial_cmp(&b.spread).expect("finite"))
+    {
+        let spread = crate::report::numbers::percent(s.spread.unwrap_or(0.0));
+        out.push(format!("Costs scatter from run to run by up to {spread} of the median ({}).", s.case));
+    }
+    for q in quantities {
+        let title = crate::report::numbers::capital(&q.title());
+        let Some(r) = &q.reference else {
+            out.push(format!("{title}: no family has the two cases that a reference needs."));
+            continue;
+        };
+        let signs =
+            |family: &str, above: bool| q.settings.iter().any(|s| s.family == family && (s.value > r.peak) == above);
+        let lucky = q.lines.iter().filter(|l| signs(&l.family, true) && signs(&l.family, false));
+        let lucky: Vec<&str> = lucky.map(|l| l.label.as_str()).collect();
+        if !lucky.is_empty() {
+            out.push(format!(
+                "{title}: the error changes its sign along {}; where it is least there, that is luck, and the next mesh or step need not be better.",
+                lucky.join(", ")
+            ));
+        }
+        let known = r.peak_uncertainty.max(r.curve_uncertainty);
+        if LEVELS.iter().any(|l| *l < known) {
+            out.push(format!(
+                "{title}: the reference itself is known to {} (peak) and {} (curve); no setting can be said to meet less.{}",
+                crate::report::numbers::percent(r.peak_uncertainty),
+                crate::report::numbers::percent(r.curve_uncertainty),
+                if r.reasons.is_empty() { String::new() } else { format!(" {}.", crate::report::numbers::capital(&r.reasons.join("; "))) }
+            ));
+        }
+    }
+    out
 }

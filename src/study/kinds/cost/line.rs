@@ -76,7 +76,7 @@ impl LevelCost {
             How::Between => "",
             How::Extrapolated => "≈ ",
         };
-        format!("{sign}{}", crate::report::words::seconds(self.seconds))
+        format!("{sign}{}", crate::report::numbers::seconds(self.seconds))
     }
 }
 

@@ -1,28 +1,29 @@
 //! Cost: what accuracy costs, by mesh, element, time step and solver.
 
-pub mod analyse;
 pub mod analysis;
 pub mod figures;
+pub mod findings;
 pub mod line;
 pub mod reference;
 pub mod report;
 pub mod sentence;
 
 use crate::scene::SceneError;
+use crate::study::analysis::Analysis;
 use crate::study::content::Content;
 use crate::study::kind::{Expansion, RunRules, StudyKind};
 use crate::study::record::Role;
 use crate::study::results::Results;
 use crate::study::spec::{FamilySpec, Mistake, VariantSpec, check_quantities, check_roles, refuse};
-use analyse::analyse;
-use analysis::Analysis;
+use analysis::analyse;
+use findings::CostFindings;
 use serde::Deserialize;
 use std::path::Path;
 
 /// Keys of a cost study.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Cost {
+pub struct CostStudy {
     #[serde(rename = "variant", default)]
     pub variants: Vec<VariantSpec>,
     #[serde(rename = "family", default)]
@@ -38,7 +39,7 @@ fn once() -> usize {
 
 const ROLES: [Role; 5] = [Role::Sizes, Role::Element, Role::TimeStep, Role::Solver, Role::Reference];
 
-impl Cost {
+impl CostStudy {
     fn check(&self) -> Result<(), Mistake> {
         check_quantities(&self.variants)?;
         check_roles(Self::NAME, &self.families, &ROLES)?;
@@ -54,10 +55,10 @@ impl Cost {
     }
 }
 
-impl StudyKind for Cost {
+impl StudyKind for CostStudy {
     const NAME: &'static str = "cost";
     type Details = ();
-    type Analysis = Analysis;
+    type Findings = CostFindings;
 
     fn expand(self, file: &Path) -> Result<Expansion<()>, SceneError> {
         self.check().map_err(|mistake| refuse(file, mistake))?;
@@ -65,11 +66,11 @@ impl StudyKind for Cost {
         Ok(Expansion { rules, ..Expansion::new(self.variants, self.families, ()) })
     }
 
-    fn analyse(results: &Results, (): &()) -> Analysis {
+    fn analyse(results: &Results, (): &()) -> Analysis<CostFindings> {
         analyse(&results.study, &results.cases)
     }
 
-    fn report(results: &Results, analysis: &Analysis) -> Content {
+    fn report(results: &Results, analysis: &Analysis<CostFindings>) -> Content {
         report::content(results, analysis)
     }
 }

@@ -20,7 +20,7 @@ use serde::Serialize;
 
 /// f* and f*(t) with their own errors.
 #[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct Reference {
+pub struct ReferenceCurve {
     pub family: String,
     pub method: String,
     /// f* \[unit of f\]
@@ -64,7 +64,7 @@ fn size(cases: &[&StoredCase]) -> (impl Fn(&StoredCase) -> f64 + use<>, f64) {
 }
 
 /// The reference of a quantity in a variant; `None` where no family has two cases.
-pub fn reference(study: &StudyRecord, stored: &[StoredCase], variant: &str, quantity: &str) -> Option<Reference> {
+pub fn reference(study: &StudyRecord, stored: &[StoredCase], variant: &str, quantity: &str) -> Option<ReferenceCurve> {
     let of = |roles: &[Role]| -> Vec<(&FamilyRecord, Estimate)> {
         let families = study.families.iter().filter(|f| roles.contains(&f.role));
         families
@@ -93,7 +93,7 @@ pub fn reference(study: &StudyRecord, stored: &[StoredCase], variant: &str, quan
         false => (study.fs - 1.0) / study.fs * l2(&study.t, &study.gci) / size,
     };
     let interpolated = study.interpolation_error.max(finest.interpolation_error()) / finest.peak().abs();
-    Some(Reference {
+    Some(ReferenceCurve {
         family: best.family,
         method: best.method,
         peak: best.value,
@@ -112,7 +112,7 @@ fn extrapolated(family: &FamilyRecord, cases: &[&StoredCase], quantity: &str, to
 }
 
 /// ‖f − f*‖₂/‖f*‖₂ on the times of f*, f linear between its rows: a user with such steps has no more than those.
-pub fn curve_error(reference: &Reference, case: &StoredCase, quantity: &str) -> Option<f64> {
+pub fn curve_error(reference: &ReferenceCurve, case: &StoredCase, quantity: &str) -> Option<f64> {
     let f = Curve::of(&case.series, quantity)?;
     let Curve { t, f: star } = &reference.curve;
     let d: Vec<f64> = t.iter().zip(star).map(|(t, star)| f.at(*t) - star).collect();

@@ -1,59 +1,53 @@
 //! Report of a cost study.
 
+use crate::report::numbers::{digits, percent, seconds};
 use crate::report::table::{Table, headings};
-use crate::report::words::{digits, percent, seconds};
+use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::content::Content;
 use crate::study::figures::time;
-use crate::study::kinds::cost::analysis::{Analysis, Grows, Measure, QuantityAnalysis};
 use crate::study::kinds::cost::figures::growth;
 use crate::study::kinds::cost::figures::work;
+use crate::study::kinds::cost::findings::{CostFindings, CostOfAccuracy, Grows, Measure};
 use crate::study::kinds::cost::line::How;
 use crate::study::record::CaseRecord;
 use crate::study::results::Results;
 use crate::study::tables;
 use serde_json::{Map, Value, json};
 
-pub fn content(store: &Results, a: &Analysis) -> Content {
+pub fn content(store: &Results, a: &Analysis<CostFindings>) -> Content {
     let variants = || store.study.variants.iter();
     let mut figures: Vec<_> = variants().filter_map(|v| work::precision(store, a, v)).collect();
     figures.extend(variants().filter_map(|v| work::amounts(store, a, v)));
     figures.extend(growth::draw(a));
     figures.extend(variants().filter_map(|v| time::of_variant(store, v, format!("time-{v}"))));
+    let supported = a.quantities.iter().any(|q| q.answers.iter().any(|x| x.cheapest.is_some()));
     Content {
-        verdict: a.verdict.clone(),
-        supported: a.quantities.iter().any(|q| q.answers.iter().any(|x| x.cheapest.is_some())),
         facts: a.quantities.iter().filter_map(|q| fact(q, a.tolerance)).collect(),
         sentences: a.quantities.iter().map(|q| q.sentence.clone()).collect(),
-        warnings: a.warnings.clone(),
         analysis: analysis(a),
-        answer: ("The cheapest setting for an error", cheapest(a)),
         tables: vec![costs(a), laws(a), settings(a)],
         folded: vec![
             ("Time by phase", phases(store)),
             ("Every case", tables::cases(store)),
             ("Time per effect", tables::effects(store)),
         ],
-        files: vec![],
-        outcomes: Default::default(),
         figures,
+        ..Content::new(a, supported, ("The cheapest setting for an error", cheapest(a)))
     }
 }
 
 /// Cost of the peak at the tolerance.
-fn fact(q: &QuantityAnalysis, tolerance: f64) -> Option<(String, String)> {
+fn fact(q: &ByQuantity<CostOfAccuracy>, tolerance: f64) -> Option<(String, String)> {
     let s = &q.settings[q.answer(Measure::Peak, tolerance)?.cheapest?];
     Some((seconds(s.cost_s), format!("peak {} within {}, by {}", q.title(), percent(tolerance), s.label)))
 }
 
-fn analysis(a: &Analysis) -> Map<String, Value> {
+fn analysis(a: &Analysis<CostFindings>) -> Map<String, Value> {
     let mut out = Map::new();
     out.insert("levels".into(), json!(a.levels));
     out.insert("incomplete".into(), json!(a.incomplete));
     out.insert("growth".into(), json!(a.growth));
-    for q in &a.quantities {
-        let entry = out.entry(q.quantity.name.clone()).or_insert_with(|| json!({}));
-        entry[&q.variant] = json!(q);
-    }
+    out.extend(ByQuantity::as_json(&a.quantities));
     out
 }
 
@@ -65,7 +59,7 @@ fn cost(s: f64) -> String {
     format!("{s:.*}", digits(s))
 }
 
-fn cheapest(a: &Analysis) -> Table {
+fn cheapest(a: &CostFindings) -> Table {
     let mut rows = vec![];
     for q in &a.quantities {
         for x in &q.answers {
@@ -96,7 +90,7 @@ fn cheapest(a: &Analysis) -> Table {
 }
 
 /// Costs of one error, family by family, over that of the cheapest.
-fn costs(a: &Analysis) -> Table {
+fn costs(a: &CostFindings) -> Table {
     let mut rows = vec![];
     for q in &a.quantities {
         for (k, level) in a.levels.iter().enumerate() {
@@ -134,7 +128,7 @@ fn costs(a: &Analysis) -> Table {
     }
 }
 
-fn laws(a: &Analysis) -> Table {
+fn laws(a: &CostFindings) -> Table {
     let rows = (a.growth.iter())
         .map(|l| {
             let shown = |v: f64| if l.of == Grows::Time { seconds(v) } else { format!("{:.0} MB", 1e-6 * v) };
@@ -166,7 +160,7 @@ fn laws(a: &Analysis) -> Table {
     }
 }
 
-fn settings(a: &Analysis) -> Table {
+fn settings(a: &CostFindings) -> Table {
     let mut rows = vec![];
     for q in &a.quantities {
         for s in &q.settings {

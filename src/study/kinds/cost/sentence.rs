@@ -1,11 +1,12 @@
 //! One sentence per quantity, and the verdict.
 
-use crate::report::words::{capital, digits, percent, seconds, space};
-use crate::study::kinds::cost::analysis::{Measure, QuantityAnalysis};
+use crate::report::numbers::{capital, digits, percent, seconds, space};
+use crate::study::analysis::{ByQuantity, without_result};
+use crate::study::kinds::cost::findings::{CostOfAccuracy, Measure};
 use crate::study::kinds::cost::line::{How, Line};
 
 /// The cheapest setting that meets the tolerance and what the next better one would cost, for the peak and for the curve.
-pub fn sentence(q: &QuantityAnalysis, tolerance: f64) -> String {
+pub fn sentence(q: &ByQuantity<CostOfAccuracy>, tolerance: f64) -> String {
     let Some(r) = &q.reference else {
         return format!("{}: no reference, so no cost can be given.", capital(&q.title()));
     };
@@ -21,7 +22,7 @@ pub fn sentence(q: &QuantityAnalysis, tolerance: f64) -> String {
     )
 }
 
-fn cheapest(q: &QuantityAnalysis, measure: Measure, tolerance: f64) -> String {
+fn cheapest(q: &ByQuantity<CostOfAccuracy>, measure: Measure, tolerance: f64) -> String {
     let what = format!("of the {}", measure.words());
     let Some(answer) = q.answer(measure, tolerance) else { return format!("{what} nothing is known") };
     let Some(k) = answer.cheapest else {
@@ -51,7 +52,7 @@ fn cheapest(q: &QuantityAnalysis, measure: Measure, tolerance: f64) -> String {
 const RATIO: f64 = 1.5;
 
 /// Most expensive over cheapest family at a level, where both have a cost of their own: the lines and the ratio.
-fn ratio(q: &QuantityAnalysis, level: usize) -> Option<(&Line, &Line, f64)> {
+fn ratio(q: &ByQuantity<CostOfAccuracy>, level: usize) -> Option<(&Line, &Line, f64)> {
     let of = |l: &Line| l.costs.get(level).copied().flatten();
     let by_cost: Vec<(&Line, f64)> = q.lines.iter().filter_map(|l| Some((l, of(l)?.seconds))).collect();
     let cheap = by_cost.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
@@ -65,7 +66,7 @@ fn times(x: f64) -> String {
     if x < 1e4 { format!("{x:.*}", digits(x)) } else { format!("{x:.0e}") }
 }
 
-pub fn verdict(quantities: &[QuantityAnalysis], tolerance: f64, missing: usize) -> String {
+pub fn verdict(quantities: &[ByQuantity<CostOfAccuracy>], tolerance: f64, missing: usize) -> String {
     let mut parts = vec![];
     for q in quantities {
         let Some(level) = q.answers.iter().filter(|a| a.measure == Measure::Peak).position(|a| a.level == tolerance)
@@ -99,9 +100,5 @@ pub fn verdict(quantities: &[QuantityAnalysis], tolerance: f64, missing: usize) 
     if parts.is_empty() {
         return "No verdict: no quantity has a reference.".into();
     }
-    let mut words = format!("Within {}: {}.", percent(tolerance), parts.join("; "));
-    if missing > 0 {
-        words += &format!(" {missing} case(s) have no usable result.");
-    }
-    words
+    format!("Within {}: {}.{}", percent(tolerance), parts.join("; "), without_result(missing))
 }

@@ -1,14 +1,15 @@
 //! Results of scenes that break simulators: the matrix of case × variant, and maps of where a scene holds.
 //!
-//! Pure: stored cases in, [`Analysis`] out. A case passes when it ends as it should and meets its references; it is refused when it
+//! Pure: stored cases in, [`RobustnessFindings`] out. A case passes when it ends as it should and meets its references; it is refused when it
 //! ends with a stated reason instead of an answer, where that is right; everything else is a failure: a reference that was missed,
 //! another end than the right one, a number that is not finite, a panic, the end of the time.
 
-use crate::report::words::percent;
-use crate::study::kinds::robustness::check::{self, Check, Finding};
+use crate::report::numbers::percent;
+use crate::study::analysis::{self, Analysis};
+use crate::study::kinds::robustness::check::{self, Check, CheckResult};
 use crate::study::kinds::robustness::map;
 use crate::study::kinds::robustness::map::Map;
-use crate::study::kinds::robustness::outcome::Outcome;
+use crate::study::kinds::robustness::outcome::CaseOutcome;
 use crate::study::kinds::robustness::record::{RobustnessRecord, SuiteRecord};
 use crate::study::record::{PANICKED, StoredCase, StudyRecord};
 use serde::Serialize;
@@ -16,16 +17,16 @@ use std::collections::BTreeMap;
 
 /// A case of a suite.
 #[derive(Clone, Debug, Serialize, PartialEq)]
-pub struct Judged {
+pub struct JudgedCase {
     pub case: String,
     pub suite: String,
     pub member: String,
     pub variant: String,
-    pub outcome: Outcome,
+    pub outcome: CaseOutcome,
     /// Why it was refused or failed
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
-    pub findings: Vec<Finding>,
+    pub findings: Vec<CheckResult>,
     pub status: String,
     pub steps: usize,
     pub newton_iterations: usize,
@@ -33,31 +34,32 @@ pub struct Judged {
     pub wall_s: f64,
 }
 
-/// Everything that is said about a study of kind `robustness`.
-#[derive(Clone, Debug, Serialize, PartialEq)]
-pub struct Analysis {
+/// Findings of a robustness study.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RobustnessFindings {
     pub suites: Vec<SuiteRecord>,
-    pub cases: Vec<Judged>,
+    pub cases: Vec<JudgedCase>,
     pub maps: Vec<Map>,
-    /// (id, what is wrong)
-    pub missing: Vec<(String, String)>,
-    pub verdict: String,
 }
 
-impl Analysis {
-    pub fn count(&self, outcome: Outcome) -> usize {
+impl RobustnessFindings {
+    pub fn count(&self, outcome: CaseOutcome) -> usize {
         self.cases.iter().filter(|c| c.outcome == outcome).count()
     }
 
     /// Outcome by case, also of the points of maps.
-    pub fn outcomes(&self) -> BTreeMap<String, Outcome> {
+    pub fn outcomes(&self) -> BTreeMap<String, CaseOutcome> {
         let suites = self.cases.iter().map(|c| (c.case.clone(), c.outcome));
         suites.chain(self.maps.iter().flat_map(Map::outcomes)).collect()
     }
 }
 
 /// Analyses what is there.
-pub fn analyse(study: &StudyRecord, robustness: &RobustnessRecord, stored: &[StoredCase]) -> Analysis {
+pub fn analyse(
+    study: &StudyRecord,
+    robustness: &RobustnessRecord,
+    stored: &[StoredCase],
+) -> Analysis<RobustnessFindings> {
     let mut cases = vec![];
     for suite in &robustness.suites {
         let family = study.families.iter().find(|f| f.name == suite.family);
@@ -65,16 +67,20 @@ pub fn analyse(study: &StudyRecord, robustness: &RobustnessRecord, stored: &[Sto
         cases.extend(ids.filter_map(|id| Some(judge(suite, stored.iter().find(|c| c.record.id == *id)?, stored))));
     }
     let maps: Vec<Map> = robustness.maps.iter().map(|m| map::analyse(m, study, stored)).collect();
-    let missing = (study.families.iter().flat_map(|f| &f.cases))
+    // A status is a result here
+    let incomplete: Vec<(String, String)> = (study.families.iter().flat_map(|f| &f.cases))
         .filter(|id| stored.iter().all(|c| c.record.id != **id))
         .map(|id| (id.clone(), "has no result".into()))
         .collect();
-    let mut out = Analysis { suites: robustness.suites.clone(), cases, maps, missing, verdict: String::new() };
-    out.verdict = verdict(&out);
-    out
+    let found = RobustnessFindings { suites: robustness.suites.clone(), cases, maps };
+    let verdict = verdict(&found, incomplete.len());
+    let failed = found.cases.iter().filter(|c| c.outcome == CaseOutcome::Fail);
+    let warnings = failed.map(|c| format!("{} fails: {}.", c.case, c.reason.as_deref().unwrap_or("no reason")));
+    let warnings = warnings.chain(analysis::warnings(&incomplete)).collect();
+    Analysis { tolerance: study.tolerance, found, incomplete, warnings, verdict }
 }
 
-fn judge(suite: &SuiteRecord, case: &StoredCase, stored: &[StoredCase]) -> Judged {
+fn judge(suite: &SuiteRecord, case: &StoredCase, stored: &[StoredCase]) -> JudgedCase {
     let r = &case.record;
     let converged = r.converged();
     let applied: Vec<&Check> = suite.checks.iter().filter(|c| c.applies(case)).collect();
@@ -84,7 +90,7 @@ fn judge(suite: &SuiteRecord, case: &StoredCase, stored: &[StoredCase]) -> Judge
     };
     // A reference at the end of a run says nothing of a run that did not come there
     let due = |c: &&&Check| converged || c.at == check::Moment::Limit;
-    let found: Vec<Option<Finding>> = applied.iter().filter(due).map(|c| c.evaluate(case, other(c))).collect();
+    let found: Vec<Option<CheckResult>> = applied.iter().filter(due).map(|c| c.evaluate(case, other(c))).collect();
     let right = match &suite.ends {
         Some(ends) => ends.contains(&r.status),
         None if applied.iter().any(|c| c.at != check::Moment::Limit) => converged,
@@ -96,7 +102,7 @@ fn judge(suite: &SuiteRecord, case: &StoredCase, stored: &[StoredCase]) -> Judge
         case.series.columns.iter().find(|(_, v)| last(v)).map(|(name, _)| format!("{name} is not finite at the end"))
     };
     let missed = || {
-        let one = |f: &Option<Finding>| match f {
+        let one = |f: &Option<CheckResult>| match f {
             None => Some("a reference needs what was not recorded".to_string()),
             Some(f) if !f.met => {
                 Some(format!("{}: {:.6e}, not {:.6e} (error {:.1e})", f.what, f.measured, f.reference, f.error))
@@ -107,15 +113,15 @@ fn judge(suite: &SuiteRecord, case: &StoredCase, stored: &[StoredCase]) -> Judge
     };
     let (outcome, reason) = if !right {
         let wrong = if converged { "it converged, where no answer is right".into() } else { detail() };
-        (Outcome::Fail, Some(wrong))
+        (CaseOutcome::Fail, Some(wrong))
     } else if let Some(why) = strange().filter(|_| converged).or_else(missed) {
-        (Outcome::Fail, Some(why))
+        (CaseOutcome::Fail, Some(why))
     } else if converged {
-        (Outcome::Pass, None)
+        (CaseOutcome::Pass, None)
     } else {
-        (Outcome::Refused, Some(detail()))
+        (CaseOutcome::Refused, Some(detail()))
     };
-    Judged {
+    JudgedCase {
         case: r.id.clone(),
         suite: suite.family.clone(),
         member: r.member.clone(),
@@ -131,8 +137,8 @@ fn judge(suite: &SuiteRecord, case: &StoredCase, stored: &[StoredCase]) -> Judge
     }
 }
 
-fn verdict(a: &Analysis) -> String {
-    let [pass, refused, fail] = [Outcome::Pass, Outcome::Refused, Outcome::Fail].map(|o| a.count(o));
+fn verdict(a: &RobustnessFindings, missing: usize) -> String {
+    let [pass, refused, fail] = [CaseOutcome::Pass, CaseOutcome::Refused, CaseOutcome::Fail].map(|o| a.count(o));
     let mut words = vec![];
     if !a.cases.is_empty() {
         words.push(format!(
@@ -150,8 +156,8 @@ fn verdict(a: &Analysis) -> String {
     if words.is_empty() {
         return "No verdict: no case has a result.".into();
     }
-    if !a.missing.is_empty() {
-        words.push(format!("{} case(s) have no result.", a.missing.len()));
+    if missing > 0 {
+        words.push(format!("{missing} case(s) have no result."));
     }
     words.join(" ")
 }

@@ -10,10 +10,10 @@
 
 use crate::material::registry;
 use crate::math::units;
-use crate::scene::parts::probes::Headline;
+use crate::scene::Headline;
 use crate::scene::{SceneError, SceneSpec, read_scene};
 use crate::study::axis::AxisSpec;
-use crate::study::kind::{Expansion, stored};
+use crate::study::kind::{Around, StoredExpansion, stored};
 use crate::study::kinds::robustness::check::{Bound, CheckSpec, Moment};
 use crate::study::kinds::robustness::spec::{self, MapSpec, SuiteSpec};
 use crate::study::record::Quantity;
@@ -29,8 +29,16 @@ const MESHES: [f64; 3] = [2.0, 1.0, 0.5];
 /// Keys whose values are signals.
 const SIGNALS: [&str; 5] = ["displacement", "acceleration", "force", "traction", "signal"];
 
+/// The study around a scene of one's own.
+pub const AROUND: Around = Around {
+    question: "Where does this scene hold?",
+    expectation: "Wherever the scene converges, its answer agrees with that of the smallest time step.",
+    tolerance: "2 %",
+    expand: around,
+};
+
 /// Maps and starts around the scene in `file`.
-pub fn around(file: &Path, changes: &[(String, Value)]) -> Result<Expansion<serde_json::Value>, SceneError> {
+fn around(file: &Path, changes: &[(String, Value)]) -> Result<StoredExpansion, SceneError> {
     let (scene, text) = read_scene(file, changes)?;
     let table: Table = text.parse().expect("a scene that was read is TOML");
     let quantity = quantity(&scene).ok_or_else(|| SceneError::Content {

@@ -90,7 +90,7 @@ pub struct Check {
 
 /// Result of a check.
 #[derive(Clone, Debug, Serialize, PartialEq)]
-pub struct Finding {
+pub struct CheckResult {
     pub what: String,
     pub source: String,
     /// Where the error is largest
@@ -162,7 +162,7 @@ impl Check {
     }
 
     /// Compares a case; `other` is the one that it is to be like. `None` where something that it needs was not recorded.
-    pub fn evaluate(&self, case: &StoredCase, other: Option<&StoredCase>) -> Option<Finding> {
+    pub fn evaluate(&self, case: &StoredCase, other: Option<&StoredCase>) -> Option<CheckResult> {
         let measured = values(&self.measured, case, self.at)?;
         let formula = self.reference.as_ref().unwrap_or(&self.measured);
         let reference = match &self.like {
@@ -190,7 +190,7 @@ impl Check {
         // Nothing is off by nothing, whatever the size
         let error = if off == 0.0 { 0.0 } else { off / size };
         let (what, source) = (self.what.clone(), self.source.clone());
-        Some(Finding { what, source, measured, reference, error, accept: self.accept, met: error <= self.accept })
+        Some(CheckResult { what, source, measured, reference, error, accept: self.accept, met: error <= self.accept })
     }
 }
 

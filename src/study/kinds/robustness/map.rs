@@ -6,7 +6,7 @@
 
 use crate::study::axis::AxisRecord;
 use crate::study::curve::peak;
-use crate::study::kinds::robustness::outcome::Outcome;
+use crate::study::kinds::robustness::outcome::CaseOutcome;
 use crate::study::kinds::robustness::record::MapRecord;
 use crate::study::record::{PANICKED, Quantity, StoredCase, StudyRecord};
 use serde::Serialize;
@@ -30,7 +30,7 @@ pub struct Map {
 pub struct Panel {
     pub variant: String,
     pub label: String,
-    pub points: Vec<Point>,
+    pub points: Vec<MapPoint>,
     /// Share of the points whose answer is right \[–\]
     pub holds: f64,
     /// Means over the points along each value of x: iterations and cuts a step
@@ -39,7 +39,7 @@ pub struct Panel {
 }
 
 #[derive(Clone, Debug, Serialize, PartialEq)]
-pub struct Point {
+pub struct MapPoint {
     pub case: String,
     /// Index along x and y
     pub at: [usize; 2],
@@ -72,12 +72,12 @@ pub enum Grade {
 impl Map {
     /// A wrong answer without a word is a failure, but where another simulator's step is shown on purpose: only the first variant
     /// is judged.
-    pub fn outcomes(&self) -> impl Iterator<Item = (String, Outcome)> {
+    pub fn outcomes(&self) -> impl Iterator<Item = (String, CaseOutcome)> {
         self.panels.first().into_iter().flat_map(|p| &p.points).map(|p| {
             let outcome = match p.grade {
-                Grade::Right | Grade::Unjudged => Outcome::Pass,
-                Grade::Stated => Outcome::Refused,
-                Grade::Poor | Grade::Wrong | Grade::Broken => Outcome::Fail,
+                Grade::Right | Grade::Unjudged => CaseOutcome::Pass,
+                Grade::Stated => CaseOutcome::Refused,
+                Grade::Poor | Grade::Wrong | Grade::Broken => CaseOutcome::Fail,
             };
             (p.case.clone(), outcome)
         })
@@ -107,7 +107,7 @@ pub(super) fn analyse(map: &MapRecord, study: &StudyRecord, stored: &[StoredCase
     };
     let references: Vec<Option<f64>> = (0..map.axes[1].values.len()).map(reference).collect();
     let panel = |variant: &String| {
-        let mut points: Vec<Point> = (map.points.iter())
+        let mut points: Vec<MapPoint> = (map.points.iter())
             .filter_map(|(member, at)| {
                 let case = of(&map.family, Some(variant), member)?;
                 Some(point(map, study.tolerance, case, [at[0], at[1]], references[at[1]]))
@@ -115,7 +115,7 @@ pub(super) fn analyse(map: &MapRecord, study: &StudyRecord, stored: &[StoredCase
             .collect();
         points.sort_by_key(|p| (p.at[1], p.at[0]));
         let right = points.iter().filter(|p| p.grade == Grade::Right).count();
-        let mean = |x: usize, f: &dyn Fn(&Point) -> f64| {
+        let mean = |x: usize, f: &dyn Fn(&MapPoint) -> f64| {
             let here: Vec<f64> = points.iter().filter(|p| p.at[0] == x).map(f).collect();
             here.iter().sum::<f64>() / here.len().max(1) as f64
         };
@@ -136,7 +136,7 @@ pub(super) fn analyse(map: &MapRecord, study: &StudyRecord, stored: &[StoredCase
     }
 }
 
-fn point(map: &MapRecord, tolerance: f64, case: &StoredCase, at: [usize; 2], reference: Option<f64>) -> Point {
+fn point(map: &MapRecord, tolerance: f64, case: &StoredCase, at: [usize; 2], reference: Option<f64>) -> MapPoint {
     let r = &case.record;
     let found = peak(case, &map.quantity.name).filter(|_| r.converged());
     let finite = |v: &Vec<f64>| v.iter().all(|x| x.is_finite());
@@ -150,7 +150,7 @@ fn point(map: &MapRecord, tolerance: f64, case: &StoredCase, at: [usize; 2], ref
         (_, Some(_)) => Grade::Right,
         (_, None) => Grade::Unjudged,
     };
-    Point {
+    MapPoint {
         case: r.id.clone(),
         at,
         grade,

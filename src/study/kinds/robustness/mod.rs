@@ -11,11 +11,12 @@ pub mod report;
 pub mod spec;
 
 use crate::scene::SceneError;
+use crate::study::analysis::Analysis;
 use crate::study::content::Content;
-use crate::study::kind::{Expansion, StudyKind};
+use crate::study::kind::{Around, Expansion, StudyKind};
 use crate::study::results::Results;
 use crate::study::spec::{VariantSpec, refuse};
-use analysis::{Analysis, analyse};
+use analysis::{RobustnessFindings, analyse};
 use record::RobustnessRecord;
 use serde::Deserialize;
 use spec::{MapSpec, SuiteSpec};
@@ -24,7 +25,7 @@ use std::path::Path;
 /// Keys of a robustness study.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Robustness {
+pub struct RobustnessStudy {
     #[serde(rename = "variant", default)]
     pub variants: Vec<VariantSpec>,
     /// Scenes that break simulators
@@ -35,20 +36,28 @@ pub struct Robustness {
     pub maps: Vec<MapSpec>,
 }
 
-impl StudyKind for Robustness {
+impl StudyKind for RobustnessStudy {
     const NAME: &'static str = "robustness";
     type Details = RobustnessRecord;
-    type Analysis = Analysis;
+    type Findings = RobustnessFindings;
+    const AROUND: Option<Around> = Some(around::AROUND);
+
+    /// The suites that are marked as quick.
+    fn quick(mut self) -> Self {
+        self.maps.clear();
+        self.suites.retain(|suite| suite.quick);
+        self
+    }
 
     fn expand(self, file: &Path) -> Result<Expansion<RobustnessRecord>, SceneError> {
         spec::expand(self.variants, &self.suites, &self.maps).map_err(|mistake| refuse(file, mistake))
     }
 
-    fn analyse(results: &Results, robustness: &RobustnessRecord) -> Analysis {
+    fn analyse(results: &Results, robustness: &RobustnessRecord) -> Analysis<RobustnessFindings> {
         analyse(&results.study, robustness, &results.cases)
     }
 
-    fn report(results: &Results, analysis: &Analysis) -> Content {
+    fn report(results: &Results, analysis: &Analysis<RobustnessFindings>) -> Content {
         report::content(results, analysis)
     }
 }

@@ -5,13 +5,13 @@ use serde::Serialize;
 /// Outcome of a case.
 #[derive(Clone, Copy, Debug, Serialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
-pub enum Outcome {
+pub enum CaseOutcome {
     Pass,
     Refused,
     Fail,
 }
 
-impl Outcome {
+impl CaseOutcome {
     pub fn name(self) -> &'static str {
         match self {
             Self::Pass => "pass",

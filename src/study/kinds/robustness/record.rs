@@ -24,7 +24,6 @@ pub struct SuiteRecord {
     pub ends: Option<Vec<String>>,
     #[serde(default)]
     pub checks: Vec<Check>,
-    pub quick: bool,
 }
 
 /// A map as it is stored with the study.

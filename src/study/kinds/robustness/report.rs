@@ -1,50 +1,45 @@
 //! Report of a robustness study: the matrix, every reference, the maps.
 
 use crate::report::table::{Table, headings};
+use crate::study::analysis::Analysis;
 use crate::study::content::Content;
-use crate::study::kinds::robustness::analysis::{Analysis, Judged};
-use crate::study::kinds::robustness::check::Finding;
+use crate::study::kinds::robustness::analysis::{JudgedCase, RobustnessFindings};
+use crate::study::kinds::robustness::check::CheckResult;
 use crate::study::kinds::robustness::figures::failed;
 use crate::study::kinds::robustness::figures::matrix;
 use crate::study::kinds::robustness::figures::region;
 use crate::study::kinds::robustness::map::{Grade, Map};
-use crate::study::kinds::robustness::outcome::Outcome;
+use crate::study::kinds::robustness::outcome::CaseOutcome;
 use crate::study::results::Results;
 use crate::study::tables;
 use serde_json::{Map as Json, json};
 
-pub fn content(store: &Results, a: &Analysis) -> Content {
-    let failed = || a.cases.iter().filter(|c| c.outcome == Outcome::Fail);
-    let warnings = failed().map(|c| format!("{} fails: {}.", c.case, c.reason.as_deref().unwrap_or("no reason")));
-    let missing = a.missing.iter().map(|(id, what)| format!("{id}: {what}."));
+pub fn content(store: &Results, a: &Analysis<RobustnessFindings>) -> Content {
     let mut analysis = Json::new();
     analysis.insert("cases".into(), json!(a.cases));
     analysis.insert("maps".into(), json!(a.maps));
-    analysis.insert("incomplete".into(), json!(a.missing));
+    analysis.insert("incomplete".into(), json!(a.incomplete));
     let maps = a.maps.iter().filter(|m| m.panels.iter().any(|p| !p.points.is_empty()));
+    let supported = a.count(CaseOutcome::Fail) == 0 && a.incomplete.is_empty();
     Content {
-        verdict: a.verdict.clone(),
-        supported: a.count(Outcome::Fail) == 0 && a.missing.is_empty(),
         facts: facts(a),
         sentences: a.suites.iter().filter_map(|s| sentence(a, &s.family, &s.setup)).chain(words_of_maps(a)).collect(),
-        warnings: warnings.chain(missing).collect(),
         analysis,
-        answer: ("References", references(a)),
         tables: vec![refusals(a), table_of_maps(a)],
         folded: vec![("Every hard case", every(a)), ("Every case", tables::cases(store))],
-        files: vec![],
         figures: matrix::draw(store, a)
             .into_iter()
             .chain(maps.map(region::draw))
             .chain(failed::draw(store, a))
             .collect(),
         outcomes: a.outcomes().into_iter().map(|(id, o)| (id, o.name())).collect(),
+        ..Content::new(a, supported, ("References", references(a)))
     }
 }
 
-fn facts(a: &Analysis) -> Vec<(String, String)> {
+fn facts(a: &RobustnessFindings) -> Vec<(String, String)> {
     let words = ["pass", "refused with a reason, as is right", "fail"];
-    let outcomes = [Outcome::Pass, Outcome::Refused, Outcome::Fail].into_iter().zip(words);
+    let outcomes = [CaseOutcome::Pass, CaseOutcome::Refused, CaseOutcome::Fail].into_iter().zip(words);
     let counts = outcomes.map(|(o, words)| (a.count(o).to_string(), words.to_string()));
     let findings: usize = a.cases.iter().map(|c| c.findings.len()).sum();
     let mut out: Vec<_> = if a.cases.is_empty() { vec![] } else { counts.collect() };
@@ -55,13 +50,13 @@ fn facts(a: &Analysis) -> Vec<(String, String)> {
 }
 
 /// Result of a suite, in words.
-fn sentence(a: &Analysis, suite: &str, setup: &str) -> Option<String> {
-    let own: Vec<&Judged> = a.cases.iter().filter(|c| c.suite == suite).collect();
-    let count = |o: Outcome| own.iter().filter(|c| c.outcome == o).count();
+fn sentence(a: &RobustnessFindings, suite: &str, setup: &str) -> Option<String> {
+    let own: Vec<&JudgedCase> = a.cases.iter().filter(|c| c.suite == suite).collect();
+    let count = |o: CaseOutcome| own.iter().filter(|c| c.outcome == o).count();
     if own.is_empty() {
         return None;
     }
-    let [pass, refused, fail] = [Outcome::Pass, Outcome::Refused, Outcome::Fail].map(count);
+    let [pass, refused, fail] = [CaseOutcome::Pass, CaseOutcome::Refused, CaseOutcome::Fail].map(count);
     let worst = own.iter().flat_map(|c| &c.findings).filter(|f| f.accept > 0.0 && f.error.is_finite());
     let worst = worst.max_by(|x, y| (x.error / x.accept).total_cmp(&(y.error / y.accept)));
     let near = worst.map_or(String::new(), |f| {
@@ -72,7 +67,7 @@ fn sentence(a: &Analysis, suite: &str, setup: &str) -> Option<String> {
     Some(format!("{}: {setup} {}{near}.", suite.replace('-', " "), parts.join(", ")).replace("e-", "e−"))
 }
 
-fn words_of_maps(a: &Analysis) -> impl Iterator<Item = String> {
+fn words_of_maps(a: &RobustnessFindings) -> impl Iterator<Item = String> {
     a.maps.iter().filter(|m| m.panels.iter().any(|p| !p.points.is_empty())).map(|m| {
         let counts = m.panels.iter().map(|p| {
             let n = |g: Grade| p.points.iter().filter(|q| q.grade == g).count();
@@ -97,8 +92,8 @@ fn plain(x: f64) -> String {
     if x == 0.0 || (1e-3..1e5).contains(&x.abs()) { format!("{x:.5}") } else { format!("{x:.4e}") }
 }
 
-fn references(a: &Analysis) -> Table {
-    let row = |c: &Judged, f: &Finding| {
+fn references(a: &RobustnessFindings) -> Table {
+    let row = |c: &JudgedCase, f: &CheckResult| {
         vec![
             c.case.clone(),
             f.what.clone(),
@@ -128,9 +123,9 @@ fn references(a: &Analysis) -> Table {
     }
 }
 
-fn refusals(a: &Analysis) -> Table {
-    let stated = a.cases.iter().filter(|c| c.outcome != Outcome::Pass);
-    let row = |c: &Judged| {
+fn refusals(a: &RobustnessFindings) -> Table {
+    let stated = a.cases.iter().filter(|c| c.outcome != CaseOutcome::Pass);
+    let row = |c: &JudgedCase| {
         let outcome = c.outcome.name().to_string();
         vec![c.case.clone(), outcome, c.status.clone(), c.reason.clone().unwrap_or_default()]
     };
@@ -143,8 +138,8 @@ fn refusals(a: &Analysis) -> Table {
     }
 }
 
-fn every(a: &Analysis) -> Table {
-    let row = |c: &Judged| {
+fn every(a: &RobustnessFindings) -> Table {
+    let row = |c: &JudgedCase| {
         let setup = a.suites.iter().find(|s| s.family == c.suite).map_or("", |s| &s.setup);
         vec![
             c.case.clone(),
@@ -175,7 +170,7 @@ fn every(a: &Analysis) -> Table {
     }
 }
 
-fn table_of_maps(a: &Analysis) -> Table {
+fn table_of_maps(a: &RobustnessFindings) -> Table {
     let rows = a.maps.iter().flat_map(|m: &Map| {
         m.panels.iter().flat_map(move |p| {
             (m.axes[0].values.iter().enumerate()).map(move |(x, value)| {

@@ -100,7 +100,6 @@ fn expand_suite(suite: &SuiteSpec, out: &mut Expansion<RobustnessRecord>) -> Res
             setup: suite.setup.clone(),
             ends: suite.ends.clone(),
             checks,
-            quick: suite.quick,
         });
     }
     Ok(())

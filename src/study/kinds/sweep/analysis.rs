@@ -1,6 +1,6 @@
 //! Behaviour of a quantity along the keys that were swept: trend, range, elasticity.
 //!
-//! Pure: stored cases in, [`Analysis`] out. y is the peak of a quantity at a point of the sweep, p the value of a swept key:
+//! Pure: stored cases in, [`SweepFindings`] out. y is the peak of a quantity at a point of the sweep, p the value of a swept key:
 //!
 //! ```text
 //! change along an axis      (max y − min y)/max |y|, the others held; the largest over them
@@ -10,10 +10,11 @@
 //! A step of less than 1e-6 of the largest |y| is none: the solver leaves 1e-8 in the residual. A list whose axes go together
 //! is one line along its points: what each key does alone cannot be told, and no elasticity is given.
 
-use crate::report::words::{capital, digits, percent, space};
+use crate::report::numbers::{capital, digits, percent, space};
+use crate::study::analysis::{self, Analysis, ByQuantity};
 use crate::study::axis::AxisRecord;
 use crate::study::curve::peak;
-use crate::study::record::{Quantity, StoredCase, StudyRecord};
+use crate::study::record::{StoredCase, StudyRecord};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -29,39 +30,29 @@ pub struct SweepRecord {
     pub points: BTreeMap<String, Vec<usize>>,
 }
 
-/// Everything that is said about a sweep.
-#[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct Analysis {
-    pub tolerance: f64,
+/// Findings of a sweep.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SweepFindings {
     pub axes: Vec<AxisRecord>,
     /// Member → index of its value on every axis
     pub points: BTreeMap<String, Vec<usize>>,
     /// The axes go together: one line of points
     pub list: bool,
     /// \[variants × quantities\]
-    pub quantities: Vec<QuantityAnalysis>,
-    /// (id, what is wrong)
-    pub incomplete: Vec<(String, String)>,
-    pub warnings: Vec<String>,
-    pub verdict: String,
+    pub quantities: Vec<ByQuantity<Dependence>>,
 }
 
-/// One quantity in one variant.
+/// Dependence of one quantity on the swept keys.
 #[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct QuantityAnalysis {
-    pub variant: String,
-    /// The variant in words
-    pub variant_label: String,
-    pub quantity: Quantity,
-    pub points: Vec<Point>,
+pub struct Dependence {
+    pub points: Vec<SweepPoint>,
     /// Per axis; of a list the first one, for all together
     pub along: Vec<Along>,
-    pub sentence: String,
 }
 
 /// A converged case of the sweep.
 #[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct Point {
+pub struct SweepPoint {
     pub case: String,
     pub member: String,
     /// Index of its value on every axis
@@ -94,12 +85,7 @@ pub enum Trend {
     Mixed,
 }
 
-impl QuantityAnalysis {
-    /// `peak cable tension, length control`
-    pub fn title(&self) -> String {
-        format!("peak {}, {}", self.quantity.label, self.variant_label)
-    }
-
+impl Dependence {
     /// Smallest and largest peak.
     pub fn range(&self) -> [f64; 2] {
         let peaks = || self.points.iter().map(|p| p.peak);
@@ -107,10 +93,10 @@ impl QuantityAnalysis {
     }
 
     /// The points that differ in axis `k` only, in its order; of a list all of them.
-    pub fn lines(&self, k: usize, list: bool) -> Vec<Vec<&Point>> {
-        let mut lines: Vec<Vec<&Point>> = vec![];
+    pub fn lines(&self, k: usize, list: bool) -> Vec<Vec<&SweepPoint>> {
+        let mut lines: Vec<Vec<&SweepPoint>> = vec![];
         for p in &self.points {
-            let same = |q: &Point| list || (0..p.at.len()).all(|i| i == k || q.at[i] == p.at[i]);
+            let same = |q: &SweepPoint| list || (0..p.at.len()).all(|i| i == k || q.at[i] == p.at[i]);
             match lines.iter_mut().find(|line| same(line[0])) {
                 Some(line) => line.push(p),
                 None => lines.push(vec![p]),
@@ -122,37 +108,34 @@ impl QuantityAnalysis {
 }
 
 /// Analyses what is there; cases that are missing or did not converge are named.
-pub fn analyse(study: &StudyRecord, sweep: &SweepRecord, stored: &[StoredCase]) -> Analysis {
+pub fn analyse(study: &StudyRecord, sweep: &SweepRecord, stored: &[StoredCase]) -> Analysis<SweepFindings> {
     let list = sweep.axes.len() > 1 && sweep.points.values().all(|at| at.iter().all(|k| *k == at[0]));
-    let mut quantities = vec![];
-    for variant in &study.variants {
-        for quantity in study.quantities.get(variant).into_iter().flatten() {
-            let points: Vec<Point> = (stored.iter().filter(|c| c.record.variant == *variant && c.record.converged()))
-                .filter_map(|c| {
-                    let (case, member) = (c.record.id.clone(), c.record.member.clone());
-                    let at = sweep.points.get(&member)?.clone();
-                    Some(Point { case, member, at, peak: peak(c, &quantity.name)? })
-                })
-                .collect();
-            let (variant_label, quantity) = (study.label(variant), quantity.clone());
-            let (variant, along, sentence) = (variant.clone(), vec![], String::new());
-            let mut q = QuantityAnalysis { variant, variant_label, quantity, points, along, sentence };
-            let axes = sweep.axes.iter().enumerate().take(if list { 1 } else { sweep.axes.len() });
-            q.along = axes.filter_map(|(k, axis)| along_axis(&q, k, axis, list)).collect();
-            q.sentence = sentence_of(&q, study.tolerance, &sweep.axes, list);
-            quantities.push(q);
-        }
+    let mut quantities = ByQuantity::each(study, |variant, quantity| {
+        let points = (stored.iter().filter(|c| c.record.variant == variant && c.record.converged()))
+            .filter_map(|c| {
+                let (case, member) = (c.record.id.clone(), c.record.member.clone());
+                let at = sweep.points.get(&member)?.clone();
+                Some(SweepPoint { case, member, at, peak: peak(c, &quantity.name)? })
+            })
+            .collect();
+        let mut found = Dependence { points, along: vec![] };
+        let axes = sweep.axes.iter().enumerate().take(if list { 1 } else { sweep.axes.len() });
+        found.along = axes.filter_map(|(k, axis)| along_axis(&found, k, axis, list)).collect();
+        Some(found)
+    });
+    for q in &mut quantities {
+        q.sentence = sentence_of(q, study.tolerance, &sweep.axes, list);
     }
     let incomplete = study.incomplete(stored);
     let warnings = warnings_of(stored, &incomplete);
     let verdict = verdict_of(&quantities, study.tolerance, sweep, list, incomplete.len());
-    let (tolerance, axes) = (study.tolerance, sweep.axes.clone());
-    Analysis { tolerance, axes, points: sweep.points.clone(), list, quantities, incomplete, warnings, verdict }
+    let found = SweepFindings { axes: sweep.axes.clone(), points: sweep.points.clone(), list, quantities };
+    Analysis { tolerance: study.tolerance, found, incomplete, warnings, verdict }
 }
 
 /// `None` if no line has two points.
-fn along_axis(q: &QuantityAnalysis, k: usize, axis: &AxisRecord, list: bool) -> Option<Along> {
-    let lines: Vec<Vec<&Point>> = q.lines(k, list).into_iter().filter(|l| l.len() > 1).collect();
+fn along_axis(q: &Dependence, k: usize, axis: &AxisRecord, list: bool) -> Option<Along> {
+    let lines: Vec<Vec<&SweepPoint>> = q.lines(k, list).into_iter().filter(|l| l.len() > 1).collect();
     let middle = lines.get(lines.len() / 2)?;
     let size = q.points.iter().map(|p| p.peak.abs()).fold(0.0, f64::max);
     let trend = lines.iter().map(|l| trend_of(l, STEP * size)).reduce(|a, b| match (a, b) {
@@ -161,13 +144,13 @@ fn along_axis(q: &QuantityAnalysis, k: usize, axis: &AxisRecord, list: bool) -> 
         (Trend::Turning, _) | (_, Trend::Turning) => Trend::Turning,
         _ => Trend::Mixed,
     })?;
-    let change = |line: &Vec<&Point>| {
+    let change = |line: &Vec<&SweepPoint>| {
         let peaks = || line.iter().map(|p| p.peak);
         let (low, high) = (peaks().fold(f64::INFINITY, f64::min), peaks().fold(f64::NEG_INFINITY, f64::max));
         let largest = low.abs().max(high.abs());
         if largest > 0.0 { (high - low) / largest } else { 0.0 }
     };
-    let exponent = |a: &Point, b: &Point| -> Option<f64> {
+    let exponent = |a: &SweepPoint, b: &SweepPoint| -> Option<f64> {
         let (p, y) = (axis.numbers.get(b.at[k])? / axis.numbers.get(a.at[k])?, b.peak / a.peak);
         let positive = axis.numbers.iter().all(|p| *p > 0.0) && y > 0.0 && y.is_finite();
         positive.then(|| y.ln() / p.ln())
@@ -182,7 +165,7 @@ fn along_axis(q: &QuantityAnalysis, k: usize, axis: &AxisRecord, list: bool) -> 
     Some(Along { axis: axis.name.clone(), trend, change, elasticity })
 }
 
-fn trend_of(line: &[&Point], step: f64) -> Trend {
+fn trend_of(line: &[&SweepPoint], step: f64) -> Trend {
     let steps = || line.windows(2).map(|w| w[1].peak - w[0].peak);
     match (steps().any(|d| d > step), steps().any(|d| d < -step)) {
         (true, true) => Trend::Turning,
@@ -200,13 +183,13 @@ pub fn axis_words(study: &[AxisRecord], name: &str, list: bool) -> String {
     }
 }
 
-fn sentence_of(q: &QuantityAnalysis, tolerance: f64, axes: &[AxisRecord], list: bool) -> String {
+fn sentence_of(q: &ByQuantity<Dependence>, tolerance: f64, axes: &[AxisRecord], list: bool) -> String {
     if q.along.is_empty() {
-        return format!("{}: too few converged cases to say anything.", capital(&q.title()));
+        return format!("{}: too few converged cases to say anything.", capital(&q.peak_title()));
     }
     let [low, high] = q.range();
     let n = digits(1e-1 * low.abs().max(high.abs()));
-    let mut words = format!("{}: {low:.n$} to {high:.n$}{}", capital(&q.title()), space(&q.quantity.unit));
+    let mut words = format!("{}: {low:.n$} to {high:.n$}{}", capital(&q.peak_title()), space(&q.quantity.unit));
     for a in &q.along {
         let axis = axis_words(axes, &a.axis, list);
         let lines = q.lines(axes.iter().position(|x| x.name == a.axis).unwrap_or(0), list).len();
@@ -238,12 +221,8 @@ fn sentence_of(q: &QuantityAnalysis, tolerance: f64, axes: &[AxisRecord], list: 
 }
 
 fn warnings_of(stored: &[StoredCase], incomplete: &[(String, String)]) -> Vec<String> {
-    let mut out: Vec<String> = incomplete.iter().map(|(id, what)| format!("{id}: {what}.")).collect();
-    for note in stored.iter().flat_map(|c| &c.record.notes) {
-        if !out.contains(note) {
-            out.push(note.clone());
-        }
-    }
+    let mut out = analysis::warnings(incomplete);
+    analysis::add_notes(&mut out, stored);
     let mut sizes: Vec<usize> = stored.iter().map(|c| c.record.mesh.cells).collect();
     sizes.dedup();
     if sizes.len() == 1 {
@@ -254,17 +233,17 @@ fn warnings_of(stored: &[StoredCase], incomplete: &[(String, String)]) -> Vec<St
 
 /// Per quantity, what it depends on, the strongest first.
 fn verdict_of(
-    quantities: &[QuantityAnalysis],
+    quantities: &[ByQuantity<Dependence>],
     tolerance: f64,
     sweep: &SweepRecord,
     list: bool,
     missing: usize,
 ) -> String {
-    let known: Vec<&QuantityAnalysis> = quantities.iter().filter(|q| !q.along.is_empty()).collect();
+    let known: Vec<&ByQuantity<Dependence>> = quantities.iter().filter(|q| !q.along.is_empty()).collect();
     if known.is_empty() {
         return "No verdict: there are no two converged cases to compare.".into();
     }
-    let one = |q: &&QuantityAnalysis| {
+    let one = |q: &&ByQuantity<Dependence>| {
         let mut strong: Vec<&Along> = q.along.iter().filter(|a| a.change > tolerance).collect();
         strong.sort_by(|a, b| b.change.total_cmp(&a.change));
         let name = format!("the peak {} ({})", q.quantity.label, q.variant_label);
@@ -277,9 +256,5 @@ fn verdict_of(
         }
     };
     let all: Vec<String> = known.iter().map(one).collect();
-    let mut words = format!("Over {} points {}.", sweep.points.len(), all.join("; "));
-    if missing > 0 {
-        words += &format!(" {missing} case(s) have no usable result.");
-    }
-    words
+    format!("Over {} points {}.{}", sweep.points.len(), all.join("; "), analysis::without_result(missing))
 }

@@ -4,13 +4,14 @@ use crate::report::canvas::{
     Area, At, DOUBLE, INK, LABEL, MARKS, PALETTE, RGB, SMALL, block, figure, italic, line, mark, mm, text,
 };
 use crate::report::figure::{Figure, Sample, legend};
+use crate::report::numbers::{capital, digits};
 use crate::report::plot::{Axis, Plot};
 use crate::report::surface::viridis;
-use crate::report::words::{capital, digits};
+use crate::study::analysis::ByQuantity;
 use crate::study::axis::AxisRecord;
 use crate::study::curve::Curve;
 use crate::study::figures::axis_label;
-use crate::study::kinds::sweep::analysis::{Analysis, Point, QuantityAnalysis};
+use crate::study::kinds::sweep::analysis::{Dependence, SweepFindings, SweepPoint};
 use crate::study::results::Results;
 
 const LEFT: f64 = 15.0;
@@ -55,7 +56,7 @@ fn scale(axis: &AxisRecord) -> Axis {
 
 /// Peak of a quantity against every axis, one panel each, one curve for each value of the next axis; the rest of the axes
 /// are kept at their middle value. `None` without two points on a line.
-pub fn against(a: &Analysis, q: &QuantityAnalysis) -> Option<Figure> {
+pub fn against(a: &SweepFindings, q: &ByQuantity<Dependence>) -> Option<Figure> {
     if q.along.is_empty() {
         return None;
     }
@@ -73,18 +74,18 @@ pub fn against(a: &Analysis, q: &QuantityAnalysis) -> Option<Figure> {
     let held = if a.axes.len() > 2 && !a.list { " Further axes are kept at their middle value." } else { "" };
     let caption = format!(
         "{} against {}.{held}",
-        capital(&q.title()),
+        capital(&q.peak_title()),
         if a.list { "the points of the list" } else { "the swept keys" }
     );
     Some(Figure { name: format!("against-{}-{}", q.quantity.name, q.variant), svg, caption })
 }
 
-fn panel(area: &Area, a: &Analysis, q: &QuantityAnalysis, k: usize, [left, right]: [f64; 2]) {
+fn panel(area: &Area, a: &SweepFindings, q: &ByQuantity<Dependence>, k: usize, [left, right]: [f64; 2]) {
     let axis = &a.axes[k];
     let other = (!a.list && a.axes.len() > 1).then(|| (k + 1) % a.axes.len());
     let middle =
-        |p: &Point| (0..p.at.len()).all(|i| i == k || Some(i) == other || p.at[i] == a.axes[i].values.len() / 2);
-    let lines: Vec<Vec<&Point>> = (q.lines(k, a.list).into_iter()).filter(|l| a.list || middle(l[0])).collect();
+        |p: &SweepPoint| (0..p.at.len()).all(|i| i == k || Some(i) == other || p.at[i] == a.axes[i].values.len() / 2);
+    let lines: Vec<Vec<&SweepPoint>> = (q.lines(k, a.list).into_iter()).filter(|l| a.list || middle(l[0])).collect();
     let y = Axis::linear(lines.iter().flatten().map(|p| p.peak), &axis_label(&q.quantity, ""));
     let frame = [mm(left), mm(TOP), mm(right), mm(TOP + TALL)];
     let plot = Plot { area, frame, x: scale(axis), y };
@@ -108,8 +109,8 @@ fn panel(area: &Area, a: &Analysis, q: &QuantityAnalysis, k: usize, [left, right
 }
 
 /// Peaks over the two axes of a grid, one map per quantity; `None` for anything but two axes.
-pub fn map(store: &Results, a: &Analysis, variant: &str) -> Option<Figure> {
-    let maps: Vec<&QuantityAnalysis> =
+pub fn map(store: &Results, a: &SweepFindings, variant: &str) -> Option<Figure> {
+    let maps: Vec<&ByQuantity<Dependence>> =
         a.quantities.iter().filter(|q| q.variant == variant && !q.points.is_empty()).take(2).collect();
     let [first, second] = &a.axes[..] else { return None };
     if a.list || maps.is_empty() {
@@ -131,7 +132,7 @@ pub fn map(store: &Results, a: &Analysis, variant: &str) -> Option<Figure> {
     Some(Figure { name: format!("map-{variant}"), svg, caption })
 }
 
-fn squares(area: &Area, q: &QuantityAnalysis, (first, second): (&AxisRecord, &AxisRecord), frame: [f64; 4]) {
+fn squares(area: &Area, q: &ByQuantity<Dependence>, (first, second): (&AxisRecord, &AxisRecord), frame: [f64; 4]) {
     let [left, top, right, bottom] = frame;
     let (columns, rows) = (first.values.len() as f64, second.values.len() as f64);
     let (w, h) = ((right - left) / columns, (bottom - top) / rows);
@@ -156,14 +157,14 @@ fn squares(area: &Area, q: &QuantityAnalysis, (first, second): (&AxisRecord, &Ax
 }
 
 /// Quantities over time, coloured by the first axis; the other axes of a grid are kept at their middle value.
-pub fn over_time(store: &Results, a: &Analysis, variant: &str) -> Option<Figure> {
-    let panels: Vec<&QuantityAnalysis> =
+pub fn over_time(store: &Results, a: &SweepFindings, variant: &str) -> Option<Figure> {
+    let panels: Vec<&ByQuantity<Dependence>> =
         a.quantities.iter().filter(|q| q.variant == variant && !q.points.is_empty()).take(2).collect();
     let first = a.axes.first()?;
     if panels.is_empty() {
         return None;
     }
-    let middle = |p: &&Point| a.list || (1..p.at.len()).all(|i| p.at[i] == a.axes[i].values.len() / 2);
+    let middle = |p: &&SweepPoint| a.list || (1..p.at.len()).all(|i| p.at[i] == a.axes[i].values.len() / 2);
     let color = |k: usize| viridis(0.9 * k as f64 / (first.values.len() - 1) as f64);
     let n = panels.len() as f64;
     let width = LEFT + n * EACH + (n - 1.0) * GAP + LEGEND + 4.0;

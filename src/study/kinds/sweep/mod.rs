@@ -5,19 +5,20 @@ pub mod figures;
 pub mod report;
 
 use crate::scene::SceneError;
+use crate::study::analysis::Analysis;
 use crate::study::axis::{self, AxisSpec, Combine};
 use crate::study::content::Content;
 use crate::study::kind::{Expansion, StudyKind};
 use crate::study::results::Results;
 use crate::study::spec::{Mistake, VariantSpec, check_names, check_quantities, refuse};
-use analysis::{Analysis, SweepRecord, analyse};
+use analysis::{SweepFindings, SweepRecord, analyse};
 use serde::Deserialize;
 use std::path::Path;
 
 /// Keys of a sweep.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Sweep {
+pub struct SweepStudy {
     #[serde(rename = "variant", default)]
     pub variants: Vec<VariantSpec>,
     /// The keys that are swept
@@ -28,7 +29,7 @@ pub struct Sweep {
     pub combine: Combine,
 }
 
-impl Sweep {
+impl SweepStudy {
     fn points(self) -> Result<Expansion<SweepRecord>, Mistake> {
         check_quantities(&self.variants)?;
         let names: Vec<String> = self.axes.iter().map(|a| a.name.clone()).collect();
@@ -42,20 +43,20 @@ impl Sweep {
     }
 }
 
-impl StudyKind for Sweep {
+impl StudyKind for SweepStudy {
     const NAME: &'static str = "sweep";
     type Details = SweepRecord;
-    type Analysis = Analysis;
+    type Findings = SweepFindings;
 
     fn expand(self, file: &Path) -> Result<Expansion<SweepRecord>, SceneError> {
         self.points().map_err(|mistake| refuse(file, mistake))
     }
 
-    fn analyse(results: &Results, sweep: &SweepRecord) -> Analysis {
+    fn analyse(results: &Results, sweep: &SweepRecord) -> Analysis<SweepFindings> {
         analyse(&results.study, sweep, &results.cases)
     }
 
-    fn report(results: &Results, analysis: &Analysis) -> Content {
+    fn report(results: &Results, analysis: &Analysis<SweepFindings>) -> Content {
         report::content(results, analysis)
     }
 }

@@ -1,55 +1,49 @@
 //! Report of a sweep.
 
+use crate::report::numbers::{digits, percent, space};
 use crate::report::table::{Table, headings};
-use crate::report::words::{digits, percent, space};
+use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::content::Content;
-use crate::study::kinds::sweep::analysis::{Analysis, QuantityAnalysis, Trend, axis_words};
+use crate::study::kinds::sweep::analysis::{Dependence, SweepFindings, Trend, axis_words};
 use crate::study::kinds::sweep::figures;
 use crate::study::record::CaseRecord;
 use crate::study::results::Results;
 use crate::study::tables;
 use serde_json::{Map, Value, json};
 
-pub fn content(store: &Results, a: &Analysis) -> Content {
+pub fn content(store: &Results, a: &Analysis<SweepFindings>) -> Content {
     let variants = || store.study.variants.iter();
     let against = a.quantities.iter().filter_map(|q| figures::against(a, q));
     let maps = variants().filter_map(|v| figures::map(store, a, v));
+    let supported = a.quantities.iter().any(|q| !q.along.is_empty());
     Content {
-        verdict: a.verdict.clone(),
-        supported: a.quantities.iter().any(|q| !q.along.is_empty()),
         facts: a.quantities.iter().filter(|q| !q.points.is_empty()).map(fact).collect(),
         sentences: a.quantities.iter().map(|q| q.sentence.clone()).collect(),
-        warnings: a.warnings.clone(),
         analysis: analysis(a),
-        answer: ("What depends on what", dependence(a)),
         tables: vec![points(store, a)],
         folded: vec![("Every case", tables::cases(store)), ("Time per effect", tables::effects(store))],
-        files: vec![],
-        outcomes: Default::default(),
         figures: against.chain(maps).chain(variants().filter_map(|v| figures::over_time(store, a, v))).collect(),
+        ..Content::new(a, supported, ("What depends on what", dependence(a)))
     }
 }
 
 /// The range of a peak.
-fn fact(q: &QuantityAnalysis) -> (String, String) {
+fn fact(q: &ByQuantity<Dependence>) -> (String, String) {
     let [low, high] = q.range();
     let n = digits(1e-1 * low.abs().max(high.abs()));
-    (format!("{low:.n$} to {high:.n$}{}", space(&q.quantity.unit)).replace('-', "−"), q.title())
+    (format!("{low:.n$} to {high:.n$}{}", space(&q.quantity.unit)).replace('-', "−"), q.peak_title())
 }
 
 /// The quantities of every variant under their names, as in the other kinds of study.
-fn analysis(a: &Analysis) -> Map<String, Value> {
+fn analysis(a: &Analysis<SweepFindings>) -> Map<String, Value> {
     let mut out = Map::new();
     out.insert("axes".into(), json!(a.axes));
     out.insert("incomplete".into(), json!(a.incomplete));
-    for q in &a.quantities {
-        let entry = out.entry(q.quantity.name.clone()).or_insert_with(|| json!({}));
-        entry[&q.variant] = json!(q);
-    }
+    out.extend(ByQuantity::as_json(&a.quantities));
     out
 }
 
-fn dependence(a: &Analysis) -> Table {
+fn dependence(a: &Analysis<SweepFindings>) -> Table {
     let mut rows = vec![];
     for q in &a.quantities {
         for x in &q.along {
@@ -98,7 +92,7 @@ fn plain(value: f64) -> String {
     if small { format!("{value:.3e}") } else { format!("{value:.*}", digits(1e-2 * value)) }
 }
 
-fn points(store: &Results, a: &Analysis) -> Table {
+fn points(store: &Results, a: &SweepFindings) -> Table {
     let mut rows = vec![];
     for c in &store.cases {
         let r: &CaseRecord = &c.record;

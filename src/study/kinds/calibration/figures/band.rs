@@ -47,7 +47,7 @@ pub fn draw(b: &Band) -> Figure {
         legend(area, (mm(LEFT + 3.0), mm(TOP + 3.0)), &entries);
     });
     let caption = format!(
-        "The law in case {}: {} with what the constants (rows, dimensions and mesh of the specimen) and the mesh of this scene leave open.",
+        "The law in case {}: {} with the uncertainty from the constants (data, dimensions and mesh of the specimen) and from the mesh of this scene.",
         b.case, b.quantity.label
     );
     Figure { name: format!("band-{}", b.variant), svg, caption }

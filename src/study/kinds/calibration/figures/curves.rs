@@ -4,10 +4,10 @@ use crate::report::canvas::{
     At, DOUBLE, GREY, INK, LABEL, Mark, PALETTE, dashed, figure, hollow, italic, line, mark, mm, text,
 };
 use crate::report::figure::{Figure, Sample, legend};
+use crate::report::numbers::capital;
 use crate::report::plot::{Axis, Plot};
-use crate::report::words::capital;
 use crate::study::figures::axis_label;
-use crate::study::kinds::calibration::analysis::{Answer, scaled};
+use crate::study::kinds::calibration::analysis::{CalibratedVariant, scaled};
 use crate::study::record::{Quantity, Role};
 use crate::study::results::Results;
 
@@ -17,11 +17,11 @@ const TOP: f64 = 6.0;
 const TALL: f64 = 46.0;
 const BETWEEN: f64 = 5.0;
 const LOW: f64 = 22.0;
-/// Measured rows that are drawn at most
+/// Measured points that are drawn at most
 const ROWS: usize = 120;
 
 /// `None` where the case of the answer has no curve.
-pub fn draw(store: &Results, v: &Answer) -> Option<Figure> {
+pub fn draw(store: &Results, v: &CalibratedVariant) -> Option<Figure> {
     let found = store.found.get(&v.case)?;
     let quantity = store.study.quantities.get(&v.variant)?.iter().find(|q| q.name == found.y)?;
     let (c, m) = (v.constants.first()?, &found.measured);
@@ -92,7 +92,7 @@ pub fn draw(store: &Results, v: &Answer) -> Option<Figure> {
     });
     let gauge = if c.gauge.is_some() { " Dashed: what the gauge length alone would have given." } else { "" };
     let caption = format!(
-        "The scene at the constants found from {}: (a) measured and simulated, residuals below; (b) {} case by case with the interval of the rows, sizes of the mesh and dimensions over their range, and the answer with its whole interval.{gauge}",
+        "The scene at the constants found from {}: (a) measured and simulated, residuals below; (b) {} case by case with the interval from the data, sizes of the mesh and dimensions over their range, and the answer with its whole interval.{gauge}",
         m.file, c.key
     );
     Some(Figure { name: format!("calibration-{}", v.variant), svg, caption })

@@ -3,11 +3,12 @@
 
 use crate::report::canvas::{Area, DOUBLE, PALETTE, RGB, dashed, figure, italic, line, mm};
 use crate::report::figure::{Figure, Sample, legend};
+use crate::report::numbers::capital;
 use crate::report::plot::{Axis, Plot};
-use crate::report::words::capital;
+use crate::study::analysis::ByQuantity;
 use crate::study::curve::Curve;
 use crate::study::figures::axis_label;
-use crate::study::kinds::comparison::analysis::{Analysis, Comparison, QuantityAnalysis};
+use crate::study::kinds::comparison::analysis::{ComparedMember, ComparisonFindings, MemberDifferences};
 use crate::study::record::StoredCase;
 use crate::study::results::Results;
 
@@ -35,14 +36,14 @@ impl Look<'_> {
 }
 
 /// Every member has one look in all figures.
-fn looks(a: &Analysis) -> Vec<Look<'_>> {
+fn looks(a: &ComparisonFindings) -> Vec<Look<'_>> {
     let members = a.costs.iter().map(|p| p.member.as_str()).enumerate();
     let look = |(k, member): (usize, _)| Look { member, color: PALETTE[k % PALETTE.len()], dashed: k >= PALETTE.len() };
     members.map(look).collect()
 }
 
 /// The legend at the right of a figure of this width \[mm\].
-fn key(looks: &[Look], a: &Analysis, area: &Area, width: f64) {
+fn key(looks: &[Look], a: &ComparisonFindings, area: &Area, width: f64) {
     let entry = |l: &Look| {
         let star = if l.member == a.reference { " (reference)" } else { "" };
         let sample = if l.dashed { Sample::Dashed(l.color) } else { Sample::Line(l.color) };
@@ -53,15 +54,21 @@ fn key(looks: &[Look], a: &Analysis, area: &Area, width: f64) {
 }
 
 /// Curve of a member in a quantity.
-fn curve<'a>(store: &'a Results, q: &QuantityAnalysis, member: &str, column: &str) -> Option<(&'a StoredCase, Curve)> {
+fn curve<'a>(
+    store: &'a Results,
+    q: &ByQuantity<MemberDifferences>,
+    member: &str,
+    column: &str,
+) -> Option<(&'a StoredCase, Curve)> {
     let case = &q.members.iter().find(|c| c.member == member)?.case;
     let stored = store.cases.iter().find(|c| c.record.id == *case)?;
     Curve::of(&stored.series, column).map(|c| (stored, c))
 }
 
 /// `None` if the variant has no quantity to compare.
-pub fn over_time(store: &Results, a: &Analysis, variant: &str) -> Option<Figure> {
-    let panels: Vec<&QuantityAnalysis> = a.quantities.iter().filter(|q| q.variant == variant).take(3).collect();
+pub fn over_time(store: &Results, a: &ComparisonFindings, variant: &str) -> Option<Figure> {
+    let panels: Vec<&ByQuantity<MemberDifferences>> =
+        a.quantities.iter().filter(|q| q.variant == variant).take(3).collect();
     if panels.is_empty() {
         return None;
     }
@@ -93,8 +100,8 @@ pub fn over_time(store: &Results, a: &Analysis, variant: &str) -> Option<Figure>
 fn panel(
     area: &Area,
     store: &Results,
-    a: &Analysis,
-    q: &QuantityAnalysis,
+    a: &ComparisonFindings,
+    q: &ByQuantity<MemberDifferences>,
     looks: &[Look],
     (upper, lower): ([i32; 4], [i32; 4]),
     letter: char,
@@ -136,14 +143,14 @@ fn panel(
 }
 
 /// Loses more than a hundredth of the box in a cycle.
-fn is_open(c: &Comparison) -> bool {
+fn is_open(c: &ComparedMember) -> bool {
     c.loop_share.is_some_and(|s| s > 0.01)
 }
 
 /// Quantities against what they are drawn against, where a member shows a loop; `None` if none does.
-pub fn loops(store: &Results, a: &Analysis, variant: &str) -> Option<Figure> {
-    let open = |q: &&QuantityAnalysis| q.members.iter().any(is_open);
-    let panels: Vec<&QuantityAnalysis> =
+pub fn loops(store: &Results, a: &ComparisonFindings, variant: &str) -> Option<Figure> {
+    let open = |q: &&ByQuantity<MemberDifferences>| q.members.iter().any(is_open);
+    let panels: Vec<&ByQuantity<MemberDifferences>> =
         a.quantities.iter().filter(|q| q.variant == variant).filter(open).take(2).collect();
     if panels.is_empty() {
         return None;

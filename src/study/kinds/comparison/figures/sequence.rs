@@ -2,8 +2,8 @@
 
 use crate::report::canvas::{At, DOUBLE, INK, PALETTE, RGB, SMALL, block, figure, mm, text};
 use crate::report::figure::{Figure, Sample, legend};
+use crate::report::numbers::digits;
 use crate::report::plot::{Axis, Plot};
-use crate::report::words::digits;
 use crate::study::kinds::comparison::sequence::{Addition, Sequence, milliseconds};
 
 const REST: RGB = RGB(0xd0, 0xd0, 0xd0);

@@ -2,10 +2,10 @@
 
 use crate::report::canvas::{Area, At, DOUBLE, INK, LABEL, PALETTE, RGB, SMALL, figure, italic, line, mm, text};
 use crate::report::figure::Figure;
+use crate::report::numbers::thousands;
 use crate::report::plot::Axis;
 use crate::report::surface::{Fit, Look, View, extent, ghost, surface, viridis};
-use crate::report::words::thousands;
-use crate::study::kinds::convergence::analysis::Analysis;
+use crate::study::kinds::convergence::findings::ConvergenceFindings;
 use crate::study::record::{CaseRecord, Role};
 use crate::study::results::Results;
 use crate::study::skin::Skin;
@@ -65,7 +65,7 @@ pub fn meshes(store: &Results) -> Option<Figure> {
 }
 
 /// The recommended case at its peak, or the finest of the sizes.
-pub fn bent(store: &Results, analysis: &Analysis) -> Option<Figure> {
+pub fn bent(store: &Results, analysis: &ConvergenceFindings) -> Option<Figure> {
     let record = |id: &str| store.cases.iter().map(|c| &c.record).find(|r| r.id == id);
     let chosen = analysis.recommended.as_ref().and_then(|r| Some((record(&r.case)?, store.skins.get(&r.case)?)));
     let sizes = store.study.families.iter().find(|f| f.role == Role::Sizes);

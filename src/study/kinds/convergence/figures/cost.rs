@@ -2,10 +2,10 @@
 
 use crate::report::canvas::{Area, At, DOUBLE, Mark, PALETTE, RGB, SMALL, figure, italic, line, mark, mm, text};
 use crate::report::figure::{Figure, Sample, legend};
+use crate::report::numbers::capital;
 use crate::report::plot::{Axis, Plot};
-use crate::report::words::capital;
 use crate::study::estimate::growth::{Growth, growth};
-use crate::study::kinds::convergence::analysis::Analysis;
+use crate::study::kinds::convergence::findings::ConvergenceFindings;
 use crate::study::record::{CaseRecord, Role};
 use crate::study::results::Results;
 use std::collections::BTreeMap;
@@ -16,7 +16,7 @@ const TOP: f64 = 6.0;
 const TALL: f64 = 50.0;
 
 /// One mesh of one formulation, over its variants.
-struct Dot {
+struct MeshCost {
     formulation: usize,
     dofs: f64,
     nnz: f64,
@@ -25,10 +25,10 @@ struct Dot {
 }
 
 /// A measure of size.
-type Size = fn(&Dot) -> f64;
+type Size = fn(&MeshCost) -> f64;
 
 /// `None` unless some formulation ran on two meshes.
-pub fn draw(store: &Results, analysis: &Analysis) -> Option<Figure> {
+pub fn draw(store: &Results, analysis: &ConvergenceFindings) -> Option<Figure> {
     let role = |r: &CaseRecord| store.study.families.iter().find(|f| f.name == r.family).map(|f| f.role);
     let cost = |r: &CaseRecord| if analysis.cost == "cpu_s" { r.cpu_s } else { r.wall_s };
     let mut formulations: Vec<&str> = vec![];
@@ -44,12 +44,12 @@ pub fn draw(store: &Results, analysis: &Analysis) -> Option<Figure> {
         });
         meshes.entry((k, r.dofs, r.factor_nnz, &r.family)).or_default().push(r);
     }
-    let dots: Vec<Dot> = (meshes.into_iter())
+    let dots: Vec<MeshCost> = (meshes.into_iter())
         .map(|((formulation, dofs, nnz, _), records)| {
             let s: Vec<f64> = records.iter().map(|r| cost(r)).collect();
             let mean = s.iter().sum::<f64>() / s.len() as f64;
             let (lo, hi) = s.iter().fold((f64::INFINITY, 0.0f64), |(a, b), v| (a.min(*v), b.max(*v)));
-            Dot { formulation, dofs: dofs as f64, nnz: nnz as f64, seconds: [lo, mean, hi] }
+            MeshCost { formulation, dofs: dofs as f64, nnz: nnz as f64, seconds: [lo, mean, hi] }
         })
         .collect();
     let fits = |k: usize, x: Size| {
@@ -96,7 +96,7 @@ fn style(k: usize) -> (Mark, RGB) {
     (marks[k % 5], [PALETTE[0], PALETTE[4], PALETTE[5], PALETTE[6], PALETTE[2]][k % 5])
 }
 
-fn panel(plot: &Plot, dots: &[Dot], x: Size, lines: &[Option<Growth>], names: &[&str], symbol: &str) {
+fn panel(plot: &Plot, dots: &[MeshCost], x: Size, lines: &[Option<Growth>], names: &[&str], symbol: &str) {
     plot.grid();
     let area: &Area = plot.area;
     let mut written = 0;

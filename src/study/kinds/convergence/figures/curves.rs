@@ -3,12 +3,13 @@
 
 use crate::report::canvas::{DOUBLE, INK, PALETTE, RGB, dashed, figure, fill, italic, line, mm};
 use crate::report::figure::{Figure, Sample, legend};
+use crate::report::numbers::{capital, thousands};
 use crate::report::plot::{Axis, Plot};
-use crate::report::words::{capital, thousands};
 use crate::study::curve::Curve;
 use crate::study::estimate::curve::CurveStudy;
+use crate::study::estimate::richardson::CAUTIOUS_FACTOR;
 use crate::study::figures::axis_label;
-use crate::study::kinds::convergence::analysis::Analysis;
+use crate::study::kinds::convergence::findings::ConvergenceFindings;
 use crate::study::record::{Quantity, Role, StoredCase};
 use crate::study::results::Results;
 use plotters::style::Color;
@@ -17,7 +18,7 @@ use plotters::style::Color;
 const BAND: RGB = RGB(0xd8, 0xd8, 0xd8);
 
 /// `None` if no case of the sizes has a series in this variant.
-pub fn draw(store: &Results, analysis: &Analysis, variant: &str) -> Option<Figure> {
+pub fn draw(store: &Results, analysis: &ConvergenceFindings, variant: &str) -> Option<Figure> {
     let family = store.study.families.iter().find(|f| f.role == Role::Sizes)?;
     let mut cases: Vec<&StoredCase> = (store.cases.iter())
         .filter(|c| family.cases.contains(&c.record.id) && c.record.variant == variant && c.record.converged())
@@ -81,7 +82,7 @@ pub fn draw(store: &Results, analysis: &Analysis, variant: &str) -> Option<Figur
             let s = s.as_ref()?;
             let p = s.order_used?;
             Some(match s.observed_order {
-                Some(_) if s.fs < 3.0 => format!("{}: global order p = {p:.2}", q.label),
+                Some(_) if s.fs < CAUTIOUS_FACTOR => format!("{}: global order p = {p:.2}", q.label),
                 Some(seen) => format!("{}: order {seen:.2} observed, p = {p:.2} used, Fs = 3", q.label),
                 None => format!("{}: no order observed, p = {p:.0} assumed, Fs = 3", q.label),
             })

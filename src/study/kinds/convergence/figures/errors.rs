@@ -2,10 +2,12 @@
 
 use crate::report::canvas::{Area, At, DOUBLE, GREY, INK, SMALL, dashed, figure, fill, italic, line, mark, mm, text};
 use crate::report::figure::{Figure, Sample, UNRESOLVED, legend, style};
+use crate::report::numbers::capital;
 use crate::report::plot::{Axis, Plot};
-use crate::report::words::capital;
+use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::estimate::family::Estimate;
-use crate::study::kinds::convergence::analysis::{Analysis, QuantityAnalysis};
+use crate::study::estimate::richardson::CAUTIOUS_FACTOR;
+use crate::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
 use crate::study::record::{CaseRecord, Role};
 use crate::study::results::Results;
 use plotters::style::Color;
@@ -16,7 +18,7 @@ const TOP: f64 = 6.0;
 const TALL: f64 = 46.0;
 
 /// One case in one panel.
-struct Dot<'a> {
+struct ErrorDot<'a> {
     record: &'a CaseRecord,
     family: usize,
     error: f64,
@@ -24,13 +26,13 @@ struct Dot<'a> {
     cost: f64,
 }
 
-fn dots<'a>(store: &'a Results, analysis: &Analysis, q: &QuantityAnalysis) -> Vec<Dot<'a>> {
+fn dots<'a>(store: &'a Results, analysis: &ConvergenceFindings, q: &ByQuantity<MeshErrors>) -> Vec<ErrorDot<'a>> {
     (q.errors.iter())
         .filter_map(|e| {
             let record = store.cases.iter().map(|c| &c.record).find(|r| r.id == e.id)?;
             let family = store.study.families.iter().position(|f| f.name == record.family)?;
             let cost = if analysis.cost == "cpu_s" { record.cpu_s } else { record.wall_s };
-            Some(Dot { record, family, error: 100.0 * e.error, bar: 100.0 * e.bar, cost })
+            Some(ErrorDot { record, family, error: 100.0 * e.error, bar: 100.0 * e.bar, cost })
         })
         .collect()
 }
@@ -38,14 +40,15 @@ fn dots<'a>(store: &'a Results, analysis: &Analysis, q: &QuantityAnalysis) -> Ve
 /// Shared layout: one panel per deciding quantity with a reference, the legend below.
 fn sheet(
     store: &Results,
-    analysis: &Analysis,
+    analysis: &ConvergenceFindings,
     extra: Vec<(Sample, String)>,
-    panel: impl Fn(&Area, [i32; 4], char, &QuantityAnalysis, &[Dot]),
+    panel: impl Fn(&Area, [i32; 4], char, &ByQuantity<MeshErrors>, &[ErrorDot]),
 ) -> Option<String> {
-    let shown: Vec<(&QuantityAnalysis, Vec<Dot>)> = (analysis.quantities.iter().filter(|q| q.deciding).take(3))
-        .map(|q| (q, dots(store, analysis, q)))
-        .filter(|(_, d)| d.iter().any(|d| d.error > 0.0))
-        .collect();
+    let shown: Vec<(&ByQuantity<MeshErrors>, Vec<ErrorDot>)> =
+        (analysis.quantities.iter().filter(|q| q.deciding).take(3))
+            .map(|q| (q, dots(store, analysis, q)))
+            .filter(|(_, d)| d.iter().any(|d| d.error > 0.0))
+            .collect();
     if shown.is_empty() {
         return None;
     }
@@ -78,7 +81,7 @@ fn sheet(
 }
 
 /// Percent axis over what is resolved, four decades at most, with room at the top for `lines` of text.
-fn percent_axis(q: &QuantityAnalysis, dots: &[Dot], tolerance: f64, bars: bool, lines: usize) -> Axis {
+fn percent_axis(q: &ByQuantity<MeshErrors>, dots: &[ErrorDot], tolerance: f64, bars: bool, lines: usize) -> Axis {
     let top = dots.iter().map(|d| if bars { d.bar } else { d.error }).fold(tolerance, f64::max);
     let unresolved = q.reference.as_ref().map_or(0.0, |r| 100.0 * r.uncertainty / r.value.abs());
     let least = (1e-4 * top).max(0.2 * unresolved).min(tolerance);
@@ -88,7 +91,7 @@ fn percent_axis(q: &QuantityAnalysis, dots: &[Dot], tolerance: f64, bars: bool, 
 }
 
 /// Marks two levels: errors below U(f*) are not resolved, errors below the tolerance are good enough.
-pub(super) fn levels(plot: &Plot, q: &QuantityAnalysis, tolerance: f64) {
+pub(super) fn levels(plot: &Plot, q: &ByQuantity<MeshErrors>, tolerance: f64) {
     if let Some(r) = &q.reference {
         let u = 100.0 * r.uncertainty / r.value.abs();
         if u > plot.y.lo {
@@ -100,11 +103,7 @@ pub(super) fn levels(plot: &Plot, q: &QuantityAnalysis, tolerance: f64) {
     dashed(plot.area, &[plot.at(plot.x.lo, tolerance), plot.at(plot.x.hi, tolerance)], INK, 7, 25.0);
 }
 
-pub(super) fn title(q: &QuantityAnalysis) -> String {
-    format!("{}, {}", q.quantity.label, q.variant_label)
-}
-
-fn marks(plot: &Plot, dots: &[Dot], x: impl Fn(&Dot) -> f64) {
+fn marks(plot: &Plot, dots: &[ErrorDot], x: impl Fn(&ErrorDot) -> f64) {
     for d in dots {
         let (shape, color) = style(d.family);
         mark(plot.area, shape, plot.at(x(d), d.error.max(plot.y.lo)), 26, color);
@@ -117,10 +116,10 @@ fn model(e: &Estimate, h: f64) -> Option<(f64, f64)> {
         return (f.model == "αh^p").then(|| (f.at(h), f.p));
     }
     let (star, p) = (e.richardson?, e.observed_order?);
-    (e.fs < 3.0).then(|| (star + (e.values[0] - star) * (h / e.h_m[0]).powf(p), p))
+    (e.fs < CAUTIOUS_FACTOR).then(|| (star + (e.values[0] - star) * (h / e.h_m[0]).powf(p), p))
 }
 
-pub fn against_h(store: &Results, analysis: &Analysis) -> Option<Figure> {
+pub fn against_h(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Option<Figure> {
     let tolerance = 100.0 * analysis.tolerance;
     let extra = vec![
         (Sample::Line(GREY), "fit αh^p".replace("h^p", &format!("{}ᵖ", italic("h")))),
@@ -128,7 +127,7 @@ pub fn against_h(store: &Results, analysis: &Analysis) -> Option<Figure> {
         (Sample::Block(UNRESOLVED), format!("below U({})", italic("f*"))),
     ];
     let svg = sheet(store, analysis, extra, |area, frame, letter, q, dots| {
-        let h = |d: &Dot| 1e3 * d.record.mesh.h_m;
+        let h = |d: &ErrorDot| 1e3 * d.record.mesh.h_m;
         let x = Axis::log(dots.iter().map(h), &format!("{} [mm]", italic("h")));
         let lines = q.estimates.iter().filter(|e| model(e, e.h_m[0]).is_some()).count();
         let plot = Plot { area, frame, x, y: percent_axis(q, dots, tolerance, false, lines) };
@@ -164,7 +163,7 @@ pub fn against_h(store: &Results, analysis: &Analysis) -> Option<Figure> {
         }
         marks(&plot, dots, h);
         plot.axes(true);
-        plot.title(letter, &capital(&title(q)));
+        plot.title(letter, &capital(&q.title()));
         // Upper left: small h has small errors, so only the tolerance can lie there
         let [l, t, ..] = frame;
         let taken = 40 + 85 * orders.len() as i32;
@@ -181,7 +180,7 @@ pub fn against_h(store: &Results, analysis: &Analysis) -> Option<Figure> {
     Some(Figure { name: "error-h".into(), svg, caption })
 }
 
-pub fn against_cost(store: &Results, analysis: &Analysis) -> Option<Figure> {
+pub fn against_cost(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Option<Figure> {
     let tolerance = 100.0 * analysis.tolerance;
     let words = if analysis.cost == "cpu_s" { "CPU time" } else { "wall time" };
     let extra = vec![
@@ -194,7 +193,8 @@ pub fn against_cost(store: &Results, analysis: &Analysis) -> Option<Figure> {
         let plot = Plot { area, frame, x, y: percent_axis(q, dots, tolerance, true, 0) };
         levels(&plot, q, tolerance);
         // Seeds show the scatter; a lucky one is no setting to choose
-        let mut order: Vec<&Dot> = dots.iter().filter(|d| store.study.families[d.family].role != Role::Seeds).collect();
+        let mut order: Vec<&ErrorDot> =
+            dots.iter().filter(|d| store.study.families[d.family].role != Role::Seeds).collect();
         order.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         let mut front: Vec<(i32, i32)> = vec![];
         let mut best = f64::INFINITY;
@@ -215,7 +215,7 @@ pub fn against_cost(store: &Results, analysis: &Analysis) -> Option<Figure> {
         }
         marks(&plot, dots, |d| d.cost);
         plot.axes(true);
-        plot.title(letter, &capital(&title(q)));
+        plot.title(letter, &capital(&q.title()));
     })?;
     let caption = format!(
         "Work and precision: error of the peak (mark) and its error bar with U(f*) (whisker) over {words} of the case."

@@ -2,10 +2,11 @@
 
 use crate::report::canvas::{DOUBLE, INK, Mark, RGB, figure, hollow, italic, line, mark, mm};
 use crate::report::figure::{Figure, Sample, UNRESOLVED, legend, style};
+use crate::report::numbers::capital;
 use crate::report::plot::{Axis, Plot};
-use crate::report::words::capital;
-use crate::study::kinds::convergence::analysis::{Analysis, QuantityAnalysis};
-use crate::study::kinds::convergence::figures::errors::{levels, title};
+use crate::study::analysis::{Analysis, ByQuantity};
+use crate::study::kinds::convergence::figures::errors::levels;
+use crate::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
 use crate::study::record::Role;
 use crate::study::results::Results;
 
@@ -17,7 +18,7 @@ const TALL: f64 = 50.0;
 const BETWEEN: f64 = 18.0;
 
 /// One mesh of one family.
-struct Dot {
+struct CurvePoint {
     cells: f64,
     seconds: f64,
     /// \[%\]
@@ -26,23 +27,24 @@ struct Dot {
 }
 
 /// Cases of one family, by cells.
-struct Line {
+struct FormulationCurve {
     family: usize,
-    dots: Vec<Dot>,
+    dots: Vec<CurvePoint>,
 }
 
-fn lines(store: &Results, q: &QuantityAnalysis) -> Vec<Line> {
+fn lines(store: &Results, q: &ByQuantity<MeshErrors>) -> Vec<FormulationCurve> {
     let families = store.study.families.iter().enumerate();
     let lines = families.filter(|(_, f)| matches!(f.role, Role::Sizes | Role::Element)).map(|(family, f)| {
         let dot = |id: &String| {
             let error = 100.0 * q.errors.iter().find(|e| e.id == *id)?.error;
             let r = &store.cases.iter().find(|c| c.record.id == *id)?.record;
             let flagged = r.locking.is_some_and(|l| l.alarm);
-            Some(Dot { cells: r.mesh.cells as f64, seconds: r.cpu_s, error, flagged })
+            Some(CurvePoint { cells: r.mesh.cells as f64, seconds: r.cpu_s, error, flagged })
         };
-        let mut dots: Vec<Dot> = f.cases.iter().filter_map(dot).filter(|d| d.error > 0.0 && d.seconds > 0.0).collect();
+        let mut dots: Vec<CurvePoint> =
+            f.cases.iter().filter_map(dot).filter(|d| d.error > 0.0 && d.seconds > 0.0).collect();
         dots.sort_by(|a, b| a.cells.total_cmp(&b.cells));
-        Line { family, dots }
+        FormulationCurve { family, dots }
     });
     lines.filter(|l| l.dots.len() > 1).collect()
 }
@@ -65,11 +67,11 @@ fn words(family: &str, formulation: &str) -> String {
 }
 
 /// `None` unless two formulations ran on two meshes each.
-pub fn draw(store: &Results, analysis: &Analysis) -> Option<Figure> {
-    let shown: Vec<(&QuantityAnalysis, Vec<Line>)> =
+pub fn draw(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Option<Figure> {
+    let shown: Vec<(&ByQuantity<MeshErrors>, Vec<FormulationCurve>)> =
         (analysis.quantities.iter().filter(|q| q.deciding).take(2)).map(|q| (q, lines(store, q))).collect();
-    let formulation = |l: &Line| &store.study.families[l.family].formulation;
-    let several = |lines: &[Line]| lines.iter().any(|l| formulation(l) != formulation(&lines[0]));
+    let formulation = |l: &FormulationCurve| &store.study.families[l.family].formulation;
+    let several = |lines: &[FormulationCurve]| lines.iter().any(|l| formulation(l) != formulation(&lines[0]));
     if !shown.iter().any(|(_, lines)| several(lines)) {
         return None;
     }
@@ -90,12 +92,13 @@ pub fn draw(store: &Results, analysis: &Analysis) -> Option<Figure> {
     entries.push((Sample::Dashed(INK), "tolerance".into()));
     entries.push((Sample::Block(UNRESOLVED), format!("below U({})", italic("f*"))));
     let tolerance = 100.0 * analysis.tolerance;
-    let unresolved =
-        |q: &QuantityAnalysis| q.reference.as_ref().map_or(f64::INFINITY, |r| 100.0 * r.uncertainty / r.value.abs());
+    let unresolved = |q: &ByQuantity<MeshErrors>| {
+        q.reference.as_ref().map_or(f64::INFINITY, |r| 100.0 * r.uncertainty / r.value.abs())
+    };
     // An error far below U(f*) is luck: it would stretch the axis
     let least = shown.iter().map(|(q, _)| 0.5 * unresolved(q)).fold(tolerance, f64::min);
     let y = Axis::log(dots().map(|d| d.error.max(least)).chain([tolerance]), "error [%]");
-    type Abscissa = fn(&Dot) -> f64;
+    type Abscissa = fn(&CurvePoint) -> f64;
     let sizes: [(Abscissa, &str); 2] = [(|d| d.cells, "cells"), (|d| d.seconds, "CPU time of the case [s]")];
     let each = (DOUBLE - LEFT - 5.0 - GAP) / 2.0;
     let below = TOP + 2.0 * TALL + BETWEEN;
@@ -109,7 +112,7 @@ pub fn draw(store: &Results, analysis: &Analysis) -> Option<Figure> {
                 levels(&plot, q, tolerance);
                 lines.iter().for_each(|l| curve(&plot, l, x));
                 plot.axes(true);
-                plot.title(['a', 'b', 'c', 'd'][2 * row + column], &capital(&title(q)));
+                plot.title(['a', 'b', 'c', 'd'][2 * row + column], &capital(&q.title()));
             }
         }
         for (k, entry) in entries.into_iter().enumerate() {
@@ -124,9 +127,9 @@ pub fn draw(store: &Results, analysis: &Analysis) -> Option<Figure> {
     Some(Figure { name: "formulations".into(), svg, caption })
 }
 
-fn curve(plot: &Plot, l: &Line, x: &fn(&Dot) -> f64) {
+fn curve(plot: &Plot, l: &FormulationCurve, x: &fn(&CurvePoint) -> f64) {
     let (shape, color) = look(l.family);
-    let at = |d: &Dot| plot.at(x(d), d.error.max(plot.y.lo));
+    let at = |d: &CurvePoint| plot.at(x(d), d.error.max(plot.y.lo));
     line(plot.area, &l.dots.iter().map(at).collect::<Vec<_>>(), color, 8);
     for d in &l.dots {
         if d.flagged {

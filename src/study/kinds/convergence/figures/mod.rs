@@ -7,12 +7,13 @@ pub mod errors;
 pub mod formulations;
 
 use crate::report::figure::Figure;
+use crate::study::analysis::Analysis;
 use crate::study::figures::time;
-use crate::study::kinds::convergence::analysis::Analysis;
+use crate::study::kinds::convergence::findings::ConvergenceFindings;
 use crate::study::results::Results;
 
 /// Every figure that the stored data allow.
-pub fn draw(store: &Results, analysis: &Analysis) -> Vec<Figure> {
+pub fn draw(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Vec<Figure> {
     let mut out = vec![];
     out.extend(bodies::meshes(store));
     out.extend(bodies::bent(store, analysis));

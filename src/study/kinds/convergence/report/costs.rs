@@ -3,15 +3,15 @@
 //! Digits are −log₁₀ e with e = max(|f − f*|, U(f*))/|f*| of the worst deciding quantity: no more than the reference can
 //! confirm. The bytes are those of the values of L, 8 an entry; indices, K and work space come on top.
 
+use crate::report::numbers::digits;
 use crate::report::table::{Table, headings};
-use crate::report::words::digits;
-use crate::study::kinds::convergence::analysis::Analysis;
+use crate::study::kinds::convergence::findings::ConvergenceFindings;
 use crate::study::record::{CaseRecord, Role};
 use crate::study::results::Results;
 use crate::study::tables::factor_mb;
 
 /// One row per case that has an error.
-pub fn table(store: &Results, analysis: &Analysis) -> Table {
+pub fn table(store: &Results, analysis: &ConvergenceFindings) -> Table {
     let seeds = |r: &CaseRecord| store.study.families.iter().any(|f| f.name == r.family && f.role == Role::Seeds);
     let mut rows = vec![];
     for r in store.cases.iter().map(|c| &c.record).filter(|r| !seeds(r)) {
@@ -56,7 +56,7 @@ pub fn table(store: &Results, analysis: &Analysis) -> Table {
 }
 
 /// Largest error of a case in the deciding quantities \[–\], with U(f*)/|f*| there.
-fn worst(analysis: &Analysis, r: &CaseRecord) -> Option<(f64, f64)> {
+fn worst(analysis: &ConvergenceFindings, r: &CaseRecord) -> Option<(f64, f64)> {
     let of = analysis.quantities.iter().filter(|q| q.deciding).filter_map(|q| {
         let reference = q.reference.as_ref()?;
         let error = q.errors.iter().find(|e| e.id == r.id)?.error;

@@ -4,22 +4,20 @@ pub mod costs;
 pub mod quantities;
 pub mod summary;
 
-use crate::report::words::seconds;
+use crate::report::numbers::seconds;
+use crate::study::analysis::Analysis;
 use crate::study::content::Content;
-use crate::study::kinds::convergence::analysis::Analysis;
 use crate::study::kinds::convergence::figures;
+use crate::study::kinds::convergence::findings::ConvergenceFindings;
 use crate::study::results::Results;
 use crate::study::tables;
 
-pub fn content(store: &Results, analysis: &Analysis) -> Content {
+pub fn content(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Content {
+    let answer = ("Which mesh, at what cost", quantities::settings(analysis));
     Content {
-        verdict: analysis.verdict.clone(),
-        supported: analysis.recommended.is_some(),
         facts: facts(analysis),
         sentences: analysis.quantities.iter().map(|q| q.sentence.clone()).collect(),
-        warnings: analysis.warnings.clone(),
         analysis: summary::headline(analysis),
-        answer: ("Which mesh, at what cost", quantities::settings(analysis)),
         tables: vec![quantities::quantities(analysis)],
         folded: vec![
             ("Every case", tables::cases(store)),
@@ -28,12 +26,11 @@ pub fn content(store: &Results, analysis: &Analysis) -> Content {
             ("Curves, case by case", quantities::curves(analysis)),
         ],
         figures: figures::draw(store, analysis),
-        files: vec![],
-        outcomes: Default::default(),
+        ..Content::new(analysis, analysis.recommended.is_some(), answer)
     }
 }
 
-fn facts(analysis: &Analysis) -> Vec<(String, String)> {
+fn facts(analysis: &Analysis<ConvergenceFindings>) -> Vec<(String, String)> {
     let Some(r) = &analysis.recommended else { return vec![] };
     let mut out = vec![
         (r.label.clone(), "cheapest setting to trust".into()),

@@ -1,11 +1,12 @@
 //! Tables of a convergence study.
 
+use crate::report::numbers::{digits, space};
 use crate::report::table::{Table, headings};
-use crate::report::words::{digits, space};
-use crate::study::kinds::convergence::analysis::{Analysis, QuantityAnalysis};
+use crate::study::analysis::{Analysis, ByQuantity};
+use crate::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
 
 /// One row per quantity × family.
-pub fn quantities(analysis: &Analysis) -> Table {
+pub fn quantities(analysis: &ConvergenceFindings) -> Table {
     let mut rows = vec![];
     for q in &analysis.quantities {
         for e in &q.estimates {
@@ -42,13 +43,13 @@ pub fn quantities(analysis: &Analysis) -> Table {
     }
 }
 
-fn overlap(q: &QuantityAnalysis, family: &str) -> String {
+fn overlap(q: &ByQuantity<MeshErrors>, family: &str) -> String {
     let found = q.reference.iter().flat_map(|r| &r.others).find(|o| o.family == family);
     found.map_or("–", |o| if o.overlaps { "overlaps" } else { "does not overlap" }).into()
 }
 
 /// One row per mesh and formulation.
-pub fn settings(analysis: &Analysis) -> Table {
+pub fn settings(analysis: &Analysis<ConvergenceFindings>) -> Table {
     let rows = (analysis.settings.iter())
         .map(|s| {
             vec![
@@ -82,7 +83,7 @@ pub fn settings(analysis: &Analysis) -> Table {
     }
 }
 
-pub fn curves(analysis: &Analysis) -> Table {
+pub fn curves(analysis: &ConvergenceFindings) -> Table {
     let mut rows = vec![];
     for q in &analysis.quantities {
         for (family, c) in &q.curves {

@@ -1,13 +1,14 @@
 //! `analysis` of the `summary.json` of a convergence study.
 
-use crate::study::kinds::convergence::analysis::{Analysis, QuantityAnalysis};
+use crate::study::analysis::{Analysis, ByQuantity, by_name};
+use crate::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
 use serde_json::{Map, Value, json};
 
 /// Observed order, Richardson value, GCI and ratio of the headline's family, `sizes` if it has them; then the other quantities.
-pub fn headline(analysis: &Analysis) -> Map<String, Value> {
+pub fn headline(analysis: &Analysis<ConvergenceFindings>) -> Map<String, Value> {
     let mut out = Map::new();
     let q = analysis.headline();
-    let sizes = q.and_then(QuantityAnalysis::sizes);
+    let sizes = q.and_then(|q| q.sizes());
     // Where the sizes show no order, the family of the reference speaks; `family` says which one it is
     let e = sizes.filter(|e| e.observed_order.is_some()).or_else(|| {
         let q = q?;
@@ -34,14 +35,11 @@ pub fn headline(analysis: &Analysis) -> Map<String, Value> {
     put("cost", json!(analysis.cost));
     put("settings", json!(analysis.settings));
     put("incomplete", json!(analysis.incomplete));
-    for q in &analysis.quantities {
-        let entry = out.entry(q.quantity.name.clone()).or_insert_with(|| json!({}));
-        entry[&q.variant] = quantity(q);
-    }
+    out.extend(by_name(&analysis.quantities, quantity));
     out
 }
 
-fn quantity(q: &QuantityAnalysis) -> Value {
+fn quantity(q: &ByQuantity<MeshErrors>) -> Value {
     let sizes = q.sizes();
     let curves: Map<String, Value> = q.curves.iter().map(|(f, c)| (f.clone(), json!(c))).collect();
     let families: Map<String, Value> = q.estimates.iter().map(|e| (e.family.clone(), json!(e))).collect();

@@ -3,7 +3,7 @@
 use crate::report::canvas::{At, DOUBLE, PALETTE, SMALL, dashed, figure, hollow, line, mark, mm, text};
 use crate::report::figure::{Figure, Sample, legend, style};
 use crate::report::plot::{Axis, Plot};
-use crate::study::kinds::cost::analysis::{Analysis, Grows, Law};
+use crate::study::kinds::cost::findings::{CostFindings, Grows, GrowthLaw};
 
 const LEFT: f64 = 15.0;
 const EACH: f64 = 70.0;
@@ -12,18 +12,19 @@ const TOP: f64 = 6.0;
 const TALL: f64 = 50.0;
 
 /// Of the first variant that has laws.
-pub fn draw(a: &Analysis) -> Option<Figure> {
+pub fn draw(a: &CostFindings) -> Option<Figure> {
     let variant = &a.growth.first()?.variant;
-    let laws: Vec<&Law> = a.growth.iter().filter(|l| l.variant == *variant).collect();
+    let laws: Vec<&GrowthLaw> = a.growth.iter().filter(|l| l.variant == *variant).collect();
     let mut formulations: Vec<&str> = laws.iter().map(|l| l.formulation.as_str()).collect();
     formulations.dedup();
-    let unit = |l: &Law| if l.of == Grows::Time { 1.0 } else { 1e-6 };
-    let look = |l: &Law| style(formulations.iter().position(|f| *f == l.formulation).unwrap_or(0) % PALETTE.len());
+    let unit = |l: &GrowthLaw| if l.of == Grows::Time { 1.0 } else { 1e-6 };
+    let look =
+        |l: &GrowthLaw| style(formulations.iter().position(|f| *f == l.formulation).unwrap_or(0) % PALETTE.len());
     let kinds: Vec<Grows> =
         [Grows::Time, Grows::Memory].into_iter().filter(|k| laws.iter().any(|l| l.of == *k)).collect();
     let svg = figure(DOUBLE, TOP + TALL + 18.0, "", |area| {
         for (k, kind) in kinds.iter().enumerate() {
-            let own: Vec<&&Law> = laws.iter().filter(|l| l.of == *kind).collect();
+            let own: Vec<&&GrowthLaw> = laws.iter().filter(|l| l.of == *kind).collect();
             let (label, title) = match kind {
                 Grows::Time => ("CPU time [s]", "Time of a case"),
                 Grows::Memory => ("largest resident set [MB]", "Memory"),
@@ -31,8 +32,9 @@ pub fn draw(a: &Analysis) -> Option<Figure> {
             let left = LEFT + k as f64 * (EACH + GAP);
             let frame = [mm(left), mm(TOP), mm(left + EACH), mm(TOP + TALL)];
             let x = Axis::log(own.iter().flat_map(|l| l.points.iter().map(|p| p.0).chain([l.next_cells])), "cells");
-            let value =
-                |l: &Law| l.points.iter().map(|p| p.1).chain([l.next.value]).map(|v| v * unit(l)).collect::<Vec<_>>();
+            let value = |l: &GrowthLaw| {
+                l.points.iter().map(|p| p.1).chain([l.next.value]).map(|v| v * unit(l)).collect::<Vec<_>>()
+            };
             let all: Vec<f64> = own.iter().flat_map(|l| value(l)).collect();
             // Room above for a line of text per law
             let most = all.iter().copied().fold(0.0, f64::max);

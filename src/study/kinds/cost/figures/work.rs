@@ -4,9 +4,10 @@ use crate::report::canvas::{
     Area, At, DOUBLE, GREY, INK, Mark, RGB, SMALL, dashed, figure, fill, italic, line, mark, mm, text,
 };
 use crate::report::figure::{Figure, Sample, UNRESOLVED, legend, style};
+use crate::report::numbers::capital;
 use crate::report::plot::{Axis, Plot, superscript};
-use crate::report::words::capital;
-use crate::study::kinds::cost::analysis::{Analysis, MEASURES, Measure, QuantityAnalysis, Setting};
+use crate::study::analysis::{Analysis, ByQuantity};
+use crate::study::kinds::cost::findings::{CostFindings, CostOfAccuracy, CostedCase, MEASURES, Measure};
 use crate::study::record::Role;
 use crate::study::results::Results;
 use plotters::style::Color;
@@ -23,18 +24,19 @@ const ROW: f64 = TALL + 19.0;
 struct Amount {
     label: String,
     title: &'static str,
-    of: fn(&Setting) -> Option<f64>,
+    of: fn(&CostedCase) -> Option<f64>,
 }
 
 /// Error of the peak and of the curve of every quantity of a variant over its cost.
-pub fn precision(store: &Results, a: &Analysis, variant: &str) -> Option<Figure> {
-    let shown: Vec<&QuantityAnalysis> =
+pub fn precision(store: &Results, a: &Analysis<CostFindings>, variant: &str) -> Option<Figure> {
+    let shown: Vec<&ByQuantity<CostOfAccuracy>> =
         a.quantities.iter().filter(|q| q.variant == variant && q.settings.len() > 1).collect();
     if shown.is_empty() {
         return None;
     }
     let cost = Amount { label: "CPU time [s]".into(), title: "", of: |s| Some(s.cost_s) };
-    let panels: Vec<(&QuantityAnalysis, Measure)> = shown.iter().flat_map(|q| MEASURES.map(|m| (*q, m))).collect();
+    let panels: Vec<(&ByQuantity<CostOfAccuracy>, Measure)> =
+        shown.iter().flat_map(|q| MEASURES.map(|m| (*q, m))).collect();
     let svg = sheet(store, &shown, panels.len(), |k, area, frame| {
         let (q, measure) = panels[k];
         let title = format!("{} of the {}", measure.words(), q.quantity.label);
@@ -49,7 +51,7 @@ pub fn precision(store: &Results, a: &Analysis, variant: &str) -> Option<Figure>
 }
 
 /// Error of the first quantity of a variant over unknowns, entries of the factor, operations and memory, as far as they differ.
-pub fn amounts(store: &Results, a: &Analysis, variant: &str) -> Option<Figure> {
+pub fn amounts(store: &Results, a: &Analysis<CostFindings>, variant: &str) -> Option<Figure> {
     let q = a.quantities.iter().find(|q| q.variant == variant && q.settings.len() > 1)?;
     let all = [
         Amount {
@@ -97,7 +99,7 @@ pub fn amounts(store: &Results, a: &Analysis, variant: &str) -> Option<Figure> {
 /// Panels in two columns with the legend of the families below.
 fn sheet(
     store: &Results,
-    shown: &[&QuantityAnalysis],
+    shown: &[&ByQuantity<CostOfAccuracy>],
     panels: usize,
     paint: impl Fn(usize, &Area, [i32; 4]),
 ) -> String {
@@ -140,8 +142,8 @@ fn look(store: &Results, family: &str) -> (Mark, RGB) {
 #[expect(clippy::too_many_arguments)]
 fn panel(
     store: &Results,
-    a: &Analysis,
-    q: &QuantityAnalysis,
+    a: &Analysis<CostFindings>,
+    q: &ByQuantity<CostOfAccuracy>,
     measure: Measure,
     amount: &Amount,
     title: &str,
@@ -149,7 +151,7 @@ fn panel(
     frame: [i32; 4],
     k: usize,
 ) {
-    let error = |s: &Setting| 100.0 * s.errors[measure as usize];
+    let error = |s: &CostedCase| 100.0 * s.errors[measure as usize];
     let (tolerance, unknown) = (100.0 * a.tolerance, 100.0 * q.uncertainty(measure));
     let top = q.settings.iter().map(|s| error(s) + unknown).fold(tolerance, f64::max);
     let least = (1e-4 * top).max(0.2 * unknown).min(tolerance);
@@ -162,7 +164,7 @@ fn panel(
     }
     plot.grid();
     dashed(area, &[plot.at(plot.x.lo, tolerance), plot.at(plot.x.hi, tolerance)], INK, 7, 25.0);
-    let placed: Vec<(&Setting, f64)> = q.settings.iter().filter_map(|s| Some((s, (amount.of)(s)?))).collect();
+    let placed: Vec<(&CostedCase, f64)> = q.settings.iter().filter_map(|s| Some((s, (amount.of)(s)?))).collect();
     let mut order = placed.clone();
     order.sort_by(|a, b| a.1.total_cmp(&b.1));
     let (mut front, mut best): (Vec<(i32, i32)>, f64) = (vec![], f64::INFINITY);

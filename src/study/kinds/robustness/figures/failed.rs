@@ -3,8 +3,8 @@
 use crate::report::canvas::{At, INK, RGB, SMALL, figure, mm, text};
 use crate::report::figure::Figure;
 use crate::report::surface::{Fit, Look, View, extent, surface};
-use crate::study::kinds::robustness::analysis::Analysis;
-use crate::study::kinds::robustness::outcome::Outcome;
+use crate::study::kinds::robustness::analysis::RobustnessFindings;
+use crate::study::kinds::robustness::outcome::CaseOutcome;
 use crate::study::results::Results;
 
 const EYE: [f64; 3] = [0.55, -1.0, 0.45];
@@ -14,8 +14,8 @@ const TALL: f64 = 42.0;
 const MOST: usize = 9;
 
 /// `None` where nothing failed.
-pub fn draw(store: &Results, a: &Analysis) -> Option<Figure> {
-    let failed = a.cases.iter().filter(|c| c.outcome == Outcome::Fail);
+pub fn draw(store: &Results, a: &RobustnessFindings) -> Option<Figure> {
+    let failed = a.cases.iter().filter(|c| c.outcome == CaseOutcome::Fail);
     let shown: Vec<_> = failed
         .filter_map(|c| Some((c, store.skins.get(&c.case)?)))
         .filter(|(_, s)| s.displacement.iter().flatten().all(|x| x.is_finite()))

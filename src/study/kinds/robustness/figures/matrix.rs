@@ -2,8 +2,8 @@
 
 use crate::report::canvas::{Area, At, INK, LABEL, Mark, PALE, PALETTE, RGB, SMALL, figure, line, mark, mm, text};
 use crate::report::figure::{Figure, Sample, legend};
-use crate::study::kinds::robustness::analysis::Analysis;
-use crate::study::kinds::robustness::outcome::Outcome;
+use crate::study::kinds::robustness::analysis::RobustnessFindings;
+use crate::study::kinds::robustness::outcome::CaseOutcome;
 use crate::study::results::Results;
 
 const ROW: f64 = 3.9;
@@ -14,16 +14,16 @@ const HEAD: f64 = 34.0;
 /// Rows on a sheet; more go into a second block next to it
 const TALLEST: usize = 62;
 
-pub fn color(outcome: Outcome) -> (Mark, RGB) {
+pub fn color(outcome: CaseOutcome) -> (Mark, RGB) {
     match outcome {
-        Outcome::Pass => (Mark::Circle, PALETTE[0]),
-        Outcome::Refused => (Mark::Triangle, PALETTE[4]),
-        Outcome::Fail => (Mark::Cross, PALETTE[1]),
+        CaseOutcome::Pass => (Mark::Circle, PALETTE[0]),
+        CaseOutcome::Refused => (Mark::Triangle, PALETTE[4]),
+        CaseOutcome::Fail => (Mark::Cross, PALETTE[1]),
     }
 }
 
 /// `None` without a case. One figure for each sheet of rows.
-pub fn draw(store: &Results, a: &Analysis) -> Vec<Figure> {
+pub fn draw(store: &Results, a: &RobustnessFindings) -> Vec<Figure> {
     let mut rows: Vec<(&str, &str)> = vec![];
     for c in &a.cases {
         if !rows.contains(&(c.suite.as_str(), c.member.as_str())) {
@@ -34,9 +34,9 @@ pub fn draw(store: &Results, a: &Analysis) -> Vec<Figure> {
     sheets.iter().enumerate().map(|(k, rows)| sheet(store, a, rows, k, sheets.len())).collect()
 }
 
-fn sheet(store: &Results, a: &Analysis, rows: &[(&str, &str)], number: usize, of: usize) -> Figure {
+fn sheet(store: &Results, a: &RobustnessFindings, rows: &[(&str, &str)], number: usize, of: usize) -> Figure {
     let shown = |v: &&String| {
-        let here = |c: &&crate::study::kinds::robustness::analysis::Judged| {
+        let here = |c: &&crate::study::kinds::robustness::analysis::JudgedCase| {
             c.variant == **v && rows.contains(&(c.suite.as_str(), c.member.as_str()))
         };
         a.cases.iter().any(|c| here(&c))
@@ -69,8 +69,9 @@ fn sheet(store: &Results, a: &Analysis, rows: &[(&str, &str)], number: usize, of
                 }
             }
         }
-        let entry = |(o, words): (Outcome, &str)| (Sample::Mark(color(o).0, color(o).1), words.to_string());
-        let entries = [(Outcome::Pass, "pass"), (Outcome::Refused, "refused"), (Outcome::Fail, "fail")].map(entry);
+        let entry = |(o, words): (CaseOutcome, &str)| (Sample::Mark(color(o).0, color(o).1), words.to_string());
+        let entries =
+            [(CaseOutcome::Pass, "pass"), (CaseOutcome::Refused, "refused"), (CaseOutcome::Fail, "fail")].map(entry);
         legend(area, (mm(width - 24.0), mm(HEAD + 3.0)), &entries);
     });
     let part = if of > 1 { format!(" (part {} of {of})", number + 1) } else { String::new() };

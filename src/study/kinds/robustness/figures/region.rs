@@ -2,7 +2,7 @@
 
 use crate::report::canvas::{Area, At, GREY, INK, LABEL, PALETTE, RGB, SMALL, block, figure, italic, mm, text};
 use crate::report::figure::{Figure, Sample, legend};
-use crate::report::words::digits;
+use crate::report::numbers::digits;
 use crate::study::axis::AxisRecord;
 use crate::study::kinds::robustness::map::{Grade, Map, Panel};
 

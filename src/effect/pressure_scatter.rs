@@ -1,0 +1,78 @@
+//! Scatter of the pressures, an indicator of volumetric locking: pressures that differ from every smooth field.
+//!
+//! With τ = P Fᵀ, p = tr τ/3 and p* the lumped L2 projection of p on continuous linear functions (Oden & Brauchli 1971, the
+//! recovery of Zienkiewicz & Zhu 1987), p*_a = ∫ N_a p dV / ∫ N_a dV:
+//!
+//! scatter = ‖p − p*‖/‖dev τ‖, share = W_p/(W_p + W_s), W_p = ∫ p²/2κ dV, W_s = ∫ |dev τ|²/4μ dV,
+//!
+//! norms over the volume, Hooke's energies at the constants of the law at F = I. A locked element answers with pressures that
+//! change sign from cell to cell and outweigh the deviatoric stress that carries the load.
+
+use super::cell::CellPoints;
+use crate::material::{Law, LawError, Moduli};
+use crate::math::tensor::Mat3;
+use crate::mesh::{Order, TetMesh, element};
+use crate::system::Effect;
+use std::sync::Arc;
+
+/// Scatter above which a displacement-only element is taken for locked \[–\]; calibrated in `docs/explanation/elements.md`.
+pub const ALARM: f64 = 0.5;
+
+/// Poisson's ratio below which no volume change can lock: there κ < 4.7 μ, and what scatters is bending that linear cells do
+/// not follow.
+pub const COMPRESSIBLE: f64 = 0.4;
+
+/// An elastic effect of a law, with access to its stress and its derivatives by the constants.
+pub trait Stressed: Send + Sync {
+    fn points(&self) -> &Arc<CellPoints>;
+    /// Whether the volume change is penalised point by point, without a pressure field; only such elements can lock.
+    fn displacement_only(&self) -> bool;
+    /// Hooke's constants at F = I
+    fn moduli(&self) -> Moduli;
+    /// P \[Pa\] at the points of block `b`, as in the residual.
+    fn stress(&self, x: &[f64], b: usize) -> Result<Vec<Mat3>, LawError>;
+    /// ∂/∂θ of this effect, on its blocks, from ∂/∂θ of its law ([`Law::along`]): its residual is ∂r/∂θ at fixed x.
+    fn along(&self, mesh: &TetMesh, law: Box<dyn Law>) -> Box<dyn Effect>;
+}
+
+/// Scatter of the pressure field at a state, and whether it raises the locking alarm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PressureScatter {
+    /// ‖p − p*‖/‖dev τ‖ \[–\]
+    pub scatter: f64,
+    /// Volumetric share of the energy \[–\]
+    pub share: f64,
+    pub alarm: bool,
+}
+
+/// None where nothing is sheared, and where the law is not defined.
+pub fn pressure_scatter(effect: &dyn Stressed, x: &[f64]) -> Option<PressureScatter> {
+    let points = effect.points();
+    let shape: Vec<[f64; 10]> = points.reference().iter().map(|&xi| element::cell_shape(Order::Linear, xi)).collect();
+    let corners = |b: usize| points.blocks.nodes(b)[..4].iter().map(|&k| k as usize);
+    // Per node: ∫ N_a p dV, ∫ N_a dV
+    let mut nodes = vec![(0.0, 0.0); x.len() / 3];
+    let mut pressures = Vec::with_capacity(points.blocks.len() * shape.len());
+    let (mut deviator, mut size) = (0.0, 0.0);
+    for b in 0..points.blocks.len() {
+        for (q, stress) in effect.stress(x, b).ok()?.into_iter().enumerate() {
+            let tau = stress * points.deformation_gradient(x, b, q).transpose();
+            let (p, w) = (tau.trace() / 3.0, points.weight(b, q));
+            deviator += w * (tau - Mat3::identity() * p).norm_squared();
+            size += w * p * p;
+            for (k, n) in corners(b).zip(shape[q]) {
+                nodes[k].0 += w * n * p;
+                nodes[k].1 += w * n;
+            }
+            pressures.push((w, p));
+        }
+    }
+    let smooth = |b: usize, q: usize| corners(b).zip(shape[q]).map(|(k, n)| n * nodes[k].0 / nodes[k].1).sum::<f64>();
+    let places = (0..points.blocks.len()).flat_map(|b| (0..shape.len()).map(move |q| (b, q)));
+    let scatter: f64 = places.zip(&pressures).map(|((b, q), (w, p))| w * (p - smooth(b, q)).powi(2)).sum();
+    let Moduli { mu, kappa, nu, .. } = effect.moduli();
+    let (volumetric, shear) = (size / (2.0 * kappa), deviator / (4.0 * mu));
+    let (scatter, share) = ((scatter / deviator).sqrt(), volumetric / (volumetric + shear));
+    let alarm = effect.displacement_only() && nu >= COMPRESSIBLE && scatter > ALARM;
+    (deviator > 0.0).then_some(PressureScatter { scatter, share, alarm })
+}

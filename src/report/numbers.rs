@@ -1,0 +1,56 @@
+//! Numbers as they are printed in sentences and tables: rounding, units, names of magnitudes.
+
+/// `3.42 %`, `12 %`, and whole numbers as such: `5 %`.
+pub fn percent(x: f64) -> String {
+    let v = 100.0 * x;
+    if v != 0.0 && v.abs() < 0.01 {
+        format!("{v:.1e} %")
+    } else if (v - v.round()).abs() < 1e-9 || v.abs() >= 10.0 {
+        format!("{v:.0} %")
+    } else {
+        format!("{v:.2} %")
+    }
+}
+
+/// `3.4 s`, `12 min`, `5.1 h`, `3.0 d`, `120 years`
+pub fn seconds(s: f64) -> String {
+    const LONG: [(f64, &str); 3] = [(365.25 * 86_400.0, "years"), (86_400.0, "d"), (3600.0, "h")];
+    if let Some((unit, name)) = LONG.iter().find(|(unit, _)| s >= 2.0 * unit) {
+        let n = s / unit;
+        return if n < 1e4 { format!("{n:.*} {name}", digits(n)) } else { format!("{n:.0e} {name}") };
+    }
+    if s >= 600.0 { format!("{:.0} min", s / 60.0) } else { format!("{s:.*} s", digits(s)) }
+}
+
+/// Decimals that leave two significant digits.
+pub fn digits(x: f64) -> usize {
+    if x == 0.0 || !x.is_finite() { 1 } else { (1 - x.abs().log10().floor() as i32).clamp(0, 6) as usize }
+}
+
+/// Units but the degree sign follow a space.
+pub fn space(unit: &str) -> String {
+    if unit == "°" || unit.is_empty() { unit.to_string() } else { format!(" {unit}") }
+}
+
+/// First letter in upper case
+pub fn capital(s: &str) -> String {
+    let mut c = s.chars();
+    c.next().map_or(String::new(), |f| f.to_uppercase().chain(c).collect())
+}
+
+/// `36 600`, with a thin space.
+pub fn thousands(n: usize) -> String {
+    let s = n.to_string();
+    if s.len() < 5 { s } else { format!("{}\u{2009}{}", &s[..s.len() - 3], &s[s.len() - 3..]) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_times_have_long_units() {
+        let words = [0.034, 3.42, 59.0, 720.0, 7200.0, 200_000.0, 1e9, 1e15].map(seconds);
+        assert_eq!(words, ["0.034 s", "3.4 s", "59 s", "12 min", "2.0 h", "2.3 d", "32 years", "3e7 years"]);
+    }
+}

@@ -1,0 +1,106 @@
+//! Fields of a state, for ParaView.
+//!
+//! Stress fields are those of the elastic effects, σ = P Fᵀ/J. A cell has the mean over its quadrature points, a node the
+//! mean over the cells there, both weighted with the reference volume; von Mises' stress and the pressure −tr σ/3 are those of
+//! the mean. Overstress of `viscoelastic` and viscous stress are not in them.
+
+use super::body::Body;
+use super::build::Scene;
+use super::output::{Field, FieldSpec};
+use crate::effect::Stressed;
+use crate::math::tensor::Mat3;
+use crate::system::State;
+use std::sync::Arc;
+
+/// The fields of a state.
+pub(super) fn fields(scene: &Scene, state: &State, what: &[FieldSpec]) -> Vec<Field> {
+    let stress = what.iter().any(|f| matches!(f, FieldSpec::Stress | FieldSpec::VonMises | FieldSpec::Pressure));
+    let tensors = || {
+        let cells = stresses(&scene.body, &scene.stressed, &state.x);
+        [(nodal(&scene.body, &cells), true), (cells, false)]
+    };
+    let stress = stress.then(tensors);
+    let displacements = 3 * scene.body.mesh.points.len();
+    let mut out = Vec::new();
+    for field in what {
+        let node = |name, components, values| Field { name, components, values, at_nodes: true };
+        let (name, components, of): (_, _, fn(&Mat3) -> Vec<f64>) = match field {
+            FieldSpec::Displacement => {
+                out.push(node("displacement_m", 3, state.x[..displacements].to_vec()));
+                continue;
+            }
+            FieldSpec::Velocity => {
+                out.push(node("velocity_m_s", 3, state.v[..displacements].to_vec()));
+                continue;
+            }
+            FieldSpec::ContactForce => {
+                let mut forces = vec![0.0; displacements];
+                scene.contacts.iter().for_each(|c| c.nodal(&state.x, None, &mut forces));
+                out.push(node("contact_force_N", 3, forces));
+                continue;
+            }
+            FieldSpec::Stretch => {
+                out.push(node("stretch", 1, scene.nodal_stretch(&state.x)));
+                continue;
+            }
+            FieldSpec::Stress => ("stress_Pa", 9, |s| s.transpose().as_slice().to_vec()),
+            FieldSpec::VonMises => ("von_mises_Pa", 1, |s| vec![von_mises(s)]),
+            FieldSpec::Pressure => ("pressure_Pa", 1, |s| vec![-s.trace() / 3.0]),
+        };
+        for (tensors, at_nodes) in stress.iter().flatten() {
+            let values = tensors.iter().flat_map(of).collect();
+            out.push(Field { name, components, values, at_nodes: *at_nodes });
+        }
+    }
+    out
+}
+
+/// √(3/2 s:s), s the deviator.
+fn von_mises(sigma: &Mat3) -> f64 {
+    (1.5 * (sigma - Mat3::identity() * (sigma.trace() / 3.0)).norm_squared()).sqrt()
+}
+
+/// \[cells\] mean Cauchy stress \[Pa\]; laws that share a cell add up.
+fn stresses(body: &Body, effects: &[Arc<dyn Stressed>], x: &[f64]) -> Vec<Mat3> {
+    let mut out = vec![Mat3::zeros(); body.mesh.cell_count()];
+    for effect in effects {
+        let points = effect.points();
+        for (b, &cell) in points.cells.iter().enumerate() {
+            // Every law was defined at an accepted state.
+            let Ok(stress) = effect.stress(x, b) else { continue };
+            let volume: f64 = (0..stress.len()).map(|q| points.weight(b, q)).sum();
+            for (q, p) in stress.iter().enumerate() {
+                let f = points.deformation_gradient(x, b, q);
+                out[cell as usize] += p * f.transpose() * (points.weight(b, q) / volume / f.determinant());
+            }
+        }
+    }
+    out
+}
+
+/// \[nodes\] mean over the cells there.
+fn nodal(body: &Body, cells: &[Mat3]) -> Vec<Mat3> {
+    let mesh = &body.mesh;
+    let mut sums = vec![(Mat3::zeros(), 0.0); mesh.points.len()];
+    for (c, stress) in cells.iter().enumerate() {
+        let volume = mesh.cell_volume(c);
+        for &node in mesh.cell(c) {
+            let sum = &mut sums[node as usize];
+            *sum = (sum.0 + stress * volume, sum.1 + volume);
+        }
+    }
+    sums.into_iter().map(|(sum, volume)| if volume > 0.0 { sum / volume } else { sum }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn von_mises_of_tension_and_of_shear() {
+        let tension = Mat3::new(3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+        let shear = Mat3::new(5.0, 2.0, 0.0, 2.0, 5.0, 0.0, 0.0, 0.0, 5.0);
+        assert!((von_mises(&tension) - 3.0).abs() < 1e-15);
+        assert!((von_mises(&shear) - 2.0 * 3f64.sqrt()).abs() < 1e-15);
+    }
+}

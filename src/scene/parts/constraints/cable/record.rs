@@ -1,0 +1,179 @@
+//! Record of a cable: tensions, lengths and slip, and the moments at which it goes slack or taut.
+
+use crate::effect::Cable;
+use crate::scene::parts::constraints::drive::Drive;
+use crate::scene::recorder::{Change, Moment, Recorder};
+use crate::system::State;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// A cable with its drive, for probes.
+pub struct NamedCable {
+    pub name: String,
+    pub cable: Arc<Cable>,
+    /// The tension at the pull point; with friction the multipliers of the other segments follow
+    pub drive: Drive,
+    pub by_length: bool,
+    pub friction: bool,
+    /// 1/EA \[1/N\], 0 if it does not stretch
+    pub softness: f64,
+    /// Tension at which the drive yields \[N\], infinite if it never does
+    pub most: f64,
+}
+
+/// A cable that went slack, taut, or to the limit of its drive.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CableEvent {
+    /// Time of the first accepted state after it \[s\]
+    pub t: f64,
+    pub cable: String,
+    pub what: Condition,
+}
+
+/// Condition of a cable that is driven by length.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Condition {
+    Slack,
+    Taut,
+    /// At `max_tension`: the drive yields
+    Yielding,
+}
+
+impl Condition {
+    /// Name as in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Slack => "slack",
+            Self::Taut => "taut",
+            Self::Yielding => "yielding",
+        }
+    }
+}
+
+impl Recorder for NamedCable {
+    /// Columns: tension at the pull point and length; what was taken in where that is not the change of length; with friction
+    /// the tension at the end, of each segment, and the slip through each guide.
+    fn columns(&self) -> Vec<String> {
+        let name = &self.name;
+        let mut out = vec![format!("{name}_tension_N"), format!("{name}_length_m")];
+        if self.friction || self.softness > 0.0 || self.most < f64::INFINITY {
+            out.push(format!("{name}_drawn_m"));
+        }
+        if self.friction {
+            let n = self.cable.segments();
+            out.push(format!("{name}_end_tension_N"));
+            out.extend((1..=n).map(|s| format!("{name}_tension_{s}_N")));
+            out.extend((1..n).map(|k| format!("{name}_slip_{k}_m")));
+        }
+        out
+    }
+
+    /// Values of its columns, SI.
+    fn record(&self, now: &Moment) -> Vec<f64> {
+        let state = now.state;
+        let tensions = self.tensions(state);
+        let lengths = self.cable.lengths(&state.x);
+        let mut out = vec![tensions[0], lengths.iter().sum()];
+        if out.len() == self.columns().len() {
+            return out;
+        }
+        let passed = self.passed(&tensions, &lengths);
+        out.push(passed[0]);
+        if self.friction {
+            out.push(tensions[tensions.len() - 1]);
+            out.extend_from_slice(&tensions);
+            out.extend_from_slice(&passed[1..]);
+        }
+        out
+    }
+
+    /// Change of its columns with a change of the state; none of a cable with friction.
+    fn derivative(&self, by: &Change) -> Option<Vec<f64>> {
+        let (state, change) = (by.state, by.change);
+        let tension = self.drive.answer(change);
+        let length = self.cable.lengthening(&state.x, &change.x);
+        let rest: f64 = self.cable.lengths_at_rest().iter().sum();
+        let mut out = vec![tension, length, self.softness * rest * tension - length];
+        out.truncate(self.columns().len());
+        Some(out)
+    }
+
+    /// Cables with friction are refused before.
+    fn is_differentiable(&self) -> bool {
+        true
+    }
+}
+
+impl NamedCable {
+    /// Tension of each segment \[N\].
+    fn tensions(&self, state: &State) -> Vec<f64> {
+        let n = self.cable.segments();
+        match &self.drive {
+            Drive::Multiplier(c) if self.friction => state.lambda[*c..c + n].to_vec(),
+            Drive::Multiplier(c) => vec![state.lambda[*c]; n],
+            Drive::Prescribed(signal) => vec![signal.at(state.clock()).max(0.0); n],
+        }
+    }
+
+    /// Cable that has passed the start of each segment towards the pull point \[m\]: Σ_{s≥k} (l₀_s + T_s l₀_s/EA − l_s).
+    fn passed(&self, tensions: &[f64], lengths: &[f64]) -> Vec<f64> {
+        let rest = self.cable.lengths_at_rest();
+        let mut sum = 0.0;
+        let mut out: Vec<f64> = (0..rest.len())
+            .rev()
+            .map(|s| {
+                sum += rest[s] * (1.0 + self.softness * tensions[s]) - lengths[s];
+                sum
+            })
+            .collect();
+        out.reverse();
+        out
+    }
+
+    /// Its condition; `None` for a cable driven by tension.
+    fn condition(&self, state: &State) -> Option<Condition> {
+        let tension = self.tensions(state)[0];
+        self.by_length.then_some(match tension {
+            0.0 => Condition::Slack,
+            // 1e-9: rounding of a tension at its limit.
+            _ if tension >= self.most * (1.0 - 1e-9) => Condition::Yielding,
+            _ => Condition::Taut,
+        })
+    }
+}
+
+/// Follows the cables of a run; a part of every saved state.
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize)]
+pub(in crate::scene) struct CableLog {
+    last: Vec<Option<Condition>>,
+    pub(in crate::scene) events: Vec<CableEvent>,
+}
+
+impl CableLog {
+    /// Notes what has changed at an accepted state.
+    pub(in crate::scene) fn note(&mut self, cables: &[NamedCable], state: &State) {
+        let now: Vec<Option<Condition>> = cables.iter().map(|c| c.condition(state)).collect();
+        let before = std::mem::replace(&mut self.last, now);
+        for (cable, (before, now)) in cables.iter().zip(before.iter().zip(&self.last)) {
+            if let (Some(before), Some(now)) = (before, now)
+                && before != now
+            {
+                self.events.push(CableEvent { t: state.t, cable: cable.name.clone(), what: *now });
+            }
+        }
+    }
+}
+
+/// Which cables pull at the last good state, for the message of a run that could not go on.
+pub(in crate::scene) fn pulling(cables: &[NamedCable], state: &State) -> Option<String> {
+    let taut = |c: &&NamedCable| matches!(c.condition(state), Some(Condition::Taut | Condition::Yielding));
+    let say = |c: &NamedCable| {
+        let tensions = c.tensions(state);
+        let drawn = c.passed(&tensions, &c.cable.lengths(&state.x))[0];
+        format!("{} holds {:.4} N with {:.4} mm drawn in", c.name, tensions[0], drawn * 1e3)
+    };
+    let all: Vec<String> = cables.iter().filter(taut).map(say).collect();
+    let remedy = "pull less, or let the drive yield with max_tension";
+    (!all.is_empty()).then(|| format!("{}: {remedy}", all.join(", ")))
+}

@@ -1,0 +1,226 @@
+//! Constraint `cavity`: facets, closed or with a rim that is held or declared free, with air or liquid behind them.
+
+use super::drive::Drive;
+use super::part::ConstraintPart;
+use crate::effect::{Cavity, CavityPressure, CavityVolume, OpenCavityPressure};
+use crate::math::signal::Signal;
+use crate::math::tensor::Vec3;
+use crate::math::units::Dimension;
+use crate::mesh::TetMesh;
+use crate::mesh::boundary::boundary_facets;
+use crate::mesh::error::point;
+use crate::mesh::rim::rim;
+use crate::scene::builder::Builder;
+use crate::scene::error::SceneError;
+use crate::scene::kind::by_kind;
+use crate::scene::recorder::{Change, Headline, Moment, Recorder};
+use crate::scene::signal::SignalSpec;
+use serde::Deserialize;
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+by_kind!(CavityDriveSpec);
+
+/// Air or liquid behind the facets of a region.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CavitySpec {
+    #[serde(default = "cavity")]
+    pub name: String,
+    pub region: String,
+    pub drive: CavityDriveSpec,
+    /// The surface is open and its rim free
+    #[serde(default)]
+    pub open: bool,
+}
+
+fn cavity() -> String {
+    "cavity".into()
+}
+
+/// Drive of a cavity.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
+pub enum CavityDriveSpec {
+    Pressure {
+        signal: SignalSpec,
+    },
+    /// Growth of the volume
+    Volume {
+        signal: SignalSpec,
+    },
+}
+
+impl CavityDriveSpec {
+    /// Whether the volume is prescribed, and the pressure follows.
+    fn is_by_volume(&self) -> bool {
+        matches!(self, Self::Volume { .. })
+    }
+}
+
+impl ConstraintPart for CavitySpec {
+    fn headline(&self) -> Option<Headline> {
+        let column = format!("{}_pressure_Pa", self.name);
+        Some(Headline { column, label: "pressure", symbol: "p", unit: "Pa" })
+    }
+
+    fn is_exact(&self) -> bool {
+        self.drive.is_by_volume()
+    }
+}
+
+/// A cavity with its drive, for probes.
+pub struct NamedCavity {
+    pub name: String,
+    pub cavity: Arc<Cavity>,
+    pub drive: Drive,
+}
+
+/// A cavity with its load or its row. To be called when everything that is held is known.
+pub(in crate::scene) fn build_cavity(
+    builder: &mut Builder,
+    place: &str,
+    CavitySpec { name, region, drive, open }: &CavitySpec,
+) -> Result<NamedCavity, SceneError> {
+    let body = builder.body.clone();
+    let mesh = &body.mesh;
+    let facets = builder.region(place, region)?.facets.clone();
+    if facets.is_empty() {
+        let fact = format!("region \"{region}\" holds no facets");
+        return Err(builder.content(place, fact, "a cavity is a part of the surface: take a facet region"));
+    }
+    let boundary = boundary_facets(mesh);
+    if let Some(&f) = facets.iter().find(|f| boundary.binary_search(f).is_err()) {
+        let at = point(&mesh.points[mesh.facet(f as usize)[0] as usize]);
+        let fact = format!("the facet at {at} has the body on both sides");
+        return Err(builder.content(place, fact, "take facets of the boundary only"));
+    }
+    let rim = rim(mesh, &facets);
+    let planes = check_rim(builder, place, (region, *open, drive), mesh, &rim)?;
+    let origin = origin(mesh, &facets, planes.unwrap_or_default());
+    let cavity = Arc::new(Cavity::new(name.clone(), mesh, &facets, origin));
+    let rest = cavity.volume(&vec![0.0; 3 * mesh.points.len()]);
+    if rim.is_empty() && rest <= 0.0 {
+        let fact = format!("the surface \"{region}\" encloses {:.4} mm^3: the body is inside of it", rest * 1e9);
+        return Err(builder.content(place, fact, "take the surface of a hollow, with the body around it"));
+    }
+    if !rim.is_empty() {
+        let [x, y, z] = [origin.x, origin.y, origin.z].map(|v| 1e3 * v);
+        builder.notes.push(format!(
+            "{name} is open: its volume counts from the cones between the rim and ({x:.4}, {y:.4}, {z:.4}) mm"
+        ));
+    }
+    if planes.is_none() {
+        let note = "has a free rim: the tangent is not symmetric, and the stability of equilibria is not judged";
+        builder.notes.push(format!("{name} {note}"));
+    }
+    let drive = match drive {
+        CavityDriveSpec::Pressure { signal } => {
+            let pressure = builder.signal(place, format!("{name}_imposed_pressure_Pa"), signal, Dimension::PRESSURE)?;
+            builder.effects.push(match planes {
+                Some(_) => Box::new(CavityPressure { cavity: cavity.clone(), pressure: pressure.clone() }),
+                None => Box::new(OpenCavityPressure::new(cavity.clone(), mesh, &facets, pressure.clone())),
+            });
+            Drive::Prescribed(pressure)
+        }
+        CavityDriveSpec::Volume { signal } => {
+            let growth = builder.signal(place, format!("{name}_growth_m3"), signal, Dimension::VOLUME)?;
+            // The sphere of this area holds more than any other surface
+            let area: f64 = facets.iter().map(|&f| mesh.facet_area(f as usize)).sum();
+            let scale = area.powf(1.5) / (6.0 * PI.sqrt());
+            builder.constraints.push(Box::new(CavityVolume { cavity: cavity.clone(), growth, rest, scale }));
+            Drive::Multiplier(builder.constraints.len() - 1)
+        }
+    };
+    Ok(NamedCavity { name: name.clone(), cavity, drive })
+}
+
+/// The planes in which a rim slides that is not held; where it is free.
+fn rim_planes(builder: &Builder, mesh: &TetMesh, rim: &[Vec<u32>]) -> Result<[Option<f64>; 3], Vec3> {
+    let held = |node: u32, k: u32| builder.motion(3 * node + k);
+    let mut planes: [Option<f64>; 3] = [None; 3];
+    for edge in rim {
+        if edge.iter().all(|&node| (0..3).all(|k| held(node, k) == Some(&Signal::Constant(0.0)))) {
+            continue;
+        }
+        let in_plane = |k: &usize| {
+            let level = mesh.points[edge[0] as usize][*k];
+            let flat = edge.iter().all(|&n| (mesh.points[n as usize][*k] - level).abs() <= 1e-9 * mesh.diagonal());
+            flat && edge.iter().all(|&n| held(n, *k as u32) == Some(&Signal::Constant(0.0)))
+        };
+        let plane = (0..3).filter(in_plane).find(|&k| {
+            let level = mesh.points[edge[0] as usize][k];
+            planes[k].is_none_or(|known| (known - level).abs() <= 1e-9 * mesh.diagonal())
+        });
+        let k = plane.ok_or(mesh.points[edge[0] as usize])?;
+        planes[k] = Some(mesh.points[edge[0] as usize][k]);
+    }
+    Ok(planes)
+}
+
+/// May this surface be driven so? The planes of its rim, none where the rim is free.
+fn check_rim(
+    builder: &Builder,
+    place: &str,
+    (region, open, drive): (&str, bool, &CavityDriveSpec),
+    mesh: &TetMesh,
+    rim: &[Vec<u32>],
+) -> Result<Option<[Option<f64>; 3]>, SceneError> {
+    let by_volume = drive.is_by_volume();
+    let remedy = "close the surface, hold the rim (kind = \"fixed\"), or let it slide in planes of symmetry \
+                  (hold components = \"z\" where such a plane is z = const)";
+    match rim_planes(builder, mesh, rim) {
+        _ if open && rim.is_empty() => {
+            let fact = format!("open = true, and the surface \"{region}\" is closed");
+            Err(builder.content(place, fact, "remove `open`"))
+        }
+        Ok(_) if open => {
+            let fact = format!("open = true, and no part of the rim of the surface \"{region}\" is free");
+            Err(builder.content(place, fact, "remove `open`"))
+        }
+        Ok(planes) => Ok(Some(planes)),
+        Err(_) if open && !by_volume => Ok(None),
+        Err(at) => {
+            let fact = format!("the surface \"{region}\" is open, and its rim is free at {}", point(&at));
+            if by_volume {
+                let fact = format!("{fact}: it holds no volume that could be given");
+                return Err(builder.content(
+                    place,
+                    fact,
+                    format!("drive it by pressure with open = true, or {remedy}"),
+                ));
+            }
+            Err(builder.content(place, fact, format!("set open = true if it is to stay free; or {remedy}")))
+        }
+    }
+}
+
+/// Where the cones of the volume start: in the planes, and in the middle where that is free: short cones, small rounding.
+fn origin(mesh: &TetMesh, facets: &[u32], planes: [Option<f64>; 3]) -> Vec3 {
+    let nodes: Vec<u32> = facets.iter().flat_map(|&f| mesh.facet(f as usize)).copied().collect();
+    let middle = nodes.iter().map(|&n| mesh.points[n as usize]).sum::<Vec3>() / nodes.len() as f64;
+    Vec3::from_fn(|k, _| planes[k].unwrap_or(middle[k]))
+}
+
+impl Recorder for NamedCavity {
+    /// Columns: pressure and volume.
+    fn columns(&self) -> Vec<String> {
+        vec![format!("{}_pressure_Pa", self.name), format!("{}_volume_m3", self.name)]
+    }
+
+    fn record(&self, now: &Moment) -> Vec<f64> {
+        let pressure = match &self.drive {
+            Drive::Multiplier(c) => now.state.lambda[*c],
+            Drive::Prescribed(signal) => signal.at(now.state.clock()),
+        };
+        vec![pressure, self.cavity.volume(&now.state.x)]
+    }
+
+    fn derivative(&self, by: &Change) -> Option<Vec<f64>> {
+        Some(vec![self.drive.answer(by.change), self.cavity.growth(&by.state.x, &by.change.x)])
+    }
+
+    fn is_differentiable(&self) -> bool {
+        true
+    }
+}

@@ -1,0 +1,30 @@
+//! Constraint `fixed`: components of the displacement of a region that are held.
+
+use super::part::ConstraintPart;
+use crate::math::signal::Signal;
+use crate::scene::builder::Builder;
+use crate::scene::error::SceneError;
+use serde::Deserialize;
+
+/// A region that is held.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FixedSpec {
+    pub region: String,
+    /// Components held, all if absent: "x", "yz", …
+    #[serde(default = "all_components")]
+    pub components: String,
+}
+
+fn all_components() -> String {
+    "xyz".into()
+}
+
+impl FixedSpec {
+    /// Holds the nodes of the region.
+    pub(super) fn build(&self, builder: &mut Builder, place: &str) -> Result<(), SceneError> {
+        builder.prescribe(place, &self.region, &self.components, &Signal::Constant(0.0))
+    }
+}
+
+impl ConstraintPart for FixedSpec {}

@@ -1,0 +1,93 @@
+//! Constraints of a scene. One file or folder per kind, a line in each of the three lists below, and its place in
+//! `build_constraints`.
+
+mod cable;
+mod cavity;
+mod drive;
+mod fixed;
+mod part;
+mod prescribed;
+
+pub use cable::{CableDriveSpec, CableEvent, CableSpec, Condition, NamedCable, RingSpec};
+pub(in crate::scene) use cable::{CableLog, pulling};
+pub use cavity::{CavityDriveSpec, CavitySpec, NamedCavity};
+pub use drive::Drive;
+pub use fixed::FixedSpec;
+pub use prescribed::PrescribedSpec;
+
+use crate::scene::builder::Builder;
+use crate::scene::error::SceneError;
+use crate::scene::kind::registry;
+use crate::scene::recorder::Headline;
+use cable::build_cable;
+use cavity::build_cavity;
+use part::ConstraintPart;
+
+registry! {
+ConstraintPart;
+/// One constraint of a scene.
+pub enum ConstraintSpec {
+    Fixed(FixedSpec) = "fixed",
+    Prescribed(PrescribedSpec) = "prescribed",
+    Cable(CableSpec) = "cable",
+    Cavity(CavitySpec) = "cavity",
+}
+}
+
+impl ConstraintSpec {
+    /// The quantity by which runs are compared, if it has one.
+    pub(in crate::scene) fn headline(&self) -> Option<Headline> {
+        self.part().headline()
+    }
+
+    /// Whether a multiplier keeps it exactly, so that an undamped integrator rings.
+    pub(in crate::scene) fn is_exact(&self) -> bool {
+        self.part().is_exact()
+    }
+
+    /// Whether it has friction, so that its forces depend on the path.
+    pub(in crate::scene) fn has_friction(&self) -> bool {
+        self.part().has_friction()
+    }
+}
+
+/// Builds all constraints of a scene; returns the cables and cavities among them.
+pub(in crate::scene) fn build_constraints(
+    builder: &mut Builder,
+    specs: &[ConstraintSpec],
+) -> Result<(Vec<NamedCable>, Vec<NamedCavity>), SceneError> {
+    let mut cables = Vec::<NamedCable>::new();
+    for (k, constraint) in specs.iter().enumerate() {
+        let place = format!("constraint {} ({})", k + 1, constraint.kind());
+        match constraint {
+            ConstraintSpec::Fixed(fixed) => fixed.build(builder, &place)?,
+            ConstraintSpec::Prescribed(prescribed) => prescribed.build(builder, &place)?,
+            ConstraintSpec::Cable(cable) => {
+                if cables.iter().any(|c| c.name == cable.name) {
+                    let fact = format!("another cable is called \"{}\" too", cable.name);
+                    return Err(builder.content(&place, fact, "give each cable a `name` of its own"));
+                }
+                cables.push(build_cable(builder, &place, cable)?);
+            }
+            // Built below: the held dofs decide whether a cavity may be open
+            ConstraintSpec::Cavity(_) => {}
+        }
+    }
+    let mut cavities = Vec::<NamedCavity>::new();
+    for (k, constraint) in specs.iter().enumerate() {
+        if let ConstraintSpec::Cavity(cavity) = constraint {
+            let (place, name) = (format!("constraint {} (cavity)", k + 1), &cavity.name);
+            if cavities.iter().any(|c| c.name == *name) || cables.iter().any(|c| c.name == *name) {
+                let fact = format!("another cable or cavity is called \"{name}\" too");
+                return Err(builder.content(&place, fact, "give each a `name` of its own"));
+            }
+            cavities.push(build_cavity(builder, &place, cavity)?);
+        }
+    }
+    Ok((cables, cavities))
+}
+
+/// Notes on the constraints of a scene; returns a reason why the answer has no limit as h → 0, if there is one.
+pub(in crate::scene) fn note_constraints(builder: &mut Builder, specs: &[ConstraintSpec]) -> Option<String> {
+    specs.iter().fold(None, |why, spec| spec.part().note(builder).or(why))
+}

@@ -1,0 +1,27 @@
+//! The interface of a kind of constraint to the scene.
+
+use crate::scene::builder::Builder;
+use crate::scene::recorder::Headline;
+
+/// Specification of a constraint, with what the scene asks of it.
+pub(in crate::scene) trait ConstraintPart {
+    /// The quantity by which runs are compared, if it has one.
+    fn headline(&self) -> Option<Headline> {
+        None
+    }
+
+    /// Whether a multiplier keeps it exactly, so that an undamped integrator rings.
+    fn is_exact(&self) -> bool {
+        false
+    }
+
+    /// Whether it has friction, so that its forces depend on the path.
+    fn has_friction(&self) -> bool {
+        false
+    }
+
+    /// Notes its sizes next to h; returns the reason why the answer has no limit as h → 0, if there is one.
+    fn note(&self, _builder: &mut Builder) -> Option<String> {
+        None
+    }
+}

@@ -1,0 +1,36 @@
+//! Effect `edge_dampers`: dampers on the edges of a mesh, for comparison with other simulators.
+
+use super::edge_springs::linear_cells;
+use super::part::EffectPart;
+use crate::effect::EdgeDampers;
+use crate::scene::builder::Builder;
+use crate::scene::error::SceneError;
+use crate::scene::quantity::Damping;
+use crate::system::Effect;
+use serde::Deserialize;
+
+/// Dampers of one constant on the edges of a region.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EdgeDampersSpec {
+    pub region: String,
+    pub damping: Damping,
+}
+
+impl EffectPart for EdgeDampersSpec {
+    fn build(&self, place: &str, builder: &mut Builder) -> Result<Box<dyn Effect>, SceneError> {
+        let c = self.damping.0;
+        if c < 0.0 {
+            return Err(builder.content(place, format!("damping is {c} N s/m"), "damping is not negative"));
+        }
+        Ok(Box::new(EdgeDampers::new(&builder.body.mesh, linear_cells(builder, place, &self.region)?, c)))
+    }
+
+    fn words(&self) -> String {
+        format!("region {}, {} N s/m", self.region, self.damping.0)
+    }
+
+    fn needs_rates(&self) -> bool {
+        true
+    }
+}

@@ -1,0 +1,70 @@
+//! Effect `edge_springs`: springs on the edges of a mesh, for comparison with other simulators.
+
+use super::part::EffectPart;
+use crate::effect::{CellPoints, EdgeSprings};
+use crate::mesh::Order;
+use crate::scene::builder::Builder;
+use crate::scene::error::SceneError;
+use crate::scene::quantity::{Modulus, SpringStiffness};
+use crate::system::Effect;
+use serde::Deserialize;
+use std::sync::Arc;
+
+/// Springs on the edges of a region; exactly one of `stiffness` and `E`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EdgeSpringsSpec {
+    pub region: String,
+    /// The same on every edge
+    pub stiffness: Option<SpringStiffness>,
+    /// Young's modulus that the springs are to imitate
+    #[serde(rename = "E")]
+    pub modulus: Option<Modulus>,
+}
+
+impl EffectPart for EdgeSpringsSpec {
+    fn build(&self, place: &str, builder: &mut Builder) -> Result<Box<dyn Effect>, SceneError> {
+        let cells = linear_cells(builder, place, &self.region)?;
+        let mesh = &builder.body.mesh;
+        let positive = |key: &str, value: f64, unit: &str| {
+            let fact = || format!("{key} is {value} {unit}");
+            if value > 0.0 { Ok(value) } else { Err(builder.content(place, fact(), "give a positive one")) }
+        };
+        let springs = match (self.stiffness, self.modulus) {
+            (Some(k), None) => EdgeSprings::uniform(mesh, cells, positive("stiffness", k.0, "N/m")?),
+            (None, Some(e)) => EdgeSprings::of_modulus(mesh, cells, positive("E", e.0, "Pa")?),
+            (both, _) => {
+                let fact = if both.is_some() { "both `stiffness` and `E`" } else { "neither `stiffness` nor `E`" };
+                let remedy =
+                    "give `stiffness` (\"20 N/m\", the same on every edge) or `E` (\"100 kPa\", Young's modulus)";
+                return Err(builder.content(place, fact, remedy));
+            }
+        };
+        let points = Arc::new(CellPoints::new(mesh, cells));
+        builder.gathered.points.push(points);
+        Ok(builder.gathered.store(&self.region, springs))
+    }
+
+    fn words(&self) -> String {
+        match (self.stiffness, self.modulus) {
+            (Some(k), _) => format!("region {}, {} N/m on every edge", self.region, k.0),
+            (None, modulus) => format!("region {}, E = {} Pa", self.region, modulus.map_or(0.0, |e| e.0)),
+        }
+    }
+
+    fn no_limit(&self) -> Option<&'static str> {
+        Some(match self.stiffness {
+            Some(_) => "springs of one stiffness on every edge stiffen the body as 1/h",
+            None => "springs on edges have ν = 1/4 and a stiffness that depends on the directions of the edges",
+        })
+    }
+}
+
+/// Cells of a region whose edges have no mid-node.
+pub(super) fn linear_cells<'b>(builder: &'b Builder, place: &str, region: &str) -> Result<&'b [u32], SceneError> {
+    if builder.body.mesh.order == Order::Quadratic {
+        let fact = "springs on the halves of a straight edge do not hold its mid-node";
+        return Err(builder.content(place, fact, "take mesh.element = \"tet4\"; mesh.levels = 1 splits the edges"));
+    }
+    builder.cells(place, region)
+}

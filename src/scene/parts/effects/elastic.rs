@@ -1,0 +1,102 @@
+//! Effect `elastic`: a law on the cells of a region, in one of the formulations.
+
+use super::part::EffectPart;
+use crate::effect::{Elastic, MeanDilatation, MixedElastic, pressure_hosts};
+use crate::mesh::Order;
+use crate::scene::builder::{Builder, ElasticLaw};
+use crate::scene::error::SceneError;
+use crate::system::Effect;
+use serde::Deserialize;
+
+/// Elasticity of a region.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ElasticSpec {
+    pub region: String,
+    pub law: String,
+    #[serde(default)]
+    pub formulation: FormulationSpec,
+}
+
+/// Formulation of a law in the elements.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Default)]
+#[serde(rename_all = "snake_case")]
+pub enum FormulationSpec {
+    /// Displacements only; locks as ν → ½, on tet4 first
+    #[default]
+    Displacement,
+    /// Displacement and continuous pressure: stabilised on tet4, Taylor–Hood on tet10
+    Mixed,
+    /// tet10 with one pressure a cell, condensed
+    MeanDilatation,
+}
+
+impl FormulationSpec {
+    /// Name as in files.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Displacement => "displacement",
+            Self::Mixed => "mixed",
+            Self::MeanDilatation => "mean_dilatation",
+        }
+    }
+
+    /// End of the name of an element in this formulation: `_up` of `tet10_up`.
+    pub(in crate::scene) fn suffix(self) -> &'static str {
+        match self {
+            Self::Displacement => "",
+            Self::Mixed => "_up",
+            Self::MeanDilatation => "_p0",
+        }
+    }
+
+    /// Whether pressures are unknowns next to the displacements.
+    pub(in crate::scene) fn is_mixed(self) -> bool {
+        self == Self::Mixed
+    }
+}
+
+impl EffectPart for ElasticSpec {
+    fn build(&self, place: &str, builder: &mut Builder) -> Result<Box<dyn Effect>, SceneError> {
+        let Self { region, law, formulation } = self;
+        let (mesh, cells) = (&builder.body.mesh, builder.cells(place, region)?);
+        let (name, built) = ("elastic".to_string(), builder.law(place, law)?);
+        let info = built.info().name;
+        let shared = ElasticLaw { name: law.clone(), region: region.clone(), law: builder.law(place, law)? };
+        let effect = match formulation {
+            FormulationSpec::Displacement => {
+                let effect = Elastic::new(name, mesh, cells, built);
+                builder.gathered.solid(region, effect)
+            }
+            FormulationSpec::Mixed => {
+                let first = (3 * builder.nodes + builder.gathered.hosts.len()) as u32;
+                let effect = MixedElastic::new(name, mesh, cells, &*built, first);
+                let effect = effect.ok_or_else(|| no_split(builder, place, info))?;
+                let hosts = pressure_hosts(mesh, cells);
+                builder.gathered.hosts.extend(hosts);
+                builder.gathered.solid(region, effect)
+            }
+            FormulationSpec::MeanDilatation if mesh.order == Order::Linear => {
+                let fact = "mean_dilatation on tet4 is the displacement formulation";
+                let remedy = "take formulation = \"mixed\", or mesh.element = \"tet10\"";
+                return Err(builder.content(place, fact, remedy));
+            }
+            FormulationSpec::MeanDilatation => {
+                let effect = MeanDilatation::new(name, mesh, cells, &*built);
+                let effect = effect.ok_or_else(|| no_split(builder, place, info))?;
+                builder.gathered.solid(region, effect)
+            }
+        };
+        builder.gathered.laws.push(shared);
+        Ok(effect)
+    }
+
+    fn words(&self) -> String {
+        format!("region {}, law {}, formulation {}", self.region, self.law, self.formulation.name())
+    }
+}
+
+fn no_split(builder: &Builder, place: &str, law: &str) -> SceneError {
+    let fact = format!("the law {law} has no volumetric part of its own");
+    builder.content(place, fact, "take a law with a split such as neo_hookean, or formulation = \"displacement\"")
+}

@@ -1,0 +1,40 @@
+//! Effect `gravity`: the weight of a region.
+
+use super::part::EffectPart;
+use crate::effect::Gravity;
+use crate::math::tensor::Vec3;
+use crate::math::units::Dimension;
+use crate::scene::builder::Builder;
+use crate::scene::error::SceneError;
+use crate::scene::quantity::Density;
+use crate::scene::signal::SignalSpec;
+use crate::system::Effect;
+use serde::Deserialize;
+
+/// Weight of the cells of a region along a direction.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GravitySpec {
+    pub region: String,
+    pub density: Density,
+    pub direction: [f64; 3],
+    pub acceleration: SignalSpec,
+}
+
+impl EffectPart for GravitySpec {
+    fn build(&self, place: &str, builder: &mut Builder) -> Result<Box<dyn Effect>, SceneError> {
+        let direction = Vec3::from(self.direction);
+        if direction.norm() == 0.0 || !direction.norm().is_finite() {
+            return Err(builder.content(place, "the direction has no length", "write for example [0, 0, -1]"));
+        }
+        let density = builder.positive_density(place, self.density.0)?;
+        let name = format!("{}_acceleration_m_s2", self.region);
+        let acceleration = builder.signal(place, name, &self.acceleration, Dimension::ACCELERATION)?;
+        let cells = builder.cells(place, &self.region)?;
+        Ok(Box::new(Gravity::new(&builder.body.mesh, cells, density, direction.normalize(), acceleration)))
+    }
+
+    fn words(&self) -> String {
+        format!("region {}, {} kg/m^3, towards {:?}", self.region, self.density.0, self.direction)
+    }
+}

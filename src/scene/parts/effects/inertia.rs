@@ -1,0 +1,76 @@
+//! Effect `inertia`: the mass of a region.
+
+use super::part::EffectPart;
+use crate::effect::{Inertia, Lumping, Mass};
+use crate::scene::builder::Builder;
+use crate::scene::error::SceneError;
+use crate::scene::quantity::Density;
+use crate::system::Effect;
+use serde::Deserialize;
+
+/// Inertia of a region.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct InertiaSpec {
+    pub region: String,
+    pub density: Density,
+    pub mass: LumpingSpec,
+}
+
+/// Form of a mass matrix.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub enum LumpingSpec {
+    Consistent,
+    Lumped,
+    Uniform,
+}
+
+impl LumpingSpec {
+    /// Name as in files.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Consistent => "consistent",
+            Self::Lumped => "lumped",
+            Self::Uniform => "uniform",
+        }
+    }
+}
+
+impl From<LumpingSpec> for Lumping {
+    fn from(spec: LumpingSpec) -> Self {
+        match spec {
+            LumpingSpec::Consistent => Self::Consistent,
+            LumpingSpec::Lumped => Self::Lumped,
+            LumpingSpec::Uniform => Self::Uniform,
+        }
+    }
+}
+
+/// The mass matrix of the cells of a region.
+pub(super) fn mass(
+    builder: &Builder,
+    place: &str,
+    region: &str,
+    density: Density,
+    lumping: LumpingSpec,
+) -> Result<Mass, SceneError> {
+    let cells = builder.cells(place, region)?;
+    let density = builder.positive_density(place, density.0)?;
+    Ok(Mass::new(&builder.body.mesh, cells, density, lumping.into()))
+}
+
+impl EffectPart for InertiaSpec {
+    fn build(&self, place: &str, builder: &mut Builder) -> Result<Box<dyn Effect>, SceneError> {
+        let mass = mass(builder, place, &self.region, self.density, self.mass)?;
+        Ok(Box::new(Inertia { mass }))
+    }
+
+    fn words(&self) -> String {
+        format!("region {}, {} kg/m^3, mass {}", self.region, self.density.0, self.mass.name())
+    }
+
+    fn needs_rates(&self) -> bool {
+        true
+    }
+}

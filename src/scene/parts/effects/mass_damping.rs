@@ -1,0 +1,39 @@
+//! Effect `mass_damping`: damping α M of a region.
+
+use super::inertia::{LumpingSpec, mass};
+use super::part::EffectPart;
+use crate::effect::MassDamping;
+use crate::scene::builder::Builder;
+use crate::scene::error::SceneError;
+use crate::scene::quantity::{Density, PerSecond};
+use crate::system::Effect;
+use serde::Deserialize;
+
+/// Damping of a region in proportion to its mass.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MassDampingSpec {
+    pub region: String,
+    pub density: Density,
+    pub mass: LumpingSpec,
+    pub alpha: PerSecond,
+}
+
+impl EffectPart for MassDampingSpec {
+    fn build(&self, place: &str, builder: &mut Builder) -> Result<Box<dyn Effect>, SceneError> {
+        let alpha = self.alpha.0;
+        if alpha < 0.0 {
+            return Err(builder.content(place, format!("alpha is {alpha} 1/s"), "damping is not negative"));
+        }
+        let mass = mass(builder, place, &self.region, self.density, self.mass)?;
+        Ok(Box::new(MassDamping { alpha, mass }))
+    }
+
+    fn words(&self) -> String {
+        format!("region {}, alpha = {} 1/s, mass {}", self.region, self.alpha.0, self.mass.name())
+    }
+
+    fn needs_rates(&self) -> bool {
+        true
+    }
+}

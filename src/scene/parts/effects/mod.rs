@@ -1,0 +1,90 @@
+//! Effects of a scene. One file per kind, and a line in each of the three lists below.
+
+mod edge_dampers;
+mod edge_springs;
+mod elastic;
+mod gravity;
+mod inertia;
+mod mass_damping;
+mod part;
+mod point_force;
+mod stiffness_damping;
+mod traction;
+mod viscoelastic;
+mod viscous_damping;
+
+pub use edge_dampers::EdgeDampersSpec;
+pub use edge_springs::EdgeSpringsSpec;
+pub use elastic::{ElasticSpec, FormulationSpec};
+pub use gravity::GravitySpec;
+pub use inertia::{InertiaSpec, LumpingSpec};
+pub use mass_damping::MassDampingSpec;
+pub use point_force::PointForceSpec;
+pub use stiffness_damping::{StiffnessDampingSpec, StiffnessSpec};
+pub use traction::TractionSpec;
+pub use viscoelastic::{ArmSpec, ModuliSpec, ViscoelasticSpec};
+pub use viscous_damping::ViscousDampingSpec;
+
+use crate::scene::builder::Builder;
+use crate::scene::error::SceneError;
+use crate::scene::kind::registry;
+use part::EffectPart;
+use std::collections::BTreeMap;
+
+registry! {
+EffectPart;
+/// One effect of a scene.
+pub enum EffectSpec {
+    Elastic(ElasticSpec) = "elastic",
+    Inertia(InertiaSpec) = "inertia",
+    Gravity(GravitySpec) = "gravity",
+    MassDamping(MassDampingSpec) = "mass_damping",
+    ViscousDamping(ViscousDampingSpec) = "viscous_damping",
+    Viscoelastic(ViscoelasticSpec) = "viscoelastic",
+    StiffnessDamping(StiffnessDampingSpec) = "stiffness_damping",
+    EdgeSprings(EdgeSpringsSpec) = "edge_springs",
+    EdgeDampers(EdgeDampersSpec) = "edge_dampers",
+    PointForce(PointForceSpec) = "point_force",
+    Traction(TractionSpec) = "traction",
+}
+}
+
+impl EffectSpec {
+    /// Its keys in words: `region body, law rubber, formulation mixed`.
+    pub fn words(&self) -> String {
+        self.part().words()
+    }
+
+    /// Whether it acts on velocities or accelerations, so that it is at rest in static stages.
+    pub(in crate::scene) fn needs_rates(&self) -> bool {
+        self.part().needs_rates()
+    }
+}
+
+/// Builds all effects of a scene, in the order of the file.
+pub(in crate::scene) fn build_effects(builder: &mut Builder, specs: &[EffectSpec]) -> Result<(), SceneError> {
+    let mut order: Vec<usize> = (0..specs.len()).collect();
+    order.sort_by_key(|&k| specs[k].part().needs_others());
+    let mut built = BTreeMap::new();
+    for k in order {
+        let place = format!("effect {} ({})", k + 1, specs[k].kind());
+        built.insert(k, specs[k].part().build(&place, builder)?);
+    }
+    builder.effects.extend(built.into_values());
+    specs.iter().enumerate().try_for_each(|(k, spec)| spec.part().check(k + 1, builder))
+}
+
+/// Notes on the effects of a scene in its stages.
+pub(in crate::scene) fn note_effects(builder: &mut Builder, specs: &[EffectSpec]) {
+    let stages = builder.spans.iter().filter(|s| s.integrator.is_static()).count();
+    let resting: Vec<&str> = specs.iter().filter(|e| e.needs_rates()).map(EffectSpec::kind).collect();
+    if stages > 0 && !resting.is_empty() {
+        builder.notes.push(format!("{} rest in the {stages} static stage(s)", resting.join(", ")));
+    }
+    specs.iter().for_each(|spec| spec.part().note(builder));
+}
+
+/// Reason by the effects of a scene why the answer has no limit as h → 0.
+pub(in crate::scene) fn no_limit(specs: &[EffectSpec]) -> Option<String> {
+    specs.iter().find_map(|spec| spec.part().no_limit()).map(String::from)
+}

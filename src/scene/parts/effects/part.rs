@@ -1,0 +1,37 @@
+//! The interface of a kind of effect to the scene.
+
+use crate::scene::builder::Builder;
+use crate::scene::error::SceneError;
+use crate::system::Effect;
+
+/// Specification of an effect, with its construction and description.
+pub(in crate::scene) trait EffectPart {
+    /// The effect on the mesh of the scene; what other parts need of it is gathered in the builder.
+    fn build(&self, place: &str, builder: &mut Builder) -> Result<Box<dyn Effect>, SceneError>;
+
+    /// Its keys in words: `region body, law rubber, formulation mixed`.
+    fn words(&self) -> String;
+
+    /// Whether it acts on velocities or accelerations, so that it is at rest in static stages.
+    fn needs_rates(&self) -> bool {
+        false
+    }
+
+    /// Whether it is built after the other kinds, because it acts through them.
+    fn needs_others(&self) -> bool {
+        false
+    }
+
+    /// Refuses it where it contradicts the other effects, all of which are built; `number` counts from 1 in the file.
+    fn check(&self, _number: usize, _builder: &mut Builder) -> Result<(), SceneError> {
+        Ok(())
+    }
+
+    /// Notes its meaning in the stages of the scene.
+    fn note(&self, _builder: &mut Builder) {}
+
+    /// Reason why the answer has no limit as h → 0.
+    fn no_limit(&self) -> Option<&'static str> {
+        None
+    }
+}

@@ -1,0 +1,68 @@
+//! Effect `point_force`: a force of fixed direction on an embedded point, or on the patch around it.
+
+use super::part::EffectPart;
+use crate::effect::dead_load::DeadLoad;
+use crate::math::tensor::Vec3;
+use crate::math::units::Dimension;
+use crate::mesh::embed::{ball_weights, embed};
+use crate::mesh::error::point;
+use crate::scene::builder::Builder;
+use crate::scene::error::{SceneError, part};
+use crate::scene::quantity::{GuideRadius, Length};
+use crate::scene::signal::SignalSpec;
+use crate::system::Effect;
+use serde::Deserialize;
+
+/// A force of fixed direction on an embedded point.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PointForceSpec {
+    #[serde(default = "point_force")]
+    pub name: String,
+    pub point: [Length; 3],
+    /// Of the patch that takes the force
+    pub radius: GuideRadius,
+    pub direction: [f64; 3],
+    pub force: SignalSpec,
+}
+
+fn point_force() -> String {
+    "point_force".into()
+}
+
+impl PointForceSpec {
+    fn at(&self) -> Vec3 {
+        Vec3::from(self.point.map(|x| x.0))
+    }
+}
+
+impl EffectPart for PointForceSpec {
+    fn build(&self, place: &str, builder: &mut Builder) -> Result<Box<dyn Effect>, SceneError> {
+        let (at, body) = (self.at(), builder.body.clone());
+        let embedded = embed(&body.mesh, at).map_err(|e| part(builder.file, place, e))?;
+        let weights = match self.radius {
+            GuideRadius::Point => {
+                builder.no_limits.push("a force on a point moves it further the finer the mesh".into());
+                embedded.weights
+            }
+            GuideRadius::Ball(radius) if radius <= 0.0 => {
+                let fact = format!("radius is {} mm", radius * 1e3);
+                return Err(builder.content(place, fact, "give a positive length, at least the size of a cell"));
+            }
+            GuideRadius::Ball(radius) => {
+                ball_weights(&body.mesh, at, radius).map_err(|e| part(builder.file, place, e))?
+            }
+        };
+        let column = format!("{}_imposed_N", self.name);
+        let (direction, signal) = builder.dead(place, self.direction, &self.force, Dimension::FORCE, column)?;
+        Ok(Box::new(DeadLoad::new(self.name.clone(), &weights, direction, signal)))
+    }
+
+    fn words(&self) -> String {
+        let patch = match self.radius {
+            GuideRadius::Point => "on a point".to_string(),
+            GuideRadius::Ball(radius) => format!("on a ball of {:.4} mm", radius * 1e3),
+        };
+        format!("at {}, {patch}, towards {:?}", point(&self.at()), self.direction)
+    }
+}

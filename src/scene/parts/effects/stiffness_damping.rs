@@ -1,0 +1,76 @@
+//! Effect `stiffness_damping`: damping β K of a region, for comparison with other simulators.
+
+use super::part::EffectPart;
+use crate::effect::{Stiffness, StiffnessDamping};
+use crate::scene::builder::Builder;
+use crate::scene::error::{SceneError, hint};
+use crate::scene::quantity::Time;
+use crate::system::Effect;
+use serde::Deserialize;
+use std::sync::Arc;
+
+/// Damping of the elastic effects and springs of the region of this name.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StiffnessDampingSpec {
+    pub region: String,
+    pub beta: Time,
+    pub stiffness: StiffnessSpec,
+}
+
+/// Tangent that a stiffness-proportional damping takes.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub enum StiffnessSpec {
+    /// At rest
+    Initial,
+    /// At the start of the step
+    Last,
+}
+
+impl From<StiffnessSpec> for Stiffness {
+    fn from(spec: StiffnessSpec) -> Self {
+        match spec {
+            StiffnessSpec::Initial => Self::Initial,
+            StiffnessSpec::Last => Self::Last,
+        }
+    }
+}
+
+impl EffectPart for StiffnessDampingSpec {
+    fn build(&self, place: &str, builder: &mut Builder) -> Result<Box<dyn Effect>, SceneError> {
+        let (region, beta, stored) = (&self.region, self.beta.0, &builder.gathered.stored);
+        if beta < 0.0 {
+            return Err(builder.content(place, format!("beta is {beta} s"), "damping is not negative"));
+        }
+        let of_region = stored.iter().filter(|(name, _)| name == region);
+        let damped: Vec<Arc<dyn Effect>> = of_region.map(|(_, effect)| effect.clone()).collect();
+        if damped.is_empty() {
+            let known: Vec<&String> = stored.iter().map(|(name, _)| name).collect();
+            let fact = format!("no elastic effect and no springs have the region \"{region}\"");
+            return Err(builder.content(place, fact, hint(region, &known)));
+        }
+        let damping = StiffnessDamping::new(damped, beta, self.stiffness.into(), &builder.body.mesh.points);
+        let damping = damping.ok_or_else(|| {
+            let remedy = "take formulation = \"displacement\" or \"mean_dilatation\", or viscous_damping";
+            builder.content(place, "stiffness damping of a mixed formulation is not defined", remedy)
+        })?;
+        Ok(Box::new(damping))
+    }
+
+    fn words(&self) -> String {
+        let stiffness = match self.stiffness {
+            StiffnessSpec::Initial => "initial",
+            StiffnessSpec::Last => "last",
+        };
+        format!("region {}, beta = {} s, stiffness {stiffness}", self.region, self.beta.0)
+    }
+
+    fn needs_rates(&self) -> bool {
+        true
+    }
+
+    fn needs_others(&self) -> bool {
+        true
+    }
+}

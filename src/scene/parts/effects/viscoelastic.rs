@@ -1,0 +1,106 @@
+//! Effect `viscoelastic`: relaxation of a region by a Prony series, in addition to an elastic effect of the same law.
+
+use super::part::EffectPart;
+use crate::effect::Viscoelastic;
+use crate::material::{Arm, Constants, Prony};
+use crate::scene::builder::Builder;
+use crate::scene::error::{SceneError, part};
+use crate::scene::quantity::Time;
+use crate::system::Effect;
+use serde::Deserialize;
+use std::sync::Arc;
+
+/// Relaxation of a region.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ViscoelasticSpec {
+    pub region: String,
+    /// The law of the elastic effect there
+    pub law: String,
+    pub moduli: ModuliSpec,
+    pub prony: Vec<ArmSpec>,
+}
+
+/// Which modulus the constants of a law give.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub enum ModuliSpec {
+    LongTerm,
+    Instantaneous,
+}
+
+/// One term of a Prony series.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ArmSpec {
+    /// Share of the instantaneous modulus
+    pub g: f64,
+    /// Relaxation time
+    pub tau: Time,
+}
+
+impl EffectPart for ViscoelasticSpec {
+    fn build(&self, place: &str, builder: &mut Builder) -> Result<Box<dyn Effect>, SceneError> {
+        let constants = match self.moduli {
+            ModuliSpec::LongTerm => Constants::LongTerm,
+            ModuliSpec::Instantaneous => Constants::Instantaneous,
+        };
+        let arms: Vec<Arm> = self.prony.iter().map(|arm| Arm { g: arm.g, tau: arm.tau.0 }).collect();
+        let prony = Prony::new(&arms, constants).map_err(|e| part(builder.file, place, e))?;
+        let (cells, law) = (builder.cells(place, &self.region)?, builder.law(place, &self.law)?);
+        let effect = Viscoelastic::new(&builder.body.mesh, cells, &*law, prony);
+        let shared = Arc::new(effect.map_err(|e| part(builder.file, place, e))?);
+        builder.gathered.relaxing.push(shared.clone());
+        Ok(Box::new(shared))
+    }
+
+    fn words(&self) -> String {
+        let moduli = match self.moduli {
+            ModuliSpec::LongTerm => "long_term",
+            ModuliSpec::Instantaneous => "instantaneous",
+        };
+        format!("region {}, law {}, moduli {moduli}, {} Prony terms", self.region, self.law, self.prony.len())
+    }
+
+    /// Each cell is elastic with the same law, and relaxes by one effect only.
+    fn check(&self, number: usize, builder: &mut Builder) -> Result<(), SceneError> {
+        let Self { region, law, .. } = self;
+        let place = format!("effect {number} (viscoelastic)");
+        let mut elastic = vec![false; builder.body.mesh.cell_count()];
+        for other in builder.gathered.laws.iter().filter(|other| other.name == *law) {
+            builder.cells(&place, &other.region)?.iter().for_each(|&c| elastic[c as usize] = true);
+        }
+        for c in builder.cells(&place, region)?.to_vec() {
+            if !elastic[c as usize] {
+                let fact = format!("cell {c} of region \"{region}\" has no elastic effect with the law \"{law}\"");
+                let remedy = "give `law` and `region` of an [[effect]] of kind \"elastic\"";
+                return Err(builder.content(&place, fact, remedy));
+            }
+            if let Some(other) = builder.gathered.relaxed.insert(c, number) {
+                let fact = format!("cell {c} of region \"{region}\" relaxes by effect {other} already");
+                return Err(builder.content(&place, fact, "put all terms into the `prony` of one effect"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Notes the meaning of the constants, and the stages in which the effect does not act.
+    fn note(&self, builder: &mut Builder) {
+        let Self { law, moduli, prony, .. } = self;
+        let kept = 1.0 - prony.iter().map(|arm| arm.g).sum::<f64>();
+        let given = match moduli {
+            ModuliSpec::LongTerm => format!("of the long term, {:.4} of them act at once", 1.0 / kept),
+            ModuliSpec::Instantaneous => format!("of the instant, {kept:.4} of them are left in the long run"),
+        };
+        builder.notes.push(format!("viscoelastic: the constants of {law} are those {given}"));
+        if builder.spans.iter().any(|s| s.integrator.is_static()) {
+            builder.notes.push("viscoelastic: static stages see the long-term response".into());
+        }
+        let shortest = prony.iter().map(|arm| arm.tau.0).fold(f64::INFINITY, f64::min);
+        for (k, span) in builder.spans.iter().enumerate().filter(|(_, s)| !s.integrator.is_static() && s.dt > shortest)
+        {
+            let dt = span.dt;
+            builder.notes.push(format!("viscoelastic: dt = {dt} s of stage {} is above tau = {shortest} s", k + 1));
+        }
+    }
+}

@@ -1,0 +1,35 @@
+//! Effect `viscous_damping`: damping of a region by a viscosity.
+
+use super::part::EffectPart;
+use crate::effect::ViscousDamping;
+use crate::scene::builder::Builder;
+use crate::scene::error::SceneError;
+use crate::scene::quantity::Viscosity;
+use crate::system::Effect;
+use serde::Deserialize;
+
+/// Viscous damping of the cells of a region.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ViscousDampingSpec {
+    pub region: String,
+    pub eta: Viscosity,
+}
+
+impl EffectPart for ViscousDampingSpec {
+    fn build(&self, place: &str, builder: &mut Builder) -> Result<Box<dyn Effect>, SceneError> {
+        let eta = self.eta.0;
+        if eta < 0.0 {
+            return Err(builder.content(place, format!("eta is {eta} Pa s"), "a viscosity is not negative"));
+        }
+        Ok(Box::new(ViscousDamping::new(&builder.body.mesh, builder.cells(place, &self.region)?, eta)))
+    }
+
+    fn words(&self) -> String {
+        format!("region {}, eta = {} Pa s", self.region, self.eta.0)
+    }
+
+    fn needs_rates(&self) -> bool {
+        true
+    }
+}

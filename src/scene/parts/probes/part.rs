@@ -1,0 +1,16 @@
+//! The interface of a kind of probe to the scene.
+
+use crate::scene::builder::Builder;
+use crate::scene::error::SceneError;
+use crate::scene::recorder::{Headline, Recorder};
+
+/// Specification of a probe.
+pub(in crate::scene) trait Probe {
+    /// The recorder on the mesh of the scene.
+    fn build(&self, place: &str, builder: &Builder) -> Result<Box<dyn Recorder>, SceneError>;
+
+    /// The quantity that represents the probe, if it has one.
+    fn headline(&self) -> Option<Headline> {
+        None
+    }
+}

@@ -1,0 +1,48 @@
+//! Skins of a scene: surfaces from files that follow the body and are written with its fields. They have no stiffness and
+//! no mass; a traction on one reaches the nodes by the transpose of the map that moves it.
+
+use crate::math::units::{self, Dimension};
+use crate::mesh::attach::attach;
+use crate::mesh::surface_file::read_surface;
+use crate::scene::builder::Builder;
+use crate::scene::error::{SceneError, part};
+use crate::scene::quantity::Length;
+use crate::scene::skin::NamedSkin;
+use serde::Deserialize;
+use std::path::PathBuf;
+
+/// A surface that follows the body, to be written with its fields.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SkinSpec {
+    pub name: String,
+    /// STL or OBJ
+    pub file: PathBuf,
+    /// Unit of length of the file
+    pub unit: String,
+    /// Vertices may be this far outside of the body
+    pub reach: Length,
+}
+
+/// Reads the skins and attaches them to the body.
+pub(in crate::scene) fn attach_skins(builder: &mut Builder, specs: &[SkinSpec]) -> Result<(), SceneError> {
+    for (k, spec) in specs.iter().enumerate() {
+        let place = format!("skin {}", k + 1);
+        let fits = |c: char| c.is_alphanumeric() || "_-".contains(c);
+        if spec.name.is_empty() || !spec.name.chars().all(fits) {
+            let fact = format!("\"{}\" cannot be part of a file name", spec.name);
+            return Err(builder.content(&place, fact, "use letters, digits, \"-\" and \"_\""));
+        }
+        if builder.skins.iter().any(|s| s.name == spec.name) {
+            let fact = format!("another skin is called \"{}\" too", spec.name);
+            return Err(builder.content(&place, fact, "give each skin a `name` of its own"));
+        }
+        let fail = |e| part(builder.file, &place, e);
+        let unit =
+            units::parse(&format!("1 {}", spec.unit), Dimension::LENGTH).map_err(|e| part(builder.file, &place, e))?;
+        let surface = read_surface(&builder.base.join(&spec.file), unit).map_err(|e| part(builder.file, &place, e))?;
+        let weights = attach(&builder.body.mesh, &surface.points, spec.reach.0).map_err(fail)?;
+        builder.skins.push(NamedSkin { name: spec.name.clone(), surface, weights });
+    }
+    Ok(())
+}

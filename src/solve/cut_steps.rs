@@ -1,0 +1,114 @@
+//! Nominal steps, cut where a step does not converge or where its time error is too large, and doubled again. A cut halves the step;
+//! [`StepSettings::cuts`](super::StepSettings::cuts) limits their number.
+
+use super::diagnosis::{diagnose, pushes_unheld_body};
+use super::limit_points::jumped;
+use super::step_solver::StepSolver;
+use super::step_strategy::{SolvedStep, Stability, StepOutcome, StepStrategy};
+use super::{Failure, Solution, Status, Step, TimeSpan, TurningPoint};
+use crate::system::State;
+
+/// Share of the allowed time error that the next step is expected to make.
+const SAFE: f64 = 0.8;
+
+/// Steps of length (nominal step)/2^cuts, with as many cuts as convergence and time error ask for.
+pub(super) struct CutSteps {
+    span: TimeSpan,
+    /// Cuts of the nominal step at present
+    cuts: u32,
+    /// done/2^cuts of the nominal step is behind
+    done: u64,
+    /// Start and end of the nominal step \[s\]
+    origin: f64,
+    goal: f64,
+    /// Time error of the last step, as a multiple of the allowed one
+    excess: f64,
+}
+
+impl CutSteps {
+    pub fn new(span: TimeSpan, cuts: u32) -> Self {
+        Self { span, cuts, done: 0, origin: 0.0, goal: 0.0, excess: 0.0 }
+    }
+
+    /// After a step that did not converge: cuts it, or says why not.
+    fn cut(&mut self, steps: &mut StepSolver, state: &State, t: f64, why: Failure) -> StepOutcome {
+        let first = self.cuts == 0 && self.done == 0;
+        if first && let Some(status) = pushes_unheld_body(steps, self.span.integrator, state, self.goal) {
+            return StepOutcome::Failed(status);
+        }
+        if self.cuts == steps.settings.cuts {
+            return StepOutcome::Failed(diagnose(steps, self.span, state, t, why));
+        }
+        self.cuts += 1;
+        self.done *= 2;
+        StepOutcome::Cut
+    }
+}
+
+impl<'a> StepStrategy<'a> for CutSteps {
+    fn begin(&mut self, _: &mut StepSolver<'a>, state: &State, goal: f64) -> Result<(), Status> {
+        (self.done, self.origin, self.goal) = (0, state.t, goal);
+        Ok(())
+    }
+
+    fn step(&mut self, steps: &mut StepSolver<'a>, state: &State) -> StepOutcome {
+        let (integrator, whole) = (self.span.integrator, 1u64 << self.cuts);
+        let on_grid = self.done + 1 == whole;
+        let part = || self.origin + (self.goal - self.origin) * (self.done + 1) as f64 / whole as f64;
+        let t = if on_grid { self.goal } else { part() };
+        let (next, solution) = match steps.solve(integrator, state, t) {
+            Ok(solved) => solved,
+            Err(why) => return self.cut(steps, state, t, why),
+        };
+        self.excess = steps.time_error(integrator, state, &next);
+        if self.excess > 1.0 && self.cuts < steps.settings.cuts {
+            let more = integrator.cuts_for(self.excess / SAFE).ceil().min(64.0) as u32;
+            let more = more.clamp(1, steps.settings.cuts - self.cuts);
+            self.cuts += more;
+            self.done <<= more;
+            return StepOutcome::Repeat;
+        }
+        match jumped(steps, self.span, state, &next, &solution) {
+            Some(status) => StepOutcome::Failed(status),
+            None => {
+                let coarse = self.excess > 1.0;
+                StepOutcome::Solved(Box::new(SolvedStep { next, solution, on_grid, coarse }))
+            }
+        }
+    }
+
+    /// The negative eigenvalues of a static step are counted again where it ended if its last tangent, taken before, had some,
+    /// and at the end of the stage.
+    fn accepted(
+        &mut self,
+        steps: &mut StepSolver<'a>,
+        past: &State,
+        now: &State,
+        solution: &Solution,
+    ) -> (Stability, Option<TurningPoint>) {
+        self.done += 1;
+        let integrator = self.span.integrator;
+        let last = self.goal == self.span.end && self.is_done();
+        let mut modes = solution.unstable_modes;
+        if integrator.is_static() && (modes.is_some_and(|n| n > 0) || last) {
+            let step = Step { system: steps.system, integrator, past, dt: now.t - past.t };
+            modes = steps.solver.unstable_modes(&step, now).or(modes);
+        }
+        // Grow again after two steps in a row, by as much as the time error allows.
+        let mut allowed = integrator.cuts_for(SAFE / self.excess);
+        while self.cuts > 0 && self.done.is_multiple_of(2) && allowed >= 1.0 {
+            self.cuts -= 1;
+            self.done /= 2;
+            allowed -= 1.0;
+        }
+        (modes.into(), None)
+    }
+
+    fn is_done(&self) -> bool {
+        self.done == 1u64 << self.cuts
+    }
+
+    fn cuts(&self) -> u32 {
+        self.cuts
+    }
+}

@@ -1,0 +1,111 @@
+//! The frame that the analyses of all kinds of study share, around what only one kind finds.
+
+use crate::study::record::{Quantity, StoredCase, StudyRecord};
+use serde::Serialize;
+use serde_json::{Map, Value, json};
+use std::ops::Deref;
+
+/// Everything that is said about a study; `T` is what only its kind finds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Analysis<T> {
+    pub tolerance: f64,
+    pub found: T,
+    /// Cases without a usable result: (id, what is wrong)
+    pub incomplete: Vec<(String, String)>,
+    pub warnings: Vec<String>,
+    /// In words, refusals included
+    pub verdict: String,
+}
+
+impl<T> Deref for Analysis<T> {
+    type Target = T;
+
+    fn deref(&self) -> &T {
+        &self.found
+    }
+}
+
+/// All that is said about one quantity in one variant; `T` is what only the kind of study finds.
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct ByQuantity<T> {
+    pub variant: String,
+    /// The variant in words
+    pub variant_label: String,
+    pub quantity: Quantity,
+    #[serde(flatten)]
+    pub found: T,
+    pub sentence: String,
+}
+
+impl<T> Deref for ByQuantity<T> {
+    type Target = T;
+
+    fn deref(&self) -> &T {
+        &self.found
+    }
+}
+
+impl<T> ByQuantity<T> {
+    /// Variants × quantities, where `find` finds something; the sentences come later.
+    pub fn each(study: &StudyRecord, mut find: impl FnMut(&str, &Quantity) -> Option<T>) -> Vec<Self> {
+        let mut all = vec![];
+        for variant in &study.variants {
+            for quantity in study.quantities.get(variant).into_iter().flatten() {
+                all.extend(find(variant, quantity).map(|found| Self {
+                    variant: variant.clone(),
+                    variant_label: study.label(variant),
+                    quantity: quantity.clone(),
+                    found,
+                    sentence: String::new(),
+                }));
+            }
+        }
+        all
+    }
+
+    /// `cable tension, length control`
+    pub fn title(&self) -> String {
+        format!("{}, {}", self.quantity.label, self.variant_label)
+    }
+
+    /// `peak cable tension, length control`
+    pub fn peak_title(&self) -> String {
+        format!("peak {}", self.title())
+    }
+}
+
+impl<T: Serialize> ByQuantity<T> {
+    /// Name of the quantity → variant → what is said about it.
+    pub fn as_json(all: &[Self]) -> Map<String, Value> {
+        by_name(all, |q| json!(q))
+    }
+}
+
+/// Name of the quantity → variant → `describe`.
+pub fn by_name<T>(all: &[ByQuantity<T>], describe: impl Fn(&ByQuantity<T>) -> Value) -> Map<String, Value> {
+    let mut out = Map::new();
+    for q in all {
+        let entry = out.entry(q.quantity.name.clone()).or_insert_with(|| json!({}));
+        entry[&q.variant] = describe(q);
+    }
+    out
+}
+
+/// A warning for each case without a usable result.
+pub fn warnings(incomplete: &[(String, String)]) -> Vec<String> {
+    incomplete.iter().map(|(id, what)| format!("{id}: {what}.")).collect()
+}
+
+/// Adds the notes of the cases, each once.
+pub fn add_notes(warnings: &mut Vec<String>, stored: &[StoredCase]) {
+    for note in stored.iter().flat_map(|c| &c.record.notes) {
+        if !warnings.contains(note) {
+            warnings.push(note.clone());
+        }
+    }
+}
+
+/// The end of a verdict where cases have no usable result.
+pub fn without_result(cases: usize) -> String {
+    if cases == 0 { String::new() } else { format!(" {cases} case(s) have no usable result.") }
+}

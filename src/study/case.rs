@@ -1,0 +1,56 @@
+//! One scene of a study, and how a case that waits takes the constants of a calibration.
+
+use crate::calibrate::inverse::Calibration;
+use crate::scene::{Constant, SceneSpec};
+use crate::study::inverse::CalibrationPlan;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// One scene to be run.
+#[derive(Clone, Debug)]
+pub struct Case {
+    pub id: String,
+    pub family: String,
+    pub variant: String,
+    pub member: String,
+    pub scene_file: PathBuf,
+    pub spec: SceneSpec,
+    /// The scene with all its changes
+    pub text: String,
+    /// Constants to be found; without them the scene is run as it is
+    pub plan: Option<Arc<CalibrationPlan>>,
+    /// Waits for the constants of a calibration
+    pub after: Option<After>,
+}
+
+/// A case that waits for the constants of a calibration.
+#[derive(Clone, Debug)]
+pub struct After {
+    /// Variant whose finest mesh gives them
+    pub variant: String,
+    /// Law of this case that is replaced
+    pub law: String,
+}
+
+impl Case {
+    /// This case with the law of `source` and the constants found there, and these constants as they are called in it;
+    /// `None` for a case that does not wait.
+    pub fn with_constants(&self, source: &Case, found: &Calibration) -> Option<(Case, Vec<Constant>)> {
+        let after = self.after.as_ref()?;
+        let plan = source.plan.as_ref()?;
+        let name = &plan.constants.first()?.law;
+        let mut law = source.spec.laws.get(name)?.clone();
+        law.remove("provenance");
+        let own = plan.constants.iter().zip(&found.constants).filter(|(c, _)| c.law == *name);
+        let mut constants = vec![];
+        for (c, f) in own {
+            law.insert(c.key.clone(), if f.unit == "Pa" { format!("{} Pa", f.value).into() } else { f.value.into() });
+            constants.push(Constant { law: after.law.clone(), key: c.key.clone() });
+        }
+        let mut scene: toml::Table = self.text.parse().ok()?;
+        scene.get_mut("laws")?.as_table_mut()?.insert(after.law.clone(), law.clone().into());
+        let mut case = Case { text: toml::to_string(&scene).ok()?, ..self.clone() };
+        case.spec.laws.insert(after.law.clone(), law);
+        Some((case, constants))
+    }
+}

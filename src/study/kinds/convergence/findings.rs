@@ -1,0 +1,122 @@
+//! Convergence analysis of stored cases: which mesh can be trusted, with what error bar, at what cost.
+//!
+//! Pure: records and curves in, [`ConvergenceFindings`] out; nothing is solved, read or written. The formulae are in
+//! [`crate::study::estimate`], the errors of the cases in [`super::errors`], the sentences in [`super::verdict`] and [`super::warnings`].
+
+use crate::study::analysis::ByQuantity;
+use crate::study::estimate::curve::CurveStudy;
+use crate::study::estimate::family::Estimate;
+use crate::study::estimate::reference::Reference;
+use crate::study::kinds::convergence::errors::{CaseError, Noise, TimeStep};
+use crate::study::record::Role;
+use serde::Serialize;
+
+/// Findings of a convergence study.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ConvergenceFindings {
+    /// \[variants × quantities\]
+    pub quantities: Vec<ByQuantity<MeshErrors>>,
+    /// Mesh + formulation, cheapest first
+    pub settings: Vec<MeshSetting>,
+    pub recommended: Option<Recommendation>,
+    /// `wall_s`, or `cpu_s` if any case ran at the same time as another
+    pub cost: &'static str,
+}
+
+/// Errors of the meshes in one quantity.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeshErrors {
+    pub deciding: bool,
+    /// Judged by its largest change, since it does not start at zero
+    pub change: bool,
+    /// One per family of meshes with two or more results
+    pub estimates: Vec<Estimate>,
+    /// (family, curves)
+    pub curves: Vec<(String, CurveStudy)>,
+    pub noise: Option<Noise>,
+    pub time_step: Option<TimeStep>,
+    pub reference: Option<Reference>,
+    pub errors: Vec<CaseError>,
+    /// A reference within the tolerance exists
+    pub supported: bool,
+    /// Why not, or what limits it
+    pub reasons: Vec<String>,
+}
+
+impl MeshErrors {
+    pub fn estimate(&self, family: &str) -> Option<&Estimate> {
+        self.estimates.iter().find(|e| e.family == family)
+    }
+
+    /// The family the study is about.
+    pub fn sizes(&self) -> Option<&Estimate> {
+        self.estimates.iter().find(|e| e.role == Role::Sizes)
+    }
+}
+
+/// `peak bending angle, tension control`
+pub fn title(q: &ByQuantity<MeshErrors>) -> String {
+    if q.change { format!("largest change of {}", q.title()) } else { q.peak_title() }
+}
+
+impl ConvergenceFindings {
+    pub fn find(&self, variant: &str, quantity: &str) -> Option<&ByQuantity<MeshErrors>> {
+        self.quantities.iter().find(|q| q.variant == variant && q.quantity.name == quantity)
+    }
+
+    /// The quantity that the study names for its summary, else the first one that decides and has an estimate.
+    pub fn headline(&self) -> Option<&ByQuantity<MeshErrors>> {
+        headline(&self.quantities)
+    }
+}
+
+/// The quantity that summarises a study, see [`ConvergenceFindings::headline`].
+pub fn headline(quantities: &[ByQuantity<MeshErrors>]) -> Option<&ByQuantity<MeshErrors>> {
+    let estimated = || quantities.iter().filter(|q| !q.estimates.is_empty());
+    let named = estimated().find(|q| q.quantity.headline);
+    named.or_else(|| estimated().find(|q| q.deciding)).or(quantities.first())
+}
+
+/// A mesh with a formulation, in every variant it was run in.
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct MeshSetting {
+    /// `tet4, 16200 cells`
+    pub label: String,
+    pub formulation: String,
+    pub cells: usize,
+    pub h_m: f64,
+    pub family: String,
+    pub cases: Vec<String>,
+    /// Mean over the variants \[s\]
+    pub cost_s: f64,
+    pub bars: Vec<Bar>,
+    /// Largest error bar of the deciding quantities \[–\]; infinite if one has no reference or no result
+    pub worst: f64,
+    /// Title of the quantity with that bar
+    pub limited_by: String,
+}
+
+/// Error and error bar of a setting in one quantity.
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct Bar {
+    pub variant: String,
+    pub quantity: String,
+    pub value: f64,
+    pub error: f64,
+    pub bar: f64,
+    pub cost_s: f64,
+}
+
+/// The cheapest setting that meets the tolerance in every deciding quantity.
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct Recommendation {
+    /// Id in the variant of the headline
+    pub case: String,
+    pub cases: Vec<String>,
+    pub label: String,
+    pub error_bar: f64,
+    pub limited_by: String,
+    pub cost_s: f64,
+    /// The next better one: label, error bar \[–\], cost \[s\]
+    pub next: Option<(String, f64, f64)>,
+}
