@@ -1,6 +1,6 @@
 //! Volumes, areas, normals and sizes of a mesh in its reference configuration.
 
-use super::element::{cell_gradients, cell_shape, facet_gradients};
+use super::element::{CELL_EDGES, cell_gradients, cell_shape, facet_gradients};
 use super::{Order, TetMesh, quadrature};
 use crate::math::tensor::{Mat3, Vec3};
 
@@ -67,6 +67,18 @@ impl TetMesh {
     /// Mean cell size h = (V/N)^{1/3} \[m\].
     pub fn h(&self) -> f64 {
         (self.volume() / self.cell_count() as f64).cbrt()
+    }
+
+    /// Mean length of the edges between corners \[m\].
+    pub fn mean_edge(&self) -> f64 {
+        let mut edges: Vec<[u32; 2]> = (0..self.cell_count())
+            .flat_map(|c| CELL_EDGES.map(|[i, j]| [self.cell(c)[i], self.cell(c)[j]]))
+            .map(|[a, b]| [a.min(b), a.max(b)])
+            .collect();
+        edges.sort_unstable();
+        edges.dedup();
+        let length = |[a, b]: &[u32; 2]| (self.points[*a as usize] - self.points[*b as usize]).norm();
+        edges.iter().map(length).sum::<f64>() / edges.len() as f64
     }
 
     /// Smallest and largest coordinates of the nodes \[m\].

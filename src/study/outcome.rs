@@ -30,6 +30,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
             cells: mesh.cell_count(),
             nodes: mesh.points.len(),
             h_m: mesh.h(),
+            edge_m: Some(mesh.mean_edge()),
             min_quality: quality.radius_ratio_min,
             mean_quality: quality.radius_ratio_mean,
             volume_m3: mesh.volume(),

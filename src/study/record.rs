@@ -107,12 +107,23 @@ pub struct MeshRecord {
     pub nodes: usize,
     /// (V/N)^{1/3} \[m\]
     pub h_m: f64,
+    /// Mean length of the edges \[m\], the second definition of h; none in records of earlier versions
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub edge_m: Option<f64>,
     /// Smallest radius ratio 3 r_in/r_circ of a cell \[–\]
     pub min_quality: f64,
     pub mean_quality: f64,
     pub volume_m3: f64,
     /// File name or hash of the request that produced it
     pub source: String,
+}
+
+impl MeshRecord {
+    /// Whether both are of the same mesh. The source alone does not tell: it is "grid" for every grid.
+    pub fn is_same(&self, other: &Self) -> bool {
+        let key = |m: &Self| (m.cells, m.nodes, m.h_m.to_bits(), m.min_quality.to_bits(), m.mean_quality.to_bits());
+        self.source == other.source && key(self) == key(other)
+    }
 }
 
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]

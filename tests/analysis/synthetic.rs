@@ -42,6 +42,7 @@ fn mesh_of(m: &Member) -> MeshRecord {
     MeshRecord {
         cells: m.cells,
         nodes: m.cells / 4,
+        edge_m: None,
         h_m: size(m.cells),
         min_quality: 0.31,
         mean_quality: 0.75,

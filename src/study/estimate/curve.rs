@@ -10,9 +10,7 @@
 //! linearly; the error of that, from leaving out every second sample, is a quarter of the defect and is reported.
 
 use crate::study::curve::{Curve, l2, lag};
-use crate::study::estimate::richardson::{
-    CAUTIOUS_FACTOR, Convergence, LEAST_ORDER, ROUNDING, Triple, correction, safety_factor,
-};
+use crate::study::estimate::richardson::{CAUTIOUS_FACTOR, ROUNDING, Triple, correction, safety_factor};
 use serde::Serialize;
 
 /// Norms of one curve against the next finer one of its family.
@@ -79,8 +77,6 @@ pub fn compare(members: &[(String, f64, Curve)], formal: f64) -> Option<CurveStu
         (observed_order, convergence_ratio) = (triple.p, Some(triple.ratio));
         if triple.is_sane(formal) {
             (fs, used) = (safety_factor(true), triple.p);
-        } else if triple.class != Convergence::Exact && norm[0] > ROUNDING * finest.peak().abs() {
-            used = Some(triple.p.map_or(formal.min(2.0), |p| p.clamp(LEAST_ORDER, formal)));
         }
     } else if members.len() == 2 && norm[0] > ROUNDING * finest.peak().abs() {
         used = Some(formal.min(2.0));

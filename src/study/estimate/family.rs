@@ -2,16 +2,19 @@
 //!
 //! | data | f* | U₁ of the finest | U(f*) |
 //! |---|---|---|---|
-//! | 4 or more meshes | φ₀ of the least squares | Eça–Hoekstra U | (Fs − 1)ε₁ + σ + \|φ₁ − fit\| if good, else U₁ |
-//! | 3, monotone, ½ ≤ p ≤ formal | Richardson | GCI, Fs = 1.25 | max of (Fs − 1)δ, \|f\*(p) − f\*(formal)\| and \|f\*(p) − f\*(2)\| |
-//! | 3, monotone, other p | Richardson, p cut to \[½, formal\] | GCI, Fs = 3 | U₁ |
+//! | 4 or more meshes, sane p | φ₀ of the least squares | Eça–Hoekstra U | max of δ and (Fs − 1)ε₁ + σ + \|φ₁ − fit\|; U₁ if the orders of two triples differ |
+//! | 3, monotone, sane p | Richardson | GCI, Fs = 1.25 | max of δ, \|f\*(p) − f\*(formal)\| and \|f\*(p) − f\*(2)\| |
 //! | 2 | Richardson with p = min(formal, 2) | GCI, Fs = 3 | U₁ |
-//! | not monotone, or noise above the differences | f₁ | 3·max(ΔM, scatter) | U₁ |
+//! | any other p, not monotone, or noise above the differences | f₁ | 3·max(ΔM, scatter) | U₁ |
 //!
-//! δ = |f₁ − f*|, ΔM = max |fᵢ − fⱼ| (the last row after Eça & Hoekstra, Int. J. Numer. Meth. Fluids 2009). (Fs − 1)δ is
-//! the part of the GCI band that lies beyond f*. Scatter of the mesher enters f* amplified by √((1 + k)² + k²),
+//! p is sane from ½ to 1.05 times the formal order; no other order is extrapolated with. δ = |f₁ − f*|, ΔM = max |fᵢ − fⱼ| (the
+//! last row after Eça & Hoekstra, Int. J. Numer. Meth. Fluids 2009). A reference closer to the finest value than that value is to its limit
+//! would trust one power of h beyond its evidence, so U(f*) ≥ δ. Scatter of the mesher enters f* amplified by √((1 + k)² + k²),
 //! k = 1/(r^p − 1), and is added to U(f*) of triples and pairs; in least squares σ carries it. A family of nested meshes
 //! has none.
+//!
+//! Meshes that are not similar have no single h: the same estimate with the mean length of the edges in place of (V/N)^{1/3} gives
+//! another limit, and the difference of the two is added to U(f*).
 
 use crate::study::estimate::least_squares::{Fit, least_squares};
 use crate::study::estimate::richardson::{
@@ -26,6 +29,8 @@ pub struct Level {
     pub id: String,
     /// (V/N)^{1/3} \[m\]
     pub h: f64,
+    /// Mean length of the edges \[m\], where it is known and is a measure of the family
+    pub edge: Option<f64>,
     pub f: f64,
 }
 
@@ -56,6 +61,8 @@ pub struct Estimate {
     pub gci_percent: Option<f64>,
     pub fs: f64,
     pub fit: Option<Fit>,
+    /// Order and limit with the mean length of the edges as h \[–, unit of f\]
+    pub by_edge: Option<(Option<f64>, f64)>,
     /// f* and U(f*) \[unit of f\]
     pub extrapolated: f64,
     pub uncertainty: f64,
@@ -134,6 +141,7 @@ pub fn estimate_of_order(
         gci_percent: None,
         fs: CAUTIOUS_FACTOR,
         fit: least_squares(&h, &f, q),
+        by_edge: None,
         extrapolated: f1,
         uncertainty: 0.0,
         uncertainty_finest: 0.0,
@@ -146,6 +154,7 @@ pub fn estimate_of_order(
     };
     let assumed = set_richardson(&mut e, first);
     set_uncertainty(&mut e, &Differences { spread, least, scatter, noisy, assumed }, &mut reasons);
+    add_other_size(&mut e, &levels, scatter, tolerance);
     add_limits(&e, first.is_some_and(|t| t.is_sane(q)), spread, &mut reasons);
     let allowed = tolerance * e.extrapolated.abs();
     e.defensible = e.uncertainty <= allowed && e.uncertainty.is_finite();
@@ -160,6 +169,16 @@ pub fn estimate_of_order(
     Some(e)
 }
 
+/// The limit with the mean length of the edges as h; its distance from f* is added to U(f*).
+fn add_other_size(e: &mut Estimate, levels: &[Level], scatter: Option<f64>, tolerance: f64) {
+    let by_edge = |l: &Level| Some(Level { h: l.edge?, edge: None, ..l.clone() });
+    let Some(others) = levels.iter().map(by_edge).collect::<Option<Vec<_>>>() else { return };
+    let of = (e.family.as_str(), e.role, e.formulation.as_str());
+    let Some(other) = estimate_of_order(of, e.formal_order, others, scatter, tolerance) else { return };
+    e.uncertainty += (e.extrapolated - other.extrapolated).abs();
+    e.by_edge = Some((other.observed_order, other.extrapolated));
+}
+
 /// Sets Richardson's limit and the GCI of the finest triple or pair. Returns the order that they assume.
 fn set_richardson(e: &mut Estimate, first: Option<Triple>) -> Option<f64> {
     let (q, f1) = (e.formal_order, e.values[0]);
@@ -168,7 +187,7 @@ fn set_richardson(e: &mut Estimate, first: Option<Triple>) -> Option<f64> {
             e.fs = safety_factor(true);
             t.p
         }
-        Some(t) => t.p.map(|p| p.clamp(LEAST_ORDER, q)),
+        Some(_) => None,
         None if e.class == Convergence::Monotone => Some(q.min(2.0)),
         None => None,
     };
@@ -207,16 +226,17 @@ fn set_uncertainty(e: &mut Estimate, d: &Differences, reasons: &mut Vec<String>)
         e.method = "spread (3·ΔM)".into();
         e.uncertainty_finest = CAUTIOUS_FACTOR * d.spread.max(s);
         e.uncertainty = e.uncertainty_finest;
-    } else if let Some(fit) = &e.fit {
+    } else if let Some(fit) = e.fit.as_ref().filter(|fit| fit.has_sane_order()) {
         let (h1, u1) = (e.h_m[0], fit.uncertainty[0]);
         e.method = format!("least squares {}{}", fit.model, if fit.weighted { ", weighted" } else { "" });
         e.extrapolated = fit.f0;
         e.uncertainty_finest = u1;
-        e.uncertainty = if fit.good && e.asymptotic != Some(false) {
+        let beyond = if fit.good && e.asymptotic != Some(false) {
             (fit.fs - 1.0) * fit.error(h1) + fit.sigma + (f1 - fit.at(h1)).abs()
         } else {
             u1
         };
+        e.uncertainty = beyond.max((f1 - fit.f0).abs());
     } else if let (Some(p), Some(star)) = (d.assumed, e.richardson) {
         let delta = (star - f1).abs();
         e.extrapolated = star;
@@ -226,15 +246,10 @@ fn set_uncertainty(e: &mut Estimate, d: &Differences, reasons: &mut Vec<String>)
         // One triple does not show that its p is the asymptotic one: 2 at corners, the formal order elsewhere
         let other = |p: f64| (star - f1 - correction(f1 - e.values[1], r21, p)).abs();
         e.uncertainty = noise
-            + if e.fs < CAUTIOUS_FACTOR {
-                ((e.fs - 1.0) * delta).max(other(q)).max(other(q.min(2.0)))
-            } else {
-                e.uncertainty_finest
-            };
-        e.method = match (e.convergence_ratio.is_some(), e.fs < CAUTIOUS_FACTOR) {
-            (true, true) => "Richardson and GCI".into(),
-            (true, false) => format!("Richardson with p cut to {p:.2}, GCI with Fs = 3"),
-            _ => format!("two meshes, p = {p:.0} assumed, GCI with Fs = 3"),
+            + if e.fs < CAUTIOUS_FACTOR { delta.max(other(q)).max(other(q.min(2.0))) } else { e.uncertainty_finest };
+        e.method = match e.convergence_ratio {
+            Some(_) => "Richardson and GCI".into(),
+            None => format!("two meshes, p = {p:.0} assumed, GCI with Fs = 3"),
         };
     } else {
         e.method = "spread (3·ΔM)".into();
@@ -255,7 +270,8 @@ fn add_limits(e: &Estimate, is_sane: bool, spread: f64, reasons: &mut Vec<String
     }
     if let Some(p) = p.filter(|_| !is_sane) {
         let side = if p > q { "above the formal" } else { "below the least" };
-        reasons.push(format!("observed order {p:.2} is {side} order {}", if p > q { q } else { LEAST_ORDER }));
+        let limit = if p > q { q } else { LEAST_ORDER };
+        reasons.push(format!("observed order {p:.2} is {side} order {limit}, and nothing is extrapolated with it"));
     }
     if let (Some(a), Some(b)) = (p, e.observed_order_coarser)
         && (a - b).abs() > 0.25 * a.max(b)

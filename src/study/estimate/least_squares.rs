@@ -41,6 +41,11 @@ pub struct Fit {
 }
 
 impl Fit {
+    /// Whether the order of the model is that of the free fit, from ½ to 1.05 times the formal one.
+    pub fn has_sane_order(&self) -> bool {
+        self.fs < CAUTIOUS_FACTOR
+    }
+
     /// φ at size h, in the unit the fit was made with.
     pub fn at(&self, h: f64) -> f64 {
         self.f0

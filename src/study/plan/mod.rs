@@ -119,7 +119,9 @@ fn peaks(case: &StoredCase, quantities: &[String]) -> BTreeMap<String, f64> {
 
 /// Estimate of the limit by each element.
 fn estimates(choices: &[Choice], pilots: &Pilots, quantity: &str, tolerance: f64) -> Vec<Estimate> {
-    let level = |c: &StoredCase| Some(Level { id: c.record.id.clone(), h: c.record.mesh.h_m, f: peak(c, quantity)? });
+    let level = |c: &StoredCase| {
+        Some(Level { id: c.record.id.clone(), h: c.record.mesh.h_m, edge: None, f: peak(c, quantity)? })
+    };
     let one = |(choice, own): (&Choice, &Vec<StoredCase>)| {
         let levels = own.iter().filter_map(level).collect();
         estimate((&choice.name, Role::Element, &choice.name), levels, None, tolerance)

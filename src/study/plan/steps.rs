@@ -81,8 +81,9 @@ pub fn steps(
     let formal = if coarsest.record.integrator.starts_with("implicit_euler") { 1.0 } else { 2.0 };
     let mut laws = BTreeMap::new();
     for q in quantities {
-        let level =
-            |(factor, c): &(f64, StoredCase)| Some(Level { id: c.record.id.clone(), h: *factor, f: peak(c, q)? });
+        let level = |(factor, c): &(f64, StoredCase)| {
+            Some(Level { id: c.record.id.clone(), h: *factor, edge: None, f: peak(c, q)? })
+        };
         let levels = runs.iter().filter_map(level).collect();
         let Some(e) = estimate_of_order((q, Role::TimeStep, ""), formal, levels, None, request.tolerance) else {
             continue;

@@ -38,8 +38,11 @@ fn mesh_errors(cases: &Cases, variant: &str, quantity: &str, deciding: bool) -> 
             continue;
         }
         let members = cases.of(f, variant);
-        let level =
-            |c: &&StoredCase| Some(Level { id: c.record.id.clone(), h: c.record.mesh.h_m, f: peak(c, quantity)? });
+        let edge = |c: &StoredCase| c.record.mesh.edge_m.filter(|_| f.role != Role::Nested);
+        let level = |c: &&StoredCase| {
+            let (id, h) = (c.record.id.clone(), c.record.mesh.h_m);
+            Some(Level { id, h, edge: edge(c), f: peak(c, quantity)? })
+        };
         let scatter = noise.as_ref().filter(|n| n.formulation == f.formulation).map(|n| n.scatter);
         let levels = members.iter().filter_map(level).collect();
         estimates.extend(family::estimate((&f.name, f.role, &f.formulation), levels, scatter, study.tolerance));

@@ -88,12 +88,12 @@ pub fn time_step(cases: &Cases, variant: &str, quantity: &str, estimates: &[Esti
     let family = cases.study.families.iter().find(|f| f.role == Role::TimeStep)?;
     let mut members: Vec<&StoredCase> = cases.of(family, variant);
     // The same mesh at the study's step may be stored under another family
-    let source = members.first()?.record.mesh.source.clone();
+    let mesh = members.first()?.record.mesh.clone();
     if !members.iter().any(|c| cases.at_study_step(&c.record)) {
         members.extend(cases.stored.iter().find(|c| {
             let r = &c.record;
             let here = r.variant == variant && r.converged() && r.formulation == family.formulation;
-            here && r.mesh.source == source && cases.at_study_step(r)
+            here && r.mesh.is_same(&mesh) && cases.at_study_step(r)
         }));
     }
     members.sort_by(|a, b| a.record.dt_s.total_cmp(&b.record.dt_s));

@@ -5,18 +5,18 @@ use crate::study::analysis::ByQuantity;
 use crate::study::kinds::convergence::cases::Cases;
 use crate::study::kinds::convergence::findings::{Bar, MeshErrors, MeshSetting, Recommendation, headline, title};
 use crate::study::locking;
-use crate::study::record::Role;
+use crate::study::record::{MeshRecord, Role};
 
 /// All settings run with the study's time step, cheapest first. Seeds show the scatter; a lucky one is no choice.
 pub fn settings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Vec<MeshSetting> {
-    let mut out: Vec<(String, MeshSetting)> = vec![];
+    let mut out: Vec<(&MeshRecord, MeshSetting)> = vec![];
     for c in cases.stored.iter().map(|c| &c.record) {
         let role = cases.study.families.iter().find(|f| f.name == c.family).map(|f| f.role);
         if !c.converged() || !cases.at_study_step(c) || role == Some(Role::Seeds) {
             continue;
         }
-        let key = format!("{}|{}", c.mesh.source, c.formulation);
-        let at = out.iter().position(|(k, _)| *k == key).unwrap_or_else(|| {
+        let is_own = |(mesh, s): &(&MeshRecord, MeshSetting)| mesh.is_same(&c.mesh) && s.formulation == c.formulation;
+        let at = out.iter().position(is_own).unwrap_or_else(|| {
             let label = format!("{}, {} cells", c.formulation, c.mesh.cells);
             let (formulation, family) = (c.formulation.clone(), c.family.clone());
             let (cells, h_m) = (c.mesh.cells, c.mesh.h_m);
@@ -32,7 +32,7 @@ pub fn settings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Vec<Mes
                 worst: 0.0,
                 limited_by: String::new(),
             };
-            out.push((key.clone(), s));
+            out.push((&c.mesh, s));
             out.len() - 1
         });
         let s = &mut out[at].1;

@@ -106,7 +106,8 @@ pub fn reference(study: &StudyRecord, stored: &[StoredCase], variant: &str, quan
 
 fn extrapolated(family: &FamilyRecord, cases: &[&StoredCase], quantity: &str, tolerance: f64) -> Option<Estimate> {
     let (size, formal) = size(cases);
-    let level = |c: &&StoredCase| Some(Level { id: c.record.id.clone(), h: size(c), f: peak(c, quantity)? });
+    let level =
+        |c: &&StoredCase| Some(Level { id: c.record.id.clone(), h: size(c), edge: None, f: peak(c, quantity)? });
     let levels = cases.iter().filter_map(level).collect();
     estimate_of_order((&family.name, family.role, &family.formulation), formal, levels, None, tolerance)
 }
