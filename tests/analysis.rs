@@ -150,9 +150,9 @@ fn the_synthetic_study_gets_the_verdict_that_was_put_into_it() {
     let (study, cases) = study();
     let a = analyse(&study, &cases);
     let r = a.recommended.as_ref().unwrap_or_else(|| panic!("{}", a.verdict));
-    // tet10 at 1100 cells is off by 0.013·(4500/1100)^(2.6/3) = 4.4 % to which U(f*) ≈ 1 % adds, at 4500 by 1.3 %
-    assert_eq!(r.label, "tet10, 4500 cells", "{}", a.verdict);
-    assert_eq!(r.case, "element-tension-4500");
+    // tet10 at 1100 cells is off by 0.013·(4500/1100)^(2.6/3) = 4.4 %, at 2200 by 2.4 %; U(f*) adds the 1.3 % of the finest
+    assert_eq!(r.label, "tet10, 2200 cells", "{}", a.verdict);
+    assert_eq!(r.case, "element-tension-2200");
     assert!(a.verdict.contains("the bending angle moves by") && a.verdict.contains("tension limits"));
     let tension = a.find("length", "cable_tension_N").expect("listed");
     let reference = tension.reference.as_ref().expect("families");
@@ -160,6 +160,34 @@ fn the_synthetic_study_gets_the_verdict_that_was_put_into_it() {
     assert!(tension.time_step.as_ref().expect("family").negligible);
     assert!(a.warnings.iter().any(|w| w.contains("family sizes") || w.contains("Family sizes")));
     assert_eq!(a.headline().expect("one").variant, "tension");
+}
+
+/// Every mesh of a grid has the source "grid".
+#[test]
+fn finer_meshes_of_one_source_are_settings_of_their_own() {
+    let (study, mut cases) = study();
+    let before = analyse(&study, &cases);
+    cases.iter_mut().for_each(|c| c.record.mesh.source = "grid".into());
+    let labels = |a: &Analysis<ConvergenceFindings>| a.settings.iter().map(|s| s.label.clone()).collect::<Vec<_>>();
+    assert_eq!(labels(&analyse(&study, &cases)), labels(&before));
+    assert_eq!(analyse(&study, &cases).verdict, before.verdict);
+}
+
+/// The edge of the coarse meshes is longer than similar meshes would have it: the two limits differ, and U(f*) holds both.
+#[test]
+fn meshes_that_are_not_similar_have_a_wider_uncertainty() {
+    let power = |n: usize| 60.0 + 6.0 * (size(n) / size(4500)).powf(1.8);
+    let of = |grows: [f64; 4]| {
+        let levels = SIZES.iter().zip(grows);
+        let level =
+            |(n, g): (&usize, f64)| Level { id: n.to_string(), h: size(*n), edge: Some(g * size(*n)), f: power(*n) };
+        estimate(("family", Role::Sizes, "tet4"), levels.map(level).collect(), None, 0.05).expect("four meshes")
+    };
+    let (similar, dissimilar) = (of([2.0; 4]), of([1.8, 2.0, 2.3, 2.9]));
+    let (_, limit) = dissimilar.by_edge.expect("edges are given");
+    assert!((similar.by_edge.expect("edges are given").1 - similar.extrapolated).abs() < 1e-6);
+    assert!(dissimilar.uncertainty >= similar.uncertainty + 0.9 * (limit - similar.extrapolated).abs());
+    assert!((limit - dissimilar.extrapolated).abs() > 0.1, "{limit}");
 }
 
 #[test]
@@ -229,7 +257,7 @@ fn a_report_is_complete_and_can_be_redrawn() {
     let json: serde_json::Value = serde_json::from_str(&summary).expect("JSON");
     let analysis = &json["analysis"];
     assert_eq!(analysis["variant"], "tension");
-    assert_eq!(analysis["recommended_case"], "element-tension-4500");
+    assert_eq!(analysis["recommended_case"], "element-tension-2200");
     for key in ["observed_order", "richardson_peak", "gci_percent", "convergence_ratio"] {
         assert!(analysis[key].is_f64(), "{key}: {}", analysis[key]);
     }

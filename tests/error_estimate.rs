@@ -147,7 +147,7 @@ fn what_one_state_does_not_give_is_refused_with_the_remedy() {
     let block = "[mesh]\ngrid = { kind = \"box\", size = [\"1 mm\", \"1 mm\", \"1 mm\"], divisions = [1, 1, 1] }\n\
                  [laws.rubber]\nlaw = \"neo_hookean\"\nE = \"100 kPa\"\nnu = 0.45\n[[effect]]\nkind = \"elastic\"\n\
                  region = \"body\"\nlaw = \"rubber\"\n[[constraint]]\nkind = \"fixed\"\nregion = \"xmin\"\n";
-    let dynamic = "[[effect]]\nkind = \"inertia\"\nregion = \"body\"\ndensity = \"1000 kg/m^3\"\n[[stage]]\n\
+    let dynamic = "[[effect]]\nkind = \"inertia\"\nregion = \"body\"\ndensity = \"1000 kg/m^3\"\nmass = \"consistent\"\n[[stage]]\n\
                    integrator = \"implicit_euler\"\nduration = \"1 s\"\ndt = \"0.5 s\"\n";
     let why = refusal(&format!("{block}{dynamic}"));
     assert!(why.contains("stage 1 is implicit_euler") && why.contains("take a family of meshes"), "{why}");

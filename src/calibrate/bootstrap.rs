@@ -1,4 +1,4 @@
-//! Intervals by the bootstrap: the fit repeated on resampled data points.
+//! Intervals of a fit to tests by the bootstrap: the fit repeated on resampled data points.
 //!
 //! Rows of a testing machine are correlated, so they are drawn in blocks of neighbours in λ, per mode, closed to a circle (Politis &
 //! Romano, in Exploring the Limits of Bootstrap, 1992). The block is twice the lag at which the correlation of the residuals

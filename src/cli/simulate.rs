@@ -8,8 +8,8 @@ use durometer::scene::control::Controller;
 use durometer::scene::control::process::Process;
 use durometer::scene::output::ScheduleSpec;
 use durometer::scene::{
-    Body, Checkpoint, CheckpointError, Constant, ErrorEstimate, ErrorEstimator, Run, RunOptions, Scene,
-    SensitivityRecorder, read_scene,
+    Body, Checkpoint, CheckpointError, Constant, ErrorEstimate, ErrorEstimator, EstimateError, Run, RunOptions, Scene,
+    SensitivityError, SensitivityRecorder, read_scene,
 };
 use durometer::solve::Status;
 use durometer::study::fields::{Fields, USUAL};
@@ -90,11 +90,12 @@ pub fn main(args: Args) -> CommandResult {
     let building = Instant::now();
     let scene = Scene::build(&file, spec, text, body.into())?;
     let build_s = building.elapsed().as_secs_f64();
-    let constants: Vec<Constant> = args.sensitivity.iter().map(|text| text.parse()).collect::<Result<_, _>>()?;
+    let sensitivities = sensitivities(&args.sensitivity, &scene)?;
     let from = args.restart.as_ref().map(|file| Checkpoint::read(file, &scene)).transpose()?;
     let (save_at, save_end) = times(&args.save_state, &scene)?;
     files::make_folder(&args.out)?;
     let mut controller = controller(&args, &scene)?;
+    let mut estimator = estimator(&args, &scene)?;
     if !args.json {
         scene.notes.iter().for_each(|note| eprintln!("note: {note}"));
     }
@@ -109,13 +110,10 @@ pub fn main(args: Args) -> CommandResult {
             Err(e) => unsaved = unsaved.take().or(Some(e)),
         }
     };
-    let recorder = |constants: &[Constant]| SensitivityRecorder::new(&scene, constants);
-    let sensitivities = (!constants.is_empty()).then(|| recorder(&constants)).transpose()?;
     let mut watch = |progress| {
         bars.progress(&name, progress);
         !stop.load(Ordering::Relaxed)
     };
-    let mut estimator = (!args.error.is_empty()).then(|| ErrorEstimator::new(&scene)).transpose()?;
     let mut points = |state: &State| {
         drawing.add(&scene, state);
         estimator.iter_mut().for_each(|estimator| estimator.add(state));
@@ -144,13 +142,14 @@ pub fn main(args: Args) -> CommandResult {
     record.phases.build_s = build_s;
     let json = write(&args.out, &name, &scene, &run, &record)?;
     let errors = estimator.map(|estimator| estimate(&estimator, &args, &name, &run)).transpose()?;
+    let has_errors = errors.as_ref().is_none_or(Option::is_some);
     bars.finished(&record, false);
     if args.json {
         println!("{json}");
     } else {
         print(&record, scene.notes.len());
         states.iter().for_each(|file| println!("state:   {}", file.display()));
-        errors.iter().for_each(print_errors);
+        errors.iter().flatten().for_each(print_errors);
         println!("{}", costs(&record));
         println!("results: {}", args.out.join(format!("{name}.csv")).display());
         if drawn {
@@ -159,21 +158,50 @@ pub fn main(args: Args) -> CommandResult {
     }
     match unsaved {
         Some(why) => Err(why.into()),
-        None => Ok(completion(&run)),
+        None => Ok(completion(&run, has_errors)),
     }
 }
 
-/// Estimates the errors that are asked for, and writes them.
+/// The recorder of the derivatives that are asked for, if there are any.
+fn sensitivities<'a>(texts: &[String], scene: &'a Scene) -> Result<Option<SensitivityRecorder<'a>>, SensitivityError> {
+    let constants: Vec<Constant> = texts.iter().map(|text| text.parse()).collect::<Result<_, _>>()?;
+    if constants.is_empty() { Ok(None) } else { SensitivityRecorder::new(scene, &constants).map(Some) }
+}
+
+/// The columns whose errors are asked for; none for all of them.
+fn estimated_columns(args: &Args) -> &[String] {
+    if args.error.iter().any(|column| column == "all") { &[] } else { &args.error }
+}
+
+/// The estimator of the errors that are asked for, if there are any.
+fn estimator<'a>(args: &Args, scene: &'a Scene) -> Result<Option<ErrorEstimator<'a>>, EstimateError> {
+    if args.error.is_empty() {
+        return Ok(None);
+    }
+    let estimator = ErrorEstimator::new(scene)?;
+    estimator.check_columns(estimated_columns(args))?;
+    Ok(Some(estimator))
+}
+
+/// Estimates the errors that are asked for, and writes them; none where the run or the enriched solution is not complete.
 fn estimate(
     estimator: &ErrorEstimator,
     args: &Args,
     name: &str,
     run: &Run,
-) -> Result<ErrorEstimate, Box<dyn std::error::Error>> {
-    let all = args.error.iter().any(|column| column == "all");
-    let found = estimator.estimate(run, if all { &[] } else { &args.error })?;
+) -> Result<Option<ErrorEstimate>, Box<dyn std::error::Error>> {
+    if run.status != Status::Converged {
+        return Ok(None);
+    }
+    let found = match estimator.estimate(run, estimated_columns(args)) {
+        Err(why @ EstimateError::NotSolved { .. }) => {
+            eprintln!("not complete: no error estimate: {why}");
+            return Ok(None);
+        }
+        found => found?,
+    };
     store::write(&args.out.join(format!("{name}.errors.csv")), &store::errors_csv(&found))?;
-    Ok(found)
+    Ok(Some(found))
 }
 
 fn print_errors(found: &ErrorEstimate) {
@@ -274,8 +302,8 @@ fn print(record: &CaseRecord, known: usize) {
     }
 }
 
-/// How a run ended; an incomplete one says why.
-fn completion(run: &Run) -> Outcome {
+/// How a run ended, with the error estimates that were asked for; an incomplete one says why.
+fn completion(run: &Run, has_errors: bool) -> Outcome {
     if let Some(why) = &run.failure {
         eprintln!("not complete: {why}");
     }
@@ -283,7 +311,7 @@ fn completion(run: &Run) -> Outcome {
     if let Some((t, why)) = stopped {
         eprintln!("not complete: no derivative at t = {t} s: {why}");
     }
-    let complete = run.status == Status::Converged && stopped.is_none();
+    let complete = run.status == Status::Converged && stopped.is_none() && has_errors;
     if complete { Outcome::Complete } else { Outcome::RunIncomplete }
 }
 

@@ -1,4 +1,4 @@
-//! A run at a point of the time grid: everything that it needs to go on bit for bit.
+//! A checkpoint, the file that a run restarts from: everything that it needs to go on bit for bit from a point of the time grid.
 //!
 //! A saved state is one line of JSON, which says what it belongs to, and then the numbers as 64-bit floats, lowest byte
 //! first. It holds what was recorded so far, so a run that goes on from it writes the same files as one that was not cut.

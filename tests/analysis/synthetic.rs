@@ -33,7 +33,7 @@ fn members() -> Vec<Member> {
     out.extend(
         [(1, 4e-4), (2, -3e-4), (3, 1e-4)].map(|(k, e)| m("seeds", format!("9300-{k}"), "tet4", 9_300, 0.05, e)),
     );
-    out.extend([1_100, 4_500].map(|n| m("element", n.to_string(), "tet10", n, 0.05, 0.0)));
+    out.extend([1_100, 2_200, 4_500].map(|n| m("element", n.to_string(), "tet10", n, 0.05, 0.0)));
     out.extend([0.025, 0.1].map(|dt| m("time_step", format!("dt{dt}"), "tet4", 4_500, dt, 0.0)));
     out
 }

@@ -1,4 +1,4 @@
-//! The request to the mesher (geometry and size) and the name of its answer.
+//! The request to the mesher (geometry and size), and its hash, which names the answer.
 
 use super::GenerateError;
 use super::body::Body;

@@ -1,12 +1,13 @@
 //! The scene of a run on an enriched mesh.
 
-use super::{EstimateError, Kept};
+use super::EstimateError;
+use super::kept_state::Kept;
 use crate::effect::pressure_hosts;
 use crate::mesh::enrich::Enriched;
 use crate::mesh::{Order, TetMesh};
 use crate::scene::body::Body;
 use crate::scene::build::SceneBuilder;
-use crate::scene::spec::{EffectSpec, ElasticSpec, ElementSpec, FormulationSpec};
+use crate::scene::spec::{EffectSpec, ElementSpec, FormulationSpec};
 use crate::scene::{Scene, SceneSpec};
 use crate::solve::Status;
 use crate::system::State;
@@ -133,7 +134,7 @@ impl EnrichedScene {
         let scale = fine.h() / mesh.h();
         let (mut out, mut first) = (Vec::new(), 0);
         for (before, now) in spec.effects.iter().zip(&self.scene.spec.effects) {
-            let (Some(before), Some(now)) = (elastic(before), elastic(now)) else { continue };
+            let (EffectSpec::Elastic(before), EffectSpec::Elastic(now)) = (before, now) else { continue };
             if now.formulation != FormulationSpec::Mixed {
                 continue;
             }
@@ -149,12 +150,5 @@ impl EnrichedScene {
             first += own.len();
         }
         out
-    }
-}
-
-fn elastic(effect: &EffectSpec) -> Option<&ElasticSpec> {
-    match effect {
-        EffectSpec::Elastic(elastic) => Some(elastic),
-        _ => None,
     }
 }

@@ -15,6 +15,7 @@
 //! mesh has them, so the difference between mesh and true geometry is not seen.
 
 mod enrichment;
+mod kept_state;
 mod refusal;
 
 pub use enrichment::Enrichment;
@@ -22,10 +23,10 @@ pub use refusal::EstimateError;
 
 use super::recorder::Energies;
 use super::{Run, Scene};
-use crate::math::signal::Ramp;
 use crate::solve::{Integrator, Step};
 use crate::system::State;
 use enrichment::EnrichedScene;
+use kept_state::Kept;
 use std::time::Instant;
 
 /// Error of one recorded quantity.
@@ -62,14 +63,6 @@ pub struct ErrorEstimate {
     pub cpu: f64,
 }
 
-/// A state of the run from which the enriched solution starts.
-struct Kept {
-    t: f64,
-    x: Vec<f64>,
-    lambda: Vec<f64>,
-    inputs: Vec<Ramp>,
-}
-
 /// Estimates errors of a run: it follows the states of the run, and solves in the enriched space afterwards.
 pub struct ErrorEstimator<'a> {
     scene: &'a Scene,
@@ -91,14 +84,13 @@ impl<'a> ErrorEstimator<'a> {
 
     /// Takes a state on the time grid: the [`on_state`](super::RunOptions::on_state) of the run.
     pub fn add(&mut self, state: &State) {
-        let State { t, x, lambda, inputs, .. } = state;
-        self.states.push(Kept { t: *t, x: x.clone(), lambda: lambda.clone(), inputs: inputs.clone() });
+        self.states.push(Kept::new(state));
     }
 
     /// Errors of these columns of the run, or of all that are functions of the state.
     pub fn estimate(&self, run: &Run, columns: &[String]) -> Result<ErrorEstimate, EstimateError> {
         let (wall, cpu) = (Instant::now(), cpu_time::ThreadTime::now());
-        let columns = self.columns(run, columns)?;
+        let columns = self.columns(&run.columns, columns)?;
         let mut enriched = EnrichedScene::new(self.scene, self.enrichment)?;
         let mut peaks: Vec<(usize, Vec<usize>)> = Vec::new();
         for column in columns {
@@ -127,13 +119,18 @@ impl<'a> ErrorEstimator<'a> {
         })
     }
 
-    /// Indices of columns; those that are functions of the state, and all of them where none is named.
-    fn columns(&self, run: &Run, names: &[String]) -> Result<Vec<usize>, EstimateError> {
+    /// Refuses columns that have no estimate; for use before the run.
+    pub fn check_columns(&self, names: &[String]) -> Result<(), EstimateError> {
+        self.columns(&self.scene.columns(), names).map(|_| ())
+    }
+
+    /// Indices of the named columns among `all`; of those that are functions of the state where none is named.
+    fn columns(&self, all: &[String], names: &[String]) -> Result<Vec<usize>, EstimateError> {
         let of_state: Vec<String> =
             self.scene.recorders().filter(|r| r.is_differentiable()).flat_map(|r| r.columns()).collect();
         let names = if names.is_empty() { &of_state } else { names };
         let index = |name: &String| {
-            let known = of_state.contains(name).then(|| run.columns.iter().position(|c| c == name)).flatten();
+            let known = of_state.contains(name).then(|| all.iter().position(|c| c == name)).flatten();
             known.ok_or_else(|| EstimateError::Column { name: name.clone(), known: of_state.clone() })
         };
         names.iter().map(index).collect()

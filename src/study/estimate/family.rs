@@ -110,11 +110,7 @@ pub fn estimate_of_order(
         None if spread <= ROUNDING * size => Convergence::Exact,
         None => Convergence::Monotone,
     };
-    let mut reasons = vec![];
-    if ratios.iter().any(|r| *r < LEAST_RATIO) {
-        let list: Vec<String> = ratios.iter().map(|r| format!("{r:.2}")).collect();
-        reasons.push(format!("size ratios {} (Roache recommends at least {LEAST_RATIO})", list.join(", ")));
-    }
+    let mut reasons: Vec<String> = small_ratios(&ratios).into_iter().collect();
     let p = first.and_then(|t| t.p);
     let asymptotic = first
         .zip(coarser)
@@ -167,6 +163,13 @@ pub fn estimate_of_order(
     }
     e.reasons = reasons;
     Some(e)
+}
+
+/// The ratios of a family, where one of them is smaller than recommended.
+fn small_ratios(ratios: &[f64]) -> Option<String> {
+    let list: Vec<String> = ratios.iter().map(|r| format!("{r:.2}")).collect();
+    let is_small = ratios.iter().any(|r| *r < LEAST_RATIO);
+    is_small.then(|| format!("size ratios {} (Roache recommends at least {LEAST_RATIO})", list.join(", ")))
 }
 
 /// The limit with the mean length of the edges as h; its distance from f* is added to U(f*).

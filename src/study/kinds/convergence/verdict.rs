@@ -1,4 +1,7 @@
-//! Conclusions for the choice of a mesh: settings with cost and error bar, the sentences, the verdict.
+//! Conclusions for the choice of a mesh: settings with cost and error bar, the sentences, the verdict or its refusal.
+//!
+//! A refusal lists reasons that are worded where they are found: what limits one family in [`crate::study::estimate::family`],
+//! disagreement of families in [`super::analysis`], a response without a limit in the scene.
 
 use crate::report::numbers::{capital, digits, percent, seconds, space};
 use crate::study::analysis::ByQuantity;
