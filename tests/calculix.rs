@@ -7,6 +7,7 @@
 //! 10⁻⁷ of the mean force.
 
 mod common;
+mod tools;
 
 use common::{DeadLoad, ORDERS, elastic, hold, law, nodes, ramp, statics};
 use durometer::math::tensor::Vec3;
@@ -70,8 +71,7 @@ fn results(file: &Path, count: usize) -> [Vec<Vec3>; 2] {
 
 #[test]
 fn calculix_gives_the_same_displacements_and_forces() {
-    if Command::new("ccx").arg("-v").output().is_err() {
-        println!("skipped: ccx is not installed (Debian: calculix-ccx)");
+    if tools::is_missing(Command::new("ccx").arg("-v").output().is_ok(), "ccx (Debian: calculix-ccx)") {
         return;
     }
     for order in ORDERS {

@@ -1,6 +1,7 @@
 //! Signals that are determined during the run: states to restart from, formulas of recorded columns, events, controllers.
 
 mod common;
+mod tools;
 
 use common::{column, run, scene};
 use durometer::mesh::Order;
@@ -501,12 +502,9 @@ fn simulate(out: &std::path::Path, more: &[&str]) -> (Option<i32>, String, Strin
     (output.status.code(), text(&output.stdout), text(&output.stderr))
 }
 
-fn python() -> bool {
-    let found = std::process::Command::new("python3").arg("--version").output().is_ok_and(|o| o.status.success());
-    if !found {
-        println!("skipped: there is no python3");
-    }
-    found
+fn python_is_missing() -> bool {
+    let version = std::process::Command::new("python3").arg("--version").output();
+    tools::is_missing(version.is_ok_and(|o| o.status.success()), "python3")
 }
 
 #[test]
@@ -535,7 +533,7 @@ fn the_command_line_saves_and_restarts() {
 /// The PI controller in Python that the guide shows, and its continuation from a saved state.
 #[test]
 fn the_python_controller_reaches_its_goal() {
-    if !python() {
+    if python_is_missing() {
         return;
     }
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -561,7 +559,7 @@ fn the_python_controller_reaches_its_goal() {
 /// Garbage, silence, death, a wrong name: a message with the line, and the rows so far.
 #[test]
 fn a_controller_that_fails_leaves_the_rows_so_far() {
-    if !python() {
+    if python_is_missing() {
         return;
     }
     let folder = tempfile::tempdir().expect("a temporary folder");

@@ -56,15 +56,18 @@ fn problems() -> Vec<Problem> {
     vec![bend, pull, cook]
 }
 
-fn scene(problem: &Problem, n: usize, nu: f64, (element, formulation): (&str, &str)) -> Scene {
-    let text = format!(
+fn text(problem: &Problem, n: usize, nu: f64, (element, formulation): (&str, &str)) -> String {
+    format!(
         "[mesh]\ngrid = {{ {} }}\nelement = \"{element}\"\n[laws.rubber]\nlaw = \"neo_hookean\"\nE = \"100 kPa\"\nnu = {nu}\n\
          [[effect]]\nkind = \"elastic\"\nregion = \"body\"\nlaw = \"rubber\"\nformulation = \"{formulation}\"\n{}\n\
          [[stage]]\nintegrator = \"static\"\nduration = \"1 s\"\ndt = \"0.5 s\"\n",
         (problem.grid)(n),
         problem.rest
-    );
-    parse_scene(&text).expect("a scene")
+    )
+}
+
+fn scene(problem: &Problem, n: usize, nu: f64, formulation: (&str, &str)) -> Scene {
+    parse_scene(&text(problem, n, nu, formulation)).expect("a scene")
 }
 
 fn estimate(scene: &Scene, enrichment: Enrichment, columns: &[&str]) -> ErrorEstimate {
@@ -159,4 +162,27 @@ fn what_one_state_does_not_give_is_refused_with_the_remedy() {
     let run = scene.run_with(RunOptions { on_state: Some(&mut add), ..RunOptions::default() });
     let why = estimator.estimate(&run, &["work_J".to_string()]).expect_err("a refusal").to_string();
     assert!(why.starts_with("work_J is not estimated") && why.contains("xmax_x_m"), "{why}");
+}
+
+/// `--error` writes one line a quantity; an unknown column is refused before the run, with exit code 2.
+#[test]
+fn the_command_line_writes_errors() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = folder.path().join("bend.toml");
+    std::fs::write(&file, text(&problems()[0], 1, 0.45, FORMULATIONS[0])).expect("writable");
+    let simulate = |column: &str| {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_durometer"));
+        command.arg("simulate").arg(&file).args(["--error", column, "--out"]).arg(folder.path());
+        command.output().expect("the program starts")
+    };
+    let refused = simulate("xmax_reaction_N");
+    let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(refused.status.code() == Some(2) && said.contains("xmax_reaction_z_N"), "{said}");
+    assert!(!folder.path().join("bend.csv").exists());
+    let done = simulate("xmax_reaction_z_N");
+    let said = String::from_utf8_lossy(&done.stdout).into_owned();
+    assert!(done.status.code() == Some(0) && said.contains("error bar"), "{said}");
+    let csv = std::fs::read_to_string(folder.path().join("bend.errors.csv")).expect("written");
+    let lines: Vec<&str> = csv.lines().collect();
+    assert!(lines.len() == 2 && lines[1].starts_with("xmax_reaction_z_N,1,"), "{csv}");
 }

@@ -1,5 +1,7 @@
 //! Mesh files: what is read, and one bad file per refusal in `tests/bad/`.
 
+mod tools;
+
 use durometer::math::tensor::Vec3;
 use durometer::mesh::boundary::boundary_facets;
 use durometer::mesh::validate::min_det;
@@ -104,14 +106,11 @@ fn gzip_units_and_a_reversed_orientation() {
     assert!((mesh.volume() - 2.0).abs() < 1e-13 && (volume_of_surface(&mesh) - 2.0).abs() < 1e-13);
 }
 
-/// The finger of an older SOFA scene, in millimetres, if it is there.
+/// The finger of an older SOFA scene, in millimetres.
 #[test]
+#[ignore = "reads public data outside of the project, from the folder that DUROMETER_SHARED names"]
 fn the_shared_finger_reads() {
-    let Some(path) = std::env::var_os("DUROMETER_SHARED").map(|p| PathBuf::from(p).join("data/finger/finger.vtk"))
-    else {
-        println!("skipped: DUROMETER_SHARED does not name the folder with data/finger/finger.vtk");
-        return;
-    };
+    let path = tools::shared("data/finger/finger.vtk");
     let mesh = mesh::read(&path, 1e-3).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!((mesh.points.len(), mesh.order), (158, Order::Linear));
     assert!((volume_of_surface(&mesh) / mesh.volume() - 1.0).abs() < 1e-12);

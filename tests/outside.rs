@@ -2,6 +2,8 @@
 //! effects and probes in `examples/`. That a kind in `src/` is one file or folder and one line is a test of
 //! `tests/structure`.
 
+mod tools;
+
 use durometer::mesh::generate::MeshStore;
 use durometer::mesh::generate::body::Body;
 use durometer::prelude::*;
@@ -86,8 +88,8 @@ fn a_body_is_a_folder() {
 
     let project = MeshStore::find().unwrap_or_else(|e| panic!("{e}"));
     let store = MeshStore { home, python: project.python };
-    if let Some(missing) = store.mesher().diagnose().into_iter().find(|check| !check.ok && !check.optional) {
-        eprintln!("not tested, because the mesher is missing: {}: {}", missing.what, missing.detail);
+    let is_sound = store.mesher().diagnose().iter().all(|check| check.ok || check.optional);
+    if tools::is_missing(is_sound, "the mesher (durometer doctor --setup)") {
         return;
     }
     let builder = SceneBuilder::parse(WEDGE_SCENE).unwrap_or_else(|e| panic!("{e}"));

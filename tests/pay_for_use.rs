@@ -1,6 +1,8 @@
 //! A scene pays only for what it declares: what is not declared is not executed, has no column and no cost, and a load of no
 //! intensity changes no bit of the rest.
 
+mod tools;
+
 use durometer::material::LAWS;
 use durometer::scene::overrides::parse;
 use durometer::scene::spec::{ConstraintSpec, EffectSpec};
@@ -34,8 +36,7 @@ fn run(changes: &[&str]) -> Run {
 
 /// Source file → instructions executed in it, inlined code counted where it was written. `None` where valgrind is absent.
 fn instructions(changes: &[&str]) -> Option<BTreeMap<String, u64>> {
-    if Command::new("valgrind").arg("--version").output().is_err() {
-        eprintln!("skipped: valgrind is not installed (apt-get install valgrind)");
+    if tools::is_missing(Command::new("valgrind").arg("--version").output().is_ok(), "valgrind (Debian: valgrind)") {
         return None;
     }
     let folder = tempfile::tempdir().expect("a temporary folder");
