@@ -208,6 +208,21 @@ fn locked_cases_are_named_and_the_verdict_says_when_it_recommends_one() {
 }
 
 #[test]
+fn a_recommendation_names_unstable_states_and_references_of_unknown_scatter() {
+    let (study, mut cases) = study();
+    let a = analyse(&study, &cases);
+    assert!(!a.verdict.contains("unstable"), "{}", a.verdict);
+    assert!(
+        a.warnings.iter().any(|w| w.contains("A reference is of tet10") && w.contains("seeds")),
+        "{:?}",
+        a.warnings
+    );
+    cases.iter_mut().filter(|c| c.record.formulation == "tet10").for_each(|c| c.record.solver.unstable_steps = 2);
+    let a = analyse(&study, &cases);
+    assert!(a.verdict.contains("states of") && a.verdict.contains("are unstable"), "{}", a.verdict);
+}
+
+#[test]
 fn verdicts_are_refused_with_the_reason() {
     let (study, cases) = study();
     let without = |drop: &dyn Fn(&CaseRecord) -> bool| -> Vec<StoredCase> {

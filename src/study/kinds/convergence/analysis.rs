@@ -43,7 +43,7 @@ fn mesh_errors(cases: &Cases, variant: &str, quantity: &str, deciding: bool) -> 
             let (id, h) = (c.record.id.clone(), c.record.mesh.h_m);
             Some(Level { id, h, edge: edge(c), f: peak(c, quantity)? })
         };
-        let scatter = noise.as_ref().filter(|n| n.formulation == f.formulation).map(|n| n.scatter);
+        let scatter = noise.iter().find(|n| n.formulation == f.formulation).map(|n| n.scatter);
         let levels = members.iter().filter_map(level).collect();
         estimates.extend(family::estimate((&f.name, f.role, &f.formulation), levels, scatter, study.tolerance));
         let mut series: Vec<_> = (members.iter())

@@ -7,7 +7,7 @@ use crate::study::estimate::family::Estimate;
 use crate::study::estimate::reference::Reference;
 use crate::study::estimate::richardson::ROUNDING;
 use crate::study::kinds::convergence::cases::Cases;
-use crate::study::record::{Role, StoredCase};
+use crate::study::record::{FamilyRecord, Role, StoredCase};
 use serde::Serialize;
 
 /// Error of one case in one quantity.
@@ -63,9 +63,13 @@ pub fn errors(cases: &Cases, variant: &str, quantity: &str, reference: Option<&R
         .collect()
 }
 
-/// max − min over the seeds of the first family of that role; `None` with fewer than two.
-pub fn noise(cases: &Cases, variant: &str, quantity: &str) -> Option<Noise> {
-    let family = cases.study.families.iter().find(|f| f.role == Role::Seeds)?;
+/// max − min over the seeds of each family of that role with two results or more.
+pub fn noise(cases: &Cases, variant: &str, quantity: &str) -> Vec<Noise> {
+    let families = cases.study.families.iter().filter(|f| f.role == Role::Seeds);
+    families.filter_map(|family| noise_of(cases, family, variant, quantity)).collect()
+}
+
+fn noise_of(cases: &Cases, family: &FamilyRecord, variant: &str, quantity: &str) -> Option<Noise> {
     let members = cases.of(family, variant);
     let values: Vec<f64> = members.iter().filter_map(|c| peak(c, quantity)).collect();
     if values.len() < 2 {

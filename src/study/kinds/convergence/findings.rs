@@ -33,7 +33,8 @@ pub struct MeshErrors {
     pub estimates: Vec<Estimate>,
     /// (family, curves)
     pub curves: Vec<(String, CurveStudy)>,
-    pub noise: Option<Noise>,
+    /// One per formulation with seeds
+    pub noise: Vec<Noise>,
     pub time_step: Option<TimeStep>,
     pub reference: Option<Reference>,
     pub errors: Vec<CaseError>,

@@ -168,6 +168,7 @@ pub fn conclude(
         words += &format!(" The next better one, {}, reaches {bar} for {cost}.", n.label);
     }
     words += &locked(cases, s);
+    words += &unstable(cases, s);
     words += &about_sizes(cases, settings, tolerance);
     words += &insensitive(quantities);
     let recommendation = Recommendation {
@@ -193,6 +194,20 @@ fn locked(cases: &Cases, setting: &MeshSetting) -> String {
         " But it raises the locking alarm (pressure scatter {worst:.2}): within the tolerance in the judged quantities, its \
          pressures are of no use; {}.",
         locking::REMEDY
+    )
+}
+
+/// A recommended setting with states that are equilibria and not stable.
+fn unstable(cases: &Cases, setting: &MeshSetting) -> String {
+    let of = cases.stored.iter().map(|c| &c.record).filter(|c| setting.cases.contains(&c.id));
+    let unstable: Vec<&str> = of.filter(|c| c.solver.unstable_steps > 0).map(|c| c.id.as_str()).collect();
+    if unstable.is_empty() {
+        return String::new();
+    }
+    format!(
+        " But states of {} are unstable (negative eigenvalues of the tangent): the body may leave them for another branch, which \
+         the error bar does not cover.",
+        unstable.join(", ")
     )
 }
 

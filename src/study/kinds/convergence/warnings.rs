@@ -5,6 +5,7 @@ use crate::study::analysis::ByQuantity;
 use crate::study::estimate::richardson::LEAST_RATIO;
 use crate::study::kinds::convergence::cases::Cases;
 use crate::study::kinds::convergence::findings::{MeshErrors, title};
+use crate::study::record::Role;
 
 /// One sentence each.
 pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>], incomplete: &[(String, String)]) -> Vec<String> {
@@ -25,6 +26,7 @@ pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>], incomplete
             ));
         }
     }
+    out.extend(unknown_noise(cases, quantities));
     if cases.shared {
         out.push("Cases ran at the same time: costs are CPU seconds of the solving thread, not wall seconds.".into());
     }
@@ -57,4 +59,25 @@ pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>], incomplete
     notes.dedup();
     out.extend(notes.into_iter().map(|r| format!("{}.", capital(r))));
     out
+}
+
+/// The formulations of references whose scatter from mesh to mesh is not known.
+fn unknown_noise(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Vec<String> {
+    let mut formulations: Vec<&str> = vec![];
+    for q in quantities {
+        let Some(reference) = &q.reference else { continue };
+        let Some(e) = q.estimates.iter().find(|e| e.family == reference.family) else { continue };
+        let is_known = e.role == Role::Nested || q.noise.iter().any(|n| n.formulation == e.formulation);
+        if !is_known && !formulations.contains(&e.formulation.as_str()) {
+            formulations.push(&e.formulation);
+        }
+    }
+    let has_seeds = cases.study.families.iter().any(|f| f.role == Role::Seeds);
+    let of = if has_seeds { "no seeds were run for it" } else { "no seeds were run" };
+    let warn = |formulation: &str| {
+        format!(
+            "A reference is of {formulation}, whose scatter from mesh to mesh is not in its uncertainty: {of}. Add a family of role \"seeds\"."
+        )
+    };
+    formulations.into_iter().map(warn).collect()
 }

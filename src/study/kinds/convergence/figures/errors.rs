@@ -150,7 +150,7 @@ pub fn against_h(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> O
             }
         }
         // The scatter of the seeds about their mean, as it moves the error
-        if let (Some(n), Some(r)) = (&q.noise, &q.reference) {
+        for (n, r) in q.noise.iter().filter_map(|n| Some((n, q.reference.as_ref()?))) {
             let family = store.study.families.iter().position(|f| f.name == n.family).unwrap_or(0);
             let color = style(family).1;
             let off = (n.mean - r.value).abs();
