@@ -7,7 +7,7 @@ use crate::mesh::enrich::Enriched;
 use crate::mesh::{Order, TetMesh};
 use crate::scene::body::Body;
 use crate::scene::build::SceneBuilder;
-use crate::scene::spec::{EffectSpec, ElementSpec, FormulationSpec};
+use crate::scene::spec::{EffectSpec, ElementSpec};
 use crate::scene::{Scene, SceneSpec};
 use crate::solve::Status;
 use crate::system::State;
@@ -57,7 +57,7 @@ fn raised(spec: &SceneSpec, mixed: bool) -> SceneSpec {
     spec.mesh.element = ElementSpec::Tet10;
     for effect in spec.effects.iter_mut().filter(|_| mixed) {
         if let EffectSpec::Elastic(elastic) = effect {
-            elastic.formulation = FormulationSpec::Mixed;
+            elastic.take_pressure_field();
         }
     }
     spec
@@ -135,11 +135,11 @@ impl EnrichedScene {
         let (mut out, mut first) = (Vec::new(), 0);
         for (before, now) in spec.effects.iter().zip(&self.scene.spec.effects) {
             let (EffectSpec::Elastic(before), EffectSpec::Elastic(now)) = (before, now) else { continue };
-            if now.formulation != FormulationSpec::Mixed {
+            if !now.formulation.is_mixed() {
                 continue;
             }
             let hosts = |mesh: &TetMesh| pressure_hosts(mesh, &mesh.regions[&now.region].cells);
-            if before.formulation != FormulationSpec::Mixed {
+            if !before.formulation.is_mixed() {
                 out.extend(hosts(fine).iter().map(|_| 0.0));
                 continue;
             }

@@ -56,6 +56,13 @@ impl FormulationSpec {
     }
 }
 
+impl ElasticSpec {
+    /// Takes pressures as unknowns next to the displacements.
+    pub(in crate::scene) fn take_pressure_field(&mut self) {
+        self.formulation = FormulationSpec::Mixed;
+    }
+}
+
 impl EffectPart for ElasticSpec {
     fn build(&self, place: &str, builder: &mut Builder) -> Result<Box<dyn Effect>, SceneError> {
         let Self { region, law, formulation } = self;
