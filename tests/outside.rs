@@ -31,6 +31,7 @@ top = { default = "15 mm", meaning = "length of the top" }
 [regions]
 body = { dim = 3, meaning = "the whole wedge" }
 root = { dim = 2, meaning = "the face x = 0" }
+other = { dim = 2, meaning = "the other faces" }
 "#;
 
 const GEOMETRY: &str = r#"
@@ -41,7 +42,7 @@ def build(params):
     volume = gmsh.model.occ.addWedge(0, 0, 0, params["base"], 20.0, 20.0, ltx=params["top"])
     gmsh.model.occ.synchronize()
     regions = sort_faces([volume], plane_rules({"root": (0, 0.0)}), rest="other")
-    return Geometry([volume], {"body": (3, [volume]), "root": regions["root"]})
+    return Geometry([volume], {"body": (3, [volume]), "root": regions["root"], "other": regions["other"]})
 "#;
 
 /// A folder with a body of its own next to the mesher of the project.
@@ -51,8 +52,9 @@ fn home_with_a_wedge() -> tempfile::TempDir {
     std::fs::create_dir_all(meshes.join("wedge")).expect("writable");
     std::fs::write(meshes.join("wedge/body.toml"), BODY).expect("writable");
     std::fs::write(meshes.join("wedge/geometry.py"), GEOMETRY).expect("writable");
-    let mesher = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/meshgen");
-    std::os::unix::fs::symlink(mesher, meshes.join("meshgen")).expect("writable");
+    let project = Path::new(env!("CARGO_MANIFEST_DIR"));
+    std::os::unix::fs::symlink(project.join("meshes/meshgen"), meshes.join("meshgen")).expect("writable");
+    std::os::unix::fs::symlink(project.join(".venv"), folder.path().join(".venv")).expect("writable");
     folder
 }
 
