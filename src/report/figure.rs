@@ -42,7 +42,29 @@ pub fn family_label(family: &str, formulation: &str) -> String {
 /// Colour of a region below what a reference can resolve.
 pub const UNRESOLVED: RGB = RGB(0xee, 0xee, 0xee);
 
-/// Mark and colour of the `family`-th family.
+/// Mark and colour of the `family`-th family. Each round of the colours begins with another mark, so that no pair repeats before all of
+/// them are used.
 pub fn style(family: usize) -> (Mark, RGB) {
-    (MARKS[family % MARKS.len()], PALETTE[family % PALETTE.len()])
+    let (marks, colours) = (MARKS.len(), PALETTE.len());
+    (MARKS[(family + family / colours) % marks], PALETTE[family % colours])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn forty_nine_families_look_different() {
+        let looks: Vec<String> =
+            (0..MARKS.len() * PALETTE.len()).map(|k| format!("{:?}", style(k).1) + &place(k)).collect();
+        let mut different = looks.clone();
+        different.sort();
+        different.dedup();
+        assert_eq!(different.len(), looks.len());
+    }
+
+    fn place(family: usize) -> String {
+        let own = std::mem::discriminant(&style(family).0);
+        MARKS.iter().position(|m| std::mem::discriminant(m) == own).expect("one of them").to_string()
+    }
 }
