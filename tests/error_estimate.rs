@@ -140,6 +140,14 @@ fn raising_sees_more_than_splitting_where_cells_lock() {
     assert!(share(0.3) > 0.5 && share(0.499) < 0.5, "{} and {}", share(0.3), share(0.499));
 }
 
+/// A run whose states were not handed over has no estimate, and no panic.
+#[test]
+fn an_estimator_without_the_states_of_the_run_says_so() {
+    let coarse = scene(&problems()[0], 1, 0.3, FORMULATIONS[0]);
+    let why = ErrorEstimator::new(&coarse).expect("an estimate").estimate(&coarse.run(), &[]).expect_err("no states");
+    assert!(why.to_string().contains("0 states of a run with 3 rows"), "{why}");
+}
+
 fn refusal(text: &str) -> String {
     let scene = parse_scene(text).expect("a scene");
     ErrorEstimator::new(&scene).err().expect("a refusal").to_string()

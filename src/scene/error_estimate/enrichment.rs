@@ -22,8 +22,7 @@ pub enum Enrichment {
     Raise,
 }
 
-/// Least order of a quantity in h: that of a reentrant edge or of a clamped one in a nearly incompressible body, squared
-/// since a quantity converges twice as fast as the energy norm.
+/// Least order of a quantity in h, where edges are singular: half that of linear cells on a smooth solution.
 const LEAST_ORDER: f64 = 1.0;
 /// Largest share of the error of linear cells that quadratic ones on the same mesh leave.
 const SHARE_LEFT: f64 = 1.0 / 3.0;

@@ -9,7 +9,7 @@
 //! J_exact − J = c e,   1/(1 + ϱ) ≤ c ≤ 1/(1 − ϱ)           linear cells raised to quadratic ones, ϱ the share of the error that stays
 //! ```
 //!
-//! The order q is not known from one run: the bounds of c in [`Enrichment::factors`] are those that the coverage study supports.
+//! The order q is not known from one run: [`Enrichment::factors`] has bounds of c. `tests/error_estimate.rs` compares them with the truth.
 //!
 //! Limits: statics, and only what does not depend on the path (no friction, no viscoelasticity); facets and mid-nodes stay where the
 //! mesh has them, so the difference between mesh and true geometry is not seen.
@@ -91,6 +91,9 @@ impl<'a> ErrorEstimator<'a> {
     pub fn estimate(&self, run: &Run, columns: &[String]) -> Result<ErrorEstimate, EstimateError> {
         let (wall, cpu) = (Instant::now(), cpu_time::ThreadTime::now());
         let columns = self.columns(&run.columns, columns)?;
+        if self.states.len() != run.rows.len() {
+            return Err(EstimateError::OtherRun { states: self.states.len(), rows: run.rows.len() });
+        }
         let mut enriched = EnrichedScene::new(self.scene, self.enrichment)?;
         let mut peaks: Vec<(usize, Vec<usize>)> = Vec::new();
         for column in columns {

@@ -24,6 +24,10 @@ pub enum EstimateError {
     Additions { why: String },
     #[error("{name} is not estimated, only what is a function of the state; {}", hint(name, known))]
     Column { name: String, known: Vec<String> },
+    #[error(
+        "the estimator has {states} states of a run with {rows} rows; hand each of them to `add`, from the start of the run on"
+    )]
+    OtherRun { states: usize, rows: usize },
     #[error("the enriched mesh makes a scene that is refused: {0}")]
     Enriched(#[from] SceneError),
     #[error("the enriched mesh has no solution at t = {t} s ({status}); take a family of meshes")]
