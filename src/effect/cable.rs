@@ -74,15 +74,22 @@ impl Cable {
         self.blocks.nodes(s)
     }
 
-    /// Change of the length \[m\] with the motion dx \[m\] at displacement x: Σ_s τ_s·(dp_{s+1} − dp_s).
-    pub fn lengthening(&self, x: &[f64], dx: &[f64]) -> f64 {
+    /// Derivatives of the length by the unknowns at displacement x: those of a change Σ_s τ_s·(dp_{s+1} − dp_s).
+    pub fn length_gradient(&self, x: &[f64]) -> Vec<(u32, f64)> {
         let w = self.means.of(x);
-        let motion = |k: usize| self.means.one(dx, k);
-        let segment = |s: usize| {
-            let start = s.checked_sub(1).map_or(Vec3::zeros(), motion);
-            self.direction(&w, s).normalize().dot(&(motion(s) - start))
-        };
-        (0..self.segments()).map(segment).sum()
+        let mut of_guides = vec![0.0; w.len()];
+        for s in 0..self.segments() {
+            let along = self.direction(&w, s).normalize();
+            for i in 0..3 {
+                of_guides[3 * s + i] += along[i];
+                if s > 0 {
+                    of_guides[3 * (s - 1) + i] -= along[i];
+                }
+            }
+        }
+        let mut out = Vec::new();
+        self.means.spread(&of_guides, |dof, weight| out.push((dof, weight)));
+        out
     }
 
     /// p of guide `k` \[m\], with w \[3 × guides\].

@@ -78,16 +78,16 @@ impl Cavity {
         (0..self.blocks.len()).map(|b| self.facet_volume(x, b)).sum()
     }
 
-    /// ∂V/∂x·dx \[m³\]
-    pub fn growth(&self, x: &[f64], dx: &[f64]) -> f64 {
-        let mut out = BlockValues::new(3 * self.nodes);
-        let mut sum = 0.0;
+    /// ∂V/∂x \[m²\]: (unknown, derivative), a facet after the other.
+    pub fn volume_gradient(&self, x: &[f64]) -> Vec<(u32, f64)> {
+        let mut values = BlockValues::new(3 * self.nodes);
+        let mut out = Vec::new();
         for b in 0..self.blocks.len() {
-            out.r.fill(0.0);
-            self.facet(x, b, -1.0, Want::Residual, &mut out);
-            sum += self.blocks.dofs(b).zip(&out.r).map(|(dof, r)| r * dx[dof as usize]).sum::<f64>();
+            values.r.fill(0.0);
+            self.facet(x, b, -1.0, Want::Residual, &mut values);
+            out.extend(self.blocks.dofs(b).zip(values.r.iter().copied()));
         }
-        sum
+        out
     }
 
     /// Position of node `a` of facet `b` from o \[m\].

@@ -1,7 +1,7 @@
 //! Recorders: what a run writes into its table at every accepted step, one value per column.
 
 use super::body::Body;
-use crate::system::{At, State};
+use crate::system::{At, Gradient, State};
 
 /// Energies since the start \[J\]: stored and kinetic at the state, dissipated and put in along the path.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
@@ -21,16 +21,6 @@ pub struct Moment<'a> {
     /// \[3 × nodes\] residual: at prescribed dofs the reaction \[N\]
     pub residual: &'a [f64],
     pub energies: Energies,
-}
-
-/// Derivative of an accepted state by a parameter.
-pub struct Change<'a> {
-    pub body: &'a Body,
-    pub state: &'a State,
-    /// Derivative of the state
-    pub change: &'a State,
-    /// \[3 × nodes\] derivative of the reactions
-    pub reaction: &'a [f64],
 }
 
 /// A quantity by which runs of one scene are compared where a study names none.
@@ -69,12 +59,12 @@ pub trait Recorder: Send + Sync {
     /// Values of the columns, in SI but for angles in degrees.
     fn record(&self, now: &Moment) -> Vec<f64>;
 
-    /// Derivatives of the columns; none where they have no derivative.
-    fn derivative(&self, _: &Change) -> Option<Vec<f64>> {
+    /// Gradients of the columns at a state; none where they have no derivative.
+    fn gradients(&self, _: &Body, _: &State) -> Option<Vec<Gradient>> {
         None
     }
 
-    /// Whether [`Recorder::derivative`] gives values.
+    /// Whether [`Recorder::gradients`] gives values.
     fn is_differentiable(&self) -> bool {
         false
     }

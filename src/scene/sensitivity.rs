@@ -2,18 +2,17 @@
 //!
 //! ∂r/∂θ comes from the derivative of the law ([`crate::material::derivative`]) in every effect that takes it: elastic, viscoelastic,
 //! stiffness damping. The derivatives of the states come from [`crate::solve::Differentiator`]; here they go through the
-//! recorders ([`super::Recorder::derivative`]).
+//! recorders ([`super::Recorder::gradients`]).
 //!
 //! Limits: only the columns of recorders with a derivative, so not those of the probes `energy` and `stretch`; what else is not covered is a [`SensitivityError`].
 
 use super::build::Scene;
 use super::error::hint;
-use super::recorder::Change;
 use super::spec::EffectSpec;
 use crate::effect::StiffnessDamping;
 use crate::material::{self, LawSpecError};
 use crate::solve::{AcceptedStep, Differentiator, Failure, Step};
-use crate::system::{Capabilities, Effect, Needs, ParameterDerivative, State};
+use crate::system::{Capabilities, Effect, Gradient, Needs, ParameterDerivative};
 use std::fmt;
 use std::str::FromStr;
 use std::sync::Arc;
@@ -128,13 +127,12 @@ impl<'a> Sensitivity<'a> {
             return Ok(None);
         }
         let reactions = self.solver.reactions(&step, now)?;
-        let all = self.solver.changes.iter().zip(&reactions);
-        let derivatives = |(change, reaction): (&State, &Vec<f64>)| {
-            let by = Change { body: &self.scene.body, state: now, change, reaction };
-            self.scene.recorders().filter_map(|r| r.derivative(&by)).flatten().collect()
+        let gradients = self.scene.recorders().filter_map(|r| r.gradients(&self.scene.body, now)).flatten();
+        let derivatives = |gradient: Gradient| {
+            let all = self.solver.changes.iter().zip(&reactions);
+            all.map(|(change, reaction)| gradient.along(change, reaction)).collect()
         };
-        let all: Vec<Vec<f64>> = all.map(derivatives).collect();
-        Ok(Some((0..self.columns().len()).map(|k| all.iter().map(|values| values[k]).collect()).collect()))
+        Ok(Some(gradients.map(derivatives).collect()))
     }
 }
 

@@ -11,8 +11,10 @@
 //! | Linear system | [`LinearSystem`] in `linear_system` | factorisation, shift to positive definiteness, when the factor of an earlier step is reused (`lagged_factor`), the constraints (`multipliers`), skew parts (`tangent`) |
 //!
 //! [`Integrator`] maps displacements to velocities and accelerations, [`Step`] is the step to be solved, [`Status`] the end of a run
-//! with its remedy. [`Differentiator`] takes derivatives of the states of a run by parameters.
+//! with its remedy. [`Differentiator`] takes derivatives of the states of a run by parameters, [`adjoints`] those of functionals of a state by
+//! what is left in its equations.
 
+mod adjoint;
 mod arc_length;
 mod contact_correction;
 mod convergence;
@@ -52,6 +54,7 @@ mod tangent;
 mod time_span;
 mod totals;
 
+pub use adjoint::{Adjoint, adjoints};
 pub use driver::Driver;
 pub use driver_memory::DriverMemory;
 pub use equations::Equations;

@@ -17,6 +17,7 @@ mod effect;
 mod equations;
 mod error;
 pub mod friction;
+mod gradient;
 mod means;
 mod projection;
 mod reactions;
@@ -41,6 +42,7 @@ pub use effect::{
 };
 pub use equations::{System, SystemError};
 pub use error::EvalError;
+pub use gradient::Gradient;
 pub use means::Means;
 pub use reactions::add_reactions;
 pub use state::{At, Perturbation, Rates, State};

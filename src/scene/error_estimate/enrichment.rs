@@ -1,16 +1,18 @@
 //! The scene of a run on an enriched mesh.
 
-use super::EstimateError;
 use super::kept_state::Kept;
+use super::{EstimateError, Solved};
 use crate::effect::pressure_hosts;
+use crate::math::pcg::{Outcome, pcg};
+use crate::math::vector::norm;
 use crate::mesh::enrich::Enriched;
 use crate::mesh::{Order, TetMesh};
 use crate::scene::body::Body;
 use crate::scene::build::SceneBuilder;
 use crate::scene::spec::{EffectSpec, ElementSpec};
-use crate::scene::{Scene, SceneSpec};
-use crate::solve::Status;
-use crate::system::State;
+use crate::scene::{RunOptions, Scene, SceneSpec};
+use crate::solve::{Integrator, Status, Step};
+use crate::system::{State, Want};
 use std::sync::Arc;
 
 /// The way in which the space of a run is enriched.
@@ -26,6 +28,9 @@ pub enum Enrichment {
 const LEAST_ORDER: f64 = 1.0;
 /// Largest share of the error of linear cells that quadratic ones on the same mesh leave.
 const SHARE_LEFT: f64 = 1.0 / 3.0;
+/// Residual of the pressures that is left where the run has none, as a share of its start, and the most products for it.
+const RELAXED: f64 = 1e-8;
+const MOST_PRODUCTS: usize = 500;
 
 impl Enrichment {
     /// The enrichment that estimates errors of cells of this order best.
@@ -62,10 +67,16 @@ fn raised(spec: &SceneSpec, mixed: bool) -> SceneSpec {
     spec
 }
 
+fn is_mixed(effect: &EffectSpec) -> bool {
+    matches!(effect, EffectSpec::Elastic(elastic) if elastic.formulation.is_mixed())
+}
+
 /// The scene on the enriched mesh, and the map of states to it.
 pub(super) struct EnrichedScene {
     pub scene: Scene,
     map: Enriched,
+    /// \[effects\] whether the run has pressures in it
+    mixed_in_run: Vec<bool>,
 }
 
 impl EnrichedScene {
@@ -90,28 +101,33 @@ impl EnrichedScene {
         ];
         match same.iter().find(|(_, same)| !same) {
             Some((what, _)) => Err(EstimateError::Additions { why: format!("its {what} differ") }),
-            None => Ok(Self { scene: fine, map }),
+            None => Ok(Self { scene: fine, map, mixed_in_run: scene.spec.effects.iter().map(is_mixed).collect() }),
         }
     }
 
-    /// The columns at time `t` by the protocol from its start, and the factorisations for them.
-    pub fn run_until(&mut self, t: f64) -> Result<(Vec<f64>, usize), EstimateError> {
+    /// The solution at the time of `start` by the protocol from its beginning.
+    pub fn run_until(&mut self, start: State) -> Result<Solved, EstimateError> {
+        let t = start.t;
         let mut spans = self.scene.spans.clone();
         spans.retain(|span| span.start < t);
         spans.iter_mut().for_each(|span| span.end = span.end.min(t));
         let whole = std::mem::replace(&mut self.scene.spans, spans);
-        let run = self.scene.run();
+        let mut end = None;
+        let mut keep = |state: &State| end = Some(state.clone());
+        let run = self.scene.run_with(RunOptions { on_state: Some(&mut keep), ..RunOptions::default() });
         self.scene.spans = whole;
-        match (run.status, run.rows.last()) {
-            (Status::Converged, Some(row)) => Ok((row.clone(), run.factorisations)),
-            (status, _) => Err(EstimateError::NotSolved { t, status: status.name() }),
+        match (run.status, run.rows.last(), end) {
+            (Status::Converged, Some(row), Some(end)) => {
+                Ok(Solved { start, end, values: row.clone(), factorisations: run.factorisations })
+            }
+            (status, ..) => Err(EstimateError::NotSolved { t, status: status.name() }),
         }
     }
 
     /// A state of the run in the enriched space: the same displacements and pressures as functions, with prescribed values as they are
     /// on the enriched mesh.
     pub fn prolong(&self, from: &Scene, kept: &Kept) -> State {
-        let Self { scene, map } = self;
+        let Self { scene, map, .. } = self;
         let displacements = 3 * from.points.len();
         let of_mesh = 3 * from.body.mesh.points.len();
         let mut x = map.prolong(3, &kept.x[..of_mesh]);
@@ -123,7 +139,75 @@ impl EnrichedScene {
         for p in &scene.system.prescribed {
             state.x[p.dof as usize] = p.signal.at(state.clock());
         }
+        if self.pressures_by_effect().any(|(_, in_run)| !in_run) {
+            self.relax_pressures(&mut state);
+        }
         state
+    }
+
+    /// \[cells of the enriched mesh\] the cell of the run that each is a part of
+    pub fn parents(&self) -> &[u32] {
+        &self.map.parents
+    }
+
+    /// The hosts of the pressures of every mixed effect, in the order of the unknowns, and whether the run has them too.
+    fn pressures_by_effect(&self) -> impl Iterator<Item = (Vec<u32>, bool)> {
+        let Scene { spec, body, .. } = &self.scene;
+        let hosts = |(effect, of_run): (&EffectSpec, &bool)| match effect {
+            EffectSpec::Elastic(elastic) if elastic.formulation.is_mixed() => {
+                Some((pressure_hosts(&body.mesh, &body.mesh.regions[&elastic.region].cells), *of_run))
+            }
+            _ => None,
+        };
+        spec.effects.iter().zip(&self.mixed_in_run).filter_map(hosts)
+    }
+
+    /// The nodes that host the pressures, in the order of the unknowns.
+    pub fn pressure_nodes(&self) -> impl Iterator<Item = u32> {
+        self.pressures_by_effect().flat_map(|(hosts, _)| hosts)
+    }
+
+    /// The entries of P, the map of the unknowns of the run into the enriched space: (enriched unknown, enriched unknown at the same node
+    /// of the run, weight).
+    pub fn for_each_weight(&self, mut each: impl FnMut(usize, usize, f64)) {
+        for (node, weights) in self.map.weights.iter().enumerate() {
+            for (of_run, weight) in weights {
+                (0..3).for_each(|d| each(3 * node + d, 3 * *of_run as usize + d, *weight));
+            }
+        }
+        let mut first = 3 * self.scene.points.len();
+        for (hosts, in_run) in self.pressures_by_effect() {
+            for (k, node) in hosts.iter().enumerate().filter(|_| in_run) {
+                for (of_run, weight) in &self.map.corner_weights[node] {
+                    let at = hosts.binary_search(of_run).expect("a corner of the run");
+                    each(first + k, first + at, *weight);
+                }
+            }
+            first += hosts.len();
+        }
+    }
+
+    /// Solves the equations of the pressures at fixed displacements, which are linear: −K_pp is a mass matrix over the bulk modulus.
+    fn relax_pressures(&self, state: &mut State) {
+        let system = &self.scene.system;
+        let step = Step { system, integrator: Integrator::Static, past: &state.clone(), dt: 1.0 };
+        let mut sums = system.workspace();
+        if system.assemble(&step.at(state), &state.lambda, Want::Tangent, None, &mut sums).is_err() {
+            return;
+        }
+        let first = system.dofs.displacements;
+        let of: Vec<usize> = (0..system.dofs.free.len()).filter(|&k| system.dofs.free[k] >= first).collect();
+        let multiply = |p: &[f64]| {
+            let (mut whole, mut product) = (vec![0.0; system.dofs.free.len()], vec![0.0; system.dofs.free.len()]);
+            of.iter().zip(p).for_each(|(&k, p)| whole[k] = -p);
+            sums.pattern.multiply(&sums.k, &whole, &mut product);
+            of.iter().map(|&k| product[k]).collect::<Vec<f64>>()
+        };
+        let left: Vec<f64> = of.iter().map(|&k| sums.r[system.dofs.free[k] as usize]).collect();
+        let bound = RELAXED * norm(&left);
+        if let (Outcome::Solved(change), _) = pcg(multiply, <[f64]>::to_vec, &left, bound, MOST_PRODUCTS) {
+            of.iter().zip(change).for_each(|(&k, p)| state.x[system.dofs.free[k] as usize] += p);
+        }
     }
 
     /// Pressures of the mixed effects, which are linear between corners; zero where the run has none. The unknown is p ℓ/μ with the mean

@@ -15,10 +15,12 @@
 //! mesh has them, so the difference between mesh and true geometry is not seen.
 
 mod enrichment;
+mod indicators;
 mod kept_state;
 mod refusal;
 
 pub use enrichment::Enrichment;
+pub use indicators::CellErrors;
 pub use refusal::EstimateError;
 
 use super::recorder::Energies;
@@ -53,6 +55,8 @@ pub struct QuantityError {
 pub struct ErrorEstimate {
     pub enrichment: Enrichment,
     pub quantities: Vec<QuantityError>,
+    /// Shares of the cells, one for each of the quantities, where they were asked for
+    pub cells: Vec<CellErrors>,
     /// Equations of the enriched space
     pub dofs: usize,
     /// Times at which the enriched space was solved
@@ -67,7 +71,18 @@ pub struct ErrorEstimate {
 pub struct ErrorEstimator<'a> {
     scene: &'a Scene,
     enrichment: Enrichment,
+    localised: bool,
     states: Vec<Kept>,
+}
+
+/// The solution in the enriched space at one time.
+struct Solved {
+    /// The state of the run as functions of the enriched space
+    start: State,
+    end: State,
+    /// Columns at the end
+    values: Vec<f64>,
+    factorisations: usize,
 }
 
 impl<'a> ErrorEstimator<'a> {
@@ -79,7 +94,13 @@ impl<'a> ErrorEstimator<'a> {
     /// The same in this enriched space.
     pub fn with(scene: &'a Scene, enrichment: Enrichment) -> Result<Self, EstimateError> {
         refusal::check(scene)?;
-        Ok(Self { scene, enrichment, states: Vec::new() })
+        Ok(Self { scene, enrichment, localised: false, states: Vec::new() })
+    }
+
+    /// Shares of the cells in addition, by an adjoint solution of every quantity.
+    pub fn localised(self) -> Result<Self, EstimateError> {
+        refusal::check_adjoint(self.scene)?;
+        Ok(Self { localised: true, ..self })
     }
 
     /// Takes a state on the time grid: the [`on_state`](super::RunOptions::on_state) of the run.
@@ -103,17 +124,26 @@ impl<'a> ErrorEstimator<'a> {
                 None => peaks.push((row, vec![column])),
             }
         }
-        let (mut quantities, mut factorisations) = (Vec::new(), 0);
+        let (mut quantities, mut cells, mut factorisations) = (Vec::new(), Vec::new(), 0);
         for (row, columns) in &peaks {
-            let (values, count) = self.solve(&mut enriched, &self.states[*row])?;
-            factorisations += count;
-            let of = |&column: &usize| self.error(run, *row, column, values[column]);
+            let solved = self.solve(&mut enriched, &self.states[*row])?;
+            factorisations += solved.factorisations;
+            let of = |&column: &usize| self.error(run, *row, column, solved.values[column]);
             quantities.extend(columns.iter().map(|column| (*column, of(column))));
+            if self.localised {
+                let own: Vec<(usize, &str, f64)> =
+                    columns.iter().map(|&k| (k, run.columns[k].as_str(), run.rows[*row][k])).collect();
+                factorisations += 1;
+                let shares = indicators::localise(&enriched, &solved, &own)?;
+                cells.extend(columns.iter().copied().zip(shares));
+            }
         }
         quantities.sort_by_key(|(column, _)| *column);
+        cells.sort_by_key(|(column, _)| *column);
         Ok(ErrorEstimate {
             enrichment: self.enrichment,
             quantities: quantities.into_iter().map(|(_, error)| error).collect(),
+            cells: cells.into_iter().map(|(_, shares)| shares).collect(),
             dofs: enriched.scene.system.dofs.free.len(),
             solves: peaks.len(),
             factorisations,
@@ -141,17 +171,17 @@ impl<'a> ErrorEstimator<'a> {
 
     /// The columns in the enriched space at the time of a state of the run: by Newton's method from that state, or, where it does not
     /// converge from there, by the protocol up to that time.
-    fn solve(&self, enriched: &mut EnrichedScene, kept: &Kept) -> Result<(Vec<f64>, usize), EstimateError> {
+    fn solve(&self, enriched: &mut EnrichedScene, kept: &Kept) -> Result<Solved, EstimateError> {
         let past = enriched.prolong(self.scene, kept);
         let scene = &enriched.scene;
         let step = Step { system: &scene.system, integrator: Integrator::Static, past: &past, dt: 1.0 };
         let mut next = past.clone();
         let mut solver = scene.driver().steps.solver;
         if solver.solve(&step, &mut next).is_err() {
-            return enriched.run_until(kept.t);
+            return enriched.run_until(past);
         }
         let values = scene.record(&next, Some(&step.at(&next)), &solver.equations.sums.r, Energies::default(), 0);
-        Ok((values, solver.linear.factor.count))
+        Ok(Solved { start: past, end: next, values, factorisations: solver.linear.factor.count })
     }
 
     fn error(&self, run: &Run, row: usize, column: usize, enriched: f64) -> QuantityError {

@@ -30,6 +30,13 @@ pub enum EstimateError {
     OtherRun { states: usize, rows: usize },
     #[error("the enriched mesh makes a scene that is refused: {0}")]
     Enriched(#[from] SceneError),
+    #[error(
+        "the open cavity of the scene pushes with a force that has no potential, and shares of cells are not known for it; ask for \
+         the errors alone"
+    )]
+    Follower,
+    #[error("no adjoint solution at t = {t} s: {why}; ask for the errors without shares of cells")]
+    NoAdjoint { t: f64, why: String },
     #[error("the enriched mesh has no solution at t = {t} s ({status}); take a family of meshes")]
     NotSolved { t: f64, status: &'static str },
 }
@@ -54,4 +61,9 @@ pub(super) fn check(scene: &Scene) -> Result<(), EstimateError> {
         Some(why) => Err(EstimateError::NoLimit { why: why.clone() }),
         None => Ok(()),
     }
+}
+
+/// Refuses a scene whose tangents are not symmetric.
+pub(super) fn check_adjoint(scene: &Scene) -> Result<(), EstimateError> {
+    if scene.system.has_skew_tangent() { Err(EstimateError::Follower) } else { Ok(()) }
 }

@@ -10,11 +10,13 @@ use crate::mesh::TetMesh;
 use crate::mesh::boundary::boundary_facets;
 use crate::mesh::error::point;
 use crate::mesh::rim::rim;
+use crate::scene::body::Body;
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
 use crate::scene::kind::by_kind;
-use crate::scene::recorder::{Change, Headline, Moment, Recorder};
+use crate::scene::recorder::{Headline, Moment, Recorder};
 use crate::scene::signal::SignalSpec;
+use crate::system::{Gradient, State};
 use serde::Deserialize;
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -216,8 +218,8 @@ impl Recorder for NamedCavity {
         vec![pressure, self.cavity.volume(&now.state.x)]
     }
 
-    fn derivative(&self, by: &Change) -> Option<Vec<f64>> {
-        Some(vec![self.drive.answer(by.change), self.cavity.growth(&by.state.x, &by.change.x)])
+    fn gradients(&self, _: &Body, state: &State) -> Option<Vec<Gradient>> {
+        Some(vec![self.drive.gradient(), Gradient::of_displacements(self.cavity.volume_gradient(&state.x))])
     }
 
     fn is_differentiable(&self) -> bool {

@@ -1,7 +1,7 @@
 //! Drive of a cable or a cavity: its tension or pressure is a multiplier, or prescribed.
 
 use crate::math::signal::Signal;
-use crate::system::State;
+use crate::system::Gradient;
 
 /// Source of the tension of a cable or of the pressure of a cavity.
 pub enum Drive {
@@ -11,11 +11,11 @@ pub enum Drive {
 }
 
 impl Drive {
-    /// Change of the tension or pressure: what is prescribed does not change.
-    pub(in crate::scene) fn answer(&self, change: &State) -> f64 {
+    /// Gradient of the tension or pressure: zero of what is prescribed.
+    pub(in crate::scene) fn gradient(&self) -> Gradient {
         match self {
-            Self::Multiplier(c) => change.lambda[*c],
-            Self::Prescribed(_) => 0.0,
+            Self::Multiplier(c) => Gradient { lambda: vec![(*c, 1.0)], ..Gradient::default() },
+            Self::Prescribed(_) => Gradient::default(),
         }
     }
 }

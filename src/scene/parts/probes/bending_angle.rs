@@ -5,9 +5,11 @@ use super::mean::Mean;
 use super::part::Probe;
 use crate::math::tensor::Vec3;
 use crate::mesh::{TetMesh, element, quadrature};
+use crate::scene::body::Body;
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
-use crate::scene::recorder::{Change, Headline, Moment, Recorder};
+use crate::scene::recorder::{Headline, Moment, Recorder};
+use crate::system::{Gradient, State};
 use serde::Deserialize;
 
 /// Angle by which a tip has turned and moved about a root.
@@ -56,15 +58,17 @@ impl Recorder for Recorded {
         vec![angle(area_vector(mesh, facets, &rest), area_vector(mesh, facets, x)), chord]
     }
 
-    fn derivative(&self, by: &Change) -> Option<Vec<f64>> {
-        let (mesh, x, dx) = (&by.body.mesh, &by.state.x, &by.change.x);
+    fn gradients(&self, body: &Body, state: &State) -> Option<Vec<Gradient>> {
+        let (mesh, x) = (&body.mesh, &state.x);
         let Self { root, tip, facets } = self;
-        let chord = turned(tip.origin - root.origin, tip.at(x) - root.at(x), tip.moved(dx) - root.moved(dx));
+        let along = angle_gradient(tip.origin - root.origin, tip.at(x) - root.at(x));
+        let chord = [tip.along(along), root.along(-along)].concat();
         if facets.is_empty() {
-            return Some(vec![chord]);
+            return Some(vec![Gradient::of_displacements(chord)]);
         }
         let rest = area_vector(mesh, facets, &vec![0.0; x.len()]);
-        Some(vec![turned(rest, area_vector(mesh, facets, x), area_turned(mesh, facets, x, dx)), chord])
+        let along = angle_gradient(rest, area_vector(mesh, facets, x));
+        Some([area_gradient(mesh, facets, x, along), chord].map(Gradient::of_displacements).into())
     }
 
     fn is_differentiable(&self) -> bool {
@@ -92,26 +96,27 @@ fn area_vector(mesh: &TetMesh, facets: &[u32], x: &[f64]) -> Vec3 {
     sum
 }
 
-/// Change of ∫ n dA \[m²\] with the motion dx: the cross product of the tangents is linear in each.
-fn area_turned(mesh: &TetMesh, facets: &[u32], x: &[f64], dx: &[f64]) -> Vec3 {
+/// Derivatives of c·∫ n dA by the unknowns \[m\]: c·(da × b + a × db) = da·(b × c) + db·(c × a) with the tangents a and b.
+fn area_gradient(mesh: &TetMesh, facets: &[u32], x: &[f64], c: Vec3) -> Vec<(u32, f64)> {
     let rule = quadrature::tri(2);
-    let mut sum = Vec3::zeros();
+    let mut out = Vec::new();
     for &f in facets {
+        let nodes = mesh.facet(f as usize);
+        let mut sums = vec![Vec3::zeros(); nodes.len()];
         for (&xi, w) in rule.points.iter().zip(&rule.weights) {
             let gradients = element::facet_gradients(mesh.order, xi);
-            let [mut a, mut b, mut da, mut db] = [Vec3::zeros(); 4];
-            for (&k, g) in mesh.facet(f as usize).iter().zip(gradients) {
-                let at = |v: &[f64]| Vec3::from_column_slice(&v[3 * k as usize..][..3]);
-                let (p, dp) = (mesh.points[k as usize] + at(x), at(dx));
+            let (mut a, mut b) = (Vec3::zeros(), Vec3::zeros());
+            for (&k, g) in nodes.iter().zip(&gradients) {
+                let p = mesh.points[k as usize] + Vec3::from_column_slice(&x[3 * k as usize..][..3]);
                 a += p * g[0];
                 b += p * g[1];
-                da += dp * g[0];
-                db += dp * g[1];
             }
-            sum += (da.cross(&b) + a.cross(&db)) * *w;
+            let (of_a, of_b) = (b.cross(&c) * *w, c.cross(&a) * *w);
+            sums.iter_mut().zip(&gradients).for_each(|(sum, g)| *sum += of_a * g[0] + of_b * g[1]);
         }
+        out.extend(nodes.iter().zip(sums).flat_map(|(&k, sum)| (0..3).map(move |i| (3 * k + i, sum[i as usize]))));
     }
-    sum
+    out
 }
 
 /// Angle between two directions \[deg\], 0 to 180.
@@ -119,12 +124,14 @@ fn angle(a: Vec3, b: Vec3) -> f64 {
     a.cross(&b).norm().atan2(a.dot(&b)).to_degrees()
 }
 
-/// Change of the angle between a fixed a and b \[deg\] with db: dϑ = \[(a·b) d|a × b| − |a × b| a·db\]/(|a|²|b|²),
-/// d|a × b| = (a × b)·(a × db)/|a × b|.
-fn turned(a: Vec3, b: Vec3, db: Vec3) -> f64 {
+/// Derivative of the angle between a fixed a and b \[deg\] by b: dϑ = \[(a·b) d|a × b| − |a × b| a·db\]/(|a|²|b|²),
+/// d|a × b| = ((a × b) × a)·db/|a × b|. Zero where a and b are parallel: the angle has a kink there.
+fn angle_gradient(a: Vec3, b: Vec3) -> Vec3 {
     let cross = a.cross(&b);
-    let (sine, along) = (cross.norm(), a.cross(&db));
-    // Where a and b are parallel the angle grows whatever the direction.
-    let rate = if sine > 0.0 { cross.dot(&along) / sine } else { along.norm() };
-    ((a.dot(&b) * rate - sine * a.dot(&db)) / (a.norm_squared() * b.norm_squared())).to_degrees()
+    let sine = cross.norm();
+    if sine == 0.0 {
+        return Vec3::zeros();
+    }
+    let rate = cross.cross(&a) / sine;
+    (a.dot(&b) * rate - sine * a) * (1.0 / (a.norm_squared() * b.norm_squared())).to_degrees()
 }

@@ -4,11 +4,13 @@ use super::mean::Mean;
 use super::part::Probe;
 use crate::math::tensor::Vec3;
 use crate::mesh::embed::embed;
+use crate::scene::body::Body;
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
 use crate::scene::error::part;
 use crate::scene::quantity::Length;
-use crate::scene::recorder::{Change, Headline, Moment, Recorder};
+use crate::scene::recorder::{Headline, Moment, Recorder};
+use crate::system::{Gradient, State};
 use serde::Deserialize;
 
 /// Positions of points embedded in the body.
@@ -50,8 +52,8 @@ impl Recorder for Recorded {
         self.points.iter().flat_map(|p| p.at(&now.state.x).data.0[0]).collect()
     }
 
-    fn derivative(&self, by: &Change) -> Option<Vec<f64>> {
-        Some(self.points.iter().flat_map(|p| p.moved(&by.change.x).data.0[0]).collect())
+    fn gradients(&self, _: &Body, _: &State) -> Option<Vec<Gradient>> {
+        Some(self.points.iter().flat_map(Mean::gradients).collect())
     }
 
     fn is_differentiable(&self) -> bool {

@@ -2,6 +2,7 @@
 
 use crate::math::tensor::Vec3;
 use crate::mesh::{Region, TetMesh, element, quadrature};
+use crate::system::Gradient;
 
 /// Area mean over facets as weights of nodes; for regions without facets the plain mean of the nodes.
 #[derive(Clone, Debug)]
@@ -38,9 +39,15 @@ impl Mean {
         Self { weights, origin }
     }
 
-    /// Change of the mean position with the motion dx \[m\].
-    pub(super) fn moved(&self, dx: &[f64]) -> Vec3 {
-        self.weights.iter().map(|&(k, w)| w * Vec3::from_column_slice(&dx[3 * k as usize..][..3])).sum()
+    /// Gradients of the three coordinates.
+    pub(super) fn gradients(&self) -> [Gradient; 3] {
+        std::array::from_fn(|i| Gradient::of_displacements(self.along(Vec3::ith(i, 1.0))))
+    }
+
+    /// Derivatives of the coordinate along `direction` by the unknowns.
+    pub(super) fn along(&self, direction: Vec3) -> Vec<(u32, f64)> {
+        let of_node = |&(k, w): &(u32, f64)| (0..3).map(move |i| (3 * k + i, w * direction[i as usize]));
+        self.weights.iter().flat_map(of_node).filter(|(_, w)| *w != 0.0).collect()
     }
 
     /// Mean position at displacement x \[m\].

@@ -2,9 +2,11 @@
 
 use super::mean::Mean;
 use super::part::Probe;
+use crate::scene::body::Body;
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
-use crate::scene::recorder::{Change, Headline, Moment, Recorder};
+use crate::scene::recorder::{Headline, Moment, Recorder};
+use crate::system::{Gradient, State};
 use serde::Deserialize;
 
 /// Area-mean position of a region.
@@ -39,8 +41,8 @@ impl Recorder for Recorded {
         self.mean.at(&now.state.x).as_slice().to_vec()
     }
 
-    fn derivative(&self, by: &Change) -> Option<Vec<f64>> {
-        Some(self.mean.moved(&by.change.x).as_slice().to_vec())
+    fn gradients(&self, _: &Body, _: &State) -> Option<Vec<Gradient>> {
+        Some(self.mean.gradients().into())
     }
 
     fn is_differentiable(&self) -> bool {

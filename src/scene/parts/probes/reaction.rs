@@ -1,9 +1,11 @@
 //! Probe `reaction`: `<region>_reaction_{x,y,z}_N`, the sum of the reactions on a region.
 
 use super::part::Probe;
+use crate::scene::body::Body;
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
-use crate::scene::recorder::{Change, Headline, Moment, Recorder};
+use crate::scene::recorder::{Headline, Moment, Recorder};
+use crate::system::{Gradient, State};
 use serde::Deserialize;
 
 /// Sum of the reactions on a region.
@@ -29,23 +31,18 @@ struct Recorded {
     nodes: Vec<u32>,
 }
 
-impl Recorded {
-    fn sum(&self, residual: &[f64]) -> Vec<f64> {
-        (0..3).map(|i| self.nodes.iter().map(|&k| residual[3 * k as usize + i]).sum()).collect()
-    }
-}
-
 impl Recorder for Recorded {
     fn columns(&self) -> Vec<String> {
         ["x", "y", "z"].map(|c| format!("{}_reaction_{c}_N", self.name)).into()
     }
 
     fn record(&self, now: &Moment) -> Vec<f64> {
-        self.sum(now.residual)
+        (0..3).map(|i| self.nodes.iter().map(|&k| now.residual[3 * k as usize + i]).sum()).collect()
     }
 
-    fn derivative(&self, by: &Change) -> Option<Vec<f64>> {
-        Some(self.sum(by.reaction))
+    fn gradients(&self, _: &Body, _: &State) -> Option<Vec<Gradient>> {
+        let along = |i: u32| self.nodes.iter().map(|&k| (3 * k + i, 1.0)).collect();
+        Some((0..3).map(|i| Gradient { reaction: along(i), ..Gradient::default() }).collect())
     }
 
     fn is_differentiable(&self) -> bool {

@@ -1,9 +1,10 @@
 //! Record of a cable: tensions, lengths and slip, and the moments at which it goes slack or taut.
 
 use crate::effect::Cable;
+use crate::scene::body::Body;
 use crate::scene::parts::constraints::drive::Drive;
-use crate::scene::recorder::{Change, Moment, Recorder};
-use crate::system::State;
+use crate::scene::recorder::{Moment, Recorder};
+use crate::system::{Gradient, State};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -88,13 +89,17 @@ impl Recorder for NamedCable {
         out
     }
 
-    /// Change of its columns with a change of the state; none of a cable with friction.
-    fn derivative(&self, by: &Change) -> Option<Vec<f64>> {
-        let (state, change) = (by.state, by.change);
-        let tension = self.drive.answer(change);
-        let length = self.cable.lengthening(&state.x, &change.x);
+    /// Of tension, length and what was drawn in, softness × rest × tension − length; not used of a cable with friction.
+    fn gradients(&self, _: &Body, state: &State) -> Option<Vec<Gradient>> {
+        let tension = self.drive.gradient();
+        let length = self.cable.length_gradient(&state.x);
         let rest: f64 = self.cable.lengths_at_rest().iter().sum();
-        let mut out = vec![tension, length, self.softness * rest * tension - length];
+        let drawn = Gradient {
+            x: length.iter().map(|(dof, w)| (*dof, -w)).collect(),
+            lambda: tension.lambda.iter().map(|(c, w)| (*c, w * self.softness * rest)).collect(),
+            ..Gradient::default()
+        };
+        let mut out = vec![tension, Gradient::of_displacements(length), drawn];
         out.truncate(self.columns().len());
         Some(out)
     }
