@@ -122,8 +122,9 @@ fn localise(scene: &Scene, columns: &[&str]) -> ErrorEstimate {
     estimator.estimate(&run, &columns).expect("solved")
 }
 
-/// The shares of the cells add up to the change J⁺ − J. What remains is of third order in the change of the state, and small on these
-/// grids.
+/// The shares of the cells add up to the change J⁺ − J. What remains is of third order in the change of the state: at most a seventh where
+/// coarse linear cells are 20 % off, a thirtieth for quadratic ones. Displacements alone near incompressibility are left out: their volumetric
+/// residual at other quadrature points is large and cancels.
 #[test]
 fn shares_of_the_cells_add_up_to_the_estimate() {
     for problem in problems() {
@@ -140,6 +141,9 @@ fn shares_of_the_cells_add_up_to_the_estimate() {
                     size / change.abs()
                 );
                 assert_eq!(cells.signed.len(), coarse.body.mesh.cell_count());
+                let most = if formulation.0 == "tet4" { 1.0 / 7.0 } else { 1.0 / 28.0 };
+                let is_locked = nu > 0.4 && formulation.1 == "displacement";
+                assert!(is_locked || cells.remainder.abs() <= most * change.abs(), "{} {nu} {formulation:?}", q.column);
             }
         }
     }
@@ -153,9 +157,10 @@ fn an_imposed_quantity_has_no_error() {
     let problem = Problem { rest: text, ..*problem };
     for formulation in FORMULATIONS {
         let coarse = scene(&problem, 1, 0.45, formulation);
-        let found = estimate(&coarse, Enrichment::usual(coarse.body.mesh.order), &["xmax_x_m"]);
+        let found = localise(&coarse, &["xmax_x_m"]);
         // Rounding of a mean over facets of a position of 26 mm
         assert!(found.quantities[0].bar < 1e-15, "{:?}", found.quantities);
+        assert!(found.cells[0].size.iter().all(|share| *share == 0.0));
     }
 }
 

@@ -25,7 +25,7 @@ def is_mesh(request: Request) -> bool:
         raise BadRequest(f"no file {path}", "check parameters.path")
     if path.suffix.lower() in CAD + SURFACE:
         return False
-    if request.length or request.cells or request.generator != "gmsh" or request.levels or request.grading:
+    if request.length or request.cells or request.generator != "gmsh" or request.levels or request.grading or request.size_field:
         raise BadRequest(f"{path.name} is a volume mesh: it is taken over, not meshed again", "drop size, grading and generator")
     return True
 

@@ -4,6 +4,8 @@ import difflib
 import json
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from . import bodies
 from .errors import BadRequest
 
@@ -30,6 +32,7 @@ class Request:
     seed: int = 0
     optimise: bool = True
     cgal: dict = field(default_factory=dict)
+    size_field: dict = field(default_factory=dict)
     raw: dict = field(default_factory=dict)
 
 
@@ -39,7 +42,7 @@ def read(text: str) -> Request:
         raw = json.loads(text)
     except json.JSONDecodeError as error:
         raise BadRequest(f"the request is not JSON: {error}", "send one JSON object on stdin") from None
-    top = ["body", "version", "parameters", "generator", "size", "grading", "order", "seed", "optimise", "cgal", "output"]
+    top = ["body", "version", "parameters", "generator", "size", "grading", "order", "seed", "optimise", "cgal", "field", "output"]
     known_keys("request", raw, top)
     body = choice("body", raw.get("body"), bodies.names() + ["file"])
     parameters = raw.get("parameters", {})
@@ -61,6 +64,7 @@ def read(text: str) -> Request:
     request.optimise = switch("optimise", raw.get("optimise", True))
     request.grading = [grading(entry) for entry in raw.get("grading", [])]
     request.cgal = cgal_criteria(raw.get("cgal", {}))
+    request.size_field = size_field(raw.get("field", {}))
     read_size(request, raw.get("size", {}))
     check_combination(request)
     return request
@@ -85,8 +89,8 @@ def check_combination(request: Request) -> None:
     if request.generator == "cgal":
         if not sized and not all(name in request.cgal for name in CGAL_LENGTHS):
             raise BadRequest("no size", f"give size.length, size.cells, or all of cgal's {', '.join(CGAL_LENGTHS)}")
-        if request.order == 2 or request.levels or request.grading:
-            raise BadRequest("cgal makes uniform order-1 meshes only", "drop order, levels and grading, or use gmsh")
+        if request.order == 2 or request.levels or request.grading or request.size_field:
+            raise BadRequest("cgal makes uniform order-1 meshes only", "drop order, levels, grading and size field, or use gmsh")
     elif request.cgal:
         raise BadRequest("cgal criteria given, but the generator is gmsh", 'set generator = "cgal" or drop them')
     elif not sized and request.body != "file":
@@ -113,6 +117,26 @@ def grading(entry: dict) -> dict:
         "length": positive("grading.length", entry.get("length")),
         "distance": positive("grading.distance", entry.get("distance")),
     }
+
+
+def size_field(given: dict) -> dict:
+    """Multiples of the edge length at the points [m] of a mesh of tetrahedra, linear in each: arrays `points`, `cells`, `sizes`."""
+    known_keys("field", given, ["points", "cells", "sizes"])
+    if not given:
+        return {}
+    try:
+        points = np.asarray(given["points"], float).reshape(-1, 3)
+        cells = np.asarray(given["cells"], int).reshape(-1, 4)
+        sizes = np.asarray(given["sizes"], float)
+    except (KeyError, ValueError, TypeError) as error:
+        raise BadRequest(f"the size field is not complete: {error!r}", "give points, cells and sizes") from None
+    if len(sizes) != len(points) or not len(cells) or cells.min() < 0 or cells.max() >= len(points):
+        raise BadRequest(
+            f"the size field has {len(points)} points, {len(sizes)} sizes and cells that do not fit", "give one size for each point"
+        )
+    if not np.all(np.isfinite(sizes) & (sizes > 0)):
+        raise BadRequest("a size of the size field is not positive", "sizes are multiples of the edge length")
+    return {"points": points, "cells": cells, "sizes": sizes}
 
 
 def cgal_criteria(given: dict) -> dict:

@@ -4,6 +4,7 @@ import math
 import random
 
 import gmsh
+import numpy as np
 
 from .errors import MesherFailed
 from .geometry import MM
@@ -18,10 +19,15 @@ def apply(length: float, wave: int, request, geometry) -> None:
     """Set gmsh's size fields: `length` [m] everywhere, smaller near graded features.
 
     A feature's length holds up to `distance` from it and grows to the base length over another `distance`.
-    A wave other than 0 varies the base length smoothly in space by 5 %: see `noise`."""
+    A wave other than 0 varies the base length smoothly in space by 5 %: see `noise`. A size field of the request
+    multiplies the base length."""
     for tag in gmsh.model.mesh.field.list():
         gmsh.model.mesh.field.remove(tag)
+    for tag in gmsh.view.getTags():
+        gmsh.view.remove(tag)
     h = length / MM
+    if request.size_field:
+        return apply_field(h, wave, request, geometry)
     gmsh.option.setNumber("Mesh.MeshSizeMin", 0)
     gmsh.option.setNumber("Mesh.MeshSizeMax", h * (1 + NOISE))
     fields = [add_field("MathEval", {}, F=noise(h, wave))]
@@ -32,6 +38,23 @@ def apply(length: float, wave: int, request, geometry) -> None:
     else:
         gmsh.option.setNumber("Mesh.MeshSizeMin", h)
         gmsh.option.setNumber("Mesh.MeshSizeMax", h)
+
+
+def apply_field(h: float, wave: int, request, geometry) -> None:
+    """Set h times the size field of the request, smaller near graded features; h in mm."""
+    field = request.size_field
+    corners = field["points"][field["cells"]] / MM
+    columns = [corners[:, :, axis] for axis in range(3)] + [field["sizes"][field["cells"]]]
+    data = np.concatenate(columns, axis=1)
+    view = gmsh.view.add("size")
+    gmsh.view.addListData(view, "SS", len(data), data.ravel())
+    relative = add_field("PostView", {}, ViewTag=view)
+    fields = [add_field("MathEval", {}, F=f"F{relative}*({noise(h, wave)})")]
+    for entry in request.grading:
+        fields += feature_fields(entry, geometry.features[entry["feature"]], h * field["sizes"].max())
+    gmsh.option.setNumber("Mesh.MeshSizeMin", 0)
+    gmsh.option.setNumber("Mesh.MeshSizeMax", h * field["sizes"].max() * (1 + NOISE))
+    gmsh.model.mesh.field.setAsBackgroundMesh(add_field("Min", {"FieldsList": fields}))
 
 
 def noise(h: float, wave: int) -> str:

@@ -8,8 +8,8 @@ use durometer::scene::control::Controller;
 use durometer::scene::control::process::Process;
 use durometer::scene::output::ScheduleSpec;
 use durometer::scene::{
-    Body, Checkpoint, CheckpointError, Constant, ErrorEstimate, ErrorEstimator, EstimateError, Run, RunOptions, Scene,
-    SensitivityError, SensitivityRecorder, read_scene,
+    Body, Checkpoint, CheckpointError, Constant, ErrorEstimate, ErrorEstimator, EstimateError, RefinementStep, Run,
+    RunOptions, Scene, SceneSpec, SensitivityError, SensitivityRecorder, read_scene, refine,
 };
 use durometer::solve::Status;
 use durometer::study::fields::{Fields, USUAL};
@@ -21,6 +21,7 @@ use durometer::study::runner::Watch;
 use durometer::study::store;
 use durometer::system::State;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
@@ -86,9 +87,9 @@ pub fn main(args: Args) -> CommandResult {
     let (spec, text) = read_scene(&file, &super::arguments::changes(&args.set)?)?;
     let name = file.file_stem().map_or_else(|| "scene".into(), |n| n.to_string_lossy().into_owned());
     let bars = Bars::new(args.json);
-    let body = Body::load(&file, &spec.mesh, &mut |line| bars.meshing(&name, line))?;
+    let (body, refined) = mesh(&args, (&file, &spec, &text), &name, &bars)?;
     let building = Instant::now();
-    let scene = Scene::build(&file, spec, text, body.into())?;
+    let scene = Scene::build(&file, spec, text, body)?;
     let build_s = building.elapsed().as_secs_f64();
     let sensitivities = sensitivities(&args.sensitivity, &scene)?;
     let from = args.restart.as_ref().map(|file| Checkpoint::read(file, &scene)).transpose()?;
@@ -158,8 +159,46 @@ pub fn main(args: Args) -> CommandResult {
     }
     match unsaved {
         Some(why) => Err(why.into()),
-        None => Ok(completion(&run, has_errors)),
+        None => Ok(completion(&run, has_errors && refined)),
     }
+}
+
+/// The mesh of the scene, refined where it asks for it, and whether the error is within the tolerance then.
+fn mesh(
+    args: &Args,
+    scene: (&Path, &SceneSpec, &str),
+    name: &str,
+    bars: &Bars,
+) -> Result<(Arc<Body>, bool), Box<dyn std::error::Error>> {
+    let (file, spec, _) = scene;
+    let body = Arc::new(Body::load(file, &spec.mesh, &mut |line| bars.meshing(name, line))?);
+    let Some(wanted) = &spec.mesh.refine else { return Ok((body, true)) };
+    let mut follow = |step: &RefinementStep| {
+        if !args.json {
+            print_refinement(step);
+        }
+    };
+    let found = refine(scene, wanted, body, None, &mut follow, &mut |line| bars.meshing(name, line))?;
+    files::make_folder(&args.out)?;
+    store::write(&args.out.join(format!("{name}.refinement.csv")), &store::refinement_csv(&found.steps))?;
+    let is_within = found.steps.last().is_some_and(RefinementStep::is_within);
+    if !is_within {
+        let why = "not complete: the error bar is above the tolerance on the last mesh; allow more `meshes`, or more tolerance";
+        eprintln!("{why}");
+    }
+    Ok((found.body, is_within))
+}
+
+fn print_refinement(step: &RefinementStep) {
+    let RefinementStep { cells, error, tolerance, .. } = step;
+    println!(
+        "mesh of {cells} cells: {} = {}, error bar {} (tolerance {}), {}",
+        error.column,
+        plain(error.value),
+        plain(error.bar),
+        plain(*tolerance),
+        seconds(step.cpu)
+    );
 }
 
 /// The recorder of the derivatives that are asked for, if there are any.

@@ -6,7 +6,9 @@ use super::grid::{disturb, grid, mesh_hash};
 use super::mesh_spec::{ElementSpec, GeneratorSpec, MeshSpec};
 use crate::math::units::{self, Dimension};
 use crate::mesh::generate::body::Body as Declared;
-use crate::mesh::generate::{CablePath, GenerateError, Generator, Grading, MeshRequest, MeshStore, Size, Source};
+use crate::mesh::generate::{
+    CablePath, GenerateError, Generator, Grading, MeshRequest, MeshStore, Size, SizeField, Source,
+};
 use crate::mesh::{self, Order, TetMesh};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -14,6 +16,8 @@ use std::path::Path;
 
 /// Share of the target number of cells by which a mesh may miss it.
 const CELL_TOLERANCE: f64 = 0.02;
+/// The same of an adapted mesh, whose number is a prediction.
+const ADAPTED_TOLERANCE: f64 = 0.1;
 /// Files that hold tetrahedra and are read as they are; others go through the mesher.
 const VOLUME_MESHES: [&str; 4] = [".msh", ".msh.gz", ".vtk", ".vtk.gz"];
 
@@ -86,6 +90,22 @@ impl Body {
         Self::new(file, made.mesh, made.manifest.paths, &made.path)
     }
 
+    /// The mesh of the same table with so many cells, whose edge lengths are proportional to a size field, in place of its size.
+    pub(super) fn sized(
+        file: &Path,
+        spec: &MeshSpec,
+        (field, count): (SizeField, u64),
+        store: Option<&MeshStore>,
+        progress: &mut dyn FnMut(&str),
+    ) -> Result<Self, SceneError> {
+        let fail = |e: GenerateError| part(file, "mesh.refine", e);
+        let of = request_from(file, spec, store)?;
+        let size = Size::Cells { count, tolerance: ADAPTED_TOLERANCE };
+        let request = MeshRequest { size: Some(size), levels: 0, field: Some(field), ..of };
+        let made = given_or_found(store).and_then(|store| store.mesh(&request, progress)).map_err(fail)?;
+        Self::new(file, made.mesh, made.manifest.paths, &made.path)
+    }
+
     fn new(file: &Path, mesh: TetMesh, paths: BTreeMap<String, CablePath>, source: &Path) -> Result<Self, SceneError> {
         let bytes = std::fs::read(source).map_err(|e| part(file, "mesh", e))?;
         let sha256 = Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect();
@@ -109,6 +129,7 @@ pub(super) fn has_source(spec: &MeshSpec) -> bool {
 
 /// Keys that the source of the mesh leaves without effect are refused: nothing is ignored silently.
 fn check_source(file: &Path, spec: &MeshSpec) -> Result<(), SceneError> {
+    check_refine(file, spec)?;
     let idle = |keys: &[(&str, bool)]| keys.iter().find(|(_, given)| *given).map(|(key, _)| key.to_string());
     if spec.grid.is_some() {
         let others = [
@@ -145,6 +166,29 @@ fn check_source(file: &Path, spec: &MeshSpec) -> Result<(), SceneError> {
                 None => Ok(()),
             }
         }
+    }
+}
+
+/// Refuses a refinement without a tolerance, and of what the mesher cannot make by a size field.
+fn check_refine(file: &Path, spec: &MeshSpec) -> Result<(), SceneError> {
+    let Some(refine) = &spec.refine else { return Ok(()) };
+    let positive = |t: Option<f64>| t.is_none_or(|t| t > 0.0 && t.is_finite());
+    let reasons = [
+        (
+            refine.tolerance.is_some() == refine.absolute_tolerance.is_some(),
+            "give either tolerance = \"1 %\" or absolute_tolerance",
+        ),
+        (!positive(refine.tolerance) || !positive(refine.absolute_tolerance), "a tolerance must be positive"),
+        (refine.meshes == 0, "`meshes` must be at least 1"),
+        (spec.generator == GeneratorSpec::Cgal, "CGAL takes no size field; use generator = \"gmsh\""),
+        (!spec.copies.is_empty(), "copies are not refined; refine the mesh of one body"),
+        (spec.disturb.is_some(), "a disturbed mesh is not refined; remove `disturb`"),
+        (spec.grid.is_some(), "a grid is not refined; take `body`, or `file` with CAD or a surface"),
+        (volume_mesh(file, spec).is_some(), "a volume mesh is taken as it is; give `file` with CAD or a surface"),
+    ];
+    match reasons.iter().find(|(fault, _)| *fault) {
+        Some((_, remedy)) => Err(content(file, "`refine` cannot be followed", remedy)),
+        None => Ok(()),
     }
 }
 
@@ -224,6 +268,7 @@ fn request_from(file: &Path, spec: &MeshSpec, store: Option<&MeshStore>) -> Resu
         seed: spec.seed,
         optimise: true,
         cgal: spec.cgal.iter().map(|(k, v)| (k.clone(), json(v))).collect(),
+        field: None,
     })
 }
 

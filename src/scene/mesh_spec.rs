@@ -4,6 +4,7 @@ use super::kind::by_kind;
 use super::quantity::{Angle, Length};
 use super::shape::TurnSpec;
 use crate::math::tensor::Vec3;
+use crate::math::units::{self, Dimension};
 use crate::mesh::select::{Pick, Selector};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -28,6 +29,8 @@ pub struct MeshSpec {
     pub levels: u32,
     #[serde(default)]
     pub grading: Vec<GradingSpec>,
+    /// The first of several meshes, refined until one quantity is accurate
+    pub refine: Option<RefineSpec>,
     #[serde(default)]
     pub generator: GeneratorSpec,
     /// Another mesh of the same size (gmsh)
@@ -60,6 +63,33 @@ pub struct GradingSpec {
     pub feature: String,
     pub length: Length,
     pub distance: Length,
+}
+
+/// The accuracy that an adaptive mesh is to have.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RefineSpec {
+    /// Recorded column, `cable_tension_N`
+    pub quantity: String,
+    /// Largest error bar as a share of the value, `"1 %"`
+    #[serde(default, deserialize_with = "share")]
+    pub tolerance: Option<f64>,
+    /// Largest error bar in the unit of the column, for a quantity near zero
+    pub absolute_tolerance: Option<f64>,
+    /// Most meshes, the first one included
+    #[serde(default = "most_meshes")]
+    pub meshes: usize,
+}
+
+fn most_meshes() -> usize {
+    8
+}
+
+/// A fraction or a percentage.
+fn share<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
+    let value = toml::Value::deserialize(deserializer)?;
+    let text = value.as_str().map_or_else(|| value.to_string(), str::to_string);
+    units::parse(&text, Dimension::NONE).map(Some).map_err(serde::de::Error::custom)
 }
 
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Default)]

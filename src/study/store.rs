@@ -1,7 +1,7 @@
 //! Files of a case on disk. The record is written last: with it the case counts as done.
 
 use crate::calibrate::inverse::Calibration;
-use crate::scene::{ErrorEstimate, Run, Scene, Sensitivities};
+use crate::scene::{ErrorEstimate, RefinementStep, Run, Scene, Sensitivities};
 use crate::study::record::{CaseRecord, StudyRecord};
 use crate::study::skin::Skin;
 use std::fmt::Write;
@@ -128,6 +128,16 @@ pub fn errors_csv(estimate: &ErrorEstimate) -> String {
     for q in &estimate.quantities {
         let numbers = [q.t, q.value, q.enriched, q.corrected, q.uncertainty, q.bar].map(|number| number.to_string());
         text += &format!("{},{}\n", q.column, numbers.join(","));
+    }
+    text
+}
+
+/// The meshes of a refinement, one line each.
+pub fn refinement_csv(steps: &[RefinementStep]) -> String {
+    let mut text = "cells,dofs,t_s,value,enriched,corrected,uncertainty,bar,tolerance,wall_s,cpu_s\n".to_string();
+    for RefinementStep { cells, dofs, error: q, tolerance, wall, cpu } in steps {
+        let numbers = [q.t, q.value, q.enriched, q.corrected, q.uncertainty, q.bar, *tolerance, *wall, *cpu];
+        text += &format!("{cells},{dofs},{}\n", numbers.map(|number| number.to_string()).join(","));
     }
     text
 }

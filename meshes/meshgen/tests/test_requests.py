@@ -32,6 +32,15 @@ class Requests(Case):
         self.refused(2, "generator is gmsh", "finger", size={"length": 0.01}, cgal={"odt": True})
         self.refused(3, "not reached", "block", size={"cells": 3, "tolerance": 0.001})
 
+    def test_size_fields(self):
+        size, points = {"length": 0.01}, [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+        field = {"points": points, "cells": [[0, 1, 2, 3]], "sizes": [1, 1, 1, 1]}
+        self.refused(2, "not positive", "block", size=size, field=field | {"sizes": [1, 1, 1, 0]})
+        self.refused(2, "one size for each point", "block", size=size, field=field | {"sizes": [1, 1]})
+        self.refused(2, "one size for each point", "block", size=size, field=field | {"cells": [[0, 1, 2, 4]]})
+        self.refused(2, "not complete", "block", size=size, field={"points": points})
+        self.refused(2, "order-1 meshes only", "block", size=size, field=field, generator="cgal")
+
     def test_impossible_parameters(self):
         size = {"length": 0.01}
         for body, changes, words in [

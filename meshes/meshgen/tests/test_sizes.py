@@ -48,6 +48,22 @@ class Sizes(Case):
         self.assertLess(graded["regions"]["root"]["count"], 3 * plain["regions"]["root"]["count"])
         self.refused(2, "no grading feature", "finger", size={"length": 0.006}, grading=[fine[0] | {"feature": "nose"}])
 
+    def test_a_size_field_multiplies_the_length(self):
+        even = self.made("block", size={"length": 0.004})
+        mesh = read_msh(self.path("mesh.msh.gz"))
+        cells = np.concatenate([e for (dim, _), e in mesh["elements"].items() if dim == 3])
+        x = mesh["nodes"][:, 0]
+        share = (x - x.min()) / np.ptp(x)
+        field = {"points": mesh["nodes"].tolist(), "cells": cells.tolist()}
+        half = self.made("block", size={"length": 0.008}, field=field | {"sizes": [0.5] * len(x)})
+        self.assertAlmostEqual(half["cells"] / even["cells"], 1, delta=0.1)
+        self.made("block", size={"length": 0.004}, field=field | {"sizes": (0.4 + share).tolist()})
+        graded = read_msh(self.path("mesh.msh.gz"))
+        corners = np.concatenate([e for (dim, _), e in graded["elements"].items() if dim == 3])
+        middle = (graded["nodes"][corners].mean(axis=1)[:, 0] - x.min()) / np.ptp(x)
+        # Edge lengths of .4 to .9 and of .9 to 1.4: the mean of 1/h³ over the halves differs by a factor of 5.
+        self.assertGreater(np.sum(middle < 0.5), 3 * np.sum(middle > 0.5))
+
     def test_cgal(self):
         manifest = self.made("finger", generator="cgal", size={"cells": 3000})
         self.covers_boundary(manifest)

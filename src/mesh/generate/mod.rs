@@ -8,6 +8,7 @@ mod error;
 pub mod manifest;
 mod python;
 pub mod request;
+mod size_field;
 mod store;
 #[cfg(all(test, unix))]
 mod tests;
@@ -17,4 +18,5 @@ pub use error::GenerateError;
 pub use manifest::{CablePath, Manifest};
 pub use python::{Check, Mesher};
 pub use request::{Generator, Grading, MeshRequest, Size, Source};
+pub use size_field::SizeField;
 pub use store::{Generated, MeshStore, manifest_path, read_manifest};

@@ -2,6 +2,7 @@
 
 use super::GenerateError;
 use super::body::Body;
+use super::size_field::SizeField;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
@@ -31,6 +32,9 @@ pub struct MeshRequest {
     /// CGAL's criteria and optimisers by their names; numbers and switches
     #[serde(default)]
     pub cgal: BTreeMap<String, Value>,
+    /// What the edge length is multiplied with in space (gmsh)
+    #[serde(default)]
+    pub field: Option<SizeField>,
 }
 
 /// The geometry.
@@ -84,6 +88,7 @@ impl MeshRequest {
             seed: 0,
             optimise: true,
             cgal,
+            field: None,
         }
     }
 
@@ -136,13 +141,25 @@ impl MeshRequest {
         if !self.cgal.is_empty() {
             request["cgal"] = json!(self.cgal);
         }
-        let mut named = request.clone();
+        if let Some(field) = &self.field {
+            request["field"] = json!(field);
+        }
+        let mut named = without_field(&request);
         if !content.is_null() {
             named["parameters"] = content;
         }
         let name = hex(&Sha256::digest(canonical(&named)))[..16].to_string();
         Ok((request, name))
     }
+}
+
+/// The request with the hash of its size field in place of the field.
+pub(super) fn without_field(request: &Value) -> Value {
+    let mut named = request.clone();
+    if let Some(field) = request.get("field").filter(|field| !field.is_null()) {
+        named["field"] = json!({ "sha256": hex(&Sha256::digest(canonical(field))) });
+    }
+    named
 }
 
 fn hex(bytes: &[u8]) -> String {

@@ -3,7 +3,7 @@
 use super::error::GenerateError;
 use super::manifest::Manifest;
 use super::python::Mesher;
-use super::request::{MeshRequest, Size};
+use super::request::{MeshRequest, Size, without_field};
 use crate::mesh::{TetMesh, read};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -141,8 +141,11 @@ impl MeshStore {
             let manifest = manifest_path(&part);
             let bad = |e: serde_json::Error| GenerateError::Manifest { file: manifest.clone(), fact: e.to_string() };
             let mut value: serde_json::Value = serde_json::from_str(&answer).map_err(bad)?;
-            if let Some(request) = value.get_mut("request").and_then(|r| r.as_object_mut()) {
-                request.shift_remove("output");
+            if let Some(request) = value.get_mut("request") {
+                *request = without_field(request);
+                if let Some(request) = request.as_object_mut() {
+                    request.shift_remove("output");
+                }
             }
             // Nothing that cannot be read back is kept.
             serde_json::from_value::<Manifest>(value.clone()).map_err(bad)?;

@@ -1,0 +1,221 @@
+//! Adaptive meshes: `[mesh.refine]` asks for a mesh on which the error of one quantity is within a tolerance.
+//!
+//! The scene is run up to the time at which the quantity departs most from its start, its error is estimated with the shares of the cells
+//! ([`ErrorEstimator::localised`]), and the mesher makes the next mesh by a size field: mesh, solve, estimate, mesh again.
+//!
+//! The share η_K of a cell is taken to fall as h^α. Least cells for a given Σ η_K (h/h_K)^α, with N = Σ (h_K/h)³, gives
+//! h/h_K ∝ η_K^{−1/(α + 3)}; the factor in front follows from the error that is aimed at, and is bounded by the growth of the number of
+//! cells from mesh to mesh, so that a coarse first estimate does not decide the last mesh.
+
+use super::body::Body;
+use super::error_estimate::{ErrorEstimator, EstimateError, QuantityError};
+use super::mesh_spec::RefineSpec;
+use super::{RunOptions, Scene, SceneError, SceneSpec};
+use crate::mesh::TetMesh;
+use crate::mesh::element::CELL_EDGES;
+use crate::mesh::generate::{MeshStore, SizeField};
+use crate::solve::Status;
+use crate::system::State;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// Order α with which the shares of the cells are taken to fall: that of linear cells; of quadratic ones where edges are singular.
+const ORDER: f64 = 2.0;
+/// Share of the tolerance that a new mesh aims at.
+const AIM: f64 = 0.8;
+/// Most cells of a mesh as a multiple of those of the mesh before.
+const MOST_GROWTH: f64 = 6.0;
+/// Bounds of the change of the edge length from mesh to mesh.
+const BOUNDS: [f64; 2] = [0.25, 2.0];
+/// Steepest growth of the edge length in space [–].
+const GRADING: f64 = 0.35;
+/// Shares below this part of the mean are taken for it.
+const LEAST_SHARE: f64 = 1e-6;
+
+/// One mesh of a refinement.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RefinementStep {
+    pub cells: usize,
+    /// Equations of the run
+    pub dofs: usize,
+    /// The error of the quantity there
+    pub error: QuantityError,
+    /// Largest bar that is accepted \[unit of the quantity\]
+    pub tolerance: f64,
+    /// Wall and CPU time of the run, the estimate and the next mesh \[s\]
+    pub wall: f64,
+    pub cpu: f64,
+}
+
+impl RefinementStep {
+    /// Whether the error bar is within the tolerance.
+    pub fn is_within(&self) -> bool {
+        self.error.bar <= self.tolerance
+    }
+}
+
+/// The last mesh of a refinement, and the way to it.
+#[derive(Debug)]
+pub struct Refinement {
+    pub body: Arc<Body>,
+    pub steps: Vec<RefinementStep>,
+}
+
+/// Reason why a scene cannot be refined.
+#[derive(Debug, thiserror::Error)]
+pub enum RefineError {
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    #[error("mesh.refine: {0}")]
+    Estimate(#[from] EstimateError),
+    #[error("mesh.refine: {name} is {value:.3e} where it departs most; give an absolute_tolerance in its unit")]
+    NearZero { name: String, value: f64 },
+    #[error(
+        "mesh.refine: the scene on mesh {number} with {cells} cells does not complete ({status}); start from smaller cells, or \
+         run it without `refine` to see why"
+    )]
+    NotSolved { number: usize, cells: usize, status: &'static str },
+}
+
+/// Refines the mesh of a scene until the error bar of the quantity is within its tolerance, or the number of meshes is reached. `body` is
+/// the first mesh; `store` as in [`Body::load_from`]; `follow` gets every step, `progress` the lines of the mesher.
+pub fn refine(
+    (file, spec, text): (&Path, &SceneSpec, &str),
+    wanted: &RefineSpec,
+    body: Arc<Body>,
+    store: Option<&MeshStore>,
+    follow: &mut dyn FnMut(&RefinementStep),
+    progress: &mut dyn FnMut(&str),
+) -> Result<Refinement, RefineError> {
+    let (mut body, mut steps, mut until) = (body, Vec::new(), f64::INFINITY);
+    loop {
+        let (wall, cpu) = (Instant::now(), cpu_time::ThreadTime::now());
+        let mut scene = Scene::build(file, spec.clone(), text.to_string(), body.clone())?;
+        scene.spans.retain(|span| span.start < until);
+        scene.spans.iter_mut().for_each(|span| span.end = span.end.min(until));
+        let (error, shares) = estimate(&scene, &wanted.quantity, steps.len())?;
+        until = error.t;
+        let tolerance = wanted.absolute(&error)?;
+        let number = steps.len() + 1;
+        let is_last = error.bar <= tolerance || number == wanted.meshes;
+        if !is_last {
+            let aim = AIM * tolerance / error.bar;
+            let lengths = lengths(&body.mesh, &shares, aim);
+            let mean = (lengths.iter().map(|h| h.ln()).sum::<f64>() / lengths.len() as f64).exp();
+            let field = SizeField::new(&body.mesh, &lengths, mean, GRADING);
+            let count = cells(&body.mesh, &field, mean);
+            body = Arc::new(Body::sized(file, &spec.mesh, (field, count), store, progress)?);
+        }
+        let (wall, cpu) = (wall.elapsed().as_secs_f64(), cpu.elapsed().as_secs_f64());
+        let (cells, dofs) = (scene.body.mesh.cell_count(), scene.system.dofs.free.len());
+        let step = RefinementStep { cells, dofs, error, tolerance, wall, cpu };
+        follow(&step);
+        steps.push(step);
+        if is_last {
+            return Ok(Refinement { body, steps });
+        }
+    }
+}
+
+/// Error of one column of a run of the scene, and the sizes of the shares of its cells.
+fn estimate(scene: &Scene, column: &str, before: usize) -> Result<(QuantityError, Vec<f64>), RefineError> {
+    let mut estimator = ErrorEstimator::new(scene)?.localised()?;
+    let columns = [column.to_string()];
+    estimator.check_columns(&columns)?;
+    let mut add = |state: &State| estimator.add(state);
+    let run = scene.run_with(RunOptions { on_state: Some(&mut add), ..RunOptions::default() });
+    if run.status != Status::Converged {
+        let cells = scene.body.mesh.cell_count();
+        return Err(RefineError::NotSolved { number: before + 1, cells, status: run.status.name() });
+    }
+    let mut found = estimator.estimate(&run, &columns)?;
+    Ok((found.quantities.swap_remove(0), found.cells.swap_remove(0).size))
+}
+
+impl RefineSpec {
+    /// The tolerance in the unit of the quantity.
+    fn absolute(&self, error: &QuantityError) -> Result<f64, RefineError> {
+        if let Some(tolerance) = self.absolute_tolerance {
+            return Ok(tolerance);
+        }
+        // A value that its bar exceeds ten times is zero as far as is known, and a share of it is no measure.
+        if 10.0 * error.value.abs() <= error.bar {
+            return Err(RefineError::NearZero { name: error.column.clone(), value: error.value });
+        }
+        Ok(self.tolerance.unwrap_or(0.0) * error.value.abs())
+    }
+}
+
+/// Edge lengths \[cells\] \[m\] of the next mesh, by which the error falls to the share `aim` with the least cells.
+fn lengths(mesh: &TetMesh, shares: &[f64], aim: f64) -> Vec<f64> {
+    let mean = shares.iter().sum::<f64>() / shares.len() as f64;
+    let exponents: Vec<f64> =
+        shares.iter().map(|share| (share / mean).max(LEAST_SHARE).powf(-1.0 / (ORDER + 3.0))).collect();
+    let change = |factor: f64, own: &f64| (factor * own).clamp(BOUNDS[0], BOUNDS[1]);
+    let error = |factor: f64| -> f64 {
+        exponents.iter().zip(shares).map(|(own, share)| share / mean * change(factor, own).powf(ORDER)).sum::<f64>()
+            / shares.len() as f64
+    };
+    let cells = |factor: f64| exponents.iter().map(|own| change(factor, own).powi(-3)).sum::<f64>();
+    let most = MOST_GROWTH * shares.len() as f64;
+    // The largest factor with the error aimed at, unless it asks for too many cells: both change monotonically with it.
+    let (mut low, mut high) = (1e-3_f64, 1e3_f64);
+    for _ in 0..100 {
+        let middle = (low * high).sqrt();
+        if error(middle) > aim && cells(middle) < most { high = middle } else { low = middle }
+    }
+    let factor = (low * high).sqrt();
+    (0..mesh.cell_count()).map(|c| edge(mesh, c) * change(factor, &exponents[c])).collect()
+}
+
+/// Number of cells that a size field in units of `length` \[m\] asks for: a cell of the mesh becomes (its edge/the edge length there)³.
+fn cells(mesh: &TetMesh, field: &SizeField, length: f64) -> u64 {
+    let there = |cell: &[u32; 4]| cell.iter().map(|k| field.sizes[*k as usize]).sum::<f64>() / 4.0 * length;
+    let parts = |(c, cell): (usize, &[u32; 4])| (edge(mesh, c) / there(cell)).powi(3);
+    field.cells.iter().enumerate().map(parts).sum::<f64>().round() as u64
+}
+
+/// Mean length of the edges of a cell \[m\].
+fn edge(mesh: &TetMesh, c: usize) -> f64 {
+    let corner = |k: usize| mesh.points[mesh.cell(c)[k] as usize];
+    CELL_EDGES.iter().map(|[i, j]| (corner(*i) - corner(*j)).norm()).sum::<f64>() / 6.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::Order;
+    use crate::mesh::structured::block;
+
+    fn cells_of(mesh: &TetMesh, lengths: &[f64]) -> f64 {
+        lengths.iter().enumerate().map(|(c, h)| (edge(mesh, c) / h).powi(3)).sum()
+    }
+
+    /// Equal shares are refined equally, by the error aimed at and the order.
+    #[test]
+    fn equal_shares_are_refined_equally() {
+        let mesh = block(2, 2, 2, 1.0, 1.0, 1.0, Order::Linear);
+        let lengths = lengths(&mesh, &vec![3.0; mesh.cell_count()], 0.5);
+        for (c, h) in lengths.iter().enumerate() {
+            assert!((h / edge(&mesh, c) - 0.5_f64.powf(1.0 / ORDER)).abs() < 1e-9);
+        }
+    }
+
+    /// For the same predicted error no uniform mesh has as few cells, and the growth is bounded.
+    #[test]
+    fn graded_meshes_have_fewer_cells_and_growth_is_bounded() {
+        let mesh = block(3, 3, 3, 1.0, 1.0, 1.0, Order::Linear);
+        let shares: Vec<f64> = (0..mesh.cell_count()).map(|c| (-(c as f64) / 20.0).exp()).collect();
+        let graded = lengths(&mesh, &shares, 0.5);
+        let predicted = |lengths: &[f64]| -> f64 {
+            let part = |(c, h): (usize, &f64)| shares[c] * (h / edge(&mesh, c)).powf(ORDER);
+            lengths.iter().enumerate().map(part).sum::<f64>() / shares.iter().sum::<f64>()
+        };
+        assert!((predicted(&graded) - 0.5).abs() < 1e-6);
+        let uniform = mesh.cell_count() as f64 * 0.5_f64.powf(-3.0 / ORDER);
+        assert!(cells_of(&mesh, &graded) < 0.8 * uniform, "{} and {uniform}", cells_of(&mesh, &graded));
+        let hasty = lengths(&mesh, &shares, 1e-3);
+        assert!(cells_of(&mesh, &hasty) <= MOST_GROWTH * mesh.cell_count() as f64 * (1.0 + 1e-6));
+    }
+}
