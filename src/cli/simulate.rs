@@ -60,8 +60,8 @@ pub struct Args {
     /// --sensitivity laws.rubber.mu, several times; not in implicit_euler_linearised or _corrected
     #[arg(long, value_name = "CONSTANT", conflicts_with_all = ["save_state", "restart", "controller"])]
     sensitivity: Vec<String>,
-    /// Estimate the discretisation error of a recorded quantity, several times, or of all; writes <name>.errors.csv. Solves the
-    /// static scene again on an enriched mesh at the time of the largest departure
+    /// Estimate the discretisation error of a recorded quantity, several times, or of all; writes <name>.errors.csv. Solves again on an
+    /// enriched mesh: a static scene at the times of largest departure, one that depends on its path from the start
     #[arg(long, value_name = "COLUMN", num_args = 0..=1, default_missing_value = "all",
           conflicts_with_all = ["restart", "controller"])]
     error: Vec<String>,
@@ -253,7 +253,8 @@ fn print_errors(found: &ErrorEstimate) {
         );
     }
     let (cpu, dofs) = (seconds(found.cpu), found.dofs);
-    println!("errors:  {} solution(s) with {dofs} equations in {cpu}", found.solves);
+    let what = if found.whole_run { "a whole run".into() } else { format!("{} solution(s)", found.solves) };
+    println!("errors:  {what} with {dofs} equations in {cpu}");
 }
 
 /// The fields that a run writes at the points of the time grid that are due.

@@ -10,7 +10,7 @@ use crate::mesh::{Order, TetMesh};
 use crate::scene::body::Body;
 use crate::scene::build::SceneBuilder;
 use crate::scene::spec::{EffectSpec, ElementSpec};
-use crate::scene::{RunOptions, Scene, SceneSpec};
+use crate::scene::{Run, RunOptions, Scene, SceneSpec};
 use crate::solve::{Integrator, Status, Step};
 use crate::system::{State, Want};
 use std::sync::Arc;
@@ -102,6 +102,17 @@ impl EnrichedScene {
         match same.iter().find(|(_, same)| !same) {
             Some((what, _)) => Err(EstimateError::Additions { why: format!("its {what} differ") }),
             None => Ok(Self { scene: fine, map, mixed_in_run: scene.spec.effects.iter().map(is_mixed).collect() }),
+        }
+    }
+
+    /// The whole protocol.
+    pub fn run(&self) -> Result<Run, EstimateError> {
+        let run = self.scene.run();
+        match run.status {
+            Status::Converged => Ok(run),
+            status => {
+                Err(EstimateError::NotSolved { t: run.rows.last().map_or(0.0, |row| row[0]), status: status.name() })
+            }
         }
     }
 

@@ -9,10 +9,13 @@
 //! J_exact − J = c e,   1/(1 + ϱ) ≤ c ≤ 1/(1 − ϱ)           linear cells raised to quadratic ones, ϱ the share of the error that stays
 //! ```
 //!
+//! Where the state depends on the path (inertia, viscosity, friction, contact of deformable surfaces) the whole protocol is run in the
+//! enriched space, and e is taken at the same time.
+//!
 //! The order q is not known from one run: [`Enrichment::factors`] has bounds of c. `tests/error_estimate.rs` compares them with the truth.
 //!
-//! Limits: statics, and only what does not depend on the path (no friction, no viscoelasticity); facets and mid-nodes stay where the
-//! mesh has them, so the difference between mesh and true geometry is not seen.
+//! Limits: facets and mid-nodes stay where the mesh has them, so the difference between mesh and true geometry is not seen; the time step
+//! stays, so its error is not seen either.
 
 mod enrichment;
 mod indicators;
@@ -54,6 +57,8 @@ pub struct QuantityError {
 #[derive(Clone, Debug, PartialEq)]
 pub struct ErrorEstimate {
     pub enrichment: Enrichment,
+    /// Whether the whole protocol was run in the enriched space, since the state depends on the path
+    pub whole_run: bool,
     pub quantities: Vec<QuantityError>,
     /// Shares of the cells, one for each of the quantities, where they were asked for
     pub cells: Vec<CellErrors>,
@@ -71,6 +76,8 @@ pub struct ErrorEstimate {
 pub struct ErrorEstimator<'a> {
     scene: &'a Scene,
     enrichment: Enrichment,
+    /// The states depend on the path.
+    whole_run: bool,
     localised: bool,
     states: Vec<Kept>,
 }
@@ -94,7 +101,8 @@ impl<'a> ErrorEstimator<'a> {
     /// The same in this enriched space.
     pub fn with(scene: &'a Scene, enrichment: Enrichment) -> Result<Self, EstimateError> {
         refusal::check(scene)?;
-        Ok(Self { scene, enrichment, localised: false, states: Vec::new() })
+        let whole_run = refusal::path_dependence(scene).is_some();
+        Ok(Self { scene, enrichment, whole_run, localised: false, states: Vec::new() })
     }
 
     /// Shares of the cells in addition, by an adjoint solution of every quantity.
@@ -105,14 +113,16 @@ impl<'a> ErrorEstimator<'a> {
 
     /// Takes a state on the time grid: the [`on_state`](super::RunOptions::on_state) of the run.
     pub fn add(&mut self, state: &State) {
-        self.states.push(Kept::new(state));
+        if !self.whole_run {
+            self.states.push(Kept::new(state));
+        }
     }
 
     /// Errors of these columns of the run, or of all that are functions of the state.
     pub fn estimate(&self, run: &Run, columns: &[String]) -> Result<ErrorEstimate, EstimateError> {
         let (wall, cpu) = (Instant::now(), cpu_time::ThreadTime::now());
         let columns = self.columns(&run.columns, columns)?;
-        if self.states.len() != run.rows.len() {
+        if !self.whole_run && self.states.len() != run.rows.len() {
             return Err(EstimateError::OtherRun { states: self.states.len(), rows: run.rows.len() });
         }
         let mut enriched = EnrichedScene::new(self.scene, self.enrichment)?;
@@ -125,6 +135,17 @@ impl<'a> ErrorEstimator<'a> {
             }
         }
         let (mut quantities, mut cells, mut factorisations) = (Vec::new(), Vec::new(), 0);
+        if self.whole_run {
+            let fine = enriched.run()?;
+            factorisations += fine.factorisations;
+            for (row, columns) in peaks.drain(..) {
+                let t = run.rows[row][0];
+                let values = &fine.rows.iter().find(|values| same_time(values[0], t));
+                let values = values.ok_or(EstimateError::NotSolved { t, status: fine.status.name() })?;
+                let of = |&column: &usize| (column, self.error(run, row, column, values[column]));
+                quantities.extend(columns.iter().map(of));
+            }
+        }
         for (row, columns) in &peaks {
             let solved = self.solve(&mut enriched, &self.states[*row])?;
             factorisations += solved.factorisations;
@@ -142,10 +163,11 @@ impl<'a> ErrorEstimator<'a> {
         cells.sort_by_key(|(column, _)| *column);
         Ok(ErrorEstimate {
             enrichment: self.enrichment,
+            whole_run: self.whole_run,
             quantities: quantities.into_iter().map(|(_, error)| error).collect(),
             cells: cells.into_iter().map(|(_, shares)| shares).collect(),
             dofs: enriched.scene.system.dofs.free.len(),
-            solves: peaks.len(),
+            solves: peaks.len().max(1),
             factorisations,
             wall: wall.elapsed().as_secs_f64(),
             cpu: cpu.elapsed().as_secs_f64(),
@@ -198,6 +220,11 @@ impl<'a> ErrorEstimator<'a> {
             bar: most * change.abs(),
         }
     }
+}
+
+/// Whether two times of one grid are the same but for rounding.
+fn same_time(a: f64, b: f64) -> bool {
+    (a - b).abs() <= 1e-9 * a.abs().max(b.abs())
 }
 
 /// Row of the largest departure from the start.

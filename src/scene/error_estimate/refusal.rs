@@ -2,18 +2,17 @@
 
 use crate::scene::error::hint;
 use crate::scene::{Scene, SceneError};
-use crate::solve::Integrator;
+use crate::solve::{Integrator, TimeSpan};
 
 /// Reason why a run has no error estimate.
 #[derive(Debug, thiserror::Error)]
 pub enum EstimateError {
     #[error(
-        "stage {stage} is {integrator}: the error of a run in time is not estimated from one run; take a family of meshes, or \
-         integrator = {{ kind = \"static\" }}"
+        "stage {stage} is arc_length, whose states have no time of their own; take a family of meshes, or drive by length or volume"
     )]
-    NotStatic { stage: usize, integrator: &'static str },
+    ArcLength { stage: usize },
     #[error(
-        "{part} depends on the path of loading, which the estimate from one state does not follow; take a family of meshes, or remove it"
+        "{part} makes the state depend on the path, and the shares of cells are known for single states only; ask for the errors alone"
     )]
     Path { part: String },
     #[error("{why}, so the answer has no limit as h → 0, and no error")]
@@ -41,21 +40,11 @@ pub enum EstimateError {
     NotSolved { t: f64, status: &'static str },
 }
 
-/// Refuses a scene whose states are not functions of the loads at the same time.
+/// Refuses a scene that has no error, or whose states have no counterparts in the enriched space.
 pub(super) fn check(scene: &Scene) -> Result<(), EstimateError> {
-    let stages = scene.spans.iter().enumerate();
-    if let Some((k, span)) = stages.clone().find(|(_, span)| span.integrator != Integrator::Static) {
-        return Err(EstimateError::NotStatic { stage: k + 1, integrator: span.integrator.name() });
-    }
-    let path = |part: String| Err(EstimateError::Path { part });
-    if let Some(effect) = scene.system.effects.iter().find(|e| e.capabilities().history.is_some()) {
-        return path(format!("the effect {}", effect.name()));
-    }
-    if let Some(cable) = scene.cables.iter().find(|c| c.friction) {
-        return path(format!("the friction of the {}", cable.name));
-    }
-    if let Some(contact) = scene.contacts.iter().find(|c| c.slides() || c.points().is_none()) {
-        return path(format!("the contact {}", contact.name));
+    let by_arc_length = |span: &TimeSpan| matches!(span.integrator, Integrator::ArcLength { .. });
+    if let Some(k) = scene.spans.iter().position(by_arc_length) {
+        return Err(EstimateError::ArcLength { stage: k + 1 });
     }
     match &scene.no_limit {
         Some(why) => Err(EstimateError::NoLimit { why: why.clone() }),
@@ -63,7 +52,28 @@ pub(super) fn check(scene: &Scene) -> Result<(), EstimateError> {
     }
 }
 
-/// Refuses a scene whose tangents are not symmetric.
+/// The first part of a scene whose states are not functions of the loads at the same time.
+pub(super) fn path_dependence(scene: &Scene) -> Option<String> {
+    let stages = scene.spans.iter().enumerate();
+    if let Some((k, span)) = stages.clone().find(|(_, span)| span.integrator != Integrator::Static) {
+        return Some(format!("stage {} ({})", k + 1, span.integrator.name()));
+    }
+    if let Some(effect) = scene.system.effects.iter().find(|e| e.capabilities().history.is_some()) {
+        return Some(format!("the effect {}", effect.name()));
+    }
+    if let Some(cable) = scene.cables.iter().find(|c| c.friction) {
+        return Some(format!("the friction of the {}", cable.name));
+    }
+    if scene.controls.has_inputs() {
+        return Some("a signal that is decided during the run".into());
+    }
+    scene.contacts.iter().find(|c| c.slides() || c.points().is_none()).map(|c| format!("the contact {}", c.name))
+}
+
+/// Refuses a scene whose states depend on the path, or whose tangents are not symmetric.
 pub(super) fn check_adjoint(scene: &Scene) -> Result<(), EstimateError> {
+    if let Some(part) = path_dependence(scene) {
+        return Err(EstimateError::Path { part });
+    }
     if scene.system.has_skew_tangent() { Err(EstimateError::Follower) } else { Ok(()) }
 }
