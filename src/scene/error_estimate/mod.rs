@@ -19,7 +19,7 @@ mod kept_state;
 mod refusal;
 
 pub use enrichment::Enrichment;
-pub use refusal::EstimateError;
+pub use refusal::{EstimateError, path_dependence};
 
 use super::recorder::Energies;
 use super::{Run, Scene};

@@ -40,18 +40,23 @@ pub(super) fn check(scene: &Scene) -> Result<(), EstimateError> {
     if let Some((k, span)) = stages.clone().find(|(_, span)| span.integrator != Integrator::Static) {
         return Err(EstimateError::NotStatic { stage: k + 1, integrator: span.integrator.name() });
     }
-    let path = |part: String| Err(EstimateError::Path { part });
-    if let Some(effect) = scene.system.effects.iter().find(|e| e.capabilities().history.is_some()) {
-        return path(format!("the effect {}", effect.name()));
-    }
-    if let Some(cable) = scene.cables.iter().find(|c| c.friction) {
-        return path(format!("the friction of the {}", cable.name));
-    }
-    if let Some(contact) = scene.contacts.iter().find(|c| c.slides() || c.points().is_none()) {
-        return path(format!("the contact {}", contact.name));
+    if let Some(part) = path_dependence(scene) {
+        return Err(EstimateError::Path { part });
     }
     match &scene.no_limit {
         Some(why) => Err(EstimateError::NoLimit { why: why.clone() }),
         None => Ok(()),
     }
+}
+
+/// A part of the scene by which static states depend on the path of loading, if there is one.
+pub fn path_dependence(scene: &Scene) -> Option<String> {
+    if let Some(effect) = scene.system.effects.iter().find(|e| e.capabilities().history.is_some()) {
+        return Some(format!("the effect {}", effect.name()));
+    }
+    if let Some(cable) = scene.cables.iter().find(|c| c.friction) {
+        return Some(format!("the friction of the {}", cable.name));
+    }
+    let contact = scene.contacts.iter().find(|c| c.slides() || c.points().is_none())?;
+    Some(format!("the contact {}", contact.name))
 }
