@@ -19,7 +19,7 @@ fn durometer(arguments: &[&str]) -> Output {
     command.output().expect("the program starts")
 }
 
-/// `summary.json` and what was said on the way.
+/// `summary.json` and what was said during the run.
 fn run(study: &str, out: &str, more: &[&str]) -> (Value, String) {
     let output = durometer(&[&["run", study, "--out", out, "--json"], more].concat());
     let errors = String::from_utf8_lossy(&output.stderr).into_owned();
@@ -37,7 +37,7 @@ fn text<'a>(value: &'a Value, key: &str) -> &'a str {
     value[key].as_str().unwrap_or_else(|| panic!("{key} in {value}"))
 }
 
-/// The three meshes agree within 2 % on a deflection of which beam theory has three times as much: w = 3 q l⁴/(2 E h³).
+/// The three meshes claim a deflection with a bar of 33 %, of which beam theory has four times as much: w = 3 q l⁴/(2 E h³).
 #[test]
 fn a_wall_of_one_row_of_cells_gets_no_verdict() {
     let (_keep, out) = folder();
@@ -50,7 +50,9 @@ fn a_wall_of_one_row_of_cells_gets_no_verdict() {
         (f - truth).abs() > 3.0 * u,
         "without the count of cells the claim would be wrong: {f} ± {u}, truth {truth}"
     );
-    assert!(u < 0.1 * f.abs(), "and it would be within the tolerance: {u} of {f}");
+    let errors = summary["analysis"]["xmax_z_m"]["load"]["errors"].as_array().expect("errors");
+    let best = errors.iter().filter_map(|e| e["bar"].as_f64()).fold(f64::INFINITY, f64::min);
+    assert!(best < 0.4, "and within the tolerance: {best}");
     assert!(text(&summary, "verdict").starts_with("No verdict"), "{}", text(&summary, "verdict"));
     assert!(text(&summary, "verdict").contains("1.0, 1.0, 1.0 cells across the thinnest wall"));
     let mesh = &summary["cases"][0]["mesh"];
@@ -71,7 +73,7 @@ fn a_refused_study_is_extended_by_the_mesh_that_it_asks_for() {
     let two = std::fs::read_to_string(Path::new(ROOT).join(THIN)).expect("the study");
     let (head, _) = two.split_once("a = {").expect("members");
     let members = "a = { \"mesh.grid.divisions\" = [4, 2, 2] }\nb = { \"mesh.grid.divisions\" = [8, 4, 4] }\n";
-    std::fs::write(&study, format!("{head}{members}").replace("10 %", "8 %")).expect("writable");
+    std::fs::write(&study, format!("{head}{members}").replace("40 %", "8 %")).expect("writable");
     let (study, results) = (study.to_str().expect("UTF-8"), keep.path().join("results"));
     let results_text = results.to_str().expect("UTF-8");
 
@@ -118,9 +120,10 @@ fn the_layers_of_a_grid_are_counted() {
             let mut mesh = block(8, 6, layers, 0.08, 0.06, 0.002, order);
             let wall = thinnest(&mesh, FREE).expect("a plate");
             assert!((wall.thickness - 0.002).abs() < 1e-8, "{wall:?}");
-            assert_eq!(wall.cells, layers as f64, "{order:?}");
+            assert!((wall.cells - layers as f64).abs() < 1e-9, "{order:?}: {wall:?}");
             distort(&mut mesh, 3, 0.1);
-            assert_eq!(thinnest(&mesh, FREE).expect("a plate").cells, layers as f64, "moved inner nodes");
+            let moved = thinnest(&mesh, FREE).expect("a plate");
+            assert!((moved.cells - layers as f64).abs() < 1e-9, "moved inner nodes: {moved:?}");
         }
     }
 }
@@ -128,11 +131,11 @@ fn the_layers_of_a_grid_are_counted() {
 /// A slab between planes of symmetry has its walls elsewhere.
 #[test]
 fn held_faces_are_no_sides_of_a_wall() {
-    let mesh = block(8, 6, 1, 0.08, 0.06, 0.002, Order::Linear);
+    let mesh = block(8, 6, 1, 0.08, 0.06, 0.001, Order::Linear);
     let wall = thinnest(&mesh, |_, axis| axis == 2);
     // The four narrow sides are less than a twentieth of the surface
     assert!(wall.is_none(), "{wall:?}");
     let bar = block(8, 6, 4, 0.08, 0.06, 0.04, Order::Linear);
     let wall = thinnest(&bar, |_, axis| axis == 2).expect("two pairs of sides are free");
-    assert!((wall.thickness - 0.06).abs() < 1e-7 && wall.cells == 6.0, "{wall:?}");
+    assert!((wall.thickness - 0.06).abs() < 1e-7 && (wall.cells - 6.0).abs() < 1e-9, "{wall:?}");
 }

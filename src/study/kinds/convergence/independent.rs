@@ -1,4 +1,4 @@
-//! Evidence beside the families of meshes: errors estimated from single runs, and the uncertainty of the constants.
+//! Evidence in addition to the families of meshes: errors estimated from single runs, and the uncertainty of the constants.
 //!
 //! ```text
 //! constants     √(Σ (∂J/∂θₖ · half width of the 95 % interval of θₖ)²)/scale

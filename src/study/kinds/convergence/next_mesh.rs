@@ -23,16 +23,29 @@ const MOST_RATIO: f64 = 2.0;
 /// Share of the tolerance that the next mesh is to reach.
 const AIM: f64 = 0.8;
 
-/// The mesh to add where there is no verdict; none where no family can be refined by its keys.
+/// The mesh to add where there is no verdict; none where no family can be refined by its keys, or where a quantity near zero needs an absolute
+/// tolerance first.
 pub fn next_mesh(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Option<Extension> {
+    let deciding = || quantities.iter().filter(|q| q.deciding);
+    let is_supported = deciding().all(|q| q.supported);
+    let open: Vec<&ByQuantity<MeshErrors>> = deciding().filter(|q| is_supported || !q.supported).collect();
+    let is_near_zero = |q: &&ByQuantity<MeshErrors>| {
+        let reference = q.reference.as_ref().filter(|_| q.quantity.absolute_tolerance.is_none());
+        reference.is_some_and(|r| r.value.abs() <= r.uncertainty)
+    };
+    if open.is_empty() || open.iter().any(is_near_zero) {
+        return None;
+    }
     let families = cases.study.families.iter().filter(|f| !matches!(f.role, Role::Seeds | Role::TimeStep));
-    let candidates = families.filter_map(|f| Candidate::new(cases, f, quantities));
+    let candidates = families.filter_map(|f| Candidate::new(cases, f, &open));
     let best = candidates.min_by(|a, b| a.bar.total_cmp(&b.bar))?;
     let (family, meshes) = (best.family, best.meshes.len());
     let cells = best.next.cells;
     let cost_s = best.cost(cases);
     let cost = cost_s.map_or(String::new(), |p| {
-        let interval = p.interval.map_or(String::new(), |[a, b]| format!(" (95 %: {} to {})", seconds(a), seconds(b)));
+        // Three meshes may leave an interval over decades
+        let known = p.interval.filter(|[low, high]| *high < 100.0 * low);
+        let interval = known.map_or(String::new(), |[a, b]| format!(" (95 %: {} to {})", seconds(a), seconds(b)));
         format!(", {} per case by the law of growth{interval}", seconds(p.value))
     });
     let more = if best.wanted > MOST_RATIO { ", and probably another one after it" } else { "" };
@@ -54,7 +67,7 @@ struct Candidate<'a> {
     family: &'a FamilyRecord,
     /// Finest first, one record each
     meshes: Vec<&'a CaseRecord>,
-    /// Largest bar of its finest mesh in the deciding quantities \[–\]
+    /// Largest bar of its finest mesh in the quantities without a verdict \[–\]
     bar: f64,
     /// Ratio of sizes by which the bar would meet the tolerance
     wanted: f64,
@@ -62,7 +75,7 @@ struct Candidate<'a> {
 }
 
 impl<'a> Candidate<'a> {
-    fn new(cases: &Cases<'a>, family: &'a FamilyRecord, quantities: &[ByQuantity<MeshErrors>]) -> Option<Self> {
+    fn new(cases: &Cases<'a>, family: &'a FamilyRecord, open: &[&ByQuantity<MeshErrors>]) -> Option<Self> {
         let mut meshes: Vec<&CaseRecord> = vec![];
         for c in cases.study.variants.iter().flat_map(|variant| cases.of(family, variant)) {
             if !meshes.iter().any(|m| m.mesh.is_same(&c.record.mesh)) {
@@ -75,7 +88,7 @@ impl<'a> Candidate<'a> {
             return None;
         }
         let (mut bar, mut wanted, mut walls) = (0.0_f64, LEAST_RATIO, false);
-        for q in quantities.iter().filter(|q| q.deciding) {
+        for q in open {
             let e = q.estimate(&family.name)?;
             let finest = e.cases.first()?;
             let own = q.errors.iter().find(|c| c.id == *finest).map_or(f64::INFINITY, |c| c.bar);

@@ -48,7 +48,7 @@ fn overlap(q: &ByQuantity<MeshErrors>, family: &str) -> String {
     found.map_or("–", |o| if o.overlaps { "overlaps" } else { "does not overlap" }).into()
 }
 
-/// One row per quantity and case with an estimate of its own, beside the bar from many meshes.
+/// One row per quantity and case with an estimate of its own, next to the bar from many meshes.
 pub fn one_run(analysis: &ConvergenceFindings) -> Option<Table> {
     let mut rows = vec![];
     for q in &analysis.quantities {
@@ -70,7 +70,7 @@ pub fn one_run(analysis: &ConvergenceFindings) -> Option<Table> {
     }
     (!rows.is_empty()).then(|| Table {
         name: "one-run",
-        caption: "Errors estimated from each run alone: corrected value with its uncertainty, and the bar of the computed one, beside error and bar against the reference of the families.".into(),
+        caption: "Errors estimated from each run alone: corrected value with its uncertainty, and the bar of the computed one, next to error and bar against the reference of the families.".into(),
         columns: headings(&[
             ("Quantity", "", false), ("Case", "", false), ("Computed", "", true), ("Corrected", "", true), ("±", "", true),
             ("Bar, one run", "%", true), ("Error, families", "%", true), ("Bar, families", "%", true),
