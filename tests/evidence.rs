@@ -84,7 +84,7 @@ fn record<'a>(cases: &'a [StoredCase], id: &str) -> &'a CaseRecord {
 }
 
 #[test]
-fn one_run_and_the_constants_stand_next_to_the_bars_of_many() {
+fn one_run_and_the_constants_are_evidence_of_their_own() {
     let (_keep, results) = results(STUDY);
     let finest = record(&results.cases, "sizes-pull-c");
     let own = finest.one_run.as_ref().expect("the study asks for it");

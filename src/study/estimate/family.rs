@@ -227,7 +227,8 @@ fn wall_objection(e: &Estimate) -> Option<String> {
     }
     let counts = || e.wall_cells.iter().rev().map(|c| format!("{c:.1}")).collect::<Vec<_>>().join(", ");
     let refine = "refine the walls too";
-    if finest < LEAST_WALL_CELLS {
+    // As printed, to one decimal
+    if finest < LEAST_WALL_CELLS - 0.05 {
         return Some(format!(
             "{} cells across the thinnest wall, from coarse to fine, are too few to show how it bends (at least \
              {LEAST_WALL_CELLS:.0} on the finest mesh); {refine}",
@@ -321,7 +322,7 @@ fn set_uncertainty(e: &mut Estimate, d: &Differences, reasons: &mut Vec<String>)
         e.uncertainty_finest = e.fs * delta;
         let k = 1.0 / (p * r21.ln()).exp_m1();
         let noise = d.scatter.unwrap_or(0.0) * 0.5 * ((1.0 + k).powi(2) + k * k).sqrt();
-        // One triple does not show that its p is the asymptotic one: 2 at corners, the formal order elsewhere
+        // One triple does not show that its p is the asymptotic one: 2 at singular edges, the formal order elsewhere
         let other = |p: f64| (star - f1 - correction(f1 - e.values[1], r21, p)).abs();
         e.uncertainty = noise
             + if e.fs < CAUTIOUS_FACTOR { delta.max(other(q)).max(other(q.min(2.0))) } else { e.uncertainty_finest };
