@@ -44,7 +44,7 @@ struct Side {
 }
 
 /// The thinnest wall of a body; `held` says whether the displacement of a node is prescribed along an axis. None where less than
-/// [`SHARE`] of the surface is the side of a wall.
+/// a twentieth of the surface is the side of a wall.
 pub fn thinnest(mesh: &TetMesh, held: impl Fn(u32, usize) -> bool) -> Option<Wall> {
     let facets: Vec<[u32; 3]> =
         boundary_facets(mesh).into_iter().map(|f| std::array::from_fn(|k| mesh.facet(f as usize)[k])).collect();
