@@ -93,6 +93,15 @@ pub struct Estimate {
     pub reasons: Vec<String>,
 }
 
+impl Estimate {
+    /// Whether the limit is zero within its uncertainty, and small compared with the values: a share of it means nothing.
+    pub fn is_near_zero(&self) -> bool {
+        let (limit, largest) = (self.extrapolated, self.values.iter().fold(0.0_f64, |m, f| m.max(f.abs())));
+        let is_small = limit.abs() <= 0.1 * largest || self.values.iter().any(|f| f * limit <= 0.0);
+        limit == 0.0 || (limit.abs() <= self.uncertainty && is_small)
+    }
+}
+
 /// Formal order of a functional by formulation: twice the degree of the displacement (springs are on linear cells).
 pub fn formal_order(formulation: &str) -> f64 {
     if formulation.starts_with("tet10") { 4.0 } else { 2.0 }
@@ -203,8 +212,7 @@ fn objections(e: &Estimate, levels: &[Level], noisy: bool, tolerance: Tolerance)
     if levels[0].locked {
         out.push("its finest mesh raises the locking alarm".into());
     }
-    let near_zero = tolerance.absolute == 0.0 && (scale <= e.uncertainty || scale == 0.0);
-    if near_zero {
+    if tolerance.absolute == 0.0 && e.is_near_zero() {
         out.push(
             "the value is zero within its uncertainty, and a relative tolerance means nothing there; give the quantity an \
              absolute_tolerance"

@@ -30,8 +30,8 @@ pub fn next_mesh(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Option
     let is_supported = deciding().all(|q| q.supported);
     let open: Vec<&ByQuantity<MeshErrors>> = deciding().filter(|q| is_supported || !q.supported).collect();
     let is_near_zero = |q: &&ByQuantity<MeshErrors>| {
-        let reference = q.reference.as_ref().filter(|_| q.quantity.absolute_tolerance.is_none());
-        reference.is_some_and(|r| r.value.abs() <= r.uncertainty)
+        let leading = q.reference.as_ref().and_then(|r| q.estimate(&r.family));
+        q.quantity.absolute_tolerance.is_none() && leading.is_some_and(Estimate::is_near_zero)
     };
     if open.is_empty() || open.iter().any(is_near_zero) {
         return None;
