@@ -6,7 +6,9 @@ use durometer::study::estimate::curve::compare;
 use durometer::study::estimate::family::{Estimate, Level, estimate};
 use durometer::study::estimate::least_squares::least_squares;
 use durometer::study::estimate::richardson::{Convergence, Triple};
+use durometer::study::estimate::tolerance::Tolerance;
 use durometer::study::kinds::convergence::analysis::analyse;
+use durometer::study::kinds::convergence::errors::StepCause;
 use durometer::study::kinds::convergence::findings::ConvergenceFindings;
 use durometer::study::locking;
 use durometer::study::record::*;
@@ -70,7 +72,8 @@ fn least_squares_recovers_exact_data_and_falls_back_on_insane_orders() {
 }
 
 fn of_family(role: Role, f: &[f64], scatter: Option<f64>) -> Estimate {
-    let levels = f.iter().zip(SIZES).map(|(f, n)| Level { id: n.to_string(), h: size(n), edge: None, f: *f }).collect();
+    let levels =
+        f.iter().zip(SIZES).map(|(f, n)| Level { id: n.to_string(), h: size(n), f: *f, ..Level::default() }).collect();
     estimate(("family", role, "tet4"), levels, scatter, 0.05).expect("two or more meshes")
 }
 
@@ -157,7 +160,7 @@ fn the_synthetic_study_gets_the_verdict_that_was_put_into_it() {
     let tension = a.find("length", "cable_tension_N").expect("listed");
     let reference = tension.reference.as_ref().expect("families");
     assert!((reference.value - 6.4).abs() <= reference.uncertainty, "{reference:?}");
-    assert!(tension.time_step.as_ref().expect("family").negligible);
+    assert!(tension.step.as_ref().expect("family").negligible);
     assert!(a.warnings.iter().any(|w| w.contains("family sizes") || w.contains("Family sizes")));
     assert_eq!(a.headline().expect("one").variant, "tension");
 }
@@ -179,8 +182,13 @@ fn meshes_that_are_not_similar_have_a_wider_uncertainty() {
     let power = |n: usize| 60.0 + 6.0 * (size(n) / size(4500)).powf(1.8);
     let of = |grows: [f64; 4]| {
         let levels = SIZES.iter().zip(grows);
-        let level =
-            |(n, g): (&usize, f64)| Level { id: n.to_string(), h: size(*n), edge: Some(g * size(*n)), f: power(*n) };
+        let level = |(n, g): (&usize, f64)| Level {
+            id: n.to_string(),
+            h: size(*n),
+            edge: Some(g * size(*n)),
+            f: power(*n),
+            ..Level::default()
+        };
         estimate(("family", Role::Sizes, "tet4"), levels.map(level).collect(), None, 0.05).expect("four meshes")
     };
     let (similar, dissimilar) = (of([2.0; 4]), of([1.8, 2.0, 2.3, 2.9]));
@@ -202,9 +210,14 @@ fn locked_cases_are_named_and_the_verdict_says_when_it_recommends_one() {
     let sentence = locking::sentence(&cases).expect("flagged cases");
     assert!(sentence.contains("tet4") && !sentence.contains("tet10") && sentence.contains("mixed"), "{sentence}");
     assert!(!a.verdict.contains("alarm"), "{}", a.verdict);
-    cases.iter_mut().filter(|c| c.record.formulation == "tet10").for_each(raise);
+    let of_tet4 = a.quantities.iter().flat_map(|q| &q.estimates).filter(|e| e.formulation == "tet4");
+    assert!(of_tet4.clone().count() > 0 && of_tet4.clone().all(|e| !e.defensible), "a locked family is no reference");
+    // A mesh that locks may still meet the tolerance against a finer one that does not
+    cases.iter_mut().filter(|c| c.record.formulation == "tet10" && c.record.mesh.cells < 4_000).for_each(raise);
     let a = analyse(&study, &cases);
     assert!(a.verdict.contains("raises the locking alarm (pressure scatter 0.81)"), "{}", a.verdict);
+    cases.iter_mut().for_each(raise);
+    refused(&analyse(&study, &cases), "its finest mesh raises the locking alarm");
 }
 
 #[test]
@@ -220,6 +233,114 @@ fn a_recommendation_names_unstable_states_and_references_of_unknown_scatter() {
     cases.iter_mut().filter(|c| c.record.formulation == "tet10").for_each(|c| c.record.solver.unstable_steps = 2);
     let a = analyse(&study, &cases);
     assert!(a.verdict.contains("states of") && a.verdict.contains("are unstable"), "{}", a.verdict);
+}
+
+/// The verdict says which quantities decide, and what bars the others have.
+#[test]
+fn quantities_that_do_not_decide_are_named_with_their_bars() {
+    let (mut study, cases) = study();
+    let a = analyse(&study, &cases);
+    assert!(!a.verdict.contains("of those that decide") && !a.verdict.contains("Not decided by"), "{}", a.verdict);
+    // The tension alone limits the element; without it a coarser mesh will do, whose tension is off
+    let listed = study.quantities.get_mut("length").expect("variant");
+    listed.iter_mut().filter(|q| q.name == "cable_tension_N").for_each(|q| q.deciding = false);
+    let a = analyse(&study, &cases);
+    assert!(a.verdict.contains("in the worst quantity of those that decide"), "{}", a.verdict);
+    let rest = a.verdict.split("Not decided by: ").nth(1).unwrap_or_else(|| panic!("{}", a.verdict));
+    assert!(rest.starts_with("peak cable tension, length control ("), "{}", a.verdict);
+    let r = a.recommended.as_ref().expect("a verdict");
+    let setting = a.settings.iter().find(|s| s.label == r.label).expect("a setting");
+    let bar = setting.bars.iter().find(|b| b.quantity == "cable_tension_N" && b.variant == "length").expect("a bar");
+    assert_eq!(rest.contains("above the tolerance"), bar.bar > study.tolerance, "{}", a.verdict);
+    assert!(bar.bar > study.tolerance, "the example is to show an excess: {}", bar.bar);
+}
+
+/// The same cells across a wall at every size: a clean order that means nothing.
+#[test]
+fn orders_over_unresolved_walls_are_refused() {
+    let clean = |n: usize| 60.0 + 6.0 * (size(n) / size(4500)).powf(1.8);
+    let of = |walls: [f64; 4]| {
+        let level = |(n, wall): (&usize, f64)| Level {
+            id: n.to_string(),
+            h: size(*n),
+            f: clean(*n),
+            wall: Some(wall),
+            ..Level::default()
+        };
+        let levels = SIZES.iter().zip(walls).map(level).collect();
+        estimate(("family", Role::Sizes, "tet4"), levels, None, 0.05).expect("four meshes")
+    };
+    let why = |e: &Estimate| e.reasons.join("; ");
+    assert!(of([4.0, 3.05, 2.5, 2.0]).defensible);
+    let thin = of([1.0, 1.0, 1.0, 1.0]);
+    assert!(
+        !thin.defensible && why(&thin).contains("1.0, 1.0, 1.0, 1.0 cells across the thinnest wall"),
+        "{}",
+        why(&thin)
+    );
+    let same = of([3.0, 3.0, 3.0, 3.0]);
+    assert!(!same.defensible && why(&same).contains("hardly change"), "{}", why(&same));
+}
+
+#[test]
+fn a_diverging_family_is_no_reference_and_an_oscillating_one_has_its_spread() {
+    let diverging = of_family(Role::Sizes, &[60.0, 60.3, 60.4, 60.42], None);
+    assert_eq!(diverging.class, Convergence::Diverging);
+    assert!(!diverging.defensible && diverging.reasons.iter().any(|r| r.contains("diverges")), "{diverging:?}");
+    assert!(of_family(Role::Sizes, &[60.0, 60.3, 60.4, 60.42], Some(0.2)).defensible, "the scatter explains it");
+    assert!(of_family(Role::Sizes, &[60.0, 60.003, 60.004, 60.0042], None).defensible, "0.02 % of a tolerance of 5 %");
+    let oscillating = of_family(Role::Sizes, &[60.0, 60.2, 59.9, 60.3], None);
+    assert_eq!(oscillating.class, Convergence::Oscillatory);
+    assert!(oscillating.defensible && (oscillating.uncertainty - 3.0 * 0.4).abs() < 1e-9, "{oscillating:?}");
+}
+
+/// A relative tolerance of a value near zero means nothing.
+#[test]
+fn a_quantity_near_zero_asks_for_an_absolute_tolerance() {
+    let f = SIZES.map(|n| 0.002 - 0.02 * (size(n) / size(4500)).powf(1.8));
+    let of = |tolerance: Tolerance| {
+        let level = |(n, f): (&usize, &f64)| Level { id: n.to_string(), h: size(*n), f: *f, ..Level::default() };
+        let levels = SIZES.iter().zip(&f).map(level).collect();
+        estimate(("family", Role::Sizes, "tet4"), levels, None, tolerance).expect("four meshes")
+    };
+    let relative = of(0.05.into());
+    assert!(!relative.defensible && relative.reasons.iter().any(|r| r.contains("absolute_tolerance")), "{relative:?}");
+    assert!(of(Tolerance { relative: 0.05, absolute: 0.01 }).defensible);
+    assert!(!of(Tolerance { relative: 0.05, absolute: 1e-4 }).defensible);
+
+    let (mut study, mut cases) = study();
+    for c in cases.iter_mut().filter(|c| c.record.variant == "length") {
+        c.record.probes.get_mut("bending_angle_deg").expect("probe").peak -= 74.0;
+        c.series.columns.remove("bending_angle_deg");
+    }
+    refused(&analyse(&study, &cases), "absolute_tolerance");
+    let listed = study.quantities.get_mut("length").expect("variant");
+    listed.iter_mut().filter(|q| q.name == "bending_angle_deg").for_each(|q| q.absolute_tolerance = Some(1.0));
+    let a = analyse(&study, &cases);
+    assert!(a.recommended.is_some(), "{}", a.verdict);
+}
+
+/// Time steps of static states that do not depend on the path measure the solver.
+#[test]
+fn differences_between_idle_time_steps_are_algebraic_error() {
+    let (study, mut cases) = study();
+    cases.iter_mut().for_each(|c| c.record.steps_matter = Some(false));
+    let off = |c: &&mut StoredCase| c.record.family == "time_step" && c.record.variant == "length";
+    let tension = "cable_tension_N";
+    let before = analyse(&study, &cases);
+    for c in cases.iter_mut().filter(off) {
+        c.record.probes.get_mut(tension).expect("probe").peak += 0.05;
+    }
+    let a = analyse(&study, &cases);
+    let step =
+        |a: &Analysis<ConvergenceFindings>| a.find("length", tension).expect("listed").step.clone().expect("family");
+    assert_eq!(step(&before).cause, StepCause::Algebraic);
+    assert!((step(&a).error - step(&before).error - 0.05).abs() < 1e-9 && !step(&a).negligible, "{:?}", step(&a));
+    assert!(a.warnings.iter().any(|w| w.contains("nothing depends on the time steps")), "{:?}", a.warnings);
+    assert!(a.warnings.iter().any(|w| w.contains("algebraic error 5.00e-2 N")), "{:?}", a.warnings);
+    let bar = |a: &Analysis<ConvergenceFindings>| a.find("length", tension).expect("listed").errors[0].bar;
+    let reference = a.find("length", tension).and_then(|q| q.reference.clone()).expect("a reference");
+    assert!((bar(&a) - bar(&before) - 0.05 / reference.scale).abs() < 1e-9, "it is part of the bar");
 }
 
 #[test]

@@ -176,6 +176,7 @@ impl StudyKind for Count {
             answer: ("Count", answer),
             tables: vec![],
             folded: vec![],
+            extension: None,
             figures: vec![parabola()],
             files: vec![],
             outcomes: BTreeMap::new(),

@@ -3,9 +3,11 @@
 use super::outcome::{CommandResult, Outcome};
 use super::{bars::Bars, files};
 use durometer::study::expand::Study;
+use durometer::study::extension::Additions;
 use durometer::study::record::CaseRecord;
-use durometer::study::report;
+use durometer::study::report::{self, Summary};
 use durometer::study::runner::{self, Options};
+use durometer::study::store;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
@@ -19,6 +21,7 @@ Examples:
   durometer run finger-convergence
   durometer run finger-convergence --jobs 1           undisturbed wall times
   durometer run finger-convergence --only tet10       these cases; the report shows what exists
+  durometer run my-study --extend                     one more mesh where the verdict is refused
   durometer run finger-convergence --set laws.rubber.nu=0.49 --out reports/nu-49
   durometer run my-study/study.toml --json > summary.json
 
@@ -32,14 +35,33 @@ pub struct Args {
     /// Write fields of every case for ParaView (VTU, PVD) into cases/<id>/; runs also what is done without them
     #[arg(long)]
     vtu: bool,
+    /// Where the evidence supports no verdict, add the mesh that the report asks for and run it; extension.toml in the folder of
+    /// the results keeps it
+    #[arg(long, conflicts_with = "only")]
+    extend: bool,
     #[command(flatten)]
     how: How,
 }
 
 pub fn main(args: Args) -> CommandResult {
     let file = files::find(&args.study, "study.toml")?;
-    let study = Study::read(&file, &super::arguments::changes(&args.set)?)?;
-    execute(&study, args.how, args.vtu)
+    let changes = super::arguments::changes(&args.set)?;
+    let named = Study::read(&file, &changes)?.name;
+    let dir = args.how.dir(&named);
+    let study = Study::read_with_additions(&file, &changes, &dir)?;
+    let done = execute(&study, &args.how, args.vtu)?;
+    let extension = done.summary.as_ref().and_then(|s| s.extension.as_ref());
+    let Some(extension) = extension.filter(|_| args.extend) else {
+        if args.extend {
+            eprintln!("nothing is added: there is a verdict, or no family whose meshes can be refined by their keys");
+        }
+        return done.tell(&args.how);
+    };
+    let file_of_added = Additions::file(&dir);
+    store::write(&file_of_added, &Additions::read(&dir)?.with(extension).text())?;
+    eprintln!("added: {} to family {}, in {}", extension.member, extension.family, file_of_added.display());
+    let how = How { redo: false, ..args.how };
+    execute(&Study::read_with_additions(&file, &changes, &dir)?, &how, args.vtu)?.tell(&how)
 }
 
 /// How a study is run, from the command line.
@@ -62,29 +84,52 @@ pub struct How {
     json: bool,
 }
 
+impl How {
+    /// Folder of the results of a study of this name.
+    fn dir(&self, study: &str) -> PathBuf {
+        self.out.clone().unwrap_or_else(|| PathBuf::from("reports").join(study))
+    }
+}
+
+/// A study that was run.
+pub struct Done {
+    dir: PathBuf,
+    /// None where the run was stopped
+    summary: Option<Summary>,
+    records: Vec<CaseRecord>,
+}
+
 /// Runs the cases of a study, with fields for ParaView where `vtu` asks for them, and writes its report.
-pub fn execute(study: &Study, how: How, vtu: bool) -> CommandResult {
-    let dir = how.out.unwrap_or_else(|| PathBuf::from("reports").join(&study.name));
+pub fn execute(study: &Study, how: &How, vtu: bool) -> Result<Done, Box<dyn std::error::Error>> {
+    let dir = how.dir(&study.name);
     let jobs = how.jobs.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, Into::into));
     let stop = super::interrupt::stop_flag();
-    let options = Options { jobs, redo: how.redo, only: how.only, vtu, stop };
+    let options = Options { jobs, redo: how.redo, only: how.only.clone(), vtu, stop };
     let bars = Bars::of(study.cases.iter().filter(|c| options.wants(&c.id)).count(), how.json);
     let records = runner::run(study, &dir, &options, &bars)?;
     if stop.load(Ordering::Relaxed) {
         let (kept, all) = (records.len(), study.cases.len());
         eprintln!("stopped: {kept} of {all} cases are finished and kept in {}; run again to go on", dir.display());
-        return Ok(Outcome::Interrupted);
+        return Ok(Done { dir, summary: None, records });
     }
-    let summary = report::write(&dir)?;
-    let failed: Vec<&CaseRecord> = records.iter().filter(|r| !r.converged()).collect();
-    if how.json {
-        println!("{}", serde_json::to_string_pretty(&summary)?);
-    } else {
-        println!("\n{}\n\nreport: {}", summary.verdict, dir.join("index.html").display());
+    let summary = Some(report::write(&dir)?);
+    Ok(Done { dir, summary, records })
+}
+
+impl Done {
+    /// Prints the verdict, or `summary.json`, and names the cases that are not complete.
+    pub fn tell(&self, how: &How) -> CommandResult {
+        let Some(summary) = &self.summary else { return Ok(Outcome::Interrupted) };
+        if how.json {
+            println!("{}", serde_json::to_string_pretty(summary)?);
+        } else {
+            println!("\n{}\n\nreport: {}", summary.verdict, self.dir.join("index.html").display());
+        }
+        let failed: Vec<&CaseRecord> = self.records.iter().filter(|r| !r.converged()).collect();
+        for record in &failed {
+            let detail = record.status_detail.as_deref().unwrap_or_default();
+            eprintln!("not complete: {}: {}: {detail}", record.id, record.status);
+        }
+        Ok(if failed.is_empty() { Outcome::Complete } else { Outcome::RunIncomplete })
     }
-    for record in &failed {
-        let detail = record.status_detail.as_deref().unwrap_or_default();
-        eprintln!("not complete: {}: {}: {detail}", record.id, record.status);
-    }
-    Ok(if failed.is_empty() { Outcome::Complete } else { Outcome::RunIncomplete })
 }

@@ -29,6 +29,7 @@ mod tet_mesh;
 pub mod validate;
 mod vtk;
 pub mod vtu;
+pub mod wall;
 
 pub use error::MeshError;
 pub use order::Order;

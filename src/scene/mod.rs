@@ -93,7 +93,9 @@ pub use builder::LawSource;
 pub use checkpoint::{Checkpoint, CheckpointError, Snapshot};
 pub use compare::Measured;
 pub use error::{Mistake, SceneError, hint};
-pub use error_estimate::{CellErrors, Enrichment, ErrorEstimate, ErrorEstimator, EstimateError, QuantityError};
+pub use error_estimate::{
+    CellErrors, Enrichment, ErrorEstimate, ErrorEstimator, EstimateError, QuantityError, path_dependence,
+};
 pub use linear::{LinearSpec, LinearWork, MemorySpec};
 pub use mesh_spec::ElementSpec;
 pub use open::{open_scene, parse_scene};

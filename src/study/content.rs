@@ -3,6 +3,7 @@
 use crate::report::figure::Figure;
 use crate::report::table::Table;
 use crate::study::analysis::Analysis;
+use crate::study::extension::Extension;
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
 
@@ -27,6 +28,8 @@ pub struct Content {
     pub figures: Vec<Figure>,
     /// Files in addition to the page: name and text
     pub files: Vec<(String, String)>,
+    /// The mesh that would support a verdict where there is none
+    pub extension: Option<Extension>,
     /// Case id → `pass`, `refused` or `fail`, where cases are judged one by one
     pub outcomes: BTreeMap<String, &'static str>,
 }
@@ -46,6 +49,7 @@ impl Content {
             folded: vec![],
             figures: vec![],
             files: vec![],
+            extension: None,
             outcomes: BTreeMap::new(),
         }
     }

@@ -3,6 +3,7 @@
 use crate::math::units::{self, Dimension};
 use crate::scene::{SceneError, from_text, hint, read_scene, read_table};
 use crate::study::case::{After, Case};
+use crate::study::extension::Additions;
 use crate::study::inverse::UseSpec;
 use crate::study::kind::{Extent, RunRules, StoredExpansion};
 use crate::study::kinds::KINDS;
@@ -72,14 +73,30 @@ impl Study {
         Self::read_extent(file, changes, Extent::Whole)
     }
 
+    /// Reads `study.toml` and expands it with the meshes that were added to its results in `dir`.
+    pub fn read_with_additions(file: &Path, changes: &[(String, toml::Value)], dir: &Path) -> Result<Self, SceneError> {
+        let additions = Additions::read(dir)?;
+        Self::expand(file, changes, Extent::Whole, |families| additions.add_to(families, dir))
+    }
+
     /// Reads as much of `study.toml` as `extent` says, and expands it.
     pub fn read_extent(file: &Path, changes: &[(String, toml::Value)], extent: Extent) -> Result<Self, SceneError> {
+        Self::expand(file, changes, extent, |_| Ok(()))
+    }
+
+    fn expand(
+        file: &Path,
+        changes: &[(String, toml::Value)],
+        extent: Extent,
+        add: impl FnOnce(&mut [FamilySpec]) -> Result<(), SceneError>,
+    ) -> Result<Self, SceneError> {
         let (text, table) = read_table(file)?;
         if table.contains_key("mesh") && !table.contains_key("family") {
             let (place, fact) = ("file".into(), "this is a scene, not a study".into());
             return Err(refuse(file, (place, fact, "run it with: durometer simulate".into())));
         }
-        let (spec, expansion) = parse(file, &text, extent)?;
+        let (spec, mut expansion) = parse(file, &text, extent)?;
+        add(&mut expansion.families)?;
         let base = file.parent().unwrap_or(Path::new(""));
         let scene = base.join(&spec.scene);
         read_table(&scene).map_err(|e| SceneError::Part {

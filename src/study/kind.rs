@@ -104,11 +104,22 @@ pub struct RunRules {
     pub keep_refusals: bool,
     /// Cases of the same scene are run once
     pub share_cases: bool,
+    /// Errors of every static case are estimated from its run alone
+    pub error_estimates: bool,
+    /// Derivatives by the constants whose law file gives an interval are computed with every case
+    pub input_uncertainty: bool,
 }
 
 impl Default for RunRules {
     fn default() -> Self {
-        Self { repeats: 1, smallest_first: false, keep_refusals: false, share_cases: true }
+        Self {
+            repeats: 1,
+            smallest_first: false,
+            keep_refusals: false,
+            share_cases: true,
+            error_estimates: false,
+            input_uncertainty: false,
+        }
     }
 }
 

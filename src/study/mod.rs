@@ -3,7 +3,9 @@
 //! | Step | File |
 //! |---|---|
 //! | From a study file to its cases | [`expand`], and the kind of the study in [`kinds`] |
+//! | Meshes added to a study that has results | [`extension`] |
 //! | Which cases run, and which stored result is reused | [`runner`] |
+//! | Errors from one run and derivatives by constants, kept with a result | [`one_run`], [`inputs`] |
 //! | Content of a stored result, and where it is kept | [`record`], [`store`] |
 //! | Reading stored results back | [`results`] |
 //! | Analysis, verdict, tables and figures | the kind of the study in [`kinds`], on [`estimate`] |
@@ -17,12 +19,15 @@ pub mod content;
 pub mod curve;
 pub mod estimate;
 pub mod expand;
+pub mod extension;
 pub mod fields;
 pub mod figures;
+pub mod inputs;
 pub mod inverse;
 pub mod kind;
 pub mod kinds;
 pub mod locking;
+pub mod one_run;
 pub mod outcome;
 pub mod overlay;
 pub mod page;

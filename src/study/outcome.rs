@@ -4,7 +4,8 @@ use crate::effect::pressure_scatter::pressure_scatter;
 use crate::math::tensor::Vec3;
 use crate::mesh::boundary::boundary_facets;
 use crate::mesh::quality::Quality;
-use crate::scene::{NamedSkin, Run, Scene};
+use crate::mesh::wall::{Wall, thinnest};
+use crate::scene::{NamedSkin, Run, Scene, path_dependence};
 use crate::study::case::Case;
 use crate::study::contact::contacts;
 use crate::study::overlay::overlays;
@@ -15,12 +16,13 @@ use crate::study::skin::{Rigid, Skin};
 use crate::study::solver::{self, SolverRecord};
 use crate::study::work::WorkRecord;
 use sha2::{Digest, Sha256};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The record of a run; `times` are wall and CPU seconds.
 pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
     let mesh = &scene.body.mesh;
     let quality = Quality::of(mesh);
+    let wall = wall(scene);
     CaseRecord {
         id: String::new(),
         family: String::new(),
@@ -31,6 +33,8 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
             nodes: mesh.points.len(),
             h_m: mesh.h(),
             edge_m: Some(mesh.mean_edge()),
+            wall_cells: wall.map(|w| w.cells),
+            wall_m: wall.map(|w| w.thickness),
             min_quality: quality.radius_ratio_min,
             mean_quality: quality.radius_ratio_mean,
             volume_m3: mesh.volume(),
@@ -40,6 +44,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         law: scene.law.as_deref().map(LawRecord::new),
         integrator: scene.spans.last().map_or("static", |s| s.integrator.name()).into(),
         dt_s: scene.spans.iter().map(|s| s.dt).fold(0.0, f64::max),
+        steps_matter: Some(path_dependence(scene).is_some()),
         status: run.status.name().into(),
         status_detail: solver::detail(scene, run),
         solver: SolverRecord::new(scene, run),
@@ -81,6 +86,8 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         contacts: contacts(scene, run),
         notes: scene.notes.iter().cloned().chain(solver::notes(run)).collect(),
         distances: overlays(scene, run).into_iter().filter_map(|o| o.distance).collect(),
+        one_run: None,
+        inputs: vec![],
         events: run.events.clone(),
         no_limit: scene.no_limit.clone(),
         provenance: Provenance {
@@ -89,6 +96,12 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
             scene: scene.text.clone(),
         },
     }
+}
+
+/// The thinnest wall of the body. Planes of symmetry and clamped faces are no sides of it.
+fn wall(scene: &Scene) -> Option<Wall> {
+    let held: BTreeSet<u32> = scene.system.prescribed.iter().map(|p| p.dof).collect();
+    thinnest(&scene.body.mesh, |node, axis| held.contains(&(3 * node + axis as u32)))
 }
 
 /// The record of a case without a run: its scene was refused, or a bug ended it.

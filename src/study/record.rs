@@ -3,8 +3,11 @@
 use crate::material::Law;
 use crate::scene::control::Fired;
 use crate::scene::parts::constraints::CableEvent;
-use crate::solve::Status;
+use crate::solve::{Integrator, Status};
 use crate::study::contact::ContactRecord;
+use crate::study::estimate::tolerance::Tolerance;
+use crate::study::inputs::InputRecord;
+use crate::study::one_run::OneRunRecord;
 use crate::study::overlay::distance::Distance;
 use crate::study::solver::SolverRecord;
 use crate::study::work::{RepeatRecord, WorkRecord};
@@ -32,6 +35,9 @@ pub struct CaseRecord {
     pub integrator: String,
     /// Largest time step \[s\]
     pub dt_s: f64,
+    /// The states depend on the time steps: by dynamics, or by the path of loading; none in records of earlier versions
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub steps_matter: Option<bool>,
     /// `Converged`, `StepTooSmall`, …
     pub status: String,
     /// What, where and the remedy, if the status is not `Converged`
@@ -80,6 +86,12 @@ pub struct CaseRecord {
     /// Distances from measured curves
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub distances: Vec<Distance>,
+    /// Errors estimated from this run alone, where the study asks for them
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub one_run: Option<OneRunRecord>,
+    /// Derivatives by the constants that a law file gives intervals of
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub inputs: Vec<InputRecord>,
     /// The `[[event]]`s that happened
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub events: Vec<Fired>,
@@ -99,6 +111,11 @@ impl CaseRecord {
     pub fn converged(&self) -> bool {
         self.status == Status::Converged.name()
     }
+
+    /// Whether another time step has another result; where no record says so, runs in time have.
+    pub fn depends_on_steps(&self) -> bool {
+        self.steps_matter.unwrap_or_else(|| self.integrator != Integrator::Static.name())
+    }
 }
 
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Default)]
@@ -110,6 +127,12 @@ pub struct MeshRecord {
     /// Mean length of the edges \[m\], the second definition of h; none in records of earlier versions
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub edge_m: Option<f64>,
+    /// Cells across the thinnest wall; none where there is no wall, and in records of earlier versions
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wall_cells: Option<f64>,
+    /// Thickness of that wall \[m\]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wall_m: Option<f64>,
     /// Smallest radius ratio 3 r_in/r_circ of a cell \[–\]
     pub min_quality: f64,
     pub mean_quality: f64,
@@ -277,12 +300,22 @@ pub struct Quantity {
     /// Quantity against which it is drawn in addition to time, where the loop between the two means something: `cable_length_m`
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub against: Option<Box<Quantity>>,
+    /// Error that is accepted whatever the value is, in the unit of the column; a quantity near zero needs one
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub absolute_tolerance: Option<f64>,
     /// It decides which setting a convergence study recommends; where no quantity of a variant does, all of them decide
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub deciding: bool,
     /// A convergence study is summarised by this quantity, in its variant
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub headline: bool,
+}
+
+impl Quantity {
+    /// The accepted error, where `relative` is that of the study.
+    pub fn tolerance(&self, relative: f64) -> Tolerance {
+        Tolerance { relative, absolute: self.absolute_tolerance.unwrap_or(0.0) }
+    }
 }
 
 /// Cases that differ in one thing only.

@@ -2,12 +2,15 @@
 
 use crate::calibrate::inverse::{Calibration, Failure, InverseError, SceneModel, calibrate};
 use crate::scene::{
-    Body, Constant, Progress, Run, RunOptions, Scene, SceneError, SceneSpec, Sensitivities, SensitivityRecorder,
+    Body, Constant, ErrorEstimator, Progress, Run, RunOptions, Scene, SceneError, SceneSpec, Sensitivities,
+    SensitivityRecorder,
 };
 use crate::solve::Status;
 use crate::study::case::Case;
 use crate::study::expand::Study;
 use crate::study::fields::{Fields, USUAL};
+use crate::study::inputs::{inputs, uncertain_constants};
+use crate::study::one_run::{OneRunRecord, one_run};
 use crate::study::outcome::{input_hash, record, refused, skin};
 use crate::study::record::{CaseRecord, PANICKED, REFUSED, Role};
 use crate::study::store::{Store, StoreError};
@@ -81,8 +84,9 @@ pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> R
         store.forget_outdated(&case.id, &case.text)?;
     }
     let (now, later): (Vec<&Case>, Vec<&Case>) = cases.into_iter().partition(|c| c.after.is_none());
-    let mut records =
-        side_by_side(study, now.into_iter().map(|c| (c.clone(), vec![])).collect(), &store, options, watch)?;
+    let constants = |c: &Case| if study.rules.input_uncertainty { uncertain_constants(&c.spec) } else { vec![] };
+    let with_constants = |c: &Case| (c.clone(), constants(c).into_iter().map(|(constant, _)| constant).collect());
+    let mut records = side_by_side(study, now.into_iter().map(with_constants).collect(), &store, options, watch)?;
     if !later.is_empty() && !options.stop.load(Ordering::Relaxed) {
         let ready = later.into_iter().filter_map(|c| ready(study, c, &records, &store)).collect();
         records.extend(side_by_side(study, ready, &store, options, watch)?);
@@ -210,7 +214,8 @@ fn run_or_reuse(
     let drawn = fields.as_ref().is_none_or(|f| f.collection().is_file());
     // A run that draws does not measure its cost
     let repeats = if options.vtu { 1 } else { study.repeats(case) };
-    let enough = |r: &CaseRecord| r.repeats.len().max(1) >= repeats;
+    let enough =
+        |r: &CaseRecord| r.repeats.len().max(1) >= repeats && (r.one_run.is_some() || !study.rules.error_estimates);
     let kept =
         store.finished(&case.id, &input_sha256).filter(|r| drawn && !options.redo && (enough(r) || !r.converged()));
     if let Some(record) = kept {
@@ -253,6 +258,7 @@ struct Solved {
     /// Constants that were found before the run
     found: Option<Calibration>,
     sensitivities: Option<Sensitivities>,
+    one_run: Option<OneRunRecord>,
     build_s: f64,
     /// Wall and CPU seconds of the run
     times: (f64, f64),
@@ -282,17 +288,26 @@ fn solve(
     let scene = scene?;
     check_quantities(study, case, &scene)?;
     let mut number = 0..;
+    let mut estimator = study.rules.error_estimates.then(|| ErrorEstimator::new(&scene));
     let mut states = |state: &State| {
+        if let Some(Ok(estimator)) = &mut estimator {
+            estimator.add(state);
+        }
         if let Some(fields) = fields.as_mut() {
             fields.add(&scene, state, number.next().expect("there is always a next number"));
         }
     };
-    let (run, sensitivities, times, all) = if constants.is_empty() {
-        let (run, times, all) = measure(&scene, repeats, go_on, &mut states);
-        (run, None, times, all)
-    } else {
+    let recorder = match constants {
+        [] => None,
+        some => match SensitivityRecorder::new(&scene, some) {
+            Ok(recorder) => Some(recorder),
+            // Intervals of constants are an addition; a scene without derivatives has its result
+            Err(_) if study.rules.input_uncertainty => None,
+            Err(why) => return Err(InverseError::from(why).into()),
+        },
+    };
+    let (run, sensitivities, times, all) = if let Some(recorder) = recorder {
         let (wall, cpu) = (Instant::now(), ThreadTime::now());
-        let recorder = SensitivityRecorder::new(&scene, constants).map_err(InverseError::from)?;
         let mut run = scene.run_with(RunOptions {
             on_progress: Some(go_on),
             on_state: Some(&mut states),
@@ -303,9 +318,15 @@ fn solve(
         let times =
             (wall.elapsed().as_secs_f64() - sensitivities.wall, cpu.elapsed().as_secs_f64() - sensitivities.cpu);
         (run, Some(sensitivities), times, vec![])
+    } else {
+        let (run, times, all) = measure(&scene, repeats, go_on, &mut states);
+        (run, None, times, all)
     };
+    let judged = study.record.quantities.get(&case.variant).into_iter().flatten();
+    let columns: Vec<String> = judged.map(|q| q.name.clone()).collect();
+    let one_run = estimator.map(|estimator| one_run(estimator, &run, &columns));
     let repeats = if repeats > 1 { all } else { vec![] };
-    Ok(Some(Solved { scene, run, found, sensitivities, build_s, times, repeats }))
+    Ok(Some(Solved { scene, run, found, sensitivities, one_run, build_s, times, repeats }))
 }
 
 /// Stores what a case has left; the record comes last. With it: whether another case ran at the same time, the memory of
@@ -326,7 +347,10 @@ fn store_result(
     record.member.clone_from(&case.member);
     record.shared = shared;
     record.provenance.input_sha256 = input_sha256;
+    record.one_run.clone_from(&solved.one_run);
     if let Some(sensitivities) = &solved.sensitivities {
+        let known = uncertain_constants(&case.spec);
+        record.inputs = if case.after.is_none() { inputs(&known, run, sensitivities) } else { vec![] };
         store.save_sensitivities(&case.id, run, sensitivities)?;
     }
     if let Some(calibration) = &solved.found {

@@ -53,11 +53,30 @@ pub fn check_roles(kind: &str, families: &[FamilySpec], known: &[Role]) -> Resul
     Err((format!("family {}", family.name), fact, format!("the roles are {words}")))
 }
 
-/// Every variant lists a quantity.
+/// Every variant lists a quantity, and absolute tolerances are positive.
 pub fn check_quantities(variants: &[VariantSpec]) -> Result<(), Mistake> {
-    let Some(variant) = variants.iter().find(|v| v.quantities.is_empty()) else { return Ok(()) };
-    let remedy = "add quantity = [{ name = …, label = …, symbol = …, unit = … }] with a recorded column";
-    Err((format!("variant {}", variant.name), "it judges no quantity".into(), remedy.into()))
+    if let Some(variant) = variants.iter().find(|v| v.quantities.is_empty()) {
+        let remedy = "add quantity = [{ name = …, label = …, symbol = …, unit = … }] with a recorded column";
+        return Err((format!("variant {}", variant.name), "it judges no quantity".into(), remedy.into()));
+    }
+    for variant in variants {
+        let wrong = |q: &&Quantity| q.absolute_tolerance.is_some_and(|t| !(t > 0.0 && t.is_finite()));
+        if let Some(q) = variant.quantities.iter().find(wrong) {
+            let fact = format!("the absolute_tolerance is {}", q.absolute_tolerance.unwrap_or_default());
+            let remedy = "give the accepted error as a positive number in the unit of the column";
+            return Err((format!("variant {}, quantity {}", variant.name, q.name), fact, remedy.into()));
+        }
+    }
+    Ok(())
+}
+
+/// Families of these roles have two members or more.
+pub fn check_members(families: &[FamilySpec], compared: &[Role]) -> Result<(), Mistake> {
+    let is_alone = |f: &&FamilySpec| compared.contains(&f.role) && f.members.len() == 1;
+    let Some(family) = families.iter().find(is_alone) else { return Ok(()) };
+    let fact = format!("one member, and nothing to compare it with in the role \"{}\"", family.role.words());
+    let remedy = "add another one: errors are estimated from differences between the members";
+    Err((format!("family {}", family.name), fact, remedy.into()))
 }
 
 /// Names become parts of file names and are told apart: index, fact and remedy of the first that cannot be used.

@@ -1,6 +1,7 @@
 //! `summary.json`: what other programs read. Keys and units are a traits; see `docs/explanation/convergence.md`.
 
 use crate::study::content::Content;
+use crate::study::extension::Extension;
 use crate::study::record::{LockingRecord, MeshRecord, ProbeRecord, StoredCase};
 use crate::study::results::Results;
 use crate::study::solver::SolverRecord;
@@ -19,6 +20,9 @@ pub struct Summary {
     pub analysis: Map<String, Value>,
     pub warnings: Vec<String>,
     pub verdict: String,
+    /// The mesh that would support a verdict where there is none, as `run --extend` adds it
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub extension: Option<Extension>,
     pub version: String,
 }
 
@@ -88,6 +92,7 @@ pub fn summarise(store: &Results, content: &Content) -> Summary {
         analysis: content.analysis.clone(),
         warnings: content.warnings.clone(),
         verdict: content.verdict.clone(),
+        extension: content.extension.clone(),
         version: study.version.clone(),
     }
 }

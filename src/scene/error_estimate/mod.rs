@@ -24,7 +24,7 @@ mod refusal;
 
 pub use enrichment::Enrichment;
 pub use indicators::CellErrors;
-pub use refusal::EstimateError;
+pub use refusal::{EstimateError, path_dependence};
 
 use super::recorder::Energies;
 use super::{Run, Scene};

@@ -52,10 +52,11 @@ pub(super) fn check(scene: &Scene) -> Result<(), EstimateError> {
     }
 }
 
-/// The first part of a scene whose states are not functions of the loads at the same time.
-pub(super) fn path_dependence(scene: &Scene) -> Option<String> {
-    let stages = scene.spans.iter().enumerate();
-    if let Some((k, span)) = stages.clone().find(|(_, span)| span.integrator != Integrator::Static) {
+/// The first part of a scene by which its states depend on the path and on the time steps, if there is one; without it they are functions
+/// of the loads at the same time.
+pub fn path_dependence(scene: &Scene) -> Option<String> {
+    let is_static = |span: &TimeSpan| matches!(span.integrator, Integrator::Static | Integrator::ArcLength { .. });
+    if let Some((k, span)) = scene.spans.iter().enumerate().find(|(_, span)| !is_static(span)) {
         return Some(format!("stage {} ({})", k + 1, span.integrator.name()));
     }
     if let Some(effect) = scene.system.effects.iter().find(|e| e.capabilities().history.is_some()) {

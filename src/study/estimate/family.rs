@@ -20,11 +20,13 @@ use crate::study::estimate::least_squares::{Fit, least_squares};
 use crate::study::estimate::richardson::{
     CAUTIOUS_FACTOR, Convergence, LEAST_ORDER, LEAST_RATIO, ROUNDING, Triple, correction, safety_factor,
 };
-use crate::study::record::Role;
+use crate::study::estimate::tolerance::Tolerance;
+use crate::study::locking;
+use crate::study::record::{CaseRecord, Role};
 use serde::Serialize;
 
 /// One mesh of a family.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Default)]
 pub struct Level {
     pub id: String,
     /// (V/N)^{1/3} \[m\]
@@ -32,6 +34,19 @@ pub struct Level {
     /// Mean length of the edges \[m\], where it is known and is a measure of the family
     pub edge: Option<f64>,
     pub f: f64,
+    /// Cells across the thinnest wall, where they were counted
+    pub wall: Option<f64>,
+    /// Its pressures raise the locking alarm.
+    pub locked: bool,
+}
+
+impl Level {
+    /// The mesh of a case, with the value f.
+    pub fn of(case: &CaseRecord, f: f64) -> Self {
+        let locked = locking::alarm(case).is_some();
+        let mesh = &case.mesh;
+        Self { id: case.id.clone(), h: mesh.h_m, edge: mesh.edge_m, f, wall: mesh.wall_cells, locked }
+    }
 }
 
 /// The outcome for one family × variant × quantity.
@@ -56,6 +71,9 @@ pub struct Estimate {
     pub observed_order_coarser: Option<f64>,
     /// The two agree within 25 % and p ≤ formal; `None` with fewer than four meshes
     pub asymptotic: Option<bool>,
+    /// \[meshes\] Cells across the thinnest wall, finest first; empty where they were not counted
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub wall_cells: Vec<f64>,
     /// Richardson value of the finest triple or pair
     pub richardson: Option<f64>,
     pub gci_percent: Option<f64>,
@@ -69,10 +87,19 @@ pub struct Estimate {
     /// U₁ of the finest mesh \[unit of f\]
     pub uncertainty_finest: f64,
     pub method: String,
-    /// U(f*) is within the tolerance, so that f* can be a reference
+    /// U(f*) is within the tolerance and nothing speaks against the family, so that f* can be a reference
     pub defensible: bool,
     /// Reasons that speak against it or limit it
     pub reasons: Vec<String>,
+}
+
+impl Estimate {
+    /// Whether the limit is zero within its uncertainty, and small compared with the values: a share of it means nothing.
+    pub fn is_near_zero(&self) -> bool {
+        let (limit, largest) = (self.extrapolated, self.values.iter().fold(0.0_f64, |m, f| m.max(f.abs())));
+        let is_small = limit.abs() <= 0.1 * largest || self.values.iter().any(|f| f * limit <= 0.0);
+        limit == 0.0 || (limit.abs() <= self.uncertainty && is_small)
+    }
 }
 
 /// Formal order of a functional by formulation: twice the degree of the displacement (springs are on linear cells).
@@ -81,18 +108,24 @@ pub fn formal_order(formulation: &str) -> f64 {
 }
 
 /// [`estimate_of_order`] with the formal order of the formulation.
-pub fn estimate(of: (&str, Role, &str), levels: Vec<Level>, scatter: Option<f64>, tolerance: f64) -> Option<Estimate> {
+pub fn estimate(
+    of: (&str, Role, &str),
+    levels: Vec<Level>,
+    scatter: Option<f64>,
+    tolerance: impl Into<Tolerance>,
+) -> Option<Estimate> {
     estimate_of_order(of, formal_order(of.2), levels, scatter, tolerance)
 }
 
-/// `q`: formal order; `levels` in any order; `scatter`: max − min over the seeds, where they apply; `tolerance`: fraction of |f*|.
+/// `q`: formal order; `levels` in any order; `scatter`: max − min over the seeds, where they apply.
 pub fn estimate_of_order(
     (family, role, formulation): (&str, Role, &str),
     q: f64,
     mut levels: Vec<Level>,
     scatter: Option<f64>,
-    tolerance: f64,
+    tolerance: impl Into<Tolerance>,
 ) -> Option<Estimate> {
+    let tolerance = tolerance.into();
     levels.sort_by(|a, b| a.h.total_cmp(&b.h));
     levels.dedup_by(|a, b| (a.h / b.h - 1.0).abs() < 1e-6);
     if levels.len() < 2 {
@@ -133,6 +166,7 @@ pub fn estimate_of_order(
         observed_order: p,
         observed_order_coarser: coarser.and_then(|t| t.p),
         asymptotic,
+        wall_cells: levels.iter().map(|l| l.wall).collect::<Option<_>>().unwrap_or_default(),
         richardson: None,
         gci_percent: None,
         fs: CAUTIOUS_FACTOR,
@@ -152,17 +186,67 @@ pub fn estimate_of_order(
     set_uncertainty(&mut e, &Differences { spread, least, scatter, noisy, assumed }, &mut reasons);
     add_other_size(&mut e, &levels, scatter, tolerance);
     add_limits(&e, first.is_some_and(|t| t.is_sane(q)), spread, &mut reasons);
-    let allowed = tolerance * e.extrapolated.abs();
-    e.defensible = e.uncertainty <= allowed && e.uncertainty.is_finite();
-    if !e.defensible {
-        reasons.push(format!(
-            "its uncertainty, {:.2} % of the value, is above the tolerance of {:.3} %",
-            100.0 * e.uncertainty / e.extrapolated.abs(),
-            100.0 * tolerance
-        ));
-    }
+    let against = objections(&e, &levels, noisy, tolerance);
+    e.defensible = against.is_empty();
+    reasons.extend(against);
     e.reasons = reasons;
     Some(e)
+}
+
+/// Diverging differences do not matter where three times their range is below this share of the tolerance.
+const SMALL: f64 = 0.1;
+/// Fewer cells across a wall do not show how it bends.
+const LEAST_WALL_CELLS: f64 = 2.0;
+
+/// Reasons for which f* ± U(f*) cannot be a reference.
+fn objections(e: &Estimate, levels: &[Level], noisy: bool, tolerance: Tolerance) -> Vec<String> {
+    let mut out = vec![];
+    let (allowed, scale) = (tolerance.allowed(e.extrapolated), tolerance.scale(e.extrapolated));
+    if e.class == Convergence::Diverging && !noisy && e.uncertainty > SMALL * allowed {
+        out.push(
+            "a family that diverges has no limit to be near to; add a finer mesh, or seeds that show the scatter"
+                .into(),
+        );
+    }
+    out.extend(wall_objection(e));
+    if levels[0].locked {
+        out.push("its finest mesh raises the locking alarm".into());
+    }
+    if tolerance.absolute == 0.0 && e.is_near_zero() {
+        out.push(
+            "the value is zero within its uncertainty, and a relative tolerance means nothing there; give the quantity an \
+             absolute_tolerance"
+                .into(),
+        );
+    } else if e.uncertainty > allowed || !e.uncertainty.is_finite() {
+        let of = if tolerance.absolute > 0.0 { "of the scale" } else { "of the value" };
+        let (share, limit) = (100.0 * e.uncertainty / scale, 100.0 * tolerance.relative);
+        out.push(format!("its uncertainty, {share:.2} % {of}, is above the tolerance of {limit:.3} %"));
+    }
+    out
+}
+
+/// An order says nothing about a wall that every mesh resolves by the same few cells: the count must reach [`LEAST_WALL_CELLS`] on the
+/// finest mesh, and grow by at least the square root of the size ratio. A quantity that no mesh changes needs no order.
+fn wall_objection(e: &Estimate) -> Option<String> {
+    let (finest, coarsest) = (*e.wall_cells.first()?, *e.wall_cells.last()?);
+    if e.class == Convergence::Exact {
+        return None;
+    }
+    let counts = || e.wall_cells.iter().rev().map(|c| format!("{c:.1}")).collect::<Vec<_>>().join(", ");
+    let refine = "refine the walls too";
+    // As printed, to one decimal
+    if finest < LEAST_WALL_CELLS - 0.05 {
+        return Some(format!(
+            "{} cells across the thinnest wall, from coarse to fine, are too few to show how it bends (at least \
+             {LEAST_WALL_CELLS:.0} on the finest mesh); {refine}",
+            counts()
+        ));
+    }
+    let grows = finest / coarsest;
+    let expected = (e.h_m[e.h_m.len() - 1] / e.h_m[0]).sqrt();
+    (grows < expected)
+        .then(|| format!("the cells across the thinnest wall hardly change over the family ({}); {refine}", counts()))
 }
 
 /// The ratios of a family, where one of them is smaller than recommended.
@@ -173,7 +257,7 @@ fn small_ratios(ratios: &[f64]) -> Option<String> {
 }
 
 /// The limit with the mean length of the edges as h; its distance from f* is added to U(f*).
-fn add_other_size(e: &mut Estimate, levels: &[Level], scatter: Option<f64>, tolerance: f64) {
+fn add_other_size(e: &mut Estimate, levels: &[Level], scatter: Option<f64>, tolerance: Tolerance) {
     let by_edge = |l: &Level| Some(Level { h: l.edge?, edge: None, ..l.clone() });
     let Some(others) = levels.iter().map(by_edge).collect::<Option<Vec<_>>>() else { return };
     let of = (e.family.as_str(), e.role, e.formulation.as_str());
@@ -246,7 +330,7 @@ fn set_uncertainty(e: &mut Estimate, d: &Differences, reasons: &mut Vec<String>)
         e.uncertainty_finest = e.fs * delta;
         let k = 1.0 / (p * r21.ln()).exp_m1();
         let noise = d.scatter.unwrap_or(0.0) * 0.5 * ((1.0 + k).powi(2) + k * k).sqrt();
-        // One triple does not show that its p is the asymptotic one: 2 at corners, the formal order elsewhere
+        // One triple does not show that its p is the asymptotic one: 2 at singular edges, the formal order elsewhere
         let other = |p: f64| (star - f1 - correction(f1 - e.values[1], r21, p)).abs();
         e.uncertainty = noise
             + if e.fs < CAUTIOUS_FACTOR { delta.max(other(q)).max(other(q.min(2.0))) } else { e.uncertainty_finest };

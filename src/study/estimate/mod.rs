@@ -5,6 +5,7 @@
 //! |---|---|
 //! | Order, limit and kind of convergence of three meshes; safety factors and thresholds | `richardson` |
 //! | Order and limit of four meshes or more | `least_squares` |
+//! | Accepted errors, relative and absolute | `tolerance` |
 //! | f* ± U(f*) of one family, and what limits it | `family` |
 //! | The reference among the families | `reference` |
 //! | Curves over time in place of one number | `curve` |
@@ -16,3 +17,4 @@ pub mod growth;
 pub mod least_squares;
 pub mod reference;
 pub mod richardson;
+pub mod tolerance;

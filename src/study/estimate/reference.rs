@@ -1,59 +1,116 @@
-//! The reference value of a quantity and its cross-check.
+//! The reference value of a quantity: the limits of all families that can be one, together.
 //!
-//! f* is the extrapolated value of the family with the smallest defensible uncertainty. Every other family is checked
-//! against it: do f* ± U(f*) overlap? Where another defensible family disagrees, U(f*) grows to reach its value.
+//! ```text
+//! leading     argmin U(f*)/scale · 1, 2, 3      with four meshes or more, three, two
+//! f*, U(f*)   of the leading family;   U² = U(f*)² + max |f* − f*ᵢ|² over every defensible family i
+//! ```
+//!
+//! No fourth mesh has checked the order of three, so the smallest claim is not the best evidence. The limits of all defensible families
+//! (which excludes those that lock, diverge, or do not resolve their walls) enter, whether or not the intervals overlap: two limits of one
+//! number differ by the error of at least one of them. A family that is not defensible is compared with the reference and does not
+//! change it. `tests/coverage_of_estimates.rs` measures how often the interval holds.
 
 use crate::study::estimate::family::Estimate;
 use crate::study::estimate::richardson::ROUNDING;
+use crate::study::estimate::tolerance::Tolerance;
 use serde::Serialize;
 
 /// f* ± U(f*) and who says so.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct Reference {
     pub value: f64,
-    /// U(f*), disagreement included \[unit of f\]
+    /// U(f*), with the distance to the limits of the envelope \[unit of f\]
     pub uncertainty: f64,
+    /// Value that errors are related to, |f*| unless the tolerance is absolute \[unit of f\]
+    pub scale: f64,
+    /// The leading family
     pub family: String,
     pub method: String,
+    /// Defensible families, the leading one first; empty where none is, and the leading one is no more than the best there is
+    pub envelope: Vec<String>,
     pub others: Vec<CrossCheck>,
-    /// Largest |f* − f*_other| of a defensible family whose interval does not overlap \[unit of f\]
+    /// Largest |f* − f*ᵢ| over the envelope \[unit of f\]
     pub disagreement: f64,
+    /// An estimate by another method, here from a single run
+    pub independent: Option<CrossCheck>,
 }
 
-/// Another family against the reference.
+/// Another family, or the estimate from a single run, against the reference.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct CrossCheck {
-    pub family: String,
+    /// The family, or the case of the single run
+    #[serde(rename = "family")]
+    pub of: String,
     pub value: f64,
     pub uncertainty: f64,
+    /// Its own interval and the one of the leading family, or of the reference, overlap.
     pub overlaps: bool,
 }
 
-/// Among the estimates the one with the smallest uncertainty relative to its value, defensible ones first.
-pub fn choose(estimates: &[Estimate]) -> Option<Reference> {
-    let relative = |e: &&Estimate| e.uncertainty / e.extrapolated.abs().max(f64::MIN_POSITIVE);
-    let best = (estimates.iter())
+/// Weight of a claimed uncertainty by the number of meshes behind it.
+fn caution(meshes: usize) -> f64 {
+    match meshes {
+        0..=2 => 3.0,
+        3 => 2.0,
+        _ => 1.0,
+    }
+}
+
+/// The reference from the estimates of one quantity, one per family.
+pub fn choose(estimates: &[Estimate], tolerance: impl Into<Tolerance>) -> Option<Reference> {
+    let tolerance = tolerance.into();
+    let claim =
+        |e: &&Estimate| caution(e.cases.len()) * e.uncertainty / tolerance.scale(e.extrapolated).max(f64::MIN_POSITIVE);
+    let leading = (estimates.iter())
         .filter(|e| e.uncertainty.is_finite() && e.extrapolated.is_finite())
-        .min_by(|a, b| b.defensible.cmp(&a.defensible).then(relative(a).total_cmp(&relative(b))))?;
-    let rounding = ROUNDING * best.extrapolated.abs();
-    let mut disagreement = 0.0_f64;
-    let others = (estimates.iter())
-        .filter(|e| e.family != best.family)
-        .map(|e| {
-            let gap = (e.extrapolated - best.extrapolated).abs();
-            let overlaps = gap <= e.uncertainty + best.uncertainty + rounding;
-            if e.defensible && !overlaps {
-                disagreement = disagreement.max(gap);
-            }
-            CrossCheck { family: e.family.clone(), value: e.extrapolated, uncertainty: e.uncertainty, overlaps }
-        })
-        .collect();
+        .min_by(|a, b| b.defensible.cmp(&a.defensible).then(claim(a).total_cmp(&claim(b))))?;
+    let rounding = ROUNDING * leading.extrapolated.abs();
+    let gap = |e: &Estimate| (e.extrapolated - leading.extrapolated).abs();
+    let others = || estimates.iter().filter(|e| e.family != leading.family);
+    let disagreement = others().filter(|e| e.defensible).map(gap).fold(0.0, f64::max);
+    let check = |e: &Estimate| CrossCheck {
+        of: e.family.clone(),
+        value: e.extrapolated,
+        uncertainty: e.uncertainty,
+        overlaps: gap(e) <= e.uncertainty + leading.uncertainty + rounding,
+    };
+    let mut envelope: Vec<&Estimate> = others().filter(|e| e.defensible).collect();
+    envelope.extend(leading.defensible.then_some(leading));
+    envelope.rotate_right(usize::from(leading.defensible));
     Some(Reference {
-        value: best.extrapolated,
-        uncertainty: best.uncertainty.max(disagreement),
-        family: best.family.clone(),
-        method: best.method.clone(),
-        others,
+        value: leading.extrapolated,
+        uncertainty: leading.uncertainty.hypot(disagreement),
+        scale: tolerance.scale(leading.extrapolated),
+        family: leading.family.clone(),
+        method: leading.method.clone(),
+        envelope: envelope.iter().map(|e| e.family.clone()).collect(),
+        others: others().map(check).collect(),
         disagreement,
+        independent: None,
     })
+}
+
+impl Reference {
+    /// Compares with an estimate by another method. Where the intervals do not overlap, U(f*) grows to reach it.
+    pub fn check(&mut self, of: &str, value: f64, uncertainty: f64) {
+        let gap = (value - self.value).abs();
+        let overlaps = gap <= uncertainty + self.uncertainty;
+        if !overlaps {
+            self.uncertainty = self.uncertainty.hypot(gap);
+        }
+        self.independent = Some(CrossCheck { of: of.into(), value, uncertainty, overlaps });
+    }
+
+    /// The families behind it: `from family tet10_up` or `from families tet10_up, tet10, nested`.
+    pub fn from_words(&self) -> String {
+        match self.envelope.len() {
+            0 | 1 => format!("from family {} alone", self.family),
+            _ => format!("from families {}", self.envelope.join(", ")),
+        }
+    }
+
+    /// A defensible family supports it, and its uncertainty is allowed.
+    pub fn is_within(&self, tolerance: Tolerance) -> bool {
+        !self.envelope.is_empty() && self.uncertainty <= tolerance.allowed(self.value)
+    }
 }

@@ -56,7 +56,7 @@ pub fn plan(request: &Request, watch: &dyn PlanWatch) -> Result<Planned, PlanErr
     let steps = steps::steps(request, &scene, (&choices[k], &pilots.of[k][0]), &quantities, watch)?;
     let references: BTreeMap<String, (f64, f64)> = (quantities.iter())
         .filter_map(|q| {
-            let r = choose(&estimates(&choices, &pilots, q, request.tolerance))?;
+            let r = choose(&estimates(&choices, &pilots, q, request.tolerance), request.tolerance)?;
             (r.value != 0.0).then(|| (q.clone(), (r.value, r.uncertainty / r.value.abs())))
         })
         .collect();
@@ -119,9 +119,7 @@ fn peaks(case: &StoredCase, quantities: &[String]) -> BTreeMap<String, f64> {
 
 /// Estimate of the limit by each element.
 fn estimates(choices: &[Choice], pilots: &Pilots, quantity: &str, tolerance: f64) -> Vec<Estimate> {
-    let level = |c: &StoredCase| {
-        Some(Level { id: c.record.id.clone(), h: c.record.mesh.h_m, edge: None, f: peak(c, quantity)? })
-    };
+    let level = |c: &StoredCase| Some(Level { edge: None, ..Level::of(&c.record, peak(c, quantity)?) });
     let one = |(choice, own): (&Choice, &Vec<StoredCase>)| {
         let levels = own.iter().filter_map(level).collect();
         estimate((&choice.name, Role::Element, &choice.name), levels, None, tolerance)
@@ -187,7 +185,8 @@ impl Planned {
         if converged {
             pilots.of[k].push(case);
         }
-        let now = choose(&estimates(&self.choices, &pilots, &chosen.limited_by, self.plan.tolerance));
+        let now =
+            choose(&estimates(&self.choices, &pilots, &chosen.limited_by, self.plan.tolerance), self.plan.tolerance);
         let value = peaks.get(&chosen.limited_by).copied().filter(|_| converged);
         let (error, uncertainty) = match (now, value) {
             (Some(r), Some(f)) => ((f - r.value).abs() / r.value.abs(), r.uncertainty / r.value.abs()),

@@ -82,7 +82,7 @@ pub fn steps(
     let mut laws = BTreeMap::new();
     for q in quantities {
         let level = |(factor, c): &(f64, StoredCase)| {
-            Some(Level { id: c.record.id.clone(), h: *factor, edge: None, f: peak(c, q)? })
+            Some(Level { id: c.record.id.clone(), h: *factor, f: peak(c, q)?, ..Level::default() })
         };
         let levels = runs.iter().filter_map(level).collect();
         let Some(e) = estimate_of_order((q, Role::TimeStep, ""), formal, levels, None, request.tolerance) else {

@@ -6,8 +6,9 @@ use crate::study::estimate::family::Level;
 use crate::study::estimate::{curve, family, reference};
 use crate::study::kinds::convergence::cases::Cases;
 use crate::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
-use crate::study::kinds::convergence::{errors, verdict, warnings};
-use crate::study::record::{Role, StoredCase, StudyRecord};
+use crate::study::kinds::convergence::next_mesh::next_mesh;
+use crate::study::kinds::convergence::{errors, independent, verdict, warnings};
+use crate::study::record::{Quantity, Role, StoredCase, StudyRecord};
 
 /// Analyses what is there; cases that are missing or did not converge are named, not guessed.
 pub fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis<ConvergenceFindings> {
@@ -15,7 +16,7 @@ pub fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis<Convergen
     let mut quantities = ByQuantity::each(study, |variant, quantity| {
         let any = study.quantities[variant].iter().any(|q| q.deciding || q.headline);
         let deciding = !any || quantity.deciding || quantity.headline;
-        Some(mesh_errors(&cases, variant, &quantity.name, deciding))
+        Some(mesh_errors(&cases, variant, quantity, deciding))
     });
     let incomplete = study.incomplete(stored);
     let settings = verdict::settings(&cases, &quantities);
@@ -23,14 +24,21 @@ pub fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis<Convergen
         q.sentence = verdict::sentence(&settings, q, study.tolerance);
     }
     let warnings = warnings::warnings(&cases, &quantities, &incomplete);
-    let (recommended, verdict) = verdict::conclude(&cases, &quantities, &settings, &incomplete);
+    let (recommended, mut verdict) = verdict::conclude(&cases, &quantities, &settings, &incomplete);
+    let is_open = recommended.is_none() && cases.no_limit().is_none();
+    let extension = is_open.then(|| next_mesh(&cases, &quantities)).flatten();
+    if let Some(extension) = &extension {
+        verdict += &format!(" {}", extension.sentence);
+    }
     let cost = if cases.shared { "cpu_s" } else { "wall_s" };
-    let found = ConvergenceFindings { quantities, settings, recommended, cost };
+    let found = ConvergenceFindings { quantities, settings, recommended, extension, cost };
     Analysis { tolerance: study.tolerance, found, incomplete, warnings, verdict }
 }
 
-fn mesh_errors(cases: &Cases, variant: &str, quantity: &str, deciding: bool) -> MeshErrors {
+fn mesh_errors(cases: &Cases, variant: &str, quantity: &Quantity, deciding: bool) -> MeshErrors {
     let study = cases.study;
+    let tolerance = quantity.tolerance(study.tolerance);
+    let quantity = quantity.name.as_str();
     let noise = errors::noise(cases, variant, quantity);
     let (mut estimates, mut curves) = (vec![], vec![]);
     for f in &study.families {
@@ -38,14 +46,13 @@ fn mesh_errors(cases: &Cases, variant: &str, quantity: &str, deciding: bool) -> 
             continue;
         }
         let members = cases.of(f, variant);
-        let edge = |c: &StoredCase| c.record.mesh.edge_m.filter(|_| f.role != Role::Nested);
         let level = |c: &&StoredCase| {
-            let (id, h) = (c.record.id.clone(), c.record.mesh.h_m);
-            Some(Level { id, h, edge: edge(c), f: peak(c, quantity)? })
+            let level = Level::of(&c.record, peak(c, quantity)?);
+            Some(Level { edge: level.edge.filter(|_| f.role != Role::Nested), ..level })
         };
         let scatter = noise.iter().find(|n| n.formulation == f.formulation).map(|n| n.scatter);
         let levels = members.iter().filter_map(level).collect();
-        estimates.extend(family::estimate((&f.name, f.role, &f.formulation), levels, scatter, study.tolerance));
+        estimates.extend(family::estimate((&f.name, f.role, &f.formulation), levels, scatter, tolerance));
         let mut series: Vec<_> = (members.iter())
             .filter_map(|c| Some((c.record.id.clone(), c.record.mesh.h_m, Curve::of(&c.series, quantity)?)))
             .collect();
@@ -57,10 +64,17 @@ fn mesh_errors(cases: &Cases, variant: &str, quantity: &str, deciding: bool) -> 
     }
     let of_variant = cases.stored.iter().filter(|c| c.record.variant == variant);
     let change = of_variant.filter_map(|c| Curve::of(&c.series, quantity)).any(|c| starts_elsewhere(&c));
-    let reference = reference::choose(&estimates);
-    let errors = errors::errors(cases, variant, quantity, reference.as_ref());
-    let time_step = errors::time_step(cases, variant, quantity, &estimates);
-    let supported = reference.as_ref().is_some_and(|r| r.uncertainty <= study.tolerance * r.value.abs());
+    let mut reference = reference::choose(&estimates, tolerance);
+    let scale = reference.as_ref().map_or(f64::NAN, |r| r.scale);
+    let one_run = independent::one_run(cases, variant, quantity, scale);
+    if let Some(r) = &mut reference {
+        let leading = estimates.iter().find(|e| e.family == r.family);
+        independent::check(r, leading.and_then(|e| e.cases.first()), &one_run);
+    }
+    let inputs = independent::input_uncertainty(cases, variant, quantity, scale);
+    let step = errors::step_error(cases, variant, quantity, reference.as_ref());
+    let errors = errors::errors(cases, (variant, quantity), reference.as_ref(), step.as_ref());
+    let supported = reference.as_ref().is_some_and(|r| r.is_within(tolerance));
     let mut reasons = vec![];
     match &reference {
         None => reasons.push("no family of meshes has two converged cases".to_string()),
@@ -68,16 +82,29 @@ fn mesh_errors(cases: &Cases, variant: &str, quantity: &str, deciding: bool) -> 
             for e in &estimates {
                 reasons.extend(e.reasons.iter().map(|reason| format!("{}: {reason}", e.family)));
             }
-            if r.disagreement > study.tolerance * r.value.abs() {
-                reasons.push("the families disagree by more than the tolerance".into());
+            if r.disagreement > tolerance.allowed(r.value) {
+                reasons.push("the limits of the families differ by more than the tolerance".into());
             }
         }
         Some(r) => reasons.extend(
             r.others
                 .iter()
                 .filter(|o| !o.overlaps)
-                .map(|o| format!("the interval of family {} does not overlap the one of {}", o.family, r.family)),
+                .map(|o| format!("the interval of family {} does not overlap the one of {}", o.of, r.family)),
         ),
     }
-    MeshErrors { deciding, change, estimates, curves, noise, time_step, reference, errors, supported, reasons }
+    MeshErrors {
+        deciding,
+        change,
+        estimates,
+        curves,
+        noise,
+        step,
+        one_run,
+        inputs,
+        reference,
+        errors,
+        supported,
+        reasons,
+    }
 }

@@ -1,9 +1,9 @@
-//! Errors of the cases against the reference, mesh noise, and the time-step check.
+//! Errors of the cases against the reference, mesh noise, and differences between time steps.
 //!
-//! The error of a case is |f − f*|/|f*|, its error bar (|f − f*| + U(f*))/|f*|.
+//! The error of a case is |f − f*|/|f*|, its error bar (|f − f*| + U(f*) + error of the time steps)/|f*|, with the scale of the tolerance in
+//! place of |f*| where an absolute one is given.
 
 use crate::study::curve::peak;
-use crate::study::estimate::family::Estimate;
 use crate::study::estimate::reference::Reference;
 use crate::study::estimate::richardson::ROUNDING;
 use crate::study::kinds::convergence::cases::Cases;
@@ -15,9 +15,9 @@ use serde::Serialize;
 pub struct CaseError {
     pub id: String,
     pub value: f64,
-    /// |f − f*|/|f*| \[–\]
+    /// |f − f*|/scale \[–\]
     pub error: f64,
-    /// With U(f*) \[–\]
+    /// With U(f*) and the error of the time steps \[–\]
     pub bar: f64,
 }
 
@@ -33,32 +33,55 @@ pub struct Noise {
     pub scatter: f64,
 }
 
-/// The time-step error compared with the mesh error.
+/// Cause of the differences between runs that differ in their time steps only.
+#[derive(Serialize, Clone, Copy, Debug, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub enum StepCause {
+    /// Dynamics, or a path of loading that the steps follow
+    TimeStep,
+    /// The states are static and independent of the path: Newton's method stops short of the same solution.
+    Algebraic,
+}
+
+impl StepCause {
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::TimeStep => "time-step error",
+            Self::Algebraic => "algebraic error",
+        }
+    }
+}
+
+/// Differences between time steps on one mesh, as an error of the study's step. It is part of every error bar.
 #[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct TimeStep {
+pub struct StepError {
     pub family: String,
+    pub cause: StepCause,
     /// \[cases\] Δt \[s\], smallest first
     pub dt_s: Vec<f64>,
     pub values: Vec<f64>,
-    /// Error of the study's step \[unit of f\], first order assumed: |f(Δt) − f(Δt_min)|·Δt/(Δt − Δt_min)
+    /// Of the time step |f(Δt) − f(Δt_min)|·Δt/(Δt − Δt_min), first order assumed; algebraic max − min \[unit of f\]
     pub error: f64,
-    /// U₁ of the finest mesh of the sizes \[unit of f\]
-    pub mesh_error: f64,
-    /// error ≤ mesh_error/10, or rounding
+    /// error ≤ U(f*)/10, or rounding
     pub negligible: bool,
 }
 
 /// Error of every converged case run with the study's time step.
-pub fn errors(cases: &Cases, variant: &str, quantity: &str, reference: Option<&Reference>) -> Vec<CaseError> {
-    let Some(r) = reference.filter(|r| r.value != 0.0) else { return vec![] };
+pub fn errors(
+    cases: &Cases,
+    (variant, quantity): (&str, &str),
+    reference: Option<&Reference>,
+    step: Option<&StepError>,
+) -> Vec<CaseError> {
+    let Some(r) = reference.filter(|r| r.scale > 0.0) else { return vec![] };
+    let (scale, more) = (r.scale, r.uncertainty + step.map_or(0.0, |s| s.error));
     (cases.stored.iter())
         .filter(|c| c.record.variant == variant && c.record.converged())
         .filter(|c| cases.at_study_step(&c.record))
         .filter_map(|c| {
             let value = peak(c, quantity)?;
             let off = (value - r.value).abs();
-            let (error, bar) = (off / r.value.abs(), (off + r.uncertainty) / r.value.abs());
-            Some(CaseError { id: c.record.id.clone(), value, error, bar })
+            Some(CaseError { id: c.record.id.clone(), value, error: off / scale, bar: (off + more) / scale })
         })
         .collect()
 }
@@ -87,8 +110,8 @@ fn noise_of(cases: &Cases, family: &FamilyRecord, variant: &str, quantity: &str)
     })
 }
 
-/// Compares the study's step with the smallest one of the time-step family, on the same mesh.
-pub fn time_step(cases: &Cases, variant: &str, quantity: &str, estimates: &[Estimate]) -> Option<TimeStep> {
+/// Compares the study's step with the other ones of the time-step family, on the same mesh.
+pub fn step_error(cases: &Cases, variant: &str, quantity: &str, reference: Option<&Reference>) -> Option<StepError> {
     let family = cases.study.families.iter().find(|f| f.role == Role::TimeStep)?;
     let mut members: Vec<&StoredCase> = cases.of(family, variant);
     // The same mesh at the study's step may be stored under another family
@@ -107,8 +130,12 @@ pub fn time_step(cases: &Cases, variant: &str, quantity: &str, estimates: &[Esti
     let at = members.iter().position(|c| cases.at_study_step(&c.record))?;
     let other = if at == 0 { 1 } else { 0 };
     let (a, b) = (values.get(at)?, values.get(other)?);
-    let error = (a - b).abs() * dt_s[at] / (dt_s[at] - dt_s[other]).abs();
-    let mesh_error = estimates.iter().find(|e| e.role == Role::Sizes).map(|e| e.uncertainty_finest)?;
-    let negligible = error <= 0.1 * mesh_error || error <= ROUNDING * a.abs();
-    Some(TimeStep { family: family.name.clone(), dt_s, values, error, mesh_error, negligible })
+    let (cause, error) = if members.iter().any(|c| c.record.depends_on_steps()) {
+        (StepCause::TimeStep, (a - b).abs() * dt_s[at] / (dt_s[at] - dt_s[other]).abs())
+    } else {
+        let (low, high) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+        (StepCause::Algebraic, high - low)
+    };
+    let negligible = reference.is_some_and(|r| error <= 0.1 * r.uncertainty) || error <= ROUNDING * a.abs();
+    Some(StepError { family: family.name.clone(), cause, dt_s, values, error, negligible })
 }

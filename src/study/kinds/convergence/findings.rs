@@ -7,7 +7,9 @@ use crate::study::analysis::ByQuantity;
 use crate::study::estimate::curve::CurveStudy;
 use crate::study::estimate::family::Estimate;
 use crate::study::estimate::reference::Reference;
-use crate::study::kinds::convergence::errors::{CaseError, Noise, TimeStep};
+use crate::study::extension::Extension;
+use crate::study::kinds::convergence::errors::{CaseError, Noise, StepError};
+use crate::study::kinds::convergence::independent::{InputUncertainty, OneRunBar};
 use crate::study::record::Role;
 use serde::Serialize;
 
@@ -19,6 +21,8 @@ pub struct ConvergenceFindings {
     /// Mesh + formulation, cheapest first
     pub settings: Vec<MeshSetting>,
     pub recommended: Option<Recommendation>,
+    /// The mesh to add where nothing is recommended
+    pub extension: Option<Extension>,
     /// `wall_s`, or `cpu_s` if any case ran at the same time as another
     pub cost: &'static str,
 }
@@ -35,7 +39,11 @@ pub struct MeshErrors {
     pub curves: Vec<(String, CurveStudy)>,
     /// One per formulation with seeds
     pub noise: Vec<Noise>,
-    pub time_step: Option<TimeStep>,
+    pub step: Option<StepError>,
+    /// Errors of single cases from their runs alone
+    pub one_run: Vec<OneRunBar>,
+    /// By the constants of the laws
+    pub inputs: Option<InputUncertainty>,
     pub reference: Option<Reference>,
     pub errors: Vec<CaseError>,
     /// A reference within the tolerance exists

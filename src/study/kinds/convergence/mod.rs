@@ -1,13 +1,16 @@
 //! Convergence: which mesh can be trusted, with what error bar, at what cost.
 //!
 //! `analysis` goes from the stored cases to the `findings`: estimates of each family ([`crate::study::estimate`], which also says what
-//! limits them), `errors` of the cases against the reference, `warnings`, and the recommendation or refusal in words (`verdict`).
+//! limits them), `errors` of the cases against the reference, `warnings`, and the recommendation or refusal in words (`verdict`),
+//! with the mesh that would help (`next_mesh`).
 
 pub mod analysis;
 pub mod cases;
 pub mod errors;
 pub mod figures;
 pub mod findings;
+pub mod independent;
+pub mod next_mesh;
 pub mod report;
 pub mod verdict;
 pub mod warnings;
@@ -15,10 +18,10 @@ pub mod warnings;
 use crate::scene::SceneError;
 use crate::study::analysis::Analysis;
 use crate::study::content::Content;
-use crate::study::kind::{Expansion, StudyKind};
+use crate::study::kind::{Expansion, RunRules, StudyKind};
 use crate::study::record::Role;
 use crate::study::results::Results;
-use crate::study::spec::{FamilySpec, VariantSpec, check_quantities, check_roles, refuse};
+use crate::study::spec::{FamilySpec, VariantSpec, check_members, check_quantities, check_roles, refuse};
 use analysis::analyse;
 use findings::ConvergenceFindings;
 use serde::Deserialize;
@@ -32,9 +35,15 @@ pub struct ConvergenceStudy {
     pub variants: Vec<VariantSpec>,
     #[serde(rename = "family", default)]
     pub families: Vec<FamilySpec>,
+    /// Errors of every static case are estimated from its run alone, too
+    #[serde(default)]
+    pub error_estimates: bool,
 }
 
 const ROLES: [Role; 6] = [Role::Sizes, Role::Nested, Role::Remeshed, Role::Seeds, Role::Element, Role::TimeStep];
+
+/// Roles of which one member says nothing; one mesh of a size or an element is a setting to judge.
+const COMPARED: [Role; 4] = [Role::Nested, Role::Remeshed, Role::Seeds, Role::TimeStep];
 
 impl StudyKind for ConvergenceStudy {
     const NAME: &'static str = "convergence";
@@ -42,9 +51,12 @@ impl StudyKind for ConvergenceStudy {
     type Findings = ConvergenceFindings;
 
     fn expand(self, file: &Path) -> Result<Expansion<()>, SceneError> {
-        let checked = check_quantities(&self.variants).and_then(|()| check_roles(Self::NAME, &self.families, &ROLES));
+        let checked = check_quantities(&self.variants)
+            .and_then(|()| check_roles(Self::NAME, &self.families, &ROLES))
+            .and_then(|()| check_members(&self.families, &COMPARED));
         checked.map_err(|mistake| refuse(file, mistake))?;
-        Ok(Expansion::new(self.variants, self.families, ()))
+        let rules = RunRules { error_estimates: self.error_estimates, input_uncertainty: true, ..RunRules::default() };
+        Ok(Expansion { rules, ..Expansion::new(self.variants, self.families, ()) })
     }
 
     fn analyse(results: &Results, (): &()) -> Analysis<ConvergenceFindings> {

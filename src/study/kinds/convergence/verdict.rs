@@ -90,7 +90,7 @@ pub fn sentence(settings: &[MeshSetting], q: &ByQuantity<MeshErrors>, tolerance:
     let reference = q.reference.as_ref().map_or(String::new(), |r| {
         let digits = digits(r.uncertainty);
         let (v, u, unit) = (r.value, r.uncertainty, space(&q.quantity.unit));
-        format!(" (reference {v:.digits$}{unit} ± {u:.digits$}{unit} from family {})", r.family)
+        format!(" (reference {v:.digits$}{unit} ± {u:.digits$}{unit} {})", r.from_words())
     });
     let Some(&(s, b)) = by_cost.iter().find(|(_, b)| b.bar <= tolerance) else {
         let best = by_cost.iter().min_by(|a, b| a.1.bar.total_cmp(&b.1.bar));
@@ -155,18 +155,21 @@ pub fn conclude(
     let shown =
         |id: &&String| cases.stored.iter().any(|c| c.record.id == **id && Some(c.record.variant.as_str()) == variant);
     let case = s.cases.iter().find(shown).unwrap_or(&s.cases[0]).clone();
+    let which = if deciding.len() == quantities.len() { "" } else { " of those that decide" };
     let mut words = format!(
-        "{} can be trusted within {}: error bar {} in the worst quantity ({}), {} per case.",
+        "{} can be trusted within {}: error bar {} in the worst quantity{which} ({}), {} per case.",
         s.label,
         percent(tolerance),
         percent(s.worst),
         s.limited_by,
         seconds(s.cost_s)
     );
+    words += &undecided(quantities, s, tolerance);
     if let Some(n) = next {
         let (bar, cost) = (percent(n.worst), seconds(n.cost_s));
         words += &format!(" The next better one, {}, reaches {bar} for {cost}.", n.label);
     }
+    words += &input_words(quantities, s);
     words += &locked(cases, s);
     words += &unstable(cases, s);
     words += &about_sizes(cases, settings, tolerance);
@@ -181,6 +184,36 @@ pub fn conclude(
         next: next.map(|n| (n.label.clone(), n.worst, n.cost_s)),
     };
     (Some(recommendation), words)
+}
+
+/// The quantities that do not decide, with their bars in the recommended setting.
+fn undecided(quantities: &[ByQuantity<MeshErrors>], setting: &MeshSetting, tolerance: f64) -> String {
+    let bar = |q: &ByQuantity<MeshErrors>| match find(setting, q).map(|b| b.bar) {
+        Some(bar) if bar <= tolerance && q.supported => format!("{} ({})", title(q), percent(bar)),
+        Some(bar) if bar <= tolerance => format!("{} ({}, from a reference without support)", title(q), percent(bar)),
+        Some(bar) => format!("{} ({}, above the tolerance)", title(q), percent(bar)),
+        None => format!("{} (no error bar)", title(q)),
+    };
+    let words: Vec<String> = quantities.iter().filter(|q| !q.deciding).map(bar).collect();
+    if words.is_empty() { String::new() } else { format!(" Not decided by: {}.", words.join("; ")) }
+}
+
+/// Discretisation and constants, apart and together, of the deciding quantity where both together are largest.
+fn input_words(quantities: &[ByQuantity<MeshErrors>], setting: &MeshSetting) -> String {
+    let both = |q: &ByQuantity<MeshErrors>| Some((find(setting, q)?.bar, q.inputs.as_ref()?.share));
+    let deciding = quantities.iter().filter(|q| q.deciding && both(q).is_some());
+    let total = |q: &ByQuantity<MeshErrors>| both(q).map_or(0.0, |(bar, share)| bar.hypot(share));
+    let Some(q) = deciding.max_by(|a, b| total(a).total_cmp(&total(b))) else { return String::new() };
+    let (Some((bar, share)), Some(inputs)) = (both(q), &q.inputs) else { return String::new() };
+    format!(
+        " Constants ({}) are known within the 95 % intervals of the law file only: of the {}, {} are discretisation, {} constants, together {} \
+         (root of the sum of squares; the file has no covariance).",
+        inputs.constants.join(", "),
+        title(q),
+        percent(bar),
+        percent(share),
+        percent(bar.hypot(share))
+    )
 }
 
 /// A recommended setting that raises the locking alarm.

@@ -1,11 +1,12 @@
 //! Warnings that a reader should know before trusting the numbers.
 
-use crate::report::numbers::capital;
+use crate::report::numbers::{capital, space};
 use crate::study::analysis::ByQuantity;
 use crate::study::estimate::richardson::LEAST_RATIO;
 use crate::study::kinds::convergence::cases::Cases;
+use crate::study::kinds::convergence::errors::{StepCause, StepError};
 use crate::study::kinds::convergence::findings::{MeshErrors, title};
-use crate::study::record::Role;
+use crate::study::record::{Role, StoredCase};
 
 /// One sentence each.
 pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>], incomplete: &[(String, String)]) -> Vec<String> {
@@ -30,18 +31,33 @@ pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>], incomplete
     if cases.shared {
         out.push("Cases ran at the same time: costs are CPU seconds of the solving thread, not wall seconds.".into());
     }
+    out.extend(idle_steps(quantities));
     for q in quantities {
-        if let Some(t) = q.time_step.as_ref().filter(|t| !t.negligible) {
+        if let Some(step) = q.step.as_ref().filter(|s| !s.negligible) {
             out.push(format!(
-                "{}: the time-step error {:.2e} is above a tenth of the mesh error {:.2e}.",
+                "{}: the {} {:.2e}{}, from family {}, is above a tenth of the uncertainty of the reference; it is in the error bars.{}",
                 capital(&title(q)),
-                t.error,
-                t.mesh_error
+                step.cause.words(),
+                step.error,
+                space(&q.quantity.unit),
+                step.family,
+                if step.cause == StepCause::Algebraic { " Give numerics.tolerance a smaller value." } else { "" }
             ));
         }
         for r in q.reference.iter().flat_map(|r| r.others.iter().filter(|o| !o.overlaps).map(move |o| (r, o))) {
-            let (a, b) = (&r.0.family, &r.1.family);
+            let (a, b) = (&r.0.family, &r.1.of);
             out.push(format!("{}: the intervals of families {a} and {b} do not overlap.", capital(&title(q))));
+        }
+        if let Some(own) = q.reference.as_ref().and_then(|r| r.independent.as_ref()).filter(|own| !own.overlaps) {
+            out.push(format!(
+                "{}: the estimate from the run of {} alone, {:.4e} ± {:.1e}{}, does not overlap the reference; the uncertainty of the reference \
+                 has grown to reach it.",
+                capital(&title(q)),
+                own.of,
+                own.value,
+                own.uncertainty,
+                space(&q.quantity.unit)
+            ));
         }
         if let Some(c) = q.curves.iter().find(|(_, c)| c.interpolation_error > 0.01 * c.norms[0].peak.abs()) {
             out.push(format!(
@@ -54,6 +70,11 @@ pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>], incomplete
     if let Some(why) = cases.no_limit() {
         out.push(format!("{}: the answer has no limit as h → 0.", capital(why)));
     }
+    let refused = |c: &StoredCase| c.record.one_run.as_ref().and_then(|o| o.refused.clone());
+    let mut refusals: Vec<String> = cases.stored.iter().filter_map(refused).collect();
+    refusals.sort();
+    refusals.dedup();
+    out.extend(refusals.iter().map(|why| format!("No error estimate from one run: {why}.")));
     let mut notes: Vec<&String> = cases.stored.iter().flat_map(|c| &c.record.notes).collect();
     notes.sort();
     notes.dedup();
@@ -61,12 +82,29 @@ pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>], incomplete
     out
 }
 
+/// Says that a family of time steps measures no error of theirs, once.
+fn idle_steps(quantities: &[ByQuantity<MeshErrors>]) -> Option<String> {
+    let steps: Vec<&StepError> = quantities.iter().filter_map(|q| q.step.as_ref()).collect();
+    let idle = steps.iter().find(|s| s.cause == StepCause::Algebraic)?;
+    let largest =
+        quantities.iter().filter_map(|q| Some((q, q.step.as_ref()?))).filter(|(_, s)| s.cause == StepCause::Algebraic);
+    let relative = |s: &StepError| s.error / s.values.iter().fold(f64::MIN_POSITIVE, |m, v| m.max(v.abs()));
+    let (q, most) = largest.max_by(|a, b| relative(a.1).total_cmp(&relative(b.1)))?;
+    Some(format!(
+        "Family {}: the states are static and independent of the path of loading, so nothing depends on the time steps. The differences between \
+         its cases are algebraic error of the solver, at most {:.1e} of the value ({}).",
+        idle.family,
+        relative(most),
+        title(q)
+    ))
+}
+
 /// The formulations of references whose scatter from mesh to mesh is not known.
 fn unknown_noise(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Vec<String> {
     let mut formulations: Vec<&str> = vec![];
     for q in quantities {
         let Some(reference) = &q.reference else { continue };
-        let Some(e) = q.estimates.iter().find(|e| e.family == reference.family) else { continue };
+        let Some(e) = q.estimate(&reference.family) else { continue };
         let is_known = e.role == Role::Nested || q.noise.iter().any(|n| n.formulation == e.formulation);
         if !is_known && !formulations.contains(&e.formulation.as_str()) {
             formulations.push(&e.formulation);

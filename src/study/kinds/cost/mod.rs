@@ -14,7 +14,7 @@ use crate::study::content::Content;
 use crate::study::kind::{Expansion, RunRules, StudyKind};
 use crate::study::record::Role;
 use crate::study::results::Results;
-use crate::study::spec::{FamilySpec, Mistake, VariantSpec, check_quantities, check_roles, refuse};
+use crate::study::spec::{FamilySpec, Mistake, VariantSpec, check_members, check_quantities, check_roles, refuse};
 use analysis::analyse;
 use findings::CostFindings;
 use serde::Deserialize;
@@ -31,6 +31,9 @@ pub struct CostStudy {
     /// Runs of every case, for the scatter of its cost
     #[serde(default = "once")]
     pub repeats: usize,
+    /// Errors of every static case are estimated from its run alone, too
+    #[serde(default)]
+    pub error_estimates: bool,
 }
 
 fn once() -> usize {
@@ -46,12 +49,7 @@ impl CostStudy {
         if self.repeats == 0 {
             return Err(("repeats".into(), "no run at all".into(), "give 1 or more, for example 3".into()));
         }
-        // One reference run does not tell its own error
-        let alone = self.families.iter().find(|f| f.role == Role::Reference && f.members.len() < 2);
-        alone.map_or(Ok(()), |f| {
-            let remedy = "add a coarser member: their difference is what the error of the reference is estimated from";
-            Err((format!("family {}", f.name), "a reference of one member".into(), remedy.into()))
-        })
+        check_members(&self.families, &[Role::Reference])
     }
 }
 
@@ -62,7 +60,12 @@ impl StudyKind for CostStudy {
 
     fn expand(self, file: &Path) -> Result<Expansion<()>, SceneError> {
         self.check().map_err(|mistake| refuse(file, mistake))?;
-        let rules = RunRules { repeats: self.repeats, smallest_first: true, ..RunRules::default() };
+        let rules = RunRules {
+            repeats: self.repeats,
+            smallest_first: true,
+            error_estimates: self.error_estimates,
+            ..RunRules::default()
+        };
         Ok(Expansion { rules, ..Expansion::new(self.variants, self.families, ()) })
     }
 

@@ -76,7 +76,7 @@ pub fn reference(study: &StudyRecord, stored: &[StoredCase], variant: &str, quan
         found = of(&[Role::Sizes, Role::Element]);
     }
     let estimates: Vec<Estimate> = found.iter().map(|f| f.1.clone()).collect();
-    let best = chosen::choose(&estimates)?;
+    let best = chosen::choose(&estimates, study.tolerance)?;
     let (family, estimate) = found.iter().find(|f| f.1.family == best.family)?;
     let cases = members(stored, family, variant);
     let (size, formal) = size(&cases);
@@ -106,8 +106,9 @@ pub fn reference(study: &StudyRecord, stored: &[StoredCase], variant: &str, quan
 
 fn extrapolated(family: &FamilyRecord, cases: &[&StoredCase], quantity: &str, tolerance: f64) -> Option<Estimate> {
     let (size, formal) = size(cases);
-    let level =
-        |c: &&StoredCase| Some(Level { id: c.record.id.clone(), h: size(c), edge: None, f: peak(c, quantity)? });
+    let level = |c: &&StoredCase| {
+        Some(Level { id: c.record.id.clone(), h: size(c), f: peak(c, quantity)?, ..Level::default() })
+    };
     let levels = cases.iter().filter_map(level).collect();
     estimate_of_order((&family.name, family.role, &family.formulation), formal, levels, None, tolerance)
 }

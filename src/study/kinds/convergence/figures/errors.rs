@@ -83,7 +83,7 @@ fn sheet(
 /// Percent axis over what is resolved, four decades at most, with room at the top for `lines` of text.
 fn percent_axis(q: &ByQuantity<MeshErrors>, dots: &[ErrorDot], tolerance: f64, bars: bool, lines: usize) -> Axis {
     let top = dots.iter().map(|d| if bars { d.bar } else { d.error }).fold(tolerance, f64::max);
-    let unresolved = q.reference.as_ref().map_or(0.0, |r| 100.0 * r.uncertainty / r.value.abs());
+    let unresolved = q.reference.as_ref().map_or(0.0, |r| 100.0 * r.uncertainty / r.scale);
     let least = (1e-4 * top).max(0.2 * unresolved).min(tolerance);
     let lowest = dots.iter().map(|d| d.error.max(least)).fold(tolerance, f64::min);
     let room = (top / lowest).powf(0.04 * lines as f64);
@@ -93,7 +93,7 @@ fn percent_axis(q: &ByQuantity<MeshErrors>, dots: &[ErrorDot], tolerance: f64, b
 /// Marks two levels: errors below U(f*) are not resolved, errors below the tolerance are good enough.
 pub(super) fn levels(plot: &Plot, q: &ByQuantity<MeshErrors>, tolerance: f64) {
     if let Some(r) = &q.reference {
-        let u = 100.0 * r.uncertainty / r.value.abs();
+        let u = 100.0 * r.uncertainty / r.scale;
         if u > plot.y.lo {
             let (a, b) = (plot.at(plot.x.lo, u.min(plot.y.hi)), plot.at(plot.x.hi, plot.y.lo));
             fill(plot.area, &[a, (b.0, a.1), b, (a.0, b.1)], UNRESOLVED.to_rgba());
@@ -135,12 +135,12 @@ pub fn against_h(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> O
         let mut orders = vec![];
         for e in &q.estimates {
             let family = store.study.families.iter().position(|f| f.name == e.family).unwrap_or(0);
-            let Some(reference) = q.reference.as_ref().map(|r| r.value) else { continue };
+            let Some((reference, scale)) = q.reference.as_ref().map(|r| (r.value, r.scale)) else { continue };
             let (a, b) = (e.h_m[0], e.h_m[e.h_m.len() - 1]);
             let hs: Vec<f64> = (0..=60).map(|k| a * (b / a).powf(f64::from(k) / 60.0)).collect();
             let y: Vec<Option<(f64, f64)>> = hs.iter().map(|h| model(e, *h)).collect();
             let path: Vec<_> = (hs.iter().zip(&y))
-                .filter_map(|(h, y)| Some((1e3 * h, 100.0 * ((*y)?.0 - reference).abs() / reference.abs())))
+                .filter_map(|(h, y)| Some((1e3 * h, 100.0 * ((*y)?.0 - reference).abs() / scale)))
                 .filter(|(_, y)| *y >= plot.y.lo && *y <= plot.y.hi)
                 .map(|(h, y)| plot.at(h, y))
                 .collect();
@@ -154,7 +154,7 @@ pub fn against_h(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> O
             let family = store.study.families.iter().position(|f| f.name == n.family).unwrap_or(0);
             let color = style(family).1;
             let off = (n.mean - r.value).abs();
-            let end = |sign: f64| (100.0 * (off + sign * 0.5 * n.scatter) / r.value.abs()).clamp(plot.y.lo, plot.y.hi);
+            let end = |sign: f64| (100.0 * (off + sign * 0.5 * n.scatter) / r.scale).clamp(plot.y.lo, plot.y.hi);
             let (a, b) = (plot.at(1e3 * n.h_m, end(-1.0)), plot.at(1e3 * n.h_m, end(1.0)));
             line(area, &[a, b], color, 8);
             for p in [a, b] {

@@ -92,9 +92,8 @@ pub fn draw(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Option
     entries.push((Sample::Dashed(INK), "tolerance".into()));
     entries.push((Sample::Block(UNRESOLVED), format!("below U({})", italic("f*"))));
     let tolerance = 100.0 * analysis.tolerance;
-    let unresolved = |q: &ByQuantity<MeshErrors>| {
-        q.reference.as_ref().map_or(f64::INFINITY, |r| 100.0 * r.uncertainty / r.value.abs())
-    };
+    let unresolved =
+        |q: &ByQuantity<MeshErrors>| q.reference.as_ref().map_or(f64::INFINITY, |r| 100.0 * r.uncertainty / r.scale);
     // An error far below U(f*) is luck: it would stretch the axis
     let least = shown.iter().map(|(q, _)| 0.5 * unresolved(q)).fold(tolerance, f64::min);
     let y = Axis::log(dots().map(|d| d.error.max(least)).chain([tolerance]), "error [%]");

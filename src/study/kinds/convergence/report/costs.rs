@@ -60,7 +60,7 @@ fn worst(analysis: &ConvergenceFindings, r: &CaseRecord) -> Option<(f64, f64)> {
     let of = analysis.quantities.iter().filter(|q| q.deciding).filter_map(|q| {
         let reference = q.reference.as_ref()?;
         let error = q.errors.iter().find(|e| e.id == r.id)?.error;
-        Some((error, reference.uncertainty / reference.value.abs()))
+        Some((error, reference.uncertainty / reference.scale))
     });
     of.max_by(|a, b| a.0.max(a.1).total_cmp(&b.0.max(b.1)))
 }

@@ -18,7 +18,7 @@ pub fn content(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Con
         facts: facts(analysis),
         sentences: analysis.quantities.iter().map(|q| q.sentence.clone()).collect(),
         analysis: summary::headline(analysis),
-        tables: vec![quantities::quantities(analysis)],
+        tables: std::iter::once(quantities::quantities(analysis)).chain(quantities::one_run(analysis)).collect(),
         folded: vec![
             ("Every case", tables::cases(store)),
             ("What a digit costs", costs::table(store, analysis)),
@@ -26,6 +26,7 @@ pub fn content(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Con
             ("Curves, case by case", quantities::curves(analysis)),
         ],
         figures: figures::draw(store, analysis),
+        extension: analysis.extension.clone(),
         ..Content::new(analysis, analysis.recommended.is_some(), answer)
     }
 }

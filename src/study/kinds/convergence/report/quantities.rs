@@ -44,8 +44,40 @@ pub fn quantities(analysis: &ConvergenceFindings) -> Table {
 }
 
 fn overlap(q: &ByQuantity<MeshErrors>, family: &str) -> String {
-    let found = q.reference.iter().flat_map(|r| &r.others).find(|o| o.family == family);
+    let found = q.reference.iter().flat_map(|r| &r.others).find(|o| o.of == family);
     found.map_or("–", |o| if o.overlaps { "overlaps" } else { "does not overlap" }).into()
+}
+
+/// One row per quantity and case with an estimate of its own, next to the bar from many meshes.
+pub fn one_run(analysis: &ConvergenceFindings) -> Option<Table> {
+    let mut rows = vec![];
+    for q in &analysis.quantities {
+        for own in &q.one_run {
+            let decimals = digits(own.uncertainty.max(1e-6 * own.value.abs()));
+            let many = q.errors.iter().find(|e| e.id == own.id);
+            let per_cent = |v: f64| format!("{:.2}", 100.0 * v);
+            rows.push(vec![
+                q.quantity.label.clone(),
+                own.id.clone(),
+                format!("{:.decimals$}{}", own.value, space(&q.quantity.unit)),
+                format!("{:.decimals$}", own.corrected),
+                format!("{:.decimals$}", own.uncertainty),
+                per_cent(own.bar),
+                many.map_or("–".into(), |e| per_cent(e.error)),
+                many.map_or("–".into(), |e| per_cent(e.bar)),
+            ]);
+        }
+    }
+    (!rows.is_empty()).then(|| Table {
+        name: "one-run",
+        caption: "Errors estimated from each run alone: corrected value with its uncertainty, and the bar of the computed one, next to error and bar against the reference of the families.".into(),
+        columns: headings(&[
+            ("Quantity", "", false), ("Case", "", false), ("Computed", "", true), ("Corrected", "", true), ("±", "", true),
+            ("Bar, one run", "%", true), ("Error, families", "%", true), ("Bar, families", "%", true),
+        ]),
+        rows,
+        pick: None,
+    })
 }
 
 /// One row per mesh and formulation.

@@ -1,0 +1,67 @@
+//! Evidence in addition to the families of meshes: errors estimated from single runs, and the uncertainty of the constants.
+//!
+//! ```text
+//! constants     √(Σ (∂J/∂θₖ · half width of the 95 % interval of θₖ)²)/scale
+//! together      √(bar² + constants²)                                        after ASME V&V 20-2009, section 1-5
+//! ```
+
+use crate::study::curve::peak;
+use crate::study::estimate::reference::Reference;
+use crate::study::kinds::convergence::cases::Cases;
+use crate::study::record::StoredCase;
+use serde::Serialize;
+
+/// The error of one case from its run alone \[unit of f, bar –\].
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct OneRunBar {
+    pub id: String,
+    pub value: f64,
+    pub corrected: f64,
+    pub uncertainty: f64,
+    /// Share of the scale
+    pub bar: f64,
+}
+
+/// Uncertainty of a quantity by the constants of the laws.
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct InputUncertainty {
+    /// The case whose derivatives were taken
+    pub case: String,
+    pub constants: Vec<String>,
+    /// Share of the scale, 95 %
+    pub share: f64,
+}
+
+/// One line per case that has an estimate of its own.
+pub fn one_run(cases: &Cases, variant: &str, quantity: &str, scale: f64) -> Vec<OneRunBar> {
+    let bar = |c: &StoredCase| {
+        let e = c.record.one_run.as_ref()?.quantities.get(quantity)?;
+        let value = peak(c, quantity)?;
+        let (corrected, uncertainty) = (value + e.correction, e.uncertainty);
+        Some(OneRunBar { id: c.record.id.clone(), value, corrected, uncertainty, bar: e.bar / scale })
+    };
+    let own = |c: &&StoredCase| c.record.variant == variant && c.record.converged();
+    cases.stored.iter().filter(own).filter_map(bar).collect()
+}
+
+/// Compares the reference with the estimate from the finest mesh of its leading family.
+pub fn check(reference: &mut Reference, finest: Option<&String>, own: &[OneRunBar]) {
+    if let Some(bar) = own.iter().find(|b| Some(&b.id) == finest) {
+        reference.check(&bar.id, bar.corrected, bar.uncertainty);
+    }
+}
+
+/// Of the finest mesh that has derivatives by constants with intervals.
+pub fn input_uncertainty(cases: &Cases, variant: &str, quantity: &str, scale: f64) -> Option<InputUncertainty> {
+    let known = |c: &&StoredCase| {
+        let inputs = &c.record.inputs;
+        let has_all = !inputs.is_empty() && inputs.iter().all(|i| i.derivatives.contains_key(quantity));
+        c.record.variant == variant && c.record.converged() && has_all
+    };
+    let of = cases.stored.iter().filter(known);
+    let finest = &of.min_by(|a, b| a.record.mesh.h_m.total_cmp(&b.record.mesh.h_m))?.record;
+    let squares = finest.inputs.iter().map(|i| (i.derivatives[quantity] * i.half_width).powi(2));
+    let share = squares.sum::<f64>().sqrt() / scale;
+    let constants = finest.inputs.iter().map(|i| i.constant.clone()).collect();
+    share.is_finite().then(|| InputUncertainty { case: finest.id.clone(), constants, share })
+}

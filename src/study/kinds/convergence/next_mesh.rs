@@ -1,0 +1,232 @@
+//! The mesh that would support a verdict where the evidence does not, and its cost.
+//!
+//! The family whose bars are nearest to the tolerance is refined, among those that do not lock: its next size follows from its finest and
+//! second finest scene, whose `[mesh]` tables differ in the keys that set the size. The ratio is the one that brings the largest bar to the tolerance by the
+//! observed order (2 where there is none), from 1.3 to 2; more than that is another step. The cost is that of the power law through
+//! the family.
+
+use crate::report::numbers::{percent, seconds, thousands};
+use crate::study::analysis::ByQuantity;
+use crate::study::estimate::family::Estimate;
+use crate::study::estimate::growth::{Predicted, growth};
+use crate::study::estimate::richardson::{LEAST_ORDER, LEAST_RATIO};
+use crate::study::extension::Extension;
+use crate::study::kinds::convergence::cases::Cases;
+use crate::study::kinds::convergence::findings::MeshErrors;
+use crate::study::locking;
+use crate::study::record::{CaseRecord, FamilyRecord, Role};
+use std::collections::BTreeMap;
+use toml::{Table, Value};
+
+/// Largest ratio of sizes from one mesh to the next.
+const MOST_RATIO: f64 = 2.0;
+/// Share of the tolerance that the next mesh is to reach.
+const AIM: f64 = 0.8;
+
+/// The mesh to add where there is no verdict; none where no family can be refined by its keys, or where a quantity near zero needs an absolute
+/// tolerance first.
+pub fn next_mesh(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Option<Extension> {
+    let deciding = || quantities.iter().filter(|q| q.deciding);
+    let is_supported = deciding().all(|q| q.supported);
+    let open: Vec<&ByQuantity<MeshErrors>> = deciding().filter(|q| is_supported || !q.supported).collect();
+    let is_near_zero = |q: &&ByQuantity<MeshErrors>| {
+        let leading = q.reference.as_ref().and_then(|r| q.estimate(&r.family));
+        q.quantity.absolute_tolerance.is_none() && leading.is_some_and(Estimate::is_near_zero)
+    };
+    if open.is_empty() || open.iter().any(is_near_zero) {
+        return None;
+    }
+    let families = cases.study.families.iter().filter(|f| !matches!(f.role, Role::Seeds | Role::TimeStep));
+    let candidates = families.filter_map(|f| Candidate::new(cases, f, &open));
+    let best = candidates.min_by(|a, b| a.bar.total_cmp(&b.bar))?;
+    let (family, meshes) = (best.family, best.meshes.len());
+    let cells = best.next.cells;
+    let cost_s = best.cost(cases);
+    let cost = cost_s.map_or(String::new(), |p| {
+        // Three meshes may leave an interval over decades
+        let known = p.interval.filter(|[low, high]| *high < 100.0 * low);
+        let interval = known.map_or(String::new(), |[a, b]| format!(" (95 %: {} to {})", seconds(a), seconds(b)));
+        format!(", {} per case by the law of growth{interval}", seconds(p.value))
+    });
+    let more = if best.wanted > MOST_RATIO { ", and probably another one after it" } else { "" };
+    let changes: Vec<String> = best.next.set.iter().map(|(key, value)| format!("{key} = {value}")).collect();
+    let sentence = format!(
+        "A finer mesh of family {} would help: about {} cells ({}){cost}{more}. It has {meshes} meshes with a bar of {}; `durometer run \
+         STUDY --extend` adds it and runs it.",
+        family.name,
+        thousands(cells),
+        changes.join(", "),
+        percent(best.bar)
+    );
+    let (family, member) = (family.name.clone(), format!("added-{cells}"));
+    Some(Extension { family, member, set: best.next.set, cells, cost_s, sentence })
+}
+
+/// A family that can be refined.
+struct Candidate<'a> {
+    family: &'a FamilyRecord,
+    /// Finest first, one record each
+    meshes: Vec<&'a CaseRecord>,
+    /// Largest bar of its finest mesh in the quantities without a verdict \[–\]
+    bar: f64,
+    /// Ratio of sizes by which the bar would meet the tolerance
+    wanted: f64,
+    next: Finer,
+}
+
+impl<'a> Candidate<'a> {
+    fn new(cases: &Cases<'a>, family: &'a FamilyRecord, open: &[&ByQuantity<MeshErrors>]) -> Option<Self> {
+        let mut meshes: Vec<&CaseRecord> = vec![];
+        for c in cases.study.variants.iter().flat_map(|variant| cases.of(family, variant)) {
+            if !meshes.iter().any(|m| m.mesh.is_same(&c.record.mesh)) {
+                meshes.push(&c.record);
+            }
+        }
+        meshes.sort_by(|a, b| a.mesh.h_m.total_cmp(&b.mesh.h_m));
+        let [finest, second, ..] = meshes[..] else { return None };
+        if locking::alarm(finest).is_some() {
+            return None;
+        }
+        let (mut bar, mut wanted, mut walls) = (0.0_f64, LEAST_RATIO, false);
+        for q in open {
+            let e = q.estimate(&family.name)?;
+            let finest = e.cases.first()?;
+            let own = q.errors.iter().find(|c| c.id == *finest).map_or(f64::INFINITY, |c| c.bar);
+            bar = bar.max(own);
+            wanted = wanted.max((own / (AIM * cases.study.tolerance)).powf(1.0 / order(e)));
+            if let Some(cells) = e.wall_cells.first().filter(|_| !e.defensible) {
+                wanted = wanted.max(2.0 / cells);
+                walls = true;
+            }
+        }
+        let ratio = wanted.clamp(LEAST_RATIO, MOST_RATIO);
+        let next = Finer::new(second, finest, ratio, walls)?;
+        bar.is_finite().then_some(Self { family, meshes, bar, wanted, next })
+    }
+
+    fn cost(&self, cases: &Cases) -> Option<Predicted> {
+        let points: Vec<(f64, f64)> = self.meshes.iter().map(|m| (m.mesh.cells as f64, cases.cost(m))).collect();
+        growth(&points).map(|law| law.predict(self.next.cells as f64))
+    }
+}
+
+/// Order by which the bar is expected to fall.
+fn order(e: &Estimate) -> f64 {
+    let usual = e.formal_order.min(2.0);
+    e.observed_order.map_or(usual, |p| p.clamp(LEAST_ORDER, usual))
+}
+
+/// The changes that make a mesh finer than the finest of a family.
+struct Finer {
+    set: Table,
+    cells: usize,
+}
+
+impl Finer {
+    /// From the keys of `[mesh]` in which the two finest scenes differ. `all` also refines directions that the family leaves as they are.
+    fn new(second: &CaseRecord, finest: &CaseRecord, ratio: f64, all: bool) -> Option<Self> {
+        let (coarse, fine) = (mesh_keys(second)?, mesh_keys(finest)?);
+        let (mut set, mut factor) = (Table::new(), 1.0);
+        for (key, value) in fine.iter().filter(|(key, value)| coarse.get(*key) != Some(value)) {
+            let name = key.rsplit('.').next().unwrap_or(key);
+            let new = match (name, value) {
+                ("seed", same) => same.clone(),
+                ("levels", Value::Integer(n)) => {
+                    factor *= 8.0;
+                    Value::Integer(n + 1)
+                }
+                ("cells", Value::Integer(n)) => {
+                    factor *= ratio.powi(3);
+                    Value::Integer(round(*n as f64 * ratio.powi(3)) as i64)
+                }
+                ("divisions", Value::Array(now)) => {
+                    let before = coarse.get(key).and_then(Value::as_array);
+                    let (new, more) = divided(now, before.filter(|_| !all), ratio)?;
+                    factor *= more;
+                    new
+                }
+                ("size", Value::String(length)) => {
+                    let at = length.find(|c: char| c.is_alphabetic())?;
+                    let (number, unit) = (length[..at].trim().parse::<f64>().ok()?, length[at..].trim());
+                    factor *= ratio.powi(3);
+                    Value::String(format!("{} {unit}", round(number / ratio)))
+                }
+                _ => return None,
+            };
+            set.insert(format!("mesh.{key}"), new);
+        }
+        (factor > 1.0).then(|| Self { set, cells: round(finest.mesh.cells as f64 * factor) as usize })
+    }
+}
+
+/// Numbers of boxes times the ratio, where they differ from those `before`, and the factor on their product.
+fn divided(now: &[Value], before: Option<&Vec<Value>>, ratio: f64) -> Option<(Value, f64)> {
+    let (mut new, mut factor) = (vec![], 1.0);
+    for (k, n) in now.iter().enumerate() {
+        let n = n.as_integer()?;
+        let is_left = before.is_some_and(|b| b.get(k).and_then(Value::as_integer) == Some(n));
+        let m = if is_left { n } else { (n as f64 * ratio).ceil() as i64 };
+        factor *= m as f64 / n as f64;
+        new.push(Value::Integer(m));
+    }
+    Some((Value::Array(new), factor))
+}
+
+/// Three significant digits.
+fn round(x: f64) -> f64 {
+    let unit = 10f64.powf(x.abs().log10().floor() - 2.0);
+    let rounded = (x / unit).round() * unit;
+    // Powers of ten below one are not exact
+    if unit < 1.0 { (rounded / unit).round() / (1.0 / unit).round() } else { rounded }
+}
+
+/// The keys of `[mesh]` of a case, dotted.
+fn mesh_keys(case: &CaseRecord) -> Option<BTreeMap<String, Value>> {
+    let scene: Table = case.provenance.scene.parse().ok()?;
+    let mut keys = BTreeMap::new();
+    flatten("", scene.get("mesh")?.as_table()?, &mut keys);
+    // A level of zero may be left out
+    keys.entry("levels".into()).or_insert(Value::Integer(0));
+    Some(keys)
+}
+
+fn flatten(prefix: &str, table: &Table, keys: &mut BTreeMap<String, Value>) {
+    for (key, value) in table {
+        match value {
+            Value::Table(inner) => flatten(&format!("{prefix}{key}."), inner, keys),
+            leaf => drop(keys.insert(format!("{prefix}{key}"), leaf.clone())),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn case(mesh: &str, cells: usize) -> CaseRecord {
+        let mut c = CaseRecord::default();
+        c.provenance.scene = format!("[mesh]\n{mesh}\n");
+        c.mesh.cells = cells;
+        c
+    }
+
+    fn next(second: &str, finest: &str, ratio: f64, all: bool) -> Option<(String, usize)> {
+        let found = Finer::new(&case(second, 500), &case(finest, 1000), ratio, all)?;
+        Some((toml::to_string(&found.set).expect("a table").trim().to_string(), found.cells))
+    }
+
+    #[test]
+    fn the_keys_that_set_the_size_are_continued() {
+        let of = |a: &str, b: &str| next(a, b, 1.5, false).expect("a finer mesh");
+        assert_eq!(of("cells = 500", "cells = 1000"), ("\"mesh.cells\" = 3380".into(), 3380));
+        assert_eq!(of("cells = 9", "cells = 9\nlevels = 1"), ("\"mesh.levels\" = 2".into(), 8000));
+        assert_eq!(of("size = \"2 mm\"", "size = \"1.5 mm\""), ("\"mesh.size\" = \"1 mm\"".into(), 3380));
+        let grid = |n: &str| format!("grid = {{ kind = \"box\", divisions = {n} }}");
+        let (set, cells) = of(&grid("[4, 6, 1]"), &grid("[6, 9, 1]"));
+        assert_eq!((set.as_str(), cells), ("\"mesh.grid.divisions\" = [9, 14, 1]", 2330));
+        let thick = next(&grid("[4, 6, 1]"), &grid("[6, 9, 1]"), 2.0, true).expect("a finer mesh");
+        assert_eq!(thick, ("\"mesh.grid.divisions\" = [12, 18, 2]".into(), 8000));
+        assert!(next("file = \"a.msh\"", "file = \"b.msh\"", 1.5, false).is_none(), "files cannot be continued");
+        assert!(next("seed = 1", "seed = 2", 1.5, false).is_none(), "another seed is no finer mesh");
+    }
+}

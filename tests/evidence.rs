@@ -1,0 +1,141 @@
+//! Evidence in addition to the families of meshes: estimates from single runs, and constants that are known within intervals, from a study that is run.
+
+use durometer::study::expand::Study;
+use durometer::study::kinds::convergence::analysis::analyse;
+use durometer::study::record::{CaseRecord, StoredCase};
+use durometer::study::results::{Results, read};
+use durometer::study::runner::{Options, Watch, run};
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+struct Silent;
+impl Watch for Silent {}
+
+/// A block that is pulled, with a law whose file knows μ within 10 %.
+const SCENE: &str = r#"
+title = "A block that is pulled"
+[mesh]
+grid = { kind = "box", size = ["20 mm", "10 mm", "10 mm"], divisions = [2, 1, 1] }
+element = "tet10"
+[laws.rubber]
+include = "law.toml"
+nu = 0.3
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+[[effect]]
+kind = "traction"
+region = "xmax"
+direction = [1, 0, 0]
+traction = { kind = "ramp", from = "0 Pa", to = "10 kPa", end = "1 s" }
+[[constraint]]
+kind = "fixed"
+region = "xmin"
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "0.5 s"
+[[probe]]
+kind = "position"
+region = "xmax"
+"#;
+const LAW: &str = "law = \"neo_hookean\"\nmu = \"100 kPa\"\n[provenance]\nmu_interval = [\"90 kPa\", \"110 kPa\"]\n";
+const STUDY: &str = r#"
+kind = "convergence"
+question = "How far does the end move?"
+expectation = "As far as its modulus says."
+scene = "scene.toml"
+tolerance = "5 %"
+error_estimates = true
+[[variant]]
+name = "pull"
+quantity = [{ name = "xmax_x_m", label = "way of the end", symbol = "u", unit = "m" }]
+[[family]]
+name = "sizes"
+role = "sizes"
+[family.members]
+a = { "mesh.grid.divisions" = [4, 2, 2] }
+b = { "mesh.grid.divisions" = [6, 3, 3] }
+c = { "mesh.grid.divisions" = [8, 4, 4] }
+[[family]]
+name = "dt"
+role = "time_step"
+[family.members]
+nominal = { "mesh.grid.divisions" = [4, 2, 2] }
+fine = { "mesh.grid.divisions" = [4, 2, 2], "stage.0.dt" = "0.25 s" }
+"#;
+
+fn results(study: &str) -> (tempfile::TempDir, Results) {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for (name, text) in [("scene.toml", SCENE), ("law.toml", LAW), ("study.toml", study)] {
+        std::fs::write(folder.path().join(name), text).expect("writable");
+    }
+    let study = Study::read(&folder.path().join("study.toml"), &[]).unwrap_or_else(|e| panic!("{e}"));
+    let (stop, out) = (AtomicBool::new(false), folder.path().join("results"));
+    let options = Options { jobs: 1, redo: false, only: None, vtu: false, stop: &stop };
+    run(&study, &out, &options, &Silent).unwrap_or_else(|e| panic!("{e}"));
+    let results = read(Path::new(&out)).unwrap_or_else(|e| panic!("{e}"));
+    (folder, results)
+}
+
+fn record<'a>(cases: &'a [StoredCase], id: &str) -> &'a CaseRecord {
+    &cases.iter().find(|c| c.record.id == id).unwrap_or_else(|| panic!("{id} has no result")).record
+}
+
+#[test]
+fn one_run_and_the_constants_are_evidence_of_their_own() {
+    let (_keep, results) = results(STUDY);
+    let finest = record(&results.cases, "sizes-pull-c");
+    let own = finest.one_run.as_ref().expect("the study asks for it");
+    assert!(own.refused.is_none() && own.quantities.contains_key("xmax_x_m"), "{own:?}");
+
+    let a = analyse(&results.study, &results.cases);
+    let q = a.find("pull", "xmax_x_m").expect("listed");
+    let reference = q.reference.as_ref().expect("a family");
+    let check = reference.independent.as_ref().expect("an estimate from one run");
+    assert_eq!(check.of, "sizes-pull-c");
+    assert_eq!(q.one_run.len(), 4, "every case of the variant has one: {:?}", q.one_run);
+
+    // u is proportional to 1/μ at small strain; at a stretch of 1.04 within the strain
+    let inputs = q.inputs.as_ref().expect("the file gives an interval");
+    println!("{inputs:?}\n{check:?}\n{}", a.verdict);
+    assert_eq!(inputs.constants, ["laws.rubber.mu"]);
+    assert!((inputs.share - 0.10).abs() < 0.01, "{inputs:?}");
+    let input = &finest.inputs[0];
+    assert!((input.half_width - 1e4).abs() < 1e-6, "{input:?}");
+    let r = a.recommended.as_ref().unwrap_or_else(|| panic!("{}", a.verdict));
+    let together = r.error_bar.hypot(inputs.share);
+    let words = format!("{:.0} %", 100.0 * together);
+    assert!(a.verdict.contains("Constants (laws.rubber.mu)") && a.verdict.contains(&words), "{words}: {}", a.verdict);
+
+    // Static, without history: the steps measure the solver
+    assert_eq!(finest.steps_matter, Some(false));
+    assert!(a.warnings.iter().any(|w| w.contains("nothing depends on the time steps")), "{:?}", a.warnings);
+}
+
+/// An estimate that contradicts the families widens the reference, and is said.
+#[test]
+fn a_disagreement_with_one_run_widens_the_reference() {
+    let (_keep, mut results) = results(STUDY);
+    let before = analyse(&results.study, &results.cases);
+    let of = |a: &durometer::study::analysis::Analysis<_>| -> durometer::study::estimate::reference::Reference {
+        let found: &durometer::study::kinds::convergence::findings::ConvergenceFindings = &a.found;
+        found.find("pull", "xmax_x_m").and_then(|q| q.reference.clone()).expect("a reference")
+    };
+    let finest = results.cases.iter_mut().find(|c| c.record.id == "sizes-pull-c").expect("a result");
+    let error = finest.record.one_run.as_mut().and_then(|o| o.quantities.get_mut("xmax_x_m")).expect("an estimate");
+    let size = of(&before).value.abs();
+    error.correction += 0.03 * size;
+    let after = analyse(&results.study, &results.cases);
+    assert!(of(&after).uncertainty > 0.025 * size, "{:?}", of(&after));
+    assert!(after.warnings.iter().any(|w| w.contains("has grown to reach it")), "{:?}", after.warnings);
+}
+
+/// Without the key no case has an estimate of its own.
+#[test]
+fn estimates_from_one_run_are_made_on_request() {
+    let plain = STUDY.replace("error_estimates = true\n", "").replace("c = {", "# c = {");
+    let (_keep, results) = results(&plain);
+    assert!(results.cases.iter().all(|c| c.record.one_run.is_none()));
+}
