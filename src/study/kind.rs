@@ -104,11 +104,13 @@ pub struct RunRules {
     pub keep_refusals: bool,
     /// Cases of the same scene are run once
     pub share_cases: bool,
+    /// The errors of every case but those of a reference are estimated from its own run
+    pub own_errors: bool,
 }
 
 impl Default for RunRules {
     fn default() -> Self {
-        Self { repeats: 1, smallest_first: false, keep_refusals: false, share_cases: true }
+        Self { repeats: 1, smallest_first: false, keep_refusals: false, share_cases: true, own_errors: false }
     }
 }
 

@@ -77,6 +77,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         repeats: Vec::new(),
         locking: locking(scene, run),
         probes: run.columns.iter().enumerate().skip(1).map(|(k, name)| (name.clone(), probe(run, k))).collect(),
+        own_errors: None,
         cable_events: run.cable_events.iter().map(Into::into).collect(),
         contacts: contacts(scene, run),
         notes: scene.notes.iter().cloned().chain(solver::notes(run)).collect(),

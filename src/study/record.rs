@@ -3,6 +3,7 @@
 use crate::material::Law;
 use crate::scene::control::Fired;
 use crate::scene::parts::constraints::CableEvent;
+use crate::scene::{ErrorEstimate, EstimateError, QuantityError};
 use crate::solve::Status;
 use crate::study::contact::ContactRecord;
 use crate::study::overlay::distance::Distance;
@@ -68,6 +69,9 @@ pub struct CaseRecord {
     pub locking: Option<LockingRecord>,
     /// Per recorded column of the CSV
     pub probes: BTreeMap<String, ProbeRecord>,
+    /// Errors of its quantities estimated from this run alone, where the study asks for them
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub own_errors: Option<OwnErrorsRecord>,
     /// Cables that went slack, taut, or to the limit of their drive
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub cable_events: Vec<CableEventRecord>,
@@ -199,6 +203,31 @@ pub struct ProbeRecord {
     pub peak_t_s: f64,
     #[serde(rename = "final")]
     pub last: f64,
+}
+
+/// Discretisation errors estimated from one run.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Default)]
+pub struct OwnErrorsRecord {
+    pub quantities: Vec<QuantityError>,
+    /// Why there are none
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub refusal: Option<String>,
+    /// Equations of the enriched space
+    pub dofs: usize,
+    pub factorisations: usize,
+    /// CPU time of the estimate, the run apart \[s\]
+    pub cpu_s: f64,
+}
+
+impl OwnErrorsRecord {
+    pub fn new(estimate: Result<ErrorEstimate, EstimateError>) -> Self {
+        match estimate {
+            Ok(ErrorEstimate { quantities, dofs, factorisations, cpu, .. }) => {
+                Self { quantities, refusal: None, dofs, factorisations, cpu_s: cpu }
+            }
+            Err(why) => Self { refusal: Some(why.to_string()), ..Self::default() },
+        }
+    }
 }
 
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Default)]

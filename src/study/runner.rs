@@ -2,14 +2,15 @@
 
 use crate::calibrate::inverse::{Calibration, Failure, InverseError, SceneModel, calibrate};
 use crate::scene::{
-    Body, Constant, Progress, Run, RunOptions, Scene, SceneError, SceneSpec, Sensitivities, SensitivityRecorder,
+    Body, Constant, ErrorEstimator, Progress, Run, RunOptions, Scene, SceneError, SceneSpec, Sensitivities,
+    SensitivityRecorder,
 };
 use crate::solve::Status;
 use crate::study::case::Case;
 use crate::study::expand::Study;
 use crate::study::fields::{Fields, USUAL};
 use crate::study::outcome::{input_hash, record, refused, skin};
-use crate::study::record::{CaseRecord, PANICKED, REFUSED, Role};
+use crate::study::record::{CaseRecord, OwnErrorsRecord, PANICKED, REFUSED, Role};
 use crate::study::store::{Store, StoreError};
 use crate::study::work::{RepeatRecord, largest_memory, measure, watch_memory};
 use crate::system::State;
@@ -210,7 +211,8 @@ fn run_or_reuse(
     let drawn = fields.as_ref().is_none_or(|f| f.collection().is_file());
     // A run that draws does not measure its cost
     let repeats = if options.vtu { 1 } else { study.repeats(case) };
-    let enough = |r: &CaseRecord| r.repeats.len().max(1) >= repeats;
+    let estimated = |r: &CaseRecord| r.own_errors.is_some() || !study.estimates_errors(case);
+    let enough = |r: &CaseRecord| r.repeats.len().max(1) >= repeats && estimated(r);
     let kept =
         store.finished(&case.id, &input_sha256).filter(|r| drawn && !options.redo && (enough(r) || !r.converged()));
     if let Some(record) = kept {
@@ -253,6 +255,7 @@ struct Solved {
     /// Constants that were found before the run
     found: Option<Calibration>,
     sensitivities: Option<Sensitivities>,
+    own_errors: Option<OwnErrorsRecord>,
     build_s: f64,
     /// Wall and CPU seconds of the run
     times: (f64, f64),
@@ -281,8 +284,12 @@ fn solve(
     let build_s = building.elapsed().as_secs_f64();
     let scene = scene?;
     check_quantities(study, case, &scene)?;
+    let mut estimator = study.estimates_errors(case).then(|| ErrorEstimator::new(&scene));
     let mut number = 0..;
     let mut states = |state: &State| {
+        if let Some(Ok(estimator)) = estimator.as_mut() {
+            estimator.add(state);
+        }
         if let Some(fields) = fields.as_mut() {
             fields.add(&scene, state, number.next().expect("there is always a next number"));
         }
@@ -305,7 +312,10 @@ fn solve(
         (run, Some(sensitivities), times, vec![])
     };
     let repeats = if repeats > 1 { all } else { vec![] };
-    Ok(Some(Solved { scene, run, found, sensitivities, build_s, times, repeats }))
+    let own_errors = estimator
+        .filter(|_| run.status == Status::Converged)
+        .map(|estimator| OwnErrorsRecord::new(estimator.and_then(|e| e.estimate(&run, &study.columns_of(case)))));
+    Ok(Some(Solved { scene, run, found, sensitivities, own_errors, build_s, times, repeats }))
 }
 
 /// Stores what a case has left; the record comes last. With it: whether another case ran at the same time, the memory of
@@ -339,6 +349,7 @@ fn store_result(
     }
     (record.phases.build_s, record.work.memory_bytes) = (solved.build_s, memory);
     record.repeats.clone_from(&solved.repeats);
+    record.own_errors.clone_from(&solved.own_errors);
     record.phases.output_s = writing.elapsed().as_secs_f64();
     store.save(&record, run, &skin)?;
     Ok(record)
