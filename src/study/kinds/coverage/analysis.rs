@@ -24,7 +24,7 @@ pub struct CoverageFindings {
     pub problems: usize,
     pub truths: Vec<Truth>,
     pub marks: Vec<Mark>,
-    /// Of all bars first, then by formulation, material, body, smoothness
+    /// Of all bars first, then by group
     pub shares: Vec<Share>,
     /// Bars of one run where facets cut the boundary
     pub faceted: Option<Share>,
@@ -86,12 +86,14 @@ fn refusals(stored: &[StoredCase]) -> impl Iterator<Item = String> {
 /// Groups of bars: what they are grouped by, and the group of a bar.
 type Group = (&'static str, fn(&Mark) -> String);
 
-const GROUPS: [Group; 5] = [
+const GROUPS: [Group; 7] = [
     ("all", |_| "all".into()),
     ("formulation", |m| m.formulation.clone()),
     ("material", |m| m.material.clone()),
     ("body", |m| m.body.clone()),
     ("solution", |m| if m.smooth { "smooth".into() } else { "singular edges".into() }),
+    ("boundary", |m| if m.curved { "curved".into() } else { "flat".into() }),
+    ("locking", |m| if m.locks { "alarm".into() } else { "no alarm".into() }),
 ];
 
 fn shares(study: &StudyRecord, marks: &[Mark]) -> Vec<Share> {

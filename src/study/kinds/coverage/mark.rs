@@ -56,6 +56,8 @@ pub struct Mark {
     pub problem: String,
     pub body: String,
     pub smooth: bool,
+    /// The boundary of the body is curved
+    pub curved: bool,
     pub material: String,
     pub formulation: String,
     pub seed: String,
@@ -74,6 +76,8 @@ pub struct Mark {
     /// Of many runs: meshes, and whether U(f*) is within the tolerance of the study
     pub meshes: usize,
     pub defensible: bool,
+    /// The case, or the finest one of the family, has an alarm of locking
+    pub locks: bool,
 }
 
 impl Mark {
@@ -120,14 +124,14 @@ pub fn marks(study: &StudyRecord, stored: &[StoredCase], problem: &ProblemRecord
             let mesh = &case.record.mesh;
             // A mesh without inner nodes is the same for all seeds
             if !seen.iter().any(|(f, known)| *f == formulation && known.is_same(mesh)) {
-                out.extend(base.of_one_run(case, problem.curved));
+                out.extend(base.of_one_run(case));
             }
             seen.push((formulation, mesh));
         }
         let scatter = scatter(stored, problem, formulation, study, truth);
         let meshes = all.iter().map(|(level, _)| level.clone()).collect();
         let found = estimate((&judged.family, Role::Sizes, formulation), meshes, scatter, study.tolerance);
-        out.extend(found.map(|e| base.of_many_runs(&e, all[0].1.record.mesh.cells)));
+        out.extend(found.map(|e| base.of_many_runs(&e, all[0].1)));
     }
     out
 }
@@ -156,6 +160,7 @@ impl Mark {
             problem: problem.name.clone(),
             body: problem.body.clone(),
             smooth: problem.smooth,
+            curved: problem.curved,
             material: truth.material.clone(),
             formulation: formulation.into(),
             seed: judged.seed.clone(),
@@ -172,6 +177,7 @@ impl Mark {
             bar: 0.0,
             meshes: 1,
             defensible: true,
+            locks: false,
         }
     }
 
@@ -182,7 +188,7 @@ impl Mark {
         self
     }
 
-    fn of_one_run(&self, case: &StoredCase, curved: bool) -> Option<Self> {
+    fn of_one_run(&self, case: &StoredCase) -> Option<Self> {
         let r = &case.record;
         let q = r.own_errors.as_ref()?.quantities.iter().find(|q| q.column == self.quantity)?;
         // Judged is the change of what does not start at zero
@@ -194,29 +200,35 @@ impl Mark {
             corrected: value + (q.corrected - q.value),
             uncertainty: q.uncertainty,
             bar: q.bar,
+            locks: locks(case),
             ..self.clone()
         };
         let mut mark = mark.known();
-        if curved && self.formulation.starts_with("tet4") && mark.counts() {
+        if self.curved && self.formulation.starts_with("tet4") && mark.counts() {
             mark.standing = Standing::Faceted;
         }
         Some(mark)
     }
 
-    fn of_many_runs(&self, e: &Estimate, cells: usize) -> Self {
+    fn of_many_runs(&self, e: &Estimate, finest: &StoredCase) -> Self {
         let value = e.values[0];
         let mark = Self {
             estimator: Estimator::ManyRuns,
             case: e.cases[0].clone(),
-            cells,
+            cells: finest.record.mesh.cells,
             value,
             corrected: e.extrapolated,
             uncertainty: e.uncertainty,
             bar: (value - e.extrapolated).abs() + e.uncertainty,
             meshes: e.values.len(),
             defensible: e.defensible,
+            locks: locks(finest),
             ..self.clone()
         };
         mark.known()
     }
+}
+
+fn locks(case: &StoredCase) -> bool {
+    case.record.locking.is_some_and(|locking| locking.alarm)
 }
