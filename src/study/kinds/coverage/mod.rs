@@ -17,29 +17,9 @@ use crate::study::results::Results;
 use crate::study::spec::refuse;
 use analysis::{CoverageFindings, analyse};
 use record::CoverageRecord;
-use serde::Deserialize;
-use spec::{ChangesSpec, ProblemSpec};
 use std::path::Path;
 
-/// Keys of a coverage study.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct CoverageStudy {
-    /// Materials in which every problem is posed
-    #[serde(rename = "material", default)]
-    pub materials: Vec<ChangesSpec>,
-    /// Formulations whose error bars are judged
-    #[serde(rename = "formulation", default)]
-    pub formulations: Vec<ChangesSpec>,
-    /// Formulations that know the truth on finer meshes
-    #[serde(rename = "truth", default)]
-    pub truths: Vec<ChangesSpec>,
-    /// Several meshes of the same size
-    #[serde(rename = "seed", default)]
-    pub seeds: Vec<ChangesSpec>,
-    #[serde(rename = "problem", default)]
-    pub problems: Vec<ProblemSpec>,
-}
+pub use spec::CoverageStudy;
 
 impl StudyKind for CoverageStudy {
     const NAME: &'static str = "coverage";

@@ -10,7 +10,7 @@ const Z: f64 = 1.96;
 #[derive(Clone, Debug, Serialize, PartialEq)]
 pub struct Share {
     pub estimator: Estimator,
-    /// What is grouped by, and the group: `formulation`, `tet10_up`
+    /// Property by which bars are grouped, and its value: `formulation`, `tet10_up`
     pub by: &'static str,
     pub group: String,
     pub bars: usize,

@@ -4,13 +4,32 @@
 //! of the truth are references: the errors of their cases are not estimated from their own runs.
 
 use crate::study::kind::{Expansion, RunRules};
-use crate::study::kinds::coverage::CoverageStudy;
 use crate::study::kinds::coverage::record::{CoverageRecord, JudgedFamily, ProblemRecord};
 use crate::study::record::{Quantity, Role};
 use crate::study::spec::{FamilySpec, Mistake, VariantSpec, check_names};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+
+/// Keys of a coverage study.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CoverageStudy {
+    /// Materials in which every problem is posed
+    #[serde(rename = "material", default)]
+    pub materials: Vec<ChangesSpec>,
+    /// Formulations whose error bars are judged
+    #[serde(rename = "formulation", default)]
+    pub formulations: Vec<ChangesSpec>,
+    /// Formulations that know the truth on finer meshes
+    #[serde(rename = "truth", default)]
+    pub truths: Vec<ChangesSpec>,
+    /// Several meshes of the same size
+    #[serde(rename = "seed", default)]
+    pub seeds: Vec<ChangesSpec>,
+    #[serde(rename = "problem", default)]
+    pub problems: Vec<ProblemSpec>,
+}
 
 /// Changes to a scene, with a name.
 #[derive(Clone, Debug, Deserialize)]
