@@ -165,6 +165,27 @@ fn the_same_mesh_counts_once() {
     assert_eq!(a.whole(Estimator::OneRun).map(|s| s.bars), Some(5));
 }
 
+/// A study that cannot know its truths, or lacks a series of sizes, is refused with the place and the remedy.
+#[test]
+fn what_cannot_be_judged_is_refused() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/coverage");
+    let text = std::fs::read_to_string(root.join("study.toml")).expect("the shipped study");
+    let refusal = |old: &str, new: &str| {
+        assert!(text.contains(old), "{old}");
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let file = folder.path().join("study.toml");
+        let scenes = root.join("scenes").display().to_string();
+        std::fs::write(&file, text.replace("scenes/", &format!("{scenes}/")).replacen(old, new, 1)).expect("writable");
+        Study::read(&file, &[]).expect_err("a refusal").to_string()
+    };
+    let one = refusal("[[truth]]\nname = \"tet10\"", "[[seed]]\nname = \"c\"");
+    assert!(one.contains("truth: the study has 1") && one.contains("at least 2"), "{one}");
+    let none = refusal("sizes.truth", "sizes.other");
+    assert!(none.contains("problem bend") && none.contains("sizes.truth"), "{none}");
+    let idle = refusal("[[truth]]", "[[truth]]\nsizes = \"linear\"");
+    assert!(idle.contains("truth tet10") && idle.contains("no effect"), "{idle}");
+}
+
 struct Silent;
 
 impl Watch for Silent {}

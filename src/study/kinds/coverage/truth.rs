@@ -1,7 +1,7 @@
 //! The true value of a quantity, by families of finer meshes in several formulations.
 //!
 //! Each family of the truth has a limit f* (the Richardson value where the order of its three finest meshes is sane, the finest value f₁
-//! otherwise) and a change δ on the way there, |f* − f₁| or, without an order, the last difference |f₁ − f₂|. The truth is the limit of the
+//! otherwise) and a change δ towards it, |f* − f₁| or, without an order, the last difference |f₁ − f₂|. The truth is the limit of the
 //! family with the smallest δ. Its uncertainty is the largest distance from the limit of another family, and at least a quarter of δ where
 //! it was extrapolated, all of it where not.
 
