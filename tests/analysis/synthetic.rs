@@ -111,6 +111,7 @@ fn case(m: &Member, variant: &str) -> StoredCase {
         },
         work: Default::default(),
         repeats: vec![],
+        own_errors: None,
         locking: None,
         probes,
         distances: vec![],
