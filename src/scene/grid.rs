@@ -18,6 +18,10 @@ pub fn grid(file: &Path, spec: &GridSpec, element: ElementSpec) -> Result<TetMes
         GridSpec::Plate { thickness, divisions, .. } => (divisions, vec![*thickness]),
         GridSpec::Octant { inner, outer, divisions } => (divisions, vec![*inner, *outer]),
         GridSpec::Cylinder { radius, length, divisions } => (divisions, vec![*radius, *length]),
+        GridSpec::Hole { radius, half_edge, thickness, divisions } => {
+            (divisions, vec![*radius, *half_edge, *thickness])
+        }
+        GridSpec::Bracket { edge, thickness, divisions } => (divisions, vec![*edge, *thickness]),
         GridSpec::HalfSpace { radius, fine, divisions } | GridSpec::HalfSphere { radius, fine, divisions } => {
             (divisions, vec![*radius, *fine])
         }
@@ -46,6 +50,19 @@ pub fn grid(file: &Path, spec: &GridSpec, element: ElementSpec) -> Result<TetMes
         GridSpec::Cylinder { radius, length, divisions: [n, layers] } => {
             curved::cylinder(radius.0, length.0, *n, *layers, order)
         }
+        GridSpec::Hole { radius, half_edge, .. } if radius.0 >= half_edge.0 => {
+            return refuse("radius is not less than half_edge".into(), "take a smaller hole");
+        }
+        GridSpec::Hole { divisions: [_, around, _], .. } if around % 2 == 1 => {
+            return refuse(
+                format!("{around} divisions go round the quarter"),
+                "take an even number: its corner is a node",
+            );
+        }
+        GridSpec::Hole { radius, half_edge, thickness, divisions } => {
+            curved::hole(radius.0, half_edge.0, thickness.0, *divisions, order)
+        }
+        GridSpec::Bracket { edge, thickness, divisions } => curved::bracket(edge.0, thickness.0, *divisions, order),
         GridSpec::HalfSpace { radius, fine, divisions } | GridSpec::HalfSphere { radius, fine, divisions }
             if fine.0 * divisions[0] as f64 >= radius.0 =>
         {

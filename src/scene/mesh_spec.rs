@@ -156,6 +156,11 @@ pub enum GridSpec {
     Octant { inner: Length, outer: Length, divisions: [usize; 2] },
     /// Along z: `zmin`, `zmax`, `side`; divisions of the radius and of the length
     Cylinder { radius: Length, length: Length, divisions: [usize; 2] },
+    /// A quarter of a square plate of this half edge with a hole: `hole`, `xmin`, `ymin` (planes of symmetry), `xmax`, `ymax`, `zmin`, `zmax`;
+    /// divisions of the radius, round the quarter, of the thickness
+    Hole { radius: Length, half_edge: Length, thickness: Length, divisions: [usize; 3] },
+    /// A square plate without a quadrant: `xmin`, `xmax`, …, `zmax`; divisions across an arm, of the thickness
+    Bracket { edge: Length, thickness: Length, divisions: [usize; 2] },
     /// A quarter of a half ball below z = 0: `top`, `far`, `xmin`, `ymin`; cells of `fine` at the origin in so many layers, then
     /// growing in so many
     HalfSpace { radius: Length, fine: Length, divisions: [usize; 2] },

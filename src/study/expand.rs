@@ -183,8 +183,22 @@ impl Study {
 
     /// Runs of a case. What is far finer than needed is a reference, whose cost is not asked for.
     pub fn repeats(&self, case: &Case) -> usize {
-        let role = self.record.families.iter().find(|f| f.name == case.family).map(|f| f.role);
-        if role == Some(Role::Reference) { 1 } else { self.rules.repeats }
+        if self.is_reference(case) { 1 } else { self.rules.repeats }
+    }
+
+    /// Whether the errors of a case are estimated from its own run.
+    pub fn estimates_errors(&self, case: &Case) -> bool {
+        self.rules.error_estimates && !self.is_reference(case)
+    }
+
+    /// Columns that are judged in a case.
+    pub fn columns_of(&self, case: &Case) -> Vec<String> {
+        let of_variant = || self.record.quantities.get(&case.variant).into_iter().flatten().map(|q| q.name.clone());
+        self.columns.get(&case.family).cloned().unwrap_or_else(|| of_variant().collect())
+    }
+
+    fn is_reference(&self, case: &Case) -> bool {
+        self.record.families.iter().any(|f| f.name == case.family && f.role == Role::Reference)
     }
 }
 

@@ -215,7 +215,7 @@ fn run_or_reuse(
     // A run that draws does not measure its cost
     let repeats = if options.vtu { 1 } else { study.repeats(case) };
     let enough =
-        |r: &CaseRecord| r.repeats.len().max(1) >= repeats && (r.one_run.is_some() || !study.rules.error_estimates);
+        |r: &CaseRecord| r.repeats.len().max(1) >= repeats && (r.one_run.is_some() || !study.estimates_errors(case));
     let kept =
         store.finished(&case.id, &input_sha256).filter(|r| drawn && !options.redo && (enough(r) || !r.converged()));
     if let Some(record) = kept {
@@ -287,8 +287,8 @@ fn solve(
     let build_s = building.elapsed().as_secs_f64();
     let scene = scene?;
     check_quantities(study, case, &scene)?;
+    let mut estimator = study.estimates_errors(case).then(|| ErrorEstimator::new(&scene));
     let mut number = 0..;
-    let mut estimator = study.rules.error_estimates.then(|| ErrorEstimator::new(&scene));
     let mut states = |state: &State| {
         if let Some(Ok(estimator)) = &mut estimator {
             estimator.add(state);
@@ -322,9 +322,7 @@ fn solve(
         let (run, times, all) = measure(&scene, repeats, go_on, &mut states);
         (run, None, times, all)
     };
-    let judged = study.record.quantities.get(&case.variant).into_iter().flatten();
-    let columns: Vec<String> = judged.map(|q| q.name.clone()).collect();
-    let one_run = estimator.map(|estimator| one_run(estimator, &run, &columns));
+    let one_run = estimator.map(|estimator| one_run(estimator, &run, &study.columns_of(case)));
     let repeats = if repeats > 1 { all } else { vec![] };
     Ok(Some(Solved { scene, run, found, sensitivities, one_run, build_s, times, repeats }))
 }

@@ -4,17 +4,19 @@ pub mod calibration;
 pub mod comparison;
 pub mod convergence;
 pub mod cost;
+pub mod coverage;
 pub mod robustness;
 pub mod sweep;
 
 use crate::study::kind::Kind;
 
 /// Registry of the kinds.
-pub const KINDS: [Kind; 6] = [
+pub const KINDS: [Kind; 7] = [
     Kind::of::<convergence::ConvergenceStudy>(),
     Kind::of::<comparison::ComparisonStudy>(),
     Kind::of::<sweep::SweepStudy>(),
     Kind::of::<cost::CostStudy>(),
     Kind::of::<calibration::CalibrationStudy>(),
+    Kind::of::<coverage::CoverageStudy>(),
     Kind::of::<robustness::RobustnessStudy>(),
 ];

@@ -1,0 +1,156 @@
+//! Counts of the error bars of all problems that contain the truth.
+//!
+//! Pure: stored cases in, [`CoverageFindings`] out.
+
+use crate::report::numbers::percent;
+use crate::study::analysis::{self, Analysis};
+use crate::study::kinds::coverage::mark::{Estimator, Mark, Standing, marks};
+use crate::study::kinds::coverage::record::CoverageRecord;
+use crate::study::kinds::coverage::share::{Effectivity, Share};
+use crate::study::kinds::coverage::truth::{Truth, truth};
+use crate::study::record::{StoredCase, StudyRecord};
+
+/// Share of the bars that must hold, and the largest median of bar over error, for the verdict to be yes.
+pub const LEAST_SHARE: f64 = 0.95;
+pub const MOST_RATIO: f64 = 4.0;
+/// Shares of effectivities: from 0.7 to 1.4 on smooth problems, from 0.5 to 2 on all.
+pub const LEAST_NEAR: f64 = 0.8;
+pub const LEAST_WITHIN: f64 = 0.9;
+
+/// Findings of a coverage study.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CoverageFindings {
+    /// Problems in all materials
+    pub problems: usize,
+    pub truths: Vec<Truth>,
+    pub marks: Vec<Mark>,
+    /// Of all bars first, then by group
+    pub shares: Vec<Share>,
+    /// Bars of one run where facets cut the boundary
+    pub faceted: Option<Share>,
+    /// Of one run: smooth problems, singular ones, all
+    pub effectivities: Vec<Effectivity>,
+}
+
+impl CoverageFindings {
+    pub fn count(&self, estimator: Estimator, standing: Standing) -> usize {
+        self.marks.iter().filter(|m| m.estimator == estimator && m.standing == standing).count()
+    }
+
+    pub fn whole(&self, estimator: Estimator) -> Option<&Share> {
+        self.shares.iter().find(|s| s.estimator == estimator)
+    }
+
+    /// Whether bars hold often enough, and are narrow enough.
+    pub fn passes(&self) -> bool {
+        Estimator::ALL
+            .iter()
+            .all(|e| self.whole(*e).is_some_and(|s| s.share() >= LEAST_SHARE && s.median_ratio <= MOST_RATIO))
+    }
+}
+
+/// Analyses what is there; cases that are missing or did not converge are named.
+pub fn analyse(study: &StudyRecord, coverage: &CoverageRecord, stored: &[StoredCase]) -> Analysis<CoverageFindings> {
+    let (mut truths, mut all, mut problems) = (vec![], vec![], 0);
+    for problem in &coverage.problems {
+        for material in &study.variants {
+            let found = problem.quantities.iter().filter_map(|q| truth(study, stored, problem, material, q));
+            let found: Vec<Truth> = found.collect();
+            problems += usize::from(!found.is_empty());
+            all.extend(found.iter().flat_map(|truth| marks(study, stored, problem, truth)));
+            truths.extend(found);
+        }
+    }
+    let incomplete = study.incomplete(stored);
+    let faceted: Vec<&Mark> = all.iter().filter(|m| m.standing == Standing::Faceted).collect();
+    let found = CoverageFindings {
+        problems,
+        truths,
+        shares: shares(study, &all),
+        faceted: Share::new(Estimator::OneRun, "facets", "linear cells on curved boundaries", &faceted),
+        effectivities: effectivities(&all),
+        marks: all,
+    };
+    let verdict = verdict(&found, incomplete.len());
+    let mut warnings = analysis::warnings(&incomplete);
+    warnings.extend(refusals(stored));
+    Analysis { tolerance: study.tolerance, found, incomplete, warnings, verdict }
+}
+
+/// Cases whose errors could not be estimated from their own runs.
+fn refusals(stored: &[StoredCase]) -> impl Iterator<Item = String> {
+    let why = |c: &StoredCase| c.record.one_run.as_ref()?.refused.clone();
+    stored.iter().filter_map(move |c| Some(format!("{} has no estimate from its run: {}.", c.record.id, why(c)?)))
+}
+
+/// Groups of bars: what they are grouped by, and the group of a bar.
+type Group = (&'static str, fn(&Mark) -> String);
+
+const GROUPS: [Group; 7] = [
+    ("all", |_| "all".into()),
+    ("formulation", |m| m.formulation.clone()),
+    ("material", |m| m.material.clone()),
+    ("body", |m| m.body.clone()),
+    ("solution", |m| if m.smooth { "smooth".into() } else { "singular edges".into() }),
+    ("boundary", |m| if m.curved { "curved".into() } else { "flat".into() }),
+    ("locking", |m| if m.locks { "alarm".into() } else { "no alarm".into() }),
+];
+
+fn shares(study: &StudyRecord, marks: &[Mark]) -> Vec<Share> {
+    let mut out = vec![];
+    for (by, group) in GROUPS {
+        let mut names: Vec<String> = vec![];
+        for name in marks.iter().map(group) {
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        for name in names {
+            for estimator in Estimator::ALL {
+                let own = |m: &&Mark| m.counts() && m.estimator == estimator && group(m) == name;
+                let own: Vec<&Mark> = marks.iter().filter(own).collect();
+                let label = if by == "material" { study.label(&name) } else { name.clone() };
+                out.extend(Share::new(estimator, by, &label, &own));
+            }
+        }
+    }
+    let own = |m: &&Mark| m.counts() && m.estimator == Estimator::ManyRuns && m.defensible;
+    let defensible: Vec<&Mark> = marks.iter().filter(own).collect();
+    out.extend(Share::new(Estimator::ManyRuns, "family", "within the tolerance", &defensible));
+    out
+}
+
+fn effectivities(marks: &[Mark]) -> Vec<Effectivity> {
+    let of = |name: &str, wanted: &dyn Fn(&Mark) -> bool| {
+        let own = |m: &&Mark| m.counts() && m.estimator == Estimator::OneRun && wanted(m);
+        Effectivity::new(name, &marks.iter().filter(own).collect::<Vec<_>>())
+    };
+    let groups = [of("smooth", &|m| m.smooth), of("singular edges", &|m| !m.smooth), of("all", &|_| true)];
+    groups.into_iter().flatten().collect()
+}
+
+fn verdict(a: &CoverageFindings, missing: usize) -> String {
+    let [Some(one), Some(many)] = Estimator::ALL.map(|e| a.whole(e)) else {
+        return "No verdict: no problem has two families of its truth and a family with error bars.".into();
+    };
+    let part = |s: &Share| {
+        let [lo, hi] = s.interval.map(percent);
+        format!(
+            "{} of {} bars contain the truth ({}, 95 % interval {lo} to {hi}), and the median bar is {:.2} times the error",
+            s.hold,
+            s.bars,
+            percent(s.share()),
+            s.median_ratio
+        )
+    };
+    let uncertain: usize = Estimator::ALL.iter().map(|e| a.count(*e, Standing::TruthUncertain)).sum();
+    let mut words = format!(
+        "{}: over {} problems, from one run {}; from many runs {}.",
+        if a.passes() { "The bars hold" } else { "The bars do not hold as often, or are wider, than asked for" },
+        a.problems,
+        part(one),
+        part(many)
+    );
+    words += &format!(" {uncertain} bars are left out, whose truth is not known to a tenth of them.");
+    words + &analysis::without_result(missing)
+}

@@ -1,0 +1,96 @@
+//! Bar over true error of every error bar, problem after problem.
+
+use crate::report::canvas::{
+    At, DOUBLE, INK, Mark as Shape, PALE, PALETTE, RGB, SMALL, dashed, figure, line, mark, mm, text,
+};
+use crate::report::figure::{Figure, Sample, legend};
+use crate::report::plot::{Axis, Plot};
+use crate::study::analysis::Analysis;
+use crate::study::kinds::coverage::analysis::CoverageFindings;
+use crate::study::kinds::coverage::mark::{Estimator, Mark, Standing};
+
+const LEFT: f64 = 14.0;
+const TOP: f64 = 7.0;
+const TALL: f64 = 62.0;
+const GAP: f64 = 14.0;
+const NAMES: f64 = 34.0;
+const GREY: RGB = RGB(0xc4, 0xc4, 0xc4);
+/// Ratios beyond these are drawn at the edge.
+const LEAST: f64 = 0.1;
+const MOST: f64 = 1000.0;
+
+/// `None` without a bar.
+pub fn draw(a: &Analysis<CoverageFindings>) -> Option<Figure> {
+    let (mut problems, mut formulations): (Vec<&str>, Vec<&str>) = (vec![], vec![]);
+    for m in &a.marks {
+        if !problems.contains(&m.problem.as_str()) {
+            problems.push(&m.problem);
+        }
+        if !formulations.contains(&m.formulation.as_str()) {
+            formulations.push(&m.formulation);
+        }
+    }
+    if problems.is_empty() {
+        return None;
+    }
+    let height = TOP + 2.0 * TALL + GAP + NAMES;
+    let svg = figure(DOUBLE, height, "", |area| {
+        for (k, estimator) in Estimator::ALL.into_iter().enumerate() {
+            let top = TOP + k as f64 * (TALL + GAP);
+            let frame = [mm(LEFT), mm(top), mm(DOUBLE - 28.0), mm(top + TALL)];
+            let x = Axis { step: 1.0, ..Axis::exact(0.0, problems.len() as f64, "") };
+            let y =
+                Axis { lo: LEAST / 1.3, hi: MOST * 1.3, ..Axis::log([LEAST, MOST].into_iter(), "bar / true error") };
+            let plot = Plot { area, frame, x, y };
+            plot.grid();
+            for k in 1..problems.len() {
+                line(area, &[plot.at(k as f64, LEAST / 1.3), plot.at(k as f64, MOST * 1.3)], PALE, 3);
+            }
+            let own = |m: &&Mark| m.estimator == estimator;
+            for grey in [true, false] {
+                let shown = a.marks.iter().filter(own).filter(|m| (m.standing == Standing::TruthUncertain) == grey);
+                for m in shown {
+                    let (shape, color) = look(m, &formulations);
+                    mark(area, shape, plot.at(place(m, &problems, &a.marks), m.ratio().clamp(LEAST, MOST)), 13, color);
+                }
+            }
+            dashed(area, &[plot.at(0.0, 1.0), plot.at(problems.len() as f64, 1.0)], INK, 6, 22.0);
+            plot.axes(false);
+            plot.title(char::from(b'a' + k as u8), estimator.words());
+        }
+        let bottom = TOP + 2.0 * TALL + GAP;
+        let width = (DOUBLE - 28.0 - LEFT) / problems.len() as f64;
+        for (k, name) in problems.iter().enumerate() {
+            let long = crate::report::canvas::width(name, SMALL) / 2;
+            text(area, name, (mm(LEFT + width * (k as f64 + 0.5)), mm(bottom + 2.0) + long), At::Turned, SMALL, INK);
+        }
+        let mut entries: Vec<(Sample, String)> = (formulations.iter().enumerate())
+            .map(|(k, f)| (Sample::Mark(Shape::Circle, PALETTE[k % PALETTE.len()]), f.to_string()))
+            .collect();
+        entries.push((Sample::Mark(Shape::Circle, GREY), "truth uncertain".into()));
+        entries.push((Sample::Mark(Shape::Triangle, PALETTE[0]), "facets".into()));
+        legend(area, (mm(DOUBLE - 25.0), mm(TOP + 2.0)), &entries);
+    });
+    let caption = "Error bar over true error, (a) from one run, (b) of the finest mesh of a family of many. Below 1 the truth is outside of \
+                   the bar. Within a problem from left to right: ν in the order of the study. Grey: the truth is not known to a tenth of the \
+                   bar. Triangles: facets cut the curved boundary, which one run does not see."
+        .into();
+    Some(Figure { name: "coverage".into(), svg, caption })
+}
+
+fn look(m: &Mark, formulations: &[&str]) -> (Shape, RGB) {
+    let k = formulations.iter().position(|f| *f == m.formulation).unwrap_or(0);
+    match m.standing {
+        Standing::Counted => (Shape::Circle, PALETTE[k % PALETTE.len()]),
+        Standing::TruthUncertain => (Shape::Circle, GREY),
+        Standing::Faceted => (Shape::Triangle, PALETTE[k % PALETTE.len()]),
+    }
+}
+
+/// In the strip of its problem, spread by material and then in the order of the bars.
+fn place(m: &Mark, problems: &[&str], all: &[Mark]) -> f64 {
+    let k = problems.iter().position(|p| *p == m.problem).unwrap_or(0);
+    let own: Vec<&Mark> = all.iter().filter(|o| o.problem == m.problem && o.estimator == m.estimator).collect();
+    let at = own.iter().position(|o| std::ptr::eq(*o, m)).unwrap_or(0);
+    k as f64 + 0.06 + 0.88 * (at as f64 + 0.5) / own.len() as f64
+}

@@ -1,0 +1,46 @@
+//! Coverage: how often error bars contain truths that are known, and how much wider than the errors they are.
+
+pub mod analysis;
+pub mod figure;
+pub mod mark;
+pub mod record;
+pub mod report;
+pub mod share;
+pub mod spec;
+pub mod truth;
+
+use crate::scene::SceneError;
+use crate::study::analysis::Analysis;
+use crate::study::content::Content;
+use crate::study::kind::{Expansion, StudyKind};
+use crate::study::results::Results;
+use crate::study::spec::refuse;
+use analysis::{CoverageFindings, analyse};
+use record::CoverageRecord;
+use std::path::Path;
+
+pub use spec::CoverageStudy;
+
+impl StudyKind for CoverageStudy {
+    const NAME: &'static str = "coverage";
+    type Details = CoverageRecord;
+    type Findings = CoverageFindings;
+
+    /// The problems that are marked as quick.
+    fn quick(mut self) -> Self {
+        self.problems.retain(|problem| problem.quick);
+        self
+    }
+
+    fn expand(self, file: &Path) -> Result<Expansion<CoverageRecord>, SceneError> {
+        spec::expand(&self).map_err(|mistake| refuse(file, mistake))
+    }
+
+    fn analyse(results: &Results, coverage: &CoverageRecord) -> Analysis<CoverageFindings> {
+        analyse(&results.study, coverage, &results.cases)
+    }
+
+    fn report(results: &Results, analysis: &Analysis<CoverageFindings>) -> Content {
+        report::content(results, analysis)
+    }
+}

@@ -1,0 +1,34 @@
+//! Details that a coverage study keeps with its record.
+
+use crate::study::record::Quantity;
+use serde::{Deserialize, Serialize};
+
+/// The problems of a study.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, PartialEq)]
+pub struct CoverageRecord {
+    pub problems: Vec<ProblemRecord>,
+}
+
+/// A problem, and the families of cases that solve it.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, PartialEq)]
+pub struct ProblemRecord {
+    pub name: String,
+    pub label: String,
+    pub body: String,
+    /// No edge is singular
+    pub smooth: bool,
+    /// Linear cells cut its boundary
+    pub curved: bool,
+    pub quantities: Vec<Quantity>,
+    /// Families whose error bars are judged
+    pub judged: Vec<JudgedFamily>,
+    /// Families that know the truth
+    pub truths: Vec<String>,
+}
+
+/// The meshes of one seed in one formulation.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, PartialEq)]
+pub struct JudgedFamily {
+    pub family: String,
+    pub seed: String,
+}

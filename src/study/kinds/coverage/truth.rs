@@ -1,0 +1,98 @@
+//! The true value of a quantity, by families of finer meshes in several formulations.
+//!
+//! Each family of the truth has a limit f* (the Richardson value where the order of its three finest meshes is sane, the finest value f₁
+//! otherwise) and a change δ towards it, |f* − f₁| or, without an order, the last difference |f₁ − f₂|. The truth is the limit of the
+//! family with the smallest δ. Its uncertainty is the largest distance from the limit of another family, and at least a quarter of δ where
+//! it was extrapolated, all of it where not.
+
+use crate::study::curve::peak;
+use crate::study::estimate::family::{Level, formal_order};
+use crate::study::estimate::richardson::Triple;
+use crate::study::kinds::coverage::record::ProblemRecord;
+use crate::study::record::{Quantity, StoredCase, StudyRecord};
+use serde::Serialize;
+
+/// Share of a change by extrapolation that counts as its uncertainty.
+const SHARE_OF_CHANGE: f64 = 0.25;
+
+/// A known value.
+#[derive(Clone, Debug, Serialize, PartialEq)]
+pub struct Truth {
+    pub problem: String,
+    pub material: String,
+    pub quantity: Quantity,
+    /// \[unit of the quantity\]
+    pub value: f64,
+    pub uncertainty: f64,
+    /// The family it is of, and that of the others that is farthest
+    pub family: String,
+    pub other: String,
+    /// Cells of the finest mesh
+    pub cells: usize,
+}
+
+struct Limit {
+    family: String,
+    value: f64,
+    change: f64,
+    uncertainty: f64,
+    cells: usize,
+}
+
+/// `None` unless two families have two converged meshes each.
+pub fn truth(
+    study: &StudyRecord,
+    stored: &[StoredCase],
+    problem: &ProblemRecord,
+    material: &str,
+    quantity: &Quantity,
+) -> Option<Truth> {
+    let limits: Vec<Limit> =
+        problem.truths.iter().filter_map(|family| limit(study, stored, family, material, &quantity.name)).collect();
+    if limits.len() < 2 {
+        return None;
+    }
+    let best = limits.iter().min_by(|a, b| a.change.total_cmp(&b.change))?;
+    let others = limits.iter().filter(|l| l.family != best.family);
+    let distance = |l: &Limit| (l.value - best.value).abs();
+    let other = others.max_by(|a, b| distance(a).total_cmp(&distance(b)))?;
+    Some(Truth {
+        problem: problem.name.clone(),
+        material: material.into(),
+        quantity: quantity.clone(),
+        value: best.value,
+        uncertainty: distance(other).max(best.uncertainty),
+        family: best.family.clone(),
+        other: other.family.clone(),
+        cells: best.cells,
+    })
+}
+
+fn limit(study: &StudyRecord, stored: &[StoredCase], family: &str, material: &str, quantity: &str) -> Option<Limit> {
+    let formulation = &study.families.iter().find(|f| f.name == family)?.formulation;
+    let cases = levels(stored, family, material, quantity);
+    let [first, second, ..] = &cases[..] else { return None };
+    let cells = first.1.record.mesh.cells;
+    let (h, f): (Vec<f64>, Vec<f64>) = cases.iter().map(|(l, _)| (l.h, l.f)).unzip();
+    let triple = (f.len() > 2).then(|| Triple::new([h[0], h[1], h[2]], [f[0], f[1], f[2]]));
+    let sane = triple.filter(|t| t.is_sane(formal_order(formulation)));
+    let (value, change, uncertainty) = match sane.and_then(|t| Some(t.correction(t.p?))) {
+        Some(shift) => (f[0] + shift, shift.abs(), SHARE_OF_CHANGE * shift.abs()),
+        None => (f[0], (f[0] - second.0.f).abs(), (f[0] - second.0.f).abs()),
+    };
+    Some(Limit { family: family.into(), value, change, uncertainty, cells })
+}
+
+/// Converged meshes of a family, finest first.
+pub fn levels<'a>(
+    stored: &'a [StoredCase],
+    family: &str,
+    material: &str,
+    quantity: &str,
+) -> Vec<(Level, &'a StoredCase)> {
+    let own = stored.iter().filter(|c| c.record.family == family && c.record.variant == material);
+    let level = |c: &'a StoredCase| Some((Level::of(&c.record, peak(c, quantity)?), c));
+    let mut all: Vec<_> = own.filter(|c| c.record.converged()).filter_map(level).collect();
+    all.sort_by(|a, b| a.0.h.total_cmp(&b.0.h));
+    all
+}
