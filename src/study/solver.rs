@@ -18,6 +18,16 @@ pub struct SolverRecord {
     /// Dynamic steps with a time error above `time_error` that could not be cut any more
     #[serde(default)]
     pub coarse_steps: usize,
+    /// Algebraic error: the largest correction that an accepted state still asks for, as a share of its largest displacement, as
+    /// estimated; 0 where no step was judged by one
+    #[serde(default)]
+    pub algebraic_error: f64,
+    /// Iterations of Newton's method in steps that were not accepted
+    #[serde(default)]
+    pub lost_iterations: usize,
+    /// Factorisations of shifted tangents, in accepted steps and in others
+    #[serde(default)]
+    pub shifted_factorisations: usize,
     /// Steps that ended where the constrained tangent has negative eigenvalues
     pub unstable_steps: usize,
     /// Accepted states where negative eigenvalues were not counted: whether they are stable is not known
@@ -112,6 +122,9 @@ impl SolverRecord {
             projected_steps: run.totals.projected,
             repeated_steps: run.totals.repeated,
             coarse_steps: run.totals.coarse,
+            algebraic_error: run.totals.correction,
+            lost_iterations: run.tried_iterations.saturating_sub(run.totals.iterations),
+            shifted_factorisations: run.shifted_factorisations,
             unstable_steps: run.totals.unstable,
             uncounted_steps: run.totals.uncounted,
             linear: LinearRecord::new(run),
