@@ -31,7 +31,6 @@ fn pressed(
     stretch: f64,
     numerics: &str,
 ) -> Run {
-    let law = if formulation == "displacement" { "neo_hookean" } else { "neo_hookean_split" };
     let (travel, dt) = (40.0 * (stretch - 1.0), 1.0 / steps as f64);
     let held = [("xmin", "x"), ("ymin", "y"), ("zmin", "z"), ("zmax", "z")];
     let held = held
@@ -39,10 +38,10 @@ fn pressed(
     run(&format!(
         r#"
 [mesh]
-grid = {{ kind = "box", size = ["40 mm", "40 mm", "10 mm"], divisions = [{divisions}, {divisions}, 2] }}
+grid = {{ kind = "box", size = ["40 mm", "40 mm", "5 mm"], divisions = [{divisions}, {divisions}, 2] }}
 element = "{element}"
 [laws.rubber]
-law = "{law}"
+law = "neo_hookean_split"
 E = "1 MPa"
 nu = {nu}
 [[effect]]
@@ -69,23 +68,25 @@ region = "xmax"
     ))
 }
 
-/// Beyond Biot's surface instability a kept factor leads nowhere: the step is repeated with one of its own in every iteration
+/// Beyond Biot's surface instability a lagged factor leads nowhere: the step is repeated with one of its own in every iteration, and with its tangent as it is,
 /// before it is cut. Without that the run makes hundreds of cuts.
 #[test]
-fn a_kept_factor_does_not_end_a_compressed_block() {
-    let [kept, fresh] = ["", "[numerics]\nreuse_factor = false"]
+fn a_lagged_factor_does_not_end_a_compressed_block() {
+    let [lagged, fresh] = ["", "[numerics]\nreuse_factor = false"]
         .map(|numerics| pressed("tet10", "displacement", 0.3, [8, 20], 0.5, numerics));
-    for run in [&kept, &fresh] {
+    for run in [&lagged, &fresh] {
         println!("{}; {:?}, {} factorisations", run.status, run.totals, run.factorisations);
         assert_eq!(run.status, Status::Converged);
     }
     assert!(
-        kept.totals.cuts <= fresh.totals.cuts + 2,
-        "{} cuts, {} without a kept factor",
-        kept.totals.cuts,
+        lagged.totals.cuts <= fresh.totals.cuts + 2,
+        "{} cuts, {} without a lagged one",
+        lagged.totals.cuts,
         fresh.totals.cuts
     );
-    assert!(kept.tried_iterations >= kept.totals.iterations && kept.shifted_factorisations < kept.factorisations);
+    assert!(
+        lagged.tried_iterations >= lagged.totals.iterations && lagged.shifted_factorisations < lagged.factorisations
+    );
 }
 
 /// A scene that is driven by a displacement is not told to drive by one.

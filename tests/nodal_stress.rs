@@ -47,22 +47,22 @@ fn stress(scene: &Scene, state: &State) -> [Vec<Mat3>; 2] {
     [0, 1].map(|k| fields[k].values.chunks_exact(9).map(Mat3::from_row_slice).collect())
 }
 
-/// Quadratic displacements on a distorted mesh of tet10: σ = 2με + λ tr ε is linear in X. At displacements of 1e-9 of the size F is I up
-/// to that, and rounding of the fit is a thousand ε: 1e-7 of the largest stress, at every node, corners of the body included. Means
+/// Quadratic displacements on a distorted mesh of tet10: σ = 2με + λ tr ε is linear in X. At displacements of 1e-8 of the size F is I up
+/// to a few of them, and its rounding is ε/1e-8 of the strain, which the fit may enlarge tenfold: 1e-6 of the largest stress, at every node, corners of the body included. Means
 /// over cells are off by a third of its range there. A linear displacement does the same for tet4.
 #[test]
 fn linear_stress_is_exact_at_the_surface() {
     let (mu, lambda) = (E / (2.0 * (1.0 + NU)), E * NU / ((1.0 + NU) * (1.0 - 2.0 * NU)));
     for order in common::ORDERS {
-        let bend = if order == Order::Linear { 0.0 } else { 1e-9 };
+        let bend = if order == Order::Linear { 0.0 } else { 1e-8 };
         let mesh = distorted_cube(3, order, 0.15, 5);
         let u = |p: Vec3| {
             let quadratic = Vec3::new(p.x * p.y - p.z * p.z, p.x * p.x + 0.5 * p.y * p.z, p.y * p.y - p.z * p.x);
-            bend * quadratic + 1e-9 * Vec3::new(p.y, 2.0 * p.z, -p.x)
+            bend * quadratic + 1e-8 * Vec3::new(p.y, 2.0 * p.z, -p.x)
         };
         let gradient = |p: Vec3| {
             bend * Mat3::new(p.y, p.x, -2.0 * p.z, 2.0 * p.x, 0.5 * p.z, 0.5 * p.y, -p.z, 2.0 * p.y, -p.x)
-                + 1e-9 * Mat3::new(0.0, 1.0, 0.0, 0.0, 0.0, 2.0, -1.0, 0.0, 0.0)
+                + 1e-8 * Mat3::new(0.0, 1.0, 0.0, 0.0, 0.0, 2.0, -1.0, 0.0, 0.0)
         };
         let held = "[[constraint]]\nkind = \"fixed\"\nregion = \"xmin\"\n";
         let scene = plate(mesh, held);
@@ -79,7 +79,7 @@ fn linear_stress_is_exact_at_the_surface() {
         let size = points.iter().map(|p| exact(p).norm()).fold(0.0, f64::max);
         let off = points.iter().zip(&nodes).map(|(p, s)| (s - exact(p)).norm()).fold(0.0, f64::max);
         println!("{order:?}: {off:e} of {size:e}");
-        assert!(off < 1e-7 * size, "{order:?}: {off:e} of {size:e}");
+        assert!(off < 1e-6 * size, "{order:?}: {off:e} of {size:e}");
     }
 }
 

@@ -22,7 +22,7 @@ const CELLS_PER_TERM: usize = 2;
 /// Rings of cells around a corner at most.
 const RINGS: usize = 3;
 /// Share of the largest eigenvalue of the normal equations below which a polynomial is not determined \[–\].
-const DETERMINED: f64 = 1e-6;
+const DETERMINED: f64 = 1e-10;
 
 /// Stress of one cell.
 #[derive(Clone, Default)]

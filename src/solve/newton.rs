@@ -79,7 +79,7 @@ impl<'a> NewtonIteration<'a> {
         Self { solver, step, solution, may_reuse_factor, schur: None, last_error: f64::INFINITY }
     }
 
-    /// The correction that a state of this error still asks for, by the factor at hand and as a share of the largest displacement;
+    /// The correction that a state of this error still asks for, by the factor that is available and as a share of the largest displacement;
     /// none without a factor, and in a linearised step, which is not solved for equilibrium.
     fn correction(&mut self, next: &State, error: ScaledError) -> Option<f64> {
         if self.step.integrator.is_linearised() {

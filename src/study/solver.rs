@@ -1,6 +1,7 @@
 //! Work of the solver in a case, and where it stopped, for the record and for `summary.json`.
 
 use crate::math::tensor::Vec3;
+use crate::mesh::Order;
 use crate::scene::{LinearWork, Run, Scene};
 use crate::solve::{Status, TurningPoint};
 use serde::{Deserialize, Serialize};
@@ -171,13 +172,21 @@ pub fn detail(scene: &Scene, run: &Run) -> Option<String> {
 }
 
 /// Notes on the path for the reader, in words.
-pub fn notes(run: &Run) -> Vec<String> {
+pub fn notes(scene: &Scene, run: &Run) -> Vec<String> {
     let mut out = Vec::new();
     if let Some((t, modes)) = run.findings.unstable.first() {
         out.push(format!(
             "from t = {t:.6} s on the equilibrium is unstable ({modes} negative eigenvalue(s) of the tangent): a bifurcation or \
              a limit point was passed, and a real body takes another path"
         ));
+        let has_pressures = scene.stressed.iter().any(|effect| !effect.displacement_only());
+        if has_pressures && scene.body.mesh.order == Order::Quadratic {
+            out.push(
+                "tet10 with a pressure field may lose its stability under compression before the body does, by a sixth of the stretch: \
+                 confirm the time by formulation = \"displacement\", or by tet4 with formulation = \"mixed\""
+                    .into(),
+            );
+        }
     }
     let linear = LinearRecord::new(run);
     if let Some(m) = linear.multigrid {

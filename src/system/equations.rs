@@ -149,8 +149,8 @@ impl System {
 
     /// Whether a force, pressure or tension that is given differs between the two times.
     pub fn forces_change(&self, from: Clock, to: Clock) -> bool {
-        let given = |e: &&Box<dyn Effect>| matches!(e.role(), EnergyRole::Load | EnergyRole::Follower);
-        self.effects.iter().filter(given).any(|e| e.intensity(from) != e.intensity(to))
+        let given = |e: &dyn Effect| matches!(e.role(), EnergyRole::Load | EnergyRole::Follower);
+        self.effects.iter().any(|e| given(e.as_ref()) && e.intensity(from) != e.intensity(to))
     }
 
     /// Whether the tangent of any effect has a skew part.
