@@ -32,7 +32,8 @@ fn bar() -> Result<SceneSpec, Box<dyn std::error::Error>> {
                 region: "xmax".into(),
                 components: "x".into(),
                 // From 0 at t = 0 s to the length of the bar at t = 1 s
-                displacement: SignalSpec::ramp(0.0, SIZE[0], 0.0, 1.0),
+                displacement: Some(SignalSpec::ramp(0.0, SIZE[0], 0.0, 1.0)),
+                ..PrescribedSpec::default()
             }
             .into(),
         ],

@@ -10,7 +10,7 @@
 mod common;
 
 use common::{Random, distorted_cube, scene};
-use durometer::effect::Cavity;
+use durometer::effect::{Cavity, VolumeField};
 use durometer::material::{LAWS, Want};
 use durometer::math::tensor::Vec3;
 use durometer::mesh::Order;
@@ -512,7 +512,9 @@ fn momentum_balances() {
                 }
                 // A translation t changes the cones over an open surface by −⅓ t·∫n dA; so does −t of their origin.
                 "by_pressure" => {
-                    let volume = |o: Vec3| Cavity::new("c".into(), mesh, &mesh.regions["xmin"].facets, o).volume(&x);
+                    let volume = |o: Vec3| {
+                        Cavity::new("c".into(), mesh, &mesh.regions["xmin"].facets, VolumeField::cones(o)).volume(&x)
+                    };
                     let area = Vec3::from_fn(|k, _| 3.0 * (volume(Vec3::ith(k, 1.0)) - volume(Vec3::zeros())));
                     (area / 3.0 * effect.intensity(TIME.into()), false)
                 }

@@ -3,7 +3,7 @@
 mod common;
 
 use common::{Random, column, distorted_cube, elastic, hold, largest, law, newton, nodes, ramp, scene};
-use durometer::effect::{Cavity, CavityPressure, OpenCavityPressure};
+use durometer::effect::{Cavity, CavityPressure, OpenCavityPressure, VolumeField};
 use durometer::math::signal::Clock;
 use durometer::math::tensor::Vec3;
 use durometer::math::vector::norm;
@@ -18,7 +18,7 @@ use std::sync::Arc;
 
 /// p(t) on facets of a mesh, with a free rim.
 fn pressure(mesh: &TetMesh, facets: &[u32], p: f64) -> OpenCavityPressure {
-    let cavity = Arc::new(Cavity::new("cavity".into(), mesh, facets, Vec3::zeros()));
+    let cavity = Arc::new(Cavity::new("cavity".into(), mesh, facets, VolumeField::cones(Vec3::zeros())));
     OpenCavityPressure::new(cavity, mesh, facets, ramp(p))
 }
 
@@ -320,7 +320,7 @@ fn a_held_rim_makes_it_symmetric() {
         let system = System::new(mesh.points.len(), effects, vec![], held.clone()).expect("a system");
         end(&mesh, &system, Integrator::Static, 2)
     };
-    let cavity = Arc::new(Cavity::new("cavity".into(), &mesh, &facets, Vec3::zeros()));
+    let cavity = Arc::new(Cavity::new("cavity".into(), &mesh, &facets, VolumeField::cones(Vec3::zeros())));
     let closed = run(Box::new(CavityPressure { cavity, pressure: ramp(0.01) }));
     let open = run(Box::new(pressure(&mesh, &facets, 0.01)));
     let apart = largest(&along(&open.x, &closed.x, -1.0)) / largest(&closed.x);

@@ -181,7 +181,9 @@ fn a_limit_point_under_force_is_stated() {
         let span = TimeSpan { integrator: Integrator::Static, start: 0.0, end: 1.0, dt };
         let status = driver.run(span, &mut state, &mut ());
         println!("truss under force, dt = {dt}: {status}; {:?}", driver.totals);
-        let Status::NoEquilibrium { t, limit, node: 2, in_contact: false } = status else { panic!("{status}") };
+        let Status::NoEquilibrium { t, limit, node: 2, in_contact: false, by_force: true } = status else {
+            panic!("{status}")
+        };
         // As by arc length
         assert!(
             (1.5 * limit - 1.0).abs() < 1e-3 && t <= limit && limit - t < dt && -state.x[8] < TRUSS.1,

@@ -399,7 +399,21 @@ fn costs(record: &CaseRecord) -> String {
     let effects = record.effects.iter().map(|e| (e.name.as_str(), e.wall_s));
     let p = &record.phases;
     let all = effects.chain([("factorisation", p.factorisation_s), ("solve", p.solve_s)]);
-    format!("time: {} in all, of it {}", seconds(record.wall_s), all.map(share).collect::<Vec<_>>().join(", "))
+    let (s, w) = (&record.solver, &record.work);
+    let lost =
+        if s.lost_iterations > 0 { format!(" and {} in refused steps", s.lost_iterations) } else { String::new() };
+    let shifted = if s.shifted_factorisations > 0 {
+        format!(", {} of them of tangents shifted towards definiteness", s.shifted_factorisations)
+    } else {
+        String::new()
+    };
+    format!(
+        "work: {} iterations{lost}, {} factorisations{shifted}\ntime: {} in all, of it {}",
+        record.newton_iterations,
+        w.factorisations,
+        seconds(record.wall_s),
+        all.map(share).collect::<Vec<_>>().join(", ")
+    )
 }
 
 /// Five digits, whatever the size.

@@ -9,6 +9,10 @@
 //! 1984). The same holds for an open surface whose rim is held, or slides in planes through o: the cones between the rim
 //! and o do not change. V then is the volume of the cones, and of the cavity up to a constant.
 //!
+//! A plane that does not contain o would add the cone over a cap that changes. Where the rim slides in two parallel planes
+//! x_k = const, the field of the flux, ⅓ (x − o), is therefore replaced by W (x − o) with W diagonal, tr W = 1 and W_kk = 0: its
+//! divergence is 1 too, and nothing flows through planes x_k = const. V is the volume between the two planes.
+//!
 //! Under a prescribed pressure the cavity is the load −p(t) V; under a prescribed growth it is the exact constraint
 //! g = V(x) − V₀ − ΔV(t) = 0, and the multiplier is the pressure. A limit point of the pressure is passed by volume.
 //! The integrals are exact on tet4 and curved tet10 facets (a polynomial of degree 4).
@@ -27,11 +31,33 @@ pub(super) struct FacetPoint {
     pub d: [[f64; 2]; 6],
 }
 
+/// A field v = W (x − o) of divergence 1, whose flux through a closed surface is the volume inside.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VolumeField {
+    /// o \[m\]
+    pub origin: Vec3,
+    /// Diagonal of W, of sum 1 \[–\]
+    pub weights: Vec3,
+}
+
+impl VolumeField {
+    /// The field ⅓ (x − o) of cones that start in o.
+    pub fn cones(origin: Vec3) -> Self {
+        Self { origin, weights: Vec3::repeat(1.0 / 3.0) }
+    }
+
+    /// The field that does not flow along the axes that are `closed`; none where all of them are.
+    pub fn across(origin: Vec3, closed: [bool; 3]) -> Option<Self> {
+        let open = closed.iter().filter(|closed| !**closed).count();
+        let weights = Vec3::from_fn(|k, _| if closed[k] { 0.0 } else { 1.0 / open as f64 });
+        (open > 0).then_some(Self { origin, weights })
+    }
+}
+
 /// Geometry of a cavity; its blocks are the facets.
 pub struct Cavity {
     name: String,
-    /// o \[m\]
-    origin: Vec3,
+    field: VolumeField,
     blocks: Blocks,
     /// \[blocks × nodes of a facet\] X \[m\]
     reference: Vec<Vec3>,
@@ -41,8 +67,8 @@ pub struct Cavity {
 }
 
 impl Cavity {
-    /// On boundary facets of the body; `origin` lies in every plane in which the rim slides.
-    pub fn new(name: String, mesh: &TetMesh, facets: &[u32], origin: Vec3) -> Self {
+    /// On boundary facets of the body; nothing of the field flows through a plane in which the rim slides.
+    pub fn new(name: String, mesh: &TetMesh, facets: &[u32], field: VolumeField) -> Self {
         let rule = quadrature::tri(4);
         let points = rule.points.iter().zip(&rule.weights).map(|(&xi, &weight)| FacetPoint {
             weight,
@@ -53,7 +79,7 @@ impl Cavity {
         let reference = lists().flatten().map(|&k| mesh.points[k as usize]).collect();
         Self {
             name,
-            origin,
+            field,
             blocks: Blocks::new(lists()),
             reference,
             points: points.collect(),
@@ -93,7 +119,7 @@ impl Cavity {
     /// Position of node `a` of facet `b` from o \[m\].
     fn position(&self, x: &[f64], b: usize, a: usize) -> Vec3 {
         let node = self.blocks.nodes(b)[a] as usize;
-        self.reference[b * self.nodes + a] - self.origin + Vec3::from_column_slice(&x[3 * node..][..3])
+        self.reference[b * self.nodes + a] - self.field.origin + Vec3::from_column_slice(&x[3 * node..][..3])
     }
 
     /// x − o, x,ξ and x,η at a quadrature point.
@@ -107,7 +133,7 @@ impl Cavity {
     fn facet_volume(&self, x: &[f64], b: usize) -> f64 {
         let cone = |point: &FacetPoint| {
             let [at, u, v] = self.frame(x, b, point);
-            -point.weight / 3.0 * at.dot(&u.cross(&v))
+            -point.weight * self.field.weights.component_mul(&at).dot(&u.cross(&v))
         };
         self.points.iter().map(cone).sum()
     }
@@ -121,22 +147,24 @@ impl Cavity {
         let n = 3 * self.nodes;
         for point in &self.points {
             let [at, u, v] = self.frame(x, b, point);
-            let w = factor * point.weight / 3.0;
+            let scale = self.field.weights;
+            let (w, flow) = (factor * point.weight, scale.component_mul(&at));
             let FacetPoint { n: shape, d, .. } = point;
             for a in 0..self.nodes {
-                let g = w * (shape[a] * u.cross(&v) + d[a][0] * v.cross(&at) + d[a][1] * at.cross(&u));
+                let normal = scale.component_mul(&u.cross(&v));
+                let g = w * (shape[a] * normal + d[a][0] * v.cross(&flow) + d[a][1] * flow.cross(&u));
                 out.r[3 * a..3 * a + 3].iter_mut().zip(g.iter()).for_each(|(r, g)| *r += g);
                 if want < Want::Tangent {
                     continue;
                 }
                 for c in 0..=a {
-                    // ∂²/∂x_a∂x_c = ε_ijk m_k with m antisymmetric in a, c
-                    let m = w
-                        * ((shape[a] * d[c][0] - shape[c] * d[a][0]) * v
-                            - (shape[a] * d[c][1] - shape[c] * d[a][1]) * u
-                            + (d[a][0] * d[c][1] - d[c][0] * d[a][1]) * at);
+                    // ∂²/∂x_a∂x_c = ε_ijk (W_i p − W_j q + s)_k; with W = ⅓ 1 antisymmetric in a, c
+                    let p = shape[a] * (d[c][0] * v - d[c][1] * u);
+                    let q = shape[c] * (d[a][0] * v - d[a][1] * u);
+                    let s = (d[a][0] * d[c][1] - d[c][0] * d[a][1]) * flow;
                     for (i, j, k, sign) in CYCLES {
-                        out.k[(3 * a + i) * n + 3 * c + j] += sign * m[k];
+                        let m = scale[i] * p[k] - scale[j] * q[k] + s[k];
+                        out.k[(3 * a + i) * n + 3 * c + j] += sign * w * m;
                     }
                 }
             }

@@ -26,7 +26,7 @@ pub mod viscoelastic;
 
 pub use cable::{Cable, CableLength, CableTension, Guide};
 pub use cable_friction::Pull;
-pub use cavity::{Cavity, CavityPressure, CavityVolume};
+pub use cavity::{Cavity, CavityPressure, CavityVolume, VolumeField};
 pub use cell::CellPoints;
 pub use contact::Contact;
 pub use damping::{MassDamping, ViscousDamping};

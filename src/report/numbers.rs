@@ -22,9 +22,9 @@ pub fn seconds(s: f64) -> String {
     if s >= 600.0 { format!("{:.0} min", s / 60.0) } else { format!("{s:.*} s", digits(s)) }
 }
 
-/// Decimals that leave two significant digits.
+/// Decimals that leave two significant digits, twelve at most.
 pub fn digits(x: f64) -> usize {
-    if x == 0.0 || !x.is_finite() { 1 } else { (1 - x.abs().log10().floor() as i32).clamp(0, 6) as usize }
+    if x == 0.0 || !x.is_finite() { 1 } else { (1 - x.abs().log10().floor() as i32).clamp(0, 12) as usize }
 }
 
 /// Units but the degree sign follow a space.
@@ -47,6 +47,12 @@ pub fn thousands(n: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn small_values_keep_their_digits() {
+        let words = [2.36, 0.0213, 1.234e-6, 5.6e-11, 0.0].map(|v| format!("{v:.*}", digits(v)));
+        assert_eq!(words, ["2.4", "0.021", "0.0000012", "0.000000000056", "0.0"]);
+    }
 
     #[test]
     fn long_times_have_long_units() {

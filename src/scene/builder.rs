@@ -221,12 +221,14 @@ impl<'a> Builder<'a> {
         material::law_from_table(table).map_err(|e| part(self.file, place, e))
     }
 
+    /// Prescribes `components` of the displacements of the nodes of a region; `motion` gives the component of this index of the
+    /// displacement of a point by its place at rest.
     pub(super) fn prescribe(
         &mut self,
         place: &str,
         region: &str,
         components: &str,
-        signal: &Signal,
+        motion: impl Fn(Vec3, usize) -> Signal,
     ) -> Result<(), SceneError> {
         let valid = !components.is_empty() && components.chars().all(|c| "xyz".contains(c));
         if !valid {
@@ -234,13 +236,15 @@ impl<'a> Builder<'a> {
             return Err(self.content(place, fact, "write some of the letters x, y, z, for example \"yz\""));
         }
         for node in self.body.mesh.nodes_of(self.region(place, region)?) {
+            let at = self.body.mesh.points[node as usize];
             for c in components.chars() {
-                let dof = 3 * node + (c as u32 - 'x' as u32);
+                let component = c as u32 - 'x' as u32;
+                let signal = motion(at, component as usize);
                 // Two fixed regions may share an edge; two different motions contradict each other.
                 let fresh = || (signal.clone(), place.to_string());
-                let (known, by) = self.prescribed.entry(dof).or_insert_with(fresh);
-                if known != signal {
-                    let at = point(&self.body.mesh.points[node as usize]);
+                let (known, by) = self.prescribed.entry(3 * node + component).or_insert_with(fresh);
+                if *known != signal {
+                    let at = point(&at);
                     let fact = format!("the {c} motion of the node at {at} is prescribed by {by} already");
                     let remedy = "take `components` or regions that do not overlap";
                     return Err(self.content(place, fact, remedy));

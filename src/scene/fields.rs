@@ -1,23 +1,21 @@
 //! Fields of a state, for ParaView.
 //!
-//! Stress fields are those of the elastic effects, σ = P Fᵀ/J. A cell has the mean over its quadrature points, a node the
-//! mean over the cells there, both weighted with the reference volume; von Mises' stress and the pressure −tr σ/3 are those of
-//! the mean. Overstress of `viscoelastic` and viscous stress are not in them.
+//! Stress fields are those of the elastic effects, σ = P Fᵀ/J. A cell has the mean over its quadrature points, weighted with the
+//! reference volume, a node the value [recovered](super::stress_recovery) from the points of the cells around it; von Mises'
+//! stress and the pressure −tr σ/3 are those of that tensor. Overstress of `viscoelastic` and viscous stress are not in them.
 
-use super::body::Body;
 use super::build::Scene;
 use super::output::{Field, FieldSpec};
-use crate::effect::Stressed;
+use super::stress_recovery::StressField;
 use crate::math::tensor::Mat3;
 use crate::system::State;
-use std::sync::Arc;
 
 /// The fields of a state.
 pub(super) fn fields(scene: &Scene, state: &State, what: &[FieldSpec]) -> Vec<Field> {
     let stress = what.iter().any(|f| matches!(f, FieldSpec::Stress | FieldSpec::VonMises | FieldSpec::Pressure));
     let tensors = || {
-        let cells = stresses(&scene.body, &scene.stressed, &state.x);
-        [(nodal(&scene.body, &cells), true), (cells, false)]
+        let field = StressField::new(&scene.body.mesh, &scene.stressed, &state.x);
+        [(field.nodal(), true), (field.means(), false)]
     };
     let stress = stress.then(tensors);
     let displacements = 3 * scene.body.mesh.points.len();
@@ -58,38 +56,6 @@ pub(super) fn fields(scene: &Scene, state: &State, what: &[FieldSpec]) -> Vec<Fi
 /// √(3/2 s:s), s the deviator.
 fn von_mises(sigma: &Mat3) -> f64 {
     (1.5 * (sigma - Mat3::identity() * (sigma.trace() / 3.0)).norm_squared()).sqrt()
-}
-
-/// \[cells\] mean Cauchy stress \[Pa\]; laws that share a cell add up.
-fn stresses(body: &Body, effects: &[Arc<dyn Stressed>], x: &[f64]) -> Vec<Mat3> {
-    let mut out = vec![Mat3::zeros(); body.mesh.cell_count()];
-    for effect in effects {
-        let points = effect.points();
-        for (b, &cell) in points.cells.iter().enumerate() {
-            // Every law was defined at an accepted state.
-            let Ok(stress) = effect.stress(x, b) else { continue };
-            let volume: f64 = (0..stress.len()).map(|q| points.weight(b, q)).sum();
-            for (q, p) in stress.iter().enumerate() {
-                let f = points.deformation_gradient(x, b, q);
-                out[cell as usize] += p * f.transpose() * (points.weight(b, q) / volume / f.determinant());
-            }
-        }
-    }
-    out
-}
-
-/// \[nodes\] mean over the cells there.
-fn nodal(body: &Body, cells: &[Mat3]) -> Vec<Mat3> {
-    let mesh = &body.mesh;
-    let mut sums = vec![(Mat3::zeros(), 0.0); mesh.points.len()];
-    for (c, stress) in cells.iter().enumerate() {
-        let volume = mesh.cell_volume(c);
-        for &node in mesh.cell(c) {
-            let sum = &mut sums[node as usize];
-            *sum = (sum.0 + stress * volume, sum.1 + volume);
-        }
-    }
-    sums.into_iter().map(|(sum, volume)| if volume > 0.0 { sum / volume } else { sum }).collect()
 }
 
 #[cfg(test)]

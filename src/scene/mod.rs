@@ -27,7 +27,8 @@
 //!         PrescribedSpec {
 //!             region: "xmax".into(),
 //!             components: "x".into(),
-//!             displacement: SignalSpec::ramp(0.0, 3e-3, 0.0, 1.0),
+//!             displacement: Some(SignalSpec::ramp(0.0, 3e-3, 0.0, 1.0)),
+//!             ..PrescribedSpec::default()
 //!         }
 //!         .into(),
 //!     ],
@@ -85,7 +86,9 @@ pub mod spec;
 mod stable;
 mod stages;
 mod start;
+mod stress_recovery;
 pub mod stretch;
+mod turning;
 
 pub use body::{Body, request};
 pub use build::{Scene, SceneBuilder};

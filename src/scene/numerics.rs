@@ -10,6 +10,8 @@ use serde::Deserialize;
 #[serde(deny_unknown_fields, default)]
 pub struct NumericsSpec {
     pub tolerance: f64,
+    /// Largest correction that an accepted state may still ask for, as a share of the largest displacement
+    pub accuracy: f64,
     pub max_iterations: usize,
     pub line_search: bool,
     pub reuse_factor: bool,
@@ -32,6 +34,7 @@ impl Default for NumericsSpec {
         let (newton, step) = (crate::solve::NewtonSettings::default(), crate::solve::StepSettings::default());
         Self {
             tolerance: newton.tolerance,
+            accuracy: newton.accuracy,
             max_iterations: newton.max_iterations,
             line_search: newton.line_search,
             reuse_factor: newton.reuse_factor,
@@ -52,6 +55,10 @@ pub(super) fn check_numerics(builder: &Builder, n: &NumericsSpec) -> Result<(), 
     if !(n.tolerance > 0.0 && n.tolerance < 1.0) {
         let fact = format!("tolerance = {}", n.tolerance);
         return Err(builder.content("numerics", fact, "it lies between 0 and 1, for example 1e-8"));
+    }
+    if !(n.accuracy > 0.0 && n.accuracy < 1.0) {
+        let fact = format!("accuracy = {}", n.accuracy);
+        return Err(builder.content("numerics", fact, "it lies between 0 and 1, for example 1e-6"));
     }
     if let Some(budget) = n.time_budget.filter(|b| b.0 <= 0.0) {
         let fact = format!("time_budget = {} s", budget.0);

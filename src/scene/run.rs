@@ -46,6 +46,10 @@ pub struct Run {
     pub assembly: Duration,
     pub factorisation: Duration,
     pub factorisations: usize,
+    /// Of them those of shifted tangents
+    pub shifted_factorisations: usize,
+    /// Iterations of Newton's method, those of steps that were not accepted included
+    pub tried_iterations: usize,
     pub solve: Duration,
     /// Right sides solved for
     pub solves: usize,
@@ -138,7 +142,7 @@ impl Scene {
         let stuck =
             matches!(status, Status::StepTooSmall { .. } | Status::Inverted { .. } | Status::NoEquilibrium { .. });
         let pulling = stuck.then(|| pulling(&self.cables, &state));
-        let NonlinearSolver { equations, linear, .. } = &driver.steps.solver;
+        let NonlinearSolver { equations, linear, iterations, .. } = &driver.steps.solver;
         let (factor, sums) = (&linear.factor, &equations.sums);
         Run {
             columns: self.columns(),
@@ -154,6 +158,8 @@ impl Scene {
             assembly: equations.assembly_time,
             factorisation: factor.factor_time,
             factorisations: factor.count,
+            shifted_factorisations: linear.shifted,
+            tried_iterations: *iterations,
             solve: factor.solve_time,
             solves: factor.solves,
             factor_nnz: factor.nnz(),
@@ -174,6 +180,7 @@ impl Scene {
         let n = &self.spec.numerics;
         let settings = NewtonSettings {
             tolerance: n.tolerance,
+            accuracy: n.accuracy,
             max_iterations: n.max_iterations,
             line_search: n.line_search,
             reuse_factor: n.reuse_factor,

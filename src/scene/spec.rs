@@ -10,7 +10,7 @@ pub use super::output::{FieldSpec, FieldsSpec, OutputSpec, ScheduleSpec};
 pub use super::parts::constraints::{
     CableDriveSpec, CableSpec, CavityDriveSpec, CavitySpec, ConstraintSpec, FixedSpec, PrescribedSpec, RingSpec,
 };
-pub use super::parts::contact::spec::{ContactSpec, MotionSpec, ResponseSpec, TurningSpec};
+pub use super::parts::contact::spec::{ContactSpec, MotionSpec, ResponseSpec};
 pub use super::parts::effects::{
     ArmSpec, EdgeDampersSpec, EdgeSpringsSpec, EffectSpec, ElasticSpec, FormulationSpec, GravitySpec, InertiaSpec,
     LumpingSpec, MassDampingSpec, ModuliSpec, PointForceSpec, StiffnessDampingSpec, StiffnessSpec, TractionSpec,
@@ -27,6 +27,7 @@ pub use super::shape::{ShapeSpec, TurnSpec};
 pub use super::signal::{FunctionSpec, SignalSpec};
 pub use super::stages::{ContinuationSpec, IntegratorSpec, StageSpec};
 pub use super::start::StartSpec;
+pub use super::turning::TurningSpec;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 

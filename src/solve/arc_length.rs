@@ -29,7 +29,7 @@ impl ArcLengthSteps<'_> {
     fn exhausted(&self, t: f64) -> Status {
         match self.limit {
             Some(limit) => Status::LimitPoint { t, limit },
-            None => Status::StepTooSmall { t, why: Failure::MaxSteps },
+            None => Status::StepTooSmall { t, why: Failure::MaxSteps, by_force: false },
         }
     }
 }

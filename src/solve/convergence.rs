@@ -14,20 +14,27 @@ pub(super) enum AtRounding {
     Accept,
 }
 
+/// Share of the last estimated correction above which another iteration only stirs rounding \[–\].
+const STALLED: f64 = 0.5;
+
 /// The acceptance test of one solve.
 pub(super) struct Convergence {
     tolerance: f64,
+    accuracy: f64,
     max_iterations: usize,
     is_linearised: bool,
     at_rounding: AtRounding,
     /// Whether the last state was below the tolerance already
     was_below: bool,
+    /// Correction that was estimated last; infinite before
+    last_correction: f64,
 }
 
 impl Convergence {
     pub fn new(settings: &NewtonSettings, integrator: Integrator, at_rounding: AtRounding) -> Self {
-        let NewtonSettings { tolerance, max_iterations, .. } = *settings;
-        Self { tolerance, max_iterations, is_linearised: integrator.is_linearised(), at_rounding, was_below: false }
+        let NewtonSettings { tolerance, accuracy, max_iterations, .. } = *settings;
+        let (is_linearised, last_correction) = (integrator.is_linearised(), f64::INFINITY);
+        Self { tolerance, accuracy, max_iterations, is_linearised, at_rounding, was_below: false, last_correction }
     }
 
     /// Whether no iteration may follow so many.
@@ -44,11 +51,36 @@ impl Convergence {
         let converged = below && (confirmed || self.at_rounding == AtRounding::Accept);
         converged || self.is_linearised && iterations > 0
     }
+
+    /// Whether a state that [`Convergence::accepts`] is accurate in its displacements too: the `correction` that it still asks for,
+    /// as a share of the largest displacement, is small, or no longer falls. It does not depend on the mesh, which the sum of the
+    /// forces of all blocks does. A state without an estimate has to come from an iteration.
+    pub fn is_accurate(&mut self, correction: Option<f64>, iterations: usize) -> bool {
+        let ends = self.is_last(iterations) || self.is_linearised;
+        let Some(correction) = correction else { return ends || iterations > 0 };
+        let stalled = correction > STALLED * self.last_correction;
+        self.last_correction = correction;
+        correction <= self.accuracy || stalled || ends
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_state_is_accurate_where_its_correction_is_small_or_stalls() {
+        let settings = NewtonSettings { accuracy: 1e-6, max_iterations: 3, ..NewtonSettings::default() };
+        let test = || Convergence::new(&settings, Integrator::Static, AtRounding::IterateOnceMore);
+        assert!(test().is_accurate(Some(1e-6), 0) && !test().is_accurate(Some(2e-6), 2));
+        assert!(!test().is_accurate(None, 0) && test().is_accurate(None, 1) && test().is_accurate(Some(1.0), 3));
+        let mut stalls = test();
+        assert!(
+            !stalls.is_accurate(Some(1e-3), 0)
+                && !stalls.is_accurate(Some(4e-4), 1)
+                && stalls.is_accurate(Some(3e-4), 2)
+        );
+    }
 
     #[test]
     fn a_state_at_the_rounding_of_forces_is_confirmed_by_one_more_iteration() {

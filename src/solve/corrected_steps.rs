@@ -44,7 +44,7 @@ impl<'a> StepStrategy<'a> for CorrectedSteps {
         let step = Step { system: steps.system, integrator: self.integrator, past: state, dt: t - state.t };
         let mut next = State { t, ..state.clone() };
         match move_and_correct(&mut steps.solver, &step, &self.planes, &mut next) {
-            Err(why) => StepOutcome::Failed(Status::stopped(state.t, why)),
+            Err(why) => StepOutcome::Failed(Status::stopped(state.t, why, true)),
             Ok(solution) => {
                 self.integrator.finish(state, step.dt, &mut next);
                 StepOutcome::Solved(Box::new(SolvedStep { next, solution, on_grid, coarse: false }))

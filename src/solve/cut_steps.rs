@@ -77,8 +77,8 @@ impl<'a> StepStrategy<'a> for CutSteps {
         }
     }
 
-    /// The negative eigenvalues of a static step are counted again where it ended if its last tangent, taken before, had some,
-    /// and at the end of the stage.
+    /// The negative eigenvalues of a static step are counted where it ended if its last tangent, taken before, had some, if it
+    /// needed no tangent at all, and at the end of the stage.
     fn accepted(
         &mut self,
         steps: &mut StepSolver<'a>,
@@ -90,7 +90,7 @@ impl<'a> StepStrategy<'a> for CutSteps {
         let integrator = self.span.integrator;
         let last = self.goal == self.span.end && self.is_done();
         let mut modes = solution.unstable_modes;
-        if integrator.is_static() && (modes.is_some_and(|n| n > 0) || last) {
+        if integrator.is_static() && (modes.is_some_and(|n| n > 0) || solution.iterations == 0 || last) {
             let step = Step { system: steps.system, integrator, past, dt: now.t - past.t };
             modes = steps.solver.unstable_modes(&step, now).or(modes);
         }

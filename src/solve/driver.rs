@@ -92,7 +92,7 @@ impl<'a> Driver<'a> {
         if span.integrator.needs_initial_acceleration() {
             match initial_acceleration_by(self.steps.solver.linear.method.clone(), self.steps.system, state) {
                 Ok(a) => state.a = a,
-                Err(why) => return ControlFlow::Break(Status::StepTooSmall { t: state.t, why }),
+                Err(why) => return ControlFlow::Break(Status::StepTooSmall { t: state.t, why, by_force: false }),
             }
         }
         span.integrator.begin(state);

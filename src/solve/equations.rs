@@ -8,6 +8,8 @@ use std::time::{Duration, Instant};
 
 /// Share of a Newton step below which its limit does not let the body move at all \[–\].
 const JAMMED: f64 = 1e-10;
+/// Share of the size of the body below which a displacement is none \[–\].
+const REST: f64 = 1e-8;
 /// Share of the size of the body below which a gap is rounding \[–\].
 const CLOSED: f64 = 1e-12;
 
@@ -114,6 +116,11 @@ impl Equations {
         };
         let rounding = 4.0 * f64::EPSILON * stiffness * self.length;
         ScaledError { exact: scaled(0.0), above_rounding: scaled(rounding) }
+    }
+
+    /// A displacement \[m\], or the largest one that counts as rest.
+    pub(super) fn visible(&self, displacement: f64) -> f64 {
+        displacement.max(REST * self.length)
     }
 
     /// The constraints at `state`, which the sums belong to.

@@ -20,8 +20,10 @@ use nalgebra::{DMatrix, DVector};
 
 /// Iterations that the step length aims at.
 const WANTED: f64 = 4.0;
-/// A step is never longer than this many first ones.
+/// A step is not longer than this many first ones, unless it is short next to the way behind it.
 const LONGEST: f64 = 10.0;
+/// Share of the way behind it that a step may always have \[–\].
+const SHARE: f64 = 0.1;
 
 /// A step that moves the body more than this many times what the tangent before it says may be a jump.
 const NEAR: f64 = 2.0;
@@ -60,7 +62,7 @@ pub(super) struct PathTracer<'a> {
     end: f64,
     /// Displacement of the last step \[equations\], empty at the start
     last: Vec<f64>,
-    /// Δs of the next step and the longest one \[m\]
+    /// Δs of the next step, and the longest one at the start \[m\]
     length: f64,
     longest: f64,
     /// Arc and time of the last points, newest last, with their states
@@ -117,7 +119,7 @@ impl<'a> PathTracer<'a> {
         if self.trail.len() > 3 {
             self.trail.remove(0);
         }
-        self.length = grown.min(self.longest);
+        self.length = grown.min(self.longest.max(SHARE * arc));
         Ok(point)
     }
 
@@ -184,7 +186,8 @@ impl<'a> PathTracer<'a> {
             let error = solver.equations.error_at_tangent(self.system, &next, solver.settings.tolerance);
             if convergence.accepts(error, true, iterations) {
                 solver.equations.advance_history(&self.at(start), &mut next)?;
-                let solution = Solution { iterations, unstable_modes, regularised: false, projected: false };
+                let solution =
+                    Solution { iterations, correction: None, unstable_modes, regularised: false, projected: false };
                 return Ok(PathPoint { state: next, solution });
             }
             if convergence.is_last(iterations) || !error.above_rounding.is_finite() {

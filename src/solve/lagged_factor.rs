@@ -168,6 +168,38 @@ impl LaggedFactor {
         columns.chunks_exact_mut(n).for_each(|column| self.rotations.rotate(column));
     }
 
+    /// One application of the factor: the direction before conjugate gradients; none where the constrained tangent of the factor has
+    /// negative eigenvalues.
+    pub fn rough(
+        &mut self,
+        factor: &mut Factor,
+        points: &[Vec3],
+        problem: &LinearProblem,
+        first: bool,
+    ) -> Option<RoughDirection> {
+        let (system, state, sums) = (problem.system(), problem.state, &problem.equations.sums);
+        if first {
+            self.rotations = NodalRotations::new(system, points, &self.record.x, &state.x);
+        }
+        let (n, m) = (system.dofs.free.len(), state.lambda.len());
+        let mut x = problem.right_side();
+        sums.gradient.iter().for_each(|h| x.extend(h));
+        self.solve_rotated(factor, n, &mut x);
+        let z = x.split_off(n);
+        let rows: Vec<usize> = (0..m).collect();
+        let schur = Schur::of(z, system, &rows, &sums.gradient);
+        if negative_eigenvalues(factor, system, sums, &schur).is_some_and(|n| n > 0) {
+            return None;
+        }
+        let (lambda, holds) = match m {
+            0 => Default::default(),
+            _ => schur.multipliers(system, &problem.equations.rows(state), &problem.shift(&x))?,
+        };
+        let change: Vec<f64> = lambda.iter().zip(&state.lambda).map(|(new, old)| new - old).collect();
+        schur.z.chunks_exact(n).zip(&change).for_each(|(z, d)| x.iter_mut().zip(z).for_each(|(x, z)| *x -= z * d));
+        Some(RoughDirection { x, lambda, change, schur, holds })
+    }
+
     /// The direction of an iteration; none where the factor is not to be reused. `error` is that of the state, which is the start of
     /// the step if it is the `first`. The direction is as accurate as `error` and the `tolerance` of the step ask for.
     pub fn direction(
@@ -180,33 +212,14 @@ impl LaggedFactor {
         first: bool,
     ) -> Option<NewtonDirection> {
         let (system, state, sums) = (problem.system(), problem.state, &problem.equations.sums);
-        if first {
-            self.rotations = NodalRotations::new(system, points, &self.record.x, &state.x);
-        }
         let (n, m) = (system.dofs.free.len(), state.lambda.len());
         let rhs = problem.right_side();
-        let mut columns = rhs.clone();
-        sums.gradient.iter().for_each(|h| columns.extend(h));
-        self.solve_rotated(factor, n, &mut columns);
         self.record.solves[1] += 1 + m;
-        let z = columns.split_off(n);
-        let mut x = columns;
-        let rows: Vec<usize> = (0..m).collect();
-        let schur = Schur::of(z, system, &rows, &sums.gradient);
-        if negative_eigenvalues(factor, system, sums, &schur).is_some_and(|n| n > 0) {
-            return None;
-        }
-        let shift = problem.shift(&x);
-        let (mut lambda, holds) = match m {
-            0 => Default::default(),
-            _ => schur.multipliers(system, &problem.equations.rows(state), &shift)?,
-        };
+        let RoughDirection { mut x, mut lambda, change, schur, holds } = self.rough(factor, points, problem, first)?;
         let held = HeldConstraints::new(holds, &schur, m)?;
         if first && self.has_softened(system, sums, &schur, &held) {
             return None;
         }
-        let change: Vec<f64> = lambda.iter().zip(&state.lambda).map(|(new, old)| new - old).collect();
-        schur.z.chunks_exact(n).zip(&change).for_each(|(z, d)| x.iter_mut().zip(z).for_each(|(x, z)| *x -= z * d));
         let mut left = vec![0.0; n];
         system.pattern.multiply(&sums.k, &x, &mut left);
         left.iter_mut().zip(&rhs).for_each(|(left, rhs)| *left = rhs - *left);
@@ -244,6 +257,17 @@ impl LaggedFactor {
         }
         Some(problem.direction(&x, lambda))
     }
+}
+
+/// A direction by one application of a lagged factor.
+pub(super) struct RoughDirection {
+    /// \[equations\]
+    pub x: Vec<f64>,
+    /// Multipliers after the step, and their change
+    pub lambda: Vec<f64>,
+    change: Vec<f64>,
+    schur: Schur,
+    holds: Vec<bool>,
 }
 
 /// The constraints that hold in a direction.

@@ -20,16 +20,17 @@ pub(super) fn jumped(
     if !span.integrator.is_static() || !(solution.regularised || solution.projected) {
         return None;
     }
+    let by_force = steps.system.forces_change(state.clock(), next.clock());
     let tracer = PathTracer::new(&mut steps.solver, steps.system, state, next.t, next.t - state.t);
     if tracer.is_ok_and(|tracer| !tracer.is_near(next))
         && let Some(TurningPoint { t: limit, node, .. }) = limit_point(steps, state, next.t)
     {
         let in_contact = steps.system.has_contact();
-        return Some(Status::NoEquilibrium { t: state.t, limit, node, in_contact });
+        return Some(Status::NoEquilibrium { t: state.t, limit, node, in_contact, by_force });
     }
     let step = Step { system: steps.system, integrator: span.integrator, past: state, dt: next.t - state.t };
     let again = steps.solver.equations.evaluate(&step, &mut next.clone(), Want::Residual, None);
-    again.err().map(|why| Status::stopped(state.t, why))
+    again.err().map(|why| Status::stopped(state.t, why, by_force))
 }
 
 /// The limit point between `state` and the loads of `t`: the path is followed until it turns, or reaches those loads.

@@ -28,13 +28,24 @@ pub struct LinearSystem {
     pub factor: Factor,
     /// \[nodes\] X, by which a lagged factor is rotated with the body; or empty
     pub points: Vec<Vec3>,
+    /// Factorisations of shifted tangents so far
+    pub shifted: usize,
+    /// Take tangents as they are, indefinite ones too
+    pub(super) keeps_indefinite: bool,
     lagged: LaggedFactor,
 }
 
 impl LinearSystem {
     pub(super) fn new(method: Method, system: &System) -> Self {
         let factor = Factor::by(method.clone(), system.pattern.clone(), system.scalar_equations() == 0);
-        Self { method, factor, points: Vec::new(), lagged: LaggedFactor::default() }
+        Self {
+            method,
+            factor,
+            points: Vec::new(),
+            shifted: 0,
+            keeps_indefinite: false,
+            lagged: LaggedFactor::default(),
+        }
     }
 
     /// Whether the equations allow the reuse of a lagged factor. K is to be symmetric, and definite where the constraints hold.
@@ -68,6 +79,14 @@ impl LinearSystem {
         }
         let Self { factor, points, lagged, .. } = self;
         lagged.direction(factor, points, problem, tolerance, error, first)
+    }
+
+    /// The direction by one application of the lagged factor, if it is valid.
+    pub(super) fn rough_direction(&mut self, problem: &LinearProblem, first: bool) -> Option<NewtonDirection> {
+        let Self { factor, points, lagged, .. } = self;
+        let valid = lagged.may_be_reused(factor, problem.step.rates(), false);
+        let rough = valid.then(|| lagged.rough(factor, points, problem, first)).flatten()?;
+        Some(problem.direction(&rough.x, rough.lambda))
     }
 
     /// Iterative method: a hierarchy of the present tangent, for a direction that is no more accurate than the error asks for.
@@ -129,7 +148,7 @@ impl LinearSystem {
                     if shift == 0.0 {
                         solution.unstable_modes = unstable;
                     }
-                    if unstable.is_none_or(|n| n == 0) || shift > SHIFT.2 {
+                    if self.keeps_indefinite || unstable.is_none_or(|n| n == 0) || shift > SHIFT.2 {
                         if for_reuse && shift == 0.0 && !self.factor.fell_back() {
                             self.lagged.store(&mut self.factor, system, sums.k.clone(), &next.x, step.rates());
                         }
@@ -148,6 +167,7 @@ impl LinearSystem {
                 sums.k[k] = alone[j] + away * own.abs().max(SOFTEST * largest);
             }
             shift = larger;
+            self.shifted += 1;
             solution.regularised = true;
         }
     }

@@ -5,6 +5,7 @@
 
 use super::contact_correction::{correct_repeatedly, uses_corrections};
 use super::convergence::{AtRounding, Convergence};
+use super::equations::ScaledError;
 use super::globalisation::LineSearch;
 use super::linear_problem::{LinearProblem, NewtonDirection};
 use super::multipliers::Schur;
@@ -14,6 +15,8 @@ use crate::system::{State, Want};
 
 /// A factorisation of the step is used for another iteration if the last one reduced the error by this factor \[–\].
 const CHORD_CONTRACTION: f64 = 0.2;
+/// Share of its error that a direction leaves at a state whose forces are below the tolerance already \[–\].
+const BELOW: f64 = 0.01;
 
 impl NonlinearSolver {
     /// Iterates from `next.x`, `next.lambda` (the guess) to equilibrium at `next.t`; fills x, v, a and λ of `next` and brings
@@ -26,6 +29,7 @@ impl NonlinearSolver {
                 return Ok(solution);
             }
         }
+        self.has_reused_factor = false;
         let targets = step.targets(next);
         let mut convergence = Convergence::new(&self.settings, step.integrator, AtRounding::IterateOnceMore);
         self.equations.begin(step)?;
@@ -39,9 +43,12 @@ impl NonlinearSolver {
             }
             let iterations = newton.solution.iterations;
             if convergence.accepts(error, increment.is_none(), iterations) {
-                newton.solver.equations.advance_history(step, next)?;
-                newton.solver.linear.end_step();
-                return Ok(newton.solution);
+                let correction = newton.correction(next, error);
+                if convergence.is_accurate(correction, iterations) {
+                    newton.solver.equations.advance_history(step, next)?;
+                    newton.solver.linear.end_step();
+                    return Ok(Solution { correction, ..newton.solution });
+                }
             }
             if convergence.is_last(iterations) {
                 return Err(newton.solver.not_converged(step.system, error.above_rounding));
@@ -58,7 +65,7 @@ struct NewtonIteration<'a> {
     solution: Solution,
     /// Whether the lagged factor of an earlier step may be reused
     may_reuse_factor: bool,
-    /// Schur complement of the factorisation of this step, if there is one
+    /// Schur complement of the factorisation of this step that the last direction is by, if it is
     schur: Option<Schur>,
     /// Error before the last iteration; 0 after a damped one, whose factorisation is not used again
     last_error: f64,
@@ -72,6 +79,29 @@ impl<'a> NewtonIteration<'a> {
         Self { solver, step, solution, may_reuse_factor, schur: None, last_error: f64::INFINITY }
     }
 
+    /// The correction that a state of this error still asks for, by the factor that is available and as a share of the largest displacement;
+    /// none without a factor, and in a linearised step, which is not solved for equilibrium.
+    fn correction(&mut self, next: &State, error: ScaledError) -> Option<f64> {
+        if self.step.integrator.is_linearised() {
+            return None;
+        }
+        if error.exact == 0.0 {
+            return Some(0.0);
+        }
+        let first = self.solution.iterations == 0;
+        let NonlinearSolver { equations, linear, .. } = &mut *self.solver;
+        let problem = LinearProblem { step: self.step, equations, state: next, increment: None };
+        let direction = match &self.schur {
+            Some(schur) => problem.solve(&mut linear.factor, schur).ok()?,
+            None => linear.rough_direction(&problem, first)?,
+        };
+        let largest = |x: &[f64]| {
+            let moving = self.step.system.dofs.free.iter().filter(|dof| **dof < self.step.system.dofs.displacements);
+            moving.fold(0.0, |most: f64, &dof| most.max(x[dof as usize].abs()))
+        };
+        Some(largest(&direction.x) / equations.visible(largest(&next.x)))
+    }
+
     /// One iteration from a state of this error.
     fn iterate(
         &mut self,
@@ -81,11 +111,12 @@ impl<'a> NewtonIteration<'a> {
         error: f64,
     ) -> Result<(), Failure> {
         let direction = self.direction(next, increment, error)?;
-        let NonlinearSolver { settings, equations, linear } = &mut *self.solver;
+        let NonlinearSolver { settings, equations, linear, .. } = &mut *self.solver;
         let search = LineSearch { step: self.step, settings: *settings, targets };
         let full = search.advance(equations, &mut linear.factor, next, &direction)?;
         self.last_error = if full { error } else { 0.0 };
         self.solution.iterations += 1;
+        self.solver.iterations += 1;
         Ok(())
     }
 
@@ -97,19 +128,25 @@ impl<'a> NewtonIteration<'a> {
         error: f64,
     ) -> Result<NewtonDirection, Failure> {
         let (step, first) = (self.step, self.solution.iterations == 0);
-        let NonlinearSolver { settings, equations, linear } = &mut *self.solver;
+        let NonlinearSolver { settings, equations, linear, has_reused_factor, .. } = &mut *self.solver;
         if self.may_reuse_factor {
             equations.linearise(step, next, increment)?;
             let problem = LinearProblem { step, equations, state: next, increment };
-            let found = linear.direction_by_lagged_factor(&problem, settings.tolerance, error, first);
+            // Below the tolerance the displacements are what is not accurate yet.
+            let tolerance = if error > settings.tolerance { settings.tolerance } else { BELOW * error };
+            let found = linear.direction_by_lagged_factor(&problem, tolerance, error, first);
             if let Some(direction) = found {
+                (*has_reused_factor, self.schur) = (true, None);
                 return Ok(direction);
             }
         }
         let contracts = error < CHORD_CONTRACTION * self.last_error;
         let is_chord = settings.reuse_factor && !self.may_reuse_factor && increment.is_none() && contracts;
         let schur = match self.schur.take().filter(|_| is_chord) {
-            Some(schur) => schur,
+            Some(schur) => {
+                *has_reused_factor = true;
+                schur
+            }
             None => {
                 if !self.may_reuse_factor {
                     equations.linearise(step, next, increment)?;

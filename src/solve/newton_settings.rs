@@ -5,6 +5,8 @@
 pub struct NewtonSettings {
     /// ‖r‖ ≤ tolerance · (largest effect's Σ‖r_e‖), |g| ≤ tolerance · (length or volume of the constraint)
     pub tolerance: f64,
+    /// Largest correction that an accepted state may still ask for, as a share of the largest displacement \[–\]
+    pub accuracy: f64,
     pub max_iterations: usize,
     pub line_search: bool,
     /// Reuse factorisations, from step to step too (`lagged_factor`); without it every iteration has its own
@@ -19,6 +21,7 @@ impl Default for NewtonSettings {
     fn default() -> Self {
         Self {
             tolerance: 1e-8,
+            accuracy: 1e-6,
             max_iterations: 30,
             line_search: true,
             reuse_factor: true,

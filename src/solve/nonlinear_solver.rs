@@ -13,6 +13,10 @@ pub struct NonlinearSolver {
     pub settings: NewtonSettings,
     pub equations: Equations,
     pub linear: LinearSystem,
+    /// Iterations of Newton's method so far, those of failed solves included
+    pub iterations: usize,
+    /// Whether a factor served more than one iteration of the last solve
+    pub(super) has_reused_factor: bool,
 }
 
 impl NonlinearSolver {
@@ -22,13 +26,31 @@ impl NonlinearSolver {
 
     /// With this choice between direct and iterative linear solvers; `length` \[m\] is that of the body.
     pub fn with_method(method: Method, system: &System, settings: NewtonSettings, length: f64) -> Self {
-        Self { settings, equations: Equations::new(system, length), linear: LinearSystem::new(method, system) }
+        let (equations, linear) = (Equations::new(system, length), LinearSystem::new(method, system));
+        Self { settings, equations, linear, iterations: 0, has_reused_factor: false }
+    }
+
+    /// The same as [`NonlinearSolver::solve`] with a factor of its own in every iteration.
+    pub(super) fn solve_afresh(&mut self, step: &Step, next: &mut State) -> Result<Solution, Failure> {
+        let reuse_factor = std::mem::replace(&mut self.settings.reuse_factor, false);
+        let result = self.solve(step, next);
+        self.settings.reuse_factor = reuse_factor;
+        result
+    }
+
+    /// The same with tangents as they are, which are not made definite: leads to the nearest equilibrium, an unstable one too.
+    pub(super) fn solve_indefinite(&mut self, step: &Step, next: &mut State) -> Result<Solution, Failure> {
+        self.linear.keeps_indefinite = true;
+        let result = self.solve_afresh(step, next);
+        self.linear.keeps_indefinite = false;
+        result.map(|solution| Solution { regularised: true, ..solution })
     }
 
     /// The solution before the first iteration. The count of an earlier factorisation holds as long as there is no new one.
     pub(super) fn no_solution_yet(&self) -> Solution {
         let unstable_modes = self.linear.factor.multigrid().is_none().then_some(0);
-        Solution { iterations: 0, unstable_modes, regularised: false, projected: self.equations.sums.projected }
+        let projected = self.equations.sums.projected;
+        Solution { iterations: 0, correction: None, unstable_modes, regularised: false, projected }
     }
 
     /// Negative eigenvalues of the constrained tangent at a converged state; none where it has no factorisation, or where they are

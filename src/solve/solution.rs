@@ -4,6 +4,9 @@
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solution {
     pub iterations: usize,
+    /// Correction that the equations still ask for at the accepted state, by the last factor, as a share of the largest displacement
+    /// \[–\]; none where it is not estimated
+    pub correction: Option<f64>,
     /// Negative eigenvalues of the constrained tangent at the last factorisation; 0 at a stable equilibrium, and where the
     /// tangent is not symmetric. None where they were not counted, and conjugate gradients met none
     pub unstable_modes: Option<usize>,

@@ -23,6 +23,8 @@ pub enum Status {
         node: u32,
         /// Whether there is contact, with which no path is followed
         in_contact: bool,
+        /// Whether a force, pressure or tension that is given grows
+        by_force: bool,
     },
     /// A cell would invert and the law is not defined there
     Inverted {
@@ -48,6 +50,8 @@ pub enum Status {
     StepTooSmall {
         t: f64,
         why: Failure,
+        /// Whether a force, pressure or tension that is given changes in the step
+        by_force: bool,
     },
     /// Stopped by the caller
     Interrupted {
@@ -67,12 +71,12 @@ pub struct Culprit {
 
 impl Status {
     /// Of a step that no cut could save.
-    pub(super) fn stopped(t: f64, why: Failure) -> Self {
+    pub(super) fn stopped(t: f64, why: Failure, by_force: bool) -> Self {
         match why {
             Failure::Eval(EvalError::Inverted { .. }) => Self::Inverted { t, why },
             Failure::Jammed { .. } => Self::ContactJammed { t, why },
             Failure::Linear(LinearError::Singular) => Self::Singular { t, motions: Vec::new() },
-            _ => Self::StepTooSmall { t, why },
+            _ => Self::StepTooSmall { t, why, by_force },
         }
     }
 
@@ -169,11 +173,16 @@ impl Status {
         match self {
             Self::Converged => "",
             Self::LimitPoint { .. } => "raise max_steps to follow it further, or drive by volume or displacement",
-            Self::NoEquilibrium { in_contact: true, .. } => {
+            Self::NoEquilibrium { in_contact: true, by_force: true, .. } => {
                 "stay below, take a dynamic stage, or drive by length, volume or displacement"
             }
-            Self::NoEquilibrium { .. } => {
+            Self::NoEquilibrium { in_contact: true, .. } => "stay below, or take a dynamic stage",
+            Self::NoEquilibrium { by_force: true, .. } => {
                 "stay below, go on with continuation = \"arc_length\", or drive by length, volume or displacement"
+            }
+            Self::NoEquilibrium { .. } => {
+                "stay below, go on with continuation = \"arc_length\", or take a dynamic stage: the body snaps there although its \
+                 motion is given"
             }
             Self::Inverted { .. } => {
                 "refine the mesh there, reduce the load, or take a law that survives inversion (stable_neo_hookean)"
@@ -207,9 +216,13 @@ impl Status {
             Self::StepTooSmall { why: Failure::Unloaded, .. } => {
                 "let a signal change over the stage, or leave continuation away"
             }
-            Self::StepTooSmall { .. } => {
-                "the load may exceed what the body can carry (drive by length instead of tension), or the mesh is too \
+            Self::StepTooSmall { by_force: true, .. } => {
+                "the load may exceed what the body can carry: drive by length, volume or displacement; or the mesh is too \
                  coarse there"
+            }
+            Self::StepTooSmall { .. } => {
+                "the body may buckle or fold under the motion that is given: try numerics.projection = true, a dynamic stage, or \
+                 a finer mesh there"
             }
             Self::Interrupted { .. } => "run it again",
         }

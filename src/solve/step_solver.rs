@@ -28,7 +28,8 @@ impl<'a> StepSolver<'a> {
         self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
     }
 
-    /// One step to time `t`: from the extrapolation, then from the last state, then with projected tangents.
+    /// One step to time `t`: from the extrapolation, then with a factor of its own in every iteration, then so from the last state,
+    /// then, if that is unstable already, with tangents as they are, then with projected ones.
     pub(super) fn solve(
         &mut self,
         integrator: Integrator,
@@ -48,10 +49,19 @@ impl<'a> StepSolver<'a> {
                 &mut self.solver.equations.sums.caches,
             );
         let step = Step { system: self.system, integrator, past: state, dt };
+        let guess = next.clone();
         let mut result = self.solver.solve(&step, &mut next);
+        if result.is_err() && self.solver.has_reused_factor {
+            next = guess.clone();
+            result = self.solver.solve_afresh(&step, &mut next);
+        }
         if result.is_err() && extrapolated {
             next = State { t, ..state.clone() };
-            result = self.solver.solve(&step, &mut next);
+            result = self.solver.solve_afresh(&step, &mut next);
+        }
+        if result.is_err() && integrator.is_static() && self.is_unstable(&step) {
+            next = guess;
+            result = self.solver.solve_indefinite(&step, &mut next);
         }
         if result.is_err() && self.solver.settings.projection && !integrator.is_linearised() {
             next = State { t, ..state.clone() };
@@ -62,6 +72,11 @@ impl<'a> StepSolver<'a> {
         let solution = result?;
         integrator.finish(state, dt, &mut next);
         Ok((next, solution))
+    }
+
+    /// Whether the state that a step starts from is an unstable equilibrium.
+    fn is_unstable(&mut self, step: &Step) -> bool {
+        self.solver.unstable_modes(step, step.past).is_some_and(|modes| modes > 0)
     }
 
     /// Time error of a step by itself, as a multiple of the allowed one; 0 where none is asked for.

@@ -7,6 +7,9 @@ use super::{Solution, Stability, TurningPoint};
 pub struct Totals {
     pub steps: usize,
     pub iterations: usize,
+    /// Largest estimated correction of an accepted state, as a share of its largest displacement \[–\]
+    #[serde(default)]
+    pub correction: f64,
     /// Cuts of steps that did not converge
     pub cuts: usize,
     /// Steps that were solved, and repeated in parts since their time error was too large
@@ -29,6 +32,7 @@ impl Totals {
     pub(super) fn add(&mut self, solution: &Solution) {
         self.steps += 1;
         self.iterations += solution.iterations;
+        self.correction = self.correction.max(solution.correction.unwrap_or(0.0));
         self.regularised += usize::from(solution.regularised);
         self.projected += usize::from(solution.projected);
     }

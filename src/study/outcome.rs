@@ -84,7 +84,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         probes: run.columns.iter().enumerate().skip(1).map(|(k, name)| (name.clone(), probe(run, k))).collect(),
         cable_events: run.cable_events.iter().map(Into::into).collect(),
         contacts: contacts(scene, run),
-        notes: scene.notes.iter().cloned().chain(solver::notes(run)).collect(),
+        notes: scene.notes.iter().cloned().chain(solver::notes(scene, run)).collect(),
         distances: overlays(scene, run).into_iter().filter_map(|o| o.distance).collect(),
         one_run: None,
         inputs: vec![],

@@ -1,6 +1,7 @@
 //! Work of the solver in a case, and where it stopped, for the record and for `summary.json`.
 
 use crate::math::tensor::Vec3;
+use crate::mesh::Order;
 use crate::scene::{LinearWork, Run, Scene};
 use crate::solve::{Status, TurningPoint};
 use serde::{Deserialize, Serialize};
@@ -18,6 +19,16 @@ pub struct SolverRecord {
     /// Dynamic steps with a time error above `time_error` that could not be cut any more
     #[serde(default)]
     pub coarse_steps: usize,
+    /// Algebraic error: the largest correction that an accepted state still asks for, as a share of its largest displacement, as
+    /// estimated; 0 where no step was judged by one
+    #[serde(default)]
+    pub algebraic_error: f64,
+    /// Iterations of Newton's method in steps that were not accepted
+    #[serde(default)]
+    pub lost_iterations: usize,
+    /// Factorisations of shifted tangents, in accepted steps and in others
+    #[serde(default)]
+    pub shifted_factorisations: usize,
     /// Steps that ended where the constrained tangent has negative eigenvalues
     pub unstable_steps: usize,
     /// Accepted states where negative eigenvalues were not counted: whether they are stable is not known
@@ -112,6 +123,9 @@ impl SolverRecord {
             projected_steps: run.totals.projected,
             repeated_steps: run.totals.repeated,
             coarse_steps: run.totals.coarse,
+            algebraic_error: run.totals.correction,
+            lost_iterations: run.tried_iterations.saturating_sub(run.totals.iterations),
+            shifted_factorisations: run.shifted_factorisations,
             unstable_steps: run.totals.unstable,
             uncounted_steps: run.totals.uncounted,
             linear: LinearRecord::new(run),
@@ -158,13 +172,21 @@ pub fn detail(scene: &Scene, run: &Run) -> Option<String> {
 }
 
 /// Notes on the path for the reader, in words.
-pub fn notes(run: &Run) -> Vec<String> {
+pub fn notes(scene: &Scene, run: &Run) -> Vec<String> {
     let mut out = Vec::new();
     if let Some((t, modes)) = run.findings.unstable.first() {
         out.push(format!(
             "from t = {t:.6} s on the equilibrium is unstable ({modes} negative eigenvalue(s) of the tangent): a bifurcation or \
              a limit point was passed, and a real body takes another path"
         ));
+        let has_pressures = scene.stressed.iter().any(|effect| !effect.displacement_only());
+        if has_pressures && scene.body.mesh.order == Order::Quadratic {
+            out.push(
+                "tet10 with a pressure field may lose its stability under compression before the body does, by a sixth of the stretch: \
+                 confirm the time by formulation = \"displacement\", or by tet4 with formulation = \"mixed\""
+                    .into(),
+            );
+        }
     }
     let linear = LinearRecord::new(run);
     if let Some(m) = linear.multigrid {

@@ -7,6 +7,7 @@ use super::{
     EnergyRole, EvalError, Means, MotionLimit, Prescribed, State,
 };
 use crate::math::low_rank::Pattern;
+use crate::math::signal::Clock;
 use std::ops::Range;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -144,6 +145,12 @@ impl System {
     /// Whether any effect describes contact.
     pub fn has_contact(&self) -> bool {
         self.effects.iter().any(|e| e.role() == EnergyRole::Contact)
+    }
+
+    /// Whether a force, pressure or tension that is given differs between the two times.
+    pub fn forces_change(&self, from: Clock, to: Clock) -> bool {
+        let given = |e: &dyn Effect| matches!(e.role(), EnergyRole::Load | EnergyRole::Follower);
+        self.effects.iter().any(|e| given(e.as_ref()) && e.intensity(from) != e.intensity(to))
     }
 
     /// Whether the tangent of any effect has a skew part.

@@ -125,7 +125,9 @@ impl SceneModel {
         match (&run.status, sensitivities.stopped) {
             (Status::Converged, None) => {}
             (Status::Interrupted { .. }, _) => return Err(Failure::Interrupted),
-            (Status::Converged, Some((t, why))) => return Err(Failure::Run(Status::StepTooSmall { t, why })),
+            (Status::Converged, Some((t, why))) => {
+                return Err(Failure::Run(Status::StepTooSmall { t, why, by_force: false }));
+            }
             (status, _) => return Err(Failure::Run(status.clone())),
         }
         let sensitivities: Vec<Vec<f64>> =

@@ -2,7 +2,7 @@
 
 use super::drive::Drive;
 use super::part::ConstraintPart;
-use crate::effect::{Cavity, CavityPressure, CavityVolume, OpenCavityPressure};
+use crate::effect::{Cavity, CavityPressure, CavityVolume, OpenCavityPressure, VolumeField};
 use crate::math::signal::Signal;
 use crate::math::tensor::Vec3;
 use crate::math::units::Dimension;
@@ -99,18 +99,18 @@ pub(in crate::scene) fn build_cavity(
     }
     let rim = rim(mesh, &facets);
     let planes = check_rim(builder, place, (region, *open, drive), mesh, &rim)?;
-    let origin = origin(mesh, &facets, planes.unwrap_or_default());
-    let cavity = Arc::new(Cavity::new(name.clone(), mesh, &facets, origin));
+    let Some(field) = volume_field(mesh, &facets, planes.as_ref().unwrap_or(&Planes::default())) else {
+        let fact = format!("the rim of the surface \"{region}\" slides in parallel planes along x, y and z");
+        return Err(builder.content(place, fact, "hold a part of the rim (kind = \"fixed\"), or close the surface"));
+    };
+    let cavity = Arc::new(Cavity::new(name.clone(), mesh, &facets, field));
     let rest = cavity.volume(&vec![0.0; 3 * mesh.points.len()]);
     if rim.is_empty() && rest <= 0.0 {
         let fact = format!("the surface \"{region}\" encloses {:.4} mm^3: the body is inside of it", rest * 1e9);
         return Err(builder.content(place, fact, "take the surface of a hollow, with the body around it"));
     }
     if !rim.is_empty() {
-        let [x, y, z] = [origin.x, origin.y, origin.z].map(|v| 1e3 * v);
-        builder.notes.push(format!(
-            "{name} is open: its volume counts from the cones between the rim and ({x:.4}, {y:.4}, {z:.4}) mm"
-        ));
+        builder.notes.push(format!("{name} is open: its volume {}", counted(&field)));
     }
     if planes.is_none() {
         let note = "has a free rim: the tangent is not symmetric, and the stability of equilibria is not judged";
@@ -119,7 +119,7 @@ pub(in crate::scene) fn build_cavity(
     let drive = match drive {
         CavityDriveSpec::Pressure { signal } => {
             let pressure = builder.signal(place, format!("{name}_imposed_pressure_Pa"), signal, Dimension::PRESSURE)?;
-            builder.effects.push(match planes {
+            builder.effects.push(match &planes {
                 Some(_) => Box::new(CavityPressure { cavity: cavity.clone(), pressure: pressure.clone() }),
                 None => Box::new(OpenCavityPressure::new(cavity.clone(), mesh, &facets, pressure.clone())),
             });
@@ -137,10 +137,13 @@ pub(in crate::scene) fn build_cavity(
     Ok(NamedCavity { name: name.clone(), cavity, drive })
 }
 
+/// Levels of the planes x, y, z = const in which a rim slides \[m\].
+type Planes = [Vec<f64>; 3];
+
 /// The planes in which a rim slides that is not held; where it is free.
-fn rim_planes(builder: &Builder, mesh: &TetMesh, rim: &[Vec<u32>]) -> Result<[Option<f64>; 3], Vec3> {
+fn rim_planes(builder: &Builder, mesh: &TetMesh, rim: &[Vec<u32>]) -> Result<Planes, Vec3> {
     let held = |node: u32, k: u32| builder.motion(3 * node + k);
-    let mut planes: [Option<f64>; 3] = [None; 3];
+    let mut planes = Planes::default();
     for edge in rim {
         if edge.iter().all(|&node| (0..3).all(|k| held(node, k) == Some(&Signal::Constant(0.0)))) {
             continue;
@@ -150,12 +153,14 @@ fn rim_planes(builder: &Builder, mesh: &TetMesh, rim: &[Vec<u32>]) -> Result<[Op
             let flat = edge.iter().all(|&n| (mesh.points[n as usize][*k] - level).abs() <= 1e-9 * mesh.diagonal());
             flat && edge.iter().all(|&n| held(n, *k as u32) == Some(&Signal::Constant(0.0)))
         };
-        let plane = (0..3).filter(in_plane).find(|&k| {
-            let level = mesh.points[edge[0] as usize][k];
-            planes[k].is_none_or(|known| (known - level).abs() <= 1e-9 * mesh.diagonal())
-        });
-        let k = plane.ok_or(mesh.points[edge[0] as usize])?;
-        planes[k] = Some(mesh.points[edge[0] as usize][k]);
+        let at = mesh.points[edge[0] as usize];
+        let is_known = |k: usize| planes[k].iter().any(|level| (level - at[k]).abs() <= 1e-9 * mesh.diagonal());
+        // An edge along two planes needs one of them: a known one, or one that adds no parallel plane.
+        let plane = (0..3).filter(in_plane).min_by_key(|&k| if is_known(k) { 0 } else { 1 + planes[k].len() });
+        let k = plane.ok_or(at)?;
+        if !is_known(k) {
+            planes[k].push(at[k]);
+        }
     }
     Ok(planes)
 }
@@ -167,7 +172,7 @@ fn check_rim(
     (region, open, drive): (&str, bool, &CavityDriveSpec),
     mesh: &TetMesh,
     rim: &[Vec<u32>],
-) -> Result<Option<[Option<f64>; 3]>, SceneError> {
+) -> Result<Option<Planes>, SceneError> {
     let by_volume = drive.is_by_volume();
     let remedy = "close the surface, hold the rim (kind = \"fixed\"), or let it slide in planes of symmetry \
                   (hold components = \"z\" where such a plane is z = const)";
@@ -197,11 +202,26 @@ fn check_rim(
     }
 }
 
-/// Where the cones of the volume start: in the planes, and in the middle where that is free: short cones, small rounding.
-fn origin(mesh: &TetMesh, facets: &[u32], planes: [Option<f64>; 3]) -> Vec3 {
+/// The field that measures the volume. It starts in a plane, and in the middle where that is free: short cones, small rounding.
+/// Nothing of it flows through parallel planes; none where there are such planes along every axis.
+fn volume_field(mesh: &TetMesh, facets: &[u32], planes: &Planes) -> Option<VolumeField> {
     let nodes: Vec<u32> = facets.iter().flat_map(|&f| mesh.facet(f as usize)).copied().collect();
     let middle = nodes.iter().map(|&n| mesh.points[n as usize]).sum::<Vec3>() / nodes.len() as f64;
-    Vec3::from_fn(|k, _| planes[k].unwrap_or(middle[k]))
+    let origin = Vec3::from_fn(|k, _| if let [level] = planes[k][..] { level } else { middle[k] });
+    VolumeField::across(origin, std::array::from_fn(|k| planes[k].len() > 1))
+}
+
+/// From where the volume of an open cavity counts, for a note.
+fn counted(field: &VolumeField) -> String {
+    let [x, y, z] = [field.origin.x, field.origin.y, field.origin.z].map(|v| 1e3 * v);
+    let closed: Vec<&str> =
+        ["x", "y", "z"].into_iter().zip(field.weights.iter()).filter(|(_, w)| **w == 0.0).map(|a| a.0).collect();
+    let from = format!("({x:.4}, {y:.4}, {z:.4}) mm");
+    match closed[..] {
+        [] => format!("counts from the cones between the rim and {from}"),
+        [axis] => format!("counts from the axis along {axis} through {from}"),
+        _ => format!("counts from the plane along {} through {from}", closed.join(" and ")),
+    }
 }
 
 impl Recorder for NamedCavity {

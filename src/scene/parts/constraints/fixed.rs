@@ -23,7 +23,7 @@ fn all_components() -> String {
 impl FixedSpec {
     /// Holds the nodes of the region.
     pub(super) fn build(&self, builder: &mut Builder, place: &str) -> Result<(), SceneError> {
-        builder.prescribe(place, &self.region, &self.components, &Signal::Constant(0.0))
+        builder.prescribe(place, &self.region, &self.components, |_, _| Signal::Constant(0.0))
     }
 }
 

@@ -8,4 +8,4 @@ mod surfaces;
 
 pub(in crate::scene) use build::build_contacts;
 pub use record::NamedContact;
-pub use spec::{ContactSpec, MotionSpec, ResponseSpec, TurningSpec};
+pub use spec::{ContactSpec, MotionSpec, ResponseSpec};

@@ -1,6 +1,6 @@
 //! Motion of obstacles: a translation along a direction and a rotation about an axis, by signals.
 //!
-//! A point X goes to P + R(θ)(X − P) + s e, with R(θ) v = v + (cos θ − 1)(v − k kᵀv) + sin θ k × v (Rodrigues). The four nodes that carry the
+//! A point X goes to P + R(θ)(X − P) + s e, with R(θ) of [`turning`](crate::scene::turning). The four nodes that carry the
 //! obstacle are prescribed so at the end of each step. Within a step they go straight, and the obstacle is a little smaller in
 //! between: cos(Δθ/2) of its size.
 
@@ -10,7 +10,8 @@ use crate::math::tensor::Vec3;
 use crate::math::units::Dimension;
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
-use crate::scene::parts::contact::spec::{MotionSpec, TurningSpec};
+use crate::scene::parts::contact::spec::MotionSpec;
+use crate::scene::turning::unit_vector;
 
 /// The four nodes that carry an obstacle along its motion.
 pub(in crate::scene) fn carry(
@@ -40,33 +41,14 @@ pub(in crate::scene) fn carry(
             return Err(builder.content(place, fact, "give both"));
         }
     };
-    let turn = match &motion.turn {
-        Some(TurningSpec { axis, about, angle }) => {
-            let axis = unit_vector(builder, place, "axis", *axis)?;
-            let signal = builder.signal(place, format!("{name}_angle_rad"), angle, Dimension::ANGLE)?;
-            Some((axis, Vec3::from(about.map(|x| x.0)), signal))
-        }
-        None => None,
-    };
+    let turn = motion.turn.as_ref().map(|turn| turn.build(builder, place, format!("{name}_angle_rad"))).transpose()?;
     let frame = AffineFrame { nodes, center, length: builder.body.mesh.diagonal() };
     for (node, at) in nodes.into_iter().zip(frame.rest()) {
         for i in 0..3 {
             let translation = along.iter().map(|(e, s)| Signal::Product(vec![Signal::Constant(e[i]), s.clone()]));
-            let rotation = turn.iter().map(|(axis, about, angle)| {
-                let v = at - about;
-                let (cosine, sine) = ((v - axis * axis.dot(&v))[i], axis.cross(&v)[i]);
-                Signal::Turn { angle: Box::new(angle.clone()), cosine, sine }
-            });
+            let rotation = turn.iter().map(|turn| turn.displacement(at, i));
             builder.carried.push((3 * node + i as u32, Signal::Sum(translation.chain(rotation).collect())));
         }
     }
     Ok(frame)
-}
-
-fn unit_vector(builder: &Builder, place: &str, key: &str, v: [f64; 3]) -> Result<Vec3, SceneError> {
-    let v = Vec3::from(v);
-    if v.norm() > 0.0 && v.norm().is_finite() {
-        return Ok(v.normalize());
-    }
-    Err(builder.content(place, format!("the {key} of the motion has no length"), "write for example [0, 0, 1]"))
 }

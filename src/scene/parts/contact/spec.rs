@@ -3,6 +3,7 @@
 use crate::scene::quantity::{Length, Modulus, Speed};
 use crate::scene::shape::ShapeSpec;
 use crate::scene::signal::SignalSpec;
+use crate::scene::turning::TurningSpec;
 use serde::Deserialize;
 
 /// A part of the surface, or a rigid body, against an obstacle.
@@ -40,16 +41,6 @@ pub struct MotionSpec {
     pub direction: Option<[f64; 3]>,
     pub displacement: Option<SignalSpec>,
     pub turn: Option<TurningSpec>,
-}
-
-/// A rotation by the right-hand rule, about an axis that stays where it is.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct TurningSpec {
-    pub axis: [f64; 3],
-    /// A point of the axis
-    pub about: [Length; 3],
-    pub angle: SignalSpec,
 }
 
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
