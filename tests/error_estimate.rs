@@ -82,7 +82,7 @@ const FORMULATIONS: [(&str, &str); 4] =
     [("tet4", "displacement"), ("tet4", "mixed"), ("tet10", "displacement"), ("tet10", "mixed")];
 
 /// Bending, clamped pulling and Cook's membrane at three ν, four formulations and two sizes. The truth is that of a grid 2.5 times finer
-/// than the finer of them, of mixed quadratic cells. Every bar must contain it; bars are useful where they are below twice the error.
+/// than the finer of them, of mixed quadratic cells. Every bar must contain it; bars are useful where they are below three times the error.
 #[test]
 fn bars_contain_the_truth_and_are_useful() {
     let (mut all, mut padded, mut effective) = (0, 0, 0);
@@ -102,14 +102,14 @@ fn bars_contain_the_truth_and_are_useful() {
                     let what = format!("{}, nu {nu}, {formulation:?}, n = {n}: {q:?}, error {error}", q.column);
                     assert!(error.abs() <= q.bar, "{what}");
                     all += 1;
-                    padded += usize::from(q.bar > 2.0 * error.abs());
+                    padded += usize::from(q.bar > 3.0 * error.abs());
                     let effectivity = (q.corrected - q.value) / error;
                     effective += usize::from((0.7..1.4).contains(&effectivity));
                 }
             }
         }
     }
-    println!("{all} bars hold; {padded} above twice the error; effectivity within 0.7 to 1.4 for {effective}");
+    println!("{all} bars hold; {padded} above three times the error; effectivity within 0.7 to 1.4 for {effective}");
     assert!(all >= 100 && 10 * padded <= all && 10 * effective >= 8 * all);
 }
 

@@ -24,10 +24,10 @@ pub enum Enrichment {
     Raise,
 }
 
-/// Least order of a quantity in h, where edges are singular: half that of linear cells on a smooth solution.
-const LEAST_ORDER: f64 = 1.0;
-/// Largest share of the error of linear cells that quadratic ones on the same mesh leave.
-const SHARE_LEFT: f64 = 1.0 / 3.0;
+/// Least order of a quantity in h where edges are singular: usually, and of reactions next to such an edge.
+const LEAST_ORDERS: [f64; 2] = [1.0, 0.75];
+/// Largest share of the error of linear cells that quadratic ones on the same mesh leave: usually, and of reactions next to such an edge.
+const SHARES_LEFT: [f64; 2] = [1.0 / 3.0, 0.5];
 /// Residual of the pressures that is left where the run has none, as a share of its start, and the most products for it.
 const RELAXED: f64 = 1e-8;
 const MOST_PRODUCTS: usize = 500;
@@ -41,17 +41,18 @@ impl Enrichment {
         }
     }
 
-    /// Bounds of the factor from the change of a quantity to its error.
-    pub fn factors(self, order: Order) -> [f64; 2] {
+    /// The factor from the change of a quantity to its error: least, likely, most. Likely is the middle of the usual bounds.
+    pub fn factors(self, order: Order) -> [f64; 3] {
         let formal = match order {
             Order::Linear => 2.0,
             Order::Quadratic => 4.0,
         };
         let split = |q: f64| 1.0 / (1.0 - (-q).exp2());
-        match self {
-            Self::Split => [split(formal), split(LEAST_ORDER)],
-            Self::Raise => [1.0 / (1.0 + SHARE_LEFT), 1.0 / (1.0 - SHARE_LEFT)],
-        }
+        let [usual, [least, most]] = match self {
+            Self::Split => LEAST_ORDERS.map(|order| [split(formal), split(order)]),
+            Self::Raise => SHARES_LEFT.map(|share| [1.0 / (1.0 + share), 1.0 / (1.0 - share)]),
+        };
+        [least, 0.5 * (usual[0] + usual[1]), most]
     }
 }
 

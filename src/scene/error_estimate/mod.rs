@@ -47,9 +47,9 @@ pub struct QuantityError {
     pub value: f64,
     /// J⁺ of the enriched space
     pub enriched: f64,
-    /// J + c e in the middle of the bounds of c
+    /// J + c e with the likely c
     pub corrected: f64,
-    /// Half width of the bounds of the exact value about `corrected`
+    /// Largest distance of the bounds of the exact value from `corrected`
     pub uncertainty: f64,
     /// Largest |J_exact − J| within the bounds
     pub bar: f64,
@@ -211,14 +211,14 @@ impl<'a> ErrorEstimator<'a> {
     fn error(&self, run: &Run, row: usize, column: usize, enriched: f64) -> QuantityError {
         let value = run.rows[row][column];
         let change = enriched - value;
-        let [least, most] = self.enrichment.factors(self.scene.body.mesh.order);
+        let [least, likely, most] = self.enrichment.factors(self.scene.body.mesh.order);
         QuantityError {
             column: run.columns[column].clone(),
             t: run.rows[row][0],
             value,
             enriched,
-            corrected: value + 0.5 * (least + most) * change,
-            uncertainty: 0.5 * (most - least) * change.abs(),
+            corrected: value + likely * change,
+            uncertainty: (most - likely).max(likely - least) * change.abs(),
             bar: most * change.abs(),
         }
     }

@@ -32,6 +32,7 @@ pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>], incomplete
         out.push("Cases ran at the same time: costs are CPU seconds of the solving thread, not wall seconds.".into());
     }
     out.extend(idle_steps(quantities));
+    out.extend(inaccurate(cases, quantities));
     for q in quantities {
         if let Some(step) = q.step.as_ref().filter(|s| !s.negligible) {
             out.push(format!(
@@ -41,7 +42,7 @@ pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>], incomplete
                 step.error,
                 space(&q.quantity.unit),
                 step.family,
-                if step.cause == StepCause::Algebraic { " Give numerics.tolerance a smaller value." } else { "" }
+                if step.cause == StepCause::Algebraic { " Give numerics.accuracy a smaller value." } else { "" }
             ));
         }
         for r in q.reference.iter().flat_map(|r| r.others.iter().filter(|o| !o.overlaps).map(move |o| (r, o))) {
@@ -118,4 +119,21 @@ fn unknown_noise(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Vec<St
         )
     };
     formulations.into_iter().map(warn).collect()
+}
+
+/// Cases whose states still ask for a correction above a tenth of an error bar.
+fn inaccurate(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Option<String> {
+    let least_bar = |id: &str| {
+        let bars = quantities.iter().flat_map(|q| &q.errors).filter(|e| e.id == id).map(|e| e.bar);
+        bars.fold(f64::INFINITY, f64::min)
+    };
+    let records = cases.stored.iter().map(|c| &c.record);
+    let found: Vec<&str> =
+        records.filter(|r| r.solver.algebraic_error > 0.1 * least_bar(&r.id)).map(|r| r.id.as_str()).collect();
+    (!found.is_empty()).then(|| {
+        format!(
+            "The algebraic error of {} is above a tenth of an error bar. Give numerics.accuracy a smaller value.",
+            found.join(", ")
+        )
+    })
 }
