@@ -8,8 +8,8 @@ use durometer::scene::control::Controller;
 use durometer::scene::control::process::Process;
 use durometer::scene::output::ScheduleSpec;
 use durometer::scene::{
-    Body, Checkpoint, CheckpointError, Constant, ErrorEstimate, ErrorEstimator, EstimateError, RefinementStep, Run,
-    RunOptions, Scene, SceneSpec, SensitivityError, SensitivityRecorder, read_scene, refine,
+    Body, Checkpoint, CheckpointError, Constant, ErrorEstimate, ErrorEstimator, EstimateError, RefinementStep,
+    RefinementWatch, Run, RunOptions, Scene, SceneSpec, SensitivityError, SensitivityRecorder, read_scene, refine,
 };
 use durometer::solve::Status;
 use durometer::study::fields::{Fields, USUAL};
@@ -178,7 +178,17 @@ fn mesh(
             print_refinement(step);
         }
     };
-    let found = refine(scene, wanted, body, None, &mut follow, &mut |line| bars.meshing(name, line))?;
+    let stop = super::interrupt::stop_flag();
+    bars.started(name);
+    let mut watch = RefinementWatch {
+        step: &mut follow,
+        mesher: &mut |line| bars.meshing(name, line),
+        progress: &mut |progress| {
+            bars.progress(name, progress);
+            !stop.load(Ordering::Relaxed)
+        },
+    };
+    let found = refine(scene, wanted, body, None, &mut watch)?;
     files::make_folder(&args.out)?;
     store::write(&args.out.join(format!("{name}.refinement.csv")), &store::refinement_csv(&found.steps))?;
     let is_within = found.steps.last().is_some_and(RefinementStep::is_within);

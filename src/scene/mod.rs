@@ -105,7 +105,7 @@ pub use open::{open_scene, parse_scene};
 pub use quantity::{Length, Time};
 pub use read::{from_text, read_scene, read_table};
 pub use recorder::{Energies, Headline, Moment, Recorder};
-pub use refine::{RefineError, Refinement, RefinementStep, refine};
+pub use refine::{RefineError, Refinement, RefinementStep, RefinementWatch, refine};
 pub use run::Run;
 pub use run_options::{OnProgress, OnSave, OnState, Progress, RunOptions};
 pub use sensitivities::{Sensitivities, SensitivityRecorder};

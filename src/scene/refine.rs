@@ -10,7 +10,7 @@
 use super::body::Body;
 use super::error_estimate::{ErrorEstimator, EstimateError, QuantityError};
 use super::mesh_spec::RefineSpec;
-use super::{RunOptions, Scene, SceneError, SceneSpec};
+use super::{Progress, RunOptions, Scene, SceneError, SceneSpec};
 use crate::mesh::TetMesh;
 use crate::mesh::element::CELL_EDGES;
 use crate::mesh::generate::{MeshStore, SizeField};
@@ -55,6 +55,16 @@ impl RefinementStep {
     }
 }
 
+/// Follows a refinement.
+pub struct RefinementWatch<'a> {
+    /// Gets every step when it is done
+    pub step: &'a mut dyn FnMut(&RefinementStep),
+    /// Gets the lines of the mesher
+    pub mesher: &'a mut dyn FnMut(&str),
+    /// Gets the progress of the runs; returns false to stop
+    pub progress: &'a mut dyn FnMut(Progress) -> bool,
+}
+
 /// The last mesh of a refinement, and the way to it.
 #[derive(Debug)]
 pub struct Refinement {
@@ -79,14 +89,13 @@ pub enum RefineError {
 }
 
 /// Refines the mesh of a scene until the error bar of the quantity is within its tolerance, or the number of meshes is reached. `body` is
-/// the first mesh; `store` as in [`Body::load_from`]; `follow` gets every step, `progress` the lines of the mesher.
+/// the first mesh; `store` as in [`Body::load_from`].
 pub fn refine(
     (file, spec, text): (&Path, &SceneSpec, &str),
     wanted: &RefineSpec,
     body: Arc<Body>,
     store: Option<&MeshStore>,
-    follow: &mut dyn FnMut(&RefinementStep),
-    progress: &mut dyn FnMut(&str),
+    watch: &mut RefinementWatch,
 ) -> Result<Refinement, RefineError> {
     let (mut body, mut steps, mut until) = (body, Vec::new(), f64::INFINITY);
     loop {
@@ -94,7 +103,7 @@ pub fn refine(
         let mut scene = Scene::build(file, spec.clone(), text.to_string(), body.clone())?;
         scene.spans.retain(|span| span.start < until);
         scene.spans.iter_mut().for_each(|span| span.end = span.end.min(until));
-        let (error, shares) = estimate(&scene, &wanted.quantity, steps.len())?;
+        let (error, shares) = estimate(&scene, &wanted.quantity, steps.len(), watch)?;
         until = error.t;
         let tolerance = wanted.absolute(&error)?;
         let number = steps.len() + 1;
@@ -105,12 +114,12 @@ pub fn refine(
             let mean = (lengths.iter().map(|h| h.ln()).sum::<f64>() / lengths.len() as f64).exp();
             let field = SizeField::new(&body.mesh, &lengths, mean, GRADING);
             let count = cells(&body.mesh, &field, mean);
-            body = Arc::new(Body::sized(file, &spec.mesh, (field, count), store, progress)?);
+            body = Arc::new(Body::sized(file, &spec.mesh, (field, count), store, watch.mesher)?);
         }
         let (wall, cpu) = (wall.elapsed().as_secs_f64(), cpu.elapsed().as_secs_f64());
         let (cells, dofs) = (scene.body.mesh.cell_count(), scene.system.dofs.free.len());
         let step = RefinementStep { cells, dofs, error, tolerance, wall, cpu };
-        follow(&step);
+        (watch.step)(&step);
         steps.push(step);
         if is_last {
             return Ok(Refinement { body, steps });
@@ -119,12 +128,19 @@ pub fn refine(
 }
 
 /// Error of one column of a run of the scene, and the sizes of the shares of its cells.
-fn estimate(scene: &Scene, column: &str, before: usize) -> Result<(QuantityError, Vec<f64>), RefineError> {
+fn estimate(
+    scene: &Scene,
+    column: &str,
+    before: usize,
+    watch: &mut RefinementWatch,
+) -> Result<(QuantityError, Vec<f64>), RefineError> {
     let mut estimator = ErrorEstimator::new(scene)?.localised()?;
     let columns = [column.to_string()];
     estimator.check_columns(&columns)?;
     let mut add = |state: &State| estimator.add(state);
-    let run = scene.run_with(RunOptions { on_state: Some(&mut add), ..RunOptions::default() });
+    let mut go_on = |progress| (watch.progress)(progress);
+    let run =
+        scene.run_with(RunOptions { on_state: Some(&mut add), on_progress: Some(&mut go_on), ..RunOptions::default() });
     if run.status != Status::Converged {
         let cells = scene.body.mesh.cell_count();
         return Err(RefineError::NotSolved { number: before + 1, cells, status: run.status.name() });

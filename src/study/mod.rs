@@ -33,6 +33,7 @@ pub mod overlay;
 pub mod page;
 pub mod plan;
 pub mod record;
+pub mod refinement;
 pub mod report;
 pub mod results;
 pub mod runner;

@@ -90,6 +90,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         inputs: vec![],
         events: run.events.clone(),
         no_limit: scene.no_limit.clone(),
+        refinement: Vec::new(),
         provenance: Provenance {
             input_sha256: input_hash(&scene.text, &scene.body.sha256),
             version: env!("CARGO_PKG_VERSION").into(),

@@ -9,6 +9,7 @@ use crate::study::estimate::tolerance::Tolerance;
 use crate::study::inputs::InputRecord;
 use crate::study::one_run::OneRunRecord;
 use crate::study::overlay::distance::Distance;
+use crate::study::refinement::RefinementRecord;
 use crate::study::solver::SolverRecord;
 use crate::study::work::{RepeatRecord, WorkRecord};
 use serde::{Deserialize, Serialize};
@@ -98,6 +99,9 @@ pub struct CaseRecord {
     /// Why the answer has no limit as h → 0; a convergence study then refuses its verdict
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub no_limit: Option<String>,
+    /// Adaptive meshes on the way to the one of the run, which is the last
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub refinement: Vec<RefinementRecord>,
     pub provenance: Provenance,
 }
 
@@ -343,6 +347,8 @@ pub enum Role {
     Seeds,
     /// Another element at a few sizes
     Element,
+    /// Adaptive meshes, for several tolerances
+    Adaptive,
     /// One mesh, several time steps
     TimeStep,
     /// One mesh, several laws, formulations or effects
@@ -376,6 +382,7 @@ impl Role {
             Self::Remeshed => "remeshed",
             Self::Seeds => "seeds",
             Self::Element => "element",
+            Self::Adaptive => "adaptive",
             Self::TimeStep => "time step",
             Self::Members => "members",
             Self::Finer => "finer",

@@ -2,8 +2,8 @@
 
 use crate::calibrate::inverse::{Calibration, Failure, InverseError, SceneModel, calibrate};
 use crate::scene::{
-    Body, Constant, ErrorEstimator, Progress, Run, RunOptions, Scene, SceneError, SceneSpec, Sensitivities,
-    SensitivityRecorder,
+    Body, Constant, ErrorEstimator, Progress, RefineError, Run, RunOptions, Scene, SceneError, SceneSpec,
+    Sensitivities, SensitivityRecorder,
 };
 use crate::solve::Status;
 use crate::study::case::Case;
@@ -13,6 +13,7 @@ use crate::study::inputs::{inputs, uncertain_constants};
 use crate::study::one_run::{OneRunRecord, one_run};
 use crate::study::outcome::{input_hash, record, refused, skin};
 use crate::study::record::{CaseRecord, PANICKED, REFUSED, Role};
+use crate::study::refinement::{self, RefinementRecord, refined};
 use crate::study::store::{Store, StoreError};
 use crate::study::work::{RepeatRecord, largest_memory, measure, watch_memory};
 use crate::system::State;
@@ -43,6 +44,8 @@ pub enum RunError {
     Fields(#[from] crate::mesh::error::MeshError),
     #[error(transparent)]
     Inverse(#[from] InverseError),
+    #[error("case {case}: {why}")]
+    Refine { case: String, why: RefineError },
     #[error("no case is called like \"{only}\"; the cases are: {known}")]
     NoSuchCase { only: String, known: String },
     #[error("{}: the signal {signal} waits for a controller, and a study has none; drive it by a signal", file.display())]
@@ -230,9 +233,14 @@ fn run_or_reuse(
         watch.progress(&case.id, progress);
         !options.stop.load(Ordering::Relaxed)
     };
-    let solved = solve(study, case, constants, Arc::new(body), repeats, &mut fields, &mut go_on);
+    let solved = refined(case, Arc::new(body), &mut |line| watch.meshing(&case.id, line), &mut go_on)
+        .map_err(|why| RunError::Refine { case: case.id.clone(), why })
+        .and_then(|mesh| solve(study, case, constants, mesh, repeats, &mut fields, &mut go_on));
     running.fetch_sub(1, Ordering::SeqCst);
     let memory = watched.filter(|()| !shared).and_then(|()| largest_memory());
+    if matches!(solved, Err(RunError::Refine { .. })) && options.stop.load(Ordering::Relaxed) {
+        return Ok(None);
+    }
     let Some(mut solved) = solved? else { return Ok(None) };
     if matches!(solved.run.status, Status::Interrupted { .. }) && solved.run.failure.is_none() {
         return Ok(None);
@@ -257,6 +265,8 @@ struct Solved {
     run: Run,
     /// Constants that were found before the run
     found: Option<Calibration>,
+    /// Adaptive meshes on the way to that of the run
+    refinement: Vec<RefinementRecord>,
     sensitivities: Option<Sensitivities>,
     one_run: Option<OneRunRecord>,
     build_s: f64,
@@ -271,7 +281,7 @@ fn solve(
     study: &Study,
     case: &Case,
     constants: &[Constant],
-    body: Arc<Body>,
+    (body, refinement): (Arc<Body>, Vec<RefinementRecord>),
     repeats: usize,
     fields: &mut Option<Fields>,
     go_on: &mut dyn FnMut(Progress) -> bool,
@@ -324,7 +334,9 @@ fn solve(
     };
     let one_run = estimator.map(|estimator| one_run(estimator, &run, &study.columns_of(case)));
     let repeats = if repeats > 1 { all } else { vec![] };
-    Ok(Some(Solved { scene, run, found, sensitivities, one_run, build_s, times, repeats }))
+    let spent = |of: fn(&RefinementRecord) -> f64| refinement.iter().map(of).sum::<f64>();
+    let times = (times.0 + spent(|r| r.wall_s), times.1 + spent(|r| r.cpu_s));
+    Ok(Some(Solved { scene, run, found, refinement, sensitivities, one_run, build_s, times, repeats }))
 }
 
 /// Stores what a case has left; the record comes last. With it: whether another case ran at the same time, the memory of
@@ -346,6 +358,8 @@ fn store_result(
     record.shared = shared;
     record.provenance.input_sha256 = input_sha256;
     record.one_run.clone_from(&solved.one_run);
+    record.refinement.clone_from(&solved.refinement);
+    record.notes.extend(refinement::note(&solved.refinement));
     if let Some(sensitivities) = &solved.sensitivities {
         let known = uncertain_constants(&case.spec);
         record.inputs = if case.after.is_none() { inputs(&known, run, sensitivities) } else { vec![] };

@@ -119,6 +119,7 @@ fn case(m: &Member, variant: &str) -> StoredCase {
         distances: vec![],
         events: vec![],
         one_run: None,
+        refinement: Vec::new(),
         inputs: vec![],
         contacts: Vec::new(),
         notes: vec![],

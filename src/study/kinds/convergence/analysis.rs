@@ -42,7 +42,7 @@ fn mesh_errors(cases: &Cases, variant: &str, quantity: &Quantity, deciding: bool
     let noise = errors::noise(cases, variant, quantity);
     let (mut estimates, mut curves) = (vec![], vec![]);
     for f in &study.families {
-        if matches!(f.role, Role::Seeds | Role::TimeStep) {
+        if matches!(f.role, Role::Seeds | Role::Adaptive | Role::TimeStep) {
             continue;
         }
         let members = cases.of(f, variant);

@@ -40,7 +40,8 @@ pub struct ConvergenceStudy {
     pub error_estimates: bool,
 }
 
-const ROLES: [Role; 6] = [Role::Sizes, Role::Nested, Role::Remeshed, Role::Seeds, Role::Element, Role::TimeStep];
+const ROLES: [Role; 7] =
+    [Role::Sizes, Role::Nested, Role::Remeshed, Role::Seeds, Role::Element, Role::Adaptive, Role::TimeStep];
 
 /// Roles of which one member says nothing; one mesh of a size or an element is a setting to judge.
 const COMPARED: [Role; 4] = [Role::Nested, Role::Remeshed, Role::Seeds, Role::TimeStep];

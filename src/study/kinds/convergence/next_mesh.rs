@@ -36,7 +36,8 @@ pub fn next_mesh(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Option
     if open.is_empty() || open.iter().any(is_near_zero) {
         return None;
     }
-    let families = cases.study.families.iter().filter(|f| !matches!(f.role, Role::Seeds | Role::TimeStep));
+    let families =
+        cases.study.families.iter().filter(|f| !matches!(f.role, Role::Seeds | Role::Adaptive | Role::TimeStep));
     let candidates = families.filter_map(|f| Candidate::new(cases, f, &open));
     let best = candidates.min_by(|a, b| a.bar.total_cmp(&b.bar))?;
     let (family, meshes) = (best.family, best.meshes.len());

@@ -40,7 +40,7 @@ fn once() -> usize {
     1
 }
 
-const ROLES: [Role; 5] = [Role::Sizes, Role::Element, Role::TimeStep, Role::Solver, Role::Reference];
+const ROLES: [Role; 6] = [Role::Sizes, Role::Element, Role::Adaptive, Role::TimeStep, Role::Solver, Role::Reference];
 
 impl CostStudy {
     fn check(&self) -> Result<(), Mistake> {

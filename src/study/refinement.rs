@@ -1,0 +1,51 @@
+//! Adaptive meshes of the cases of a study: the way to the last mesh is kept with the result, and is a part of its cost.
+
+use crate::scene::{Body, Progress, RefineError, RefinementStep, RefinementWatch, refine};
+use crate::study::case::Case;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// One mesh of a refinement.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct RefinementRecord {
+    pub cells: usize,
+    /// Of the quantity that decides, in its unit
+    pub value: f64,
+    pub bar: f64,
+    pub tolerance: f64,
+    /// Wall and CPU time of run, estimate and next mesh \[s\]
+    pub wall_s: f64,
+    pub cpu_s: f64,
+}
+
+impl RefinementRecord {
+    fn new(step: &RefinementStep) -> Self {
+        let RefinementStep { cells, error, tolerance, wall, cpu, .. } = step;
+        Self { cells: *cells, value: error.value, bar: error.bar, tolerance: *tolerance, wall_s: *wall, cpu_s: *cpu }
+    }
+}
+
+/// The mesh of a case, refined from `first` where its scene asks for it, and the way to it.
+pub fn refined(
+    case: &Case,
+    first: Arc<Body>,
+    mesher: &mut dyn FnMut(&str),
+    go_on: &mut dyn FnMut(Progress) -> bool,
+) -> Result<(Arc<Body>, Vec<RefinementRecord>), RefineError> {
+    let Some(wanted) = &case.spec.mesh.refine else { return Ok((first, vec![])) };
+    let scene = (case.scene_file.as_path(), &case.spec, case.text.as_str());
+    let mut watch = RefinementWatch { step: &mut |_| {}, mesher, progress: go_on };
+    let found = refine(scene, wanted, first, None, &mut watch)?;
+    Ok((found.body, found.steps.iter().map(RefinementRecord::new).collect()))
+}
+
+/// The note of a case whose last mesh is not within the tolerance.
+pub fn note(steps: &[RefinementRecord]) -> Option<String> {
+    let last = steps.last().filter(|last| last.bar > last.tolerance)?;
+    Some(format!(
+        "the error bar {:.3e} of the last of {} adaptive meshes is above its tolerance {:.3e}; allow more `meshes`",
+        last.bar,
+        steps.len(),
+        last.tolerance
+    ))
+}
