@@ -87,6 +87,8 @@ pub struct Estimate {
     /// U₁ of the finest mesh \[unit of f\]
     pub uncertainty_finest: f64,
     pub method: String,
+    /// It diverges, locks, or does not resolve the thinnest wall: f* ± U(f*) is no claim
+    pub refused: bool,
     /// U(f*) is within the tolerance and nothing speaks against the family, so that f* can be a reference
     pub defensible: bool,
     /// Reasons that speak against it or limit it
@@ -176,6 +178,7 @@ pub fn estimate_of_order(
         uncertainty: 0.0,
         uncertainty_finest: 0.0,
         method: String::new(),
+        refused: false,
         defensible: false,
         reasons: vec![],
         h_m: h,
@@ -186,7 +189,9 @@ pub fn estimate_of_order(
     set_uncertainty(&mut e, &Differences { spread, least, scatter, noisy, assumed }, &mut reasons);
     add_other_size(&mut e, &levels, scatter, tolerance);
     add_limits(&e, first.is_some_and(|t| t.is_sane(q)), spread, &mut reasons);
-    let against = objections(&e, &levels, noisy, tolerance);
+    let mut against = objections(&e, &levels, noisy, tolerance);
+    e.refused = !against.is_empty();
+    against.extend(imprecision(&e, tolerance));
     e.defensible = against.is_empty();
     reasons.extend(against);
     e.reasons = reasons;
@@ -198,10 +203,10 @@ const SMALL: f64 = 0.1;
 /// Fewer cells across a wall do not show how it bends.
 const LEAST_WALL_CELLS: f64 = 2.0;
 
-/// Reasons for which f* ± U(f*) cannot be a reference.
+/// Reasons for which f* ± U(f*) is no claim, however wide it is.
 fn objections(e: &Estimate, levels: &[Level], noisy: bool, tolerance: Tolerance) -> Vec<String> {
     let mut out = vec![];
-    let (allowed, scale) = (tolerance.allowed(e.extrapolated), tolerance.scale(e.extrapolated));
+    let allowed = tolerance.allowed(e.extrapolated);
     if e.class == Convergence::Diverging && !noisy && e.uncertainty > SMALL * allowed {
         out.push(
             "a family that diverges has no limit to be near to; add a finer mesh, or seeds that show the scatter"
@@ -212,18 +217,23 @@ fn objections(e: &Estimate, levels: &[Level], noisy: bool, tolerance: Tolerance)
     if levels[0].locked {
         out.push("its finest mesh raises the locking alarm".into());
     }
+    out
+}
+
+/// The reason for which U(f*) is too large for a reference.
+fn imprecision(e: &Estimate, tolerance: Tolerance) -> Option<String> {
+    let (allowed, scale) = (tolerance.allowed(e.extrapolated), tolerance.scale(e.extrapolated));
     if tolerance.absolute == 0.0 && e.is_near_zero() {
-        out.push(
-            "the value is zero within its uncertainty, and a relative tolerance means nothing there; give the quantity an \
-             absolute_tolerance"
-                .into(),
-        );
+        let why = "the value is zero within its uncertainty, and a relative tolerance means nothing there; give the quantity an \
+                   absolute_tolerance";
+        Some(why.into())
     } else if e.uncertainty > allowed || !e.uncertainty.is_finite() {
         let of = if tolerance.absolute > 0.0 { "of the scale" } else { "of the value" };
         let (share, limit) = (100.0 * e.uncertainty / scale, 100.0 * tolerance.relative);
-        out.push(format!("its uncertainty, {share:.2} % {of}, is above the tolerance of {limit:.3} %"));
+        Some(format!("its uncertainty, {share:.2} % {of}, is above the tolerance of {limit:.3} %"))
+    } else {
+        None
     }
-    out
 }
 
 /// An order says nothing about a wall that every mesh resolves by the same few cells: the count must reach [`LEAST_WALL_CELLS`] on the

@@ -152,5 +152,10 @@ fn verdict(a: &CoverageFindings, missing: usize) -> String {
         part(many)
     );
     words += &format!(" {uncertain} bars are left out, whose truth is not known to a tenth of them.");
+    let refused = a.count(Estimator::ManyRuns, Standing::Refused);
+    if refused > 0 {
+        words +=
+            &format!(" {refused} families are refused, since they diverge, lock, or do not resolve the thinnest wall.");
+    }
     words + &analysis::without_result(missing)
 }

@@ -48,7 +48,11 @@ pub fn draw(a: &Analysis<CoverageFindings>) -> Option<Figure> {
             }
             let own = |m: &&Mark| m.estimator == estimator;
             for grey in [true, false] {
-                let shown = a.marks.iter().filter(own).filter(|m| (m.standing == Standing::TruthUncertain) == grey);
+                let shown = a
+                    .marks
+                    .iter()
+                    .filter(own)
+                    .filter(|m| matches!(m.standing, Standing::TruthUncertain | Standing::Refused) == grey);
                 for m in shown {
                     let (shape, color) = look(m, &formulations);
                     mark(area, shape, plot.at(place(m, &problems, &a.marks), m.ratio().clamp(LEAST, MOST)), 13, color);
@@ -68,12 +72,13 @@ pub fn draw(a: &Analysis<CoverageFindings>) -> Option<Figure> {
             .map(|(k, f)| (Sample::Mark(Shape::Circle, PALETTE[k % PALETTE.len()]), f.to_string()))
             .collect();
         entries.push((Sample::Mark(Shape::Circle, GREY), "truth uncertain".into()));
+        entries.push((Sample::Mark(Shape::Cross, GREY), "refused".into()));
         entries.push((Sample::Mark(Shape::Triangle, PALETTE[0]), "facets".into()));
         legend(area, (mm(DOUBLE - 25.0), mm(TOP + 2.0)), &entries);
     });
     let caption = "Error bar over true error, (a) from one run, (b) of the finest mesh of a family of many. Below 1 the truth is outside of \
                    the bar. Within a problem from left to right: ν in the order of the study. Grey: the truth is not known to a tenth of the \
-                   bar. Triangles: facets cut the curved boundary, which one run does not see."
+                   bar. Grey crosses: a study refuses the family, which diverges, locks, or does not resolve the thinnest wall. Triangles: facets cut the curved boundary, which one run does not see."
         .into();
     Some(Figure { name: "coverage".into(), svg, caption })
 }
@@ -83,6 +88,7 @@ fn look(m: &Mark, formulations: &[&str]) -> (Shape, RGB) {
     match m.standing {
         Standing::Counted => (Shape::Circle, PALETTE[k % PALETTE.len()]),
         Standing::TruthUncertain => (Shape::Circle, GREY),
+        Standing::Refused => (Shape::Cross, GREY),
         Standing::Faceted => (Shape::Triangle, PALETTE[k % PALETTE.len()]),
     }
 }

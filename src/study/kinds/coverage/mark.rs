@@ -46,6 +46,8 @@ pub enum Standing {
     Counted,
     /// The truth is not known to a tenth of the bar
     TruthUncertain,
+    /// The family diverges, locks, or does not resolve the thinnest wall, and a study refuses it: no claim
+    Refused,
     /// Facets cut the curved boundary, an error that one run does not see: counted apart
     Faceted,
 }
@@ -223,9 +225,10 @@ impl Mark {
             meshes: e.values.len(),
             defensible: e.defensible,
             locks: locks(finest),
+            standing: if e.refused { Standing::Refused } else { Standing::Counted },
             ..self.clone()
         };
-        mark.known()
+        if e.refused { mark } else { mark.known() }
     }
 }
 

@@ -89,9 +89,10 @@ fn coverage(a: &CoverageFindings) -> Table {
         caption: format!(
             "Error bars that contain the truth. The interval is Wilson's of 95 %, for independent bars. The last column counts intervals about \
              corrected values instead of bars about the values of meshes. Left out, as the truth is not known to a tenth of the bar: {} from one \
-             run, {} from many.",
+             run, {} from many. {} bars of families that a study refuses are no claims.",
             left_out(Estimator::OneRun),
-            left_out(Estimator::ManyRuns)
+            left_out(Estimator::ManyRuns),
+            a.count(Estimator::ManyRuns, Standing::Refused)
         ),
         columns: headings(&[
             ("Bar", "", false),
@@ -171,6 +172,8 @@ fn every(a: &CoverageFindings) -> Table {
         Standing::Counted if m.holds() => "holds",
         Standing::Counted => "does not hold",
         Standing::TruthUncertain => "truth uncertain",
+        Standing::Refused if m.holds() => "refused, would hold",
+        Standing::Refused => "refused, would not hold",
         Standing::Faceted if m.holds() => "facets, holds",
         Standing::Faceted => "facets, does not hold",
     };
