@@ -137,8 +137,8 @@ fn bars_hold_where_the_state_depends_on_the_path() {
         let text = |n: usize, (element, formulation): (&str, &str)| {
             format!(
                 "[mesh]\ngrid = {{ kind = \"box\", size = [\"40 mm\", \"10 mm\", \"10 mm\"], divisions = [{}, {n}, {n}] }}\n\
-                 element = \"{element}\"\n[laws.rubber]\nlaw = \"neo_hookean\"\nE = \"100 kPa\"\nnu = 0.45\n[[effect]]\n\
-                 kind = \"elastic\"\nregion = \"body\"\nlaw = \"rubber\"\nformulation = \"{formulation}\"\n[[effect]]\n\
+                 element = \"{element}\"\n[laws.rubber]\nlaw = \"mooney_rivlin\"\nC10 = \"13 kPa\"\nC01 = \"4 kPa\"\n\
+                 volumetric = \"quadratic\"\nnu = 0.45\n[[effect]]\nkind = \"elastic\"\nregion = \"body\"\nlaw = \"rubber\"\nformulation = \"{formulation}\"\n[[effect]]\n\
                  kind = \"inertia\"\nregion = \"body\"\ndensity = \"1000 kg/m^3\"\nmass = \"consistent\"\n{effect}{load}\
                  [[constraint]]\nkind = \"fixed\"\nregion = \"xmin\"\n[[probe]]\nkind = \"position\"\nregion = \"xmax\"\n\
                  [[stage]]\nintegrator = {{ kind = \"generalised_alpha\", rho = 0.8 }}\nduration = \"0.3 s\"\ndt = \"10 ms\"\n",

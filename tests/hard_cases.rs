@@ -307,7 +307,7 @@ fn the_suite_notices_what_is_switched_off() {
     for (key, value, only) in [
         ("numerics.line_search", Value::from(false), "snap-through-as-given-one-step"),
         ("numerics.cuts", Value::from(0), "balloon-tet10-mean-dilatation"),
-        ("numerics.projection", Value::from(false), "projected-tet10-twice"),
+        ("numerics.projection", Value::from(false), "projected-tet10-mean-dilatation-twice"),
     ] {
         let a = judged(&quick(&[(key, value)]), Some(only));
         assert_eq!(a.count(CaseOutcome::Fail), 1, "{only} does not need {key}: {}", a.verdict);

@@ -1,4 +1,4 @@
-//! Adaptive meshes: the error of one quantity falls to its tolerance, the error bars on the way hold, and what cannot be refined is refused.
+//! Adaptive meshes: the error of one quantity falls to its tolerance, the error bars of all meshes hold, and what cannot be refined is refused.
 
 mod tools;
 
@@ -33,7 +33,7 @@ fn has_mesher() -> bool {
     check.status.success()
 }
 
-/// The tolerance is met with a rising number of cells. Every bar on the way contains the best value, that of the last mesh corrected by its own
+/// The tolerance is met with a rising number of cells. Every bar contains the best value, that of the last mesh corrected by its own
 /// estimate, whose uncertainty is added; and the value of the run is that of the last mesh.
 #[test]
 fn the_tolerance_is_met_and_bars_hold() {

@@ -65,7 +65,7 @@ pub struct RefinementWatch<'a> {
     pub progress: &'a mut dyn FnMut(Progress) -> bool,
 }
 
-/// The last mesh of a refinement, and the way to it.
+/// The last mesh of a refinement, and all steps up to it.
 #[derive(Debug)]
 pub struct Refinement {
     pub body: Arc<Body>,

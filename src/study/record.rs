@@ -99,7 +99,7 @@ pub struct CaseRecord {
     /// Why the answer has no limit as h → 0; a convergence study then refuses its verdict
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub no_limit: Option<String>,
-    /// Adaptive meshes on the way to the one of the run, which is the last
+    /// Adaptive meshes, the last of which is that of the run
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub refinement: Vec<RefinementRecord>,
     pub provenance: Provenance,

@@ -1,4 +1,4 @@
-//! Adaptive meshes of the cases of a study: the way to the last mesh is kept with the result, and is a part of its cost.
+//! Adaptive meshes of the cases of a study: all of them are kept with the result, and are a part of its cost.
 
 use crate::scene::{Body, Progress, RefineError, RefinementStep, RefinementWatch, refine};
 use crate::study::case::Case;
@@ -25,7 +25,7 @@ impl RefinementRecord {
     }
 }
 
-/// The mesh of a case, refined from `first` where its scene asks for it, and the way to it.
+/// The mesh of a case, refined from `first` where its scene asks for it, and all meshes up to it.
 pub fn refined(
     case: &Case,
     first: Arc<Body>,

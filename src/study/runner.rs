@@ -265,7 +265,7 @@ struct Solved {
     run: Run,
     /// Constants that were found before the run
     found: Option<Calibration>,
-    /// Adaptive meshes on the way to that of the run
+    /// Adaptive meshes, the last of which is that of the run
     refinement: Vec<RefinementRecord>,
     sensitivities: Option<Sensitivities>,
     one_run: Option<OneRunRecord>,

@@ -32,7 +32,7 @@ pub struct MeshRequest {
     /// CGAL's criteria and optimisers by their names; numbers and switches
     #[serde(default)]
     pub cgal: BTreeMap<String, Value>,
-    /// What the edge length is multiplied with in space (gmsh)
+    /// Factor of the edge length in space (gmsh)
     #[serde(default)]
     pub field: Option<SizeField>,
 }

@@ -1,7 +1,8 @@
 //! The scene of a run on an enriched mesh.
 
+use super::EstimateError;
 use super::kept_state::Kept;
-use super::{EstimateError, Solved};
+use super::kept_state::Solved;
 use crate::effect::pressure_hosts;
 use crate::math::pcg::{Outcome, pcg};
 use crate::math::vector::norm;

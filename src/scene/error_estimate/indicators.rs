@@ -14,8 +14,9 @@
 //!
 //! Source: Becker & Rannacher, *Acta Numerica* 10 (2001) 1–102, Sections 2 and 3.
 
+use super::EstimateError;
 use super::enrichment::EnrichedScene;
-use super::{EstimateError, Solved};
+use super::kept_state::Solved;
 use crate::solve::{Integrator, Step, adjoints};
 use crate::system::{Dofs, Gradient, State, Want};
 

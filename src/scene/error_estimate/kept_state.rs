@@ -1,4 +1,4 @@
-//! A state of a run from which a solution in the enriched space starts.
+//! A state of a run from which a solution in the enriched space starts, and that solution.
 
 use crate::math::signal::Ramp;
 use crate::system::State;
@@ -16,4 +16,14 @@ impl Kept {
         let State { t, x, lambda, inputs, .. } = state;
         Self { t: *t, x: x.clone(), lambda: lambda.clone(), inputs: inputs.clone() }
     }
+}
+
+/// The solution in the enriched space at one time.
+pub(super) struct Solved {
+    /// The state of the run as functions of the enriched space
+    pub start: State,
+    pub end: State,
+    /// Columns at the end
+    pub values: Vec<f64>,
+    pub factorisations: usize,
 }

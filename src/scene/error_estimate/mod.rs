@@ -31,7 +31,7 @@ use super::{Run, Scene};
 use crate::solve::{Integrator, Step};
 use crate::system::State;
 use enrichment::EnrichedScene;
-use kept_state::Kept;
+use kept_state::{Kept, Solved};
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
@@ -82,16 +82,6 @@ pub struct ErrorEstimator<'a> {
     whole_run: bool,
     localised: bool,
     states: Vec<Kept>,
-}
-
-/// The solution in the enriched space at one time.
-struct Solved {
-    /// The state of the run as functions of the enriched space
-    start: State,
-    end: State,
-    /// Columns at the end
-    values: Vec<f64>,
-    factorisations: usize,
 }
 
 impl<'a> ErrorEstimator<'a> {
