@@ -1,8 +1,8 @@
 //! Adaptive meshes of the cases of a study: all of them are kept with the result, and are a part of its cost.
 
-use crate::scene::{Body, Progress, RefineError, RefinementStep, RefinementWatch, refine};
-use crate::study::case::Case;
+use crate::scene::{Body, Progress, RefineError, RefinementStep, RefinementWatch, SceneSpec, refine};
 use serde::{Deserialize, Serialize};
+use std::path::Path;
 use std::sync::Arc;
 
 /// One mesh of a refinement.
@@ -25,15 +25,14 @@ impl RefinementRecord {
     }
 }
 
-/// The mesh of a case, refined from `first` where its scene asks for it, and all meshes up to it.
+/// The mesh of a scene (file, specification, text), refined from `first` where the scene asks for it, and all meshes up to it.
 pub fn refined(
-    case: &Case,
+    scene: (&Path, &SceneSpec, &str),
     first: Arc<Body>,
     mesher: &mut dyn FnMut(&str),
     go_on: &mut dyn FnMut(Progress) -> bool,
 ) -> Result<(Arc<Body>, Vec<RefinementRecord>), RefineError> {
-    let Some(wanted) = &case.spec.mesh.refine else { return Ok((first, vec![])) };
-    let scene = (case.scene_file.as_path(), &case.spec, case.text.as_str());
+    let Some(wanted) = &scene.1.mesh.refine else { return Ok((first, vec![])) };
     let mut watch = RefinementWatch { step: &mut |_| {}, mesher, progress: go_on };
     let found = refine(scene, wanted, first, None, &mut watch)?;
     Ok((found.body, found.steps.iter().map(RefinementRecord::new).collect()))

@@ -233,9 +233,14 @@ fn run_or_reuse(
         watch.progress(&case.id, progress);
         !options.stop.load(Ordering::Relaxed)
     };
-    let solved = refined(case, Arc::new(body), &mut |line| watch.meshing(&case.id, line), &mut go_on)
-        .map_err(|why| RunError::Refine { case: case.id.clone(), why })
-        .and_then(|mesh| solve(study, case, constants, mesh, repeats, &mut fields, &mut go_on));
+    let solved = refined(
+        (&case.scene_file, &case.spec, &case.text),
+        Arc::new(body),
+        &mut |line| watch.meshing(&case.id, line),
+        &mut go_on,
+    )
+    .map_err(|why| RunError::Refine { case: case.id.clone(), why })
+    .and_then(|mesh| solve(study, case, constants, mesh, repeats, &mut fields, &mut go_on));
     running.fetch_sub(1, Ordering::SeqCst);
     let memory = watched.filter(|()| !shared).and_then(|()| largest_memory());
     if matches!(solved, Err(RunError::Refine { .. })) && options.stop.load(Ordering::Relaxed) {
