@@ -83,7 +83,7 @@ mod tests {
         let constant = SizeField::new(&mesh, &vec![0.25; mesh.cell_count()], 0.5, 0.3);
         assert!(constant.sizes.iter().all(|size| (size - 0.5).abs() < 1e-12));
         let mut lengths = vec![0.25; mesh.cell_count()];
-        lengths[0] = 0.01;
+        lengths[0] = 1e-6;
         let field = SizeField::new(&mesh, &lengths, 1.0, 0.3);
         assert_eq!(field.points.len(), 125);
         for cell in &field.cells {
