@@ -45,7 +45,7 @@ pub enum RunError {
     #[error(transparent)]
     Inverse(#[from] InverseError),
     #[error("case {case}: {why}")]
-    Refine { case: String, why: RefineError },
+    Refine { case: String, why: Box<RefineError> },
     #[error("no case is called like \"{only}\"; the cases are: {known}")]
     NoSuchCase { only: String, known: String },
     #[error("{}: the signal {signal} waits for a controller, and a study has none; drive it by a signal", file.display())]
@@ -239,7 +239,7 @@ fn run_or_reuse(
         &mut |line| watch.meshing(&case.id, line),
         &mut go_on,
     )
-    .map_err(|why| RunError::Refine { case: case.id.clone(), why })
+    .map_err(|why| RunError::Refine { case: case.id.clone(), why: why.into() })
     .and_then(|mesh| solve(study, case, constants, mesh, repeats, &mut fields, &mut go_on));
     running.fetch_sub(1, Ordering::SeqCst);
     let memory = watched.filter(|()| !shared).and_then(|()| largest_memory());
