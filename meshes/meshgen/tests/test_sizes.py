@@ -49,15 +49,15 @@ class Sizes(Case):
         self.refused(2, "no grading feature", "finger", size={"length": 0.006}, grading=[fine[0] | {"feature": "nose"}])
 
     def test_a_size_field_multiplies_the_length(self):
-        even = self.made("block", size={"length": 0.004})
+        even = self.made("block", size={"length": 0.012})
         mesh = read_msh(self.path("mesh.msh.gz"))
         cells = np.concatenate([e for (dim, _), e in mesh["elements"].items() if dim == 3])
         x = mesh["nodes"][:, 0]
         share = (x - x.min()) / np.ptp(x)
         field = {"points": mesh["nodes"].tolist(), "cells": cells.tolist()}
-        half = self.made("block", size={"length": 0.008}, field=field | {"sizes": [0.5] * len(x)})
+        half = self.made("block", size={"length": 0.024}, field=field | {"sizes": [0.5] * len(x)})
         self.assertAlmostEqual(half["cells"] / even["cells"], 1, delta=0.1)
-        self.made("block", size={"length": 0.004}, field=field | {"sizes": (0.4 + share).tolist()})
+        self.made("block", size={"length": 0.012}, field=field | {"sizes": (0.4 + share).tolist()})
         graded = read_msh(self.path("mesh.msh.gz"))
         corners = np.concatenate([e for (dim, _), e in graded["elements"].items() if dim == 3])
         middle = (graded["nodes"][corners].mean(axis=1)[:, 0] - x.min()) / np.ptp(x)
