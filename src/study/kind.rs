@@ -104,7 +104,7 @@ pub struct RunRules {
     pub keep_refusals: bool,
     /// Cases of the same scene are run once
     pub share_cases: bool,
-    /// Errors of every static case are estimated from its run alone
+    /// Errors of every case are estimated from its run alone
     pub error_estimates: bool,
     /// Derivatives by the constants whose law file gives an interval are computed with every case
     pub input_uncertainty: bool,

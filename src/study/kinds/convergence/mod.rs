@@ -35,7 +35,7 @@ pub struct ConvergenceStudy {
     pub variants: Vec<VariantSpec>,
     #[serde(rename = "family", default)]
     pub families: Vec<FamilySpec>,
-    /// Errors of every static case are estimated from its run alone, too
+    /// Errors of every case are estimated from its run alone, too
     #[serde(default)]
     pub error_estimates: bool,
 }

@@ -31,7 +31,7 @@ pub struct CostStudy {
     /// Runs of every case, for the scatter of its cost
     #[serde(default = "once")]
     pub repeats: usize,
-    /// Errors of every static case are estimated from its run alone, too
+    /// Errors of every case are estimated from its run alone, too
     #[serde(default)]
     pub error_estimates: bool,
 }
