@@ -32,16 +32,14 @@ use crate::solve::{Integrator, Step};
 use crate::system::State;
 use enrichment::EnrichedScene;
 use kept_state::{Kept, Solved};
-use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
 /// Error of one recorded quantity.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct QuantityError {
     /// Recorded column
     pub column: String,
     /// Time of the largest departure from the start, at which the error is estimated \[s\]
-    #[serde(rename = "t_s")]
     pub t: f64,
     /// J of the run there
     pub value: f64,
