@@ -18,7 +18,7 @@ Examples:
   durometer robustness finger-dynamics --only map-dt-load
   durometer robustness --quick                        the hard cases without their maps, in about a minute
 
-Exit codes: 0 every case converged, 2 bad input, 3 some case did not complete or Ctrl-C stopped the run.")]
+Exit codes: 0 no case failed (a stated reason is the right end of some), 2 bad input, 3 a case failed or Ctrl-C stopped the run.")]
 pub struct Args {
     /// Scene file (TOML), or the name of a folder in studies/
     scene: Option<PathBuf>,

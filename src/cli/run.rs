@@ -25,7 +25,7 @@ Examples:
   durometer run finger-convergence --set laws.rubber.nu=0.49 --out reports/nu-49
   durometer run my-study/study.toml --json > summary.json
 
-Exit codes: 0 every case converged, 2 bad input, 3 some case did not complete or Ctrl-C stopped the run.")]
+Exit codes: 0 every case converged, or ended as its study expects, 2 bad input, 3 some case did not complete or Ctrl-C stopped the run.")]
 pub struct Args {
     /// Name of a folder in studies/, or path of a study.toml
     study: PathBuf,
@@ -125,9 +125,11 @@ impl Done {
         } else {
             println!("\n{}\n\nreport: {}", summary.verdict, self.dir.join("index.html").display());
         }
-        let failed: Vec<&CaseRecord> = self.records.iter().filter(|r| !r.converged()).collect();
+        // Where a study judges its cases one by one, a status may be the right end of a case
+        let failed = |r: &&CaseRecord| summary.outcome(&r.id).map_or(!r.converged(), |outcome| outcome == "fail");
+        let failed: Vec<&CaseRecord> = self.records.iter().filter(failed).collect();
         for record in &failed {
-            let detail = record.status_detail.as_deref().unwrap_or_default();
+            let detail = record.status_detail.as_deref().unwrap_or("see the report");
             eprintln!("not complete: {}: {}: {detail}", record.id, record.status);
         }
         Ok(if failed.is_empty() { Outcome::Complete } else { Outcome::RunIncomplete })

@@ -30,7 +30,7 @@ pub struct Content {
     pub files: Vec<(String, String)>,
     /// The mesh that would support a verdict where there is none
     pub extension: Option<Extension>,
-    /// Case id → `pass`, `refused` or `fail`, where cases are judged one by one
+    /// Case id → `pass`, `stopped`, `inaccurate` or `fail`, where cases are judged one by one
     pub outcomes: BTreeMap<String, &'static str>,
 }
 

@@ -37,7 +37,7 @@ pub struct CaseSummary {
     pub law: Option<String>,
     pub dt_s: f64,
     pub status: String,
-    /// `pass`, `refused` or `fail`, where cases are judged one by one
+    /// `pass`, `stopped`, `inaccurate` or `fail`, where cases are judged one by one
     #[serde(skip_serializing_if = "Option::is_none")]
     pub outcome: Option<&'static str>,
     pub solver: SolverRecord,
@@ -78,6 +78,13 @@ impl CaseSummary {
             locking: r.locking,
             probes: r.probes,
         }
+    }
+}
+
+impl Summary {
+    /// Outcome of a case, where cases are judged one by one.
+    pub fn outcome(&self, case: &str) -> Option<&'static str> {
+        self.cases.iter().find(|c| c.id == case)?.outcome
     }
 }
 

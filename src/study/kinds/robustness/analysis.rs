@@ -1,7 +1,7 @@
 //! Results of scenes that break simulators: the matrix of case × variant, and maps of where a scene holds.
 //!
-//! Pure: stored cases in, [`RobustnessFindings`] out. A case passes when it ends as it should and meets its references; it is refused when it
-//! ends with a stated reason instead of an answer, where that is right; everything else is a failure: a reference that was missed,
+//! Pure: stored cases in, [`RobustnessFindings`] out. A case passes when it ends as it should and meets its references; it is stopped when it
+//! ends with a stated reason instead of an answer, where the study accepts that; everything else is a failure: a reference that was missed,
 //! another end than the right one, a number that is not finite, a panic, the end of the time.
 
 use crate::report::numbers::percent;
@@ -23,7 +23,7 @@ pub struct JudgedCase {
     pub member: String,
     pub variant: String,
     pub outcome: CaseOutcome,
-    /// Why it was refused or failed
+    /// Why it was stopped or failed
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
     pub findings: Vec<CheckResult>,
@@ -119,7 +119,7 @@ fn judge(suite: &SuiteRecord, case: &StoredCase, stored: &[StoredCase]) -> Judge
     } else if converged {
         (CaseOutcome::Pass, None)
     } else {
-        (CaseOutcome::Refused, Some(detail()))
+        (CaseOutcome::Stopped, Some(detail()))
     };
     JudgedCase {
         case: r.id.clone(),
@@ -138,11 +138,11 @@ fn judge(suite: &SuiteRecord, case: &StoredCase, stored: &[StoredCase]) -> Judge
 }
 
 fn verdict(a: &RobustnessFindings, missing: usize) -> String {
-    let [pass, refused, fail] = [CaseOutcome::Pass, CaseOutcome::Refused, CaseOutcome::Fail].map(|o| a.count(o));
+    let [pass, stopped, fail] = [CaseOutcome::Pass, CaseOutcome::Stopped, CaseOutcome::Fail].map(|o| a.count(o));
     let mut words = vec![];
     if !a.cases.is_empty() {
         words.push(format!(
-            "Of {} hard cases {pass} pass, {refused} are refused with a reason, as is right there, {fail} fail.",
+            "Of {} hard cases {pass} pass, {stopped} stop with a stated reason, which is accepted there, {fail} fail.",
             a.cases.len()
         ));
     }

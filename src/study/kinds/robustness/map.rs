@@ -70,14 +70,14 @@ pub enum Grade {
 }
 
 impl Map {
-    /// A wrong answer without a word is a failure, but where another simulator's step is shown on purpose: only the first variant
-    /// is judged.
+    /// Outcomes of the points by case. An inaccurate answer is what a map looks for, and no failure; a value that is not a number is one.
     pub fn outcomes(&self) -> impl Iterator<Item = (String, CaseOutcome)> {
-        self.panels.first().into_iter().flat_map(|p| &p.points).map(|p| {
+        self.panels.iter().flat_map(|p| &p.points).map(|p| {
             let outcome = match p.grade {
                 Grade::Right | Grade::Unjudged => CaseOutcome::Pass,
-                Grade::Stated => CaseOutcome::Refused,
-                Grade::Poor | Grade::Wrong | Grade::Broken => CaseOutcome::Fail,
+                Grade::Stated => CaseOutcome::Stopped,
+                Grade::Poor | Grade::Wrong => CaseOutcome::Inaccurate,
+                Grade::Broken => CaseOutcome::Fail,
             };
             (p.case.clone(), outcome)
         })

@@ -7,7 +7,10 @@ use serde::Serialize;
 #[serde(rename_all = "snake_case")]
 pub enum CaseOutcome {
     Pass,
-    Refused,
+    /// Ended with a stated reason in place of an answer, where the study accepts that
+    Stopped,
+    /// A point of a map that converged farther off its reference than the tolerance
+    Inaccurate,
     Fail,
 }
 
@@ -15,7 +18,8 @@ impl CaseOutcome {
     pub fn name(self) -> &'static str {
         match self {
             Self::Pass => "pass",
-            Self::Refused => "refused",
+            Self::Stopped => "stopped",
+            Self::Inaccurate => "inaccurate",
             Self::Fail => "fail",
         }
     }

@@ -38,8 +38,8 @@ pub fn content(store: &Results, a: &Analysis<RobustnessFindings>) -> Content {
 }
 
 fn facts(a: &RobustnessFindings) -> Vec<(String, String)> {
-    let words = ["pass", "refused with a reason, as is right", "fail"];
-    let outcomes = [CaseOutcome::Pass, CaseOutcome::Refused, CaseOutcome::Fail].into_iter().zip(words);
+    let words = ["pass", "stop with a stated reason, as is accepted", "fail"];
+    let outcomes = [CaseOutcome::Pass, CaseOutcome::Stopped, CaseOutcome::Fail].into_iter().zip(words);
     let counts = outcomes.map(|(o, words)| (a.count(o).to_string(), words.to_string()));
     let findings: usize = a.cases.iter().map(|c| c.findings.len()).sum();
     let mut out: Vec<_> = if a.cases.is_empty() { vec![] } else { counts.collect() };
@@ -56,13 +56,13 @@ fn sentence(a: &RobustnessFindings, suite: &str, setup: &str) -> Option<String> 
     if own.is_empty() {
         return None;
     }
-    let [pass, refused, fail] = [CaseOutcome::Pass, CaseOutcome::Refused, CaseOutcome::Fail].map(count);
+    let [pass, stopped, fail] = [CaseOutcome::Pass, CaseOutcome::Stopped, CaseOutcome::Fail].map(count);
     let worst = own.iter().flat_map(|c| &c.findings).filter(|f| f.accept > 0.0 && f.error.is_finite());
     let worst = worst.max_by(|x, y| (x.error / x.accept).total_cmp(&(y.error / y.accept)));
     let near = worst.map_or(String::new(), |f| {
         format!("; nearest to its bound: {}, error {:.1e} of {:.0e} accepted", f.what, f.error, f.accept)
     });
-    let outcome = [(pass, "pass"), (refused, "refused"), (fail, "fail")];
+    let outcome = [(pass, "pass"), (stopped, "stopped"), (fail, "fail")];
     let parts: Vec<String> = outcome.iter().filter(|(n, _)| *n > 0).map(|(n, w)| format!("{n} {w}")).collect();
     Some(format!("{}: {setup} {}{near}.", suite.replace('-', " "), parts.join(", ")).replace("e-", "e−"))
 }

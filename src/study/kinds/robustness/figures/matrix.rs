@@ -1,4 +1,4 @@
-//! The matrix: hard cases downwards, variants across; a disc passes, a triangle was refused, a cross failed.
+//! The matrix: hard cases downwards, variants across; a disc passes, a triangle stopped with a stated reason, a cross failed.
 
 use crate::report::canvas::{Area, At, INK, LABEL, Mark, PALE, PALETTE, RGB, SMALL, figure, line, mark, mm, text};
 use crate::report::figure::{Figure, Sample, legend};
@@ -17,8 +17,8 @@ const TALLEST: usize = 62;
 pub fn color(outcome: CaseOutcome) -> (Mark, RGB) {
     match outcome {
         CaseOutcome::Pass => (Mark::Circle, PALETTE[0]),
-        CaseOutcome::Refused => (Mark::Triangle, PALETTE[4]),
-        CaseOutcome::Fail => (Mark::Cross, PALETTE[1]),
+        CaseOutcome::Stopped => (Mark::Triangle, PALETTE[4]),
+        CaseOutcome::Inaccurate | CaseOutcome::Fail => (Mark::Cross, PALETTE[1]),
     }
 }
 
@@ -71,7 +71,7 @@ fn sheet(store: &Results, a: &RobustnessFindings, rows: &[(&str, &str)], number:
         }
         let entry = |(o, words): (CaseOutcome, &str)| (Sample::Mark(color(o).0, color(o).1), words.to_string());
         let entries =
-            [(CaseOutcome::Pass, "pass"), (CaseOutcome::Refused, "refused"), (CaseOutcome::Fail, "fail")].map(entry);
+            [(CaseOutcome::Pass, "pass"), (CaseOutcome::Stopped, "stopped"), (CaseOutcome::Fail, "fail")].map(entry);
         legend(area, (mm(width - 24.0), mm(HEAD + 3.0)), &entries);
     });
     let part = if of > 1 { format!(" (part {} of {of})", number + 1) } else { String::new() };
