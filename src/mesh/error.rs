@@ -70,8 +70,6 @@ pub enum MeshError {
     PartialBody { file: PathBuf, count: usize, cells: usize },
     #[error("the mesh has no region {name}{}", suggestion(near))]
     NoRegion { name: String, near: Option<String> },
-    #[error("{selector} selects nothing; the mesh fills {} to {}", point(low), point(high))]
-    EmptySelection { selector: String, low: Vec3, high: Vec3 },
 }
 
 /// A position for messages, in millimetres.

@@ -5,6 +5,7 @@ pub mod attach;
 pub mod boundary;
 mod cursor;
 pub mod curved;
+pub mod distance;
 pub mod disturb;
 pub mod element;
 pub mod embed;

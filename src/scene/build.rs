@@ -27,8 +27,8 @@ use crate::effect::contact::placement::AffineFrame;
 use crate::effect::{CellPoints, Stressed, Viscoelastic};
 use crate::material::Law;
 use crate::math::tensor::Vec3;
-use crate::mesh::TetMesh;
 use crate::mesh::generate::MeshStore;
+use crate::mesh::{Region, TetMesh};
 use crate::solve::{Integrator, TimeSpan};
 use crate::system::{Effect, System};
 use std::collections::BTreeMap;
@@ -41,6 +41,8 @@ pub struct Scene {
     /// The file of the scene, for messages and relative paths
     pub file: PathBuf,
     pub body: Arc<Body>,
+    /// Those of the mesh, the whole surface `skin`, and those of the file
+    pub regions: BTreeMap<String, Region>,
     pub system: System,
     /// \[nodes\] X \[m\]: of the mesh, then four of each rigid body and of each obstacle that moves
     pub points: Vec<Vec3>,
@@ -247,7 +249,7 @@ impl Scene {
         let frames = rigids.iter().map(|b| &b.frame).chain(contacts.iter().filter_map(NamedContact::moving));
         let points = body.mesh.points.iter().copied().chain(frames.flat_map(AffineFrame::rest)).collect();
         let (prescribed, signals, notes) = builder.finish();
-        let Builder { nodes, effects, constraints, gathered, spans, skins, .. } = built;
+        let Builder { nodes, regions, effects, constraints, gathered, spans, skins, .. } = built;
         let Gathered { points: elastic, stressed, relaxing, hosts, laws, .. } = gathered;
         let system = System::with_scalars(nodes, &hosts, effects, constraints, prescribed)
             .map_err(|e| part(file, "scene", e))?;
@@ -257,6 +259,7 @@ impl Scene {
             title,
             file: file.into(),
             body,
+            regions,
             system,
             points,
             law,

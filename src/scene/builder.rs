@@ -4,8 +4,9 @@ use super::body::Body;
 use super::control::SignalBuilder;
 use super::control::spec::EventSpec;
 use super::error::{SceneError, hint, part};
-use super::mesh_spec::SelectorSpec;
+use super::parts::selectors::SelectorSpec;
 use super::protocol::NamedSignal;
+use super::regions::{notes, regions};
 use super::shape::{ShapeFault, ShapeSpec};
 use super::signal::SignalSpec;
 use super::skin::NamedSkin;
@@ -81,7 +82,7 @@ pub(super) struct Builder<'a> {
     pub(super) file: &'a Path,
     pub(super) base: PathBuf,
     pub(super) body: Arc<Body>,
-    regions: BTreeMap<String, Region>,
+    pub(super) regions: BTreeMap<String, Region>,
     laws: &'a BTreeMap<String, toml::Table>,
     /// Laws from Rust, by name
     own_laws: &'a BTreeMap<String, LawSource>,
@@ -123,24 +124,8 @@ impl<'a> Builder<'a> {
         body: Arc<Body>,
         carriers: usize,
     ) -> Result<Self, SceneError> {
-        let mut regions = body.mesh.regions.clone();
-        let mut notes = Vec::new();
-        for (name, selector) in tables.regions {
-            let place = format!("mesh.regions.{name}");
-            if regions.contains_key(name) {
-                let (fact, remedy) = ("the mesh has a region of this name".into(), "choose another name".into());
-                return Err(SceneError::Content { file: file.into(), place, fact, remedy });
-            }
-            selector.check().map_err(|(fact, remedy)| SceneError::Content {
-                file: file.into(),
-                place: place.clone(),
-                fact,
-                remedy: remedy.into(),
-            })?;
-            let region = selector.selector().select(&body.mesh, selector.pick()).map_err(|e| part(file, &place, e))?;
-            regions.insert(name.clone(), region);
-            notes.push(format!("region {name} is picked by a selector: its extent changes with the mesh (O(h))"));
-        }
+        let regions = regions(file, &body.mesh, tables.regions)?;
+        let notes = notes(&regions, tables.regions);
         Ok(Self {
             file,
             base: file.parent().unwrap_or(Path::new("")).to_path_buf(),

@@ -1,16 +1,15 @@
 //! `[mesh]` of a scene.
 
 use super::kind::by_kind;
+use super::parts::selectors::SelectorSpec;
 use super::quantity::{Angle, Length};
 use super::shape::TurnSpec;
-use crate::math::tensor::Vec3;
 use crate::math::units::{self, Dimension};
-use crate::mesh::select::{Pick, Selector};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-by_kind!(SelectorSpec, GridSpec);
+by_kind!(GridSpec);
 
 /// `body` with its sizing (a mesh made by our mesher), or `file` with its unit, or `grid`.
 #[derive(Clone, Debug, Default, Deserialize)]
@@ -51,7 +50,7 @@ pub struct MeshSpec {
     pub copies: Vec<CopySpec>,
     /// Made worse on purpose
     pub disturb: Option<DisturbSpec>,
-    /// Regions by selectors, where the file has no groups
+    /// Regions by place, by connection, or made of others
     #[serde(default)]
     pub regions: BTreeMap<String, SelectorSpec>,
 }
@@ -108,42 +107,6 @@ pub enum ElementSpec {
     Tet10,
 }
 
-#[derive(Clone, Debug, Deserialize)]
-#[serde(remote = "Self", deny_unknown_fields, rename_all = "snake_case")]
-pub enum SelectorSpec {
-    Box {
-        min: [Length; 3],
-        max: [Length; 3],
-        #[serde(default)]
-        pick: PickSpec,
-    },
-    Sphere {
-        center: [Length; 3],
-        radius: Length,
-        #[serde(default)]
-        pick: PickSpec,
-    },
-    Plane {
-        point: [Length; 3],
-        normal: [f64; 3],
-        tolerance: Length,
-        #[serde(default)]
-        pick: PickSpec,
-    },
-    /// Boundary facets whose outward normal is within `angle` of `direction`
-    Normal { direction: [f64; 3], angle: Angle },
-}
-
-/// Entities that a selector picks; a facet or cell is picked when all its corners are.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Default)]
-#[serde(rename_all = "snake_case")]
-pub enum PickSpec {
-    #[default]
-    Nodes,
-    Facets,
-    Cells,
-}
-
 /// A body of boxes that are cut into six tetrahedra each; its regions have fixed names.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(remote = "Self", deny_unknown_fields, rename_all = "snake_case")]
@@ -196,50 +159,4 @@ pub struct DisturbSpec {
     pub angle: Option<Angle>,
     #[serde(default)]
     pub seed: u64,
-}
-
-impl SelectorSpec {
-    /// The selector on a mesh.
-    pub(super) fn selector(&self) -> Selector {
-        let vector = |p: &[Length; 3]| Vec3::new(p[0].0, p[1].0, p[2].0);
-        match self {
-            Self::Box { min, max, .. } => Selector::Box { min: vector(min), max: vector(max) },
-            Self::Sphere { center, radius, .. } => Selector::Sphere { center: vector(center), radius: radius.0 },
-            Self::Plane { point, normal, tolerance, .. } => {
-                Selector::Plane { point: vector(point), normal: Vec3::from(*normal), tolerance: tolerance.0 }
-            }
-            Self::Normal { direction, angle } => Selector::Normal { direction: Vec3::from(*direction), angle: angle.0 },
-        }
-    }
-
-    /// Entities that it picks.
-    pub(super) fn pick(&self) -> Pick {
-        match self {
-            Self::Box { pick, .. } | Self::Sphere { pick, .. } | Self::Plane { pick, .. } => match pick {
-                PickSpec::Nodes => Pick::Nodes,
-                PickSpec::Facets => Pick::Facets,
-                PickSpec::Cells => Pick::Cells,
-            },
-            Self::Normal { .. } => Pick::Facets,
-        }
-    }
-
-    /// Fact and remedy of a selector that cannot select.
-    pub(super) fn check(&self) -> Result<(), (String, &'static str)> {
-        match self {
-            Self::Box { min, max, .. } if min.iter().zip(max).any(|(a, b)| a.0 > b.0) => {
-                Err(("`min` is beyond `max`".into(), "give the lower corner as `min`"))
-            }
-            Self::Sphere { radius, .. } if radius.0 <= 0.0 => {
-                Err((format!("the radius is {} mm", radius.0 * 1e3), "it must be positive"))
-            }
-            Self::Plane { normal, .. } if Vec3::from(*normal).norm() == 0.0 => {
-                Err(("the normal has no length".into(), "write for example [1, 0, 0]"))
-            }
-            Self::Plane { tolerance, .. } if tolerance.0 < 0.0 => {
-                Err((format!("the tolerance is {} mm", tolerance.0 * 1e3), "it must not be negative"))
-            }
-            _ => Ok(()),
-        }
-    }
 }

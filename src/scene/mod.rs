@@ -73,6 +73,7 @@ mod quantity;
 mod read;
 mod recorder;
 mod refine;
+mod regions;
 mod rules;
 mod run;
 mod run_options;

@@ -2,9 +2,7 @@
 
 pub use super::compare::{CompareSpec, MeasuredSpec};
 pub use super::control::spec::{EventSpec, ThenSpec, WhenSpec};
-pub use super::mesh_spec::{
-    CopySpec, DisturbSpec, ElementSpec, GeneratorSpec, GradingSpec, GridSpec, MeshSpec, PickSpec, SelectorSpec,
-};
+pub use super::mesh_spec::{CopySpec, DisturbSpec, ElementSpec, GeneratorSpec, GradingSpec, GridSpec, MeshSpec};
 pub use super::numerics::NumericsSpec;
 pub use super::output::{FieldSpec, FieldsSpec, OutputSpec, ScheduleSpec};
 pub use super::parts::constraints::{
@@ -18,6 +16,10 @@ pub use super::parts::effects::{
 };
 pub use super::parts::probes::{BendingAngle, Energy, Markers, Position, ProbeSpec, Reaction, Stretch};
 pub use super::parts::rigid::{RigidSpec, WeightSpec};
+pub use super::parts::selectors::{
+    BoxSelector, ComplementSelector, ComponentSelector, DifferenceSelector, IntersectionSelector, NearSelector,
+    NormalSelector, PickSpec, PlaneSelector, RuleSpec, SelectorSpec, SphereSelector, UnionSelector, Which,
+};
 pub use super::parts::skin::SkinSpec;
 pub use super::quantity::{
     Angle, Damping, Density, Force, GuideRadius, Length, Modulus, PerSecond, Quantity, Speed, Spin, SpringStiffness,

@@ -24,11 +24,6 @@ kind = "inertia"
 region = "body"
 density = "1000 kg/m^3"
 mass = "lumped"
-[mesh.regions.skin]
-kind = "box"
-min = ["-1 m", "-1 m", "-1 m"]
-max = ["1 m", "1 m", "1 m"]
-pick = "facets"
 "#;
 
 /// The last value of a column.

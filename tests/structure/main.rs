@@ -160,7 +160,7 @@ struct Registry {
     named_by: &'static [&'static str],
 }
 
-const REGISTRIES: [Registry; 5] = [
+const REGISTRIES: [Registry; 6] = [
     // A law declares itself.
     Registry {
         kind: |source| {
@@ -176,6 +176,7 @@ const REGISTRIES: [Registry; 5] = [
     },
     Registry { kind: |source| kind_of_part(source, "effects"), named_by: &["src/scene/parts/effects/mod.rs"] },
     Registry { kind: |source| kind_of_part(source, "probes"), named_by: &["src/scene/parts/probes/mod.rs"] },
+    Registry { kind: |source| kind_of_part(source, "selectors"), named_by: &["src/scene/parts/selectors/mod.rs"] },
     Registry {
         kind: |source| kind_of_part(source, "constraints"),
         named_by: &[
@@ -194,7 +195,7 @@ const REGISTRIES: [Registry; 5] = [
 fn kind_of_part<'a>(source: &'a Source, folder: &str) -> Option<&'a str> {
     let below = source.name.strip_prefix("src/scene/parts/")?.strip_prefix(folder)?.strip_prefix('/')?;
     let name = below.split('/').next()?.trim_end_matches(".rs");
-    (!["mod", "part", "mean", "drive"].contains(&name)).then_some(name)
+    (!["mod", "part", "mean", "drive", "place"].contains(&name)).then_some(name)
 }
 
 /// Kinds may use each other; nothing else names one of them.

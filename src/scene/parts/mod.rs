@@ -1,10 +1,11 @@
 //! Parts of a scene, each in a file or folder with its specification, its construction and its record.
 //!
-//! Effects, constraints and probes come in kinds; the `mod.rs` of their folder is the registry.
+//! Effects, constraints, probes and selectors of regions come in kinds; the `mod.rs` of their folder is the registry.
 
 pub mod constraints;
 pub mod contact;
 pub mod effects;
 pub mod probes;
 pub mod rigid;
+pub mod selectors;
 pub mod skin;

@@ -1,0 +1,48 @@
+//! Selector `near`: everything near a surface from a file.
+
+use super::part::{Found, Ground, PickSpec, Refusal, SelectorPart};
+use super::place::{RuleSpec, at_place};
+use crate::math::units::{self, Dimension};
+use crate::mesh::distance::Nearest;
+use crate::mesh::surface_file::read_surface;
+use crate::scene::quantity::Length;
+use serde::Deserialize;
+use std::path::PathBuf;
+
+/// The layer within `tolerance` of a surface, on both of its sides.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct NearSelector {
+    /// STL or OBJ
+    pub surface: PathBuf,
+    /// Unit of length of the file
+    pub unit: String,
+    pub tolerance: Length,
+    #[serde(default)]
+    pub pick: PickSpec,
+    pub rule: Option<RuleSpec>,
+}
+
+impl SelectorPart for NearSelector {
+    fn find(&self, ground: &Ground) -> Result<Found, Refusal> {
+        let tolerance = self.tolerance.0;
+        if tolerance < 0.0 {
+            let fact = format!("the tolerance is {} mm", tolerance * 1e3);
+            return Err(Refusal::new(fact, "it must not be negative"));
+        }
+        let unit = units::parse(&format!("1 {}", self.unit), Dimension::LENGTH)
+            .map_err(|e| Refusal::new(e.to_string(), "write for example unit = \"mm\""))?;
+        let surface = read_surface(&ground.base.join(&self.surface), unit)
+            .map_err(|e| Refusal::new(e.to_string(), "or remove the region"))?;
+        let nearest = Nearest::new(&surface).ok_or_else(|| {
+            Refusal::new(format!("{} holds no triangle", self.surface.display()), "give another surface")
+        })?;
+        at_place(ground, &self.words(), (self.pick, self.rule), &|x, margin| {
+            nearest.of(x).distance <= tolerance + margin
+        })
+    }
+
+    fn words(&self) -> String {
+        format!("the layer within {} mm of {}", self.tolerance.0 * 1e3, self.surface.display())
+    }
+}

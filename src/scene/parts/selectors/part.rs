@@ -1,0 +1,98 @@
+//! The interface of a kind of selector to the scene.
+
+use crate::mesh::error::point;
+use crate::mesh::select::Pick;
+use crate::mesh::{Region, TetMesh};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Specification of a selector: how a region is found on a mesh.
+pub(in crate::scene) trait SelectorPart {
+    /// Names of the regions that it is made of.
+    fn of(&self) -> &[String] {
+        &[]
+    }
+
+    /// Finds its entities.
+    fn find(&self, ground: &Ground) -> Result<Found, Refusal>;
+
+    /// Its place in words: `the sphere of radius 3 mm at (0, 0, 0) mm`.
+    fn words(&self) -> String;
+
+    /// Whether it may hold everything that there is, because the file says so.
+    fn may_be_everything(&self) -> bool {
+        false
+    }
+}
+
+/// Mesh and regions that a selector looks at.
+pub(in crate::scene) struct Ground<'a> {
+    pub mesh: &'a TetMesh,
+    /// Folder of the scene, for relative paths
+    pub base: &'a Path,
+    /// Regions that are known by now
+    pub regions: &'a BTreeMap<String, Region>,
+}
+
+/// Entities that a selector holds.
+pub(in crate::scene) struct Found {
+    pub pick: Pick,
+    /// Ascending, without repeats
+    pub entities: Vec<u32>,
+    /// Another mesh of the same body gives another extent.
+    pub depends_on_mesh: bool,
+}
+
+/// Fact and remedy of a selector that gives no region.
+pub(in crate::scene) struct Refusal {
+    pub fact: String,
+    pub remedy: String,
+}
+
+impl Refusal {
+    /// From its two sentences.
+    pub(in crate::scene) fn new(fact: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self { fact: fact.into(), remedy: remedy.into() }
+    }
+}
+
+/// Entities that a selector picks.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Default)]
+#[serde(rename_all = "snake_case")]
+pub enum PickSpec {
+    #[default]
+    Nodes,
+    /// Of the boundary
+    Facets,
+    Cells,
+}
+
+impl PickSpec {
+    /// The same for meshes.
+    pub(super) fn pick(self) -> Pick {
+        match self {
+            Self::Nodes => Pick::Nodes,
+            Self::Facets => Pick::Facets,
+            Self::Cells => Pick::Cells,
+        }
+    }
+}
+
+/// The region of a selector; one that holds nothing, or silently everything, is refused.
+pub(in crate::scene) fn region_of(selector: &dyn SelectorPart, ground: &Ground) -> Result<Region, Refusal> {
+    let Found { pick, entities, depends_on_mesh } = selector.find(ground)?;
+    if entities.is_empty() {
+        let (low, high) = ground.mesh.bounding_box();
+        let fact = format!("{} holds no {}", selector.words(), pick.words());
+        return Err(Refusal::new(fact, format!("the mesh fills {} to {}", point(&low), point(&high))));
+    }
+    let every = pick.every(ground.mesh);
+    if !selector.may_be_everything() && every.iter().all(|k| entities.binary_search(k).is_ok()) {
+        let fact = format!("{} holds all {} {}", selector.words(), every.len(), pick.words());
+        let name = if pick == Pick::Facets { "skin" } else { "body" };
+        let remedy = format!("check its lengths and their units, or use the region \"{name}\", which holds them all");
+        return Err(Refusal::new(fact, remedy));
+    }
+    Ok(pick.region(entities, depends_on_mesh))
+}

@@ -1,0 +1,36 @@
+//! Selector `plane`: everything near a plane.
+
+use super::part::{Found, Ground, PickSpec, Refusal, SelectorPart};
+use super::place::{RuleSpec, at_place, direction, vector};
+use crate::mesh::error::point;
+use crate::scene::quantity::Length;
+use serde::Deserialize;
+
+/// The layer within `tolerance` of a plane.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlaneSelector {
+    pub point: [Length; 3],
+    pub normal: [f64; 3],
+    pub tolerance: Length,
+    #[serde(default)]
+    pub pick: PickSpec,
+    pub rule: Option<RuleSpec>,
+}
+
+impl SelectorPart for PlaneSelector {
+    fn find(&self, ground: &Ground) -> Result<Found, Refusal> {
+        let (at, normal, tolerance) = (vector(&self.point), direction("normal", &self.normal)?, self.tolerance.0);
+        if tolerance < 0.0 {
+            let fact = format!("the tolerance is {} mm", tolerance * 1e3);
+            return Err(Refusal::new(fact, "it must not be negative"));
+        }
+        at_place(ground, &self.words(), (self.pick, self.rule), &|x, margin| {
+            (x - at).dot(&normal).abs() <= tolerance + margin
+        })
+    }
+
+    fn words(&self) -> String {
+        format!("the plane through {} with tolerance {} mm", point(&vector(&self.point)), self.tolerance.0 * 1e3)
+    }
+}

@@ -1,0 +1,32 @@
+//! Selector `sphere`: everything in a ball.
+
+use super::part::{Found, Ground, PickSpec, Refusal, SelectorPart};
+use super::place::{RuleSpec, at_place, vector};
+use crate::mesh::error::point;
+use crate::scene::quantity::Length;
+use serde::Deserialize;
+
+/// A ball.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SphereSelector {
+    pub center: [Length; 3],
+    pub radius: Length,
+    #[serde(default)]
+    pub pick: PickSpec,
+    pub rule: Option<RuleSpec>,
+}
+
+impl SelectorPart for SphereSelector {
+    fn find(&self, ground: &Ground) -> Result<Found, Refusal> {
+        let (center, radius) = (vector(&self.center), self.radius.0);
+        if radius <= 0.0 {
+            return Err(Refusal::new(format!("the radius is {} mm", radius * 1e3), "it must be positive"));
+        }
+        at_place(ground, &self.words(), (self.pick, self.rule), &|x, margin| (x - center).norm() <= radius + margin)
+    }
+
+    fn words(&self) -> String {
+        format!("the sphere of radius {} mm at {}", self.radius.0 * 1e3, point(&vector(&self.center)))
+    }
+}
