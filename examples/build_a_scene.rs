@@ -23,8 +23,13 @@ fn bar() -> Result<SceneSpec, Box<dyn std::error::Error>> {
         },
         laws: [("rubber".to_string(), law)].into(),
         effects: vec![
-            ElasticSpec { region: "body".into(), law: "rubber".into(), formulation: FormulationSpec::Displacement }
-                .into(),
+            ElasticSpec {
+                region: "body".into(),
+                law: "rubber".into(),
+                formulation: FormulationSpec::Displacement,
+                overlap: None,
+            }
+            .into(),
         ],
         constraints: vec![
             FixedSpec { region: "xmin".into(), components: "xyz".into() }.into(),

@@ -144,6 +144,71 @@ dt = "1 s"
     assert!(refused("which = 0").contains("numbered from 1"));
 }
 
+/// A layer whose stiffness is added, against two regions side by side with the sum of the moduli; and what is refused.
+#[test]
+fn effects_that_overlap_are_declared() {
+    let scene = |effects: &str| {
+        let text = format!(
+            r#"
+[mesh]
+grid = {{ kind = "box", size = ["40 mm", "20 mm", "20 mm"], divisions = [4, 2, 2] }}
+[mesh.regions]
+half = {{ kind = "box", min = ["-1 mm", "-1 mm", "-1 mm"], max = ["41 mm", "21 mm", "10 mm"], pick = "cells", rule = "all" }}
+rest = {{ kind = "complement", of = ["half"] }}
+[laws]
+soft = {{ law = "neo_hookean", E = "100 kPa", nu = 0.3 }}
+stiff = {{ law = "neo_hookean", E = "300 kPa", nu = 0.3 }}
+both = {{ law = "neo_hookean", E = "400 kPa", nu = 0.3 }}
+{effects}
+[[constraint]]
+kind = "fixed"
+region = "xmin"
+[[constraint]]
+kind = "prescribed"
+region = "xmax"
+components = "x"
+displacement = {{ kind = "ramp", from = "0 mm", to = "8 mm", end = "1 s" }}
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "0.5 s"
+[[probe]]
+kind = "reaction"
+region = "xmax"
+[numerics]
+tolerance = 1e-12
+"#
+        );
+        SceneBuilder::parse(&text).and_then(SceneBuilder::build).map_err(|e| e.to_string())
+    };
+    let elastic = |region: &str, law: &str, more: &str| {
+        format!("[[effect]]\nkind = \"elastic\"\nregion = \"{region}\"\nlaw = \"{law}\"\n{more}\n")
+    };
+    let add = "overlap = \"add\"";
+    let force = |effects: &str| {
+        let scene = scene(effects).expect("a scene");
+        let column = scene.run().column("xmax_reaction_x_N").expect("recorded");
+        (column[column.len() - 1], scene.notes)
+    };
+    let (added, notes) = force(&(elastic("body", "soft", "") + &elastic("half", "stiff", add)));
+    let (apart, _) = force(&(elastic("rest", "soft", "") + &elastic("half", "both", "")));
+    // The two converge to the same equilibrium, to the tolerance of the solver
+    assert!((added / apart - 1.0).abs() < 1e-9, "{added} {apart}");
+    let (plain, _) = force(&elastic("body", "soft", ""));
+    assert!(added > 1.5 * plain);
+    let note = "the stiffnesses of two elastic effects add up in 48 cells (overlap = \"add\")";
+    assert!(notes.iter().any(|n| n == note), "{notes:?}");
+
+    let refused = |effects: &str| scene(effects).err().expect("refused");
+    let twice = refused(&(elastic("body", "soft", "") + &elastic("half", "stiff", "")));
+    let fact =
+        "48 cells have the elastic effects 1 (region body, law soft, formulation displacement) and 2 (region half";
+    assert!(twice.contains(fact) && twice.contains("overlap = \"add\""), "{twice}");
+    let bare = refused(&(elastic("rest", "soft", "") + &elastic("half", "stiff", add)));
+    let fact = "48 of 96 cells have no elastic effect, one of them at (";
+    assert!(bare.contains(fact) && bare.contains("in 48 of them an effect with overlap = \"add\""), "{bare}");
+}
+
 /// The public pneumatic finger: the stiff layer of its tutorial by the three rules, and the wall of its hollow.
 #[test]
 #[ignore = "reads public data outside of the project, from the folder that DUROMETER_SHARED names"]

@@ -1,7 +1,7 @@
 //! `durometer check FILE`
 
-use super::files;
 use super::outcome::{CommandResult, Outcome};
+use super::{body_figure, files, region_table};
 use durometer::mesh::generate::MeshStore;
 use durometer::scene::protocol::extremes;
 use durometer::scene::spec::{ConstraintSpec, EffectSpec};
@@ -15,12 +15,13 @@ use std::sync::Arc;
 
 /// Validate a scene or study and say what would be simulated, without running it
 ///
-/// It names mesh, effects with region, law and formulation, the kinds of effects and constraints that are not there, unknowns, steps, signals and recorded columns. Nothing is solved. A mesh that is not stored yet is made, because the number of unknowns depends on it.
+/// It names mesh, regions with what they hold, effects with region, law and formulation, the kinds of effects and constraints that are not there, unknowns, steps, signals and recorded columns. Nothing is solved. A mesh that is not stored yet is made, because the number of unknowns depends on it.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
   durometer check finger-convergence            every case of the study, the first one in detail
   durometer check studies/finger-dynamics/scene.toml
+  durometer check my-scene.toml --figure regions.png
   durometer check my-scene.toml --set mesh.cells=9300 --set 'stage.0.dt=\"10 ms\"'
 
 Exit codes: 0 the file can be run, 2 it cannot (the message says where and why).")]
@@ -30,20 +31,32 @@ pub struct Args {
     /// Change a key, e.g. --set mesh.cells=9300
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
+    /// Draw the body with its regions, what is held, and its cables: a file in .svg, .png or .pdf
+    #[arg(long, value_name = "FILE")]
+    figure: Option<PathBuf>,
 }
 
 pub fn main(args: Args) -> CommandResult {
     let file = files::find_any(&args.file)?;
     let changes = super::arguments::changes(&args.set)?;
     if files::is_study(&file) {
-        return study(&Study::read(&file, &changes)?);
+        return study(&Study::read(&file, &changes)?, args.figure.as_deref());
     }
     let (spec, text) = read_scene(&file, &changes)?;
-    describe(&build(&file, spec, text, &mut BTreeMap::new())?);
+    let scene = build(&file, spec, text, &mut BTreeMap::new())?;
+    describe(&scene);
+    picture(args.figure.as_deref(), &scene)
+}
+
+fn picture(file: Option<&Path>, scene: &Scene) -> CommandResult {
+    if let Some(file) = file {
+        body_figure::write(file, scene)?;
+        println!("\n{} shows the regions", file.display());
+    }
     Ok(Outcome::Complete)
 }
 
-fn study(study: &Study) -> CommandResult {
+fn study(study: &Study, figure: Option<&Path>) -> CommandResult {
     println!("study {} ({}): {}", study.name, study.record.kind, study.record.question);
     println!("{} cases; tolerance {} %", study.cases.len(), study.record.tolerance * 100.0);
     println!("\n  {:32} {:11} {:>8} {:>9} {:>6}", "case", "", "cells", "unknowns", "steps");
@@ -68,6 +81,7 @@ fn study(study: &Study) -> CommandResult {
     if let Some((id, scene)) = first {
         println!("\n{id} in detail:");
         describe(&scene);
+        return picture(figure, &scene);
     }
     Ok(Outcome::Complete)
 }
@@ -107,12 +121,7 @@ fn describe(scene: &Scene) {
     }
     println!("mesh         {} ({} cells, {} nodes)", scene.body.source, mesh.cell_count(), mesh.points.len());
     println!("size         {:.4} × {:.4} × {:.4} mm, mean cell h = {:.4} mm", size.x, size.y, size.z, mesh.h() * 1e3);
-    let regions: Vec<&str> = mesh.regions.keys().map(String::as_str).collect();
-    println!("regions      {}", regions.join(", "));
-    let own: Vec<&str> = scene.spec.mesh.regions.keys().map(String::as_str).collect();
-    if !own.is_empty() {
-        println!("selected     {}", own.join(", "));
-    }
+    println!("regions      {}", region_table::table(scene));
     if let Some(law) = &scene.law {
         let info = law.info();
         let values = info.parameters.iter().zip(law.values()).map(|(p, v)| {

@@ -2,6 +2,7 @@
 
 mod arguments;
 mod bars;
+mod body_figure;
 mod check;
 mod doctor;
 mod files;
@@ -10,6 +11,7 @@ mod interrupt;
 mod mesh;
 mod outcome;
 mod plan;
+mod region_table;
 mod report;
 mod robustness;
 mod run;

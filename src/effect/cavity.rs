@@ -16,11 +16,16 @@
 //! Under a prescribed pressure the cavity is the load −p(t) V; under a prescribed growth it is the exact constraint
 //! g = V(x) − V₀ − ΔV(t) = 0, and the multiplier is the pressure. A limit point of the pressure is passed by volume.
 //! The integrals are exact on tet4 and curved tet10 facets (a polynomial of degree 4).
+//!
+//! A surface that is not made of facets follows the body by x_v = X_v + Σ_i w_vi u_i. V is that of its flat triangles, and gradient and
+//! Hessian follow by the chain rule: with A the matrix of the weights, Aᵀ ∂V/∂x_v and Aᵀ ∂²V/∂x_v² A. So the work of the pressure on the nodes
+//! is p dV to rounding, and the resultant and its moment are those on the surface (Σ_i w_vi = 1, Σ_i w_vi X_i = X_v).
 
 use crate::math::signal::{Clock, Signal};
 use crate::math::tensor::Vec3;
-use crate::mesh::{TetMesh, element, quadrature};
+use crate::mesh::{Order, TetMesh, element, quadrature};
 use crate::system::{At, BlockValues, Blocks, Constraint, ConstraintKind, Effect, EnergyRole, EvalError, Want};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// Shape functions of a facet at a quadrature point, with the weight.
@@ -54,7 +59,7 @@ impl VolumeField {
     }
 }
 
-/// Geometry of a cavity; its blocks are the facets.
+/// Geometry of a cavity; its blocks are the facets, or the triangles of a surface that follows the body.
 pub struct Cavity {
     name: String,
     field: VolumeField,
@@ -64,27 +69,43 @@ pub struct Cavity {
     points: Vec<FacetPoint>,
     /// Nodes of a facet
     nodes: usize,
+    /// \[blocks × nodes of the block\] weights of the node in the three vertices, of a surface that follows the body
+    carried: Option<Vec<Vec<[f64; 3]>>>,
 }
 
 impl Cavity {
     /// On boundary facets of the body; nothing of the field flows through a plane in which the rim slides.
     pub fn new(name: String, mesh: &TetMesh, facets: &[u32], field: VolumeField) -> Self {
-        let rule = quadrature::tri(4);
-        let points = rule.points.iter().zip(&rule.weights).map(|(&xi, &weight)| FacetPoint {
-            weight,
-            n: element::facet_shape(mesh.order, xi),
-            d: element::facet_gradients(mesh.order, xi),
-        });
         let lists = || facets.iter().map(|&f| mesh.facet(f as usize));
         let reference = lists().flatten().map(|&k| mesh.points[k as usize]).collect();
-        Self {
-            name,
-            field,
-            blocks: Blocks::new(lists()),
-            reference,
-            points: points.collect(),
-            nodes: mesh.order.facet_nodes(),
-        }
+        let (blocks, points, nodes) = (Blocks::new(lists()), facet_points(mesh.order), mesh.order.facet_nodes());
+        Self { name, field, blocks, reference, points, nodes, carried: None }
+    }
+
+    /// On the triangles of a surface, turned outward of the volume that it encloses; each vertex follows the (node, weight) of its list.
+    pub fn on_surface(
+        name: String,
+        (vertices, triangles): (&[Vec3], &[[u32; 3]]),
+        weights: &[Vec<(u32, f64)>],
+        field: VolumeField,
+    ) -> Self {
+        // Outward of the body is into the volume
+        let inward = || triangles.iter().map(|&[a, b, c]| [a, c, b]);
+        let reference = inward().flatten().map(|k| vertices[k as usize]).collect();
+        let by_node = |corners: [u32; 3]| {
+            let mut of: BTreeMap<u32, [f64; 3]> = BTreeMap::new();
+            for (corner, vertex) in corners.into_iter().enumerate() {
+                for &(node, weight) in weights[vertex as usize].iter().filter(|(_, weight)| *weight != 0.0) {
+                    of.entry(node).or_default()[corner] += weight;
+                }
+            }
+            of
+        };
+        let lists: Vec<BTreeMap<u32, [f64; 3]>> = inward().map(by_node).collect();
+        let nodes: Vec<Vec<u32>> = lists.iter().map(|of| of.keys().copied().collect()).collect();
+        let blocks = Blocks::new(nodes.iter().map(Vec::as_slice));
+        let carried = Some(lists.into_iter().map(|of| of.into_values().collect()).collect());
+        Self { name, field, blocks, reference, points: facet_points(Order::Linear), nodes: 3, carried }
     }
 
     pub(super) fn name(&self) -> &str {
@@ -106,10 +127,9 @@ impl Cavity {
 
     /// ∂V/∂x \[m²\]: (unknown, derivative), a facet after the other.
     pub fn volume_gradient(&self, x: &[f64]) -> Vec<(u32, f64)> {
-        let mut values = BlockValues::new(3 * self.nodes);
         let mut out = Vec::new();
         for b in 0..self.blocks.len() {
-            values.r.fill(0.0);
+            let mut values = BlockValues::new(self.blocks.size(b));
             self.facet(x, b, -1.0, Want::Residual, &mut values);
             out.extend(self.blocks.dofs(b).zip(values.r.iter().copied()));
         }
@@ -118,8 +138,12 @@ impl Cavity {
 
     /// Position of node `a` of facet `b` from o \[m\].
     fn position(&self, x: &[f64], b: usize, a: usize) -> Vec3 {
-        let node = self.blocks.nodes(b)[a] as usize;
-        self.reference[b * self.nodes + a] - self.field.origin + Vec3::from_column_slice(&x[3 * node..][..3])
+        let motion = |node: u32| Vec3::from_column_slice(&x[3 * node as usize..][..3]);
+        let moved = match &self.carried {
+            None => motion(self.blocks.nodes(b)[a]),
+            Some(weights) => self.blocks.nodes(b).iter().zip(&weights[b]).map(|(&k, w)| motion(k) * w[a]).sum(),
+        };
+        self.reference[b * self.nodes + a] - self.field.origin + moved
     }
 
     /// x − o, x,ξ and x,η at a quadrature point.
@@ -140,6 +164,17 @@ impl Cavity {
 
     /// −V of facet `b`; gradient and Hessian of it times `factor`.
     fn facet(&self, x: &[f64], b: usize, factor: f64, want: Want, out: &mut BlockValues) {
+        let Some(weights) = &self.carried else { return self.by_corners(x, b, factor, want, out) };
+        let mut own = BlockValues::new(9);
+        self.by_corners(x, b, factor, want, &mut own);
+        out.energy = own.energy;
+        if want > Want::Energy {
+            carry(&own, &weights[b], want, out);
+        }
+    }
+
+    /// The same with the unknowns of the corners of the facet.
+    fn by_corners(&self, x: &[f64], b: usize, factor: f64, want: Want, out: &mut BlockValues) {
         out.energy = -self.facet_volume(x, b);
         if want == Want::Energy {
             return;
@@ -170,6 +205,39 @@ impl Cavity {
             }
         }
     }
+}
+
+/// Takes gradient and Hessian by three vertices to the nodes that move them.
+fn carry(own: &BlockValues, weights: &[[f64; 3]], want: Want, out: &mut BlockValues) {
+    let n = 3 * weights.len();
+    // Only the lower part is given
+    let hessian = |row: usize, column: usize| own.k[9 * row.max(column) + row.min(column)];
+    for (a, of) in weights.iter().enumerate() {
+        for i in 0..3 {
+            out.r[3 * a + i] += (0..3).map(|p| of[p] * own.r[3 * p + i]).sum::<f64>();
+        }
+        if want < Want::Tangent {
+            continue;
+        }
+        for (i, j) in (0..9).map(|ij| (ij / 3, ij % 3)) {
+            let half: [f64; 3] =
+                std::array::from_fn(|q| (0..3).map(|p| of[p] * hessian(3 * p + i, 3 * q + j)).sum::<f64>());
+            for (c, other) in weights[..=a].iter().enumerate() {
+                out.k[(3 * a + i) * n + 3 * c + j] += (0..3).map(|q| half[q] * other[q]).sum::<f64>();
+            }
+        }
+    }
+}
+
+/// Quadrature points of a facet.
+fn facet_points(order: Order) -> Vec<FacetPoint> {
+    let rule = quadrature::tri(4);
+    let point = |(&xi, &weight): (&[f64; 2], &f64)| FacetPoint {
+        weight,
+        n: element::facet_shape(order, xi),
+        d: element::facet_gradients(order, xi),
+    };
+    rule.points.iter().zip(&rule.weights).map(point).collect()
 }
 
 /// (i, j, k, ε_ijk) where it is not zero.

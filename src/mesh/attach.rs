@@ -6,28 +6,60 @@
 
 use super::TetMesh;
 use super::boundary::{boundary_facets, facet_cells};
-use super::embed::{EmbedError, closest_on_triangle, embed};
+use super::distance::Nearest;
+use super::embed::find;
+use super::error::point;
+use super::flat::{flat_triangles, pieces};
+use super::surface_file::Surface;
 use crate::math::tensor::{Mat3, Vec3};
 use rayon::prelude::*;
 
-/// (node, weight) of each point; the first that is further out than `reach` \[m\] is refused.
-pub fn attach(mesh: &TetMesh, points: &[Vec3], reach: f64) -> Result<Vec<Vec<(u32, f64)>>, EmbedError> {
+/// A vertex of a surface with the nodes that move it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Attached {
+    /// (node, weight), Σ w = 1
+    pub weights: Vec<(u32, f64)>,
+    /// Distance from the body, zero inside \[m\]
+    pub outside: f64,
+}
+
+/// Vertices that are further out than they may be.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{count} of {of} vertices are further outside of the body than reach = {} mm, the furthest by {:.4} mm at {}; move the surface, or give a \
+         larger `reach`", reach * 1e3, distance * 1e3, point(at))]
+pub struct TooFar {
+    pub count: usize,
+    pub of: usize,
+    /// \[m\]
+    pub reach: f64,
+    /// Distance of the furthest one \[m\]
+    pub distance: f64,
+    pub at: Vec3,
+}
+
+/// The nodes of each point; points that are further out than `reach` \[m\] are refused.
+pub fn attach(mesh: &TetMesh, points: &[Vec3], reach: f64) -> Result<Vec<Attached>, TooFar> {
     let cells = facet_cells(mesh);
-    let boundary: Vec<u32> = boundary_facets(mesh);
-    let one = |at: &Vec3| match embed(mesh, *at) {
-        Ok(inside) => Ok(inside.weights),
-        Err(EmbedError::Outside { distance, .. }) if distance <= reach => {
-            let off = |&f: &u32| {
-                let [a, b, c] = [0, 1, 2].map(|k| mesh.points[mesh.facet(f as usize)[k] as usize]);
-                (closest_on_triangle(*at, a, b, c) - at).norm()
-            };
-            let nearest = boundary.iter().min_by(|a, b| off(a).total_cmp(&off(b))).expect("a body has a surface");
-            Ok(continued(mesh, cells[*nearest as usize].0 as usize, *at))
+    let boundary = boundary_facets(mesh);
+    let triangles = flat_triangles(mesh, &boundary);
+    let surface = Surface { points: mesh.points.clone(), triangles };
+    let nearest = Nearest::new(&surface).expect("a body has a surface");
+    let one = |at: &Vec3| match find(mesh, *at) {
+        Some(inside) => Attached { weights: inside.weights, outside: 0.0 },
+        None => {
+            let near = nearest.of(at);
+            let facet = boundary[near.triangle as usize / pieces(mesh.order).len()];
+            let weights = continued(mesh, cells[facet as usize].0 as usize, *at);
+            Attached { weights, outside: near.distance }
         }
-        Err(e) => Err(e),
     };
-    // Collected first, so that the error is that of the first point whatever the thread count
-    points.par_iter().map(one).collect::<Vec<_>>().into_iter().collect()
+    let all: Vec<Attached> = points.par_iter().map(one).collect();
+    let far = all.iter().zip(points).filter(|(a, _)| a.outside > reach);
+    let count = far.clone().count();
+    match far.max_by(|a, b| a.0.outside.total_cmp(&b.0.outside)) {
+        None => Ok(all),
+        Some((a, &at)) => Err(TooFar { count, of: points.len(), reach, distance: a.outside, at }),
+    }
 }
 
 /// Barycentric coordinates by the corners of the cell, some of them negative.
@@ -55,14 +87,20 @@ mod tests {
             distort(&mut mesh, 3, 0.1);
             let points = [[0.011, 0.007, 0.013], [0.03, 0.01, 0.01], [0.0305, 0.012, 0.004], [0.01, 0.0203, -0.0002]];
             let points = points.map(Vec3::from);
-            let weights = attach(&mesh, &points, 0.001).expect("near enough");
-            for (at, weights) in points.iter().zip(&weights) {
+            let attached = attach(&mesh, &points, 0.001).expect("near enough");
+            for (at, Attached { weights, .. }) in points.iter().zip(&attached) {
                 let sum: f64 = weights.iter().map(|w| w.1).sum();
                 let mean: Vec3 = weights.iter().map(|&(k, w)| mesh.points[k as usize] * w).sum();
                 assert!((sum - 1.0).abs() < 1e-13 && (mean - at).norm() < 1e-14, "{order:?}: {sum}, {mean}");
             }
-            let far = attach(&mesh, &[Vec3::new(0.032, 0.01, 0.01)], 0.001).expect_err("2 mm outside");
-            assert!(matches!(far, EmbedError::Outside { distance, .. } if (distance - 0.002).abs() < 1e-12));
+            let off = attached.iter().map(|a| a.outside).collect::<Vec<_>>();
+            assert!(
+                off[0] == 0.0 && (off[2] - 0.0005).abs() < 1e-12 && (off[3] - 0.09_f64.hypot(0.2) * 1e-3).abs() < 1e-3,
+                "{off:?}"
+            );
+            let out = [[0.032, 0.01, 0.01], [0.01, 0.01, 0.01], [0.0315, 0.01, 0.01]].map(Vec3::from);
+            let far = attach(&mesh, &out, 0.001).expect_err("2 mm outside");
+            assert!((far.count, far.of, far.at) == (2, 3, out[0]) && (far.distance - 0.002).abs() < 1e-12, "{far}");
         }
     }
 }

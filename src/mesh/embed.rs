@@ -41,6 +41,11 @@ const INSIDE: f64 = 1e-9;
 
 /// The cell that holds `at` \[m\] and the shape functions there. On a face, the cell in which it lies deepest.
 pub fn embed(mesh: &TetMesh, at: Vec3) -> Result<Embedded, EmbedError> {
+    find(mesh, at).ok_or_else(|| EmbedError::Outside { at, distance: distance_to_surface(mesh, at) })
+}
+
+/// The same; none outside.
+pub(super) fn find(mesh: &TetMesh, at: Vec3) -> Option<Embedded> {
     let mut best: Option<(f64, u32, [f64; 3])> = None;
     for c in 0..mesh.cell_count() {
         let (low, high) = cell_bounds(mesh, c);
@@ -54,11 +59,9 @@ pub fn embed(mesh: &TetMesh, at: Vec3) -> Result<Embedded, EmbedError> {
             best = Some((depth, c as u32, xi));
         }
     }
-    let Some((_, cell, xi)) = best else {
-        return Err(EmbedError::Outside { at, distance: distance_to_surface(mesh, at) });
-    };
+    let (_, cell, xi) = best?;
     let n = cell_shape(mesh.order, xi);
-    Ok(Embedded { cell, xi, weights: mesh.cell(cell as usize).iter().copied().zip(n).collect() })
+    Some(Embedded { cell, xi, weights: mesh.cell(cell as usize).iter().copied().zip(n).collect() })
 }
 
 /// Bounding box of a cell; of a curved one by its Bézier points (mid-edge 2m − ½(a + b)).

@@ -3,6 +3,7 @@
 mod assemble;
 pub mod attach;
 pub mod boundary;
+pub mod closed_surface;
 mod cursor;
 pub mod curved;
 pub mod distance;

@@ -2,6 +2,7 @@
 //!
 //! Nothing here knows a study; the kinds of study draw their reports with it.
 
+pub mod body;
 pub mod canvas;
 pub mod error;
 pub mod export;

@@ -10,7 +10,7 @@ use super::numerics::check_numerics;
 use super::output::check_output;
 use super::parts::constraints::{NamedCable, NamedCavity, build_constraints, note_constraints};
 use super::parts::contact::{NamedContact, build_contacts};
-use super::parts::effects::{build_effects, no_limit, note_effects};
+use super::parts::effects::{EffectSpec, build_effects, no_limit, note_effects};
 use super::parts::probes::build_probes;
 use super::parts::rigid::RigidBody;
 use super::parts::skin::attach_skins;
@@ -232,7 +232,7 @@ impl Scene {
         build_effects(builder, &spec.effects)?;
         let (cables, cavities) = build_constraints(builder, &spec.constraints)?;
         let (rigids, contacts) = build_contacts(builder, &spec.rigids, &spec.contacts)?;
-        check_elastic(builder, own_effects.is_empty())?;
+        check_elastic(builder, &spec.effects, own_effects.is_empty())?;
         builder.effects.extend(own_effects);
         note_stability(builder);
         check_start(builder, spec.start.as_ref())?;
@@ -306,9 +306,9 @@ impl Scene {
 }
 
 /// Refuses a scene in which a cell resists no deformation.
-fn check_elastic(builder: &mut Builder, is_from_file: bool) -> Result<(), SceneError> {
+fn check_elastic(builder: &mut Builder, effects: &[EffectSpec], is_from_file: bool) -> Result<(), SceneError> {
     if !builder.gathered.stored.is_empty() {
-        return check_cover(builder);
+        return check_cover(builder, effects);
     }
     if is_from_file {
         let remedy = "add an [[effect]] with kind = \"elastic\", or \"edge_springs\"";

@@ -341,7 +341,7 @@ impl<'a> Builder<'a> {
             carried.map_or(Vec::new(), of)
         };
         let weights = surface.points.iter().map(weights).collect();
-        self.skins.push(NamedSkin { name: name.into(), surface, weights });
+        self.skins.push(NamedSkin { name: name.into(), surface, weights, reach: 0.0, outside: 0.0 });
         Ok(())
     }
 

@@ -1,23 +1,62 @@
-//! Which cells of the body resist a deformation.
+//! Which cells of the body resist a deformation, and by which effect.
 
 use super::builder::Builder;
 use super::error::SceneError;
+use super::parts::effects::EffectSpec;
 use crate::mesh::error::point;
+use std::collections::BTreeMap;
 
-/// Every cell belongs to an effect that stores energy; two at the same place add up, which is said.
-pub(super) fn check_cover(builder: &mut Builder) -> Result<(), SceneError> {
-    let body = builder.body.clone();
-    let mut count = vec![0u32; body.mesh.cell_count()];
-    builder.gathered.points.iter().flat_map(|points| &points.cells).for_each(|&c| count[c as usize] += 1);
-    let (bare, twice) = (count.iter().filter(|n| **n == 0).count(), count.iter().filter(|n| **n > 1).count());
-    if let Some(c) = count.iter().position(|n| *n == 0) {
-        let at = point(&body.mesh.position(c, [0.25; 3]));
-        let fact = format!("{bare} of {} cells have no elastic effect, one of them at {at}", count.len());
-        let remedy = "give every cell a law: regions cover the body together (a cell that a box cuts belongs to none)";
+/// Every cell has one elastic effect; more only where the file says that they add up.
+pub(super) fn check_cover(builder: &mut Builder, specs: &[EffectSpec]) -> Result<(), SceneError> {
+    let mesh = &builder.body.clone().mesh;
+    // By cell: the effects that resist it, and those that do so in addition
+    let (mut own, mut added) = (vec![vec![]; mesh.cell_count()], vec![false; mesh.cell_count()]);
+    for (k, spec) in specs.iter().enumerate() {
+        let Some((region, adds)) = spec.resists() else { continue };
+        for &c in builder.cells(&format!("effect {}", k + 1), region)? {
+            if adds {
+                added[c as usize] = true;
+            } else {
+                own[c as usize].push(k);
+            }
+        }
+    }
+    let at = |c: usize| point(&mesh.position(c, [0.25; 3]));
+    let bare: Vec<usize> = (0..own.len()).filter(|&c| own[c].is_empty()).collect();
+    if let Some(&c) = bare.first() {
+        let fact = format!("{} of {} cells have no elastic effect, one of them at {}", bare.len(), own.len(), at(c));
+        let lone = bare.iter().filter(|&&c| added[c]).count();
+        if lone > 0 {
+            let fact = format!("{fact}; in {lone} of them an effect with overlap = \"add\" has nothing to add to");
+            return Err(builder.content("effect", fact, "remove `overlap` where no other effect is elastic"));
+        }
+        let remedy =
+            "give every cell a law: regions cover the body together (kind = \"complement\" is the rest of a region)";
         return Err(builder.content("effect", fact, remedy));
     }
+    let mut shared: BTreeMap<&[usize], Vec<usize>> = BTreeMap::new();
+    for (c, effects) in own.iter().enumerate().filter(|(_, effects)| effects.len() > 1) {
+        shared.entry(effects).or_default().push(c);
+    }
+    if !shared.is_empty() {
+        let list = shared.iter().map(|(effects, cells)| {
+            let names: Vec<String> = effects.iter().map(|&k| format!("{} ({})", k + 1, specs[k].words())).collect();
+            format!(
+                "{} cells have the elastic effects {}, one of them at {}",
+                cells.len(),
+                names.join(" and "),
+                at(cells[0])
+            )
+        });
+        let remedy = "take regions that do not overlap (kind = \"complement\", \"difference\"), or write overlap = \"add\" in the \
+                      effect whose stiffness is to be added to that of the other";
+        return Err(builder.content("effect", list.collect::<Vec<_>>().join("; "), remedy));
+    }
+    let twice = added.iter().filter(|added| **added).count();
     if twice > 0 {
-        builder.notes.push(format!("{twice} cells have more than one elastic effect: their stiffnesses add up"));
+        builder
+            .notes
+            .push(format!("the stiffnesses of two elastic effects add up in {twice} cells (overlap = \"add\")"));
     }
     Ok(())
 }

@@ -19,6 +19,7 @@
 //!             region: "body".into(),
 //!             law: "rubber".into(),
 //!             formulation: FormulationSpec::Displacement,
+//!             overlap: None,
 //!         }
 //!         .into(),
 //!     ],

@@ -9,6 +9,10 @@ pub struct NamedSkin {
     pub surface: Surface,
     /// \[vertices\] (node, weight), Σ w = 1
     pub weights: Vec<Vec<(u32, f64)>>,
+    /// Distance from the body that its vertices may have \[m\]
+    pub reach: f64,
+    /// The largest one that a vertex has \[m\]
+    pub outside: f64,
 }
 
 impl NamedSkin {

@@ -2,6 +2,7 @@
 
 use crate::mesh::error::MeshError;
 use crate::mesh::vtu::{Data, write_pvd, write_surface, write_vtu};
+use crate::mesh::{Region, TetMesh};
 use crate::scene::Scene;
 use crate::scene::output::{Field, FieldSpec};
 use crate::system::State;
@@ -12,7 +13,7 @@ use std::time::{Duration, Instant};
 /// The fields written where none are chosen.
 pub const USUAL: [FieldSpec; 2] = [FieldSpec::Displacement, FieldSpec::Stretch];
 
-/// Writes `<name>-0000.vtu`, … and `<name>.pvd`, and the same of every skin as `<name>-<skin>`. What writing took is kept, so that it does not count as cost.
+/// Writes `<name>-regions.vtu`, `<name>-0000.vtu`, … and `<name>.pvd`, and the same of every skin as `<name>-<skin>`. What writing took is kept, so that it does not count as cost.
 pub struct Fields {
     dir: PathBuf,
     name: String,
@@ -53,6 +54,8 @@ impl Fields {
         let first = self.frames.is_empty();
         self.frames.push((state.t, frame));
         if first {
+            let written = self.write_regions(scene);
+            self.failure = self.failure.take().or(written.err());
             self.skins = scene.skins.iter().map(|skin| (skin.name.clone(), vec![])).collect();
         }
         for (skin, (name, frames)) in scene.skins.iter().zip(&mut self.skins) {
@@ -65,6 +68,20 @@ impl Fields {
         }
         self.wall += wall.elapsed();
         self.cpu += cpu.elapsed();
+    }
+
+    /// The regions as fields of 0 and 1: at the nodes, and in the cells of those that hold cells.
+    fn write_regions(&self, scene: &Scene) -> Result<(), MeshError> {
+        let mesh = TetMesh { regions: scene.regions.clone(), ..scene.body.mesh.clone() };
+        let flags = |region: &Region| {
+            let mut flags = vec![0.0; mesh.points.len()];
+            mesh.nodes_of(region).iter().for_each(|&k| flags[k as usize] = 1.0);
+            flags
+        };
+        let shown = scene.regions.iter().filter(|(name, _)| *name != "body");
+        let at_nodes: Vec<(&String, Vec<f64>)> = shown.map(|(name, region)| (name, flags(region))).collect();
+        let nodes: Vec<Data> = at_nodes.iter().map(|(name, values)| Data { name, components: 1, values }).collect();
+        write_vtu(&self.dir.join(format!("{}-regions.vtu", self.name)), &mesh, &nodes, &[])
     }
 
     /// Writes the collection. Returns the wall and CPU seconds that all writing took.

@@ -41,8 +41,11 @@ pub(in crate::scene) fn attach_skins(builder: &mut Builder, specs: &[SkinSpec]) 
         let unit =
             units::parse(&format!("1 {}", spec.unit), Dimension::LENGTH).map_err(|e| part(builder.file, &place, e))?;
         let surface = read_surface(&builder.base.join(&spec.file), unit).map_err(|e| part(builder.file, &place, e))?;
-        let weights = attach(&builder.body.mesh, &surface.points, spec.reach.0).map_err(fail)?;
-        builder.skins.push(NamedSkin { name: spec.name.clone(), surface, weights });
+        let attached = attach(&builder.body.mesh, &surface.points, spec.reach.0).map_err(fail)?;
+        let outside = attached.iter().map(|a| a.outside).fold(0.0, f64::max);
+        let weights = attached.into_iter().map(|a| a.weights).collect();
+        let (name, reach) = (spec.name.clone(), spec.reach.0);
+        builder.skins.push(NamedSkin { name, surface, weights, reach, outside });
     }
     Ok(())
 }

@@ -1,5 +1,6 @@
-//! Constraint `cavity`: facets, closed or with a rim that is held or declared free, with air or liquid behind them.
+//! Constraint `cavity`: facets, closed or with a rim that is held or declared free, with air or liquid behind them; or a closed skin.
 
+use super::cavity_wall::{Wall, wall};
 use super::drive::Drive;
 use super::part::ConstraintPart;
 use crate::effect::{Cavity, CavityPressure, CavityVolume, OpenCavityPressure, VolumeField};
@@ -7,9 +8,7 @@ use crate::math::signal::Signal;
 use crate::math::tensor::Vec3;
 use crate::math::units::Dimension;
 use crate::mesh::TetMesh;
-use crate::mesh::boundary::boundary_facets;
 use crate::mesh::error::point;
-use crate::mesh::rim::rim;
 use crate::scene::body::Body;
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
@@ -23,13 +22,16 @@ use std::sync::Arc;
 
 by_kind!(CavityDriveSpec);
 
-/// Air or liquid behind the facets of a region.
+/// Air or liquid behind the facets of a region, or within a skin; exactly one of the two.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CavitySpec {
     #[serde(default = "cavity")]
     pub name: String,
-    pub region: String,
+    /// Facets of the mesh
+    pub region: Option<String>,
+    /// A closed surface instead
+    pub skin: Option<String>,
     pub drive: CavityDriveSpec,
     /// The surface is open and its rim free
     #[serde(default)]
@@ -82,31 +84,22 @@ pub struct NamedCavity {
 pub(in crate::scene) fn build_cavity(
     builder: &mut Builder,
     place: &str,
-    CavitySpec { name, region, drive, open }: &CavitySpec,
+    spec: &CavitySpec,
 ) -> Result<NamedCavity, SceneError> {
+    let CavitySpec { name, drive, open, .. } = spec;
     let body = builder.body.clone();
     let mesh = &body.mesh;
-    let facets = builder.region(place, region)?.facets.clone();
-    if facets.is_empty() {
-        let fact = format!("region \"{region}\" holds no facets");
-        return Err(builder.content(place, fact, "a cavity is a part of the surface: take a facet region"));
-    }
-    let boundary = boundary_facets(mesh);
-    if let Some(&f) = facets.iter().find(|f| boundary.binary_search(f).is_err()) {
-        let at = point(&mesh.points[mesh.facet(f as usize)[0] as usize]);
-        let fact = format!("the facet at {at} has the body on both sides");
-        return Err(builder.content(place, fact, "take facets of the boundary only"));
-    }
-    let rim = rim(mesh, &facets);
-    let planes = check_rim(builder, place, (region, *open, drive), mesh, &rim)?;
-    let Some(field) = volume_field(mesh, &facets, planes.as_ref().unwrap_or(&Planes::default())) else {
-        let fact = format!("the rim of the surface \"{region}\" slides in parallel planes along x, y and z");
+    let (surface, wall) = wall(builder, place, name, (spec.region.as_deref(), spec.skin.as_deref()))?;
+    let rim = wall.rim(mesh);
+    let planes = check_rim(builder, place, (surface, *open, drive), mesh, &rim)?;
+    let Some(field) = volume_field(wall.middle(mesh), planes.as_ref().unwrap_or(&Planes::default())) else {
+        let fact = format!("the rim of the surface \"{surface}\" slides in parallel planes along x, y and z");
         return Err(builder.content(place, fact, "hold a part of the rim (kind = \"fixed\"), or close the surface"));
     };
-    let cavity = Arc::new(Cavity::new(name.clone(), mesh, &facets, field));
+    let cavity = Arc::new(wall.cavity(name.clone(), mesh, field));
     let rest = cavity.volume(&vec![0.0; 3 * mesh.points.len()]);
     if rim.is_empty() && rest <= 0.0 {
-        let fact = format!("the surface \"{region}\" encloses {:.4} mm^3: the body is inside of it", rest * 1e9);
+        let fact = format!("the surface \"{surface}\" encloses {:.4} mm^3: the body is inside of it", rest * 1e9);
         return Err(builder.content(place, fact, "take the surface of a hollow, with the body around it"));
     }
     if !rim.is_empty() {
@@ -119,17 +112,18 @@ pub(in crate::scene) fn build_cavity(
     let drive = match drive {
         CavityDriveSpec::Pressure { signal } => {
             let pressure = builder.signal(place, format!("{name}_imposed_pressure_Pa"), signal, Dimension::PRESSURE)?;
-            builder.effects.push(match &planes {
-                Some(_) => Box::new(CavityPressure { cavity: cavity.clone(), pressure: pressure.clone() }),
-                None => Box::new(OpenCavityPressure::new(cavity.clone(), mesh, &facets, pressure.clone())),
+            builder.effects.push(match (&planes, &wall) {
+                (None, Wall::Facets(facets)) => {
+                    Box::new(OpenCavityPressure::new(cavity.clone(), mesh, facets, pressure.clone()))
+                }
+                _ => Box::new(CavityPressure { cavity: cavity.clone(), pressure: pressure.clone() }),
             });
             Drive::Prescribed(pressure)
         }
         CavityDriveSpec::Volume { signal } => {
             let growth = builder.signal(place, format!("{name}_growth_m3"), signal, Dimension::VOLUME)?;
             // The sphere of this area holds more than any other surface
-            let area: f64 = facets.iter().map(|&f| mesh.facet_area(f as usize)).sum();
-            let scale = area.powf(1.5) / (6.0 * PI.sqrt());
+            let scale = wall.area(mesh).powf(1.5) / (6.0 * PI.sqrt());
             builder.constraints.push(Box::new(CavityVolume { cavity: cavity.clone(), growth, rest, scale }));
             Drive::Multiplier(builder.constraints.len() - 1)
         }
@@ -204,9 +198,7 @@ fn check_rim(
 
 /// The field that measures the volume. It starts in a plane, and in the middle where that is free: short cones, small rounding.
 /// Nothing of it flows through parallel planes; none where there are such planes along every axis.
-fn volume_field(mesh: &TetMesh, facets: &[u32], planes: &Planes) -> Option<VolumeField> {
-    let nodes: Vec<u32> = facets.iter().flat_map(|&f| mesh.facet(f as usize)).copied().collect();
-    let middle = nodes.iter().map(|&n| mesh.points[n as usize]).sum::<Vec3>() / nodes.len() as f64;
+fn volume_field(middle: Vec3, planes: &Planes) -> Option<VolumeField> {
     let origin = Vec3::from_fn(|k, _| if let [level] = planes[k][..] { level } else { middle[k] });
     VolumeField::across(origin, std::array::from_fn(|k| planes[k].len() > 1))
 }

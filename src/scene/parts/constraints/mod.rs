@@ -3,6 +3,7 @@
 
 mod cable;
 mod cavity;
+mod cavity_wall;
 mod drive;
 mod fixed;
 mod part;

@@ -1,6 +1,6 @@
 //! Effect `edge_springs`: springs on the edges of a mesh, for comparison with other simulators.
 
-use super::part::EffectPart;
+use super::part::{EffectPart, OverlapSpec};
 use crate::effect::{CellPoints, EdgeSprings};
 use crate::mesh::Order;
 use crate::scene::builder::Builder;
@@ -20,6 +20,8 @@ pub struct EdgeSpringsSpec {
     /// Young's modulus that the springs are to imitate
     #[serde(rename = "E")]
     pub modulus: Option<Modulus>,
+    /// In cells of another elastic effect; refused if absent
+    pub overlap: Option<OverlapSpec>,
 }
 
 impl EffectPart for EdgeSpringsSpec {
@@ -50,6 +52,10 @@ impl EffectPart for EdgeSpringsSpec {
             (Some(k), _) => format!("region {}, {} N/m on every edge", self.region, k.0),
             (None, modulus) => format!("region {}, E = {} Pa", self.region, modulus.map_or(0.0, |e| e.0)),
         }
+    }
+
+    fn resists(&self) -> Option<(&str, bool)> {
+        Some((&self.region, self.overlap.is_some()))
     }
 
     fn no_limit(&self) -> Option<&'static str> {

@@ -1,6 +1,6 @@
 //! Effect `elastic`: a law on the cells of a region, in one of the formulations.
 
-use super::part::EffectPart;
+use super::part::{EffectPart, OverlapSpec};
 use crate::effect::{Elastic, MeanDilatation, MixedElastic, pressure_hosts};
 use crate::mesh::Order;
 use crate::scene::builder::{Builder, ElasticLaw};
@@ -16,6 +16,8 @@ pub struct ElasticSpec {
     pub law: String,
     #[serde(default)]
     pub formulation: FormulationSpec,
+    /// In cells of another elastic effect; refused if absent
+    pub overlap: Option<OverlapSpec>,
 }
 
 /// Formulation of a law in the elements.
@@ -65,7 +67,7 @@ impl ElasticSpec {
 
 impl EffectPart for ElasticSpec {
     fn build(&self, place: &str, builder: &mut Builder) -> Result<Box<dyn Effect>, SceneError> {
-        let Self { region, law, formulation } = self;
+        let Self { region, law, formulation, .. } = self;
         let (mesh, cells) = (&builder.body.mesh, builder.cells(place, region)?);
         let (name, built) = ("elastic".to_string(), builder.law(place, law)?);
         let info = built.info().name;
@@ -99,7 +101,12 @@ impl EffectPart for ElasticSpec {
     }
 
     fn words(&self) -> String {
-        format!("region {}, law {}, formulation {}", self.region, self.law, self.formulation.name())
+        let added = if self.overlap.is_some() { ", added" } else { "" };
+        format!("region {}, law {}, formulation {}{added}", self.region, self.law, self.formulation.name())
+    }
+
+    fn resists(&self) -> Option<(&str, bool)> {
+        Some((&self.region, self.overlap.is_some()))
     }
 }
 

@@ -29,6 +29,7 @@ use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
 use crate::scene::kind::registry;
 use part::EffectPart;
+pub use part::OverlapSpec;
 use std::collections::BTreeMap;
 
 registry! {
@@ -53,6 +54,11 @@ impl EffectSpec {
     /// Its keys in words: `region body, law rubber, formulation mixed`.
     pub fn words(&self) -> String {
         self.part().words()
+    }
+
+    /// The region whose cells it makes elastic, and whether it adds to another effect there.
+    pub(in crate::scene) fn resists(&self) -> Option<(&str, bool)> {
+        self.part().resists()
     }
 
     /// Whether it acts on velocities or accelerations, so that it is at rest in static stages.

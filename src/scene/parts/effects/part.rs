@@ -3,6 +3,7 @@
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
 use crate::system::Effect;
+use serde::Deserialize;
 
 /// Specification of an effect, with its construction and description.
 pub(in crate::scene) trait EffectPart {
@@ -11,6 +12,11 @@ pub(in crate::scene) trait EffectPart {
 
     /// Its keys in words: `region body, law rubber, formulation mixed`.
     fn words(&self) -> String;
+
+    /// The region whose cells it makes elastic, and whether it adds to another effect there.
+    fn resists(&self) -> Option<(&str, bool)> {
+        None
+    }
 
     /// Whether it acts on velocities or accelerations, so that it is at rest in static stages.
     fn needs_rates(&self) -> bool {
@@ -34,4 +40,12 @@ pub(in crate::scene) trait EffectPart {
     fn no_limit(&self) -> Option<&'static str> {
         None
     }
+}
+
+/// Stiffness of an effect in cells where another one is elastic too.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub enum OverlapSpec {
+    /// It is added to that of the other effect
+    Add,
 }

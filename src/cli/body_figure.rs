@@ -1,0 +1,54 @@
+//! The picture of a scene at rest as a file: its regions, what is held, and its cables.
+
+use durometer::mesh::Region;
+use durometer::mesh::boundary::{boundary_facets, facet_cells};
+use durometer::report::body::{BodyPicture, draw};
+use durometer::report::{ReportError, export, files};
+use durometer::scene::Scene;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+/// Writes the picture as SVG, PNG or PDF, by the ending of the file.
+pub fn write(path: &Path, scene: &Scene) -> Result<(), Box<dyn std::error::Error>> {
+    let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let encode: fn(&str, &str) -> Result<Vec<u8>, ReportError> = match ending.as_str() {
+        "svg" => |_, svg| Ok(svg.as_bytes().to_vec()),
+        "png" => export::png,
+        "pdf" => export::pdf,
+        _ => return Err(format!("{}: a figure ends in .svg, .png or .pdf; give one of them", path.display()).into()),
+    };
+    let figure = draw("regions", &picture(scene));
+    files::write(path, &encode(&figure.name, &figure.svg)?)?;
+    Ok(())
+}
+
+fn picture(scene: &Scene) -> BodyPicture {
+    let mesh = &scene.body.mesh;
+    let facets = boundary_facets(mesh);
+    let cells = facet_cells(mesh);
+    let number: BTreeMap<u32, usize> = facets.iter().enumerate().map(|(t, &f)| (f, t)).collect();
+    let place = |k: &u32| -> [f64; 3] { mesh.points[*k as usize].into() };
+    let on_surface = |region: &Region| -> Vec<usize> {
+        let of_cells: BTreeSet<u32> = region.cells.iter().copied().collect();
+        let is_own = |f: &u32| region.facets.binary_search(f).is_ok() || of_cells.contains(&cells[*f as usize].0);
+        facets.iter().filter(|f| is_own(f)).map(|f| number[f]).collect()
+    };
+    let whole = |name: &str| ["body", "skin"].iter().any(|end| name == *end || name.ends_with(&format!(".{end}")));
+    let is_own = |name: &str| scene.spec.mesh.regions.contains_key(name);
+    let mut shown: Vec<(&String, &Region)> = scene.regions.iter().filter(|(name, _)| !whole(name)).collect();
+    // Those of the file over those of the mesh
+    shown.sort_by_key(|(name, _)| is_own(name));
+    let (of_nodes, of_facets): (Vec<_>, Vec<_>) = shown.into_iter().partition(|(_, region)| !region.nodes.is_empty());
+    let held: BTreeSet<u32> = scene.system.prescribed.iter().map(|p| p.dof / 3).collect();
+    let triangles = facets.iter().map(|&f| [0, 1, 2].map(|k| mesh.facet(f as usize)[k])).collect();
+    let path = |x: &[f64], k: usize| scene.cables[k].cable.polyline(x).into_iter().map(Into::into).collect();
+    let rest = scene.system.rest();
+    BodyPicture {
+        points: mesh.points.iter().map(|p| (*p).into()).collect(),
+        triangles,
+        regions: of_facets.into_iter().map(|(name, region)| (name.clone(), on_surface(region))).collect(),
+        nodes: of_nodes.into_iter().map(|(name, r)| (name.clone(), r.nodes.iter().map(place).collect())).collect(),
+        held: held.iter().filter(|&&k| (k as usize) < mesh.points.len()).map(place).collect(),
+        cables: (0..scene.cables.len()).map(|k| (scene.cables[k].name.clone(), path(&rest.x, k))).collect(),
+    }
+}

@@ -1,0 +1,174 @@
+//! The wall of a cavity: facets of a region, facets that a skin lies on, or the triangles of a skin that lies on none.
+
+use crate::effect::{Cavity, VolumeField};
+use crate::math::tensor::Vec3;
+use crate::mesh::TetMesh;
+use crate::mesh::boundary::boundary_facets;
+use crate::mesh::closed_surface::{NotClosed, closed, enclosed, matched};
+use crate::mesh::distance::Nearest;
+use crate::mesh::error::point;
+use crate::mesh::rim::rim;
+use crate::mesh::select::pieces;
+use crate::mesh::surface_file::Surface;
+use crate::scene::builder::Builder;
+use crate::scene::error::SceneError;
+use crate::scene::skin::NamedSkin;
+use std::collections::BTreeSet;
+
+/// The surface on which the pressure of a cavity acts.
+pub(super) enum Wall {
+    /// Of the boundary
+    Facets(Vec<u32>),
+    /// Closed and turned outward of the volume that it encloses; it follows the body.
+    Skin { surface: Surface, weights: Vec<Vec<(u32, f64)>> },
+}
+
+impl Wall {
+    /// Edges that belong to one facet only.
+    pub fn rim(&self, mesh: &TetMesh) -> Vec<Vec<u32>> {
+        match self {
+            Self::Facets(facets) => rim(mesh, facets),
+            Self::Skin { .. } => Vec::new(),
+        }
+    }
+
+    /// The mean of the nodes or vertices, each as often as it is a corner \[m\].
+    pub fn middle(&self, mesh: &TetMesh) -> Vec3 {
+        let places: Vec<Vec3> = match self {
+            Self::Facets(facets) => {
+                facets.iter().flat_map(|&f| mesh.facet(f as usize)).map(|&n| mesh.points[n as usize]).collect()
+            }
+            Self::Skin { surface, .. } => {
+                surface.triangles.iter().flatten().map(|&k| surface.points[k as usize]).collect()
+            }
+        };
+        places.iter().sum::<Vec3>() / places.len() as f64
+    }
+
+    /// \[m²\]
+    pub fn area(&self, mesh: &TetMesh) -> f64 {
+        match self {
+            Self::Facets(facets) => facets.iter().map(|&f| mesh.facet_area(f as usize)).sum(),
+            Self::Skin { surface, .. } => surface.areas().iter().sum(),
+        }
+    }
+
+    /// The cavity behind it.
+    pub fn cavity(&self, name: String, mesh: &TetMesh, field: VolumeField) -> Cavity {
+        match self {
+            Self::Facets(facets) => Cavity::new(name, mesh, facets, field),
+            Self::Skin { surface, weights } => {
+                Cavity::on_surface(name, (&surface.points, &surface.triangles), weights, field)
+            }
+        }
+    }
+}
+
+/// The wall that a specification names, and its name for messages.
+pub(super) fn wall<'a>(
+    builder: &mut Builder,
+    place: &str,
+    cavity: &str,
+    region_or_skin: (Option<&'a str>, Option<&'a str>),
+) -> Result<(&'a str, Wall), SceneError> {
+    match region_or_skin {
+        (Some(region), None) => Ok((region, Wall::Facets(of_region(builder, place, region)?))),
+        (None, Some(skin)) => Ok((skin, of_skin(builder, place, cavity, skin)?)),
+        _ => {
+            let fact = "a cavity has one wall";
+            Err(builder.content(place, fact, "give either `region` (facets of the mesh) or `skin` (a closed surface)"))
+        }
+    }
+}
+
+fn of_region(builder: &Builder, place: &str, region: &str) -> Result<Vec<u32>, SceneError> {
+    let mesh = &builder.body.mesh;
+    let facets = builder.region(place, region)?.facets.clone();
+    if facets.is_empty() {
+        let fact = format!("region \"{region}\" holds no facets");
+        return Err(builder.content(place, fact, "a cavity is a part of the surface: take a facet region"));
+    }
+    let boundary = boundary_facets(mesh);
+    if let Some(&f) = facets.iter().find(|f| boundary.binary_search(f).is_err()) {
+        let at = point(&mesh.points[mesh.facet(f as usize)[0] as usize]);
+        let fact = format!("the facet at {at} has the body on both sides");
+        return Err(builder.content(place, fact, "take facets of the boundary only"));
+    }
+    Ok(facets)
+}
+
+/// Its facets, where every triangle lies on one; the skin itself otherwise.
+fn of_skin(builder: &mut Builder, place: &str, cavity: &str, name: &str) -> Result<Wall, SceneError> {
+    let (body, skin) = (builder.body.clone(), builder.skin(place, name)?);
+    let (mesh, surface) = (&body.mesh, &skin.surface);
+    let found = matched(mesh, surface, skin.reach);
+    let loose = found.iter().filter(|f| f.is_none()).count();
+    if loose == 0 {
+        let mut facets: Vec<u32> = found.into_iter().flatten().collect();
+        facets.sort_unstable();
+        builder.notes.push(format!("{cavity}: the skin {name} lies on {} facets, which are its wall", facets.len()));
+        return Ok(Wall::Facets(facets));
+    }
+    let triangles = closed(surface).map_err(|NotClosed { edges, at }| match edges {
+        0 => {
+            let fact = format!("the triangles of the skin \"{name}\" cannot be turned the same way at {}", point(&at));
+            builder.content(place, fact, "a cavity needs a surface with two sides: repair it")
+        }
+        _ => {
+            let fact =
+                format!("the skin \"{name}\" is not closed: {edges} edges are open, one of them at {}", point(&at));
+            builder.content(place, fact, "close the surface, or give facets of the mesh as `region`")
+        }
+    })?;
+    let surface = Surface { triangles, ..surface.clone() };
+    let (words, weights) = (mapping(mesh, skin, &surface), skin.weights.clone());
+    let words = words.map_err(|at| {
+        let fact = format!("the skin \"{name}\" has the body inside of it, at {}", point(&at));
+        builder.content(place, fact, "take the surface of a hollow, with the body around it")
+    })?;
+    let of = found.len();
+    builder.notes.push(format!(
+        "{cavity}: {loose} of {of} triangles of the skin {name} lie on no facet; it follows the body: {words}"
+    ));
+    Ok(Wall::Skin { surface, weights })
+}
+
+/// The error of the mapping in words: distances from the surface of the body, and volumes. Fails with a place where most of the skin
+/// looks out of the body.
+fn mapping(mesh: &TetMesh, skin: &NamedSkin, surface: &Surface) -> Result<String, Vec3> {
+    let facets = boundary_facets(mesh);
+    let corners = facets.iter().map(|&f| [0, 1, 2].map(|k| mesh.facet(f as usize)[k])).collect();
+    let boundary = Surface { points: mesh.points.clone(), triangles: corners };
+    let nearest = Nearest::new(&boundary).expect("a body has a surface");
+    let (mut square, mut furthest, mut facing) = (0.0, 0.0_f64, 0.0);
+    let mut hit = BTreeSet::new();
+    for t in &surface.triangles {
+        let [a, b, c] = t.map(|k| surface.points[k as usize]);
+        let (area, near) = ((b - a).cross(&(c - a)) / 2.0, nearest.of(&((a + b + c) / 3.0)));
+        let facet = facets[near.triangle as usize];
+        facing += area.dot(&mesh.facet_normal(facet as usize, [1.0 / 3.0; 2]).normalize());
+        square += area.norm() * near.distance.powi(2);
+        furthest = [a, b, c].iter().map(|p| nearest.of(p).distance).fold(furthest.max(near.distance), f64::max);
+        hit.insert(facet);
+    }
+    if facing > 0.0 {
+        return Err(surface.points[surface.triangles[0][0] as usize]);
+    }
+    let rms = (square / surface.areas().iter().sum::<f64>()).sqrt();
+    let volume = enclosed(&surface.points, &surface.triangles);
+    let is_hit = |facets: &[u32]| facets.iter().any(|f| hit.contains(f));
+    let hollow: f64 = pieces(mesh).iter().filter(|p| p.volume < 0.0 && is_hit(&p.facets)).map(|p| -p.volume).sum();
+    let against = match hollow > 0.0 {
+        true => {
+            format!(", the hollow of the body {:.4} mm^3 ({:+.3} %)", hollow * 1e9, (volume / hollow - 1.0) * 100.0)
+        }
+        false => ", and no hollow of the body is closed".into(),
+    };
+    Ok(format!(
+        "vertices up to {:.4} mm outside of the body, the skin up to {:.4} mm ({:.4} mm rms) from its surface; the skin holds {:.4} mm^3{against}",
+        skin.outside * 1e3,
+        furthest * 1e3,
+        rms * 1e3,
+        volume * 1e9
+    ))
+}
