@@ -102,7 +102,7 @@ pub struct Piece {
     pub volume: f64,
 }
 
-/// The pieces of the boundary, the one with the largest area first. Where more than two facets share an edge, the surface touches itself
+/// The pieces of the boundary, the one with the largest area first. Where more than two facets share an edge, the surface is in contact with itself
 /// and is not joined there.
 pub fn pieces(mesh: &TetMesh) -> Vec<Piece> {
     let facets = boundary_facets(mesh);
