@@ -58,6 +58,7 @@ mod describe;
 mod energy_balance;
 mod error;
 pub mod error_estimate;
+mod extreme;
 mod fields;
 mod grid;
 mod kind;
@@ -100,6 +101,7 @@ pub use error::{Mistake, SceneError, hint};
 pub use error_estimate::{
     CellErrors, Enrichment, ErrorEstimate, ErrorEstimator, EstimateError, QuantityError, path_dependence,
 };
+pub use extreme::{Extreme, ExtremeKind, extreme};
 pub use linear::{LinearSpec, LinearWork, MemorySpec};
 pub use mesh_spec::ElementSpec;
 pub use open::{open_scene, parse_scene};

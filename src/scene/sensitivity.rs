@@ -116,7 +116,12 @@ impl<'a> Sensitivity<'a> {
 
     /// Derivatives at the end of a step, where it is recorded: \[columns × constants\], in the unit of the column per SI
     /// unit of the constant.
-    pub(super) fn step(&mut self, step: &AcceptedStep, recorded: bool) -> Result<Option<Vec<Vec<f64>>>, Failure> {
+    pub(super) fn step(
+        &mut self,
+        step: &AcceptedStep,
+        memory: &[f64],
+        recorded: bool,
+    ) -> Result<Option<Vec<Vec<f64>>>, Failure> {
         let AcceptedStep { integrator, past, now, .. } = *step;
         if !recorded && integrator.is_static() && now.history.is_empty() {
             return Ok(None);
@@ -127,7 +132,8 @@ impl<'a> Sensitivity<'a> {
             return Ok(None);
         }
         let reactions = self.solver.reactions(&step, now)?;
-        let gradients = self.scene.recorders().filter_map(|r| r.gradients(&self.scene.body, now)).flatten();
+        let recorders = self.scene.with_memories(memory);
+        let gradients = recorders.filter_map(|(r, memory)| r.gradients(&self.scene.body, now, memory)).flatten();
         let derivatives = |gradient: Gradient| {
             let all = self.solver.changes.iter().zip(&reactions);
             all.map(|(change, reaction)| gradient.along(change, reaction)).collect()

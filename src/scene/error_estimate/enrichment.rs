@@ -129,9 +129,10 @@ impl EnrichedScene {
         let mut keep = |state: &State| end = Some(state.clone());
         let run = self.scene.run_with(RunOptions { on_state: Some(&mut keep), ..RunOptions::default() });
         self.scene.spans = whole;
-        match (run.status, run.rows.last(), end) {
-            (Status::Converged, Some(row), Some(end)) => {
-                Ok(Solved { start, end, values: row.clone(), factorisations: run.factorisations })
+        let values = run.rows.into_iter().zip(run.memories).next_back();
+        match (run.status, values, end) {
+            (Status::Converged, Some((values, memory)), Some(end)) => {
+                Ok(Solved { start, end, values, memory, factorisations: run.factorisations })
             }
             (status, ..) => Err(EstimateError::NotSolved { t, status: status.name() }),
         }

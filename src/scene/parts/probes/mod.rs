@@ -10,6 +10,7 @@ mod part;
 mod position;
 mod reaction;
 mod stretch;
+mod winding;
 
 pub use bending_angle::BendingAngle;
 pub use energy::Energy;
