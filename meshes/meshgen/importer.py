@@ -1,20 +1,16 @@
 """The body `file`: CAD (STEP, IGES, BREP), closed surfaces (STL, OBJ, …), volume meshes that meshio reads."""
 
-import math
 from pathlib import Path
 
 import gmsh
 import numpy as np
 
-from . import surface
 from .errors import BadRequest, MesherFailed
 from .geometry import MM, Geometry, boundary_faces
 from .mesh import assemble, boundary
 from .request import Request
 
 CAD = (".step", ".stp", ".iges", ".igs", ".brep")
-SURFACE = (".stl", ".obj", ".ply", ".off")
-CREASE = math.radians(40)  # a surface is cut into faces where it bends by more
 FLAT_CELLS = {"vertex", "line", "line3", "triangle", "triangle6"}
 
 
@@ -23,7 +19,7 @@ def is_mesh(request: Request) -> bool:
     path = Path(request.parameters["path"])
     if not path.is_file():
         raise BadRequest(f"no file {path}", "check parameters.path")
-    if path.suffix.lower() in CAD + SURFACE:
+    if path.suffix.lower() in CAD or request.is_surface():
         return False
     if request.length or request.cells or request.generator != "gmsh" or request.levels or request.grading or request.size_field:
         raise BadRequest(f"{path.name} is a volume mesh: it is taken over, not meshed again", "drop size, grading and generator")
@@ -31,15 +27,11 @@ def is_mesh(request: Request) -> bool:
 
 
 def read_geometry(request: Request) -> Geometry:
-    """Load a CAD or surface file into the current gmsh model, in mm."""
+    """Load a CAD file into the current gmsh model, in mm."""
     if not (request.length or request.cells or request.cgal):
         raise BadRequest("no size", "give size.length or size.cells")
     path, scale = Path(request.parameters["path"]), request.parameters["unit_m"] / MM
-    if path.suffix.lower() in CAD:
-        return named(read_cad(path, scale))
-    if request.order == 2:
-        raise BadRequest(f"{path.name} has no CAD behind it to curve the cells on", "use order 1, or a STEP file")
-    return named(read_surface(path, scale))
+    return named(read_cad(path, scale))
 
 
 def named(geometry: Geometry) -> Geometry:
@@ -72,31 +64,6 @@ def read_cad(path: Path, scale: float) -> Geometry:
         occ.fragment(volumes, [])
     occ.synchronize()
     return Geometry([tag for _, tag in gmsh.model.getEntities(3)], {})
-
-
-def read_surface(path: Path, scale: float) -> Geometry:
-    """The volume inside a closed triangle surface, cut into faces along its creases."""
-    raw = load(path)
-    kinds = {block.type for block in raw.cells}
-    if "triangle" not in kinds or kinds - FLAT_CELLS:
-        raise BadRequest(f"{path.name} must be made of triangles; it has {', '.join(sorted(kinds)) or 'nothing'}", "triangulate it")
-    triangles = np.concatenate([block.data for block in raw.cells if block.type == "triangle"])
-    points, triangles = surface.merged(np.asarray(raw.points, float) * scale, triangles)
-    triangles = surface.oriented(points, triangles)
-
-    def rebuild() -> int:
-        gmsh.clear()
-        part = gmsh.model.addDiscreteEntity(2)
-        gmsh.model.mesh.addNodes(2, part, range(1, len(points) + 1), points.ravel())
-        gmsh.model.mesh.addElementsByType(part, 2, [], triangles.ravel() + 1)
-        gmsh.model.mesh.classifySurfaces(CREASE, True, True, math.pi)
-        gmsh.model.mesh.createGeometry()
-        loop = gmsh.model.geo.addSurfaceLoop([tag for _, tag in gmsh.model.getEntities(2)])
-        volume = gmsh.model.geo.addVolume([loop])
-        gmsh.model.geo.synchronize()
-        return volume
-
-    return Geometry([rebuild()], {}, volume=surface.volume(points, triangles), rebuild=rebuild)
 
 
 def load(path: Path):

@@ -2,11 +2,12 @@
 
 import difflib
 import json
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 import numpy as np
 
-from . import bodies
+from . import bodies, surface_file
 from .errors import BadRequest
 
 GENERATORS = ("gmsh", "cgal")
@@ -34,6 +35,14 @@ class Request:
     cgal: dict = field(default_factory=dict)
     size_field: dict = field(default_factory=dict)
     raw: dict = field(default_factory=dict)
+
+    def is_surface(self) -> bool:
+        """Whether the body is the inside of a surface file."""
+        return self.body == "file" and Path(self.parameters["path"]).suffix.lower() in surface_file.READERS
+
+    def linear(self) -> "Request":
+        """The same request for cells of order 1."""
+        return replace(self, order=1)
 
 
 def read(text: str) -> Request:
@@ -89,8 +98,8 @@ def check_combination(request: Request) -> None:
     if request.generator == "cgal":
         if not sized and not all(name in request.cgal for name in CGAL_LENGTHS):
             raise BadRequest("no size", f"give size.length, size.cells, or all of cgal's {', '.join(CGAL_LENGTHS)}")
-        if request.order == 2 or request.levels or request.grading or request.size_field:
-            raise BadRequest("cgal makes uniform order-1 meshes only", "drop order, levels, grading and size field, or use gmsh")
+        if (request.order == 2 and not request.is_surface()) or request.levels or request.grading or request.size_field:
+            raise BadRequest("cgal makes uniform meshes only, and of CAD only order 1", "drop order, levels, grading and size field, or use gmsh")
     elif request.cgal:
         raise BadRequest("cgal criteria given, but the generator is gmsh", 'set generator = "cgal" or drop them')
     elif not sized and request.body != "file":

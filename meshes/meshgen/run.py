@@ -2,7 +2,7 @@
 
 import time
 
-from . import bodies, gmsh_driver, importer, manifest, write
+from . import bodies, gmsh_driver, importer, manifest, surface_mesh, write
 from .request import Request
 
 
@@ -23,6 +23,8 @@ def run(request: Request) -> dict:
 
 def generate(request: Request) -> tuple:
     """Mesh a CAD or surface: (mesh, its volume [m³], paths [mm], notes)."""
+    if request.is_surface():
+        return surface_mesh.mesh(request)
     with gmsh_driver.session(request.seed):
         if request.body == "file":
             geometry = importer.read_geometry(request)

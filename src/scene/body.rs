@@ -7,7 +7,7 @@ use super::mesh_spec::{ElementSpec, GeneratorSpec, MeshSpec};
 use crate::math::units::{self, Dimension};
 use crate::mesh::generate::body::Body as Declared;
 use crate::mesh::generate::{
-    CablePath, GenerateError, Generator, Grading, MeshRequest, MeshStore, Size, SizeField, Source,
+    CablePath, GenerateError, Generator, Grading, MeshRequest, MeshStore, Size, SizeField, Source, TIME_LIMIT_S,
 };
 use crate::mesh::{self, Order, TetMesh};
 use sha2::{Digest, Sha256};
@@ -193,13 +193,14 @@ fn check_refine(file: &Path, spec: &MeshSpec) -> Result<(), SceneError> {
 }
 
 /// Keys of meshes that a mesher makes, and whether they are given.
-fn made(spec: &MeshSpec) -> [(&'static str, bool); 5] {
+fn made(spec: &MeshSpec) -> [(&'static str, bool); 6] {
     [
         ("levels", spec.levels > 0),
         ("grading", !spec.grading.is_empty()),
         ("seed", spec.seed > 0),
         ("cgal", !spec.cgal.is_empty()),
         ("generator", spec.generator != GeneratorSpec::default()),
+        ("time_limit", spec.time_limit.is_some()),
     ]
 }
 
@@ -249,6 +250,9 @@ fn request_from(file: &Path, spec: &MeshSpec, store: Option<&MeshStore>) -> Resu
         (None, None) if !spec.cgal.is_empty() => None,
         _ => return Err(content(file, "neither `cells` nor `size` is given, or both are", "give one of them")),
     };
+    if let Some(limit) = spec.time_limit.filter(|limit| limit.0 <= 0.0) {
+        return Err(content(file, format!("time_limit = {} s", limit.0), "it must be positive"));
+    }
     let grading = spec
         .grading
         .iter()
@@ -269,6 +273,7 @@ fn request_from(file: &Path, spec: &MeshSpec, store: Option<&MeshStore>) -> Resu
         optimise: true,
         cgal: spec.cgal.iter().map(|(k, v)| (k.clone(), json(v))).collect(),
         field: None,
+        time_limit_s: spec.time_limit.map_or(TIME_LIMIT_S, |limit| limit.0),
     })
 }
 

@@ -2,7 +2,7 @@
 
 use super::kind::by_kind;
 use super::parts::selectors::SelectorSpec;
-use super::quantity::{Angle, Length};
+use super::quantity::{Angle, Length, Time};
 use super::shape::TurnSpec;
 use crate::math::units::{self, Dimension};
 use serde::Deserialize;
@@ -19,7 +19,7 @@ pub struct MeshSpec {
     /// Dimensions of the body that differ from its defaults, by name
     #[serde(default)]
     pub parameters: BTreeMap<String, String>,
-    /// Number of cells, met within 2 %
+    /// Number of cells, met within 2 %, or within 10 % where the count jumps
     pub cells: Option<usize>,
     /// Edge length
     pub size: Option<Length>,
@@ -38,6 +38,8 @@ pub struct MeshSpec {
     /// CGAL's criteria by its names
     #[serde(default)]
     pub cgal: BTreeMap<String, toml::Value>,
+    /// After which the mesher is ended
+    pub time_limit: Option<Time>,
     pub file: Option<PathBuf>,
     /// Unit of length of the file
     pub unit: Option<String>,

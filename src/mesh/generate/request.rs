@@ -35,6 +35,16 @@ pub struct MeshRequest {
     /// Factor of the edge length in space (gmsh)
     #[serde(default)]
     pub field: Option<SizeField>,
+    /// After which the mesher is ended \[s\]; no part of the hash
+    #[serde(default = "time_limit")]
+    pub time_limit_s: f64,
+}
+
+/// Longest time of the mesher for one mesh \[s\], unless the request has another.
+pub const TIME_LIMIT_S: f64 = 600.0;
+
+fn time_limit() -> f64 {
+    TIME_LIMIT_S
 }
 
 /// The geometry.
@@ -89,6 +99,7 @@ impl MeshRequest {
             optimise: true,
             cgal,
             field: None,
+            time_limit_s: TIME_LIMIT_S,
         }
     }
 

@@ -101,9 +101,12 @@ impl MeshStore {
         let made = stored.is_none();
         let path = match stored {
             Some(path) => path,
-            None => self.make(json, &name, progress)?,
+            None => self.make(json, &name, request.time_limit_s, progress)?,
         };
         let manifest = read_manifest(&manifest_path(&path))?;
+        if !made {
+            manifest.repairs.iter().for_each(|repair| progress(&format!("repaired: {repair}")));
+        }
         Ok(Generated { mesh: read(&path, 1.0)?, manifest, name, path, made })
     }
 
@@ -128,6 +131,7 @@ impl MeshStore {
         &self,
         mut json: serde_json::Value,
         name: &str,
+        limit_s: f64,
         progress: &mut dyn FnMut(&str),
     ) -> Result<PathBuf, GenerateError> {
         static CALLS: AtomicU32 = AtomicU32::new(0);
@@ -137,7 +141,7 @@ impl MeshStore {
         let part = cache.join(format!(".{name}-{}-{call}.msh.gz", std::process::id()));
         let target = cache.join(format!("{name}.msh.gz"));
         json["output"] = serde_json::json!(part);
-        let answer = self.mesher().call(&json, name, progress).and_then(|answer| {
+        let answer = self.mesher().call(&json, name, limit_s, progress).and_then(|answer| {
             let manifest = manifest_path(&part);
             let bad = |e: serde_json::Error| GenerateError::Manifest { file: manifest.clone(), fact: e.to_string() };
             let mut value: serde_json::Value = serde_json::from_str(&answer).map_err(bad)?;
