@@ -6,28 +6,31 @@
 
 use super::TetMesh;
 use super::boundary::{boundary_facets, facet_cells};
-use super::embed::{EmbedError, closest_on_triangle, embed};
+use super::embed::{EmbedError, distance_to_facet, locate};
 use crate::math::tensor::{Mat3, Vec3};
 use rayon::prelude::*;
 
 /// (node, weight) of each point; the first that is further out than `reach` \[m\] is refused.
 pub fn attach(mesh: &TetMesh, points: &[Vec3], reach: f64) -> Result<Vec<Vec<(u32, f64)>>, EmbedError> {
+    attach_each(mesh, points, reach).into_iter().collect()
+}
+
+/// The same with a refusal for each point that is further out.
+pub fn attach_each(mesh: &TetMesh, points: &[Vec3], reach: f64) -> Vec<Result<Vec<(u32, f64)>, EmbedError>> {
     let cells = facet_cells(mesh);
     let boundary: Vec<u32> = boundary_facets(mesh);
-    let one = |at: &Vec3| match embed(mesh, *at) {
-        Ok(inside) => Ok(inside.weights),
-        Err(EmbedError::Outside { distance, .. }) if distance <= reach => {
-            let off = |&f: &u32| {
-                let [a, b, c] = [0, 1, 2].map(|k| mesh.points[mesh.facet(f as usize)[k] as usize]);
-                (closest_on_triangle(*at, a, b, c) - at).norm()
-            };
-            let nearest = boundary.iter().min_by(|a, b| off(a).total_cmp(&off(b))).expect("a body has a surface");
-            Ok(continued(mesh, cells[*nearest as usize].0 as usize, *at))
+    let one = |at: &Vec3| {
+        if let Some(inside) = locate(mesh, *at) {
+            return Ok(inside.weights);
         }
-        Err(e) => Err(e),
+        let distances = boundary.iter().map(|&f| (distance_to_facet(mesh, f, *at), f));
+        let (distance, facet) = distances.min_by(|a, b| a.0.total_cmp(&b.0)).expect("a body has a surface");
+        if distance > reach {
+            return Err(EmbedError::Outside { at: *at, distance });
+        }
+        Ok(continued(mesh, cells[facet as usize].0 as usize, *at))
     };
-    // Collected first, so that the error is that of the first point whatever the thread count
-    points.par_iter().map(one).collect::<Vec<_>>().into_iter().collect()
+    points.par_iter().map(one).collect()
 }
 
 /// Barycentric coordinates by the corners of the cell, some of them negative.

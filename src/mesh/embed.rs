@@ -41,6 +41,11 @@ const INSIDE: f64 = 1e-9;
 
 /// The cell that holds `at` \[m\] and the shape functions there. On a face, the cell in which it lies deepest.
 pub fn embed(mesh: &TetMesh, at: Vec3) -> Result<Embedded, EmbedError> {
+    locate(mesh, at).ok_or_else(|| EmbedError::Outside { at, distance: distance_to_surface(mesh, at) })
+}
+
+/// As [`embed`]; None outside of the body.
+pub(super) fn locate(mesh: &TetMesh, at: Vec3) -> Option<Embedded> {
     let mut best: Option<(f64, u32, [f64; 3])> = None;
     for c in 0..mesh.cell_count() {
         let (low, high) = cell_bounds(mesh, c);
@@ -54,11 +59,9 @@ pub fn embed(mesh: &TetMesh, at: Vec3) -> Result<Embedded, EmbedError> {
             best = Some((depth, c as u32, xi));
         }
     }
-    let Some((_, cell, xi)) = best else {
-        return Err(EmbedError::Outside { at, distance: distance_to_surface(mesh, at) });
-    };
+    let (_, cell, xi) = best?;
     let n = cell_shape(mesh.order, xi);
-    Ok(Embedded { cell, xi, weights: mesh.cell(cell as usize).iter().copied().zip(n).collect() })
+    Some(Embedded { cell, xi, weights: mesh.cell(cell as usize).iter().copied().zip(n).collect() })
 }
 
 /// Bounding box of a cell; of a curved one by its Bézier points (mid-edge 2m − ½(a + b)).
@@ -89,15 +92,17 @@ pub(super) fn invert(mesh: &TetMesh, c: usize, at: Vec3) -> Option<[f64; 3]> {
 
 /// Distance \[m\] from a point to the nearest boundary facet, curved ones taken as four flat triangles.
 pub fn distance_to_surface(mesh: &TetMesh, at: Vec3) -> f64 {
-    let mut least = f64::INFINITY;
-    for f in boundary_facets(mesh) {
-        let nodes = mesh.facet(f as usize);
-        for piece in pieces(mesh.order) {
-            let [a, b, c] = piece.map(|k| mesh.points[nodes[k] as usize]);
-            least = least.min((closest_on_triangle(at, a, b, c) - at).norm());
-        }
-    }
-    least
+    boundary_facets(mesh).into_iter().map(|f| distance_to_facet(mesh, f, at)).fold(f64::INFINITY, f64::min)
+}
+
+/// Distance \[m\] from a point to a facet, a curved one taken as four flat triangles.
+pub(super) fn distance_to_facet(mesh: &TetMesh, f: u32, at: Vec3) -> f64 {
+    let nodes = mesh.facet(f as usize);
+    let away = |piece: [usize; 3]| {
+        let [a, b, c] = piece.map(|k| mesh.points[nodes[k] as usize]);
+        (closest_on_triangle(at, a, b, c) - at).norm()
+    };
+    pieces(mesh.order).iter().map(|piece| away(*piece)).fold(f64::INFINITY, f64::min)
 }
 
 /// The point of triangle abc nearest to p (Ericson, *Real-Time Collision Detection*, 2005, §5.1.5).

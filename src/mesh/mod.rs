@@ -19,6 +19,7 @@ mod msh;
 mod order;
 pub mod overlap;
 pub mod parts;
+pub mod polyline;
 pub mod quadrature;
 pub mod quality;
 mod read;

@@ -9,6 +9,7 @@ pub(super) fn check_cover(builder: &mut Builder) -> Result<(), SceneError> {
     let body = builder.body.clone();
     let mut count = vec![0u32; body.mesh.cell_count()];
     builder.gathered.points.iter().flat_map(|points| &points.cells).for_each(|&c| count[c as usize] += 1);
+    builder.rigid_cells.iter().for_each(|&c| count[c as usize] = count[c as usize].max(1));
     let (bare, twice) = (count.iter().filter(|n| **n == 0).count(), count.iter().filter(|n| **n > 1).count());
     if let Some(c) = count.iter().position(|n| *n == 0) {
         let at = point(&body.mesh.position(c, [0.25; 3]));

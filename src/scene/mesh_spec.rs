@@ -126,6 +126,8 @@ pub enum GridSpec {
     Hole { radius: Length, half_edge: Length, thickness: Length, divisions: [usize; 3] },
     /// A square plate without a quadrant: `xmin`, `xmax`, …, `zmax`; divisions across an arm, of the thickness
     Bracket { edge: Length, thickness: Length, divisions: [usize; 2] },
+    /// A tube about the z-axis: `inner`, `outer`, `zmin`, `zmax`; divisions of the wall, round it, along it
+    Tube { inner: Length, outer: Length, length: Length, divisions: [usize; 3] },
     /// A quarter of a half ball below z = 0: `top`, `far`, `xmin`, `ymin`; cells of `fine` at the origin in so many layers, then
     /// growing in so many
     HalfSpace { radius: Length, fine: Length, divisions: [usize; 2] },

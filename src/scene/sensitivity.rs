@@ -1,7 +1,7 @@
 //! Exact derivatives of recorded columns by the constants of the laws.
 //!
-//! ∂r/∂θ comes from the derivative of the law ([`crate::material::derivative`]) in every effect that takes it: elastic, viscoelastic,
-//! stiffness damping. The derivatives of the states come from [`crate::solve::Differentiator`]; here they go through the
+//! ∂r/∂θ comes from the derivative of the law ([`crate::material::derivative`]) in every effect that takes it: elastic, membrane,
+//! viscoelastic, stiffness damping. The derivatives of the states come from [`crate::solve::Differentiator`]; here they go through the
 //! recorders ([`super::Recorder::gradients`]).
 //!
 //! Limits: only the columns of recorders with a derivative, so not those of the probes `energy` and `stretch`; what else is not covered is a [`SensitivityError`].
@@ -155,6 +155,7 @@ fn terms(scene: &Scene, constant: &Constant) -> Result<Vec<ParameterDerivative>,
         along.map_err(|source| SensitivityError::Law { constant: name.clone(), source })
     };
     let (mut stressed, mut relaxing) = (scene.stressed.iter(), scene.relaxing.iter());
+    let mut membranes = scene.membranes.iter();
     let mut found = Vec::new();
     // For stiffness damping: region, and ∂/∂θ of the elastic effect there
     let mut elastic: Vec<(&str, Arc<dyn Effect>)> = Vec::new();
@@ -174,6 +175,12 @@ fn terms(scene: &Scene, constant: &Constant) -> Result<Vec<ParameterDerivative>,
                     found.push(ParameterDerivative { of, effect: effect.along(&*along()?) });
                 }
             }
+            EffectSpec::Membrane(sheet) => {
+                let effect = membranes.next().expect("one for each membrane");
+                if sheet.law == constant.law {
+                    found.push(ParameterDerivative { of, effect: effect.along(along()?) });
+                }
+            }
             _ => {}
         }
     }
@@ -186,5 +193,7 @@ fn terms(scene: &Scene, constant: &Constant) -> Result<Vec<ParameterDerivative>,
         let damping = StiffnessDamping::new(damped, spec.beta.0, spec.stiffness.into(), &mesh.points);
         found.push(ParameterDerivative { of, effect: Box::new(damping.expect("built once already")) });
     }
-    Ok(found)
+    let tied =
+        |ParameterDerivative { of, effect }| ParameterDerivative { of, effect: scene.system.ties.effect(effect) };
+    Ok(found.into_iter().map(tied).collect())
 }
