@@ -1,9 +1,10 @@
 //! Several bodies in one scene: images of the mesh, or grids of their own. Each has its whole boundary as the region `skin`.
 
-use super::body::{Body, content, has_source};
+use super::body::{Body, has_source};
 use super::error::SceneError;
 use super::error::part;
 use super::grid::{grid, mesh_hash};
+use super::mesh_file::content;
 use super::mesh_spec::{CopySpec, MeshSpec};
 use super::shape::{ShapeFault, TurnSpec};
 use crate::math::tensor::{Mat3, Vec3};
@@ -55,8 +56,8 @@ impl Body {
         }
         let mesh = side_by_side(&named).expect("there is a copy");
         let sha256 = mesh_hash(&mesh);
-        let source = base.map_or("grid".into(), |b| b.source);
-        Ok(Self { mesh, paths, source, sha256 })
+        let (source, notes) = base.map_or(("grid".into(), vec![]), |b| (b.source, b.notes));
+        Ok(Self { mesh, paths, source, sha256, notes })
     }
 }
 

@@ -41,6 +41,11 @@ pub struct MeshSpec {
     pub file: Option<PathBuf>,
     /// Unit of length of the file
     pub unit: Option<String>,
+    /// Hexahedra, wedges and pyramids of the file become tetrahedra
+    #[serde(default)]
+    pub split: bool,
+    /// Nodes of the file within this distance become one
+    pub merge: Option<Length>,
     /// Boxes cut into tetrahedra, made without a mesher
     pub grid: Option<GridSpec>,
     #[serde(default)]

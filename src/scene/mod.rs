@@ -62,6 +62,7 @@ mod fields;
 mod grid;
 mod kind;
 mod linear;
+mod mesh_file;
 mod mesh_spec;
 mod numerics;
 mod open;

@@ -79,12 +79,13 @@ def read_msh(path: str) -> dict:
     for line in section["PhysicalNames"][1:]:
         dim, tag, name = line.split(maxsplit=2)
         names[name.strip('"')] = (int(dim), int(tag))
-    _, _, surfaces, volumes = map(int, section["Entities"][0].split())
+    counts = list(map(int, section["Entities"][0].split()))
+    dims = [dim for dim, count in enumerate(counts) for _ in range(count)]
     groups = {}
-    for i, line in enumerate(section["Entities"][1:]):
-        fields = line.split()
-        groups[2 if i < surfaces else 3, int(fields[0])] = [int(tag) for tag in fields[8 : 8 + int(fields[7])]]
-    assert len(groups) == surfaces + volumes
+    for dim, line in zip(dims, section["Entities"][1:], strict=True):
+        fields = line.split()[4 if dim == 0 else 7 :]
+        groups[dim, int(line.split()[0])] = [int(tag) for tag in fields[1 : 1 + int(fields[0])]]
+    assert len(groups) == sum(counts)
     count = int(section["Nodes"][0].split()[1])
     nodes = np.array([line.split() for line in section["Nodes"][2 + count :]], float)
     elements, lines = {}, iter(section["Elements"][1:])
