@@ -6,11 +6,12 @@ import contextlib
 import gzip
 import tempfile
 import xml.etree.ElementTree as ElementTree
-from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
+from . import abaqus
+from .blocks import Blocks
 from .errors import BadRequest
 from .write import save
 
@@ -28,24 +29,29 @@ ENDINGS = {
 MOST_VALUES = 64  # integer data of the cells with more values are no regions
 
 
-@dataclass
-class Blocks:
-    """points (n, 3); cells: (gmsh's kind, rows (k, m) of nodes); sets: name -> one mask per block; node_sets: name -> nodes."""
-
-    points: np.ndarray
-    cells: list
-    sets: dict = field(default_factory=dict)
-    node_sets: dict = field(default_factory=dict)
-
-
 def run(path: str, format: str, output: str) -> dict:
     """Convert a file; returns what it holds."""
     source = Path(path)
-    blocks = by_gmsh(source) if format == "gmsh" else by_meshio(source, format)
+    blocks = read(source, format)
     if not len(blocks.points) or not any(len(rows) for _, rows in blocks.cells):
         raise BadRequest(f"{source.name} holds no cells", "check that the mesh is in the file, not only its geometry")
     save("".join(lines(blocks)).encode(), output)
     return {"nodes": len(blocks.points), "cells": sum(len(rows) for _, rows in blocks.cells)}
+
+
+def read(path: Path, format: str) -> Blocks:
+    """Read a file with the reader for its format."""
+    if format == "gmsh":
+        return by_gmsh(path)
+    if format == "abaqus":
+        with prepared(path, format) as readable:
+            return abaqus.read(readable)
+    try:
+        return by_meshio(path, format)
+    except BadRequest:
+        if format != "nastran":
+            raise
+        return by_gmsh(path)  # It takes files without BEGIN BULK
 
 
 def load(path: Path, format: str):

@@ -164,7 +164,7 @@ impl RawMesh {
         }
         let lists = self.facets.iter_mut().map(|f| &mut f.corners).chain(self.node_regions.values_mut());
         lists.chain([&mut self.cell_nodes]).flatten().for_each(|i| *i = number[*i as usize]);
-        // A node that another one stands for is in no cell, and is none that was forgotten in the file.
+        // A node that was replaced is in no cell, and does not count as one that the file left over.
         pairs.iter().for_each(|&(_, second)| self.may_be_free[second] = true);
         Ok(pairs.len())
     }
@@ -205,7 +205,7 @@ impl RawMesh {
     }
 
     /// Six times the signed volume of a tetrahedron.
-    fn volume(&self, nodes: &[u32; 4]) -> f64 {
+    pub fn volume(&self, nodes: &[u32; 4]) -> f64 {
         let [a, b, c, d] = nodes.map(|i| self.points[i as usize]);
         (b - a).cross(&(c - a)).dot(&(d - a))
     }

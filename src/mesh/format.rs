@@ -112,8 +112,7 @@ fn unpacked(file: &Path, limit: u64) -> Result<Vec<u8>, MeshError> {
 /// The format of a file; one that is not known, or in UTF-16, is refused.
 pub fn recognise(file: &Path) -> Result<Format, MeshError> {
     let data = unpacked(file, HEAD)?;
-    let refuse =
-        |fact: String, remedy: &str| Err(MeshError::Format { file: file.into(), fact, remedy: remedy.into() });
+    let refuse = |fact: String, remedy: &str| Err(MeshError::Format { file: file.into(), fact, remedy: remedy.into() });
     if data.starts_with(&[0xff, 0xfe]) || data.starts_with(&[0xfe, 0xff]) {
         return refuse("this is text in UTF-16".into(), "save it as UTF-8");
     }
@@ -138,6 +137,12 @@ pub fn recognise(file: &Path) -> Result<Format, MeshError> {
             "use for example .msh, .vtk, .vtu, .inp, .mesh, .step or .stl",
         ),
     }
+}
+
+/// Whether a name is that of a mesh, surface or CAD file, whatever its content is.
+pub fn has_name(file: &Path) -> bool {
+    let end = ending(file);
+    ["msh", "vtk", "vtu", "xdmf", "xmf"].contains(&end.as_str()) || ENDINGS.iter().any(|e| e.0 == end)
 }
 
 /// The ending of a name in lower case, without `.gz`.
@@ -168,7 +173,9 @@ fn marked(text: &str) -> Option<Format> {
         _ if tag("Xdmf") => format("XDMF", Reader::Mesher("xdmf")),
         _ if tag("dolfin") => format("DOLFIN XML", Reader::Mesher("dolfin-xml")),
         _ if begin.starts_with("ISO-10303-21") => format("STEP", Reader::Cad("step")),
-        _ if begin.contains("CASCADE Topology") || begin.starts_with("DBRep_DrawableShape") => format("BREP", Reader::Cad("brep")),
+        _ if begin.contains("CASCADE Topology") || begin.starts_with("DBRep_DrawableShape") => {
+            format("BREP", Reader::Cad("brep"))
+        }
         _ if text.get(72..73) == Some("S") && text.get(73..80).is_some_and(|n| n.trim().parse() == Ok(1)) => {
             format("IGES", Reader::Cad("iges"))
         }
@@ -189,7 +196,8 @@ fn marked(text: &str) -> Option<Format> {
 
 /// Comments and blank lines, then a keyword of Abaqus.
 fn is_abaqus(text: &str) -> bool {
-    let words = ["*heading", "*node", "*part", "*preprint", "*parameter", "*include", "*assembly", "*element", "*system"];
+    let words =
+        ["*heading", "*node", "*part", "*preprint", "*parameter", "*include", "*assembly", "*element", "*system"];
     let mut lines = text.lines().map(str::trim).filter(|l| !l.is_empty() && !l.starts_with("**"));
     lines.next().is_some_and(|line| words.iter().any(|w| line.to_ascii_lowercase().starts_with(w)))
 }

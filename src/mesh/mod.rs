@@ -3,6 +3,7 @@
 mod assemble;
 pub mod attach;
 pub mod boundary;
+pub mod census;
 mod cursor;
 pub mod curved;
 pub mod distance;
@@ -12,8 +13,8 @@ pub mod embed;
 pub mod enrich;
 pub mod error;
 pub mod flat;
-pub mod generate;
 pub mod format;
+pub mod generate;
 mod geometry;
 pub mod graded;
 mod msh;
@@ -36,8 +37,8 @@ mod vtk;
 pub mod vtu;
 pub mod wall;
 
+pub use assemble::{Changes, Reading};
 pub use error::MeshError;
 pub use order::Order;
-pub use assemble::{Changes, Reading};
 pub use read::{read, read_as};
 pub use tet_mesh::{Region, TetMesh};

@@ -8,8 +8,8 @@
 use super::assemble::RawMesh;
 use super::cursor::Cursor;
 use super::error::MeshError;
-use super::msh2;
 use super::msh_elements::{Names, add_element, group_name, kind};
+use super::msh2;
 use crate::math::tensor::Vec3;
 use std::collections::HashMap;
 use std::path::Path;

@@ -102,7 +102,7 @@ fn block(at: &mut Cursor) -> Result<Block, MeshError> {
     Ok(Block { number, count, tags: at.count(tags, 1, "the tags of an element")? })
 }
 
-/// The next element, whose kind stands before it in a text file and in the head of its block in a binary one.
+/// The next element, whose kind is given before it in a text file and in the head of its block in a binary one.
 fn element(
     at: &mut Cursor,
     block: Option<Block>,

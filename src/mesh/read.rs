@@ -20,12 +20,7 @@ pub fn read(path: &Path, unit_m: f64) -> Result<TetMesh, MeshError> {
 }
 
 /// Reads the content of one file, in gmsh's or VTK's format, under the name of another: the one it was converted from.
-pub fn read_as(
-    name: &Path,
-    path: &Path,
-    reader: Reader,
-    how: &Reading,
-) -> Result<(TetMesh, Changes), MeshError> {
+pub fn read_as(name: &Path, path: &Path, reader: Reader, how: &Reading) -> Result<(TetMesh, Changes), MeshError> {
     raw(name, path, reader)?.finish(how)
 }
 

@@ -5,11 +5,11 @@ use super::error::part;
 use super::grid::{disturb, grid, mesh_hash};
 use super::mesh_file::{content, doubtful_unit, reading, taken_over, unit_m, volume_mesh};
 use super::mesh_spec::{ElementSpec, GeneratorSpec, MeshSpec};
+use crate::mesh::format::Reader;
 use crate::mesh::generate::body::Body as Declared;
 use crate::mesh::generate::{
     CablePath, GenerateError, Generator, Grading, MeshRequest, MeshStore, Size, SizeField, Source,
 };
-use crate::mesh::format::Reader;
 use crate::mesh::{self, Order, TetMesh};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -29,7 +29,7 @@ pub struct Body {
     pub source: String,
     /// SHA-256 of the file
     pub sha256: String,
-    /// Remarks on what was done to the content of the file, and on its size
+    /// Notes on changes to the content of the file, and on its size
     pub notes: Vec<String>,
 }
 
@@ -48,9 +48,9 @@ impl Body {
         store: Option<&MeshStore>,
         progress: &mut dyn FnMut(&str),
     ) -> Result<Self, SceneError> {
-        let mut body = match spec.copies[..] {
+        let mut body = match spec.parts[..] {
             [] => Self::sound(file, spec, store, progress)?,
-            _ => Self::of_copies(file, spec, store, progress)?,
+            _ => Self::of_parts(file, spec, store, progress)?,
         };
         if let Some(worse) = &spec.disturb {
             disturb(file, worse, &mut body.mesh)?;
@@ -188,7 +188,7 @@ fn check_refine(file: &Path, spec: &MeshSpec) -> Result<(), SceneError> {
         (!positive(refine.tolerance) || !positive(refine.absolute_tolerance), "a tolerance must be positive"),
         (refine.meshes == 0, "`meshes` must be at least 1"),
         (spec.generator == GeneratorSpec::Cgal, "CGAL takes no size field; use generator = \"gmsh\""),
-        (!spec.copies.is_empty(), "copies are not refined; refine the mesh of one body"),
+        (!spec.parts.is_empty(), "several bodies are not refined; refine the mesh of one"),
         (spec.disturb.is_some(), "a disturbed mesh is not refined; remove `disturb`"),
         (spec.grid.is_some(), "a grid is not refined; take `body`, or `file` with CAD or a surface"),
         (volume_mesh(file, spec)?.is_some(), "a volume mesh is taken as it is; give `file` with CAD or a surface"),

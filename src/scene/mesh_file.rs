@@ -14,7 +14,9 @@ const USUAL: std::ops::Range<f64> = 5e-3..2.0;
 
 /// The file of the table and its format, if it is a volume mesh that is taken over; a size asks for its surface to be meshed.
 pub(super) fn volume_mesh(file: &Path, spec: &MeshSpec) -> Result<Option<(PathBuf, Format)>, SceneError> {
-    let Some(name) = spec.file.as_ref().filter(|_| spec.cells.is_none() && spec.size.is_none()) else { return Ok(None) };
+    let Some(name) = spec.file.as_ref().filter(|_| spec.cells.is_none() && spec.size.is_none()) else {
+        return Ok(None);
+    };
     let path = file.parent().unwrap_or(Path::new("")).join(name);
     let format = recognise(&path).map_err(|e| match absent(name, &path) {
         Some((fact, remedy)) => content(file, fact, &remedy),
@@ -41,7 +43,8 @@ fn absent(name: &Path, path: &Path) -> Option<(String, String)> {
     let wanted = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let near = names.iter().min_by_key(|n| strsim::damerau_levenshtein(&wanted, n));
     let near = near.filter(|n| strsim::damerau_levenshtein(&wanted, n) <= 2.max(wanted.len() / 3));
-    let remedy = near.map_or("check the path, which starts from the folder of the scene".into(), |n| format!("did you mean {n}?"));
+    let remedy = near
+        .map_or("check the path, which starts from the folder of the scene".into(), |n| format!("did you mean {n}?"));
     Some((fact, remedy))
 }
 
@@ -54,7 +57,7 @@ pub(super) fn reading(file: &Path, spec: &MeshSpec) -> Result<Reading, SceneErro
     Ok(Reading { unit_m: unit_m(file, spec)?, split: spec.split, merge })
 }
 
-/// What was done to the content of a file, as sentences.
+/// Notes on changes to the content of a file.
 pub(super) fn taken_over(changes: &Changes) -> Vec<String> {
     let counts = [
         (changes.dropped_nodes, "nodes of the file belong to no cell and were dropped"),
@@ -72,7 +75,8 @@ pub(super) fn doubtful_unit(mesh: &TetMesh, unit_m: f64) -> Option<String> {
         return None;
     }
     let length = if size < 1.0 { format!("{:.3} mm", size * 1e3) } else { format!("{size:.3} m") };
-    let hint = plausible_unit(size / unit_m).map_or(String::new(), |unit| format!("; unit = \"{unit}\" would be plausible"));
+    let hint =
+        plausible_unit(size / unit_m).map_or(String::new(), |unit| format!("; unit = \"{unit}\" would be plausible"));
     Some(format!("the body is {length} across, which is unusual for a soft robot{hint}"))
 }
 
@@ -93,4 +97,3 @@ pub(super) fn unit_m(file: &Path, spec: &MeshSpec) -> Result<f64, SceneError> {
     };
     units::parse(&format!("1 {unit}"), Dimension::LENGTH).map_err(|e| part(file, "mesh.unit", e))
 }
-

@@ -51,7 +51,8 @@ pub fn read_table(file: &Path) -> Result<(String, toml::Table), SceneError> {
     let bytes = std::fs::read(file).map_err(unreadable)?;
     let text = String::from_utf8(bytes).map_err(|e| {
         let place = format!("byte {}", e.utf8_error().valid_up_to());
-        mesh_instead(file).unwrap_or_else(|| content(file, &place, "this is no text in UTF-8", "save the file as UTF-8"))
+        mesh_instead(file)
+            .unwrap_or_else(|| content(file, &place, "this is no text in UTF-8", "save the file as UTF-8"))
     })?;
     match text.parse() {
         Ok(table) => Ok((text, table)),
@@ -63,7 +64,9 @@ pub fn read_table(file: &Path) -> Result<(String, toml::Table), SceneError> {
 fn mesh_instead(file: &Path) -> Option<SceneError> {
     let format = recognise(file).ok()?;
     let fact = format!("this is a mesh or a body ({}), not a scene", format.name);
-    Some(content(file, "file", &fact, "name it in a scene: file = … and unit = … in [mesh]"))
+    let remedy =
+        format!("`durometer import {}` says what it holds, and writes a scene for it with --scene", file.display());
+    Some(content(file, "file", &fact, &remedy))
 }
 
 /// A typed value from TOML. `origin` says what was done to the text of the file, if anything.

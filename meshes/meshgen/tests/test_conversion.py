@@ -19,6 +19,44 @@ XDMF = f"""<Xdmf Version="3.0"><Domain><Grid Name="Grid"><Geometry GeometryType=
 <DataItem DataType="Int" Dimensions="5 4" Format="XML" Precision="8">{" ".join(map(str, TETS.ravel()))}</DataItem></Topology>
 </Grid></Domain></Xdmf>"""
 
+CAE = """*Heading
+** made by CAE
+*Part, name=Brick
+*Node
+ 1, 0, 0, 0
+ 2, 1, 0, 0
+ 3, 1, 1, 0
+ 4, 0, 1, 0
+ 5, 0, 0, 1
+ 6, 1, 0, 1
+ 7, 1, 1, 1
+ 8, 0, 1, 1
+*Element, type=C3D8RH, elset=all
+ 1, 1, 2, 3, 4,
+ 5, 6, 7, 8
+*Nset, nset=low, generate
+ 1, 4, 1
+*Elset, elset=again
+ all
+*Surface, type=ELEMENT, name=top
+ all, S2
+*End Part
+*Assembly, name=A
+*Instance, name=B-1, part=Brick
+*End Instance
+*Instance, name=B-2, part=Brick
+ 0, 0, 1
+ 0, 0, 0, 0, 0, 1, 90
+*End Instance
+*Nset, nset=tip, instance=B-2
+ 5, 6, 7, 8
+*Elset, elset=_side_S1, internal, instance=B-1
+ 1,
+*Surface, type=ELEMENT, name=side
+ _side_S1, S1
+*End Assembly
+"""
+
 
 class Conversion(Case):
     def converted(self, file: str, format: str) -> dict:
@@ -75,6 +113,28 @@ class Conversion(Case):
         self.assertEqual(sorted(held.ravel().tolist()), [0, 3])
         self.store("data.vtu", data={"cell_data": {"part": [np.array([4, 4, 7, 7, 7])], "level": [np.zeros(5)]}})
         self.assertEqual(set(self.converted("data.vtu", "vtu")["names"]), {"part_4", "part_7"})
+
+    def test_abaqus(self):
+        Path(self.path("cae.inp")).write_text(CAE)
+        mesh = self.converted("cae.inp", "abaqus")
+        sizes = {}
+        for name, (dim, tag) in mesh["names"].items():
+            sizes[name] = sum(len(mesh["elements"][key]) for key, tags in mesh["groups"].items() if key[0] == dim and tag in tags)
+        self.assertEqual(sizes, {"all": 2, "again": 2, "low": 8, "tip": 4, "top": 2, "side": 1})
+        placed = {tuple(np.round(x, 9) + 0.0) for x in mesh["nodes"].tolist()}
+        self.assertIn((-1, 1, 2), placed)  # (1, 1, 1), shifted and turned by a right angle
+        for old, new, words in [
+            (" 2, 1, 0, 0", " 2, 1, 0", "line 6: '2, 1, 0' does not fit *node"),
+            (" 5, 6, 7, 8\n*Nset", " 5, 6, 7\n*Nset", "line 16: the element before has too few nodes"),
+            ("part=Brick\n*End", "part=Brik\n*End", "there is no part Brik"),
+            (" 1, 1, 2, 3, 4,", " 1, 1, 2, 3, 44,", "element 1 refers to node 44"),
+            ("C3D8RH", "AC3D8", "elements of the type AC3D8 are not read"),
+        ]:
+            self.assertIn(old, CAE)
+            Path(self.path("bad.inp")).write_text(CAE.replace(old, new))
+            self.reject(words, "bad.inp", "abaqus")
+        Path(self.path("main.inp")).write_text("*Heading\n*Include, input=absent.inp\n")
+        self.reject("cannot read absent.inp", "main.inp", "abaqus")
 
     def test_refusals(self):
         self.store("good.vtu")
