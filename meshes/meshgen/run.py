@@ -9,11 +9,7 @@ from .request import Request
 def run(request: Request) -> dict:
     """Make the requested mesh, write it and its manifest; returns the manifest."""
     start = time.monotonic()
-    if request.body == "file" and importer.is_mesh(request):
-        mesh, notes = importer.read_mesh(request)
-        volume, paths = None, {}
-    else:
-        mesh, volume, paths, notes = generate(request)
+    mesh, volume, paths, notes = generate(request)
     result = manifest.build(request, mesh, volume, paths, notes)
     write.write(mesh, request.output)
     result["wall_s"] = round(time.monotonic() - start, 3)

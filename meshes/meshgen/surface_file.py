@@ -4,15 +4,20 @@ from pathlib import Path
 
 import numpy as np
 
+from . import convert
 from .errors import BadRequest
 
 RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
 
-def read(path: Path) -> tuple:
+def read(path: Path, format: str) -> tuple:
     """Points (n, 3) and triangles (m, 3) of a surface file, as it has them."""
     try:
-        points, triangles = READERS[path.suffix.lower()](path)
+        if format in READERS:
+            with convert.prepared(path, format) as readable:
+                points, triangles = READERS[format](readable)
+        else:
+            points, triangles = of_mesh(path, format)
     except OSError as error:
         raise BadRequest(f"cannot read {path.name}: {error}", "check the path and its permissions") from None
     except (ValueError, IndexError, KeyError, UnicodeDecodeError) as error:
@@ -26,6 +31,19 @@ def read(path: Path) -> tuple:
         bad = int(np.flatnonzero(~np.isfinite(points[triangles]).all(axis=(1, 2)))[0])
         raise BadRequest(f"{path.name} has coordinates that are not finite, first in triangle {bad}", "export it again")
     return points, triangles
+
+
+def of_mesh(path: Path, format: str) -> tuple:
+    """The triangles of a mesh file of another format."""
+    blocks = convert.read(path, format)
+    names = {number: (dimension, name) for name, (dimension, number) in convert.KINDS.items()}
+    found = [(*names[kind], rows) for kind, rows in blocks.cells if len(rows)]
+    if any(dimension == 3 for dimension, _, _ in found):
+        raise BadRequest(f"{path.name} is a volume mesh: it is taken over, not meshed again", "drop size, grading and generator")
+    faces = {name for dimension, name, _ in found if dimension == 2}
+    if faces != {"triangle"}:
+        raise BadRequest(f"{path.name} must be made of triangles; it has {', '.join(sorted(faces)) or 'no faces'}", "triangulate it")
+    return blocks.points, np.concatenate([rows for _, name, rows in found if name == "triangle"])
 
 
 def soup(corners: np.ndarray) -> tuple:
@@ -97,4 +115,4 @@ def fans(polygons: list) -> list:
     return [[face[0], face[i], face[i + 1]] for face in polygons for i in range(1, len(face) - 1)]
 
 
-READERS = {".stl": read_stl, ".obj": read_obj, ".off": read_off, ".ply": read_ply}
+READERS = {"stl": read_stl, "obj": read_obj, "off": read_off, "ply": read_ply}

@@ -24,7 +24,7 @@ def mesh(request: Request) -> tuple:
         raise BadRequest("no size", "give size.length or size.cells")
     if request.order == 2 and request.levels:
         raise BadRequest(f"{path.name} has no CAD behind it to curve the cells on", "drop levels, or use order 1")
-    found = repair.closed(path.name, *surface_file.read(path), may_cross=request.generator == "cgal")
+    found = repair.closed(path.name, *surface_file.read(path, request.parameters["format"]), may_cross=request.generator == "cgal")
     for line in found.repairs:
         gmsh_driver.log(f"repaired: {line}")
     if len(found.solids) > 1 or len(found.solids[0]) > 1:

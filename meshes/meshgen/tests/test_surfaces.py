@@ -32,7 +32,7 @@ class Surfaces(Case):
         if part is not None:
             write(self.path(file), part)
         start = time.process_time()
-        answer = self.made("file", {"path": self.path(file), "unit_m": unit}, size={"length": length * unit}, **request)
+        answer = self.made("file", self.parameters(file, unit), size={"length": length * unit}, **request)
         self.assertLess(time.process_time() - start, LIMIT_S)
         return answer
 
@@ -48,7 +48,7 @@ class Surfaces(Case):
         if part is not None:
             write(self.path(file), part)
         start = time.process_time()
-        answer = self.refused(2, words, "file", {"path": self.path(file), "unit_m": 1e-3}, size={"length": 0.0025}, **request)
+        answer = self.refused(2, words, "file", self.parameters(file), size={"length": 0.0025}, **request)
         self.assertLess(time.process_time() - start, LIMIT_S)
         if at is not None:
             told = answer["error"].split(words)[1].split("(")[1].split(")")[0]

@@ -87,9 +87,14 @@ impl EnrichedScene {
             Enrichment::Split => Enriched::by_splitting(&scene.body.mesh),
             Enrichment::Raise => Enriched::by_raising(&scene.body.mesh),
         };
-        let Body { paths, source, sha256, .. } = &*scene.body;
-        let body =
-            Body { mesh: map.mesh.clone(), paths: paths.clone(), source: source.clone(), sha256: sha256.clone() };
+        let Body { paths, source, sha256, notes, .. } = &*scene.body;
+        let body = Body {
+            mesh: map.mesh.clone(),
+            paths: paths.clone(),
+            source: source.clone(),
+            sha256: sha256.clone(),
+            notes: notes.clone(),
+        };
         let body = Arc::new(body);
         let build = |spec: SceneSpec| SceneBuilder::new(spec).file(&scene.file).body(body.clone()).build();
         let fine = match enrichment {

@@ -32,14 +32,14 @@ fn scene(element: &str, extra: &str) -> Scene {
 [mesh]
 grid = {{ kind = "box", size = ["40 mm", "10 mm", "10 mm"], divisions = [6, 2, 2] }}
 element = "{element}"
-[[mesh.copy]]
+[[mesh.part]]
 name = "right"
 shift = ["1 mm", "0 mm", "0 mm"]
-[[mesh.copy]]
+[[mesh.part]]
 name = "left"
 mirror = [1, 0, 0]
 shift = ["-1 mm", "0 mm", "0 mm"]
-[[mesh.copy]]
+[[mesh.part]]
 name = "top"
 turn = {{ axis = [0, 1, 0], angle = "180 deg" }}
 shift = ["41 mm", "0 mm", "21 mm"]
@@ -143,7 +143,7 @@ fn a_gripper_of_three_fingers() {
     for k in 0..3 {
         let away = turned(k, Vec3::new(0.0, -10.0, 22.0));
         text += &format!(
-            "[[mesh.copy]]\nname = \"finger-{k}\"\nturn = {{ axis = [1, 0, 0], angle = \"{} deg\" }}\nshift = [\"0 mm\", \"{} mm\", \"{} mm\"]\n",
+            "[[mesh.part]]\nname = \"finger-{k}\"\nturn = {{ axis = [1, 0, 0], angle = \"{} deg\" }}\nshift = [\"0 mm\", \"{} mm\", \"{} mm\"]\n",
             120 * k,
             away.y,
             away.z
@@ -255,5 +255,100 @@ fn contact_is_told_from_overlap() {
         let crossed = at(&block(1, 1, 1, 0.1, 1.0, 0.1, order), [0.7, -0.2, 0.05]);
         assert!(overlap(&bar, &crossed).is_some());
         assert!(overlap(&bar, &at(&crossed, [0.0, 0.0, 0.06])).is_none());
+    }
+}
+
+/// A scene in a folder of its own with two files in different units and a grid.
+fn from_files(second: &str) -> Result<Scene, durometer::scene::SceneError> {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let good = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/bad/good");
+    for name in ["boxes.msh", "boxes-5.1.vtk"] {
+        std::fs::copy(good.join(name), folder.path().join(name)).expect("writable");
+    }
+    let file = folder.path().join("scene.toml");
+    let text = format!(
+        r#"
+[[mesh.part]]
+name = "lower"
+file = "boxes.msh"
+unit = "cm"
+[[mesh.part]]
+name = "upper"
+{second}
+[[mesh.part]]
+name = "base"
+grid = {{ kind = "box", size = ["20 mm", "10 mm", "2 mm"], divisions = [4, 2, 1] }}
+shift = ["0 mm", "0 mm", "-2 mm"]
+[laws.soft]
+law = "neo_hookean"
+E = "100 kPa"
+nu = 0.3
+[laws.hard]
+law = "neo_hookean"
+E = "10 MPa"
+nu = 0.3
+[[effect]]
+kind = "elastic"
+region = "lower.body"
+law = "soft"
+[[effect]]
+kind = "elastic"
+region = "upper.body"
+law = "hard"
+[[effect]]
+kind = "elastic"
+region = "base.body"
+law = "hard"
+[[constraint]]
+kind = "fixed"
+region = "lower.root"
+[[constraint]]
+kind = "fixed"
+region = "upper.skin"
+[[constraint]]
+kind = "fixed"
+region = "base.zmin"
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "1 s"
+"#
+    );
+    std::fs::write(&file, &text).expect("writable");
+    let (spec, text) = read_scene(&file, &[])?;
+    let body = Body::load(&file, &spec.mesh, &mut |_| {})?;
+    Scene::build(&file, spec, text, Arc::new(body))
+}
+
+#[test]
+fn bodies_come_from_files_of_their_own() {
+    let upper = "file = \"boxes-5.1.vtk\"\nunit = \"in\"\nturn = { axis = [0, 0, 1], angle = \"90 deg\" }\nshift = [\"0 mm\", \"0 mm\", \"12 mm\"]";
+    let scene = from_files(upper).expect("a sound scene");
+    let mesh = &scene.body.mesh;
+    let volume = |region: &str| mesh.region_volume(&mesh.regions[region].cells);
+    assert!((volume("lower.body") / 2e-6 - 1.0).abs() < 1e-12);
+    assert!((volume("upper.body") / (2.0 * 0.0254f64.powi(3)) - 1.0).abs() < 1e-12);
+    assert!((volume("base.body") / 0.4e-6 - 1.0).abs() < 1e-12);
+    assert!((volume("body") - volume("lower.body") - volume("upper.body") - volume("base.body")).abs() < 1e-18);
+    let highest = mesh.bounding_box().1;
+    assert!((highest - Vec3::new(0.02, 0.0508, 0.012 + 0.0254)).norm() < 1e-12, "{highest}");
+    assert_eq!(scene.body.source, "boxes.msh + boxes-5.1.vtk + grid");
+    assert!(matches!(scene.run().status, Status::Converged));
+}
+
+#[test]
+fn mistakes_name_the_part() {
+    for (upper, says) in [
+        ("file = \"boxes-5.1.vtk\"\nunit = \"in\"", "the parts \"lower\" and \"upper\" both fill ("),
+        ("file = \"boxes.mhs\"\nunit = \"mm\"", "mesh.part upper: there is no file boxes.mhs; did you mean boxes.msh?"),
+        ("file = \"boxes.msh\"", "mesh.part upper: the file has no unit of length"),
+        (
+            "grid = { kind = \"box\", size = [\"1 mm\", \"1 mm\", \"1 mm\"], divisions = [1, 1, 1] }\nunit = \"mm\"",
+            "mesh.part upper: `unit` has no effect next to `grid`",
+        ),
+        ("shift = [\"0 mm\", \"0 mm\", \"12 mm\"]", "neither `body` nor `file` nor `grid` is given"),
+    ] {
+        let error = from_files(upper).err().expect("refused").to_string();
+        assert!(error.contains(says), "{upper}: {error}");
     }
 }
