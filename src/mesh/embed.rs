@@ -89,15 +89,24 @@ pub(super) fn invert(mesh: &TetMesh, c: usize, at: Vec3) -> Option<[f64; 3]> {
 
 /// Distance \[m\] from a point to the nearest boundary facet, curved ones taken as four flat triangles.
 pub fn distance_to_surface(mesh: &TetMesh, at: Vec3) -> f64 {
-    let mut least = f64::INFINITY;
+    (nearest_on_surface(mesh, at) - at).norm()
+}
+
+/// The point of the boundary facets that is nearest to a point \[m\], curved ones taken as four flat triangles.
+pub fn nearest_on_surface(mesh: &TetMesh, at: Vec3) -> Vec3 {
+    let mut best = (f64::INFINITY, at);
     for f in boundary_facets(mesh) {
         let nodes = mesh.facet(f as usize);
         for piece in pieces(mesh.order) {
             let [a, b, c] = piece.map(|k| mesh.points[nodes[k] as usize]);
-            least = least.min((closest_on_triangle(at, a, b, c) - at).norm());
+            let nearest = closest_on_triangle(at, a, b, c);
+            let distance = (nearest - at).norm();
+            if distance < best.0 {
+                best = (distance, nearest);
+            }
         }
     }
-    least
+    best.1
 }
 
 /// The point of triangle abc nearest to p (Ericson, *Real-Time Collision Detection*, 2005, §5.1.5).
