@@ -48,6 +48,34 @@ fn bending_angles_count_turns() {
     }
 }
 
+/// Position, quaternion and rotation vector of a face and of the whole body follow the rotation throughout; relative to its other end a rigid body
+/// rests. The quaternion is the one of the angle, with its sign.
+#[test]
+fn poses_follow_rigid_motions() {
+    let pose = |keys: &str| format!("[[probe]]\nkind = \"pose\"\n{keys}\n");
+    let probes = pose("region = \"xmax\"")
+        + &pose("region = \"body\"\nname = \"all\"")
+        + &pose("region = \"xmax\"\nrelative_to = \"xmin\"\nname = \"end\"");
+    let run = turning(&probes).run();
+    assert_eq!(run.status, Status::Converged);
+    let half = |t: f64| 0.5 * exact(t).to_radians();
+    for name in ["xmax", "all"] {
+        assert!(largest(&run, &format!("{name}_rotation_z_deg"), exact) < 1e-3);
+        assert!(largest(&run, &format!("{name}_rotation_x_deg"), |_| 0.0) < 1e-3);
+        assert!(largest(&run, &format!("{name}_quaternion_w"), |t| half(t).cos()) < 1e-5);
+        assert!(largest(&run, &format!("{name}_quaternion_z"), |t| half(t).sin()) < 1e-5);
+    }
+    // The middle of xmax is at (20, 5, 5) mm, and turns about the z axis.
+    let angle = |t: f64| 2.0 * half(t);
+    assert!(largest(&run, "xmax_pose_x_m", |t| 0.02 * angle(t).cos() - 0.005 * angle(t).sin()) < 1e-6);
+    assert!(largest(&run, "xmax_pose_y_m", |t| 0.02 * angle(t).sin() + 0.005 * angle(t).cos()) < 1e-6);
+    for (column, value) in
+        [("end_pose_x_m", 0.02), ("end_pose_y_m", 0.0), ("end_quaternion_w", 1.0), ("end_rotation_z_deg", 0.0)]
+    {
+        assert!(largest(&run, column, |_| value) < 1e-3, "{column}");
+    }
+}
+
 /// A run that goes on from a saved state between two turns has the bits of the whole one.
 #[test]
 fn turns_survive_a_restart() {

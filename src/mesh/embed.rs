@@ -92,17 +92,29 @@ pub(super) fn invert(mesh: &TetMesh, c: usize, at: Vec3) -> Option<[f64; 3]> {
 
 /// Distance \[m\] from a point to the nearest boundary facet, curved ones taken as four flat triangles.
 pub fn distance_to_surface(mesh: &TetMesh, at: Vec3) -> f64 {
-    boundary_facets(mesh).into_iter().map(|f| distance_to_facet(mesh, f, at)).fold(f64::INFINITY, f64::min)
+    (nearest_on_surface(mesh, at) - at).norm()
+}
+
+/// The point of the boundary facets that is nearest to a point \[m\], curved ones taken as four flat triangles.
+pub fn nearest_on_surface(mesh: &TetMesh, at: Vec3) -> Vec3 {
+    let nearest = boundary_facets(mesh).into_iter().map(|f| nearest_on_facet(mesh, f, at));
+    nearest.min_by(|a, b| (a - at).norm().total_cmp(&(b - at).norm())).unwrap_or(at)
 }
 
 /// Distance \[m\] from a point to a facet, a curved one taken as four flat triangles.
 pub(super) fn distance_to_facet(mesh: &TetMesh, f: u32, at: Vec3) -> f64 {
+    (nearest_on_facet(mesh, f, at) - at).norm()
+}
+
+/// The point of a facet that is nearest to a point \[m\], a curved facet taken as four flat triangles.
+fn nearest_on_facet(mesh: &TetMesh, f: u32, at: Vec3) -> Vec3 {
     let nodes = mesh.facet(f as usize);
-    let away = |piece: [usize; 3]| {
+    let nearest = |piece: &[usize; 3]| {
         let [a, b, c] = piece.map(|k| mesh.points[nodes[k] as usize]);
-        (closest_on_triangle(at, a, b, c) - at).norm()
+        closest_on_triangle(at, a, b, c)
     };
-    pieces(mesh.order).iter().map(|piece| away(*piece)).fold(f64::INFINITY, f64::min)
+    let of_pieces = pieces(mesh.order).iter().map(nearest);
+    of_pieces.min_by(|a, b| (a - at).norm().total_cmp(&(b - at).norm())).expect("a facet has a piece")
 }
 
 /// The point of triangle abc nearest to p (Ericson, *Real-Time Collision Detection*, 2005, §5.1.5).

@@ -64,7 +64,7 @@ class Files(Case):
         self.reject("taken over", "good.vtk", size=size)
         Path(self.path("cut.vtk")).write_bytes(Path(self.path("good.vtk")).read_bytes()[:200])
         self.reject("cannot read", "cut.vtk", size=size)
-        self.reject("no file", "nowhere.stl", size=size)
+        self.reject("cannot read nowhere.stl", "nowhere.stl", size=size)
         store("square.vtk", CORNERS, quad=[[0, 1, 2, 3]])
         self.reject("made of triangles", "square.vtk", size=size)
         self.refused(2, "kind", "file", {"path": "a.stl", "unit_m": 1.0, "format": "stl", "kind": "drawing"}, size=size)

@@ -9,7 +9,9 @@ mod part;
 mod prescribed;
 mod rigid;
 
-pub use cable::{CableDriveSpec, CableEvent, CableSpec, Condition, NamedCable, RingSpec};
+pub use cable::{
+    CableDriveSpec, CableEvent, CableSpec, Condition, GuideFile, GuidesSpec, NamedCable, PullPointSpec, RingSpec,
+};
 pub(in crate::scene) use cable::{CableLog, pulling};
 pub use cavity::{CavityDriveSpec, CavitySpec, NamedCavity};
 pub use drive::Drive;
@@ -22,7 +24,7 @@ use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
 use crate::scene::kind::registry;
 use crate::scene::recorder::Headline;
-use cable::build_cable;
+use cable::build_cables;
 use cavity::build_cavity;
 use part::ConstraintPart;
 
@@ -69,11 +71,8 @@ pub(in crate::scene) fn build_constraints(
             ConstraintSpec::Fixed(fixed) => fixed.build(builder, &place)?,
             ConstraintSpec::Prescribed(prescribed) => prescribed.build(builder, &place)?,
             ConstraintSpec::Cable(cable) => {
-                if cables.iter().any(|c| c.name == cable.name) {
-                    let fact = format!("another cable is called \"{}\" too", cable.name);
-                    return Err(builder.content(&place, fact, "give each cable a `name` of its own"));
-                }
-                cables.push(build_cable(builder, &place, cable)?);
+                let built = build_cables(builder, &place, cable, &cables)?;
+                cables.extend(built);
             }
             // Built below: the held dofs decide whether a cavity may be open
             ConstraintSpec::Cavity(_) | ConstraintSpec::Rigid(_) => {}
