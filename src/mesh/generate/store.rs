@@ -3,7 +3,7 @@
 use super::error::GenerateError;
 use super::manifest::Manifest;
 use super::python::Mesher;
-use super::request::{MeshRequest, Size, conversion, without_field};
+use super::request::{MeshRequest, Size, TIME_LIMIT_S, conversion, without_field};
 use crate::mesh::{TetMesh, read};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -140,7 +140,7 @@ impl MeshStore {
         }
         asked["output"] = serde_json::json!(part);
         let label = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-        let answer = self.mesher().call(&serde_json::json!({ "convert": asked }), &format!("of {label}"), progress);
+        let answer = self.mesher().call(&serde_json::json!({ "convert": asked }), &format!("of {label}"), TIME_LIMIT_S, progress);
         let kept = answer.and_then(|_| std::fs::rename(&part, &target).map_err(|e| GenerateError::io(&target, &e)));
         if kept.is_err() {
             std::fs::remove_file(&part).ok();
