@@ -10,7 +10,7 @@ use durometer::effect::contact::pressed::Pressed;
 use durometer::effect::contact::shape::Shape;
 use durometer::effect::contact::{Contact, SurfacePoint};
 use durometer::material::Want;
-use durometer::math::tensor::Vec3;
+use durometer::math::tensor::{Mat3, Vec3};
 use durometer::mesh::surface_file::Surface;
 use durometer::system::{At, BlockValues, Effect, Rates};
 use std::sync::Arc;
