@@ -1,6 +1,6 @@
 //! Adjoint solutions against differences of whole solutions: by loads, and by the gaps of constraints.
 
-use durometer::scene::{Scene, parse_scene};
+use durometer::scene::{Run, Scene, parse_scene};
 use durometer::solve::{Integrator, Step, adjoints};
 use durometer::system::{Gradient, State, Want};
 
@@ -24,13 +24,13 @@ fn scene(traction: f64, pull_mm: f64, formulation: &str) -> Scene {
     parse_scene(&text).expect("a scene")
 }
 
-/// The last row of the recorded columns, and the last state.
-fn solved(scene: &Scene) -> (Vec<f64>, State) {
+/// A run and its last state.
+fn solved(scene: &Scene) -> (Run, State) {
     let mut last = None;
     let mut keep = |state: &State| last = Some(state.clone());
     let options = durometer::scene::RunOptions { on_state: Some(&mut keep), ..Default::default() };
     let run = scene.run_with(options);
-    (run.rows.last().expect("rows").clone(), last.expect("a state"))
+    (run, last.expect("a state"))
 }
 
 /// dJ/dp by the adjoint is −z·∂r/∂p + μ·∂g/∂p. The load p enters r linearly and the shortening g, so that both are differences without
@@ -41,9 +41,11 @@ fn derivatives_by_loads_and_gaps() {
     for formulation in ["displacement", "mixed"] {
         let (traction, pull) = (300.0, 3.0);
         let here = scene(traction, pull, formulation);
-        let (_, state) = solved(&here);
-        let gradients: Vec<Gradient> =
-            here.recorders().flat_map(|r| r.gradients(&here.body, &state).expect("differentiable")).collect();
+        let (run, state) = solved(&here);
+        let recorders = here.with_memories(run.memories.last().expect("rows"));
+        let gradients: Vec<Gradient> = recorders
+            .flat_map(|(r, memory)| r.gradients(&here.body, &state, memory).expect("differentiable"))
+            .collect();
         let step = Step { system: &here.system, integrator: Integrator::Static, past: &state, dt: 1.0 };
         let dual = adjoints(here.method(), &step, &state, &gradients).expect("regular");
 
@@ -62,8 +64,10 @@ fn derivatives_by_loads_and_gaps() {
         let by_pull = gap(pull + 1.0) - gap(pull);
 
         let difference = |k: usize, change: [f64; 2]| {
-            let value =
-                |sign: f64| solved(&scene(traction + sign * change[0], pull + sign * change[1], formulation)).0[1 + k];
+            let value = |sign: f64| {
+                let (run, _) = solved(&scene(traction + sign * change[0], pull + sign * change[1], formulation));
+                run.rows.last().expect("rows")[1 + k]
+            };
             (value(1.0) - value(-1.0)) / 2.0
         };
         let columns = here.columns();

@@ -247,7 +247,7 @@ fn quantities_that_do_not_decide_are_named_with_their_bars() {
     let a = analyse(&study, &cases);
     assert!(a.verdict.contains("in the worst quantity of those that decide"), "{}", a.verdict);
     let rest = a.verdict.split("Not decided by: ").nth(1).unwrap_or_else(|| panic!("{}", a.verdict));
-    assert!(rest.starts_with("peak cable tension, length control ("), "{}", a.verdict);
+    assert!(rest.starts_with("maximum cable tension, length control ("), "{}", a.verdict);
     let r = a.recommended.as_ref().expect("a verdict");
     let setting = a.settings.iter().find(|s| s.label == r.label).expect("a setting");
     let bar = setting.bars.iter().find(|b| b.quantity == "cable_tension_N" && b.variant == "length").expect("a bar");

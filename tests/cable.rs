@@ -545,3 +545,50 @@ fn a_body_that_only_its_cables_hold_is_stable() {
     // Rounding of single precision, 6e-8, times some hundred terms of the size of ‖A‖‖x‖, at most 100 ‖b‖ here.
     assert!(exact < 1e-9 && roughly < 1e-3 && last > 10.0 * roughly);
 }
+
+/// A bar with these guides.
+fn guided(guides: &str) -> Scene {
+    let text = format!(
+        "[mesh]\ngrid = {{ kind = \"box\", size = [\"30 mm\", \"10 mm\", \"10 mm\"], divisions = [6, 2, 2] }}\n\
+         [laws.rubber]\nlaw = \"neo_hookean\"\nE = \"100 kPa\"\nnu = 0.45\n\
+         [[effect]]\nkind = \"elastic\"\nregion = \"body\"\nlaw = \"rubber\"\n\
+         [[constraint]]\nkind = \"fixed\"\nregion = \"xmin\"\n\
+         [[constraint]]\nkind = \"cable\"\nguide_radius = \"point\"\n{guides}\n\
+         drive = {{ kind = \"length\", signal = {{ kind = \"ramp\", from = \"0 mm\", to = \"1 mm\", end = \"1 s\" }} }}\n\
+         [[stage]]\nintegrator = \"static\"\nduration = \"1 s\"\ndt = \"1 s\"\n"
+    );
+    durometer::scene::parse_scene(&text).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// A file of two cables, each with its pull point and with guides up to 0.4 mm outside, is the two lists on the surface: they agree to 1e-9,
+/// since a point that is moved is rounded. The guides that were moved are noted.
+#[test]
+fn a_file_of_guides_is_its_lists() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("guides.csv");
+    let rows = "name,x,y,z\nlow,-5,5,1\nlow,10,5,1\nlow,25,5,-0.4\nhigh,-5,5,9\nhigh,10,5,9\nhigh,25,5,10.25\n";
+    std::fs::write(&file, rows).expect("writable");
+    let of_file = |more: &str| {
+        guided(&format!(
+            "pull_point = \"first\"\nreach = \"0.5 mm\"\nguides = {{ file = {:?}, unit = \"mm\"{more} }}",
+            file.display().to_string()
+        ))
+    };
+    let both = of_file("");
+    let names: Vec<&str> = both.cables.iter().map(|c| c.name.as_str()).collect();
+    assert_eq!(names, ["low", "high"]);
+    let note = "cable: 2 of 4 guides are outside of the body, by up to 0.4000 mm, and were moved to its surface";
+    assert!(both.notes.iter().any(|n| n == note), "{:?}", both.notes);
+    for (name, z, end) in [("low", "1 mm", "0 mm"), ("high", "9 mm", "10 mm")] {
+        let listed = guided(&format!(
+            "name = \"{name}\"\npull_point = [\"-5 mm\", \"5 mm\", \"{z}\"]\n\
+             guides = [[\"10 mm\", \"5 mm\", \"{z}\"], [\"25 mm\", \"5 mm\", \"{end}\"]]"
+        ));
+        let alone = of_file(&format!(", cable = \"{name}\""));
+        let (a, b) = (listed.run(), alone.run());
+        assert!(a.columns == b.columns && b.status == durometer::solve::Status::Converged, "{name}");
+        for (a, b) in a.rows.iter().flatten().zip(b.rows.iter().flatten()) {
+            assert!((a - b).abs() <= 1e-9 * a.abs(), "{name}: {a} and {b}");
+        }
+    }
+}

@@ -239,10 +239,10 @@ fn blocks(lower: [usize; 3], upper: [usize; 3], apart: &str, element: &str, rest
         r#"
 [mesh]
 element = "{element}"
-[[mesh.copy]]
+[[mesh.part]]
 name = "lower"
 grid = {{ kind = "box", size = ["10 mm", "10 mm", "10 mm"], divisions = {lower:?} }}
-[[mesh.copy]]
+[[mesh.part]]
 name = "upper"
 grid = {{ kind = "box", size = ["10 mm", "10 mm", "10 mm"], divisions = {upper:?} }}
 shift = ["0 mm", "0 mm", "{apart}"]
@@ -517,11 +517,11 @@ fn nothing_crosses_in_random_drops() {
             r#"
 [mesh]
 element = "{element}"
-[[mesh.copy]]
+[[mesh.part]]
 name = "lower"
 grid = {{ kind = "box", size = ["10 mm", "10 mm", "10 mm"], divisions = [{n}, {n}, {n}] }}
 shift = ["-5 mm", "-5 mm", "-10 mm"]
-[[mesh.copy]]
+[[mesh.part]]
 name = "upper"
 grid = {{ kind = "box", size = ["6 mm", "6 mm", "6 mm"], divisions = [{n}, {n}, {n}] }}
 turn = {{ axis = {axis:?}, angle = "{angle} deg" }}
@@ -717,10 +717,10 @@ fn symmetric_blocks_stay_symmetric() {
         r#"
 [mesh]
 grid = {{ kind = "box", size = ["10 mm", "10 mm", "10 mm"], divisions = [3, 3, 3] }}
-[[mesh.copy]]
+[[mesh.part]]
 name = "upper"
 shift = ["0 mm", "0 mm", "0.05 mm"]
-[[mesh.copy]]
+[[mesh.part]]
 name = "lower"
 mirror = [0, 0, 1]
 shift = ["0 mm", "0 mm", "-0.05 mm"]

@@ -1,5 +1,6 @@
 //! Coverage studies: what is counted, and a small part of the shipped study.
 
+use durometer::scene::ExtremeKind;
 use durometer::study::expand::Study;
 use durometer::study::kind::Extent;
 use durometer::study::kinds::coverage::analysis::{CoverageFindings, analyse};
@@ -31,7 +32,10 @@ fn case(family: &str, formulation: &str, n: usize, value: f64, bar: Option<f64>)
         formulation: formulation.into(),
         status: "Converged".into(),
         mesh: MeshRecord { cells: n * n * n, h_m: 1.0 / n as f64, source: family.into(), ..MeshRecord::default() },
-        probes: BTreeMap::from([("F_N".into(), ProbeRecord { peak: value, peak_t_s: 1.0, last: value })]),
+        probes: BTreeMap::from([(
+            "F_N".into(),
+            ProbeRecord { peak: value, peak_is: ExtremeKind::Maximum, peak_t_s: 1.0, last: value },
+        )]),
         one_run: errors,
         ..CaseRecord::default()
     };

@@ -48,6 +48,9 @@ fn effect_kind(spec: &EffectSpec) -> usize {
         EffectSpec::Viscoelastic(_) => 8,
         EffectSpec::PointForce(_) => 9,
         EffectSpec::Traction(_) => 10,
+        EffectSpec::Fibre(_) => 11,
+        EffectSpec::Membrane(_) => 12,
+        EffectSpec::FibreFamily(_) => 13,
     }
 }
 
@@ -57,6 +60,7 @@ fn constraint_kind(spec: &ConstraintSpec) -> usize {
         ConstraintSpec::Prescribed(_) => 1,
         ConstraintSpec::Cable(_) => 2,
         ConstraintSpec::Cavity(_) => 3,
+        ConstraintSpec::Rigid(_) => 4,
     }
 }
 
@@ -94,6 +98,24 @@ kind = "traction"
 region = "ymax"
 direction = [0, 2, 1]
 traction = { kind = "ramp", from = "0 kPa", to = "9 kPa", end = "1 s" }
+[[effect]]
+kind = "fibre"
+along = { kind = "helix", axis = [["0.5 m", "0.5 m", "0.1 m"], ["0.5 m", "0.5 m", "0.9 m"]], radius = "0.3 m", turns = 1, hand = "both" }
+EA = "40 kN"
+compression = true
+spacing = "0.4 m"
+[[effect]]
+kind = "membrane"
+region = "zmax"
+law = "rubber"
+thickness = "0.1 m"
+[[effect]]
+kind = "fibre_family"
+region = "body"
+k1 = "20 kPa"
+k2 = 0.5
+kappa = 0.3333333333333333
+direction = { kind = "constant", vectors = [[1, 1, 0], [1, -1, 0]] }
 [[effect]]
 kind = "mass_damping"
 region = "body"
@@ -301,9 +323,9 @@ fn along(x: &[f64], d: &[f64], s: f64) -> Vec<f64> {
 #[test]
 fn the_samples_cover_every_kind() {
     let scene = sample("neo_hookean_split", Order::Linear);
-    let mut seen = [false; 11];
+    let mut seen = [false; 14];
     scene.spec.effects.iter().for_each(|e| seen[effect_kind(e)] = true);
-    assert_eq!(seen, [true; 11]);
+    assert_eq!(seen, [true; 14]);
     let mut seen = [false; 4];
     scene.spec.constraints.iter().for_each(|c| seen[constraint_kind(c)] = true);
     assert_eq!(seen, [true; 4]);
@@ -493,8 +515,12 @@ fn momentum_balances() {
             });
             let label = format!("{name}: effect {e} {}: Σr = {force}, Σx×r = {moment}", effect.name());
             let (expected, twistless) = match effect.name() {
-                "elastic" => (Vec3::zeros(), scene.law.as_ref().expect("an elastic effect").info().objective),
-                "viscous_damping" | "viscoelastic" | "edge_springs" | "edge_dampers" => (Vec3::zeros(), true),
+                "elastic" | "membrane" => {
+                    (Vec3::zeros(), scene.law.as_ref().expect("an elastic effect").info().objective)
+                }
+                "viscous_damping" | "viscoelastic" | "edge_springs" | "edge_dampers" | "fibre" | "fibre_family" => {
+                    (Vec3::zeros(), true)
+                }
                 "stiffness_damping" => (Vec3::zeros(), false),
                 "inertia" => (uniform * 900.0 * volume, false),
                 "mass_damping" => (uniform * 3.0 * 900.0 * volume, false),

@@ -224,7 +224,13 @@ fn renumbered(body: &Body, random: &mut SplitMix) -> Body {
         facets: renamed(&mesh.facets),
         regions,
     };
-    Body { mesh, paths: body.paths.clone(), source: body.source.clone(), sha256: body.sha256.clone() }
+    Body {
+        mesh,
+        paths: body.paths.clone(),
+        source: body.source.clone(),
+        sha256: body.sha256.clone(),
+        notes: body.notes.clone(),
+    }
 }
 
 /// Factors of length, mass and time.
@@ -285,7 +291,7 @@ impl Similar {
             path.guides.iter_mut().chain([&mut path.pull_point]).flatten().for_each(|x| *x *= self.length);
             path.guide_radius *= self.length;
         }
-        Body { mesh, paths, source: body.source.clone(), sha256: body.sha256.clone() }
+        Body { mesh, paths, source: body.source.clone(), sha256: body.sha256.clone(), notes: body.notes.clone() }
     }
 
     /// Factor of a column, by the unit in its name.

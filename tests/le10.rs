@@ -3,7 +3,7 @@
 mod common;
 
 use common::{DeadLoad, elastic, hold, law, nodes, ramp, statics};
-use durometer::effect::{Elastic, Stressed};
+use durometer::effect::{Elastic, PointStress};
 use durometer::material::Want;
 use durometer::math::tensor::Vec3;
 use durometer::mesh::Order;

@@ -6,7 +6,7 @@
 mod common;
 
 use common::{DeadLoad, ORDERS, body, distorted_cube, example, law, move_to, ramp, statics, surface};
-use durometer::effect::{Elastic, Stressed};
+use durometer::effect::{Elastic, PointStress};
 use durometer::material::{LAWS, Want};
 use durometer::math::tensor::{Mat3, Vec3};
 use durometer::mesh::{Order, TetMesh};

@@ -1,4 +1,4 @@
-"""`python -m meshgen < request.json`: one JSON manifest on stdout, progress on stderr.
+"""`python -m meshgen < request.json`: one JSON manifest on stdout, progress on stderr. A request `{"convert": …}` converts a volume mesh.
 
 Exit codes: 0 done, 2 bad request, 3 the mesher failed. `--doctor` lists installed and missing packages."""
 
@@ -34,10 +34,11 @@ def serve(text: str) -> tuple:
 
     try:
         try:
-            from . import request, run
+            from . import convert, request, run
         except (ImportError, OSError) as error:
             raise MesherFailed(f"the mesher is not installed: {error}", "python -m meshgen --doctor says what is missing") from error
-        return run.run(request.read(text)), 0
+        asked = request.conversion(text)
+        return (convert.run(**asked) if asked else run.run(request.read(text))), 0
     except MeshgenError as error:
         return error.as_json(), error.exit_code
     except OSError as error:

@@ -25,3 +25,7 @@ class MesherFailed(MeshgenError):
     """The request is valid, but the mesher could not fulfil it."""
 
     exit_code = 3
+
+
+class SizeNotReached(MesherFailed):
+    """Meshes can be made, but none with the wanted number of cells."""

@@ -21,7 +21,8 @@ class Geometry:
     paths     name -> {"guides": [[x, y, z]], "pull_point": [x, y, z], "guide_radius": r}, in mm
     features  grading feature -> list of face tags, or of points [x, y, z] in mm
     volume    enclosed volume in mm³, where the CAD kernel does not know it (surfaces without CAD)
-    rebuild   builds the same model again, where clearing the mesh would destroy it (surfaces without CAD)
+    rebuild   builds the same model again for an edge length in mm, where clearing the mesh would destroy it (surfaces without CAD)
+    unions    further facet regions: name -> names of facet regions
     """
 
     volumes: list
@@ -30,11 +31,12 @@ class Geometry:
     features: dict = field(default_factory=dict)
     volume: float | None = None
     rebuild: Callable | None = None
+    unions: dict = field(default_factory=dict)
 
-    def clear_mesh(self) -> None:
-        """Restore the geometry without a mesh."""
+    def clear_mesh(self, length: float | None = None) -> None:
+        """Restore the geometry without a mesh, for the given edge length [mm]."""
         if self.rebuild:
-            self.rebuild()
+            self.rebuild(length)
         else:
             gmsh.model.mesh.clear()
 

@@ -64,7 +64,7 @@ def mesh(request: Request, geometry: Geometry, volume: float) -> tuple:
     gmsh.option.setNumber("Mesh.OptimizeNetgen", 1 if request.optimise else 0)
 
     def generate(length: float, jitter: int) -> int:
-        geometry.clear_mesh()
+        geometry.clear_mesh(length / MM)
         sizing.apply(length, request.seed + 7919 * jitter, request, geometry)
         gmsh.model.mesh.generate(3)
         return count_cells()
@@ -130,4 +130,12 @@ def collect(geometry: Geometry) -> TetMesh:
             cell_labels[name] = np.isin(owner, tags)
         else:
             facet_labels[name] = row[collect_elements(2, tags)[:, :3]]
-    return assemble(points, np.concatenate(cells), cell_labels, facet_labels)
+    mesh = assemble(points, np.concatenate(cells), cell_labels, facet_labels)
+    add_unions(mesh, geometry.unions)
+    return mesh
+
+
+def add_unions(mesh: TetMesh, unions: dict) -> None:
+    """Add the facet regions that are made of others."""
+    for name, members in unions.items():
+        mesh.regions[name] = (2, np.sort(np.concatenate([mesh.regions[member][1] for member in members])))

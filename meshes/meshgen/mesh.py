@@ -56,6 +56,18 @@ def assemble(points, cells, cell_labels: dict, facet_labels: dict, exclusive: bo
     return TetMesh(points, cells, facets, regions)
 
 
+def straight_second_order(mesh: TetMesh) -> TetMesh:
+    """The mesh with a node in the middle of every edge."""
+    edges = np.sort(mesh.cells[:, EDGES].reshape(-1, 2), axis=1)
+    keys, place = np.unique(edges, axis=0, return_inverse=True)
+    points = np.concatenate([mesh.points, rounded(mesh.points[keys].mean(axis=1))])
+    cells = np.concatenate([mesh.cells, len(mesh.points) + place.reshape(-1, 6)], axis=1)
+    facets = boundary(cells)
+    row = {tuple(corners): i for i, corners in enumerate(np.sort(facets[:, :3], axis=1).tolist())}
+    order = [row[tuple(corners)] for corners in np.sort(mesh.facets, axis=1).tolist()]
+    return TetMesh(points, cells, facets[order], mesh.regions)
+
+
 def rounded(points: np.ndarray) -> np.ndarray:
     """Coordinates rounded to 1e-12 of the body's size: files stay small, planes stay exact."""
     size = np.ptp(points, axis=0).max()

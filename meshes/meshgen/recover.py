@@ -11,12 +11,13 @@ from .gmsh_driver import collect_elements, collect_nodes
 
 PER_CIRCLE = 48  # triangles around a full circle of the CAD
 SHARP = np.cos(np.radians(20))  # faces at an angle of more than 20° form a sharp edge
+MOST = 300_000  # triangles of a divided surface
 CHUNK = 2_000_000  # distances at a time
 
 
 @dataclass
 class Skin:
-    """A fine triangulation of the boundary: points, outward triangles, and the CAD face of each triangle."""
+    """A fine triangulation of the boundary: points, outward triangles, and the face of each triangle."""
 
     points: np.ndarray
     triangles: np.ndarray
@@ -40,7 +41,31 @@ def skin(geometry: Geometry, size: float) -> Skin:
 
 
 def facet_regions(points: np.ndarray, facets: np.ndarray, skin: Skin, geometry: Geometry) -> dict:
-    """Rows of the facets in every facet region: each facet goes to the CAD face that is nearest to its centre,
+    """Rows of the facets in every facet region."""
+    best = nearest_faces(points, facets, skin)
+    return {name: np.flatnonzero(np.isin(best, faces)) for name, (dim, faces) in geometry.regions.items() if dim == 2}
+
+
+def fine(points: np.ndarray, triangles: np.ndarray, face: np.ndarray, size: float) -> tuple:
+    """Points, triangles and faces of a surface whose triangles are halved until their edges are at most `size`.
+
+    Neighbours may be divided differently: distances do not mind."""
+    corners = points[triangles]
+    while len(corners) < MOST:
+        lengths = np.linalg.norm(corners[:, [1, 2, 0]] - corners, axis=2)
+        i = lengths.argmax(axis=1)
+        long = np.flatnonzero(lengths.max(axis=1) > size)
+        if not len(long):
+            break
+        a, b, c = (corners[long, (i[long] + k) % 3] for k in range(3))
+        middle = (a + b) / 2
+        corners = np.concatenate([np.delete(corners, long, axis=0), np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])
+        face = np.concatenate([np.delete(face, long), face[long], face[long]])
+    return corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3), face
+
+
+def nearest_faces(points: np.ndarray, facets: np.ndarray, skin: Skin) -> np.ndarray:
+    """Face of each facet: the one that is nearest to its centre,
     where a normal that differs by an angle a counts as a distance of (1 - cos a) times the facet's size."""
     corners = points[facets]
     centres, normals, sizes = corners.mean(axis=1), *unit_normals(corners)
@@ -52,8 +77,7 @@ def facet_regions(points: np.ndarray, facets: np.ndarray, skin: Skin, geometry: 
         distance = triangle_distance(centres, patch[nearest])
         agreement = np.einsum("ij,ij->i", normals, unit_normals(patch)[0][nearest])
         score[:, column] = distance + (1 - agreement) * sizes
-    best = tags[np.argmin(score, axis=1)]
-    return {name: np.flatnonzero(np.isin(best, faces)) for name, (dim, faces) in geometry.regions.items() if dim == 2}
+    return tags[np.argmin(score, axis=1)]
 
 
 def cell_regions(centres: np.ndarray, geometry: Geometry) -> dict:
@@ -71,15 +95,24 @@ def cell_regions(centres: np.ndarray, geometry: Geometry) -> dict:
 
 def edge_error(points: np.ndarray, facets: np.ndarray, skin: Skin) -> float:
     """Largest distance from a sharp CAD edge to the mesh's boundary."""
-    edges = np.concatenate([skin.triangles[:, [0, 1]], skin.triangles[:, [1, 2]], skin.triangles[:, [2, 0]]])
-    owner = np.tile(np.arange(len(skin.triangles)), 3)
+    return farthest(points, facets, sharp_middles(skin.points, skin.triangles))
+
+
+def sharp_middles(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Middles (k, 3) of the sharp edges of a closed surface."""
+    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    owner = np.tile(np.arange(len(triangles)), 3)
     _, place = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True)
     a, b = np.argsort(place.ravel(), kind="stable").reshape(-1, 2).T
-    normals = unit_normals(skin.points[skin.triangles])[0]
+    normals = unit_normals(points[triangles])[0]
     sharp = np.einsum("ij,ij->i", normals[owner[a]], normals[owner[b]]) < SHARP
-    if not sharp.any():
+    return points[edges[a[sharp]]].mean(axis=1)
+
+
+def farthest(points: np.ndarray, facets: np.ndarray, samples: np.ndarray) -> float:
+    """Largest distance from a sample (k, 3) to the facets; zero without samples."""
+    if not len(samples):
         return 0.0
-    samples = skin.points[edges[a[sharp]]].mean(axis=1)
     corners = points[facets]
     near = nearest_rows(samples, corners.mean(axis=1), min(24, len(facets)))
     distances = [triangle_distance(samples, corners[near[:, k]]) for k in range(near.shape[1])]

@@ -1,8 +1,9 @@
 """The request: the body, the size of its cells, the generator and the output. Lengths in metres."""
 
+import contextlib
 import difflib
 import json
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -34,6 +35,24 @@ class Request:
     cgal: dict = field(default_factory=dict)
     size_field: dict = field(default_factory=dict)
     raw: dict = field(default_factory=dict)
+
+    def is_surface(self) -> bool:
+        """Whether the body is the inside of a surface file."""
+        return self.body == "file" and self.parameters["kind"] == "surface"
+
+    def linear(self) -> "Request":
+        """The same request for cells of order 1."""
+        return replace(self, order=1)
+
+
+def conversion(text: str) -> dict | None:
+    """The path, format and output of a request to convert a mesh; none if it asks for something else."""
+    with contextlib.suppress(json.JSONDecodeError):
+        raw = json.loads(text)
+        if isinstance(raw, dict) and isinstance(asked := raw.get("convert"), dict):
+            known_keys("convert", asked, ["path", "format", "output"])
+            return {key: str(asked.get(key)) for key in ("path", "format", "output")}
+    return None
 
 
 def read(text: str) -> Request:
@@ -89,22 +108,24 @@ def check_combination(request: Request) -> None:
     if request.generator == "cgal":
         if not sized and not all(name in request.cgal for name in CGAL_LENGTHS):
             raise BadRequest("no size", f"give size.length, size.cells, or all of cgal's {', '.join(CGAL_LENGTHS)}")
-        if request.order == 2 or request.levels or request.grading or request.size_field:
-            raise BadRequest("cgal makes uniform order-1 meshes only", "drop order, levels, grading and size field, or use gmsh")
+        if (request.order == 2 and not request.is_surface()) or request.levels or request.grading or request.size_field:
+            raise BadRequest("cgal makes uniform meshes only, and of CAD only order 1", "drop order, levels, grading and size field, or use gmsh")
     elif request.cgal:
         raise BadRequest("cgal criteria given, but the generator is gmsh", 'set generator = "cgal" or drop them')
-    elif not sized and request.body != "file":
+    elif not sized:
         raise BadRequest("no size", "give size.length or size.cells")
 
 
 def file_parameters(given: dict) -> dict:
     """Parameters of the body `file`: the path and its unit [m]."""
-    known_keys("parameters of file", given, ["path", "unit_m"])
-    if not isinstance(given.get("path"), str):
-        raise BadRequest("file: parameter path is missing", "name the CAD, surface or mesh file")
+    known_keys("parameters of file", given, ["path", "unit_m", "kind", "format"])
+    for key, hint in (("path", "name the CAD or surface file"), ("format", "give the name of the format, such as step or stl")):
+        if not isinstance(given.get(key), str):
+            raise BadRequest(f"file: parameter {key} is missing", hint)
+    choice("kind", given.get("kind"), ("cad", "surface"))
     if "unit_m" not in given:
         raise BadRequest("file: parameter unit_m is missing", "say what one unit of the file is in metres, e.g. 0.001 for mm")
-    return {"path": given["path"], "unit_m": positive("unit_m", given["unit_m"])}
+    return given | {"unit_m": positive("unit_m", given["unit_m"])}
 
 
 def grading(entry: dict) -> dict:

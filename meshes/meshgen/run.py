@@ -2,18 +2,14 @@
 
 import time
 
-from . import bodies, gmsh_driver, importer, manifest, write
+from . import bodies, gmsh_driver, importer, manifest, surface_mesh, write
 from .request import Request
 
 
 def run(request: Request) -> dict:
     """Make the requested mesh, write it and its manifest; returns the manifest."""
     start = time.monotonic()
-    if request.body == "file" and importer.is_mesh(request):
-        mesh, notes = importer.read_mesh(request)
-        volume, paths = None, {}
-    else:
-        mesh, volume, paths, notes = generate(request)
+    mesh, volume, paths, notes = generate(request)
     result = manifest.build(request, mesh, volume, paths, notes)
     write.write(mesh, request.output)
     result["wall_s"] = round(time.monotonic() - start, 3)
@@ -23,6 +19,8 @@ def run(request: Request) -> dict:
 
 def generate(request: Request) -> tuple:
     """Mesh a CAD or surface: (mesh, its volume [m³], paths [mm], notes)."""
+    if request.is_surface():
+        return surface_mesh.mesh(request)
     with gmsh_driver.session(request.seed):
         if request.body == "file":
             geometry = importer.read_geometry(request)

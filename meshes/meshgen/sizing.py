@@ -6,13 +6,13 @@ import random
 import gmsh
 import numpy as np
 
-from .errors import MesherFailed
+from .errors import SizeNotReached
 from .geometry import MM
 
 CELLS_PER_CUBE = 5.5  # cells per cube of edge length in a fine gmsh mesh, for the first guess
 NOISE = 0.05  # relative variation of the length in meshes with a seed
-ATTEMPTS = 60  # for a target count
-BLIND = 12  # attempts within which the target must have been bracketed
+ATTEMPTS = 24  # for a target count within the tolerance
+NEAR = 0.1  # the nearest attempt is taken within this share, if none is within the tolerance
 
 
 def apply(length: float, wave: int, request, geometry) -> None:
@@ -99,38 +99,42 @@ def find_length(generate, volume: float, target: int, tolerance: float, log) -> 
 
     Secant method in log length and log count, within the bracket of previous attempts. The count jumps where
     an edge of the CAD is divided differently; once the bracket is as narrow as such a jump, other waves of the size
-    field (jitter 1, 2, …) are tried around it. The last call of generate() is the accepted one."""
-    goal, tried = math.log(target), []
+    field (jitter 1, 2, …) are tried around it. If none is within the tolerance, the nearest is made again, if it is within NEAR.
+    The last call of generate() is the accepted one."""
+    goal, tried, near = math.log(target), [], max(tolerance, NEAR)
     scatter = random.Random(0)
     x, jitter = math.log((volume * CELLS_PER_CUBE / target) ** (1 / 3)), 0
-    for attempt in range(ATTEMPTS):
+    for _ in range(ATTEMPTS):
         count = generate(math.exp(x), jitter)
         log(f"length {math.exp(x):.5g} m: {count} cells, wanted {target}")
         if abs(count - target) <= tolerance * target:
             return math.exp(x), jitter
-        tried.append((x, math.log(count) - goal))
-        if attempt >= BLIND and not (fine(tried) and coarse(tried)):
-            break
+        tried.append((x, math.log(count) - goal, jitter))
+        if len(tried) > 3 and not coarse(tried) and abs(tried[-1][1] - tried[-3][1]) < 0.01:
+            break  # longer edges make no fewer cells
         x = next_guess(tried)
         if jitter or is_stuck(tried):
             jitter += 1
             x = (max(fine(tried))[0] + min(coarse(tried))[0]) / 2 + scatter.uniform(-0.04, 0.04)
-    nearest = min(tried, key=lambda pair: abs(pair[1]))
-    raise MesherFailed(
-        f"{target} cells within {100 * tolerance:g} % not reached in {len(tried)} attempts; "
+    nearest = min(tried, key=lambda attempt: abs(attempt[1]))
+    if abs(math.exp(nearest[1]) - 1) <= near:
+        log(f"within {100 * tolerance:g} % after {len(tried)} attempts there was none: {generate(math.exp(nearest[0]), nearest[2])} cells are taken")
+        return math.exp(nearest[0]), nearest[2]
+    raise SizeNotReached(
+        f"{target} cells within {100 * near:g} % not reached in {len(tried)} attempts; "
         f"the nearest was {round(math.exp(goal + nearest[1]))} cells at length {math.exp(nearest[0]):.5g} m",
         "allow a larger tolerance, another count, or another seed; graded lengths bound the count from below",
     )
 
 
 def fine(tried: list) -> list:
-    """The attempts with too many cells."""
-    return [pair for pair in tried if pair[1] > 0]
+    """(log length, log(count / target)) of the attempts with too many cells."""
+    return [attempt[:2] for attempt in tried if attempt[1] > 0]
 
 
 def coarse(tried: list) -> list:
-    """The attempts with too few cells."""
-    return [pair for pair in tried if pair[1] <= 0]
+    """The same of those with too few."""
+    return [attempt[:2] for attempt in tried if attempt[1] <= 0]
 
 
 def is_stuck(tried: list) -> bool:
@@ -139,9 +143,9 @@ def is_stuck(tried: list) -> bool:
 
 
 def next_guess(tried: list) -> float:
-    """Next log length from (log length, log(count / target)) pairs."""
+    """Next log length from (log length, log(count / target), jitter) of the attempts."""
     if not fine(tried) or not coarse(tried):
-        x, excess = tried[-1]
+        x, excess = tried[-1][:2]
         slope = 3.0
         if len(tried) > 1 and x != tried[-2][0]:
             slope = min(max((tried[-2][1] - excess) / (x - tried[-2][0]), 0.5), 6.0)

@@ -1,72 +1,189 @@
-"""Closed triangle surfaces: consistent orientation, enclosed volume."""
+"""Closed triangle surfaces: their shells, and which of them are outer surfaces and which are walls of cavities."""
 
 from collections import deque
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from .errors import BadRequest
 
 
+@dataclass
+class Surface:
+    """Shells that enclose one or several solids; no two triangles touch except at shared nodes.
+
+    points     (n, 3)
+    triangles  (m, 3), normals point out of the solid: away from it on outer shells, into the hollow on cavities
+    shell      (m,) number of the shell of every triangle
+    solids     [[outer shell, cavity, cavity, …], …]
+    repairs    what was changed, in words
+    """
+
+    points: np.ndarray
+    triangles: np.ndarray
+    shell: np.ndarray
+    solids: list
+    repairs: list = field(default_factory=list)
+
+    def volume(self) -> float:
+        """Volume of all solids."""
+        return volume(self.points, self.triangles)
+
+    def scaled(self, factor: float) -> "Surface":
+        """The surface in another unit."""
+        return Surface(self.points * factor, self.triangles, self.shell, self.solids, self.repairs)
+
+    def regions(self) -> dict:
+        """Shells by the names of their regions: `outer` and `cavity`, numbered where there are several."""
+        outer = [solid[0] for solid in self.solids]
+        cavities = [shell for solid in self.solids for shell in solid[1:]]
+        return numbered("outer", outer) | numbered("cavity", cavities)
+
+
+def numbered(name: str, shells: list) -> dict:
+    """The name for all shells together and, if there are several, the name with a number for each."""
+    each = {f"{name}_{i}": [shell] for i, shell in enumerate(shells, 1)} if len(shells) > 1 else {}
+    return ({name: shells} if shells else {}) | each
+
+
 def oriented(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """The triangles oriented outward; refuses a surface that is not closed and manifold."""
+    """Triangles of a closed surface with normals out of the solid that it encloses, inner shells as cavities."""
+    turned = neighbours(triangles)
+    if turned is None:
+        raise BadRequest("the surface is not closed", "give a closed surface")
+    shell, reverse, _ = walk(turned)
+    return nested(points, np.where(reverse[:, None], triangles[:, [0, 2, 1]], triangles), shell)[0]
+
+
+def edges_of(triangles: np.ndarray) -> tuple:
+    """All directed edges (3m, 2), and the triangle of each."""
     edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
-    owner = np.tile(np.arange(len(triangles)), 3)
-    forward = edges[:, 0] < edges[:, 1]
+    return edges, np.tile(np.arange(len(triangles)), 3)
+
+
+def edge_groups(triangles: np.ndarray) -> tuple:
+    """Distinct edges (k, 2), the edge of each directed edge (3m,), and how many triangles share each edge (k,)."""
+    edges, _ = edges_of(triangles)
     keys, place, counts = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True, return_counts=True)
+    return keys, place.ravel(), counts
+
+
+def neighbours(triangles: np.ndarray) -> list | None:
+    """For every triangle those across its edges, each with whether one of the two must be reversed to agree.
+
+    None if some edge does not have two triangles."""
+    edges, owner = edges_of(triangles)
+    _, place, counts = edge_groups(triangles)
     if np.any(counts != 2):
-        refuse(points, keys[counts != 2], counts[counts != 2])
-    pair = np.argsort(place.ravel(), kind="stable").reshape(-1, 2)
+        return None
+    forward = edges[:, 0] < edges[:, 1]
+    pair = np.argsort(place, kind="stable").reshape(-1, 2)
     same = forward[pair[:, 0]] == forward[pair[:, 1]]
-    neighbours = [[] for _ in triangles]
+    found = [[] for _ in triangles]
     for (a, b), turn in zip(owner[pair].tolist(), same.tolist()):
-        neighbours[a].append((b, turn))
-        neighbours[b].append((a, turn))
-    part, turned = walk(neighbours)
-    if part.max() > 0:
-        raise BadRequest(f"the surface has {part.max() + 1} separate parts", "give one closed surface")
-    result = np.where(turned[:, None], triangles[:, [0, 2, 1]], triangles)
-    return result if volume(points, result) > 0 else result[:, [0, 2, 1]]
+        found[a].append((b, turn))
+        found[b].append((a, turn))
+    return found
 
 
 def walk(neighbours: list) -> tuple:
-    """Part number of every triangle, and whether it must be reversed to agree with the first of its part."""
-    part, turned = np.full(len(neighbours), -1), np.zeros(len(neighbours), bool)
+    """Shell of every triangle, whether it must be reversed to agree with most of its shell, and a triangle that cannot agree."""
+    conflict = None
+    shell, turned = np.full(len(neighbours), -1), np.zeros(len(neighbours), bool)
     number = -1
     for start in range(len(neighbours)):
-        if part[start] >= 0:
+        if shell[start] >= 0:
             continue
         number += 1
-        part[start] = number
+        shell[start] = number
         queue = deque([start])
         while queue:
             here = queue.popleft()
             for there, turn in neighbours[here]:
-                if part[there] < 0:
-                    part[there], turned[there] = number, turned[here] ^ turn
+                if shell[there] < 0:
+                    shell[there], turned[there] = number, turned[here] ^ turn
                     queue.append(there)
                 elif turned[there] != turned[here] ^ turn:
-                    raise BadRequest("the surface has one side only, like a Moebius strip", "repair the surface")
-    return part, turned
+                    conflict = there
+    for own in range(number + 1):
+        rows = shell == own
+        if turned[rows].mean() > 0.5:
+            turned[rows] ^= True
+    return shell, turned, conflict
 
 
-def refuse(points: np.ndarray, edges: np.ndarray, counts: np.ndarray) -> None:
-    """Raise an error that states where a surface is open or branches."""
-    where = np.round(points[edges[0]].mean(axis=0), 6).tolist()
-    if np.any(counts == 1):
-        raise BadRequest(f"the surface is not closed: {np.sum(counts == 1)} border edges, one near {where}", "close the holes")
-    raise BadRequest(f"the surface branches at {len(edges)} edges, one near {where}", "remove inner or doubled triangles")
+def nested(points: np.ndarray, triangles: np.ndarray, shell: np.ndarray) -> tuple:
+    """The triangles with normals out of the solids, and the solids as lists of shells, the outer one first.
+
+    A shell inside an even number of others is an outer surface, one inside an odd number is a wall of a cavity of
+    the smallest of them."""
+    count = shell.max() + 1
+    rows = [np.flatnonzero(shell == s) for s in range(count)]
+    triangles = triangles.copy()
+    size = np.zeros(count)
+    for s in range(count):
+        size[s] = volume(points, triangles[rows[s]])
+        if size[s] < 0:
+            triangles[rows[s]] = triangles[rows[s]][:, [0, 2, 1]]
+            size[s] = -size[s]
+    inside = np.zeros((count, count), bool)  # [a, b]: a lies in b
+    for b in range(count):
+        others = [a for a in range(count) if a != b and size[a] < size[b]]
+        if others:
+            probes = points[[triangles[rows[a][0], 0] for a in others]]
+            inside[others, b] = winding(probes, points[triangles[rows[b]]]) > 0.5
+    depth = inside.sum(axis=1)
+    solids = {s: [s] for s in range(count) if depth[s] % 2 == 0}
+    for s in np.flatnonzero(depth % 2 == 1).tolist():
+        owner = min(np.flatnonzero(inside[s]).tolist(), key=lambda b: size[b])
+        solids[owner].append(s)
+        triangles[rows[s]] = triangles[rows[s]][:, [0, 2, 1]]
+    return triangles, list(solids.values())
+
+
+def winding(probes: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """How often outward triangles (m, 3, 3) wind round each point, by their solid angles (van Oosterom and Strackee, 1983, eq. 8)."""
+    total = np.empty(len(probes))
+    for i, probe in enumerate(probes):
+        a, b, c = (corners[:, k] - probe for k in range(3))
+        la, lb, lc = (np.linalg.norm(x, axis=1) for x in (a, b, c))
+        dot = lambda x, y: np.einsum("ij,ij->i", x, y)  # noqa: E731
+        below = la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb
+        total[i] = 2 * np.arctan2(dot(a, np.cross(b, c)), below).sum()
+    return total / (4 * np.pi)
+
+
+def patches(points: np.ndarray, triangles: np.ndarray, crease: float) -> np.ndarray:
+    """Patch of every triangle: patches are bounded by edges across which the normal turns by more than `crease` [radians]."""
+    edges, owner = edges_of(triangles)
+    _, place, _ = edge_groups(triangles)
+    pair = owner[np.argsort(place, kind="stable")].reshape(-1, 2)
+    normal = normals(points, triangles)
+    smooth = pair[np.einsum("ij,ij->i", normal[pair[:, 0]], normal[pair[:, 1]]) >= np.cos(crease)]
+    return components(len(triangles), smooth)
+
+
+def components(count: int, pairs: np.ndarray) -> np.ndarray:
+    """Number of the component of every one of `count` things, from pairs (k, 2) that belong together."""
+    label = np.arange(count)
+    while True:
+        low = label.copy()
+        np.minimum.at(low, pairs[:, 0], label[pairs[:, 1]])
+        np.minimum.at(low, pairs[:, 1], label[pairs[:, 0]])
+        low = low[low]
+        if np.array_equal(low, label):
+            return np.unique(label, return_inverse=True)[1].ravel()
+        label = low
+
+
+def normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Unit normals; zero for flat triangles."""
+    a, b, c = (points[triangles[:, i]] for i in range(3))
+    vector = np.cross(b - a, c - a)
+    return vector / np.maximum(np.linalg.norm(vector, axis=1), 1e-300)[:, None]
 
 
 def volume(points: np.ndarray, triangles: np.ndarray) -> float:
-    """Enclosed volume of outward triangles."""
-    a, b, c = (points[triangles[:, i]] for i in range(3))
+    """Volume enclosed by outward triangles. The origin is moved to the surface, so that distant bodies lose no digits."""
+    a, b, c = (points[triangles[:, i]] - points[triangles[0, 0]] for i in range(3))
     return float(np.einsum("ij,ij->", np.cross(a, b), c) / 6)
-
-
-def merged(points: np.ndarray, triangles: np.ndarray) -> tuple:
-    """Points closer than 1e-9 of the size merged (as in STL, where every triangle has its own); no flat triangles."""
-    step = np.ptp(points, axis=0).max() * 1e-9
-    _, first, inverse = np.unique(np.round(points / step), axis=0, return_index=True, return_inverse=True)
-    triangles = inverse.ravel()[triangles]
-    distinct = (triangles[:, 0] != triangles[:, 1]) & (triangles[:, 1] != triangles[:, 2]) & (triangles[:, 2] != triangles[:, 0])
-    return points[first], triangles[distinct]

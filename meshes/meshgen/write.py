@@ -13,7 +13,11 @@ ELEMENT = {(2, 1): 2, (2, 2): 9, (3, 1): 4, (3, 2): 11}  # (dim, order) -> gmsh'
 
 def write(mesh: TetMesh, path: str) -> None:
     """Write the mesh: one physical group per region, one entity per combination of regions."""
-    data = "".join(lines(mesh)).encode()
+    save("".join(lines(mesh)).encode(), path)
+
+
+def save(data: bytes, path: str) -> None:
+    """Store a file, gzipped by its name; it appears whole or not at all."""
     if path.endswith(".gz"):
         data = gzip.compress(data, compresslevel=9, mtime=0)
     target = Path(path)

@@ -7,6 +7,7 @@ mod check;
 mod doctor;
 mod files;
 mod fit;
+mod import;
 mod interrupt;
 mod mesh;
 mod outcome;
@@ -47,6 +48,7 @@ struct Cli {
 enum Command {
     Run(run::Args),
     Simulate(simulate::Args),
+    Import(import::Args),
     Mesh(mesh::Args),
     Plan(plan::Args),
     Robustness(robustness::Args),
@@ -65,6 +67,7 @@ pub fn main() -> ExitCode {
     let result = match command {
         Command::Run(args) => run::main(args),
         Command::Simulate(args) => simulate::main(args),
+        Command::Import(args) => import::main(args),
         Command::Mesh(args) => mesh::main(args),
         Command::Plan(args) => plan::main(args),
         Command::Robustness(args) => robustness::main(args),

@@ -8,8 +8,9 @@ use durometer::scene::control::Controller;
 use durometer::scene::control::process::Process;
 use durometer::scene::output::ScheduleSpec;
 use durometer::scene::{
-    Body, Checkpoint, CheckpointError, Constant, ErrorEstimate, ErrorEstimator, EstimateError, RefinementStep,
-    RefinementWatch, Run, RunOptions, Scene, SceneSpec, SensitivityError, SensitivityRecorder, read_scene, refine,
+    Body, Checkpoint, CheckpointError, Constant, ErrorEstimate, ErrorEstimator, EstimateError, ExtremeKind,
+    RefinementStep, RefinementWatch, Run, RunOptions, Scene, SceneSpec, SensitivityError, SensitivityRecorder,
+    read_scene, refine,
 };
 use durometer::solve::Status;
 use durometer::study::fields::{Fields, USUAL};
@@ -327,7 +328,10 @@ fn print(record: &CaseRecord, known: usize) {
     }
     for (probe, value) in &record.probes {
         let (peak, last) = (plain(value.peak), plain(value.last));
-        println!("{probe:28} peak {peak:>12} at {:.3} s   final {last:>12}", value.peak_t_s);
+        match value.peak_is {
+            ExtremeKind::Constant => println!("{probe:28} constant {peak:>12}"),
+            kind => println!("{probe:28} {:8} {peak:>12} at {:.3} s   final {last:>12}", kind.name(), value.peak_t_s),
+        }
     }
     for e in &record.events {
         let value = e.value.map_or_else(String::new, |v| format!(" (at {})", plain(v)));

@@ -3,7 +3,7 @@
 //! Displacement formulation: tet4 with one point, tet10 with four. tet4 locks as ν → ½.
 
 use super::cell::CellPoints;
-use super::pressure_scatter::Stressed;
+use super::pressure_scatter::{PointStress, Stressed};
 use crate::material::{Law, LawError, Moduli};
 use crate::math::tensor::Mat3;
 use crate::mesh::TetMesh;
@@ -51,22 +51,24 @@ impl Batched for Elastic {
     }
 }
 
-impl Stressed for Elastic {
+impl PointStress for Elastic {
     fn points(&self) -> &Arc<CellPoints> {
         &self.points
     }
 
+    fn stress(&self, x: &[f64], b: usize) -> Result<Vec<Mat3>, LawError> {
+        let at = |q| Ok(self.law.eval(&self.points.deformation_gradient(x, b, q), Want::Residual)?.p);
+        (0..self.points.points()).map(at).collect()
+    }
+}
+
+impl Stressed for Elastic {
     fn displacement_only(&self) -> bool {
         true
     }
 
     fn moduli(&self) -> Moduli {
         self.law.small_strain()
-    }
-
-    fn stress(&self, x: &[f64], b: usize) -> Result<Vec<Mat3>, LawError> {
-        let at = |q| Ok(self.law.eval(&self.points.deformation_gradient(x, b, q), Want::Residual)?.p);
-        (0..self.points.points()).map(at).collect()
     }
 
     fn along(&self, _: &TetMesh, law: Box<dyn Law>) -> Box<dyn Effect> {

@@ -6,7 +6,7 @@
 
 use super::cell::CellPoints;
 use super::mixed::add_pressure_tangent;
-use super::pressure_scatter::Stressed;
+use super::pressure_scatter::{PointStress, Stressed};
 use crate::material::{Law, LawError, Moduli, Volumetric};
 use crate::math::tensor::{Mat3, cofactor, det_minus_one};
 use crate::mesh::{Order, TetMesh};
@@ -108,17 +108,9 @@ impl Effect for MeanDilatation {
     }
 }
 
-impl Stressed for MeanDilatation {
+impl PointStress for MeanDilatation {
     fn points(&self) -> &Arc<CellPoints> {
         &self.points
-    }
-
-    fn displacement_only(&self) -> bool {
-        false
-    }
-
-    fn moduli(&self) -> Moduli {
-        self.hooke
     }
 
     fn stress(&self, x: &[f64], b: usize) -> Result<Vec<Mat3>, LawError> {
@@ -129,6 +121,16 @@ impl Stressed for MeanDilatation {
             Ok(self.rest.eval(&f, Want::Residual)?.p + self.volumetric.kappa * mean * dg * cofactor(&f))
         };
         (0..self.points.points()).map(at).collect()
+    }
+}
+
+impl Stressed for MeanDilatation {
+    fn displacement_only(&self) -> bool {
+        false
+    }
+
+    fn moduli(&self) -> Moduli {
+        self.hooke
     }
 
     /// Π is linear in ψ̃ and κ.

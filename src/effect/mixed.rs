@@ -13,7 +13,7 @@
 
 use super::cell::CellPoints;
 use super::mixed_along::MixedAlong;
-use super::pressure_scatter::Stressed;
+use super::pressure_scatter::{PointStress, Stressed};
 use crate::material::{Law, LawError, Moduli, Volumetric};
 use crate::math::tensor::{Mat3, Mat9, ZERO9, cofactor, det_minus_one};
 use crate::mesh::{Order, TetMesh, element, quadrature};
@@ -160,17 +160,9 @@ impl Effect for MixedElastic {
     }
 }
 
-impl Stressed for MixedElastic {
+impl PointStress for MixedElastic {
     fn points(&self) -> &Arc<CellPoints> {
         &self.points
-    }
-
-    fn displacement_only(&self) -> bool {
-        false
-    }
-
-    fn moduli(&self) -> Moduli {
-        self.hooke
     }
 
     fn stress(&self, x: &[f64], b: usize) -> Result<Vec<Mat3>, LawError> {
@@ -182,6 +174,16 @@ impl Stressed for MixedElastic {
             Ok(self.rest.eval(&f, Want::Residual)?.p + p * dg * cofactor(&f))
         };
         self.shape.iter().enumerate().map(at).collect()
+    }
+}
+
+impl Stressed for MixedElastic {
+    fn displacement_only(&self) -> bool {
+        false
+    }
+
+    fn moduli(&self) -> Moduli {
+        self.hooke
     }
 
     fn along(&self, mesh: &TetMesh, law: Box<dyn Law>) -> Box<dyn Effect> {

@@ -22,15 +22,19 @@ pub const ALARM: f64 = 0.5;
 /// not follow.
 pub const COMPRESSIBLE: f64 = 0.4;
 
-/// An elastic effect of a law, with access to its stress and its derivatives by the constants.
-pub trait Stressed: Send + Sync {
+/// An effect with stress at the points of cells.
+pub trait PointStress: Send + Sync {
     fn points(&self) -> &Arc<CellPoints>;
+    /// P \[Pa\] at the points of block `b`, as in the residual.
+    fn stress(&self, x: &[f64], b: usize) -> Result<Vec<Mat3>, LawError>;
+}
+
+/// An elastic effect of a law, with its derivatives by the constants.
+pub trait Stressed: PointStress {
     /// Whether the volume change is penalised point by point, without a pressure field; only such elements can lock.
     fn displacement_only(&self) -> bool;
     /// Hooke's constants at F = I
     fn moduli(&self) -> Moduli;
-    /// P \[Pa\] at the points of block `b`, as in the residual.
-    fn stress(&self, x: &[f64], b: usize) -> Result<Vec<Mat3>, LawError>;
     /// ∂/∂θ of this effect, on its blocks, from ∂/∂θ of its law ([`Law::along`]): its residual is ∂r/∂θ at fixed x.
     fn along(&self, mesh: &TetMesh, law: Box<dyn Law>) -> Box<dyn Effect>;
 }

@@ -8,6 +8,7 @@ mod assemble;
 pub mod check;
 pub mod corotational;
 pub mod entry;
+pub mod fibre_family;
 pub mod fit_form;
 pub mod gent;
 pub mod isochoric;

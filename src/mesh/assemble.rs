@@ -2,14 +2,55 @@
 
 use super::boundary::{Faces, push_boundary, push_facet, sorted};
 use super::error::MeshError;
+use super::solid::{Solid, triangles};
 use super::validate;
 use super::{Order, Region, TetMesh};
 use crate::math::tensor::Vec3;
 use std::collections::{BTreeMap, HashMap};
 use std::path::PathBuf;
 
+/// Number of a node that is no longer there.
+const GONE: u32 = u32::MAX;
+
 /// Names and counts of the element kinds of a file, for messages.
 pub(super) type Kinds = BTreeMap<&'static str, usize>;
+
+/// Handling of the cells and nodes of a file that a mesh cannot have as they are.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Reading {
+    /// Metres per unit of the file
+    pub unit_m: f64,
+    /// Hexahedra, wedges and pyramids become tetrahedra
+    pub split: bool,
+    /// Nodes within this distance become one \[m\]
+    pub merge: Option<f64>,
+}
+
+/// Changes that reading made to the content of a file.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Changes {
+    /// Nodes that belong to no cell and were dropped
+    pub dropped_nodes: usize,
+    /// Nodes that became one with another
+    pub merged_nodes: usize,
+    /// Cells that were split into tetrahedra
+    pub split_cells: usize,
+}
+
+/// A cell as a reader found it: its kind, where its nodes begin, and its number in the file.
+#[derive(Clone, Copy)]
+pub(super) struct RawCell {
+    solid: Solid,
+    begin: usize,
+    tag: u64,
+}
+
+/// A triangle or quadrilateral of the file by its corners.
+pub(super) struct RawFacet {
+    pub corners: Vec<u32>,
+    pub tag: u64,
+    pub regions: Vec<String>,
+}
 
 /// A mesh as a reader found it. Tags are the numbers of the file, for messages.
 #[derive(Default)]
@@ -19,87 +60,172 @@ pub(super) struct RawMesh {
     pub node_tags: Vec<u64>,
     /// \[points\] a node that may belong to no cell: it lies on a lower-dimensional entity of the geometry
     pub may_be_free: Vec<bool>,
-    /// tet4 cells \[4 per cell\] and tet10 cells \[10 per cell, VTK order\], as indices into `points`
-    pub tet4: Vec<u32>,
-    pub tet10: Vec<u32>,
-    pub cell_tags: Vec<u64>,
+    pub cells: Vec<RawCell>,
+    /// Nodes of all cells, tet10 in VTK's order, as indices into `points`
+    pub cell_nodes: Vec<u32>,
+    /// Indices into the cells
     pub cell_regions: BTreeMap<String, Vec<u32>>,
-    /// Corners of triangles of the file, with its tag and regions
-    pub triangles: Vec<([u32; 3], u64, Vec<String>)>,
-    /// All other kinds of the file; volumetric ones are refused
+    pub facets: Vec<RawFacet>,
+    /// Indices into `points`
+    pub node_regions: BTreeMap<String, Vec<u32>>,
+    /// Volumetric kinds that are refused
     pub other_volumes: Kinds,
+    /// Kinds that are passed over
     pub other: Kinds,
 }
 
 impl RawMesh {
-    /// Checks everything, converts to metres (`unit_m` metres per unit of the file) and completes the boundary.
-    pub fn finish(mut self, unit_m: f64) -> Result<TetMesh, MeshError> {
-        let order = self.order()?;
-        let cells =
-            if order == Order::Linear { std::mem::take(&mut self.tet4) } else { std::mem::take(&mut self.tet10) };
+    /// Appends a cell; returns its index.
+    pub fn push(&mut self, solid: Solid, nodes: &[u32], tag: u64) -> u32 {
+        self.cells.push(RawCell { solid, begin: self.cell_nodes.len(), tag });
+        self.cell_nodes.extend(&nodes[..solid.nodes()]);
+        self.cells.len() as u32 - 1
+    }
+
+    /// Nodes of cell `c`.
+    pub fn nodes(&self, c: usize) -> &[u32] {
+        let cell = &self.cells[c];
+        &self.cell_nodes[cell.begin..cell.begin + cell.solid.nodes()]
+    }
+
+    /// Kind of cell `c`.
+    pub fn solid(&self, c: usize) -> Solid {
+        self.cells[c].solid
+    }
+
+    /// Checks everything, converts to metres and completes the boundary.
+    pub fn finish(mut self, how: &Reading) -> Result<(TetMesh, Changes), MeshError> {
+        let order = self.order(how)?;
         if let Some(i) = self.points.iter().position(|p| !p.iter().all(|x| x.is_finite())) {
             return Err(MeshError::NotFinite { file: self.file, node: self.node_tags[i] });
         }
-        let (points, cells) = self.used_nodes(cells, unit_m)?;
-        if let Some((i, j)) = validate::duplicate(&points) {
+        let mut changes = Changes::default();
+        if let Some(distance) = how.merge {
+            changes.merged_nodes = self.merge(distance / how.unit_m)?;
+        }
+        changes.split_cells = self.split();
+        changes.dropped_nodes = self.drop_unused();
+        let points: Vec<Vec3> = self.points.iter().map(|p| p * how.unit_m).collect();
+        if let Some(&(i, j)) = validate::doubled(&points).first() {
             let (first, second, at) = (self.node_tags[i], self.node_tags[j], points[i]);
             return Err(MeshError::DuplicateNode { file: self.file, first, second, at });
         }
+        let cells = std::mem::take(&mut self.cell_nodes);
         let mut mesh = TetMesh { order, points, cells, facets: vec![], regions: BTreeMap::new() };
         self.orient(&mut mesh)?;
         self.regions(&mut mesh)?;
-        Ok(mesh)
+        Ok((mesh, changes))
     }
 
-    /// The order of the cells; refuses everything that is not tetrahedra of one order.
-    fn order(&self) -> Result<Order, MeshError> {
+    /// Number of cells by kind, and of everything else in the file.
+    pub fn kinds(&self) -> Kinds {
         let mut kinds = self.other_volumes.clone();
-        let (linear, quadratic) = (self.tet4.len() / 4, self.tet10.len() / 10);
-        for (name, count) in [("4-node tetrahedra", linear), ("10-node tetrahedra", quadratic)] {
-            if count > 0 {
-                kinds.insert(name, count);
-            }
-        }
+        self.cells.iter().for_each(|cell| *kinds.entry(cell.solid.name()).or_default() += 1);
+        kinds
+    }
+
+    /// The order of the cells; refuses everything that is not tetrahedra of one order, or becomes that.
+    fn order(&self, how: &Reading) -> Result<Order, MeshError> {
+        let has = |solid| self.cells.iter().any(|cell| cell.solid == solid);
+        let solids = [Solid::Pyramid, Solid::Wedge, Solid::Hexahedron].into_iter().any(has);
         let list = |kinds: &Kinds| kinds.iter().map(|(k, n)| format!("{n} × {k}")).collect::<Vec<_>>().join(", ");
         let file = self.file.clone();
-        match (linear, quadratic) {
-            _ if kinds.len() > 1 || !self.other_volumes.is_empty() => {
-                Err(MeshError::MixedCells { file, kinds: list(&kinds) })
+        match (has(Solid::Tet10), has(Solid::Tet4) || solids) {
+            (quadratic, linear) if !self.other_volumes.is_empty() || (quadratic && linear) => {
+                Err(MeshError::MixedCells { file, kinds: list(&self.kinds()) })
             }
-            (0, 0) => {
+            _ if solids && !how.split => Err(MeshError::NotSplit { file, kinds: list(&self.kinds()) }),
+            (false, false) => {
                 let mut found = self.other.clone();
-                if !self.triangles.is_empty() {
-                    found.insert("triangles", self.triangles.len());
+                for facet in &self.facets {
+                    let name = if facet.corners.len() == 3 { "triangles" } else { "quadrangles" };
+                    *found.entry(name).or_default() += 1;
                 }
                 let found =
                     if found.is_empty() { "no elements at all".into() } else { format!("only {}", list(&found)) };
                 Err(MeshError::NoCells { file, found })
             }
-            (_, 0) => Ok(Order::Linear),
-            _ => Ok(Order::Quadratic),
+            (quadratic, _) => Ok(if quadratic { Order::Quadratic } else { Order::Linear }),
         }
     }
 
-    /// Keeps the nodes of the cells, renumbered in file order. A node without a cell is dropped if it lies on a
-    /// lower-dimensional entity (centres of arcs, points that only carry a size) and an error otherwise.
-    fn used_nodes(&mut self, mut cells: Vec<u32>, unit_m: f64) -> Result<(Vec<Vec3>, Vec<u32>), MeshError> {
-        let mut used = vec![false; self.points.len()];
-        cells.iter().for_each(|&i| used[i as usize] = true);
-        let orphan = |i: &usize| !used[*i] && !self.may_be_free[*i];
-        let count = (0..used.len()).filter(orphan).count();
-        if let Some(i) = (0..used.len()).find(orphan) {
-            let (node, at) = (self.node_tags[i], self.points[i] * unit_m);
-            return Err(MeshError::OrphanNode { file: self.file.clone(), node, at, count });
+    /// Replaces nodes within a distance \[units of the file\] of an earlier one by it; returns their number. A cell that loses a corner is refused.
+    fn merge(&mut self, distance: f64) -> Result<usize, MeshError> {
+        let mut number: Vec<u32> = (0..self.points.len() as u32).collect();
+        let pairs = validate::closer_than(&self.points, distance);
+        pairs.iter().for_each(|&(first, second)| number[second] = number[first]);
+        for (k, cell) in self.cells.iter().enumerate() {
+            let mut nodes: Vec<u32> = self.nodes(k).iter().map(|&i| number[i as usize]).collect();
+            nodes.sort_unstable();
+            if let Some(w) = nodes.windows(2).find(|w| w[0] == w[1]) {
+                let node = self.node_tags[w[0] as usize];
+                return Err(MeshError::MergedCell { file: self.file.clone(), cell: cell.tag, node });
+            }
         }
-        const GONE: u32 = u32::MAX;
+        let lists = self.facets.iter_mut().map(|f| &mut f.corners).chain(self.node_regions.values_mut());
+        lists.chain([&mut self.cell_nodes]).flatten().for_each(|i| *i = number[*i as usize]);
+        // A node that was replaced is in no cell, and does not count as one that the file left over.
+        pairs.iter().for_each(|&(_, second)| self.may_be_free[second] = true);
+        Ok(pairs.len())
+    }
+
+    /// Divides all cells that are no tetrahedra, with their regions; returns their number. Kinds whose cells are all numbered the other way
+    /// round are turned.
+    fn split(&mut self) -> usize {
+        let divided = |solid: Solid| !matches!(solid, Solid::Tet4 | Solid::Tet10);
+        let count = self.cells.iter().filter(|c| divided(c.solid)).count();
+        if count == 0 {
+            return 0;
+        }
+        let tets = |k: usize| match self.solid(k) {
+            Solid::Tet4 => vec![[0, 1, 2, 3].map(|i| self.nodes(k)[i])],
+            solid => solid.divide(self.nodes(k)),
+        };
+        let mut parts: Vec<Vec<[u32; 4]>> = (0..self.cells.len()).map(tets).collect();
+        for kind in [Solid::Tet4, Solid::Pyramid, Solid::Wedge, Solid::Hexahedron] {
+            let of_kind = || self.cells.iter().zip(&parts).filter(|(cell, _)| cell.solid == kind);
+            if of_kind().all(|(_, tets)| tets.iter().all(|t| self.volume(t) < 0.0)) {
+                let turned = self.cells.iter().zip(&mut parts).filter(|(cell, _)| cell.solid == kind);
+                turned.flat_map(|(_, tets)| tets).for_each(|t| t.swap(1, 2));
+            }
+        }
+        let (mut cells, mut all, mut begin) = (Vec::new(), Vec::new(), vec![0u32]);
+        for (cell, tets) in self.cells.iter().zip(parts) {
+            for tet in tets {
+                cells.push(RawCell { solid: Solid::Tet4, begin: all.len(), tag: cell.tag });
+                all.extend(tet);
+            }
+            begin.push(cells.len() as u32);
+        }
+        (self.cells, self.cell_nodes) = (cells, all);
+        for list in self.cell_regions.values_mut() {
+            *list = list.iter().flat_map(|&c| begin[c as usize]..begin[c as usize + 1]).collect();
+        }
+        count
+    }
+
+    /// Six times the signed volume of a tetrahedron.
+    pub fn volume(&self, nodes: &[u32; 4]) -> f64 {
+        let [a, b, c, d] = nodes.map(|i| self.points[i as usize]);
+        (b - a).cross(&(c - a)).dot(&(d - a))
+    }
+
+    /// Keeps the nodes of the cells, renumbered in file order. Returns the number of the others, without those on a lower-dimensional entity
+    /// (centres of arcs, points that only carry a size).
+    fn drop_unused(&mut self) -> usize {
+        let mut used = vec![false; self.points.len()];
+        self.cell_nodes.iter().for_each(|&i| used[i as usize] = true);
+        let dropped = (0..used.len()).filter(|&i| !used[i] && !self.may_be_free[i]).count();
         let mut number = vec![GONE; used.len()];
         let kept: Vec<usize> = (0..used.len()).filter(|&i| used[i]).collect();
         kept.iter().enumerate().for_each(|(new, &old)| number[old] = new as u32);
-        cells.iter_mut().for_each(|i| *i = number[*i as usize]);
-        // A triangle with a dropped node is no face of a cell: its corner stays GONE and is found out later.
-        self.triangles.iter_mut().for_each(|(corners, _, _)| corners.iter_mut().for_each(|i| *i = number[*i as usize]));
+        // A facet with a dropped node is no face of a cell: its corner stays GONE and is found out later.
+        let lists = self.facets.iter_mut().map(|f| &mut f.corners).chain(self.node_regions.values_mut());
+        lists.chain([&mut self.cell_nodes]).flatten().for_each(|i| *i = number[*i as usize]);
+        self.node_regions.values_mut().for_each(|list| list.retain(|&i| i != GONE));
         self.node_tags = kept.iter().map(|&i| self.node_tags[i]).collect();
-        Ok((kept.iter().map(|&i| self.points[i] * unit_m).collect(), cells))
+        self.points = kept.iter().map(|&i| self.points[i]).collect();
+        dropped
     }
 
     /// Makes all volumes positive: a file with the opposite convention is reoriented as a whole, a single inverted cell is an
@@ -113,7 +239,7 @@ impl RawMesh {
                 |a: usize, b: usize| (mesh.points[corners[a] as usize] - mesh.points[corners[b] as usize]).norm();
             let longest = super::element::CELL_EDGES.into_iter().map(|[a, b]| edge(a, b)).fold(0.0, f64::max);
             if volume.abs() <= 1e-12 * longest.powi(3) {
-                return Err(MeshError::ZeroVolume { file: self.file.clone(), cell: self.cell_tags[c], volume });
+                return Err(MeshError::ZeroVolume { file: self.file.clone(), cell: self.cells[c].tag, volume });
             }
         }
         let negative = volumes.iter().filter(|v| **v < 0.0).count();
@@ -128,14 +254,14 @@ impl RawMesh {
             let wrong = if 2 * negative <= count { -1.0 } else { 1.0 };
             let c = volumes.iter().position(|v| v.signum() == wrong).expect("both signs occur");
             let wrong_count = negative.min(count - negative);
-            let (file, cell) = (self.file.clone(), self.cell_tags[c]);
+            let (file, cell) = (self.file.clone(), self.cells[c].tag);
             return Err(MeshError::InvertedCell { file, cell, volume: volumes[c], count: wrong_count, cells: count });
         }
         if mesh.order == Order::Quadratic {
             for c in 0..count {
                 let min_det = validate::min_det(mesh, c);
                 if min_det <= 0.0 {
-                    return Err(MeshError::FoldedCell { file: self.file.clone(), cell: self.cell_tags[c], min_det });
+                    return Err(MeshError::FoldedCell { file: self.file.clone(), cell: self.cells[c].tag, min_det });
                 }
             }
         }
@@ -145,24 +271,19 @@ impl RawMesh {
     /// Facets and regions: the triangles of the file that are faces of cells, then the rest of the boundary.
     fn regions(mut self, mesh: &mut TetMesh) -> Result<(), MeshError> {
         let faces =
-            Faces::of(mesh).map_err(|c| MeshError::SharedFace { file: self.file.clone(), cell: self.cell_tags[c] })?;
+            Faces::of(mesh).map_err(|c| MeshError::SharedFace { file: self.file.clone(), cell: self.cells[c].tag })?;
         let mut number: HashMap<[u32; 3], u32> = HashMap::new();
         let mut facet_regions: BTreeMap<String, Vec<u32>> = BTreeMap::new();
-        for (corners, tag, regions) in std::mem::take(&mut self.triangles) {
-            let key = sorted(corners);
-            let Some(&(cell, face, _)) = faces.0.get(&key) else {
-                match regions.first() {
-                    Some(region) => {
-                        return Err(MeshError::LooseFacet { file: self.file, facet: tag, region: region.clone() });
-                    }
-                    None => continue,
-                }
-            };
-            if regions.is_empty() {
-                continue;
+        for RawFacet { corners, tag, regions } in std::mem::take(&mut self.facets) {
+            let Some(region) = regions.first() else { continue };
+            for corners in triangles(&corners) {
+                let key = sorted(corners);
+                let Some(&(cell, face, _)) = faces.0.get(&key) else {
+                    return Err(MeshError::LooseFacet { file: self.file, facet: tag, region: region.clone() });
+                };
+                let f = *number.entry(key).or_insert_with(|| push_facet(mesh, cell, face));
+                regions.iter().for_each(|name| facet_regions.entry(name.clone()).or_default().push(f));
             }
-            let f = *number.entry(key).or_insert_with(|| push_facet(mesh, cell, face));
-            regions.into_iter().for_each(|name| facet_regions.entry(name).or_default().push(f));
         }
         push_boundary(mesh, &faces, |key| number.contains_key(key));
         for (name, cells) in std::mem::take(&mut self.cell_regions) {
@@ -170,6 +291,12 @@ impl RawMesh {
         }
         for (name, facets) in facet_regions {
             mesh.regions.entry(name).or_default().facets = ascending(facets);
+        }
+        for (name, nodes) in std::mem::take(&mut self.node_regions) {
+            // A set of the reference points of another program holds no node of a cell.
+            if !nodes.is_empty() {
+                mesh.regions.entry(name).or_default().nodes = ascending(nodes);
+            }
         }
         let cells = mesh.cell_count();
         if let Some(body) = mesh.regions.get("body")

@@ -7,7 +7,7 @@
 use super::TetMesh;
 use super::boundary::{boundary_facets, facet_cells};
 use super::distance::Nearest;
-use super::embed::find;
+use super::embed::{EmbedError, locate};
 use super::error::point;
 use super::flat::{flat_triangles, pieces};
 use super::surface_file::Surface;
@@ -39,12 +39,31 @@ pub struct TooFar {
 
 /// The nodes of each point; points that are further out than `reach` \[m\] are refused.
 pub fn attach(mesh: &TetMesh, points: &[Vec3], reach: f64) -> Result<Vec<Attached>, TooFar> {
+    let all = attached(mesh, points);
+    let far = all.iter().zip(points).filter(|(a, _)| a.outside > reach);
+    let count = far.clone().count();
+    match far.max_by(|a, b| a.0.outside.total_cmp(&b.0.outside)) {
+        None => Ok(all),
+        Some((a, &at)) => Err(TooFar { count, of: points.len(), reach, distance: a.outside, at }),
+    }
+}
+
+/// (node, weight) of each point, with a refusal for each that is further out.
+pub fn attach_each(mesh: &TetMesh, points: &[Vec3], reach: f64) -> Vec<Result<Vec<(u32, f64)>, EmbedError>> {
+    let refused = |(a, &at): (Attached, &Vec3)| match a.outside > reach {
+        true => Err(EmbedError::Outside { at, distance: a.outside }),
+        false => Ok(a.weights),
+    };
+    attached(mesh, points).into_iter().zip(points).map(refused).collect()
+}
+
+fn attached(mesh: &TetMesh, points: &[Vec3]) -> Vec<Attached> {
     let cells = facet_cells(mesh);
     let boundary = boundary_facets(mesh);
     let triangles = flat_triangles(mesh, &boundary);
     let surface = Surface { points: mesh.points.clone(), triangles };
     let nearest = Nearest::new(&surface).expect("a body has a surface");
-    let one = |at: &Vec3| match find(mesh, *at) {
+    let one = |at: &Vec3| match locate(mesh, *at) {
         Some(inside) => Attached { weights: inside.weights, outside: 0.0 },
         None => {
             let near = nearest.of(at);
@@ -53,13 +72,7 @@ pub fn attach(mesh: &TetMesh, points: &[Vec3], reach: f64) -> Result<Vec<Attache
             Attached { weights, outside: near.distance }
         }
     };
-    let all: Vec<Attached> = points.par_iter().map(one).collect();
-    let far = all.iter().zip(points).filter(|(a, _)| a.outside > reach);
-    let count = far.clone().count();
-    match far.max_by(|a, b| a.0.outside.total_cmp(&b.0.outside)) {
-        None => Ok(all),
-        Some((a, &at)) => Err(TooFar { count, of: points.len(), reach, distance: a.outside, at }),
-    }
+    points.par_iter().map(one).collect()
 }
 
 /// Barycentric coordinates by the corners of the cell, some of them negative.

@@ -91,6 +91,32 @@ pub fn cylinder(a: f64, length: f64, n: usize, layers: usize, order: Order) -> T
     with_region(mesh, "side", |p| near(p.x.hypot(p.y) / a, 1.0))
 }
 
+/// A tube about the z-axis of radii a < b and this length \[m\]: boxes across the wall, round it and along it. Regions `inner`, `outer`,
+/// `zmin` and `zmax`.
+pub fn tube([a, b]: [f64; 2], length: f64, divisions: [usize; 3], order: Order) -> TetMesh {
+    let flat = block(divisions[0], divisions[1], divisions[2], 1.0, 1.0, 1.0, order);
+    let mut mesh = TetMesh { order, points: vec![], cells: vec![], facets: vec![], regions: BTreeMap::new() };
+    let mut known = HashMap::new();
+    // Lengths are of the size of one: the ends of the circle, y = 0 and 1, are one.
+    let key = |p: &Vec3| [p.x, p.y % 1.0, p.z].map(|x| (x * 1e7).round() as i64);
+    for &k in &flat.cells {
+        let p = flat.points[k as usize];
+        let node = *known.entry(key(&p)).or_insert_with(|| {
+            let ((sin, cos), r) = ((std::f64::consts::TAU * p.y).sin_cos(), a + (b - a) * p.x);
+            mesh.points.push(Vec3::new(r * cos, r * sin, length * p.z));
+            mesh.points.len() as u32 - 1
+        });
+        mesh.cells.push(node);
+    }
+    add_boundary(&mut mesh);
+    add_body(&mut mesh);
+    let near = |value: f64, wanted: f64| (value - wanted).abs() < 1e-9 * b;
+    let mesh = with_region(mesh, "inner", |p| near(p.xy().norm(), a));
+    let mesh = with_region(mesh, "outer", |p| near(p.xy().norm(), b));
+    let mesh = with_region(mesh, "zmin", |p| near(p.z, 0.0));
+    with_region(mesh, "zmax", |p| (p.z - length).abs() < 1e-9 * length)
+}
+
 /// A plate of nx × ny × nz boxes over the quadrilateral of these corners \[m\], counter-clockwise from the image of (0, 0), bilinear
 /// between. Regions as of a block.
 pub fn plate(corners: [[f64; 2]; 4], thickness: f64, divisions: [usize; 3], order: Order) -> TetMesh {

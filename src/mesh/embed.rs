@@ -41,11 +41,11 @@ const INSIDE: f64 = 1e-9;
 
 /// The cell that holds `at` \[m\] and the shape functions there. On a face, the cell in which it lies deepest.
 pub fn embed(mesh: &TetMesh, at: Vec3) -> Result<Embedded, EmbedError> {
-    find(mesh, at).ok_or_else(|| EmbedError::Outside { at, distance: distance_to_surface(mesh, at) })
+    locate(mesh, at).ok_or_else(|| EmbedError::Outside { at, distance: distance_to_surface(mesh, at) })
 }
 
-/// The same; none outside.
-pub(super) fn find(mesh: &TetMesh, at: Vec3) -> Option<Embedded> {
+/// As [`embed`]; None outside of the body.
+pub(super) fn locate(mesh: &TetMesh, at: Vec3) -> Option<Embedded> {
     let mut best: Option<(f64, u32, [f64; 3])> = None;
     for c in 0..mesh.cell_count() {
         let (low, high) = cell_bounds(mesh, c);
@@ -92,15 +92,24 @@ pub(super) fn invert(mesh: &TetMesh, c: usize, at: Vec3) -> Option<[f64; 3]> {
 
 /// Distance \[m\] from a point to the nearest boundary facet, curved ones taken as four flat triangles.
 pub fn distance_to_surface(mesh: &TetMesh, at: Vec3) -> f64 {
-    let mut least = f64::INFINITY;
-    for f in boundary_facets(mesh) {
-        let nodes = mesh.facet(f as usize);
-        for piece in pieces(mesh.order) {
-            let [a, b, c] = piece.map(|k| mesh.points[nodes[k] as usize]);
-            least = least.min((closest_on_triangle(at, a, b, c) - at).norm());
-        }
-    }
-    least
+    (nearest_on_surface(mesh, at) - at).norm()
+}
+
+/// The point of the boundary facets that is nearest to a point \[m\], curved ones taken as four flat triangles.
+pub fn nearest_on_surface(mesh: &TetMesh, at: Vec3) -> Vec3 {
+    let nearest = boundary_facets(mesh).into_iter().map(|f| nearest_on_facet(mesh, f, at));
+    nearest.min_by(|a, b| (a - at).norm().total_cmp(&(b - at).norm())).unwrap_or(at)
+}
+
+/// The point of a facet that is nearest to a point \[m\], a curved facet taken as four flat triangles.
+fn nearest_on_facet(mesh: &TetMesh, f: u32, at: Vec3) -> Vec3 {
+    let nodes = mesh.facet(f as usize);
+    let nearest = |piece: &[usize; 3]| {
+        let [a, b, c] = piece.map(|k| mesh.points[nodes[k] as usize]);
+        closest_on_triangle(at, a, b, c)
+    };
+    let of_pieces = pieces(mesh.order).iter().map(nearest);
+    of_pieces.min_by(|a, b| (a - at).norm().total_cmp(&(b - at).norm())).expect("a facet has a piece")
 }
 
 /// The point of triangle abc nearest to p (Ericson, *Real-Time Collision Detection*, 2005, §5.1.5).

@@ -44,6 +44,10 @@ pub enum MeshError {
     Truncated { place: Place, wanted: String },
     #[error("{}: mixed-cell mesh: {kinds}; only tetrahedra of one order are read: remesh the body with tetrahedra", file.display())]
     MixedCells { file: PathBuf, kinds: String },
+    #[error("{}: {kinds}; add split = true to [mesh]: hexahedra, wedges and pyramids become tetrahedra with the same nodes", file.display())]
+    NotSplit { file: PathBuf, kinds: String },
+    #[error("{}: merging makes node {node} a corner of cell {cell} twice; merge within a smaller distance", file.display())]
+    MergedCell { file: PathBuf, cell: u64, node: u64 },
     #[error("{}: no tetrahedra ({found}); mesh the volume, or save its elements too (gmsh: Mesh.SaveAll = 1 or a physical volume)", file.display())]
     NoCells { file: PathBuf, found: String },
     #[error("{}: {owner} refers to node {node}, which the file does not define; write the file again", file.display())]
@@ -52,9 +56,7 @@ pub enum MeshError {
     NodeTwice { file: PathBuf, node: u64 },
     #[error("{}: node {node} has a coordinate that is not finite; the file is damaged, write it again", file.display())]
     NotFinite { file: PathBuf, node: u64 },
-    #[error("{}: orphan node {node} at {} belongs to no cell ({count} such nodes); delete it, its motion is undefined", file.display(), point(at))]
-    OrphanNode { file: PathBuf, node: u64, at: Vec3, count: usize },
-    #[error("{}: nodes {first} and {second} are both at {}: a duplicate node is a crack; merge them (gmsh: Coherence Mesh)", file.display(), point(at))]
+    #[error("{}: nodes {first} and {second} are both at {}: a duplicate node is a crack; merge them: merge = \"1e-6 mm\" in [mesh]", file.display(), point(at))]
     DuplicateNode { file: PathBuf, first: u64, second: u64, at: Vec3 },
     #[error("{}: cell {cell} has zero volume ({volume:.3e} m^3); remove or remesh it", file.display())]
     ZeroVolume { file: PathBuf, cell: u64, volume: f64 },

@@ -1,68 +1,40 @@
-//! Gmsh MSH 4.1, text and binary, plain or gzipped.
+//! Gmsh MSH 4.1, text and binary; 2.2 is read by `msh2` from the same sections.
 //!
-//! Regions are the physical groups; an unnamed group is called `volume_3` or `surface_3` after its tag, and an entity may
-//! belong to several. Elements read: 3- and 6-node triangles, 4- and 10-node tetrahedra (gmsh's last two mid-nodes are
-//! VTK's swapped); points, lines and other surface elements are passed over. A node that belongs to no tetrahedron is
-//! dropped when gmsh keeps it on a point, curve or surface of the geometry (centres of arcs), otherwise it is an error.
+//! Regions are the physical groups; an unnamed group is called `volume_3` or `surface_3` after its tag, and an entity may belong to several.
+//! Those of points and curves hold nodes. Elements read: triangles and quadrilaterals, tetrahedra of order 1 and 2 (gmsh's last two
+//! mid-nodes are VTK's swapped), hexahedra, prisms and pyramids of order 1. A node that belongs to no cell does not count as dropped when
+//! gmsh keeps it on a point, curve or surface of the geometry (centres of arcs).
 
-use super::TetMesh;
 use super::assemble::RawMesh;
 use super::cursor::Cursor;
 use super::error::MeshError;
+use super::msh_elements::{Names, add_element, group_name, kind};
+use super::msh2;
 use crate::math::tensor::Vec3;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 use std::path::Path;
-
-/// Kinds of elements by gmsh's number: (number, nodes, dimension, name).
-const KINDS: &[(i64, usize, usize, &str)] = &[
-    (15, 1, 0, "points"),
-    (1, 2, 1, "lines"),
-    (8, 3, 1, "lines"),
-    (26, 4, 1, "lines"),
-    (2, 3, 2, "triangles"),
-    (9, 6, 2, "triangles"),
-    (21, 10, 2, "10-node triangles"),
-    (3, 4, 2, "quadrangles"),
-    (10, 9, 2, "quadrangles"),
-    (16, 8, 2, "quadrangles"),
-    (4, 4, 3, "4-node tetrahedra"),
-    (11, 10, 3, "10-node tetrahedra"),
-    (29, 20, 3, "20-node tetrahedra"),
-    (5, 8, 3, "8-node hexahedra"),
-    (12, 27, 3, "27-node hexahedra"),
-    (17, 20, 3, "20-node hexahedra"),
-    (6, 6, 3, "6-node prisms"),
-    (13, 18, 3, "18-node prisms"),
-    (18, 15, 3, "15-node prisms"),
-    (7, 5, 3, "5-node pyramids"),
-    (14, 14, 3, "14-node pyramids"),
-    (19, 13, 3, "13-node pyramids"),
-];
 
 /// Physical groups: names by (dimension, tag) and the tags of every entity (dimension, tag).
 #[derive(Default)]
 struct Groups {
-    names: BTreeMap<(usize, i64), String>,
+    names: Names,
     of_entity: HashMap<(usize, i64), Vec<i64>>,
 }
 
 impl Groups {
     /// Names of the groups an entity belongs to.
     fn regions(&self, dim: usize, entity: i64) -> Vec<String> {
-        let name = |tag: &i64| {
-            let plain = || format!("{}_{tag}", if dim == 3 { "volume" } else { "surface" });
-            self.names.get(&(dim, *tag)).cloned().unwrap_or_else(plain)
-        };
+        let name = |tag: &i64| group_name(&self.names, dim, *tag);
         self.of_entity.get(&(dim, entity)).into_iter().flatten().map(name).collect()
     }
 }
 
-/// Parses the bytes of an MSH file (`file` is for messages); `unit_m` metres per unit of the file.
-pub fn parse(file: &Path, data: &[u8], unit_m: f64) -> Result<TetMesh, MeshError> {
+/// Parses the bytes of an MSH file (`file` is for messages).
+pub(super) fn parse(file: &Path, data: &[u8]) -> Result<RawMesh, MeshError> {
     let mut at = Cursor::new(file, data);
     let mut raw = RawMesh { file: file.to_path_buf(), ..RawMesh::default() };
     let (mut groups, mut index) = (Groups::default(), HashMap::new());
-    let (mut format, mut nodes, mut elements) = (None, false, false);
+    let (mut format, mut nodes, mut elements) = (None::<Head>, false, false);
     loop {
         at.binary = false;
         let Some(section) = at.word() else { break };
@@ -80,15 +52,27 @@ pub fn parse(file: &Path, data: &[u8], unit_m: f64) -> Result<TetMesh, MeshError
                 read_entities(&mut at, &mut groups)?;
             }
             "$Nodes" => {
-                begin(&mut at, format);
                 nodes = true;
-                read_nodes(&mut at, &mut raw, &mut index)?;
+                match format {
+                    Some(Head { binary, old: true }) => msh2::read_nodes(&mut at, binary, &mut raw, &mut index)?,
+                    _ => {
+                        begin(&mut at, format);
+                        read_nodes(&mut at, &mut raw, &mut index)?;
+                    }
+                }
             }
             "$Elements" if !nodes => return Err(at.syntax("$Nodes before $Elements", section)),
             "$Elements" => {
-                begin(&mut at, format);
                 elements = true;
-                read_elements(&mut at, &groups, &index, &mut raw)?;
+                match format {
+                    Some(Head { binary, old: true }) => {
+                        msh2::read_elements(&mut at, binary, &groups.names, &index, &mut raw)?
+                    }
+                    _ => {
+                        begin(&mut at, format);
+                        read_elements(&mut at, &groups, &index, &mut raw)?;
+                    }
+                }
             }
             other => {
                 if !at.skip_past(&format!("$End{}", &other[1..])) {
@@ -106,7 +90,7 @@ pub fn parse(file: &Path, data: &[u8], unit_m: f64) -> Result<TetMesh, MeshError
         }
     }
     match (format.is_some(), nodes, elements) {
-        (true, true, true) => raw.finish(unit_m),
+        (true, true, true) => Ok(raw),
         (false, ..) => Err(at.truncated("$MeshFormat")),
         (_, false, _) => Err(at.truncated("$Nodes")),
         _ => Err(at.truncated("$Elements")),
@@ -114,17 +98,26 @@ pub fn parse(file: &Path, data: &[u8], unit_m: f64) -> Result<TetMesh, MeshError
 }
 
 /// Begins the data of a section, in a binary file right after the end of the line.
-fn begin(at: &mut Cursor, binary: Option<bool>) {
-    if binary == Some(true) {
+fn begin(at: &mut Cursor, format: Option<Head>) {
+    if format.is_some_and(|head| head.binary) {
         at.line();
         at.binary = true;
     }
 }
 
-/// Returns whether the file is binary and sets the byte order.
-fn read_format(at: &mut Cursor, file: &Path) -> Result<bool, MeshError> {
+/// Form of the sections of a file.
+#[derive(Clone, Copy)]
+struct Head {
+    binary: bool,
+    /// Version 2, without entities
+    old: bool,
+}
+
+/// Returns the form of the file and sets the byte order.
+fn read_format(at: &mut Cursor, file: &Path) -> Result<Head, MeshError> {
     let version = at.word().ok_or_else(|| at.truncated("the version"))?.to_string();
-    if version != "4.1" {
+    let old = version.starts_with("2.");
+    if version != "4.1" && !old {
         let (fact, remedy) = (format!("MSH version {version} is not read"), "write it with gmsh -format msh41".into());
         return Err(MeshError::Format { file: file.to_path_buf(), fact, remedy });
     }
@@ -144,7 +137,7 @@ fn read_format(at: &mut Cursor, file: &Path) -> Result<bool, MeshError> {
             other => return Err(at.syntax("the number one", &other.to_string())),
         }
     }
-    Ok(binary)
+    Ok(Head { binary, old })
 }
 
 fn read_names(at: &mut Cursor, groups: &mut Groups) -> Result<(), MeshError> {
@@ -235,17 +228,12 @@ fn read_elements(
     for wanted in ["the number of elements", "the smallest element tag", "the largest element tag"] {
         at.long(wanted)?;
     }
-    let mut tags = [Vec::new(), Vec::new()]; // of tet4 and tet10
     for _ in 0..blocks {
         at.int("the dimension of an element block")?;
         let entity = at.int("the entity of an element block")?;
         let number = at.int("the type of an element block")?;
-        let unknown = || MeshError::Format {
-            file: raw.file.clone(),
-            fact: format!("element type {number} is not known"),
-            remedy: "save tetrahedra of order 1 or 2 only".into(),
-        };
-        let &(_, nodes, dim, name) = KINDS.iter().find(|k| k.0 == number).ok_or_else(unknown)?;
+        let kind = kind(&raw.file, number)?;
+        let &(_, nodes, dim, _) = kind;
         let value = at.long("the number of elements of a block")?;
         let count = at.count(value, 2 * (nodes + 1), "the elements of a block")?;
         let regions = groups.regions(dim, entity);
@@ -258,40 +246,8 @@ fn read_elements(
                     || MeshError::UnknownNode { file: raw.file.clone(), owner: format!("element {tag}"), node };
                 *i = *index.get(&node).ok_or_else(unknown)?;
             }
-            let cell = match number {
-                2 | 9 => {
-                    raw.triangles.push(([found[0], found[1], found[2]], tag, regions.clone()));
-                    continue;
-                }
-                4 => {
-                    raw.tet4.extend(&found[..4]);
-                    tags[0].push(tag);
-                    tags[0].len() - 1
-                }
-                11 => {
-                    found.swap(8, 9);
-                    raw.tet10.extend(&found[..10]);
-                    tags[1].push(tag);
-                    tags[1].len() - 1
-                }
-                _ => {
-                    let kinds = if dim == 3 { &mut raw.other_volumes } else { &mut raw.other };
-                    *kinds.entry(name).or_default() += 1;
-                    continue;
-                }
-            };
-            for name in &regions {
-                match raw.cell_regions.get_mut(name) {
-                    Some(cells) => cells.push(cell as u32),
-                    None => {
-                        raw.cell_regions.insert(name.clone(), vec![cell as u32]);
-                    }
-                }
-            }
+            add_element(raw, kind, &mut found, tag, &regions);
         }
     }
-    // Both kinds together are refused as mixed; otherwise one of the lists is empty.
-    let [linear, quadratic] = tags;
-    raw.cell_tags = if linear.is_empty() { quadratic } else { linear };
     Ok(())
 }

@@ -1,27 +1,34 @@
-//! Reads a mesh file by its name: `.msh`, `.msh.gz`, `.vtk`, `.vtk.gz`.
+//! Reads a mesh file of a known format.
 
+use super::assemble::{Changes, RawMesh, Reading};
 use super::error::MeshError;
+use super::format::{Reader, content, recognise};
 use super::{TetMesh, msh, vtk};
-use std::io::Read;
 use std::path::Path;
 
-/// Reads and checks a mesh file; `unit_m` is the length of one unit of the file in metres (0.001 for millimetres).
+/// Reads and checks a mesh file, recognised by its content; `unit_m` is the length of one unit of the file in metres (0.001 for millimetres).
 pub fn read(path: &Path, unit_m: f64) -> Result<TetMesh, MeshError> {
-    let unreadable = |e: std::io::Error| MeshError::Unreadable { file: path.to_path_buf(), reason: e.to_string() };
-    let mut data = std::fs::read(path).map_err(unreadable)?;
-    let name = path.to_string_lossy().to_lowercase();
-    if data.starts_with(&[0x1f, 0x8b]) {
-        let mut plain = Vec::new();
-        flate2::read::MultiGzDecoder::new(&data[..]).read_to_end(&mut plain).map_err(unreadable)?;
-        data = plain;
-    }
-    match name.strip_suffix(".gz").unwrap_or(&name).rsplit('.').next() {
-        Some("vtk") => vtk::parse(path, &data, unit_m),
-        Some("msh") => msh::parse(path, &data, unit_m),
+    let how = Reading { unit_m, split: false, merge: None };
+    match recognise(path)?.reader {
+        reader @ (Reader::Msh | Reader::Vtk) => Ok(read_as(path, path, reader, &how)?.0),
         _ => Err(MeshError::Format {
             file: path.to_path_buf(),
             fact: "this file type is not read directly".into(),
-            remedy: "in a scene give it as [mesh] file with a size: STEP, BREP, STL, OBJ and what meshio reads go through the mesher".into(),
+            remedy: "give it as [mesh] file in a scene: other formats go through the mesher".into(),
         }),
+    }
+}
+
+/// Reads the content of one file, in gmsh's or VTK's format, under the name of another: the one it was converted from.
+pub fn read_as(name: &Path, path: &Path, reader: Reader, how: &Reading) -> Result<(TetMesh, Changes), MeshError> {
+    raw(name, path, reader)?.finish(how)
+}
+
+/// The content of a mesh file, unchecked.
+pub(super) fn raw(name: &Path, path: &Path, reader: Reader) -> Result<RawMesh, MeshError> {
+    let data = content(path)?;
+    match reader {
+        Reader::Vtk => vtk::parse(name, &data),
+        _ => msh::parse(name, &data),
     }
 }

@@ -8,30 +8,31 @@ use std::collections::HashMap;
 /// Two different nodes closer than this fraction of the bounding box's diagonal are duplicates.
 const DUPLICATE: f64 = 1e-9;
 
-/// First pair of nodes at the same place, if any. \[pairs in ascending order of the second\]
-pub(super) fn duplicate(points: &[Vec3]) -> Option<(usize, usize)> {
+/// Nodes at the place of an earlier one, with the earliest one there. \[pairs in ascending order of the second\]
+pub(super) fn doubled(points: &[Vec3]) -> Vec<(usize, usize)> {
     let (low, high) = geometry::bounds(points.iter().copied());
-    let tolerance = DUPLICATE * (high - low).norm();
-    if tolerance == 0.0 {
-        return (points.len() > 1).then_some((0, 1));
-    }
-    // Grid of 4 tolerances: a neighbour is in this box or the one next to it on the nearer side.
-    let size = 4.0 * tolerance;
+    closer_than(points, DUPLICATE * (high - low).norm())
+}
+
+/// Nodes within a distance of an earlier one, with that one. \[pairs in ascending order of the second\]
+pub(super) fn closer_than(points: &[Vec3], distance: f64) -> Vec<(usize, usize)> {
+    let low = geometry::bounds(points.iter().copied()).0;
+    // Grid of 4 distances: a neighbour is in this box or the one next to it on the nearer side. Where all nodes are at one place, any size does.
+    let size = if distance > 0.0 { 4.0 * distance } else { 1.0 };
     let mut grid: HashMap<[i64; 3], Vec<usize>> = HashMap::with_capacity(points.len());
+    let mut pairs = Vec::new();
     for (i, p) in points.iter().enumerate() {
         let s = (p - low) / size;
         let near =
             |x: f64| [x.floor() as i64, if x.fract() < 0.5 { x.floor() as i64 - 1 } else { x.floor() as i64 + 1 }];
         let (x, y, z) = (near(s.x), near(s.y), near(s.z));
-        for k in 0..8 {
-            let found = grid.get(&[x[k & 1], y[k >> 1 & 1], z[k >> 2]]).into_iter().flatten();
-            if let Some(&j) = found.into_iter().find(|&&j| (points[j] - p).norm() <= tolerance) {
-                return Some((j, i));
-            }
+        let around = (0..8).filter_map(|k| grid.get(&[x[k & 1], y[k >> 1 & 1], z[k >> 2]])).flatten();
+        if let Some(&j) = around.filter(|&&j| (points[j] - p).norm() <= distance).min() {
+            pairs.push((j, i));
         }
         grid.entry([x[0], y[0], z[0]]).or_default().push(i);
     }
-    None
+    pairs
 }
 
 /// Lower bound of det ∂X/∂ξ over cell `c` \[m³\]: exact on tet4; on tet10 bounded by Bernstein coefficients, which are
@@ -120,10 +121,10 @@ mod tests {
     #[test]
     fn finds_a_duplicate_across_a_grid_line() {
         let mut points: Vec<Vec3> = (0..1000).map(|i| Vec3::new(f64::from(i), 0.0, 0.0)).collect();
-        assert_eq!(duplicate(&points), None);
+        assert_eq!(doubled(&points), []);
         points.push(Vec3::new(500.0, 2e-7, -3e-7));
-        assert_eq!(duplicate(&points), Some((500, 1000)));
+        assert_eq!(doubled(&points), [(500, 1000)]);
         points[1000].y = 2e-6;
-        assert_eq!(duplicate(&points), None);
+        assert_eq!(doubled(&points), []);
     }
 }

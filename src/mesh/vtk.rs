@@ -1,13 +1,13 @@
 //! Legacy VTK unstructured grids, text and binary (big endian), versions 2.0 to 5.1.
 //!
-//! Cells read: VTK_TETRA (10) and VTK_QUADRATIC_TETRA (24); vertices, lines and surface cells are passed over, but their
+//! Cells read: VTK_TETRA (10), VTK_QUADRATIC_TETRA (24), VTK_HEXAHEDRON (12), VTK_WEDGE (13) and VTK_PYRAMID (14); vertices, lines and surface cells are passed over, but their
 //! nodes need no tetrahedron. Every integer of CELL_DATA that takes 2 to 64 different values on the cells (gmsh's
 //! `CellEntityIds`, `gmsh:physical`) becomes regions `<name>_<value>`.
 
-use super::TetMesh;
 use super::assemble::RawMesh;
 use super::cursor::Cursor;
 use super::error::MeshError;
+use super::solid::Solid;
 use crate::math::tensor::Vec3;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -43,8 +43,8 @@ const KINDS: &[(i64, usize, &str)] = &[
 /// A region per value of a data array, up to this many values.
 const MOST_VALUES: usize = 64;
 
-/// Parses the bytes of a legacy VTK file (`file` is for messages); `unit_m` metres per unit of the file.
-pub fn parse(file: &Path, data: &[u8], unit_m: f64) -> Result<TetMesh, MeshError> {
+/// Parses the bytes of a legacy VTK file (`file` is for messages).
+pub(super) fn parse(file: &Path, data: &[u8]) -> Result<RawMesh, MeshError> {
     let mut at = Cursor::new(file, data);
     let format =
         |fact: &str, remedy: &str| MeshError::Format { file: file.into(), fact: fact.into(), remedy: remedy.into() };
@@ -99,7 +99,7 @@ pub fn parse(file: &Path, data: &[u8], unit_m: f64) -> Result<TetMesh, MeshError
             return Err(at.truncated(wanted));
         }
     }
-    grid.into_raw(file)?.finish(unit_m)
+    grid.into_raw(file)
 }
 
 #[derive(Default)]
@@ -247,7 +247,7 @@ impl Grid {
             let fact = format!("{cells} cells but {} cell types", self.types.len());
             return Err(MeshError::Format { file: file.into(), fact, remedy: "write the file again".into() });
         }
-        let mut origin = Vec::new(); // cells of the file that are tetrahedra
+        let mut origin = Vec::new(); // cells of the file that have a volume
         for (c, &number) in self.types.iter().enumerate() {
             let nodes = &self.nodes[self.offsets[c]..self.offsets[c + 1]];
             if let Some(&bad) = nodes.iter().find(|&&i| i < 0 || i as usize >= raw.points.len()) {
@@ -255,22 +255,26 @@ impl Grid {
                 return Err(MeshError::UnknownNode { file: file.into(), owner, node: bad as u64 });
             }
             let &(_, dim, name) = KINDS.iter().find(|k| k.0 == number).unwrap_or(&(number, 3, "cells of unknown type"));
-            match (number, nodes.len()) {
-                (10, 4) => raw.tet4.extend(nodes.iter().map(|&i| i as u32)),
-                (24, 10) => raw.tet10.extend(nodes.iter().map(|&i| i as u32)),
-                (10 | 24, n) => {
-                    let fact = format!("cell {c} has type {number} but {n} nodes");
-                    return Err(MeshError::Format { file: file.into(), fact, remedy: "write the file again".into() });
-                }
-                (_, _) => {
+            let solid = match number {
+                10 => Solid::Tet4,
+                24 => Solid::Tet10,
+                14 => Solid::Pyramid,
+                13 => Solid::Wedge,
+                12 => Solid::Hexahedron,
+                _ => {
                     let kinds = if dim == 3 { &mut raw.other_volumes } else { &mut raw.other };
                     *kinds.entry(name).or_default() += 1;
                     nodes.iter().for_each(|&i| raw.may_be_free[i as usize] = true);
                     continue;
                 }
+            };
+            if nodes.len() != solid.nodes() {
+                let fact = format!("cell {c} has type {number} but {} nodes", nodes.len());
+                return Err(MeshError::Format { file: file.into(), fact, remedy: "write the file again".into() });
             }
+            let nodes: Vec<u32> = nodes.iter().map(|&i| i as u32).collect();
+            raw.push(solid, &nodes, c as u64);
             origin.push(c);
-            raw.cell_tags.push(c as u64);
         }
         for (name, values) in self.tags.iter().filter(|(_, values)| values.len() == cells) {
             let mut regions: BTreeMap<i64, Vec<u32>> = BTreeMap::new();

@@ -3,11 +3,12 @@
 use super::error::SceneError;
 use super::error::part;
 use super::grid::{disturb, grid, mesh_hash};
+use super::mesh_file::{content, doubtful_unit, reading, taken_over, unit_m, volume_mesh};
 use super::mesh_spec::{ElementSpec, GeneratorSpec, MeshSpec};
-use crate::math::units::{self, Dimension};
+use crate::mesh::format::Reader;
 use crate::mesh::generate::body::Body as Declared;
 use crate::mesh::generate::{
-    CablePath, GenerateError, Generator, Grading, MeshRequest, MeshStore, Size, SizeField, Source,
+    CablePath, GenerateError, Generator, Grading, MeshRequest, MeshStore, Size, SizeField, Source, TIME_LIMIT_S,
 };
 use crate::mesh::{self, Order, TetMesh};
 use sha2::{Digest, Sha256};
@@ -18,9 +19,6 @@ use std::path::Path;
 const CELL_TOLERANCE: f64 = 0.02;
 /// The same of an adapted mesh, whose number is a prediction.
 const ADAPTED_TOLERANCE: f64 = 0.1;
-/// Files that hold tetrahedra and are read as they are; others go through the mesher.
-const VOLUME_MESHES: [&str; 4] = [".msh", ".msh.gz", ".vtk", ".vtk.gz"];
-
 /// A mesh and what its maker says of it.
 #[derive(Debug)]
 pub struct Body {
@@ -31,6 +29,8 @@ pub struct Body {
     pub source: String,
     /// SHA-256 of the file
     pub sha256: String,
+    /// Notes on changes to the content of the file, and on its size
+    pub notes: Vec<String>,
 }
 
 impl Body {
@@ -48,9 +48,9 @@ impl Body {
         store: Option<&MeshStore>,
         progress: &mut dyn FnMut(&str),
     ) -> Result<Self, SceneError> {
-        let mut body = match spec.copies[..] {
+        let mut body = match spec.parts[..] {
             [] => Self::sound(file, spec, store, progress)?,
-            _ => Self::of_copies(file, spec, store, progress)?,
+            _ => Self::of_parts(file, spec, store, progress)?,
         };
         if let Some(worse) = &spec.disturb {
             disturb(file, worse, &mut body.mesh)?;
@@ -62,7 +62,7 @@ impl Body {
     /// A mesh that is given directly.
     pub fn of_mesh(mesh: TetMesh) -> Self {
         let sha256 = mesh_hash(&mesh);
-        Self { mesh, paths: BTreeMap::new(), source: "mesh".into(), sha256 }
+        Self { mesh, paths: BTreeMap::new(), source: "mesh".into(), sha256, notes: vec![] }
     }
 
     pub(super) fn sound(
@@ -76,18 +76,32 @@ impl Body {
         if let Some(boxes) = &spec.grid {
             let mesh = grid(file, boxes, spec.element)?;
             let sha256 = mesh_hash(&mesh);
-            return Ok(Self { mesh, paths: BTreeMap::new(), source: "grid".into(), sha256 });
+            return Ok(Self { mesh, paths: BTreeMap::new(), source: "grid".into(), sha256, notes: vec![] });
         }
-        if let Some(path) = volume_mesh(file, spec) {
-            let unit = unit_m(file, spec)?;
-            let mesh = mesh::read(&path, unit).map_err(|e| fail(e.into()))?;
+        if let Some((path, format)) = volume_mesh(file, spec)? {
+            let how = reading(file, spec)?;
+            let readable = match format.reader {
+                Reader::Mesher(name) => {
+                    let store = given_or_found(store).map_err(|e| fail(e.into()))?;
+                    store.converted(&path, name, progress).map_err(|e| fail(e.into()))?
+                }
+                _ => path.clone(),
+            };
+            let (mesh, changes) = mesh::read_as(&path, &readable, format.reader, &how).map_err(|e| fail(e.into()))?;
             check_element(file, spec, &mesh)?;
-            return Self::new(file, mesh, BTreeMap::new(), &path);
+            let mut body = Self::new(file, mesh, BTreeMap::new(), &path)?;
+            body.notes = taken_over(&changes);
+            body.notes.extend(doubtful_unit(&body.mesh, how.unit_m));
+            return Ok(body);
         }
         let request = request_from(file, spec, store)?;
         let store = given_or_found(store).map_err(|e| fail(e.into()))?;
         let made = store.mesh(&request, progress).map_err(|e| fail(e.into()))?;
-        Self::new(file, made.mesh, made.manifest.paths, &made.path)
+        let mut body = Self::new(file, made.mesh, made.manifest.paths, &made.path)?;
+        if let Source::File { unit_m, .. } = request.source {
+            body.notes.extend(doubtful_unit(&body.mesh, unit_m));
+        }
+        Ok(body)
     }
 
     /// The mesh of the same table with so many cells, whose edge lengths are proportional to a size field, in place of its size.
@@ -110,16 +124,8 @@ impl Body {
         let bytes = std::fs::read(source).map_err(|e| part(file, "mesh", e))?;
         let sha256 = Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect();
         let source = source.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-        Ok(Self { mesh, paths, source, sha256 })
+        Ok(Self { mesh, paths, source, sha256, notes: vec![] })
     }
-}
-
-fn volume_mesh(file: &Path, spec: &MeshSpec) -> Option<std::path::PathBuf> {
-    let name = spec.file.as_ref()?;
-    let text = name.to_string_lossy().to_lowercase();
-    let is_volume = VOLUME_MESHES.iter().any(|ending| text.ends_with(ending));
-    (is_volume && spec.cells.is_none() && spec.size.is_none())
-        .then(|| file.parent().unwrap_or(Path::new("")).join(name))
 }
 
 /// Whether the table has a source of its own.
@@ -140,7 +146,7 @@ fn check_source(file: &Path, spec: &MeshSpec) -> Result<(), SceneError> {
             ("size", spec.size.is_some()),
             ("parameters", !spec.parameters.is_empty()),
         ];
-        return match idle(&others).or(idle(&made(spec))) {
+        return match idle(&others).or(idle(&made(spec))).or(idle(&taken(spec))) {
             Some(key) => Err(content(file, format!("`{key}` has no effect next to `grid`"), "remove one of the two")),
             None => Ok(()),
         };
@@ -154,14 +160,15 @@ fn check_source(file: &Path, spec: &MeshSpec) -> Result<(), SceneError> {
             let remedy = "give `body` with `cells` or `size`, `file` with `unit`, or `grid`";
             Err(content(file, "neither `body` nor `file` nor `grid` is given", remedy))
         }
-        (Some(_), None) => match idle(&[("unit", spec.unit.is_some())]) {
+        (Some(_), None) => match idle(&[("unit", spec.unit.is_some())]).or(idle(&taken(spec))) {
             Some(key) => Err(content(file, format!("`{key}` belongs to `file`, not to `body`"), "remove it")),
             None => Ok(()),
         },
         (None, Some(_)) => {
-            let as_it_is = volume_mesh(file, spec).is_some();
+            let as_it_is = volume_mesh(file, spec)?.is_some();
             let parameters = [("parameters", !spec.parameters.is_empty())];
-            match idle(&parameters).or(as_it_is.then(|| idle(&made(spec))).flatten()) {
+            let other = if as_it_is { idle(&made(spec)) } else { idle(&taken(spec)) };
+            match idle(&parameters).or(other) {
                 Some(key) => Err(content(file, format!("`{key}` has no effect on this `file`"), "remove it")),
                 None => Ok(()),
             }
@@ -181,10 +188,10 @@ fn check_refine(file: &Path, spec: &MeshSpec) -> Result<(), SceneError> {
         (!positive(refine.tolerance) || !positive(refine.absolute_tolerance), "a tolerance must be positive"),
         (refine.meshes == 0, "`meshes` must be at least 1"),
         (spec.generator == GeneratorSpec::Cgal, "CGAL takes no size field; use generator = \"gmsh\""),
-        (!spec.copies.is_empty(), "copies are not refined; refine the mesh of one body"),
+        (!spec.parts.is_empty(), "several bodies are not refined; refine the mesh of one"),
         (spec.disturb.is_some(), "a disturbed mesh is not refined; remove `disturb`"),
         (spec.grid.is_some(), "a grid is not refined; take `body`, or `file` with CAD or a surface"),
-        (volume_mesh(file, spec).is_some(), "a volume mesh is taken as it is; give `file` with CAD or a surface"),
+        (volume_mesh(file, spec)?.is_some(), "a volume mesh is taken as it is; give `file` with CAD or a surface"),
     ];
     match reasons.iter().find(|(fault, _)| *fault) {
         Some((_, remedy)) => Err(content(file, "`refine` cannot be followed", remedy)),
@@ -193,25 +200,20 @@ fn check_refine(file: &Path, spec: &MeshSpec) -> Result<(), SceneError> {
 }
 
 /// Keys of meshes that a mesher makes, and whether they are given.
-fn made(spec: &MeshSpec) -> [(&'static str, bool); 5] {
+fn made(spec: &MeshSpec) -> [(&'static str, bool); 6] {
     [
         ("levels", spec.levels > 0),
         ("grading", !spec.grading.is_empty()),
         ("seed", spec.seed > 0),
         ("cgal", !spec.cgal.is_empty()),
         ("generator", spec.generator != GeneratorSpec::default()),
+        ("time_limit", spec.time_limit.is_some()),
     ]
 }
 
-pub(super) fn content(file: &Path, fact: impl Into<String>, remedy: &str) -> SceneError {
-    SceneError::Content { file: file.into(), place: "mesh".into(), fact: fact.into(), remedy: remedy.into() }
-}
-
-fn unit_m(file: &Path, spec: &MeshSpec) -> Result<f64, SceneError> {
-    let Some(unit) = &spec.unit else {
-        return Err(content(file, "the file has no unit of length", "add for example unit = \"mm\""));
-    };
-    units::parse(&format!("1 {unit}"), Dimension::LENGTH).map_err(|e| part(file, "mesh.unit", e))
+/// Keys of volume meshes that are taken over, and whether they are given.
+fn taken(spec: &MeshSpec) -> [(&'static str, bool); 2] {
+    [("split", spec.split), ("merge", spec.merge.is_some())]
 }
 
 fn check_element(file: &Path, spec: &MeshSpec, mesh: &TetMesh) -> Result<(), SceneError> {
@@ -221,7 +223,8 @@ fn check_element(file: &Path, spec: &MeshSpec, mesh: &TetMesh) -> Result<(), Sce
     }
     let name = |o| if o == Order::Linear { "tet4" } else { "tet10" };
     let fact = format!("element = \"{}\", but the file holds {} cells", name(wanted), name(found));
-    Err(content(file, fact, "change one of the two"))
+    let remedy = format!("write element = \"{}\", or give a file with {} cells", name(found), name(wanted));
+    Err(content(file, fact, &remedy))
 }
 
 fn given_or_found(store: Option<&MeshStore>) -> Result<MeshStore, GenerateError> {
@@ -249,6 +252,9 @@ fn request_from(file: &Path, spec: &MeshSpec, store: Option<&MeshStore>) -> Resu
         (None, None) if !spec.cgal.is_empty() => None,
         _ => return Err(content(file, "neither `cells` nor `size` is given, or both are", "give one of them")),
     };
+    if let Some(limit) = spec.time_limit.filter(|limit| limit.0 <= 0.0) {
+        return Err(content(file, format!("time_limit = {} s", limit.0), "it must be positive"));
+    }
     let grading = spec
         .grading
         .iter()
@@ -269,6 +275,7 @@ fn request_from(file: &Path, spec: &MeshSpec, store: Option<&MeshStore>) -> Resu
         optimise: true,
         cgal: spec.cgal.iter().map(|(k, v)| (k.clone(), json(v))).collect(),
         field: None,
+        time_limit_s: spec.time_limit.map_or(TIME_LIMIT_S, |limit| limit.0),
     })
 }
 

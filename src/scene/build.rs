@@ -8,7 +8,9 @@ use super::cover::check_cover;
 use super::error::{SceneError, hint, part};
 use super::numerics::check_numerics;
 use super::output::check_output;
-use super::parts::constraints::{NamedCable, NamedCavity, build_constraints, note_constraints};
+use super::parts::constraints::{
+    ConstraintSpec, NamedCable, NamedCavity, build_constraints, check_tied, note_constraints,
+};
 use super::parts::contact::{NamedContact, build_contacts};
 use super::parts::effects::{EffectSpec, build_effects, no_limit, note_effects};
 use super::parts::probes::build_probes;
@@ -24,13 +26,13 @@ use super::stable::note_stability;
 use super::stages::{build_spans, check_continued, check_formulas};
 use super::start::check_start;
 use crate::effect::contact::placement::AffineFrame;
-use crate::effect::{CellPoints, Stressed, Viscoelastic};
+use crate::effect::{CellPoints, FibreFamilies, Membrane, Stressed, Viscoelastic};
 use crate::material::Law;
 use crate::math::tensor::Vec3;
 use crate::mesh::generate::MeshStore;
 use crate::mesh::{Region, TetMesh};
 use crate::solve::{Integrator, TimeSpan};
-use crate::system::{Effect, System};
+use crate::system::{Effect, System, Ties};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -52,6 +54,10 @@ pub struct Scene {
     pub elastic: Vec<Arc<CellPoints>>,
     /// The elastic effects, for their stresses
     pub stressed: Vec<Arc<dyn Stressed>>,
+    /// The families of fibres, for their stresses
+    pub reinforcing: Vec<Arc<FibreFamilies>>,
+    /// The membranes, for their derivatives
+    pub membranes: Vec<Arc<Membrane>>,
     /// The viscoelastic effects, for their derivatives
     pub relaxing: Vec<Arc<Viscoelastic>>,
     pub cables: Vec<NamedCable>,
@@ -222,7 +228,9 @@ impl Scene {
         let tables =
             Tables { regions: &spec.mesh.regions, laws: &spec.laws, own_laws: &own_laws, events: &spec.events };
         let moving = spec.contacts.iter().filter(|c| c.motion.is_some()).count();
-        let mut built = Builder::new(file, &tables, body.clone(), spec.rigids.len() + moving)?;
+        let carriers = spec.rigids.len() + moving;
+        let inserts = spec.constraints.iter().filter(|c| matches!(c, ConstraintSpec::Rigid(_))).count();
+        let mut built = Builder::new(file, &tables, body.clone(), carriers + inserts)?;
         let builder = &mut built;
         let spans = build_spans(builder, &spec.stages)?;
         check_numerics(builder, &spec.numerics)?;
@@ -230,13 +238,15 @@ impl Scene {
         rules::check(file, &spec, &builder.spans)?;
         attach_skins(builder, &spec.skins)?;
         build_effects(builder, &spec.effects)?;
-        let (cables, cavities) = build_constraints(builder, &spec.constraints)?;
+        let (cables, cavities) = build_constraints(builder, &spec.constraints, carriers)?;
         let (rigids, contacts) = build_contacts(builder, &spec.rigids, &spec.contacts)?;
         check_elastic(builder, &spec.effects, own_effects.is_empty())?;
         builder.effects.extend(own_effects);
+        check_tied(builder, spec.start.is_some())?;
         note_stability(builder);
         check_start(builder, spec.start.as_ref())?;
         let mut probes = build_probes(builder, &spec.probes)?;
+        probes.append(&mut builder.gathered.recorders);
         probes.extend(own_recorders);
         note_effects(builder, &spec.effects);
         let no_limit = reasons_of_no_limit(builder, &spec);
@@ -247,11 +257,12 @@ impl Scene {
         check_continued(builder, !spec.events.is_empty())?;
         let controls = build_controls(builder, &columns, &cables, &cavities)?;
         let frames = rigids.iter().map(|b| &b.frame).chain(contacts.iter().filter_map(NamedContact::moving));
+        let frames = frames.chain(&builder.frames);
         let points = body.mesh.points.iter().copied().chain(frames.flat_map(AffineFrame::rest)).collect();
         let (prescribed, signals, notes) = builder.finish();
-        let Builder { nodes, regions, effects, constraints, gathered, spans, skins, .. } = built;
-        let Gathered { points: elastic, stressed, relaxing, hosts, laws, .. } = gathered;
-        let system = System::with_scalars(nodes, &hosts, effects, constraints, prescribed)
+        let Builder { nodes, regions, effects, constraints, gathered, spans, skins, tied, .. } = built;
+        let Gathered { points: elastic, stressed, reinforcing, membranes, relaxing, hosts, laws, .. } = gathered;
+        let system = System::tied(nodes, &hosts, effects, constraints, prescribed, Ties::new(tied))
             .map_err(|e| part(file, "scene", e))?;
         let law = laws.into_iter().next().map(|l| l.law);
         let title = spec.title.clone();
@@ -265,6 +276,8 @@ impl Scene {
             law,
             elastic,
             stressed,
+            reinforcing,
+            membranes,
             relaxing,
             cables,
             cavities,

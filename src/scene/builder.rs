@@ -6,13 +6,14 @@ use super::control::spec::EventSpec;
 use super::error::{SceneError, hint, part};
 use super::parts::selectors::SelectorSpec;
 use super::protocol::NamedSignal;
+use super::recorder::Recorder;
 use super::regions::{notes, regions};
 use super::shape::{ShapeFault, ShapeSpec};
 use super::signal::SignalSpec;
 use super::skin::NamedSkin;
 use crate::effect::contact::placement::AffineFrame;
 use crate::effect::contact::shape::Shape;
-use crate::effect::{CellPoints, Stressed, Viscoelastic};
+use crate::effect::{CellPoints, FibreFamilies, Membrane, Stressed, Viscoelastic};
 use crate::material::{self, Law};
 use crate::math::signal::Signal;
 use crate::math::tensor::{Mat3, Vec3};
@@ -37,6 +38,10 @@ pub(super) struct Gathered {
     pub(super) points: Vec<Arc<CellPoints>>,
     /// Elastic effects, for their stresses
     pub(super) stressed: Vec<Arc<dyn Stressed>>,
+    /// Families of fibres, for their stresses
+    pub(super) reinforcing: Vec<Arc<FibreFamilies>>,
+    /// Membranes, for their derivatives
+    pub(super) membranes: Vec<Arc<Membrane>>,
     /// Viscoelastic effects, for their derivatives
     pub(super) relaxing: Vec<Arc<Viscoelastic>>,
     /// Nodes that host the second field
@@ -45,6 +50,8 @@ pub(super) struct Gathered {
     pub(super) laws: Vec<ElasticLaw>,
     /// Cell → number of the effect by which it relaxes
     pub(super) relaxed: BTreeMap<u32, usize>,
+    /// Recorders of effects
+    pub(super) recorders: Vec<Box<dyn Recorder>>,
 }
 
 /// The law of an elastic effect.
@@ -100,6 +107,12 @@ pub(super) struct Builder<'a> {
     pub(super) nodes: usize,
     /// (dof, motion) of the nodes of obstacles
     pub(super) carried: Vec<(u32, Signal)>,
+    /// Nodes of rigid parts, with the nodes that they follow and the weights
+    pub(super) tied: BTreeMap<u32, Vec<(u32, f64)>>,
+    /// Cells of rigid parts
+    pub(super) rigid_cells: Vec<u32>,
+    /// Frames of rigid parts
+    pub(super) frames: Vec<AffineFrame>,
     /// Stages
     pub(super) spans: Vec<TimeSpan>,
     pub(super) effects: Vec<Box<dyn Effect>>,
@@ -125,7 +138,7 @@ impl<'a> Builder<'a> {
         carriers: usize,
     ) -> Result<Self, SceneError> {
         let regions = regions(file, &body.mesh, tables.regions)?;
-        let notes = notes(&regions, tables.regions);
+        let notes = [body.notes.clone(), notes(&regions, tables.regions)].concat();
         Ok(Self {
             file,
             base: file.parent().unwrap_or(Path::new("")).to_path_buf(),
@@ -142,6 +155,9 @@ impl<'a> Builder<'a> {
             no_limits: Vec::new(),
             skins: Vec::new(),
             carried: Vec::new(),
+            tied: BTreeMap::new(),
+            rigid_cells: Vec::new(),
+            frames: Vec::new(),
             spans: Vec::new(),
             effects: Vec::new(),
             constraints: Vec::new(),

@@ -35,6 +35,8 @@ pub struct Checkpoint {
     /// \[points\] what was recorded
     pub(super) rows: Vec<Vec<f64>>,
     pub(super) signals: Vec<Vec<f64>>,
+    /// \[points\] what the recorders remember
+    pub(super) memories: Vec<Vec<f64>>,
     pub(super) peak: Snapshot,
 }
 
@@ -53,7 +55,7 @@ pub enum CheckpointError {
     Damaged { file: PathBuf, fact: String },
 }
 
-const FORMAT: &str = "durometer state 2";
+const FORMAT: &str = "durometer state 3";
 /// Keys of a scene that a restart may change, since the simulation does not depend on them.
 const FREE: [&str; 4] = ["title", "numerics", "output", "compare"];
 
@@ -81,12 +83,15 @@ impl Checkpoint {
     pub(super) fn new(scene: &Scene) -> (Self, Result<(), ControlError>) {
         let (mut state, mut control) = (scene.start(), scene.controls.memory());
         let balance = EnergyBalance::new(&scene.system, &state);
-        let record = |state: &State| scene.record(state, None, &balance.residual, balance.energies, 0);
+        let mut memory = scene.memory();
+        scene.remember(&state, &mut memory);
+        let record = |state: &State| scene.record(state, None, &balance.residual, balance.energies, 0, &memory);
         let outcome = scene.controls.start(&mut control, &mut state, record);
         let (rows, signals) = (vec![record(&state)], vec![scene.signal_values(&state)]);
+        let memories = vec![memory];
         let peak = Snapshot { t: 0.0, x: state.x.clone() };
         let (position, memory, cables) = (GridPosition::default(), DriverMemory::default(), CableLog::default());
-        (Self { state, position, memory, control, balance, cables, rows, signals, peak }, outcome)
+        (Self { state, position, memory, control, balance, cables, rows, signals, memories, peak }, outcome)
     }
 
     /// Number of rows recorded so far.
@@ -168,7 +173,7 @@ impl Checkpoint {
         let lagged_factor =
             [k.to_vec(), placed.to_vec(), [counts[0], counts[1], counts[2], counts[3], rates.cv, rates.ca].to_vec()];
         let balance = [self.balance.effect.clone(), self.balance.g.clone(), self.balance.residual.clone()];
-        let kept = [flat(&self.rows), flat(&self.signals), self.peak.x.clone()];
+        let kept = [flat(&self.rows), flat(&self.signals), flat(&self.memories), self.peak.x.clone()];
         let recent = self.memory.prediction.recent.iter().flat_map(|p| [vec![p.t], p.x.clone(), p.lambda.clone()]);
         state.into_iter().chain(balance).chain(kept).chain(lagged_factor).chain(recent).collect()
     }
@@ -189,6 +194,7 @@ impl Checkpoint {
         let (effect, g, residual) = (of_size(system.effects.len())?, of_size(system.constraints.len())?, of_size(n)?);
         let rows = rows(arrays.next()?, scene.columns().len());
         let signals = rows_of(arrays.next()?, scene.signals.len(), rows.len());
+        let memories = rows_of(arrays.next()?, scene.memory().len(), rows.len());
         let peak = Snapshot { t: peak, x: arrays.next().filter(|x| x.len() == n)? };
         let k = arrays.next().filter(|k| k.is_empty() || k.len() == system.pattern.nnz())?;
         let placed = arrays.next().filter(|x| x.len() == n || k.is_empty())?;
@@ -223,6 +229,7 @@ impl Checkpoint {
             cables: head.cables,
             rows,
             signals,
+            memories,
             peak,
         })
     }

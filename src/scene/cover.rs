@@ -4,7 +4,7 @@ use super::builder::Builder;
 use super::error::SceneError;
 use super::parts::effects::EffectSpec;
 use crate::mesh::error::point;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Every cell has one elastic effect; more only where the file says that they add up.
 pub(super) fn check_cover(builder: &mut Builder, specs: &[EffectSpec]) -> Result<(), SceneError> {
@@ -21,8 +21,10 @@ pub(super) fn check_cover(builder: &mut Builder, specs: &[EffectSpec]) -> Result
             }
         }
     }
+    let rigid: BTreeSet<u32> = builder.rigid_cells.iter().copied().collect();
+    let is_rigid = |c: usize| rigid.contains(&(c as u32));
     let at = |c: usize| point(&mesh.position(c, [0.25; 3]));
-    let bare: Vec<usize> = (0..own.len()).filter(|&c| own[c].is_empty()).collect();
+    let bare: Vec<usize> = (0..own.len()).filter(|&c| own[c].is_empty() && !is_rigid(c)).collect();
     if let Some(&c) = bare.first() {
         let fact = format!("{} of {} cells have no elastic effect, one of them at {}", bare.len(), own.len(), at(c));
         let lone = bare.iter().filter(|&&c| added[c]).count();

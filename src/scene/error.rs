@@ -22,6 +22,15 @@ pub enum SceneError {
 }
 
 impl SceneError {
+    /// The same error at another place of the file.
+    pub(super) fn at(self, place: &str) -> Self {
+        match self {
+            Self::Content { file, fact, remedy, .. } => Self::Content { file, place: place.into(), fact, remedy },
+            Self::Part { file, source, .. } => Self::Part { file, place: place.into(), source },
+            other => other,
+        }
+    }
+
     /// The same error, blamed on the file and place that changed the scene.
     pub fn caused_by(self, file: &Path, place: &str) -> Self {
         let place = format!("{place} makes a scene that is refused");

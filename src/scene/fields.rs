@@ -1,12 +1,13 @@
 //! Fields of a state, for ParaView.
 //!
-//! Stress fields are those of the elastic effects, σ = P Fᵀ/J. A cell has the mean over its quadrature points, weighted with the
+//! Stress fields are those of the elastic effects and families of fibres, σ = P Fᵀ/J. A cell has the mean over its quadrature points, weighted with the
 //! reference volume, a node the value [recovered](super::stress_recovery) from the points of the cells around it; von Mises'
 //! stress and the pressure −tr σ/3 are those of that tensor. Overstress of `viscoelastic` and viscous stress are not in them.
 
 use super::build::Scene;
 use super::output::{Field, FieldSpec};
 use super::stress_recovery::StressField;
+use crate::effect::PointStress;
 use crate::math::tensor::Mat3;
 use crate::system::State;
 
@@ -14,7 +15,9 @@ use crate::system::State;
 pub(super) fn fields(scene: &Scene, state: &State, what: &[FieldSpec]) -> Vec<Field> {
     let stress = what.iter().any(|f| matches!(f, FieldSpec::Stress | FieldSpec::VonMises | FieldSpec::Pressure));
     let tensors = || {
-        let field = StressField::new(&scene.body.mesh, &scene.stressed, &state.x);
+        let elastic = scene.stressed.iter().map(|effect| &**effect as &dyn PointStress);
+        let all: Vec<&dyn PointStress> = elastic.chain(scene.reinforcing.iter().map(|effect| &**effect as _)).collect();
+        let field = StressField::new(&scene.body.mesh, &all, &state.x);
         [(field.nodal(), true), (field.means(), false)]
     };
     let stress = stress.then(tensors);

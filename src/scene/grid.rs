@@ -22,6 +22,7 @@ pub fn grid(file: &Path, spec: &GridSpec, element: ElementSpec) -> Result<TetMes
             (divisions, vec![*radius, *half_edge, *thickness])
         }
         GridSpec::Bracket { edge, thickness, divisions } => (divisions, vec![*edge, *thickness]),
+        GridSpec::Tube { inner, outer, length, divisions } => (divisions, vec![*inner, *outer, *length]),
         GridSpec::HalfSpace { radius, fine, divisions } | GridSpec::HalfSphere { radius, fine, divisions } => {
             (divisions, vec![*radius, *fine])
         }
@@ -41,7 +42,7 @@ pub fn grid(file: &Path, spec: &GridSpec, element: ElementSpec) -> Result<TetMes
         GridSpec::Plate { corners, thickness, divisions } => {
             curved::plate(corners.map(|c| c.map(|x| x.0)), thickness.0, *divisions, order)
         }
-        GridSpec::Octant { inner, outer, .. } if inner.0 >= outer.0 => {
+        GridSpec::Octant { inner, outer, .. } | GridSpec::Tube { inner, outer, .. } if inner.0 >= outer.0 => {
             return refuse("inner is not less than outer".into(), "exchange the two");
         }
         GridSpec::Octant { inner, outer, divisions: [n, layers] } => {
@@ -61,6 +62,12 @@ pub fn grid(file: &Path, spec: &GridSpec, element: ElementSpec) -> Result<TetMes
         }
         GridSpec::Hole { radius, half_edge, thickness, divisions } => {
             curved::hole(radius.0, half_edge.0, thickness.0, *divisions, order)
+        }
+        GridSpec::Tube { divisions: [_, around, _], .. } if *around < 3 => {
+            return refuse(format!("{around} divisions go round the tube"), "take at least three, better sixteen");
+        }
+        GridSpec::Tube { inner, outer, length, divisions } => {
+            curved::tube([inner.0, outer.0], length.0, *divisions, order)
         }
         GridSpec::Bracket { edge, thickness, divisions } => curved::bracket(edge.0, thickness.0, *divisions, order),
         GridSpec::HalfSpace { radius, fine, divisions } | GridSpec::HalfSphere { radius, fine, divisions }

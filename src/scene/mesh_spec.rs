@@ -2,7 +2,7 @@
 
 use super::kind::by_kind;
 use super::parts::selectors::SelectorSpec;
-use super::quantity::{Angle, Length};
+use super::quantity::{Angle, Length, Time};
 use super::shape::TurnSpec;
 use crate::math::units::{self, Dimension};
 use serde::Deserialize;
@@ -19,7 +19,7 @@ pub struct MeshSpec {
     /// Dimensions of the body that differ from its defaults, by name
     #[serde(default)]
     pub parameters: BTreeMap<String, String>,
-    /// Number of cells, met within 2 %
+    /// Number of cells, met within 2 %, or within 10 % where the count jumps
     pub cells: Option<usize>,
     /// Edge length
     pub size: Option<Length>,
@@ -38,16 +38,23 @@ pub struct MeshSpec {
     /// CGAL's criteria by its names
     #[serde(default)]
     pub cgal: BTreeMap<String, toml::Value>,
+    /// After which the mesher is ended
+    pub time_limit: Option<Time>,
     pub file: Option<PathBuf>,
     /// Unit of length of the file
     pub unit: Option<String>,
+    /// Hexahedra, wedges and pyramids of the file become tetrahedra
+    #[serde(default)]
+    pub split: bool,
+    /// Nodes of the file within this distance become one
+    pub merge: Option<Length>,
     /// Boxes cut into tetrahedra, made without a mesher
     pub grid: Option<GridSpec>,
     #[serde(default)]
     pub element: ElementSpec,
     /// The bodies of the scene, if it has several
-    #[serde(rename = "copy", default)]
-    pub copies: Vec<CopySpec>,
+    #[serde(rename = "part", default)]
+    pub parts: Vec<PartSpec>,
     /// Made worse on purpose
     pub disturb: Option<DisturbSpec>,
     /// Regions by place, by connection, or made of others
@@ -124,6 +131,8 @@ pub enum GridSpec {
     Hole { radius: Length, half_edge: Length, thickness: Length, divisions: [usize; 3] },
     /// A square plate without a quadrant: `xmin`, `xmax`, …, `zmax`; divisions across an arm, of the thickness
     Bracket { edge: Length, thickness: Length, divisions: [usize; 2] },
+    /// A tube about the z-axis: `inner`, `outer`, `zmin`, `zmax`; divisions of the wall, round it, along it
+    Tube { inner: Length, outer: Length, length: Length, divisions: [usize; 3] },
     /// A quarter of a half ball below z = 0: `top`, `far`, `xmin`, `ymin`; cells of `fine` at the origin in so many layers, then
     /// growing in so many
     HalfSpace { radius: Length, fine: Length, divisions: [usize; 2] },
@@ -131,18 +140,51 @@ pub enum GridSpec {
     HalfSphere { radius: Length, fine: Length, divisions: [usize; 2] },
 }
 
-/// One body of several: the mesh, or a grid of its own, mirrored, then turned, then shifted.
+/// One body of several: from its own source or the mesh of `[mesh]`, mirrored, then turned, then shifted.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct CopySpec {
+pub struct PartSpec {
     /// Its regions are `name.region`
     pub name: String,
+    /// Source and size as in `[mesh]`
+    pub body: Option<String>,
+    #[serde(default)]
+    pub parameters: BTreeMap<String, String>,
+    pub cells: Option<usize>,
+    pub size: Option<Length>,
+    #[serde(default)]
+    pub levels: u32,
+    pub file: Option<PathBuf>,
+    pub unit: Option<String>,
+    #[serde(default)]
+    pub split: bool,
+    pub merge: Option<Length>,
     pub grid: Option<GridSpec>,
     /// Normal of the plane of the mirror, through the origin
     pub mirror: Option<[f64; 3]>,
     /// About the origin
     pub turn: Option<TurnSpec>,
     pub shift: Option<[Length; 3]>,
+}
+
+impl PartSpec {
+    /// The table `[mesh]` of this body alone; the element is that of the whole mesh.
+    pub(super) fn mesh(&self, whole: &MeshSpec) -> MeshSpec {
+        MeshSpec {
+            body: self.body.clone(),
+            parameters: self.parameters.clone(),
+            cells: self.cells,
+            size: self.size,
+            levels: self.levels,
+            file: self.file.clone(),
+            unit: self.unit.clone(),
+            split: self.split,
+            merge: self.merge,
+            grid: self.grid.clone(),
+            element: whole.element,
+            ..MeshSpec::default()
+        }
+    }
 }
 
 /// How a mesh is made worse, for robustness studies.

@@ -47,22 +47,26 @@
 //!
 //! [`SceneBuilder`] adds what a file cannot hold: laws, effects, recorders, a mesh.
 
+mod bodies;
 mod body;
 mod build;
 mod builder;
 mod checkpoint;
 mod compare;
 pub mod control;
-mod copies;
 mod cover;
 mod describe;
 mod energy_balance;
 mod error;
 pub mod error_estimate;
+mod extreme;
 mod fields;
+mod fixture;
 mod grid;
+mod import;
 mod kind;
 mod linear;
+mod mesh_file;
 mod mesh_spec;
 mod numerics;
 mod open;
@@ -88,6 +92,7 @@ pub mod spec;
 mod stable;
 mod stages;
 mod start;
+mod starter;
 mod stress_recovery;
 pub mod stretch;
 mod turning;
@@ -101,6 +106,9 @@ pub use error::{Mistake, SceneError, hint};
 pub use error_estimate::{
     CellErrors, Enrichment, ErrorEstimate, ErrorEstimator, EstimateError, QuantityError, path_dependence,
 };
+pub use extreme::{Extreme, ExtremeKind, extreme};
+pub use fixture::Held;
+pub use import::{Import, Imported};
 pub use linear::{LinearSpec, LinearWork, MemorySpec};
 pub use mesh_spec::ElementSpec;
 pub use open::{open_scene, parse_scene};
@@ -115,3 +123,4 @@ pub use sensitivity::{Constant, SensitivityError};
 pub use skin::NamedSkin;
 pub use spec::SceneSpec;
 pub use start::StartSpec;
+pub use starter::starter;

@@ -5,6 +5,7 @@ use super::error::{Line, Mistake, SceneError, explain};
 use super::kind;
 use super::overrides;
 use super::spec::SceneSpec;
+use crate::mesh::format::recognise;
 use serde::de::DeserializeOwned;
 use std::ops::Range;
 use std::path::Path;
@@ -47,9 +48,25 @@ fn content(file: &Path, place: &str, fact: &str, remedy: &str) -> SceneError {
 /// Text and table of a TOML file.
 pub fn read_table(file: &Path) -> Result<(String, toml::Table), SceneError> {
     let unreadable = |e: std::io::Error| SceneError::Unreadable { file: file.into(), reason: e.to_string() };
-    let text = std::fs::read_to_string(file).map_err(unreadable)?;
-    let table = text.parse().map_err(|e: toml::de::Error| mistake(file, &text, "", &e, None))?;
-    Ok((text, table))
+    let bytes = std::fs::read(file).map_err(unreadable)?;
+    let text = String::from_utf8(bytes).map_err(|e| {
+        let place = format!("byte {}", e.utf8_error().valid_up_to());
+        mesh_instead(file)
+            .unwrap_or_else(|| content(file, &place, "this is no text in UTF-8", "save the file as UTF-8"))
+    })?;
+    match text.parse() {
+        Ok(table) => Ok((text, table)),
+        Err(e) => Err(mesh_instead(file).unwrap_or_else(|| mistake(file, &text, "", &e, None))),
+    }
+}
+
+/// The refusal of a mesh in place of a scene.
+fn mesh_instead(file: &Path) -> Option<SceneError> {
+    let format = recognise(file).ok()?;
+    let fact = format!("this is a mesh or a body ({}), not a scene", format.name);
+    let remedy =
+        format!("`durometer import {}` says what it holds, and writes a scene for it with --scene", file.display());
+    Some(content(file, "file", &fact, &remedy))
 }
 
 /// A typed value from TOML. `origin` says what was done to the text of the file, if anything.

@@ -21,6 +21,8 @@ pub struct Moment<'a> {
     /// \[3 × nodes\] residual: at prescribed dofs the reaction \[N\]
     pub residual: &'a [f64],
     pub energies: Energies,
+    /// Numbers that the recorder keeps, with this state taken over: [`Recorder::remember`]
+    pub memory: &'a [f64],
 }
 
 /// A quantity by which runs of one scene are compared where a study names none.
@@ -59,8 +61,17 @@ pub trait Recorder: Send + Sync {
     /// Values of the columns, in SI but for angles in degrees.
     fn record(&self, now: &Moment) -> Vec<f64>;
 
-    /// Gradients of the columns at a state; none where they have no derivative.
-    fn gradients(&self, _: &Body, _: &State) -> Option<Vec<Gradient>> {
+    /// The numbers that it keeps from one accepted state to the next, before the first one; none of a function of the state. They
+    /// are part of a saved state.
+    fn memory(&self) -> Vec<f64> {
+        Vec::new()
+    }
+
+    /// Takes an accepted state over into these numbers.
+    fn remember(&self, _: &Body, _: &State, _memory: &mut [f64]) {}
+
+    /// Gradients of the columns at a state that the memory has taken over; none where they have no derivative.
+    fn gradients(&self, _: &Body, _: &State, _memory: &[f64]) -> Option<Vec<Gradient>> {
         None
     }
 

@@ -6,7 +6,7 @@ use super::error::SceneError;
 use super::linear::LinearSpec;
 use super::parts::contact::spec::{ContactSpec, ResponseSpec};
 use super::parts::effects::EffectSpec;
-use super::spec::SceneSpec;
+use super::spec::{ConstraintSpec, SceneSpec};
 use super::stages::IntegratorSpec;
 use crate::solve::{Integrator, TimeSpan};
 use std::path::Path;
@@ -145,7 +145,10 @@ pub(super) fn against_iterations(spec: &SceneSpec, spans: &[TimeSpan]) -> Option
     let multiplier = spec.contacts.iter().any(|c| c.response == ResponseSpec::Multiplier);
     if multiplier || spec.effects.iter().any(mixed) {
         Some("pressures of a mixed formulation or multipliers of a contact are unknown next to the displacements")
-    } else if !spec.rigids.is_empty() || spec.contacts.iter().any(|c| c.motion.is_some()) {
+    } else if spec.constraints.iter().any(|c| matches!(c, ConstraintSpec::Rigid(_)))
+        || !spec.rigids.is_empty()
+        || spec.contacts.iter().any(|c| c.motion.is_some())
+    {
         Some("the nodes of a rigid body are not those of a mesh")
     } else if spans.iter().any(is_arc) {
         Some("arc length goes through unstable equilibria, whose tangents are indefinite")

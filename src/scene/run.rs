@@ -7,7 +7,7 @@ use super::fields::fields;
 use super::linear::{LinearSpec, LinearWork};
 use super::output::{Field, FieldSpec};
 use super::parts::constraints::{CableEvent, pulling};
-use super::recorder::{Energies, Moment};
+use super::recorder::{Energies, Moment, Recorder};
 use super::rules::against_iterations;
 use super::run_options::RunOptions;
 use super::run_recorder::RunRecorder;
@@ -34,6 +34,8 @@ pub struct Run {
     pub written: Vec<usize>,
     /// \[rows × signals\] values of the prescribed signals
     pub signals: Vec<Vec<f64>>,
+    /// \[rows × numbers\] what the recorders keep, in their order
+    pub memories: Vec<Vec<f64>>,
     /// The `[[event]]`s that happened
     pub events: Vec<Fired>,
     pub status: Status,
@@ -149,6 +151,7 @@ impl Scene {
             written: self.written(&checkpoint.rows),
             rows: checkpoint.rows,
             signals: checkpoint.signals,
+            memories: checkpoint.memories,
             events: checkpoint.control.log,
             status,
             failure,
@@ -211,6 +214,29 @@ impl Scene {
         columns(self.recorders())
     }
 
+    /// Numbers that the recorders keep, before the first state.
+    pub(super) fn memory(&self) -> Vec<f64> {
+        self.recorders().flat_map(|r| r.memory()).collect()
+    }
+
+    /// Takes an accepted state over into what the recorders keep.
+    pub(super) fn remember(&self, state: &State, mut memory: &mut [f64]) {
+        for recorder in self.recorders() {
+            let (own, rest) = memory.split_at_mut(recorder.memory().len());
+            recorder.remember(&self.body, state, own);
+            memory = rest;
+        }
+    }
+
+    /// The recorders, each with what it keeps.
+    pub fn with_memories<'m>(&'m self, mut memory: &'m [f64]) -> impl Iterator<Item = (&'m dyn Recorder, &'m [f64])> {
+        self.recorders().map(move |recorder| {
+            let (own, rest) = memory.split_at(recorder.memory().len());
+            memory = rest;
+            (recorder, own)
+        })
+    }
+
     pub(super) fn record(
         &self,
         state: &State,
@@ -218,9 +244,10 @@ impl Scene {
         residual: &[f64],
         energies: Energies,
         iterations: usize,
+        memory: &[f64],
     ) -> Vec<f64> {
-        let moment = Moment { body: &self.body, state, step, residual, energies };
-        let values = self.recorders().flat_map(|r| r.record(&moment));
+        let moment = |memory| Moment { body: &self.body, state, step, residual, energies, memory };
+        let values = self.with_memories(memory).flat_map(|(r, memory)| r.record(&moment(memory)));
         std::iter::once(state.t).chain(values).chain(std::iter::once(iterations as f64)).collect()
     }
 

@@ -20,6 +20,8 @@ pub(super) struct RunRecorder<'a, 'o> {
     pub failure: Option<ControlError>,
     /// Iterations since the last recorded row
     iterations: usize,
+    /// Numbers that the recorders keep, at the last accepted state
+    memory: Vec<f64>,
 }
 
 impl<'a, 'o> RunRecorder<'a, 'o> {
@@ -39,7 +41,8 @@ impl<'a, 'o> RunRecorder<'a, 'o> {
             let opening = Opening { columns: &columns, signals: &signals, t: state.t, memory: &control.controller };
             failure = controller.begin(&opening).err();
         }
-        Self { scene, options, checkpoint, last_point, failure, iterations: 0 }
+        let memory = checkpoint.memories.last().cloned().unwrap_or_default();
+        Self { scene, options, checkpoint, last_point, failure, iterations: 0, memory }
     }
 
     /// After the last step: saves the end, and tells the controller.
@@ -74,11 +77,12 @@ impl<'a, 'o> RunRecorder<'a, 'o> {
 
     fn record(&mut self, step: &AcceptedStep) {
         let AcceptedStep { integrator, past, now, sums, on_grid, .. } = *step;
-        let (scene, Checkpoint { balance, rows, signals, peak, .. }) = (self.scene, &mut self.checkpoint);
+        let (scene, Checkpoint { balance, rows, signals, memories, peak, .. }) = (self.scene, &mut self.checkpoint);
         let iterations = std::mem::take(&mut self.iterations);
         let step = Step { system: &scene.system, integrator, past, dt: now.t - past.t };
         let at = step.at(now);
-        rows.push(scene.record(now, Some(&at), &sums.r, balance.energies, iterations));
+        rows.push(scene.record(now, Some(&at), &sums.r, balance.energies, iterations, &self.memory));
+        memories.push(self.memory.clone());
         signals.push(scene.signal_values(now));
         if let (Some(on_state), true) = (&mut self.options.on_state, on_grid) {
             on_state(now);
@@ -117,10 +121,11 @@ impl StepObserver for RunRecorder<'_, '_> {
         let scene = self.scene;
         self.checkpoint.balance.add_step(&scene.system, step);
         self.checkpoint.cables.note(&scene.cables, step.now);
+        scene.remember(step.now, &mut self.memory);
         // With steps of controlled error, each of them is a row.
         let recorded = step.on_grid || scene.spec.numerics.time_error.is_some() && !step.integrator.is_static();
         if let Some(sensitivities) = &mut self.options.sensitivities {
-            sensitivities.step(step, recorded);
+            sensitivities.step(step, &self.memory, recorded);
         }
         self.iterations += step.iterations;
         if recorded {

@@ -56,9 +56,9 @@ impl<'a> SensitivityRecorder<'a> {
         self.timed(state.t, |sensitivity| sensitivity.solver.begin(integrator, state).map(|()| None));
     }
 
-    /// A step was accepted.
-    pub(super) fn step(&mut self, step: &AcceptedStep, recorded: bool) {
-        self.timed(step.now.t, |sensitivity| sensitivity.step(step, recorded));
+    /// A step was accepted, which the recorders have taken over into their memory.
+    pub(super) fn step(&mut self, step: &AcceptedStep, memory: &[f64], recorded: bool) {
+        self.timed(step.now.t, |sensitivity| sensitivity.step(step, memory, recorded));
     }
 
     /// The derivatives, of the rows so far where the run ended early.

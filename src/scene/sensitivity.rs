@@ -1,7 +1,7 @@
 //! Exact derivatives of recorded columns by the constants of the laws.
 //!
-//! ∂r/∂θ comes from the derivative of the law ([`crate::material::derivative`]) in every effect that takes it: elastic, viscoelastic,
-//! stiffness damping. The derivatives of the states come from [`crate::solve::Differentiator`]; here they go through the
+//! ∂r/∂θ comes from the derivative of the law ([`crate::material::derivative`]) in every effect that takes it: elastic, membrane,
+//! viscoelastic, stiffness damping. The derivatives of the states come from [`crate::solve::Differentiator`]; here they go through the
 //! recorders ([`super::Recorder::gradients`]).
 //!
 //! Limits: only the columns of recorders with a derivative, so not those of the probes `energy` and `stretch`; what else is not covered is a [`SensitivityError`].
@@ -116,7 +116,12 @@ impl<'a> Sensitivity<'a> {
 
     /// Derivatives at the end of a step, where it is recorded: \[columns × constants\], in the unit of the column per SI
     /// unit of the constant.
-    pub(super) fn step(&mut self, step: &AcceptedStep, recorded: bool) -> Result<Option<Vec<Vec<f64>>>, Failure> {
+    pub(super) fn step(
+        &mut self,
+        step: &AcceptedStep,
+        memory: &[f64],
+        recorded: bool,
+    ) -> Result<Option<Vec<Vec<f64>>>, Failure> {
         let AcceptedStep { integrator, past, now, .. } = *step;
         if !recorded && integrator.is_static() && now.history.is_empty() {
             return Ok(None);
@@ -127,7 +132,8 @@ impl<'a> Sensitivity<'a> {
             return Ok(None);
         }
         let reactions = self.solver.reactions(&step, now)?;
-        let gradients = self.scene.recorders().filter_map(|r| r.gradients(&self.scene.body, now)).flatten();
+        let recorders = self.scene.with_memories(memory);
+        let gradients = recorders.filter_map(|(r, memory)| r.gradients(&self.scene.body, now, memory)).flatten();
         let derivatives = |gradient: Gradient| {
             let all = self.solver.changes.iter().zip(&reactions);
             all.map(|(change, reaction)| gradient.along(change, reaction)).collect()
@@ -149,6 +155,7 @@ fn terms(scene: &Scene, constant: &Constant) -> Result<Vec<ParameterDerivative>,
         along.map_err(|source| SensitivityError::Law { constant: name.clone(), source })
     };
     let (mut stressed, mut relaxing) = (scene.stressed.iter(), scene.relaxing.iter());
+    let mut membranes = scene.membranes.iter();
     let mut found = Vec::new();
     // For stiffness damping: region, and ∂/∂θ of the elastic effect there
     let mut elastic: Vec<(&str, Arc<dyn Effect>)> = Vec::new();
@@ -168,6 +175,12 @@ fn terms(scene: &Scene, constant: &Constant) -> Result<Vec<ParameterDerivative>,
                     found.push(ParameterDerivative { of, effect: effect.along(&*along()?) });
                 }
             }
+            EffectSpec::Membrane(sheet) => {
+                let effect = membranes.next().expect("one for each membrane");
+                if sheet.law == constant.law {
+                    found.push(ParameterDerivative { of, effect: effect.along(along()?) });
+                }
+            }
             _ => {}
         }
     }
@@ -180,5 +193,7 @@ fn terms(scene: &Scene, constant: &Constant) -> Result<Vec<ParameterDerivative>,
         let damping = StiffnessDamping::new(damped, spec.beta.0, spec.stiffness.into(), &mesh.points);
         found.push(ParameterDerivative { of, effect: Box::new(damping.expect("built once already")) });
     }
-    Ok(found)
+    let tied =
+        |ParameterDerivative { of, effect }| ParameterDerivative { of, effect: scene.system.ties.effect(effect) };
+    Ok(found.into_iter().map(tied).collect())
 }

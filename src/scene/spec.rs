@@ -2,19 +2,21 @@
 
 pub use super::compare::{CompareSpec, MeasuredSpec};
 pub use super::control::spec::{EventSpec, ThenSpec, WhenSpec};
-pub use super::mesh_spec::{CopySpec, DisturbSpec, ElementSpec, GeneratorSpec, GradingSpec, GridSpec, MeshSpec};
+pub use super::mesh_spec::{DisturbSpec, ElementSpec, GeneratorSpec, GradingSpec, GridSpec, MeshSpec, PartSpec};
 pub use super::numerics::NumericsSpec;
 pub use super::output::{FieldSpec, FieldsSpec, OutputSpec, ScheduleSpec};
 pub use super::parts::constraints::{
-    CableDriveSpec, CableSpec, CavityDriveSpec, CavitySpec, ConstraintSpec, FixedSpec, PrescribedSpec, RingSpec,
+    CableDriveSpec, CableSpec, CavityDriveSpec, CavitySpec, ConstraintSpec, FixedSpec, PrescribedSpec, RigidInsertSpec,
+    RingSpec,
 };
 pub use super::parts::contact::spec::{ContactSpec, MotionSpec, ResponseSpec};
 pub use super::parts::effects::{
-    ArmSpec, EdgeDampersSpec, EdgeSpringsSpec, EffectSpec, ElasticSpec, FormulationSpec, GravitySpec, InertiaSpec,
-    LumpingSpec, MassDampingSpec, ModuliSpec, PointForceSpec, StiffnessDampingSpec, StiffnessSpec, TractionSpec,
-    ViscoelasticSpec, ViscousDampingSpec,
+    ArmSpec, DirectionSpec, EdgeDampersSpec, EdgeSpringsSpec, EffectSpec, ElasticSpec, FibreAlong, FibreFamilySpec,
+    FibreSpec, FormulationSpec, GravitySpec, Hand, HelixSpec, InertiaSpec, LumpingSpec, MassDampingSpec, MembraneSpec,
+    ModuliSpec, PointForceSpec, StiffnessDampingSpec, StiffnessSpec, TractionSpec, ViscoelasticSpec,
+    ViscousDampingSpec,
 };
-pub use super::parts::probes::{BendingAngle, Energy, Markers, Position, ProbeSpec, Reaction, Stretch};
+pub use super::parts::probes::{BendingAngle, Energy, Markers, Pose, Position, ProbeSpec, Reaction, Stretch};
 pub use super::parts::rigid::{RigidSpec, WeightSpec};
 pub use super::parts::selectors::{
     BoxSelector, ComplementSelector, ComponentSelector, DifferenceSelector, IntersectionSelector, NearSelector,

@@ -9,13 +9,12 @@
 //! A patch has cells of one material; at an interface a node has the mean over the materials, weighted with the volume of their
 //! cells there.
 
-use crate::effect::Stressed;
+use crate::effect::PointStress;
 use crate::math::tensor::{Mat3, Vec3};
 use crate::mesh::element::CELL_EDGES;
 use crate::mesh::{Order, TetMesh};
 use nalgebra::{DMatrix, SymmetricEigen};
 use std::collections::BTreeSet;
-use std::sync::Arc;
 
 /// Cells of a patch for each term of the polynomial.
 const CELLS_PER_TERM: usize = 2;
@@ -47,7 +46,7 @@ pub(super) struct StressField<'a> {
 
 impl<'a> StressField<'a> {
     /// σ = P Fᵀ/J of the effects at the displacements `x`; effects that share a cell add up.
-    pub fn new(mesh: &'a TetMesh, effects: &[Arc<dyn Stressed>], x: &[f64]) -> Self {
+    pub fn new(mesh: &'a TetMesh, effects: &[&dyn PointStress], x: &[f64]) -> Self {
         let mut cells = vec![CellStress::default(); mesh.cell_count()];
         for (number, effect) in effects.iter().enumerate() {
             let points = effect.points();

@@ -71,7 +71,7 @@ pub fn adjoints(method: Method, step: &Step, state: &State, of: &[Gradient]) -> 
             }
         }
         let mut z = vec![0.0; state.x.len()];
-        system.dofs.free.iter().zip(by_x).for_each(|(&dof, value)| z[dof as usize] = value);
+        system.expand(&by_x, &mut z);
         Ok(Adjoint { z, mu })
     };
     of.iter().map(&mut solve).collect()

@@ -177,6 +177,7 @@ impl<'a> PathTracer<'a> {
                 increment[i] += u + theta * v;
                 next.x[self.system.dofs.free[i] as usize] += u + theta * v;
             }
+            self.system.ties.complete(&mut next.x);
             for (k, &c) in rows.iter().enumerate() {
                 next.lambda[c] += response.lambda[0][k] + theta * response.lambda[1][k];
             }

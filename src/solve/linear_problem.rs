@@ -45,9 +45,7 @@ impl<'a> LinearProblem<'a> {
     pub fn direction(&self, du: &[f64], lambda: Vec<f64>) -> NewtonDirection {
         let system = self.system();
         let mut x = self.increment.map_or_else(|| vec![0.0; system.dofs.equation.len()], <[f64]>::to_vec);
-        for (&dof, du) in system.dofs.free.iter().zip(du) {
-            x[dof as usize] = *du;
-        }
+        system.expand(du, &mut x);
         NewtonDirection { x, lambda }
     }
 

@@ -128,7 +128,7 @@ impl<'a> Differentiator<'a> {
                     y.iter_mut().zip(z).for_each(|(y, z)| *y -= z * value);
                 }
             }
-            system.dofs.free.iter().zip(y).for_each(|(&dof, y)| change.x[dof as usize] = y);
+            system.expand(&y, &mut change.x);
             step.integrator.kinematics(&past, step.dt, &change.x, &mut change.v, &mut change.a);
             let State { x, v, a, .. } = &*change;
             let direction = Perturbation { x, v, a, old: &past.x, history: &past.history };

@@ -56,7 +56,7 @@ impl Start {
         }
         self.factor.solve(&self.mass, &mut force).map_err(Failure::Linear)?;
         let mut a = vec![0.0; system.dofs.equation.len()];
-        system.dofs.free.iter().zip(force).for_each(|(&dof, value)| a[dof as usize] = value);
+        system.expand(&force, &mut a);
         Ok(a)
     }
 }

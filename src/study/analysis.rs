@@ -1,5 +1,6 @@
 //! The frame that the analyses of all kinds of study share, around what only one kind finds.
 
+use crate::study::curve::peak_words;
 use crate::study::record::{Quantity, StoredCase, StudyRecord};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
@@ -32,6 +33,8 @@ pub struct ByQuantity<T> {
     /// The variant in words
     pub variant_label: String,
     pub quantity: Quantity,
+    /// `maximum`, `minimum`, `extreme` or `largest change of`: the peak over the cases of the variant
+    pub peak_is: &'static str,
     #[serde(flatten)]
     pub found: T,
     pub sentence: String,
@@ -47,14 +50,20 @@ impl<T> Deref for ByQuantity<T> {
 
 impl<T> ByQuantity<T> {
     /// Variants × quantities, where `find` finds something; the sentences come later.
-    pub fn each(study: &StudyRecord, mut find: impl FnMut(&str, &Quantity) -> Option<T>) -> Vec<Self> {
+    pub fn each(
+        study: &StudyRecord,
+        stored: &[StoredCase],
+        mut find: impl FnMut(&str, &Quantity) -> Option<T>,
+    ) -> Vec<Self> {
         let mut all = vec![];
         for variant in &study.variants {
+            let cases = || stored.iter().filter(|c| c.record.variant == *variant && c.record.converged());
             for quantity in study.quantities.get(variant).into_iter().flatten() {
                 all.extend(find(variant, quantity).map(|found| Self {
                     variant: variant.clone(),
                     variant_label: study.label(variant),
                     quantity: quantity.clone(),
+                    peak_is: peak_words(cases(), &quantity.name),
                     found,
                     sentence: String::new(),
                 }));
@@ -68,9 +77,9 @@ impl<T> ByQuantity<T> {
         format!("{}, {}", self.quantity.label, self.variant_label)
     }
 
-    /// `peak cable tension, length control`
+    /// `maximum cable tension, length control`
     pub fn peak_title(&self) -> String {
-        format!("peak {}", self.title())
+        format!("{} {}", self.peak_is, self.title())
     }
 }
 

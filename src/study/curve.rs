@@ -5,6 +5,7 @@
 //! lag τ = −∫ (f − g) ġ dt / ∫ ġ² dt             first order in τ; a change of amplitude is orthogonal to ġ
 //! ```
 
+use crate::scene::{ExtremeKind, extreme};
 use crate::study::record::{Series, StoredCase};
 
 /// One column over time.
@@ -126,16 +127,34 @@ pub fn lag(t: &[f64], f: &[f64], g: &[f64]) -> f64 {
     if below > 0.0 { above / below + 0.0 } else { 0.0 }
 }
 
-/// Peak of a quantity: the value of largest magnitude. What does not start at zero, like the length of a cable, is
+/// Peak of a quantity: its extreme, the value farthest from the first one. What does not start at zero, like the length of a cable, is
 /// judged by its largest change.
 pub fn peak(case: &StoredCase, quantity: &str) -> Option<f64> {
-    let stored = case.record.probes.get(quantity).map(|p| p.peak);
-    if let Some(mut c) = Curve::of(&case.series, quantity).filter(starts_elsewhere) {
-        let first = c.f[0];
-        c.f.iter_mut().for_each(|f| *f -= first);
-        return Some(c.peak());
+    let curve = Curve::of(&case.series, quantity);
+    if let Some(c) = curve.as_ref().filter(|c| starts_elsewhere(c)) {
+        return Some(extreme(c.f.iter().copied())?.value - c.f[0]);
     }
-    stored.or_else(|| Curve::of(&case.series, quantity).map(|c| c.peak())).filter(|v| v.is_finite())
+    let stored = case.record.probes.get(quantity).map(|p| p.peak);
+    stored.or_else(|| Some(extreme(curve?.f)?.value)).filter(|v| v.is_finite())
+}
+
+/// Words for the peak of a quantity over some cases: [`extreme_word`], or `largest change of` where it is a change.
+pub fn peak_words<'a>(cases: impl IntoIterator<Item = &'a StoredCase>, quantity: &str) -> &'static str {
+    let cases: Vec<&StoredCase> = cases.into_iter().collect();
+    match cases.iter().filter_map(|c| Curve::of(&c.series, quantity)).any(|c| starts_elsewhere(&c)) {
+        true => "largest change of",
+        false => extreme_word(cases, quantity),
+    }
+}
+
+/// Word for the recorded extreme of a quantity over some cases: `maximum`, `minimum`, or `extreme` where these differ.
+pub fn extreme_word<'a>(cases: impl IntoIterator<Item = &'a StoredCase>, quantity: &str) -> &'static str {
+    let kinds = cases.into_iter().filter_map(|c| Some(c.record.probes.get(quantity)?.peak_is));
+    let mut kinds = kinds.filter(|kind| *kind != ExtremeKind::Constant);
+    match kinds.next() {
+        Some(kind) if kinds.all(|k| k == kind) => kind.name(),
+        _ => "extreme",
+    }
 }
 
 /// Does not start at zero.

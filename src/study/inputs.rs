@@ -4,11 +4,11 @@
 //! covariance, so constants count as independent of each other.
 
 use crate::math::units::{self, Dimension};
-use crate::scene::{Constant, Run, SceneSpec, Sensitivities};
+use crate::scene::{Constant, Run, SceneSpec, Sensitivities, extreme};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// A constant with its interval, and derivatives of the peaks by it.
+/// A constant with its interval, and derivatives of the extremes by it.
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
 pub struct InputRecord {
     /// `laws.rubber.mu`
@@ -43,13 +43,11 @@ fn number(value: &toml::Value) -> Option<f64> {
     value.as_float().or_else(|| value.as_integer().map(|n| n as f64)).or_else(text).filter(|x| x.is_finite())
 }
 
-/// Derivatives of the peaks of all columns; none where they stop before a peak.
+/// Derivatives of the extremes of all columns; none where they stop before one.
 pub fn inputs(constants: &[(Constant, f64)], run: &Run, sensitivities: &Sensitivities) -> Vec<InputRecord> {
     let column = |name: &String| {
         let k = run.columns.iter().position(|c| c == name)?;
-        let departure = |row: &Vec<f64>| (row[k] - run.rows[0][k]).abs();
-        let peak = (0..run.rows.len()).max_by(|a, b| departure(&run.rows[*a]).total_cmp(&departure(&run.rows[*b])))?;
-        sensitivities.rows.get(peak)
+        sensitivities.rows.get(extreme(run.rows.iter().map(|row| row[k]))?.at)
     };
     let record = |(n, (constant, half_width)): (usize, &(Constant, f64))| {
         let derivative = |(j, name): (usize, &String)| {

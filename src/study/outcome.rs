@@ -5,7 +5,7 @@ use crate::math::tensor::Vec3;
 use crate::mesh::boundary::boundary_facets;
 use crate::mesh::quality::Quality;
 use crate::mesh::wall::{Wall, thinnest};
-use crate::scene::{NamedSkin, Run, Scene, path_dependence};
+use crate::scene::{Extreme, NamedSkin, Run, Scene, extreme, path_dependence};
 use crate::study::case::Case;
 use crate::study::contact::contacts;
 use crate::study::overlay::overlays;
@@ -131,11 +131,9 @@ fn locking(scene: &Scene, run: &Run) -> Option<LockingRecord> {
 }
 
 fn probe(run: &Run, column: usize) -> ProbeRecord {
-    let first = run.rows.first().map_or(0.0, |row| row[column]);
-    let departure = |row: &Vec<f64>| (row[column] - first).abs();
-    let peak = run.rows.iter().max_by(|a, b| departure(a).total_cmp(&departure(b)));
-    let (peak_t_s, peak) = peak.map_or((0.0, 0.0), |row| (row[0], row[column]));
-    ProbeRecord { peak, peak_t_s, last: run.rows.last().map_or(0.0, |row| row[column]) }
+    let Extreme { at, value, kind } = extreme(run.rows.iter().map(|row| row[column])).expect("a run has a first row");
+    let last = run.rows[run.rows.len() - 1][column];
+    ProbeRecord { peak: value, peak_is: kind, peak_t_s: run.rows[at][0], last }
 }
 
 /// The boundary at the state farthest from rest, corner nodes only.

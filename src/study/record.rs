@@ -1,6 +1,7 @@
 //! Record of a finished case on disk, which every report reads: `cases/<id>.json` next to `cases/<id>.csv`.
 
 use crate::material::Law;
+use crate::scene::ExtremeKind;
 use crate::scene::control::Fired;
 use crate::scene::parts::constraints::CableEvent;
 use crate::solve::{Integrator, Status};
@@ -219,10 +220,13 @@ pub struct LockingRecord {
     pub alarm: bool,
 }
 
-/// Peak is the value farthest from the first one; the unit is in the name of the probe (`bending_angle_deg`).
+/// A recorded column; the unit is in its name (`bending_angle_deg`).
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
 pub struct ProbeRecord {
+    /// The value farthest from the first one
     pub peak: f64,
+    /// Whether it is a minimum or a maximum
+    pub peak_is: ExtremeKind,
     pub peak_t_s: f64,
     #[serde(rename = "final")]
     pub last: f64,

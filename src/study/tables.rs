@@ -1,7 +1,8 @@
 //! Tables that every kind of study shows: all cases, and the time of their effects.
 
-use crate::report::numbers::digits;
+use crate::report::numbers::{capital, digits};
 use crate::report::table::{Table, headings};
+use crate::study::curve::extreme_word;
 use crate::study::record::{CaseRecord, Quantity};
 use crate::study::results::Results;
 
@@ -21,13 +22,14 @@ fn quantities(store: &Results) -> Vec<&Quantity> {
     out
 }
 
-/// Every case of a study: mesh, outcome, peaks, cost.
+/// Every case of a study: mesh, outcome, extremes, cost.
 pub fn cases(store: &Results) -> Table {
     let judged = quantities(store);
     let rows = (store.cases.iter().map(|c| &c.record))
         .map(|r| {
-            let peak = |q: &&Quantity| {
-                r.probes.get(&q.name).map_or("–".into(), |p| format!("{:.*}", digits(1e-3 * p.peak), p.peak))
+            let peak = |q: &&Quantity| match r.probes.get(&q.name) {
+                Some(p) => [format!("{:.*}", digits(1e-3 * p.peak), p.peak), format!("{:.3}", p.peak_t_s)],
+                None => ["–".into(), "–".into()],
             };
             let mesh = vec![
                 r.id.clone(),
@@ -51,7 +53,7 @@ pub fn cases(store: &Results) -> Table {
                 format!("{:.2}{}", r.wall_s, if r.shared { " (shared)" } else { "" }),
                 format!("{:.2}", r.cpu_s),
             ];
-            mesh.into_iter().chain(judged.iter().map(peak)).chain(cost).collect()
+            mesh.into_iter().chain(judged.iter().flat_map(peak)).chain(cost).collect()
         })
         .collect();
     let mut columns = headings(&[
@@ -68,9 +70,19 @@ pub fn cases(store: &Results) -> Table {
         ("Status", "", false),
         ("Pressure scatter", "", true),
     ]);
-    columns.extend(judged.iter().map(|q| (format!("Peak {}", q.label), q.unit.clone(), true)));
+    for q in judged {
+        let word = extreme_word(&store.cases, &q.name);
+        columns.push((format!("{} {}", capital(word), q.label), q.unit.clone(), true));
+        columns.push(("at".into(), "s".into(), true));
+    }
     columns.extend(headings(&[("Steps", "", true), ("Newton", "", true), ("Wall", "s", true), ("CPU", "s", true)]));
-    Table { name: "cases", caption: "Every case: mesh, outcome, peaks and cost.".into(), columns, rows, pick: None }
+    Table {
+        name: "cases",
+        caption: "Every case: mesh, outcome, extremes with their times, and cost.".into(),
+        columns,
+        rows,
+        pick: None,
+    }
 }
 
 /// Cost of every effect and constraint of every case. An effect that is not declared has no row.

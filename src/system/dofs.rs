@@ -1,6 +1,6 @@
 //! Numbering of the free unknowns in their order of elimination.
 
-use super::Blocks;
+use super::{Blocks, Ties};
 use crate::math::ordering::fill_reducing;
 use crate::math::signal::Signal;
 use crate::math::sparse::SymPattern;
@@ -31,7 +31,7 @@ const LAST: usize = 8;
 /// Numbering of the free unknowns. Prescribed ones are eliminated: the reaction is the residual there.
 #[derive(Clone, Debug)]
 pub struct Dofs {
-    /// \[3 × nodes + scalars\] equation of a dof, [`Dofs::FIXED`] where it is prescribed
+    /// \[3 × nodes + scalars\] equation of a dof, [`Dofs::FIXED`] where it is prescribed or follows others
     pub equation: Vec<u32>,
     /// \[equations\] dof of an equation
     pub free: Vec<u32>,
@@ -49,7 +49,7 @@ impl Dofs {
     pub(super) fn new<'a>(
         nodes: usize,
         hosts: &[u32],
-        prescribed: &[Prescribed],
+        (prescribed, ties): (&[Prescribed], &Ties),
         blocks: impl Iterator<Item = &'a Blocks> + Clone,
         means: &MeanGraph,
     ) -> Self {
@@ -57,6 +57,9 @@ impl Dofs {
         let mut equation = vec![0; 3 * nodes + hosts.len()];
         for p in prescribed {
             equation[p.dof as usize] = Self::FIXED;
+        }
+        for node in ties.nodes() {
+            equation[3 * node as usize..][..3].fill(Self::FIXED);
         }
         let mut guests = vec![Vec::new(); nodes];
         for (dof, &host) in (displacements..).zip(hosts) {

@@ -4,7 +4,7 @@ use super::contribution::{Contribution, Coupling, Kernel, Receiver};
 use super::sparsity::{Sparsity, TangentBlocks};
 use super::{
     Assembled, At, Blocks, Caches, Constraint, ConstraintKind, ContactPoint, ContactPoints, Cost, Dofs, Effect,
-    EnergyRole, EvalError, Means, MotionLimit, Prescribed, State,
+    EnergyRole, EvalError, Means, MotionLimit, Prescribed, State, Ties,
 };
 use crate::math::low_rank::Pattern;
 use crate::math::signal::Clock;
@@ -29,6 +29,8 @@ pub struct System {
     pub constraints: Vec<Box<dyn Constraint>>,
     pub prescribed: Vec<Prescribed>,
     pub dofs: Dofs,
+    /// Nodes that follow others and have no equations
+    pub ties: Ties,
     /// Of all blocks but the transient ones
     pub pattern: Arc<Pattern>,
     /// Per effect, then per constraint: slot of each local entry with column ≤ row, block after block
@@ -58,6 +60,21 @@ impl System {
         constraints: Vec<Box<dyn Constraint>>,
         prescribed: Vec<Prescribed>,
     ) -> Result<Self, SystemError> {
+        Self::tied(nodes, hosts, effects, constraints, prescribed, Ties::default())
+    }
+
+    /// The same with nodes that follow others; none of these is prescribed, and no effect that selects its blocks acts on them.
+    pub fn tied(
+        nodes: usize,
+        hosts: &[u32],
+        effects: Vec<Box<dyn Effect>>,
+        constraints: Vec<Box<dyn Constraint>>,
+        prescribed: Vec<Prescribed>,
+        ties: Ties,
+    ) -> Result<Self, SystemError> {
+        let effects: Vec<Box<dyn Effect>> = effects.into_iter().map(|effect| ties.effect(effect)).collect();
+        let constraints: Vec<Box<dyn Constraint>> =
+            constraints.into_iter().map(|constraint| ties.constraint(constraint)).collect();
         if effects.is_empty() {
             return Err(SystemError::NoEffect);
         }
@@ -76,7 +93,7 @@ impl System {
         });
         let all: Vec<TangentBlocks> = of_effects.chain(of_constraints).collect();
         let Sparsity { dofs, pattern, slots } =
-            Sparsity::new(nodes, hosts, &prescribed, &all).ok_or(SystemError::NothingFree)?;
+            Sparsity::new(nodes, hosts, (&prescribed, &ties), &all).ok_or(SystemError::NothingFree)?;
         let lists = effects.iter().map(|e| e.blocks()).chain(constraints.iter().map(|c| c.blocks()));
         let largest = lists.map(Blocks::largest).max().unwrap_or(0);
         let mut histories: Vec<Range<usize>> = Vec::new();
@@ -85,7 +102,7 @@ impl System {
             histories.push(start..start + e.blocks().len() * e.capabilities().history_size());
         }
         let pattern = Arc::new(pattern);
-        Ok(Self { effects, constraints, prescribed, dofs, pattern, slots, largest, histories })
+        Ok(Self { effects, constraints, prescribed, dofs, ties, pattern, slots, largest, histories })
     }
 
     /// Range of the variables of effect `e` in the history of the state.
@@ -212,6 +229,12 @@ impl System {
     /// The components on the free dofs, \[equations\].
     pub fn restrict(&self, full: &[f64]) -> Vec<f64> {
         self.dofs.free.iter().map(|&dof| full[dof as usize]).collect()
+    }
+
+    /// Puts values of the free dofs \[equations\] into a field \[unknowns\], and the nodes that follow others where they belong.
+    pub fn expand(&self, free: &[f64], full: &mut [f64]) {
+        self.dofs.free.iter().zip(free).for_each(|(&dof, value)| full[dof as usize] = *value);
+        self.ties.complete(full);
     }
 
     /// A state at rest in the reference configuration.

@@ -12,6 +12,8 @@ pub enum EvalError {
     Locked { effect: String, cell: usize, i: f64, limit: f64 },
     /// Two consecutive guides coincide: the direction of the cable is undefined
     Degenerate { effect: String, segment: usize },
+    /// No image of the normal of a membrane balances its stress
+    NoThickness { effect: String, cell: usize },
     /// The two nodes of an edge coincide: its direction is undefined
     Coincident { effect: String, nodes: [u32; 2] },
     /// A point of the surface is on the wrong side of an obstacle \[m\]
@@ -31,6 +33,9 @@ impl fmt::Display for EvalError {
             Self::Degenerate { effect, segment } => {
                 write!(f, "{effect}: the ends of segment {segment} coincide")
             }
+            Self::NoThickness { effect, cell } => {
+                write!(f, "{effect}: no thickness on cell {cell} balances its stress")
+            }
             Self::Coincident { effect, nodes: [i, j] } => write!(f, "{effect}: nodes {i} and {j} coincide"),
             Self::Crossed { effect, node, gap } => {
                 write!(f, "{effect}: the surface is {:.3e} m inside of the obstacle at node {node}", -gap)
@@ -45,7 +50,9 @@ impl EvalError {
     /// Effect, cell and node at which the error occurred.
     pub fn place(&self) -> (&str, Option<usize>, Option<u32>) {
         match self {
-            Self::Inverted { effect, cell, .. } | Self::Locked { effect, cell, .. } => (effect, Some(*cell), None),
+            Self::Inverted { effect, cell, .. }
+            | Self::Locked { effect, cell, .. }
+            | Self::NoThickness { effect, cell } => (effect, Some(*cell), None),
             Self::Degenerate { effect, .. } => (effect, None, None),
             Self::Coincident { effect, nodes } => (effect, None, Some(nodes[0])),
             Self::Crossed { effect, node, .. } => (effect, None, Some(*node)),

@@ -24,6 +24,7 @@ mod reactions;
 mod skew;
 mod sparsity;
 mod state;
+mod ties;
 mod transient;
 
 pub use assembled::{Assembled, Cost};
@@ -46,3 +47,4 @@ pub use gradient::Gradient;
 pub use means::Means;
 pub use reactions::add_reactions;
 pub use state::{At, Perturbation, Rates, State};
+pub use ties::Ties;

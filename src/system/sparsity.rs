@@ -1,7 +1,7 @@
 //! Sparsity of the tangent: numbering of the unknowns, pattern of K, and the slot in it of every local entry.
 
 use super::dofs::MeanGraph;
-use super::{Blocks, Dofs, Means, Prescribed};
+use super::{Blocks, Dofs, Means, Prescribed, Ties};
 use crate::math::low_rank::{LowRank, Pattern};
 use crate::math::sparse::SymPattern;
 use std::rc::Rc;
@@ -19,11 +19,11 @@ pub(super) struct Sparsity {
 }
 
 impl Sparsity {
-    /// Of these lists of blocks; None if every dof is prescribed.
-    pub fn new(nodes: usize, hosts: &[u32], prescribed: &[Prescribed], all: &[TangentBlocks]) -> Option<Self> {
+    /// Of these lists of blocks, with what is prescribed or tied; None if every dof is.
+    pub fn new(nodes: usize, hosts: &[u32], held: (&[Prescribed], &Ties), all: &[TangentBlocks]) -> Option<Self> {
         let direct = || all.iter().filter(|(means, _)| means.is_none()).map(|(_, list)| *list);
         let coupled = CoupledMeans::new(all);
-        let dofs = Dofs::new(nodes, hosts, prescribed, direct(), &coupled.graph);
+        let dofs = Dofs::new(nodes, hosts, held, direct(), &coupled.graph);
         if dofs.free.is_empty() {
             return None;
         }

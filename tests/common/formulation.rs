@@ -1,7 +1,7 @@
 //! The ways a law can meet an element.
 
 use super::body;
-use durometer::effect::{Elastic, MeanDilatation, MixedElastic, Stressed, pressure_hosts};
+use durometer::effect::{Elastic, MeanDilatation, MixedElastic, PointStress, Stressed, pressure_hosts};
 use durometer::material::Law;
 use durometer::math::tensor::Mat3;
 use durometer::mesh::{Order, TetMesh};

@@ -10,7 +10,7 @@ use durometer::effect::contact::pressed::Pressed;
 use durometer::effect::contact::shape::Shape;
 use durometer::effect::contact::{Contact, SurfacePoint};
 use durometer::material::Want;
-use durometer::math::tensor::Vec3;
+use durometer::math::tensor::{Mat3, Vec3};
 use durometer::mesh::surface_file::Surface;
 use durometer::system::{At, BlockValues, Effect, Rates};
 use std::sync::Arc;
@@ -52,6 +52,38 @@ fn distances_have_the_derivatives_of_their_witnesses() {
                 }
                 let bend = (b.normal - a.normal) / (2.0 * h);
                 assert!((bend - w.curvature.column(i)).norm() < 1e-6, "shape {k} at {y:?}");
+            }
+        }
+    }
+}
+
+/// The rounded distance inside of a surface: its derivatives by central differences (h²/6 of the third derivative, which is of the order of
+/// 1/width² at most, and 0 but at the borders of the kinks), no more than half the width above d, and exactly d away from kinks.
+#[test]
+fn rounded_distances_have_the_derivatives_of_their_witnesses() {
+    let (width, h, mut random) = (0.02, 1e-6, Random(7));
+    let shape = Shape::surface(&wedge()).expect("closed and outward");
+    let (mut flat, mut rounded) = (0, 0);
+    while flat < 50 || rounded < 200 {
+        let y = Vec3::new(0.3, 0.3, 0.2) + Vec3::from_fn(|_, _| random.around(0.3));
+        let (exact, w) = (shape.gap(&y), shape.rounded(&y, width));
+        if exact > -1e-3 {
+            continue;
+        }
+        assert!(w.gap >= exact - 1e-14 && w.gap <= exact + 0.5 * width, "{} for {exact}", w.gap);
+        if w.curvature == Mat3::zeros() {
+            assert!((w.gap - exact).abs() < 1e-14 && (w.normal.norm() - 1.0).abs() < 1e-14);
+            flat += 1;
+            continue;
+        }
+        rounded += 1;
+        for i in 0..3 {
+            let [a, b] = [-h, h].map(|h| shape.rounded(&(y + Vec3::ith(i, h)), width));
+            assert!(((b.gap - a.gap) / (2.0 * h) - w.normal[i]).abs() < 1e-4, "at {y:?}");
+            // The curvature jumps where a plane comes in.
+            if (a.curvature - b.curvature).norm() < 1e-9 {
+                let bend = (b.normal - a.normal) / (2.0 * h);
+                assert!((bend - w.curvature.column(i)).norm() < 1e-6 * (1.0 + w.curvature.norm()), "at {y:?}");
             }
         }
     }
@@ -153,7 +185,7 @@ fn balance(effect: &Pressed<Barrier>, x: &[f64], r: &[f64], label: &str) {
 #[test]
 fn friction_obeys_coulomb() {
     let contact = pair(Shape::floor(), false, false);
-    let pressing = Arc::new(Pressed { contact: contact.clone(), response: Penalty { stiffness: 5.0 } });
+    let pressing = Arc::new(Pressed { contact: contact.clone(), response: Penalty { stiffness: 5.0, rounding: 0.0 } });
     let friction = |stick_velocity| ContactFriction {
         name: "f".into(),
         pressing: pressing.clone(),

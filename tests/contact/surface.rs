@@ -5,6 +5,7 @@ use crate::setup::{RESPONSES, last, soft_block};
 use durometer::effect::contact::shape::Shape;
 use durometer::math::tensor::Vec3;
 use durometer::mesh::surface_file::Surface;
+use durometer::scene::{Scene, parse_scene};
 use durometer::solve::Status;
 use std::path::Path;
 
@@ -73,4 +74,76 @@ fn a_sphere_of_triangles_converges_to_the_sphere() {
     let (coarse, fine) = (error(24), error(48));
     println!("24 and 48 parts: {coarse} {fine}");
     assert!(coarse < 0.0 && fine < 0.0 && (2.0..8.0).contains(&(coarse / fine)), "{coarse} {fine}");
+}
+
+/// A pyramid of `sides` faces whose tip points down.
+fn pyramid(sides: u32, slope: f64) -> Surface {
+    let (radius, top) = (7.0, 9.0);
+    let around = |k: u32| std::f64::consts::TAU * f64::from(k) / f64::from(sides) + 0.1;
+    let rim = (0..sides).map(|k| Vec3::new(radius * around(k).cos(), radius * around(k).sin(), slope * radius));
+    let points = std::iter::once(Vec3::zeros()).chain(rim).chain([Vec3::new(0.0, 0.0, top)]);
+    let next = |k: u32| (k + 1) % sides + 1;
+    let triangles = (0..sides).flat_map(|k| [[0, next(k), k + 1], [sides + 1, k + 1, next(k)]]);
+    Surface { points: points.map(|p| p * 1e-3).collect(), triangles: triangles.collect() }
+}
+
+/// A block with a node in the middle of its top, and the surface in this file that comes down on it by 1 mm.
+fn under(file: &Path) -> Scene {
+    let text = format!(
+        r#"
+[mesh]
+grid = {{ kind = "box", size = ["20 mm", "20 mm", "10 mm"], divisions = [4, 4, 4] }}
+[laws.rubber]
+law = "neo_hookean"
+E = "100 kPa"
+nu = 0.45
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+[[constraint]]
+kind = "fixed"
+region = "zmin"
+[[contact]]
+name = "stamp"
+region = "zmax"
+obstacle = {{ kind = "surface", file = "{}", unit = "mm" }}
+motion = {{ direction = [0, 0, -1], displacement = {{ kind = "ramp", from = "0 mm", to = "1.1 mm", end = "1 s" }} }}
+response = "penalty"
+friction = 0.3
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "0.25 s"
+"#,
+        file.display()
+    );
+    parse_scene(&text).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// A node under a corner, next to it, under a side, and under a face, with friction by which it sticks: the penalty converges
+/// wherever the node is, and under a corner without a cut step.
+#[test]
+fn a_node_may_be_under_a_corner_a_side_or_a_face() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for (sides, slope) in [(4, 0.05), (8, 0.05), (3, 0.2), (4, 0.4)] {
+        let side = 0.1_f64;
+        for (what, away) in
+            [("corner", [0.0, 0.0]), ("near", [1e-5, 2e-6]), ("side", [side.cos(), side.sin()]), ("face", [0.7, 0.6])]
+        {
+            let file = folder.path().join(format!("{sides}-{slope}-{what}.obj"));
+            write(&file, &pyramid(sides, slope), Vec3::new(10.0 - away[0], 10.0 - away[1], 10.1));
+            let run = run(&under(&file));
+            let force = ["x", "y", "z"].map(|c| last(&run, &format!("stamp_force_{c}_N")));
+            println!(
+                "{sides} sides, slope {slope}, {what}: {} cuts, {} iterations, F = {force:?}",
+                run.totals.cuts, run.tried_iterations
+            );
+            assert_eq!(run.status, Status::Converged, "{sides} {slope} {what}");
+            assert!(force[2] < -0.01, "{force:?}");
+            if what == "corner" {
+                assert_eq!(run.totals.cuts, 0, "{sides} {slope}");
+            }
+        }
+    }
 }

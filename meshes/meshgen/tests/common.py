@@ -14,6 +14,7 @@ import numpy as np
 from meshgen import bodies
 from meshgen.__main__ import serve
 
+CAD = ("step", "brep")
 UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
 
 
@@ -35,6 +36,11 @@ class Case(unittest.TestCase):
 
     def path(self, name: str) -> str:
         return str(Path(self.folder.name) / name)
+
+    def parameters(self, file: str, unit: float = 1e-3) -> dict:
+        """Those of a CAD or surface file as the program sends them: the format is known."""
+        ending = file.removesuffix(".gz").rpartition(".")[2].lower()
+        return {"path": self.path(file), "unit_m": unit, "kind": "cad" if ending in CAD else "surface", "format": ending}
 
     def ask(self, body: str, parameters: dict | None = None, name: str = "mesh.msh.gz", **request) -> tuple:
         """Send a request; returns (exit code, answer)."""
@@ -63,9 +69,9 @@ class Case(unittest.TestCase):
         self.assertIn(words, answer["error"] + " " + answer["hint"])
         return answer
 
-    def covers_boundary(self, manifest: dict) -> None:
-        """The facet regions together are the boundary, each facet once."""
-        counts = [region["count"] for region in manifest["regions"].values() if region["dim"] == 2]
+    def covers_boundary(self, manifest: dict, names: str = "") -> None:
+        """The facet regions whose names begin with some letters are the boundary together, each facet once."""
+        counts = [region["count"] for name, region in manifest["regions"].items() if region["dim"] == 2 and name.startswith(names)]
         self.assertEqual(sum(counts), manifest["facets"])
         self.assertEqual(manifest["regions"]["body"], {"dim": 3, "count": manifest["cells"]})
 
@@ -79,12 +85,13 @@ def read_msh(path: str) -> dict:
     for line in section["PhysicalNames"][1:]:
         dim, tag, name = line.split(maxsplit=2)
         names[name.strip('"')] = (int(dim), int(tag))
-    _, _, surfaces, volumes = map(int, section["Entities"][0].split())
+    counts = list(map(int, section["Entities"][0].split()))
+    dims = [dim for dim, count in enumerate(counts) for _ in range(count)]
     groups = {}
-    for i, line in enumerate(section["Entities"][1:]):
-        fields = line.split()
-        groups[2 if i < surfaces else 3, int(fields[0])] = [int(tag) for tag in fields[8 : 8 + int(fields[7])]]
-    assert len(groups) == surfaces + volumes
+    for dim, line in zip(dims, section["Entities"][1:], strict=True):
+        fields = line.split()[4 if dim == 0 else 7 :]
+        groups[dim, int(line.split()[0])] = [int(tag) for tag in fields[1 : 1 + int(fields[0])]]
+    assert len(groups) == sum(counts)
     count = int(section["Nodes"][0].split()[1])
     nodes = np.array([line.split() for line in section["Nodes"][2 + count :]], float)
     elements, lines = {}, iter(section["Elements"][1:])

@@ -28,7 +28,7 @@ class Requests(Case):
         self.refused(2, "order", "finger", size={"length": 0.01}, order=3)
         self.refused(2, "grading", "finger", size={"length": 0.01}, grading={"feature": "tip"})
         self.refused(2, "version", "finger", size={"length": 0.01}, version=2)
-        self.refused(2, "order-1", "finger", size={"length": 0.01}, generator="cgal", order=2)
+        self.refused(2, "only order 1", "finger", size={"length": 0.01}, generator="cgal", order=2)
         self.refused(2, "generator is gmsh", "finger", size={"length": 0.01}, cgal={"odt": True})
         self.refused(3, "not reached", "block", size={"cells": 3, "tolerance": 0.001})
 
@@ -39,7 +39,7 @@ class Requests(Case):
         self.refused(2, "one size for each point", "block", size=size, field=field | {"sizes": [1, 1]})
         self.refused(2, "one size for each point", "block", size=size, field=field | {"cells": [[0, 1, 2, 4]]})
         self.refused(2, "not complete", "block", size=size, field={"points": points})
-        self.refused(2, "order-1 meshes only", "block", size=size, field=field, generator="cgal")
+        self.refused(2, "only order 1", "block", size=size, field=field, generator="cgal")
 
     def test_impossible_parameters(self):
         size = {"length": 0.01}

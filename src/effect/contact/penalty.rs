@@ -10,6 +10,8 @@ use crate::math::tensor::Vec3;
 pub struct Penalty {
     /// k \[Pa/m\]
     pub stiffness: f64,
+    /// Over which kinks of the distance inside of a surface are rounded \[m\]
+    pub rounding: f64,
 }
 
 impl Response for Penalty {
@@ -18,7 +20,7 @@ impl Response for Penalty {
     }
 
     fn witnesses(&self, shape: &Shape, y: &Vec3, radius: f64) -> Vec<Witness> {
-        Some(shape.nearest(y)).filter(|w| w.gap < radius).into_iter().collect()
+        Some(shape.rounded(y, self.rounding)).filter(|w| w.gap < radius).into_iter().collect()
     }
 
     fn potential(&self, d: f64) -> Option<[f64; 3]> {

@@ -3,7 +3,17 @@
 //! With p the point of the obstacle that is nearest to y, n = ±(y − p)/|y − p|, and ∂²d/∂y² = ±(I − nnᵀ − T)/|y − p| with T the
 //! projector on the directions in which p moves along with y: both of a face, the one of an edge, none at a corner; a curved
 //! side of radius R has R + d in place of d. Projections, hierarchies of boxes and the side of a surface are those of parry3d.
-//! Limits: inside of a shape d has kinks where two faces are equally near. A triangle surface is closed and outward.
+//! Inside of a shape d has kinks where faces are equally near, so below each convex edge and corner. Of a triangle surface
+//! [`Shape::rounded`] replaces d = max d_i, d_i the distances from the planes of the faces, within `width` of such a kink by
+//!
+//! ```text
+//! max_λ Σ λ_i d_i + ½ width (1 − Σ λ_i²),   λ_i ≥ 0, Σ λ_i = 1
+//! ```
+//!
+//! (Nesterov, *Math. Program.* 103 (2005), §4), which has continuous derivatives: λ is the projection of d/width on the simplex, n = Σ λ_i n_i.
+//! Without it a point that sticks to a corner by friction has no equilibrium: on every face friction would push it over to the next.
+//!
+//! A triangle surface is closed and outward.
 
 use crate::math::tensor::{Mat3, Vec3};
 use crate::mesh::surface_file::Surface;
@@ -191,6 +201,37 @@ impl Shape {
         }
     }
 
+    /// The nearest point as a witness, of a surface with the kinks inside rounded over `width` \[m\]: d grows by less than half of it there.
+    pub fn rounded(&self, y: &Vec3, width: f64) -> Witness {
+        let nearest = self.nearest(y);
+        // Only a face has no curvature: the region of a sharp side or corner seen from inside has neither kinks nor faces.
+        let (Self::Surface(s), true) = (self, nearest.gap < 0.0 && nearest.curvature == Mat3::zeros()) else {
+            return nearest;
+        };
+        let p = y - nearest.normal * nearest.gap;
+        // Twice as far as the planes: the foot of y on one of them may be beyond its face.
+        let reach = 2.0 * (width - nearest.gap);
+        let around = Aabb::new(to(&y.add_scalar(-reach)), to(&y.add_scalar(reach)));
+        let mut planes = vec![(nearest.gap, nearest.normal)];
+        let mut triangles: Vec<u32> = s.bvh().intersect_aabb(&around).collect();
+        triangles.sort_unstable();
+        for triangle in triangles {
+            let [a, b, c] = {
+                let t = s.triangle(triangle);
+                [t.a, t.b, t.c].map(from)
+            };
+            let normal = (b - a).cross(&(c - a)).normalize();
+            let gap = normal.dot(&(y - a));
+            // Beyond a concave side the plane cuts the inside.
+            let convex = normal.dot(&(p - a)) <= ON_SURFACE * (b - a).norm().max((c - a).norm());
+            let known = |(_, n): &(f64, Vec3)| (n - normal).norm() < ON_SURFACE;
+            if convex && gap > nearest.gap - width && !planes.iter().any(known) {
+                planes.push((gap.min(nearest.gap), normal));
+            }
+        }
+        smooth_maximum(planes, width)
+    }
+
     /// Every witness nearer than `reach` to a point outside, for sums that are smooth: of a surface one of each triangle, in their
     /// order.
     pub fn within(&self, y: &Vec3, reach: f64) -> Vec<Witness> {
@@ -208,6 +249,28 @@ impl Shape {
         };
         triangles.into_iter().map(witness).filter(|w| w.gap < reach).collect()
     }
+}
+
+/// The smooth maximum of the distances from planes, each with its normal.
+fn smooth_maximum(mut planes: Vec<(f64, Vec3)>, width: f64) -> Witness {
+    planes.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let (mut sum, mut level, mut held) = (0.0, 0.0, 0);
+    for (k, (d, _)) in planes.iter().enumerate() {
+        sum += d;
+        let next = (sum - width) / (k + 1) as f64;
+        if *d <= next {
+            break;
+        }
+        (level, held) = (next, k + 1);
+    }
+    let planes = &planes[..held];
+    let shares: Vec<f64> = planes.iter().map(|(d, _)| (d - level) / width).collect();
+    let square: f64 = shares.iter().map(|s| s * s).sum();
+    let gap = planes.iter().zip(&shares).map(|((d, _), s)| d * s).sum::<f64>() + 0.5 * width * (1.0 - square);
+    let normal: Vec3 = planes.iter().zip(&shares).map(|((_, n), s)| n * *s).sum();
+    let middle = planes.iter().map(|(_, n)| n).sum::<Vec3>() / held as f64;
+    let spread = planes.iter().map(|(_, n)| (n - middle) * (n - middle).transpose()).sum::<Mat3>();
+    Witness { gap, normal, curvature: spread / width }
 }
 
 /// Of a rounded side: `from_axis` from the centre or axis to y.
@@ -252,8 +315,9 @@ fn on_triangle(
         TrianglePointLocation::OnEdge(..) => line(a, c),
         _ => Mat3::identity() - plane * plane.transpose(),
     };
-    // y − p has no direction where its length is the rounding of p, and a face has its own.
-    let near = (y - p).norm() < ON_SURFACE * (b - a).norm().max((c - a).norm());
+    // y − p has no direction of its own where it departs from the normal by the rounding of p: flat neighbours share their sides and corners.
+    let away = y - p;
+    let near = (away - plane * plane.dot(&away)).norm() < ON_SURFACE * (b - a).norm().max((c - a).norm());
     let face = !matches!(location, TrianglePointLocation::OnVertex(_) | TrianglePointLocation::OnEdge(..));
     if solid && (face || near) {
         return Witness { gap: plane.dot(&(y - p)), normal: plane, curvature: Mat3::zeros() };

@@ -26,6 +26,11 @@ pub enum GenerateError {
     Failed { fact: String, remedy: String, lines: Vec<String> },
     #[error("the mesher stopped ({status}) before it wrote a mesh; try another size or seed{}", tail(lines))]
     Died { status: String, lines: Vec<String> },
+    #[error(
+        "the mesher was ended after its time limit of {seconds} s; ask for fewer cells or a larger size, try the other generator, or raise mesh.time_limit{}",
+        tail(lines)
+    )]
+    TimeLimit { seconds: f64, lines: Vec<String> },
     #[error("{}: {fact}; delete the mesh and its manifest: they are made again", file.display())]
     Manifest { file: PathBuf, fact: String },
     #[error("setting up the mesher failed at: {command}{}; {remedy}", tail(lines))]

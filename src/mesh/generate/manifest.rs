@@ -29,6 +29,9 @@ pub struct Manifest {
     /// `cable`, …
     #[serde(default)]
     pub paths: BTreeMap<String, CablePath>,
+    /// Repairs of a surface file, in words
+    #[serde(default)]
+    pub repairs: Vec<String>,
     /// Versions of the packages that made it
     #[serde(default)]
     pub versions: BTreeMap<String, Option<String>>,

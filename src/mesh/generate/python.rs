@@ -6,6 +6,8 @@ use std::collections::{BTreeMap, VecDeque};
 use std::io::{BufRead, BufReader, Read, Seek, Write};
 use std::path::Path;
 use std::process::{Command, ExitStatus, Stdio};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::{Duration, Instant};
 
 /// Lines of stderr that an error keeps.
 const KEPT: usize = 12;
@@ -36,10 +38,18 @@ struct Output {
     stdout: String,
     /// The last lines of stderr
     lines: Vec<String>,
+    /// It was ended because it took too long
+    late: bool,
 }
 
-/// Runs a command to its end; every line of stderr goes to `progress` as it comes.
-fn run(command: &mut Command, input: &str, progress: &mut dyn FnMut(&str)) -> std::io::Result<Output> {
+/// Runs a command to its end, or ends it after `limit`; every line of stderr goes to `progress` as it comes.
+fn run(
+    command: &mut Command,
+    input: &str,
+    limit: Option<Duration>,
+    progress: &mut dyn FnMut(&str),
+) -> std::io::Result<Output> {
+    let start = Instant::now();
     // From a file: a process that dies before it has read all must not take this one with it (SIGPIPE).
     let mut stdin = tempfile::tempfile()?;
     stdin.write_all(input.as_bytes())?;
@@ -53,17 +63,34 @@ fn run(command: &mut Command, input: &str, progress: &mut dyn FnMut(&str)) -> st
         stdout.read_to_end(&mut bytes).ok();
         String::from_utf8_lossy(&bytes).into_owned()
     });
-    let mut lines = VecDeque::new();
-    for line in BufReader::new(stderr).split(b'\n').map_while(Result::ok) {
-        let line = String::from_utf8_lossy(&line).trim_end().to_string();
+    let (send, receive) = channel();
+    std::thread::spawn(move || {
+        let mut said = BufReader::new(stderr).split(b'\n').map_while(Result::ok);
+        said.all(|line| send.send(String::from_utf8_lossy(&line).trim_end().to_string()).is_ok())
+    });
+    let (mut lines, mut late) = (VecDeque::new(), false);
+    // No limit is a wait of more than a hundred years.
+    let limit = limit.unwrap_or(Duration::from_secs(u32::MAX.into()));
+    loop {
+        let line = match receive.recv_timeout(limit.saturating_sub(start.elapsed())) {
+            Ok(line) => line,
+            Err(RecvTimeoutError::Disconnected) => break,
+            Err(RecvTimeoutError::Timeout) => {
+                late = true;
+                child.kill()?;
+                break;
+            }
+        };
         progress(&line);
         if lines.len() == KEPT {
             lines.pop_front();
         }
         lines.push_back(line);
     }
-    let stdout = reader.join().expect("reading does not panic");
-    Ok(Output { status: child.wait()?, stdout, lines: lines.into() })
+    let status = child.wait()?;
+    // A process that the ended one has started may hold its stdout open.
+    let stdout = if late { String::new() } else { reader.join().expect("reading does not panic") };
+    Ok(Output { status, stdout, lines: lines.into(), late })
 }
 
 /// The mesher of a project: its folder and the Python that runs it.
@@ -102,7 +129,8 @@ impl Mesher<'_> {
             let text = describe(&command);
             progress(&text);
             let failed = |lines| GenerateError::Setup { command: text.clone(), remedy: remedy.into(), lines };
-            let output = run(command.current_dir(self.home), "", progress).map_err(|e| failed(vec![e.to_string()]))?;
+            let output =
+                run(command.current_dir(self.home), "", None, progress).map_err(|e| failed(vec![e.to_string()]))?;
             let said = output.stdout.lines().map(str::to_string);
             said.clone().for_each(|line| progress(&line));
             if !output.status.success() {
@@ -151,7 +179,7 @@ impl Mesher<'_> {
         let venv = self.home.join(".venv/bin/python");
         let own = venv.exists() || std::env::var_os("DUROMETER_PYTHON").is_some();
         checks.push(check("environment", own, venv.display().to_string(), setup()));
-        match run(self.meshgen().arg("--doctor"), "", &mut |_| {}) {
+        match run(self.meshgen().arg("--doctor"), "", None, &mut |_| {}) {
             Ok(output) => match serde_json::from_str::<Examination>(&output.stdout) {
                 Ok(found) => checks.extend(found.checks()),
                 Err(e) => checks.push(check("mesher", false, format!("{}: {e}", output.status), setup())),
@@ -161,16 +189,21 @@ impl Mesher<'_> {
         checks
     }
 
-    /// One request to the mesher; returns the manifest as JSON.
+    /// One request to the mesher, which is ended after `limit_s`; returns the manifest as JSON.
     pub(super) fn call(
         &self,
         request: &serde_json::Value,
         name: &str,
+        limit_s: f64,
         progress: &mut dyn FnMut(&str),
     ) -> Result<String, GenerateError> {
         let missing = |reason: String| GenerateError::NotInstalled { name: name.into(), reason };
-        let output = run(&mut self.meshgen(), &request.to_string(), progress)
+        let limit = Duration::try_from_secs_f64(limit_s).ok();
+        let output = run(&mut self.meshgen(), &request.to_string(), limit, progress)
             .map_err(|e| missing(format!("{}: {e}", self.python.display())))?;
+        if output.late {
+            return Err(GenerateError::TimeLimit { seconds: limit_s, lines: output.lines });
+        }
         if output.status.success() {
             return Ok(output.stdout);
         }

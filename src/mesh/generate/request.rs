@@ -3,11 +3,15 @@
 use super::GenerateError;
 use super::body::Body;
 use super::size_field::SizeField;
+use crate::mesh::format::recognise;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+
+/// Counts up when the conversion of mesh files changes.
+const CONVERTER: u32 = 1;
 
 /// A mesh to be made. Lengths in metres.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
@@ -16,7 +20,7 @@ pub struct MeshRequest {
     pub source: Source,
     #[serde(default)]
     pub generator: Generator,
-    /// None only for files that are volume meshes already, or where CGAL's criteria give the size
+    /// None only where CGAL's criteria give the size
     pub size: Option<Size>,
     /// Each into 8, so often (gmsh)
     #[serde(default)]
@@ -35,6 +39,16 @@ pub struct MeshRequest {
     /// Factor of the edge length in space (gmsh)
     #[serde(default)]
     pub field: Option<SizeField>,
+    /// After which the mesher is ended \[s\]; no part of the hash
+    #[serde(default = "time_limit")]
+    pub time_limit_s: f64,
+}
+
+/// Longest time of the mesher for one mesh \[s\], unless the request has another.
+pub const TIME_LIMIT_S: f64 = 600.0;
+
+fn time_limit() -> f64 {
+    TIME_LIMIT_S
 }
 
 /// The geometry.
@@ -43,7 +57,7 @@ pub struct MeshRequest {
 pub enum Source {
     /// A parametric body; what is not given has its default \[SI\]
     Body { name: String, parameters: BTreeMap<String, f64> },
-    /// STEP, BREP, STL, OBJ or a mesh; `unit_m` is the length of its unit
+    /// CAD or a closed surface; `unit_m` is the length of its unit
     File { path: PathBuf, unit_m: f64 },
 }
 
@@ -89,6 +103,7 @@ impl MeshRequest {
             optimise: true,
             cgal,
             field: None,
+            time_limit_s: TIME_LIMIT_S,
         }
     }
 
@@ -123,10 +138,11 @@ impl MeshRequest {
                 request["parameters"] = json!(body.resolve(parameters)?);
             }
             Source::File { path, unit_m } => {
-                let path = std::path::absolute(path).map_err(|e| GenerateError::io(path, &e))?;
+                let (path, text) = full_path(path)?;
                 let bytes = std::fs::read(&path).map_err(|e| GenerateError::io(&path, &e))?;
+                let (kind, format) = recognise(&path)?.reader.shape();
                 request["body"] = json!("file");
-                request["parameters"] = json!({ "path": path, "unit_m": unit_m });
+                request["parameters"] = json!({ "path": text, "unit_m": unit_m, "kind": kind, "format": format });
                 content = json!({ "sha256": hex(&Sha256::digest(bytes)), "unit_m": unit_m });
             }
         }
@@ -151,6 +167,41 @@ impl MeshRequest {
         let name = hex(&Sha256::digest(canonical(&named)))[..16].to_string();
         Ok((request, name))
     }
+}
+
+/// An absolute path, also as the text that a request can hold.
+fn full_path(path: &Path) -> Result<(PathBuf, String), GenerateError> {
+    let path = std::path::absolute(path).map_err(|e| GenerateError::io(path, &e))?;
+    match path.to_str().map(str::to_string) {
+        Some(text) => Ok((path, text)),
+        None => Err(GenerateError::Request {
+            fact: format!("the path {} is not UTF-8, which the mesher needs", path.display()),
+            remedy: "rename the file or its folder".into(),
+        }),
+    }
+}
+
+/// The request to convert a mesh file, without its output, and its name: the first 16 digits of the SHA-256 of the content of the file and of those
+/// that belong to it.
+pub(super) fn conversion(path: &Path, format: &str) -> Result<(Value, String), GenerateError> {
+    let (path, text) = full_path(path)?;
+    let mut hash = Sha256::new();
+    hash.update(format!("conversion {CONVERTER} from {format}"));
+    for part in companions(&path, format) {
+        hash.update(std::fs::read(&part).map_err(|e| GenerateError::io(&part, &e))?);
+    }
+    Ok((json!({ "path": text, "format": format }), hex(&hash.finalize())[..16].to_string()))
+}
+
+/// The file, and those of the same name that its format spreads the mesh over.
+fn companions(path: &Path, format: &str) -> Vec<PathBuf> {
+    let endings: &[&str] = match format {
+        "tetgen" => &["node", "ele"],
+        "xdmf" => &["h5"],
+        _ => &[],
+    };
+    let others = endings.iter().map(|end| path.with_extension(end)).filter(|other| other != path && other.is_file());
+    std::iter::once(path.to_path_buf()).chain(others).collect()
 }
 
 /// The request with the hash of its size field in place of the field.

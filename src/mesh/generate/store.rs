@@ -3,7 +3,7 @@
 use super::error::GenerateError;
 use super::manifest::Manifest;
 use super::python::Mesher;
-use super::request::{MeshRequest, Size, without_field};
+use super::request::{MeshRequest, Size, TIME_LIMIT_S, conversion, without_field};
 use crate::mesh::{TetMesh, read};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -101,9 +101,12 @@ impl MeshStore {
         let made = stored.is_none();
         let path = match stored {
             Some(path) => path,
-            None => self.make(json, &name, progress)?,
+            None => self.make(json, &name, request.time_limit_s, progress)?,
         };
         let manifest = read_manifest(&manifest_path(&path))?;
+        if !made {
+            manifest.repairs.iter().for_each(|repair| progress(&format!("repaired: {repair}")));
+        }
         Ok(Generated { mesh: read(&path, 1.0)?, manifest, name, path, made })
     }
 
@@ -123,21 +126,49 @@ impl MeshStore {
         Ok(target)
     }
 
-    /// Calls the mesher. It writes under a temporary name; the manifest is renamed first, so a mesh has always one.
-    fn make(
+    /// The volume mesh of a file in another format, in its units, as MSH: converted before, else now by the mesher, and kept in `meshes/cache`.
+    pub fn converted(
         &self,
-        mut json: serde_json::Value,
-        name: &str,
+        path: &Path,
+        format: &str,
         progress: &mut dyn FnMut(&str),
     ) -> Result<PathBuf, GenerateError> {
+        let (mut asked, name) = conversion(path, format)?;
+        let (part, target) = self.places(&name)?;
+        if target.is_file() {
+            return Ok(target);
+        }
+        asked["output"] = serde_json::json!(part);
+        let label = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+        let answer = self.mesher().call(&serde_json::json!({ "convert": asked }), &format!("of {label}"), TIME_LIMIT_S, progress);
+        let kept = answer.and_then(|_| std::fs::rename(&part, &target).map_err(|e| GenerateError::io(&target, &e)));
+        if kept.is_err() {
+            std::fs::remove_file(&part).ok();
+        }
+        kept.map(|()| target)
+    }
+
+    /// A temporary file in the cache, and where it is kept under this name.
+    fn places(&self, name: &str) -> Result<(PathBuf, PathBuf), GenerateError> {
         static CALLS: AtomicU32 = AtomicU32::new(0);
         let cache = self.home.join("meshes/cache");
         std::fs::create_dir_all(&cache).map_err(|e| GenerateError::io(&cache, &e))?;
         let call = CALLS.fetch_add(1, Ordering::Relaxed);
         let part = cache.join(format!(".{name}-{}-{call}.msh.gz", std::process::id()));
-        let target = cache.join(format!("{name}.msh.gz"));
+        Ok((part, cache.join(format!("{name}.msh.gz"))))
+    }
+
+    /// Calls the mesher. It writes under a temporary name; the manifest is renamed first, so a mesh has always one.
+    fn make(
+        &self,
+        mut json: serde_json::Value,
+        name: &str,
+        limit_s: f64,
+        progress: &mut dyn FnMut(&str),
+    ) -> Result<PathBuf, GenerateError> {
+        let (part, target) = self.places(name)?;
         json["output"] = serde_json::json!(part);
-        let answer = self.mesher().call(&json, name, progress).and_then(|answer| {
+        let answer = self.mesher().call(&json, name, limit_s, progress).and_then(|answer| {
             let manifest = manifest_path(&part);
             let bad = |e: serde_json::Error| GenerateError::Manifest { file: manifest.clone(), fact: e.to_string() };
             let mut value: serde_json::Value = serde_json::from_str(&answer).map_err(bad)?;

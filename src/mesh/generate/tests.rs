@@ -143,6 +143,20 @@ fn every_way_the_mesher_can_end_has_its_error() {
         error.ends_with("the mesher is not installed (No module named gmsh); run: durometer doctor --setup"),
         "{error}"
     );
+    let limited = |script: &str, limit: f64| {
+        let (_folder, store) = project(&format!("cat > /dev/null\n{script}"));
+        let start = std::time::Instant::now();
+        let error = message(store.mesh(&MeshRequest { time_limit_s: limit, ..request() }, &mut |_| {}));
+        let left: Vec<_> = std::fs::read_dir(store.home.join("meshes/cache")).expect("there").collect();
+        assert!(left.is_empty(), "{left:?}");
+        assert!(start.elapsed().as_secs_f64() < 5.0);
+        error
+    };
+    let error = limited("echo Meshing 3D >&2; exec sleep 60", 0.3);
+    assert!(error.starts_with("the mesher was ended after its time limit of 0.3 s; ask for fewer cells"), "{error}");
+    assert!(error.ends_with("it last said:\n  Meshing 3D"), "{error}");
+    let error = limited("while :; do echo busy >&2; done", 0.3);
+    assert!(error.starts_with("the mesher was ended after its time limit"), "{error}");
     let error = run("echo '{}'");
     assert!(error.contains("missing field") && error.contains("they are made again"), "{error}");
     let (_folder, store) = project("");

@@ -87,9 +87,14 @@ impl EnrichedScene {
             Enrichment::Split => Enriched::by_splitting(&scene.body.mesh),
             Enrichment::Raise => Enriched::by_raising(&scene.body.mesh),
         };
-        let Body { paths, source, sha256, .. } = &*scene.body;
-        let body =
-            Body { mesh: map.mesh.clone(), paths: paths.clone(), source: source.clone(), sha256: sha256.clone() };
+        let Body { paths, source, sha256, notes, .. } = &*scene.body;
+        let body = Body {
+            mesh: map.mesh.clone(),
+            paths: paths.clone(),
+            source: source.clone(),
+            sha256: sha256.clone(),
+            notes: notes.clone(),
+        };
         let body = Arc::new(body);
         let build = |spec: SceneSpec| SceneBuilder::new(spec).file(&scene.file).body(body.clone()).build();
         let fine = match enrichment {
@@ -129,9 +134,10 @@ impl EnrichedScene {
         let mut keep = |state: &State| end = Some(state.clone());
         let run = self.scene.run_with(RunOptions { on_state: Some(&mut keep), ..RunOptions::default() });
         self.scene.spans = whole;
-        match (run.status, run.rows.last(), end) {
-            (Status::Converged, Some(row), Some(end)) => {
-                Ok(Solved { start, end, values: row.clone(), factorisations: run.factorisations })
+        let values = run.rows.into_iter().zip(run.memories).next_back();
+        match (run.status, values, end) {
+            (Status::Converged, Some((values, memory)), Some(end)) => {
+                Ok(Solved { start, end, values, memory, factorisations: run.factorisations })
             }
             (status, ..) => Err(EstimateError::NotSolved { t, status: status.name() }),
         }

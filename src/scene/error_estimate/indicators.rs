@@ -50,7 +50,7 @@ pub(super) fn localise(
     let mut left = scene.system.workspace();
     let evaluated = scene.system.assemble(&step.at(past), &past.lambda, Want::Residual, None, &mut left);
     evaluated.map_err(|why| failed(crate::solve::Failure::Eval(why)))?;
-    let all = gradients(enriched, &middle);
+    let all = gradients(enriched, &middle, &solved.memory);
     let wanted: Vec<Gradient> = columns.iter().map(|(column, ..)| all[*column].clone()).collect();
     let dual = adjoints(scene.method(), &step, &middle, &wanted).map_err(failed)?;
     let is_fixed = |dof: usize| scene.system.dofs.equation[dof] == Dofs::FIXED;
@@ -74,14 +74,14 @@ pub(super) fn localise(
 }
 
 /// Gradients of all recorded columns at a state; zero where a column has none.
-fn gradients(enriched: &EnrichedScene, state: &State) -> Vec<Gradient> {
+fn gradients(enriched: &EnrichedScene, state: &State, memory: &[f64]) -> Vec<Gradient> {
     let scene = &enriched.scene;
-    let of = |r: &dyn crate::scene::Recorder| {
+    let of = |(r, memory): (&dyn crate::scene::Recorder, &[f64])| {
         let columns = r.columns().len();
-        r.gradients(&scene.body, state).unwrap_or_else(|| vec![Gradient::default(); columns])
+        r.gradients(&scene.body, state, memory).unwrap_or_else(|| vec![Gradient::default(); columns])
     };
     // The first column is the time.
-    std::iter::once(Gradient::default()).chain(scene.recorders().flat_map(of)).collect()
+    std::iter::once(Gradient::default()).chain(scene.with_memories(memory).flat_map(of)).collect()
 }
 
 /// The way from shares of the enriched unknowns to those of the cells of the run.

@@ -25,5 +25,7 @@ pub(super) struct Solved {
     pub end: State,
     /// Columns at the end
     pub values: Vec<f64>,
+    /// Numbers that the recorders keep there
+    pub memory: Vec<f64>,
     pub factorisations: usize,
 }

@@ -26,6 +26,7 @@ pub use enrichment::Enrichment;
 pub use indicators::CellErrors;
 pub use refusal::{EstimateError, path_dependence};
 
+use super::extreme::extreme;
 use super::recorder::Energies;
 use super::{Run, Scene};
 use crate::solve::{Integrator, Step};
@@ -39,7 +40,7 @@ use std::time::Instant;
 pub struct QuantityError {
     /// Recorded column
     pub column: String,
-    /// Time of the largest departure from the start, at which the error is estimated \[s\]
+    /// Time of the extreme, the largest departure from the start, at which the error is estimated \[s\]
     pub t: f64,
     /// J of the run there
     pub value: f64,
@@ -118,7 +119,7 @@ impl<'a> ErrorEstimator<'a> {
         let mut enriched = EnrichedScene::new(self.scene, self.enrichment)?;
         let mut peaks: Vec<(usize, Vec<usize>)> = Vec::new();
         for column in columns {
-            let row = peak(run, column);
+            let row = extreme(run.rows.iter().map(|row| row[column])).map_or(0, |e| e.at);
             match peaks.iter_mut().find(|(known, _)| *known == row) {
                 Some((_, own)) => own.push(column),
                 None => peaks.push((row, vec![column])),
@@ -137,7 +138,7 @@ impl<'a> ErrorEstimator<'a> {
             }
         }
         for (row, columns) in &peaks {
-            let solved = self.solve(&mut enriched, &self.states[*row])?;
+            let solved = self.solve(&mut enriched, &self.states[*row], &run.memories[*row])?;
             factorisations += solved.factorisations;
             let of = |&column: &usize| self.error(run, *row, column, solved.values[column]);
             quantities.extend(columns.iter().map(|column| (*column, of(column))));
@@ -183,7 +184,7 @@ impl<'a> ErrorEstimator<'a> {
 
     /// The columns in the enriched space at the time of a state of the run: by Newton's method from that state, or, where it does not
     /// converge from there, by the protocol up to that time.
-    fn solve(&self, enriched: &mut EnrichedScene, kept: &Kept) -> Result<Solved, EstimateError> {
+    fn solve(&self, enriched: &mut EnrichedScene, kept: &Kept, memory: &[f64]) -> Result<Solved, EstimateError> {
         let past = enriched.prolong(self.scene, kept);
         let scene = &enriched.scene;
         let step = Step { system: &scene.system, integrator: Integrator::Static, past: &past, dt: 1.0 };
@@ -192,8 +193,11 @@ impl<'a> ErrorEstimator<'a> {
         if solver.solve(&step, &mut next).is_err() {
             return enriched.run_until(past);
         }
-        let values = scene.record(&next, Some(&step.at(&next)), &solver.equations.sums.r, Energies::default(), 0);
-        Ok(Solved { start: past, end: next, values, factorisations: solver.linear.factor.count })
+        let mut memory = memory.to_vec();
+        scene.remember(&next, &mut memory);
+        let residual = &solver.equations.sums.r;
+        let values = scene.record(&next, Some(&step.at(&next)), residual, Energies::default(), 0, &memory);
+        Ok(Solved { start: past, end: next, values, memory, factorisations: solver.linear.factor.count })
     }
 
     fn error(&self, run: &Run, row: usize, column: usize, enriched: f64) -> QuantityError {
@@ -215,11 +219,4 @@ impl<'a> ErrorEstimator<'a> {
 /// Whether two times of one grid are the same but for rounding.
 fn same_time(a: f64, b: f64) -> bool {
     (a - b).abs() <= 1e-9 * a.abs().max(b.abs())
-}
-
-/// Row of the largest departure from the start.
-fn peak(run: &Run, column: usize) -> usize {
-    let first = run.rows[0][column];
-    let departure = |row: usize| (run.rows[row][column] - first).abs();
-    (0..run.rows.len()).max_by(|a, b| departure(*a).total_cmp(&departure(*b))).unwrap_or(0)
 }

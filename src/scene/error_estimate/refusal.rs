@@ -15,6 +15,8 @@ pub enum EstimateError {
         "{part} makes the state depend on the path, and the shares of cells are known for single states only; ask for the errors alone"
     )]
     Path { part: String },
+    #[error("a rigid part has no counterpart in the enriched space; take a family of meshes")]
+    Rigid,
     #[error("{why}, so the answer has no limit as h → 0, and no error")]
     NoLimit { why: String },
     #[error(
@@ -45,6 +47,9 @@ pub(super) fn check(scene: &Scene) -> Result<(), EstimateError> {
     let by_arc_length = |span: &TimeSpan| matches!(span.integrator, Integrator::ArcLength { .. });
     if let Some(k) = scene.spans.iter().position(by_arc_length) {
         return Err(EstimateError::ArcLength { stage: k + 1 });
+    }
+    if !scene.system.ties.is_empty() {
+        return Err(EstimateError::Rigid);
     }
     match &scene.no_limit {
         Some(why) => Err(EstimateError::NoLimit { why: why.clone() }),

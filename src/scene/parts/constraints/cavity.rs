@@ -230,7 +230,7 @@ impl Recorder for NamedCavity {
         vec![pressure, self.cavity.volume(&now.state.x)]
     }
 
-    fn gradients(&self, _: &Body, state: &State) -> Option<Vec<Gradient>> {
+    fn gradients(&self, _: &Body, state: &State, _: &[f64]) -> Option<Vec<Gradient>> {
         Some(vec![self.drive.gradient(), Gradient::of_displacements(self.cavity.volume_gradient(&state.x))])
     }
 

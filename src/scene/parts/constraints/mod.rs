@@ -8,19 +8,24 @@ mod drive;
 mod fixed;
 mod part;
 mod prescribed;
+mod rigid;
 
-pub use cable::{CableDriveSpec, CableEvent, CableSpec, Condition, NamedCable, RingSpec};
+pub use cable::{
+    CableDriveSpec, CableEvent, CableSpec, Condition, GuideFile, GuidesSpec, NamedCable, PullPointSpec, RingSpec,
+};
 pub(in crate::scene) use cable::{CableLog, pulling};
 pub use cavity::{CavityDriveSpec, CavitySpec, NamedCavity};
 pub use drive::Drive;
 pub use fixed::FixedSpec;
 pub use prescribed::PrescribedSpec;
+pub use rigid::RigidInsertSpec;
+pub(in crate::scene) use rigid::check_tied;
 
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
 use crate::scene::kind::registry;
 use crate::scene::recorder::Headline;
-use cable::build_cable;
+use cable::build_cables;
 use cavity::build_cavity;
 use part::ConstraintPart;
 
@@ -32,6 +37,7 @@ pub enum ConstraintSpec {
     Prescribed(PrescribedSpec) = "prescribed",
     Cable(CableSpec) = "cable",
     Cavity(CavitySpec) = "cavity",
+    Rigid(RigidInsertSpec) = "rigid",
 }
 }
 
@@ -52,10 +58,12 @@ impl ConstraintSpec {
     }
 }
 
-/// Builds all constraints of a scene; returns the cables and cavities among them.
+/// Builds all constraints of a scene; returns the cables and cavities among them. `carriers` bodies and obstacles have four nodes each before
+/// those of rigid parts.
 pub(in crate::scene) fn build_constraints(
     builder: &mut Builder,
     specs: &[ConstraintSpec],
+    carriers: usize,
 ) -> Result<(Vec<NamedCable>, Vec<NamedCavity>), SceneError> {
     let mut cables = Vec::<NamedCable>::new();
     for (k, constraint) in specs.iter().enumerate() {
@@ -64,14 +72,25 @@ pub(in crate::scene) fn build_constraints(
             ConstraintSpec::Fixed(fixed) => fixed.build(builder, &place)?,
             ConstraintSpec::Prescribed(prescribed) => prescribed.build(builder, &place)?,
             ConstraintSpec::Cable(cable) => {
-                if cables.iter().any(|c| c.name == cable.name) {
-                    let fact = format!("another cable is called \"{}\" too", cable.name);
-                    return Err(builder.content(&place, fact, "give each cable a `name` of its own"));
-                }
-                cables.push(build_cable(builder, &place, cable)?);
+                let built = build_cables(builder, &place, cable, &cables)?;
+                cables.extend(built);
             }
             // Built below: the held dofs decide whether a cavity may be open
-            ConstraintSpec::Cavity(_) => {}
+            ConstraintSpec::Cavity(_) | ConstraintSpec::Rigid(_) => {}
+        }
+    }
+    let mut first = (builder.body.mesh.points.len() + 4 * carriers) as u32;
+    let mut names = Vec::new();
+    for (k, constraint) in specs.iter().enumerate() {
+        if let ConstraintSpec::Rigid(rigid) = constraint {
+            let place = format!("constraint {} (rigid)", k + 1);
+            if names.contains(&&rigid.name) {
+                let fact = format!("another rigid part is called \"{}\" too", rigid.name);
+                return Err(builder.content(&place, fact, "give each a `name` of its own"));
+            }
+            names.push(&rigid.name);
+            rigid.build(builder, &place, first)?;
+            first += 4;
         }
     }
     let mut cavities = Vec::<NamedCavity>::new();

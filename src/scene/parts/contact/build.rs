@@ -98,7 +98,9 @@ fn build_contact(
     check_apart(builder, place, &contact, spec.response)?;
     let pressing: Arc<dyn NormalForces> = match spec.response {
         ResponseSpec::Barrier => press(&contact, Barrier { distance, stiffness: modulus / distance }, builder),
-        ResponseSpec::Penalty => press(&contact, Penalty { stiffness: modulus / distance }, builder),
+        ResponseSpec::Penalty => {
+            press(&contact, Penalty { stiffness: modulus / distance, rounding: distance }, builder)
+        }
         ResponseSpec::Multiplier => {
             let shared = Arc::new(Multiplier {
                 contact,

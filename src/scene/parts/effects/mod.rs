@@ -3,9 +3,12 @@
 mod edge_dampers;
 mod edge_springs;
 mod elastic;
+mod fibre;
+mod fibre_family;
 mod gravity;
 mod inertia;
 mod mass_damping;
+mod membrane;
 mod part;
 mod point_force;
 mod stiffness_damping;
@@ -16,9 +19,12 @@ mod viscous_damping;
 pub use edge_dampers::EdgeDampersSpec;
 pub use edge_springs::EdgeSpringsSpec;
 pub use elastic::{ElasticSpec, FormulationSpec};
+pub use fibre::{FibreAlong, FibreSpec, Hand, HelixSpec};
+pub use fibre_family::{DirectionSpec, FibreFamilySpec};
 pub use gravity::GravitySpec;
 pub use inertia::{InertiaSpec, LumpingSpec};
 pub use mass_damping::MassDampingSpec;
+pub use membrane::MembraneSpec;
 pub use point_force::PointForceSpec;
 pub use stiffness_damping::{StiffnessDampingSpec, StiffnessSpec};
 pub use traction::TractionSpec;
@@ -43,6 +49,9 @@ pub enum EffectSpec {
     ViscousDamping(ViscousDampingSpec) = "viscous_damping",
     Viscoelastic(ViscoelasticSpec) = "viscoelastic",
     StiffnessDamping(StiffnessDampingSpec) = "stiffness_damping",
+    Membrane(MembraneSpec) = "membrane",
+    FibreFamily(FibreFamilySpec) = "fibre_family",
+    Fibre(FibreSpec) = "fibre",
     EdgeSprings(EdgeSpringsSpec) = "edge_springs",
     EdgeDampers(EdgeDampersSpec) = "edge_dampers",
     PointForce(PointForceSpec) = "point_force",

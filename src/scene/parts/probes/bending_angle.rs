@@ -1,8 +1,9 @@
-//! Probe `bending_angle`. `bending_angle_deg`: angle between the area-mean normals of `tip` now and at the start;
-//! `chord_angle_deg`: angle of the line from the mean position of `root` to the one of `tip`.
+//! Probe `bending_angle`. `bending_angle_deg`: angle by which the area-mean normal of `tip` has turned since the start;
+//! `chord_angle_deg`: angle by which the line from the mean position of `root` to the one of `tip` has turned.
 
 use super::mean::Mean;
 use super::part::Probe;
+use super::winding::Winding;
 use crate::math::tensor::Vec3;
 use crate::mesh::{TetMesh, element, quadrature};
 use crate::scene::body::Body;
@@ -12,12 +13,17 @@ use crate::scene::recorder::{Headline, Moment, Recorder};
 use crate::system::{Gradient, State};
 use serde::Deserialize;
 
+/// Least sine of the angle between the axis and a direction whose rotations about it are counted (5.7°).
+const ACROSS: f64 = 0.1;
+
 /// Angle by which a tip has turned and moved about a root.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BendingAngle {
     pub root: String,
     pub tip: String,
+    /// About which the angles are counted, with a sign by the right-hand rule
+    pub axis: Option<[f64; 3]>,
 }
 
 impl Probe for BendingAngle {
@@ -25,11 +31,40 @@ impl Probe for BendingAngle {
         let mesh = &builder.body.mesh;
         let (root, tip) = (builder.region(place, &self.root)?, builder.region(place, &self.tip)?);
         let facets = tip.facets.clone();
-        Ok(Box::new(Recorded { root: Mean::new(mesh, root), tip: Mean::new(mesh, tip), facets }))
+        let (root, tip) = (Mean::new(mesh, root), Mean::new(mesh, tip));
+        let chord = tip.origin - root.origin;
+        let normal = area_vector(mesh, &facets, &vec![0.0; 3 * mesh.points.len()]);
+        let directions = [("the line from root to tip", chord), ("the normal of the tip", normal)];
+        let axis = self.checked_axis(place, builder, &directions[..if facets.is_empty() { 1 } else { 2 }])?;
+        let windings = [Winding::new(normal, axis), Winding::new(chord, axis)];
+        Ok(Box::new(Recorded { root, tip, facets, windings }))
     }
 
     fn headline(&self) -> Option<Headline> {
         Some(Headline { column: "bending_angle_deg".into(), label: "bending angle", symbol: "θ", unit: "°" })
+    }
+}
+
+impl BendingAngle {
+    /// The axis as a unit vector, across which these directions lie.
+    fn checked_axis(
+        &self,
+        place: &str,
+        builder: &Builder,
+        directions: &[(&str, Vec3)],
+    ) -> Result<Option<Vec3>, SceneError> {
+        let Some(given) = self.axis else { return Ok(None) };
+        let Some(axis) = Vec3::from(given).try_normalize(0.0).filter(|a| a.iter().all(|v| v.is_finite())) else {
+            return Err(builder.content(place, "the axis has no length", "write for example axis = [0, 1, 0]"));
+        };
+        let along = |(_, d): &&(&str, Vec3)| axis.cross(d).norm() < ACROSS * d.norm();
+        match directions.iter().find(along) {
+            None => Ok(Some(axis)),
+            Some((what, _)) => {
+                let fact = format!("the axis {given:?} is along {what}, whose rotations about it cannot be seen");
+                Err(builder.content(place, fact, "give the axis about which the body bends, across the body"))
+            }
+        }
     }
 }
 
@@ -38,6 +73,20 @@ struct Recorded {
     tip: Mean,
     /// Of the tip; without them there is no bending angle, only the chord
     facets: Vec<u32>,
+    /// Of the normal and of the chord
+    windings: [Winding; 2],
+}
+
+impl Recorded {
+    /// The normal of the tip, which is zero without facets, and the chord.
+    fn directions(&self, mesh: &TetMesh, x: &[f64]) -> [Vec3; 2] {
+        [area_vector(mesh, &self.facets, x), self.tip.at(x) - self.root.at(x)]
+    }
+
+    /// Of the normal and of the chord.
+    fn memories<'m>(&self, memory: &'m [f64]) -> [&'m [f64]; 2] {
+        memory.split_at(Winding::MEMORY).into()
+    }
 }
 
 impl Recorder for Recorded {
@@ -47,27 +96,33 @@ impl Recorder for Recorded {
         own.iter().map(ToString::to_string).collect()
     }
 
-    fn record(&self, now: &Moment) -> Vec<f64> {
-        let (mesh, x) = (&now.body.mesh, &now.state.x);
-        let Self { root, tip, facets } = self;
-        let chord = angle(tip.origin - root.origin, tip.at(x) - root.at(x));
-        if facets.is_empty() {
-            return vec![chord];
-        }
-        let rest = vec![0.0; x.len()];
-        vec![angle(area_vector(mesh, facets, &rest), area_vector(mesh, facets, x)), chord]
+    fn memory(&self) -> Vec<f64> {
+        vec![0.0; 2 * Winding::MEMORY]
     }
 
-    fn gradients(&self, body: &Body, state: &State) -> Option<Vec<Gradient>> {
+    fn remember(&self, body: &Body, state: &State, memory: &mut [f64]) {
+        let directions = self.directions(&body.mesh, &state.x);
+        for ((winding, now), own) in self.windings.iter().zip(directions).zip(memory.chunks_mut(Winding::MEMORY)) {
+            winding.remember(now, own);
+        }
+    }
+
+    fn record(&self, now: &Moment) -> Vec<f64> {
+        let [normal, chord] = self.memories(now.memory).map(|own| own[0]);
+        if self.facets.is_empty() { vec![chord] } else { vec![normal, chord] }
+    }
+
+    fn gradients(&self, body: &Body, state: &State, memory: &[f64]) -> Option<Vec<Gradient>> {
         let (mesh, x) = (&body.mesh, &state.x);
-        let Self { root, tip, facets } = self;
-        let along = angle_gradient(tip.origin - root.origin, tip.at(x) - root.at(x));
+        let Self { root, tip, facets, windings: [of_normal, of_chord] } = self;
+        let [normal, chord] = self.directions(mesh, x);
+        let [normal_memory, chord_memory] = self.memories(memory);
+        let along = of_chord.gradient(chord, chord_memory);
         let chord = [tip.along(along), root.along(-along)].concat();
         if facets.is_empty() {
             return Some(vec![Gradient::of_displacements(chord)]);
         }
-        let rest = area_vector(mesh, facets, &vec![0.0; x.len()]);
-        let along = angle_gradient(rest, area_vector(mesh, facets, x));
+        let along = of_normal.gradient(normal, normal_memory);
         Some([area_gradient(mesh, facets, x, along), chord].map(Gradient::of_displacements).into())
     }
 
@@ -117,21 +172,4 @@ fn area_gradient(mesh: &TetMesh, facets: &[u32], x: &[f64], c: Vec3) -> Vec<(u32
         out.extend(nodes.iter().zip(sums).flat_map(|(&k, sum)| (0..3).map(move |i| (3 * k + i, sum[i as usize]))));
     }
     out
-}
-
-/// Angle between two directions \[deg\], 0 to 180.
-fn angle(a: Vec3, b: Vec3) -> f64 {
-    a.cross(&b).norm().atan2(a.dot(&b)).to_degrees()
-}
-
-/// Derivative of the angle between a fixed a and b \[deg\] by b: dϑ = \[(a·b) d|a × b| − |a × b| a·db\]/(|a|²|b|²),
-/// d|a × b| = ((a × b) × a)·db/|a × b|. Zero where a and b are parallel: the angle has a kink there.
-fn angle_gradient(a: Vec3, b: Vec3) -> Vec3 {
-    let cross = a.cross(&b);
-    let sine = cross.norm();
-    if sine == 0.0 {
-        return Vec3::zeros();
-    }
-    let rate = cross.cross(&a) / sine;
-    (a.dot(&b) * rate - sine * a) * (1.0 / (a.norm_squared() * b.norm_squared())).to_degrees()
 }

@@ -7,13 +7,16 @@ mod energy;
 mod markers;
 mod mean;
 mod part;
+mod pose;
 mod position;
 mod reaction;
 mod stretch;
+mod winding;
 
 pub use bending_angle::BendingAngle;
 pub use energy::Energy;
 pub use markers::Markers;
+pub use pose::Pose;
 pub use position::Position;
 pub use reaction::Reaction;
 pub use stretch::Stretch;
@@ -30,6 +33,7 @@ Probe;
 pub enum ProbeSpec {
     BendingAngle(BendingAngle) = "bending_angle",
     Position(Position) = "position",
+    Pose(Pose) = "pose",
     Markers(Markers) = "markers",
     Reaction(Reaction) = "reaction",
     Energy(Energy) = "energy",

@@ -41,7 +41,7 @@ impl Recorder for Recorded {
         self.mean.at(&now.state.x).as_slice().to_vec()
     }
 
-    fn gradients(&self, _: &Body, _: &State) -> Option<Vec<Gradient>> {
+    fn gradients(&self, _: &Body, _: &State, _: &[f64]) -> Option<Vec<Gradient>> {
         Some(self.mean.gradients().into())
     }
 

@@ -14,6 +14,7 @@
 
 use crate::calibrate::inverse::Calibration;
 use crate::report::numbers::{digits, percent, space};
+use crate::scene::{Extreme, ExtremeKind, extreme};
 use crate::study::curve::Curve;
 use crate::study::kinds::calibration::analysis::CalibratedVariant;
 use crate::study::record::{Quantity, Role, Series, StoredCase, StudyRecord};
@@ -35,6 +36,8 @@ pub struct Band {
     pub mesh: Option<Vec<f64>>,
     /// Largest |y − y₀|, and there: y, band of the constants relative to it \[–\], share of the mesh \[–\]
     pub peak: f64,
+    pub peak_is: ExtremeKind,
+    pub peak_t_s: f64,
     pub below: f64,
     pub above: f64,
     pub mesh_share: Option<f64>,
@@ -87,13 +90,13 @@ pub fn band(
     }
     let next = cases.len().checked_sub(2).and_then(|k| Curve::of(&cases[k].series, &quantity.name));
     let mesh: Option<Vec<f64>> = next.map(|c| y.t.iter().zip(&y.f).map(|(t, f)| (f - c.at(*t)).abs()).collect());
-    let first = *y.f.first()?;
-    let at = (0..n).max_by(|a, b| (y.f[*a] - first).abs().total_cmp(&(y.f[*b] - first).abs()))?;
-    let peak = y.f[at];
+    let Extreme { at, value: peak, kind } = extreme(y.f.iter().copied())?;
     Some(Band {
         variant: answer.variant.clone(),
         case: finest.record.id.clone(),
         peak,
+        peak_is: kind,
+        peak_t_s: y.t[at],
         below: (peak - ends[0][at]) / peak.abs(),
         above: (ends[1][at] - peak) / peak.abs(),
         mesh_share: mesh.as_ref().map(|m| m[at] / peak.abs()),
@@ -126,11 +129,13 @@ impl Band {
         let n = digits(1e-2 * self.peak);
         let mesh = self.mesh_share.map_or("; one mesh only".into(), |m| format!(", its own mesh {} more", percent(m)));
         format!(
-            "Used in {}: peak {} {:.n$}{}, of which the constants leave −{} to +{} open{mesh}.",
+            "Used in {}: {} {} {:.n$}{} at {:.3} s, of which the constants leave −{} to +{} open{mesh}.",
             self.case,
+            self.peak_is.name(),
             q.label,
             self.peak,
             space(&q.unit),
+            self.peak_t_s,
             percent(self.below),
             percent(self.above)
         )

@@ -92,7 +92,7 @@ pub fn analyse(
 ) -> Analysis<ComparisonFindings> {
     let reference = comparison.reference.clone();
     let mut quantities =
-        ByQuantity::each(study, |variant, quantity| compare(study, stored, variant, quantity, &reference));
+        ByQuantity::each(study, stored, |variant, quantity| compare(study, stored, variant, quantity, &reference));
     quantities.retain(|q| q.members.len() < 2 || q.members.iter().any(|c| c.largest > 1e-9));
     let costs = costs(study, stored, &reference);
     let sequences = sequences(study, stored);

@@ -1,7 +1,7 @@
 //! The analysis of the stored cases of a convergence study.
 
 use crate::study::analysis::{Analysis, ByQuantity};
-use crate::study::curve::{Curve, peak, starts_elsewhere};
+use crate::study::curve::{Curve, peak};
 use crate::study::estimate::family::Level;
 use crate::study::estimate::{curve, family, reference};
 use crate::study::kinds::convergence::cases::Cases;
@@ -13,7 +13,7 @@ use crate::study::record::{Quantity, Role, StoredCase, StudyRecord};
 /// Analyses what is there; cases that are missing or did not converge are named, not guessed.
 pub fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis<ConvergenceFindings> {
     let cases = Cases::new(study, stored);
-    let mut quantities = ByQuantity::each(study, |variant, quantity| {
+    let mut quantities = ByQuantity::each(study, stored, |variant, quantity| {
         let any = study.quantities[variant].iter().any(|q| q.deciding || q.headline);
         let deciding = !any || quantity.deciding || quantity.headline;
         Some(mesh_errors(&cases, variant, quantity, deciding))
@@ -62,8 +62,6 @@ fn mesh_errors(cases: &Cases, variant: &str, quantity: &Quantity, deciding: bool
             curves.extend(curve::compare(&series, formal).map(|c| (f.name.clone(), c)));
         }
     }
-    let of_variant = cases.stored.iter().filter(|c| c.record.variant == variant);
-    let change = of_variant.filter_map(|c| Curve::of(&c.series, quantity)).any(|c| starts_elsewhere(&c));
     let mut reference = reference::choose(&estimates, tolerance);
     let scale = reference.as_ref().map_or(f64::NAN, |r| r.scale);
     let one_run = independent::one_run(cases, variant, quantity, scale);
@@ -93,18 +91,5 @@ fn mesh_errors(cases: &Cases, variant: &str, quantity: &Quantity, deciding: bool
                 .map(|o| format!("the interval of family {} does not overlap the one of {}", o.of, r.family)),
         ),
     }
-    MeshErrors {
-        deciding,
-        change,
-        estimates,
-        curves,
-        noise,
-        step,
-        one_run,
-        inputs,
-        reference,
-        errors,
-        supported,
-        reasons,
-    }
+    MeshErrors { deciding, estimates, curves, noise, step, one_run, inputs, reference, errors, supported, reasons }
 }

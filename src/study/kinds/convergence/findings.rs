@@ -31,8 +31,6 @@ pub struct ConvergenceFindings {
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshErrors {
     pub deciding: bool,
-    /// Judged by its largest change, since it does not start at zero
-    pub change: bool,
     /// One per family of meshes with two or more results
     pub estimates: Vec<Estimate>,
     /// (family, curves)
@@ -61,11 +59,6 @@ impl MeshErrors {
     pub fn sizes(&self) -> Option<&Estimate> {
         self.estimates.iter().find(|e| e.role == Role::Sizes)
     }
-}
-
-/// `peak bending angle, tension control`
-pub fn title(q: &ByQuantity<MeshErrors>) -> String {
-    if q.change { format!("largest change of {}", q.title()) } else { q.peak_title() }
 }
 
 impl ConvergenceFindings {

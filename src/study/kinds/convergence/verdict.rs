@@ -6,7 +6,7 @@
 use crate::report::numbers::{capital, digits, percent, seconds, space};
 use crate::study::analysis::ByQuantity;
 use crate::study::kinds::convergence::cases::Cases;
-use crate::study::kinds::convergence::findings::{Bar, MeshErrors, MeshSetting, Recommendation, headline, title};
+use crate::study::kinds::convergence::findings::{Bar, MeshErrors, MeshSetting, Recommendation, headline};
 use crate::study::locking;
 use crate::study::record::{MeshRecord, Role};
 
@@ -64,7 +64,7 @@ pub fn settings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Vec<Mes
         for q in quantities.iter().filter(|q| q.deciding) {
             let bar = find(s, q).map_or(f64::INFINITY, |b| b.bar);
             if bar > s.worst {
-                (s.worst, s.limited_by) = (bar, title(q));
+                (s.worst, s.limited_by) = (bar, q.peak_title());
             }
         }
         if !quantities.iter().any(|q| q.deciding) {
@@ -81,7 +81,7 @@ fn find<'a>(s: &'a MeshSetting, q: &ByQuantity<MeshErrors>) -> Option<&'a Bar> {
 
 /// Per quantity: the cheapest setting that meets the tolerance, its bar, its cost, and the cost of the next better one.
 pub fn sentence(settings: &[MeshSetting], q: &ByQuantity<MeshErrors>, tolerance: f64) -> String {
-    let title = capital(&title(q));
+    let title = capital(&q.peak_title());
     if !q.supported {
         return format!("{title}: no verdict within {}. {}.", percent(tolerance), capital(&q.reasons.join("; ")));
     }
@@ -136,7 +136,7 @@ pub fn conclude(
     }
     let missing = |q: &&&ByQuantity<MeshErrors>| !q.supported;
     let unsupported: Vec<String> =
-        (deciding.iter().filter(missing)).map(|q| format!("{} ({})", title(q), q.reasons.join("; "))).collect();
+        (deciding.iter().filter(missing)).map(|q| format!("{} ({})", q.peak_title(), q.reasons.join("; "))).collect();
     if !unsupported.is_empty() {
         let lost = match incomplete.len() {
             0 => String::new(),
@@ -189,10 +189,12 @@ pub fn conclude(
 /// The quantities that do not decide, with their bars in the recommended setting.
 fn undecided(quantities: &[ByQuantity<MeshErrors>], setting: &MeshSetting, tolerance: f64) -> String {
     let bar = |q: &ByQuantity<MeshErrors>| match find(setting, q).map(|b| b.bar) {
-        Some(bar) if bar <= tolerance && q.supported => format!("{} ({})", title(q), percent(bar)),
-        Some(bar) if bar <= tolerance => format!("{} ({}, from a reference without support)", title(q), percent(bar)),
-        Some(bar) => format!("{} ({}, above the tolerance)", title(q), percent(bar)),
-        None => format!("{} (no error bar)", title(q)),
+        Some(bar) if bar <= tolerance && q.supported => format!("{} ({})", q.peak_title(), percent(bar)),
+        Some(bar) if bar <= tolerance => {
+            format!("{} ({}, from a reference without support)", q.peak_title(), percent(bar))
+        }
+        Some(bar) => format!("{} ({}, above the tolerance)", q.peak_title(), percent(bar)),
+        None => format!("{} (no error bar)", q.peak_title()),
     };
     let words: Vec<String> = quantities.iter().filter(|q| !q.deciding).map(bar).collect();
     if words.is_empty() { String::new() } else { format!(" Not decided by: {}.", words.join("; ")) }
@@ -209,7 +211,7 @@ fn input_words(quantities: &[ByQuantity<MeshErrors>], setting: &MeshSetting) -> 
         " Constants ({}) are known within the 95 % intervals of the law file only: of the {}, {} are discretisation, {} constants, together {} \
          (root of the sum of squares; the file has no covariance).",
         inputs.constants.join(", "),
-        title(q),
+        q.peak_title(),
         percent(bar),
         percent(share),
         percent(bar.hypot(share))

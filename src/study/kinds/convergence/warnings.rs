@@ -5,7 +5,7 @@ use crate::study::analysis::ByQuantity;
 use crate::study::estimate::richardson::LEAST_RATIO;
 use crate::study::kinds::convergence::cases::Cases;
 use crate::study::kinds::convergence::errors::{StepCause, StepError};
-use crate::study::kinds::convergence::findings::{MeshErrors, title};
+use crate::study::kinds::convergence::findings::MeshErrors;
 use crate::study::record::{Role, StoredCase};
 
 /// One sentence each.
@@ -37,7 +37,7 @@ pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>], incomplete
         if let Some(step) = q.step.as_ref().filter(|s| !s.negligible) {
             out.push(format!(
                 "{}: the {} {:.2e}{}, from family {}, is above a tenth of the uncertainty of the reference; it is in the error bars.{}",
-                capital(&title(q)),
+                capital(&q.peak_title()),
                 step.cause.words(),
                 step.error,
                 space(&q.quantity.unit),
@@ -47,13 +47,13 @@ pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>], incomplete
         }
         for r in q.reference.iter().flat_map(|r| r.others.iter().filter(|o| !o.overlaps).map(move |o| (r, o))) {
             let (a, b) = (&r.0.family, &r.1.of);
-            out.push(format!("{}: the intervals of families {a} and {b} do not overlap.", capital(&title(q))));
+            out.push(format!("{}: the intervals of families {a} and {b} do not overlap.", capital(&q.peak_title())));
         }
         if let Some(own) = q.reference.as_ref().and_then(|r| r.independent.as_ref()).filter(|own| !own.overlaps) {
             out.push(format!(
                 "{}: the estimate from the run of {} alone, {:.4e} ± {:.1e}{}, does not overlap the reference; the uncertainty of the reference \
                  has grown to reach it.",
-                capital(&title(q)),
+                capital(&q.peak_title()),
                 own.of,
                 own.value,
                 own.uncertainty,
@@ -63,7 +63,7 @@ pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>], incomplete
         if let Some(c) = q.curves.iter().find(|(_, c)| c.interpolation_error > 0.01 * c.norms[0].peak.abs()) {
             out.push(format!(
                 "{}: time grids differ; interpolating them costs {:.1e}.",
-                capital(&title(q)),
+                capital(&q.peak_title()),
                 c.1.interpolation_error
             ));
         }
@@ -96,7 +96,7 @@ fn idle_steps(quantities: &[ByQuantity<MeshErrors>]) -> Option<String> {
          its cases are algebraic error of the solver, at most {:.1e} of the value ({}).",
         idle.family,
         relative(most),
-        title(q)
+        q.peak_title()
     ))
 }
 

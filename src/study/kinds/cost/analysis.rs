@@ -19,7 +19,7 @@ pub fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis<CostFindi
         levels.push(study.tolerance);
         levels.sort_by(|a, b| b.total_cmp(a));
     }
-    let mut quantities = ByQuantity::each(study, |variant, quantity| {
+    let mut quantities = ByQuantity::each(study, stored, |variant, quantity| {
         Some(cost_of_accuracy(study, stored, variant, &quantity.name, &levels))
     });
     for q in &mut quantities {

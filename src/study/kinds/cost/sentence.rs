@@ -14,10 +14,11 @@ pub fn sentence(q: &ByQuantity<CostOfAccuracy>, tolerance: f64) -> String {
     let n = digits(r.peak_uncertainty * peak.abs());
     let half = r.peak_uncertainty * peak.abs();
     format!(
-        "{}: {}; {}. Reference: peak {peak:.n$}{unit} ± {half:.n$}{unit} from family {}.",
+        "{}: {}; {}. Reference: {} {peak:.n$}{unit} ± {half:.n$}{unit} from family {}.",
         capital(&q.title()),
         cheapest(q, Measure::Peak, tolerance),
         cheapest(q, Measure::Curve, tolerance),
+        q.peak_is.trim_end_matches(" of"),
         r.family
     )
 }
@@ -74,7 +75,7 @@ pub fn verdict(quantities: &[ByQuantity<CostOfAccuracy>], tolerance: f64, missin
             continue;
         };
         let answer = q.answer(Measure::Peak, tolerance).and_then(|a| a.cheapest);
-        let title = format!("the peak of the {}", q.title());
+        let title = format!("the {}", q.peak_title());
         let mut words = match answer {
             Some(k) => {
                 let s = &q.settings[k];

@@ -5,7 +5,7 @@
 //! ```
 
 use crate::study::axis::AxisRecord;
-use crate::study::curve::peak;
+use crate::study::curve::{peak, peak_words};
 use crate::study::kinds::robustness::outcome::CaseOutcome;
 use crate::study::kinds::robustness::record::MapRecord;
 use crate::study::record::{PANICKED, Quantity, StoredCase, StudyRecord};
@@ -20,6 +20,8 @@ pub struct Map {
     pub family: String,
     pub setup: String,
     pub quantity: Quantity,
+    /// `maximum`, `minimum`, `extreme` or `largest change of`: the peak over the cases of the map
+    pub peak_is: &'static str,
     pub axes: Vec<AxisRecord>,
     /// Per value along y
     pub references: Vec<Option<f64>>,
@@ -130,6 +132,7 @@ pub(super) fn analyse(map: &MapRecord, study: &StudyRecord, stored: &[StoredCase
         family: map.family.clone(),
         setup: map.setup.clone(),
         quantity: map.quantity.clone(),
+        peak_is: peak_words(stored.iter().filter(|c| c.record.family == map.family), &map.quantity.name),
         axes: map.axes.clone(),
         panels: variants.into_iter().map(panel).collect(),
         references,

@@ -110,7 +110,7 @@ impl Dependence {
 /// Analyses what is there; cases that are missing or did not converge are named.
 pub fn analyse(study: &StudyRecord, sweep: &SweepRecord, stored: &[StoredCase]) -> Analysis<SweepFindings> {
     let list = sweep.axes.len() > 1 && sweep.points.values().all(|at| at.iter().all(|k| *k == at[0]));
-    let mut quantities = ByQuantity::each(study, |variant, quantity| {
+    let mut quantities = ByQuantity::each(study, stored, |variant, quantity| {
         let points = (stored.iter().filter(|c| c.record.variant == variant && c.record.converged()))
             .filter_map(|c| {
                 let (case, member) = (c.record.id.clone(), c.record.member.clone());
@@ -246,7 +246,7 @@ fn verdict_of(
     let one = |q: &&ByQuantity<Dependence>| {
         let mut strong: Vec<&Along> = q.along.iter().filter(|a| a.change > tolerance).collect();
         strong.sort_by(|a, b| b.change.total_cmp(&a.change));
-        let name = format!("the peak {} ({})", q.quantity.label, q.variant_label);
+        let name = format!("the {} {} ({})", q.peak_is, q.quantity.label, q.variant_label);
         let words: Vec<String> = (strong.iter())
             .map(|a| format!("{} (up to {})", axis_words(&sweep.axes, &a.axis, list), percent(a.change)))
             .collect();

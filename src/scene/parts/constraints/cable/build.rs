@@ -3,13 +3,15 @@
 use crate::effect::{Cable, CableLength, CableTension, Guide, Pull, cable_friction};
 use crate::math::signal::Signal;
 use crate::math::tensor::Vec3;
-use crate::math::units::Dimension;
-use crate::mesh::embed::{ball_weights, embed};
+use crate::math::units::{self, Dimension};
+use crate::mesh::attach::attach_each;
+use crate::mesh::embed::{ball_weights, embed, nearest_on_surface};
 use crate::mesh::error::point;
 use crate::scene::builder::Builder;
 use crate::scene::error::{SceneError, hint, part};
+use crate::scene::parts::constraints::cable::guides::read_guides;
 use crate::scene::parts::constraints::cable::record::NamedCable;
-use crate::scene::parts::constraints::cable::spec::{CableDriveSpec, CableSpec};
+use crate::scene::parts::constraints::cable::spec::{CableDriveSpec, CableSpec, GuideFile, GuidesSpec, PullPointSpec};
 use crate::scene::parts::constraints::drive::Drive;
 use crate::scene::protocol::extremes;
 use crate::scene::quantity::{Force, GuideRadius, Length};
@@ -25,17 +27,42 @@ struct Stop {
     guide: Guide,
 }
 
-/// A cable with its rows, or its load.
-pub(in crate::scene) fn build_cable(
+/// Points of one cable in order from the pull point.
+struct Route {
+    name: String,
+    /// Before the words for a guide of it in messages, where there are several cables
+    of: String,
+    pull: Vec3,
+    points: Vec<Vec3>,
+}
+
+/// The cables of an entry, whose names differ from those of the `known` ones.
+pub(in crate::scene) fn build_cables(
     builder: &mut Builder,
     place: &str,
     spec: &CableSpec,
-) -> Result<NamedCable, SceneError> {
+    known: &[NamedCable],
+) -> Result<Vec<NamedCable>, SceneError> {
     check_values(builder, place, spec)?;
-    let (pull_point, stops) = find_stops(builder, place, spec)?;
+    let mut routes = find_routes(builder, place, spec)?;
+    for (k, route) in routes.iter().enumerate() {
+        let name = &route.name;
+        if known.iter().map(|c| &c.name).chain(routes[..k].iter().map(|r| &r.name)).any(|other| other == name) {
+            let fact = format!("another cable is called \"{name}\" too");
+            return Err(builder.content(place, fact, "give each cable a `name` of its own"));
+        }
+    }
+    reach_guides(builder, place, spec, &mut routes)?;
+    routes.into_iter().map(|route| build_cable(builder, place, spec, route)).collect()
+}
+
+/// A cable with its rows, or its load.
+fn build_cable(builder: &mut Builder, place: &str, spec: &CableSpec, route: Route) -> Result<NamedCable, SceneError> {
+    let stops = find_stops(builder, place, spec, &route)?;
+    let Route { name, pull: pull_point, .. } = route;
     let fixed = fixed_length(pull_point, &stops);
     let guides = stops.into_iter().map(|s| s.guide).collect();
-    let cable = Arc::new(Cable::new(spec.name.clone(), pull_point, guides));
+    let cable = Arc::new(Cable::new(name.clone(), pull_point, guides));
     let lengths = cable.lengths_at_rest();
     let rest: f64 = lengths.iter().sum();
     let softness = spec.axial.as_ref().map_or(0.0, |ea| 1.0 / ea.0);
@@ -43,12 +70,12 @@ pub(in crate::scene) fn build_cable(
     let row = builder.constraints.len();
     let drive = match &spec.drive {
         CableDriveSpec::Length { signal } => {
-            let named = format!("{}_shortening_m", spec.name);
+            let named = format!("{name}_shortening_m");
             let shortening = builder.signal(place, named, signal, Dimension::LENGTH)?;
             if softness == 0.0 && most == f64::INFINITY {
                 check_shortening(builder, place, &shortening, rest - fixed)?;
             }
-            note_let_out(builder, &spec.name, &shortening);
+            note_let_out(builder, &name, &shortening);
             match spec.friction {
                 Some(mu) => {
                     let pull = Pull::Length { shortening, most };
@@ -63,7 +90,7 @@ pub(in crate::scene) fn build_cable(
             Drive::Multiplier(row)
         }
         CableDriveSpec::Tension { signal } => {
-            let named = format!("{}_imposed_tension_N", spec.name);
+            let named = format!("{name}_imposed_tension_N");
             let tension = builder.signal(place, named, signal, Dimension::FORCE)?;
             check_tension(builder, place, &tension)?;
             match spec.friction {
@@ -85,7 +112,7 @@ pub(in crate::scene) fn build_cable(
     };
     let by_length = spec.drive.is_by_length();
     let friction = spec.friction.is_some();
-    Ok(NamedCable { name: spec.name.clone(), cable, drive, by_length, friction, softness, most })
+    Ok(NamedCable { name, cable, drive, by_length, friction, softness, most })
 }
 
 fn check_values(builder: &Builder, place: &str, spec: &CableSpec) -> Result<(), SceneError> {
@@ -124,29 +151,106 @@ fn check_values(builder: &Builder, place: &str, spec: &CableSpec) -> Result<(), 
     Ok(())
 }
 
-/// The pull point and the places from there to the end.
-fn find_stops(builder: &Builder, place: &str, spec: &CableSpec) -> Result<(Vec3, Vec<Stop>), SceneError> {
-    let (points, pull) = match (&spec.path, &spec.guides, &spec.pull_point) {
+/// The routes of the cables of an entry: along a path of the body, a list of guides, or those of a file.
+fn find_routes(builder: &Builder, place: &str, spec: &CableSpec) -> Result<Vec<Route>, SceneError> {
+    let (guides, pull) = match (&spec.path, &spec.guides, &spec.pull_point) {
         (Some(path), None, None) => {
             let Some(known) = builder.body.paths.get(path) else {
                 let names: Vec<&String> = builder.body.paths.keys().collect();
                 let remedy = format!("{}; or give `guides` and `pull_point`", hint(path, &names));
                 return Err(builder.content(place, format!("the mesh has no path \"{path}\""), remedy));
             };
-            (known.guides.iter().map(|p| Vec3::from(*p)).collect::<Vec<_>>(), Vec3::from(known.pull_point))
+            let (points, pull) = (known.guides.iter().map(|p| Vec3::from(*p)).collect(), Vec3::from(known.pull_point));
+            return Ok(vec![Route { name: spec.name.clone(), of: String::new(), pull, points }]);
         }
-        (None, Some(guides), Some(pull)) => (guides.iter().map(vector).collect(), vector(pull)),
+        (None, Some(guides), Some(pull)) => (guides, pull),
         _ => {
             let fact = "a cable runs along a path";
             return Err(builder.content(place, fact, "give either `path`, or both `guides` and `pull_point`"));
         }
     };
+    let lists = match guides {
+        GuidesSpec::List(points) => vec![(None, points.iter().map(vector).collect())],
+        GuidesSpec::File(GuideFile { file, unit, cable }) => {
+            let fail = |e| part(builder.file, place, e);
+            let unit =
+                units::parse(&format!("1 {unit}"), Dimension::LENGTH).map_err(|e| part(builder.file, place, e))?;
+            let read = read_guides(&builder.base.join(file), cable.as_deref()).map_err(fail)?;
+            read.into_iter().map(|c| (c.name, c.points.into_iter().map(|p| p * unit).collect())).collect()
+        }
+    };
+    let several = lists.len() > 1;
+    let route = |(k, (named, mut points)): (usize, (Option<String>, Vec<Vec3>))| {
+        let name = match named {
+            Some(name) => name,
+            None if several => format!("{}_{}", spec.name, k + 1),
+            None => spec.name.clone(),
+        };
+        let of = if several { format!("{name}, ") } else { String::new() };
+        let pull = match pull {
+            PullPointSpec::At(at) => vector(at),
+            PullPointSpec::First if points.is_empty() => Vec3::zeros(),
+            PullPointSpec::First => points.remove(0),
+        };
+        Route { name, of, pull, points }
+    };
+    Ok(lists.into_iter().enumerate().map(route).collect())
+}
+
+/// Moves guides outside of the body, by no more than `reach`, to its surface; all that are farther out are refused together.
+fn reach_guides(builder: &mut Builder, place: &str, spec: &CableSpec, routes: &mut [Route]) -> Result<(), SceneError> {
+    let (mesh, reach) = (builder.body.clone(), spec.reach.as_ref().map_or(0.0, |l| l.0));
+    let (mut moved, mut largest, mut refused) = (0, 0.0_f64, Vec::new());
+    for route in routes.iter_mut() {
+        for (k, at) in route.points.iter_mut().enumerate() {
+            if embed(&mesh.mesh, *at).is_ok() {
+                continue;
+            }
+            let nearest = nearest_on_surface(&mesh.mesh, *at);
+            let distance = (nearest - *at).norm();
+            if distance > reach {
+                refused.push((
+                    distance,
+                    format!("{}guide {} at {} by {:.4} mm", route.of, k + 1, point(at), distance * 1e3),
+                ));
+                continue;
+            }
+            (moved, largest) = (moved + 1, largest.max(distance));
+            *at = nearest;
+        }
+    }
+    let all: usize = routes.iter().map(|r| r.points.len()).sum();
+    if refused.is_empty() {
+        if moved > 0 {
+            let largest = largest * 1e3;
+            builder.notes.push(format!(
+                "{}: {moved} of {all} guides are outside of the body, by up to {largest:.4} mm, and were moved to its surface",
+                spec.name
+            ));
+        }
+        return Ok(());
+    }
+    let most = refused.iter().map(|r| r.0).fold(0.0, f64::max) * 1e3;
+    let which: Vec<String> = refused.into_iter().map(|r| r.1).collect();
+    let by = if reach > 0.0 { format!(" by more than the reach of {:.4} mm", reach * 1e3) } else { String::new() };
+    let fact = format!("{} of {all} guides are outside of the body{by}: {}", which.len(), which.join(", "));
+    let remedy = format!("move them inside, or give a `reach` of at least {most:.4} mm to move them to the surface");
+    Err(builder.content(place, fact, remedy))
+}
+
+/// The places of a cable from the pull point to the end.
+fn find_stops(builder: &Builder, place: &str, spec: &CableSpec, route: &Route) -> Result<Vec<Stop>, SceneError> {
+    let (points, of) = (&route.points, &route.of);
     if points.is_empty() {
-        return Err(builder.content(place, "the cable has no guide", "give at least one point inside the body"));
+        return Err(builder.content(
+            place,
+            format!("{of}the cable has no guide"),
+            "give at least one point inside the body",
+        ));
     }
     if let Some((k, ring)) = spec.rings.iter().enumerate().find(|(_, r)| r.after >= points.len()) {
         let fact =
-            format!("ring {} is after guide {}, and the cable ends at guide {}", k + 1, ring.after, points.len());
+            format!("{of}ring {} is after guide {}, and the cable ends at guide {}", k + 1, ring.after, points.len());
         return Err(builder.content(place, fact, "a cable ends in the body: place its rings before the last guide"));
     }
     let mut stops = Vec::new();
@@ -155,27 +259,27 @@ fn find_stops(builder: &Builder, place: &str, spec: &CableSpec) -> Result<(Vec3,
             let guide = Guide { point: vector(&ring.at), weights: Vec::new() };
             stops.push(Stop { name: format!("ring {}", r + 1), fixed: true, guide });
         }
-        let guide = build_guide(builder, &format!("{place}: guide {}", k + 1), at, spec.guide_radius)?;
+        let guide = build_guide(builder, &format!("{place}: {of}guide {}", k + 1), at, spec.guide_radius)?;
         stops.push(Stop { name: format!("guide {}", k + 1), fixed: false, guide });
     }
-    let mut before = (pull, "the pull point".to_string());
+    let mut before = (route.pull, "the pull point".to_string());
     for stop in &stops {
         if (stop.guide.point - before.0).norm() <= 1e-9 * builder.body.mesh.diagonal() {
-            let fact = format!("{} coincides with {} at {}", stop.name, before.1, point(&before.0));
+            let fact = format!("{of}{} coincides with {} at {}", stop.name, before.1, point(&before.0));
             return Err(builder.content(place, fact, "the cable has no direction between them: move or remove one"));
         }
         before = (stop.guide.point, stop.name.clone());
     }
-    Ok((pull, stops))
+    Ok(stops)
 }
 
-/// A guide point must lie inside the body, also where a ball would still find some of it.
+/// The weights of a guide in the body or on its surface, which on curved cells is that of flat triangles.
 fn build_guide(builder: &Builder, place: &str, at: Vec3, radius: GuideRadius) -> Result<Guide, SceneError> {
     let mesh = &builder.body.mesh;
-    let embedded = embed(mesh, at).map_err(|e| part(builder.file, place, e))?;
+    let fail = |e| part(builder.file, place, e);
     let weights = match radius {
-        GuideRadius::Point => embedded.weights,
-        GuideRadius::Ball(radius) => ball_weights(mesh, at, radius).map_err(|e| part(builder.file, place, e))?,
+        GuideRadius::Point => attach_each(mesh, &[at], mesh.diagonal()).remove(0).map_err(fail)?,
+        GuideRadius::Ball(radius) => ball_weights(mesh, at, radius).map_err(fail)?,
     };
     Ok(Guide { point: at, weights })
 }

@@ -1,10 +1,11 @@
-//! Constraint `cable`: its specification, construction and record.
+//! Constraint `cable`: its specification, files of guides, construction and record.
 
 mod build;
+mod guides;
 mod record;
 mod spec;
 
-pub(in crate::scene) use build::build_cable;
+pub(in crate::scene) use build::build_cables;
 pub use record::{CableEvent, Condition, NamedCable};
 pub(in crate::scene) use record::{CableLog, pulling};
-pub use spec::{CableDriveSpec, CableSpec, RingSpec};
+pub use spec::{CableDriveSpec, CableSpec, GuideFile, GuidesSpec, PullPointSpec, RingSpec};

@@ -90,7 +90,7 @@ impl Recorder for NamedCable {
     }
 
     /// Of tension, length and what was drawn in, softness × rest × tension − length; not used of a cable with friction.
-    fn gradients(&self, _: &Body, state: &State) -> Option<Vec<Gradient>> {
+    fn gradients(&self, _: &Body, state: &State, _: &[f64]) -> Option<Vec<Gradient>> {
         let tension = self.drive.gradient();
         let length = self.cable.length_gradient(&state.x);
         let rest: f64 = self.cable.lengths_at_rest().iter().sum();

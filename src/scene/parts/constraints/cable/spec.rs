@@ -7,6 +7,10 @@ use crate::scene::quantity::{Force, GuideRadius, Length};
 use crate::scene::recorder::Headline;
 use crate::scene::signal::SignalSpec;
 use serde::Deserialize;
+use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
+use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Unexpected, Visitor};
+use std::fmt;
+use std::path::PathBuf;
 
 by_kind!(CableDriveSpec);
 
@@ -18,8 +22,10 @@ pub struct CableSpec {
     pub name: String,
     /// Path of the body, or `guides` with `pull_point`
     pub path: Option<String>,
-    pub guides: Option<Vec<[Length; 3]>>,
-    pub pull_point: Option<[Length; 3]>,
+    pub guides: Option<GuidesSpec>,
+    pub pull_point: Option<PullPointSpec>,
+    /// Guides outside of the body by no more than this are moved to its surface
+    pub reach: Option<Length>,
     /// Points fixed in space between pull point and guides
     #[serde(default)]
     pub rings: Vec<RingSpec>,
@@ -32,6 +38,83 @@ pub struct CableSpec {
     pub max_tension: Option<Force>,
     /// Coefficient of friction at guides and rings; none means the same tension everywhere
     pub friction: Option<f64>,
+}
+
+/// Guides in order from the pull point.
+#[derive(Clone, Debug)]
+pub enum GuidesSpec {
+    List(Vec<[Length; 3]>),
+    /// Of one cable or of several, each of which takes the other keys of the entry
+    File(GuideFile),
+}
+
+/// A file of guides.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GuideFile {
+    /// CSV or JSON
+    pub file: PathBuf,
+    /// Unit of length of the file
+    pub unit: String,
+    /// Name of the only cable that is taken
+    pub cable: Option<String>,
+}
+
+/// Point at which a cable is pulled.
+#[derive(Clone, Debug)]
+pub enum PullPointSpec {
+    /// Fixed in space
+    At([Length; 3]),
+    /// The first of the guides
+    First,
+}
+
+impl<'de> Deserialize<'de> for GuidesSpec {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(ListOrFile)
+    }
+}
+
+struct ListOrFile;
+
+impl<'de> Visitor<'de> for ListOrFile {
+    type Value = GuidesSpec;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "a list of points, or a table of `file` and `unit`")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<GuidesSpec, A::Error> {
+        Deserialize::deserialize(SeqAccessDeserializer::new(list)).map(GuidesSpec::List)
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, table: A) -> Result<GuidesSpec, A::Error> {
+        Deserialize::deserialize(MapAccessDeserializer::new(table)).map(GuidesSpec::File)
+    }
+}
+
+impl<'de> Deserialize<'de> for PullPointSpec {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(PointOrFirst)
+    }
+}
+
+struct PointOrFirst;
+
+impl<'de> Visitor<'de> for PointOrFirst {
+    type Value = PullPointSpec;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "a point, or \"first\" where the first of the guides is the pull point")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, point: A) -> Result<PullPointSpec, A::Error> {
+        Deserialize::deserialize(SeqAccessDeserializer::new(point)).map(PullPointSpec::At)
+    }
+
+    fn visit_str<E: Error>(self, text: &str) -> Result<PullPointSpec, E> {
+        if text == "first" { Ok(PullPointSpec::First) } else { Err(E::invalid_value(Unexpected::Str(text), &self)) }
+    }
 }
 
 /// A ring fixed in space.
@@ -69,7 +152,13 @@ impl CableDriveSpec {
 
 impl ConstraintPart for CableSpec {
     fn headline(&self) -> Option<Headline> {
-        let column = format!("{}_tension_N", self.name);
+        let name = match &self.guides {
+            Some(GuidesSpec::File(GuideFile { cable: Some(name), .. })) => name,
+            // The names of its cables are in the file.
+            Some(GuidesSpec::File(_)) => return None,
+            _ => &self.name,
+        };
+        let column = format!("{name}_tension_N");
         Some(Headline { column, label: "cable tension", symbol: "T", unit: "N" })
     }
 

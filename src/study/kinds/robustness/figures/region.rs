@@ -41,8 +41,8 @@ pub fn draw(map: &Map) -> Figure {
         legend(area, (mm(width - LEGEND + 3.0), mm(TOP + 2.0)), &entries);
     });
     let caption = format!(
-        "{} Numbers are peaks of the {} [{}]; right is within the tolerance of the study of the reference of its row.",
-        map.setup, map.quantity.label, map.quantity.unit
+        "{} Numbers are the {} {} [{}]; right is within the tolerance of the study of the reference of its row.",
+        map.setup, map.peak_is, map.quantity.label, map.quantity.unit
     );
     Figure { name: format!("map-{}", map.family), svg, caption }
 }

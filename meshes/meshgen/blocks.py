@@ -1,0 +1,15 @@
+"""A mesh file as it is: points, blocks of cells in gmsh's numbering of kinds and nodes, sets."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+
+@dataclass
+class Blocks:
+    """points (n, 3); cells: (gmsh's kind, rows (k, m) of nodes); sets: name -> one mask per block; node_sets: name -> nodes."""
+
+    points: np.ndarray
+    cells: list
+    sets: dict = field(default_factory=dict)
+    node_sets: dict = field(default_factory=dict)

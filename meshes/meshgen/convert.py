@@ -1,0 +1,228 @@
+"""Conversion of a mesh file to MSH 4.1 with all its cells and sets, as they are: units, numbers and defects of the file stay.
+
+Its reader, in the program, checks, divides and merges. Sets of nodes become physical groups of points."""
+
+import contextlib
+import gzip
+import tempfile
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import numpy as np
+
+from . import abaqus
+from .blocks import Blocks
+from .errors import BadRequest
+from .write import save
+
+# meshio's name of a kind of cells -> (dimension, gmsh's number)
+KINDS = {
+    "vertex": (0, 15), "line": (1, 1), "line3": (1, 8), "triangle": (2, 2), "triangle6": (2, 9), "quad": (2, 3), "quad8": (2, 16),
+    "quad9": (2, 10), "tetra": (3, 4), "tetra10": (3, 11), "hexahedron": (3, 5), "hexahedron20": (3, 17), "hexahedron27": (3, 12),
+    "wedge": (3, 6), "wedge15": (3, 18), "wedge18": (3, 13), "pyramid": (3, 7), "pyramid13": (3, 19), "pyramid14": (3, 14),
+}  # fmt: skip
+# Ending that a reader of meshio expects
+ENDINGS = {
+    "vtu": ".vtu", "vtk": ".vtk", "xdmf": ".xdmf", "abaqus": ".inp", "nastran": ".bdf", "netgen": ".vol", "su2": ".su2", "stl": ".stl",
+    "ply": ".ply", "off": ".off", "obj": ".obj", "dolfin-xml": ".xml",
+}  # fmt: skip
+MOST_VALUES = 64  # integer data of the cells with more values are no regions
+
+
+def run(path: str, format: str, output: str) -> dict:
+    """Convert a file; returns what it holds."""
+    source = Path(path)
+    blocks = read(source, format)
+    if not len(blocks.points) or not any(len(rows) for _, rows in blocks.cells):
+        raise BadRequest(f"{source.name} holds no cells", "check that the mesh is in the file, not only its geometry")
+    save("".join(lines(blocks)).encode(), output)
+    return {"nodes": len(blocks.points), "cells": sum(len(rows) for _, rows in blocks.cells)}
+
+
+def read(path: Path, format: str) -> Blocks:
+    """Read a file with the reader for its format."""
+    if format == "gmsh":
+        return by_gmsh(path)
+    if format == "abaqus":
+        with prepared(path, format) as readable:
+            return abaqus.read(readable)
+    try:
+        return by_meshio(path, format)
+    except BadRequest:
+        if format != "nastran":
+            raise
+        return by_gmsh(path)  # It takes files without BEGIN BULK
+
+
+def load(path: Path, format: str):
+    """Read a file with meshio; its errors, including exits, become a BadRequest."""
+    import meshio
+
+    def refuse(fact: str, hint: str = "check that the file is complete, and write it again") -> BadRequest:
+        return BadRequest(f"cannot read {path.name}: {fact}", hint)
+
+    with prepared(path, format) as readable:
+        try:
+            # Not meshio.read, which prints what is wrong and exits
+            return meshio._helpers.reader_map[format](readable)
+        except ModuleNotFoundError as error:
+            package = str(error.name)
+            raise refuse(f"the package {package} is missing", f"install it: .venv/bin/python -m pip install {package}") from None
+        except UnicodeDecodeError as error:
+            raise refuse(f"it is no text in UTF-8 (byte {error.start})", "save it as UTF-8") from None
+        except (Exception, SystemExit) as error:
+            raise refuse(fault_of_xml(readable) or f"{type(error).__name__}: {str(error).strip() or 'no reason given'}") from None
+
+
+def fault_of_xml(path: Path) -> str | None:
+    """The place at which an XML file is not well formed; none for other files."""
+    if path.suffix in (".vtu", ".xdmf", ".xml"):
+        try:
+            ElementTree.parse(path)
+        except ElementTree.ParseError as error:
+            return f"its XML is not well formed: {error}"
+    return None
+
+
+@contextlib.contextmanager
+def prepared(path: Path, format: str):
+    """The file, or a copy of it that is unpacked, without the mark of UTF-8 and with the ending that the reader expects."""
+    with open(path, "rb") as file:
+        head = file.read(4)
+    ending = ".meshb" if format == "medit" and head[:4] in (b"\x01\0\0\0", b"\0\0\0\x01") else ENDINGS.get(format, path.suffix.lower())
+    packed, marked = head[:2] == b"\x1f\x8b", head[:3] == b"\xef\xbb\xbf"
+    if format == "medit" and ending != ".meshb":
+        ending = ".mesh"
+    if not packed and not marked and path.suffix.lower() == ending:
+        yield path
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder) / (path.stem + ending)
+        data = gzip.decompress(path.read_bytes()) if packed else path.read_bytes()
+        copy.write_bytes(data.removeprefix(b"\xef\xbb\xbf"))
+        yield copy
+
+
+def by_meshio(path: Path, format: str) -> Blocks:
+    """The cells and sets that meshio finds."""
+    raw = load(path, format)
+    unknown = {block.type for block in raw.cells} - set(KINDS)
+    if unknown:
+        raise BadRequest(f"{path.name} has cells of the kind {', '.join(sorted(unknown))}", "write it with tetrahedra or hexahedra")
+    points = np.asarray(raw.points, float)
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise BadRequest(f"{path.name} has points of dimension {points.shape[-1]}", "a body has three")
+    cells = []
+    for block in raw.cells:
+        rows = np.asarray(block.data, int)
+        cells.append((KINDS[block.type][1], rows[:, [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]] if block.type == "tetra10" else rows))
+    blocks = Blocks(points, cells, sets(raw))
+    for name, members in raw.point_sets.items():
+        blocks.node_sets[name] = np.asarray(members, int).ravel()
+    return blocks
+
+
+def sets(raw) -> dict:
+    """Masks by name: sets and groups of the file, else one region for each value of integer data of the cells."""
+    found = {}
+    for name, members in raw.cell_sets.items():
+        if name.startswith("gmsh:"):
+            continue
+        masks = [np.zeros(len(block.data), bool) for block in raw.cells]
+        for mask, rows in zip(masks, members):
+            if rows is not None and len(rows):
+                mask[np.asarray(rows, int)] = True
+        found[name] = masks
+    names = {(int(dim), int(tag)): name for name, (tag, dim) in (raw.field_data or {}).items()}
+    for key, values in raw.cell_data.items():
+        if key in ("gmsh:geometrical", "cell_tags") or any(np.ndim(v) != 1 or not np.issubdtype(np.asarray(v).dtype, np.integer) for v in values):
+            continue
+        reference = key.endswith((":ref", ":physical"))
+        for dim, prefix in ((3, "cells"), (2, "facets")):
+            of_dim = [KINDS[block.type][0] == dim for block in raw.cells]
+            there = [np.unique(v) for v, mine in zip(values, of_dim) if mine and len(v)]
+            different = np.unique(np.concatenate(there)) if there else []
+            if not reference and (dim == 2 or not 2 <= len(different) <= MOST_VALUES):
+                continue
+            for value in (int(v) for v in different if v or not reference):
+                name = names.get((dim, value), f"{prefix}_{value}") if reference else f"{key}_{value}"
+                found.setdefault(name, [np.asarray(v) == value if mine else np.zeros(len(v), bool) for v, mine in zip(values, of_dim)])
+    return found
+
+
+def by_gmsh(path: Path) -> Blocks:
+    """The cells and physical groups that gmsh finds."""
+    import gmsh
+
+    from .gmsh_driver import session
+
+    with session():
+        try:
+            gmsh.open(str(path))
+        except Exception as error:
+            raise BadRequest(f"cannot read {path.name}: {error}", "check that the file is complete, and write it again") from None
+        tags, points, _ = gmsh.model.mesh.getNodes()
+        order = np.argsort(tags)
+        tags, points = tags[order], points.reshape(-1, 3)[order]
+        cells, owner = [], []
+        for dim, entity in gmsh.model.getEntities():
+            for kind, _, nodes in zip(*gmsh.model.mesh.getElements(dim, entity)):
+                count = gmsh.model.mesh.getElementProperties(kind)[3]
+                cells.append((int(kind), np.searchsorted(tags, nodes).reshape(-1, count)))
+                owner.append((dim, entity))
+        found = {}
+        for dim, group in gmsh.model.getPhysicalGroups():
+            name = gmsh.model.getPhysicalName(dim, group) or f"{('point', 'curve', 'facets', 'cells')[dim]}_{group}"
+            members = {(dim, int(e)) for e in gmsh.model.getEntitiesForPhysicalGroup(dim, group)}
+            masks = [np.full(len(rows), of in members) for (_, rows), of in zip(cells, owner)]
+            found[name] = [old | new for old, new in zip(found[name], masks)] if name in found else masks
+        return Blocks(points, cells, found)
+
+
+def lines(blocks: Blocks):
+    """The sections of the MSH file: one physical group per set, one entity per combination of sets."""
+    names = list(dict.fromkeys([*blocks.sets, *blocks.node_sets]))
+    entities = {dim: [] for dim in range(4)}  # (groups, gmsh's kind, rows)
+    dims = {number: dim for dim, number in KINDS.values()}
+    for i, (kind, rows) in enumerate(blocks.cells):
+        if len(rows):
+            entities[dims[kind]] += combinations(kind, rows, {name: masks[i] for name, masks in blocks.sets.items()}, names)
+    for name, nodes in blocks.node_sets.items():
+        if len(nodes):
+            entities[0].append(([names.index(name) + 1], 15, nodes.reshape(-1, 1)))
+    yield "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n"
+    named = sorted({(dim, group) for dim, list_ in entities.items() for groups, _, _ in list_ for group in groups})
+    yield f"$PhysicalNames\n{len(named)}\n"
+    yield "".join(f'{dim} {group} "{names[group - 1]}"\n' for dim, group in named)
+    yield "$EndPhysicalNames\n$Entities\n"
+    yield " ".join(str(len(entities[dim])) for dim in range(4)) + "\n"
+    for dim in range(4):
+        for tag, (groups, _, _) in enumerate(entities[dim], 1):
+            box = "0 0 0" if dim == 0 else "0 0 0 0 0 0"
+            yield f"{tag} {box} {len(groups)} {' '.join(map(str, groups))} {'' if dim == 0 else 0}\n"
+    yield "$EndEntities\n$Nodes\n"
+    count = len(blocks.points)
+    yield f"1 {count} 1 {count}\n3 1 0 {count}\n"
+    yield "".join(f"{i}\n" for i in range(1, count + 1))
+    yield "".join(f"{x!r} {y!r} {z!r}\n" for x, y, z in blocks.points.tolist())
+    yield "$EndNodes\n$Elements\n"
+    total = sum(len(rows) for list_ in entities.values() for _, _, rows in list_)
+    yield f"{sum(map(len, entities.values()))} {total} 1 {total}\n"
+    number = 0
+    for dim in range(4):
+        for tag, (_, kind, rows) in enumerate(entities[dim], 1):
+            yield f"{dim} {tag} {kind} {len(rows)}\n"
+            for nodes in (rows + 1).tolist():
+                number += 1
+                yield f"{number} {' '.join(map(str, nodes))}\n"
+    yield "$EndElements\n"
+
+
+def combinations(kind: int, rows: np.ndarray, masks: dict, names: list) -> list:
+    """(physical groups, kind, rows) of every combination of sets, and of the rows in none."""
+    member = np.zeros((len(rows), len(names)), bool)
+    for i, name in enumerate(names):
+        if name in masks:
+            member[:, i] = masks[name]
+    found, which = np.unique(member, axis=0, return_inverse=True)
+    return [((np.flatnonzero(groups) + 1).tolist(), kind, rows[which.ravel() == i]) for i, groups in enumerate(found)]

@@ -1,0 +1,305 @@
+"""Repair of triangle surfaces from files: what can be mended without a choice is mended and reported, the rest is refused with its place.
+
+Lengths are in the unit of the file; tolerances are shares of its largest extent."""
+
+import numpy as np
+
+from . import surface
+from .crossing import crossings, place
+from .errors import BadRequest
+from .surface import Surface
+
+COINCIDENT = 1e-7  # nodes closer than this are one, triangles lower than this are flat, and surfaces closer than this are in contact
+GAP = 1e-5  # nodes of open edges closer than this are joined
+ROUNDS = 8
+
+
+def closed(name: str, points: np.ndarray, triangles: np.ndarray, may_cross: bool) -> Surface:
+    """The closed surface of some triangles: joined, without flat and doubled triangles, oriented, sorted into shells.
+
+    may_cross: triangles of one shell that cross are reported and left, for generators that only ask what is inside."""
+    size = np.ptp(points[np.unique(triangles)], axis=0).max()
+    if size == 0:
+        raise BadRequest(f"{name}: all points of the surface coincide", "export it again")
+    repairs = []
+    points, triangles = cleaned(points, triangles, COINCIDENT * size, repairs)
+    triangles = flipped(points, triangles, COINCIDENT * size, repairs)
+    points, triangles = joined(points, triangles, GAP * size, repairs)
+    if not len(triangles):
+        raise BadRequest(f"{name}: nothing of the surface is left without flat and doubled triangles", "export a closed surface")
+    defects = edge_defects(points, triangles)
+    if defects:
+        refuse(name, defects)
+    shell, reverse, conflict = surface.walk(surface.neighbours(triangles))
+    if conflict is not None:
+        refuse(name, [f"it has one side only, like a Moebius strip, seen at {spot(points[triangles[conflict]].mean(axis=0))}"])
+    if reverse.any():
+        repairs.append(f"{counted(reverse.sum(), 'triangle')} reversed to agree with the neighbours, one at {first(points, triangles, reverse)}")
+    triangles = np.where(reverse[:, None], triangles[:, [0, 2, 1]], triangles)
+    defects = node_defects(points, triangles)
+    points, triangles, shell = without_flat_shells(points, triangles, shell, COINCIDENT * size, repairs)
+    found = crossings(points, triangles, COINCIDENT * size)
+    within = shell[found[:, 0]] == shell[found[:, 1]]
+    if not within.all():
+        where = spot(place(points, triangles, found[~within][0]))
+        defects.append(f"two of its {shell.max() + 1} parts cross or touch, with {counted((~within).sum(), 'pair')} of triangles, one at {where}")
+    if within.any():
+        told = f"{counted(within.sum(), 'pair')} of triangles cross or touch, one at {spot(place(points, triangles, found[within][0]))}"
+        if may_cross:
+            repairs.append(told + ": left as they are")
+        else:
+            defects.append(told)
+    if defects:
+        refuse(name, defects)
+    triangles, solids = surface.nested(points, triangles, shell)
+    used, inverse = np.unique(triangles, return_inverse=True)
+    return Surface(points[used], inverse.reshape(-1, 3), shell, solids, repairs)
+
+
+def refuse(name: str, defects: list) -> None:
+    """Raise the error that names all defects."""
+    remedy = "repair it there (the places are in the unit of the file)"
+    if len(defects) == 1 and "of triangles cross or touch" in defects[0]:
+        remedy += ', or try generator = "cgal", which meshes whatever is inside'
+    raise BadRequest(f"{name} is no closed surface that bounds a body: {'; '.join(defects)}", remedy)
+
+
+def cleaned(points: np.ndarray, triangles: np.ndarray, tolerance: float, repairs: list) -> tuple:
+    """Coincident nodes merged; flat triangles of two nodes, and doubled ones, dropped."""
+    points, triangles = merged(points, triangles, np.unique(triangles), tolerance)
+    keep = distinct(triangles)
+    if not keep.all():
+        repairs.append(f"{counted((~keep).sum(), 'triangle')} with coinciding corners dropped, one at {first(points, triangles, ~keep)}")
+        triangles = triangles[keep]
+    return points, once(points, triangles, repairs)
+
+
+def merged(points: np.ndarray, triangles: np.ndarray, among: np.ndarray, tolerance: float) -> tuple:
+    """Nodes of `among` within the tolerance of each other become the first of them.
+
+    They are sorted along an oblique line, on which near nodes are near."""
+    line = points[among] @ np.array([0.61, 0.53, 0.59])
+    order = np.argsort(line, kind="stable")
+    pairs, step = [np.zeros((0, 2), int)], 1
+    while step < len(order):
+        a, b = order[:-step], order[step:]
+        near = line[b] - line[a] <= tolerance
+        if not near.any():
+            break
+        close = near & (np.linalg.norm(points[among[b]] - points[among[a]], axis=1) <= tolerance)
+        pairs.append(np.stack([a[close], b[close]], axis=1))
+        step += 1
+    group = surface.components(len(among), np.concatenate(pairs))
+    head = np.full(group.max(initial=-1) + 1, len(points))
+    np.minimum.at(head, group, among)
+    renumber = np.arange(len(points))
+    renumber[among] = head[group]
+    return points, renumber[triangles]
+
+
+def distinct(triangles: np.ndarray) -> np.ndarray:
+    """Mask of the triangles with three different nodes."""
+    a, b, c = triangles.T
+    return (a != b) & (b != c) & (c != a)
+
+
+def once(points: np.ndarray, triangles: np.ndarray, repairs: list) -> np.ndarray:
+    """Of triangles with the same nodes one is kept, or none if they face each other: a wall without thickness."""
+    turns = (triangles[:, 0] > triangles[:, 1]).astype(int) + (triangles[:, 1] > triangles[:, 2]) + (triangles[:, 0] > triangles[:, 2])
+    _, group, counts = np.unique(np.sort(triangles, axis=1), axis=0, return_inverse=True, return_counts=True)
+    group = group.ravel()
+    if np.all(counts == 1):
+        return triangles
+    sign = np.where(turns % 2 == 0, 1, -1)
+    net = np.zeros(len(counts), int)
+    np.add.at(net, group, sign)
+    seen, keep = set(), np.ones(len(triangles), bool)
+    for row in np.flatnonzero(counts[group] > 1):
+        g = int(group[row])
+        keep[row] = net[g] * sign[row] > 0 and g not in seen
+        if keep[row]:
+            seen.add(g)
+    repairs.append(f"{counted((~keep).sum(), 'doubled triangle')} dropped, one at {first(points, triangles, ~keep)}")
+    return triangles[keep]
+
+
+def flipped(points: np.ndarray, triangles: np.ndarray, tolerance: float, repairs: list) -> np.ndarray:
+    """Flat triangles with three distinct corners removed: the edge that holds the middle corner is flipped."""
+    triangles, count, where = triangles.copy(), 0, None
+    for _ in range(ROUNDS):
+        flat = np.flatnonzero(heights(points, triangles) <= tolerance)
+        if not len(flat):
+            break
+        edges = {}
+        for row, nodes in enumerate(triangles.tolist()):
+            for i in range(3):
+                edges.setdefault(frozenset((nodes[i], nodes[(i + 1) % 3])), []).append((row, nodes[(i + 2) % 3]))
+        changed = set()
+        for row in flat.tolist():
+            nodes = triangles[row].tolist()
+            lengths = [np.linalg.norm(points[nodes[i]] - points[nodes[(i + 1) % 3]]) for i in range(3)]
+            i = int(np.argmax(lengths))
+            a, b, c = nodes[i], nodes[(i + 1) % 3], nodes[(i + 2) % 3]
+            around = edges[frozenset((a, b))]
+            other = next((pair for pair in around if pair[0] != row), None)
+            if len(around) != 2 or other is None or {row, other[0]} & changed or frozenset((c, other[1])) in edges:
+                continue
+            where = where if where is not None else points[c]
+            triangles[row], triangles[other[0]] = (a, other[1], c), (other[1], b, c)
+            changed |= {row, other[0]}
+        count += len(changed) // 2
+        if not changed:
+            break
+    if count:
+        repairs.append(f"{counted(count, 'flat triangle')} removed by flipping an edge, one at {spot(where)}")
+    return triangles
+
+
+def heights(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Smallest height of every triangle."""
+    corners = points[triangles]
+    longest = np.linalg.norm(corners[:, [1, 2, 0]] - corners, axis=2).max(axis=1)
+    twice = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    return twice / np.maximum(longest, 1e-300)
+
+
+def joined(points: np.ndarray, triangles: np.ndarray, tolerance: float, repairs: list) -> tuple:
+    """Open edges closed where there is one way only: gaps within the tolerance, nodes on edges, holes of three edges."""
+    border = open_edges(triangles)
+    if not len(border):
+        return points, triangles
+    before = len(border)
+    where = spot(points[border[0]].mean(axis=0))
+    points, triangles = merged(points, triangles, np.unique(border), tolerance)
+    triangles = once(points, triangles[distinct(triangles)], [])
+    for _ in range(ROUNDS):
+        border = open_edges(triangles)
+        split = divided(points, triangles, border, tolerance)
+        if split is None:
+            break
+        triangles = once(points, split[distinct(split)], [])
+    left = len(open_edges(triangles))
+    if left < before:
+        repairs.append(f"{before - left} open edges joined within {tolerance:.3g}, one at {where}")
+    return points, filled(points, triangles, repairs)
+
+
+def open_edges(triangles: np.ndarray) -> np.ndarray:
+    """Directed edges (k, 2) that belong to one triangle only."""
+    edges, _ = surface.edges_of(triangles)
+    _, place, counts = surface.edge_groups(triangles)
+    return edges[counts[place] == 1]
+
+
+def divided(points: np.ndarray, triangles: np.ndarray, border: np.ndarray, tolerance: float) -> np.ndarray | None:
+    """Triangles whose open edge passes through nodes of other open edges divided at these; None if there are none."""
+    nodes, cuts = np.unique(border), {}
+    for a, b in border.tolist():
+        along = points[b] - points[a]
+        length = np.linalg.norm(along)
+        offset = points[nodes] - points[a]
+        t = offset @ along / length**2
+        apart = np.linalg.norm(offset - t[:, None] * along, axis=1)
+        on = (apart <= tolerance) & (t * length > tolerance) & ((1 - t) * length > tolerance) & (nodes != a) & (nodes != b)
+        if on.any():
+            cuts[a, b] = nodes[on][np.argsort(t[on])].tolist()
+    if not cuts:
+        return None
+    result = []
+    for nodes_of in triangles.tolist():
+        pieces = [nodes_of]
+        for i in range(3):
+            a, b, c = nodes_of[i], nodes_of[(i + 1) % 3], nodes_of[(i + 2) % 3]
+            if (a, b) in cuts:
+                chain = [a, *cuts[a, b], b]
+                pieces = [[x, y, c] for x, y in zip(chain, chain[1:])]
+                break  # another edge of the same triangle in the next round
+        result += pieces
+    return np.array(result)
+
+
+def filled(points: np.ndarray, triangles: np.ndarray, repairs: list) -> np.ndarray:
+    """Holes of three edges closed by their triangle."""
+    border = open_edges(triangles)
+    after = {}
+    for a, b in border.tolist():
+        after.setdefault(b, []).append(a)  # the missing triangle runs against the edge
+    new = []
+    for a in sorted(after):
+        if len(after[a]) == 1:
+            b = after[a][0]
+            c = after.get(b, [None])[0]
+            if c is not None and len(after[b]) == 1 and after.get(c) == [a] and a < b and a < c:
+                new.append([a, b, c])
+    if not new:
+        return triangles
+    where = spot(points[new[0]].mean(axis=0))
+    repairs.append(f"{counted(len(new), 'hole')} of three edges closed by a triangle, one at {where}")
+    return np.concatenate([triangles, new])
+
+
+def edge_defects(points: np.ndarray, triangles: np.ndarray) -> list:
+    """Holes and edges of more than two triangles, in words."""
+    keys, _, counts = surface.edge_groups(triangles)
+    defects = []
+    border = keys[counts == 1]
+    if len(border):
+        nodes, rows = np.unique(border, return_inverse=True)
+        hole = surface.components(len(nodes), rows.reshape(-1, 2))
+        spans = [np.ptp(points[nodes[hole == h]], axis=0).max() for h in range(hole.max() + 1)]
+        widest = points[nodes[hole == int(np.argmax(spans))]]
+        defects.append(
+            f"it is open at {counted(len(spans), 'hole')} with {counted(len(border), 'border edge')}, the widest {max(spans):.4g} wide around {spot(widest.mean(axis=0))}"
+        )
+    many = keys[counts > 2]
+    if len(many):
+        defects.append(f"{counted(len(many), 'edge')} with more than two triangles, one at {spot(points[many[0]].mean(axis=0))}")
+    return defects
+
+
+def node_defects(points: np.ndarray, triangles: np.ndarray) -> list:
+    """Nodes that two parts of the surface share without an edge, in words."""
+    edges, owner = surface.edges_of(triangles)
+    _, place, _ = surface.edge_groups(triangles)
+    pair = np.argsort(place, kind="stable").reshape(-1, 2)
+    start = np.tile([0, 1, 2], (len(triangles), 1)).T.ravel()  # corner of the triangle at which the directed edge begins
+    corner = np.stack([owner * 3 + start, owner * 3 + (start + 1) % 3], axis=1)
+    same = edges[pair[:, 0], 0] == edges[pair[:, 1], 0]
+    one, other = corner[pair[:, 0]], np.where(same[:, None], corner[pair[:, 1]], corner[pair[:, 1]][:, ::-1])
+    fan = surface.components(triangles.size, np.concatenate([np.stack([one[:, k], other[:, k]], axis=1) for k in (0, 1)]))
+    heads = np.unique(np.stack([triangles.ravel(), fan], axis=1), axis=0)[:, 0]
+    nodes, counts = np.unique(heads, return_counts=True)
+    bad = nodes[counts > 1]
+    return [f"two of its parts share {counted(len(bad), 'single node')}, one at {spot(points[bad[0]])}"] if len(bad) else []
+
+
+def without_flat_shells(points: np.ndarray, triangles: np.ndarray, shell: np.ndarray, tolerance: float, repairs: list) -> tuple:
+    """Shells that enclose nothing, measured by their area times the tolerance, dropped."""
+    corners = points[triangles]
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
+    keep = np.ones(len(triangles), bool)
+    for own in range(shell.max() + 1):
+        rows = shell == own
+        if abs(surface.volume(points, triangles[rows])) <= tolerance * area[rows].sum():
+            keep[rows] = False
+    if keep.all():
+        return points, triangles, shell
+    if not keep.any():
+        raise BadRequest("the surface encloses no volume", "export the body, not a sheet")
+    repairs.append(f"{counted((~keep).sum(), 'triangle')} of parts without volume dropped, one at {first(points, triangles, ~keep)}")
+    return points, triangles[keep], np.unique(shell[keep], return_inverse=True)[1].ravel()
+
+
+def first(points: np.ndarray, triangles: np.ndarray, mask: np.ndarray) -> str:
+    """The place of the first masked triangle."""
+    return spot(points[triangles[int(np.argmax(mask))]].mean(axis=0))
+
+
+def spot(point: np.ndarray) -> str:
+    """A place in words."""
+    return "(" + ", ".join(f"{x:.6g}" for x in point) + ")"
+
+
+def counted(count: int, word: str) -> str:
+    """A number with its noun."""
+    return f"{count} {word}{'' if count == 1 else 's'}"

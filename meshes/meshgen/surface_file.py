@@ -1,0 +1,118 @@
+"""Triangles of STL (ASCII or binary), OBJ, OFF and PLY files. Polygons are cut into fans; text in any encoding."""
+
+from pathlib import Path
+
+import numpy as np
+
+from . import convert
+from .errors import BadRequest
+
+RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+
+
+def read(path: Path, format: str) -> tuple:
+    """Points (n, 3) and triangles (m, 3) of a surface file, as it has them."""
+    try:
+        if format in READERS:
+            with convert.prepared(path, format) as readable:
+                points, triangles = READERS[format](readable)
+        else:
+            points, triangles = of_mesh(path, format)
+    except OSError as error:
+        raise BadRequest(f"cannot read {path.name}: {error}", "check the path and its permissions") from None
+    except (ValueError, IndexError, KeyError, UnicodeDecodeError) as error:
+        raise BadRequest(f"cannot read {path.name}: {error}", "check that the file is complete and of the format of its name") from None
+    points, triangles = np.asarray(points, float).reshape(-1, 3), np.asarray(triangles, int).reshape(-1, 3)
+    if not len(triangles):
+        raise BadRequest(f"{path.name} has no triangles", "export a closed surface of triangles")
+    if triangles.min() < 0 or triangles.max() >= len(points):
+        raise BadRequest(f"{path.name} refers to node {triangles.max()} of {len(points)}", "the file is damaged")
+    if not np.isfinite(points[triangles]).all():
+        bad = int(np.flatnonzero(~np.isfinite(points[triangles]).all(axis=(1, 2)))[0])
+        raise BadRequest(f"{path.name} has coordinates that are not finite, first in triangle {bad}", "export it again")
+    return points, triangles
+
+
+def of_mesh(path: Path, format: str) -> tuple:
+    """The triangles of a mesh file of another format."""
+    blocks = convert.read(path, format)
+    names = {number: (dimension, name) for name, (dimension, number) in convert.KINDS.items()}
+    found = [(*names[kind], rows) for kind, rows in blocks.cells if len(rows)]
+    if any(dimension == 3 for dimension, _, _ in found):
+        raise BadRequest(f"{path.name} is a volume mesh: it is taken over, not meshed again", "drop size, grading and generator")
+    faces = {name for dimension, name, _ in found if dimension == 2}
+    if faces != {"triangle"}:
+        raise BadRequest(f"{path.name} must be made of triangles; it has {', '.join(sorted(faces)) or 'no faces'}", "triangulate it")
+    return blocks.points, np.concatenate([rows for _, name, rows in found if name == "triangle"])
+
+
+def soup(corners: np.ndarray) -> tuple:
+    """Points and triangles of corners (m, 3, 3): equal points become one."""
+    points, index = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
+    return points, index.reshape(-1, 3)
+
+
+def read_stl(path: Path) -> tuple:
+    """Binary if the length fits the number of triangles in the header, otherwise ASCII, whatever the first word is."""
+    data = path.read_bytes()
+    count = int.from_bytes(data[80:84], "little") if len(data) >= 84 else -1
+    if len(data) == 84 + RECORD.itemsize * count:
+        return soup(np.frombuffer(data, RECORD, count, 84)["corners"].astype(float))
+    text = data.decode("latin-1").lower()
+    if "facet" not in text or "\0" in text:
+        expected = f"; its header promises {count} triangles, it has room for {(len(data) - 84) / RECORD.itemsize:.1f}" if count >= 0 else ""
+        raise ValueError(f"neither a complete binary nor an ASCII STL{expected}")
+    rows = [line.split()[1:4] for line in text.splitlines() if line.lstrip().startswith("vertex")]
+    if len(rows) % 3 or text.count("endfacet") * 3 != len(rows):
+        raise ValueError(f"{len(rows)} vertices in {text.count('endfacet')} complete facets")
+    return soup(np.array(rows, float).reshape(-1, 3, 3))
+
+
+def read_obj(path: Path) -> tuple:
+    """Lines `v` and `f`; indices may be negative and carry texture and normal."""
+    points, faces = [], []
+    for line in path.read_text("latin-1").replace("\\\n", " ").splitlines():
+        words = line.split()
+        if words[:1] == ["v"]:
+            points.append([float(word) for word in words[1:4]])
+        elif words[:1] == ["f"]:
+            face = [int(word.split("/")[0]) for word in words[1:]]
+            faces.append([i - 1 if i > 0 else len(points) + i for i in face])
+    return points, fans(faces)
+
+
+def read_off(path: Path) -> tuple:
+    """OFF: counts, points, polygons; colours and comments are skipped."""
+    lines = (line.split("#")[0].split() for line in path.read_text("latin-1").splitlines())
+    lines = [words for words in lines if words]
+    head = lines[0] if lines else []
+    if not head or not head[0].upper().endswith("OFF"):
+        raise ValueError("its first line is not OFF")
+    rest = ([head[1:]] if len(head) > 1 else []) + lines[1:]
+    points, faces = int(rest[0][0]), int(rest[0][1])
+    if len(rest) < 1 + points + faces:
+        raise ValueError(f"it promises {points} points and {faces} faces and has {len(rest) - 1} lines for them")
+    polygons = [[int(word) for word in words[1 : 1 + int(words[0])]] for words in rest[1 + points : 1 + points + faces]]
+    return [[float(word) for word in words[:3]] for words in rest[1 : 1 + points]], fans(polygons)
+
+
+def read_ply(path: Path) -> tuple:
+    """PLY, by meshio."""
+    import meshio
+
+    try:
+        raw = meshio.read(path)
+    except (Exception, SystemExit) as error:
+        raise ValueError(repr(error)) from None
+    return raw.points, fans([face for block in raw.cells if block.dim == 2 for face in block.data.tolist()])
+
+
+def fans(polygons: list) -> list:
+    """Polygons cut into triangles from their first corner."""
+    short = next((polygon for polygon in polygons if len(polygon) < 3), None)
+    if short is not None:
+        raise ValueError(f"a face has {len(short)} corners")
+    return [[face[0], face[i], face[i + 1]] for face in polygons for i in range(1, len(face) - 1)]
+
+
+READERS = {"stl": read_stl, "obj": read_obj, "off": read_off, "ply": read_ply}

@@ -1,0 +1,151 @@
+"""Conversion of volume meshes: every cell and set of the file is in the result, with its defects."""
+
+import gzip
+import importlib.util
+import json
+from pathlib import Path
+
+import meshio
+import numpy as np
+
+from .common import Case, read_msh
+
+CUBE = np.array([[x, y, z] for z in (0.0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))])
+TETS = np.array([[0, 1, 2, 5], [0, 2, 7, 5], [0, 2, 3, 7], [0, 5, 7, 4], [2, 7, 5, 6]])
+
+XDMF = f"""<Xdmf Version="3.0"><Domain><Grid Name="Grid"><Geometry GeometryType="XYZ">
+<DataItem DataType="Float" Dimensions="8 3" Format="XML" Precision="8">{" ".join(map(str, CUBE.ravel()))}</DataItem></Geometry>
+<Topology TopologyType="Tetrahedron" NumberOfElements="5" NodesPerElement="4">
+<DataItem DataType="Int" Dimensions="5 4" Format="XML" Precision="8">{" ".join(map(str, TETS.ravel()))}</DataItem></Topology>
+</Grid></Domain></Xdmf>"""
+
+CAE = """*Heading
+** made by CAE
+*Part, name=Brick
+*Node
+ 1, 0, 0, 0
+ 2, 1, 0, 0
+ 3, 1, 1, 0
+ 4, 0, 1, 0
+ 5, 0, 0, 1
+ 6, 1, 0, 1
+ 7, 1, 1, 1
+ 8, 0, 1, 1
+*Element, type=C3D8RH, elset=all
+ 1, 1, 2, 3, 4,
+ 5, 6, 7, 8
+*Nset, nset=low, generate
+ 1, 4, 1
+*Elset, elset=again
+ all
+*Surface, type=ELEMENT, name=top
+ all, S2
+*End Part
+*Assembly, name=A
+*Instance, name=B-1, part=Brick
+*End Instance
+*Instance, name=B-2, part=Brick
+ 0, 0, 1
+ 0, 0, 0, 0, 0, 1, 90
+*End Instance
+*Nset, nset=tip, instance=B-2
+ 5, 6, 7, 8
+*Elset, elset=_side_S1, internal, instance=B-1
+ 1,
+*Surface, type=ELEMENT, name=side
+ _side_S1, S1
+*End Assembly
+"""
+
+
+class Conversion(Case):
+    def converted(self, file: str, format: str) -> dict:
+        code, answer = self.send(self.request(file, format))
+        self.assertEqual(code, 0, answer)
+        return read_msh(self.path("out.msh"))
+
+    def reject(self, words: str, file: str, format: str) -> None:
+        code, answer = self.send(self.request(file, format))
+        self.assertEqual(code, 2, answer)
+        self.assertIn(words, answer["error"] + " " + answer["hint"])
+
+    def request(self, file: str, format: str) -> str:
+        return json.dumps({"convert": {"path": self.path(file), "format": format, "output": self.path("out.msh")}})
+
+    def store(self, name: str, **options) -> None:
+        mesh = meshio.Mesh(CUBE, {"tetra": TETS}, **options.pop("data", {}))
+        meshio.write(self.path(name), mesh, **options)
+
+    def test_formats(self):
+        self.store("a.vtu", file_format="vtu", binary=True)
+        self.store("b.vtu", file_format="vtu", binary=False)
+        self.store("c.inp")
+        self.store("d.mesh")
+        Path(self.path("e.xdmf")).write_text(XDMF)
+        self.store("f.bdf")
+        self.store("g.ele")
+        self.store("h.vol")
+        Path(self.path("i.vtk")).write_bytes(Path(self.path("a.vtu")).read_bytes())
+        Path(self.path("j.vtu.gz")).write_bytes(gzip.compress(Path(self.path("a.vtu")).read_bytes()))
+        Path(self.path("k.inp")).write_bytes(b"\xef\xbb\xbf" + Path(self.path("c.inp")).read_bytes().replace(b"\n", b"\r\n"))
+        formats = {"inp": "abaqus", "mesh": "medit", "bdf": "nastran", "ele": "tetgen", "vol": "netgen", "vtk": "vtu", "gz": "vtu"}
+        for path in sorted(Path(self.folder.name).glob("[a-k].*")):
+            ending = path.suffix[1:]
+            if ending == "node":
+                continue
+            if ending == "xdmf" and importlib.util.find_spec("h5py") is None:
+                self.reject("pip install h5py", path.name, "xdmf")
+                continue
+            mesh = self.converted(path.name, formats.get(ending, ending))
+            (cells,) = [rows for (dim, _), rows in mesh["elements"].items() if dim == 3]
+            self.assertEqual(len(cells), 5, path.name)
+            self.assertTrue(np.allclose(mesh["nodes"], CUBE), path.name)
+            self.assertEqual(sorted(map(sorted, cells.tolist())), sorted(map(sorted, TETS.tolist())), path.name)
+
+    def test_sets(self):
+        sets = {"cell_sets": {"hard": [np.array([1, 2])], "left": [np.array([2, 3])]}, "point_sets": {"held": np.array([0, 3])}}
+        self.store("sets.inp", data=sets)
+        mesh = self.converted("sets.inp", "abaqus")
+        groups = {name: [len(mesh["elements"][key]) for key, tags in mesh["groups"].items() if tag in tags and key[0] == dim]
+                  for name, (dim, tag) in mesh["names"].items() if dim == 3}
+        self.assertEqual({name: sum(counts) for name, counts in groups.items()}, {"hard": 2, "left": 2})
+        (held,) = [rows for (dim, _), rows in mesh["elements"].items() if dim == 0]
+        self.assertEqual(sorted(held.ravel().tolist()), [0, 3])
+        self.store("data.vtu", data={"cell_data": {"part": [np.array([4, 4, 7, 7, 7])], "level": [np.zeros(5)]}})
+        self.assertEqual(set(self.converted("data.vtu", "vtu")["names"]), {"part_4", "part_7"})
+
+    def test_abaqus(self):
+        Path(self.path("cae.inp")).write_text(CAE)
+        mesh = self.converted("cae.inp", "abaqus")
+        sizes = {}
+        for name, (dim, tag) in mesh["names"].items():
+            sizes[name] = sum(len(mesh["elements"][key]) for key, tags in mesh["groups"].items() if key[0] == dim and tag in tags)
+        self.assertEqual(sizes, {"all": 2, "again": 2, "low": 8, "tip": 4, "top": 2, "side": 1})
+        placed = {tuple(np.round(x, 9) + 0.0) for x in mesh["nodes"].tolist()}
+        self.assertIn((-1, 1, 2), placed)  # (1, 1, 1), shifted and turned by a right angle
+        for old, new, words in [
+            (" 2, 1, 0, 0", " 2, 1, 0", "line 6: '2, 1, 0' does not fit *node"),
+            (" 5, 6, 7, 8\n*Nset", " 5, 6, 7\n*Nset", "line 16: the element before has too few nodes"),
+            ("part=Brick\n*End", "part=Brik\n*End", "there is no part Brik"),
+            (" 1, 1, 2, 3, 4,", " 1, 1, 2, 3, 44,", "element 1 refers to node 44"),
+            ("C3D8RH", "AC3D8", "elements of the type AC3D8 are not read"),
+        ]:
+            self.assertIn(old, CAE)
+            Path(self.path("bad.inp")).write_text(CAE.replace(old, new))
+            self.reject(words, "bad.inp", "abaqus")
+        Path(self.path("main.inp")).write_text("*Heading\n*Include, input=absent.inp\n")
+        self.reject("cannot read absent.inp", "main.inp", "abaqus")
+
+    def test_refusals(self):
+        self.store("good.vtu")
+        text = Path(self.path("good.vtu")).read_bytes()
+        Path(self.path("cut.vtu")).write_bytes(text[: len(text) // 2])
+        self.reject("not well formed", "cut.vtu", "vtu")
+        Path(self.path("wrong.vtu")).write_text("<VTKFile type=\"PolyData\"></VTKFile>")
+        self.reject("cannot read", "wrong.vtu", "vtu")
+        Path(self.path("latin.inp")).write_bytes("*NODE\n1, 0, 0, 0\n** Größe\n".encode("latin-1"))
+        self.reject("UTF-8", "latin.inp", "abaqus")
+        Path(self.path("empty.mesh")).write_text("MeshVersionFormatted 1\nDimension 3\nVertices\n1\n0 0 0 0\nEnd\n")
+        self.reject("holds no cells", "empty.mesh", "medit")
+        meshio.write(self.path("flat.vtu"), meshio.Mesh(CUBE[:, :3], {"polygon": [[0, 1, 2, 3, 4]]}))
+        self.reject("polygon", "flat.vtu", "vtu")

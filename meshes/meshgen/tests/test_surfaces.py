@@ -1,0 +1,186 @@
+"""Surfaces as people have them: each is meshed with the volume that it encloses, or refused with the place of its defect."""
+
+import os
+import time
+import unittest
+from pathlib import Path
+
+import numpy as np
+
+from . import shapes
+from .common import Case, read_msh
+from .shapes import ball, binary_stl, blocks, box, joined, moved, reversed_, torus
+
+HOLLOW = joined(box(size=(12, 12, 12)), moved(box(size=(6, 6, 6)), (3, 3, 3)))
+GENUS_2 = [(x, y, 0) for x in range(5) for y in range(3) if y != 1 or x % 2 == 0]
+LIMIT_S = 20  # of CPU time for one surface, so that a busy machine does not count
+
+
+def split(part: tuple, row: int, weights: tuple) -> tuple:
+    """One triangle divided at a point of it; with a zero weight a node comes to lie on an edge."""
+    points, triangles = part
+    a, b, c = triangles[row]
+    new = len(points)
+    pieces = [t for t, w in (((new, b, c), weights[0]), ((a, new, c), weights[1]), ((a, b, new), weights[2])) if w]
+    point = np.array(weights) @ points[triangles[row]]
+    return np.vstack([points, point]), np.vstack([np.delete(triangles, row, axis=0), pieces])
+
+
+class Surfaces(Case):
+    def take(self, part: tuple | None = None, file: str = "a.stl", write=binary_stl, unit: float = 1e-3, length: float = 2.5, **request) -> dict:
+        """The manifest of a surface that must be meshed; length in the unit of the file."""
+        if part is not None:
+            write(self.path(file), part)
+        start = time.process_time()
+        answer = self.made("file", self.parameters(file, unit), size={"length": length * unit}, **request)
+        self.assertLess(time.process_time() - start, LIMIT_S)
+        return answer
+
+    def volume(self, part: tuple, expected: float, tolerance: float = 1e-6, **request) -> dict:
+        """Meshed, and the mesh has this volume [file's unit³] within a relative tolerance; 1e-6 covers the STL's single precision."""
+        answer = self.take(part, **request)
+        self.assertAlmostEqual(answer["volume_m3"] / request.get("unit", 1e-3) ** 3 / expected, 1, delta=tolerance)
+        self.assertAlmostEqual(answer["volume_cad_m3"] / request.get("unit", 1e-3) ** 3 / expected, 1, delta=1e-6)
+        return answer
+
+    def reject(self, words: str, part: tuple | None = None, file: str = "a.stl", write=binary_stl, at=None, **request) -> None:
+        """Refused with these words and, if given, a place [file's unit] within 1e-3 of it."""
+        if part is not None:
+            write(self.path(file), part)
+        start = time.process_time()
+        answer = self.refused(2, words, "file", self.parameters(file), size={"length": 0.0025}, **request)
+        self.assertLess(time.process_time() - start, LIMIT_S)
+        if at is not None:
+            told = answer["error"].split(words)[1].split("(")[1].split(")")[0]
+            np.testing.assert_allclose([float(x) for x in told.split(",")], at, atol=1e-3)
+
+    def repaired(self, words: str, part: tuple, expected: float, **request) -> None:
+        """Meshed after a repair that the manifest states."""
+        answer = self.volume(part, expected, **request)
+        self.assertIn(words, "; ".join(answer["repairs"]))
+
+    def test_hollow(self):
+        for hollow in (HOLLOW, joined(box(size=(12, 12, 12)), reversed_(moved(box(size=(6, 6, 6)), (3, 3, 3))))):
+            answer = self.volume(hollow, 12**3 - 6**3, file="hollow.stl")
+            self.assertEqual(answer["repairs"], [])
+        sizes = {name: region["count"] for name, region in answer["regions"].items()}
+        self.assertEqual(sizes["outer"] + sizes["cavity"], answer["facets"])
+        self.assertNotIn("cavity_1", sizes)
+        raw = read_msh(self.path("mesh.msh.gz"))
+        tag = raw["names"]["cavity"][1]
+        walls = np.concatenate([raw["elements"][key] for key, groups in raw["groups"].items() if key[0] == 2 and tag in groups])
+        x = raw["nodes"][walls]
+        enclosed = np.einsum("ij,ij->", np.cross(x[:, 0], x[:, 1]), x[:, 2]) / 6
+        self.assertAlmostEqual(enclosed, -(6e-3**3), delta=1e-12)  # normals point into the cavity, out of the body
+
+    def test_nested(self):
+        cube = lambda low, edge: moved(box((1, 1, 1), (edge, edge, edge)), (low, low, low))  # noqa: E731
+        answer = self.volume(joined(cube(0, 12), cube(2, 8), cube(4, 4)), 12**3 - 8**3 + 4**3)
+        counts = {name: region["count"] for name, region in answer["regions"].items() if region["dim"] == 3}
+        self.assertEqual(counts["volume_1"] + counts["volume_2"], counts["body"])
+        self.assertLessEqual({"outer", "outer_1", "outer_2", "cavity"}, set(answer["regions"]))
+        answer = self.volume(joined(cube(0, 12), cube(1, 3), cube(7, 4), cube(20, 5)), 12**3 - 3**3 - 4**3 + 5**3)
+        self.assertLessEqual({"outer_1", "outer_2", "cavity", "cavity_1", "cavity_2", "volume_2"}, set(answer["regions"]))
+
+    def test_round_and_pierced(self):
+        # A chord of length h over a radius R of curvature has the sag h²/8R; times the area it bounds the volume.
+        sphere = 4 / 3 * np.pi * 125
+        answer = self.take(ball(level=3), length=1.5)
+        self.assertAlmostEqual(answer["volume_m3"] * 1e9 / sphere, 1, delta=3 / 5 * (1.5**2 + 0.7**2) / 8 / 5)
+        answer = self.take(torus(), length=1.5)
+        self.assertAlmostEqual(answer["volume_error"], 0, delta=2 / 3 * 1.5**2 / 8 / 3)
+        self.volume(blocks(GENUS_2, (4, 4, 4)), 13 * 64, length=4)
+        self.take(joined(ball(), moved(ball(2), (0, 0, 1))), length=1.5, order=2)
+
+    def test_units_and_proportions(self):
+        self.volume(box(size=(1e4, 1e4, 1e4)), 1e12, unit=1e-6, length=2500)
+        self.volume(moved(box(), scale=1e-7), 1e-18, unit=1.0, length=2.5e-7)
+        self.volume(moved(box(), (1000, 2000, 3000)), 1000, tolerance=1e-4)
+        self.volume(box((8, 8, 1), (40, 40, 0.5)), 800, length=4)
+        self.volume(box((1, 1, 1), (200, 2, 2)), 800, length=4)
+
+    def test_formats(self):
+        self.volume(box(), 1000, file="a.stl", write=shapes.ascii_stl)
+        self.volume(box(), 1000, file="b.stl", write=lambda p, s: shapes.ascii_stl(p, s, "Körper ß", "latin-1", "\r\n"))
+        self.volume(box(), 1000, file="c.STL", write=lambda p, s: binary_stl(p, s, b"solid that is binary"))
+        self.volume(box(), 1000, file="Prüf körper ü.stl")
+        for name, write in (("d.obj", shapes.obj), ("e.off", shapes.off), ("f.ply", shapes.ply)):
+            self.volume(box(), 1000, file=name, write=write)
+        binary_stl(self.path("cut.stl"), box())
+        Path(self.path("cut.stl")).write_bytes(Path(self.path("cut.stl")).read_bytes()[:-30])
+        self.reject("its header promises 48 triangles", file="cut.stl")
+        Path(self.path("no.stl")).write_text("hello")
+        self.reject("neither a complete binary nor an ASCII STL", file="no.stl")
+        Path(self.path("empty.stl")).write_text("solid\nendsolid\n")
+        self.reject("empty.stl", file="empty.stl")
+        points, triangles = box()
+        points[0, 0] = np.nan
+        self.reject("not finite", (points, triangles))
+
+    def test_repairs(self):
+        points, triangles = box()
+        turned = triangles.copy()
+        turned[::5] = turned[::5][:, [0, 2, 1]]
+        self.repaired("10 triangles reversed", (points, turned), 1000)
+        self.repaired("2 doubled triangles dropped", (points, np.vstack([triangles, triangles[:2]])), 1000)
+        self.repaired("1 hole of three edges", (points, triangles[1:]), 1000)
+        rng = np.random.default_rng(1)
+        corners = shapes.corners((points, triangles)) + rng.uniform(-5e-6, 5e-6, (48, 3, 3))
+        self.repaired("open edges joined", (corners.reshape(-1, 3), np.arange(144).reshape(-1, 3)), 1000, tolerance=1e-5, write=shapes.obj, file="gap.obj")
+        # A node on an edge of the neighbour only (T-junction), and a flat triangle that closes it.
+        t_junction = split((points, triangles), 0, (0.5, 0.5, 0))
+        self.repaired("open edges joined", t_junction, 1000)
+        a, b, _ = triangles[0]
+        flat = (t_junction[0], np.vstack([t_junction[1], [a, b, len(points)]]))
+        self.repaired("flat triangle", flat, 1000)
+        # Two blocks with a common side: the side has no thickness.
+        neighbours = joined(box((1, 1, 1)), moved(box((1, 1, 1)), (10, 0, 0)))
+        self.repaired("4 doubled triangles dropped", neighbours, 2000)
+        sheet = (np.array([[30.0, 0, 0], [31, 0, 0], [30, 1, 0], [30.3, 0.3, 1e-7]]), np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]))
+        self.repaired("parts without volume dropped", joined(box(), sheet), 1000, write=shapes.obj, file="sheet.obj")
+
+    def test_defects(self):
+        points, triangles = box()
+        self.reject("open at 1 hole", (points, triangles[4:]))
+        for generator in ("gmsh", "cgal"):
+            self.reject("parts cross or touch", joined(box(), moved(box(), (5.2, 5.3, 5.1))), generator=generator)
+        points_in = points.copy()
+        points_in[np.all(points == [0, 5, 5], axis=1)] = (12, 5.3, 5.2)  # the middle of a side pushed through the one opposite
+        self.reject("of triangles cross or touch, one at", (points_in, triangles))
+        self.reject("1 single node, one at", blocks([(0, 0, 0), (1, 1, 1)]), at=(1, 1, 1))
+        self.reject("with more than two triangles, one at", blocks([(0, 0, 0), (1, 1, 0)]), at=(1, 1, 0.5))
+        self.reject("parts cross or touch", joined(box(), moved(box((1, 1, 1), (4, 4, 4)), (10, 3, 3))))
+        self.reject("parts cross or touch", joined(box(size=(12, 12, 12)), moved(box((1, 1, 1), (4, 4, 4)), (8, 3, 3))))
+        u = 2 * np.pi * np.arange(24) / 24
+        strip = [[(8 + w * np.cos(v / 2)) * np.cos(v), (8 + w * np.cos(v / 2)) * np.sin(v), w * np.sin(v / 2)] for v in u for w in (-2, 2)]
+        self.reject("open at", (np.array(strip), np.array([t for i in range(23) for t in ((2 * i, 2 * i + 1, 2 * i + 2), (2 * i + 1, 2 * i + 3, 2 * i + 2))])))
+        self.reject("encloses no volume", (np.array([[0.0, 0, 0], [9, 0, 0], [0, 9, 0], [3, 3, 1e-7]]), np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])), write=shapes.obj, file="flat.obj")
+        self.reject("all points of the surface coincide", (np.zeros((3, 3)), np.array([[0, 1, 2]])))
+
+    def test_cgal(self):
+        # Volume: the creases are rounded within the facet's approximation, a tenth of the edge; that bounds it with the area.
+        for part, volume, area in ((HOLLOW, 12**3 - 6**3, 6 * 144 + 6 * 36), (torus(), None, 4 * np.pi**2 * 24)):
+            answer = self.take(part, length=1.5, generator="cgal")
+            self.assertLess(abs(answer["volume_error"]), 0.15 * area / (answer["volume_cad_m3"] * 1e9))
+            self.assertIn("outer", answer["regions"])
+        points, triangles = box((4, 4, 4))
+        points[np.all(points == [0, 5, 5], axis=1)] = (10.2, 5.3, 5.2)  # a thin spike through the opposite side
+        crossed = self.take((points, triangles), length=1.5, generator="cgal")
+        self.assertIn("left as they are", crossed["repairs"][0])
+        two = self.take(joined(box(size=(5, 5, 5)), moved(box(size=(5, 5, 5)), (9, 0, 0))), length=1.5, generator="cgal", order=2)
+        counts = {name: region["count"] for name, region in two["regions"].items() if region["dim"] == 3}
+        self.assertEqual(counts["volume_1"] + counts["volume_2"], counts["body"])
+        self.assertEqual(two["order"], 2)
+
+    @unittest.skipUnless("DUROMETER_SHARED" in os.environ, "DUROMETER_SHARED names the folder of the public data")
+    def test_public(self):
+        folder = Path(os.environ["DUROMETER_SHARED"]) / "data"
+        for name, size in (("robots/pneunetCut", 5), ("robots/pneunetCavityCut", 3), ("robots/Springy_Cavity", 0.3), ("finger/finger", 4)):
+            answer = self.take(file=str(folder / f"{name}.stl"), length=size)
+            self.assertLess(abs(answer["volume_error"]), 0.01)
+        answer = self.take(file=str(folder / "robots/pneunetCut.stl"), length=5, generator="cgal")
+        self.assertLessEqual({"outer", "cavity"}, set(answer["regions"]))
+        self.reject("6 pairs of triangles cross or touch, one at", file=str(folder / "robots/Springy.stl"), at=(-1.277, -0.859, 2.545))
+        answer = self.take(file=str(folder / "robots/Springy.stl"), length=0.4, generator="cgal")
+        self.assertLess(abs(answer["volume_error"]), 0.03)
+        self.take(file=str(folder / "robots/soft-finger-design.stl"), unit=1.0, length=0.005)

@@ -1,0 +1,197 @@
+//! `durometer import FILE`
+
+use super::outcome::{CommandResult, Outcome};
+use durometer::mesh::TetMesh;
+use durometer::mesh::format::{has_name, recognise};
+use durometer::mesh::quality::Quality;
+use durometer::scene::{Held, Import, Imported, Scene, SceneSpec, from_text, starter};
+use durometer::solve::Status;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Instant;
+
+/// Say what a mesh, surface or CAD file holds, and write a starter scene for it
+///
+/// The format is recognised by the content. A volume mesh is read as a scene would read it; a surface or CAD file is meshed with about 2000 cells. The starter scene holds the body by a region of the file whose name says so, else at its wider end, and loads it with its weight; its physics is an example that you replace. For a folder every file is imported and its starter scene is run.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  durometer import finger.vtk
+  durometer import gripper.inp --unit mm --scene gripper.toml
+  durometer import meshes-of-others/                    a table, one row a file
+
+Exit codes: 0 everything can be used, 2 the file cannot (the message says why), 3 some file of the folder cannot, or its run did not complete.")]
+pub struct Args {
+    /// Mesh, surface or CAD file, or a folder of them
+    file: PathBuf,
+    /// Unit of length of the file, instead of a guess from the size
+    #[arg(long)]
+    unit: Option<String>,
+    /// Write a starter scene to this file
+    #[arg(long, value_name = "OUT.toml")]
+    scene: Option<PathBuf>,
+}
+
+pub fn main(args: Args) -> CommandResult {
+    if args.file.is_dir() {
+        if args.scene.is_some() {
+            return Err("--scene needs one file, not a folder; name the file".into());
+        }
+        return folder(&args.file, args.unit.as_deref());
+    }
+    let import = Import::of(&args.file, args.unit.as_deref(), &mut |line| eprintln!("{line}"))?;
+    content(&import);
+    let imported = import.load(&mut |line| eprintln!("{line}"))?;
+    mesh(&imported);
+    if let Some(out) = &args.scene {
+        let text = starter(&import, &imported, out.parent().unwrap_or(Path::new("")));
+        std::fs::write(out, text)
+            .map_err(|e| format!("{}: cannot be written: {e}; check the folder and its permissions", out.display()))?;
+        println!("scene        {}: replace the values marked EXAMPLE, then: durometer simulate {0}", out.display());
+    }
+    Ok(Outcome::Complete)
+}
+
+/// Prints the content of the file, before anything is done to it.
+fn content(import: &Import) {
+    println!("format       {}", import.format.name);
+    let list = |kinds: &std::collections::BTreeMap<&'static str, usize>| {
+        kinds.iter().map(|(kind, n)| format!("{n} {kind}")).collect::<Vec<_>>().join(", ")
+    };
+    if let Some(found) = &import.census {
+        println!("nodes        {}", found.nodes);
+        println!("cells        {}", if found.cells.is_empty() { "none".into() } else { list(&found.cells) });
+        if !found.others.is_empty() {
+            println!("elements     {}", list(&found.others));
+        }
+        let (a, b) = found.bounds;
+        println!("bounds       ({}, {}, {}) to ({}, {}, {}) in units of the file", a.x, a.y, a.z, b.x, b.y, b.z);
+        for (count, what) in [
+            (found.unused_nodes, "nodes belong to no cell; they are dropped"),
+            (found.doubled_nodes, "nodes are at the place of another one; merge joins them"),
+            (found.inverted_cells, "cells are inverted"),
+        ] {
+            if count > 0 {
+                println!("defect       {count} {what}");
+            }
+        }
+    }
+    println!("unit         {} ({})", import.unit, import.unit_reason);
+    let spec = &import.spec;
+    for (needed, key) in [
+        (spec.cells.is_some(), format!("cells = {}", spec.cells.unwrap_or(0))),
+        (spec.split, "split = true".into()),
+        (spec.merge.is_some(), format!("merge = \"{:e} mm\"", spec.merge.map_or(0.0, |m| m.0 * 1e3))),
+    ] {
+        if needed {
+            println!("needs        {key}");
+        }
+    }
+}
+
+/// Prints the mesh as a scene gets it.
+fn mesh(imported: &Imported) {
+    let mesh = &imported.body.mesh;
+    let quality = Quality::of(mesh);
+    println!(
+        "mesh         {} tetrahedra, {} nodes, {} components",
+        mesh.cell_count(),
+        mesh.points.len(),
+        imported.components
+    );
+    println!(
+        "quality      dihedral angles {:.2} to {:.2} degrees, smallest radius ratio {:.3}",
+        quality.dihedral_min_deg, quality.dihedral_max_deg, quality.radius_ratio_min
+    );
+    for (name, region) in &mesh.regions {
+        println!("region       {name}: {}", extent(mesh, region));
+    }
+    match &imported.held {
+        Held::Region(name) => println!("fixture      region {name}, by its name"),
+        Held::Slabs(slabs) => {
+            println!("fixture      the wider end of each component along its longest axis ({})", slabs.len())
+        }
+    }
+    imported.body.notes.iter().for_each(|note| println!("note         {note}"));
+}
+
+/// Counts and sizes of a region.
+fn extent(mesh: &TetMesh, region: &durometer::mesh::Region) -> String {
+    let mut words = Vec::new();
+    if !region.cells.is_empty() {
+        words.push(format!("{} cells, {:.4} mm^3", region.cells.len(), mesh.region_volume(&region.cells) * 1e9));
+    }
+    if !region.facets.is_empty() {
+        words.push(format!("{} facets, {:.4} mm^2", region.facets.len(), mesh.region_area(&region.facets) * 1e6));
+    }
+    if !region.nodes.is_empty() {
+        words.push(format!("{} nodes", region.nodes.len()));
+    }
+    words.join("; ")
+}
+
+/// Prints a table of all files of a folder.
+fn folder(folder: &Path, unit: Option<&str>) -> CommandResult {
+    let entries = std::fs::read_dir(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    let mut files: Vec<PathBuf> = entries.flatten().map(|e| e.path()).filter(|p| p.is_file()).collect();
+    files.sort();
+    // A part of the mesh of another file: the nodes of TetGen, the data of XDMF
+    let with = |p: &Path, end: &str| files.contains(&p.with_extension(end));
+    let is_part = |p: &PathBuf| {
+        p.extension()
+            .is_some_and(|e| (e == "node" && with(p, "ele")) || (e == "h5" && (with(p, "xdmf") || with(p, "xmf"))))
+    };
+    let (rows, others): (Vec<&PathBuf>, Vec<&PathBuf>) =
+        files.iter().partition(|p| !is_part(p) && (has_name(p) || recognise(p).is_ok()));
+    println!("{:32} {:20} {:>8} {:>5} {:>8} {:22} {:>8}", "file", "format", "cells", "parts", "regions", "run", "time");
+    let (mut bad, mut reasons) = (0, Vec::new());
+    for file in &rows {
+        let start = Instant::now();
+        let name = file.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+        let format = recognise(file).map_or("unknown", |f| f.name);
+        match tried(file, unit) {
+            Ok((imported, status)) => {
+                bad += usize::from(!matches!(status, Status::Converged));
+                let mesh = &imported.mesh;
+                println!(
+                    "{name:32} {format:20} {:>8} {:>5} {:>8} {:22} {:>6.2} s",
+                    mesh.cell_count(),
+                    imported.components,
+                    mesh.regions.len(),
+                    status.name(),
+                    start.elapsed().as_secs_f64()
+                );
+            }
+            Err(why) => {
+                bad += 1;
+                println!("{name:32} {format:20} {:>8} {:>5} {:>8} {:22}", "–", "–", "–", "refused");
+                reasons.push(why.to_string());
+            }
+        }
+    }
+    reasons.iter().for_each(|why| println!("refused: {why}"));
+    if !others.is_empty() {
+        let names: Vec<_> = others.iter().filter_map(|p| p.file_name()).map(|n| n.to_string_lossy()).collect();
+        println!("passed over: {}", names.join(", "));
+    }
+    println!("{} of {} files can be used", rows.len() - bad, rows.len());
+    Ok(if bad == 0 { Outcome::Complete } else { Outcome::RunIncomplete })
+}
+
+/// Values of a row of the table, for a file that can be used.
+struct Row {
+    mesh: TetMesh,
+    components: usize,
+}
+
+/// Imports a file and runs its starter scene.
+fn tried(file: &Path, unit: Option<&str>) -> Result<(Row, Status), Box<dyn std::error::Error>> {
+    let import = Import::of(file, unit, &mut |_| {})?;
+    let imported = import.load(&mut |_| {})?;
+    let at = file.with_extension("toml");
+    let text = starter(&import, &imported, at.parent().unwrap_or(Path::new("")));
+    let spec: SceneSpec = from_text(&at, &text, "of the starter scene")?;
+    let row = Row { mesh: imported.body.mesh.clone(), components: imported.components };
+    let run = Scene::build(&at, spec, text, Arc::new(imported.body))?.run();
+    Ok((row, run.status))
+}

@@ -1,0 +1,67 @@
+//! The extreme of a recorded column: the value farthest from the first one, a minimum or a maximum.
+
+use serde::{Deserialize, Serialize};
+
+/// Side on which an extreme lies.
+#[derive(Serialize, Deserialize, Clone, Copy, Debug, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub enum ExtremeKind {
+    /// Below the first value
+    Minimum,
+    /// Above the first value
+    Maximum,
+    /// No value differs from the first one, or some is no number
+    Constant,
+}
+
+impl ExtremeKind {
+    /// Name as in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Minimum => "minimum",
+            Self::Maximum => "maximum",
+            Self::Constant => "constant",
+        }
+    }
+}
+
+/// The value farthest from the first one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Extreme {
+    /// Index of the value; of equal ones the last
+    pub at: usize,
+    pub value: f64,
+    pub kind: ExtremeKind,
+}
+
+/// The extreme of the values of a column; none of an empty one.
+pub fn extreme(values: impl IntoIterator<Item = f64>) -> Option<Extreme> {
+    let mut values = values.into_iter();
+    let first = values.next()?;
+    let departure = |v: f64| (v - first).abs();
+    let farther =
+        |a: (usize, f64), b: (usize, f64)| if departure(b.1).total_cmp(&departure(a.1)).is_ge() { b } else { a };
+    let (at, value) = (1..).zip(values).fold((0, first), farther);
+    let kind = match value.partial_cmp(&first) {
+        Some(std::cmp::Ordering::Less) => ExtremeKind::Minimum,
+        Some(std::cmp::Ordering::Greater) => ExtremeKind::Maximum,
+        _ => ExtremeKind::Constant,
+    };
+    Some(Extreme { at, value, kind })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_extreme_is_on_one_side_of_the_first_value() {
+        let of = |values: &[f64]| extreme(values.iter().copied()).map(|e| (e.at, e.value, e.kind));
+        assert_eq!(of(&[]), None);
+        assert_eq!(of(&[0.1, 0.1]), Some((1, 0.1, ExtremeKind::Constant)));
+        // A cable that is shortened, and one that is let out a little first
+        assert_eq!(of(&[0.1, 0.09, 0.085, 0.085, 0.1]), Some((3, 0.085, ExtremeKind::Minimum)));
+        assert_eq!(of(&[0.1, 0.11, 0.08]), Some((2, 0.08, ExtremeKind::Minimum)));
+        assert_eq!(of(&[0.0, -3.0, 4.0]), Some((2, 4.0, ExtremeKind::Maximum)));
+    }
+}

@@ -1,0 +1,73 @@
+//! Effect `membrane`: a thin sheet of a law on facets, in plane stress.
+
+use super::part::EffectPart;
+use crate::effect::Membrane;
+use crate::scene::builder::Builder;
+use crate::scene::error::SceneError;
+use crate::scene::quantity::Length;
+use crate::scene::recorder::{Moment, Recorder};
+use crate::system::Effect;
+use serde::Deserialize;
+use std::sync::Arc;
+
+/// A thin sheet on the facets of a region.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MembraneSpec {
+    #[serde(default = "membrane")]
+    pub name: String,
+    /// Facets of the mesh
+    pub region: String,
+    pub law: String,
+    pub thickness: Length,
+}
+
+fn membrane() -> String {
+    "membrane".into()
+}
+
+impl EffectPart for MembraneSpec {
+    fn build(&self, place: &str, builder: &mut Builder) -> Result<Box<dyn Effect>, SceneError> {
+        builder.check_name(place, &self.name)?;
+        let facets = builder.region(place, &self.region)?.facets.clone();
+        if facets.is_empty() {
+            let fact = format!("region \"{}\" holds no facets", self.region);
+            return Err(builder.content(place, fact, "a membrane is on a part of the surface: take a facet region"));
+        }
+        if self.thickness.0 <= 0.0 {
+            let fact = format!("thickness is {} mm", self.thickness.0 * 1e3);
+            return Err(builder.content(place, fact, "give a positive one"));
+        }
+        let (mesh, law) = (&builder.body.mesh, builder.law(place, &self.law)?);
+        let sheet = Arc::new(Membrane::new(self.name.clone(), mesh, &facets, law, self.thickness.0));
+        let area = mesh.region_area(&facets);
+        builder.notes.push(format!("{}: {:.4} mm^2 of {} facets", self.name, area * 1e6, facets.len()));
+        builder.gathered.membranes.push(sheet.clone());
+        builder.gathered.recorders.push(Box::new(Recorded { name: self.name.clone(), sheet: sheet.clone() }));
+        Ok(Box::new(sheet))
+    }
+
+    fn words(&self) -> String {
+        let Self { name, region, law, thickness } = self;
+        format!("{name}, region {region}, law {law}, {:.4} mm thick", thickness.0 * 1e3)
+    }
+}
+
+/// Columns of a sheet: `<name>_stretch_{min,max}` in its plane, `<name>_thickness_min_m`, `<name>_stress_max_Pa`.
+struct Recorded {
+    name: String,
+    sheet: Arc<Membrane>,
+}
+
+impl Recorder for Recorded {
+    fn columns(&self) -> Vec<String> {
+        ["stretch_min", "stretch_max", "thickness_min_m", "stress_max_Pa"].map(|c| format!("{}_{c}", self.name)).into()
+    }
+
+    fn record(&self, now: &Moment) -> Vec<f64> {
+        match self.sheet.extremes(&now.state.x) {
+            Some(e) => vec![e.stretch[0], e.stretch[1], e.thickness, e.stress],
+            None => vec![f64::NAN; 4],
+        }
+    }
+}

@@ -1,0 +1,178 @@
+//! `durometer import`: files of many formats, their tables and starter scenes.
+
+mod tools;
+
+use durometer::mesh::generate::MeshStore;
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn durometer(arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_durometer"));
+    command.args(arguments).current_dir(env!("CARGO_MANIFEST_DIR")).output().expect("the program starts")
+}
+
+fn stdout(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+fn mesher_is_missing() -> bool {
+    let store = MeshStore::find().expect("the project");
+    let works =
+        Command::new(&store.python).args(["-c", "import gmsh, meshio"]).output().is_ok_and(|o| o.status.success());
+    tools::is_missing(works, "the mesher (durometer doctor --setup)")
+}
+
+/// A folder with the same bar in many formats.
+fn files() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/import/make_files.py");
+    let made = Command::new(MeshStore::find().expect("the project").python)
+        .arg(script)
+        .arg(folder.path())
+        .output()
+        .expect("Python starts");
+    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    folder
+}
+
+/// Rows of the table by file: format, cells, parts, regions, run.
+fn rows(text: &str) -> BTreeMap<String, [String; 5]> {
+    let field = |line: &str, from: usize, to: usize| {
+        line.chars().skip(from).take(to - from).collect::<String>().trim().to_string()
+    };
+    let lines = text.lines().skip(1).filter(|l| l.chars().nth(32) == Some(' ') && !l.starts_with("refused: "));
+    lines
+        .map(|l| {
+            let cells = [(33, 53), (54, 62), (63, 68), (69, 77), (78, 100)].map(|(a, b)| field(l, a, b));
+            (field(l, 0, 32), cells)
+        })
+        .filter(|(_, row)| !row[1].is_empty())
+        .collect()
+}
+
+/// Every file becomes a mesh of the same bar and runs under its own weight; damaged ones are refused with their reason.
+#[test]
+fn a_folder_of_files_in_many_formats_is_imported_and_run() {
+    if mesher_is_missing() {
+        return;
+    }
+    let folder = files();
+    let output = durometer(&["import", folder.path().to_str().expect("ASCII")]);
+    let text = stdout(&output);
+    println!("{text}");
+    assert_eq!(output.status.code(), Some(3), "some files are bad: {}", String::from_utf8_lossy(&output.stderr));
+    let rows = rows(&text);
+    let (bad, good): (Vec<_>, Vec<_>) = rows.iter().partition(|(name, _)| name.starts_with("bad-"));
+    assert_eq!(bad.len(), 4);
+    assert!(bad.iter().all(|(_, row)| row[4] == "refused"), "{bad:?}");
+    let formats: std::collections::BTreeSet<&str> = good.iter().map(|(_, row)| row[0].as_str()).collect();
+    assert!(good.len() >= 20 && formats.len() >= 8, "{} files of {formats:?}", good.len());
+    for (name, row) in good {
+        assert_eq!(row[4], "Converged", "{name}: {row:?}");
+        assert_eq!(row[2], "1", "{name}: one body");
+        assert!(row[1].parse::<usize>().is_ok_and(|cells| cells > 100), "{name}: {row:?}");
+    }
+    // 8 x 2 x 2 boxes: six tetrahedra of each hexahedron, three of each wedge, two of each pyramid
+    for (name, cells) in [("bricks.vtk", 192), ("bricks.inp", 192), ("wedges.vtu", 192), ("pyramids.vtu", 384)] {
+        assert_eq!(rows[name][1], cells.to_string(), "{name}");
+    }
+    let cells = &rows["new.msh"][1];
+    for (name, row) in &rows {
+        let same =
+            ["new", "old", "between", "plain", "groups", "sets", "packed", "xml", "orphans", "doubled", "metres"];
+        if same.iter().any(|start| name.starts_with(start)) {
+            assert_eq!(&row[1], cells, "{name}");
+        }
+    }
+    assert!(text.contains("passed over: notes.txt"), "{text}");
+    for reason in
+        ["this is text in UTF-16; save it as UTF-8", "its XML is not well formed", "the file is empty", "is inverted"]
+    {
+        assert!(text.contains(reason), "{reason}: {text}");
+    }
+}
+
+/// One file in words, and the scene that is written for it.
+#[test]
+fn a_file_is_described_and_its_starter_scene_runs() {
+    if mesher_is_missing() {
+        return;
+    }
+    let folder = files();
+    let at = |name: &str| folder.path().join(name).to_str().expect("ASCII").to_string();
+    let describe = |name: &str, scene: &str| {
+        let output = durometer(&["import", &at(name), "--scene", &at(scene)]);
+        assert_eq!(output.status.code(), Some(0), "{name}: {}", String::from_utf8_lossy(&output.stderr));
+        (stdout(&output), std::fs::read_to_string(at(scene)).expect("written"))
+    };
+    let (text, scene) = describe("sets.inp", "sets.toml");
+    for line in [
+        "format       Abaqus input",
+        "bounds       (0, 0, 0) to (40, 10, 10) in units of the file",
+        "unit         mm (guessed",
+        "fixture      region root, by its name",
+        "region       half: ",
+    ] {
+        assert!(text.contains(line), "{line}: {text}");
+    }
+    assert!(scene.contains("region = \"root\"") && scene.contains("EXAMPLE"), "{scene}");
+    let (text, scene) = describe("doubled.vtk", "doubled.toml");
+    assert!(text.contains("nodes are at the place of another one") && scene.contains("merge = "), "{text}{scene}");
+    let (text, scene) = describe("wedges.vtu", "wedges.toml");
+    assert!(text.contains("needs        split = true") && scene.contains("split = true"), "{text}{scene}");
+    assert!(text.contains("fixture      the wider end"), "{text}");
+    assert!(describe("metres.vtu", "metres.toml").1.contains("unit = \"m\""));
+    assert!(describe("orphans.vtu", "orphans.toml").0.contains("defect       2 nodes belong to no cell"));
+    assert!(describe("quadratic.msh", "quadratic.toml").1.contains("element = \"tet10\""));
+    // The weight of the bar is what holds it.
+    let out = at("out");
+    let run = durometer(&["simulate", &at("sets.toml"), "--out", &out, "--json"]);
+    assert_eq!(run.status.code(), Some(0), "{}", String::from_utf8_lossy(&run.stderr));
+    let record: serde_json::Value = serde_json::from_str(&stdout(&run)).expect("JSON");
+    let force = record["probes"]["root_reaction_z_N"]["peak"].as_f64().expect("a number");
+    let weight = 40e-3 * 10e-3 * 10e-3 * 1070.0 * 9.81;
+    assert!((force.abs() / weight - 1.0).abs() < 1e-6, "{force} against {weight}");
+    // A scene of a wrong unit is warned of.
+    let scene = std::fs::read_to_string(at("sets.toml")).expect("there").replace("unit = \"mm\"", "unit = \"m\"");
+    std::fs::write(at("huge.toml"), scene).expect("writable");
+    let text = stdout(&durometer(&["check", &at("huge.toml")]));
+    assert!(text.contains("unit = \"mm\" would be plausible"), "{text}");
+}
+
+#[test]
+fn what_cannot_be_imported_is_refused_with_its_reason() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = |name: &str| folder.path().join(name).to_str().expect("ASCII").to_string();
+    std::fs::write(at("a.txt"), "hello").expect("writable");
+    for (arguments, says) in [
+        (vec!["import".to_string(), at("a.txt")], "neither the content nor the name is that of a known format"),
+        (vec!["import".into(), at("absent.msh")], "cannot be read"),
+        (vec!["import".into(), at(""), "--scene".into(), at("b.toml")], "--scene needs one file"),
+        (vec!["mesh".into(), "tests/bad/good/boxes.msh".into()], "this is a mesh or a body (MSH), not a scene"),
+        (vec!["check".into(), "tests/bad/good/boxes-order2-binary.vtk".into()], "durometer import"),
+    ] {
+        let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+        let output = durometer(&arguments);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
+        assert!(said.contains(says), "{arguments:?}: {said}");
+    }
+}
+
+/// The robots of the SoftRobots examples: every file is imported, and the volume meshes run under their own weight.
+#[test]
+#[ignore = "reads public data outside of the project, from the folder that DUROMETER_SHARED names"]
+fn public_robots_are_imported_and_run() {
+    let output = durometer(&["import", tools::shared("data/robots").to_str().expect("UTF-8")]);
+    let text = stdout(&output);
+    println!("{text}");
+    let rows = rows(&text);
+    for (name, cells) in
+        [("Springy.vtu", 2743), ("diamond.vtk", 4147), ("pneunetCut.vtk", 0), ("soft-finger-design.msh", 560)]
+    {
+        let row = &rows[name];
+        assert!(cells == 0 || row[1] == cells.to_string(), "{name}: {row:?}");
+        assert_eq!(row[4], "Converged", "{name}: {row:?}");
+    }
+}
