@@ -69,9 +69,16 @@ fn wall(mesh: &TetMesh) -> Surface {
 /// The same wall by other triangles, with so many divisions of the long and of the short edges.
 fn other_wall([long, short]: [usize; 2]) -> Surface {
     let grid = block(long, short, short, 3.0 * UNIT, UNIT, UNIT, Order::Linear);
-    let triangles = boundary_facets(&grid).iter().map(|&f| [0, 1, 2].map(|k| grid.facet(f as usize)[k])).collect();
+    let corners: Vec<u32> =
+        boundary_facets(&grid).iter().flat_map(|&f| [0, 1, 2].map(|k| grid.facet(f as usize)[k])).collect();
+    let mut used = corners.clone();
+    used.sort_unstable();
+    used.dedup();
+    let number = |k: &u32| used.binary_search(k).expect("a corner") as u32;
+    let triangles = corners.chunks(3).map(|t| [number(&t[0]), number(&t[1]), number(&t[2])]).collect();
     // Mirrored, so that the diagonals are the other ones too
-    let points = grid.points.iter().map(|p| Vec3::new(4.0 * UNIT - p.x, UNIT + p.y, UNIT + p.z)).collect();
+    let place = |p: Vec3| Vec3::new(4.0 * UNIT - p.x, UNIT + p.y, UNIT + p.z);
+    let points = used.iter().map(|&k| place(grid.points[k as usize])).collect();
     Surface { points, triangles }
 }
 
@@ -264,7 +271,7 @@ fn bad_skins_are_refused_with_a_place() {
     let said = refused(&open, "skin = \"air\"");
     assert!(said.contains("the skin \"air\" is not closed: 3 edges are open, one of them at ("), "{said}");
     let mut far = whole.clone();
-    far.points.iter_mut().for_each(|p| p.y += 0.5e-3);
+    far.points.iter_mut().for_each(|p| *p += Vec3::new(0.0, 0.5e-3, 0.5e-3));
     let said = refused(&far, "skin = \"air\"");
     assert!(
         said.contains(" vertices are further outside of the body than reach = 0.01 mm, the furthest by 0.5000 mm"),
