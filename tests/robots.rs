@@ -54,3 +54,9 @@ fn parallel_robot() {
 fn tripod() {
     check("tripod", &["1919 cells, 4082 nodes", "HORN_3", "HORN_1_rotation_rad"]);
 }
+
+/// From STEP, with threads in the wall.
+#[test]
+fn wound_actuator() {
+    check("wound-actuator", &["90.0000 × ", "2 helices of each hand", "along 3 polyline(s)"]);
+}
