@@ -66,7 +66,7 @@ fn affine_motions_stretch_every_segment_by_its_direction() {
 fn a_slack_fibre_has_no_force() {
     let mesh = block(2, 2, 2, 1.0, 1.0, 1.0, Order::Quadratic);
     let line = points(&mesh, &cut(&[Vec3::new(0.1, 0.4, 0.4), Vec3::new(0.9, 0.6, 0.4)], 0.2), 0.0);
-    let [slack, stiff] = [false, true].map(|both| Fibres::new("fibre".into(), &[line.clone()], 5.0, both));
+    let [slack, stiff] = [false, true].map(|both| Fibres::new("fibre".into(), std::slice::from_ref(&line), 5.0, both));
     let shorter = affine(&mesh, &(Mat3::identity() * 0.9));
     assert_eq!(sums(&slack, &shorter), (0.0, 0.0));
     let (energy, force) = sums(&stiff, &shorter);

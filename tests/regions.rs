@@ -100,10 +100,10 @@ fn a_layer_near_a_surface_is_found() {
 fn components_are_numbered_by_size() {
     let text = r#"
 [mesh]
-[[mesh.copy]]
+[[mesh.part]]
 name = "large"
 grid = { kind = "box", size = ["40 mm", "20 mm", "20 mm"], divisions = [4, 2, 2] }
-[[mesh.copy]]
+[[mesh.part]]
 name = "small"
 grid = { kind = "box", size = ["10 mm", "10 mm", "10 mm"], divisions = [1, 1, 1] }
 shift = ["60 mm", "0 mm", "0 mm"]

@@ -299,7 +299,8 @@ fn a_start_that_the_law_does_not_survive_is_refused() {
     std::fs::write(&file, &text).expect("a temporary file");
     let (spec, text) = durometer::scene::read_scene(&file, &[]).expect("the file itself is fine");
     let mesh = block(1, 1, 1, 1.0, 1.0, 1.0, Order::Linear);
-    let body = durometer::scene::Body { mesh, paths: BTreeMap::new(), source: "block".into(), sha256: String::new() };
+    let (source, sha256, notes) = ("block".into(), String::new(), Vec::new());
+    let body = durometer::scene::Body { mesh, paths: BTreeMap::new(), source, sha256, notes };
     let refusal = durometer::scene::Scene::build(&file, spec, text, body.into()).err().expect("refused").to_string();
     assert!(
         refusal.ends_with(

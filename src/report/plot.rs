@@ -53,11 +53,11 @@ impl Axis {
     pub fn ticks(&self) -> Vec<(f64, String)> {
         if !self.log {
             let step = self.step;
-            let decimals = (-step.log10().floor()).max(0.0) as usize;
+            let digit = (step.log10() + 1e-9).floor() as i32;
             let (a, b) = (self.lo.min(self.hi), self.lo.max(self.hi));
             let first = (a / step - 1e-6).ceil() as i64;
             let last = (b / step + 1e-6).floor() as i64;
-            return (first..=last).map(|k| (k as f64 * step, number(k as f64 * step, decimals))).collect();
+            return (first..=last).map(|k| (k as f64 * step, number(k as f64 * step, digit))).collect();
         }
         let decades = (self.hi / self.lo).log10();
         let named: &[f64] = if decades > 2.5 {
@@ -72,7 +72,7 @@ impl Axis {
             for m in 1..10 {
                 let v = f64::from(m) * 10f64.powi(e);
                 if v >= self.lo * 0.9999 && v <= self.hi * 1.0001 {
-                    let name = named.contains(&f64::from(m)).then(|| number(v, (-e).max(0) as usize));
+                    let name = named.contains(&f64::from(m)).then(|| number(v, e));
                     out.push((v, name.unwrap_or_default()));
                 }
             }
@@ -97,19 +97,25 @@ fn step(span: f64, count: f64) -> f64 {
     base * [1.0, 2.0, 5.0, 10.0].into_iter().find(|m| m * base >= raw * 0.999).unwrap_or(10.0)
 }
 
-fn number(v: f64, decimals: usize) -> String {
-    if v != 0.0 && (v.abs() >= 1e5 || v.abs() < 0.9999e-4) {
-        let e = v.abs().log10().floor() as i32;
-        let m = v / 10f64.powi(e);
-        let mantissa = if (m - 1.0).abs() < 1e-9 { String::new() } else { format!("{m:.0}·") };
-        return format!("{mantissa}10{}", superscript(e)).replace('-', "−");
-    }
-    format!("{:.decimals$}", if v == 0.0 { 0.0 } else { v }).replace('-', "−")
+/// `last` is the power of ten of the last digit. The font has no raised minus, so small numbers are 2.5e−5.
+fn number(v: f64, last: i32) -> String {
+    let e = if v == 0.0 { 0 } else { (v.abs().log10() + 1e-9).floor() as i32 };
+    let (m, decimals, more) = (v / 10f64.powi(e), (-last).max(0) as usize, (e - last).max(0) as usize);
+    let text = if v == 0.0 {
+        format!("{:.*}", if last < -4 { 0 } else { decimals }, 0.0)
+    } else if e < -4 {
+        format!("{m:.more$}e{e}")
+    } else if e >= 5 {
+        let mantissa = if more == 0 && (m - 1.0).abs() < 1e-9 { String::new() } else { format!("{m:.more$}·") };
+        format!("{mantissa}10{}", superscript(e))
+    } else {
+        format!("{v:.decimals$}")
+    };
+    text.replace('-', "−")
 }
 
 pub fn superscript(n: i32) -> String {
     let digit = |c: char| match c {
-        '-' => '⁻',
         '1' => '¹',
         '2' => '²',
         '3' => '³',
@@ -204,5 +210,29 @@ impl Plot<'_, '_> {
     pub fn title(&self, letter: char, words: &str) {
         let [l, t, ..] = self.frame;
         text(self.area, &format!("({letter})  {words}"), (l, t - mm(2.4)), At::Left, LABEL, INK);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_of_small_numbers_differ_and_have_glyphs() {
+        for (lo, hi) in [(1.5e-5, 3.4e-5), (-6e-6, 0.0), (1e-9, 3e-9), (2e-5, 1e-4), (0.0, 1.0), (0.0, 4e6), (1e6, 2e6)]
+        {
+            let names: Vec<String> = Axis::linear([lo, hi].into_iter(), "").ticks().into_iter().map(|t| t.1).collect();
+            let distinct: std::collections::BTreeSet<&String> = names.iter().collect();
+            assert_eq!(distinct.len(), names.len(), "{names:?}");
+            // Neither the raised minus nor the raised zero is in the font.
+            assert!(!names.iter().any(|n| n.contains(['\u{207b}', '\u{2070}'])), "{names:?}");
+        }
+        assert_eq!(number(2.5e-5, -6), "2.5e−5");
+        assert_eq!(number(-2e-6, -6), "−2e−6");
+        assert_eq!(number(1e-5, -5), "1e−5");
+        assert_eq!(number(0.0, -6), "0");
+        assert_eq!(number(0.02, -2), "0.02");
+        assert_eq!(number(3e6, 6), "3·10⁶");
+        assert_eq!(number(1.2e6, 5), "1.2·10⁶");
     }
 }

@@ -35,7 +35,7 @@ def by_gmsh() -> None:
         if name.startswith("new"):
             gmsh.write(path(f"{name}.vtk"))
     gmsh.option.setNumber("Mesh.Binary", 0)
-    for name in ["groups.unv", "groups.mesh", "groups.bdf", "groups.su2"]:
+    for name in ["groups.unv", "groups.mesh", "groups.bdf"]:
         gmsh.write(path(name))
     gmsh.model.mesh.setOrder(2)
     gmsh.option.setNumber("Mesh.MshFileVersion", 4.1)

@@ -2,8 +2,8 @@
 //!
 //! The rotation is that of the rigid motion nearest to the one of the region, which minimises ∫ |x − x̄ − R (X − X̄)|² over its area, or over its
 //! volume if it has cells: R of H = ∫ x ⊗ (X − X̄) by its singular values (Kabsch, *Acta Cryst. A* 32 (1976) 922–923). The rotation
-//! vector takes the number of whole turns that brings it nearest to the state before; the quaternion is that of the rotation vector, so that its sign
-//! is continuous too.
+//! vector takes the number of whole rotations that brings it nearest to the state before; the quaternion is that of the rotation vector, so that its sign
+//! is continuous too. Limits: a motion that comes back to a whole rotation about changing axes begins again there, and there are no derivatives.
 
 use super::mean::Mean;
 use super::part::Probe;
@@ -151,10 +151,10 @@ impl Recorded {
     }
 }
 
-/// The rotation vector of R with as many whole turns as bring it nearest to the one `before` \[rad\].
+/// The rotation vector of R with as many whole rotations as bring it nearest to the one `before` \[rad\].
 fn nearest_vector(rotation: Mat3, before: Vec3) -> Vec3 {
     let base = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(rotation)).scaled_axis();
-    // About what axis a whole turn was, only the states before it know.
+    // About what axis a whole rotation was, only the states before it know.
     let axis = match base.norm() {
         angle if angle > 1e-9 => base / angle,
         _ => before.try_normalize(0.0).unwrap_or(Vec3::x()),

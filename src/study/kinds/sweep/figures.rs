@@ -22,6 +22,8 @@ const TALL: f64 = 46.0;
 const LEGEND: f64 = 32.0;
 /// Width of a panel \[mm\]
 const EACH: f64 = 52.0;
+/// Quantities that a map and the curves over time show.
+const PANELS: usize = 3;
 
 /// The place of value `k` on an axis; words are counted from 1.
 fn place(axis: &AxisRecord, k: usize) -> f64 {
@@ -111,7 +113,7 @@ fn panel(area: &Area, a: &SweepFindings, q: &ByQuantity<Dependence>, k: usize, [
 /// Peaks over the two axes of a grid, one map per quantity; `None` for anything but two axes.
 pub fn map(store: &Results, a: &SweepFindings, variant: &str) -> Option<Figure> {
     let maps: Vec<&ByQuantity<Dependence>> =
-        a.quantities.iter().filter(|q| q.variant == variant && !q.points.is_empty()).take(2).collect();
+        a.quantities.iter().filter(|q| q.variant == variant && !q.points.is_empty()).take(PANELS).collect();
     let [first, second] = &a.axes[..] else { return None };
     if a.list || maps.is_empty() {
         return None;
@@ -123,7 +125,7 @@ pub fn map(store: &Results, a: &SweepFindings, variant: &str) -> Option<Figure> 
             let x = LEFT + 8.0 + k as f64 * (each + GAP + 8.0);
             squares(area, q, (first, second), [x, TOP, x + each, TOP + TALL]);
             let unit = if q.quantity.unit.is_empty() { String::new() } else { format!(" [{}]", q.quantity.unit) };
-            let title = format!("({})  {}{unit}", ['a', 'b'][k], capital(&q.quantity.label));
+            let title = format!("({})  {}{unit}", ['a', 'b', 'c'][k], capital(&q.quantity.label));
             text(area, &title, (mm(x), mm(TOP - 2.4)), At::Left, LABEL, INK);
         }
     });
@@ -159,7 +161,7 @@ fn squares(area: &Area, q: &ByQuantity<Dependence>, (first, second): (&AxisRecor
 /// Quantities over time, coloured by the first axis; the other axes of a grid are kept at their middle value.
 pub fn over_time(store: &Results, a: &SweepFindings, variant: &str) -> Option<Figure> {
     let panels: Vec<&ByQuantity<Dependence>> =
-        a.quantities.iter().filter(|q| q.variant == variant && !q.points.is_empty()).take(2).collect();
+        a.quantities.iter().filter(|q| q.variant == variant && !q.points.is_empty()).take(PANELS).collect();
     let first = a.axes.first()?;
     if panels.is_empty() {
         return None;
@@ -185,7 +187,7 @@ pub fn over_time(store: &Results, a: &SweepFindings, variant: &str) -> Option<Fi
             plot.grid();
             curves.iter().for_each(|(k, c)| line(area, &plot.path(&c.t, &c.f), color(*k), 9));
             plot.axes(true);
-            plot.title(['a', 'b'][k], &capital(&q.quantity.label));
+            plot.title(['a', 'b', 'c'][k], &capital(&q.quantity.label));
         }
         let entry =
             |(k, v): (usize, &String)| (Sample::Line(color(k)), format!("{} = {}", italic(&first.symbol), raised(v)));
