@@ -69,7 +69,7 @@ fn sides(&[a, b, c]: &[u32; 3]) -> impl Iterator<Item = [u32; 2]> + use<> {
     [[a, b], [b, c], [c, a]].into_iter()
 }
 
-/// \[vertices\] the vertex that stands for all at its place.
+/// \[vertices\] the vertex that represents all at its place.
 fn joined(surface: &Surface) -> Vec<u32> {
     let (low, high) = super::geometry::bounds(surface.points.iter().copied());
     let width = (SEAM * (high - low).norm()).max(f64::MIN_POSITIVE);

@@ -12,7 +12,7 @@ const TALL: f64 = 78.0;
 /// Marks of nodes are thinned out to about as many.
 const MARKED: usize = 400;
 
-/// What is drawn; positions \[m\].
+/// Content of the picture; positions \[m\].
 pub struct BodyPicture {
     pub points: Vec<[f64; 3]>,
     /// Facets of the boundary, outward
