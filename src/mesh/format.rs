@@ -157,7 +157,7 @@ fn marked(text: &str) -> Option<Format> {
     let begin = text.trim_start();
     let format = |name, reader| Some(Format { name, reader });
     let tag = |name: &str| begin.split('<').any(|part| part.starts_with(name));
-    let upper = begin.get(..begin.floor_char_boundary(200)).unwrap_or(begin).to_ascii_uppercase();
+    let upper = begin.chars().take(200).collect::<String>().to_ascii_uppercase();
     match begin {
         _ if begin.starts_with("$MeshFormat") => match begin.split_ascii_whitespace().nth(1) {
             Some(version) if version == "4.1" || version.starts_with("2.") => format("MSH", Reader::Msh),
