@@ -140,7 +140,12 @@ impl MeshStore {
         }
         asked["output"] = serde_json::json!(part);
         let label = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-        let answer = self.mesher().call(&serde_json::json!({ "convert": asked }), &format!("of {label}"), TIME_LIMIT_S, progress);
+        let answer = self.mesher().call(
+            &serde_json::json!({ "convert": asked }),
+            &format!("of {label}"),
+            TIME_LIMIT_S,
+            progress,
+        );
         let kept = answer.and_then(|_| std::fs::rename(&part, &target).map_err(|e| GenerateError::io(&target, &e)));
         if kept.is_err() {
             std::fs::remove_file(&part).ok();
