@@ -6,6 +6,7 @@ use durometer::study::kind::Extent;
 use durometer::study::kinds::coverage::analysis::{CoverageFindings, analyse};
 use durometer::study::kinds::coverage::mark::{Estimator, Standing};
 use durometer::study::kinds::coverage::record::{CoverageRecord, JudgedFamily, ProblemRecord};
+use durometer::study::kinds::coverage::share::Share;
 use durometer::study::one_run::{OneRunError, OneRunRecord};
 use durometer::study::record::*;
 use durometer::study::results;
@@ -21,7 +22,7 @@ fn case(family: &str, formulation: &str, n: usize, value: f64, bar: Option<f64>)
     let errors = bar.map(|bar| OneRunRecord {
         quantities: BTreeMap::from([(
             "F_N".into(),
-            OneRunError { correction: 0.8 * bar, uncertainty: 0.2 * bar, bar },
+            OneRunError { correction: 0.8 * bar, geometry: None, uncertainty: 0.2 * bar, bar },
         )]),
         ..OneRunRecord::default()
     });
@@ -131,13 +132,20 @@ fn a_bar_does_not_count_where_the_truth_is_uncertain() {
     assert!(a.verdict.starts_with("No verdict"), "{}", a.verdict);
 }
 
-/// Linear cells on a curved boundary are counted apart, from one run only.
+/// Problems that took no part in the choice of the bounds are counted with the others and apart.
 #[test]
-fn facets_are_counted_apart() {
-    let a = found(&made([0.5, 2.0, 2.0], 0.0, true));
-    assert!(a.whole(Estimator::OneRun).is_none());
-    assert_eq!(a.faceted.as_ref().map(|s| (s.bars, s.hold)), Some((3, 2)));
-    assert_eq!(a.whole(Estimator::ManyRuns).map(|s| s.bars), Some(1));
+fn fresh_problems_are_counted_apart() {
+    let mut made = made([0.5, 2.0, 2.0], 0.0, true);
+    let group = |a: &CoverageFindings, group: &str| {
+        let own = |s: &&Share| s.estimator == Estimator::OneRun && s.by == "problem" && s.group == group;
+        a.shares.iter().find(own).map(|s| (s.bars, s.hold))
+    };
+    let known = found(&made);
+    assert_eq!((group(&known, "fresh"), group(&known, "bounds were chosen on it")), (None, Some((3, 2))));
+    made.coverage.problems[0].fresh = true;
+    let a = analyse(&made.study, &made.coverage, &made.cases);
+    assert_eq!(group(&a.found, "fresh"), Some((3, 2)));
+    assert!(a.verdict.contains("took no part in the choice of the bounds, 2 of 3 and 1 of 1 bars do"), "{}", a.verdict);
 }
 
 /// A mesh that two seeds have in common counts once.

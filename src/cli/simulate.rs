@@ -257,8 +257,13 @@ fn estimate(
 fn print_errors(found: &ErrorEstimate) {
     for q in &found.quantities {
         let (value, corrected, uncertainty) = (plain(q.value), plain(q.corrected), plain(q.uncertainty));
+        let geometry = match q.geometry {
+            Some(g) if g.change == 0.0 => String::new(),
+            Some(g) => format!(" (of it {} by curved facets)", plain(g.change)),
+            None => " (without curved facets, which are not estimated here)".into(),
+        };
         println!(
-            "{:28} error bar {:>12} of {value:>12}; corrected {corrected} ± {uncertainty}",
+            "{:28} error bar {:>12} of {value:>12}; corrected {corrected} ± {uncertainty}{geometry}",
             q.column,
             plain(q.bar)
         );

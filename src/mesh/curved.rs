@@ -117,6 +117,21 @@ pub fn tube([a, b]: [f64; 2], length: f64, divisions: [usize; 3], order: Order) 
     with_region(mesh, "zmax", |p| (p.z - length).abs() < 1e-9 * length)
 }
 
+/// A bar of radius a \[m\] whose centre line is an arc of this radius \[m\] and angle \[rad\], which begins at the origin along z and bends towards x.
+/// Divisions as of a [`cylinder`]. Regions `start`, `end` and `side`.
+pub fn bow(a: f64, (radius, angle): (f64, f64), [n, layers]: [usize; 2], order: Order) -> TetMesh {
+    let mut mesh = cylinder(a, 1.0, n, layers, order);
+    for p in &mut mesh.points {
+        let (sin, cos) = (angle * p.z).sin_cos();
+        *p = Vec3::new(radius - (radius - p.x) * cos, p.y, (radius - p.x) * sin);
+    }
+    for (old, new) in [("zmin", "start"), ("zmax", "end")] {
+        let region = mesh.regions.remove(old).expect("a cylinder has it");
+        mesh.regions.insert(new.into(), region);
+    }
+    mesh
+}
+
 /// A plate of nx × ny × nz boxes over the quadrilateral of these corners \[m\], counter-clockwise from the image of (0, 0), bilinear
 /// between. Regions as of a block.
 pub fn plate(corners: [[f64; 2]; 4], thickness: f64, divisions: [usize; 3], order: Order) -> TetMesh {
@@ -146,18 +161,8 @@ pub fn hole(a: f64, w: f64, thickness: f64, divisions: [usize; 3], order: Order)
 /// and `ymax` of the arms, `zmin`, `zmax`.
 pub fn bracket(edge: f64, thickness: f64, [n, layers]: [usize; 2], order: Order) -> TetMesh {
     let square = block(2 * n, 2 * n, layers, edge, edge, thickness, order);
-    let kept = |c: &usize| square.position(*c, [0.25; 3]).xy().amin() < 0.5 * edge;
-    let mut mesh = TetMesh { order, points: vec![], cells: vec![], facets: vec![], regions: BTreeMap::new() };
-    let mut known = HashMap::new();
-    for &k in (0..square.cell_count()).filter(kept).flat_map(|c| square.cell(c)) {
-        let node = *known.entry(k).or_insert_with(|| {
-            mesh.points.push(square.points[k as usize]);
-            mesh.points.len() as u32 - 1
-        });
-        mesh.cells.push(node);
-    }
-    add_boundary(&mut mesh);
-    add_body(&mut mesh);
+    let mesh = joined(&scaled(square, 1.0 / edge), |middle| middle.xy().amin() < 0.5);
+    let mesh = scaled(mesh, edge);
     let near = |value: f64, wanted: f64| (value - wanted).abs() < 1e-9 * edge;
     let names = [["xmin", "xmax"], ["ymin", "ymax"], ["zmin", "zmax"]];
     let ends = [edge, edge, thickness];
@@ -165,6 +170,27 @@ pub fn bracket(edge: f64, thickness: f64, [n, layers]: [usize; 2], order: Order)
         let (axis, end) = (k / 2, k % 2);
         with_region(mesh, names[axis][end], |p| near(p[axis], end as f64 * ends[axis]))
     })
+}
+
+/// The cells of a mesh whose middle is kept, with nodes at one place as one node; lengths are of the size of one. Its only region is `body`.
+fn joined(source: &TetMesh, kept: impl Fn(Vec3) -> bool) -> TetMesh {
+    let order = source.order;
+    let mut mesh = TetMesh { order, points: vec![], cells: vec![], facets: vec![], regions: BTreeMap::new() };
+    let mut known = HashMap::new();
+    let cells = (0..source.cell_count()).filter(|c| kept(source.position(*c, [0.25; 3])));
+    for &k in cells.flat_map(|c| source.cell(c)) {
+        let at = source.points[k as usize];
+        // Nodes closer than 1e-7 are one.
+        let key = [at.x, at.y, at.z].map(|x| (x * 1e7).round() as i64);
+        let node = *known.entry(key).or_insert_with(|| {
+            mesh.points.push(at);
+            mesh.points.len() as u32 - 1
+        });
+        mesh.cells.push(node);
+    }
+    add_boundary(&mut mesh);
+    add_body(&mut mesh);
+    mesh
 }
 
 fn scaled(mut mesh: TetMesh, factor: f64) -> TetMesh {
@@ -205,6 +231,23 @@ mod tests {
             check(&plate, 0.5 * (9.0 - quarter), &sides, curved);
             let sides = [("xmin", 1.0), ("xmax", 0.5), ("ymin", 1.0), ("ymax", 0.5), ("zmin", 3.0), ("zmax", 3.0)];
             check(&bracket, 1.5, &sides, 1e-12);
+        }
+    }
+
+    /// The same of a tube, whose circumference closes, and of a bent bar, whose volume is that of the straight one (Pappus).
+    #[test]
+    fn a_tube_and_a_bow_fill_their_bodies() {
+        for (order, curved) in [(Order::Linear, 6e-2), (Order::Quadratic, 2e-3)] {
+            let (ring, length) = (PI * (4.0 - 1.0), 3.0);
+            let sides = [("zmin", ring), ("zmax", ring), ("inner", 2.0 * PI * length), ("outer", 4.0 * PI * length)];
+            let tube = tube([1.0, 2.0], length, [2, 12, 3], order);
+            check(&tube, ring * length, &sides, curved);
+            let all: usize = sides.iter().map(|(name, _)| tube.regions[*name].facets.len()).sum();
+            assert_eq!(all, tube.facet_count(), "no facet where the circumference closes");
+            let (angle, radius) = (0.5 * PI, 3.0);
+            let bow = bow(1.0, (radius, angle), [3, 6], order);
+            let sides = [("start", PI), ("end", PI), ("side", 2.0 * PI * radius * angle)];
+            check(&bow, PI * radius * angle, &sides, curved);
         }
     }
 

@@ -30,6 +30,7 @@ pub mod quality;
 mod read;
 pub mod rim;
 pub mod select;
+pub mod smooth_surface;
 mod solid;
 pub mod structured;
 pub mod surface_file;

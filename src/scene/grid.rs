@@ -13,20 +13,7 @@ use std::path::Path;
 /// The mesh of a grid.
 pub fn grid(file: &Path, spec: &GridSpec, element: ElementSpec) -> Result<TetMesh, SceneError> {
     let refuse = |fact: String, remedy: &str| Err(content(file, "mesh.grid", fact, remedy));
-    let (divisions, lengths): (&[usize], Vec<Length>) = match spec {
-        GridSpec::Box { size, divisions } => (divisions, size.to_vec()),
-        GridSpec::Plate { thickness, divisions, .. } => (divisions, vec![*thickness]),
-        GridSpec::Octant { inner, outer, divisions } => (divisions, vec![*inner, *outer]),
-        GridSpec::Cylinder { radius, length, divisions } => (divisions, vec![*radius, *length]),
-        GridSpec::Hole { radius, half_edge, thickness, divisions } => {
-            (divisions, vec![*radius, *half_edge, *thickness])
-        }
-        GridSpec::Bracket { edge, thickness, divisions } => (divisions, vec![*edge, *thickness]),
-        GridSpec::Tube { inner, outer, length, divisions } => (divisions, vec![*inner, *outer, *length]),
-        GridSpec::HalfSpace { radius, fine, divisions } | GridSpec::HalfSphere { radius, fine, divisions } => {
-            (divisions, vec![*radius, *fine])
-        }
-    };
+    let (divisions, lengths) = measures(spec);
     if divisions.contains(&0) {
         return refuse(format!("divisions = {divisions:?}"), "give at least one box in each direction");
     }
@@ -51,6 +38,14 @@ pub fn grid(file: &Path, spec: &GridSpec, element: ElementSpec) -> Result<TetMes
         GridSpec::Cylinder { radius, length, divisions: [n, layers] } => {
             curved::cylinder(radius.0, length.0, *n, *layers, order)
         }
+        GridSpec::Bow { radius, bend, .. } if radius.0 >= bend.0 => {
+            return refuse("radius is not less than bend".into(), "take a thinner bar, or a wider arc");
+        }
+        GridSpec::Bow { angle, .. } if !(angle.0 > 0.0 && angle.0.to_degrees() <= 350.0) => {
+            let fact = format!("angle = {} deg", angle.0.to_degrees());
+            return refuse(fact, "take one above 0 and up to 350 deg: a closed ring has no ends");
+        }
+        GridSpec::Bow { radius, bend, angle, divisions } => curved::bow(radius.0, (bend.0, angle.0), *divisions, order),
         GridSpec::Hole { radius, half_edge, .. } if radius.0 >= half_edge.0 => {
             return refuse("radius is not less than half_edge".into(), "take a smaller hole");
         }
@@ -86,6 +81,25 @@ pub fn grid(file: &Path, spec: &GridSpec, element: ElementSpec) -> Result<TetMes
             refuse(format!("cell {c} is folded"), "go round the corners counter-clockwise, or take more divisions")
         }
         None => Ok(mesh),
+    }
+}
+
+/// Divisions and lengths of a grid.
+fn measures(spec: &GridSpec) -> (&[usize], Vec<Length>) {
+    match spec {
+        GridSpec::Box { size, divisions } => (divisions, size.to_vec()),
+        GridSpec::Plate { thickness, divisions, .. } => (divisions, vec![*thickness]),
+        GridSpec::Octant { inner, outer, divisions } => (divisions, vec![*inner, *outer]),
+        GridSpec::Cylinder { radius, length, divisions } => (divisions, vec![*radius, *length]),
+        GridSpec::Tube { inner, outer, length, divisions } => (divisions, vec![*inner, *outer, *length]),
+        GridSpec::Bow { radius, bend, divisions, .. } => (divisions, vec![*radius, *bend]),
+        GridSpec::Hole { radius, half_edge, thickness, divisions } => {
+            (divisions, vec![*radius, *half_edge, *thickness])
+        }
+        GridSpec::Bracket { edge, thickness, divisions } => (divisions, vec![*edge, *thickness]),
+        GridSpec::HalfSpace { radius, fine, divisions } | GridSpec::HalfSphere { radius, fine, divisions } => {
+            (divisions, vec![*radius, *fine])
+        }
     }
 }
 

@@ -126,6 +126,8 @@ pub enum GridSpec {
     Octant { inner: Length, outer: Length, divisions: [usize; 2] },
     /// Along z: `zmin`, `zmax`, `side`; divisions of the radius and of the length
     Cylinder { radius: Length, length: Length, divisions: [usize; 2] },
+    /// A round bar whose centre line is an arc, from z at the origin towards x: `start`, `end`, `side`; divisions of the radius and of the arc
+    Bow { radius: Length, bend: Length, angle: Angle, divisions: [usize; 2] },
     /// A quarter of a square plate of this half edge with a hole: `hole`, `xmin`, `ymin` (planes of symmetry), `xmax`, `ymax`, `zmin`, `zmax`;
     /// divisions of the radius, round the quarter, of the thickness
     Hole { radius: Length, half_edge: Length, thickness: Length, divisions: [usize; 3] },

@@ -104,7 +104,8 @@ pub use checkpoint::{Checkpoint, CheckpointError, Snapshot};
 pub use compare::Measured;
 pub use error::{Mistake, SceneError, hint};
 pub use error_estimate::{
-    CellErrors, Enrichment, ErrorEstimate, ErrorEstimator, EstimateError, QuantityError, path_dependence,
+    CellErrors, Enrichment, ErrorBounds, ErrorEstimate, ErrorEstimator, EstimateError, GeometryError, QuantityError,
+    path_dependence,
 };
 pub use extreme::{Extreme, ExtremeKind, extreme};
 pub use fixture::Held;

@@ -1,6 +1,6 @@
 //! Errors of a case estimated from its run alone, which a study keeps next to those from several meshes.
 
-use crate::scene::{ErrorEstimator, EstimateError, Run};
+use crate::scene::{ErrorBounds, ErrorEstimator, EstimateError, Run};
 use crate::solve::Status;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -26,6 +26,9 @@ pub struct OneRunRecord {
 pub struct OneRunError {
     /// Corrected less computed value
     pub correction: f64,
+    /// The part of it by facets that cut a curved boundary; none where it is not estimated
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub geometry: Option<f64>,
     /// Half width of the bounds of the exact value about the corrected one
     pub uncertainty: f64,
     /// Largest distance of the computed value from the exact one within the bounds
@@ -43,7 +46,9 @@ pub fn one_run(estimator: Result<ErrorEstimator, EstimateError>, run: &Run, colu
         Err(why) => return refused(why.to_string()),
     };
     let errors = found.quantities.iter().map(|q| {
-        let error = OneRunError { correction: q.corrected - q.value, uncertainty: q.uncertainty, bar: q.bar };
+        let ErrorBounds { correction, uncertainty, bar } = q.of_departure();
+        let geometry = q.geometry.map(|g| g.change - g.start);
+        let error = OneRunError { correction, geometry, uncertainty, bar };
         (q.column.clone(), error)
     });
     let is_finite = |(_, e): &(String, OneRunError)| [e.correction, e.uncertainty, e.bar].iter().all(|x| x.is_finite());

@@ -124,10 +124,11 @@ pub fn sensitivities_csv(run: &Run, sensitivities: &Sensitivities) -> String {
 
 /// Estimated errors of recorded quantities, one line each.
 pub fn errors_csv(estimate: &ErrorEstimate) -> String {
-    let mut text = "quantity,t_s,value,enriched,corrected,uncertainty,bar\n".to_string();
+    let mut text = "quantity,t_s,value,enriched,geometry,corrected,uncertainty,bar\n".to_string();
     for q in &estimate.quantities {
-        let numbers = [q.t, q.value, q.enriched, q.corrected, q.uncertainty, q.bar].map(|number| number.to_string());
-        text += &format!("{},{}\n", q.column, numbers.join(","));
+        let geometry = q.geometry.map_or_else(String::new, |g| g.change.to_string());
+        let (t, value, enriched, corrected) = (q.t, q.value, q.enriched, q.corrected);
+        text += &format!("{},{t},{value},{enriched},{geometry},{corrected},{},{}\n", q.column, q.uncertainty, q.bar);
     }
     text
 }

@@ -7,11 +7,12 @@ use crate::effect::pressure_hosts;
 use crate::math::pcg::{Outcome, pcg};
 use crate::math::vector::norm;
 use crate::mesh::enrich::Enriched;
+use crate::mesh::smooth_surface::{Smoothed, on_smooth_surface};
 use crate::mesh::{Order, TetMesh};
 use crate::scene::body::Body;
 use crate::scene::build::SceneBuilder;
 use crate::scene::spec::{EffectSpec, ElementSpec};
-use crate::scene::{Run, RunOptions, Scene, SceneSpec};
+use crate::scene::{Energies, Run, RunOptions, Scene, SceneSpec};
 use crate::solve::{Integrator, Status, Step};
 use crate::system::{State, Want};
 use std::sync::Arc;
@@ -73,9 +74,19 @@ fn is_mixed(effect: &EffectSpec) -> bool {
     matches!(effect, EffectSpec::Elastic(elastic) if elastic.formulation.is_mixed())
 }
 
+/// The enriched mesh of a run on the smooth surface through its boundary nodes.
+pub(super) enum SmoothSurface {
+    /// The mesh has no curved boundary.
+    Flat,
+    /// Cells would fold on it.
+    Folded,
+    Curved(Box<EnrichedScene>),
+}
+
 /// The scene on the enriched mesh, and the map of states to it.
 pub(super) struct EnrichedScene {
     pub scene: Scene,
+    enrichment: Enrichment,
     map: Enriched,
     /// \[effects\] whether the run has pressures in it
     mixed_in_run: Vec<bool>,
@@ -87,6 +98,20 @@ impl EnrichedScene {
             Enrichment::Split => Enriched::by_splitting(&scene.body.mesh),
             Enrichment::Raise => Enriched::by_raising(&scene.body.mesh),
         };
+        Self::on(scene, enrichment, map)
+    }
+
+    /// The same with its new boundary nodes on the smooth surface through those of the run.
+    pub fn on_smooth_surface(&self, scene: &Scene) -> SmoothSurface {
+        match on_smooth_surface(&scene.body.mesh, &self.map) {
+            Smoothed::Flat => SmoothSurface::Flat,
+            Smoothed::Folded => SmoothSurface::Folded,
+            Smoothed::Moved(map) => Self::on(scene, self.enrichment, map)
+                .map_or(SmoothSurface::Folded, |moved| SmoothSurface::Curved(Box::new(moved))),
+        }
+    }
+
+    fn on(scene: &Scene, enrichment: Enrichment, map: Enriched) -> Result<Self, EstimateError> {
         let Body { paths, source, sha256, notes, .. } = &*scene.body;
         let body = Body {
             mesh: map.mesh.clone(),
@@ -108,8 +133,31 @@ impl EnrichedScene {
         ];
         match same.iter().find(|(_, same)| !same) {
             Some((what, _)) => Err(EstimateError::Additions { why: format!("its {what} differ") }),
-            None => Ok(Self { scene: fine, map, mixed_in_run: scene.spec.effects.iter().map(is_mixed).collect() }),
+            None => Ok(Self {
+                enrichment,
+                scene: fine,
+                map,
+                mixed_in_run: scene.spec.effects.iter().map(is_mixed).collect(),
+            }),
         }
+    }
+
+    /// The columns at the equilibrium that Newton's method finds from a state of the enriched space, maybe on another surface; none
+    /// where it finds none. Counts its factorisations.
+    pub fn columns_from(&self, start: &State, memory: &[f64], factorisations: &mut usize) -> Option<Vec<f64>> {
+        let scene = &self.scene;
+        let mut start = start.clone();
+        self.prescribe(&mut start);
+        let step = Step { system: &scene.system, integrator: Integrator::Static, past: &start, dt: 1.0 };
+        let mut next = start.clone();
+        let mut solver = scene.driver().steps.solver;
+        let found = solver.solve(&step, &mut next);
+        *factorisations += solver.linear.factor.count;
+        found.ok()?;
+        let mut memory = memory.to_vec();
+        scene.remember(&next, &mut memory);
+        let residual = &solver.equations.sums.r;
+        Some(scene.record(&next, Some(&step.at(&next)), residual, Energies::default(), 0, &memory))
     }
 
     /// The whole protocol.
@@ -155,13 +203,17 @@ impl EnrichedScene {
         let rest = scene.system.rest();
         let (lambda, inputs) = (kept.lambda.clone(), kept.inputs.clone());
         let mut state = State { t: kept.t, x, lambda, inputs, ..rest };
-        for p in &scene.system.prescribed {
-            state.x[p.dof as usize] = p.signal.at(state.clock());
-        }
+        self.prescribe(&mut state);
         if self.pressures_by_effect().any(|(_, in_run)| !in_run) {
             self.relax_pressures(&mut state);
         }
         state
+    }
+
+    fn prescribe(&self, state: &mut State) {
+        for p in &self.scene.system.prescribed {
+            state.x[p.dof as usize] = p.signal.at(state.clock());
+        }
     }
 
     /// \[cells of the enriched mesh\] the cell of the run that each is a part of

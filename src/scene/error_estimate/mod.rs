@@ -14,15 +14,20 @@
 //!
 //! The order q is not known from one run: [`Enrichment::factors`] has bounds of c. `tests/error_estimate.rs` compares them with the truth.
 //!
-//! Limits: facets and mid-nodes stay where the mesh has them, so the difference between mesh and true geometry is not seen; the time step
-//! stays, so its error is not seen either.
+//! Both spaces are on the facets of the mesh. Where these cut a curved boundary, the enriched equilibrium is solved once more with its new
+//! boundary nodes on a smooth surface ([`on_smooth_surface`](crate::mesh::smooth_surface::on_smooth_surface)); the change g is the error of
+//! geometry, J_exact − J = c e + γ g.
+//!
+//! Limit: the time step stays, so its error is not seen.
 
 mod enrichment;
+mod geometry;
 mod indicators;
 mod kept_state;
 mod refusal;
 
 pub use enrichment::Enrichment;
+pub use geometry::GeometryError;
 pub use indicators::CellErrors;
 pub use refusal::{EstimateError, path_dependence};
 
@@ -32,6 +37,7 @@ use super::{Run, Scene};
 use crate::solve::{Integrator, Step};
 use crate::system::State;
 use enrichment::EnrichedScene;
+use geometry::{GEOMETRY, Geometry};
 use kept_state::{Kept, Solved};
 use std::time::Instant;
 
@@ -46,12 +52,47 @@ pub struct QuantityError {
     pub value: f64,
     /// J⁺ of the enriched space
     pub enriched: f64,
-    /// J + c e with the likely c
+    /// c e with the least, the likely and the largest c
+    pub discretisation: [f64; 3],
+    /// The error by facets that cut a curved boundary; none where it is not estimated
+    pub geometry: Option<GeometryError>,
+    /// J + c e + g with the likely c
     pub corrected: f64,
     /// Largest distance of the bounds of the exact value from `corrected`
     pub uncertainty: f64,
     /// Largest |J_exact − J| within the bounds
     pub bar: f64,
+}
+
+/// Bounds of the exact value \[unit of the quantity\].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ErrorBounds {
+    /// Likely J_exact − J
+    pub correction: f64,
+    /// Largest distance of the bounds of J_exact − J from it
+    pub uncertainty: f64,
+    /// Largest |J_exact − J| within the bounds
+    pub bar: f64,
+}
+
+impl ErrorBounds {
+    /// From the least, the likely and the largest error of discretisation, and the change by geometry.
+    fn new(discretisation: [f64; 3], geometry: f64) -> Self {
+        let all: [f64; 3] = std::array::from_fn(|k| geometry * GEOMETRY[k]);
+        let ends = |of: [f64; 3]| (of[0].min(of[2]), of[0].max(of[2]));
+        let ((low, high), (lower, higher)) = (ends(discretisation), ends(all));
+        let correction = discretisation[1] + all[1];
+        let (low, high) = (low + lower, high + higher);
+        let uncertainty = (high - correction).max(correction - low);
+        Self { correction, uncertainty, bar: low.abs().max(high.abs()) }
+    }
+}
+
+impl QuantityError {
+    /// Bounds of the largest departure from the start, of which the error of geometry at the start is no part.
+    pub fn of_departure(&self) -> ErrorBounds {
+        ErrorBounds::new(self.discretisation, self.geometry.map_or(0.0, |g| g.change - g.start))
+    }
 }
 
 /// Errors of quantities of a run, and what it cost to find them.
@@ -133,14 +174,19 @@ impl<'a> ErrorEstimator<'a> {
                 let t = run.rows[row][0];
                 let values = &fine.rows.iter().find(|values| same_time(values[0], t));
                 let values = values.ok_or(EstimateError::NotSolved { t, status: fine.status.name() })?;
-                let of = |&column: &usize| (column, self.error(run, row, column, values[column]));
+                let of = |&column: &usize| (column, self.error(run, row, column, values[column], None));
                 quantities.extend(columns.iter().map(of));
             }
         }
+        let mut geometry =
+            (!self.whole_run).then(|| Geometry::new(&enriched, self.scene, (&self.states[0], &run.memories[0])));
         for (row, columns) in &peaks {
             let solved = self.solve(&mut enriched, &self.states[*row], &run.memories[*row])?;
             factorisations += solved.factorisations;
-            let of = |&column: &usize| self.error(run, *row, column, solved.values[column]);
+            let surface = geometry.as_mut().and_then(|g| g.errors(&solved));
+            let of = |&column: &usize| {
+                self.error(run, *row, column, solved.values[column], surface.as_ref().map(|all| all[column]))
+            };
             quantities.extend(columns.iter().map(|column| (*column, of(column))));
             if self.localised {
                 let own: Vec<(usize, &str, f64)> =
@@ -150,6 +196,7 @@ impl<'a> ErrorEstimator<'a> {
                 cells.extend(columns.iter().copied().zip(shares));
             }
         }
+        factorisations += geometry.map_or(0, |g| g.factorisations);
         quantities.sort_by_key(|(column, _)| *column);
         cells.sort_by_key(|(column, _)| *column);
         Ok(ErrorEstimate {
@@ -200,18 +247,27 @@ impl<'a> ErrorEstimator<'a> {
         Ok(Solved { start: past, end: next, values, memory, factorisations: solver.linear.factor.count })
     }
 
-    fn error(&self, run: &Run, row: usize, column: usize, enriched: f64) -> QuantityError {
+    fn error(
+        &self,
+        run: &Run,
+        row: usize,
+        column: usize,
+        enriched: f64,
+        geometry: Option<GeometryError>,
+    ) -> QuantityError {
         let value = run.rows[row][column];
-        let change = enriched - value;
-        let [least, likely, most] = self.enrichment.factors(self.scene.body.mesh.order);
+        let discretisation = self.enrichment.factors(self.scene.body.mesh.order).map(|c| c * (enriched - value));
+        let bounds = ErrorBounds::new(discretisation, geometry.map_or(0.0, |g| g.change));
         QuantityError {
             column: run.columns[column].clone(),
             t: run.rows[row][0],
             value,
             enriched,
-            corrected: value + likely * change,
-            uncertainty: (most - likely).max(likely - least) * change.abs(),
-            bar: most * change.abs(),
+            discretisation,
+            geometry,
+            corrected: value + bounds.correction,
+            uncertainty: bounds.uncertainty,
+            bar: bounds.bar,
         }
     }
 }

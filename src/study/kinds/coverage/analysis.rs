@@ -26,8 +26,6 @@ pub struct CoverageFindings {
     pub marks: Vec<Mark>,
     /// Of all bars first, then by group
     pub shares: Vec<Share>,
-    /// Bars of one run where facets cut the boundary
-    pub faceted: Option<Share>,
     /// Of one run: smooth problems, singular ones, all
     pub effectivities: Vec<Effectivity>,
 }
@@ -62,12 +60,10 @@ pub fn analyse(study: &StudyRecord, coverage: &CoverageRecord, stored: &[StoredC
         }
     }
     let incomplete = study.incomplete(stored);
-    let faceted: Vec<&Mark> = all.iter().filter(|m| m.standing == Standing::Faceted).collect();
     let found = CoverageFindings {
         problems,
         truths,
         shares: shares(study, &all),
-        faceted: Share::new(Estimator::OneRun, "facets", "linear cells on curved boundaries", &faceted),
         effectivities: effectivities(&all),
         marks: all,
     };
@@ -86,8 +82,9 @@ fn refusals(stored: &[StoredCase]) -> impl Iterator<Item = String> {
 /// Groups of bars: what they are grouped by, and the group of a bar.
 type Group = (&'static str, fn(&Mark) -> String);
 
-const GROUPS: [Group; 7] = [
+const GROUPS: [Group; 8] = [
     ("all", |_| "all".into()),
+    ("problem", |m| if m.fresh { "fresh".into() } else { "bounds were chosen on it".into() }),
     ("formulation", |m| m.formulation.clone()),
     ("material", |m| m.material.clone()),
     ("body", |m| m.body.clone()),
@@ -125,7 +122,13 @@ fn effectivities(marks: &[Mark]) -> Vec<Effectivity> {
         let own = |m: &&Mark| m.counts() && m.estimator == Estimator::OneRun && wanted(m);
         Effectivity::new(name, &marks.iter().filter(own).collect::<Vec<_>>())
     };
-    let groups = [of("smooth", &|m| m.smooth), of("singular edges", &|m| !m.smooth), of("all", &|_| true)];
+    let groups = [
+        of("smooth", &|m| m.smooth),
+        of("singular edges", &|m| !m.smooth),
+        of("all", &|_| true),
+        of("fresh and smooth", &|m| m.fresh && m.smooth),
+        of("fresh", &|m| m.fresh),
+    ];
     groups.into_iter().flatten().collect()
 }
 
@@ -151,6 +154,13 @@ fn verdict(a: &CoverageFindings, missing: usize) -> String {
         part(one),
         part(many)
     );
+    let fresh = |e: Estimator| a.shares.iter().find(|s| s.estimator == e && s.by == "problem" && s.group == "fresh");
+    if let [Some(one), Some(many)] = Estimator::ALL.map(fresh) {
+        words += &format!(
+            " Of the problems that took no part in the choice of the bounds, {} of {} and {} of {} bars do.",
+            one.hold, one.bars, many.hold, many.bars
+        );
+    }
     words += &format!(" {uncertain} bars are left out, whose truth is not known to a tenth of them.");
     let refused = a.count(Estimator::ManyRuns, Standing::Refused);
     if refused > 0 {

@@ -73,12 +73,11 @@ pub fn draw(a: &Analysis<CoverageFindings>) -> Option<Figure> {
             .collect();
         entries.push((Sample::Mark(Shape::Circle, GREY), "truth uncertain".into()));
         entries.push((Sample::Mark(Shape::Cross, GREY), "refused".into()));
-        entries.push((Sample::Mark(Shape::Triangle, PALETTE[0]), "facets".into()));
         legend(area, (mm(DOUBLE - 25.0), mm(TOP + 2.0)), &entries);
     });
     let caption = "Error bar over true error, (a) from one run, (b) of the finest mesh of a family of many. Below 1 the truth is outside of \
                    the bar. Within a problem from left to right: ν in the order of the study. Grey: the truth is not known to a tenth of the \
-                   bar. Grey crosses: a study refuses the family, which diverges, locks, or does not resolve the thinnest wall. Triangles: facets cut the curved boundary, which one run does not see."
+                   bar. Grey crosses: a study refuses the family, which diverges, locks, or does not resolve the thinnest wall."
         .into();
     Some(Figure { name: "coverage".into(), svg, caption })
 }
@@ -89,7 +88,6 @@ fn look(m: &Mark, formulations: &[&str]) -> (Shape, RGB) {
         Standing::Counted => (Shape::Circle, PALETTE[k % PALETTE.len()]),
         Standing::TruthUncertain => (Shape::Circle, GREY),
         Standing::Refused => (Shape::Cross, GREY),
-        Standing::Faceted => (Shape::Triangle, PALETTE[k % PALETTE.len()]),
     }
 }
 

@@ -48,8 +48,6 @@ pub enum Standing {
     TruthUncertain,
     /// The family diverges, locks, or does not resolve the thinnest wall, and a study refuses it: no claim
     Refused,
-    /// Facets cut the curved boundary, an error that one run does not see: counted apart
-    Faceted,
 }
 
 /// One error bar of one quantity.
@@ -60,6 +58,8 @@ pub struct Mark {
     pub smooth: bool,
     /// The boundary of the body is curved
     pub curved: bool,
+    /// The problem took no part in the choice of the bounds and rules
+    pub fresh: bool,
     pub material: String,
     pub formulation: String,
     pub seed: String,
@@ -163,6 +163,7 @@ impl Mark {
             body: problem.body.clone(),
             smooth: problem.smooth,
             curved: problem.curved,
+            fresh: problem.fresh,
             material: truth.material.clone(),
             formulation: formulation.into(),
             seed: judged.seed.clone(),
@@ -205,11 +206,7 @@ impl Mark {
             locks: locks(case),
             ..self.clone()
         };
-        let mut mark = mark.known();
-        if self.curved && self.formulation.starts_with("tet4") && mark.counts() {
-            mark.standing = Standing::Faceted;
-        }
-        Some(mark)
+        Some(mark.known())
     }
 
     fn of_many_runs(&self, e: &Estimate, finest: &StoredCase) -> Self {

@@ -19,6 +19,9 @@ pub struct ProblemRecord {
     pub smooth: bool,
     /// Linear cells cut its boundary
     pub curved: bool,
+    /// It took no part in the choice of the bounds and rules that are judged
+    #[serde(default)]
+    pub fresh: bool,
     pub quantities: Vec<Quantity>,
     /// Families whose error bars are judged
     pub judged: Vec<JudgedFamily>,

@@ -15,7 +15,6 @@ use serde_json::{Map as Json, json};
 pub fn content(store: &Results, a: &Analysis<CoverageFindings>) -> Content {
     let mut analysis = Json::new();
     analysis.insert("shares".into(), json!(a.shares));
-    analysis.insert("faceted".into(), json!(a.faceted));
     analysis.insert("effectivities".into(), json!(a.effectivities));
     analysis.insert("incomplete".into(), json!(a.incomplete));
     Content {
@@ -51,15 +50,6 @@ fn sentences(a: &CoverageFindings) -> Vec<String> {
             percent(LEAST_NEAR),
             percent(LEAST_WITHIN),
             if met { "met" } else { "not met" }
-        ));
-    }
-    if let Some(f) = &a.faceted {
-        out.push(format!(
-            "Counted apart: where facets of linear cells cut a curved boundary, one run does not see the error of geometry, and {} of {} bars \
-             contain the truth of the curved body ({}).",
-            f.hold,
-            f.bars,
-            percent(f.share())
         ));
     }
     out
@@ -105,7 +95,7 @@ fn coverage(a: &CoverageFindings) -> Table {
             ("Median bar/error", "", true),
             ("Corrected interval holds", "", true),
         ]),
-        rows: rows.chain(&a.faceted).map(row).collect(),
+        rows: rows.map(row).collect(),
         pick: None,
     }
 }
@@ -174,8 +164,6 @@ fn every(a: &CoverageFindings) -> Table {
         Standing::TruthUncertain => "truth uncertain",
         Standing::Refused if m.holds() => "refused, would hold",
         Standing::Refused => "refused, would not hold",
-        Standing::Faceted if m.holds() => "facets, holds",
-        Standing::Faceted => "facets, does not hold",
     };
     let effectivity = |m: &Mark| match m.estimator {
         Estimator::OneRun => format!("{:.3}", m.effectivity()),

@@ -62,6 +62,9 @@ pub struct ProblemSpec {
     /// The boundary is curved, so that linear cells cut it
     #[serde(default)]
     pub curved: bool,
+    /// It took no part in the choice of the bounds and rules that are judged: counted apart, too
+    #[serde(default)]
+    pub fresh: bool,
     /// Belongs to the quick half
     #[serde(default)]
     pub quick: bool,
@@ -110,8 +113,18 @@ pub fn expand(study: &CoverageStudy) -> Result<Expansion<CoverageRecord>, Mistak
             let name = format!("{}-{TRUTH}-{}", problem.name, t.name);
             truths.push(add(name, Role::Reference, t.set.clone(), series(problem, t, TRUTH)?));
         }
-        let ProblemSpec { name, label, body, smooth, curved, quantities, .. } = problem.clone();
-        out.details.problems.push(ProblemRecord { name, label, body, smooth, curved, quantities, judged, truths });
+        let ProblemSpec { name, label, body, smooth, curved, fresh, quantities, .. } = problem.clone();
+        out.details.problems.push(ProblemRecord {
+            name,
+            label,
+            body,
+            smooth,
+            curved,
+            fresh,
+            quantities,
+            judged,
+            truths,
+        });
     }
     Ok(out)
 }
