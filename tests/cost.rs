@@ -265,7 +265,7 @@ fn a_plan_is_made_and_carried_out() {
         "--tolerance",
         "40 %",
         "--budget",
-        "12 s",
+        "60 s",
         "--quantity",
         "cable_tension_N",
         "--run",

@@ -14,7 +14,8 @@ use std::path::PathBuf;
 /// Say which mesh, element and time step meet a tolerance within a time
 ///
 /// Coarse pilots of every element take up to a quarter of the budget; errors and times are fitted to them. The answer names the
-/// setting, its expected error and time, and what cannot be promised. Writes plan.json.
+/// setting, its expected error and time, and what cannot be promised. Of a volume mesh or grid the size is given: formulations and
+/// steps are weighed. Writes plan.json.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -29,7 +30,7 @@ pub struct Args {
     /// Largest error of a peak
     #[arg(long, value_name = "SHARE")]
     tolerance: String,
-    /// Time for pilots and run together, on one core
+    /// Time by the clock for meshes, pilots and the run that is advised together
     #[arg(long, value_name = "TIME")]
     budget: String,
     /// Recorded column that is judged, several times [default: every recorded angle and cable tension]
@@ -97,6 +98,10 @@ pub fn main(args: Args) -> CommandResult {
         Err(PlanError::Stopped) => {
             eprintln!("stopped: nothing was written");
             return Ok(Outcome::Interrupted);
+        }
+        Err(none @ PlanError::FewPilots { .. }) => {
+            eprintln!("{none}");
+            return Ok(Outcome::NotWithinBudget);
         }
         plan => plan?,
     };

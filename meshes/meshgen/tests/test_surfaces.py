@@ -3,9 +3,13 @@
 import os
 import time
 import unittest
+import unittest.mock
 from pathlib import Path
 
 import numpy as np
+
+from meshgen import surface_mesh
+from meshgen.errors import MesherFailed
 
 from . import shapes
 from .common import Case, read_msh
@@ -171,6 +175,20 @@ class Surfaces(Case):
         counts = {name: region["count"] for name, region in two["regions"].items() if region["dim"] == 3}
         self.assertEqual(counts["volume_1"] + counts["volume_2"], counts["body"])
         self.assertEqual(two["order"], 2)
+
+    def test_routes(self):
+        """If gmsh cannot map the faces to the plane, CGAL makes their triangles anew; if that fails too, all reasons are told."""
+        failing = unittest.mock.patch.object(surface_mesh, "parametrised", side_effect=MesherFailed("Wrong topology of boundary mesh"))
+        with failing:
+            for part, volume in ((HOLLOW, 12**3 - 6**3), (blocks(GENUS_2, (4, 4, 4)), 13 * 64)):
+                answer = self.volume(part, volume, length=2)
+                self.assertEqual(answer["route"], "triangles made anew by CGAL")
+                self.covers_boundary(answer, "face_")
+            with unittest.mock.patch.object(surface_mesh, "remeshed", side_effect=MesherFailed("no such luck")):
+                words = ('makes no mesh of a.stl', "faces cut at 20 degrees: Wrong topology", "anew by CGAL: no such luck", 'try generator = "cgal"')
+                answer = self.refused(3, words[0], "file", {"path": self.path("a.stl"), "unit_m": 1e-3}, size={"length": 0.002})
+                for word in words:
+                    self.assertIn(word, answer["error"] + answer["hint"])
 
     @unittest.skipUnless("DUROMETER_SHARED" in os.environ, "DUROMETER_SHARED names the folder of the public data")
     def test_public(self):

@@ -8,8 +8,6 @@ use std::path::PathBuf;
 pub enum PlanError {
     #[error(transparent)]
     Scene(Box<SceneError>),
-    #[error("{}: its mesh comes in one size, and a plan chooses the size; give a `body` with `cells`, or a CAD or surface file with `cells`", file.display())]
-    OneMesh { file: PathBuf },
     #[error("{}: mesh.size is given, and a plan chooses mesh.cells; replace it by `cells`", file.display())]
     EdgeLength { file: PathBuf },
     #[error("{}: fewer than three sizes of its body are stored, and the mesher is not installed; run: durometer doctor --setup", file.display())]
@@ -18,7 +16,7 @@ pub enum PlanError {
     Mesh(String),
     #[error("{}: {fact}", file.display())]
     Quantity { file: PathBuf, fact: String },
-    #[error("no element came through three pilots within a quarter of the budget ({spent:.0} s spent{}); raise --budget, or take a larger dt", told(.lost))]
+    #[error("no element came through its pilots within a quarter of the budget ({spent:.0} s spent{}); raise --budget, or take a larger dt", told(.lost))]
     FewPilots { spent: f64, lost: Vec<(String, String)> },
     #[error("stopped")]
     Stopped,

@@ -1,14 +1,20 @@
 //! Which mesh, element and time step meet a tolerance within a time: coarse pilots, fits, a choice, and what it cannot promise.
 //!
+//! The budget is wall time, and everything counts: meshes, factorisations, pilots, and the run that is advised.
+//!
 //! 1. Pilots: every element (`sizes`) on its coarsest meshes, while they fit into a quarter of the budget.
 //! 2. Reference: f* of every quantity as in a convergence study, from the pilots of each element.
 //! 3. Fits: error over h and time over counted work ([`model`]); error over the time step from three steps on the coarsest mesh.
 //! 4. Choice: the setting of least time whose expected error, of mesh and step together, is within the tolerance. Errors are those of
-//!    the peaks, the largest over the quantities.
+//!    the peaks, the largest over the quantities. Only its mesh is made, to count the work; if it is more than expected, the next one's.
+//!
+//! Where the mesh is given, there are formulations and steps to choose from only, and the errors are those estimated from each run alone.
 //!
 //! The uncertainty of f* is not in the expected error: the plan states it apart, as what it cannot promise. After the run f* is estimated
 //! again with the run as a further mesh, and the error of the run against it is compared with the expected one.
 
+mod budget;
+mod choose;
 mod error;
 pub mod model;
 mod pilots;
@@ -16,6 +22,7 @@ mod request;
 mod settings;
 mod sizes;
 mod steps;
+mod weigh;
 mod words;
 
 pub use error::PlanError;
@@ -23,18 +30,17 @@ pub use request::{PlanWatch, Request};
 pub use settings::{Outcome, Pilot, Plan, Setting};
 pub use sizes::Meshes;
 
+use crate::scene::Scene;
 use crate::study::curve::peak;
 use crate::study::estimate::family::{Estimate, Level, estimate};
-use crate::study::estimate::reference::choose;
-use crate::study::record::{CaseRecord, Role, StoredCase};
-use model::{Clock, error_law};
-use pilots::Pilots;
+use crate::study::estimate::reference;
+use crate::study::record::{Role, StoredCase};
+use budget::Budget;
+use choose::Known;
+use pilots::{Pilots, Trial};
 use sizes::Choice;
 use std::collections::BTreeMap;
-use steps::Steps;
-
-/// Share of the budget for the pilots.
-const SHARE: f64 = 0.25;
+use weigh::References;
 
 /// A plan with what is needed to carry it out.
 pub struct Planned {
@@ -43,32 +49,30 @@ pub struct Planned {
     pilots: Pilots,
 }
 
-/// Runs the pilots and weighs the settings.
+/// Runs the pilots and weighs the settings, within the budget by the clock.
 pub fn plan(request: &Request, watch: &dyn PlanWatch) -> Result<Planned, PlanError> {
-    let scene = pilots::build(request, &[], watch)?;
-    let quantities = quantities(request, &scene)?;
-    let (choices, meshes) = sizes::choices(&request.file, &scene.spec)?;
-    let pilots = pilots::run_all(request, &choices, SHARE * request.budget_s, watch)?;
-    let few = |spent| PlanError::FewPilots { spent, lost: pilots.lost.clone() };
-    let (k, _) = (pilots.of.iter().enumerate().filter(|(_, p)| p.len() > 2))
-        .min_by(|a, b| a.1[0].record.cpu_s.total_cmp(&b.1[0].record.cpu_s))
-        .ok_or_else(|| few(pilots.cpu_s))?;
-    let steps = steps::steps(request, &scene, (&choices[k], &pilots.of[k][0]), &quantities, watch)?;
-    let references: BTreeMap<String, (f64, f64)> = (quantities.iter())
-        .filter_map(|q| {
-            let r = choose(&estimates(&choices, &pilots, q, request.tolerance), request.tolerance)?;
-            (r.value != 0.0).then(|| (q.clone(), (r.value, r.uncertainty / r.value.abs())))
-        })
-        .collect();
-    let spent = pilots.cpu_s + steps.cpu_s;
-    let mut weighed = weigh(request, &choices, &pilots, &references, &steps, request.budget_s - spent, watch)?;
-    weighed.sort_by(|a, b| a.cpu_s.total_cmp(&b.cpu_s));
-    let affordable = || weighed.iter().filter(|s| s.cpu_s <= request.budget_s - spent);
-    let enough = affordable().find(|s| s.error <= request.tolerance);
-    let best = affordable().min_by(|a, b| a.error.total_cmp(&b.error));
-    let chosen = enough.or(best).cloned();
-    let meets = enough.is_some();
-    let listed = choices.iter().zip(&pilots.of).flat_map(|(_, own)| own).map(|c| Pilot {
+    let budget = Budget::new(request.budget_s);
+    let (choices, meshes) = sizes::choices(&request.file, &pilots::read(request, &[])?.0)?;
+    let (scene, quantities) = coarsest(request, &choices, &budget, watch)?;
+    let mut pilots = pilots::run_all(request, (&choices, meshes), &quantities, &budget, watch)?;
+    let needed = if meshes == Meshes::Given { 1 } else { 3 };
+    let (k, first) = (pilots.of.iter().enumerate().filter(|(_, p)| p.len() >= needed))
+        .map(|(k, own)| (k, &own[0]))
+        .min_by(|a, b| a.1.record.cpu_s.total_cmp(&b.1.record.cpu_s))
+        .ok_or_else(|| PlanError::FewPilots { spent: budget.spent_s(), lost: pilots.lost.clone() })?;
+    let size = choices[k].sizes.iter().copied().find(|cells| first.record.id == choices[k].words(*cells)).unwrap_or(0);
+    let steps = steps::steps(request, &scene, (&choices[k], size, first), &quantities, &budget, watch)?;
+    let (references, mut weighed) = match meshes {
+        Meshes::Given => weigh::given(&choices, &pilots, &quantities, &steps),
+        _ => {
+            let references = references(request, &choices, &pilots, &quantities);
+            let settings = weigh::settings(&choices, &pilots, &references, &steps, budget.left_s());
+            (references, settings)
+        }
+    };
+    let known = Known { choices: &choices, references: &references, steps: &steps, budget: &budget };
+    let (chosen, meets) = choose::choose(request, &known, &mut weighed, &mut pilots, watch)?;
+    let listed = pilots.of.iter().flatten().map(|c| settings::Pilot {
         name: c.record.id.clone(),
         cells: c.record.mesh.cells,
         cpu_s: c.record.cpu_s,
@@ -80,7 +84,8 @@ pub fn plan(request: &Request, watch: &dyn PlanWatch) -> Result<Planned, PlanErr
         meshes,
         references,
         pilots: listed.collect(),
-        pilots_cpu_s: spent,
+        pilots_cpu_s: pilots.cpu_s + steps.cpu_s,
+        planning_s: budget.spent_s(),
         steps,
         chosen,
         meets,
@@ -90,12 +95,51 @@ pub fn plan(request: &Request, watch: &dyn PlanWatch) -> Result<Planned, PlanErr
         promises: vec![],
         outcome: None,
     };
-    plan.promises = words::promises(&plan);
+    plan.promises = words::promises(&plan, &pilots);
     Ok(Planned { plan, choices, pilots })
 }
 
+/// The scene with the element that it has, on the coarsest mesh that can be made, and the columns to be judged.
+fn coarsest(
+    request: &Request,
+    choices: &[Choice],
+    budget: &Budget,
+    watch: &dyn PlanWatch,
+) -> Result<(Scene, Vec<String>), PlanError> {
+    let spec = pilots::read(request, &[])?.0;
+    let own = choices.iter().find(|c| c.element == spec.mesh.element).unwrap_or(&choices[0]);
+    let sizes = if own.sizes.is_empty() { &[0] } else { own.sizes.as_slice() };
+    let mut last = None;
+    for &cells in sizes {
+        let changes: Vec<_> = own.size(cells).into_iter().collect();
+        match pilots::build(request, &changes, budget.pilots_s(), watch) {
+            Ok(scene) => {
+                let quantities = quantities(request, &scene)?;
+                return Ok((scene, quantities));
+            }
+            // A mesh of another size may be possible; anything else is said by every size
+            Err(e) if budget.pilots_s() > 0.0 && last.is_none() => last = Some(e),
+            Err(e) if budget.pilots_s() == 0.0 => {
+                let lost = vec![("the coarsest mesh".into(), e.to_string())];
+                return Err(PlanError::FewPilots { spent: budget.spent_s(), lost });
+            }
+            Err(e) => return Err(last.unwrap_or(e)),
+        }
+    }
+    Err(last.expect("there is at least one size"))
+}
+
+/// f* of every quantity, from the pilots of each element.
+fn references(request: &Request, choices: &[Choice], pilots: &Pilots, quantities: &[String]) -> References {
+    let one = |q: &String| {
+        let r = reference::choose(&estimates(choices, pilots, q, request.tolerance), request.tolerance)?;
+        (r.value != 0.0).then(|| (q.clone(), (r.value, r.uncertainty / r.value.abs())))
+    };
+    quantities.iter().filter_map(one).collect()
+}
+
 /// The columns to be judged: those asked for, else every recorded angle and cable tension.
-fn quantities(request: &Request, scene: &crate::scene::Scene) -> Result<Vec<String>, PlanError> {
+fn quantities(request: &Request, scene: &Scene) -> Result<Vec<String>, PlanError> {
     let refuse = |fact: String| PlanError::Quantity { file: request.file.clone(), fact };
     scene.check_time().map_err(refuse)?;
     if let Some(signal) = scene.controls.controlled().pop() {
@@ -127,56 +171,17 @@ fn estimates(choices: &[Choice], pilots: &Pilots, quantity: &str, tolerance: f64
     choices.iter().zip(&pilots.of).filter_map(one).collect()
 }
 
-/// Error and time of every element and size that the fits reach within `budget_s`.
-fn weigh(
-    request: &Request,
-    choices: &[Choice],
-    pilots: &Pilots,
-    references: &BTreeMap<String, (f64, f64)>,
-    steps: &Steps,
-    budget_s: f64,
-    watch: &dyn PlanWatch,
-) -> Result<Vec<Setting>, PlanError> {
-    let mut out = vec![];
-    for (choice, own) in choices.iter().zip(&pilots.of) {
-        let records: Vec<&CaseRecord> = own.iter().map(|c| &c.record).collect();
-        let Some(clock) = Clock::new(&records) else { continue };
-        let law = |(q, (value, _)): (&String, &(f64, f64))| {
-            let error = |c: &StoredCase| Some((c.record.mesh.h_m, (peak(c, q)? - value).abs() / value.abs()));
-            error_law(&own.iter().filter_map(error).collect::<Vec<_>>()).map(|law| (q.clone(), law))
-        };
-        let laws: Option<Vec<_>> = references.iter().map(law).collect();
-        let Some(laws) = laws.filter(|l| !l.is_empty()) else { continue };
-        let mut changes = steps.changes.clone();
-        for &cells in &choice.sizes {
-            changes.truncate(steps.changes.len());
-            changes.extend(choice.changes(cells));
-            let scene = pilots::build(request, &changes, watch)?;
-            let counted = pilots::count(&scene);
-            let cpu_s = steps.per_step * clock.predict(&counted);
-            let errors = laws.iter().map(|(q, law)| (q, law.at(counted.h_m) + steps.error(q)));
-            let (limited_by, error) = errors.max_by(|a, b| a.1.total_cmp(&b.1)).expect("there is a law");
-            let uncertainty = references[limited_by].1;
-            let set = changes.iter().map(|(key, value)| format!("{key}={value}")).collect();
-            let (element, limited_by) = (choice.name.clone(), limited_by.clone());
-            out.push(Setting { element, cells, set, counted, error, limited_by, uncertainty, cpu_s });
-            // The next size of this element is more expensive still
-            if cpu_s > budget_s {
-                break;
-            }
-        }
-    }
-    Ok(out)
-}
-
 impl Planned {
     /// Makes the run that was chosen and compares it with what was expected.
     pub fn carry_out(&mut self, request: &Request, watch: &dyn PlanWatch) -> Result<(), PlanError> {
         let Some(chosen) = self.plan.chosen.clone() else { return Ok(()) };
-        let k = self.choices.iter().position(|c| c.name == chosen.element).expect("chosen among them");
+        let k = chosen.choice;
         let changes = [self.plan.steps.changes.clone(), self.choices[k].changes(chosen.cells)].concat();
-        let scene = pilots::build(request, &changes, watch)?;
-        let case = pilots::run(request, &format!("{}, {} cells", chosen.element, chosen.cells), &scene, watch)?;
+        let scene = pilots::build(request, &changes, f64::INFINITY, watch)?;
+        let estimated: &[String] = if self.plan.meshes == Meshes::Given { &self.plan.quantities } else { &[] };
+        let name = self.choices[k].words(chosen.cells);
+        let trial = Trial { name, scene: &scene, limit_s: f64::INFINITY, estimated };
+        let case = pilots::run(request, trial, watch)?.expect("without a limit it comes to an end");
         let record = &case.record;
         let (status, cpu_s, wall_s) = (record.status.clone(), record.cpu_s, record.wall_s);
         let peaks = peaks(&case, &self.plan.quantities);
@@ -185,8 +190,10 @@ impl Planned {
         if converged {
             pilots.of[k].push(case);
         }
-        let now =
-            choose(&estimates(&self.choices, &pilots, &chosen.limited_by, self.plan.tolerance), self.plan.tolerance);
+        let now = reference::choose(
+            &estimates(&self.choices, &pilots, &chosen.limited_by, self.plan.tolerance),
+            self.plan.tolerance,
+        );
         let value = peaks.get(&chosen.limited_by).copied().filter(|_| converged);
         let (error, uncertainty) = match (now, value) {
             (Some(r), Some(f)) => ((f - r.value).abs() / r.value.abs(), r.uncertainty / r.value.abs()),

@@ -1,14 +1,19 @@
 //! Coarse runs, element by element and size by size, as long as their share of the budget lasts.
 
 use crate::math::linear::Factor;
-use crate::scene::{Body, RunOptions, Scene, read_scene};
+use crate::scene::{
+    Body, ErrorEstimator, RunOptions, Scene, SceneSpec, Time, error_estimate::path_dependence, read_scene,
+};
 use crate::solve::Status;
+use crate::study::one_run::one_run;
 use crate::study::outcome::record;
+use crate::study::plan::budget::Budget;
 use crate::study::plan::error::PlanError;
 use crate::study::plan::model::{Clock, Counted};
 use crate::study::plan::request::{PlanWatch, Request};
-use crate::study::plan::sizes::Choice;
+use crate::study::plan::sizes::{Choice, Meshes};
 use crate::study::record::{Series, StoredCase};
+use crate::system::State;
 use cpu_time::ThreadTime;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -17,12 +22,31 @@ use toml::Value;
 
 /// Meshes of one element that are run at most before anything is fitted.
 const MOST: usize = 4;
+/// Operations a second of a slow machine, to tell a hopeless first pilot before it begins.
+const SLOW: f64 = 5e8;
+/// Time of an error estimate from one run, over that of the steps that it solves again in the enriched space: a cautious guess.
+const ENRICHED: f64 = 50.0;
 
-/// A scene with changes, on its mesh.
-pub fn build(request: &Request, changes: &[(String, Value)], watch: &dyn PlanWatch) -> Result<Scene, PlanError> {
+/// The scene file with changes, and its text.
+pub fn read(request: &Request, changes: &[(String, Value)]) -> Result<(SceneSpec, String), PlanError> {
     let all: Vec<_> = request.changes.iter().chain(changes).cloned().collect();
-    let (spec, text) = read_scene(&request.file, &all)?;
-    let body = Body::load(&request.file, &spec.mesh, &mut |line| watch.line(line))?;
+    Ok(read_scene(&request.file, &all)?)
+}
+
+/// A scene with changes, on its mesh, for which the mesher may take so long.
+pub fn build(
+    request: &Request,
+    changes: &[(String, Value)],
+    limit_s: f64,
+    watch: &dyn PlanWatch,
+) -> Result<Scene, PlanError> {
+    let (spec, text) = read(request, changes)?;
+    let mut mesh = spec.mesh.clone();
+    if mesh.cells.is_some() {
+        let own = mesh.time_limit.map_or(f64::INFINITY, |limit| limit.0);
+        mesh.time_limit = Some(Time(own.min(limit_s.max(1e-3))));
+    }
+    let body = Body::load(&request.file, &mesh, &mut |line| watch.line(line))?;
     Ok(Scene::build(&request.file, spec, text, Arc::new(body))?)
 }
 
@@ -40,25 +64,46 @@ pub fn count(scene: &Scene) -> Counted {
     }
 }
 
-/// Runs a scene. Stopped by the user is an error; whatever else happens is in the status of the record.
-pub fn run(request: &Request, name: &str, scene: &Scene, watch: &dyn PlanWatch) -> Result<StoredCase, PlanError> {
-    watch.started(name);
+/// A run to be made, and how long it may take.
+pub struct Trial<'a> {
+    pub name: String,
+    pub scene: &'a Scene,
+    pub limit_s: f64,
+    /// Columns whose errors are estimated from the run alone, if that fits into the limit as well
+    pub estimated: &'a [String],
+}
+
+/// Runs a scene; none if it did not end within its limit. Stopped by the user is an error; whatever else happens is in the status of
+/// the record.
+pub fn run(request: &Request, trial: Trial, watch: &dyn PlanWatch) -> Result<Option<StoredCase>, PlanError> {
+    let Trial { name, scene, limit_s, estimated } = trial;
+    watch.started(&name);
     let (wall, cpu) = (Instant::now(), ThreadTime::now());
-    let mut go_on = |progress| {
-        watch.progress(name, progress);
-        !request.stop.load(Ordering::Relaxed)
+    let mut estimator = (!estimated.is_empty()).then(|| ErrorEstimator::new(scene));
+    let mut states = |state: &State| {
+        if let Some(Ok(estimator)) = &mut estimator {
+            estimator.add(state);
+        }
     };
-    let run = scene.run_with(RunOptions { on_progress: Some(&mut go_on), ..RunOptions::default() });
+    let mut go_on = |progress| {
+        watch.progress(&name, progress);
+        !request.stop.load(Ordering::Relaxed) && wall.elapsed().as_secs_f64() < limit_s
+    };
+    let options = RunOptions { on_progress: Some(&mut go_on), on_state: Some(&mut states), ..RunOptions::default() };
+    let run = scene.run_with(options);
     let times = (wall.elapsed().as_secs_f64(), cpu.elapsed().as_secs_f64());
-    if matches!(run.status, Status::Interrupted { .. }) {
-        return Err(PlanError::Stopped);
-    }
     let mut record = record(scene, &run, times);
-    record.id = name.into();
+    record.id.clone_from(&name);
+    let solved_again = if path_dependence(scene).is_some() { 1 } else { record.steps.max(1) };
+    let fits = times.0 * (1.0 + ENRICHED / solved_again as f64) < limit_s;
+    record.one_run = estimator.filter(|_| fits).map(|estimator| one_run(estimator, &run, estimated));
+    watch.finished(&record);
+    if matches!(run.status, Status::Interrupted { .. }) {
+        return if request.stop.load(Ordering::Relaxed) { Err(PlanError::Stopped) } else { Ok(None) };
+    }
     let column = |k: usize| run.rows.iter().map(|row| row[k]).collect();
     let columns = run.columns.iter().enumerate().skip(1).map(|(k, name)| (name.clone(), column(k))).collect();
-    watch.finished(&record);
-    Ok(StoredCase { series: Series { t_s: column(0), columns }, record })
+    Ok(Some(StoredCase { series: Series { t_s: column(0), columns }, record }))
 }
 
 /// Pilots of every choice, in the order of the choices, coarse ones first.
@@ -69,54 +114,103 @@ pub struct Pilots {
     /// (what, why) of those that could not be used
     pub lost: Vec<(String, String)>,
     pub cpu_s: f64,
+    pub wall_s: f64,
 }
 
-/// Goes through the sizes, all elements at each, while what the next pilot is expected to take fits into `share_s`.
+impl Pilots {
+    /// Time by the clock over CPU time, on this machine as busy as it is; at least 1.
+    pub fn slowness(&self) -> f64 {
+        if self.cpu_s > 0.0 { (self.wall_s / self.cpu_s).max(1.0) } else { 1.0 }
+    }
+}
+
+/// Goes through the sizes, all elements at each, while what the next pilot is expected to take fits into its share of the budget.
 pub fn run_all(
     request: &Request,
-    choices: &[Choice],
-    share_s: f64,
+    (choices, meshes): (&[Choice], Meshes),
+    quantities: &[String],
+    budget: &Budget,
     watch: &dyn PlanWatch,
 ) -> Result<Pilots, PlanError> {
     let mut pilots = Pilots { of: vec![vec![]; choices.len()], ..Pilots::default() };
     let mut open: Vec<bool> = choices.iter().map(|_| true).collect();
-    for level in 0..MOST {
+    // The runs on a given mesh are what a plan chooses from: they may take more than those on coarse meshes.
+    let left = || if meshes == Meshes::Given { budget.learning_s() } else { budget.pilots_s() };
+    let estimated = if meshes == Meshes::Given { quantities } else { &[] };
+    let levels = choices.iter().map(|c| c.sizes.len()).max().unwrap_or(0).max(1);
+    for level in 0..levels {
         for (k, choice) in choices.iter().enumerate() {
-            let Some(&cells) = choice.sizes.get(level).filter(|_| open[k]) else { continue };
-            // A pilot four times the size of the last takes no less than four times as long
-            let last = pilots.of[k].last().map(|c| (c.record.mesh.cells as f64, c.record.cpu_s));
-            let least = last.map_or(0.0, |(n, s)| s * (cells as f64 / n).max(1.0));
-            if pilots.cpu_s + least > share_s {
-                open[k] = false;
-                continue;
-            }
-            let name = format!("{}, {cells} cells", choice.name);
-            let scene = match build(request, &choice.changes(cells), watch) {
-                Ok(scene) => scene,
-                // The unchanged scene was built before: it is this element that does not fit it
-                Err(PlanError::Scene(e)) => {
-                    pilots.lost.push((choice.name.clone(), e.to_string()));
+            open[k] &= pilots.of[k].len() < MOST;
+            let given = (meshes == Meshes::Given && level == 0).then_some(0);
+            let Some(cells) = choice.sizes.get(level).copied().or(given).filter(|_| open[k]) else { continue };
+            let name = choice.words(cells);
+            let outcome = pilot(request, (choice, cells), &pilots, &pilots.of[k], (&left, estimated), watch)?;
+            match outcome {
+                Pilot::Run(case) => {
+                    pilots.cpu_s += case.record.cpu_s;
+                    pilots.wall_s += case.record.wall_s;
+                    match case.record.converged() {
+                        true => pilots.of[k].push(*case),
+                        false => {
+                            let why = case.record.status_detail.clone().unwrap_or(case.record.status.clone());
+                            pilots.lost.push((name, why));
+                        }
+                    }
+                }
+                Pilot::TooLong => {
                     open[k] = false;
-                    continue;
+                    if pilots.of[k].is_empty() {
+                        pilots.lost.push((name, "it does not fit into its share of the budget".into()));
+                    }
                 }
-                Err(e) => return Err(e),
-            };
-            let own: Vec<_> = pilots.of[k].iter().map(|c| &c.record).collect();
-            let expected = Clock::new(&own).map(|clock| clock.predict(&count(&scene)));
-            if expected.is_some_and(|s| pilots.cpu_s + s > share_s) {
-                open[k] = false;
-                continue;
-            }
-            let case = run(request, &name, &scene, watch)?;
-            pilots.cpu_s += case.record.cpu_s;
-            match case.record.converged() {
-                true => pilots.of[k].push(case),
-                false => {
-                    let why = case.record.status_detail.clone().unwrap_or(case.record.status.clone());
-                    pilots.lost.push((name, why));
-                }
+                // The next size may have a mesh
+                Pilot::Refused(why) if pilots.lost.iter().any(|(_, told)| *told == why) => {}
+                Pilot::Refused(why) => pilots.lost.push((name, why)),
             }
         }
     }
     Ok(pilots)
+}
+
+/// The end of one pilot.
+enum Pilot {
+    Run(Box<StoredCase>),
+    /// It was not begun, or stopped
+    TooLong,
+    /// There is no such scene: the reason
+    Refused(String),
+}
+
+/// One pilot, unless it is expected to take longer than is left.
+fn pilot(
+    request: &Request,
+    (choice, cells): (&Choice, u64),
+    pilots: &Pilots,
+    own: &[StoredCase],
+    (left, estimated): (&dyn Fn() -> f64, &[String]),
+    watch: &dyn PlanWatch,
+) -> Result<Pilot, PlanError> {
+    // A pilot four times the size of the last takes no less than four times as long
+    let last = own.last().map(|c| (c.record.mesh.cells as f64, c.record.wall_s));
+    let least = last.map_or(0.0, |(n, s)| s * (cells as f64 / n).max(1.0));
+    if least >= left() {
+        return Ok(Pilot::TooLong);
+    }
+    let scene = match build(request, &choice.changes(cells), left(), watch) {
+        Ok(scene) => scene,
+        // The scene was built before: it is this element or size that does not fit it
+        Err(PlanError::Scene(e)) => return Ok(Pilot::Refused(e.to_string())),
+        Err(e) => return Err(e),
+    };
+    let counted = count(&scene);
+    let records: Vec<_> = own.iter().map(|c| &c.record).collect();
+    let expected = match Clock::new(&records) {
+        Some(clock) => clock.predict(&counted) * pilots.slowness(),
+        None => counted.factor_flops / SLOW,
+    };
+    if expected > left() {
+        return Ok(Pilot::TooLong);
+    }
+    let trial = Trial { name: choice.words(cells), scene: &scene, limit_s: left(), estimated };
+    Ok(run(request, trial, watch)?.map_or(Pilot::TooLong, |case| Pilot::Run(Box::new(case))))
 }

@@ -17,6 +17,8 @@ pub struct Plan {
     pub references: BTreeMap<String, (f64, f64)>,
     pub pilots: Vec<Pilot>,
     pub pilots_cpu_s: f64,
+    /// By the clock, until the choice was made: pilots, meshes, factorisations
+    pub planning_s: f64,
     pub steps: Steps,
     /// Every setting that was weighed, by time
     pub weighed: Vec<Setting>,
@@ -43,17 +45,24 @@ pub struct Pilot {
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct Setting {
     pub element: String,
+    /// Number of the element among the choices
+    #[serde(skip)]
+    pub choice: usize,
     /// As to be asked for
     pub cells: u64,
     /// Changes to the scene, `key=value`
     pub set: Vec<String>,
     pub counted: Counted,
+    /// Counted on its mesh; otherwise extrapolated from the pilots
+    pub on_its_mesh: bool,
     /// Largest over the quantities \[–\]
     pub error: f64,
     pub limited_by: String,
     /// Known only this well \[–\]: U(f*) of that quantity
     pub uncertainty: f64,
     pub cpu_s: f64,
+    /// The same by the clock, on a machine as busy as during the pilots
+    pub wall_s: f64,
 }
 
 /// Expected and found.

@@ -1,4 +1,4 @@
-//! Choices of a plan: elements, and the meshes of the scene's body that are stored or can be made.
+//! Choices of a plan: elements, and the meshes of the scene's body that are given, stored or can be made.
 
 use crate::mesh::generate::MeshStore;
 use crate::scene::{ElementSpec, SceneSpec, request};
@@ -13,8 +13,10 @@ pub struct Choice {
     pub name: String,
     /// Changes to the scene, by path
     pub set: Vec<(String, Value)>,
-    /// `mesh.cells`, rising
+    /// `mesh.cells`, rising; none where the mesh is given
     pub sizes: Vec<u64>,
+    /// Of the cells, without its formulation
+    pub element: ElementSpec,
 }
 
 /// Where the meshes come from.
@@ -25,6 +27,8 @@ pub enum Meshes {
     Stored,
     /// Those, and what the mesher makes
     Made,
+    /// One only: a volume mesh or a grid
+    Given,
 }
 
 /// Cells of the coarsest mesh that is made, and the ratio of the next: h falls by 1.3, Roache's least.
@@ -36,7 +40,7 @@ const MOST: f64 = 2e6;
 /// The choices for a scene; stored meshes only, or also what the mesher makes.
 pub fn choices(file: &Path, spec: &SceneSpec) -> Result<(Vec<Choice>, Meshes), PlanError> {
     if spec.mesh.body.is_none() && spec.mesh.cells.is_none() && spec.mesh.size.is_none() {
-        return Err(PlanError::OneMesh { file: file.into() });
+        return Ok((formulations(spec, spec.mesh.element, &[]), Meshes::Given));
     }
     if spec.mesh.size.is_some() {
         return Err(PlanError::EdgeLength { file: file.into() });
@@ -61,19 +65,7 @@ pub fn choices(file: &Path, spec: &SceneSpec) -> Result<(Vec<Choice>, Meshes), P
             }
             sizes.sort_unstable();
         }
-        for mixed in [true, false] {
-            let mut own = vec![("mesh.element".to_string(), Value::from(element.name()))];
-            let elastic = spec.effects.iter().enumerate().filter(|(_, e)| e.kind() == "elastic");
-            let formulation = if mixed { "mixed" } else { "displacement" };
-            let formulations: Vec<_> =
-                elastic.map(|(k, _)| (format!("effect.{k}.formulation"), Value::from(formulation))).collect();
-            if mixed && formulations.is_empty() {
-                continue;
-            }
-            own.extend(formulations);
-            let suffix = if mixed { "_up" } else { "" };
-            out.push(Choice { name: format!("{}{suffix}", element.name()), set: own, sizes: sizes.clone() });
-        }
+        out.extend(formulations(spec, element, &sizes));
     }
     out.retain(|c| c.sizes.len() > 2);
     match out.is_empty() {
@@ -82,10 +74,41 @@ pub fn choices(file: &Path, spec: &SceneSpec) -> Result<(Vec<Choice>, Meshes), P
     }
 }
 
+/// The element with and without a pressure field, on meshes of these sizes.
+fn formulations(spec: &SceneSpec, element: ElementSpec, sizes: &[u64]) -> Vec<Choice> {
+    let mut out = vec![];
+    for mixed in [true, false] {
+        let mut set = vec![];
+        if !sizes.is_empty() {
+            set.push(("mesh.element".to_string(), Value::from(element.name())));
+        }
+        let elastic = spec.effects.iter().enumerate().filter(|(_, e)| e.kind() == "elastic");
+        let formulation = if mixed { "mixed" } else { "displacement" };
+        let formulations: Vec<_> =
+            elastic.map(|(k, _)| (format!("effect.{k}.formulation"), Value::from(formulation))).collect();
+        if mixed && formulations.is_empty() {
+            continue;
+        }
+        set.extend(formulations);
+        let suffix = if mixed { "_up" } else { "" };
+        out.push(Choice { name: format!("{}{suffix}", element.name()), set, sizes: sizes.to_vec(), element });
+    }
+    out
+}
+
 impl Choice {
     /// The changes that make a scene of it.
     pub fn changes(&self, cells: u64) -> Vec<(String, Value)> {
-        let cells = ("mesh.cells".to_string(), Value::Integer(cells as i64));
-        self.set.iter().cloned().chain([cells]).collect()
+        self.set.iter().cloned().chain(self.size(cells)).collect()
+    }
+
+    /// The change of the size alone; none where the mesh is given.
+    pub fn size(&self, cells: u64) -> Option<(String, Value)> {
+        (!self.sizes.is_empty()).then(|| ("mesh.cells".to_string(), Value::Integer(cells as i64)))
+    }
+
+    /// So many cells of it; those of a given mesh are not a choice.
+    pub fn words(&self, cells: u64) -> String {
+        if self.sizes.is_empty() { self.name.clone() } else { format!("{}, {cells} cells", self.name) }
     }
 }

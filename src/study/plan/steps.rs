@@ -11,8 +11,9 @@ use crate::scene::Scene;
 use crate::study::curve::peak;
 use crate::study::estimate::family::{Level, estimate_of_order};
 use crate::study::estimate::richardson::LEAST_ORDER;
+use crate::study::plan::budget::Budget;
 use crate::study::plan::error::PlanError;
-use crate::study::plan::pilots::{build, run};
+use crate::study::plan::pilots::{Trial, build, run};
 use crate::study::plan::request::{PlanWatch, Request};
 use crate::study::plan::sizes::Choice;
 use crate::study::record::{Role, StoredCase};
@@ -50,29 +51,38 @@ impl Steps {
 pub fn steps(
     request: &Request,
     scene: &Scene,
-    (choice, coarsest): (&Choice, &StoredCase),
+    (choice, cells, coarsest): (&Choice, u64, &StoredCase),
     quantities: &[String],
+    budget: &Budget,
     watch: &dyn PlanWatch,
 ) -> Result<Steps, PlanError> {
+    let own = |words: &str| Steps {
+        factor: 1.0,
+        changes: vec![],
+        errors: BTreeMap::new(),
+        per_step: 1.0,
+        cpu_s: 0.0,
+        words: words.into(),
+    };
     let remembers = scene.system.effects.iter().any(|e| e.capabilities().history.is_some());
     let linked = scene.system.constraints.iter().any(|c| c.kind() == ConstraintKind::Linked);
     if scene.spans.iter().all(|s| s.integrator.is_static()) && !remembers && !linked {
-        return Ok(Steps {
-            factor: 1.0,
-            changes: vec![],
-            errors: BTreeMap::new(),
-            per_step: 1.0,
-            cpu_s: 0.0,
-            words: "statics without history: the state does not depend on the step, and the scene keeps its own".into(),
-        });
+        return Ok(own("statics without history: the state does not depend on the step, and the scene keeps its own"));
     }
-    let cells = choice.sizes[0];
+    // Half the steps and twice as many
+    if 2.5 * coarsest.record.wall_s > budget.learning_s() {
+        return Ok(own(
+            "not examined, since the budget has no time for it: the scene keeps its own, whose error is not in the expected one",
+        ));
+    }
     let mut runs = vec![(1.0, coarsest.clone())];
     let mut cpu_s = 0.0;
     for factor in [2.0, 0.5] {
         let changes = [scaled(scene, factor), choice.changes(cells)].concat();
-        let name = format!("{}, {cells} cells, step × {factor}", choice.name);
-        let case = run(request, &name, &build(request, &changes, watch)?, watch)?;
+        let scene = build(request, &changes, budget.learning_s(), watch)?;
+        let name = format!("{}, step × {factor}", choice.words(cells));
+        let trial = Trial { name, scene: &scene, limit_s: budget.learning_s(), estimated: &[] };
+        let Some(case) = run(request, trial, watch)? else { continue };
         cpu_s += case.record.cpu_s;
         if case.record.converged() {
             runs.push((factor, case));
@@ -104,7 +114,7 @@ pub fn steps(
         errors: laws.iter().map(|(q, law)| (q.clone(), error(law, factor))).collect(),
         per_step: like.map_or(1.0, |r| per_step(&r.1) / per_step(coarsest)),
         cpu_s,
-        words: format!("{factor} times the steps of the scene, from three steps on {cells} cells of {}", choice.name),
+        words: format!("{factor} times the steps of the scene, from three steps on {}", choice.words(cells)),
     })
 }
 

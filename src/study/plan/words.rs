@@ -1,14 +1,20 @@
 //! A plan in words.
 
 use crate::report::numbers::{capital, percent, seconds};
+use crate::study::plan::pilots::Pilots;
 use crate::study::plan::settings::{Outcome, Plan, Setting};
 use crate::study::plan::sizes::Meshes;
 
 /// Limits of a plan: the promises it cannot make.
-pub(super) fn promises(plan: &Plan) -> Vec<String> {
+pub(super) fn promises(plan: &Plan, pilots: &Pilots) -> Vec<String> {
     let mut out = vec![];
     for q in &plan.quantities {
         match plan.references.get(q) {
+            None if plan.meshes == Meshes::Given => {
+                let why = pilots.of.iter().flatten().filter_map(|c| c.record.one_run.as_ref()?.refused.clone()).next();
+                let why = why.unwrap_or("an estimate from the run alone does not fit into the budget, or has no value".into());
+                out.push(format!("{q} is not judged: {why}."));
+            }
             None => out.push(format!("{q} is not judged: its pilots have no limit other than zero, or no element has two of them.")),
             Some((_, u)) if *u > plan.tolerance => out.push(format!(
                 "The pilots know the limit of {q} to {} only, which is more than the tolerance: the expected error is an estimate, not a bound.",
@@ -18,7 +24,14 @@ pub(super) fn promises(plan: &Plan) -> Vec<String> {
         }
     }
     out.push("Errors are those of peaks, not of whole curves, of fields or of contact.".into());
-    out.push("Times are CPU seconds on this machine; iterations a step are taken from the largest pilot, and harder steps on a finer mesh are not foreseen.".into());
+    out.push("Times are those of this machine, as busy as it was during the pilots; iterations a step are taken from the largest pilot, and harder steps on a finer mesh are not foreseen.".into());
+    if plan.meshes == Meshes::Given {
+        out.push(
+            "The mesh is given: its size is no choice, and errors are those estimated from each run alone, without that of the geometry. For other \
+             sizes give a `body`, CAD or a surface file with `cells`."
+                .into(),
+        );
+    }
     if plan.meshes == Meshes::Stored {
         out.push(
             "Only the stored sizes of this body were weighed; with the mesher (durometer doctor --setup) others are."
@@ -51,19 +64,21 @@ impl Plan {
     pub fn lines(&self) -> Vec<String> {
         let mut out = vec![];
         match &self.chosen {
-            None => out.push(format!("No setting fits into {}.", seconds(self.budget_s - self.pilots_cpu_s))),
+            None if self.weighed.is_empty() => out.push("The error of no setting is known.".into()),
+            None => out.push(format!("No setting fits into {}.", seconds((self.budget_s - self.planning_s).max(0.0)))),
             Some(s) => {
                 let verdict = if self.meets { "is the cheapest setting expected within" } else { "comes closest to" };
                 out.push(format!(
-                    "{} {verdict} {}: expected error {} (peak of {}), {} CPU time, {} unknowns, {} steps. Pilots took {}.",
+                    "{} {verdict} {}: expected error {} (peak of {}), {} CPU time ({} by the clock), {} unknowns, {} steps. Planning took {} by the clock.",
                     capital(&s.words()),
                     percent(self.tolerance),
                     percent(s.error),
                     s.limited_by,
                     seconds(s.cpu_s),
+                    seconds(s.wall_s),
                     s.counted.dofs,
                     s.counted.steps,
-                    seconds(self.pilots_cpu_s)
+                    seconds(self.planning_s)
                 ));
                 if self
                     .pilots

@@ -1,0 +1,46 @@
+//! The time of a plan by the clock, and its shares.
+
+use std::time::Instant;
+
+/// Share of the budget for the pilots with their meshes.
+const PILOTS: f64 = 0.25;
+/// Share after which no further run is begun to learn something.
+const LEARNING: f64 = 0.5;
+
+/// Remaining time of a budget, from its beginning on. Everything counts: meshes, symbolic factorisations, runs.
+#[derive(Clone, Copy, Debug)]
+pub struct Budget {
+    start: Instant,
+    total_s: f64,
+}
+
+impl Budget {
+    /// A budget that begins now.
+    pub fn new(total_s: f64) -> Self {
+        Self { start: Instant::now(), total_s }
+    }
+
+    /// Wall time since the beginning \[s\].
+    pub fn spent_s(&self) -> f64 {
+        self.start.elapsed().as_secs_f64()
+    }
+
+    /// Of the whole budget \[s\]; not negative.
+    pub fn left_s(&self) -> f64 {
+        self.share(1.0)
+    }
+
+    /// For pilots \[s\].
+    pub fn pilots_s(&self) -> f64 {
+        self.share(PILOTS)
+    }
+
+    /// For pilots and the runs that examine the time step \[s\].
+    pub fn learning_s(&self) -> f64 {
+        self.share(LEARNING)
+    }
+
+    fn share(&self, share: f64) -> f64 {
+        (share * self.total_s - self.spent_s()).max(0.0)
+    }
+}

@@ -1,0 +1,158 @@
+//! Plans keep their budget by the clock, whatever the mesh is: stored, made from a surface, given.
+
+use durometer::mesh::generate::MeshStore;
+use durometer::mesh::{Order, structured::block};
+use std::path::Path;
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+const BUDGET_S: f64 = 12.0;
+
+/// What follows `[mesh]`: a beam of rubber that is stretched by a tenth.
+const REST: &str = r#"
+[laws.rubber]
+law = "neo_hookean"
+E = "100 kPa"
+nu = 0.45
+
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+
+[[constraint]]
+kind = "fixed"
+region = "left"
+
+[[constraint]]
+kind = "prescribed"
+region = "right"
+components = "x"
+displacement = { kind = "ramp", from = "0 mm", to = "10 mm", end = "1 s" }
+
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "0.5 s"
+
+[[probe]]
+kind = "reaction"
+region = "right"
+"#;
+
+/// The ends of a beam of 100 mm as regions, for files without any.
+const ENDS: &str = r#"
+[mesh.regions]
+left = { kind = "plane", point = ["0 mm", "0 mm", "0 mm"], normal = [1, 0, 0], tolerance = "0.01 mm" }
+right = { kind = "plane", point = ["100 mm", "0 mm", "0 mm"], normal = [1, 0, 0], tolerance = "0.01 mm" }
+"#;
+
+/// Plans a scene; returns the exit code and plan.json, if there is one. It fails if it takes much longer than the budget: as much
+/// again, and the start of two programs on a busy machine.
+fn plan(scene: &str, more: &[&str], out: &Path) -> (Option<i32>, Option<serde_json::Value>, String) {
+    let start = Instant::now();
+    let budget = format!("{BUDGET_S} s");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_durometer"));
+    command.args(["plan", scene, "--tolerance", "5 %", "--budget", &budget, "--json", "--out"]).arg(out).args(more);
+    let output = command.output().expect("the program starts");
+    let taken = start.elapsed();
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(taken < Duration::from_secs_f64(2.0 * BUDGET_S + 15.0), "{scene}: {taken:?} of {BUDGET_S} s\n{said}");
+    let plan = std::fs::read(out.join("plan.json")).ok();
+    (output.status.code(), plan.map(|bytes| serde_json::from_slice(&bytes).expect("JSON")), said)
+}
+
+/// A scene file in a folder of its own.
+fn scene(mesh: &str, ends: &str) -> (tempfile::TempDir, String) {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let file = folder.path().join("scene.toml");
+    std::fs::write(&file, format!("title = \"A beam\"\n\n[mesh]\n{mesh}\n{ends}{REST}")).expect("writable");
+    let name = file.to_string_lossy().into_owned();
+    (folder, name)
+}
+
+const FORCE: [&str; 2] = ["--quantity", "right_reaction_x_N"];
+
+#[test]
+fn of_a_parametric_body_with_stored_meshes() {
+    let out = tempfile::tempdir().expect("temporary folder");
+    let (code, plan, said) = plan("finger-convergence", &["--set", "stage.0.dt=\"0.1 s\""], out.path());
+    assert!(matches!(code, Some(0 | 3)), "{said}");
+    if let Some(plan) = plan {
+        // Coarse meshes were looked at, and of the settings that were weighed few were meshed.
+        assert_ne!(plan["meshes"], "given");
+        let weighed = plan["weighed"].as_array().expect("settings");
+        assert!(weighed.iter().filter(|s| s["on_its_mesh"] == true).count() <= 3, "{plan}");
+        assert!(plan["planning_s"].as_f64().expect("a number") < 1.5 * BUDGET_S, "{plan}");
+    }
+}
+
+#[test]
+fn of_a_scene_in_time() {
+    let out = tempfile::tempdir().expect("temporary folder");
+    let (code, _, said) = plan("finger-dynamics", &[], out.path());
+    assert!(matches!(code, Some(0 | 3)), "{said}");
+}
+
+#[test]
+fn of_a_surface_file() {
+    let store = MeshStore::find().expect("inside the project");
+    if !store.mesher().diagnose().iter().all(|c| c.ok || c.optional) {
+        println!("skipped: the mesher is missing");
+        return;
+    }
+    let mesh = block(10, 2, 2, 0.1, 0.02, 0.02, Order::Linear);
+    let (folder, name) = scene("file = \"beam.stl\"\nunit = \"m\"\ncells = 100000", ENDS);
+    let mut text = String::from("solid beam\n");
+    for f in 0..mesh.facet_count() {
+        let corners = mesh.facet(f).iter().map(|n| mesh.points[*n as usize]);
+        text += "facet normal 0 0 0\nouter loop\n";
+        corners.for_each(|p| text += &format!("vertex {} {} {}\n", p.x, p.y, p.z));
+        text += "endloop\nendfacet\n";
+    }
+    std::fs::write(folder.path().join("beam.stl"), text + "endsolid beam\n").expect("writable");
+    let (code, plan, said) = plan(&name, &FORCE, folder.path());
+    assert!(matches!(code, Some(0 | 3)), "{said}");
+    if let Some(plan) = plan {
+        assert_eq!(plan["meshes"], "made");
+    }
+}
+
+#[test]
+fn of_a_given_mesh_there_is_no_size_to_choose() {
+    let mesh = block(10, 2, 2, 0.1, 0.02, 0.02, Order::Linear);
+    let (folder, name) = scene("file = \"beam.vtk\"\nunit = \"m\"", ENDS);
+    let mut text = format!(
+        "# vtk DataFile Version 3.0\nbeam\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS {} double\n",
+        mesh.points.len()
+    );
+    mesh.points.iter().for_each(|p| text += &format!("{} {} {}\n", p.x, p.y, p.z));
+    let n = mesh.cell_count();
+    text += &format!("CELLS {n} {}\n", 5 * n);
+    (0..n).for_each(|c| {
+        text += &format!("4 {}\n", mesh.cell(c).iter().map(u32::to_string).collect::<Vec<_>>().join(" "))
+    });
+    text += &format!("CELL_TYPES {n}\n{}", "10\n".repeat(n));
+    std::fs::write(folder.path().join("beam.vtk"), text).expect("writable");
+    let (code, plan, said) = plan(&name, &FORCE, folder.path());
+    assert!(matches!(code, Some(0 | 3)), "{said}");
+    let plan = plan.expect("a small mesh has its pilots in time");
+    assert_eq!(plan["meshes"], "given");
+    assert!(plan["promises"].to_string().contains("The mesh is given"), "{plan}");
+    let weighed = plan["weighed"].as_array().expect("settings");
+    assert!(weighed.iter().all(|s| s["cells"] == n && s["on_its_mesh"] == true), "{plan}");
+    assert!(weighed.iter().all(|s| s["set"][0].as_str().is_some_and(|c| c.contains("formulation"))), "{plan}");
+}
+
+#[test]
+fn of_a_mesh_that_is_too_large_for_it() {
+    let grid = "grid = { kind = \"box\", size = [\"100 mm\", \"60 mm\", \"60 mm\"], divisions = [60, 30, 30] }";
+    let (folder, name) = scene(grid, "");
+    let text = std::fs::read_to_string(&name)
+        .expect("readable")
+        .replace("\"left\"", "\"xmin\"")
+        .replace("\"right\"", "\"xmax\"");
+    std::fs::write(&name, text).expect("writable");
+    let (code, _, said) = plan(&name, &["--quantity", "xmax_reaction_x_N"], folder.path());
+    assert_eq!(code, Some(3), "{said}");
+}
