@@ -72,7 +72,7 @@
 //!
 //! let study = Study::read(Path::new("studies/finger-convergence/study.toml"), &[])?;
 //! let stop = AtomicBool::new(false);
-//! let options = StudyOptions { jobs: 2, redo: false, only: None, vtu: false, stop: &stop };
+//! let options = StudyOptions { jobs: 2, redo: false, accept_build: false, only: None, vtu: false, stop: &stop };
 //! run_study(&study, Path::new("reports/finger"), &options, &Silent)?;
 //! println!("{}", write_report(Path::new("reports/finger"))?.verdict);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -103,7 +103,7 @@
 //! remedy; a panic is a bug. A module may use only modules to its left (a test enforces it):
 //!
 //! ```text
-//! math → mesh → material → system → effect → solve → scene → calibrate → report → study → prelude
+//! storage → math → mesh → material → system → effect → solve → scene → calibrate → report → study → prelude
 //! ```
 //!
 //! [`open_scene`]: prelude::open_scene
@@ -127,5 +127,6 @@ pub mod prelude;
 pub mod report;
 pub mod scene;
 pub mod solve;
+pub mod storage;
 pub mod study;
 pub mod system;

@@ -241,7 +241,9 @@ fn finished_cases_are_kept_and_done_again_only_when_asked() {
 fn timeless(value: &mut Value) {
     match value {
         Value::Object(map) => {
-            map.retain(|key, _| !["wall_s", "cpu_s", "shared", "phases", "memory_bytes"].contains(&key.as_str()));
+            map.retain(|key, _| {
+                !["wall_s", "cpu_s", "shared", "phases", "memory_bytes", "started_unix_s"].contains(&key.as_str())
+            });
             map.values_mut().for_each(timeless);
         }
         Value::Array(list) => list.iter_mut().for_each(timeless),

@@ -205,7 +205,7 @@ fn a_part_of_the_shipped_study() {
     study.cases.retain(|c| c.variant == "nu0.45");
     let folder = tempfile::tempdir().expect("a temporary folder");
     let stop = AtomicBool::new(false);
-    let options = Options { jobs: 2, redo: false, only: None, vtu: false, stop: &stop };
+    let options = Options { jobs: 2, redo: false, accept_build: false, only: None, vtu: false, stop: &stop };
     runner::run(&study, folder.path(), &options, &Silent).unwrap_or_else(|e| panic!("{e}"));
     let store = results::read(folder.path()).unwrap_or_else(|e| panic!("{e}"));
     let coverage: CoverageRecord = serde_json::from_value(store.study.details.clone()).expect("problems");

@@ -68,10 +68,12 @@ fn constraint_kind(spec: &ConstraintSpec) -> usize {
 const EDGES: &str = r#"
 [[effect]]
 kind = "edge_springs"
+overlap = "add"
 region = "body"
 stiffness = "30 kN/m"
 [[effect]]
 kind = "edge_springs"
+overlap = "add"
 region = "body"
 E = "100 kPa"
 [[effect]]

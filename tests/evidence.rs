@@ -73,7 +73,7 @@ fn results(study: &str) -> (tempfile::TempDir, Results) {
     }
     let study = Study::read(&folder.path().join("study.toml"), &[]).unwrap_or_else(|e| panic!("{e}"));
     let (stop, out) = (AtomicBool::new(false), folder.path().join("results"));
-    let options = Options { jobs: 1, redo: false, only: None, vtu: false, stop: &stop };
+    let options = Options { jobs: 1, redo: false, accept_build: false, only: None, vtu: false, stop: &stop };
     run(&study, &out, &options, &Silent).unwrap_or_else(|e| panic!("{e}"));
     let results = read(Path::new(&out)).unwrap_or_else(|e| panic!("{e}"));
     (folder, results)

@@ -206,7 +206,7 @@ fn check_names_what_is_not_there() {
     assert_eq!(absent.len() + 2, EffectSpec::KINDS.len(), "{absent:?}");
     assert!(!absent.contains(&"gravity".to_string()) && absent.contains(&"viscoelastic".to_string()), "{absent:?}");
     let absent = after("             constraints: ");
-    assert_eq!(absent, ["prescribed", "cavity"]);
+    assert_eq!(absent, ["prescribed", "cavity", "rigid"]);
     assert_eq!(absent.len() + 2, ConstraintSpec::KINDS.len());
     assert!(said.contains("elastic (48 blocks): region body, law rubber, formulation displacement"), "{said}");
     assert!(said.contains("gravity (") && said.contains("towards [0.0, 0.0, -1.0]"), "{said}");

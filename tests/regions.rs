@@ -82,7 +82,7 @@ fn a_layer_near_a_surface_is_found() {
     std::fs::write(folder.path().join("sheet.obj"), square).expect("writable");
     let near = |tolerance: f64, pick: &str| {
         let text = format!(
-            r#"near = {{ kind = "near", surface = "sheet.obj", unit = "cm", tolerance = "{tolerance} mm", {pick} }}"#
+            r#"near = {{ kind = "near", file = "sheet.obj", unit = "cm", tolerance = "{tolerance} mm", {pick} }}"#
         );
         block(folder.path(), &text).map(|scene| scene.regions["near"].clone())
     };
@@ -225,7 +225,7 @@ unit = "mm"
 layer = {{ kind = "box", min = ["-100 mm", "22.5 mm", "-8 mm"], max = ["-19 mm", "28 mm", "8 mm"], pick = "cells"{rule} }}
 root = {{ kind = "box", min = ["-10 mm", "0 mm", "-20 mm"], max = ["0 mm", "30 mm", "20 mm"] }}
 inner = {{ kind = "component", pick = "facets", which = "inner" }}
-wall = {{ kind = "near", surface = "{}", unit = "mm", tolerance = "1e-3 mm", pick = "facets", rule = "all" }}
+wall = {{ kind = "near", file = "{}", unit = "mm", tolerance = "1e-3 mm", pick = "facets", rule = "all" }}
 [laws.rubber]
 law = "neo_hookean"
 E = "500 kPa"

@@ -1,6 +1,7 @@
 //! `card.toml`: information that a table lacks. It lies next to the table and names it.
 
 use super::{ColumnChoice, Dimensions, FitError, Mode, Preparation};
+use crate::storage::{self, TEXT_LIMIT};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -50,7 +51,8 @@ pub struct Card {
 
 impl Card {
     pub fn read(path: &Path) -> Result<Self, FitError> {
-        let text = std::fs::read_to_string(path).map_err(|source| FitError::Read { path: path.into(), source })?;
+        let text =
+            storage::read_text(path, TEXT_LIMIT).map_err(|source| FitError::Read { path: path.into(), source })?;
         toml::from_str(&text).map_err(|e| FitError::Card { path: path.into(), message: e.to_string() })
     }
 

@@ -9,6 +9,7 @@ use super::fit::{Choice, choose, read};
 use super::misfit::residuals;
 use super::solve::{LawSetting, solve};
 use super::{Experiment, FitError, FitOptions, FitRequest, Misfit, Mode, Model, Sample, fittable_laws};
+use crate::storage;
 use serde::Serialize;
 use std::fmt;
 use std::path::Path;
@@ -119,7 +120,7 @@ impl Comparison {
     /// `compare.json`
     pub fn write_json(&self, path: &Path) -> Result<(), FitError> {
         let text = serde_json::to_string_pretty(self).expect("the result has string keys and serialisable values");
-        std::fs::write(path, text + "\n").map_err(|source| FitError::Write { path: path.into(), source })
+        storage::write(path, (text + "\n").as_bytes()).map_err(|source| FitError::Write { path: path.into(), source })
     }
 }
 

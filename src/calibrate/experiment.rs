@@ -7,7 +7,7 @@ use super::{
     Alternative, Audit, AuditEntry, AuditKind, Card, ColumnChoice, Dimensions, FitError, Mode, RawRow, Sample,
     Treatment, unusual,
 };
-use sha2::{Digest, Sha256};
+use crate::storage::{self, DATA_LIMIT};
 use std::path::{Path, PathBuf};
 
 /// A test as read.
@@ -38,7 +38,7 @@ impl Experiment {
     /// Reads a table. `card`: else the one next to the table. `choice` overrides the card. `mode`: of every row, where
     /// no column gives it.
     pub fn read(path: &Path, card: Option<&Path>, choice: &ColumnChoice, mode: Option<Mode>) -> Result<Self, FitError> {
-        let bytes = std::fs::read(path).map_err(|source| FitError::Read { path: path.into(), source })?;
+        let bytes = storage::read(path, DATA_LIMIT).map_err(|source| FitError::Read { path: path.into(), source })?;
         let card = Card::find(card, path)?;
         let file = path.file_name().map_or_else(|| PathBuf::from(path), PathBuf::from).display().to_string();
         Self::parse(&file, &bytes, card, choice, mode)
@@ -74,7 +74,7 @@ impl Experiment {
         intake::check_percent(file, &columns, &samples)?;
         unusual::data_points(&mut audit, &samples);
         unusual::doubts(&mut audit, &samples, &columns, choice.strain_measurement.as_deref(), &header);
-        let sha256 = Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect();
+        let sha256 = storage::sha256(bytes);
         Ok(Self {
             file: file.into(),
             specimens: vec![file.into()],

@@ -9,6 +9,7 @@
 //! ```
 
 use super::{AuditKind, FitError, FitResult, Loss, Partner, Weighting};
+use crate::storage::{self, TEXT_LIMIT};
 use std::path::Path;
 use toml::{Table, Value};
 
@@ -81,14 +82,14 @@ impl FitResult {
     }
 
     pub fn write_law(&self, path: &Path) -> Result<(), FitError> {
-        std::fs::write(path, self.law_text()).map_err(|source| FitError::Write { path: path.into(), source })
+        storage::write(path, self.law_text().as_bytes()).map_err(|source| FitError::Write { path: path.into(), source })
     }
 }
 
 /// The law block and the provenance (empty where there is none).
 pub fn read_law_file(path: &Path) -> Result<(Table, Table), FitError> {
     let refuse = |message: String| FitError::LawFile { path: path.into(), message };
-    let text = std::fs::read_to_string(path).map_err(|source| FitError::Read { path: path.into(), source })?;
+    let text = storage::read_text(path, TEXT_LIMIT).map_err(|source| FitError::Read { path: path.into(), source })?;
     let mut law: Table = toml::from_str(&text).map_err(|e| refuse(e.to_string()))?;
     let provenance = match law.remove("provenance") {
         None => Table::new(),

@@ -6,6 +6,7 @@ use super::{
     Audit, Bootstrap, Direction, Estimate, FitCurves, FitError, FitWarning, Loss, Misfit, Mode, Partner, Residual,
     Scatter, SolverCheck, StableRange, StretchRange, Treatment, Weighting,
 };
+use crate::storage;
 use serde::Serialize;
 use std::fmt;
 use std::path::Path;
@@ -142,7 +143,7 @@ impl FitResult {
         let mut value = serde_json::to_value(self).expect("the result has string keys and serialisable values");
         value["messages"] = self.warnings.iter().map(ToString::to_string).collect();
         let text = serde_json::to_string_pretty(&value).expect("a JSON value can be written");
-        std::fs::write(path, text + "\n").map_err(|source| FitError::Write { path: path.into(), source })
+        storage::write(path, (text + "\n").as_bytes()).map_err(|source| FitError::Write { path: path.into(), source })
     }
 
     /// False where some constant has no finite interval

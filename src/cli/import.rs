@@ -6,6 +6,7 @@ use durometer::mesh::format::{has_name, recognise};
 use durometer::mesh::quality::Quality;
 use durometer::scene::{Held, Import, Imported, Scene, SceneSpec, from_text, starter};
 use durometer::solve::Status;
+use durometer::storage;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
@@ -45,7 +46,7 @@ pub fn main(args: Args) -> CommandResult {
     mesh(&imported);
     if let Some(out) = &args.scene {
         let text = starter(&import, &imported, out.parent().unwrap_or(Path::new("")));
-        std::fs::write(out, text)
+        storage::write(out, text.as_bytes())
             .map_err(|e| format!("{}: cannot be written: {e}; check the folder and its permissions", out.display()))?;
         println!("scene        {}: replace the values marked EXAMPLE, then: durometer simulate {0}", out.display());
     }

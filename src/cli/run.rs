@@ -13,8 +13,8 @@ use std::sync::atomic::Ordering;
 
 /// Run a study: every case that has no result yet, then the report
 ///
-/// Ctrl-C keeps what is finished; the next run goes on from there. A case is run again when its scene, its mesh or the
-/// program's version has changed.
+/// Ctrl-C keeps what is finished; the next run goes on from there. A case is run again when its scene, a file
+/// that it names, its mesh, or the build of this program has changed.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -76,6 +76,9 @@ pub struct How {
     /// Run also what is done
     #[arg(long)]
     redo: bool,
+    /// Keep results of the same inputs that another build of this program computed; the report names them
+    #[arg(long)]
+    accept_build: bool,
     /// Only cases whose id contains this text
     #[arg(long, value_name = "CASE")]
     only: Option<String>,
@@ -104,7 +107,7 @@ pub fn execute(study: &Study, how: &How, vtu: bool) -> Result<Done, Box<dyn std:
     let dir = how.dir(&study.name);
     let jobs = how.jobs.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, Into::into));
     let stop = super::interrupt::stop_flag();
-    let options = Options { jobs, redo: how.redo, only: how.only.clone(), vtu, stop };
+    let options = Options { jobs, redo: how.redo, accept_build: how.accept_build, only: how.only.clone(), vtu, stop };
     let bars = Bars::of(study.cases.iter().filter(|c| options.wants(&c.id)).count(), how.json);
     let records = runner::run(study, &dir, &options, &bars)?;
     if stop.load(Ordering::Relaxed) {

@@ -3,6 +3,7 @@
 //! The name decides only between formats that have no mark of their own.
 
 use super::error::MeshError;
+use crate::storage::{self, DATA_LIMIT};
 use std::io::Read;
 use std::path::Path;
 
@@ -90,12 +91,17 @@ const ENDINGS: &[(&str, &str, Reader)] = &[
 
 /// The content of a file, unpacked if it is gzipped and without the mark of UTF-8.
 pub fn content(file: &Path) -> Result<Vec<u8>, MeshError> {
-    unpacked(file, u64::MAX)
+    let data = unpacked(file, DATA_LIMIT + 1)?;
+    if data.len() as u64 > DATA_LIMIT {
+        let reason = format!("it has more than {} MiB", DATA_LIMIT >> 20);
+        return Err(MeshError::Unreadable { file: file.into(), reason });
+    }
+    Ok(data)
 }
 
 fn unpacked(file: &Path, limit: u64) -> Result<Vec<u8>, MeshError> {
     let unreadable = |e: std::io::Error| MeshError::Unreadable { file: file.into(), reason: e.to_string() };
-    let open = || std::fs::File::open(file).map_err(unreadable);
+    let open = || storage::open(file).map_err(unreadable);
     let mut data = Vec::new();
     open()?.take(limit).read_to_end(&mut data).map_err(unreadable)?;
     if data.starts_with(&[0x1f, 0x8b]) {

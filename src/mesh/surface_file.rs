@@ -4,6 +4,7 @@
 
 use super::error::MeshError;
 use crate::math::tensor::Vec3;
+use crate::storage::{self, DATA_LIMIT};
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -30,7 +31,7 @@ impl Surface {
 /// `unit_m` is the length of one unit of the file in metres.
 pub fn read_surface(path: &Path, unit_m: f64) -> Result<Surface, MeshError> {
     let unreadable = |e: std::io::Error| MeshError::Unreadable { file: path.into(), reason: e.to_string() };
-    let data = std::fs::read(path).map_err(unreadable)?;
+    let data = storage::read(path, DATA_LIMIT).map_err(unreadable)?;
     let format = |fact: String| MeshError::Format {
         file: path.into(),
         fact,

@@ -3,6 +3,7 @@
 use super::error::MeshError;
 use super::surface_file::Surface;
 use super::{Order, TetMesh};
+use crate::storage;
 use base64::Engine;
 use std::fmt::Write;
 use std::path::Path;
@@ -78,13 +79,9 @@ pub fn write_pvd(path: &Path, steps: &[(f64, String)]) -> Result<(), MeshError> 
     replace(path, &out)
 }
 
-/// Writes next to the file and renames, so that nobody reads half of it.
 fn replace(path: &Path, text: &str) -> Result<(), MeshError> {
-    let part = path.with_extension("part");
-    std::fs::write(&part, text).and_then(|()| std::fs::rename(&part, path)).map_err(|e| {
-        std::fs::remove_file(&part).ok();
-        MeshError::Unwritable { file: path.to_path_buf(), reason: e.to_string() }
-    })
+    storage::write(path, text.as_bytes())
+        .map_err(|e| MeshError::Unwritable { file: path.to_path_buf(), reason: e.to_string() })
 }
 
 fn data(out: &mut String, data: &Data, entities: usize) {

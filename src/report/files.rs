@@ -1,6 +1,7 @@
 //! Files of a report: read whole, written whole.
 
 use crate::report::error::ReportError;
+use crate::storage::{self, DATA_LIMIT};
 use serde::de::DeserializeOwned;
 use std::io::ErrorKind;
 use std::path::Path;
@@ -15,7 +16,7 @@ pub fn read_with<T>(
     path: &Path,
     parse: impl Fn(&[u8]) -> Result<T, serde_json::Error>,
 ) -> Result<Option<T>, ReportError> {
-    match std::fs::read(path) {
+    match storage::read(path, DATA_LIMIT) {
         Ok(bytes) => {
             parse(&bytes).map(Some).map_err(|source| ReportError::Malformed { path: path.to_path_buf(), source })
         }
@@ -24,16 +25,9 @@ pub fn read_with<T>(
     }
 }
 
-/// Writes a file, through a temporary one in the same folder: a full disk never leaves half a report.
+/// Writes a file whole: a full disk never leaves half a report.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), ReportError> {
-    let error = |source| ReportError::Unwritable { path: path.to_path_buf(), source };
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
-    name.push(".part");
-    let part = path.with_file_name(name);
-    std::fs::write(&part, bytes).and_then(|()| std::fs::rename(&part, path)).map_err(|e| {
-        let _ = std::fs::remove_file(&part);
-        error(e)
-    })
+    storage::write(path, bytes).map_err(|source| ReportError::Unwritable { path: path.to_path_buf(), source })
 }
 
 /// Makes a folder with its parents.

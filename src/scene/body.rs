@@ -11,6 +11,7 @@ use crate::mesh::generate::{
     CablePath, GenerateError, Generator, Grading, MeshRequest, MeshStore, Size, SizeField, Source, TIME_LIMIT_S,
 };
 use crate::mesh::{self, Order, TetMesh};
+use crate::storage::{self, DATA_LIMIT};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -121,7 +122,7 @@ impl Body {
     }
 
     fn new(file: &Path, mesh: TetMesh, paths: BTreeMap<String, CablePath>, source: &Path) -> Result<Self, SceneError> {
-        let bytes = std::fs::read(source).map_err(|e| part(file, "mesh", e))?;
+        let bytes = storage::read(source, DATA_LIMIT).map_err(|e| part(file, "mesh", e))?;
         let sha256 = Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect();
         let source = source.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
         Ok(Self { mesh, paths, source, sha256, notes: vec![] })

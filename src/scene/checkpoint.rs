@@ -10,9 +10,9 @@ use super::parts::constraints::CableLog;
 use super::recorder::Energies;
 use crate::math::signal::Ramp;
 use crate::solve::{DriverMemory, GridPosition, LaggedFactorRecord, PastPoint, Prediction, Totals};
+use crate::storage::{self, DATA_LIMIT, sha256};
 use crate::system::{Rates, State};
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 
 /// A state to be drawn.
@@ -122,17 +122,14 @@ impl Checkpoint {
         let mut bytes = serde_json::to_vec(&head).expect("numbers, strings and string keys only");
         bytes.push(b'\n');
         bytes.extend(payload);
-        let part = file.with_extension("part");
-        std::fs::write(&part, bytes).and_then(|()| std::fs::rename(&part, file)).map_err(|e| {
-            std::fs::remove_file(&part).ok();
-            CheckpointError::Unwritable { file: file.into(), reason: e.to_string() }
-        })
+        storage::write(file, &bytes)
+            .map_err(|e| CheckpointError::Unwritable { file: file.into(), reason: e.to_string() })
     }
 
     /// Reads what [`Checkpoint::write`] made of the same scene.
     pub fn read(file: &Path, scene: &Scene) -> Result<Self, CheckpointError> {
         let unreadable = |e: std::io::Error| CheckpointError::Unreadable { file: file.into(), reason: e.to_string() };
-        let bytes = std::fs::read(file).map_err(unreadable)?;
+        let bytes = storage::read(file, DATA_LIMIT).map_err(unreadable)?;
         let stranger = |fact: &str| CheckpointError::NotAState { file: file.into(), fact: fact.into() };
         let line = bytes.iter().position(|b| *b == b'\n').ok_or_else(|| stranger("it has no first line"))?;
         let head: Head =
@@ -242,10 +239,6 @@ fn rows(flat: Vec<f64>, columns: usize) -> Vec<Vec<f64>> {
 /// `count` rows, also where there are no columns.
 fn rows_of(flat: Vec<f64>, columns: usize, count: usize) -> Vec<Vec<f64>> {
     if columns == 0 { vec![Vec::new(); count] } else { rows(flat, columns) }
-}
-
-fn sha256(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect()
 }
 
 /// SHA-256 of the scene without the keys that do not matter, and of its signals with their tables.

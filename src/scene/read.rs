@@ -6,6 +6,7 @@ use super::kind;
 use super::overrides;
 use super::spec::SceneSpec;
 use crate::mesh::format::recognise;
+use crate::storage::{self, TEXT_LIMIT};
 use serde::de::DeserializeOwned;
 use std::ops::Range;
 use std::path::Path;
@@ -48,7 +49,7 @@ fn content(file: &Path, place: &str, fact: &str, remedy: &str) -> SceneError {
 /// Text and table of a TOML file.
 pub fn read_table(file: &Path) -> Result<(String, toml::Table), SceneError> {
     let unreadable = |e: std::io::Error| SceneError::Unreadable { file: file.into(), reason: e.to_string() };
-    let bytes = std::fs::read(file).map_err(unreadable)?;
+    let bytes = storage::read(file, TEXT_LIMIT).map_err(unreadable)?;
     let text = String::from_utf8(bytes).map_err(|e| {
         let place = format!("byte {}", e.utf8_error().valid_up_to());
         mesh_instead(file)
@@ -167,7 +168,7 @@ mod tests {
             ),
             (
                 "[mesh.regions]\nroot = { min = [\"0 mm\", \"0 mm\", \"0 mm\"], kind = \"bux\" }",
-                "line 10: unknown kind `bux`; did you mean `box`? (known: box, sphere, plane, normal)",
+                "line 10: unknown kind `bux`; did you mean `box`? (known: box, sphere, plane, normal, near, ",
             ),
             (
                 "[[stage]]\nintegrator = { kind = \"static\", rho = 0.5 }",

@@ -6,6 +6,7 @@ use super::quantity::Quantity;
 use crate::math::formula::Formula;
 use crate::math::signal::Signal;
 use crate::math::units::{self, Dimension, UnitError};
+use crate::storage::{self, DATA_LIMIT};
 use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, Visitor};
@@ -267,8 +268,9 @@ fn build_all(
 fn read_table(path: &Path, unit: &str, dimension: Dimension) -> Result<Vec<(f64, f64)>, SignalError> {
     let error = |why: String| SignalError::Table { file: path.display().to_string(), why };
     let factor = units::parse(&format!("1 {unit}"), dimension)?;
-    let mut reader =
-        csv::Reader::from_path(path).map_err(|e| error(format!("{e}; the path is relative to the scene")))?;
+    let bytes = storage::read(path, DATA_LIMIT);
+    let bytes = bytes.map_err(|e| error(format!("{e}; the path is relative to the scene")))?;
+    let mut reader = csv::Reader::from_reader(bytes.as_slice());
     let mut rows: Vec<(f64, f64)> = Vec::new();
     for (k, record) in reader.deserialize::<(f64, f64)>().enumerate() {
         let (t, value) = record.map_err(|_| {

@@ -1,7 +1,8 @@
 //! One scene of a study, and how a case that waits takes the constants of a calibration.
 
 use crate::calibrate::inverse::Calibration;
-use crate::scene::{Constant, SceneSpec};
+use crate::scene::{Body, Constant, SceneSpec};
+use crate::study::identity::Identity;
 use crate::study::inverse::CalibrationPlan;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -33,6 +34,12 @@ pub struct After {
 }
 
 impl Case {
+    /// Identity of the result of this case on its body; without one that of a case that has none.
+    pub fn identity(&self, body: Option<&Body>) -> Identity {
+        let asked = self.plan.as_ref().map_or("", |plan| plan.sha256.as_str());
+        Identity::of(&self.scene_file, &self.text, asked, body)
+    }
+
     /// This case with the law of `source` and the constants found there, and these constants as they are called in it;
     /// `None` for a case that does not wait.
     pub fn with_constants(&self, source: &Case, found: &Calibration) -> Option<(Case, Vec<Constant>)> {

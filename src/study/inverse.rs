@@ -4,9 +4,9 @@ use crate::calibrate::Weighting;
 use crate::calibrate::inverse::{InverseError, Measured, MeasuredSpec, Settings};
 use crate::math::units::{self, Dimension};
 use crate::scene::Constant;
+use crate::storage;
 use crate::study::record::Quantity;
 use serde::Deserialize;
-use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 
 /// `[calibration]`
@@ -90,7 +90,7 @@ impl CalibrationPlan {
             x: measured.x.is.clone(),
             y: measured.y.is.clone(),
             settings: Settings { weighting: spec.weighting, gauge, profile: spec.profile },
-            sha256: Sha256::digest(asked).iter().map(|b| format!("{b:02x}")).collect(),
+            sha256: storage::sha256(asked),
         })
     }
 }

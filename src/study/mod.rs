@@ -6,6 +6,7 @@
 //! | Meshes added to a study that has results | [`extension`] |
 //! | Which cases run, and which stored result is reused | [`runner`] |
 //! | Errors from one run and derivatives by constants, kept with a result | [`one_run`], [`inputs`] |
+//! | Inputs, files and build that a result belongs to | [`identity`], [`builds`] |
 //! | Content of a stored result, and where it is kept | [`record`], [`store`] |
 //! | Reading stored results back | [`results`] |
 //! | Analysis, verdict, tables and figures | the kind of the study in [`kinds`], on [`estimate`] |
@@ -13,6 +14,7 @@
 
 pub mod analysis;
 pub mod axis;
+pub mod builds;
 pub mod case;
 pub mod contact;
 pub mod content;
@@ -22,6 +24,7 @@ pub mod expand;
 pub mod extension;
 pub mod fields;
 pub mod figures;
+pub mod identity;
 pub mod inputs;
 pub mod inverse;
 pub mod kind;

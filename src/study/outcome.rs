@@ -8,6 +8,7 @@ use crate::mesh::wall::{Wall, thinnest};
 use crate::scene::{Extreme, NamedSkin, Run, Scene, extreme, path_dependence};
 use crate::study::case::Case;
 use crate::study::contact::contacts;
+use crate::study::identity::Build;
 use crate::study::overlay::overlays;
 use crate::study::record::{
     CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance,
@@ -15,7 +16,6 @@ use crate::study::record::{
 use crate::study::skin::{Rigid, Skin};
 use crate::study::solver::{self, SolverRecord};
 use crate::study::work::WorkRecord;
-use sha2::{Digest, Sha256};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The record of a run; `times` are wall and CPU seconds.
@@ -91,11 +91,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         events: run.events.clone(),
         no_limit: scene.no_limit.clone(),
         refinement: Vec::new(),
-        provenance: Provenance {
-            input_sha256: input_hash(&scene.text, &scene.body.sha256),
-            version: env!("CARGO_PKG_VERSION").into(),
-            scene: scene.text.clone(),
-        },
+        provenance: Provenance { scene: scene.text.clone(), build: Build::this(), ..Provenance::default() },
     }
 }
 
@@ -116,9 +112,10 @@ pub fn refused(case: &Case, status: &str, why: String) -> CaseRecord {
         status: status.into(),
         status_detail: Some(why),
         provenance: Provenance {
-            input_sha256: input_hash(&case.text, ""),
-            version: env!("CARGO_PKG_VERSION").into(),
             scene: case.text.clone(),
+            identity: case.identity(None),
+            build: Build::this(),
+            ..Provenance::default()
         },
         ..CaseRecord::default()
     }
@@ -179,14 +176,4 @@ fn rigids(scene: &Scene, x: &[f64]) -> Vec<Rigid> {
         }
     };
     scene.skins.iter().filter(|s| of_contact(&s.name)).map(place).collect()
-}
-
-/// SHA-256 of everything that decides the result: scene, mesh, version.
-pub fn input_hash(scene: &str, mesh_sha256: &str) -> String {
-    let mut hash = Sha256::new();
-    for part in [scene, mesh_sha256, env!("CARGO_PKG_VERSION")] {
-        hash.update(part.len().to_le_bytes());
-        hash.update(part);
-    }
-    hash.finalize().iter().map(|b| format!("{b:02x}")).collect()
 }

@@ -2,6 +2,7 @@
 
 use crate::report::page::{document, drawing, escape, list};
 use crate::report::table::Table;
+use crate::study::builds;
 use crate::study::content::Content;
 use crate::study::locking;
 use crate::study::results::Results;
@@ -49,7 +50,11 @@ fn facts(facts: &[(String, String)]) -> String {
 
 fn provenance(store: &Results) -> String {
     let mut h = String::from("<h2>Provenance</h2>\n");
-    h += &format!("<p>Durometer {}. ", escape(&store.study.version));
+    let builds = builds::builds(store.cases.iter().map(|c| &c.record));
+    h += &format!(
+        "<p>Computed by durometer {}. ",
+        escape(&builds.iter().map(|(b, _)| b.words()).collect::<Vec<_>>().join("; "))
+    );
     h += "Every number of this page is in <code>summary.json</code>, every curve in <code>cases/</code>; <code>durometer report</code> draws it again without running a solver.</p>\n";
     if let Some(c) = store.cases.first().map(|c| &c.record) {
         let law = c.law.as_ref().map_or("No law: springs".into(), |law| {
@@ -70,7 +75,7 @@ fn provenance(store: &Results) -> String {
     }
     h += "<details><summary>Inputs (SHA-256)</summary><pre>";
     for c in &store.cases {
-        h += &format!("{}  {}\n", escape(&c.record.provenance.input_sha256), escape(&c.record.id));
+        h += &format!("{}  {}\n", escape(&c.record.provenance.identity.sha256), escape(&c.record.id));
     }
     h + "</pre></details>\n"
 }

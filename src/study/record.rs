@@ -7,6 +7,7 @@ use crate::scene::parts::constraints::CableEvent;
 use crate::solve::{Integrator, Status};
 use crate::study::contact::ContactRecord;
 use crate::study::estimate::tolerance::Tolerance;
+use crate::study::identity::{Build, FileDigest, Identity};
 use crate::study::inputs::InputRecord;
 use crate::study::one_run::OneRunRecord;
 use crate::study::overlay::distance::Distance;
@@ -234,12 +235,18 @@ pub struct ProbeRecord {
 
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Default)]
 pub struct Provenance {
-    /// SHA-256 of the resolved scene and of the mesh
-    pub input_sha256: String,
-    /// Version of this program
-    pub version: String,
     /// The resolved scene, as TOML
     pub scene: String,
+    #[serde(default)]
+    pub identity: Identity,
+    #[serde(default)]
+    pub build: Build,
+    /// Start of the run, in seconds since 1970 UTC
+    #[serde(default)]
+    pub started_unix_s: u64,
+    /// Files of the results that were stored with the record
+    #[serde(default)]
+    pub results: Vec<FileDigest>,
 }
 
 /// Description of a study and the cases that belong to it: `study.json`, next to the folder `cases/`.

@@ -6,7 +6,7 @@ use crate::report::{ReportError, export, files};
 use crate::study::kinds::KINDS;
 use crate::study::summary;
 pub use crate::study::summary::Summary;
-use crate::study::{page, results};
+use crate::study::{builds, page, results};
 use std::path::Path;
 
 /// Writes the report of the study in `dir`, next to its cases.
@@ -19,8 +19,9 @@ pub fn write(dir: &Path) -> Result<Summary, ReportError> {
         kind: results.study.kind.clone(),
         known: KINDS.map(|kind| kind.name).join(", "),
     })?;
-    let content =
+    let mut content =
         (kind.report)(&results).map_err(|source| ReportError::Malformed { path: dir.join("study.json"), source })?;
+    content.warnings.extend(builds::warning(results.cases.iter().map(|c| &c.record)));
     let summary = summary::summarise(&results, &content);
     let text = serde_json::to_string_pretty(&summary).expect("numbers, strings and string keys only");
     files::write(&dir.join("summary.json"), text.as_bytes())?;

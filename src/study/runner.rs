@@ -9,9 +9,10 @@ use crate::solve::Status;
 use crate::study::case::Case;
 use crate::study::expand::Study;
 use crate::study::fields::{Fields, USUAL};
+use crate::study::identity::{Build, Identity};
 use crate::study::inputs::{inputs, uncertain_constants};
 use crate::study::one_run::{OneRunRecord, one_run};
-use crate::study::outcome::{input_hash, record, refused, skin};
+use crate::study::outcome::{record, refused, skin};
 use crate::study::record::{CaseRecord, PANICKED, REFUSED, Role};
 use crate::study::refinement::{self, RefinementRecord, refined};
 use crate::study::store::{Store, StoreError};
@@ -22,7 +23,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
-use std::time::Instant;
+use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 /// Follows the run of a study; what it does not implement is ignored.
 pub trait Watch: Sync {
@@ -59,6 +60,8 @@ pub struct Options<'a> {
     pub jobs: usize,
     /// Run also what is done
     pub redo: bool,
+    /// Keep results that another build of this program computed from the same inputs
+    pub accept_build: bool,
     /// Only cases whose id contains this
     pub only: Option<String>,
     /// Write the fields of every case into `cases/<id>/`; a finished case without them is run again
@@ -82,9 +85,11 @@ pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> R
         return Err(RunError::NoSuchCase { only: options.only.clone().unwrap_or_default(), known });
     }
     let store = Store::create(dir, &study.record)?;
-    // A case that waits has its scene later; the hash of its input tells whether it is up to date
-    for case in study.cases.iter().filter(|c| c.after.is_none()) {
-        store.forget_outdated(&case.id, &case.text)?;
+    // A case that waits has its scene later, and a case that is to be run is looked at then
+    let others = study.cases.iter().filter(|c| c.after.is_none() && !options.wants(&c.id) && store.has(&c.id));
+    for case in others {
+        let body = Body::load(&case.scene_file, &case.spec.mesh, &mut |line| watch.meshing(&case.id, line)).ok();
+        store.forget_outdated(&case.id, &case.identity(body.as_ref()))?;
     }
     let (now, later): (Vec<&Case>, Vec<&Case>) = cases.into_iter().partition(|c| c.after.is_none());
     let constants = |c: &Case| if study.rules.input_uncertainty { uncertain_constants(&c.spec) } else { vec![] };
@@ -208,8 +213,7 @@ fn run_or_reuse(
     watch: &dyn Watch,
 ) -> Result<Option<CaseRecord>, RunError> {
     let body = Body::load(&case.scene_file, &case.spec.mesh, &mut |line| watch.meshing(&case.id, line))?;
-    let asked = case.plan.as_ref().map_or("", |plan| plan.sha256.as_str());
-    let input_sha256 = input_hash(&case.text, &format!("{}{asked}", body.sha256));
+    let identity = case.identity(Some(&body));
     let mut fields = match options.vtu {
         true => Some(Fields::new(store.folder(&case.id)?, &case.id, &USUAL)),
         false => None,
@@ -219,13 +223,16 @@ fn run_or_reuse(
     let repeats = if options.vtu { 1 } else { study.repeats(case) };
     let enough =
         |r: &CaseRecord| r.repeats.len().max(1) >= repeats && (r.one_run.is_some() || !study.estimates_errors(case));
-    let kept =
-        store.finished(&case.id, &input_sha256).filter(|r| drawn && !options.redo && (enough(r) || !r.converged()));
-    if let Some(record) = kept {
+    let same = |r: &CaseRecord| {
+        r.provenance.identity == identity && (options.accept_build || r.provenance.build == Build::this())
+    };
+    let usable = |r: &CaseRecord| drawn && !options.redo && same(r) && (enough(r) || !r.converged());
+    if let Some(record) = store.record(&case.id).filter(usable) {
         watch.finished(&record, true);
         return Ok(Some(record));
     }
     watch.started(&case.id);
+    let started = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |d| d.as_secs());
     let mut shared = running.fetch_add(1, Ordering::SeqCst) > 0;
     let watched = watch_memory().filter(|()| !shared);
     let mut go_on = |progress| {
@@ -259,7 +266,7 @@ fn run_or_reuse(
         last.add(&solved.scene, &solved.run.last, 0);
         last.finish()?;
     }
-    let record = store_result(case, store, &solved, (shared, memory, input_sha256))?;
+    let record = store_result(case, store, &solved, (shared, memory, identity, started))?;
     watch.finished(&record, false);
     Ok(Some(record))
 }
@@ -345,12 +352,12 @@ fn solve(
 }
 
 /// Stores what a case has left; the record comes last. With it: whether another case ran at the same time, the memory of
-/// the process, the hash of the input.
+/// the process, the identity of the case, the start of its run.
 fn store_result(
     case: &Case,
     store: &Store,
     solved: &Solved,
-    (shared, memory, input_sha256): (bool, Option<u64>, String),
+    (shared, memory, identity, started): (bool, Option<u64>, Identity, u64),
 ) -> Result<CaseRecord, RunError> {
     let Solved { scene, run, .. } = solved;
     let writing = Instant::now();
@@ -361,7 +368,7 @@ fn store_result(
     record.variant.clone_from(&case.variant);
     record.member.clone_from(&case.member);
     record.shared = shared;
-    record.provenance.input_sha256 = input_sha256;
+    (record.provenance.identity, record.provenance.started_unix_s) = (identity, started);
     record.one_run.clone_from(&solved.one_run);
     record.refinement.clone_from(&solved.refinement);
     record.notes.extend(refinement::note(&solved.refinement));
@@ -381,7 +388,7 @@ fn store_result(
     (record.phases.build_s, record.work.memory_bytes) = (solved.build_s, memory);
     record.repeats.clone_from(&solved.repeats);
     record.phases.output_s = writing.elapsed().as_secs_f64();
-    store.save(&record, run, &skin)?;
+    store.save(&mut record, run, &skin)?;
     Ok(record)
 }
 

@@ -2,6 +2,8 @@
 
 use crate::calibrate::inverse::Calibration;
 use crate::scene::{ErrorEstimate, RefinementStep, Run, Scene, Sensitivities};
+use crate::storage::{self, DATA_LIMIT};
+use crate::study::identity::{FileDigest, Identity};
 use crate::study::record::{CaseRecord, StudyRecord};
 use crate::study::skin::Skin;
 use std::fmt::Write;
@@ -31,31 +33,41 @@ impl Store {
         Ok(store)
     }
 
-    /// The record of a finished case with this input, if it is there.
-    pub fn finished(&self, id: &str, input_sha256: &str) -> Option<CaseRecord> {
-        let text = std::fs::read_to_string(self.path(id, "json")).ok()?;
-        let record: CaseRecord = serde_json::from_str(&text).ok()?;
-        (record.provenance.input_sha256 == input_sha256).then_some(record)
+    /// The stored record of a case, if there is one whose files are those that were stored with it.
+    pub fn record(&self, id: &str) -> Option<CaseRecord> {
+        let text = storage::read(&self.path(id, "json"), DATA_LIMIT).ok()?;
+        let record: CaseRecord = serde_json::from_slice(&text).ok()?;
+        let same = |f: &FileDigest| {
+            storage::read(&self.dir.join("cases").join(&f.file), DATA_LIMIT)
+                .is_ok_and(|b| storage::sha256(b) == f.sha256)
+        };
+        record.provenance.results.iter().all(same).then_some(record)
     }
 
-    /// A stored record of this case made from another scene or by another version no longer counts: a report must not mix
-    /// them. The time series stays.
-    pub fn forget_outdated(&self, id: &str, scene: &str) -> Result<(), StoreError> {
+    /// The stored record of this case no longer counts where it has another identity: a report must not mix them. The time
+    /// series stays.
+    pub fn forget_outdated(&self, id: &str, identity: &Identity) -> Result<(), StoreError> {
         let path = self.path(id, "json");
-        let Ok(text) = std::fs::read_to_string(&path) else { return Ok(()) };
-        let fresh = serde_json::from_str::<CaseRecord>(&text)
-            .is_ok_and(|r| r.provenance.scene == scene && r.provenance.version == env!("CARGO_PKG_VERSION"));
-        if fresh {
+        let known = self.record(id).is_some_and(|r| r.provenance.identity == *identity);
+        if known || !path.is_file() {
             return Ok(());
         }
         std::fs::remove_file(&path).map_err(|e| StoreError { path, reason: e.to_string() })
     }
 
-    /// Time series, surface, then record.
-    pub fn save(&self, record: &CaseRecord, run: &Run, skin: &Skin) -> Result<(), StoreError> {
-        write(&self.path(&record.id, "csv"), &csv(run))?;
-        let path = self.path(&record.id, "skin.json.gz");
-        replace(&path, &skin.packed())?;
+    /// Whether there is a record of this case, sound or not.
+    pub fn has(&self, id: &str) -> bool {
+        self.path(id, "json").is_file()
+    }
+
+    /// Time series, surface, then the record with the digests of both.
+    pub fn save(&self, record: &mut CaseRecord, run: &Run, skin: &Skin) -> Result<(), StoreError> {
+        record.provenance.results.clear();
+        for (extension, bytes) in [("csv", csv(run).into_bytes()), ("skin.json.gz", skin.packed())] {
+            replace(&self.path(&record.id, extension), &bytes)?;
+            let digest = FileDigest { file: format!("{}.{extension}", record.id), sha256: storage::sha256(bytes) };
+            record.provenance.results.push(digest);
+        }
         write(&self.path(&record.id, "json"), &json(record))
     }
 
@@ -73,7 +85,7 @@ impl Store {
 
     /// The saved result of a case of a calibration, if there is one.
     pub fn calibration(&self, id: &str) -> Option<Calibration> {
-        serde_json::from_str(&std::fs::read_to_string(self.path(id, "fit.json")).ok()?).ok()
+        serde_json::from_slice(&storage::read(&self.path(id, "fit.json"), DATA_LIMIT).ok()?).ok()
     }
 
     pub fn save_sensitivities(&self, id: &str, run: &Run, sensitivities: &Sensitivities) -> Result<(), StoreError> {
@@ -165,10 +177,5 @@ pub fn write(path: &Path, text: &str) -> Result<(), StoreError> {
 }
 
 fn replace(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
-    let part = path.with_extension("part");
-    let result = std::fs::write(&part, bytes).and_then(|()| std::fs::rename(&part, path));
-    result.map_err(|e| {
-        std::fs::remove_file(&part).ok();
-        StoreError { path: path.into(), reason: e.to_string() }
-    })
+    storage::write(path, bytes).map_err(|e| StoreError { path: path.into(), reason: e.to_string() })
 }

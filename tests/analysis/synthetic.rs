@@ -133,9 +133,8 @@ fn case(m: &Member, variant: &str) -> StoredCase {
         cable_events: vec![],
         no_limit: None,
         provenance: Provenance {
-            input_sha256: "0".repeat(64),
-            version: "0.1.0".into(),
             scene: "[body]\nmesh = \"block\"\n[[cable]]\nguide_radius = \"4 mm\"\n".into(),
+            ..Provenance::default()
         },
     };
     StoredCase { record, series: Series { t_s, columns } }

@@ -4,8 +4,8 @@
 use super::InverseError;
 use crate::calibrate::table::{self, Decimal};
 use crate::math::units::{self, Dimension, UnitError};
+use crate::storage::{self, DATA_LIMIT};
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 
 /// Location of a measured curve and the quantities it is compared with.
@@ -52,7 +52,8 @@ impl Measured {
     /// Reads the table of a study in the folder `base`.
     pub fn read(base: &Path, spec: &MeasuredSpec) -> Result<Self, InverseError> {
         let path = base.join(&spec.file);
-        let bytes = std::fs::read(&path).map_err(|source| InverseError::Read { path: path.clone(), source })?;
+        let bytes =
+            storage::read(&path, DATA_LIMIT).map_err(|source| InverseError::Read { path: path.clone(), source })?;
         let (text, _) = table::decode(&bytes);
         let (lines, header, [ix, iy]) = find(&path, &text, spec)?;
         let factor = |c: &ColumnSpec| c.factor().map_err(|fact| refuse(&path, c, fact));
@@ -70,7 +71,7 @@ impl Measured {
             .map_err(|cell| InverseError::Decimal { path: path.clone(), cell })?;
         let mut out = Self {
             file: path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned()),
-            sha256: Sha256::digest(&bytes).iter().map(|b| format!("{b:02x}")).collect(),
+            sha256: storage::sha256(&bytes),
             x: vec![],
             y: vec![],
             lines: vec![],

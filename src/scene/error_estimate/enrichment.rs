@@ -94,9 +94,11 @@ pub(super) struct EnrichedScene {
 
 impl EnrichedScene {
     pub fn new(scene: &Scene, enrichment: Enrichment) -> Result<Self, EstimateError> {
+        // The regions of the run itself: picked again by place they would be others on smaller cells
+        let own = TetMesh { regions: scene.regions.clone(), ..scene.body.mesh.clone() };
         let map = match enrichment {
-            Enrichment::Split => Enriched::by_splitting(&scene.body.mesh),
-            Enrichment::Raise => Enriched::by_raising(&scene.body.mesh),
+            Enrichment::Split => Enriched::by_splitting(&own),
+            Enrichment::Raise => Enriched::by_raising(&own),
         };
         Self::on(scene, enrichment, map)
     }
@@ -121,7 +123,10 @@ impl EnrichedScene {
             notes: notes.clone(),
         };
         let body = Arc::new(body);
-        let build = |spec: SceneSpec| SceneBuilder::new(spec).file(&scene.file).body(body.clone()).build();
+        let build = |mut spec: SceneSpec| {
+            spec.mesh.regions.clear();
+            SceneBuilder::new(spec).file(&scene.file).body(body.clone()).build()
+        };
         let fine = match enrichment {
             Enrichment::Split => build(scene.spec.clone())?,
             Enrichment::Raise => build(raised(&scene.spec, true)).or_else(|_| build(raised(&scene.spec, false)))?,
@@ -199,7 +204,7 @@ impl EnrichedScene {
         let of_mesh = 3 * from.body.mesh.points.len();
         let mut x = map.prolong(3, &kept.x[..of_mesh]);
         x.extend_from_slice(&kept.x[of_mesh..displacements]);
-        x.extend(self.pressures(&from.spec, &from.body.mesh, &kept.x[displacements..]));
+        x.extend(self.pressures(from, &kept.x[displacements..]));
         let rest = scene.system.rest();
         let (lambda, inputs) = (kept.lambda.clone(), kept.inputs.clone());
         let mut state = State { t: kept.t, x, lambda, inputs, ..rest };
@@ -283,24 +288,23 @@ impl EnrichedScene {
 
     /// Pressures of the mixed effects, which are linear between corners; zero where the run has none. The unknown is p ℓ/μ with the mean
     /// cell size ℓ.
-    fn pressures(&self, spec: &SceneSpec, mesh: &TetMesh, values: &[f64]) -> Vec<f64> {
-        let fine = &self.scene.body.mesh;
-        let scale = fine.h() / mesh.h();
+    fn pressures(&self, from: &Scene, values: &[f64]) -> Vec<f64> {
+        let scale = self.scene.body.mesh.h() / from.body.mesh.h();
         let (mut out, mut first) = (Vec::new(), 0);
-        for (before, now) in spec.effects.iter().zip(&self.scene.spec.effects) {
+        for (before, now) in from.spec.effects.iter().zip(&self.scene.spec.effects) {
             let (EffectSpec::Elastic(before), EffectSpec::Elastic(now)) = (before, now) else { continue };
             if !now.formulation.is_mixed() {
                 continue;
             }
-            let hosts = |mesh: &TetMesh| pressure_hosts(mesh, &mesh.regions[&now.region].cells);
+            let hosts = |scene: &Scene| pressure_hosts(&scene.body.mesh, &scene.regions[&now.region].cells);
             if !before.formulation.is_mixed() {
-                out.extend(hosts(fine).iter().map(|_| 0.0));
+                out.extend(hosts(&self.scene).iter().map(|_| 0.0));
                 continue;
             }
-            let own = hosts(mesh);
+            let own = hosts(from);
             let at = |node: &u32| values[first + own.binary_search(node).expect("a corner between corners")];
             let value = |node: &u32| -> f64 { self.map.corner_weights[node].iter().map(|(k, w)| w * at(k)).sum() };
-            out.extend(hosts(fine).iter().map(|node| scale * value(node)));
+            out.extend(hosts(&self.scene).iter().map(|node| scale * value(node)));
             first += own.len();
         }
         out

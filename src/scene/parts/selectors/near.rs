@@ -14,7 +14,7 @@ use std::path::PathBuf;
 #[serde(deny_unknown_fields)]
 pub struct NearSelector {
     /// STL or OBJ
-    pub surface: PathBuf,
+    pub file: PathBuf,
     /// Unit of length of the file
     pub unit: String,
     pub tolerance: Length,
@@ -32,10 +32,10 @@ impl SelectorPart for NearSelector {
         }
         let unit = units::parse(&format!("1 {}", self.unit), Dimension::LENGTH)
             .map_err(|e| Refusal::new(e.to_string(), "write for example unit = \"mm\""))?;
-        let surface = read_surface(&ground.base.join(&self.surface), unit)
+        let surface = read_surface(&ground.base.join(&self.file), unit)
             .map_err(|e| Refusal::new(e.to_string(), "or remove the region"))?;
         let nearest = Nearest::new(&surface).ok_or_else(|| {
-            Refusal::new(format!("{} holds no triangle", self.surface.display()), "give another surface")
+            Refusal::new(format!("{} holds no triangle", self.file.display()), "give another surface")
         })?;
         at_place(ground, &self.words(), (self.pick, self.rule), &|x, margin| {
             nearest.of(x).distance <= tolerance + margin
@@ -43,6 +43,6 @@ impl SelectorPart for NearSelector {
     }
 
     fn words(&self) -> String {
-        format!("the layer within {} mm of {}", self.tolerance.0 * 1e3, self.surface.display())
+        format!("the layer within {} mm of {}", self.tolerance.0 * 1e3, self.file.display())
     }
 }

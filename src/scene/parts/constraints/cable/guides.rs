@@ -6,6 +6,7 @@
 
 use crate::math::tensor::Vec3;
 use crate::scene::error::hint;
+use crate::storage::{self, DATA_LIMIT};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
@@ -50,7 +51,7 @@ fn list(faults: &[String]) -> String {
 /// Reads a file; all faults of its rows are in one error. With `only`, the cable of this name alone.
 pub(super) fn read_guides(file: &Path, only: Option<&str>) -> Result<Vec<Listed>, GuideFileError> {
     let unreadable = |e: std::io::Error| GuideFileError::Unreadable { file: file.into(), reason: e.to_string() };
-    let text = decoded(&std::fs::read(file).map_err(unreadable)?)
+    let text = decoded(&storage::read(file, DATA_LIMIT).map_err(unreadable)?)
         .map_err(|line| GuideFileError::Encoding { file: file.into(), line })?;
     let cables = match file.extension().map(|e| e.to_string_lossy().to_lowercase()).as_deref() {
         Some("csv" | "txt") => {

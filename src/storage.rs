@@ -1,0 +1,104 @@
+//! Files: read within a limit, written whole or not at all, known by their contents.
+
+use sha2::{Digest, Sha256};
+use std::fs::File;
+use std::io::{Error, ErrorKind, Read, Result, Write};
+use std::path::Path;
+
+/// Largest text that a person writes: scenes, studies, laws, cards \[bytes\].
+pub const TEXT_LIMIT: u64 = 64 << 20;
+/// Largest file of data: meshes, surfaces, tables \[bytes\].
+pub const DATA_LIMIT: u64 = 4 << 30;
+
+/// The contents of a regular file of at most `limit` bytes. A pipe or a device, which may have no end, is refused.
+pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>> {
+    limited(open(path)?, limit)
+}
+
+/// A regular file, to be read. A pipe without a writer would block when it is opened, so that its kind is asked for first.
+pub fn open(path: &Path) -> Result<File> {
+    if !std::fs::metadata(path)?.is_file() {
+        return Err(Error::new(ErrorKind::InvalidInput, "it is not a regular file"));
+    }
+    File::open(path)
+}
+
+/// The same as UTF-8 text.
+pub fn read_text(path: &Path, limit: u64) -> Result<String> {
+    String::from_utf8(read(path, limit)?)
+        .map_err(|_| Error::new(ErrorKind::InvalidData, "it is not text in UTF-8; save it in this encoding"))
+}
+
+/// All of a stream that ends within `limit` bytes, such as an archive as it is unpacked.
+pub fn limited(stream: impl Read, limit: u64) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    stream.take(limit + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > limit {
+        return Err(Error::new(ErrorKind::InvalidData, format!("it has more than {} MiB", limit >> 20)));
+    }
+    Ok(bytes)
+}
+
+/// Writes a file whole or not at all: into a new file of the same folder, which reaches the disk before it takes the name. Two writers do not meet,
+/// and a link of the same name is replaced, not followed.
+pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
+    let folder = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".").suffix(".part");
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        // The user's umask applies
+        builder.permissions(std::fs::Permissions::from_mode(0o666));
+    }
+    let mut file = builder.tempfile_in(folder)?;
+    file.write_all(bytes)?;
+    file.as_file().sync_all()?;
+    file.persist(path).map_err(|e| e.error)?;
+    // The new name is safe when the folder is; where a folder cannot be opened, its system keeps names by itself
+    File::open(folder).and_then(|folder| folder.sync_all()).ok();
+    Ok(())
+}
+
+/// SHA-256 in hexadecimal digits.
+pub fn sha256(bytes: impl AsRef<[u8]>) -> String {
+    Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_is_written_whole_and_leaves_nothing_else() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("a.csv");
+        write(&path, b"first").expect("room");
+        write(&path, b"second").expect("room");
+        assert_eq!(read(&path, 6).expect("six bytes"), b"second");
+        assert!(read(&path, 5).expect_err("too long").to_string().contains("more than"));
+        assert_eq!(std::fs::read_dir(folder.path()).expect("readable").count(), 1);
+        assert!(write(&folder.path().join("none/a.csv"), b"x").is_err());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_is_replaced_and_not_followed() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let (other, link) = (folder.path().join("other"), folder.path().join("link"));
+        std::fs::write(&other, "kept").expect("room");
+        std::os::unix::fs::symlink(&other, &link).expect("a link");
+        write(&link, b"new").expect("room");
+        assert_eq!(std::fs::read_to_string(&other).expect("there"), "kept");
+        assert_eq!(std::fs::read_to_string(&link).expect("there"), "new");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_device_is_refused() {
+        assert!(read(Path::new("/dev/zero"), 10).expect_err("endless").to_string().contains("not a regular file"));
+    }
+}

@@ -1,0 +1,198 @@
+//! A stored result counts only for the inputs, the files and the build that made it.
+
+use durometer::study::expand::Study;
+use durometer::study::record::CaseRecord;
+use durometer::study::report;
+use durometer::study::runner::{Options, Watch, run};
+use std::path::Path;
+use std::sync::Mutex;
+use std::sync::atomic::AtomicBool;
+
+const SCENE: &str = r#"
+title = "A block that is pressed on a plate"
+[mesh]
+grid = { kind = "box", size = ["20 mm", "10 mm", "10 mm"], divisions = [2, 1, 1] }
+[laws.rubber]
+include = "law.toml"
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+[[constraint]]
+kind = "fixed"
+region = "zmax"
+components = "xy"
+[[constraint]]
+kind = "prescribed"
+region = "zmax"
+components = "z"
+displacement = { kind = "table", file = "way.csv", unit = "mm" }
+[[contact]]
+name = "plate"
+region = "zmin"
+obstacle = { kind = "surface", file = "plate.stl", unit = "mm" }
+response = "penalty"
+friction = 0
+[[skin]]
+name = "glove"
+file = "glove.stl"
+unit = "mm"
+reach = "1 mm"
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "0.5 s"
+[[probe]]
+kind = "reaction"
+region = "zmax"
+"#;
+const STUDY: &str = r#"
+kind = "comparison"
+reference = "one"
+question = "Does a result belong to its files?"
+expectation = "Yes."
+scene = "scene.toml"
+tolerance = "5 %"
+[[variant]]
+name = "press"
+quantity = [{ name = "zmax_reaction_z_N", label = "force", symbol = "F", unit = "N" }]
+[[family]]
+name = "ways"
+role = "members"
+[family.members]
+one = {}
+other = { "constraint.prescribed.displacement.file" = "other.csv" }
+"#;
+const LAW: &str = "law = \"neo_hookean\"\nE = \"100 kPa\"\nnu = 0.3\n";
+
+/// A plate of 60 mm × 60 mm × 2 mm whose top is at `top` \[mm\], closed, with outward normals.
+fn plate(top: f64) -> String {
+    let corner = |k: usize| {
+        let pick = |bit: usize, low: f64, high: f64| if k >> bit & 1 == 0 { low } else { high };
+        [pick(0, -20.0, 40.0), pick(1, -20.0, 40.0), pick(2, top - 2.0, top)]
+    };
+    let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let mut text = String::from("solid plate\n");
+    for [a, b, c, d] in faces {
+        for triangle in [[a, b, c], [a, c, d]] {
+            text += "facet normal 0 0 0\nouter loop\n";
+            for [x, y, z] in triangle.map(corner) {
+                text += &format!("vertex {x} {y} {z}\n");
+            }
+            text += "endloop\nendfacet\n";
+        }
+    }
+    text + "endsolid plate\n"
+}
+
+/// One triangle on the top of the block, `x` \[mm\] from its end.
+fn glove(x: f64) -> String {
+    format!(
+        "solid g\nfacet normal 0 0 1\nouter loop\nvertex {x} 2 10\nvertex 12 2 10\nvertex {x} 8 10\nendloop\nendfacet\nendsolid g\n"
+    )
+}
+
+/// The cases that were computed, not kept.
+#[derive(Default)]
+struct Computed(Mutex<Vec<String>>);
+
+impl Watch for Computed {
+    fn finished(&self, record: &CaseRecord, skipped: bool) {
+        if !skipped {
+            self.0.lock().expect("no panic").push(record.member.clone());
+        }
+    }
+}
+
+fn computed_with(folder: &Path, accept_build: bool) -> Vec<String> {
+    let study = Study::read(&folder.join("study.toml"), &[]).unwrap_or_else(|e| panic!("{e}"));
+    let (stop, watch) = (AtomicBool::new(false), Computed::default());
+    let options = Options { jobs: 1, redo: false, accept_build, only: None, vtu: false, stop: &stop };
+    let records = run(&study, &folder.join("results"), &options, &watch).unwrap_or_else(|e| panic!("{e}"));
+    assert!(records.iter().all(CaseRecord::converged), "{records:?}");
+    let mut cases = watch.0.into_inner().expect("no panic");
+    cases.sort();
+    cases
+}
+
+fn computed(folder: &Path) -> Vec<String> {
+    computed_with(folder, false)
+}
+
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let plate = plate(-0.5);
+    let files = [
+        ("scene.toml", SCENE),
+        ("study.toml", STUDY),
+        ("law.toml", LAW),
+        ("way.csv", "t_s,w\n0,0\n1,-1\n"),
+        ("other.csv", "t_s,w\n0,0\n1,-2\n"),
+        ("plate.stl", plate.as_str()),
+    ];
+    for (name, text) in files {
+        std::fs::write(folder.path().join(name), text).expect("writable");
+    }
+    std::fs::write(folder.path().join("glove.stl"), glove(4.0)).expect("writable");
+    folder
+}
+
+/// Exactly the cases that read a file are computed again when it changes.
+#[test]
+fn a_changed_file_is_seen() {
+    let keep = folder();
+    let at = keep.path();
+    assert_eq!(computed(at), ["one", "other"]);
+    assert_eq!(computed(at), [""; 0]);
+    let change = |name: &str, text: &str| std::fs::write(at.join(name), text).expect("writable");
+    change("way.csv", "t_s,w\n0,0\n1,-1.5\n");
+    assert_eq!(computed(at), ["one"]);
+    change("other.csv", "t_s,w\n0,0\n1,-2.5\n");
+    assert_eq!(computed(at), ["other"]);
+    for (name, text) in [("plate.stl", plate(-0.4)), ("glove.stl", glove(5.0)), ("law.toml", LAW.replace("100", "110"))]
+    {
+        change(name, &text);
+        assert_eq!(computed(at), ["one", "other"], "{name}");
+        assert_eq!(computed(at), [""; 0], "{name}");
+    }
+}
+
+/// A table of results that is not the one that was stored is computed again: deleted, cut off, or that of another case.
+#[test]
+fn a_damaged_result_is_computed_again() {
+    let keep = folder();
+    let at = keep.path();
+    computed(at);
+    let cases = at.join("results/cases");
+    let [one, other] = ["one", "other"].map(|name| cases.join(format!("ways-press-{name}.csv")));
+    let sound = std::fs::read(&one).expect("stored");
+    std::fs::remove_file(&one).expect("there");
+    assert_eq!(computed(at), ["one"]);
+    std::fs::write(&one, &sound[..sound.len() / 2]).expect("writable");
+    assert_eq!(computed(at), ["one"]);
+    std::fs::copy(&other, &one).expect("both are there");
+    assert_eq!(computed(at), ["one"]);
+    assert_eq!(std::fs::read(&one).expect("stored"), sound);
+    std::fs::write(cases.join("ways-press-one.json"), "{").expect("writable");
+    assert_eq!(computed(at), ["one"]);
+}
+
+/// A result of another build is computed again, or kept where that is asked for; then the report names it.
+#[test]
+fn another_build_is_seen() {
+    let keep = folder();
+    let at = keep.path();
+    computed(at);
+    let path = at.join("results/cases/ways-press-one.json");
+    let text = std::fs::read_to_string(&path).expect("stored");
+    let own = env!("CARGO_PKG_VERSION");
+    let stored: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let source = stored["provenance"]["build"]["source_sha256"].as_str().expect("a digest").to_string();
+    std::fs::write(&path, text.replace(&source, &"0".repeat(64))).expect("writable");
+    assert_eq!(computed_with(at, true), [""; 0]);
+    let said = report::write(&at.join("results")).unwrap_or_else(|e| panic!("{e}")).warnings.join("\n");
+    assert!(said.contains(&format!("ways-press-one ({own}, sources 000000000000")), "{said}");
+    assert_eq!(computed(at), ["one"]);
+    let said = report::write(&at.join("results")).unwrap_or_else(|e| panic!("{e}")).warnings.join("\n");
+    assert!(!said.contains("other builds"), "{said}");
+}
