@@ -186,7 +186,7 @@ class Surfaces(Case):
                 self.covers_boundary(answer, "face_")
             with unittest.mock.patch.object(surface_mesh, "remeshed", side_effect=MesherFailed("no such luck")):
                 words = ('makes no mesh of a.stl', "faces cut at 20 degrees: Wrong topology", "anew by CGAL: no such luck", 'try generator = "cgal"')
-                answer = self.refused(3, words[0], "file", {"path": self.path("a.stl"), "unit_m": 1e-3}, size={"length": 0.002})
+                answer = self.refused(3, words[0], "file", self.parameters("a.stl"), size={"length": 0.002})
                 for word in words:
                     self.assertIn(word, answer["error"] + answer["hint"])
 
