@@ -39,6 +39,9 @@ impl Build {
 
     /// `0.1.0, sources 4f2a…, rustc 1.90.0 …, x86_64 with avx2`
     pub fn words(&self) -> String {
+        if self.version.is_empty() {
+            return "of an unknown build".into();
+        }
         let source = self.source_sha256.get(..12).unwrap_or("unknown");
         format!("{}, sources {source}, {}, {}", self.version, self.compiler, self.cpu)
     }
@@ -134,6 +137,7 @@ mod tests {
     fn a_build_names_its_sources() {
         let this = Build::this();
         assert_eq!(this.source_sha256.len(), 64);
+        assert_eq!(Build::default().words(), "of an unknown build");
         assert!(this.compiler.starts_with("rustc ") && this.words().contains(&this.source_sha256[..12]), "{this:?}");
     }
 }
