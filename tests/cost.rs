@@ -179,6 +179,34 @@ fn the_cheapest_setting_and_the_next_better_one_are_found() {
     }
 }
 
+/// A family whose meshes all have one cell across the thinnest wall is no reference: no error is claimed, and the reason is given.
+#[test]
+fn a_family_that_does_not_resolve_a_wall_is_no_reference() {
+    let (study, mut stored) = study();
+    stored.iter_mut().for_each(|c| c.record.mesh.wall_cells = Some(1.0));
+    let a = analyse(&study, &stored);
+    assert!(a.quantities[0].reference.as_ref().is_some_and(|r| r.refused));
+    assert!(a.verdict.contains("has no reference") && a.verdict.contains("across the thinnest wall"), "{}", a.verdict);
+    assert!(a.quantities[0].answers.iter().all(|answer| answer.cheapest.is_none()));
+}
+
+/// Errors of a quantity with an absolute tolerance are shares of absolute/relative where that is above the value.
+#[test]
+fn an_absolute_tolerance_sets_the_scale_of_errors() {
+    let (mut study, stored) = study();
+    let relative = analyse(&study, &stored);
+    let tolerance = 10.0 * LIMIT * study.tolerance;
+    study.quantities.get_mut("length").expect("a variant")[0].absolute_tolerance = Some(tolerance);
+    let absolute = analyse(&study, &stored);
+    let pairs = relative.quantities[0].settings.iter().zip(&absolute.quantities[0].settings);
+    for (a, b) in pairs {
+        // The scale is ten times the value; the curve is compared with ten times the peak, of which its own norm is a part.
+        assert!((a.errors[0] / b.errors[0] - 10.0).abs() < 1e-5, "{a:?} {b:?}");
+        assert!(b.errors[1] < 0.1 * a.errors[1], "{a:?} {b:?}");
+    }
+    assert!(absolute.quantities[0].sentence.contains("from family fine alone"), "{}", absolute.quantities[0].sentence);
+}
+
 fn durometer(arguments: &[&str]) -> Output {
     // Stored meshes only, whatever this machine has
     Command::new(env!("CARGO_BIN_EXE_durometer"))

@@ -10,6 +10,9 @@ pub struct Totals {
     /// Largest estimated correction of an accepted state, as a share of its largest displacement \[–\]
     #[serde(default)]
     pub correction: f64,
+    /// Accepted steps with iterations whose correction is not estimated: arc length, contact corrections, linearised steps
+    #[serde(default)]
+    pub without_correction: usize,
     /// Cuts of steps that did not converge
     pub cuts: usize,
     /// Steps that were solved, and repeated in parts since their time error was too large
@@ -33,6 +36,7 @@ impl Totals {
         self.steps += 1;
         self.iterations += solution.iterations;
         self.correction = self.correction.max(solution.correction.unwrap_or(0.0));
+        self.without_correction += usize::from(solution.correction.is_none() && solution.iterations > 0);
         self.regularised += usize::from(solution.regularised);
         self.projected += usize::from(solution.projected);
     }

@@ -1,7 +1,7 @@
 //! The frame that the analyses of all kinds of study share, around what only one kind finds.
 
 use crate::study::curve::peak_words;
-use crate::study::record::{Quantity, StoredCase, StudyRecord};
+use crate::study::record::{CaseRecord, Quantity, StoredCase, StudyRecord};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 use std::ops::Deref;
@@ -96,6 +96,30 @@ pub fn by_name<T>(all: &[ByQuantity<T>], describe: impl Fn(&ByQuantity<T>) -> Va
     for q in all {
         let entry = out.entry(q.quantity.name.clone()).or_insert_with(|| json!({}));
         entry[&q.variant] = describe(q);
+    }
+    out
+}
+
+/// Errors that no bar of these cases contains: of the time steps, where the states depend on them and `steps_vary` is false, and of the solver,
+/// where it is not estimated.
+pub fn warnings_of_steps(stored: &[StoredCase], steps_vary: bool) -> Vec<String> {
+    let mut out = vec![];
+    let count = |of: &dyn Fn(&CaseRecord) -> bool| stored.iter().filter(|c| of(&c.record)).count();
+    let by_steps = count(&|r| r.depends_on_steps());
+    if by_steps > 0 && !steps_vary {
+        out.push(format!(
+            "The states of {by_steps} of {} cases depend on the time steps, whose error is not estimated and in no error bar: add a family of \
+             role \"time_step\".",
+            stored.len()
+        ));
+    }
+    let unknown = count(&|r| r.solver.steps_without_algebraic_error > 0);
+    if unknown > 0 {
+        out.push(format!(
+            "The algebraic error of {unknown} of {} cases is not estimated in every step: steps by arc length, by contact corrections and \
+             linearised ones are accepted by their residual.",
+            stored.len()
+        ));
     }
     out
 }

@@ -281,6 +281,8 @@ struct Solved {
     refinement: Vec<RefinementRecord>,
     sensitivities: Option<Sensitivities>,
     one_run: Option<OneRunRecord>,
+    /// Facts about the result that its numbers do not say
+    notes: Vec<String>,
     build_s: f64,
     /// Wall and CPU seconds of the run
     times: (f64, f64),
@@ -319,12 +321,16 @@ fn solve(
             fields.add(&scene, state, number.next().expect("there is always a next number"));
         }
     };
+    let mut notes = vec![];
     let recorder = match constants {
         [] => None,
         some => match SensitivityRecorder::new(&scene, some) {
             Ok(recorder) => Some(recorder),
             // Intervals of constants are an addition; a scene without derivatives has its result
-            Err(_) if study.rules.input_uncertainty => None,
+            Err(why) if study.rules.input_uncertainty => {
+                notes.push(left_out(some, &why.to_string()));
+                None
+            }
             Err(why) => return Err(InverseError::from(why).into()),
         },
     };
@@ -348,7 +354,16 @@ fn solve(
     let repeats = if repeats > 1 { all } else { vec![] };
     let spent = |of: fn(&RefinementRecord) -> f64| refinement.iter().map(of).sum::<f64>();
     let times = (times.0 + spent(|r| r.wall_s), times.1 + spent(|r| r.cpu_s));
-    Ok(Some(Solved { scene, run, found, refinement, sensitivities, one_run, build_s, times, repeats }))
+    Ok(Some(Solved { scene, run, found, refinement, sensitivities, one_run, notes, build_s, times, repeats }))
+}
+
+/// The note that constants known within intervals are in no error bar.
+fn left_out(constants: &[Constant], why: &str) -> String {
+    let names: Vec<String> = constants.iter().map(ToString::to_string).collect();
+    format!(
+        "the intervals of {} are in no error bar, as derivatives by them are not known here: {why}",
+        names.join(", ")
+    )
 }
 
 /// Stores what a case has left; the record comes last. With it: whether another case ran at the same time, the memory of
@@ -372,6 +387,7 @@ fn store_result(
     record.one_run.clone_from(&solved.one_run);
     record.refinement.clone_from(&solved.refinement);
     record.notes.extend(refinement::note(&solved.refinement));
+    record.notes.extend(solved.notes.iter().cloned());
     if let Some(sensitivities) = &solved.sensitivities {
         let known = uncertain_constants(&case.spec);
         record.inputs = if case.after.is_none() { inputs(&known, run, sensitivities) } else { vec![] };

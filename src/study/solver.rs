@@ -23,6 +23,9 @@ pub struct SolverRecord {
     /// estimated; 0 where no step was judged by one
     #[serde(default)]
     pub algebraic_error: f64,
+    /// Accepted steps that `algebraic_error` says nothing of: arc length, contact corrections, linearised steps
+    #[serde(default)]
+    pub steps_without_algebraic_error: usize,
     /// Iterations of Newton's method in steps that were not accepted
     #[serde(default)]
     pub lost_iterations: usize,
@@ -124,6 +127,7 @@ impl SolverRecord {
             repeated_steps: run.totals.repeated,
             coarse_steps: run.totals.coarse,
             algebraic_error: run.totals.correction,
+            steps_without_algebraic_error: run.totals.without_correction,
             lost_iterations: run.tried_iterations.saturating_sub(run.totals.iterations),
             shifted_factorisations: run.shifted_factorisations,
             unstable_steps: run.totals.unstable,

@@ -1,7 +1,7 @@
 //! Warnings that a reader should know before trusting the numbers.
 
 use crate::report::numbers::{capital, space};
-use crate::study::analysis::ByQuantity;
+use crate::study::analysis::{ByQuantity, warnings_of_steps};
 use crate::study::estimate::richardson::LEAST_RATIO;
 use crate::study::kinds::convergence::cases::Cases;
 use crate::study::kinds::convergence::errors::{StepCause, StepError};
@@ -32,6 +32,8 @@ pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>], incomplete
         out.push("Cases ran at the same time: costs are CPU seconds of the solving thread, not wall seconds.".into());
     }
     out.extend(idle_steps(quantities));
+    let steps = quantities.iter().any(|q| q.step.is_some());
+    out.extend(warnings_of_steps(cases.stored, steps));
     out.extend(inaccurate(cases, quantities));
     for q in quantities {
         if let Some(step) = q.step.as_ref().filter(|s| !s.negligible) {

@@ -7,7 +7,7 @@ use crate::study::kinds::cost::findings::*;
 use crate::study::kinds::cost::line::Line;
 use crate::study::kinds::cost::reference::{curve_error, members, reference, step};
 use crate::study::kinds::cost::sentence;
-use crate::study::record::{CaseRecord, Role, StoredCase, StudyRecord};
+use crate::study::record::{CaseRecord, Quantity, Role, StoredCase, StudyRecord};
 
 /// Wall over CPU seconds from which a run was disturbed.
 const DISTURBED: f64 = 1.1;
@@ -20,7 +20,7 @@ pub fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis<CostFindi
         levels.sort_by(|a, b| b.total_cmp(a));
     }
     let mut quantities = ByQuantity::each(study, stored, |variant, quantity| {
-        Some(cost_of_accuracy(study, stored, variant, &quantity.name, &levels))
+        Some(cost_of_accuracy(study, stored, variant, quantity, &levels))
     });
     for q in &mut quantities {
         q.sentence = sentence::sentence(q, study.tolerance);
@@ -37,7 +37,7 @@ fn cost_of_accuracy(
     study: &StudyRecord,
     stored: &[StoredCase],
     variant: &str,
-    quantity: &str,
+    quantity: &Quantity,
     levels: &[f64],
 ) -> CostOfAccuracy {
     let reference = reference(study, stored, variant, quantity);
@@ -46,8 +46,9 @@ fn cost_of_accuracy(
         for case in members(stored, family, variant) {
             let known = settings.iter().any(|s: &CostedCase| s.case == case.record.id);
             let found = reference.as_ref().filter(|_| !known).and_then(|r| {
-                let value = peak(case, quantity)?;
-                let errors = [(value - r.peak).abs() / r.peak.abs(), curve_error(r, case, quantity)?];
+                let value = peak(case, &quantity.name)?;
+                let of_curve = curve_error(r, case, quantity, study.tolerance)?;
+                let errors = [(value - r.peak).abs() / r.scale, of_curve];
                 errors.iter().all(|e| e.is_finite()).then(|| setting(case, &family.name, family.role, value, errors))
             });
             settings.extend(found);
@@ -152,6 +153,8 @@ fn warnings(
     incomplete: &[(String, String)],
 ) -> Vec<String> {
     let mut out = analysis::warnings(incomplete);
+    let varies = stored.windows(2).any(|w| w[0].record.dt_s != w[1].record.dt_s);
+    out.extend(analysis::warnings_of_steps(stored, varies));
     let records = || stored.iter().map(|c| &c.record);
     if records().any(|r| r.shared) {
         out.push("Cases ran at the same time: `--jobs 1` gives quieter costs, and the memory of a case.".into());
@@ -180,6 +183,9 @@ fn warnings(
             out.push(format!("{title}: no family has the two cases that a reference needs."));
             continue;
         };
+        if r.refused {
+            continue;
+        }
         let signs =
             |family: &str, above: bool| q.settings.iter().any(|s| s.family == family && (s.value > r.peak) == above);
         let lucky = q.lines.iter().filter(|l| signs(&l.family, true) && signs(&l.family, false));

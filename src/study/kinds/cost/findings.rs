@@ -4,7 +4,7 @@
 //!
 //! ```text
 //! cost       CPU seconds of the run, the median of its repeats; spread (max − min)/median
-//! error       of the peak |f − f*|/|f*|, of the curve ‖f − f*‖₂/‖f*‖₂          f* from [`reference`]
+//! error       of the peak |f − f*|/scale, of the curve ‖f − f*‖₂/‖f*‖₂          f* from [`reference`]
 //! error bar   error + U(f*): a setting meets a level if its bar does
 //! front       settings that no cheaper one beats in error
 //! ```
@@ -119,7 +119,7 @@ pub enum Grows {
 impl CostOfAccuracy {
     /// U(f*) of a measure \[–\].
     pub fn uncertainty(&self, measure: Measure) -> f64 {
-        self.reference.as_ref().map_or(f64::INFINITY, |r| match measure {
+        self.reference.as_ref().filter(|r| !r.refused).map_or(f64::INFINITY, |r| match measure {
             Measure::Peak => r.peak_uncertainty,
             Measure::Curve => r.curve_uncertainty,
         })

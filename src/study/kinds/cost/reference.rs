@@ -2,8 +2,9 @@
 //!
 //! The families of role `reference`, or without one the families of meshes, are extrapolated as in a convergence study
 //! ([`crate::study::estimate::family`] for the peak, [`crate::study::estimate::curve`] for the curve): over h where the meshes
-//! differ, else over the mean step T/n with the order of the integrator. The family of least uncertainty is the reference, and one
-//! that contradicts it widens the uncertainty.
+//! differ, else over the mean step T/n with the order of the integrator. The reference is the envelope of the defensible families
+//! ([`crate::study::estimate::reference`]). Families that lock, diverge or do not resolve the thinnest wall are no reference. With an
+//! absolute tolerance errors are shares of the scale of [`crate::study::estimate::tolerance`].
 //!
 //! ```text
 //! U(f*) of the peak                as in a convergence study
@@ -15,7 +16,8 @@ use crate::study::curve::{Curve, l2};
 use crate::study::estimate::curve::compare;
 use crate::study::estimate::family::{Estimate, Level, estimate_of_order, formal_order};
 use crate::study::estimate::reference as chosen;
-use crate::study::record::{FamilyRecord, Role, StoredCase, StudyRecord};
+use crate::study::estimate::tolerance::Tolerance;
+use crate::study::record::{FamilyRecord, Quantity, Role, StoredCase, StudyRecord};
 use serde::Serialize;
 
 /// f* and f*(t) with their own errors.
@@ -23,9 +25,15 @@ use serde::Serialize;
 pub struct ReferenceCurve {
     pub family: String,
     pub method: String,
+    /// The families behind it, in words
+    pub from: String,
     /// f* \[unit of f\]
     pub peak: f64,
-    /// U(f*)/|f*| \[–\]
+    /// Value that errors are related to, |f*| unless the tolerance is absolute \[unit of f\]
+    pub scale: f64,
+    /// The family locks, diverges, or does not resolve the thinnest wall: no error is known
+    pub refused: bool,
+    /// U(f*)/scale \[–\]
     pub peak_uncertainty: f64,
     /// Relative L2 error of f*(t) \[–\]
     pub curve_uncertainty: f64,
@@ -64,11 +72,18 @@ fn size(cases: &[&StoredCase]) -> (impl Fn(&StoredCase) -> f64 + use<>, f64) {
 }
 
 /// The reference of a quantity in a variant; `None` where no family has two cases.
-pub fn reference(study: &StudyRecord, stored: &[StoredCase], variant: &str, quantity: &str) -> Option<ReferenceCurve> {
+pub fn reference(
+    study: &StudyRecord,
+    stored: &[StoredCase],
+    variant: &str,
+    quantity: &Quantity,
+) -> Option<ReferenceCurve> {
+    let tolerance = quantity.tolerance(study.tolerance);
+    let quantity = quantity.name.as_str();
     let of = |roles: &[Role]| -> Vec<(&FamilyRecord, Estimate)> {
         let families = study.families.iter().filter(|f| roles.contains(&f.role));
         families
-            .filter_map(|f| Some((f, extrapolated(f, &members(stored, f, variant), quantity, study.tolerance)?)))
+            .filter_map(|f| Some((f, extrapolated(f, &members(stored, f, variant), quantity, tolerance)?)))
             .collect()
     };
     let mut found = of(&[Role::Reference]);
@@ -76,27 +91,30 @@ pub fn reference(study: &StudyRecord, stored: &[StoredCase], variant: &str, quan
         found = of(&[Role::Sizes, Role::Element]);
     }
     let estimates: Vec<Estimate> = found.iter().map(|f| f.1.clone()).collect();
-    let best = chosen::choose(&estimates, study.tolerance)?;
+    let best = chosen::choose(&estimates, tolerance)?;
     let (family, estimate) = found.iter().find(|f| f.1.family == best.family)?;
     let cases = members(stored, family, variant);
     let (size, formal) = size(&cases);
     let mut curves: Vec<(String, f64, Curve)> =
         (cases.iter()).filter_map(|c| Some((c.record.id.clone(), size(c), Curve::of(&c.series, quantity)?))).collect();
     curves.sort_by(|a, b| a.1.total_cmp(&b.1));
-    let peak_uncertainty = best.uncertainty / best.value.abs();
+    let peak_uncertainty = best.uncertainty / best.scale;
     let study = compare(&curves, formal)?;
     let finest = &curves.first()?.2;
     let f = if study.star.is_empty() { study.t.iter().map(|t| finest.at(*t)).collect() } else { study.star.clone() };
-    let size = l2(&study.t, &f);
+    let size = l2(&study.t, &f).max(least(tolerance));
     let beyond = match study.gci.is_empty() || size == 0.0 {
         true => 0.0,
         false => (study.fs - 1.0) / study.fs * l2(&study.t, &study.gci) / size,
     };
-    let interpolated = study.interpolation_error.max(finest.interpolation_error()) / finest.peak().abs();
+    let interpolated = study.interpolation_error.max(finest.interpolation_error()) / best.scale;
     Some(ReferenceCurve {
+        from: best.from_words(),
         family: best.family,
         method: best.method,
         peak: best.value,
+        scale: best.scale,
+        refused: estimate.refused,
         peak_uncertainty,
         curve_uncertainty: peak_uncertainty.max(beyond) + interpolated,
         reasons: estimate.reasons.clone(),
@@ -104,20 +122,33 @@ pub fn reference(study: &StudyRecord, stored: &[StoredCase], variant: &str, quan
     })
 }
 
-fn extrapolated(family: &FamilyRecord, cases: &[&StoredCase], quantity: &str, tolerance: f64) -> Option<Estimate> {
+/// Least size of a curve that errors are related to; zero without an absolute tolerance.
+fn least(tolerance: Tolerance) -> f64 {
+    tolerance.scale(0.0)
+}
+
+fn extrapolated(
+    family: &FamilyRecord,
+    cases: &[&StoredCase],
+    quantity: &str,
+    tolerance: Tolerance,
+) -> Option<Estimate> {
     let (size, formal) = size(cases);
+    // Over time steps the mesh stays, and with it the cells across its walls.
+    let by_mesh = cases.iter().any(|c| c.record.mesh.h_m != cases[0].record.mesh.h_m);
     let level = |c: &&StoredCase| {
-        Some(Level { id: c.record.id.clone(), h: size(c), f: peak(c, quantity)?, ..Level::default() })
+        let own = Level::of(&c.record, peak(c, quantity)?);
+        Some(if by_mesh { own } else { Level { h: size(c), edge: None, wall: None, ..own } })
     };
     let levels = cases.iter().filter_map(level).collect();
     estimate_of_order((&family.name, family.role, &family.formulation), formal, levels, None, tolerance)
 }
 
 /// ‖f − f*‖₂/‖f*‖₂ on the times of f*, f linear between its rows: a user with such steps has no more than those.
-pub fn curve_error(reference: &ReferenceCurve, case: &StoredCase, quantity: &str) -> Option<f64> {
-    let f = Curve::of(&case.series, quantity)?;
+pub fn curve_error(reference: &ReferenceCurve, case: &StoredCase, quantity: &Quantity, tolerance: f64) -> Option<f64> {
+    let f = Curve::of(&case.series, &quantity.name)?;
     let Curve { t, f: star } = &reference.curve;
     let d: Vec<f64> = t.iter().zip(star).map(|(t, star)| f.at(*t) - star).collect();
-    let whole = l2(t, star);
+    let whole = l2(t, star).max(least(quantity.tolerance(tolerance)));
     (whole > 0.0).then(|| l2(t, &d) / whole)
 }

@@ -10,16 +10,24 @@ pub fn sentence(q: &ByQuantity<CostOfAccuracy>, tolerance: f64) -> String {
     let Some(r) = &q.reference else {
         return format!("{}: no reference, so no cost can be given.", capital(&q.title()));
     };
+    if r.refused {
+        let why = r.reasons.join("; ");
+        return format!(
+            "{}: no family can be a reference, so no error is known: family {}: {why}.",
+            capital(&q.title()),
+            r.family
+        );
+    }
     let (peak, unit) = (r.peak, space(&q.quantity.unit));
-    let n = digits(r.peak_uncertainty * peak.abs());
-    let half = r.peak_uncertainty * peak.abs();
+    let half = r.peak_uncertainty * r.scale;
+    let n = digits(half);
     format!(
-        "{}: {}; {}. Reference: {} {peak:.n$}{unit} ± {half:.n$}{unit} from family {}.",
+        "{}: {}; {}. Reference: {} {peak:.n$}{unit} ± {half:.n$}{unit} {}.",
         capital(&q.title()),
         cheapest(q, Measure::Peak, tolerance),
         cheapest(q, Measure::Curve, tolerance),
         q.peak_is.trim_end_matches(" of"),
-        r.family
+        r.from
     )
 }
 
@@ -76,6 +84,10 @@ pub fn verdict(quantities: &[ByQuantity<CostOfAccuracy>], tolerance: f64, missin
         };
         let answer = q.answer(Measure::Peak, tolerance).and_then(|a| a.cheapest);
         let title = format!("the {}", q.peak_title());
+        if let Some(r) = q.reference.as_ref().filter(|r| r.refused) {
+            parts.push(format!("{title} has no reference (family {}: {})", r.family, r.reasons.join("; ")));
+            continue;
+        }
         let mut words = match answer {
             Some(k) => {
                 let s = &q.settings[k];
