@@ -52,7 +52,7 @@ fn stored(study: &Study, only: Option<&str>) -> Results {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let stop = AtomicBool::new(false);
     let options =
-        Options { jobs: 2, redo: false, accept_build: false, only: only.map(String::from), vtu: false, stop: &stop };
+        Options { jobs: 2, redo: false, accept_build: false, only: only.map(Into::into), vtu: false, stop: &stop };
     runner::run(study, folder.path(), &options, &Silent).unwrap_or_else(|e| panic!("{e}"));
     results::read(folder.path()).unwrap_or_else(|e| panic!("{e}"))
 }

@@ -3,6 +3,7 @@
 mod arguments;
 mod bars;
 mod body_figure;
+mod cases;
 mod check;
 mod doctor;
 mod files;
@@ -47,6 +48,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Run(run::Args),
+    Cases(cases::Args),
     Simulate(simulate::Args),
     Import(import::Args),
     Mesh(mesh::Args),
@@ -66,6 +68,7 @@ pub fn main() -> ExitCode {
     }
     let result = match command {
         Command::Run(args) => run::main(args),
+        Command::Cases(args) => cases::main(args),
         Command::Simulate(args) => simulate::main(args),
         Command::Import(args) => import::main(args),
         Command::Mesh(args) => mesh::main(args),

@@ -4,6 +4,7 @@ use super::outcome::{CommandResult, Outcome};
 use super::{bars::Bars, files};
 use durometer::study::expand::Study;
 use durometer::study::extension::Additions;
+use durometer::study::only::{Only, Partition};
 use durometer::study::record::CaseRecord;
 use durometer::study::report::{self, Summary};
 use durometer::study::runner::{self, Options};
@@ -22,6 +23,7 @@ Examples:
   durometer run finger-convergence --jobs 1           undisturbed wall times
   durometer run finger-convergence --only tet10       these cases; the report shows what exists
   durometer run my-study --extend                     one more mesh where the verdict is refused
+  durometer run my-study --partition 2/8              the second of eight parts; then durometer report reports/my-study
   durometer run finger-convergence --set laws.rubber.nu=0.49 --out reports/nu-49
   durometer run my-study/study.toml --json > summary.json
 
@@ -37,7 +39,7 @@ pub struct Args {
     vtu: bool,
     /// Where the evidence supports no verdict, add the mesh that the report asks for and run it; extension.toml in the folder of
     /// the results keeps it
-    #[arg(long, conflicts_with = "only")]
+    #[arg(long, conflicts_with_all = ["only", "partition"])]
     extend: bool,
     #[command(flatten)]
     how: How,
@@ -50,7 +52,10 @@ pub fn main(args: Args) -> CommandResult {
     let dir = args.how.dir(&named);
     let study = Study::read_with_additions(&file, &changes, &dir)?;
     let done = execute(&study, &args.how, args.vtu)?;
-    let extension = done.summary.as_ref().and_then(|s| s.extension.as_ref());
+    let extension = match &done.end {
+        End::Report(summary) => summary.extension.as_ref(),
+        _ => None,
+    };
     let Some(extension) = extension.filter(|_| args.extend) else {
         if args.extend {
             eprintln!("nothing is added: there is a verdict, or no family whose meshes can be refined by their keys");
@@ -82,6 +87,9 @@ pub struct How {
     /// Only cases whose id contains this text
     #[arg(long, value_name = "CASE")]
     only: Option<String>,
+    /// Only the cases of the K-th of N parts, by the hash of their ids; several runs into one folder share a study. No report is written
+    #[arg(long, value_name = "K/N", conflicts_with = "only")]
+    partition: Option<Partition>,
     /// Print summary.json instead of progress
     #[arg(long)]
     json: bool,
@@ -92,14 +100,32 @@ impl How {
     fn dir(&self, study: &str) -> PathBuf {
         self.out.clone().unwrap_or_else(|| PathBuf::from("reports").join(study))
     }
+
+    /// The cases that are asked for, where not all of them are.
+    fn only(&self) -> Option<Only> {
+        self.partition.map(Only::Partition).or_else(|| self.only.as_deref().map(Only::from))
+    }
 }
 
 /// A study that was run.
 pub struct Done {
     dir: PathBuf,
-    /// None where the run was stopped
-    summary: Option<Summary>,
+    end: End,
     records: Vec<CaseRecord>,
+}
+
+/// How the run of a study ended.
+enum End {
+    Stopped,
+    /// One part of several is done
+    Part {
+        part: Only,
+        /// Cases of this part that wait for the results of others
+        waiting: usize,
+        /// Whether a case that did not converge is a result of its own
+        keep_refusals: bool,
+    },
+    Report(Box<Summary>),
 }
 
 /// Runs the cases of a study, with fields for ParaView where `vtu` asks for them, and writes its report.
@@ -107,34 +133,67 @@ pub fn execute(study: &Study, how: &How, vtu: bool) -> Result<Done, Box<dyn std:
     let dir = how.dir(&study.name);
     let jobs = how.jobs.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, Into::into));
     let stop = super::interrupt::stop_flag();
-    let options = Options { jobs, redo: how.redo, accept_build: how.accept_build, only: how.only.clone(), vtu, stop };
-    let bars = Bars::of(study.cases.iter().filter(|c| options.wants(&c.id)).count(), how.json);
+    let options = Options { jobs, redo: how.redo, accept_build: how.accept_build, only: how.only(), vtu, stop };
+    let wanted = study.cases.iter().filter(|c| options.wants(&c.id)).count();
+    let bars = Bars::of(wanted, how.json);
     let records = runner::run(study, &dir, &options, &bars)?;
     if stop.load(Ordering::Relaxed) {
-        let (kept, all) = (records.len(), study.cases.len());
-        eprintln!("stopped: {kept} of {all} cases are finished and kept in {}; run again to go on", dir.display());
-        return Ok(Done { dir, summary: None, records });
+        let kept = records.len();
+        eprintln!("stopped: {kept} of {wanted} cases are finished and kept in {}; run again to go on", dir.display());
+        return Ok(Done { dir, end: End::Stopped, records });
     }
-    let summary = Some(report::write(&dir)?);
-    Ok(Done { dir, summary, records })
+    let end = match options.only.filter(Only::is_part) {
+        Some(part) => {
+            let (waiting, keep_refusals) = (wanted - records.len(), study.rules.keep_refusals);
+            End::Part { part, waiting, keep_refusals }
+        }
+        None => End::Report(report::write(&dir)?.into()),
+    };
+    Ok(Done { dir, end, records })
 }
 
 impl Done {
     /// Prints the verdict, or `summary.json`, and names the cases that are not complete.
     pub fn tell(&self, how: &How) -> CommandResult {
-        let Some(summary) = &self.summary else { return Ok(Outcome::Interrupted) };
-        if how.json {
-            println!("{}", serde_json::to_string_pretty(summary)?);
-        } else {
-            println!("\n{}\n\nreport: {}", summary.verdict, self.dir.join("index.html").display());
+        let mut failed: Vec<&CaseRecord> = self.records.iter().filter(|r| !r.converged()).collect();
+        match &self.end {
+            End::Stopped => return Ok(Outcome::Interrupted),
+            End::Part { part, waiting, keep_refusals } => {
+                if *keep_refusals {
+                    failed.clear();
+                }
+                let cases = self.records.len();
+                if how.json {
+                    println!("{}", serde_json::json!({ "part": part.to_string(), "cases": cases, "waiting": waiting }));
+                } else {
+                    println!("\n{part}: {cases} cases are done{}", Self::words_of_waiting(*waiting));
+                }
+            }
+            End::Report(summary) => {
+                if how.json {
+                    println!("{}", serde_json::to_string_pretty(summary)?);
+                } else {
+                    println!("\n{}\n\nreport: {}", summary.verdict, self.dir.join("index.html").display());
+                }
+                // Where a study judges its cases one by one, a status may be the right end of a case
+                let wrong =
+                    |r: &&CaseRecord| summary.outcome(&r.id).map_or(!r.converged(), |outcome| outcome == "fail");
+                failed = self.records.iter().filter(wrong).collect();
+            }
         }
-        // Where a study judges its cases one by one, a status may be the right end of a case
-        let failed = |r: &&CaseRecord| summary.outcome(&r.id).map_or(!r.converged(), |outcome| outcome == "fail");
-        let failed: Vec<&CaseRecord> = self.records.iter().filter(failed).collect();
         for record in &failed {
             let detail = record.status_detail.as_deref().unwrap_or("see the report");
             eprintln!("not complete: {}: {}: {detail}", record.id, record.status);
         }
         Ok(if failed.is_empty() { Outcome::Complete } else { Outcome::RunIncomplete })
+    }
+
+    fn words_of_waiting(waiting: usize) -> String {
+        match waiting {
+            0 => String::new(),
+            n => format!(
+                "; {n} wait for results of other parts: run this part again, or the whole study, when those are there"
+            ),
+        }
     }
 }

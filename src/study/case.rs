@@ -2,7 +2,7 @@
 
 use crate::calibrate::inverse::Calibration;
 use crate::scene::{Body, Constant, SceneSpec};
-use crate::study::identity::Identity;
+use crate::study::identity::{Identity, mesh_sha256};
 use crate::study::inverse::CalibrationPlan;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -36,8 +36,13 @@ pub struct After {
 impl Case {
     /// Identity of the result of this case on its body; without one that of a case that has none.
     pub fn identity(&self, body: Option<&Body>) -> Identity {
+        self.identity_on(body.map_or_else(String::new, mesh_sha256))
+    }
+
+    /// The same on a mesh of this digest.
+    pub fn identity_on(&self, mesh_sha256: String) -> Identity {
         let asked = self.plan.as_ref().map_or("", |plan| plan.sha256.as_str());
-        Identity::of(&self.scene_file, &self.text, asked, body)
+        Identity::of(&self.scene_file, &self.text, asked, mesh_sha256)
     }
 
     /// This case with the law of `source` and the constants found there, and these constants as they are called in it;

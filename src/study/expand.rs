@@ -11,7 +11,7 @@ use crate::study::record::{FamilyRecord, Quantity, Role, StudyRecord};
 use crate::study::spec::{FamilySpec, VariantSpec, check_names, refuse};
 use serde::Deserialize;
 use serde::de::{Deserializer, Error};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
 /// The keys of `studies/<name>/study.toml` that every kind has.
@@ -147,7 +147,8 @@ impl Study {
             check_names(names)
                 .map_err(|(k, fact, remedy)| refuse(file, (format!("{what} {}", k + 1), fact, remedy.into())))?;
         }
-        let mut cases = CaseList { file, scene, expansion: &expansion, changes, all: vec![] };
+        let (all, ids, scenes) = (vec![], HashSet::new(), HashMap::new());
+        let mut cases = CaseList { file, scene, expansion: &expansion, changes, all, ids, scenes };
         let mut families = expansion.families.iter().map(|f| cases.family(f)).collect::<Result<Vec<_>, _>>()?;
         let mut quantities: BTreeMap<String, Vec<Quantity>> =
             expansion.variants.iter().map(|v| (v.name.clone(), v.quantities.clone())).collect();
@@ -225,6 +226,9 @@ struct CaseList<'a> {
     expansion: &'a StoredExpansion,
     changes: &'a Changes<'a>,
     all: Vec<Case>,
+    ids: HashSet<String>,
+    /// Variant, where it counts, and scene → id of the case that runs it
+    scenes: HashMap<(String, String), String>,
 }
 
 impl CaseList<'_> {
@@ -284,16 +288,18 @@ impl CaseList<'_> {
         })?;
         let formulation = spec.formulation();
         let expansion = self.expansion;
-        let shared = |c: &&Case| c.text == text && (expansion.plans.is_empty() || c.variant == variant.name);
-        if let Some(same) = self.all.iter().find(shared).filter(|_| expansion.rules.share_cases) {
-            return Ok((same.id.clone(), formulation));
+        let of_variant = if expansion.plans.is_empty() { String::new() } else { variant.name.clone() };
+        let scene = (of_variant, text.clone());
+        if let Some(same) = self.scenes.get(&scene).filter(|_| expansion.rules.share_cases) {
+            return Ok((same.clone(), formulation));
         }
         let id = format!("{}-{}-{label}", family.name, variant.name);
-        if self.all.iter().any(|c| c.id == id) {
+        if !self.ids.insert(id.clone()) {
             let fact = format!("another case is called {id} too");
             let remedy = "rename the family, the variant or the member".into();
             return Err(refuse(self.file, (place.into(), fact, remedy)));
         }
+        self.scenes.entry(scene).or_insert_with(|| id.clone());
         self.all.push(Case {
             id: id.clone(),
             family: family.name.clone(),

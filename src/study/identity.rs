@@ -74,14 +74,18 @@ pub struct Identity {
 }
 
 impl Identity {
-    /// Of a resolved scene, of what is `asked` in addition, as a digest, and of its body, if it has one.
-    pub fn of(scene_file: &Path, text: &str, asked: &str, body: Option<&Body>) -> Self {
+    /// Of a resolved scene, of what is `asked` in addition, as a digest, and of its mesh, by [`mesh_sha256`].
+    pub fn of(scene_file: &Path, text: &str, asked: &str, mesh_sha256: String) -> Self {
         let files = files(scene_file, text);
-        let mesh_sha256 = body.map_or_else(String::new, |body| sha256(format!("{}{:?}", body.sha256, body.paths)));
         let mut all = format!("{:?}", (text, asked, &mesh_sha256));
         files.iter().for_each(|f| all += &format!("{:?}", (&f.file, &f.sha256)));
         Self { sha256: sha256(all), files, mesh_sha256 }
     }
+}
+
+/// SHA-256 of the mesh with the cable paths of its body.
+pub fn mesh_sha256(body: &Body) -> String {
+    sha256(format!("{}{:?}", body.sha256, body.paths))
 }
 
 /// The files that a resolved scene names, under the key `file` wherever it is: relative to the scene.

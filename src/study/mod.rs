@@ -4,7 +4,8 @@
 //! |---|---|
 //! | From a study file to its cases | [`expand`], and the kind of the study in [`kinds`] |
 //! | Meshes added to a study that has results | [`extension`] |
-//! | Which cases run, and which stored result is reused | [`runner`] |
+//! | Which cases run, and which stored result is reused | [`only`], [`waiting`], [`runner`] |
+//! | The cases with what is stored of them, and what they are expected to cost | [`listing`], [`forecast`] |
 //! | Errors from one run and derivatives by constants, kept with a result | [`one_run`], [`inputs`] |
 //! | Inputs, files and build that a result belongs to | [`identity`], [`builds`] |
 //! | Content of a stored result, and where it is kept | [`record`], [`store`] |
@@ -24,13 +25,16 @@ pub mod expand;
 pub mod extension;
 pub mod fields;
 pub mod figures;
+pub mod forecast;
 pub mod identity;
 pub mod inputs;
 pub mod inverse;
 pub mod kind;
 pub mod kinds;
+pub mod listing;
 pub mod locking;
 pub mod one_run;
+pub mod only;
 pub mod outcome;
 pub mod overlay;
 pub mod page;
@@ -46,4 +50,5 @@ pub mod spec;
 pub mod store;
 pub mod summary;
 pub mod tables;
+pub mod waiting;
 pub mod work;

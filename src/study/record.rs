@@ -15,7 +15,7 @@ use crate::study::refinement::RefinementRecord;
 use crate::study::solver::SolverRecord;
 use crate::study::work::{RepeatRecord, WorkRecord};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 /// A finished case (also one that stopped early: `status` says so).
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Default)]
@@ -249,6 +249,13 @@ pub struct Provenance {
     pub results: Vec<FileDigest>,
 }
 
+impl Provenance {
+    /// Whether the result is that of these inputs, and of this build of the program or any.
+    pub fn counts_for(&self, identity: &Identity, accept_build: bool) -> bool {
+        self.identity == *identity && (accept_build || self.build == Build::this())
+    }
+}
+
 /// Description of a study and the cases that belong to it: `study.json`, next to the folder `cases/`.
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
 pub struct StudyRecord {
@@ -284,11 +291,13 @@ impl StudyRecord {
     /// Cases without a usable result: (id, what is wrong).
     pub fn incomplete(&self, stored: &[StoredCase]) -> Vec<(String, String)> {
         let mut out: Vec<(String, String)> = vec![];
+        let stored: HashMap<&str, &CaseRecord> = stored.iter().map(|c| (c.record.id.as_str(), &c.record)).collect();
+        let mut seen = HashSet::new();
         for id in self.families.iter().flat_map(|f| &f.cases) {
-            if out.iter().any(|(known, _)| known == id) {
+            if !seen.insert(id) {
                 continue;
             }
-            match stored.iter().find(|c| c.record.id == *id).map(|c| &c.record) {
+            match stored.get(id.as_str()) {
                 None => out.push((id.clone(), "has no result".into())),
                 Some(r) if !r.converged() => {
                     let detail = r.status_detail.as_ref().map(|d| format!(": {d}")).unwrap_or_default();

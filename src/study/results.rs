@@ -5,7 +5,7 @@ use crate::report::error::ReportError;
 use crate::report::files::{json, read_with};
 use crate::study::record::{CaseRecord, Series, StoredCase, StudyRecord};
 use crate::study::skin::Skin;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::io::ErrorKind;
 use std::path::Path;
 
@@ -27,8 +27,9 @@ pub fn read(dir: &Path) -> Result<Results, ReportError> {
     let study: StudyRecord = json(&path)?.ok_or_else(|| ReportError::NotAStudy { path: path.clone() })?;
     let (mut cases, mut skins): (Vec<StoredCase>, _) = (vec![], BTreeMap::new());
     let (mut found, mut sensitivities) = (BTreeMap::new(), BTreeMap::new());
+    let mut seen = HashSet::new();
     for id in study.families.iter().flat_map(|f| &f.cases) {
-        if cases.iter().any(|c| c.record.id == *id) {
+        if !seen.insert(id) {
             continue;
         }
         let file = |extension: &str| dir.join("cases").join(format!("{id}.{extension}"));

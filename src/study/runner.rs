@@ -9,17 +9,19 @@ use crate::solve::Status;
 use crate::study::case::Case;
 use crate::study::expand::Study;
 use crate::study::fields::{Fields, USUAL};
-use crate::study::identity::{Build, Identity};
+use crate::study::identity::Identity;
 use crate::study::inputs::{inputs, uncertain_constants};
 use crate::study::one_run::{OneRunRecord, one_run};
+use crate::study::only::Only;
 use crate::study::outcome::{record, refused, skin};
-use crate::study::record::{CaseRecord, PANICKED, REFUSED, Role};
+use crate::study::record::{CaseRecord, PANICKED, REFUSED};
 use crate::study::refinement::{self, RefinementRecord, refined};
 use crate::study::store::{Store, StoreError};
+use crate::study::waiting;
 use crate::study::work::{RepeatRecord, largest_memory, measure, watch_memory};
 use crate::system::State;
 use cpu_time::ThreadTime;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
@@ -62,8 +64,8 @@ pub struct Options<'a> {
     pub redo: bool,
     /// Keep results that another build of this program computed from the same inputs
     pub accept_build: bool,
-    /// Only cases whose id contains this
-    pub only: Option<String>,
+    /// Only these cases
+    pub only: Option<Only>,
     /// Write the fields of every case into `cases/<id>/`; a finished case without them is run again
     pub vtu: bool,
     /// Set to stop: running cases are dropped, finished ones kept
@@ -73,20 +75,22 @@ pub struct Options<'a> {
 impl Options<'_> {
     /// Whether this case is to be run (or kept).
     pub fn wants(&self, id: &str) -> bool {
-        self.only.as_ref().is_none_or(|only| id.contains(only.as_str()))
+        self.only.as_ref().is_none_or(|only| only.takes(id))
     }
 }
 
 /// Runs a study into `dir`. Returns the records of all wanted cases that have one; an interrupted case has none.
 pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> Result<Vec<CaseRecord>, RunError> {
     let cases: Vec<&Case> = study.cases.iter().filter(|c| options.wants(&c.id)).collect();
-    if cases.is_empty() {
+    if let (true, Some(Only::Containing(only))) = (cases.is_empty(), &options.only) {
         let known = study.cases.iter().map(|c| c.id.as_str()).collect::<Vec<_>>().join(", ");
-        return Err(RunError::NoSuchCase { only: options.only.clone().unwrap_or_default(), known });
+        return Err(RunError::NoSuchCase { only: only.clone(), known });
     }
+    let is_part = options.only.as_ref().is_some_and(Only::is_part);
     let store = Store::create(dir, &study.record)?;
     // A case that waits has its scene later, and a case that is to be run is looked at then
-    let others = study.cases.iter().filter(|c| c.after.is_none() && !options.wants(&c.id) && store.has(&c.id));
+    let is_other = |c: &&Case| !is_part && c.after.is_none() && !options.wants(&c.id) && store.has(&c.id);
+    let others = study.cases.iter().filter(is_other);
     for case in others {
         let body = Body::load(&case.scene_file, &case.spec.mesh, &mut |line| watch.meshing(&case.id, line)).ok();
         store.forget_outdated(&case.id, &case.identity(body.as_ref()))?;
@@ -96,22 +100,18 @@ pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> R
     let with_constants = |c: &Case| (c.clone(), constants(c).into_iter().map(|(constant, _)| constant).collect());
     let mut records = side_by_side(study, now.into_iter().map(with_constants).collect(), &store, options, watch)?;
     if !later.is_empty() && !options.stop.load(Ordering::Relaxed) {
-        let ready = later.into_iter().filter_map(|c| ready(study, c, &records, &store)).collect();
+        // Other runs make the results of the other cases: what waits takes them from the store, once they are all there
+        let sources = |c: &Case| match is_part {
+            true => waiting::sources(study, c, &store, options.accept_build),
+            false => Some(records.clone()),
+        };
+        let ready = |c| waiting::ready(study, c, &sources(c)?, &store);
+        let ready = later.into_iter().filter_map(ready).collect();
         records.extend(side_by_side(study, ready, &store, options, watch)?);
     }
-    records.sort_by_key(|r: &CaseRecord| study.cases.iter().position(|c| c.id == r.id));
+    let places: HashMap<&str, usize> = study.cases.iter().enumerate().map(|(k, c)| (c.id.as_str(), k)).collect();
+    records.sort_by_key(|r: &CaseRecord| places.get(r.id.as_str()).copied());
     Ok(records)
-}
-
-/// A case that waited, with the constants of the finest converged mesh of its variant.
-fn ready(study: &Study, case: &Case, records: &[CaseRecord], store: &Store) -> Option<(Case, Vec<Constant>)> {
-    let after = case.after.as_ref()?;
-    let of_sizes =
-        |r: &&CaseRecord| study.record.families.iter().any(|f| f.role == Role::Sizes && f.cases.contains(&r.id));
-    let own = records.iter().filter(|r| r.variant == after.variant && r.converged());
-    let finest = own.filter(of_sizes).max_by_key(|r| r.mesh.cells)?;
-    let source = study.cases.iter().find(|c| c.id == finest.id)?;
-    case.with_constants(source, &store.calibration(&finest.id)?)
 }
 
 /// Runs cases, each together with the derivatives by the constants.
@@ -223,9 +223,7 @@ fn run_or_reuse(
     let repeats = if options.vtu { 1 } else { study.repeats(case) };
     let enough =
         |r: &CaseRecord| r.repeats.len().max(1) >= repeats && (r.one_run.is_some() || !study.estimates_errors(case));
-    let same = |r: &CaseRecord| {
-        r.provenance.identity == identity && (options.accept_build || r.provenance.build == Build::this())
-    };
+    let same = |r: &CaseRecord| r.provenance.counts_for(&identity, options.accept_build);
     let usable = |r: &CaseRecord| drawn && !options.redo && same(r) && (enough(r) || !r.converged());
     if let Some(record) = store.record(&case.id).filter(usable) {
         watch.finished(&record, true);

@@ -3,6 +3,7 @@
 use crate::scene::SceneError;
 use crate::study::record::{Quantity, Role};
 use serde::Deserialize;
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 /// The scene driven in one manner, and the quantities judged there.
@@ -81,8 +82,9 @@ pub fn check_members(families: &[FamilySpec], compared: &[Role]) -> Result<(), M
 
 /// Names become parts of file names and are told apart: index, fact and remedy of the first that cannot be used.
 pub fn check_names(names: &[String]) -> Result<(), (usize, String, &'static str)> {
+    let mut seen = HashSet::new();
     for (k, name) in names.iter().enumerate() {
-        if names[..k].contains(name) {
+        if !seen.insert(name) {
             return Err((k, format!("another one is called \"{name}\" too"), "give it a name of its own"));
         }
         let fits = |c: char| c.is_alphanumeric() || "._-".contains(c);

@@ -51,6 +51,13 @@ impl MeshStore {
         if own.exists() { own } else { "python3".into() }
     }
 
+    /// The same meshes without the mesher: one that is not stored is an error.
+    #[must_use]
+    pub fn stored_only(self) -> Self {
+        // No program has the empty name
+        Self { python: PathBuf::new(), ..self }
+    }
+
     /// The mesher of this project.
     pub fn mesher(&self) -> Mesher<'_> {
         Mesher { home: &self.home, python: &self.python }

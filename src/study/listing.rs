@@ -1,0 +1,134 @@
+//! The cases of a study with what is stored of them and what they are expected to cost.
+
+use crate::mesh::generate::MeshStore;
+use crate::scene::Body;
+use crate::study::case::Case;
+use crate::study::expand::Study;
+use crate::study::forecast::{Expected, Forecast};
+use crate::study::identity::{Identity, mesh_sha256};
+use crate::study::record::CaseRecord;
+use crate::study::store::Store;
+use crate::study::waiting;
+use serde::Serialize;
+use std::collections::HashMap;
+use std::path::Path;
+
+/// A case of a study, before it runs.
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct Listed {
+    pub id: String,
+    pub family: String,
+    pub variant: String,
+    pub member: String,
+    pub state: State,
+    /// SHA-256 of the scene, its files and its mesh; none where the mesh, or a constant it waits for, does not exist yet
+    pub identity: Option<String>,
+    /// Variant whose constants it waits for
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub waits_for: Option<String>,
+    /// Of its mesh; none before that exists
+    pub nodes: Option<usize>,
+    #[serde(flatten)]
+    pub expected: Expected,
+}
+
+/// The stored result of a case.
+#[derive(Serialize, Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[serde(rename_all = "snake_case")]
+pub enum State {
+    /// It counts: `run` keeps it
+    Stored,
+    /// Of the same inputs by another build of this program
+    OtherBuild,
+    /// Of other inputs
+    Outdated,
+    /// Its files are not those that were stored
+    Damaged,
+    Missing,
+    /// Whether the result counts is not known before the mesh is made
+    Unmeshed,
+}
+
+impl State {
+    /// As a list of cases shows it.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Stored => "stored",
+            Self::OtherBuild => "other build",
+            Self::Outdated => "outdated",
+            Self::Damaged => "damaged",
+            Self::Missing => "missing",
+            Self::Unmeshed => "unmeshed",
+        }
+    }
+}
+
+/// Lists the cases. No mesh is made, and nothing is written.
+pub fn list(study: &Study, dir: &Path) -> Vec<Listed> {
+    let store = Store { dir: dir.into() };
+    let meshes = MeshStore::find().ok().map(MeshStore::stored_only);
+    let mut meshes = Meshes { store: meshes, known: HashMap::new() };
+    let (mut forecast, mut found) = (Forecast::default(), vec![]);
+    for case in &study.cases {
+        let record = store.record(&case.id);
+        record.iter().for_each(|r| forecast.learn(r));
+        let mesh = meshes.of(case);
+        let identity = mesh.as_ref().and_then(|(sha256, _)| identity(study, case, sha256, &store));
+        let state = state(&store, case, record.as_ref(), identity.as_ref());
+        found.push((state, identity, mesh.map(|(_, nodes)| nodes)));
+    }
+    let fitted = forecast.fitted();
+    let listed = study.cases.iter().zip(found).map(|(case, (state, identity, nodes))| Listed {
+        id: case.id.clone(),
+        family: case.family.clone(),
+        variant: case.variant.clone(),
+        member: case.member.clone(),
+        state,
+        identity: identity.map(|i| i.sha256),
+        waits_for: case.after.as_ref().map(|after| after.variant.clone()),
+        nodes,
+        expected: fitted.of(&case.id, &case.spec.formulation(), nodes),
+    });
+    listed.collect()
+}
+
+fn identity(study: &Study, case: &Case, mesh_sha256: &str, store: &Store) -> Option<Identity> {
+    match case.after {
+        None => Some(case.identity_on(mesh_sha256.into())),
+        Some(_) => {
+            let sources = waiting::sources(study, case, store, true)?;
+            let (case, _) = waiting::ready(study, case, &sources, store)?;
+            Some(case.identity_on(mesh_sha256.into()))
+        }
+    }
+}
+
+fn state(store: &Store, case: &Case, record: Option<&CaseRecord>, identity: Option<&Identity>) -> State {
+    match (record, identity) {
+        (None, _) if store.has(&case.id) => State::Damaged,
+        (None, _) => State::Missing,
+        (Some(_), None) if case.after.is_none() => State::Unmeshed,
+        (Some(_), None) => State::Outdated,
+        (Some(r), Some(identity)) if r.provenance.counts_for(identity, false) => State::Stored,
+        (Some(r), Some(identity)) if r.provenance.counts_for(identity, true) => State::OtherBuild,
+        _ => State::Outdated,
+    }
+}
+
+/// The stored meshes of a study, each of which is read once.
+struct Meshes {
+    store: Option<MeshStore>,
+    /// Scene file and `[mesh]` → digest and nodes
+    known: HashMap<String, Option<(String, usize)>>,
+}
+
+impl Meshes {
+    fn of(&mut self, case: &Case) -> Option<(String, usize)> {
+        let read = || {
+            let body = Body::load_from(&case.scene_file, &case.spec.mesh, self.store.as_ref(), &mut |_| {}).ok()?;
+            Some((mesh_sha256(&body), body.mesh.points.len()))
+        };
+        let key = format!("{:?}", (&case.scene_file, &case.spec.mesh));
+        self.known.entry(key).or_insert_with(read).clone()
+    }
+}
