@@ -69,7 +69,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let study = Study::read(&file, &[])?;
     let results = folder.path().join("results");
     let stop = AtomicBool::new(false);
-    let options = StudyOptions { jobs: 2, redo: false, accept_build: false, only: None, vtu: false, stop: &stop };
+    let options = StudyOptions {
+        jobs: 2,
+        redo: false,
+        accept_build: false,
+        only: None,
+        vtu: false,
+        isolation: Isolation::Threads,
+        stop: &stop,
+    };
     let records = run_study(&study, &results, &options, &Silent)?;
     assert!(records.len() == 3 && records.iter().all(|record| record.converged()));
 

@@ -10,7 +10,7 @@ use durometer::study::kinds::coverage::share::Share;
 use durometer::study::one_run::{OneRunError, OneRunRecord};
 use durometer::study::record::*;
 use durometer::study::results;
-use durometer::study::runner::{self, Options, Watch};
+use durometer::study::runner::{self, Isolation, Options, Watch};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -71,6 +71,7 @@ fn made(bars: [f64; 3], apart: f64, curved: bool) -> Made {
         cases: cases.iter().filter(|c| c.record.family == name).map(|c| c.record.id.clone()).collect(),
     };
     let study = StudyRecord {
+        schema: 0,
         study: "made".into(),
         kind: "coverage".into(),
         question: String::new(),
@@ -205,7 +206,15 @@ fn a_part_of_the_shipped_study() {
     study.cases.retain(|c| c.variant == "nu0.45");
     let folder = tempfile::tempdir().expect("a temporary folder");
     let stop = AtomicBool::new(false);
-    let options = Options { jobs: 2, redo: false, accept_build: false, only: None, vtu: false, stop: &stop };
+    let options = Options {
+        jobs: 2,
+        redo: false,
+        accept_build: false,
+        only: None,
+        vtu: false,
+        isolation: Isolation::Threads,
+        stop: &stop,
+    };
     runner::run(&study, folder.path(), &options, &Silent).unwrap_or_else(|e| panic!("{e}"));
     let store = results::read(folder.path()).unwrap_or_else(|e| panic!("{e}"));
     let coverage: CoverageRecord = serde_json::from_value(store.study.details.clone()).expect("problems");

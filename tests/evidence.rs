@@ -4,7 +4,7 @@ use durometer::study::expand::Study;
 use durometer::study::kinds::convergence::analysis::analyse;
 use durometer::study::record::{CaseRecord, StoredCase};
 use durometer::study::results::{Results, read};
-use durometer::study::runner::{Options, Watch, run};
+use durometer::study::runner::{Isolation, Options, Watch, run};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
@@ -73,7 +73,15 @@ fn results(study: &str) -> (tempfile::TempDir, Results) {
     }
     let study = Study::read(&folder.path().join("study.toml"), &[]).unwrap_or_else(|e| panic!("{e}"));
     let (stop, out) = (AtomicBool::new(false), folder.path().join("results"));
-    let options = Options { jobs: 1, redo: false, accept_build: false, only: None, vtu: false, stop: &stop };
+    let options = Options {
+        jobs: 1,
+        redo: false,
+        accept_build: false,
+        only: None,
+        vtu: false,
+        isolation: Isolation::Threads,
+        stop: &stop,
+    };
     run(&study, &out, &options, &Silent).unwrap_or_else(|e| panic!("{e}"));
     let results = read(Path::new(&out)).unwrap_or_else(|e| panic!("{e}"));
     (folder, results)

@@ -14,7 +14,7 @@ use durometer::study::kinds::robustness::outcome::CaseOutcome;
 use durometer::study::kinds::robustness::record::RobustnessRecord;
 use durometer::study::record::{CaseRecord, StudyRecord};
 use durometer::study::results::{self, Results};
-use durometer::study::runner::{self, Options, Watch};
+use durometer::study::runner::{self, Isolation, Options, Watch};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -51,8 +51,15 @@ fn judged(study: &Study, only: Option<&str>) -> Analysis<RobustnessFindings> {
 fn stored(study: &Study, only: Option<&str>) -> Results {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let stop = AtomicBool::new(false);
-    let options =
-        Options { jobs: 2, redo: false, accept_build: false, only: only.map(Into::into), vtu: false, stop: &stop };
+    let options = Options {
+        jobs: 2,
+        redo: false,
+        accept_build: false,
+        only: only.map(Into::into),
+        vtu: false,
+        isolation: Isolation::Threads,
+        stop: &stop,
+    };
     runner::run(study, folder.path(), &options, &Silent).unwrap_or_else(|e| panic!("{e}"));
     results::read(folder.path()).unwrap_or_else(|e| panic!("{e}"))
 }

@@ -3,7 +3,7 @@
 use durometer::study::expand::Study;
 use durometer::study::record::CaseRecord;
 use durometer::study::report;
-use durometer::study::runner::{Options, Watch, run};
+use durometer::study::runner::{Isolation, Options, Watch, run};
 use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
@@ -107,7 +107,15 @@ impl Watch for Computed {
 fn computed_with(folder: &Path, accept_build: bool) -> Vec<String> {
     let study = Study::read(&folder.join("study.toml"), &[]).unwrap_or_else(|e| panic!("{e}"));
     let (stop, watch) = (AtomicBool::new(false), Computed::default());
-    let options = Options { jobs: 1, redo: false, accept_build, only: None, vtu: false, stop: &stop };
+    let options = Options {
+        jobs: 1,
+        redo: false,
+        accept_build,
+        only: None,
+        vtu: false,
+        isolation: Isolation::Threads,
+        stop: &stop,
+    };
     let records = run(&study, &folder.join("results"), &options, &watch).unwrap_or_else(|e| panic!("{e}"));
     assert!(records.iter().all(CaseRecord::converged), "{records:?}");
     let mut cases = watch.0.into_inner().expect("no panic");

@@ -13,7 +13,7 @@ use durometer::scene::{Constant, Progress, Scene};
 use durometer::study::expand::Study;
 use durometer::study::record::CaseRecord;
 use durometer::study::report;
-use durometer::study::runner::{self, Options, Watch};
+use durometer::study::runner::{self, Isolation, Options, Watch};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use toml::{Table, Value};
@@ -282,8 +282,15 @@ fn a_dumbbell_gives_its_stiffness_and_the_gauge_length_does_not() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let stop = AtomicBool::new(false);
     for only in ["mesh-pull-coarse", "grips"] {
-        let options =
-            Options { jobs: 2, redo: false, accept_build: false, only: Some(only.into()), vtu: false, stop: &stop };
+        let options = Options {
+            jobs: 2,
+            redo: false,
+            accept_build: false,
+            only: Some(only.into()),
+            vtu: false,
+            isolation: Isolation::Threads,
+            stop: &stop,
+        };
         let records = runner::run(&study, folder.path(), &options, &Quiet).unwrap_or_else(|e| panic!("{e}"));
         assert!(records.iter().all(CaseRecord::converged), "{only}");
     }
@@ -305,8 +312,15 @@ fn a_dumbbell_gives_its_stiffness_and_the_gauge_length_does_not() {
 /// the angle by about that much, so what is not linear is of the order of its square, 0.1 % of the angle; the rows add 0.12 % in μ.
 fn band(study: &Study, folder: &Path, summary: &report::Summary) {
     let stop = AtomicBool::new(false);
-    let options =
-        Options { jobs: 2, redo: false, accept_build: false, only: Some("coarse".into()), vtu: false, stop: &stop };
+    let options = Options {
+        jobs: 2,
+        redo: false,
+        accept_build: false,
+        only: Some("coarse".into()),
+        vtu: false,
+        isolation: Isolation::Threads,
+        stop: &stop,
+    };
     runner::run(study, folder, &options, &Quiet).unwrap_or_else(|e| panic!("{e}"));
     let summary_of_use = report::write(folder).unwrap_or_else(|e| panic!("{e}"));
     let band = &summary_of_use.analysis["use"][0];

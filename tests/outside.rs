@@ -246,7 +246,15 @@ fn a_kind_of_study_is_a_type() {
     std::fs::write(&file, format!("kind = \"cost\"\n{COUNT_STUDY}")).expect("writable");
     let study = Study::read(&file, &[]).unwrap_or_else(|e| panic!("{e}"));
     let stop = AtomicBool::new(false);
-    let options = StudyOptions { jobs: 1, redo: false, accept_build: false, only: None, vtu: false, stop: &stop };
+    let options = StudyOptions {
+        jobs: 1,
+        redo: false,
+        accept_build: false,
+        only: None,
+        vtu: false,
+        isolation: Isolation::Threads,
+        stop: &stop,
+    };
     let out = folder.path().join("results");
     run_study(&study, &out, &options, &Silent).unwrap_or_else(|e| panic!("{e}"));
     let stored = results::read(&out).unwrap_or_else(|e| panic!("{e}"));

@@ -5,6 +5,7 @@ use durometer::study::record::CaseRecord;
 use durometer::study::runner::Watch;
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 use std::collections::HashMap;
+use std::io::Write;
 use std::sync::{Mutex, PoisonError};
 
 const TICKS: u64 = 1000;
@@ -40,7 +41,7 @@ impl Bars {
             return;
         }
         if self.multi.is_hidden() {
-            eprintln!("{text}");
+            writeln!(std::io::stderr(), "{text}").ok();
         } else {
             self.multi.println(text).ok();
         }
@@ -54,6 +55,10 @@ impl Bars {
 impl Watch for Bars {
     fn meshing(&self, case: &str, line: &str) {
         self.line(&format!("{case}: mesher: {line}"));
+    }
+
+    fn note(&self, case: &str, text: &str) {
+        self.line(&format!("{case}: {text}"));
     }
 
     fn started(&self, case: &str) {

@@ -7,7 +7,7 @@ use durometer::scene::protocol::extremes;
 use durometer::scene::spec::{ConstraintSpec, EffectSpec};
 use durometer::scene::{Body, Scene, SceneSpec, read_scene};
 use durometer::study::expand::Study;
-use durometer::study::runner::check_quantities;
+use durometer::study::task::Task;
 use durometer::system::ConstraintKind;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -63,7 +63,7 @@ fn study(study: &Study, figure: Option<&Path>) -> CommandResult {
     let (mut bodies, mut first) = (BTreeMap::new(), None);
     for case in &study.cases {
         let scene = build(&case.scene_file, case.spec.clone(), case.text.clone(), &mut bodies)?;
-        check_quantities(study, case, &scene)?;
+        Task::new(study, case.clone(), vec![], false).check(&scene)?;
         println!(
             "  {:32} {:11} {:>8} {:>9} {:>6}",
             case.id,

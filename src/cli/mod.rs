@@ -18,6 +18,7 @@ mod report;
 mod robustness;
 mod run;
 mod simulate;
+mod worker;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -58,12 +59,19 @@ enum Command {
     Check(check::Args),
     Report(report::Args),
     Doctor(doctor::Args),
+    #[command(hide = true)]
+    Worker(worker::Args),
 }
 
 pub fn main() -> ExitCode {
     let command = Cli::parse().command;
-    // A reader that closes the pipe (`| head`) ends the program quietly; a controller that ends must not.
-    if !matches!(&command, Command::Simulate(args) if args.controller.is_some()) {
+    // A reader that closes the pipe (`| head`) ends the program quietly; a controller or the process of a case that ends must not.
+    let talks = match &command {
+        Command::Simulate(args) => args.controller.is_some(),
+        Command::Run(_) | Command::Robustness(_) | Command::Worker(_) => true,
+        _ => false,
+    };
+    if !talks {
         sigpipe::reset();
     }
     let result = match command {
@@ -78,6 +86,7 @@ pub fn main() -> ExitCode {
         Command::Check(args) => check::main(args),
         Command::Report(args) => report::main(args),
         Command::Doctor(args) => doctor::main(args),
+        Command::Worker(args) => worker::main(args),
     };
     if let Err(error) = &result {
         eprintln!("error: {error}");

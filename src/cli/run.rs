@@ -7,8 +7,9 @@ use durometer::study::extension::Additions;
 use durometer::study::only::{Only, Partition};
 use durometer::study::record::CaseRecord;
 use durometer::study::report::{self, Summary};
-use durometer::study::runner::{self, Options};
+use durometer::study::runner::{self, Isolation, Options};
 use durometer::study::store;
+use std::io::Write;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
@@ -133,7 +134,15 @@ pub fn execute(study: &Study, how: &How, vtu: bool) -> Result<Done, Box<dyn std:
     let dir = how.dir(&study.name);
     let jobs = how.jobs.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, Into::into));
     let stop = super::interrupt::stop_flag();
-    let options = Options { jobs, redo: how.redo, accept_build: how.accept_build, only: how.only(), vtu, stop };
+    let options = Options {
+        jobs,
+        redo: how.redo,
+        accept_build: how.accept_build,
+        only: how.only(),
+        vtu,
+        isolation: Isolation::Processes(super::worker::program()?),
+        stop,
+    };
     let wanted = study.cases.iter().filter(|c| options.wants(&c.id)).count();
     let bars = Bars::of(wanted, how.json);
     let records = runner::run(study, &dir, &options, &bars)?;
@@ -156,34 +165,36 @@ impl Done {
     /// Prints the verdict, or `summary.json`, and names the cases that are not complete.
     pub fn tell(&self, how: &How) -> CommandResult {
         let mut failed: Vec<&CaseRecord> = self.records.iter().filter(|r| !r.converged()).collect();
-        match &self.end {
+        let text = match &self.end {
             End::Stopped => return Ok(Outcome::Interrupted),
             End::Part { part, waiting, keep_refusals } => {
                 if *keep_refusals {
-                    failed.clear();
+                    failed.retain(|r| r.broke());
                 }
                 let cases = self.records.len();
-                if how.json {
-                    println!("{}", serde_json::json!({ "part": part.to_string(), "cases": cases, "waiting": waiting }));
-                } else {
-                    println!("\n{part}: {cases} cases are done{}", Self::words_of_waiting(*waiting));
+                match how.json {
+                    true => {
+                        serde_json::json!({ "part": part.to_string(), "cases": cases, "waiting": waiting }).to_string()
+                    }
+                    false => format!("\n{part}: {cases} cases are done{}", Self::words_of_waiting(*waiting)),
                 }
             }
             End::Report(summary) => {
-                if how.json {
-                    println!("{}", serde_json::to_string_pretty(summary)?);
-                } else {
-                    println!("\n{}\n\nreport: {}", summary.verdict, self.dir.join("index.html").display());
-                }
                 // Where a study judges its cases one by one, a status may be the right end of a case
                 let wrong =
                     |r: &&CaseRecord| summary.outcome(&r.id).map_or(!r.converged(), |outcome| outcome == "fail");
                 failed = self.records.iter().filter(wrong).collect();
+                match how.json {
+                    true => serde_json::to_string_pretty(summary)?,
+                    false => format!("\n{}\n\nreport: {}", summary.verdict, self.dir.join("index.html").display()),
+                }
             }
-        }
+        };
+        // A reader that has closed the pipe has what it wants
+        writeln!(std::io::stdout(), "{text}").ok();
         for record in &failed {
             let detail = record.status_detail.as_deref().unwrap_or("see the report");
-            eprintln!("not complete: {}: {}: {detail}", record.id, record.status);
+            writeln!(std::io::stderr(), "not complete: {}: {}: {detail}", record.id, record.status).ok();
         }
         Ok(if failed.is_empty() { Outcome::Complete } else { Outcome::RunIncomplete })
     }

@@ -12,6 +12,8 @@ pub enum ReportError {
     Unreadable { path: PathBuf, source: io::Error },
     /// JSON that is not what it should be, with line and column
     Malformed { path: PathBuf, source: serde_json::Error },
+    /// Files of a later version
+    Newer { path: PathBuf, found: u32, known: u32 },
     /// A time series that is no table of numbers
     BadSeries { path: PathBuf, line: usize, what: String },
     /// `kind` of another study
@@ -34,6 +36,11 @@ impl fmt::Display for ReportError {
                     path.display()
                 )
             }
+            Self::Newer { path, found, known } => write!(
+                f,
+                "{}: a newer version of this program has written it (schema {found}, known are those up to {known}); use that version",
+                path.display()
+            ),
             Self::Unreadable { path, source } => write!(f, "cannot read {}: {source}", path.display()),
             Self::Malformed { path, source } => write!(
                 f,

@@ -13,12 +13,13 @@ use crate::effect::StiffnessDamping;
 use crate::material::{self, LawSpecError};
 use crate::solve::{AcceptedStep, Differentiator, Failure, Step};
 use crate::system::{Capabilities, Effect, Gradient, Needs, ParameterDerivative};
+use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 use std::sync::Arc;
 
 /// A constant of a law by its name in the scene file: `laws.rubber.mu`.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Constant {
     /// Name of the table below `laws`
     pub law: String,

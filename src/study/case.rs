@@ -1,36 +1,68 @@
 //! One scene of a study, and how a case that waits takes the constants of a calibration.
 
 use crate::calibrate::inverse::Calibration;
-use crate::scene::{Body, Constant, SceneSpec};
+use crate::scene::{Body, Constant, SceneError, SceneSpec, from_text};
 use crate::study::identity::{Identity, mesh_sha256};
 use crate::study::inverse::CalibrationPlan;
+use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use std::sync::Arc;
 
 /// One scene to be run.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(try_from = "SentCase")]
 pub struct Case {
     pub id: String,
     pub family: String,
     pub variant: String,
     pub member: String,
     pub scene_file: PathBuf,
+    /// The same as `text`, from which it is read again
+    #[serde(skip_serializing)]
     pub spec: SceneSpec,
     /// The scene with all its changes
     pub text: String,
     /// Constants to be found; without them the scene is run as it is
+    #[serde(serialize_with = "within")]
     pub plan: Option<Arc<CalibrationPlan>>,
     /// Waits for the constants of a calibration
     pub after: Option<After>,
 }
 
 /// A case that waits for the constants of a calibration.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct After {
     /// Variant whose finest mesh gives them
     pub variant: String,
     /// Law of this case that is replaced
     pub law: String,
+}
+
+/// A case as another process reads it.
+#[derive(Deserialize)]
+struct SentCase {
+    id: String,
+    family: String,
+    variant: String,
+    member: String,
+    scene_file: PathBuf,
+    text: String,
+    plan: Option<CalibrationPlan>,
+    after: Option<After>,
+}
+
+impl TryFrom<SentCase> for Case {
+    type Error = SceneError;
+
+    fn try_from(sent: SentCase) -> Result<Self, SceneError> {
+        let SentCase { id, family, variant, member, scene_file, text, plan, after } = sent;
+        let spec = from_text(&scene_file, &text, "")?;
+        Ok(Self { id, family, variant, member, scene_file, spec, text, plan: plan.map(Arc::new), after })
+    }
+}
+
+fn within<S: serde::Serializer>(plan: &Option<Arc<CalibrationPlan>>, serializer: S) -> Result<S::Ok, S::Error> {
+    plan.as_deref().serialize(serializer)
 }
 
 impl Case {

@@ -2,12 +2,13 @@
 
 use crate::math::units::{self, Dimension};
 use crate::scene::{SceneError, from_text, hint, read_scene, read_table};
+use crate::storage;
 use crate::study::case::{After, Case};
 use crate::study::extension::Additions;
 use crate::study::inverse::UseSpec;
 use crate::study::kind::{Extent, RunRules, StoredExpansion};
 use crate::study::kinds::KINDS;
-use crate::study::record::{FamilyRecord, Quantity, Role, StudyRecord};
+use crate::study::record::{FamilyRecord, Quantity, Role, SCHEMA, StudyRecord};
 use crate::study::spec::{FamilySpec, VariantSpec, check_names, refuse};
 use serde::Deserialize;
 use serde::de::{Deserializer, Error};
@@ -166,6 +167,7 @@ impl Study {
         }
         let named = |v: &VariantSpec| Some((v.name.clone(), v.label.clone()?));
         let record = StudyRecord {
+            schema: SCHEMA,
             study: name.into(),
             kind: spec.kind.0,
             question: spec.question,
@@ -180,6 +182,12 @@ impl Study {
         };
         let StoredExpansion { rules, columns, .. } = expansion;
         Ok(Self { name: name.into(), file: file.into(), record, rules, columns, cases })
+    }
+
+    /// Digest of the study with all changes of its cases.
+    pub fn sha256(&self) -> String {
+        let cases: Vec<(&str, &str)> = self.cases.iter().map(|c| (c.id.as_str(), c.text.as_str())).collect();
+        storage::sha256(format!("{:?} {cases:?}", self.record))
     }
 
     /// Runs of a case. What is far finer than needed is a reference, whose cost is not asked for.

@@ -6,7 +6,7 @@ use crate::math::units::{self, Dimension};
 use crate::scene::Constant;
 use crate::storage;
 use crate::study::record::Quantity;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
 /// `[calibration]`
@@ -49,7 +49,7 @@ pub struct UseSpec {
 }
 
 /// A case of a calibration.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct CalibrationPlan {
     pub constants: Vec<Constant>,
     pub measured: Measured,

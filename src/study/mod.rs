@@ -6,9 +6,11 @@
 //! | Meshes added to a study that has results | [`extension`] |
 //! | Which cases run, and which stored result is reused | [`only`], [`waiting`], [`runner`] |
 //! | The cases with what is stored of them, and what they are expected to cost | [`listing`], [`forecast`] |
+//! | One case: what is asked, its computation, its process | [`task`], [`compute`], [`worker`] |
 //! | Errors from one run and derivatives by constants, kept with a result | [`one_run`], [`inputs`] |
 //! | Inputs, files and build that a result belongs to | [`identity`], [`builds`] |
 //! | Content of a stored result, and where it is kept | [`record`], [`store`] |
+//! | Several runs into one store | [`lock`] |
 //! | Reading stored results back | [`results`] |
 //! | Analysis, verdict, tables and figures | the kind of the study in [`kinds`], on [`estimate`] |
 //! | The page and `summary.json` | [`report`], [`page`], [`summary`] |
@@ -17,6 +19,7 @@ pub mod analysis;
 pub mod axis;
 pub mod builds;
 pub mod case;
+pub mod compute;
 pub mod contact;
 pub mod content;
 pub mod curve;
@@ -32,6 +35,7 @@ pub mod inverse;
 pub mod kind;
 pub mod kinds;
 pub mod listing;
+pub mod lock;
 pub mod locking;
 pub mod one_run;
 pub mod only;
@@ -50,5 +54,7 @@ pub mod spec;
 pub mod store;
 pub mod summary;
 pub mod tables;
+pub mod task;
 pub mod waiting;
 pub mod work;
+pub mod worker;

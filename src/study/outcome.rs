@@ -11,7 +11,7 @@ use crate::study::contact::contacts;
 use crate::study::identity::Build;
 use crate::study::overlay::overlays;
 use crate::study::record::{
-    CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance,
+    CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance, SCHEMA,
 };
 use crate::study::skin::{Rigid, Skin};
 use crate::study::solver::{self, SolverRecord};
@@ -112,6 +112,7 @@ pub fn refused(case: &Case, status: &str, why: String) -> CaseRecord {
         status: status.into(),
         status_detail: Some(why),
         provenance: Provenance {
+            schema: SCHEMA,
             scene: case.text.clone(),
             identity: case.identity(None),
             build: Build::this(),

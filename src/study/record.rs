@@ -107,12 +107,22 @@ pub struct CaseRecord {
     pub provenance: Provenance,
 }
 
+/// Form of the stored files. It grows when a program of today could not read them any more; such files are refused.
+pub const SCHEMA: u32 = 1;
+
 /// Status of a scene that was refused before the run.
 pub const REFUSED: &str = "Refused";
 /// Status of a run that ended in a panic: a bug of this program.
 pub const PANICKED: &str = "Panicked";
+/// Status of a case whose process died: of memory, of a signal, or of a bug.
+pub const CRASHED: &str = "Crashed";
 
 impl CaseRecord {
+    /// The computation itself broke, whatever the scene is.
+    pub fn broke(&self) -> bool {
+        [PANICKED, CRASHED].contains(&self.status.as_str())
+    }
+
     /// Only then its results count.
     pub fn converged(&self) -> bool {
         self.status == Status::Converged.name()
@@ -235,6 +245,9 @@ pub struct ProbeRecord {
 
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Default)]
 pub struct Provenance {
+    /// [`SCHEMA`] of the program that wrote the record; 0 before they were counted
+    #[serde(default)]
+    pub schema: u32,
     /// The resolved scene, as TOML
     pub scene: String,
     #[serde(default)]
@@ -259,6 +272,9 @@ impl Provenance {
 /// Description of a study and the cases that belong to it: `study.json`, next to the folder `cases/`.
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
 pub struct StudyRecord {
+    /// [`SCHEMA`] of the program that wrote it; 0 before they were counted
+    #[serde(default)]
+    pub schema: u32,
     /// Name of the study, as its folder is called
     pub study: String,
     /// `convergence`, `materials`, …

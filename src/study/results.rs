@@ -3,7 +3,7 @@
 use crate::calibrate::inverse::Calibration;
 use crate::report::error::ReportError;
 use crate::report::files::{json, read_with};
-use crate::study::record::{CaseRecord, Series, StoredCase, StudyRecord};
+use crate::study::record::{CaseRecord, SCHEMA, Series, StoredCase, StudyRecord};
 use crate::study::skin::Skin;
 use std::collections::{BTreeMap, HashSet};
 use std::io::ErrorKind;
@@ -25,6 +25,9 @@ pub struct Results {
 pub fn read(dir: &Path) -> Result<Results, ReportError> {
     let path = dir.join("study.json");
     let study: StudyRecord = json(&path)?.ok_or_else(|| ReportError::NotAStudy { path: path.clone() })?;
+    if study.schema > SCHEMA {
+        return Err(ReportError::Newer { path, found: study.schema, known: SCHEMA });
+    }
     let (mut cases, mut skins): (Vec<StoredCase>, _) = (vec![], BTreeMap::new());
     let (mut found, mut sensitivities) = (BTreeMap::new(), BTreeMap::new());
     let mut seen = HashSet::new();

@@ -4,17 +4,33 @@ use crate::calibrate::inverse::Calibration;
 use crate::scene::{ErrorEstimate, RefinementStep, Run, Scene, Sensitivities};
 use crate::storage::{self, DATA_LIMIT};
 use crate::study::identity::{FileDigest, Identity};
-use crate::study::record::{CaseRecord, StudyRecord};
+use crate::study::record::{CaseRecord, SCHEMA, StudyRecord};
 use crate::study::skin::Skin;
+use serde::Deserialize;
 use std::fmt::Write;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-/// The folder of results cannot be written.
+/// The folder of results cannot be used.
 #[derive(Debug, thiserror::Error)]
-#[error("{}: cannot be written: {reason}; choose another folder with --out, or make room", path.display())]
-pub struct StoreError {
-    pub path: PathBuf,
-    pub reason: String,
+pub enum StoreError {
+    #[error("{}: cannot be written: {reason}; choose another folder with --out, or make room", path.display())]
+    Unwritable { path: PathBuf, reason: String },
+    #[error(
+        "{}: a newer version of this program has written it (schema {found}, known are those up to {SCHEMA}); use that version, or \
+         choose another folder with --out", path.display()
+    )]
+    Newer { path: PathBuf, found: u32 },
+}
+
+/// The stored result of a case.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Stored {
+    Nothing,
+    /// The record, and the files that were stored with it are those
+    Sound(Box<CaseRecord>),
+    /// Why it cannot be used
+    Damaged(String),
 }
 
 /// The folder of a study's results.
@@ -24,24 +40,94 @@ pub struct Store {
 }
 
 impl Store {
-    /// Makes the folder and writes `study.json`.
-    pub fn create(dir: &Path, study: &StudyRecord) -> Result<Self, StoreError> {
+    /// Makes the folder, or opens one that is there.
+    pub fn open(dir: &Path) -> Result<Self, StoreError> {
         let store = Self { dir: dir.into() };
         let cases = dir.join("cases");
-        std::fs::create_dir_all(&cases).map_err(|e| StoreError { path: cases, reason: e.to_string() })?;
-        write(&dir.join("study.json"), &json(study))?;
-        Ok(store)
+        std::fs::create_dir_all(&cases).map_err(|e| unwritable(&cases, &e))?;
+        let path = dir.join("study.json");
+        match storage::read(&path, DATA_LIMIT).ok().and_then(|bytes| serde_json::from_slice::<Schema>(&bytes).ok()) {
+            Some(Schema { schema: found }) if found > SCHEMA => Err(StoreError::Newer { path, found }),
+            _ => Ok(store),
+        }
     }
 
-    /// The stored record of a case, if there is one whose files are those that were stored with it.
-    pub fn record(&self, id: &str) -> Option<CaseRecord> {
-        let text = storage::read(&self.path(id, "json"), DATA_LIMIT).ok()?;
-        let record: CaseRecord = serde_json::from_slice(&text).ok()?;
-        let same = |f: &FileDigest| {
-            storage::read(&self.dir.join("cases").join(&f.file), DATA_LIMIT)
-                .is_ok_and(|b| storage::sha256(b) == f.sha256)
+    /// Writes `study.json`, unless it says the same already.
+    pub fn describe(&self, study: &StudyRecord) -> Result<(), StoreError> {
+        let (path, text) = (self.dir.join("study.json"), json(study));
+        let same = storage::read(&path, DATA_LIMIT).is_ok_and(|bytes| bytes == text.as_bytes());
+        if same { Ok(()) } else { write(&path, &text) }
+    }
+
+    /// Removes what writers left behind that were killed. Nobody else may be writing.
+    pub fn sweep(&self) {
+        for folder in ["", "cases", "runs", "locks"].map(|name| self.dir.join(name)) {
+            for file in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+                let name = file.file_name();
+                let name = name.to_string_lossy();
+                if name.starts_with('.') && name.ends_with(".part") {
+                    std::fs::remove_file(file.path()).ok();
+                }
+            }
+        }
+    }
+
+    /// The folder of results that another process has made.
+    pub fn at(dir: &Path) -> Self {
+        Self { dir: dir.into() }
+    }
+
+    /// The stored record of a case, with the check that its files are those that were stored with it.
+    pub fn look(&self, id: &str) -> Result<Stored, StoreError> {
+        let path = self.path(id, "json");
+        let bytes = match storage::read(&path, DATA_LIMIT) {
+            Ok(bytes) => bytes,
+            Err(e) if e.kind() == ErrorKind::NotFound => return Ok(Stored::Nothing),
+            Err(e) => return Ok(Stored::Damaged(format!("{id}.json: {e}"))),
         };
-        record.provenance.results.iter().all(same).then_some(record)
+        let record: CaseRecord = match serde_json::from_slice(&bytes) {
+            Ok(record) => record,
+            Err(e) => match serde_json::from_slice::<SchemaOfRecord>(&bytes) {
+                Ok(SchemaOfRecord { provenance: Schema { schema: found } }) if found > SCHEMA => {
+                    return Err(StoreError::Newer { path, found });
+                }
+                _ => return Ok(Stored::Damaged(format!("{id}.json: {e}"))),
+            },
+        };
+        let found = record.provenance.schema;
+        if found > SCHEMA {
+            return Err(StoreError::Newer { path, found });
+        }
+        for FileDigest { file, sha256 } in &record.provenance.results {
+            match storage::read(&self.dir.join("cases").join(file), DATA_LIMIT) {
+                Ok(bytes) if storage::sha256(&bytes) == *sha256 => {}
+                Ok(_) => return Ok(Stored::Damaged(format!("{file} is not what was stored with {id}.json"))),
+                Err(e) => return Ok(Stored::Damaged(format!("{file}: {e}"))),
+            }
+        }
+        Ok(Stored::Sound(Box::new(record)))
+    }
+
+    /// The stored record of a case, if it is sound.
+    pub fn record(&self, id: &str) -> Option<CaseRecord> {
+        match self.look(id) {
+            Ok(Stored::Sound(record)) => Some(*record),
+            _ => None,
+        }
+    }
+
+    /// Sets a damaged result aside as `cases/<id>.damaged-1.json` and so on; the name of the record.
+    pub fn set_aside(&self, id: &str) -> Result<String, StoreError> {
+        let free = |n: &usize| !self.path(id, &format!("damaged-{n}.json")).exists();
+        let number = (1..).find(free).expect("there is always a next number");
+        for extension in ["csv", "skin.json.gz", "fit.json", "sensitivities.csv", "json"] {
+            let (from, to) = (self.path(id, extension), self.path(id, &format!("damaged-{number}.{extension}")));
+            match std::fs::rename(&from, &to) {
+                Err(e) if e.kind() != ErrorKind::NotFound => return Err(unwritable(&from, &e)),
+                _ => {}
+            }
+        }
+        Ok(format!("cases/{id}.damaged-{number}.json"))
     }
 
     /// The stored record of this case no longer counts where it has another identity: a report must not mix them. The time
@@ -52,7 +138,7 @@ impl Store {
         if known || !path.is_file() {
             return Ok(());
         }
-        std::fs::remove_file(&path).map_err(|e| StoreError { path, reason: e.to_string() })
+        std::fs::remove_file(&path).map_err(|e| unwritable(&path, &e))
     }
 
     /// Whether there is a record of this case, sound or not.
@@ -60,9 +146,10 @@ impl Store {
         self.path(id, "json").is_file()
     }
 
-    /// Time series, surface, then the record with the digests of both.
+    /// Time series, surface, then the record with the digests of both. An earlier record goes first: it does not belong to the new files.
     pub fn save(&self, record: &mut CaseRecord, run: &Run, skin: &Skin) -> Result<(), StoreError> {
-        record.provenance.results.clear();
+        self.forget(&record.id)?;
+        (record.provenance.schema, record.provenance.results) = (SCHEMA, vec![]);
         for (extension, bytes) in [("csv", csv(run).into_bytes()), ("skin.json.gz", skin.packed())] {
             replace(&self.path(&record.id, extension), &bytes)?;
             let digest = FileDigest { file: format!("{}.{extension}", record.id), sha256: storage::sha256(bytes) };
@@ -73,9 +160,18 @@ impl Store {
 
     /// The record of a case that has no run.
     pub fn save_refused(&self, record: &CaseRecord) -> Result<(), StoreError> {
+        self.forget(&record.id)?;
         write(&self.path(&record.id, "csv"), "t_s\n")?;
         std::fs::remove_file(self.path(&record.id, "skin.json.gz")).ok();
         write(&self.path(&record.id, "json"), &json(record))
+    }
+
+    fn forget(&self, id: &str) -> Result<(), StoreError> {
+        let path = self.path(id, "json");
+        match std::fs::remove_file(&path) {
+            Err(e) if e.kind() != ErrorKind::NotFound => Err(unwritable(&path, &e)),
+            _ => Ok(()),
+        }
     }
 
     /// Saves the result of a case of a calibration.
@@ -92,12 +188,17 @@ impl Store {
         write(&self.path(id, "sensitivities.csv"), &sensitivities_csv(run, sensitivities))
     }
 
+    /// The collection of the fields of a case; it is there when all of them are.
+    pub fn collection(&self, id: &str) -> PathBuf {
+        self.dir.join("cases").join(id).join(format!("{id}.pvd"))
+    }
+
     /// Folder of a case's own files, made if need be.
     pub fn folder(&self, id: &str) -> Result<PathBuf, StoreError> {
         let path = self.dir.join("cases").join(id);
         match std::fs::create_dir_all(&path) {
             Ok(()) => Ok(path),
-            Err(e) => Err(StoreError { path, reason: e.to_string() }),
+            Err(e) => Err(unwritable(&path, &e)),
         }
     }
 
@@ -177,5 +278,21 @@ pub fn write(path: &Path, text: &str) -> Result<(), StoreError> {
 }
 
 fn replace(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
-    storage::write(path, bytes).map_err(|e| StoreError { path: path.into(), reason: e.to_string() })
+    storage::write(path, bytes).map_err(|e| unwritable(path, &e))
+}
+
+fn unwritable(path: &Path, e: &std::io::Error) -> StoreError {
+    StoreError::Unwritable { path: path.into(), reason: e.to_string() }
+}
+
+/// The part of a file that says which version wrote it; readable whatever else has changed.
+#[derive(Deserialize)]
+struct Schema {
+    #[serde(default)]
+    schema: u32,
+}
+
+#[derive(Deserialize)]
+struct SchemaOfRecord {
+    provenance: Schema,
 }

@@ -166,6 +166,7 @@ pub fn study() -> (StudyRecord, Vec<StoredCase>) {
         cases: cases.iter().map(|c| &c.record).filter(|r| r.family == name).map(|r| r.id.clone()).collect(),
     });
     let study = StudyRecord {
+        schema: 0,
         study: "synthetic".into(),
         kind: "convergence".into(),
         question: "Which mesh of the finger can be trusted?".into(),

@@ -27,13 +27,14 @@ use crate::scene::stretch::stretches;
 use crate::scene::{Progress, Scene};
 use nalgebra::{DMatrix, DVector};
 use search::{Weights, search};
+use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
 /// Differences below this one are errors of the forward solve: Newton's method stops at 1e-8 \[–\]
 const ROUNDING: f64 = 1e-7;
 
 /// Options in addition to scene and curve.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Settings {
     pub weighting: Weighting,
     /// Length and section of a homogeneous piece \[m, m²\]: where the search starts, and what it corrects

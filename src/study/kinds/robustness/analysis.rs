@@ -11,7 +11,7 @@ use crate::study::kinds::robustness::map;
 use crate::study::kinds::robustness::map::Map;
 use crate::study::kinds::robustness::outcome::CaseOutcome;
 use crate::study::kinds::robustness::record::{RobustnessRecord, SuiteRecord};
-use crate::study::record::{PANICKED, StoredCase, StudyRecord};
+use crate::study::record::{StoredCase, StudyRecord};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -94,7 +94,7 @@ fn judge(suite: &SuiteRecord, case: &StoredCase, stored: &[StoredCase]) -> Judge
     let right = match &suite.ends {
         Some(ends) => ends.contains(&r.status),
         None if applied.iter().any(|c| c.at != check::Moment::Limit) => converged,
-        None => r.status != PANICKED && r.status != "TimeBudget",
+        None => !r.broke() && r.status != "TimeBudget",
     };
     let detail = || r.status_detail.clone().unwrap_or_else(|| r.status.clone());
     let strange = || {

@@ -8,7 +8,7 @@ use crate::study::axis::AxisRecord;
 use crate::study::curve::{peak, peak_words};
 use crate::study::kinds::robustness::outcome::CaseOutcome;
 use crate::study::kinds::robustness::record::MapRecord;
-use crate::study::record::{PANICKED, Quantity, StoredCase, StudyRecord};
+use crate::study::record::{Quantity, StoredCase, StudyRecord};
 use serde::Serialize;
 
 /// An answer this far off is poor; beyond it is wrong \[–\].
@@ -145,7 +145,7 @@ fn point(map: &MapRecord, tolerance: f64, case: &StoredCase, at: [usize; 2], ref
     let finite = |v: &Vec<f64>| v.iter().all(|x| x.is_finite());
     let error = found.zip(reference).filter(|(_, r)| *r != 0.0).map(|(p, r)| (p - r).abs() / r.abs());
     let grade = match (r.converged(), error) {
-        (false, _) if r.status == PANICKED => Grade::Broken,
+        (false, _) if r.broke() => Grade::Broken,
         (false, _) => Grade::Stated,
         _ if !case.series.columns.values().all(finite) => Grade::Broken,
         (_, Some(e)) if e > POOR => Grade::Wrong,

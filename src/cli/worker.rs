@@ -1,0 +1,55 @@
+//! `durometer worker`
+
+use super::outcome::{CommandResult, Outcome};
+use durometer::study::worker::{Said, obey};
+use std::io::Write;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Compute one case of a study (internal: `run` starts it)
+///
+/// The case is read from standard input; progress and end are said on standard output. It ends with the process that has
+/// started it.
+#[derive(clap::Args)]
+pub struct Args {}
+
+/// The program that computes the cases of a study: this one, also where its file has been replaced meanwhile.
+pub fn program() -> std::io::Result<PathBuf> {
+    let running = PathBuf::from("/proc/self/exe");
+    if running.exists() { Ok(running) } else { std::env::current_exe() }
+}
+
+pub fn main(_: Args) -> CommandResult {
+    static SHARED: AtomicBool = AtomicBool::new(false);
+    // Where memory is short, the system ends this process before the one that has started it
+    std::fs::write("/proc/self/oom_score_adj", "500").ok();
+    let mut order = String::new();
+    std::io::stdin().read_line(&mut order)?;
+    std::thread::spawn(|| {
+        for line in std::io::stdin().lines().map_while(Result::ok) {
+            if line == "shared" {
+                SHARED.store(true, Ordering::Relaxed);
+            }
+        }
+        end_all();
+    });
+    obey(&order, &SHARED, &mut |said: &Said| {
+        let line = serde_json::to_string(said).expect("numbers and strings only");
+        // Where nobody listens any more the end of the input says so too
+        writeln!(std::io::stdout(), "{line}").ok();
+    });
+    Ok(Outcome::Complete)
+}
+
+/// Ends this process and those that it has started, where it leads their group.
+fn end_all() {
+    #[cfg(unix)]
+    {
+        use nix::sys::signal::{Signal, killpg};
+        let (own, group) = (nix::unistd::getpid(), nix::unistd::getpgrp());
+        if own == group {
+            killpg(group, Signal::SIGKILL).ok();
+        }
+    }
+    std::process::exit(1);
+}

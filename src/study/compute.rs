@@ -1,0 +1,270 @@
+//! Computes one case and stores its result. A bug that ends the computation is the status of this case alone.
+
+use crate::calibrate::inverse::{Calibration, Failure, InverseError, SceneModel, calibrate};
+use crate::scene::{
+    Body, Constant, ErrorEstimator, Progress, RefineError, Run, RunOptions, Scene, SceneError, SceneSpec,
+    Sensitivities, SensitivityRecorder,
+};
+use crate::solve::Status;
+use crate::study::case::Case;
+use crate::study::fields::{Fields, USUAL};
+use crate::study::identity::Identity;
+use crate::study::inputs::{inputs, uncertain_constants};
+use crate::study::one_run::{OneRunRecord, one_run};
+use crate::study::outcome::{record, refused, skin};
+use crate::study::record::{CaseRecord, PANICKED, REFUSED};
+use crate::study::refinement::{self, RefinementRecord, refined};
+use crate::study::store::{Store, StoreError};
+use crate::study::task::{Task, TaskError};
+use crate::study::work::{RepeatRecord, largest_memory, measure, watch_memory};
+use crate::system::State;
+use cpu_time::ThreadTime;
+use std::sync::Arc;
+use std::time::{Instant, SystemTime, UNIX_EPOCH};
+
+/// Why a case has no result, not even a status.
+#[derive(Debug, thiserror::Error)]
+pub enum CaseError {
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    #[error(transparent)]
+    Fields(#[from] crate::mesh::error::MeshError),
+    #[error(transparent)]
+    Inverse(#[from] InverseError),
+    #[error("case {case}: {why}")]
+    Refine { case: String, why: Box<RefineError> },
+    #[error(transparent)]
+    Task(#[from] TaskError),
+}
+
+/// Follows the computation of a case.
+pub struct Follow<'a> {
+    pub meshing: &'a mut dyn FnMut(&str),
+    /// Returns false to stop
+    pub progress: &'a mut dyn FnMut(Progress) -> bool,
+    /// Whether another case runs at this moment
+    pub shared: &'a dyn Fn() -> bool,
+    /// This process computes nothing but this case, so that its memory is that of the case
+    pub own_process: bool,
+}
+
+/// Computes a case and stores its result. `None`: stopped, and nothing is left.
+pub fn compute(task: &Task, store: &Store, follow: &mut Follow) -> Result<Option<CaseRecord>, CaseError> {
+    let computed = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| run(task, store, follow)));
+    let record = match computed {
+        Ok(Err(CaseError::Scene(why))) if task.keep_refusals => refused(&task.case, REFUSED, why.to_string()),
+        Ok(computed) => return computed,
+        Err(why) => {
+            let words = why.downcast_ref::<String>().map(String::as_str).or(why.downcast_ref::<&str>().copied());
+            let words = words.unwrap_or("no reason is known");
+            let detail = format!("{words}; this is a bug of the program, please report it with the scene");
+            refused(&task.case, PANICKED, detail)
+        }
+    };
+    store.save_refused(&record)?;
+    Ok(Some(record))
+}
+
+fn run(task: &Task, store: &Store, follow: &mut Follow) -> Result<Option<CaseRecord>, CaseError> {
+    let case = &task.case;
+    let body = Body::load(&case.scene_file, &case.spec.mesh, follow.meshing)?;
+    let identity = case.identity(Some(&body));
+    let mut fields = match task.vtu {
+        true => Some(Fields::new(store.folder(&case.id)?, &case.id, &USUAL)),
+        false => None,
+    };
+    let started = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |d| d.as_secs());
+    let mut shared = (follow.shared)();
+    let watched = if follow.own_process { Some(()) } else { watch_memory().filter(|()| !shared) };
+    let (mut stopped, meshing, progress) = (false, &mut *follow.meshing, &mut *follow.progress);
+    let mut go_on = |now| {
+        shared |= (follow.shared)();
+        stopped |= !progress(now);
+        !stopped
+    };
+    let solved = refined((&case.scene_file, &case.spec, &case.text), Arc::new(body), meshing, &mut go_on)
+        .map_err(|why| CaseError::Refine { case: case.id.clone(), why: why.into() })
+        .and_then(|mesh| solve(task, mesh, &mut fields, &mut go_on));
+    shared |= (follow.shared)();
+    let memory = watched.filter(|()| follow.own_process || !shared).and_then(|()| largest_memory());
+    if matches!(solved, Err(CaseError::Refine { .. })) && stopped {
+        return Ok(None);
+    }
+    let Some(mut solved) = solved? else { return Ok(None) };
+    if matches!(solved.run.status, Status::Interrupted { .. }) && solved.run.failure.is_none() {
+        return Ok(None);
+    }
+    if let Some(fields) = fields {
+        let (wall, cpu) = fields.finish()?;
+        solved.times = (solved.times.0 - wall, solved.times.1 - cpu);
+    }
+    if task.keep_refusals && solved.run.status != Status::Converged {
+        let mut last = Fields::new(store.folder(&case.id)?, "last", &USUAL);
+        last.add(&solved.scene, &solved.run.last, 0);
+        last.finish()?;
+    }
+    store_result(case, store, &solved, (shared, memory, identity, started)).map(Some)
+}
+
+/// A case with its run.
+struct Solved {
+    scene: Scene,
+    run: Run,
+    /// Constants that were found before the run
+    found: Option<Calibration>,
+    /// Adaptive meshes, the last of which is that of the run
+    refinement: Vec<RefinementRecord>,
+    sensitivities: Option<Sensitivities>,
+    one_run: Option<OneRunRecord>,
+    /// Facts about the result that its numbers do not say
+    notes: Vec<String>,
+    build_s: f64,
+    /// Wall and CPU seconds of the run
+    times: (f64, f64),
+    /// Of every run, where there are several
+    repeats: Vec<RepeatRecord>,
+}
+
+/// Finds the constants of a case that asks for some, and runs its scene. `None`: stopped.
+fn solve(
+    task: &Task,
+    (body, refinement): (Arc<Body>, Vec<RefinementRecord>),
+    fields: &mut Option<Fields>,
+    go_on: &mut dyn FnMut(Progress) -> bool,
+) -> Result<Option<Solved>, CaseError> {
+    let (case, constants, repeats) = (&task.case, &task.constants[..], task.repeats);
+    let found = match find(case, &body, go_on) {
+        Ok(found) => found,
+        Err(error) => return error.map_or(Ok(None), Err),
+    };
+    // The case of a calibration is its scene at the constants that were found
+    let (found, spec) = found.map_or_else(|| (None, case.spec.clone()), |(found, spec)| (Some(found), spec));
+    let building = Instant::now();
+    let scene = Scene::build(&case.scene_file, spec, case.text.clone(), body);
+    let build_s = building.elapsed().as_secs_f64();
+    let scene = scene?;
+    task.check(&scene)?;
+    let mut estimator = task.estimates_errors.then(|| ErrorEstimator::new(&scene));
+    let mut number = 0..;
+    let mut states = |state: &State| {
+        if let Some(Ok(estimator)) = &mut estimator {
+            estimator.add(state);
+        }
+        if let Some(fields) = fields.as_mut() {
+            fields.add(&scene, state, number.next().expect("there is always a next number"));
+        }
+    };
+    let mut notes = vec![];
+    let recorder = match constants {
+        [] => None,
+        some => match SensitivityRecorder::new(&scene, some) {
+            Ok(recorder) => Some(recorder),
+            // Intervals of constants are an addition; a scene without derivatives has its result
+            Err(why) if task.input_uncertainty => {
+                notes.push(left_out(some, &why.to_string()));
+                None
+            }
+            Err(why) => return Err(InverseError::from(why).into()),
+        },
+    };
+    let (run, sensitivities, times, all) = if let Some(recorder) = recorder {
+        let (wall, cpu) = (Instant::now(), ThreadTime::now());
+        let mut run = scene.run_with(RunOptions {
+            on_progress: Some(go_on),
+            on_state: Some(&mut states),
+            sensitivities: Some(recorder),
+            ..RunOptions::default()
+        });
+        let sensitivities = run.sensitivities.take().expect("the options ask for them");
+        let times =
+            (wall.elapsed().as_secs_f64() - sensitivities.wall, cpu.elapsed().as_secs_f64() - sensitivities.cpu);
+        (run, Some(sensitivities), times, vec![])
+    } else {
+        let (run, times, all) = measure(&scene, repeats, go_on, &mut states);
+        (run, None, times, all)
+    };
+    let one_run = estimator.map(|estimator| one_run(estimator, &run, &task.columns));
+    let repeats = if repeats > 1 { all } else { vec![] };
+    let spent = |of: fn(&RefinementRecord) -> f64| refinement.iter().map(of).sum::<f64>();
+    let times = (times.0 + spent(|r| r.wall_s), times.1 + spent(|r| r.cpu_s));
+    Ok(Some(Solved { scene, run, found, refinement, sensitivities, one_run, notes, build_s, times, repeats }))
+}
+
+/// The note that constants known within intervals are in no error bar.
+fn left_out(constants: &[Constant], why: &str) -> String {
+    let names: Vec<String> = constants.iter().map(ToString::to_string).collect();
+    format!(
+        "the intervals of {} are in no error bar, as derivatives by them are not known here: {why}",
+        names.join(", ")
+    )
+}
+
+/// Stores what a case has left; the record comes last. With it: whether another case ran at the same time, the memory of
+/// the process, the identity of the case, the start of its run.
+fn store_result(
+    case: &Case,
+    store: &Store,
+    solved: &Solved,
+    (shared, memory, identity, started): (bool, Option<u64>, Identity, u64),
+) -> Result<CaseRecord, CaseError> {
+    let Solved { scene, run, .. } = solved;
+    let writing = Instant::now();
+    let skin = skin(scene, run);
+    let mut record = record(scene, run, solved.times);
+    record.id.clone_from(&case.id);
+    record.family.clone_from(&case.family);
+    record.variant.clone_from(&case.variant);
+    record.member.clone_from(&case.member);
+    record.shared = shared;
+    (record.provenance.identity, record.provenance.started_unix_s) = (identity, started);
+    record.one_run.clone_from(&solved.one_run);
+    record.refinement.clone_from(&solved.refinement);
+    record.notes.extend(refinement::note(&solved.refinement));
+    record.notes.extend(solved.notes.iter().cloned());
+    if let Some(sensitivities) = &solved.sensitivities {
+        let known = uncertain_constants(&case.spec);
+        record.inputs = if case.after.is_none() { inputs(&known, run, sensitivities) } else { vec![] };
+        store.save_sensitivities(&case.id, run, sensitivities)?;
+    }
+    if let Some(calibration) = &solved.found {
+        store.save_calibration(&case.id, calibration)?;
+        if !calibration.settled && record.converged() {
+            record.status = "SearchNotSettled".into();
+            let detail = "the search for the constants did not come to its end; take another start, or fewer unknowns";
+            record.status_detail = Some(detail.into());
+        }
+    }
+    (record.phases.build_s, record.work.memory_bytes) = (solved.build_s, memory);
+    record.repeats.clone_from(&solved.repeats);
+    record.phases.output_s = writing.elapsed().as_secs_f64();
+    store.save(&mut record, run, &skin)?;
+    Ok(record)
+}
+
+/// Finds the constants of a case of a calibration; with the scene that has them. `Err(None)`: stopped. A scene that cannot be solved at
+/// its own constants has no answer, and its run will say why.
+fn find(
+    case: &Case,
+    body: &Arc<Body>,
+    go_on: &mut dyn FnMut(Progress) -> bool,
+) -> Result<Option<(Calibration, SceneSpec)>, Option<CaseError>> {
+    let Some(plan) = &case.plan else { return Ok(None) };
+    let unknown = SceneModel::unknowns(&case.spec, &plan.constants).map_err(|e| Some(e.into()))?;
+    let model = SceneModel {
+        file: case.scene_file.clone(),
+        spec: case.spec.clone(),
+        text: case.text.clone(),
+        body: body.clone(),
+        unknown,
+        x: plan.x.clone(),
+        y: plan.y.clone(),
+    };
+    match calibrate(&model, &plan.measured, &plan.settings, go_on) {
+        Ok((calibration, scene)) => Ok(Some((calibration, scene.spec))),
+        Err(Failure::Input(error)) => Err(Some(error.into())),
+        Err(Failure::Interrupted) => Err(None),
+        Err(Failure::Constants(_) | Failure::Run(_)) => Ok(None),
+    }
+}

@@ -1,0 +1,349 @@
+//! Several runs into one store: who computes which case.
+//!
+//! Every run has a file `runs/<name>.json` with its host, process and study, which it writes again every ten seconds. A case that is
+//! computed has a file `locks/<id>.json` with the run that computes it.
+//!
+//! Relied on are, also of a file system in a network: a hard link is made by one of several only (where there are none, a file that
+//! must be new), a rename replaces a file whole, and the times of change are those of one clock, that of the file system. Advisory
+//! locks and equal clocks are not relied on.
+//!
+//! A run is alive where its process is, if it is on this machine, and otherwise as long as its file is not older than [`SILENT`], compared
+//! with the own one. The lock of a run that is not alive is taken over: by the one that gets the lock `<id>.json.after-<name>` first, so that
+//! two do not take it over from each other. A run on another machine that was suspended for longer loses its cases; they are then computed
+//! twice, with equal results.
+
+use crate::storage::{self, TEXT_LIMIT, sha256};
+use serde::{Deserialize, Serialize};
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::thread::JoinHandle;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+/// Time between two signs of life of a run.
+const BEAT: Duration = Duration::from_secs(10);
+/// Age of the last sign of life from which a run on another machine counts as dead; networks may show times of change a minute late.
+pub const SILENT: Duration = Duration::from_secs(120);
+/// Tries to be the only one, where two runs of different studies begin at the same moment.
+const TRIES: u32 = 5;
+
+/// A run, as others see it.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Eq, Default)]
+pub struct Owner {
+    /// Not that of any other run
+    pub name: String,
+    pub host: String,
+    /// Boot of the system and name space of its processes; empty where the system does not tell
+    pub machine: String,
+    pub pid: u32,
+    /// Start of the process in ticks of its system, as another process gets this number later
+    pub pid_started: u64,
+    pub started_unix_s: u64,
+    /// Digest of the study with all its changes
+    pub study_sha256: String,
+}
+
+/// Why a run cannot work on a store.
+#[derive(Debug, thiserror::Error)]
+pub enum LockError {
+    #[error("{}: cannot be written: {reason}; choose another folder with --out, or make room", path.display())]
+    Io { path: PathBuf, reason: String },
+    #[error(
+        "{}: process {} on {} computes another study into it, or the same with other changes; wait for its end, or choose another \
+         folder with --out", dir.display(), owner.pid, owner.host
+    )]
+    OtherStudy { dir: PathBuf, owner: Box<Owner> },
+}
+
+/// The part of this run in a store; others see its end when this is dropped.
+pub struct Locks {
+    dir: PathBuf,
+    own: Owner,
+    heart: Option<(Sender<()>, JoinHandle<()>)>,
+}
+
+/// The right to compute a case, until it is dropped.
+pub struct Claim<'a> {
+    locks: &'a Locks,
+    path: PathBuf,
+}
+
+impl Locks {
+    /// Joins the runs of a store. Those that live must be of the same study.
+    pub fn join(dir: &Path, study_sha256: &str) -> Result<Self, LockError> {
+        for folder in ["runs", "locks"].map(|name| dir.join(name)) {
+            std::fs::create_dir_all(&folder).map_err(|e| io(&folder, &e))?;
+        }
+        let mut locks = Self { dir: dir.into(), own: Owner::this(study_sha256), heart: None };
+        for attempt in 1.. {
+            beat(dir, &locks.own)?;
+            let other = locks.others().into_iter().find(|run| run.study_sha256 != study_sha256 && locks.alive(run));
+            let Some(other) = other else { break };
+            std::fs::remove_file(run_file(dir, &locks.own.name)).ok();
+            if attempt == TRIES {
+                return Err(LockError::OtherStudy { dir: dir.into(), owner: Box::new(other) });
+            }
+            // Two that began together wait for different times
+            let digits = u64::from_str_radix(&locks.own.name[..4], 16).unwrap_or(1);
+            std::thread::sleep(Duration::from_millis(20 + digits % 180));
+        }
+        let (stop, stopped) = channel::<()>();
+        let (folder, own) = (locks.dir.clone(), locks.own.clone());
+        let heart = std::thread::spawn(move || {
+            // A full disk lets a sign of life go by; the next one may get through
+            while stopped.recv_timeout(BEAT) == Err(RecvTimeoutError::Timeout) {
+                beat(&folder, &own).ok();
+            }
+        });
+        locks.heart = Some((stop, heart));
+        Ok(locks)
+    }
+
+    /// Whether no other run works on this store.
+    pub fn alone(&self) -> bool {
+        !self.others().iter().any(|run| self.alive(run))
+    }
+
+    /// The right to compute a case, or the run that has it.
+    pub fn claim(&self, id: &str) -> Result<Result<Claim<'_>, Owner>, LockError> {
+        self.claim_file(self.dir.join("locks").join(format!("{id}.json")))
+    }
+
+    fn claim_file(&self, path: PathBuf) -> Result<Result<Claim<'_>, Owner>, LockError> {
+        loop {
+            if create(&path, &json(&self.own)).map_err(|e| io(&path, &e))? {
+                return Ok(Ok(Claim { locks: self, path }));
+            }
+            let Some(owner) = self.owner(&path)? else { continue };
+            if self.alive(&owner) {
+                return Ok(Err(owner));
+            }
+            // Only one of those that see it dead takes it over, and only if it still is the owner then
+            let mut guard = path.clone().into_os_string();
+            guard.push(format!(".after-{}", owner.name));
+            let _guard = match self.claim_file(guard.into())? {
+                Ok(guard) => guard,
+                Err(other) => return Ok(Err(other)),
+            };
+            if self.owner(&path)?.as_ref() == Some(&owner) {
+                storage::write(&path, json(&self.own).as_bytes()).map_err(|e| io(&path, &e))?;
+                return Ok(Ok(Claim { locks: self, path }));
+            }
+        }
+    }
+
+    /// The run that holds a lock; none where the lock is gone. What cannot be read belongs to a run without a name, which lives as long as
+    /// the file is young.
+    fn owner(&self, path: &Path) -> Result<Option<Owner>, LockError> {
+        match storage::read(path, TEXT_LIMIT) {
+            Ok(bytes) => Ok(Some(serde_json::from_slice(&bytes).unwrap_or_else(|_| {
+                let young = self.age(path).is_some_and(|age| age < SILENT);
+                let name = if young { self.own.name.clone() } else { sha256(&bytes)[..16].to_string() };
+                Owner { name, host: "an unknown host".into(), ..Owner::default() }
+            }))),
+            Err(e) if e.kind() == ErrorKind::NotFound => Ok(None),
+            Err(e) => Err(io(path, &e)),
+        }
+    }
+
+    /// The other runs that have not said that they end.
+    fn others(&self) -> Vec<Owner> {
+        let files = std::fs::read_dir(self.dir.join("runs")).into_iter().flatten().flatten();
+        let runs = files.filter_map(|file| storage::read(&file.path(), TEXT_LIMIT).ok());
+        let runs = runs.filter_map(|bytes| serde_json::from_slice::<Owner>(&bytes).ok());
+        runs.filter(|run| run.name != self.own.name).collect()
+    }
+
+    fn alive(&self, run: &Owner) -> bool {
+        let file = run_file(&self.dir, &run.name);
+        if run.machine.is_empty() || run.machine != self.own.machine {
+            return self.age(&file).is_some_and(|age| age < SILENT);
+        }
+        file.is_file() && started(run.pid) == Some(run.pid_started)
+    }
+
+    /// Age of a file against the own sign of life, by the clock of the file system.
+    fn age(&self, file: &Path) -> Option<Duration> {
+        let changed = |path: &Path| std::fs::metadata(path).and_then(|m| m.modified()).ok();
+        let now = changed(&run_file(&self.dir, &self.own.name)).unwrap_or_else(SystemTime::now);
+        Some(now.duration_since(changed(file)?).unwrap_or_default())
+    }
+}
+
+impl Drop for Locks {
+    fn drop(&mut self) {
+        if let Some((stop, heart)) = self.heart.take() {
+            drop(stop);
+            heart.join().ok();
+        }
+        std::fs::remove_file(run_file(&self.dir, &self.own.name)).ok();
+    }
+}
+
+impl Drop for Claim<'_> {
+    fn drop(&mut self) {
+        // Another run may have taken it over meanwhile
+        if matches!(self.locks.owner(&self.path), Ok(Some(owner)) if owner == self.locks.own) {
+            std::fs::remove_file(&self.path).ok();
+        }
+    }
+}
+
+impl Owner {
+    /// This process, under a name that no other has.
+    fn this(study_sha256: &str) -> Self {
+        static COUNT: AtomicUsize = AtomicUsize::new(0);
+        let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        let read = |path: &str| std::fs::read_to_string(path).map(|text| text.trim().to_string()).ok();
+        let host = read("/proc/sys/kernel/hostname").or_else(|| std::env::var("HOSTNAME").ok()).unwrap_or_default();
+        let space = std::fs::read_link("/proc/self/ns/pid").map(|link| link.display().to_string()).ok();
+        let machine = read("/proc/sys/kernel/random/boot_id").zip(space).map(|(boot, space)| format!("{boot} {space}"));
+        let pid = std::process::id();
+        let (machine, pid_started) = match started(pid) {
+            Some(ticks) => (machine.unwrap_or_default(), ticks),
+            None => (String::new(), 0),
+        };
+        let count = COUNT.fetch_add(1, Ordering::Relaxed);
+        let name = sha256(format!("{host} {machine} {pid} {pid_started} {now:?} {count}"))[..16].to_string();
+        let (started_unix_s, study_sha256) = (now.as_secs(), study_sha256.into());
+        Self { name, host, machine, pid, pid_started, started_unix_s, study_sha256 }
+    }
+}
+
+/// Start of a process of this machine in ticks; none where it is gone or the system does not tell.
+fn started(pid: u32) -> Option<u64> {
+    let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
+    // The name of the program, in brackets, may hold anything
+    let mut fields = stat.rsplit_once(')')?.1.split_whitespace();
+    let ended = matches!(fields.next()?, "Z" | "X");
+    fields.nth(18)?.parse().ok().filter(|_| !ended)
+}
+
+fn run_file(dir: &Path, name: &str) -> PathBuf {
+    dir.join("runs").join(format!("{name}.json"))
+}
+
+fn beat(dir: &Path, own: &Owner) -> Result<(), LockError> {
+    let path = run_file(dir, &own.name);
+    storage::write(&path, json(own).as_bytes()).map_err(|e| io(&path, &e))
+}
+
+/// Makes a file with these contents; false where there is one.
+fn create(path: &Path, text: &str) -> std::io::Result<bool> {
+    use std::io::Write;
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let mut whole = tempfile::Builder::new().prefix(".").suffix(".part").tempfile_in(folder)?;
+    whole.write_all(text.as_bytes())?;
+    match std::fs::hard_link(whole.path(), path) {
+        Ok(()) => return Ok(true),
+        Err(e) if e.kind() == ErrorKind::AlreadyExists => return Ok(false),
+        Err(_) => {}
+    }
+    // A file system without links
+    match std::fs::File::create_new(path) {
+        Ok(mut file) => file.write_all(text.as_bytes()).map(|()| true),
+        Err(e) if e.kind() == ErrorKind::AlreadyExists => Ok(false),
+        Err(e) => Err(e),
+    }
+}
+
+fn json(owner: &Owner) -> String {
+    serde_json::to_string_pretty(owner).expect("numbers and strings only") + "\n"
+}
+
+fn io(path: &Path, e: &std::io::Error) -> LockError {
+    LockError::Io { path: path.into(), reason: e.to_string() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn held(claim: Result<Result<Claim<'_>, Owner>, LockError>) -> bool {
+        claim.expect("writable").is_ok()
+    }
+
+    #[test]
+    fn a_case_has_one_owner() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let (a, b) =
+            (Locks::join(folder.path(), "x").expect("free"), Locks::join(folder.path(), "x").expect("the same"));
+        let first = a.claim("case").expect("writable").ok().expect("free");
+        assert_eq!(b.claim("case").expect("writable").err().as_ref(), Some(&a.own));
+        assert!(held(b.claim("other")));
+        drop(first);
+        assert!(held(b.claim("case")));
+        assert!(!a.alone());
+        drop(b);
+        assert!(a.alone());
+        assert_eq!(std::fs::read_dir(folder.path().join("locks")).expect("there").count(), 0);
+    }
+
+    #[test]
+    fn a_living_run_of_another_study_refuses() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let first = Locks::join(folder.path(), "x").expect("free");
+        assert!(matches!(Locks::join(folder.path(), "y"), Err(LockError::OtherStudy { .. })));
+        drop(first);
+        assert!(Locks::join(folder.path(), "y").is_ok());
+    }
+
+    /// Leaves the lock of a run that is dead: its process is gone, or it is on another machine and silent for too long.
+    fn leave(folder: &Path, locks: &Locks, machine: &str, age: Duration) -> Owner {
+        let dead = Owner {
+            name: format!("dead{}", age.as_secs()),
+            machine: machine.into(),
+            pid: u32::MAX,
+            ..locks.own.clone()
+        };
+        beat(folder, &dead).expect("writable");
+        let file = std::fs::File::open(run_file(folder, &dead.name)).expect("there");
+        let now = std::fs::metadata(run_file(folder, &locks.own.name)).and_then(|m| m.modified()).expect("there");
+        file.set_modified(now - age).expect("the own file");
+        std::fs::write(folder.join("locks/case.json"), json(&dead)).expect("writable");
+        dead
+    }
+
+    #[test]
+    fn the_lock_of_a_dead_run_is_taken_over() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let locks = Locks::join(folder.path(), "x").expect("free");
+        leave(folder.path(), &locks, &locks.own.machine, Duration::ZERO);
+        assert!(held(locks.claim("case")));
+        let dead = leave(folder.path(), &locks, "elsewhere", SILENT);
+        // The one that took it over has died too
+        let guard = folder.path().join(format!("locks/case.json.after-{}", dead.name));
+        std::fs::write(&guard, json(&Owner { name: "second".into(), ..dead })).expect("writable");
+        assert!(held(locks.claim("case")));
+        leave(folder.path(), &locks, "elsewhere", SILENT / 2);
+        assert!(!held(locks.claim("case")));
+    }
+
+    /// Of many that see a dead owner at the same time one gets the case.
+    #[test]
+    fn one_of_many_takes_over() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let locks: Vec<Locks> = (0..8).map(|_| Locks::join(folder.path(), "x").expect("free")).collect();
+        for round in 0..20 {
+            leave(folder.path(), &locks[0], "elsewhere", SILENT + Duration::from_secs(round));
+            let barrier = std::sync::Barrier::new(locks.len());
+            let owners = std::thread::scope(|scope| {
+                let all: Vec<_> = locks
+                    .iter()
+                    .map(|own| {
+                        scope.spawn(|| {
+                            barrier.wait();
+                            let claim = own.claim("case").expect("writable").ok();
+                            // Held until all have tried
+                            barrier.wait();
+                            usize::from(claim.is_some())
+                        })
+                    })
+                    .collect();
+                all.into_iter().map(|one| one.join().expect("no panic")).sum::<usize>()
+            });
+            assert_eq!(owners, 1, "round {round}");
+        }
+    }
+}

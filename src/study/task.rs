@@ -1,0 +1,71 @@
+//! Everything that is needed to compute one case, apart from the files that its scene names.
+
+use crate::scene::{Constant, Scene};
+use crate::study::case::Case;
+use crate::study::expand::Study;
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+
+/// A case with what its study asks of it. It can be sent to another process.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Task {
+    pub case: Case,
+    /// Constants that the derivatives of the columns are computed by
+    pub constants: Vec<Constant>,
+    /// Runs, for the scatter of their times
+    pub repeats: usize,
+    pub estimates_errors: bool,
+    /// Derivatives are an addition: a scene without them has its result
+    pub input_uncertainty: bool,
+    /// A scene that is refused is a result
+    pub keep_refusals: bool,
+    /// Fields for ParaView are written
+    pub vtu: bool,
+    /// Columns that are judged
+    pub columns: Vec<String>,
+    /// They are judged as curves over time
+    pub over_time: bool,
+    pub study_file: PathBuf,
+}
+
+/// A scene does not record what its study judges.
+#[derive(Debug, thiserror::Error)]
+pub enum TaskError {
+    #[error("{}: the signal {signal} waits for a controller, and a study has none; drive it by a signal", file.display())]
+    Controlled { file: PathBuf, signal: String },
+    #[error("{}: variant {variant}: {fact}", file.display())]
+    Quantity { file: PathBuf, variant: String, fact: String },
+}
+
+impl Task {
+    pub fn new(study: &Study, case: Case, constants: Vec<Constant>, vtu: bool) -> Self {
+        Self {
+            constants,
+            // A run that draws does not measure its cost
+            repeats: if vtu { 1 } else { study.repeats(&case) },
+            estimates_errors: study.estimates_errors(&case),
+            input_uncertainty: study.rules.input_uncertainty,
+            keep_refusals: study.rules.keep_refusals,
+            vtu,
+            columns: study.columns_of(&case),
+            over_time: !study.columns.contains_key(&case.family),
+            study_file: study.file.clone(),
+            case,
+        }
+    }
+
+    /// Every column that is judged must be recorded, as a curve over time, and no signal be left to a controller.
+    pub fn check(&self, scene: &Scene) -> Result<(), TaskError> {
+        if let Some(signal) = scene.controls.controlled().pop() {
+            return Err(TaskError::Controlled { file: self.case.scene_file.clone(), signal });
+        }
+        let refuse = |fact| {
+            let (file, variant) = (self.study_file.clone(), self.case.variant.clone());
+            TaskError::Quantity { file, variant, fact }
+        };
+        if self.over_time {
+            scene.check_time().map_err(refuse)?;
+        }
+        self.columns.iter().try_for_each(|column| scene.check_column(column)).map_err(refuse)
+    }
+}

@@ -1,0 +1,216 @@
+//! A case in a process of its own: what kills the process is the status of this case, and ends no other.
+//!
+//! The process reads one [`Order`] as a line of JSON from its standard input, computes the case, stores it, and says on its standard
+//! output, in lines of JSON, how far it is and how it ended ([`Said`]). A line `shared` on its input means that another case has begun
+//! meanwhile. The end of its input means that the process which wanted the case is gone; it then ends itself, with all processes that it
+//! has started: they form a group.
+
+use crate::scene::Progress;
+use crate::study::compute::{Follow, compute};
+use crate::study::store::Store;
+use crate::study::task::Task;
+use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+/// Lines of the standard error of a process that its status keeps, and the characters of each.
+const KEPT: (usize, usize) = (6, 300);
+/// Time between two looks at whether to stop.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// The case that a process is to compute, and the folder of its result.
+#[derive(Serialize, Deserialize)]
+pub struct Order {
+    pub dir: PathBuf,
+    pub task: Task,
+}
+
+/// A message of a process.
+#[derive(Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Said {
+    /// A line of the mesher
+    Meshing(String),
+    Progress {
+        t: f64,
+        end: f64,
+    },
+    /// The result is stored
+    Stored,
+    /// The input was refused, or the result cannot be stored
+    Failed(String),
+}
+
+/// How the process of a case ended.
+pub enum End {
+    Stored,
+    Stopped,
+    Failed(String),
+    /// It died: how, with the last lines that it said, and a remedy
+    Died(String),
+}
+
+/// Computes the case of an order in this process, which computes nothing else.
+pub fn obey(order: &str, shared: &AtomicBool, say: &mut dyn FnMut(&Said)) {
+    let said = std::cell::RefCell::new(say);
+    let say = |what: Said| (said.borrow_mut())(&what);
+    let order: Order = match serde_json::from_str(order) {
+        Ok(order) => order,
+        Err(e) => return say(Said::Failed(format!("the order of a case cannot be read: {e}"))),
+    };
+    let mut follow = Follow {
+        meshing: &mut |line| say(Said::Meshing(line.into())),
+        progress: &mut |Progress { t, end }| {
+            say(Said::Progress { t, end });
+            true
+        },
+        shared: &|| shared.load(Ordering::Relaxed),
+        own_process: true,
+    };
+    say(match compute(&order.task, &Store::at(&order.dir), &mut follow) {
+        Ok(_) => Said::Stored,
+        Err(why) => Said::Failed(why.to_string()),
+    });
+}
+
+/// Computes a case in a process of `program`, started as `program worker`. `watch` gets what it says and returns false to stop;
+/// `shared`: whether another case runs at this moment.
+pub fn compute_apart(
+    program: &Path,
+    order: &Order,
+    shared: &dyn Fn() -> bool,
+    watch: &mut dyn FnMut(Option<&Said>) -> bool,
+) -> std::io::Result<End> {
+    let mut process = Process::start(program, order)?;
+    let (mut end, mut told) = (None, false);
+    loop {
+        let said = match process.lines.recv_timeout(LOOK) {
+            Ok(line) => serde_json::from_str(&line).ok(),
+            Err(RecvTimeoutError::Timeout) => None,
+            Err(RecvTimeoutError::Disconnected) => break,
+        };
+        if !told && shared() {
+            told = true;
+            // A process that has just ended does not read it any more
+            process.input.write_all(b"shared\n").ok();
+        }
+        match said {
+            Some(Said::Stored) => end = Some(End::Stored),
+            Some(Said::Failed(why)) => end = Some(End::Failed(why)),
+            said if watch(said.as_ref()) => {}
+            _ => return Ok(End::Stopped),
+        }
+    }
+    let (status, lines) = process.finish()?;
+    Ok(end.unwrap_or_else(|| End::Died(death(status, &lines))))
+}
+
+/// A running process; what is left of it ends when this is dropped.
+struct Process {
+    child: Child,
+    input: ChildStdin,
+    lines: Receiver<String>,
+    errors: Option<JoinHandle<VecDeque<String>>>,
+}
+
+impl Process {
+    fn start(program: &Path, order: &Order) -> std::io::Result<Self> {
+        let mut command = Command::new(program);
+        command.arg("worker").stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        // The last lines are to be the message, not where it came from
+        command.env("RUST_BACKTRACE", "0");
+        #[cfg(unix)]
+        {
+            use std::os::unix::process::CommandExt;
+            // A group of its own: Ctrl-C reaches the one that decides what it means, and the processes it starts end with it
+            command.process_group(0);
+        }
+        let mut child = command.spawn()?;
+        let mut input = child.stdin.take().expect("it is piped");
+        let (output, errors) = (child.stdout.take().expect("it is piped"), child.stderr.take().expect("it is piped"));
+        let (sender, lines) = channel();
+        std::thread::spawn(move || {
+            let mut said = BufReader::new(output).lines().map_while(Result::ok);
+            said.all(|line| sender.send(line).is_ok())
+        });
+        let errors = Some(std::thread::spawn(move || last_lines(errors)));
+        let order = serde_json::to_string(order).expect("numbers, strings and string keys only");
+        // One that dies at once is seen by its status
+        input.write_all(order.as_bytes()).and_then(|()| input.write_all(b"\n")).ok();
+        Ok(Self { child, input, lines, errors })
+    }
+
+    /// Waits for the end; its status, and the last lines of its standard error.
+    fn finish(mut self) -> std::io::Result<(ExitStatus, VecDeque<String>)> {
+        // Its output has ended, so that its status is decided
+        self.end_group();
+        let status = self.child.wait()?;
+        let lines = self.errors.take().and_then(|reader| reader.join().ok());
+        Ok((status, lines.unwrap_or_default()))
+    }
+
+    /// Ends the process and those that it has started.
+    fn end_group(&mut self) {
+        #[cfg(unix)]
+        {
+            use nix::sys::signal::{Signal, killpg};
+            killpg(nix::unistd::Pid::from_raw(self.child.id() as i32), Signal::SIGKILL).ok();
+        }
+        self.child.kill().ok();
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        if matches!(self.child.try_wait(), Ok(Some(_))) {
+            return;
+        }
+        self.end_group();
+        self.child.wait().ok();
+    }
+}
+
+fn last_lines(stream: impl Read) -> VecDeque<String> {
+    let mut reader = BufReader::new(stream);
+    let mut kept = VecDeque::new();
+    loop {
+        let mut line = Vec::new();
+        // A line without an end is taken in pieces
+        match reader.by_ref().take(1 << 16).read_until(b'\n', &mut line) {
+            Ok(0) | Err(_) => return kept,
+            Ok(_) => {}
+        }
+        let text = String::from_utf8_lossy(&line);
+        if kept.len() == KEPT.0 {
+            kept.pop_front();
+        }
+        kept.push_back(text.trim_end().chars().take(KEPT.1).collect());
+    }
+}
+
+/// Fact and remedy of a process that died.
+fn death(status: ExitStatus, lines: &VecDeque<String>) -> String {
+    let said = |words: &str| lines.iter().any(|line| line.contains(words));
+    #[cfg(unix)]
+    let killed = std::os::unix::process::ExitStatusExt::signal(&status) == Some(9);
+    #[cfg(not(unix))]
+    let killed = false;
+    let remedy = if said("memory allocation of") || said("allocation failed") {
+        "the memory was not sufficient; run fewer cases at a time with --jobs, set numerics.factor_memory, or take a coarser mesh"
+    } else if killed {
+        "it was killed from outside, as the system does when memory is short; run fewer cases at a time with --jobs, or take a coarser mesh"
+    } else if said("overflowed its stack") {
+        "please report this with the scene; a larger stack may help: ulimit -s unlimited"
+    } else {
+        "this is a bug of the program or of a library, please report it with the scene"
+    };
+    let last: Vec<&str> = lines.iter().map(String::as_str).filter(|line| !line.is_empty()).collect();
+    let last = if last.is_empty() { String::new() } else { format!(" ({})", last.join(" / ")) };
+    format!("the process of the case ended with {status}{last}: {remedy}")
+}
