@@ -56,11 +56,7 @@ def mesh(request: Request, geometry: Geometry, volume: float) -> tuple:
     """Mesh the CAD as requested. Returns the mesh and notes for the manifest.
 
     volume: that of the CAD [m³], for the first guess of the length."""
-    features = [entry["feature"] for entry in request.grading]
-    for feature in features:
-        if feature not in geometry.features:
-            known = ", ".join(sorted(geometry.features)) or "none"
-            raise BadRequest(f"{request.body} has no grading feature {feature}", f"its features: {known}")
+    check_grading(request, geometry)
     gmsh.option.setNumber("Mesh.OptimizeNetgen", 1 if request.optimise else 0)
 
     def generate(length: float, jitter: int) -> int:
@@ -82,6 +78,26 @@ def mesh(request: Request, geometry: Geometry, volume: float) -> tuple:
         gmsh.model.mesh.setOrder(2)
         straightened += curved.untangle(collect_cells, log)
     return collect(geometry), {"length_m": length, "jitter": jitter, "straightened_edges": straightened}
+
+
+def check_grading(request: Request, geometry: Geometry) -> None:
+    """Refuse grading at features that the body does not have, and at places that it does not reach."""
+    features = [entry["feature"] for entry in request.grading if "feature" in entry]
+    for feature in features:
+        if feature not in geometry.features:
+            known = ", ".join(sorted(geometry.features)) or "none; use points or a box"
+            raise BadRequest(f"{request.body} has no grading feature {feature}", f"its features: {known}")
+    bounds = gmsh.model.getBoundingBox(-1, -1)
+    low, high = bounds[:3], bounds[3:]
+    outside = [point for entry in request.grading for point in sizing.beyond(entry, (low, high))]
+    if outside:
+        places = ", ".join(named(point) for point in outside)
+        raise BadRequest(f"grading at {places} mm does not reach the body", f"its bounding box is {named(low)} to {named(high)} mm")
+
+
+def named(point: list) -> str:
+    """A point in words."""
+    return f"({', '.join(f'{x:.4g}' for x in point)})"
 
 
 def count_cells() -> int:

@@ -11,6 +11,7 @@ from . import bodies
 from .errors import BadRequest
 
 GENERATORS = ("gmsh", "cgal")
+PLACES = ("feature", "points", "box")  # of grading
 CGAL_LENGTHS = ("facet_size", "facet_approximation", "cell_size")
 CGAL_NUMBERS = ("facet_angle", "cell_ratio") + CGAL_LENGTHS
 CGAL_SWITCHES = ("odt", "lloyd", "perturb", "exude")
@@ -129,15 +130,36 @@ def file_parameters(given: dict) -> dict:
 
 
 def grading(entry: dict) -> dict:
-    """One grading entry: within `distance` [m] of `feature` the edge length is `length` [m]."""
-    known_keys("grading", entry, ["feature", "length", "distance"])
-    if not isinstance(entry.get("feature"), str):
-        raise BadRequest("grading needs a feature", "name one of the body's features")
+    """One grading entry: within `distance` [m] of a place the edge length is `length` [m].
+
+    The place is a `feature` of the body, `points` [m], or a `box` of two corners [m]."""
+    known_keys("grading", entry, [*PLACES, "length", "distance"])
+    places = [key for key in PLACES if key in entry]
+    if len(places) != 1:
+        raise BadRequest("grading needs one place", f"give one of {', '.join(PLACES)}")
+    place = entry[places[0]]
+    if places == ["feature"] and not isinstance(place, str):
+        raise BadRequest("grading needs the name of a feature", "name one of the body's features")
+    if places != ["feature"]:
+        place = coordinates(f"grading.{places[0]}", place)
+    if places == ["box"] and (len(place) != 2 or np.any(place[0] > place[1])):
+        raise BadRequest("the box of grading needs its lower and its upper corner", "give two corners, the lower one first")
     return {
-        "feature": entry["feature"],
+        places[0]: place,
         "length": positive("grading.length", entry.get("length")),
         "distance": positive("grading.distance", entry.get("distance")),
     }
+
+
+def coordinates(name: str, given: list) -> np.ndarray:
+    """Points as an array (n, 3), n > 0."""
+    try:
+        points = np.asarray(given, float)
+    except (ValueError, TypeError):
+        points = np.empty(0)
+    if points.ndim != 2 or points.shape[1] != 3 or not len(points) or not np.all(np.isfinite(points)):
+        raise BadRequest(f"{name} is no list of points", "give three coordinates of each in metres")
+    return points
 
 
 def size_field(given: dict) -> dict:

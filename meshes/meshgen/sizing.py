@@ -1,4 +1,4 @@
-"""Size of the cells: edge length, graded features, target cell counts."""
+"""Size of the cells: edge length, graded places, target cell counts."""
 
 import math
 import random
@@ -16,9 +16,9 @@ NEAR = 0.1  # the nearest attempt is taken within this share, if none is within 
 
 
 def apply(length: float, wave: int, request, geometry) -> None:
-    """Set gmsh's size fields: `length` [m] everywhere, smaller near graded features.
+    """Set gmsh's size fields: `length` [m] everywhere, smaller near graded places.
 
-    A feature's length holds up to `distance` from it and grows to the base length over another `distance`.
+    A place's length holds up to `distance` from it and grows to the base length over another `distance`.
     A wave other than 0 varies the base length smoothly in space by 5 %: see `noise`. A size field of the request
     multiplies the base length."""
     for tag in gmsh.model.mesh.field.list():
@@ -32,7 +32,7 @@ def apply(length: float, wave: int, request, geometry) -> None:
     gmsh.option.setNumber("Mesh.MeshSizeMax", h * (1 + NOISE))
     fields = [add_field("MathEval", {}, F=noise(h, wave))]
     for entry in request.grading:
-        fields += feature_fields(entry, geometry.features[entry["feature"]], h)
+        fields += graded(entry, geometry, h)
     if len(fields) > 1 or wave:
         gmsh.model.mesh.field.setAsBackgroundMesh(add_field("Min", {"FieldsList": fields}))
     else:
@@ -41,7 +41,7 @@ def apply(length: float, wave: int, request, geometry) -> None:
 
 
 def apply_field(h: float, wave: int, request, geometry) -> None:
-    """Set h times the size field of the request, smaller near graded features; h in mm."""
+    """Set h times the size field of the request, smaller near graded places; h in mm."""
     field = request.size_field
     corners = field["points"][field["cells"]] / MM
     columns = [corners[:, :, axis] for axis in range(3)] + [field["sizes"][field["cells"]]]
@@ -51,7 +51,7 @@ def apply_field(h: float, wave: int, request, geometry) -> None:
     relative = add_field("PostView", {}, ViewTag=view)
     fields = [add_field("MathEval", {}, F=f"F{relative}*({noise(h, wave)})")]
     for entry in request.grading:
-        fields += feature_fields(entry, geometry.features[entry["feature"]], h * field["sizes"].max())
+        fields += graded(entry, geometry, h * field["sizes"].max())
     gmsh.option.setNumber("Mesh.MeshSizeMin", 0)
     gmsh.option.setNumber("Mesh.MeshSizeMax", h * field["sizes"].max() * (1 + NOISE))
     gmsh.model.mesh.field.setAsBackgroundMesh(add_field("Min", {"FieldsList": fields}))
@@ -71,16 +71,33 @@ def noise(h: float, wave: int) -> str:
     return f"{h:.17g}*(1+{NOISE}*sin(({kx:.12g})*x+({ky:.12g})*y+({kz:.12g})*z+{draw.uniform(0, 2 * math.pi):.12g}))"
 
 
-def feature_fields(entry: dict, feature: list, h: float) -> list:
-    """Fields for one grading entry: a ball around each point, or the distance from faces."""
+def graded(entry: dict, geometry, h: float) -> list:
+    """Fields for one grading entry: a ball around each point, a box, or the distance from faces."""
     small, near = entry["length"] / MM, entry["distance"] / MM
-    if isinstance(feature[0], (list, tuple)):
+    if "box" in entry:
+        low, high = entry["box"] / MM
+        sides = {f"{axis}{end}": value for end, corner in (("Min", low - near), ("Max", high + near)) for axis, value in zip("XYZ", corner)}
+        return [add_field("Box", {}, VIn=small, VOut=h, Thickness=near, **sides)]
+    points = entry["points"] / MM if "points" in entry else geometry.features[entry["feature"]]
+    if not np.isscalar(points[0]):
         return [
             add_field("Ball", {}, VIn=small, VOut=h, Radius=near, Thickness=near, XCenter=x, YCenter=y, ZCenter=z)
-            for x, y, z in feature
+            for x, y, z in points
         ]
-    distance = add_field("Distance", {"SurfacesList": feature}, Sampling=40)
+    distance = add_field("Distance", {"SurfacesList": points}, Sampling=40)
     return [add_field("Threshold", {}, InField=distance, SizeMin=small, SizeMax=h, DistMin=near, DistMax=2 * near)]
+
+
+def beyond(entry: dict, bounds: tuple) -> list:
+    """Corners or points [mm] of a grading entry that changes nothing, as it is farther than twice its distance from the bounds [mm] of a body."""
+    if "feature" in entry:
+        return []
+    low, high = (np.asarray(corner) for corner in bounds)
+    reach = 2 * entry["distance"] / MM
+    if "box" in entry:
+        box = entry["box"] / MM
+        return list(box) if np.any((box[1] + reach < low) | (box[0] - reach > high)) else []
+    return [point for point in entry["points"] / MM if np.any((point + reach < low) | (point - reach > high))]
 
 
 def add_field(kind: str, lists: dict, **values) -> int:

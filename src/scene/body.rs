@@ -4,11 +4,13 @@ use super::error::SceneError;
 use super::error::part;
 use super::grid::{disturb, grid, mesh_hash};
 use super::mesh_file::{content, doubtful_unit, reading, taken_over, unit_m, volume_mesh};
-use super::mesh_spec::{ElementSpec, GeneratorSpec, MeshSpec};
+use super::mesh_spec::{ElementSpec, GeneratorSpec, GradingSpec, MeshSpec};
+use super::quantity::Length;
 use crate::mesh::format::Reader;
 use crate::mesh::generate::body::Body as Declared;
 use crate::mesh::generate::{
-    CablePath, GenerateError, Generator, Grading, MeshRequest, MeshStore, Size, SizeField, Source, TIME_LIMIT_S,
+    CablePath, GenerateError, Generator, GradedPlace, Grading, MeshRequest, MeshStore, Size, SizeField, Source,
+    TIME_LIMIT_S,
 };
 use crate::mesh::{self, Order, TetMesh};
 use crate::storage::{self, DATA_LIMIT};
@@ -256,11 +258,7 @@ fn request_from(file: &Path, spec: &MeshSpec, store: Option<&MeshStore>) -> Resu
     if let Some(limit) = spec.time_limit.filter(|limit| limit.0 <= 0.0) {
         return Err(content(file, format!("time_limit = {} s", limit.0), "it must be positive"));
     }
-    let grading = spec
-        .grading
-        .iter()
-        .map(|g| Grading { feature: g.feature.clone(), length: g.length.0, distance: g.distance.0 })
-        .collect();
+    let grading = spec.grading.iter().map(|g| grading(file, g)).collect::<Result<_, _>>()?;
     let json = |v: &toml::Value| serde_json::to_value(v).expect("TOML values are JSON values");
     Ok(MeshRequest {
         source,
@@ -278,6 +276,30 @@ fn request_from(file: &Path, spec: &MeshSpec, store: Option<&MeshStore>) -> Resu
         field: None,
         time_limit_s: spec.time_limit.map_or(TIME_LIMIT_S, |limit| limit.0),
     })
+}
+
+/// An entry of `grading`, by exactly one kind of place.
+fn grading(file: &Path, spec: &GradingSpec) -> Result<Grading, SceneError> {
+    let metres = |p: &[Length; 3]| p.map(|x| x.0);
+    let near = match (&spec.feature, &spec.points, &spec.corners) {
+        (Some(name), None, None) => GradedPlace::Feature(name.clone()),
+        (None, Some(points), None) if !points.is_empty() => GradedPlace::Points(points.iter().map(metres).collect()),
+        (None, None, Some(corners)) if (0..3).all(|d| corners.min[d].0 <= corners.max[d].0) => {
+            GradedPlace::Box([metres(&corners.min), metres(&corners.max)])
+        }
+        (None, None, Some(_)) => {
+            return Err(content(
+                file,
+                "the box of `grading` has a `min` beyond its `max`",
+                "give the lower corner as `min`",
+            ));
+        }
+        _ => {
+            let remedy = "give exactly one of them, and points that are not empty";
+            return Err(content(file, "an entry of `grading` needs one place: `feature`, `points` or `box`", remedy));
+        }
+    };
+    Ok(Grading { near, length: spec.length.0, distance: spec.distance.0 })
 }
 
 fn parameters(

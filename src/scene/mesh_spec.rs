@@ -66,9 +66,20 @@ pub struct MeshSpec {
 #[serde(deny_unknown_fields)]
 pub struct GradingSpec {
     /// Named feature of the body: `notches`, `guides`, `tip`
-    pub feature: String,
+    pub feature: Option<String>,
+    pub points: Option<Vec<[Length; 3]>>,
+    #[serde(rename = "box")]
+    pub corners: Option<CornersSpec>,
     pub length: Length,
     pub distance: Length,
+}
+
+/// A box along the axes.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CornersSpec {
+    pub min: [Length; 3],
+    pub max: [Length; 3],
 }
 
 /// The accuracy that an adaptive mesh is to have.

@@ -103,14 +103,12 @@ pub fn refine(
         let mut scene = Scene::build(file, spec.clone(), text.to_string(), body.clone())?;
         scene.spans.retain(|span| span.start < until);
         scene.spans.iter_mut().for_each(|span| span.end = span.end.min(until));
-        let (error, shares) = estimate(&scene, &wanted.quantity, steps.len(), watch)?;
+        let (error, shares) = estimate(&scene, wanted, steps.len() + 1, watch)?;
         until = error.t;
         let tolerance = wanted.absolute(&error)?;
-        let number = steps.len() + 1;
-        let is_last = error.bar <= tolerance || number == wanted.meshes;
-        if !is_last {
+        if let Some(shares) = &shares {
             let aim = AIM * tolerance / error.bar;
-            let lengths = lengths(&body.mesh, &shares, aim);
+            let lengths = lengths(&body.mesh, shares, aim);
             let mean = (lengths.iter().map(|h| h.ln()).sum::<f64>() / lengths.len() as f64).exp();
             let field = SizeField::new(&body.mesh, &lengths, mean, GRADING);
             let count = cells(&body.mesh, &field, mean);
@@ -121,21 +119,24 @@ pub fn refine(
         let step = RefinementStep { cells, dofs, error, tolerance, wall, cpu };
         (watch.step)(&step);
         steps.push(step);
-        if is_last {
+        if shares.is_none() {
             return Ok(Refinement { body, steps });
         }
     }
 }
 
-/// Error of one column of a run of the scene, and the sizes of the shares of its cells.
+/// Error of the quantity on the mesh of this number, and the sizes of the shares of its cells; without shares this mesh is the last.
 fn estimate(
     scene: &Scene,
-    column: &str,
-    before: usize,
+    wanted: &RefineSpec,
+    number: usize,
     watch: &mut RefinementWatch,
-) -> Result<(QuantityError, Vec<f64>), RefineError> {
-    let mut estimator = ErrorEstimator::new(scene)?.localised()?;
-    let columns = [column.to_string()];
+) -> Result<(QuantityError, Option<Vec<f64>>), RefineError> {
+    let goes_on = |error: &QuantityError| {
+        number < wanted.meshes && wanted.absolute(error).is_ok_and(|tolerance| error.bar > tolerance)
+    };
+    let mut estimator = ErrorEstimator::new(scene)?.localised_where(goes_on)?;
+    let columns = [wanted.quantity.clone()];
     estimator.check_columns(&columns)?;
     let mut add = |state: &State| estimator.add(state);
     let mut go_on = |progress| (watch.progress)(progress);
@@ -143,10 +144,10 @@ fn estimate(
         scene.run_with(RunOptions { on_state: Some(&mut add), on_progress: Some(&mut go_on), ..RunOptions::default() });
     if run.status != Status::Converged {
         let cells = scene.body.mesh.cell_count();
-        return Err(RefineError::NotSolved { number: before + 1, cells, status: run.status.name() });
+        return Err(RefineError::NotSolved { number, cells, status: run.status.name() });
     }
     let mut found = estimator.estimate(&run, &columns)?;
-    Ok((found.quantities.swap_remove(0), found.cells.swap_remove(0).size))
+    Ok((found.quantities.swap_remove(0), found.cells.pop().map(|shares| shares.size)))
 }
 
 impl RefineSpec {

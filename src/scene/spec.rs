@@ -2,7 +2,9 @@
 
 pub use super::compare::{CompareSpec, MeasuredSpec};
 pub use super::control::spec::{EventSpec, ThenSpec, WhenSpec};
-pub use super::mesh_spec::{DisturbSpec, ElementSpec, GeneratorSpec, GradingSpec, GridSpec, MeshSpec, PartSpec};
+pub use super::mesh_spec::{
+    CornersSpec, DisturbSpec, ElementSpec, GeneratorSpec, GradingSpec, GridSpec, MeshSpec, PartSpec,
+};
 pub use super::numerics::NumericsSpec;
 pub use super::output::{FieldSpec, FieldsSpec, OutputSpec, ScheduleSpec};
 pub use super::parts::constraints::{

@@ -48,6 +48,28 @@ class Sizes(Case):
         self.assertLess(graded["regions"]["root"]["count"], 3 * plain["regions"]["root"]["count"])
         self.refused(2, "no grading feature", "finger", size={"length": 0.006}, grading=[fine[0] | {"feature": "nose"}])
 
+    def test_grading_at_points_and_in_a_box(self):
+        size, fine = {"length": 0.012}, {"length": 0.002, "distance": 0.006}
+
+        def corner(grading: list) -> tuple:
+            """All nodes, and the number of cells whose middle is within 6 mm of the lower corner."""
+            self.made("block", size=size, grading=grading)
+            mesh = read_msh(self.path("mesh.msh.gz"))
+            corners = np.concatenate([e for (dim, _), e in mesh["elements"].items() if dim == 3])
+            middles = mesh["nodes"][corners].mean(axis=1)
+            return mesh["nodes"], np.sum(np.max(middles - mesh["nodes"].min(axis=0), axis=1) < 0.006)
+
+        nodes, coarse = corner([])
+        low, high = nodes.min(axis=0), nodes.max(axis=0)
+        for place in ({"points": [low.tolist()]}, {"box": [low.tolist(), (low + 0.002).tolist()]}):
+            # Lengths of 2 in place of 12 mm: a cube of 6 mm has some 5.5·3³ cells in place of less than one
+            self.assertGreater(corner([fine | place])[1], 60 + coarse)
+        far = (high + 1).tolist()
+        self.refused(2, "does not reach the body", "block", size=size, grading=[fine | {"points": [far]}])
+        self.refused(2, "does not reach the body", "block", size=size, grading=[fine | {"box": [far, far]}])
+        for place in ({"points": []}, {"points": [[0, 0]]}, {"box": [far, low.tolist()]}, {"feature": 1}, {}, {"feature": "xmin", "points": [far]}):
+            self.refused(2, "grading", "block", size=size, grading=[fine | place])
+
     def test_a_size_field_multiplies_the_length(self):
         even = self.made("block", size={"length": 0.012})
         mesh = read_msh(self.path("mesh.msh.gz"))

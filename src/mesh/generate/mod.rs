@@ -17,6 +17,6 @@ pub use body::Body;
 pub use error::GenerateError;
 pub use manifest::{CablePath, Manifest};
 pub use python::{Check, Mesher};
-pub use request::{Generator, Grading, MeshRequest, Size, Source, TIME_LIMIT_S};
+pub use request::{Generator, GradedPlace, Grading, MeshRequest, Size, Source, TIME_LIMIT_S};
 pub use size_field::SizeField;
 pub use store::{Generated, MeshStore, manifest_path, read_manifest};

@@ -78,13 +78,25 @@ pub enum Size {
     Cells { count: u64, tolerance: f64 },
 }
 
-/// Within `distance` \[m\] of a feature of the body the edge length is `length` \[m\].
+/// Within `distance` \[m\] of a place the edge length is `length` \[m\].
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub struct Grading {
-    pub feature: String,
+    #[serde(flatten)]
+    pub near: GradedPlace,
     pub length: f64,
     pub distance: f64,
+}
+
+/// The place that cells are smaller at.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum GradedPlace {
+    /// A named feature of the body
+    Feature(String),
+    /// Points \[m\]
+    Points(Vec<[f64; 3]>),
+    /// Lower and upper corner of a box along the axes \[m\]
+    Box([[f64; 3]; 2]),
 }
 
 impl MeshRequest {
@@ -132,7 +144,10 @@ impl MeshRequest {
         match &self.source {
             Source::Body { name, parameters } => {
                 let body = Body::load(home, name)?;
-                self.grading.iter().try_for_each(|g| body.check_feature(&g.feature))?;
+                self.grading.iter().try_for_each(|g| match &g.near {
+                    GradedPlace::Feature(name) => body.check_feature(name),
+                    GradedPlace::Points(_) | GradedPlace::Box(_) => Ok(()),
+                })?;
                 request["body"] = json!(name);
                 request["version"] = json!(body.version);
                 request["parameters"] = json!(body.resolve(parameters)?);

@@ -108,7 +108,7 @@ fn unknown_names_are_refused_with_the_nearest_one() {
     let parameters = [("lenght".to_string(), 0.1)].into();
     let source = Source::Body { name: "rod".into(), parameters };
     assert_eq!(refuse(MeshRequest { source, ..request() }), "unknown parameter of rod lenght; did you mean length?");
-    let grading = vec![Grading { feature: "palm".into(), length: 1e-3, distance: 1e-3 }];
+    let grading = vec![Grading { near: GradedPlace::Feature("palm".into()), length: 1e-3, distance: 1e-3 }];
     assert_eq!(refuse(MeshRequest { grading, ..request() }), "unknown feature of rod palm; known: notches");
     assert_eq!(refuse(MeshRequest { order: 3, ..request() }), "mesh request: order = 3; use 1 or 2");
     let body = Body::load(&store.home, "rod").expect("there");

@@ -120,9 +120,13 @@ pub struct ErrorEstimator<'a> {
     enrichment: Enrichment,
     /// The states depend on the path.
     whole_run: bool,
-    localised: bool,
+    /// The errors whose shares of the cells are found, too
+    localised: Localised<'a>,
     states: Vec<Kept>,
 }
+
+/// Whether the shares of the cells in an error are found.
+type Localised<'a> = Box<dyn Fn(&QuantityError) -> bool + 'a>;
 
 impl<'a> ErrorEstimator<'a> {
     /// For a run of this scene; an error where the scene has no estimate.
@@ -134,13 +138,18 @@ impl<'a> ErrorEstimator<'a> {
     pub fn with(scene: &'a Scene, enrichment: Enrichment) -> Result<Self, EstimateError> {
         refusal::check(scene)?;
         let whole_run = refusal::path_dependence(scene).is_some();
-        Ok(Self { scene, enrichment, whole_run, localised: false, states: Vec::new() })
+        Ok(Self { scene, enrichment, whole_run, localised: Box::new(|_| false), states: Vec::new() })
     }
 
     /// Shares of the cells in addition, by an adjoint solution of every quantity.
     pub fn localised(self) -> Result<Self, EstimateError> {
+        self.localised_where(|_| true)
+    }
+
+    /// The same only for errors that `wanted` accepts: an adjoint solution costs as much as the estimate.
+    pub fn localised_where(self, wanted: impl Fn(&QuantityError) -> bool + 'a) -> Result<Self, EstimateError> {
         refusal::check_adjoint(self.scene)?;
-        Ok(Self { localised: true, ..self })
+        Ok(Self { localised: Box::new(wanted), ..self })
     }
 
     /// Takes a state on the time grid: the [`on_state`](super::RunOptions::on_state) of the run.
@@ -187,13 +196,15 @@ impl<'a> ErrorEstimator<'a> {
             let of = |&column: &usize| {
                 self.error(run, *row, column, solved.values[column], surface.as_ref().map(|all| all[column]))
             };
-            quantities.extend(columns.iter().map(|column| (*column, of(column))));
-            if self.localised {
-                let own: Vec<(usize, &str, f64)> =
-                    columns.iter().map(|&k| (k, run.columns[k].as_str(), run.rows[*row][k])).collect();
+            let errors: Vec<(usize, QuantityError)> = columns.iter().map(|column| (*column, of(column))).collect();
+            let wanted = errors.iter().filter(|(_, error)| (self.localised)(error));
+            let own: Vec<(usize, &str, f64)> =
+                wanted.map(|&(k, _)| (k, run.columns[k].as_str(), run.rows[*row][k])).collect();
+            quantities.extend(errors);
+            if !own.is_empty() {
                 factorisations += 1;
                 let shares = indicators::localise(&enriched, &solved, &own)?;
-                cells.extend(columns.iter().copied().zip(shares));
+                cells.extend(own.iter().map(|(column, ..)| *column).zip(shares));
             }
         }
         factorisations += geometry.map_or(0, |g| g.factorisations);
