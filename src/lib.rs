@@ -72,7 +72,7 @@
 //!
 //! let study = Study::read(Path::new("studies/finger-convergence/study.toml"), &[])?;
 //! let stop = AtomicBool::new(false);
-//! let options = StudyOptions { jobs: 2, redo: false, accept_build: false, only: None, vtu: false, isolation: Isolation::Threads, stop: &stop };
+//! let options = StudyOptions { jobs: 2, redo: false, accept_build: false, only: None, vtu: false, isolation: Isolation::Threads, memory: None, stop: &stop };
 //! run_study(&study, Path::new("reports/finger"), &options, &Silent)?;
 //! println!("{}", write_report(Path::new("reports/finger"))?.verdict);
 //! # Ok::<(), Box<dyn std::error::Error>>(())

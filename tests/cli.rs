@@ -242,7 +242,8 @@ fn timeless(value: &mut Value) {
     match value {
         Value::Object(map) => {
             map.retain(|key, _| {
-                !["wall_s", "cpu_s", "shared", "phases", "memory_bytes", "started_unix_s"].contains(&key.as_str())
+                !["wall_s", "cpu_s", "shared", "phases", "memory_bytes", "expected_bytes", "started_unix_s"]
+                    .contains(&key.as_str())
             });
             map.values_mut().for_each(timeless);
         }

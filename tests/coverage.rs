@@ -213,6 +213,7 @@ fn a_part_of_the_shipped_study() {
         only: None,
         vtu: false,
         isolation: Isolation::Threads,
+        memory: None,
         stop: &stop,
     };
     runner::run(&study, folder.path(), &options, &Silent).unwrap_or_else(|e| panic!("{e}"));

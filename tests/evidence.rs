@@ -80,6 +80,7 @@ fn results(study: &str) -> (tempfile::TempDir, Results) {
         only: None,
         vtu: false,
         isolation: Isolation::Threads,
+        memory: None,
         stop: &stop,
     };
     run(&study, &out, &options, &Silent).unwrap_or_else(|e| panic!("{e}"));

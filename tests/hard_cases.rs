@@ -58,6 +58,7 @@ fn stored(study: &Study, only: Option<&str>) -> Results {
         only: only.map(Into::into),
         vtu: false,
         isolation: Isolation::Threads,
+        memory: None,
         stop: &stop,
     };
     runner::run(study, folder.path(), &options, &Silent).unwrap_or_else(|e| panic!("{e}"));

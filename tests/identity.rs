@@ -114,6 +114,7 @@ fn computed_with(folder: &Path, accept_build: bool) -> Vec<String> {
         only: None,
         vtu: false,
         isolation: Isolation::Threads,
+        memory: None,
         stop: &stop,
     };
     let records = run(&study, &folder.join("results"), &options, &watch).unwrap_or_else(|e| panic!("{e}"));

@@ -289,6 +289,7 @@ fn a_dumbbell_gives_its_stiffness_and_the_gauge_length_does_not() {
             only: Some(only.into()),
             vtu: false,
             isolation: Isolation::Threads,
+            memory: None,
             stop: &stop,
         };
         let records = runner::run(&study, folder.path(), &options, &Quiet).unwrap_or_else(|e| panic!("{e}"));
@@ -319,6 +320,7 @@ fn band(study: &Study, folder: &Path, summary: &report::Summary) {
         only: Some("coarse".into()),
         vtu: false,
         isolation: Isolation::Threads,
+        memory: None,
         stop: &stop,
     };
     runner::run(study, folder, &options, &Quiet).unwrap_or_else(|e| panic!("{e}"));

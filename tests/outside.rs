@@ -253,6 +253,7 @@ fn a_kind_of_study_is_a_type() {
         only: None,
         vtu: false,
         isolation: Isolation::Threads,
+        memory: None,
         stop: &stop,
     };
     let out = folder.path().join("results");

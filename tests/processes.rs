@@ -88,7 +88,16 @@ impl Watch for Bug {
 fn in_library(folder: &Path, out: &str, isolation: Isolation, watch: &dyn Watch) -> Vec<CaseRecord> {
     let study = Study::read(&folder.join("study.toml"), &[]).unwrap_or_else(|e| panic!("{e}"));
     let stop = AtomicBool::new(false);
-    let options = Options { jobs: 2, redo: false, accept_build: false, only: None, vtu: false, isolation, stop: &stop };
+    let options = Options {
+        jobs: 2,
+        redo: false,
+        accept_build: false,
+        only: None,
+        vtu: false,
+        isolation,
+        memory: None,
+        stop: &stop,
+    };
     run(&study, &folder.join(out), &options, watch).unwrap_or_else(|e| panic!("{e}"))
 }
 
@@ -126,7 +135,8 @@ fn without_times(path: &Path) -> Vec<u8> {
 fn strip(value: &mut Value) {
     match value {
         Value::Object(map) => {
-            let measured = ["wall_s", "cpu_s", "shared", "phases", "started_unix_s", "memory_bytes", "build_s"];
+            let measured =
+                ["wall_s", "cpu_s", "shared", "phases", "started_unix_s", "memory_bytes", "expected_bytes", "build_s"];
             map.retain(|key, _| !measured.contains(&key.as_str()));
             map.values_mut().for_each(strip);
         }
@@ -228,11 +238,15 @@ fn a_case_without_memory_ends_alone() {
         limited
     };
     let at = folder.path();
-    let (code, said) = finish(limit(command(at, "results", &["--jobs", "1"])).spawn().expect("it starts"));
-    assert_eq!(code, Some(3), "{said}");
-    let status = statuses(&at.join("results"));
-    assert!(status["c0"].starts_with("Crashed: ") && status["c0"].contains("memory"), "{status:?}");
-    assert!(status["c1"].starts_with("Converged") && status["c2"].starts_with("Converged"), "{status:?}");
+    // The limit is seen before the factorisation; where more is allowed than there is, the process of the case dies of it
+    for (out, memory, end) in [("seen", &[][..], "OutOfMemory: "), ("met", &["--memory", "100 GB"][..], "Crashed: ")] {
+        let run = limit(command(at, out, &[&["--jobs", "1"], memory].concat())).spawn().expect("it starts");
+        let (code, said) = finish(run);
+        assert_eq!(code, Some(3), "{said}");
+        let status = statuses(&at.join(out));
+        assert!(status["c0"].starts_with(end) && status["c0"].contains("memory"), "{status:?}");
+        assert!(status["c1"].starts_with("Converged") && status["c2"].starts_with("Converged"), "{status:?}");
+    }
 }
 
 /// When a run is killed, the processes of its cases end too, and the next run makes the rest.
@@ -397,4 +411,47 @@ fn kills_at_random_moments_harm_nothing() {
 #[ignore = "takes minutes"]
 fn two_hundred_kills_harm_nothing() {
     killed_at_random(200, 2);
+}
+
+/// The time budget ends a run within its only step.
+#[test]
+fn a_time_budget_ends_a_step() {
+    let folder = study(&[[24, 12, 12]]);
+    let at = folder.path();
+    let scene = SCENE.replace("dt = \"0.05 s\"", "dt = \"1 s\"") + "[numerics]\ntime_budget = \"50 ms\"\n";
+    std::fs::write(at.join("scene.toml"), scene).expect("writable");
+    let records = in_library(at, "results", Isolation::Threads, &Silent);
+    assert_eq!((records[0].status.as_str(), records[0].steps), ("TimeBudget", 0), "{:?}", records[0].status_detail);
+}
+
+/// What a case is going to take is known before; where it is more than allowed, the case has a status, and what is allowed is not
+/// exceeded by several cases together.
+#[test]
+fn cases_take_the_memory_that_is_allowed() {
+    let folder = study(&[[24, 12, 12], [4, 2, 2], [24, 12, 11], [24, 11, 12]]);
+    let at = folder.path();
+    let (code, said) = finish(command(at, "free", &["--jobs", "4"]).spawn().expect("it starts"));
+    assert_eq!(code, Some(0), "{said}");
+    let record = |out: &str, member: &str| -> Value {
+        let path = at.join(format!("{out}/cases/steps-press-{member}.json"));
+        serde_json::from_slice(&std::fs::read(path).expect("stored")).expect("JSON")
+    };
+    for member in ["c0", "c2", "c3"] {
+        let work = &record("free", member)["work"];
+        let ratio = work["expected_bytes"].as_f64().expect("known") / work["memory_bytes"].as_f64().expect("measured");
+        // Buffers of the assembly and of the columns that are solved for are not in it, and the copy in single precision need not be made
+        assert!((0.75..1.5).contains(&ratio), "{member}: {ratio}");
+    }
+    let expected = record("free", "c0")["work"]["expected_bytes"].as_u64().expect("known");
+    // Two of them do not fit, and one does: they wait for each other
+    let allowed = format!("{} MB", (1.5 * expected as f64 / 1e6) as u64);
+    let (code, said) = finish(command(at, "tight", &["--jobs", "4", "--memory", &allowed]).spawn().expect("it starts"));
+    assert_eq!(code, Some(0), "{said}");
+    assert_eq!(contents(&at.join("free")), contents(&at.join("tight")));
+    let allowed = format!("{} MB", expected * 3 / 4 / 1_000_000);
+    let (code, said) = finish(command(at, "short", &["--jobs", "4", "--memory", &allowed]).spawn().expect("it starts"));
+    assert_eq!(code, Some(3), "{said}");
+    let status = statuses(&at.join("short"));
+    assert!(status["c0"].starts_with("OutOfMemory: ") && status["c0"].contains("--memory"), "{status:?}");
+    assert!(status["c1"].starts_with("Converged"), "{status:?}");
 }

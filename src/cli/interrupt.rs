@@ -1,19 +1,43 @@
-//! Ctrl-C.
+//! Ctrl-C and SIGTERM.
 
+use durometer::mesh::generate::end_meshers;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
 
-/// Set by Ctrl-C: what is finished is kept, what runs is dropped. A second Ctrl-C ends the program at once.
-pub fn stop_flag() -> &'static AtomicBool {
-    static STOP: AtomicBool = AtomicBool::new(false);
-    static ONCE: std::sync::Once = std::sync::Once::new();
-    ONCE.call_once(|| {
-        let handler = || {
-            if STOP.swap(true, Ordering::SeqCst) {
+/// Set by Ctrl-C and by SIGTERM: what is finished is kept, what runs is dropped. A second one ends the program at once.
+pub fn stop_flag() -> &'static Arc<AtomicBool> {
+    static STOP: OnceLock<Arc<AtomicBool>> = OnceLock::new();
+    STOP.get_or_init(|| {
+        let stop = Arc::new(AtomicBool::new(false));
+        let set = stop.clone();
+        let handler = move || {
+            end_meshers();
+            if set.swap(true, Ordering::SeqCst) {
                 std::process::exit(130);
             }
         };
-        // Without a handler Ctrl-C still ends the program; finished cases are on disk in any case.
-        ctrlc::set_handler(handler).ok();
-    });
-    &STOP
+        listen(handler);
+        stop
+    })
+}
+
+/// Calls `handler` for every such signal. They are blocked in this thread and in those that it starts later, and one thread waits for them: METIS
+/// replaces the handler of SIGTERM while it runs, by one that ends the process where another thread receives it.
+#[cfg(unix)]
+fn listen(handler: impl Fn() + Send + 'static) {
+    use nix::sys::signal::{SigSet, Signal};
+    let signals: SigSet = [Signal::SIGINT, Signal::SIGTERM].into_iter().collect();
+    // Where they cannot be blocked they still end the program; finished cases are on disk in any case.
+    if signals.thread_block().is_ok() {
+        std::thread::spawn(move || {
+            while signals.wait().is_ok() {
+                handler();
+            }
+        });
+    }
+}
+
+#[cfg(not(unix))]
+fn listen(handler: impl Fn() + Send + 'static) {
+    ctrlc::set_handler(handler).ok();
 }

@@ -65,6 +65,10 @@ enum Command {
 
 pub fn main() -> ExitCode {
     let command = Cli::parse().command;
+    // Before any other thread starts: those that are told to stop keep what is finished
+    if matches!(command, Command::Run(_) | Command::Robustness(_) | Command::Simulate(_) | Command::Plan(_)) {
+        interrupt::stop_flag();
+    }
     // A reader that closes the pipe (`| head`) ends the program quietly; a controller or the process of a case that ends must not.
     let talks = match &command {
         Command::Simulate(args) => args.controller.is_some(),

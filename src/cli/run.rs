@@ -79,6 +79,9 @@ pub struct How {
     /// Cases that run at the same time [default: one per core; 1 for costs that nothing disturbs]
     #[arg(long, value_parser = super::arguments::at_least_one)]
     jobs: Option<usize>,
+    /// Memory that the cases may take together, e.g. "8 GB" [default: 90 % of what is available]; a case waits until it fits
+    #[arg(long, value_parser = super::arguments::memory)]
+    memory: Option<u64>,
     /// Run also what is done
     #[arg(long)]
     redo: bool,
@@ -141,6 +144,7 @@ pub fn execute(study: &Study, how: &How, vtu: bool) -> Result<Done, Box<dyn std:
         only: how.only(),
         vtu,
         isolation: Isolation::Processes(super::worker::program()?),
+        memory: how.memory,
         stop,
     };
     let wanted = study.cases.iter().filter(|c| options.wants(&c.id)).count();
@@ -158,6 +162,10 @@ pub fn execute(study: &Study, how: &How, vtu: bool) -> Result<Done, Box<dyn std:
         }
         None => End::Report(report::write(&dir)?.into()),
     };
+    if stop.load(Ordering::Relaxed) {
+        eprintln!("stopped: all cases are finished; run again for a report that is surely whole");
+        return Ok(Done { dir, end: End::Stopped, records });
+    }
     Ok(Done { dir, end, records })
 }
 

@@ -96,13 +96,11 @@ pub fn main(args: Args) -> CommandResult {
     let from = args.restart.as_ref().map(|file| Checkpoint::read(file, &scene)).transpose()?;
     let (save_at, save_end) = times(&args.save_state, &scene)?;
     files::make_folder(&args.out)?;
-    let mut controller = controller(&args, &scene)?;
-    let mut estimator = estimator(&args, &scene)?;
+    let (mut controller, mut estimator) = (controller(&args, &scene)?, estimator(&args, &scene)?);
     if !args.json {
         scene.notes.iter().for_each(|note| eprintln!("note: {note}"));
     }
     bars.started(&name);
-    let stop = super::interrupt::stop_flag();
     let mut drawing = Drawing::new(&args, &name, &scene, from.as_ref());
     let (mut states, mut unsaved) = (Vec::new(), None::<CheckpointError>);
     let mut save = |checkpoint: &Checkpoint, label: &str| {
@@ -114,7 +112,7 @@ pub fn main(args: Args) -> CommandResult {
     };
     let mut watch = |progress| {
         bars.progress(&name, progress);
-        !stop.load(Ordering::Relaxed)
+        true
     };
     let mut points = |state: &State| {
         drawing.add(&scene, state);
@@ -128,6 +126,8 @@ pub fn main(args: Args) -> CommandResult {
         on_save: Some(&mut save),
         on_progress: Some(&mut watch),
         on_state: Some(&mut points),
+        on_sized: None,
+        stop: Some(super::interrupt::stop_flag().clone()),
         sensitivities,
     };
     let (wall, cpu) = (Instant::now(), cpu_time::ThreadTime::now());
@@ -409,7 +409,7 @@ fn controller(args: &Args, scene: &Scene) -> Result<Option<Process>, Box<dyn std
     let seconds = seconds.ok().filter(|s| *s > 0.0 && *s < 1e6).ok_or_else(|| {
         format!("--controller-timeout \"{}\" is no time; write for example \"10 s\"", args.controller_timeout)
     })?;
-    Ok(Some(Process::start(command, Duration::from_secs_f64(seconds))?))
+    Ok(Some(Process::start(command, Duration::from_secs_f64(seconds), Some(super::interrupt::stop_flag().clone()))?))
 }
 
 /// Where the time went: every effect and constraint that is assembled, then the linear algebra.

@@ -5,6 +5,11 @@ use durometer::study::worker::{Said, obey};
 use std::io::Write;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::channel;
+use std::time::{Duration, Instant};
+
+/// Time between two messages about the progress of a case.
+const OFTEN: Duration = Duration::from_millis(50);
 
 /// Compute one case of a study (internal: `run` starts it)
 ///
@@ -25,15 +30,25 @@ pub fn main(_: Args) -> CommandResult {
     std::fs::write("/proc/self/oom_score_adj", "500").ok();
     let mut order = String::new();
     std::io::stdin().read_line(&mut order)?;
-    std::thread::spawn(|| {
+    let (sender, admitted) = channel();
+    std::thread::spawn(move || {
         for line in std::io::stdin().lines().map_while(Result::ok) {
-            if line == "shared" {
-                SHARED.store(true, Ordering::Relaxed);
+            match line.as_str() {
+                "shared" => SHARED.store(true, Ordering::Relaxed),
+                // It is asked for once
+                _ => sender.send(()).unwrap_or_default(),
             }
         }
         end_all();
     });
-    obey(&order, &SHARED, &mut |said: &Said| {
+    let mut shown = None::<Instant>;
+    obey(&order, &SHARED, &mut || admitted.recv().is_ok(), &mut |said: &Said| {
+        if matches!(said, Said::Progress { .. }) {
+            if shown.is_some_and(|shown| shown.elapsed() < OFTEN) {
+                return;
+            }
+            shown = Some(Instant::now());
+        }
         let line = serde_json::to_string(said).expect("numbers and strings only");
         // Where nobody listens any more the end of the input says so too
         writeln!(std::io::stdout(), "{line}").ok();

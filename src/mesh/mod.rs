@@ -4,6 +4,7 @@ mod assemble;
 pub mod attach;
 pub mod boundary;
 pub mod census;
+pub mod child;
 pub mod closed_surface;
 mod cursor;
 pub mod curved;

@@ -128,8 +128,11 @@ impl Scene {
     }
 
     /// Runs all stages with callbacks, a controller, derivatives, from a saved state, or with states to be saved.
-    pub fn run_with(&self, options: RunOptions) -> Run {
+    pub fn run_with(&self, mut options: RunOptions) -> Run {
         let mut driver = self.driver();
+        let bytes = driver.steps.solver.linear.factor.bytes() as u64;
+        let admitted = options.on_sized.take().is_none_or(|on_sized| on_sized(bytes));
+        driver.steps.solver.equations.limit.stop.clone_from(&options.stop);
         let from = options.restart.as_ref().map(|checkpoint| checkpoint.position);
         if let Some(checkpoint) = &options.restart {
             driver.resume(checkpoint.memory.clone());
@@ -138,6 +141,7 @@ impl Scene {
         let mut state = recorder.checkpoint.state.clone();
         let status = match recorder.failure {
             Some(_) => Status::Interrupted { t: state.t },
+            None if !admitted => Status::Interrupted { t: state.t },
             None => driver.run_spans(&self.spans, from, &mut state, &mut recorder),
         };
         let (checkpoint, options, failure) = recorder.finish(&status);
@@ -196,7 +200,7 @@ impl Scene {
         let mut driver = Driver::new(&self.system, solver, steps);
         driver.steps.points = &self.points;
         let budget = n.time_budget.and_then(|b| Duration::try_from_secs_f64(b.0).ok());
-        driver.steps.deadline = budget.and_then(|b| Instant::now().checked_add(b));
+        driver.steps.solver.equations.limit.deadline = budget.and_then(|b| Instant::now().checked_add(b));
         driver
     }
 

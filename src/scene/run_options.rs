@@ -4,6 +4,8 @@ use super::checkpoint::Checkpoint;
 use super::control::Controller;
 use super::sensitivities::SensitivityRecorder;
 use crate::system::State;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// Progress of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,11 +23,18 @@ pub type OnProgress<'a> = dyn FnMut(Progress) -> bool + 'a;
 /// Receives each state on the time grid, the first one included.
 pub type OnState<'a> = dyn FnMut(&State) + 'a;
 
+/// Receives a size of memory \[bytes\]; returns false to stop the run.
+pub type OnSized<'a> = dyn FnMut(u64) -> bool + 'a;
+
 /// Options of [`Scene::run_with`](super::Scene::run_with); a plain run needs none of them.
 #[derive(Default)]
 pub struct RunOptions<'a> {
     pub on_progress: Option<&'a mut OnProgress<'a>>,
     pub on_state: Option<&'a mut OnState<'a>>,
+    /// Gets the memory that the linear systems are going to take \[bytes\], before the first step; returns false to stop
+    pub on_sized: Option<&'a mut OnSized<'a>>,
+    /// Set to stop the run, also within a step
+    pub stop: Option<Arc<AtomicBool>>,
     /// A saved state to go on from
     pub restart: Option<Checkpoint>,
     pub controller: Option<&'a mut (dyn Controller + 'a)>,

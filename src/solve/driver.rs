@@ -4,6 +4,7 @@
 use super::arc_length::ArcLengthSteps;
 use super::corrected_steps::CorrectedSteps;
 use super::cut_steps::CutSteps;
+use super::limit::Reached;
 use super::observer::{AcceptedStep, GridPoint, GridPosition, StepObserver};
 use super::start::initial_acceleration_by;
 use super::step_settings::StepSettings;
@@ -102,6 +103,15 @@ impl<'a> Driver<'a> {
         ControlFlow::Continue(())
     }
 
+    /// The end of the run by its limit, where that is reached.
+    fn reached(&self, state: &State) -> Option<Status> {
+        let reached = self.steps.solver.equations.limit.reached()?;
+        Some(match reached {
+            Reached::Stopped => Status::Interrupted { t: state.t },
+            Reached::TimeOver => Status::TimeBudget { t: state.t },
+        })
+    }
+
     /// From `state` to `goal`, the next point of the time grid.
     fn advance(
         &mut self,
@@ -112,11 +122,11 @@ impl<'a> Driver<'a> {
         observer: &mut dyn StepObserver,
     ) -> ControlFlow<Status> {
         if let Err(status) = strategy.begin(&mut self.steps, state, goal) {
-            return ControlFlow::Break(status);
+            return ControlFlow::Break(self.reached(state).unwrap_or(status));
         }
         while !strategy.is_done() {
-            if self.steps.is_over() {
-                return ControlFlow::Break(Status::TimeBudget { t: state.t });
+            if let Some(status) = self.reached(state) {
+                return ControlFlow::Break(status);
             }
             let solved = match strategy.step(&mut self.steps, state) {
                 StepOutcome::Solved(solved) => *solved,
@@ -128,7 +138,7 @@ impl<'a> Driver<'a> {
                     self.totals.repeated += 1;
                     continue;
                 }
-                StepOutcome::Failed(status) => return ControlFlow::Break(status),
+                StepOutcome::Failed(status) => return ControlFlow::Break(self.reached(state).unwrap_or(status)),
             };
             let (integrator, solution) = (span.integrator, solved.solution);
             let past = std::mem::replace(state, solved.next);

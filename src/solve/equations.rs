@@ -1,7 +1,7 @@
 //! The equations of the current step, assembled: residual, tangent, constraints, and the error of a state.
 
 use super::multipliers::{self, larger};
-use super::{Failure, Step};
+use super::{Failure, Limit, Step};
 use crate::math::vector::norm;
 use crate::system::{Assembled, ConstraintKind, ConstraintValues, State, System, Want};
 use std::time::{Duration, Instant};
@@ -22,6 +22,8 @@ pub struct Equations {
     pub stiffness: f64,
     /// Length of the body \[m\], for the rounding of forces
     length: f64,
+    /// Beyond it nothing is assembled
+    pub limit: Limit,
     /// \[constraints\] g at the start of the step, where the law of a constraint depends on it
     old: Vec<f64>,
 }
@@ -42,6 +44,7 @@ impl Equations {
             assembly_time: Duration::ZERO,
             stiffness: 0.0,
             length,
+            limit: Limit::default(),
             old: vec![0.0; system.constraints.len()],
         }
     }
@@ -63,12 +66,18 @@ impl Equations {
         want: Want,
         increment: Option<&[f64]>,
     ) -> Result<(), Failure> {
+        self.go_on()?;
         let start = Instant::now();
         let State { x, v, a, .. } = next;
         step.integrator.kinematics(step.past, step.dt, x, v, a);
         let result = step.system.assemble(&step.at(next), &next.lambda, want, increment, &mut self.sums);
         self.assembly_time += start.elapsed();
         result.map_err(Failure::Eval)
+    }
+
+    /// Fails where the limit of the run is reached.
+    pub(super) fn go_on(&self) -> Result<(), Failure> {
+        if self.limit.reached().is_some() { Err(Failure::LimitReached) } else { Ok(()) }
     }
 
     /// The same for the tangent of an iteration, whose stiffness is noted.

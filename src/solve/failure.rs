@@ -25,6 +25,8 @@ pub enum Failure {
     },
     /// Arc length: the loads do not change where the stage starts
     Unloaded,
+    /// The time is over, or the run is to stop
+    LimitReached,
     /// Arc length: the end of the stage is not reached in the steps that were allowed
     MaxSteps,
 }
@@ -41,6 +43,7 @@ impl fmt::Display for Failure {
             Self::Jammed { effect, node, gap } => {
                 write!(f, "{effect}: node {node} is {gap:.3e} m from the obstacle and is pressed on")
             }
+            Self::LimitReached => write!(f, "the time is over, or the run was stopped"),
             Self::MaxSteps => {
                 write!(f, "the path of equilibria does not reach the end of the stage in max_steps steps")
             }

@@ -53,7 +53,7 @@ pub(super) fn limit_point(steps: &mut StepSolver, state: &State, t: f64) -> Opti
         }
     };
     for _ in 0..SEARCH {
-        if steps.is_over() {
+        if steps.solver.equations.limit.reached().is_some() {
             return None;
         }
         let point = tracer.step_with_cuts(&mut steps.solver, cuts).ok()?;

@@ -133,7 +133,7 @@ impl LinearSystem {
         for_reuse: bool,
         solution: &mut Solution,
     ) -> Result<Schur, Failure> {
-        let (system, sums) = (step.system, &mut equations.sums);
+        let (system, limit, sums) = (step.system, &equations.limit, &mut equations.sums);
         let mut shift = 0.0;
         self.fit(system, sums);
         self.factor.move_to(&next.x);
@@ -141,6 +141,9 @@ impl LinearSystem {
         let alone: Vec<f64> = (0..own.len()).map(|j| sums.k[sums.pattern.on_diagonal(j)]).collect();
         let largest = own.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
         loop {
+            if limit.reached().is_some() {
+                return Err(Failure::LimitReached);
+            }
             let factorised = self.factor.factorise(&sums.k).map_err(Failure::Linear);
             match factorised.and_then(|()| self.schur(system, sums)) {
                 Ok(schur) => {

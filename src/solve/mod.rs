@@ -4,7 +4,7 @@
 //!
 //! | Step | Where | Decides |
 //! |---|---|---|
-//! | A run | [`Driver::run_spans`] in `driver` | order of spans and grid points, deadline, counts; calls the [`StepObserver`] |
+//! | A run | [`Driver::run_spans`] in `driver` | order of spans and grid points, [`Limit`]s, counts; calls the [`StepObserver`] |
 //! | From one grid point to the next | a `StepStrategy`: `cut_steps`, `arc_length`, `corrected_steps` | the length of each step: when it is cut (at most [`StepSettings::cuts`] times), repeated, grows again |
 //! | One step | `StepSolver::solve` in `step_solver` | initial values (`prediction`) and fallbacks; `diagnosis` and `limit_points` name the reason of a failure |
 //! | Nonlinear solve | [`NonlinearSolver::solve`] in `newton`, `contact_correction` with `gauss_seidel`, or `equilibrium_path` for arc length | the iterations; `convergence` holds the acceptance test, `equations` the error it sees, `globalisation` the length along a direction |
@@ -31,6 +31,7 @@ mod gauss_seidel;
 mod globalisation;
 mod integrator;
 mod lagged_factor;
+mod limit;
 mod limit_points;
 mod linear_problem;
 mod linear_system;
@@ -63,6 +64,7 @@ pub use failure::Failure;
 pub use free_motions::{Motion, MotionKind, free_motions};
 pub use integrator::Integrator;
 pub use lagged_factor::LaggedFactorRecord;
+pub use limit::Limit;
 pub use linear_system::LinearSystem;
 pub use newton_settings::NewtonSettings;
 pub use nonlinear_solver::NonlinearSolver;

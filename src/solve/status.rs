@@ -132,9 +132,11 @@ impl Status {
                     }
                     Failure::NotConverged { node: k, .. } => node(*k),
                     Failure::Jammed { effect, node: k, .. } => Culprit { effect: Some(effect.clone()), ..node(*k) },
-                    Failure::Linear(_) | Failure::Complementarity | Failure::Unloaded | Failure::MaxSteps => {
-                        Culprit::default()
-                    }
+                    Failure::Linear(_)
+                    | Failure::Complementarity
+                    | Failure::Unloaded
+                    | Failure::LimitReached
+                    | Failure::MaxSteps => Culprit::default(),
                 }
             }
             _ => Culprit::default(),

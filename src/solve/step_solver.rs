@@ -5,7 +5,6 @@ use super::step_settings::StepSettings;
 use super::{Failure, Integrator, NonlinearSolver, Solution, Step};
 use crate::math::tensor::Vec3;
 use crate::system::{State, System};
-use std::time::Instant;
 
 /// Solves single steps for the step strategies.
 pub struct StepSolver<'a> {
@@ -14,18 +13,12 @@ pub struct StepSolver<'a> {
     pub settings: StepSettings,
     /// \[nodes\] X, to name rigid motions by; or empty
     pub points: &'a [Vec3],
-    /// The run stops when this is over
-    pub deadline: Option<Instant>,
     pub(super) prediction: Prediction,
 }
 
 impl<'a> StepSolver<'a> {
     pub(super) fn new(system: &'a System, solver: NonlinearSolver, settings: StepSettings) -> Self {
-        Self { system, solver, settings, points: &[], deadline: None, prediction: Prediction::default() }
-    }
-
-    pub(super) fn is_over(&self) -> bool {
-        self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
+        Self { system, solver, settings, points: &[], prediction: Prediction::default() }
     }
 
     /// One step to time `t`: from the extrapolation, then with a factor of its own in every iteration, then so from the last state,

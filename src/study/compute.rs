@@ -16,7 +16,7 @@ use crate::study::record::{CaseRecord, PANICKED, REFUSED};
 use crate::study::refinement::{self, RefinementRecord, refined};
 use crate::study::store::{Store, StoreError};
 use crate::study::task::{Task, TaskError};
-use crate::study::work::{RepeatRecord, largest_memory, measure, watch_memory};
+use crate::study::work::{RepeatRecord, largest_memory, measure, present_memory, watch_memory};
 use crate::system::State;
 use cpu_time::ThreadTime;
 use std::sync::Arc;
@@ -46,6 +46,8 @@ pub struct Follow<'a> {
     pub progress: &'a mut dyn FnMut(Progress) -> bool,
     /// Whether another case runs at this moment
     pub shared: &'a dyn Fn() -> bool,
+    /// Gets the memory that the case is going to take \[bytes\], waits until it is there, and returns false to stop
+    pub admit: &'a mut dyn FnMut(u64) -> bool,
     /// This process computes nothing but this case, so that its memory is that of the case
     pub own_process: bool,
 }
@@ -79,6 +81,16 @@ fn run(task: &Task, store: &Store, follow: &mut Follow) -> Result<Option<CaseRec
     let mut shared = (follow.shared)();
     let watched = if follow.own_process { Some(()) } else { watch_memory().filter(|()| !shared) };
     let (mut stopped, meshing, progress) = (false, &mut *follow.meshing, &mut *follow.progress);
+    let (admit, own_process, mut expected, mut waited) = (&mut *follow.admit, follow.own_process, None, 0.0);
+    let mut sized = |bytes: u64| {
+        // Of several runs only the first one asks
+        let Some(present) = present_memory().filter(|_| own_process && expected.is_none()) else { return true };
+        let asked = Instant::now();
+        expected = Some(present + bytes);
+        let admitted = admit(present + bytes);
+        waited = asked.elapsed().as_secs_f64();
+        admitted
+    };
     let mut go_on = |now| {
         shared |= (follow.shared)();
         stopped |= !progress(now);
@@ -86,7 +98,7 @@ fn run(task: &Task, store: &Store, follow: &mut Follow) -> Result<Option<CaseRec
     };
     let solved = refined((&case.scene_file, &case.spec, &case.text), Arc::new(body), meshing, &mut go_on)
         .map_err(|why| CaseError::Refine { case: case.id.clone(), why: why.into() })
-        .and_then(|mesh| solve(task, mesh, &mut fields, &mut go_on));
+        .and_then(|mesh| solve(task, mesh, &mut fields, &mut go_on, &mut sized));
     shared |= (follow.shared)();
     let memory = watched.filter(|()| follow.own_process || !shared).and_then(|()| largest_memory());
     if matches!(solved, Err(CaseError::Refine { .. })) && stopped {
@@ -96,6 +108,7 @@ fn run(task: &Task, store: &Store, follow: &mut Follow) -> Result<Option<CaseRec
     if matches!(solved.run.status, Status::Interrupted { .. }) && solved.run.failure.is_none() {
         return Ok(None);
     }
+    solved.times.0 -= waited;
     if let Some(fields) = fields {
         let (wall, cpu) = fields.finish()?;
         solved.times = (solved.times.0 - wall, solved.times.1 - cpu);
@@ -105,7 +118,7 @@ fn run(task: &Task, store: &Store, follow: &mut Follow) -> Result<Option<CaseRec
         last.add(&solved.scene, &solved.run.last, 0);
         last.finish()?;
     }
-    store_result(case, store, &solved, (shared, memory, identity, started)).map(Some)
+    store_result(case, store, &solved, (shared, [memory, expected], identity, started)).map(Some)
 }
 
 /// A case with its run.
@@ -133,6 +146,7 @@ fn solve(
     (body, refinement): (Arc<Body>, Vec<RefinementRecord>),
     fields: &mut Option<Fields>,
     go_on: &mut dyn FnMut(Progress) -> bool,
+    sized: &mut dyn FnMut(u64) -> bool,
 ) -> Result<Option<Solved>, CaseError> {
     let (case, constants, repeats) = (&task.case, &task.constants[..], task.repeats);
     let found = match find(case, &body, go_on) {
@@ -174,6 +188,7 @@ fn solve(
         let mut run = scene.run_with(RunOptions {
             on_progress: Some(go_on),
             on_state: Some(&mut states),
+            on_sized: Some(sized),
             sensitivities: Some(recorder),
             ..RunOptions::default()
         });
@@ -182,7 +197,7 @@ fn solve(
             (wall.elapsed().as_secs_f64() - sensitivities.wall, cpu.elapsed().as_secs_f64() - sensitivities.cpu);
         (run, Some(sensitivities), times, vec![])
     } else {
-        let (run, times, all) = measure(&scene, repeats, go_on, &mut states);
+        let (run, times, all) = measure(&scene, repeats, go_on, &mut states, sized);
         (run, None, times, all)
     };
     let one_run = estimator.map(|estimator| one_run(estimator, &run, &task.columns));
@@ -207,7 +222,7 @@ fn store_result(
     case: &Case,
     store: &Store,
     solved: &Solved,
-    (shared, memory, identity, started): (bool, Option<u64>, Identity, u64),
+    (shared, [memory, expected], identity, started): (bool, [Option<u64>; 2], Identity, u64),
 ) -> Result<CaseRecord, CaseError> {
     let Solved { scene, run, .. } = solved;
     let writing = Instant::now();
@@ -236,7 +251,8 @@ fn store_result(
             record.status_detail = Some(detail.into());
         }
     }
-    (record.phases.build_s, record.work.memory_bytes) = (solved.build_s, memory);
+    record.phases.build_s = solved.build_s;
+    (record.work.memory_bytes, record.work.expected_bytes) = (memory, expected);
     record.repeats.clone_from(&solved.repeats);
     record.phases.output_s = writing.elapsed().as_secs_f64();
     store.save(&mut record, run, &skin)?;

@@ -11,6 +11,7 @@
 //! | Inputs, files and build that a result belongs to | [`identity`], [`builds`] |
 //! | Content of a stored result, and where it is kept | [`record`], [`store`] |
 //! | Several runs into one store | [`lock`] |
+//! | Memory of cases that run side by side | [`memory`] |
 //! | Reading stored results back | [`results`] |
 //! | Analysis, verdict, tables and figures | the kind of the study in [`kinds`], on [`estimate`] |
 //! | The page and `summary.json` | [`report`], [`page`], [`summary`] |
@@ -37,6 +38,7 @@ pub mod kinds;
 pub mod listing;
 pub mod lock;
 pub mod locking;
+pub mod memory;
 pub mod one_run;
 pub mod only;
 pub mod outcome;

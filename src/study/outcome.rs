@@ -78,6 +78,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
             factor_flops: run.factor_flops,
             matrix_nnz: scene.system.pattern.nnz(),
             memory_bytes: None,
+            expected_bytes: None,
         },
         repeats: Vec::new(),
         locking: locking(scene, run),

@@ -117,10 +117,13 @@ pub const PANICKED: &str = "Panicked";
 /// Status of a case whose process died: of memory, of a signal, or of a bug.
 pub const CRASHED: &str = "Crashed";
 
+/// Status of a case that needs more memory than all cases together may take.
+pub const OUT_OF_MEMORY: &str = "OutOfMemory";
+
 impl CaseRecord {
     /// The computation itself broke, whatever the scene is.
     pub fn broke(&self) -> bool {
-        [PANICKED, CRASHED].contains(&self.status.as_str())
+        [PANICKED, CRASHED, OUT_OF_MEMORY].contains(&self.status.as_str())
     }
 
     /// Only then its results count.

@@ -7,13 +7,14 @@ use crate::study::expand::Study;
 use crate::study::identity::Identity;
 use crate::study::inputs::uncertain_constants;
 use crate::study::lock::{LockError, Locks};
+use crate::study::memory::{self, Admission, Allowance, SHARE};
 use crate::study::only::Only;
 use crate::study::outcome::refused;
-use crate::study::record::{CRASHED, CaseRecord};
+use crate::study::record::{CRASHED, CaseRecord, OUT_OF_MEMORY};
 use crate::study::store::{Store, StoreError, Stored};
 use crate::study::task::Task;
 use crate::study::waiting;
-use crate::study::worker::{End, Order, Said, compute_apart};
+use crate::study::worker::{End, Order, Said, Wants, compute_apart};
 use std::collections::{HashMap, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -79,6 +80,8 @@ pub struct Options<'a> {
     /// Write the fields of every case into `cases/<id>/`; a finished case without them is run again
     pub vtu: bool,
     pub isolation: Isolation,
+    /// Memory that cases in processes may take together \[bytes\]; by default [`SHARE`] of what is available when the run begins
+    pub memory: Option<u64>,
     /// Set to stop: running cases are dropped, finished ones kept
     pub stop: &'a AtomicBool,
 }
@@ -115,7 +118,10 @@ pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> R
     let (now, later): (Vec<&Case>, Vec<&Case>) = cases.into_iter().partition(|c| c.after.is_none());
     let constants = |c: &Case| if study.rules.input_uncertainty { uncertain_constants(&c.spec) } else { vec![] };
     let with_constants = |c: &Case| (c.clone(), constants(c).into_iter().map(|(constant, _)| constant).collect());
-    let run = Running { store: &store, locks: &locks, options, watch, cases: AtomicUsize::new(0), begun: unix_s() };
+    let usual = || memory::available().map_or(u64::MAX, |bytes| (SHARE * bytes as f64) as u64);
+    let memory = Allowance::new(options.memory.unwrap_or_else(usual));
+    let run =
+        Running { store: &store, locks: &locks, options, watch, cases: AtomicUsize::new(0), memory, begun: unix_s() };
     let mut records = run.side_by_side(study, now.into_iter().map(with_constants).collect())?;
     if !later.is_empty() && !options.stop.load(Ordering::Relaxed) {
         // Other runs make the results of the other cases: a case that waits takes them from the store, once they are all there
@@ -196,6 +202,7 @@ struct Running<'a> {
     watch: &'a dyn Watch,
     /// Cases that are being computed
     cases: AtomicUsize,
+    memory: Allowance,
     /// Start of the run, in seconds since 1970 UTC
     begun: u64,
 }
@@ -317,6 +324,7 @@ impl Running<'_> {
                 !self.options.stop.load(Ordering::Relaxed)
             },
             shared: &|| self.shared(),
+            admit: &mut |_| true,
             own_process: false,
         };
         Ok(compute(task, self.store, &mut follow)?)
@@ -325,15 +333,8 @@ impl Running<'_> {
     fn in_a_process(&self, program: &Path, task: &Task) -> Result<Option<CaseRecord>, RunError> {
         let id = &task.case.id;
         let order = Order { dir: self.store.dir.clone(), task: task.clone() };
-        let mut watch = |said: Option<&Said>| {
-            match said {
-                Some(Said::Meshing(line)) => self.watch.meshing(id, line),
-                Some(&Said::Progress { t, end }) => self.watch.progress(id, Progress { t, end }),
-                _ => {}
-            }
-            !self.options.stop.load(Ordering::Relaxed)
-        };
-        let end = compute_apart(program, &order, &|| self.shared(), &mut watch)
+        let mut following = Following { run: self, id, promised: 0 };
+        let end = compute_apart(program, &order, &mut following)
             .map_err(|e| RunError::Start { program: program.into(), reason: e.to_string() })?;
         let crashed = |how: String| {
             let record = refused(&task.case, CRASHED, how);
@@ -342,6 +343,16 @@ impl Running<'_> {
         match end {
             End::Stopped => Ok(None),
             End::Failed(why) => Err(RunError::Apart { why }),
+            End::TooLarge(bytes) => {
+                let [needed, allowed] = [bytes, self.memory.limit].map(|bytes| bytes as f64 / 1e9);
+                let why = format!(
+                    "it is going to take {needed:.2} GB, and all cases together may take {allowed:.2} GB; allow more with --memory, take the iterative \
+                     method by numerics.factor_memory, or a coarser mesh"
+                );
+                let record = refused(&task.case, OUT_OF_MEMORY, why);
+                self.store.save_refused(&record)?;
+                Ok(Some(record))
+            }
             End::Died(how) => Ok(crashed(how)?),
             End::Stored => match self.store.record(id) {
                 Some(record) => Ok(Some(record)),
@@ -350,5 +361,42 @@ impl Running<'_> {
                 }
             },
         }
+    }
+}
+
+/// Follows the process of a case for its run.
+struct Following<'a> {
+    run: &'a Running<'a>,
+    id: &'a str,
+    /// Memory \[bytes\]
+    promised: u64,
+}
+
+impl Wants for Following<'_> {
+    fn said(&mut self, said: Option<&Said>) -> bool {
+        match said {
+            Some(Said::Meshing(line)) => self.run.watch.meshing(self.id, line),
+            Some(&Said::Progress { t, end }) => self.run.watch.progress(self.id, Progress { t, end }),
+            _ => {}
+        }
+        !self.run.options.stop.load(Ordering::Relaxed)
+    }
+
+    fn shared(&self) -> bool {
+        self.run.shared()
+    }
+
+    fn admit(&mut self, bytes: u64) -> Admission {
+        let admission = self.run.memory.admit(bytes);
+        if admission == Admission::Now {
+            self.promised += bytes;
+        }
+        admission
+    }
+}
+
+impl Drop for Following<'_> {
+    fn drop(&mut self) {
+        self.run.memory.release(self.promised);
     }
 }

@@ -22,6 +22,9 @@ pub struct WorkRecord {
     /// does not tell
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub memory_bytes: Option<u64>,
+    /// The same as it was expected before the first factorisation, where the case ran in a process of its own \[bytes\]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub expected_bytes: Option<u64>,
 }
 
 /// One run of a case that was run several times.
@@ -38,6 +41,7 @@ pub(super) fn measure(
     repeats: usize,
     go_on: &mut dyn FnMut(Progress) -> bool,
     states: &mut dyn FnMut(&State),
+    sized: &mut dyn FnMut(u64) -> bool,
 ) -> (Run, (f64, f64), Vec<RepeatRecord>) {
     let mut runs: Vec<(RepeatRecord, Run)> = Vec::new();
     loop {
@@ -51,6 +55,7 @@ pub(super) fn measure(
         let run = scene.run_with(RunOptions {
             on_progress: Some(go_on),
             on_state: Some(&mut on_state),
+            on_sized: Some(sized),
             ..RunOptions::default()
         });
         let times = RepeatRecord { wall_s: wall.elapsed().as_secs_f64(), cpu_s: cpu.elapsed().as_secs_f64() };
@@ -75,8 +80,17 @@ pub(super) fn watch_memory() -> Option<()> {
 
 /// The largest resident set since [`watch_memory`] \[bytes\].
 pub(super) fn largest_memory() -> Option<u64> {
+    of_this_process("VmHWM:")
+}
+
+/// The resident set \[bytes\].
+pub(super) fn present_memory() -> Option<u64> {
+    of_this_process("VmRSS:")
+}
+
+fn of_this_process(key: &str) -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;
+    let line = status.lines().find_map(|l| l.strip_prefix(key))?;
     let kilobytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     Some(1024 * kilobytes)
 }

@@ -1,12 +1,13 @@
 //! A case in a process of its own: what kills the process is the status of this case, and ends no other.
 //!
 //! The process reads one [`Order`] as a line of JSON from its standard input, computes the case, stores it, and says on its standard
-//! output, in lines of JSON, how far it is and how it ended ([`Said`]). A line `shared` on its input means that another case has begun
-//! meanwhile. The end of its input means that the process which wanted the case is gone; it then ends itself, with all processes that it
+//! output, in lines of JSON, how far it is and how it ended ([`Said`]). Before the first factorisation it says what memory it needs, and waits
+//! for the line `go`. A line `shared` on its input means that another case has begun meanwhile. The end of its input means that the process which wanted the case is gone; it then ends itself, with all processes that it
 //! has started: they form a group.
 
 use crate::scene::Progress;
 use crate::study::compute::{Follow, compute};
+use crate::study::memory::Admission;
 use crate::study::store::Store;
 use crate::study::task::Task;
 use serde::{Deserialize, Serialize};
@@ -41,10 +42,22 @@ pub enum Said {
         t: f64,
         end: f64,
     },
+    /// The memory that the case is going to take \[bytes\]; it waits for the line `go`
+    Needs(u64),
     /// The result is stored
     Stored,
     /// The input was refused, or the result cannot be stored
     Failed(String),
+}
+
+/// Follows the process of a case.
+pub trait Wants {
+    /// Takes a message, or none for a while; returns false to stop it
+    fn said(&mut self, said: Option<&Said>) -> bool;
+    /// Whether another case runs at this moment.
+    fn shared(&self) -> bool;
+    /// Whether it may take so much memory \[bytes\].
+    fn admit(&mut self, bytes: u64) -> Admission;
 }
 
 /// How the process of a case ended.
@@ -52,12 +65,14 @@ pub enum End {
     Stored,
     Stopped,
     Failed(String),
+    /// It needs more memory than there is \[bytes\]
+    TooLarge(u64),
     /// It died: how, with the last lines that it said, and a remedy
     Died(String),
 }
 
 /// Computes the case of an order in this process, which computes nothing else.
-pub fn obey(order: &str, shared: &AtomicBool, say: &mut dyn FnMut(&Said)) {
+pub fn obey(order: &str, shared: &AtomicBool, admitted: &mut dyn FnMut() -> bool, say: &mut dyn FnMut(&Said)) {
     let said = std::cell::RefCell::new(say);
     let say = |what: Said| (said.borrow_mut())(&what);
     let order: Order = match serde_json::from_str(order) {
@@ -71,6 +86,10 @@ pub fn obey(order: &str, shared: &AtomicBool, say: &mut dyn FnMut(&Said)) {
             true
         },
         shared: &|| shared.load(Ordering::Relaxed),
+        admit: &mut |bytes| {
+            say(Said::Needs(bytes));
+            admitted()
+        },
         own_process: true,
     };
     say(match compute(&order.task, &Store::at(&order.dir), &mut follow) {
@@ -79,23 +98,28 @@ pub fn obey(order: &str, shared: &AtomicBool, say: &mut dyn FnMut(&Said)) {
     });
 }
 
-/// Computes a case in a process of `program`, started as `program worker`. `watch` gets what it says and returns false to stop;
-/// `shared`: whether another case runs at this moment.
-pub fn compute_apart(
-    program: &Path,
-    order: &Order,
-    shared: &dyn Fn() -> bool,
-    watch: &mut dyn FnMut(Option<&Said>) -> bool,
-) -> std::io::Result<End> {
+/// Computes a case in a process of `program`, started as `program worker`.
+pub fn compute_apart(program: &Path, order: &Order, wants: &mut dyn Wants) -> std::io::Result<End> {
     let mut process = Process::start(program, order)?;
-    let (mut end, mut told) = (None, false);
+    let (mut end, mut told, mut asks) = (None, false, None);
     loop {
         let said = match process.lines.recv_timeout(LOOK) {
             Ok(line) => serde_json::from_str(&line).ok(),
             Err(RecvTimeoutError::Timeout) => None,
             Err(RecvTimeoutError::Disconnected) => break,
         };
-        if !told && shared() {
+        if let Some(Said::Needs(bytes)) = said {
+            asks = Some(bytes);
+        }
+        match asks.map(|bytes| (bytes, wants.admit(bytes))) {
+            Some((_, Admission::Now)) => {
+                asks = None;
+                process.input.write_all(b"go\n").ok();
+            }
+            Some((bytes, Admission::Never)) => return Ok(End::TooLarge(bytes)),
+            Some((_, Admission::Later)) | None => {}
+        }
+        if !told && wants.shared() {
             told = true;
             // A process that has just ended does not read it any more
             process.input.write_all(b"shared\n").ok();
@@ -103,7 +127,7 @@ pub fn compute_apart(
         match said {
             Some(Said::Stored) => end = Some(End::Stored),
             Some(Said::Failed(why)) => end = Some(End::Failed(why)),
-            said if watch(said.as_ref()) => {}
+            said if wants.said(said.as_ref()) => {}
             _ => return Ok(End::Stopped),
         }
     }

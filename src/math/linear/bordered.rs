@@ -30,6 +30,11 @@ impl Bordered {
         self.direct.nnz()
     }
 
+    /// Memory apart from L while it is computed \[bytes\].
+    pub fn work_bytes(&self) -> usize {
+        self.direct.work_bytes()
+    }
+
     /// Additions and multiplications of one factorisation.
     pub fn flops(&self) -> f64 {
         self.direct.flops()

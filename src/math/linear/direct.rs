@@ -71,6 +71,11 @@ impl Direct {
         (0..symbolic.n_supernodes()).map(supernode).sum()
     }
 
+    /// Memory apart from L while it is computed \[bytes\].
+    pub fn work_bytes(&self) -> usize {
+        self.symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default()).unaligned_bytes_required()
+    }
+
     /// LLᵀ; false where a pivot is not positive.
     pub fn definite(&mut self, pattern: &SymPattern, values: &[f64]) -> bool {
         let request = self.symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default());

@@ -145,6 +145,15 @@ impl Factor {
         }
     }
 
+    /// Memory that the factorisation is going to take \[bytes\]: L, its copy in single precision, and the largest front. On the iterative path, some
+    /// two copies of the matrix for the hierarchy.
+    pub fn bytes(&self) -> f64 {
+        match &self.direct {
+            Some(direct) => 12.0 * direct.nnz() as f64 + direct.work_bytes() as f64,
+            None => 24.0 * self.pattern.nnz() as f64,
+        }
+    }
+
     /// Back-substitutions that a factorisation costs, by counts; or applications of the hierarchy that its set-up costs.
     pub fn relative_cost(&self) -> f64 {
         match &self.multigrid {

@@ -16,7 +16,7 @@ mod tests;
 pub use body::Body;
 pub use error::GenerateError;
 pub use manifest::{CablePath, Manifest};
-pub use python::{Check, Mesher};
+pub use python::{Check, Mesher, end_meshers};
 pub use request::{Generator, GradedPlace, Grading, MeshRequest, Size, Source, TIME_LIMIT_S};
 pub use size_field::SizeField;
 pub use store::{Generated, MeshStore, manifest_path, read_manifest};

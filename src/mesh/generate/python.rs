@@ -1,12 +1,14 @@
 //! The process behind the mesher: calling it, setting up its environment, and finding what is missing.
 
 use super::error::GenerateError;
+use crate::mesh::child::{ends_with_parent, kill};
 use serde::Deserialize;
 use std::collections::{BTreeMap, VecDeque};
 use std::io::{BufRead, BufReader, Read, Seek, Write};
 use std::path::Path;
 use std::process::{Command, ExitStatus, Stdio};
 use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Lines of stderr that an error keeps.
@@ -42,6 +44,31 @@ struct Output {
     late: bool,
 }
 
+/// Processes of the mesher that run.
+static RUNNING: Mutex<Vec<u32>> = Mutex::new(vec![]);
+
+/// A process that [`end_meshers`] ends.
+struct Running(u32);
+
+impl Running {
+    fn new(pid: u32) -> Self {
+        RUNNING.lock().unwrap_or_else(PoisonError::into_inner).push(pid);
+        Self(pid)
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        RUNNING.lock().unwrap_or_else(PoisonError::into_inner).retain(|pid| *pid != self.0);
+    }
+}
+
+/// Ends all processes of the mesher that this process has started: for a program that is told to stop. Their meshes fail.
+pub fn end_meshers() {
+    // They are not waited for before they have left the list, so that their numbers belong to no other process
+    RUNNING.lock().unwrap_or_else(PoisonError::into_inner).iter().for_each(|pid| kill(*pid));
+}
+
 /// Runs a command to its end, or ends it after `limit`; every line of stderr goes to `progress` as it comes.
 fn run(
     command: &mut Command,
@@ -55,7 +82,9 @@ fn run(
     stdin.write_all(input.as_bytes())?;
     stdin.rewind()?;
     command.stdin(stdin).stdout(Stdio::piped()).stderr(Stdio::piped());
+    ends_with_parent(command);
     let mut child = command.spawn()?;
+    let running = Running::new(child.id());
     let mut stdout = child.stdout.take().expect("piped");
     let stderr = child.stderr.take().expect("piped");
     let reader = std::thread::spawn(move || {
@@ -87,6 +116,7 @@ fn run(
         }
         lines.push_back(line);
     }
+    drop(running);
     let status = child.wait()?;
     // A process that the ended one has started may hold its stdout open.
     let stdout = if late { String::new() } else { reader.join().expect("reading does not panic") };

@@ -14,6 +14,8 @@ pub enum ControlError {
          allow more with --controller-timeout"
     )]
     Late { seconds: f64, t: f64 },
+    #[error("stopped while the controller was to answer at t = {t:.6} s")]
+    Stopped { t: f64 },
     #[error("the controller ended ({how}) before it answered at t = {t:.6} s; what it said is above")]
     Dead { how: String, t: f64 },
     #[error("the controller wrote at t = {t:.6} s: {line}\n  {fact}; {remedy}")]

@@ -11,13 +11,19 @@
 //! All keys of an answer may be absent. Numbers are read and written so that no bit is lost. Standard error is passed on.
 
 use super::{ControlError, Controller, Observation, Opening, Reply};
+use crate::mesh::child::ends_with_parent;
 use crate::scene::error::hint;
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
+
+/// Time between two looks at whether to stop.
+const LOOK: Duration = Duration::from_millis(50);
 
 /// A child process that answers line by line.
 pub struct Process {
@@ -25,6 +31,7 @@ pub struct Process {
     input: Option<ChildStdin>,
     lines: Receiver<String>,
     timeout: Duration,
+    stop: Option<Arc<AtomicBool>>,
     columns: Vec<String>,
     signals: Vec<String>,
     /// Time of the last point it was asked at \[s\]
@@ -50,13 +57,14 @@ struct Answer {
 }
 
 impl Process {
-    /// Starts the command; each answer may take this long.
-    pub fn start(command: &str, timeout: Duration) -> Result<Self, ControlError> {
+    /// Starts the command; each answer may take this long, or until `stop` is set. On Linux it ends with the thread that starts it.
+    pub fn start(command: &str, timeout: Duration, stop: Option<Arc<AtomicBool>>) -> Result<Self, ControlError> {
         let words = shlex::split(command).filter(|words| !words.is_empty());
         let words = words.ok_or_else(|| ControlError::Command { command: command.into() })?;
         let failed = |reason: String| ControlError::Start { command: command.into(), reason };
         let mut process = Command::new(&words[0]);
         process.args(&words[1..]).stdin(Stdio::piped()).stdout(Stdio::piped());
+        ends_with_parent(&mut process);
         let mut child = process.spawn().map_err(|e| failed(e.to_string()))?;
         let (input, output) = (child.stdin.take(), child.stdout.take().expect("it is piped"));
         let (sender, lines) = channel();
@@ -69,7 +77,11 @@ impl Process {
             }
         });
         let (columns, signals) = (Vec::new(), Vec::new());
-        Ok(Self { child, input, lines, timeout, columns, signals, t: 0.0, waited: Duration::ZERO })
+        Ok(Self { child, input, lines, timeout, stop, columns, signals, t: 0.0, waited: Duration::ZERO })
+    }
+
+    fn stopped(&self) -> bool {
+        self.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed))
     }
 
     fn named(&self, row: &[f64]) -> Value {
@@ -85,12 +97,16 @@ impl Process {
     fn ask<A: for<'a> Deserialize<'a>>(&mut self, message: &Value) -> Result<(A, String), ControlError> {
         let start = Instant::now();
         self.tell(message)?;
-        let line = match self.lines.recv_timeout(self.timeout) {
-            Ok(line) => line,
-            Err(RecvTimeoutError::Timeout) => {
-                return Err(ControlError::Late { seconds: self.timeout.as_secs_f64(), t: self.t });
+        let line = loop {
+            match self.lines.recv_timeout(LOOK.min(self.timeout.saturating_sub(start.elapsed()))) {
+                Ok(line) => break line,
+                Err(RecvTimeoutError::Timeout) if self.stopped() => return Err(ControlError::Stopped { t: self.t }),
+                Err(RecvTimeoutError::Timeout) if start.elapsed() < self.timeout => {}
+                Err(RecvTimeoutError::Timeout) => {
+                    return Err(ControlError::Late { seconds: self.timeout.as_secs_f64(), t: self.t });
+                }
+                Err(RecvTimeoutError::Disconnected) => return Err(self.dead()),
             }
-            Err(RecvTimeoutError::Disconnected) => return Err(self.dead()),
         };
         self.waited += start.elapsed();
         match serde_json::from_str(&line) {
@@ -163,7 +179,7 @@ impl Drop for Process {
     fn drop(&mut self) {
         drop(self.input.take());
         let patience = Instant::now();
-        while patience.elapsed() < self.timeout {
+        while patience.elapsed() < self.timeout && !self.stopped() {
             if !matches!(self.child.try_wait(), Ok(None)) {
                 return;
             }
