@@ -42,6 +42,11 @@ pub fn limited(stream: impl Read, limit: u64) -> Result<Vec<u8>> {
 /// Writes a file whole or not at all: into a new file of the same folder, which reaches the disk before it takes the name. Two writers do not meet,
 /// and a link of the same name is replaced, not followed.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
+    write_with(path, |file| file.write_all(bytes))
+}
+
+/// The same with what `fill` writes.
+pub fn write_with(path: &Path, fill: impl FnOnce(&mut File) -> Result<()>) -> Result<()> {
     let folder = match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
@@ -55,7 +60,7 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
     let mut file = builder.tempfile_in(folder)?;
-    file.write_all(bytes)?;
+    fill(file.as_file_mut())?;
     file.as_file().sync_all()?;
     file.persist(path).map_err(|e| e.error)?;
     // The new name is safe when the folder is; where a folder cannot be opened, its system keeps names by itself

@@ -72,7 +72,7 @@ fn an_expected_end_is_complete() {
 #[test]
 fn help_names_every_command_and_each_has_an_example() {
     let help = call(&["--help"], 0);
-    for name in ["run", "cases", "simulate", "mesh", "fit", "check", "report", "doctor"] {
+    for name in ["run", "cases", "simulate", "mesh", "fit", "check", "report", "store", "doctor"] {
         assert!(help.lines().any(|l| l.trim_start().starts_with(&format!("{name} "))), "{name} in {help}");
         let own = call(&[name, "--help"], 0);
         assert!(own.contains("Example") && own.contains(&format!("durometer {name}")), "{own}");

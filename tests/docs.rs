@@ -342,8 +342,13 @@ fn command_lines_parse() {
 #[test]
 fn every_flag_is_in_the_reference() {
     let page = text("docs/reference/commands.md");
-    for command in ["run", "cases", "robustness", "simulate", "plan", "mesh", "fit", "check", "report", "doctor"] {
-        let output = Command::new(env!("CARGO_BIN_EXE_durometer")).args([command, "--help"]).output().expect("it runs");
+    let of_store = ["store verify", "store gc", "store export", "store import"];
+    for command in ["run", "cases", "robustness", "simulate", "plan", "mesh", "fit", "check", "report", "doctor"]
+        .into_iter()
+        .chain(of_store)
+    {
+        let words = command.split(' ').chain(["--help"]);
+        let output = Command::new(env!("CARGO_BIN_EXE_durometer")).args(words).output().expect("it runs");
         let help = String::from_utf8_lossy(&output.stdout).into_owned();
         let section: String = page
             .split("\n## ")

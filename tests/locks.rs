@@ -32,7 +32,7 @@ fn a_case_has_one_owner() {
     let a = join(at, "x");
     let (_, owner) = a_run(at);
     let b = join(at, "x");
-    let first = a.claim("case").expect("writable").ok().expect("free");
+    let first = a.claim("case").expect("writable").expect("free");
     assert_eq!(b.claim("case").expect("writable").err(), Some(owner));
     assert!(!is_held(a.claim("case")) && is_held(b.claim("other")));
     drop(first);

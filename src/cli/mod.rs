@@ -6,6 +6,7 @@ mod body_figure;
 mod cases;
 mod check;
 mod doctor;
+mod engine;
 mod files;
 mod fit;
 mod import;
@@ -18,6 +19,7 @@ mod report;
 mod robustness;
 mod run;
 mod simulate;
+mod store;
 mod worker;
 
 use clap::{Parser, Subcommand};
@@ -58,6 +60,7 @@ enum Command {
     Fit(Box<fit::Args>),
     Check(check::Args),
     Report(report::Args),
+    Store(store::Args),
     Doctor(doctor::Args),
     #[command(hide = true)]
     Worker(worker::Args),
@@ -89,6 +92,7 @@ pub fn main() -> ExitCode {
         Command::Fit(args) => fit::main(*args),
         Command::Check(args) => check::main(args),
         Command::Report(args) => report::main(args),
+        Command::Store(args) => store::main(args),
         Command::Doctor(args) => doctor::main(args),
         Command::Worker(args) => worker::main(args),
     };

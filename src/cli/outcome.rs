@@ -18,6 +18,8 @@ pub enum Outcome {
     RunIncomplete,
     /// `plan`: no setting is expected to meet the tolerance within the budget, or the advised run did not complete
     NotWithinBudget,
+    /// `store`: some stored result is damaged, or differs from that of an archive
+    NotSound,
     /// `fit`: the data do not determine the constants
     NotDetermined,
 }
@@ -27,6 +29,12 @@ pub fn exit_code(result: &CommandResult) -> ExitCode {
     ExitCode::from(match result {
         Ok(Outcome::Complete) => 0,
         Err(_) | Ok(Outcome::NotReady) => 2,
-        Ok(Outcome::Interrupted | Outcome::RunIncomplete | Outcome::NotWithinBudget | Outcome::NotDetermined) => 3,
+        Ok(
+            Outcome::Interrupted
+            | Outcome::RunIncomplete
+            | Outcome::NotWithinBudget
+            | Outcome::NotSound
+            | Outcome::NotDetermined,
+        ) => 3,
     })
 }

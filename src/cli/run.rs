@@ -1,7 +1,9 @@
 //! `durometer run STUDY`
 
+use super::engine::{Engine, EngineArgs};
 use super::outcome::{CommandResult, Outcome};
 use super::{bars::Bars, files};
+use durometer::study::batches;
 use durometer::study::expand::Study;
 use durometer::study::extension::Additions;
 use durometer::study::only::{Only, Partition};
@@ -24,6 +26,7 @@ Examples:
   durometer run finger-convergence --jobs 1           undisturbed wall times
   durometer run finger-convergence --only tet10       these cases; the report shows what exists
   durometer run my-study --extend                     one more mesh where the verdict is refused
+  durometer run my-study --engine slurm --dry-run     the files that a cluster would get
   durometer run my-study --partition 2/8              the second of eight parts; then durometer report reports/my-study
   durometer run finger-convergence --set laws.rubber.nu=0.49 --out reports/nu-49
   durometer run my-study/study.toml --json > summary.json
@@ -40,10 +43,12 @@ pub struct Args {
     vtu: bool,
     /// Where the evidence supports no verdict, add the mesh that the report asks for and run it; extension.toml in the folder of
     /// the results keeps it
-    #[arg(long, conflicts_with_all = ["only", "partition"])]
+    #[arg(long, conflicts_with_all = ["only", "partition", "batch"])]
     extend: bool,
     #[command(flatten)]
     how: How,
+    #[command(flatten)]
+    engine: EngineArgs,
 }
 
 pub fn main(args: Args) -> CommandResult {
@@ -52,6 +57,13 @@ pub fn main(args: Args) -> CommandResult {
     let named = Study::read(&file, &changes)?.name;
     let dir = args.how.dir(&named);
     let study = Study::read_with_additions(&file, &changes, &dir)?;
+    if args.engine.engine != Engine::Local {
+        let flags = [("--accept-build", args.how.accept_build), ("--vtu", args.vtu)];
+        let flags = flags.iter().filter(|(_, given)| *given).map(|(flag, _)| flag.to_string());
+        let set = args.set.iter().map(|change| format!("--set={change}"));
+        let options: Vec<String> = ["--jobs=1".to_string()].into_iter().chain(flags).chain(set).collect();
+        return super::engine::submit(&args.engine, &study, &dir, &options, args.how.accept_build);
+    }
     let done = execute(&study, &args.how, args.vtu)?;
     let extension = match &done.end {
         End::Report(summary) => summary.extension.as_ref(),
@@ -94,6 +106,9 @@ pub struct How {
     /// Only the cases of the K-th of N parts, by the hash of their ids; several runs into one folder share a study. No report is written
     #[arg(long, value_name = "K/N", conflicts_with = "only")]
     partition: Option<Partition>,
+    /// Only the cases of the K-th line of FILE, ids with spaces between them: a task of a scheduler. No report is written
+    #[arg(long, value_name = "FILE:K", conflicts_with_all = ["only", "partition"])]
+    batch: Option<String>,
     /// Print summary.json instead of progress
     #[arg(long)]
     json: bool,
@@ -106,8 +121,12 @@ impl How {
     }
 
     /// The cases that are asked for, where not all of them are.
-    fn only(&self) -> Option<Only> {
-        self.partition.map(Only::Partition).or_else(|| self.only.as_deref().map(Only::from))
+    fn only(&self, study: &Study) -> Result<Option<Only>, batches::BatchError> {
+        if let Some(batch) = &self.batch {
+            let known = study.cases.iter().map(|c| c.id.as_str()).collect();
+            return Ok(Some(Only::Listed(batches::read(batch, &known)?)));
+        }
+        Ok(self.partition.map(Only::Partition).or_else(|| self.only.as_deref().map(Only::from)))
     }
 }
 
@@ -141,7 +160,7 @@ pub fn execute(study: &Study, how: &How, vtu: bool) -> Result<Done, Box<dyn std:
         jobs,
         redo: how.redo,
         accept_build: how.accept_build,
-        only: how.only(),
+        only: how.only(study)?,
         vtu,
         isolation: Isolation::Processes(super::worker::program()?),
         memory: how.memory,
@@ -189,8 +208,9 @@ impl Done {
             }
             End::Report(summary) => {
                 // Where a study judges its cases one by one, a status may be the right end of a case
+                let outcomes = summary.outcomes();
                 let wrong =
-                    |r: &&CaseRecord| summary.outcome(&r.id).map_or(!r.converged(), |outcome| outcome == "fail");
+                    |r: &&CaseRecord| outcomes.get(r.id.as_str()).map_or(!r.converged(), |outcome| *outcome == "fail");
                 failed = self.records.iter().filter(wrong).collect();
                 match how.json {
                     true => serde_json::to_string_pretty(summary)?,

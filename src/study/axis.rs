@@ -7,7 +7,7 @@ use crate::math::units;
 use crate::study::record::Role;
 use crate::study::spec::{FamilySpec, Mistake};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 
 /// `[[axis]]` of a study.
 #[derive(Clone, Debug, Deserialize)]
@@ -117,7 +117,8 @@ impl AxisSpec {
             return refuse(format!("it has {} value(s)", self.values.len()), remedy);
         }
         let values = self.names.clone().unwrap_or_else(|| self.values.iter().map(as_text).collect::<Vec<String>>());
-        if let Some(k) = (1..values.len()).find(|&k| values[..k].contains(&values[k])) {
+        let mut seen = HashSet::new();
+        if let Some(k) = (0..values.len()).find(|&k| !seen.insert(&values[k])) {
             return refuse(format!("the value {} is given twice", values[k]), "remove one");
         }
         let numeric = values.iter().any(|v| v.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)));

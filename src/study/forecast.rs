@@ -52,7 +52,8 @@ impl Forecast {
 
     /// The laws of growth over what was learnt.
     pub fn fitted(&self) -> Fitted<'_> {
-        let laws = self.by_size.iter().map(|(name, points)| (name.as_str(), [&points.cost, &points.memory].map(law)));
+        let laws =
+            self.by_size.iter().map(|(name, points)| (name.as_str(), [&points.cost[..], &points.memory].map(law)));
         Fitted { own: &self.own, laws: laws.collect() }
     }
 }
@@ -76,7 +77,7 @@ impl Fitted<'_> {
     }
 }
 
-fn law(points: &Vec<(f64, f64)>) -> Law {
+fn law(points: &[(f64, f64)]) -> Law {
     let (low, high) = points.iter().fold((f64::INFINITY, 0.0f64), |(l, h), p| (l.min(p.0), h.max(p.0)));
     let largest = points.iter().map(|p| p.1).fold(0.0, f64::max);
     match growth(points) {

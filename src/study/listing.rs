@@ -1,7 +1,7 @@
 //! The cases of a study with what is stored of them and what they are expected to cost.
 
 use crate::mesh::generate::MeshStore;
-use crate::scene::Body;
+use crate::scene::{Body, SceneError};
 use crate::study::case::Case;
 use crate::study::expand::Study;
 use crate::study::forecast::{Expected, Forecast};
@@ -10,7 +10,7 @@ use crate::study::record::CaseRecord;
 use crate::study::store::Store;
 use crate::study::waiting;
 use serde::Serialize;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 /// A case of a study, before it runs.
@@ -63,9 +63,28 @@ impl State {
     }
 }
 
+/// Makes the meshes of all cases, each once. `progress` gets the id of a case and a line of the mesher.
+pub fn prepare(study: &Study, progress: &mut dyn FnMut(&str, &str)) -> Result<(), SceneError> {
+    let mut made = HashSet::new();
+    for case in &study.cases {
+        if !made.insert(key(case)) {
+            continue;
+        }
+        let body = Body::load(&case.scene_file, &case.spec.mesh, &mut |line| progress(&case.id, line));
+        if !study.rules.keep_refusals {
+            body?;
+        }
+    }
+    Ok(())
+}
+
+fn key(case: &Case) -> String {
+    format!("{:?}", (&case.scene_file, &case.spec.mesh))
+}
+
 /// Lists the cases. No mesh is made, and nothing is written.
 pub fn list(study: &Study, dir: &Path) -> Vec<Listed> {
-    let store = Store { dir: dir.into() };
+    let store = Store::at(dir);
     let meshes = MeshStore::find().ok().map(MeshStore::stored_only);
     let mut meshes = Meshes { store: meshes, known: HashMap::new() };
     let (mut forecast, mut found) = (Forecast::default(), vec![]);
@@ -128,7 +147,6 @@ impl Meshes {
             let body = Body::load_from(&case.scene_file, &case.spec.mesh, self.store.as_ref(), &mut |_| {}).ok()?;
             Some((mesh_sha256(&body), body.mesh.points.len()))
         };
-        let key = format!("{:?}", (&case.scene_file, &case.spec.mesh));
-        self.known.entry(key).or_insert_with(read).clone()
+        self.known.entry(key(case)).or_insert_with(read).clone()
     }
 }

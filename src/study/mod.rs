@@ -12,18 +12,24 @@
 //! | Content of a stored result, and where it is kept | [`record`], [`store`] |
 //! | Several runs into one store | [`lock`] |
 //! | Memory of cases that run side by side | [`memory`] |
+//! | Cases packed for a scheduler, and the files that it takes | [`batches`], [`engine`] |
+//! | Verification, cleaning and archives of stored results | [`case_files`], [`upkeep`], [`archive`] |
 //! | Reading stored results back | [`results`] |
 //! | Analysis, verdict, tables and figures | the kind of the study in [`kinds`], on [`estimate`] |
 //! | The page and `summary.json` | [`report`], [`page`], [`summary`] |
 
 pub mod analysis;
+pub mod archive;
 pub mod axis;
+pub mod batches;
 pub mod builds;
 pub mod case;
+pub mod case_files;
 pub mod compute;
 pub mod contact;
 pub mod content;
 pub mod curve;
+pub mod engine;
 pub mod estimate;
 pub mod expand;
 pub mod extension;
@@ -57,6 +63,7 @@ pub mod store;
 pub mod summary;
 pub mod tables;
 pub mod task;
+pub mod upkeep;
 pub mod waiting;
 pub mod work;
 pub mod worker;

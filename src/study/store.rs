@@ -10,6 +10,7 @@ use serde::Deserialize;
 use std::fmt::Write;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 /// The folder of results cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -32,6 +33,9 @@ pub enum Stored {
     /// Why it cannot be used
     Damaged(String),
 }
+
+/// Age from which a half-written file is one that a killed writer has left.
+const LEFT: Duration = Duration::from_secs(600);
 
 /// The folder of a study's results.
 #[derive(Clone, Debug)]
@@ -59,13 +63,15 @@ impl Store {
         if same { Ok(()) } else { write(&path, &text) }
     }
 
-    /// Removes what writers left behind that were killed. Nobody else may be writing.
+    /// Removes what writers left behind that were killed. What is young may be that of a run which begins at this moment.
     pub fn sweep(&self) {
         for folder in ["", "cases", "runs", "locks"].map(|name| self.dir.join(name)) {
             for file in std::fs::read_dir(folder).into_iter().flatten().flatten() {
                 let name = file.file_name();
                 let name = name.to_string_lossy();
-                if name.starts_with('.') && name.ends_with(".part") {
+                let changed = file.metadata().and_then(|m| m.modified()).ok();
+                let is_old = changed.and_then(|t| t.elapsed().ok()).is_some_and(|age| age > LEFT);
+                if is_old && name.starts_with('.') && name.ends_with(".part") {
                     std::fs::remove_file(file.path()).ok();
                 }
             }
@@ -133,12 +139,19 @@ impl Store {
     /// The stored record of this case no longer counts where it has another identity: a report must not mix them. The time
     /// series stays.
     pub fn forget_outdated(&self, id: &str, identity: &Identity) -> Result<(), StoreError> {
-        let path = self.path(id, "json");
-        let known = self.record(id).is_some_and(|r| r.provenance.identity == *identity);
-        if known || !path.is_file() {
-            return Ok(());
+        match self.record(id).is_some_and(|r| r.provenance.identity == *identity) {
+            true => Ok(()),
+            false => self.forget(id),
         }
-        std::fs::remove_file(&path).map_err(|e| unwritable(&path, &e))
+    }
+
+    /// Removes the record of a case, if there is one: the case counts as not done.
+    pub fn forget(&self, id: &str) -> Result<(), StoreError> {
+        let path = self.path(id, "json");
+        match std::fs::remove_file(&path) {
+            Err(e) if e.kind() != ErrorKind::NotFound => Err(unwritable(&path, &e)),
+            _ => Ok(()),
+        }
     }
 
     /// Whether there is a record of this case, sound or not.
@@ -164,14 +177,6 @@ impl Store {
         write(&self.path(&record.id, "csv"), "t_s\n")?;
         std::fs::remove_file(self.path(&record.id, "skin.json.gz")).ok();
         write(&self.path(&record.id, "json"), &json(record))
-    }
-
-    fn forget(&self, id: &str) -> Result<(), StoreError> {
-        let path = self.path(id, "json");
-        match std::fs::remove_file(&path) {
-            Err(e) if e.kind() != ErrorKind::NotFound => Err(unwritable(&path, &e)),
-            _ => Ok(()),
-        }
     }
 
     /// Saves the result of a case of a calibration.

@@ -82,9 +82,9 @@ impl CaseSummary {
 }
 
 impl Summary {
-    /// Outcome of a case, where cases are judged one by one.
-    pub fn outcome(&self, case: &str) -> Option<&'static str> {
-        self.cases.iter().find(|c| c.id == case)?.outcome
+    /// Case id → outcome, where cases are judged one by one.
+    pub fn outcomes(&self) -> BTreeMap<&str, &'static str> {
+        self.cases.iter().filter_map(|c| Some((c.id.as_str(), c.outcome?))).collect()
     }
 }
 

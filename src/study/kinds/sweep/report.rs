@@ -10,6 +10,7 @@ use crate::study::record::CaseRecord;
 use crate::study::results::Results;
 use crate::study::tables;
 use serde_json::{Map, Value, json};
+use std::collections::HashMap;
 
 pub fn content(store: &Results, a: &Analysis<SweepFindings>) -> Content {
     let variants = || store.study.variants.iter();
@@ -94,14 +95,16 @@ fn plain(value: f64) -> String {
 
 fn points(store: &Results, a: &SweepFindings) -> Table {
     let mut rows = vec![];
+    let of_quantity = |q: &ByQuantity<Dependence>| q.points.iter().map(|p| (p.case.clone(), p.peak)).collect();
+    let found: Vec<HashMap<String, f64>> = a.quantities.iter().map(of_quantity).collect();
     for c in &store.cases {
         let r: &CaseRecord = &c.record;
         let Some(at) = a.points.get(&r.member) else { continue };
         let values = at.iter().zip(&a.axes).map(|(k, axis)| format!("{} = {}", axis.symbol, axis.values[*k]));
         let values: Vec<String> = values.collect();
-        let quantities = a.quantities.iter().filter(|q| q.variant == r.variant);
-        let peaks = quantities.filter_map(|q| {
-            let peak = q.points.iter().find(|p| p.case == r.id)?.peak;
+        let quantities = a.quantities.iter().zip(&found).filter(|(q, _)| q.variant == r.variant);
+        let peaks = quantities.filter_map(|(q, found)| {
+            let peak = *found.get(&r.id)?;
             let letter = &q.quantity.symbol;
             Some(format!("{letter} = {}{}", plain(peak), space(&q.quantity.unit)))
         });

@@ -1,0 +1,160 @@
+//! `durometer run STUDY --engine …`: a study run by the scheduler of a cluster.
+
+use super::outcome::{CommandResult, Outcome};
+use durometer::math::units::{self, Dimension};
+use durometer::mesh::generate::MeshStore;
+use durometer::study::batches::{Packing, pack};
+use durometer::study::engine::{EngineFile, Requests, Submission, hyperqueue, slurm};
+use durometer::study::expand::Study;
+use durometer::study::listing::{Listed, State, list, prepare};
+use durometer::study::store::Store;
+use std::path::{Path, PathBuf};
+
+/// Memory of a case in the list of cases over the text of its scene: 9 was measured with 100 000 cases.
+const TEXT_FACTOR: u64 = 16;
+const GIB: f64 = 1024.0 * 1024.0 * 1024.0;
+
+/// The program that decides where and when cases run.
+#[derive(clap::ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Engine {
+    /// This process
+    Local,
+    /// Array jobs of Slurm
+    Slurm,
+    /// A job of HyperQueue
+    Hyperqueue,
+}
+
+/// How a scheduler runs a study, from the command line.
+#[derive(clap::Args)]
+#[command(next_help_heading = "Options of an engine")]
+pub struct EngineArgs {
+    /// Run the cases here, or submit them to a scheduler and return
+    #[arg(long, value_enum, default_value = "local", conflicts_with_all = ["only", "partition", "batch", "redo", "extend", "jobs"])]
+    pub engine: Engine,
+    /// Print the files of the engine, and submit nothing
+    #[arg(long)]
+    dry_run: bool,
+    /// Option of the scheduler, e.g. --engine-option=--partition=long (of sbatch; of hq, before its command); may be repeated
+    #[arg(long, value_name = "OPTION", allow_hyphen_values = true)]
+    engine_option: Vec<String>,
+    /// Line of shell before each task, e.g. "module load gcc"; may be repeated
+    #[arg(long, value_name = "LINE")]
+    before: Vec<String>,
+    /// Expected time of a task: as many cases are packed into it
+    #[arg(long, value_name = "TIME", default_value = "60 min")]
+    task_time: String,
+    /// Largest number of tasks
+    #[arg(long, value_name = "N", default_value = "1000", value_parser = super::arguments::at_least_one)]
+    tasks: usize,
+    /// Time of a case of which no result tells anything
+    #[arg(long, value_name = "TIME", default_value = "10 min")]
+    case_time: String,
+    /// Memory of such a case, and of the report, in GiB
+    #[arg(long, value_name = "GIB", default_value = "2")]
+    case_memory: f64,
+    /// Requested time over expected time
+    #[arg(long, value_name = "FACTOR", default_value = "2")]
+    time_factor: f64,
+    /// Requested memory over expected memory; 0 requests none
+    #[arg(long, value_name = "FACTOR", default_value = "1.5")]
+    memory_factor: f64,
+}
+
+/// The numbers of the options.
+fn numbers(args: &EngineArgs) -> Result<(Packing, Requests), String> {
+    let time = |name: &str, text: &str| {
+        let seconds = units::parse(text, Dimension::TIME).map_err(|e| format!("--{name}: {e}"))?;
+        let sound = seconds.is_finite() && seconds > 0.0;
+        if sound {
+            Ok(seconds)
+        } else {
+            Err(format!("--{name}: it is {seconds} s; give a positive time, for example \"60 min\""))
+        }
+    };
+    let at_least = |name: &str, value: f64, least: f64| match value.is_finite() && value >= least {
+        true => Ok(value),
+        false => Err(format!("--{name}: it is {value}; give {least} or more")),
+    };
+    let case_bytes = (at_least("case-memory", args.case_memory, 0.0)? * GIB) as u64;
+    let packing = Packing {
+        batch_s: time("task-time", &args.task_time)?,
+        most: args.tasks,
+        unknown_s: time("case-time", &args.case_time)?,
+        unknown_bytes: case_bytes,
+    };
+    let requests = Requests {
+        time_factor: at_least("time-factor", args.time_factor, 1.0)?,
+        memory_factor: at_least("memory-factor", args.memory_factor, 0.0)?,
+        report_bytes: case_bytes,
+        options: args.engine_option.clone(),
+        before: args.before.clone(),
+    };
+    Ok((packing, requests))
+}
+
+/// Submits the cases of a study that have no result. `options` are those of `run` that every task has.
+pub fn submit(args: &EngineArgs, study: &Study, dir: &Path, options: &[String], accept_build: bool) -> CommandResult {
+    let (packing, requests) = numbers(args)?;
+    if !args.dry_run {
+        // Once, here: tasks that want the same mesh would all make it
+        prepare(study, &mut |case, line| eprintln!("{case}: mesher: {line}"))?;
+    }
+    let cases = list(study, dir);
+    let counts = |c: &&Listed| c.state != State::Stored && !(accept_build && c.state == State::OtherBuild);
+    let wanted: Vec<&Listed> = cases.iter().filter(counts).collect();
+    if wanted.is_empty() {
+        println!("all {} cases are stored; durometer report {} draws the report", cases.len(), dir.display());
+        return Ok(Outcome::Complete);
+    }
+    let absolute = |path: &Path| std::path::absolute(path).map_err(|e| format!("{}: {e}", path.display()));
+    let words = |path: &Path| absolute(path).map(|p| p.to_string_lossy().into_owned());
+    let (program, place) = (words(&std::env::current_exe()?)?, words(dir)?);
+    let run = [&[program.clone(), "run".into(), words(&study.file)?, "--out".into(), place.clone()], options].concat();
+    let submission = Submission {
+        study: study.name.clone(),
+        dir: absolute(dir)?,
+        folder: std::env::current_dir()?,
+        run,
+        report: vec![program, "report".into(), place],
+        list_bytes: TEXT_FACTOR * study.cases.iter().map(|c| c.text.len() as u64).sum::<u64>(),
+        groups: pack(wanted.iter().copied(), packing),
+        requests,
+    };
+    if args.dry_run {
+        show(&match args.engine {
+            Engine::Hyperqueue => hyperqueue::files(&submission)?,
+            _ => slurm::files(&submission, slurm::max_array_size().unwrap_or(slurm::MAX_ARRAY_SIZE))?,
+        });
+        return Ok(Outcome::Complete);
+    }
+    let store = Store::open(dir)?;
+    store.describe(&study.record)?;
+    // A report must not mix them with new ones, whichever tasks complete
+    for case in wanted.iter().filter(|c| c.state == State::Outdated) {
+        store.forget(&case.id)?;
+    }
+    let said = match args.engine {
+        Engine::Hyperqueue => {
+            // The same Python as that of the mesher, also where the project is not found
+            let given = std::env::var_os("DUROMETER_PYTHON").map(PathBuf::from);
+            let of_mesher = || MeshStore::find().map_or_else(|_| "python3".into(), |store| store.python);
+            let python = given.unwrap_or_else(of_mesher);
+            hyperqueue::submit(&submission, &python)?
+        }
+        _ => {
+            let jobs = slurm::submit(&submission)?;
+            format!("jobs {}, of which the last draws the report", jobs.join(", "))
+        }
+    };
+    let tasks: usize = submission.groups.iter().map(|g| g.batches.len()).sum();
+    println!("submitted: {} of {} cases in {tasks} tasks: {said}", wanted.len(), cases.len());
+    println!("results: {}; files and logs of the engine: {}", dir.display(), submission.place().display());
+    Ok(Outcome::Complete)
+}
+
+fn show(files: &[EngineFile]) {
+    for EngineFile { name, text } in files {
+        println!("==> {name} <==\n{text}");
+    }
+}

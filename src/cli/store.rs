@@ -1,0 +1,154 @@
+//! `durometer store …`
+
+use super::outcome::{CommandResult, Outcome};
+use durometer::math::units::{self, Dimension};
+use durometer::study::archive::{ImportOptions, export, import};
+use durometer::study::case_files::Unsound;
+use durometer::study::upkeep::{clean, verify};
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// Keep a folder of results: verify it, clean it, move it to another machine
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  durometer store verify reports/finger-convergence
+  durometer store gc reports/finger-convergence --dry-run
+  durometer store export reports/finger-convergence results.tar.gz
+  durometer store import results.tar.gz reports/finger-convergence
+
+Exit codes: 0 done, 2 bad input, 3 a stored result is damaged, or differs from that of the archive.")]
+pub struct Args {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(clap::Subcommand)]
+enum Command {
+    Verify(VerifyArgs),
+    Gc(GcArgs),
+    Export(ExportArgs),
+    Import(ImportArgs),
+}
+
+/// Compare every stored file with the digest that was stored with it, and name those that differ
+#[derive(clap::Args)]
+struct VerifyArgs {
+    /// Folder of the results
+    dir: PathBuf,
+    /// Print an object with `sound`, `missing` and `damaged`
+    #[arg(long)]
+    json: bool,
+}
+
+/// Remove what belongs to no case of the study, and what killed runs have left
+///
+/// Files that this program does not know are named and stay.
+#[derive(clap::Args)]
+struct GcArgs {
+    /// Folder of the results
+    dir: PathBuf,
+    /// Name what would be removed, and remove nothing
+    #[arg(long)]
+    dry_run: bool,
+    /// Half-written files, locks and records that were set aside are removed when nothing has changed them for this time
+    #[arg(long, value_name = "TIME", default_value = "60 min")]
+    older_than: String,
+    /// Print an object with `removed` and `unknown`
+    #[arg(long)]
+    json: bool,
+}
+
+/// Write all sound results into one archive; the same results give the same bytes
+#[derive(clap::Args)]
+struct ExportArgs {
+    /// Folder of the results
+    dir: PathBuf,
+    /// Archive that is written, e.g. results.tar.gz
+    archive: PathBuf,
+}
+
+/// Merge the results of an archive into a folder, after all of it was verified
+#[derive(clap::Args)]
+struct ImportArgs {
+    /// Archive that `durometer store export` has written
+    archive: PathBuf,
+    /// Folder of the results; it is made if need be
+    dir: PathBuf,
+    /// Where both have a result of a case and these differ, take that of the archive
+    #[arg(long)]
+    replace: bool,
+    /// Largest size of the unpacked archive in GiB
+    #[arg(long, value_name = "GIB", default_value = "64")]
+    limit: u64,
+    /// Print an object with `added`, `kept`, `replaced` and `conflicts`
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn main(args: Args) -> CommandResult {
+    match args.command {
+        Command::Verify(args) => verified(&args),
+        Command::Gc(args) => cleaned(&args),
+        Command::Export(args) => exported(&args),
+        Command::Import(args) => imported(&args),
+    }
+}
+
+fn verified(args: &VerifyArgs) -> CommandResult {
+    let found = verify(&args.dir)?;
+    if args.json {
+        println!("{}", serde_json::to_string_pretty(&found)?);
+    } else {
+        println!("{} cases are sound, {} have no result", found.sound, found.missing.len());
+    }
+    Ok(told(&found.damaged))
+}
+
+/// Names the damaged files.
+fn told(damaged: &[Unsound]) -> Outcome {
+    for Unsound { file, fact } in damaged {
+        eprintln!("damaged: {file}: {fact}; run the study again, the other cases are kept");
+    }
+    if damaged.is_empty() { Outcome::Complete } else { Outcome::NotSound }
+}
+
+fn cleaned(args: &GcArgs) -> CommandResult {
+    let age = units::parse(&args.older_than, Dimension::TIME).map_err(|e| format!("--older-than: {e}"))?;
+    let age = Duration::try_from_secs_f64(age)
+        .map_err(|_| format!("--older-than: it is {age} s; give a time of 0 s or more, for example \"60 min\""))?;
+    let done = clean(&args.dir, age, args.dry_run)?;
+    if args.json {
+        println!("{}", serde_json::to_string_pretty(&done)?);
+        return Ok(Outcome::Complete);
+    }
+    let verb = if args.dry_run { "would be removed" } else { "removed" };
+    done.removed.iter().for_each(|r| println!("{verb}: {} ({} bytes): {}", r.file, r.bytes, r.why));
+    done.unknown.iter().for_each(|file| println!("unknown, stays: {file}"));
+    let bytes: u64 = done.removed.iter().map(|r| r.bytes).sum();
+    println!("{} files, {bytes} bytes {verb}", done.removed.len());
+    Ok(Outcome::Complete)
+}
+
+fn exported(args: &ExportArgs) -> CommandResult {
+    let done = export(&args.dir, &args.archive)?;
+    println!("{}: {} cases, {} files, {} bytes unpacked", args.archive.display(), done.cases, done.files, done.bytes);
+    Ok(told(&done.damaged))
+}
+
+fn imported(args: &ImportArgs) -> CommandResult {
+    let limit = args.limit.saturating_mul(1 << 30);
+    let done = import(&args.archive, &args.dir, ImportOptions { replace: args.replace, limit })?;
+    if args.json {
+        println!("{}", serde_json::to_string_pretty(&done)?);
+    } else {
+        println!("{} cases added, {} kept, {} replaced", done.added.len(), done.kept, done.replaced.len());
+    }
+    for conflict in &done.conflicts {
+        eprintln!("conflict: {}: {}; that of the folder is kept", conflict.what, conflict.fact);
+    }
+    if !done.conflicts.is_empty() && !args.replace {
+        eprintln!("take those of the archive with --replace, or import it into another folder");
+    }
+    Ok(if done.conflicts.is_empty() { Outcome::Complete } else { Outcome::NotSound })
+}

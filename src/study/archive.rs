@@ -1,0 +1,393 @@
+//! A folder of results as one archive, and several archives as one folder.
+//!
+//! The archive is a `.tar.gz`. Its first entry `contents.json` lists all others with their sizes and SHA-256, in order: `study.json`, then the
+//! files of each case, its record last. The same results give the same bytes: entries are sorted and carry no time, owner or right.
+//!
+//! An archive is foreign input. All of it is verified before anything is written: an entry must be a regular file, the next one of the list,
+//! with its name, size and digest, and a name must be that of a file of a case, so that no path leads out of the folder.
+
+use crate::storage::{self, DATA_LIMIT, sha256};
+use crate::study::case_files::{CaseFiles, ENDS, FolderError, Unsound, check, check_in, ids, study};
+use crate::study::record::{CaseRecord, StudyRecord};
+use flate2::read::MultiGzDecoder;
+use flate2::{Compression, GzBuilder};
+use serde::{Deserialize, Serialize};
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::{BufReader, BufWriter, Read};
+use std::path::{Path, PathBuf};
+use tar::{Archive, Builder, Entries, EntryType, Header};
+
+/// Form of the archives that this program writes and reads.
+const FORMAT: u32 = 1;
+/// Name of the first entry.
+const CONTENTS: &str = "contents.json";
+/// Largest list of contents \[bytes\]: about a million cases.
+const CONTENTS_LIMIT: u64 = 1 << 30;
+/// Longest name of an entry \[bytes\].
+const NAME_LIMIT: u64 = 1 << 12;
+
+/// An archive that cannot be written or is not taken.
+#[derive(Debug, thiserror::Error)]
+pub enum ArchiveError {
+    #[error(transparent)]
+    Folder(#[from] FolderError),
+    #[error("{}: it cannot be written: {reason}; choose another place, or make room", path.display())]
+    Unwritable { path: PathBuf, reason: String },
+    #[error("{}: it changed while it was read; export again when no run writes into the folder", path.display())]
+    Changed { path: PathBuf },
+    #[error("{}: it cannot be read as an archive of results: {reason}; nothing was imported", path.display())]
+    Malformed { path: PathBuf, reason: String },
+    #[error("{}: it has form {found}, this program reads form {FORMAT}; import it with the program that wrote it", path.display())]
+    Form { path: PathBuf, found: u32 },
+    #[error(
+        "{}: unpacked it would have {} MiB, more than {} MiB; nothing was imported, allow more with --limit",
+        path.display(), bytes >> 20, limit >> 20
+    )]
+    TooLarge { path: PathBuf, bytes: u64, limit: u64 },
+    #[error("{}: {}; nothing was imported", path.display(), damaged(files))]
+    Damaged { path: PathBuf, files: Vec<Unsound> },
+    #[error("{}: it holds results of the study {found}, the folder those of {own}; import it into another folder", path.display())]
+    OtherStudy { path: PathBuf, found: String, own: String },
+}
+
+fn damaged(files: &[Unsound]) -> String {
+    files.iter().map(|f| format!("{}: {}", f.file, f.fact)).collect::<Vec<_>>().join("; ")
+}
+
+/// First entry of an archive.
+#[derive(Serialize, Deserialize)]
+struct Contents {
+    format: u32,
+    study: String,
+    files: Vec<Entry>,
+}
+
+#[derive(Serialize, Deserialize, Clone, PartialEq, Eq)]
+struct Entry {
+    /// Id and end of the name of a file of a case; none of `study.json`
+    case: Option<(String, String)>,
+    bytes: u64,
+    sha256: String,
+}
+
+impl Entry {
+    fn of(case: Option<(&str, &str)>, bytes: &[u8]) -> Self {
+        let case = case.map(|(id, end)| (id.to_string(), end.to_string()));
+        Self { case, bytes: bytes.len() as u64, sha256: sha256(bytes) }
+    }
+
+    fn name(&self) -> String {
+        self.case.as_ref().map_or_else(|| "study.json".into(), |(id, end)| format!("cases/{id}.{end}"))
+    }
+
+    fn id(&self) -> Option<&str> {
+        self.case.as_ref().map(|(id, _)| id.as_str())
+    }
+}
+
+/// The content of an archive that was written.
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct Exported {
+    pub cases: usize,
+    pub files: usize,
+    /// Unpacked
+    pub bytes: u64,
+    /// Files that are not those that were stored: their cases are left out
+    pub damaged: Vec<Unsound>,
+}
+
+/// Writes all sound results of a folder into an archive. Fields for ParaView and the report, which `run --vtu` and `report` make again, are left out.
+pub fn export(dir: &Path, target: &Path) -> Result<Exported, ArchiveError> {
+    let study = study(dir)?;
+    let known = ids(&study);
+    let found = CaseFiles::read(dir, &known)?;
+    let mut out = Exported { cases: 0, files: 0, bytes: 0, damaged: vec![] };
+    let mut files = vec![];
+    let read = |name: &str| {
+        let path = dir.join(name);
+        storage::read(&path, DATA_LIMIT).map_err(|e| FolderError::Unreadable { path, reason: e.to_string() })
+    };
+    files.push(Entry::of(None, &read("study.json")?));
+    for (id, ends) in found.of_cases.iter().filter(|(id, ends)| known.contains(id.as_str()) && ends.contains("json")) {
+        match check_in(dir, id) {
+            Ok(_) => {
+                out.cases += 1;
+                for end in ENDS.iter().filter(|end| ends.contains(*end)) {
+                    files.push(Entry::of(Some((id, end)), &read(&format!("cases/{id}.{end}"))?));
+                }
+            }
+            Err(wrong) => out.damaged.extend(wrong),
+        }
+    }
+    (out.files, out.bytes) = (files.len(), files.iter().map(|f| f.bytes).sum());
+    let contents = Contents { format: FORMAT, study: study.study, files };
+    write(dir, target, &contents)?;
+    Ok(out)
+}
+
+fn write(dir: &Path, target: &Path, contents: &Contents) -> Result<(), ArchiveError> {
+    let mut changed = None;
+    let result = storage::write_with(target, |file| {
+        let packed = GzBuilder::new().mtime(0).write(BufWriter::new(file), Compression::default());
+        let mut archive = Builder::new(packed);
+        let list = serde_json::to_vec_pretty(contents).expect("numbers and strings only");
+        append(&mut archive, CONTENTS, &list)?;
+        for entry in &contents.files {
+            let path = dir.join(entry.name());
+            let bytes = storage::read(&path, DATA_LIMIT)?;
+            if sha256(&bytes) != entry.sha256 {
+                changed = Some(path);
+                return Err(std::io::ErrorKind::Other.into());
+            }
+            append(&mut archive, &entry.name(), &bytes)?;
+        }
+        archive.into_inner()?.finish()?.into_inner().map_err(std::io::IntoInnerError::into_error)?;
+        Ok(())
+    });
+    result.map_err(|e| match changed {
+        Some(path) => ArchiveError::Changed { path },
+        None => ArchiveError::Unwritable { path: target.into(), reason: e.to_string() },
+    })
+}
+
+fn append(archive: &mut Builder<impl std::io::Write>, name: &str, bytes: &[u8]) -> std::io::Result<()> {
+    let mut header = Header::new_gnu();
+    header.set_size(bytes.len() as u64);
+    header.set_mode(0o644);
+    header.set_mtime(0);
+    header.set_entry_type(EntryType::Regular);
+    archive.append_data(&mut header, name, bytes)
+}
+
+/// How to import.
+#[derive(Clone, Copy, Debug)]
+pub struct ImportOptions {
+    /// Results of the archive take the place of other ones in the folder
+    pub replace: bool,
+    /// Largest size of all files \[bytes\]
+    pub limit: u64,
+}
+
+/// The changes of an import.
+#[derive(Serialize, Clone, Debug, PartialEq, Default)]
+pub struct Imported {
+    /// Cases that the folder did not have
+    pub added: Vec<String>,
+    /// Cases that the folder has with the same results
+    pub kept: usize,
+    /// Cases whose results were replaced
+    pub replaced: Vec<String>,
+    /// Cases that differ, and were left as they are in the folder
+    pub conflicts: Vec<Conflict>,
+}
+
+/// A case that differs between an archive and a folder.
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct Conflict {
+    /// Id of the case, or `study.json`
+    pub what: String,
+    pub fact: String,
+}
+
+/// Merges an archive into a folder of results, which is made if need be.
+pub fn import(path: &Path, dir: &Path, options: ImportOptions) -> Result<Imported, ArchiveError> {
+    let mut damaged = vec![];
+    // All of it is verified before a file is written
+    let record = walk(path, options.limit, &mut |id, files| match of_case(id, files) {
+        Ok(_) => Ok(()),
+        Err(wrong) => {
+            damaged.extend(wrong);
+            Ok(())
+        }
+    })?;
+    if !damaged.is_empty() {
+        return Err(ArchiveError::Damaged { path: path.into(), files: damaged });
+    }
+    let mut out = Imported::default();
+    let own = place(path, dir, &record, &mut out)?;
+    let known = ids(&own);
+    walk(path, options.limit, &mut |id, files| {
+        if !known.contains(id) {
+            let fact = "the study of the folder has no such case".into();
+            out.conflicts.push(Conflict { what: id.into(), fact });
+            return Ok(());
+        }
+        let record = of_case(id, files).map_err(|files| ArchiveError::Damaged { path: path.into(), files })?;
+        merge(dir, &record, files, options.replace, &mut out)
+    })?;
+    Ok(out)
+}
+
+/// The study of the folder, which is that of the archive where the folder has none.
+fn place(path: &Path, dir: &Path, record: &[u8], out: &mut Imported) -> Result<StudyRecord, ArchiveError> {
+    let bad = |e: serde_json::Error| ArchiveError::Malformed { path: path.into(), reason: format!("study.json: {e}") };
+    let other: StudyRecord = serde_json::from_slice(record).map_err(bad)?;
+    match study(dir) {
+        Ok(own) if (&own.study, &own.kind) != (&other.study, &other.kind) => {
+            Err(ArchiveError::OtherStudy { path: path.into(), found: other.study, own: own.study })
+        }
+        Ok(own) => {
+            if own != other {
+                let fact = "the study of the archive was another one, or of another version".into();
+                out.conflicts.push(Conflict { what: "study.json".into(), fact });
+            }
+            Ok(own)
+        }
+        Err(FolderError::NotAStudy { path: file }) => {
+            let unwritable = |e: std::io::Error| ArchiveError::Unwritable { path: dir.into(), reason: e.to_string() };
+            std::fs::create_dir_all(dir.join("cases")).map_err(unwritable)?;
+            storage::write(&file, record).map_err(unwritable)?;
+            Ok(other)
+        }
+        Err(error) => Err(error.into()),
+    }
+}
+
+/// Ends → contents of the files of a case.
+type Files = BTreeMap<String, Vec<u8>>;
+
+fn of_case(id: &str, files: &Files) -> Result<CaseRecord, Vec<Unsound>> {
+    let missing = || std::io::Error::new(std::io::ErrorKind::NotFound, "it is not in the archive");
+    check(id, &|end| files.get(end).cloned().ok_or_else(missing))
+}
+
+/// Writes the files of a case, unless the folder has results of this case already.
+fn merge(
+    dir: &Path,
+    record: &CaseRecord,
+    files: &Files,
+    replace: bool,
+    out: &mut Imported,
+) -> Result<(), ArchiveError> {
+    let id = &record.id;
+    let own = check_in(dir, id).ok();
+    let differs = own.as_ref().and_then(|own| {
+        let (own, other) = (&own.provenance, &record.provenance);
+        let facts = [
+            (own.identity != other.identity, "the archive has a result of other inputs"),
+            (own.build != other.build, "the archive has a result of another build"),
+            (own.results != other.results, "the archive has another result of the same inputs and build"),
+        ];
+        facts.into_iter().find(|(differs, _)| *differs).map(|(_, fact)| fact)
+    });
+    match (own.is_some(), differs) {
+        (true, None) => {
+            out.kept += 1;
+            return Ok(());
+        }
+        (true, Some(fact)) if !replace => {
+            out.conflicts.push(Conflict { what: id.clone(), fact: fact.into() });
+            return Ok(());
+        }
+        (true, Some(_)) => out.replaced.push(id.clone()),
+        (false, _) => out.added.push(id.clone()),
+    }
+    // The record comes last, as in a run
+    for end in ENDS {
+        let path = dir.join("cases").join(format!("{id}.{end}"));
+        let done = match files.get(end) {
+            Some(bytes) => storage::write(&path, bytes),
+            None => std::fs::remove_file(&path).or_else(|e| match e.kind() {
+                std::io::ErrorKind::NotFound => Ok(()),
+                _ => Err(e),
+            }),
+        };
+        done.map_err(|e| ArchiveError::Unwritable { path, reason: e.to_string() })?;
+    }
+    Ok(())
+}
+
+/// Calls `each` with the files of every case of an archive, whose entries are verified against its list. Returns `study.json`.
+fn walk(
+    path: &Path,
+    limit: u64,
+    each: &mut dyn FnMut(&str, &Files) -> Result<(), ArchiveError>,
+) -> Result<Vec<u8>, ArchiveError> {
+    let malformed = |reason: String| ArchiveError::Malformed { path: path.into(), reason };
+    let file = storage::open(path).map_err(|e| malformed(e.to_string()))?;
+    let mut archive = Archive::new(MultiGzDecoder::new(BufReader::new(file)));
+    let mut entries = archive.entries().map_err(|e| malformed(e.to_string()))?.raw(true);
+    let (name, list) = next(&mut entries, CONTENTS_LIMIT).map_err(malformed)?;
+    if name != CONTENTS {
+        return Err(malformed(format!("its first entry is {name}, not {CONTENTS}")));
+    }
+    let contents: Contents = serde_json::from_slice(&list).map_err(|e| malformed(format!("{CONTENTS}: {e}")))?;
+    if contents.format != FORMAT {
+        return Err(ArchiveError::Form { path: path.into(), found: contents.format });
+    }
+    let bytes = contents.files.iter().fold(0u64, |sum, f| sum.saturating_add(f.bytes));
+    if bytes > limit {
+        return Err(ArchiveError::TooLarge { path: path.into(), bytes, limit });
+    }
+    check_names(&contents.files).map_err(malformed)?;
+    let (mut study, mut files) = (vec![], Files::new());
+    for (k, listed) in contents.files.iter().enumerate() {
+        let (name, bytes) = next(&mut entries, listed.bytes).map_err(malformed)?;
+        if name != listed.name() || bytes.len() as u64 != listed.bytes || sha256(&bytes) != listed.sha256 {
+            let fact = format!("name or contents are not those of the list, where {} is next", listed.name());
+            return Err(ArchiveError::Damaged { path: path.into(), files: vec![Unsound { file: name, fact }] });
+        }
+        let Some((id, end)) = &listed.case else {
+            study = bytes;
+            continue;
+        };
+        files.insert(end.clone(), bytes);
+        if contents.files.get(k + 1).and_then(Entry::id) != Some(id.as_str()) {
+            each(id, &std::mem::take(&mut files))?;
+        }
+    }
+    match entries.next() {
+        None => Ok(study),
+        Some(_) => Err(malformed("it has entries that are not in its list".into())),
+    }
+}
+
+/// `study.json`, then the files of each case together, none of them twice, with names that lead nowhere else.
+fn check_names(files: &[Entry]) -> Result<(), String> {
+    if files.first().is_none_or(|f| f.case.is_some()) {
+        return Err("its list does not begin with study.json".into());
+    }
+    let mut cases = BTreeSet::new();
+    let mut last: (&str, BTreeSet<&str>) = ("", BTreeSet::new());
+    for entry in &files[1..] {
+        let plain = |id: &str| !id.starts_with('.') && id.chars().all(|c| c.is_alphanumeric() || "._-".contains(c));
+        let Some((id, end)) = entry.case.as_ref().filter(|(id, end)| plain(id) && ENDS.contains(&end.as_str())) else {
+            return Err(format!("\"{}\" is no file of a case", entry.name()));
+        };
+        if id != last.0 {
+            if id.is_empty() || !cases.insert(id) {
+                return Err(format!("the files of \"{id}\" are not together"));
+            }
+            last = (id, BTreeSet::new());
+        }
+        if !last.1.insert(end) {
+            return Err(format!("{} is listed twice", entry.name()));
+        }
+    }
+    Ok(())
+}
+
+/// Name and contents of the next entry, which must be a regular file of at most `limit` bytes. A name that is too long for the header comes
+/// before it, as an entry of its own.
+fn next<R: Read>(entries: &mut Entries<R>, limit: u64) -> Result<(String, Vec<u8>), String> {
+    let mut long = None;
+    loop {
+        let mut entry = match entries.next() {
+            Some(entry) => entry.map_err(|e| e.to_string())?,
+            None => return Err("it ends before its list does".into()),
+        };
+        let kind = entry.header().entry_type();
+        if kind == EntryType::GNULongName && long.is_none() {
+            let name = storage::limited(&mut entry, NAME_LIMIT).map_err(|e| format!("the name of an entry: {e}"))?;
+            long = Some(name.strip_suffix(b"\0").unwrap_or(&name).to_vec());
+            continue;
+        }
+        let name = long.unwrap_or_else(|| entry.path_bytes().into_owned());
+        let name = String::from_utf8(name).map_err(|_| "a name is not UTF-8".to_string())?;
+        if kind != EntryType::Regular {
+            return Err(format!("{name} is not a regular file"));
+        }
+        let bytes = storage::limited(&mut entry, limit).map_err(|e| format!("{name}: {e}"))?;
+        return Ok((name, bytes));
+    }
+}

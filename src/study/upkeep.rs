@@ -1,0 +1,153 @@
+//! Upkeep of a folder of results: every digest is verified, and what no case uses is removed.
+
+use crate::storage::{self, TEXT_LIMIT};
+use crate::study::case_files::{CaseFiles, FolderError, Unsound, check_in, ids, study};
+use crate::study::lock::{Owner, SILENT};
+use serde::Serialize;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime};
+
+/// Findings of a verification.
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct Verified {
+    /// Cases whose files are all those that were stored
+    pub sound: usize,
+    /// Cases of the study without a record
+    pub missing: Vec<String>,
+    /// Files that are damaged
+    pub damaged: Vec<Unsound>,
+}
+
+/// Verifies the digests of all results in a folder.
+pub fn verify(dir: &Path) -> Result<Verified, FolderError> {
+    let study = study(dir)?;
+    let known = ids(&study);
+    let files = CaseFiles::read(dir, &known)?;
+    let has_record = |id: &&str| files.of_cases.get(*id).is_some_and(|ends| ends.contains("json"));
+    let (recorded, missing): (Vec<&str>, Vec<&str>) = known.into_iter().partition(has_record);
+    let missing = missing.into_iter().map(String::from).collect();
+    let mut out = Verified { sound: 0, missing, damaged: vec![] };
+    for id in recorded {
+        match check_in(dir, id) {
+            Ok(_) => out.sound += 1,
+            Err(wrong) => out.damaged.extend(wrong),
+        }
+    }
+    Ok(out)
+}
+
+/// Files that were removed, or would be, and those that stay.
+#[derive(Serialize, Clone, Debug, PartialEq, Default)]
+pub struct Cleaned {
+    pub removed: Vec<Removed>,
+    /// Files and folders that this program does not know, relative to the folder of the results; they stay
+    pub unknown: Vec<String>,
+}
+
+/// A file or folder that nothing uses.
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct Removed {
+    /// Relative to the folder of the results
+    pub file: String,
+    pub bytes: u64,
+    pub why: &'static str,
+}
+
+/// A file that cannot be removed, or a folder that cannot be cleaned.
+#[derive(Debug, thiserror::Error)]
+pub enum CleanError {
+    #[error(transparent)]
+    Folder(#[from] FolderError),
+    #[error("{}: it cannot be removed: {reason}", path.display())]
+    Kept { path: PathBuf, reason: String },
+}
+
+/// Age of the sign of life from which a run counts as dead, however young the rest is that is to be removed.
+const DEAD: Duration = Duration::from_secs(2 * SILENT.as_secs());
+
+/// Removes what belongs to no case of the study, and what killed runs have left and nobody has changed for `age`. With `dry` it is only named.
+pub fn clean(dir: &Path, age: Duration, dry: bool) -> Result<Cleaned, CleanError> {
+    let study = study(dir)?;
+    let known = ids(&study);
+    let files = CaseFiles::read(dir, &known)?;
+    let mut out = Cleaned::default();
+    for (id, ends) in files.of_cases.iter().filter(|(id, _)| !known.contains(id.as_str())) {
+        let set_aside = id.rsplit_once(".damaged-").is_some_and(|(id, _)| known.contains(id));
+        let why = if set_aside { "damaged result that was set aside" } else { "it belongs to no case of the study" };
+        out.removed.extend(ends.iter().map(|end| removed(dir, format!("cases/{id}.{end}"), why)));
+    }
+    for name in files.others {
+        let (path, file) = (dir.join("cases").join(&name), format!("cases/{name}"));
+        match path.join(format!("{name}.pvd")).is_file() {
+            true if known.contains(name.as_str()) => {}
+            true => out.removed.push(removed(dir, file, "fields that belong to no case of the study")),
+            false if is_part(&name) => {}
+            false => out.unknown.push(file),
+        }
+    }
+    for folder in ["", "cases/", "runs/", "locks/"] {
+        let parts =
+            names(&dir.join(folder)).into_iter().filter(|name| is_part(name)).map(|name| format!("{folder}{name}"));
+        let old = parts.filter(|file| is_older(&dir.join(file), age));
+        out.removed.extend(old.map(|file| removed(dir, file, "half-written file of a run that was killed")));
+    }
+    out.removed.extend(left_locks(dir, age.max(DEAD)));
+    out.removed.sort_by(|a, b| a.file.cmp(&b.file));
+    for removed in out.removed.iter().filter(|_| !dry) {
+        let path = dir.join(&removed.file);
+        let result = if path.is_dir() { std::fs::remove_dir_all(&path) } else { std::fs::remove_file(&path) };
+        match result {
+            Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
+                return Err(CleanError::Kept { path, reason: e.to_string() });
+            }
+            _ => {}
+        }
+    }
+    Ok(out)
+}
+
+/// Runs without a sign of life, and the locks that they hold.
+fn left_locks(dir: &Path, age: Duration) -> Vec<Removed> {
+    let of = |folder: &str| names(&dir.join(folder)).into_iter().filter(|name| !is_part(name)).collect::<Vec<_>>();
+    let (dead, alive): (Vec<String>, Vec<String>) =
+        of("runs").into_iter().partition(|name| is_older(&dir.join("runs").join(name), age));
+    let alive: BTreeSet<&str> = alive.iter().filter_map(|name| name.strip_suffix(".json")).collect();
+    let held = |name: &String| {
+        let path = dir.join("locks").join(name);
+        let owner = storage::read(&path, TEXT_LIMIT).ok().and_then(|b| serde_json::from_slice::<Owner>(&b).ok());
+        owner.map_or_else(|| !is_older(&path, age), |owner| alive.contains(owner.name.as_str()))
+    };
+    let locks = of("locks").into_iter().filter(|name| !held(name));
+    let dead = dead.into_iter().map(|name| removed(dir, format!("runs/{name}"), "run that was killed"));
+    dead.chain(locks.map(|name| removed(dir, format!("locks/{name}"), "lock of a run that was killed"))).collect()
+}
+
+fn removed(dir: &Path, file: String, why: &'static str) -> Removed {
+    Removed { bytes: size(&dir.join(&file)), file, why }
+}
+
+fn is_part(name: &str) -> bool {
+    name.starts_with('.') && name.ends_with(".part")
+}
+
+/// Names in a folder; none where there is no such folder.
+fn names(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    entries.map(|e| e.file_name().to_string_lossy().into_owned()).collect()
+}
+
+/// A file without a time counts as young: it is not removed.
+fn is_older(path: &Path, age: Duration) -> bool {
+    let changed = std::fs::metadata(path).and_then(|m| m.modified());
+    changed.is_ok_and(|t| SystemTime::now().duration_since(t).is_ok_and(|since| since >= age))
+}
+
+/// Bytes of a file, or of all files of a folder.
+fn size(path: &Path) -> u64 {
+    match std::fs::symlink_metadata(path) {
+        Ok(m) if m.is_dir() => std::fs::read_dir(path).into_iter().flatten().flatten().map(|e| size(&e.path())).sum(),
+        Ok(m) => m.len(),
+        Err(_) => 0,
+    }
+}
