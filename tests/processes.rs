@@ -379,7 +379,7 @@ fn killed_at_random(kills: usize, seed: u64) {
     let mut draw = |below: u128| {
         // Knuth's generator modulo 2^64; the upper bits are the random ones
         state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        u128::from(state >> 33) * below >> 31
+        (u128::from(state >> 33) * below) >> 31
     };
     for _ in 0..kills {
         // What is done is computed again in every third round, so that there is always something to disturb
