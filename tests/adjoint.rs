@@ -44,7 +44,8 @@ fn derivatives_by_loads_and_gaps() {
         let (run, state) = solved(&here);
         let recorders = here.with_memories(run.memories.last().expect("rows"));
         let gradients: Vec<Gradient> = recorders
-            .flat_map(|(r, memory)| r.gradients(&here.body, &state, memory).expect("differentiable"))
+            .flat_map(|(r, memory)| r.gradients(&here.body, &state, memory))
+            .map(|gradient| gradient.expect("differentiable"))
             .collect();
         let step = Step { system: &here.system, integrator: Integrator::Static, past: &state, dt: 1.0 };
         let dual = adjoints(here.method(), &step, &state, &gradients).expect("regular");

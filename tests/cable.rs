@@ -592,3 +592,80 @@ fn a_file_of_guides_is_its_lists() {
         }
     }
 }
+
+/// A beam with a cable of these keys, driven to `to`.
+fn pulled(keys: &str, kind: &str, to: &str) -> durometer::scene::Run {
+    let text = format!(
+        "[mesh]\nelement = \"tet10\"\n\
+         grid = {{ kind = \"box\", size = [\"60 mm\", \"10 mm\", \"10 mm\"], divisions = [6, 1, 1] }}\n\
+         [laws.rubber]\nlaw = \"neo_hookean\"\nE = \"100 kPa\"\nnu = 0.4\n\
+         [[effect]]\nkind = \"elastic\"\nregion = \"body\"\nlaw = \"rubber\"\n\
+         [[constraint]]\nkind = \"fixed\"\nregion = \"xmin\"\n\
+         [[constraint]]\nkind = \"cable\"\nguide_radius = \"point\"\n{keys}\n\
+         drive = {{ kind = \"{kind}\", signal = {{ kind = \"ramp\", from = \"0 {}\", to = \"{to}\", end = \"1 s\" }} }}\n\
+         [[probe]]\nkind = \"position\"\nregion = \"xmax\"\n[[probe]]\nkind = \"reaction\"\nregion = \"xmin\"\n\
+         [[stage]]\nintegrator = \"static\"\nduration = \"1 s\"\ndt = \"0.25 s\"\n[numerics]\ntolerance = 1e-11\n",
+        to.rsplit(' ').next().expect("a unit")
+    );
+    let run = durometer::scene::parse_scene(&text).unwrap_or_else(|e| panic!("{e}")).run();
+    assert_eq!(run.status, Status::Converged);
+    run
+}
+
+fn point_list(points: &[[f64; 3]]) -> String {
+    let one = |p: &[f64; 3]| format!("[\"{} mm\", \"{} mm\", \"{} mm\"]", p[0], p[1], p[2]);
+    format!("[{}]", points.iter().map(one).collect::<Vec<_>>().join(", "))
+}
+
+/// A pull point that moves with the body: where the body is held it is one fixed in space, with friction and without; elsewhere
+/// the forces of the cable add up to zero, and a drive by length reaches the state of one by the tension that it has.
+#[test]
+fn a_pull_point_can_move_with_the_body() {
+    let last = |run: &durometer::scene::Run, name: &str| *column(run, name).last().expect("rows");
+    let (held, others) = ([0.0, 5.0, 8.0], [[20.0, 5.0, 8.0], [40.0, 5.0, 9.0], [55.0, 5.0, 8.0]]);
+    let all = point_list(&[&[held][..], &others[..]].concat());
+    for friction in ["", "friction = 0.2\n"] {
+        let in_space = "[\"0 mm\", \"5 mm\", \"8 mm\"]";
+        let keys = format!("{friction}pull_point = {in_space}\nguides = {}", point_list(&others));
+        let fixed = pulled(&keys, "length", "4 mm");
+        let moving = pulled(&format!("{friction}pull_point = \"moving\"\nguides = {all}"), "length", "4 mm");
+        for name in ["xmax_x_m", "xmax_z_m", "cable_length_m", "cable_tension_N"] {
+            let (a, b) = (last(&fixed, name), last(&moving, name));
+            assert!((a - b).abs() < 1e-8 * a.abs(), "{friction}{name}: {a} {b}");
+        }
+        assert!(last(&moving, "cable_tension_N") > 0.01);
+    }
+    let free = format!("pull_point = \"moving\"\nguides = {}", point_list(&others));
+    let by_length = pulled(&free, "length", "3 mm");
+    let tension = last(&by_length, "cable_tension_N");
+    for i in ["x", "y", "z"] {
+        let reaction = last(&by_length, &format!("xmin_reaction_{i}_N"));
+        assert!(reaction.abs() < 1e-8 * tension, "{i}: {reaction} N of {tension} N");
+    }
+    let by_tension = pulled(&free, "tension", &format!("{tension} N"));
+    for name in ["xmax_x_m", "xmax_z_m", "cable_length_m"] {
+        let (a, b) = (last(&by_length, name), last(&by_tension, name));
+        assert!((a - b).abs() < 1e-8 * a.abs(), "{name}: {a} {b}");
+    }
+}
+
+/// A single guide, and a ring before the first guide, of a cable that is pulled at its first guide.
+#[test]
+fn a_moving_pull_point_has_a_guide_after_it() {
+    let refused = |keys: &str| {
+        let text = format!(
+            "[mesh]\ngrid = {{ kind = \"box\", size = [\"60 mm\", \"10 mm\", \"10 mm\"], divisions = [6, 1, 1] }}\n\
+             [laws.rubber]\nlaw = \"neo_hookean\"\nE = \"100 kPa\"\nnu = 0.4\n\
+             [[effect]]\nkind = \"elastic\"\nregion = \"body\"\nlaw = \"rubber\"\n\
+             [[constraint]]\nkind = \"cable\"\nguide_radius = \"point\"\npull_point = \"moving\"\n{keys}\n\
+             drive = {{ kind = \"tension\", signal = \"1 N\" }}\n\
+             [[stage]]\nintegrator = \"static\"\nduration = \"1 s\"\ndt = \"0.25 s\"\n"
+        );
+        durometer::scene::parse_scene(&text).err().expect("refused").to_string()
+    };
+    let one = refused(&format!("guides = {}", point_list(&[[20.0, 5.0, 5.0]])));
+    assert!(one.contains("the cable has one guide, at which it is pulled"), "{one}");
+    let guides = point_list(&[[20.0, 5.0, 5.0], [40.0, 5.0, 5.0]]);
+    let ring = refused(&format!("guides = {guides}\nrings = [{{ at = [\"0 mm\", \"5 mm\", \"20 mm\"], after = 0 }}]"));
+    assert!(ring.contains("ring 1 is before the first guide"), "{ring}");
+}

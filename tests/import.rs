@@ -137,7 +137,10 @@ fn a_file_is_described_and_its_starter_scene_runs() {
     let scene = std::fs::read_to_string(at("sets.toml")).expect("there").replace("unit = \"mm\"", "unit = \"m\"");
     std::fs::write(at("huge.toml"), scene).expect("writable");
     let text = stdout(&durometer(&["check", &at("huge.toml")]));
-    assert!(text.contains("unit = \"mm\" would be plausible"), "{text}");
+    let warned =
+        |text: &str| text.lines().any(|l| l.starts_with("warning ") && l.ends_with("unit = \"mm\" would be plausible"));
+    assert!(warned(&text), "{text}");
+    assert!(warned(&stdout(&durometer(&["import", &at("sets.inp"), "--unit", "m"]))));
 }
 
 #[test]
@@ -157,6 +160,81 @@ fn what_cannot_be_imported_is_refused_with_its_reason() {
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
         assert!(said.contains(says), "{arguments:?}: {said}");
+        assert!(said.matches("a.txt").count() <= 1 && said.matches("absent.msh").count() <= 1, "{said}");
+    }
+    std::fs::write(
+        at("cut.vtk"),
+        "# vtk DataFile Version 3.0\nx\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 float\n0 0\n",
+    )
+    .expect("writable");
+    let said = String::from_utf8_lossy(&durometer(&["import", &at("cut.vtk")]).stderr).into_owned();
+    assert!(said.contains("the file ends where") && said.matches("cut.vtk").count() == 1, "{said}");
+}
+
+/// Counts the cells of a file in a box as SOFA's BoxROI does, with meshio alone: `strict` wants all corners inside, otherwise the mean of the corners.
+const BOX_ROI: &str = "
+import json, sys
+import meshio, numpy as np
+raw = meshio.read(sys.argv[1])
+points, cells = raw.points, np.concatenate([c.data[:, :4] for c in raw.cells if c.type in ('tetra', 'tetra10')])
+corners = points[np.unique(cells)]
+low, high = corners.min(axis=0), corners.max(axis=0)
+least, most = low - 0.05 * (high - low), low + 0.61 * (high - low)
+inside = lambda p: ((p >= least) & (p <= most)).all(axis=-1)
+strict, centroid = inside(points[cells]).all(axis=1), inside(points[cells].mean(axis=1))
+print(json.dumps([list(least), list(most), int(strict.sum()), int(centroid.sum())]))
+";
+
+/// The cells of a box by the rules `all` and `centroid` are those of SOFA's BoxROI with `strict` and without; the number by the second.
+#[track_caller]
+fn same_box_as_sofa(file: &Path, unit: &str) -> u64 {
+    let python = MeshStore::find().expect("the project").python;
+    let counted = Command::new(python).args(["-c", BOX_ROI]).arg(file).output().expect("Python starts");
+    assert!(counted.status.success(), "{}: {}", file.display(), String::from_utf8_lossy(&counted.stderr));
+    // meshio may say something before
+    let line = stdout(&counted).lines().last().unwrap_or_default().to_string();
+    let (least, most, strict, centroid): ([f64; 3], [f64; 3], u64, u64) = serde_json::from_str(&line).expect("JSON");
+    let corner = |p: [f64; 3]| p.map(|x| format!("\"{x:?} {unit}\"")).join(", ");
+    let region = |name: &str, rule: &str| {
+        let (least, most) = (corner(least), corner(most));
+        format!("mesh.regions.{name}={{kind=\"box\",min=[{least}],max=[{most}],pick=\"cells\",rule=\"{rule}\"}}")
+    };
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let scene = folder.path().join("scene.toml").to_str().expect("ASCII").to_string();
+    let made = durometer(&["import", file.to_str().expect("UTF-8"), "--unit", unit, "--scene", &scene]);
+    assert!(made.status.success(), "{}: {}", file.display(), String::from_utf8_lossy(&made.stderr));
+    let changes = [region("roi_strict", "all"), region("roi_middle", "centroid")];
+    let text = stdout(&durometer(&["check", &scene, "--set", &changes[0], "--set", &changes[1]]));
+    let cells = |name: &str| -> u64 {
+        let line = text.lines().find(|l| l.trim_start().starts_with(name)).unwrap_or_else(|| panic!("{name}: {text}"));
+        line.split_whitespace().nth(3).and_then(|n| n.parse().ok()).unwrap_or_else(|| panic!("{line}"))
+    };
+    assert_eq!((cells("roi_strict"), cells("roi_middle")), (strict, centroid), "{}", file.display());
+    centroid
+}
+
+/// In files of eight formats a box holds the same cells by the rules of this program and by those of SOFA.
+#[test]
+fn boxes_hold_the_cells_of_sofa() {
+    if mesher_is_missing() {
+        return;
+    }
+    let folder = files();
+    let names = [
+        "new.vtk",
+        "plain.mesh",
+        "plain.inp",
+        "plain.bdf",
+        "plain.vol",
+        "plain.su2",
+        "plain.avs",
+        "plain.vtu",
+        "quadratic.msh",
+    ];
+    for name in names {
+        let count = same_box_as_sofa(&folder.path().join(name), "mm");
+        println!("{name}: {count} cells");
+        assert!(count > 10, "{name}: {count}");
     }
 }
 
@@ -174,5 +252,8 @@ fn public_robots_are_imported_and_run() {
         let row = &rows[name];
         assert!(cells == 0 || row[1] == cells.to_string(), "{name}: {row:?}");
         assert_eq!(row[4], "Converged", "{name}: {row:?}");
+    }
+    for name in ["Springy.vtu", "diamond.vtk", "pneunetCut.vtk"] {
+        println!("{name}: {} cells in the box", same_box_as_sofa(&tools::shared("data/robots").join(name), "mm"));
     }
 }

@@ -220,3 +220,24 @@ reuse_factor = false
         println!("{order:?}: {worst:.1e}");
     }
 }
+
+/// St Venant and Kirchhoff's law softens under equal biaxial tension until a sheet of it has no thickness: a note says from what stretch on.
+#[test]
+fn a_sheet_that_loses_its_stiffness_is_noted() {
+    let notes = |law: &str| {
+        let text = format!(
+            "[mesh]\ngrid = {{ kind = \"box\", size = [\"20 mm\", \"10 mm\", \"10 mm\"], divisions = [2, 1, 1] }}\n\
+             [laws.rubber]\nlaw = \"neo_hookean\"\nE = \"100 kPa\"\nnu = 0.45\n\
+             [laws.cloth]\nlaw = \"{law}\"\nE = \"1 MPa\"\nnu = 0.45\n\
+             [[effect]]\nkind = \"elastic\"\nregion = \"body\"\nlaw = \"rubber\"\n\
+             [[effect]]\nkind = \"membrane\"\nregion = \"zmin\"\nlaw = \"cloth\"\nthickness = \"1 mm\"\n\
+             [[constraint]]\nkind = \"fixed\"\nregion = \"xmin\"\n\
+             [[stage]]\nintegrator = \"static\"\nduration = \"1 s\"\ndt = \"1 s\"\n"
+        );
+        durometer::scene::parse_scene(&text).unwrap_or_else(|e| panic!("{e}")).notes
+    };
+    let of_sheet = |law: &str| notes(law).into_iter().find(|n| n.starts_with("laws.cloth"));
+    let note = of_sheet("st_venant_kirchhoff").expect("a note");
+    assert!(note.contains("is not stable") && note.contains("equibiaxial at 1."), "{note}");
+    assert_eq!(of_sheet("neo_hookean"), None);
+}

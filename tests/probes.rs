@@ -1,7 +1,9 @@
-//! Probes on motions that are known: rotations over several turns, forwards and back, saved in the middle.
+//! Probes on motions that are known: rotations over several turns, forwards and back, saved in the middle; lines bent to arcs; derivatives.
 
-use durometer::scene::{Checkpoint, Run, RunOptions, Scene, parse_scene};
+use durometer::math::tensor::{Mat3, Vec3};
+use durometer::scene::{Checkpoint, Energies, Moment, Run, RunOptions, Scene, parse_scene};
 use durometer::solve::Status;
+use durometer::system::{Gradient, State};
 
 /// A block that turns as a rigid body about z by 900° and back, 45° a step, with these probes.
 fn turning(probes: &str) -> Scene {
@@ -98,4 +100,278 @@ fn an_axis_lies_across_the_body() {
         let error = parse_scene(&text).err().expect(axis).to_string();
         assert!(error.contains(says) && error.contains("probe 1"), "{error}");
     }
+}
+
+/// A beam of 60 × 10 × 10 mm along x, whose axis is a row of nodes 5 mm apart, with a skin and these probes.
+fn beam(probes: &str) -> Result<Scene, String> {
+    let text = format!(
+        "[mesh]\nelement = \"tet10\"\n\
+         grid = {{ kind = \"box\", size = [\"60 mm\", \"10 mm\", \"10 mm\"], divisions = [6, 2, 2] }}\n\
+         [laws.rubber]\nlaw = \"neo_hookean\"\nE = \"100 kPa\"\nnu = 0.45\n\
+         [[effect]]\nkind = \"elastic\"\nregion = \"body\"\nlaw = \"rubber\"\n\
+         [[constraint]]\nkind = \"fixed\"\nregion = \"xmin\"\n\
+         [[stage]]\nintegrator = \"static\"\nduration = \"1 s\"\ndt = \"1 s\"\n{probes}"
+    );
+    parse_scene(&text).map_err(|e| e.to_string())
+}
+
+/// The state in which the node at X is at `place`(X).
+fn moved(scene: &Scene, place: impl Fn(Vec3) -> Vec3) -> State {
+    let mut state = State::rest(scene.body.mesh.points.len(), 0);
+    for (k, point) in scene.body.mesh.points.iter().enumerate() {
+        state.x[3 * k..3 * k + 3].copy_from_slice((place(*point) - point).as_slice());
+    }
+    state
+}
+
+/// The columns at a state that follows these, and what the recorders keep.
+fn recorded(scene: &Scene, states: &[&State]) -> (Vec<f64>, Vec<Vec<f64>>) {
+    let mut memories: Vec<Vec<f64>> = scene.recorders().map(|r| r.memory()).collect();
+    for state in states {
+        for (recorder, own) in scene.recorders().zip(&mut memories) {
+            recorder.remember(&scene.body, state, own);
+        }
+    }
+    let state = *states.last().expect("a state");
+    let (body, residual) = (&*scene.body, vec![0.0; state.x.len()]);
+    let record = |(recorder, memory): (&dyn durometer::scene::Recorder, &Vec<f64>)| {
+        recorder.record(&Moment { body, state, step: None, residual: &residual, energies: Energies::default(), memory })
+    };
+    (scene.recorders().zip(&memories).flat_map(record).collect(), memories)
+}
+
+/// `columns()` of a scene begin with the time.
+fn value(scene: &Scene, values: &[f64], column: &str) -> f64 {
+    let columns = scene.columns();
+    values[columns.iter().position(|c| c == column).unwrap_or_else(|| panic!("no {column}: {columns:?}")) - 1]
+}
+
+const SPINE: &str = "[[probe]]\nkind = \"centre_line\"\nname = \"spine\"\nfrom = \"xmin\"\nto = \"xmax\"\nstations = 13\ntowards = [0, 0, 1]\n";
+
+/// A point of a segment of constant curvature that starts along x: `turn` over its length, towards the direction `plane` from z; and its frame.
+fn segment(length: f64, turn: f64, plane: f64) -> (Vec3, Mat3) {
+    let frame = nalgebra::Rotation3::from_scaled_axis(Vec3::new(0.0, plane.cos(), plane.sin()) * -turn);
+    let aside = 2.0 * length * (0.5 * turn).sin().powi(2) / turn;
+    (Vec3::new(length * turn.sin() / turn, -aside * plane.sin(), aside * plane.cos()), *frame.matrix())
+}
+
+/// Two segments of constant curvature, one after the other, each with the stretch 1.1: Webster and Jones' chain of arcs. All
+/// parameters come back to rounding (1e-14 of 60 mm, amplified by a curvature of 1e2/m).
+#[test]
+fn segments_of_constant_curvature_are_found() {
+    for (turns, planes) in [([90.0, 60.0], [0.0, 0.0]), ([40.0, 130.0], [30.0, 150.0]), ([200.0, 100.0], [-70.0, 45.0])]
+    {
+        let scene = beam(&format!("{SPINE}segments = 2\n")).expect("a scene");
+        let (turns, planes) = (turns.map(f64::to_radians), planes.map(f64::to_radians));
+        let place = |at: Vec3| {
+            let across = Vec3::new(0.0, at.y - 0.005, at.z - 0.005);
+            let half = |x: f64, k: usize| segment(1.1 * x, turns[k] * x / 0.03, planes[k]);
+            let first = if at.x > 0.0 { half(at.x.min(0.03), 0) } else { (Vec3::zeros(), Mat3::identity()) };
+            let second = if at.x > 0.0301 { half(at.x - 0.03, 1) } else { (Vec3::zeros(), Mat3::identity()) };
+            first.0 + first.1 * (second.0 + second.1 * across)
+        };
+        let (values, _) = recorded(&scene, &[&moved(&scene, place)]);
+        let off = |column: &str, exact: f64| {
+            let found = value(&scene, &values, column);
+            println!("{column}: {found} {:e}", found - exact);
+            found - exact
+        };
+        assert!(off("spine_length_m", 0.066).abs() < 1e-13);
+        for k in 0..2 {
+            assert!(off(&format!("spine_{}_length_m", k + 1), 0.033).abs() < 1e-13);
+            assert!(off(&format!("spine_{}_curvature_per_m", k + 1), turns[k] / 0.033).abs() < 1e-9);
+            assert!(off(&format!("spine_{}_plane_deg", k + 1), planes[k].to_degrees()).abs() < 1e-8);
+            assert!(off(&format!("spine_{}_residual_m", k + 1), 0.0).abs() < 1e-14);
+        }
+    }
+}
+
+/// A straight line has no curvature and keeps its plane angle; a plane that goes round is followed over any number of rotations. A line that is no arc has a
+/// residual: of y = a x (L² − x²) with small a, whose least arc is its chord by symmetry, a x (L² − x²) itself.
+#[test]
+fn straight_lines_and_other_curves() {
+    let scene = beam(SPINE).expect("a scene");
+    let bent = |plane: f64| {
+        moved(&scene, move |at| {
+            let (p, frame) =
+                if at.x > 0.0 { segment(at.x, 20.0 * at.x, plane) } else { (Vec3::zeros(), Mat3::identity()) };
+            p + frame * Vec3::new(0.0, at.y - 0.005, at.z - 0.005)
+        })
+    };
+    let straight = moved(&scene, |at| at * 1.2);
+    let round: Vec<State> = (0..=20).map(|k| bent(f64::from(k) * 0.7)).collect();
+    let mut path: Vec<&State> = round.iter().collect();
+    let (values, _) = recorded(&scene, &path);
+    assert!((value(&scene, &values, "spine_1_plane_deg") - f64::to_degrees(14.0)).abs() < 1e-8);
+    path.push(&straight);
+    let (values, _) = recorded(&scene, &path);
+    assert!((value(&scene, &values, "spine_1_plane_deg") - f64::to_degrees(14.0)).abs() < 1e-8);
+    assert!(value(&scene, &values, "spine_1_curvature_per_m").abs() < 1e-10);
+    assert!((value(&scene, &values, "spine_1_length_m") - 0.072).abs() < 1e-15);
+    let cubic = |x: f64| 1e-4 * x * (1.0 - x * x);
+    let curve = moved(&scene, |at| at + Vec3::z() * cubic((at.x - 0.03) / 0.03));
+    let (values, _) = recorded(&scene, &[&curve]);
+    let squares: f64 = (-5..=5).map(|k| cubic(f64::from(k) / 6.0).powi(2)).sum();
+    let found = value(&scene, &values, "spine_1_residual_m");
+    assert!((found - (squares / 11.0).sqrt()).abs() < 1e-4 * found, "{found}");
+}
+
+const GLOVE: &str =
+    "v 0.059 0.002 0.002\nv 0.059 0.008 0.002\nv 0.055 0.008 0.009\nv 0.05 0.001 0.008\nf 1 2 3\nf 1 3 4\n";
+
+/// Gradients of poses in space, in a frame that moves, of a skin, and of two segments of a line, by every displacement of a body that is
+/// bent, twisted and stretched, against central differences with steps of 1e-7 m: the residual of 0.1 mm varies most, and leaves (1e-7 m/0.1 mm)² of its derivative, others the rounding of 1e-16/1e-7.
+#[test]
+fn poses_and_lines_have_exact_derivatives() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let glove = folder.path().join("glove.obj");
+    std::fs::write(&glove, GLOVE).expect("writable");
+    let pose = |keys: &str| format!("[[probe]]\nkind = \"pose\"\n{keys}\n");
+    let probes = format!("{SPINE}segments = 2\n")
+        + &pose("region = \"xmax\"")
+        + &pose("region = \"body\"\nrelative_to = \"xmax\"\nname = \"all\"")
+        + &pose("skin = \"glove\"")
+        + &format!(
+            "[[skin]]\nname = \"glove\"\nfile = {:?}\nunit = \"m\"\nreach = \"0 mm\"\n",
+            glove.to_string_lossy()
+        );
+    let scene = beam(&probes).unwrap_or_else(|e| panic!("{e}"));
+    let place = |turn: f64| {
+        move |at: Vec3| {
+            let (p, frame) = segment(1.1 * at.x + 1e-4, turn * (at.x + 1e-4) / 0.06, 1.0);
+            let twist = nalgebra::Rotation3::from_scaled_axis(Vec3::x() * 15.0 * at.x);
+            let wave = 3e-4 * Vec3::new((200.0 * at.y).sin(), (90.0 * at.x).cos(), (130.0 * at.z + 50.0 * at.x).sin());
+            p + frame * (twist * Vec3::new(0.0, 1.2 * (at.y - 0.005), at.z - 0.005)) + wave
+        }
+    };
+    for turn in [0.8, 3.7] {
+        let path: Vec<State> = (1..=8).map(|k| moved(&scene, place(turn * f64::from(k) / 8.0))).collect();
+        let path: Vec<&State> = path.iter().collect();
+        let (_, memories) = recorded(&scene, &path);
+        let here = path[7];
+        let gradients: Vec<Gradient> = scene
+            .recorders()
+            .zip(&memories)
+            .flat_map(|(r, memory)| r.gradients(&scene.body, here, memory))
+            .map(|g| g.expect("it has one"))
+            .collect();
+        assert_eq!(gradients.len(), 9 + 3 * 10);
+        let columns = scene.columns();
+        let none = vec![0.0; here.x.len()];
+        // Directions that move every node, each in its own way.
+        for seed in 0..6 {
+            let mut change = here.clone();
+            let wave = |k: usize| (1.7 * k as f64 + f64::from(seed) * (1.0 + 0.37 * k as f64)).sin();
+            change.x = (0..here.x.len()).map(wave).collect();
+            let at = |h: f64| {
+                let mut state = here.clone();
+                state.x.iter_mut().zip(&change.x).for_each(|(x, d)| *x += h * d);
+                recorded(&scene, &[&path[..], &[&state]].concat()).0
+            };
+            let (above, below) = (at(1e-7), at(-1e-7));
+            for (c, gradient) in gradients.iter().enumerate() {
+                let (exact, difference) = (gradient.along(&change, &none), (above[c] - below[c]) / 2e-7);
+                let size: f64 = gradient.x.iter().map(|(_, w)| w.abs()).fold(0.0, f64::max);
+                let name = &columns[c + 1];
+                assert!(
+                    (exact - difference).abs() < 1e-5 * (size + exact.abs()),
+                    "{name} {turn} {seed}: {exact} {difference} {size}"
+                );
+            }
+        }
+    }
+}
+
+/// A straight line has a derivative of its length only, and a scene with one says so in its table.
+#[test]
+fn a_straight_line_has_no_direction() {
+    let scene = beam(SPINE).expect("a scene");
+    let straight = moved(&scene, |at| at * 1.2);
+    let (_, memories) = recorded(&scene, &[&straight]);
+    let recorder = scene.recorders().next().expect("the line");
+    let has: Vec<bool> = recorder.gradients(&scene.body, &straight, &memories[0]).iter().map(Option::is_some).collect();
+    assert_eq!(has, [true, true, false, false, false]);
+}
+
+/// (keys, what the message must say)
+#[test]
+fn lines_that_cannot_be_are_refused() {
+    let refused = |keys: &str, says: &[&str]| {
+        let text = format!("[[probe]]\nkind = \"centre_line\"\nname = \"spine\"\n{keys}\n");
+        let error = beam(&text).err().unwrap_or_else(|| panic!("{keys}"));
+        assert!(says.iter().all(|says| error.contains(says)) && error.contains("probe 1"), "{error}");
+    };
+    let ends = "from = \"xmin\"\nto = \"xmax\"\n";
+    refused("towards = [0, 0, 1]", &["a line is given by `points`, or by `from`, `to` and `stations`"]);
+    refused(&format!("{ends}towards = [0, 0, 1]"), &["a line is given by"]);
+    refused(
+        &format!("{ends}stations = 3\ntowards = [0, 0, 1]"),
+        &["3 stations are not shared by 1 segments", "at least 4"],
+    );
+    refused(&format!("{ends}stations = 1\ntowards = [0, 0, 1]"), &["1 stations are not shared"]);
+    refused(&format!("{ends}stations = 12\nsegments = 3\ntowards = [0, 0, 1]"), &["12 stations are not shared by 3"]);
+    refused(&format!("{ends}stations = 12\nsegments = 0\ntowards = [0, 0, 1]"), &["by 0 segments"]);
+    refused(&format!("{ends}stations = 9000000000000000000\ntowards = [0, 0, 1]"), &["stations are more than 10000"]);
+    let many = format!("{ends}stations = 13\nsegments = 9000000000000000000\ntowards = [0, 0, 1]");
+    refused(&many, &["13 stations are not shared"]);
+    refused(&format!("{ends}stations = 13\ntowards = [1, 0, 0.01]"), &["`towards`", "along the line"]);
+    refused(&format!("{ends}stations = 13\ntowards = [0, 0, 0]"), &["`towards`"]);
+    refused(
+        "from = \"xmin\"\nto = \"xmin\"\nstations = 4\ntowards = [0, 0, 1]",
+        &["two stations are at the same place"],
+    );
+    let points = |all: &[[f64; 3]]| {
+        let text: Vec<String> =
+            all.iter().map(|p| format!("[\"{} mm\", \"{} mm\", \"{} mm\"]", p[0], p[1], p[2])).collect();
+        format!("points = [{}]\ntowards = [0, 0, 1]", text.join(", "))
+    };
+    let out = points(&[[1.0, 5.0, 5.0], [20.0, 5.0, 12.0], [40.0, 5.0, 5.0], [70.0, 5.0, 5.0]]);
+    refused(
+        &out,
+        &["2 of 4 stations are outside of the body: (20, 5, 12) mm by 2.0000 mm, (70, 5, 5) mm by 10.0000 mm"],
+    );
+    let pose = |keys: &str| beam(&format!("[[probe]]\nkind = \"pose\"\n{keys}\n")).err().expect("refused");
+    assert!(pose("").contains("one `region` or of one `skin`"));
+}
+
+/// A beam of a linear law whose end is moved down and turned as a plate by little: moment and force at the plate are those of the displacements at the
+/// other end by equilibrium, Σ (x − x₀) × r over both ends = 0, and a moment about another point differs by a × F.
+#[test]
+fn moments_are_in_equilibrium() {
+    let ramp = |to: &str, unit: &str| {
+        format!("{{ kind = \"ramp\", from = \"0 {unit}\", to = \"{to} {unit}\", end = \"1 s\" }}")
+    };
+    let text = format!(
+        "[[constraint]]\nkind = \"prescribed\"\nregion = \"xmax\"\ntranslation = [{}, {}, {}]\n\
+         rotation = {{ axis = [0, 1, 0], about = [\"60 mm\", \"5 mm\", \"5 mm\"], angle = {} }}\n",
+        ramp("-2", "mm"),
+        ramp("1", "mm"),
+        ramp("-8", "mm"),
+        ramp("50", "deg")
+    );
+    let probes: String = ["xmin", "xmax"]
+        .map(|region| {
+            format!(
+                "[[probe]]\nkind = \"moment\"\nregion = \"{region}\"\nabout = [\"0 mm\", \"0 mm\", \"0 mm\"]\n\
+                 [[probe]]\nkind = \"reaction\"\nregion = \"{region}\"\n[[probe]]\nkind = \"pose\"\nregion = \"{region}\"\n"
+            )
+        })
+        .concat();
+    let run = beam(&(text.clone() + &probes)).expect("a scene").run();
+    assert_eq!(run.status, Status::Converged);
+    let last = |run: &Run, name: &str| *run.column(name).expect(name).last().expect("rows");
+    let vector = |run: &Run, start: &str, end: &str| {
+        Vec3::from(["x", "y", "z"].map(|c| last(run, &format!("{start}_{c}_{end}"))))
+    };
+    let moments = ["xmin", "xmax"].map(|r| vector(&run, &format!("{r}_moment"), "Nm"));
+    let size = moments[0].norm();
+    assert!(size > 1e-4 && (moments[0] + moments[1]).norm() < 1e-6 * size, "{moments:?}");
+    // The plate is where the translation puts it.
+    let at = vector(&run, "xmax_pose", "m");
+    assert!((at - Vec3::new(0.058, 0.006, -0.003)).norm() < 1e-9, "{at}");
+    assert!((last(&run, "xmax_rotation_y_deg") - 50.0).abs() < 1e-9);
+    let middle = beam(&(text + "[[probe]]\nkind = \"moment\"\nregion = \"xmax\"\n")).expect("a scene").run();
+    let shifted = moments[1] - at.cross(&vector(&run, "xmax_reaction", "N"));
+    let found = vector(&middle, "xmax_moment", "Nm");
+    assert!((found - shifted).norm() < 1e-9 * size, "{found} {shifted}");
 }

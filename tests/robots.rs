@@ -60,3 +60,9 @@ fn tripod() {
 fn wound_actuator() {
     check("wound-actuator", &["90.0000 × ", "2 helices of each hand", "along 3 polyline(s)"]);
 }
+
+/// From a hollow surface: two shells, of which the inner one is the hollow, and a membrane on the palm.
+#[test]
+fn pneunet_gripper() {
+    check("pneunet-gripper", &["96.0000 × 16.0000 × 20.0000 mm", "cloth (", "0.1000 mm thick", "bar_force_z_N"]);
+}

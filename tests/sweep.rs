@@ -9,7 +9,7 @@ use durometer::study::analysis::Analysis;
 use durometer::study::axis::AxisRecord;
 use durometer::study::expand::Study;
 use durometer::study::kinds::comparison;
-use durometer::study::kinds::sweep::analysis::{self, Along, SweepFindings, SweepRecord, Trend};
+use durometer::study::kinds::sweep::analysis::{self, Along, Judged, SweepFindings, SweepRecord, Trend};
 use durometer::study::record::{EffectRecord, FamilyRecord, Quantity, Role, StoredCase, StudyRecord};
 use durometer::study::report;
 use std::collections::BTreeMap;
@@ -61,7 +61,7 @@ fn study(p: &[f64], q: &[f64], y: impl Fn(f64, f64) -> f64) -> (StudyRecord, Vec
     study.variants = vec!["length".into()];
     study.families =
         vec![FamilyRecord { name: "sweep".into(), role: Role::Grid, formulation: "tet10".into(), cases: ids }];
-    let sweep = SweepRecord { axes: vec![axis("p", p), axis("q", q)], points };
+    let sweep = SweepRecord { axes: vec![axis("p", p), axis("q", q)], points, judged: Judged::Peak };
     study.details = serde_json::to_value(sweep).expect("numbers and strings");
     let tension = Quantity {
         name: "cable_tension_N".into(),
@@ -268,4 +268,22 @@ fn a_cumulative_family_adds_up() {
     {
         assert!(dir.path().join(file).is_file(), "{file}");
     }
+}
+
+/// y turns back before the end, by a half: the peaks are twice the final values, and the words say which is meant.
+#[test]
+fn a_sweep_can_judge_the_end() {
+    let (mut study, mut stored) = study(&P, &Q, |p, q| 2.0 * p * q);
+    for c in &mut stored {
+        let probe = c.record.probes.get_mut("cable_tension_N").expect("probe");
+        probe.last = 0.5 * probe.peak;
+    }
+    let peaks = analyse(&study, &stored);
+    study.details["judged"] = "final".into();
+    let ends = analyse(&study, &stored);
+    for (peak, end) in peaks.quantities[0].points.iter().zip(&ends.quantities[0].points) {
+        assert!((peak.value, 0.5 * peak.value) == (2.0 * end.value, end.value), "{peak:?} {end:?}");
+    }
+    assert!(ends.quantities[0].sentence.starts_with("Final cable tension"), "{}", ends.quantities[0].sentence);
+    assert!(ends.verdict.contains("the final cable tension") && !peaks.verdict.contains("final"), "{}", ends.verdict);
 }

@@ -23,6 +23,12 @@ OPTIONS = {
 }
 
 
+# Words of gmsh where the facets of a surface mesh cross each other, as they do on the two sides of a thin wall.
+SIGNS_OF_CROSSING = ("PLC", "overlapping facets", "intersect")
+CROSSED = "facets cross each other, as on the two sides of a wall that is thinner than a cell: take a size no larger than the wall is thick, or more cells"
+OTHER_SIZE = "change the size a little, or the parameters"
+
+
 def log(message: str) -> None:
     """One line of progress on stderr."""
     print(f"meshgen: {message}", file=sys.stderr, flush=True)
@@ -42,7 +48,8 @@ def session(seed: int = 0):
         raise
     except Exception as error:
         told = [line for line in gmsh.logger.get() if line.startswith("Error")]
-        raise MesherFailed(f"gmsh: {(told or [str(error) or repr(error)])[-1]}", "change the size a little, or the parameters") from error
+        cause = (told or [str(error) or repr(error)])[-1]
+        raise MesherFailed(f"gmsh: {cause}", CROSSED if any(sign in cause for sign in SIGNS_OF_CROSSING) else OTHER_SIZE) from error
     finally:
         gmsh.finalize()
 

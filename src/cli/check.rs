@@ -166,7 +166,7 @@ fn describe(scene: &Scene) {
         println!("stage        {name} from {} s to {} s: {steps} steps of {} s", span.start, span.end, span.dt);
     }
     println!("records      {}", scene.columns().join("\n             "));
-    scene.notes.iter().for_each(|note| println!("note         {note}"));
+    scene.notes.iter().for_each(|note| println!("{:12} {note}", scene.kind_of_note(note)));
     if let Some(why) = &scene.no_limit {
         println!("note         {why}: the answer has no limit as h → 0, a convergence study refuses its verdict");
     }

@@ -113,6 +113,7 @@ fn mesh(imported: &Imported) {
             println!("fixture      the wider end of each component along its longest axis ({})", slabs.len())
         }
     }
+    imported.body.warnings.iter().for_each(|warning| println!("warning      {warning}"));
     imported.body.notes.iter().for_each(|note| println!("note         {note}"));
 }
 

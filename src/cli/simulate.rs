@@ -9,8 +9,8 @@ use durometer::scene::control::process::Process;
 use durometer::scene::output::ScheduleSpec;
 use durometer::scene::{
     Body, Checkpoint, CheckpointError, Constant, ErrorEstimate, ErrorEstimator, EstimateError, ExtremeKind,
-    RefinementStep, RefinementWatch, Run, RunOptions, Scene, SceneSpec, SensitivityError, SensitivityRecorder,
-    read_scene, refine,
+    RefinementStep, RefinementWatch, Run, RunOptions, Scene, SceneSpec, Sensitivities, SensitivityError,
+    SensitivityRecorder, read_scene, refine,
 };
 use durometer::solve::Status;
 use durometer::study::fields::{Fields, USUAL};
@@ -98,7 +98,7 @@ pub fn main(args: Args) -> CommandResult {
     files::make_folder(&args.out)?;
     let (mut controller, mut estimator) = (controller(&args, &scene)?, estimator(&args, &scene)?);
     if !args.json {
-        scene.notes.iter().for_each(|note| eprintln!("note: {note}"));
+        scene.notes.iter().for_each(|note| eprintln!("{}: {note}", scene.kind_of_note(note)));
     }
     bars.started(&name);
     let mut drawing = Drawing::new(&args, &name, &scene, from.as_ref());
@@ -317,6 +317,7 @@ fn write(
     if let Some(sensitivities) = &run.sensitivities {
         let text = store::sensitivities_csv(run, sensitivities);
         store::write(&out.join(format!("{name}.sensitivities.csv")), &text)?;
+        note_missing(run, sensitivities);
     }
     let json = serde_json::to_string_pretty(record)?;
     store::write(&out.join(format!("{name}.json")), &json)?;
@@ -358,6 +359,18 @@ fn print(record: &CaseRecord, known: usize) {
             seconds(c.search_s),
             seconds(c.detection_s)
         );
+    }
+}
+
+/// Says which columns have no derivative in some rows; the table has NaN there.
+fn note_missing(run: &Run, sensitivities: &Sensitivities) {
+    for (k, column) in sensitivities.columns.iter().enumerate() {
+        let missing = |row: &&Vec<Vec<f64>>| row[k].iter().any(|d| d.is_nan());
+        let count = sensitivities.rows.iter().filter(missing).count();
+        if let Some(first) = sensitivities.rows.iter().position(|row| missing(&row)) {
+            let t = run.rows[first][0];
+            eprintln!("note: {column} has no derivative in {count} of {} rows, the first at t = {t} s", run.rows.len());
+        }
     }
 }
 

@@ -1,4 +1,4 @@
-//! Cable (tendon): a polyline from a fixed pull point through guides to its end, of length
+//! Cable (tendon): a polyline from a fixed pull point through guides to its end, or between guides alone, of length
 //! L(x) = Σ_s ‖p_{s+1} − p_s‖ with p_k = X_k + w_k, w_k = Σ_i w_ki u_i. It sees the body by the w_k alone ([`Means`]).
 //!
 //! A guide is a patch: the weighted mean of the body's motion over a ball, because a point force in 3-D has infinite
@@ -26,7 +26,8 @@ pub struct Guide {
 /// Geometry of a cable; its blocks are the segments, its means the guides.
 pub struct Cable {
     pub name: String,
-    pull_point: Vec3,
+    /// Fixed in space; none of a cable that is pulled at its first guide, which moves with the body
+    pull_point: Option<Vec3>,
     /// X_k of the guides \[m\]
     points: Vec<Vec3>,
     /// w_k of the guides
@@ -35,18 +36,25 @@ pub struct Cable {
 }
 
 impl Cable {
+    /// From a pull point that is fixed in space through the guides.
     pub fn new(name: String, pull_point: Vec3, guides: Vec<Guide>) -> Self {
+        Self::through(name, Some(pull_point), guides)
+    }
+
+    /// From the pull point, or without one from the first guide, through the others: then the drive moves with the body, and its forces add up to zero.
+    pub fn through(name: String, pull_point: Option<Vec3>, guides: Vec<Guide>) -> Self {
         let means = Means::new(guides.iter().map(|g| &g.weights[..]));
-        let ends: Vec<Vec<u32>> = (0..guides.len() as u32).map(|s| (s.saturating_sub(1)..=s).collect()).collect();
+        let first = u32::from(pull_point.is_none());
+        let ends: Vec<Vec<u32>> = (first..guides.len() as u32).map(|k| (k.saturating_sub(1)..=k).collect()).collect();
         let blocks = Blocks::new(ends.iter().map(Vec::as_slice));
         let points = guides.into_iter().map(|g| g.point).collect();
         Self { name, pull_point, points, means: means.into(), blocks }
     }
 
-    /// The polyline at displacement x: pull point, then the guides \[m\].
+    /// The polyline at displacement x: pull point, if it is fixed, then the guides \[m\].
     pub fn polyline(&self, x: &[f64]) -> Vec<Vec3> {
         let w = self.means.of(x);
-        std::iter::once(self.pull_point).chain((0..self.segments()).map(|k| self.guide(&w, k))).collect()
+        self.pull_point.into_iter().chain((0..self.points.len()).map(|k| self.guide(&w, k))).collect()
     }
 
     /// Lengths of the segments \[m\], from the pull point on. L(x) is their sum.
@@ -56,7 +64,7 @@ impl Cable {
 
     /// The same where nothing has moved.
     pub fn lengths_at_rest(&self) -> Vec<f64> {
-        self.segment_lengths(&vec![0.0; 3 * self.segments()])
+        self.segment_lengths(&vec![0.0; 3 * self.points.len()])
     }
 
     /// Lengths of the segments \[m\], with w \[3 × guides\].
@@ -66,7 +74,7 @@ impl Cable {
 
     /// Number of segments.
     pub fn segments(&self) -> usize {
-        self.points.len()
+        self.blocks.len()
     }
 
     /// Guides of segment `s`.
@@ -80,11 +88,8 @@ impl Cable {
         let mut of_guides = vec![0.0; w.len()];
         for s in 0..self.segments() {
             let along = self.direction(&w, s).normalize();
-            for i in 0..3 {
-                of_guides[3 * s + i] += along[i];
-                if s > 0 {
-                    of_guides[3 * (s - 1) + i] -= along[i];
-                }
+            for (guide, sign) in self.ends(s).iter().zip(self.signs(s)) {
+                (0..3).for_each(|i| of_guides[3 * *guide as usize + i] += sign * along[i]);
             }
         }
         let mut out = Vec::new();
@@ -99,7 +104,17 @@ impl Cable {
 
     /// Segment `s` as a vector \[m\], with w \[3 × guides\].
     pub(super) fn direction(&self, w: &[f64], s: usize) -> Vec3 {
-        self.guide(w, s) - s.checked_sub(1).map_or(self.pull_point, |k| self.guide(w, k))
+        match (self.ends(s), self.pull_point) {
+            (&[from, to], _) => self.guide(w, to as usize) - self.guide(w, from as usize),
+            (_, pull_point) => {
+                self.guide(w, s) - pull_point.expect("a segment with one guide begins at the pull point")
+            }
+        }
+    }
+
+    /// Signs of the guides of segment `s` in its vector: a pull point that is fixed does not move.
+    fn signs(&self, s: usize) -> &'static [f64] {
+        if self.ends(s).len() == 1 { &[1.0] } else { &[-1.0, 1.0] }
     }
 
     /// Length of segment `s`, its gradient ∓τ and its Hessian ±(I − ττᵀ)/l by w, all times `factor` but the length.
@@ -121,8 +136,7 @@ impl Cable {
             return Err(EvalError::Degenerate { effect: self.name.clone(), segment: s });
         }
         let tau = d / l;
-        // The first segment begins at the pull point, which does not move.
-        let signs = if s == 0 { &[1.0][..] } else { &[-1.0, 1.0] };
+        let signs = self.signs(s);
         let n = 3 * signs.len();
         let hessian = (Mat3::identity() - tau * tau.transpose()) * (factor / l);
         for (a, sa) in signs.iter().enumerate() {

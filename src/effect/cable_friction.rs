@@ -171,7 +171,8 @@ struct WrapAngle {
 
 impl WrapAngle {
     fn new(rope: Arc<Rope>, k: usize) -> Self {
-        let guides: Vec<u32> = (k.saturating_sub(2) as u32..=k as u32).collect();
+        let (before, after) = (rope.cable.ends(k - 1), rope.cable.ends(k));
+        let guides: Vec<u32> = (before[0]..=after[after.len() - 1]).collect();
         Self { rope, k, blocks: Blocks::new(std::iter::once(&guides[..])) }
     }
 }
@@ -217,7 +218,7 @@ impl Constraint for WrapAngle {
             let across = tau[1 - a] - tau[a] * tau[a].dot(&tau[1 - a]);
             across.try_normalize(0.0).map_or(Vec3::zeros(), |e| -e / d[a].norm())
         };
-        // d_{k−1} runs to the guide itself, d_k from it to the next one; before the first guide there is the pull point.
+        // d_{k−1} runs to the guide itself, d_k from it to the next one; before the first guide there may be the pull point.
         let (before, after) = (gradient(0), gradient(1));
         let of_guides = [-before, before - after, after];
         for (r, gradient) in out.r.chunks_exact_mut(3).zip(&of_guides[3 - self.blocks.nodes(0).len()..]) {

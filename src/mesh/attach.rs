@@ -7,9 +7,10 @@
 use super::TetMesh;
 use super::boundary::{boundary_facets, facet_cells};
 use super::distance::Nearest;
-use super::embed::{EmbedError, locate};
+use super::embed::EmbedError;
 use super::error::point;
 use super::flat::{flat_triangles, pieces};
+use super::locator::Locator;
 use super::surface_file::Surface;
 use crate::math::tensor::{Mat3, Vec3};
 use rayon::prelude::*;
@@ -63,7 +64,8 @@ fn attached(mesh: &TetMesh, points: &[Vec3]) -> Vec<Attached> {
     let triangles = flat_triangles(mesh, &boundary);
     let surface = Surface { points: mesh.points.clone(), triangles };
     let nearest = Nearest::new(&surface).expect("a body has a surface");
-    let one = |at: &Vec3| match locate(mesh, *at) {
+    let locator = Locator::new(mesh);
+    let one = |at: &Vec3| match locator.locate(*at) {
         Some(inside) => Attached { weights: inside.weights, outside: 0.0 },
         None => {
             let near = nearest.of(at);

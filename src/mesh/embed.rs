@@ -45,14 +45,25 @@ pub fn embed(mesh: &TetMesh, at: Vec3) -> Result<Embedded, EmbedError> {
 }
 
 /// As [`embed`]; None outside of the body.
-pub(super) fn locate(mesh: &TetMesh, at: Vec3) -> Option<Embedded> {
+fn locate(mesh: &TetMesh, at: Vec3) -> Option<Embedded> {
+    let near = |c: &usize| {
+        let (low, high) = reach_of(mesh, *c);
+        (0..3).all(|d| at[d] >= low[d] && at[d] <= high[d])
+    };
+    deepest(mesh, (0..mesh.cell_count()).filter(near), at)
+}
+
+/// The bounding box of the points that count as inside of a cell.
+pub(super) fn reach_of(mesh: &TetMesh, c: usize) -> (Vec3, Vec3) {
+    let (low, high) = cell_bounds(mesh, c);
+    let margin = Vec3::repeat(INSIDE * (high - low).norm());
+    (low - margin, high + margin)
+}
+
+/// The one of some cells, in ascending order, in which a point lies deepest.
+pub(super) fn deepest(mesh: &TetMesh, cells: impl Iterator<Item = usize>, at: Vec3) -> Option<Embedded> {
     let mut best: Option<(f64, u32, [f64; 3])> = None;
-    for c in 0..mesh.cell_count() {
-        let (low, high) = cell_bounds(mesh, c);
-        let margin = INSIDE * (high - low).norm();
-        if (0..3).any(|d| at[d] < low[d] - margin || at[d] > high[d] + margin) {
-            continue;
-        }
+    for c in cells {
         let Some(xi) = invert(mesh, c, at) else { continue };
         let depth = xi.iter().copied().fold(1.0 - xi.iter().sum::<f64>(), f64::min);
         if depth >= -INSIDE && best.is_none_or(|b| depth > b.0) {

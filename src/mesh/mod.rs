@@ -19,6 +19,7 @@ pub mod format;
 pub mod generate;
 mod geometry;
 pub mod graded;
+mod locator;
 mod msh;
 mod msh2;
 mod msh_elements;

@@ -6,13 +6,11 @@ use super::boundary::boundary_facets;
 use super::embed::{cell_bounds, invert};
 use super::flat::edges;
 use super::flat::flat_triangles;
+use super::locator::{aabb, hierarchy};
 use super::parts::image;
 use super::{TetMesh, geometry};
 use crate::math::tensor::{Mat3, Vec3};
 use nalgebra::Rotation3;
-use parry3d_f64::bounding_volume::Aabb;
-use parry3d_f64::math::Vector;
-use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
 
 /// Share of lengths and areas below which a crossing counts as contact \[–\].
 const TOUCH: f64 = 1e-9;
@@ -61,17 +59,6 @@ pub fn pierces(p: &Vec3, q: &Vec3, [a, b, c]: &[Vec3; 3]) -> Option<f64> {
 
 fn bounds(mesh: &TetMesh) -> (Vec3, Vec3) {
     geometry::bounds(mesh.points.iter().copied())
-}
-
-/// A hierarchy of boxes \[least, most\].
-fn hierarchy(boxes: impl Iterator<Item = (Vec3, Vec3)>) -> Bvh {
-    let boxes: Vec<Aabb> = boxes.map(aabb).collect();
-    Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes)
-}
-
-fn aabb((low, high): (Vec3, Vec3)) -> Aabb {
-    let to = |v: Vec3| Vector::new(v.x, v.y, v.z);
-    Aabb::new(to(low), to(high))
 }
 
 /// The middle of a cell of `a` in a cell of `b`.

@@ -32,17 +32,20 @@ impl Body {
         }
         let base = if own { None } else { Some(Self::sound(file, spec, store, progress)?) };
         let (mut named, mut paths) = (Vec::<(String, TetMesh)>::new(), BTreeMap::new());
-        let (mut sources, mut notes) = (Vec::new(), Vec::new());
+        let (mut sources, mut notes, mut warnings) = (Vec::new(), Vec::new(), Vec::new());
         if let Some(base) = &base {
             sources.push(base.source.clone());
             notes.extend(base.notes.clone());
+            warnings.extend(base.warnings.clone());
         }
         for part in &spec.parts {
             let (a, b) = placement(file, part)?;
             let own = own_body(file, spec, part, store, progress)?;
             if let Some(own) = &own {
                 sources.push(own.source.clone());
-                notes.extend(own.notes.iter().map(|note| format!("{}: {note}", part.name)));
+                let named = |words: &String| format!("{}: {words}", part.name);
+                notes.extend(own.notes.iter().map(named));
+                warnings.extend(own.warnings.iter().map(named));
             }
             let body = own.as_ref().or(base.as_ref()).expect("a part without a source has the mesh");
             for (path, cable) in &body.paths {
@@ -61,7 +64,7 @@ impl Body {
         let sha256 = mesh_hash(&mesh);
         let mut seen = std::collections::BTreeSet::new();
         sources.retain(|s| seen.insert(s.clone()));
-        Ok(Self { mesh, paths, source: sources.join(" + "), sha256, notes })
+        Ok(Self { mesh, paths, source: sources.join(" + "), sha256, notes, warnings })
     }
 }
 

@@ -32,8 +32,10 @@ pub struct Body {
     pub source: String,
     /// SHA-256 of the file
     pub sha256: String,
-    /// Notes on changes to the content of the file, and on its size
+    /// Notes on changes to the content of the file
     pub notes: Vec<String>,
+    /// Warnings of a doubtful size
+    pub warnings: Vec<String>,
 }
 
 impl Body {
@@ -65,7 +67,7 @@ impl Body {
     /// A mesh that is given directly.
     pub fn of_mesh(mesh: TetMesh) -> Self {
         let sha256 = mesh_hash(&mesh);
-        Self { mesh, paths: BTreeMap::new(), source: "mesh".into(), sha256, notes: vec![] }
+        Self { mesh, paths: BTreeMap::new(), source: "mesh".into(), sha256, notes: vec![], warnings: vec![] }
     }
 
     pub(super) fn sound(
@@ -79,7 +81,14 @@ impl Body {
         if let Some(boxes) = &spec.grid {
             let mesh = grid(file, boxes, spec.element)?;
             let sha256 = mesh_hash(&mesh);
-            return Ok(Self { mesh, paths: BTreeMap::new(), source: "grid".into(), sha256, notes: vec![] });
+            return Ok(Self {
+                mesh,
+                paths: BTreeMap::new(),
+                source: "grid".into(),
+                sha256,
+                notes: vec![],
+                warnings: vec![],
+            });
         }
         if let Some((path, format)) = volume_mesh(file, spec)? {
             let how = reading(file, spec)?;
@@ -94,7 +103,7 @@ impl Body {
             check_element(file, spec, &mesh)?;
             let mut body = Self::new(file, mesh, BTreeMap::new(), &path)?;
             body.notes = taken_over(&changes);
-            body.notes.extend(doubtful_unit(&body.mesh, how.unit_m));
+            body.warnings.extend(doubtful_unit(&body.mesh, how.unit_m));
             return Ok(body);
         }
         let request = request_from(file, spec, store)?;
@@ -102,7 +111,7 @@ impl Body {
         let made = store.mesh(&request, progress).map_err(|e| fail(e.into()))?;
         let mut body = Self::new(file, made.mesh, made.manifest.paths, &made.path)?;
         if let Source::File { unit_m, .. } = request.source {
-            body.notes.extend(doubtful_unit(&body.mesh, unit_m));
+            body.warnings.extend(doubtful_unit(&body.mesh, unit_m));
         }
         Ok(body)
     }
@@ -127,7 +136,7 @@ impl Body {
         let bytes = storage::read(source, DATA_LIMIT).map_err(|e| part(file, "mesh", e))?;
         let sha256 = Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect();
         let source = source.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-        Ok(Self { mesh, paths, source, sha256, notes: vec![] })
+        Ok(Self { mesh, paths, source, sha256, notes: vec![], warnings: vec![] })
     }
 }
 

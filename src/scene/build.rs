@@ -204,6 +204,11 @@ impl SceneBuilder {
 }
 
 impl Scene {
+    /// `warning` for a note on a doubtful size of the body, `note` for others.
+    pub fn kind_of_note(&self, note: &String) -> &'static str {
+        if self.body.warnings.contains(note) { "warning" } else { "note" }
+    }
+
     /// Everything that is recorded, in the order of the columns.
     pub fn recorders(&self) -> impl Iterator<Item = &dyn Recorder> {
         recorders(&self.probes, &self.cables, &self.cavities, &self.rigids, &self.contacts)

@@ -138,7 +138,7 @@ impl<'a> Builder<'a> {
         carriers: usize,
     ) -> Result<Self, SceneError> {
         let regions = regions(file, &body.mesh, tables.regions)?;
-        let notes = [body.notes.clone(), notes(&regions, tables.regions)].concat();
+        let notes = [body.warnings.clone(), body.notes.clone(), notes(&regions, tables.regions)].concat();
         Ok(Self {
             file,
             base: file.parent().unwrap_or(Path::new("")).to_path_buf(),

@@ -1,5 +1,6 @@
 //! Why a scene or study cannot be used: always the place, the fact and the remedy.
 
+use crate::mesh::error::MeshError;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -12,6 +13,9 @@ pub enum SceneError {
     Syntax { file: PathBuf, mistake: Box<Mistake> },
     #[error("{}: {place}: {fact}; {remedy}", file.display())]
     Content { file: PathBuf, place: String, fact: String, remedy: String },
+    /// A mesh file that is read without a scene
+    #[error(transparent)]
+    Mesh(MeshError),
     #[error("{}: {place}: {source}", file.display())]
     Part {
         file: PathBuf,

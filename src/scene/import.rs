@@ -9,6 +9,7 @@ use super::quantity::Length;
 use crate::math::tensor::Vec3;
 use crate::math::units::{self, Dimension};
 use crate::mesh::census::{Census, census};
+use crate::mesh::error::MeshError;
 use crate::mesh::format::{Format, Reader, recognise};
 use crate::mesh::generate::MeshStore;
 use crate::mesh::parts::parts;
@@ -44,16 +45,16 @@ impl Import {
     /// Looks at a file; `unit` overrides the guess.
     pub fn of(file: &Path, unit: Option<&str>, progress: &mut dyn FnMut(&str)) -> Result<Self, SceneError> {
         let fail = |e: Box<dyn std::error::Error + Send + Sync>| part(file, "file", e);
-        let format = recognise(file).map_err(|e| fail(e.into()))?;
+        let format = recognise(file).map_err(SceneError::Mesh)?;
         let census = match format.reader {
             Reader::Cad(_) => None,
             Reader::Surface(_) => surface_census(file),
             Reader::Mesher(name) => {
                 let store = MeshStore::find().map_err(|e| fail(e.into()))?;
                 let path = store.converted(file, name, progress).map_err(|e| fail(e.into()))?;
-                Some(census(file, &path, format.reader).map_err(|e| fail(e.into()))?)
+                Some(census(file, &path, format.reader).map_err(SceneError::Mesh)?)
             }
-            _ => Some(census(file, file, format.reader).map_err(|e| fail(e.into()))?),
+            _ => Some(census(file, file, format.reader).map_err(SceneError::Mesh)?),
         };
         let (unit, unit_reason) = match unit {
             Some(unit) => (unit.to_string(), "as given".to_string()),
@@ -77,13 +78,24 @@ impl Import {
     pub fn load(&self, progress: &mut dyn FnMut(&str)) -> Result<Imported, SceneError> {
         let spec =
             MeshSpec { file: Some(std::path::absolute(&self.file).unwrap_or(self.file.clone())), ..self.spec.clone() };
-        let body = Body::load(&self.file, &spec, progress)?;
+        let body = Body::load(&self.file, &spec, progress).map_err(without_place)?;
         let of_cells = parts(&body.mesh);
         let held = held(&body.mesh, &of_cells);
         let mut components = of_cells;
         components.sort_unstable();
         components.dedup();
         Ok(Imported { body, components: components.len(), held })
+    }
+}
+
+/// An error of a mesh file without the place of a scene that names it: the file is its own place.
+fn without_place(error: SceneError) -> SceneError {
+    match error {
+        SceneError::Part { file, place, source } => match source.downcast::<MeshError>() {
+            Ok(of_mesh) => SceneError::Mesh(*of_mesh),
+            Err(source) => SceneError::Part { file, place, source },
+        },
+        other => other,
     }
 }
 

@@ -70,9 +70,10 @@ pub trait Recorder: Send + Sync {
     /// Takes an accepted state over into these numbers.
     fn remember(&self, _: &Body, _: &State, _memory: &mut [f64]) {}
 
-    /// Gradients of the columns at a state that the memory has taken over; none where they have no derivative.
-    fn gradients(&self, _: &Body, _: &State, _memory: &[f64]) -> Option<Vec<Gradient>> {
-        None
+    /// Gradients of the columns at a state that the memory has taken over; none of a column that has no derivative there. Empty if
+    /// the recorder is not differentiable.
+    fn gradients(&self, _: &Body, _: &State, _memory: &[f64]) -> Vec<Option<Gradient>> {
+        Vec::new()
     }
 
     /// Whether [`Recorder::gradients`] gives values.

@@ -13,7 +13,7 @@ pub struct Sensitivities {
     pub columns: Vec<String>,
     pub constants: Vec<Constant>,
     /// \[rows × columns × constants\] in the unit of the column per SI unit of the constant; one entry for each of `Run::rows`,
-    /// fewer only where `stopped` says why
+    /// fewer only where `stopped` says why. NaN where a column has no derivative, like the curvature of a straight line
     pub rows: Vec<Vec<Vec<f64>>>,
     /// Time \[s\] from which on there is no derivative: a bifurcation, or a limit point
     pub stopped: Option<(f64, Failure)>,

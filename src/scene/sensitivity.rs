@@ -116,7 +116,7 @@ impl<'a> Sensitivity<'a> {
     }
 
     /// Derivatives at the end of a step, where it is recorded: \[columns × constants\], in the unit of the column per SI
-    /// unit of the constant.
+    /// unit of the constant; NaN of a column that has none there.
     pub(super) fn step(
         &mut self,
         step: &AcceptedStep,
@@ -134,10 +134,10 @@ impl<'a> Sensitivity<'a> {
         }
         let reactions = self.solver.reactions(&step, now)?;
         let recorders = self.scene.with_memories(memory);
-        let gradients = recorders.filter_map(|(r, memory)| r.gradients(&self.scene.body, now, memory)).flatten();
-        let derivatives = |gradient: Gradient| {
+        let gradients = recorders.flat_map(|(r, memory)| r.gradients(&self.scene.body, now, memory));
+        let derivatives = |gradient: Option<Gradient>| {
             let all = self.solver.changes.iter().zip(&reactions);
-            all.map(|(change, reaction)| gradient.along(change, reaction)).collect()
+            all.map(|(change, reaction)| gradient.as_ref().map_or(f64::NAN, |g| g.along(change, reaction))).collect()
         };
         Ok(Some(gradients.map(derivatives).collect()))
     }

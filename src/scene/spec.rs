@@ -18,7 +18,9 @@ pub use super::parts::effects::{
     ModuliSpec, PointForceSpec, StiffnessDampingSpec, StiffnessSpec, TractionSpec, ViscoelasticSpec,
     ViscousDampingSpec,
 };
-pub use super::parts::probes::{BendingAngle, Energy, Markers, Pose, Position, ProbeSpec, Reaction, Stretch};
+pub use super::parts::probes::{
+    BendingAngle, CentreLine, Energy, Markers, Pose, Position, ProbeSpec, Reaction, ReactionMoment, Stretch,
+};
 pub use super::parts::rigid::{RigidSpec, WeightSpec};
 pub use super::parts::selectors::{
     BoxSelector, ComplementSelector, ComponentSelector, DifferenceSelector, IntersectionSelector, NearSelector,

@@ -9,24 +9,27 @@ use crate::material::{Instability, Law, LoadCase, StabilityLimit, material_stabi
 /// Largest principal stretch that is looked at \[–\]
 const STRETCH: f64 = 2.0;
 
-/// Adds one note per law of an elastic effect, with the modes and amounts.
+/// Adds one note per law of an elastic effect.
 pub(super) fn note_stability(builder: &mut Builder) {
     for ElasticLaw { name, law, .. } in &builder.gathered.laws {
-        let lost: Vec<String> = LoadCase::ALL.into_iter().flat_map(|case| lost(law.as_ref(), case)).collect();
-        if lost.is_empty() {
-            continue;
-        }
-        let note = format!(
+        let note = stability_note(name, law.as_ref());
+        builder.notes.extend(note.filter(|note| !builder.notes.contains(note)));
+    }
+}
+
+/// The note on a law of this name, with the modes and amounts; none where all of them are stable.
+pub(super) fn stability_note(name: &str, law: &dyn Law) -> Option<String> {
+    let lost: Vec<String> = LoadCase::ALL.into_iter().flat_map(|case| lost(law, case)).collect();
+    let words = || {
+        format!(
             "laws.{name} ({}) is not stable at every principal stretch from {} to {STRETCH}: {}; beyond, results are not to be \
              trusted",
             law.info().name,
             1.0 / STRETCH,
             lost.join(", ")
-        );
-        if !builder.notes.contains(&note) {
-            builder.notes.push(note);
-        }
-    }
+        )
+    };
+    (!lost.is_empty()).then(words)
 }
 
 /// `equibiaxial at 1.37`, on both sides of rest.

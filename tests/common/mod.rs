@@ -256,7 +256,14 @@ pub fn scene(mesh: TetMesh, text: &str) -> Scene {
     let file = folder.path().join("scene.toml");
     std::fs::write(&file, text).expect("a temporary file");
     let (spec, text) = read_scene(&file, &[]).unwrap_or_else(|e| panic!("{e}\n{text}"));
-    let body = Body { mesh, paths: BTreeMap::new(), source: "block".into(), sha256: String::new(), notes: Vec::new() };
+    let body = Body {
+        mesh,
+        paths: BTreeMap::new(),
+        source: "block".into(),
+        sha256: String::new(),
+        notes: Vec::new(),
+        warnings: Vec::new(),
+    };
     Scene::build(&file, spec, text, Arc::new(body)).unwrap_or_else(|e| panic!("{e}"))
 }
 

@@ -44,6 +44,15 @@ class Files(Case):
         Path(self.path("cut.step")).write_text(Path(self.path("part.step")).read_text()[:2000])
         self.reject("cut.step", "cut.step", size={"length": 0.003})
 
+    def test_thin_walls(self):
+        gmsh.initialize([], False, False)
+        occ = gmsh.model.occ
+        occ.cut([(3, occ.addSphere(0, 0, 0, 10))], [(3, occ.addSphere(0, 0, 0, 9.7))])
+        occ.synchronize()
+        gmsh.write(self.path("thin.step"))
+        gmsh.finalize()
+        self.refused(3, "thinner than a cell", "file", self.parameters("thin.step"), size={"length": 0.009})
+
     def test_surface(self):
         self.export("part.stl")
         for generator, error in (("gmsh", 0.01), ("cgal", 0.03)):

@@ -31,6 +31,10 @@ pub enum InverseError {
     #[error("measured.y.is = \"{name}\": {fact}")]
     NoColumn { name: String, fact: String },
     #[error(
+        "measured.y.is = \"{name}\" has no derivative at t = {t} s, like the curvature of a straight line; let the data begin where it has one"
+    )]
+    NoDerivative { name: String, t: f64 },
+    #[error(
         "{name} goes back and forth, so a curve over it is not unique; compare over t_s, or take a protocol that moves in one direction"
     )]
     NotMonotone { name: String },

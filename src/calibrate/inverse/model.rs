@@ -135,9 +135,15 @@ impl SceneModel {
         let k = column(&run.columns).expect("a column with a derivative is recorded");
         let x: Vec<f64> = self.position(&scene, run.rows.iter().map(|row| row[0])).map_err(Failure::Input)?;
         let weights = weights(&self.x, &x, measured).map_err(Failure::Input)?;
+        let mut used = weights.iter().flatten().filter(|(_, w)| *w != 0.0).map(|(row, _)| *row);
+        if let Some(row) = used.find(|row| sensitivities[*row].iter().any(|d| d.is_nan())) {
+            return Err(Failure::Input(InverseError::NoDerivative { name: self.y.clone(), t: run.rows[row][0] }));
+        }
         let values: Vec<f64> = run.rows.iter().map(|row| row[k]).collect();
         let (n, p) = (measured.x.len(), self.unknown.len());
-        let sum = |row: &Stencil, of: &dyn Fn(usize) -> f64| row.iter().map(|(i, w)| w * of(*i)).sum::<f64>();
+        let sum = |row: &Stencil, of: &dyn Fn(usize) -> f64| {
+            row.iter().filter(|(_, w)| *w != 0.0).map(|(i, w)| w * of(*i)).sum::<f64>()
+        };
         let y = weights.iter().map(|row| sum(row, &|i| values[i])).collect();
         let sensitivities = DMatrix::from_fn(n, p, |i, j| sum(&weights[i], &|r| sensitivities[r][j]));
         let curve = x.iter().zip(&values).map(|(x, y)| [*x, *y]).collect();

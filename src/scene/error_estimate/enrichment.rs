@@ -114,13 +114,14 @@ impl EnrichedScene {
     }
 
     fn on(scene: &Scene, enrichment: Enrichment, map: Enriched) -> Result<Self, EstimateError> {
-        let Body { paths, source, sha256, notes, .. } = &*scene.body;
+        let Body { paths, source, sha256, notes, warnings, .. } = &*scene.body;
         let body = Body {
             mesh: map.mesh.clone(),
             paths: paths.clone(),
             source: source.clone(),
             sha256: sha256.clone(),
             notes: notes.clone(),
+            warnings: warnings.clone(),
         };
         let body = Arc::new(body);
         let build = |mut spec: SceneSpec| {

@@ -51,7 +51,10 @@ pub(super) fn localise(
     let evaluated = scene.system.assemble(&step.at(past), &past.lambda, Want::Residual, None, &mut left);
     evaluated.map_err(|why| failed(crate::solve::Failure::Eval(why)))?;
     let all = gradients(enriched, &middle, &solved.memory);
-    let wanted: Vec<Gradient> = columns.iter().map(|(column, ..)| all[*column].clone()).collect();
+    let own = |(column, name, _): &(usize, &str, f64)| {
+        all[*column].clone().ok_or_else(|| EstimateError::NoDerivative { column: (*name).into(), t: past.t })
+    };
+    let wanted: Vec<Gradient> = columns.iter().map(own).collect::<Result<_, _>>()?;
     let dual = adjoints(scene.method(), &step, &middle, &wanted).map_err(failed)?;
     let is_fixed = |dof: usize| scene.system.dofs.equation[dof] == Dofs::FIXED;
     let free: Vec<f64> = left.r.iter().enumerate().map(|(dof, r)| if is_fixed(dof) { 0.0 } else { *r }).collect();
@@ -73,15 +76,16 @@ pub(super) fn localise(
     Ok(columns.iter().zip(&wanted).zip(&dual).map(shares).collect())
 }
 
-/// Gradients of all recorded columns at a state; zero where a column has none.
-fn gradients(enriched: &EnrichedScene, state: &State, memory: &[f64]) -> Vec<Gradient> {
+/// Gradients of all recorded columns at a state, of those that have one there.
+fn gradients(enriched: &EnrichedScene, state: &State, memory: &[f64]) -> Vec<Option<Gradient>> {
     let scene = &enriched.scene;
     let of = |(r, memory): (&dyn crate::scene::Recorder, &[f64])| {
-        let columns = r.columns().len();
-        r.gradients(&scene.body, state, memory).unwrap_or_else(|| vec![Gradient::default(); columns])
+        let mut own = r.gradients(&scene.body, state, memory);
+        own.resize(r.columns().len(), None);
+        own
     };
     // The first column is the time.
-    std::iter::once(Gradient::default()).chain(scene.with_memories(memory).flat_map(of)).collect()
+    std::iter::once(None).chain(scene.with_memories(memory).flat_map(of)).collect()
 }
 
 /// The way from shares of the enriched unknowns to those of the cells of the run.

@@ -38,6 +38,10 @@ pub enum EstimateError {
     Follower,
     #[error("no adjoint solution at t = {t} s: {why}; ask for the errors without shares of cells")]
     NoAdjoint { t: f64, why: String },
+    #[error(
+        "{column} has no derivative at t = {t} s; ask for its error without shares of cells, or for other quantities by name"
+    )]
+    NoDerivative { column: String, t: f64 },
     #[error("the enriched mesh has no solution at t = {t} s ({status}); take a family of meshes")]
     NotSolved { t: f64, status: &'static str },
 }

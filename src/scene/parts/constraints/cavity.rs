@@ -230,8 +230,9 @@ impl Recorder for NamedCavity {
         vec![pressure, self.cavity.volume(&now.state.x)]
     }
 
-    fn gradients(&self, _: &Body, state: &State, _: &[f64]) -> Option<Vec<Gradient>> {
-        Some(vec![self.drive.gradient(), Gradient::of_displacements(self.cavity.volume_gradient(&state.x))])
+    fn gradients(&self, _: &Body, state: &State, _: &[f64]) -> Vec<Option<Gradient>> {
+        let volume = Gradient::of_displacements(self.cavity.volume_gradient(&state.x));
+        vec![Some(self.drive.gradient()), Some(volume)]
     }
 
     fn is_differentiable(&self) -> bool {

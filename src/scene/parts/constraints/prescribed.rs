@@ -1,6 +1,7 @@
-//! Constraint `prescribed`: components of the displacement of a region that follow a signal, or those of a rotation by a signal.
+//! Constraint `prescribed`: components of the displacement of a region that follow a signal, or its whole motion by rotation and translation.
 
 use super::part::ConstraintPart;
+use crate::math::signal::Signal;
 use crate::math::units::Dimension;
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
@@ -8,7 +9,7 @@ use crate::scene::signal::SignalSpec;
 use crate::scene::turning::TurningSpec;
 use serde::Deserialize;
 
-/// A region with a prescribed motion: a displacement, or a rotation.
+/// A region with a prescribed motion: a displacement, or a rotation, a translation or both.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PrescribedSpec {
@@ -20,31 +21,50 @@ pub struct PrescribedSpec {
     pub displacement: Option<SignalSpec>,
     /// A finite rotation: every node is on its circle at every time
     pub rotation: Option<TurningSpec>,
+    /// Components of a translation, after the rotation if there is one
+    pub translation: Option<[SignalSpec; 3]>,
 }
 
 impl PrescribedSpec {
     /// Prescribes the motion of the nodes of the region.
     pub(super) fn build(&self, builder: &mut Builder, place: &str) -> Result<(), SceneError> {
-        let Self { region, components, displacement, rotation } = self;
-        match (displacement, rotation) {
-            (Some(displacement), None) => {
+        let Self { region, components, displacement, rotation, translation } = self;
+        match (displacement, rotation, translation) {
+            (Some(displacement), None, None) => {
                 let name = format!("{region}_{components}_displacement_m");
                 let signal = builder.signal(place, name, displacement, Dimension::LENGTH)?;
                 builder.prescribe(place, region, components, |_, _| signal.clone())
             }
-            (None, Some(rotation)) => {
-                let components = if components.is_empty() { "xyz" } else { components };
-                let turning = rotation.build(builder, place, format!("{region}_rotation_rad"))?;
-                builder.prescribe(place, region, components, |at, i| turning.displacement(at, i))
+            (None, None, None) => {
+                Err(builder.content(place, "it has no motion", "give `displacement`, `rotation` or `translation`"))
             }
-            (None, None) => Err(builder.content(place, "it has no motion", "give `displacement` or `rotation`")),
-            (Some(_), Some(_)) => {
-                let fact = "it has a `displacement` and a `rotation`";
-                let remedy =
-                    "give the rotation some `components`, and the displacement the others in a constraint of its own";
+            (None, ..) => self.build_motion(builder, place),
+            (Some(_), ..) => {
+                let other = if rotation.is_some() { "rotation" } else { "translation" };
+                let fact = format!("it has a `displacement` and a `{other}`");
+                let remedy = "give the rotation some `components`, and the displacement the others in a constraint of its own; or give both \
+                              together as `rotation` and `translation`";
                 Err(builder.content(place, fact, remedy))
             }
         }
+    }
+
+    /// Prescribes a rotation, a translation or both.
+    fn build_motion(&self, builder: &mut Builder, place: &str) -> Result<(), SceneError> {
+        let region = &self.region;
+        let components = if self.components.is_empty() { "xyz" } else { &self.components };
+        let turning = self.rotation.as_ref().map(|r| r.build(builder, place, format!("{region}_rotation_rad")));
+        let turning = turning.transpose()?;
+        let mut shifts = Vec::new();
+        for (signal, letter) in self.translation.iter().flatten().zip(["x", "y", "z"]) {
+            let name = format!("{region}_translation_{letter}_m");
+            shifts.push(builder.signal(place, name, signal, Dimension::LENGTH)?);
+        }
+        builder.prescribe(place, region, components, |at, i| match (&turning, shifts.get(i)) {
+            (Some(turning), None) => turning.displacement(at, i),
+            (Some(turning), Some(shift)) => Signal::Sum(vec![turning.displacement(at, i), shift.clone()]),
+            (None, shift) => shift.cloned().unwrap_or(Signal::Constant(0.0)),
+        })
     }
 }
 

@@ -6,6 +6,7 @@ use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
 use crate::scene::quantity::Length;
 use crate::scene::recorder::{Moment, Recorder};
+use crate::scene::stable::stability_note;
 use crate::system::Effect;
 use serde::Deserialize;
 use std::sync::Arc;
@@ -39,9 +40,12 @@ impl EffectPart for MembraneSpec {
             return Err(builder.content(place, fact, "give a positive one"));
         }
         let (mesh, law) = (&builder.body.mesh, builder.law(place, &self.law)?);
+        // A sheet is in plane stress, in which some laws lose their stiffness, or their thickness, in tension.
+        let unstable = stability_note(&self.law, law.as_ref());
         let sheet = Arc::new(Membrane::new(self.name.clone(), mesh, &facets, law, self.thickness.0));
         let area = mesh.region_area(&facets);
         builder.notes.push(format!("{}: {:.4} mm^2 of {} facets", self.name, area * 1e6, facets.len()));
+        builder.notes.extend(unstable.filter(|note| !builder.notes.contains(note)));
         builder.gathered.membranes.push(sheet.clone());
         builder.gathered.recorders.push(Box::new(Recorded { name: self.name.clone(), sheet: sheet.clone() }));
         Ok(Box::new(sheet))

@@ -112,7 +112,7 @@ impl Recorder for Recorded {
         if self.facets.is_empty() { vec![chord] } else { vec![normal, chord] }
     }
 
-    fn gradients(&self, body: &Body, state: &State, memory: &[f64]) -> Option<Vec<Gradient>> {
+    fn gradients(&self, body: &Body, state: &State, memory: &[f64]) -> Vec<Option<Gradient>> {
         let (mesh, x) = (&body.mesh, &state.x);
         let Self { root, tip, facets, windings: [of_normal, of_chord] } = self;
         let [normal, chord] = self.directions(mesh, x);
@@ -120,10 +120,10 @@ impl Recorder for Recorded {
         let along = of_chord.gradient(chord, chord_memory);
         let chord = [tip.along(along), root.along(-along)].concat();
         if facets.is_empty() {
-            return Some(vec![Gradient::of_displacements(chord)]);
+            return vec![Some(Gradient::of_displacements(chord))];
         }
         let along = of_normal.gradient(normal, normal_memory);
-        Some([area_gradient(mesh, facets, x, along), chord].map(Gradient::of_displacements).into())
+        [area_gradient(mesh, facets, x, along), chord].map(|x| Some(Gradient::of_displacements(x))).into()
     }
 
     fn is_differentiable(&self) -> bool {

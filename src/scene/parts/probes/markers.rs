@@ -52,8 +52,8 @@ impl Recorder for Recorded {
         self.points.iter().flat_map(|p| p.at(&now.state.x).data.0[0]).collect()
     }
 
-    fn gradients(&self, _: &Body, _: &State, _: &[f64]) -> Option<Vec<Gradient>> {
-        Some(self.points.iter().flat_map(Mean::gradients).collect())
+    fn gradients(&self, _: &Body, _: &State, _: &[f64]) -> Vec<Option<Gradient>> {
+        self.points.iter().flat_map(Mean::gradients).map(Some).collect()
     }
 
     fn is_differentiable(&self) -> bool {

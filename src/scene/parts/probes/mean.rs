@@ -44,6 +44,11 @@ impl Mean {
         std::array::from_fn(|i| Gradient::of_displacements(self.along(Vec3::ith(i, 1.0))))
     }
 
+    /// (unknown, derivative of the position).
+    pub(super) fn rates(&self) -> Vec<(u32, Vec3)> {
+        self.weights.iter().flat_map(|&(k, w)| (0..3).map(move |i| (3 * k + i, Vec3::ith(i as usize, w)))).collect()
+    }
+
     /// Derivatives of the coordinate along `direction` by the unknowns.
     pub(super) fn along(&self, direction: Vec3) -> Vec<(u32, f64)> {
         let of_node = |&(k, w): &(u32, f64)| (0..3).map(move |i| (3 * k + i, w * direction[i as usize]));

@@ -2,10 +2,13 @@
 //!
 //! Positions and directions are means over the area of a region, so they do not depend on the mesh.
 
+mod arc;
 mod bending_angle;
+mod centre_line;
 mod energy;
 mod markers;
 mod mean;
+mod moment;
 mod part;
 mod pose;
 mod position;
@@ -14,8 +17,10 @@ mod stretch;
 mod winding;
 
 pub use bending_angle::BendingAngle;
+pub use centre_line::CentreLine;
 pub use energy::Energy;
 pub use markers::Markers;
+pub use moment::ReactionMoment;
 pub use pose::Pose;
 pub use position::Position;
 pub use reaction::Reaction;
@@ -34,8 +39,10 @@ pub enum ProbeSpec {
     BendingAngle(BendingAngle) = "bending_angle",
     Position(Position) = "position",
     Pose(Pose) = "pose",
+    CentreLine(CentreLine) = "centre_line",
     Markers(Markers) = "markers",
     Reaction(Reaction) = "reaction",
+    Moment(ReactionMoment) = "moment",
     Energy(Energy) = "energy",
     Stretch(Stretch) = "stretch",
 }

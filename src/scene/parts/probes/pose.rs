@@ -1,9 +1,18 @@
-//! Probe `pose`: position and rotation of a region, in space or in the frame that moves with another region.
+//! Probe `pose`: position and rotation of a region or a skin, in space or in the frame that moves with a region.
 //!
 //! The rotation is that of the rigid motion nearest to the one of the region, which minimises ∫ |x − x̄ − R (X − X̄)|² over its area, or over its
-//! volume if it has cells: R of H = ∫ x ⊗ (X − X̄) by its singular values (Kabsch, *Acta Cryst. A* 32 (1976) 922–923). The rotation
-//! vector takes the number of whole rotations that brings it nearest to the state before; the quaternion is that of the rotation vector, so that its sign
-//! is continuous too. Limits: a motion that comes back to a whole rotation about changing axes begins again there, and there are no derivatives.
+//! volume if it has cells: R of H = ∫ x ⊗ (X − X̄) by its singular values (Kabsch, *Acta Cryst. A* 32 (1976) 922–923). With S = RᵀH, which is
+//! symmetric, the rotation changes by dR = R \[ω\]× with
+//!
+//! ```text
+//! (tr S I − S) ω = axial vector of RᵀdH − dHᵀR
+//! ```
+//!
+//! and the rotation vector r by J(r)⁻¹ R ω, J⁻¹ = I − ½ \[r\]× + (1/|r|² − cot(½|r|)/(2|r|)) \[r\]×² (Solà, Deray & Atchuthan, *A micro Lie theory*,
+//! arXiv:1812.01537 (2018), Eq. 146).
+//!
+//! The rotation vector takes the number of whole rotations that brings it nearest to the state before; the quaternion is that of the rotation vector, so that its sign
+//! is continuous too. Limits: a motion that comes back to a whole rotation about changing axes begins again there, and has no derivative at one.
 
 use super::mean::Mean;
 use super::part::Probe;
@@ -13,7 +22,7 @@ use crate::scene::body::Body;
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
 use crate::scene::recorder::{Headline, Moment, Recorder};
-use crate::system::State;
+use crate::system::{Gradient, State};
 use nalgebra::{Rotation3, UnitQuaternion};
 use serde::Deserialize;
 use std::f64::consts::TAU;
@@ -21,32 +30,45 @@ use std::f64::consts::TAU;
 /// Least ratio of the second to the first principal moment of a region whose rotation is known.
 const FLAT: f64 = 1e-8;
 
-/// Position and rotation of a region.
+/// Least ratio of tr S − S to S with which the rotation has a derivative.
+const TURNABLE: f64 = 1e-10;
+
+/// Sine of half the angle below which a rotation counts as a whole one.
+const WHOLE: f64 = 1e-8;
+
+/// Position and rotation of a region or a skin.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Pose {
-    pub region: String,
+    pub region: Option<String>,
+    /// Surface from a file, instead of a region
+    pub skin: Option<String>,
     /// The region whose frame the pose is given in; space if absent
     pub relative_to: Option<String>,
-    /// Prefix of the columns; the region if absent
+    /// Prefix of the columns; the region or skin if absent
     pub name: Option<String>,
 }
 
 impl Probe for Pose {
     fn build(&self, place: &str, builder: &Builder) -> Result<Box<dyn Recorder>, SceneError> {
-        let frame = |name: &String| {
-            let frame = Frame::new(&builder.body.mesh, builder.region(place, name)?);
-            if frame.is_flat() {
-                let fact = format!("the points of region \"{name}\" are on a line or few, so it has no rotation");
-                return Err(builder.content(
-                    place,
-                    fact,
-                    "take a region with an area or a volume, or the probe \"position\"",
-                ));
-            }
-            Ok(frame)
+        let mesh = &builder.body.mesh;
+        let of_region = |name: &String| {
+            let frame = Frame::new(mesh, shares_of_region(mesh, builder.region(place, name)?));
+            self.checked(place, builder, "region", name, frame)
         };
-        let (of, reference) = (frame(&self.region)?, self.relative_to.as_ref().map(frame).transpose()?);
+        let of = match (&self.region, &self.skin) {
+            (Some(region), None) => of_region(region)?,
+            (None, Some(name)) => {
+                let skin = builder.skin(place, name)?;
+                let frame = Frame::new(mesh, skin.weights.iter().cloned().zip(skin.surface.areas()).collect());
+                self.checked(place, builder, "skin", name, frame)?
+            }
+            _ => {
+                let fact = "a pose is that of one `region` or of one `skin`";
+                return Err(builder.content(place, fact, "give one of the two keys"));
+            }
+        };
+        let reference = self.relative_to.as_ref().map(of_region).transpose()?;
         Ok(Box::new(Recorded { name: self.prefix(), of, reference }))
     }
 
@@ -57,7 +79,23 @@ impl Probe for Pose {
 
 impl Pose {
     fn prefix(&self) -> String {
-        self.name.as_ref().unwrap_or(&self.region).clone()
+        self.name.iter().chain(&self.region).chain(&self.skin).next().cloned().unwrap_or_default()
+    }
+
+    /// The frame, unless it has no rotation.
+    fn checked(
+        &self,
+        place: &str,
+        builder: &Builder,
+        kind: &str,
+        name: &str,
+        frame: Frame,
+    ) -> Result<Frame, SceneError> {
+        if !frame.is_flat() {
+            return Ok(frame);
+        }
+        let fact = format!("the points of {kind} \"{name}\" are on a line or few, so it has no rotation");
+        Err(builder.content(place, fact, "take one with an area or a volume, or the probe \"position\""))
     }
 }
 
@@ -70,29 +108,35 @@ struct Frame {
     rest: Mat3,
 }
 
-impl Frame {
-    fn new(mesh: &TetMesh, region: &Region) -> Self {
-        let mut shares: Vec<(Vec<(u32, f64)>, f64)> = Vec::new();
-        if !region.facets.is_empty() {
-            let rule = quadrature::tri(4);
-            for &f in &region.facets {
-                for (&xi, w) in rule.points.iter().zip(&rule.weights) {
-                    let shape = element::facet_shape(mesh.order, xi);
-                    let own = mesh.facet(f as usize).iter().copied().zip(shape).collect();
-                    shares.push((own, w * mesh.facet_normal(f as usize, xi).norm()));
-                }
+/// Points of a region by their shares of nodes, with the area or volume of each.
+fn shares_of_region(mesh: &TetMesh, region: &Region) -> Vec<(Vec<(u32, f64)>, f64)> {
+    let mut shares: Vec<(Vec<(u32, f64)>, f64)> = Vec::new();
+    if !region.facets.is_empty() {
+        let rule = quadrature::tri(4);
+        for &f in &region.facets {
+            for (&xi, w) in rule.points.iter().zip(&rule.weights) {
+                let shape = element::facet_shape(mesh.order, xi);
+                let own = mesh.facet(f as usize).iter().copied().zip(shape).collect();
+                shares.push((own, w * mesh.facet_normal(f as usize, xi).norm()));
             }
-        } else if !region.cells.is_empty() {
-            let rule = quadrature::tet(5);
-            for &c in &region.cells {
-                for (&xi, w) in rule.points.iter().zip(&rule.weights) {
-                    let own = mesh.cell(c as usize).iter().copied().zip(element::cell_shape(mesh.order, xi)).collect();
-                    shares.push((own, w * mesh.jacobian(c as usize, xi).determinant().abs()));
-                }
-            }
-        } else {
-            shares.extend(mesh.nodes_of(region).iter().map(|&node| (vec![(node, 1.0)], 1.0)));
         }
+    } else if !region.cells.is_empty() {
+        let rule = quadrature::tet(5);
+        for &c in &region.cells {
+            for (&xi, w) in rule.points.iter().zip(&rule.weights) {
+                let own = mesh.cell(c as usize).iter().copied().zip(element::cell_shape(mesh.order, xi)).collect();
+                shares.push((own, w * mesh.jacobian(c as usize, xi).determinant().abs()));
+            }
+        }
+    } else {
+        shares.extend(mesh.nodes_of(region).iter().map(|&node| (vec![(node, 1.0)], 1.0)));
+    }
+    shares
+}
+
+impl Frame {
+    /// Of points by their shares of nodes, with a weight each.
+    fn new(mesh: &TetMesh, shares: Vec<(Vec<(u32, f64)>, f64)>) -> Self {
         let at = |own: &[(u32, f64)]| own.iter().map(|&(k, n)| mesh.points[k as usize] * n).sum::<Vec3>();
         let size: f64 = shares.iter().map(|(_, w)| w).sum();
         let middle = shares.iter().map(|(own, w)| at(own) * (w / size)).sum::<Vec3>();
@@ -117,17 +161,36 @@ impl Frame {
         sizes[1] <= FLAT * sizes[2]
     }
 
-    /// R at displacement x.
-    fn rotation(&self, x: &[f64]) -> Mat3 {
+    /// H at displacement x.
+    fn moment(&self, x: &[f64]) -> Mat3 {
         let moved =
             self.moments.iter().map(|(k, m)| Vec3::from_column_slice(&x[3 * *k as usize..][..3]) * m.transpose());
-        let svd = (self.rest + moved.sum::<Mat3>()).svd(true, true);
+        self.rest + moved.sum::<Mat3>()
+    }
+
+    /// R at displacement x.
+    fn rotation(&self, x: &[f64]) -> Mat3 {
+        let svd = self.moment(x).svd(true, true);
         let (u, v) = (svd.u.expect("asked for"), svd.v_t.expect("asked for"));
         // Of the third direction, with the least singular value, only a rotation is taken.
         let least = svd.singular_values.imin();
         let mut signs = Vec3::repeat(1.0);
         signs[least] = (u.determinant() * v.determinant()).signum();
         u * Mat3::from_diagonal(&signs) * v
+    }
+
+    /// Changes of the rotation with the displacements, as vectors R ω of space; none where they are without bounds.
+    fn spin(&self, x: &[f64], rotation: &Mat3) -> Option<Vec<(u32, Vec3)>> {
+        let stretch = rotation.transpose() * self.moment(x);
+        let stretch = 0.5 * (stretch + stretch.transpose());
+        let system = Mat3::from_diagonal_element(stretch.trace()) - stretch;
+        let least = system.symmetric_eigenvalues().iter().fold(f64::INFINITY, |m, v| m.min(v.abs()));
+        let inverse = system.try_inverse().filter(|_| least > TURNABLE * stretch.norm())?;
+        // RᵀdH − dHᵀR = a mᵀ − m aᵀ = [m × a]× with a = Rᵀe_i
+        let by = |k: u32, m: &Vec3, i: usize| {
+            (3 * k + i as u32, rotation * (inverse * m.cross(&rotation.row(i).transpose())))
+        };
+        Some(self.moments.iter().flat_map(|(k, m)| (0..3).map(move |i| by(*k, m, i))).collect())
     }
 }
 
@@ -149,6 +212,26 @@ impl Recorded {
             }
         }
     }
+
+    /// Changes of the pose with the displacements, in the frame of the reference.
+    fn rates(&self, x: &[f64]) -> Option<Rates> {
+        let (position, spin) = (self.of.mean.rates(), self.of.spin(x, &self.of.rotation(x))?);
+        let Some(reference) = &self.reference else { return Some(Rates { position, spin }) };
+        let frame = reference.rotation(x);
+        let (back, arm) = (frame.transpose(), self.of.mean.at(x) - reference.mean.at(x));
+        let carried = reference.spin(x, &frame)?;
+        let turned =
+            |of: &[(u32, Vec3)], sign: f64| of.iter().map(|(dof, v)| (*dof, back * v * sign)).collect::<Vec<_>>();
+        let swept: Vec<(u32, Vec3)> = carried.iter().map(|(dof, v)| (*dof, v.cross(&arm))).collect();
+        let position = [turned(&position, 1.0), turned(&reference.mean.rates(), -1.0), turned(&swept, -1.0)].concat();
+        Some(Rates { position, spin: [turned(&spin, 1.0), turned(&carried, -1.0)].concat() })
+    }
+}
+
+/// Changes of a pose with the displacements: (unknown, derivative of the position or of the rotation as a vector of the frame).
+struct Rates {
+    position: Vec<(u32, Vec3)>,
+    spin: Vec<(u32, Vec3)>,
 }
 
 /// The rotation vector of R with as many whole rotations as bring it nearest to the one `before` \[rad\].
@@ -160,6 +243,26 @@ fn nearest_vector(rotation: Mat3, before: Vec3) -> Vec3 {
         _ => before.try_normalize(0.0).unwrap_or(Vec3::x()),
     };
     base + axis * (TAU * ((before - base).dot(&axis) / TAU).round())
+}
+
+/// J(r)⁻¹, by which the rotation vector changes with a rotation in space; none at a whole rotation.
+fn inverse_jacobian(r: Vec3) -> Option<Mat3> {
+    let (angle, skew) = (r.norm(), r.cross_matrix());
+    let half = 0.5 * angle;
+    let factor = match angle {
+        // The next term of the series is angle⁴/30240.
+        small if small < 1e-2 => 1.0 / 12.0 + angle * angle / 720.0,
+        _ if half.sin().abs() < WHOLE => return None,
+        _ => (1.0 - half / half.tan()) / (angle * angle),
+    };
+    Some(Mat3::identity() - skew * 0.5 + skew * skew * factor)
+}
+
+/// The unit quaternion (w, x, y, z) of a rotation vector.
+fn quaternion(vector: Vec3) -> [f64; 4] {
+    let half = 0.5 * vector.norm();
+    let axis = vector.try_normalize(0.0).unwrap_or(Vec3::zeros()) * half.sin();
+    [half.cos(), axis.x, axis.y, axis.z]
 }
 
 impl Recorder for Recorded {
@@ -183,10 +286,27 @@ impl Recorder for Recorded {
 
     fn record(&self, now: &Moment) -> Vec<f64> {
         let vector = Vec3::from_column_slice(now.memory);
-        let half = 0.5 * vector.norm();
-        let axis = vector.try_normalize(0.0).unwrap_or(Vec3::zeros()) * half.sin();
-        let quaternion = [half.cos(), axis.x, axis.y, axis.z];
         let position = self.pose(&now.state.x).0;
-        position.iter().copied().chain(quaternion).chain(vector.iter().map(|v| v.to_degrees())).collect()
+        position.iter().copied().chain(quaternion(vector)).chain(vector.iter().map(|v| v.to_degrees())).collect()
+    }
+    /// None of the rotation where the region is folded so far that it has none, and of the vector at a whole rotation.
+    fn gradients(&self, _: &Body, state: &State, memory: &[f64]) -> Vec<Option<Gradient>> {
+        let vector = Vec3::from_column_slice(memory);
+        let Some(Rates { position, spin }) = self.rates(&state.x) else { return vec![None; 10] };
+        let along = |of: &dyn Fn(&Vec3) -> f64, rates: &[(u32, Vec3)]| {
+            Some(Gradient::of_displacements(rates.iter().map(|(dof, v)| (*dof, of(v))).collect()))
+        };
+        let place = (0..3).map(|i| along(&|v| v[i], &position));
+        // dq = ½ (0, ω) q
+        let [w, x, y, z] = quaternion(vector);
+        let rows = [Vec3::new(-x, -y, -z), Vec3::new(w, z, -y), Vec3::new(-z, w, x), Vec3::new(y, -x, w)];
+        let of_quaternion = rows.iter().map(|row| along(&|v| 0.5 * row.dot(v), &spin));
+        let jacobian = inverse_jacobian(vector);
+        let of_vector = (0..3).map(|i| jacobian.and_then(|j| along(&|v| (j.row(i) * v)[0].to_degrees(), &spin)));
+        place.chain(of_quaternion).chain(of_vector).collect()
+    }
+
+    fn is_differentiable(&self) -> bool {
+        true
     }
 }

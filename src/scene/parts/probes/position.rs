@@ -41,8 +41,8 @@ impl Recorder for Recorded {
         self.mean.at(&now.state.x).as_slice().to_vec()
     }
 
-    fn gradients(&self, _: &Body, _: &State, _: &[f64]) -> Option<Vec<Gradient>> {
-        Some(self.mean.gradients().into())
+    fn gradients(&self, _: &Body, _: &State, _: &[f64]) -> Vec<Option<Gradient>> {
+        self.mean.gradients().map(Some).into()
     }
 
     fn is_differentiable(&self) -> bool {

@@ -40,9 +40,9 @@ impl Recorder for Recorded {
         (0..3).map(|i| self.nodes.iter().map(|&k| now.residual[3 * k as usize + i]).sum()).collect()
     }
 
-    fn gradients(&self, _: &Body, _: &State, _: &[f64]) -> Option<Vec<Gradient>> {
+    fn gradients(&self, _: &Body, _: &State, _: &[f64]) -> Vec<Option<Gradient>> {
         let along = |i: u32| self.nodes.iter().map(|&k| (3 * k + i, 1.0)).collect();
-        Some((0..3).map(|i| Gradient { reaction: along(i), ..Gradient::default() }).collect())
+        (0..3).map(|i| Some(Gradient { reaction: along(i), ..Gradient::default() })).collect()
     }
 
     fn is_differentiable(&self) -> bool {

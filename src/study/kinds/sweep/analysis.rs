@@ -1,6 +1,7 @@
 //! Behaviour of a quantity along the keys that were swept: trend, range, elasticity.
 //!
-//! Pure: stored cases in, [`SweepFindings`] out. y is the peak of a quantity at a point of the sweep, p the value of a swept key:
+//! Pure: stored cases in, [`SweepFindings`] out. y is the peak of a quantity at a point of the sweep, or its value at the end of
+//! the run ([`Judged`]), p the value of a swept key:
 //!
 //! ```text
 //! change along an axis      (max y − min y)/max |y|, the others held; the largest over them
@@ -21,6 +22,34 @@ use std::collections::BTreeMap;
 /// Steps below this are none \[of the largest |y|\].
 const STEP: f64 = 1e-6;
 
+/// The value of a run by which a sweep judges a quantity.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, PartialEq, Eq, Default)]
+#[serde(rename_all = "snake_case")]
+pub enum Judged {
+    /// The one farthest from the first
+    #[default]
+    Peak,
+    /// The last
+    Final,
+}
+
+impl Judged {
+    fn of(self, case: &StoredCase, quantity: &str) -> Option<f64> {
+        match self {
+            Self::Peak => peak(case, quantity),
+            Self::Final => Some(case.record.probes.get(quantity)?.last).filter(|v| v.is_finite()),
+        }
+    }
+
+    /// Heading of the values.
+    pub fn heading(self) -> &'static str {
+        match self {
+            Self::Peak => "Peaks",
+            Self::Final => "Final values",
+        }
+    }
+}
+
 /// Axes of a sweep, as they are stored with the study.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 pub struct SweepRecord {
@@ -28,6 +57,8 @@ pub struct SweepRecord {
     pub axes: Vec<AxisRecord>,
     /// Member → index of its value on every axis
     pub points: BTreeMap<String, Vec<usize>>,
+    #[serde(default)]
+    pub judged: Judged,
 }
 
 /// Findings of a sweep.
@@ -36,6 +67,7 @@ pub struct SweepFindings {
     pub axes: Vec<AxisRecord>,
     /// Member → index of its value on every axis
     pub points: BTreeMap<String, Vec<usize>>,
+    pub judged: Judged,
     /// The axes go together: one line of points
     pub list: bool,
     /// \[variants × quantities\]
@@ -57,7 +89,8 @@ pub struct SweepPoint {
     pub member: String,
     /// Index of its value on every axis
     pub at: Vec<usize>,
-    pub peak: f64,
+    /// Peak or final value
+    pub value: f64,
 }
 
 /// Behaviour of a quantity along one axis.
@@ -86,10 +119,10 @@ pub enum Trend {
 }
 
 impl Dependence {
-    /// Smallest and largest peak.
+    /// Smallest and largest value.
     pub fn range(&self) -> [f64; 2] {
-        let peaks = || self.points.iter().map(|p| p.peak);
-        [peaks().fold(f64::INFINITY, f64::min), peaks().fold(f64::NEG_INFINITY, f64::max)]
+        let values = || self.points.iter().map(|p| p.value);
+        [values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max)]
     }
 
     /// The points that differ in axis `k` only, in its order; of a list all of them.
@@ -115,7 +148,7 @@ pub fn analyse(study: &StudyRecord, sweep: &SweepRecord, stored: &[StoredCase]) 
             .filter_map(|c| {
                 let (case, member) = (c.record.id.clone(), c.record.member.clone());
                 let at = sweep.points.get(&member)?.clone();
-                Some(SweepPoint { case, member, at, peak: peak(c, &quantity.name)? })
+                Some(SweepPoint { case, member, at, value: sweep.judged.of(c, &quantity.name)? })
             })
             .collect();
         let mut found = Dependence { points, along: vec![] };
@@ -124,12 +157,21 @@ pub fn analyse(study: &StudyRecord, sweep: &SweepRecord, stored: &[StoredCase]) 
         Some(found)
     });
     for q in &mut quantities {
+        if sweep.judged == Judged::Final {
+            q.peak_is = "final";
+        }
         q.sentence = sentence_of(q, study.tolerance, &sweep.axes, list);
     }
     let incomplete = study.incomplete(stored);
     let warnings = warnings_of(stored, &incomplete);
     let verdict = verdict_of(&quantities, study.tolerance, sweep, list, incomplete.len());
-    let found = SweepFindings { axes: sweep.axes.clone(), points: sweep.points.clone(), list, quantities };
+    let found = SweepFindings {
+        axes: sweep.axes.clone(),
+        points: sweep.points.clone(),
+        judged: sweep.judged,
+        list,
+        quantities,
+    };
     Analysis { tolerance: study.tolerance, found, incomplete, warnings, verdict }
 }
 
@@ -137,7 +179,7 @@ pub fn analyse(study: &StudyRecord, sweep: &SweepRecord, stored: &[StoredCase]) 
 fn along_axis(q: &Dependence, k: usize, axis: &AxisRecord, list: bool) -> Option<Along> {
     let lines: Vec<Vec<&SweepPoint>> = q.lines(k, list).into_iter().filter(|l| l.len() > 1).collect();
     let middle = lines.get(lines.len() / 2)?;
-    let size = q.points.iter().map(|p| p.peak.abs()).fold(0.0, f64::max);
+    let size = q.points.iter().map(|p| p.value.abs()).fold(0.0, f64::max);
     let trend = lines.iter().map(|l| trend_of(l, STEP * size)).reduce(|a, b| match (a, b) {
         (a, b) if a == b => a,
         (Trend::Constant, other) | (other, Trend::Constant) => other,
@@ -145,13 +187,13 @@ fn along_axis(q: &Dependence, k: usize, axis: &AxisRecord, list: bool) -> Option
         _ => Trend::Mixed,
     })?;
     let change = |line: &Vec<&SweepPoint>| {
-        let peaks = || line.iter().map(|p| p.peak);
-        let (low, high) = (peaks().fold(f64::INFINITY, f64::min), peaks().fold(f64::NEG_INFINITY, f64::max));
+        let values = || line.iter().map(|p| p.value);
+        let (low, high) = (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
         let largest = low.abs().max(high.abs());
         if largest > 0.0 { (high - low) / largest } else { 0.0 }
     };
     let exponent = |a: &SweepPoint, b: &SweepPoint| -> Option<f64> {
-        let (p, y) = (axis.numbers.get(b.at[k])? / axis.numbers.get(a.at[k])?, b.peak / a.peak);
+        let (p, y) = (axis.numbers.get(b.at[k])? / axis.numbers.get(a.at[k])?, b.value / a.value);
         let positive = axis.numbers.iter().all(|p| *p > 0.0) && y > 0.0 && y.is_finite();
         positive.then(|| y.ln() / p.ln())
     };
@@ -166,7 +208,7 @@ fn along_axis(q: &Dependence, k: usize, axis: &AxisRecord, list: bool) -> Option
 }
 
 fn trend_of(line: &[&SweepPoint], step: f64) -> Trend {
-    let steps = || line.windows(2).map(|w| w[1].peak - w[0].peak);
+    let steps = || line.windows(2).map(|w| w[1].value - w[0].value);
     match (steps().any(|d| d > step), steps().any(|d| d < -step)) {
         (true, true) => Trend::Turning,
         (true, false) => Trend::Rising,

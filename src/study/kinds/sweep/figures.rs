@@ -1,4 +1,4 @@
-//! A sweep: peaks against each swept key, the map over two of them, and the curves over time.
+//! A sweep: peaks or final values against each swept key, the map over two of them, and the curves over time.
 
 use crate::report::canvas::{
     Area, At, DOUBLE, INK, LABEL, MARKS, PALETTE, RGB, SMALL, block, figure, italic, line, mark, mm, text,
@@ -88,7 +88,7 @@ fn panel(area: &Area, a: &SweepFindings, q: &ByQuantity<Dependence>, k: usize, [
     let middle =
         |p: &SweepPoint| (0..p.at.len()).all(|i| i == k || Some(i) == other || p.at[i] == a.axes[i].values.len() / 2);
     let lines: Vec<Vec<&SweepPoint>> = (q.lines(k, a.list).into_iter()).filter(|l| a.list || middle(l[0])).collect();
-    let y = Axis::linear(lines.iter().flatten().map(|p| p.peak), &axis_label(&q.quantity, ""));
+    let y = Axis::linear(lines.iter().flatten().map(|p| p.value), &axis_label(&q.quantity, ""));
     let frame = [mm(left), mm(TOP), mm(right), mm(TOP + TALL)];
     let plot = Plot { area, frame, x: scale(axis), y };
     plot.grid();
@@ -96,7 +96,7 @@ fn panel(area: &Area, a: &SweepFindings, q: &ByQuantity<Dependence>, k: usize, [
     for (n, points) in lines.iter().enumerate() {
         let (color, shape) = (PALETTE[n % PALETTE.len()], MARKS[n % MARKS.len()]);
         let x: Vec<f64> = points.iter().map(|p| place(axis, p.at[k])).collect();
-        let y: Vec<f64> = points.iter().map(|p| p.peak).collect();
+        let y: Vec<f64> = points.iter().map(|p| p.value).collect();
         line(area, &plot.path(&x, &y), color, 8);
         plot.path(&x, &y).into_iter().for_each(|at| mark(area, shape, at, 22, color));
         if let Some(other) = other {
@@ -141,10 +141,10 @@ fn squares(area: &Area, q: &ByQuantity<Dependence>, (first, second): (&AxisRecor
     let [low, high] = q.range();
     for p in &q.points {
         let (x, y) = (left + w * p.at[0] as f64, bottom - h * (p.at[1] + 1) as f64);
-        let share = if high > low { (p.peak - low) / (high - low) } else { 0.5 };
+        let share = if high > low { (p.value - low) / (high - low) } else { 0.5 };
         block(area, (mm(x), mm(y)), (mm(x + w), mm(y + h)), viridis(share));
         let ink = if share > 0.6 { INK } else { RGB(0xff, 0xff, 0xff) };
-        let number = format!("{:.*}", digits(1e-1 * p.peak), p.peak).replace('-', "−");
+        let number = format!("{:.*}", digits(1e-1 * p.value), p.value).replace('-', "−");
         text(area, &number, (mm(x + 0.5 * w), mm(y + 0.5 * h)), At::Middle, SMALL, ink);
     }
     for (k, value) in first.values.iter().enumerate() {

@@ -11,7 +11,7 @@ use crate::study::content::Content;
 use crate::study::kind::{Expansion, StudyKind};
 use crate::study::results::Results;
 use crate::study::spec::{Mistake, VariantSpec, check_names, check_quantities, refuse};
-use analysis::{SweepFindings, SweepRecord, analyse};
+use analysis::{Judged, SweepFindings, SweepRecord, analyse};
 use serde::Deserialize;
 use std::path::Path;
 
@@ -27,6 +27,9 @@ pub struct SweepStudy {
     /// How several axes go together
     #[serde(default)]
     pub combine: Combine,
+    /// The value of a run that counts
+    #[serde(default)]
+    pub judged: Judged,
 }
 
 impl SweepStudy {
@@ -39,7 +42,7 @@ impl SweepStudy {
             return Err(("study".into(), "the sweep has no axis".into(), remedy.into()));
         }
         let axis::Expanded { family, axes, points } = axis::expand(&self.axes, self.combine)?;
-        Ok(Expansion::new(self.variants, vec![family], SweepRecord { axes, points }))
+        Ok(Expansion::new(self.variants, vec![family], SweepRecord { axes, points, judged: self.judged }))
     }
 }
 

@@ -28,7 +28,7 @@ pub fn content(store: &Results, a: &Analysis<SweepFindings>) -> Content {
     }
 }
 
-/// The range of a peak.
+/// The range of the values of a quantity.
 fn fact(q: &ByQuantity<Dependence>) -> (String, String) {
     let [low, high] = q.range();
     let n = digits(1e-1 * low.abs().max(high.abs()));
@@ -95,7 +95,7 @@ fn plain(value: f64) -> String {
 
 fn points(store: &Results, a: &SweepFindings) -> Table {
     let mut rows = vec![];
-    let of_quantity = |q: &ByQuantity<Dependence>| q.points.iter().map(|p| (p.case.clone(), p.peak)).collect();
+    let of_quantity = |q: &ByQuantity<Dependence>| q.points.iter().map(|p| (p.case.clone(), p.value)).collect();
     let found: Vec<HashMap<String, f64>> = a.quantities.iter().map(of_quantity).collect();
     for c in &store.cases {
         let r: &CaseRecord = &c.record;
@@ -103,16 +103,16 @@ fn points(store: &Results, a: &SweepFindings) -> Table {
         let values = at.iter().zip(&a.axes).map(|(k, axis)| format!("{} = {}", axis.symbol, axis.values[*k]));
         let values: Vec<String> = values.collect();
         let quantities = a.quantities.iter().zip(&found).filter(|(q, _)| q.variant == r.variant);
-        let peaks = quantities.filter_map(|(q, found)| {
-            let peak = *found.get(&r.id)?;
+        let judged = quantities.filter_map(|(q, found)| {
+            let value = *found.get(&r.id)?;
             let letter = &q.quantity.symbol;
-            Some(format!("{letter} = {}{}", plain(peak), space(&q.quantity.unit)))
+            Some(format!("{letter} = {}{}", plain(value), space(&q.quantity.unit)))
         });
-        let peaks: Vec<String> = peaks.collect();
+        let judged: Vec<String> = judged.collect();
         rows.push(vec![
             values.join(", "),
             r.variant.clone(),
-            if peaks.is_empty() { r.status.clone() } else { peaks.join(", ") },
+            if judged.is_empty() { r.status.clone() } else { judged.join(", ") },
             r.steps.to_string(),
             r.newton_iterations.to_string(),
             r.cuts.to_string(),
@@ -121,11 +121,14 @@ fn points(store: &Results, a: &SweepFindings) -> Table {
     }
     Table {
         name: "points",
-        caption: "Every point of the sweep: peaks, or the status where there is none, and the cost.".into(),
+        caption: format!(
+            "Every point of the sweep: {}, or the status where there is none, and the cost.",
+            a.judged.heading().to_lowercase()
+        ),
         columns: headings(&[
             ("Point", "", false),
             ("Control", "", false),
-            ("Peaks", "", false),
+            (a.judged.heading(), "", false),
             ("Steps", "", true),
             ("Newton", "", true),
             ("Cuts", "", true),

@@ -32,7 +32,8 @@ struct Route {
     name: String,
     /// Before the words for a guide of it in messages, where there are several cables
     of: String,
-    pull: Vec3,
+    /// None if the cable is pulled at its first guide, which moves with the body
+    pull: Option<Vec3>,
     points: Vec<Vec3>,
 }
 
@@ -62,7 +63,7 @@ fn build_cable(builder: &mut Builder, place: &str, spec: &CableSpec, route: Rout
     let Route { name, pull: pull_point, .. } = route;
     let fixed = fixed_length(pull_point, &stops);
     let guides = stops.into_iter().map(|s| s.guide).collect();
-    let cable = Arc::new(Cable::new(name.clone(), pull_point, guides));
+    let cable = Arc::new(Cable::through(name.clone(), pull_point, guides));
     let lengths = cable.lengths_at_rest();
     let rest: f64 = lengths.iter().sum();
     let softness = spec.axial.as_ref().map_or(0.0, |ea| 1.0 / ea.0);
@@ -160,7 +161,8 @@ fn find_routes(builder: &Builder, place: &str, spec: &CableSpec) -> Result<Vec<R
                 let remedy = format!("{}; or give `guides` and `pull_point`", hint(path, &names));
                 return Err(builder.content(place, format!("the mesh has no path \"{path}\""), remedy));
             };
-            let (points, pull) = (known.guides.iter().map(|p| Vec3::from(*p)).collect(), Vec3::from(known.pull_point));
+            let points = known.guides.iter().map(|p| Vec3::from(*p)).collect();
+            let pull = Some(Vec3::from(known.pull_point));
             return Ok(vec![Route { name: spec.name.clone(), of: String::new(), pull, points }]);
         }
         (None, Some(guides), Some(pull)) => (guides, pull),
@@ -188,9 +190,10 @@ fn find_routes(builder: &Builder, place: &str, spec: &CableSpec) -> Result<Vec<R
         };
         let of = if several { format!("{name}, ") } else { String::new() };
         let pull = match pull {
-            PullPointSpec::At(at) => vector(at),
-            PullPointSpec::First if points.is_empty() => Vec3::zeros(),
-            PullPointSpec::First => points.remove(0),
+            PullPointSpec::At(at) => Some(vector(at)),
+            PullPointSpec::First if points.is_empty() => Some(Vec3::zeros()),
+            PullPointSpec::First => Some(points.remove(0)),
+            PullPointSpec::Moving => None,
         };
         Route { name, of, pull, points }
     };
@@ -248,6 +251,16 @@ fn find_stops(builder: &Builder, place: &str, spec: &CableSpec, route: &Route) -
             "give at least one point inside the body",
         ));
     }
+    if route.pull.is_none() {
+        if points.len() == 1 {
+            let fact = format!("{of}the cable has one guide, at which it is pulled");
+            return Err(builder.content(place, fact, "give a second one: it runs from guide to guide"));
+        }
+        if let Some(k) = spec.rings.iter().position(|r| r.after == 0) {
+            let fact = format!("{of}ring {} is before the first guide, at which the cable is pulled", k + 1);
+            return Err(builder.content(place, fact, "place it after a guide, or give a `pull_point` in space"));
+        }
+    }
     if let Some((k, ring)) = spec.rings.iter().enumerate().find(|(_, r)| r.after >= points.len()) {
         let fact =
             format!("{of}ring {} is after guide {}, and the cable ends at guide {}", k + 1, ring.after, points.len());
@@ -262,13 +275,14 @@ fn find_stops(builder: &Builder, place: &str, spec: &CableSpec, route: &Route) -
         let guide = build_guide(builder, &format!("{place}: {of}guide {}", k + 1), at, spec.guide_radius)?;
         stops.push(Stop { name: format!("guide {}", k + 1), fixed: false, guide });
     }
-    let mut before = (route.pull, "the pull point".to_string());
+    let mut before = route.pull.map(|at| (at, "the pull point"));
     for stop in &stops {
-        if (stop.guide.point - before.0).norm() <= 1e-9 * builder.body.mesh.diagonal() {
-            let fact = format!("{of}{} coincides with {} at {}", stop.name, before.1, point(&before.0));
+        let close = |at: &Vec3| (stop.guide.point - at).norm() <= 1e-9 * builder.body.mesh.diagonal();
+        if let Some((at, other)) = before.filter(|(at, _)| close(at)) {
+            let fact = format!("{of}{} coincides with {other} at {}", stop.name, point(&at));
             return Err(builder.content(place, fact, "the cable has no direction between them: move or remove one"));
         }
-        before = (stop.guide.point, stop.name.clone());
+        before = Some((stop.guide.point, &stop.name));
     }
     Ok(stops)
 }
@@ -301,14 +315,13 @@ fn check_shortening(builder: &Builder, place: &str, shortening: &Signal, free: f
 }
 
 /// Length between points that are fixed in space \[m\].
-fn fixed_length(pull_point: Vec3, stops: &[Stop]) -> f64 {
-    let mut before = (pull_point, true);
+fn fixed_length(pull_point: Option<Vec3>, stops: &[Stop]) -> f64 {
+    let mut before = pull_point;
     let mut sum = 0.0;
     for stop in stops {
-        if before.1 && stop.fixed {
-            sum += (stop.guide.point - before.0).norm();
-        }
-        before = (stop.guide.point, stop.fixed);
+        let own = stop.fixed.then_some(stop.guide.point);
+        sum += before.zip(own).map_or(0.0, |(from, to)| (to - from).norm());
+        before = own;
     }
     sum
 }

@@ -90,7 +90,7 @@ impl Recorder for NamedCable {
     }
 
     /// Of tension, length and what was drawn in, softness × rest × tension − length; not used of a cable with friction.
-    fn gradients(&self, _: &Body, state: &State, _: &[f64]) -> Option<Vec<Gradient>> {
+    fn gradients(&self, _: &Body, state: &State, _: &[f64]) -> Vec<Option<Gradient>> {
         let tension = self.drive.gradient();
         let length = self.cable.length_gradient(&state.x);
         let rest: f64 = self.cable.lengths_at_rest().iter().sum();
@@ -99,9 +99,9 @@ impl Recorder for NamedCable {
             lambda: tension.lambda.iter().map(|(c, w)| (*c, w * self.softness * rest)).collect(),
             ..Gradient::default()
         };
-        let mut out = vec![tension, Gradient::of_displacements(length), drawn];
+        let mut out = [tension, Gradient::of_displacements(length), drawn].map(Some).to_vec();
         out.truncate(self.columns().len());
-        Some(out)
+        out
     }
 
     /// Cables with friction are refused before.

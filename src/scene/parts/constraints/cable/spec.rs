@@ -65,8 +65,10 @@ pub struct GuideFile {
 pub enum PullPointSpec {
     /// Fixed in space
     At([Length; 3]),
-    /// The first of the guides
+    /// The first of the guides, fixed in space
     First,
+    /// The first of the guides, which moves with the body
+    Moving,
 }
 
 impl<'de> Deserialize<'de> for GuidesSpec {
@@ -105,7 +107,10 @@ impl<'de> Visitor<'de> for PointOrFirst {
     type Value = PullPointSpec;
 
     fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        write!(f, "a point, or \"first\" where the first of the guides is the pull point")
+        write!(
+            f,
+            "a point, or \"first\" where the first of the guides is the pull point, or \"moving\" where it moves with the body too"
+        )
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, point: A) -> Result<PullPointSpec, A::Error> {
@@ -113,7 +118,11 @@ impl<'de> Visitor<'de> for PointOrFirst {
     }
 
     fn visit_str<E: Error>(self, text: &str) -> Result<PullPointSpec, E> {
-        if text == "first" { Ok(PullPointSpec::First) } else { Err(E::invalid_value(Unexpected::Str(text), &self)) }
+        match text {
+            "first" => Ok(PullPointSpec::First),
+            "moving" => Ok(PullPointSpec::Moving),
+            _ => Err(E::invalid_value(Unexpected::Str(text), &self)),
+        }
     }
 }
 

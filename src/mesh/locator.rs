@@ -1,0 +1,63 @@
+//! The cell of each of many points, by a hierarchy of boxes.
+
+use super::TetMesh;
+use super::embed::{Embedded, deepest, reach_of};
+use crate::math::tensor::Vec3;
+use parry3d_f64::bounding_volume::Aabb;
+use parry3d_f64::math::Vector;
+use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
+
+/// The cells of a mesh by place.
+pub(super) struct Locator<'a> {
+    mesh: &'a TetMesh,
+    cells: Bvh,
+}
+
+impl<'a> Locator<'a> {
+    /// Over all cells.
+    pub fn new(mesh: &'a TetMesh) -> Self {
+        Self { mesh, cells: hierarchy((0..mesh.cell_count()).map(|c| reach_of(mesh, c))) }
+    }
+
+    /// As [`super::embed::embed`]; none outside of the body.
+    pub fn locate(&self, at: Vec3) -> Option<Embedded> {
+        let mut near: Vec<u32> = self.cells.intersect_aabb(&aabb((at, at))).collect();
+        near.sort_unstable();
+        deepest(self.mesh, near.into_iter().map(|c| c as usize), at)
+    }
+}
+
+/// A hierarchy of boxes \[least, most\].
+pub(super) fn hierarchy(boxes: impl Iterator<Item = (Vec3, Vec3)>) -> Bvh {
+    let boxes: Vec<Aabb> = boxes.map(aabb).collect();
+    Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes)
+}
+
+pub(super) fn aabb((low, high): (Vec3, Vec3)) -> Aabb {
+    let to = |v: Vec3| Vector::new(v.x, v.y, v.z);
+    Aabb::new(to(low), to(high))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::Order;
+    use crate::mesh::disturb::distort;
+    use crate::mesh::embed::embed;
+    use crate::mesh::structured::block;
+
+    /// Every node, every middle of a cell and points outside: the same answer as by going through all cells.
+    #[test]
+    fn the_answer_is_that_of_all_cells() {
+        for order in [Order::Linear, Order::Quadratic] {
+            let mut mesh = block(4, 3, 2, 0.04, 0.03, 0.02, order);
+            distort(&mut mesh, 3, 0.15);
+            let locator = Locator::new(&mesh);
+            let middles = (0..mesh.cell_count()).map(|c| mesh.position(c, [0.25; 3]));
+            let outside = [[-0.001, 0.01, 0.01], [0.05, 0.01, 0.01]].map(Vec3::from);
+            for at in mesh.points.iter().copied().chain(middles).chain(outside) {
+                assert_eq!(locator.locate(at), embed(&mesh, at).ok(), "{at}");
+            }
+        }
+    }
+}

@@ -1,0 +1,57 @@
+//! Probe `moment`: `<region>_moment_{x,y,z}_Nm`, the resultant moment of the reactions on a region.
+
+use super::mean::Mean;
+use super::part::Probe;
+use crate::math::tensor::Vec3;
+use crate::scene::builder::Builder;
+use crate::scene::error::SceneError;
+use crate::scene::quantity::Length;
+use crate::scene::recorder::{Headline, Moment, Recorder};
+use serde::Deserialize;
+
+/// Resultant moment of the reactions on a region.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ReactionMoment {
+    pub region: String,
+    /// Point fixed in space about which it is taken; the mean position of the region, which moves, if absent
+    pub about: Option<[Length; 3]>,
+}
+
+impl Probe for ReactionMoment {
+    fn build(&self, place: &str, builder: &Builder) -> Result<Box<dyn Recorder>, SceneError> {
+        let (mesh, region) = (&builder.body.mesh, builder.region(place, &self.region)?);
+        let about = self.about.as_ref().map(|p| Vec3::new(p[0].0, p[1].0, p[2].0));
+        let (nodes, middle) = (mesh.nodes_of(region), Mean::new(mesh, region));
+        Ok(Box::new(Recorded { name: self.region.clone(), nodes, about, middle }))
+    }
+
+    fn headline(&self) -> Option<Headline> {
+        Some(Headline { column: format!("{}_moment_x_Nm", self.region), label: "moment", symbol: "M", unit: "N m" })
+    }
+}
+
+struct Recorded {
+    name: String,
+    nodes: Vec<u32>,
+    /// \[m\]
+    about: Option<Vec3>,
+    middle: Mean,
+}
+
+impl Recorder for Recorded {
+    fn columns(&self) -> Vec<String> {
+        ["x", "y", "z"].map(|c| format!("{}_moment_{c}_Nm", self.name)).into()
+    }
+
+    /// Σ (x − x₀) × r.
+    fn record(&self, now: &Moment) -> Vec<f64> {
+        let of_node = |values: &[f64], k: u32| Vec3::from_column_slice(&values[3 * k as usize..][..3]);
+        let about = self.about.unwrap_or_else(|| self.middle.at(&now.state.x));
+        let moment = |&k: &u32| {
+            let arm = now.body.mesh.points[k as usize] + of_node(&now.state.x, k) - about;
+            arm.cross(&of_node(now.residual, k))
+        };
+        self.nodes.iter().map(moment).sum::<Vec3>().as_slice().to_vec()
+    }
+}
