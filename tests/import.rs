@@ -176,7 +176,7 @@ const BOX_ROI: &str = "
 import json, sys
 import meshio, numpy as np
 raw = meshio.read(sys.argv[1])
-points, cells = raw.points, np.concatenate([c.data[:, :4] for c in raw.cells if c.type in ('tetra', 'tetra10')])
+points, cells = raw.points.astype(float), np.concatenate([c.data[:, :4] for c in raw.cells if c.type in ('tetra', 'tetra10')])
 corners = points[np.unique(cells)]
 low, high = corners.min(axis=0), corners.max(axis=0)
 least, most = low - 0.05 * (high - low), low + 0.61 * (high - low)
