@@ -9,6 +9,10 @@ use std::path::Path;
 pub const TEXT_LIMIT: u64 = 64 << 20;
 /// Largest file of data: meshes, surfaces, tables \[bytes\].
 pub const DATA_LIMIT: u64 = 4 << 30;
+/// A gzipped file may unpack to this \[bytes\] and to a multiple of its own size in addition.
+const UNPACKED_FREE: u64 = 16 << 20;
+/// Files of numbers shrink to a third, regular grids as text to a tenth.
+const UNPACKED_RATIO: u64 = 24;
 
 /// The contents of a regular file of at most `limit` bytes. A pipe or a device, which may have no end, is refused.
 pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>> {
@@ -37,6 +41,23 @@ pub fn limited(stream: impl Read, limit: u64) -> Result<Vec<u8>> {
         return Err(Error::new(ErrorKind::InvalidData, format!("it has more than {} MiB", limit >> 20)));
     }
     Ok(bytes)
+}
+
+/// The content of a gzipped file. One that unpacks to far more than such a file of numbers is refused: it may be made to fill the memory.
+pub fn unpacked(packed: &[u8]) -> Result<Vec<u8>> {
+    let limit = (UNPACKED_FREE + UNPACKED_RATIO * packed.len() as u64).min(DATA_LIMIT);
+    let mut bytes = Vec::new();
+    flate2::read::MultiGzDecoder::new(packed).take(limit + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > limit {
+        let fact = format!("it unpacks to more than {} MiB, {UNPACKED_RATIO} times its size", limit >> 20);
+        return Err(Error::new(ErrorKind::InvalidData, format!("{fact}; give it unpacked")));
+    }
+    Ok(bytes)
+}
+
+/// Whether a file begins as a gzipped one.
+pub fn is_packed(bytes: &[u8]) -> bool {
+    bytes.starts_with(&[0x1f, 0x8b])
 }
 
 /// Writes a file whole or not at all: into a new file of the same folder, which reaches the disk before it takes the name. Two writers do not meet,
@@ -68,6 +89,14 @@ pub fn write_with(path: &Path, fill: impl FnOnce(&mut File) -> Result<()>) -> Re
     Ok(())
 }
 
+/// Makes a folder with its parents, and writes and removes a file there: a run must not find out at its end that it cannot.
+pub fn writable_folder(folder: &Path) -> Result<()> {
+    std::fs::create_dir_all(folder)?;
+    let mut trial = tempfile::Builder::new().prefix(".").suffix(".part").tempfile_in(folder)?;
+    trial.write_all(b"trial")?;
+    trial.as_file().sync_all()
+}
+
 /// SHA-256 in hexadecimal digits.
 pub fn sha256(bytes: impl AsRef<[u8]>) -> String {
     Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect()
@@ -87,6 +116,19 @@ mod tests {
         assert!(read(&path, 5).expect_err("too long").to_string().contains("more than"));
         assert_eq!(std::fs::read_dir(folder.path()).expect("readable").count(), 1);
         assert!(write(&folder.path().join("none/a.csv"), b"x").is_err());
+    }
+
+    #[test]
+    fn a_gzip_bomb_is_refused() {
+        let pack = |bytes: &[u8]| {
+            let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::best());
+            packed.write_all(bytes).and_then(|()| packed.finish()).expect("memory accepts every write")
+        };
+        let text = "1 0.25 0.5\n".repeat(1000);
+        assert_eq!(unpacked(&pack(text.as_bytes())).expect("small"), text.as_bytes());
+        let bomb = pack(&vec![0; 64 << 20]);
+        assert!(bomb.len() < 1 << 17);
+        assert!(unpacked(&bomb).expect_err("a bomb").to_string().contains("give it unpacked"));
     }
 
     #[cfg(unix)]

@@ -177,7 +177,7 @@ impl StudyKind for Count {
             tables: vec![],
             folded: vec![],
             extension: None,
-            figures: vec![parabola()],
+            figures: vec![Ok(parabola())],
             files: vec![],
             outcomes: BTreeMap::new(),
         }

@@ -11,6 +11,11 @@ use super::{Audit, AuditKind, Dimensions, FitError, Mode, RawRow, Sample, Unknow
 /// Strains beyond are not believed of a column without a unit \[–\]: rubbers break before, and percent reach there at once
 const LARGEST: f64 = 20.0;
 
+/// Stresses beyond are no measurement \[Pa\]: their squares would overflow in a fit
+const LARGEST_STRESS: f64 = 1e30;
+/// Stretches beyond, or below their inverse, are none either \[–\]
+const LARGEST_STRETCH: f64 = 1e4;
+
 /// Columns with the dimensions of the test piece.
 pub struct Conversion<'a> {
     columns: &'a Columns,
@@ -72,21 +77,29 @@ impl<'a> Conversion<'a> {
             StrainKind::True => x.exp(),
             StrainKind::Displacement => mode.stretch(x / self.length),
         };
-        if stretch > 0.0 && stretch.is_finite() {
+        if !(stretch > 0.0 && stretch.is_finite()) {
+            return Err(format!("stretch {stretch} is not positive and finite"));
+        }
+        if (LARGEST_STRETCH.recip()..=LARGEST_STRETCH).contains(&stretch) {
             Ok(stretch)
         } else {
-            Err(format!("stretch {stretch} is not positive"))
+            Err(format!("stretch {stretch:e} is beyond {LARGEST_STRETCH:e}"))
         }
     }
 
     /// P \[Pa\] of a number of the stress column at λ.
-    fn stress(&self, axis: usize, y: f64, mode: Mode, stretch: f64) -> f64 {
+    fn stress(&self, axis: usize, y: f64, mode: Mode, stretch: f64) -> Result<f64, String> {
         let p = &self.columns.axes[axis].1;
         let y = y * p.factor;
-        match p.kind {
+        let stress = match p.kind {
             StressKind::True if mode != Mode::SimpleShear => y / stretch,
             StressKind::Nominal | StressKind::True => y,
             StressKind::Force => y / self.area,
+        };
+        if stress.abs() <= LARGEST_STRESS {
+            Ok(stress)
+        } else {
+            Err(format!("a stress of {stress:e} Pa is beyond {LARGEST_STRESS:e} Pa"))
         }
     }
 }
@@ -155,27 +168,29 @@ pub fn read_rows(
         if (mode == Mode::Biaxial) != (columns.axes.len() == 2) {
             return Err(FitError::BiaxialRow { file: file.into(), line: line.number });
         }
-        let stretches: Result<Vec<f64>, String> =
-            numbers.iter().enumerate().map(|(k, (x, _))| conversion.stretch(k, *x, mode)).collect();
-        match stretches {
-            Err(reason) => left_out.push((line.number, reason)),
-            Ok(stretches) => {
-                for (k, (_, y)) in numbers.iter().enumerate() {
-                    let stretch = stretches[k];
-                    let second = if mode == Mode::Biaxial { stretches[1 - k] } else { 1.0 };
-                    let stress = conversion.stress(k, *y, mode, stretch);
-                    samples.push(Sample { mode, stretch, second, stress, line: line.number, specimen: 0 });
-                }
-                let extra = |c: Option<(usize, f64)>| c.and_then(|(i, factor)| Some(number(i).ok()? * factor));
-                raw.push(RawRow {
-                    line: line.number,
-                    specimen: 0,
-                    time: extra(columns.time.map(|i| (i, 1.0))),
-                    displacement: extra(columns.displacement),
-                    force: extra(columns.force),
-                });
+        let converted = |(k, (x, y)): (usize, &(f64, f64))| {
+            let stretch = conversion.stretch(k, *x, mode)?;
+            Ok((stretch, conversion.stress(k, *y, mode, stretch)?))
+        };
+        let converted: Vec<(f64, f64)> = match numbers.iter().enumerate().map(converted).collect() {
+            Ok(converted) => converted,
+            Err(reason) => {
+                left_out.push((line.number, reason));
+                continue;
             }
+        };
+        for (k, &(stretch, stress)) in converted.iter().enumerate() {
+            let second = if mode == Mode::Biaxial { converted[1 - k].0 } else { 1.0 };
+            samples.push(Sample { mode, stretch, second, stress, line: line.number, specimen: 0 });
         }
+        let extra = |c: Option<(usize, f64)>| c.and_then(|(i, factor)| Some(number(i).ok()? * factor));
+        raw.push(RawRow {
+            line: line.number,
+            specimen: 0,
+            time: extra(columns.time.map(|i| (i, 1.0))),
+            displacement: extra(columns.displacement),
+            force: extra(columns.force),
+        });
     }
     if samples.is_empty() {
         let first = left_out.first().map(|(line, reason)| format!("line {line}: {reason}"));

@@ -185,7 +185,7 @@ pub fn main(args: Args) -> CommandResult {
     result.write_json(&out.join("fit.json"))?;
     durometer::report::fit::write(&out)?;
     if args.json {
-        println!("{}", std::fs::read_to_string(out.join("fit.json"))?);
+        println!("{}", durometer::storage::read_text(&out.join("fit.json"), durometer::storage::DATA_LIMIT)?);
     } else {
         println!("{result}");
         println!("results: {}, report: {}", out.join("law.toml").display(), out.join("index.html").display());

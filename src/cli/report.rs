@@ -20,7 +20,10 @@ pub fn main(args: Args) -> CommandResult {
     if durometer::report::fit::is_comparison(&args.dir) {
         durometer::report::fit::comparison::write(&args.dir)?;
         if args.json {
-            println!("{}", std::fs::read_to_string(args.dir.join("compare.json"))?);
+            println!(
+                "{}",
+                durometer::storage::read_text(&args.dir.join("compare.json"), durometer::storage::DATA_LIMIT)?
+            );
         } else {
             println!("report: {}", args.dir.join("index.html").display());
         }
@@ -29,7 +32,7 @@ pub fn main(args: Args) -> CommandResult {
     if durometer::report::fit::is_fit(&args.dir) {
         let answer = durometer::report::fit::write(&args.dir)?;
         if args.json {
-            println!("{}", std::fs::read_to_string(args.dir.join("fit.json"))?);
+            println!("{}", durometer::storage::read_text(&args.dir.join("fit.json"), durometer::storage::DATA_LIMIT)?);
         } else {
             println!("{answer}\n\nreport: {}", args.dir.join("index.html").display());
         }

@@ -8,18 +8,20 @@ use durometer::scene::control::Controller;
 use durometer::scene::control::process::Process;
 use durometer::scene::output::ScheduleSpec;
 use durometer::scene::{
-    Body, Checkpoint, CheckpointError, Constant, ErrorEstimate, ErrorEstimator, EstimateError, ExtremeKind,
+    Body, Checkpoint, CheckpointError, Constant, ErrorEstimate, ErrorEstimator, EstimateError, ExtremeKind, PARTIAL,
     RefinementStep, RefinementWatch, Run, RunOptions, Scene, SceneSpec, Sensitivities, SensitivityError,
     SensitivityRecorder, read_scene, refine,
 };
 use durometer::solve::Status;
+use durometer::storage;
 use durometer::study::fields::{Fields, USUAL};
 use durometer::study::locking::REMEDY;
 use durometer::study::outcome;
 use durometer::study::overlay::overlays;
+use durometer::study::partial_series::PartialSeries;
 use durometer::study::record::CaseRecord;
 use durometer::study::runner::Watch;
-use durometer::study::store;
+use durometer::study::store::{self, StoreError};
 use durometer::system::State;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -31,7 +33,8 @@ use std::time::{Duration, Instant};
 /// Writes <name>.csv (what the probes record), <name>.signals.csv (what is prescribed), <name>.json (the
 /// record, with the time each effect took), and fields for ParaView on request.
 ///
-/// A run that does not complete keeps everything up to its last good state.
+/// A run that does not complete keeps everything up to its last good state. One that is killed, or finds the disk full, leaves its rows in
+/// <name>.partial.csv and a state to restart from in <name>-partial.state.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -72,6 +75,9 @@ pub struct Args {
     /// Go on from a saved state of this scene; the files come out as if the run had never been cut
     #[arg(long, value_name = "FILE")]
     restart: Option<PathBuf>,
+    /// Wall time after which <name>-partial.state is saved, again and again; it is removed when the results are written
+    #[arg(long, value_name = "TIME", default_value = "2 min")]
+    checkpoint: String,
     /// A program that sets the `controlled` signals of the scene, by JSON lines on its standard input and output
     #[arg(long, value_name = "COMMAND")]
     pub(super) controller: Option<String>,
@@ -87,6 +93,7 @@ pub fn main(args: Args) -> CommandResult {
     let file = files::find(&args.scene, "scene.toml")?;
     let (spec, text) = read_scene(&file, &super::arguments::changes(&args.set)?)?;
     let name = file.file_stem().map_or_else(|| "scene".into(), |n| n.to_string_lossy().into_owned());
+    check_out(&args.out)?;
     let bars = Bars::new(args.json);
     let (body, refined) = mesh(&args, (&file, &spec, &text), &name, &bars)?;
     let building = Instant::now();
@@ -95,21 +102,16 @@ pub fn main(args: Args) -> CommandResult {
     let sensitivities = sensitivities(&args.sensitivity, &scene)?;
     let from = args.restart.as_ref().map(|file| Checkpoint::read(file, &scene)).transpose()?;
     let (save_at, save_end) = times(&args.save_state, &scene)?;
-    files::make_folder(&args.out)?;
+    let save_every = positive_time("--checkpoint", &args.checkpoint)?;
     let (mut controller, mut estimator) = (controller(&args, &scene)?, estimator(&args, &scene)?);
     if !args.json {
         scene.notes.iter().for_each(|note| eprintln!("{}: {note}", scene.kind_of_note(note)));
     }
     bars.started(&name);
     let mut drawing = Drawing::new(&args, &name, &scene, from.as_ref());
-    let (mut states, mut unsaved) = (Vec::new(), None::<CheckpointError>);
-    let mut save = |checkpoint: &Checkpoint, label: &str| {
-        let file = args.out.join(format!("{name}-{label}.state"));
-        match checkpoint.write(&file, &scene) {
-            Ok(()) => states.push(file),
-            Err(e) => unsaved = unsaved.take().or(Some(e)),
-        }
-    };
+    let mut partial = PartialSeries::create(&args.out, &name, &scene)?;
+    let mut states = States { out: &args.out, name: &name, scene: &scene, files: vec![], failure: None };
+    let mut save = |checkpoint: &Checkpoint, label: &str| states.save(checkpoint, label);
     let mut watch = |progress| {
         bars.progress(&name, progress);
         true
@@ -118,7 +120,10 @@ pub fn main(args: Args) -> CommandResult {
         drawing.add(&scene, state);
         estimator.iter_mut().for_each(|estimator| estimator.add(state));
     };
+    let mut rows = |row: &[f64]| partial.add(row);
     let options = RunOptions {
+        on_row: Some(&mut rows),
+        save_every: Some(save_every),
         restart: from,
         controller: controller.as_mut().map(|c| c as &mut dyn Controller),
         save_at,
@@ -136,13 +141,15 @@ pub fn main(args: Args) -> CommandResult {
     // Derivatives, the answers of a controller and the writing of fields are no part of the cost of the run.
     let aside = run.sensitivities.as_ref().map_or((0.0, 0.0), |s| (s.wall, s.cpu));
     let waited = controller.map_or(0.0, |c| c.waited.as_secs_f64());
-    let drawn = drawing.fields.is_some();
-    let written = drawing.fields.map(Fields::finish).transpose()?.unwrap_or_default();
+    // Fields that could not be written do not cost the rest
+    let fields = drawing.fields.map(|fields| (fields.collection(), fields.finish()));
+    let written = fields.as_ref().and_then(|(_, done)| done.as_ref().ok()).copied().unwrap_or_default();
     times = (times.0 - aside.0 - waited - written.0, times.1 - aside.1 - written.1);
     let mut record = outcome::record(&scene, &run, times);
     record.id.clone_from(&name);
     record.phases.build_s = build_s;
-    let json = write(&args.out, &name, &scene, &run, &record)?;
+    let (json, full) = replace(partial, &args.out, &scene, &run, &record)?;
+    states.end(&run);
     let errors = estimator.map(|estimator| estimate(&estimator, &args, &name, &run)).transpose()?;
     let has_errors = errors.as_ref().is_none_or(Option::is_some);
     bars.finished(&record, false);
@@ -150,17 +157,71 @@ pub fn main(args: Args) -> CommandResult {
         println!("{json}");
     } else {
         print(&record, scene.notes.len());
-        states.iter().for_each(|file| println!("state:   {}", file.display()));
+        states.files.iter().for_each(|file| println!("state:   {}", file.display()));
         errors.iter().flatten().for_each(print_errors);
         println!("{}", costs(&record));
         println!("results: {}", args.out.join(format!("{name}.csv")).display());
-        if drawn {
-            println!("fields:  {} (open it in ParaView)", args.out.join(format!("{name}.pvd")).display());
+        if let Some((collection, Ok(_))) = &fields {
+            println!("fields:  {} (open it in ParaView)", collection.display());
         }
     }
-    match unsaved {
-        Some(why) => Err(why.into()),
-        None => Ok(completion(&run, has_errors && refined)),
+    full.map_or(Ok(()), Err)?;
+    fields.map_or(Ok(()), |(_, done)| done.map(|_| ()))?;
+    states.failure.map_or_else(|| Ok(completion(&run, has_errors && refined)), |why| Err(why.into()))
+}
+
+/// Refuses a folder that cannot be written before anything is computed for it.
+fn check_out(out: &Path) -> Result<(), String> {
+    let remedy = "choose another folder with --out, or make room";
+    storage::writable_folder(out).map_err(|e| format!("{}: cannot be written: {e}; {remedy}", out.display()))
+}
+
+/// Writes the results in place of the rows that were written as they came. Returns the record as JSON, and the failure that ended the rows.
+fn replace(
+    partial: PartialSeries,
+    out: &Path,
+    scene: &Scene,
+    run: &Run,
+    record: &CaseRecord,
+) -> Result<(String, Option<StoreError>), String> {
+    let (rows, full) = partial.end();
+    let kept = |e: Box<dyn std::error::Error>| format!("{e}; the rows of the run are in {}", rows.display());
+    let json = write(out, &record.id, scene, run, record).map_err(kept)?;
+    std::fs::remove_file(&rows).ok();
+    Ok((json, full))
+}
+
+/// The states that a run saves.
+struct States<'a> {
+    out: &'a Path,
+    name: &'a str,
+    scene: &'a Scene,
+    /// Those that were asked for
+    files: Vec<PathBuf>,
+    /// Why the first of them could not be saved
+    failure: Option<CheckpointError>,
+}
+
+impl States<'_> {
+    fn file(&self, label: &str) -> PathBuf {
+        self.out.join(format!("{}-{label}.state", self.name))
+    }
+
+    fn save(&mut self, checkpoint: &Checkpoint, label: &str) {
+        let file = self.file(label);
+        match checkpoint.write(&file, self.scene) {
+            Ok(()) if label == PARTIAL => {}
+            Ok(()) => self.files.push(file),
+            Err(e) if label == PARTIAL => eprintln!("note: {e}"),
+            Err(e) => self.failure = self.failure.take().or(Some(e)),
+        }
+    }
+
+    /// A run that has ended by itself needs no state to go on from.
+    fn end(&self, run: &Run) {
+        if !matches!(run.status, Status::Interrupted { .. }) {
+            std::fs::remove_file(self.file(PARTIAL)).ok();
+        }
     }
 }
 
@@ -190,7 +251,6 @@ fn mesh(
         },
     };
     let found = refine(scene, wanted, body, None, &mut watch)?;
-    files::make_folder(&args.out)?;
     store::write(&args.out.join(format!("{name}.refinement.csv")), &store::refinement_csv(&found.steps))?;
     let is_within = found.steps.last().is_some_and(RefinementStep::is_within);
     if !is_within {
@@ -319,7 +379,7 @@ fn write(
         store::write(&out.join(format!("{name}.sensitivities.csv")), &text)?;
         note_missing(run, sensitivities);
     }
-    let json = serde_json::to_string_pretty(record)?;
+    let json = store::json(record)?;
     store::write(&out.join(format!("{name}.json")), &json)?;
     durometer::study::overlay::save(out, name, &overlays(scene, run))?;
     Ok(json)
@@ -418,11 +478,15 @@ fn controller(args: &Args, scene: &Scene) -> Result<Option<Process>, Box<dyn std
         let remedy = "drive something by { kind = \"controlled\", initial = \"0 mm\" }";
         return Err(format!("the scene leaves no signal to a controller; {remedy}").into());
     }
-    let seconds = units::parse(&args.controller_timeout, Dimension::TIME);
-    let seconds = seconds.ok().filter(|s| *s > 0.0 && *s < 1e6).ok_or_else(|| {
-        format!("--controller-timeout \"{}\" is no time; write for example \"10 s\"", args.controller_timeout)
-    })?;
-    Ok(Some(Process::start(command, Duration::from_secs_f64(seconds), Some(super::interrupt::stop_flag().clone()))?))
+    let patience = positive_time("--controller-timeout", &args.controller_timeout)?;
+    Ok(Some(Process::start(command, patience, Some(super::interrupt::stop_flag().clone()))?))
+}
+
+/// A time above zero that a flag gives.
+fn positive_time(flag: &str, text: &str) -> Result<Duration, String> {
+    let seconds = units::parse(text, Dimension::TIME).ok().filter(|s| *s > 0.0 && *s < 1e6);
+    let remedy = "write for example \"10 s\"";
+    seconds.map(Duration::from_secs_f64).ok_or_else(|| format!("{flag} \"{text}\" is no time; {remedy}"))
 }
 
 /// Where the time went: every effect and constraint that is assembled, then the linear algebra.

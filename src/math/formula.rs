@@ -7,6 +7,11 @@ use exmex::{Express, FlatEx};
 use std::fmt;
 use std::sync::Arc;
 
+/// Longest text of a formula \[bytes\].
+const LONGEST: usize = 4096;
+/// Most brackets within each other.
+const DEEPEST: i64 = 64;
+
 /// A formula whose value is brought to SI by a factor.
 #[derive(Clone)]
 pub struct Formula {
@@ -32,6 +37,16 @@ impl fmt::Debug for Formula {
 impl Formula {
     /// The message names the part that cannot be read.
     pub fn new(text: &str, factor: f64) -> Result<Self, String> {
+        if text.len() > LONGEST {
+            return Err(format!("it has {} characters, and at most {LONGEST} are read", text.len()));
+        }
+        let depth = text.chars().scan(0i64, |depth, c| {
+            *depth += i64::from(c == '(') - i64::from(c == ')');
+            Some(*depth)
+        });
+        if depth.max().is_some_and(|most| most > DEEPEST) {
+            return Err(format!("its brackets are more than {DEEPEST} deep"));
+        }
         let expression = Arc::new(exmex::parse::<f64>(text).map_err(|e| e.msg().to_string())?);
         Ok(Self { text: text.into(), factor, expression })
     }
@@ -72,6 +87,9 @@ mod tests {
 
     #[test]
     fn what_cannot_be_read_is_said() {
+        let deep = format!("{}t{}", "(".repeat(65), ")".repeat(65));
+        assert!(Formula::new(&deep, 1.0).expect_err("deep").contains("64 deep"));
+        assert!(Formula::new(&"1+".repeat(3000), 1.0).expect_err("long").contains("at most 4096"));
         for text in ["", "2 +", "sin(", "t t", "2 * (t"] {
             assert!(Formula::new(text, 1.0).is_err(), "{text}");
         }

@@ -5,13 +5,13 @@ use std::fmt;
 /// Physical dimension of a quantity, as exponents of m, kg, s and rad.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Dimension {
-    m: i8,
-    kg: i8,
-    s: i8,
-    rad: i8,
+    m: i32,
+    kg: i32,
+    s: i32,
+    rad: i32,
 }
 
-const fn dim(m: i8, kg: i8, s: i8, rad: i8) -> Dimension {
+const fn dim(m: i32, kg: i32, s: i32, rad: i32) -> Dimension {
     Dimension { m, kg, s, rad }
 }
 
@@ -59,7 +59,7 @@ impl Dimension {
     }
 
     /// The dimension of this times `o` to the power n.
-    pub fn times(self, o: Self, n: i8) -> Self {
+    pub fn times(self, o: Self, n: i32) -> Self {
         dim(self.m + n * o.m, self.kg + n * o.kg, self.s + n * o.s, self.rad + n * o.rad)
     }
 }
@@ -67,10 +67,28 @@ impl Dimension {
 /// Reason why a quantity could not be read.
 #[derive(Clone, PartialEq, Debug)]
 pub enum UnitError {
-    NotANumber { text: String },
-    Missing { text: String, wanted: Dimension },
-    Unknown { text: String, unit: String },
-    Wrong { text: String, wanted: Dimension },
+    NotANumber {
+        text: String,
+    },
+    Missing {
+        text: String,
+        wanted: Dimension,
+    },
+    Unknown {
+        text: String,
+        unit: String,
+    },
+    Wrong {
+        text: String,
+        wanted: Dimension,
+    },
+    /// In SI it is no finite number, or zero where the text is not
+    Range {
+        text: String,
+    },
+    Long {
+        length: usize,
+    },
 }
 
 impl fmt::Display for UnitError {
@@ -78,6 +96,12 @@ impl fmt::Display for UnitError {
         match self {
             Self::NotANumber { text } => {
                 write!(f, "\"{text}\" does not begin with a finite number")
+            }
+            Self::Range { text } => {
+                write!(f, "\"{text}\" is too large or too small for a number in SI units; check the exponent")
+            }
+            Self::Long { length } => {
+                write!(f, "a quantity of {length} characters; write a number and a unit, at most {LONGEST} characters")
             }
             Self::Missing { text, wanted } => {
                 write!(f, "{text} has no unit; write for example \"{text} {}\"", wanted.example())
@@ -91,6 +115,9 @@ impl fmt::Display for UnitError {
 }
 
 impl std::error::Error for UnitError {}
+
+/// Longest text of a quantity \[bytes\].
+const LONGEST: usize = 256;
 
 /// (symbol, factor to SI, dimension)
 const UNITS: &[(&str, f64, Dimension)] = &[
@@ -142,7 +169,11 @@ pub fn quantity(text: &str) -> Result<(f64, Dimension), UnitError> {
     let (value, unit) = split(text)?;
     let owned = || text.trim().to_string();
     let (factor, dimension) = parse_unit(unit).map_err(|unit| UnitError::Unknown { text: owned(), unit })?;
-    Ok((value * factor, dimension))
+    let si = value * factor;
+    if !si.is_finite() || (si == 0.0 && value != 0.0) {
+        return Err(UnitError::Range { text: owned() });
+    }
+    Ok((si, dimension))
 }
 
 /// A quantity as a number of `unit`: `"0.2 MPa"` in kPa is 200. An empty unit is that of plain numbers.
@@ -157,6 +188,9 @@ pub fn in_unit(text: &str, unit: &str) -> Result<f64, UnitError> {
 /// Number and unit. The longest prefix that is a number: "5 m" must not read the "m", "1e3 Pa" must read the exponent.
 fn split(text: &str) -> Result<(f64, &str), UnitError> {
     let trimmed = text.trim();
+    if trimmed.len() > LONGEST {
+        return Err(UnitError::Long { length: trimmed.len() });
+    }
     let end = (1..=trimmed.len())
         .rev()
         .find(|&n| trimmed.is_char_boundary(n) && trimmed[..n].parse::<f64>().is_ok_and(f64::is_finite))
@@ -169,17 +203,17 @@ fn split(text: &str) -> Result<(f64, &str), UnitError> {
 fn parse_unit(unit: &str) -> Result<(f64, Dimension), String> {
     let (mut factor, mut dimension) = (1.0, Dimension::NONE);
     for (k, part) in unit.split('/').enumerate() {
-        let sign: i8 = if k == 0 { 1 } else { -1 };
+        let sign: i32 = if k == 0 { 1 } else { -1 };
         for token in part.split([' ', '*', '·']).filter(|t| !t.is_empty() && *t != "1") {
             let (name, power) = match token.split_once('^') {
-                Some((name, p)) => (name, p.parse::<i8>().map_err(|_| token.to_string())?),
+                Some((name, p)) => (name, i32::from(p.parse::<i8>().map_err(|_| token.to_string())?)),
                 None => match token.strip_suffix('²').map(|n| (n, 2)).or(token.strip_suffix('³').map(|n| (n, 3))) {
                     Some(pair) => pair,
                     None => (token, 1),
                 },
             };
             let (_, f, d) = UNITS.iter().find(|(n, _, _)| *n == name).ok_or_else(|| name.to_string())?;
-            factor *= f.powi((sign * power).into());
+            factor *= f.powi(sign * power);
             dimension = dimension.times(*d, sign * power);
         }
     }
@@ -226,5 +260,9 @@ mod tests {
         assert!(message("18 kpa", Dimension::PRESSURE).contains("unknown unit \"kpa\""));
         assert!(message("soft", Dimension::PRESSURE).contains("finite number"));
         assert!(message("inf Pa", Dimension::PRESSURE).contains("finite number"));
+        for text in ["1e308 MPa", "1e-320 mm^3", "1 GPa^99", "1 m^127 m^127 m^-127 m^-127 m^-127 um^127 um^127"] {
+            assert!(matches!(quantity(text), Err(UnitError::Range { .. })), "{text}: {:?}", quantity(text));
+        }
+        assert!(message(&format!("1 {}", "m ".repeat(200)), Dimension::LENGTH).contains("at most 256"));
     }
 }

@@ -8,6 +8,7 @@ use super::{Order, Region, TetMesh};
 use crate::math::tensor::Vec3;
 use std::collections::{BTreeMap, HashMap};
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// Number of a node that is no longer there.
 const GONE: u32 = u32::MAX;
@@ -49,7 +50,8 @@ pub(super) struct RawCell {
 pub(super) struct RawFacet {
     pub corners: Vec<u32>,
     pub tag: u64,
-    pub regions: Vec<String>,
+    /// Shared by the facets of one entity
+    pub regions: Arc<[String]>,
 }
 
 /// A mesh as a reader found it. Tags are the numbers of the file, for messages.

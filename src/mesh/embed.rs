@@ -34,7 +34,19 @@ pub enum EmbedError {
     Outside { at: Vec3, distance: f64 },
     #[error("the ball of radius {:.4} mm at {} holds nothing of the body, whose surface is {:.4} mm away; move it or make it larger", radius * 1e3, point(at), distance * 1e3)]
     EmptyBall { at: Vec3, radius: f64, distance: f64 },
+    #[error("the ball of radius {:.4e} mm at {} is less than a millionth of the body, {:.4} mm across; take a larger radius", radius * 1e3, point(at), across * 1e3)]
+    SmallBall { at: Vec3, radius: f64, across: f64 },
+    #[error("the ball of radius {:.4e} mm at {} cuts a cell that is too slender to be integrated over; take a larger radius, or smaller cells there", radius * 1e3, point(at))]
+    SlenderCell { at: Vec3, radius: f64 },
 }
+
+/// Smallest radius of a ball, as a share of the diagonal of the body.
+const SMALLEST: f64 = 1e-6;
+/// Parts of a cell longer than this times their shortest edge are halved across their longest one, not split into eight: the number of parts
+/// then follows the ball, not the slenderness of the cell.
+const SLENDER: f64 = 8.0;
+/// Most parts of one cell; a cell of edges like the radius has a few thousand.
+const MOST_PARTS: usize = 1_000_000;
 
 /// Reference coordinates may leave the cell by this much: points on faces belong to both cells.
 const INSIDE: f64 = 1e-9;
@@ -157,13 +169,18 @@ pub fn closest_on_triangle(p: Vec3, a: Vec3, b: Vec3, c: Vec3) -> Vec3 {
 /// The centre may lie outside the body as long as the ball intersects it: check it with [`embed`] where it must be inside.
 /// Of several bodies it takes the one that holds the centre, or the one with the nearest cell.
 pub fn ball_weights(mesh: &TetMesh, center: Vec3, radius: f64) -> Result<Vec<(u32, f64)>, EmbedError> {
+    let across = mesh.diagonal();
+    if radius < SMALLEST * across {
+        return Err(EmbedError::SmallBall { at: center, radius, across });
+    }
     let ball = Ball { mesh, center, radius, rule: quadrature::tet(5) };
     let near = |c: &usize| {
         let (low, high) = cell_bounds(mesh, *c);
         (center.sup(&low).inf(&high) - center).norm() < radius
     };
     let cells: Vec<usize> = of_one_part(mesh, center, (0..mesh.cell_count()).filter(near).collect());
-    let parts: Vec<Moments> = cells.par_iter().map(|&c| ball.cell(c)).collect();
+    let parts: Option<Vec<Moments>> = cells.par_iter().map(|&c| ball.cell(c)).collect();
+    let parts = parts.ok_or(EmbedError::SlenderCell { at: center, radius })?;
     // Summed in the order of cells: the same bits for any number of threads.
     let mut moments = Matrix4::zeros();
     let mut nodes: BTreeMap<u32, Vector4<f64>> = BTreeMap::new();
@@ -212,6 +229,8 @@ struct Moments {
     whole: Matrix4<f64>,
     /// ∫ b (1, y) N_i dV
     nodes: [Vector4<f64>; 10],
+    /// Parts so far
+    parts: usize,
 }
 
 struct Ball<'a> {
@@ -222,16 +241,20 @@ struct Ball<'a> {
 }
 
 impl Ball<'_> {
-    /// The integrals over cell `c`.
-    fn cell(&self, c: usize) -> Moments {
+    /// The integrals over cell `c`; none of a cell of too many parts.
+    fn cell(&self, c: usize) -> Option<Moments> {
         let mut sum = Moments::default();
         self.add_part(c, &CELL_NODES[..4].try_into().expect("four corners"), &mut sum);
-        sum
+        (sum.parts <= MOST_PARTS).then_some(sum)
     }
 
     /// Adds the part `xi` (corners in reference coordinates) of cell `c`, split until it is small: R/2 inside, where the
     /// integrand is smooth, R/3 at the sphere, where b has a kink in its curvature (second moments come out to 1e-5).
     fn add_part(&self, c: usize, xi: &[[f64; 3]; 4], sum: &mut Moments) {
+        sum.parts += 1;
+        if sum.parts > MOST_PARTS {
+            return;
+        }
         let corners = xi.map(|x| self.mesh.position(c, x) - self.center);
         let middle = corners.iter().sum::<Vec3>() / 4.0;
         let spread = corners.iter().map(|x| (x - middle).norm()).fold(0.0, f64::max);
@@ -240,8 +263,19 @@ impl Ball<'_> {
         if middle.norm() - reach >= self.radius {
             return;
         }
-        let size = CELL_EDGES.iter().map(|&[a, b]| (corners[a] - corners[b]).norm()).fold(0.0, f64::max);
+        let length = |&[a, b]: &[usize; 2]| (corners[a] - corners[b]).norm();
+        let shortest = CELL_EDGES.iter().map(length).fold(f64::INFINITY, f64::min);
+        let longest = CELL_EDGES.into_iter().max_by(|a, b| length(a).total_cmp(&length(b))).expect("six edges");
+        let size = length(&longest);
         let enough = if middle.norm() + reach <= self.radius { self.radius / 2.0 } else { self.radius / 3.0 };
+        if size > enough && size > SLENDER * shortest {
+            for [kept, moved] in [longest, [longest[1], longest[0]]] {
+                let mut part = *xi;
+                part[moved] = std::array::from_fn(|d| (xi[kept][d] + xi[moved][d]) / 2.0);
+                self.add_part(c, &part, sum);
+            }
+            return;
+        }
         if size > enough {
             for part in split(xi, |a, b| std::array::from_fn(|d| (a[d] + b[d]) / 2.0)) {
                 self.add_part(c, &part, sum);

@@ -3,7 +3,7 @@
 //! The name decides only between formats that have no mark of their own.
 
 use super::error::MeshError;
-use crate::storage::{self, DATA_LIMIT};
+use crate::storage::{self, DATA_LIMIT, is_packed};
 use std::io::Read;
 use std::path::Path;
 
@@ -91,33 +91,38 @@ const ENDINGS: &[(&str, &str, Reader)] = &[
 
 /// The content of a file, unpacked if it is gzipped and without the mark of UTF-8.
 pub fn content(file: &Path) -> Result<Vec<u8>, MeshError> {
-    let data = unpacked(file, DATA_LIMIT + 1)?;
-    if data.len() as u64 > DATA_LIMIT {
-        let reason = format!("it has more than {} MiB", DATA_LIMIT >> 20);
-        return Err(MeshError::Unreadable { file: file.into(), reason });
-    }
-    Ok(data)
+    let data = storage::read(file, DATA_LIMIT).map_err(|e| unreadable(file, &e))?;
+    let data = if is_packed(&data) { storage::unpacked(&data).map_err(|e| unreadable(file, &e))? } else { data };
+    Ok(without_mark(data))
 }
 
-fn unpacked(file: &Path, limit: u64) -> Result<Vec<u8>, MeshError> {
-    let unreadable = |e: std::io::Error| MeshError::Unreadable { file: file.into(), reason: e.to_string() };
-    let open = || storage::open(file).map_err(unreadable);
+/// The first bytes of the content of a file.
+fn head(file: &Path) -> Result<Vec<u8>, MeshError> {
+    let open = || storage::open(file).map_err(|e| unreadable(file, &e));
     let mut data = Vec::new();
-    open()?.take(limit).read_to_end(&mut data).map_err(unreadable)?;
-    if data.starts_with(&[0x1f, 0x8b]) {
+    open()?.take(HEAD).read_to_end(&mut data).map_err(|e| unreadable(file, &e))?;
+    if is_packed(&data) {
         data.clear();
-        let mut unpacked = flate2::read::MultiGzDecoder::new(std::io::BufReader::new(open()?)).take(limit);
-        unpacked.read_to_end(&mut data).map_err(unreadable)?;
+        let mut unpacked = flate2::read::MultiGzDecoder::new(std::io::BufReader::new(open()?)).take(HEAD);
+        unpacked.read_to_end(&mut data).map_err(|e| unreadable(file, &e))?;
     }
+    Ok(without_mark(data))
+}
+
+fn unreadable(file: &Path, error: &std::io::Error) -> MeshError {
+    MeshError::Unreadable { file: file.into(), reason: error.to_string() }
+}
+
+fn without_mark(mut data: Vec<u8>) -> Vec<u8> {
     if data.starts_with(b"\xef\xbb\xbf") {
         data.drain(..3);
     }
-    Ok(data)
+    data
 }
 
 /// The format of a file; one that is not known, or in UTF-16, is refused.
 pub fn recognise(file: &Path) -> Result<Format, MeshError> {
-    let data = unpacked(file, HEAD)?;
+    let data = head(file)?;
     let refuse = |fact: String, remedy: &str| Err(MeshError::Format { file: file.into(), fact, remedy: remedy.into() });
     if data.starts_with(&[0xff, 0xfe]) || data.starts_with(&[0xfe, 0xff]) {
         return refuse("this is text in UTF-16".into(), "save it as UTF-8");

@@ -8,11 +8,12 @@
 use super::assemble::RawMesh;
 use super::cursor::Cursor;
 use super::error::MeshError;
-use super::msh_elements::{Names, add_element, group_name, kind};
+use super::msh_elements::{Names, add_element, check_groups, group_name, kind};
 use super::msh2;
 use crate::math::tensor::Vec3;
 use std::collections::HashMap;
 use std::path::Path;
+use std::sync::Arc;
 
 /// Physical groups: names by (dimension, tag) and the tags of every entity (dimension, tag).
 #[derive(Default)]
@@ -236,7 +237,8 @@ fn read_elements(
         let &(_, nodes, dim, _) = kind;
         let value = at.long("the number of elements of a block")?;
         let count = at.count(value, 2 * (nodes + 1), "the elements of a block")?;
-        let regions = groups.regions(dim, entity);
+        let regions: Arc<[String]> = groups.regions(dim, entity).into();
+        check_groups(&raw.file, &format!("entity {entity}"), regions.len())?;
         for _ in 0..count {
             let tag = at.long("an element tag")? as u64;
             let mut found = [0u32; 27];

@@ -5,7 +5,7 @@
 use super::assemble::RawMesh;
 use super::cursor::Cursor;
 use super::error::MeshError;
-use super::msh_elements::{Names, add_element, group_name, kind};
+use super::msh_elements::{Names, add_element, check_groups, group_name, kind};
 use crate::math::tensor::Vec3;
 use std::collections::HashMap;
 
@@ -68,6 +68,7 @@ pub(super) fn read_elements(
                 // Only another group makes it the same element; a cell that is there twice is an error that is found later.
                 Some(&same) if !element.regions.is_empty() && !elements[same].regions.contains(&element.regions[0]) => {
                     elements[same].regions.extend(element.regions);
+                    check_groups(&raw.file, &format!("element {}", element.tag), elements[same].regions.len())?;
                 }
                 _ => {
                     known.insert((element.number, key), elements.len());
@@ -78,7 +79,7 @@ pub(super) fn read_elements(
     }
     for mut element in elements {
         let kind = kind(&raw.file, element.number)?;
-        add_element(raw, kind, &mut element.nodes, element.tag, &element.regions);
+        add_element(raw, kind, &mut element.nodes, element.tag, &element.regions.into());
     }
     Ok(())
 }

@@ -5,6 +5,7 @@ use super::error::MeshError;
 use super::solid::Solid;
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 
 /// A kind of element: (gmsh's number, nodes, dimension, name).
 pub(super) type Kind = (i64, usize, usize, &'static str);
@@ -47,6 +48,18 @@ pub(super) fn kind(file: &Path, number: i64) -> Result<&'static Kind, MeshError>
 /// Names of physical groups by (dimension, tag).
 pub(super) type Names = BTreeMap<(usize, i64), String>;
 
+/// Most physical groups of one element: each of its elements is listed in all of them.
+const MOST_GROUPS: usize = 256;
+
+/// Refuses an element or entity in too many groups.
+pub(super) fn check_groups(file: &Path, owner: &str, groups: usize) -> Result<(), MeshError> {
+    if groups <= MOST_GROUPS {
+        return Ok(());
+    }
+    let fact = format!("{owner} belongs to {groups} physical groups, and at most {MOST_GROUPS} are read");
+    Err(MeshError::Format { file: file.into(), fact, remedy: "save it in fewer".into() })
+}
+
 /// Name of a physical group, after its tag if it has none.
 pub(super) fn group_name(names: &Names, dim: usize, tag: i64) -> String {
     let plain = || format!("{}_{tag}", ["point", "curve", "surface", "volume"][dim.min(3)]);
@@ -54,7 +67,7 @@ pub(super) fn group_name(names: &Names, dim: usize, tag: i64) -> String {
 }
 
 /// Adds an element of a kind with its nodes and regions.
-pub(super) fn add_element(raw: &mut RawMesh, kind: &Kind, found: &mut [u32; 27], tag: u64, regions: &[String]) {
+pub(super) fn add_element(raw: &mut RawMesh, kind: &Kind, found: &mut [u32; 27], tag: u64, regions: &Arc<[String]>) {
     let &(number, nodes, dim, name) = kind;
     let solid = match number {
         4 => Solid::Tet4,
@@ -64,10 +77,10 @@ pub(super) fn add_element(raw: &mut RawMesh, kind: &Kind, found: &mut [u32; 27],
         5 => Solid::Hexahedron,
         2 | 9 | 3 => {
             let corners = found[..if number == 3 { 4 } else { 3 }].to_vec();
-            return raw.facets.push(RawFacet { corners, tag, regions: regions.to_vec() });
+            return raw.facets.push(RawFacet { corners, tag, regions: Arc::clone(regions) });
         }
         15 | 1 | 8 | 26 => {
-            for region in regions {
+            for region in regions.iter() {
                 raw.node_regions.entry(region.clone()).or_default().extend(&found[..nodes]);
             }
             return *raw.other.entry(name).or_default() += 1;
@@ -81,7 +94,7 @@ pub(super) fn add_element(raw: &mut RawMesh, kind: &Kind, found: &mut [u32; 27],
         found.swap(8, 9);
     }
     let cell = raw.push(solid, &found[..], tag);
-    for name in regions {
+    for name in regions.iter() {
         match raw.cell_regions.get_mut(name) {
             Some(cells) => cells.push(cell),
             None => drop(raw.cell_regions.insert(name.clone(), vec![cell])),

@@ -86,6 +86,27 @@ where
     area.draw(&element).expect("a string accepts every write");
 }
 
+/// A text that a drawing can hold: without control characters, and with marks of italics in pairs.
+fn printable(text: &str) -> String {
+    let (mut out, mut open) = (String::with_capacity(text.len()), false);
+    for c in text.chars() {
+        match c {
+            _ if c == ITALIC.0 || c == ITALIC.1 => {
+                if open != (c == ITALIC.0) {
+                    open = !open;
+                    out.push(c);
+                }
+            }
+            _ if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') => {}
+            _ => out.push(c),
+        }
+    }
+    if open {
+        out.push(ITALIC.1);
+    }
+    out
+}
+
 pub fn text(area: &Area, s: &str, at: Point, anchor: At, size: i32, color: RGBColor) {
     let (h, v, turn) = match anchor {
         At::Left => (HPos::Left, VPos::Center, false),
@@ -99,7 +120,7 @@ pub fn text(area: &Area, s: &str, at: Point, anchor: At, size: i32, color: RGBCo
     if turn {
         style = style.transform(FontTransform::Rotate270);
     }
-    put(area, Text::new(s.to_string(), at, style));
+    put(area, Text::new(printable(s), at, style));
 }
 
 /// Rough width of a text \[units\]; Liberation Sans runs to about half an em per character.

@@ -26,6 +26,14 @@ pub enum ReportError {
     Figure { name: String, what: String },
 }
 
+impl ReportError {
+    /// Of a figure whose drawing ended in a panic.
+    pub(super) fn drawing(name: &str) -> Self {
+        let what = "a bug of this program; please report it with study.json and the folder cases".into();
+        Self::Figure { name: name.into(), what }
+    }
+}
+
 impl fmt::Display for ReportError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -68,7 +76,7 @@ impl fmt::Display for ReportError {
             Self::Unwritable { path, source } => {
                 write!(f, "cannot write {}: {source}; check that the folder exists and is writable", path.display())
             }
-            Self::Figure { name, what } => write!(f, "figure {name} could not be converted: {what}"),
+            Self::Figure { name, what } => write!(f, "figure {name} could not be drawn: {what}"),
         }
     }
 }

@@ -3,6 +3,7 @@
 use crate::report::error::ReportError;
 use crate::report::files::write;
 use resvg::{tiny_skia, usvg};
+use std::panic::catch_unwind;
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
@@ -10,6 +11,8 @@ use std::sync::{Arc, OnceLock};
 const DPI: f32 = 300.0;
 /// The same per metre, for programs that place the picture.
 const PER_METRE: u32 = 11_811;
+/// Most pixels of a PNG, eight times a page of A4.
+const MOST_PIXELS: u64 = 64 << 20;
 /// CSS pixels per inch, the unit of a parsed SVG.
 const CSS_DPI: f32 = 96.0;
 
@@ -28,10 +31,29 @@ fn fonts() -> Arc<usvg::fontdb::Database> {
     FONTS.get_or_init(load).clone()
 }
 
+/// The drawing with a question mark in place of each letter that the embedded font lacks, whose layout could fail.
+fn with_glyphs(svg: &str) -> String {
+    let has_glyph = |c: char| match c {
+        // Latin, Greek, Cyrillic, without combining marks
+        '\n'
+        | '\r'
+        | '\t'
+        | ' '..='\u{2ff}'
+        | '\u{370}'..='\u{482}'
+        | '\u{48a}'..='\u{52f}'
+        | '\u{1e00}'..='\u{1fff}' => c != '\u{ad}',
+        // Punctuation, raised and lowered digits, letters of formulae, arrows, signs of operations, shapes
+        '\u{2010}'..='\u{2027}' | '\u{2030}'..='\u{205e}' | '\u{2070}'..='\u{20cf}' | '\u{2100}'..='\u{25ff}' => true,
+        _ => false,
+    };
+    svg.chars().map(|c| if has_glyph(c) { c } else { '?' }).collect()
+}
+
 fn parse(name: &str, svg: &str) -> Result<usvg::Tree, ReportError> {
     let options =
         usvg::Options { dpi: CSS_DPI, font_family: "Liberation Sans".into(), fontdb: fonts(), ..Default::default() };
-    usvg::Tree::from_str(svg, &options).map_err(|e| ReportError::Figure { name: name.into(), what: e.to_string() })
+    usvg::Tree::from_str(&with_glyphs(svg), &options)
+        .map_err(|e| ReportError::Figure { name: name.into(), what: e.to_string() })
 }
 
 /// PNG at 300 dpi on white.
@@ -40,6 +62,9 @@ pub fn png(name: &str, svg: &str) -> Result<Vec<u8>, ReportError> {
     let tree = parse(name, svg)?;
     let scale = DPI / CSS_DPI;
     let size = tree.size().to_int_size().scale_by(scale).ok_or_else(|| refuse("it has no size"))?;
+    if u64::from(size.width()) * u64::from(size.height()) > MOST_PIXELS {
+        return Err(refuse("it is too large to rasterise"));
+    }
     let mut map =
         tiny_skia::Pixmap::new(size.width(), size.height()).ok_or_else(|| refuse("it is too large to rasterise"))?;
     map.fill(tiny_skia::Color::WHITE);
@@ -67,9 +92,29 @@ pub fn pdf(name: &str, svg: &str) -> Result<Vec<u8>, ReportError> {
         .map_err(|e| ReportError::Figure { name: name.into(), what: e.to_string() })
 }
 
-/// `<name>.svg`, `.png` and `.pdf` in `dir`.
+/// A figure in the formats that are stored.
+pub struct Pictures {
+    svg: String,
+    png: Vec<u8>,
+    pdf: Vec<u8>,
+}
+
+impl Pictures {
+    /// Converts a figure. What the font layout or a converter cannot take is an error of this figure alone.
+    pub fn of(name: &str, svg: &str) -> Result<Self, ReportError> {
+        let convert = || Ok(Self { svg: svg.into(), png: png(name, svg)?, pdf: pdf(name, svg)? });
+        catch_unwind(convert).unwrap_or_else(|_| Err(ReportError::drawing(name)))
+    }
+
+    /// Writes `<name>.svg`, `.png` and `.pdf` into `dir`.
+    pub fn save(&self, dir: &Path, name: &str) -> Result<(), ReportError> {
+        write(&dir.join(format!("{name}.svg")), self.svg.as_bytes())?;
+        write(&dir.join(format!("{name}.png")), &self.png)?;
+        write(&dir.join(format!("{name}.pdf")), &self.pdf)
+    }
+}
+
+/// Converts a figure and writes it into `dir`.
 pub fn save(dir: &Path, name: &str, svg: &str) -> Result<(), ReportError> {
-    write(&dir.join(format!("{name}.svg")), svg.as_bytes())?;
-    write(&dir.join(format!("{name}.png")), &png(name, svg)?)?;
-    write(&dir.join(format!("{name}.pdf")), &pdf(name, svg)?)
+    Pictures::of(name, svg)?.save(dir, name)
 }

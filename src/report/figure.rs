@@ -1,12 +1,23 @@
 //! Common parts of figures: the figure itself, its legend, marks and colours by number.
 
 use crate::report::canvas::{Area, At, INK, MARKS, Mark, PALETTE, Point, RGB, SMALL, line, mark, mm, text};
+use crate::report::error::ReportError;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// A drawn figure: file name, SVG, and what it shows.
 pub struct Figure {
     pub name: String,
     pub svg: String,
     pub caption: String,
+}
+
+/// A figure, or why it could not be drawn.
+pub type Drawn = Result<Figure, ReportError>;
+
+/// Draws a figure. One that cannot be drawn by a bug does not cost the report.
+pub fn drawn<F: Into<Option<Figure>>>(name: &str, draw: impl FnOnce() -> F) -> Option<Drawn> {
+    let outcome = catch_unwind(AssertUnwindSafe(|| draw().into()));
+    outcome.map_or_else(|_| Some(Err(ReportError::drawing(name))), |figure| figure.map(Ok))
 }
 
 /// Appearance of the sample of a legend entry.

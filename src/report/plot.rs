@@ -2,6 +2,11 @@
 
 use crate::report::canvas::{Area, At, INK, LABEL, PALE, Point, SMALL, line, mm, text};
 
+/// Numbers of a larger size are not drawn: no axis has room for them \[any unit\].
+const LARGEST: f64 = 1e250;
+/// Numbers of a smaller size are zero on a linear axis, and not drawn on a logarithmic one.
+const SMALLEST: f64 = 1e-250;
+
 /// One axis: range, scale and label.
 #[derive(Clone, Debug)]
 pub struct Axis {
@@ -16,7 +21,8 @@ pub struct Axis {
 impl Axis {
     /// Widened to whole ticks.
     pub fn linear(values: impl Iterator<Item = f64>, label: &str) -> Self {
-        let (mut lo, mut hi) = bounds(values).unwrap_or((0.0, 1.0));
+        let drawn = |v: f64| if v.abs() < SMALLEST { 0.0 } else { v };
+        let (mut lo, mut hi) = bounds(values.map(drawn)).unwrap_or((0.0, 1.0));
         if hi - lo <= 1e-12 * hi.abs().max(lo.abs()) {
             let half = if hi == 0.0 { 1.0 } else { 0.1 * hi.abs() };
             (lo, hi) = (lo - half, hi + half);
@@ -33,7 +39,7 @@ impl Axis {
 
     /// Positive values only, with a margin of a twelfth of the length on both sides and at least one decade.
     pub fn log(values: impl Iterator<Item = f64>, label: &str) -> Self {
-        let (lo, hi) = bounds(values.filter(|v| *v > 0.0)).unwrap_or((0.1, 1.0));
+        let (lo, hi) = bounds(values.filter(|v| *v >= SMALLEST)).unwrap_or((0.1, 1.0));
         let (mut a, mut b) = (lo.log10(), hi.log10());
         let margin = 0.08 * (b - a).max(0.3);
         (a, b) = (a - margin, b + margin);
@@ -53,6 +59,9 @@ impl Axis {
     pub fn ticks(&self) -> Vec<(f64, String)> {
         if !self.log {
             let step = self.step;
+            if !(step >= SMALLEST && step <= LARGEST) {
+                return vec![];
+            }
             let digit = (step.log10() + 1e-9).floor() as i32;
             let (a, b) = (self.lo.min(self.hi), self.lo.max(self.hi));
             let first = (a / step - 1e-6).ceil() as i64;
@@ -86,7 +95,9 @@ fn labelled() -> impl Iterator<Item = (f64, f64)> {
 }
 
 fn bounds(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
-    let b = values.filter(|v| v.is_finite()).fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
+    let b = values
+        .filter(|v| v.abs() <= LARGEST)
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
     (b.0 <= b.1).then_some(b)
 }
 
@@ -136,7 +147,9 @@ pub struct Plot<'a, 'b> {
 impl Plot<'_, '_> {
     pub fn at(&self, x: f64, y: f64) -> Point {
         let [l, t, r, b] = self.frame.map(f64::from);
-        ((l + self.x.place(x) * (r - l)).round() as i32, (b - self.y.place(y) * (b - t)).round() as i32)
+        // Far outside of the sheet is as good as farther
+        let unit = |v: f64| v.round().clamp(-1e6, 1e6) as i32;
+        (unit(l + self.x.place(x) * (r - l)), unit(b - self.y.place(y) * (b - t)))
     }
 
     pub fn path(&self, x: &[f64], y: &[f64]) -> Vec<Point> {
@@ -226,6 +239,12 @@ mod tests {
             assert_eq!(distinct.len(), names.len(), "{names:?}");
             // Neither the raised minus nor the raised zero is in the font.
             assert!(!names.iter().any(|n| n.contains(['\u{207b}', '\u{2070}'])), "{names:?}");
+        }
+        for values in [[5e-324, 5e-324], [0.0, 1e-310], [-1e308, 1e308], [1e200, 1e200], [f64::NAN, f64::INFINITY]] {
+            for axis in [Axis::linear(values.into_iter(), ""), Axis::log(values.into_iter(), "")] {
+                assert!(axis.lo < axis.hi && axis.hi.is_finite(), "{axis:?}");
+                assert!((1..100).contains(&axis.ticks().iter().filter(|t| !t.1.is_empty()).count()), "{axis:?}");
+            }
         }
         assert_eq!(number(2.5e-5, -6), "2.5e−5");
         assert_eq!(number(-2e-6, -6), "−2e−6");

@@ -69,7 +69,8 @@ impl Fit {
     }
 
     pub fn at(&self, p: (f64, f64)) -> (i32, i32) {
-        ((self.scale * p.0 + self.offset.0).round() as i32, (self.scale * p.1 + self.offset.1).round() as i32)
+        let unit = |v: f64| v.round().clamp(-1e6, 1e6) as i32;
+        (unit(self.scale * p.0 + self.offset.0), unit(self.scale * p.1 + self.offset.1))
     }
 }
 

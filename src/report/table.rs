@@ -55,8 +55,7 @@ impl Table {
     }
 
     pub fn csv(&self) -> String {
-        let quote = |s: String| if s.contains([',', '"']) { format!("\"{}\"", s.replace('"', "\"\"")) } else { s };
-        let line = |cells: Vec<String>| cells.into_iter().map(quote).collect::<Vec<_>>().join(",") + "\n";
+        let line = |cells: Vec<String>| cells.iter().map(|c| quoted(c)).collect::<Vec<_>>().join(",") + "\n";
         let mut out = line((0..self.columns.len()).map(|k| self.heading(k)).collect());
         for row in &self.rows {
             out += &line(row.clone());
@@ -82,6 +81,12 @@ impl Table {
         write(&dir.join(format!("{}.csv", self.name)), self.csv().as_bytes())?;
         write(&dir.join(format!("{}.tex", self.name)), self.latex().as_bytes())
     }
+}
+
+/// A cell of a table of comma-separated values; RFC 4180 quotes what would divide it.
+pub fn quoted(cell: &str) -> String {
+    let divides = cell.contains([',', '"', '\n', '\r']) || cell.trim() != cell;
+    if divides { format!("\"{}\"", cell.replace('"', "\"\"")) } else { cell.into() }
 }
 
 /// Characters that LaTeX would take for commands, and the ones outside of its usual fonts.

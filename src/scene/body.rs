@@ -6,6 +6,7 @@ use super::grid::{disturb, grid, mesh_hash};
 use super::mesh_file::{content, doubtful_unit, reading, taken_over, unit_m, volume_mesh};
 use super::mesh_spec::{ElementSpec, GeneratorSpec, GradingSpec, MeshSpec};
 use super::quantity::Length;
+use crate::mesh::element::CELL_EDGES;
 use crate::mesh::format::Reader;
 use crate::mesh::generate::body::Body as Declared;
 use crate::mesh::generate::{
@@ -22,6 +23,11 @@ use std::path::Path;
 const CELL_TOLERANCE: f64 = 0.02;
 /// The same of an adapted mesh, whose number is a prediction.
 const ADAPTED_TOLERANCE: f64 = 0.1;
+/// Most cells that a mesh may be asked for.
+const MOST_CELLS: usize = 100_000_000;
+/// Most levels of splitting each cell into eight.
+const MOST_LEVELS: u32 = 8;
+
 /// A mesh and what its maker says of it.
 #[derive(Debug)]
 pub struct Body {
@@ -61,6 +67,7 @@ impl Body {
             disturb(file, worse, &mut body.mesh)?;
             body.sha256 = mesh_hash(&body.mesh);
         }
+        check_places(file, &body.mesh)?;
         Ok(body)
     }
 
@@ -137,6 +144,33 @@ impl Body {
         let sha256 = Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect();
         let source = source.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
         Ok(Self { mesh, paths, source, sha256, notes: vec![], warnings: vec![] })
+    }
+}
+
+/// Bodies across which lengths lose their meaning \[m\].
+const ACROSS: std::ops::RangeInclusive<f64> = 1e-12..=1e12;
+/// A cell needs edges above this share of its distance from the origin: a coordinate has sixteen digits, and strains need some of them.
+const RESOLVED: f64 = 1e-11;
+
+/// Refuses a mesh whose coordinates cannot tell its nodes apart: of a size or at a distance that is a slip of an exponent.
+fn check_places(file: &Path, mesh: &TetMesh) -> Result<(), SceneError> {
+    let across = mesh.diagonal();
+    if !ACROSS.contains(&across) {
+        let fact = format!("the mesh is {across:e} m across");
+        return Err(content(file, fact, "give it a size from 1e-12 to 1e12 m (check units and exponents)"));
+    }
+    let is_lost = |cell: &[u32]| {
+        let corners: [_; 4] = std::array::from_fn(|k| mesh.points[cell[k] as usize]);
+        let away = corners.iter().map(|p| p.amax()).fold(0.0, f64::max);
+        let edge = |&[a, b]: &[usize; 2]| (corners[a] - corners[b]).norm();
+        CELL_EDGES.iter().any(|ends| edge(ends) < RESOLVED * away)
+    };
+    match mesh.cells.chunks_exact(mesh.order.cell_nodes()).position(is_lost) {
+        Some(cell) => {
+            let fact = format!("cell {cell} is too far from the origin for its size: its edges are lost in rounding");
+            Err(content(file, fact, "shift the body towards the origin, or take larger cells there"))
+        }
+        None => Ok(()),
     }
 }
 
@@ -258,12 +292,20 @@ fn request_from(file: &Path, spec: &MeshSpec, store: Option<&MeshStore>) -> Resu
     };
     let size = match (spec.cells, spec.size) {
         (Some(0), None) => return Err(content(file, "cells = 0", "ask for at least one cell")),
+        (Some(count), None) if count > MOST_CELLS => {
+            let fact = format!("cells = {count}");
+            return Err(content(file, fact, &format!("ask for at most {MOST_CELLS}; no solver here holds more")));
+        }
         (Some(count), None) => Some(Size::Cells { count: count as u64, tolerance: CELL_TOLERANCE }),
         (None, Some(length)) if length.0 > 0.0 => Some(Size::Length(length.0)),
         (None, Some(length)) => return Err(content(file, format!("size = {} m", length.0), "it must be positive")),
         (None, None) if !spec.cgal.is_empty() => None,
         _ => return Err(content(file, "neither `cells` nor `size` is given, or both are", "give one of them")),
     };
+    if spec.levels > MOST_LEVELS {
+        let fact = format!("levels = {}", spec.levels);
+        return Err(content(file, fact, &format!("each makes eight cells of one: take at most {MOST_LEVELS}")));
+    }
     if let Some(limit) = spec.time_limit.filter(|limit| limit.0 <= 0.0) {
         return Err(content(file, format!("time_limit = {} s", limit.0), "it must be positive"));
     }

@@ -1,7 +1,7 @@
 //! A checkpoint, the file that a run restarts from: everything that it needs to go on bit for bit from a point of the time grid.
 //!
-//! A saved state is one line of JSON, which says what it belongs to, and then the numbers as 64-bit floats, lowest byte
-//! first. It holds what was recorded so far, so a run that goes on from it writes the same files as one that was not cut.
+//! A saved state is a line with the format and the SHA-256 of all that follows, one line of JSON, which says what it belongs to, and then the
+//! numbers as 64-bit floats, lowest byte first. It holds what was recorded so far, so a run that goes on from it writes the same files as one that was not cut.
 
 use super::build::Scene;
 use super::control::{ControlError, ControlMemory};
@@ -55,18 +55,18 @@ pub enum CheckpointError {
     Damaged { file: PathBuf, fact: String },
 }
 
-const FORMAT: &str = "durometer state 3";
+const FORMAT: &str = "durometer state 4";
+/// Most halvings of a step that a state may tell of: more leave nothing of it.
+const MOST_CUTS: u32 = 1000;
 /// Keys of a scene that a restart may change, since the simulation does not depend on them.
 const FREE: [&str; 4] = ["title", "numerics", "output", "compare"];
 
 #[derive(Serialize, Deserialize)]
 struct Head {
-    format: String,
     version: String,
     t_s: f64,
     scene_sha256: String,
     mesh_sha256: String,
-    payload_sha256: String,
     span: usize,
     step: usize,
     degree: usize,
@@ -76,6 +76,22 @@ struct Head {
     cables: CableLog,
     /// Numbers in each array of the payload
     lengths: Vec<usize>,
+}
+
+impl Head {
+    /// Whether the position, the counts and the memory of the protocol are those of a run of this scene.
+    fn fits(&self, scene: &Scene) -> bool {
+        let memory = scene.controls.memory();
+        let [own, expected] = [&self.control, &memory].map(|m| (m.programs.len(), m.outside.len(), m.events.len()));
+        let in_span = scene.spans.get(self.span).is_some_and(|span| self.step <= span.steps());
+        in_span && own == expected && self.level <= MOST_CUTS && self.degree < self.lengths.len()
+    }
+}
+
+/// The bytes before and after the first end of a line.
+fn split_line(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
+    let end = bytes.iter().position(|b| *b == b'\n')?;
+    Some((&bytes[..end], &bytes[end + 1..]))
 }
 
 impl Checkpoint {
@@ -104,12 +120,10 @@ impl Checkpoint {
         let arrays = self.arrays();
         let payload: Vec<u8> = arrays.iter().flatten().flat_map(|v| v.to_le_bytes()).collect();
         let head = Head {
-            format: FORMAT.into(),
             version: env!("CARGO_PKG_VERSION").into(),
             t_s: self.state.t,
             scene_sha256: identity(scene),
             mesh_sha256: scene.body.sha256.clone(),
-            payload_sha256: sha256(&payload),
             span: self.position.span,
             step: self.position.step,
             degree: self.memory.prediction.degree,
@@ -119,9 +133,10 @@ impl Checkpoint {
             cables: self.cables.clone(),
             lengths: arrays.iter().map(Vec::len).collect(),
         };
-        let mut bytes = serde_json::to_vec(&head).expect("numbers, strings and string keys only");
-        bytes.push(b'\n');
-        bytes.extend(payload);
+        let mut rest = serde_json::to_vec(&head).expect("numbers, strings and string keys only");
+        rest.push(b'\n');
+        rest.extend(payload);
+        let bytes = [format!("{FORMAT} {}\n", sha256(&rest)).as_bytes(), &rest].concat();
         storage::write(file, &bytes)
             .map_err(|e| CheckpointError::Unwritable { file: file.into(), reason: e.to_string() })
     }
@@ -131,12 +146,15 @@ impl Checkpoint {
         let unreadable = |e: std::io::Error| CheckpointError::Unreadable { file: file.into(), reason: e.to_string() };
         let bytes = storage::read(file, DATA_LIMIT).map_err(unreadable)?;
         let stranger = |fact: &str| CheckpointError::NotAState { file: file.into(), fact: fact.into() };
-        let line = bytes.iter().position(|b| *b == b'\n').ok_or_else(|| stranger("it has no first line"))?;
-        let head: Head =
-            serde_json::from_slice(&bytes[..line]).map_err(|_| stranger("its first line is not that of a state"))?;
-        if head.format != FORMAT {
-            return Err(stranger(&format!("its format is \"{}\", not \"{FORMAT}\"", head.format)));
+        let damaged = |fact: &str| CheckpointError::Damaged { file: file.into(), fact: fact.into() };
+        let (first, rest) = split_line(&bytes).ok_or_else(|| stranger("it has no first line"))?;
+        let sum = std::str::from_utf8(first).ok().and_then(|line| line.strip_prefix(FORMAT));
+        let sum = sum.ok_or_else(|| stranger(&format!("its first line does not begin with \"{FORMAT}\"")))?;
+        if sum.trim() != sha256(rest) {
+            return Err(damaged("its content is not that which was written"));
         }
+        let (head, payload) = split_line(rest).ok_or_else(|| damaged("it has no second line"))?;
+        let head: Head = serde_json::from_slice(head).map_err(|_| damaged("its second line is not that of a state"))?;
         let elsewhere = |what, hint| CheckpointError::Elsewhere { file: file.into(), what, hint };
         if head.version != env!("CARGO_PKG_VERSION") {
             return Err(elsewhere("version of this program", ""));
@@ -147,10 +165,9 @@ impl Checkpoint {
         if head.scene_sha256 != identity(scene) {
             return Err(elsewhere("scene", " (only title, numerics, output and compare may differ)"));
         }
-        let payload = &bytes[line + 1..];
-        let damaged = |fact: &str| CheckpointError::Damaged { file: file.into(), fact: fact.into() };
-        if sha256(payload) != head.payload_sha256 || payload.len() != 8 * head.lengths.iter().sum::<usize>() {
-            return Err(damaged("its numbers are not those that were written"));
+        let length = head.lengths.iter().try_fold(0usize, |sum, n| sum.checked_add(*n));
+        if length.and_then(|n| n.checked_mul(8)) != Some(payload.len()) || !head.fits(scene) {
+            return Err(damaged("its numbers do not fit the scene"));
         }
         let mut numbers = payload.chunks_exact(8).map(|b| f64::from_le_bytes(b.try_into().expect("8 bytes")));
         let arrays = head.lengths.iter().map(|n| numbers.by_ref().take(*n).collect()).collect();

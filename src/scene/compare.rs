@@ -4,6 +4,7 @@ use super::builder::Builder;
 use super::control::in_unit_of;
 use super::error::part;
 use super::error::{SceneError, hint};
+use crate::storage::{self, DATA_LIMIT};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
@@ -88,8 +89,10 @@ pub(super) fn read_measured(
 
 fn read(path: &Path, names: [&String; 2]) -> Result<(Vec<f64>, Vec<f64>), MeasuredError> {
     let file = path.display().to_string();
+    let bytes = storage::read(path, DATA_LIMIT);
+    let bytes = bytes.map_err(|e| MeasuredError::Unreadable { file: file.clone(), why: e.to_string() })?;
     let unreadable = |e: csv::Error| MeasuredError::Unreadable { file: file.clone(), why: e.to_string() };
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_path(path).map_err(unreadable)?;
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes.as_slice());
     let known: Vec<String> = reader.headers().map_err(unreadable)?.iter().map(String::from).collect();
     let mut places = [0; 2];
     for (place, name) in places.iter_mut().zip(names) {

@@ -10,6 +10,9 @@ use crate::mesh::{TetMesh, curved, structured};
 use sha2::{Digest, Sha256};
 use std::path::Path;
 
+/// More cells than this in one grid are a slip: no direct solver holds their matrix.
+const MOST_CELLS: f64 = 1e7;
+
 /// The mesh of a grid.
 pub fn grid(file: &Path, spec: &GridSpec, element: ElementSpec) -> Result<TetMesh, SceneError> {
     let refuse = |fact: String, remedy: &str| Err(content(file, "mesh.grid", fact, remedy));
@@ -17,8 +20,15 @@ pub fn grid(file: &Path, spec: &GridSpec, element: ElementSpec) -> Result<TetMes
     if divisions.contains(&0) {
         return refuse(format!("divisions = {divisions:?}"), "give at least one box in each direction");
     }
+    if cells(spec) > MOST_CELLS {
+        let fact = format!("divisions = {divisions:?} make {:.1e} cells", cells(spec));
+        return refuse(fact, &format!("take fewer: a grid has at most {MOST_CELLS:e} cells"));
+    }
     if let Some(length) = lengths.iter().find(|l| l.0 <= 0.0) {
         return refuse(format!("a length is {} mm", length.0 * 1e3), "lengths are positive");
+    }
+    if let Some(length) = lengths.iter().find(|l| !(1e-15..=1e15).contains(&l.0)) {
+        return refuse(format!("a length is {:.1e} m", length.0), "take lengths from 1e-15 to 1e15 m");
     }
     let order = element.order();
     let growth = |fine: &Length, [inner, outer]: [usize; 2]| Growth { fine: fine.0, inner, outer };
@@ -82,6 +92,24 @@ pub fn grid(file: &Path, spec: &GridSpec, element: ElementSpec) -> Result<TetMes
         }
         None => Ok(mesh),
     }
+}
+
+/// Number of cells of a grid, or somewhat more; exact integers are not needed, and would overflow.
+fn cells(spec: &GridSpec) -> f64 {
+    let boxes = match spec {
+        GridSpec::Octant { divisions: [n, layers], .. } => [*n, *n, *layers],
+        GridSpec::Cylinder { divisions: [n, layers], .. } | GridSpec::Bow { divisions: [n, layers], .. } => {
+            [n.saturating_mul(3), *n, *layers]
+        }
+        GridSpec::Bracket { divisions: [n, layers], .. } => [n.saturating_mul(2), n.saturating_mul(2), *layers],
+        GridSpec::HalfSpace { divisions: [inner, outer], .. }
+        | GridSpec::HalfSphere { divisions: [inner, outer], .. } => [inner.saturating_add(*outer); 3],
+        GridSpec::Box { divisions, .. }
+        | GridSpec::Plate { divisions, .. }
+        | GridSpec::Hole { divisions, .. }
+        | GridSpec::Tube { divisions, .. } => *divisions,
+    };
+    6.0 * boxes.iter().map(|n| *n as f64).product::<f64>()
 }
 
 /// Divisions and lengths of a grid.

@@ -118,7 +118,7 @@ pub use read::{from_text, read_scene, read_table};
 pub use recorder::{Energies, Headline, Moment, Recorder};
 pub use refine::{RefineError, Refinement, RefinementStep, RefinementWatch, refine};
 pub use run::Run;
-pub use run_options::{OnProgress, OnSave, OnState, Progress, RunOptions};
+pub use run_options::{OnProgress, OnRow, OnSave, OnState, PARTIAL, Progress, RunOptions};
 pub use sensitivities::{Sensitivities, SensitivityRecorder};
 pub use sensitivity::{Constant, SensitivityError};
 pub use skin::NamedSkin;

@@ -9,6 +9,8 @@ use toml::{Table, Value};
 pub enum OverrideError {
     #[error("\"{text}\" is not of the form key=value; write for example --set mesh.cells=9300")]
     Form { text: String },
+    #[error("a path of {steps} steps; no key of a scene lies deeper than {DEEPEST}")]
+    Deep { steps: usize },
     #[error("\"{path}\" changes nothing: there is no \"{step}\"; {hint}")]
     NoSuchKey { path: String, step: String, hint: String },
 }
@@ -19,6 +21,9 @@ pub fn parse(text: &str) -> Result<(String, Value), OverrideError> {
     let parsed = format!("v = {value}").parse::<Table>().ok().and_then(|mut t| t.remove("v"));
     Ok((path.trim().into(), parsed.unwrap_or_else(|| Value::String(value.trim().into()))))
 }
+
+/// Most steps of a path.
+const DEEPEST: usize = 16;
 
 /// Lists of a scene, to which entries can be added.
 const LISTS: [&str; 7] = ["effect", "constraint", "stage", "probe", "skin", "contact", "rigid"];
@@ -31,6 +36,9 @@ const OPTIONAL: [&str; 2] = ["mesh", "numerics"];
 /// of a list adds an entry, or a list of them, at its end.
 pub fn apply(table: &mut Table, path: &str, value: Value) -> Result<(), OverrideError> {
     let steps: Vec<&str> = path.split('.').collect();
+    if steps.len() > DEEPEST {
+        return Err(OverrideError::Deep { steps: steps.len() });
+    }
     let (last, before) = steps.split_last().expect("split yields at least one part");
     if let [list, "+"] = steps[..]
         && LISTS.contains(&list)
@@ -121,6 +129,8 @@ mod tests {
             "\"constraint.tendon.drive\" changes nothing: there is no \"tendon\"; known: fixed, cable"
         );
         assert!(parse("mesh.cells").is_err());
+        let deep = apply(&mut table, &["mesh"; 100_000].join("."), Value::Integer(1)).expect_err("too deep");
+        assert_eq!(deep, OverrideError::Deep { steps: 100_000 });
         let (path, value) = parse("constraint.+=[{kind=\"fixed\"}, {kind=\"cavity\"}]").expect("key=value");
         apply(&mut table, &path, value).expect("a list takes more");
         apply(&mut table, "probe.+", Value::Table(Table::new())).expect("a list may be new");

@@ -16,6 +16,10 @@ pub(super) fn regions(
     let mut known = mesh.regions.clone();
     known.entry("skin".into()).or_insert_with(|| Region { facets: boundary_facets(mesh), ..Region::default() });
     let mut refused: BTreeMap<&str, Refusal> = BTreeMap::new();
+    for name in mesh.regions.keys().chain(specs.keys()).filter(|name| !is_printable(name)) {
+        refused
+            .insert(name, Refusal::new("its name cannot be printed", "use letters, digits, signs and single spaces"));
+    }
     for name in specs.keys().filter(|name| known.contains_key(*name)) {
         let fact = match mesh.regions.contains_key(name) {
             true => "the mesh has a region of this name",
@@ -55,6 +59,11 @@ pub(super) fn regions(
     }
 }
 
+/// Whether a name can be part of a column, a message and a report: it has no control characters.
+fn is_printable(name: &str) -> bool {
+    !name.trim().is_empty() && !name.chars().any(char::is_control)
+}
+
 /// Notes on those whose extent changes with the mesh.
 pub(super) fn notes(regions: &BTreeMap<String, Region>, specs: &BTreeMap<String, SelectorSpec>) -> Vec<String> {
     let depends = |name: &&String| regions.get(*name).is_some_and(|r| r.depends_on_mesh);
@@ -66,11 +75,13 @@ pub(super) fn notes(regions: &BTreeMap<String, Region>, specs: &BTreeMap<String,
 fn all(file: &Path, refused: &BTreeMap<&str, Refusal>) -> SceneError {
     let file = file.into();
     if let (1, Some((name, Refusal { fact, remedy }))) = (refused.len(), refused.first_key_value()) {
-        let (place, fact, remedy) = (format!("mesh.regions.{name}"), fact.clone(), remedy.clone());
+        let (place, fact, remedy) = (format!("mesh.regions.{}", name.escape_debug()), fact.clone(), remedy.clone());
         return SceneError::Content { file, place, fact, remedy };
     }
-    let lines: Vec<String> =
-        refused.iter().map(|(name, Refusal { fact, remedy })| format!("\n  {name}: {fact}; {remedy}")).collect();
+    let lines: Vec<String> = refused
+        .iter()
+        .map(|(name, Refusal { fact, remedy })| format!("\n  {}: {fact}; {remedy}", name.escape_debug()))
+        .collect();
     let (place, fact) = ("mesh.regions".into(), format!("{} regions are refused", refused.len()));
     SceneError::Content { file, place, fact, remedy: format!("correct each of them{}", lines.concat()) }
 }

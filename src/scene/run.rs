@@ -139,10 +139,17 @@ impl Scene {
         }
         let mut recorder = RunRecorder::new(self, options);
         let mut state = recorder.checkpoint.state.clone();
-        let status = match recorder.failure {
-            Some(_) => Status::Interrupted { t: state.t },
-            None if !admitted => Status::Interrupted { t: state.t },
-            None => driver.run_spans(&self.spans, from, &mut state, &mut recorder),
+        let status = match (&recorder.failure, &recorder.not_finite) {
+            (Some(_), _) => Status::Interrupted { t: state.t },
+            (None, Some(_)) => Status::Converged,
+            _ if !admitted => Status::Interrupted { t: state.t },
+            // A stop that ended the run before it was saved ends it still
+            _ if recorder.checkpoint.control.stopped => Status::Converged,
+            _ => driver.run_spans(&self.spans, from, &mut state, &mut recorder),
+        };
+        let status = match recorder.not_finite.take() {
+            Some(column) => Status::NotFinite { t: recorder.last_time(), column },
+            None => status,
         };
         let (checkpoint, options, failure) = recorder.finish(&status);
         let stuck =

@@ -6,6 +6,7 @@ use super::sensitivities::SensitivityRecorder;
 use crate::system::State;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::time::Duration;
 
 /// Progress of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,6 +27,11 @@ pub type OnState<'a> = dyn FnMut(&State) + 'a;
 /// Receives a size of memory \[bytes\]; returns false to stop the run.
 pub type OnSized<'a> = dyn FnMut(u64) -> bool + 'a;
 
+/// Receives each recorded row as it comes, the first one included; returns false to stop the run.
+pub type OnRow<'a> = dyn FnMut(&[f64]) -> bool + 'a;
+/// Label of the states that are saved again and again.
+pub const PARTIAL: &str = "partial";
+
 /// Options of [`Scene::run_with`](super::Scene::run_with); a plain run needs none of them.
 #[derive(Default)]
 pub struct RunOptions<'a> {
@@ -35,6 +41,7 @@ pub struct RunOptions<'a> {
     pub on_sized: Option<&'a mut OnSized<'a>>,
     /// Set to stop the run, also within a step
     pub stop: Option<Arc<AtomicBool>>,
+    pub on_row: Option<&'a mut OnRow<'a>>,
     /// A saved state to go on from
     pub restart: Option<Checkpoint>,
     pub controller: Option<&'a mut (dyn Controller + 'a)>,
@@ -44,6 +51,8 @@ pub struct RunOptions<'a> {
     pub save_at: Vec<f64>,
     /// Save the last state too; of a run that ends between two points of the grid, that of the last point
     pub save_end: bool,
+    /// Wall time after which a state is saved, again and again, with the label [`PARTIAL`]
+    pub save_every: Option<Duration>,
     /// Receives the saved states, with labels that tell them apart: `0.5s`, `end`
     pub on_save: Option<&'a mut OnSave<'a>>,
 }

@@ -3,10 +3,11 @@
 use super::build::Scene;
 use super::checkpoint::{Checkpoint, Snapshot};
 use super::control::{ControlError, Opening, Orders};
-use super::run_options::{Progress, RunOptions};
+use super::run_options::{OnRow, PARTIAL, Progress, RunOptions};
 use crate::solve::{AcceptedStep, GridPoint, Status, Step, StepObserver, TimeSpan};
 use crate::system::State;
 use std::ops::ControlFlow;
+use std::time::Instant;
 
 /// The observer of a scene's run.
 pub(super) struct RunRecorder<'a, 'o> {
@@ -18,8 +19,14 @@ pub(super) struct RunRecorder<'a, 'o> {
     last_point: Option<Checkpoint>,
     /// Error of a signal or of the controller, which ended the run
     pub failure: Option<ControlError>,
+    /// Column or signal whose value was no finite number, which ended the run
+    pub not_finite: Option<String>,
     /// Iterations since the last recorded row
     iterations: usize,
+    /// When a state was saved last, of those that are saved again and again
+    saved: Instant,
+    /// The receiver of the rows wants no more of them
+    is_full: bool,
     /// Numbers that the recorders keep, at the last accepted state
     memory: Vec<f64>,
 }
@@ -30,11 +37,20 @@ impl<'a, 'o> RunRecorder<'a, 'o> {
         let restart = options.restart.take();
         let last_point = restart.clone().filter(|_| options.save_end);
         let restarted = restart.is_some();
-        let (checkpoint, outcome) = restart.map_or_else(|| Checkpoint::new(scene), |checkpoint| (checkpoint, Ok(())));
+        let (mut checkpoint, outcome) =
+            restart.map_or_else(|| Checkpoint::new(scene), |checkpoint| (checkpoint, Ok(())));
         if let (Some(on_state), false) = (&mut options.on_state, restarted) {
             on_state(&checkpoint.state);
         }
         let mut failure = outcome.err();
+        // Such a row is not kept, not even the first one: no file holds what is no number
+        let first = checkpoint.rows.last().zip(checkpoint.signals.last());
+        let not_finite = first.and_then(|(row, signals)| not_finite(scene, row, signals));
+        if not_finite.is_some() {
+            [&mut checkpoint.rows, &mut checkpoint.signals, &mut checkpoint.memories]
+                .into_iter()
+                .for_each(|kept| drop(kept.pop()));
+        }
         if let (Some(controller), None) = (&mut options.controller, &failure) {
             let (columns, signals) = (scene.columns(), scene.controls.controlled());
             let Checkpoint { state, control, .. } = &checkpoint;
@@ -42,7 +58,15 @@ impl<'a, 'o> RunRecorder<'a, 'o> {
             failure = controller.begin(&opening).err();
         }
         let memory = checkpoint.memories.last().cloned().unwrap_or_default();
-        Self { scene, options, checkpoint, last_point, failure, iterations: 0, memory }
+        let on_row = |on_row: &mut &mut OnRow| checkpoint.rows.iter().all(|row| on_row(row));
+        let is_full = !options.on_row.as_mut().is_none_or(on_row);
+        let saved = Instant::now();
+        Self { scene, options, checkpoint, last_point, failure, not_finite, iterations: 0, saved, is_full, memory }
+    }
+
+    /// Time of the last recorded row \[s\].
+    pub fn last_time(&self) -> f64 {
+        self.checkpoint.rows.last().map_or(0.0, |row| row[0])
     }
 
     /// After the last step: saves the end, and tells the controller.
@@ -72,6 +96,10 @@ impl<'a, 'o> RunRecorder<'a, 'o> {
         if due || asked {
             self.options.save(&self.checkpoint, &format!("{}s", state.t));
         }
+        if self.options.save_every.is_some_and(|every| self.saved.elapsed() >= every) {
+            self.options.save(&self.checkpoint, PARTIAL);
+            self.saved = Instant::now();
+        }
         self.last_point = self.options.save_end.then(|| self.checkpoint.clone());
     }
 
@@ -81,9 +109,16 @@ impl<'a, 'o> RunRecorder<'a, 'o> {
         let iterations = std::mem::take(&mut self.iterations);
         let step = Step { system: &scene.system, integrator, past, dt: now.t - past.t };
         let at = step.at(now);
-        rows.push(scene.record(now, Some(&at), &sums.r, balance.energies, iterations, &self.memory));
+        let row = scene.record(now, Some(&at), &sums.r, balance.energies, iterations, &self.memory);
+        let values = scene.signal_values(now);
+        self.not_finite = not_finite(scene, &row, &values);
+        if self.not_finite.is_some() {
+            return;
+        }
+        self.is_full = self.options.on_row.as_mut().is_some_and(|on_row| !on_row(&row));
+        rows.push(row);
         memories.push(self.memory.clone());
-        signals.push(scene.signal_values(now));
+        signals.push(values);
         if let (Some(on_state), true) = (&mut self.options.on_state, on_grid) {
             on_state(now);
         }
@@ -91,6 +126,12 @@ impl<'a, 'o> RunRecorder<'a, 'o> {
             *peak = Snapshot { t: now.t, x: now.x.clone() };
         }
     }
+}
+
+/// The first column, or else the first signal, whose value is no finite number.
+fn not_finite(scene: &Scene, row: &[f64], signals: &[f64]) -> Option<String> {
+    let faulty = |values: &[f64]| values.iter().position(|value| !value.is_finite());
+    faulty(row).map(|k| scene.columns().swap_remove(k)).or_else(|| Some(scene.signals[faulty(signals)?].name.clone()))
 }
 
 impl StepObserver for RunRecorder<'_, '_> {
@@ -133,6 +174,9 @@ impl StepObserver for RunRecorder<'_, '_> {
         }
         let end = scene.spans.last().map_or(0.0, |span| span.end);
         let progress = Progress { t: step.now.t, end };
+        if self.not_finite.is_some() || self.is_full {
+            return ControlFlow::Break(());
+        }
         let go_on = self.options.on_progress.as_mut().is_none_or(|on_progress| on_progress(progress));
         if go_on { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     }

@@ -276,6 +276,9 @@ fn read_table(path: &Path, unit: &str, dimension: Dimension) -> Result<Vec<(f64,
         let (t, value) = record.map_err(|_| {
             error(format!("line {}: two numbers are needed (time in s, value in {unit}), separated by a comma", k + 2))
         })?;
+        if !t.is_finite() || !(value * factor).is_finite() {
+            return Err(error(format!("line {}: time or value is no finite number", k + 2)));
+        }
         if rows.last().is_some_and(|last| last.0 >= t) {
             return Err(error(format!("line {}: time must increase from row to row", k + 2)));
         }

@@ -53,6 +53,11 @@ pub enum Status {
         /// Whether a force, pressure or tension that is given changes in the step
         by_force: bool,
     },
+    /// A recorded column or a signal has a value that is no finite number
+    NotFinite {
+        t: f64,
+        column: String,
+    },
     /// Stopped by the caller
     Interrupted {
         t: f64,
@@ -91,6 +96,7 @@ impl Status {
             Self::TimeBudget { .. } => "TimeBudget",
             Self::ContactJammed { .. } => "ContactJammed",
             Self::StepTooSmall { .. } => "StepTooSmall",
+            Self::NotFinite { .. } => "NotFinite",
             Self::Interrupted { .. } => "Interrupted",
         }
     }
@@ -106,6 +112,7 @@ impl Status {
             | Self::TimeBudget { t }
             | Self::ContactJammed { t, .. }
             | Self::StepTooSmall { t, .. }
+            | Self::NotFinite { t, .. }
             | Self::Interrupted { t } => Some(*t),
         }
     }
@@ -166,6 +173,7 @@ impl Status {
             Self::TimeBudget { .. } => "the wall time that was allowed is over".into(),
             Self::StepTooSmall { why: why @ (Failure::MaxSteps | Failure::Unloaded), .. } => why.to_string(),
             Self::StepTooSmall { why, .. } => format!("no step however small converges: {why}"),
+            Self::NotFinite { column, .. } => format!("the next value of {column} is not a finite number"),
             Self::Interrupted { .. } => "stopped".into(),
         }
     }
@@ -226,6 +234,7 @@ impl Status {
                 "the body may buckle or fold under the motion that is given: try numerics.projection = true, a dynamic stage, or \
                  a finer mesh there"
             }
+            Self::NotFinite { .. } => "check the units and exponents of what the column depends on",
             Self::Interrupted { .. } => "run it again",
         }
     }

@@ -9,6 +9,9 @@ use crate::study::spec::{FamilySpec, Mistake};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashSet};
 
+/// Most points of a grid of axes.
+const MOST_POINTS: f64 = 1e6;
+
 /// `[[axis]]` of a study.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -98,6 +101,11 @@ fn combinations(specs: &[AxisSpec], combine: Combine) -> Result<Vec<Vec<usize>>,
             return Err((format!("axis {}", other.name), fact, remedy.into()));
         }
         return Ok((0..first).map(|k| vec![k; specs.len()]).collect());
+    }
+    let points: f64 = specs.iter().map(|s| count(s) as f64).product();
+    if points > MOST_POINTS {
+        let fact = format!("the axes make {points:.1e} points");
+        return Err(("axis".into(), fact, format!("take fewer values: at most {MOST_POINTS:e} points are run")));
     }
     let along = |done: Vec<Vec<usize>>, spec: &AxisSpec| {
         let next = |at: &Vec<usize>| (0..count(spec)).map(|k| [&at[..], &[k]].concat()).collect::<Vec<_>>();

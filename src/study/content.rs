@@ -1,6 +1,6 @@
 //! The part of a report that a kind of study contributes.
 
-use crate::report::figure::Figure;
+use crate::report::figure::Drawn;
 use crate::report::table::Table;
 use crate::study::analysis::Analysis;
 use crate::study::extension::Extension;
@@ -25,7 +25,7 @@ pub struct Content {
     pub tables: Vec<Table>,
     /// Tables to unfold, with what they hold
     pub folded: Vec<(&'static str, Table)>,
-    pub figures: Vec<Figure>,
+    pub figures: Vec<Drawn>,
     /// Files in addition to the page: name and text
     pub files: Vec<(String, String)>,
     /// The mesh that would support a verdict where there is none

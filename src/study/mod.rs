@@ -50,6 +50,7 @@ pub mod only;
 pub mod outcome;
 pub mod overlay;
 pub mod page;
+pub mod partial_series;
 pub mod plan;
 pub mod record;
 pub mod refinement;

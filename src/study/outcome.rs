@@ -82,7 +82,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         },
         repeats: Vec::new(),
         locking: locking(scene, run),
-        probes: run.columns.iter().enumerate().skip(1).map(|(k, name)| (name.clone(), probe(run, k))).collect(),
+        probes: probes(run),
         cable_events: run.cable_events.iter().map(Into::into).collect(),
         contacts: contacts(scene, run),
         notes: scene.notes.iter().cloned().chain(solver::notes(scene, run)).collect(),
@@ -125,14 +125,22 @@ pub fn refused(case: &Case, status: &str, why: String) -> CaseRecord {
 
 fn locking(scene: &Scene, run: &Run) -> Option<LockingRecord> {
     let scatters = scene.stressed.iter().filter_map(|e| pressure_scatter(&**e, &run.peak.x));
+    let scatters = scatters.filter(|s| s.scatter.is_finite() && s.share.is_finite());
     let worst = scatters.max_by(|a, b| a.alarm.cmp(&b.alarm).then(a.scatter.total_cmp(&b.scatter)))?;
     Some(LockingRecord { pressure_scatter: worst.scatter, volumetric_share: worst.share, alarm: worst.alarm })
 }
 
-fn probe(run: &Run, column: usize) -> ProbeRecord {
-    let Extreme { at, value, kind } = extreme(run.rows.iter().map(|row| row[column])).expect("a run has a first row");
-    let last = run.rows[run.rows.len() - 1][column];
-    ProbeRecord { peak: value, peak_is: kind, peak_t_s: run.rows[at][0], last }
+/// Peaks and last values of the columns.
+fn probes(run: &Run) -> BTreeMap<String, ProbeRecord> {
+    let named = |(k, name): (usize, &String)| Some((name.clone(), probe(run, k)?));
+    run.columns.iter().enumerate().skip(1).filter_map(named).collect()
+}
+
+/// None without a row.
+fn probe(run: &Run, column: usize) -> Option<ProbeRecord> {
+    let Extreme { at, value, kind } = extreme(run.rows.iter().map(|row| row[column]))?;
+    let last = run.rows.last()?[column];
+    Some(ProbeRecord { peak: value, peak_is: kind, peak_t_s: run.rows[at][0], last })
 }
 
 /// The boundary at the state farthest from rest, corner nodes only.

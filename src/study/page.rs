@@ -1,5 +1,6 @@
 //! `index.html` of a study.
 
+use crate::report::figure::Figure;
 use crate::report::page::{document, drawing, escape, list};
 use crate::report::table::Table;
 use crate::study::builds;
@@ -7,8 +8,8 @@ use crate::study::content::Content;
 use crate::study::locking;
 use crate::study::results::Results;
 
-/// The whole page.
-pub fn html(store: &Results, content: &Content) -> String {
+/// The whole page with the figures that could be drawn.
+pub fn html(store: &Results, content: &Content, figures: &[Figure]) -> String {
     let s = &store.study;
     let mut h = String::with_capacity(1 << 20);
     let class = if content.supported { "verdict" } else { "verdict refused" };
@@ -27,7 +28,7 @@ pub fn html(store: &Results, content: &Content) -> String {
     h += &format!("<dl><dt>Expectation before the run</dt><dd>{}</dd></dl>\n", escape(&s.expectation));
     let (heading, answer) = &content.answer;
     h += &format!("<h2>{heading}</h2>\n{}<h2>Figures</h2>\n", answer.html());
-    for (k, f) in content.figures.iter().enumerate() {
+    for (k, f) in figures.iter().enumerate() {
         h += &drawing(f, k + 1);
     }
     h += "<h2>Tables</h2>\n";

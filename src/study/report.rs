@@ -2,7 +2,10 @@
 //!
 //! Nothing is solved here; [`write()`] may be called again on a folder to redraw it.
 
-use crate::report::{ReportError, export, files};
+use crate::report::export::Pictures;
+use crate::report::figure::Figure;
+use crate::report::{ReportError, files};
+use crate::study::content::Content;
 use crate::study::kinds::KINDS;
 use crate::study::summary;
 pub use crate::study::summary::Summary;
@@ -11,7 +14,7 @@ use std::path::Path;
 
 /// Writes the report of the study in `dir`, next to its cases.
 ///
-/// `summary.json` comes first: a figure that cannot be drawn does not cost the numbers.
+/// A figure that cannot be drawn costs neither the numbers nor the page, which names it. `summary.json` comes first, for a disk that is full.
 pub fn write(dir: &Path) -> Result<Summary, ReportError> {
     let results = results::read(dir)?;
     let kind = KINDS.iter().find(|kind| kind.name == results.study.kind).ok_or_else(|| ReportError::Kind {
@@ -22,6 +25,8 @@ pub fn write(dir: &Path) -> Result<Summary, ReportError> {
     let mut content =
         (kind.report)(&results).map_err(|source| ReportError::Malformed { path: dir.join("study.json"), source })?;
     content.warnings.extend(builds::warning(results.cases.iter().map(|c| &c.record)));
+    content.warnings.extend(results.damaged.iter().cloned());
+    let (figures, pictures) = pictures(&mut content);
     let summary = summary::summarise(&results, &content);
     let text = serde_json::to_string_pretty(&summary).expect("numbers, strings and string keys only");
     files::write(&dir.join("summary.json"), text.as_bytes())?;
@@ -33,9 +38,24 @@ pub fn write(dir: &Path) -> Result<Summary, ReportError> {
         files::write(&dir.join(name), text.as_bytes())?;
     }
     files::folder(&dir.join("figures"))?;
-    files::write(&dir.join("index.html"), page::html(&results, &content).as_bytes())?;
-    for figure in &content.figures {
-        export::save(&dir.join("figures"), &figure.name, &figure.svg)?;
+    files::write(&dir.join("index.html"), page::html(&results, &content, &figures).as_bytes())?;
+    for (figure, pictures) in figures.iter().zip(&pictures) {
+        pictures.save(&dir.join("figures"), &figure.name)?;
     }
     Ok(summary)
+}
+
+/// The figures that could be drawn, each with its formats; the others become warnings.
+fn pictures(content: &mut Content) -> (Vec<Figure>, Vec<Pictures>) {
+    let (mut figures, mut all) = (vec![], vec![]);
+    for drawn in std::mem::take(&mut content.figures) {
+        match drawn.and_then(|figure| Pictures::of(&figure.name, &figure.svg).map(|pictures| (figure, pictures))) {
+            Ok((figure, pictures)) => {
+                figures.push(figure);
+                all.push(pictures);
+            }
+            Err(why) => content.warnings.push(format!("The report is without a figure: {why}.")),
+        }
+    }
+    (figures, all)
 }

@@ -3,6 +3,7 @@
 use crate::calibrate::inverse::Calibration;
 use crate::report::error::ReportError;
 use crate::report::files::{json, read_with};
+use crate::storage::{self, DATA_LIMIT};
 use crate::study::record::{CaseRecord, SCHEMA, Series, StoredCase, StudyRecord};
 use crate::study::skin::Skin;
 use std::collections::{BTreeMap, HashSet};
@@ -19,6 +20,8 @@ pub struct Results {
     pub found: BTreeMap<String, Calibration>,
     /// Case id → derivatives of its columns by such constants, `d bending_angle_deg/d laws.rubber.mu`
     pub sensitivities: BTreeMap<String, Series>,
+    /// Files that could not be read and are left out, in sentences
+    pub damaged: Vec<String>,
 }
 
 /// Cases of the study that have no files yet are left out; a file that is there must be sound.
@@ -29,7 +32,7 @@ pub fn read(dir: &Path) -> Result<Results, ReportError> {
         return Err(ReportError::Newer { path, found: study.schema, known: SCHEMA });
     }
     let (mut cases, mut skins): (Vec<StoredCase>, _) = (vec![], BTreeMap::new());
-    let (mut found, mut sensitivities) = (BTreeMap::new(), BTreeMap::new());
+    let (mut found, mut sensitivities, mut damaged) = (BTreeMap::new(), BTreeMap::new(), vec![]);
     let mut seen = HashSet::new();
     for id in study.families.iter().flat_map(|f| &f.cases) {
         if !seen.insert(id) {
@@ -42,22 +45,34 @@ pub fn read(dir: &Path) -> Result<Results, ReportError> {
         found.extend(json::<Calibration>(&file("fit.json"))?.map(|c| (id.clone(), c)));
         sensitivities.extend(series(&file("sensitivities.csv"))?.map(|s| (id.clone(), s)));
         // Unpacked by hand it is read too
-        let skin = match read_with(&file("skin.json.gz"), Skin::unpacked)? {
-            Some(skin) => Some(skin),
-            None => read_with(&file("skin.json"), Skin::unpacked)?,
+        let skin = match read_with(&file("skin.json.gz"), Skin::unpacked) {
+            Ok(None) => read_with(&file("skin.json"), Skin::unpacked),
+            found => found,
         };
-        if let Some(skin) = skin.filter(sound) {
-            skins.insert(id.clone(), skin);
+        match skin {
+            Ok(Some(skin)) if sound(&skin) => _ = skins.insert(id.clone(), skin),
+            Ok(None) => {}
+            Ok(Some(_)) | Err(ReportError::Malformed { .. }) => {
+                damaged.push(format!(
+                    "The surface of case {id} is damaged and not drawn; run the study again to compute it anew."
+                ));
+            }
+            Err(other) => return Err(other),
         }
     }
     if cases.is_empty() {
         return Err(ReportError::NoCases { path: dir.join("cases") });
     }
-    Ok(Results { study, cases, skins, found, sensitivities })
+    Ok(Results { study, cases, skins, found, sensitivities, damaged })
 }
 
-/// A surface whose arrays fit together; another one is not drawn.
+/// A surface of finite numbers whose arrays fit together; another one is not drawn.
 fn sound(s: &Skin) -> bool {
+    let rigid_points = s.rigids.iter().flat_map(|r| &r.points);
+    let mut points = s.points.iter().chain(&s.displacement).chain(s.cables.iter().flatten()).chain(rigid_points);
+    if !points.all(|p| p.iter().all(|x| x.is_finite())) || !s.t_s.is_finite() {
+        return false;
+    }
     let n = s.points.len();
     let inside = |triangles: &[[u32; 3]], n: usize| triangles.iter().flatten().all(|k| (*k as usize) < n);
     let rigid = s.rigids.iter().all(|r| inside(&r.triangles, r.points.len()));
@@ -66,13 +81,13 @@ fn sound(s: &Skin) -> bool {
 
 /// Columns of numbers under a header; the first one is `t_s`. An empty cell is not a number and reads as NaN.
 fn series(path: &Path) -> Result<Option<Series>, ReportError> {
-    let file = match std::fs::File::open(path) {
-        Ok(file) => file,
+    let bytes = match storage::read(path, DATA_LIMIT) {
+        Ok(bytes) => bytes,
         Err(e) if e.kind() == ErrorKind::NotFound => return Ok(None),
         Err(source) => return Err(ReportError::Unreadable { path: path.to_path_buf(), source }),
     };
     let bad = |line: usize, what: String| ReportError::BadSeries { path: path.to_path_buf(), line, what };
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(std::io::BufReader::new(file));
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::Fields).from_reader(bytes.as_slice());
     let names: Vec<String> = reader.headers().map_err(|e| bad(1, e.to_string()))?.iter().map(str::to_string).collect();
     if names.first().map(String::as_str) != Some("t_s") {
         return Err(bad(1, "the first column is not t_s".into()));

@@ -1,5 +1,6 @@
 //! The boundary of a body at the peak of the protocol, for pictures.
 
+use crate::storage;
 use serde::{Deserialize, Serialize};
 use std::io::Write;
 
@@ -64,8 +65,8 @@ impl Skin {
 
     /// Reads what [`Skin::packed`] made, or plain JSON.
     pub fn unpacked(bytes: &[u8]) -> Result<Self, serde_json::Error> {
-        if bytes.starts_with(&[0x1f, 0x8b]) {
-            serde_json::from_reader(std::io::BufReader::new(flate2::read::GzDecoder::new(bytes)))
+        if storage::is_packed(bytes) {
+            serde_json::from_slice(&storage::unpacked(bytes).map_err(serde_json::Error::io)?)
         } else {
             serde_json::from_slice(bytes)
         }

@@ -1,12 +1,14 @@
 //! Files of a case on disk. The record is written last: with it the case counts as done.
 
 use crate::calibrate::inverse::Calibration;
+use crate::report::table::quoted;
 use crate::scene::{ErrorEstimate, RefinementStep, Run, Scene, Sensitivities};
 use crate::storage::{self, DATA_LIMIT};
 use crate::study::identity::{FileDigest, Identity};
 use crate::study::record::{CaseRecord, SCHEMA, StudyRecord};
 use crate::study::skin::Skin;
-use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -58,7 +60,8 @@ impl Store {
 
     /// Writes `study.json`, unless it says the same already.
     pub fn describe(&self, study: &StudyRecord) -> Result<(), StoreError> {
-        let (path, text) = (self.dir.join("study.json"), json(study));
+        let path = self.dir.join("study.json");
+        let text = json(study).map_err(|reason| StoreError::Unwritable { path: path.clone(), reason })?;
         let same = storage::read(&path, DATA_LIMIT).is_ok_and(|bytes| bytes == text.as_bytes());
         if same { Ok(()) } else { write(&path, &text) }
     }
@@ -168,7 +171,7 @@ impl Store {
             let digest = FileDigest { file: format!("{}.{extension}", record.id), sha256: storage::sha256(bytes) };
             record.provenance.results.push(digest);
         }
-        write(&self.path(&record.id, "json"), &json(record))
+        write_json(&self.path(&record.id, "json"), record)
     }
 
     /// The record of a case that has no run.
@@ -176,12 +179,12 @@ impl Store {
         self.forget(&record.id)?;
         write(&self.path(&record.id, "csv"), "t_s\n")?;
         std::fs::remove_file(self.path(&record.id, "skin.json.gz")).ok();
-        write(&self.path(&record.id, "json"), &json(record))
+        write_json(&self.path(&record.id, "json"), record)
     }
 
     /// Saves the result of a case of a calibration.
     pub fn save_calibration(&self, id: &str, found: &Calibration) -> Result<(), StoreError> {
-        write(&self.path(id, "fit.json"), &json(found))
+        write_json(&self.path(id, "fit.json"), found)
     }
 
     /// The saved result of a case of a calibration, if there is one.
@@ -214,9 +217,7 @@ impl Store {
 
 /// The prescribed signals on the time grid of the run.
 pub fn signals_csv(scene: &Scene, run: &Run) -> String {
-    let mut text = "t_s".to_string();
-    scene.signals.iter().for_each(|s| text += &format!(",{}", s.name));
-    text.push('\n');
+    let mut text = header(std::iter::once("t_s".to_string()).chain(scene.signals.iter().map(|s| s.name.clone())));
     for (row, signals) in run.written.iter().map(|&k| (&run.rows[k], &run.signals[k])) {
         let values = std::iter::once(&row[0]).chain(signals).map(ToString::to_string);
         text += &values.collect::<Vec<_>>().join(",");
@@ -227,11 +228,12 @@ pub fn signals_csv(scene: &Scene, run: &Run) -> String {
 
 /// Derivatives of the columns by the constants (SI) over the times of the run.
 pub fn sensitivities_csv(run: &Run, sensitivities: &Sensitivities) -> String {
-    let mut text = "t_s".to_string();
-    for column in &sensitivities.columns {
-        sensitivities.constants.iter().for_each(|c| text += &format!(",d {column}/d {c}"));
-    }
-    text.push('\n');
+    let by_constants = |column: &String| {
+        let of = |c| format!("d {column}/d {c}");
+        sensitivities.constants.iter().map(of).collect::<Vec<_>>()
+    };
+    let names = sensitivities.columns.iter().flat_map(by_constants);
+    let mut text = header(std::iter::once("t_s".to_string()).chain(names));
     for (row, sensitivities) in run.rows.iter().zip(&sensitivities.rows) {
         let values = sensitivities.iter().flatten().map(ToString::to_string);
         text += &std::iter::once(row[0].to_string()).chain(values).collect::<Vec<_>>().join(",");
@@ -246,7 +248,8 @@ pub fn errors_csv(estimate: &ErrorEstimate) -> String {
     for q in &estimate.quantities {
         let geometry = q.geometry.map_or_else(String::new, |g| g.change.to_string());
         let (t, value, enriched, corrected) = (q.t, q.value, q.enriched, q.corrected);
-        text += &format!("{},{t},{value},{enriched},{geometry},{corrected},{},{}\n", q.column, q.uncertainty, q.bar);
+        let column = quoted(&q.column);
+        text += &format!("{column},{t},{value},{enriched},{geometry},{corrected},{},{}\n", q.uncertainty, q.bar);
     }
     text
 }
@@ -263,18 +266,37 @@ pub fn refinement_csv(steps: &[RefinementStep]) -> String {
 
 /// The recorded rows; numbers in the shortest form that reads back the same.
 pub fn csv(run: &Run) -> String {
-    let mut text = run.columns.join(",") + "\n";
-    for row in run.written.iter().map(|&k| &run.rows[k]) {
-        for (k, value) in row.iter().enumerate() {
-            write!(text, "{}{value}", if k > 0 { "," } else { "" }).expect("writing to a string cannot fail");
-        }
-        text.push('\n');
-    }
+    let mut text = header(run.columns.iter().cloned());
+    run.written.iter().for_each(|&k| text += &line(&run.rows[k]));
     text
 }
 
-fn json<T: serde::Serialize>(value: &T) -> String {
-    serde_json::to_string_pretty(value).expect("numbers and string keys only") + "\n"
+/// A row as a line.
+pub(super) fn line(row: &[f64]) -> String {
+    let mut text = String::new();
+    for (k, value) in row.iter().enumerate() {
+        write!(text, "{}{value}", if k > 0 { "," } else { "" }).expect("writing to a string cannot fail");
+    }
+    text + "\n"
+}
+
+/// The first line of a table: names are written as text, whatever they hold.
+pub(super) fn header(names: impl Iterator<Item = String>) -> String {
+    names.map(|name| quoted(&name)).collect::<Vec<_>>().join(",") + "\n"
+}
+
+/// Writes a value as JSON. Nothing that cannot be read again is kept, such as a number that is not finite.
+fn write_json<T: Serialize + DeserializeOwned>(path: &Path, value: &T) -> Result<(), StoreError> {
+    write(path, &json(value).map_err(|reason| StoreError::Unwritable { path: path.into(), reason })?)
+}
+
+/// A value as JSON that can be read again.
+pub fn json<T: Serialize + DeserializeOwned>(value: &T) -> Result<String, String> {
+    let text = serde_json::to_string_pretty(value).expect("numbers and string keys only") + "\n";
+    match serde_json::from_str::<T>(&text) {
+        Ok(_) => Ok(text),
+        Err(e) => Err(format!("it holds what no reader takes ({e}); please report the scene")),
+    }
 }
 
 /// The file appears whole or not at all.
@@ -286,7 +308,7 @@ fn replace(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
     storage::write(path, bytes).map_err(|e| unwritable(path, &e))
 }
 
-fn unwritable(path: &Path, e: &std::io::Error) -> StoreError {
+pub(super) fn unwritable(path: &Path, e: &std::io::Error) -> StoreError {
     StoreError::Unwritable { path: path.into(), reason: e.to_string() }
 }
 

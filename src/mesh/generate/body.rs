@@ -2,6 +2,7 @@
 
 use super::GenerateError;
 use crate::math::units::{self, Dimension};
+use crate::storage::{self, TEXT_LIMIT};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -54,7 +55,7 @@ impl Body {
             return Err(unknown("body", name, known.iter().map(String::as_str)));
         }
         let path = home.join("meshes").join(name).join("body.toml");
-        let text = std::fs::read_to_string(&path).map_err(|e| GenerateError::io(&path, &e))?;
+        let text = storage::read_text(&path, TEXT_LIMIT).map_err(|e| GenerateError::io(&path, &e))?;
         let bad = |e: toml::de::Error| GenerateError::Declaration {
             file: path.clone(),
             fact: e.to_string().trim().replace('\n', " "),

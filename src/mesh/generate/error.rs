@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 /// Reason why there is no mesh.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 pub enum GenerateError {
-    #[error("no folder meshes/meshgen here or above; run inside the project, or set DUROMETER_HOME to its folder")]
+    #[error(
+        "no folder meshes/meshgen in DUROMETER_HOME, or else where the program was built; set DUROMETER_HOME to the folder of the project"
+    )]
     NoHome,
     #[error("unknown {what} {name}; {hint}")]
     Unknown { what: String, name: String, hint: String },

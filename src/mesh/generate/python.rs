@@ -14,6 +14,9 @@ use std::time::{Duration, Instant};
 /// Lines of stderr that an error keeps.
 const KEPT: usize = 12;
 
+/// Most bytes of an answer that are kept.
+const ANSWER: u64 = 256 << 20;
+
 /// One line of the doctor's report.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Check {
@@ -89,7 +92,9 @@ fn run(
     let stderr = child.stderr.take().expect("piped");
     let reader = std::thread::spawn(move || {
         let mut bytes = Vec::new();
-        stdout.read_to_end(&mut bytes).ok();
+        // More than any answer: what comes after is read and dropped, so that the mesher does not wait
+        stdout.by_ref().take(ANSWER).read_to_end(&mut bytes).ok();
+        std::io::copy(&mut stdout, &mut std::io::sink()).ok();
         String::from_utf8_lossy(&bytes).into_owned()
     });
     let (send, receive) = channel();

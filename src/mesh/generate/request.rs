@@ -4,6 +4,7 @@ use super::GenerateError;
 use super::body::Body;
 use super::size_field::SizeField;
 use crate::mesh::format::recognise;
+use crate::storage::{self, DATA_LIMIT};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
@@ -154,7 +155,7 @@ impl MeshRequest {
             }
             Source::File { path, unit_m } => {
                 let (path, text) = full_path(path)?;
-                let bytes = std::fs::read(&path).map_err(|e| GenerateError::io(&path, &e))?;
+                let bytes = storage::read(&path, DATA_LIMIT).map_err(|e| GenerateError::io(&path, &e))?;
                 let (kind, format) = recognise(&path)?.reader.shape();
                 request["body"] = json!("file");
                 request["parameters"] = json!({ "path": text, "unit_m": unit_m, "kind": kind, "format": format });
@@ -203,7 +204,7 @@ pub(super) fn conversion(path: &Path, format: &str) -> Result<(Value, String), G
     let mut hash = Sha256::new();
     hash.update(format!("conversion {CONVERTER} from {format}"));
     for part in companions(&path, format) {
-        hash.update(std::fs::read(&part).map_err(|e| GenerateError::io(&part, &e))?);
+        hash.update(storage::read(&part, DATA_LIMIT).map_err(|e| GenerateError::io(&part, &e))?);
     }
     Ok((json!({ "path": text, "format": format }), hex(&hash.finalize())[..16].to_string()))
 }

@@ -5,6 +5,7 @@ use super::manifest::Manifest;
 use super::python::Mesher;
 use super::request::{MeshRequest, Size, TIME_LIMIT_S, conversion, without_field};
 use crate::mesh::{TetMesh, read};
+use crate::storage::{self, DATA_LIMIT};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -28,18 +29,11 @@ pub struct MeshStore {
 }
 
 impl MeshStore {
-    /// Finds the project: DUROMETER_HOME, else upward from the current folder, else where the program was built. Python:
-    /// DUROMETER_PYTHON, else the project's `.venv`, else `python3`.
+    /// Finds the project: DUROMETER_HOME, else where the program was built. Bodies and the mesher are programs in Python, so that those of the
+    /// current folder, which may be anyone's, are not taken. Python: DUROMETER_PYTHON, else the project's `.venv`, else `python3`.
     pub fn find() -> Result<Self, GenerateError> {
-        let is_home = |p: &Path| p.join("meshes/meshgen").is_dir();
-        let home = match std::env::var_os("DUROMETER_HOME") {
-            Some(home) => Some(PathBuf::from(home)).filter(|p| is_home(p)),
-            None => {
-                let here = std::env::current_dir().unwrap_or_default();
-                let above = here.ancestors().find(|p| is_home(p)).map(Path::to_path_buf);
-                above.or_else(|| Some(PathBuf::from(env!("CARGO_MANIFEST_DIR"))).filter(|p| is_home(p)))
-            }
-        };
+        let home = std::env::var_os("DUROMETER_HOME").unwrap_or_else(|| env!("CARGO_MANIFEST_DIR").into());
+        let home = Some(PathBuf::from(home)).filter(|p| p.join("meshes/meshgen").is_dir());
         let home = home.ok_or(GenerateError::NoHome)?;
         let python = std::env::var_os("DUROMETER_PYTHON").map(PathBuf::from);
         Ok(Self { python: python.unwrap_or_else(|| Self::default_python(&home)), home })
@@ -194,7 +188,7 @@ impl MeshStore {
             serde_json::from_value::<Manifest>(value.clone()).map_err(bad)?;
             read(&part, 1.0)?;
             let text = serde_json::to_string_pretty(&value).map_err(bad)? + "\n";
-            std::fs::write(&manifest, text).map_err(|e| GenerateError::io(&manifest, &e))?;
+            storage::write(&manifest, text.as_bytes()).map_err(|e| GenerateError::io(&manifest, &e))?;
             for (from, to) in [(manifest, manifest_path(&target)), (part.clone(), target.clone())] {
                 std::fs::rename(&from, &to).map_err(|e| GenerateError::io(&to, &e))?;
             }
@@ -218,6 +212,6 @@ pub fn manifest_path(mesh: &Path) -> PathBuf {
 /// Reads a manifest.
 pub fn read_manifest(path: &Path) -> Result<Manifest, GenerateError> {
     let bad = |fact: String| GenerateError::Manifest { file: path.to_path_buf(), fact };
-    let text = std::fs::read_to_string(path).map_err(|e| bad(e.to_string()))?;
+    let text = storage::read_text(path, DATA_LIMIT).map_err(|e| bad(e.to_string()))?;
     serde_json::from_str(&text).map_err(|e| bad(e.to_string()))
 }

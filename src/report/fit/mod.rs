@@ -7,8 +7,10 @@ mod stored;
 mod tables;
 
 use crate::report::error::ReportError;
-use crate::report::export;
+use crate::report::export::Pictures;
+use crate::report::figure::drawn;
 use crate::report::files;
+use crate::storage::{self, TEXT_LIMIT};
 use std::path::Path;
 use stored::StoredFit;
 
@@ -21,14 +23,19 @@ pub fn write(dir: &Path) -> Result<String, ReportError> {
     for table in &tables {
         table.save(&dir.join("tables"))?;
     }
-    let figure = figure::draw(&fit);
-    let law_file = std::fs::read_to_string(dir.join("law.toml")).ok();
-    let page = page::html(&fit, figure.as_ref(), &tables, law_file.as_deref());
+    let figure = drawn("fit", || figure::draw(&fit)).transpose().and_then(|figure| {
+        let pictures = figure.as_ref().map(|f| Pictures::of(&f.name, &f.svg)).transpose()?;
+        Ok(figure.zip(pictures))
+    });
+    let (figure, failure) = figure.map_or_else(|why| (None, Some(why)), |figure| (figure, None));
+    let law_file = storage::read_text(&dir.join("law.toml"), TEXT_LIMIT).ok();
+    let page = page::html(&fit, figure.as_ref().map(|f| &f.0), &tables, law_file.as_deref());
     files::write(&dir.join("index.html"), page.as_bytes())?;
     files::folder(&dir.join("figures"))?;
-    if let Some(figure) = &figure {
-        export::save(&dir.join("figures"), &figure.name, &figure.svg)?;
+    if let Some((figure, pictures)) = &figure {
+        pictures.save(&dir.join("figures"), &figure.name)?;
     }
+    failure.map_or(Ok(()), Err)?;
     Ok(page::answer(&fit))
 }
 

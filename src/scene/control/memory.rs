@@ -13,6 +13,8 @@ pub struct ControlMemory {
     pub events: Vec<Past>,
     /// Events so far
     pub log: Vec<Fired>,
+    /// An event or the controller has ended the run here
+    pub stopped: bool,
     /// Memory of the controller
     pub controller: serde_json::Value,
 }

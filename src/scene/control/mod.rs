@@ -95,6 +95,7 @@ impl Controls {
         let now: Vec<f64> = state.inputs.iter().map(|ramp| ramp.at(state.t)).collect();
         let rest = fire(&self.events, memory, row, &now);
         let mut orders = Orders { stop: rest.contains(&Then::Stop), save: rest.contains(&Then::Save) };
+        memory.stopped = orders.stop;
         let Some(next) = next else { return Ok(orders) };
         if let Some(controller) = controller {
             let outside: Vec<usize> = self.outside().collect();
@@ -103,6 +104,7 @@ impl Controls {
             outside.iter().zip(signals).for_each(|(&k, value)| memory.outside[k] = value);
             orders = Orders { stop: orders.stop || reply.stop, save: orders.save || reply.save };
             memory.controller = reply.memory;
+            memory.stopped = orders.stop;
         }
         if !self.inputs.is_empty() {
             let values = values(&self.inputs, memory, row, next)?;

@@ -15,21 +15,27 @@ use crate::mesh::child::ends_with_parent;
 use crate::scene::error::hint;
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
-use std::io::{BufRead, BufReader, Write};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::time::{Duration, Instant};
 
 /// Time between two looks at whether to stop.
 const LOOK: Duration = Duration::from_millis(50);
 
+/// Longest line that a controller may write \[bytes\].
+const LONGEST: u64 = 16 << 20;
+/// Lines that may wait to be read.
+const WAITING: usize = 16;
+
 /// A child process that answers line by line.
 pub struct Process {
     child: Child,
     input: Option<ChildStdin>,
-    lines: Receiver<String>,
+    /// Its lines; an error is the beginning of one that is too long
+    lines: Receiver<Result<String, String>>,
     timeout: Duration,
     stop: Option<Arc<AtomicBool>>,
     columns: Vec<String>,
@@ -67,11 +73,14 @@ impl Process {
         ends_with_parent(&mut process);
         let mut child = process.spawn().map_err(|e| failed(e.to_string()))?;
         let (input, output) = (child.stdin.take(), child.stdout.take().expect("it is piped"));
-        let (sender, lines) = channel();
+        // A program that talks without being asked waits for its reader
+        let (sender, lines) = sync_channel(WAITING);
         // Ends with the child, or when nobody listens any more.
         std::thread::spawn(move || {
-            for line in BufReader::new(output).split(b'\n').map_while(Result::ok) {
-                if sender.send(String::from_utf8_lossy(&line).into_owned()).is_err() {
+            let mut output = BufReader::new(output);
+            while let Some(line) = line(&mut output) {
+                let ends = line.is_err();
+                if sender.send(line).is_err() || ends {
                     break;
                 }
             }
@@ -99,7 +108,11 @@ impl Process {
         self.tell(message)?;
         let line = loop {
             match self.lines.recv_timeout(LOOK.min(self.timeout.saturating_sub(start.elapsed()))) {
-                Ok(line) => break line,
+                Ok(Ok(line)) => break line,
+                Ok(Err(begin)) => {
+                    let fact = format!("this line has more than {} MiB", LONGEST >> 20);
+                    return Err(self.refuse(&begin, fact, "end each answer with a line feed"));
+                }
                 Err(RecvTimeoutError::Timeout) if self.stopped() => return Err(ControlError::Stopped { t: self.t }),
                 Err(RecvTimeoutError::Timeout) if start.elapsed() < self.timeout => {}
                 Err(RecvTimeoutError::Timeout) => {
@@ -133,6 +146,16 @@ impl Process {
         let how = status.map_or_else(|| "its output is closed".into(), |s| s.to_string());
         ControlError::Dead { how, t: self.t }
     }
+}
+
+/// The next line, or the beginning of one that does not end; none after the last.
+fn line(output: &mut impl BufRead) -> Option<Result<String, String>> {
+    let mut bytes = Vec::new();
+    output.take(LONGEST).read_until(b'\n', &mut bytes).ok().filter(|n| *n > 0)?;
+    let ends = bytes.last() == Some(&b'\n') || (bytes.len() as u64) < LONGEST;
+    bytes.truncate(if ends { bytes.len() } else { 1000 });
+    let text = String::from_utf8_lossy(&bytes).trim_end_matches('\n').to_string();
+    Some(if ends { Ok(text) } else { Err(text) })
 }
 
 impl Controller for Process {

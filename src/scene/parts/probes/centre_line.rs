@@ -135,6 +135,7 @@ impl CentreLine {
                 Err(EmbedError::Outside { at, distance } | EmbedError::EmptyBall { at, distance, .. }) => {
                     Some(format!("{} by {:.4} mm", point(at), distance * 1e3))
                 }
+                Err(other) => Some(other.to_string()),
                 Ok(_) => None,
             })
             .collect();

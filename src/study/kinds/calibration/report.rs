@@ -1,5 +1,6 @@
 //! Report of a calibration, and `law.toml`: the laws of the scene with the constants that were found.
 
+use crate::report::figure::drawn;
 use crate::report::numbers::percent;
 use crate::report::table::{Table, headings};
 use crate::study::analysis::Analysis;
@@ -16,7 +17,8 @@ pub fn content(store: &Results, a: &Analysis<CalibrationFindings>) -> Content {
     let of = |v: &CalibratedVariant| around(&store.study, &store.cases, &store.found, &store.sensitivities, v);
     let bands: Vec<Band> = a.variants.iter().filter_map(of).collect();
     let constants_found = a.variants.iter().flat_map(|v| v.constants.iter().map(|c| c.sentence(&v.label)));
-    let figures = a.variants.iter().filter_map(|v| figures::draw(store, v));
+    let figures = a.variants.iter().filter_map(|v| drawn("curves", || figures::draw(store, v)));
+    let of_bands = bands.iter().filter_map(|b| drawn("band", || band::draw(b)));
     let supported =
         !a.variants.is_empty() && a.variants.iter().flat_map(|v| &v.constants).all(|c| c.interval.is_some());
     Content {
@@ -25,7 +27,7 @@ pub fn content(store: &Results, a: &Analysis<CalibrationFindings>) -> Content {
         analysis: analysis(a, &bands),
         tables: vec![by_case(a), stability(store, a)],
         folded: vec![("Every case", tables::cases(store))],
-        figures: figures.chain(bands.iter().map(band::draw)).collect(),
+        figures: figures.chain(of_bands).collect(),
         files: a.variants.iter().filter_map(|v| law_file(store, a, v)).collect(),
         ..Content::new(a, supported, ("Which constants, how far to believe them", constants(a)))
     }

@@ -1,5 +1,6 @@
 //! Report of a comparison.
 
+use crate::report::figure::drawn;
 use crate::report::numbers::{digits, percent, space};
 use crate::report::table::{Table, headings};
 use crate::study::analysis::{Analysis, ByQuantity};
@@ -22,7 +23,12 @@ pub fn content(store: &Results, a: &Analysis<ComparisonFindings>) -> Content {
     if !a.quantities.is_empty() || !cumulative {
         shown.insert(0, comparison(a));
     }
-    let figures = variants.flat_map(|v| [curves::over_time(store, a, v), curves::loops(store, a, v)]).flatten();
+    let of_variant = |v: &String| {
+        let over_time = drawn("curves", || curves::over_time(store, a, v));
+        [over_time, drawn("loops", || curves::loops(store, a, v))]
+    };
+    let figures = variants.flat_map(of_variant).flatten();
+    let sequences = a.sequences.iter().filter_map(|s| drawn("sequence", || sequence::draw(s)));
     let supported =
         a.quantities.iter().any(|q| q.members.len() > 1) || a.sequences.iter().any(|s| s.additions.len() > 1);
     Content {
@@ -31,7 +37,7 @@ pub fn content(store: &Results, a: &Analysis<ComparisonFindings>) -> Content {
         analysis: analysis(a),
         tables: shown,
         folded: vec![("Every case", tables::cases(store)), ("Time per effect", tables::effects(store))],
-        figures: figures.chain(a.sequences.iter().filter_map(sequence::draw)).collect(),
+        figures: figures.chain(sequences).collect(),
         ..Content::new(a, supported, answer)
     }
 }

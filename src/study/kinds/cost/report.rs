@@ -1,5 +1,6 @@
 //! Report of a cost study.
 
+use crate::report::figure::drawn;
 use crate::report::numbers::{digits, percent, seconds};
 use crate::report::table::{Table, headings};
 use crate::study::analysis::{Analysis, ByQuantity};
@@ -16,10 +17,12 @@ use serde_json::{Map, Value, json};
 
 pub fn content(store: &Results, a: &Analysis<CostFindings>) -> Content {
     let variants = || store.study.variants.iter();
-    let mut figures: Vec<_> = variants().filter_map(|v| work::precision(store, a, v)).collect();
-    figures.extend(variants().filter_map(|v| work::amounts(store, a, v)));
-    figures.extend(growth::draw(a));
-    figures.extend(variants().filter_map(|v| time::of_variant(store, v, format!("time-{v}"))));
+    let precision = |v: &String| drawn("precision", || work::precision(store, a, v));
+    let amounts = |v: &String| drawn("amounts", || work::amounts(store, a, v));
+    let times = |v: &String| drawn("time", || time::of_variant(store, v, format!("time-{v}")));
+    let mut figures: Vec<_> = variants().filter_map(precision).chain(variants().filter_map(amounts)).collect();
+    figures.extend(drawn("growth", || growth::draw(a)));
+    figures.extend(variants().filter_map(times));
     let supported = a.quantities.iter().any(|q| q.answers.iter().any(|x| x.cheapest.is_some()));
     Content {
         facts: a.quantities.iter().filter_map(|q| fact(q, a.tolerance)).collect(),

@@ -1,5 +1,6 @@
 //! Report of a coverage study: the counts, what is outside of its bar, the truths.
 
+use crate::report::figure::drawn;
 use crate::report::numbers::percent;
 use crate::report::table::{Table, headings};
 use crate::study::analysis::Analysis;
@@ -23,7 +24,7 @@ pub fn content(store: &Results, a: &Analysis<CoverageFindings>) -> Content {
         analysis,
         tables: vec![effectivities(a), outside(a)],
         folded: vec![("Truths", truths(a)), ("Every error bar", every(a)), ("Every case", tables::cases(store))],
-        figures: figure::draw(a).into_iter().collect(),
+        figures: drawn("coverage", || figure::draw(a)).into_iter().collect(),
         ..Content::new(a, a.passes() && a.incomplete.is_empty(), ("Coverage", coverage(a)))
     }
 }

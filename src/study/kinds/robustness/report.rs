@@ -1,5 +1,6 @@
 //! Report of a robustness study: the matrix, every reference, the maps.
 
+use crate::report::figure::drawn;
 use crate::report::table::{Table, headings};
 use crate::study::analysis::Analysis;
 use crate::study::content::Content;
@@ -29,8 +30,8 @@ pub fn content(store: &Results, a: &Analysis<RobustnessFindings>) -> Content {
         folded: vec![("Every hard case", every(a)), ("Every case", tables::cases(store))],
         figures: matrix::draw(store, a)
             .into_iter()
-            .chain(maps.map(region::draw))
-            .chain(failed::draw(store, a))
+            .chain(maps.filter_map(|map| drawn("map", || region::draw(map))))
+            .chain(drawn("failed", || failed::draw(store, a)))
             .collect(),
         outcomes: a.outcomes().into_iter().map(|(id, o)| (id, o.name())).collect(),
         ..Content::new(a, supported, ("References", references(a)))

@@ -1,5 +1,6 @@
 //! Report of a sweep.
 
+use crate::report::figure::drawn;
 use crate::report::numbers::{digits, percent, space};
 use crate::report::table::{Table, headings};
 use crate::study::analysis::{Analysis, ByQuantity};
@@ -14,8 +15,9 @@ use std::collections::HashMap;
 
 pub fn content(store: &Results, a: &Analysis<SweepFindings>) -> Content {
     let variants = || store.study.variants.iter();
-    let against = a.quantities.iter().filter_map(|q| figures::against(a, q));
-    let maps = variants().filter_map(|v| figures::map(store, a, v));
+    let against = a.quantities.iter().filter_map(|q| drawn("dependence", || figures::against(a, q)));
+    let maps = variants().filter_map(|v| drawn("map", || figures::map(store, a, v)));
+    let over_time = variants().filter_map(|v| drawn("curves", || figures::over_time(store, a, v)));
     let supported = a.quantities.iter().any(|q| !q.along.is_empty());
     Content {
         facts: a.quantities.iter().filter(|q| !q.points.is_empty()).map(fact).collect(),
@@ -23,7 +25,7 @@ pub fn content(store: &Results, a: &Analysis<SweepFindings>) -> Content {
         analysis: analysis(a),
         tables: vec![points(store, a)],
         folded: vec![("Every case", tables::cases(store)), ("Time per effect", tables::effects(store))],
-        figures: against.chain(maps).chain(variants().filter_map(|v| figures::over_time(store, a, v))).collect(),
+        figures: against.chain(maps).chain(over_time).collect(),
         ..Content::new(a, supported, ("What depends on what", dependence(a)))
     }
 }

@@ -14,6 +14,8 @@ use crate::study::skin::Skin;
 const MESH_EYE: [f64; 3] = [0.55, -1.0, 0.45];
 /// Eye of the bent body: almost along the axis of bending, so that the angle is seen.
 const BENT_EYE: [f64; 3] = [0.18, -1.0, 0.22];
+/// Height of a drawn body \[mm\]; a slender upright one is drawn smaller.
+const TALLEST: f64 = 110.0;
 const BODY: RGB = RGB(0xdd, 0xe6, 0xee);
 const EDGE: RGB = RGB(0x33, 0x44, 0x55);
 /// Rigid bodies and obstacles
@@ -37,7 +39,7 @@ pub fn meshes(store: &Results) -> Option<Figure> {
     let columns = 2.min(shown.len());
     let (gap, head) = (6.0, 5.5);
     let wide = (DOUBLE - gap * (columns as f64 - 1.0) - 2.0) / columns as f64;
-    let tall = wide * (from[3] - from[1]) / (from[2] - from[0]);
+    let tall = (wide * (from[3] - from[1]) / (from[2] - from[0])).min(TALLEST);
     let rows = shown.len().div_ceil(columns);
     let height = rows as f64 * (tall + head + 3.0);
     let corner = |k: usize| {
@@ -82,7 +84,7 @@ pub fn bent(store: &Results, analysis: &ConvergenceFindings) -> Option<Figure> {
     let rigid = skin.rigids.iter().flat_map(|r| &r.points);
     let from = extent(skin.points.iter().chain(&moved).chain(cable).chain(rigid).map(|x| view.project(*x)));
     let (wide, bar) = (104.0, 20.0);
-    let tall = (wide * (from[3] - from[1]) / (from[2] - from[0])).min(110.0);
+    let tall = (wide * (from[3] - from[1]) / (from[2] - from[0])).min(TALLEST);
     if !tall.is_finite() || skin.triangles.is_empty() {
         return None;
     }

@@ -1,7 +1,7 @@
 //! The matrix: hard cases downwards, variants across; a disc passes, a triangle stopped with a stated reason, a cross failed.
 
 use crate::report::canvas::{Area, At, INK, LABEL, Mark, PALE, PALETTE, RGB, SMALL, figure, line, mark, mm, text};
-use crate::report::figure::{Figure, Sample, legend};
+use crate::report::figure::{Drawn, Figure, Sample, drawn, legend};
 use crate::study::kinds::robustness::analysis::RobustnessFindings;
 use crate::study::kinds::robustness::outcome::CaseOutcome;
 use crate::study::results::Results;
@@ -23,7 +23,7 @@ pub fn color(outcome: CaseOutcome) -> (Mark, RGB) {
 }
 
 /// `None` without a case. One figure for each sheet of rows.
-pub fn draw(store: &Results, a: &RobustnessFindings) -> Vec<Figure> {
+pub fn draw(store: &Results, a: &RobustnessFindings) -> Vec<Drawn> {
     let mut rows: Vec<(&str, &str)> = vec![];
     for c in &a.cases {
         if !rows.contains(&(c.suite.as_str(), c.member.as_str())) {
@@ -31,7 +31,8 @@ pub fn draw(store: &Results, a: &RobustnessFindings) -> Vec<Figure> {
         }
     }
     let sheets: Vec<&[(&str, &str)]> = rows.chunks(TALLEST).collect();
-    sheets.iter().enumerate().map(|(k, rows)| sheet(store, a, rows, k, sheets.len())).collect()
+    let of = |(k, rows): (usize, &&[(&str, &str)])| drawn("matrix", || sheet(store, a, rows, k, sheets.len()));
+    sheets.iter().enumerate().filter_map(of).collect()
 }
 
 fn sheet(store: &Results, a: &RobustnessFindings, rows: &[(&str, &str)], number: usize, of: usize) -> Figure {

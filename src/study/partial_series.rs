@@ -1,0 +1,48 @@
+//! The time series of a run that goes on.
+
+use crate::scene::Scene;
+use crate::scene::output::ScheduleSpec;
+use crate::storage;
+use crate::study::store::{StoreError, header, line, unwritable};
+use std::fs::File;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// The rows of a run while it goes on: `<name>.partial.csv`. A run that is killed leaves it; one that has written its files removes it.
+pub struct PartialSeries {
+    path: PathBuf,
+    file: File,
+    schedule: ScheduleSpec,
+    /// Time of the last row \[s\]
+    past: Option<f64>,
+    failure: Option<StoreError>,
+}
+
+impl PartialSeries {
+    /// With the names of the columns.
+    pub fn create(dir: &Path, name: &str, scene: &Scene) -> Result<Self, StoreError> {
+        let path = dir.join(format!("{name}.partial.csv"));
+        let schedule = scene.spec.output.series.clone().unwrap_or_default();
+        // A link of this name is replaced, not followed
+        storage::write(&path, header(scene.columns().into_iter()).as_bytes())
+            .and_then(|()| File::options().append(true).open(&path))
+            .map(|file| Self { path: path.clone(), file, schedule, past: None, failure: None })
+            .map_err(|e| unwritable(&path, &e))
+    }
+
+    /// Appends a row, if it is due. False where it cannot be written: what follows could not be either.
+    pub fn add(&mut self, row: &[f64]) -> bool {
+        let due = self.schedule.due(self.past, row[0]);
+        self.past = Some(row[0]);
+        if due && self.failure.is_none() {
+            let written = self.file.write_all(line(row).as_bytes());
+            self.failure = written.err().map(|e| unwritable(&self.path, &e));
+        }
+        self.failure.is_none()
+    }
+
+    /// The end of a run: the failure that ended it, if one did. The file stays until it is removed.
+    pub fn end(self) -> (PathBuf, Option<StoreError>) {
+        (self.path, self.failure)
+    }
+}

@@ -1,0 +1,154 @@
+//! Runs of `simulate` that are cut off: killed, or on a disk that is full. Everything that was computed is there, and a restart goes on from it.
+#![cfg(unix)]
+
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+/// A block that is pulled in so many steps.
+fn scene(steps: usize) -> String {
+    format!(
+        r#"
+[mesh]
+grid = {{ kind = "box", size = ["40 mm", "10 mm", "10 mm"], divisions = [4, 1, 1] }}
+[laws.rubber]
+law = "neo_hookean"
+E = "100 kPa"
+nu = 0.3
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+[[constraint]]
+kind = "fixed"
+region = "xmin"
+[[constraint]]
+kind = "prescribed"
+region = "xmax"
+components = "x"
+displacement = {{ kind = "ramp", from = "0 mm", to = "4 mm", end = "1 s" }}
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "{} s"
+[[probe]]
+kind = "reaction"
+region = "xmax"
+[[probe]]
+kind = "energy"
+"#,
+        1.0 / steps as f64
+    )
+}
+
+fn simulate(folder: &Path, more: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_durometer"));
+    command.current_dir(folder).args(["simulate", "scene.toml"]).args(more);
+    command
+}
+
+fn output(mut command: Command) -> (Option<i32>, String) {
+    let Output { status, stderr, .. } = command.output().expect("the program runs");
+    (status.code(), String::from_utf8_lossy(&stderr).into_owned())
+}
+
+fn lines(file: &Path) -> Vec<String> {
+    std::fs::read_to_string(file).unwrap_or_default().lines().map(String::from).collect()
+}
+
+/// A run is killed while it goes on. Its rows are those of the undisturbed run, and a restart from its checkpoint ends as that.
+#[test]
+fn a_killed_run_leaves_its_rows_and_a_state() {
+    let keep = tempfile::tempdir().expect("a temporary folder");
+    let at = keep.path();
+    std::fs::write(at.join("scene.toml"), scene(3000)).expect("writable");
+    let (code, error) = output(simulate(at, &["--out", "whole"]));
+    assert_eq!(code, Some(0), "{error}");
+    let whole = lines(&at.join("whole/scene.csv"));
+    assert!(!at.join("whole/scene.partial.csv").exists() && !at.join("whole/scene-partial.state").exists());
+    let mut run = simulate(at, &["--out", "cut", "--checkpoint", "1 ms"]);
+    let mut child = run.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("the program runs");
+    let (rows, state) = (at.join("cut/scene.partial.csv"), at.join("cut/scene-partial.state"));
+    let start = Instant::now();
+    while (lines(&rows).len() < 100 || !state.exists()) && start.elapsed() < Duration::from_secs(120) {
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    child.kill().expect("it runs");
+    child.wait().expect("it was killed");
+    let left = lines(&rows);
+    assert!(left.len() >= 100 && left.len() < whole.len(), "{} of {} rows", left.len(), whole.len());
+    assert_eq!(left[..], whole[..left.len()]);
+    assert!(!at.join("cut/scene.csv").exists());
+    let restart = ["--out", "cut", "--restart", "cut/scene-partial.state"];
+    let (code, error) = output(simulate(at, &restart));
+    assert_eq!(code, Some(0), "{error}");
+    assert_eq!(lines(&at.join("cut/scene.csv")), whole);
+    assert!(!rows.exists() && !state.exists());
+}
+
+/// A folder that cannot be made or written is refused before the run.
+#[test]
+fn an_unwritable_folder_is_refused_first() {
+    let keep = tempfile::tempdir().expect("a temporary folder");
+    std::fs::write(keep.path().join("scene.toml"), scene(1_000_000)).expect("writable");
+    std::fs::write(keep.path().join("file"), "").expect("writable");
+    for out in ["file", "file/below", "/proc/here"] {
+        let start = Instant::now();
+        let (code, error) = output(simulate(keep.path(), &["--out", out]));
+        assert_eq!(code, Some(2), "{error}");
+        assert!(error.contains("cannot be written") && error.contains("--out"), "{error}");
+        assert!(start.elapsed() < Duration::from_secs(30));
+    }
+}
+
+/// The program in a file system of this size for its results, with the rows and files that are there after it. None where none can be mounted.
+fn on_a_small_disk(steps: usize, size: &str, more: &str) -> Option<(Option<i32>, String, Vec<String>)> {
+    let keep = tempfile::tempdir().expect("a temporary folder");
+    let at = keep.path();
+    std::fs::write(at.join("scene.toml"), scene(steps)).expect("writable");
+    std::fs::create_dir(at.join("out")).expect("writable");
+    let program = env!("CARGO_BIN_EXE_durometer");
+    let script = format!(
+        "mount -t tmpfs -o size={size} none out || exit 77\n\
+         {program} simulate scene.toml --out out {more}\ncode=$?\ncp out/*.csv .\nexit $code"
+    );
+    let mut command = Command::new("unshare");
+    command.args(["-m", "--propagation", "private", "sh", "-c", &script]).current_dir(at);
+    let Ok(Output { status, stderr, .. }) = command.output() else { return None };
+    let error = String::from_utf8_lossy(&stderr).into_owned();
+    if status.code() == Some(77) || error.contains("Operation not permitted") {
+        eprintln!("skipped: no file system can be mounted here");
+        return None;
+    }
+    let partial = at.join("scene.partial.csv");
+    let rows = lines(&if partial.exists() { partial } else { at.join("scene.csv") });
+    Some((status.code(), error, rows))
+}
+
+/// The rows up to the full disk are kept, and the run ends there with the fact.
+#[test]
+fn a_full_disk_keeps_the_rows() {
+    let Some((code, error, rows)) = on_a_small_disk(3000, "64k", "--checkpoint '1000 s'") else { return };
+    assert_eq!(code, Some(2), "{error}");
+    assert!(error.contains("No space left on device"), "{error}");
+    // Of 64 kB, at 60 to 200 bytes a row
+    assert!((200..1100).contains(&rows.len()), "{}", rows.len());
+    let keep = tempfile::tempdir().expect("a temporary folder");
+    std::fs::write(keep.path().join("scene.toml"), scene(3000)).expect("writable");
+    assert_eq!(output(simulate(keep.path(), &["--out", "whole"])).0, Some(0));
+    let whole = lines(&keep.path().join("whole/scene.csv"));
+    // The last line may have been cut
+    let complete = rows.len() - 1;
+    assert_eq!(rows[..complete], whole[..complete]);
+}
+
+/// Fields that find no room do not cost the rows that were computed.
+#[test]
+fn fields_on_a_full_disk_do_not_cost_the_rows() {
+    let Some((code, error, rows)) = on_a_small_disk(200, "400k", "--vtu") else { return };
+    assert_eq!(code, Some(2), "{error}");
+    assert!(error.contains("No space left on device"), "{error}");
+    let times: Vec<f64> =
+        rows[1..rows.len() - 1].iter().filter_map(|row| row.split(',').next()?.parse().ok()).collect();
+    assert!(times.len() > 20 && times.windows(2).all(|w| w[0] < w[1]), "{times:?}");
+}
