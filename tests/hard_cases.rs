@@ -239,6 +239,7 @@ fn renumbered(body: &Body, random: &mut SplitMix) -> Body {
         source: body.source.clone(),
         sha256: body.sha256.clone(),
         notes: body.notes.clone(),
+        warnings: body.warnings.clone(),
     }
 }
 
@@ -300,7 +301,14 @@ impl Similar {
             path.guides.iter_mut().chain([&mut path.pull_point]).flatten().for_each(|x| *x *= self.length);
             path.guide_radius *= self.length;
         }
-        Body { mesh, paths, source: body.source.clone(), sha256: body.sha256.clone(), notes: body.notes.clone() }
+        Body {
+            mesh,
+            paths,
+            source: body.source.clone(),
+            sha256: body.sha256.clone(),
+            notes: body.notes.clone(),
+            warnings: body.warnings.clone(),
+        }
     }
 
     /// Factor of a column, by the unit in its name.
