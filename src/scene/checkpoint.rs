@@ -83,8 +83,12 @@ impl Head {
     fn fits(&self, scene: &Scene) -> bool {
         let memory = scene.controls.memory();
         let [own, expected] = [&self.control, &memory].map(|m| (m.programs.len(), m.outside.len(), m.events.len()));
-        let in_span = scene.spans.get(self.span).is_some_and(|span| self.step <= span.steps());
-        in_span && own == expected && self.level <= MOST_CUTS && self.degree < self.lengths.len()
+        // The end of the protocol is the start of a span beyond the last
+        let in_spans = match scene.spans.get(self.span) {
+            Some(span) => self.step <= span.steps(),
+            None => self.span == scene.spans.len() && self.step == 0,
+        };
+        in_spans && own == expected && self.level <= MOST_CUTS && self.degree < self.lengths.len()
     }
 }
 

@@ -108,13 +108,14 @@ pub fn contents(dir: &Path) -> BTreeMap<String, Vec<u8>> {
     out
 }
 
-/// A record without its times, its memory, and whether something else ran at the same time.
+/// A record without its times, its memory (expected or measured), and whether something else ran at the same time.
 fn without_times(bytes: &[u8]) -> Vec<u8> {
     fn strip(value: &mut Value) {
         match value {
             Value::Object(map) => {
                 let timed = |key: &str| {
-                    let kinds = ["wall_s", "cpu_s", "phases", "shared", "memory", "started", "threads", "host"];
+                    let kinds =
+                        ["wall_s", "cpu_s", "phases", "shared", "memory", "expected", "started", "threads", "host"];
                     kinds.iter().any(|kind| key.contains(kind))
                 };
                 map.retain(|key, _| !timed(key));
