@@ -116,9 +116,11 @@ fn components_and_bad_input() {
     let nothing = "[[constraint]]\nkind = \"prescribed\"\nregion = \"zmax\"\n";
     let twice = rotation("zmax", "components = \"xy\"\ndisplacement = \"1 mm\"", about);
     let flat = rotation("zmax", "", ["[0, 0, 0]", about[1], about[2]]);
-    for (constraint, says) in
-        [(nothing, "give `displacement` or `rotation`"), (&twice, "constraint of its own"), (&flat, "no length")]
-    {
+    for (constraint, says) in [
+        (nothing, "give `displacement`, `rotation` or `translation`"),
+        (&twice, "constraint of its own"),
+        (&flat, "no length"),
+    ] {
         let told = build(&cylinder("tet4", 0.3, "displacement", constraint)).err().expect("refused");
         assert!(told.contains(says), "{told}");
     }
