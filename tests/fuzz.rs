@@ -177,10 +177,9 @@ fn fault(read: &Reader, file: &Path) -> Option<String> {
 
 fn meshes(file: &Path) {
     let how = Reading { unit_m: 1e-3, split: true, merge: None };
-    if let Ok(format) = format::recognise(file) {
-        if matches!(format.reader, format::Reader::Msh | format::Reader::Vtk) {
-            read_as(file, file, format.reader, &how).ok();
-        }
+    let own = |reader: &format::Reader| matches!(reader, format::Reader::Msh | format::Reader::Vtk);
+    if let Some(reader) = format::recognise(file).ok().map(|format| format.reader).filter(own) {
+        read_as(file, file, reader, &how).ok();
     }
 }
 

@@ -59,7 +59,7 @@ impl Axis {
     pub fn ticks(&self) -> Vec<(f64, String)> {
         if !self.log {
             let step = self.step;
-            if !(step >= SMALLEST && step <= LARGEST) {
+            if !(SMALLEST..=LARGEST).contains(&step) {
                 return vec![];
             }
             let digit = (step.log10() + 1e-9).floor() as i32;
