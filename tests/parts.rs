@@ -16,7 +16,7 @@ fn number_of_results(dir: &Path) -> usize {
 fn the_parts_of_a_study_are_the_study() {
     let keep = tempfile::tempdir().expect("a temporary folder");
     let at = keep.path();
-    write_study(at, 9, 2);
+    write_study(at, 9);
     call(at, &["run", "study.toml", "--out", "whole", "--jobs", "2"], 0);
     for n in [1, 3, 13] {
         let out = format!("parts-{n}");
@@ -46,7 +46,7 @@ fn the_parts_of_a_study_are_the_study() {
 fn parts_go_on_from_what_is_there() {
     let keep = tempfile::tempdir().expect("a temporary folder");
     let at = keep.path();
-    write_study(at, 6, 2);
+    write_study(at, 6);
     call(at, &["run", "study.toml", "--out", "r", "--partition", "1/2"], 0);
     let half = number_of_results(&at.join("r"));
     assert!(half > 0 && half < 6, "{half}");
@@ -61,7 +61,7 @@ fn parts_go_on_from_what_is_there() {
 #[test]
 fn a_part_that_does_not_exist_is_refused() {
     let keep = tempfile::tempdir().expect("a temporary folder");
-    write_study(keep.path(), 2, 2);
+    write_study(keep.path(), 2);
     for (part, words) in [
         ("5/4", "there is no part 5 of 4"),
         ("0/4", "there is no part 0 of 4"),
@@ -79,7 +79,7 @@ fn a_part_that_does_not_exist_is_refused() {
 fn the_list_of_cases_says_what_is_stored() {
     let keep = tempfile::tempdir().expect("a temporary folder");
     let at = keep.path();
-    write_study(at, 5, 2);
+    write_study(at, 5);
     let list = |set: &[&str]| {
         let (said, _) = call(at, &[&["cases", "study.toml", "--out", "r", "--json"], set].concat(), 0);
         serde_json::from_str::<Vec<Value>>(&said).expect("a list")

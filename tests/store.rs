@@ -13,7 +13,7 @@ use tar::{Builder, EntryType, Header};
 fn results() -> (tempfile::TempDir, PathBuf) {
     let keep = tempfile::tempdir().expect("a temporary folder");
     let at = keep.path().to_path_buf();
-    write_study(&at, 4, 2);
+    write_study(&at, 4);
     call(&at, &["run", "study.toml", "--out", "r"], 0);
     (keep, at)
 }
@@ -157,7 +157,7 @@ fn results_that_differ_are_conflicts() {
     call(&at, &["store", "import", "other.tar.gz", "r", "--replace"], 0);
     assert_same(&at.join("other"), &at.join("r"));
     std::fs::create_dir(at.join("b")).expect("room");
-    write_study(&at.join("b"), 4, 2);
+    write_study(&at.join("b"), 4);
     call(&at, &["run", "b/study.toml", "--out", "b/r"], 0);
     let (_, errors) = call(&at, &["store", "import", "r.tar.gz", "b/r"], 2);
     assert!(errors.contains("it holds results of the study"), "{errors}");
