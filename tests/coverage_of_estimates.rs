@@ -3,7 +3,7 @@
 use durometer::math::random::SplitMix;
 use durometer::study::estimate::family::{Estimate, Level, estimate};
 use durometer::study::estimate::reference::choose;
-use durometer::study::record::Role;
+use durometer::study::store::record::Role;
 
 /// Draws of the tests.
 trait Draws {

@@ -2,9 +2,9 @@
 
 use durometer::study::expand::Study;
 use durometer::study::kinds::convergence::analysis::analyse;
-use durometer::study::record::{CaseRecord, StoredCase};
-use durometer::study::results::{Results, read};
-use durometer::study::runner::{Isolation, Options, Watch, run};
+use durometer::study::run::runner::{Isolation, Options, Watch, run};
+use durometer::study::store::record::{CaseRecord, StoredCase};
+use durometer::study::store::results::{Results, read};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 

@@ -13,10 +13,10 @@ use durometer::scene::control::process::Process;
 use durometer::scene::{Checkpoint, CheckpointError, RunOptions, Scene};
 use durometer::solve::Status;
 use durometer::study::expand::Study;
-use durometer::study::record::CaseRecord;
 use durometer::study::report;
-use durometer::study::runner::{Isolation, Options, Watch, run};
-use durometer::study::store;
+use durometer::study::run::runner::{Isolation, Options, Watch, run};
+use durometer::study::store::folder;
+use durometer::study::store::record::CaseRecord;
 use std::fmt::Write;
 use std::path::Path;
 use std::process::{Command, Output};
@@ -256,10 +256,10 @@ fn no_number_that_is_not_finite_is_stored() {
     assert_eq!(said.status.code(), Some(3), "{error}");
     assert!(error.contains("is not a finite number"), "{error}");
     let scene = scene(block(4, 1, 1, 0.1, 0.02, 0.02, Order::Linear), SCENE);
-    let mut record = durometer::study::outcome::record(&scene, &scene.run(), (1.0, 1.0));
-    assert!(store::json(&record).is_ok());
+    let mut record = durometer::study::store::outcome::record(&scene, &scene.run(), (1.0, 1.0));
+    assert!(folder::json(&record).is_ok());
     record.wall_s = f64::NAN;
-    assert!(store::json(&record).expect_err("no reader takes it").contains("no reader takes"));
+    assert!(folder::json(&record).expect_err("no reader takes it").contains("no reader takes"));
 }
 
 /// Names of regions, labels and units are text, whatever they hold.

@@ -1,9 +1,10 @@
 //! A stored result counts only for the inputs, the files and the build that made it.
 
 use durometer::study::expand::Study;
-use durometer::study::record::CaseRecord;
 use durometer::study::report;
-use durometer::study::runner::{Isolation, Options, Watch, run};
+use durometer::study::run::runner::{Isolation, Options, Watch, run};
+use durometer::study::store::record::CaseRecord;
+use durometer::study::store::seal::sealed;
 use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
@@ -182,7 +183,13 @@ fn a_damaged_result_is_computed_again() {
     std::fs::copy(&other, &one).expect("both are there");
     assert_eq!(computed(at), ["one"]);
     assert_eq!(std::fs::read(&one).expect("stored"), sound);
-    std::fs::write(cases.join("ways-press-one.json"), "{").expect("writable");
+    let record = cases.join("ways-press-one.json");
+    std::fs::write(&record, "{").expect("writable");
+    assert_eq!(computed(at), ["one"]);
+    let text = std::fs::read_to_string(&record).expect("stored");
+    std::fs::write(&record, text.replacen("\"steps\": ", "\"steps\": 1", 1)).expect("writable");
+    let page = report::write(&at.join("results")).unwrap_or_else(|e| panic!("{e}")).warnings.join("\n");
+    assert!(page.contains("cases/ways-press-one.json: its contents are not those that were stored"), "{page}");
     assert_eq!(computed(at), ["one"]);
 }
 
@@ -197,7 +204,9 @@ fn another_build_is_seen() {
     let own = env!("CARGO_PKG_VERSION");
     let stored: serde_json::Value = serde_json::from_str(&text).expect("JSON");
     let source = stored["provenance"]["build"]["source_sha256"].as_str().expect("a digest").to_string();
-    std::fs::write(&path, text.replace(&source, &"0".repeat(64))).expect("writable");
+    let own_digest = stored["provenance"]["record_sha256"].as_str().expect("a digest");
+    let of_another = text.replace(own_digest, "").replace(&source, &"0".repeat(64));
+    std::fs::write(&path, sealed(&of_another)).expect("writable");
     assert_eq!(computed_with(at, true), [""; 0]);
     let said = report::write(&at.join("results")).unwrap_or_else(|e| panic!("{e}")).warnings.join("\n");
     assert!(said.contains(&format!("ways-press-one ({own}, sources 000000000000")), "{said}");

@@ -1,7 +1,7 @@
 //! Several runs into one store: a case has one owner, a dead one loses it to one of many, and memory is promised once.
 
-use durometer::study::lock::{Claim, LockError, Locks, Owner, SILENT};
-use durometer::study::memory::{Admission, Allowance, available};
+use durometer::study::run::memory::{Admission, Allowance, available};
+use durometer::study::store::lock::{Claim, LockError, Locks, Owner, SILENT};
 use std::path::{Path, PathBuf};
 use std::sync::Barrier;
 use std::time::Duration;

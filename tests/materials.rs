@@ -9,8 +9,8 @@ use durometer::study::analysis::Analysis;
 use durometer::study::curve::Curve;
 use durometer::study::expand::Study;
 use durometer::study::kinds::comparison::analysis::{self, ComparedMember, ComparisonFindings, ComparisonRecord};
-use durometer::study::record::{FamilyRecord, Quantity, Role, Series, StoredCase, StudyRecord};
 use durometer::study::report;
+use durometer::study::store::record::{FamilyRecord, Quantity, Role, Series, StoredCase, StudyRecord};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 

@@ -1,10 +1,12 @@
 //! Cases in processes of their own: the results are those of threads, and whatever ends a process is the status of one case.
 #![cfg(target_os = "linux")]
 
+mod stores;
+
 use durometer::scene::Progress;
 use durometer::study::expand::Study;
-use durometer::study::record::CaseRecord;
-use durometer::study::runner::{Isolation, Options, Watch, run};
+use durometer::study::run::runner::{Isolation, Options, Watch, run};
+use durometer::study::store::record::CaseRecord;
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use serde_json::Value;
@@ -13,6 +15,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
+use stores::contents;
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_durometer");
 const SCENE: &str = r#"
@@ -114,39 +117,6 @@ fn finish(child: Child) -> (Option<i32>, String) {
     (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
 }
 
-/// Everything that a folder of results holds, without what the clock decides.
-fn contents(results: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
-    let cases = results.join("cases");
-    let files = std::fs::read_dir(&cases).expect("results").map(|entry| entry.expect("readable").path());
-    // What a killed writer has left is removed when it is old
-    let files = files.filter(|path| path.extension().is_none_or(|e| e != "part"));
-    files.map(|path| (path.strip_prefix(results).expect("inside").to_path_buf(), without_times(&path))).collect()
-}
-
-fn without_times(path: &Path) -> Vec<u8> {
-    let bytes = std::fs::read(path).expect("readable");
-    if path.extension().is_none_or(|e| e != "json") {
-        return bytes;
-    }
-    // A record that was damaged on purpose is compared as it is
-    let Ok(mut record) = serde_json::from_slice::<Value>(&bytes) else { return bytes };
-    strip(&mut record);
-    record.to_string().into_bytes()
-}
-
-fn strip(value: &mut Value) {
-    match value {
-        Value::Object(map) => {
-            let measured =
-                ["wall_s", "cpu_s", "shared", "phases", "started_unix_s", "memory_bytes", "expected_bytes", "build_s"];
-            map.retain(|key, _| !measured.contains(&key.as_str()));
-            map.values_mut().for_each(strip);
-        }
-        Value::Array(values) => values.iter_mut().for_each(strip),
-        _ => {}
-    }
-}
-
 fn statuses(results: &Path) -> BTreeMap<String, String> {
     let cases = std::fs::read_dir(results.join("cases")).expect("results").map(|e| e.expect("readable").path());
     let records = cases.filter(|path| path.extension().is_some_and(|e| e == "json"));
@@ -235,6 +205,8 @@ fn a_case_without_memory_ends_alone() {
     let limit = |command: Command| {
         let mut limited = Command::new("sh");
         // Kilobytes of address space: the small cases need less, the factor of the large one is larger alone
+        // Threads of their own would take address space by the number of cores
+        limited.env("RAYON_NUM_THREADS", "2").env("MALLOC_ARENA_MAX", "2");
         limited.args(["-c", "ulimit -v 250000; exec \"$@\"", "sh"]).arg(command.get_program()).args(command.get_args());
         limited.current_dir(command.get_current_dir().expect("given")).stdout(Stdio::null()).stderr(Stdio::piped());
         limited

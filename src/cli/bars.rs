@@ -1,8 +1,8 @@
 //! Progress bars, one per running case, with the time left.
 
 use durometer::scene::Progress;
-use durometer::study::record::CaseRecord;
-use durometer::study::runner::Watch;
+use durometer::study::run::runner::Watch;
+use durometer::study::store::record::CaseRecord;
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 use std::collections::HashMap;
 use std::io::Write;

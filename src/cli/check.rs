@@ -7,7 +7,7 @@ use durometer::scene::protocol::extremes;
 use durometer::scene::spec::{ConstraintSpec, EffectSpec};
 use durometer::scene::{Body, Scene, SceneSpec, read_scene};
 use durometer::study::expand::Study;
-use durometer::study::task::Task;
+use durometer::study::run::task::Task;
 use durometer::system::ConstraintKind;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

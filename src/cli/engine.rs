@@ -3,11 +3,11 @@
 use super::outcome::{CommandResult, Outcome};
 use durometer::math::units::{self, Dimension};
 use durometer::mesh::generate::MeshStore;
-use durometer::study::batches::{Packing, pack};
+use durometer::study::engine::batches::{Packing, pack};
 use durometer::study::engine::{EngineFile, Requests, Submission, hyperqueue, slurm};
 use durometer::study::expand::Study;
 use durometer::study::listing::{Listed, State, list, prepare};
-use durometer::study::store::Store;
+use durometer::study::store::folder::Store;
 use std::path::{Path, PathBuf};
 
 /// Memory of a case in the list of cases over the text of its scene: 9 was measured with 100 000 cases.

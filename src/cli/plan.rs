@@ -6,9 +6,9 @@ use durometer::math::units::{self, Dimension};
 use durometer::scene::Progress;
 use durometer::solve::Status;
 use durometer::study::plan::{PlanError, PlanWatch, Request, plan};
-use durometer::study::record::CaseRecord;
-use durometer::study::runner::Watch;
-use durometer::study::store;
+use durometer::study::run::runner::Watch;
+use durometer::study::store::folder;
+use durometer::study::store::record::CaseRecord;
 use std::path::PathBuf;
 
 /// Say which mesh, element and time step meet a tolerance within a time
@@ -107,7 +107,7 @@ pub fn main(args: Args) -> CommandResult {
     };
     files::make_folder(&out)?;
     let json = serde_json::to_string_pretty(&plan)?;
-    store::write(&out.join("plan.json"), &json)?;
+    folder::write(&out.join("plan.json"), &json)?;
     match args.json {
         true => println!("{json}"),
         false => println!("\n{}\n\nwritten: {}", plan.lines().join("\n"), out.join("plan.json").display()),

@@ -3,14 +3,14 @@
 use super::engine::{Engine, EngineArgs};
 use super::outcome::{CommandResult, Outcome};
 use super::{bars::Bars, files};
-use durometer::study::batches;
+use durometer::study::engine::batches;
 use durometer::study::expand::Study;
 use durometer::study::extension::Additions;
-use durometer::study::only::{Only, Partition};
-use durometer::study::record::CaseRecord;
 use durometer::study::report::{self, Summary};
-use durometer::study::runner::{self, Isolation, Options};
-use durometer::study::store;
+use durometer::study::run::only::{Only, Partition};
+use durometer::study::run::runner::{self, Isolation, Options};
+use durometer::study::store::folder;
+use durometer::study::store::record::CaseRecord;
 use std::io::Write;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
@@ -76,7 +76,7 @@ pub fn main(args: Args) -> CommandResult {
         return done.tell(&args.how);
     };
     let file_of_added = Additions::file(&dir);
-    store::write(&file_of_added, &Additions::read(&dir)?.with(extension).text())?;
+    folder::write(&file_of_added, &Additions::read(&dir)?.with(extension).text())?;
     eprintln!("added: {} to family {}, in {}", extension.member, extension.family, file_of_added.display());
     let how = How { redo: false, ..args.how };
     execute(&Study::read_with_additions(&file, &changes, &dir)?, &how, args.vtu)?.tell(&how)

@@ -14,14 +14,15 @@ use durometer::scene::{
 };
 use durometer::solve::Status;
 use durometer::storage;
-use durometer::study::fields::{Fields, USUAL};
 use durometer::study::locking::REMEDY;
-use durometer::study::outcome;
 use durometer::study::overlay::overlays;
-use durometer::study::partial_series::PartialSeries;
-use durometer::study::record::CaseRecord;
-use durometer::study::runner::Watch;
-use durometer::study::store::{self, StoreError};
+use durometer::study::run::runner::Watch;
+use durometer::study::store::csv_text;
+use durometer::study::store::fields::{Fields, USUAL};
+use durometer::study::store::folder::{self, StoreError};
+use durometer::study::store::outcome;
+use durometer::study::store::partial_series::PartialSeries;
+use durometer::study::store::record::CaseRecord;
 use durometer::system::State;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -251,7 +252,7 @@ fn mesh(
         },
     };
     let found = refine(scene, wanted, body, None, &mut watch)?;
-    store::write(&args.out.join(format!("{name}.refinement.csv")), &store::refinement_csv(&found.steps))?;
+    folder::write(&args.out.join(format!("{name}.refinement.csv")), &csv_text::refinement(&found.steps))?;
     let is_within = found.steps.last().is_some_and(RefinementStep::is_within);
     if !is_within {
         let why = "not complete: the error bar is above the tolerance on the last mesh; allow more `meshes`, or more tolerance";
@@ -310,7 +311,7 @@ fn estimate(
         }
         found => found?,
     };
-    store::write(&args.out.join(format!("{name}.errors.csv")), &store::errors_csv(&found))?;
+    folder::write(&args.out.join(format!("{name}.errors.csv")), &csv_text::errors(&found))?;
     Ok(Some(found))
 }
 
@@ -372,15 +373,15 @@ fn write(
     run: &Run,
     record: &CaseRecord,
 ) -> Result<String, Box<dyn std::error::Error>> {
-    store::write(&out.join(format!("{name}.csv")), &store::csv(run))?;
-    store::write(&out.join(format!("{name}.signals.csv")), &store::signals_csv(scene, run))?;
+    folder::write(&out.join(format!("{name}.csv")), &csv_text::rows(run))?;
+    folder::write(&out.join(format!("{name}.signals.csv")), &csv_text::signals(scene, run))?;
     if let Some(sensitivities) = &run.sensitivities {
-        let text = store::sensitivities_csv(run, sensitivities);
-        store::write(&out.join(format!("{name}.sensitivities.csv")), &text)?;
+        let text = csv_text::sensitivities(run, sensitivities);
+        folder::write(&out.join(format!("{name}.sensitivities.csv")), &text)?;
         note_missing(run, sensitivities);
     }
-    let json = store::json(record)?;
-    store::write(&out.join(format!("{name}.json")), &json)?;
+    let json = folder::json(record)?;
+    folder::write(&out.join(format!("{name}.json")), &json)?;
     durometer::study::overlay::save(out, name, &overlays(scene, run))?;
     Ok(json)
 }

@@ -2,9 +2,9 @@
 
 use super::outcome::{CommandResult, Outcome};
 use durometer::math::units::{self, Dimension};
-use durometer::study::archive::{ImportOptions, export, import};
-use durometer::study::case_files::Unsound;
-use durometer::study::upkeep::{clean, verify};
+use durometer::study::store::archive::{ImportOptions, export, import};
+use durometer::study::store::case_files::Unsound;
+use durometer::study::store::upkeep::{clean, verify};
 use std::path::PathBuf;
 use std::time::Duration;
 

@@ -1,7 +1,7 @@
 //! `durometer worker`
 
 use super::outcome::{CommandResult, Outcome};
-use durometer::study::worker::{Said, obey};
+use durometer::study::run::worker::{Said, obey};
 use std::io::Write;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};

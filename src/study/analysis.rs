@@ -1,7 +1,7 @@
 //! The frame that the analyses of all kinds of study share, around what only one kind finds.
 
 use crate::study::curve::peak_words;
-use crate::study::record::{CaseRecord, Quantity, StoredCase, StudyRecord};
+use crate::study::store::record::{CaseRecord, Quantity, StoredCase, StudyRecord};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 use std::ops::Deref;

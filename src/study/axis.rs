@@ -4,8 +4,8 @@
 //! k-th point takes the k-th value of each.
 
 use crate::math::units;
-use crate::study::record::Role;
 use crate::study::spec::{FamilySpec, Mistake};
+use crate::study::store::record::Role;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashSet};
 

@@ -2,8 +2,8 @@
 
 use crate::calibrate::inverse::Calibration;
 use crate::scene::{Body, Constant, SceneError, SceneSpec, from_text};
-use crate::study::identity::{Identity, mesh_sha256};
 use crate::study::inverse::CalibrationPlan;
+use crate::study::store::identity::{Identity, mesh_sha256};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use std::sync::Arc;

@@ -6,7 +6,7 @@
 //! ```
 
 use crate::scene::{ExtremeKind, extreme};
-use crate::study::record::{Series, StoredCase};
+use crate::study::store::record::{Series, StoredCase};
 
 /// One column over time.
 #[derive(Clone, Debug, PartialEq, Default)]

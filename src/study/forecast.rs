@@ -4,7 +4,7 @@
 //! over the nodes says ([`growth`]) that is fitted to the results of its formulation, or, where those are all of one size, the largest of them.
 
 use crate::study::estimate::growth::growth;
-use crate::study::record::CaseRecord;
+use crate::study::store::record::CaseRecord;
 use serde::Serialize;
 use std::collections::{BTreeMap, HashMap};
 

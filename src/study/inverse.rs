@@ -5,7 +5,7 @@ use crate::calibrate::inverse::{InverseError, Measured, MeasuredSpec, Settings};
 use crate::math::units::{self, Dimension};
 use crate::scene::Constant;
 use crate::storage;
-use crate::study::record::Quantity;
+use crate::study::store::record::Quantity;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 

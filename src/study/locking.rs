@@ -2,7 +2,7 @@
 
 use crate::effect::pressure_scatter::ALARM;
 use crate::report::numbers::percent;
-use crate::study::record::{CaseRecord, StoredCase};
+use crate::study::store::record::{CaseRecord, StoredCase};
 
 /// Remedy for the alarm.
 pub const REMEDY: &str = "take formulation = \"mixed\", or show by a finer mesh that the answer stays";

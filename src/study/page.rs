@@ -3,10 +3,10 @@
 use crate::report::figure::Figure;
 use crate::report::page::{document, drawing, escape, list};
 use crate::report::table::Table;
-use crate::study::builds;
 use crate::study::content::Content;
 use crate::study::locking;
-use crate::study::results::Results;
+use crate::study::store::builds;
+use crate::study::store::results::Results;
 
 /// The whole page with the figures that could be drawn.
 pub fn html(store: &Results, content: &Content, figures: &[Figure]) -> String {

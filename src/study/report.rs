@@ -7,9 +7,10 @@ use crate::report::figure::Figure;
 use crate::report::{ReportError, files};
 use crate::study::content::Content;
 use crate::study::kinds::KINDS;
+use crate::study::page;
+use crate::study::store::{builds, results};
 use crate::study::summary;
 pub use crate::study::summary::Summary;
-use crate::study::{builds, page, results};
 use std::path::Path;
 
 /// Writes the report of the study in `dir`, next to its cases.

@@ -1,7 +1,7 @@
 //! Parts of a study file that several kinds have: variants, families, and checks of their names and roles.
 
 use crate::scene::SceneError;
-use crate::study::record::{Quantity, Role};
+use crate::study::store::record::{Quantity, Role};
 use serde::Deserialize;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};

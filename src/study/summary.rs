@@ -2,9 +2,9 @@
 
 use crate::study::content::Content;
 use crate::study::extension::Extension;
-use crate::study::record::{LockingRecord, MeshRecord, ProbeRecord, StoredCase};
-use crate::study::results::Results;
-use crate::study::solver::SolverRecord;
+use crate::study::store::record::{LockingRecord, MeshRecord, ProbeRecord, StoredCase};
+use crate::study::store::results::Results;
+use crate::study::store::solver::SolverRecord;
 use serde::Serialize;
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;

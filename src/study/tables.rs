@@ -3,8 +3,8 @@
 use crate::report::numbers::{capital, digits};
 use crate::report::table::{Table, headings};
 use crate::study::curve::extreme_word;
-use crate::study::record::{CaseRecord, Quantity};
-use crate::study::results::Results;
+use crate::study::store::record::{CaseRecord, Quantity};
+use crate::study::store::results::Results;
 
 /// Megabytes (10⁶ bytes) of the values of the factor, 8 bytes an entry.
 pub fn factor_mb(r: &CaseRecord) -> f64 {

@@ -1,8 +1,8 @@
 //! A made-up convergence study with a known answer, in memory and on disk.
 
 use durometer::scene::ExtremeKind;
-use durometer::study::record::*;
-use durometer::study::skin::Skin;
+use durometer::study::store::record::*;
+use durometer::study::store::skin::Skin;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use std::path::Path;

@@ -186,7 +186,7 @@ const REGISTRIES: [Registry; 6] = [
             "src/scene/checkpoint.rs",
             "src/scene/control/prepare.rs",
             "src/scene/run.rs",
-            "src/study/record.rs",
+            "src/study/store/record.rs",
         ],
     },
 ];

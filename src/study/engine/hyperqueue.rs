@@ -104,8 +104,8 @@ pub fn submit(s: &Submission, python: &Path) -> Result<String, EngineError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::batches::{Batch, Group};
     use crate::study::engine::Requests;
+    use crate::study::engine::batches::{Batch, Group};
 
     #[test]
     fn the_job_has_a_task_for_every_batch_and_the_report_last() {

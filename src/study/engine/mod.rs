@@ -3,16 +3,17 @@
 //!
 //! | File in `<results>/engine/` | Content |
 //! |---|---|
-//! | `batches.txt` | the ids of the cases of each task, one task a line ([`crate::study::batches`]) |
+//! | `batches.txt` | the ids of the cases of each task, one task a line ([`batches`]) |
 //! | `*.sbatch`, `jobs.toml` | what [`slurm`] and [`hyperqueue`] take |
 //! | `logs/` | the output of the tasks |
 //!
 //! A task that is lost is run again without harm: results that are there are kept. What needs no result is not in a batch.
 
+pub mod batches;
 pub mod hyperqueue;
 pub mod slurm;
 
-use crate::study::batches::{self, Group};
+use crate::study::engine::batches::Group;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 

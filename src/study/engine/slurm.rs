@@ -5,7 +5,7 @@
 //! SIGTERM, the run keeps what is finished, and the task asks to be queued again.
 
 use super::{EngineError, EngineFile, Submission, output, shell};
-use crate::study::batches::Group;
+use crate::study::engine::batches::Group;
 use std::process::Command;
 
 const REMEDY: &str =
@@ -129,8 +129,8 @@ pub fn submit(s: &Submission) -> Result<Vec<String>, EngineError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::batches::Batch;
     use crate::study::engine::Requests;
+    use crate::study::engine::batches::Batch;
 
     fn submission() -> Submission {
         let batch = |cases: &[&str], seconds| Batch { cases: cases.iter().map(ToString::to_string).collect(), seconds };

@@ -22,7 +22,7 @@ use crate::study::estimate::richardson::{
 };
 use crate::study::estimate::tolerance::Tolerance;
 use crate::study::locking;
-use crate::study::record::{CaseRecord, Role};
+use crate::study::store::record::{CaseRecord, Role};
 use serde::Serialize;
 
 /// One mesh of a family.

@@ -3,7 +3,7 @@
 pub mod time;
 
 use crate::report::canvas::italic;
-use crate::study::record::Quantity;
+use crate::study::store::record::Quantity;
 
 /// `bending angle θ [°]`, for an axis.
 pub fn axis_label(q: &Quantity, prefix: &str) -> String {

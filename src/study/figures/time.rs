@@ -5,8 +5,8 @@ use crate::report::figure::{Figure, Sample, legend};
 use crate::report::numbers::digits;
 use crate::report::numbers::thousands;
 use crate::report::plot::{Axis, Plot};
-use crate::study::record::{CaseRecord, Role};
-use crate::study::results::Results;
+use crate::study::store::record::{CaseRecord, Role};
+use crate::study::store::results::Results;
 
 const REST: RGB = RGB(0xd0, 0xd0, 0xd0);
 const ROW: f64 = 4.6;

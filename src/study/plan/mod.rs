@@ -34,7 +34,7 @@ use crate::scene::Scene;
 use crate::study::curve::peak;
 use crate::study::estimate::family::{Estimate, Level, estimate};
 use crate::study::estimate::reference;
-use crate::study::record::{Role, StoredCase};
+use crate::study::store::record::{Role, StoredCase};
 use budget::Budget;
 use choose::Known;
 use pilots::{Pilots, Trial};

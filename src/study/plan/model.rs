@@ -11,7 +11,7 @@
 //! the symbolic factorisation. Limits: one power of h; iterations that grow with the mesh are not seen.
 
 use crate::study::estimate::growth::{Growth, growth};
-use crate::study::record::CaseRecord;
+use crate::study::store::record::CaseRecord;
 use serde::Serialize;
 
 /// Size of a run, counted before it is made.
@@ -84,7 +84,7 @@ pub fn error_law(errors: &[(f64, f64)]) -> Option<Growth> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::record::PhaseRecord;
+    use crate::study::store::record::PhaseRecord;
 
     /// A machine of 1 Gflop/s that speeds up with the power ¹⁄₁₀, 1 µs a cell and iteration, 2 ns an entry, and is disturbed by half.
     fn record(cells: usize) -> CaseRecord {

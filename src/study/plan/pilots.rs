@@ -5,14 +5,14 @@ use crate::scene::{
     Body, ErrorEstimator, RunOptions, Scene, SceneSpec, Time, error_estimate::path_dependence, read_scene,
 };
 use crate::solve::Status;
-use crate::study::one_run::one_run;
-use crate::study::outcome::record;
 use crate::study::plan::budget::Budget;
 use crate::study::plan::error::PlanError;
 use crate::study::plan::model::{Clock, Counted};
 use crate::study::plan::request::{PlanWatch, Request};
 use crate::study::plan::sizes::{Choice, Meshes};
-use crate::study::record::{Series, StoredCase};
+use crate::study::run::one_run::one_run;
+use crate::study::store::outcome::record;
+use crate::study::store::record::{Series, StoredCase};
 use crate::system::State;
 use cpu_time::ThreadTime;
 use std::sync::Arc;

@@ -1,7 +1,7 @@
 //! The request for a plan, and who follows its progress.
 
 use crate::scene::Progress;
-use crate::study::record::CaseRecord;
+use crate::study::store::record::CaseRecord;
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 

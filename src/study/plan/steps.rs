@@ -16,7 +16,7 @@ use crate::study::plan::error::PlanError;
 use crate::study::plan::pilots::{Trial, build, run};
 use crate::study::plan::request::{PlanWatch, Request};
 use crate::study::plan::sizes::Choice;
-use crate::study::record::{Role, StoredCase};
+use crate::study::store::record::{Role, StoredCase};
 use crate::system::ConstraintKind;
 use serde::Serialize;
 use std::collections::BTreeMap;

@@ -10,7 +10,7 @@ use crate::study::plan::pilots::Pilots;
 use crate::study::plan::settings::Setting;
 use crate::study::plan::sizes::Choice;
 use crate::study::plan::steps::Steps;
-use crate::study::record::{CaseRecord, StoredCase};
+use crate::study::store::record::{CaseRecord, StoredCase};
 use std::collections::BTreeMap;
 
 /// Column → f* and U(f*)/|f*|.

@@ -14,7 +14,7 @@
 use crate::calibrate::inverse::{Calibration, Found};
 use crate::report::numbers::{digits, percent};
 use crate::study::analysis::{self, Analysis};
-use crate::study::record::{Role, StoredCase, StudyRecord};
+use crate::study::store::record::{Role, StoredCase, StudyRecord};
 use serde::Serialize;
 use std::collections::BTreeMap;
 

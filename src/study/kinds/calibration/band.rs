@@ -17,7 +17,7 @@ use crate::report::numbers::{digits, percent, space};
 use crate::scene::{Extreme, ExtremeKind, extreme};
 use crate::study::curve::Curve;
 use crate::study::kinds::calibration::analysis::CalibratedVariant;
-use crate::study::record::{Quantity, Role, Series, StoredCase, StudyRecord};
+use crate::study::store::record::{Quantity, Role, Series, StoredCase, StudyRecord};
 use serde::Serialize;
 use std::collections::BTreeMap;
 

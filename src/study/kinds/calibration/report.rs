@@ -9,7 +9,7 @@ use crate::study::kinds::calibration::analysis::{CalibratedConstant, CalibratedV
 use crate::study::kinds::calibration::band::{Band, band as around};
 use crate::study::kinds::calibration::figures::band;
 use crate::study::kinds::calibration::figures::curves as figures;
-use crate::study::results::Results;
+use crate::study::store::results::Results;
 use crate::study::tables;
 use serde_json::{Map, Value, json};
 

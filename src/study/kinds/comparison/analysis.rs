@@ -16,7 +16,7 @@ use crate::study::analysis::{self, Analysis, ByQuantity};
 use crate::study::curve::peak;
 use crate::study::curve::{Curve, l2, lag};
 use crate::study::kinds::comparison::sequence::{self, Sequence, sequences};
-use crate::study::record::{Quantity, Role, StoredCase, StudyRecord};
+use crate::study::store::record::{Quantity, Role, StoredCase, StudyRecord};
 use serde::{Deserialize, Serialize};
 
 /// The member that the others are compared with, as it is stored with the study.

@@ -8,7 +8,7 @@ use crate::study::content::Content;
 use crate::study::kinds::comparison::analysis::{ComparisonFindings, MemberDifferences, signed};
 use crate::study::kinds::comparison::figures::{curves, sequence};
 use crate::study::kinds::comparison::sequence::{Sequence, milliseconds};
-use crate::study::results::Results;
+use crate::study::store::results::Results;
 use crate::study::tables;
 use serde_json::{Map, Value, json};
 

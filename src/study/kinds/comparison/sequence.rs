@@ -13,7 +13,7 @@
 use crate::report::numbers::{digits, percent};
 use crate::study::analysis::without_result;
 use crate::study::curve::peak;
-use crate::study::record::{CaseRecord, Role, StoredCase, StudyRecord};
+use crate::study::store::record::{CaseRecord, Role, StoredCase, StudyRecord};
 use serde::Serialize;
 
 /// The members of a variant in the order in which their effects are added.

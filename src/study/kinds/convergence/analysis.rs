@@ -8,7 +8,7 @@ use crate::study::kinds::convergence::cases::Cases;
 use crate::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
 use crate::study::kinds::convergence::next_mesh::next_mesh;
 use crate::study::kinds::convergence::{errors, independent, verdict, warnings};
-use crate::study::record::{Quantity, Role, StoredCase, StudyRecord};
+use crate::study::store::record::{Quantity, Role, StoredCase, StudyRecord};
 
 /// Analyses what is there; cases that are missing or did not converge are named, not guessed.
 pub fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis<ConvergenceFindings> {

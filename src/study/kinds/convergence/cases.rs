@@ -1,6 +1,6 @@
 //! The stored cases of a convergence study, as its analysis reads them.
 
-use crate::study::record::{CaseRecord, FamilyRecord, Role, StoredCase, StudyRecord};
+use crate::study::store::record::{CaseRecord, FamilyRecord, Role, StoredCase, StudyRecord};
 
 /// The stored cases by family and variant.
 pub struct Cases<'a> {

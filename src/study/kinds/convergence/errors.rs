@@ -7,7 +7,7 @@ use crate::study::curve::peak;
 use crate::study::estimate::reference::Reference;
 use crate::study::estimate::richardson::ROUNDING;
 use crate::study::kinds::convergence::cases::Cases;
-use crate::study::record::{FamilyRecord, Role, StoredCase};
+use crate::study::store::record::{FamilyRecord, Role, StoredCase};
 use serde::Serialize;
 
 /// Error of one case in one quantity.

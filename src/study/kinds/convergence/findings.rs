@@ -10,7 +10,7 @@ use crate::study::estimate::reference::Reference;
 use crate::study::extension::Extension;
 use crate::study::kinds::convergence::errors::{CaseError, Noise, StepError};
 use crate::study::kinds::convergence::independent::{InputUncertainty, OneRunBar};
-use crate::study::record::Role;
+use crate::study::store::record::Role;
 use serde::Serialize;
 
 /// Findings of a convergence study.

@@ -8,7 +8,7 @@
 use crate::study::curve::peak;
 use crate::study::estimate::reference::Reference;
 use crate::study::kinds::convergence::cases::Cases;
-use crate::study::record::StoredCase;
+use crate::study::store::record::StoredCase;
 use serde::Serialize;
 
 /// The error of one case from its run alone \[unit of f, bar –\].

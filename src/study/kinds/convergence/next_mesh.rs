@@ -14,7 +14,7 @@ use crate::study::extension::Extension;
 use crate::study::kinds::convergence::cases::Cases;
 use crate::study::kinds::convergence::findings::MeshErrors;
 use crate::study::locking;
-use crate::study::record::{CaseRecord, FamilyRecord, Role};
+use crate::study::store::record::{CaseRecord, FamilyRecord, Role};
 use std::collections::BTreeMap;
 use toml::{Table, Value};
 

@@ -8,7 +8,7 @@ use crate::study::analysis::ByQuantity;
 use crate::study::kinds::convergence::cases::Cases;
 use crate::study::kinds::convergence::findings::{Bar, MeshErrors, MeshSetting, Recommendation, headline};
 use crate::study::locking;
-use crate::study::record::{MeshRecord, Role};
+use crate::study::store::record::{MeshRecord, Role};
 
 /// All settings run with the study's time step, cheapest first. Seeds show the scatter; a lucky one is no choice.
 pub fn settings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Vec<MeshSetting> {

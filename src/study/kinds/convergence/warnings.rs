@@ -6,7 +6,7 @@ use crate::study::estimate::richardson::LEAST_RATIO;
 use crate::study::kinds::convergence::cases::Cases;
 use crate::study::kinds::convergence::errors::{StepCause, StepError};
 use crate::study::kinds::convergence::findings::MeshErrors;
-use crate::study::record::{Role, StoredCase};
+use crate::study::store::record::{Role, StoredCase};
 
 /// One sentence each.
 pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>], incomplete: &[(String, String)]) -> Vec<String> {

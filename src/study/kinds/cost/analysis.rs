@@ -7,7 +7,7 @@ use crate::study::kinds::cost::findings::*;
 use crate::study::kinds::cost::line::Line;
 use crate::study::kinds::cost::reference::{curve_error, members, reference, step};
 use crate::study::kinds::cost::sentence;
-use crate::study::record::{CaseRecord, Quantity, Role, StoredCase, StudyRecord};
+use crate::study::store::record::{CaseRecord, Quantity, Role, StoredCase, StudyRecord};
 
 /// Wall over CPU seconds from which a run was disturbed.
 const DISTURBED: f64 = 1.1;
@@ -62,7 +62,7 @@ fn cost_of_accuracy(
             best = best.min(s.errors[m as usize]);
         }
     }
-    let line = |f: &crate::study::record::FamilyRecord| {
+    let line = |f: &crate::study::store::record::FamilyRecord| {
         let of = |s: &&CostedCase| f.cases.contains(&s.case);
         let points = settings.iter().filter(of).map(|s| (s.cost_s, s.errors[0])).collect();
         let label = if f.name == f.formulation { f.name.clone() } else { f.name.replace('_', " ") };
@@ -120,7 +120,7 @@ fn milliseconds(s: f64) -> String {
 /// Time and memory over the cells, per variant and formulation with three meshes or more.
 fn laws(study: &StudyRecord, stored: &[StoredCase]) -> Vec<GrowthLaw> {
     let mut out = vec![];
-    let meshes = |f: &&crate::study::record::FamilyRecord| matches!(f.role, Role::Sizes | Role::Element);
+    let meshes = |f: &&crate::study::store::record::FamilyRecord| matches!(f.role, Role::Sizes | Role::Element);
     for variant in &study.variants {
         for family in study.families.iter().filter(meshes) {
             let cases = members(stored, family, variant);

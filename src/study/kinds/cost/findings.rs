@@ -15,7 +15,7 @@ use crate::study::analysis::ByQuantity;
 use crate::study::estimate::growth::{Growth, Predicted};
 use crate::study::kinds::cost::line::Line;
 use crate::study::kinds::cost::reference::ReferenceCurve;
-use crate::study::record::PhaseRecord;
+use crate::study::store::record::PhaseRecord;
 use serde::Serialize;
 
 /// Errors that every study asks for, in addition to its own tolerance.

@@ -17,7 +17,7 @@ use crate::study::estimate::curve::compare;
 use crate::study::estimate::family::{Estimate, Level, estimate_of_order, formal_order};
 use crate::study::estimate::reference as chosen;
 use crate::study::estimate::tolerance::Tolerance;
-use crate::study::record::{FamilyRecord, Quantity, Role, StoredCase, StudyRecord};
+use crate::study::store::record::{FamilyRecord, Quantity, Role, StoredCase, StudyRecord};
 use serde::Serialize;
 
 /// f* and f*(t) with their own errors.

@@ -10,8 +10,8 @@ use crate::study::kinds::cost::figures::growth;
 use crate::study::kinds::cost::figures::work;
 use crate::study::kinds::cost::findings::{CostFindings, CostOfAccuracy, Grows, Measure};
 use crate::study::kinds::cost::line::How;
-use crate::study::record::CaseRecord;
-use crate::study::results::Results;
+use crate::study::store::record::CaseRecord;
+use crate::study::store::results::Results;
 use crate::study::tables;
 use serde_json::{Map, Value, json};
 

@@ -8,7 +8,7 @@ use crate::study::kinds::coverage::mark::{Estimator, Mark, Standing, marks};
 use crate::study::kinds::coverage::record::CoverageRecord;
 use crate::study::kinds::coverage::share::{Effectivity, Share};
 use crate::study::kinds::coverage::truth::{Truth, truth};
-use crate::study::record::{StoredCase, StudyRecord};
+use crate::study::store::record::{StoredCase, StudyRecord};
 
 /// Share of the bars that must hold, and the largest median of bar over error, for the verdict to be yes.
 pub const LEAST_SHARE: f64 = 0.95;

@@ -14,7 +14,7 @@ use crate::study::curve::peak;
 use crate::study::estimate::family::{Estimate, Level, estimate};
 use crate::study::kinds::coverage::record::{JudgedFamily, ProblemRecord};
 use crate::study::kinds::coverage::truth::{Truth, levels};
-use crate::study::record::{MeshRecord, Role, StoredCase, StudyRecord};
+use crate::study::store::record::{MeshRecord, Role, StoredCase, StudyRecord};
 use serde::Serialize;
 
 /// A truth is known if its uncertainty is at most this share of a bar.

@@ -1,6 +1,6 @@
 //! Details that a coverage study keeps with its record.
 
-use crate::study::record::Quantity;
+use crate::study::store::record::Quantity;
 use serde::{Deserialize, Serialize};
 
 /// The problems of a study.

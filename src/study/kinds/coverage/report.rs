@@ -9,7 +9,7 @@ use crate::study::kinds::coverage::analysis::{CoverageFindings, LEAST_NEAR, LEAS
 use crate::study::kinds::coverage::figure;
 use crate::study::kinds::coverage::mark::{Estimator, Mark, Standing};
 use crate::study::kinds::coverage::share::{Effectivity, Share};
-use crate::study::results::Results;
+use crate::study::store::results::Results;
 use crate::study::tables;
 use serde_json::{Map as Json, json};
 

@@ -5,8 +5,8 @@
 
 use crate::study::kind::{Expansion, RunRules};
 use crate::study::kinds::coverage::record::{CoverageRecord, JudgedFamily, ProblemRecord};
-use crate::study::record::{Quantity, Role};
 use crate::study::spec::{FamilySpec, Mistake, VariantSpec, check_names};
+use crate::study::store::record::{Quantity, Role};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::PathBuf;

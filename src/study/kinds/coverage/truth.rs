@@ -9,7 +9,7 @@ use crate::study::curve::peak;
 use crate::study::estimate::family::{Level, formal_order};
 use crate::study::estimate::richardson::Triple;
 use crate::study::kinds::coverage::record::ProblemRecord;
-use crate::study::record::{Quantity, StoredCase, StudyRecord};
+use crate::study::store::record::{Quantity, StoredCase, StudyRecord};
 use serde::Serialize;
 
 /// Share of a change by extrapolation that counts as its uncertainty.

@@ -11,7 +11,7 @@ use crate::study::kinds::robustness::map;
 use crate::study::kinds::robustness::map::Map;
 use crate::study::kinds::robustness::outcome::CaseOutcome;
 use crate::study::kinds::robustness::record::{RobustnessRecord, SuiteRecord};
-use crate::study::record::{StoredCase, StudyRecord};
+use crate::study::store::record::{StoredCase, StudyRecord};
 use serde::Serialize;
 use std::collections::BTreeMap;
 

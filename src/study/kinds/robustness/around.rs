@@ -16,8 +16,8 @@ use crate::study::axis::AxisSpec;
 use crate::study::kind::{Around, StoredExpansion, stored};
 use crate::study::kinds::robustness::check::{Bound, CheckSpec, Moment};
 use crate::study::kinds::robustness::spec::{self, MapSpec, SuiteSpec};
-use crate::study::record::Quantity;
 use crate::study::spec::{VariantSpec, refuse};
+use crate::study::store::record::Quantity;
 use std::path::Path;
 use toml::{Table, Value};
 

@@ -10,7 +10,7 @@
 use crate::math::formula::Formula;
 use crate::math::units;
 use crate::scene::{hint, overrides};
-use crate::study::record::StoredCase;
+use crate::study::store::record::StoredCase;
 use serde::{Deserialize, Serialize};
 
 /// `[[suite.check]]`

@@ -8,7 +8,7 @@ use crate::study::axis::AxisRecord;
 use crate::study::curve::{peak, peak_words};
 use crate::study::kinds::robustness::outcome::CaseOutcome;
 use crate::study::kinds::robustness::record::MapRecord;
-use crate::study::record::{Quantity, StoredCase, StudyRecord};
+use crate::study::store::record::{Quantity, StoredCase, StudyRecord};
 use serde::Serialize;
 
 /// An answer this far off is poor; beyond it is wrong \[–\].

@@ -2,7 +2,7 @@
 
 use crate::study::axis::AxisRecord;
 use crate::study::kinds::robustness::check::Check;
-use crate::study::record::Quantity;
+use crate::study::store::record::Quantity;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 

@@ -11,7 +11,7 @@ use crate::study::kinds::robustness::figures::matrix;
 use crate::study::kinds::robustness::figures::region;
 use crate::study::kinds::robustness::map::{Grade, Map};
 use crate::study::kinds::robustness::outcome::CaseOutcome;
-use crate::study::results::Results;
+use crate::study::store::results::Results;
 use crate::study::tables;
 use serde_json::{Map as Json, json};
 

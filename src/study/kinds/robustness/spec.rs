@@ -5,8 +5,8 @@ use crate::study::axis::{self, AxisSpec, Combine};
 use crate::study::kind::{Expansion, RunRules};
 use crate::study::kinds::robustness::check::{Check, CheckSpec};
 use crate::study::kinds::robustness::record::{MapRecord, RobustnessRecord, SuiteRecord};
-use crate::study::record::{Quantity, REFUSED, Role};
 use crate::study::spec::{FamilySpec, Mistake, VariantSpec};
+use crate::study::store::record::{Quantity, REFUSED, Role};
 use serde::Deserialize;
 use std::path::PathBuf;
 

@@ -15,7 +15,7 @@ use crate::report::numbers::{capital, digits, percent, space};
 use crate::study::analysis::{self, Analysis, ByQuantity};
 use crate::study::axis::AxisRecord;
 use crate::study::curve::peak;
-use crate::study::record::{StoredCase, StudyRecord};
+use crate::study::store::record::{StoredCase, StudyRecord};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 

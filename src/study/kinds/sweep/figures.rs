@@ -12,7 +12,7 @@ use crate::study::axis::AxisRecord;
 use crate::study::curve::Curve;
 use crate::study::figures::axis_label;
 use crate::study::kinds::sweep::analysis::{Dependence, SweepFindings, SweepPoint};
-use crate::study::results::Results;
+use crate::study::store::results::Results;
 
 const LEFT: f64 = 15.0;
 const GAP: f64 = 18.0;

@@ -8,8 +8,8 @@ use crate::report::numbers::capital;
 use crate::report::plot::{Axis, Plot};
 use crate::study::figures::axis_label;
 use crate::study::kinds::calibration::analysis::{CalibratedVariant, scaled};
-use crate::study::record::{Quantity, Role};
-use crate::study::results::Results;
+use crate::study::store::record::{Quantity, Role};
+use crate::study::store::results::Results;
 
 const LEFT: f64 = 15.0;
 const GAP: f64 = 34.0;

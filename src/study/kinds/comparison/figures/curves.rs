@@ -9,8 +9,8 @@ use crate::study::analysis::ByQuantity;
 use crate::study::curve::Curve;
 use crate::study::figures::axis_label;
 use crate::study::kinds::comparison::analysis::{ComparedMember, ComparisonFindings, MemberDifferences};
-use crate::study::record::StoredCase;
-use crate::study::results::Results;
+use crate::study::store::record::StoredCase;
+use crate::study::store::results::Results;
 
 const LEFT: f64 = 14.0;
 const GAP: f64 = 18.0;

@@ -6,9 +6,9 @@ use crate::report::numbers::thousands;
 use crate::report::plot::Axis;
 use crate::report::surface::{Fit, Look, View, extent, ghost, surface, viridis};
 use crate::study::kinds::convergence::findings::ConvergenceFindings;
-use crate::study::record::{CaseRecord, Role};
-use crate::study::results::Results;
-use crate::study::skin::Skin;
+use crate::study::store::record::{CaseRecord, Role};
+use crate::study::store::results::Results;
+use crate::study::store::skin::Skin;
 
 /// Eye of the meshes: from the front, a little to the tip and above.
 const MESH_EYE: [f64; 3] = [0.55, -1.0, 0.45];

@@ -6,8 +6,8 @@ use crate::report::numbers::capital;
 use crate::report::plot::{Axis, Plot};
 use crate::study::estimate::growth::{Growth, growth};
 use crate::study::kinds::convergence::findings::ConvergenceFindings;
-use crate::study::record::{CaseRecord, Role};
-use crate::study::results::Results;
+use crate::study::store::record::{CaseRecord, Role};
+use crate::study::store::results::Results;
 use std::collections::BTreeMap;
 
 const LEFT: f64 = 15.0;

@@ -10,8 +10,8 @@ use crate::study::estimate::curve::CurveStudy;
 use crate::study::estimate::richardson::CAUTIOUS_FACTOR;
 use crate::study::figures::axis_label;
 use crate::study::kinds::convergence::findings::ConvergenceFindings;
-use crate::study::record::{Quantity, Role, StoredCase};
-use crate::study::results::Results;
+use crate::study::store::record::{Quantity, Role, StoredCase};
+use crate::study::store::results::Results;
 use plotters::style::Color;
 
 /// The band of the GCI, pale enough for lines on top.

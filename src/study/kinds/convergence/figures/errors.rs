@@ -8,8 +8,8 @@ use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::estimate::family::Estimate;
 use crate::study::estimate::richardson::CAUTIOUS_FACTOR;
 use crate::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
-use crate::study::record::{CaseRecord, Role};
-use crate::study::results::Results;
+use crate::study::store::record::{CaseRecord, Role};
+use crate::study::store::results::Results;
 use plotters::style::Color;
 
 const LEFT: f64 = 14.0;

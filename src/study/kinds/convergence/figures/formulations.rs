@@ -7,8 +7,8 @@ use crate::report::plot::{Axis, Plot};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::kinds::convergence::figures::errors::levels;
 use crate::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
-use crate::study::record::Role;
-use crate::study::results::Results;
+use crate::study::store::record::Role;
+use crate::study::store::results::Results;
 
 const LEFT: f64 = 14.0;
 const GAP: f64 = 16.0;

@@ -10,7 +10,7 @@ use crate::report::figure::{Drawn, drawn};
 use crate::study::analysis::Analysis;
 use crate::study::figures::time;
 use crate::study::kinds::convergence::findings::ConvergenceFindings;
-use crate::study::results::Results;
+use crate::study::store::results::Results;
 
 /// Every figure that the stored data allow.
 pub fn draw(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Vec<Drawn> {

@@ -6,8 +6,8 @@
 use crate::report::numbers::digits;
 use crate::report::table::{Table, headings};
 use crate::study::kinds::convergence::findings::ConvergenceFindings;
-use crate::study::record::{CaseRecord, Role};
-use crate::study::results::Results;
+use crate::study::store::record::{CaseRecord, Role};
+use crate::study::store::results::Results;
 use crate::study::tables::factor_mb;
 
 /// One row per case that has an error.

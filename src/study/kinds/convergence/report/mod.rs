@@ -9,7 +9,7 @@ use crate::study::analysis::Analysis;
 use crate::study::content::Content;
 use crate::study::kinds::convergence::figures;
 use crate::study::kinds::convergence::findings::ConvergenceFindings;
-use crate::study::results::Results;
+use crate::study::store::results::Results;
 use crate::study::tables;
 
 pub fn content(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Content {

@@ -8,8 +8,8 @@ use crate::report::numbers::capital;
 use crate::report::plot::{Axis, Plot, superscript};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::kinds::cost::findings::{CostFindings, CostOfAccuracy, CostedCase, MEASURES, Measure};
-use crate::study::record::Role;
-use crate::study::results::Results;
+use crate::study::store::record::Role;
+use crate::study::store::results::Results;
 use plotters::style::Color;
 
 const LEFT: f64 = 15.0;

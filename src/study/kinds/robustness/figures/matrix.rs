@@ -4,7 +4,7 @@ use crate::report::canvas::{Area, At, INK, LABEL, Mark, PALE, PALETTE, RGB, SMAL
 use crate::report::figure::{Drawn, Figure, Sample, drawn, legend};
 use crate::study::kinds::robustness::analysis::RobustnessFindings;
 use crate::study::kinds::robustness::outcome::CaseOutcome;
-use crate::study::results::Results;
+use crate::study::store::results::Results;
 
 const ROW: f64 = 3.9;
 const COLUMN: f64 = 6.2;

@@ -5,15 +5,15 @@ use crate::scene::ExtremeKind;
 use crate::scene::control::Fired;
 use crate::scene::parts::constraints::CableEvent;
 use crate::solve::{Integrator, Status};
-use crate::study::contact::ContactRecord;
 use crate::study::estimate::tolerance::Tolerance;
-use crate::study::identity::{Build, FileDigest, Identity};
-use crate::study::inputs::InputRecord;
-use crate::study::one_run::OneRunRecord;
 use crate::study::overlay::distance::Distance;
-use crate::study::refinement::RefinementRecord;
-use crate::study::solver::SolverRecord;
-use crate::study::work::{RepeatRecord, WorkRecord};
+use crate::study::run::inputs::InputRecord;
+use crate::study::run::one_run::OneRunRecord;
+use crate::study::run::refinement::RefinementRecord;
+use crate::study::run::work::{RepeatRecord, WorkRecord};
+use crate::study::store::contact::ContactRecord;
+use crate::study::store::identity::{Build, FileDigest, Identity};
+use crate::study::store::solver::SolverRecord;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -263,6 +263,9 @@ pub struct Provenance {
     /// Files of the results that were stored with the record
     #[serde(default)]
     pub results: Vec<FileDigest>,
+    /// Digest of the record itself, see [`crate::study::store::seal`]
+    #[serde(default)]
+    pub record_sha256: String,
 }
 
 impl Provenance {

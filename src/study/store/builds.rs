@@ -1,7 +1,7 @@
 //! The builds of this program that computed the results of a study.
 
-use crate::study::identity::Build;
-use crate::study::record::CaseRecord;
+use crate::study::store::identity::Build;
+use crate::study::store::record::CaseRecord;
 
 /// The builds that computed these results, each with the cases it computed; first the one with most of them, or this program.
 pub fn builds<'a>(records: impl Iterator<Item = &'a CaseRecord>) -> Vec<(Build, Vec<String>)> {

@@ -3,7 +3,8 @@
 use crate::scene::Scene;
 use crate::scene::output::ScheduleSpec;
 use crate::storage;
-use crate::study::store::{StoreError, header, line, unwritable};
+use crate::study::store::csv_text::{header, line};
+use crate::study::store::folder::{StoreError, unwritable};
 use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};

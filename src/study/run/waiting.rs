@@ -3,8 +3,8 @@
 use crate::scene::{Body, Constant};
 use crate::study::case::Case;
 use crate::study::expand::Study;
-use crate::study::record::{CaseRecord, Role};
-use crate::study::store::Store;
+use crate::study::store::folder::Store;
+use crate::study::store::record::{CaseRecord, Role};
 
 /// A case that waited, with the constants of the finest converged mesh of its variant among these records.
 pub fn ready(study: &Study, case: &Case, records: &[CaseRecord], store: &Store) -> Option<(Case, Vec<Constant>)> {

@@ -6,10 +6,10 @@
 //! has started: they form a group.
 
 use crate::scene::Progress;
-use crate::study::compute::{Follow, compute};
-use crate::study::memory::Admission;
-use crate::study::store::Store;
-use crate::study::task::Task;
+use crate::study::run::compute::{Follow, compute};
+use crate::study::run::memory::Admission;
+use crate::study::run::task::Task;
+use crate::study::store::folder::Store;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use std::io::{BufRead, BufReader, Read, Write};

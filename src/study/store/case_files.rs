@@ -1,8 +1,9 @@
 //! The files of a case in a folder of results: which there are, and whether they are those that were stored together.
 
 use crate::storage::{self, DATA_LIMIT, sha256};
-use crate::study::identity::FileDigest;
-use crate::study::record::{CaseRecord, StudyRecord};
+use crate::study::store::identity::FileDigest;
+use crate::study::store::record::{CaseRecord, StudyRecord};
+use crate::study::store::seal;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -85,7 +86,11 @@ pub fn check(id: &str, read: &dyn Fn(&str) -> std::io::Result<Vec<u8>>) -> Resul
     let unsound = |end: &str, fact: String| Unsound { file: format!("cases/{id}.{end}"), fact };
     let record = read("json").map_err(|e| e.to_string()).and_then(|bytes| {
         let record: CaseRecord = serde_json::from_slice(&bytes).map_err(|e| format!("it is not a record: {e}"))?;
-        if record.id == id { Ok(record) } else { Err(format!("it is the record of the case {}", record.id)) }
+        match String::from_utf8_lossy(&bytes) {
+            _ if record.id != id => Err(format!("it is the record of the case {}", record.id)),
+            text if !seal::is_intact(&text) => Err("its contents are not those that were stored".into()),
+            _ => Ok(record),
+        }
     });
     let record = record.map_err(|fact| vec![unsound("json", fact)])?;
     let wrong = |FileDigest { file, sha256: stored }: &FileDigest| {

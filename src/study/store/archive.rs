@@ -7,8 +7,8 @@
 //! with its name, size and digest, and a name must be that of a file of a case, so that no path leads out of the folder.
 
 use crate::storage::{self, DATA_LIMIT, sha256};
-use crate::study::case_files::{CaseFiles, ENDS, FolderError, Unsound, check, check_in, ids, study};
-use crate::study::record::{CaseRecord, StudyRecord};
+use crate::study::store::case_files::{CaseFiles, ENDS, FolderError, Unsound, check, check_in, ids, study};
+use crate::study::store::record::{CaseRecord, StudyRecord};
 use flate2::read::MultiGzDecoder;
 use flate2::{Compression, GzBuilder};
 use serde::{Deserialize, Serialize};

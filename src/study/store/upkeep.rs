@@ -1,8 +1,8 @@
 //! Upkeep of a folder of results: every digest is verified, and what no case uses is removed.
 
 use crate::storage::{self, TEXT_LIMIT};
-use crate::study::case_files::{CaseFiles, FolderError, Unsound, check_in, ids, study};
-use crate::study::lock::{Owner, SILENT};
+use crate::study::store::case_files::{CaseFiles, FolderError, Unsound, check_in, ids, study};
+use crate::study::store::lock::{Owner, SILENT};
 use serde::Serialize;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};

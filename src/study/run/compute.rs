@@ -7,16 +7,16 @@ use crate::scene::{
 };
 use crate::solve::Status;
 use crate::study::case::Case;
-use crate::study::fields::{Fields, USUAL};
-use crate::study::identity::Identity;
-use crate::study::inputs::{inputs, uncertain_constants};
-use crate::study::one_run::{OneRunRecord, one_run};
-use crate::study::outcome::{record, refused, skin};
-use crate::study::record::{CaseRecord, PANICKED, REFUSED};
-use crate::study::refinement::{self, RefinementRecord, refined};
-use crate::study::store::{Store, StoreError};
-use crate::study::task::{Task, TaskError};
-use crate::study::work::{RepeatRecord, largest_memory, measure, present_memory, watch_memory};
+use crate::study::run::inputs::{inputs, uncertain_constants};
+use crate::study::run::one_run::{OneRunRecord, one_run};
+use crate::study::run::refinement::{self, RefinementRecord, refined};
+use crate::study::run::task::{Task, TaskError};
+use crate::study::run::work::{RepeatRecord, largest_memory, measure, present_memory, watch_memory};
+use crate::study::store::fields::{Fields, USUAL};
+use crate::study::store::folder::{CaseOutput, Store, StoreError};
+use crate::study::store::identity::Identity;
+use crate::study::store::outcome::{record, refused, skin};
+use crate::study::store::record::{CaseRecord, PANICKED, REFUSED};
 use crate::system::State;
 use cpu_time::ThreadTime;
 use std::sync::Arc;
@@ -241,10 +241,8 @@ fn store_result(
     if let Some(sensitivities) = &solved.sensitivities {
         let known = uncertain_constants(&case.spec);
         record.inputs = if case.after.is_none() { inputs(&known, run, sensitivities) } else { vec![] };
-        store.save_sensitivities(&case.id, run, sensitivities)?;
     }
     if let Some(calibration) = &solved.found {
-        store.save_calibration(&case.id, calibration)?;
         if !calibration.settled && record.converged() {
             record.status = "SearchNotSettled".into();
             let detail = "the search for the constants did not come to its end; take another start, or fewer unknowns";
@@ -255,7 +253,8 @@ fn store_result(
     (record.work.memory_bytes, record.work.expected_bytes) = (memory, expected);
     record.repeats.clone_from(&solved.repeats);
     record.phases.output_s = writing.elapsed().as_secs_f64();
-    store.save(&mut record, run, &skin)?;
+    let (sensitivities, calibration) = (solved.sensitivities.as_ref(), solved.found.as_ref());
+    store.save(&mut record, &CaseOutput { run, skin: &skin, sensitivities, calibration })?;
     Ok(record)
 }
 

@@ -7,15 +7,15 @@ use crate::mesh::quality::Quality;
 use crate::mesh::wall::{Wall, thinnest};
 use crate::scene::{Extreme, NamedSkin, Run, Scene, extreme, path_dependence};
 use crate::study::case::Case;
-use crate::study::contact::contacts;
-use crate::study::identity::Build;
 use crate::study::overlay::overlays;
-use crate::study::record::{
+use crate::study::run::work::WorkRecord;
+use crate::study::store::contact::contacts;
+use crate::study::store::identity::Build;
+use crate::study::store::record::{
     CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance, SCHEMA,
 };
-use crate::study::skin::{Rigid, Skin};
-use crate::study::solver::{self, SolverRecord};
-use crate::study::work::WorkRecord;
+use crate::study::store::skin::{Rigid, Skin};
+use crate::study::store::solver::{self, SolverRecord};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The record of a run; `times` are wall and CPU seconds.

@@ -1,15 +1,16 @@
 //! Files of a case on disk. The record is written last: with it the case counts as done.
 
 use crate::calibrate::inverse::Calibration;
-use crate::report::table::quoted;
-use crate::scene::{ErrorEstimate, RefinementStep, Run, Scene, Sensitivities};
+use crate::scene::{Run, Sensitivities};
 use crate::storage::{self, DATA_LIMIT};
-use crate::study::identity::{FileDigest, Identity};
-use crate::study::record::{CaseRecord, SCHEMA, StudyRecord};
-use crate::study::skin::Skin;
+use crate::study::store::case_files::{ENDS, check_in};
+use crate::study::store::csv_text;
+use crate::study::store::identity::{FileDigest, Identity};
+use crate::study::store::record::{CaseRecord, SCHEMA, StudyRecord};
+use crate::study::store::seal;
+use crate::study::store::skin::Skin;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use std::fmt::Write;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -34,6 +35,31 @@ pub enum Stored {
     Sound(Box<CaseRecord>),
     /// Why it cannot be used
     Damaged(String),
+}
+
+/// The results of a case that its record does not hold.
+pub struct CaseOutput<'a> {
+    pub run: &'a Run,
+    pub skin: &'a Skin,
+    pub sensitivities: Option<&'a Sensitivities>,
+    pub calibration: Option<&'a Calibration>,
+}
+
+/// End of the name of a file, and its contents; none where there is no such file.
+type NamedFile = (&'static str, Option<Vec<u8>>);
+
+impl CaseOutput<'_> {
+    /// The files, or the end of the name of one that could not be read again, and why.
+    fn files(&self) -> Result<[NamedFile; 4], (&'static str, String)> {
+        let calibration = self.calibration.map(json).transpose().map_err(|reason| ("fit.json", reason))?;
+        let sensitivities = self.sensitivities.map(|found| csv_text::sensitivities(self.run, found));
+        Ok([
+            ("csv", Some(csv_text::rows(self.run).into_bytes())),
+            ("skin.json.gz", Some(self.skin.packed())),
+            ("sensitivities.csv", sensitivities.map(String::into_bytes)),
+            ("fit.json", calibration.map(String::into_bytes)),
+        ])
+    }
 }
 
 /// Age from which a half-written file is one that a killed writer has left.
@@ -94,27 +120,19 @@ impl Store {
             Err(e) if e.kind() == ErrorKind::NotFound => return Ok(Stored::Nothing),
             Err(e) => return Ok(Stored::Damaged(format!("{id}.json: {e}"))),
         };
-        let record: CaseRecord = match serde_json::from_slice(&bytes) {
-            Ok(record) => record,
-            Err(e) => match serde_json::from_slice::<SchemaOfRecord>(&bytes) {
-                Ok(SchemaOfRecord { provenance: Schema { schema: found } }) if found > SCHEMA => {
-                    return Err(StoreError::Newer { path, found });
-                }
-                _ => return Ok(Stored::Damaged(format!("{id}.json: {e}"))),
-            },
-        };
-        let found = record.provenance.schema;
-        if found > SCHEMA {
-            return Err(StoreError::Newer { path, found });
-        }
-        for FileDigest { file, sha256 } in &record.provenance.results {
-            match storage::read(&self.dir.join("cases").join(file), DATA_LIMIT) {
-                Ok(bytes) if storage::sha256(&bytes) == *sha256 => {}
-                Ok(_) => return Ok(Stored::Damaged(format!("{file} is not what was stored with {id}.json"))),
-                Err(e) => return Ok(Stored::Damaged(format!("{file}: {e}"))),
+        match serde_json::from_slice::<SchemaOfRecord>(&bytes) {
+            Ok(SchemaOfRecord { provenance: Schema { schema: found } }) if found > SCHEMA => {
+                return Err(StoreError::Newer { path, found });
             }
+            _ => {}
         }
-        Ok(Stored::Sound(Box::new(record)))
+        Ok(match check_in(&self.dir, id) {
+            Ok(record) => Stored::Sound(Box::new(record)),
+            Err(wrong) => {
+                let words = wrong.iter().map(|file| format!("{}: {}", file.file, file.fact));
+                Stored::Damaged(words.collect::<Vec<_>>().join("; "))
+            }
+        })
     }
 
     /// The stored record of a case, if it is sound.
@@ -129,7 +147,7 @@ impl Store {
     pub fn set_aside(&self, id: &str) -> Result<String, StoreError> {
         let free = |n: &usize| !self.path(id, &format!("damaged-{n}.json")).exists();
         let number = (1..).find(free).expect("there is always a next number");
-        for extension in ["csv", "skin.json.gz", "fit.json", "sensitivities.csv", "json"] {
+        for extension in ENDS {
             let (from, to) = (self.path(id, extension), self.path(id, &format!("damaged-{number}.{extension}")));
             match std::fs::rename(&from, &to) {
                 Err(e) if e.kind() != ErrorKind::NotFound => return Err(unwritable(&from, &e)),
@@ -162,38 +180,47 @@ impl Store {
         self.path(id, "json").is_file()
     }
 
-    /// Time series, surface, then the record with the digests of both. An earlier record goes first: it does not belong to the new files.
-    pub fn save(&self, record: &mut CaseRecord, run: &Run, skin: &Skin) -> Result<(), StoreError> {
+    /// Writes the files of a case, then its record with the digests of all. An earlier record goes first: it does not belong to the new
+    /// files. What an earlier result had and this one has not goes too.
+    pub fn save(&self, record: &mut CaseRecord, outcome: &CaseOutput) -> Result<(), StoreError> {
         self.forget(&record.id)?;
         (record.provenance.schema, record.provenance.results) = (SCHEMA, vec![]);
-        for (extension, bytes) in [("csv", csv(run).into_bytes()), ("skin.json.gz", skin.packed())] {
-            replace(&self.path(&record.id, extension), &bytes)?;
-            let digest = FileDigest { file: format!("{}.{extension}", record.id), sha256: storage::sha256(bytes) };
+        for (end, bytes) in outcome.files().map_err(|(end, reason)| self.unwritable(&record.id, end, reason))? {
+            let path = self.path(&record.id, end);
+            let Some(bytes) = bytes else {
+                std::fs::remove_file(&path).ok();
+                continue;
+            };
+            storage::write(&path, &bytes).map_err(|e| unwritable(&path, &e))?;
+            let digest = FileDigest { file: format!("{}.{end}", record.id), sha256: storage::sha256(bytes) };
             record.provenance.results.push(digest);
         }
-        write_json(&self.path(&record.id, "json"), record)
+        self.write_record(record)
+    }
+
+    /// Writes a record with its own digest.
+    fn write_record(&self, record: &CaseRecord) -> Result<(), StoreError> {
+        let text = json(record).map_err(|reason| self.unwritable(&record.id, "json", reason))?;
+        write(&self.path(&record.id, "json"), &seal::sealed(&text))
+    }
+
+    fn unwritable(&self, id: &str, end: &str, reason: String) -> StoreError {
+        StoreError::Unwritable { path: self.path(id, end), reason }
     }
 
     /// The record of a case that has no run.
     pub fn save_refused(&self, record: &CaseRecord) -> Result<(), StoreError> {
         self.forget(&record.id)?;
         write(&self.path(&record.id, "csv"), "t_s\n")?;
-        std::fs::remove_file(self.path(&record.id, "skin.json.gz")).ok();
-        write_json(&self.path(&record.id, "json"), record)
-    }
-
-    /// Saves the result of a case of a calibration.
-    pub fn save_calibration(&self, id: &str, found: &Calibration) -> Result<(), StoreError> {
-        write_json(&self.path(id, "fit.json"), found)
+        for end in ["skin.json.gz", "fit.json", "sensitivities.csv"] {
+            std::fs::remove_file(self.path(&record.id, end)).ok();
+        }
+        self.write_record(record)
     }
 
     /// The saved result of a case of a calibration, if there is one.
     pub fn calibration(&self, id: &str) -> Option<Calibration> {
         serde_json::from_slice(&storage::read(&self.path(id, "fit.json"), DATA_LIMIT).ok()?).ok()
-    }
-
-    pub fn save_sensitivities(&self, id: &str, run: &Run, sensitivities: &Sensitivities) -> Result<(), StoreError> {
-        write(&self.path(id, "sensitivities.csv"), &sensitivities_csv(run, sensitivities))
     }
 
     /// The collection of the fields of a case; it is there when all of them are.
@@ -215,82 +242,7 @@ impl Store {
     }
 }
 
-/// The prescribed signals on the time grid of the run.
-pub fn signals_csv(scene: &Scene, run: &Run) -> String {
-    let mut text = header(std::iter::once("t_s".to_string()).chain(scene.signals.iter().map(|s| s.name.clone())));
-    for (row, signals) in run.written.iter().map(|&k| (&run.rows[k], &run.signals[k])) {
-        let values = std::iter::once(&row[0]).chain(signals).map(ToString::to_string);
-        text += &values.collect::<Vec<_>>().join(",");
-        text.push('\n');
-    }
-    text
-}
-
-/// Derivatives of the columns by the constants (SI) over the times of the run.
-pub fn sensitivities_csv(run: &Run, sensitivities: &Sensitivities) -> String {
-    let by_constants = |column: &String| {
-        let of = |c| format!("d {column}/d {c}");
-        sensitivities.constants.iter().map(of).collect::<Vec<_>>()
-    };
-    let names = sensitivities.columns.iter().flat_map(by_constants);
-    let mut text = header(std::iter::once("t_s".to_string()).chain(names));
-    for (row, sensitivities) in run.rows.iter().zip(&sensitivities.rows) {
-        let values = sensitivities.iter().flatten().map(ToString::to_string);
-        text += &std::iter::once(row[0].to_string()).chain(values).collect::<Vec<_>>().join(",");
-        text.push('\n');
-    }
-    text
-}
-
-/// Estimated errors of recorded quantities, one line each.
-pub fn errors_csv(estimate: &ErrorEstimate) -> String {
-    let mut text = "quantity,t_s,value,enriched,geometry,corrected,uncertainty,bar\n".to_string();
-    for q in &estimate.quantities {
-        let geometry = q.geometry.map_or_else(String::new, |g| g.change.to_string());
-        let (t, value, enriched, corrected) = (q.t, q.value, q.enriched, q.corrected);
-        let column = quoted(&q.column);
-        text += &format!("{column},{t},{value},{enriched},{geometry},{corrected},{},{}\n", q.uncertainty, q.bar);
-    }
-    text
-}
-
-/// The meshes of a refinement, one line each.
-pub fn refinement_csv(steps: &[RefinementStep]) -> String {
-    let mut text = "cells,dofs,t_s,value,enriched,corrected,uncertainty,bar,tolerance,wall_s,cpu_s\n".to_string();
-    for RefinementStep { cells, dofs, error: q, tolerance, wall, cpu } in steps {
-        let numbers = [q.t, q.value, q.enriched, q.corrected, q.uncertainty, q.bar, *tolerance, *wall, *cpu];
-        text += &format!("{cells},{dofs},{}\n", numbers.map(|number| number.to_string()).join(","));
-    }
-    text
-}
-
-/// The recorded rows; numbers in the shortest form that reads back the same.
-pub fn csv(run: &Run) -> String {
-    let mut text = header(run.columns.iter().cloned());
-    run.written.iter().for_each(|&k| text += &line(&run.rows[k]));
-    text
-}
-
-/// A row as a line.
-pub(super) fn line(row: &[f64]) -> String {
-    let mut text = String::new();
-    for (k, value) in row.iter().enumerate() {
-        write!(text, "{}{value}", if k > 0 { "," } else { "" }).expect("writing to a string cannot fail");
-    }
-    text + "\n"
-}
-
-/// The first line of a table: names are written as text, whatever they hold.
-pub(super) fn header(names: impl Iterator<Item = String>) -> String {
-    names.map(|name| quoted(&name)).collect::<Vec<_>>().join(",") + "\n"
-}
-
-/// Writes a value as JSON. Nothing that cannot be read again is kept, such as a number that is not finite.
-fn write_json<T: Serialize + DeserializeOwned>(path: &Path, value: &T) -> Result<(), StoreError> {
-    write(path, &json(value).map_err(|reason| StoreError::Unwritable { path: path.into(), reason })?)
-}
-
-/// A value as JSON that can be read again.
+/// A value as JSON. Nothing that cannot be read again is kept, such as a number that is not finite.
 pub fn json<T: Serialize + DeserializeOwned>(value: &T) -> Result<String, String> {
     let text = serde_json::to_string_pretty(value).expect("numbers and string keys only") + "\n";
     match serde_json::from_str::<T>(&text) {
@@ -301,11 +253,7 @@ pub fn json<T: Serialize + DeserializeOwned>(value: &T) -> Result<String, String
 
 /// The file appears whole or not at all.
 pub fn write(path: &Path, text: &str) -> Result<(), StoreError> {
-    replace(path, text.as_bytes())
-}
-
-fn replace(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
-    storage::write(path, bytes).map_err(|e| unwritable(path, &e))
+    storage::write(path, text.as_bytes()).map_err(|e| unwritable(path, &e))
 }
 
 pub(super) fn unwritable(path: &Path, e: &std::io::Error) -> StoreError {

@@ -2,19 +2,19 @@
 
 use crate::scene::{Body, Constant, Progress, SceneError};
 use crate::study::case::Case;
-use crate::study::compute::{CaseError, Follow, compute};
 use crate::study::expand::Study;
-use crate::study::identity::Identity;
-use crate::study::inputs::uncertain_constants;
-use crate::study::lock::{LockError, Locks};
-use crate::study::memory::{self, Admission, Allowance, SHARE};
-use crate::study::only::Only;
-use crate::study::outcome::refused;
-use crate::study::record::{CRASHED, CaseRecord, OUT_OF_MEMORY};
-use crate::study::store::{Store, StoreError, Stored};
-use crate::study::task::Task;
-use crate::study::waiting;
-use crate::study::worker::{End, Order, Said, Wants, compute_apart};
+use crate::study::run::compute::{CaseError, Follow, compute};
+use crate::study::run::inputs::uncertain_constants;
+use crate::study::run::memory::{self, Admission, Allowance, SHARE};
+use crate::study::run::only::Only;
+use crate::study::run::task::Task;
+use crate::study::run::waiting;
+use crate::study::run::worker::{End, Order, Said, Wants, compute_apart};
+use crate::study::store::folder::{Store, StoreError, Stored};
+use crate::study::store::identity::Identity;
+use crate::study::store::lock::{LockError, Locks};
+use crate::study::store::outcome::refused;
+use crate::study::store::record::{CRASHED, CaseRecord, OUT_OF_MEMORY};
 use std::collections::{HashMap, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -64,7 +64,7 @@ impl From<SceneError> for RunError {
 pub enum Isolation {
     /// In threads of this process. A panic is the status of its case; an abort ends all.
     Threads,
-    /// Each in a process of this program, started as `program worker` ([`crate::study::worker`]): whatever ends it is the status of its case.
+    /// Each in a process of this program, started as `program worker` ([`crate::study::run::worker`]): whatever ends it is the status of its case.
     Processes(PathBuf),
 }
 

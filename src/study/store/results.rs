@@ -4,8 +4,9 @@ use crate::calibrate::inverse::Calibration;
 use crate::report::error::ReportError;
 use crate::report::files::{json, read_with};
 use crate::storage::{self, DATA_LIMIT};
-use crate::study::record::{CaseRecord, SCHEMA, Series, StoredCase, StudyRecord};
-use crate::study::skin::Skin;
+use crate::study::store::case_files::{Unsound, check_in};
+use crate::study::store::record::{CaseRecord, SCHEMA, Series, StoredCase, StudyRecord};
+use crate::study::store::skin::Skin;
 use std::collections::{BTreeMap, HashSet};
 use std::io::ErrorKind;
 use std::path::Path;
@@ -40,6 +41,12 @@ pub fn read(dir: &Path) -> Result<Results, ReportError> {
         }
         let file = |extension: &str| dir.join("cases").join(format!("{id}.{extension}"));
         let Some(record) = json::<CaseRecord>(&file("json"))? else { continue };
+        let unsound = check_in(dir, id).err().unwrap_or_default();
+        // A surface that cannot be read is named below
+        let worth_words = unsound.iter().filter(|file| !file.file.contains(".skin."));
+        damaged.extend(worth_words.map(|Unsound { file, fact }| {
+            format!("{file}: {fact}. The numbers of this case may be wrong; run the study again to compute it anew.")
+        }));
         let curves = series(&file("csv"))?.unwrap_or_default();
         cases.push(StoredCase { record, series: curves });
         found.extend(json::<Calibration>(&file("fit.json"))?.map(|c| (id.clone(), c)));

@@ -1,0 +1,22 @@
+//! Runs the cases of a study.
+//!
+//! | Step | File |
+//! |---|---|
+//! | Which cases run | [`only`], [`waiting`] |
+//! | Side by side, and which stored result is reused | [`runner`] |
+//! | Memory of cases that run side by side | [`memory`] |
+//! | One case: what is asked, its computation, its process | [`task`], [`compute`], [`worker`] |
+//! | Adaptive meshes, errors from one run and derivatives by constants, kept with a result | [`refinement`], [`one_run`], [`inputs`] |
+//! | How much work a case was | [`work`] |
+
+pub mod compute;
+pub mod inputs;
+pub mod memory;
+pub mod one_run;
+pub mod only;
+pub mod refinement;
+pub mod runner;
+pub mod task;
+pub mod waiting;
+pub mod work;
+pub mod worker;

@@ -1,0 +1,30 @@
+//! Keeps the results of a study.
+//!
+//! | Subject | File |
+//! |---|---|
+//! | Inputs, files and build that a result belongs to | [`identity`], [`builds`] |
+//! | The record of a case, and what of a run goes into it | [`record`], [`outcome`], [`solver`], [`contact`] |
+//! | Its other files | [`csv_text`], [`skin`], [`fields`], [`partial_series`] |
+//! | Whether the text of a record is the one that was stored | [`seal`] |
+//! | The folder: which files belong to a case, and whether they are sound | [`case_files`], [`folder`] |
+//! | Several runs into one folder | [`lock`] |
+//! | Verification, cleaning and archives | [`upkeep`], [`archive`] |
+//! | Reading results back for a report | [`results`] |
+
+pub mod archive;
+pub mod builds;
+pub mod case_files;
+pub mod contact;
+pub mod csv_text;
+pub mod fields;
+pub mod folder;
+pub mod identity;
+pub mod lock;
+pub mod outcome;
+pub mod partial_series;
+pub mod record;
+pub mod results;
+pub mod seal;
+pub mod skin;
+pub mod solver;
+pub mod upkeep;
