@@ -11,6 +11,7 @@ use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use serde_json::Value;
 use std::collections::BTreeMap;
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::atomic::AtomicBool;
@@ -432,4 +433,33 @@ fn cases_take_the_memory_that_is_allowed() {
     let status = statuses(&at.join("short"));
     assert!(status["c0"].starts_with("OutOfMemory: ") && status["c0"].contains("--memory"), "{status:?}");
     assert!(status["c1"].starts_with("Converged"), "{status:?}");
+}
+
+/// A command that is stopped while the mesher works has not been given bad input: its exit code is that of a stop.
+#[test]
+fn a_simulation_that_is_stopped_while_meshing_says_so() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    for sub in ["meshes/meshgen", "meshes/rod"] {
+        std::fs::create_dir_all(at.join(sub)).expect("writable");
+    }
+    let body = "version = 3\nsummary = \"a rod\"\n[parameters]\n[regions]\nbody = { dim = 3, meaning = \"all\" }\n[features]\n";
+    std::fs::write(at.join("meshes/rod/body.toml"), body).expect("writable");
+    std::fs::write(at.join("mesher"), "#!/bin/sh\necho meshing >&2\nexec sleep 60\n").expect("writable");
+    assert!(Command::new("chmod").arg("+x").arg(at.join("mesher")).status().expect("chmod").success());
+    let grid = "grid = { kind = \"box\", size = [\"20 mm\", \"10 mm\", \"10 mm\"], divisions = [4, 2, 2] }";
+    let scene = SCENE.replace(grid, "body = \"rod\"\nsize = \"2 mm\"");
+    std::fs::write(at.join("scene.toml"), scene).expect("writable");
+    let mut command = Command::new(PROGRAM);
+    command.args(["simulate", "scene.toml", "--out", "r"]).current_dir(at).stderr(Stdio::piped());
+    command.env("DUROMETER_HOME", at).env("DUROMETER_PYTHON", at.join("mesher"));
+    let mut run = command.spawn().expect("it starts");
+    let mut said = BufReader::new(run.stderr.take().expect("piped")).lines().map_while(Result::ok);
+    assert!(said.by_ref().any(|line| line.contains("meshing")));
+    let mesher = wait_for(|| children(run.id()).pop());
+    kill(Pid::from_raw(run.id() as i32), Signal::SIGTERM).expect("it runs");
+    let rest: Vec<String> = said.collect();
+    assert_eq!(run.wait().expect("it ends").code(), Some(3), "{rest:?}");
+    assert!(rest.iter().any(|line| line.starts_with("stopped: ")), "{rest:?}");
+    assert!(!Path::new(&format!("/proc/{mesher}")).exists());
 }

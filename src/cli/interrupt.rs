@@ -4,9 +4,10 @@ use durometer::mesh::generate::end_meshers;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 
+static STOP: OnceLock<Arc<AtomicBool>> = OnceLock::new();
+
 /// Set by Ctrl-C and by SIGTERM: what is finished is kept, what runs is dropped. A second one ends the program at once.
 pub fn stop_flag() -> &'static Arc<AtomicBool> {
-    static STOP: OnceLock<Arc<AtomicBool>> = OnceLock::new();
     STOP.get_or_init(|| {
         let stop = Arc::new(AtomicBool::new(false));
         let set = stop.clone();
@@ -19,6 +20,11 @@ pub fn stop_flag() -> &'static Arc<AtomicBool> {
         listen(handler);
         stop
     })
+}
+
+/// Whether a signal has asked a command that listens to stop.
+pub fn was_stopped() -> bool {
+    STOP.get().is_some_and(|stop| stop.load(Ordering::SeqCst))
 }
 
 /// Calls `handler` for every such signal. They are blocked in this thread and in those that it starts later, and one thread waits for them: METIS

@@ -96,6 +96,14 @@ pub fn main() -> ExitCode {
         Command::Doctor(args) => doctor::main(args),
         Command::Worker(args) => worker::main(args),
     };
+    // A mesher that the signal has ended is no fault of the input
+    let result = match result {
+        Err(error) if interrupt::was_stopped() => {
+            eprintln!("stopped: {error}");
+            Ok(outcome::Outcome::Interrupted)
+        }
+        result => result,
+    };
     if let Err(error) = &result {
         eprintln!("error: {error}");
     }

@@ -12,7 +12,7 @@ pub enum Outcome {
     Complete,
     /// `doctor`: something that new meshes need is missing on this machine
     NotReady,
-    /// `run`, `robustness`, `plan`: Ctrl-C ended the command before its result was written
+    /// Ctrl-C or SIGTERM ended the command before its result was written
     Interrupted,
     /// `run`, `robustness`, `simulate`: a run, or a derivative of it, did not reach its end
     RunIncomplete,

@@ -242,12 +242,10 @@ fn store_result(
         let known = uncertain_constants(&case.spec);
         record.inputs = if case.after.is_none() { inputs(&known, run, sensitivities) } else { vec![] };
     }
-    if let Some(calibration) = &solved.found {
-        if !calibration.settled && record.converged() {
-            record.status = "SearchNotSettled".into();
-            let detail = "the search for the constants did not come to its end; take another start, or fewer unknowns";
-            record.status_detail = Some(detail.into());
-        }
+    if solved.found.as_ref().is_some_and(|found| !found.settled) && record.converged() {
+        record.status = "SearchNotSettled".into();
+        let detail = "the search for the constants did not come to its end; take another start, or fewer unknowns";
+        record.status_detail = Some(detail.into());
     }
     record.phases.build_s = solved.build_s;
     (record.work.memory_bytes, record.work.expected_bytes) = (memory, expected);
