@@ -3,10 +3,12 @@
 use durometer::scene::Progress;
 use durometer::study::run::runner::Watch;
 use durometer::study::store::record::CaseRecord;
-use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
+use durometer::study::time_left::TimeLeft;
+use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressStyle};
 use std::collections::HashMap;
 use std::io::Write;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
 const TICKS: u64 = 1000;
 
@@ -15,8 +17,47 @@ pub struct Bars {
     multi: MultiProgress,
     bars: Mutex<HashMap<String, ProgressBar>>,
     /// Finished cases of a study, below the running ones
-    total: Option<ProgressBar>,
+    total: Option<Total>,
     silent: bool,
+}
+
+/// The line of all cases.
+struct Total {
+    bar: ProgressBar,
+    left: Mutex<Left>,
+}
+
+/// The time left of all cases. It is known when their meshes are there, that is when the first of them begins or is kept.
+enum Left {
+    Unknown(Box<dyn FnOnce() -> TimeLeft + Send>),
+    Known {
+        left: TimeLeft,
+        shown: Instant,
+    },
+    /// Between the two
+    Begins,
+}
+
+impl Total {
+    fn begin(&self) {
+        let mut left = lock(&self.left);
+        *left = match std::mem::replace(&mut *left, Left::Begins) {
+            Left::Unknown(make) => Left::Known { left: make(), shown: Instant::now() },
+            known => known,
+        };
+    }
+
+    /// Takes a change into account, and shows the time at most once a second.
+    fn change(&self, change: impl FnOnce(&mut TimeLeft)) {
+        if let Left::Known { left, shown } = &mut *lock(&self.left) {
+            change(left);
+            if shown.elapsed() >= Duration::from_secs(1) {
+                *shown = Instant::now();
+                let words = |s: f64| format!("about {} left", HumanDuration(Duration::from_secs_f64(s.ceil())));
+                self.bar.set_message(left.seconds().map_or_else(String::new, words));
+            }
+        }
+    }
 }
 
 impl Bars {
@@ -24,14 +65,14 @@ impl Bars {
         Self { multi: MultiProgress::new(), bars: Mutex::new(HashMap::new()), total: None, silent }
     }
 
-    /// Bars with a line for all cases.
-    pub fn of(cases: usize, silent: bool) -> Self {
+    /// Bars with a line for all cases; `left` is called on a terminal only.
+    pub fn of(cases: usize, silent: bool, left: impl FnOnce() -> TimeLeft + Send + 'static) -> Self {
         let mut bars = Self::new(silent);
-        if !silent {
-            let style = ProgressStyle::with_template("{prefix:32} {bar:30} {pos}/{len} cases  {elapsed} so far");
-            let total = bars.multi.add(ProgressBar::new(cases as u64)).with_prefix("all");
-            total.set_style(style.expect("the template is valid"));
-            bars.total = Some(total);
+        if !silent && !bars.multi.is_hidden() {
+            let style = ProgressStyle::with_template("{prefix:32} {bar:30} {pos}/{len} cases  {elapsed} so far  {msg}");
+            let bar = bars.multi.add(ProgressBar::new(cases as u64)).with_prefix("all");
+            bar.set_style(style.expect("the template is valid"));
+            bars.total = Some(Total { bar, left: Mutex::new(Left::Unknown(Box::new(left))) });
         }
         bars
     }
@@ -47,9 +88,13 @@ impl Bars {
         }
     }
 
-    fn bars(&self) -> std::sync::MutexGuard<'_, HashMap<String, ProgressBar>> {
-        self.bars.lock().unwrap_or_else(PoisonError::into_inner)
+    fn bars(&self) -> MutexGuard<'_, HashMap<String, ProgressBar>> {
+        lock(&self.bars)
     }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Watch for Bars {
@@ -69,12 +114,18 @@ impl Watch for Bars {
         let bar = self.multi.insert(0, ProgressBar::new(TICKS)).with_prefix(case.to_string());
         bar.set_style(style.expect("the template is valid"));
         self.bars().insert(case.into(), bar);
+        if let Some(total) = &self.total {
+            total.begin();
+        }
     }
 
     fn progress(&self, case: &str, progress: Progress) {
         if let Some(bar) = self.bars().get(case) {
             bar.set_position((TICKS as f64 * progress.t / progress.end) as u64);
             bar.set_message(format!("t = {:.3} s", progress.t));
+        }
+        if let Some(total) = &self.total {
+            total.change(|left| left.progress(case, progress.t / progress.end));
         }
     }
 
@@ -83,9 +134,11 @@ impl Watch for Bars {
             bar.finish_and_clear();
         }
         if let Some(total) = &self.total {
-            total.inc(1);
-            if total.length() == Some(total.position()) {
-                total.finish_and_clear();
+            total.begin();
+            total.change(|left| left.finish(record, skipped));
+            total.bar.inc(1);
+            if total.bar.length() == Some(total.bar.position()) {
+                total.bar.finish_and_clear();
             }
         }
         let how = if skipped { "kept" } else { "done" };

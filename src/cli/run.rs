@@ -11,6 +11,7 @@ use durometer::study::run::only::{Only, Partition};
 use durometer::study::run::runner::{self, Isolation, Options};
 use durometer::study::store::folder;
 use durometer::study::store::record::CaseRecord;
+use durometer::study::time_left::TimeLeft;
 use std::io::Write;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
@@ -167,7 +168,9 @@ pub fn execute(study: &Study, how: &How, vtu: bool) -> Result<Done, Box<dyn std:
         stop,
     };
     let wanted = study.cases.iter().filter(|c| options.wants(&c.id)).count();
-    let bars = Bars::of(wanted, how.json);
+    let (expected, only, at) = (study.clone(), options.only.clone(), dir.clone());
+    let wants = move |id: &str| only.as_ref().is_none_or(|only| only.takes(id));
+    let bars = Bars::of(wanted, how.json, move || TimeLeft::of(&expected, &at, &wants, jobs));
     let records = runner::run(study, &dir, &options, &bars)?;
     if stop.load(Ordering::Relaxed) {
         let kept = records.len();

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | From a study file to its cases | [`expand`], and the kind of the study in [`kinds`] |
 //! | Meshes added to a study that has results | [`extension`] |
-//! | The cases with what is stored of them, and what they are expected to cost | [`listing`], [`forecast`] |
+//! | The cases with what is stored of them, and what they are expected to cost | [`listing`], [`forecast`], [`time_left`] |
 //! | Cases are computed | [`run`] |
 //! | Results are kept, verified and moved | [`store`] |
 //! | Cases packed for a scheduler, and the files that it takes | [`engine`] |
@@ -36,3 +36,4 @@ pub mod spec;
 pub mod store;
 pub mod summary;
 pub mod tables;
+pub mod time_left;
