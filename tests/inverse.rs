@@ -10,6 +10,7 @@ use durometer::material::{LAWS, registry};
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
 use durometer::scene::{Constant, Progress, Scene};
+use durometer::solve::Status;
 use durometer::study::expand::Study;
 use durometer::study::report;
 use durometer::study::run::runner::{self, Isolation, Options, Watch};
@@ -185,6 +186,38 @@ fn a_forward_solve_that_fails_is_stepped_back_from() {
     println!("{} solves, {} failed: {:?}", c.solves, c.failed, c.constants);
     assert!(c.failed > 0, "the case must make forward solves fail");
     assert!((c.constants[1].value / 0.6 - 1.0).abs() < 1e-4, "{:?}", c.constants);
+}
+
+/// The protocol goes on where the law has no answer any more; the data end before, and nothing beyond them is solved.
+#[test]
+fn the_protocol_after_the_data_is_not_solved() {
+    let mut law = example_table("gent");
+    law.insert("J_m".into(), 0.6.into());
+    let truth = model(&bar(&law, "7 mm", 10), &["mu", "J_m"], X, Y);
+    let measured = made(&truth, (1..=30).map(|k| 7e-3 * f64::from(k) / 30.0).collect());
+    let whole = bar(&law, "14 mm", 20);
+    assert_ne!(whole.run().status, Status::Converged, "the law ends before the protocol");
+    let mut start = law.clone();
+    start.insert("J_m".into(), 1.0.into());
+    let c = found(&model(&bar(&start, "14 mm", 20), &["mu", "J_m"], X, Y), &measured);
+    assert!(c.settled && (c.constants[1].value / 0.6 - 1.0).abs() < 1e-4, "{:?}", c.constants);
+    let steps = c.curve.len();
+    assert!((12..=14).contains(&steps), "the start, ten steps of the data, and one or two more: {steps}");
+}
+
+/// An end by profile likelihood that is not found is not replaced by that of another interval.
+#[test]
+fn an_open_end_of_a_profile_is_open() {
+    let law = example_table("neo_hookean");
+    let truth = model(&bar(&law, "3 mm", 4), &["mu"], X, Y);
+    let measured = made(&truth, (1..=10).map(|k| 3e-4 * f64::from(k)).collect());
+    let mut constant = found(&truth, &measured).constants.remove(0);
+    let closed = constant.widest().expect("it is determined");
+    constant.profile = Some([Some(constant.value), None]);
+    assert_eq!(constant.widest(), None);
+    assert!(constant.open_end().is_some_and(|words| words.starts_with("laws.rubber.mu: the upper end")));
+    constant.profile = Some([Some(closed[0]), Some(2.0 * closed[1])]);
+    assert_eq!((constant.widest(), constant.open_end()), (Some([closed[0], 2.0 * closed[1]]), None));
 }
 
 /// Reference 21h: without gravity the angle of a body under cable-length control does not depend on its stiffness.

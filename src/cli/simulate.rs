@@ -124,6 +124,7 @@ pub fn main(args: Args) -> CommandResult {
     let mut rows = |row: &[f64]| partial.add(row);
     let options = RunOptions {
         on_row: Some(&mut rows),
+        undiagnosed: false,
         save_every: Some(save_every),
         restart: from,
         controller: controller.as_mut().map(|c| c as &mut dyn Controller),

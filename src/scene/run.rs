@@ -133,6 +133,7 @@ impl Scene {
         let bytes = driver.steps.solver.linear.factor.bytes() as u64;
         let admitted = options.on_sized.take().is_none_or(|on_sized| on_sized(bytes));
         driver.steps.solver.equations.limit.stop.clone_from(&options.stop);
+        driver.steps.settings.diagnosis = !options.undiagnosed;
         let from = options.restart.as_ref().map(|checkpoint| checkpoint.position);
         if let Some(checkpoint) = &options.restart {
             driver.resume(checkpoint.memory.clone());
@@ -203,7 +204,12 @@ impl Scene {
         };
         let mut solver = NonlinearSolver::with_method(self.method(), &self.system, settings, self.body.mesh.diagonal());
         solver.linear.points.clone_from(&self.points);
-        let steps = StepSettings { cuts: n.cuts, extrapolate: n.extrapolate, time_error: n.time_error.map(|l| l.0) };
+        let steps = StepSettings {
+            cuts: n.cuts,
+            extrapolate: n.extrapolate,
+            time_error: n.time_error.map(|l| l.0),
+            diagnosis: true,
+        };
         let mut driver = Driver::new(&self.system, solver, steps);
         driver.steps.points = &self.points;
         let budget = n.time_budget.and_then(|b| Duration::try_from_secs_f64(b.0).ok());

@@ -42,6 +42,8 @@ pub struct RunOptions<'a> {
     /// Set to stop the run, also within a step
     pub stop: Option<Arc<AtomicBool>>,
     pub on_row: Option<&'a mut OnRow<'a>>,
+    /// Do not look for the reason where no step is possible: a search over many runs does not read it
+    pub undiagnosed: bool,
     /// A saved state to go on from
     pub restart: Option<Checkpoint>,
     pub controller: Option<&'a mut (dyn Controller + 'a)>,

@@ -33,7 +33,10 @@ impl CutSteps {
     /// After a step that did not converge: cuts it, or says why not.
     fn cut(&mut self, steps: &mut StepSolver, state: &State, t: f64, why: Failure) -> StepOutcome {
         let first = self.cuts == 0 && self.done == 0;
-        if first && let Some(status) = pushes_unheld_body(steps, self.span.integrator, state, self.goal) {
+        if first
+            && steps.settings.diagnosis
+            && let Some(status) = pushes_unheld_body(steps, self.span.integrator, state, self.goal)
+        {
             return StepOutcome::Failed(status);
         }
         if self.cuts == steps.settings.cuts {

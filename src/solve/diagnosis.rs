@@ -26,6 +26,9 @@ pub(super) fn pushes_unheld_body(
 /// The reason why no step from `state`, not even the one to `t`, could be solved.
 pub(super) fn diagnose(steps: &mut StepSolver, span: TimeSpan, state: &State, t: f64, why: Failure) -> Status {
     let by_force = steps.system.forces_change(state.clock(), Clock { t, ..state.clock() });
+    if !steps.settings.diagnosis {
+        return Status::stopped(state.t, why, by_force);
+    }
     if span.integrator.is_static() && !matches!(why, Failure::Jammed { .. }) {
         let step = Step { system: steps.system, integrator: span.integrator, past: state, dt: t - state.t };
         let motions = free_motions(&mut steps.solver, &step, state, steps.points);
@@ -42,6 +45,9 @@ pub(super) fn diagnose(steps: &mut StepSolver, span: TimeSpan, state: &State, t:
 
 /// The reason why the path of equilibria cannot be followed from `state`.
 pub(super) fn diagnose_path(steps: &mut StepSolver, span: TimeSpan, state: &State, why: Failure) -> Status {
+    if !steps.settings.diagnosis {
+        return Status::stopped(state.t, why, true);
+    }
     let step = Step { system: steps.system, integrator: span.integrator, past: state, dt: 1.0 };
     let motions = free_motions(&mut steps.solver, &step, state, steps.points);
     if motions.is_empty() { Status::stopped(state.t, why, true) } else { Status::Singular { t: state.t, motions } }

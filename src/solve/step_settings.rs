@@ -10,10 +10,12 @@ pub struct StepSettings {
     pub extrapolate: bool,
     /// Largest error \[m\] that a dynamic step may make by itself; without it all steps are the nominal ones
     pub time_error: Option<f64>,
+    /// Look for the reason why no step is possible, which may take longer than the run did so far; else the status is that of the last try
+    pub diagnosis: bool,
 }
 
 impl Default for StepSettings {
     fn default() -> Self {
-        Self { cuts: 10, extrapolate: true, time_error: None }
+        Self { cuts: 10, extrapolate: true, time_error: None, diagnosis: true }
     }
 }

@@ -87,11 +87,25 @@ pub struct Stable {
 }
 
 impl Found {
-    /// The wider one of the intervals.
+    /// The smallest interval that holds all of them; none where an end by profile likelihood was asked for and is open.
     pub fn widest(&self) -> Option<[f64; 2]> {
         let [a, b] = self.interval?;
         let [c, d] = self.bootstrap.unwrap_or([a, b]);
-        let [e, f] = self.profile.unwrap_or_default();
-        Some([a.min(c).min(e.unwrap_or(a)), b.max(d).max(f.unwrap_or(b))])
+        let [e, f] = match self.profile {
+            None => [a, b],
+            Some([e, f]) => [e?, f?],
+        };
+        Some([a.min(c).min(e), b.max(d).max(f)])
+    }
+
+    /// In words, where an end of the interval by profile likelihood is open.
+    pub fn open_end(&self) -> Option<String> {
+        let side = match self.profile? {
+            [None, None] => "both ends of its 95 % interval by profile likelihood are open",
+            [None, _] => "the lower end of its 95 % interval by profile likelihood is open",
+            [_, None] => "the upper end of its 95 % interval by profile likelihood is open",
+            _ => return None,
+        };
+        self.interval.map(|_| format!("{}: {side}, so that no interval is stated", self.key))
     }
 }

@@ -93,12 +93,13 @@ pub fn calibrate(
         unreachable!("the probe has four columns")
     };
     let stretch = [median, p95, largest];
+    let open_ends: Vec<String> = constants.iter().filter_map(Found::open_end).collect();
     let calibration = Calibration {
         x: model.x.clone(),
         y: model.y.clone(),
+        unidentified: words(&identified.directions).into_iter().chain(open_ends).collect(),
         constants,
         covariance: identified.directions.is_empty().then(|| interval::covariance(&jacobian, &residual)).flatten(),
-        unidentified: words(&identified.directions),
         block,
         runs_p: interval::few_runs(&measured.x, &residual),
         predicted: answer.y,

@@ -15,6 +15,9 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
+/// Steps from the one that reaches the last data point on, which its interpolation takes.
+const STEPS_AFTER: usize = 2;
+
 /// A scene whose constants are varied.
 pub struct SceneModel {
     pub file: PathBuf,
@@ -96,7 +99,8 @@ impl SceneModel {
         Scene::build(&self.file, spec, self.text.clone(), self.body.clone()).map_err(|e| Failure::Input(e.into()))
     }
 
-    /// Runs the scene with these constants \[SI\]; `watch` is called after each step, false stops.
+    /// Runs the scene with these constants \[SI\], up to the second step after the last data point: what the protocol does then needs no
+    /// solution. `watch` is called after each step, false stops.
     pub fn answer(
         &self,
         values: &[f64],
@@ -107,7 +111,19 @@ impl SceneModel {
         let constants: Vec<Constant> = self.unknown.iter().map(|u| u.constant.clone()).collect();
         let begin = Instant::now();
         let recorder = SensitivityRecorder::new(&scene, &constants).map_err(|e| Failure::Input(e.into()))?;
-        let options = RunOptions { on_progress: Some(watch), sensitivities: Some(recorder), ..RunOptions::default() };
+        let last = self.last(&scene, measured).map_err(Failure::Input)?;
+        let mut after = 0;
+        let mut on_row = |row: &[f64]| {
+            after += usize::from(row[0] >= last);
+            after < STEPS_AFTER
+        };
+        let options = RunOptions {
+            on_progress: Some(watch),
+            on_row: Some(&mut on_row),
+            sensitivities: Some(recorder),
+            undiagnosed: true,
+            ..RunOptions::default()
+        };
         let mut run = scene.run_with(options);
         let sensitivities = run.sensitivities.take().expect("the options ask for them");
         let column = |names: &[String]| names.iter().position(|c| *c == self.y);
@@ -124,6 +140,7 @@ impl SceneModel {
         let forward = begin.elapsed().as_secs_f64() - gradient;
         match (&run.status, sensitivities.stopped) {
             (Status::Converged, None) => {}
+            (Status::Interrupted { .. }, None) if after >= STEPS_AFTER => {}
             (Status::Interrupted { .. }, _) => return Err(Failure::Interrupted),
             (Status::Converged, Some((t, why))) => {
                 return Err(Failure::Run(Status::StepTooSmall { t, why, by_force: false }));
@@ -148,6 +165,17 @@ impl SceneModel {
         let sensitivities = DMatrix::from_fn(n, p, |i, j| sum(&weights[i], &|r| sensitivities[r][j]));
         let curve = x.iter().zip(&values).map(|(x, y)| [*x, *y]).collect();
         Ok(Answer { y, sensitivities, curve, run, scene, forward, gradient })
+    }
+
+    /// Time at which the protocol passes the last data point \[s\].
+    fn last(&self, scene: &Scene, measured: &Measured) -> Result<f64, InverseError> {
+        let Some(span) = scene.spans.last() else { return Ok(0.0) };
+        let times: Vec<f64> =
+            scene.spans.iter().flat_map(|s| (0..=s.steps()).map(|k| s.start + k as f64 * s.dt)).collect();
+        let x = self.position(scene, times.iter().copied())?;
+        let up = x.last() > x.first();
+        let passes = |x: f64| measured.x.iter().all(|v| if up { *v <= x } else { *v >= x });
+        Ok(times.iter().zip(x).find(|(_, x)| passes(*x)).map_or(span.end, |(t, _)| *t))
     }
 
     /// x at these times.
