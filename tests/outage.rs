@@ -46,7 +46,7 @@ const REPORT: Job = Job {
     compare: |whole, found| assert_same_sizes(&["", "figures", "tables"], whole, found),
 };
 const FIT: Job = Job {
-    arguments: &["fit", "t.csv", "--law", "neo_hookean", "--mode", "uniaxial", "--bootstrap", "0", "--out", "r"],
+    arguments: &["fit", "t.csv", "--law", "neo_hookean", "--mode", "uniaxial", "--out", "r"],
     prepare: |at| {
         let table = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/treloar-1944/treloar-1944.csv");
         std::fs::copy(table, at.join("t.csv")).expect("room");

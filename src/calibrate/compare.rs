@@ -4,11 +4,13 @@
 //! them; *cross-mode*, each fitted mode from the other ones (with one fitted mode: the other modes of the table from it). The score is the worse
 //! of the two. The misfit of the fit itself falls with every constant and ranks nothing.
 
+use super::certificate::certificate;
 use super::constant_format::stretch_text;
-use super::fit::{Choice, choose, read};
+use super::fit::{Choice, choose, headline, read};
+use super::judgement::lost;
 use super::misfit::residuals;
 use super::solve::{LawSetting, solve};
-use super::{Experiment, FitError, FitOptions, FitRequest, Misfit, Mode, Model, Sample, fittable_laws};
+use super::{Estimate, Experiment, FitError, FitOptions, FitRequest, Misfit, Mode, Model, Sample, fittable_laws};
 use crate::storage;
 use serde::Serialize;
 use std::fmt;
@@ -32,6 +34,8 @@ pub struct Compared {
     pub score: Option<f64>,
     /// Whether every constant has a finite interval
     pub determined: bool,
+    /// Modes in which material stability ends within the principal stretches of the fitted data points, and where: λ, in simple shear γ \[–\]
+    pub lost: Vec<(&'static str, f64)>,
 }
 
 /// Laws, the best prediction first.
@@ -59,16 +63,23 @@ pub fn compare_experiment(experiment: &Experiment, options: &FitOptions) -> Resu
             laws.push(one(experiment, options, &choice, model)?);
         }
     }
-    // Laws without a prediction last; scores that are equal to a tenth of a per cent by the number of constants
+    // Laws that are not stable where they were fitted after the stable ones, laws without a prediction last; scores that are equal to a tenth of a per
+    // cent by the number of constants
     let key = |c: &Compared| c.score.map_or(f64::INFINITY, |s| (1e3 * s).round());
-    laws.sort_by(|a, b| key(a).total_cmp(&key(b)).then(a.constants.cmp(&b.constants)));
+    let unstable = |c: &Compared| !c.lost.is_empty();
+    laws.sort_by(|a, b| {
+        let order = unstable(a).cmp(&unstable(b)).then(key(a).total_cmp(&key(b)));
+        order.then(a.constants.cmp(&b.constants))
+    });
     let (modes, stretch, rows) = (choice.modes, choice.stretch, choice.fitted.len());
     Ok(Comparison { data: experiment.file.clone(), modes, stretch, rows, laws })
 }
 
 fn one(experiment: &Experiment, options: &FitOptions, choice: &Choice, model: Model) -> Result<Compared, FitError> {
-    let setting = choice.setting(experiment, options, model)?;
+    let setting = choice.setting(options, model)?;
     let whole = solve(&setting, &choice.fitted, None)?;
+    let largest = choice.stretch[1].max(1.0 / choice.stretch[0]);
+    let stability = certificate(model, &whole.values, whole.modulus, largest);
     let misfit = misfit(&setting, &whole.values, &choice.fitted);
     let ends = Mode::ALL.map(|m| {
         let own = choice.fitted.iter().filter(|s| s.mode == m).map(|s| s.stretch.ln());
@@ -97,7 +108,8 @@ fn one(experiment: &Experiment, options: &FitOptions, choice: &Choice, model: Mo
         hold_out,
         cross_mode,
         score,
-        determined: whole.identified.estimates.iter().all(|e| e.std_error.is_finite()),
+        lost: lost(&stability, choice.stretch),
+        determined: headline(&setting, &choice.fitted, &whole).iter().all(Estimate::is_determined),
     })
 }
 
@@ -113,7 +125,19 @@ fn predict(setting: &LawSetting, fitted: &[Sample], from: &[Sample], picked: &dy
         return None;
     }
     let values = solve(setting, &rest, None).ok()?.values;
-    Some(misfit(setting, &values, &asked)).filter(|m| m.is_finite())
+    // A law that is not defined there has failed
+    Some(misfit(setting, &values, &asked)).map(|m| if m.is_finite() { m } else { f64::INFINITY })
+}
+
+impl Compared {
+    /// `yes`, or the modes and amounts at which stability ends
+    pub fn stable(&self) -> String {
+        let one = |(mode, at): &(&str, f64)| format!("{} to {at:.3}", mode.replace('_', " "));
+        match &self.lost[..] {
+            [] => "yes".into(),
+            lost => lost.iter().map(one).collect::<Vec<_>>().join(", "),
+        }
+    }
 }
 
 impl Comparison {
@@ -130,14 +154,18 @@ impl fmt::Display for Comparison {
         let [low, high] = self.stretch.map(stretch_text);
         writeln!(f, "{} ({}), stretch {low} to {high}, {} data points", self.data, modes.join(" + "), self.rows)?;
         writeln!(f, "relative misfit [%] of data that were not fitted, the best prediction first\n")?;
-        writeln!(f, "{:30} {:>9} {:>8} {:>9} {:>11}", "law", "constants", "fitted", "hold-out", "cross-mode")?;
+        writeln!(
+            f,
+            "{:30} {:>9} {:>8} {:>9} {:>11}  stable where fitted",
+            "law", "constants", "fitted", "hold-out", "cross-mode"
+        )?;
         let percent = |v: Option<f64>| match v {
             None => "–".into(),
             Some(v) if v > 10.0 => "> 1000".into(),
             Some(v) => format!("{:.1}", 100.0 * v),
         };
         for c in &self.laws {
-            let mark = if c.determined { "" } else { "  some constants not determined" };
+            let mark = format!("  {}{}", c.stable(), if c.determined { "" } else { "; some constants not determined" });
             writeln!(
                 f,
                 "{:30} {:>9} {:>8} {:>9} {:>11}{mark}",

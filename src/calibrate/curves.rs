@@ -59,7 +59,10 @@ impl FitCurves {
                 label: mode.name().replace('_', " "),
                 fitted: own().filter(|s| is_fitted(s)).map(point).collect(),
                 held_out: own().filter(|s| !is_fitted(s)).map(point).collect(),
-                curve: (0..points).map(|k| [at(k), model.stress(values, mode, at(k))]).collect(),
+                curve: (0..points)
+                    .map(|k| [at(k), model.stress(values, mode, at(k))])
+                    .filter(|p| p[1].is_finite())
+                    .collect(),
                 residuals: all.iter().filter(|r| r.mode == mode).map(|r| [r.stretch, r.residual]).collect(),
             }
         });

@@ -9,6 +9,8 @@ fn list<T: std::fmt::Display>(items: &[T]) -> String {
 
 #[derive(Debug, thiserror::Error)]
 pub enum FitError {
+    #[error("--slack yes: {reason}; pass --slack no")]
+    Slack { reason: &'static str },
     #[error("{}: cannot be read: {source}", path.display())]
     Read { path: PathBuf, source: std::io::Error },
     #[error("{}: cannot be written: {source}; choose another place", path.display())]

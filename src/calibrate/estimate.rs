@@ -15,6 +15,13 @@ pub struct Estimate {
     pub interval: [f64; 2],
 }
 
+impl Estimate {
+    /// Whether both ends of the interval are finite.
+    pub fn is_determined(&self) -> bool {
+        self.std_error.is_finite() && self.interval.iter().all(|end| end.is_finite())
+    }
+}
+
 /// A change of the constants that the data do not determine, or hardly.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Direction {

@@ -1,18 +1,17 @@
 //! From a request to a result: choose data points, fit, judge.
 
-use super::bootstrap::bootstrap;
 use super::certificate::certificate;
-use super::judgement::{predictions, validity, warnings};
+use super::judgement::{predictions, slack_hint, systematic, validity, warnings};
 use super::misfit::residuals;
 use super::result::interval_assumption;
-use super::solve::{LawFit, LawSetting, solve};
+use super::solve::{LawFit, LawSetting, solve, solve_untested};
 use super::specimen::scatter;
 use super::statistics::extent;
 use super::{
-    Experiment, FitCurves, FitError, FitOptions, FitRequest, FitResult, Misfit, Mode, Model, Otherwise, RangeRow,
-    Sample, StretchRange, Weighting, noise, profile,
+    AuditKind, Estimate, Experiment, FitCurves, FitError, FitOptions, FitRequest, FitResult, Misfit, Mode, Model,
+    Otherwise, RangeRow, Sample, Slack, SlackChoice, StretchRange, Treatment, Weighting, noise, offset, profile, slack,
 };
-use crate::material::principal::invariants;
+use std::borrow::Cow;
 
 /// Reads a table and fits a law to it.
 pub fn fit(request: &FitRequest) -> Result<FitResult, FitError> {
@@ -39,8 +38,10 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
     let model = Model::new(&options.law, options.terms)?;
     let partner = options.partner.map(|p| p.check()).transpose()?;
     let volumetric = options.volumetric.as_ref().map(|v| check_volumetric(model, v)).transpose()?;
+    let (experiment, slack) = without_slack(experiment, options, model)?;
+    let experiment = &*experiment;
     let choice = choose(experiment, options)?;
-    let setting = choice.setting(experiment, options, model)?;
+    let setting = LawSetting { slack: slack.offsets.clone(), ..choice.setting(options, model)? };
     let Choice { modes, range, fitted, stretch } = choice;
     let is_fitted = |s: &Sample| modes.contains(&s.mode) && range.contains(s.stretch) && s.is_informative();
     let answer = solve(&setting, &fitted, None)?;
@@ -48,20 +49,17 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
     let stress = |s: &Sample| model.at(&answer.values, s);
     let own = residuals(&fitted, stress);
     let misfit = Misfit::of(&own).expect("the data points were counted");
-    let samples: Vec<Sample> = experiment.samples.iter().copied().filter(Sample::is_informative).collect();
+    // A law of finite chains is not defined at every stretch outside the range
+    let known = |s: &Sample| s.is_informative() && stress(s).is_finite();
+    let samples: Vec<Sample> = experiment.samples.iter().copied().filter(known).collect();
     let all = residuals(&samples, stress);
     let range_dependence = range_dependence(experiment, &modes, range.from, &setting, &answer);
     let principal = |s: &Sample| s.stretches().into_iter().fold(s.stretch, f64::max).max(1.0 / s.stretch);
     let largest = experiment.samples.iter().map(principal).fold(1.0, f64::max);
-    let curves = FitCurves::new(
-        format!("{} fitted to {}", model.label(), experiment.file),
-        model,
-        &answer.values,
-        &experiment.samples,
-        &all,
-        is_fitted,
-        stretch,
-    );
+    let (scatter, patterns) = scatter(&setting, &experiment.specimens, &groups, &answer)?.unzip();
+    let parameters = headline(&setting, &fitted, &answer);
+    let title = format!("{} fitted to {}", model.label(), experiment.file);
+    let curves = FitCurves::new(title, model, &answer.values, &experiment.samples, &all, is_fitted, stretch);
     let mut result = FitResult {
         law: model.name(),
         label: model.label(),
@@ -78,18 +76,20 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
         weighting: options.weighting,
         noise: setting.noise.clone(),
         loss: options.loss,
-        parameters: answer.identified.estimates.clone(),
-        interval_assumption: interval_assumption(options.weighting, options.loss),
-        profile: profile::intervals(model, &fitted, &answer),
-        bootstrap: bootstrap(&setting, &groups, &answer, options.bootstrap),
-        scatter: scatter(&setting, &experiment.specimens, &groups, &answer)?,
+        in_use: in_use(&parameters, &answer),
+        parameters,
+        errors: answer.errors.model,
+        degrees: answer.errors.free,
+        interval_assumption: interval_assumption(&answer.errors, options.weighting, options.loss),
+        slack: slack_estimates(&setting, &fitted, &answer, experiment, options),
+        scatter,
         otherwise: otherwise(experiment, &setting, &fitted, &answer, is_fitted),
         unidentified: answer.identified.directions.clone(),
         stability: certificate(model, &answer.values, answer.modulus, largest),
         partner,
         volumetric,
         misfit,
-        validity: validity(&all, &modes, options.tolerance),
+        validity: validity(&all, &own, &modes, options.tolerance),
         predictions: predictions(&all, &modes, range),
         range_spread: range_spread(&range_dependence, &answer, stretch[1]),
         range_dependence,
@@ -101,7 +101,88 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
         modes,
     };
     result.warnings = warnings(&result, &answer, model, experiment, options.tolerance);
+    let patterns = patterns.unwrap_or_else(|| vec![answer.pattern]);
+    result.warnings.extend(systematic(&patterns, misfit.rms_relative));
+    result.warnings.extend(slack.hint.and_then(|(offset, other)| slack_hint(&result.parameters, offset, &other)));
     Ok(result)
+}
+
+/// The constants with the 95 % interval of the error model: by profile likelihood where the law is not linear in them.
+pub(super) fn headline(setting: &LawSetting, fitted: &[Sample], answer: &LawFit) -> Vec<Estimate> {
+    let mut found = answer.identified.estimates.clone();
+    let ends = profile::intervals(setting, fitted, answer).unwrap_or_default();
+    found.iter_mut().zip(ends).for_each(|(e, ends)| e.interval = ends);
+    found
+}
+
+/// The intervals, wider by the shift of each constant that a departure from the law as large as that of the data can cause: |δθⱼ| ≤ ‖δ‖√((JᵀJ)⁻¹)ⱼⱼ.
+fn in_use(parameters: &[Estimate], answer: &LawFit) -> Vec<[f64; 2]> {
+    let one = |(e, plain): (&Estimate, &f64)| {
+        let shift = answer.errors.smooth * plain;
+        [e.interval[0] - shift, e.interval[1] + shift]
+    };
+    parameters.iter().zip(&answer.errors.plain).map(one).collect()
+}
+
+/// The table with the strains from where the specimens carry load, and their offsets.
+fn without_slack<'a>(
+    experiment: &'a Experiment,
+    options: &FitOptions,
+    model: Model,
+) -> Result<(Cow<'a, Experiment>, slack::Found), FitError> {
+    let choice = choose(experiment, options)?;
+    let setting = choice.setting(options, model)?;
+    let mut found = slack::find(&setting, &choice.fitted, options.slack)?;
+    if found.offsets.is_empty() {
+        return Ok((Cow::Borrowed(experiment), found));
+    }
+    let mut rows = choice.fitted;
+    for _ in 0..AGAIN {
+        // The range is one of the stretch without slack
+        let inside = |s: &&Sample| {
+            let real = offset::removed(&[**s], &found.offsets)[0];
+            choice.modes.contains(&s.mode) && choice.range.contains(real.stretch) && s.is_informative()
+        };
+        let next: Vec<Sample> = experiment.samples.iter().filter(inside).copied().collect();
+        if next == rows {
+            break;
+        }
+        found.offsets = slack::search(&setting, &next, found.offsets)?;
+        rows = next;
+    }
+    let mut own = experiment.clone();
+    own.samples = offset::removed(&experiment.samples, &found.offsets);
+    own.alternatives.iter_mut().for_each(|a| a.samples = offset::removed(&a.samples, &found.offsets));
+    let (treatment, unasked) = (Treatment::WithoutSlack, false);
+    own.alternatives.push(super::Alternative { treatment, unasked, samples: experiment.samples.clone() });
+    for o in &found.offsets {
+        let inside = experiment.samples.iter().filter(|s| o.is_of(s) && o.shifted(s, o.strain).stretch == 1.0);
+        let message = format!("{} strain was shifted by {:+.6}, its fitted slack", o.mode, -o.strain);
+        own.audit.add(AuditKind::Changed, message, inside.map(|s| s.line).collect());
+    }
+    Ok((Cow::Owned(own), found))
+}
+
+/// Changes of the fitted data points by slack that are followed
+const AGAIN: usize = 4;
+
+/// The offsets with their intervals.
+fn slack_estimates(
+    setting: &LawSetting,
+    fitted: &[Sample],
+    answer: &LawFit,
+    experiment: &Experiment,
+    options: &FitOptions,
+) -> Vec<Slack> {
+    let one = |(o, e): (&offset::Offset, &Estimate)| Slack {
+        file: experiment.specimens[o.specimen].clone(),
+        mode: o.mode,
+        strain: o.strain,
+        interval: e.interval,
+        rows: fitted.iter().filter(|s| o.is_of(s) && s.stretch == 1.0).count(),
+        asked: options.slack == SlackChoice::Yes,
+    };
+    setting.slack.iter().zip(&answer.offsets).map(one).collect()
 }
 
 /// The fit under every other treatment of the data points.
@@ -114,7 +195,8 @@ fn otherwise(
 ) -> Vec<Otherwise> {
     let one = |a: &super::Alternative| {
         let rows: Vec<Sample> = a.samples.iter().filter(|s| is_fitted(s)).copied().collect();
-        let found = solve(setting, &rows, None).ok()?;
+        let own = LawSetting { slack: vec![], ..setting.clone() };
+        let found = solve(&own, &rows, None).ok()?;
         let law = |s: &Sample| setting.model.at(&answer.values, s);
         let change: f64 = fitted.iter().map(|s| (setting.model.at(&found.values, s) - law(s)).powi(2)).sum();
         let size: f64 = fitted.iter().map(|s| law(s).powi(2)).sum();
@@ -151,13 +233,7 @@ pub(super) fn choose(experiment: &Experiment, options: &FitOptions) -> Result<Ch
 }
 
 impl Choice {
-    pub(super) fn setting(
-        &self,
-        experiment: &Experiment,
-        options: &FitOptions,
-        model: Model,
-    ) -> Result<LawSetting, FitError> {
-        let invariant = |s: &Sample| invariants(s.stretches()).0;
+    pub(super) fn setting(&self, options: &FitOptions, model: Model) -> Result<LawSetting, FitError> {
         let noise = match options.weighting {
             Weighting::Noise => noise::of_modes(&self.fitted, &self.modes, options.noise)?,
             Weighting::Absolute | Weighting::Relative => vec![],
@@ -167,8 +243,8 @@ impl Choice {
             weighting: options.weighting,
             noise,
             loss: options.loss,
-            reach: experiment.samples.iter().map(invariant).fold(0.0, f64::max),
             stable: stable_points(options.stable, &self.modes, self.stretch),
+            slack: vec![],
         })
     }
 }
@@ -257,7 +333,7 @@ fn range_dependence(
     chosen
         .filter_map(|&n| {
             let part = &samples[..n];
-            let found = solve(setting, part, Some(answer)).ok()?;
+            let found = solve_untested(&setting.of(part), part, answer).ok()?;
             let misfit = Misfit::of(&residuals(part, |s| setting.model.at(&found.values, s)))?;
             Some(RangeRow {
                 to: part[n - 1].stretch,

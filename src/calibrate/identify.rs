@@ -7,6 +7,7 @@
 //!
 //! Limits: the interval is that of the law linearised at the answer, and does not know of constraints that hold the answer back.
 
+use super::errors::Errors;
 use super::model::unit;
 use super::rows::padded;
 use super::{Direction, Estimate, statistics};
@@ -18,7 +19,7 @@ use nalgebra::{DMatrix, DVector};
 const BLIND: f64 = 1e-10;
 /// A part of a direction below this one is none \[–\]
 const PART: f64 = 1e-6;
-/// Relative standard deviation of a direction from which on the data do not determine it \[–\]
+/// Half-width of the 95 % interval along a direction, relative to the constants, from which on the data do not determine it \[–\]
 const LOOSE: f64 = 1.0;
 
 /// Constants with their intervals, and the directions that are not determined.
@@ -26,10 +27,12 @@ const LOOSE: f64 = 1.0;
 pub struct Identified {
     pub estimates: Vec<Estimate>,
     pub directions: Vec<Direction>,
+    /// The direction that the data determine least, in words
+    pub least: String,
 }
 
 /// `residual` and `jacobian` \[weighted Pa\], (n) and (n, p); `size` = ‖wP‖; a relative change of the constants that changes the
-/// stresses by a smaller part than `rounding` counts as not determined.
+/// stresses by a smaller part than `rounding` counts as not determined. `errors`: those of the data points, independent without them.
 pub fn identify(
     parameters: &[Parameter],
     values: &[f64],
@@ -37,6 +40,7 @@ pub fn identify(
     residual: &DVector<f64>,
     size: f64,
     rounding: f64,
+    errors: Option<&Errors>,
 ) -> Identified {
     let (n, p) = (residual.len(), values.len());
     let scale: Vec<f64> = (0..p)
@@ -58,7 +62,8 @@ pub fn identify(
     let free = n.saturating_sub(p);
     let error = if free > 0 { residual.norm() / (free as f64).sqrt() / size } else { f64::INFINITY };
     let deviation = |k: usize| if blind(k) { f64::INFINITY } else { error / sigma[k] };
-    let quantile = if free > 0 { statistics::t_quantile(0.95, free) } else { f64::INFINITY };
+    let degrees = errors.map_or(free, |e| e.free);
+    let quantile = if free > 0 { statistics::t_quantile(0.95, degrees) } else { f64::INFINITY };
     let estimate = |(i, q): (usize, &Parameter)| {
         // A direction with an infinite deviation takes all constants with it that have a part in it
         let parts = (0..p).map(|k| {
@@ -66,15 +71,19 @@ pub fn identify(
             if deviation(k).is_infinite() && part <= PART { 0.0 } else { (part * deviation(k)).powi(2) }
         });
         let std_error = scale[i] * parts.sum::<f64>().sqrt();
+        let std_error = errors.filter(|_| std_error.is_finite()).map_or(std_error, |e| e.deviations[i]);
         let half = if std_error == 0.0 { 0.0 } else { quantile * std_error };
         let interval = [values[i] - half, values[i] + half];
         Estimate { name: q.name, symbol: q.symbol, unit: unit(q), value: values[i], std_error, interval }
     };
     let estimates = parameters.iter().enumerate().map(|(i, q)| estimate((i, q))).collect();
-    let told: Vec<usize> = (0..p).filter(|k| !blind(*k)).collect();
+    // A direction that the errors of the data points leave open as far as the constants are large
+    let wider = errors.map_or(1.0, |e| e.wider(error * size));
+    let loose = |k: usize| blind(k) || (free > 0 && quantile * wider * deviation(k) > LOOSE);
+    let told: Vec<usize> = (0..p).filter(|k| !loose(*k)).collect();
     let direction = |k: usize| {
         let v: Vec<f64> = vt.row(k).iter().copied().collect();
-        let deviation = (!blind(k) && free > 0).then(|| deviation(k));
+        let deviation = (!blind(k) && free > 0).then(|| wider * deviation(k));
         let names: Vec<&str> = parameters.iter().map(|q| q.symbol).collect();
         let alike = parameters.iter().all(|q| q.dimension == Dimension::PRESSURE);
         let known = (alike && told.len() == 1 && p == 2).then(|| {
@@ -84,8 +93,9 @@ pub fn identify(
         });
         Direction { changes: changes(&v, &names, values), known, deviation }
     };
-    let loose = |k: &usize| blind(*k) || (free > 0 && deviation(*k) > LOOSE);
-    Identified { estimates, directions: (0..p).filter(loose).map(direction).collect() }
+    let directions = (0..p).filter(|k| loose(*k)).map(direction).collect();
+    let least = (0..p).min_by(|a, b| sigma[*a].total_cmp(&sigma[*b])).map(|k| direction(k).changes);
+    Identified { estimates, directions, least: least.unwrap_or_default() }
 }
 
 /// `C10 + 0.98 C01`

@@ -1,11 +1,12 @@
 //! Judgement of a fit: predictions, range of validity, warnings.
 
 use super::certificate::{self, CASES};
-use super::solve::{LawFit, ROUNDING, median};
+use super::offset::Offset;
+use super::solve::{LawFit, Pattern, median};
 use super::statistics::extent;
 use super::{
     AuditKind, Estimate, Experiment, FitResult, FitWarning, Loss, Misfit, Mode, Model, Partner, Prediction,
-    PredictionKind, Residual, SolverCheck, StableRange, StretchRange, Treatment, Validity, statistics,
+    PredictionKind, Residual, SolverCheck, StableRange, StretchRange, Treatment, Validity,
 };
 use crate::material::FitTerms;
 
@@ -32,33 +33,41 @@ pub fn predictions(all: &[Residual], modes: &[Mode], range: StretchRange) -> Vec
     found
 }
 
-/// Data points before a range can be judged: the first ones are small, and mostly noise.
-const LEAST_ROWS: usize = 3;
+/// Misfit below this part of the rms stress of the fitted data points does not end a range: at small stretches it is noise, slack or the resolution
+/// of the machine \[–\]
+const FLOOR: f64 = 0.02;
 
-pub fn validity(all: &[Residual], modes: &[Mode], tolerance: f64) -> Validity {
+/// `fitted`: the residuals of the fitted data points.
+pub fn validity(all: &[Residual], fitted: &[Residual], modes: &[Mode], tolerance: f64) -> Validity {
+    let budget = FLOOR * FLOOR * fitted.iter().map(|r| r.measured.powi(2)).sum::<f64>();
     let side = |tension: bool| {
         let on_side =
             |r: &&Residual| modes.contains(&r.mode) && if tension { r.stretch > 1.0 } else { r.stretch < 1.0 };
         let mut rows: Vec<_> = all.iter().filter(on_side).collect();
         rows.sort_by(|a, b| (a.stretch - 1.0).abs().total_cmp(&(b.stretch - 1.0).abs()));
-        let (mut r2, mut p2, mut reached) = (0.0, 0.0, None);
-        let first = LEAST_ROWS.min(rows.len());
-        for (k, row) in rows.iter().enumerate() {
-            r2 += row.residual.powi(2);
-            p2 += row.measured.powi(2);
-            // A range beyond one where the fit was bad is not to be trusted.
-            if k + 1 >= first {
-                if r2 > tolerance * tolerance * p2 {
-                    break;
-                }
-                reached = Some(row.stretch);
-            }
-        }
-        reached
+        let (mut r2, mut p2) = (0.0, 0.0);
+        let sums = rows.iter().map(|row| {
+            (r2, p2) = (r2 + row.residual.powi(2), p2 + row.measured.powi(2));
+            (r2, tolerance * tolerance * p2)
+        });
+        // A range beyond one where the fit was bad is not to be trusted
+        let sums: Vec<(f64, f64)> = sums.take_while(|(r2, allowed)| *r2 <= allowed + budget).collect();
+        let to = sums.iter().rposition(|(r2, allowed)| r2 <= allowed)?;
+        let from = sums[..to].iter().rposition(|(r2, allowed)| r2 > allowed).map(|k| rows[k + 1].stretch);
+        Some((rows[to].stretch, from))
     };
-    Validity { tolerance, compression_to: side(false), tension_to: side(true) }
+    let (compression, tension) = (side(false), side(true));
+    Validity {
+        tolerance,
+        compression_to: compression.map(|s| s.0),
+        compression_from: compression.and_then(|s| s.1),
+        tension_to: tension.map(|s| s.0),
+        tension_from: tension.and_then(|s| s.1),
+    }
 }
 
+/// A relative misfit that is printed as 0.00 % has no pattern worth a word \[–\]
+const NOTHING: f64 = 5e-5;
 /// Each of two tests at this level: together at most 5 % false alarms \[–\]
 const LEVEL: f64 = 0.025;
 
@@ -73,20 +82,17 @@ pub fn warnings(
     if !result.unidentified.is_empty() {
         found.push(FitWarning::Unidentifiable { directions: result.unidentified.clone() });
     }
+    if answer.errors.free == 0 && result.unidentified.is_empty() {
+        let (constants, rows) = (result.parameters.len() + result.slack.len(), result.rows);
+        found.push(FitWarning::NoFreedom { constants, rows, least: answer.identified.least.clone() });
+    }
+    found.extend(limits(answer, model));
+    found.extend(undefined(answer, model, experiment));
     found.extend(cycles(result));
     found.extend(may_be_zero(result));
     found.extend(held(answer));
     found.extend(unstable(result, model));
     let rms_relative = result.misfit.rms_relative;
-    if rms_relative > ROUNDING {
-        let signs: Vec<bool> =
-            result.residuals.iter().filter(|r| r.residual != 0.0).map(|r| r.residual > 0.0).collect();
-        let (runs, runs_p) = statistics::few_runs(&signs).unzip();
-        let departure_p = answer.departure_p;
-        if [runs_p, departure_p].into_iter().flatten().any(|p| p < LEVEL) {
-            found.push(FitWarning::Systematic { runs, runs_p, departure_p, rms_relative });
-        }
-    }
     if rms_relative > tolerance {
         found.push(FitWarning::Misfit { rms_relative, tolerance });
     }
@@ -106,7 +112,6 @@ pub fn warnings(
         let one = s.specimens.iter().find(|one| Some(&one.file) == s.outlier.as_ref())?;
         Some(FitWarning::Specimen { file: one.file.clone(), level: one.level })
     }));
-    found.extend(narrow(result));
     if let Some(SolverCheck::Starts { starts, agree: 1 }) = result.solver_check
         && starts > 2
     {
@@ -118,6 +123,23 @@ pub fn warnings(
     found.extend(doubts.map(|e| FitWarning::Data { message: e.message.clone() }));
     found.extend(compressible(result, model, shear));
     found
+}
+
+/// A pattern in the residuals of one specimen, the level shared by all.
+pub fn systematic(patterns: &[Pattern], rms_relative: f64) -> Option<FitWarning> {
+    let least = |p: &&Pattern| [p.runs_p, p.departure_p].into_iter().flatten().fold(1.0, f64::min);
+    let worst = patterns.iter().min_by(|a, b| least(a).total_cmp(&least(b)))?;
+    let found = rms_relative > NOTHING && least(&worst) * patterns.len() as f64 <= LEVEL;
+    let Pattern { runs, runs_p, departure_p } = *worst;
+    found.then_some(FitWarning::Systematic { runs, runs_p, departure_p, rms_relative })
+}
+
+/// An offset that was not fitted, where a constant would leave its interval with it.
+pub fn slack_hint(own: &[Estimate], offset: Offset, other: &[Estimate]) -> Option<FitWarning> {
+    let leaves = |(a, b): (&Estimate, &Estimate)| b.value < a.interval[0] || b.value > a.interval[1];
+    let all: Vec<_> = own.iter().zip(other).map(|(a, b)| format!("{} = {}", a.symbol, a.print(b.value))).collect();
+    let Offset { mode, strain, .. } = offset;
+    own.iter().zip(other).any(leaves).then(|| FitWarning::Slack { mode, strain, answer: all.join(", ") })
 }
 
 /// The answer of a choice of data points that was not requested: the last loading, else every data point.
@@ -136,40 +158,56 @@ fn may_be_zero(result: &FitResult) -> Option<FitWarning> {
     (!symbols.is_empty()).then_some(FitWarning::MayBeZero { symbols })
 }
 
-/// Ratio of the widths from which on the interval of the covariance is called too narrow \[–\]
-const WIDER: f64 = 1.5;
-
-/// The constant whose bootstrap interval is widest against the one of the covariance.
-fn narrow(result: &FitResult) -> Option<FitWarning> {
-    let b = result.bootstrap.as_ref()?;
-    let width = |i: &[f64; 2]| i[1] - i[0];
-    let of = |(e, i): (&Estimate, &[f64; 2])| (e.symbol, width(i) / width(&e.interval));
-    let all = result.parameters.iter().zip(&b.intervals).filter(|(e, _)| width(&e.interval) > 0.0).map(of);
-    let (symbol, ratio) = all.max_by(|a, b| a.1.total_cmp(&b.1))?;
-    (ratio > WIDER).then(|| FitWarning::Narrow { symbol, ratio, drawn: b.drawn.clone() })
-}
-
-/// One warning per mode in which a cone holds the answer back.
+/// One warning per mode and side of rest in which least squares alone would give an unstable law.
 fn held(answer: &LawFit) -> Vec<FitWarning> {
-    let of = |mode: Mode| {
-        let range = extent(answer.active.iter().filter(|(m, _)| *m == mode).map(|(_, s)| *s));
+    let of = |(mode, tension): (Mode, bool)| {
+        let own = answer.active.iter().filter(|(m, s)| *m == mode && (*s > 1.0) == tension);
+        let range = extent(own.map(|(_, s)| *s));
         (range[0] <= range[1]).then_some(FitWarning::Held { mode, range })
     };
-    Mode::ALL.into_iter().filter_map(of).collect()
+    Mode::ALL.into_iter().flat_map(|m| [(m, false), (m, true)]).filter_map(of).collect()
 }
 
-/// Modes in which material stability ends within the principal stretches that the fitted data points reach in their direction.
-fn unstable(result: &FitResult, model: Model) -> Option<FitWarning> {
-    let reach = result.stretch[1].max(1.0 / result.stretch[0]);
+/// Modes in which material stability ends within the principal stretches that the fitted data points reach, and where.
+pub fn lost(stability: &[StableRange], stretch: [f64; 2]) -> Vec<(&'static str, f64)> {
+    let reach = stretch[1].max(1.0 / stretch[0]);
     let of = |r: &StableRange| {
         let (case, _) = CASES.into_iter().find(|(_, name)| *name == r.mode)?;
         let [low, high] = certificate::range(case, reach);
         let above = r.above.filter(|a| *a <= high);
         above.or(r.below.filter(|b| *b >= low)).map(|at| (r.mode, at))
     };
-    let lost: Vec<_> = result.stability.iter().filter_map(of).collect();
+    stability.iter().filter_map(of).collect()
+}
+
+fn unstable(result: &FitResult, model: Model) -> Option<FitWarning> {
+    let lost = lost(&result.stability, result.stretch);
+    let reach = result.stretch[1].max(1.0 / result.stretch[0]);
     let linear = matches!(model.form.terms, FitTerms::Linear(_));
     (!lost.is_empty()).then_some(FitWarning::Unstable { lost, reach, linear })
+}
+
+/// Shape constants at an end of the interval that is searched.
+fn limits(answer: &LawFit, model: Model) -> Option<FitWarning> {
+    let FitTerms::Separable(family) = &model.form.terms else { return None };
+    let wall = family.wall();
+    let at_wall = |(k, x): (usize, &f64)| {
+        let e = &answer.identified.estimates[2 * k + 1];
+        (x.abs() >= NEAR_WALL * wall && answer.values[2 * k] != 0.0).then_some((e.symbol, e.value))
+    };
+    let found: Vec<_> = answer.at.iter().enumerate().filter_map(at_wall).collect();
+    (!found.is_empty()).then_some(FitWarning::Limit { found })
+}
+
+/// Part of the searched interval from which on a constant is at its end \[–\]
+const NEAR_WALL: f64 = 0.99;
+
+/// Data points outside the range at which the law is not defined.
+fn undefined(answer: &LawFit, model: Model, experiment: &Experiment) -> Option<FitWarning> {
+    let not_defined = |s: &&super::Sample| !model.at(&answer.values, s).is_finite();
+    let stretches: Vec<f64> = experiment.samples.iter().filter(not_defined).map(|s| s.stretch).collect();
+    let nearest = stretches.iter().copied().min_by(|a, b| a.ln().abs().total_cmp(&b.ln().abs()))?;
+    Some(FitWarning::Undefined { rows: stretches.len(), nearest })
 }
 
 /// Robust standard deviations off the neighbours, part of the own stress and of the largest one from which on a data point is an outlier \[–\]

@@ -65,12 +65,13 @@ impl FitResult {
             let ends = vec![quantity(*low, e.unit), quantity(*high, e.unit)];
             p.insert(format!("{}_over_shorter_ranges", e.name), ends.into());
         }
-        if let Some(b) = &self.bootstrap {
-            for (e, [low, high]) in self.parameters.iter().zip(&b.intervals) {
-                let ends = vec![quantity(*low, e.unit), quantity(*high, e.unit)];
-                p.insert(format!("{}_bootstrap", e.name), ends.into());
-            }
-            p.insert("bootstrap".into(), format!("{} samples of {}", b.samples, b.drawn).into());
+        for (e, [low, high]) in self.parameters.iter().zip(&self.in_use) {
+            let ends = vec![quantity(*low, e.unit), quantity(*high, e.unit)];
+            p.insert(format!("{}_interval_in_use", e.name), ends.into());
+        }
+        p.insert("errors".into(), self.errors.to_string().into());
+        if !self.slack.is_empty() {
+            p.insert("slack".into(), Value::from(self.slack.iter().map(|s| s.strain).collect::<Vec<f64>>()));
         }
         p.insert("interval".into(), self.interval_assumption.clone().into());
         p.insert("rms".into(), quantity(self.misfit.rms_pa, "Pa"));

@@ -24,9 +24,6 @@ const MARGIN: f64 = 1e-3;
 const RANK: f64 = 1e-12;
 /// Largest relative difference of the stresses of the two solvers \[–\]
 const AGREEMENT: f64 = 1e-7;
-/// A cone with less slack than this, of the stiffness of the Neo-Hookean law, holds the answer back \[–\]
-const ACTIVE: f64 = 1e-5;
-
 /// The QP begins with every fifth point
 const SPARSE: usize = 5;
 
@@ -42,7 +39,7 @@ pub struct Linear {
     pub values: Vec<f64>,
     /// `None`: the QP was not needed
     pub check: Option<SolverCheck>,
-    /// Points at which the law would be unstable without the cones, those that hold the answer back
+    /// Points at which least squares alone would give an unstable law
     pub active: Points,
 }
 
@@ -132,8 +129,7 @@ pub fn solve(
         let check = SolverCheck::Convex { relative_difference, allowed: AGREEMENT };
         return Ok(Linear { values: pascal(&free), check: Some(check), active: vec![] });
     }
-    let tight = stable.iter().zip(&cones).filter(|(_, c)| c.slack(&held) < ACTIVE).map(|(p, _)| *p);
-    let active = tight.collect();
+    let active = stable.iter().zip(&cones).filter(|(_, c)| c.slack(&free) < 0.0).map(|(p, _)| *p).collect();
     Ok(Linear { values: pascal(&held), check: Some(SolverCheck::Constrained), active })
 }
 

@@ -52,6 +52,18 @@ fn estimate(samples: &[Sample], mode: Mode) -> Result<f64, FitError> {
     Ok(std_pa)
 }
 
+/// Gives each specimen of several the same weight, whatever the number of its data points: their scatter is between them.
+pub fn share(weights: &mut [f64], samples: &[Sample]) {
+    let count = 1 + samples.iter().map(|s| s.specimen).max().unwrap_or(0);
+    let mut rows = vec![0.0_f64; count];
+    samples.iter().for_each(|s| rows[s.specimen] += 1.0);
+    let present = rows.iter().filter(|n| **n > 0.0).count() as f64;
+    let mean = samples.len() as f64 / present;
+    if rows.iter().any(|n| *n > 0.0 && *n != mean) {
+        weights.iter_mut().zip(samples).for_each(|(w, s)| *w *= (mean / rows[s.specimen]).sqrt());
+    }
+}
+
 /// Weights before a robust loss: 1, or \[1/Pa\].
 pub fn weights(samples: &[Sample], weighting: Weighting, noise: &[ModeNoise]) -> Result<Vec<f64>, FitError> {
     let largest = |mode| samples.iter().filter(|s| s.mode == mode).map(|s| s.stress.abs()).fold(0.0, f64::max);

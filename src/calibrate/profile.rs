@@ -1,17 +1,18 @@
-//! Intervals by profile likelihood: the range of one constant while all others are refitted.
+//! Intervals by profile likelihood, of laws that are not linear in their constants: the range of one constant while all others are refitted.
 //!
-//! S(θⱼ) = min over the other constants of Σ wᵢ²rᵢ²; the interval is S(θⱼ) ≤ S(θ̂)(1 + t²/(n − p)), t = t₀.₉₇₅(n − p).
+//! S(θⱼ) = min over the other constants of Σ wᵢ²rᵢ²; the interval is S(θⱼ) − Ŝ ≤ (t dⱼ)²/((JᵀJ)⁻¹)ⱼⱼ with t = t₀.₉₇₅ and the standard error dⱼ of
+//! the error model. Of a law linear in its constants it is θⱼ ± t dⱼ; of independent errors it is S(θⱼ) ≤ Ŝ(1 + t²/(n − p)). With other errors it is the
+//! profile scaled to their standard error (Chandler & Bate, Biometrika 94, 2007, 167–183).
 //!
-//! Source: Bates & Watts, *Nonlinear Regression Analysis*, 1988, ch. 6. Of a law linear in its constants it is the interval of the
-//! covariance; of the others it is skewed as the data are, and open where a constant may grow without end. The minimum is followed
-//! from the answer outwards by Levenberg–Marquardt; √(S − Ŝ) is almost straight in θⱼ, so that a secant finds the end.
+//! Source: Bates & Watts, *Nonlinear Regression Analysis*, 1988, ch. 6. The interval is skewed as the data are, and open where a constant may
+//! grow without end. The minimum is followed from the answer outwards by Levenberg–Marquardt; √(S − Ŝ) is almost straight in θⱼ, so that a
+//! secant finds the end. Offsets of the strain are refitted as constants are.
 //!
-//! Terms whose factor vanished stay away, and both of their constants are open. Limits: assumes independent errors of one size, as the covariance does; a lower minimum elsewhere is not looked for; the cones of
-//! stability are not followed, so there is none where they hold the answer back.
+//! Terms whose factor vanished stay away, and both of their constants are open. Limits: a lower minimum elsewhere is not looked for.
 
-use super::Model;
-use super::solve::{LawFit, ROUNDING};
-use super::{Sample, statistics};
+use super::offset::Offset;
+use super::solve::{LawFit, LawSetting, ROUNDING};
+use super::{Model, Sample, statistics};
 use crate::material::FitTerms;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -23,29 +24,36 @@ const CLOSE: f64 = 1e-6;
 const STEPS: usize = 40;
 
 struct Profile<'a> {
+    setting: &'a LawSetting,
     model: Model,
     samples: &'a [Sample],
     weight: &'a [f64],
-    answer: &'a [f64],
+    /// Constants, then strain offsets
+    answer: Vec<f64>,
     /// S of the answer \[weighted Pa²\]
     least: f64,
 }
 
-/// Both ends per constant \[SI\], infinite where open; `None` where stability holds the answer back, no degree of freedom is left, or the data points
-/// agree with the law to rounding.
-pub fn intervals(model: Model, samples: &[Sample], answer: &LawFit) -> Option<Vec<[f64; 2]>> {
-    let p = answer.values.len();
-    let free = samples.len().checked_sub(p).filter(|n| *n > 0 && answer.active.is_empty())?;
-    let mut profile = Profile { model, samples, weight: &answer.weight, answer: &answer.values, least: 0.0 };
-    profile.least = profile.square(&answer.values)?;
+/// Both ends per constant \[SI\], infinite where open; `None` of a linear law, where no degree of freedom is left, or where the data points agree with
+/// the law to rounding.
+pub fn intervals(setting: &LawSetting, samples: &[Sample], answer: &LawFit) -> Option<Vec<[f64; 2]>> {
+    let offsets = setting.slack.iter().map(|o| o.strain);
+    let all: Vec<f64> = answer.values.iter().copied().chain(offsets).collect();
+    samples.len().checked_sub(all.len()).filter(|n| *n > 0)?;
+    matches!(setting.model.form.terms, FitTerms::Separable(_)).then_some(())?;
+    let model = setting.model;
+    let mut profile = Profile { setting, model, samples, weight: &answer.weight, answer: all, least: 0.0 };
+    profile.least = profile.square(&profile.answer)?;
     let size: f64 = samples.iter().zip(&answer.weight).map(|(s, w)| (w * s.stress).powi(2)).sum();
     if profile.least <= ROUNDING * ROUNDING * size {
         return None;
     }
-    let t = statistics::t_quantile(0.95, free);
-    let limit = (profile.least * t * t / free as f64).sqrt();
+    let t = statistics::t_quantile(0.95, answer.errors.free);
     let one = |(j, e): (usize, &super::Estimate)| match e.std_error.is_finite() {
-        true if !profile.vanished(j) => [-1.0, 1.0].map(|side| profile.end(j, side * t * e.std_error, limit)),
+        true if !profile.vanished(j) => {
+            let limit = t * e.std_error / answer.errors.plain[j];
+            [-1.0, 1.0].map(|side| profile.end(j, side * t * e.std_error, limit))
+        }
         _ => [f64::NEG_INFINITY, f64::INFINITY],
     };
     Some(answer.identified.estimates.par_iter().enumerate().map(one).collect())
@@ -54,16 +62,40 @@ pub fn intervals(model: Model, samples: &[Sample], answer: &LawFit) -> Option<Ve
 impl Profile<'_> {
     /// Constants of a term with a factor of zero
     fn vanished(&self, k: usize) -> bool {
-        matches!(self.model.form.terms, FitTerms::Separable(_)) && self.answer[k / 2 * 2] == 0.0
+        k < self.model.parameters().len() && self.answer[k / 2 * 2] == 0.0
+    }
+
+    fn constants<'b>(&self, values: &'b [f64]) -> &'b [f64] {
+        &values[..self.model.parameters().len()]
+    }
+
+    /// The data point with the strain offsets of these values.
+    fn moved(&self, values: &[f64], s: &Sample) -> Sample {
+        let pairs = self.setting.slack.iter().zip(&values[self.model.parameters().len()..]);
+        let by = |(o, v): (&Offset, &f64)| o.shifted(s, v - o.strain);
+        // A data point inside the slack stays there
+        pairs.filter(|(o, v)| o.is_of(s) && s.stretch != 1.0 && **v != o.strain).map(by).next().unwrap_or(*s)
+    }
+
+    /// P \[Pa\]
+    fn law(&self, values: &[f64], s: &Sample) -> f64 {
+        self.model.at(self.constants(values), &self.moved(values, s))
+    }
+
+    /// ∂P/∂ constants and offsets
+    fn slopes(&self, values: &[f64], s: &Sample) -> Vec<f64> {
+        let (own, s) = (self.constants(values), self.moved(values, s));
+        let offsets = self.setting.slack.iter().map(|o| o.slope(self.model, own, &s));
+        self.model.sensitivities(own, &s).into_iter().chain(offsets).collect()
     }
 
     /// `None` where the law is not defined or a factor is negative.
     fn square(&self, values: &[f64]) -> Option<f64> {
-        let of = |(s, w): (&Sample, &f64)| (w * (s.stress - self.model.at(values, s))).powi(2);
+        let of = |(s, w): (&Sample, &f64)| (w * (s.stress - self.law(values, s))).powi(2);
         let sum: f64 = self.samples.iter().zip(self.weight).map(of).sum();
         let admitted = match &self.model.form.terms {
             FitTerms::Linear(_) => true,
-            FitTerms::Separable(f) => values.chunks_exact(2).all(|v| v[0] / (f.factor)(v[1]).0 >= 0.0),
+            FitTerms::Separable(f) => self.constants(values).chunks_exact(2).all(|v| v[0] / (f.factor)(v[1]).0 >= 0.0),
         };
         (admitted && sum.is_finite()).then_some(sum)
     }
@@ -133,12 +165,12 @@ impl Profile<'_> {
         let entries: Vec<f64> = rows
             .clone()
             .flat_map(|(s, w)| {
-                let all = self.model.sensitivities(x, s);
+                let all = self.slopes(x, s);
                 others.iter().zip(&scale).map(|(k, z)| w * z * all[*k]).collect::<Vec<_>>()
             })
             .collect();
         let jacobian = DMatrix::from_row_slice(self.samples.len(), others.len(), &entries);
-        let residual = rows.map(|(s, w)| w * (s.stress - self.model.at(x, s)));
+        let residual = rows.map(|(s, w)| w * (s.stress - self.law(x, s)));
         let residual = DVector::from_iterator(self.samples.len(), residual);
         let (normal, slope) = (jacobian.transpose() * &jacobian, jacobian.transpose() * residual);
         let largest = normal.diagonal().max();
@@ -164,7 +196,8 @@ impl Profile<'_> {
 
     fn stop_at_zero(&self, values: &mut [f64], others: &[usize]) {
         if let FitTerms::Separable(f) = &self.model.form.terms {
-            for k in others.iter().filter(|k| **k % 2 == 0) {
+            let own = self.model.parameters().len();
+            for k in others.iter().filter(|k| **k < own && **k % 2 == 0) {
                 if values[*k] / (f.factor)(values[k + 1]).0 < 0.0 {
                     values[*k] = 0.0;
                 }

@@ -1,6 +1,6 @@
 //! The request for a fit.
 
-use super::{ColumnChoice, FitError, Mode, Preparation};
+use super::{ColumnChoice, FitError, Mode, Preparation, SlackChoice};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -139,8 +139,8 @@ pub struct FitOptions {
     pub partner: Option<Partner>,
     /// Volumetric part of the law file; `None`: the scene has to add it
     pub volumetric: Option<String>,
-    /// Fits to resampled data, for intervals that take correlated data points into account; 0: none
-    pub bootstrap: usize,
+    /// Strain offsets that are fitted with the constants
+    pub slack: SlackChoice,
     /// Relative misfit up to which the law describes the data \[–\]
     pub tolerance: f64,
 }
@@ -158,7 +158,7 @@ impl FitOptions {
             stable: None,
             partner: None,
             volumetric: None,
-            bootstrap: 0,
+            slack: SlackChoice::Auto,
             tolerance: 0.1,
         }
     }

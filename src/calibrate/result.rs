@@ -1,10 +1,11 @@
 //! The answer of a fit.
 
 use super::constant_format::{stress_unit, stretch_text};
+use super::errors::Errors;
 use super::noise::ModeNoise;
 use super::{
-    Audit, Bootstrap, Direction, Estimate, FitCurves, FitError, FitWarning, Loss, Misfit, Mode, Partner, Residual,
-    Scatter, SolverCheck, StableRange, StretchRange, Treatment, Weighting,
+    Audit, Direction, ErrorModel, Estimate, FitCurves, FitError, FitWarning, Loss, Misfit, Mode, Partner, Residual,
+    Scatter, Slack, SolverCheck, StableRange, StretchRange, Treatment, Weighting,
 };
 use crate::storage;
 use serde::Serialize;
@@ -12,7 +13,9 @@ use std::fmt;
 use std::path::Path;
 
 /// Assumptions of the interval.
-pub fn interval_assumption(weighting: Weighting, loss: Loss) -> String {
+pub fn interval_assumption(errors: &Errors, weighting: Weighting, loss: Loss) -> String {
+    let Errors { model, free, .. } = errors;
+    let degrees = if *free == 1 { "1 degree".into() } else { format!("{free} degrees") };
     let size = match weighting {
         Weighting::Absolute => "of one size",
         Weighting::Relative => "in proportion to the stress",
@@ -21,8 +24,7 @@ pub fn interval_assumption(weighting: Weighting, loss: Loss) -> String {
     let outliers =
         if loss == Loss::Huber { "; approximate, with the weights of Huber's loss taken as given" } else { "" };
     format!(
-        "95 %, Student's t: exact stretches, independent normal stress errors {size}, and a law that describes the range; \
-         it does not cover misfit of the law{outliers}"
+        "95 %, Student's t with {degrees} of freedom: {model}; normal stress errors {size}; it does not cover misfit of the law, the interval for use does{outliers}"
     )
 }
 
@@ -71,13 +73,17 @@ pub struct Otherwise {
     pub change: f64,
 }
 
-/// Largest range around λ = 1 in which √(Σr²/ΣP²) of the fitted modes stays within the tolerance.
+/// Largest range around λ = 1 in which √(Σr²/ΣP²) of the fitted modes stays within the tolerance, or the misfit within 2 % of the rms stress of the fit.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct Validity {
     pub tolerance: f64,
     /// `None`: nowhere, or no data on that side
     pub compression_to: Option<f64>,
+    /// Nearer to rest the misfit is larger, but below 2 % of the rms stress of the fit; `None`: from rest on
+    pub compression_from: Option<f64>,
     pub tension_to: Option<f64>,
+    /// The same in tension
+    pub tension_from: Option<f64>,
 }
 
 /// Everything about one fit. Stresses and stiffnesses in Pa, stretches \[–\].
@@ -108,10 +114,14 @@ pub struct FitResult {
     pub loss: Loss,
     pub parameters: Vec<Estimate>,
     pub interval_assumption: String,
-    /// 95 % by profile likelihood, infinite where open; `None` where the stability constraint is active or no degree of freedom is left
-    pub profile: Option<Vec<[f64; 2]>>,
-    /// 95 % from resampled data points or specimens, on request
-    pub bootstrap: Option<Bootstrap>,
+    /// 95 % of each constant where the law is used over the fitted range: with its misfit
+    pub in_use: Vec<[f64; 2]>,
+    /// Chosen by the data
+    pub errors: ErrorModel,
+    /// Degrees of freedom of Student's t
+    pub degrees: usize,
+    /// Fitted offsets of the strain
+    pub slack: Vec<Slack>,
     /// Between specimens, where there are several
     pub scatter: Option<Scatter>,
     /// The answer under other treatments of the data
@@ -148,20 +158,23 @@ impl FitResult {
 
     /// False where some constant has no finite interval
     pub fn is_determined(&self) -> bool {
-        self.parameters.iter().all(|e| e.std_error.is_finite())
+        self.parameters.iter().all(Estimate::is_determined)
     }
 
     /// `μ = … Pa [… , …]`, one per parameter
     pub fn answer(&self) -> String {
-        let one = |e: &Estimate| {
+        let one = |(e, wide): (&Estimate, &[f64; 2])| {
             let head = format!("{} = {}", e.symbol, e.print(e.value));
-            if e.std_error.is_finite() {
-                format!("{head} (95 % interval {})", e.span(e.interval))
-            } else {
-                format!("{head} (not determined by the data)")
+            match (e.std_error.is_finite(), e.is_determined()) {
+                (true, true) if *wide == e.interval => format!("{head} (95 % interval {})", e.span(e.interval)),
+                (true, true) => {
+                    format!("{head} (95 % interval {}; if used over this range {})", e.span(e.interval), e.span(*wide))
+                }
+                (true, false) => format!("{head} (not determined by the data: 95 % interval {})", e.span(e.interval)),
+                (false, _) => format!("{head} (not determined by the data)"),
             }
         };
-        self.parameters.iter().map(one).collect::<Vec<_>>().join("\n")
+        self.parameters.iter().zip(&self.in_use).map(one).collect::<Vec<_>>().join("\n")
     }
 }
 
@@ -212,29 +225,25 @@ impl FitResult {
         Ok(())
     }
 
-    /// Intervals in addition to those of the covariance.
+    /// Basis of the intervals, slack, specimens and shorter ranges.
     fn write_intervals(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (e, ends) in self.parameters.iter().zip(self.profile.iter().flatten()) {
-            writeln!(f, "profile likelihood: {} from {}", e.symbol, e.span(*ends))?;
-        }
-        if let Some(b) = &self.bootstrap {
-            for (e, ends) in self.parameters.iter().zip(&b.intervals) {
-                writeln!(f, "bootstrap of {}: {} from {}", b.drawn, e.symbol, e.span(*ends))?;
-            }
+        writeln!(f, "intervals: {}", self.interval_assumption)?;
+        for s in &self.slack {
+            let why = if s.asked { "as asked".into() } else { format!("{} data points carry no stress", s.rows) };
+            let (of, [low, high]) = (format!("{} ({})", s.file, s.mode), s.interval);
+            writeln!(f, "slack of {of}: {:.5} of strain (95 % interval {low:.5} to {high:.5}), {why}", s.strain)?;
         }
         if let Some(s) = &self.scatter {
-            for ((e, (mean, sd)), ends) in
-                self.parameters.iter().zip(s.means.iter().zip(&s.deviations)).zip(&s.intervals)
-            {
-                writeln!(
-                    f,
-                    "{} specimens: {} = {}, scatter {}, 95 % interval of the mean {}",
-                    s.specimens.len(),
-                    e.symbol,
-                    e.print(*mean),
-                    e.print(*sd),
-                    e.span(*ends)
-                )?;
+            for (e, (mean, sd)) in self.parameters.iter().zip(s.means.iter().zip(&s.deviations)) {
+                let (n, mean, sd) = (s.specimens.len(), e.print(*mean), e.print(*sd));
+                writeln!(f, "{n} specimens: mean {} = {mean}, standard deviation {sd}", e.symbol)?;
+            }
+            for mode in &self.modes {
+                if let Some(b) = s.next.iter().rfind(|b| b.mode == *mode) {
+                    let percent = 50.0 * (b.interval[1] - b.interval[0]) / b.mean.abs();
+                    let at = stretch_text(b.stretch);
+                    writeln!(f, "the next specimen: {mode} stress within ±{percent:.1} % at stretch {at} (95 %)")?;
+                }
             }
         }
         for (e, ends) in self.parameters.iter().zip(&self.range_spread) {
@@ -248,7 +257,14 @@ impl FitResult {
         let percent = 100.0 * self.validity.tolerance;
         match self.validity.tension_to {
             Some(to) => {
-                writeln!(f, "within {percent:.0} % rms of the data from stretch 1 to {}", stretch_text(to))?;
+                let from = stretch_text(self.validity.tension_from.unwrap_or(1.0));
+                let below =
+                    self.validity.tension_from.map_or("", |_| "; below, within 2 % of the rms stress of the fit");
+                writeln!(
+                    f,
+                    "within {percent:.0} % rms of the data from stretch {from} to {}{below}",
+                    stretch_text(to)
+                )?;
             }
             None => writeln!(f, "at no stretch in tension within {percent:.0} % rms of the data")?,
         }

@@ -61,7 +61,7 @@ struct Projection {
 
 impl Projected<'_> {
     fn columns(&self, x: &[f64]) -> Option<Vec<DVector<f64>>> {
-        let wall = 2.0 * self.family.grid.iter().fold(0.0_f64, |w, g| w.max(g.abs()));
+        let wall = self.family.wall();
         let one = |x: &f64| {
             let theta = (self.family.shape)(*x, self.reach).0;
             let column = self.rows.column(|s| (self.family.tau)(theta, s));

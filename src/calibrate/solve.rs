@@ -1,13 +1,16 @@
 //! One fit of one law to some samples: weights, solver, intervals.
 
 use super::Model;
+use super::errors::{self, Errors};
 use super::identify::{self, Identified};
 use super::linear::{self, Points};
 use super::noise;
 use super::noise::ModeNoise;
+use super::offset::{OFFSET, Offset};
 use super::rows::Rows;
-use super::{FitError, Loss, Sample, SolverCheck, Weighting, separable, statistics};
+use super::{Estimate, FitError, Loss, Sample, SolverCheck, Weighting, separable, statistics};
 use crate::material::FitTerms;
+use crate::material::principal::invariants;
 use nalgebra::{DMatrix, DVector};
 
 /// Settings that are the same in all fits of a request.
@@ -18,10 +21,18 @@ pub struct LawSetting {
     /// Standard deviation of the stress by mode \[Pa\], where the weights ask for it
     pub noise: Vec<ModeNoise>,
     pub loss: Loss,
-    /// Largest I₁ − 3 of the table \[–\]
-    pub reach: f64,
     /// Where a linear law is kept stable
     pub stable: Points,
+    /// Strain offsets that are unknowns; the samples are those without them
+    pub slack: Vec<Offset>,
+}
+
+impl LawSetting {
+    /// The same with the strain offsets of these samples alone.
+    pub fn of(&self, samples: &[Sample]) -> Self {
+        let slack = self.slack.iter().filter(|o| samples.iter().any(|s| o.is_of(s))).copied().collect();
+        Self { slack, ..self.clone() }
+    }
 }
 
 /// An answer with its intervals and checks.
@@ -30,19 +41,31 @@ pub struct LawFit {
     /// Values of the constants \[SI\]
     pub values: Vec<f64>,
     pub identified: Identified,
+    /// Of the strain, one for each of the setting
+    pub offsets: Vec<Estimate>,
+    pub errors: Errors,
     /// `None` where a single solver was enough (fits of parts of the data)
     pub check: Option<SolverCheck>,
-    /// Points at which the stability constraint is active
+    /// Points at which least squares alone would give an unstable law; empty where the stability constraint is not active
     pub active: Points,
-    /// Two-sided p-value of a departure of the data from the law \[–\]; `None` with too few data points or data that agree with
-    /// the law to rounding
-    pub departure_p: Option<f64>,
+    pub pattern: Pattern,
     /// Neo-Hookean modulus of the same data \[Pa\], a measure of size
     pub modulus: f64,
     /// w of each sample, with Huber's loss in it
     pub weight: Vec<f64>,
     /// Where a separable search ended
-    at: Vec<f64>,
+    pub at: Vec<f64>,
+}
+
+/// Tests of the residuals for a pattern that the error model does not explain.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct Pattern {
+    /// Runs of sign, after the correlation of neighbours is taken out
+    pub runs: Option<usize>,
+    /// Probability of as few of them or fewer \[–\]
+    pub runs_p: Option<f64>,
+    /// Two-sided p-value of β = 0 in P = P(λ) + β P(λ)/λ \[–\]; `None` with too few data points
+    pub departure_p: Option<f64>,
 }
 
 /// Below this misfit ‖r‖/‖P‖ the residuals are rounding and their pattern means nothing \[–\]
@@ -55,12 +78,18 @@ const SETTLED: f64 = 1e-6;
 
 /// `near`: the answer to nearly the same samples; then one solver and one start are enough.
 pub fn solve(setting: &LawSetting, samples: &[Sample], near: Option<&LawFit>) -> Result<LawFit, FitError> {
-    judge(setting, samples, constants(setting, samples, near)?)
+    judge(setting, samples, constants(setting, samples, near)?, true)
+}
+
+/// The same without tests of the residuals.
+pub fn solve_untested(setting: &LawSetting, samples: &[Sample], near: &LawFit) -> Result<LawFit, FitError> {
+    judge(setting, samples, constants(setting, samples, Some(near))?, false)
 }
 
 /// The same without intervals.
 pub fn constants(setting: &LawSetting, samples: &[Sample], near: Option<&LawFit>) -> Result<LawFit, FitError> {
-    let base = noise::weights(samples, setting.weighting, &setting.noise)?;
+    let mut base = noise::weights(samples, setting.weighting, &setting.noise)?;
+    noise::share(&mut base, samples);
     let mut found = weighted(setting, samples, &base, near)?;
     let mut weight = base.clone();
     if setting.loss == Loss::Huber {
@@ -108,7 +137,9 @@ fn weighted(
         identified: Identified::default(),
         check,
         active,
-        departure_p: None,
+        offsets: vec![],
+        errors: Errors::default(),
+        pattern: Pattern::default(),
         modulus: rows.unit,
         weight: weight.to_vec(),
         at,
@@ -120,7 +151,8 @@ fn weighted(
         }
         FitTerms::Separable(family) => {
             let warm = near.map(|n| n.at.as_slice());
-            let found = separable::solve(family, setting.model.terms, &rows, setting.reach, warm)?;
+            let reach = samples.iter().map(|s| invariants(s.stretches()).0).fold(0.0, f64::max);
+            let found = separable::solve(family, setting.model.terms, &rows, reach, warm)?;
             // + 0: a factor that vanished has no sign
             let factor = |(c, theta): (&f64, &f64)| [c * (family.factor)(*theta).0 + 0.0, *theta];
             let values = found.factors.iter().zip(&found.shapes).flat_map(factor).collect();
@@ -129,36 +161,84 @@ fn weighted(
     }
 }
 
-fn judge(setting: &LawSetting, samples: &[Sample], mut found: LawFit) -> Result<LawFit, FitError> {
-    let (model, weight) = (setting.model, found.weight.clone());
-    let p: Vec<f64> = samples.iter().map(|s| model.at(&found.values, s)).collect();
-    let zip = || samples.iter().zip(&weight).zip(&p);
-    let residual = DVector::from_iterator(samples.len(), zip().map(|((s, w), p)| w * (s.stress - p)));
-    let size = zip().map(|((s, w), _)| (w * s.stress).powi(2)).sum::<f64>().sqrt();
-    let sensitivities: Vec<f64> = (samples.iter().zip(&weight))
-        .flat_map(|(s, w)| model.sensitivities(&found.values, s).into_iter().map(move |v| w * v))
-        .collect();
-    let jacobian = DMatrix::from_row_slice(samples.len(), found.values.len(), &sensitivities);
-    found.identified = identify::identify(model.parameters(), &found.values, &jacobian, &residual, size, 0.0);
-    if residual.norm() > ROUNDING * size {
-        let second = DVector::from_iterator(samples.len(), zip().map(|((s, w), p)| w * p / s.stretch));
-        found.departure_p = departure(&jacobian, &second, &residual);
+/// w ∂P/∂(constants, offsets), (n, p + q).
+pub fn jacobian(setting: &LawSetting, samples: &[Sample], found: &LawFit) -> DMatrix<f64> {
+    let row = |(s, w): (&Sample, &f64)| {
+        let offsets = setting.slack.iter().map(|o| o.slope(setting.model, &found.values, s));
+        let all = setting.model.sensitivities(&found.values, s).into_iter().chain(offsets);
+        all.map(|v| w * v).collect::<Vec<f64>>()
+    };
+    let entries: Vec<f64> = samples.iter().zip(&found.weight).flat_map(row).collect();
+    DMatrix::from_row_slice(samples.len(), found.values.len() + setting.slack.len(), &entries)
+}
+
+/// w(P − law).
+pub fn residual(setting: &LawSetting, samples: &[Sample], found: &LawFit) -> DVector<f64> {
+    let one = |(s, w): (&Sample, &f64)| w * (s.stress - setting.model.at(&found.values, s));
+    DVector::from_iterator(samples.len(), samples.iter().zip(&found.weight).map(one))
+}
+
+/// Intervals and tests of an answer.
+fn judge(setting: &LawSetting, samples: &[Sample], mut found: LawFit, tested: bool) -> Result<LawFit, FitError> {
+    let residual = residual(setting, samples, &found);
+    let size = samples.iter().zip(&found.weight).map(|(s, w)| (w * s.stress).powi(2)).sum::<f64>().sqrt();
+    let jacobian = jacobian(setting, samples, &found);
+    let rounding = residual.norm() <= ROUNDING * size;
+    let errors = errors::of(&jacobian, &residual, samples, rounding);
+    let q = setting.slack.len();
+    let parameters = [setting.model.parameters(), &vec![OFFSET; q]].concat();
+    let values = [found.values.clone(), setting.slack.iter().map(|o| o.strain).collect()].concat();
+    found.identified = identify::identify(&parameters, &values, &jacobian, &residual, size, 0.0, Some(&errors));
+    found.offsets = found.identified.estimates.split_off(found.values.len());
+    if tested && !rounding {
+        let second = samples.iter().zip(&found.weight).map(|(s, w)| w * setting.model.at(&found.values, s) / s.stretch);
+        let second = DVector::from_iterator(samples.len(), second);
+        let (runs, runs_p) = runs(samples, &residual, errors.rho).unzip();
+        let departure_p = departure(&jacobian, second, &residual, samples);
+        found.pattern = Pattern { runs, runs_p, departure_p };
     }
+    found.errors = errors;
     Ok(found)
 }
 
-/// p-value of β = 0 in P = P(λ) + β P(λ)/λ (of a Neo-Hookean law in uniaxial tension β is Mooney's second constant): a t-test with
-/// one degree of freedom less than the fit, on the part of P/λ that the constants of the law cannot make.
-fn departure(jacobian: &DMatrix<f64>, second: &DVector<f64>, residual: &DVector<f64>) -> Option<f64> {
-    let free = residual.len().checked_sub(jacobian.ncols() + 1).filter(|n| *n >= 1)?;
-    let across = identify::across(jacobian, second);
+/// Runs of sign with their probability: of independent errors in the order of λ, of correlated ones in the order of loading without what the
+/// neighbour explains; `None` of several specimens, whose levels differ.
+fn runs(samples: &[Sample], residual: &DVector<f64>, rho: f64) -> Option<(usize, f64)> {
+    if samples.iter().any(|s| s.specimen != samples[0].specimen) {
+        return None;
+    }
+    let mut curves = errors::curves(samples);
+    if rho == 0.0 {
+        curves.iter_mut().for_each(|c| c.sort_by(|a, b| samples[*a].stretch.total_cmp(&samples[*b].stretch)));
+    }
+    let signs = errors::whitened(residual, &curves, rho).into_iter().filter(|r| *r != 0.0).map(|r| r > 0.0);
+    statistics::few_runs(&signs.collect::<Vec<bool>>())
+}
+
+/// p-value of β = 0 in P = P(λ) + β P(λ)/λ (of a Neo-Hookean law in uniaxial tension β is Mooney's second constant): a t-test with the error
+/// model of the fit that has β too, on the part of P/λ that the constants of the law cannot make.
+fn departure(
+    jacobian: &DMatrix<f64>,
+    second: DVector<f64>,
+    residual: &DVector<f64>,
+    samples: &[Sample],
+) -> Option<f64> {
+    let p = jacobian.ncols();
+    residual.len().checked_sub(p + 1).filter(|n| *n >= 1)?;
+    let across = identify::across(jacobian, &second);
     let across2 = across.norm_squared();
     if across2 <= 1e-16 * second.norm_squared() {
         return None;
     }
+    let beta = across.dot(residual) / across2;
     let r2 = residual.norm_squared();
-    let explained = across.dot(residual).powi(2) / across2;
-    let left = (r2 - explained).max(f64::EPSILON * r2);
-    let t = (explained / (left / free as f64)).sqrt();
-    Some((1.0 - statistics::t_probability(t, free)).max(0.0))
+    let mut left = residual - &across * beta;
+    if left.norm_squared() < f64::EPSILON * r2 {
+        left *= (f64::EPSILON * r2 / left.norm_squared().max(f64::MIN_POSITIVE)).sqrt();
+    }
+    let mut more = jacobian.clone().insert_column(p, 0.0);
+    more.set_column(p, &across);
+    let errors = errors::of(&more, &left, samples, false);
+    let t = beta / errors.deviations[p];
+    Some((1.0 - statistics::t_probability(t, errors.free)).max(0.0))
 }

@@ -1,16 +1,18 @@
 //! Several specimens of one test: the mean of the constants, their scatter, and a specimen that is an outlier.
 //!
-//! Each specimen is fitted alone. The constants have the mean ± t₀.₉₇₅(k − 1) s/√k over k specimens (exact for normal scatter between
-//! specimens). The level of specimen i is Σ Pᵢ P̂/Σ P̂² with the stresses P̂ of the fit to all rows: how stiff it is as a whole. One
+//! Each specimen is fitted alone. The level of specimen i is Σ Pᵢ P̂/Σ P̂² with the stresses P̂ of the fit to all rows: how stiff it is as a whole. One
 //! specimen is named where max |level − mean|/s exceeds Grubbs' bound (k − 1)/√k · √(t²/(k − 2 + t²)), t = t₁₋₀.₀₂₅/ₖ(k − 2).
+//!
+//! The stress of the next specimen lies in P̄(λ) ± t₀.₉₇₅(k − 1) s(λ)√(1 + 1/k), with mean and standard deviation of the k laws at λ (Hahn & Meeker, *Statistical
+//! Intervals*, 1991, ch. 4; exact for normal scatter).
 //!
 //! Source: Grubbs, Ann. Math. Statist. 21 (1950) 27–58. Limits: names one specimen at most; does not detect two; a specimen of another
 //! shape and the same level is not seen.
 
-use super::bootstrap::deviation;
-use super::solve::{LawFit, LawSetting, solve};
-use super::{Estimate, FitError, Sample, statistics};
-use serde::Serialize;
+use super::solve::{LawFit, LawSetting, Pattern, solve};
+use super::statistics::{deviation, extent};
+use super::{Estimate, FitError, Mode, Sample, statistics};
+use serde::{Deserialize, Serialize};
 
 /// One specimen fitted alone.
 #[derive(Clone, PartialEq, Debug, Serialize)]
@@ -22,6 +24,18 @@ pub struct Specimen {
     pub level: f64,
 }
 
+/// Where the stress of another specimen is to be expected.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+pub struct Band {
+    pub mode: Mode,
+    /// λ \[–\]
+    pub stretch: f64,
+    /// Mean over the specimens \[Pa\]
+    pub mean: f64,
+    /// 95 % \[Pa\]
+    pub interval: [f64; 2],
+}
+
 /// Scatter between specimens.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Scatter {
@@ -30,19 +44,19 @@ pub struct Scatter {
     pub means: Vec<f64>,
     /// Standard deviation of each constant between specimens \[SI\]
     pub deviations: Vec<f64>,
-    /// 95 % interval of each mean \[SI\]
-    pub intervals: Vec<[f64; 2]>,
+    /// Stress of the next specimen
+    pub next: Vec<Band>,
     /// File of the specimen that is an outlier
     pub outlier: Option<String>,
 }
 
-/// `None` with one specimen. `groups`: the fitted data points of each.
+/// Also the tests of the residuals of each specimen alone; `None` with one specimen. `groups`: the fitted data points of each.
 pub fn scatter(
     setting: &LawSetting,
     names: &[String],
     groups: &[Vec<Sample>],
     answer: &LawFit,
-) -> Result<Option<Scatter>, FitError> {
+) -> Result<Option<(Scatter, Vec<Pattern>)>, FitError> {
     let k = groups.len();
     if k < 2 {
         return Ok(None);
@@ -51,22 +65,46 @@ pub fn scatter(
         if rows.len() < setting.model.parameters().len() {
             return Err(FitError::ShortSpecimen { file: name.clone(), rows: rows.len() });
         }
-        let parameters = solve(setting, rows, Some(answer))?.identified.estimates;
+        let fit = solve(&setting.of(rows), rows, Some(answer))?;
+        let parameters = fit.identified.estimates.clone();
         let law = |s: &Sample| setting.model.at(&answer.values, s);
         let along: f64 = rows.iter().map(|s| s.stress * law(s)).sum();
         let level = along / rows.iter().map(|s| law(s).powi(2)).sum::<f64>();
-        Ok(Specimen { file: name.clone(), rows: rows.len(), parameters, level })
+        Ok((Specimen { file: name.clone(), rows: rows.len(), parameters, level }, fit))
     };
-    let specimens: Vec<Specimen> = names.iter().zip(groups).map(one).collect::<Result<_, _>>()?;
+    let (specimens, fits): (Vec<Specimen>, Vec<LawFit>) =
+        names.iter().zip(groups).map(one).collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
     let of = |j: usize| specimens.iter().map(|s| s.parameters[j].value).collect::<Vec<_>>();
     let columns: Vec<Vec<f64>> = (0..answer.values.len()).map(of).collect();
     let means: Vec<f64> = columns.iter().map(|c| c.iter().sum::<f64>() / k as f64).collect();
     let deviations: Vec<f64> = columns.iter().map(|c| deviation(c)).collect();
-    let half = statistics::t_quantile(0.95, k - 1) / (k as f64).sqrt();
-    let intervals = means.iter().zip(&deviations).map(|(m, s)| [m - half * s, m + half * s]).collect();
     let levels: Vec<f64> = specimens.iter().map(|s| s.level).collect();
     let outlier = apart(&levels).map(|i| specimens[i].file.clone());
-    Ok(Some(Scatter { specimens, means, deviations, intervals, outlier }))
+    let patterns: Vec<Pattern> = fits.iter().map(|f| f.pattern).collect();
+    let next = next(setting, groups, &fits);
+    Ok(Some((Scatter { specimens, means, deviations, next, outlier }, patterns)))
+}
+
+/// Stretches of the band of the next specimen, in each mode
+const STRETCHES: usize = 11;
+
+/// The stress of the next specimen over the stretches that all specimens have.
+fn next(setting: &LawSetting, groups: &[Vec<Sample>], fits: &[LawFit]) -> Vec<Band> {
+    let k = fits.len() as f64;
+    let factor = statistics::t_quantile(0.95, fits.len() - 1) * (1.0 + 1.0 / k).sqrt();
+    let of = |mode: Mode| {
+        let ends = groups.iter().map(|g| extent(g.iter().filter(|s| s.mode == mode).map(|s| s.stretch)));
+        let [low, high] = ends.fold([0.0_f64, f64::INFINITY], |[a, b], [low, high]| [a.max(low), b.min(high)]);
+        let at = move |i: usize| low + (high - low) * i as f64 / (STRETCHES - 1) as f64;
+        let known = mode != Mode::Biaxial && low < high && high.is_finite();
+        let one = move |i: usize| {
+            let all: Vec<f64> = fits.iter().map(|f| setting.model.stress(&f.values, mode, at(i))).collect();
+            let (mean, half) = (all.iter().sum::<f64>() / k, factor * deviation(&all));
+            Band { mode, stretch: at(i), mean, interval: [mean - half, mean + half] }
+        };
+        (0..STRETCHES).filter(move |_| known).map(one)
+    };
+    Mode::ALL.into_iter().flat_map(of).collect()
 }
 
 /// The value that Grubbs' test at 5 % names.

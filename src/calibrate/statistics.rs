@@ -67,6 +67,13 @@ pub fn few_runs(positive: &[bool]) -> Option<(usize, f64)> {
     Some((runs, (2..=runs).map(arrangements).sum::<f64>().min(1.0)))
 }
 
+/// Standard deviation with n − 1.
+pub fn deviation(values: &[f64]) -> f64 {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt()
+}
+
 /// Smallest and largest of some values; \[∞, −∞\] of none.
 pub fn extent(values: impl Iterator<Item = f64>) -> [f64; 2] {
     values.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], s| [a.min(s), b.max(s)])

@@ -32,6 +32,7 @@ impl Preparation {
 pub enum Treatment {
     WithoutZero,
     WithoutToe,
+    WithoutSlack,
     LastLoading,
     EveryRow,
 }
@@ -41,6 +42,7 @@ impl Treatment {
         match self {
             Self::WithoutZero => "without zeroing",
             Self::WithoutToe => "without toe compensation",
+            Self::WithoutSlack => "without slack",
             Self::LastLoading => "on the last loading",
             Self::EveryRow => "on every data point, unloading too",
         }

@@ -1,6 +1,6 @@
 //! Reasons not to take the answer of a fit at its word.
 
-use super::{Direction, Drawn, Mode, Treatment};
+use super::{Direction, Mode, Treatment};
 use serde::Serialize;
 use std::fmt;
 
@@ -24,6 +24,12 @@ pub enum FitWarning {
     NoPartner { volumetric: bool },
     /// Directions that the data say nothing about, or hardly anything
     Unidentifiable { directions: Vec<Direction> },
+    /// As many constants as data points, and the direction that the data determine least
+    NoFreedom { constants: usize, rows: usize, least: String },
+    /// Shape constants at an end of the interval that is searched
+    Limit { found: Vec<(&'static str, f64)> },
+    /// Data points that were not fitted and where the law is not defined; the one nearest to rest
+    Undefined { rows: usize, nearest: f64 },
     /// Modes and amounts at which stability ends, within the largest principal stretch of the fitted data
     Unstable { lost: Vec<(&'static str, f64)>, reach: f64, linear: bool },
     /// Least squares alone would give a law that is unstable at these stretches of a mode
@@ -34,8 +40,8 @@ pub enum FitWarning {
     Outliers { lines: Vec<u64> },
     /// A specimen whose stresses, over those of the fit to all, differ from the others as an outlier
     Specimen { file: String, level: f64 },
-    /// The bootstrap interval is wider than the one of the covariance, in which constant and how many times
-    Narrow { symbol: &'static str, ratio: f64, drawn: Drawn },
+    /// An offset of the strain that was not fitted and would change the constants: slack, or misfit of the law
+    Slack { mode: Mode, strain: f64, answer: String },
     /// Intervals of these constants contain zero: a law without them describes the data equally well
     MayBeZero { symbols: Vec<&'static str> },
     /// A choice of data that was not requested, and the answer of another one
@@ -83,6 +89,7 @@ impl fmt::Display for FitWarning {
             }
             Self::Unidentifiable { directions } => write_unidentifiable(f, directions),
             Self::Unstable { lost, reach, linear } => write_unstable(f, lost, *reach, *linear),
+            Self::NoFreedom { .. } | Self::Limit { .. } | Self::Undefined { .. } => self.write_limits(f),
             Self::Held { mode, range: [low, high] } => write!(
                 f,
                 "least squares alone give a law that is unstable in {mode} (stretch {low:.4} to {high:.4}); the condition of material \
@@ -99,11 +106,7 @@ impl fmt::Display for FitWarning {
                 "specimen {file} is an outlier: its stresses are {level:.2} times those of the fit to all, more than the scatter of the others \
                  explains (Grubbs' test, 5 %); look for the cause before leaving it out"
             ),
-            Self::Narrow { symbol, ratio, drawn } => write!(
-                f,
-                "the interval of {symbol} is {ratio:.1} times as wide in the bootstrap of {drawn}: the resampled units are not independent, \
-                 use the wider one"
-            ),
+            Self::Slack { mode, strain, answer } => write_slack(f, *mode, *strain, answer),
             Self::MayBeZero { symbols } => write!(
                 f,
                 "the intervals of {} contain zero: these data do not show whether the law needs them; take a law with fewer constants, widen the \
@@ -125,6 +128,43 @@ impl fmt::Display for FitWarning {
     }
 }
 
+impl FitWarning {
+    /// Warnings about the ends of what can be searched, fitted or predicted.
+    fn write_limits(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoFreedom { constants, rows, least } => write!(
+                f,
+                "{constants} constants and {rows} data points: the law can pass through every one of them, and no interval is finite; the data determine \
+                 least of all {least}. Take a law with fewer constants, or more data points"
+            ),
+            Self::Limit { found } => {
+                let all: Vec<_> = found.iter().map(|(symbol, value)| format!("{symbol} = {value:.3e}")).collect();
+                write!(
+                    f,
+                    "{} is at an end of the interval that is searched: the data would take it further, and the interval does not account for the limit; \
+                     take another law or fewer terms",
+                    all.join(", ")
+                )
+            }
+            Self::Undefined { rows, nearest } => write!(
+                f,
+                "the law is not defined at {rows} data points outside the fitted range, the first at stretch {nearest:.4}: its chains are fully stretched \
+                 there; fit them too, or stay below"
+            ),
+            _ => Ok(()),
+        }
+    }
+}
+
+fn write_slack(f: &mut fmt::Formatter<'_>, mode: Mode, strain: f64, answer: &str) -> fmt::Result {
+    write!(
+        f,
+        "a strain offset of {strain:+.4} describes the {mode} data points better, and the answer would be {answer}: slack or preload of the \
+                 specimen, or misfit of the law (no data points without stress decide it); pass --slack yes if it was not straight and free at zero, \
+                 --slack no if it was"
+    )
+}
+
 fn write_systematic(
     f: &mut fmt::Formatter<'_>,
     (runs, runs_p): (Option<usize>, Option<f64>),
@@ -138,7 +178,11 @@ fn write_systematic(
     if let Some(p) = departure_p {
         write!(f, "stiffness changes with stretch, p = {p:.2e}; ")?;
     }
-    write!(f, "rms {:.2} %): the interval is too narrow and the constant depends on the range", 100.0 * rms_relative)
+    write!(
+        f,
+        "rms {:.2} %): the constants depend on the range; for its use over all of it take the wider interval",
+        100.0 * rms_relative
+    )
 }
 
 fn write_stiffness(f: &mut fmt::Formatter<'_>, mu_pa: f64, unit: &str, instead: Option<&str>) -> fmt::Result {

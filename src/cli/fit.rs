@@ -3,8 +3,8 @@
 use super::files;
 use super::outcome::{CommandResult, Outcome};
 use durometer::calibrate::{
-    Cycle, Decimal, Dimensions, FitRequest, Loss, Mode, Partner, StrainKind, StressKind, StretchRange, Weighting,
-    compare, fit,
+    Cycle, Decimal, Dimensions, FitRequest, Loss, Mode, Partner, SlackChoice, StrainKind, StressKind, StretchRange,
+    Weighting, compare, fit,
 };
 use durometer::math::units::{self, Dimension};
 use std::path::PathBuf;
@@ -69,9 +69,9 @@ pub struct Args {
     /// Volumetric part of the law file: quadratic, logarithmic, simo_taylor; without it the scene names one
     #[arg(long)]
     volumetric: Option<String>,
-    /// Fits to resampled data points (specimens, of three or more tables), for intervals that allow for correlated data; 0: none
-    #[arg(long, default_value_t = 200, value_name = "N")]
-    bootstrap: usize,
+    /// Strain offset of each curve, fitted with the constants: yes, no, or auto, where data points without stress show it
+    #[arg(long, default_value = "auto")]
+    slack: SlackChoice,
     /// Data card [default: card.toml next to the table]
     #[arg(long)]
     card: Option<PathBuf>,
@@ -163,7 +163,7 @@ pub fn main(args: Args) -> CommandResult {
     request.options.loss = args.loss;
     request.options.stable = args.stable;
     request.options.volumetric = args.volumetric;
-    request.options.bootstrap = args.bootstrap;
+    request.options.slack = args.slack;
     request.options.partner = match (args.nu, args.kappa) {
         (Some(nu), _) => Some(Partner::Nu(nu)),
         (None, Some(text)) => Some(Partner::Kappa(units::parse(&text, Dimension::PRESSURE)?)),

@@ -30,17 +30,24 @@ pub enum FitTerms {
     Separable(ShapedTerm),
 }
 
-/// A term w(λ; θ) with factor c ≥ 0, its shape constant θ searched as a number x without bounds.
+/// A term w(λ; θ) with factor c ≥ 0, its shape constant θ searched as a number x in ±[`ShapedTerm::wall`].
 #[derive(Clone, Copy, Debug)]
 pub struct ShapedTerm {
     /// τ/c \[–\]; not a number where the term is not defined
     pub tau: fn(f64, [f64; 3]) -> [f64; 3],
     /// ∂τ/∂θ
     pub tau_by_shape: fn(f64, [f64; 3]) -> [f64; 3],
-    /// θ and ∂θ/∂x at x, with the largest I₁ − 3 of the table
+    /// θ and ∂θ/∂x at x, with the largest I₁ − 3 of the fitted data points
     pub shape: fn(f64, f64) -> (f64, f64),
     /// x where the search may start, ascending; |x| stays below twice the largest
     pub grid: &'static [f64],
     /// s and s′ at θ of the factor of files m = s(θ)c
     pub factor: fn(f64) -> (f64, f64),
+}
+
+impl ShapedTerm {
+    /// Largest |x| that is searched: twice that of the starts
+    pub fn wall(&self) -> f64 {
+        2.0 * self.grid.iter().fold(0.0_f64, |w, g| w.max(g.abs()))
+    }
 }

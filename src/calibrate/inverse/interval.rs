@@ -1,6 +1,6 @@
 //! Errors of the constants from the data points, without another forward solve.
 
-use super::super::{bootstrap, rows::padded, statistics};
+use super::super::{rows::padded, statistics};
 use crate::math::random::SplitMix;
 use nalgebra::{DMatrix, DVector};
 
@@ -42,7 +42,7 @@ pub fn drawn_again(
     let mut order: Vec<usize> = (0..n).collect();
     order.sort_by(|a, b| x[*a].total_cmp(&x[*b]));
     let sorted: Vec<f64> = order.iter().map(|i| residual[*i]).collect();
-    let block = bootstrap::block(&sorted);
+    let block = block(&sorted);
     let refit = |sample: u64| {
         let mut random = SplitMix(SplitMix(SEED ^ sample).bits());
         let starts: Vec<usize> = (0..n.div_ceil(block)).map(|_| random.below(n)).collect();
@@ -65,4 +65,16 @@ pub fn drawn_again(
         [0.025, 0.975].map(|q| column[(q * (column.len() - 1) as f64).round() as usize])
     };
     (block, Some((0..p).map(percentiles).collect()))
+}
+
+/// Length of the blocks for these residuals in order: twice the lag at which their correlation ρ_k = Σ rᵢrᵢ₊ₖ/Σ rᵢ² falls below 1.96/√n (Politis & Romano,
+/// in Exploring the Limits of Bootstrap, 1992), n/4 at most; 1 where neighbours are not correlated.
+fn block(r: &[f64]) -> usize {
+    let n = r.len();
+    let most = (n / 4).max(1);
+    let square: f64 = r.iter().map(|x| x * x).sum();
+    let level = 1.96 / (n as f64).sqrt();
+    let correlation = |k: usize| r.iter().zip(&r[k..]).map(|(a, b)| a * b).sum::<f64>() / square;
+    let lag = (1..most).find(|k| square == 0.0 || correlation(*k) < level).unwrap_or(most);
+    if lag == 1 { 1 } else { (2 * lag).min(most) }
 }

@@ -72,7 +72,7 @@ pub fn calibrate(
     let residual = DVector::from_fn(n, |i, _| weights.w[i] * (measured.y[i] - answer.y[i]));
     let jacobian = DMatrix::from_fn(n, values.len(), |i, k| weights.w[i] * answer.sensitivities[(i, k)]);
     let parameters: Vec<_> = model.unknown.iter().map(|u| u.parameter).collect();
-    let identified = identify::identify(&parameters, &values, &jacobian, &residual, weights.size, ROUNDING);
+    let identified = identify::identify(&parameters, &values, &jacobian, &residual, weights.size, ROUNDING, None);
     let (block, drawn) = interval::drawn_again(&measured.x, &values, &jacobian, &residual);
     let best = profile::Best {
         values: &values,

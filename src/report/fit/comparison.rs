@@ -26,6 +26,7 @@ struct Law {
     hold_out: Option<f64>,
     cross_mode: Option<f64>,
     determined: bool,
+    lost: Vec<(String, f64)>,
 }
 
 /// Writes the page of the comparison in `dir`, next to its `compare.json`.
@@ -49,6 +50,7 @@ fn table(stored: &Stored) -> Table {
         Some(v) if v > 10.0 => "> 1000".into(),
         Some(v) => format!("{:.1}", 100.0 * v),
     };
+    let lost = |(mode, at): &(String, f64)| format!("{} to {at:.3}", mode.replace('_', " "));
     let row = |c: &Law| {
         vec![
             c.label.clone(),
@@ -57,12 +59,13 @@ fn table(stored: &Stored) -> Table {
             percent(c.hold_out),
             percent(c.cross_mode),
             if c.determined { "yes" } else { "no" }.into(),
+            if c.lost.is_empty() { "yes".into() } else { c.lost.iter().map(lost).collect::<Vec<_>>().join(", ") },
         ]
     };
     Table {
         name: "comparison",
         caption: "Relative misfit of the rows that were fitted, and of rows that were not: the last third of ln λ from the rest, and one \
-                  mode from the others. The best prediction comes first; the misfit of the fit ranks nothing."
+                  mode from the others. The best prediction comes first, of the laws that are stable over the fitted stretches; the misfit of the fit ranks nothing."
             .into(),
         columns: headings(&[
             ("Law", "", false),
@@ -71,6 +74,7 @@ fn table(stored: &Stored) -> Table {
             ("Hold-out", "%", true),
             ("Cross-mode", "%", true),
             ("All determined", "", false),
+            ("Stable where fitted", "", false),
         ]),
         rows: stored.laws.iter().map(row).collect(),
         pick: stored.laws.first().map(|c| c.label.clone()),

@@ -34,6 +34,14 @@ pub fn answer(fit: &StoredFit) -> String {
         ),
         (None, None) => format!(" It is nowhere within {tolerance:.0} % rms of these tests."),
     };
+    let near: Vec<String> =
+        [fit.validity.compression_from, fit.validity.tension_from].into_iter().flatten().map(stretch_text).collect();
+    if !near.is_empty() {
+        out += &format!(
+            " Nearer to rest than stretch {} only its misfit in pascals is small, below 2 % of the rms stress of the fit.",
+            near.join(" and ")
+        );
+    }
     for (p, [low, high]) in fit.parameters.iter().zip(&fit.range_spread) {
         let (f, unit, n) = p.scale();
         let inside = p.ends().is_none_or(|[a, b]| *low >= a && *high <= b);

@@ -1,6 +1,6 @@
 //! A fit as `fit.json` stores it, and its constants in words.
 
-use crate::calibrate::{Drawn, FitCurves, Treatment, within};
+use crate::calibrate::{Band, FitCurves, Treatment, within};
 use serde::Deserialize;
 
 /// The part of `fit.json` that a reader is told. Stresses and stiffnesses in Pa, stretches \[–\].
@@ -21,8 +21,7 @@ pub struct StoredFit {
     pub parameters: Vec<Parameter>,
     pub interval_assumption: String,
     /// JSON has no infinity: `None` where an end is open
-    pub profile: Option<Vec<[Option<f64>; 2]>>,
-    pub bootstrap: Option<Bootstrap>,
+    pub in_use: Vec<[Option<f64>; 2]>,
     pub scatter: Option<Scatter>,
     pub otherwise: Vec<Otherwise>,
     /// `nu` or `kappa` \[Pa\], as given
@@ -53,19 +52,11 @@ pub struct Parameter {
 }
 
 #[derive(Clone, Debug, Deserialize)]
-pub struct Bootstrap {
-    pub samples: usize,
-    pub failed: usize,
-    pub drawn: Drawn,
-    pub intervals: Vec<[f64; 2]>,
-}
-
-#[derive(Clone, Debug, Deserialize)]
 pub struct Scatter {
     pub specimens: Vec<Specimen>,
     pub means: Vec<f64>,
     pub deviations: Vec<f64>,
-    pub intervals: Vec<[f64; 2]>,
+    pub next: Vec<Band>,
 }
 
 #[derive(Clone, Debug, Deserialize)]
@@ -106,7 +97,9 @@ pub struct Misfit {
 pub struct Validity {
     pub tolerance: f64,
     pub compression_to: Option<f64>,
+    pub compression_from: Option<f64>,
     pub tension_to: Option<f64>,
+    pub tension_from: Option<f64>,
 }
 
 #[derive(Clone, Debug, Deserialize)]

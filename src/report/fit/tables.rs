@@ -1,6 +1,6 @@
 //! Tables of a fit.
 
-use crate::calibrate::stretch_text;
+use crate::calibrate::{Band, stretch_text};
 use crate::report::fit::stored::{Misfit, Parameter, Scatter, Specimen, StoredFit};
 use crate::report::table::{Table, headings};
 
@@ -9,11 +9,11 @@ const RANGES: usize = 14;
 
 pub fn all(fit: &StoredFit) -> Vec<Table> {
     let mut out = vec![parameters(fit)];
-    out.extend(intervals(fit));
     if !fit.otherwise.is_empty() {
         out.push(otherwise(fit));
     }
     out.extend(fit.scatter.as_ref().map(|s| specimens(fit, s)));
+    out.extend(fit.scatter.as_ref().and_then(next));
     out.push(misfits(fit));
     if !fit.stability.is_empty() {
         out.push(stability(fit));
@@ -31,14 +31,17 @@ fn parameters(fit: &StoredFit) -> Table {
             let number = |v: f64| format!("{:.n$}", f * v);
             let known = |v: Option<f64>| v.map_or("not determined".into(), number);
             let [low, high] = fit.range_spread.get(k).copied().unwrap_or([p.value; 2]);
+            let wide = fit.in_use.get(k).copied().unwrap_or_default().map(|v| v.map_or("open".into(), number));
+            let end = |v: Option<f64>| if p.std_error.is_some() { v.map_or("open".into(), number) } else { known(v) };
             vec![
                 p.symbol.clone(),
                 p.name.clone(),
                 unit.into(),
                 number(p.value),
                 known(p.std_error),
-                known(p.interval[0]),
-                known(p.interval[1]),
+                end(p.interval[0]),
+                end(p.interval[1]),
+                wide.join(" to "),
                 format!("{} to {}", number(low), number(high)),
             ]
         })
@@ -47,12 +50,22 @@ fn parameters(fit: &StoredFit) -> Table {
         let (symbol, unit) = if name == "nu" { ("ν", "–") } else { ("κ", "Pa") };
         let dash = || String::from("–");
         let given = "given, not fitted".to_string();
-        rows.push(vec![symbol.into(), name.clone(), unit.into(), value.to_string(), dash(), dash(), dash(), given]);
+        rows.push(vec![
+            symbol.into(),
+            name.clone(),
+            unit.into(),
+            value.to_string(),
+            dash(),
+            dash(),
+            dash(),
+            dash(),
+            given,
+        ]);
     }
     Table {
         name: "parameters",
         caption: format!(
-            "Constants of {}. The interval is {}. The last column is what a fitted range that ends earlier would have given.",
+            "Constants of {}. The interval is {}. The interval for use over the fitted range has the misfit of the law in it. The last column is what a fitted range that ends earlier would have given.",
             fit.label, fit.interval_assumption
         ),
         columns: headings(&[
@@ -63,6 +76,7 @@ fn parameters(fit: &StoredFit) -> Table {
             ("Std error", "", true),
             ("95 % from", "", true),
             ("95 % to", "", true),
+            ("95 % in use", "", true),
             ("Over shorter ranges", "", true),
         ]),
         rows,
@@ -70,47 +84,25 @@ fn parameters(fit: &StoredFit) -> Table {
     }
 }
 
-/// The 95 % intervals of three methods side by side.
-fn intervals(fit: &StoredFit) -> Option<Table> {
-    if fit.profile.is_none() && fit.bootstrap.is_none() {
-        return None;
-    }
-    let row = |(k, p): (usize, &Parameter)| {
-        let (f, unit, n) = p.scale();
-        let number = |v: f64| format!("{:.n$}", f * v);
-        let span = |ends: [Option<f64>; 2]| {
-            let [low, high] = ends.map(|v| v.map_or("open".into(), number));
-            format!("{low} to {high}")
-        };
-        let dash = || String::from("–");
-        vec![
-            p.symbol.clone(),
-            unit.into(),
-            p.ends().map_or("not determined".into(), |e| span(e.map(Some))),
-            fit.profile.as_ref().map_or_else(dash, |all| span(all[k])),
-            fit.bootstrap.as_ref().map_or_else(dash, |b| span(b.intervals[k].map(Some))),
-        ]
+/// Where the stress of another specimen is to be expected.
+fn next(s: &Scatter) -> Option<Table> {
+    let row = |b: &Band| {
+        let [low, high] = b.interval.map(|v| format!("{:.4}", 1e-3 * v));
+        vec![b.mode.name().replace('_', " "), stretch_text(b.stretch), format!("{:.4}", 1e-3 * b.mean), low, high]
     };
-    let drawn = match &fit.bootstrap {
-        Some(b) => {
-            let failed = if b.failed > 0 { format!(", {} of them without an answer", b.failed) } else { String::new() };
-            format!(" Bootstrap: {} samples of {}{failed}.", b.samples, b.drawn)
-        }
-        None => String::new(),
-    };
-    Some(Table {
-        name: "intervals",
-        caption: format!(
-            "95 % intervals by three methods. Covariance and profile take the errors for independent; the bootstrap does not.{drawn}"
-        ),
+    (!s.next.is_empty()).then(|| Table {
+        name: "next-specimen",
+        caption:
+            "Stress of the next specimen: mean of the laws of the specimens, and where 95 % of other ones will be."
+                .into(),
         columns: headings(&[
-            ("Symbol", "", false),
-            ("Unit", "", false),
-            ("Covariance", "", true),
-            ("Profile likelihood", "", true),
-            ("Bootstrap", "", true),
+            ("Mode", "", false),
+            ("Stretch", "", true),
+            ("Mean", "kPa", true),
+            ("95 % from", "kPa", true),
+            ("95 % to", "kPa", true),
         ]),
-        rows: fit.parameters.iter().enumerate().map(row).collect(),
+        rows: s.next.iter().map(row).collect(),
         pick: None,
     })
 }
@@ -162,9 +154,6 @@ fn specimens(fit: &StoredFit, s: &Scatter) -> Table {
     let summary = |name: &str, value: &dyn Fn(usize) -> String| vec![name.into(), dash(), dash(), constants(value)];
     rows.push(summary("mean", &|k| number(k, s.means[k])));
     rows.push(summary("standard deviation", &|k| number(k, s.deviations[k])));
-    rows.push(summary("95 % of the mean", &|k| {
-        format!("{} to {}", number(k, s.intervals[k][0]), number(k, s.intervals[k][1]))
-    }));
     Table {
         name: "specimens",
         caption: "Each specimen fitted alone. The level is its stresses over those of the fit to all data points."

@@ -1,0 +1,74 @@
+//! Offset of the strain of a curve: how data points move with it, and which curves have one.
+
+use super::{Mode, Model, Sample};
+use crate::material::Parameter;
+use crate::math::units::Dimension;
+use serde::Serialize;
+use std::str::FromStr;
+
+/// The offset as an unknown.
+pub const OFFSET: Parameter =
+    Parameter::new("slack", "e₀", Dimension::NONE, Parameter::ANY, "strain before the specimen carries load");
+
+/// Curves whose strain offset is fitted.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SlackChoice {
+    /// Those that show data points without stress
+    #[default]
+    Auto,
+    Yes,
+    No,
+}
+
+impl FromStr for SlackChoice {
+    type Err = String;
+    fn from_str(word: &str) -> Result<Self, String> {
+        match word {
+            "auto" => Ok(Self::Auto),
+            "yes" => Ok(Self::Yes),
+            "no" => Ok(Self::No),
+            _ => Err(format!("\"{word}\" is no choice of slack; known: auto, yes, no")),
+        }
+    }
+}
+
+/// Offset of the curve of a specimen in one mode.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Offset {
+    pub specimen: usize,
+    pub mode: Mode,
+    /// Measured strain at which the specimen begins to carry \[–\]
+    pub strain: f64,
+    /// 1 in tension, −1 in compression
+    pub side: f64,
+}
+
+impl Offset {
+    pub fn is_of(&self, s: &Sample) -> bool {
+        self.specimen == s.specimen && self.mode == s.mode
+    }
+
+    /// The data point without this much of the slack.
+    pub fn shifted(&self, s: &Sample, by: f64) -> Sample {
+        let strain = s.mode.strain(s.stretch) - by;
+        Sample { stretch: if self.side * strain > 0.0 { s.mode.stretch(strain) } else { 1.0 }, ..*s }
+    }
+
+    /// ∂P/∂e₀ \[Pa\] at a data point without its slack: central differences, to 1e-9.
+    pub fn slope(&self, model: Model, values: &[f64], s: &Sample) -> f64 {
+        const H: f64 = 1e-5;
+        if !self.is_of(s) || s.stretch == 1.0 {
+            return 0.0;
+        }
+        let strain = s.mode.strain(s.stretch);
+        let at = |e: f64| model.at(values, &Sample { stretch: s.mode.stretch(e), ..*s });
+        -(at(strain + H) - at(strain - H)) / (2.0 * H)
+    }
+}
+
+/// The data points without the slack.
+pub fn removed(samples: &[Sample], offsets: &[Offset]) -> Vec<Sample> {
+    let one = |s: &Sample| offsets.iter().find(|o| o.is_of(s)).map_or(*s, |o| o.shifted(s, o.strain));
+    samples.iter().map(one).collect()
+}

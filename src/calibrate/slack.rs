@@ -1,0 +1,164 @@
+//! Slack of a test: an offset e₀ of the measured strain, fitted with the law.
+//!
+//! Before a specimen is straight it stretches without stress: P = P(λ(e − e₀)), and 0 where e < e₀ in tension (e > e₀ in compression). One e₀
+//! for every specimen and mode is found together with the constants: each is the step of Gauss & Newton in all unknowns, halved until the sum of squares
+//! with the best constants falls (variable projection). It takes part in the covariance of the constants as a column −∂P/∂e.
+//!
+//! Unless it was asked for, e₀ is fitted only where the table shows slack whatever the law: at least two data points inside it, whose stresses are
+//! below a quarter of those that the law would have there without slack, and e₀ ≠ 0 at 1 %. Any misfit of the law makes an offset significant;
+//! it does not make a rubber stretch without stress. Where e₀ is significant, the constants change by more than their interval, and
+//! no such data points exist, there is a warning.
+//!
+//! Limits: not of biaxial tests; the gauge length is not corrected by the slack.
+
+use super::errors;
+use super::offset::{Offset, SlackChoice, removed};
+use super::solve::{LawFit, LawSetting, constants, jacobian, residual, solve};
+use super::{Estimate, FitError, Mode, Sample, statistics};
+use serde::Serialize;
+
+/// A fitted offset, as it is reported.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct Slack {
+    pub file: String,
+    pub mode: Mode,
+    pub strain: f64,
+    /// 95 % \[–\]
+    pub interval: [f64; 2],
+    /// Data points inside the slack
+    pub rows: usize,
+    /// False where the data points without stress decided
+    pub asked: bool,
+}
+
+/// Data points inside the slack that show it, and their stress over the one without slack
+const ROWS: usize = 2;
+const PART: f64 = 0.25;
+const STEPS: usize = 60;
+/// Fall of the sum of squares, relative, that ends the search
+const FLAT: f64 = 1e-13;
+
+/// Offsets of the curves of these data points, found with the constants.
+pub fn search(setting: &LawSetting, rows: &[Sample], mut offsets: Vec<Offset>) -> Result<Vec<Offset>, FitError> {
+    let fit = |offsets: &[Offset], near: Option<&LawFit>| {
+        let setting = LawSetting { slack: offsets.to_vec(), ..setting.clone() };
+        let samples = removed(rows, offsets);
+        let found = constants(&setting, &samples, near)?;
+        let square = residual(&setting, &samples, &found).norm_squared();
+        Ok::<_, FitError>((setting, samples, found, square))
+    };
+    let (mut own, mut samples, mut found, mut square) = fit(&offsets, None)?;
+    let p = found.values.len();
+    for _ in 0..STEPS {
+        let j = jacobian(&own, &samples, &found);
+        let length: Vec<f64> = j.column_iter().map(|c| c.norm()).map(|l| if l > 0.0 { l } else { 1.0 }).collect();
+        let scaled = nalgebra::DMatrix::from_fn(j.nrows(), j.ncols(), |i, k| j[(i, k)] / length[k]);
+        let svd = scaled.svd(true, true);
+        let Ok(step) = svd.solve(&residual(&own, &samples, &found), 1e-9 * svd.singular_values.max()) else { break };
+        let moved = |t: f64| {
+            let next: Vec<Offset> = (offsets.iter().enumerate())
+                .map(|(k, o)| Offset { strain: o.strain + t * step[p + k] / length[p + k], ..*o })
+                .collect();
+            fit(&next, Some(&found)).ok().map(|f| (next, f)).filter(|(_, f)| f.3 < square)
+        };
+        let Some((next, lower)) = (0..14).find_map(|k| moved(0.5_f64.powi(k))) else { break };
+        let still = lower.3 > square * (1.0 - FLAT);
+        offsets = next;
+        (own, samples, found, square) = lower;
+        if still {
+            break;
+        }
+    }
+    Ok(offsets)
+}
+
+/// Strain offsets that a fit takes, and how they compare with none.
+pub struct Found {
+    /// Empty where none is fitted
+    pub offsets: Vec<Offset>,
+    /// Largest offset that is significant and was not fitted, with the constants that go with it
+    pub hint: Option<(Offset, Vec<Estimate>)>,
+}
+
+/// `rows`: the fitted data points as measured.
+pub fn find(setting: &LawSetting, rows: &[Sample], choice: SlackChoice) -> Result<Found, FitError> {
+    let nothing = Found { offsets: vec![], hint: None };
+    let biaxial = rows.iter().any(|s| s.mode == Mode::Biaxial);
+    let mut curves: Vec<Offset> = Vec::new();
+    for s in rows {
+        if !curves.iter().any(|o| o.is_of(s)) {
+            let side: f64 = rows
+                .iter()
+                .filter(|o| o.specimen == s.specimen && o.mode == s.mode)
+                .map(|o| s.mode.strain(o.stretch))
+                .sum();
+            curves.push(Offset { specimen: s.specimen, mode: s.mode, strain: 0.0, side: side.signum() });
+        }
+    }
+    let few = rows.len() < setting.model.parameters().len() + curves.len() + 2;
+    if choice == SlackChoice::No || (choice == SlackChoice::Auto && (biaxial || few)) {
+        return Ok(nothing);
+    }
+    if biaxial || few {
+        return Err(FitError::Slack {
+            reason: if biaxial {
+                "a biaxial test has two strains, and no single offset"
+            } else {
+                "there are too few data points for it"
+            },
+        });
+    }
+    if choice == SlackChoice::Yes {
+        return Ok(Found { offsets: search(setting, rows, curves)?, hint: None });
+    }
+    if !may_matter(setting, rows, &curves)? {
+        return Ok(nothing);
+    }
+    let Ok(offsets) = search(setting, rows, curves) else { return Ok(nothing) };
+    let (values, estimates) = judged(setting, rows, &offsets)?;
+    let shows = |o: &&Offset| {
+        let inside: Vec<&Sample> =
+            rows.iter().filter(|s| o.is_of(s) && o.shifted(s, o.strain).stretch == 1.0).collect();
+        let measured: f64 = inside.iter().map(|s| s.stress.abs()).sum();
+        let without: f64 = inside.iter().map(|s| setting.model.at(&values, s).abs()).sum();
+        inside.iter().filter(|s| o.side * s.mode.strain(s.stretch) > 0.0).count() >= ROWS && measured < PART * without
+    };
+    let significant = |(e, sigma): &(Estimate, f64)| e.value.abs() > *sigma;
+    let pairs = || offsets.iter().zip(&estimates).filter(|(_, e)| significant(e)).map(|(o, _)| o);
+    let taken: Vec<Offset> = pairs().filter(shows).map(|o| Offset { strain: 0.0, ..*o }).collect();
+    if !taken.is_empty() {
+        return Ok(Found { offsets: search(setting, rows, taken)?, hint: None });
+    }
+    let Some(largest) = pairs().max_by(|a, b| a.strain.abs().total_cmp(&b.strain.abs())) else { return Ok(nothing) };
+    let own = LawSetting { slack: offsets.clone(), ..setting.clone() };
+    let constants = solve(&own, &removed(rows, &offsets), None)?.identified.estimates;
+    Ok(Found { offsets: vec![], hint: Some((*largest, constants)) })
+}
+
+/// Whether a first step from zero moves an offset by more than chance at 1 % would (a test by the score, without another fit).
+fn may_matter(setting: &LawSetting, rows: &[Sample], curves: &[Offset]) -> Result<bool, FitError> {
+    let own = LawSetting { slack: curves.to_vec(), ..setting.clone() };
+    let found = solve(&own, rows, None)?;
+    let p = found.values.len();
+    let j = jacobian(&own, rows, &found);
+    let length: Vec<f64> = j.column_iter().map(|c| c.norm()).map(|l| if l > 0.0 { l } else { 1.0 }).collect();
+    let scaled = nalgebra::DMatrix::from_fn(j.nrows(), j.ncols(), |i, k| j[(i, k)] / length[k]);
+    let all = residual(&own, rows, &found);
+    let svd = scaled.clone().svd(true, true);
+    let Ok(step) = svd.solve(&all, 1e-9 * svd.singular_values.max()) else { return Ok(false) };
+    let errors = errors::of(&j, &(all - scaled * &step), rows, false);
+    // A step is not the whole way, and leaves more in the residual than the offset would: half of the bound
+    let limit = 0.5 * statistics::t_quantile(0.99, errors.free.max(1));
+    Ok((p..j.ncols()).any(|k| (step[k] / length[k]).abs() > limit * errors.deviations[k]))
+}
+
+/// Constants, and offsets with the bounds of their test.
+type Judged = (Vec<f64>, Vec<(Estimate, f64)>);
+
+/// Constants, and each offset with the smallest size that would be significant at 1 %.
+fn judged(setting: &LawSetting, rows: &[Sample], offsets: &[Offset]) -> Result<Judged, FitError> {
+    let own = LawSetting { slack: offsets.to_vec(), ..setting.clone() };
+    let found = solve(&own, &removed(rows, offsets), None)?;
+    let limit = |e: &Estimate| e.std_error * statistics::t_quantile(0.99, found.errors.free.max(1));
+    Ok((found.values, found.offsets.iter().map(|e| (e.clone(), limit(e))).collect()))
+}
