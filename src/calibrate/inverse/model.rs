@@ -15,9 +15,6 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Steps from the one that reaches the last data point on, which its interpolation takes.
-const STEPS_AFTER: usize = 2;
-
 /// A scene whose constants are varied.
 pub struct SceneModel {
     pub file: PathBuf,
@@ -99,8 +96,8 @@ impl SceneModel {
         Scene::build(&self.file, spec, self.text.clone(), self.body.clone()).map_err(|e| Failure::Input(e.into()))
     }
 
-    /// Runs the scene with these constants \[SI\], up to the second step after the last data point: what the protocol does then needs no
-    /// solution. `watch` is called after each step, false stops.
+    /// Runs the scene with these constants \[SI\], up to the step that reaches the last data point: what the protocol does then
+    /// needs no solution. `watch` is called after each step, false stops.
     pub fn answer(
         &self,
         values: &[f64],
@@ -112,10 +109,10 @@ impl SceneModel {
         let begin = Instant::now();
         let recorder = SensitivityRecorder::new(&scene, &constants).map_err(|e| Failure::Input(e.into()))?;
         let last = self.last(&scene, measured).map_err(Failure::Input)?;
-        let mut after = 0;
+        let mut is_enough = false;
         let mut on_row = |row: &[f64]| {
-            after += usize::from(row[0] >= last);
-            after < STEPS_AFTER
+            is_enough = row[0] >= last;
+            !is_enough
         };
         let options = RunOptions {
             on_progress: Some(watch),
@@ -140,7 +137,7 @@ impl SceneModel {
         let forward = begin.elapsed().as_secs_f64() - gradient;
         match (&run.status, sensitivities.stopped) {
             (Status::Converged, None) => {}
-            (Status::Interrupted { .. }, None) if after >= STEPS_AFTER => {}
+            (Status::Interrupted { .. }, None) if is_enough => {}
             (Status::Interrupted { .. }, _) => return Err(Failure::Interrupted),
             (Status::Converged, Some((t, why))) => {
                 return Err(Failure::Run(Status::StepTooSmall { t, why, by_force: false }));
