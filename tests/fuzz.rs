@@ -6,7 +6,8 @@
 mod common;
 
 use common::scene;
-use durometer::calibrate::{ColumnChoice, Experiment, Mode, read_law_file};
+use durometer::calibrate::{ColumnChoice, Experiment, Mode, Preparation, read_law_file};
+use durometer::material::keywords::{Program, read, write};
 use durometer::math::formula::Formula;
 use durometer::math::random::SplitMix;
 use durometer::math::units;
@@ -289,11 +290,14 @@ fn texts<'a>(scene: &'a Scene, at: &'a Path) -> Vec<Target<'a>> {
         target(
             "table of a test",
             "a.csv",
-            files(&["data/treloar-1944/treloar-1944.csv", "data/synthetic-dumbbell/pull.csv"]),
+            [files(&["data/treloar-1944/treloar-1944.csv", "data/synthetic-dumbbell/pull.csv"]), lines(&TABLES)]
+                .concat(),
             Box::new(|p| {
-                drop(Experiment::read(p, None, &ColumnChoice::default(), Some(Mode::Uniaxial)));
+                let read = Experiment::read(p, None, &ColumnChoice::default(), Some(Mode::Uniaxial));
+                drop(read.and_then(|e| e.prepare(&Preparation::default())));
             }),
         ),
+        target("law of another program", "rubber.inp", lines(&KEYWORDS), Box::new(foreign)),
         target(
             "table of a signal",
             "way.csv",
@@ -348,6 +352,31 @@ fn sweeps() -> Vec<Vec<u8>> {
                  label = \"modulus\"\nsymbol = \"E\"\nunit = \"kPa\"\nvalues = [\"50 kPa\", \"100 kPa\"]\n[[variant]]\nname = \"v\"\n\
                  quantity = [{ name = \"xmax_reaction_x_N\", label = \"force\", symbol = \"F\", unit = \"N\" }]\n";
     vec![sweep.as_bytes().to_vec()]
+}
+
+/// Small tests as machines write them: one stress against stretch, raw columns with times, decimal commas, two specimens.
+const TABLES: [&str; 4] = [
+    "stretch,stress [MPa]\n1,0\n1.1,0.05\n1.2,0.09\n1.3,0.13\n1.4,0.16\n1.5,0.18\n1.6,0.2\n",
+    "Width;6;mm\nThickness;3;mm\nTime (s);Tensile strain (Strain 1) [%];Load (N)\n0;0;0\n1;10;0.9\n2;20;1.6\n3;30;2.3\n4;40;2.8\n5;50;3.2\n6;60;3.6\n",
+    "Dehnung;Spannung\n%;N/mm2\n0;0\n10;0,05\n20;0,09\n30;0,13\n40;0,16\n50;0,18\n60;0,2\n",
+    "Specimen,stretch,stress (kPa)\nA,1.1,50\nA,1.2,90\nA,1.3,130\nA,1.4,160\nA,1.5,180\nB,1.1,51\nB,1.2,92\nB,1.3,129\nB,1.4,163\nB,1.5,183\n",
+];
+
+const KEYWORDS: [&str; 4] = [
+    "*MATERIAL, NAME=A\n*HYPERELASTIC, OGDEN, N=2\n1e-1, 2.0, 3e-2, -2.0, 1e-3, 0\n*STEP\n",
+    "TB,HYPER,1,1,3,YEOH\nTBDATA,1,1e-1,-2e-3,1e-4,1e-3\n",
+    "<material id=\"1\" type=\"Ogden\"><c1>0.1</c1><m1>2</m1><k>10</k><pressure_model>2</pressure_model></material>",
+    "<TetrahedronHyperelasticityFEMForceField materialName=\"MooneyRivlin\" ParameterSet=\"0.1 0.02 10\"/>",
+];
+
+/// Laws in the input of other programs.
+fn foreign(path: &Path) {
+    let text = text(path);
+    for program in Program::ALL {
+        if let Ok(energy) = read(&text, program, "MPa") {
+            drop(write(&energy, program, "kPa", &[]));
+        }
+    }
 }
 
 #[test]

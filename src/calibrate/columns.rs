@@ -3,8 +3,28 @@
 use super::names::{self, Ranked, SURE, StrainKind, StressKind};
 use super::table::{Decimal, Line, is_number};
 use super::{Dimensions, FitError, Mode};
-use crate::math::units::{self, Dimension};
+use crate::math::units::Dimension;
 use serde::{Deserialize, Serialize};
+use std::str::FromStr;
+
+/// The load that counts as positive. The program counts tension.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Sign {
+    Tension,
+    Compression,
+}
+
+impl FromStr for Sign {
+    type Err = String;
+    fn from_str(word: &str) -> Result<Self, String> {
+        match word {
+            "tension" => Ok(Self::Tension),
+            "compression" => Ok(Self::Compression),
+            _ => Err(format!("\"{word}\" is not a sign; known: tension, compression")),
+        }
+    }
+}
 
 /// Statements of a card or the user on a table; a field that is `None` is detected.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -23,6 +43,10 @@ pub struct ColumnChoice {
     pub mode: Option<String>,
     pub time: Option<String>,
     pub decimal: Option<Decimal>,
+    /// Which of several tests that stand side by side, counted from 1
+    pub test: Option<usize>,
+    /// The load whose strain and stress the table counts as positive
+    pub positive: Option<Sign>,
     /// Of the test piece; a card has them under `[specimen]`
     #[serde(skip)]
     pub dimensions: Dimensions,
@@ -47,6 +71,8 @@ impl ColumnChoice {
             mode: text(&self.mode, &other.mode),
             time: text(&self.time, &other.time),
             decimal: self.decimal.or(other.decimal),
+            test: self.test.or(other.test),
+            positive: self.positive.or(other.positive),
             dimensions: self.dimensions.or(other.dimensions),
             strain_measurement: text(&self.strain_measurement, &other.strain_measurement),
         }
@@ -72,6 +98,8 @@ pub struct Columns {
     pub axes: Vec<(Column<StrainKind>, Column<StressKind>)>,
     pub mode: Option<usize>,
     pub time: Option<usize>,
+    /// Tells specimens apart
+    pub specimen: Option<usize>,
     /// \[m\], \[N\]: for who needs what the machine recorded
     pub displacement: Option<(usize, f64)>,
     pub force: Option<(usize, f64)>,
@@ -93,8 +121,11 @@ fn best<K>(cells: &[String], rank: fn(&str) -> Ranked<K>) -> Vec<usize> {
     if top == 0 { Vec::new() } else { (0..cells.len()).filter(|&i| ranks[i] == top).collect() }
 }
 
+/// Columns with this name; `#3` is the third one.
 fn named(cells: &[String], name: &str) -> Vec<usize> {
-    (0..cells.len()).filter(|&i| cells[i].eq_ignore_ascii_case(name.trim())).collect()
+    let found: Vec<usize> = (0..cells.len()).filter(|&i| cells[i].eq_ignore_ascii_case(name.trim())).collect();
+    let number = || name.trim().strip_prefix('#')?.parse::<usize>().ok()?.checked_sub(1).filter(|i| *i < cells.len());
+    if found.is_empty() { number().into_iter().collect() } else { found }
 }
 
 fn candidates(cells: &[String], choice: &ColumnChoice) -> (Vec<usize>, Vec<usize>) {
@@ -102,20 +133,31 @@ fn candidates(cells: &[String], choice: &ColumnChoice) -> (Vec<usize>, Vec<usize
     (pick(&choice.strain, best(cells, names::strain)), pick(&choice.stress, best(cells, names::stress)))
 }
 
-/// The line that names both columns: the first one with numbers below, else the first one.
-pub fn find_header(lines: &[Line], choice: &ColumnChoice) -> Option<usize> {
-    let is_header = |line: &Line| {
-        let (strain, stress) = candidates(&line.cells, choice);
-        strain.iter().any(|s| stress.iter().any(|t| s != t))
-    };
-    let found = || (0..lines.len()).filter(|k| is_header(&lines[*k]));
+/// True of a line that names a column of strain and another one of stress.
+pub fn is_header(cells: &[String], choice: &ColumnChoice) -> bool {
+    let (strain, stress) = candidates(cells, choice);
+    strain.iter().any(|s| stress.iter().any(|t| s != t))
+}
+
+/// The first line that names both columns, and whether there are numbers below; one with numbers below is preferred.
+pub fn find_header(lines: &[Line], choice: &ColumnChoice) -> Option<(usize, bool)> {
+    let found = || (0..lines.len()).filter(|k| is_header(&lines[*k].cells, choice));
     let has_numbers = |l: &Line| l.cells.iter().filter(|c| is_number(c)).count() >= 2;
-    // A line of units may follow
+    // Lines of units may follow
     let above_numbers = |k: &usize| {
-        let units = with_units(&lines[*k], lines.get(k + 1)).1;
-        lines.get(k + 1 + usize::from(units)).is_some_and(has_numbers)
+        let below = below_names(lines, *k);
+        lines.get(below).is_some_and(has_numbers)
     };
-    found().find(above_numbers).or_else(|| found().next())
+    found().find(above_numbers).map(|k| (k, true)).or_else(|| found().next().map(|k| (k, false)))
+}
+
+/// The first line below the names in line `at` that is neither empty nor of units.
+pub fn below_names(lines: &[Line], at: usize) -> usize {
+    let mut below = at + 1;
+    while lines.get(below).is_some_and(|l| l.is_empty()) {
+        below += 1;
+    }
+    if with_units(&lines[at], lines.get(below)).1 { below + 1 } else { below }
 }
 
 /// Names with the units of a line of units below, and whether there is one.
@@ -134,9 +176,11 @@ pub fn with_units(names: &Line, below: Option<&Line>) -> (Line, bool) {
 
 /// Reads a header line. `mode` of every row, where it is known.
 pub fn resolve(file: &str, header: &Line, choice: &ColumnChoice, mode: Option<Mode>) -> Result<Columns, FitError> {
-    let cells = &header.cells;
-    let (strain, stress) = candidates(cells, choice);
+    let mut notes = Vec::new();
     let directions = if mode == Some(Mode::Biaxial) { 2 } else { 1 };
+    let own = if directions == 1 { of_one_test(file, &header.cells, choice, &mut notes)? } else { None };
+    let cells = own.as_ref().unwrap_or(&header.cells);
+    let (strain, stress) = candidates(cells, choice);
     let pick = |found: Vec<usize>, second: &Option<String>, what: &'static str, flag: &'static str| {
         let found = match second {
             Some(name) if directions == 2 => found.into_iter().take(1).chain(named(cells, name)).collect(),
@@ -145,7 +189,7 @@ pub fn resolve(file: &str, header: &Line, choice: &ColumnChoice, mode: Option<Mo
         if found.len() == directions {
             return Ok(found);
         }
-        let candidates = found.iter().map(|&i| format!("\"{}\"", cells[i])).collect();
+        let candidates = found.iter().map(|&i| numbered(cells, i)).collect();
         Err(match directions {
             1 => FitError::AmbiguousColumn { file: file.into(), what, flag, candidates },
             _ => FitError::TwoColumns { file: file.into(), what, flag, candidates },
@@ -153,7 +197,6 @@ pub fn resolve(file: &str, header: &Line, choice: &ColumnChoice, mode: Option<Mo
     };
     let strains = pick(strain, &choice.strain_2, "stretch, strain or displacement", "strain-column")?;
     let stresses = pick(stress, &choice.stress_2, "stress or force", "stress-column")?;
-    let mut notes = Vec::new();
     let mut axes = Vec::new();
     for (e, p) in strains.into_iter().zip(stresses) {
         axes.push((
@@ -176,7 +219,7 @@ pub fn resolve(file: &str, header: &Line, choice: &ColumnChoice, mode: Option<Mo
         None => (0..cells.len()).find(|&i| names::is_time(&cells[i])),
     };
     let raw = |dimension: Dimension, is: &dyn Fn(&str) -> bool| {
-        let factor = |i: usize| units::parse(&format!("1 {}", names::unit(&cells[i])?), dimension).ok();
+        let factor = |i: usize| names::factor(&names::unit(&cells[i])?, dimension);
         (0..cells.len()).filter(|i| is(&cells[*i])).find_map(|i| Some((i, factor(i)?)))
     };
     let own = |is_raw: bool, at: usize, factor: f64| is_raw.then_some((at, factor));
@@ -185,7 +228,66 @@ pub fn resolve(file: &str, header: &Line, choice: &ColumnChoice, mode: Option<Mo
         .or_else(|| raw(Dimension::LENGTH, &|n| names::strain(n).is_some_and(|r| r.1 == StrainKind::Displacement)));
     let force = own(p.kind == StressKind::Force, p.at, p.factor)
         .or_else(|| raw(Dimension::FORCE, &|n| names::stress(n).is_some_and(|r| r.1 == StressKind::Force)));
-    Ok(Columns { displacement, force, axes, mode, time, notes })
+    let specimen = (0..cells.len()).find(|&i| names::is_specimen(&cells[i]));
+    Ok(Columns { displacement, force, axes, mode, time, specimen, notes })
+}
+
+/// A name with its place, `"Load (N)" (#3)`.
+fn numbered(cells: &[String], i: usize) -> String {
+    format!("\"{}\" (#{})", cells[i], i + 1)
+}
+
+/// Names of one of several tests side by side, with those of the others made empty; `None` where the table has one test.
+///
+/// k columns of strain and k of stress are k tests where each pair is before the next one. The columns of a test are as many as from one
+/// column of strain to the next; columns before the first test belong to all.
+fn of_one_test(
+    file: &str,
+    cells: &[String],
+    choice: &ColumnChoice,
+    notes: &mut Vec<String>,
+) -> Result<Option<Vec<String>>, FitError> {
+    let (strain, stress) = candidates(cells, choice);
+    let (strains, stresses) = candidates(cells, &ColumnChoice::default());
+    let pairs: Vec<[usize; 2]> = strains.iter().zip(&stresses).map(|(e, p)| [*e.min(p), *e.max(p)]).collect();
+    let several = pairs.len() > 1 && strains.len() == stresses.len() && pairs.windows(2).all(|w| w[0][1] < w[1][0]);
+    if !several {
+        return match choice.test {
+            Some(asked) if asked != 1 => Err(FitError::NoTest { file: file.into(), asked, found: 1 }),
+            _ => Ok(None),
+        };
+    }
+    if choice.test.is_none() && strain.len() == 1 && stress.len() == 1 {
+        return Ok(None);
+    }
+    // The name of one column chooses the test, too
+    let stated = match (&strain[..], &stress[..]) {
+        ([one], _) | (_, [one]) => pairs.iter().position(|p| p.contains(one)),
+        _ => None,
+    };
+    let Some(test) = choice.test.map(|n| n - 1).or(stated) else {
+        let tests =
+            pairs.iter().map(|[a, b]| format!("{} with {}", numbered(cells, *a), numbered(cells, *b))).collect();
+        return Err(FitError::SideBySide { file: file.into(), tests });
+    };
+    let Some([from, to]) = pairs.get(test) else {
+        return Err(FitError::NoTest { file: file.into(), asked: test + 1, found: pairs.len() });
+    };
+    let period = pairs[1][0] - pairs[0][0];
+    let lead = pairs[0][0].min(period.saturating_sub(1 + pairs[0][1] - pairs[0][0]));
+    let common = ..pairs[0][0] - lead;
+    let own = from - lead..(from - lead + period).max(to + 1);
+    notes.push(format!(
+        "{} tests stand side by side; number {} is read, {} with {}",
+        pairs.len(),
+        test + 1,
+        numbered(cells, *from),
+        numbered(cells, *to)
+    ));
+    let keep = |(i, name): (usize, &String)| {
+        if common.contains(&i) || own.contains(&i) { name.clone() } else { String::new() }
+    };
+    Ok(Some(cells.iter().enumerate().map(keep).collect()))
 }
 
 fn strain_column(
@@ -206,17 +308,31 @@ fn strain_column(
         }
         (None, None) => return Err(FitError::StrainKind { file: file.into(), column: name }),
     };
-    let stated = choice.strain_unit.clone().or_else(|| names::unit(&name));
+    let own = names::unit(&name);
+    contradiction(notes, &name, own.as_ref(), choice.strain_unit.as_ref());
+    if let (Some(kind), Some((_, own))) = (choice.strain_kind, names::strain(&name))
+        && kind != own
+    {
+        notes.push(format!(
+            "column \"{name}\" is read as {} as requested, its name says {}",
+            kind.words(),
+            own.words()
+        ));
+    }
+    let stated = choice.strain_unit.clone().or(own);
     let (factor, wanted, example) = match (kind, &stated) {
         (StrainKind::Displacement, None) => {
             return Err(FitError::NoUnit { file: file.into(), column: name, flag: "strain-unit", example: "mm" });
         }
         (StrainKind::Displacement, Some(u)) => {
-            (units::parse(&format!("1 {u}"), Dimension::LENGTH).ok(), "m, cm, mm, um, in", "displacement (mm)")
+            (names::factor(u, Dimension::LENGTH), "m, cm, mm, um, in", "displacement (mm)")
         }
         (_, u) => (names::strain_factor(u.as_deref().unwrap_or("1")), "1, mm/mm, %", "strain (%)"),
     };
     let (unit, stated) = (stated.clone().unwrap_or_else(|| "1".into()), stated.is_some());
+    if !stated && factor.is_some() && kind != StrainKind::Stretch {
+        notes.push(format!("column \"{name}\" has no unit and is read in fractions: 0.5 is 50 %"));
+    }
     match factor {
         Some(factor) => Ok(Column { at, name, kind, unit, stated, factor }),
         None => {
@@ -236,6 +352,15 @@ fn stress_column(
     let name = cells[at].clone();
     let (rank, kind) = names::stress(&name).unwrap_or((0, StressKind::Nominal));
     let kind = choice.stress_kind.unwrap_or(kind);
+    if let (Some(asked), Some((_, own))) = (choice.stress_kind, names::stress(&name))
+        && asked != own
+    {
+        notes.push(format!(
+            "column \"{name}\" is read as {} as requested, its name says {}",
+            asked.words(),
+            own.words()
+        ));
+    }
     if choice.stress_kind.is_none() && kind == StressKind::Nominal && rank < SURE {
         notes.push(format!("column \"{name}\" is taken as nominal stress (force over undeformed area)"));
     }
@@ -247,15 +372,22 @@ fn stress_column(
     let Some(unit) = choice.stress_unit.clone().or_else(|| stated.clone()) else {
         return Err(FitError::NoUnit { file: file.into(), column: name, flag: "stress-unit", example: one });
     };
-    if let Some(stated) = stated.filter(|s| *s != unit) {
-        notes.push(format!("column \"{name}\" is read in {unit} as requested, its name says {stated}"));
-    }
-    match units::parse(&format!("1 {unit}"), dimension) {
-        Ok(factor) => Ok(Column { at, name, kind, unit, stated: true, factor }),
-        Err(_) => {
+    contradiction(notes, &name, stated.as_ref(), choice.stress_unit.as_ref());
+    match names::factor(&unit, dimension) {
+        Some(factor) => Ok(Column { at, name, kind, unit: names::spelled(&unit), stated: true, factor }),
+        None => {
             let flag = "stress-unit";
             Err(FitError::Unit { file: file.into(), column: name, unit, wanted, example, flag })
         }
+    }
+}
+
+/// Notes a unit that was requested against the one in the name: the request counts.
+fn contradiction(notes: &mut Vec<String>, name: &str, own: Option<&String>, asked: Option<&String>) {
+    if let (Some(own), Some(asked)) = (own, asked)
+        && own != asked
+    {
+        notes.push(format!("column \"{name}\" is read in {asked} as requested, its name says {own}"));
     }
 }
 

@@ -96,6 +96,13 @@ pub fn branches(samples: &[&Sample]) -> Vec<Branch> {
     found
 }
 
+/// Lines in which the stretch goes back from its extreme to the beginning within one row, which no machine does.
+pub fn jumps(samples: &[Sample]) -> Vec<u64> {
+    let a = |s: &Sample| s.stretch.ln().abs();
+    let largest = samples.iter().map(a).fold(0.0, f64::max);
+    samples.windows(2).filter(|w| a(&w[0]) - a(&w[1]) > 0.5 * largest).map(|w| w[1].line).collect()
+}
+
 /// Rows of each loading; `None` where the rows are one loading, or in no order.
 pub fn loadings(samples: &[&Sample]) -> Option<Vec<Range<usize>>> {
     let long: Vec<Branch> = branches(samples).into_iter().filter(|b| b.rows.len() >= LEAST).collect();

@@ -80,18 +80,33 @@ impl Dimensions {
                 () if is(&["thickness", "dicke"]) => "thickness",
                 () if is(&["width", "breite"]) => "width",
                 () if is(&["diameter", "durchmesser"]) => "diameter",
-                () if is(&["gauge length", "specimen length", "messlänge", "einspannlänge"]) => "gauge_length",
+                () if is(&["gauge length", "gage length", "specimen length", "messlänge", "einspannlänge"]) => {
+                    "gauge_length"
+                }
                 () if is(&["cross-section", "cross section", "querschnitt"]) => "area",
                 () => continue,
             };
-            let text = names::unit(name).map_or_else(|| value.clone(), |u| format!("{value} {u}"));
+            let text = names::unit(name).map_or_else(|| value.clone(), |u| format!("{value} {}", names::spelled(&u)));
             let mut one = Self::default();
-            if one.set(key, &text).is_ok() {
+            if one.set(key, &text).is_ok() || one.set(key, &text.replace(',', ".")).is_ok() {
                 let slot = found.slot(key).expect("a key of the list");
                 *slot = slot.or(*one.slot(key).expect("a key of the list"));
             }
         }
         found
+    }
+
+    /// Dimensions that others give differently by more than 0.1 %: key, this value and theirs as text.
+    pub fn contradictions(self, other: Self) -> Vec<(&'static str, String, String)> {
+        let (mut own, mut theirs) = (self, other);
+        let one = |(key, dimension): (&'static str, Dimension)| {
+            let (a, b) = ((*own.slot(key)?)?, (*theirs.slot(key)?)?);
+            let text = |x: f64| {
+                if dimension == Dimension::AREA { format!("{:.6} mm²", 1e6 * x) } else { format!("{:.6} mm", 1e3 * x) }
+            };
+            ((a / b - 1.0).abs() > 1e-3).then(|| (key, text(a), text(b)))
+        };
+        Self::KEYS.into_iter().filter_map(one).collect()
     }
 
     fn has_section(&self) -> bool {

@@ -7,6 +7,11 @@ fn list<T: std::fmt::Display>(items: &[T]) -> String {
     items.iter().map(T::to_string).collect::<Vec<_>>().join(", ")
 }
 
+fn lines(numbers: &[u64]) -> String {
+    let more = if numbers.len() > 8 { format!(" and {} more", numbers.len() - 8) } else { String::new() };
+    format!("line {}{more}", list(&numbers[..numbers.len().min(8)]))
+}
+
 #[derive(Debug, thiserror::Error)]
 pub enum FitError {
     #[error("--slack yes: {reason}; pass --slack no")]
@@ -23,7 +28,10 @@ pub enum FitError {
         list(found)
     )]
     Columns { file: String, missing: String, found: Vec<String> },
-    #[error("{file}: {what} may be any of: {}; name the right one with --{flag}", list(candidates))]
+    #[error(
+        "{file}: {what} may be any of: {}; name the right one with --{flag}, by its name or by its number such as \"#2\"",
+        list(candidates)
+    )]
     AmbiguousColumn { file: String, what: &'static str, flag: &'static str, candidates: Vec<String> },
     #[error(
         "{file}: column \"{column}\" is neither stretch nor engineering strain by its name; say which with --strain-kind stretch, engineering, true or displacement"
@@ -31,6 +39,46 @@ pub enum FitError {
     StrainKind { file: String, column: String },
     #[error("{file}: column \"{column}\" has no unit; pass --{flag}, for example --{flag} {example}")]
     NoUnit { file: String, column: String, flag: &'static str, example: &'static str },
+    #[error(
+        "{file}: {} tests stand side by side ({}); choose one with --test 1 to --test {}",
+        tests.len(), list(tests), tests.len()
+    )]
+    SideBySide { file: String, tests: Vec<String> },
+    #[error("{file}: --test {asked} asks for a test that is not there: {found} stand side by side")]
+    NoTest { file: String, asked: usize, found: usize },
+    #[error("{file}: {what}, not a text table; export the data as CSV or as text with delimiters")]
+    NotText { file: String, what: String },
+    #[error(
+        "{file}: a quotation mark in line {line} or above is not closed, so lines run together; remove it or export the table again"
+    )]
+    Quote { file: String, line: u64 },
+    #[error(
+        "{file}: the decimal mark is a {decimal}, but \"{cell}\" has the other one; write all numbers with one mark, or pass --decimal to leave \
+         out the others"
+    )]
+    TwoDecimals { file: String, cell: String, decimal: &'static str },
+    #[error("{file}: column \"{column}\" {fact}: {remedy}")]
+    Meaning { file: String, column: String, fact: String, remedy: String },
+    #[error(
+        "{file}: the header speaks of compression (\"{said}\"), but every data point is in tension; pass --positive compression where the \
+         machine counts it as positive, or --positive tension"
+    )]
+    Compression { file: String, said: String },
+    #[error(
+        "{file}: line {line} names columns of strain and stress again, and differently; divide the file into one table for each specimen"
+    )]
+    OtherNames { file: String, line: u64 },
+    #[error(
+        "{file}: the table of line {line} has other dimensions of the test piece than the first one; divide the file into one table for each \
+         specimen"
+    )]
+    OtherDimensions { file: String, line: u64 },
+    #[error(
+        "{file}: time and stretch start again in {}: the file holds several tests; divide it, add a column \"specimen\", or choose a \
+         loading with --cycle",
+        lines(restarts)
+    )]
+    Restarts { file: String, restarts: Vec<u64> },
     #[error(
         "{file}: a biaxial test needs two columns of {what}, found: {}; name them with --{flag} and --{flag}-2",
         list(candidates)
@@ -140,4 +188,6 @@ pub enum FitError {
     ShortSpecimen { file: String, rows: usize },
     #[error("{}: {message}", path.display())]
     LawFile { path: PathBuf, message: String },
+    #[error("{}: holds no law file of a law that can be fitted; give a folder with law files as `durometer fit` writes them", path.display())]
+    NoLaws { path: PathBuf },
 }

@@ -2,10 +2,11 @@
 
 use super::columns::{self, Columns};
 use super::intake::{self, Conversion};
+use super::parts::{self, Whole};
 use super::table::{self, Decimal, Line};
 use super::{
     Alternative, Audit, AuditEntry, AuditKind, Card, ColumnChoice, Dimensions, FitError, Mode, RawRow, Sample,
-    Treatment, unusual,
+    Treatment, meaning, unusual,
 };
 use crate::storage::{self, DATA_LIMIT};
 use std::path::{Path, PathBuf};
@@ -15,7 +16,7 @@ use std::path::{Path, PathBuf};
 pub struct Experiment {
     /// File name without its folder; of several specimens all names
     pub file: String,
-    /// File name of each specimen
+    /// File name of each specimen, with its name where one file holds several
     pub specimens: Vec<String>,
     /// SHA-256 of the bytes of the file, hexadecimal
     pub sha256: String,
@@ -54,33 +55,51 @@ impl Experiment {
     ) -> Result<Self, FitError> {
         let mut audit = Audit::default();
         let choice = card.as_ref().map_or(Ok::<_, FitError>(choice.clone()), |c| Ok(choice.or(&c.choice()?)))?;
-        let (text, replaced) = table::decode(bytes);
-        if replaced {
-            audit.add(AuditKind::Intake, "the file is not UTF-8; unreadable characters were replaced", vec![]);
+        let not_text = |what| FitError::NotText { file: file.into(), what };
+        let (text, encoding) = table::decode(bytes).map_err(not_text)?;
+        if let Some(encoding) = encoding {
+            audit.add(AuditKind::Intake, format!("the file is not UTF-8; it was read as {encoding}"), vec![]);
         }
         let (delimiter, lines, at) = find_header(file, &text, &choice)?;
-        let header: Vec<_> = lines[..at].iter().map(|l| pair(&l.cells)).collect();
-        let (names, has_units) = columns::with_units(&lines[at], lines.get(at + 1));
-        let body = &lines[at + 1 + usize::from(has_units)..];
+        intake::check_quotes(file, &lines[at..])?;
+        let header: Vec<_> = lines[..at].iter().map(|l| parts::pair(&l.cells)).collect();
+        let below = columns::below_names(&lines, at);
+        let (names, _) = columns::with_units(&lines[at], (below > at + 1).then(|| &lines[below - 1]));
+        let body = &lines[below..];
         let asked = mode.or(card.as_ref().and_then(|c| c.mode));
-        let columns = columns::resolve(file, &names, &choice, asked)?;
+        let mut columns = columns::resolve(file, &names, &choice, asked)?;
         let decimal = decimal_mark(file, body, &columns, &choice, delimiter)?;
         intake::check_cells(file, &names, body, delimiter, decimal)?;
+        meaning::turn_compression(&mut columns, body, decimal, &choice);
         log_intake(&mut audit, &names, delimiter, decimal, &columns);
         let mode = whole_file_mode(&columns, mode, card.as_ref(), &header, &mut audit);
-        let dimensions = choice.dimensions.or(Dimensions::of_header(&header));
+        let of_header = Dimensions::of_header(&header);
+        for (key, asked, own) in choice.dimensions.contradictions(of_header) {
+            let message = format!("{key} = {asked} as requested or by the card, the header says {own}");
+            audit.add(AuditKind::Intake, message, vec![]);
+        }
+        let dimensions = choice.dimensions.or(of_header);
         let conversion = Conversion::new(file, &columns, dimensions, &mut audit)?;
-        let (samples, raw) = intake::read_rows(file, body, &conversion, decimal, mode, &mut audit)?;
-        intake::check_percent(file, &columns, &samples)?;
+        let whole = Whole { file, names: &lines[at], body, columns: &columns, decimal, dimensions: of_header };
+        let parts = whole.divide(&mut audit)?;
+        let mut read = intake::Table::default();
+        for (k, part) in parts.iter().enumerate() {
+            read.read(file, &part.lines, k, &conversion, decimal, mode)?;
+        }
+        read.finish(file, &mut audit)?;
+        let samples = read.samples;
+        let table = meaning::Read { file, names: &names.cells, body, decimal, columns: &columns, samples: &samples };
+        table.check(&choice, &mut audit)?;
+        meaning::check_compression(file, &choice, &header, &samples)?;
         unusual::data_points(&mut audit, &samples);
         unusual::doubts(&mut audit, &samples, &columns, choice.strain_measurement.as_deref(), &header);
-        let sha256 = storage::sha256(bytes);
+        let label = |p: &parts::Part| p.label.as_ref().map_or_else(|| file.into(), |l| format!("{file}, {l}"));
         Ok(Self {
             file: file.into(),
-            specimens: vec![file.into()],
-            sha256,
+            specimens: parts.iter().map(label).collect(),
+            sha256: storage::sha256(bytes),
             samples,
-            raw,
+            raw: read.raw,
             stress_unit: columns.axes[0].1.unit.clone(),
             dimensions,
             header,
@@ -120,16 +139,17 @@ impl Experiment {
         let mut all = parts.next().expect("a request has a table");
         if several {
             all.card = None;
-            all.audit.0.iter_mut().for_each(|e| e.message = format!("{}: {}", all.specimens[0], e.message));
+            all.audit.0.iter_mut().for_each(|e| e.message = format!("{}: {}", all.file, e.message));
         }
-        for (k, part) in parts.enumerate() {
+        for part in parts {
+            let before = all.specimens.len();
             let entry = |e: AuditEntry| AuditEntry { message: format!("{}: {}", part.file, e.message), ..e };
             all.audit.0.extend(part.audit.0.into_iter().map(entry));
-            all.samples.extend(part.samples.into_iter().map(|s| Sample { specimen: k + 1, ..s }));
-            all.raw.extend(part.raw.into_iter().map(|r| RawRow { specimen: k + 1, ..r }));
+            all.samples.extend(part.samples.into_iter().map(|s| Sample { specimen: before + s.specimen, ..s }));
+            all.raw.extend(part.raw.into_iter().map(|r| RawRow { specimen: before + r.specimen, ..r }));
             all.file += &format!(", {}", part.file);
             all.sha256 += &format!(", {}", part.sha256);
-            all.specimens.push(part.file);
+            all.specimens.extend(part.specimens);
         }
         all.alternatives = alternatives;
         Ok(all)
@@ -147,26 +167,34 @@ fn pool_alternatives(parts: &[Experiment]) -> Vec<Alternative> {
     let of = |treatment: Treatment| {
         let own = |e: &Experiment| e.alternatives.iter().find(|a| a.treatment == treatment).cloned();
         let unasked = parts.iter().filter_map(own).map(|a| a.unasked).reduce(|a, b| a || b)?;
-        let one = |(k, e): (usize, &Experiment)| {
+        let mut before = 0;
+        let mut all = vec![];
+        for e in parts {
             let samples = own(e).map_or_else(|| e.samples.clone(), |a| a.samples);
-            samples.into_iter().map(move |s| Sample { specimen: k, ..s })
-        };
-        Some(Alternative { treatment, unasked, samples: parts.iter().enumerate().flat_map(one).collect() })
+            all.extend(samples.into_iter().map(|s| Sample { specimen: before + s.specimen, ..s }));
+            before += e.specimens.len();
+        }
+        Some(Alternative { treatment, unasked, samples: all })
     };
     [WithoutZero, WithoutToe, LastLoading, EveryRow].into_iter().filter_map(of).collect()
 }
 
-fn pair(cells: &[String]) -> (String, String) {
-    let rest: Vec<_> = cells.iter().skip(1).filter(|c| !c.is_empty()).map(String::as_str).collect();
-    (cells.first().cloned().unwrap_or_default(), rest.join(" "))
-}
+/// Characters in which the column names are sought first
+const BEGINNING: usize = 1 << 16;
 
 /// The delimiter and the line under which strain and stress are both named.
 fn find_header(file: &str, text: &str, choice: &ColumnChoice) -> Result<(char, Vec<Line>, usize), FitError> {
     let mut found = Vec::new();
+    let beginning = text.char_indices().nth(BEGINNING).and_then(|(end, _)| Some(&text[..text[..end].rfind('\n')? + 1]));
+    for delimiter in beginning.iter().flat_map(|_| table::DELIMITERS) {
+        let lines = table::split(beginning.expect("a long text"), delimiter);
+        if let Some((at, true)) = columns::find_header(&lines, choice) {
+            return Ok((delimiter, table::split(text, delimiter), at));
+        }
+    }
     for delimiter in table::DELIMITERS {
         let lines = table::split(text, delimiter);
-        if let Some(at) = columns::find_header(&lines, choice) {
+        if let Some((at, _)) = columns::find_header(&lines, choice) {
             return Ok((delimiter, lines, at));
         }
         // For the message: the line above the first one with two numbers has the names.
@@ -197,8 +225,13 @@ fn decimal_mark(
         return Ok(decimal);
     }
     let numeric: Vec<usize> = columns.numeric().collect();
-    let cells = body.iter().flat_map(|l| numeric.iter().filter_map(|i| l.cells.get(*i)));
-    Decimal::of(cells.map(String::as_str)).map_err(|cell| FitError::Decimal { file: file.into(), cell, delimiter })
+    let cells = || body.iter().flat_map(|l| numeric.iter().filter_map(|i| l.cells.get(*i))).map(String::as_str);
+    let decimal = Decimal::of(cells()).map_err(|cell| FitError::Decimal { file: file.into(), cell, delimiter })?;
+    // 0,7 among decimal points makes 1,700 another number than it seems
+    match cells().find(|c| c.contains(['.', ',']) && table::number(c, decimal).is_err() && table::is_number(c)) {
+        Some(cell) => Err(FitError::TwoDecimals { file: file.into(), cell: cell.into(), decimal: decimal.name() }),
+        None => Ok(decimal),
+    }
 }
 
 fn log_intake(audit: &mut Audit, header: &Line, delimiter: char, decimal: Decimal, columns: &Columns) {
@@ -227,11 +260,17 @@ fn whole_file_mode(
     if columns.mode.is_some() {
         return None;
     }
+    if let (Some(asked), Some(own)) = (asked, card.and_then(|c| c.mode))
+        && asked != own
+    {
+        audit.add(AuditKind::Intake, format!("the mode is {asked} as requested, the card says {own}"), vec![]);
+    }
     let (mode, why) = match (asked, card.and_then(|c| c.mode)) {
         (Some(mode), _) => (mode, "as asked".to_string()),
         (None, Some(mode)) => (mode, "by the card".to_string()),
         (None, None) => {
-            let is_tensile = |text: &str| ["astm d412", "iso 37"].iter().any(|s| text.to_lowercase().contains(s));
+            const TENSILE: [&str; 5] = ["astm d412", "iso 37", "din 53504", "jis k 6251", "gb/t 528"];
+            let is_tensile = |text: &str| TENSILE.iter().any(|s| text.to_lowercase().contains(s));
             let (key, value) = header.iter().find(|(_, value)| is_tensile(value))?;
             (Mode::Uniaxial, format!("because the header says \"{key}: {value}\""))
         }

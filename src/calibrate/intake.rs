@@ -8,9 +8,6 @@ use super::names::{StrainKind, StressKind};
 use super::table::{self, Decimal, Line};
 use super::{Audit, AuditKind, Dimensions, FitError, Mode, RawRow, Sample, UnknownMode};
 
-/// Strains beyond are not believed of a column without a unit \[–\]: rubbers break before, and percent reach there at once
-const LARGEST: f64 = 20.0;
-
 /// Stresses beyond are no measurement \[Pa\]: their squares would overflow in a fit
 const LARGEST_STRESS: f64 = 1e30;
 /// Stretches beyond, or below their inverse, are none either \[–\]
@@ -121,84 +118,136 @@ pub fn check_cells(file: &str, names: &Line, body: &[Line], delimiter: char, dec
     }
 }
 
-/// Refuses strain that is percent by its size and has no unit.
-pub fn check_percent(file: &str, columns: &Columns, samples: &[Sample]) -> Result<(), FitError> {
-    let bare = columns.axes.iter().map(|(e, _)| e).find(|e| {
-        matches!(e.kind, StrainKind::Stretch | StrainKind::Engineering | StrainKind::True) && e.unit == "1" && !e.stated
-    });
-    let largest = samples.iter().map(|s| s.stretch.max(s.second)).fold(0.0, f64::max);
-    match bare {
-        Some(e) if largest > 1.0 + LARGEST => {
-            Err(FitError::Percent { file: file.into(), column: e.name.clone(), largest, kind: e.kind.words() })
-        }
-        _ => Ok(()),
+/// Refuses a quotation mark that is not closed: it takes the lines that follow for one cell.
+pub fn check_quotes(file: &str, lines: &[Line]) -> Result<(), FitError> {
+    match lines.iter().find(|l| l.cells.iter().any(|c| c.contains('\n'))) {
+        Some(line) => Err(FitError::Quote { file: file.into(), line: line.number }),
+        None => Ok(()),
     }
 }
 
-/// Samples and raw rows in the order of the file; rows that cannot be read are logged.
-pub fn read_rows(
-    file: &str,
-    body: &[Line],
-    conversion: &Conversion,
-    decimal: Decimal,
-    whole_file: Option<Mode>,
-    audit: &mut Audit,
-) -> Result<(Vec<Sample>, Vec<RawRow>), FitError> {
-    let columns = conversion.columns;
-    let (mut samples, mut raw, mut left_out) = (Vec::new(), Vec::new(), Vec::new());
-    for line in body.iter().filter(|l| l.cells.iter().any(|c| !c.is_empty())) {
-        let cell = |i: usize| line.cells.get(i).map_or("", String::as_str);
-        let number = |i: usize| table::number(cell(i), decimal);
-        let read = |i: usize, what: &str| number(i).map_err(|why| format!("column \"{what}\" {why}"));
-        let numbers: Result<Vec<(f64, f64)>, String> =
-            columns.axes.iter().map(|(e, p)| Ok((read(e.at, &e.name)?, read(p.at, &p.name)?))).collect();
-        let numbers = match numbers {
-            Ok(numbers) => numbers,
-            Err(reason) => {
-                left_out.push((line.number, reason));
+/// Words of a line below the data that summarises them.
+const SUMMARY: [&str; 12] = [
+    "mean",
+    "average",
+    "median",
+    "maximum",
+    "minimum",
+    "max",
+    "min",
+    "std",
+    "sd",
+    "mittelwert",
+    "standardabweichung",
+    "moyenne",
+];
+
+/// A table as samples.
+#[derive(Default)]
+pub struct Table {
+    pub samples: Vec<Sample>,
+    pub raw: Vec<RawRow>,
+    /// Lines that were left out, with the reason
+    left_out: Vec<(u64, String)>,
+    /// Lines with neither strain nor stress
+    empty: Vec<u64>,
+}
+
+impl Table {
+    /// Reads the lines of one specimen.
+    pub fn read(
+        &mut self,
+        file: &str,
+        lines: &[&Line],
+        specimen: usize,
+        conversion: &Conversion,
+        decimal: Decimal,
+        whole_file: Option<Mode>,
+    ) -> Result<(), FitError> {
+        let columns = conversion.columns;
+        let timed =
+            columns.time.map(|i| (i, lines.iter().filter(|l| is_number_at(l, i, decimal)).count() * 2 > lines.len()));
+        for line in lines.iter().filter(|l| !l.is_empty()) {
+            let cell = |i: usize| line.cells.get(i).map_or("", String::as_str);
+            let number = |i: usize| table::number(cell(i), decimal);
+            if columns.numeric().all(|i| cell(i).is_empty()) {
+                self.empty.push(line.number);
                 continue;
             }
-        };
-        let mode = match columns.mode {
-            Some(i) => {
-                Mode::from_word(cell(i)).ok_or_else(|| UnknownMode { line: Some(line.number), word: cell(i).into() })?
-            }
-            None => whole_file.ok_or_else(|| FitError::NoMode { file: file.into() })?,
-        };
-        if (mode == Mode::Biaxial) != (columns.axes.len() == 2) {
-            return Err(FitError::BiaxialRow { file: file.into(), line: line.number });
-        }
-        let converted = |(k, (x, y)): (usize, &(f64, f64))| {
-            let stretch = conversion.stretch(k, *x, mode)?;
-            Ok((stretch, conversion.stress(k, *y, mode, stretch)?))
-        };
-        let converted: Vec<(f64, f64)> = match numbers.iter().enumerate().map(converted).collect() {
-            Ok(converted) => converted,
-            Err(reason) => {
-                left_out.push((line.number, reason));
+            let summary = line.cells.iter().find(|c| SUMMARY.contains(&c.to_lowercase().trim_end_matches([':', '.'])));
+            let untimed = timed
+                .filter(|(i, numbers)| *numbers && !cell(*i).is_empty() && number(*i).is_err())
+                .map(|(i, _)| cell(i));
+            if let Some(word) = summary.map(String::as_str).or(untimed) {
+                self.left_out.push((line.number, format!("\"{word}\" is no data point of a test")));
                 continue;
             }
-        };
-        for (k, &(stretch, stress)) in converted.iter().enumerate() {
-            let second = if mode == Mode::Biaxial { converted[1 - k].0 } else { 1.0 };
-            samples.push(Sample { mode, stretch, second, stress, line: line.number, specimen: 0 });
+            let read = |i: usize, what: &str| number(i).map_err(|why| format!("column \"{what}\" {why}"));
+            let numbers: Result<Vec<(f64, f64)>, String> =
+                columns.axes.iter().map(|(e, p)| Ok((read(e.at, &e.name)?, read(p.at, &p.name)?))).collect();
+            let numbers = match numbers {
+                Ok(numbers) => numbers,
+                Err(reason) => {
+                    self.left_out.push((line.number, reason));
+                    continue;
+                }
+            };
+            let mode = match columns.mode {
+                Some(i) => Mode::from_word(cell(i))
+                    .ok_or_else(|| UnknownMode { line: Some(line.number), word: cell(i).into() })?,
+                None => whole_file.ok_or_else(|| FitError::NoMode { file: file.into() })?,
+            };
+            if (mode == Mode::Biaxial) != (columns.axes.len() == 2) {
+                return Err(FitError::BiaxialRow { file: file.into(), line: line.number });
+            }
+            match convert(conversion, &numbers, mode) {
+                Ok(converted) => {
+                    for (k, &(stretch, stress)) in converted.iter().enumerate() {
+                        let second = if mode == Mode::Biaxial { converted[1 - k].0 } else { 1.0 };
+                        self.samples.push(Sample { mode, stretch, second, stress, line: line.number, specimen });
+                    }
+                }
+                Err(reason) => {
+                    self.left_out.push((line.number, reason));
+                    continue;
+                }
+            }
+            let extra = |c: Option<(usize, f64)>| c.and_then(|(i, factor)| Some(number(i).ok()? * factor));
+            self.raw.push(RawRow {
+                line: line.number,
+                specimen,
+                time: extra(columns.time.map(|i| (i, 1.0))),
+                displacement: extra(columns.displacement),
+                force: extra(columns.force),
+            });
         }
-        let extra = |c: Option<(usize, f64)>| c.and_then(|(i, factor)| Some(number(i).ok()? * factor));
-        raw.push(RawRow {
-            line: line.number,
-            specimen: 0,
-            time: extra(columns.time.map(|i| (i, 1.0))),
-            displacement: extra(columns.displacement),
-            force: extra(columns.force),
-        });
+        Ok(())
     }
-    if samples.is_empty() {
-        let first = left_out.first().map(|(line, reason)| format!("line {line}: {reason}"));
-        let reason = first.unwrap_or("there are no data below the column names".into());
-        return Err(FitError::NoRows { file: file.into(), reason });
+
+    /// Logs the lines that are not data points; refuses a table without any.
+    pub fn finish(&mut self, file: &str, audit: &mut Audit) -> Result<(), FitError> {
+        if self.samples.is_empty() {
+            let first = self.left_out.first().map(|(line, reason)| format!("line {line}: {reason}"));
+            let reason = first.unwrap_or("there are no data below the column names".into());
+            return Err(FitError::NoRows { file: file.into(), reason });
+        }
+        for (number, reason) in std::mem::take(&mut self.left_out) {
+            audit.add(AuditKind::LeftOut, format!("line {number}: {reason}"), vec![number]);
+        }
+        audit.add_rows(AuditKind::Intake, "lines without strain and stress", std::mem::take(&mut self.empty));
+        Ok(())
     }
-    for (number, reason) in left_out {
-        audit.add(AuditKind::LeftOut, format!("line {number}: {reason}"), vec![number]);
-    }
-    Ok((samples, raw))
+}
+
+fn is_number_at(line: &Line, i: usize, decimal: Decimal) -> bool {
+    line.cells.get(i).is_some_and(|c| table::number(c, decimal).is_ok())
+}
+
+/// λ and P of each direction.
+fn convert(conversion: &Conversion, numbers: &[(f64, f64)], mode: Mode) -> Result<Vec<(f64, f64)>, String> {
+    let one = |(k, (x, y)): (usize, &(f64, f64))| {
+        let stretch = conversion.stretch(k, *x, mode)?;
+        Ok((stretch, conversion.stress(k, *y, mode, stretch)?))
+    };
+    numbers.iter().enumerate().map(one).collect()
 }

@@ -85,14 +85,30 @@ pub const SURE: u8 = 4;
 const TRUE: &[&str] = &["true", "log", "logarithmic", "hencky", "cauchy", "wahre", "logarithmische", "vraie"];
 const NOMINAL: &[&str] = &["engineering", "eng", "nominal", "pk", "piola", "technische", "shear", "schub"];
 const STRETCH: &[&str] = &["stretch", "lambda", "λ", "streckgrad"];
-const STRAIN: &[&str] = &["strain", "dehnung", "elongation", "déformation", "deformation", "scherung", "gamma", "γ"];
+const STRAIN: &[&str] = &[
+    "strain",
+    "dehnung",
+    "stauchung",
+    "verformung",
+    "elongation",
+    "déformation",
+    "deformation",
+    "scherung",
+    "gamma",
+    "γ",
+];
 const LENGTH: &[&str] = &[
     "displacement",
+    "disp",
     "extension",
+    "ext",
+    "extensometer",
     "crosshead",
+    "position",
     "traverse",
     "weg",
     "verlängerung",
+    "längenänderung",
     "stroke",
     "déplacement",
     "allongement",
@@ -100,7 +116,7 @@ const LENGTH: &[&str] = &[
 const STRESS: &[&str] = &["stress", "spannung", "contrainte"];
 const FORCE: &[&str] = &["force", "load", "kraft", "standardkraft"];
 const TIME: &[&str] = &["time", "zeit", "temps"];
-/// Words that make of a strain or stress something else
+/// Words that make of a strain or stress something else: a rate, a characteristic value, another kind of test
 const OTHER: &[&str] = &[
     "rate",
     "speed",
@@ -116,6 +132,40 @@ const OTHER: &[&str] = &[
     "yield",
     "max",
     "maximum",
+    "strength",
+    "peak",
+    "ultimate",
+    "at",
+    "flexure",
+    "flexural",
+    "bending",
+    "torsion",
+    "torsional",
+];
+/// Beginnings of German compounds that do the same
+const OTHER_BEGINNINGS: [&str; 9] = ["vor", "bruch", "reiß", "reiss", "höchst", "biege", "rest", "end", "quer"];
+/// Words of a note in brackets, which is no unit
+const NOTE: &[&str] = &[
+    "channel",
+    "corrected",
+    "raw",
+    "smoothed",
+    "video",
+    "axial",
+    "gauge",
+    "sensor",
+    "average",
+    "mean",
+    "specimen",
+    "sample",
+    "test",
+    "tensile",
+    "tension",
+    "compressive",
+    "compression",
+    "machine",
+    "measured",
+    "calculated",
 ];
 /// German compounds end with what they are
 const ENDINGS: [&str; 5] = ["dehnung", "spannung", "kraft", "weg", "zeit"];
@@ -128,7 +178,8 @@ fn words(name: &str) -> Vec<String> {
 }
 
 fn has(words: &[String], any: &[&str]) -> bool {
-    let ends = |w: &String, a: &&str| ENDINGS.contains(a) && w.ends_with(a) && !w.starts_with("vor");
+    let other = |w: &String| OTHER_BEGINNINGS.iter().any(|b| w.starts_with(b));
+    let ends = |w: &String, a: &&str| ENDINGS.contains(a) && w.ends_with(a) && !other(w);
     words.iter().any(|w| any.iter().any(|a| w == a || ends(w, a)))
 }
 
@@ -137,7 +188,7 @@ pub fn strain(name: &str) -> Ranked<StrainKind> {
     if has(&w, OTHER) || has(&w, STRESS) || has(&w, FORCE) {
         return None;
     }
-    let is_length = unit(name).is_some_and(|u| units::parse(&format!("1 {u}"), Dimension::LENGTH).is_ok());
+    let is_length = unit(name).is_some_and(|u| factor(&u, Dimension::LENGTH).is_some());
     if has(&w, STRETCH) {
         Some((SURE + 1, StrainKind::Stretch))
     } else if has(&w, LENGTH) || (is_length && has(&w, STRAIN)) {
@@ -166,7 +217,9 @@ pub fn stress(name: &str) -> Ranked<StressKind> {
             () => (3, StressKind::Nominal),
         })
     } else if has(&w, FORCE) {
-        Some((1, StressKind::Force))
+        // testXpert shows "Standardkraft" in MPa, too
+        let is_stress = unit(name).is_some_and(|u| factor(&u, Dimension::PRESSURE).is_some());
+        Some(if is_stress { (3, StressKind::Nominal) } else { (1, StressKind::Force) })
     } else {
         None
     }
@@ -176,24 +229,93 @@ pub fn is_time(name: &str) -> bool {
     has(&words(name), TIME)
 }
 
+/// True of names that count compression as positive: "Compressive stress", "Stauchung", "Druckkraft".
+pub fn is_compressive(name: &str) -> bool {
+    words(name).iter().any(|w| ["compress", "druck", "stauch"].iter().any(|b| w.starts_with(b)))
+}
+
+/// True of a strain that comes from the travel of the crosshead: "Tensile strain (Displacement)".
+pub fn is_travel(name: &str) -> bool {
+    has(&words(name), &["displacement", "crosshead", "position", "traverse", "stroke", "weg"])
+}
+
+/// True of the name of a column that tells specimens apart: "Specimen", "Sample ID", "Probe Nr.".
+pub fn is_specimen(name: &str) -> bool {
+    const WHAT: &[&str] = &["specimen", "sample", "probe", "prüfkörper", "éprouvette"];
+    const WHICH: &[&str] = &["id", "label", "name", "no", "nr", "number", "nummer"];
+    let w = words(name);
+    has(&w, WHAT) && w.iter().all(|w| [WHAT, WHICH].iter().any(|list| list.contains(&w.as_str())))
+}
+
 /// Factor of a unit of strain.
 pub fn strain_factor(unit: &str) -> Option<f64> {
-    match unit {
-        "1" | "mm/mm" | "m/m" | "in/in" => Some(1.0),
-        "%" | "percent" | "pct" => Some(0.01),
+    match unit.to_lowercase().as_str() {
+        "1" | "-" | "–" | "mm/mm" | "m/m" | "in/in" => Some(1.0),
+        "%" | "percent" | "pct" | "prozent" => Some(0.01),
+        "‰" | "mm/m" => Some(1e-3),
+        "µε" | "με" | "microstrain" | "um/m" | "µm/m" | "μm/m" => Some(1e-6),
         _ => None,
     }
 }
 
-/// A unit in a column name: in brackets, or the last word where that is a unit of stress, force, length or a percent sign.
+/// Factor to SI of a unit as machines spell it.
+pub fn factor(unit: &str, dimension: Dimension) -> Option<f64> {
+    units::parse(&format!("1 {}", spelled(unit)), dimension).ok()
+}
+
+/// A unit as machines spell it, in the spelling of the program: `N/mm2`, `Mpa`, `inch`. What may be two units is not changed: `mpa`.
+pub fn spelled(unit: &str) -> String {
+    let one = |part: &str| {
+        let part = part.trim().trim_end_matches('.').replace("**", "^");
+        let name = part.trim_end_matches(|c: char| c.is_ascii_digit());
+        let bare = name.chars().all(char::is_alphabetic) && !name.is_empty() && name.len() < part.len();
+        let (name, power) =
+            if bare { (name, format!("^{}", &part[name.len()..])) } else { (part.as_str(), String::new()) };
+        let known = match name {
+            "Mpa" | "MPA" => "MPa",
+            "kpa" | "Kpa" | "KPa" | "KPA" => "kPa",
+            "Gpa" | "GPA" => "GPa",
+            "pa" | "PA" => "Pa",
+            "Psi" | "PSI" => "psi",
+            "Ksi" | "KSI" => "ksi",
+            "kn" | "Kn" | "KN" => "kN",
+            "Newton" | "Newtons" | "newton" => "N",
+            "kp" => "kgf",
+            "LBF" | "Lbf" => "lbf",
+            "MM" => "mm",
+            "μm" => "um",
+            "inch" | "inches" | "IN" | "In" => "in",
+            other => other,
+        };
+        format!("{known}{power}")
+    };
+    unit.split('/').map(one).collect::<Vec<_>>().join("/")
+}
+
+/// The contents of brackets in a name, in order.
+fn brackets(name: &str) -> Vec<&str> {
+    let mut found = Vec::new();
+    let mut rest = name;
+    while let Some(open) = rest.find(['(', '[']) {
+        let close = if rest[open..].starts_with('(') { ')' } else { ']' };
+        let Some(end) = rest[open..].find(close) else { break };
+        found.push(rest[open + 1..open + end].trim());
+        rest = &rest[open + end + 1..];
+    }
+    found
+}
+
+/// A unit in a column name: in the last brackets that are no note, or the last word where that is a unit of stress, force, length or a
+/// percent sign.
 pub fn unit(name: &str) -> Option<String> {
-    for (open, close) in [('(', ')'), ('[', ']')] {
-        if let (Some(a), Some(b)) = (name.rfind(open), name.rfind(close))
-            && a < b
-        {
-            let unit = name[a + open.len_utf8()..b].trim();
-            return (!matches!(unit, "" | "-" | "–" | "1")).then(|| unit.to_string());
-        }
+    let is_note = |text: &&&str| {
+        let w = words(text);
+        let lists = [STRAIN, STRESS, STRETCH, TRUE, NOMINAL, LENGTH, FORCE, NOTE];
+        !is_unit(text) && lists.iter().any(|list| has(&w, list))
+    };
+    let groups = brackets(name);
+    if let Some(unit) = groups.iter().rev().find(|g| !is_note(g)) {
+        return (!matches!(*unit, "" | "-" | "–" | "1")).then(|| unit.to_string());
     }
     let last = |c: &[char]| name.rsplit(c).next().map(str::trim).filter(|u| is_unit(u)).map(String::from);
     last(&[' ']).or_else(|| last(&['_'])).or_else(|| last(&['/', ',']))
@@ -201,8 +323,8 @@ pub fn unit(name: &str) -> Option<String> {
 
 /// True of a unit that is written without brackets; "in" and "s" may be words.
 pub fn is_unit(word: &str) -> bool {
-    matches!(word, "%" | "mm" | "cm" | "N" | "kN" | "mN")
-        || units::parse(&format!("1 {word}"), Dimension::PRESSURE).is_ok()
+    matches!(word, "%" | "mm" | "cm" | "N" | "kN" | "mN" | "lbf" | "mm/mm" | "in/in")
+        || factor(word, Dimension::PRESSURE).is_some()
 }
 
 #[cfg(test)]
@@ -224,6 +346,12 @@ mod tests {
             ("Standardkraft in N", Some("N")),
             ("Extension mm", Some("mm")),
             ("plugged in", None),
+            ("Tensile strain (Strain 1) [%]", Some("%")),
+            ("Tensile strain (Displacement) (%)", Some("%")),
+            ("Tensile strain (Strain 1)", None),
+            ("Stress (Corrected) [N/mm2]", Some("N/mm2")),
+            ("Force (Channel 1)", None),
+            ("Spannung N/mm²", Some("N/mm²")),
         ] {
             assert_eq!(unit(name).as_deref(), expected, "{name}");
         }
@@ -246,7 +374,12 @@ mod tests {
             ("Déplacement (mm)", Some(Displacement)),
             ("λ1", Some(Stretch)),
             ("shear strain γ", Some(Engineering)),
+            ("Stauchung [%]", Some(Engineering)),
+            ("Verformung [%]", Some(Engineering)),
+            ("Extensometer (mm/mm)", Some(Engineering)),
             ("strain rate (1/s)", None),
+            ("Tensile strain at Break (%)", None),
+            ("Bruchdehnung", None),
             ("Querdehnung", None),
             ("transverse strain", None),
             ("Time (s)", None),
@@ -261,11 +394,37 @@ mod tests {
             ("Standardkraft [N]", Some(StressKind::Force)),
             ("Load (N)", Some(StressKind::Force)),
             ("Contrainte (MPa)", Some(StressKind::Nominal)),
+            ("Standardkraft [MPa]", Some(StressKind::Nominal)),
+            ("Flexure stress (MPa)", None),
+            ("Tensile strength (MPa)", None),
+            ("Höchstkraft [N]", None),
             ("Vorspannung", None),
             ("Load Cell", None),
         ] {
             assert_eq!(stress(name).map(|r| r.1), kind, "{name}");
         }
         assert!(is_time("Prüfzeit [s]") && !is_time("Dehnung"));
+        assert!(is_compressive("Compressive stress (MPa)") && is_compressive("Druckkraft") && !is_compressive("Load"));
+        assert!(is_specimen("Specimen ID") && is_specimen("Probe Nr.") && !is_specimen("Specimen width"));
+    }
+
+    #[test]
+    fn spellings_of_machines_are_units() {
+        let pressure = |u: &str| factor(u, Dimension::PRESSURE);
+        for (unit, pascal) in [
+            ("N/mm2", 1e6),
+            ("N/mm²", 1e6),
+            ("N/mm**2", 1e6),
+            ("Mpa", 1e6),
+            ("KPa", 1e3),
+            ("kN/m2", 1e3),
+            ("ksi", 6894757.293168361),
+            ("lbf/in2", 6894.757293168361),
+        ] {
+            assert!((pressure(unit).expect(unit) / pascal - 1.0).abs() < 1e-12, "{unit}: {:?}", pressure(unit));
+        }
+        for unit in ["mpa", "mPa", "V", "kg/cm2", ""] {
+            assert_eq!(pressure(unit), None, "{unit}");
+        }
     }
 }

@@ -1,5 +1,6 @@
-//! A delimited text file as lines of cells: byte-order mark, delimiter, decimal mark. No meaning yet.
+//! A delimited text file as lines of cells: encoding, delimiter, decimal mark. No meaning yet.
 
+use encoding_rs::{Encoding, UTF_8, UTF_16BE, UTF_16LE, WINDOWS_1252};
 use serde::{Deserialize, Serialize};
 use std::str::FromStr;
 
@@ -9,6 +10,13 @@ pub struct Line {
     /// Counted from 1
     pub number: u64,
     pub cells: Vec<String>,
+}
+
+impl Line {
+    /// True where every cell is empty.
+    pub fn is_empty(&self) -> bool {
+        self.cells.iter().all(String::is_empty)
+    }
 }
 
 /// Delimiters that are tried, the ones that cannot be a decimal mark first.
@@ -69,11 +77,46 @@ impl Decimal {
     }
 }
 
-/// Text of a file: UTF-8 without its byte-order mark. The flag tells that bytes had to be replaced.
-pub fn decode(bytes: &[u8]) -> (String, bool) {
-    let text = String::from_utf8_lossy(bytes);
-    let replaced = matches!(text, std::borrow::Cow::Owned(_));
-    (text.trim_start_matches('\u{feff}').to_string(), replaced)
+/// Text of a file, and its encoding where that is not UTF-8. Refuses what is no text, with the reason.
+///
+/// A byte-order mark decides; else zeros at every second place make it UTF-16, and bytes that are no UTF-8 make it Windows-1252, which
+/// contains Latin-1. Every byte has a meaning there: nothing is lost.
+pub fn decode(bytes: &[u8]) -> Result<(String, Option<&'static str>), String> {
+    for (start, what) in
+        [(&b"PK\x03\x04"[..], "an Excel workbook or a zip file"), (b"\xd0\xcf\x11\xe0", "an Excel or Office file")]
+    {
+        if bytes.starts_with(start) {
+            return Err(format!("is {what}"));
+        }
+    }
+    let encoding = Encoding::for_bom(bytes).map_or_else(|| without_mark(bytes), |(encoding, _)| encoding);
+    let (text, broken) = encoding.decode_with_bom_removal(bytes);
+    if broken && encoding != UTF_8 {
+        return Err(format!("holds characters that are not {}", encoding.name()));
+    }
+    if text.contains('\0') {
+        return Err("holds zero bytes, as only binary files do".into());
+    }
+    if broken {
+        // A mark of UTF-8 on a file that is not
+        return Ok((WINDOWS_1252.decode_without_bom_handling(&bytes[3..]).0.into_owned(), Some(WINDOWS_1252.name())));
+    }
+    Ok((text.into_owned(), (encoding != UTF_8).then(|| encoding.name())))
+}
+
+/// Part of the bytes at even or odd places that are zero in UTF-16 of mostly Latin letters \[–\]
+const ZEROS: f64 = 0.4;
+
+fn without_mark(bytes: &[u8]) -> &'static Encoding {
+    let start = &bytes[..bytes.len().min(4096) & !1];
+    let zeros = |place: usize| start.iter().skip(place).step_by(2).filter(|b| **b == 0).count() as f64;
+    let many = ZEROS * 0.5 * start.len() as f64;
+    match () {
+        () if !start.is_empty() && zeros(1) > many && zeros(0) < 0.1 * many => UTF_16LE,
+        () if !start.is_empty() && zeros(0) > many && zeros(1) < 0.1 * many => UTF_16BE,
+        () if std::str::from_utf8(bytes).is_ok() => UTF_8,
+        () => WINDOWS_1252,
+    }
 }
 
 /// Splits a text at a delimiter; quotes protect it. Empty lines are skipped.
@@ -100,13 +143,23 @@ pub fn number(cell: &str, decimal: Decimal) -> Result<f64, String> {
     }
     let (mark, group) = decimal.signs();
     let (whole, rest) = cell.find(mark).map_or((cell, ""), |k| cell.split_at(k));
+    // The usual cell needs no copy
+    if mark == '.'
+        && let Some(x) = plain_number(cell)
+    {
+        return Ok(x);
+    }
     let plain = if is_grouped(whole, group) { whole.replace(group, "") + rest } else { cell.to_string() };
     let other = plain.contains(group);
-    match plain.replace(mark, ".").parse::<f64>() {
+    match plain.replace(mark, ".").replace('\u{2212}', "-").parse::<f64>() {
         Ok(x) if x.is_finite() && !other => Ok(x),
         Ok(x) if !x.is_finite() => Err(format!("holds \"{cell}\", which is not finite")),
         _ => Err(format!("holds \"{cell}\", which is not a number")),
     }
+}
+
+fn plain_number(cell: &str) -> Option<f64> {
+    cell.parse().ok().filter(|x: &f64| x.is_finite())
 }
 
 /// True where a cell is a number with either mark.

@@ -1,7 +1,7 @@
 //! Unusual features of a table: data points that are used unchanged, and reasons to doubt all of it.
 
 use super::columns::Columns;
-use super::names::StrainKind;
+use super::names::{self, StrainKind};
 use super::{Audit, AuditKind, Mode, Sample};
 use std::collections::HashMap;
 
@@ -51,7 +51,9 @@ pub fn doubts(
         let (key, value) = (key.to_lowercase(), value.to_lowercase());
         value.contains("crosshead") || key.contains("crosshead") || (key == "strain measurement" && value == "global")
     });
-    let raw = columns.axes.iter().map(|(e, _)| e).find(|e| e.kind == StrainKind::Displacement);
+    let strains = || columns.axes.iter().map(|(e, _)| e);
+    let raw = strains().find(|e| e.kind == StrainKind::Displacement);
+    let named = strains().find(|e| e.kind == StrainKind::Engineering && names::is_travel(&e.name));
     let source = match (&stated, said, raw) {
         (Some(word), _, _) => word.contains("crosshead").then(|| "as stated".to_string()),
         (None, Some((k, v)), _) => Some(format!("by the header, \"{k}: {v}\"")),
@@ -59,7 +61,7 @@ pub fn doubts(
             "which is what a column \"{}\" usually holds; if it is the travel of an extensometer pass --strain-from extensometer",
             e.name
         )),
-        (None, None, None) => None,
+        (None, None, None) => named.map(|e| format!("by the name of column \"{}\"", e.name)),
     };
     if let Some(source) = source {
         audit.add(

@@ -3,8 +3,8 @@
 use super::files;
 use super::outcome::{CommandResult, Outcome};
 use durometer::calibrate::{
-    Cycle, Decimal, Dimensions, FitRequest, Loss, Mode, Partner, SlackChoice, StrainKind, StressKind, StretchRange,
-    Weighting, compare, fit,
+    Cycle, Decimal, Dimensions, FitRequest, Loss, Mode, Partner, Sign, SlackChoice, StrainKind, StressKind,
+    StretchRange, Weighting, compare, fit,
 };
 use durometer::math::units::{self, Dimension};
 use std::path::PathBuf;
@@ -23,6 +23,7 @@ Examples:
   durometer fit pull.csv --law yeoh --weight relative --stable 0.6..1.6
   durometer fit pull.csv --law neo_hookean --strain-column strain --stress-column 'stress [MPa]' --stress-unit MPa
   durometer fit machine.csv --law yeoh --mode uniaxial --gauge-length '33 mm' --width '6 mm' --thickness '3 mm' --toe '5 kPa'
+  durometer fit pairs.csv --law yeoh --mode uniaxial --test 2
   durometer fit cycles.csv --law ogden --terms 1 --mode uniaxial --cycle last-loading
 
 A scene includes the result with:  [laws.rubber]  include = \"law.toml\"
@@ -75,7 +76,7 @@ pub struct Args {
     /// Data card [default: card.toml next to the table]
     #[arg(long)]
     card: Option<PathBuf>,
-    /// Name of the column of strain or stretch, if the table's header does not give it away
+    /// Name of the column of strain or stretch, if the table's header does not give it away, or its number such as "#3"
     #[arg(long)]
     strain_column: Option<String>,
     /// Name of the column of stress or force
@@ -102,6 +103,12 @@ pub struct Args {
     /// Decimal mark, where the table does not give it away: point or comma
     #[arg(long)]
     decimal: Option<Decimal>,
+    /// Which of several tests that stand side by side in the table, counted from 1
+    #[arg(long, value_name = "N")]
+    test: Option<usize>,
+    /// Load whose strain and stress the table counts as positive: tension or compression [default: tension, unless a column is called compressive]
+    #[arg(long, value_name = "LOAD")]
+    positive: Option<Sign>,
     /// Instrument that measured the strain: crosshead, extensometer, …
     #[arg(long)]
     strain_from: Option<String>,
@@ -147,6 +154,7 @@ pub fn main(args: Args) -> CommandResult {
     request.columns.stress_2 = args.stress_column_2;
     request.columns.stress_kind = args.stress_kind;
     request.columns.decimal = args.decimal;
+    (request.columns.test, request.columns.positive) = (args.test, args.positive);
     request.columns.strain_measurement = args.strain_from;
     let sizes = [args.gauge_length, args.width, args.thickness, args.diameter, args.area];
     for ((key, _), text) in Dimensions::KEYS.into_iter().zip(sizes) {

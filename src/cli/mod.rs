@@ -11,6 +11,7 @@ mod files;
 mod fit;
 mod import;
 mod interrupt;
+mod laws;
 mod mesh;
 mod outcome;
 mod plan;
@@ -58,6 +59,7 @@ enum Command {
     Plan(plan::Args),
     Robustness(robustness::Args),
     Fit(Box<fit::Args>),
+    Laws(laws::Args),
     Check(check::Args),
     Report(report::Args),
     Store(store::Args),
@@ -90,6 +92,7 @@ pub fn main() -> ExitCode {
         Command::Plan(args) => plan::main(args),
         Command::Robustness(args) => robustness::main(args),
         Command::Fit(args) => fit::main(*args),
+        Command::Laws(args) => laws::main(args),
         Command::Check(args) => check::main(args),
         Command::Report(args) => report::main(args),
         Command::Store(args) => store::main(args),

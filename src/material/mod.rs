@@ -12,6 +12,7 @@ pub mod fibre_family;
 pub mod fit_form;
 pub mod gent;
 pub mod isochoric;
+pub mod keywords;
 pub mod kinematics;
 pub mod law;
 pub mod linear;

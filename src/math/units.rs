@@ -148,6 +148,7 @@ const UNITS: &[(&str, f64, Dimension)] = &[
     ("GPa", 1e9, Dimension::PRESSURE),
     ("bar", 1e5, Dimension::PRESSURE),
     ("psi", 6894.757293168361, Dimension::PRESSURE),
+    ("ksi", 6894757.293168361, Dimension::PRESSURE),
     ("rad", 1.0, Dimension::ANGLE),
     ("deg", std::f64::consts::PI / 180.0, Dimension::ANGLE),
     ("°", std::f64::consts::PI / 180.0, Dimension::ANGLE),

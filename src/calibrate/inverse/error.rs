@@ -12,6 +12,8 @@ pub enum InverseError {
     Sensitivity(#[from] SensitivityError),
     #[error("{}: cannot be read: {source}; the path is relative to the study", path.display())]
     Read { path: PathBuf, source: std::io::Error },
+    #[error("{}: {what}, not a text table; export the data as CSV or as text with delimiters", path.display())]
+    NotText { path: PathBuf, what: String },
     #[error("{}: no line names both \"{x}\" and \"{y}\"; found: {found}", path.display())]
     Columns { path: PathBuf, x: String, y: String, found: String },
     #[error(

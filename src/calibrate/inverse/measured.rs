@@ -54,7 +54,7 @@ impl Measured {
         let path = base.join(&spec.file);
         let bytes =
             storage::read(&path, DATA_LIMIT).map_err(|source| InverseError::Read { path: path.clone(), source })?;
-        let (text, _) = table::decode(&bytes);
+        let (text, _) = table::decode(&bytes).map_err(|what| InverseError::NotText { path: path.clone(), what })?;
         let (lines, header, [ix, iy]) = find(&path, &text, spec)?;
         let factor = |c: &ColumnSpec| c.factor().map_err(|fact| refuse(&path, c, fact));
         let (fx, fy) = (factor(&spec.x)?, factor(&spec.y)?);

@@ -10,6 +10,7 @@ use crate::report::figure::{Figure, Sample, legend};
 use crate::report::fit::stored::{Parameter, StoredFit};
 use crate::report::plot::{Axis, Plot};
 use plotters::style::Color;
+use std::collections::HashSet;
 
 /// The fitted range, pale enough for points on top.
 const RANGE: RGB = RGB(0xee, 0xee, 0xee);
@@ -165,8 +166,9 @@ fn column(
     line(area, &[plot.at(plot.x.lo, 0.0), plot.at(plot.x.hi, 0.0)], GREY, 6);
     for m in modes {
         // A residual belongs to a fitted sample if their stretches are the same
+        let stretches: HashSet<u64> = m.fitted.iter().map(|p| p[0].to_bits()).collect();
         let (fitted, held): (Vec<[f64; 2]>, Vec<[f64; 2]>) =
-            shown(m).into_iter().partition(|r| m.fitted.iter().any(|p| p[0] == r[0]));
+            shown(m).into_iter().partition(|r| stretches.contains(&r[0].to_bits()));
         dots(&plot, m, &held, &fitted, (factor, r - 4), &w.span);
     }
     plot.axes(true);

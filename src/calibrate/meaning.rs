@@ -1,0 +1,207 @@
+//! Checks that a column of strain holds what its name and unit say: percent or fractions, strain or stretch, tension or compression.
+//!
+//! Strains of rubbers in fractions and in percent overlap between 2 and 20: a column without a unit that reaches this range is read only where
+//! another column of the table agrees with it. A stretch begins at 1 with hardly any stress, a strain at 0.
+
+use super::columns::{Column, Columns, Sign};
+use super::names::{self, StrainKind};
+use super::table::{self, Decimal, Line};
+use super::{Audit, AuditKind, ColumnChoice, FitError, Mode, Sample};
+
+/// Strains beyond are not believed of a column without a unit \[–\]: rubbers break before, and percent reach there at once
+const LARGEST: f64 = 20.0;
+/// Strains above, without a unit, may be fractions or percent \[–\]
+const DOUBTFUL: f64 = 2.0;
+/// Strains in percent that end below are small for a test of rubber \[–\]
+const SMALL: f64 = 0.1;
+/// Ratios of the largest strains of two columns of one test that are no matter of the unit, and those that are
+const AGREE: f64 = 2.5;
+const HUNDRED: std::ops::RangeInclusive<f64> = 30.0..=300.0;
+/// Strains from here on are a stretch where the stress has hardly begun \[–\]
+const BEGIN: f64 = 0.9;
+
+/// The table and what was read from it.
+pub struct Read<'a> {
+    pub file: &'a str,
+    /// Names of all columns
+    pub names: &'a [String],
+    pub body: &'a [Line],
+    pub decimal: Decimal,
+    pub columns: &'a Columns,
+    pub samples: &'a [Sample],
+}
+
+impl Read<'_> {
+    /// Refuses or doubts a column of strain that is not what it is called.
+    pub fn check(&self, choice: &ColumnChoice, audit: &mut Audit) -> Result<(), FitError> {
+        for (e, _) in self.columns.axes.iter().filter(|(e, _)| e.kind != StrainKind::Displacement) {
+            self.percent(e, choice, audit)?;
+        }
+        if choice.strain_kind.is_none() && choice.strain.is_none() && self.columns.axes.len() == 1 {
+            self.begin(&self.columns.axes[0].0)?;
+        }
+        Ok(())
+    }
+
+    fn percent(&self, e: &Column<StrainKind>, choice: &ColumnChoice, audit: &mut Audit) -> Result<(), FitError> {
+        let largest = self.samples.iter().map(|s| s.stretch.max(s.second) - 1.0).fold(0.0, f64::max);
+        let refuse = || {
+            let (file, column) = (self.file.into(), e.name.clone());
+            Err(FitError::Percent { file, column, largest: 1.0 + largest, kind: e.kind.words() })
+        };
+        let ratios: Vec<(f64, &String)> =
+            self.others(e).filter(|(other, _)| *other > 0.0).map(|(other, name)| (largest / other, name)).collect();
+        let agrees = ratios.iter().find(|(r, _)| (1.0 / AGREE..=AGREE).contains(r));
+        let hundredfold = ratios.iter().find(|(r, _)| HUNDRED.contains(r) || HUNDRED.contains(&(1.0 / r)));
+        if !e.stated && largest > LARGEST {
+            return refuse();
+        }
+        if !e.stated && e.kind != StrainKind::Stretch && largest > DOUBTFUL {
+            let Some((_, other)) = agrees else { return refuse() };
+            let message =
+                format!("column \"{}\" holds fractions, as column \"{other}\" has strains of the same size", e.name);
+            audit.add(AuditKind::Intake, message, vec![]);
+            return Ok(());
+        }
+        if let (Some((_, other)), None, None) = (hundredfold, agrees, &choice.strain_unit) {
+            return Err(FitError::Meaning {
+                file: self.file.into(),
+                column: e.name.clone(),
+                fact: format!(
+                    "reaches a strain of {largest:.4}, and column \"{other}\" of the same test one that differs by a factor of about 100"
+                ),
+                remedy: "pass --strain-unit % or --strain-unit 1".into(),
+            });
+        }
+        if e.factor.abs() == 0.01 && choice.strain_unit.is_none() && largest < SMALL {
+            let message = format!(
+                "column \"{}\" reaches {:.3} %, which is small for a test of rubber: if its numbers are fractions, pass --strain-unit 1",
+                e.name,
+                100.0 * largest
+            );
+            audit.add(AuditKind::Doubt, message, vec![]);
+        }
+        Ok(())
+    }
+
+    /// Largest strain of each other column of strain, with its name.
+    fn others(&self, own: &Column<StrainKind>) -> impl Iterator<Item = (f64, &String)> {
+        let own = own.at;
+        let chosen = move |i: &usize| *i != own && !self.columns.axes.iter().any(|(e, _)| e.at == *i);
+        (0..self.names.len()).filter(chosen).filter_map(|i| {
+            let (_, kind) = names::strain(&self.names[i]).filter(|(_, kind)| *kind != StrainKind::Displacement)?;
+            let factor = names::strain_factor(names::unit(&self.names[i]).as_deref().unwrap_or("1"))?;
+            let cells = self.body.iter().filter_map(|l| table::number(l.cells.get(i)?, self.decimal).ok());
+            let largest = cells.fold(0.0, f64::max) * factor;
+            let strain = match kind {
+                StrainKind::True => largest.exp() - 1.0,
+                StrainKind::Stretch => largest - 1.0,
+                _ => largest,
+            };
+            strain.is_finite().then_some((strain, &self.names[i]))
+        })
+    }
+
+    /// Refuses a strain that begins like a stretch, and a stretch that begins like a strain.
+    fn begin(&self, e: &Column<StrainKind>) -> Result<(), FitError> {
+        let pulled = |s: &&Sample| matches!(s.mode, Mode::Uniaxial | Mode::Equibiaxial | Mode::Planar);
+        let by_stretch = |a: &&Sample, b: &&Sample| a.stretch.total_cmp(&b.stretch);
+        let own = || self.samples.iter().filter(pulled);
+        let (Some(first), Some(last)) = (own().min_by(by_stretch), own().max_by(by_stretch)) else { return Ok(()) };
+        let refuse = |fact: String, remedy: &str| {
+            Err(FitError::Meaning { file: self.file.into(), column: e.name.clone(), fact, remedy: remedy.into() })
+        };
+        let neo_hookean = |l: f64| first.mode.nominal(first.mode.stretches(l, 1.0).map(|x| x * x), l);
+        let rise = first.stress / last.stress;
+        let negative = own().filter(|s| s.stress < 0.0).count();
+        match e.kind {
+            // A strain from 0.9 on would have the larger part of its stress already
+            StrainKind::Engineering | StrainKind::Displacement
+                if first.stretch >= 1.0 + BEGIN
+                    && last.stretch > first.stretch
+                    && rise < 0.5 * neo_hookean(first.stretch) / neo_hookean(last.stretch) =>
+            {
+                let fact = format!(
+                    "begins at a strain of {:.4} with {:.1} % of the largest stress, as a stretch or a position of the machine does",
+                    first.stretch - 1.0,
+                    100.0 * rise
+                );
+                refuse(
+                    fact,
+                    "pass --strain-kind stretch, or engineering if it is strain; of a position subtract the first value",
+                )
+            }
+            StrainKind::Stretch if first.stretch < 0.5 && negative * 10 <= own().count() && last.stress > 0.0 => {
+                let fact = format!("begins at {:.4} without compressive stress, as a strain does", first.stretch);
+                refuse(fact, "pass --strain-kind engineering, or stretch if it is one")
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Columns that count compression as positive get the opposite sign: as stated, else by the words of their names.
+///
+/// A column with a word such as "compressive" whose numbers are mostly positive is turned, and the other column of its test follows.
+pub fn turn_compression(columns: &mut Columns, body: &[Line], decimal: Decimal, choice: &ColumnChoice) {
+    let positive = |at: usize| {
+        let numbers = body.iter().filter_map(|l| table::number(l.cells.get(at)?, decimal).ok());
+        let signs =
+            numbers.fold([0_usize; 2], |[up, down], x| [up + usize::from(x > 0.0), down + usize::from(x < 0.0)]);
+        signs[0] > signs[1]
+    };
+    let Columns { axes, notes, .. } = columns;
+    for (e, p) in axes {
+        let named = [names::is_compressive(&e.name) && e.kind != StrainKind::Stretch, names::is_compressive(&p.name)];
+        let turned = match choice.positive {
+            Some(Sign::Compression) => [e.kind != StrainKind::Stretch, true],
+            Some(Sign::Tension) => {
+                if named != [false; 2] {
+                    notes.push(
+                        "tension counts as positive as requested, although a column is called compressive".into(),
+                    );
+                }
+                continue;
+            }
+            None if named == [false; 2] => continue,
+            None => {
+                let up = [e.kind != StrainKind::Stretch && positive(e.at), positive(p.at)];
+                let first = named[0] && up[0] || named[1] && up[1];
+                [first && up[0], first && up[1]]
+            }
+        };
+        let reason = if choice.positive.is_some() { "as requested" } else { "by its name" };
+        for (turn, factor, name) in [(turned[0], &mut e.factor, &e.name), (turned[1], &mut p.factor, &p.name)] {
+            if turn {
+                *factor = -*factor;
+                notes
+                    .push(format!("column \"{name}\" counts compression as positive ({reason}); its sign was changed"));
+            }
+        }
+        if turned == [false; 2] {
+            notes
+                .push(format!("column \"{}\" or \"{}\" is called compressive and is negative already", e.name, p.name));
+        }
+    }
+}
+
+/// Refuses tensile data under a header that speaks of compression.
+pub fn check_compression(
+    file: &str,
+    choice: &ColumnChoice,
+    header: &[(String, String)],
+    samples: &[Sample],
+) -> Result<(), FitError> {
+    let speaks = |text: &str| {
+        let text = text.to_lowercase();
+        ["compress", "d575", "iso 7743", "druckversuch"].iter().any(|w| text.contains(w))
+    };
+    let said = header.iter().find(|(key, value)| speaks(value) || (speaks(key) && value.is_empty()));
+    let tension = samples.iter().all(|s| s.stretch >= 1.0 && s.mode != Mode::SimpleShear);
+    match said {
+        Some((key, value)) if tension && choice.positive.is_none() => {
+            Err(FitError::Compression { file: file.into(), said: format!("{key}: {value}") })
+        }
+        _ => Ok(()),
+    }
+}

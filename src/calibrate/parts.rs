@@ -1,0 +1,145 @@
+//! Several specimens in one file: column names that are repeated below one another, and a column that tells specimens apart.
+//!
+//! A line equal to the one with the column names begins the table of another specimen. A column such as "Specimen" divides the rows where it
+//! has two values or more, each in five rows or more on average: a number that increases with every row is none.
+
+use super::columns::{self, Columns};
+use super::table::{self, Decimal, Line};
+use super::{Audit, AuditKind, ColumnChoice, Dimensions, FitError, names};
+use std::collections::HashMap;
+
+/// Rows of a specimen on average, at least
+const ROWS: usize = 5;
+
+/// The lines of one specimen.
+pub struct Part<'a> {
+    /// `None` where the file has one specimen
+    pub label: Option<String>,
+    pub lines: Vec<&'a Line>,
+}
+
+/// First cell of a line and the rest; of a single cell, the parts before and after a colon.
+pub fn pair(cells: &[String]) -> (String, String) {
+    let rest: Vec<_> = cells.iter().skip(1).filter(|c| !c.is_empty()).map(String::as_str).collect();
+    let first = cells.first().map_or("", String::as_str);
+    match first.split_once([':', '=']) {
+        Some((key, value)) if rest.is_empty() => (key.trim().into(), value.trim().into()),
+        _ => (first.trim_end_matches(':').into(), rest.join(" ")),
+    }
+}
+
+/// The file that is divided.
+pub struct Whole<'a> {
+    pub file: &'a str,
+    /// The line of the column names, as it is in the file
+    pub names: &'a Line,
+    pub body: &'a [Line],
+    pub columns: &'a Columns,
+    pub decimal: Decimal,
+    /// From the lines above the column names
+    pub dimensions: Dimensions,
+}
+
+impl<'a> Whole<'a> {
+    fn is_row(&self, line: &Line) -> bool {
+        let mut cells = self.columns.numeric().map(|i| line.cells.get(i).map_or("", String::as_str));
+        cells.all(|c| table::number(c, self.decimal).is_ok())
+    }
+
+    /// Divides the lines below the column names.
+    pub fn divide(&self, audit: &mut Audit) -> Result<Vec<Part<'a>>, FitError> {
+        let starts = self.repeated()?;
+        if !starts.is_empty() {
+            return self.by_names(&starts, audit);
+        }
+        let all = || vec![Part { label: None, lines: self.body.iter().collect() }];
+        let Some(at) = self.columns.specimen else { return Ok(all()) };
+        let rows: Vec<&Line> = self.body.iter().filter(|l| self.is_row(l)).collect();
+        let mut order: Vec<&'a str> = Vec::new();
+        let mut of: HashMap<&'a str, Vec<&'a Line>> = HashMap::new();
+        for line in self.body {
+            let label = line.cells.get(at).map_or("", String::as_str);
+            // Lines that are no rows stay with the first specimen, where they are logged
+            let label = if self.is_row(line) { label } else { order.first().copied().unwrap_or(label) };
+            of.entry(label).or_insert_with(|| {
+                order.push(label);
+                vec![]
+            });
+            of.get_mut(label).expect("inserted").push(line);
+        }
+        if order.len() < 2 || order.len() * ROWS > rows.len() {
+            return Ok(all());
+        }
+        let name = &self.names.cells[at];
+        audit.add(
+            AuditKind::Intake,
+            format!(
+                "column \"{name}\" holds {} values, each of which is a specimen: {}",
+                order.len(),
+                order.join(", ")
+            ),
+            vec![],
+        );
+        let part = |label: &'a str| Part {
+            label: Some(format!("specimen {label}")),
+            lines: of.remove(label).expect("listed"),
+        };
+        Ok(order.into_iter().map(part).collect())
+    }
+
+    /// Lines that repeat the column names; refuses other names of strain and stress above numbers.
+    fn repeated(&self) -> Result<Vec<usize>, FitError> {
+        let first = self.columns.numeric().next().expect("a table has a column of strain");
+        let is_text =
+            |l: &Line| l.cells.get(first).is_some_and(|c| !c.is_empty() && table::number(c, self.decimal).is_err());
+        let mut found = vec![];
+        for (k, line) in self.body.iter().enumerate().filter(|(_, l)| is_text(l)) {
+            if line.cells == self.names.cells {
+                found.push(k);
+            } else if columns::is_header(&line.cells, &ColumnChoice::default())
+                && self.body.get(columns::below_names(self.body, k)).is_some_and(|l| self.is_row(l))
+            {
+                return Err(FitError::OtherNames { file: self.file.into(), line: line.number });
+            }
+        }
+        Ok(found)
+    }
+
+    fn by_names(&self, starts: &[usize], audit: &mut Audit) -> Result<Vec<Part<'a>>, FitError> {
+        let is_title = |l: &&Line| {
+            !l.is_empty()
+                && !l.cells.iter().any(|c| table::is_number(c))
+                && l.cells.iter().any(|c| c.chars().any(char::is_alphabetic))
+        };
+        let mut parts = Vec::new();
+        let first = self.names.number;
+        let mut label = format!("table of line {first}");
+        let mut from = 0;
+        for end in starts.iter().copied().chain([self.body.len()]) {
+            let own = &self.body[from..end];
+            // Lines from the first one without numbers on belong to the next table
+            let length = if end == self.body.len() {
+                own.len()
+            } else {
+                own.iter().position(|l| is_title(&l)).unwrap_or(own.len())
+            };
+            parts.push(Part { label: Some(label), lines: own[..length].iter().collect() });
+            let Some(next) = self.body.get(end) else { break };
+            let header: Vec<_> = own[length..].iter().map(|l| pair(&l.cells)).collect();
+            let other = Dimensions::of_header(&header);
+            if other != Dimensions::default() && other.or(self.dimensions) != self.dimensions {
+                return Err(FitError::OtherDimensions { file: self.file.into(), line: next.number });
+            }
+            let named = header.iter().find(|(key, value)| names::is_specimen(key) && !value.is_empty());
+            label = named.map_or_else(|| format!("table of line {}", next.number), |(_, v)| format!("specimen {v}"));
+            from = columns::below_names(self.body, end);
+        }
+        let lines = starts.iter().map(|k| self.body[*k].number).collect();
+        let message = format!(
+            "the column names are repeated: the file holds {} tables, each of which is a specimen",
+            parts.len()
+        );
+        audit.add(AuditKind::Intake, message, lines);
+        Ok(parts)
+    }
+}

@@ -1,0 +1,113 @@
+//! `durometer laws …`
+
+use super::outcome::{CommandResult, Outcome};
+use durometer::calibrate::{library, library_text, read_law_file};
+use durometer::material::keywords::{self, Energy, Program};
+use durometer::material::law_from_table;
+use durometer::storage::{self, TEXT_LIMIT};
+use std::path::{Path, PathBuf};
+
+/// List law files, write a law for Abaqus, CalculiX, Ansys, FEBio or SOFA, and read one back
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  durometer laws list data
+  durometer laws export data/treloar-1944/neo-hookean.toml --to calculix --unit MPa --nu 0.49
+  durometer laws export law.toml --to febio --unit kPa --out rubber.feb
+  durometer laws import rubber.inp --from abaqus --unit MPa --out law.toml
+
+Exit codes: 0 done, 2 bad input.")]
+pub struct Args {
+    #[command(subcommand)]
+    action: Action,
+}
+
+#[derive(clap::Subcommand)]
+enum Action {
+    /// List and compare the law files of a folder: constants, intervals, range, stiffness, stability
+    List {
+        /// Folder, with its folders
+        folder: PathBuf,
+        /// Print JSON instead of a table
+        #[arg(long)]
+        json: bool,
+    },
+    /// Write a law file as keywords of another program; comments state the units and the volumetric part
+    Export {
+        /// Law file (TOML), as `durometer fit` writes it
+        law: PathBuf,
+        /// Program: abaqus, calculix, ansys, febio, sofa
+        #[arg(long)]
+        to: Program,
+        /// Unit of stresses in the other program, e.g. Pa or MPa
+        #[arg(long)]
+        unit: String,
+        /// Poisson's ratio, where the law file has no bulk modulus
+        #[arg(long)]
+        nu: Option<f64>,
+        /// Volumetric part of the law, where the law file has none: quadratic, logarithmic, simo_taylor
+        #[arg(long)]
+        volumetric: Option<String>,
+        /// File that is written [default: standard output]
+        #[arg(long)]
+        out: Option<PathBuf>,
+    },
+    /// Read the first law in an input file of another program and write it as a law file
+    Import {
+        /// Input file of the program
+        file: PathBuf,
+        /// Program: abaqus, calculix, ansys, febio, sofa
+        #[arg(long)]
+        from: Program,
+        /// Unit of stresses in the file, e.g. Pa or MPa
+        #[arg(long)]
+        unit: String,
+        /// File that is written [default: standard output]
+        #[arg(long)]
+        out: Option<PathBuf>,
+    },
+}
+
+pub fn main(args: Args) -> CommandResult {
+    match args.action {
+        Action::List { folder, json } => {
+            let laws = library(&folder)?;
+            if json {
+                println!("{}", serde_json::to_string_pretty(&laws)?);
+            } else {
+                print!("{}", library_text(&laws, &folder));
+            }
+            Ok(Outcome::Complete)
+        }
+        Action::Export { law, to, unit, nu, volumetric, out } => {
+            let (mut table, provenance) = read_law_file(&law)?;
+            if let Some(nu) = nu {
+                table.insert("nu".into(), nu.into());
+            }
+            if let Some(part) = volumetric {
+                table.insert("volumetric".into(), part.into());
+            }
+            let energy = Energy::of(&*law_from_table(&table)?);
+            let origin = |key: &str| provenance.get(key).map(|v| format!("{key}: {v}"));
+            let notes: Vec<String> = ["data", "source", "fitted_stretch"].into_iter().filter_map(origin).collect();
+            print(out.as_deref(), &keywords::write(&energy, to, &unit, &notes)?)
+        }
+        Action::Import { file, from, unit, out } => {
+            let text = storage::read_text(&file, TEXT_LIMIT).map_err(|e| format!("{}: {e}", file.display()))?;
+            let energy = keywords::read(&text, from, &unit).map_err(|e| format!("{}: {e}", file.display()))?;
+            let mut table = energy.table()?;
+            table.insert("source".into(), format!("{} of {}", file.display(), from.name()).into());
+            print(out.as_deref(), &toml::to_string(&table)?)
+        }
+    }
+}
+
+fn print(out: Option<&Path>, text: &str) -> CommandResult {
+    match out {
+        Some(path) => {
+            storage::write(path, text.as_bytes()).map_err(|e| format!("{}: cannot be written: {e}", path.display()))?
+        }
+        None => print!("{text}"),
+    }
+    Ok(Outcome::Complete)
+}

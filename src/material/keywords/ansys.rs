@@ -1,0 +1,85 @@
+//! `TB,HYPER` and `TBDATA` of Ansys: constants in this order, then d = 2/κ, six numbers to a line.
+//!
+//! U = (J − 1)²/d; of `GENT` and `BOYCE` (½(J² − 1) − ln J)/d. Ogden's energy is Σ (μ_n/α_n)(Σλ̄^α_n − 3).
+
+use super::energy::{COUPLED, Energy, KeywordError, OGDEN, Program, SPLIT, kappa_of, number, numbers};
+use crate::material::VolumetricKind;
+
+/// Numbers in a line
+const LINE: usize = 6;
+const PROGRAM: Program = Program::Ansys;
+
+/// The commands, and the volumetric part that they have.
+pub fn write(energy: &Energy, scale: f64) -> Result<(String, Option<VolumetricKind>), KeywordError> {
+    let c = &energy.constants;
+    let at = |k: usize| c.get(k).copied().unwrap_or(0.0) * scale;
+    let mut kind = VolumetricKind::Quadratic;
+    let (points, option, mut values) = match energy.law.as_str() {
+        COUPLED | SPLIT => (String::new(), "NEO", vec![at(0)]),
+        "mooney_rivlin" if c.len() < 4 => (c.len().to_string(), "MOONEY", (0..c.len()).map(at).collect()),
+        "mooney_rivlin" => ("5".into(), "MOONEY", vec![at(0), at(1), at(3), at(2), at(4)]),
+        "yeoh" => (c.len().to_string(), "YEOH", (0..c.len()).map(at).collect()),
+        OGDEN => {
+            let terms = c.chunks_exact(2).flat_map(|v| [v[0] / v[1] * scale, v[1]]);
+            ((c.len() / 2).to_string(), "OGDEN", terms.collect())
+        }
+        "gent" | "arruda_boyce" => {
+            kind = VolumetricKind::SimoTaylor;
+            (String::new(), if energy.law == "gent" { "GENT" } else { "BOYCE" }, vec![at(0), c[1]])
+        }
+        _ => return Err(energy.refuse(PROGRAM, "")),
+    };
+    values.push(2.0 / (energy.kappa * scale));
+    let mut text = format!("TB,HYPER,1,1,{points},{option}\n");
+    for (k, line) in values.chunks(LINE).enumerate() {
+        let line: Vec<String> = line.iter().map(|x| number(*x)).collect();
+        text += &format!("TBDATA,{},{}\n", 1 + LINE * k, line.join(","));
+    }
+    Ok((text, Some(kind)))
+}
+
+/// Reads the first `TB,HYPER`.
+pub fn read(text: &str, scale: f64) -> Result<Energy, KeywordError> {
+    let refuse = |what: String| KeywordError::Unreadable { program: PROGRAM, what };
+    let bare = |l: &str| l.split('!').next().unwrap_or("").trim().to_uppercase();
+    let mut lines = text.lines().map(bare).filter(|l| !l.is_empty());
+    let head =
+        lines.find(|l| l.replace(' ', "").starts_with("TB,HYPER")).ok_or_else(|| refuse("no TB,HYPER".into()))?;
+    let words: Vec<&str> = head.split(',').map(str::trim).collect();
+    let (points, option) = (words.get(4).copied().unwrap_or(""), words.get(5).copied().unwrap_or("MOONEY"));
+    let mut values: Vec<f64> = vec![];
+    for line in lines.take_while(|l| l.starts_with("TBDATA")) {
+        let all = numbers(PROGRAM, &line.split(',').skip(1).collect::<Vec<_>>())?;
+        let (first, rest) = all.split_first().ok_or_else(|| refuse(format!("\"{line}\" has no numbers")))?;
+        // A table has 100 places at most
+        let place =
+            Some(*first as usize).filter(|k| (1..100).contains(k)).ok_or_else(|| refuse(format!("place {first}")))?;
+        values.resize(values.len().max(place - 1 + rest.len()), 0.0);
+        values[place - 1..place - 1 + rest.len()].copy_from_slice(rest);
+    }
+    let count =
+        if points.is_empty() { 1 } else { points.parse().map_err(|_| refuse(format!("NPTS = \"{points}\"")))? };
+    let (law, own) = match (option, count) {
+        ("NEO", _) => (SPLIT, 1),
+        ("MOONEY", 2 | 3 | 5) => ("mooney_rivlin", count),
+        ("YEOH", 1..=3) => ("yeoh", count),
+        ("OGDEN", 1..=4) => (OGDEN, 2 * count),
+        ("GENT", _) => ("gent", 2),
+        ("BOYCE", _) => ("arruda_boyce", 2),
+        _ => return Err(refuse(format!("\"{head}\" is no law of Durometer"))),
+    };
+    if values.len() <= own {
+        return Err(refuse(format!("{} numbers below \"{head}\", at least {} are needed", values.len(), own + 1)));
+    }
+    let kappa = kappa_of(PROGRAM, &values[own..], scale)?;
+    let v = &values[..own];
+    let constants = match law {
+        OGDEN => v.chunks_exact(2).flat_map(|v| [v[0] * v[1] * scale, v[1]]).collect(),
+        "gent" | "arruda_boyce" => vec![v[0] * scale, v[1]],
+        "mooney_rivlin" if own == 5 => [v[0], v[1], v[3], v[2], v[4]].map(|x| x * scale).to_vec(),
+        _ => v.iter().map(|x| x * scale).collect(),
+    };
+    let simo = matches!(law, "gent" | "arruda_boyce");
+    let kind = if simo { VolumetricKind::SimoTaylor } else { VolumetricKind::Quadratic };
+    Ok(Energy { law: law.into(), constants, kappa, volumetric: Some(kind) })
+}

@@ -1,0 +1,67 @@
+//! Laws in the input files of other programs, written and read back: Abaqus, CalculiX, Ansys, FEBio and SOFA.
+//!
+//! The isochoric energy is the same number for number. The volumetric part is the one that the program has: where it is another one than that of
+//! the law it has the same bulk modulus κ, and the text says so. Every program needs a finite κ.
+//!
+//! Sources: *Abaqus Analysis User's Guide*, Hyperelastic behavior of rubberlike materials; Dhondt, *CalculiX CrunchiX User's Manual*, `*HYPERELASTIC`;
+//! *Mechanical APDL Material Reference*, Hyperelasticity; sources of FEBio 4 (`FEUncoupledMaterial`, `FEOgdenMaterial`, `FEGentMaterial`) and of SOFA
+//! (`NeoHookean.h`, `MooneyRivlin.h`, `Ogden.h`; its documentation has another order of the constants). CalculiX was run.
+
+mod abaqus;
+mod ansys;
+mod energy;
+mod markup;
+
+pub use energy::{Energy, KeywordError, Program};
+
+use super::volumetric::VolumetricKind;
+use crate::math::units::{self, Dimension};
+
+/// Text of a law in the input of a program, with stresses in `unit`; `notes` become comments.
+///
+/// The text begins with comments on the units and on the volumetric part. Refused: a law that the program does not have.
+pub fn write(energy: &Energy, program: Program, unit: &str, notes: &[String]) -> Result<String, KeywordError> {
+    let scale = 1.0 / units::parse(&format!("1 {unit}"), Dimension::PRESSURE)?;
+    let (body, kind) = match program {
+        Program::Abaqus | Program::Calculix => abaqus::write(energy, program, scale)?,
+        Program::Ansys => ansys::write(energy, scale)?,
+        Program::Febio => markup::write_febio(energy, scale)?,
+        Program::Sofa => markup::write_sofa(energy, scale)?,
+    };
+    let mut text = program
+        .comment(&format!("{} of Durometer; stresses and moduli in {unit}, lengths and forces to match", energy.law));
+    text += &program.comment(&volumetric(energy, kind));
+    notes.iter().for_each(|n| text += &program.comment(&n.replace('\n', " ")));
+    Ok(text + &body)
+}
+
+/// The energy of the first law in the input of a program, with stresses in `unit`.
+pub fn read(text: &str, program: Program, unit: &str) -> Result<Energy, KeywordError> {
+    let scale = units::parse(&format!("1 {unit}"), Dimension::PRESSURE)?;
+    let energy = match program {
+        Program::Abaqus | Program::Calculix => abaqus::read(text, program, scale)?,
+        Program::Ansys => ansys::read(text, scale)?,
+        Program::Febio => markup::read_febio(text, scale)?,
+        Program::Sofa => markup::read_sofa(text, scale)?,
+    };
+    energy.build()?;
+    Ok(energy)
+}
+
+/// Words on the volumetric part, the one of the program and the one of the law.
+fn volumetric(energy: &Energy, kind: Option<VolumetricKind>) -> String {
+    let formula = |kind: Option<VolumetricKind>| match kind {
+        Some(VolumetricKind::Quadratic) => "U = kappa/2 (J - 1)^2",
+        Some(VolumetricKind::Logarithmic) => "U = kappa/2 (ln J)^2",
+        Some(VolumetricKind::SimoTaylor) => "U = kappa/4 (J^2 - 1 - 2 ln J)",
+        None => "lambda/2 (ln J)^2 - mu ln J, coupled",
+    };
+    let own = format!("volumetric part: {}, kappa = {} Pa", formula(kind), energy.kappa);
+    if kind == energy.volumetric {
+        return own;
+    }
+    format!(
+        "{own}; the law of Durometer has {}: equal moduli at rest, stresses that differ in proportion to J - 1",
+        formula(energy.volumetric)
+    )
+}

@@ -1,0 +1,187 @@
+//! Encodings, delimiters, decimal marks, units and names: the same test in many spellings.
+
+use super::Expected::{Doubted, Logged, Read, Refused};
+use super::{Case, case, lines, nominal, stretches, table};
+
+pub fn cases() -> Vec<Case> {
+    [units(), marks(), names(), requests()].into_iter().flatten().collect()
+}
+
+/// The unit in the name of the stress and of the strain, in its many spellings.
+fn units() -> Vec<Case> {
+    let mut found = vec![];
+    let psi = 6894.757293168361;
+    for (unit, pascal) in [
+        ("(MPa)", 1e6),
+        ("[MPa]", 1e6),
+        ("(Mpa)", 1e6),
+        ("(MPA)", 1e6),
+        ("[N/mm2]", 1e6),
+        ("[N/mm^2]", 1e6),
+        ("[N/mm²]", 1e6),
+        ("(N/mm**2)", 1e6),
+        ("in N/mm²", 1e6),
+        ("/ kPa", 1e3),
+        ("(KPa)", 1e3),
+        ("(kN/m2)", 1e3),
+        ("(N/m2)", 1.0),
+        ("(pa)", 1.0),
+        ("(psi)", psi),
+        ("(PSI)", psi),
+        ("(lbf/in2)", psi),
+        ("(ksi)", 1e3 * psi),
+        ("(bar)", 1e5),
+        ("(kgf/cm2)", 98066.5),
+    ] {
+        let text = table(&format!("strain (%),nominal stress {unit}"), |l| (100.0 * (l - 1.0), nominal(l) / pascal));
+        found.push(case(&format!("stress {unit}"), &text, Read));
+    }
+    for (unit, fraction) in [
+        ("(%)", 0.01),
+        ("[percent]", 0.01),
+        ("(mm/mm)", 1.0),
+        ("(in/in)", 1.0),
+        ("(-)", 1.0),
+        ("(mm/m)", 1e-3),
+        ("(µε)", 1e-6),
+    ] {
+        let text = table(&format!("Tensile strain {unit},Tensile stress (kPa)"), |l| {
+            ((l - 1.0) / fraction, 1e-3 * nominal(l))
+        });
+        found.push(case(&format!("strain {unit}"), &text, Read));
+    }
+    for unit in ["(mpa)", "(mPa)", "(V)", "(kips)", "(kg/cm2)", ""] {
+        let text = table(&format!("strain (%),nominal stress {unit}"), |l| (100.0 * (l - 1.0), nominal(l)));
+        found.push(case(&format!("stress {unit} is refused"), &text, Refused(&["--stress-unit"])));
+    }
+    let text = table("strain (10^-3),stress (kPa)", |l| (1e3 * (l - 1.0), 1e-3 * nominal(l)));
+    found.push(case("an unknown unit of strain", &text, Refused(&["unit \"10^-3\"", "--strain-unit"])));
+    found
+}
+
+fn marks() -> Vec<Case> {
+    let text = table("strain (%),stress (kPa)", |l| (100.0 * (l - 1.0), 1e-3 * nominal(l)));
+    let comma = text.replace(',', ";").replace('.', ",");
+    vec![
+        case("semicolons", &text.replace(',', ";"), Read),
+        case("tabs", &text.replace(',', "\t"), Read),
+        case("decimal commas and semicolons", &comma, Read),
+        case("decimal commas and tabs", &comma.replace(';', "\t"), Read),
+        case("decimal commas and commas", &comma.replace(';', ","), Refused(&["cells under", "export it with ;"])),
+        case("lines end as in Windows", &text.replace('\n', "\r\n"), Read),
+        case("lines end as on old machines", &text.replace('\n', "\r"), Read),
+        case("the line that Excel reads", &format!("sep=;\n{}", text.replace(',', ";")), Read),
+        case("a mark of UTF-8", &format!("\u{feff}{text}"), Read),
+        case("empty lines", &text.replace('\n', "\n\n"), Read),
+        case(
+            "the line of units after an empty one",
+            &text.replacen("strain (%),stress (kPa)\n", "strain,stress\n,\n%,kPa\n", 1),
+            Read,
+        ),
+        case("a minus sign of print", &text.replacen("\n0,0\n", "\n\u{2212}0,\u{2212}0\n", 1), Read),
+        case(
+            "two decimal marks",
+            &text.replace(',', ";").replacen("\n0;0\n", "\n0,0;0\n", 1),
+            Refused(&["has the other one"]),
+        ),
+        case("no text but an Excel workbook", "PK\u{3}\u{4}rest", Refused(&["Excel workbook", "export the data"])),
+        case("zero bytes", &text.replacen("9,", "9\0,", 1), Refused(&["zero bytes"])),
+        case(
+            "a quotation mark that is not closed",
+            &text.replacen("\n0,0\n", "\n\"0,0\n", 1),
+            Refused(&["is not closed"]),
+        ),
+    ]
+}
+
+/// N on a section of 18 mm².
+fn force(l: f64) -> f64 {
+    nominal(l) * 18e-6
+}
+
+fn names() -> Vec<Case> {
+    let block = "Operator;N. N.\nMaterial;silicone\nWidth: 6 mm\nThickness = 3 mm\n;;\n";
+    let semicolon = |head: &str, row: &dyn Fn(f64) -> (f64, f64)| table(head, row).replace(',', ";");
+    let by_time = |time: &dyn Fn(usize) -> f64, order: &dyn Fn(usize) -> usize| {
+        let all = stretches();
+        let shown: Vec<f64> = (0..all.len()).map(|k| all[order(k)]).collect();
+        lines("time (s),stretch,nominal stress (Pa)", &shown, |k, l| format!("{},{l},{}", time(order(k)), nominal(l)))
+    };
+    let labelled = |label: &dyn Fn(usize) -> String| {
+        lines("Specimen,stretch,nominal stress (Pa)", &[stretches(), stretches()].concat(), |k, l| {
+            format!("{},{l},{}", label(k), nominal(l))
+        })
+    };
+    vec![
+        case(
+            "metadata above, colons and equal signs",
+            &(block.to_string() + &semicolon("strain (%);load (N)", &|l| (100.0 * (l - 1.0), force(l)))),
+            Logged(&["6 mm × 3 mm"]),
+        ),
+        case(
+            "German names",
+            &semicolon("technische Dehnung [%];Nennspannung [MPa]", &|l| (100.0 * (l - 1.0), 1e-6 * nominal(l))),
+            Read,
+        ),
+        case(
+            "French names",
+            &semicolon("Déformation (%);Contrainte (MPa)", &|l| (100.0 * (l - 1.0), 1e-6 * nominal(l))),
+            Read,
+        ),
+        case("true strain and stress", &table("true strain,true stress (Pa)", |l| (l.ln(), l * nominal(l))), Read),
+        case("stretch", &table("λ,nominal stress (Pa)", |l| (l, nominal(l))), Read),
+        case("times out of order", &by_time(&|k| k as f64, &|k| k * 7 % 30), Read),
+        case(
+            "times that go back over a curve that does not",
+            &by_time(&|k| (k % 10) as f64 + 0.1 * k as f64, &|k| k),
+            Logged(&["the order was kept"]),
+        ),
+        case(
+            "specimens named in a column",
+            &labelled(&|k| if k < 30 { "A".into() } else { "B".into() }),
+            Logged(&["each of which is a specimen: A, B"]),
+        ),
+        case(
+            "specimens row by row",
+            &labelled(&|k| format!("{}", k % 2)),
+            Logged(&["each of which is a specimen: 0, 1"]),
+        ),
+        case(
+            "a number of every row is no specimen",
+            &lines("Sample,stretch,nominal stress (Pa)", &stretches(), |k, l| format!("{k},{l},{}", nominal(l))),
+            Read,
+        ),
+    ]
+}
+
+/// Requests against the header or instead of it.
+fn requests() -> Vec<Case> {
+    vec![
+        case(
+            "a flag against the header",
+            &table("strain (%),stress (kPa)", |l| (l - 1.0, 1e-6 * nominal(l))),
+            Logged(&["is read in 1 as requested, its name says %", "is read in MPa as requested, its name says kPa"]),
+        )
+        .with(|c| (c.strain_unit, c.stress_unit) = (Some("1".into()), Some("MPa".into()))),
+        case(
+            "dimensions against the header",
+            &("Width,5 mm\nThickness,3 mm\n".to_string()
+                + &table("strain (%),load (N)", |l| (100.0 * (l - 1.0), force(l)))),
+            Logged(&["width = 6.000000 mm as requested or by the card, the header says 5.000000 mm"]),
+        )
+        .with(|c| {
+            c.dimensions.set("width", "6 mm").expect("a length");
+            c.dimensions.set("thickness", "3 mm").expect("a length");
+        }),
+        case("columns called by their numbers", &table("a,b", |l| (l, nominal(l))), Read).with(|c| {
+            (c.strain, c.stress) = (Some("#1".into()), Some("#2".into()));
+            (c.strain_kind, c.stress_unit) = (Some("stretch".parse().expect("known")), Some("Pa".into()));
+        }),
+        case(
+            "travel of a machine",
+            &table("Extension (mm),stress (Pa)", |l| (33.0 * (l - 1.0), nominal(l))),
+            Doubted(&["crosshead travel"]),
+        )
+        .with(|c| c.dimensions.set("gauge_length", "33 mm").expect("a length")),
+    ]
+}
