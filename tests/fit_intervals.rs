@@ -121,7 +121,8 @@ fn correlated_errors_are_those_of_the_dense_matrices() {
     let grid: Vec<_> = (0..46).map(one).collect();
     let most = grid.iter().map(|g| g.2).fold(f64::NEG_INFINITY, f64::max);
     let sum: f64 = grid.iter().map(|g| g.1 * (g.2 - most).exp()).sum();
-    let mean_of = |of: &dyn Fn(&(f64, f64, f64, DMatrix<f64>)) -> f64| {
+    type AtCorrelation = (f64, f64, f64, DMatrix<f64>);
+    let mean_of = |of: &dyn Fn(&AtCorrelation) -> f64| {
         grid.iter().map(|g| g.1 * (g.2 - most).exp() / sum * of(g)).sum::<f64>()
     };
     assert!((mean_of(&|g| g.0) - mean).abs() < 1e-9);

@@ -95,7 +95,7 @@ fn laws_are_ranked_by_what_they_predict() {
         fittable_laws().iter().flat_map(|e| &e.fit).map(|f| f.term_counts.len()).sum::<usize>()
     );
     let scores: Vec<(bool, f64)> = table.laws.iter().filter_map(|c| Some((!c.lost.is_empty(), c.score?))).collect();
-    let ranked = |w: &[(bool, f64)]| w[0].0 < w[1].0 || (w[0].0 == w[1].0 && w[0].1 <= w[1].1 + 1e-3);
+    let ranked = |w: &[(bool, f64)]| !w[0].0 && w[1].0 || (w[0].0 == w[1].0 && w[0].1 <= w[1].1 + 1e-3);
     assert!(scores.windows(2).all(ranked) && scores.len() == table.laws.len(), "{scores:?}");
     for c in &table.laws {
         // The prediction of the other modes is that of the fit of this law alone

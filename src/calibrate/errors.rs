@@ -20,6 +20,7 @@
 
 use super::Sample;
 use super::rows::padded;
+use crate::math::svd::svd;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -183,7 +184,7 @@ fn directions(jacobian: &DMatrix<f64>) -> Directions {
     let p = jacobian.ncols();
     let length: Vec<f64> = (0..p).map(|k| jacobian.column(k).norm()).map(|l| if l > 0.0 { l } else { 1.0 }).collect();
     let scaled = DMatrix::from_fn(jacobian.nrows(), p, |i, k| jacobian[(i, k)] / length[k]);
-    let svd = padded(&scaled, p).svd(true, true);
+    let svd = svd(padded(&scaled, p), true, true);
     let (u, vt, sigma) = (svd.u.expect("asked for"), svd.v_t.expect("asked for"), svd.singular_values);
     let seen: Vec<usize> = (0..p).filter(|k| sigma[*k] > BLIND * sigma.max()).collect();
     Directions {

@@ -12,6 +12,7 @@ use super::model::unit;
 use super::rows::padded;
 use super::{Direction, Estimate, statistics};
 use crate::material::Parameter;
+use crate::math::svd::svd;
 use crate::math::units::Dimension;
 use nalgebra::{DMatrix, DVector};
 
@@ -56,7 +57,7 @@ pub fn identify(
         })
         .collect();
     let s = DMatrix::from_fn(n, p, |i, k| jacobian[(i, k)] * scale[k] / size);
-    let svd = padded(&s, p).svd(false, true);
+    let svd = svd(padded(&s, p), false, true);
     let (sigma, vt) = (svd.singular_values, svd.v_t.expect("asked for"));
     let blind = |k: usize| sigma[k] <= (BLIND * sigma.max()).max(rounding);
     let free = n.saturating_sub(p);
@@ -131,7 +132,7 @@ pub fn across(jacobian: &DMatrix<f64>, column: &DVector<f64>) -> DVector<f64> {
     let p = jacobian.ncols();
     let lengths: Vec<f64> = (0..p).map(|k| jacobian.column(k).norm()).map(|n| if n > 0.0 { n } else { 1.0 }).collect();
     let scaled = DMatrix::from_fn(jacobian.nrows(), p, |i, k| jacobian[(i, k)] / lengths[k]);
-    let svd = padded(&scaled, p).svd(true, false);
+    let svd = svd(padded(&scaled, p), true, false);
     let (u, sigma) = (svd.u.expect("asked for"), svd.singular_values);
     let long = column.clone().resize_vertically(u.nrows(), 0.0);
     let mut rest = long.clone();

@@ -14,6 +14,7 @@ use super::{FitError, Mode, SolverCheck};
 use crate::material::FitTerms;
 use crate::material::principal::PrincipalDerivatives;
 use crate::material::registry::find;
+use crate::math::svd::svd;
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SecondOrderConeT, SolverStatus, SupportedConeT};
 use nalgebra::{DMatrix, DVector};
@@ -90,7 +91,7 @@ pub fn solve(
     let scaled: Vec<_> = columns.iter().zip(&length).map(|(c, n)| c / *n).collect();
     let a = padded(&side_by_side(&scaled), terms);
     let target = rows.target.clone().resize_vertically(a.nrows(), 0.0);
-    let svd = a.clone().svd(true, true);
+    let svd = svd(a.clone(), true, true);
     let (u, sigma, vt) = (svd.u.expect("asked for"), svd.singular_values, svd.v_t.expect("asked for"));
     let d = u.transpose() * &target;
     let largest = sigma.max();

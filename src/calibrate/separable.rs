@@ -12,6 +12,7 @@ use super::nonnegative::{nonnegative, reduce};
 use super::rows::{Rows, padded, side_by_side};
 use super::{FitError, SolverCheck};
 use crate::material::ShapedTerm;
+use crate::math::svd::svd;
 use argmin::core::{CostFunction, Error, Executor, Gradient, Hessian, State};
 use argmin::solver::trustregion::{Steihaug, TrustRegion};
 use nalgebra::{DMatrix, DVector};
@@ -272,7 +273,7 @@ fn finish(problem: &Projected<'_>, mut x: Vec<f64>, flat: f64) -> Option<End> {
         let scaled: Vec<_> = j.iter().zip(&size).map(|(c, n)| c / *n).collect();
         // The step is that of the columns: their triangle has the same singular values
         let (triangle, d) = reduce(&side_by_side(&scaled), &r);
-        let svd = triangle.svd(true, true);
+        let svd = svd(triangle, true, true);
         let Ok(step) = svd.solve(&d, 1e-10 * svd.singular_values.max()) else { break };
         let moved = |t: f64| {
             let (mut x, mut c) = (x.clone(), c.clone());

@@ -15,6 +15,7 @@ use super::errors;
 use super::offset::{Offset, SlackChoice, removed};
 use super::solve::{LawFit, LawSetting, constants, jacobian, residual, solve};
 use super::{Estimate, FitError, Mode, Sample, statistics};
+use crate::math::svd::svd;
 use serde::Serialize;
 
 /// A fitted offset, as it is reported.
@@ -53,7 +54,7 @@ pub fn search(setting: &LawSetting, rows: &[Sample], mut offsets: Vec<Offset>) -
         let j = jacobian(&own, &samples, &found);
         let length: Vec<f64> = j.column_iter().map(|c| c.norm()).map(|l| if l > 0.0 { l } else { 1.0 }).collect();
         let scaled = nalgebra::DMatrix::from_fn(j.nrows(), j.ncols(), |i, k| j[(i, k)] / length[k]);
-        let svd = scaled.svd(true, true);
+        let svd = svd(scaled, true, true);
         let Ok(step) = svd.solve(&residual(&own, &samples, &found), 1e-9 * svd.singular_values.max()) else { break };
         let moved = |t: f64| {
             let next: Vec<Offset> = (offsets.iter().enumerate())
@@ -144,7 +145,7 @@ fn may_matter(setting: &LawSetting, rows: &[Sample], curves: &[Offset]) -> Resul
     let length: Vec<f64> = j.column_iter().map(|c| c.norm()).map(|l| if l > 0.0 { l } else { 1.0 }).collect();
     let scaled = nalgebra::DMatrix::from_fn(j.nrows(), j.ncols(), |i, k| j[(i, k)] / length[k]);
     let all = residual(&own, rows, &found);
-    let svd = scaled.clone().svd(true, true);
+    let svd = svd(scaled.clone(), true, true);
     let Ok(step) = svd.solve(&all, 1e-9 * svd.singular_values.max()) else { return Ok(false) };
     let errors = errors::of(&j, &(all - scaled * &step), rows, false);
     // A step is not the whole way, and leaves more in the residual than the offset would: half of the bound

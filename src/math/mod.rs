@@ -12,6 +12,7 @@ pub mod pcg;
 pub mod random;
 pub mod signal;
 pub mod sparse;
+pub mod svd;
 pub mod tensor;
 pub mod units;
 pub mod vector;

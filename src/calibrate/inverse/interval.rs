@@ -2,6 +2,7 @@
 
 use super::super::{rows::padded, statistics};
 use crate::math::random::SplitMix;
+use crate::math::svd::svd;
 use nalgebra::{DMatrix, DVector};
 
 /// Samples of the bootstrap
@@ -50,7 +51,7 @@ pub fn drawn_again(
         let length: Vec<f64> = (0..p).map(|k| jacobian.column(k).norm()).collect();
         let j = DMatrix::from_fn(n, p, |i, k| jacobian[(rows[i], k)] / length[k]);
         let r = DVector::from_fn(n.max(p), |i, _| if i < n { residual[rows[i]] } else { 0.0 });
-        let svd = padded(&j, p).svd(true, true);
+        let svd = svd(padded(&j, p), true, true);
         let step = svd.solve(&r, 1e-10 * svd.singular_values.max()).ok()?;
         Some((0..p).map(|k| values[k] + step[k] / length[k]).collect::<Vec<f64>>())
             .filter(|v| v.iter().all(|x| x.is_finite()))

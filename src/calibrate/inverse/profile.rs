@@ -7,6 +7,7 @@
 use super::search::{Weights, search};
 use super::{Failure, Measured, SceneModel, written};
 use crate::calibrate::statistics;
+use crate::math::svd::svd;
 use crate::scene::Progress;
 use nalgebra::{DMatrix, DVector};
 
@@ -87,7 +88,7 @@ fn squares(
         best.jacobian[(i, others[k])] * best.values[others[k]].abs().max(f64::MIN_POSITIVE)
     });
     let pull = best.jacobian.column(j) * -offset;
-    let svd = own.svd(true, true);
+    let svd = svd(own, true, true);
     let step = svd.solve(&pull, 1e-12 * svd.singular_values.max()).unwrap_or_else(|_| DVector::zeros(others.len()));
     let start: Vec<f64> =
         others.iter().enumerate().map(|(k, o)| best.values[*o] + step[k] * best.values[*o].abs()).collect();

@@ -11,6 +11,7 @@
 use super::Measured;
 use super::model::{Answer, Failure, SceneModel, Unknown};
 use crate::calibrate::rows::padded;
+use crate::math::svd::svd;
 use crate::scene::Progress;
 use argmin::core::{
     CostFunction, Error, Executor, Gradient, Hessian, IterState, KV, Problem, Solver, State, TerminationReason,
@@ -117,7 +118,7 @@ impl Coordinates {
         let u0 = DVector::from_fn(p, |k, _| if kinds[k].0 { start[k].ln() } else { start[k] / kinds[k].1 });
         let mut own = Self { kinds, u0, t: DMatrix::identity(p, p) };
         let j = of_theta * own.rates(&vec![0.0; p]);
-        let svd = padded(&j, p).svd(false, true);
+        let svd = svd(padded(&j, p), false, true);
         let (sigma, vt) = (svd.singular_values, svd.v_t.expect("asked for"));
         let stretch = |k: usize| if sigma.max() > 0.0 { sigma[k].max(FLAT * sigma.max()).recip() } else { 1.0 };
         own.t = DMatrix::from_fn(p, p, |i, k| vt[(k, i)] * stretch(k));
@@ -268,7 +269,7 @@ impl<O, S: Solver<O, At>> Solver<O, At> for UntilSettled<S> {
         let g = DVector::from_column_slice(g);
         let h = DMatrix::from_fn(p, p, |i, k| h[i][k]);
         // Directions that the data do not determine have no step either
-        let svd = h.svd(true, true);
+        let svd = svd(h, true, true);
         let step = svd.solve(&g, 1e-14 * svd.singular_values.max()).unwrap_or_else(|_| DVector::zeros(p));
         let decrease = 0.5 * g.dot(&step);
         if decrease <= STILL * state.get_cost() || decrease <= ROUNDING {
