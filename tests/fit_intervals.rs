@@ -122,9 +122,8 @@ fn correlated_errors_are_those_of_the_dense_matrices() {
     let most = grid.iter().map(|g| g.2).fold(f64::NEG_INFINITY, f64::max);
     let sum: f64 = grid.iter().map(|g| g.1 * (g.2 - most).exp()).sum();
     type AtCorrelation = (f64, f64, f64, DMatrix<f64>);
-    let mean_of = |of: &dyn Fn(&AtCorrelation) -> f64| {
-        grid.iter().map(|g| g.1 * (g.2 - most).exp() / sum * of(g)).sum::<f64>()
-    };
+    let mean_of =
+        |of: &dyn Fn(&AtCorrelation) -> f64| grid.iter().map(|g| g.1 * (g.2 - most).exp() / sum * of(g)).sum::<f64>();
     assert!((mean_of(&|g| g.0) - mean).abs() < 1e-9);
     assert!((mean_of(&|g| 40.0 * (1.0 - g.0) / (1.0 + g.0)) - effective).abs() < 1e-7);
     for (k, e) in r.parameters.iter().enumerate() {

@@ -16,6 +16,8 @@ pub enum AuditKind {
     Kept,
     /// A reason to doubt the answer
     Doubt,
+    /// A reason to doubt it unless slack is fitted
+    Slack,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -34,7 +36,7 @@ impl fmt::Display for AuditEntry {
             AuditKind::LeftOut => "left out",
             AuditKind::Changed => "changed",
             AuditKind::Kept => "kept",
-            AuditKind::Doubt => "doubt",
+            AuditKind::Doubt | AuditKind::Slack => "doubt",
         };
         write!(f, "{kind}: {}", self.message)?;
         if !self.lines.is_empty() {
@@ -65,6 +67,11 @@ impl Audit {
         if !lines.is_empty() {
             self.add(kind, message, lines);
         }
+    }
+
+    /// Forgets the entries of a kind.
+    pub fn remove(&mut self, kind: AuditKind) {
+        self.0.retain(|entry| entry.kind != kind);
     }
 
     pub fn of(&self, kind: AuditKind) -> impl Iterator<Item = &AuditEntry> {

@@ -151,6 +151,7 @@ fn without_slack<'a>(
         rows = next;
     }
     let mut own = experiment.clone();
+    own.audit.remove(AuditKind::Slack);
     own.samples = offset::removed(&experiment.samples, &found.offsets);
     own.alternatives.iter_mut().for_each(|a| a.samples = offset::removed(&a.samples, &found.offsets));
     let (treatment, unasked) = (Treatment::WithoutSlack, false);

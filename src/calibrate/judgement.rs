@@ -119,7 +119,7 @@ pub fn warnings(
     }
     let shear = model.law(&answer.values, 1e5 * answer.modulus).ok().map(|law| law.small_strain().mu);
     found.extend(shear.and_then(|mu| stiffness(mu, &experiment.stress_unit)));
-    let doubts = experiment.audit.of(AuditKind::Doubt);
+    let doubts = [AuditKind::Doubt, AuditKind::Slack].into_iter().flat_map(|kind| experiment.audit.of(kind));
     found.extend(doubts.map(|e| FitWarning::Data { message: e.message.clone() }));
     found.extend(compressible(result, model, shear));
     found

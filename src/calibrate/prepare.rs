@@ -130,15 +130,15 @@ impl Experiment {
             let words = match found {
                 Beginning::Offset { stress, part, to } => format!(
                     "up to a strain of {to:.3} the data extrapolate to {stress:.4e} Pa at stretch 1, {:.1} % of the stress reached there: the force \
-                     was not zeroed (--zero N where the first N data points are unloaded), or the piece was slack or pretensioned (--toe STRESS)",
+                     was not zeroed (--zero N where the first N data points are unloaded), or the piece was slack or pretensioned (--slack yes)",
                     100.0 * part
                 ),
                 Beginning::Slack { strain, to } => format!(
                     "up to a strain of {strain:.4} the piece carries less than 2 % of the stress at {to:.3}: it was slack, and the constants of the \
-                     fit depend on it (--toe STRESS)"
+                     fit depend on it (--slack yes)"
                 ),
             };
-            self.audit.add(AuditKind::Doubt, format!("{}: {words}", self.group_name(group)), vec![]);
+            self.audit.add(AuditKind::Slack, format!("{}: {words}", self.group_name(group)), vec![]);
         }
     }
 

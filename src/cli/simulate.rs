@@ -124,7 +124,6 @@ pub fn main(args: Args) -> CommandResult {
     let mut rows = |row: &[f64]| partial.add(row);
     let options = RunOptions {
         on_row: Some(&mut rows),
-        undiagnosed: false,
         save_every: Some(save_every),
         restart: from,
         controller: controller.as_mut().map(|c| c as &mut dyn Controller),
@@ -133,9 +132,9 @@ pub fn main(args: Args) -> CommandResult {
         on_save: Some(&mut save),
         on_progress: Some(&mut watch),
         on_state: Some(&mut points),
-        on_sized: None,
         stop: Some(super::interrupt::stop_flag().clone()),
         sensitivities,
+        ..RunOptions::default()
     };
     let (wall, cpu) = (Instant::now(), cpu_time::ThreadTime::now());
     let run = scene.run_with(options);

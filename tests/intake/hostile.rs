@@ -118,8 +118,8 @@ fn beginning() -> Vec<Case> {
             Doubted(&["Pa at stretch 1", "the force was not zeroed (--zero N"]),
         ),
         case("a force below zero", &curve(&|l| nominal(l) - 2e4), Doubted(&["extrapolate to -"])),
-        case("a slack of 3 %", &curve(&slack), Doubted(&["slack", "(--toe STRESS)"])),
-        case("a slack of 10 %", &curve(&|l| nominal((l - 0.1).max(1.0))), Doubted(&["it was slack", "--toe STRESS"])),
+        case("a slack of 3 %", &curve(&slack), Doubted(&["slack", "(--slack yes)"])),
+        case("a slack of 10 %", &curve(&|l| nominal((l - 0.1).max(1.0))), Doubted(&["it was slack", "--slack yes"])),
         case("neither", &curve(&nominal), Read),
         case(
             "compression that was not zeroed",

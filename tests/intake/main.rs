@@ -12,7 +12,7 @@ mod machines;
 
 use common::tables::{MU, stress};
 use durometer::calibrate::{
-    AuditKind, ColumnChoice, Experiment, FitError, FitOptions, Mode, Preparation, fit_experiment,
+    AuditKind, ColumnChoice, Experiment, FitError, FitOptions, Mode, Preparation, SlackChoice, fit_experiment,
 };
 
 /// The outcome that a file must have.
@@ -107,7 +107,8 @@ fn fault(case: &Case) -> Option<String> {
         (Ok((mu, e)), Read) => off(mu, &e),
         (Ok((mu, e)), Logged(facts)) => off(mu, &e).or_else(|| absent(&log_of(&e), facts)),
         (Ok((_, e)), Doubted(facts)) => {
-            absent(&e.audit.of(AuditKind::Doubt).map(|d| d.to_string() + "\n").collect::<String>(), facts)
+            let doubts = [AuditKind::Doubt, AuditKind::Slack].into_iter().flat_map(|kind| e.audit.of(kind));
+            absent(&doubts.map(|d| d.to_string() + "\n").collect::<String>(), facts)
         }
         (Err(error), Refused(facts)) => absent(&error.to_string(), facts),
         (Ok((mu, e)), Refused(_)) => Some(format!("was not refused: μ = {mu}\n{}", log_of(&e))),
@@ -143,4 +144,19 @@ fn encodings_marks_and_units_are_understood_or_refused() {
 #[test]
 fn hostile_and_ambiguous_tables_are_refused_or_doubted() {
     check(hostile::cases(), 45);
+}
+
+/// A doubt about slack is no warning of a fit that has slack as an unknown.
+#[test]
+fn a_fitted_slack_is_no_doubt() {
+    let fine: Vec<f64> = (0..90).map(|k| 1.0 + 0.01 * f64::from(k)).collect();
+    let text = lines("stretch,stress (Pa)", &fine, |_, l| format!("{l},{}", nominal((l - 0.05).max(1.0))));
+    let parsed = Experiment::parse("test.csv", text.as_bytes(), None, &ColumnChoice::default(), Some(Mode::Uniaxial));
+    let e = parsed.and_then(|e| e.prepare(&Preparation::default())).unwrap_or_else(|e| panic!("{e}"));
+    for (slack, is_warned) in [(SlackChoice::No, true), (SlackChoice::Yes, false), (SlackChoice::Auto, false)] {
+        let options = FitOptions { slack, ..FitOptions::new("neo_hookean") };
+        let result = fit_experiment(&e, &options).unwrap_or_else(|e| panic!("{e}"));
+        let warnings: Vec<String> = result.warnings.iter().map(ToString::to_string).collect();
+        assert_eq!(warnings.iter().any(|w| w.contains("it was slack")), is_warned, "{slack:?}: {warnings:?}");
+    }
 }
