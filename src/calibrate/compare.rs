@@ -4,11 +4,11 @@
 //! them; *cross-mode*, each fitted mode from the other ones (with one fitted mode: the other modes of the table from it). The score is the worse
 //! of the two. The misfit of the fit itself falls with every constant and ranks nothing.
 
-use super::certificate::certificate;
 use super::constant_format::stretch_text;
 use super::fit::{Choice, choose, headline, read};
+use super::judgement::certificate::certificate;
 use super::judgement::lost;
-use super::misfit::residuals;
+use super::judgement::misfit::residuals;
 use super::solve::{LawSetting, solve};
 use super::{Estimate, Experiment, FitError, FitOptions, FitRequest, Misfit, Mode, Model, Sample, fittable_laws};
 use crate::storage;

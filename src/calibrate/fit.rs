@@ -1,15 +1,17 @@
 //! From a request to a result: choose data points, fit, judge.
 
-use super::certificate::certificate;
+use super::judgement::certificate::certificate;
+use super::judgement::misfit::residuals;
+use super::judgement::specimen::scatter;
+use super::judgement::statistics::extent;
 use super::judgement::{predictions, slack_hint, systematic, validity, warnings};
-use super::misfit::residuals;
+use super::judgement::{profile, slack};
 use super::result::interval_assumption;
 use super::solve::{LawFit, LawSetting, solve, solve_untested};
-use super::specimen::scatter;
-use super::statistics::extent;
+use super::solve::{noise, offset};
 use super::{
     AuditKind, Estimate, Experiment, FitCurves, FitError, FitOptions, FitRequest, FitResult, Misfit, Mode, Model,
-    Otherwise, RangeRow, Sample, Slack, SlackChoice, StretchRange, Treatment, Weighting, noise, offset, profile, slack,
+    Otherwise, RangeRow, Sample, Slack, SlackChoice, StretchRange, Treatment, Weighting,
 };
 use std::borrow::Cow;
 

@@ -3,8 +3,8 @@
 //! The stiffness of a fitted law is that of an incompressible material, so that laws of different kinds can be compared: the shear modulus μ₀ at rest, and
 //! the nominal stress in uniaxial tension at λ = 2, which suppliers call the 100 % modulus.
 
-use super::certificate::certificate;
 use super::constant_format::within;
+use super::judgement::certificate::certificate;
 use super::{FitError, Mode, Model, read_law_file};
 use crate::material::registry;
 use crate::math::units::{self, Dimension};

@@ -1,8 +1,8 @@
 //! The answer of a fit.
 
 use super::constant_format::{stress_unit, stretch_text};
-use super::errors::Errors;
-use super::noise::ModeNoise;
+use super::judgement::errors::Errors;
+use super::solve::noise::ModeNoise;
 use super::{
     Audit, Direction, ErrorModel, Estimate, FitCurves, FitError, FitWarning, Loss, Misfit, Mode, Partner, Residual,
     Scatter, Slack, SolverCheck, StableRange, StretchRange, Treatment, Weighting,

@@ -1,6 +1,7 @@
 //! Errors of the constants from the data points, without another forward solve.
 
-use super::super::{rows::padded, statistics};
+use crate::calibrate::judgement::statistics;
+use crate::calibrate::solve::rows::padded;
 use crate::math::random::SplitMix;
 use crate::math::svd::svd;
 use nalgebra::{DMatrix, DVector};

@@ -2,7 +2,7 @@
 //! that a scene records.
 
 use super::InverseError;
-use crate::calibrate::table::{self, Decimal};
+use crate::calibrate::intake::table::{self, Decimal};
 use crate::math::units::{self, Dimension, UnitError};
 use crate::storage::{self, DATA_LIMIT};
 use serde::{Deserialize, Serialize};

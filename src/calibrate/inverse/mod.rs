@@ -20,8 +20,10 @@ pub use error::InverseError;
 pub use measured::{ColumnSpec, Measured, MeasuredSpec};
 pub use model::{Failure, SceneModel, Unknown, written};
 
-use super::certificate::{CASES, range};
-use super::{Direction, Estimate, FitWarning, Weighting, identify, noise};
+use super::judgement::certificate::{CASES, range};
+use super::judgement::identify;
+use super::solve::noise;
+use super::{Direction, Estimate, FitWarning, Weighting};
 use crate::material::{StabilityLimit, material_stability};
 use crate::scene::stretch::stretches;
 use crate::scene::{Progress, Scene};

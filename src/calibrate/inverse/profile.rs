@@ -6,7 +6,7 @@
 
 use super::search::{Weights, search};
 use super::{Failure, Measured, SceneModel, written};
-use crate::calibrate::statistics;
+use crate::calibrate::judgement::statistics;
 use crate::math::svd::svd;
 use crate::scene::Progress;
 use nalgebra::{DMatrix, DVector};

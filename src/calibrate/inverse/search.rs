@@ -10,7 +10,7 @@
 
 use super::Measured;
 use super::model::{Answer, Failure, SceneModel, Unknown};
-use crate::calibrate::rows::padded;
+use crate::calibrate::solve::rows::padded;
 use crate::math::svd::svd;
 use crate::scene::Progress;
 use argmin::core::{

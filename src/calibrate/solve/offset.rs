@@ -1,6 +1,6 @@
 //! Offset of the strain of a curve: how data points move with it, and which curves have one.
 
-use super::{Mode, Model, Sample};
+use crate::calibrate::{Mode, Model, Sample};
 use crate::material::Parameter;
 use crate::math::units::Dimension;
 use serde::Serialize;

@@ -2,8 +2,8 @@
 //!
 //! P = F/A with A = width × thickness, ¼π diameter², or as given; e = u/L with the gauge length L.
 
-use super::FitError;
 use super::names;
+use crate::calibrate::FitError;
 use crate::math::units::{self, Dimension};
 
 /// Undeformed; what is `None` is not known.

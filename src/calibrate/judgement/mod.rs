@@ -1,14 +1,31 @@
 //! Judgement of a fit: predictions, range of validity, warnings.
 
-use super::certificate::{self, CASES};
-use super::offset::Offset;
-use super::solve::{LawFit, Pattern, median};
-use super::statistics::extent;
-use super::{
-    AuditKind, Estimate, Experiment, FitResult, FitWarning, Loss, Misfit, Mode, Model, Partner, Prediction,
-    PredictionKind, Residual, SolverCheck, StableRange, StretchRange, Treatment, Validity,
+pub(super) mod certificate;
+pub(super) mod errors;
+pub(super) mod estimate;
+pub(super) mod identify;
+pub(super) mod misfit;
+pub(super) mod profile;
+pub(super) mod slack;
+pub(super) mod specimen;
+pub(crate) mod statistics;
+pub(super) mod warning;
+
+use self::{
+    certificate::StableRange,
+    estimate::Estimate,
+    misfit::{Misfit, Residual},
+    warning::FitWarning,
+};
+use crate::calibrate::solve::offset::Offset;
+use crate::calibrate::solve::{LawFit, Pattern, median};
+use crate::calibrate::{
+    AuditKind, Experiment, FitResult, Loss, Mode, Model, Partner, Prediction, PredictionKind, SolverCheck,
+    StretchRange, Treatment, Validity,
 };
 use crate::material::FitTerms;
+use certificate::CASES;
+use statistics::extent;
 
 pub fn predictions(all: &[Residual], modes: &[Mode], range: StretchRange) -> Vec<Prediction> {
     let mut found = Vec::new();
@@ -204,7 +221,7 @@ const NEAR_WALL: f64 = 0.99;
 
 /// Data points outside the range at which the law is not defined.
 fn undefined(answer: &LawFit, model: Model, experiment: &Experiment) -> Option<FitWarning> {
-    let not_defined = |s: &&super::Sample| !model.at(&answer.values, s).is_finite();
+    let not_defined = |s: &&crate::calibrate::Sample| !model.at(&answer.values, s).is_finite();
     let stretches: Vec<f64> = experiment.samples.iter().filter(not_defined).map(|s| s.stretch).collect();
     let nearest = stretches.iter().copied().min_by(|a, b| a.ln().abs().total_cmp(&b.ln().abs()))?;
     Some(FitWarning::Undefined { rows: stretches.len(), nearest })

@@ -6,7 +6,11 @@
 use super::columns::Columns;
 use super::names::{StrainKind, StressKind};
 use super::table::{self, Decimal, Line};
-use super::{Audit, AuditKind, Dimensions, FitError, Mode, RawRow, Sample, UnknownMode};
+use super::{
+    audit::{Audit, AuditKind},
+    dimensions::Dimensions,
+};
+use crate::calibrate::{FitError, Mode, RawRow, Sample, UnknownMode};
 
 /// Stresses beyond are no measurement \[Pa\]: their squares would overflow in a fit
 const LARGEST_STRESS: f64 = 1e30;

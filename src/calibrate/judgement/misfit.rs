@@ -1,6 +1,6 @@
 //! Misfit between a law and samples.
 
-use super::{Mode, Sample};
+use crate::calibrate::{Mode, Sample};
 use serde::Serialize;
 
 /// One sample compared with the law.

@@ -12,9 +12,10 @@
 //! Limits: not of biaxial tests; the gauge length is not corrected by the slack.
 
 use super::errors;
-use super::offset::{Offset, SlackChoice, removed};
-use super::solve::{LawFit, LawSetting, constants, jacobian, residual, solve};
-use super::{Estimate, FitError, Mode, Sample, statistics};
+use super::{estimate::Estimate, statistics};
+use crate::calibrate::solve::offset::{Offset, SlackChoice, removed};
+use crate::calibrate::solve::{LawFit, LawSetting, constants, jacobian, residual, solve};
+use crate::calibrate::{FitError, Mode, Sample};
 use crate::math::svd::svd;
 use serde::Serialize;
 

@@ -6,7 +6,7 @@
 //! Source: Gasser, Sroka & Jennen-Steinmetz, Biometrika 73 (1986) 625–633. Limits: takes the data points for independent (correlated errors give
 //! too small a σ) and the curve for straight over three data points (coarse tables give too large a one).
 
-use super::{FitError, Mode, Sample, Weighting};
+use crate::calibrate::{FitError, Mode, Sample, Weighting};
 use serde::{Deserialize, Serialize};
 
 /// Standard deviation of the stress of one mode.

@@ -6,7 +6,7 @@
 //!
 //! Limits: rows out of order have no branches; a table has cycles only where branches of five rows or more hold four fifths of it.
 
-use super::{FitError, Sample};
+use crate::calibrate::{FitError, Sample};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::ops::Range;

@@ -5,7 +5,13 @@
 
 use super::columns::{self, Columns};
 use super::table::{self, Decimal, Line};
-use super::{Audit, AuditKind, ColumnChoice, Dimensions, FitError, names};
+use super::{
+    audit::{Audit, AuditKind},
+    columns::ColumnChoice,
+    dimensions::Dimensions,
+    names,
+};
+use crate::calibrate::FitError;
 use std::collections::HashMap;
 
 /// Rows of a specimen on average, at least

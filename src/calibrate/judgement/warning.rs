@@ -1,6 +1,7 @@
 //! Reasons not to take the answer of a fit at its word.
 
-use super::{Direction, Mode, Treatment};
+use super::estimate::Direction;
+use crate::calibrate::{Mode, Treatment};
 use serde::Serialize;
 use std::fmt;
 

@@ -9,9 +9,10 @@
 //! Source: Grubbs, Ann. Math. Statist. 21 (1950) 27–58. Limits: names one specimen at most; does not detect two; a specimen of another
 //! shape and the same level is not seen.
 
-use super::solve::{LawFit, LawSetting, Pattern, solve};
 use super::statistics::{deviation, extent};
-use super::{Estimate, FitError, Mode, Sample, statistics};
+use super::{estimate::Estimate, statistics};
+use crate::calibrate::solve::{LawFit, LawSetting, Pattern, solve};
+use crate::calibrate::{FitError, Mode, Sample};
 use serde::{Deserialize, Serialize};
 
 /// One specimen fitted alone.

@@ -18,8 +18,8 @@
 //!
 //! Limits: linearised at the answer; one ρ of all curves; two data points count as neighbours however far apart their stretches are.
 
-use super::Sample;
-use super::rows::padded;
+use crate::calibrate::Sample;
+use crate::calibrate::solve::rows::padded;
 use crate::math::svd::svd;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
@@ -96,7 +96,7 @@ pub fn curves(samples: &[Sample]) -> Vec<Vec<usize>> {
     let mut found: std::collections::BTreeMap<_, Vec<usize>> = std::collections::BTreeMap::new();
     // Both stresses of a biaxial data point are on one line
     for (k, s) in samples.iter().enumerate() {
-        let second = k > 0 && s.mode == super::Mode::Biaxial && samples[k - 1].line == s.line;
+        let second = k > 0 && s.mode == crate::calibrate::Mode::Biaxial && samples[k - 1].line == s.line;
         found.entry((s.specimen, s.mode, second)).or_default().push(k);
     }
     found.into_values().collect()

@@ -1,8 +1,9 @@
 //! Which columns hold strain and stress, of which kind, and in which unit.
 
+use super::dimensions::Dimensions;
 use super::names::{self, Ranked, SURE, StrainKind, StressKind};
 use super::table::{Decimal, Line, is_number};
-use super::{Dimensions, FitError, Mode};
+use crate::calibrate::{FitError, Mode};
 use crate::math::units::Dimension;
 use serde::{Deserialize, Serialize};
 use std::str::FromStr;

@@ -1,8 +1,9 @@
 //! Unusual features of a table: data points that are used unchanged, and reasons to doubt all of it.
 
+use super::audit::{Audit, AuditKind};
 use super::columns::Columns;
 use super::names::{self, StrainKind};
-use super::{Audit, AuditKind, Mode, Sample};
+use crate::calibrate::{Mode, Sample};
 use std::collections::HashMap;
 
 /// Logs unusual data points, which are used unchanged.

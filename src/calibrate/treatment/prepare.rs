@@ -10,8 +10,9 @@
 use super::condense;
 use super::cycle::{self, Cycle};
 use super::rupture::{self, Beginning};
-use super::statistics::extent;
-use super::{Alternative, AuditKind, Experiment, FitError, Mode, Preparation, RawRow, Sample, Treatment};
+use super::{Alternative, Preparation, Treatment};
+use crate::calibrate::judgement::statistics::extent;
+use crate::calibrate::{AuditKind, Experiment, FitError, Mode, RawRow, Sample};
 use crate::math::units::{self, Dimension};
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;

@@ -10,9 +10,10 @@
 //!
 //! Terms whose factor vanished stay away, and both of their constants are open. Limits: a lower minimum elsewhere is not looked for.
 
-use super::offset::Offset;
-use super::solve::{LawFit, LawSetting, ROUNDING};
-use super::{Model, Sample, statistics};
+use super::statistics;
+use crate::calibrate::solve::offset::Offset;
+use crate::calibrate::solve::{LawFit, LawSetting, ROUNDING};
+use crate::calibrate::{Model, Sample};
 use crate::material::FitTerms;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -49,7 +50,7 @@ pub fn intervals(setting: &LawSetting, samples: &[Sample], answer: &LawFit) -> O
         return None;
     }
     let t = statistics::t_quantile(0.95, answer.errors.free);
-    let one = |(j, e): (usize, &super::Estimate)| match e.std_error.is_finite() {
+    let one = |(j, e): (usize, &super::estimate::Estimate)| match e.std_error.is_finite() {
         true if !profile.vanished(j) => {
             let limit = t * e.std_error / answer.errors.plain[j];
             [-1.0, 1.0].map(|side| profile.end(j, side * t * e.std_error, limit))

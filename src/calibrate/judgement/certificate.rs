@@ -4,7 +4,7 @@
 //! 1e-5. The range examined: tension up to L = 1.5 times the largest stretch of the table and at least 3, compression until a principal stretch
 //! reaches L or 1/L, simple shear with principal stretches L and 1/L.
 
-use super::Model;
+use crate::calibrate::Model;
 use crate::material::{LoadCase, StabilityLimit, material_stability};
 use serde::Serialize;
 

@@ -1,17 +1,25 @@
 //! One fit of one law to some samples: weights, solver, intervals.
 
-use super::Model;
-use super::errors::{self, Errors};
-use super::identify::{self, Identified};
-use super::linear::{self, Points};
-use super::noise;
-use super::noise::ModeNoise;
-use super::offset::{OFFSET, Offset};
-use super::rows::Rows;
-use super::{Estimate, FitError, Loss, Sample, SolverCheck, Weighting, separable, statistics};
+pub(super) mod linear;
+pub(super) mod noise;
+pub(super) mod nonnegative;
+pub(super) mod offset;
+pub(super) mod rows;
+pub(super) mod separable;
+pub(super) mod solver_check;
+
+use self::solver_check::SolverCheck;
+use crate::calibrate::Model;
+use crate::calibrate::judgement::errors::{self, Errors};
+use crate::calibrate::judgement::identify::{self, Identified};
+use crate::calibrate::{Estimate, FitError, Loss, Sample, Weighting, judgement::statistics};
 use crate::material::FitTerms;
 use crate::material::principal::invariants;
+use linear::Points;
 use nalgebra::{DMatrix, DVector};
+use noise::ModeNoise;
+use offset::{OFFSET, Offset};
+use rows::Rows;
 
 /// Settings that are the same in all fits of a request.
 #[derive(Clone, Debug)]

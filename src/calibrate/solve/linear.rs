@@ -10,7 +10,8 @@
 //! two then have to agree.
 
 use super::rows::{Rows, padded, side_by_side};
-use super::{FitError, Mode, SolverCheck};
+use super::solver_check::SolverCheck;
+use crate::calibrate::{FitError, Mode};
 use crate::material::FitTerms;
 use crate::material::principal::PrincipalDerivatives;
 use crate::material::registry::find;

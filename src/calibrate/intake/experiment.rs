@@ -1,13 +1,17 @@
 //! A table as typed samples. Nothing is changed silently: the audit log lists every change with its lines.
 
 use super::columns::{self, Columns};
-use super::intake::{self, Conversion};
 use super::parts::{self, Whole};
+use super::samples::{self, Conversion};
 use super::table::{self, Decimal, Line};
 use super::{
-    Alternative, Audit, AuditEntry, AuditKind, Card, ColumnChoice, Dimensions, FitError, Mode, RawRow, Sample,
-    Treatment, meaning, unusual,
+    audit::{Audit, AuditEntry, AuditKind},
+    card::Card,
+    columns::ColumnChoice,
+    dimensions::Dimensions,
+    meaning, unusual,
 };
+use crate::calibrate::{Alternative, FitError, Mode, RawRow, Sample, Treatment};
 use crate::storage::{self, DATA_LIMIT};
 use std::path::{Path, PathBuf};
 
@@ -61,7 +65,7 @@ impl Experiment {
             audit.add(AuditKind::Intake, format!("the file is not UTF-8; it was read as {encoding}"), vec![]);
         }
         let (delimiter, lines, at) = find_header(file, &text, &choice)?;
-        intake::check_quotes(file, &lines[at..])?;
+        samples::check_quotes(file, &lines[at..])?;
         let header: Vec<_> = lines[..at].iter().map(|l| parts::pair(&l.cells)).collect();
         let below = columns::below_names(&lines, at);
         let (names, _) = columns::with_units(&lines[at], (below > at + 1).then(|| &lines[below - 1]));
@@ -69,7 +73,7 @@ impl Experiment {
         let asked = mode.or(card.as_ref().and_then(|c| c.mode));
         let mut columns = columns::resolve(file, &names, &choice, asked)?;
         let decimal = decimal_mark(file, body, &columns, &choice, delimiter)?;
-        intake::check_cells(file, &names, body, delimiter, decimal)?;
+        samples::check_cells(file, &names, body, delimiter, decimal)?;
         meaning::turn_compression(&mut columns, body, decimal, &choice);
         log_intake(&mut audit, &names, delimiter, decimal, &columns);
         let mode = whole_file_mode(&columns, mode, card.as_ref(), &header, &mut audit);
@@ -82,7 +86,7 @@ impl Experiment {
         let conversion = Conversion::new(file, &columns, dimensions, &mut audit)?;
         let whole = Whole { file, names: &lines[at], body, columns: &columns, decimal, dimensions: of_header };
         let parts = whole.divide(&mut audit)?;
-        let mut read = intake::Table::default();
+        let mut read = samples::Table::default();
         for (k, part) in parts.iter().enumerate() {
             read.read(file, &part.lines, k, &conversion, decimal, mode)?;
         }
@@ -236,8 +240,8 @@ fn decimal_mark(
 
 fn log_intake(audit: &mut Audit, header: &Line, delimiter: char, decimal: Decimal, columns: &Columns) {
     let delimiter = if delimiter == '\t' { "tab".into() } else { format!("\"{delimiter}\"") };
-    let axis = |(e, p): &(columns::Column<_>, columns::Column<super::StressKind>)| {
-        let e: &columns::Column<super::StrainKind> = e;
+    let axis = |(e, p): &(columns::Column<_>, columns::Column<super::names::StressKind>)| {
+        let e: &columns::Column<super::names::StrainKind> = e;
         let unit = if e.unit == "1" { String::new() } else { format!(" in {}", e.unit) };
         format!("\"{}\" is {}{unit}, \"{}\" is {} in {}", e.name, e.kind.words(), p.name, p.kind.words(), p.unit)
     };

@@ -10,7 +10,8 @@
 
 use super::nonnegative::{nonnegative, reduce};
 use super::rows::{Rows, padded, side_by_side};
-use super::{FitError, SolverCheck};
+use super::solver_check::SolverCheck;
+use crate::calibrate::FitError;
 use crate::material::ShapedTerm;
 use crate::math::svd::svd;
 use argmin::core::{CostFunction, Error, Executor, Gradient, Hessian, State};

@@ -6,7 +6,11 @@
 use super::columns::{Column, Columns, Sign};
 use super::names::{self, StrainKind};
 use super::table::{self, Decimal, Line};
-use super::{Audit, AuditKind, ColumnChoice, FitError, Mode, Sample};
+use super::{
+    audit::{Audit, AuditKind},
+    columns::ColumnChoice,
+};
+use crate::calibrate::{FitError, Mode, Sample};
 
 /// Strains beyond are not believed of a column without a unit \[–\]: rubbers break before, and percent reach there at once
 const LARGEST: f64 = 20.0;

@@ -8,9 +8,12 @@
 //! Limits: the interval is that of the law linearised at the answer, and does not know of constraints that hold the answer back.
 
 use super::errors::Errors;
-use super::model::unit;
-use super::rows::padded;
-use super::{Direction, Estimate, statistics};
+use super::{
+    estimate::{Direction, Estimate},
+    statistics,
+};
+use crate::calibrate::model::unit;
+use crate::calibrate::solve::rows::padded;
 use crate::material::Parameter;
 use crate::math::svd::svd;
 use crate::math::units::Dimension;

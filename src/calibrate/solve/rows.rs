@@ -3,7 +3,7 @@
 //! Row i is wᵢPᵢ/N with N = ‖wP‖, so that factors of a law come out in units of N \[Pa\] and the sum of squares is the relative
 //! misfit squared.
 
-use super::{FitError, Mode, Sample};
+use crate::calibrate::{FitError, Mode, Sample};
 use nalgebra::{DMatrix, DVector};
 
 /// Data that are nearly orthogonal to a Neo-Hookean law do not determine the stiffness of a rubber \[–\]

@@ -6,7 +6,7 @@
 //! the stress at the end. Or the stress stays below 2 % of that at the end over more than a tenth of these strains; a Neo-Hookean curve
 //! does so over a fiftieth.
 
-use super::{Mode, Sample};
+use crate::calibrate::{Mode, Sample};
 use nalgebra::{DMatrix, DVector};
 
 /// Parts of the largest stress below which a piece is broken, and above which it is whole \[–\]

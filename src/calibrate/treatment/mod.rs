@@ -1,6 +1,12 @@
 //! Treatments of the data points before a fit, as requested and as not chosen.
 
-use super::{Cycle, Sample};
+pub(super) mod condense;
+pub(super) mod cycle;
+pub(super) mod prepare;
+pub(super) mod rupture;
+
+use crate::calibrate::Sample;
+use cycle::Cycle;
 use serde::{Deserialize, Serialize};
 
 /// The requested treatment of the data points; `None`: they are taken as they are.

@@ -1,6 +1,7 @@
 //! `card.toml`: information that a table lacks. It lies next to the table and names it.
 
-use super::{ColumnChoice, Dimensions, FitError, Mode, Preparation};
+use super::{columns::ColumnChoice, dimensions::Dimensions};
+use crate::calibrate::{FitError, Mode, Preparation};
 use crate::storage::{self, TEXT_LIMIT};
 use serde::{Deserialize, Serialize};
 use std::path::Path;

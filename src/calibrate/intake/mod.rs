@@ -1,0 +1,13 @@
+//! Intake: from a file of a testing machine to an [`Experiment`](crate::calibrate::Experiment), typed samples with an audit log.
+
+pub(super) mod audit;
+pub(super) mod card;
+pub(super) mod columns;
+pub(super) mod dimensions;
+pub(super) mod experiment;
+pub(super) mod meaning;
+pub(super) mod names;
+pub(super) mod parts;
+pub(super) mod samples;
+pub(super) mod table;
+pub(super) mod unusual;
