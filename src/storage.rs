@@ -68,10 +68,7 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
 
 /// The same with what `fill` writes.
 pub fn write_with(path: &Path, fill: impl FnOnce(&mut File) -> Result<()>) -> Result<()> {
-    let folder = match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
+    let folder = folder_of(path);
     let mut builder = tempfile::Builder::new();
     builder.prefix(".").suffix(".part");
     #[cfg(unix)]
@@ -84,8 +81,24 @@ pub fn write_with(path: &Path, fill: impl FnOnce(&mut File) -> Result<()>) -> Re
     fill(file.as_file_mut())?;
     file.as_file().sync_all()?;
     file.persist(path).map_err(|e| e.error)?;
-    // The new name is safe when the folder is; where a folder cannot be opened, its system keeps names by itself
+    make_names_safe(folder);
+    Ok(())
+}
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// A new name is safe when its folder is; where a folder cannot be opened, its system keeps names by itself.
+fn make_names_safe(folder: &Path) {
     File::open(folder).and_then(|folder| folder.sync_all()).ok();
+}
+
+/// Gives a file that another program has written its name, in the same file system: it reaches the disk first.
+pub fn keep(part: &Path, path: &Path) -> Result<()> {
+    File::open(part)?.sync_all()?;
+    std::fs::rename(part, path)?;
+    make_names_safe(folder_of(path));
     Ok(())
 }
 

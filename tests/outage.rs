@@ -1,4 +1,5 @@
-//! A power cut at any call that writes, and a disk that is full at any byte, harm nothing: the next call gives what an undisturbed one gives.
+//! A power cut or a stop at any call that writes, and a disk that is full at any byte, harm nothing: the next call gives what an undisturbed one
+//! gives. So does a file system without hard links.
 #![cfg(target_os = "linux")]
 
 mod disk;
@@ -6,9 +7,10 @@ mod stores;
 
 use disk::{Disk, Fault};
 use std::collections::BTreeMap;
+use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
-use stores::{assert_same, call, program, said, write_study};
+use stores::{assert_same, call, program, said, write_rod, write_study};
 
 /// Moments that a test in CI takes, of all there are.
 const SOME: i64 = 12;
@@ -61,6 +63,31 @@ const SIMULATE: Job = Job {
         assert_eq!(table(whole), table(found));
     },
 };
+
+const MESH: Job = Job {
+    arguments: &["mesh", "rod.toml"],
+    prepare: |at| write_rod(at, MESHER),
+    compare: |whole, found| {
+        let made = |dir: &Path| {
+            let cache = std::fs::read_dir(dir.with_file_name("meshes").join("cache")).expect("meshes");
+            let files = cache.flatten().filter(|e| !e.file_name().to_string_lossy().starts_with('.'));
+            files.map(|e| (e.file_name(), std::fs::read(e.path()).expect("readable"))).collect::<BTreeMap<_, _>>()
+        };
+        assert_eq!(made(whole).len(), 2, "a mesh and its manifest");
+        assert_eq!(made(whole), made(found));
+    },
+};
+/// A mesher of one tetrahedron.
+const MESHER: &str = r#"out=$(sed 's/.*"output":"\([^"]*\)".*/\1/')
+printf '$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 4 1 4\n3 1 0 4\n1\n2\n3\n4\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n$EndNodes\n' > "$out.text"
+printf '$Elements\n1 1 1 1\n3 1 4 1\n1 1 2 3 4\n$EndElements\n' >> "$out.text"
+gzip -n < "$out.text" > "$out"
+rm "$out.text"
+cat <<'END'
+{"request":{"body":"rod","output":"x"},"cells":1,"nodes":4,"facets":4,"order":1,"h_m":0.55,
+"regions":{"body":{"dim":3,"count":1}},"quality":{"sicn_min":0.5},"volume_m3":0.1667,"volume_cad_m3":null,"volume_error":null,
+"edge_error_m":0.0,"paths":{},"versions":{"gmsh":"4.15.2","cgal":null},"wall_s":0.1,"length_m":0.0039}
+END"#;
 
 /// Files by name and size. Numbers of fonts in a PDF, and times, change from call to call.
 fn assert_same_sizes(folders: &[&str], whole: &Path, found: &Path) {
@@ -129,6 +156,29 @@ impl Job {
         }
     }
 
+    /// The user stops the program at some of the calls.
+    fn survives_stops(&self, moments: i64) {
+        let prepared = self.prepared();
+        let (whole, counts) = self.whole(prepared.path());
+        for k in moments_of(counts.calls, moments) {
+            let keep = copy(prepared.path());
+            let output = Disk::new(keep.path()).call(self.command(keep.path()), Fault::Stop(k)).0;
+            let words = format!("{:?} was stopped at {k} of {}", self.arguments, counts.calls);
+            match output.status.code() {
+                // Ended by the signal
+                None => assert_eq!(output.status.signal(), Some(2), "{words}"),
+                Some(3) => {
+                    let errors = String::from_utf8_lossy(&output.stderr);
+                    assert!(errors.contains("stopped"), "{words}: {errors}");
+                }
+                // Too late: everything is there
+                Some(0) => (self.compare)(&whole.path().join("r"), &keep.path().join("r")),
+                code => panic!("{words}: {code:?}\n{}", String::from_utf8_lossy(&output.stderr)),
+            }
+            self.goes_on(&output, &whole.path().join("r"), keep.path(), &words);
+        }
+    }
+
     /// The next call keeps the cases that were finished, and gives the undisturbed results.
     fn goes_on(&self, disturbed: &Output, whole: &Path, at: &Path, when: &str) {
         let (_, again) = said(&self.command(at).output().expect("it starts"), when, 0);
@@ -175,7 +225,7 @@ fn a_power_cut_harms_no_study() {
 
 #[test]
 fn a_power_cut_harms_no_report_fit_or_simulation() {
-    [REPORT, FIT, SIMULATE].iter().for_each(|job| job.survives_power_cuts(SOME / 2));
+    [REPORT, FIT, SIMULATE, MESH].iter().for_each(|job| job.survives_power_cuts(SOME / 2));
 }
 
 #[test]
@@ -185,13 +235,46 @@ fn a_full_disk_harms_no_study() {
 
 #[test]
 fn a_full_disk_harms_no_report_fit_or_simulation() {
-    [REPORT, FIT, SIMULATE].iter().for_each(|job| job.survives_a_full_disk(SOME / 2));
+    [REPORT, FIT, SIMULATE, MESH].iter().for_each(|job| job.survives_a_full_disk(SOME / 2));
+}
+
+#[test]
+fn a_stop_harms_nothing() {
+    STUDY.survives_stops(SOME);
+    [REPORT, FIT, SIMULATE, MESH].iter().for_each(|job| job.survives_stops(SOME / 2));
+}
+
+/// Runs share a store on a file system without hard links: each case is computed once.
+#[test]
+fn runs_share_a_store_without_links() {
+    let keep = tempfile::tempdir().expect("a temporary folder");
+    let at = keep.path();
+    write_study(at, 20);
+    call(at, &["run", "study.toml", "--out", "whole", "--jobs", "1"], 0);
+    let run = || {
+        let command = program(at, &["run", "study.toml", "--out", "r", "--jobs", "1"]);
+        Disk::new(at).call(command, Fault::NoLinks).0
+    };
+    let outputs: Vec<Output> = std::thread::scope(|s| {
+        let runs: Vec<_> = (0..3).map(|_| s.spawn(run)).collect();
+        runs.into_iter().map(|r| r.join().expect("it does not panic")).collect()
+    });
+    let errors: Vec<String> = outputs.iter().map(|o| said(o, "without links", 0).1).collect();
+    let mut done: Vec<&str> = errors.iter().flat_map(|e| cases(e, "done ")).collect();
+    done.sort_unstable();
+    assert_eq!(done.len(), 20, "{errors:?}");
+    done.dedup();
+    assert_eq!(done.len(), 20, "{errors:?}");
+    assert_same(&at.join("whole"), &at.join("r"));
 }
 
 #[test]
 #[ignore = "takes minutes"]
 fn every_call_may_be_the_last() {
-    [STUDY, REPORT, FIT, SIMULATE].iter().for_each(|job| job.survives_power_cuts(i64::MAX));
+    for job in [STUDY, REPORT, FIT, SIMULATE, MESH] {
+        job.survives_power_cuts(i64::MAX);
+        job.survives_stops(i64::MAX);
+    }
 }
 
 /// The layer does what it says: content that was not made safe is lost.

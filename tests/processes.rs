@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
-use stores::contents;
+use stores::{contents, program, write_rod};
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_durometer");
 const SCENE: &str = r#"
@@ -440,20 +440,8 @@ fn cases_take_the_memory_that_is_allowed() {
 fn a_simulation_that_is_stopped_while_meshing_says_so() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let at = folder.path();
-    for sub in ["meshes/meshgen", "meshes/rod"] {
-        std::fs::create_dir_all(at.join(sub)).expect("writable");
-    }
-    let body = "version = 3\nsummary = \"a rod\"\n[parameters]\n[regions]\nbody = { dim = 3, meaning = \"all\" }\n[features]\n";
-    std::fs::write(at.join("meshes/rod/body.toml"), body).expect("writable");
-    std::fs::write(at.join("mesher"), "#!/bin/sh\necho meshing >&2\nexec sleep 60\n").expect("writable");
-    assert!(Command::new("chmod").arg("+x").arg(at.join("mesher")).status().expect("chmod").success());
-    let grid = "grid = { kind = \"box\", size = [\"20 mm\", \"10 mm\", \"10 mm\"], divisions = [4, 2, 2] }";
-    let scene = SCENE.replace(grid, "body = \"rod\"\nsize = \"2 mm\"");
-    std::fs::write(at.join("scene.toml"), scene).expect("writable");
-    let mut command = Command::new(PROGRAM);
-    command.args(["simulate", "scene.toml", "--out", "r"]).current_dir(at).stderr(Stdio::piped());
-    command.env("DUROMETER_HOME", at).env("DUROMETER_PYTHON", at.join("mesher"));
-    let mut run = command.spawn().expect("it starts");
+    write_rod(at, "echo meshing >&2\nexec sleep 60");
+    let mut run = program(at, &["simulate", "rod.toml", "--out", "r"]).stderr(Stdio::piped()).spawn().expect("it starts");
     let mut said = BufReader::new(run.stderr.take().expect("piped")).lines().map_while(Result::ok);
     assert!(said.by_ref().any(|line| line.contains("meshing")));
     let mesher = wait_for(|| children(run.id()).pop());

@@ -1,5 +1,7 @@
 /* A layer between a program and the disk, loaded by LD_PRELOAD: it counts what reaches the disk, lets it be full, and cuts the power.
  *
+ * It can also stop the program as Ctrl-C does, and lack links as some file systems of networks do.
+ *
  * LAYER_STATE names a file with one `struct state`, which all processes share; LAYER_LOG one to which every write ("W device inode") and
  * every call that makes a file or folder safe ("S device inode seconds nanoseconds") is appended; LAYER_ROOT the folder that lies on the disk. */
 #define _GNU_SOURCE
@@ -24,6 +26,8 @@ struct state {
     atomic_long cut_at;  /* number of the call at which the power is cut; 0: never */
     atomic_long written; /* bytes so far */
     atomic_long space;   /* bytes of the disk */
+    atomic_long stop_at; /* number of the call at which the first process gets SIGINT; 0: never */
+    atomic_long no_link; /* 1: the file system has no hard links */
 };
 
 static struct state *state;
@@ -75,7 +79,12 @@ static void count(void) {
         atomic_store(&state->is_cut, 1);
         kill((pid_t)atomic_load(&state->root), SIGKILL);
     }
-    while (atomic_load(&state->is_cut)) pause();
+    if (number == atomic_load(&state->stop_at)) kill((pid_t)atomic_load(&state->root), SIGINT);
+    while (atomic_load(&state->is_cut)) {
+        /* A thread of the first process ends with it */
+        if (getpid() != (pid_t)atomic_load(&state->root)) kill(getpid(), SIGKILL);
+        pause();
+    }
 }
 
 static void tell(int fd, char kind) {
@@ -131,6 +140,10 @@ int unlink(const char *path) {
 
 int link(const char *from, const char *to) {
     count();
+    if (state && atomic_load(&state->no_link)) {
+        errno = EPERM;
+        return -1;
+    }
     return real_link(from, to);
 }
 

@@ -1,4 +1,5 @@
-//! A disk that is full or loses its power: a layer between the program and the system (`layer.c`) that counts what is written.
+//! A disk that is full, loses its power or has no links, and a stop at any call: a layer between the program and the system (`layer.c`) that counts
+//! what is written.
 
 use std::collections::HashMap;
 use std::os::unix::fs::MetadataExt;
@@ -19,6 +20,10 @@ pub enum Fault {
     Cut(i64),
     /// There is room for so many bytes
     Space(i64),
+    /// The user stops the program at this call
+    Stop(i64),
+    /// The file system has no hard links
+    NoLinks,
 }
 
 /// Counts of one call of the program.
@@ -48,13 +53,16 @@ impl Disk {
 
     /// Calls the program on the disk.
     pub fn call(&self, mut command: Command, fault: Fault) -> (Output, Counts) {
-        let (cut_at, space) = match fault {
-            Fault::None => (0, i64::MAX),
-            Fault::Cut(at) => (at, i64::MAX),
-            Fault::Space(bytes) => (0, bytes),
-        };
+        let (mut cut_at, mut space, mut stop_at, mut no_link) = (0, i64::MAX, 0, 0);
+        match fault {
+            Fault::None => {}
+            Fault::Cut(at) => cut_at = at,
+            Fault::Space(bytes) => space = bytes,
+            Fault::Stop(at) => stop_at = at,
+            Fault::NoLinks => no_link = 1,
+        }
         // As `struct state` of the layer
-        let fields = [0, 0, 0, cut_at, 0, space];
+        let fields = [0, 0, 0, cut_at, 0, space, stop_at, no_link];
         std::fs::write(self.place("state"), fields.map(i64::to_ne_bytes).concat()).expect("room");
         std::fs::write(self.place("log"), "").expect("room");
         command.env("LD_PRELOAD", self.place("layer.so")).env("LAYER_ROOT", &self.folder);

@@ -52,6 +52,22 @@ pub fn write_slow_study(folder: &Path, points: usize) {
     write_study_with(&finer.replace("dt = \"0.5 s\"", "dt = \"0.0025 s\""), folder, points);
 }
 
+/// Writes a scene `rod.toml` with the body `rod`, whose mesher is a shell script.
+pub fn write_rod(folder: &Path, script: &str) {
+    for sub in ["meshes/meshgen", "meshes/rod"] {
+        std::fs::create_dir_all(folder.join(sub)).expect("a folder");
+    }
+    let body = "version = 3\nsummary = \"a rod\"\n[parameters]\n[regions]\nbody = { dim = 3, meaning = \"all\" }\n[features]\n";
+    std::fs::write(folder.join("meshes/rod/body.toml"), body).expect("writable");
+    // A file that another thread may hold open for writing cannot be run; the copy has been closed
+    std::fs::write(folder.join("script"), format!("#!/bin/sh\n{script}\n")).expect("writable");
+    let made = Command::new("sh").args(["-c", "cp script mesher && chmod +x mesher"]).current_dir(folder).status();
+    assert!(made.expect("sh").success());
+    let grid = "grid = { kind = \"box\", size = [\"20 mm\", \"10 mm\", \"10 mm\"], divisions = [2, 1, 2] }";
+    assert!(SCENE.contains(grid));
+    std::fs::write(folder.join("rod.toml"), SCENE.replace(grid, "body = \"rod\"\nsize = \"2 mm\"")).expect("writable");
+}
+
 fn write_study_with(scene: &str, folder: &Path, points: usize) {
     std::fs::create_dir_all(folder).expect("a folder");
     std::fs::write(folder.join("scene.toml"), scene).expect("writable");
@@ -82,7 +98,12 @@ values = [{}]
 /// The program with these arguments, in this folder.
 pub fn program(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_durometer"));
-    command.args(arguments).current_dir(folder).env("DUROMETER_PYTHON", "no-such-python");
+    command.args(arguments).current_dir(folder);
+    let mesher = folder.join("mesher");
+    match mesher.is_file() {
+        true => command.env("DUROMETER_HOME", folder).env("DUROMETER_PYTHON", mesher),
+        false => command.env("DUROMETER_PYTHON", "no-such-python"),
+    };
     command
 }
 

@@ -92,7 +92,8 @@ impl MeshStore {
 
     fn lookup(&self, request: &MeshRequest, name: &str) -> Option<PathBuf> {
         let file = |folder: &str| self.home.join("meshes").join(folder).join(format!("{name}.msh.gz"));
-        [file(request.folder()), file("cache")].into_iter().find(|p| p.is_file())
+        // A power cut may have taken the name of one of the two
+        [file(request.folder()), file("cache")].into_iter().find(|p| p.is_file() && manifest_path(p).is_file())
     }
 
     /// The mesh of a request: a stored one, else made now and kept in `meshes/cache`. `progress` gets the mesher's lines.
@@ -121,7 +122,7 @@ impl MeshStore {
             for (from, to) in
                 [(manifest_path(&generated.path), manifest_path(&target)), (generated.path, target.clone())]
             {
-                std::fs::rename(&from, &to).map_err(|e| GenerateError::io(&to, &e))?;
+                storage::keep(&from, &to).map_err(|e| GenerateError::io(&to, &e))?;
             }
         }
         Ok(target)
@@ -147,7 +148,7 @@ impl MeshStore {
             TIME_LIMIT_S,
             progress,
         );
-        let kept = answer.and_then(|_| std::fs::rename(&part, &target).map_err(|e| GenerateError::io(&target, &e)));
+        let kept = answer.and_then(|_| storage::keep(&part, &target).map_err(|e| GenerateError::io(&target, &e)));
         if kept.is_err() {
             std::fs::remove_file(&part).ok();
         }
@@ -164,7 +165,7 @@ impl MeshStore {
         Ok((part, cache.join(format!("{name}.msh.gz"))))
     }
 
-    /// Calls the mesher. It writes under a temporary name; the manifest is renamed first, so a mesh has always one.
+    /// Calls the mesher. It writes under a temporary name; the manifest is kept first, so a mesh has always one.
     fn make(
         &self,
         mut json: serde_json::Value,
@@ -175,7 +176,7 @@ impl MeshStore {
         let (part, target) = self.places(name)?;
         json["output"] = serde_json::json!(part);
         let answer = self.mesher().call(&json, name, limit_s, progress).and_then(|answer| {
-            let manifest = manifest_path(&part);
+            let manifest = manifest_path(&target);
             let bad = |e: serde_json::Error| GenerateError::Manifest { file: manifest.clone(), fact: e.to_string() };
             let mut value: serde_json::Value = serde_json::from_str(&answer).map_err(bad)?;
             if let Some(request) = value.get_mut("request") {
@@ -189,14 +190,11 @@ impl MeshStore {
             read(&part, 1.0)?;
             let text = serde_json::to_string_pretty(&value).map_err(bad)? + "\n";
             storage::write(&manifest, text.as_bytes()).map_err(|e| GenerateError::io(&manifest, &e))?;
-            for (from, to) in [(manifest, manifest_path(&target)), (part.clone(), target.clone())] {
-                std::fs::rename(&from, &to).map_err(|e| GenerateError::io(&to, &e))?;
-            }
+            storage::keep(&part, &target).map_err(|e| GenerateError::io(&target, &e))?;
             Ok(target)
         });
         if answer.is_err() {
             std::fs::remove_file(&part).ok();
-            std::fs::remove_file(manifest_path(&part)).ok();
         }
         answer
     }
