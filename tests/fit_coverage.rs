@@ -9,7 +9,8 @@ mod common;
 use common::Random;
 use common::made::table;
 use durometer::calibrate::{
-    ErrorModel, Experiment, FitOptions, FitResult, FitWarning, Mode, Model, Sample, SlackChoice, fit_experiment,
+    Accuracy, ErrorModel, Experiment, FitOptions, FitResult, FitWarning, Mode, Model, Sample, SlackChoice,
+    fit_experiment,
 };
 use rayon::prelude::*;
 
@@ -24,6 +25,9 @@ enum Errors {
     Between(usize, f64, f64),
     /// Slack of strain, standard deviation \[Pa\]
     Slack(f64, f64),
+    /// Standard deviations that the user states, of the zero of the stress \[Pa\] and of the scales of stress and strain, and one that the residuals show
+    /// \[Pa\]
+    Shared([f64; 3], f64),
 }
 
 struct Scenario {
@@ -41,7 +45,7 @@ const MOONEY: &[f64] = &[0.04e6, 0.01e6];
 const YEOH: &[f64] = &[0.05e6, -8e2, 30.0];
 
 fn scenarios() -> Vec<Scenario> {
-    use Errors::{Between, Correlated, Independent, Slack};
+    use Errors::{Between, Correlated, Independent, Shared, Slack};
     use SlackChoice::{Auto, Yes};
     let of =
         |name, law, values, rows, stretch, errors, slack| Scenario { name, law, values, rows, stretch, errors, slack };
@@ -56,6 +60,8 @@ fn scenarios() -> Vec<Scenario> {
         of("2 % scatter, 5 specimens", "mooney_rivlin", MOONEY, 60, [1.01, 2.0], Between(5, 0.02, 50.0), Auto),
         of("3 % slack, by itself", "neo_hookean", MU, 100, [1.0, 2.0], Slack(0.03, 500.0), Auto),
         of("3 % slack, by itself", "mooney_rivlin", MOONEY, 100, [1.0, 2.0], Slack(0.03, 500.0), Auto),
+        of("stated zero and scales", "neo_hookean", MU, 100, [1.01, 2.0], Shared([1e3, 0.01, 0.01], 500.0), Auto),
+        of("stated zero and scales", "yeoh", YEOH, 100, [1.01, 3.5], Shared([1e3, 0.01, 0.01], 500.0), Auto),
         of("3 % slack, --slack yes", "neo_hookean", MU, 100, [1.0, 2.0], Slack(0.03, 500.0), Yes),
         of("3 % slack, --slack yes", "mooney_rivlin", MOONEY, 100, [1.0, 2.0], Slack(0.03, 500.0), Yes),
     ]
@@ -78,18 +84,21 @@ impl Scenario {
         for specimen in 0..specimens {
             let level = if let Errors::Between(_, s, _) = self.errors { 1.0 + s * random.normal() } else { 1.0 };
             let mut before = random.normal();
+            let shared =
+                if let Errors::Shared(sizes, _) = self.errors { sizes.map(|s| s * random.normal()) } else { [0.0; 3] };
             for k in 0..self.rows {
                 let stretch = low + (high - low) * k as f64 / (self.rows - 1) as f64;
                 let z = random.normal();
                 let (real, error) = match self.errors {
                     Errors::Independent(size) | Errors::Between(_, _, size) => (stretch, size * z),
+                    Errors::Shared(_, size) => (1.0 + (stretch - 1.0) / (1.0 + shared[2]), size * z + shared[0]),
                     Errors::Slack(e, size) => ((stretch - e).max(1.0), size * z),
                     Errors::Correlated(rho, size) => {
                         before = rho * before + (1.0 - rho * rho).sqrt() * z;
                         (stretch, size * before)
                     }
                 };
-                let stress = level * self.model().stress(self.values, Mode::Uniaxial, real) + error;
+                let stress = level * (1.0 + shared[1]) * self.model().stress(self.values, Mode::Uniaxial, real) + error;
                 let line = k as u64 + 2;
                 samples.push(Sample { mode: Mode::Uniaxial, stretch, stress, line, specimen, second: 1.0 });
             }
@@ -102,6 +111,17 @@ impl Scenario {
     fn fit(&self, seed: u64) -> FitResult {
         let mut o = FitOptions::new(self.law);
         (o.terms, o.slack) = (Some(self.model().terms), self.slack);
+        if let Errors::Shared([zero, stress, strain], _) = self.errors {
+            let stated = [
+                format!("stress_zero={} Pa", 1.96 * zero),
+                format!("stress_scale={}", 1.96 * stress),
+                format!("strain_scale={}", 1.96 * strain),
+            ];
+            o.accuracy = stated
+                .iter()
+                .map(|text| text.parse().expect("valid"))
+                .fold(Accuracy::default(), |a, b: Accuracy| b.or(&a));
+        }
         fit_experiment(&self.draw(seed), &o).unwrap_or_else(|e| panic!("{}: {e}", self.name))
     }
 

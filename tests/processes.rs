@@ -441,7 +441,8 @@ fn a_simulation_that_is_stopped_while_meshing_says_so() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let at = folder.path();
     write_rod(at, "echo meshing >&2\nexec sleep 60");
-    let mut run = program(at, &["simulate", "rod.toml", "--out", "r"]).stderr(Stdio::piped()).spawn().expect("it starts");
+    let mut run =
+        program(at, &["simulate", "rod.toml", "--out", "r"]).stderr(Stdio::piped()).spawn().expect("it starts");
     let mut said = BufReader::new(run.stderr.take().expect("piped")).lines().map_while(Result::ok);
     assert!(said.by_ref().any(|line| line.contains("meshing")));
     let mesher = wait_for(|| children(run.id()).pop());

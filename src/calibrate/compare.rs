@@ -109,7 +109,10 @@ fn one(experiment: &Experiment, options: &FitOptions, choice: &Choice, model: Mo
         cross_mode,
         score,
         lost: lost(&stability, choice.stretch),
-        determined: headline(&setting, &choice.fitted, &whole).iter().all(Estimate::is_determined),
+        determined: headline(&setting, &choice.fitted, &whole, experiment, options)?
+            .0
+            .iter()
+            .all(Estimate::is_determined),
     })
 }
 

@@ -105,6 +105,16 @@ pub enum FitError {
     Cells { file: String, line: u64, cells: usize, names: usize },
     #[error("{key} = \"{text}\": {reason}")]
     Dimension { key: &'static str, text: String, reason: String },
+    #[error("--accuracy {key} = \"{text}\": {reason}")]
+    Accuracy { key: String, text: String, reason: String },
+    #[error(
+        "the error of the {error} cannot be judged without {what} of the test piece; pass --{flag}, or give it in card.toml under [specimen]"
+    )]
+    ErrorNeeds { error: &'static str, what: &'static str, flag: &'static str },
+    #[error(
+        "{file}: --compliance corrects the travel of the crosshead, but the strain was measured with \"{instrument}\"; leave it out"
+    )]
+    Compliance { file: String, instrument: String },
     #[error(
         "{file}: column \"{column}\" is a force: give the undeformed cross-section with --width and --thickness, --diameter or --area, or \
          in card.toml under [specimen]"

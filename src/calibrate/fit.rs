@@ -4,14 +4,14 @@ use super::judgement::certificate::certificate;
 use super::judgement::misfit::residuals;
 use super::judgement::specimen::scatter;
 use super::judgement::statistics::extent;
+use super::judgement::{measurement, profile, slack};
 use super::judgement::{predictions, slack_hint, systematic, validity, warnings};
-use super::judgement::{profile, slack};
 use super::result::interval_assumption;
 use super::solve::{LawFit, LawSetting, solve, solve_untested};
 use super::solve::{noise, offset};
 use super::{
-    AuditKind, Estimate, Experiment, FitCurves, FitError, FitOptions, FitRequest, FitResult, Misfit, Mode, Model,
-    Otherwise, RangeRow, Sample, Slack, SlackChoice, StretchRange, Treatment, Weighting,
+    AuditKind, Contribution, Estimate, Experiment, FitCurves, FitError, FitOptions, FitRequest, FitResult, Misfit,
+    Mode, Model, Otherwise, RangeRow, Sample, Slack, SlackChoice, StretchRange, Treatment, Weighting,
 };
 use std::borrow::Cow;
 
@@ -59,7 +59,7 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
     let principal = |s: &Sample| s.stretches().into_iter().fold(s.stretch, f64::max).max(1.0 / s.stretch);
     let largest = experiment.samples.iter().map(principal).fold(1.0, f64::max);
     let (scatter, patterns) = scatter(&setting, &experiment.specimens, &groups, &answer)?.unzip();
-    let parameters = headline(&setting, &fitted, &answer);
+    let (parameters, measurement) = headline(&setting, &fitted, &answer, experiment, options)?;
     let title = format!("{} fitted to {}", model.label(), experiment.file);
     let curves = FitCurves::new(title, model, &answer.values, &experiment.samples, &all, is_fitted, stretch);
     let mut result = FitResult {
@@ -82,7 +82,8 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
         parameters,
         errors: answer.errors.model,
         degrees: answer.errors.free,
-        interval_assumption: interval_assumption(&answer.errors, options.weighting, options.loss),
+        interval_assumption: interval_assumption(&answer.errors, options.weighting, options.loss, &measurement),
+        measurement,
         slack: slack_estimates(&setting, &fitted, &answer, experiment, options),
         scatter,
         otherwise: otherwise(experiment, &setting, &fitted, &answer, is_fitted),
@@ -109,12 +110,22 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
     Ok(result)
 }
 
-/// The constants with the 95 % interval of the error model: by profile likelihood where the law is not linear in them.
-pub(super) fn headline(setting: &LawSetting, fitted: &[Sample], answer: &LawFit) -> Vec<Estimate> {
+/// The constants with the 95 % interval of the error model, by profile likelihood where the law is not linear in them, and of the stated errors of the
+/// measurement, which are listed.
+pub(super) fn headline(
+    setting: &LawSetting,
+    fitted: &[Sample],
+    answer: &LawFit,
+    experiment: &Experiment,
+    options: &FitOptions,
+) -> Result<(Vec<Estimate>, Vec<Contribution>), FitError> {
     let mut found = answer.identified.estimates.clone();
     let ends = profile::intervals(setting, fitted, answer).unwrap_or_default();
     found.iter_mut().zip(ends).for_each(|(e, ends)| e.interval = ends);
-    found
+    let accuracy = options.accuracy.or(&experiment.accuracy);
+    let contributions = measurement::contributions(setting, fitted, answer, &accuracy, experiment.dimensions)?;
+    measurement::widen(&mut found, &contributions);
+    Ok((found, contributions))
 }
 
 /// The intervals, wider by the shift of each constant that a departure from the law as large as that of the data can cause: |δθⱼ| ≤ ‖δ‖√((JᵀJ)⁻¹)ⱼⱼ.

@@ -70,6 +70,11 @@ impl FitResult {
             p.insert(format!("{}_interval_in_use", e.name), ends.into());
         }
         p.insert("errors".into(), self.errors.to_string().into());
+        if !self.measurement.is_empty() {
+            let stated =
+                self.measurement.iter().map(|c| format!("{} ± {:e} {}", c.error, c.half_width, c.error.unit()));
+            p.insert("measurement".into(), texts(stated.collect()));
+        }
         if !self.slack.is_empty() {
             p.insert("slack".into(), Value::from(self.slack.iter().map(|s| s.strain).collect::<Vec<f64>>()));
         }

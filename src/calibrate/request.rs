@@ -1,6 +1,6 @@
 //! The request for a fit.
 
-use super::{ColumnChoice, FitError, Mode, Preparation, SlackChoice};
+use super::{Accuracy, ColumnChoice, FitError, Mode, Preparation, SlackChoice};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -139,6 +139,8 @@ pub struct FitOptions {
     pub partner: Option<Partner>,
     /// Volumetric part of the law file; `None`: the scene has to add it
     pub volumetric: Option<String>,
+    /// 95 % half-widths of the errors that all data points share, in addition to those of the card
+    pub accuracy: Accuracy,
     /// Strain offsets that are fitted with the constants
     pub slack: SlackChoice,
     /// Relative misfit up to which the law describes the data \[–\]
@@ -158,6 +160,7 @@ impl FitOptions {
             stable: None,
             partner: None,
             volumetric: None,
+            accuracy: Accuracy::default(),
             slack: SlackChoice::Auto,
             tolerance: 0.1,
         }

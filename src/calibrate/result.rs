@@ -4,8 +4,8 @@ use super::constant_format::{stress_unit, stretch_text};
 use super::judgement::errors::Errors;
 use super::solve::noise::ModeNoise;
 use super::{
-    Audit, Direction, ErrorModel, Estimate, FitCurves, FitError, FitWarning, Loss, Misfit, Mode, Partner, Residual,
-    Scatter, Slack, SolverCheck, StableRange, StretchRange, Treatment, Weighting,
+    Audit, Contribution, Direction, ErrorModel, Estimate, FitCurves, FitError, FitWarning, Loss, Misfit, Mode, Partner,
+    Residual, Scatter, Slack, SolverCheck, StableRange, StretchRange, Treatment, Weighting,
 };
 use crate::storage;
 use serde::Serialize;
@@ -13,7 +13,7 @@ use std::fmt;
 use std::path::Path;
 
 /// Assumptions of the interval.
-pub fn interval_assumption(errors: &Errors, weighting: Weighting, loss: Loss) -> String {
+pub fn interval_assumption(errors: &Errors, weighting: Weighting, loss: Loss, measurement: &[Contribution]) -> String {
     let Errors { model, free, .. } = errors;
     let degrees = if *free == 1 { "1 degree".into() } else { format!("{free} degrees") };
     let size = match weighting {
@@ -23,8 +23,13 @@ pub fn interval_assumption(errors: &Errors, weighting: Weighting, loss: Loss) ->
     };
     let outliers =
         if loss == Loss::Huber { "; approximate, with the weights of Huber's loss taken as given" } else { "" };
+    let stated: Vec<&str> = measurement.iter().map(|c| c.error.name()).collect();
+    let stated = match stated.is_empty() {
+        true => String::new(),
+        false => format!("; with the stated errors of the {}", stated.join(", the ")),
+    };
     format!(
-        "95 %, Student's t with {degrees} of freedom: {model}; normal stress errors {size}; it does not cover misfit of the law, the interval for use does{outliers}"
+        "95 %, Student's t with {degrees} of freedom: {model}; normal stress errors {size}{stated}; it does not cover misfit of the law, the interval for use does{outliers}"
     )
 }
 
@@ -120,6 +125,8 @@ pub struct FitResult {
     pub errors: ErrorModel,
     /// Degrees of freedom of Student's t
     pub degrees: usize,
+    /// Stated errors of the measurement, and their part in the intervals
+    pub measurement: Vec<Contribution>,
     /// Fitted offsets of the strain
     pub slack: Vec<Slack>,
     /// Between specimens, where there are several
@@ -228,6 +235,11 @@ impl FitResult {
     /// Basis of the intervals, slack, specimens and shorter ranges.
     fn write_intervals(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "intervals: {}", self.interval_assumption)?;
+        for c in &self.measurement {
+            let one = |(e, by): (&Estimate, &f64)| format!("{} ± {}", e.symbol, e.print(*by));
+            let all: Vec<String> = self.parameters.iter().zip(&c.moves).map(one).collect();
+            writeln!(f, "of which the {}: {}", c.error, all.join(", "))?;
+        }
         for s in &self.slack {
             let why = if s.asked { "as asked".into() } else { format!("{} data points carry no stress", s.rows) };
             let (of, [low, high]) = (format!("{} ({})", s.file, s.mode), s.interval);

@@ -3,7 +3,7 @@
 use super::files;
 use super::outcome::{CommandResult, Outcome};
 use durometer::calibrate::{
-    Cycle, Decimal, Dimensions, FitRequest, Loss, Mode, Partner, Sign, SlackChoice, StrainKind, StressKind,
+    Accuracy, Cycle, Decimal, Dimensions, FitRequest, Loss, Mode, Partner, Sign, SlackChoice, StrainKind, StressKind,
     StretchRange, Weighting, compare, fit,
 };
 use durometer::math::units::{self, Dimension};
@@ -127,6 +127,13 @@ pub struct Args {
     /// Undeformed cross-section, for a force, e.g. "18 mm^2"
     #[arg(long)]
     area: Option<String>,
+    /// Compliance of machine and grips, whose part of the travel is no strain, e.g. "0.002 mm/N"
+    #[arg(long)]
+    compliance: Option<String>,
+    /// Half-width of the 95 % interval of an error that all data points share: stress_zero, force_zero, stress_scale, strain_zero, strain_scale,
+    /// compliance; e.g. --accuracy stress_scale=2% --accuracy force_zero=0.05N
+    #[arg(long, value_name = "ERROR=VALUE")]
+    accuracy: Vec<Accuracy>,
     /// Rows of a table that loads and unloads: first-loading, last-loading, a number from 1 on, all [default: first-loading, with a warning]
     #[arg(long)]
     cycle: Option<Cycle>,
@@ -156,7 +163,7 @@ pub fn main(args: Args) -> CommandResult {
     request.columns.decimal = args.decimal;
     (request.columns.test, request.columns.positive) = (args.test, args.positive);
     request.columns.strain_measurement = args.strain_from;
-    let sizes = [args.gauge_length, args.width, args.thickness, args.diameter, args.area];
+    let sizes = [args.gauge_length, args.width, args.thickness, args.diameter, args.area, args.compliance];
     for ((key, _), text) in Dimensions::KEYS.into_iter().zip(sizes) {
         if let Some(text) = text {
             request.columns.dimensions.set(key, &text)?;
@@ -172,6 +179,7 @@ pub fn main(args: Args) -> CommandResult {
     request.options.stable = args.stable;
     request.options.volumetric = args.volumetric;
     request.options.slack = args.slack;
+    request.options.accuracy = args.accuracy.iter().fold(Accuracy::default(), |all, one| one.or(&all));
     request.options.partner = match (args.nu, args.kappa) {
         (Some(nu), _) => Some(Partner::Nu(nu)),
         (None, Some(text)) => Some(Partner::Kappa(units::parse(&text, Dimension::PRESSURE)?)),

@@ -27,6 +27,7 @@ impl Dimension {
     pub const ENERGY: Self = dim(2, 1, -2, 0);
     pub const PRESSURE: Self = dim(-1, 1, -2, 0);
     pub const STIFFNESS: Self = dim(0, 1, -2, 0);
+    pub const COMPLIANCE: Self = dim(0, -1, 2, 0);
     pub const DAMPING: Self = dim(0, 1, -1, 0);
     pub const VISCOSITY: Self = dim(-1, 1, -1, 0);
     pub const DENSITY: Self = dim(-3, 1, 0, 0);

@@ -1,6 +1,6 @@
 //! `card.toml`: information that a table lacks. It lies next to the table and names it.
 
-use super::{columns::ColumnChoice, dimensions::Dimensions};
+use super::{accuracy::Accuracy, columns::ColumnChoice, dimensions::Dimensions};
 use crate::calibrate::{FitError, Mode, Preparation};
 use crate::storage::{self, TEXT_LIMIT};
 use serde::{Deserialize, Serialize};
@@ -42,9 +42,12 @@ pub struct Card {
     pub source: Source,
     #[serde(default)]
     pub columns: ColumnChoice,
-    /// `gauge_length`, `width`, `thickness`, `diameter`, `area` with their units; other keys are free
+    /// `gauge_length`, `width`, `thickness`, `diameter`, `area`, `compliance` with their units; other keys are free
     #[serde(default)]
     pub specimen: toml::Table,
+    /// 95 % half-widths of the errors that all data points share
+    #[serde(default)]
+    pub accuracy: Accuracy,
     /// Treatment of the rows before a fit
     #[serde(default)]
     pub preparation: Preparation,

@@ -1,7 +1,9 @@
 //! Dimensions of a test piece, which convert a force into a nominal stress and a displacement into a strain.
 //!
-//! P = F/A with A = width × thickness, ¼π diameter², or as given; e = u/L with the gauge length L.
+//! P = F/A with A = width × thickness, ¼π diameter², or as given; e = u/L with the gauge length L, without the part CF of the travel u that machine
+//! and grips of compliance C take.
 
+use super::accuracy::SharedError;
 use super::names;
 use crate::calibrate::FitError;
 use crate::math::units::{self, Dimension};
@@ -19,6 +21,8 @@ pub struct Dimensions {
     pub diameter: Option<f64>,
     /// Cross-section \[m²\]
     pub area: Option<f64>,
+    /// Of machine and grips \[m/N\]
+    pub compliance: Option<f64>,
 }
 
 /// Cross-sections from different dimensions have to agree within this part \[–\]
@@ -26,12 +30,13 @@ const AGREE: f64 = 0.01;
 
 impl Dimensions {
     /// Keys in `[specimen]` of a card and flags, with their dimension
-    pub const KEYS: [(&'static str, Dimension); 5] = [
+    pub const KEYS: [(&'static str, Dimension); 6] = [
         ("gauge_length", Dimension::LENGTH),
         ("width", Dimension::LENGTH),
         ("thickness", Dimension::LENGTH),
         ("diameter", Dimension::LENGTH),
         ("area", Dimension::AREA),
+        ("compliance", Dimension::COMPLIANCE),
     ];
 
     fn slot(&mut self, key: &str) -> Option<&mut Option<f64>> {
@@ -41,6 +46,7 @@ impl Dimensions {
             "thickness" => Some(&mut self.thickness),
             "diameter" => Some(&mut self.diameter),
             "area" => Some(&mut self.area),
+            "compliance" => Some(&mut self.compliance),
             _ => None,
         }
     }
@@ -101,8 +107,10 @@ impl Dimensions {
         let (mut own, mut theirs) = (self, other);
         let one = |(key, dimension): (&'static str, Dimension)| {
             let (a, b) = ((*own.slot(key)?)?, (*theirs.slot(key)?)?);
-            let text = |x: f64| {
-                if dimension == Dimension::AREA { format!("{:.6} mm²", 1e6 * x) } else { format!("{:.6} mm", 1e3 * x) }
+            let text = |x: f64| match dimension {
+                Dimension::AREA => format!("{:.6} mm²", 1e6 * x),
+                Dimension::COMPLIANCE => format!("{:.6} mm/N", 1e3 * x),
+                _ => format!("{:.6} mm", 1e3 * x),
             };
             ((a / b - 1.0).abs() > 1e-3).then(|| (key, text(a), text(b)))
         };
@@ -116,16 +124,33 @@ impl Dimensions {
     /// These, completed by others; a cross-section that is known is not judged by theirs.
     pub fn or(self, other: Self) -> Self {
         let gauge_length = self.gauge_length.or(other.gauge_length);
+        let compliance = self.compliance.or(other.compliance);
         if self.has_section() {
-            return Self { gauge_length, ..self };
+            return Self { gauge_length, compliance, ..self };
         }
         Self {
             gauge_length,
+            compliance,
             width: self.width.or(other.width),
             thickness: self.thickness.or(other.thickness),
             diameter: self.diameter.or(other.diameter),
             area: self.area.or(other.area),
         }
+    }
+
+    /// Cross-section \[m²\], which a shared error needs.
+    pub fn needed_section(&self, error: SharedError) -> Result<f64, FitError> {
+        let section = self.section("", "").map(|(area, _)| area);
+        section.map_err(|_| FitError::ErrorNeeds { error: error.name(), what: "the cross-section", flag: "area" })
+    }
+
+    /// Gauge length \[m\], which a shared error needs.
+    pub fn needed_length(&self, error: SharedError) -> Result<f64, FitError> {
+        self.gauge_length.ok_or(FitError::ErrorNeeds {
+            error: error.name(),
+            what: "the gauge length",
+            flag: "gauge-length",
+        })
     }
 
     /// Cross-section \[m²\] and how it came about.

@@ -5,6 +5,7 @@ use super::parts::{self, Whole};
 use super::samples::{self, Conversion};
 use super::table::{self, Decimal, Line};
 use super::{
+    accuracy::Accuracy,
     audit::{Audit, AuditEntry, AuditKind},
     card::Card,
     columns::ColumnChoice,
@@ -34,6 +35,8 @@ pub struct Experiment {
     /// Lines above the column names: first cell and the rest
     pub header: Vec<(String, String)>,
     pub card: Option<Card>,
+    /// 95 % half-widths of the errors that all data points share; of several tables those of the first
+    pub accuracy: Accuracy,
     /// Samples as they would be under another treatment
     pub alternatives: Vec<Alternative>,
     pub audit: Audit,
@@ -83,6 +86,10 @@ impl Experiment {
             audit.add(AuditKind::Intake, message, vec![]);
         }
         let dimensions = choice.dimensions.or(of_header);
+        let instrument = choice.strain_measurement.as_deref().filter(|i| !i.to_lowercase().contains("crosshead"));
+        if let (Some(instrument), Some(_)) = (instrument, dimensions.compliance) {
+            return Err(FitError::Compliance { file: file.into(), instrument: instrument.into() });
+        }
         let conversion = Conversion::new(file, &columns, dimensions, &mut audit)?;
         let whole = Whole { file, names: &lines[at], body, columns: &columns, decimal, dimensions: of_header };
         let parts = whole.divide(&mut audit)?;
@@ -107,6 +114,7 @@ impl Experiment {
             stress_unit: columns.axes[0].1.unit.clone(),
             dimensions,
             header,
+            accuracy: card.as_ref().map(|c| c.accuracy.clone()).unwrap_or_default(),
             card,
             alternatives: vec![],
             audit,
@@ -125,6 +133,7 @@ impl Experiment {
             dimensions: Dimensions::default(),
             header: vec![],
             card: None,
+            accuracy: Accuracy::default(),
             alternatives: vec![],
             audit: Audit::default(),
         }

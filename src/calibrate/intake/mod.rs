@@ -1,5 +1,6 @@
 //! Intake: from a file of a testing machine to an [`Experiment`](crate::calibrate::Experiment), typed samples with an audit log.
 
+pub(super) mod accuracy;
 pub(super) mod audit;
 pub(super) mod card;
 pub(super) mod columns;

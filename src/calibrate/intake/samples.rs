@@ -7,6 +7,7 @@ use super::columns::Columns;
 use super::names::{StrainKind, StressKind};
 use super::table::{self, Decimal, Line};
 use super::{
+    accuracy::SharedError,
     audit::{Audit, AuditKind},
     dimensions::Dimensions,
 };
@@ -24,12 +25,14 @@ pub struct Conversion<'a> {
     length: f64,
     /// Cross-section \[m²\], 1 where stress is recorded
     area: f64,
+    /// Strain of machine and grips over the nominal stress, CA/L \[1/Pa\]
+    compliance: f64,
 }
 
 impl<'a> Conversion<'a> {
     /// Refuses forces without a cross-section and displacements without a gauge length.
     pub fn new(file: &str, columns: &'a Columns, dimensions: Dimensions, audit: &mut Audit) -> Result<Self, FitError> {
-        let mut made = Self { columns, length: 1.0, area: 1.0 };
+        let mut made = Self { columns, length: 1.0, area: 1.0, compliance: 0.0 };
         let mut log = |message: String| audit.add(AuditKind::Intake, message, vec![]);
         for (e, p) in &columns.axes {
             match e.kind {
@@ -58,7 +61,35 @@ impl<'a> Conversion<'a> {
                 StressKind::Nominal => {}
             }
         }
+        if let Some(compliance) = dimensions.compliance {
+            let area = dimensions.needed_section(SharedError::Compliance)?;
+            let length = dimensions.needed_length(SharedError::Compliance)?;
+            made.compliance = compliance * area / length;
+            let message = format!(
+                "every strain was reduced by {:.6} per MPa of nominal stress: the compliance of the machine, {:.6} mm/N",
+                1e6 * made.compliance,
+                1e3 * compliance
+            );
+            audit.add(AuditKind::Changed, message, vec![]);
+        }
         Ok(made)
+    }
+
+    /// λ and P \[–, Pa\] of the numbers of a direction. The cross-section under load follows the stretch without the machine.
+    fn point(&self, axis: usize, x: f64, y: f64, mode: Mode) -> Result<(f64, f64), String> {
+        const PASSES: usize = 8;
+        let measured = self.stretch(axis, x, mode)?;
+        let mut point = (measured, self.stress(axis, y, mode, measured)?);
+        for _ in 0..if self.compliance > 0.0 { PASSES } else { 0 } {
+            let stretch = mode.stretch(mode.strain(measured) - self.compliance * point.1);
+            if !(stretch > 0.0 && stretch.is_finite()) {
+                return Err(format!(
+                    "stretch {stretch} without the compliance of the machine is not positive and finite"
+                ));
+            }
+            point = (stretch, self.stress(axis, y, mode, stretch)?);
+        }
+        Ok(point)
     }
 
     /// λ \[–\] of a number of the strain column.
@@ -249,9 +280,5 @@ fn is_number_at(line: &Line, i: usize, decimal: Decimal) -> bool {
 
 /// λ and P of each direction.
 fn convert(conversion: &Conversion, numbers: &[(f64, f64)], mode: Mode) -> Result<Vec<(f64, f64)>, String> {
-    let one = |(k, (x, y)): (usize, &(f64, f64))| {
-        let stretch = conversion.stretch(k, *x, mode)?;
-        Ok((stretch, conversion.stress(k, *y, mode, stretch)?))
-    };
-    numbers.iter().enumerate().map(one).collect()
+    numbers.iter().enumerate().map(|(k, (x, y))| conversion.point(k, *x, *y, mode)).collect()
 }

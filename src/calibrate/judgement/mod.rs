@@ -4,6 +4,7 @@ pub(super) mod certificate;
 pub(super) mod errors;
 pub(super) mod estimate;
 pub(super) mod identify;
+pub(super) mod measurement;
 pub(super) mod misfit;
 pub(super) mod profile;
 pub(super) mod slack;

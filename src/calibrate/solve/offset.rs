@@ -55,16 +55,18 @@ impl Offset {
         Sample { stretch: if self.side * strain > 0.0 { s.mode.stretch(strain) } else { 1.0 }, ..*s }
     }
 
-    /// ∂P/∂e₀ \[Pa\] at a data point without its slack: central differences, to 1e-9.
+    /// ∂P/∂e₀ \[Pa\] at a data point without its slack.
     pub fn slope(&self, model: Model, values: &[f64], s: &Sample) -> f64 {
-        const H: f64 = 1e-5;
-        if !self.is_of(s) || s.stretch == 1.0 {
-            return 0.0;
-        }
-        let strain = s.mode.strain(s.stretch);
-        let at = |e: f64| model.at(values, &Sample { stretch: s.mode.stretch(e), ..*s });
-        -(at(strain + H) - at(strain - H)) / (2.0 * H)
+        if !self.is_of(s) || s.stretch == 1.0 { 0.0 } else { -slope(model, values, s) }
     }
+}
+
+/// ∂P/∂e \[Pa\] of the law at a data point: central differences, to 1e-9.
+pub fn slope(model: Model, values: &[f64], s: &Sample) -> f64 {
+    const H: f64 = 1e-5;
+    let strain = s.mode.strain(s.stretch);
+    let at = |e: f64| model.at(values, &Sample { stretch: s.mode.stretch(e), ..*s });
+    (at(strain + H) - at(strain - H)) / (2.0 * H)
 }
 
 /// The data points without the slack.

@@ -1,6 +1,6 @@
 //! A fit as `fit.json` stores it, and its constants in words.
 
-use crate::calibrate::{Band, FitCurves, Treatment, within};
+use crate::calibrate::{Band, FitCurves, SharedError, Treatment, within};
 use serde::Deserialize;
 
 /// The part of `fit.json` that a reader is told. Stresses and stiffnesses in Pa, stretches \[–\].
@@ -22,6 +22,7 @@ pub struct StoredFit {
     pub interval_assumption: String,
     /// JSON has no infinity: `None` where an end is open
     pub in_use: Vec<[Option<f64>; 2]>,
+    pub measurement: Vec<Contribution>,
     pub scatter: Option<Scatter>,
     pub otherwise: Vec<Otherwise>,
     /// `nu` or `kappa` \[Pa\], as given
@@ -49,6 +50,16 @@ pub struct Parameter {
     /// JSON has no infinity: `None` where the data do not determine the constant
     pub std_error: Option<f64>,
     pub interval: [Option<f64>; 2],
+}
+
+/// Part of a stated error of the measurement in the intervals.
+#[derive(Clone, Debug, Deserialize)]
+pub struct Contribution {
+    pub error: SharedError,
+    /// As given \[SI\]
+    pub half_width: f64,
+    /// Of each constant \[SI\]
+    pub moves: Vec<f64>,
 }
 
 #[derive(Clone, Debug, Deserialize)]

@@ -1,7 +1,7 @@
 //! Tables of a fit.
 
 use crate::calibrate::{Band, stretch_text};
-use crate::report::fit::stored::{Misfit, Parameter, Scatter, Specimen, StoredFit};
+use crate::report::fit::stored::{Contribution, Misfit, Parameter, Scatter, Specimen, StoredFit};
 use crate::report::table::{Table, headings};
 
 /// Rows of the table of ranges at most
@@ -9,6 +9,9 @@ const RANGES: usize = 14;
 
 pub fn all(fit: &StoredFit) -> Vec<Table> {
     let mut out = vec![parameters(fit)];
+    if !fit.measurement.is_empty() {
+        out.push(measurement(fit));
+    }
     if !fit.otherwise.is_empty() {
         out.push(otherwise(fit));
     }
@@ -80,6 +83,28 @@ fn parameters(fit: &StoredFit) -> Table {
             ("Over shorter ranges", "", true),
         ]),
         rows,
+        pick: None,
+    }
+}
+
+/// Parts of the stated errors of the measurement.
+fn measurement(fit: &StoredFit) -> Table {
+    let row = |c: &Contribution| {
+        let moves = fit.parameters.iter().zip(&c.moves).map(|(p, by)| {
+            let (f, unit, n) = p.scale();
+            format!("{:.n$}{}", f * by, if unit == "–" { String::new() } else { format!(" {unit}") })
+        });
+        let stated = [c.error.to_string(), format!("{:.3e}", c.half_width), c.error.unit().into()];
+        stated.into_iter().chain(moves).collect()
+    };
+    let constants: Vec<String> = fit.parameters.iter().map(|p| format!("± {}", p.symbol)).collect();
+    let head = [("Error", "", false), ("Half-width", "", true), ("Unit", "", false)];
+    let constants = constants.iter().map(|name| (name.as_str(), "", true));
+    Table {
+        name: "measurement",
+        caption: "Stated errors of the measurement that all data points share, as half-widths of 95 % intervals, and what each adds in quadrature to the half-widths of the constants.".into(),
+        columns: headings(&head.into_iter().chain(constants).collect::<Vec<_>>()),
+        rows: fit.measurement.iter().map(row).collect(),
         pick: None,
     }
 }

@@ -1,0 +1,108 @@
+//! Errors of the measurement that all data points share, in the intervals of the constants.
+//!
+//! A law that is fitted takes up such an error: no residual shows it. To first order a change δrᵢ of the residuals moves the constants by
+//! δθ = (JᵀJ)⁻¹Jᵀ δr, with a fitted slack among them where there is one; δr = wᵢ δP of an error of the stress, −wᵢ (∂P/∂e) δe of one of
+//! the strain. The half-widths of independent errors are added in quadrature to the one of the scatter (JCGM 100:2008, *Guide to the
+//! expression of uncertainty in measurement*, 5.1.2, type B).
+//!
+//! Zeros are those of each curve, a specimen in one mode. Between several specimens they are a part of the scatter, which is measured, and are not
+//! added a second time; scales and the compliance are common to all.
+//!
+//! Limits: first order; the errors are those of one machine; a constraint of stability that is active is not followed.
+
+use crate::calibrate::intake::accuracy::{Accuracy, SharedError};
+use crate::calibrate::intake::dimensions::Dimensions;
+use crate::calibrate::judgement::errors::curves;
+use crate::calibrate::solve::{LawFit, LawSetting, jacobian, offset};
+use crate::calibrate::{ErrorModel, Estimate, FitError, Sample};
+use crate::math::svd::svd;
+use nalgebra::{DMatrix, DVector};
+use serde::Serialize;
+
+/// Part of a shared error in the intervals of the constants.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct Contribution {
+    pub error: SharedError,
+    /// Half-width of its 95 % interval, as given \[SI\]
+    pub half_width: f64,
+    /// Half-widths that follow, of each constant \[SI\]
+    pub moves: Vec<f64>,
+}
+
+/// Ratio of a 95 % half-width of a normal error to its standard deviation
+const NORMAL: f64 = 1.959_963_984_540_054;
+/// Singular value of a direction that the data do not determine \[–\]
+const BLIND: f64 = 1e-9;
+
+/// Contributions of the stated errors. `dimensions`: of the test piece, for those of force and compliance.
+pub fn contributions(
+    setting: &LawSetting,
+    fitted: &[Sample],
+    answer: &LawFit,
+    accuracy: &Accuracy,
+    dimensions: Dimensions,
+) -> Result<Vec<Contribution>, FitError> {
+    if accuracy.0.is_empty() {
+        return Ok(vec![]);
+    }
+    let is_measured = matches!(answer.errors.model, ErrorModel::Specimens { .. });
+    let step = inverse(&jacobian(setting, fitted, answer));
+    let slope = |s: &Sample| match s.stretch == 1.0 && !setting.slack.is_empty() {
+        true => 0.0,
+        false => offset::slope(setting.model, &answer.values, s),
+    };
+    let groups = curves(fitted);
+    let mut out = vec![];
+    for (kind, half_width) in accuracy.0.iter().filter(|(kind, _)| !(is_measured && kind.is_of_a_curve())) {
+        let area = || dimensions.needed_section(*kind);
+        let change: Box<dyn Fn(&Sample) -> f64> = match kind {
+            SharedError::StressZero => Box::new(|_| 1.0),
+            SharedError::ForceZero => {
+                let area = area()?;
+                Box::new(move |_| area.recip())
+            }
+            SharedError::StressScale => Box::new(|s| s.stress),
+            SharedError::StrainZero => Box::new(slope),
+            SharedError::StrainScale => Box::new(|s| slope(s) * s.mode.strain(s.stretch)),
+            SharedError::Compliance => {
+                let by = area()? / dimensions.needed_length(*kind)?;
+                Box::new(move |s| slope(s) * s.stress * by)
+            }
+        };
+        let shift = |rows: &[usize]| {
+            let mut change_of_rows = DVector::zeros(fitted.len());
+            rows.iter().for_each(|k| change_of_rows[*k] = answer.weight[*k] * half_width * change(&fitted[*k]));
+            &step * change_of_rows
+        };
+        let shifts: Vec<_> = match kind.is_of_a_curve() {
+            true => groups.iter().map(|rows| shift(rows)).collect(),
+            false => vec![shift(&(0..fitted.len()).collect::<Vec<_>>())],
+        };
+        let moves = (0..answer.values.len()).map(|j| shifts.iter().map(|d| d[j] * d[j]).sum::<f64>().sqrt()).collect();
+        out.push(Contribution { error: *kind, half_width: *half_width, moves });
+    }
+    Ok(out)
+}
+
+/// (JᵀJ)⁻¹Jᵀ on the directions that the data determine, (p, n).
+fn inverse(jacobian: &DMatrix<f64>) -> DMatrix<f64> {
+    let length: Vec<f64> = jacobian.column_iter().map(|c| c.norm()).map(|l| if l > 0.0 { l } else { 1.0 }).collect();
+    let scaled = DMatrix::from_fn(jacobian.nrows(), jacobian.ncols(), |i, k| jacobian[(i, k)] / length[k]);
+    let svd = svd(scaled, true, true);
+    let least = BLIND * svd.singular_values.max();
+    let mut inverse = svd.pseudo_inverse(least).expect("both sets of vectors were asked for");
+    inverse.row_iter_mut().zip(&length).for_each(|(mut row, length)| row /= *length);
+    inverse
+}
+
+/// The constants with wider intervals and standard errors.
+pub fn widen(parameters: &mut [Estimate], contributions: &[Contribution]) {
+    for (k, e) in parameters.iter_mut().enumerate() {
+        let more = contributions.iter().map(|c| c.moves[k] * c.moves[k]).sum::<f64>();
+        if more > 0.0 {
+            let [low, high] = e.interval.map(|end| ((end - e.value).powi(2) + more).sqrt());
+            e.interval = [e.value - low, e.value + high];
+            e.std_error = e.std_error.hypot(more.sqrt() / NORMAL);
+        }
+    }
+}
