@@ -16,10 +16,12 @@ mod law_file;
 mod library;
 mod mode;
 mod model;
+pub mod relaxation;
 mod request;
 mod result;
 mod sample;
 mod solve;
+mod summary;
 mod treatment;
 
 pub use compare::{Compared, Comparison, compare, compare_experiment};
@@ -52,5 +54,6 @@ pub use result::{FitResult, Otherwise, Prediction, PredictionKind, RangeRow, Val
 pub use sample::{RawRow, Sample};
 pub use solve::offset::SlackChoice;
 pub use solve::solver_check::SolverCheck;
+pub use summary::{CurveSet, FitSummary, MeasuredCurves};
 pub use treatment::cycle::Cycle;
 pub use treatment::{Alternative, Preparation, Treatment};

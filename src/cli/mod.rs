@@ -15,6 +15,7 @@ mod laws;
 mod mesh;
 mod outcome;
 mod plan;
+mod prony;
 mod region_table;
 mod report;
 mod robustness;
@@ -59,6 +60,7 @@ enum Command {
     Plan(plan::Args),
     Robustness(robustness::Args),
     Fit(Box<fit::Args>),
+    Prony(prony::Args),
     Laws(laws::Args),
     Check(check::Args),
     Report(report::Args),
@@ -92,6 +94,7 @@ pub fn main() -> ExitCode {
         Command::Plan(args) => plan::main(args),
         Command::Robustness(args) => robustness::main(args),
         Command::Fit(args) => fit::main(*args),
+        Command::Prony(args) => prony::main(args),
         Command::Laws(args) => laws::main(args),
         Command::Check(args) => check::main(args),
         Command::Report(args) => report::main(args),

@@ -11,7 +11,7 @@ use std::path::PathBuf;
 pub struct Args {
     /// Folder of the results, e.g. reports/finger-convergence or reports/fit-treloar-1944-ogden
     dir: PathBuf,
-    /// Print summary.json (of a fit: fit.json, of a comparison of all laws: compare.json)
+    /// Print summary.json (of a fit: fit.json, of a comparison of all laws: compare.json, of a Prony series: prony.json)
     #[arg(long)]
     json: bool,
 }
@@ -33,6 +33,15 @@ pub fn main(args: Args) -> CommandResult {
         let answer = durometer::report::fit::write(&args.dir)?;
         if args.json {
             println!("{}", durometer::storage::read_text(&args.dir.join("fit.json"), durometer::storage::DATA_LIMIT)?);
+        } else {
+            println!("{answer}\n\nreport: {}", args.dir.join("index.html").display());
+        }
+        return Ok(Outcome::Complete);
+    }
+    if let Some(file) = durometer::report::summary::result_of(&args.dir) {
+        let answer = durometer::report::summary::write(&args.dir)?;
+        if args.json {
+            println!("{}", durometer::storage::read_text(&file, durometer::storage::DATA_LIMIT)?);
         } else {
             println!("{answer}\n\nreport: {}", args.dir.join("index.html").display());
         }

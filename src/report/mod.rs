@@ -1,4 +1,4 @@
-//! Toolkit of reports: canvas, plots, surfaces, tables, pages and their export; and the report of direct fits.
+//! Toolkit of reports: canvas, plots, surfaces, tables, pages and their export; and the reports of fits.
 //!
 //! Nothing here knows a study; the kinds of study draw their reports with it.
 
@@ -12,6 +12,7 @@ pub mod fit;
 pub mod numbers;
 pub mod page;
 pub mod plot;
+pub mod summary;
 pub mod surface;
 pub mod table;
 

@@ -12,7 +12,7 @@ use std::ops::Range;
 use std::path::Path;
 use toml::de::{DeTable, DeValue};
 
-/// Reads a scene file, applies `key=value` changes and puts included laws in their place, so that the text that comes
+/// Reads a scene file, applies `key=value` changes and puts included laws and constants of effects in their place, so that the text that comes
 /// back says it all. Errors carry file, line and remedy.
 pub fn read_scene(file: &Path, changes: &[(String, toml::Value)]) -> Result<(SceneSpec, String), SceneError> {
     let (text, mut table) = read_table(file)?;
@@ -36,10 +36,33 @@ pub fn read_scene(file: &Path, changes: &[(String, toml::Value)]) -> Result<(Sce
         included.extend(std::mem::take(law));
         *law = included;
     }
+    include_in_effects(file, base, &mut table)?;
     let text = toml::to_string(&table).expect("a table that was read can be written");
     let names: Vec<&str> = changes.iter().map(|c| c.0.as_str()).collect();
     let spec = from_text(file, &text, &format!("with the changes {}", names.join(", ")))?;
     Ok((spec, text))
+}
+
+/// Puts the value of the same key of a file in the place of every `key = { include = "file.toml" }` of an effect.
+fn include_in_effects(file: &Path, base: &Path, table: &mut toml::Table) -> Result<(), SceneError> {
+    let effects = table.get_mut("effect").and_then(toml::Value::as_array_mut).into_iter().flatten();
+    for (k, effect) in effects.enumerate().filter_map(|(k, e)| Some((k, e.as_table_mut()?))) {
+        for (key, value) in effect.iter_mut() {
+            let only = value.as_table().filter(|t| t.len() == 1);
+            let Some(name) = only.and_then(|t| t.get("include")).and_then(toml::Value::as_str) else { continue };
+            let (name, place) = (name.to_string(), format!("effect {}", k + 1));
+            let (_, mut included) = read_table(&base.join(&name)).map_err(|e| part(file, place.clone(), e))?;
+            *value = included.remove(key).ok_or_else(|| {
+                content(
+                    file,
+                    &place,
+                    &format!("{name} has no `{key}`"),
+                    "include a file that a fit has written for this effect",
+                )
+            })?;
+        }
+    }
+    Ok(())
 }
 
 fn content(file: &Path, place: &str, fact: &str, remedy: &str) -> SceneError {

@@ -15,7 +15,7 @@ pub use super::parts::contact::spec::{ContactSpec, MotionSpec, ResponseSpec};
 pub use super::parts::effects::{
     ArmSpec, DirectionSpec, EdgeDampersSpec, EdgeSpringsSpec, EffectSpec, ElasticSpec, FibreAlong, FibreFamilySpec,
     FibreSpec, FormulationSpec, GravitySpec, Hand, HelixSpec, InertiaSpec, LumpingSpec, MassDampingSpec, MembraneSpec,
-    ModuliSpec, PointForceSpec, StiffnessDampingSpec, StiffnessSpec, TractionSpec, ViscoelasticSpec,
+    ModuliSpec, PointForceSpec, SeriesSpec, StiffnessDampingSpec, StiffnessSpec, TractionSpec, ViscoelasticSpec,
     ViscousDampingSpec,
 };
 pub use super::parts::probes::{

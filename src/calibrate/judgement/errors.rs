@@ -70,6 +70,8 @@ pub struct Errors {
     pub rho: f64,
     /// ‖r‖ of what differs smoothly from the law: beyond the differences between neighbours, weighted as the residual
     pub smooth: f64,
+    /// Covariance of the constants, of the part that the data determine
+    pub covariance: DMatrix<f64>,
 }
 
 impl Errors {
@@ -180,6 +182,16 @@ struct Directions {
     by: DMatrix<f64>,
 }
 
+impl Directions {
+    /// The errors of the constants from the covariance of the directions.
+    fn errors(&self, model: ErrorModel, k: &DMatrix<f64>, free: usize, rho: f64, smooth: f64) -> Errors {
+        let root = |c: &DMatrix<f64>| c.diagonal().iter().map(|c| c.max(0.0).sqrt()).collect::<Vec<f64>>();
+        let covariance = &self.by * k * self.by.transpose();
+        let plain = root(&(&self.by * self.by.transpose()));
+        Errors { model, deviations: root(&covariance), plain, free, rho, smooth, covariance }
+    }
+}
+
 fn directions(jacobian: &DMatrix<f64>) -> Directions {
     let p = jacobian.ncols();
     let length: Vec<f64> = (0..p).map(|k| jacobian.column(k).norm()).map(|l| if l > 0.0 { l } else { 1.0 }).collect();
@@ -195,61 +207,46 @@ fn directions(jacobian: &DMatrix<f64>) -> Directions {
 
 /// `jacobian` and `residual` are weighted, (n, p) and (n); `rounding`: the residual is none.
 pub fn of(jacobian: &DMatrix<f64>, residual: &DVector<f64>, samples: &[Sample], rounding: bool) -> Errors {
-    let (n, p) = jacobian.shape();
-    let Directions { u, by } = directions(jacobian);
-    let root = |k: &DMatrix<f64>| -> Vec<f64> {
-        let c = &by * k * by.transpose();
-        (0..p).map(|j| c[(j, j)].max(0.0).sqrt()).collect()
-    };
-    let plain = root(&DMatrix::identity(u.ncols(), u.ncols()));
-    let free = n.saturating_sub(p);
-    let s2 = if free > 0 { residual.norm_squared() / free as f64 } else { f64::INFINITY };
     let curves = curves(samples);
-    let smooth = if rounding { 0.0 } else { smooth(residual, &curves) };
-    let independent = || Errors {
-        model: ErrorModel::Independent,
-        deviations: plain.iter().map(|d| s2.sqrt() * d).collect(),
-        plain: plain.clone(),
-        free,
-        rho: 0.0,
-        smooth,
-    };
     let specimens = samples.iter().map(|s| s.specimen).collect::<std::collections::BTreeSet<_>>();
+    let (n, p) = jacobian.shape();
     let k = specimens.len();
-    if k >= 2 && free > 0 {
-        let mut sum = DMatrix::zeros(u.ncols(), u.ncols());
-        let mut alone = residual.clone();
-        for one in specimens {
-            let own: Vec<usize> = (0..n).filter(|i| samples[*i].specimen == one).collect();
-            let (rows, errors) = (u.select_rows(&own), residual.select_rows(&own));
-            let pull = rows.transpose() * &errors;
-            sum += &pull * pull.transpose();
-            // Without what constants of its own would explain
-            let kept = &errors - &rows * (&rows.transpose() * &rows).pseudo_inverse(BLIND).unwrap_or_default() * &pull;
-            own.iter().zip(kept.iter()).for_each(|(i, r)| alone[*i] = *r);
-        }
-        let smooth = if rounding { 0.0 } else { self::smooth(&alone, &curves) };
-        let deviations = root(&(sum * (k as f64 / (k - 1) as f64)));
-        return Errors {
-            model: ErrorModel::Specimens { specimens: k },
-            deviations,
-            plain,
-            free: k - 1,
-            rho: 0.0,
-            smooth,
-        };
+    if k < 2 || n <= p {
+        return of_curves(jacobian, residual, &curves, rounding);
     }
-    if rounding || free < 2 {
-        return independent();
+    let directions = directions(jacobian);
+    let u = &directions.u;
+    let mut sum = DMatrix::zeros(u.ncols(), u.ncols());
+    let mut alone = residual.clone();
+    for one in specimens {
+        let own: Vec<usize> = (0..n).filter(|i| samples[*i].specimen == one).collect();
+        let (rows, errors) = (u.select_rows(&own), residual.select_rows(&own));
+        let pull = rows.transpose() * &errors;
+        sum += &pull * pull.transpose();
+        // Without what constants of its own would explain
+        let kept = &errors - &rows * (&rows.transpose() * &rows).pseudo_inverse(BLIND).unwrap_or_default() * &pull;
+        own.iter().zip(kept.iter()).for_each(|(i, r)| alone[*i] = *r);
     }
-    correlated(&u, residual, &curves, p).map_or_else(independent, |(model, rho, k, free)| Errors {
-        model,
-        deviations: root(&k),
-        plain: plain.clone(),
-        free,
-        rho,
-        smooth,
-    })
+    let smooth = if rounding { 0.0 } else { smooth(&alone, &curves) };
+    let model = ErrorModel::Specimens { specimens: k };
+    directions.errors(model, &(sum * (k as f64 / (k - 1) as f64)), k - 1, 0.0, smooth)
+}
+
+/// The same of one specimen, whose curves are lists of rows in order of loading.
+pub fn of_curves(jacobian: &DMatrix<f64>, residual: &DVector<f64>, curves: &[Vec<usize>], rounding: bool) -> Errors {
+    let (n, p) = jacobian.shape();
+    let directions = directions(jacobian);
+    let free = n.saturating_sub(p);
+    let smooth = if rounding { 0.0 } else { smooth(residual, curves) };
+    let found = if rounding || free < 2 { None } else { correlated(&directions.u, residual, curves, p) };
+    if let Some((model, rho, k, free)) = found {
+        return directions.errors(model, &k, free, rho, smooth);
+    }
+    let s2 = if free > 0 { residual.norm_squared() / free as f64 } else { f64::INFINITY };
+    let seen = directions.u.ncols();
+    let of_size_1 = directions.errors(ErrorModel::Independent, &DMatrix::identity(seen, seen), free, 0.0, smooth);
+    let deviations = of_size_1.plain.iter().map(|d| s2.sqrt() * d).collect();
+    Errors { deviations, covariance: &of_size_1.covariance * s2, ..of_size_1 }
 }
 
 /// ‖r‖ beyond independent noise: σ² is the mean of (rᵢ − ½(rᵢ₋₁ + rᵢ₊₁))²/1.5 (Gasser, Sroka & Jennen-Steinmetz 1986), of which two standard

@@ -28,7 +28,7 @@ pub use membrane::MembraneSpec;
 pub use point_force::PointForceSpec;
 pub use stiffness_damping::{StiffnessDampingSpec, StiffnessSpec};
 pub use traction::TractionSpec;
-pub use viscoelastic::{ArmSpec, ModuliSpec, ViscoelasticSpec};
+pub use viscoelastic::{ArmSpec, ModuliSpec, SeriesSpec, ViscoelasticSpec};
 pub use viscous_damping::ViscousDampingSpec;
 
 use crate::scene::builder::Builder;

@@ -8,6 +8,9 @@ use crate::scene::error::{SceneError, part};
 use crate::scene::quantity::Time;
 use crate::system::Effect;
 use serde::Deserialize;
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
+use std::fmt;
 use std::sync::Arc;
 
 /// Relaxation of a region.
@@ -18,7 +21,55 @@ pub struct ViscoelasticSpec {
     /// The law of the elastic effect there
     pub law: String,
     pub moduli: ModuliSpec,
-    pub prony: Vec<ArmSpec>,
+    pub prony: SeriesSpec,
+}
+
+/// The terms of a Prony series. In a file also `{ include = "prony.toml" }`, which is replaced by the terms of that file before the scene is built.
+#[derive(Clone, Debug, Default)]
+pub struct SeriesSpec(pub Vec<ArmSpec>);
+
+impl From<Vec<ArmSpec>> for SeriesSpec {
+    fn from(terms: Vec<ArmSpec>) -> Self {
+        Self(terms)
+    }
+}
+
+impl<'de> Deserialize<'de> for SeriesSpec {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(Terms)
+    }
+}
+
+/// Reads a list of terms, or the name of a file that has one.
+struct Terms;
+
+impl<'de> Visitor<'de> for Terms {
+    type Value = SeriesSpec;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str("a list of terms such as [{ g = 0.2, tau = \"0.1 s\" }], or { include = \"prony.toml\" }")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<SeriesSpec, A::Error> {
+        let mut terms = Vec::new();
+        while let Some(term) = list.next_element()? {
+            terms.push(term);
+        }
+        Ok(SeriesSpec(terms))
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<SeriesSpec, A::Error> {
+        IncludeSpec::deserialize(MapAccessDeserializer::new(map)).map(|_| SeriesSpec::default())
+    }
+}
+
+/// A file whose value of the same key takes this place.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct IncludeSpec {
+    /// Path, relative to the scene
+    #[serde(rename = "include")]
+    _include: String,
 }
 
 /// Which modulus the constants of a law give.
@@ -45,7 +96,7 @@ impl EffectPart for ViscoelasticSpec {
             ModuliSpec::LongTerm => Constants::LongTerm,
             ModuliSpec::Instantaneous => Constants::Instantaneous,
         };
-        let arms: Vec<Arm> = self.prony.iter().map(|arm| Arm { g: arm.g, tau: arm.tau.0 }).collect();
+        let arms: Vec<Arm> = self.prony.0.iter().map(|arm| Arm { g: arm.g, tau: arm.tau.0 }).collect();
         let prony = Prony::new(&arms, constants).map_err(|e| part(builder.file, place, e))?;
         let (cells, law) = (builder.cells(place, &self.region)?, builder.law(place, &self.law)?);
         let effect = Viscoelastic::new(&builder.body.mesh, cells, &*law, prony);
@@ -59,7 +110,7 @@ impl EffectPart for ViscoelasticSpec {
             ModuliSpec::LongTerm => "long_term",
             ModuliSpec::Instantaneous => "instantaneous",
         };
-        format!("region {}, law {}, moduli {moduli}, {} Prony terms", self.region, self.law, self.prony.len())
+        format!("region {}, law {}, moduli {moduli}, {} Prony terms", self.region, self.law, self.prony.0.len())
     }
 
     /// Each cell is elastic with the same law, and relaxes by one effect only.
@@ -87,7 +138,7 @@ impl EffectPart for ViscoelasticSpec {
     /// Notes the meaning of the constants, and the stages in which the effect does not act.
     fn note(&self, builder: &mut Builder) {
         let Self { law, moduli, prony, .. } = self;
-        let kept = 1.0 - prony.iter().map(|arm| arm.g).sum::<f64>();
+        let kept = 1.0 - prony.0.iter().map(|arm| arm.g).sum::<f64>();
         let given = match moduli {
             ModuliSpec::LongTerm => format!("of the long term, {:.4} of them act at once", 1.0 / kept),
             ModuliSpec::Instantaneous => format!("of the instant, {kept:.4} of them are left in the long run"),
@@ -96,7 +147,7 @@ impl EffectPart for ViscoelasticSpec {
         if builder.spans.iter().any(|s| s.integrator.is_static()) {
             builder.notes.push("viscoelastic: static stages see the long-term response".into());
         }
-        let shortest = prony.iter().map(|arm| arm.tau.0).fold(f64::INFINITY, f64::min);
+        let shortest = prony.0.iter().map(|arm| arm.tau.0).fold(f64::INFINITY, f64::min);
         for (k, span) in builder.spans.iter().enumerate().filter(|(_, s)| !s.integrator.is_static() && s.dt > shortest)
         {
             let dt = span.dt;

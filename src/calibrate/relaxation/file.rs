@@ -1,0 +1,60 @@
+//! `prony.toml`: a series that the effect `viscoelastic` includes, with its provenance.
+//!
+//! ```toml
+//! prony = [{ g = 0.2, tau = "0.5 s" }]
+//! [provenance]
+//! data = "…"
+//! ```
+
+use super::error::RelaxationError;
+use super::result::{Bounded, RelaxationFit};
+use crate::storage;
+use std::path::Path;
+use toml::{Table, Value};
+
+impl RelaxationFit {
+    /// Writes the file that the effect `viscoelastic` includes.
+    pub fn write_series(&self, path: &Path) -> Result<(), RelaxationError> {
+        storage::write(path, text(self).as_bytes())
+            .map_err(|source| RelaxationError::Write { path: path.into(), source })
+    }
+}
+
+/// Text of the file. Numbers have all their digits; there is no date, so that the same fit gives the same file.
+fn text(fit: &RelaxationFit) -> String {
+    let seconds = |t: f64| Value::from(format!("{t} s"));
+    let term =
+        |g: f64, tau: f64| Table::from_iter([("g".to_string(), Value::from(g)), ("tau".to_string(), seconds(tau))]);
+    let ends = |b: &Bounded| Value::from(b.interval.to_vec());
+    let mut root = Table::new();
+    let terms: Vec<Value> = fit.terms.iter().map(|t| term(t.g.value, t.tau.value).into()).collect();
+    root.insert("prony".into(), terms.into());
+    let mut p = Table::new();
+    p.insert("data".into(), fit.data.clone().into());
+    p.insert("sha256".into(), fit.data_sha256.clone().into());
+    p.insert("experiment".into(), fit.experiment.name().into());
+    if let Some(ramp) = fit.ramp {
+        p.insert("ramp".into(), seconds(ramp));
+    }
+    p.insert("times".into(), Value::from(fit.span.map(seconds).to_vec()));
+    p.insert("rows".into(), i64::try_from(fit.rows).expect("a table has fewer rows").into());
+    p.insert("unit".into(), fit.unit.clone().into());
+    for (name, b) in [
+        ("instantaneous", &fit.instantaneous),
+        ("long_term", &fit.long_term),
+        ("long_term_share", &fit.long_term_share),
+    ] {
+        p.insert(name.into(), b.value.into());
+        p.insert(format!("{name}_interval"), ends(b));
+    }
+    p.insert("g_intervals".into(), fit.terms.iter().map(|t| ends(&t.g)).collect::<Vec<_>>().into());
+    p.insert("tau_intervals_s".into(), fit.terms.iter().map(|t| ends(&t.tau)).collect::<Vec<_>>().into());
+    p.insert("terms".into(), fit.chosen_by.clone().into());
+    p.insert("errors".into(), fit.errors.to_string().into());
+    p.insert("misfit".into(), fit.misfit.into());
+    p.insert("determined".into(), fit.is_determined().into());
+    p.insert("warnings".into(), fit.summary.messages.clone().into());
+    p.insert("durometer".into(), fit.version.into());
+    root.insert("provenance".into(), p.into());
+    toml::to_string(&root).expect("a table of strings, numbers and arrays can be written")
+}

@@ -1,0 +1,347 @@
+//! From a request to a Prony series with intervals.
+
+use super::error::RelaxationError;
+use super::response::{Record, TestKind};
+use super::result::{Bounded, RelaxationFit, RelaxationTerm, RelaxationWarning};
+use super::retardation::moduli;
+use super::search::{self, Series, Weighted};
+use super::table::{self, RelaxationRequest, TermChoice};
+use crate::calibrate::judgement::errors;
+use crate::calibrate::judgement::statistics::t_quantile;
+use crate::calibrate::{CurveSet, FitSummary, MeasuredCurves};
+use nalgebra::{DMatrix, DVector};
+
+/// Fall of the modulus in the last decade of the data that counts as a plateau \[–\]
+const FLAT: f64 = 0.02;
+/// Half-width of the interval of the long-term modulus beyond which it is not determined \[–\]
+const WIDE: f64 = 0.5;
+/// Part of the response below which the residual is rounding \[–\]
+const ROUNDING: f64 = 1e-9;
+/// Points of a curve
+const POINTS: usize = 201;
+
+/// Reads a table and fits a series to it.
+pub fn fit_relaxation(request: &RelaxationRequest) -> Result<RelaxationFit, RelaxationError> {
+    fit_record(&table::read(request)?, &request.terms)
+}
+
+/// Fits a series to a record.
+pub fn fit_record(record: &Record, terms: &TermChoice) -> Result<RelaxationFit, RelaxationError> {
+    check_rows(record, 3)?;
+    let (times, criteria, free) = times(record, terms)?;
+    let (series, weighted) = settled(record, &times, free)?;
+    let constants = 1 + series.terms.len() * if free { 2 } else { 1 };
+    check_rows(record, constants)?;
+    if series.terms.is_empty() {
+        let elastic = weighted.criterion(&series.residual, 1);
+        return Err(RelaxationError::Elastic { file: record.file.clone(), elastic, series: elastic });
+    }
+    if record.kind == TestKind::Creep && series.constant <= 0.0 {
+        return Err(RelaxationError::NoInstant { file: record.file.clone() });
+    }
+    let jacobian = jacobian(&weighted, &series, free);
+    let target = DVector::from_column_slice(&record.y).component_mul(&weighted.weight).norm();
+    let rounding = series.residual.norm() <= ROUNDING * target;
+    let errors = errors::of_curves(&jacobian, &series.residual, &record.curves(), rounding);
+    let native = native(&series, free);
+    let answer = answer(record, &series, &native, free);
+    let by = derivatives(record, &series, &native, free);
+    let covariance = &by * &errors.covariance * by.transpose();
+    let t = if errors.free > 0 { t_quantile(0.95, errors.free) } else { f64::INFINITY };
+    let half = |k: usize| if rounding { 0.0 } else { t * covariance[(k, k)].max(0.0).sqrt() };
+    let bounded = |k: usize| Bounded { value: answer[k], interval: [answer[k] - half(k), answer[k] + half(k)] };
+    let n = series.terms.len();
+    let term = |k: usize| {
+        let (g, ln) = (3 + k, 3 + n + k);
+        let tau = answer[ln].exp();
+        RelaxationTerm {
+            g: bounded(g).within(0.0, 1.0),
+            tau: Bounded { value: tau, interval: [tau * (-half(ln)).exp(), tau * half(ln).exp()] },
+        }
+    };
+    let mut fit = RelaxationFit {
+        data: record.file.clone(),
+        data_sha256: record.sha256.clone(),
+        experiment: record.kind,
+        version: env!("CARGO_PKG_VERSION"),
+        rows: record.y.len(),
+        span: record.span(),
+        ramp: matches!(record.kind, TestKind::Relaxation | TestKind::Creep).then_some(record.ramp),
+        unit: unit(record),
+        instantaneous: bounded(0).within(0.0, f64::INFINITY),
+        long_term: bounded(1).within(0.0, f64::INFINITY),
+        long_term_share: bounded(2).within(0.0, 1.0),
+        terms: (0..n).map(term).collect(),
+        criteria,
+        chosen_by: chosen_by(terms),
+        dropped: series.dropped.clone(),
+        errors: errors.model,
+        degrees: errors.free,
+        misfit: series.residual.norm() / target,
+        warnings: vec![],
+        summary: FitSummary {
+            title: format!("Prony series from {}", record.file),
+            answer: String::new(),
+            constants: vec![],
+            method: vec![],
+            messages: vec![],
+            notes: record.notes.clone(),
+            file: "prony.toml".into(),
+            curves: curves(record, &series, &weighted.weight),
+        },
+    };
+    fit.warnings = warnings(record, &series, &fit, free);
+    put_into_words(&mut fit);
+    Ok(fit)
+}
+
+/// The result in words.
+fn put_into_words(fit: &mut RelaxationFit) {
+    let (n, [first, last]) = (fit.terms.len(), fit.span);
+    let plural = if n == 1 { "" } else { "s" };
+    let mut answer = format!(
+        "Prony series of {n} term{plural} from {} ({}): {} values, {first:.4} s to {last:.4} s, misfit {:.2} % rms",
+        fit.data,
+        fit.experiment.name(),
+        fit.rows,
+        100.0 * fit.misfit
+    );
+    if !fit.is_determined() {
+        answer += "; the long-term modulus is not determined";
+    }
+    let unit = &fit.unit;
+    let mut constants = vec![
+        ["instantaneous modulus".to_string(), fit.instantaneous.words(unit)],
+        ["long-term modulus".into(), fit.long_term.words(unit)],
+        ["long-term share".into(), fit.long_term_share.words("–")],
+    ];
+    for (k, term) in fit.terms.iter().enumerate() {
+        constants.push([format!("g{}", k + 1), term.g.words("–")]);
+        constants.push([format!("tau{}", k + 1), term.tau.words("s")]);
+    }
+    let mut method =
+        vec![format!("95 % intervals: {}; Student's t with {} degrees of freedom", fit.errors, fit.degrees)];
+    method.push(format!("terms: {}", fit.chosen_by));
+    if fit.criteria.len() > 1 {
+        let least = fit.criteria.iter().copied().fold(f64::INFINITY, f64::min);
+        let one = |(n, c): (usize, &f64)| format!("{:.1} with {n}", c - least);
+        let all: Vec<String> = fit.criteria.iter().enumerate().map(one).collect();
+        method.push(format!("criterion above its least value, by number of terms: {}", all.join(", ")));
+    }
+    let messages = fit.warnings.iter().map(ToString::to_string).collect();
+    fit.summary = FitSummary { answer, constants, method, messages, ..fit.summary.clone() };
+}
+
+fn check_rows(record: &Record, constants: usize) -> Result<(), RelaxationError> {
+    let rows = record.y.len();
+    if rows >= constants + 2 {
+        return Ok(());
+    }
+    Err(RelaxationError::TooFewRows { file: record.file.clone(), rows, constants })
+}
+
+/// Times of the series, the criterion of each number of terms that was tried, and whether the times are unknowns.
+fn times(record: &Record, terms: &TermChoice) -> Result<(Vec<f64>, Vec<f64>, bool), RelaxationError> {
+    let of = |series: &Series| series.terms.iter().map(|t| t.1).collect::<Vec<f64>>();
+    match terms {
+        TermChoice::Times(times) => Ok((times.clone(), vec![], false)),
+        TermChoice::PerDecade(n) => {
+            let [first, last] = record.span();
+            let decades = (last / first).log10();
+            let count = ((decades * *n as f64).round() as usize).max(1) + 1;
+            let at = |k: usize| first * 10_f64.powf(decades * k as f64 / (count - 1) as f64);
+            Ok(((0..count).map(at).collect(), vec![], false))
+        }
+        TermChoice::Number(n) => {
+            let found = search::by_number(record, Some(*n))?;
+            let criteria = found.iter().map(|f| f.1).collect();
+            Ok((of(&found.last().expect("no term is tried first").0), criteria, true))
+        }
+        TermChoice::Evidence => {
+            let found = search::by_number(record, None)?;
+            let criteria: Vec<f64> = found.iter().map(|f| f.1).collect();
+            let (best, (series, least)) =
+                found.iter().enumerate().min_by(|a, b| a.1.1.total_cmp(&b.1.1)).expect("no term is tried first");
+            if best == 0 {
+                let series = criteria.get(1).copied().unwrap_or(f64::INFINITY);
+                return Err(RelaxationError::Elastic { file: record.file.clone(), elastic: *least, series });
+            }
+            Ok((of(series), criteria, true))
+        }
+    }
+}
+
+fn chosen_by(terms: &TermChoice) -> String {
+    match terms {
+        TermChoice::Evidence => {
+            "times by least squares, their number by the Bayesian information criterion with autocorrelated errors"
+                .into()
+        }
+        TermChoice::Number(n) => format!("{n} times by least squares, their number as asked"),
+        TermChoice::Times(_) => "times as asked".into(),
+        TermChoice::PerDecade(n) => format!("{n} times a decade of the data, as asked"),
+    }
+}
+
+/// Changes of the weights of storage and loss that are followed
+const AGAIN: usize = 8;
+
+/// The series with all data points; of a dynamic test with weights by the residuals of storage and of loss.
+fn settled<'a>(record: &'a Record, times: &[f64], free: bool) -> Result<(Series, Weighted<'a>), RelaxationError> {
+    let mut weighted = Weighted { record, weight: search::first_weights(record) };
+    let bounds = search::bounds(record);
+    let solve = |w: &Weighted, times: &[f64]| if free { w.refined(times, bounds) } else { w.with_times(times) };
+    let mut series = solve(&weighted, times)?;
+    if record.kind != TestKind::Dynamic {
+        return Ok((series, weighted));
+    }
+    let n = record.x.len();
+    for _ in 0..AGAIN {
+        let [storage, loss] = [0, n].map(|from| series.residual.rows(from, n).norm());
+        if storage.min(loss) <= ROUNDING * (n as f64).sqrt() {
+            break;
+        }
+        let ratio = (storage / loss).clamp(0.1, 10.0);
+        if (ratio - 1.0).abs() < 1e-4 {
+            break;
+        }
+        weighted.weight.rows_mut(n, n).scale_mut(ratio);
+        let times: Vec<f64> = if free { series.terms.iter().map(|t| t.1).collect() } else { times.to_vec() };
+        series = solve(&weighted, &times)?;
+    }
+    Ok((series, weighted))
+}
+
+/// c₀, cᵢ and, where they are unknowns, ln τᵢ.
+fn native(series: &Series, free: bool) -> Vec<f64> {
+    let factors = std::iter::once(series.constant).chain(series.terms.iter().map(|t| t.0));
+    factors.chain(series.terms.iter().filter(|_| free).map(|t| t.1.ln())).collect()
+}
+
+/// w ∂y/∂(c₀, cᵢ, ln τᵢ).
+fn jacobian(weighted: &Weighted, series: &Series, free: bool) -> DMatrix<f64> {
+    let times: Vec<f64> = series.terms.iter().map(|t| t.1).collect();
+    let all = weighted.matrix(&times);
+    if !free {
+        return all;
+    }
+    const H: f64 = 1e-5;
+    let moved = |by: f64| weighted.matrix(&times.iter().map(|t| t * by.exp()).collect::<Vec<_>>());
+    let slope = (moved(H) - moved(-H)) / (2.0 * H);
+    let mut columns: Vec<DVector<f64>> = all.column_iter().map(|c| c.into_owned()).collect();
+    columns.extend(series.terms.iter().enumerate().map(|(k, t)| slope.column(k + 1) * t.0));
+    DMatrix::from_columns(&columns)
+}
+
+/// G₀, G∞, G∞/G₀, gᵢ, ln τᵢ of the series of moduli.
+fn answer(record: &Record, series: &Series, native: &[f64], free: bool) -> Vec<f64> {
+    let n = series.terms.len();
+    let time = |k: usize| if free { native[1 + n + k].exp() } else { series.terms[k].1 };
+    let terms: Vec<(f64, f64)> = (0..n).map(|k| (native[1 + k], time(k))).collect();
+    let (long, terms) = match record.kind {
+        TestKind::Creep => {
+            let (long, terms) = moduli(native[0], &terms);
+            let stress = record.stress.map_or(1.0, f64::abs);
+            (stress * long, terms.into_iter().map(|(e, tau)| (stress * e, tau)).collect())
+        }
+        _ => (native[0], terms),
+    };
+    let instant = long + terms.iter().map(|t| t.0).sum::<f64>();
+    let shares = terms.iter().map(|t| t.0 / instant);
+    [instant, long, long / instant].into_iter().chain(shares).chain(terms.iter().map(|t| t.1.ln())).collect()
+}
+
+/// ∂answer/∂native by central differences.
+fn derivatives(record: &Record, series: &Series, native: &[f64], free: bool) -> DMatrix<f64> {
+    let factors = 1 + series.terms.len();
+    let columns: Vec<DVector<f64>> = (0..native.len())
+        .map(|k| {
+            let size = if k < factors { native.iter().take(factors).sum::<f64>() } else { 1.0 };
+            let h = 1e-6 * if k < factors && native[k] > 0.0 { native[k] } else { size };
+            let at = |by: f64| {
+                let mut moved = native.to_vec();
+                moved[k] += by;
+                DVector::from_vec(answer(record, series, &moved, free))
+            };
+            (at(h) - at(-h)) / (2.0 * h)
+        })
+        .collect();
+    DMatrix::from_columns(&columns)
+}
+
+fn unit(record: &Record) -> String {
+    match (record.kind, record.stress) {
+        (TestKind::Creep, Some(_)) => "Pa".into(),
+        (TestKind::Creep, None) => "of the held stress".into(),
+        _ => record.unit.clone(),
+    }
+}
+
+fn warnings(record: &Record, series: &Series, fit: &RelaxationFit, free: bool) -> Vec<RelaxationWarning> {
+    let mut out = vec![];
+    let end = fit.span[1];
+    let fall: f64 = fit.terms.iter().map(|t| t.g.value * end / t.tau.value * (-end / t.tau.value).exp()).sum();
+    let slope = std::f64::consts::LN_10 * fall / fit.share_at(end);
+    let [low, high] = search::bounds(record);
+    let limit = |tau: &f64| free && ((tau / low).ln() < 1e-6 || (high / tau).ln() < 1e-6);
+    let at_limit: Vec<f64> = series.terms.iter().map(|t| t.1).filter(limit).collect();
+    let longest = at_limit.iter().any(|t| (high / t).ln() < 1e-6);
+    if slope > FLAT || longest {
+        out.push(RelaxationWarning::NoPlateau { end, slope });
+    } else if fit.long_term.half_width() > WIDE * fit.long_term.value {
+        out.push(RelaxationWarning::LongTerm { interval: fit.long_term.interval });
+    }
+    if fit.long_term.value <= 0.0 {
+        out.push(RelaxationWarning::Liquid);
+    }
+    out.extend(at_limit.into_iter().map(|tau| RelaxationWarning::TimeAtLimit { tau }));
+    let early = fit.terms.iter().filter(|t| t.tau.value < fit.span[0]).map(|t| t.tau.value);
+    out.extend(early.map(|tau| RelaxationWarning::Early { tau, first: fit.span[0] }));
+    out.extend(series.dropped.iter().map(|tau| RelaxationWarning::NoShare { tau: *tau }));
+    out
+}
+
+/// Data and curve of each quantity for a figure.
+fn curves(record: &Record, series: &Series, weight: &DVector<f64>) -> MeasuredCurves {
+    let times: Vec<f64> = series.terms.iter().map(|t| t.1).collect();
+    let factors: Vec<f64> = std::iter::once(series.constant).chain(series.terms.iter().map(|t| t.0)).collect();
+    let dynamic = record.kind == TestKind::Dynamic;
+    let grid = match record.kind {
+        TestKind::History => record.clone(),
+        _ => {
+            let first = record.x.iter().copied().find(|x| *x > 0.0).unwrap_or(1.0);
+            let last = record.x.last().copied().unwrap_or(1.0);
+            let at = |k: usize| first * (last / first).powf(k as f64 / (POINTS - 1) as f64);
+            Record { x: (0..POINTS).map(at).collect(), ..record.clone() }
+        }
+    };
+    let one = DVector::from_element(if dynamic { 2 * grid.x.len() } else { grid.x.len() }, 1.0);
+    let drawn = Weighted { record: &grid, weight: one }.matrix(&times) * DVector::from_vec(factors);
+    let labels: &[&str] = if dynamic { &["storage modulus", "loss modulus"] } else { &["measured"] };
+    let x_of = |x: f64| if dynamic { x / std::f64::consts::TAU } else { x };
+    let (n, m) = (record.x.len(), grid.x.len());
+    let set = |(k, label): (usize, &&str)| CurveSet {
+        label: label.to_string(),
+        measured: (0..n).map(|i| [x_of(record.x[i]), record.y[k * n + i]]).collect(),
+        fitted: (0..m).map(|i| [x_of(grid.x[i]), drawn[k * m + i]]).collect(),
+        residuals: (0..n).map(|i| [x_of(record.x[i]), series.residual[k * n + i] / weight[k * n + i]]).collect(),
+    };
+    let y_label = match record.kind {
+        TestKind::Relaxation if record.unit == "N" => "force",
+        TestKind::Relaxation if record.unit == "1" => "modulus",
+        TestKind::Relaxation | TestKind::History => "stress",
+        TestKind::Creep => "strain",
+        TestKind::Dynamic => "modulus",
+    };
+    MeasuredCurves {
+        x_label: if dynamic { "frequency [Hz]".into() } else { "time [s]".into() },
+        y_label: y_label.into(),
+        y_unit: match record.unit.as_str() {
+            "of the law" => "Pa".into(),
+            own => own.into(),
+        },
+        log_x: record.kind != TestKind::History,
+        log_y: dynamic,
+        sets: labels.iter().enumerate().map(set).collect(),
+    }
+}

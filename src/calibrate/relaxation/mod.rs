@@ -1,0 +1,20 @@
+//! Relaxation: from a test in time or frequency to a Prony series with intervals, which the effect `viscoelastic` takes.
+//!
+//! [`fit_relaxation`] is the entry point. The files: `table` (file → record), `response` (closed forms of a series in each test), `weights`
+//! (factors that are not negative), `search` (times and number of terms), `retardation` (creep → relaxation), `fit` (all of it), `result`.
+
+mod error;
+mod file;
+mod fit;
+mod response;
+mod result;
+mod retardation;
+mod search;
+mod table;
+mod weights;
+
+pub use error::RelaxationError;
+pub use fit::{fit_record, fit_relaxation};
+pub use response::{Record, TestKind};
+pub use result::{Bounded, RelaxationFit, RelaxationTerm, RelaxationWarning};
+pub use table::{RelaxationRequest, Role, TermChoice};

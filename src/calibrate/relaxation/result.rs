@@ -1,0 +1,158 @@
+//! A fitted Prony series with its intervals, warnings and words.
+
+use super::error::RelaxationError;
+use super::response::TestKind;
+use crate::calibrate::{ErrorModel, FitSummary, within};
+use crate::storage;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::path::Path;
+
+/// A value with its 95 % interval.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+pub struct Bounded {
+    pub value: f64,
+    pub interval: [f64; 2],
+}
+
+impl Bounded {
+    /// The interval cut to what is possible.
+    pub(super) fn within(self, low: f64, high: f64) -> Self {
+        Self { interval: self.interval.map(|end| end.clamp(low, high)), ..self }
+    }
+
+    /// Larger distance of an end from the value.
+    pub fn half_width(&self) -> f64 {
+        (self.interval[1] - self.value).max(self.value - self.interval[0])
+    }
+
+    /// `0.213 (0.198 to 0.228)` with a unit; pascals in the unit that fits.
+    pub fn words(&self, unit: &str) -> String {
+        let (factor, printed, digits) = within(self.value, unit, Some(self.interval));
+        let [low, high] = self.interval.map(|end| factor * end);
+        let unit = if matches!(unit, "–" | "1") { String::new() } else { format!(" {printed}") };
+        format!("{:.digits$} ({low:.digits$} to {high:.digits$}){unit}", factor * self.value)
+    }
+}
+
+/// A term: share g \[–\] of the instantaneous modulus and relaxation time τ \[s\].
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+pub struct RelaxationTerm {
+    pub g: Bounded,
+    pub tau: Bounded,
+}
+
+/// What limits the use of a fitted series.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum RelaxationWarning {
+    /// The modulus still falls where the data end
+    NoPlateau { end: f64, slope: f64 },
+    /// The interval of the long-term modulus is wide
+    LongTerm { interval: [f64; 2] },
+    /// Nothing is left in the long run
+    Liquid,
+    /// A time at the end of what the data resolve
+    TimeAtLimit { tau: f64 },
+    /// A time shorter than that of the first data point
+    Early { tau: f64, first: f64 },
+    /// A time of the list without a share
+    NoShare { tau: f64 },
+}
+
+impl RelaxationWarning {
+    /// Whether the long-term modulus is not determined by the data.
+    fn is_undetermined(&self) -> bool {
+        matches!(self, Self::NoPlateau { .. } | Self::LongTerm { .. } | Self::Liquid)
+    }
+}
+
+impl fmt::Display for RelaxationWarning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoPlateau { end, slope } => write!(
+                f,
+                "the data do not determine the long-term modulus: they end at {end:.4} s without a plateau, where the modulus falls by {:.1} % a decade; \
+                 use the series for shorter times only, or measure longer",
+                100.0 * slope
+            ),
+            Self::LongTerm { interval: [low, high] } => write!(
+                f,
+                "the data do not determine the long-term modulus: its interval reaches from {low:.4} to {high:.4} in its unit"
+            ),
+            Self::Liquid => f.write_str(
+                "nothing is left in the long run: the series is that of a liquid, and the effect viscoelastic refuses it; measure longer",
+            ),
+            Self::TimeAtLimit { tau } => {
+                write!(f, "the time {tau:.4} s lies at the end of what the data resolve: its own value is not determined")
+            }
+            Self::Early { tau, first } => write!(
+                f,
+                "the time {tau:.4} s is shorter than that of the first data point, {first:.4} s: its share is an extrapolation"
+            ),
+            Self::NoShare { tau } => write!(f, "the time {tau:.4} s got no share: the bound g ≥ 0 holds it at zero, and the intervals are those of the others"),
+        }
+    }
+}
+
+/// A Prony series fitted to a test.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct RelaxationFit {
+    pub data: String,
+    pub data_sha256: String,
+    pub experiment: TestKind,
+    pub version: &'static str,
+    /// Fitted values; storage and loss count twice
+    pub rows: usize,
+    /// Shortest and longest time of the data \[s\]; of a dynamic test 1/ω
+    pub span: [f64; 2],
+    /// Duration of the loading \[s\], where it is stated
+    pub ramp: Option<f64>,
+    /// Of the moduli: `Pa`, `N`, `1`, `of the law`, `of the held stress`
+    pub unit: String,
+    /// G₀
+    pub instantaneous: Bounded,
+    /// G∞
+    pub long_term: Bounded,
+    /// G∞/G₀
+    pub long_term_share: Bounded,
+    /// Ascending in τ
+    pub terms: Vec<RelaxationTerm>,
+    /// Criterion of 0, 1, 2, … terms, as far as they were tried
+    pub criteria: Vec<f64>,
+    pub chosen_by: String,
+    /// Times of a list that got no share \[s\]
+    pub dropped: Vec<f64>,
+    pub errors: ErrorModel,
+    /// Degrees of freedom of Student's t
+    pub degrees: usize,
+    /// Weighted rms of the residual over that of the data \[–\]
+    pub misfit: f64,
+    pub warnings: Vec<RelaxationWarning>,
+    /// Words, data and curve
+    pub summary: FitSummary,
+}
+
+impl RelaxationFit {
+    /// G(t)/G₀ of the series \[–\] after a step.
+    pub fn share_at(&self, t: f64) -> f64 {
+        self.long_term_share.value + self.terms.iter().map(|a| a.g.value * (-t / a.tau.value).exp()).sum::<f64>()
+    }
+
+    /// Whether the data determine the long-term modulus.
+    pub fn is_determined(&self) -> bool {
+        !self.warnings.iter().any(RelaxationWarning::is_undetermined)
+    }
+
+    /// Writes the result as JSON.
+    pub fn write_json(&self, path: &Path) -> Result<(), RelaxationError> {
+        let text = serde_json::to_string_pretty(self).expect("numbers, texts and lists can be written");
+        storage::write(path, text.as_bytes()).map_err(|source| RelaxationError::Write { path: path.into(), source })
+    }
+}
+
+impl fmt::Display for RelaxationFit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.summary.fmt(f)
+    }
+}

@@ -1,0 +1,233 @@
+//! Times and number of terms of a series by what the data show.
+//!
+//! For N = 0, 1, 2, … terms the times are those of least squares, with factors that are not negative: Levenberg & Marquardt in ln τ over the
+//! residual without its best factors (Golub & Pereyra, SIAM J. Numer. Anal. 10, 1973), from several beginnings. The number of terms
+//! minimises the Bayesian information criterion (Schwarz, Ann. Statist. 6, 1978) with first-order autocorrelated errors,
+//!
+//! n ln(S(ρ)/n) − ln(1 − ρ²) + k ln n, S(ρ) = (1 − ρ²)r₁² + Σ(rⱼ − ρ rⱼ₋₁)²
+//!
+//! summed over the curves, with the most likely ρ ≥ 0 of each and k = 1 + 2N constants: a pattern that correlated noise explains adds no term.
+//!
+//! Limits: the search takes at most [`ROWS`] data points, spaced in proportion to ln t; the answer is refined with all of them. No time is
+//! shorter than a third of the first or longer than three times the last one that the data resolve.
+
+use super::error::RelaxationError;
+use super::response::{Record, TestKind};
+use super::weights::nonnegative;
+use nalgebra::{DMatrix, DVector};
+
+/// Data points of the search
+const ROWS: usize = 1000;
+/// Terms at most
+const MOST: usize = 12;
+/// The times reach beyond those of the data by this factor
+const BEYOND: f64 = 3.0;
+/// Two times of a ratio below are one
+const SAME: f64 = 1.02;
+/// Iterations of a refinement, and the relative decrease of the sum of squares that ends it
+const ITERATIONS: usize = 60;
+const SETTLED: f64 = 1e-13;
+/// Part of the response below which a residual is rounding \[–\]
+const ROUNDING: f64 = 1e-10;
+
+/// A series with its residual.
+#[derive(Clone, Debug)]
+pub struct Series {
+    /// c₀
+    pub constant: f64,
+    /// (cᵢ, τᵢ \[s\]), ascending in τ; cᵢ > 0
+    pub terms: Vec<(f64, f64)>,
+    /// Times that got no factor \[s\]
+    pub dropped: Vec<f64>,
+    /// w(y − series)
+    pub residual: DVector<f64>,
+}
+
+/// A weighted record.
+pub struct Weighted<'a> {
+    pub record: &'a Record,
+    /// w of each value
+    pub weight: DVector<f64>,
+}
+
+impl Weighted<'_> {
+    fn target(&self) -> DVector<f64> {
+        DVector::from_column_slice(&self.record.y).component_mul(&self.weight)
+    }
+
+    /// w φ of each time, φ₀ first.
+    pub fn matrix(&self, times: &[f64]) -> DMatrix<f64> {
+        let columns: Vec<DVector<f64>> = std::iter::once(None)
+            .chain(times.iter().map(|t| Some(*t)))
+            .map(|tau| self.record.column(tau).component_mul(&self.weight))
+            .collect();
+        DMatrix::from_columns(&columns)
+    }
+
+    /// Factors at these times.
+    fn factors(&self, times: &[f64]) -> Result<(DVector<f64>, DVector<f64>), RelaxationError> {
+        let (a, y) = (self.matrix(times), self.target());
+        let c = nonnegative(&a, &y)?;
+        let residual = y - a * &c;
+        Ok((c, residual))
+    }
+
+    /// The series with these times; those without a factor are dropped.
+    pub fn with_times(&self, times: &[f64]) -> Result<Series, RelaxationError> {
+        let mut times = times.to_vec();
+        times.sort_by(f64::total_cmp);
+        let (c, residual) = self.factors(&times)?;
+        let of = |kept: bool| {
+            let own = times.iter().zip(c.iter().skip(1)).filter(move |(_, c)| (**c > 0.0) == kept);
+            own.map(|(t, c)| (*c, *t)).collect::<Vec<_>>()
+        };
+        Ok(Series { constant: c[0], terms: of(true), dropped: of(false).iter().map(|d| d.1).collect(), residual })
+    }
+
+    /// The times moved to the nearest minimum, within bounds.
+    pub fn refined(&self, times: &[f64], [low, high]: [f64; 2]) -> Result<Series, RelaxationError> {
+        let clamp = |u: f64| u.clamp(low.ln(), high.ln());
+        let natural = |u: &[f64]| u.iter().map(|u| u.exp()).collect::<Vec<f64>>();
+        let mut u: Vec<f64> = times.iter().map(|t| clamp(t.ln())).collect();
+        let mut r = self.factors(&natural(&u))?.1;
+        let (mut damping, size) = (1e-3, self.target().norm_squared());
+        for _ in 0..ITERATIONS {
+            if u.is_empty() || r.norm_squared() <= ROUNDING * ROUNDING * size {
+                break;
+            }
+            let mut columns = Vec::new();
+            for k in 0..u.len() {
+                let h = if u[k] + 1e-5 > high.ln() { -1e-5 } else { 1e-5 };
+                let mut moved = u.clone();
+                moved[k] += h;
+                columns.push((self.factors(&natural(&moved))?.1 - &r) / h);
+            }
+            let j = DMatrix::from_columns(&columns);
+            let (h, g) = (j.tr_mul(&j), j.tr_mul(&r));
+            let before = r.norm_squared();
+            let mut better = false;
+            while damping < 1e8 {
+                let mut damped = h.clone();
+                (0..u.len()).for_each(|k| damped[(k, k)] += damping * h[(k, k)].max(1e-12 * size));
+                let Some(step) = damped.cholesky().map(|c| c.solve(&g)) else {
+                    damping *= 10.0;
+                    continue;
+                };
+                let next: Vec<f64> = u.iter().zip(&step).map(|(u, s)| clamp(u - s.clamp(-1.5, 1.5))).collect();
+                let found = self.factors(&natural(&next))?.1;
+                if found.norm_squared() < before {
+                    (u, r, better) = (next, found, true);
+                    damping = (0.2 * damping).max(1e-9);
+                    break;
+                }
+                damping *= 10.0;
+            }
+            if !better || before - r.norm_squared() <= SETTLED * before {
+                break;
+            }
+        }
+        self.with_times(&merged(natural(&u)))
+    }
+
+    /// Criterion of a series with `constants` constants.
+    pub fn criterion(&self, residual: &DVector<f64>, constants: usize) -> f64 {
+        let floor = ROUNDING * ROUNDING * self.target().norm_squared();
+        let rows = residual.len() as f64;
+        let one = |curve: &Vec<usize>| {
+            let n = curve.len() as f64;
+            let r: Vec<f64> = curve.iter().map(|k| residual[*k]).collect();
+            let at = |rho: f64| {
+                let pairs: f64 = r.windows(2).map(|w| (w[1] - rho * w[0]).powi(2)).sum();
+                let sum = ((1.0 - rho * rho) * r[0] * r[0] + pairs).max(floor / rows * n);
+                n * (sum / n).ln() - (1.0 - rho * rho).ln()
+            };
+            (0..100).map(|k| at(f64::from(k) / 100.0)).fold(f64::INFINITY, f64::min)
+        };
+        self.record.curves().iter().map(one).sum::<f64>() + constants as f64 * rows.ln()
+    }
+}
+
+/// Times in ascending order, those that are nearly the same once.
+fn merged(mut times: Vec<f64>) -> Vec<f64> {
+    times.sort_by(f64::total_cmp);
+    times.dedup_by(|b, a| *b < SAME * *a);
+    times
+}
+
+/// Times that a series may have.
+pub fn bounds(record: &Record) -> [f64; 2] {
+    let [first, last] = record.span();
+    [first.max(record.ramp / 10.0) / BEYOND, last * BEYOND]
+}
+
+/// Weights: equal ones, or of a dynamic test those of errors in proportion to each modulus, storage and loss alike.
+pub fn first_weights(record: &Record) -> DVector<f64> {
+    let largest = record.y.iter().fold(0.0_f64, |m, y| m.max(y.abs()));
+    let one = |y: &f64| 1.0 / if record.kind == TestKind::Dynamic { y.abs() } else { largest };
+    DVector::from_iterator(record.y.len(), record.y.iter().map(one))
+}
+
+/// The best series of each number of terms that was tried, with its criterion, from no term on.
+pub fn by_number(record: &Record, asked: Option<usize>) -> Result<Vec<(Series, f64)>, RelaxationError> {
+    let thin = record.thinned(&spaced(record));
+    let weighted = Weighted { record: &thin, weight: first_weights(&thin) };
+    let bounds = bounds(&thin);
+    let none = weighted.with_times(&[])?;
+    let criterion = weighted.criterion(&none.residual, 1);
+    let mut found = vec![(none, criterion)];
+    let most = asked.unwrap_or(MOST).min(thin.y.len().saturating_sub(3) / 2);
+    let mut last = vec![];
+    for n in 1..=most {
+        let mut best: Option<Series> = None;
+        for begin in beginnings(n, &last, bounds) {
+            let series = weighted.refined(&begin, bounds)?;
+            if best.as_ref().is_none_or(|b| series.residual.norm() < b.residual.norm()) {
+                best = Some(series);
+            }
+        }
+        let best = best.expect("every number of terms has a beginning");
+        let count = best.terms.len();
+        last = best.terms.iter().map(|t| t.1).collect();
+        let criterion = weighted.criterion(&best.residual, 1 + 2 * count);
+        found.push((best, criterion));
+        // Three more terms in vain, or a term without a factor, end it
+        let least = found.iter().map(|f| f.1).enumerate().min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |f| f.0);
+        if asked.is_none() && (count < n || n >= least + 3) {
+            break;
+        }
+    }
+    Ok(found)
+}
+
+/// Times to begin with: evenly in ln τ, and those of the series before with one more in each gap.
+fn beginnings(n: usize, last: &[f64], [low, high]: [f64; 2]) -> Vec<Vec<f64>> {
+    let (low, high) = (low.ln(), high.ln());
+    let even = (0..n).map(|k| (low + (high - low) * (k as f64 + 0.5) / n as f64).exp()).collect();
+    let mut out = vec![even];
+    if last.len() + 1 == n {
+        let ends: Vec<f64> = std::iter::once(low).chain(last.iter().map(|t| t.ln())).chain([high]).collect();
+        for gap in ends.windows(2) {
+            out.push(last.iter().copied().chain([(0.5 * (gap[0] + gap[1])).exp()]).collect());
+        }
+    }
+    out
+}
+
+/// Data points of the search: all, or [`ROWS`] of them that are spaced evenly in the logarithm of x and by number, half each.
+fn spaced(record: &Record) -> Vec<usize> {
+    let n = record.x.len();
+    if n <= ROWS || record.kind == TestKind::History {
+        return (0..n).collect();
+    }
+    let from = record.x.iter().copied().find(|x| *x > 0.0).unwrap_or(1.0).ln();
+    let to = record.x[n - 1].max(f64::MIN_POSITIVE).ln();
+    let half = ROWS / 2;
+    let by_log = (0..half).map(|k| {
+        let x = (from + (to - from) * k as f64 / (half - 1) as f64).exp();
+        record.x.partition_point(|own| *own < x).min(n - 1)
+    });
+    let mut rows: Vec<usize> = by_log.chain((0..half).map(|k| k * (n - 1) / (half - 1))).collect();
+    rows.sort_unstable();
+    rows.dedup();
+    rows
+}

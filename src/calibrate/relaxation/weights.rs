@@ -1,0 +1,125 @@
+//! Factors of a series that are not negative: min ‖Ac − y‖ over c ≥ 0.
+//!
+//! Least squares where they are feasible; else the convex problem by clarabel, whose active set is then solved by QR, and the conditions of
+//! Karush, Kuhn & Tucker are restored factor by factor (Lawson & Hanson, *Solving Least Squares Problems*, 1974, ch. 23).
+
+use super::error::RelaxationError;
+use clarabel::algebra::CscMatrix;
+use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus};
+use nalgebra::{DMatrix, DVector};
+
+/// Part of the largest factor below which clarabel's factor is zero \[–\], in columns of length 1
+const ZERO: f64 = 1e-7;
+/// Slope of a factor at zero that counts as none, of the length of y \[–\]
+const FLAT: f64 = 1e-11;
+
+/// The factors, zero where the bound holds.
+pub fn nonnegative(a: &DMatrix<f64>, y: &DVector<f64>) -> Result<DVector<f64>, RelaxationError> {
+    let n = a.ncols();
+    let length: Vec<f64> = a.column_iter().map(|c| c.norm()).map(|l| if l > 0.0 { l } else { 1.0 }).collect();
+    let scaled = DMatrix::from_fn(a.nrows(), n, |i, k| a[(i, k)] / length[k]);
+    let natural = |z: DVector<f64>| DVector::from_fn(n, |k, _| z[k] / length[k]);
+    let all: Vec<usize> = (0..n).collect();
+    if let Some(z) = least_squares(&scaled, y, &all).filter(|z| z.iter().all(|z| *z >= 0.0)) {
+        return Ok(natural(z));
+    }
+    let size = y.norm();
+    let first = convex(&scaled, y, size)?;
+    let largest = first.amax();
+    let mut active: Vec<usize> = (0..n).filter(|k| first[*k] > ZERO * largest).collect();
+    let mut z = DVector::zeros(n);
+    // Each pass adds or removes a factor; the best set is kept
+    for _ in 0..10 * (n + 1) {
+        let Some(next) = least_squares(&scaled, y, &active) else { break };
+        if let Some(worst) =
+            active.iter().copied().filter(|k| next[*k] <= 0.0).min_by(|a, b| next[*a].total_cmp(&next[*b]))
+        {
+            active.retain(|k| *k != worst);
+            continue;
+        }
+        if (y - &scaled * &next).norm() <= (y - &scaled * &z).norm() {
+            z = next;
+        }
+        let slope = scaled.tr_mul(&(y - &scaled * &z));
+        let outside = (0..n).filter(|k| !active.contains(k));
+        match outside.max_by(|a, b| slope[*a].total_cmp(&slope[*b])).filter(|k| slope[*k] > FLAT * size) {
+            Some(k) => {
+                active.push(k);
+                active.sort_unstable();
+                // A column that rounding alone lets in would come and go
+                if least_squares(&scaled, y, &active).is_none_or(|z| z[k] <= 0.0) {
+                    break;
+                }
+            }
+            None => break,
+        }
+    }
+    Ok(natural(z))
+}
+
+/// Least squares in some of the columns, zero in the others; `None` where these columns depend on each other.
+fn least_squares(a: &DMatrix<f64>, y: &DVector<f64>, picked: &[usize]) -> Option<DVector<f64>> {
+    if picked.is_empty() || a.nrows() < picked.len() {
+        return None;
+    }
+    let qr = a.select_columns(picked).qr();
+    let mut d = y.clone();
+    qr.q_tr_mul(&mut d);
+    let c = qr.r().solve_upper_triangular(&d.rows(0, picked.len()).into_owned())?;
+    let mut all = DVector::zeros(a.ncols());
+    picked.iter().zip(c.iter()).for_each(|(k, c)| all[*k] = *c);
+    all.iter().all(|c| c.is_finite()).then_some(all)
+}
+
+/// The same by clarabel, in columns of length 1.
+fn convex(a: &DMatrix<f64>, y: &DVector<f64>, size: f64) -> Result<DVector<f64>, RelaxationError> {
+    let n = a.ncols();
+    let (h, f) = (a.tr_mul(a), a.tr_mul(y) / size.max(f64::MIN_POSITIVE));
+    let rows =
+        |m: &dyn Fn(usize, usize) -> f64| (0..n).map(|i| (0..n).map(|j| m(i, j)).collect()).collect::<Vec<Vec<f64>>>();
+    let quadratic = CscMatrix::from(&rows(&|i, j| h[(i, j)]));
+    let bound = CscMatrix::from(&rows(&|i, j| if i == j { -1.0 } else { 0.0 }));
+    let settings = DefaultSettings { verbose: false, ..DefaultSettings::default() };
+    let linear: Vec<f64> = f.iter().map(|f| -f).collect();
+    let fail = |status: String| RelaxationError::Solver { status };
+    let mut solver = DefaultSolver::new(&quadratic, &linear, &bound, &vec![0.0; n], &[NonnegativeConeT(n)], settings)
+        .map_err(|e| fail(format!("{e:?}")))?;
+    solver.solve();
+    match solver.solution.status {
+        SolverStatus::Solved | SolverStatus::AlmostSolved => Ok(DVector::from_vec(solver.solution.x.clone())),
+        status => Err(fail(format!("{status:?}"))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The minimum over every subset of columns, by trying all of them.
+    fn every_subset(a: &DMatrix<f64>, y: &DVector<f64>) -> f64 {
+        let n = a.ncols();
+        let sets = (1..1_usize << n).map(|mask| (0..n).filter(|k| mask >> k & 1 == 1).collect::<Vec<_>>());
+        let fits = sets.filter_map(|set| least_squares(a, y, &set)).filter(|z| z.iter().all(|z| *z >= 0.0));
+        fits.map(|z| (y - a * z).norm()).fold(y.norm(), f64::min)
+    }
+
+    /// Six decays, some of which the data contradict: the answer is the best of all subsets, and bounds are active in most of the cases.
+    #[test]
+    fn the_best_of_all_subsets_is_found() {
+        let times: Vec<f64> = (0..60).map(|k| 0.05 * 1.15_f64.powi(k)).collect();
+        let a =
+            DMatrix::from_fn(60, 6, |i, k| if k == 0 { 1.0 } else { (-times[i] / 0.1 / 4_f64.powi(k as i32)).exp() });
+        let mut zeros = 0;
+        for n in 0..40 {
+            let y = DVector::from_fn(60, |i, _| {
+                let t = times[i];
+                2.0 + (-t / (0.3 + 0.2 * f64::from(n))).exp() + 0.02 * ((7 * i + 3 * n as usize) as f64).sin()
+            });
+            let c = nonnegative(&a, &y).expect("solved");
+            let (own, best) = ((&y - &a * &c).norm(), every_subset(&a, &y));
+            zeros += c.iter().filter(|c| **c == 0.0).count();
+            assert!(c.iter().all(|c| *c >= 0.0) && own <= best * (1.0 + 1e-9), "{n}: {own} above {best}");
+        }
+        assert!(zeros > 40, "the bounds matter: {zeros}");
+    }
+}

@@ -1,0 +1,78 @@
+//! Report of a fit of a law in service: its JSON in, `figures/`, `tables/` and `index.html` out. Nothing is fitted here.
+
+mod figure;
+
+use crate::calibrate::FitSummary;
+use crate::report::error::ReportError;
+use crate::report::export::Pictures;
+use crate::report::figure::drawn;
+use crate::report::files;
+use crate::report::numbers::capital;
+use crate::report::page::{document, drawing, escape, list};
+use crate::report::table::{Table, headings};
+use crate::storage::{self, TEXT_LIMIT};
+use serde::Deserialize;
+use std::path::{Path, PathBuf};
+
+/// Results of these fits, by file.
+const RESULTS: [&str; 2] = ["prony.json", "mullins.json"];
+
+/// The part of a result that is shown.
+#[derive(Deserialize)]
+struct Stored {
+    summary: FitSummary,
+}
+
+/// The result of a fit of a law in service in a folder, where it holds one and no study.
+pub fn result_of(dir: &Path) -> Option<PathBuf> {
+    let file = RESULTS.iter().map(|name| dir.join(name)).find(|path| path.is_file())?;
+    (!dir.join("study.json").is_file()).then_some(file)
+}
+
+/// Writes the report of the fit in `dir`, and answers with the result in words.
+pub fn write(dir: &Path) -> Result<String, ReportError> {
+    let missing = || ReportError::NotAStudy { path: dir.join("study.json") };
+    let Stored { summary } = files::json(&result_of(dir).ok_or_else(missing)?)?.ok_or_else(missing)?;
+    let table = Table {
+        name: "constants",
+        caption: "Fitted values with their 95 % intervals.".into(),
+        columns: headings(&[("Quantity", "", false), ("Value", "", false)]),
+        rows: summary.constants.iter().map(|c| c.to_vec()).collect(),
+        pick: None,
+    };
+    files::folder(&dir.join("tables"))?;
+    table.save(&dir.join("tables"))?;
+    let figure = drawn("fit", || figure::draw(&summary.curves)).transpose().and_then(|figure| {
+        let pictures = figure.as_ref().map(|f| Pictures::of(&f.name, &f.svg)).transpose()?;
+        Ok(figure.zip(pictures))
+    });
+    let (figure, failure) = figure.map_or_else(|why| (None, Some(why)), |figure| (figure, None));
+    let verdict = if summary.messages.is_empty() { "verdict" } else { "verdict refused" };
+    let mut h =
+        format!("<h1>{}</h1>\n<p class=\"{verdict}\">{}.</p>\n", escape(&summary.title), escape(&summary.answer));
+    if !summary.messages.is_empty() {
+        h += "<h2>Read this before using the numbers</h2>\n";
+        h += &list(summary.messages.iter().map(|m| format!("{}.", capital(m))));
+    }
+    h += "<h2>Data and fit</h2>\n";
+    h += &figure.as_ref().map_or(String::new(), |f| drawing(&f.0, 1));
+    h += "<h2>Numbers</h2>\n";
+    h += &table.html();
+    h += &list(summary.method.iter().map(|m| format!("{}.", capital(m))));
+    h += "<h2>What was read and changed</h2>\n";
+    h += &list(summary.notes.iter().map(|n| format!("{}.", capital(n))));
+    if let Ok(text) = storage::read_text(&dir.join(&summary.file), TEXT_LIMIT) {
+        let name = escape(&summary.file);
+        h += &format!(
+            "<details open><summary><code>{name}</code>, as a scene includes it</summary><pre>{}</pre></details>\n",
+            escape(&text)
+        );
+    }
+    files::write(&dir.join("index.html"), document(&summary.title, &h).as_bytes())?;
+    files::folder(&dir.join("figures"))?;
+    if let Some((figure, pictures)) = &figure {
+        pictures.save(&dir.join("figures"), &figure.name)?;
+    }
+    failure.map_or(Ok(()), Err)?;
+    Ok(summary.answer)
+}
