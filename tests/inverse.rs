@@ -4,8 +4,11 @@
 mod common;
 
 use common::example_table;
-use durometer::calibrate::Weighting;
-use durometer::calibrate::inverse::{Calibration, Failure, Measured, MeasuredSpec, SceneModel, Settings, calibrate};
+use durometer::calibrate::inverse::{
+    Bounds, Calibration, End, Failure, Measured, MeasuredSpec, ObservedCurve, OffsetAxis, SceneModel, Settings,
+    calibrate,
+};
+use durometer::calibrate::{Loss, Weighting};
 use durometer::material::{LAWS, registry};
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
@@ -68,7 +71,7 @@ const Y: &str = "middle_reaction_x_N";
 
 fn model(scene: &Scene, keys: &[&str], x: &str, y: &str) -> SceneModel {
     let constants: Vec<Constant> = keys.iter().map(|k| format!("laws.rubber.{k}").parse().expect("a name")).collect();
-    let unknown = SceneModel::unknowns(&scene.spec, &constants).unwrap_or_else(|e| panic!("{e}"));
+    let unknown = SceneModel::unknowns(&scene.spec, &constants, &Bounds::new()).unwrap_or_else(|e| panic!("{e}"));
     SceneModel {
         file: PathBuf::from("scene.toml"),
         spec: scene.spec.clone(),
@@ -92,13 +95,29 @@ fn made(model: &SceneModel, x: Vec<f64>) -> Measured {
         notes: vec![],
     };
     let own: Vec<f64> = model.unknown.iter().map(|u| u.start).collect();
-    let Ok(answer) = model.answer(&own, &blank, &mut |_| true) else { panic!("the truth can be solved") };
+    let answer = match model.answer(&own, &blank.x, 0.0, &mut |_| true) {
+        Ok(answer) => answer,
+        Err(Failure::Input(e)) => panic!("{e}"),
+        Err(_) => panic!("the truth can be solved"),
+    };
     Measured { y: answer.y, ..blank }
 }
 
+fn curve(model: &SceneModel, measured: &Measured) -> ObservedCurve {
+    ObservedCurve { name: "made".into(), model: model.clone(), measured: measured.clone(), offsets: vec![] }
+}
+
+/// Curves without errors, which the scenes reproduce to rounding.
+fn exact() -> Settings {
+    Settings { accuracy: 1e-7, ..Settings::new(Weighting::Absolute) }
+}
+
 fn found(model: &SceneModel, measured: &Measured) -> Calibration {
-    let settings = Settings { weighting: Weighting::Absolute, gauge: None, profile: false };
-    match calibrate(model, measured, &settings, &mut |_| true) {
+    found_with(vec![curve(model, measured)], &exact())
+}
+
+fn found_with(curves: Vec<ObservedCurve>, settings: &Settings) -> Calibration {
+    match calibrate(curves, settings, None, &mut |_| true) {
         Ok((calibration, _)) => calibration,
         Err(Failure::Input(e)) => panic!("{e}"),
         Err(Failure::Run(status)) => panic!("{status}"),
@@ -142,8 +161,12 @@ fn every_law_is_found_again() {
             (f.value / u.start - 1.0).abs()
         };
         let worst = c.constants.iter().zip(&truth.unknown).map(off).fold(0.0, f64::max);
-        println!("{} {keys:?}: {worst:.1e} in {} solves, misfit {:.1e}", entry.info.name, c.solves, c.rms_relative);
-        assert!(c.settled && c.rms_relative < 1e-6, "{}: misfit {:e}", entry.info.name, c.rms_relative);
+        println!(
+            "{} {keys:?}: {worst:.1e} in {} solves, misfit {:.1e}",
+            entry.info.name, c.solves, c.curves[0].rms_relative
+        );
+        let misfit = c.curves[0].rms_relative;
+        assert!(c.settled() && misfit < 1e-6, "{}: misfit {misfit:e}", entry.info.name);
         assert!(worst < 1e-5, "{}: {worst:e}", entry.info.name);
     }
 }
@@ -200,8 +223,8 @@ fn the_protocol_after_the_data_is_not_solved() {
     let mut start = law.clone();
     start.insert("J_m".into(), 1.0.into());
     let c = found(&model(&bar(&start, "14 mm", 20), &["mu", "J_m"], X, Y), &measured);
-    assert!(c.settled && (c.constants[1].value / 0.6 - 1.0).abs() < 1e-4, "{:?}", c.constants);
-    assert_eq!(c.curve.len(), 11, "the start, and ten steps to the last data point");
+    assert!(c.settled() && (c.constants[1].value / 0.6 - 1.0).abs() < 1e-4, "{:?}", c.constants);
+    assert_eq!(c.curves[0].curve.len(), 11, "the start, and ten steps to the last data point");
 }
 
 /// An end by profile likelihood that is not found is not replaced by that of another interval.
@@ -261,7 +284,7 @@ nu = 0.45
     let angle = text("bending_angle_deg");
     let blind = found(&angle, &made(&angle, x.clone()));
     assert_eq!((blind.constants[0].interval, blind.constants[0].std_error), (None, None));
-    assert!(blind.unidentified[0].contains("insensitive to μ"), "{:?}", blind.unidentified);
+    assert!(blind.unidentified[0].contains("do not determine μ"), "{:?}", blind.unidentified);
     let mut tension = text("cable_tension_N");
     let measured = made(&tension, x);
     tension.unknown[0].start = 40e3;
@@ -281,8 +304,7 @@ fn profiles_of_a_linear_law_are_its_covariance() {
     let largest = measured.y.iter().fold(0.0f64, |m, y| m.max(y.abs()));
     let mut random = common::Random(11);
     measured.y.iter_mut().for_each(|y| *y += 0.01 * largest * random.normal());
-    let settings = Settings { weighting: Weighting::Absolute, gauge: None, profile: true };
-    let Ok((c, _)) = calibrate(&truth, &measured, &settings, &mut |_| true) else { panic!("it can be solved") };
+    let c = found_with(vec![curve(&truth, &measured)], &Settings { profile: true, ..exact() });
     for (f, u) in c.constants.iter().zip(&truth.unknown) {
         let (wald, profile) = (f.interval.expect("determined"), f.profile.expect("asked for"));
         println!("{}: {wald:?} {profile:?} in {} solves", f.key, c.profile_solves);
@@ -291,6 +313,287 @@ fn profiles_of_a_linear_law_are_its_covariance() {
             assert!((p - w).abs() < 0.025 * (wald[1] - wald[0]), "{}: {w} {p}", f.key);
         }
         assert!(wald[0] < u.start && u.start < wald[1], "{}: {wald:?} {}", f.key, u.start);
+    }
+}
+
+/// Bounds that exclude the truth: the constant is held there, named, and has no interval; the other one is the best next to it. Let go, the search
+/// comes back from a bound at which it began.
+#[test]
+fn a_bound_holds_a_constant_and_is_named() {
+    let law = example_table("mooney_rivlin");
+    let truth = model(&bar(&law, "6 mm", 6), &["C10", "C20"], X, Y);
+    let measured = made(&truth, (1..=30).map(|k| 2e-4 * f64::from(k)).collect());
+    let c10 = truth.unknown[0].start;
+    let bounded = |low: f64, high: f64, start: f64| {
+        let mut model = truth.clone();
+        model.unknown[0].start = start;
+        model.unknown[0].bounds = [low, high];
+        found(&model, &measured)
+    };
+    let held = bounded(0.1 * c10, 0.8 * c10, 0.5 * c10);
+    assert_eq!((held.constants[0].value, held.constants[0].bound), (0.8 * c10, 1));
+    assert!(held.settled() && held.constants[0].interval.is_none() && held.constants[1].interval.is_some());
+    assert!(held.unidentified[0].contains("laws.rubber.C10 is held at its upper bound"), "{:?}", held.unidentified);
+    let free = bounded(0.8 * c10, 2.0 * c10, 0.8 * c10);
+    assert!(free.constants[0].bound == 0 && (free.constants[0].value / c10 - 1.0).abs() < 1e-5, "{:?}", free.constants);
+}
+
+/// Everything that is wrong with bounds is said at once.
+#[test]
+fn bounds_that_cannot_be_met_are_refused_together() {
+    let law: Table = "law = \"neo_hookean\"\nmu = \"100 kPa\"\nnu = 0.45".parse().expect("TOML");
+    let scene = bar(&law, "3 mm", 2);
+    let constants: Vec<Constant> = ["mu", "nu"].map(|k| format!("laws.rubber.{k}").parse().expect("a name")).into();
+    let of = |text: &str| {
+        let bounds: Bounds = toml::from_str(text).expect("TOML");
+        SceneModel::unknowns(&scene.spec, &constants, &bounds)
+    };
+    let ok = of("\"laws.rubber.mu\" = [\"10 kPa\", \"1 MPa\"]\n\"laws.rubber.nu\" = [0.3, 0.5]")
+        .unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(ok[0].bounds, [1e4, 1e6]);
+    assert!(ok[1].bounds[0] == 0.3 && ok[1].bounds[1] < 0.5, "the end of an open interval is not taken");
+    let Err(why) = of(
+        "\"laws.rubber.mu\" = [\"1 MPa\", \"10 kPa\"]\n\"laws.rubber.nu\" = [0.46, 0.49]\n\"laws.rubber.kappa\" = [1, 2]",
+    ) else {
+        panic!("they cannot be met")
+    };
+    let words = why.to_string();
+    for part in ["laws.rubber.kappa: it has bounds", "leave nothing between them", "exclude it"] {
+        assert!(words.contains(part), "{words}");
+    }
+    let Err(why) = of("\"laws.rubber.nu\" = [0.3, 0.6]") else { panic!("beyond the law") };
+    assert!(why.to_string().contains("go beyond what the law allows"), "{why}");
+}
+
+/// A cantilever bent by a cable, its angle over the tension: bending and compression are of E, and ν changes the angle at the same E by less
+/// than the one per cent to which such a scene can be trusted. Neither μ nor ν has an interval, and E is named.
+#[test]
+fn an_angle_over_the_tension_determines_e_alone() {
+    let scene = |mu: &str, nu: f64| {
+        let text = format!(
+            r#"
+[mesh]
+body = "block"
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+formulation = "mixed"
+[[constraint]]
+kind = "fixed"
+region = "xmin"
+[[constraint]]
+kind = "cable"
+guides = [["20 mm", "5 mm", "2 mm"], ["50 mm", "5 mm", "2 mm"]]
+pull_point = ["-6 mm", "5 mm", "2 mm"]
+guide_radius = "point"
+drive = {{ kind = "tension", signal = {{ kind = "ramp", from = "0 N", to = "0.4 N", end = "1 s" }} }}
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "0.125 s"
+[[probe]]
+kind = "bending_angle"
+root = "xmin"
+tip = "xmax"
+[laws.rubber]
+law = "neo_hookean"
+mu = "{mu}"
+nu = {nu}
+"#
+        );
+        common::scene(block(12, 2, 2, 0.06, 0.01, 0.01, Order::Quadratic), &text)
+    };
+    let of = |mu: &str, nu: f64| model(&scene(mu, nu), &["mu", "nu"], TENSION, "bending_angle_deg");
+    let truth = of("100 kPa", 0.4);
+    let mut measured = made(&truth, (1..=20).map(|k| 0.02 * f64::from(k)).collect());
+    let mut random = common::Random(3);
+    let largest = measured.y.iter().fold(0.0f64, |m, y| m.max(y.abs()));
+    measured.y.iter_mut().for_each(|y| *y += 0.005 * largest * random.normal());
+    let started = of("60 kPa", 0.3);
+    let c = found_with(vec![curve(&started, &measured)], &Settings::new(Weighting::Absolute));
+    println!("{:?}\n{:?} in {} solves", c.unidentified, c.constants, c.solves);
+    assert!(
+        c.settled() && c.unidentified[0].contains("they determine E, Young's modulus at rest"),
+        "{:?}",
+        c.unidentified
+    );
+    assert!(c.constants.iter().all(|f| f.interval.is_none()) && c.covariance.is_none());
+    let e = 2.0 * c.constants[0].value * (1.0 + c.constants[1].value);
+    // A modulus that stays moves by less than a tenth of the constants; here ν moves by 0.1 or 0.13 in u, next to errors of 0.5 % and the 1 %
+    // to which directions are told apart
+    assert!((e / 280e3 - 1.0).abs() < 0.04, "E = {e}");
+}
+
+/// A budget of time that is over at once leaves the answer of one step, and the next search goes on from it.
+#[test]
+fn a_search_without_time_goes_on_later() {
+    let law = example_table("yeoh");
+    let truth = model(&bar(&law, "6 mm", 6), &["C10", "C20"], X, Y);
+    let measured = made(&truth, (1..=20).map(|k| 3e-4 * f64::from(k)).collect());
+    let start = model(&bar(&moved(&law, &["C10", "C20"], 0.3), "6 mm", 6), &["C10", "C20"], X, Y);
+    let short = Settings { time_budget: Some(1e-9), ..exact() };
+    let first = found_with(vec![curve(&start, &measured)], &short);
+    assert_eq!((first.end, first.solves), (End::OutOfTime, 2));
+    let Ok((second, _)) = calibrate(vec![curve(&start, &measured)], &exact(), Some(&first), &mut |_| true) else {
+        panic!("it can be solved")
+    };
+    assert!(second.settled() && (second.constants[0].value / truth.unknown[0].start - 1.0).abs() < 1e-6);
+    let Ok((third, _)) = calibrate(vec![curve(&start, &measured)], &exact(), Some(&second), &mut |_| true) else {
+        panic!("it can be solved")
+    };
+    assert!(third.settled() && third.solves <= 2, "from its own answer a search has nothing to do: {}", third.solves);
+}
+
+/// μ of Gent's law from a short pull that hardly sees J_m, and J_m from a stubbier bar that is pulled far: together they determine both, each
+/// curve by its own noise; the first one alone leaves J_m open.
+#[test]
+fn two_curves_share_their_constants() {
+    let mut law = example_table("gent");
+    law.insert("J_m".into(), 1.2.into());
+    let keys = ["mu", "J_m"];
+    let far = model(&bar(&law, "7 mm", 10), &keys, X, Y);
+    let near = model(&bar(&law, "0.4 mm", 4), &keys, X, Y);
+    let mut random = common::Random(5);
+    let mut noisy = |model: &SceneModel, to: f64, size: f64| {
+        let mut m = made(model, (1..=25).map(|k| to * f64::from(k) / 25.0).collect());
+        m.y.iter_mut().for_each(|y| *y += size * random.normal());
+        m
+    };
+    // A machine for small forces, and a coarse one
+    let (small, large) = (noisy(&near, 4e-4, 2e-4), noisy(&far, 7e-3, 2e-2));
+    // J_m changes the curve by little more than one per cent, to which scenes are trusted if nothing is said
+    let settings = Settings { accuracy: 1e-3, ..Settings::new(Weighting::Noise) };
+    let mut start = law.clone();
+    start.insert("J_m".into(), 3.0.into());
+    let [near, far] = [("0.4 mm", 4), ("7 mm", 10)].map(|(to, steps)| model(&bar(&start, to, steps), &keys, X, Y));
+    let alone =
+        found_with(vec![curve(&near, &small)], &Settings { weighting: Weighting::Absolute, ..settings.clone() });
+    assert!(alone.constants[1].interval.is_none_or(|[a, b]| b - a > 0.5), "{:?}", alone.constants);
+    let both = found_with(vec![curve(&near, &small), curve(&far, &large)], &settings);
+    println!("{:?}", both.constants);
+    let wide = |c: &Calibration, k: usize| c.constants[k].interval.map(|[a, b]| b - a).expect("determined");
+    for (k, value) in [(0, truth_of(&law, "mu")), (1, 1.2)] {
+        let [a, b] = both.constants[k].interval.expect("determined");
+        assert!(a < value && value < b, "{k}: {a} {value} {b}");
+    }
+    let other = found_with(vec![curve(&far, &large)], &Settings { weighting: Weighting::Absolute, ..settings });
+    assert!(wide(&both, 0) < 0.5 * wide(&other, 0), "the good machine counts by its noise");
+    assert_eq!(both.curves.len(), 2);
+}
+
+/// The signal of a cable that is pulled by a force.
+const TENSION: &str = "cable_imposed_tension_N";
+
+/// A constant of a law table \[SI\].
+fn truth_of(law: &Table, key: &str) -> f64 {
+    registry::given(law).expect("a law").1[key]
+}
+
+/// A load cell that shows 0.3 N without load and a specimen that carries after 0.4 mm: as unknowns of the curve they come back with the constant.
+#[test]
+fn offsets_of_a_curve_are_found_with_the_constants() {
+    let law = example_table("neo_hookean");
+    let truth = model(&bar(&law, "6 mm", 12), &["E"], X, Y);
+    let x: Vec<f64> = (0..=40).map(|k| 1.4e-4 * f64::from(k)).collect();
+    let (slack, zero) = (4e-4, 0.3);
+    let y = made(&truth, x.iter().map(|x| (x - slack).max(0.0)).collect()).y;
+    let measured = Measured { y: y.iter().map(|y| y + zero).collect(), ..made(&truth, x) };
+    let mut start = truth.clone();
+    start.unknown[0].start *= 0.7;
+    let offsets = vec![OffsetAxis::Slack, OffsetAxis::Zero];
+    let c = found_with(vec![ObservedCurve { offsets, ..curve(&start, &measured) }], &exact());
+    println!("{:?} {:?}", c.constants, c.curves[0].offsets);
+    let [of_x, of_y] = &c.curves[0].offsets[..] else { panic!("two offsets") };
+    // The kink at the slack is where the specimen begins; a curve of the scene is smooth there to the cubic of its steps
+    assert!((c.constants[0].value / truth.unknown[0].start - 1.0).abs() < 1e-5, "{:?}", c.constants);
+    assert!((of_x.value - slack).abs() < 1e-8 && (of_y.value - zero).abs() < 1e-5, "{of_x:?} {of_y:?}");
+    let without = found(&start, &measured);
+    assert!((without.constants[0].value / truth.unknown[0].start - 1.0).abs() > 0.01, "the offsets matter");
+}
+
+/// Three data points of thirty far off, as of a slipped grip: squares follow them, Huber's loss stays.
+#[test]
+fn a_robust_loss_ignores_what_is_far_off() {
+    let law = example_table("neo_hookean");
+    let truth = model(&bar(&law, "6 mm", 6), &["E"], X, Y);
+    let mut measured = made(&truth, (1..=30).map(|k| 2e-4 * f64::from(k)).collect());
+    let largest = measured.y.iter().fold(0.0f64, |m, y| m.max(y.abs()));
+    let mut random = common::Random(8);
+    measured.y.iter_mut().for_each(|y| *y += 0.002 * largest * random.normal());
+    for k in [20, 24, 27] {
+        measured.y[k] *= 0.6;
+    }
+    let off = |loss| {
+        let c = found_with(vec![curve(&truth, &measured)], &Settings { loss, ..Settings::new(Weighting::Absolute) });
+        (c.constants[0].value / truth.unknown[0].start - 1.0).abs()
+    };
+    let (squares, huber) = (off(Loss::Squares), off(Loss::Huber));
+    println!("squares {squares:.2e}, Huber {huber:.2e}");
+    assert!(squares > 0.02 && huber < 0.005, "{squares} {huber}");
+}
+
+/// Errors of a test by their kind, of a size relative to the largest force.
+#[derive(Clone, Copy, Debug)]
+enum Errors {
+    Independent,
+    /// ρ = 0.9 of neighbours
+    Correlated,
+    /// Independent ones, and 2 % of the travel without load
+    Slack,
+}
+
+/// Draws whose 95 % interval of E holds the truth. The bar is as coarse as it can be, and each draw is a whole search.
+fn covered(errors: Errors, draws: u64) -> u64 {
+    let law = example_table("neo_hookean");
+    let truth = model(&bar(&law, "3 mm", 4), &["E"], X, Y);
+    let slack = if matches!(errors, Errors::Slack) { 6e-5 } else { 0.0 };
+    let x: Vec<f64> = (1..=60).map(|k| 5e-5 * f64::from(k)).collect();
+    let y = made(&truth, x.iter().map(|x| (x - slack).max(0.0)).collect()).y;
+    let clean = Measured { y, ..made(&truth, x) };
+    let largest = clean.y.iter().fold(0.0f64, |m, y| m.max(y.abs()));
+    let one = |seed: u64| {
+        let (mut random, mut before) = (common::Random(1000 + seed), 0.0);
+        (0..20).for_each(|_| _ = random.normal());
+        let mut measured = clean.clone();
+        for (k, y) in measured.y.iter_mut().enumerate() {
+            let z = random.normal();
+            before = match errors {
+                Errors::Correlated if k > 0 => 0.9 * before + 0.19_f64.sqrt() * z,
+                _ => z,
+            };
+            *y += 0.01 * largest * before;
+        }
+        let mut start = truth.clone();
+        start.unknown[0].start *= 0.8;
+        let offsets = if slack > 0.0 { vec![OffsetAxis::Slack] } else { vec![] };
+        let settings = Settings::new(Weighting::Absolute);
+        let c = found_with(vec![ObservedCurve { offsets, ..curve(&start, &measured) }], &settings);
+        let [low, high] = c.constants[0].widest().expect("determined");
+        u64::from(low < truth.unknown[0].start && truth.unknown[0].start < high)
+    };
+    (0..draws).map(one).sum()
+}
+
+/// 50 draws for each kind of errors. Of 50 with a probability of 95 %, fewer than 43 hold the truth with a probability of 0.4 %, so that a test of
+/// three rows fails by chance in one of 80 sets of seeds; these are fixed.
+#[test]
+fn intervals_hold_the_truth_in_95_of_100() {
+    for errors in [Errors::Independent, Errors::Correlated, Errors::Slack] {
+        let held = covered(errors, 50);
+        println!("{errors:?}: {held} of 50");
+        assert!(held >= 43, "{errors:?}: {held} of 50");
+    }
+}
+
+/// The published version: 95 ± 3 % of 1000 draws in every row.
+#[test]
+#[ignore = "takes minutes"]
+fn intervals_hold_the_truth_in_95_of_100_of_many_draws() {
+    for errors in [Errors::Independent, Errors::Correlated, Errors::Slack] {
+        let held = covered(errors, 1000);
+        println!("{errors:?}: {held} of 1000");
+        assert!((920..=980).contains(&held), "{errors:?}: {held} of 1000");
     }
 }
 

@@ -85,10 +85,11 @@ pub enum Weighting {
 }
 
 /// Weight of data points far from the law.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Loss {
     /// Its square
+    #[default]
     Squares,
     /// Huber's loss: its square up to 1.345 robust standard deviations, linear beyond
     Huber,

@@ -100,7 +100,7 @@ pub(super) fn given_as(
 }
 
 /// The quantity of a file \[SI\].
-fn quantity(p: &Parameter, value: &toml::Value) -> Result<f64, LawSpecError> {
+pub(crate) fn quantity(p: &Parameter, value: &toml::Value) -> Result<f64, LawSpecError> {
     let unit = |source| LawSpecError::Unit { key: p.name, source };
     match value {
         toml::Value::String(text) => units::parse(text, p.dimension).map_err(unit),

@@ -1,12 +1,14 @@
 //! The task that a calibration study sets a case, read from `[calibration]` and from `measured` of its variant.
 
-use crate::calibrate::Weighting;
-use crate::calibrate::inverse::{InverseError, Measured, MeasuredSpec, Settings};
+use crate::calibrate::inverse::{Bounds, InverseError, Measured, MeasuredSpec, OffsetAxis, Settings};
+use crate::calibrate::{Loss, Weighting};
 use crate::math::units::{self, Dimension};
-use crate::scene::Constant;
+use crate::scene::{Constant, read_scene};
 use crate::storage;
+use crate::study::store::identity::Identity;
 use crate::study::store::record::Quantity;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// `[calibration]`
@@ -15,13 +17,23 @@ use std::path::{Path, PathBuf};
 pub struct CalibrationSpec {
     /// Constants to be found, as in the scene: `laws.rubber.mu`. They start at its values.
     pub unknown: Vec<String>,
+    /// Smallest and largest value of a constant; where its law is defined if absent
+    #[serde(default)]
+    pub bounds: Bounds,
     /// Measure of the error of a data point
     pub weighting: Weighting,
+    /// Weight of data points far from the curve
+    #[serde(default)]
+    pub loss: Loss,
     /// The homogeneous piece that the usual reading of the test takes for the whole
     pub gauge: Option<GaugeSpec>,
     /// Intervals by profile likelihood too, for some forward solves more
     #[serde(default)]
     pub profile: bool,
+    /// Accuracy to which a scene can reproduce a curve: directions of the constants that change it less are not searched
+    pub accuracy: Option<String>,
+    /// Wall time of the search in one case; the next run goes on from its answer
+    pub time_budget: Option<String>,
 }
 
 #[derive(Clone, Debug, Deserialize)]
@@ -48,49 +60,152 @@ pub struct UseSpec {
     pub members: toml::Table,
 }
 
+/// One more curve that the same constants are to reproduce, of a scene of its own.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CurveSpec {
+    pub name: String,
+    /// Scene file, relative to the study
+    pub scene: PathBuf,
+    /// Changes of that scene
+    #[serde(default)]
+    pub set: toml::Table,
+    /// Label of a member of a family → further changes in the case of that member
+    #[serde(default)]
+    pub members: toml::Table,
+    pub measured: MeasuredSpec,
+}
+
+/// A measured curve with what it is in its scene.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct MeasuredPlan {
+    pub name: String,
+    pub measured: Measured,
+    pub x: String,
+    pub y: String,
+    pub offsets: Vec<OffsetAxis>,
+}
+
+/// One more curve of a case.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct CurvePlan {
+    pub curve: MeasuredPlan,
+    pub scene_file: PathBuf,
+    /// Its scene with all changes, and where they differ that of a member
+    pub text: String,
+    pub members: BTreeMap<String, String>,
+}
+
 /// A case of a calibration.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct CalibrationPlan {
     pub constants: Vec<Constant>,
-    pub measured: Measured,
-    pub x: String,
-    pub y: String,
+    pub bounds: Bounds,
+    /// The curve of the scene of the case
+    pub curve: MeasuredPlan,
+    pub more: Vec<CurvePlan>,
     pub settings: Settings,
-    /// SHA-256 of all that is asked and of the table
+    /// SHA-256 of all that is asked, of the tables and of the other scenes; the budget of time is no part of it
     pub sha256: String,
+}
+
+impl MeasuredPlan {
+    fn new(base: &Path, name: &str, spec: &MeasuredSpec) -> Result<Self, InverseError> {
+        Ok(Self {
+            name: name.into(),
+            measured: Measured::read(base, spec)?,
+            x: spec.x.is.clone(),
+            y: spec.y.is.clone(),
+            offsets: spec.offsets.clone(),
+        })
+    }
+}
+
+impl CurvePlan {
+    fn new(base: &Path, spec: &CurveSpec) -> Result<Self, InverseError> {
+        let curve = MeasuredPlan::new(base, &spec.name, &spec.measured)?;
+        let scene_file = base.join(&spec.scene);
+        let pairs = |set: &toml::Table| set.clone().into_iter().collect::<Vec<_>>();
+        let text = |more: &[(String, toml::Value)]| {
+            let (_, text) = read_scene(&scene_file, &[pairs(&spec.set), more.to_vec()].concat())?;
+            Ok::<_, InverseError>(text)
+        };
+        let mut members = BTreeMap::new();
+        for (label, changes) in &spec.members {
+            let Some(changes) = changes.as_table() else {
+                let fact = "it is not a table; write { \"mesh.cells\" = 4500 }".into();
+                return Err(InverseError::Setting { key: "members", text: label.clone(), fact });
+            };
+            members.insert(label.clone(), text(&pairs(changes))?);
+        }
+        Ok(Self { curve, text: text(&[])?, members, scene_file })
+    }
+
+    /// The scene in the case of this member.
+    pub fn scene_of(&self, member: &str) -> &str {
+        self.members.get(member).unwrap_or(&self.text)
+    }
 }
 
 impl CalibrationPlan {
     /// `base`: folder of the study.
-    pub fn new(base: &Path, spec: &CalibrationSpec, measured: &MeasuredSpec) -> Result<Self, InverseError> {
+    pub fn new(
+        base: &Path,
+        spec: &CalibrationSpec,
+        (name, measured): (&str, &MeasuredSpec),
+        more: &[CurveSpec],
+    ) -> Result<Self, InverseError> {
         let constants = spec.unknown.iter().map(|text| text.parse()).collect::<Result<Vec<Constant>, _>>()?;
-        let section = Dimension::LENGTH.times(Dimension::LENGTH, 1);
-        let gauge = spec.gauge.as_ref().map(|g| {
-            let read = |key, text: &String, wanted| {
-                let positive = |value: f64| {
-                    if value > 0.0 { Ok(value) } else { Err(units::UnitError::NotANumber { text: text.clone() }) }
-                };
-                units::parse(text, wanted).and_then(positive).map_err(|fact| InverseError::Gauge {
-                    key,
-                    text: text.clone(),
-                    fact,
-                })
-            };
-            Ok::<_, InverseError>([
-                read("length", &g.length, Dimension::LENGTH)?,
-                read("section", &g.section, section)?,
-            ])
+        let curve = MeasuredPlan::new(base, name, measured)?;
+        let more = more.iter().map(|c| CurvePlan::new(base, c)).collect::<Result<Vec<_>, _>>()?;
+        let settings = settings(spec)?;
+        let scenes = more.iter().flat_map(|c| {
+            let texts = std::iter::once(&c.text).chain(c.members.values());
+            texts.map(|text| Identity::of(&c.scene_file, text, "", String::new()).sha256)
         });
-        let gauge = gauge.transpose()?;
-        let curve = Measured::read(base, measured)?;
-        let asked = format!("{spec:?} {measured:?} {}", curve.sha256);
-        Ok(Self {
-            constants,
-            measured: curve,
-            x: measured.x.is.clone(),
-            y: measured.y.is.clone(),
-            settings: Settings { weighting: spec.weighting, gauge, profile: spec.profile },
-            sha256: storage::sha256(asked),
-        })
+        let asked = format!(
+            "{:?} {:?} {measured:?} {:?} {:?} {:?}",
+            Settings { time_budget: None, ..settings.clone() },
+            (&spec.unknown, &spec.bounds),
+            curve.measured.sha256,
+            more.iter().map(|c| (&c.curve.measured, &c.curve.x, &c.curve.y, &c.curve.offsets)).collect::<Vec<_>>(),
+            scenes.collect::<Vec<_>>()
+        );
+        Ok(Self { constants, bounds: spec.bounds.clone(), curve, more, settings, sha256: storage::sha256(asked) })
     }
+}
+
+fn settings(spec: &CalibrationSpec) -> Result<Settings, InverseError> {
+    let section = Dimension::LENGTH.times(Dimension::LENGTH, 1);
+    let gauge = spec.gauge.as_ref().map(|g| {
+        let read = |key, text: &String, wanted| {
+            let positive = |value: f64| {
+                if value > 0.0 { Ok(value) } else { Err(units::UnitError::NotANumber { text: text.clone() }) }
+            };
+            units::parse(text, wanted).and_then(positive).map_err(|fact| InverseError::Gauge {
+                key,
+                text: text.clone(),
+                fact,
+            })
+        };
+        Ok::<_, InverseError>([read("length", &g.length, Dimension::LENGTH)?, read("section", &g.section, section)?])
+    });
+    let positive = |key: &'static str, text: &Option<String>, wanted, example: &str| {
+        let refuse = |text: &String, fact: String| InverseError::Setting { key, text: text.clone(), fact };
+        let read = |text: &String| match units::parse(text, wanted) {
+            Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
+            Ok(_) => Err(refuse(text, format!("it must be above zero; write for example \"{example}\""))),
+            Err(why) => Err(refuse(text, why.to_string())),
+        };
+        text.as_ref().map(read).transpose()
+    };
+    let usual = Settings::new(spec.weighting);
+    Ok(Settings {
+        loss: spec.loss,
+        gauge: gauge.transpose()?,
+        profile: spec.profile,
+        accuracy: positive("accuracy", &spec.accuracy, Dimension::NONE, "1 %")?.unwrap_or(usual.accuracy),
+        time_budget: positive("time_budget", &spec.time_budget, Dimension::TIME, "30 min")?,
+        ..usual
+    })
 }

@@ -1,24 +1,47 @@
 //! The answer of an inverse analysis, as it is stored with its case.
 
 use super::Measured;
+use super::search::End;
+use crate::calibrate::ErrorModel;
 use serde::{Deserialize, Serialize};
 
-/// Constants of the laws of a scene, found from a measured curve. SI units; curves in the units of the scene's columns.
+/// Constants of the laws of a scene, found from measured curves. SI units; curves in the units of the scene's columns.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Calibration {
+    pub constants: Vec<Found>,
+    /// \[constants × constants\] of their errors \[SI\]; none where a direction is not determined
+    pub covariance: Option<Vec<Vec<f64>>>,
+    /// Directions that the curves do not determine, or hardly, and constants that are held at a bound, in words
+    pub unidentified: Vec<String>,
+    /// Errors of the data points, as the residuals show them
+    pub errors: ErrorModel,
+    /// Degrees of freedom of Student's t in the intervals
+    pub free: usize,
+    pub curves: Vec<FittedCurve>,
+    /// Result of a fit of the first curve with a gauge length, where there is one
+    pub gauge: Option<Gauge>,
+    /// Forward solves of the search, failed ones among them, and of the profiles; each of one curve
+    pub solves: usize,
+    pub profile_solves: usize,
+    pub failed: usize,
+    pub end: End,
+    /// Wall time of a forward solve of all curves, and additional time of the derivatives \[s\]
+    pub forward_s: f64,
+    pub gradient_s: f64,
+    /// Wall time of all \[s\]
+    pub wall_s: f64,
+}
+
+/// A measured curve next to what the scene says at the answer.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FittedCurve {
+    pub name: String,
     /// Signal or `t_s`
     pub x: String,
     /// Recorded column
     pub y: String,
-    pub constants: Vec<Found>,
-    /// \[constants × constants\] of the errors as if data points were independent \[SI\]; none where a direction is not determined
-    pub covariance: Option<Vec<Vec<f64>>>,
-    /// Directions that the curve does not determine, or hardly, in words
-    pub unidentified: Vec<String>,
-    /// Block of neighbouring data points that the bootstrap drew \[data points\]
-    pub block: usize,
     pub measured: Measured,
-    /// \[data points\] the scene with the constants found
+    /// \[data points\] the scene with the constants found, and the offsets
     pub predicted: Vec<f64>,
     /// The scene at the steps of its protocol: x and y
     pub curve: Vec<[f64; 2]>,
@@ -26,24 +49,13 @@ pub struct Calibration {
     pub rms_relative: f64,
     /// √(Σr²/n), unit of y
     pub rms: f64,
-    /// Probability that signs in random order show as few runs over x; none where all are equal
+    /// Probability that signs in random order show as few runs over x, the correlation of neighbours taken out; none where all are equal
     pub runs_p: Option<f64>,
-    /// Result of a fit with a gauge length, where there is one
-    pub gauge: Option<Gauge>,
+    /// Offsets of this curve, in the units of its columns
+    pub offsets: Vec<Found>,
     /// Largest principal stretch in the body at the end, volume percentiles 50, 95 and the largest \[–\]
     pub stretch: [f64; 3],
     pub stability: Vec<Stable>,
-    /// Forward solves of the search, failed ones among them, and of the profiles
-    pub solves: usize,
-    pub profile_solves: usize,
-    pub failed: usize,
-    /// The search came to its end
-    pub settled: bool,
-    /// Mean wall time of a forward solve, and additional time of the derivatives \[s\]
-    pub forward_s: f64,
-    pub gradient_s: f64,
-    /// Wall time of all \[s\]
-    pub wall_s: f64,
 }
 
 /// A constant with its interval.
@@ -56,14 +68,14 @@ pub struct Found {
     pub unit: String,
     pub start: f64,
     pub value: f64,
-    /// None where the data do not determine the constant
+    /// None where the data do not determine the constant, and of one that is held at a bound
     pub std_error: Option<f64>,
-    /// 95 % as if data points were independent
+    /// 95 % by the errors as the residuals show them
     pub interval: Option<[f64; 2]>,
     /// 95 % by profile likelihood, where it was asked for; an end that was not found is open
     pub profile: Option<[Option<f64>; 2]>,
-    /// 95 % from resampled blocks of data points
-    pub bootstrap: Option<[f64; 2]>,
+    /// The bound at which it is held: −1 the lower one, 1 the upper one, 0 none
+    pub bound: i8,
 }
 
 /// The same law fitted as if the travel stretched a gauge length alone, incompressible and homogeneous.
@@ -86,16 +98,28 @@ pub struct Stable {
     pub above: Option<f64>,
 }
 
+impl Calibration {
+    /// Whether the search came to its end.
+    pub fn settled(&self) -> bool {
+        self.end == End::Settled
+    }
+
+    /// Values of the constants and of the offsets of the curves, in the order of the search.
+    pub fn values(&self) -> Vec<f64> {
+        let offsets = self.curves.iter().flat_map(|c| &c.offsets);
+        self.constants.iter().chain(offsets).map(|f| f.value).collect()
+    }
+}
+
 impl Found {
     /// The smallest interval that holds all of them; none where an end by profile likelihood was asked for and is open.
     pub fn widest(&self) -> Option<[f64; 2]> {
         let [a, b] = self.interval?;
-        let [c, d] = self.bootstrap.unwrap_or([a, b]);
-        let [e, f] = match self.profile {
+        let [c, d] = match self.profile {
             None => [a, b],
-            Some([e, f]) => [e?, f?],
+            Some([c, d]) => [c?, d?],
         };
-        Some([a.min(c).min(e), b.max(d).max(f)])
+        Some([a.min(c), b.max(d)])
     }
 
     /// In words, where an end of the interval by profile likelihood is open.
@@ -107,5 +131,19 @@ impl Found {
             _ => return None,
         };
         self.interval.map(|_| format!("{}: {side}, so that no interval is stated", self.key))
+    }
+
+    /// In words, where the constant is held at a bound.
+    pub fn held(&self) -> Option<String> {
+        let side = match self.bound {
+            0 => return None,
+            1.. => "upper",
+            _ => "lower",
+        };
+        Some(format!(
+            "{} is held at its {side} bound, {} in SI units: the data would take it further, it has no interval, and those of the others \
+             take it as known",
+            self.key, self.value
+        ))
     }
 }

@@ -40,12 +40,23 @@ pub enum InverseError {
         "{name} goes back and forth, so a curve over it is not unique; compare over t_s, or take a protocol that moves in one direction"
     )]
     NotMonotone { name: String },
-    #[error("the protocol moves {name} from {from} to {to}, and only {rows} data points lie there; widen the protocol")]
+    #[error("the protocol moves {name} from {from} to {to}, and {rows} data points lie there; widen the protocol")]
     NoOverlap { name: String, from: f64, to: f64, rows: usize },
-    #[error("every measured value is zero: any constants would fit it; check the column and its unit")]
-    Zero,
-    #[error("{constant}: {fact}")]
-    Constant { constant: String, fact: String },
+    #[error(
+        "{rows} data points of all curves do not determine {unknowns} unknowns; measure more, or look for fewer constants"
+    )]
+    TooFew { rows: usize, unknowns: usize },
+    #[error("{curve}: every measured value is zero, and any constants would fit it; check the column and its unit")]
+    Zero { curve: String },
+    #[error(
+        "{curve}: its noise cannot be estimated from {rows} data points (five of different x that scatter are needed); take weighting = \"absolute\" \
+         or \"relative\", by which each curve counts by its relative misfit"
+    )]
+    NoNoise { curve: String, rows: usize },
+    #[error("{}", wrong.join("; "))]
+    Unknowns { wrong: Vec<String> },
+    #[error("calibration.{key} = \"{text}\": {fact}")]
+    Setting { key: &'static str, text: String, fact: String },
     #[error("gauge.{key} = \"{text}\": {fact}")]
     Gauge { key: &'static str, text: String, fact: UnitError },
 }

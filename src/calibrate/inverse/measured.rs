@@ -1,7 +1,7 @@
 //! A measured curve y(x) that a scene is to reproduce: two columns of a table, each with its unit, in the units of the columns
 //! that a scene records.
 
-use super::InverseError;
+use super::{InverseError, OffsetAxis};
 use crate::calibrate::intake::table::{self, Decimal};
 use crate::math::units::{self, Dimension, UnitError};
 use crate::storage::{self, DATA_LIMIT};
@@ -18,6 +18,9 @@ pub struct MeasuredSpec {
     pub y: ColumnSpec,
     /// Smallest and largest x that count, with a unit; every row if absent
     pub range: Option<[String; 2]>,
+    /// Offsets that are unknown too: the slack of x, the zero of y
+    #[serde(default)]
+    pub offsets: Vec<OffsetAxis>,
 }
 
 /// A column of the table and what it is in the scene.

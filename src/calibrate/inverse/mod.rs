@@ -1,150 +1,327 @@
-//! Inverse analysis: constants of laws from a curve measured on a whole specimen or robot, by simulating it.
+//! Inverse analysis: constants of laws from curves measured on whole specimens or robots, by simulating them.
 //!
 //! min ½Σ wᵢ²(ŷ(xᵢ; θ) − yᵢ)² with ŷ from a scene, ∂ŷ/∂θ exact ([`crate::scene::Scene::run_with`]). A specimen is then what it is: its wide ends
-//! stretch too, and the travel of the crosshead needs no gauge length.
+//! stretch too, and the travel of the crosshead needs no gauge length. Several curves, each of a scene of its own, share the constants.
 //!
-//! Intervals: covariance of the linearised problem, and a bootstrap in blocks of neighbouring data points whose refits are single Gauss–Newton
-//! steps (Shao & Tu, *The Jackknife and Bootstrap*, 1995, ch. 8): θ* = θ̂ + (JₛᵀJₛ)⁻¹Jₛᵀrₛ of the data points s that were drawn.
+//! Intervals: the linearised problem with the model of the errors that the residuals show, as in a direct fit.
 
 mod answer;
+mod determined;
 mod error;
 mod gauge;
-mod interval;
 mod measured;
 mod model;
+mod objective;
+mod offset;
 mod profile;
 mod search;
 
-pub use answer::{Calibration, Found, Gauge, Stable};
+pub use answer::{Calibration, FittedCurve, Found, Gauge, Stable};
 pub use error::InverseError;
 pub use measured::{ColumnSpec, Measured, MeasuredSpec};
-pub use model::{Failure, SceneModel, Unknown, written};
+pub use model::{Bounds, Failure, SceneModel, Unknown, written};
+pub use objective::ObservedCurve;
+pub use offset::OffsetAxis;
+pub use search::End;
 
 use super::judgement::certificate::{CASES, range};
-use super::judgement::identify;
-use super::solve::noise;
-use super::{Direction, Estimate, FitWarning, Weighting};
-use crate::material::{StabilityLimit, material_stability};
+use super::judgement::errors::{self, Errors};
+use super::judgement::identify::{self, Identified};
+use super::judgement::statistics;
+use super::{Direction, Estimate, FitWarning, Loss, Weighting};
+use crate::material::{Parameter, StabilityLimit, material_stability};
 use crate::scene::stretch::stretches;
 use crate::scene::{Progress, Scene};
-use nalgebra::{DMatrix, DVector};
-use search::{Weights, search};
+use determined::{Coordinates, Searched};
+use model::Answer;
+use nalgebra::DVector;
+use objective::{Objective, Point};
+use search::search;
 use serde::{Deserialize, Serialize};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Differences below this one are errors of the forward solve: Newton's method stops at 1e-8 \[–\]
 const ROUNDING: f64 = 1e-7;
+/// Searches with the weights of a robust loss, and the change of a weight that ends them
+const REWEIGHTED: usize = 12;
+const SAME: f64 = 1e-3;
 
-/// Options in addition to scene and curve.
+/// Options in addition to scenes and curves.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Settings {
     pub weighting: Weighting,
+    pub loss: Loss,
     /// Length and section of a homogeneous piece \[m, m²\]: where the search starts, and what it corrects
     pub gauge: Option<[f64; 2]>,
     /// Intervals by profile likelihood too, for some forward solves more
     pub profile: bool,
+    /// Accuracy to which the scenes can reproduce the curves \[–\]: it decides which directions count as determined
+    pub accuracy: f64,
+    /// Wall time after which no forward solve begins \[s\]
+    pub time_budget: Option<f64>,
 }
 
-/// Finds the constants. Returns the scene at the answer too.
+impl Settings {
+    /// A plain search with these weights: one per cent of accuracy, no budget.
+    pub fn new(weighting: Weighting) -> Self {
+        Self { weighting, loss: Loss::Squares, gauge: None, profile: false, accuracy: 0.01, time_budget: None }
+    }
+}
+
+/// A search that came to its end, with what its judgement needs.
+struct Answered {
+    found: search::Found,
+    coordinates: Coordinates,
+    start: Vec<f64>,
+    gauge: Option<Gauge>,
+    /// Words of the directions that are left open
+    open: Vec<String>,
+}
+
+/// Finds the constants that all curves share, from the values of `from` where a search goes on. Returns the scene of the first curve at the answer
+/// too.
 pub fn calibrate(
-    model: &SceneModel,
-    measured: &Measured,
+    mut curves: Vec<ObservedCurve>,
     settings: &Settings,
+    from: Option<&Calibration>,
     watch: &mut dyn FnMut(Progress) -> bool,
 ) -> Result<(Calibration, Scene), Failure> {
     let begin = Instant::now();
-    let mut measured = measured.clone();
-    let reached = model.reached(&measured)?;
-    keep(&mut measured, &reached, &model.x);
-    let weights = weigh(&measured, settings.weighting).map_err(Failure::Input)?;
-    let stated: Vec<f64> = model.unknown.iter().map(|u| u.start).collect();
-    let gauge = settings.gauge.and_then(|g| gauge::fit(model, &measured, settings.weighting, g));
-    let of_gauge = gauge.iter().flat_map(|g| &g.values).chain(std::iter::repeat(&None));
-    let mut start: Vec<f64> = stated.iter().zip(of_gauge).map(|(value, found)| found.unwrap_or(*value)).collect();
-    let found = match search(model, &measured, &weights, &start, watch) {
+    for curve in &mut curves {
+        let reached = curve.model.reached(&curve.measured)?;
+        keep(&mut curve.measured, &reached, &curve.model.x);
+    }
+    let unknown = curves[0].model.unknown.clone();
+    let mut objective = Objective::new(&curves, settings.weighting, watch).map_err(Failure::Input)?;
+    let (rows, unknowns) = (objective.weights.iter().map(Vec::len).sum(), unknown.len() + objective.offsets.len());
+    if rows <= unknowns {
+        return Err(Failure::Input(InverseError::TooFew { rows, unknowns }));
+    }
+    let until = settings.time_budget.map(|s| begin + Duration::from_secs_f64(s));
+    let Answered { found, coordinates, start, gauge, open } = find(&mut objective, &unknown, settings, from, until)?;
+    let (solves, failed) = (objective.solves, objective.failed);
+    let search::Found { point, bound, end } = found;
+    let (errors, identified, places) = judge(&objective, &unknown, &point, &bound);
+    let is_sound = |k: usize| {
+        places[k].is_some_and(|i| identified.estimates[i].std_error.is_finite())
+            && !coordinates.is_open(k, settings.accuracy)
+    };
+    let ends = match settings.profile && end == End::Settled {
+        true => {
+            let spread = |v: &[f64]| places.iter().map(|i| i.map_or(f64::INFINITY, |i| v[i])).collect();
+            let errors =
+                Errors { deviations: spread(&errors.deviations), plain: spread(&errors.plain), ..errors.clone() };
+            Some(profile::ends(&mut objective, &unknown, &point, &errors, &is_sound)?)
+        }
+        false => None,
+    };
+    let found = |k: usize| {
+        let estimate = places[k].map(|i| &identified.estimates[i]).filter(|_| is_sound(k));
+        let key = unknown.get(k).map_or_else(|| "offset".into(), |u| u.constant.to_string());
+        let profile = ends.as_ref().and_then(|ends| ends.get(k).copied());
+        one(&key, parameter(&objective, &unknown, k), (start[k], point.values[k], bound[k]), estimate, profile)
+    };
+    let all: Vec<Found> = (0..point.values.len()).map(found).collect();
+    let constants = all[..unknown.len()].to_vec();
+    let named = identified.directions.iter().filter(|_| open.is_empty());
+    let doubts = open.iter().cloned().chain(words(named)).chain(constants.iter().filter_map(Found::open_end));
+    let unidentified: Vec<String> = doubts.chain(constants.iter().filter_map(Found::held)).collect();
+    let covariance = (0..unknown.len()).all(is_sound).then(|| {
+        let of = |a: usize, b: usize| errors.covariance[(places[a].expect("sound"), places[b].expect("sound"))];
+        (0..unknown.len()).map(|a| (0..unknown.len()).map(|b| of(a, b)).collect()).collect()
+    });
+    let sum = |of: fn(&Answer) -> f64| point.answers.iter().map(of).sum::<f64>();
+    let calibration = Calibration {
+        unidentified,
+        covariance,
+        errors: errors.model,
+        free: errors.free,
+        curves: fitted(&objective, &point, &errors, &all[unknown.len()..]),
+        constants,
+        gauge,
+        solves,
+        profile_solves: objective.solves - solves,
+        failed,
+        end,
+        forward_s: sum(|a| a.forward),
+        gradient_s: sum(|a| a.gradient),
+        wall_s: begin.elapsed().as_secs_f64(),
+    };
+    let scene = point.answers.into_iter().next().expect("there is a curve").scene;
+    Ok((calibration, scene))
+}
+
+/// Searches from the start of the file, of the gauge length, or of an earlier search.
+fn find(
+    objective: &mut Objective,
+    unknown: &[Unknown],
+    settings: &Settings,
+    from: Option<&Calibration>,
+    until: Option<Instant>,
+) -> Result<Answered, Failure> {
+    let curve = &objective.curves[0];
+    let mut stated: Vec<f64> = unknown.iter().map(|u| u.start).collect();
+    stated.resize(unknown.len() + objective.offsets.len(), 0.0);
+    let gauge = settings.gauge.and_then(|g| gauge::fit(&curve.model, &curve.measured, settings.weighting, g));
+    let mut start = match from.map(Calibration::values).filter(|v| v.len() == stated.len()) {
+        Some(values) => values,
+        None => {
+            let of_gauge = gauge.iter().flat_map(|g| &g.values).chain(std::iter::repeat(&None));
+            stated.iter().zip(of_gauge).map(|(value, found)| found.unwrap_or(*value)).collect()
+        }
+    };
+    for (value, u) in start.iter_mut().zip(unknown) {
+        *value = value.clamp(u.bounds[0], u.bounds[1]);
+    }
+    let point = match objective.at(&start) {
         // Constants of the gauge length that the scene cannot take
         Err(Failure::Constants(_) | Failure::Run(_)) if start != stated => {
             start = stated;
-            search(model, &measured, &weights, &start, watch)?
+            objective.at(&start)?
         }
-        found => found?,
+        point => point?,
     };
-    let (answer, values) = (found.answer, found.values);
-    let n = measured.y.len();
-    let residual = DVector::from_fn(n, |i, _| weights.w[i] * (measured.y[i] - answer.y[i]));
-    let jacobian = DMatrix::from_fn(n, values.len(), |i, k| weights.w[i] * answer.sensitivities[(i, k)]);
-    let parameters: Vec<_> = model.unknown.iter().map(|u| u.parameter).collect();
-    let identified = identify::identify(&parameters, &values, &jacobian, &residual, weights.size, ROUNDING, None);
-    let (block, drawn) = interval::drawn_again(&measured.x, &values, &jacobian, &residual);
-    let best = profile::Best {
-        values: &values,
-        std_errors: identified.estimates.iter().map(|e| e.std_error).collect(),
-        jacobian: &jacobian,
-        residual: &residual,
-    };
-    let (ends, more) = match settings.profile {
-        true => profile::ends(model, &measured, &weights, &best, watch)?,
-        false => (vec![[None; 2]; values.len()], 0),
-    };
-    let profiled = settings.profile.then_some(&ends[..]);
-    let constants = constants(model, &identified.estimates, &start, profiled, drawn.as_deref());
-    let square = |v: &mut dyn Iterator<Item = f64>| v.map(|r| r * r).sum::<f64>();
-    let r2 = square(&mut measured.y.iter().zip(&answer.y).map(|(a, b)| a - b));
-    let y2 = square(&mut measured.y.iter().copied());
-    let [median, p95, largest, _] = stretches(&answer.scene.elastic, &answer.run.last.x)[..] else {
-        unreachable!("the probe has four columns")
-    };
-    let stretch = [median, p95, largest];
-    let open_ends: Vec<String> = constants.iter().filter_map(Found::open_end).collect();
-    let calibration = Calibration {
-        x: model.x.clone(),
-        y: model.y.clone(),
-        unidentified: words(&identified.directions).into_iter().chain(open_ends).collect(),
-        constants,
-        covariance: identified.directions.is_empty().then(|| interval::covariance(&jacobian, &residual)).flatten(),
-        block,
-        runs_p: interval::few_runs(&measured.x, &residual),
-        predicted: answer.y,
-        curve: answer.curve,
-        rms_relative: (r2 / y2).sqrt(),
-        rms: (r2 / n as f64).sqrt(),
-        gauge,
-        stability: certificate(&answer.scene, stretch[2]),
-        stretch,
-        solves: found.solves,
-        profile_solves: more,
-        failed: found.failed,
-        settled: found.settled,
-        forward_s: answer.forward,
-        gradient_s: answer.gradient,
-        wall_s: begin.elapsed().as_secs_f64(),
-        measured,
-    };
-    Ok((calibration, answer.scene))
+    let accuracy = settings.accuracy.max(ROUNDING);
+    let point = with_offsets(objective, point)?;
+    let mut found = rounds(objective, unknown, accuracy, point, until)?;
+    if settings.loss == Loss::Huber {
+        let base = objective.weights.clone();
+        for _ in 0..REWEIGHTED {
+            if objective.reweigh(&base, &found.point) < SAME || found.end == End::OutOfTime {
+                break;
+            }
+            let Point { values, answers, .. } = found.point;
+            let point = objective.point(values, answers);
+            found = rounds(objective, unknown, accuracy, point, until)?;
+        }
+    }
+    let laws = &objective.curves[0].model.spec.laws;
+    let coordinates = Coordinates::new(unknown, laws, &found.point, objective.size, Searched::Determined { accuracy });
+    let open = coordinates.words(unknown, laws, &found.point.values, accuracy);
+    Ok(Answered { found, coordinates, start, gauge, open })
 }
 
-/// The constants with their intervals; `profiled`: ends by profile likelihood, `drawn`: of resampled blocks.
-fn constants(
-    model: &SceneModel,
-    estimates: &[Estimate],
-    start: &[f64],
-    profiled: Option<&[[Option<f64>; 2]]>,
-    drawn: Option<&[[f64; 2]]>,
-) -> Vec<Found> {
-    let finite = |x: f64| x.is_finite().then_some(x);
-    (estimates.iter().zip(&model.unknown).zip(start).enumerate())
-        .map(|(k, ((e, u), start))| Found {
-            key: u.constant.to_string(),
-            symbol: e.symbol.into(),
-            unit: e.unit.into(),
-            start: *start,
-            value: e.value,
-            std_error: finite(e.std_error),
-            interval: finite(e.std_error).map(|_| e.interval),
-            profile: profiled.map(|ends| ends[k]),
-            bootstrap: drawn.map(|d| d[k]).filter(|_| e.std_error.is_finite()),
-        })
-        .collect()
+/// Searches along the directions that are determined, and again along those that the residuals of the answer pull along.
+fn rounds(
+    objective: &mut Objective,
+    unknown: &[Unknown],
+    accuracy: f64,
+    start: Point,
+    until: Option<Instant>,
+) -> Result<search::Found, Failure> {
+    let laws = &objective.curves[0].model.spec.laws;
+    let mut coordinates = Coordinates::new(unknown, laws, &start, objective.size, Searched::Determined { accuracy });
+    let mut found = search(objective, &coordinates, start, until)?;
+    while found.end != End::OutOfTime {
+        let next = Coordinates::new(unknown, laws, &found.point, objective.size, Searched::Pulled { accuracy });
+        if next.directions() <= coordinates.directions() {
+            break;
+        }
+        coordinates = next;
+        found = search(objective, &coordinates, found.point, until)?;
+    }
+    Ok(found)
+}
+
+/// The start with the offsets that describe its curves best, each up to a factor of its own; the curve of one forward solve serves all of them.
+fn with_offsets(objective: &mut Objective, point: Point) -> Result<Point, Failure> {
+    let mut values = point.values.clone();
+    for of in 0..objective.curves.len() {
+        objective.guess_offsets(of, &point.answers[of], &mut values);
+    }
+    if values == point.values { Ok(point) } else { objective.at(&values) }
+}
+
+/// Errors and estimates of the unknowns that no bound holds, and the place of each unknown among them.
+fn judge(
+    objective: &Objective,
+    unknown: &[Unknown],
+    point: &Point,
+    bound: &[i8],
+) -> (Errors, Identified, Vec<Option<usize>>) {
+    let free: Vec<usize> = (0..bound.len()).filter(|k| bound[*k] == 0).collect();
+    let places = (0..bound.len()).map(|k| free.iter().position(|f| *f == k)).collect();
+    let jacobian = point.jacobian.select_columns(&free);
+    let size = objective.size;
+    let errors =
+        errors::of_curves(&jacobian, &point.residual, &objective.rows(), point.residual.norm() <= ROUNDING * size);
+    let parameters: Vec<Parameter> = free.iter().map(|k| parameter(objective, unknown, *k)).collect();
+    let values: Vec<f64> = free.iter().map(|k| point.values[*k]).collect();
+    let identified =
+        identify::identify(&parameters, &values, &jacobian, &point.residual, size, ROUNDING, Some(&errors));
+    (errors, identified, places)
+}
+
+fn parameter(objective: &Objective, unknown: &[Unknown], k: usize) -> Parameter {
+    unknown.get(k).map_or_else(|| objective.offsets[k - unknown.len()].axis.parameter(), |u| u.parameter)
+}
+
+/// An unknown with its interval; without an estimate it has none.
+fn one(
+    key: &str,
+    parameter: Parameter,
+    (start, value, bound): (f64, f64, i8),
+    estimate: Option<&Estimate>,
+    profile: Option<[Option<f64>; 2]>,
+) -> Found {
+    Found {
+        key: key.into(),
+        symbol: parameter.symbol.into(),
+        unit: super::model::unit(&parameter).into(),
+        start,
+        value,
+        std_error: estimate.map(|e| e.std_error),
+        interval: estimate.map(|e| e.interval).filter(|ends| ends.iter().all(|x| x.is_finite())),
+        profile: profile.filter(|_| estimate.is_some()),
+        bound,
+    }
+}
+
+/// Every curve next to its scene at the answer.
+fn fitted(objective: &Objective, point: &Point, errors: &Errors, offsets: &[Found]) -> Vec<FittedCurve> {
+    let one = |(of, curve): (usize, &ObservedCurve)| {
+        let (answer, m) = (&point.answers[of], &curve.measured);
+        let own: Vec<(&objective::Offset, &Found)> =
+            objective.offsets.iter().zip(offsets).filter(|(o, _)| o.of == of).collect();
+        let zero = own.iter().find(|(o, _)| o.axis == OffsetAxis::Zero).map_or(0.0, |(_, f)| f.value);
+        let predicted: Vec<f64> = answer.y.iter().map(|y| y + zero).collect();
+        let square = |v: &mut dyn Iterator<Item = f64>| v.map(|r| r * r).sum::<f64>();
+        let r2 = square(&mut m.y.iter().zip(&predicted).map(|(a, b)| a - b));
+        let y2 = square(&mut m.y.iter().copied());
+        let [median, p95, largest, _] = stretches(&answer.scene.elastic, &answer.run.last.x)[..] else {
+            unreachable!("the probe has four columns")
+        };
+        let name = |f: &Found, axis| {
+            let (key, unit) = match axis {
+                OffsetAxis::Slack => ("slack", &curve.model.x),
+                OffsetAxis::Zero => ("zero", &curve.model.y),
+            };
+            let unit = unit.rsplit('_').next().unwrap_or_default().into();
+            Found { key: format!("{key} of {}", curve.name), unit, ..f.clone() }
+        };
+        FittedCurve {
+            name: curve.name.clone(),
+            x: curve.model.x.clone(),
+            y: curve.model.y.clone(),
+            measured: m.clone(),
+            curve: answer.curve.clone(),
+            rms_relative: (r2 / y2).sqrt(),
+            rms: (r2 / m.y.len() as f64).sqrt(),
+            runs_p: few_runs(&point.residual, &objective.rows()[of], errors.rho),
+            offsets: own.iter().map(|(o, f)| name(f, o.axis)).collect(),
+            stretch: [median, p95, largest],
+            stability: certificate(&answer.scene, largest),
+            predicted,
+        }
+    };
+    objective.curves.iter().enumerate().map(one).collect()
+}
+
+/// p of the runs test on the signs of the residuals in the order of x, without what the one before explains.
+fn few_runs(residual: &DVector<f64>, rows: &[usize], rho: f64) -> Option<f64> {
+    let left = errors::whitened(residual, std::slice::from_ref(&rows.to_vec()), rho);
+    let signs: Vec<bool> = left.iter().filter(|r| **r != 0.0).map(|r| *r > 0.0).collect();
+    statistics::few_runs(&signs).map(|(_, p)| p)
 }
 
 /// Leaves out the data points that the protocol does not reach.
@@ -162,26 +339,9 @@ fn keep(measured: &mut Measured, reached: &[bool], name: &str) {
         .push(format!("of {} data points {lost} beyond the range of the protocol in {name} left out", reached.len()));
 }
 
-/// w and ‖wy‖.
-fn weigh(measured: &Measured, weighting: Weighting) -> Result<Weights, InverseError> {
-    let largest = measured.y.iter().fold(0.0f64, |m, y| m.max(y.abs()));
-    if largest == 0.0 {
-        return Err(InverseError::Zero);
-    }
-    let one = |y: &f64| match weighting {
-        // One curve has one noise
-        Weighting::Absolute | Weighting::Noise => 1.0,
-        Weighting::Relative => y.abs().max(noise::FLOOR * largest).recip(),
-    };
-    let w: Vec<f64> = measured.y.iter().map(one).collect();
-    let size = w.iter().zip(&measured.y).map(|(w, y)| (w * y).powi(2)).sum::<f64>().sqrt();
-    Ok(Weights { w, size })
-}
-
 /// The directions as a fit names them.
-fn words(directions: &[Direction]) -> Vec<String> {
-    let one = |d: &Direction| FitWarning::Unidentifiable { directions: vec![d.clone()] }.to_string();
-    directions.iter().map(one).collect()
+fn words<'a>(directions: impl Iterator<Item = &'a Direction>) -> Vec<String> {
+    directions.map(|d| FitWarning::Unidentifiable { directions: vec![d.clone()] }.to_string()).collect()
 }
 
 /// Range of material stability of the laws of the scene, up to 1.5 times the largest stretch in it.

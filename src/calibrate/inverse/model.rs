@@ -5,17 +5,19 @@
 
 use super::{InverseError, Measured};
 use crate::material::Parameter;
-use crate::material::registry::given;
+use crate::material::registry::{given, quantity};
 use crate::math::units::Dimension;
 use crate::scene::protocol::extremes;
 use crate::scene::{Body, Constant, Progress, Run, RunOptions, Scene, SceneSpec, SensitivityRecorder};
 use crate::solve::Status;
 use nalgebra::DMatrix;
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
 /// A scene whose constants are varied.
+#[derive(Clone)]
 pub struct SceneModel {
     pub file: PathBuf,
     pub spec: SceneSpec,
@@ -35,6 +37,8 @@ pub struct Unknown {
     pub parameter: Parameter,
     /// Value in the scene file \[SI\]
     pub start: f64,
+    /// Values that it may take, the ends among them \[SI\]
+    pub bounds: [f64; 2],
 }
 
 /// Results of the model for some constants.
@@ -43,6 +47,8 @@ pub struct Answer {
     pub y: Vec<f64>,
     /// \[data points × constants\]
     pub sensitivities: DMatrix<f64>,
+    /// \[data points\] dŷ/dx
+    pub slope: Vec<f64>,
     /// x and y at the steps of the protocol
     pub curve: Vec<[f64; 2]>,
     pub run: Run,
@@ -65,22 +71,37 @@ pub enum Failure {
 }
 
 impl SceneModel {
-    /// The unknowns of a scene with the values of its file.
-    pub fn unknowns(spec: &SceneSpec, constants: &[Constant]) -> Result<Vec<Unknown>, InverseError> {
+    /// The unknowns of a scene with the values of its file, within `bounds` where some are given, else where the law is defined. All that
+    /// are wrong are named.
+    pub fn unknowns(spec: &SceneSpec, constants: &[Constant], bounds: &Bounds) -> Result<Vec<Unknown>, InverseError> {
+        let mut wrong: Vec<String> = vec![];
+        let known: Vec<String> = constants.iter().map(ToString::to_string).collect();
+        wrong.extend(bounds.keys().filter(|k| !known.contains(k)).map(|k| {
+            format!("{k}: it has bounds and is not looked for; name it in `unknown`, or take its bounds out")
+        }));
         let one = |c: &Constant| {
-            let refuse = |fact: String| InverseError::Constant { constant: c.to_string(), fact };
+            let refuse = |fact: String| format!("{c}: {fact}");
             let table = spec.laws.get(&c.law).ok_or_else(|| refuse("the scene has no such law".into()))?;
             let (entry, values, _) = given(table).map_err(|e| refuse(e.to_string()))?;
             let parameter = entry.keys.iter().find(|p| p.name == c.key).copied();
-            match (parameter, values.get(&c.key)) {
-                (Some(parameter), Some(&start)) => Ok(Unknown { constant: c.clone(), parameter, start }),
-                _ => {
-                    let known = values.keys().cloned().collect::<Vec<_>>().join(", ");
-                    Err(refuse(format!("law {} does not give it; it gives {known}", c.law)))
-                }
-            }
+            let (Some(parameter), Some(&start)) = (parameter, values.get(&c.key)) else {
+                let known = values.keys().cloned().collect::<Vec<_>>().join(", ");
+                return Err(refuse(format!("law {} does not give it; it gives {known}", c.law)));
+            };
+            let bounds = match bounds.get(&c.to_string()) {
+                Some(ends) => limits(&parameter, start, ends).map_err(refuse)?,
+                None => admissible(&parameter, start),
+            };
+            Ok(Unknown { constant: c.clone(), parameter, start, bounds })
         };
-        constants.iter().map(one).collect()
+        let mut found = vec![];
+        for c in constants {
+            match one(c) {
+                Ok(unknown) => found.push(unknown),
+                Err(why) => wrong.push(why),
+            }
+        }
+        if wrong.is_empty() { Ok(found) } else { Err(InverseError::Unknowns { wrong }) }
     }
 
     /// The scene with these constants \[SI\].
@@ -97,18 +118,21 @@ impl SceneModel {
     }
 
     /// Runs the scene with these constants \[SI\], up to the step that reaches the last data point: what the protocol does then
-    /// needs no solution. `watch` is called after each step, false stops.
+    /// needs no solution. `slack` is taken from the x of the data points \[unit of x\]; before the protocol begins y is that of its start.
+    /// `watch` is called after each step, false stops.
     pub fn answer(
         &self,
         values: &[f64],
-        measured: &Measured,
+        x: &[f64],
+        slack: f64,
         watch: &mut dyn FnMut(Progress) -> bool,
     ) -> Result<Answer, Failure> {
         let scene = self.scene(values)?;
+        let wanted: Vec<f64> = x.iter().map(|x| x - slack).collect();
         let constants: Vec<Constant> = self.unknown.iter().map(|u| u.constant.clone()).collect();
         let begin = Instant::now();
         let recorder = SensitivityRecorder::new(&scene, &constants).map_err(|e| Failure::Input(e.into()))?;
-        let last = self.last(&scene, measured).map_err(Failure::Input)?;
+        let last = self.last(&scene, &wanted).map_err(Failure::Input)?;
         let mut is_enough = false;
         let mut on_row = |row: &[f64]| {
             is_enough = row[0] >= last;
@@ -148,30 +172,38 @@ impl SceneModel {
             sensitivities.rows.into_iter().map(|mut row| row.swap_remove(of_sensitivities)).collect();
         let k = column(&run.columns).expect("a column with a derivative is recorded");
         let x: Vec<f64> = self.position(&scene, run.rows.iter().map(|row| row[0])).map_err(Failure::Input)?;
-        let weights = weights(&self.x, &x, measured).map_err(Failure::Input)?;
+        let (weights, slopes) = weights(&self.x, &x, &wanted).map_err(Failure::Input)?;
         let mut used = weights.iter().flatten().filter(|(_, w)| *w != 0.0).map(|(row, _)| *row);
         if let Some(row) = used.find(|row| sensitivities[*row].iter().any(|d| d.is_nan())) {
             return Err(Failure::Input(InverseError::NoDerivative { name: self.y.clone(), t: run.rows[row][0] }));
         }
         let values: Vec<f64> = run.rows.iter().map(|row| row[k]).collect();
-        let (n, p) = (measured.x.len(), self.unknown.len());
+        let (n, p) = (wanted.len(), self.unknown.len());
         let sum = |row: &Stencil, of: &dyn Fn(usize) -> f64| {
             row.iter().filter(|(_, w)| *w != 0.0).map(|(i, w)| w * of(*i)).sum::<f64>()
         };
         let y = weights.iter().map(|row| sum(row, &|i| values[i])).collect();
         let sensitivities = DMatrix::from_fn(n, p, |i, j| sum(&weights[i], &|r| sensitivities[r][j]));
+        let slope = slopes.iter().map(|row| sum(row, &|i| values[i])).collect();
         let curve = x.iter().zip(&values).map(|(x, y)| [*x, *y]).collect();
-        Ok(Answer { y, sensitivities, curve, run, scene, forward, gradient })
+        Ok(Answer { y, sensitivities, slope, curve, run, scene, forward, gradient })
+    }
+
+    /// The curve of an answer at other x.
+    pub fn interpolated(&self, curve: &[[f64; 2]], x: &[f64]) -> Option<Vec<f64>> {
+        let steps: Vec<f64> = curve.iter().map(|p| p[0]).collect();
+        let (rows, _) = weights(&self.x, &steps, x).ok()?;
+        Some(rows.iter().map(|row| row.iter().map(|(i, w)| w * curve[*i][1]).sum()).collect())
     }
 
     /// Time at which the protocol passes the last data point \[s\].
-    fn last(&self, scene: &Scene, measured: &Measured) -> Result<f64, InverseError> {
+    fn last(&self, scene: &Scene, wanted: &[f64]) -> Result<f64, InverseError> {
         let Some(span) = scene.spans.last() else { return Ok(0.0) };
         let times: Vec<f64> =
             scene.spans.iter().flat_map(|s| (0..=s.steps()).map(|k| s.start + k as f64 * s.dt)).collect();
         let x = self.position(scene, times.iter().copied())?;
         let up = x.last() > x.first();
-        let passes = |x: f64| measured.x.iter().all(|v| if up { *v <= x } else { *v >= x });
+        let passes = |x: f64| wanted.iter().all(|v| if up { *v <= x } else { *v >= x });
         Ok(times.iter().zip(x).find(|(_, x)| passes(*x)).map_or(span.end, |(t, _)| *t))
     }
 
@@ -204,7 +236,7 @@ impl SceneModel {
         let slack = 1e-9 * (ends[1] - ends[0]);
         let inside: Vec<bool> = measured.x.iter().map(|v| (ends[0] - slack..=ends[1] + slack).contains(v)).collect();
         let rows = inside.iter().filter(|i| **i).count();
-        if rows <= self.unknown.len() {
+        if rows == 0 {
             let (name, from, to) = (self.x.clone(), ends[0], ends[1]);
             return Err(Failure::Input(InverseError::NoOverlap { name, from, to, rows }));
         }
@@ -223,47 +255,86 @@ pub fn written(parameter: &Parameter, value: f64) -> toml::Value {
 /// Steps and weights of an interpolated value.
 type Stencil = Vec<(usize, f64)>;
 
-/// Lagrange weights of the four nearest steps for every measured x.
-fn weights(name: &str, steps: &[f64], measured: &Measured) -> Result<Vec<Stencil>, InverseError> {
+/// Lagrange weights of the four nearest steps for every wanted x, and those of the derivative by x.
+fn weights(name: &str, steps: &[f64], wanted: &[f64]) -> Result<(Vec<Stencil>, Vec<Stencil>), InverseError> {
     let n = steps.len();
     let up = steps.last() > steps.first();
     if !steps.windows(2).all(|w| if up { w[1] > w[0] } else { w[1] < w[0] }) {
         return Err(InverseError::NotMonotone { name: name.into() });
     }
     let one = |x: &f64| {
+        if if up { *x < steps[0] } else { *x > steps[0] } {
+            return (vec![(0, 1.0)], vec![]);
+        }
         let next = steps.partition_point(|s| if up { s < x } else { s > x }).clamp(1, n - 1);
         let from = next.saturating_sub(2).min(n.saturating_sub(4));
         let own: Vec<usize> = (from..(from + 4).min(n)).collect();
-        let weight = |&i: &usize| {
-            own.iter().filter(|j| **j != i).map(|&j| (x - steps[j]) / (steps[i] - steps[j])).product::<f64>()
+        let part = |i: usize, j: usize| (x - steps[j]) / (steps[i] - steps[j]);
+        let weight = |&i: &usize| own.iter().filter(|j| **j != i).map(|j| part(i, *j)).product::<f64>();
+        let slope = |&i: &usize| {
+            let without = |m: usize| own.iter().filter(|j| **j != i && **j != m).map(|j| part(i, *j)).product::<f64>();
+            own.iter().filter(|m| **m != i).map(|m| without(*m) / (steps[i] - steps[*m])).sum::<f64>()
         };
-        own.iter().map(|i| (*i, weight(i))).collect()
+        (own.iter().map(|i| (*i, weight(i))).collect(), own.iter().map(|i| (*i, slope(i))).collect())
     };
-    Ok(measured.x.iter().map(one).collect())
+    Ok(wanted.iter().map(one).unzip())
+}
+
+/// Bounds as a file gives them, by the name of the constant.
+pub type Bounds = BTreeMap<String, [toml::Value; 2]>;
+
+/// Distance from the end of an open interval, over its width or the size of the constant \[–\]
+const INSIDE: f64 = 1e-6;
+
+/// The open interval in which the law is defined, with its ends; below a positive constant nothing is cut off.
+fn admissible(p: &Parameter, start: f64) -> [f64; 2] {
+    let (lower, upper) = p.bounds;
+    let own =
+        |end: f64| if lower.is_finite() && upper.is_finite() { upper - lower } else { start.abs().max(end.abs()) };
+    let inside = |end: f64, side: f64| {
+        if end.is_finite() && !(end == 0.0 && upper.is_infinite()) { end + side * INSIDE * own(end) } else { end }
+    };
+    [inside(lower, 1.0), inside(upper, -1.0)]
+}
+
+/// Bounds of a file, within which the law must be defined and the start must lie.
+fn limits(p: &Parameter, start: f64, ends: &[toml::Value; 2]) -> Result<[f64; 2], String> {
+    let read = |v: &toml::Value| quantity(p, v).map_err(|e| format!("its bound {v}: {e}"));
+    let (low, high) = (read(&ends[0])?, read(&ends[1])?);
+    let words = format!("its bounds {} to {}", ends[0], ends[1]);
+    if low >= high {
+        return Err(format!("{words} leave nothing between them; give the lower one first"));
+    }
+    let (lower, upper) = p.bounds;
+    if low < lower || high > upper {
+        return Err(format!("{words} go beyond what the law allows, {lower} to {upper} in SI units; narrow them"));
+    }
+    if !(low..=high).contains(&start) {
+        return Err(format!(
+            "the search begins at the value of the scene, {start} in SI units, and {words} exclude it; widen them, or change the scene"
+        ));
+    }
+    let [least, most] = admissible(p, start);
+    Ok([low.max(least), high.min(most)])
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// The interpolation is exact for cubics, up to rounding, also on an uneven grid that goes down.
+    /// The interpolation and its derivative are exact for cubics, up to rounding, also on an uneven grid that goes down.
     #[test]
     fn cubics_are_interpolated_exactly() {
         let f = |x: f64| 1.0 - 2.0 * x + 0.5 * x * x - 0.3 * x * x * x;
         let steps: Vec<f64> = [0.0, 0.1, 0.25, 0.5, 0.7, 1.0].iter().map(|x| -x).collect();
         let x = vec![0.0, -0.05, -0.33, -0.66, -0.999, -1.0];
-        let measured = Measured {
-            file: String::new(),
-            sha256: String::new(),
-            y: vec![0.0; x.len()],
-            lines: vec![0; x.len()],
-            x: x.clone(),
-            notes: vec![],
-        };
-        for (row, x) in weights("x", &steps, &measured).expect("monotone").iter().zip(&x) {
-            let value: f64 = row.iter().map(|(i, w)| w * f(steps[*i])).sum();
-            assert!((value - f(*x)).abs() < 1e-14, "{x}: {value}");
+        let slope = |x: f64| -2.0 + x - 0.9 * x * x;
+        let (values, slopes) = weights("x", &steps, &x).expect("monotone");
+        let sum = |row: &Stencil| row.iter().map(|(i, w)| w * f(steps[*i])).sum::<f64>();
+        for ((value, derivative), x) in values.iter().zip(&slopes).zip(&x) {
+            assert!((sum(value) - f(*x)).abs() < 1e-14, "{x}: {}", sum(value));
+            assert!((sum(derivative) - slope(*x)).abs() < 1e-12, "{x}: {}", sum(derivative));
         }
-        assert!(weights("x", &[0.0, 1.0, 0.5], &measured).is_err());
+        assert!(weights("x", &[0.0, 1.0, 0.5], &x).is_err());
     }
 }

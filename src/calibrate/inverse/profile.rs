@@ -1,55 +1,48 @@
 //! Intervals by profile likelihood: how far one constant can go while a search finds all others anew.
 //!
-//! S(θⱼ) ≤ Ŝ(1 + t²/(n − p)), t = t₀.₉₇₅(n − p), as for direct fits ([`crate::calibrate`]'s profile). √(S − Ŝ) is almost straight in θⱼ: from the
-//! end of the covariance interval, with the others where the linearised problem has them, a secant needs one or two
-//! points. Each costs a forward solve or two. Assumes independent errors, as the covariance does.
+//! √(S(θⱼ) − Ŝ) ≤ t dⱼ/d⁰ⱼ with dⱼ the standard error of the constant by the model of the errors and d⁰ⱼ that of independent errors of size 1: of
+//! independent errors this is S ≤ Ŝ(1 + t²/(n − p)), as for direct fits ([`crate::calibrate`]'s profile). The root is almost straight in θⱼ: from
+//! the end of the covariance interval, with the others where the linearised problem has them, a secant needs one or two points. Each costs
+//! a forward solve or two. A bound ends it.
 
-use super::search::{Weights, search};
-use super::{Failure, Measured, SceneModel, written};
+use super::Unknown;
+use super::determined::{Coordinates, Searched};
+use super::model::Failure;
+use super::objective::{Objective, Point};
+use super::search::search;
+use crate::calibrate::judgement::errors::Errors;
 use crate::calibrate::judgement::statistics;
 use crate::math::svd::svd;
-use crate::scene::Progress;
 use nalgebra::{DMatrix, DVector};
 
 /// Part of the limit at which an end is found \[–\]
 const CLOSE: f64 = 0.02;
 const POINTS: usize = 5;
 
-/// The answer from which ends are looked for.
-pub struct Best<'a> {
-    pub values: &'a [f64],
-    pub std_errors: Vec<f64>,
-    /// w∂ŷ/∂θ and w(y − ŷ)
-    pub jacobian: &'a DMatrix<f64>,
-    pub residual: &'a DVector<f64>,
-}
-
 /// Lower and upper end \[SI\]; `None` where a forward solve fails or none is found.
-type Ends = [Option<f64>; 2];
+pub type Ends = [Option<f64>; 2];
 
-/// Both ends per constant and the forward solves they took.
+/// Both ends of each constant for which `wanted` holds.
 pub fn ends(
-    model: &SceneModel,
-    measured: &Measured,
-    weights: &Weights,
-    best: &Best,
-    watch: &mut dyn FnMut(Progress) -> bool,
-) -> Result<(Vec<Ends>, usize), Failure> {
-    let (n, p) = best.jacobian.shape();
-    let (mut all, mut solves) = (vec![[None; 2]; p], 0);
-    let Some(free) = n.checked_sub(p).filter(|f| *f > 0) else { return Ok((all, solves)) };
-    let t = statistics::t_quantile(0.95, free);
+    objective: &mut Objective,
+    unknown: &[Unknown],
+    best: &Point,
+    errors: &Errors,
+    wanted: &dyn Fn(usize) -> bool,
+) -> Result<Vec<Ends>, Failure> {
+    let mut all = vec![[None; 2]; unknown.len()];
+    if errors.free == 0 {
+        return Ok(all);
+    }
+    let t = statistics::t_quantile(0.95, errors.free);
     let least = best.residual.norm_squared();
-    let limit = t * (least / free as f64).sqrt();
-    for (j, ends) in all.iter_mut().enumerate().filter(|(j, _)| best.std_errors[*j].is_finite()) {
+    for (j, ends) in all.iter_mut().enumerate().filter(|(j, _)| wanted(*j)) {
+        let limit = t * errors.deviations[j] / errors.plain[j];
         for (end, side) in ends.iter_mut().zip([-1.0, 1.0]) {
-            let mut offset = side * t * best.std_errors[j];
+            let mut offset = side * t * errors.deviations[j];
             for _ in 0..POINTS {
-                let found = match squares(model, measured, weights, best, (j, offset), watch) {
-                    Ok((square, n)) => {
-                        solves += n;
-                        (square - least).max(0.0).sqrt() / limit
-                    }
+                let found = match squares(objective, unknown, best, (j, offset)) {
+                    Ok(square) => (square - least).max(0.0).sqrt() / limit,
                     Err(failure @ (Failure::Input(_) | Failure::Interrupted)) => return Err(failure),
                     Err(_) => break,
                 };
@@ -61,47 +54,39 @@ pub fn ends(
             }
         }
     }
-    Ok((all, solves))
+    Ok(all)
 }
 
-/// S with constant j off the answer by this much and the others found anew, and the forward solves it took.
+/// S with constant j off the answer by this much and the others found anew.
 fn squares(
-    model: &SceneModel,
-    measured: &Measured,
-    weights: &Weights,
-    best: &Best,
+    objective: &mut Objective,
+    unknown: &[Unknown],
+    best: &Point,
     (j, offset): (usize, f64),
-    watch: &mut dyn FnMut(Progress) -> bool,
-) -> Result<(f64, usize), Failure> {
-    let others: Vec<usize> = (0..best.values.len()).filter(|k| *k != j).collect();
-    let of = |y: &[f64]| (0..y.len()).map(|i| (weights.w[i] * (measured.y[i] - y[i])).powi(2)).sum::<f64>();
-    if others.is_empty() {
-        let answer = model.answer(&[best.values[j] + offset], measured, watch)?;
-        return Ok((of(&answer.y), 1));
-    }
-    let mut spec = model.spec.clone();
-    let fixed = &model.unknown[j];
-    let table = spec.laws.get_mut(&fixed.constant.law).expect("the unknowns were looked up in these laws");
-    table.insert(fixed.constant.key.clone(), written(&fixed.parameter, best.values[j] + offset));
+) -> Result<f64, Failure> {
+    let p = best.values.len();
+    let others: Vec<usize> = (0..p).filter(|k| *k != j).collect();
+    let mut values = best.values.clone();
+    values[j] += offset;
     // Where the linearised problem has the others: min ‖J_o δ + J_j offset‖
-    let own = DMatrix::from_fn(best.jacobian.nrows(), others.len(), |i, k| {
-        best.jacobian[(i, others[k])] * best.values[others[k]].abs().max(f64::MIN_POSITIVE)
-    });
-    let pull = best.jacobian.column(j) * -offset;
-    let svd = svd(own, true, true);
-    let step = svd.solve(&pull, 1e-12 * svd.singular_values.max()).unwrap_or_else(|_| DVector::zeros(others.len()));
-    let start: Vec<f64> =
-        others.iter().enumerate().map(|(k, o)| best.values[*o] + step[k] * best.values[*o].abs()).collect();
-    let unknown = others.iter().map(|k| model.unknown[*k].clone()).collect();
-    let rest = SceneModel {
-        file: model.file.clone(),
-        spec,
-        text: model.text.clone(),
-        body: model.body.clone(),
-        unknown,
-        x: model.x.clone(),
-        y: model.y.clone(),
-    };
-    let found = search(&rest, measured, weights, &start, watch)?;
-    Ok((of(&found.answer.y), found.solves))
+    let length = |k: usize| best.jacobian.column(k).norm().max(f64::MIN_POSITIVE);
+    let own =
+        DMatrix::from_fn(best.jacobian.nrows(), others.len(), |i, k| best.jacobian[(i, others[k])] / length(others[k]));
+    if !others.is_empty() {
+        let svd = svd(own, true, true);
+        let pull = best.jacobian.column(j) * -offset;
+        let step = svd.solve(&pull, 1e-12 * svd.singular_values.max()).unwrap_or_else(|_| DVector::zeros(others.len()));
+        others.iter().enumerate().for_each(|(k, o)| values[*o] += step[k] / length(*o));
+    }
+    let inside = unknown.iter().zip(&values).all(|(q, v)| (q.bounds[0]..=q.bounds[1]).contains(v));
+    if !inside {
+        return Err(Failure::Constants("beyond its bounds".into()));
+    }
+    let start = objective.at(&values)?;
+    if others.is_empty() {
+        return Ok(start.residual.norm_squared());
+    }
+    let laws = &objective.curves[0].model.spec.laws;
+    let coordinates = Coordinates::new(unknown, laws, &start, objective.size, Searched::But(j));
+    Ok(search(objective, &coordinates, start, None)?.point.residual.norm_squared())
 }

@@ -1,280 +1,184 @@
-//! Least squares over forward solves: argmin's trust region (Steihaug's conjugate gradients) on the Gauss–Newton matrix.
+//! Least squares over forward solves, within bounds: a trust region on the Gauss–Newton matrix.
 //!
-//! f(z) = ½‖w(ŷ(θ(z)) − y)‖²/‖wy‖². u = ln θ of constants that are positive by their law, else θ over what changes the curve by its own
-//! size; u = u₀ + Tz, T = V diag(1/σ) from the SVD of w∂ŷ/∂u/‖wy‖ at the start, so that the region is a sphere of curves and
-//! constants that compensate each other are no narrow valley. A forward solve that fails costs as much as a wall: the step is taken
-//! back and the region shrinks. The search ends where a full Gauss–Newton step would lower f
-//! by less than 1e-6 of it, a change of the constants by 1e-3 √n of their standard deviation, or by less than rounding.
+//! f = ½‖w(ŷ(θ) − y)‖²/‖wy‖². The coordinates are those of [`super::determined`], u = u₀ + Bw: a step of w of length 1 changes the curve by its
+//! own size, so that the region is a sphere of curves and constants that compensate each other are no narrow valley; directions that the
+//! data do not determine have no part in B and stay as they were. In the region of radius Δ the step is that of Levenberg and Marquardt with
+//! the λ at which it reaches the boundary (Moré 1978), from one SVD. A constant at a bound that the step would cross is held there, and is let go
+//! where the next one leads inside (projected Newton: Bertsekas, SIAM J. Control Optim. 20, 1982); a step that meets a bound ends on it. A forward
+//! solve that fails costs as much as a wall: the step is taken back and the region shrinks. The search ends where a full
+//! Gauss–Newton step would lower f by less than 1e-6 of it, a change of the constants by 1e-3 √n of their standard deviation, or by less than
+//! rounding.
 //!
-//! argmin asks for value, gradient and matrix one after the other; one forward solve answers all three.
+//! Source: Nocedal & Wright, *Numerical Optimization*, 2nd ed. 2006, ch. 4 and 10.
 
-use super::Measured;
-use super::model::{Answer, Failure, SceneModel, Unknown};
+use super::determined::Coordinates;
+use super::model::Failure;
+use super::objective::{Objective, Point};
 use crate::calibrate::solve::rows::padded;
 use crate::math::svd::svd;
-use crate::scene::Progress;
-use argmin::core::{
-    CostFunction, Error, Executor, Gradient, Hessian, IterState, KV, Problem, Solver, State, TerminationReason,
-    TerminationStatus,
-};
-use argmin::solver::trustregion::{Steihaug, TrustRegion};
-use nalgebra::{DMatrix, DVector};
-use std::cell::{Cell, RefCell};
-use std::rc::Rc;
+use nalgebra::DVector;
+use serde::{Deserialize, Serialize};
+use std::time::Instant;
 
-/// f where there is no answer; f(θ = 0) is ½
-const WALL: f64 = 1e12;
 /// Predicted decrease of f that is none: as a part of f, and as f itself (rounding of the forward solves)
 const STILL: f64 = 1e-6;
 const ROUNDING: f64 = 1e-16;
-/// Radius of the trust region at the start, and at most: relative change of the curve
+/// Radius of the trust region at the start, at most, and when nothing is left of it: relative change of the curve
 const RADIUS: f64 = 0.5;
 const LARGEST: f64 = 2.0;
-const ITERATIONS: u64 = 40;
-/// Singular values below this part of the largest do not stretch the region further
-const FLAT: f64 = 1e-4;
+const NOTHING: f64 = 1e-9;
+/// Steps that are tried
+const STEPS: usize = 40;
+/// Decrease over its prediction below which the region shrinks, and above which it grows
+const POOR: f64 = 0.25;
+const GOOD: f64 = 0.75;
+/// Singular value over the largest below which the curve does not see a direction \[–\]
+const BLIND: f64 = 1e-12;
+
+/// How a search ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum End {
+    /// The next step was below what counts
+    Settled,
+    /// No step was left that lowers the misfit
+    Stuck,
+    /// Its time was over
+    OutOfTime,
+}
 
 /// Result of a search.
 pub struct Found {
-    pub values: Vec<f64>,
-    pub answer: Answer,
-    /// Forward solves, and how many of them failed
-    pub solves: usize,
-    pub failed: usize,
-    /// The last step was below what counts
-    pub settled: bool,
+    pub point: Point,
+    /// Constants that are held at a bound: −1 the lower one, +1 the upper one
+    pub bound: Vec<i8>,
+    pub end: End,
 }
 
-/// Wants \[data points\] and the scale ‖wy‖ of the objective.
-pub struct Weights {
-    pub w: Vec<f64>,
-    pub size: f64,
+/// A step within the trust region.
+struct Step {
+    /// Change of u
+    change: DVector<f64>,
+    /// Norm in w
+    length: f64,
+    /// Decrease of f that the linear problem predicts of it, and of the full step
+    predicted: f64,
+    full: f64,
+    bound: Vec<i8>,
 }
 
-/// Searches from `start` \[SI\]. The error is the one of the start itself.
+/// Searches from a point. `until`: after the first one no forward solve begins that would end later, by the longest one so far.
 pub fn search(
-    model: &SceneModel,
-    measured: &Measured,
-    weights: &Weights,
-    start: &[f64],
-    watch: &mut dyn FnMut(Progress) -> bool,
+    objective: &mut Objective,
+    coordinates: &Coordinates,
+    start: Point,
+    until: Option<Instant>,
 ) -> Result<Found, Failure> {
-    let answer = model.answer(start, measured, watch)?;
-    let coordinates = Coordinates::new(&model.unknown, start, &answer, weights);
-    let objective = Objective {
-        model,
-        measured,
-        weights,
-        coordinates,
-        watch: RefCell::new(watch),
-        last: RefCell::default(),
-        best: RefCell::default(),
-        solves: Cell::new(1),
-        failed: Cell::new(0),
-        stop: RefCell::default(),
-    };
-    let z = vec![0.0; start.len()];
-    objective.keep(&z, answer);
-    let shared = Rc::new(objective);
-    let argmin = |z: Vec<f64>| -> Result<bool, Error> {
-        let steps = Steihaug::new().with_epsilon(1e-14)?.with_max_iters(2 * z.len() as u64);
-        let region = TrustRegion::new(steps).with_radius(RADIUS)?.with_max_radius(LARGEST)?;
-        let run = Executor::new(Shared(shared.clone()), UntilSettled(region))
-            .configure(|state| state.param(z).max_iters(ITERATIONS))
-            .ctrlc(false)
-            .run()?;
-        Ok(matches!(run.state().get_termination_reason(), Some(TerminationReason::SolverConverged)))
-    };
-    let outcome = argmin(z);
-    if let Some(failure) = shared.stop.borrow_mut().take() {
-        return Err(failure);
+    let size = objective.size;
+    let misfit = |p: &Point| 0.5 * (p.residual.norm() / size).powi(2);
+    let (mut point, mut radius, mut longest) = (start, RADIUS, 0.0_f64);
+    let mut u = coordinates.of(&point.values);
+    for tried in 0..STEPS {
+        let f = misfit(&point);
+        let step = step(coordinates, &u, &point, size, radius);
+        let bound = step.bound.clone();
+        if step.full <= STILL * f || step.full <= ROUNDING {
+            return Ok(Found { point, bound, end: End::Settled });
+        }
+        if radius < NOTHING || step.length == 0.0 {
+            return Ok(Found { point, bound, end: End::Stuck });
+        }
+        let begin = Instant::now();
+        // One step at least, so that a search that goes on comes to its end
+        if tried > 0 && until.is_some_and(|until| begin + std::time::Duration::from_secs_f64(longest) > until) {
+            return Ok(Found { point, bound, end: End::OutOfTime });
+        }
+        let next_u = coordinates.within(&(&u + &step.change));
+        match objective.at(&coordinates.values(&next_u)) {
+            Ok(next) => {
+                let ratio = (f - misfit(&next)) / step.predicted;
+                if ratio < POOR {
+                    radius = POOR * step.length;
+                } else if ratio > GOOD && step.length > 0.9 * radius {
+                    radius = (2.0 * radius).min(LARGEST);
+                }
+                if ratio > 0.0 {
+                    (point, u) = (next, next_u);
+                }
+            }
+            Err(failure @ (Failure::Input(_) | Failure::Interrupted)) => return Err(failure),
+            Err(Failure::Constants(_) | Failure::Run(_)) => radius = POOR * step.length,
+        }
+        longest = longest.max(begin.elapsed().as_secs_f64());
     }
-    let settled = outcome.unwrap_or(false);
-    let objective = Rc::into_inner(shared).expect("argmin is done with it");
-    let (z, _, answer) = objective.best.into_inner().expect("the start has an answer");
-    let values = objective.coordinates.values(&z);
-    Ok(Found { values, answer, solves: objective.solves.get(), failed: objective.failed.get(), settled })
+    let bound = vec![0; u.len()];
+    Ok(Found { point, bound, end: End::Stuck })
 }
 
-/// From z to the constants.
-struct Coordinates {
-    /// Of each constant: positive, and the unit of u where it is not
-    kinds: Vec<(bool, f64)>,
-    u0: DVector<f64>,
-    t: DMatrix<f64>,
-}
-
-impl Coordinates {
-    fn new(unknown: &[Unknown], start: &[f64], answer: &Answer, weights: &Weights) -> Self {
-        let p = start.len();
-        let of_theta =
-            DMatrix::from_fn(weights.w.len(), p, |i, k| weights.w[i] * answer.sensitivities[(i, k)] / weights.size);
-        let kind = |k: usize| {
-            let length = of_theta.column(k).norm();
-            let positive = unknown[k].parameter.bounds.0 >= 0.0 && start[k] > 0.0;
-            (positive, if length > 0.0 { 1.0 / length } else { start[k].abs().max(1.0) })
+/// The best step from u, on the bounds where it would cross them.
+fn step(coordinates: &Coordinates, u: &DVector<f64>, point: &Point, size: f64, radius: f64) -> Step {
+    let p = u.len();
+    let jacobian = &point.jacobian * coordinates.rates(u) / size;
+    let residual = &point.residual / size;
+    let mut bound = vec![0_i8; p];
+    loop {
+        let free = coordinates.free(&bound);
+        let none = || Step { change: DVector::zeros(p), length: 0.0, predicted: 0.0, full: 0.0, bound: bound.clone() };
+        if free.ncols() == 0 {
+            return none();
+        }
+        let seen = padded(&(&jacobian * &free), free.ncols());
+        let (rows, svd) = (seen.nrows(), svd(seen, true, true));
+        let (left, right, sigma) = (svd.u.expect("asked for"), svd.v_t.expect("asked for"), svd.singular_values);
+        let pull = left.transpose() * residual.clone().resize_vertically(rows, 0.0);
+        let blind = BLIND * sigma.max();
+        let part = |lambda: f64| {
+            let one = |k: usize| {
+                if sigma[k] > blind && sigma[k] > 0.0 {
+                    sigma[k] * pull[k] / (sigma[k] * sigma[k] + lambda)
+                } else {
+                    0.0
+                }
+            };
+            DVector::from_fn(sigma.len(), |k, _| one(k))
         };
-        let kinds: Vec<(bool, f64)> = (0..p).map(kind).collect();
-        let u0 = DVector::from_fn(p, |k, _| if kinds[k].0 { start[k].ln() } else { start[k] / kinds[k].1 });
-        let mut own = Self { kinds, u0, t: DMatrix::identity(p, p) };
-        let j = of_theta * own.rates(&vec![0.0; p]);
-        let svd = svd(padded(&j, p), false, true);
-        let (sigma, vt) = (svd.singular_values, svd.v_t.expect("asked for"));
-        let stretch = |k: usize| if sigma.max() > 0.0 { sigma[k].max(FLAT * sigma.max()).recip() } else { 1.0 };
-        own.t = DMatrix::from_fn(p, p, |i, k| vt[(k, i)] * stretch(k));
-        own
-    }
-
-    fn u(&self, z: &[f64]) -> DVector<f64> {
-        &self.u0 + &self.t * DVector::from_column_slice(z)
-    }
-
-    /// θ at z
-    fn values(&self, z: &[f64]) -> Vec<f64> {
-        let one = |(u, (positive, unit)): (&f64, &(bool, f64))| if *positive { u.exp() } else { u * unit };
-        self.u(z).iter().zip(&self.kinds).map(one).collect()
-    }
-
-    /// ∂θ/∂z
-    fn rates(&self, z: &[f64]) -> DMatrix<f64> {
-        let one = |(u, (positive, unit)): (&f64, &(bool, f64))| if *positive { u.exp() } else { *unit };
-        let by_u: Vec<f64> = self.u(z).iter().zip(&self.kinds).map(one).collect();
-        DMatrix::from_fn(z.len(), z.len(), |i, k| by_u[i] * self.t[(i, k)])
-    }
-}
-
-/// Value, gradient and Gauss–Newton matrix at z.
-#[derive(Clone)]
-struct SearchPoint {
-    z: Vec<f64>,
-    f: f64,
-    gradient: Vec<f64>,
-    matrix: Vec<Vec<f64>>,
-}
-
-struct Objective<'a> {
-    model: &'a SceneModel,
-    measured: &'a Measured,
-    weights: &'a Weights,
-    coordinates: Coordinates,
-    watch: RefCell<&'a mut dyn FnMut(Progress) -> bool>,
-    last: RefCell<Option<SearchPoint>>,
-    best: RefCell<Option<(Vec<f64>, f64, Answer)>>,
-    solves: Cell<usize>,
-    failed: Cell<usize>,
-    /// A mistake of the input, or Ctrl-C: no constants would help
-    stop: RefCell<Option<Failure>>,
-}
-
-impl Objective<'_> {
-    /// One forward solve at z, unless it was the last one. A failure leaves a wall.
-    fn evaluate(&self, z: &[f64]) -> Option<Failure> {
-        if self.last.borrow().as_ref().is_some_and(|p| p.z == z) {
-            return None;
+        let full: f64 = (0..sigma.len()).filter(|k| sigma[*k] > blind).map(|k| 0.5 * pull[k] * pull[k]).sum();
+        let w = shortened(&part, sigma.max(), radius);
+        let change = &free * right.transpose() * &w;
+        // The part of the way on which no bound is met, and constants at a bound that it would leave
+        let outward: Vec<usize> = (0..p).filter(|k| coordinates.crosses(u, &change, *k) == Some(0.0)).collect();
+        if outward.is_empty() {
+            let share = (0..p).filter_map(|k| coordinates.crosses(u, &change, k)).fold(1.0, f64::min);
+            let lowered = |k: usize| {
+                let s = share * sigma[k] * w[k];
+                s * pull[k] - 0.5 * s * s
+            };
+            let predicted = (0..sigma.len()).map(lowered).sum();
+            return Step { change: change * share, length: share * w.norm(), predicted, full, bound };
         }
-        let values = self.coordinates.values(z);
-        self.solves.set(self.solves.get() + 1);
-        let p = z.len();
-        match self.model.answer(&values, self.measured, &mut **self.watch.borrow_mut()) {
-            Ok(answer) => {
-                self.keep(z, answer);
-                None
-            }
-            Err(failure) => {
-                self.failed.set(self.failed.get() + 1);
-                let (gradient, matrix) = (vec![0.0; p], vec![vec![0.0; p]; p]);
-                *self.last.borrow_mut() = Some(SearchPoint { z: z.to_vec(), f: WALL, gradient, matrix });
-                Some(failure)
-            }
-        }
-    }
-
-    /// Keeps an answer as the last one, and as the best where it is.
-    fn keep(&self, z: &[f64], answer: Answer) {
-        let Weights { w, size } = self.weights;
-        let r = DVector::from_fn(w.len(), |i, _| w[i] * (answer.y[i] - self.measured.y[i]) / size);
-        let j = DMatrix::from_fn(w.len(), z.len(), |i, k| w[i] * answer.sensitivities[(i, k)] / size)
-            * self.coordinates.rates(z);
-        let f = 0.5 * r.norm_squared();
-        let matrix = (j.transpose() * &j).row_iter().map(|r| r.iter().copied().collect()).collect();
-        let gradient = (j.transpose() * &r).iter().copied().collect();
-        *self.last.borrow_mut() = Some(SearchPoint { z: z.to_vec(), f, gradient, matrix });
-        if self.best.borrow().as_ref().is_none_or(|(_, least, _)| f < *least) {
-            *self.best.borrow_mut() = Some((z.to_vec(), f, answer));
-        }
-    }
-
-    fn at(&self, z: &[f64]) -> Result<SearchPoint, Error> {
-        match self.evaluate(z) {
-            Some(failure @ (Failure::Input(_) | Failure::Interrupted)) => {
-                *self.stop.borrow_mut() = Some(failure);
-                Err(Error::msg("stopped"))
-            }
-            _ => Ok(self.last.borrow().clone().expect("an evaluation leaves a point")),
-        }
+        outward.iter().for_each(|k| bound[*k] = if change[*k] > 0.0 { 1 } else { -1 });
     }
 }
 
-/// argmin owns its problem; the caller reads the best answer from it afterwards.
-struct Shared<'a>(Rc<Objective<'a>>);
-
-impl CostFunction for Shared<'_> {
-    type Param = Vec<f64>;
-    type Output = f64;
-    fn cost(&self, z: &Vec<f64>) -> Result<f64, Error> {
-        Ok(self.0.at(z)?.f)
+/// The step of the smallest λ whose norm is within the radius, by bisection to 1 %.
+fn shortened(part: &dyn Fn(f64) -> DVector<f64>, largest: f64, radius: f64) -> DVector<f64> {
+    let whole = part(0.0);
+    if whole.norm() <= radius {
+        return whole;
     }
-}
-
-impl Gradient for Shared<'_> {
-    type Param = Vec<f64>;
-    type Gradient = Vec<f64>;
-    fn gradient(&self, z: &Vec<f64>) -> Result<Vec<f64>, Error> {
-        Ok(self.0.at(z)?.gradient)
+    let (mut low, mut high) = (0.0_f64, largest * largest);
+    while part(high).norm() > radius {
+        (low, high) = (high, 4.0 * high);
     }
-}
-
-impl Hessian for Shared<'_> {
-    type Param = Vec<f64>;
-    type Hessian = Vec<Vec<f64>>;
-    fn hessian(&self, z: &Vec<f64>) -> Result<Vec<Vec<f64>>, Error> {
-        Ok(self.0.at(z)?.matrix)
-    }
-}
-
-/// The state of argmin's trust region.
-type At = IterState<Vec<f64>, Vec<f64>, (), Vec<Vec<f64>>, (), f64>;
-
-/// argmin's trust region has no test of its own: this adds the one on the predicted decrease ½gᵀH⁻¹g.
-struct UntilSettled<S>(S);
-
-impl<O, S: Solver<O, At>> Solver<O, At> for UntilSettled<S> {
-    fn name(&self) -> &str {
-        self.0.name()
-    }
-
-    fn init(&mut self, problem: &mut Problem<O>, state: At) -> Result<(At, Option<KV>), Error> {
-        self.0.init(problem, state)
-    }
-
-    fn next_iter(&mut self, problem: &mut Problem<O>, state: At) -> Result<(At, Option<KV>), Error> {
-        self.0.next_iter(problem, state)
-    }
-
-    fn terminate(&mut self, state: &At) -> TerminationStatus {
-        let (Some(g), Some(h)) = (state.get_gradient(), state.get_hessian()) else {
-            return TerminationStatus::NotTerminated;
-        };
-        let p = g.len();
-        let g = DVector::from_column_slice(g);
-        let h = DMatrix::from_fn(p, p, |i, k| h[i][k]);
-        // Directions that the data do not determine have no step either
-        let svd = svd(h, true, true);
-        let step = svd.solve(&g, 1e-14 * svd.singular_values.max()).unwrap_or_else(|_| DVector::zeros(p));
-        let decrease = 0.5 * g.dot(&step);
-        if decrease <= STILL * state.get_cost() || decrease <= ROUNDING {
-            return TerminationStatus::Terminated(TerminationReason::SolverConverged);
+    loop {
+        let middle = if low > 0.0 { (low * high).sqrt() } else { 1e-3 * high };
+        let found = part(middle);
+        if found.norm() > radius {
+            low = middle;
+        } else if found.norm() > 0.99 * radius || high - middle <= 1e-12 * high {
+            return found;
+        } else {
+            high = middle;
         }
-        TerminationStatus::NotTerminated
     }
 }

@@ -114,7 +114,7 @@ fn combination(parts: &[f64], names: &[&str]) -> String {
 }
 
 /// `changing C10 by +1 %, C01 by −0.97 % together`, or the name of one: parts below a hundredth of the largest are omitted.
-fn changes(v: &[f64], names: &[&str], values: &[f64]) -> String {
+pub fn changes(v: &[f64], names: &[&str], values: &[f64]) -> String {
     let largest = v.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs())).unwrap_or(1.0);
     // z = |value|: a relative change of a negative constant has the other sign
     let parts = v.iter().zip(names).zip(values).filter(|((v, _), _)| v.abs() >= 0.01 * largest.abs());

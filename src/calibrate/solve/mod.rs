@@ -116,13 +116,19 @@ pub fn constants(setting: &LawSetting, samples: &[Sample], near: Option<&LawFit>
     Ok(found)
 }
 
-/// √ of Huber's weights min(1, kσ/|r|) times the base weight, σ = 1.4826 median |r| (Huber, Robust Statistics, 1981, ch. 7).
+/// √ of Huber's weights times the base weight.
 fn huber(setting: &LawSetting, samples: &[Sample], base: &[f64], values: &[f64]) -> Vec<f64> {
     let off = |(s, w): (&Sample, &f64)| (w * (s.stress - setting.model.at(values, s))).abs();
     let r: Vec<f64> = samples.iter().zip(base).map(off).collect();
-    let size = samples.iter().zip(base).map(|(s, w)| (w * s.stress).powi(2)).sum::<f64>() / samples.len() as f64;
-    let limit = (HUBER * 1.4826 * median(&r)).max(ROUNDING * size.sqrt());
-    r.iter().zip(base).map(|(r, w)| w * (limit / r).min(1.0).sqrt()).collect()
+    let size = samples.iter().zip(base).map(|(s, w)| (w * s.stress).powi(2)).sum::<f64>().sqrt();
+    huber_share(&r, size).iter().zip(base).map(|(share, w)| w * share).collect()
+}
+
+/// √ of Huber's weights min(1, kσ/|r|), σ = 1.4826 median |r| (Huber, Robust Statistics, 1981, ch. 7), of weighted |r| of data points with the norm
+/// `size`.
+pub fn huber_share(r: &[f64], size: f64) -> Vec<f64> {
+    let limit = (HUBER * 1.4826 * median(r)).max(ROUNDING * size / (r.len() as f64).sqrt());
+    r.iter().map(|r| (limit / r).min(1.0).sqrt()).collect()
 }
 
 pub fn median(values: &[f64]) -> f64 {

@@ -33,6 +33,20 @@ pub fn of_modes(samples: &[Sample], modes: &[Mode], given: Option<f64>) -> Resul
     modes.iter().map(one).collect()
 }
 
+/// Standard deviation of y over x by the same formula; none where it is zero or cannot be estimated.
+pub fn of_curve(x: &[f64], y: &[f64]) -> Option<f64> {
+    let row = |(x, y): (&f64, &f64)| Sample {
+        mode: Mode::Uniaxial,
+        second: 1.0,
+        stretch: *x,
+        stress: *y,
+        line: 0,
+        specimen: 0,
+    };
+    let rows: Vec<Sample> = x.iter().zip(y).map(row).collect();
+    estimate(&rows, Mode::Uniaxial).ok()
+}
+
 fn estimate(samples: &[Sample], mode: Mode) -> Result<f64, FitError> {
     let mut rows: Vec<&Sample> = samples.iter().filter(|s| s.mode == mode).collect();
     let order = |a: &&Sample, b: &&Sample| a.specimen.cmp(&b.specimen).then(a.stretch.total_cmp(&b.stretch));

@@ -1,12 +1,13 @@
 //! Computes one case and stores its result. A bug that ends the computation is the status of this case alone.
 
-use crate::calibrate::inverse::{Calibration, Failure, InverseError, SceneModel, calibrate};
+use crate::calibrate::inverse::{Calibration, End, Failure, InverseError, ObservedCurve, SceneModel, calibrate};
 use crate::scene::{
-    Body, Constant, ErrorEstimator, Progress, RefineError, Run, RunOptions, Scene, SceneError, SceneSpec,
-    Sensitivities, SensitivityRecorder,
+    Body, Constant, ErrorEstimator, OnProgress, Progress, RefineError, Run, RunOptions, Scene, SceneError, SceneSpec,
+    Sensitivities, SensitivityRecorder, from_text,
 };
 use crate::solve::Status;
 use crate::study::case::Case;
+use crate::study::inverse::{CalibrationPlan, MeasuredPlan};
 use crate::study::run::inputs::{inputs, uncertain_constants};
 use crate::study::run::one_run::{OneRunRecord, one_run};
 use crate::study::run::refinement::{self, RefinementRecord, refined};
@@ -16,9 +17,10 @@ use crate::study::store::fields::{Fields, USUAL};
 use crate::study::store::folder::{CaseOutput, Store, StoreError};
 use crate::study::store::identity::Identity;
 use crate::study::store::outcome::{record, refused, skin};
-use crate::study::store::record::{CaseRecord, PANICKED, REFUSED};
+use crate::study::store::record::{CaseRecord, NOT_DETERMINED, NOT_SETTLED, OUT_OF_TIME, PANICKED, REFUSED};
 use crate::system::State;
 use cpu_time::ThreadTime;
+use std::path::Path;
 use std::sync::Arc;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
@@ -38,6 +40,9 @@ pub enum CaseError {
     #[error(transparent)]
     Task(#[from] TaskError),
 }
+
+/// Receives each line of the mesher.
+type OnLine<'a> = dyn FnMut(&str) + 'a;
 
 /// Follows the computation of a case.
 pub struct Follow<'a> {
@@ -96,9 +101,10 @@ fn run(task: &Task, store: &Store, follow: &mut Follow) -> Result<Option<CaseRec
         stopped |= !progress(now);
         !stopped
     };
+    let from = unfinished(store, &case.id, &identity);
     let solved = refined((&case.scene_file, &case.spec, &case.text), Arc::new(body), meshing, &mut go_on)
         .map_err(|why| CaseError::Refine { case: case.id.clone(), why: why.into() })
-        .and_then(|mesh| solve(task, mesh, &mut fields, &mut go_on, &mut sized));
+        .and_then(|mesh| solve(task, mesh, from.as_ref(), &mut fields, (meshing, &mut go_on), &mut sized));
     shared |= (follow.shared)();
     let memory = watched.filter(|()| follow.own_process || !shared).and_then(|()| largest_memory());
     if matches!(solved, Err(CaseError::Refine { .. })) && stopped {
@@ -119,6 +125,12 @@ fn run(task: &Task, store: &Store, follow: &mut Follow) -> Result<Option<CaseRec
         last.finish()?;
     }
     store_result(case, store, &solved, (shared, [memory, expected], identity, started)).map(Some)
+}
+
+/// The answer so far of a search of the same inputs that had no time left.
+fn unfinished(store: &Store, id: &str, identity: &Identity) -> Option<Calibration> {
+    let record = store.record(id).filter(|r| r.status == OUT_OF_TIME && r.provenance.identity == *identity)?;
+    store.calibration(&record.id)
 }
 
 /// A case with its run.
@@ -144,12 +156,13 @@ struct Solved {
 fn solve(
     task: &Task,
     (body, refinement): (Arc<Body>, Vec<RefinementRecord>),
+    from: Option<&Calibration>,
     fields: &mut Option<Fields>,
-    go_on: &mut dyn FnMut(Progress) -> bool,
+    (meshing, go_on): (&mut OnLine, &mut OnProgress),
     sized: &mut dyn FnMut(u64) -> bool,
 ) -> Result<Option<Solved>, CaseError> {
     let (case, constants, repeats) = (&task.case, &task.constants[..], task.repeats);
-    let found = match find(case, &body, go_on) {
+    let found = match find(case, &body, from, (meshing, go_on)) {
         Ok(found) => found,
         Err(error) => return error.map_or(Ok(None), Err),
     };
@@ -242,10 +255,8 @@ fn store_result(
         let known = uncertain_constants(&case.spec);
         record.inputs = if case.after.is_none() { inputs(&known, run, sensitivities) } else { vec![] };
     }
-    if solved.found.as_ref().is_some_and(|found| !found.settled) && record.converged() {
-        record.status = "SearchNotSettled".into();
-        let detail = "the search for the constants did not come to its end; take another start, or fewer unknowns";
-        record.status_detail = Some(detail.into());
+    if let Some((status, detail)) = solved.found.as_ref().and_then(doubt).filter(|_| record.converged()) {
+        (record.status, record.status_detail) = (status.into(), Some(detail));
     }
     record.phases.build_s = solved.build_s;
     (record.work.memory_bytes, record.work.expected_bytes) = (memory, expected);
@@ -256,28 +267,94 @@ fn store_result(
     Ok(record)
 }
 
+/// Why the constants of a search are no answer, as a status with its detail.
+fn doubt(found: &Calibration) -> Option<(&'static str, String)> {
+    match found.end {
+        End::Settled if found.constants.iter().any(|c| c.interval.is_none() && c.bound == 0) => {
+            Some((NOT_DETERMINED, found.unidentified.join("; ")))
+        }
+        End::Settled => None,
+        End::Stuck => Some((
+            NOT_SETTLED,
+            "the search for the constants did not come to its end; take another start, or fewer unknowns".into(),
+        )),
+        End::OutOfTime => Some((
+            OUT_OF_TIME,
+            format!(
+                "its time was over after {} forward solves; run again to go on from the best answer so far",
+                found.solves
+            ),
+        )),
+    }
+}
+
 /// Finds the constants of a case of a calibration; with the scene that has them. `Err(None)`: stopped. A scene that cannot be solved at
 /// its own constants has no answer, and its run will say why.
 fn find(
     case: &Case,
     body: &Arc<Body>,
-    go_on: &mut dyn FnMut(Progress) -> bool,
+    from: Option<&Calibration>,
+    (meshing, go_on): (&mut OnLine, &mut OnProgress),
 ) -> Result<Option<(Calibration, SceneSpec)>, Option<CaseError>> {
     let Some(plan) = &case.plan else { return Ok(None) };
-    let unknown = SceneModel::unknowns(&case.spec, &plan.constants).map_err(|e| Some(e.into()))?;
-    let model = SceneModel {
-        file: case.scene_file.clone(),
-        spec: case.spec.clone(),
-        text: case.text.clone(),
-        body: body.clone(),
-        unknown,
-        x: plan.x.clone(),
-        y: plan.y.clone(),
-    };
-    match calibrate(&model, &plan.measured, &plan.settings, go_on) {
+    let curves = curves(case, plan, body, meshing).map_err(Some)?;
+    let mut progress = SearchProgress::new(curves.len());
+    let mut follow = |now: Progress| go_on(progress.of(now));
+    match calibrate(curves, &plan.settings, from, &mut follow) {
         Ok((calibration, scene)) => Ok(Some((calibration, scene.spec))),
         Err(Failure::Input(error)) => Err(Some(error.into())),
         Err(Failure::Interrupted) => Err(None),
         Err(Failure::Constants(_) | Failure::Run(_)) => Ok(None),
+    }
+}
+
+/// The curves of a case, each with its scene and body.
+fn curves(
+    case: &Case,
+    plan: &CalibrationPlan,
+    body: &Arc<Body>,
+    meshing: &mut dyn FnMut(&str),
+) -> Result<Vec<ObservedCurve>, CaseError> {
+    let own = |curve: &MeasuredPlan, file: &Path, spec: SceneSpec, text: &str, body: Arc<Body>| {
+        let unknown = SceneModel::unknowns(&spec, &plan.constants, &plan.bounds)?;
+        let (x, y) = (curve.x.clone(), curve.y.clone());
+        let model = SceneModel { file: file.into(), spec, text: text.into(), body, unknown, x, y };
+        let MeasuredPlan { name, measured, offsets, .. } = curve.clone();
+        Ok::<_, CaseError>(ObservedCurve { name, model, measured, offsets })
+    };
+    let mut all = vec![own(&plan.curve, &case.scene_file, case.spec.clone(), &case.text, body.clone())?];
+    for more in &plan.more {
+        let text = more.scene_of(&case.member);
+        let spec: SceneSpec = from_text(&more.scene_file, text, "")?;
+        let body = Arc::new(Body::load(&more.scene_file, &spec.mesh, meshing)?);
+        all.push(own(&more.curve, &more.scene_file, spec, text, body)?);
+    }
+    Ok(all)
+}
+
+/// Progress of a search as that of one long run: forward solves that are expected, each of the same share.
+struct SearchProgress {
+    expected: usize,
+    done: usize,
+    /// Time of the last state of the forward solve that runs \[s\]
+    last: f64,
+}
+
+impl SearchProgress {
+    /// Forward solves of each curve in a usual search
+    const USUAL: usize = 6;
+
+    fn new(curves: usize) -> Self {
+        Self { expected: Self::USUAL * curves, done: 0, last: 0.0 }
+    }
+
+    fn of(&mut self, Progress { t, end }: Progress) -> Progress {
+        if t < self.last {
+            self.done += 1;
+            self.expected = self.expected.max(self.done + 2);
+        }
+        self.last = t;
+        let share = (self.done as f64 + t / end) / self.expected as f64;
+        Progress { t: share.min(1.0) * end, end }
     }
 }

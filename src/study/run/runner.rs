@@ -14,7 +14,7 @@ use crate::study::store::folder::{Store, StoreError, Stored};
 use crate::study::store::identity::Identity;
 use crate::study::store::lock::{LockError, Locks};
 use crate::study::store::outcome::refused;
-use crate::study::store::record::{CRASHED, CaseRecord, OUT_OF_MEMORY};
+use crate::study::store::record::{CRASHED, CaseRecord, OUT_OF_MEMORY, OUT_OF_TIME};
 use std::collections::{HashMap, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -308,7 +308,9 @@ impl Running<'_> {
             record.repeats.len().max(1) >= task.repeats && (record.one_run.is_some() || !task.estimates_errors);
         let counts = |identity| record.provenance.counts_for(identity, self.options.accept_build);
         let same = identity.as_ref().is_some_and(counts);
-        drawn && (!self.options.redo || now) && same && (enough || !record.converged())
+        // A search that had no time left goes on
+        let goes_on = record.status == OUT_OF_TIME && !now;
+        drawn && (!self.options.redo || now) && same && (enough || !record.converged()) && !goes_on
     }
 
     fn shared(&self) -> bool {

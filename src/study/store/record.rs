@@ -110,6 +110,12 @@ pub struct CaseRecord {
 /// Form of the stored files. It grows when a program of today could not read them any more; such files are refused.
 pub const SCHEMA: u32 = 1;
 
+/// The search for the constants of a case found no further step before it had settled.
+pub const NOT_SETTLED: &str = "SearchNotSettled";
+/// The search for the constants of a case had no time left; the next run goes on from its answer.
+pub const OUT_OF_TIME: &str = "SearchOutOfTime";
+/// The curves of a case do not determine every constant.
+pub const NOT_DETERMINED: &str = "ConstantsNotDetermined";
 /// Status of a scene that was refused before the run.
 pub const REFUSED: &str = "Refused";
 /// Status of a run that ended in a panic: a bug of this program.
@@ -124,6 +130,11 @@ impl CaseRecord {
     /// The computation itself broke, whatever the scene is.
     pub fn broke(&self) -> bool {
         [PANICKED, CRASHED, OUT_OF_MEMORY].contains(&self.status.as_str())
+    }
+
+    /// There are constants, whatever is said against them.
+    pub fn has_constants(&self) -> bool {
+        self.converged() || [NOT_SETTLED, OUT_OF_TIME, NOT_DETERMINED].contains(&self.status.as_str())
     }
 
     /// Only then its results count.

@@ -1,20 +1,25 @@
 //! Result of a calibration: each constant from the finest mesh, with an interval that holds what the data, the mesh and the
 //! dimensions that are not known exactly leave open.
 //!
-//! Pure: stored cases in, [`CalibrationFindings`] out. Of a constant θ, with θᵢ and its 95 % interval \[aᵢ, bᵢ\] (the wider one of covariance and
-//! bootstrap) in the finest case and in every nuisance case i:
+//! Pure: stored cases in, [`CalibrationFindings`] out. Of a constant θ with its 95 % interval by the errors of the data \[θ − d₋, θ + d₊\], the widest
+//! of all cases, with U the uncertainty of the finest mesh by the meshes of its family ([`crate::study::estimate`]), and with δ_fi = θ_fi − θ the change in
+//! member i of the family f of a dimension that is not known exactly, from the size on its own mesh:
 //!
 //! ```text
-//! interval  [min aᵢ − |drift|, max bᵢ + |drift|],   drift = θ(finest) − θ(next)
-//! bias      θ(gauge)/θ − 1                          of the reading by a gauge length
+//! interval  [θ − d₋ − U + Σ_f min(0, min_i δ_fi), θ + d₊ + U + Σ_f max(0, max_i δ_fi)]
+//! bias      θ(gauge)/θ − 1          of the reading by a gauge length
 //! ```
 //!
-//! Nuisance cases have the coarser mesh: their differences to the nominal one are moved to the finest.
+//! The sum over the families is the corner at which all dimensions are at their worst end, to first order in their ranges. Where the pressures of
+//! the finest mesh look locked, or its family diverges, U is no bound and no interval is stated.
 
-use crate::calibrate::inverse::{Calibration, Found};
-use crate::report::numbers::{digits, percent};
+use crate::calibrate::ErrorModel;
+use crate::calibrate::inverse::{Calibration, Found, Stable};
+use crate::report::numbers::{capital, digits, percent};
 use crate::study::analysis::{self, Analysis};
-use crate::study::store::record::{Role, StoredCase, StudyRecord};
+use crate::study::estimate::family::{Estimate, Level, estimate};
+use crate::study::locking;
+use crate::study::store::record::{CaseRecord, FamilyRecord, Role, StoredCase, StudyRecord};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -34,8 +39,15 @@ pub struct CalibratedVariant {
     pub case: String,
     pub cells: usize,
     pub constants: Vec<CalibratedConstant>,
-    /// Relative misfit √(Σr²/Σy²) \[–\]
-    pub rms_relative: f64,
+    /// Relative misfit √(Σr²/Σy²) of each curve \[–\]
+    pub rms_relative: Vec<f64>,
+    /// Formulation of the finest mesh, and its verdict in words
+    pub formulation: String,
+    pub element: String,
+    /// Pressure scatter of the finest mesh where it raises the locking alarm \[–\]
+    pub locking: Option<f64>,
+    /// Errors of the data points, in words
+    pub errors: String,
     /// Forward solves of the finest case, and its time over the one of a forward solve \[–\]
     pub solves: usize,
     pub cost: f64,
@@ -48,13 +60,21 @@ pub struct CalibratedConstant {
     pub symbol: String,
     pub unit: String,
     pub value: f64,
-    /// 95 %: data, mesh, nuisance; none where the curve does not determine the constant
+    /// 95 %: data, mesh, nuisance
     pub interval: Option<[f64; 2]>,
-    /// Half-width of the interval of the data alone, relative \[–\]
+    /// Reason for which there is none
+    pub open: Option<String>,
+    /// Half-width of the interval of the data alone, and of data and dimensions together, relative \[–\]
     pub rows: Option<f64>,
+    pub rest: Option<f64>,
     /// Relative change from the next coarser mesh to the finest \[–\]
     pub drift: Option<f64>,
-    /// Values over the nuisance cases, moved to the finest mesh
+    /// Uncertainty of the finest mesh U over the value \[–\], and how it was estimated; none of one mesh
+    pub mesh: Option<f64>,
+    pub mesh_method: Option<String>,
+    /// U is no bound: the finest mesh locks, or its family diverges
+    pub mesh_refused: bool,
+    /// Smallest and largest value over the corners of the nuisance families, on the finest mesh
     pub nuisance: Option<[f64; 2]>,
     /// Reading by a gauge length
     pub gauge: Option<f64>,
@@ -67,6 +87,7 @@ pub struct CalibratedConstant {
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct ConstantInCase {
     pub case: String,
+    pub family: String,
     pub member: String,
     pub role: Role,
     pub cells: usize,
@@ -79,6 +100,7 @@ pub struct ConstantInCase {
 struct SolvedSearch<'a> {
     stored: &'a StoredCase,
     found: &'a Calibration,
+    family: &'a str,
     role: Role,
 }
 
@@ -92,23 +114,29 @@ pub fn analyse(
         study.variants.iter().filter_map(|v| answer(study, &solved(study, stored, found, v), v)).collect();
     let doubts = variants.iter().flat_map(|a| doubts(a, study.tolerance));
     let warnings = doubts.chain(warnings(stored, found, &incomplete)).collect();
-    let verdict = verdict(&variants, study.tolerance);
+    let verdict = verdict(&variants);
     Analysis { tolerance: study.tolerance, found: CalibrationFindings { variants }, incomplete, warnings, verdict }
 }
 
 /// Cases of a variant with an answer, the sizes from coarse to fine first.
 fn solved<'a>(
-    study: &StudyRecord,
+    study: &'a StudyRecord,
     stored: &'a [StoredCase],
     found: &'a BTreeMap<String, Calibration>,
     variant: &str,
 ) -> Vec<SolvedSearch<'a>> {
     let of = |role: Role| {
-        let ids = study.families.iter().filter(move |f| f.role == role).flat_map(|f| &f.cases);
-        let cases = ids.filter_map(|id| stored.iter().find(|c| c.record.id == *id && c.record.variant == variant));
-        let converged = cases.filter(|c| c.record.converged());
-        let mut all: Vec<SolvedSearch> =
-            converged.filter_map(|c| Some(SolvedSearch { stored: c, found: found.get(&c.record.id)?, role })).collect();
+        let families = study.families.iter().filter(move |f| f.role == role);
+        let ids = families.flat_map(|f| f.cases.iter().map(move |id| (f, id)));
+        let case = |(f, id): (&'a FamilyRecord, &'a String)| {
+            let c = stored.iter().find(|c| c.record.id == *id && c.record.variant == variant)?;
+            c.record.has_constants().then_some((f, c))
+        };
+        let mut all: Vec<SolvedSearch> = (ids.filter_map(case))
+            .filter_map(|(f, c)| {
+                Some(SolvedSearch { stored: c, found: found.get(&c.record.id)?, family: &f.name, role })
+            })
+            .collect();
         all.sort_by_key(|s| s.stored.record.mesh.cells * usize::from(role == Role::Sizes));
         all
     };
@@ -119,44 +147,106 @@ fn solved<'a>(
 
 fn answer(study: &StudyRecord, cases: &[SolvedSearch], variant: &str) -> Option<CalibratedVariant> {
     let finest = cases.iter().rfind(|s| s.role == Role::Sizes).or(cases.first())?;
-    let constants = (0..finest.found.constants.len()).map(|k| judge(cases, finest, k)).collect();
-    let found = finest.found;
+    let locking = locking::alarm(&finest.stored.record);
+    let meshes = |k: usize| Meshes::of(cases, finest, k, study.tolerance);
+    let constants: Vec<CalibratedConstant> =
+        (0..finest.found.constants.len()).map(|k| judge(cases, finest, k, meshes(k))).collect();
+    let (found, record) = (finest.found, &finest.stored.record);
     Some(CalibratedVariant {
         variant: variant.into(),
         label: study.label(variant),
-        case: finest.stored.record.id.clone(),
-        cells: finest.stored.record.mesh.cells,
+        case: record.id.clone(),
+        cells: record.mesh.cells,
+        element: element(&constants, record, locking, study.tolerance),
         constants,
-        rms_relative: found.rms_relative,
+        rms_relative: found.curves.iter().map(|c| c.rms_relative).collect(),
+        formulation: record.formulation.clone(),
+        locking,
+        errors: found.errors.to_string(),
         solves: found.solves,
         cost: found.wall_s / found.forward_s,
     })
 }
 
-fn judge(cases: &[SolvedSearch], finest: &SolvedSearch, k: usize) -> CalibratedConstant {
+/// The verdict on element and mesh: whether the constants are those of the material or partly those of the mesh.
+fn element(constants: &[CalibratedConstant], record: &CaseRecord, locked: Option<f64>, tolerance: f64) -> String {
+    let mesh = format!("{} on {} cells", record.formulation, record.mesh.cells);
+    if let Some(scatter) = locked {
+        return format!(
+            "{mesh} locks: its pressures scatter from cell to cell by {scatter:.2} of the deviatoric stress, so that the stiffness of the body is \
+             partly the mesh's and the constants are too soft; {}",
+            locking::REMEDY
+        );
+    }
+    if let Some(why) = constants.iter().find(|c| c.mesh_refused).and_then(|c| c.open.as_ref()) {
+        return format!("{mesh}: {why}");
+    }
+    let Some(worst) = constants.iter().filter_map(|c| c.mesh).reduce(f64::max) else {
+        return format!(
+            "{mesh}: one mesh only, whose error is not known and in no interval; add a finer one to the family of role \"sizes\""
+        );
+    };
+    let rest = |c: &CalibratedConstant| c.rest.zip(c.mesh).is_some_and(|(rest, mesh)| mesh > rest);
+    if constants.iter().any(rest) {
+        return format!(
+            "{mesh}: the error of the mesh, up to {}, is larger than all that the data leave open; refine",
+            percent(worst)
+        );
+    }
+    let side = if worst > tolerance { "above" } else { "within" };
+    format!("{mesh}: the error of the mesh is up to {}, {side} the tolerance of {}", percent(worst), percent(tolerance))
+}
+
+/// Evidence of the meshes of a family about a constant.
+struct Meshes {
+    drift: Option<f64>,
+    estimate: Option<Estimate>,
+    /// Reason for which no error bar holds
+    refused: Option<String>,
+}
+
+impl Meshes {
+    fn of(cases: &[SolvedSearch], finest: &SolvedSearch, k: usize, tolerance: f64) -> Self {
+        let value = |s: &SolvedSearch| s.found.constants[k].value;
+        let sizes: Vec<&SolvedSearch> =
+            cases.iter().filter(|s| s.role == Role::Sizes && s.family == finest.family).collect();
+        let drift = sizes.len().checked_sub(2).map(|i| value(finest) - value(sizes[i]));
+        let levels = sizes.iter().map(|s| Level::of(&s.stored.record, value(s))).collect();
+        let record = &finest.stored.record;
+        let estimate = estimate((finest.family, Role::Sizes, &record.formulation), levels, None, tolerance);
+        let refused = match (locking::alarm(record), &estimate) {
+            (Some(_), _) => Some("the finest mesh raises the locking alarm".to_string()),
+            (None, Some(e)) if e.refused => Some(e.reasons.join("; ")),
+            _ => None,
+        };
+        Self { drift, estimate, refused }
+    }
+}
+
+fn judge(cases: &[SolvedSearch], finest: &SolvedSearch, k: usize, meshes: Meshes) -> CalibratedConstant {
     let own: &Found = &finest.found.constants[k];
     let sizes: Vec<&SolvedSearch> = cases.iter().filter(|s| s.role == Role::Sizes).collect();
-    let before = sizes.len().checked_sub(2).map(|i| sizes[i].found.constants[k].value);
-    let drift = before.map(|v| own.value - v);
-    // A nuisance case is compared with the size on its own mesh
-    let cells = |s: &SolvedSearch| s.stored.record.mesh.cells;
-    let spread: Vec<(f64, Option<[f64; 2]>)> = (cases.iter().filter(|s| s.role == Role::Nuisance))
-        .map(|s| {
-            let near = sizes.iter().min_by_key(|o| cells(o).abs_diff(cells(s)));
-            let moved = near.map_or(0.0, |o| own.value - o.found.constants[k].value);
+    let corners = corners(cases, &sizes, k);
+    // Where a case of a dimension has no interval, the data may determine less at that end
+    let widest: Option<[f64; 2]> =
+        (cases.iter().filter(|s| s.role == Role::Nuisance).chain([finest])).try_fold([0.0_f64; 2], |[a, b], s| {
             let c = &s.found.constants[k];
-            (c.value + moved, c.widest().map(|[a, b]| [a + moved, b + moved]))
-        })
-        .collect();
-    let ends =
-        |v: &mut dyn Iterator<Item = f64>| v.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)]);
-    let nuisance = (!spread.is_empty()).then(|| ends(&mut spread.iter().map(|s| s.0)));
-    let interval = own.widest().and_then(|of_rows| {
-        let others: Option<Vec<[f64; 2]>> = spread.iter().map(|s| s.1).collect();
-        let [a, b] = ends(&mut others?.into_iter().chain([of_rows]).flatten());
-        let mesh = drift.unwrap_or(0.0).abs();
-        Some([a - mesh, b + mesh])
+            let [low, high] = c.widest()?;
+            Some([a.max(c.value - low), b.max(high - c.value)])
+        });
+    let [down, up] = corners.unwrap_or_default();
+    let mesh = meshes.estimate.as_ref().map(|e| e.uncertainty_finest);
+    let interval = widest.filter(|_| meshes.refused.is_none()).map(|[below, above]| {
+        let mesh = mesh.unwrap_or(0.0);
+        [own.value - below - mesh + down, own.value + above + mesh + up]
     });
+    let size = own.value.abs();
+    let open = match (&meshes.refused, own.bound, widest) {
+        (_, ..=-1 | 1.., _) => Some("it is held at a bound".into()),
+        (_, 0, None) => Some("the curves do not determine it".into()),
+        (Some(why), 0, Some(_)) => Some(why.clone()),
+        (None, 0, Some(_)) => None,
+    };
     let gauge = finest.found.gauge.as_ref().and_then(|g| g.values[k]);
     // A case of two families is listed once
     let mut listed: Vec<&SolvedSearch> = vec![];
@@ -171,25 +261,44 @@ fn judge(cases: &[SolvedSearch], finest: &SolvedSearch, k: usize) -> CalibratedC
         unit: own.unit.clone(),
         value: own.value,
         interval,
-        rows: own.widest().map(|[a, b]| 0.5 * (b - a) / own.value.abs()),
-        drift: drift.map(|d| d / own.value.abs()),
-        nuisance,
+        open,
+        rows: own.widest().map(|[a, b]| 0.5 * (b - a) / size),
+        rest: widest.map(|[a, b]| 0.5 * (a + b + up - down) / size),
+        drift: meshes.drift.map(|d| d / size),
+        mesh: mesh.map(|u| u / size),
+        mesh_method: meshes.estimate.map(|e| e.method),
+        mesh_refused: meshes.refused.is_some(),
+        nuisance: corners.map(|[a, b]| [own.value + a, own.value + b]),
         gauge,
         bias: gauge.map(|g| g / own.value - 1.0),
         cases: listed.into_iter().map(|s| one(s, k)).collect(),
     }
 }
 
+/// Σ over the nuisance families of the least and of the largest change of a constant from the size on the same mesh; none without such a family.
+fn corners(cases: &[SolvedSearch], sizes: &[&SolvedSearch], k: usize) -> Option<[f64; 2]> {
+    let cells = |s: &SolvedSearch| s.stored.record.mesh.cells;
+    let mut families: BTreeMap<&str, [f64; 2]> = BTreeMap::new();
+    for s in cases.iter().filter(|s| s.role == Role::Nuisance) {
+        let near = sizes.iter().min_by_key(|o| cells(o).abs_diff(cells(s)));
+        let change = near.map_or(0.0, |o| s.found.constants[k].value - o.found.constants[k].value);
+        let [least, most] = families.entry(s.family).or_default();
+        (*least, *most) = (least.min(change), most.max(change));
+    }
+    (!families.is_empty()).then(|| families.values().fold([0.0; 2], |[a, b], [c, d]| [a + c, b + d]))
+}
+
 fn one(s: &SolvedSearch, k: usize) -> ConstantInCase {
     let c = &s.found.constants[k];
     ConstantInCase {
         case: s.stored.record.id.clone(),
+        family: s.family.into(),
         member: s.stored.record.member.clone(),
         role: s.role,
         cells: s.stored.record.mesh.cells,
         value: c.value,
         interval: c.widest(),
-        rms_relative: s.found.rms_relative,
+        rms_relative: s.found.curves[0].rms_relative,
     }
 }
 
@@ -211,7 +320,10 @@ pub fn with_interval(c: &CalibratedConstant) -> String {
     let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
     match c.interval {
         Some([a, b]) => format!("{:.n$}{unit} (95 % interval {:.n$} to {:.n$}{unit})", f * c.value, f * a, f * b),
-        None => format!("{:.n$}{unit} (not determined by the curve)", f * c.value),
+        None => {
+            let why = c.open.as_deref().unwrap_or("no reason is known");
+            format!("{:.n$}{unit} (no interval: {why})", f * c.value)
+        }
     }
 }
 
@@ -222,8 +334,13 @@ impl CalibratedConstant {
         if let Some(rows) = self.rows {
             words += &format!("; the scatter of the data alone leaves ±{}", percent(rows));
         }
-        if let Some(drift) = self.drift {
-            words += &format!(", the finer mesh changes it by {}", percent(drift.abs()));
+        if let (Some(drift), Some(mesh)) = (self.drift, self.mesh) {
+            words += &format!(
+                ", the finer mesh changes it by {} and leaves ±{} ({})",
+                percent(drift.abs()),
+                percent(mesh),
+                self.mesh_method.as_deref().unwrap_or_default()
+            );
         }
         let (f, unit, n) = scaled(self);
         if let Some([a, b]) = self.nuisance {
@@ -243,20 +360,12 @@ impl CalibratedConstant {
 
 /// Reasons not to take an answer at its word.
 fn doubts(a: &CalibratedVariant, tolerance: f64) -> Vec<String> {
-    let mut out = vec![];
-    for c in &a.constants {
-        match c.drift {
-            None => out.push(format!("{}: one mesh only, so what the mesh does to it is not known.", c.key)),
-            Some(d) if d.abs() > tolerance => out.push(format!(
-                "{}: the finer mesh changes it by {}, above the tolerance of {}; refine further.",
-                c.key,
-                percent(d.abs()),
-                percent(tolerance)
-            )),
-            Some(_) => {}
-        }
-    }
-    out
+    let mesh = |c: &CalibratedConstant| {
+        c.mesh_refused || c.mesh.is_none_or(|m| m > tolerance || c.rest.is_some_and(|r| m > r))
+    };
+    let element = (a.locking.is_some() || a.constants.iter().any(mesh)).then(|| format!("{}: {}.", a.label, a.element));
+    let errors = (a.errors != ErrorModel::Independent.to_string()).then(|| format!("{}: {}.", a.label, a.errors));
+    element.into_iter().chain(errors).collect()
 }
 
 fn warnings(
@@ -272,20 +381,24 @@ fn warnings(
     };
     for (id, c) in found.iter().filter(|(id, _)| stored.iter().any(|s| s.record.id == **id)) {
         c.unidentified.iter().for_each(|d| add(format!("{id}: {d}.")));
-        c.measured.notes.iter().for_each(|n| add(format!("{}: {n}.", c.measured.file)));
-        for s in c.stability.iter().filter(|s| s.above.is_some_and(|a| a < c.stretch[2]) && s.mode != "simple_shear") {
-            let at = s.above.expect("filtered");
-            let (mode, reached) = (s.mode.replace('_', " "), c.stretch[2]);
-            add(format!(
-                "{id}: laws.{} is not stable in {mode} tension beyond {at:.3}, and the body stretches to {reached:.3}.",
-                s.law
-            ));
-        }
-        if c.runs_p.is_some_and(|p| p < 0.025) {
-            add(format!(
-                "{id}: the residuals have a pattern (runs of sign, p = {:.1e}): the law does not describe the curve within the scatter of its data, and the covariance is too narrow.",
-                c.runs_p.unwrap_or_default()
-            ));
+        for curve in &c.curves {
+            curve.measured.notes.iter().for_each(|n| add(format!("{}: {n}.", curve.measured.file)));
+            let unstable = |s: &&Stable| s.above.is_some_and(|a| a < curve.stretch[2]) && s.mode != "simple_shear";
+            for s in curve.stability.iter().filter(unstable) {
+                let at = s.above.expect("filtered");
+                let (mode, reached) = (s.mode.replace('_', " "), curve.stretch[2]);
+                add(format!(
+                    "{id}, {}: laws.{} is not stable in {mode} tension beyond {at:.3}, and the body stretches to {reached:.3}.",
+                    curve.name, s.law
+                ));
+            }
+            if let Some(p) = curve.runs_p.filter(|p| *p < 0.025) {
+                add(format!(
+                    "{id}, {}: the residuals have a pattern that the correlation of neighbours does not explain (runs of sign, p = {p:.1e}): the law does \
+                     not describe the curve within the scatter of its data, and the constants depend on its range.",
+                    curve.name
+                ));
+            }
         }
         if c.failed > 0 {
             add(format!(
@@ -298,7 +411,7 @@ fn warnings(
     out
 }
 
-fn verdict(variants: &[CalibratedVariant], tolerance: f64) -> String {
+fn verdict(variants: &[CalibratedVariant]) -> String {
     let of = |answer: &CalibratedVariant| {
         let constants = answer.constants.iter().map(|c| format!("{} = {}", c.symbol, with_interval(c)));
         format!("{} from {}", constants.collect::<Vec<_>>().join(", "), answer.label)
@@ -309,15 +422,11 @@ fn verdict(variants: &[CalibratedVariant], tolerance: f64) -> String {
     let mut words = variants.iter().map(of).collect::<Vec<_>>().join("; ") + ".";
     let all = || variants.iter().flat_map(|v| &v.constants);
     if all().any(|c| c.interval.is_none()) {
-        words += " The curve does not determine every constant.";
+        words += " Not every constant has an interval.";
     }
-    let drift = all().filter_map(|c| c.drift).fold(0.0f64, |m, d| m.max(d.abs()));
-    if all().any(|c| c.drift.is_none()) {
-        words += " Drift with the mesh is not known: one mesh only.";
-    } else if drift > tolerance {
-        words += &format!(" The mesh still moves them by up to {}.", percent(drift));
-    } else {
-        words += &format!(" A finer mesh moves them by at most {}.", percent(drift));
+    for (k, v) in variants.iter().enumerate() {
+        let is_told = variants[..k].iter().any(|before| before.element == v.element);
+        words += &if is_told { String::new() } else { format!(" {}.", capital(&v.element)) };
     }
     let bias = all().filter_map(|c| c.bias).max_by(|x, y| x.abs().total_cmp(&y.abs()));
     match bias {

@@ -1,12 +1,11 @@
 //! Uncertainty that the errors of constants and the mesh leave where a law is used: a band around a curve y(t).
 //!
-//! With the derivatives g = ∂y/∂θ at the constants found, C their covariance, δᵢ the change of θ in nuisance case i and d the drift with
-//! the mesh of the specimen:
+//! With the derivatives g = ∂y/∂θ at the constants found, C their covariance, and δ_fi the change of θ in member i of nuisance family f:
 //!
 //! ```text
-//! data        ± t₀.₉₇₅ √(gᵀCg), C widened until the bootstrap has room in it
-//! dimensions  from minᵢ g·δᵢ to maxᵢ g·δᵢ, 0 among them
-//! specimen    ± |g·d|
+//! data        ± t₀.₉₇₅ √(gᵀCg), C by the errors that the residuals show, widened by profiles that are wider
+//! dimensions  from Σ_f minᵢ g·δ_fi to Σ_f maxᵢ g·δ_fi over the nuisance families f, 0 among them
+//! specimen    ± Σ|g U| with the uncertainties U of the constants by the mesh of the specimen
 //! mesh        |y(finest) − y(next)| of the scene itself, apart
 //! ```
 //!
@@ -76,17 +75,20 @@ pub fn band(
     let widest = |c: &crate::calibrate::inverse::Found| Some(half(c.widest()?) / c.std_error?);
     let wide = source.constants.iter().map(widest).collect::<Option<Vec<f64>>>()?.into_iter().fold(0.0, f64::max);
     let moved = moved(answer);
-    let drift: Vec<f64> = answer.constants.iter().map(|c| c.drift.unwrap_or(0.0) * c.value.abs()).collect();
+    let mesh: Vec<f64> = answer.constants.iter().map(|c| c.mesh.unwrap_or(0.0) * c.value.abs()).collect();
     let n = y.t.len();
     let mut ends = [Vec::with_capacity(n), Vec::with_capacity(n)];
     for (t, y) in y.f.iter().enumerate() {
         let variance: f64 = (columns.iter().zip(covariance))
             .map(|(g, row)| g[t] * columns.iter().zip(row).map(|(h, c)| h[t] * c).sum::<f64>())
             .sum();
-        let symmetric = wide * variance.max(0.0).sqrt() + along(t, &drift).abs();
-        let shifts = || moved.iter().map(|d| along(t, d));
-        ends[0].push(y + shifts().fold(0.0, f64::min) - symmetric);
-        ends[1].push(y + shifts().fold(0.0, f64::max) + symmetric);
+        let of_mesh: f64 = columns.iter().zip(&mesh).map(|(g, u)| (g[t] * u).abs()).sum();
+        let symmetric = wide * variance.max(0.0).sqrt() + of_mesh;
+        let corner = |end: fn(f64, f64) -> f64| -> f64 {
+            moved.values().map(|all| all.iter().map(|d| along(t, d)).fold(0.0, end)).sum()
+        };
+        ends[0].push(y + corner(f64::min) - symmetric);
+        ends[1].push(y + corner(f64::max) + symmetric);
     }
     let next = cases.len().checked_sub(2).and_then(|k| Curve::of(&cases[k].series, &quantity.name));
     let mesh: Option<Vec<f64>> = next.map(|c| y.t.iter().zip(&y.f).map(|(t, f)| (f - c.at(*t)).abs()).collect());
@@ -108,19 +110,18 @@ pub fn band(
     })
 }
 
-/// Change of the constants in every nuisance case from the size on its own mesh.
-fn moved(answer: &CalibratedVariant) -> Vec<Vec<f64>> {
-    let Some(first) = answer.constants.first() else { return vec![] };
-    let nuisance = first.cases.iter().enumerate().filter(|(_, o)| o.role == Role::Nuisance);
-    let near = |cells: usize| {
-        let sizes = first.cases.iter().enumerate().filter(|(_, o)| o.role == Role::Sizes);
-        sizes.min_by_key(|(_, o)| o.cells.abs_diff(cells)).map(|(k, _)| k)
-    };
-    let change = |(k, o): (usize, &crate::study::kinds::calibration::analysis::ConstantInCase)| {
-        let base = near(o.cells)?;
-        Some(answer.constants.iter().map(|c| c.cases[k].value - c.cases[base].value).collect())
-    };
-    nuisance.filter_map(change).collect()
+/// Nuisance family → change of the constants in each of its cases from the size on its own mesh.
+fn moved(answer: &CalibratedVariant) -> BTreeMap<String, Vec<Vec<f64>>> {
+    let mut out: BTreeMap<String, Vec<Vec<f64>>> = BTreeMap::new();
+    let Some(first) = answer.constants.first() else { return out };
+    let sizes = || first.cases.iter().enumerate().filter(|(_, o)| o.role == Role::Sizes);
+    for (k, o) in first.cases.iter().enumerate().filter(|(_, o)| o.role == Role::Nuisance) {
+        if let Some((base, _)) = sizes().min_by_key(|(_, s)| s.cells.abs_diff(o.cells)) {
+            let change = answer.constants.iter().map(|c| c.cases[k].value - c.cases[base].value).collect();
+            out.entry(o.family.clone()).or_default().push(change);
+        }
+    }
+    out
 }
 
 impl Band {

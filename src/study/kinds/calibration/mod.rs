@@ -9,7 +9,7 @@ use crate::calibrate::inverse::MeasuredSpec;
 use crate::scene::SceneError;
 use crate::study::analysis::Analysis;
 use crate::study::content::Content;
-use crate::study::inverse::{CalibrationPlan, CalibrationSpec, UseSpec};
+use crate::study::inverse::{CalibrationPlan, CalibrationSpec, CurveSpec, UseSpec};
 use crate::study::kind::{Expansion, StudyKind};
 use crate::study::spec::{FamilySpec, VariantSpec, check_quantities, check_roles, refuse};
 use crate::study::store::record::{Quantity, Role};
@@ -47,6 +47,9 @@ pub struct MeasuredVariantSpec {
     #[serde(rename = "quantity", default)]
     pub quantities: Vec<Quantity>,
     pub measured: MeasuredSpec,
+    /// Further curves of the same constants
+    #[serde(rename = "curve", default)]
+    pub curves: Vec<CurveSpec>,
 }
 
 const ROLES: [Role; 2] = [Role::Sizes, Role::Nuisance];
@@ -65,10 +68,8 @@ impl StudyKind for CalibrationStudy {
         }
         let base = file.parent().unwrap_or(Path::new(""));
         let plan = |v: &MeasuredVariantSpec| {
-            let plan = CalibrationPlan::new(base, &calibration, &v.measured).map_err(|e| SceneError::Part {
-                file: file.into(),
-                place: format!("variant {}", v.name),
-                source: e.into(),
+            let plan = CalibrationPlan::new(base, &calibration, (&v.name, &v.measured), &v.curves).map_err(|e| {
+                SceneError::Part { file: file.into(), place: format!("variant {}", v.name), source: e.into() }
             })?;
             Ok((v.name.clone(), Arc::new(plan)))
         };

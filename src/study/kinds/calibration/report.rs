@@ -1,5 +1,6 @@
 //! Report of a calibration, and `law.toml`: the laws of the scene with the constants that were found.
 
+use crate::calibrate::inverse::FittedCurve;
 use crate::report::figure::drawn;
 use crate::report::numbers::percent;
 use crate::report::table::{Table, headings};
@@ -67,7 +68,7 @@ fn constants(a: &CalibrationFindings) -> Table {
             unit.to_string(),
             pair(c.interval),
             part(c.rows),
-            part(c.drift),
+            part(c.mesh),
             pair(c.nuisance),
             c.gauge.map_or("–".into(), |g| format!("{:.n$}", f * g)),
             c.bias.map_or("–".into(), |b| format!("{:+.1}", 100.0 * b).replace('-', "−")),
@@ -75,14 +76,14 @@ fn constants(a: &CalibrationFindings) -> Table {
     };
     Table {
         name: "constants",
-        caption: "Constants from the finest mesh. Interval: 95 %, from the data, the drift with the mesh and the range of the dimensions not known exactly together; data: half-width from the data alone; mesh: change from the next coarser one; gauge: what the same law gives if all travel stretches the gauge length.".into(),
+        caption: "Constants from the finest mesh. Interval: 95 %, from the data, the error of the mesh and the dimensions not known exactly, all at their worst ends; data: half-width from the data alone; mesh: uncertainty of the finest one by the meshes of its family; gauge: what the same law gives if all travel stretches the gauge length.".into(),
         columns: headings(&[
             ("Constant, curve", "", false),
             ("Value", "", true),
             ("Unit", "", false),
             ("Interval", "", true),
             ("Data", "± %", true),
-            ("Mesh", "%", true),
+            ("Mesh", "± %", true),
             ("Dimensions", "", true),
             ("Gauge", "", true),
             ("Its error", "%", true),
@@ -130,16 +131,15 @@ fn by_case(a: &CalibrationFindings) -> Table {
 fn stability(store: &Results, a: &CalibrationFindings) -> Table {
     let mut rows = vec![];
     for v in &a.variants {
-        let found = &store.found[&v.case];
-        for s in &found.stability {
+        for (c, s) in store.found[&v.case].curves.iter().flat_map(|c| c.stability.iter().map(move |s| (c, s))) {
             let end = |x: Option<f64>, far: f64| x.map_or(format!("beyond {far:.3}"), |x| format!("{x:.3}"));
             rows.push(vec![
-                v.variant.clone(),
+                c.name.clone(),
                 format!("laws.{}", s.law),
                 s.mode.replace('_', " "),
                 end(s.below, s.looked[0]),
                 end(s.above, s.looked[1]),
-                format!("{:.3}", found.stretch[2]),
+                format!("{:.3}", c.stretch[2]),
             ]);
         }
     }
@@ -174,11 +174,22 @@ fn law_file(store: &Results, a: &Analysis<CalibrationFindings>, v: &CalibratedVa
     p.insert("method".into(), "inverse analysis of the specimen".into());
     p.insert("study".into(), store.study.study.clone().into());
     p.insert("case".into(), v.case.clone().into());
-    p.insert("data".into(), found.measured.file.clone().into());
-    p.insert("sha256".into(), found.measured.sha256.clone().into());
-    p.insert("rows".into(), i64::try_from(found.measured.y.len()).ok()?.into());
-    p.insert("largest_stretch".into(), found.stretch[2].into());
-    p.insert("misfit_relative".into(), found.rms_relative.into());
+    let each = |of: &dyn Fn(&FittedCurve) -> toml::Value| -> toml::Value {
+        match &found.curves[..] {
+            [one] => of(one),
+            all => all.iter().map(of).collect::<Vec<_>>().into(),
+        }
+    };
+    p.insert("data".into(), each(&|c| c.measured.file.clone().into()));
+    p.insert("sha256".into(), each(&|c| c.measured.sha256.clone().into()));
+    p.insert("rows".into(), each(&|c| i64::try_from(c.measured.y.len()).unwrap_or(i64::MAX).into()));
+    p.insert("largest_stretch".into(), each(&|c| c.stretch[2].into()));
+    p.insert("misfit_relative".into(), each(&|c| c.rms_relative.into()));
+    p.insert("errors".into(), v.errors.clone().into());
+    p.insert("element".into(), v.formulation.clone().into());
+    p.insert("cells".into(), i64::try_from(v.cells).ok()?.into());
+    p.insert("mesh".into(), v.element.clone().into());
+    p.insert("locking".into(), v.locking.is_some().into());
     let own =
         v.constants.iter().filter(|c| c.key.strip_prefix("laws.").is_some_and(|k| k.starts_with(&format!("{name}."))));
     for c in own {
@@ -186,6 +197,12 @@ fn law_file(store: &Results, a: &Analysis<CalibrationFindings>, v: &CalibratedVa
         law.insert(key.into(), number(c, c.value));
         if let Some([low, high]) = c.interval {
             p.insert(format!("{key}_interval"), vec![number(c, low), number(c, high)].into());
+        }
+        if let Some(why) = &c.open {
+            p.insert(format!("{key}_without_interval"), why.clone().into());
+        }
+        if let Some(mesh) = c.mesh {
+            p.insert(format!("{key}_mesh_error_relative"), mesh.into());
         }
     }
     let warnings: Vec<toml::Value> = a.warnings.iter().map(|w| w.clone().into()).collect();

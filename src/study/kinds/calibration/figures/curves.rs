@@ -22,7 +22,7 @@ const ROWS: usize = 120;
 
 /// `None` where the case of the answer has no curve.
 pub fn draw(store: &Results, v: &CalibratedVariant) -> Option<Figure> {
-    let found = store.found.get(&v.case)?;
+    let found = store.found.get(&v.case)?.curves.first()?;
     let quantity = store.study.quantities.get(&v.variant)?.iter().find(|q| q.name == found.y)?;
     let (c, m) = (v.constants.first()?, &found.measured);
     let each = (DOUBLE - LEFT - GAP - 3.0) / 2.0;

@@ -1,0 +1,213 @@
+//! Coordinates of a search: the directions of the constants that the curves determine, as their sensitivities show.
+//!
+//! u = ln θ of constants that are positive by their law, else θ/z with what such a constant can change by, z: half of the range between its bounds,
+//! the shear modulus at rest (or |θ|, if that is larger) of one in pascal, 1 (or |θ|) of a number. Of the SVD w∂ŷ/∂u/‖wy‖ = UΣVᵀ the directions with
+//!
+//! ```text
+//! σ_k ≤ 4 ε      ε the accuracy to which the scene can reproduce the curve
+//! ```
+//!
+//! are not determined: an error of the curve of the size of ε leaves more than a quarter of what these constants can be. The others span the search,
+//! u = u₀ + Bw, B = V diag(1/σ). Sensitivities depend on the constants: a direction that is left open at the start of a search, and along which the
+//! residuals of its answer pull by more than 2ε (|Uᵀr|_k/‖wy‖), takes part in another one. Whether it is determined is judged at the last answer. What the
+//! data determine in place of two constants is named where it is a modulus at rest: E, if it stays along the direction that is left open.
+
+use super::Unknown;
+use super::objective::Point;
+use crate::calibrate::judgement::identify::changes;
+use crate::calibrate::solve::rows::padded;
+use crate::material::{Moduli, law_from_table};
+use crate::math::svd::svd;
+use crate::math::units::Dimension;
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use std::collections::BTreeMap;
+
+/// Laws of a scene by name.
+type Laws = BTreeMap<String, toml::Table>;
+
+/// Share of what constants can be that an error of the curve may leave open along a direction that counts as determined \[–\]
+const QUARTER: f64 = 0.25;
+/// Relative change of a modulus along a direction, over that of the constants, below which it stays \[–\]
+const STAYS: f64 = 0.1;
+/// Singular value below which a direction is rounding of the forward solves \[–\]
+const ROUNDING: f64 = 1e-9;
+/// A bound is met at this distance in u
+const TOUCH: f64 = 1e-12;
+
+/// Directions that a search takes.
+#[derive(Clone, Copy, Debug)]
+pub enum Searched {
+    /// Those that the curves determine, reproduced to this accuracy \[–\]
+    Determined { accuracy: f64 },
+    /// And those along which the residuals pull by more than twice that
+    Pulled { accuracy: f64 },
+    /// All that the curves see but this unknown
+    But(usize),
+}
+
+/// From u to the values, and the directions that are searched.
+pub struct Coordinates {
+    /// Of each unknown: ln, and the unit of u where it is not
+    kinds: Vec<(bool, f64)>,
+    /// Ends of u
+    ends: Vec<[f64; 2]>,
+    /// \[unknowns × directions\]
+    basis: DMatrix<f64>,
+    /// Directions that are not determined \[unknowns\], in u
+    open: Vec<DVector<f64>>,
+}
+
+impl Coordinates {
+    /// Those at a point. `unknown`: the constants; what follows them in the values are offsets of single curves.
+    pub fn new(unknown: &[Unknown], laws: &Laws, start: &Point, size: f64, which: Searched) -> Self {
+        let p = start.values.len();
+        let kind = |k: usize| {
+            let value = start.values[k];
+            let Some(Unknown { parameter, bounds: [low, high], constant, .. }) = unknown.get(k) else {
+                let length = start.jacobian.column(k).norm();
+                return (false, if length > 0.0 { size / length } else { 1.0 });
+            };
+            if parameter.bounds.0 >= 0.0 && value > 0.0 {
+                return (true, 1.0);
+            }
+            let modulus = || Some(law_from_table(laws.get(&constant.law)?).ok()?.small_strain().mu);
+            let usual = if parameter.dimension == Dimension::PRESSURE { modulus().unwrap_or(0.0) } else { 1.0 };
+            let width = 0.5 * (high - low);
+            (false, if width.is_finite() { width } else { value.abs().max(usual) })
+        };
+        let kinds: Vec<(bool, f64)> = (0..p).map(kind).collect();
+        let ends = (0..p).map(|k| {
+            let of = |value: f64| if kinds[k].0 { value.max(0.0).ln() } else { value / kinds[k].1 };
+            unknown.get(k).map_or([f64::NEG_INFINITY, f64::INFINITY], |q| q.bounds.map(of))
+        });
+        let mut own = Self { ends: ends.collect(), kinds, basis: DMatrix::zeros(p, 0), open: vec![] };
+        let mut j = &start.jacobian * own.rates(&own.of(&start.values)) / size;
+        if let Searched::But(held) = which {
+            j.column_mut(held).fill(0.0);
+        }
+        let rows = j.nrows().max(p);
+        let svd = svd(padded(&j, p), true, true);
+        let (sigma, v) = (svd.singular_values, svd.v_t.expect("asked for").transpose());
+        let pull = svd.u.expect("asked for").transpose() * start.residual.clone().resize_vertically(rows, 0.0) / size;
+        let is_searched = |k: usize| match which {
+            Searched::Determined { accuracy } => sigma[k] > accuracy / QUARTER,
+            Searched::Pulled { accuracy } => {
+                sigma[k] > accuracy / QUARTER || (sigma[k] > ROUNDING && pull[k].abs() > 2.0 * accuracy)
+            }
+            Searched::But(_) => sigma[k] > ROUNDING,
+        };
+        let told: Vec<usize> = (0..p).filter(|k| is_searched(*k)).collect();
+        own.basis = DMatrix::from_fn(p, told.len(), |i, k| v[(i, told[k])] / sigma[told[k]]);
+        let (Searched::Determined { accuracy } | Searched::Pulled { accuracy }) = which else { return own };
+        let open = (0..p).filter(|k| sigma[*k] <= accuracy / QUARTER);
+        own.open = open.map(|k| v.column(k).into_owned()).collect();
+        own
+    }
+
+    /// u of these values.
+    pub fn of(&self, values: &[f64]) -> DVector<f64> {
+        let one = |(x, (ln, unit)): (&f64, &(bool, f64))| if *ln { x.ln() } else { x / unit };
+        DVector::from_iterator(values.len(), values.iter().zip(&self.kinds).map(one))
+    }
+
+    /// Values at u.
+    pub fn values(&self, u: &DVector<f64>) -> Vec<f64> {
+        let one = |(u, (ln, unit)): (&f64, &(bool, f64))| if *ln { u.exp() } else { u * unit };
+        u.iter().zip(&self.kinds).map(one).collect()
+    }
+
+    /// ∂θ/∂u, a diagonal.
+    pub fn rates(&self, u: &DVector<f64>) -> DMatrix<f64> {
+        let one = |(u, (ln, unit)): (&f64, &(bool, f64))| if *ln { u.exp() } else { *unit };
+        DMatrix::from_diagonal(&DVector::from_iterator(u.len(), u.iter().zip(&self.kinds).map(one)))
+    }
+
+    /// u with what rounding has taken beyond a bound put back on it.
+    pub fn within(&self, u: &DVector<f64>) -> DVector<f64> {
+        DVector::from_iterator(u.len(), u.iter().zip(&self.ends).map(|(u, [low, high])| u.clamp(*low, *high)))
+    }
+
+    /// Share of a change of u at which constant k meets a bound, 0 where it leaves one that it is on; none where it meets none.
+    pub fn crosses(&self, u: &DVector<f64>, change: &DVector<f64>, k: usize) -> Option<f64> {
+        let end = if change[k] > 0.0 { self.ends[k][1] } else { self.ends[k][0] };
+        if change[k].abs() <= TOUCH || !end.is_finite() {
+            return None;
+        }
+        let share = (end - u[k]) / change[k];
+        if (end - u[k]).abs() <= TOUCH { Some(0.0) } else { Some(share).filter(|s| *s < 1.0) }
+    }
+
+    /// Basis of the directions that move none of the constants that are held at a bound \[unknowns × directions\].
+    pub fn free(&self, bound: &[i8]) -> DMatrix<f64> {
+        let held: Vec<usize> = (0..bound.len()).filter(|k| bound[*k] != 0).collect();
+        if held.is_empty() || self.basis.ncols() == 0 {
+            return self.basis.clone();
+        }
+        let rows = self.basis.select_rows(&held);
+        let m = rows.ncols();
+        let Ok(inverse) = rows.clone().pseudo_inverse(1e-10) else { return DMatrix::zeros(bound.len(), 0) };
+        let across = SymmetricEigen::new(DMatrix::identity(m, m) - inverse * rows);
+        let kept: Vec<usize> = (0..m).filter(|k| across.eigenvalues[*k] > 0.5).collect();
+        &self.basis * across.eigenvectors.select_columns(&kept)
+    }
+
+    /// Number of directions that are searched.
+    pub fn directions(&self) -> usize {
+        self.basis.ncols()
+    }
+
+    /// Whether a direction that is left open, taken as far as its constants can change, moves this one by more than the accuracy.
+    pub fn is_open(&self, k: usize, accuracy: f64) -> bool {
+        self.open.iter().any(|v| v[k].abs() > accuracy)
+    }
+
+    /// The directions that are left open, in words.
+    pub fn words(&self, unknown: &[Unknown], laws: &Laws, values: &[f64], accuracy: f64) -> Vec<String> {
+        let one = |v: &DVector<f64>| {
+            let p = unknown.len();
+            let names: Vec<&str> = unknown.iter().map(|q| q.parameter.symbol).collect();
+            let relative: Vec<f64> = (0..p)
+                .map(|k| {
+                    if self.kinds[k].0 { v[k] } else { v[k] * self.kinds[k].1 / values[k].abs().max(f64::MIN_POSITIVE) }
+                })
+                .collect();
+            let known = self.staying(unknown, laws, values, v);
+            format!(
+                "the data do not determine {}: an error of the curve of {} % leaves it open{}. Add a curve that tells \
+                 these constants apart, or give one of them",
+                changes(&relative, &names, &values[..p]),
+                100.0 * accuracy,
+                known.map_or(String::new(), |m| format!("; they determine {m}"))
+            )
+        };
+        self.open.iter().map(one).collect()
+    }
+
+    /// The modulus at rest that stays along a direction, of unknowns of one law.
+    fn staying(&self, unknown: &[Unknown], laws: &Laws, values: &[f64], v: &DVector<f64>) -> Option<String> {
+        const H: f64 = 1e-4;
+        let law = &unknown.first()?.constant.law;
+        if unknown.len() < 2 || unknown.iter().any(|q| q.constant.law != *law) {
+            return None;
+        }
+        let table = laws.get(law)?;
+        let at = |by: f64| -> Option<Moduli> {
+            let there = self.values(&(self.of(values) + v * by));
+            let mut table = table.clone();
+            for (q, value) in unknown.iter().zip(&there) {
+                table.insert(q.constant.key.clone(), super::written(&q.parameter, *value));
+            }
+            Some(law_from_table(&table).ok()?.small_strain())
+        };
+        // One side of an answer at the end of what the law allows is beyond it
+        let (here, there) = (at(0.0)?, at(H).or_else(|| at(-H))?);
+        let moved = |of: fn(&Moduli) -> f64| (of(&there) / of(&here)).ln().abs() / H;
+        let all: [(&str, f64); 3] = [
+            ("E, Young's modulus at rest", moved(|m| m.e)),
+            ("μ, the shear modulus at rest", moved(|m| m.mu)),
+            ("κ, the bulk modulus at rest", moved(|m| m.kappa)),
+        ];
+        let (name, least) = all.into_iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
+        (least < STAYS).then(|| name.to_string())
+    }
+}

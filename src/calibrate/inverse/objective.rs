@@ -1,0 +1,205 @@
+//! The objective of a search: weighted residuals of every curve, one below the other, and their derivatives by all unknowns.
+//!
+//! The unknowns are the constants of the laws, which all curves share, and after them the offsets of single curves: the slack e of x, ŷ(x − e), and
+//! the zero b of y, ŷ(x) + b.
+
+use super::model::{Answer, Failure, SceneModel};
+use super::offset::OffsetAxis;
+use super::{InverseError, Measured};
+use crate::calibrate::Weighting;
+use crate::calibrate::solve::rows::padded;
+use crate::calibrate::solve::{huber_share, noise};
+use crate::math::svd::svd;
+use crate::scene::Progress;
+use nalgebra::{DMatrix, DVector};
+
+/// Values of the slack that are tried at the start
+const GRID: u32 = 40;
+
+/// A scene with the curve that it is to reproduce.
+pub struct ObservedCurve {
+    /// In words, for messages
+    pub name: String,
+    pub model: SceneModel,
+    pub measured: Measured,
+    /// Coordinates whose offset is an unknown
+    pub offsets: Vec<OffsetAxis>,
+}
+
+/// The offset of x or y of one curve.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Offset {
+    /// Place of its curve
+    pub of: usize,
+    pub axis: OffsetAxis,
+}
+
+/// Values of all unknowns with what the scenes say there.
+pub struct Point {
+    pub values: Vec<f64>,
+    pub answers: Vec<Answer>,
+    /// w(y − ŷ) and w∂ŷ/∂θ over all data points
+    pub residual: DVector<f64>,
+    pub jacobian: DMatrix<f64>,
+}
+
+/// The curves, the weights of their data points, and the forward solves that were made.
+pub struct Objective<'a> {
+    pub curves: &'a [ObservedCurve],
+    pub offsets: Vec<Offset>,
+    /// \[curves\]\[data points\]
+    pub weights: Vec<Vec<f64>>,
+    /// ‖wy‖ over all
+    pub size: f64,
+    pub watch: &'a mut dyn FnMut(Progress) -> bool,
+    pub solves: usize,
+    pub failed: usize,
+}
+
+impl<'a> Objective<'a> {
+    pub fn new(
+        curves: &'a [ObservedCurve],
+        weighting: Weighting,
+        watch: &'a mut dyn FnMut(Progress) -> bool,
+    ) -> Result<Self, InverseError> {
+        let weights: Vec<Vec<f64>> =
+            curves.iter().map(|c| weigh(c, weighting, curves.len() > 1)).collect::<Result<_, _>>()?;
+        let squares = curves.iter().zip(&weights).flat_map(|(c, w)| c.measured.y.iter().zip(w));
+        let size = squares.map(|(y, w)| (y * w).powi(2)).sum::<f64>().sqrt();
+        let asked = |(of, c): (usize, &'a ObservedCurve)| c.offsets.iter().map(move |axis| Offset { of, axis: *axis });
+        let offsets = curves.iter().enumerate().flat_map(asked).collect();
+        Ok(Self { curves, offsets, weights, size, watch, solves: 0, failed: 0 })
+    }
+
+    /// Constants that the curves share.
+    pub fn constants(&self) -> usize {
+        self.curves[0].model.unknown.len()
+    }
+
+    /// One forward solve of each curve.
+    pub fn at(&mut self, values: &[f64]) -> Result<Point, Failure> {
+        let p = self.constants();
+        let mut answers = vec![];
+        for (of, curve) in self.curves.iter().enumerate() {
+            let slack = self.offset(of, OffsetAxis::Slack).map_or(0.0, |k| values[p + k]);
+            self.solves += 1;
+            match curve.model.answer(&values[..p], &curve.measured.x, slack, &mut *self.watch) {
+                Ok(answer) => answers.push(answer),
+                Err(failure) => {
+                    self.failed += 1;
+                    return Err(failure);
+                }
+            }
+        }
+        Ok(self.point(values.to_vec(), answers))
+    }
+
+    /// The residuals of these answers with the weights of now.
+    pub fn point(&self, values: Vec<f64>, answers: Vec<Answer>) -> Point {
+        let (p, n) = (self.constants(), self.weights.iter().map(Vec::len).sum());
+        let mut residual = DVector::zeros(n);
+        let mut jacobian = DMatrix::zeros(n, values.len());
+        let mut row = 0;
+        for (of, (curve, answer)) in self.curves.iter().zip(&answers).enumerate() {
+            let [slack, zero] = [OffsetAxis::Slack, OffsetAxis::Zero].map(|axis| self.offset(of, axis));
+            let b = zero.map_or(0.0, |k| values[p + k]);
+            for (i, w) in self.weights[of].iter().enumerate() {
+                residual[row] = w * (curve.measured.y[i] - answer.y[i] - b);
+                (0..p).for_each(|k| jacobian[(row, k)] = w * answer.sensitivities[(i, k)]);
+                if let Some(k) = slack {
+                    jacobian[(row, p + k)] = -w * answer.slope[i];
+                }
+                if let Some(k) = zero {
+                    jacobian[(row, p + k)] = *w;
+                }
+                row += 1;
+            }
+        }
+        Point { values, answers, residual, jacobian }
+    }
+
+    /// Slack, on a grid up to half of the range of x, and zero of a curve that fit the answer best, with a factor of y that is forgotten.
+    pub fn guess_offsets(&self, of: usize, answer: &Answer, values: &mut [f64]) {
+        let p = self.constants();
+        let Some(slack) = self.offset(of, OffsetAxis::Slack).filter(|k| values[p + k] == 0.0) else { return };
+        let zero = self.offset(of, OffsetAxis::Zero);
+        let (curve, w) = (&self.curves[of], &self.weights[of]);
+        let Measured { x, y, .. } = &curve.measured;
+        let reach = x.iter().fold(0.0_f64, |m, x| if x.abs() > m.abs() { *x } else { m });
+        let wanted = DVector::from_fn(y.len(), |i, _| w[i] * y[i]);
+        let one = |k: u32| {
+            let e = 0.5 * reach * f64::from(k) / f64::from(GRID);
+            let shifted: Vec<f64> = x.iter().map(|x| x - e).collect();
+            let predicted = curve.model.interpolated(&answer.curve, &shifted)?;
+            let columns =
+                DMatrix::from_fn(y.len(), 1 + zero.iter().len(), |i, c| w[i] * if c == 0 { predicted[i] } else { 1.0 });
+            let svd = svd(padded(&columns, columns.ncols()), true, true);
+            let long = wanted.clone().resize_vertically(y.len().max(columns.ncols()), 0.0);
+            let found = svd.solve(&long, 1e-10 * svd.singular_values.max()).ok()?;
+            let rest = (&wanted - &columns * found.rows(0, columns.ncols())).norm();
+            Some((rest, e, if columns.ncols() > 1 { found[1] } else { 0.0 }))
+        };
+        let best = (0..=GRID).filter_map(one).min_by(|a, b| a.0.total_cmp(&b.0));
+        let Some((_, e, b)) = best else { return };
+        values[p + slack] = e;
+        if let Some(k) = zero {
+            values[p + k] = b;
+        }
+    }
+
+    fn offset(&self, of: usize, axis: OffsetAxis) -> Option<usize> {
+        self.offsets.iter().position(|o| *o == Offset { of, axis })
+    }
+
+    /// Data points of each curve in the order of its x.
+    pub fn rows(&self) -> Vec<Vec<usize>> {
+        let mut start = 0;
+        let one = |c: &ObservedCurve| {
+            let x = &c.measured.x;
+            let mut order: Vec<usize> = (0..x.len()).collect();
+            order.sort_by(|a, b| x[*a].total_cmp(&x[*b]));
+            start += x.len();
+            order.into_iter().map(|i| start - x.len() + i).collect()
+        };
+        self.curves.iter().map(one).collect()
+    }
+
+    /// Weights of a robust loss at these residuals; returns the largest change of a weight, relative.
+    pub fn reweigh(&mut self, base: &[Vec<f64>], point: &Point) -> f64 {
+        let p = self.constants();
+        let mut change = 0.0_f64;
+        for (of, curve) in self.curves.iter().enumerate() {
+            let b = self.offset(of, OffsetAxis::Zero).map_or(0.0, |k| point.values[p + k]);
+            let rows = curve.measured.y.iter().zip(&point.answers[of].y).zip(&base[of]);
+            let r: Vec<f64> = rows.map(|((y, f), w)| (w * (y - f - b)).abs()).collect();
+            for ((w, share), base) in self.weights[of].iter_mut().zip(huber_share(&r, self.size)).zip(&base[of]) {
+                change = change.max((base * share - *w).abs() / base);
+                *w = base * share;
+            }
+        }
+        change
+    }
+}
+
+/// w of one curve. Of several, each counts by its noise, or by its relative misfit.
+fn weigh(curve: &ObservedCurve, weighting: Weighting, is_one_of_many: bool) -> Result<Vec<f64>, InverseError> {
+    let Measured { x, y, .. } = &curve.measured;
+    let largest = y.iter().fold(0.0f64, |m, y| m.max(y.abs()));
+    if largest == 0.0 {
+        return Err(InverseError::Zero { curve: curve.name.clone() });
+    }
+    let one = |y: &f64| match weighting {
+        Weighting::Absolute | Weighting::Noise => 1.0,
+        Weighting::Relative => y.abs().max(noise::FLOOR * largest).recip(),
+    };
+    let w: Vec<f64> = y.iter().map(one).collect();
+    let unit = match (weighting, is_one_of_many) {
+        // One curve has one noise
+        (_, false) => 1.0,
+        (Weighting::Noise, true) => {
+            noise::of_curve(x, y).ok_or_else(|| InverseError::NoNoise { curve: curve.name.clone(), rows: y.len() })?
+        }
+        (_, true) => (w.iter().zip(y).map(|(w, y)| (w * y).powi(2)).sum::<f64>() / y.len() as f64).sqrt(),
+    };
+    Ok(w.iter().map(|w| w / unit).collect())
+}

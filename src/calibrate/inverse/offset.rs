@@ -1,0 +1,27 @@
+//! Offsets of the coordinates of one curve, as unknowns.
+
+use crate::material::Parameter;
+use crate::math::units::Dimension;
+use serde::{Deserialize, Serialize};
+
+/// Coordinate of a curve that has an offset.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum OffsetAxis {
+    /// x at which the specimen begins to carry
+    Slack,
+    /// y that is shown without load
+    Zero,
+}
+
+impl OffsetAxis {
+    /// The offset as an unknown, in the unit of its column.
+    pub fn parameter(self) -> Parameter {
+        match self {
+            Self::Slack => {
+                Parameter::new("slack", "x₀", Dimension::NONE, Parameter::ANY, "x at which the body begins to carry")
+            }
+            Self::Zero => Parameter::new("zero", "y₀", Dimension::NONE, Parameter::ANY, "y without load"),
+        }
+    }
+}

@@ -1,0 +1,268 @@
+//! Calibrations as studies: what the element and the mesh do to a constant and where it is said, dimensions at their worst ends, a search
+//! that has no time left, several curves.
+
+mod common;
+
+use common::Random;
+use durometer::scene::{Body, Scene, read_scene};
+use durometer::study::expand::Study;
+use durometer::study::report::{self, Summary};
+use durometer::study::run::runner::{self, Isolation, Options, RunError, Watch};
+use durometer::study::store::record::{CaseRecord, NOT_DETERMINED, OUT_OF_TIME};
+use std::path::Path;
+use std::sync::OnceLock;
+use std::sync::atomic::AtomicBool;
+use toml::{Table, Value};
+
+/// A cantilever that is bent at its end, or pulled.
+const SCENE: &str = r#"
+title = "A bar"
+[mesh]
+grid = { kind = "box", size = ["60 mm", "10 mm", "10 mm"], divisions = [18, 3, 3] }
+element = "tet10"
+[laws.rubber]
+law = "neo_hookean"
+mu = "150 kPa"
+nu = 0.499
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+formulation = "mixed"
+[[constraint]]
+kind = "fixed"
+region = "xmin"
+components = "xyz"
+[[constraint]]
+kind = "prescribed"
+region = "xmax"
+components = "AXIS"
+displacement = { kind = "ramp", from = "0 mm", to = "12 mm", start = "0 s", end = "1 s" }
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "0.25 s"
+[[probe]]
+kind = "reaction"
+region = "xmax"
+"#;
+
+const STUDY: &str = r#"
+kind = "calibration"
+question = "How stiff is the bar?"
+expectation = "150 kPa."
+scene = "scene.toml"
+tolerance = "3 %"
+[[variant]]
+name = "bend"
+quantity = [{ name = "xmax_reaction_z_N", label = "force", symbol = "F", unit = "N" }]
+[variant.measured]
+file = "bend.csv"
+x = { column = "u", unit = "m", is = "xmax_z_displacement_m" }
+y = { column = "F", unit = "N", is = "xmax_reaction_z_N" }
+"#;
+
+const CALIBRATION: &str = "[calibration]\nunknown = [\"laws.rubber.mu\"]\nweighting = \"absolute\"\n";
+
+#[derive(Default)]
+struct Silent;
+impl Watch for Silent {}
+
+/// Displacement and force of the bar of 150 kPa on a mesh that is finer than those of the studies, along an axis.
+fn truth(axis: &str) -> Vec<(f64, f64)> {
+    static BOTH: OnceLock<[Vec<(f64, f64)>; 2]> = OnceLock::new();
+    let both = BOTH.get_or_init(|| {
+        ["x", "z"].map(|axis| {
+            let folder = tempfile::tempdir().expect("a temporary folder");
+            let file = folder.path().join("scene.toml");
+            let text = SCENE.replace("AXIS", axis).replace("[18, 3, 3]", "[24, 4, 4]");
+            std::fs::write(&file, text).expect("writable");
+            let (spec, text) = read_scene(&file, &[]).unwrap_or_else(|e| panic!("{e}"));
+            let body = Body::load(&file, &spec.mesh, &mut |_| {}).unwrap_or_else(|e| panic!("{e}"));
+            let scene = Scene::build(&file, spec, text, body.into()).unwrap_or_else(|e| panic!("{e}"));
+            let force = common::column(&common::run(&scene), &format!("xmax_reaction_{axis}_N"));
+            force.into_iter().enumerate().map(|(k, f)| (0.003 * k as f64, f)).collect()
+        })
+    });
+    both[usize::from(axis == "z")].clone()
+}
+
+/// A folder with a study of these keys, whose scene begins at 100 kPa, and six tests of the true bar, with errors of 0.5 % of the largest force.
+fn folder(keys: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("writable");
+    let mut random = Random(21);
+    for (name, scene, axis) in [("bend", "scene", "z"), ("pull", "pull", "x")] {
+        let rows = truth(axis);
+        let largest = rows.iter().fold(0.0_f64, |m, (_, f)| m.max(f.abs()));
+        let rows = rows.iter().skip(1).flat_map(|row| std::iter::repeat_n(row, 6));
+        let rows: String = rows.map(|(u, f)| format!("{u:?},{:?}\n", f + 0.005 * largest * random.normal())).collect();
+        write(&format!("{name}.csv"), &format!("u,F\n{rows}"));
+        write(&format!("{scene}.toml"), &SCENE.replace("AXIS", axis).replace("150 kPa", "100 kPa"));
+    }
+    write("study.toml", &format!("{STUDY}{keys}"));
+    folder
+}
+
+fn run(folder: &Path) -> Result<Vec<CaseRecord>, RunError> {
+    let study = Study::read(&folder.join("study.toml"), &[]).unwrap_or_else(|e| panic!("{e}"));
+    let stop = AtomicBool::new(false);
+    let options = Options {
+        jobs: 2,
+        redo: false,
+        accept_build: false,
+        only: None,
+        vtu: false,
+        isolation: Isolation::Threads,
+        memory: None,
+        stop: &stop,
+    };
+    runner::run(&study, &folder.join("out"), &options, &Silent)
+}
+
+fn told(folder: &Path) -> (Summary, Table) {
+    let out = folder.join("out");
+    let summary = report::write(&out).unwrap_or_else(|e| panic!("{e}"));
+    let law = std::fs::read_to_string(out.join("law.toml")).expect("written").parse().expect("TOML");
+    (summary, law)
+}
+
+fn sizes(set: &str, members: &str) -> String {
+    format!("[[family]]\nname = \"mesh\"\nrole = \"sizes\"\nset = {{ {set} }}\n[family.members]\n{members}")
+}
+
+/// Linear tetrahedra at ν = 0.499 are too stiff, so that the constant comes out too soft: everything that carries it says so, and no interval is
+/// stated. Quadratic ones with pressures of their own give 150 kPa within their interval.
+#[test]
+fn a_locking_mesh_is_named_wherever_the_constant_is() {
+    let grids = "coarse = { \"mesh.grid.divisions\" = [12, 2, 2] }\nfine = { \"mesh.grid.divisions\" = [18, 3, 3] }\n";
+    let set = "\"mesh.element\" = \"tet4\", \"effect.0.formulation\" = \"displacement\"";
+    let locking = folder(&format!("{CALIBRATION}{}", sizes(set, grids)));
+    run(locking.path()).unwrap_or_else(|e| panic!("{e}"));
+    let (summary, law) = told(locking.path());
+    let found = &summary.analysis["bend"]["constants"][0];
+    println!("{}\n{}", summary.verdict, law["provenance"]);
+    assert!(found["value"].as_f64().expect("a number") < 120e3, "it locks: {found}");
+    assert!(found["interval"].is_null() && summary.analysis["bend"]["locking"].as_f64().is_some());
+    let provenance = law["provenance"].as_table().expect("a table");
+    assert_eq!(provenance["locking"], Value::from(true));
+    assert!(!provenance.contains_key("mu_interval") && provenance.contains_key("mu_without_interval"));
+    for words in [&summary.verdict, provenance["mesh"].as_str().expect("words")] {
+        assert!(words.contains("locks") && words.contains("too soft"), "{words}");
+    }
+    assert!(summary.warnings.iter().any(|w| w.contains("locks")), "{:?}", summary.warnings);
+    let page = std::fs::read_to_string(locking.path().join("out/index.html")).expect("written");
+    assert!(page.contains("too soft"));
+
+    let sound = folder(&format!("{CALIBRATION}{}", sizes("", grids)));
+    run(sound.path()).unwrap_or_else(|e| panic!("{e}"));
+    let (summary, law) = told(sound.path());
+    println!("{}\n{}", summary.verdict, law["provenance"]);
+    let found = &summary.analysis["bend"]["constants"][0];
+    let [low, high] = [0, 1].map(|k| found["interval"][k].as_f64().expect("an interval"));
+    assert!(low < 150e3 && 150e3 < high && high - low < 0.15 * 150e3, "{found}");
+    assert!(found["mesh"].as_f64().expect("a number") > 0.0);
+    assert_eq!(law["provenance"]["locking"], Value::from(false));
+    assert!(law["provenance"]["mesh"].as_str().expect("words").contains("the error of the mesh"));
+}
+
+/// Two dimensions known within ranges: their worst ends add up, on the finest mesh.
+#[test]
+fn dimensions_are_taken_at_their_worst_ends_together() {
+    let nuisance = |name: &str, size: [&str; 2]| {
+        let member = |k: usize| format!("m{k} = {{ \"mesh.grid.size\" = {} }}\n", size[k]);
+        format!("[[family]]\nname = \"{name}\"\nrole = \"nuisance\"\n[family.members]\n{}{}", member(0), member(1))
+    };
+    let thick = nuisance("thick", ["[\"60 mm\", \"10 mm\", \"9.8 mm\"]", "[\"60 mm\", \"10 mm\", \"10.2 mm\"]"]);
+    let long = nuisance("long", ["[\"59 mm\", \"10 mm\", \"10 mm\"]", "[\"61 mm\", \"10 mm\", \"10 mm\"]"]);
+    let one = sizes("\"mesh.grid.divisions\" = [6, 1, 1]", "only = {}\n");
+    let set = |text: String| {
+        text.replace("role = \"nuisance\"\n", "role = \"nuisance\"\nset = { \"mesh.grid.divisions\" = [6, 1, 1] }\n")
+    };
+    let study = folder(&format!("{CALIBRATION}{one}{}{}", set(thick), set(long)));
+    run(study.path()).unwrap_or_else(|e| panic!("{e}"));
+    let (summary, _) = told(study.path());
+    let found = &summary.analysis["bend"]["constants"][0];
+    let value = found["value"].as_f64().expect("a number");
+    let of = |family: &str| {
+        let cases = found["cases"].as_array().expect("a list").iter().filter(|c| c["family"] == family);
+        let changes: Vec<f64> = cases.map(|c| c["value"].as_f64().expect("a number") - value).collect();
+        let least = changes.iter().copied().fold(0.0, f64::min);
+        [least, changes.iter().copied().fold(0.0, f64::max)]
+    };
+    let (thick, long) = (of("thick"), of("long"));
+    let [low, high] = [0, 1].map(|k| found["nuisance"][k].as_f64().expect("a corner"));
+    println!("{thick:?} {long:?}: {low} to {high} around {value}");
+    // F ∝ b h³/L³: ±2 % of h and ±1.7 % of L are 6 % and 5 % of μ
+    assert!(thick[1] > 0.04 * value && long[1] > 0.03 * value);
+    assert!(
+        (low - value - thick[0] - long[0]).abs() < 1e-9 * value
+            && (high - value - thick[1] - long[1]).abs() < 1e-9 * value
+    );
+    assert!(summary.verdict.contains("one mesh only"), "{}", summary.verdict);
+}
+
+/// A search of one step per run has a status of its own, is gone on with by the next run, and ends like one in one go.
+#[test]
+fn a_search_that_has_no_time_goes_on_in_the_next_run() {
+    let one = sizes("\"mesh.grid.divisions\" = [6, 1, 1]", "only = {}\n");
+    let short = folder(&format!("{CALIBRATION}time_budget = \"1e-6 s\"\n{one}"));
+    let mut ends = vec![];
+    for _ in 0..12 {
+        let records = run(short.path()).unwrap_or_else(|e| panic!("{e}"));
+        ends.push(records[0].status.clone());
+        if records[0].converged() {
+            break;
+        }
+        let (summary, law) = told(short.path());
+        assert!(summary.warnings.iter().any(|w| w.contains("run again to go on")), "{:?}", summary.warnings);
+        assert!(law.contains_key("mu"));
+    }
+    println!("{ends:?}");
+    assert!(ends.len() > 1 && ends[0] == OUT_OF_TIME && ends.last().is_some_and(|e| e == "Converged"), "{ends:?}");
+    let whole = folder(&format!("{CALIBRATION}{one}"));
+    run(whole.path()).unwrap_or_else(|e| panic!("{e}"));
+    let mu = |folder: &Path| told(folder).0.analysis["bend"]["constants"][0]["value"].as_f64().expect("a number");
+    assert!((mu(short.path()) / mu(whole.path()) - 1.0).abs() < 1e-4);
+}
+
+/// Bending and tension of two scenes give one μ and one ν, where bending alone leaves them open and says E.
+#[test]
+fn a_second_curve_is_a_scene_of_its_own() {
+    let two = CALIBRATION.replace("\"laws.rubber.mu\"", "\"laws.rubber.mu\", \"laws.rubber.nu\"");
+    let bounds = "[calibration.bounds]\n\"laws.rubber.nu\" = [0.4, 0.4995]\n";
+    let one = sizes("\"mesh.grid.divisions\" = [12, 2, 2]", "only = {}\n");
+    let curve = r#"
+[[variant.curve]]
+name = "pull"
+scene = "pull.toml"
+set = { "mesh.grid.divisions" = [12, 2, 2] }
+[variant.curve.measured]
+file = "pull.csv"
+x = { column = "u", unit = "m", is = "xmax_x_displacement_m" }
+y = { column = "F", unit = "N", is = "xmax_reaction_x_N" }
+"#;
+    let alone = folder(&format!("{two}{bounds}{one}"));
+    let records = run(alone.path()).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(records[0].status, NOT_DETERMINED);
+    let (summary, _) = told(alone.path());
+    assert!(summary.warnings.iter().any(|w| w.contains("they determine E")), "{:?}", summary.warnings);
+    let both = folder(&format!("{curve}{CALIBRATION}{one}"));
+    run(both.path()).unwrap_or_else(|e| panic!("{e}"));
+    let (summary, law) = told(both.path());
+    println!("{}\n{}", summary.verdict, law["provenance"]);
+    let mu = summary.analysis["bend"]["constants"][0]["value"].as_f64().expect("a number");
+    assert!((mu / 150e3 - 1.0).abs() < 0.03, "{mu}");
+    assert_eq!(law["provenance"]["data"].as_array().expect("both tables").len(), 2);
+    assert_eq!(summary.analysis["bend"]["rms_relative"].as_array().expect("both curves").len(), 2);
+}
+
+/// Bounds that exclude the start stop the run as bad input.
+#[test]
+fn bounds_that_exclude_the_start_are_bad_input() {
+    let one = sizes("\"mesh.grid.divisions\" = [6, 1, 1]", "only = {}\n");
+    let study =
+        folder(&format!("{CALIBRATION}[calibration.bounds]\n\"laws.rubber.mu\" = [\"1 MPa\", \"2 MPa\"]\n{one}"));
+    let Err(why) = run(study.path()) else { panic!("the start is not within the bounds") };
+    assert!(why.to_string().contains("exclude it"), "{why}");
+}
