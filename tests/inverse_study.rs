@@ -266,3 +266,19 @@ fn bounds_that_exclude_the_start_are_bad_input() {
     let Err(why) = run(study.path()) else { panic!("the start is not within the bounds") };
     assert!(why.to_string().contains("exclude it"), "{why}");
 }
+
+/// Settings that make no sense are refused before anything is run.
+#[test]
+fn settings_out_of_range_are_bad_input() {
+    let one = sizes("\"mesh.grid.divisions\" = [6, 1, 1]", "only = {}\n");
+    let refused = |keys: String, words: &str| {
+        let study = folder(&keys);
+        let Err(why) = Study::read(&study.path().join("study.toml"), &[]) else { panic!("{keys}") };
+        let all = std::iter::successors(Some(&why as &dyn std::error::Error), |e| e.source());
+        let text: Vec<String> = all.map(ToString::to_string).collect();
+        assert!(text.join(": ").contains(words), "{text:?}");
+    };
+    refused(format!("{CALIBRATION}accuracy = \"200 %\"\n{one}"), "determines nothing");
+    refused(format!("{CALIBRATION}time_budget = \"0 s\"\n{one}"), "above zero");
+    refused(format!("offsets = [\"slack\", \"slack\"]\n{CALIBRATION}{one}"), "each of slack and zero once");
+}

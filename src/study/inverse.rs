@@ -111,6 +111,10 @@ pub struct CalibrationPlan {
 
 impl MeasuredPlan {
     fn new(base: &Path, name: &str, spec: &MeasuredSpec) -> Result<Self, InverseError> {
+        if (1..spec.offsets.len()).any(|k| spec.offsets[..k].contains(&spec.offsets[k])) {
+            let (key, text) = ("measured.offsets", format!("{:?}", spec.offsets));
+            return Err(InverseError::Setting { key, text, fact: "each of slack and zero once".into() });
+        }
         Ok(Self {
             name: name.into(),
             measured: Measured::read(base, spec)?,
@@ -134,7 +138,7 @@ impl CurvePlan {
         for (label, changes) in &spec.members {
             let Some(changes) = changes.as_table() else {
                 let fact = "it is not a table; write { \"mesh.cells\" = 4500 }".into();
-                return Err(InverseError::Setting { key: "members", text: label.clone(), fact });
+                return Err(InverseError::Setting { key: "curve.members", text: label.clone(), fact });
             };
             members.insert(label.clone(), text(&pairs(changes))?);
         }
@@ -200,12 +204,17 @@ fn settings(spec: &CalibrationSpec) -> Result<Settings, InverseError> {
         text.as_ref().map(read).transpose()
     };
     let usual = Settings::new(spec.weighting);
+    let accuracy = positive("calibration.accuracy", &spec.accuracy, Dimension::NONE, "1 %")?;
+    if let (Some(_), Some(text)) = (accuracy.filter(|a| *a >= 1.0), &spec.accuracy) {
+        let fact = "a curve that may be wrong by its own size determines nothing; write for example \"1 %\"".into();
+        return Err(InverseError::Setting { key: "calibration.accuracy", text: text.clone(), fact });
+    }
     Ok(Settings {
         loss: spec.loss,
         gauge: gauge.transpose()?,
         profile: spec.profile,
-        accuracy: positive("accuracy", &spec.accuracy, Dimension::NONE, "1 %")?.unwrap_or(usual.accuracy),
-        time_budget: positive("time_budget", &spec.time_budget, Dimension::TIME, "30 min")?,
+        accuracy: accuracy.unwrap_or(usual.accuracy),
+        time_budget: positive("calibration.time_budget", &spec.time_budget, Dimension::TIME, "30 min")?,
         ..usual
     })
 }

@@ -173,7 +173,7 @@ impl Coordinates {
                 .collect();
             let known = self.staying(unknown, laws, values, v);
             format!(
-                "the data do not determine {}: an error of the curve of {} % leaves it open{}. Add a curve that tells \
+                "the data do not determine {}: an error of the curve of {} % leaves it open{}; add a curve that tells \
                  these constants apart, or give one of them",
                 changes(&relative, &names, &values[..p]),
                 100.0 * accuracy,
@@ -202,12 +202,12 @@ impl Coordinates {
         // One side of an answer at the end of what the law allows is beyond it
         let (here, there) = (at(0.0)?, at(H).or_else(|| at(-H))?);
         let moved = |of: fn(&Moduli) -> f64| (of(&there) / of(&here)).ln().abs() / H;
-        let all: [(&str, f64); 3] = [
-            ("E, Young's modulus at rest", moved(|m| m.e)),
-            ("μ, the shear modulus at rest", moved(|m| m.mu)),
-            ("κ, the bulk modulus at rest", moved(|m| m.kappa)),
+        let all: [(&str, f64, f64); 3] = [
+            ("E, Young's modulus at rest", here.e, moved(|m| m.e)),
+            ("μ, the shear modulus at rest", here.mu, moved(|m| m.mu)),
+            ("κ, the bulk modulus at rest", here.kappa, moved(|m| m.kappa)),
         ];
-        let (name, least) = all.into_iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
-        (least < STAYS).then(|| name.to_string())
+        let (name, value, least) = all.into_iter().min_by(|a, b| a.2.total_cmp(&b.2))?;
+        (least < STAYS).then(|| format!("{name}: {:.4} kPa at the answer", value / 1e3))
     }
 }

@@ -55,7 +55,7 @@ pub enum InverseError {
     NoNoise { curve: String, rows: usize },
     #[error("{}", wrong.join("; "))]
     Unknowns { wrong: Vec<String> },
-    #[error("calibration.{key} = \"{text}\": {fact}")]
+    #[error("{key} = \"{text}\": {fact}")]
     Setting { key: &'static str, text: String, fact: String },
     #[error("gauge.{key} = \"{text}\": {fact}")]
     Gauge { key: &'static str, text: String, fact: UnitError },
