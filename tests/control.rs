@@ -67,6 +67,11 @@ region = "body"
 law = "rubber"
 moduli = "long_term"
 prony = [{{ g = 0.3, tau = "50 ms" }}]
+[[effect]]
+kind = "mullins"
+region = "body"
+law = "rubber"
+softening = {{ r = 2, m = "20 Pa", beta = 0.1 }}
 {CABLE}
 drive = {{ kind = "length", signal = {{ kind = "expression", formula = "4 * t + 100 * max(xmax_z_m - 0.004, 0)", unit = "mm" }} }}
 [[stage]]

@@ -29,6 +29,16 @@ law = "rubber"
 moduli = "MODULI"
 prony = [{ g = 0.3, tau = "8 ms" }, { g = 0.2, tau = "60 ms" }]
 "#;
+const SOFTENING: &str = r#"
+[[effect]]
+kind = "mullins"
+region = "body"
+law = "rubber"
+softening = { r = 2, m = "50 Pa", beta = 0.1 }
+"#;
+/// Up to a peak and most of the way back.
+const HALF_WAVE: &str =
+    r#"{ kind = "length", signal = { kind = "raised_cosine", amplitude = "3 mm", frequency = "25 Hz" } }"#;
 const STATIC: &str = "\"static\"";
 
 /// A beam of 30 mm under gravity and a cable; stages of (integrator, steps of 5 ms).
@@ -151,6 +161,16 @@ fn every_formulation() {
     ] {
         Beam { order, formulation, ..beam(LENGTH, &stages) }.check(&by_nu("yeoh"));
     }
+}
+
+/// What softens, with every constant of every law that can: loaded, unloaded and loaded again, in statics and in dynamics.
+#[test]
+fn what_softens() {
+    for entry in LAWS.iter().filter(|entry| entry.info.isochoric) {
+        Beam { effects: SOFTENING.into(), ..beam(HALF_WAVE, &[(STATIC, 9)]) }.check(&example_table(entry.info.name));
+    }
+    let (effects, stages) = (SOFTENING.to_string(), [("\"implicit_euler\"", 4), (STATIC, 3)]);
+    Beam { order: Order::Quadratic, formulation: "mixed", effects, ..beam(HALF_WAVE, &stages) }.check(&by_nu("yeoh"));
 }
 
 /// Every integrator, by itself and after another one, whose rates it takes over; the cable by tension and by length.

@@ -4,6 +4,7 @@
 //! [`FitResult`]. Nothing here prints or draws; [`FitCurves`] is what a figure needs, [`FitResult::write_json`] and
 //! [`FitResult::write_law`] store the answer.
 
+mod bounded;
 mod compare;
 mod constant_format;
 mod curves;
@@ -20,10 +21,12 @@ pub mod relaxation;
 mod request;
 mod result;
 mod sample;
+pub mod softening;
 mod solve;
 mod summary;
 mod treatment;
 
+pub use bounded::Bounded;
 pub use compare::{Compared, Comparison, compare, compare_experiment};
 pub use constant_format::{stress_unit, stretch_text, within};
 pub use curves::{FitCurves, ModeCurves};

@@ -2,6 +2,8 @@
 
 use super::files;
 use super::outcome::{CommandResult, Outcome};
+use super::softening;
+use durometer::calibrate::softening::fit_softening;
 use durometer::calibrate::{
     Accuracy, Cycle, Decimal, Dimensions, FitRequest, Loss, Mode, Partner, Sign, SlackChoice, StrainKind, StressKind,
     StretchRange, Weighting, compare, fit,
@@ -25,6 +27,7 @@ Examples:
   durometer fit machine.csv --law yeoh --mode uniaxial --gauge-length '33 mm' --width '6 mm' --thickness '3 mm' --toe '5 kPa'
   durometer fit pairs.csv --law yeoh --mode uniaxial --test 2
   durometer fit cycles.csv --law ogden --terms 1 --mode uniaxial --cycle last-loading
+  durometer fit cycles.csv --law yeoh --mode uniaxial --softening
 
 A scene includes the result with:  [laws.rubber]  include = \"law.toml\"
 Laws: neo_hookean, mooney_rivlin (--terms 2, 3, 5), yeoh (1 to 3), ogden (1 to 4), gent, arruda_boyce, veronda_westmann.
@@ -143,6 +146,9 @@ pub struct Args {
     /// Shift the strain to where the line through the data above this noise level reaches zero stress, e.g. "2 kPa"
     #[arg(long, value_name = "STRESS")]
     toe: Option<String>,
+    /// Fit softening (Mullins effect) to unloading and reloading too, and the law to the first loading of every stretch; writes mullins/mullins.toml
+    #[arg(long, conflicts_with_all = ["cycle", "zero", "toe"])]
+    softening: bool,
     /// Print fit.json instead of words
     #[arg(long)]
     json: bool,
@@ -187,6 +193,9 @@ pub fn main(args: Args) -> CommandResult {
     };
     let stem = args.csv[0].file_stem().map_or_else(|| "data".into(), |n| n.to_string_lossy().into_owned());
     let out = args.out.unwrap_or_else(|| PathBuf::from("reports").join(format!("fit-{stem}-{}", args.law)));
+    if args.law == "all" && args.softening {
+        return Err("--softening does not go with --law all: name the law of the first loading".into());
+    }
     if args.law == "all" {
         let table = compare(&request)?;
         files::make_folder(&out)?;
@@ -195,16 +204,24 @@ pub fn main(args: Args) -> CommandResult {
         println!("{}", if args.json { serde_json::to_string_pretty(&table)? } else { table.to_string() });
         return Ok(Outcome::Complete);
     }
-    let result = fit(&request)?;
+    let (result, softening) = match args.softening {
+        true => fit_softening(&request).map(|(law, softening)| (law, Some(softening)))?,
+        false => (fit(&request)?, None),
+    };
     files::make_folder(&out)?;
     result.write_law(&out.join("law.toml"))?;
     result.write_json(&out.join("fit.json"))?;
     durometer::report::fit::write(&out)?;
+    softening.as_ref().map(|fit| softening::write(&out.join("mullins"), fit)).transpose()?;
     if args.json {
         println!("{}", durometer::storage::read_text(&out.join("fit.json"), durometer::storage::DATA_LIMIT)?);
     } else {
         println!("{result}");
         println!("results: {}, report: {}", out.join("law.toml").display(), out.join("index.html").display());
+        if let Some(softening) = &softening {
+            println!("\n{softening}\nresults: {}", out.join("mullins").join("mullins.toml").display());
+        }
     }
-    Ok(if result.is_determined() { Outcome::Complete } else { Outcome::NotDetermined })
+    let determined = result.is_determined() && softening.is_none_or(|fit| fit.is_determined());
+    Ok(if determined { Outcome::Complete } else { Outcome::NotDetermined })
 }

@@ -21,6 +21,7 @@ mod report;
 mod robustness;
 mod run;
 mod simulate;
+mod softening;
 mod store;
 mod worker;
 

@@ -86,6 +86,16 @@ impl Viscoelastic {
         Ok(Self { part, prony, points: Arc::new(CellPoints::new(mesh, cells)) })
     }
 
+    /// Cells on which it acts.
+    pub fn cells(&self) -> &[u32] {
+        &self.points.cells
+    }
+
+    /// ρ: share of the isochoric stress of the law that is not there in the long run \[–\].
+    pub fn relaxed_share(&self) -> f64 {
+        self.prony.relaxed
+    }
+
     fn memory<'a>(&self, history: &'a [f64], q: usize) -> Memory<'a> {
         let n = 6 * (1 + self.prony.arms.len());
         Memory(&history[q * n..(q + 1) * n])

@@ -26,7 +26,7 @@ use super::stable::note_stability;
 use super::stages::{build_spans, check_continued, check_formulas};
 use super::start::check_start;
 use crate::effect::contact::placement::AffineFrame;
-use crate::effect::{CellPoints, FibreFamilies, Membrane, Stressed, Viscoelastic};
+use crate::effect::{CellPoints, FibreFamilies, Membrane, Mullins, Stressed, Viscoelastic};
 use crate::material::Law;
 use crate::math::tensor::Vec3;
 use crate::mesh::generate::MeshStore;
@@ -60,6 +60,8 @@ pub struct Scene {
     pub membranes: Vec<Arc<Membrane>>,
     /// The viscoelastic effects, for their derivatives
     pub relaxing: Vec<Arc<Viscoelastic>>,
+    /// Softening effects, for their derivatives
+    pub softening: Vec<Arc<Mullins>>,
     pub cables: Vec<NamedCable>,
     pub cavities: Vec<NamedCavity>,
     pub contacts: Vec<NamedContact>,
@@ -266,7 +268,8 @@ impl Scene {
         let points = body.mesh.points.iter().copied().chain(frames.flat_map(AffineFrame::rest)).collect();
         let (prescribed, signals, notes) = builder.finish();
         let Builder { nodes, regions, effects, constraints, gathered, spans, skins, tied, .. } = built;
-        let Gathered { points: elastic, stressed, reinforcing, membranes, relaxing, hosts, laws, .. } = gathered;
+        let Gathered { points: elastic, stressed, reinforcing, membranes, relaxing, softening, hosts, laws, .. } =
+            gathered;
         let system = System::tied(nodes, &hosts, effects, constraints, prescribed, Ties::new(tied))
             .map_err(|e| part(file, "scene", e))?;
         let law = laws.into_iter().next().map(|l| l.law);
@@ -284,6 +287,7 @@ impl Scene {
             reinforcing,
             membranes,
             relaxing,
+            softening,
             cables,
             cavities,
             contacts,

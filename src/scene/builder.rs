@@ -13,7 +13,7 @@ use super::signal::SignalSpec;
 use super::skin::NamedSkin;
 use crate::effect::contact::placement::AffineFrame;
 use crate::effect::contact::shape::Shape;
-use crate::effect::{CellPoints, FibreFamilies, Membrane, Stressed, Viscoelastic};
+use crate::effect::{CellPoints, FibreFamilies, Membrane, Mullins, Stressed, Viscoelastic};
 use crate::material::{self, Law};
 use crate::math::signal::Signal;
 use crate::math::tensor::{Mat3, Vec3};
@@ -44,12 +44,16 @@ pub(super) struct Gathered {
     pub(super) membranes: Vec<Arc<Membrane>>,
     /// Viscoelastic effects, for their derivatives
     pub(super) relaxing: Vec<Arc<Viscoelastic>>,
+    /// Softening effects, for their derivatives
+    pub(super) softening: Vec<Arc<Mullins>>,
     /// Nodes that host the second field
     pub(super) hosts: Vec<u32>,
     /// Laws of the elastic effects, in their order
     pub(super) laws: Vec<ElasticLaw>,
     /// Cell → number of the effect by which it relaxes
     pub(super) relaxed: BTreeMap<u32, usize>,
+    /// Cell → number of the effect by which it softens
+    pub(super) softened: BTreeMap<u32, usize>,
     /// Recorders of effects
     pub(super) recorders: Vec<Box<dyn Recorder>>,
 }

@@ -1,7 +1,7 @@
 //! Exact derivatives of recorded columns by the constants of the laws.
 //!
 //! ∂r/∂θ comes from the derivative of the law ([`crate::material::derivative`]) in every effect that takes it: elastic, membrane,
-//! viscoelastic, stiffness damping. The derivatives of the states come from [`crate::solve::Differentiator`]; here they go through the
+//! viscoelastic, mullins, stiffness damping. The derivatives of the states come from [`crate::solve::Differentiator`]; here they go through the
 //! recorders ([`super::Recorder::gradients`]).
 //!
 //! Limits: only the columns of recorders with a derivative, so not those of the probes `energy` and `stretch`; what else is not covered is a [`SensitivityError`].
@@ -156,7 +156,7 @@ fn terms(scene: &Scene, constant: &Constant) -> Result<Vec<ParameterDerivative>,
         along.map_err(|source| SensitivityError::Law { constant: name.clone(), source })
     };
     let (mut stressed, mut relaxing) = (scene.stressed.iter(), scene.relaxing.iter());
-    let mut membranes = scene.membranes.iter();
+    let (mut membranes, mut softening) = (scene.membranes.iter(), scene.softening.iter());
     let mut found = Vec::new();
     // For stiffness damping: region, and ∂/∂θ of the elastic effect there
     let mut elastic: Vec<(&str, Arc<dyn Effect>)> = Vec::new();
@@ -173,6 +173,12 @@ fn terms(scene: &Scene, constant: &Constant) -> Result<Vec<ParameterDerivative>,
             EffectSpec::Viscoelastic(viscoelastic) => {
                 let effect = relaxing.next().expect("one for each viscoelastic effect");
                 if viscoelastic.law == constant.law {
+                    found.push(ParameterDerivative { of, effect: effect.along(&*along()?) });
+                }
+            }
+            EffectSpec::Mullins(mullins) => {
+                let effect = softening.next().expect("one for each softening effect");
+                if mullins.law == constant.law {
                     found.push(ParameterDerivative { of, effect: effect.along(&*along()?) });
                 }
             }

@@ -15,8 +15,8 @@ pub use super::parts::contact::spec::{ContactSpec, MotionSpec, ResponseSpec};
 pub use super::parts::effects::{
     ArmSpec, DirectionSpec, EdgeDampersSpec, EdgeSpringsSpec, EffectSpec, ElasticSpec, FibreAlong, FibreFamilySpec,
     FibreSpec, FormulationSpec, GravitySpec, Hand, HelixSpec, InertiaSpec, LumpingSpec, MassDampingSpec, MembraneSpec,
-    ModuliSpec, PointForceSpec, SeriesSpec, StiffnessDampingSpec, StiffnessSpec, TractionSpec, ViscoelasticSpec,
-    ViscousDampingSpec,
+    ModuliSpec, MullinsSpec, PointForceSpec, SeriesSpec, SofteningSpec, StiffnessDampingSpec, StiffnessSpec,
+    TractionSpec, ViscoelasticSpec, ViscousDampingSpec,
 };
 pub use super::parts::probes::{
     BendingAngle, CentreLine, Energy, Markers, Pose, Position, ProbeSpec, Reaction, ReactionMoment, Stretch,

@@ -7,7 +7,8 @@
 //! ```
 
 use super::error::RelaxationError;
-use super::result::{Bounded, RelaxationFit};
+use super::result::RelaxationFit;
+use crate::calibrate::Bounded;
 use crate::storage;
 use std::path::Path;
 use toml::{Table, Value};

@@ -2,13 +2,13 @@
 
 use super::error::RelaxationError;
 use super::response::{Record, TestKind};
-use super::result::{Bounded, RelaxationFit, RelaxationTerm, RelaxationWarning};
+use super::result::{RelaxationFit, RelaxationTerm, RelaxationWarning};
 use super::retardation::moduli;
 use super::search::{self, Series, Weighted};
 use super::table::{self, RelaxationRequest, TermChoice};
 use crate::calibrate::judgement::errors;
 use crate::calibrate::judgement::statistics::t_quantile;
-use crate::calibrate::{CurveSet, FitSummary, MeasuredCurves};
+use crate::calibrate::{Bounded, CurveSet, FitSummary, MeasuredCurves};
 use nalgebra::{DMatrix, DVector};
 
 /// Fall of the modulus in the last decade of the data that counts as a plateau \[–\]

@@ -16,5 +16,5 @@ mod weights;
 pub use error::RelaxationError;
 pub use fit::{fit_record, fit_relaxation};
 pub use response::{Record, TestKind};
-pub use result::{Bounded, RelaxationFit, RelaxationTerm, RelaxationWarning};
+pub use result::{RelaxationFit, RelaxationTerm, RelaxationWarning};
 pub use table::{RelaxationRequest, Role, TermChoice};

@@ -2,38 +2,11 @@
 
 use super::error::RelaxationError;
 use super::response::TestKind;
-use crate::calibrate::{ErrorModel, FitSummary, within};
+use crate::calibrate::{Bounded, ErrorModel, FitSummary};
 use crate::storage;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::path::Path;
-
-/// A value with its 95 % interval.
-#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
-pub struct Bounded {
-    pub value: f64,
-    pub interval: [f64; 2],
-}
-
-impl Bounded {
-    /// The interval cut to what is possible.
-    pub(super) fn within(self, low: f64, high: f64) -> Self {
-        Self { interval: self.interval.map(|end| end.clamp(low, high)), ..self }
-    }
-
-    /// Larger distance of an end from the value.
-    pub fn half_width(&self) -> f64 {
-        (self.interval[1] - self.value).max(self.value - self.interval[0])
-    }
-
-    /// `0.213 (0.198 to 0.228)` with a unit; pascals in the unit that fits.
-    pub fn words(&self, unit: &str) -> String {
-        let (factor, printed, digits) = within(self.value, unit, Some(self.interval));
-        let [low, high] = self.interval.map(|end| factor * end);
-        let unit = if matches!(unit, "–" | "1") { String::new() } else { format!(" {printed}") };
-        format!("{:.digits$} ({low:.digits$} to {high:.digits$}){unit}", factor * self.value)
-    }
-}
 
 /// A term: share g \[–\] of the instantaneous modulus and relaxation time τ \[s\].
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]

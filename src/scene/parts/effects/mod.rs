@@ -9,6 +9,8 @@ mod gravity;
 mod inertia;
 mod mass_damping;
 mod membrane;
+mod mullins;
+mod of_law;
 mod part;
 mod point_force;
 mod stiffness_damping;
@@ -25,6 +27,7 @@ pub use gravity::GravitySpec;
 pub use inertia::{InertiaSpec, LumpingSpec};
 pub use mass_damping::MassDampingSpec;
 pub use membrane::MembraneSpec;
+pub use mullins::{MullinsSpec, SofteningSpec};
 pub use point_force::PointForceSpec;
 pub use stiffness_damping::{StiffnessDampingSpec, StiffnessSpec};
 pub use traction::TractionSpec;
@@ -48,6 +51,7 @@ pub enum EffectSpec {
     MassDamping(MassDampingSpec) = "mass_damping",
     ViscousDamping(ViscousDampingSpec) = "viscous_damping",
     Viscoelastic(ViscoelasticSpec) = "viscoelastic",
+    Mullins(MullinsSpec) = "mullins",
     StiffnessDamping(StiffnessDampingSpec) = "stiffness_damping",
     Membrane(MembraneSpec) = "membrane",
     FibreFamily(FibreFamilySpec) = "fibre_family",

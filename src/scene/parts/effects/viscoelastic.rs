@@ -1,5 +1,6 @@
 //! Effect `viscoelastic`: relaxation of a region by a Prony series, in addition to an elastic effect of the same law.
 
+use super::of_law::check_elastic_with;
 use super::part::EffectPart;
 use crate::effect::Viscoelastic;
 use crate::material::{Arm, Constants, Prony};
@@ -117,16 +118,7 @@ impl EffectPart for ViscoelasticSpec {
     fn check(&self, number: usize, builder: &mut Builder) -> Result<(), SceneError> {
         let Self { region, law, .. } = self;
         let place = format!("effect {number} (viscoelastic)");
-        let mut elastic = vec![false; builder.body.mesh.cell_count()];
-        for other in builder.gathered.laws.iter().filter(|other| other.name == *law) {
-            builder.cells(&place, &other.region)?.iter().for_each(|&c| elastic[c as usize] = true);
-        }
-        for c in builder.cells(&place, region)?.to_vec() {
-            if !elastic[c as usize] {
-                let fact = format!("cell {c} of region \"{region}\" has no elastic effect with the law \"{law}\"");
-                let remedy = "give `law` and `region` of an [[effect]] of kind \"elastic\"";
-                return Err(builder.content(&place, fact, remedy));
-            }
+        for c in check_elastic_with(builder, &place, region, law)? {
             if let Some(other) = builder.gathered.relaxed.insert(c, number) {
                 let fact = format!("cell {c} of region \"{region}\" relaxes by effect {other} already");
                 return Err(builder.content(&place, fact, "put all terms into the `prony` of one effect"));

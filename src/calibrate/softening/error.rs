@@ -1,0 +1,38 @@
+//! Refusals of a fit of softening, with fact, place and remedy.
+
+use crate::calibrate::{FitError, Mode};
+use crate::material::LawSpecError;
+use std::path::PathBuf;
+
+/// Why no softening was fitted.
+#[derive(Debug, thiserror::Error)]
+pub enum SofteningFitError {
+    #[error("{}: cannot be written: {source}", path.display())]
+    Write { path: PathBuf, source: std::io::Error },
+    #[error(
+        "{file}: {rows} data points are below the largest stretch before them, {needed} are needed: the table has no unloading; leave out --softening, or give the whole cyclic test"
+    )]
+    NoUnloading { file: String, rows: usize, needed: usize },
+    #[error(
+        "{file}: holds {mode} data on both sides of the undeformed state; the largest energy of one side says nothing about the other here: give them in two tables"
+    )]
+    BothSides { file: String, mode: Mode },
+    #[error("{file}: biaxial data have no single stretch; softening is fitted to the other modes")]
+    Biaxial { file: String },
+    #[error(
+        "{file}: no softening is seen: unloading follows the law of the first loading as well (criterion {elastic:.1}, {softening:.1} with softening); the effect mullins is not needed"
+    )]
+    None { file: String, elastic: f64, softening: f64 },
+    #[error(
+        "the law {law} has no isochoric part, and only that part softens; take mooney_rivlin, yeoh, ogden, gent, arruda_boyce or veronda_westmann"
+    )]
+    NotIsochoric { law: &'static str },
+    #[error(
+        "the fitted law is not defined at the stretch {stretch} of line {line}; fit a law without a limit, or leave out the data beyond by hand"
+    )]
+    Undefined { stretch: f64, line: u64 },
+    #[error(transparent)]
+    Fit(#[from] FitError),
+    #[error(transparent)]
+    Law(#[from] LawSpecError),
+}

@@ -1,0 +1,169 @@
+//! Fitted constants of softening: intervals, words, and `mullins.toml`, which the effect `mullins` includes.
+
+use super::error::SofteningFitError;
+use crate::calibrate::{Bounded, CurveSet, ErrorModel, Estimate, FitResult, FitSummary, MeasuredCurves};
+use crate::storage;
+use serde::Serialize;
+use std::fmt;
+use std::path::Path;
+use toml::{Table, Value};
+
+/// Constants of softening with their 95 % intervals.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct SofteningFit {
+    pub data: String,
+    pub data_sha256: String,
+    /// Law of the first loading and its constants
+    pub law: &'static str,
+    pub constants: Vec<Estimate>,
+    pub version: &'static str,
+    /// Rows below the largest stretch before them, which are fitted
+    pub rows: usize,
+    /// Rows of the first loading, which the law was fitted to
+    pub first_loading: usize,
+    pub r: Bounded,
+    /// \[Pa\]
+    pub m: Bounded,
+    pub beta: Bounded,
+    /// r is at its bound: nearly the whole stress is lost somewhere
+    pub at_bound: bool,
+    /// All cycles reach one stretch, which tells m and β not apart: β = 0
+    pub one_peak: bool,
+    pub errors: ErrorModel,
+    /// Degrees of freedom of Student's t
+    pub degrees: usize,
+    /// rms of the residual over that of the stress \[–\]
+    pub misfit: f64,
+    /// Largest W \[J/m³\]
+    pub largest_energy: f64,
+    /// Share of it that the first cycle loses \[–\]
+    pub lost: f64,
+    /// Words, data and curve
+    pub summary: FitSummary,
+}
+
+/// Without words.
+pub fn summary() -> FitSummary {
+    let curves = MeasuredCurves {
+        x_label: "stretch [–]".into(),
+        y_label: "nominal stress".into(),
+        y_unit: "Pa".into(),
+        log_x: false,
+        log_y: false,
+        sets: vec![],
+    };
+    let (title, answer, file) = (String::new(), String::new(), "mullins.toml".into());
+    FitSummary { title, answer, constants: vec![], method: vec![], messages: vec![], notes: vec![], file, curves }
+}
+
+impl SofteningFit {
+    /// Whether the data determine r and m (or β).
+    pub fn is_determined(&self) -> bool {
+        let wide = |b: &Bounded| !(b.half_width() <= b.value);
+        !self.at_bound && !wide(&self.r) && !(wide(&self.m) && wide(&self.beta))
+    }
+
+    /// `fitted`: stretch, stress and fitted stress of each row.
+    pub(super) fn with_words(mut self, law: &FitResult, fitted: &[(f64, f64, f64)]) -> Self {
+        let determined = self.is_determined();
+        let s = &mut self.summary;
+        s.title = format!("Softening from {}", self.data);
+        s.answer = format!(
+            "Softening of {} from {}: {} data points below their largest stretch, misfit {:.2} % rms; the first cycle to the largest stretch loses {:.1} % of its energy",
+            law.label,
+            self.data,
+            self.rows,
+            100.0 * self.misfit,
+            100.0 * self.lost
+        );
+        s.constants = vec![
+            ["r".into(), self.r.words("–")],
+            ["m".into(), self.m.words("Pa")],
+            ["beta".into(), self.beta.words("–")],
+        ];
+        s.method = vec![
+            format!(
+                "95 % intervals: {}; Student's t with {} degrees of freedom, the constants of the law as they are",
+                self.errors, self.degrees
+            ),
+            format!(
+                "the law of the first loading was fitted to {} data points at or above every stretch before them",
+                self.first_loading
+            ),
+        ];
+        if self.one_peak {
+            s.notes.push("all cycles reach the same energy: the data determine m + beta W_m only, and beta = 0 is taken; cycles to several stretches tell them apart".into());
+        }
+        if self.at_bound {
+            s.messages.push("r is at its bound of 1: the unloading loses nearly the whole stress, as with permanent set or slack, which this effect does not describe".into());
+        } else if !determined {
+            s.messages.push(
+                "the data do not determine the constants of softening: an interval is wider than its value".into(),
+            );
+        }
+        if self.misfit > 0.1 {
+            s.messages.push(format!(
+                "the softening misses the data by {:.0} % rms: unloading and reloading differ, or the specimen kept a set",
+                100.0 * self.misfit
+            ));
+        }
+        s.curves.sets = vec![CurveSet {
+            label: "unloading and reloading".into(),
+            measured: fitted.iter().map(|f| [f.0, f.1]).collect(),
+            fitted: fitted.iter().map(|f| [f.0, f.2]).collect(),
+            residuals: fitted.iter().map(|f| [f.0, f.1 - f.2]).collect(),
+        }];
+        self
+    }
+
+    /// Text of `mullins.toml`. Numbers have all their digits; there is no date, so that the same fit gives the same file.
+    fn text(&self) -> String {
+        let pascal = |v: f64| Value::from(format!("{v} Pa"));
+        let mut softening = Table::new();
+        softening.insert("r".into(), self.r.value.into());
+        softening.insert("m".into(), pascal(self.m.value));
+        softening.insert("beta".into(), self.beta.value.into());
+        let mut p = Table::new();
+        p.insert("data".into(), self.data.clone().into());
+        p.insert("sha256".into(), self.data_sha256.clone().into());
+        p.insert("law".into(), self.law.into());
+        for e in &self.constants {
+            p.insert(e.name.into(), if e.unit == "Pa" { pascal(e.value) } else { e.value.into() });
+        }
+        p.insert("rows".into(), i64::try_from(self.rows).expect("a table has fewer rows").into());
+        p.insert("r_interval".into(), self.r.interval.to_vec().into());
+        p.insert("m_interval".into(), self.m.interval.map(pascal).to_vec().into());
+        p.insert("beta_interval".into(), self.beta.interval.to_vec().into());
+        p.insert("errors".into(), self.errors.to_string().into());
+        p.insert("misfit".into(), self.misfit.into());
+        p.insert("determined".into(), self.is_determined().into());
+        let texts = [&self.summary.messages[..], &self.summary.notes[..]].concat();
+        p.insert("warnings".into(), texts.into());
+        p.insert("durometer".into(), self.version.into());
+        let root = Table::from_iter([
+            ("softening".to_string(), softening.into()),
+            ("provenance".to_string(), Value::Table(p)),
+        ]);
+        toml::to_string(&root).expect("a table of strings, numbers and arrays can be written")
+    }
+
+    /// Writes the file that the effect `mullins` includes.
+    pub fn write_softening(&self, path: &Path) -> Result<(), SofteningFitError> {
+        write(path, &self.text())
+    }
+
+    /// Writes the result as JSON.
+    pub fn write_json(&self, path: &Path) -> Result<(), SofteningFitError> {
+        write(path, &serde_json::to_string_pretty(self).expect("numbers, texts and lists can be written"))
+    }
+}
+
+fn write(path: &Path, text: &str) -> Result<(), SofteningFitError> {
+    storage::write(path, text.as_bytes()).map_err(|source| SofteningFitError::Write { path: path.into(), source })
+}
+
+impl fmt::Display for SofteningFit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.summary.fmt(f)
+    }
+}

@@ -1,0 +1,15 @@
+//! Results of `durometer fit --softening`, next to those of the law.
+
+use super::files;
+use durometer::calibrate::softening::SofteningFit;
+use std::error::Error;
+use std::path::Path;
+
+/// Writes `mullins.toml`, `mullins.json` and a page into a folder of their own.
+pub fn write(dir: &Path, fit: &SofteningFit) -> Result<(), Box<dyn Error>> {
+    files::make_folder(dir)?;
+    fit.write_softening(&dir.join("mullins.toml"))?;
+    fit.write_json(&dir.join("mullins.json"))?;
+    durometer::report::summary::write(dir)?;
+    Ok(())
+}
