@@ -4,9 +4,10 @@
 mod common;
 
 use common::{Random, column, run, scene};
+use durometer::calibrate::Role;
 use durometer::calibrate::relaxation::{
-    Record, RelaxationError, RelaxationFit, RelaxationRequest, RelaxationWarning, Role, TermChoice, TestKind,
-    fit_record, fit_relaxation,
+    Record, RelaxationError, RelaxationFit, RelaxationRequest, RelaxationWarning, TermChoice, TestKind, fit_record,
+    fit_relaxation,
 };
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;

@@ -25,6 +25,7 @@ pub mod softening;
 mod solve;
 mod summary;
 mod treatment;
+pub mod volume;
 
 pub use bounded::Bounded;
 pub use compare::{Compared, Comparison, compare, compare_experiment};
@@ -39,6 +40,7 @@ pub use intake::columns::{ColumnChoice, Sign};
 pub use intake::dimensions::Dimensions;
 pub use intake::experiment::Experiment;
 pub use intake::names::{StrainKind, StressKind};
+pub use intake::roles::{ColumnError, Role};
 pub use intake::table::Decimal;
 pub use judgement::certificate::StableRange;
 pub use judgement::errors::ErrorModel;

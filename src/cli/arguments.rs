@@ -1,6 +1,8 @@
 //! Arguments that several commands share.
 
+use durometer::calibrate::Role;
 use durometer::scene::{MemorySpec, overrides};
+use std::collections::BTreeMap;
 
 /// `--set key=value`, several times. A step into a list is its index from 0, or the `name` or `kind` of an entry.
 pub fn changes(set: &[String]) -> Result<Vec<(String, toml::Value)>, overrides::OverrideError> {
@@ -16,4 +18,17 @@ pub fn at_least_one(text: &str) -> Result<usize, String> {
 pub fn memory(text: &str) -> Result<u64, String> {
     let text: toml::Value = text.into();
     text.try_into::<MemorySpec>().map(|gigabytes| (1e9 * gigabytes.0) as u64).map_err(|e| e.message().to_string())
+}
+
+/// `time=t` and the like by their content; one that is given twice is refused.
+pub fn contents(texts: &[String]) -> Result<BTreeMap<Role, String>, String> {
+    let mut found = BTreeMap::new();
+    for text in texts {
+        let (role, name) =
+            text.split_once('=').ok_or_else(|| format!("\"{text}\": write CONTENT=NAME such as time=t"))?;
+        if found.insert(role.trim().parse()?, name.to_string()).is_some() {
+            return Err(format!("\"{text}\": {} is given twice; keep one of the two", role.trim()));
+        }
+    }
+    Ok(found)
 }

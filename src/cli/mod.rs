@@ -23,6 +23,7 @@ mod run;
 mod simulate;
 mod softening;
 mod store;
+mod volume;
 mod worker;
 
 use clap::{Parser, Subcommand};
@@ -62,6 +63,7 @@ enum Command {
     Robustness(robustness::Args),
     Fit(Box<fit::Args>),
     Prony(prony::Args),
+    Volume(volume::Args),
     Laws(laws::Args),
     Check(check::Args),
     Report(report::Args),
@@ -96,6 +98,7 @@ pub fn main() -> ExitCode {
         Command::Robustness(args) => robustness::main(args),
         Command::Fit(args) => fit::main(*args),
         Command::Prony(args) => prony::main(args),
+        Command::Volume(args) => volume::main(args),
         Command::Laws(args) => laws::main(args),
         Command::Check(args) => check::main(args),
         Command::Report(args) => report::main(args),

@@ -1,8 +1,9 @@
 //! `durometer prony CSV --experiment KIND`
 
+use super::arguments::contents;
 use super::files;
 use super::outcome::{CommandResult, Outcome};
-use durometer::calibrate::relaxation::{RelaxationRequest, Role, TermChoice, TestKind, fit_relaxation};
+use durometer::calibrate::relaxation::{RelaxationRequest, TermChoice, TestKind, fit_relaxation};
 use durometer::math::units::{self, Dimension};
 use std::path::PathBuf;
 
@@ -78,8 +79,8 @@ pub fn main(args: Args) -> CommandResult {
         (None, None) if args.times.is_empty() => TermChoice::Evidence,
         (None, None) => TermChoice::Times(args.times.iter().map(seconds).collect::<Result<_, _>>()?),
     };
-    request.columns = args.column.iter().map(|text| pair(text)).collect::<Result<_, _>>()?;
-    request.units = args.unit.iter().map(|text| pair(text)).collect::<Result<_, _>>()?;
+    request.columns = contents(&args.column)?;
+    request.units = contents(&args.unit)?;
     let stem = args.csv.file_stem().map_or_else(|| "data".into(), |n| n.to_string_lossy().into_owned());
     let out = args.out.unwrap_or_else(|| PathBuf::from("reports").join(format!("prony-{stem}")));
     let fit = fit_relaxation(&request)?;
@@ -94,10 +95,4 @@ pub fn main(args: Args) -> CommandResult {
         println!("results: {}, report: {}", out.join("prony.toml").display(), out.join("index.html").display());
     }
     Ok(if fit.is_determined() { Outcome::Complete } else { Outcome::NotDetermined })
-}
-
-/// `time=t`
-fn pair(text: &str) -> Result<(Role, String), String> {
-    let (role, name) = text.split_once('=').ok_or_else(|| format!("\"{text}\": write CONTENT=NAME such as time=t"))?;
-    Ok((role.trim().parse()?, name.to_string()))
 }

@@ -11,7 +11,7 @@ use std::path::PathBuf;
 pub struct Args {
     /// Folder of the results, e.g. reports/finger-convergence or reports/fit-treloar-1944-ogden
     dir: PathBuf,
-    /// Print summary.json (of a fit: fit.json, of a comparison of all laws: compare.json, of a Prony series: prony.json, of softening: mullins.json)
+    /// Print summary.json (of a fit: fit.json, of a comparison of all laws: compare.json, of a Prony series: prony.json, of softening: mullins.json, of a change of volume: volume.json)
     #[arg(long)]
     json: bool,
 }

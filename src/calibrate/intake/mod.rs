@@ -9,6 +9,7 @@ pub(super) mod experiment;
 pub(super) mod meaning;
 pub(super) mod names;
 pub(super) mod parts;
+pub(super) mod roles;
 pub(super) mod samples;
 pub(super) mod table;
 pub(super) mod unusual;

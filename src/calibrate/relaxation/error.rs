@@ -1,6 +1,7 @@
 //! Refusals of a fit of a Prony series, with fact, place and remedy.
 
 use crate::calibrate::FitError;
+use crate::calibrate::intake::roles::{ColumnError, numbers};
 use crate::material::LawSpecError;
 use crate::math::units::UnitError;
 use std::path::PathBuf;
@@ -8,26 +9,8 @@ use std::path::PathBuf;
 /// Why no Prony series was fitted.
 #[derive(Debug, thiserror::Error)]
 pub enum RelaxationError {
-    #[error("{}: cannot be read: {source}", path.display())]
-    Read { path: PathBuf, source: std::io::Error },
     #[error("{}: cannot be written: {source}", path.display())]
     Write { path: PathBuf, source: std::io::Error },
-    #[error("{file}: {what}; save it as text (CSV)")]
-    NotText { file: String, what: String },
-    #[error("{file}: no line names columns of {}; the nearest one has {}. Name a column by --column, for example --column time=t", missing.join(", "), found.join(", "))]
-    Columns { file: String, missing: Vec<&'static str>, found: Vec<String> },
-    #[error("{file}: {} could be the column of {role}; choose one with --column {role}=NAME", candidates.join(" and "))]
-    Ambiguous { file: String, role: &'static str, candidates: Vec<String> },
-    #[error("{file}: column \"{column}\" has no unit; pass --unit {role}=… such as --unit {role}={example}")]
-    NoUnit { file: String, column: String, role: &'static str, example: &'static str },
-    #[error(
-        "{file}: column \"{column}\": \"{unit}\" is no unit of {role}; wanted is one such as {example}: pass --unit {role}={example}"
-    )]
-    Unit { file: String, column: String, unit: String, role: &'static str, example: &'static str },
-    #[error("{file}: the decimal mark of \"{cell}\" is not clear; write the numbers with more digits, or with a point")]
-    Decimal { file: String, cell: String },
-    #[error("{file}: {} cells are no numbers: {}; remove or mend these lines", cells.len(), first(cells))]
-    Cells { file: String, cells: Vec<String> },
     #[error("{file}: the times do not increase in {} lines: {}; a test is one run in the order of time", lines.len(), numbers(lines))]
     Times { file: String, lines: Vec<u64> },
     #[error("{file}: the frequency is not positive in {} lines: {}; remove them", lines.len(), numbers(lines))]
@@ -65,21 +48,11 @@ pub enum RelaxationError {
     #[error("the law is not defined at the stretch {stretch} of line {line}: {reason}")]
     LawStress { stretch: f64, line: u64, reason: String },
     #[error(transparent)]
+    Column(#[from] ColumnError),
+    #[error(transparent)]
     LawFile(#[from] FitError),
     #[error(transparent)]
     Law(#[from] LawSpecError),
     #[error(transparent)]
     Quantity(#[from] UnitError),
-}
-
-/// Entries of a list that are shown
-const SHOWN: usize = 8;
-
-fn first(items: &[String]) -> String {
-    let more = if items.len() > SHOWN { format!(" and {} more", items.len() - SHOWN) } else { String::new() };
-    items.iter().take(SHOWN).cloned().collect::<Vec<_>>().join(", ") + &more
-}
-
-fn numbers(lines: &[u64]) -> String {
-    first(&lines.iter().map(u64::to_string).collect::<Vec<_>>())
 }

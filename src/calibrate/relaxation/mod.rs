@@ -17,4 +17,4 @@ pub use error::RelaxationError;
 pub use fit::{fit_record, fit_relaxation};
 pub use response::{Record, TestKind};
 pub use result::{RelaxationFit, RelaxationTerm, RelaxationWarning};
-pub use table::{RelaxationRequest, Role, TermChoice};
+pub use table::{RelaxationRequest, TermChoice};

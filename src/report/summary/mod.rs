@@ -15,7 +15,7 @@ use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
 /// Results of these fits, by file.
-const RESULTS: [&str; 2] = ["prony.json", "mullins.json"];
+const RESULTS: [&str; 3] = ["prony.json", "mullins.json", "volume.json"];
 
 /// The part of a result that is shown.
 #[derive(Deserialize)]

@@ -1,0 +1,345 @@
+//! Columns by what they hold: time, strain, frequency, moduli, pressure, volume, for tests that are no tensile curve.
+
+use super::names::{self, StrainKind};
+use super::table::{self, Decimal, Line};
+use crate::math::units::Dimension;
+use crate::storage::{self, DATA_LIMIT};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+/// What a column holds.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub enum Role {
+    Time,
+    Strain,
+    Stress,
+    Frequency,
+    Storage,
+    Loss,
+    TanDelta,
+    /// Strain across the load
+    Lateral,
+    Pressure,
+    /// Volume over the undeformed volume, or its relative change
+    Volume,
+}
+
+impl Role {
+    const ALL: [Self; 10] = [
+        Self::Time,
+        Self::Strain,
+        Self::Stress,
+        Self::Frequency,
+        Self::Storage,
+        Self::Loss,
+        Self::TanDelta,
+        Self::Lateral,
+        Self::Pressure,
+        Self::Volume,
+    ];
+
+    /// Name in flags and messages.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Time => "time",
+            Self::Strain => "strain",
+            Self::Stress => "stress",
+            Self::Frequency => "frequency",
+            Self::Storage => "storage",
+            Self::Loss => "loss",
+            Self::TanDelta => "tan_delta",
+            Self::Lateral => "lateral",
+            Self::Pressure => "pressure",
+            Self::Volume => "volume",
+        }
+    }
+
+    /// Whether a column of this name holds it.
+    fn names(self, name: &str) -> bool {
+        let lower = name.to_lowercase();
+        let symbol = lower.split(['[', '(', ' ', '_']).next().unwrap_or_default().to_string();
+        let is = |symbols: &[&str]| symbols.contains(&symbol.as_str());
+        let tells = |any: &[&str]| any.iter().any(|w| lower.contains(w));
+        let tan = tells(&["tan", "loss factor", "loss_factor", "verlustfaktor"]);
+        let loss = is(&["e''", "g''", "e\"", "g\"", "e″", "g″"]) || (tells(&["loss", "verlust"]) && !tan);
+        let storage = is(&["e'", "g'", "e′", "g′"]) || tells(&["storage", "speicher"]);
+        match self {
+            Self::Time => names::is_time(name) || is(&["t"]),
+            Self::Strain => names::strain(name).is_some(),
+            Self::Stress => names::stress(name).is_some() || (tells(&["modul"]) && !loss && !storage),
+            Self::Frequency => tells(&["freq", "fréq", "omega", "kreisfrequenz"]) || is(&["f", "ω"]),
+            Self::Storage => storage,
+            Self::Loss => loss,
+            Self::TanDelta => tan,
+            Self::Lateral => tells(&["lateral", "transverse", "querdehnung", "transversal"]),
+            Self::Pressure => tells(&["pressure", "pression"]) || (tells(&["druck"]) && !tells(&["kraft", "spannung"])),
+            Self::Volume => tells(&["volume", "volumen", "volumetric", "v/v0"]) || is(&["j"]),
+        }
+    }
+
+    fn example(self) -> &'static str {
+        match self {
+            Self::Time => "s",
+            Self::Strain | Self::Lateral | Self::Volume => "%",
+            Self::Stress | Self::Storage | Self::Loss | Self::Pressure => "MPa",
+            Self::Frequency => "Hz",
+            Self::TanDelta => "1",
+        }
+    }
+}
+
+impl FromStr for Role {
+    type Err = String;
+    fn from_str(word: &str) -> Result<Self, String> {
+        Self::ALL.into_iter().find(|r| r.name() == word).ok_or_else(|| {
+            let known: Vec<&str> = Self::ALL.iter().map(|r| r.name()).collect();
+            format!("\"{word}\" is no content of a column; known: {}", known.join(", "))
+        })
+    }
+}
+
+/// Why the columns of a table were not read.
+#[derive(Debug, thiserror::Error)]
+pub enum ColumnError {
+    #[error("{}: cannot be read: {source}", path.display())]
+    Read { path: PathBuf, source: std::io::Error },
+    #[error("{file}: {what}; save it as text (CSV)")]
+    NotText { file: String, what: String },
+    #[error("{file}: no line names columns of {}; the nearest one has {}. Name a column by --column, for example --column time=t", missing.join(", "), found.join(", "))]
+    Columns { file: String, missing: Vec<&'static str>, found: Vec<String> },
+    #[error("{file}: {} could be the column of {role}; choose one with --column {role}=NAME", candidates.join(" and "))]
+    Ambiguous { file: String, role: &'static str, candidates: Vec<String> },
+    #[error("{file}: column \"{column}\" has no unit; pass --unit {role}=… such as --unit {role}={example}")]
+    NoUnit { file: String, column: String, role: &'static str, example: &'static str },
+    #[error(
+        "{file}: column \"{column}\": \"{unit}\" is no unit of {role}; wanted is one such as {example}: pass --unit {role}={example}"
+    )]
+    Unit { file: String, column: String, unit: String, role: &'static str, example: &'static str },
+    #[error("{file}: the decimal mark of \"{cell}\" is not clear; write the numbers with more digits, or with a point")]
+    Decimal { file: String, cell: String },
+    #[error("{file}: {} cells are no numbers: {}; remove or mend these lines", cells.len(), first(cells))]
+    Cells { file: String, cells: Vec<String> },
+}
+
+/// Entries of a list that are shown
+const SHOWN: usize = 8;
+
+/// The first entries of a list.
+pub fn first(items: &[String]) -> String {
+    let more = if items.len() > SHOWN { format!(" and {} more", items.len() - SHOWN) } else { String::new() };
+    items.iter().take(SHOWN).cloned().collect::<Vec<_>>().join(", ") + &more
+}
+
+/// The first of some lines.
+pub fn numbers(lines: &[u64]) -> String {
+    first(&lines.iter().map(u64::to_string).collect::<Vec<_>>())
+}
+
+/// The columns that a test needs, with what was said about them.
+pub struct Wanted<'a> {
+    pub all: &'a [Role],
+    /// One of these in addition
+    pub one: &'a [Role],
+    /// Names of columns, or numbers such as `#3`
+    pub columns: &'a BTreeMap<Role, String>,
+    pub units: &'a BTreeMap<Role, String>,
+    /// Contents that may have no unit
+    pub unitless: &'a [Role],
+}
+
+/// A column that was read, in SI units.
+pub struct ReadColumn {
+    pub name: String,
+    pub unit: String,
+    pub dimension: Option<Dimension>,
+    pub values: Vec<f64>,
+}
+
+/// A table that was read.
+pub struct ReadTable {
+    /// Name of the file
+    pub file: String,
+    pub sha256: String,
+    pub columns: BTreeMap<Role, ReadColumn>,
+    /// Line of each value
+    pub lines: Vec<u64>,
+    pub notes: Vec<String>,
+}
+
+/// Reads the wanted columns of a file.
+pub fn read(path: &Path, wanted: &Wanted) -> Result<ReadTable, ColumnError> {
+    let bytes = storage::read(path, DATA_LIMIT).map_err(|source| ColumnError::Read { path: path.into(), source })?;
+    let file = path.file_name().map_or_else(|| path.into(), PathBuf::from).display().to_string();
+    let (text, encoding) = table::decode(&bytes).map_err(|what| ColumnError::NotText { file: file.clone(), what })?;
+    let reader = Reader { file: &file, wanted };
+    let (lines, at, columns) = reader.find_columns(&text)?;
+    let mut notes: Vec<String> =
+        encoding.map(|e| format!("the file is not UTF-8; it was read as {e}")).into_iter().collect();
+    let units_below = lines.get(at + 1).is_some_and(|l| !l.cells.iter().any(|c| table::is_number(c)));
+    let below = at + 1 + usize::from(units_below);
+    let body: Vec<&Line> = lines[below.min(lines.len())..].iter().filter(|l| !l.is_empty()).collect();
+    let own = units_below.then(|| &lines[at + 1].cells);
+    let columns = reader.numbers(&lines[at].cells, own, &body, &columns)?;
+    for (role, column) in &columns {
+        let unit = if column.unit == "1" { String::new() } else { format!(" in {}", column.unit) };
+        notes.push(format!("\"{}\" is the {}{unit}", column.name, role.name()));
+    }
+    let lines = body.iter().map(|l| l.number).collect();
+    Ok(ReadTable { sha256: storage::sha256(&bytes), file, columns, lines, notes })
+}
+
+struct Reader<'a> {
+    file: &'a str,
+    wanted: &'a Wanted<'a>,
+}
+
+type Columns = BTreeMap<Role, usize>;
+
+impl Reader<'_> {
+    fn file(&self) -> String {
+        self.file.into()
+    }
+
+    /// Lines, the one with the names, and the columns.
+    fn find_columns(&self, text: &str) -> Result<(Vec<Line>, usize, Columns), ColumnError> {
+        let mut nearest: (Vec<&'static str>, Vec<String>) = (vec![], vec![]);
+        for delimiter in table::DELIMITERS {
+            let lines = table::split(text, delimiter);
+            for (at, line) in lines.iter().enumerate().take(200) {
+                // A line of numbers has no names, apart from columns by number
+                if line.cells.iter().any(|c| table::is_number(c)) {
+                    continue;
+                }
+                let (columns, missing) = self.columns_of(&line.cells)?;
+                if missing.is_empty() {
+                    return Ok((lines, at, columns));
+                }
+                let found: Vec<String> =
+                    line.cells.iter().filter(|c| !c.is_empty()).map(|c| format!("\"{c}\"")).collect();
+                let better = nearest.1.is_empty() || (missing.len(), nearest.1.len()) < (nearest.0.len(), found.len());
+                if better && !found.is_empty() {
+                    nearest = (missing, found);
+                }
+            }
+        }
+        if nearest.1.is_empty() {
+            nearest = (self.wanted.all.iter().map(|r| r.name()).collect(), vec!["no line of names".into()]);
+        }
+        Err(ColumnError::Columns { file: self.file(), missing: nearest.0, found: nearest.1 })
+    }
+
+    /// The columns of a line of names, and the contents that it lacks.
+    fn columns_of(&self, cells: &[String]) -> Result<(Columns, Vec<&'static str>), ColumnError> {
+        let (all, one) = (self.wanted.all, self.wanted.one);
+        let mut columns = Columns::new();
+        let stated = |name: &String| {
+            let by_name = cells.iter().position(|c| c.eq_ignore_ascii_case(name.trim()));
+            let number =
+                || name.trim().strip_prefix('#')?.parse::<usize>().ok()?.checked_sub(1).filter(|k| *k < cells.len());
+            by_name.or_else(number)
+        };
+        for role in all.iter().chain(one) {
+            let found: Vec<usize> = match self.wanted.columns.get(role) {
+                Some(name) => stated(name).into_iter().collect(),
+                None => (0..cells.len()).filter(|k| role.names(&cells[*k])).collect(),
+            };
+            match found[..] {
+                [] => {}
+                [k] => drop(columns.insert(*role, k)),
+                _ => {
+                    let candidates = found.iter().map(|k| format!("\"{}\" (#{})", cells[*k], k + 1)).collect();
+                    return Err(ColumnError::Ambiguous { file: self.file(), role: role.name(), candidates });
+                }
+            }
+        }
+        let mut missing: Vec<&'static str> =
+            all.iter().filter(|r| !columns.contains_key(r)).map(|r| r.name()).collect();
+        if !one.is_empty() && !one.iter().any(|r| columns.contains_key(r)) {
+            missing.push("loss or tan_delta");
+        }
+        if columns.contains_key(&Role::Loss) {
+            columns.remove(&Role::TanDelta);
+        }
+        // One cell that names two contents is a line that another delimiter divides
+        let shared = |role: &&Role| columns.iter().any(|(other, k)| other < *role && columns.get(role) == Some(k));
+        missing.extend(all.iter().filter(shared).map(|r| r.name()));
+        Ok((columns, missing))
+    }
+
+    /// Factor to SI of a column, with its unit and dimension.
+    fn unit(
+        &self,
+        role: Role,
+        name: &str,
+        below: Option<&String>,
+    ) -> Result<(f64, String, Option<Dimension>), ColumnError> {
+        let bare = |c: &String| c.trim_matches(['(', ')', '[', ']']).trim().to_string();
+        let last = || name.rsplit(['_', ' ']).next().filter(|w| *w != name).map(String::from);
+        let in_name = match role {
+            // "Tan(delta)" has no unit
+            Role::TanDelta => None,
+            _ => names::unit(name).or_else(|| last().filter(|u| factor(role, u).is_some())),
+        };
+        let own = in_name.or_else(|| below.map(bare).filter(|u| !u.is_empty()));
+        let stated = self.wanted.units.get(&role).cloned().or(own);
+        let no_unit = || ColumnError::NoUnit {
+            file: self.file(),
+            column: name.into(),
+            role: role.name(),
+            example: role.example(),
+        };
+        let bare_number = self.wanted.unitless.contains(&role)
+            || role == Role::TanDelta
+            || role == Role::Strain && names::strain(name).is_some_and(|r| r.1 == StrainKind::Stretch);
+        let dimensionless = bare_number.then_some("1");
+        let unit = stated.or_else(|| dimensionless.map(String::from)).ok_or_else(no_unit)?;
+        let (factor, dimension) = factor(role, &unit).ok_or_else(|| ColumnError::Unit {
+            file: self.file(),
+            column: name.into(),
+            unit: unit.clone(),
+            role: role.name(),
+            example: role.example(),
+        })?;
+        Ok((factor, unit, dimension))
+    }
+
+    /// The numbers of every column in SI units.
+    fn numbers(
+        &self,
+        names: &[String],
+        units: Option<&Vec<String>>,
+        body: &[&Line],
+        columns: &Columns,
+    ) -> Result<BTreeMap<Role, ReadColumn>, ColumnError> {
+        let cells = || body.iter().flat_map(|l| columns.values().filter_map(|k| l.cells.get(*k))).map(String::as_str);
+        let decimal = Decimal::of(cells()).map_err(|cell| ColumnError::Decimal { file: self.file(), cell })?;
+        let (mut read, mut wrong) = (BTreeMap::new(), vec![]);
+        for (role, at) in columns {
+            let (factor, unit, dimension) = self.unit(*role, &names[*at], units.and_then(|u| u.get(*at)))?;
+            let mut values = vec![];
+            for line in body {
+                let cell = line.cells.get(*at).map_or("", String::as_str);
+                match table::number(cell, decimal) {
+                    Ok(x) if (factor * x).is_finite() => values.push(factor * x),
+                    _ => wrong.push(format!("line {} \"{cell}\"", line.number)),
+                }
+            }
+            read.insert(*role, ReadColumn { name: names[*at].clone(), unit, dimension, values });
+        }
+        if wrong.is_empty() { Ok(read) } else { Err(ColumnError::Cells { file: self.file(), cells: wrong }) }
+    }
+}
+
+/// Factor to SI and dimension of a unit for a content.
+fn factor(role: Role, unit: &str) -> Option<(f64, Option<Dimension>)> {
+    let of = |d: Dimension| names::factor(unit, d).map(|f| (f, Some(d)));
+    let none = || names::strain_factor(unit).map(|f| (f, Some(Dimension::NONE)));
+    match role {
+        Role::Time => of(Dimension::TIME),
+        Role::Frequency => of(Dimension::FREQUENCY).or_else(|| of(Dimension::ANGULAR_VELOCITY)),
+        Role::Storage | Role::Loss | Role::Pressure => of(Dimension::PRESSURE),
+        Role::Stress => of(Dimension::PRESSURE).or_else(|| of(Dimension::FORCE)).or_else(none),
+        Role::Strain | Role::TanDelta | Role::Lateral | Role::Volume => none(),
+    }
+}

@@ -1,0 +1,27 @@
+//! Refusals of a fit of the change of volume, with fact, place and remedy.
+
+use crate::calibrate::intake::roles::{ColumnError, numbers};
+use std::path::PathBuf;
+
+/// Why neither Poisson's ratio nor the bulk modulus was fitted.
+#[derive(Debug, thiserror::Error)]
+pub enum VolumeError {
+    #[error(transparent)]
+    Column(#[from] ColumnError),
+    #[error("{}: cannot be written: {source}", path.display())]
+    Write { path: PathBuf, source: std::io::Error },
+    #[error("{file}: {rows} data points, and a fit needs at least 4; measure more")]
+    TooFewRows { file: String, rows: usize },
+    #[error("{file}: the {what} is not above −100 % in {} lines: {}; check its kind and unit", lines.len(), numbers(lines))]
+    Impossible { file: String, what: &'static str, lines: Vec<u64> },
+    #[error("{file}: the {what} does not vary, so that nothing follows from it; check the column")]
+    Constant { file: String, what: &'static str },
+    #[error("{file}: {fact}; {remedy}")]
+    Sign { file: String, fact: String, remedy: &'static str },
+    #[error("volumetric = \"{name}\" is no volumetric part; take one of quadratic, logarithmic, simo_taylor")]
+    Part { name: String },
+    #[error(
+        "--volumetric does not go with --experiment lateral: a lateral strain gives Poisson's ratio, not the form of U(J)"
+    )]
+    Contradiction,
+}

@@ -1,0 +1,39 @@
+//! The request for a fit of the change of volume.
+
+use crate::calibrate::Role;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+/// The test that gave the data.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum VolumeTest {
+    /// Strain along and across a uniaxial load
+    Lateral,
+    /// Pressure over volume
+    Bulk,
+}
+
+impl std::str::FromStr for VolumeTest {
+    type Err = String;
+    fn from_str(word: &str) -> Result<Self, String> {
+        match word {
+            "lateral" => Ok(Self::Lateral),
+            "bulk" => Ok(Self::Bulk),
+            _ => Err(format!("\"{word}\" is not a kind of experiment; known: lateral, bulk")),
+        }
+    }
+}
+
+/// Request for a fit.
+#[derive(Clone, PartialEq, Debug)]
+pub struct VolumeRequest {
+    pub data: PathBuf,
+    pub test: VolumeTest,
+    /// Names of columns, or numbers such as `#3`
+    pub columns: BTreeMap<Role, String>,
+    pub units: BTreeMap<Role, String>,
+    /// Volumetric part of a bulk test; else the one with the least misfit
+    pub volumetric: Option<String>,
+}

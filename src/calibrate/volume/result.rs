@@ -1,0 +1,197 @@
+//! Poisson's ratio or the bulk modulus with its interval, in words and as a file.
+
+use super::error::VolumeError;
+use super::line::Line;
+use super::request::VolumeTest;
+use crate::calibrate::intake::roles::ReadTable;
+use crate::calibrate::{Bounded, CurveSet, ErrorModel, FitSummary, MeasuredCurves};
+use crate::material::VolumetricKind;
+use crate::storage;
+use serde::Serialize;
+use std::fmt;
+use std::path::Path;
+use toml::{Table, Value};
+
+/// A fit of the change of volume.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct VolumeFit {
+    pub data: String,
+    pub data_sha256: String,
+    pub test: VolumeTest,
+    pub version: &'static str,
+    pub rows: usize,
+    /// ν \[–\] of a lateral strain, κ \[Pa\] of a bulk test
+    pub value: Bounded,
+    /// Offset of the line: of ln λ_t \[–\], or of the pressure \[Pa\]
+    pub offset: Bounded,
+    /// Volumetric part of a bulk test
+    pub volumetric: Option<&'static str>,
+    pub errors: ErrorModel,
+    pub misfit: f64,
+    /// The interval reaches 0.5, or zero: the data give a bound only
+    pub bound_only: bool,
+    /// Words, data and curve
+    pub summary: FitSummary,
+}
+
+/// Misfit below which a bend is rounding \[–\]
+const ROUNDING: f64 = 1e-9;
+
+/// What limits the use of the value.
+fn messages(lateral: bool, bound_only: bool, value: &Bounded, line: &Line) -> Vec<String> {
+    let mut messages = vec![];
+    if bound_only && lateral {
+        messages.push(format!(
+            "the interval reaches 0.5: the lateral strain gives no bulk modulus, only nu ≥ {:.4}; measure pressure over volume, or the lateral strain more exactly",
+            value.interval[0]
+        ));
+    } else if bound_only {
+        messages.push("the interval of kappa reaches zero: the data do not determine it".into());
+    }
+    let [a, b] = line.bend.interval;
+    if a * b > 0.0 && line.misfit > ROUNDING {
+        messages.push(if lateral {
+            format!("ln λ_t bends over ln λ ({:.3e} of its square): the logarithmic Poisson's ratio is not constant over these strains; use a smaller range for small strains", line.bend.value)
+        } else {
+            "the pressure bends over the volume more than the volumetric part says; use a smaller range, or another part".into()
+        });
+    }
+    messages
+}
+
+/// Data and line for a figure.
+fn curves(lateral: bool, x: &[f64], y: &[f64], line: &Line) -> MeasuredCurves {
+    let fitted = |k: usize| y[k] - line.residual[k];
+    let mut order: Vec<usize> = (0..x.len()).collect();
+    order.sort_by(|a, b| x[*a].total_cmp(&x[*b]));
+    let sets = vec![CurveSet {
+        label: "measured".into(),
+        measured: (0..x.len()).map(|k| [x[k], y[k]]).collect(),
+        fitted: order.iter().map(|k| [x[*k], fitted(*k)]).collect(),
+        residuals: (0..x.len()).map(|k| [x[k], line.residual[k]]).collect(),
+    }];
+    MeasuredCurves {
+        x_label: if lateral { "ln λ [–]".into() } else { "U′(J)/κ [–]".into() },
+        y_label: if lateral { "ln of the lateral stretch".into() } else { "pressure".into() },
+        y_unit: if lateral { "1".into() } else { "Pa".into() },
+        log_x: false,
+        log_y: false,
+        sets,
+    }
+}
+
+/// The result in words. `others`: every volumetric part that was tried with κ and misfit, the best first.
+pub fn words(
+    table: &ReadTable,
+    test: VolumeTest,
+    others: Option<Vec<(VolumetricKind, f64, f64)>>,
+    x: &[f64],
+    y: &[f64],
+    line: Line,
+) -> VolumeFit {
+    let [low, high] = line.slope.interval;
+    let value = Bounded { value: -line.slope.value, interval: [-high, -low] };
+    let lateral = test == VolumeTest::Lateral;
+    let bound_only = if lateral { value.interval[1] >= 0.5 } else { value.interval[0] <= 0.0 };
+    let (symbol, unit) = if lateral { ("nu", "–") } else { ("kappa", "Pa") };
+    let what = if lateral { "Poisson's ratio" } else { "Bulk modulus" };
+    let messages = messages(lateral, bound_only, &value, &line);
+    let mut method = vec![format!("95 % interval: {}", line.errors.model)];
+    method.push(if lateral {
+        "the logarithmic (Hencky) ratio −d ln λ_t/d ln λ, which is that of small strains at the beginning".into()
+    } else {
+        "p = −U′(J) of the volumetric part, with an offset of the pressure".into()
+    });
+    for (kind, kappa, misfit) in others.iter().flatten() {
+        method.push(format!("{}: kappa = {:.4e} Pa, misfit {:.3} % rms", kind.name(), kappa, 100.0 * misfit));
+    }
+    let offset_unit = if lateral { "–" } else { "Pa" };
+    let answer = format!(
+        "{what} from {}: {symbol} = {} ({} data points, misfit {:.2} % rms)",
+        table.file,
+        value.words(unit),
+        x.len(),
+        100.0 * line.misfit
+    );
+    let constants = vec![[symbol.to_string(), value.words(unit)], ["offset".into(), line.offset.words(offset_unit)]];
+    let volumetric = others.as_ref().and_then(|o| o.first()).map(|o| o.0.name());
+    let summary = FitSummary {
+        title: format!("{what} from {}", table.file),
+        answer,
+        constants,
+        method,
+        messages,
+        notes: table.notes.clone(),
+        file: "volume.toml".into(),
+        curves: curves(lateral, x, y, &line),
+    };
+    VolumeFit {
+        data: table.file.clone(),
+        data_sha256: table.sha256.clone(),
+        test,
+        version: env!("CARGO_PKG_VERSION"),
+        rows: x.len(),
+        value,
+        offset: line.offset,
+        volumetric,
+        errors: line.errors.model,
+        misfit: line.misfit,
+        bound_only,
+        summary,
+    }
+}
+
+impl VolumeFit {
+    /// Whether the data determine the value, not a bound of it.
+    pub fn is_determined(&self) -> bool {
+        !self.bound_only
+    }
+
+    /// Text of `volume.toml`: keys for the table of a law.
+    fn text(&self) -> String {
+        let pascal = |v: f64| Value::from(format!("{v} Pa"));
+        let mut root = Table::new();
+        let mut p = Table::new();
+        match self.volumetric {
+            None => {
+                root.insert("nu".into(), self.value.value.into());
+                p.insert("nu_interval".into(), self.value.interval.to_vec().into());
+            }
+            Some(part) => {
+                root.insert("kappa".into(), pascal(self.value.value));
+                root.insert("volumetric".into(), part.into());
+                p.insert("kappa_interval".into(), self.value.interval.map(pascal).to_vec().into());
+            }
+        }
+        p.insert("data".into(), self.data.clone().into());
+        p.insert("sha256".into(), self.data_sha256.clone().into());
+        p.insert("rows".into(), i64::try_from(self.rows).expect("a table has fewer rows").into());
+        p.insert("errors".into(), self.errors.to_string().into());
+        p.insert("misfit".into(), self.misfit.into());
+        p.insert("determined".into(), self.is_determined().into());
+        p.insert("warnings".into(), self.summary.messages.clone().into());
+        p.insert("durometer".into(), self.version.into());
+        root.insert("provenance".into(), p.into());
+        toml::to_string(&root).expect("a table of strings, numbers and arrays can be written")
+    }
+
+    /// Writes the keys for the table of a law.
+    pub fn write_keys(&self, path: &Path) -> Result<(), VolumeError> {
+        write(path, &self.text())
+    }
+
+    /// Writes the result as JSON.
+    pub fn write_json(&self, path: &Path) -> Result<(), VolumeError> {
+        write(path, &serde_json::to_string_pretty(self).expect("numbers, texts and lists can be written"))
+    }
+}
+
+fn write(path: &Path, text: &str) -> Result<(), VolumeError> {
+    storage::write(path, text.as_bytes()).map_err(|source| VolumeError::Write { path: path.into(), source })
+}
+
+impl fmt::Display for VolumeFit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.summary.fmt(f)
+    }
+}

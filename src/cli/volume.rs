@@ -1,0 +1,60 @@
+//! `durometer volume CSV --experiment KIND`
+
+use super::arguments::contents;
+use super::files;
+use super::outcome::{CommandResult, Outcome};
+use durometer::calibrate::volume::{VolumeRequest, VolumeTest, fit_volume};
+use std::path::PathBuf;
+
+/// Fit Poisson's ratio to lateral strain, or the bulk modulus to pressure over volume (CSV), and write volume.toml with the keys for a law
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  durometer volume pull.csv --experiment lateral
+  durometer volume compression.csv --experiment bulk --volumetric logarithmic
+  durometer volume dic.csv --experiment lateral --column strain=eyy --column lateral=exx --unit strain=1 --unit lateral=1
+
+Columns: strain and lateral (\"transverse strain\", \"Querdehnung\"), or pressure and volume (a ratio, or its change, negative under pressure).
+
+Exit codes: 0 done, 2 bad input, 3 the data give a bound only, as where the interval of Poisson's ratio reaches 0.5.")]
+pub struct Args {
+    /// Table of the test (CSV)
+    csv: PathBuf,
+    /// What was measured: lateral (strain along and across the load), bulk (pressure over volume)
+    #[arg(long, value_name = "KIND")]
+    experiment: VolumeTest,
+    /// Volumetric part of a bulk test: quadratic, logarithmic, simo_taylor [default: the one with the least misfit]
+    #[arg(long)]
+    volumetric: Option<String>,
+    /// Name of a column, or its number: strain=eyy, lateral='#3'; contents: strain, lateral, pressure, volume
+    #[arg(long, value_name = "CONTENT=NAME")]
+    column: Vec<String>,
+    /// Unit of a column: strain=%, pressure=bar
+    #[arg(long, value_name = "CONTENT=UNIT")]
+    unit: Vec<String>,
+    /// Folder of the results [default: reports/volume-<name of the table>]
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Print volume.json instead of words
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn main(args: Args) -> CommandResult {
+    let Args { csv: data, experiment: test, volumetric, column, unit, out, json } = args;
+    let (columns, units) = (contents(&column)?, contents(&unit)?);
+    let stem = data.file_stem().map_or_else(|| "data".into(), |n| n.to_string_lossy().into_owned());
+    let out = out.unwrap_or_else(|| PathBuf::from("reports").join(format!("volume-{stem}")));
+    let fit = fit_volume(&VolumeRequest { data, test, columns, units, volumetric })?;
+    files::make_folder(&out)?;
+    fit.write_keys(&out.join("volume.toml"))?;
+    fit.write_json(&out.join("volume.json"))?;
+    durometer::report::summary::write(&out)?;
+    if json {
+        println!("{}", serde_json::to_string_pretty(&fit)?);
+    } else {
+        println!("{fit}");
+        println!("results: {}, report: {}", out.join("volume.toml").display(), out.join("index.html").display());
+    }
+    Ok(if fit.is_determined() { Outcome::Complete } else { Outcome::NotDetermined })
+}
