@@ -338,6 +338,10 @@ fn tables_without_softening_are_refused() {
     let up = &cyclic_table(&[1.9], 0.0, 1)[..31];
     let refused = fit_softening(&request("up", up));
     assert!(matches!(refused, Err(SofteningFitError::NoUnloading { rows: 0, .. })), "{refused:?}");
+    let mut treated = request("treated", &cyclic_table(&[1.5], 0.0, 1));
+    treated.preparation.zero = Some(3);
+    let refused = fit_softening(&treated);
+    assert!(matches!(refused, Err(SofteningFitError::Treated { what: "zeroing", .. })), "{refused:?}");
     let law = example("yeoh");
     let elastic: Vec<[f64; 2]> = cyclic_table(&[1.5, 1.9], 0.0, 1)
         .iter()

@@ -17,6 +17,8 @@ const FLAT: f64 = 0.02;
 const WIDE: f64 = 0.5;
 /// Part of the response below which the residual is rounding \[–\]
 const ROUNDING: f64 = 1e-9;
+/// Data points of a figure at most
+const SHOWN: usize = 2000;
 /// Points of a curve
 const POINTS: usize = 201;
 
@@ -320,11 +322,12 @@ fn curves(record: &Record, series: &Series, weight: &DVector<f64>) -> MeasuredCu
     let labels: &[&str] = if dynamic { &["storage modulus", "loss modulus"] } else { &["measured"] };
     let x_of = |x: f64| if dynamic { x / std::f64::consts::TAU } else { x };
     let (n, m) = (record.x.len(), grid.x.len());
+    let shown = || (0..n).step_by(n.div_ceil(SHOWN));
     let set = |(k, label): (usize, &&str)| CurveSet {
         label: label.to_string(),
-        measured: (0..n).map(|i| [x_of(record.x[i]), record.y[k * n + i]]).collect(),
-        fitted: (0..m).map(|i| [x_of(grid.x[i]), drawn[k * m + i]]).collect(),
-        residuals: (0..n).map(|i| [x_of(record.x[i]), series.residual[k * n + i] / weight[k * n + i]]).collect(),
+        measured: shown().map(|i| [x_of(record.x[i]), record.y[k * n + i]]).collect(),
+        fitted: (0..m).step_by(m.div_ceil(SHOWN)).map(|i| [x_of(grid.x[i]), drawn[k * m + i]]).collect(),
+        residuals: shown().map(|i| [x_of(record.x[i]), series.residual[k * n + i] / weight[k * n + i]]).collect(),
     };
     let y_label = match record.kind {
         TestKind::Relaxation if record.unit == "N" => "force",

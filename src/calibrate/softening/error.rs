@@ -17,6 +17,10 @@ pub enum SofteningFitError {
         "{file}: holds {mode} data on both sides of the undeformed state; the largest energy of one side says nothing about the other here: give them in two tables"
     )]
     BothSides { file: String, mode: Mode },
+    #[error(
+        "{file}: softening is fitted to the rows as they are, and {what} is asked for by a flag or the card; treat the data before, or leave it out"
+    )]
+    Treated { file: String, what: &'static str },
     #[error("{file}: biaxial data have no single stretch; softening is fitted to the other modes")]
     Biaxial { file: String },
     #[error(

@@ -44,7 +44,22 @@ pub fn fit_softening(request: &FitRequest) -> Result<(FitResult, SofteningFit), 
     };
     let files = std::iter::once(&request.data).chain(&request.more);
     let one = |path: &std::path::PathBuf| Experiment::read(path, request.card.as_deref(), &request.columns, stated);
-    let experiment = Experiment::pool(files.map(one).collect::<Result<_, _>>()?)?;
+    let parts: Vec<Experiment> = files.map(one).collect::<Result<_, _>>()?;
+    for part in &parts {
+        let own = part.card.as_ref().map(|c| &c.preparation);
+        for asked in own.into_iter().chain([&request.preparation]) {
+            let treatments = [
+                ("a cycle", asked.cycle.is_some()),
+                ("zeroing", asked.zero.is_some()),
+                ("toe compensation", asked.toe.is_some()),
+            ];
+            let slack = ("slack", request.options.slack == SlackChoice::Yes);
+            if let Some((what, _)) = treatments.into_iter().chain([slack]).find(|t| t.1) {
+                return Err(SofteningFitError::Treated { file: part.file.clone(), what });
+            }
+        }
+    }
+    let experiment = Experiment::pool(parts)?;
     fit_softening_experiment(&experiment, &request.options)
 }
 
