@@ -5,7 +5,7 @@ mod common;
 use common::Random;
 use common::made::{fitted, models, options, samples, table, truth};
 use durometer::calibrate::{
-    FitOptions, FitResult, FitWarning, Loss, Mode, Model, SolverCheck, StretchRange, fit_experiment,
+    FitOptions, FitResult, FitWarning, Loss, Mode, Model, Sample, SolverCheck, StretchRange, fit_experiment,
 };
 
 /// Reference case 21b: two rows and six constants. No standard error is finite, and the directions are named.
@@ -131,4 +131,20 @@ fn constants_that_may_be_zero_are_named() {
     assert!(yeoh.iter().all(|n| !n.contains(&"C10")));
     let count = yeoh.iter().filter(|n| n.contains(&"C30")).count();
     assert!(count >= 32, "{count} of 40: {yeoh:?}");
+}
+
+/// A wild data point in one of two specimens drives the Gent law to its end there; no other data point sees the constants. The fit says so.
+#[test]
+fn a_wild_data_point_of_a_specimen_is_no_panic() {
+    let model = Model::new("gent", None).expect("registered");
+    let mut rows = vec![];
+    for specimen in 0..2 {
+        let of = samples(model, &[0.1e6, 80.0], &[Mode::Uniaxial], [1.1, 1.5], 5, |p| p);
+        rows.extend(of.into_iter().map(|s| Sample { specimen, ..s }));
+    }
+    rows[9].stress = 1.4e13;
+    let mut e = table(rows);
+    e.specimens = ["a.csv", "b.csv"].map(String::from).to_vec();
+    let r = fit_experiment(&e, &options(model, &[Mode::Uniaxial])).expect("fitted");
+    assert!(!r.is_determined() && !r.warnings.is_empty(), "{r}");
 }

@@ -6,7 +6,9 @@
 mod common;
 
 use common::scene;
-use durometer::calibrate::{ColumnChoice, Experiment, Mode, Preparation, read_law_file};
+use durometer::calibrate::{
+    Accuracy, Card, ColumnChoice, Experiment, FitOptions, Mode, Preparation, fit_experiment, read_law_file,
+};
 use durometer::material::keywords::{Program, read, write};
 use durometer::math::formula::Formula;
 use durometer::math::random::SplitMix;
@@ -297,6 +299,13 @@ fn texts<'a>(scene: &'a Scene, at: &'a Path) -> Vec<Target<'a>> {
                 drop(read.and_then(|e| e.prepare(&Preparation::default())));
             }),
         ),
+        target("fit", "a.csv", lines(&TABLES), Box::new(fits)),
+        target(
+            "card of a test",
+            "card.toml",
+            lines(&CARDS),
+            Box::new(|p| drop(Card::read(p).and_then(|c| c.choice()))),
+        ),
         target("law of another program", "rubber.inp", lines(&KEYWORDS), Box::new(foreign)),
         target(
             "table of a signal",
@@ -345,6 +354,30 @@ fn texts<'a>(scene: &'a Scene, at: &'a Path) -> Vec<Target<'a>> {
             Box::new(sizes),
         ),
     ]
+}
+
+const CARDS: [&str; 1] = [
+    "name = \"a\"\nfile = \"a.csv\"\nstatus = \"own\"\nmode = \"uniaxial\"\n[specimen]\ngauge_length = \"33 mm\"\n\
+compliance = \"0.002 mm/N\"\n[accuracy]\nstress_scale = \"2 %\"\nforce_zero = \"0.05 N\"\n[columns]\nstress = \"#2\"\n[preparation]\nzero = 5\n\
+toe = \"5 kPa\"\n",
+];
+
+/// Fits of a linear and of a separable law with every error of the measurement stated.
+fn fits(path: &Path) {
+    let mut choice = ColumnChoice::default();
+    for (key, text) in [("gauge_length", "33 mm"), ("area", "18 mm^2")] {
+        choice.dimensions.set(key, text).expect("valid");
+    }
+    let read = Experiment::read(path, None, &choice, Some(Mode::Uniaxial));
+    let Ok(experiment) = read.and_then(|e| e.prepare(&Preparation::default())) else { return };
+    for (law, terms) in [("yeoh", 2), ("gent", 1)] {
+        let mut options = FitOptions::new(law);
+        options.terms = Some(terms);
+        let stated = ["stress_zero=1kPa", "stress_scale=2%", "strain_scale=1%", "compliance=0.001 mm/N"];
+        options.accuracy =
+            stated.iter().fold(options.accuracy, |all, one| one.parse::<Accuracy>().expect("valid").or(&all));
+        drop(fit_experiment(&experiment, &options).map(|r| r.law_text()));
+    }
 }
 
 fn sweeps() -> Vec<Vec<u8>> {

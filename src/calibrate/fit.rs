@@ -1,17 +1,18 @@
 //! From a request to a result: choose data points, fit, judge.
 
 use super::judgement::certificate::certificate;
+use super::judgement::measurement::{self, Stated};
 use super::judgement::misfit::residuals;
 use super::judgement::specimen::scatter;
 use super::judgement::statistics::extent;
-use super::judgement::{measurement, profile, slack};
 use super::judgement::{predictions, slack_hint, systematic, validity, warnings};
+use super::judgement::{profile, slack};
 use super::result::interval_assumption;
-use super::solve::{LawFit, LawSetting, solve, solve_untested};
+use super::solve::{LawFit, LawSetting, pattern_beyond, solve, solve_untested};
 use super::solve::{noise, offset};
 use super::{
-    AuditKind, Contribution, Estimate, Experiment, FitCurves, FitError, FitOptions, FitRequest, FitResult, Misfit,
-    Mode, Model, Otherwise, RangeRow, Sample, Slack, SlackChoice, StretchRange, Treatment, Weighting,
+    AuditKind, Estimate, Experiment, FitCurves, FitError, FitOptions, FitRequest, FitResult, Misfit, Mode, Model,
+    Otherwise, RangeRow, Sample, Slack, SlackChoice, StretchRange, Treatment, Weighting,
 };
 use std::borrow::Cow;
 
@@ -46,7 +47,7 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
     let setting = LawSetting { slack: slack.offsets.clone(), ..choice.setting(options, model)? };
     let Choice { modes, range, fitted, stretch } = choice;
     let is_fitted = |s: &Sample| modes.contains(&s.mode) && range.contains(s.stretch) && s.is_informative();
-    let answer = solve(&setting, &fitted, None)?;
+    let mut answer = solve(&setting, &fitted, None)?;
     let groups = by_specimen(&fitted, experiment.specimens.len());
     let stress = |s: &Sample| model.at(&answer.values, s);
     let own = residuals(&fitted, stress);
@@ -59,7 +60,11 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
     let principal = |s: &Sample| s.stretches().into_iter().fold(s.stretch, f64::max).max(1.0 / s.stretch);
     let largest = experiment.samples.iter().map(principal).fold(1.0, f64::max);
     let (scatter, patterns) = scatter(&setting, &experiment.specimens, &groups, &answer)?.unzip();
-    let (parameters, measurement) = headline(&setting, &fitted, &answer, experiment, options)?;
+    let (parameters, stated) = headline(&setting, &fitted, &answer, experiment, options)?;
+    if !stated.contributions.is_empty() && answer.pattern.departure_p.is_some() {
+        answer.pattern = pattern_beyond(&setting, &fitted, &answer, &stated.columns);
+    }
+    let measurement = stated.contributions;
     let title = format!("{} fitted to {}", model.label(), experiment.file);
     let curves = FitCurves::new(title, model, &answer.values, &experiment.samples, &all, is_fitted, stretch);
     let mut result = FitResult {
@@ -118,14 +123,14 @@ pub(super) fn headline(
     answer: &LawFit,
     experiment: &Experiment,
     options: &FitOptions,
-) -> Result<(Vec<Estimate>, Vec<Contribution>), FitError> {
+) -> Result<(Vec<Estimate>, Stated), FitError> {
     let mut found = answer.identified.estimates.clone();
     let ends = profile::intervals(setting, fitted, answer).unwrap_or_default();
     found.iter_mut().zip(ends).for_each(|(e, ends)| e.interval = ends);
     let accuracy = options.accuracy.or(&experiment.accuracy);
-    let contributions = measurement::contributions(setting, fitted, answer, &accuracy, experiment.dimensions)?;
-    measurement::widen(&mut found, &contributions);
-    Ok((found, contributions))
+    let stated = measurement::contributions(setting, fitted, answer, &accuracy, experiment.dimensions)?;
+    measurement::widen(&mut found, &stated.contributions);
+    Ok((found, stated))
 }
 
 /// The intervals, wider by the shift of each constant that a departure from the law as large as that of the data can cause: |δθⱼ| ≤ ‖δ‖√((JᵀJ)⁻¹)ⱼⱼ.
@@ -145,7 +150,16 @@ fn without_slack<'a>(
 ) -> Result<(Cow<'a, Experiment>, slack::Found), FitError> {
     let choice = choose(experiment, options)?;
     let setting = choice.setting(options, model)?;
-    let mut found = slack::find(&setting, &choice.fitted, options.slack)?;
+    // A toe that was taken off is the slack
+    let is_shifted = experiment.alternatives.iter().any(|a| a.treatment == Treatment::WithoutToe);
+    let asked = match options.slack {
+        SlackChoice::Yes if is_shifted => {
+            return Err(FitError::Slack { reason: "the toe has shifted the strain already: take one of the two" });
+        }
+        SlackChoice::Auto if is_shifted => SlackChoice::No,
+        asked => asked,
+    };
+    let mut found = slack::find(&setting, &choice.fitted, asked)?;
     if found.offsets.is_empty() {
         return Ok((Cow::Borrowed(experiment), found));
     }

@@ -8,6 +8,9 @@ const SWEEPS: usize = 100;
 /// The thin decomposition with singular values in descending order. nalgebra's iteration does not converge for some matrices with many equal rows;
 /// faer's divide and conquer takes those. Singular values of a matrix that is not finite are not a number.
 pub fn svd(matrix: DMatrix<f64>, u: bool, v: bool) -> SVD<f64, Dyn, Dyn> {
+    if matrix.is_empty() {
+        return nothing(&matrix);
+    }
     let sweeps = SWEEPS * matrix.nrows().min(matrix.ncols()).max(1);
     if matrix.iter().all(|x| x.is_finite())
         && let Some(found) = matrix.clone().try_svd(u, v, 5.0 * f64::EPSILON, sweeps)
@@ -28,11 +31,17 @@ fn by_faer(m: &DMatrix<f64>) -> SVD<f64, Dyn, Dyn> {
                 singular_values: DVector::from_fn(k, |i, _| s[i]),
             }
         }
-        _ => SVD {
-            u: Some(DMatrix::zeros(m.nrows(), k)),
-            v_t: Some(DMatrix::zeros(k, m.ncols())),
-            singular_values: DVector::from_element(k, f64::NAN),
-        },
+        _ => nothing(m),
+    }
+}
+
+/// Of a matrix without entries, or whose singular values are not a number.
+fn nothing(m: &DMatrix<f64>) -> SVD<f64, Dyn, Dyn> {
+    let k = m.nrows().min(m.ncols());
+    SVD {
+        u: Some(DMatrix::zeros(m.nrows(), k)),
+        v_t: Some(DMatrix::zeros(k, m.ncols())),
+        singular_values: DVector::from_element(k, f64::NAN),
     }
 }
 
@@ -53,5 +62,6 @@ mod tests {
         }
         let faulty = svd(DMatrix::from_element(3, 2, f64::NAN), true, true);
         assert!(faulty.singular_values.iter().all(|s| s.is_nan()));
+        assert!(svd(DMatrix::zeros(4, 0), true, true).singular_values.is_empty());
     }
 }

@@ -21,6 +21,9 @@ pub fn headings(columns: &[(&str, &str, bool)]) -> Vec<(String, String, bool)> {
     columns.iter().map(|(heading, unit, number)| (heading.to_string(), unit.to_string(), *number)).collect()
 }
 
+/// Rows of a table on the page; a browser takes seconds for ten thousand of them
+const SHOWN: usize = 500;
+
 /// On the page a negative number has a minus sign, not a hyphen.
 fn minus(cell: &str) -> String {
     match cell.strip_prefix('-') {
@@ -35,17 +38,23 @@ impl Table {
         if unit.is_empty() { name.clone() } else { format!("{name} [{unit}]") }
     }
 
+    /// The table in the page: of a long one the first rows and the answer, and where the others are.
     pub fn html(&self) -> String {
         let class = |k: usize| if self.columns[k].2 { " class=\"n\"" } else { "" };
         // Many columns may be wider than the text
         let wide = if self.columns.len() > 8 { " wide" } else { "" };
-        let caption = escape(&self.caption);
+        let is_pick = |row: &[String]| self.pick.as_ref().is_some_and(|p| row.first() == Some(p));
+        let mut caption = escape(&self.caption);
+        if self.rows.len() > SHOWN {
+            let (all, name) = (self.rows.len(), self.name);
+            caption += &format!(" Shown are {SHOWN} of {all} rows; all are in <code>tables/{name}.csv</code>.");
+        }
         let mut h = format!("<p class=\"caption\">{caption}</p>\n<div class=\"scroll{wide}\"><table>\n<tr>");
         for k in 0..self.columns.len() {
             h += &format!("<th{}>{}</th>", class(k), escape(&self.heading(k)));
         }
-        for row in &self.rows {
-            let pick = if self.pick.as_ref().is_some_and(|p| row.first() == Some(p)) { " class=\"pick\"" } else { "" };
+        for (_, row) in self.rows.iter().enumerate().filter(|(k, row)| *k < SHOWN || is_pick(row)) {
+            let pick = if is_pick(row) { " class=\"pick\"" } else { "" };
             h += &format!("</tr>\n<tr{pick}>");
             for (k, cell) in row.iter().enumerate() {
                 h += &format!("<td{}>{}</td>", class(k), escape(&minus(cell)));
@@ -117,4 +126,29 @@ fn tex(s: &str) -> String {
         }
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_table_is_cut_on_the_page_and_whole_in_its_file() {
+        let rows: Vec<Vec<String>> = (0..3 * SHOWN).map(|k| vec![format!("case {k}")]).collect();
+        let last = rows.last().expect("rows")[0].clone();
+        let table = Table {
+            name: "cases",
+            caption: String::new(),
+            columns: headings(&[("Case", "", false)]),
+            rows,
+            pick: Some(last.clone()),
+        };
+        let page = table.html();
+        assert_eq!(page.matches("<td>").count(), SHOWN + 1);
+        assert!(
+            page.contains(&last) && page.contains("tables/cases.csv"),
+            "the answer is shown, and where the rest is"
+        );
+        assert_eq!(table.csv().lines().count(), 3 * SHOWN + 1);
+    }
 }

@@ -224,7 +224,8 @@ pub fn of(jacobian: &DMatrix<f64>, residual: &DVector<f64>, samples: &[Sample], 
         let pull = rows.transpose() * &errors;
         sum += &pull * pull.transpose();
         // Without what constants of its own would explain
-        let kept = &errors - &rows * (&rows.transpose() * &rows).pseudo_inverse(BLIND).unwrap_or_default() * &pull;
+        let inverse = svd(rows.transpose() * &rows, true, true).pseudo_inverse(BLIND).unwrap_or_default();
+        let kept = &errors - &rows * inverse * &pull;
         own.iter().zip(kept.iter()).for_each(|(i, r)| alone[*i] = *r);
     }
     let smooth = if rounding { 0.0 } else { smooth(&alone, &curves) };

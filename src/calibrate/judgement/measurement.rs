@@ -34,6 +34,12 @@ const NORMAL: f64 = 1.959_963_984_540_054;
 /// Singular value of a direction that the data do not determine \[–\]
 const BLIND: f64 = 1e-9;
 
+/// Stated errors with their contributions, and how each moves the weighted residuals, (n, errors): one column for each curve where they are of a curve.
+pub struct Stated {
+    pub contributions: Vec<Contribution>,
+    pub columns: DMatrix<f64>,
+}
+
 /// Contributions of the stated errors. `dimensions`: of the test piece, for those of force and compliance.
 pub fn contributions(
     setting: &LawSetting,
@@ -41,9 +47,10 @@ pub fn contributions(
     answer: &LawFit,
     accuracy: &Accuracy,
     dimensions: Dimensions,
-) -> Result<Vec<Contribution>, FitError> {
+) -> Result<Stated, FitError> {
+    let mut stated = Stated { contributions: vec![], columns: DMatrix::zeros(fitted.len(), 0) };
     if accuracy.0.is_empty() {
-        return Ok(vec![]);
+        return Ok(stated);
     }
     let is_measured = matches!(answer.errors.model, ErrorModel::Specimens { .. });
     let step = inverse(&jacobian(setting, fitted, answer));
@@ -51,8 +58,9 @@ pub fn contributions(
         true => 0.0,
         false => offset::slope(setting.model, &answer.values, s),
     };
+    // The stress without its scatter, which would take up the residuals
+    let law = |s: &Sample| setting.model.at(&answer.values, s);
     let groups = curves(fitted);
-    let mut out = vec![];
     for (kind, half_width) in accuracy.0.iter().filter(|(kind, _)| !(is_measured && kind.is_of_a_curve())) {
         let area = || dimensions.needed_section(*kind);
         let change: Box<dyn Fn(&Sample) -> f64> = match kind {
@@ -61,27 +69,33 @@ pub fn contributions(
                 let area = area()?;
                 Box::new(move |_| area.recip())
             }
-            SharedError::StressScale => Box::new(|s| s.stress),
+            SharedError::StressScale => Box::new(law),
             SharedError::StrainZero => Box::new(slope),
             SharedError::StrainScale => Box::new(|s| slope(s) * s.mode.strain(s.stretch)),
             SharedError::Compliance => {
                 let by = area()? / dimensions.needed_length(*kind)?;
-                Box::new(move |s| slope(s) * s.stress * by)
+                Box::new(move |s| slope(s) * law(s) * by)
             }
         };
-        let shift = |rows: &[usize]| {
-            let mut change_of_rows = DVector::zeros(fitted.len());
-            rows.iter().for_each(|k| change_of_rows[*k] = answer.weight[*k] * half_width * change(&fitted[*k]));
-            &step * change_of_rows
+        let column = |rows: &[usize]| {
+            let mut column = DVector::zeros(fitted.len());
+            rows.iter().for_each(|k| column[*k] = answer.weight[*k] * half_width * change(&fitted[*k]));
+            column
         };
-        let shifts: Vec<_> = match kind.is_of_a_curve() {
-            true => groups.iter().map(|rows| shift(rows)).collect(),
-            false => vec![shift(&(0..fitted.len()).collect::<Vec<_>>())],
+        let columns: Vec<DVector<f64>> = match kind.is_of_a_curve() {
+            true => groups.iter().map(|rows| column(rows)).collect(),
+            false => vec![column(&(0..fitted.len()).collect::<Vec<_>>())],
         };
+        let shifts: Vec<DVector<f64>> = columns.iter().map(|c| &step * c).collect();
         let moves = (0..answer.values.len()).map(|j| shifts.iter().map(|d| d[j] * d[j]).sum::<f64>().sqrt()).collect();
-        out.push(Contribution { error: *kind, half_width: *half_width, moves });
+        stated.contributions.push(Contribution { error: *kind, half_width: *half_width, moves });
+        for column in columns {
+            let at = stated.columns.ncols();
+            stated.columns = stated.columns.insert_column(at, 0.0);
+            stated.columns.set_column(at, &column);
+        }
     }
-    Ok(out)
+    Ok(stated)
 }
 
 /// (JᵀJ)⁻¹Jᵀ on the directions that the data determine, (p, n).

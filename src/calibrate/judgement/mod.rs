@@ -152,9 +152,10 @@ pub fn systematic(patterns: &[Pattern], rms_relative: f64) -> Option<FitWarning>
     found.then_some(FitWarning::Systematic { runs, runs_p, departure_p, rms_relative })
 }
 
-/// An offset that was not fitted, where a constant would leave its interval with it.
+/// An offset that was not fitted, where a constant without it is outside of the interval with it.
 pub fn slack_hint(own: &[Estimate], offset: Offset, other: &[Estimate]) -> Option<FitWarning> {
-    let leaves = |(a, b): (&Estimate, &Estimate)| b.value < a.interval[0] || b.value > a.interval[1];
+    // The slack is in the residuals of the one fit, and widens its interval
+    let leaves = |(a, b): (&Estimate, &Estimate)| a.value < b.interval[0] || a.value > b.interval[1];
     let all: Vec<_> = own.iter().zip(other).map(|(a, b)| format!("{} = {}", a.symbol, a.print(b.value))).collect();
     let Offset { mode, strain, .. } = offset;
     own.iter().zip(other).any(leaves).then(|| FitWarning::Slack { mode, strain, answer: all.join(", ") })

@@ -6,7 +6,7 @@
 //!
 //! Unless it was asked for, e₀ is fitted only where the table shows slack whatever the law: at least two data points inside it, whose stresses are
 //! below a quarter of those that the law would have there without slack, and e₀ ≠ 0 at 1 %. Any misfit of the law makes an offset significant;
-//! it does not make a rubber stretch without stress. Where e₀ is significant, the constants change by more than their interval, and
+//! it does not make a rubber stretch without stress. Where e₀ is significant, a constant without it is outside of its interval with it, and
 //! no such data points exist, there is a warning.
 //!
 //! Limits: not of biaxial tests; the gauge length is not corrected by the slack.

@@ -205,14 +205,37 @@ fn judge(setting: &LawSetting, samples: &[Sample], mut found: LawFit, tested: bo
     found.identified = identify::identify(&parameters, &values, &jacobian, &residual, size, 0.0, Some(&errors));
     found.offsets = found.identified.estimates.split_off(found.values.len());
     if tested && !rounding {
-        let second = samples.iter().zip(&found.weight).map(|(s, w)| w * setting.model.at(&found.values, s) / s.stretch);
-        let second = DVector::from_iterator(samples.len(), second);
-        let (runs, runs_p) = runs(samples, &residual, errors.rho).unzip();
-        let departure_p = departure(&jacobian, second, &residual, samples);
-        found.pattern = Pattern { runs, runs_p, departure_p };
+        found.pattern = pattern(setting, samples, &found, &jacobian, &residual, errors.rho);
     }
     found.errors = errors;
     Ok(found)
+}
+
+/// Tests of what the constants and these errors of the measurement, each of any size, leave of the residuals; `columns` as those of the Jacobian.
+pub fn pattern_beyond(setting: &LawSetting, samples: &[Sample], found: &LawFit, columns: &DMatrix<f64>) -> Pattern {
+    let own = jacobian(setting, samples, found);
+    let both = DMatrix::from_fn(own.nrows(), own.ncols() + columns.ncols(), |i, k| match k.checked_sub(own.ncols()) {
+        None => own[(i, k)],
+        Some(k) => columns[(i, k)],
+    });
+    let left = identify::across(&both, &residual(setting, samples, found));
+    let rho = errors::of(&both, &left, samples, false).rho;
+    pattern(setting, samples, found, &both, &left, rho)
+}
+
+/// Tests of a residual with neighbours of correlation `rho`.
+fn pattern(
+    setting: &LawSetting,
+    samples: &[Sample],
+    found: &LawFit,
+    jacobian: &DMatrix<f64>,
+    residual: &DVector<f64>,
+    rho: f64,
+) -> Pattern {
+    let second = samples.iter().zip(&found.weight).map(|(s, w)| w * setting.model.at(&found.values, s) / s.stretch);
+    let (runs, runs_p) = runs(samples, residual, rho).unzip();
+    let departure_p = departure(jacobian, DVector::from_iterator(samples.len(), second), residual, samples);
+    Pattern { runs, runs_p, departure_p }
 }
 
 /// Runs of sign with their probability: of independent errors in the order of λ, of correlated ones in the order of loading without what the
