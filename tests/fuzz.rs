@@ -288,25 +288,6 @@ fn texts<'a>(scene: &'a Scene, at: &'a Path) -> Vec<Target<'a>> {
                 drop(Study::read(p, &[]));
             }),
         ),
-        target("law", "law.toml", folder("data/treloar-1944", "toml"), Box::new(|p| drop(read_law_file(p)))),
-        target(
-            "table of a test",
-            "a.csv",
-            [files(&["data/treloar-1944/treloar-1944.csv", "data/synthetic-dumbbell/pull.csv"]), lines(&TABLES)]
-                .concat(),
-            Box::new(|p| {
-                let read = Experiment::read(p, None, &ColumnChoice::default(), Some(Mode::Uniaxial));
-                drop(read.and_then(|e| e.prepare(&Preparation::default())));
-            }),
-        ),
-        target("fit", "a.csv", lines(&TABLES), Box::new(fits)),
-        target(
-            "card of a test",
-            "card.toml",
-            lines(&CARDS),
-            Box::new(|p| drop(Card::read(p).and_then(|c| c.choice()))),
-        ),
-        target("law of another program", "rubber.inp", lines(&KEYWORDS), Box::new(foreign)),
         target(
             "table of a signal",
             "way.csv",
@@ -353,6 +334,32 @@ fn texts<'a>(scene: &'a Scene, at: &'a Path) -> Vec<Target<'a>> {
             lines(&["1.07 g/cm^3", "7.5mm", "2 Pa s", "9.81 m/s²", "-3e-4 1/s"]),
             Box::new(sizes),
         ),
+    ]
+}
+
+/// Readers of tests of materials and of their laws, and the fits that follow.
+fn materials() -> Vec<Target<'static>> {
+    let lines = |all: &[&str]| all.iter().map(|s| s.as_bytes().to_vec()).collect::<Vec<_>>();
+    vec![
+        target("law", "law.toml", folder("data/treloar-1944", "toml"), Box::new(|p| drop(read_law_file(p)))),
+        target(
+            "table of a test",
+            "a.csv",
+            [files(&["data/treloar-1944/treloar-1944.csv", "data/synthetic-dumbbell/pull.csv"]), lines(&TABLES)]
+                .concat(),
+            Box::new(|p| {
+                let read = Experiment::read(p, None, &ColumnChoice::default(), Some(Mode::Uniaxial));
+                drop(read.and_then(|e| e.prepare(&Preparation::default())));
+            }),
+        ),
+        target("fit", "a.csv", lines(&TABLES), Box::new(fits)),
+        target(
+            "card of a test",
+            "card.toml",
+            lines(&CARDS),
+            Box::new(|p| drop(Card::read(p).and_then(|c| c.choice()))),
+        ),
+        target("law of another program", "rubber.inp", lines(&KEYWORDS), Box::new(foreign)),
     ]
 }
 
@@ -420,7 +427,7 @@ fn no_reader_panics_hangs_or_fills_the_memory() {
     let keep = tempfile::tempdir().expect("a temporary folder");
     let scene = scene(block(2, 1, 1, 0.02, 0.01, 0.01, Order::Linear), SCENE);
     let mut faults = vec![];
-    for target in shapes().into_iter().chain(texts(&scene, keep.path())) {
+    for target in shapes().into_iter().chain(materials()).chain(texts(&scene, keep.path())) {
         if only.as_ref().is_some_and(|only| only != target.name) {
             continue;
         }

@@ -34,9 +34,9 @@ pub struct FitSummary {
     pub constants: Vec<[String; 2]>,
     /// Method, source and intervals in sentences
     pub method: Vec<String>,
-    /// What limits the use of the numbers
+    /// Limits of the use of the numbers
     pub messages: Vec<String>,
-    /// What was read and changed
+    /// Entries on reading and on changes
     pub notes: Vec<String>,
     /// Name of the file that a scene includes
     pub file: String,

@@ -28,7 +28,7 @@ Exit codes: 0 done, 2 bad input, 3 the data do not determine the long-term modul
 pub struct Args {
     /// Table of the test (CSV)
     csv: PathBuf,
-    /// What was measured: relaxation, creep, history, dynamic
+    /// Kind of test: relaxation, creep, history, dynamic
     #[arg(long, value_name = "KIND")]
     experiment: TestKind,
     /// Duration of the loading at a constant rate before the hold, e.g. "0.5 s"; "0 s" for an ideal step

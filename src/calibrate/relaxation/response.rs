@@ -60,7 +60,7 @@ impl std::str::FromStr for TestKind {
     }
 }
 
-/// What drives an arm in a test with a measured strain: Σ over its parts of `by` times the convolution of `path`.
+/// Load of an arm in a test with a measured strain: Σ over its parts of `by` times the convolution of `path`.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Driven {
     /// (path, by), both at the data points
@@ -89,7 +89,7 @@ pub struct Record {
     pub unit: String,
     /// Held stress of a creep test \[Pa\], where it is known
     pub stress: Option<f64>,
-    /// What was read and changed
+    /// Entries on reading and on changes
     pub notes: Vec<String>,
 }
 

@@ -15,7 +15,7 @@ pub struct RelaxationTerm {
     pub tau: Bounded,
 }
 
-/// What limits the use of a fitted series.
+/// Limits of the use of a fitted series.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum RelaxationWarning {
