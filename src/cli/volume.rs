@@ -20,7 +20,7 @@ Exit codes: 0 done, 2 bad input, 3 the data give a bound only, as where the inte
 pub struct Args {
     /// Table of the test (CSV)
     csv: PathBuf,
-    /// What was measured: lateral (strain along and across the load), bulk (pressure over volume)
+    /// Kind of test: lateral (strain along and across the load), bulk (pressure over volume)
     #[arg(long, value_name = "KIND")]
     experiment: VolumeTest,
     /// Volumetric part of a bulk test: quadratic, logarithmic, simo_taylor [default: the one with the least misfit]

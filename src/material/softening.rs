@@ -119,7 +119,7 @@ mod tests {
         }
     }
 
-    /// What is lost grows with W_m and stays below W_m/r.
+    /// The lost energy grows with W_m and stays below W_m/r.
     #[test]
     fn a_larger_load_loses_more() {
         for soft in SOFT {

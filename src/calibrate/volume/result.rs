@@ -37,7 +37,7 @@ pub struct VolumeFit {
 /// Misfit below which a bend is rounding \[–\]
 const ROUNDING: f64 = 1e-9;
 
-/// What limits the use of the value.
+/// Limits of the use of the value.
 fn messages(lateral: bool, bound_only: bool, value: &Bounded, line: &Line) -> Vec<String> {
     let mut messages = vec![];
     if bound_only && lateral {
