@@ -59,8 +59,8 @@ pub fn summary() -> FitSummary {
 impl SofteningFit {
     /// Whether the data determine r and m (or β).
     pub fn is_determined(&self) -> bool {
-        let wide = |b: &Bounded| !(b.half_width() <= b.value);
-        !self.at_bound && !wide(&self.r) && !(wide(&self.m) && wide(&self.beta))
+        let wide = |b: &Bounded| b.half_width().is_nan() || b.half_width() > b.value;
+        !(self.at_bound || wide(&self.r) || wide(&self.m) && wide(&self.beta))
     }
 
     /// `fitted`: stretch, stress and fitted stress of each row.
