@@ -270,7 +270,7 @@ fn store_result(
 /// Why the constants of a search are no answer, as a status with its detail.
 fn doubt(found: &Calibration) -> Option<(&'static str, String)> {
     match found.end {
-        End::Settled if found.constants.iter().any(|c| c.interval.is_none() && c.bound == 0) => {
+        End::Settled | End::Stuck if found.constants.iter().any(|c| c.interval.is_none() && c.bound == 0) => {
             Some((NOT_DETERMINED, found.unidentified.join("; ")))
         }
         End::Settled => None,
