@@ -217,6 +217,11 @@ fn law_files_are_listed_and_compared() {
     );
     assert!(neo.constants[0].interval.is_some_and(|[a, b]| a < mu && mu < b) && !neo.measured_at_2, "{neo:?}");
     assert!(of("treloar-1944/yeoh.toml").constants.len() == 3 && of("treloar-1944/ogden.toml").law == "ogden");
+    // Of a whole specimen: the stretches reach from rest to the largest one, and the warnings are those of this silicone
+    let ecoflex = of("silicones/ecoflex-00-30.toml");
+    assert!(ecoflex.measured_at_2 && ecoflex.fitted_stretch.is_some_and(|[a, b]| a == 1.0 && b > 3.0), "{ecoflex:?}");
+    let file = std::fs::read_to_string(folder.join("silicones/ecoflex-00-30.toml")).expect("committed");
+    assert!(file.contains("warnings") && !file.contains("dragon-skin") && !file.contains("Dragon Skin"), "{file}");
     let text = library_text(&laws, &folder);
     assert!(text.contains("treloar-1944/gent.toml") && text.contains("the data do not reach λ = 2"), "{text}");
     let empty = tempfile::tempdir().expect("a temporary folder");

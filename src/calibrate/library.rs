@@ -97,7 +97,9 @@ fn listed(path: &Path) -> Option<ListedLaw> {
         unit: super::model::unit(q),
         interval: provenance.get(&format!("{}_interval", q.name)).and_then(pair),
     };
-    let fitted_stretch = provenance.get("fitted_stretch").and_then(pair);
+    // Of a whole specimen, whose parts stretch from rest to the largest value
+    let reached = || provenance.get("largest_stretch").and_then(toml::Value::as_float).map(|largest| [1.0, largest]);
+    let fitted_stretch = provenance.get("fitted_stretch").and_then(pair).or_else(reached);
     let modulus = model.stress(&given, Mode::Uniaxial, 1.0 + 1e-6) / 3e-6;
     let reach = fitted_stretch.map_or(2.0, |[low, high]| high.max(1.0 / low));
     let stable = certificate(model, &given, modulus, reach).into_iter().find(|r| r.mode == "uniaxial")?;

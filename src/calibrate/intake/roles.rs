@@ -183,7 +183,7 @@ pub fn read(path: &Path, wanted: &Wanted) -> Result<ReadTable, ColumnError> {
     let columns = reader.numbers(&lines[at].cells, own, &body, &columns)?;
     for (role, column) in &columns {
         let unit = if column.unit == "1" { String::new() } else { format!(" in {}", column.unit) };
-        notes.push(format!("\"{}\" is the {}{unit}", column.name, role.name()));
+        notes.push(format!("\"{}\" was read as {}{unit}", column.name, role.name()));
     }
     let lines = body.iter().map(|l| l.number).collect();
     Ok(ReadTable { sha256: storage::sha256(&bytes), file, columns, lines, notes })

@@ -114,7 +114,7 @@ pub fn analyse(
         study.variants.iter().filter_map(|v| answer(study, &solved(study, stored, found, v), v)).collect();
     let doubts = variants.iter().flat_map(|a| doubts(a, study.tolerance));
     let warnings = doubts.chain(warnings(stored, found, &incomplete)).collect();
-    let verdict = verdict(&variants);
+    let verdict = verdict(&variants, study.tolerance);
     Analysis { tolerance: study.tolerance, found: CalibrationFindings { variants }, incomplete, warnings, verdict }
 }
 
@@ -358,14 +358,32 @@ impl CalibratedConstant {
     }
 }
 
-/// Reasons not to take an answer at its word.
-fn doubts(a: &CalibratedVariant, tolerance: f64) -> Vec<String> {
+/// Whether element or mesh may decide the constants of an answer.
+fn mesh_is_doubtful(a: &CalibratedVariant, tolerance: f64) -> bool {
     let mesh = |c: &CalibratedConstant| {
         c.mesh_refused || c.mesh.is_none_or(|m| m > tolerance || c.rest.is_some_and(|r| m > r))
     };
-    let element = (a.locking.is_some() || a.constants.iter().any(mesh)).then(|| format!("{}: {}.", a.label, a.element));
+    a.locking.is_some() || a.constants.iter().any(mesh)
+}
+
+/// Reasons not to take an answer at its word.
+fn doubts(a: &CalibratedVariant, tolerance: f64) -> Vec<String> {
+    let element = mesh_is_doubtful(a, tolerance).then(|| format!("{}: {}.", a.label, a.element));
     let errors = (a.errors != ErrorModel::Independent.to_string()).then(|| format!("{}: {}.", a.label, a.errors));
     element.into_iter().chain(errors).collect()
+}
+
+/// Warnings of the answer of one variant, as its law file has them.
+pub fn warnings_of(
+    a: &Analysis<CalibrationFindings>,
+    v: &CalibratedVariant,
+    case: &StoredCase,
+    found: &Calibration,
+) -> Vec<String> {
+    let incomplete: Vec<_> = a.incomplete.iter().filter(|(id, _)| *id == v.case).cloned().collect();
+    let found = BTreeMap::from([(v.case.clone(), found.clone())]);
+    let own = warnings(std::slice::from_ref(case), &found, &incomplete);
+    doubts(v, a.tolerance).into_iter().chain(own).collect()
 }
 
 fn warnings(
@@ -411,7 +429,7 @@ fn warnings(
     out
 }
 
-fn verdict(variants: &[CalibratedVariant]) -> String {
+fn verdict(variants: &[CalibratedVariant], tolerance: f64) -> String {
     let of = |answer: &CalibratedVariant| {
         let constants = answer.constants.iter().map(|c| format!("{} = {}", c.symbol, with_interval(c)));
         format!("{} from {}", constants.collect::<Vec<_>>().join(", "), answer.label)
@@ -424,9 +442,12 @@ fn verdict(variants: &[CalibratedVariant]) -> String {
     if all().any(|c| c.interval.is_none()) {
         words += " Not every constant has an interval.";
     }
-    for (k, v) in variants.iter().enumerate() {
-        let is_told = variants[..k].iter().any(|before| before.element == v.element);
-        words += &if is_told { String::new() } else { format!(" {}.", capital(&v.element)) };
+    match variants {
+        [only] => words += &format!(" {}.", capital(&only.element)),
+        several => {
+            let doubtful = several.iter().filter(|v| mesh_is_doubtful(v, tolerance));
+            words += &doubtful.map(|v| format!(" {}: {}.", v.label, v.element)).collect::<String>();
+        }
     }
     let bias = all().filter_map(|c| c.bias).max_by(|x, y| x.abs().total_cmp(&y.abs()));
     match bias {

@@ -6,7 +6,9 @@ use crate::report::numbers::percent;
 use crate::report::table::{Table, headings};
 use crate::study::analysis::Analysis;
 use crate::study::content::Content;
-use crate::study::kinds::calibration::analysis::{CalibratedConstant, CalibratedVariant, CalibrationFindings, scaled};
+use crate::study::kinds::calibration::analysis::{
+    CalibratedConstant, CalibratedVariant, CalibrationFindings, scaled, warnings_of,
+};
 use crate::study::kinds::calibration::band::{Band, band as around};
 use crate::study::kinds::calibration::figures::band;
 use crate::study::kinds::calibration::figures::curves as figures;
@@ -205,7 +207,7 @@ fn law_file(store: &Results, a: &Analysis<CalibrationFindings>, v: &CalibratedVa
             p.insert(format!("{key}_mesh_error_relative"), mesh.into());
         }
     }
-    let warnings: Vec<toml::Value> = a.warnings.iter().map(|w| w.clone().into()).collect();
+    let warnings: Vec<toml::Value> = warnings_of(a, v, case, found).into_iter().map(Into::into).collect();
     p.insert(
         "interval".into(),
         format!(
