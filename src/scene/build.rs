@@ -18,6 +18,7 @@ use super::parts::rigid::RigidBody;
 use super::parts::skin::attach_skins;
 use super::protocol::NamedSignal;
 use super::read::{from_text, read_scene};
+use super::recorded::{columns, recorders};
 use super::recorder::Recorder;
 use super::rules;
 use super::skin::NamedSkin;
@@ -83,27 +84,6 @@ pub struct Scene {
     pub notes: Vec<String>,
     /// Why the answer has no limit as h → 0
     pub no_limit: Option<String>,
-}
-
-/// Everything that is recorded, in the order of the columns.
-fn recorders<'a>(
-    probes: &'a [Box<dyn Recorder>],
-    cables: &'a [NamedCable],
-    cavities: &'a [NamedCavity],
-    rigids: &'a [RigidBody],
-    contacts: &'a [NamedContact],
-) -> impl Iterator<Item = &'a dyn Recorder> {
-    let probes = probes.iter().map(|r| &**r);
-    let cables = cables.iter().map(|r| r as &dyn Recorder);
-    let cavities = cavities.iter().map(|r| r as &dyn Recorder);
-    let rigids = rigids.iter().map(|r| r as &dyn Recorder);
-    probes.chain(cables).chain(cavities).chain(rigids).chain(contacts.iter().map(|r| r as &dyn Recorder))
-}
-
-/// Names of all recorded columns: time first, iterations last.
-pub(super) fn columns<'a>(recorders: impl Iterator<Item = &'a dyn Recorder>) -> Vec<String> {
-    let own = recorders.flat_map(|r| r.columns());
-    std::iter::once("t_s".into()).chain(own).chain(std::iter::once("newton_iterations".into())).collect()
 }
 
 /// Additions that a file cannot hold: laws, effects and recorders from Rust.
@@ -209,11 +189,6 @@ impl Scene {
     /// `warning` for a note on a doubtful size of the body, `note` for others.
     pub fn kind_of_note(&self, note: &String) -> &'static str {
         if self.body.warnings.contains(note) { "warning" } else { "note" }
-    }
-
-    /// Everything that is recorded, in the order of the columns.
-    pub fn recorders(&self) -> impl Iterator<Item = &dyn Recorder> {
-        recorders(&self.probes, &self.cables, &self.cavities, &self.rigids, &self.contacts)
     }
 
     /// A scene from its specification, with the mesh that it names; paths are relative to the current folder.

@@ -76,6 +76,7 @@ pub mod parts;
 pub mod protocol;
 mod quantity;
 mod read;
+mod recorded;
 mod recorder;
 mod refine;
 mod regions;

@@ -1,12 +1,13 @@
 //! One run of a scene and its result. Neither prints nor writes.
 
-use super::build::{Scene, columns};
+use super::build::Scene;
 use super::checkpoint::Snapshot;
 use super::control::{ControlError, Fired};
 use super::fields::fields;
 use super::linear::{LinearSpec, LinearWork};
 use super::output::{Field, FieldSpec};
 use super::parts::constraints::{CableEvent, pulling};
+use super::recorded::{columns, recorders};
 use super::recorder::{Energies, Moment, Recorder};
 use super::rules::against_iterations;
 use super::run_options::RunOptions;
@@ -224,6 +225,11 @@ impl Scene {
             *k + 1 == rows.len() || schedule.is_none_or(|s| s.due(k.checked_sub(1).map(time), time(*k)))
         };
         (0..rows.len()).filter(due).collect()
+    }
+
+    /// Everything that is recorded, in the order of the columns.
+    pub fn recorders(&self) -> impl Iterator<Item = &dyn Recorder> {
+        recorders(&self.probes, &self.cables, &self.cavities, &self.rigids, &self.contacts)
     }
 
     /// Names of the recorded columns.
