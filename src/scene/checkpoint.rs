@@ -88,7 +88,7 @@ impl Head {
             Some(span) => self.step <= span.steps(),
             None => self.span == scene.spans.len() && self.step == 0,
         };
-        in_spans && own == expected && self.level <= MOST_CUTS && self.degree < self.lengths.len()
+        in_spans && own == expected && self.level <= MOST_CUTS
     }
 }
 
@@ -231,12 +231,14 @@ impl Checkpoint {
             let (x, lambda) = (arrays.next().filter(|x| x.len() == n)?, arrays.next()?);
             recent.push(PastPoint { t: *t.first()?, x, lambda });
         }
+        // A polynomial through the states that are there
+        let degree = Some(head.degree).filter(|d| *d >= 1 && (recent.len() < 2 || *d < recent.len()))?;
         let energies = Energies { elastic, kinetic, dissipated, work };
         Some(Self {
             state: State { t, x, v, a, lambda, memory, dt, history, inputs },
             position: GridPosition { span: head.span, step: head.step },
             memory: DriverMemory {
-                prediction: Prediction { recent, degree: head.degree },
+                prediction: Prediction { recent, degree },
                 cuts: head.level,
                 stiffness,
                 lagged_factor,
