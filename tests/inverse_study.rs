@@ -265,6 +265,34 @@ y = { column = "F", unit = "N", is = "xmax_reaction_x_N" }
     assert_eq!(summary.analysis["bend"]["rms_relative"].as_array().expect("both curves").len(), 2);
 }
 
+/// Of two variants each law file has the warnings of its own material, and the summary those of both.
+#[test]
+fn a_law_file_has_the_warnings_of_its_own_variant() {
+    let one = sizes("\"mesh.grid.divisions\" = [6, 1, 1]", "only = {}\n");
+    let (_, variant) = STUDY.split_once("[[variant]]").expect("a variant");
+    let odd = format!("[[variant]]{}", variant.replace("\"bend\"", "\"odd\"").replace("bend.csv", "odd.csv"));
+    let study = folder(&format!("{odd}{CALIBRATION}{one}"));
+    // The force of a bar that becomes stiffer, which no μ describes, without noise: the residuals have a pattern
+    let row = |k: i32| (3e-4 * f64::from(k), 0.4 * f64::from(k) * (1.0 + 0.02 * f64::from(k)));
+    let rows: String = (1..=40).map(row).map(|(u, f)| format!("{u},{f}\n")).collect();
+    std::fs::write(study.path().join("odd.csv"), format!("u,F\n{rows}")).expect("writable");
+    run(study.path()).unwrap_or_else(|e| panic!("{e}"));
+    let summary = report::write(&study.path().join("out")).unwrap_or_else(|e| panic!("{e}"));
+    let warnings = |variant: &str| -> Vec<String> {
+        let path = study.path().join(format!("out/law-{variant}.toml"));
+        let law: Table = std::fs::read_to_string(path).expect("written").parse().expect("TOML");
+        let all = law["provenance"]["warnings"].as_array().expect("a list");
+        all.iter().map(|w| w.as_str().expect("words").to_string()).collect()
+    };
+    let (bend, odd) = (warnings("bend"), warnings("odd"));
+    println!("{bend:#?}\n{odd:#?}");
+    assert!(bend.iter().any(|w| w.starts_with("bend: ")) && odd.iter().any(|w| w.starts_with("odd: ")));
+    let pattern = |w: &&String| w.contains("the residuals have a pattern");
+    assert!(odd.iter().any(|w| pattern(&w)) && !bend.iter().any(|w| pattern(&w)));
+    assert!(!bend.iter().any(|w| w.contains("odd")) && !odd.iter().any(|w| w.contains("bend")));
+    assert!(summary.warnings.iter().filter(pattern).count() == 1 && summary.warnings.len() > bend.len());
+}
+
 /// Bounds that exclude the start stop the run as bad input.
 #[test]
 fn bounds_that_exclude_the_start_are_bad_input() {

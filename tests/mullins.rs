@@ -39,7 +39,7 @@ fn by_hand(law: &dyn Law, path: &[f64]) -> Vec<f64> {
         .map(|l| {
             let w = part.eval(&isochoric(*l), Want::Residual).expect("regular");
             let x = (peak - w.psi) / (SOFT.m + SOFT.beta * peak);
-            let eta = if w.psi < peak { 1.0 - durometer::math::erf::erf(x) / SOFT.r } else { 1.0 };
+            let eta = if w.psi < peak { 1.0 - libm::erf(x) / SOFT.r } else { 1.0 };
             peak = peak.max(w.psi);
             eta * w.p[(0, 0)]
         })

@@ -1,7 +1,6 @@
 //! Mathematics without physics: small tensors, quantities with units, signals, sparse matrices, linear solvers.
 
 pub mod dual;
-pub mod erf;
 pub mod formula;
 pub mod gmres;
 pub mod lanes;

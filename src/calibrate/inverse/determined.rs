@@ -19,7 +19,7 @@ use crate::calibrate::solve::rows::padded;
 use crate::material::{Moduli, law_from_table};
 use crate::math::svd::svd;
 use crate::math::units::Dimension;
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeMap;
 
 /// Laws of a scene by name.
@@ -31,6 +31,8 @@ const QUARTER: f64 = 0.25;
 const STAYS: f64 = 0.1;
 /// Singular value below which a direction is rounding of the forward solves \[–\]
 const ROUNDING: f64 = 1e-9;
+/// Singular value over the largest below which a direction does not move the constants that are held \[–\]
+const NULL: f64 = 1e-10;
 /// A bound is met at this distance in u
 const TOUCH: f64 = 1e-12;
 
@@ -145,10 +147,10 @@ impl Coordinates {
         }
         let rows = self.basis.select_rows(&held);
         let m = rows.ncols();
-        let Ok(inverse) = rows.clone().pseudo_inverse(1e-10) else { return DMatrix::zeros(bound.len(), 0) };
-        let across = SymmetricEigen::new(DMatrix::identity(m, m) - inverse * rows);
-        let kept: Vec<usize> = (0..m).filter(|k| across.eigenvalues[*k] > 0.5).collect();
-        &self.basis * across.eigenvectors.select_columns(&kept)
+        let svd = svd(padded(&rows, m), false, true);
+        let (sigma, v) = (svd.singular_values, svd.v_t.expect("asked for").transpose());
+        let kept: Vec<usize> = (0..m).filter(|k| sigma[*k] <= NULL * sigma.max()).collect();
+        &self.basis * v.select_columns(&kept)
     }
 
     /// Number of directions that are searched.

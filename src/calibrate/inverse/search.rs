@@ -144,7 +144,9 @@ fn step(coordinates: &Coordinates, u: &DVector<f64>, point: &Point, size: f64, r
         };
         let full: f64 = (0..sigma.len()).filter(|k| sigma[*k] > blind).map(|k| 0.5 * pull[k] * pull[k]).sum();
         let w = shortened(&part, sigma.max(), radius);
-        let change = &free * right.transpose() * &w;
+        let mut change = &free * right.transpose() * &w;
+        // Rounding of the product must not move what is held: it would count as leaving its bound again
+        (0..p).filter(|k| bound[*k] != 0).for_each(|k| change[k] = 0.0);
         // The part of the way on which no bound is met, and constants at a bound that it would leave
         let outward: Vec<usize> = (0..p).filter(|k| coordinates.crosses(u, &change, *k) == Some(0.0)).collect();
         if outward.is_empty() {

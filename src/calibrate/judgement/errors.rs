@@ -176,13 +176,18 @@ fn spread(u: &DMatrix<f64>, curves: &[Vec<usize>], rho: f64) -> DMatrix<f64> {
 }
 
 /// Orthonormal columns of the directions that the data determine, and θ of each of them.
-struct Directions {
+pub struct Directions {
     u: DMatrix<f64>,
     /// \[constants × directions\]
     by: DMatrix<f64>,
 }
 
 impl Directions {
+    /// (JᵀJ)⁻¹Jᵀ on these directions, (p, n): a change of the weighted data into the one of the constants.
+    pub fn inverse(&self) -> DMatrix<f64> {
+        &self.by * self.u.transpose()
+    }
+
     /// The errors of the constants from the covariance of the directions.
     fn errors(&self, model: ErrorModel, k: &DMatrix<f64>, free: usize, rho: f64, smooth: f64) -> Errors {
         let root = |c: &DMatrix<f64>| c.diagonal().iter().map(|c| c.max(0.0).sqrt()).collect::<Vec<f64>>();
@@ -192,7 +197,8 @@ impl Directions {
     }
 }
 
-fn directions(jacobian: &DMatrix<f64>) -> Directions {
+/// Those of a Jacobian (n, p) whose columns may have any size.
+pub fn directions(jacobian: &DMatrix<f64>) -> Directions {
     let p = jacobian.ncols();
     let length: Vec<f64> = (0..p).map(|k| jacobian.column(k).norm()).map(|l| if l > 0.0 { l } else { 1.0 }).collect();
     let scaled = DMatrix::from_fn(jacobian.nrows(), p, |i, k| jacobian[(i, k)] / length[k]);

@@ -12,10 +12,9 @@
 
 use crate::calibrate::intake::accuracy::{Accuracy, SharedError};
 use crate::calibrate::intake::dimensions::Dimensions;
-use crate::calibrate::judgement::errors::curves;
+use crate::calibrate::judgement::errors::{curves, directions};
 use crate::calibrate::solve::{LawFit, LawSetting, jacobian, offset};
 use crate::calibrate::{ErrorModel, Estimate, FitError, Sample};
-use crate::math::svd::svd;
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
@@ -31,8 +30,6 @@ pub struct Contribution {
 
 /// Ratio of a 95 % half-width of a normal error to its standard deviation
 const NORMAL: f64 = 1.959_963_984_540_054;
-/// Singular value of a direction that the data do not determine \[–\]
-const BLIND: f64 = 1e-9;
 
 /// Stated errors with their contributions, and how each moves the weighted residuals, (n, errors): one column for each curve where they are of a curve.
 pub struct Stated {
@@ -53,7 +50,7 @@ pub fn contributions(
         return Ok(stated);
     }
     let is_measured = matches!(answer.errors.model, ErrorModel::Specimens { .. });
-    let step = inverse(&jacobian(setting, fitted, answer));
+    let step = directions(&jacobian(setting, fitted, answer)).inverse();
     let slope = |s: &Sample| match s.stretch == 1.0 && !setting.slack.is_empty() {
         true => 0.0,
         false => offset::slope(setting.model, &answer.values, s),
@@ -96,17 +93,6 @@ pub fn contributions(
         }
     }
     Ok(stated)
-}
-
-/// (JᵀJ)⁻¹Jᵀ on the directions that the data determine, (p, n).
-fn inverse(jacobian: &DMatrix<f64>) -> DMatrix<f64> {
-    let length: Vec<f64> = jacobian.column_iter().map(|c| c.norm()).map(|l| if l > 0.0 { l } else { 1.0 }).collect();
-    let scaled = DMatrix::from_fn(jacobian.nrows(), jacobian.ncols(), |i, k| jacobian[(i, k)] / length[k]);
-    let svd = svd(scaled, true, true);
-    let least = BLIND * svd.singular_values.max();
-    let mut inverse = svd.pseudo_inverse(least).expect("both sets of vectors were asked for");
-    inverse.row_iter_mut().zip(&length).for_each(|(mut row, length)| row /= *length);
-    inverse
 }
 
 /// The constants with wider intervals and standard errors.

@@ -9,8 +9,8 @@ use crate::calibrate::{
     Bounded, Experiment, FitOptions, FitRequest, FitResult, Model, Sample, SlackChoice, fit_experiment,
 };
 use crate::material::{Law, Softening, Want};
-use crate::math::erf::erf;
 use crate::math::tensor::Mat3;
+use libm::erf;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use std::f64::consts::PI;
 
