@@ -103,7 +103,7 @@
 //! remedy; a panic is a bug. A module may use only modules to its left (a test enforces it):
 //!
 //! ```text
-//! storage → math → mesh → material → system → effect → solve → scene → calibrate → report → study → prelude
+//! storage → math → mesh → material → system → effect → solve → scene → calibrate → motion → report → study → prelude
 //! ```
 //!
 //! [`open_scene`]: prelude::open_scene
@@ -123,6 +123,7 @@ pub mod effect;
 pub mod material;
 pub mod math;
 pub mod mesh;
+pub mod motion;
 pub mod prelude;
 pub mod report;
 pub mod scene;

@@ -17,6 +17,7 @@ use durometer::mesh::generate::read_manifest;
 use durometer::mesh::structured::block;
 use durometer::mesh::surface_file::read_surface;
 use durometer::mesh::{Order, Reading, format, read_as};
+use durometer::motion::{ReadOptions, Tracks};
 use durometer::scene::{Checkpoint, RunOptions, Scene, open_scene, read_scene};
 use durometer::storage;
 use durometer::study::expand::Study;
@@ -363,6 +364,25 @@ fn materials() -> Vec<Target<'static>> {
     ]
 }
 
+/// Readers of measured motion.
+fn motion() -> Vec<Target<'static>> {
+    let read = |p: &Path| drop(Tracks::read(p, &ReadOptions::default()));
+    let lines = |all: &[&str]| all.iter().map(|s| s.as_bytes().to_vec()).collect::<Vec<_>>();
+    vec![
+        target("C3D", "a.c3d", folder("tests/motion/c3d", "c3d"), Box::new(read)),
+        target("TRC", "a.trc", lines(&TRACKS[..1]), Box::new(read)),
+        target("table of markers", "a.csv", lines(&TRACKS[1..]), Box::new(read)),
+    ]
+}
+
+/// Marker tracks as OpenSim writes them, with one row per time, and with one row per marker.
+const TRACKS: [&str; 3] = [
+    "PathFileType\t4\t(X/Y/Z)\ta.trc\nDataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\n100\t100\t2\t1\tmm\nFrame#\tTime\ta\t\t\n\t\tX1\tY1\tZ1\n\n\
+     1\t0\t1\t2\t3\n2\t0.01\t\t\t\n",
+    "t_s,n_avg,a_x_m,a_y_m,a_z_m\n0,1,0.1,0.2,0.3\n0.1,1,0.1,0.2,0.3\n0.2,10,,,\n",
+    "experiment;marker;x_mm;y_mm;z_mm\nr;a;1,5;2;3\nr;b;1,5;2;4\n",
+];
+
 const CARDS: [&str; 1] = [
     "name = \"a\"\nfile = \"a.csv\"\nstatus = \"own\"\nmode = \"uniaxial\"\n[specimen]\ngauge_length = \"33 mm\"\n\
 compliance = \"0.002 mm/N\"\n[accuracy]\nstress_scale = \"2 %\"\nforce_zero = \"0.05 N\"\n[columns]\nstress = \"#2\"\n[preparation]\nzero = 5\n\
@@ -427,7 +447,7 @@ fn no_reader_panics_hangs_or_fills_the_memory() {
     let keep = tempfile::tempdir().expect("a temporary folder");
     let scene = scene(block(2, 1, 1, 0.02, 0.01, 0.01, Order::Linear), SCENE);
     let mut faults = vec![];
-    for target in shapes().into_iter().chain(materials()).chain(texts(&scene, keep.path())) {
+    for target in shapes().into_iter().chain(materials()).chain(motion()).chain(texts(&scene, keep.path())) {
         if only.as_ref().is_some_and(|only| only != target.name) {
             continue;
         }

@@ -10,7 +10,7 @@ mod constant_format;
 mod curves;
 mod error;
 mod fit;
-mod intake;
+pub(crate) mod intake;
 pub mod inverse;
 pub(crate) mod judgement;
 mod law_file;

@@ -13,6 +13,8 @@ mod import;
 mod interrupt;
 mod laws;
 mod mesh;
+mod motion;
+mod motion_tables;
 mod outcome;
 mod plan;
 mod prony;
@@ -64,6 +66,7 @@ enum Command {
     Fit(Box<fit::Args>),
     Prony(prony::Args),
     Volume(volume::Args),
+    Motion(Box<motion::Args>),
     Laws(laws::Args),
     Check(check::Args),
     Report(report::Args),
@@ -99,6 +102,7 @@ pub fn main() -> ExitCode {
         Command::Fit(args) => fit::main(*args),
         Command::Prony(args) => prony::main(args),
         Command::Volume(args) => volume::main(args),
+        Command::Motion(args) => motion::main(*args),
         Command::Laws(args) => laws::main(args),
         Command::Check(args) => check::main(args),
         Command::Report(args) => report::main(args),

@@ -9,6 +9,7 @@ pub mod export;
 pub mod figure;
 pub mod files;
 pub mod fit;
+pub mod motion;
 pub mod numbers;
 pub mod page;
 pub mod plot;

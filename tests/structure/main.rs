@@ -15,8 +15,20 @@ use source::{Source, line, root, rust_files};
 use syn::visit::{self, Visit};
 
 /// A module may use those before it. `cli`, with `main`, may use the library only.
-const ORDER: [&str; 11] =
-    ["storage", "math", "mesh", "material", "system", "effect", "solve", "scene", "calibrate", "report", "study"];
+const ORDER: [&str; 12] = [
+    "storage",
+    "math",
+    "mesh",
+    "material",
+    "system",
+    "effect",
+    "solve",
+    "scene",
+    "calibrate",
+    "motion",
+    "report",
+    "study",
+];
 /// Beyond the order: what a module may use of the library at all.
 const ONLY: [(&str, &[&str]); 1] = [("solve", &["math", "system", "solve"])];
 /// Modules that offer the items of the others and are used by none of them.

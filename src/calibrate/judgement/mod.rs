@@ -1,7 +1,7 @@
 //! Judgement of a fit: predictions, range of validity, warnings.
 
 pub(super) mod certificate;
-pub(super) mod errors;
+pub(crate) mod errors;
 pub(super) mod estimate;
 pub(super) mod identify;
 pub(super) mod measurement;

@@ -1,0 +1,170 @@
+//! `durometer motion FILE...`
+
+use super::files;
+use super::motion_tables as tables;
+use super::outcome::{CommandResult, Outcome};
+use durometer::math::tensor::Vec3;
+use durometer::math::units::{self, Dimension, UnitError};
+use durometer::motion::plateau::PlateauRule;
+use durometer::motion::release::ReleaseRule;
+use durometer::motion::ring_down::Creep;
+use durometer::motion::{BodyRequest, Evaluation, MotionRequest, ReadOptions, evaluate};
+use durometer::report::{export, files as output, motion as picture};
+use std::path::{Path, PathBuf};
+
+/// Evaluate measured motion: marker tracks (C3D, TRC, CSV) with their states, the release, the motion of a body, frequency and decay
+///
+/// Every decision is in the audit that is printed: format, unit, rate, gaps, registration, windows, release. Several files are repeats of one
+/// experiment and are pooled.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  durometer motion gravity_a.csv gravity_b.csv --body tip1,tip2,tip3 --at '100 mm,0,0'
+  durometer motion gravity_a.csv --body tip1,tip2,tip3 --ring-down displacement_z_m --window '0.3 s,1.6 s' --threshold '0.1 mm'
+  durometer motion capture.c3d --reference markers.csv --unit mm
+  durometer motion positions.csv --record m1_u005
+
+A table has one row per time (t_s, tip_x_mm, tip_y_mm, tip_z_mm, ...) or one row per marker (marker, x_mm, y_mm, z_mm, with t_s where there are several
+times). The reference of a registration is such a table of positions in the frame of the body.
+
+Exit codes: 0 done, 2 bad input.")]
+pub struct Args {
+    /// Files of the same experiment
+    #[arg(required = true)]
+    files: Vec<PathBuf>,
+    /// Unit of the coordinates, e.g. mm [default: the one that the file states]
+    #[arg(long)]
+    unit: Option<String>,
+    /// Unit of the times of a table, e.g. ms [default: the one that the file states, else s]
+    #[arg(long, value_name = "UNIT")]
+    time_unit: Option<String>,
+    /// Frames per second, where the file has no times or wrong ones
+    #[arg(long, value_name = "HZ")]
+    rate: Option<f64>,
+    /// Record of a table that holds several
+    #[arg(long, value_name = "NAME")]
+    record: Option<String>,
+    /// Three or more markers that move as a rigid body
+    #[arg(long, value_name = "MARKERS", value_delimiter = ',')]
+    body: Vec<String>,
+    /// Point of the body that is followed, in the held state: '100 mm,0,0' [default: the centroid of its markers]
+    #[arg(long, value_name = "X,Y,Z", value_delimiter = ',', requires = "body", allow_hyphen_values = true)]
+    at: Vec<String>,
+    /// Table of marker positions in the frame of the body, onto which the held state is registered
+    #[arg(long, value_name = "FILE")]
+    reference: Option<PathBuf>,
+    /// Window of the held state: '-0.2 s,0 s' [default: the first plateau]
+    #[arg(long, value_name = "FROM,TO", value_delimiter = ',', allow_hyphen_values = true)]
+    held: Vec<String>,
+    /// Window of the final state [default: the plateau that reaches the end]
+    #[arg(long = "final", value_name = "FROM,TO", value_delimiter = ',', allow_hyphen_values = true)]
+    last: Vec<String>,
+    /// Departure from the held state that counts as release, e.g. '0.1 mm' [default: five standard deviations]
+    #[arg(long, value_name = "LENGTH")]
+    threshold: Option<String>,
+    /// Curve whose frequency and decay are wanted: displacement_z_m, tip_z_m
+    #[arg(long, value_name = "CURVE", requires = "window")]
+    ring_down: Option<String>,
+    /// Window of the ring-down, from the release on
+    #[arg(long, value_name = "FROM,TO", value_delimiter = ',', requires = "ring_down", allow_hyphen_values = true)]
+    window: Vec<String>,
+    /// Slow motion under the vibration: none, linear, logarithmic
+    #[arg(long, default_value = "logarithmic")]
+    creep: Creep,
+    /// Folder of the results [default: reports/motion-<name of the first file>]
+    #[arg(long)]
+    out: Option<PathBuf>,
+}
+
+pub fn main(args: Args) -> CommandResult {
+    let request = request(&args)?;
+    let stem = |path: &Path| path.file_stem().map_or_else(|| "record".into(), |n| n.to_string_lossy().into_owned());
+    let found: Vec<Evaluation> = args
+        .files
+        .iter()
+        .map(|file| evaluate(&MotionRequest { file: file.clone(), ..request.clone() }))
+        .collect::<Result<_, _>>()?;
+    let out = args.out.unwrap_or_else(|| PathBuf::from("reports").join(format!("motion-{}", stem(&args.files[0]))));
+    files::make_folder(&out.join("figures"))?;
+    let mut audit = String::new();
+    for (k, (file, evaluation)) in args.files.iter().zip(&found).enumerate() {
+        // Repeats may have one name in several folders
+        let same = args.files[..k].iter().any(|other| stem(other) == stem(file));
+        let name = if same { format!("{}-{}", stem(file), k + 1) } else { stem(file) };
+        audit += &format!("{}\n", file.display());
+        audit.extend(evaluation.log.iter().map(|line| format!("  {line}\n")));
+        audit.extend(evaluation.doubts.iter().map(|line| format!("  doubt: {line}\n")));
+        output::write(&out.join(format!("{name}-curves.csv")), tables::curves(evaluation).as_bytes())?;
+        if let Some(figure) = picture::draw(&name, evaluation) {
+            export::save(&out.join("figures"), &figure.name, &figure.svg)?;
+        }
+    }
+    output::write(&out.join("audit.txt"), audit.as_bytes())?;
+    print!("{audit}");
+    let tables = [tables::states(&found), tables::ring_downs(&found), tables::repeats(&found)?];
+    for table in tables.iter().filter(|t| !t.rows.is_empty()) {
+        table.save(&out)?;
+        print!("\n{}", tables::text(table));
+    }
+    println!("\nresults: {}, figures: {}", out.display(), out.join("figures").display());
+    Ok(Outcome::Complete)
+}
+
+fn request(args: &Args) -> Result<MotionRequest, Box<dyn std::error::Error>> {
+    let times = |texts: &[String], flag: &str| match texts {
+        [] => Ok(None),
+        [from, to] => {
+            let [from, to] = [units::parse(from, Dimension::TIME)?, units::parse(to, Dimension::TIME)?];
+            let ordered: Result<_, Box<dyn std::error::Error>> = Ok(Some([from, to]));
+            if from < to {
+                ordered
+            } else {
+                Err(format!("{flag}: {from} s is not before {to} s; exchange them").into())
+            }
+        }
+        _ => Err(format!("{flag}: two times are wanted, such as '0.3 s,1.6 s'").into()),
+    };
+    let threshold = args.threshold.as_ref().map(|text| units::parse(text, Dimension::LENGTH)).transpose()?;
+    let release = match threshold {
+        Some(threshold) if threshold > 0.0 => ReleaseRule { factor: 0.0, threshold, ..ReleaseRule::default() },
+        Some(_) => return Err("--threshold: a departure is above zero".into()),
+        None => ReleaseRule::default(),
+    };
+    let body = (!args.body.is_empty())
+        .then(|| point(&args.at).map(|at| BodyRequest { markers: args.body.clone(), at }))
+        .transpose()?;
+    let window = times(&args.window, "--window")?;
+    Ok(MotionRequest {
+        file: PathBuf::new(),
+        read: ReadOptions {
+            unit: args.unit.clone(),
+            time_unit: args.time_unit.clone(),
+            rate_hz: args.rate,
+            record: args.record.clone(),
+        },
+        body,
+        reference: args.reference.clone(),
+        held_s: times(&args.held, "--held")?,
+        final_s: times(&args.last, "--final")?,
+        ring_down: args.ring_down.clone().zip(window),
+        creep: args.creep,
+        plateau: PlateauRule::default(),
+        release,
+    })
+}
+
+/// Three lengths; a zero needs no unit.
+fn point(texts: &[String]) -> Result<Option<Vec3>, Box<dyn std::error::Error>> {
+    let length = |text: &String| match text.trim().parse::<f64>() {
+        Ok(0.0) => Ok(0.0),
+        _ => units::parse(text, Dimension::LENGTH),
+    };
+    match texts {
+        [] => Ok(None),
+        [_, _, _] => {
+            let all: Vec<f64> = texts.iter().map(length).collect::<Result<_, UnitError>>()?;
+            Ok(Some(Vec3::new(all[0], all[1], all[2])))
+        }
+        _ => Err("--at: three lengths are wanted, such as '100 mm,0,0'".into()),
+    }
+}

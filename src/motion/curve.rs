@@ -1,0 +1,106 @@
+//! A quantity over time, measured or simulated.
+
+use super::error::MotionError;
+use super::tracks::median;
+
+/// Values over ascending times.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Curve {
+    /// Name with its unit at the end, `tip1_z_m`
+    pub name: String,
+    pub time_s: Vec<f64>,
+    pub value: Vec<f64>,
+    /// Samples that each value is the mean of
+    pub samples: Vec<f64>,
+}
+
+/// Values whose differences give one estimate of the noise
+const BLOCK: usize = 12;
+
+impl Curve {
+    /// A curve whose values are single samples.
+    ///
+    /// # Errors
+    /// Lists of different lengths, times that do not increase, and numbers that are not finite.
+    pub fn new(name: &str, time_s: Vec<f64>, value: Vec<f64>) -> Result<Self, MotionError> {
+        let samples = vec![1.0; time_s.len()];
+        Self::weighted(name, time_s, value, samples)
+    }
+
+    /// A curve whose values are means of some samples each.
+    ///
+    /// # Errors
+    /// As of [`Curve::new`].
+    pub fn weighted(name: &str, time_s: Vec<f64>, value: Vec<f64>, samples: Vec<f64>) -> Result<Self, MotionError> {
+        let lengths = vec![time_s.len(), value.len(), samples.len()];
+        if lengths.iter().any(|n| *n != lengths[0]) {
+            return Err(MotionError::Lengths { what: "times, values and samples", lengths });
+        }
+        let faulty = |k: &usize| {
+            let late = *k > 0 && time_s[*k] <= time_s[*k - 1];
+            !time_s[*k].is_finite() || !value[*k].is_finite() || late || samples[*k].is_nan() || samples[*k] <= 0.0
+        };
+        if let Some(k) = (0..time_s.len()).find(faulty) {
+            return Err(MotionError::NotFinite {
+                what: format!("row {} of curve {name} (or its time is not after the one before)", k + 1),
+            });
+        }
+        Ok(Self { name: name.into(), time_s, value, samples })
+    }
+
+    /// The rows from time `from` to time `to` \[s\], both included to a billionth of a second.
+    pub fn window(&self, [from, to]: [f64; 2]) -> Self {
+        let range = self.rows([from, to]);
+        let cut = |v: &[f64]| v[range.clone()].to_vec();
+        Self {
+            name: self.name.clone(),
+            time_s: cut(&self.time_s),
+            value: cut(&self.value),
+            samples: cut(&self.samples),
+        }
+    }
+
+    /// Numbers of these rows.
+    pub fn rows(&self, [from, to]: [f64; 2]) -> std::ops::Range<usize> {
+        const ROUNDING: f64 = 1e-9;
+        let start = self.time_s.partition_point(|t| *t < from - ROUNDING);
+        let end = self.time_s.partition_point(|t| *t <= to + ROUNDING);
+        start..end.max(start)
+    }
+
+    /// Largest minus smallest value.
+    pub fn range(&self) -> f64 {
+        let ends = self.value.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(*v), b.max(*v)]);
+        if self.value.is_empty() { 0.0 } else { ends[1] - ends[0] }
+    }
+
+    /// Standard deviation of the noise: of blocks of neighbouring values, √mean (vᵢ − ½(vᵢ₋₁ + vᵢ₊₁))²/1.5 (Gasser, Sroka & Jennen-Steinmetz,
+    /// Biometrika 73, 1986, 625–633), of which the lower quartile counts, since blocks in motion have more; at least that of rounding, step/√12.
+    pub fn noise(&self) -> f64 {
+        let bends: Vec<f64> = self.value.windows(3).map(|w| (w[1] - 0.5 * (w[0] + w[2])).powi(2) / 1.5).collect();
+        let mut blocks: Vec<f64> =
+            bends.chunks(BLOCK).map(|b| (b.iter().sum::<f64>() / b.len() as f64).sqrt()).collect();
+        blocks.sort_by(f64::total_cmp);
+        let quartile = blocks.get(blocks.len() / 4).copied().unwrap_or(0.0);
+        quartile.max(self.step() / 12_f64.sqrt())
+    }
+
+    /// Smallest difference between two values that differ by more than rounding of the arithmetic: the resolution of rounded numbers.
+    fn step(&self) -> f64 {
+        let mut sorted = self.value.clone();
+        sorted.sort_by(f64::total_cmp);
+        let least = 1e-12 * sorted.iter().fold(0.0, |a: f64, v| a.max(v.abs()));
+        let gaps: Vec<f64> = sorted.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > least).collect();
+        // Values that hardly ever repeat are not rounded
+        if 2 * gaps.len() > sorted.len() {
+            0.0
+        } else {
+            gaps.into_iter().fold(f64::INFINITY, f64::min).min(self.range())
+        }
+    }
+
+    /// Median of the time steps \[s\].
+    pub fn time_step(&self) -> f64 {
+        median(&self.time_s.windows(2).map(|w| w[1] - w[0]).collect::<Vec<_>>())
+    }
+}

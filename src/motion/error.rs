@@ -1,0 +1,96 @@
+//! Refusals of measured motion, with fact, place and remedy.
+
+use super::swap::Swap;
+use crate::calibrate::intake::roles::{first, numbers};
+use std::path::PathBuf;
+
+/// Reason why measured motion was not read, registered or evaluated.
+#[derive(Debug, thiserror::Error)]
+pub enum MotionError {
+    #[error("{}: cannot be read: {source}", path.display())]
+    Read { path: PathBuf, source: std::io::Error },
+    #[error("{}: cannot be written: {source}", path.display())]
+    Write { path: PathBuf, source: std::io::Error },
+    #[error("{file}: {what}; known are C3D, TRC and tables of text (CSV)")]
+    NotText { file: String, what: String },
+    #[error("{file}: the C3D file is damaged: {what}; export it again")]
+    Damaged { file: String, what: String },
+    #[error("{file}: the header announces {told} frames of {markers} markers, the file holds {found}; export it again")]
+    Truncated { file: String, told: usize, markers: usize, found: usize },
+    #[error("{file}: it holds no marker; export the trajectories of labelled markers")]
+    NoMarkers { file: String },
+    #[error(
+        "{file}: no line names columns of markers; the nearest one has {}. Known are names such as t_s,tip_x_mm,tip_y_mm,tip_z_mm, or marker,t_s,x_mm,y_mm,z_mm in one row per marker", found.join(", ")
+    )]
+    Columns { file: String, found: Vec<String> },
+    #[error("{file}: {} markers lack a coordinate: {}; a marker has three columns", markers.len(), first(markers))]
+    Incomplete { file: String, markers: Vec<String> },
+    #[error("{file}: it holds {} records: {}; choose one with --record NAME", records.len(), first(records))]
+    Records { file: String, records: Vec<String> },
+    #[error("{file}: there is no record \"{asked}\"; known: {}", first(known))]
+    NoRecord { file: String, asked: String, known: Vec<String> },
+    #[error("{file}: the unit of the coordinates is not stated; pass --unit mm, or the unit that it is")]
+    NoUnit { file: String },
+    #[error("{file}: \"{unit}\" is no unit of {of}; wanted is one such as {example}")]
+    Unit { file: String, unit: String, of: &'static str, example: &'static str },
+    #[error("{file}: columns of different units: {}; state one unit for all, or pass --unit", first(units))]
+    Units { file: String, units: Vec<String> },
+    #[error("{file}: the rate is {rate} Hz, so that no frame has a time; pass --rate with the frames per second")]
+    Rate { file: String, rate: f64 },
+    #[error("{file}: the decimal mark of \"{cell}\" is not clear; write the numbers with more digits, or with a point")]
+    Decimal { file: String, cell: String },
+    #[error("{file}: {} cells are no numbers: {}; leave a cell empty where a marker was not seen", cells.len(), first(cells))]
+    Cells { file: String, cells: Vec<String> },
+    #[error("{file}: the times do not increase in {} lines: {}; a record is one run in the order of time", lines.len(), numbers(lines))]
+    Times { file: String, lines: Vec<u64> },
+    #[error("{file}: marker \"{name}\" occurs twice{}; every marker needs a name of its own", at.map_or(String::new(), |t| format!(" at {t} s")))]
+    Twice { file: String, name: String, at: Option<f64> },
+    #[error(
+        "{file}: coordinates reach {largest_m} m, which no tracked body has ({samples} samples are above {limit_m} m); the unit is probably off by 1000: pass --unit, or remove samples that are no markers"
+    )]
+    Large { file: String, largest_m: f64, samples: usize, limit_m: f64 },
+    #[error(
+        "{file}: every coordinate is below {limit_m} m ({largest_m} m at most); the unit is probably off by 1000: pass --unit"
+    )]
+    Small { file: String, largest_m: f64, limit_m: f64 },
+    #[error(
+        "the points to register are {ratio:.4} times as large as the measured ones: {meaning}; state the right unit"
+    )]
+    Size { ratio: f64, meaning: String },
+    #[error("there are no markers {}; known: {}", asked.join(", "), known.join(", "))]
+    UnknownMarkers { asked: Vec<String>, known: Vec<String> },
+    #[error("a rigid group needs three points or more, {found} are given: {}; name more markers that move with the body", names.join(", "))]
+    TooFew { found: usize, names: Vec<String> },
+    #[error(
+        "the points lie on one line (their extent across it is {across_m:.3e} m, along it {along_m:.3e} m), so that the rotation about it is not determined; name a marker off the line"
+    )]
+    Collinear { along_m: f64, across_m: f64 },
+    #[error("{what} is not a finite number; remove it")]
+    NotFinite { what: String },
+    #[error("{} lists of {what} have different lengths: {}", lengths.len(), lengths.iter().map(usize::to_string).collect::<Vec<_>>().join(", "))]
+    Lengths { what: &'static str, lengths: Vec<usize> },
+    #[error("{} markers exchange their positions: {}; name the tracks anew in the recording program from these frames on", swaps.len(), first(&swaps.iter().map(Swap::to_string).collect::<Vec<_>>()))]
+    Swapped { swaps: Vec<Swap> },
+    #[error("markers {} are never seen at the same time; a rigid motion needs three of them at once", names.join(", "))]
+    NeverSeen { names: Vec<String> },
+    #[error(
+        "the curve has {found} samples in {from_s} s to {to_s} s, and {needed} are needed; take a longer window, or record faster"
+    )]
+    TooShort { found: usize, needed: usize, from_s: f64, to_s: f64 },
+    #[error(
+        "no plateau of {least_s} s: the curve is nowhere within ±{tolerance} of its median for so long; state a longer record, a larger tolerance, or the windows themselves"
+    )]
+    NoPlateau { least_s: f64, tolerance: f64 },
+    #[error(
+        "one plateau only, from {from_s} s to {to_s} s: the curve does not move by more than ±{tolerance}; nothing is released in it"
+    )]
+    OnePlateau { from_s: f64, to_s: f64, tolerance: f64 },
+    #[error("the curve never leaves the held plateau by more than {limit}; take a smaller threshold")]
+    NoRelease { limit: f64 },
+    #[error("the window {from_s} s to {to_s} s {fact}; {remedy}")]
+    Window { from_s: f64, to_s: f64, fact: &'static str, remedy: &'static str },
+    #[error("no ring-down in {from_s} s to {to_s} s: {fact}; {remedy}")]
+    NoRingDown { from_s: f64, to_s: f64, fact: String, remedy: &'static str },
+    #[error("there is no curve \"{asked}\"; known: {}", known.join(", "))]
+    NoCurve { asked: String, known: Vec<String> },
+}

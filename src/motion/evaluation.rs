@@ -1,0 +1,242 @@
+//! Evaluation of a record of motion: which state is held and which one is final, when the release is, how a body moved, and how it rings down.
+
+use super::body::{self, Pose};
+use super::curve::Curve;
+use super::error::MotionError;
+use super::plateau::{Plateau, PlateauRule, held_and_final};
+use super::registration::{Registration, rigid};
+use super::release::{Release, ReleaseRule, release};
+use super::ring_down::{Creep, RingDown, ring_down};
+use super::tracks::{ReadOptions, Track, Tracks};
+use super::words;
+use crate::calibrate::Bounded;
+use crate::calibrate::judgement::statistics::t_quantile;
+use crate::math::tensor::Vec3;
+use std::path::{Path, PathBuf};
+
+/// A rigid group of markers and the point of the body that is followed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodyRequest {
+    pub markers: Vec<String>,
+    /// Position of the point in the held state \[m\]; else the centroid of the markers
+    pub at: Option<Vec3>,
+}
+
+/// Request for an evaluation.
+#[derive(Clone, Debug, Default)]
+pub struct MotionRequest {
+    pub file: PathBuf,
+    pub read: ReadOptions,
+    pub body: Option<BodyRequest>,
+    /// Table of positions of markers in the frame of the body, onto which the held state is registered
+    pub reference: Option<PathBuf>,
+    /// Windows of the held and of the final state \[s\]; else they are found
+    pub held_s: Option<[f64; 2]>,
+    pub final_s: Option<[f64; 2]>,
+    /// Name of a curve, and the window from the release on \[s\]
+    pub ring_down: Option<(String, [f64; 2])>,
+    pub creep: Creep,
+    pub plateau: PlateauRule,
+    pub release: ReleaseRule,
+}
+
+/// A curve with its states.
+#[derive(Clone, Debug)]
+pub struct EvaluatedCurve {
+    pub curve: Curve,
+    pub held: Option<Plateau>,
+    pub last: Option<Plateau>,
+    /// Final minus held mean with its 95 % interval: noise of this record only
+    pub change: Option<Bounded>,
+}
+
+/// What a record says.
+#[derive(Clone, Debug)]
+pub struct Evaluation {
+    pub source: String,
+    /// In the frame of the body, where there is a reference
+    pub tracks: Tracks,
+    pub registration: Option<Registration>,
+    pub release: Option<Release>,
+    pub poses: Vec<Pose>,
+    pub curves: Vec<EvaluatedCurve>,
+    /// Number of the curve and its vibration
+    pub ring_down: Option<(usize, RingDown)>,
+    /// Audit: all that was decided, in sentences
+    pub log: Vec<String>,
+    /// Reasons to doubt the numbers
+    pub doubts: Vec<String>,
+}
+
+/// Windows of the held and the final state, with the release between them.
+struct States {
+    held: Option<[f64; 2]>,
+    last: Option<[f64; 2]>,
+    release: Option<Release>,
+}
+
+/// Evaluates a record.
+///
+/// # Errors
+/// Everything that the steps refuse: see [`Tracks::read`], [`body::pose`], [`rigid`], [`held_and_final`] and [`ring_down`].
+pub fn evaluate(request: &MotionRequest) -> Result<Evaluation, MotionError> {
+    let mut tracks = Tracks::read(&request.file, &request.read)?;
+    let mut log = tracks.log.clone();
+    let guide = guide(&tracks)?;
+    let states = states(&guide, request, &mut log)?;
+    let registration = match &request.reference {
+        Some(path) => Some(register(&mut tracks, path, states.held.or(states.last), &mut log)?),
+        None => None,
+    };
+    let (poses, curves) = match &request.body {
+        Some(body) => body_curves(&tracks, body, states.held.or(states.last), &mut log)?,
+        None => (vec![], marker_curves(&tracks)?),
+    };
+    let curves: Vec<EvaluatedCurve> = curves.into_iter().map(|c| with_states(c, &states)).collect::<Result<_, _>>()?;
+    let origin = states.release.as_ref().map_or(0.0, |r| r.time_s);
+    let ring_down = match &request.ring_down {
+        None => None,
+        Some((name, [from, to])) => {
+            let known = || curves.iter().map(|c| c.curve.name.clone()).collect();
+            let absent = || MotionError::NoCurve { asked: name.clone(), known: known() };
+            let at = curves.iter().position(|c| c.curve.name == *name).ok_or_else(absent)?;
+            let found = ring_down(&curves[at].curve, [origin + from, origin + to], origin, request.creep)?;
+            log.extend(words::ring_down(name, &found));
+            Some((at, found))
+        }
+    };
+    let mut doubts = vec![];
+    for EvaluatedCurve { curve, held, last, .. } in &curves {
+        for (state, plateau) in [("held", held), ("final", last)] {
+            doubts.extend(
+                plateau.as_ref().and_then(Plateau::doubt).map(|d| format!("{}, {state} state: {d}", curve.name)),
+            );
+        }
+    }
+    let source = tracks.source.clone();
+    Ok(Evaluation { source, tracks, registration, release: states.release, poses, curves, ring_down, log, doubts })
+}
+
+/// The coordinate of a marker that moves most: it shows the states of the record.
+fn guide(tracks: &Tracks) -> Result<Curve, MotionError> {
+    let widest = marker_curves(tracks)?.into_iter().max_by(|a, b| a.range().total_cmp(&b.range()));
+    widest.ok_or_else(|| MotionError::NoMarkers { file: tracks.source.clone() })
+}
+
+/// Every coordinate of every marker that is seen.
+fn marker_curves(tracks: &Tracks) -> Result<Vec<Curve>, MotionError> {
+    let mut curves = vec![];
+    for marker in tracks.markers.iter().filter(|m| m.points.iter().any(Option::is_some)) {
+        for (k, axis) in ["x", "y", "z"].into_iter().enumerate() {
+            let rows = marker.points.iter().enumerate().filter_map(|(i, p)| Some((i, (*p)?[k])));
+            let (at, value): (Vec<usize>, Vec<f64>) = rows.unzip();
+            let of = |v: &[f64]| at.iter().map(|i| v[*i]).collect();
+            let name = format!("{}_{axis}_m", marker.name);
+            curves.push(Curve::weighted(&name, of(&tracks.time_s), value, of(&tracks.samples))?);
+        }
+    }
+    Ok(curves)
+}
+
+/// States as requested or as found in the guide.
+fn states(guide: &Curve, request: &MotionRequest, log: &mut Vec<String>) -> Result<States, MotionError> {
+    let rule = &request.plateau;
+    let (held, last) = match (request.held_s, request.final_s) {
+        (Some(held), Some(last)) => (Some(held), Some(last)),
+        (held, last) => match held_and_final(guide, rule) {
+            Ok([a, b]) => (held.or(Some(a.window_s)), last.or(Some(b.window_s))),
+            Err(MotionError::OnePlateau { from_s, to_s, .. }) => (held, last.or(Some([from_s, to_s]))),
+            Err(_) if guide.value.len() < 2 => (held, last),
+            Err(e) => return Err(e),
+        },
+    };
+    log.extend(words::states(guide, rule, held, last));
+    let release = match held {
+        None => None,
+        Some(window) => {
+            let found = release(guide, &Plateau::over(guide, window)?, &request.release)?;
+            log.push(words::release(&guide.name, &found, &request.release));
+            Some(found)
+        }
+    };
+    Ok(States { held, last, release })
+}
+
+/// Registers the state in a window onto the reference positions and carries all tracks along.
+fn register(
+    tracks: &mut Tracks,
+    path: &Path,
+    window: Option<[f64; 2]>,
+    log: &mut Vec<String>,
+) -> Result<Registration, MotionError> {
+    // The unit of the record need not be that of the reference, which states its own
+    let reference = Tracks::read(path, &ReadOptions::default())?;
+    let window = window.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
+    let shared: Vec<String> = reference
+        .markers
+        .iter()
+        .map(|m| m.name.clone())
+        .filter(|n| tracks.markers.iter().any(|m| m.name == *n))
+        .collect();
+    let measured = tracks.mean(&shared, window)?;
+    let known = reference.mean(&shared, [f64::NEG_INFINITY, f64::INFINITY])?;
+    let both = measured.iter().zip(&known).zip(&shared);
+    let seen: Vec<(Vec3, Vec3, String)> =
+        both.filter_map(|((a, b), name)| Some((Vec3::from((*a)?), Vec3::from((*b)?), name.clone()))).collect();
+    let used: Vec<String> = seen.iter().map(|s| s.2.clone()).collect();
+    if seen.len() < 3 {
+        return Err(MotionError::TooFew { found: seen.len(), names: used });
+    }
+    let (from, to): (Vec<Vec3>, Vec<Vec3>) = seen.iter().map(|s| (s.0, s.1)).unzip();
+    let found = rigid(&from, &to, None)?;
+    for point in tracks.markers.iter_mut().flat_map(|m: &mut Track| m.points.iter_mut()).flatten() {
+        *point = found.apply(Vec3::from(*point)).into();
+    }
+    log.extend(words::registration(&found, &used, &reference.source));
+    Ok(found)
+}
+
+/// Displacement of the point from its held position, and rotations about the axes.
+fn body_curves(
+    tracks: &Tracks,
+    request: &BodyRequest,
+    window: Option<[f64; 2]>,
+    log: &mut Vec<String>,
+) -> Result<(Vec<Pose>, Vec<Curve>), MotionError> {
+    let names = &request.markers;
+    let means = tracks.mean(names, window.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]))?;
+    let known: Vec<Vec3> = means.iter().copied().flatten().map(Vec3::from).collect();
+    if known.len() < names.len() {
+        let unseen = names.iter().zip(&means).filter(|m| m.1.is_none()).map(|m| m.0.clone()).collect();
+        return Err(MotionError::NeverSeen { names: unseen });
+    }
+    let at = request.at.unwrap_or_else(|| known.iter().sum::<Vec3>() / known.len() as f64);
+    let poses = body::pose(tracks, names, &known)?;
+    log.extend(words::body(names, at, &poses));
+    let curve = |name: String, value: &dyn Fn(&Pose) -> f64| {
+        let column = |f: &dyn Fn(&Pose) -> f64| poses.iter().map(f).collect::<Vec<f64>>();
+        Curve::weighted(&name, column(&|p| p.time_s), column(value), column(&|p| p.samples))
+    };
+    let axes = [("x", Vec3::x()), ("y", Vec3::y()), ("z", Vec3::z())];
+    let mut curves = vec![];
+    for (k, (axis, _)) in axes.iter().enumerate() {
+        curves.push(curve(format!("displacement_{axis}_m"), &|p| p.displacement(at)[k])?);
+    }
+    for (axis, direction) in axes {
+        curves.push(curve(format!("rotation_{axis}_deg"), &|p| p.rotation_about(direction).to_degrees())?);
+    }
+    Ok((poses, curves))
+}
+
+/// The states of a curve in the windows of the record.
+fn with_states(curve: Curve, states: &States) -> Result<EvaluatedCurve, MotionError> {
+    let over = |window: Option<[f64; 2]>| window.map(|w| Plateau::over(&curve, w)).transpose();
+    let (held, last) = (over(states.held)?, over(states.last)?);
+    let change = held.as_ref().zip(last.as_ref()).map(|(a, b)| {
+        let value = b.mean.value - a.mean.value;
+        let free = (a.effective.min(b.effective) - 1.0).max(1.0) as usize;
+        let half = t_quantile(0.95, free) * a.uncertainty.hypot(b.uncertainty);
+        Bounded { value, interval: [value - half, value + half] }
+    });
+    Ok(EvaluatedCurve { curve, held, last, change })
+}

@@ -1,0 +1,29 @@
+//! Measured motion: tracks of markers read, registered and evaluated.
+//!
+//! [`Tracks::read`] reads C3D, TRC and tables; [`registration::rigid`] brings points into another frame, with its uncertainty; [`body::pose`] is the
+//! rigid motion of a group of markers. A [`Curve`] of it, or of a simulation, has plateaus ([`plateau`]), a release ([`release`]) and a ring-down
+//! ([`ring_down`]); repeats are pooled ([`repeats`]). [`evaluate`] does all of this for a file and writes down what it decided.
+
+pub mod body;
+mod c3d;
+mod curve;
+mod error;
+mod evaluation;
+pub mod plateau;
+pub mod registration;
+pub mod release;
+pub mod repeats;
+pub mod ring_down;
+mod ring_down_start;
+mod swap;
+mod table;
+mod table_names;
+mod tracks;
+mod trc;
+mod words;
+
+pub use curve::Curve;
+pub use error::MotionError;
+pub use evaluation::{BodyRequest, EvaluatedCurve, Evaluation, MotionRequest, evaluate};
+pub use swap::Swap;
+pub use tracks::{LARGEST, ReadOptions, SMALLEST, Track, Tracks};

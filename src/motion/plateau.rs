@@ -1,0 +1,237 @@
+//! Plateaus of a curve: states that are held, and the one at the end.
+//!
+//! A plateau is a longest stretch of time in which all values, single outliers apart, lie within ±tolerance of one level. Its mean and its drift are
+//! those of least squares with errors that may be correlated from one row to the next (see `calibrate::judgement::errors`).
+
+use super::curve::Curve;
+use super::error::MotionError;
+use crate::calibrate::Bounded;
+use crate::calibrate::judgement::errors::{self, ErrorModel};
+use crate::calibrate::judgement::statistics::t_quantile;
+use crate::math::svd::svd;
+use nalgebra::{DMatrix, DVector};
+use std::collections::VecDeque;
+use std::fmt;
+
+/// Least number of rows of a plateau
+const LEAST: usize = 6;
+/// Part of the values below which a residual is rounding \[–\]
+const ROUNDING: f64 = 1e-12;
+
+/// Rule by which plateaus are found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlateauRule {
+    /// Least duration \[s\]
+    pub least_s: f64,
+    /// Half the range of the values of a plateau, in the unit of the curve; else the larger one of the two below
+    pub tolerance: Option<f64>,
+    /// Part of the range of the whole curve
+    pub fraction: f64,
+    /// Multiple of the noise
+    pub factor: f64,
+}
+
+impl Default for PlateauRule {
+    fn default() -> Self {
+        Self { least_s: 0.2, tolerance: None, fraction: 0.005, factor: 5.0 }
+    }
+}
+
+impl PlateauRule {
+    /// The tolerance for a curve, in its unit.
+    pub fn tolerance_of(&self, curve: &Curve) -> f64 {
+        self.tolerance.unwrap_or_else(|| (self.fraction * curve.range()).max(self.factor * curve.noise()))
+    }
+}
+
+/// A held state.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plateau {
+    /// First and last time \[s\]
+    pub window_s: [f64; 2],
+    pub rows: usize,
+    /// With its 95 % interval by Student's t
+    pub mean: Bounded,
+    /// Standard deviation of a sample about the mean
+    pub deviation: f64,
+    /// Standard uncertainty of the mean
+    pub uncertainty: f64,
+    /// Rate of change, with its 95 % interval \[unit/s\]
+    pub drift: Bounded,
+    /// Correlation of neighbouring rows \[–\]
+    pub correlation: f64,
+    /// Independent rows with the same information about the mean
+    pub effective: f64,
+}
+
+/// Reason to doubt the level of a plateau.
+#[derive(Clone, Debug, PartialEq)]
+pub enum PlateauDoubt {
+    /// The interval of the drift does not contain zero
+    Drifts { change: f64, duration_s: f64, deviation: f64 },
+}
+
+impl fmt::Display for PlateauDoubt {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self::Drifts { change, duration_s, deviation } = self;
+        write!(
+            f,
+            "the plateau drifts by {change:.3e} in {duration_s:.3} s (deviation {deviation:.3e}): its level depends on the window"
+        )
+    }
+}
+
+impl Plateau {
+    /// The plateau over a stated window \[s\].
+    ///
+    /// # Errors
+    /// Fewer than six rows.
+    pub fn over(curve: &Curve, window_s: [f64; 2]) -> Result<Self, MotionError> {
+        let cut = curve.window(window_s);
+        let n = cut.value.len();
+        let [from_s, to_s] = window_s;
+        if n < LEAST {
+            return Err(MotionError::TooShort { found: n, needed: LEAST, from_s, to_s });
+        }
+        let total: f64 = cut.samples.iter().sum();
+        let centre = cut.time_s.iter().zip(&cut.samples).map(|(t, w)| t * w).sum::<f64>() / total;
+        let mean = cut.value.iter().zip(&cut.samples).map(|(v, w)| v * w).sum::<f64>() / total;
+        let (level, level_errors) = line(&cut, |_| vec![1.0], mean);
+        let (sloped, errors) = line(&cut, |t| vec![1.0, t - centre], mean);
+        let squares: f64 = cut.value.iter().zip(&cut.samples).map(|(v, w)| w * (v - mean).powi(2)).sum();
+        let (correlation, effective) = match level_errors.model {
+            ErrorModel::Correlated { rho, effective } => (rho, effective),
+            _ => (0.0, n as f64),
+        };
+        let bounded = |value: f64, e: &errors::Errors, k: usize| {
+            let half = if e.deviations[k] == 0.0 { 0.0 } else { t_quantile(0.95, e.free.max(1)) * e.deviations[k] };
+            Bounded { value, interval: [value - half, value + half] }
+        };
+        Ok(Self {
+            window_s: [cut.time_s[0], cut.time_s[n - 1]],
+            rows: n,
+            mean: bounded(mean + level[0], &level_errors, 0),
+            deviation: (squares / (n - 1) as f64).sqrt(),
+            uncertainty: level_errors.deviations[0],
+            drift: bounded(sloped[1], &errors, 1),
+            correlation,
+            effective,
+        })
+    }
+
+    /// Duration \[s\].
+    pub fn duration_s(&self) -> f64 {
+        self.window_s[1] - self.window_s[0]
+    }
+
+    /// The reason to doubt its level, if there is one.
+    pub fn doubt(&self) -> Option<PlateauDoubt> {
+        let [low, high] = self.drift.interval;
+        let duration_s = self.duration_s();
+        let change = self.drift.value * duration_s;
+        (low > 0.0 || high < 0.0).then_some(PlateauDoubt::Drifts { change, duration_s, deviation: self.deviation })
+    }
+}
+
+/// Least squares of the values beyond a level in some functions of time, with the errors of the factors.
+fn line(curve: &Curve, columns: impl Fn(f64) -> Vec<f64>, level: f64) -> (DVector<f64>, errors::Errors) {
+    let n = curve.value.len();
+    let rows: Vec<Vec<f64>> = curve.time_s.iter().map(|t| columns(*t)).collect();
+    let root = |i: usize| curve.samples[i].sqrt();
+    let jacobian = DMatrix::from_fn(n, rows[0].len(), |i, k| root(i) * rows[i][k]);
+    let target = DVector::from_fn(n, |i, _| root(i) * (curve.value[i] - level));
+    let factors =
+        svd(jacobian.clone(), true, true).solve(&target, 1e-14).unwrap_or_else(|_| DVector::zeros(rows[0].len()));
+    let residual = &target - &jacobian * &factors;
+    let size = level.abs() * (n as f64).sqrt() + target.norm();
+    let rounding = residual.norm() <= ROUNDING * size;
+    let all: Vec<usize> = (0..n).collect();
+    let mut errors = errors::of_curves(&jacobian, &residual, &[all], rounding);
+    if rounding {
+        errors.deviations.fill(0.0);
+    }
+    (factors, errors)
+}
+
+/// All plateaus in the order of time; they do not overlap.
+pub fn plateaus(curve: &Curve, rule: &PlateauRule) -> Result<Vec<Plateau>, MotionError> {
+    let tolerance = rule.tolerance_of(curve);
+    let reach = reaches(&without_outliers(&curve.value), tolerance);
+    let lasts = |from: usize, to: usize| curve.time_s[to - 1] - curve.time_s[from];
+    // Longest first; what an accepted one covers is cut off the others
+    let mut candidates: Vec<(usize, usize)> = reach.iter().enumerate().map(|(from, to)| (from, *to)).collect();
+    candidates.sort_by(|a, b| lasts(b.0, b.1).total_cmp(&lasts(a.0, a.1)).then(a.0.cmp(&b.0)));
+    let mut found: Vec<(usize, usize)> = vec![];
+    for (from, to) in candidates {
+        let free = found.iter().all(|(a, b)| to <= *a || *b <= from);
+        if to >= from + LEAST && lasts(from, to) >= rule.least_s && free {
+            found.push((from, to));
+        }
+    }
+    found.sort_unstable();
+    found.into_iter().map(|(from, to)| Plateau::over(curve, [curve.time_s[from], curve.time_s[to - 1]])).collect()
+}
+
+/// The first plateau, and the longest one that reaches the end of the curve.
+///
+/// # Errors
+/// No plateau at the beginning or the end, or one that is both.
+pub fn held_and_final(curve: &Curve, rule: &PlateauRule) -> Result<[Plateau; 2], MotionError> {
+    let tolerance = rule.tolerance_of(curve);
+    let none = || MotionError::NoPlateau { least_s: rule.least_s, tolerance };
+    let n = curve.value.len();
+    let start = reaches(&without_outliers(&curve.value), tolerance).iter().position(|to| *to == n).ok_or_else(none)?;
+    let window = [curve.time_s[start], curve.time_s[n - 1]];
+    if window[1] - window[0] < rule.least_s || n - start < LEAST {
+        return Err(none());
+    }
+    let last = Plateau::over(curve, window)?;
+    let first = plateaus(curve, rule)?.into_iter().next().ok_or_else(none)?;
+    if first.window_s[1] >= window[0] {
+        let [from_s, to_s] = first.window_s;
+        return Err(MotionError::OnePlateau { from_s, to_s, tolerance });
+    }
+    Ok([first, last])
+}
+
+/// Values with each one replaced by the median of it and its neighbours.
+fn without_outliers(value: &[f64]) -> Vec<f64> {
+    let one = |k: usize| match (k.checked_sub(1).and_then(|j| value.get(j)), value.get(k + 1)) {
+        (Some(a), Some(c)) => a.max(value[k]).min(a.min(value[k]).max(*c)),
+        _ => value[k],
+    };
+    (0..value.len()).map(one).collect()
+}
+
+/// Of each row the end of the longest stretch from it whose values have a range of at most twice the tolerance.
+fn reaches(value: &[f64], tolerance: f64) -> Vec<usize> {
+    let (mut low, mut high): (VecDeque<usize>, VecDeque<usize>) = (VecDeque::new(), VecDeque::new());
+    let mut end = 0;
+    let mut all = Vec::with_capacity(value.len());
+    for from in 0..value.len() {
+        while end < value.len() {
+            let v = value[end];
+            let least = low.front().map_or(v, |k| value[*k].min(v));
+            let most = high.front().map_or(v, |k| value[*k].max(v));
+            if most - least > 2.0 * tolerance {
+                break;
+            }
+            while low.back().is_some_and(|k| value[*k] >= v) {
+                low.pop_back();
+            }
+            while high.back().is_some_and(|k| value[*k] <= v) {
+                high.pop_back();
+            }
+            low.push_back(end);
+            high.push_back(end);
+            end += 1;
+        }
+        all.push(end);
+        for queue in [&mut low, &mut high] {
+            if queue.front() == Some(&from) {
+                queue.pop_front();
+            }
+        }
+    }
+    all
+}

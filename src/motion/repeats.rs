@@ -1,0 +1,38 @@
+//! Repeats of an experiment, pooled.
+
+use super::error::MotionError;
+use crate::calibrate::Bounded;
+use crate::calibrate::judgement::statistics::t_quantile;
+
+/// Mean of some repeats with its uncertainty.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pooled {
+    /// Mean with its 95 % interval by Student's t of n − 1 degrees of freedom; unbounded of one repeat
+    pub mean: Bounded,
+    /// Standard deviation between repeats, with n − 1; none of one repeat
+    pub deviation: Option<f64>,
+    /// Standard uncertainty of the mean, deviation/√n; none of one repeat
+    pub uncertainty: Option<f64>,
+    /// Half the largest difference
+    pub half_range: f64,
+    pub repeats: usize,
+}
+
+/// Pools the values of repeats.
+///
+/// # Errors
+/// No value, or one that is not finite.
+pub fn pooled(values: &[f64]) -> Result<Pooled, MotionError> {
+    let n = values.len();
+    if n == 0 || values.iter().any(|v| !v.is_finite()) {
+        return Err(MotionError::NotFinite { what: format!("one of {n} repeats (or there is none)") });
+    }
+    let mean = values.iter().sum::<f64>() / n as f64;
+    let [low, high] = crate::calibrate::judgement::statistics::extent(values.iter().copied());
+    let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
+    let deviation = (n > 1).then(|| (squares / (n - 1) as f64).sqrt());
+    let uncertainty = deviation.map(|s| s / (n as f64).sqrt());
+    let half = uncertainty.map_or(f64::INFINITY, |u| t_quantile(0.95, n - 1) * u);
+    let mean = Bounded { value: mean, interval: [mean - half, mean + half] };
+    Ok(Pooled { mean, deviation, uncertainty, half_range: 0.5 * (high - low), repeats: n })
+}

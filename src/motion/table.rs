@@ -1,0 +1,316 @@
+//! Tables of text with marker positions: one row per time (`t_s, tip_x_mm, tip_y_mm, tip_z_mm, …`) or one row per marker (`marker, t_s, x_mm, y_mm,
+//! z_mm`). Delimiter, decimal mark and encoding are detected as in tables of material tests.
+
+use super::error::MotionError;
+use super::table_names::{self as names, Cell};
+use super::tracks::{Raw, ReadOptions, Track};
+use crate::calibrate::intake::names as units;
+use crate::calibrate::intake::table::{self, Decimal, Line};
+use crate::math::units::Dimension;
+use std::collections::{BTreeMap, HashMap, HashSet};
+
+/// Lines in which the names of the columns are sought
+const HEAD: usize = 200;
+
+/// Places of the columns.
+#[derive(Default)]
+struct Columns {
+    time: Option<usize>,
+    samples: Option<usize>,
+    /// Name of the marker of a row
+    marker: Option<usize>,
+    record: Option<usize>,
+    /// Columns of x, y and z by marker, in the order of the file; one without a name where rows name it
+    points: Vec<(String, [Option<usize>; 3])>,
+}
+
+impl Columns {
+    fn of(cells: &[String]) -> Self {
+        let mut columns = Self::default();
+        let mut places: HashMap<String, usize> = HashMap::new();
+        for (k, cell) in cells.iter().enumerate() {
+            let free = |place: &mut Option<usize>| *place = place.or(Some(k));
+            match names::meaning(cell) {
+                Cell::Time => free(&mut columns.time),
+                Cell::Samples => free(&mut columns.samples),
+                Cell::Marker => free(&mut columns.marker),
+                Cell::Record => free(&mut columns.record),
+                Cell::Coordinate { marker, axis } => {
+                    let next = columns.points.len();
+                    let at = *places.entry(marker.clone()).or_insert(next);
+                    if at == next {
+                        columns.points.push((marker, [None; 3]));
+                    }
+                    let place = &mut columns.points[at].1[axis];
+                    *place = place.or(Some(k));
+                }
+                Cell::Other => {}
+            }
+        }
+        // Rows that name their marker have one set of coordinates, any other table has no set without a name
+        let by_row = columns.marker.is_some();
+        columns.points.retain(|(name, _)| name.is_empty() == by_row);
+        columns
+    }
+
+    fn is_table(&self, rate: Option<f64>) -> bool {
+        let timed = self.time.is_some() || self.marker.is_some() || rate.is_some();
+        timed && self.points.iter().any(|p| p.1.iter().all(Option::is_some))
+    }
+
+    fn numeric(&self) -> Vec<usize> {
+        let points = self.points.iter().flat_map(|p| p.1).flatten();
+        self.time.into_iter().chain(self.samples).chain(points).collect()
+    }
+}
+
+/// Reads the bytes of a table.
+pub fn read(file: &str, bytes: &[u8], options: &ReadOptions) -> Result<Raw, MotionError> {
+    let (text, encoding) = table::decode(bytes).map_err(|what| MotionError::NotText { file: file.into(), what })?;
+    let (delimiter, at) = find_names(file, &text, options)?;
+    let lines = table::split(&text, delimiter);
+    let names = &lines[at];
+    let units_below = lines.get(at + 1).is_some_and(|l| !l.is_empty() && !l.cells.iter().any(|c| table::is_number(c)));
+    let below = (at + 1 + usize::from(units_below)).min(lines.len());
+    let columns = Columns::of(&names.cells);
+    let incomplete: Vec<String> = columns.points.iter().filter(|p| p.1.contains(&None)).map(|p| p.0.clone()).collect();
+    if !incomplete.is_empty() {
+        return Err(MotionError::Incomplete { file: file.into(), markers: incomplete });
+    }
+    let body: Vec<&Line> = lines[below..].iter().filter(|l| !l.is_empty()).collect();
+    let numeric = columns.numeric();
+    let cells = body.iter().flat_map(|l| numeric.iter().filter_map(|k| l.cells.get(*k))).map(String::as_str);
+    let decimal = Decimal::of(cells).map_err(|cell| MotionError::Decimal { file: file.into(), cell })?;
+    let mut log: Vec<String> =
+        encoding.map(|e| format!("the file is not UTF-8; it was read as {e}")).into_iter().collect();
+    let shown = if delimiter == '\t' { "tab".into() } else { format!("\"{delimiter}\"") };
+    log.push(format!("delimiter {shown}, decimal {}", decimal.name()));
+    let own = units_below.then(|| &lines[at + 1].cells);
+    let table = Table { file, names: &names.cells, units: own, columns: &columns, decimal, options };
+    let unit = table.unit()?;
+    let factor = table.time_factor(&mut log)?;
+    let (format, rows) = if columns.marker.is_some() {
+        ("table with one row per marker", table.by_marker(&table.of_record(body)?)?)
+    } else {
+        ("table with one row per time", table.by_time(&body)?)
+    };
+    let Rows { time, samples, markers } = rows;
+    if samples.iter().any(|n| *n != 1.0) {
+        let most = samples.iter().fold(0.0, |a: f64, n| a.max(*n));
+        log.push(format!("rows are means of up to {most} samples, with which they are weighted"));
+    }
+    Ok(Raw { format, unit, time_s: time.iter().map(|t| factor * t).collect(), samples, markers, log })
+}
+
+/// The delimiter and the number of the line with the names.
+fn find_names(file: &str, text: &str, options: &ReadOptions) -> Result<(char, usize), MotionError> {
+    let end = text.match_indices('\n').nth(HEAD).map_or(text.len(), |(end, _)| end);
+    let mut nearest: Vec<String> = vec![];
+    for delimiter in table::DELIMITERS {
+        for (at, line) in table::split(&text[..end], delimiter).iter().enumerate() {
+            if line.cells.iter().any(|c| table::is_number(c)) {
+                continue;
+            }
+            if Columns::of(&line.cells).is_table(options.rate_hz) {
+                return Ok((delimiter, at));
+            }
+            let found: Vec<String> = line.cells.iter().filter(|c| !c.is_empty()).map(|c| format!("\"{c}\"")).collect();
+            if found.len() > nearest.len() {
+                nearest = found;
+            }
+        }
+    }
+    if nearest.is_empty() {
+        nearest.push("no names".into());
+    }
+    nearest.truncate(12);
+    Err(MotionError::Columns { file: file.into(), found: nearest })
+}
+
+/// Rows in the unit of the file.
+struct Rows {
+    time: Vec<f64>,
+    samples: Vec<f64>,
+    markers: Vec<Track>,
+}
+
+struct Table<'a> {
+    file: &'a str,
+    names: &'a [String],
+    units: Option<&'a Vec<String>>,
+    columns: &'a Columns,
+    decimal: Decimal,
+    options: &'a ReadOptions,
+}
+
+impl Table<'_> {
+    fn file(&self) -> String {
+        self.file.into()
+    }
+
+    fn own_unit(&self, at: usize) -> Option<String> {
+        let below = || self.units?.get(at).map(|c| c.trim_matches(['(', ')', '[', ']']).trim().to_string());
+        names::unit(&self.names[at]).or_else(below).filter(|u| !u.is_empty())
+    }
+
+    /// The unit of all coordinates, where the names state it.
+    fn unit(&self) -> Result<Option<String>, MotionError> {
+        let mut found: Vec<String> =
+            self.columns.points.iter().flat_map(|p| p.1).flatten().filter_map(|k| self.own_unit(k)).collect();
+        found.sort();
+        found.dedup();
+        match found.len() {
+            0 | 1 => Ok(found.pop()),
+            _ if self.options.unit.is_some() => Ok(None),
+            _ => Err(MotionError::Units { file: self.file(), units: found }),
+        }
+    }
+
+    /// Factor of the times to seconds.
+    fn time_factor(&self, log: &mut Vec<String>) -> Result<f64, MotionError> {
+        if let Some(rate) = self.options.rate_hz {
+            let valid = rate > 0.0 && rate.is_finite();
+            return if valid { Ok(1.0) } else { Err(MotionError::Rate { file: self.file(), rate }) };
+        }
+        let Some(at) = self.columns.time else { return Ok(1.0) };
+        let Some(unit) = self.options.time_unit.clone().or_else(|| self.own_unit(at)) else {
+            log.push(format!("column \"{}\" states no unit and is read in seconds", self.names[at]));
+            return Ok(1.0);
+        };
+        let refused = || MotionError::Unit { file: self.file(), unit: unit.clone(), of: "time", example: "s" };
+        units::factor(&unit, Dimension::TIME).ok_or_else(refused)
+    }
+
+    fn cell<'b>(&self, line: &'b Line, at: usize) -> &'b str {
+        line.cells.get(at).map_or("", String::as_str)
+    }
+
+    /// Time and weight of a row, and its number of the line where a cell is none.
+    fn row(&self, line: &Line, number: usize, wrong: &mut Vec<String>) -> (f64, f64) {
+        let mut read = |at: Option<usize>, otherwise: f64| match at.map(|k| self.cell(line, k)) {
+            None => otherwise,
+            Some(cell) => table::number(cell, self.decimal).unwrap_or_else(|_| {
+                wrong.push(format!("line {} \"{cell}\"", line.number));
+                otherwise
+            }),
+        };
+        let time = match self.options.rate_hz {
+            Some(rate) => number as f64 / rate,
+            None => read(self.columns.time, 0.0),
+        };
+        let samples = read(self.columns.samples, 1.0);
+        if samples <= 0.0 {
+            wrong.push(format!("line {} \"{samples}\" samples", line.number));
+        }
+        (time, samples)
+    }
+
+    fn by_time(&self, body: &[&Line]) -> Result<Rows, MotionError> {
+        let names = self.columns.points.iter().map(|p| p.0.clone());
+        let mut markers: Vec<Track> =
+            names.map(|name| Track { name, points: Vec::with_capacity(body.len()) }).collect();
+        let (mut time, mut samples, mut wrong) = (vec![], vec![], vec![]);
+        for (number, line) in body.iter().enumerate() {
+            let (t, n) = self.row(line, number, &mut wrong);
+            time.push(t);
+            samples.push(n);
+            for (marker, (_, axes)) in markers.iter_mut().zip(&self.columns.points) {
+                let cells = axes.map(|k| k.map_or("", |k| self.cell(line, k)));
+                marker.points.push(coordinate(cells, line.number, self.decimal, &mut wrong));
+            }
+        }
+        if !wrong.is_empty() {
+            return Err(MotionError::Cells { file: self.file(), cells: wrong });
+        }
+        let late: Vec<u64> = (1..time.len()).filter(|k| time[*k] <= time[*k - 1]).map(|k| body[k].number).collect();
+        if !late.is_empty() {
+            return Err(MotionError::Times { file: self.file(), lines: late });
+        }
+        Ok(Rows { time, samples, markers })
+    }
+
+    /// Lines of the record that was asked for.
+    fn of_record<'b>(&self, body: Vec<&'b Line>) -> Result<Vec<&'b Line>, MotionError> {
+        let Some(at) = self.columns.record else { return Ok(body) };
+        let (mut known, mut seen): (Vec<String>, HashSet<&str>) = (vec![], HashSet::new());
+        for line in &body {
+            let name = self.cell(line, at);
+            if seen.insert(name) {
+                known.push(name.into());
+            }
+        }
+        match &self.options.record {
+            None if known.len() > 1 => Err(MotionError::Records { file: self.file(), records: known }),
+            None => Ok(body),
+            Some(asked) if !known.contains(asked) => {
+                Err(MotionError::NoRecord { file: self.file(), asked: asked.clone(), known })
+            }
+            Some(asked) => Ok(body.into_iter().filter(|l| self.cell(l, at) == asked).collect()),
+        }
+    }
+
+    fn by_marker(&self, body: &[&Line]) -> Result<Rows, MotionError> {
+        let (at, axes) = (self.columns.marker.unwrap_or_default(), self.columns.points[0].1);
+        let mut wrong = vec![];
+        let (mut order, mut seen): (Vec<String>, HashSet<String>) = (vec![], HashSet::new());
+        // Times in the order of numbers, not of the file; total order of bits for times that are equal
+        let mut rows: BTreeMap<Sorted, (f64, BTreeMap<String, Option<[f64; 3]>>)> = BTreeMap::new();
+        for line in body {
+            let (t, n) = self.row(line, 0, &mut wrong);
+            let name = self.cell(line, at).to_string();
+            let point =
+                coordinate(axes.map(|k| k.map_or("", |k| self.cell(line, k))), line.number, self.decimal, &mut wrong);
+            if seen.insert(name.clone()) {
+                order.push(name.clone());
+            }
+            let row = rows.entry(Sorted(t)).or_insert((n, BTreeMap::new()));
+            if row.1.insert(name.clone(), point).is_some() {
+                return Err(MotionError::Twice { file: self.file(), name, at: Some(t) });
+            }
+        }
+        if !wrong.is_empty() {
+            return Err(MotionError::Cells { file: self.file(), cells: wrong });
+        }
+        let track = |name: &String| Track {
+            name: name.clone(),
+            points: rows.values().map(|row| row.1.get(name).copied().flatten()).collect(),
+        };
+        let markers = order.iter().map(track).collect();
+        let samples = rows.values().map(|row| row.0).collect();
+        Ok(Rows { time: rows.keys().map(|t| t.0).collect(), samples, markers })
+    }
+}
+
+/// A time as a key.
+#[derive(PartialEq)]
+struct Sorted(f64);
+
+impl Eq for Sorted {}
+
+impl PartialOrd for Sorted {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Sorted {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.0.total_cmp(&other.0)
+    }
+}
+
+/// Three cells as a position; none where the marker was not seen: all are empty, or one is not a number as programs write it.
+pub(super) fn coordinate(cells: [&str; 3], line: u64, decimal: Decimal, wrong: &mut Vec<String>) -> Option<[f64; 3]> {
+    let is_gap = |c: &str| matches!(c.to_lowercase().as_str(), "nan" | "-nan" | "na" | "n/a");
+    if cells.iter().all(|c| c.is_empty()) || cells.iter().any(|c| is_gap(c)) {
+        return None;
+    }
+    let mut read = |cell: &str| match table::number(cell, decimal) {
+        Ok(x) => x,
+        Err(_) => {
+            wrong.push(format!("line {line} \"{cell}\""));
+            f64::NAN
+        }
+    };
+    Some(cells.map(&mut read))
+}

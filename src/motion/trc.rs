@@ -1,0 +1,88 @@
+//! TRC files of OpenSim and Motion Analysis: a tab-separated table below five lines of header.
+//!
+//! Source: OpenSim documentation, "Marker (.trc) files"; the third line has the values of the names in the second, the fourth the names of the
+//! markers, the fifth X1, Y1, Z1, ….
+
+use super::error::MotionError;
+use super::table::coordinate;
+use super::tracks::{Raw, ReadOptions, Track, twice};
+use crate::calibrate::intake::table::{self, Decimal, Line};
+
+/// Columns before the first coordinate: frame and time
+const LEAD: usize = 2;
+
+/// Whether a file begins as a TRC file.
+pub fn is_trc(bytes: &[u8]) -> bool {
+    bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).starts_with(b"PathFileType")
+}
+
+/// Reads the bytes of a TRC file.
+pub fn read(file: &str, bytes: &[u8], options: &ReadOptions) -> Result<Raw, MotionError> {
+    let (text, _) = table::decode(bytes).map_err(|what| MotionError::NotText { file: file.into(), what })?;
+    let lines = table::split(&text, '\t');
+    let damaged = |what: &str| MotionError::NotText { file: file.into(), what: format!("the TRC file {what}") };
+    let [_, keys, values, names, ..] = &lines[..] else { return Err(damaged("ends within its header")) };
+    let value = |key: &str| {
+        let at = keys.cells.iter().position(|c| c.eq_ignore_ascii_case(key))?;
+        values.cells.get(at).filter(|v| !v.is_empty())
+    };
+    let is_row = |l: &&Line| l.cells.first().is_some_and(|c| table::is_number(c));
+    let body: Vec<&Line> = lines[4..].iter().filter(|l| !l.is_empty()).skip_while(|l| !is_row(l)).collect();
+    let labels: Vec<(usize, &String)> =
+        names.cells.iter().enumerate().skip(LEAD).filter(|(_, n)| !n.is_empty()).collect();
+    if labels.is_empty() {
+        return Err(MotionError::NoMarkers { file: file.into() });
+    }
+    let count = |key: &str| value(key).and_then(|v| v.parse::<usize>().ok());
+    let found = body.len();
+    if let Some(told) = count("NumFrames").filter(|told| *told != found) {
+        return Err(MotionError::Truncated { file: file.into(), told, markers: labels.len(), found });
+    }
+    if let Some(told) = count("NumMarkers").filter(|told| *told != labels.len()) {
+        return Err(damaged(&format!("announces {told} markers and names {}", labels.len())));
+    }
+    if let Some(name) = twice(labels.iter().map(|(_, name)| *name)) {
+        return Err(MotionError::Twice { file: file.into(), name: name.clone(), at: None });
+    }
+    let cells = body.iter().flat_map(|l| l.cells.iter().skip(1)).map(String::as_str);
+    let decimal = Decimal::of(cells).map_err(|cell| MotionError::Decimal { file: file.into(), cell })?;
+    let mut wrong = vec![];
+    let mut markers: Vec<Track> =
+        labels.iter().map(|(_, name)| Track { name: name.to_string(), points: Vec::with_capacity(found) }).collect();
+    let mut time_s = Vec::with_capacity(found);
+    for line in &body {
+        let cell = |at: usize| line.cells.get(at).map_or("", String::as_str);
+        match table::number(cell(1), decimal) {
+            Ok(t) => time_s.push(t),
+            Err(_) => wrong.push(format!("line {} \"{}\"", line.number, cell(1))),
+        }
+        for (marker, (at, _)) in markers.iter_mut().zip(&labels) {
+            marker.points.push(coordinate([0, 1, 2].map(|i| cell(at + i)), line.number, decimal, &mut wrong));
+        }
+    }
+    if !wrong.is_empty() {
+        return Err(MotionError::Cells { file: file.into(), cells: wrong });
+    }
+    let late: Vec<u64> = (1..found).filter(|k| time_s[*k] <= time_s[*k - 1]).map(|k| body[k].number).collect();
+    if !late.is_empty() {
+        return Err(MotionError::Times { file: file.into(), lines: late });
+    }
+    let log = rate_note(&time_s, value("DataRate").and_then(|v| table::number(v, decimal).ok()));
+    let time_s = match options.rate_hz {
+        Some(rate) if rate > 0.0 && rate.is_finite() => (0..found).map(|k| k as f64 / rate).collect(),
+        Some(rate) => return Err(MotionError::Rate { file: file.into(), rate }),
+        None => time_s,
+    };
+    Ok(Raw { format: "TRC", unit: value("Units").cloned(), samples: vec![1.0; found], time_s, markers, log })
+}
+
+/// A line where the times contradict the rate of the header.
+fn rate_note(time_s: &[f64], rate: Option<f64>) -> Vec<String> {
+    let (Some(rate), [first, .., last]) = (rate, time_s) else { return vec![] };
+    let own = (time_s.len() - 1) as f64 / (last - first);
+    let differs = (own / rate - 1.0).abs() > 0.01;
+    differs
+        .then(|| format!("the header says {rate} Hz, the times say {own:.4} Hz; the times count"))
+        .into_iter()
+        .collect()
+}

@@ -1,0 +1,124 @@
+//! A record of motion: a curve over time with its states, the release and the fitted vibration; residuals of the vibration below.
+
+use crate::motion::{EvaluatedCurve, Evaluation};
+use crate::report::canvas::{Area, DOUBLE, GREY, PALETTE, RGB, block, dashed, figure, line, mark, mm};
+use crate::report::canvas::{Mark, Point};
+use crate::report::figure::{Figure, Sample, legend};
+use crate::report::plot::{Axis, Plot};
+
+/// A state, pale enough for points on top.
+const STATE: RGB = RGB(0xdd, 0xe8, 0xf0);
+const LEFT: f64 = 18.0;
+const TOP: f64 = 4.0;
+const TALL: f64 = 55.0;
+const BETWEEN: f64 = 20.0;
+const LOW: f64 = 30.0;
+/// Points of the fitted vibration
+const POINTS: usize = 600;
+/// Half the size of a mark, and the distance below which one of two marks is drawn \[units\]
+const MARK: i32 = 14;
+const APART: i32 = 10;
+
+/// The curve that rings down, else the one that moves most among those of its kind; none without a curve.
+fn shown(evaluation: &Evaluation) -> Option<usize> {
+    let lengths = |c: &EvaluatedCurve| c.curve.name.ends_with("_m");
+    let range = |k: &usize| evaluation.curves[*k].curve.range();
+    let widest = (0..evaluation.curves.len())
+        .filter(|k| lengths(&evaluation.curves[*k]))
+        .max_by(|a, b| range(a).total_cmp(&range(b)));
+    evaluation.ring_down.as_ref().map(|r| r.0).or(widest)
+}
+
+/// Draws a record under a file name; none without a curve.
+pub fn draw(name: &str, evaluation: &Evaluation) -> Option<Figure> {
+    let at = shown(evaluation)?;
+    let own = &evaluation.curves[at];
+    let curve = &own.curve;
+    let (factor, unit) = if curve.name.ends_with("_m") { (1e3, "mm") } else { (1.0, "°") };
+    let words = curve.name.trim_end_matches("_m").trim_end_matches("_deg").replace('_', " ");
+    let rings = evaluation.ring_down.as_ref().map(|r| &r.1);
+    let height = TOP + TALL + 18.0 + 4.2 * 5.0 + if rings.is_some() { BETWEEN + LOW } else { 0.0 };
+    let value: Vec<f64> = curve.value.iter().map(|v| factor * v).collect();
+    let svg = figure(DOUBLE, height, "", |area| {
+        let wide = mm(DOUBLE - 4.0);
+        let plot = Plot {
+            area,
+            frame: [mm(LEFT), mm(TOP), wide, mm(TOP + TALL)],
+            x: Axis::linear(curve.time_s.iter().copied(), "time [s]"),
+            y: Axis::linear(value.iter().copied(), &format!("{words} [{unit}]")),
+        };
+        states(&plot, own, factor);
+        plot.grid();
+        dots(&plot, &curve.time_s, &value);
+        if let Some(found) = &evaluation.release {
+            let path = [plot.at(found.time_s, plot.y.lo), plot.at(found.time_s, plot.y.hi)];
+            dashed(area, &path, PALETTE[1], 8, 30.0);
+        }
+        if let Some(r) = rings {
+            let [from, to] = r.window_s;
+            let t: Vec<f64> = (0..=POINTS).map(|k| from + (to - from) * k as f64 / POINTS as f64).collect();
+            let fit: Vec<f64> = t.iter().map(|t| factor * r.at(*t)).collect();
+            line(area, &plot.path(&t, &fit), PALETTE[1], 9);
+            let cut = curve.window(r.window_s);
+            let left: Vec<f64> = cut.time_s.iter().zip(&cut.value).map(|(t, v)| factor * (v - r.at(*t))).collect();
+            let base = TOP + TALL + BETWEEN;
+            let low = Plot {
+                area,
+                frame: [mm(LEFT), mm(base), wide, mm(base + LOW)],
+                x: Axis::linear(cut.time_s.iter().copied(), "time [s]"),
+                y: Axis::linear(left.iter().copied().chain([0.0]), &format!("residual [{unit}]")),
+            };
+            low.grid();
+            line(area, &[low.at(low.x.lo, 0.0), low.at(low.x.hi, 0.0)], GREY, 6);
+            dots(&low, &cut.time_s, &left);
+            low.axes(true);
+        }
+        plot.axes(true);
+        names(area, evaluation, own, height);
+    });
+    let fit = if rings.is_some() { " Below: measured minus fitted vibration in its window." } else { "" };
+    let caption = format!(
+        "{words} of {} over time, with the windows of the states, their means, the release and the fitted vibration where there are any.{fit} Of points that cover each other one is drawn.",
+        evaluation.source
+    );
+    Some(Figure { name: name.into(), svg, caption })
+}
+
+/// Windows and means of the states.
+fn states(plot: &Plot, own: &EvaluatedCurve, factor: f64) {
+    for plateau in [&own.held, &own.last].into_iter().flatten() {
+        let [from, to] = plateau.window_s;
+        block(plot.area, plot.at(from, plot.y.hi), plot.at(to, plot.y.lo), STATE);
+    }
+    for plateau in [&own.held, &own.last].into_iter().flatten() {
+        let [from, to] = plateau.window_s;
+        let level = factor * plateau.mean.value;
+        line(plot.area, &[plot.at(from, level), plot.at(to, level)], PALETTE[2], 10);
+    }
+}
+
+fn names(area: &Area, evaluation: &Evaluation, own: &EvaluatedCurve, height: f64) {
+    let mut entries = vec![(Sample::Mark(Mark::Circle, PALETTE[0]), "measured".to_string())];
+    if own.held.is_some() || own.last.is_some() {
+        entries.push((Sample::Block(STATE), "window of a state".into()));
+        entries.push((Sample::Line(PALETTE[2]), "its mean".into()));
+    }
+    if evaluation.release.is_some() {
+        entries.push((Sample::Dashed(PALETTE[1]), "release".into()));
+    }
+    if let Some((_, r)) = &evaluation.ring_down {
+        let words = format!("fitted vibration, {}, {}", r.frequency_hz.words("Hz"), r.decay_per_s.words("1/s"));
+        entries.push((Sample::Line(PALETTE[1]), words));
+    }
+    legend(area, (mm(LEFT), mm(height - 4.2 * entries.len() as f64)), &entries);
+}
+
+fn dots(plot: &Plot, x: &[f64], y: &[f64]) {
+    let mut last: Option<Point> = None;
+    for p in plot.path(x, y) {
+        if last.is_none_or(|q| (p.0 - q.0).pow(2) + (p.1 - q.1).pow(2) > APART * APART) {
+            mark(plot.area, Mark::Circle, p, MARK, PALETTE[0]);
+            last = Some(p);
+        }
+    }
+}

@@ -1,0 +1,241 @@
+//! Files of measured motion: C3D against files of independent writers, TRC, tables; and what is refused, with its remedy.
+//!
+//! `tests/motion/c3d/make.py` made the C3D files with the packages ezc3d and c3d of PyPI and checked each one with their readers; `values.csv` has the
+//! positions in millimetres as these read them, with empty cells where a marker was not seen.
+
+use durometer::math::tensor::Vec3;
+use durometer::motion::body::pose;
+use durometer::motion::{BodyRequest, MotionError, MotionRequest, ReadOptions, Tracks, evaluate};
+use std::path::{Path, PathBuf};
+
+fn at(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/motion").join(name)
+}
+
+fn parse(text: &str) -> Result<Tracks, MotionError> {
+    Tracks::parse("a.csv", text.as_bytes(), &ReadOptions::default())
+}
+
+fn refused(text: &str) -> String {
+    parse(text).expect_err("must be refused").to_string()
+}
+
+const FILES: [&str; 8] = [
+    "ezc3d_float",
+    "c3d_float",
+    "intel_float",
+    "intel_integer",
+    "dec_float",
+    "dec_integer",
+    "mips_float",
+    "mips_integer",
+];
+
+fn bytes(name: &str) -> Vec<u8> {
+    std::fs::read(at(&format!("c3d/{name}.c3d"))).expect("a file of this test")
+}
+
+#[test]
+fn c3d_files_of_all_byte_orders_have_the_values_of_other_readers() {
+    let text = std::fs::read_to_string(at("c3d/values.csv")).expect("a file of this test");
+    let expected: Vec<Vec<Option<f64>>> =
+        text.lines().map(|l| l.split(',').map(|c| c.parse().ok()).collect()).collect();
+    for name in FILES {
+        let tracks =
+            Tracks::read(&at(&format!("c3d/{name}.c3d")), &ReadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
+        let labels: Vec<&str> = tracks.markers.iter().map(|m| m.name.as_str()).collect();
+        assert_eq!(labels, ["tip1", "tip2", "base 1"], "{name}");
+        assert_eq!(tracks.time_s.len(), expected.len(), "{name}");
+        assert!((tracks.time_s[19] - 19.0 / 120.0).abs() < 1e-12, "{name}: {:?}", tracks.time_s);
+        for (row, values) in expected.iter().enumerate() {
+            for (k, marker) in tracks.markers.iter().enumerate() {
+                for axis in 0..3 {
+                    let found = marker.points[row].map(|p| 1e3 * p[axis]);
+                    let truth = values[3 * k + axis];
+                    // Floats have 24 bits: 120 mm to 1e-5 mm
+                    let same = found.zip(truth).is_none_or(|(a, b)| (a - b).abs() < 1e-5);
+                    assert!(found.is_some() == truth.is_some() && same, "{name} {row} {k} {axis}: {found:?} {truth:?}");
+                }
+            }
+        }
+        assert!(tracks.log.iter().any(|l| l.contains("tip2 is not seen in 3 of 20 rows")), "{name}: {:?}", tracks.log);
+    }
+}
+
+#[test]
+fn damaged_c3d_files_are_refused() {
+    let read = |b: &[u8], o: &ReadOptions| Tracks::parse("a.c3d", b, o);
+    let fact = |b: &[u8]| read(b, &ReadOptions::default()).expect_err("must be refused").to_string();
+    let sound = bytes("intel_integer");
+    let with = |at: usize, new: &[u8]| {
+        let mut b = sound.clone();
+        b[at..at + new.len()].copy_from_slice(new);
+        b
+    };
+    assert!(fact(&sound[..1400]).contains("announces 20 frames"), "{}", fact(&sound[..1400]));
+    // Points in the header; the last frame before the first; the block of the data; the scale
+    assert!(fact(&with(2, &[200, 0])).contains("200 points"));
+    assert!(fact(&with(8, &[0, 0])).contains("before the first"));
+    assert!(
+        fact(&with(16, &[0, 0, 0, 0])).contains("3 markers")
+            || read(&with(16, &[0, 0]), &ReadOptions::default()).is_ok()
+    );
+    let label = sound.windows(4).position(|w| w == b"RATE").expect("a rate") + 8;
+    let mut zero = with(label, &[0; 4]);
+    zero[20..24].fill(0);
+    assert!(fact(&zero).contains("--rate"), "{}", fact(&zero));
+    let given = ReadOptions { rate_hz: Some(50.0), ..ReadOptions::default() };
+    assert!((read(&zero, &given).expect("with a rate").time_s[1] - 0.02).abs() < 1e-15);
+    let unit = sound.windows(5).position(|w| w == b"UNITS").expect("units") + 10;
+    assert!(fact(&with(unit, b"  ")).contains("--unit"), "{}", fact(&with(unit, b"  ")));
+    assert!(fact(&with(unit, b"km")).contains("no unit of length"), "{}", fact(&with(unit, b"km")));
+    assert!(fact(&with(unit, b"m ")).contains("off by 1000"), "{}", fact(&with(unit, b"m ")));
+}
+
+/// Every byte of a small file changed in turn, and every length: an answer or a refusal, never a panic.
+#[test]
+fn no_single_change_of_a_c3d_file_ends_the_program() {
+    for name in ["intel_integer", "dec_float", "ezc3d_float"] {
+        let sound = bytes(name);
+        for at in 0..sound.len() {
+            for value in [0, 1, 127, 128, 255] {
+                let mut b = sound.clone();
+                b[at] = value;
+                Tracks::parse("a.c3d", &b, &ReadOptions::default()).ok();
+            }
+            Tracks::parse("a.c3d", &sound[..at], &ReadOptions::default()).ok();
+        }
+    }
+}
+
+const TRC: &str = "PathFileType\t4\t(X/Y/Z)\ta.trc\n\
+DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames\n\
+100.00\t100.00\t3\t2\tmm\t100.00\t1\t3\n\
+Frame#\tTime\ttip1\t\t\tbase\t\t\n\
+\t\tX1\tY1\tZ1\tX2\tY2\tZ2\n\
+\n\
+1\t0.000\t100.5\t-20.25\t3\t1\t2\t3\n\
+2\t0.010\t\t\t\t1\t2\t3.5\n\
+3\t0.020\t101.5\t-21\t4\tnan\tnan\tnan\n";
+
+#[test]
+fn a_trc_file_is_read() {
+    let t = Tracks::parse("a.trc", TRC.as_bytes(), &ReadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(t.time_s, [0.0, 0.01, 0.02]);
+    assert_eq!(t.markers[0].name, "tip1");
+    let near = |p: Option<[f64; 3]>, mm: [f64; 3]| p.is_some_and(|p| (0..3).all(|k| (1e3 * p[k] - mm[k]).abs() < 1e-9));
+    assert!(near(t.markers[0].points[0], [100.5, -20.25, 3.0]) && near(t.markers[1].points[1], [1.0, 2.0, 3.5]));
+    assert!(t.markers[0].points[1].is_none() && t.markers[1].points[2].is_none());
+    assert_eq!(t.log.iter().filter(|l| l.contains("not seen")).count(), 2, "{:?}", t.log);
+    let fact =
+        |text: &str| Tracks::parse("a.trc", text.as_bytes(), &ReadOptions::default()).expect_err("refused").to_string();
+    assert!(fact(&TRC.replace("\t3\t2\tmm", "\t9\t2\tmm")).contains("announces 9 frames"));
+    assert!(fact(&TRC.replace("\t3\t2\tmm", "\t3\t7\tmm")).contains("announces 7 markers"));
+    assert!(fact(&TRC.replace("base", "tip1")).contains("occurs twice"));
+    assert!(fact(&TRC.replace("Units", "Other")).contains("--unit"));
+    assert!(
+        fact(&TRC.replace("0.020", "0.010")).contains("do not increase in 1 lines: 9"),
+        "{}",
+        fact(&TRC.replace("0.020", "0.010"))
+    );
+    assert!(fact(&TRC.replace("101.5", "x")).contains("line 9 \"x\""));
+    let rate =
+        Tracks::parse("a.trc", TRC.replace("100.00\t100.00\t3", "50.00\t50.00\t3").as_bytes(), &ReadOptions::default());
+    assert!(rate.expect("read").log.iter().any(|l| l.contains("the times count")));
+}
+
+#[test]
+fn tables_of_several_spellings_are_one() {
+    let same = [
+        "t_s,a_x_mm,a_y_mm,a_z_mm\n0,1.5,2,3\n0.5,4,5,6\n",
+        "t_s;a_x_mm;a_y_mm;a_z_mm\n0;1,5;2;3\n0,5;4;5;6\n",
+        "Time (ms)\ta X [mm]\ta Y [mm]\ta Z [mm]\n0\t1.5\t2\t3\n500\t4\t5\t6\n",
+        "exported today\ntime,a:X,a:Y,a:Z\n(s),(mm),(mm),(mm)\n0,1.5,2,3\n0.5,4,5,6\n",
+        "marker,t_s,x_mm,y_mm,z_mm\na,0,1.5,2,3\na,0.5,4,5,6\n",
+    ];
+    for text in same {
+        let t = parse(text).unwrap_or_else(|e| panic!("{text}: {e}"));
+        assert_eq!((t.markers.len(), t.markers[0].name.as_str(), &t.time_s[..]), (1, "a", &[0.0, 0.5][..]), "{text}");
+        let [p, q] = [0, 1].map(|k| t.markers[0].points[k].expect("seen").map(|x| 1e3 * x));
+        assert!((p[0] - 1.5).abs() < 1e-12 && (q[2] - 6.0).abs() < 1e-12, "{text}: {p:?} {q:?}");
+    }
+}
+
+#[test]
+fn a_record_of_a_table_with_several_is_chosen() {
+    let text = "record,marker,x_m,y_m,z_m,n_samples\nr1,a,0.1,0,0,8\nr1,b,0,0.2,0,8\nr2,a,0.3,0,0,9\nr2,b,0,0.4,0,9\n";
+    assert!(refused(text).contains("--record"), "{}", refused(text));
+    let read = |record: &str| {
+        Tracks::parse("a.csv", text.as_bytes(), &ReadOptions { record: Some(record.into()), ..ReadOptions::default() })
+    };
+    let found = read("r2").expect("known");
+    assert_eq!((found.markers[1].points[0], found.samples[0]), (Some([0.0, 0.4, 0.0]), 9.0));
+    assert!(read("r3").expect_err("unknown").to_string().contains("known: r1, r2"));
+}
+
+#[test]
+fn tables_that_are_no_tracks_are_refused_with_a_remedy() {
+    for (text, fact) in [
+        ("", "no names"),
+        ("t_s,force_N\n0,1\n", "names columns of markers"),
+        ("t_s,a_x,a_y,a_z\n0,1,2,3\n", "--unit mm"),
+        ("t_s,a_x_mm,a_y_mm\n0,1,2\n", "names columns of markers"),
+        ("t_s,a_x_mm,a_y_mm,a_z_mm,b_x_mm\n0,1,2,3,4\n", "lack a coordinate: b"),
+        ("t_s,a_x_mm,a_y_cm,a_z_mm\n0,1,2,3\n", "different units: cm, mm"),
+        ("t_s,a_x_m,a_y_m,a_z_m\n0,150,2,3\n1,151,2,3\n", "off by 1000"),
+        ("t_s,a_x_um,a_y_um,a_z_um\n0,0.1,0.2,0.3\n", "off by 1000"),
+        ("t_s,a_x_mm,a_y_mm,a_z_mm\n0,1,2,3\n0,1,2,3\n1,1,2,3\n1,2,2,2\n", "in 2 lines: 3, 5"),
+        ("t_s,a_x_mm,a_y_mm,a_z_mm\n0,1,2,q\nw,1,2,3\n", "2 cells are no numbers: line 2 \"q\", line 3 \"w\""),
+        ("t_s,a_x_mm,a_y_mm,a_z_mm\n0,1,,3\n", "1 cells are no numbers"),
+        ("marker,t_s,x_mm,y_mm,z_mm\na,0,1,2,3\na,0,1,2,3\n", "occurs twice at 0 s"),
+        ("t_s,a_x_mm,a_y_mm,a_z_mm\n", "holds no marker"),
+    ] {
+        assert!(refused(text).contains(fact), "{text}: {}", refused(text));
+    }
+}
+
+/// Two markers of three that exchange their names from the fourth row on.
+#[test]
+fn markers_that_swap_are_named() {
+    let mut text = String::from("t_s,a_x_mm,a_y_mm,a_z_mm,b_x_mm,b_y_mm,b_z_mm,c_x_mm,c_y_mm,c_z_mm\n");
+    for k in 0..8 {
+        let (a, b) = (format!("{k},0,0"), format!("{},50,0", k));
+        let (a, b) = if k < 4 { (a, b) } else { (b, a) };
+        text += &format!("{},{a},{b},{k},20,40\n", 0.1 * f64::from(k));
+    }
+    let tracks = parse(&text).expect("sound");
+    let names = ["a", "b", "c"].map(String::from);
+    let reference: Vec<Vec3> = [[0.0, 0.0, 0.0], [0.0, 0.05, 0.0], [0.0, 0.02, 0.04]].map(Vec3::from).to_vec();
+    let fact = pose(&tracks, &names, &reference).expect_err("swapped").to_string();
+    assert!(fact.contains("a and b at 0.4 s") && fact.contains("1 markers"), "{fact}");
+    let unknown = pose(&tracks, &["a".into(), "q".into(), "r".into()], &reference).expect_err("unknown").to_string();
+    assert!(unknown.contains("no markers q, r"), "{unknown}");
+    assert!(pose(&tracks, &names[..2], &reference[..2]).expect_err("two").to_string().contains("three points or more"));
+}
+
+#[test]
+fn a_measured_beam_is_evaluated_and_its_decisions_are_written_down() {
+    let body = BodyRequest {
+        markers: ["tip1", "tip2", "tip3"].map(String::from).to_vec(),
+        at: Some(Vec3::new(0.1, 0.0, 0.0)),
+    };
+    let request = MotionRequest {
+        file: at("gravity_a.csv"),
+        body: Some(body),
+        ring_down: Some(("displacement_z_m".into(), [0.3, 1.6])),
+        ..MotionRequest::default()
+    };
+    let found = evaluate(&request).unwrap_or_else(|e| panic!("{e}"));
+    let log = found.log.join("\n");
+    println!("{log}\n{}", found.doubts.join("\n"));
+    for fact in
+        ["coordinates in m", "100.0", "3 markers", "held state: ", "final state: ", "release between", "frequency 7.7"]
+    {
+        assert!(log.contains(fact), "{fact}: {log}");
+    }
+    let z = found.curves.iter().find(|c| c.curve.name == "displacement_z_m").expect("followed");
+    let change = z.change.expect("two states");
+    assert!((1e3 * change.value + 6.45).abs() < 0.05 && change.half_width() < 1e-4, "{change:?}");
+    let other = MotionRequest { ring_down: Some(("q".into(), [0.3, 1.6])), ..request };
+    assert!(evaluate(&other).expect_err("no such curve").to_string().contains("displacement_x_m"));
+}
